@@ -1,4 +1,4 @@
-//! `cargo bench --bench phases`: what is hot, each by itself, with a small generated scene.
+//! `cargo bench --bench phases`: measures the hot functions, each by itself, with a small generated scene.
 
 #[path = "shots/sphere.rs"]
 mod sphere;
@@ -28,7 +28,7 @@ use tempfile::TempDir;
 
 const TRIANGLES: u64 = 50_000;
 
-/// The camera travels, a light rests, nothing else moves.
+/// A shot in which the camera travels, a light rests, and nothing else moves.
 const SHOT: &str = r#"
 [render]
 size = [640, 360]
@@ -54,7 +54,7 @@ fn main() {
     divan::main();
 }
 
-/// The scene's files: gone when this is dropped.
+/// Writes the scene's files: gone when this is dropped.
 fn files() -> TempDir {
     let folder = tempfile::tempdir().expect("the folder for temporary files takes one more");
     sphere::write(&folder.path().join("sphere.obj"), TRIANGLES).expect("the disk has room for an OBJ");
@@ -67,9 +67,9 @@ fn shot(folder: &Path) -> (Scene, Settings) {
     (shot.scene, shot.settings)
 }
 
-/// Primary rays, in the renderer's order.
+/// Creates primary rays, in the renderer's order.
 fn rays(scene: &Scene, settings: &Settings) -> RayBatch {
-    let view = View::new(&Grid::new(settings).into(), Pose::of(scene, 1).camera);
+    let view = View::new(&Grid::new(settings).into(), Pose::new(scene, 1).camera);
     let far = F32x8::splat(f32::INFINITY);
     let mut rays = RayBatch::default();
     for tile in 0..view.grid.tiles() {
@@ -102,26 +102,26 @@ fn build(bencher: Bencher) {
         .bench_local(|| EmbreeBackend::new(&scene, Build::Best).expect("a small scene fits into memory"));
 }
 
-/// One thread.
+/// Measured on one thread.
 #[divan::bench]
 fn trace_closest(bencher: Bencher) {
     let folder = files();
     let (scene, settings) = shot(folder.path());
     let mut backend = EmbreeBackend::new(&scene, Build::Best).expect("a small scene fits into memory");
-    let tracer = backend.commit(&Pose::of(&scene, 1), &[false]).expect("nothing moves");
+    let tracer = backend.commit(&Pose::new(&scene, 1), &[false]).expect("nothing moves");
     let (rays, mut hits) = (rays(&scene, &settings), HitBatch::default());
     bencher
         .counter(ItemsCount::new(rays.len()))
         .bench_local(|| tracer.closest(&rays, SceneSubset::All, Coherence::Coherent, &mut hits));
 }
 
-/// One thread.
+/// Measured on one thread.
 #[divan::bench]
 fn trace_blocked(bencher: Bencher) {
     let folder = files();
     let (scene, settings) = shot(folder.path());
     let mut backend = EmbreeBackend::new(&scene, Build::Best).expect("a small scene fits into memory");
-    let tracer = backend.commit(&Pose::of(&scene, 1), &[false]).expect("nothing moves");
+    let tracer = backend.commit(&Pose::new(&scene, 1), &[false]).expect("nothing moves");
     let rays = rays(&scene, &settings);
     bencher
         .counter(ItemsCount::new(rays.len()))
@@ -131,17 +131,17 @@ fn trace_blocked(bencher: Bencher) {
         });
 }
 
-/// One thread. Segments to what the eye sees, pushed and traced in runs of so many packets: 64 are a tile's, and more
-/// than most first-level caches hold.
+/// Measured on one thread: segments to visible surfaces, pushed and traced in runs of so many packets. 64 are
+/// a tile's, and more than most first-level caches hold.
 #[divan::bench(args = [4, 8, 16, 64])]
 fn push_and_block(bencher: Bencher, run: usize) {
     let folder = files();
     let (scene, settings) = shot(folder.path());
     let mut backend = EmbreeBackend::new(&scene, Build::Best).expect("a small scene fits into memory");
-    let tracer = backend.commit(&Pose::of(&scene, 1), &[false]).expect("nothing moves");
+    let tracer = backend.commit(&Pose::new(&scene, 1), &[false]).expect("nothing moves");
     let (primary, mut hits) = (rays(&scene, &settings), HitBatch::default());
     tracer.closest(&primary, SceneSubset::All, Coherence::Coherent, &mut hits);
-    let eye = Vec3x8::splat(Pose::of(&scene, 1).camera.eye);
+    let eye = Vec3x8::splat(Pose::new(&scene, 1).camera.eye);
     let segments: Vec<_> = primary
         .packets()
         .zip(hits.packets)
@@ -170,7 +170,8 @@ fn push_and_block(bencher: Bencher, run: usize) {
     });
 }
 
-/// How long an answer holds, one thread: for segments to what the eye sees, past a ball that crosses the view in 256 frames.
+/// Time of finding how long an answer holds, on one thread: for segments to visible surfaces, past a ball
+/// that crosses the view in 256 frames.
 #[divan::bench]
 fn first_touch(bencher: Bencher) {
     let folder = files();
@@ -187,10 +188,10 @@ fn first_touch(bencher: Bencher) {
     scene.models.push(ball);
     let motion = Motion::of(&scene);
     let mut backend = EmbreeBackend::new(&scene, Build::Best).expect("a small scene fits into memory");
-    let tracer = backend.commit(&Pose::of(&scene, 1), &[false, true]).expect("nothing is out of reach");
+    let tracer = backend.commit(&Pose::new(&scene, 1), &[false, true]).expect("nothing is out of reach");
     let (primary, mut hits) = (rays(&scene, &settings), HitBatch::default());
     tracer.closest(&primary, SceneSubset::All, Coherence::Coherent, &mut hits);
-    let eye = Pose::of(&scene, 1).camera.eye;
+    let eye = Pose::new(&scene, 1).camera.eye;
     let segments: Vec<(Vec3, f32)> = primary
         .packets()
         .enumerate()
@@ -208,7 +209,8 @@ fn first_touch(bencher: Bencher) {
     });
 }
 
-/// Whether segments to what the eye sees meet a box, eight at a time, one thread: what is asked about a kept tag first.
+/// Test of segments to visible surfaces against a box, eight at a time, on one thread: the first question
+/// about a kept tag.
 #[divan::bench]
 fn box_test(bencher: Bencher) {
     let folder = files();

@@ -31,7 +31,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let (width, height) = size.split_once('x').ok_or("a size is written 1280x720")?;
     let shot = scene::load(Path::new(&path), false)?;
     let scene = &shot.scene;
-    let pose = Pose::of(scene, shot.frames.first());
+    let pose = Pose::new(scene, shot.frames.first());
 
     let start = Instant::now();
     let mut embree = EmbreeBackend::new(scene, Build::Best)?;

@@ -46,7 +46,7 @@ impl Id {
     pub const NONE: Self = Self(0);
 
     /// Number of a name.
-    pub fn of(name: &str) -> Self {
+    pub fn new(name: &str) -> Self {
         let hash = murmur3(name.as_bytes());
         // a float of this exponent is not a number that programs keep unchanged when they read it
         let is_usable = !matches!(hash >> 23 & 0xFF, 0 | 0xFF);
@@ -97,11 +97,11 @@ impl Mattes {
     /// Names the mattes of `scene`. Materials that have a name in common are one matte, those of two files as
     /// well. Models of one name are numbered. Groups are told apart by their models, and a model without any
     /// is one.
-    pub fn of(scene: &Scene, shows_background: bool) -> Self {
+    pub fn new(scene: &Scene, shows_background: bool) -> Self {
         let background = shows_background.then_some(BACKGROUND);
         let mut names: [BTreeMap<String, Id>; 3] = Default::default();
         let mut add = |kind: Kind, name: String| -> Id {
-            let id = Id::of(&name);
+            let id = Id::new(&name);
             names[kind as usize].insert(name, id);
             id
         };
@@ -126,7 +126,7 @@ impl Mattes {
             Kind::ALL.into_iter().for_each(|kind| _ = add(kind, String::from(*name)));
         });
         let manifests = names.map(|names| manifest(&names));
-        Self { objects, materials, groups, background: background.map_or(Id::NONE, Id::of), manifests }
+        Self { objects, materials, groups, background: background.map_or(Id::NONE, Id::new), manifests }
     }
 
     /// Header attributes for a file with these layers: names and texts.
@@ -135,7 +135,7 @@ impl Mattes {
         let of_kind = |kind: Kind| {
             let name = kind.layer_name();
             // readers tell the mattes of a file apart by the first seven digits
-            let key = &hex(Id::of(name))[..7];
+            let key = &hex(Id::new(name))[..7];
             let attributes = [
                 ("name", name),
                 ("hash", "MurmurHash3_32"),
@@ -176,7 +176,7 @@ mod tests {
     #[test]
     fn numbers_are_those_of_the_specification() {
         // from its example of a manifest
-        assert_eq!((hex(Id::of("bunny")), hex(Id::of("default"))), ("13851a76".into(), "42c9679f".into()));
+        assert_eq!((hex(Id::new("bunny")), hex(Id::new("default"))), ("13851a76".into(), "42c9679f".into()));
         // rests of one to three bytes, against the reference implementation
         let hashes = ["", "a", "ab", "abc", "abcd", "hello, world"].map(|text| murmur3(text.as_bytes()));
         assert_eq!(hashes, [0, 0x3C25_69B2, 0x9BBF_D75F, 0xB3DD_93FA, 0x43ED_676A, 0x149B_BB7F]);
@@ -185,17 +185,17 @@ mod tests {
     #[test]
     fn every_number_is_a_float_that_stays_as_it_is() {
         for number in 0..20_000 {
-            assert!(Id::of(&number.to_string()).as_float().is_normal(), "{number}");
+            assert!(Id::new(&number.to_string()).as_float().is_normal(), "{number}");
         }
-        assert_eq!(Id::of(""), Id(1 << 23));
+        assert_eq!(Id::new(""), Id(1 << 23));
     }
 
     #[test]
     fn manifests_are_json_whatever_names_hold() {
         let name = "a \"b\"\\ \u{e4}\n";
-        let text = manifest(&BTreeMap::from([(String::from(name), Id::of(name))]));
+        let text = manifest(&BTreeMap::from([(String::from(name), Id::new(name))]));
         let back: BTreeMap<String, String> = serde_json::from_str(&text).expect("it is JSON");
-        assert_eq!(back.get(name), Some(&hex(Id::of(name))));
+        assert_eq!(back.get(name), Some(&hex(Id::new(name))));
         assert!(!text.contains('\n'));
     }
 }

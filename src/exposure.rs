@@ -59,7 +59,7 @@ impl Shutter {
     }
 }
 
-/// Time before a cut at which a take ends, in frames: the smallest that single and double floats can resolve
+/// Time before a cut at which a take ends, in frames: enough for single and double floats to tell both apart
 /// in the longest shots.
 const JUST: f64 = 1e-6;
 

@@ -38,12 +38,12 @@ impl F32x8 {
 
     /// Sets all lanes to the same value, as a constant.
     const fn all(value: f32) -> Self {
-        Self::of([value; LANES])
+        Self::new([value; LANES])
     }
 
     /// Creates eight lanes from these values.
     #[inline(always)]
-    pub const fn of(values: [f32; LANES]) -> Self {
+    pub const fn new(values: [f32; LANES]) -> Self {
         Self(f32x8::new(values))
     }
 
@@ -58,7 +58,7 @@ impl F32x8 {
     pub fn load(column: &[f32], first: usize) -> Self {
         let mut eight = [0.0; LANES];
         eight.copy_from_slice(&column[first..first + LANES]);
-        Self::of(eight)
+        Self::new(eight)
     }
 
     /// Writes the eight values to `column` from `first` on.
@@ -143,7 +143,7 @@ impl F32x8 {
     /// Floats of these bits.
     #[inline(always)]
     pub fn from_bits(bits: u32x8) -> Self {
-        Self::of(bits.to_array().map(f32::from_bits))
+        Self::new(bits.to_array().map(f32::from_bits))
     }
 
     /// Converts whole numbers with a sign to floats.
@@ -182,8 +182,8 @@ impl F32x8 {
         Self(self.0.sin())
     }
 
-    /// Raises `self` to the power of `exponent`, for `self` in 0..=1 and a positive exponent: 2^(e log2 b).
-    /// The error is below 1e-6 and below 2e-6 of the result, whichever is more.
+    /// Raises `self` to the power of `exponent`, for `self` in 0..=1 and a positive exponent: 2^(e log2 b). The
+    /// error is below 1e-6, or below 2e-6 of the result if that is more.
     #[inline(always)]
     pub fn power(self, exponent: Self) -> Self {
         let none = self.lt(Self::splat(f32::MIN_POSITIVE));
@@ -289,7 +289,7 @@ impl Mask {
 
     /// True where `holds(lane)`.
     #[inline(always)]
-    pub fn of(mut holds: impl FnMut(usize) -> bool) -> Self {
+    pub fn new(mut holds: impl FnMut(usize) -> bool) -> Self {
         Self::of_bits(u32x8::new(std::array::from_fn(|lane| u32::from(holds(lane)).wrapping_neg())))
     }
 
@@ -488,11 +488,11 @@ mod tests {
 
     #[test]
     fn masks_choose_lane_by_lane() {
-        let count = F32x8::of([0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, f32::NAN]);
+        let count = F32x8::new([0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, f32::NAN]);
         let few = count.lt(F32x8::splat(3.0));
         assert_eq!((few.bits(), (!few).bits()), (0b0000_0111, 0b1111_1000));
         assert_eq!(*few.select(count, F32x8::ZERO).values(), [0.0, 1.0, 2.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
-        assert_eq!(Mask::of(|lane| lane == 7).bits(), 0b1000_0000);
+        assert_eq!(Mask::new(|lane| lane == 7).bits(), 0b1000_0000);
         assert!((few | !few).bits() == Mask::ALL.bits() && !(few & !few).any());
     }
 

@@ -157,7 +157,7 @@ impl Layers {
     }
 
     /// Layers of these names or sets of names, or the first name that is unknown.
-    pub fn of<'a>(names: impl IntoIterator<Item = &'a str>) -> Result<Self, &'a str> {
+    pub fn new<'a>(names: impl IntoIterator<Item = &'a str>) -> Result<Self, &'a str> {
         let mut names = names.into_iter();
         names
             .try_fold(Self::NONE, |all, name| Self::selected(name).map(|layers| all.with(layers)).ok_or(name))
@@ -168,7 +168,7 @@ impl Layers {
     /// # Errors
     /// A name that is none, and what there is.
     pub fn parse(text: &str) -> Result<Self, UnknownLayer> {
-        Self::of(text.split(',').map(str::trim)).map_err(UnknownLayer::new)
+        Self::new(text.split(',').map(str::trim)).map_err(UnknownLayer::new)
     }
 
     /// Names of the layers.
@@ -232,7 +232,7 @@ impl fmt::Display for UnknownLayer {
 
 impl std::error::Error for UnknownLayer {}
 
-/// What a layer of a file is selected as: the mattes of one kind are several layers, numbered.
+/// Name by which a layer of a file is selected: the mattes of one kind are several layers, numbered.
 fn selected_as(layer: &str) -> &str {
     group_of(layer).unwrap_or_else(|| layer.trim_end_matches(|last: char| last.is_ascii_digit()))
 }

@@ -29,7 +29,7 @@ pub enum Limit {
 }
 
 /// Number of bytes that are left until a limit.
-pub type Left = (Limit, u64);
+pub type Headroom = (Limit, u64);
 
 /// Something that takes memory.
 #[derive(Debug, Clone, PartialEq)]
@@ -63,12 +63,12 @@ pub struct Need {
 #[derive(Debug, Clone, PartialEq)]
 pub struct TooLittle {
     need: Need,
-    left: Left,
+    left: Headroom,
 }
 
 impl Need {
     /// Need of one part alone.
-    pub fn of(part: Part) -> Self {
+    pub fn new(part: Part) -> Self {
         Self { parts: vec![part], ..Self::default() }
     }
 
@@ -90,7 +90,7 @@ impl Need {
     }
 
     /// Checks that it fits into the memory left.
-    pub fn check(&self, left: &[Left]) -> Result<(), TooLittle> {
+    pub fn check(&self, left: &[Headroom]) -> Result<(), TooLittle> {
         let bytes = self.bytes();
         let wanted = |limit: Limit| {
             let [data, addresses] = self.reserved;
@@ -165,7 +165,7 @@ impl fmt::Display for Bytes {
 }
 
 /// Memory that is left now, for each limit that exists.
-pub fn left() -> Vec<Left> {
+pub fn left() -> Vec<Headroom> {
     let text = |path: &str| fs::read_to_string(path).unwrap_or_default();
     let mut left = of_process(&text("/proc/self/limits"), &text("/proc/self/status"));
     left.extend(of_groups(&text("/proc/self/cgroup"), Path::new("/sys/fs/cgroup")));
@@ -174,7 +174,7 @@ pub fn left() -> Vec<Left> {
 }
 
 /// Reads the limits of a process from Linux's lists of its limits and of its state.
-fn of_process(limits: &str, status: &str) -> Vec<Left> {
+fn of_process(limits: &str, status: &str) -> Vec<Headroom> {
     let kinds =
         [(Limit::AddressSpace, "Max address space", "VmSize:"), (Limit::Data, "Max data size", "VmData:")];
     let left = kinds.into_iter().filter_map(|(kind, name, used)| {
@@ -185,14 +185,14 @@ fn of_process(limits: &str, status: &str) -> Vec<Left> {
 }
 
 /// Reads the memory that the machine has: available memory, with swap space.
-fn of_machine(meminfo: &str) -> Option<Left> {
+fn of_machine(meminfo: &str) -> Option<Headroom> {
     let swap = entry(meminfo, "SwapFree:").unwrap_or(0);
     Some((Limit::Machine, entry(meminfo, "MemAvailable:")?.saturating_add(swap)))
 }
 
 /// Reads the limits of the control groups in `membership` (`/proc/self/cgroup`), which are mounted at `root`:
 /// each may have a limit, and so may all that it is in.
-fn of_groups(membership: &str, root: &Path) -> Option<Left> {
+fn of_groups(membership: &str, root: &Path) -> Option<Headroom> {
     let lefts = membership.lines().flat_map(|line| {
         let mut fields = line.splitn(3, ':').skip(1);
         let (controllers, path) = (fields.next().unwrap_or_default(), fields.next().unwrap_or_default());
@@ -328,9 +328,9 @@ mod tests {
 
     #[test]
     fn there_is_room_for_this_test() {
-        let little = Need::of(Part::new("this", MIB, "nothing"));
+        let little = Need::new(Part::new("this", MIB, "nothing"));
         assert_eq!(little.check(&left()), Ok(()));
-        let much = Need::of(Part::new("this", u64::MAX, "nothing"));
+        let much = Need::new(Part::new("this", u64::MAX, "nothing"));
         assert!(left().is_empty() || much.check(&left()).is_err());
     }
 }

@@ -26,7 +26,7 @@ pub struct Pose {
 
 impl Pose {
     /// Pose of `scene` at `frame`: a function of the frame's number alone.
-    pub fn of(scene: &Scene, frame: i32) -> Self {
+    pub fn new(scene: &Scene, frame: i32) -> Self {
         Self::seen_from(scene, frame, None)
     }
 
@@ -57,7 +57,7 @@ impl Pose {
             moment,
             camera: CameraPose::seen_from(&scene.camera, at, eye),
             models: scene.models.iter().map(|model| model.track.at(at)).collect(),
-            lights: scene.lights.iter().map(|light| LightPose::of(light, at)).collect(),
+            lights: scene.lights.iter().map(|light| LightPose::new(light, at)).collect(),
         }
     }
 }
@@ -84,7 +84,7 @@ pub struct CameraPose {
 
 impl CameraPose {
     /// Camera at `frame`.
-    pub fn of(track: &CameraTrack, frame: f64) -> Self {
+    pub fn new(track: &CameraTrack, frame: f64) -> Self {
         Self::seen_from(track, frame, None)
     }
 
@@ -207,7 +207,8 @@ fn rotated(angles: DVec3) -> DMat3 {
 pub struct LightPose {
     /// Part of the light that visibility depends on.
     pub shape: LightShape,
-    /// Irradiance of a directional light and a sun; intensity of the others (of a rectangle and a disc along its axis). Linear RGB.
+    /// Irradiance of a directional light and a sun; intensity of the others (of a rectangle and a disc along
+    /// its axis). Linear RGB.
     pub strength: Vec3,
     /// Number of shadow rays that each sample sends to it: one to each of the points that stand for it, a
     /// grid of as many rows as columns.
@@ -309,7 +310,7 @@ impl LightPose {
     }
 
     /// Light at `frame`.
-    pub fn of(light: &Light, frame: f64) -> Self {
+    pub fn new(light: &Light, frame: f64) -> Self {
         let strength = light.color.at(frame) * light.power.at(frame) as f32;
         let shape = match &light.kind {
             LightKind::Point { position } => LightShape::Point { position: position.at(frame).as_vec3() },

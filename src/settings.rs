@@ -54,7 +54,8 @@ pub enum Reuse {
     /// The nearest to the cell's centre, wherever it lies; all others are kept, too, up to a cap.
     #[default]
     Target,
-    /// Of those in the cell the nearest to the eye, as in the paper; the others are dropped. For comparison.
+    /// The sample in the cell that is nearest to the eye, as in the paper; the others are dropped. For
+    /// comparison.
     Paper,
 }
 
@@ -114,7 +115,8 @@ pub enum Caustics {
     /// Clear glass casts no shadow: lights shine through it as if it were not there.
     #[default]
     None,
-    /// Glass casts a shadow as everything does. What comes through it is found by the paths that gather light, alone.
+    /// Glass casts a shadow as everything does. What comes through it is found by the paths that gather
+    /// light, alone.
     Paths,
 }
 
@@ -122,12 +124,12 @@ pub enum Caustics {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Budget {
-    /// Nothing: a sample gets all of its paths at once.
+    /// No budget: a sample gets all of its paths at once.
     #[default]
     None,
-    /// With what new and expired paths cost, as many paths as a frame that is traced in full.
+    /// As many paths as in a frame that is traced in full, those that are new or have expired included.
     Full,
-    /// With what new and expired paths cost, so many rays a frame; what must be traced is traced in any case.
+    /// Number of rays a frame, those of new and expired paths included; these paths are traced in any case.
     Rays(u64),
 }
 
@@ -157,7 +159,7 @@ impl std::fmt::Display for BudgetError {
 
 impl std::error::Error for BudgetError {}
 
-/// How the file of a frame is made. The values in it do not depend on that.
+/// Format of the file of a frame. The values in it do not depend on that.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct FileFormat {
     /// True for a part for each layer; otherwise files have one part.

@@ -148,7 +148,7 @@ pub struct Totals {
 
 impl Totals {
     /// Sum over `frames`.
-    pub fn of<'a>(frames: impl IntoIterator<Item = &'a FrameStats>) -> Self {
+    pub fn new<'a>(frames: impl IntoIterator<Item = &'a FrameStats>) -> Self {
         let mut sum = Self::default();
         for frame in frames {
             sum.seconds += frame.seconds;
@@ -190,12 +190,12 @@ pub struct FromLeft {
 
 impl Eyes {
     /// Sums over the frames of a run; `None` if there is one eye.
-    pub fn of<'a>(frames: impl IntoIterator<Item = &'a FrameStats>) -> Option<Self> {
+    pub fn new<'a>(frames: impl IntoIterator<Item = &'a FrameStats>) -> Option<Self> {
         let frames: Vec<&FrameStats> = frames.into_iter().filter(|frame| frame.eye.is_some()).collect();
-        let of = |eye| Totals::of(frames.iter().copied().filter(|frame| frame.eye == Some(eye)));
+        let of = |eye| Totals::new(frames.iter().copied().filter(|frame| frame.eye == Some(eye)));
         let made = || frames.iter().copied().filter(|frame| frame.from_left);
-        let SampleCounts { good, overlapped, .. } = Totals::of(made()).samples;
-        let samples = Totals::of(made()).samples.total();
+        let SampleCounts { good, overlapped, .. } = Totals::new(made()).samples;
+        let samples = Totals::new(made()).samples.total();
         let reused = good + overlapped;
         let percent = if samples > 0 { 100.0 * reused as f64 / samples as f64 } else { 0.0 };
         let from_left = FromLeft { frames: made().count() as u64, reused, samples, percent };
@@ -421,7 +421,7 @@ mod tests {
     fn totals_sum_every_field() {
         let mut audited = frame(2, 0, 10, 3);
         audited.audit = Some(AuditCounts { checked: 10, differing: 1, on_edge: 2 });
-        let totals = Totals::of(&[frame(1, 10, 0, 5), audited]);
+        let totals = Totals::new(&[frame(1, 10, 0, 5), audited]);
         assert_eq!((totals.samples.base, totals.samples.good, totals.rays.total()), (10, 10, 28));
         assert_eq!(totals.audit.map(|audit| audit.differing), Some(1));
     }
@@ -433,11 +433,11 @@ mod tests {
         made.samples.missed = 25;
         let left = seen(Eye::Left, false, frame(1, 100, 0, 5));
         let at_rest = seen(Eye::Right, false, frame(2, 0, 100, 0));
-        let eyes = Eyes::of(&[left, made, at_rest]).expect("there are two");
+        let eyes = Eyes::new(&[left, made, at_rest]).expect("there are two");
         let FromLeft { frames, reused, samples, percent } = eyes.from_left;
         assert_eq!((frames, reused, samples, percent), (1, 75, 100, 75.0));
         assert_eq!((eyes.left.samples.base, eyes.right.samples.total()), (100, 200));
-        assert_eq!(Eyes::of(&[frame(1, 100, 0, 5)]), None);
+        assert_eq!(Eyes::new(&[frame(1, 100, 0, 5)]), None);
     }
 
     #[test]
@@ -506,8 +506,8 @@ mod tests {
             settings: &RunSettings { picture, backend: "embree", threads: 2 },
             frames: &frames,
             run_up: None,
-            eyes: Eyes::of(&frames),
-            totals: Totals::of(&frames),
+            eyes: Eyes::new(&frames),
+            totals: Totals::new(&frames),
             memory: Memory::default(),
         };
         let json = serde_json::to_value(&stats).expect("plain data");

@@ -13,20 +13,20 @@ use afterimage::scene::{Background, Material, Scene};
 use afterimage::settings::Settings;
 use glam::Vec3;
 
-/// Planes are half floats, with 11 significant bits; one is left for rounding.
+/// Maximum sum in a plane. Planes are half floats, with 11 significant bits; one is left for rounding.
 const LARGEST_SUM: usize = 1000;
 
-/// Emission and diffuse reflectance, which the film keeps apart.
+/// Planes of emission and diffuse reflectance, which the film keeps apart.
 const PLANES: [&str; 6] = ["R", "G", "B", "albedo.R", "albedo.G", "albedo.B"];
 
-/// Area that each material covers, in pixels; the background comes last.
+/// Area of each material, in pixels; the background comes last.
 pub type Areas = Vec<f64>;
 
-/// The codes of a scene's materials.
+/// Codes of a scene's materials.
 struct Code {
-    /// Samples of a pixel.
+    /// Number of samples of a pixel.
     of_pixel: usize,
-    /// Materials that a channel has room for.
+    /// Number of materials that a channel has room for.
     digits: usize,
     materials: usize,
 }
@@ -39,7 +39,7 @@ impl Code {
         Self { of_pixel, digits, materials: scene.materials.len() }
     }
 
-    /// Materials of one pass.
+    /// Number of materials of one pass.
     fn of_pass(&self) -> usize {
         self.digits * PLANES.len()
     }
@@ -48,7 +48,7 @@ impl Code {
         self.materials.div_ceil(self.of_pass())
     }
 
-    /// `scene` with the codes of pass `pass` as colours, without lights.
+    /// Copy of `scene` with the codes of pass `pass` as colours, without lights.
     fn scene(&self, scene: &Scene, pass: usize) -> Scene {
         let coded = |(number, material): (usize, &Material)| {
             let mut planes = [0.0; PLANES.len()];
@@ -121,7 +121,7 @@ pub fn count(
     Ok(())
 }
 
-/// The areas in each of `frames`: see [`count`].
+/// Measures the areas in each of `frames`: see [`count`].
 pub fn areas(
     scene: &Scene,
     settings: &Settings,
@@ -140,7 +140,7 @@ pub fn areas(
     Ok(areas)
 }
 
-/// Half the sum of what materials gain and lose, in percent of the picture.
+/// Half the sum of the areas that materials gain and lose, as a percentage of the picture.
 pub fn moved(areas: &Areas, reference: &Areas) -> f64 {
     let moved: f64 = areas.iter().zip(reference).map(|(a, b)| (a - b).abs()).sum();
     50.0 * moved / reference.iter().sum::<f64>()

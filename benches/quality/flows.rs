@@ -9,10 +9,10 @@ use glam::DVec3;
 /// Frames from one turning point to the next. Frames 24, 96 and 300 are on legs of the same direction.
 pub const LEG: i32 = 100;
 
-/// Legs of a track.
+/// Number of legs of a track.
 const LEGS: i32 = 20;
 
-/// What the camera does on the first leg.
+/// Movement of the camera on the first leg.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum Flow {
     /// It does not move.
@@ -27,7 +27,7 @@ pub enum Flow {
     Turn,
 }
 
-/// Where a camera starts and how fast it moves. World space.
+/// Initial pose of a camera, and its speeds. World space.
 #[derive(Debug, Clone, Copy)]
 pub struct Stand {
     pub eye: DVec3,
@@ -43,12 +43,12 @@ pub struct Stand {
 }
 
 impl Flow {
-    /// Its name on the command line and in tables.
+    /// Name on the command line and in tables.
     pub fn name(self) -> String {
         self.to_possible_value().map(|value| value.get_name().to_owned()).unwrap_or_default()
     }
 
-    /// The camera that starts at `stand`; `Out` starts where `In` turns.
+    /// Camera that starts at `stand`; `Out` starts where `In` turns.
     pub fn camera(self, stand: &Stand) -> CameraTrack {
         let way = (stand.target - stand.eye).normalize();
         let leg = f64::from(LEG);
@@ -72,7 +72,7 @@ impl Flow {
     }
 }
 
-/// At `from` in frame 1, at `to` a leg later, and so on, with constant speed.
+/// Creates a track that is at `from` in frame 1, at `to` a leg later, and so on, with constant speed.
 pub fn there_and_back<T: Keyed>(from: T, to: T) -> Track<T> {
     let key = |leg: i32| (f64::from(1 + LEG * leg), if leg % 2 == 0 { from } else { to });
     Track::through((0..=LEGS).map(key).collect(), Interpolation::Linear).expect("frames rise")

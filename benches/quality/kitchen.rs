@@ -10,7 +10,7 @@ use glam::{DVec3, Vec3};
 use crate::flows::{Flow, Stand};
 use crate::subjects::Subject;
 
-/// The camera stands where that of the bench `shots` starts.
+/// A shot whose camera stands where that of the bench `shots` starts.
 const SHOT: &str = r#"
 [render]
 filter = "box"
@@ -61,7 +61,7 @@ pub fn kitchen() -> Result<Subject, Box<dyn Error>> {
     Ok(Subject { name: "kitchen", scene: matt(scene), stand, flows, object: None })
 }
 
-/// Without highlights, mirrors and glass: they depend on the view and are never reused.
+/// Removes highlights, mirrors and glass: they depend on the view and are never reused.
 fn matt(mut scene: Scene) -> Scene {
     for material in &mut scene.materials {
         (material.specular, material.optics, material.metal_rough) = (Vec3::ZERO, Optics::Opaque, None);

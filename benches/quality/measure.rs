@@ -1,4 +1,4 @@
-//! What is measured of a subject in one flow.
+//! Measurements of a subject in one flow.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -18,17 +18,17 @@ use super::toy;
 
 #[derive(Debug, Clone)]
 pub struct Options {
-    /// Pixels.
+    /// Size of the pictures, pixels.
     pub size: [u32; 2],
-    /// The frames that are measured, rising; the chain starts at frame 1.
+    /// Frames to measure, rising; the chain starts at frame 1.
     pub frames: Vec<i32>,
-    /// Samples along a pixel's edge, of the references.
+    /// Samples along a pixel's edge in the references.
     pub reference: u32,
-    /// The same for the references of all frames that are compared over time.
+    /// Samples along a pixel's edge in the references of all frames that are compared over time.
     pub sequence: u32,
     /// Frames over which flicker is measured, the last of them one of `frames`.
     pub window: i32,
-    /// Jittered frames to average.
+    /// Number of jittered frames to average.
     pub seeds: u64,
 }
 
@@ -36,7 +36,7 @@ pub struct Options {
 /// does, and *jittered*, with a random place in each cell.
 pub struct Row {
     pub flow: Flow,
-    /// Along a pixel's edge.
+    /// Samples along a pixel's edge.
     pub samples: u32,
     pub frame: i32,
     /// Share of the samples that were traced for this frame.
@@ -47,14 +47,15 @@ pub struct Row {
     pub inferred: f64,
     /// RMSE of the centred frame over `jittered`.
     pub centred: f64,
-    /// Of the subject's object, if it has one.
+    /// Coverage error of the subject's object, if it has one.
     pub coverage: Option<Coverage>,
-    /// Half the sum of what materials gain and lose, in percent of the picture: inferred, centred, jittered.
+    /// Half the sum of the areas that materials gain and lose, as a percentage of the picture: inferred,
+    /// centred, jittered.
     pub moved: [f64; 3],
     /// Flicker over that of centred frames, and over that of jittered ones.
     pub flicker: [f64; 2],
     pub picture: Picture,
-    /// Of each material: inferred, centred, reference.
+    /// Areas of all materials: inferred, centred, reference.
     pub areas: [Areas; 3],
 }
 
@@ -67,25 +68,25 @@ pub struct Coverage {
     pub jittered: f64,
 }
 
-/// Pops: how much the error changes between a base frame and an inferred one, compared with other changes.
+/// Pops: changes of the error between a base frame and an inferred one, compared with other changes.
 pub struct Pops {
     pub flow: Flow,
     pub samples: u32,
-    /// From frame 1, a base frame, to frame 2; over the change from 2 to 3.
+    /// Change from frame 1, a base frame, to frame 2, over the change from 2 to 3.
     pub from_base: f64,
-    /// To a base frame in the middle of a chain; over the change to the frame before it.
+    /// Change to a base frame in the middle of a chain, over the change to the frame before it.
     pub to_base: f64,
     /// Both changes, over the change between centred frames of the same numbers.
     pub over_centred: [f64; 2],
 }
 
-/// The material of a subject's object.
+/// Number of the material of a subject's object.
 const OBJECT: usize = 0;
 
-/// The base frame in the middle of the chain in which [`Pops`] are measured.
+/// Number of the base frame in the middle of the chain in which [`Pops`] are measured.
 const SECOND_BASE: i32 = 25;
 
-/// The references of one flow, with which chains are compared.
+/// References of one flow, with which chains are compared.
 pub struct Comparison<'s> {
     subject: &'s Subject,
     flow: Flow,
@@ -96,7 +97,7 @@ pub struct Comparison<'s> {
     tracks: Vec<Tracks>,
 }
 
-/// The settings of everything that is rendered here: the place for a setting that decides how samples are reused.
+/// Settings of all renderings here: the place for a setting that decides how samples are reused.
 fn settings(options: &Options, samples: u32) -> Settings {
     let [width, height] = options.size;
     Settings { width, height, samples, audit: false, layers: Layers::NONE, ..toy::settings(samples) }
@@ -109,12 +110,12 @@ impl<'s> Comparison<'s> {
         let references = Reference::of(&scene, &settings, frames, options.reference)?;
         let windows = || frames.iter().map(|frame| (frame - options.window + 1).max(1)..=*frame);
         let compared: BTreeSet<i32> = windows().flatten().chain(pop_frames()).collect();
-        let sequence = Sequence::of(&scene, &settings, compared, options.sequence)?;
+        let sequence = Sequence::new(&scene, &settings, compared, options.sequence)?;
         let tracks = windows().map(|window| sequence.tracks(window)).collect();
         Ok(Self { subject, flow, options, scene, references, sequence, tracks })
     }
 
-    /// The reference picture of `options.frames[number]`.
+    /// Reference picture of `options.frames[number]`.
     pub fn reference(&self, number: usize) -> Picture {
         self.references[number].whole().0
     }
@@ -130,7 +131,7 @@ impl<'s> Comparison<'s> {
         let row = |(number, frame): (usize, &i32)| {
             let (reference, tracks) = (&self.references[number], &self.tracks[number]);
             let (truth, area) = reference.whole();
-            let fresh = Jittered::of(reference, samples as usize, self.options.seeds);
+            let fresh = Jittered::new(reference, samples as usize, self.options.seeds);
             let error = fresh.rms(|(picture, _)| picture.rmse(&truth));
             let unit = self.subject.object.map(|unit| match unit {
                 Unit::Rim => reference.rim(OBJECT),
@@ -190,7 +191,7 @@ struct Jittered {
 }
 
 impl Jittered {
-    fn of(reference: &Reference, samples: usize, seeds: u64) -> Self {
+    fn new(reference: &Reference, samples: usize, seeds: u64) -> Self {
         let frames = (0..seeds).map(|seed| reference.jittered(samples, seed)).collect();
         Self { frames, bias: reference.bias(samples) }
     }
@@ -202,12 +203,12 @@ impl Jittered {
     }
 }
 
-/// The frames in which [`Pops`] are measured.
+/// Frames in which [`Pops`] are measured.
 fn pop_frames() -> impl Iterator<Item = i32> {
     (1..=3).chain(SECOND_BASE - 2..=SECOND_BASE)
 }
 
-/// How frames are made.
+/// Ways to make frames.
 enum Way {
     /// Inferred from the frame before, except for frames 1 and `base`.
     Chain { base: i32 },
@@ -215,7 +216,7 @@ enum Way {
     Full,
 }
 
-/// The `wanted` frames.
+/// Renders the `wanted` frames.
 fn pictures(
     scene: &Scene,
     settings: &Settings,
@@ -240,7 +241,7 @@ fn pictures(
     Ok((pictures, counts))
 }
 
-/// The share of samples that were traced.
+/// Share of the samples that were traced.
 fn traced(counts: &SampleCounts) -> f64 {
     let traced = counts.base + counts.missed + counts.obscured;
     traced as f64 / (traced + counts.good + counts.overlapped) as f64

@@ -5,7 +5,7 @@ use glam::Vec3;
 
 use crate::picture::Picture;
 
-/// Reference, picture, and grey plus four times their difference, side by side.
+/// Draws the reference, the picture, and grey plus four times their difference, side by side.
 pub fn side_by_side(reference: &Picture, picture: &Picture) -> Film {
     const TIMES: f32 = 4.0;
     let width = reference.width;

@@ -3,7 +3,7 @@
 use afterimage::film::Film;
 use glam::Vec3;
 
-/// Linear RGB, clamped to 0..1, row-major, top row first.
+/// A picture in linear RGB, clamped to 0..1, row-major, top row first.
 #[derive(Debug, Clone)]
 pub struct Picture {
     pub width: usize,
@@ -11,19 +11,19 @@ pub struct Picture {
 }
 
 impl Picture {
-    /// From colours that are not clamped yet.
+    /// Creates a picture from colours that are not clamped yet.
     pub fn new(width: usize, colors: impl Iterator<Item = Vec3>) -> Self {
         Self { width, colors: colors.map(|color| color.clamp(Vec3::ZERO, Vec3::ONE)).collect() }
     }
 
-    /// From a film's `R G B`.
+    /// Reads the picture from a film's `R G B`.
     pub fn of(film: &Film) -> Self {
         let [r, g, b] = ["R", "G", "B"].map(|name| film.values(name).expect("every film has it"));
         let colors = r.iter().zip(&g).zip(&b).map(|((r, g), b)| Vec3::new(*r, *g, *b));
         Self::new(film.width as usize, colors)
     }
 
-    /// This picture minus another one.
+    /// Subtracts another picture from this one.
     pub fn less(&self, other: &Self) -> Vec<Vec3> {
         self.colors.iter().zip(&other.colors).map(|(a, b)| *a - *b).collect()
     }

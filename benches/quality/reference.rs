@@ -15,7 +15,7 @@ use super::picture::Picture;
 /// A frame with `side` x `side` samples a pixel.
 pub struct Reference {
     side: usize,
-    /// Pixels across and down.
+    /// Size of the frame, pixels across and down.
     size: [usize; 2],
     film: Arc<Film>,
     /// Material of each sample; for the background one more than the last.
@@ -24,7 +24,7 @@ pub struct Reference {
 }
 
 impl Reference {
-    /// References of `frames`, for pictures of the size in `settings`.
+    /// Renders references of `frames`, for pictures of the size in `settings`.
     pub fn of(
         scene: &Scene,
         settings: &Settings,
@@ -49,12 +49,13 @@ impl Reference {
         Ok(all)
     }
 
-    /// The mean of all samples, and what each material covers.
+    /// Computes the mean of all samples, and the area of each material.
     pub fn whole(&self) -> (Picture, Areas) {
         self.jittered(self.side, 0)
     }
 
-    /// A frame with `samples` x `samples` samples a pixel, each at a random place in its cell (stratified sampling).
+    /// Draws a frame with `samples` x `samples` samples a pixel, each at a random place in its cell
+    /// (stratified sampling).
     pub fn jittered(&self, samples: usize, seed: u64) -> (Picture, Areas) {
         let planes = ["R", "G", "B"].map(|name| &self.film.plane(name).expect("every film has it").values);
         let weight = (samples * samples) as f32;
@@ -72,13 +73,13 @@ impl Reference {
         (picture, areas)
     }
 
-    /// Mean squared distance of jittered frames from this reference, over that from the truth: below 1, because their
-    /// samples are some of the reference's (finite population correction).
+    /// Ratio of the mean squared distance of jittered frames from this reference to that from the truth:
+    /// below 1, because their samples are some of the reference's (finite population correction).
     pub fn bias(&self, samples: usize) -> f64 {
         1.0 - (samples as f64 / self.side as f64).powi(2)
     }
 
-    /// Pixels that `material` covers in part.
+    /// Number of pixels that `material` covers in part.
     pub fn rim(&self, material: usize) -> f64 {
         let shows = |sample: usize| usize::from(self.material[sample]) == material;
         let count = |pixel| self.chosen(pixel, self.side, 0).filter(|sample| shows(*sample)).count();
@@ -86,7 +87,7 @@ impl Reference {
         pixels.filter(|pixel| (1..self.side * self.side).contains(&count(*pixel))).count() as f64
     }
 
-    /// One sample in each of the `samples` x `samples` cells of `pixel`.
+    /// Chooses one sample in each of the `samples` x `samples` cells of `pixel`.
     fn chosen(&self, pixel: usize, samples: usize, seed: u64) -> impl Iterator<Item = usize> + '_ {
         let cell = self.side / samples;
         let [x, y] = [pixel % self.size[0], pixel / self.size[0]].map(|at| at * self.side);

@@ -1,4 +1,4 @@
-//! Errors over time: how much they vary along tracked points, and how much they change from frame to frame.
+//! Errors over time: their variance along tracked points, and their change from frame to frame.
 
 use std::collections::BTreeMap;
 
@@ -20,11 +20,11 @@ pub struct Sequence(BTreeMap<i32, Frame>);
 struct Frame {
     picture: Picture,
     camera: CameraPose,
-    /// World space, of the sample nearest to each pixel's centre.
+    /// Point of the sample nearest to each pixel's centre, world space.
     points: Vec<Vec3>,
-    /// Along the view axis.
+    /// Depth of each point along the view axis.
     depths: Vec<f32>,
-    /// Whether the point is on a model that never moves.
+    /// True if the point is on a model that never moves.
     are_still: Vec<bool>,
 }
 
@@ -36,13 +36,13 @@ pub struct Tracks {
 
 impl Sequence {
     /// Renders `frames` with `side` x `side` samples a pixel.
-    pub fn of(
+    pub fn new(
         scene: &Scene,
         settings: &Settings,
         frames: impl IntoIterator<Item = i32>,
         side: u32,
     ) -> Result<Self, RenderError> {
-        let layers = Layers::of(["P", "Z", "object"]).expect("these are layers");
+        let layers = Layers::new(["P", "Z", "object"]).expect("these are layers");
         let mut renderer = Renderer::new(scene, &Settings { samples: side, layers, ..settings.clone() })?;
         let is_still = |id: f32| {
             let model = (id as usize).checked_sub(1).and_then(|number| scene.models.get(number));
@@ -78,7 +78,8 @@ impl Sequence {
         Tracks { frames, pixels }
     }
 
-    /// Variance over time of the error of `pictures` along `tracks`; mean over tracks and channels.
+    /// Computes the variance over time of the error of `pictures` along `tracks`; mean over tracks and
+    /// channels.
     pub fn flicker(&self, tracks: &Tracks, pictures: &Pictures) -> f64 {
         let errors: Vec<Vec<Vec3>> = tracks.frames.iter().map(|frame| self.error(*frame, pictures)).collect();
         let count = errors.len() as f32;
@@ -90,14 +91,14 @@ impl Sequence {
         tracks.pixels.iter().map(variance).sum::<f64>() / tracks.pixels.len().max(1) as f64
     }
 
-    /// The flicker of frames that have an error like `error` each, independent of one another: its mean square at the
-    /// ends of `tracks`.
+    /// Estimates the flicker of frames that have an error like `error` each, independent of one another: its
+    /// mean square at the ends of `tracks`.
     pub fn noise(tracks: &Tracks, error: &[Vec3]) -> f64 {
         let ends: Vec<Vec3> = tracks.pixels.iter().filter_map(|track| Some(error[*track.last()?])).collect();
         rms(&ends).powi(2)
     }
 
-    /// RMS change of the error of `pictures` from frame `frame - 1` to frame `frame`.
+    /// Computes the RMS change of the error of `pictures` from frame `frame - 1` to frame `frame`.
     pub fn change(&self, frame: i32, pictures: &Pictures) -> f64 {
         let [before, after] = [frame - 1, frame].map(|frame| self.error(frame, pictures));
         rms(&after.iter().zip(&before).map(|(after, before)| *after - *before).collect::<Vec<Vec3>>())
@@ -109,8 +110,8 @@ impl Sequence {
 }
 
 impl Frame {
-    /// The pixel in which `point` is seen. Its surface must be in sight there or in a pixel beside it, because pixels at
-    /// silhouettes show a point of one of two surfaces.
+    /// Finds the pixel in which `point` is seen. Its surface must be in sight there or in a pixel beside it,
+    /// because pixels at silhouettes show a point of one of two surfaces.
     fn pixel_of(&self, point: Vec3) -> Option<usize> {
         let (camera, offset) = (&self.camera, point - self.camera.eye);
         let [width, height] = [self.picture.width, self.depths.len() / self.picture.width];

@@ -11,11 +11,12 @@ use super::toy;
 /// A scene with its camera moves.
 pub struct Subject {
     pub name: &'static str,
-    /// Its camera is replaced by that of a flow.
+    /// The scene. Its camera is replaced by that of a flow.
     pub scene: Scene,
     pub stand: Stand,
     pub flows: &'static [Flow],
-    /// If material 0 belongs to an object whose coverage is reported: in percent of what.
+    /// Unit of the coverage error of an object, if material 0 belongs to one: the error is reported as a
+    /// percentage of it.
     pub object: Option<Unit>,
 }
 
@@ -35,7 +36,7 @@ impl Subject {
     }
 }
 
-/// The camera looks along -Z at a plane at distance 10; objects are at distance 6, from which `In` takes 2.
+/// Camera that looks along -Z at a plane at distance 10; objects are at distance 6, from which `In` takes 2.
 const STAND: Stand = Stand {
     eye: DVec3::new(0.0, 0.0, 10.0),
     target: DVec3::ZERO,
@@ -47,13 +48,13 @@ const STAND: Stand = Stand {
 const OBJECTS: f32 = 4.0;
 const CAMERA_FLOWS: &[Flow] = &[Flow::In, Flow::Out, Flow::Sideways, Flow::Turn];
 
-/// Discs of a fifth of the picture's height.
+/// Creates discs of a fifth of the picture's height.
 pub fn discs() -> Subject {
     let model = toy::still("discs", disc_mesh(), Vec3::new(0.11, 0.07, OBJECTS));
     subject("discs", model, CAMERA_FLOWS, Unit::Rim)
 }
 
-/// Wires 1.2 pixels wide at the largest distance, in pictures `height` pixels high.
+/// Creates wires 1.2 pixels wide at the largest distance, in pictures `height` pixels high.
 pub fn wires(height: u32) -> Subject {
     let distance = STAND.eye.z as f32 - OBJECTS;
     let pixel = 2.0 * distance * (STAND.fov as f32 * 0.5).to_radians().tan() / height as f32;
@@ -61,7 +62,7 @@ pub fn wires(height: u32) -> Subject {
     subject("wires", model, CAMERA_FLOWS, Unit::Area)
 }
 
-/// Discs that move and rotate.
+/// Creates discs that move and rotate.
 pub fn movers() -> Subject {
     let from = DVec3::new(0.11, 0.07, f64::from(OBJECTS));
     let track = TransformTrack {

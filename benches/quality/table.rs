@@ -32,7 +32,7 @@ pub fn print_head(subject: &str, [width, height]: [u32; 2]) {
     );
 }
 
-/// One frame.
+/// Prints one frame.
 pub fn print_row(row: &Row) {
     let coverage = row.coverage.map_or_else(
         || format!("{:>7} {:>6} {:>6}", "-", "-", "-"),
@@ -53,7 +53,7 @@ pub fn print_row(row: &Row) {
     );
 }
 
-/// The materials with the largest area errors.
+/// Prints the materials with the largest area errors.
 pub fn print_materials(row: &Row, names: &[String]) {
     let [inferred, centred, reference] = &row.areas;
     let gain = |areas: &[f64], number: usize| areas[number] - reference[number];
@@ -67,7 +67,7 @@ pub fn print_materials(row: &Row, names: &[String]) {
     }
 }
 
-/// The largest figures of a subject over all flows and frames, by samples.
+/// Prints the largest figures of a subject over all flows and frames, by samples.
 pub fn print_summary(rows: &[Row]) {
     println!(
         "\n{:<8} {:>8} {:>10} {:>14} {:>13}",
@@ -92,7 +92,7 @@ pub fn print_summary(rows: &[Row]) {
     }
 }
 
-/// A subject's pops.
+/// Prints a subject's pops.
 pub fn print_pops(all: &[Pops]) {
     println!("\n{:16} |{:^17} |{:^17}", "pops", "base to inferred", "inferred to base");
     println!(

@@ -30,19 +30,19 @@ use embree::{
 };
 use rayon::prelude::*;
 
-/// What tracing cost, and nothing else.
+/// Cost of tracing alone.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct TraceCost {
-    /// Wall-clock.
+    /// Wall-clock seconds.
     pub seconds: f64,
-    /// Primary and shadow rays.
+    /// Number of primary and shadow rays.
     pub rays: u64,
 }
 
-/// Where a geometry's triangles are in the scene's lists: model, and first triangle in its mesh.
+/// Place of a geometry's triangles in the scene's lists: model, and first triangle in its mesh.
 type Part = (u32, u32);
 
-/// Triangles that cast shadows, and all triangles.
+/// Masks: of triangles that cast shadows, and of rays that meet all triangles.
 const SHADOW: u32 = 1;
 pub const SIGHT: u32 = 3;
 
@@ -50,7 +50,7 @@ pub const SIGHT: u32 = 3;
 pub struct Bare {
     still: EmbreeScene,
     movable: EmbreeScene,
-    /// By instance: the model that it shows.
+    /// Model that each instance shows.
     instances: Vec<u32>,
     parts: Parts,
     width: PacketWidth,
@@ -58,19 +58,19 @@ pub struct Bare {
 
 /// Packets of N rays, each with those that take part.
 pub type Packets<const N: usize> = Vec<(Valid<N>, Ray<N>)>;
-/// And what they hit.
+/// Packets of N rays with their hits, each with those that take part.
 pub type HitPackets<const N: usize> = Vec<(Valid<N>, RayHit<N>)>;
 
-/// What the geometries of both scenes are.
+/// Places of the triangles of all geometries in both scenes.
 #[derive(Default)]
 struct Parts {
     still: Vec<Part>,
-    /// By instance.
+    /// Places by instance.
     movable: Vec<Vec<Part>>,
 }
 
 impl Bare {
-    /// Builds them.
+    /// Builds both scenes.
     pub fn new(scene: &Scene) -> Result<Self, embree::Error> {
         let device = Device::new(&device_config())?;
         let mut bare = Self {
@@ -95,12 +95,12 @@ impl Bare {
         Ok(bare)
     }
 
-    /// How many rays its packets have.
+    /// Width of its packets.
     pub fn width(&self) -> PacketWidth {
         self.width
     }
 
-    /// What never moves.
+    /// Scene of everything that never moves.
     pub fn still(&mut self) -> Result<Committed<'_>, embree::Error> {
         self.still.commit()
     }
@@ -125,7 +125,7 @@ impl Bare {
         settings: &Settings,
         frame: i32,
     ) -> Result<TraceCost, embree::Error> {
-        let pose = Pose::of(scene, frame);
+        let pose = Pose::new(scene, frame);
         for (instance, model) in self.instances.iter().enumerate() {
             let columns = pose.models[*model as usize].columns();
             self.movable.set_instance_transform(GeometryId(instance as u32), columns)?;
@@ -161,7 +161,7 @@ impl Bare {
 }
 
 impl Parts {
-    /// What the rays of a tile have met.
+    /// Surfaces that the rays of a tile have hit.
     fn surfaces<const N: usize>(
         &self,
         scene: &Scene,
@@ -171,7 +171,7 @@ impl Parts {
         (0..tile.len() * N).step_by(HALF).map(|first| self.eight(scene, pose, tile, first)).collect()
     }
 
-    /// Eight of them, from ray number `first` of the tile on.
+    /// Eight of these surfaces, from ray number `first` of the tile on.
     fn eight<const N: usize>(
         &self,
         scene: &Scene,
@@ -199,7 +199,7 @@ impl Parts {
                 (Some((_, packet)), at) => value(packet, at),
                 (None, _) => 0.0,
             };
-            F32x8::of(std::array::from_fn(value))
+            F32x8::new(std::array::from_fn(value))
         };
         let weights = [each(|packet, at| packet.hit.u[at]), each(|packet, at| packet.hit.v[at])];
         let (mut point, mut normal, mut geometric_normal) =
@@ -223,12 +223,12 @@ impl Parts {
             point,
             normal: behind.select3(-normal, normal),
             geometric_normal: behind.select3(-geometric_normal, geometric_normal),
-            is_surface: Mask::of(|lane| models[lane].is_some()).bits(),
+            is_surface: Mask::new(|lane| models[lane].is_some()).bits(),
         }
     }
 }
 
-/// The geometries of `mesh`, and what their triangles are.
+/// Attaches the geometries of `mesh`. Returns the places of their triangles.
 fn attach(
     device: &Device,
     scene: &mut EmbreeScene,
@@ -251,23 +251,23 @@ fn attach(
     Ok(parts)
 }
 
-/// Eight surfaces, world space, on the side of the eye.
+/// Eight surfaces, world space, on the side of the camera.
 struct Eight {
     point: Vec3x8,
     normal: Vec3x8,
     geometric_normal: Vec3x8,
-    /// A bit each.
+    /// Mask of the lanes that hit a surface, a bit each.
     is_surface: u8,
 }
 
-/// Both scenes, open for rays.
+/// Both scenes, committed for tracing.
 struct Scenes<'a> {
     still: Committed<'a>,
     movable: Option<Committed<'a>>,
 }
 
 impl Scenes<'_> {
-    /// Whether any ray of a tile meets something movable.
+    /// Returns true if any ray of a tile hits something movable.
     fn may_meet<const N: usize>(&self, packets: &[(Valid<N>, RayHit<N>)]) -> bool {
         let Some(movable) = &self.movable else { return false };
         packets.iter().any(|(valid, packet)| {
@@ -277,7 +277,7 @@ impl Scenes<'_> {
         })
     }
 
-    /// The same for rays that are to be occluded.
+    /// Returns true if anything movable occludes any ray of a tile.
     fn may_occlude<const N: usize>(&self, packets: &[(Valid<N>, Ray<N>)]) -> bool {
         let Some(movable) = &self.movable else { return false };
         packets.iter().any(|(valid, ray)| {
@@ -287,7 +287,7 @@ impl Scenes<'_> {
         })
     }
 
-    /// `is_near`: asks for what is movable, too.
+    /// Traces packets. `is_near`: also in the movable scene.
     fn intersect<const N: usize>(&self, packets: &mut [(Valid<N>, RayHit<N>)], is_near: bool) {
         for (valid, packet) in packets {
             self.still.intersect(valid, packet, Coherence::Coherent);
@@ -322,7 +322,7 @@ fn count<const N: usize, T: Sync>(tiles: &[Vec<(Valid<N>, T)>]) -> u64 {
     tiles.par_iter().flat_map_iter(|tile| tile.iter().map(|(valid, _)| lanes(valid))).sum()
 }
 
-/// A ray through the centre of each cell, tile by tile.
+/// Creates a ray through the centre of each cell, tile by tile.
 fn primary_rays<const N: usize>(view: &View) -> Vec<HitPackets<N>> {
     let tile = |number| {
         let mut rays = RayBatch::default();
@@ -332,7 +332,7 @@ fn primary_rays<const N: usize>(view: &View) -> Vec<HitPackets<N>> {
     (0..view.grid.tiles()).into_par_iter().map(tile).collect()
 }
 
-/// The same as batches of rays, a tile each.
+/// Creates a ray through the centre of each cell, as batches of rays, a tile each.
 pub fn primary_batches(settings: &Settings, pose: &Pose) -> Vec<RayBatch> {
     let view = View::new(&Arc::new(Grid::new(settings)), pose.camera);
     let tile = |number| {
@@ -351,13 +351,13 @@ fn push_tile(view: &View, number: usize, rays: &mut RayBatch) {
     for first in (0..CELLS).step_by(HALF) {
         let x = corner[0] + F32x8::load(&grid.place_x, first);
         let y = corner[1] + F32x8::load(&grid.place_y, first);
-        let wanted = Mask::of(|lane| holds(extent, first + lane)).bits();
+        let wanted = Mask::new(|lane| holds(extent, first + lane)).bits();
         let [origins, directions] = view.rays(x, y);
         rays.push_lanes(origins, directions, far, wanted);
     }
 }
 
-/// The rays from a tile's surfaces to a light that they face.
+/// Creates the rays from a tile's surfaces to a light that they face.
 fn shadow_rays<const N: usize>(tile: &[Eight], light: &LightPose) -> Packets<N> {
     let mut rays = RayBatch::default();
     for eight in tile {
@@ -385,7 +385,7 @@ fn shadow_rays<const N: usize>(tile: &[Eight], light: &LightPose) -> Packets<N> 
     prepared(&rays, SHADOW).collect()
 }
 
-/// `rays` as Embree takes them, without packets of no ray at all.
+/// Converts `rays` to Embree's packets, without those of no ray at all.
 pub fn prepared<const N: usize>(rays: &RayBatch, mask: u32) -> impl Iterator<Item = (Valid<N>, Ray<N>)> {
     let parts = rays.packets().flat_map(|(packet, lanes)| {
         (0..LANES).step_by(N).map(move |first| (packet, lanes >> first & (u16::MAX >> (LANES - N)), first))

@@ -1,4 +1,5 @@
-//! Long chains of inferred frames: what they trace anew, keep and cost, beside the paper's rule and full frames.
+//! Long chains of inferred frames: their newly traced samples, kept samples and costs, beside the paper's
+//! rule and full frames.
 
 use std::error::Error;
 use std::path::Path;
@@ -18,21 +19,21 @@ use super::{Arguments, folder};
 /// Scenes, unless the command line names others.
 const SCENES: [SceneName; 3] = [SceneName::Kitchen, SceneName::Warehouse, SceneName::City];
 
-/// The early frame that later ones are compared with.
+/// Early frame that later ones are compared with.
 const EARLY: i32 = 5;
 
-/// A time is the median over a frame and so many on either side of it.
+/// Number of frames on either side of a frame over which the median of times is taken.
 const NEIGHBOURS: i32 = 2;
 
-/// One set-up of all flows of a scene, unless the command line says otherwise.
+/// A set-up of all flows of a scene, unless the command line says otherwise.
 #[derive(Debug, Clone, Copy)]
 struct Setup {
     lights: Lights,
-    /// Along a pixel's edge.
+    /// Samples along a pixel's edge.
     samples: u32,
-    /// For which flows.
+    /// Flows to measure.
     flows: &'static [Flow],
-    /// For which scenes.
+    /// Scenes to measure.
     scenes: &'static [SceneName],
 }
 
@@ -40,7 +41,7 @@ const ALL_FLOWS: &[Flow] =
     &[Flow::DollyIn, Flow::DollyOut, Flow::Pan, Flow::Turn, Flow::ZoomIn, Flow::ZoomOut, Flow::Sideways];
 
 impl Setup {
-    /// With --quick the first alone.
+    /// Default set-ups. With --quick the first alone.
     const DEFAULTS: [Self; 5] = [
         Self { lights: Lights::Points(1), samples: 2, flows: ALL_FLOWS, scenes: &SCENES },
         Self { lights: Lights::Points(1), samples: 1, flows: ALL_FLOWS, scenes: &SCENES },
@@ -59,16 +60,16 @@ impl Setup {
     }
 }
 
-/// One frame of two chains that differ in their rule.
+/// A frame of two chains that differ in their rule.
 #[derive(Debug, Clone, Serialize)]
 struct Row {
     scene: &'static str,
     flow: String,
-    /// How many, or `soft`.
+    /// Number of lights, or `soft`.
     lights: String,
-    /// Of a pixel.
+    /// Number of samples of a pixel.
     samples: u32,
-    /// Its number; the base frame is 1.
+    /// Number of the frame; the base frame is 1.
     frame: i32,
     full_seconds: f64,
     target: Figures,
@@ -78,24 +79,24 @@ struct Row {
 /// A frame of one chain.
 #[derive(Debug, Clone, Copy, Serialize)]
 struct Figures {
-    /// Cells that were traced, in percent of all.
+    /// Cells that were traced, as a percentage of all.
     traced_percent: f64,
-    /// Samples that serve no cell, in percent of the cells.
+    /// Samples that serve no cell, as a percentage of the cells.
     spare_percent: f64,
-    /// Of the sample store, for each sample of a frame.
+    /// Bytes of the sample store, for each sample of a frame.
     bytes_per_sample: f64,
-    /// Median over neighbours.
+    /// Median of the seconds over neighbours.
     seconds: f64,
-    /// How many times as fast as a full frame of the same number.
+    /// Speed relative to a full frame of the same number.
     full_over_inferred: f64,
-    /// `seconds` over those of frame [`EARLY`].
+    /// Ratio of `seconds` to those of frame [`EARLY`].
     over_early: f64,
 }
 
-/// Of one rule.
+/// A chain by one rule.
 struct Chain<'s> {
     renderer: Renderer<'s>,
-    /// By frame, the first being 1.
+    /// Frames by number, the first being 1.
     frames: Vec<Frame>,
 }
 
@@ -162,7 +163,7 @@ fn measure_scene(arguments: &Arguments, name: SceneName, place: &Place, rows: &m
     Ok(())
 }
 
-/// Frames whose figures are told.
+/// Frames whose figures are printed.
 fn marks(arguments: &Arguments) -> &'static [i32] {
     match (arguments.quick, arguments.long) {
         (true, _) => &[24],
@@ -171,7 +172,7 @@ fn marks(arguments: &Arguments) -> &'static [i32] {
     }
 }
 
-/// What is measured of `scene`: lights, samples along a pixel's edge, flow.
+/// Chains to measure of `scene`: lights, samples along a pixel's edge, flow.
 fn chains(arguments: &Arguments, scene: SceneName) -> Vec<(Lights, u32, Flow)> {
     let is_asked = |flow: &Flow| arguments.flows.is_empty() || arguments.flows.contains(flow);
     let flows = |of: &[Flow]| of.iter().copied().filter(is_asked).collect::<Vec<Flow>>();
@@ -190,7 +191,7 @@ fn chains(arguments: &Arguments, scene: SceneName) -> Vec<(Lights, u32, Flow)> {
     pairs.flat_map(of).collect()
 }
 
-/// The scene with all lights and nothing that moves.
+/// Loads the scene with all lights and nothing that moves.
 pub fn load_still(place: &Place, arguments: &Arguments) -> Failable<(Scene, Settings)> {
     let path = folder().join(format!("{}-still.toml", place.name));
     std::fs::write(&path, still_file(place))?;
@@ -202,8 +203,9 @@ pub fn load_still(place: &Place, arguments: &Arguments) -> Failable<(Scene, Sett
     Ok((shot.scene, Settings { width, height, depth, mode, base_every, layers, ..shot.settings }))
 }
 
-/// For each of the frames `marks`: its number, the seconds of a full one, and the figures of the chains by target
-/// and by the paper's rule. The three take turns frame by frame, so that what disturbs the machine disturbs all.
+/// Measures each of the frames `marks`: its number, the seconds of a full one, and the figures of the chains
+/// by target and by the paper's rule. The three take turns frame by frame, so that a disturbance of the
+/// machine affects all.
 fn measure(scene: &Scene, settings: &Settings, marks: &[i32]) -> Failable<Vec<(i32, f64, [Figures; 2])>> {
     let mut chains = Vec::new();
     for reuse in [Reuse::Target, Reuse::Paper] {
@@ -249,7 +251,7 @@ impl Chain<'_> {
         Ok(())
     }
 
-    /// Median over the neighbours of frame `number`.
+    /// Median of the seconds over the neighbours of frame `number`.
     fn seconds(&self, number: i32) -> f64 {
         let around = number - NEIGHBOURS..=number + NEIGHBOURS;
         median(around.map(|number| self.frames[number as usize - 1].seconds).collect())
@@ -275,7 +277,7 @@ fn median(mut seconds: Vec<f64>) -> f64 {
 }
 
 impl Row {
-    /// A line below [`header`].
+    /// Formats a line below [`header`].
     fn text(&self) -> String {
         let Self { scene, flow, lights, samples, frame, full_seconds, target, paper } = self;
         format!(
@@ -296,7 +298,7 @@ impl Row {
     }
 }
 
-/// Columns of `paper` are those of the paper's rule, of the figure to their left.
+/// Formats the header. Columns of `paper` are those of the paper's rule, of the figure to their left.
 fn header() -> String {
     let line = "| scene     | flow      | lights | samples | frame | anew % | paper | spare % | B/sample | paper \
                 | full s | target s | paper s | full/target | full/paper | over 5 | paper |";

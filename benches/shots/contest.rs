@@ -25,10 +25,10 @@ pub enum Contestant {
 }
 
 impl Contestant {
-    /// In the order of the columns.
+    /// Contestants in the order of the columns.
     pub const ALL: [Self; 4] = [Self::Raw, Self::Full, Self::Reprojected, Self::Rust];
 
-    /// At the head of its columns, and its key in the JSON.
+    /// Title of its columns, and its key in the JSON.
     pub fn name(self) -> &'static str {
         match self {
             Self::Raw => "raw",
@@ -39,34 +39,34 @@ impl Contestant {
     }
 }
 
-/// A frame's cost, or the mean over frames.
+/// Cost of a frame, or the mean over frames.
 #[derive(Debug, Clone, Copy, Serialize)]
 pub struct Cost {
-    /// Wall-clock.
+    /// Wall-clock seconds.
     pub seconds: f64,
-    /// All that were cast.
+    /// Number of all rays that were cast.
     pub rays: f64,
     /// Share of the samples that came from the frame before.
     pub kept: f64,
 }
 
-/// What makes frames of one scene with one set of lights and samples.
+/// Renderers of one scene with one set of lights and samples.
 pub struct Arena<'s> {
     pub scene: &'s Scene,
     pub settings: &'s Settings,
     pub bare: &'s mut Bare,
-    /// With Embree.
+    /// Renderer with Embree.
     pub renderer: Renderer<'s>,
-    /// With the pure-Rust tracer.
+    /// Renderer with the pure-Rust tracer.
     pub rust: Renderer<'s>,
 }
 
-/// What was measured of one shot.
+/// Measurements of one shot.
 #[derive(Debug, Clone)]
 pub struct Outcome {
-    /// By contestant, in the order of [`Contestant::ALL`].
+    /// Costs by contestant, in the order of [`Contestant::ALL`].
     pub costs: Vec<Cost>,
-    /// Of the sample store.
+    /// Bytes of the sample store, for each sample.
     pub bytes_per_sample: f64,
 }
 
@@ -114,7 +114,7 @@ fn render_all(renderer: &mut Renderer, mut frames: Range<i32>, reuse: bool) -> F
     frames.map(|frame| render(renderer, frame, reuse)).collect()
 }
 
-/// As [`Arena::measure`], for the renderer alone.
+/// Measures like [`Arena::measure`], with the renderer alone.
 pub fn full_and_reprojected(renderer: &mut Renderer, frames: Range<i32>, rounds: u32) -> Failable<[Cost; 2]> {
     let mut best = [Vec::new(), Vec::new()];
     for round in 0..rounds {

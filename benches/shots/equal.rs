@@ -26,13 +26,14 @@ use super::places::SceneName;
 use super::table::{Circumstances, write_json};
 use super::{Arguments, folder};
 
-/// The frames whose errors count.
+/// Frames whose errors count.
 const LAST: [i32; 2] = [24, 25];
 
-/// The reference is rendered so many times as wide and high.
+/// Factor on width and height with which the reference is rendered.
 const FINER: usize = 2;
 
-/// In so many strips, one after the other: its samples would fill the memory.
+/// Number of strips in which the reference is rendered, one after the other: its samples would fill the
+/// memory.
 const STRIPS: u32 = 8;
 
 /// Radiance below which errors are not counted as larger shares of it.
@@ -42,26 +43,26 @@ const DARK: f32 = 0.1;
 struct Contestant {
     name: &'static str,
     settings: Settings,
-    /// Its budget, as a share of the rays of a frame that is traced in full; none: as its settings say.
+    /// Budget, as a share of the rays of a frame that is traced in full; none: that of its settings.
     share_of_rays: Option<f64>,
 }
 
-/// One line.
+/// A line of the table.
 #[derive(Debug, Clone, Serialize)]
 struct Row {
     name: &'static str,
-    /// Mean of frames 2 to 25.
+    /// Mean of the seconds of frames 2 to 25.
     seconds: f64,
     relative_mse: f64,
     temporal: f64,
-    /// The same two after denoising.
+    /// Both errors after denoising.
     denoised: Option<[f64; 2]>,
     bytes_per_sample: f64,
-    /// Of paths and to lights, in the last frame.
+    /// Rays of paths and to lights, in the last frame.
     rays: u64,
 }
 
-/// What a frame shows, and where.
+/// Colours of a frame, and the points that it shows.
 struct Picture {
     colors: Vec<Vec3>,
     denoised: Option<Vec<Vec3>>,
@@ -155,7 +156,7 @@ impl Contestant {
             drop(finished);
             bytes_per_sample = renderer.memory().bytes_per_sample;
         }
-        let camera = Pose::of(scene, LAST[0]).camera;
+        let camera = Pose::new(scene, LAST[0]).camera;
         let errors_of = |colors: &dyn Fn(&Picture) -> Option<&Vec<Vec3>>| {
             let errors = pictures.iter().zip(reference).map(|(picture, reference)| {
                 colors(picture).map(|colors| reference.relative_error_of(colors))
@@ -194,7 +195,7 @@ impl Picture {
         }
     }
 
-    /// What is to be shown in `frame`, nearly without noise.
+    /// Renders the reference of `frame`, nearly without noise.
     fn reference(scene: &Scene, settings: &Settings, frame: i32) -> Failable<Self> {
         let in_full = Settings { mode: Mode::Full, ..settings.clone() };
         // what the centres of pixels show
@@ -220,14 +221,14 @@ impl Picture {
         Ok(Self { colors, ..centres })
     }
 
-    /// For a reference: how far `colors` are from it, pixel by pixel, as shares of it.
+    /// Error of `colors` against this reference, pixel by pixel, as shares of it.
     fn relative_error_of(&self, colors: &[Vec3]) -> Vec<Vec3> {
         let share = |(color, wanted): (&Vec3, &Vec3)| (*color - *wanted) / (*wanted + DARK);
         colors.iter().zip(&self.colors).map(share).collect()
     }
 }
 
-/// The mean square change of the error from one frame to the next, along points of surfaces that stay in sight.
+/// Mean square change of the error from one frame to the next, along points of surfaces that stay in sight.
 fn temporal(errors: &[Vec<Vec3>], reference: &[Picture; 2], before: &CameraPose, size: [u32; 2]) -> f64 {
     let [width, height] = size.map(|side| side as f32);
     let (mut sum, mut count) = (0.0, 0);

@@ -15,16 +15,16 @@ use super::places::Place;
 /// direction.
 const LEG: i32 = 104;
 
-/// Legs of a track.
+/// Number of legs of a track.
 const LEGS: i32 = 4;
 
-/// Degrees a frame, about the vertical axis or about the view axis.
+/// Turn in degrees a frame, about the vertical axis or about the view axis.
 const TURN: f64 = 0.3;
 
-/// Share of the angle of view that goes in a frame.
+/// Share of the angle of view by which it shrinks in a frame.
 const ZOOM: f64 = 0.01;
 
-/// What the camera does on the first leg.
+/// Movement of the camera on the first leg.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum Flow {
     /// It travels along its view axis
@@ -44,12 +44,12 @@ pub enum Flow {
 }
 
 impl Flow {
-    /// Its name on the command line and in tables.
+    /// Name on the command line and in tables.
     pub fn name(self) -> String {
         self.to_possible_value().map(|value| value.get_name().to_owned()).unwrap_or_default()
     }
 
-    /// The camera at `place` from frame 1 on, in the space in which the scene is rendered.
+    /// Camera at `place` from frame 1 on, in the space in which the scene is rendered.
     pub fn camera(self, place: &Place, space: &RenderSpace) -> CameraTrack {
         let leg = f64::from(LEG);
         let way = (place.target - place.eye).normalize();
@@ -76,13 +76,13 @@ impl Flow {
     }
 }
 
-/// From `from` to `to`, each step by the same factor.
+/// Interpolates from `from` to `to`, each step by the same factor.
 fn by_ratio(from: f64, to: f64, t: f64) -> f64 {
     from * (to / from).powf(t)
 }
 
-/// At `from` in frame 1, at `to` a leg later, at `from` another leg later; a key a frame, because `between` need not
-/// be linear.
+/// Creates a track that is at `from` in frame 1, at `to` a leg later, at `from` another leg later; a key a
+/// frame, because `between` need not be linear.
 fn there_and_back<T: Keyed>(from: T, to: T, between: fn(T, T, f64) -> T) -> Track<T> {
     let key = |step: i32| {
         let (leg, rest) = (step / LEG, step % LEG);

@@ -22,7 +22,7 @@ use super::rough;
 use super::table::{Circumstances, write_json};
 use super::{Arguments, folder};
 
-/// What moves.
+/// Moving things of a shot.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Moves {
     /// The camera rests, or follows a flow; a ball flies, with so many hundredths of the distance from eye to target for
@@ -59,7 +59,7 @@ impl Moves {
     }
 }
 
-/// One line.
+/// A line of the table.
 #[derive(Debug, Clone, Serialize)]
 struct Row {
     scene: &'static str,
@@ -68,7 +68,7 @@ struct Row {
     full_seconds: f64,
     inferred_seconds: f64,
     full_over_inferred: f64,
-    /// Rays of paths, of an inferred frame in percent of a full one.
+    /// Rays of paths of an inferred frame, as a percentage of those of a full one.
     gathering_percent: f64,
     bytes_per_sample: f64,
 }
@@ -110,14 +110,14 @@ pub fn run(arguments: &Arguments) -> Failable<()> {
     Ok(())
 }
 
-/// The same place, where all materials but glass have this roughness, if any is asked for.
+/// Gives all materials of a place but glass this roughness, if any is asked for.
 fn made_rough(place: Place, roughness: Option<f32>) -> Failable<Place> {
     let Some(roughness) = roughness else { return Ok(place) };
     let folder = std::path::absolute(folder())?.join(format!("{}-rough-{roughness}", place.name));
     Ok(Place { obj: rough::copy(&place.obj, &folder, roughness)?, ..place })
 }
 
-/// The scene of a place under a sky, with a soft light in the kitchen.
+/// Loads the scene of a place under a sky, with a soft light in the kitchen.
 pub fn under_a_sky(place: &Place, arguments: &Arguments) -> Failable<(Scene, Settings)> {
     let (mut scene, settings) = load_still(place, arguments)?;
     let lights = std::mem::take(&mut scene.lights);
@@ -194,8 +194,8 @@ fn measure(arguments: &Arguments, place: &Place, moves: Moves, paths: u32) -> Fa
     })
 }
 
-/// Makes `scene` that of the city's own shot, but for the sign, which turns there; its airship flies on at the same speed
-/// after its last key.
+/// Makes `scene` that of the city's own shot, without the sign, which turns there. Its airship flies on at
+/// the same speed after its last key.
 fn add_airship(scene: &mut Scene, place: &Place) -> Failable<()> {
     let own = scene::load(&place.obj.with_file_name("city.toml"), false)?.scene;
     let (models, materials, textures) = (own.models, own.materials, own.textures);
@@ -211,13 +211,13 @@ fn add_airship(scene: &mut Scene, place: &Place) -> Failable<()> {
     Ok(())
 }
 
-/// A track that is at one place in frame 1 and at another in frame 101.
+/// Creates a track that is at one place in frame 1 and at another in frame 101.
 fn through(from: DVec3, to: DVec3) -> Track<DVec3> {
     Track::through(vec![(1.0, from), (101.0, to)], Interpolation::Linear).expect("frames rise")
 }
 
-/// A ball that crosses the view half way between eye and target, by the distance between them in 100 frames. `radius`: as
-/// a share of that distance.
+/// Adds a ball that crosses the view half way between eye and target, by the distance between them in 100
+/// frames. `radius`: as a share of that distance.
 fn add_ball(scene: &mut Scene, place: &Place, radius: f64) {
     let way = place.target - place.eye;
     let (middle, aside) = (place.eye + way * 0.5, way.cross(DVec3::Y).normalize() * way.length() * 0.5);
@@ -237,7 +237,7 @@ fn add_ball(scene: &mut Scene, place: &Place, radius: f64) {
     });
 }
 
-/// A sphere of radius 1, of 32 x 16 quadrangles.
+/// Creates a sphere of radius 1, of 32 x 16 quadrangles.
 fn ball() -> Mesh {
     const AROUND: u32 = 32;
     const DOWN: u32 = 16;

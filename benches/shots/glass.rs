@@ -1,5 +1,5 @@
-//! What glass costs: the generated sphere, of something matt and then of clear glass, which all shadow rays pass. A
-//! small matt one in front of it casts shadows in both.
+//! Cost of glass: the generated sphere, first matt and then of clear glass, which all shadow rays pass. A
+//! small matt sphere in front of it casts shadows in both cases.
 
 use std::error::Error;
 use std::sync::Arc;
@@ -20,20 +20,20 @@ use super::suite::load;
 use super::table::{Circumstances, write_json};
 use super::{Arguments, folder};
 
-/// Mirrors and panes that a ray may meet, unless the command line says otherwise.
+/// Number of mirrors and panes that a ray may meet, unless the command line says otherwise.
 const DEPTH: u32 = 4;
 
-/// One line.
+/// A line of the table.
 #[derive(Debug, Clone, Serialize)]
 struct Row {
     sphere: &'static str,
     surface: &'static str,
     tracer: &'static str,
     build_seconds: f64,
-    /// Of the fastest frame, like all that follows.
+    /// Seconds of the fastest frame; all other values are of that frame as well.
     full_seconds: f64,
     shadow_rays: u64,
-    /// Of one thread while it is in the tracer, by kind, in millions.
+    /// Millions of rays a second, of one thread while it is in the tracer, by kind.
     primary_speed: f64,
     shadow_speed: f64,
     bounced_speed: f64,
@@ -80,7 +80,7 @@ pub fn run(arguments: &Arguments) -> Failable<()> {
     Ok(())
 }
 
-/// `scene` with the first model of clear glass.
+/// Copy of `scene` with the first model of clear glass.
 fn of_glass(scene: &Scene) -> Scene {
     let mut scene = scene.clone();
     let (transmission, reflection) = (Vec3::splat(0.9), Vec3::ONE);

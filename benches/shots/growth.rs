@@ -1,4 +1,4 @@
-//! How cost grows with triangles, pixels, lights, frames and threads: the dolly before the generated sphere.
+//! Growth of cost with triangles, pixels, lights, frames and threads: the dolly before the generated sphere.
 
 use std::error::Error;
 use std::ops::Range;
@@ -19,14 +19,14 @@ use super::suite::load;
 use super::table::{Circumstances, write_json};
 use super::{Arguments, folder};
 
-/// What one line tells.
+/// A line of the table.
 #[derive(Debug, Clone, Serialize)]
 struct Row {
-    /// What grows.
+    /// Name of the growing quantity.
     of: &'static str,
-    /// How far it has grown.
+    /// Value of the growing quantity.
     at: String,
-    /// Reading the OBJ; only where another one is read.
+    /// Seconds for reading the OBJ; only if another one is read.
     read_seconds: Option<f64>,
     build_seconds: f64,
     full: Cost,
@@ -84,7 +84,8 @@ fn pixels(arguments: &Arguments, scene: &Scene, settings: &Settings) -> Failable
     measured.collect()
 }
 
-/// Also compares the pictures of all numbers of threads: they must be the same to the bit.
+/// Measures the numbers of threads. Also compares the pictures of all of them: they must be the same to the
+/// bit.
 fn threads(arguments: &Arguments, scene: &Scene, settings: &Settings) -> Failable<Vec<Row>> {
     title("threads");
     let most = rayon::current_num_threads();
@@ -140,7 +141,7 @@ fn frames(arguments: &Arguments) -> Range<i32> {
     first..first + arguments.frames() as i32
 }
 
-/// The last frame, inferred from all before it.
+/// Renders the last frame, inferred from all before it.
 fn picture(scene: &Scene, settings: &Settings, mut frames: Range<i32>) -> Failable<Arc<Film>> {
     let mut renderer = Renderer::new(scene, settings)?;
     let first = renderer.render(frames.next().unwrap_or_default(), false)?;

@@ -19,13 +19,14 @@ use super::kinds::{Kind, Lights};
 use super::places::SceneName;
 use super::{Arguments, folder};
 
-/// The kinds that are compared unless the command line says otherwise: before a camera at rest, one that turns, one that travels.
+/// Kinds that are compared unless the command line says otherwise: before a camera at rest, one that turns,
+/// one that travels.
 const KINDS: [Kind; 3] = [Kind::Object, Kind::Pan, Kind::Dolly];
 
-/// And with which lights.
+/// Lights with which they are compared.
 const LIGHTS: [Lights; 3] = [Lights::Points(1), Lights::Points(8), Lights::Soft];
 
-/// The ways to make a frame that both commits measure.
+/// Ways to make a frame that both commits measure.
 const CONTESTANTS: [&str; 3] = ["raw", "full", "reproj"];
 
 type Failable<T> = Result<T, Box<dyn Error>>;
@@ -36,9 +37,9 @@ type Costs = BTreeMap<(usize, String), [f64; CONTESTANTS.len()]>;
 /// A commit that is measured.
 struct Program {
     name: String,
-    /// Its benchmark.
+    /// Path of its benchmark.
     executable: PathBuf,
-    /// A folder for what it writes.
+    /// Folder for its output.
     target: PathBuf,
     fastest: Costs,
 }
@@ -68,7 +69,8 @@ pub fn run(arguments: &Arguments, commit: &str) -> Failable<()> {
     Ok(())
 }
 
-/// Builds the benchmark of `commit` of the repository at `root`, in a worktree in `place`. Its short name, and the program.
+/// Builds the benchmark of `commit` of the repository at `root`, in a worktree in `place`. Returns its short
+/// name, and the program.
 fn build(root: &Path, place: &Path, commit: &str) -> Failable<(String, PathBuf)> {
     let git = |arguments: &[&OsStr]| output(Command::new("git").current_dir(root).args(arguments));
     let full = format!("{commit}^{{commit}}");
@@ -100,7 +102,7 @@ fn build(root: &Path, place: &Path, commit: &str) -> Failable<(String, PathBuf)>
     Ok((name, found.ok_or("cargo named no benchmark `shots`")?))
 }
 
-/// What `command` prints; its messages are shown.
+/// Returns the output of `command`; its messages are shown.
 fn output(command: &mut Command) -> Failable<String> {
     let done = command.stderr(Stdio::inherit()).output().map_err(|error| format!("{command:?}: {error}"))?;
     if !done.status.success() {
@@ -109,7 +111,8 @@ fn output(command: &mut Command) -> Failable<String> {
     Ok(String::from_utf8(done.stdout)?)
 }
 
-/// The options that both programs take. Those that `arguments` do not state are stated, since defaults may be others there.
+/// Options that both programs take. Those that `arguments` do not state are stated, since defaults of the
+/// other program may differ.
 fn options(arguments: &Arguments) -> Vec<String> {
     let scenes = if arguments.scenes.is_empty() {
         &[SceneName::City, SceneName::Kitchen]
@@ -147,7 +150,7 @@ fn joined(values: impl Iterator<Item = String>) -> String {
 }
 
 impl Program {
-    /// Runs it once, and keeps what was faster than before.
+    /// Runs the benchmark once, and keeps the faster numbers.
     fn measure(&mut self, options: &[String]) -> Failable<()> {
         let mut command = Command::new(&self.executable);
         output(command.args(options).arg("--bench").env("CARGO_TARGET_DIR", &self.target))?;
@@ -166,8 +169,8 @@ impl Program {
     }
 }
 
-/// Milliseconds a frame of both, and how many times as long those of this program take. Bare Embree is the same in both: how far
-/// its ratio is from 1 tells how much the machine's noise is.
+/// Prints milliseconds a frame of both, and the ratio of this program's to the other's. Bare Embree is the
+/// same in both: the distance of its ratio from 1 tells the noise of the machine.
 fn print([before, now]: &[Program; 2]) {
     println!(
         "| scene | shot | lights | samples | depth |{}",

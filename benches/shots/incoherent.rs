@@ -27,9 +27,9 @@ use super::places::SceneName;
 use super::table::{Circumstances, write_json};
 use super::{Arguments, folder, gathered};
 
-/// Rays that a worker traces at once: as many as the renderer does.
+/// Number of rays that a worker traces at once: as many as the renderer does.
 const BATCH: usize = 1024;
-/// Rays that are sorted at once.
+/// Number of rays that are sorted at once.
 const STREAM: usize = 16 * BATCH;
 
 type Failable<T> = Result<T, Box<dyn Error>>;
@@ -37,12 +37,12 @@ type Failable<T> = Result<T, Box<dyn Error>>;
 /// One kind of ray.
 struct Rays {
     name: &'static str,
-    /// Asked whether they are blocked, and not for what they meet.
+    /// True if the rays ask for occlusion, and not for hits.
     is_shadow: bool,
     batches: Vec<RayBatch>,
 }
 
-/// Million rays a second of one kind.
+/// Millions of rays a second of one kind.
 #[derive(Debug, Clone, Serialize)]
 struct Row {
     rays: &'static str,
@@ -50,7 +50,7 @@ struct Row {
     packets: f64,
     packets_sorted: f64,
     tracer: f64,
-    /// The fastest bare loop's over the tracer's.
+    /// Ratio of the fastest bare loop to the tracer.
     bare_over_tracer: f64,
 }
 
@@ -68,11 +68,11 @@ pub fn run(arguments: &Arguments) -> Failable<()> {
     Ok(())
 }
 
-/// A line for each kind of ray; prints them as they come.
+/// Measures each kind of ray; prints lines as they come.
 fn rates(arguments: &Arguments, scene: &Scene, settings: &Settings) -> Failable<Vec<Row>> {
     let sky = scene.environment.clone().ok_or("the sky that was just set")?;
     let mut backend = EmbreeBackend::new(scene, Build::Best)?;
-    let pose = Pose::of(scene, 1);
+    let pose = Pose::new(scene, 1);
     let tracer = backend.commit(&pose, &vec![true; scene.models.len()])?;
     let mut limit = Bare::new(scene)?;
     let width = limit.width();
@@ -91,7 +91,7 @@ fn rates(arguments: &Arguments, scene: &Scene, settings: &Settings) -> Failable<
     Ok(rows)
 }
 
-/// All kinds of rays, as many as pixels leave of them.
+/// Creates all kinds of rays, as many as pixels leave of them.
 fn kinds(
     scene: &Scene,
     settings: &Settings,
@@ -113,7 +113,7 @@ fn kinds(
     ]
 }
 
-/// A surface that a ray has met: a point just off it, and its normal on the ray's side (world space).
+/// End of a ray on a surface: a point just off it, and its normal on the ray's side (world space).
 type End = (Vec3, Vec3);
 
 fn ends(scene: &Scene, pose: &Pose, tracer: &dyn Tracer, batches: &[RayBatch], how: How) -> Vec<End> {
@@ -142,7 +142,7 @@ fn ends(scene: &Scene, pose: &Pose, tracer: &dyn Tracer, batches: &[RayBatch], h
     batches.par_iter().flat_map_iter(of_batch).collect()
 }
 
-/// A ray from each of `ends`, by the cosine law.
+/// Creates a ray from each of `ends`, by the cosine law.
 fn bounced(ends: &[End], number: u32) -> Vec<RayBatch> {
     let ray = |(point, normal): &End| {
         let [tangent, bitangent] = orthonormal(*normal);
@@ -152,7 +152,7 @@ fn bounced(ends: &[End], number: u32) -> Vec<RayBatch> {
     batches(ends.iter().map(ray))
 }
 
-/// A ray from each of `ends` to the sky, in a direction that it samples, where that leaves the surface.
+/// Creates a ray from each of `ends` to the sky, in a direction that it samples, if that leaves the surface.
 fn to_sky(ends: &[End], sky: &Environment, number: u32) -> Vec<RayBatch> {
     let ray = |(point, normal): &End| {
         let [along, above, ..] = PathSequence::of_seed(seed_of(*point, 0)).path(0).four(2 * number + 1);
@@ -267,7 +267,8 @@ fn by_tracer(rays: &Rays, tracer: &dyn Tracer) -> f64 {
     })
 }
 
-/// The same rays, in streams sorted by the octant of their direction and then along a curve through their origins.
+/// Sorts the rays, stream by stream, by the octant of their direction and then along a curve through their
+/// origins.
 fn sorted(batches: &[RayBatch]) -> Vec<RayBatch> {
     let mut rays: Vec<(Vec3, Vec3)> = batches
         .iter()
@@ -288,12 +289,12 @@ fn sorted(batches: &[RayBatch]) -> Vec<RayBatch> {
     self::batches(rays.into_iter())
 }
 
-/// The ten lowest bits, each three places from the next: parts of a Morton code.
+/// Spreads the ten lowest bits, each three places from the next: parts of a Morton code.
 fn interleaved(bits: u32) -> u32 {
     (0..10).fold(0, |all, bit| all | (bits >> bit & 1) << (3 * bit))
 }
 
-/// What a full frame of light paths takes beside its rays in the fastest bare loops, each kind at its own rate.
+/// Compares a full frame of light paths with its rays in the fastest bare loops, each kind at its own rate.
 fn frame(arguments: &Arguments, scene: &Scene, settings: &Settings, rows: &[Row]) -> Failable<String> {
     let settings = Settings { paths: 16, bounces: 2, mode: Mode::Full, ..settings.clone() };
     let mut renderer = Renderer::new(scene, &settings)?;

@@ -12,7 +12,7 @@ use glam::{DQuat, DVec3};
 
 use super::places::Place;
 
-/// What moves.
+/// Moving things of a shot.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum Kind {
     /// The camera rests, one object moves
@@ -34,38 +34,38 @@ pub enum Kind {
 /// Frames that the dolly would need to its end: a second of film.
 pub const DOLLY_FRAMES: f64 = 24.0;
 
-/// Radians a frame: a quarter turn in four seconds, about.
+/// Turn of the camera, radians a frame: a quarter turn in four seconds, about.
 const PAN: [f64; 2] = [0.016, 0.004];
 
-/// Share of the angle of view that goes in a frame.
+/// Share of the angle of view by which it shrinks in a frame.
 const ZOOM: f64 = 0.01;
 
-/// Radians about the vertical axis from cut to cut: no two of a few in a row show the same side.
+/// Turn in radians about the vertical axis from cut to cut: no two of a few in a row show the same side.
 const CUT: f64 = 2.4;
 
 /// Vertical field of view, degrees.
 pub const FOV: f64 = 40.0;
 
-/// Point lights that a shot file has; a measurement takes as many of them as it wants. After them comes one
-/// panel, in the place of the first: the soft light.
+/// Number of point lights of a shot file; a measurement takes as many of them as it wants. After them comes
+/// one panel, in the place of the first: the soft light.
 pub const MOST_LIGHTS: usize = 32;
 
-/// Which lights a measurement takes.
+/// Lights that a measurement takes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Lights {
-    /// So many point lights, with hard shadows.
+    /// This number of point lights, with hard shadows.
     Points(usize),
     /// The panel.
     Soft,
 }
 
-/// What a shot is measured with.
+/// Set-up with which a shot is measured.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Setup {
     pub lights: Lights,
-    /// Along a pixel's edge.
+    /// Samples along a pixel's edge.
     pub samples: u32,
-    /// Mirrors and panes that a ray may meet.
+    /// Number of mirrors and panes that a ray may meet.
     pub depth: u32,
 }
 
@@ -76,7 +76,7 @@ impl Setup {
 }
 
 impl Lights {
-    /// Those of `all`, the lights of a shot file.
+    /// Selects from `all`, the lights of a shot file.
     pub fn of(self, all: &[Light]) -> &[Light] {
         match self {
             Self::Points(count) => &all[..count],
@@ -113,17 +113,18 @@ struct Camera {
 }
 
 impl Kind {
-    /// The name on the command line and in the table.
+    /// Name on the command line and in the table.
     pub fn name(self) -> String {
         self.to_possible_value().map(|value| value.get_name().to_owned()).unwrap_or_default()
     }
 
-    /// Its first frame, traced in full; the others follow.
+    /// First frame of the kind, traced in full; the others follow.
     pub fn first_frame(self) -> i32 {
         1 + 1000 * self as i32
     }
 
-    /// Whether all models move. The kind is the last one, so that models have moved in no other frame.
+    /// Returns true if all models move. The kind is the last one, so that models have moved in no other
+    /// frame.
     pub fn moves_all(self) -> bool {
         self == Self::All
     }
@@ -161,8 +162,8 @@ impl Kind {
     }
 }
 
-/// The shot file of all kinds at `place`, `frames` frames each, `samples` along a pixel's edge. `object` is
-/// the OBJ of what moves alone: a sphere of radius 1.
+/// Writes the shot file of all kinds at `place`, `frames` frames each, `samples` along a pixel's edge.
+/// `object` is the OBJ of the thing that moves alone: a sphere of radius 1.
 pub fn shot_file(place: &Place, object: &str, frames: u32) -> String {
     let mut text = String::from(HEAD);
     camera_keys(&mut text, place, frames);
@@ -171,7 +172,7 @@ pub fn shot_file(place: &Place, object: &str, frames: u32) -> String {
     text
 }
 
-/// The same without the object, with nothing that moves.
+/// Writes the shot file without the object, with nothing that moves.
 pub fn still_file(place: &Place) -> String {
     let mut text = String::from(HEAD);
     camera_keys(&mut text, place, 1);
@@ -180,17 +181,17 @@ pub fn still_file(place: &Place) -> String {
     text
 }
 
-/// Of a shot file, up to the camera's keys.
+/// Head of a shot file, up to the camera's keys.
 const HEAD: &str = "[render]\nfilter = \"box\"\n[background]\ncolor = [0.2, 0.25, 0.3]\n\
                     [ambient]\ncolor = [0.25, 0.25, 0.25]\n[camera]\n";
 
-/// All frames of all kinds, each with the number of steps from its kind's first.
+/// Frames of all kinds, each with the number of steps from its kind's first.
 fn all_frames(frames: u32) -> impl Iterator<Item = (Kind, i32, u32)> {
     let kinds = Kind::value_variants().iter();
     kinds.flat_map(move |kind| (0..frames).map(move |step| (*kind, kind.first_frame() + step as i32, step)))
 }
 
-/// Text never fails to take text.
+/// Message of a failure that cannot happen: writing to a string.
 const TAKES_ALL: &str = "a string grows";
 
 fn camera_keys(text: &mut String, place: &Place, frames: u32) {
@@ -202,7 +203,7 @@ fn camera_keys(text: &mut String, place: &Place, frames: u32) {
     }
 }
 
-/// The scene, and what moves before it.
+/// Writes the scene, and the object that moves before it.
 fn models(text: &mut String, place: &Place, object: &str, frames: u32) {
     let distance = place.eye.distance(place.target);
     writeln!(text, "[[model]]\nobj = {:?}", place.obj).expect(TAKES_ALL);
@@ -226,7 +227,7 @@ fn models(text: &mut String, place: &Place, object: &str, frames: u32) {
     }
 }
 
-/// All point lights, and the panel.
+/// Writes all point lights, and the panel.
 fn lights(text: &mut String, place: &Place, frames: u32) {
     for light in 0..MOST_LIGHTS {
         light_keys(text, place, light, frames, None);
@@ -234,7 +235,7 @@ fn lights(text: &mut String, place: &Place, frames: u32) {
     light_keys(text, place, 0, frames, Some(place.panel));
 }
 
-/// A point light, or, with a width and a height, a panel that faces the camera's target.
+/// Writes a point light, or, with a width and a height, a panel that faces the camera's target.
 fn light_keys(text: &mut String, place: &Place, light: usize, frames: u32, panel: Option<[f64; 2]>) {
     let place_of_light = place.light + place.light_spread * on_spiral(light);
     let shape = match panel {

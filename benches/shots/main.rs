@@ -1,8 +1,8 @@
-//! `cargo bench --bench shots`: what bare tracing, full frames by both tracers, and reprojected frames cost, by
-//! kind of shot.
+//! `cargo bench --bench shots`: measures the cost of bare tracing, full frames by both tracers, and
+//! reprojected frames, by kind of shot.
 //!
-//! All that is compared is measured in one run, side by side, because machines are noisy: ratios between
-//! numbers of two runs mean little. docs/performance.md has the tables.
+//! All contestants are measured in one run, side by side, because machines are noisy: ratios between numbers
+//! of two runs mean little. docs/performance.md has the tables.
 
 mod bare;
 mod chains;
@@ -37,7 +37,7 @@ use places::SceneName;
 #[derive(Debug, Clone, Parser)]
 #[command(name = "shots", bin_name = "cargo bench --bench shots --")]
 pub struct Arguments {
-    /// What is measured
+    /// Subject to measure
     #[arg(value_enum, default_value = "shots")]
     subject: Subject,
 
@@ -53,11 +53,11 @@ pub struct Arguments {
     #[arg(long, value_enum, value_delimiter = ',')]
     flows: Vec<Flow>,
 
-    /// Of gathered light, rows whose name contains this [default: all]
+    /// For gathered light: rows whose name contains this [default: all]
     #[arg(long)]
     moves: Option<String>,
 
-    /// Of gathered light: this roughness (`Pr`) on all materials but glass
+    /// For gathered light: this roughness (`Pr`) on all materials but glass
     #[arg(long, value_name = "PR")]
     rough: Option<f32>,
 
@@ -70,7 +70,8 @@ pub struct Arguments {
     #[arg(long, value_delimiter = ',')]
     lights: Vec<Lights>,
 
-    /// How many mirrors and panes of glass a ray may meet [default: 0: only rays that the limit has, too]
+    /// Number of mirrors and panes of glass that a ray may meet [default: 0: only rays that the limit has,
+    /// too]
     #[arg(long, value_delimiter = ',', value_parser = clap::value_parser!(u32).range(0..=64))]
     depth: Vec<u32>,
 
@@ -78,7 +79,7 @@ pub struct Arguments {
     #[arg(long, value_delimiter = ',', value_parser = clap::value_parser!(u32).range(1..=16))]
     samples: Vec<u32>,
 
-    /// What is made beside `R G B A`: as the program's option of this name [default: all; of chains none]
+    /// Layers to make beside `R G B A`: as the program's option of this name [default: all; of chains none]
     #[arg(long, value_parser = Layers::parse)]
     layers: Option<Layers>,
 
@@ -90,11 +91,12 @@ pub struct Arguments {
     #[arg(long, value_parser = clap::value_parser!(u32).range(2..=999))]
     frames: Option<u32>,
 
-    /// How often everything is measured; the fastest counts [default: 2; with --quick 1]
+    /// Number of times that everything is measured; the fastest counts [default: 2; with --quick 1]
     #[arg(long, value_parser = clap::value_parser!(u32).range(1..))]
     rounds: Option<u32>,
 
-    /// Of the generated sphere, and the most whose growth is shown [default: 10 million; with --quick 500 000]
+    /// Triangles of the generated sphere, and the most whose growth is shown [default: 10 million; with
+    /// --quick 500 000]
     #[arg(long)]
     triangles: Option<u64>,
 
@@ -102,25 +104,26 @@ pub struct Arguments {
     #[arg(long)]
     quick: bool,
 
-    /// Of `guard`: the commit that this program is compared with
+    /// For `guard`: the commit that this program is compared with
     #[arg(long, value_name = "COMMIT", default_value = "HEAD")]
     against: String,
 
-    /// What cargo says to every benchmark
+    /// Passed by cargo to every benchmark
     #[arg(long, hide = true)]
     bench: bool,
 }
 
-/// What there is to measure.
+/// Subjects of measurements.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum Subject {
     /// Every kind of shot
     Shots,
-    /// How cost grows with triangles (up to --triangles, or 30 million), pixels, frames, lights and threads; takes
-    /// the size, frames, rounds and layers
+    /// Growth of cost with triangles (up to --triangles, or 30 million), pixels, frames, lights and threads;
+    /// takes the size, frames, rounds and layers
     Growth,
-    /// What long chains of inferred frames trace anew and cost at frames 24, 96 and, with --long, 300, beside the
-    /// paper's rule; takes the scenes, flows, lights, samples, layers, size and the first depth
+    /// Newly traced samples and costs of long chains of inferred frames at frames 24, 96 and, with --long,
+    /// 300, beside the paper's rule; takes the scenes, flows, lights, samples, layers, size and the first
+    /// depth
     Chains,
     /// Whole runs with `--mode full`, `reproject` and `auto`; takes the scenes, kinds, lights, samples, size, frames, rounds and
     /// layers
@@ -137,7 +140,7 @@ enum Subject {
     /// This program and another commit's in turn, by kind of shot: has a change made frames slower? Takes all that `shots` takes,
     /// and --against
     Guard,
-    /// What glass costs before a sphere of a million triangles (or --triangles): rays a second, by kind
+    /// Cost of glass before a sphere of a million triangles (or --triangles): rays a second, by kind
     Glass,
 }
 
@@ -153,7 +156,7 @@ impl Arguments {
 
     fn layers(&self) -> Layers {
         let alone = matches!(self.subject, Subject::Chains | Subject::Gathered);
-        // those of figures that are in the documentation: what files held if nobody said what, until it became fewer
+        // the layers of the documentation's figures: the former default, before it became smaller
         let many = "diffuse,specular,reflection,refraction,albedo,Z,P,N,object,status,rays";
         let of_figures = if alone { Layers::NONE } else { Layers::parse(many).unwrap_or_default() };
         self.layers.unwrap_or(of_figures)
@@ -181,7 +184,7 @@ fn size(text: &str) -> Result<[u32; 2], String> {
     Ok([side(width)?, side(height)?])
 }
 
-/// Where generated models and results go.
+/// Folder for generated models and results.
 pub fn folder() -> PathBuf {
     let target = std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| "target".into(), PathBuf::from);
     target.join("bench")

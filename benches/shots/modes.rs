@@ -1,4 +1,4 @@
-//! Whole runs in each mode: does `auto` take what the better of `full` and `reproject` takes?
+//! Whole runs in each mode: does `auto` need the time of the better one of `full` and `reproject`?
 
 use std::error::Error;
 use std::time::Instant;
@@ -15,7 +15,7 @@ use super::kinds::{Kind, Lights};
 use super::places::Place;
 use super::suite::{load, run_scenes};
 
-/// In the order of the columns.
+/// Modes in the order of the columns.
 const MODES: [Mode; 3] = [Mode::Full, Mode::Reproject, Mode::Auto];
 
 type Failable<T> = Result<T, Box<dyn Error>>;
@@ -25,16 +25,16 @@ type Failable<T> = Result<T, Box<dyn Error>>;
 struct Row {
     scene: &'static str,
     shot: String,
-    /// How many, or `soft`.
+    /// Number of lights, or `soft`.
     lights: String,
-    /// Of a pixel.
+    /// Number of samples of a pixel.
     samples: u32,
     frames: u32,
     /// Seconds of the whole run, the base frame included.
     full_seconds: f64,
     reproject_seconds: f64,
     auto_seconds: f64,
-    /// After the first, of the run with `auto`.
+    /// Number of full frames after the first, in the run with `auto`.
     frames_in_full: usize,
 }
 
@@ -66,7 +66,8 @@ fn measure_scene(arguments: &Arguments, place: &Place, rows: &mut Vec<Row>) -> F
     Ok(())
 }
 
-/// The modes take turns frame by frame, in alternating order; of each frame the fastest round counts.
+/// Measures all modes. They take turns frame by frame, in alternating order; of each frame the fastest round
+/// counts.
 fn measure(scene: &Scene, settings: &Settings, kind: Kind, arguments: &Arguments) -> Failable<Row> {
     let count = arguments.frames() as usize;
     let mut best = [const { Vec::new() }; MODES.len()].map(|mut seconds: Vec<f64>| {
@@ -107,7 +108,7 @@ fn measure(scene: &Scene, settings: &Settings, kind: Kind, arguments: &Arguments
 }
 
 impl Row {
-    /// A line below [`header`].
+    /// Formats a line below [`header`].
     fn text(&self) -> String {
         let Self { scene, shot, lights, samples, full_seconds, reproject_seconds, auto_seconds, .. } = self;
         let better = full_seconds.min(*reproject_seconds);

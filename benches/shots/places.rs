@@ -1,4 +1,4 @@
-//! The scenes that are measured: where their OBJ is, and from where they are seen and lit.
+//! The scenes that are measured: their OBJ files, and the places of cameras and lights.
 
 use std::error::Error;
 use std::path::{Path, PathBuf};
@@ -11,7 +11,7 @@ use super::sphere;
 /// Scenes by name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum SceneName {
-    /// Of this project: mirrors, glass, textures, 755 polygons
+    /// A city of this project: mirrors, glass, textures, 755 polygons
     City,
     /// An interior of a million triangles; not shipped
     Kitchen,
@@ -28,25 +28,25 @@ pub struct Place {
     pub obj: PathBuf,
     pub eye: DVec3,
     pub target: DVec3,
-    /// Where eye and target get to in [`super::kinds::DOLLY_FRAMES`] frames.
+    /// Places of eye and target after [`super::kinds::DOLLY_FRAMES`] frames.
     pub dolly: [DVec3; 2],
     /// World units that the camera of a chain travels in a frame; [`super::flows`] has the length of its way.
     pub stride: f64,
-    /// The first light is here; the others are within `light_spread` of it.
+    /// Place of the first light; the others are within `light_spread` of it.
     pub light: DVec3,
     pub light_spread: DVec3,
     /// Width and height of the soft light.
     pub panel: [f64; 2],
-    /// What it faces.
+    /// Point that it faces.
     pub panel_target: DVec3,
     /// Intensity of each light.
     pub power: f64,
-    /// Whether a cut turns the camera where it stands; otherwise it goes around the target.
+    /// True if a cut turns the camera where it stands; otherwise it goes around the target.
     pub cut_turns: bool,
 }
 
 impl SceneName {
-    /// The scene; `Err` where its files are not on this machine.
+    /// Finds the scene; `Err` if its files are not on this machine.
     pub fn place(self, triangles: u64, folder: &Path) -> Result<Place, Box<dyn Error>> {
         match self {
             Self::City => Ok(city()),
@@ -57,7 +57,7 @@ impl SceneName {
     }
 }
 
-/// The OBJ of a scene that is not shipped.
+/// Path of the OBJ of a scene that is not shipped.
 fn real_scene(name: &str) -> Result<PathBuf, Box<dyn Error>> {
     let folder = match std::env::var_os("AFTERIMAGE_SCENES") {
         Some(folder) => PathBuf::from(folder),
@@ -70,7 +70,7 @@ fn real_scene(name: &str) -> Result<PathBuf, Box<dyn Error>> {
     Err(format!("there is no {}; AFTERIMAGE_SCENES names the folder of such scenes", obj.display()).into())
 }
 
-/// The OBJ of a sphere in `folder`, made where it is not there yet.
+/// Path of the OBJ of a sphere in `folder`, made if it is not there yet.
 pub fn generated(triangles: u64, folder: &Path) -> Result<PathBuf, Box<dyn Error>> {
     std::fs::create_dir_all(folder)?;
     let obj = folder.join(format!("sphere-{triangles}.obj"));
@@ -117,7 +117,7 @@ fn kitchen(obj: PathBuf) -> Place {
     }
 }
 
-/// Along the rows that are full: there is neither floor nor wall.
+/// The warehouse, seen along the rows that are full: there is neither floor nor wall.
 fn warehouse(obj: PathBuf) -> Place {
     Place {
         name: "warehouse",
@@ -135,7 +135,7 @@ fn warehouse(obj: PathBuf) -> Place {
     }
 }
 
-/// Near enough that the sphere fills most of the picture.
+/// The generated sphere, near enough that it fills most of the picture.
 pub fn rippled_sphere(obj: PathBuf) -> Place {
     Place {
         name: "sphere",

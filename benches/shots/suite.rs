@@ -1,4 +1,4 @@
-//! Which shots are measured, scene by scene.
+//! Shots to measure, scene by scene.
 
 use std::error::Error;
 use std::path::Path;
@@ -18,7 +18,7 @@ use super::places::{Place, SceneName, generated};
 use super::table::{Circumstances, Row, header, write_json};
 use super::{Arguments, folder};
 
-/// Triangles of what moves alone.
+/// Number of triangles of the object that moves alone.
 const OBJECT_TRIANGLES: u64 = 5_000;
 
 /// Measured unless the command line says otherwise: every kind with the first of these...
@@ -39,7 +39,8 @@ pub fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
     run_scenes(arguments, &header(), "shots.json", measure_scene)
 }
 
-/// Has `measure` add rows of each scene that is asked for and is there, below `header`; they are written to `file` as well.
+/// Lets `measure` add rows of each requested scene that exists, below `header`. They are written to `file` as
+/// well.
 pub fn run_scenes<R: Serialize>(
     arguments: &Arguments,
     header: &str,
@@ -97,7 +98,7 @@ fn measure_scene(arguments: &Arguments, place: &Place, rows: &mut Vec<Row>) -> R
     Ok(())
 }
 
-/// Which kinds are measured with which setup; those that move all models apart, as they need another build.
+/// Kinds to measure with each set-up; those that move all models apart, as they need another build.
 fn setups(arguments: &Arguments, moves_all: bool) -> Vec<(Setup, Vec<Kind>)> {
     let by_default =
         arguments.lights.is_empty() && arguments.samples.is_empty() && arguments.depth.is_empty();
@@ -123,7 +124,7 @@ fn setups(arguments: &Arguments, moves_all: bool) -> Vec<(Setup, Vec<Kind>)> {
     lights.iter().flat_map(|lights| of(*lights)).map(chosen).collect()
 }
 
-/// The scene with all lights, and settings for one sample a pixel.
+/// Loads the scene with all lights, and settings for one sample a pixel.
 pub fn load(place: &Place, arguments: &Arguments) -> Result<(Scene, Settings), Box<dyn Error>> {
     let object = generated(OBJECT_TRIANGLES, &folder())?;
     let text = shot_file(place, &object.to_string_lossy(), arguments.frames());

@@ -1,4 +1,4 @@
-//! What was measured, as a table and as JSON.
+//! Measurements as a table and as JSON.
 
 use std::collections::BTreeMap;
 use std::error::Error;
@@ -12,29 +12,29 @@ use super::Arguments;
 use super::contest::{Contestant, Cost, Outcome};
 use super::kinds::Setup;
 
-/// One shot.
+/// Row of one shot.
 #[derive(Debug, Clone, Serialize)]
 pub struct Row {
     pub scene: &'static str,
     pub shot: String,
-    /// How many, or `soft`.
+    /// Number of lights, or `soft`.
     pub lights: String,
-    /// Of a pixel.
+    /// Number of samples of a pixel.
     pub samples: u32,
-    /// Mirrors and panes that a ray may meet.
+    /// Number of mirrors and panes that a ray may meet.
     pub depth: u32,
-    /// By the contestant's name.
+    /// Costs by the contestant's name.
     pub costs: BTreeMap<&'static str, Cost>,
     pub full_over_raw: f64,
-    /// How many times as long the pure-Rust tracer takes.
+    /// Ratio of the pure-Rust tracer's time to Embree's.
     pub rust_over_full: f64,
-    /// How many times as fast a reprojected frame is.
+    /// Speed of a reprojected frame relative to a full one.
     pub full_over_reprojected: f64,
     pub bytes_per_sample: f64,
 }
 
 impl Row {
-    /// `outcome` of one kind of shot.
+    /// Creates a row for `outcome` of one kind of shot.
     pub fn new(scene: &'static str, shot: String, setup: Setup, outcome: &Outcome) -> Self {
         let of = |contestant: Contestant| outcome.costs[contestant as usize];
         let full = of(Contestant::Full).seconds;
@@ -52,7 +52,7 @@ impl Row {
         }
     }
 
-    /// A line below [`header`].
+    /// Formats a line below [`header`].
     pub fn text(&self) -> String {
         let costs = Contestant::ALL.map(|who| self.costs[who.name()]);
         let seconds: String = costs.iter().map(|cost| format!(" {:8.4} |", cost.seconds)).collect();
@@ -85,7 +85,7 @@ pub fn header() -> String {
     format!("{line}\n{}", rule(&line))
 }
 
-/// Where, how and how busily it was measured.
+/// Machine and load with which it was measured, and how.
 #[derive(Debug, Clone, Serialize)]
 pub struct Circumstances {
     pub processor: String,
@@ -95,12 +95,12 @@ pub struct Circumstances {
     pub size: [u32; 2],
     pub frames: u32,
     pub rounds: u32,
-    /// Beside the picture's colours.
+    /// Layers beside the picture's colours.
     pub layers: Layers,
 }
 
 impl Circumstances {
-    /// As they are now.
+    /// Determines the present circumstances.
     pub fn now(arguments: &Arguments) -> Self {
         let (size, frames, rounds) = (arguments.size(), arguments.frames(), arguments.rounds());
         let layers = arguments.layers();
@@ -110,13 +110,13 @@ impl Circumstances {
         Self { processor: processor(), threads, load_before, size, frames, rounds, layers }
     }
 
-    /// For the first line above a table.
+    /// Describes the machine, for the first line above a table.
     pub fn machine(&self) -> String {
         let Self { processor, threads, load_before, .. } = self;
         format!("{processor}, {threads} threads; load before the start: {load_before}")
     }
 
-    /// For the lines above a table of shots.
+    /// Formats the lines above a table of shots.
     pub fn text(&self) -> String {
         let Self { size: [width, height], frames, rounds, layers, .. } = self;
         let layers: Vec<&str> = ["R G B A"].into_iter().chain(layers.names()).collect();
@@ -131,7 +131,7 @@ impl Circumstances {
     }
 }
 
-/// As the system names it.
+/// Name of the processor, from the system.
 fn processor() -> String {
     let text = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
     let name = text.lines().find_map(|line| line.strip_prefix("model name")?.split(": ").nth(1));

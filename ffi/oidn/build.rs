@@ -1,4 +1,4 @@
-//! What tests must know: whether the library is at hand.
+//! Tells tests whether the library is at hand.
 
 use std::env;
 use std::path::{Path, PathBuf};

@@ -18,13 +18,13 @@ const WHAT_TO_DO: &str = "Run `make setup`, which installs it, or set OPENEXR_DI
 
 type Outcome<T> = Result<T, Box<dyn Error>>;
 
-/// Where the library lies on this machine.
+/// Location of the library on this machine.
 struct Installation {
-    /// Folders with `openexr.h` and what it includes.
+    /// Folders with `openexr.h` and the headers that it includes.
     includes: Vec<PathBuf>,
-    /// Folders with the library; empty where the linker finds it by itself.
+    /// Folders with the library; empty if the linker finds it by itself.
     libraries: Vec<PathBuf>,
-    /// The name that the linker wants, with its version suffix: `OpenEXRCore-3_1`.
+    /// Name for the linker, with its version suffix: `OpenEXRCore-3_1`.
     link_name: String,
 }
 
@@ -98,7 +98,7 @@ fn from_folder(folder: &Path) -> Outcome<Installation> {
     Err(format!("OPENEXR_DIR={} holds no lib/libOpenEXRCore", folder.display()).into())
 }
 
-/// `OpenEXRCore-3_1` for a folder with `libOpenEXRCore-3_1.so`.
+/// Name of the library in a folder: `OpenEXRCore-3_1` for `libOpenEXRCore-3_1.so`.
 fn core_library_in(folder: &Path) -> Option<String> {
     let mut names: Vec<String> = fs::read_dir(folder)
         .ok()?
@@ -119,7 +119,7 @@ fn find_header(folders: &[PathBuf], name: &str) -> Outcome<PathBuf> {
     Ok(found.ok_or_else(|| format!("OpenEXR's header {name} is in none of {folders:?}"))?)
 }
 
-/// The header is asked rather than pkg-config, because the bindings are made from the header.
+/// Checks the version in the header rather than in pkg-config, because the bindings are made from the header.
 fn check_version(config: &Path) -> Outcome<()> {
     println!("cargo::rerun-if-changed={}", config.display());
     let header = fs::read_to_string(config)?;

@@ -1,4 +1,4 @@
-//! What tests must know: whether OpenEXR's own tools are at hand.
+//! Tells tests whether OpenEXR's own tools are at hand.
 
 use std::env;
 

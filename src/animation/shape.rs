@@ -6,9 +6,9 @@ use glam::Vec3;
 /// A shape on the way between two of a model's shapes. Equal values are the same shape, to the bit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Shape {
-    /// Number of the shape before.
+    /// Number of the shape at the beginning of the way.
     pub from: u32,
-    /// Number of the shape behind; the same number if the shape is one of the model's own.
+    /// Number of the shape at the end of the way; the same number if the shape is one of the model's own.
     pub to: u32,
     /// Position on the way: 0 to below 1.
     pub share: f64,

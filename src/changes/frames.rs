@@ -13,10 +13,10 @@ const MOST_EQUAL: usize = 1_000_000;
 /// Direction of time in which one frame is inferred from another.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Direction {
-    /// To higher numbers.
+    /// Time runs to higher numbers.
     #[default]
     Forward,
-    /// To lower numbers.
+    /// Time runs to lower numbers.
     Backward,
 }
 
@@ -101,7 +101,7 @@ pub fn of_light<'a>(
             tracks.push(target);
         }
     }
-    changes(tracks, clock, direction, |time| LightPose::of(light, time))
+    changes(tracks, clock, direction, |time| LightPose::new(light, time))
 }
 
 /// Counts of moments at which `at(time)`, a function of the values of `tracks`, differs from that of the

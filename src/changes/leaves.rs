@@ -126,7 +126,7 @@ impl Mover<'_> {
 fn boxes_of_meshes(movers: &[Mover<'_>], most: usize) -> HashMap<usize, PartBoxes> {
     let mut boxes = HashMap::new();
     for Mover { model: Model { mesh, .. }, .. } in movers {
-        boxes.entry(address(mesh)).or_insert_with(|| PartBoxes::of(mesh, most));
+        boxes.entry(address(mesh)).or_insert_with(|| PartBoxes::new(mesh, most));
     }
     boxes
 }

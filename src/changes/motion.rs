@@ -78,8 +78,9 @@ impl Motion {
         };
         // counted from two frames before it: the first two numbers of `Until` are not frames
         let start = start - 2;
-        let of_model =
-            |(_, model): &(u32, &Model)| Changes::of(frames::of_model(&model.track, clock, direction), start);
+        let of_model = |(_, model): &(u32, &Model)| {
+            Changes::new(frames::of_model(&model.track, clock, direction), start)
+        };
         let changes: Vec<Changes> = models.par_iter().map(of_model).collect();
         let moves_later = changes.iter().any(|changes| changes.changes_later);
         let mut of_models = vec![Changes::default(); scene.models.len()];
@@ -97,7 +98,7 @@ impl Motion {
             tree: Tree::of(leaves(&movers, place, limit)),
             moves_later,
             lights: (scene.lights.iter())
-                .map(|light| Changes::of(frames::of_light(light, clock, direction), start))
+                .map(|light| Changes::new(frames::of_light(light, clock, direction), start))
                 .collect(),
             models: of_models,
         }
@@ -208,7 +209,7 @@ fn end(changes_later: bool) -> Until {
 impl Changes {
     /// Collects those of the `counts` that can be named, counted from `start`, and notes if there are others
     /// after them.
-    fn of(counts: impl Iterator<Item = i64>, start: i64) -> Self {
+    fn new(counts: impl Iterator<Item = i64>, start: i64) -> Self {
         let mut frames = Vec::new();
         for frame in counts.map(|frame| frame - start) {
             match u16::try_from(frame) {

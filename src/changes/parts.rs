@@ -22,7 +22,7 @@ pub struct PartBoxes {
 
 impl PartBoxes {
     /// Creates up to `most` boxes for each shape of `mesh`, which contain all its triangles.
-    pub fn of(mesh: &Mesh, most: usize) -> Self {
+    pub fn new(mesh: &Mesh, most: usize) -> Self {
         let Some(shapes) = &mesh.shapes else { return Self { in_shapes: vec![boxes_of(mesh, most)] } };
         let parts = parts_of(mesh, most);
         let in_shape = |positions: &Vec<[f32; 3]>| -> Vec<Bounds> {
@@ -87,7 +87,7 @@ fn parts_of(mesh: &Mesh, most: usize) -> Vec<Vec<u32>> {
 /// Three corners of a triangle, object space.
 type Corners = [Vec3; 3];
 
-/// Number of boxes [of](PartBoxes::of) a mesh.
+/// Number of boxes [of](PartBoxes::new) a mesh.
 pub fn count_of_boxes(mesh: &Mesh, most: usize) -> usize {
     if is_cut(mesh, most) { most } else { most.min(mesh.triangles.len()) }
 }
@@ -119,7 +119,7 @@ pub fn boxes_of(mesh: &Mesh, most: usize) -> Vec<Bounds> {
     };
     let mut triangles: Vec<Leaf> = mesh.triangles.par_iter().map(around).collect();
     let parts = parts(&mut triangles, most, Split::Best { patience: 1.0, together: 1 });
-    parts.iter().map(|part| Around::of(part).bounds).collect()
+    parts.iter().map(|part| Around::new(part).bounds).collect()
 }
 
 /// Cuts `triangles` to `count` pieces: always the one with the longest edge, in the middle of that. The

@@ -41,7 +41,7 @@ pub fn parts(leaves: &mut [Leaf], most: usize, split: Split) -> Vec<&mut [Leaf]>
     // negative infinity for parts that stay as they are
     let weight = |part: &[Leaf]| match split {
         Split::Best { together, .. } if part.len() <= together => f64::NEG_INFINITY,
-        Split::Best { patience, .. } => Around::of(part).cost(patience),
+        Split::Best { patience, .. } => Around::new(part).cost(patience),
         Split::Middle => part.len() as f64,
     };
     let mut parts = vec![(weight(leaves), leaves)];
@@ -71,7 +71,7 @@ pub struct Around {
 impl Around {
     const NOTHING: Self = Self { bounds: Bounds::EMPTY, first: u16::MAX, last: 0, count: 0 };
 
-    pub fn of(leaves: &[Leaf]) -> Self {
+    pub fn new(leaves: &[Leaf]) -> Self {
         leaves.iter().fold(Self::NOTHING, Self::with)
     }
 

@@ -57,7 +57,7 @@ fn first_frame<T>(moved: &[(i32, Vec<T>)], segment: &Segment, touches: impl Fn(&
 
 /// A model at one of its places, world space.
 struct Placed {
-    /// Of the parts of its mesh.
+    /// Boxes of the parts of its mesh.
     boxes: Vec<Bounds>,
     triangles: Vec<[DVec3; 3]>,
     /// Around both.
@@ -77,13 +77,13 @@ impl Placed {
         Self { boxes, triangles, around }
     }
 
-    /// Whether a segment meets one of the boxes, which are larger by a share of its distance.
+    /// Returns true if a segment meets one of the boxes, which are larger by a share of its distance.
     fn is_met_in_a_box(&self, segment: &Segment, room: f64) -> bool {
         meets_box(&self.around, segment, room)
             && self.boxes.iter().any(|bounds| meets_box(bounds, segment, room))
     }
 
-    /// Whether a segment meets one of the triangles.
+    /// Returns true if a segment meets one of the triangles.
     fn is_met(&self, segment: &Segment) -> bool {
         meets_box(&self.around, segment, ROOM)
             && self.triangles.iter().any(|triangle| meets_triangle(*triangle, segment))
@@ -95,17 +95,17 @@ fn poses(scene: &Scene, clock: &Clock, direction: Direction) -> Vec<Pose> {
     let pose = |counted: i32| {
         let time = clock.time(count(direction, counted).into());
         let models = scene.models.iter().map(|model| model.track.at(time)).collect();
-        Pose { frame: counted, models, ..Pose::of(scene, 0) }
+        Pose { frame: counted, models, ..Pose::new(scene, 0) }
     };
     counts(clock, direction).into_iter().map(pose).collect()
 }
 
 /// Boxes of all models, object space.
 fn boxes(scene: &Scene) -> Vec<PartBoxes> {
-    scene.models.iter().map(|model| PartBoxes::of(&model.mesh, MOST_BOXES)).collect()
+    scene.models.iter().map(|model| PartBoxes::new(&model.mesh, MOST_BOXES)).collect()
 }
 
-/// Whether a segment meets a box that is larger by a share of its distance: in double precision.
+/// Returns true if a segment meets a box that is larger by a share of its distance: in double precision.
 fn meets_box(bounds: &Bounds, segment: &Segment, room: f64) -> bool {
     let (mut enter, mut leave) = (0.0, f64::from(segment.far));
     for axis in 0..3 {
@@ -152,7 +152,7 @@ fn rank(frame: Option<i32>) -> i32 {
     frame.unwrap_or(i32::MAX)
 }
 
-/// How answers compare with those of brute force.
+/// Comparison of answers with those of brute force.
 #[derive(Debug, Default)]
 struct Tally {
     asked: usize,
@@ -214,12 +214,12 @@ impl Tally {
         }
     }
 
-    /// Of many random scenes; `change` is done to each answer.
+    /// Compares answers in many random scenes; `change` is done to each.
     fn of_random_scenes(limit: usize, direction: Direction, change: impl Fn(i32) -> i32) -> Self {
         Self::at_moments(limit, &Clock::FRAMES, direction, change)
     }
 
-    /// The same at the moments of `clock`.
+    /// Compares answers at the moments of `clock`.
     fn at_moments(limit: usize, clock: &Clock, direction: Direction, change: impl Fn(i32) -> i32) -> Self {
         let mut dice = Dice(7);
         let scenes = if *clock == Clock::FRAMES { 200 } else { 30 };
@@ -542,7 +542,7 @@ fn speed_of_queries() {
             |segment: &Segment| motion.visits(segment.origin, segment.direction, segment.far, segment.after);
         let visits = segments.iter().map(visits).sum::<usize>() as f64 / segments.len() as f64;
         let touched = 100.0 * touched as f64 / segments.len() as f64;
-        let poses: Vec<Pose> = (0..=frames as i32 + 1).map(|frame| Pose::of(&scene, frame)).collect();
+        let poses: Vec<Pose> = (0..=frames as i32 + 1).map(|frame| Pose::new(&scene, frame)).collect();
         let moved: Vec<(i32, Vec<(usize, &Transform)>)> = moved(&poses).collect();
         let near = |place: &Transform, segment: &Segment| {
             let (line, to) = (segment.direction, place.point(Vec3::ZERO) - segment.origin);

@@ -45,7 +45,7 @@ impl Tree {
     pub fn of(mut leaves: Vec<Leaf>) -> Self {
         let mut nodes = Vec::new();
         if !leaves.is_empty() {
-            let all = Around::of(&leaves);
+            let all = Around::new(&leaves);
             let patience = 1.0 + f64::from(all.last - all.first) * PATIENCE;
             build(&mut nodes, &mut leaves, 0, patience);
         }
@@ -112,7 +112,7 @@ impl Node {
     const EMPTY: Self = Self {
         boxes: Bounds8::ORIGIN,
         first: F32x8::ZERO,
-        last: F32x8::of([f32::NEG_INFINITY; LANES]),
+        last: F32x8::new([f32::NEG_INFINITY; LANES]),
         links: [0; LANES],
         leaves: 0,
     };
@@ -153,7 +153,7 @@ fn build(nodes: &mut Vec<Node>, leaves: &mut [Leaf], level: usize, patience: f64
     let best = Split::Best { patience, together: LANES };
     let split = if level < BEST_LEVELS { best } else { Split::Middle };
     let mut parts: Vec<(Around, &mut [Leaf])> =
-        parts(leaves, LANES, split).into_iter().map(|part| (Around::of(part), part)).collect();
+        parts(leaves, LANES, split).into_iter().map(|part| (Around::new(part), part)).collect();
     parts.sort_by_key(|(around, _)| (around.first, around.last));
 
     let number = nodes.len();

@@ -47,7 +47,7 @@ pub enum CoarseArg {
 
 /// Circumstances of a run that decide whether a coarse picture pays.
 #[derive(Debug, Clone, Copy)]
-pub struct Run {
+pub struct CoarseRun {
     /// True if progress is shown to somebody.
     pub is_watched: bool,
     /// True if it writes PNG files.
@@ -59,7 +59,7 @@ pub struct Run {
 impl CoarseArg {
     /// Settings of the coarse picture of a frame of `shot` that is rendered with `settings` on so many
     /// threads. None if there is to be no coarse picture.
-    pub fn plan(self, run: Run, shot: &Shot, settings: &Settings, threads: usize) -> Option<Settings> {
+    pub fn plan(self, run: CoarseRun, shot: &Shot, settings: &Settings, threads: usize) -> Option<Settings> {
         let (of_frame, second) = (rays(shot, settings), RAYS_A_SECOND * threads as u64);
         let is_wanted = match self {
             Self::Auto => run.is_watched && run.writes_png && !run.goes_on && of_frame >= second,
@@ -154,7 +154,7 @@ fn written<'s>(
     frame: i32,
 ) -> Result<(), String> {
     paths::check(job, Some(target), &[("--coarse", path)]).map_err(|error| error.to_string())?;
-    let Destination::File(file) = Destination::of(path).map_err(|error| error.to_string())? else {
+    let Destination::File(file) = Destination::new(path).map_err(|error| error.to_string())? else {
         return Err(format!("{} is not a regular file", path.display()));
     };
     let kind = job.backend.unwrap_or_default();
@@ -178,7 +178,7 @@ mod tests {
     use super::*;
     use crate::scene;
 
-    const WATCHED: Run = Run { is_watched: true, writes_png: true, goes_on: false };
+    const WATCHED: CoarseRun = CoarseRun { is_watched: true, writes_png: true, goes_on: false };
 
     #[test]
     fn coarse_pictures_are_small_and_sharp() {
@@ -214,9 +214,9 @@ mod tests {
         assert!(rays(&shot, &coarse) * PART <= rays(&shot, long));
         assert!(coarse.width >= long.width / 8, "{coarse:?}");
         for run in [
-            Run { is_watched: false, ..WATCHED },
-            Run { writes_png: false, ..WATCHED },
-            Run { goes_on: true, ..WATCHED },
+            CoarseRun { is_watched: false, ..WATCHED },
+            CoarseRun { writes_png: false, ..WATCHED },
+            CoarseRun { goes_on: true, ..WATCHED },
         ] {
             assert_eq!(plan(CoarseArg::Auto, run, long), None, "{run:?}");
             assert!(plan(CoarseArg::Always, run, long).is_some(), "{run:?}");

@@ -15,7 +15,7 @@ pub struct Denoising(Option<Denoiser>);
 
 impl Denoising {
     /// Loads the library if `job` asks for it.
-    pub fn of(job: &Job) -> Result<Self, DenoiseError> {
+    pub fn new(job: &Job) -> Result<Self, DenoiseError> {
         let threads = rayon::current_num_threads();
         job.denoise.map(|quality| Denoiser::new(threads, quality)).transpose().map(Self)
     }
@@ -27,7 +27,7 @@ impl Denoising {
 
     /// Adds the denoiser's memory to that which a run `needs`.
     pub fn need(&self, needs: Need, settings: &Settings) -> Need {
-        if self.0.is_some() { needs.and(Need::of(denoise::need(settings))) } else { needs }
+        if self.0.is_some() { needs.and(Need::new(denoise::need(settings))) } else { needs }
     }
 
     /// Gives a frame its denoised picture. Returns the seconds that this took.

@@ -17,7 +17,7 @@ use crate::report::file_difference::{self, FileDifference, LayerDifference, Pict
 use crate::report::values::name_in_layer;
 use crate::report::whole_file;
 
-/// Below the options in `--help`.
+/// Examples, printed below the options in `--help`.
 const EXAMPLES: &str = "\
 Examples:
   afterimage diff old.exr new.exr                         each layer: largest difference, RMSE, pixels
@@ -104,7 +104,7 @@ fn check_memory(path: &Path) -> Result<(), Failure> {
     let head = whole_file::header(path).map_err(Failure::of)?;
     let part = Part::new("the channels of the first file", file_difference::bytes(&head), "smaller pictures");
     let error = |error| Failure::Failed(format!("{}: {error}", path.display()));
-    Need::of(part).check(&memory::left()).map_err(error)
+    Need::new(part).check(&memory::left()).map_err(error)
 }
 
 /// Finds the files that two names mean.

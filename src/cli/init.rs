@@ -12,7 +12,7 @@ use super::say::terminal::Terminal;
 use crate::output::{self, folder_of};
 use crate::scene::turntable;
 
-/// As typed.
+/// Arguments as typed.
 #[derive(Debug, Clone, Args)]
 #[command(after_help = "\
 Examples:

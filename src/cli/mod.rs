@@ -113,7 +113,7 @@ pub fn run(words: impl IntoIterator<Item = OsString>) -> ExitCode {
 /// Makes a file that grows beyond the limit on files (`ulimit -f`) an error of the one who writes it. Otherwise the system ends the
 /// program there, which could neither say so nor remove what is not whole. (Programs that it starts do not inherit this.)
 fn let_writing_fail() {
-    // what remembers the signal is asked by nobody; where it cannot be registered, all is as it was
+    // the flag is never read; if the signal cannot be registered, everything is as before
     let _ = signal_hook::flag::register(signal_hook::consts::SIGXFSZ, Arc::default());
 }
 

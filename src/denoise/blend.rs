@@ -20,8 +20,8 @@ const NEIGHBOURS: [f32; 5] = [1.0 / 16.0, 4.0 / 16.0, 6.0 / 16.0, 4.0 / 16.0, 1.
 /// Light below this counts as dark: differences are counted as shares of more than this.
 const LEAST_LIGHT: f32 = 1e-6;
 
-/// For each pixel, as shares of its light: the mean square difference between picture and guess, and the variance of the
-/// picture. Keeps its memory.
+/// Blends pictures with their denoised versions, and keeps its memory. Per pixel, as shares of its light: the
+/// mean square difference between picture and guess, and the variance of the picture.
 #[derive(Debug, Default)]
 pub struct Blend {
     pixels: Vec<[f32; 2]>,

@@ -18,7 +18,7 @@ use crate::scene::{CameraTrack, Scene};
 use crate::settings::{Mode, Settings};
 use crate::stereo::Eye;
 
-/// What is kept from one such picture to the next.
+/// Samples that such pictures pass on to the next one.
 pub struct Aside<'s> {
     prepared: Prepared<'s>,
     pictures: Pictures,
@@ -50,11 +50,11 @@ impl<'s> Renderer<'s> {
         prepared.stop.clone_from(&self.prepared.stop);
         let (scene, is_full) = (prepared.scene, prepared.settings.mode == Mode::Full);
         let of_files = camera.map(|camera| scene.space.camera(camera.clone()));
-        let camera = CameraPose::of(of_files.as_ref().unwrap_or(&scene.camera), f64::from(frame));
+        let camera = CameraPose::new(of_files.as_ref().unwrap_or(&scene.camera), f64::from(frame));
         let picture = PictureName { eye: Eye::Left, exposure: 0 };
         let request = PictureRequest {
             picture,
-            pose: Pose { camera, ..Pose::of(scene, frame) },
+            pose: Pose { camera, ..Pose::new(scene, frame) },
             place: None,
             at_frame: None,
             rendered: *rendered + 1,

@@ -55,7 +55,7 @@ pub struct Rule {
     pub has_two_sides: bool,
 }
 
-/// How one picture is made.
+/// Ancestor of one picture, and the changes since then.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Lineage {
     /// The picture whose samples it is made of. `None`: every cell is traced.

@@ -40,7 +40,7 @@ use crate::changes::Direction;
 use crate::exposure::Exposures;
 use crate::film::Film;
 use crate::samples::SampleStore;
-use crate::samples::saved::{PictureName, PictureSamples, Shape};
+use crate::samples::saved::{PictureName, PictureSamples, StoreShape};
 use crate::scene::Scene;
 use crate::settings::{Mode, Settings};
 use crate::stats::{FrameStats, FullEstimate, Memory};
@@ -75,7 +75,7 @@ pub struct Renderer<'s> {
     build_seconds: f64,
     /// The places of the left and the right eye beside the shot's camera, in a shot with two.
     places: [Option<EyePlace>; 2],
-    /// What is kept of the pictures of earlier frames.
+    /// Samples and films of the pictures of earlier frames.
     pictures: Pictures,
     /// Number of frames rendered so far.
     rendered: u32,
@@ -87,13 +87,13 @@ pub struct Finished {
     /// The picture. It is the renderer's: whoever drops it before the next frame is rendered lets that frame be made in its
     /// memory, where what stays the same need not be made again.
     pub film: Arc<Film>,
-    /// What it cost.
+    /// Costs: rays, samples, seconds.
     pub stats: FrameStats,
-    /// What it was seen by, in the space of the shot's files.
+    /// Camera that saw it, in the space of the shot's files.
     pub camera: CameraPose,
     /// Who answered the rays.
     pub backend: BackendKind,
-    /// What headers say of its layers: names and values.
+    /// Attributes of its layers for headers of files: names and values.
     pub about_layers: Arc<[(String, String)]>,
 }
 
@@ -128,9 +128,9 @@ impl<'s> Renderer<'s> {
         self.prepared.stop = stop;
     }
 
-    /// Of how many tiles a watcher is told in each frame: those of all eyes, exposures and levels of samples.
+    /// Number of tiles that a watcher is told of in each frame: those of all eyes, exposures and levels of samples.
     pub fn tiles_a_frame(&self) -> usize {
-        let Shape { tiles, eyes, exposures, .. } = self.shape();
+        let StoreShape { tiles, eyes, exposures, .. } = self.shape();
         tiles.iter().sum::<usize>() * eyes.len() * exposures
     }
 
@@ -146,7 +146,7 @@ impl<'s> Renderer<'s> {
         self.render_eye(Eye::Left, frame, reuse)
     }
 
-    /// The same as `eye` sees it. The right eye's samples come from the left eye's of the same frame, whatever `reuse` says, if
+    /// Renders frame number `frame` as `eye` sees it. The right eye's samples come from the left eye's of the same frame, whatever `reuse` says, if
     /// that was rendered right before and not every frame is to be traced in full; while the camera rests and `reuse` is
     /// allowed, from its own of the frame before.
     pub fn render_eye(&mut self, eye: Eye, frame: i32, reuse: bool) -> Result<Finished, RenderError> {
@@ -233,7 +233,7 @@ impl<'s> Renderer<'s> {
         (Rule { reuse, is_full, exposures: count, rests, has_two_sides }, direction)
     }
 
-    /// What is handed out of a frame that `camera` has seen.
+    /// Makes the result of a frame that `camera` has seen.
     fn finished(&self, film: Arc<Film>, stats: FrameStats, camera: &CameraPose) -> Finished {
         let camera = self.prepared.scene.space.camera_of_files(camera);
         let about_layers = Arc::clone(&self.prepared.about_layers);
@@ -243,7 +243,7 @@ impl<'s> Renderer<'s> {
     /// A copy of the samples of the frame rendered last, to [go on](Self::restore) from them later; none before the first frame.
     pub fn snapshot(&self) -> Option<Snapshot> {
         let (moment, pictures) = self.samples()?;
-        Some(Snapshot::of(moment, &pictures))
+        Some(Snapshot::new(moment, &pictures))
     }
 
     /// The samples of the frame rendered last: of each eye that has seen it, of its exposures, level by level.
@@ -252,9 +252,9 @@ impl<'s> Renderer<'s> {
         Some((Moment { frame, rendered: self.rendered, valid }, pictures))
     }
 
-    /// What samples of its frames may be.
-    pub fn shape(&self) -> Shape<'_> {
-        Shape {
+    /// Shape of this renderer's sample stores.
+    pub fn shape(&self) -> StoreShape<'_> {
+        StoreShape {
             tiles: self.prepared.grids.iter().map(|grid| grid.tiles()).collect(),
             layout: &self.prepared.layout,
             eyes: self.eyes(),
@@ -316,7 +316,7 @@ impl<'s> Renderer<'s> {
     }
 }
 
-/// What is said of frame number `frame`, which is `made`.
+/// Makes the statistics of frame number `frame`, of which `made` is a picture.
 fn stats(prepared: &Prepared, frame: i32, made: &RenderedPicture) -> FrameStats {
     let mode = match (made.reuses, prepared.settings.mode) {
         (false, Mode::Full) => "full",

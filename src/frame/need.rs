@@ -1,4 +1,4 @@
-//! What a renderer will need, before there is one. Measured on the project's shots: what the process holds at most is
+//! Foresees the memory of a renderer, before there is one. Measured on the project's shots: what the process holds at most is
 //! within a fifth of it. Samples that fall far from where they were are kept longer than is estimated here:
 //! a picture that turns upside down at once needs up to twice the samples.
 
@@ -23,22 +23,22 @@ const SPARES: f64 = 0.9;
 const HALF_OF_SPARES: f64 = 16.0;
 /// Tiles of a band for each thread: as many as these are there twice.
 const BAND_TILES: u64 = 32;
-/// What a thread works with.
+/// Scratch memory of a thread.
 const THREAD_BYTES: u64 = 12 << 20;
-/// What is touched of the program and its libraries.
+/// Pages of the program and its libraries that are touched.
 const PROGRAM_BYTES: u64 = 20 << 20;
-/// What an Embree device takes for itself and hardly touches.
+/// Address space that an Embree device reserves and hardly touches.
 const EMBREE_RESERVED: u64 = 128 << 20;
-/// What the C library reserves for each thread that begins to allocate, with its stack.
+/// Address space that the C library reserves for each thread that begins to allocate, with its stack.
 const THREAD_RESERVED: u64 = 68 << 20;
 
-/// What [`Renderer::with`](super::Renderer::with) and so many frames, one after the other, will need beside the scene, on so many
+/// Foresees what [`Renderer::with`](super::Renderer::with) and so many frames, one after the other, need beside the scene, on so many
 /// threads.
 pub fn need(shot: &Shot, settings: &Settings, kind: BackendKind, frames: usize, threads: usize) -> Need {
     need_of_chain(shot, settings, kind, most_projected(shot, settings, frames), threads)
 }
 
-/// The same where samples of each store are projected for so many pictures.
+/// Like [`need`], with samples of each store projected for so many pictures.
 fn need_of_chain(shot: &Shot, settings: &Settings, kind: BackendKind, inferred: f64, threads: usize) -> Need {
     let Scene { lights, .. } = &shot.scene;
     let grids = || settings.levels().map(|samples| Grid::new(&Settings { samples, ..settings.clone() }));
@@ -121,7 +121,7 @@ fn need_of_chain(shot: &Shot, settings: &Settings, kind: BackendKind, inferred: 
     Need { parts: parts.collect(), reserved }
 }
 
-/// What samples keep beside themselves.
+/// Names the lights, paths and occlusion for which samples keep results.
 fn kept(scene: &Scene, layout: &TagLayout) -> Vec<String> {
     let counted = |count: usize, what: &str| match count {
         0 => None,
@@ -146,7 +146,7 @@ fn most_projected(shot: &Shot, settings: &Settings, frames: usize) -> f64 {
     if stores_of_eye(shot, settings) == 1 { pictures as f64 - 1.0 } else { pictures as f64 }
 }
 
-/// What pictures with `settings` [beside](super::Aside) the frames of a renderer of `shot` will need.
+/// Foresees what pictures with `settings` [beside](super::Aside) the frames of a renderer of `shot` need.
 pub fn need_of_aside(shot: &Shot, settings: &Settings, kind: BackendKind, threads: usize) -> Need {
     // a camera that is led around may go on for as long as anybody wants
     let mut need = need_of_chain(shot, settings, kind, f64::from(u32::MAX), threads);
@@ -156,7 +156,7 @@ pub fn need_of_aside(shot: &Shot, settings: &Settings, kind: BackendKind, thread
     Need { reserved: [0; 2], ..need }
 }
 
-/// What rays are traced through.
+/// Acceleration structures of the shot.
 fn tracing(shot: &Shot, settings: &Settings, kind: BackendKind) -> Part {
     Part::new(
         format!("tracing {} triangles", shot.triangles()),
@@ -165,7 +165,7 @@ fn tracing(shot: &Shot, settings: &Settings, kind: BackendKind) -> Part {
     )
 }
 
-/// Whether a camera may stand still from one frame to the next.
+/// Returns true if a camera may stand still from one frame to the next.
 fn may_rest(camera: &CameraTrack) -> bool {
     let rests = |frame: f64| {
         let end = camera.eye.rests_until(frame);
@@ -174,7 +174,7 @@ fn may_rest(camera: &CameraTrack) -> bool {
     camera.eye.is_constant() || camera.eye.frames().any(rests)
 }
 
-/// Of ray trees, if any can be kept: as if half of all samples had one, up to what is allowed.
+/// Bytes of ray trees, if any can be kept: as if half of all samples had one, up to what is allowed.
 fn trees(scene: &Scene, settings: &Settings, samples: u64) -> Option<u64> {
     let moves = scene.models.iter().any(|model| !model.track.is_constant());
     let goes_on = scene.materials.iter().any(Material::has_secondary_rays);
@@ -184,7 +184,7 @@ fn trees(scene: &Scene, settings: &Settings, samples: u64) -> Option<u64> {
     can.then_some(all.min(u64::from(settings.tree_memory) << 20)).filter(|bytes| *bytes > 0)
 }
 
-/// Of models that deform, if there are any: a shape as it is placed and as it is traced, and what is traced while the one before
+/// Bytes of models that deform, if there are any: a shape as it is placed and as it is traced, and what is traced while the one before
 /// is still there. All shapes themselves are read by then.
 fn deforming(scene: &Scene, settings: &Settings, kind: BackendKind) -> Option<u64> {
     const POSITION: usize = size_of::<[f32; 3]>();
@@ -209,18 +209,18 @@ pub fn with_writing(need: Need, scene: &Scene, settings: &Settings) -> Need {
         eyes(settings) * pixels * bytes_of_pixel(scene, settings.layers),
         "a smaller --size, fewer --layers",
     );
-    let mut both = need.and(Need::of(film));
+    let mut both = need.and(Need::new(film));
     both.reserved[1] += THREAD_RESERVED;
     both
 }
 
-/// How many each eye has in the worst frame of `shot`.
+/// Number of sample stores of each eye in the worst frame of `shot`.
 fn stores_of_eye(shot: &Shot, settings: &Settings) -> u64 {
     let frames = shot.frames.runs().iter().flat_map(|run| run.first..=run.last);
     exposed::most_stores(&shot.scene, settings, frames) as u64
 }
 
-/// How many there are: each has samples and planes of its own.
+/// Number of eyes: each has samples and planes of its own.
 fn eyes(settings: &Settings) -> u64 {
     if settings.stereo.is_some() { 2 } else { 1 }
 }
@@ -231,7 +231,7 @@ pub fn with_kept(need: Need, shot: &Shot, settings: &Settings) -> Need {
     let grids = settings.levels().map(|samples| Grid::new(&Settings { samples, ..settings.clone() }));
     let tiles: u64 = grids.map(|grid| grid.tiles() as u64).sum();
     let bytes = eyes(settings) * stores_of_eye(shot, settings) * tiles * Tile::bytes_of_cells(&layout) as u64;
-    need.and(Need::of(Part::new("a copy of a base frame's samples", bytes, "--base-place first")))
+    need.and(Need::new(Part::new("a copy of a base frame's samples", bytes, "--base-place first")))
 }
 
 fn embree_threads(threads: usize) -> u64 {
@@ -239,28 +239,28 @@ fn embree_threads(threads: usize) -> u64 {
     threads.min(cores.saturating_sub(1)).max(1) as u64
 }
 
-/// Of all planes together.
+/// Bytes of all planes in one pixel.
 fn bytes_of_pixel(scene: &Scene, layers: Layers) -> u64 {
-    channels(layers, &LightGroups::of(&scene.lights))
+    channels(layers, &LightGroups::new(&scene.lights))
         .map(|channel| if channel.is_float() { 4 } else { 2 })
         .sum()
 }
 
-/// Of the films of an eye: of each store one, and if it `is_mean` of exposures, of what adds up and of what comes of it. What cannot
+/// Bytes a pixel of the films of an eye: of each store one, and if it `is_mean` of exposures, of what adds up and of what comes of it. What cannot
 /// be mixed is in the film of one exposure alone.
 fn bytes_of_films(scene: &Scene, layers: Layers, is_mean: bool, stores: u64) -> u64 {
     let film = bytes_of_pixel(scene, layers);
     if !is_mean {
         return film;
     }
-    let groups = LightGroups::of(&scene.lights);
+    let groups = LightGroups::new(&scene.lights);
     let bytes = |channel: &Channel| if channel.is_float() { 4 } else { 2 };
-    let of_all = |channel: &Channel| MixRule::of(channel) != MixRule::Middle;
+    let of_all = |channel: &Channel| MixRule::new(channel) != MixRule::Middle;
     let mixed: u64 = channels(layers, &groups).filter(of_all).map(|channel| bytes(&channel)).sum();
     4 * channels(layers, &groups).count() as u64 + 2 * film + (stores - 1) * mixed
 }
 
-/// Of the structures that rays are traced through, while they are built.
+/// Bytes a triangle of acceleration structures, while they are built.
 fn bytes_of_triangle(kind: BackendKind) -> u64 {
     match kind {
         BackendKind::Embree => 110,

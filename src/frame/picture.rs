@@ -23,7 +23,7 @@ use super::shot::plan::{CameraChange, Plan};
 use super::shot::prepared::Prepared;
 use super::shot::reflection_maps::{NO_MAPS, ReflectionMaps};
 use super::tiles::level::{Level, LevelScratch};
-use super::tiles::{Shows, TileSum};
+use super::tiles::{FilmContents, TileSum};
 use super::validity::ValidDirection;
 use crate::changes::{Direction, Motion, Until};
 use crate::film::Film;
@@ -114,7 +114,7 @@ pub fn render(
     let shown = history.film.take().and_then(Arc::into_inner);
     let film_is_last = shown.is_some();
     let mut film = shown.unwrap_or_else(|| develop::blank(&history.levels[0].grid, frame.channels));
-    let first_shows = if film_is_last { Shows::Last } else { Shows::Nothing };
+    let first_shows = if film_is_last { FilmContents::Last } else { FilmContents::Nothing };
     let lent = |level: usize| lender.and_then(|lender| lender.levels[level].store.as_ref());
     let mut sum = history.levels[0].render(&frame, estimate, lent(0), scratch, &mut film, first_shows);
     if sum.is_stopped {
@@ -132,7 +132,7 @@ pub fn render(
         let written = coarser.written(level);
         let frame = setup.of_level(&frame, finer, &all_wanted);
         seconds.reproject += begin.elapsed().as_secs_f64();
-        let shows = Shows::Coarser { is_last: film_is_last, written: &written };
+        let shows = FilmContents::Coarser { is_last: film_is_last, written: &written };
         let of_level = level.render(&frame, Estimate::default(), lent(finer), scratch, &mut film, shows);
         if of_level.is_stopped {
             return Err(RenderError::Stopped);
@@ -169,7 +169,7 @@ pub fn render(
     })
 }
 
-/// What of a picture's [`FrameView`] is made for it alone.
+/// Parts of a picture's [`FrameView`] that are made for it alone.
 struct Setup<'a> {
     /// One for each level of samples, as all that follows.
     views: Vec<View>,
@@ -209,8 +209,8 @@ impl<'a> Setup<'a> {
         Self {
             motion_vectors: views.iter().map(motion_vectors).collect(),
             views,
-            deformations: Deformations::of(scene, &pose.models, true),
-            moved_bounds: MovedBounds::of(scene, bounds, pose, &lineage.plan),
+            deformations: Deformations::new(scene, &pose.models, true),
+            moved_bounds: MovedBounds::new(scene, bounds, pose, &lineage.plan),
             dynamic_bounds: MovedBounds::ever(scene, bounds, pose),
             displaced: flagged(pose, |model| {
                 !pose.models[model].is_identity || scene.models[model].mesh.shapes.is_some()
@@ -224,7 +224,7 @@ impl<'a> Setup<'a> {
         }
     }
 
-    /// What the phases of the coarsest level read.
+    /// Makes the view that the phases of the coarsest level read.
     fn frame_view<'f>(
         &'f self,
         prepared: &'f Prepared,
@@ -274,7 +274,7 @@ impl<'a> Setup<'a> {
             layers: settings.layers,
             shows_background: settings.background == Backdrop::Visible,
             motion_vectors: self.motion_vectors[0].as_ref(),
-            kernel: Kernel::of(settings.filter, settings.filter_radius()),
+            kernel: Kernel::new(settings.filter, settings.filter_radius()),
             channels: self.channels,
             light_groups: &prepared.light_groups,
             mattes: prepared.mattes.as_ref(),
@@ -284,7 +284,7 @@ impl<'a> Setup<'a> {
         }
     }
 
-    /// What the phases of level number `level` read, where `frame` is what those of the coarsest one do. `wanted`: of the
+    /// Makes the view that the phases of level number `level` read, from that of the coarsest level, `frame`. `wanted`: of the
     /// levels after it.
     fn of_level<'f>(&'f self, frame: &FrameView<'f>, level: usize, wanted: &'f [Wanted]) -> FrameView<'f> {
         FrameView {
@@ -319,7 +319,7 @@ fn light_changes(pose: &Pose, (motion, other_motion): (&Motion, Option<&Motion>)
     (0..pose.lights.len()).map(change).collect()
 }
 
-/// What the samples of all levels are found to be; and the pixels of `film`, if that may show something left from before.
+/// Audits the samples of all levels, and the pixels of `film`, if that may show something left from before.
 fn audit(levels: &[(FrameView, &SampleStore)], film: Option<&Film>) -> AuditCounts {
     let differs = film.map_or(Vec::new(), |film| audit::film::differing_pixels(levels, film));
     let mut counts = AuditCounts::default();
@@ -335,7 +335,7 @@ fn allow_trees(levels: &mut [Level], settings: &Settings, sharers: usize) {
     ray_trees::allow(&mut tiles, budget / sharers.max(1) as u64, ray_trees::bytes_of_tree(settings.layers));
 }
 
-/// Whether the frame is inferred from the `store` of the frame before, if it can be: not where it shows something else, and with
+/// Decides if the frame is inferred from the `store` of the frame before, if it can be: not where it shows something else, and with
 /// `--mode auto` not where that would not pay. And what it took to choose.
 fn choose(can: bool, store: Option<&SampleStore>, frame: &FrameView) -> (bool, Estimate) {
     match store {

@@ -1,4 +1,4 @@
-//! What ends a render.
+//! Reasons for which a render ends early.
 
 use std::fmt;
 

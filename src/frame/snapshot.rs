@@ -7,7 +7,7 @@ use super::validity::ValidDirection;
 use crate::samples::saved::{LevelSamples, PictureSamples};
 use crate::samples::{SampleStore, Tile};
 
-/// What of a renderer goes with its samples.
+/// State of a renderer that goes with its samples.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Moment {
     /// The frame rendered last.
@@ -21,15 +21,15 @@ pub struct Moment {
 /// Samples of a frame, and what goes with them.
 #[derive(Debug)]
 pub struct Snapshot {
-    /// Of which frame.
+    /// Frame of the samples, and state that goes with it.
     pub moment: Moment,
-    /// Of each picture that it is made of.
+    /// Samples of each picture of the frame.
     pub pictures: Vec<PictureSamples<SampleStore>>,
 }
 
 impl Snapshot {
     /// A copy.
-    pub fn of(moment: Moment, pictures: &[PictureSamples<&SampleStore>]) -> Self {
+    pub fn new(moment: Moment, pictures: &[PictureSamples<&SampleStore>]) -> Self {
         let copy = |LevelSamples { store, wanted }: &LevelSamples<&SampleStore>| {
             let tiles: Vec<Box<Tile>> = store.tiles.par_iter().cloned().collect();
             LevelSamples { store: SampleStore { tiles }, wanted: wanted.clone() }

@@ -14,11 +14,11 @@ use crate::lanes::Vec3x8;
 use crate::pose::Pose;
 use crate::samples::{CELLS, EMPTY, Flags, Octahedral, PathLight, Record, Tag, TagSlot, Tile, half_colors};
 use crate::scene::Scene;
-use crate::shade::surface::{There, reflectance, uv_at};
+use crate::shade::surface::{SurfacePoint, reflectance, uv_at};
 use crate::stereo::Eye;
 use crate::trace::{Backend, Coherence, HitBatch, RayBatch, SceneSubset};
 
-/// What is broken. But for [`Trees`](Spoil::Trees) it is broken for every seventh cell that shows a surface, and in
+/// Class of failure. But for [`Trees`](Spoil::Trees) it is broken for every seventh cell that shows a surface, and in
 /// nothing else: other things that are kept stay as they are or are found out anew.
 #[doc(hidden)]
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -37,9 +37,9 @@ pub enum Spoil {
     Light,
     /// The tags say of lit points that something still hides them, and the other way round.
     Tags,
-    /// What a sample's first path brought is brightened.
+    /// The radiance of a sample's first path is brightened.
     Gathered,
-    /// What paths have brought is held to hold for a frame longer than it does.
+    /// The radiance of paths is taken to be valid for a frame longer than it is.
     Until,
     /// Rays of ambient occlusion are held to find for a frame longer what they found.
     Openness,
@@ -99,7 +99,7 @@ fn spoilt_cells(tile: &Tile) -> Vec<usize> {
     (0..CELLS).step_by(7).filter(|cell| tile.model[*cell] < EMPTY).collect()
 }
 
-/// Whether anything could be spoilt.
+/// Returns true if anything could be spoilt.
 fn spoil_cell(what: Spoil, slots: &[TagSlot], scene: &Scene, tile: &mut Tile, cell: usize) -> bool {
     let record = &mut tile.record[cell];
     // where tags are not known, they and the light that they give are found out anew
@@ -172,7 +172,7 @@ fn hide<'t>(
     tiles: impl Iterator<Item = &'t mut Box<Tile>>,
     pose: &Pose,
 ) -> Result<u64, RenderError> {
-    /// Of the distance from the eye: what is nearer than this is the sample itself.
+    /// Share of the distance from the eye within which a hit is the sample itself.
     const BEHIND: f32 = 1.001;
     let tracer = backend.commit(pose, &vec![false; pose.models.len()])?;
     let camera = &pose.camera;
@@ -194,7 +194,8 @@ fn hide<'t>(
             let (origin, sight) = line_of_sight(tile.point(cell));
             let point = origin + hit.t * sight;
             let mesh = &scene.models[hit.model as usize].mesh;
-            let There { weights, normal, geometric_normal, .. } = There::at(mesh, hit.triangle, point);
+            let SurfacePoint { weights, normal, geometric_normal, .. } =
+                SurfacePoint::at(mesh, hit.triangle, point);
             let is_behind = geometric_normal.dot(sight) > 0.0;
             let side = if is_behind { -1.0 } else { 1.0 };
             let material = mesh.material_of[hit.triangle as usize];

@@ -21,7 +21,7 @@ mod piece;
 
 /// Solid or surface of a quadric, about the Y axis of its object. All but the sphere stand on y = 0.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Shape {
+pub enum QuadricShape {
     /// Ellipsoid around the origin, with a radius along each axis.
     Ellipsoid {
         /// Radii along x, y and z.
@@ -51,7 +51,7 @@ pub enum Shape {
         height: f64,
     },
     /// Hyperboloid of one sheet: a tube with a waist.
-    Waisted {
+    OneSheet {
         /// Radius of both rims.
         radius: f64,
         /// Radius half way up; above 0, less than `radius`.
@@ -60,7 +60,7 @@ pub enum Shape {
         height: f64,
     },
     /// Hyperboloid of two sheets: two bowls, one upside down.
-    Parted {
+    TwoSheets {
         /// Radius of both rims.
         radius: f64,
         /// Distance between the bowls; above 0, less than `height`.
@@ -72,12 +72,12 @@ pub enum Shape {
     Plane {
         /// Coordinates x and z of the centre.
         center: [f64; 2],
-        /// Half of the edge of the square that is drawn of it.
+        /// Radius up to which it is drawn.
         reach: f64,
     },
 }
 
-impl Shape {
+impl QuadricShape {
     /// Name of the shape in shot files; spheres are ellipsoids.
     pub fn name(&self) -> &'static str {
         match self {
@@ -85,7 +85,7 @@ impl Shape {
             Self::Cylinder { .. } => "cylinder",
             Self::Cone { .. } => "cone",
             Self::Paraboloid { .. } => "paraboloid",
-            Self::Waisted { .. } | Self::Parted { .. } => "hyperboloid",
+            Self::OneSheet { .. } | Self::TwoSheets { .. } => "hyperboloid",
             Self::Plane { .. } => "plane",
         }
     }
@@ -110,10 +110,10 @@ const BOX_ROOM: f64 = 2e-7;
 
 impl Quadric {
     /// Creates `shape` in its object's space; `is_open`: without the disks that close it.
-    pub fn new(shape: Shape, is_open: bool) -> Self {
+    pub fn new(shape: QuadricShape, is_open: bool) -> Self {
         let (sides, place) = own_space(shape);
         let mut pieces = sides;
-        let is_endless = matches!(shape, Shape::Plane { .. });
+        let is_endless = matches!(shape, QuadricShape::Plane { .. });
         if !is_open && !is_endless {
             pieces.extend(caps(&pieces));
         }
@@ -228,9 +228,9 @@ impl Quadric {
         (self.inverse.matrix3.transpose() * normal).normalize_or(DVec3::Y).as_vec3()
     }
 
-    /// Texture coordinates. Around the axis u goes once from 0 to 1, to the right as seen from outside, with 0.5 towards +Z,
-    /// and v from 0 at the lower end to 1 at the upper one (spheres: by latitude). Disks show the square around them.
-    /// Planes have the object's x and -z.
+    /// Texture coordinates. Around the axis u goes once from 0 to 1, to the right as seen from outside, with
+    /// 0.5 towards +Z, and v from 0 at the lower end to 1 at the upper one (spheres: by latitude). Disks show
+    /// the square around them. Planes have the object's x and -z.
     pub fn uv(&self, piece: u32, weights: [f32; 2]) -> Vec2 {
         let own = self.piece(piece);
         let point = own.point(weights.map(f64::from));
@@ -263,7 +263,7 @@ fn latitude(point: DVec3) -> f64 {
 }
 
 /// Pieces of the side of `shape` in its own space, and the map from there to object space.
-fn own_space(shape: Shape) -> (Vec<Piece>, DAffine3) {
+fn own_space(shape: QuadricShape) -> (Vec<Piece>, DAffine3) {
     let belt = |profile, range| vec![Piece { kind: Kind::Belt, profile, range }];
     let standing = |radius, height| DAffine3::from_scale(DVec3::new(radius, height, radius));
     // from -1 to 1 instead of from 0 to 1
@@ -272,35 +272,37 @@ fn own_space(shape: Shape) -> (Vec<Piece>, DAffine3) {
         DAffine3::from_translation(DVec3::Y * (height * 0.5)) * DAffine3::from_scale(scale)
     };
     match shape {
-        Shape::Ellipsoid { radii } => {
+        QuadricShape::Ellipsoid { radii } => {
             let ball = Piece { kind: Kind::Ball, profile: [-1.0, 0.0, 1.0], range: [-1.0, 1.0] };
             (vec![ball], DAffine3::from_scale(radii))
         }
-        Shape::Cylinder { radius, height } => (belt([0.0, 0.0, 1.0], [0.0, 1.0]), standing(radius, height)),
-        Shape::Cone { radius, top, height } => {
+        QuadricShape::Cylinder { radius, height } => {
+            (belt([0.0, 0.0, 1.0], [0.0, 1.0]), standing(radius, height))
+        }
+        QuadricShape::Cone { radius, top, height } => {
             let largest = radius.max(top);
             let (below, above) = (radius / largest, top / largest);
             let growth = above - below;
             let profile = [growth * growth, 2.0 * below * growth, below * below];
             (belt(profile, [0.0, 1.0]), standing(largest, height))
         }
-        Shape::Paraboloid { radius, height } => {
+        QuadricShape::Paraboloid { radius, height } => {
             let kind = Kind::Sheet { is_upper: true };
             let bowl = Piece { kind, profile: [0.0, 1.0, 0.0], range: [0.0, 1.0] };
             (vec![bowl], standing(radius, height))
         }
-        Shape::Waisted { radius, waist, height } => {
+        QuadricShape::OneSheet { radius, waist, height } => {
             let square = (waist / radius) * (waist / radius);
             (belt([1.0 - square, 0.0, square], [-1.0, 1.0]), around_waist(radius, height))
         }
-        Shape::Parted { radius, gap, height } => {
+        QuadricShape::TwoSheets { radius, gap, height } => {
             let half = gap / height;
             let steep = 1.0 / (1.0 - half * half);
             let profile = [steep, 0.0, -steep * half * half];
             let sheet = |is_upper, range| Piece { kind: Kind::Sheet { is_upper }, profile, range };
             (vec![sheet(false, [-1.0, -half]), sheet(true, [half, 1.0])], around_waist(radius, height))
         }
-        Shape::Plane { center: [x, z], reach } => {
+        QuadricShape::Plane { center: [x, z], reach } => {
             let place = DAffine3::from_translation(DVec3::new(x, 0.0, z))
                 * DAffine3::from_scale(DVec3::new(reach, reach, reach));
             (vec![disk(0.0, 1.0, true)], place)

@@ -67,7 +67,7 @@ impl Windows {
     }
 
     /// Windows for `settings`.
-    pub fn of(settings: &Settings) -> Self {
+    pub fn new(settings: &Settings) -> Self {
         Self { data: settings.data_window(), picture: [settings.width, settings.height] }
     }
 }
@@ -252,10 +252,10 @@ mod tests {
         let (comments, shot) = ("reprojected".to_owned(), "walk".to_owned());
         let (frame, rate) = (1042, (24000, 1001));
         let fingerprint = Some(Fingerprint {
-            version: Digest::of(b"1"),
-            shot: Digest::of(b"2"),
-            inputs: Digest::of(b"3"),
-            settings: Digest::of(b"4"),
+            version: Digest::new(b"1"),
+            shot: Digest::new(b"2"),
+            inputs: Digest::new(b"3"),
+            settings: Digest::new(b"4"),
         });
         let layers = [(String::from("cryptomatte/1234567/name"), String::from("CryptoObject"))].into();
         FrameMeta {

@@ -105,7 +105,7 @@ mod tests {
     use super::*;
 
     fn some() -> Fingerprint {
-        let [version, shot, inputs, settings] = [&b"v"[..], b"s", b"i", b"o"].map(Digest::of);
+        let [version, shot, inputs, settings] = [&b"v"[..], b"s", b"i", b"o"].map(Digest::new);
         Fingerprint { version, shot, inputs, settings }
     }
 
@@ -122,7 +122,7 @@ mod tests {
 
     #[test]
     fn what_changed_is_told_by_kind() {
-        let other = Fingerprint { shot: Digest::of(b"x"), settings: Digest::of(b"y"), ..some() };
+        let other = Fingerprint { shot: Digest::new(b"x"), settings: Digest::new(b"y"), ..some() };
         assert_eq!(some().changes(&some()), []);
         assert_eq!(some().changes(&other), [Kind::Shot, Kind::Settings]);
     }

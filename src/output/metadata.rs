@@ -76,7 +76,7 @@ fn time_code(frame: i32, numerator: i32, denominator: u32) -> u32 {
         | digits(seconds / 3600) << 24
 }
 
-/// `YYYY:MM:DD hh:mm:ss` in UTC. Times before 1970 are told as its beginning.
+/// Formats a time as `YYYY:MM:DD hh:mm:ss` in UTC. Times before 1970 become its beginning.
 fn date(now: SystemTime) -> String {
     let seconds = now.duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs());
     let (year, month, day) = civil(seconds / 86_400);

@@ -143,7 +143,7 @@ fn conclude(mut child: Child, mut log: File) -> Result<String, String> {
     drop(child.stdin.take());
     let ended = child.wait();
     let mut text = Vec::new();
-    // without its words the outcome is told alone
+    // without the log only the exit status is reported
     let _ = log.rewind().and_then(|()| log.read_to_end(&mut text));
     let text = String::from_utf8_lossy(&text);
     let lines: Vec<&str> = text.lines().filter(|line| !line.trim().is_empty()).collect();

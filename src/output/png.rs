@@ -194,10 +194,10 @@ mod tests {
         assert_eq!(back.into_raw(), [255, 0, 188, 0, 255, 188]);
         assert_eq!(fingerprint(&path), None);
         let made_from = Fingerprint {
-            version: Digest::of(b"1"),
-            shot: Digest::of(b"2"),
-            inputs: Digest::of(b"3"),
-            settings: Digest::of(b"4"),
+            version: Digest::new(b"1"),
+            shot: Digest::new(b"2"),
+            inputs: Digest::new(b"3"),
+            settings: Digest::new(b"4"),
         };
         write_colors(&path, [2, 1], colors(&film).unwrap(), Look::default(), Some(made_from)).unwrap();
         assert_eq!(fingerprint(&path), Some(made_from));

@@ -1,11 +1,11 @@
 //! Sample stores in files: with one a later run continues where this one ends, with the same results as in
 //! one run.
 //!
-//! A file consists of [`MAGIC`], the version of the format, the header (JSON, with its length before it), and a
-//! block for each tile of each level of each picture of the frame (of two eyes, and of exposures that keep samples
-//! of their own), with its length before it. After the header and after each block there is a checksum of
-//! everything before it. Numbers are little-endian. No content is trusted: no list is longer than the shot itself
-//! needs, and references to things that do not exist are refused.
+//! A file consists of [`MAGIC`], the version of the format, the header (JSON, with its length before it), and
+//! a block for each tile of each level of each picture of the frame (of two eyes, and of exposures that keep
+//! samples of their own), with its length before it. After the header and after each block there is a checksum
+//! of everything before it. Numbers are little-endian. No content is trusted: no list is longer than the shot
+//! itself needs, and references to things that do not exist are refused.
 
 use std::cell::Cell;
 use std::fmt;
@@ -20,7 +20,7 @@ use super::fingerprint::Fingerprint;
 use super::staged::{WriteError, write_whole};
 use crate::digest::Digest;
 use crate::input::{self, InputError, Kind};
-use crate::samples::saved::{self, CellMask, LevelSamples, Named, PictureName, PictureSamples, Shape};
+use crate::samples::saved::{self, CellMask, LevelSamples, Named, PictureName, PictureSamples, StoreShape};
 use crate::samples::{SampleStore, TagLayout, Tile};
 use crate::scene::Scene;
 
@@ -159,7 +159,7 @@ fn write_to(
     before.extend(VERSION.to_le_bytes());
     before.extend((text.len() as u32).to_le_bytes());
     before.extend(text);
-    let mut sum = Digest::of(&before);
+    let mut sum = Digest::new(&before);
     out.write_all(&before)?;
     out.write_all(&sum.to_bytes())?;
     let mut length = (before.len() + size_of::<u64>()) as u64;
@@ -169,7 +169,7 @@ fn write_to(
         let encode = |(tile, wanted): &(&Tile, Option<&CellMask>)| {
             let mut block: Vec<u8> = wanted.iter().copied().flatten().copied().collect();
             saved::encode(tile, &mut block);
-            let digest = Digest::of(&block);
+            let digest = Digest::new(&block);
             (block, digest)
         };
         let blocks: Vec<(Vec<u8>, Digest)> = tiles.par_iter().map(encode).collect();
@@ -233,7 +233,7 @@ impl StoreFile {
     /// Reads the samples, whose `shape` must be one that frames of `scene` may have.
     pub fn read(
         mut self,
-        shape: &Shape<'_>,
+        shape: &StoreShape<'_>,
         scene: &Scene,
     ) -> Result<Vec<PictureSamples<SampleStore>>, StoreError> {
         self.read_pictures(shape, scene).map_err(|kind| StoreError { path: self.path, kind })
@@ -241,10 +241,10 @@ impl StoreFile {
 
     fn read_pictures(
         &mut self,
-        shape: &Shape<'_>,
+        shape: &StoreShape<'_>,
         scene: &Scene,
     ) -> Result<Vec<PictureSamples<SampleStore>>, StoreErrorKind> {
-        let Shape { tiles, layout, .. } = shape;
+        let StoreShape { tiles, layout, .. } = shape;
         let has_tiles = self.tiles.iter().map(|tiles| *tiles as usize).eq(tiles.iter().copied());
         if !has_tiles || !shape.fits(&self.pictures) {
             return Err(StoreErrorKind::Unfit);
@@ -300,7 +300,7 @@ impl StoreFile {
         }
         let mut block = vec![0; length];
         self.rest.read_exact(&mut block)?;
-        self.sum = Digest::of_all([self.sum, Digest::of(&block)]);
+        self.sum = Digest::of_all([self.sum, Digest::new(&block)]);
         if Digest::from_bytes(take(&mut self.rest)?) != self.sum {
             return Err(StoreErrorKind::Damaged);
         }
@@ -335,7 +335,7 @@ fn read_header(file: &mut impl Read) -> Result<(Header, Vec<PictureName>, Vec<u3
     }
     let mut text = vec![0; count as usize];
     file.read_exact(&mut text)?;
-    let sum = Digest::of(&[&magic[..], &version, &length, &text].concat());
+    let sum = Digest::new(&[&magic[..], &version, &length, &text].concat());
     if Digest::from_bytes(take(file)?) != sum {
         return Err(StoreErrorKind::Damaged);
     }

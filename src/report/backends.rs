@@ -1,4 +1,4 @@
-//! Comparison of several tracers on the same frames: measurements of each, and the agreement of their pictures.
+//! Comparison of several tracers on the same frames: measurements of each, and agreement of their pictures.
 
 use serde::Serialize;
 
@@ -74,7 +74,7 @@ pub struct RaySpeeds {
 
 impl RaySpeeds {
     /// Computes the speeds over all frames of `totals`.
-    pub fn of(totals: &Totals) -> Self {
+    pub fn new(totals: &Totals) -> Self {
         let (rays, seconds) = (&totals.rays, &totals.tracing);
         let speed =
             |rays: u64, seconds: f64| (rays > 0 && seconds > 0.0).then(|| rays as f64 / seconds / 1e6);
@@ -151,7 +151,7 @@ mod tests {
             tracing: TracingSeconds { primary: 1.5, bounced: 0.5, ..TracingSeconds::default() },
             ..Totals::default()
         };
-        let speeds = RaySpeeds::of(&totals);
+        let speeds = RaySpeeds::new(&totals);
         assert_eq!((speeds.primary, speeds.bounced, speeds.shadow), (Some(2.0), Some(2.0), None));
     }
 }

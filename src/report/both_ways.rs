@@ -83,10 +83,10 @@ pub struct Saving {
 
 impl Saving {
     /// Computes the saving over `frames`.
-    pub fn of<'a>(frames: impl IntoIterator<Item = &'a ComparedFrame>) -> Self {
+    pub fn new<'a>(frames: impl IntoIterator<Item = &'a ComparedFrame>) -> Self {
         let frames: Vec<_> = frames.into_iter().collect();
-        let ours = Totals::of(frames.iter().map(|frame| &frame.reprojected));
-        let full = Totals::of(frames.iter().map(|frame| &frame.full));
+        let ours = Totals::new(frames.iter().map(|frame| &frame.reprojected));
+        let full = Totals::new(frames.iter().map(|frame| &frame.full));
         let seconds = (ours.seconds.rendering(), full.seconds.rendering());
         Self {
             frames: frames.len(),
@@ -108,10 +108,10 @@ pub struct BothTotals {
 
 impl BothTotals {
     /// Sums over `frames`.
-    pub fn of(frames: &[ComparedFrame]) -> Self {
+    pub fn new(frames: &[ComparedFrame]) -> Self {
         Self {
-            reprojected: Totals::of(frames.iter().map(|frame| &frame.reprojected)),
-            full: Totals::of(frames.iter().map(|frame| &frame.full)),
+            reprojected: Totals::new(frames.iter().map(|frame| &frame.reprojected)),
+            full: Totals::new(frames.iter().map(|frame| &frame.full)),
         }
     }
 }

@@ -55,20 +55,20 @@ pub struct ComparedEyes {
 
 impl ComparedEyes {
     /// Computes it from `frames`; `None` with one eye.
-    fn of(frames: &[ComparedFrame]) -> Option<Self> {
-        let reprojected = Eyes::of(frames.iter().map(|frame| &frame.reprojected))?;
+    fn new(frames: &[ComparedFrame]) -> Option<Self> {
+        let reprojected = Eyes::new(frames.iter().map(|frame| &frame.reprojected))?;
         let of_right = |frame: &&ComparedFrame| frame.reprojected.eye == Some(Eye::Right);
-        Some(Self { reprojected, saved_right: Saving::of(frames.iter().filter(of_right)) })
+        Some(Self { reprojected, saved_right: Saving::new(frames.iter().filter(of_right)) })
     }
 }
 
 impl Comparison {
     /// Computes all values that follow from `frames`.
     pub fn sum_up(&mut self) {
-        self.totals = BothTotals::of(&self.frames);
-        self.saved = Saving::of(&self.frames);
-        self.eyes = ComparedEyes::of(&self.frames);
-        self.saved_inferred = Saving::of(self.frames.iter().filter(|frame| frame.is_inferred()));
+        self.totals = BothTotals::new(&self.frames);
+        self.saved = Saving::new(&self.frames);
+        self.eyes = ComparedEyes::new(&self.frames);
+        self.saved_inferred = Saving::new(self.frames.iter().filter(|frame| frame.is_inferred()));
     }
 }
 
@@ -116,7 +116,7 @@ pub(crate) mod tests {
             title: "A city & a blimp".into(),
             settings: RunSettings { picture: settings, backend: "embree", threads: 2 },
             frames,
-            totals: BothTotals::of(&[]),
+            totals: BothTotals::new(&[]),
             saved: Saving::default(),
             saved_inferred: Saving::default(),
             eyes: None,
@@ -161,7 +161,7 @@ pub(crate) mod tests {
 
     #[test]
     fn nothing_compared_saves_nothing() {
-        assert_eq!(Saving::of([]), Saving { speed_up: 1.0, ..Saving::default() });
+        assert_eq!(Saving::new([]), Saving { speed_up: 1.0, ..Saving::default() });
     }
 
     #[test]

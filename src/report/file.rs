@@ -31,7 +31,7 @@ impl Destination {
     /// Finds the present destination at `path`. Opens nothing.
     ///
     /// # Errors A folder, a socket, links in a circle, a folder of the path that is none.
-    pub fn of(path: &Path) -> Result<Self, WriteError> {
+    pub fn new(path: &Path) -> Result<Self, WriteError> {
         Self::found(path).map_err(|error| WriteError { path: path.to_owned(), source: error })
     }
 
@@ -76,7 +76,7 @@ fn is_same(found: &Metadata, stream: impl AsFd) -> bool {
 /// Finds out before the work whether a report can be written to `path`, and removes what killed runs left of it.
 /// (Streams are not tried: to open a FIFO is to wait for its reader.)
 pub fn prepare(path: &Path) -> Result<(), WriteError> {
-    if let Destination::File(file) = Destination::of(path)? {
+    if let Destination::File(file) = Destination::new(path)? {
         output::ensure_writable(&file)?;
         output::remove_leftovers(folder_of(&file), |name| file.file_name().is_some_and(|own| own == name));
     }
@@ -92,7 +92,7 @@ pub fn write_json(path: &Path, value: &impl Serialize) -> Result<(), WriteError>
 
 /// Writes `text`. Waits for the reader of a FIFO; one that leaves early is no error.
 pub fn write_text(path: &Path, text: &str) -> Result<(), WriteError> {
-    let written = match Destination::of(path)? {
+    let written = match Destination::new(path)? {
         Destination::File(file) => return output::write_bytes(&file, text.as_bytes()),
         Destination::Stream(stream) => {
             OpenOptions::new().write(true).open(stream).and_then(|stream| write_into(stream, text))
@@ -146,13 +146,13 @@ mod tests {
         symlink("../end", at("deep/second")).unwrap();
         symlink("circle", at("circle")).unwrap();
         assert_eq!(
-            Destination::of(&at("first")).unwrap(),
+            Destination::new(&at("first")).unwrap(),
             Destination::File(at("deep/../end")),
             "no file yet"
         );
         fs::write(at("end"), "").unwrap();
-        assert_eq!(Destination::of(&at("first")).unwrap(), Destination::File(at("end")));
-        Destination::of(&at("circle")).unwrap_err();
-        Destination::of(Path::new("")).unwrap_err();
+        assert_eq!(Destination::new(&at("first")).unwrap(), Destination::File(at("end")));
+        Destination::new(&at("circle")).unwrap_err();
+        Destination::new(Path::new("")).unwrap_err();
     }
 }

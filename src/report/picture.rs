@@ -63,7 +63,7 @@ pub fn hex([r, g, b]: [u8; 3]) -> String {
 pub fn beauty(film: &Film, denoised: Option<&[Plane; 3]>, look: Look) -> Option<String> {
     let denoised = denoised.map(|planes| planes.each_ref().map(|plane| plane.values.to_floats()));
     let (planes, on_screen) = (denoised.or_else(|| colors(film))?, on_screen(look));
-    Some(Blocks::of(film, WIDEST).png(|block| {
+    Some(Blocks::new(film, WIDEST).png(|block| {
         let mut sum = [0.0; 3];
         for pixel in block {
             let light = on_screen(planes.each_ref().map(|plane| plane[*pixel]));
@@ -82,7 +82,7 @@ pub fn difference_map(a: &Film, b: &Film) -> Option<String> {
         channels.fold(0.0, larger)
     };
     let largest = |block: &[usize]| block.iter().map(apart).fold(0.0, larger);
-    Some(Blocks::of(a, WIDEST_MAP).png(|block| false_color::of_difference(largest(block))))
+    Some(Blocks::new(a, WIDEST_MAP).png(|block| false_color::of_difference(largest(block))))
 }
 
 /// The larger value. A NaN is larger than any number.
@@ -102,7 +102,7 @@ pub fn status_map(film: &Film) -> Option<String> {
         [missed + obscured, overlapped]
     };
     let worse = |a: &&usize, b: &&usize| badness(**a).partial_cmp(&badness(**b)).unwrap_or(Ordering::Equal);
-    Some(Blocks::of(film, WIDEST_MAP).png(|block| {
+    Some(Blocks::new(film, WIDEST_MAP).png(|block| {
         let worst = block.iter().max_by(worse).copied().unwrap_or(0);
         let mut sum = [0.0; 3];
         for (plane, color) in planes.iter().zip(colors) {
@@ -136,7 +136,7 @@ struct Blocks {
 
 impl Blocks {
     /// Divides a film into blocks, at most `widest` of them in a row.
-    fn of(film: &Film, widest: usize) -> Self {
+    fn new(film: &Film, widest: usize) -> Self {
         Self { side: side(film.width, widest), size: [film.width, film.height].map(|edge| edge as usize) }
     }
 

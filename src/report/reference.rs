@@ -22,14 +22,14 @@ pub struct ErrorTotals {
 }
 
 impl ErrorTotals {
-    fn of<'a>(frames: impl IntoIterator<Item = &'a ComparedFrame>) -> Self {
+    fn new<'a>(frames: impl IntoIterator<Item = &'a ComparedFrame>) -> Self {
         let (frames, errors): (Vec<ComparedFrame>, Vec<BothErrors>) =
             frames.into_iter().filter_map(|frame| Some((frame.clone(), frame.error?))).unzip();
         let both = BothErrors {
             reprojected: PictureError::over(errors.iter().map(|error| error.reprojected)),
             full: PictureError::over(errors.iter().map(|error| error.full)),
         };
-        let totals = BothTotals::of(&frames);
+        let totals = BothTotals::new(&frames);
         let needs = |error: f64, seconds: f64| error.powi(2) * seconds;
         let (ours, full) = (both.reprojected.display, both.full.display);
         let [our_time, full_time] = [
@@ -62,8 +62,8 @@ impl Reference {
     pub fn of(samples: u32, frames: &[ComparedFrame]) -> Self {
         Self {
             samples,
-            all: ErrorTotals::of(frames),
-            inferred: ErrorTotals::of(frames.iter().filter(|frame| frame.is_inferred())),
+            all: ErrorTotals::new(frames),
+            inferred: ErrorTotals::new(frames.iter().filter(|frame| frame.is_inferred())),
         }
     }
 }
@@ -95,8 +95,8 @@ mod tests {
     fn nothing_is_said_where_there_is_no_error() {
         let mut exact = frame(2, 90);
         exact.error = Some(BothErrors::default());
-        let totals = ErrorTotals::of([&exact]);
+        let totals = ErrorTotals::new([&exact]);
         assert_eq!((totals.frames, totals.ratio, totals.speed_up_at_equal_error), (1, None, None));
-        assert_eq!(ErrorTotals::of([&frame(2, 90)]), ErrorTotals::default(), "not compared");
+        assert_eq!(ErrorTotals::new([&frame(2, 90)]), ErrorTotals::default(), "not compared");
     }
 }

@@ -158,7 +158,7 @@ impl GatheredLight {
     #[inline(always)]
     pub fn opennesses(&self, first: usize) -> F32x8 {
         let (eight, rays) = (&self.openness[first..first + LANES], self.rays as f32);
-        F32x8::of(std::array::from_fn(|lane| f32::from(eight[lane].open) / rays))
+        F32x8::new(std::array::from_fn(|lane| f32::from(eight[lane].open) / rays))
     }
 
     /// Resets gathered light and openness of the samples whose number `is_doubtful`.

@@ -108,7 +108,7 @@ mod tests {
 
     #[test]
     fn tiles_go_when_nothing_is_wanted_of_them() {
-        let mut pool = TilePool::new(TagLayout::of(std::iter::empty()));
+        let mut pool = TilePool::new(TagLayout::new(std::iter::empty()));
         let mut old = SampleStore::default();
         pool.grow(&mut old, 4);
         for (tile, mark) in old.tiles.iter_mut().zip(100..) {
@@ -136,7 +136,7 @@ mod tests {
 
     #[test]
     fn a_store_that_is_lent_keeps_its_tiles() {
-        let mut pool = TilePool::new(TagLayout::of(std::iter::empty()));
+        let mut pool = TilePool::new(TagLayout::new(std::iter::empty()));
         let mut store = SampleStore::default();
         pool.grow(&mut store, 3);
         let mut lent = OldStore::Lent(&store);

@@ -64,7 +64,7 @@ pub struct PictureSamples<S> {
 
 /// Shape of a renderer's sample stores.
 #[derive(Debug, Clone)]
-pub struct Shape<'a> {
+pub struct StoreShape<'a> {
     /// Number of tiles of each level of a picture.
     pub tiles: Vec<usize>,
     /// Layout of the samples' data.
@@ -75,7 +75,7 @@ pub struct Shape<'a> {
     pub exposures: usize,
 }
 
-impl Shape<'_> {
+impl StoreShape<'_> {
     /// Returns true if `pictures`, in order, may be the saved ones of a frame: some of each eye, none twice.
     pub fn fits(&self, pictures: &[PictureName]) -> bool {
         let is_there = |name: &PictureName| self.eyes.contains(&name.eye) && name.exposure < self.exposures;
@@ -292,7 +292,7 @@ mod tests {
     use crate::changes::world::{mesh_of_two, model, scene};
 
     fn layout() -> TagLayout {
-        TagLayout::of([1, 16, 1].into_iter()).with_paths(2).with_occlusion(8)
+        TagLayout::new([1, 16, 1].into_iter()).with_paths(2).with_occlusion(8)
     }
 
     /// Creates a scene of two models of two triangles.

@@ -73,7 +73,7 @@ pub struct Flags(u16);
 impl Flags {
     /// The eye sees the back of the triangle.
     pub const FROM_BEHIND: Self = Self(1);
-    /// It was not verified in the frame before that the eye sees the sample.
+    /// Visibility from the eye was not verified in the frame before.
     pub const UNSEEN: Self = Self(2);
     /// The stored light must be summed anew.
     pub const STALE: Self = Self(4);
@@ -464,7 +464,7 @@ mod tests {
 
     #[test]
     fn a_sample_is_as_small_as_it_says() {
-        let [point, area] = [1, 16].map(|points| TagLayout::of(std::iter::once(points)));
+        let [point, area] = [1, 16].map(|points| TagLayout::new(std::iter::once(points)));
         assert_eq!(Tile::bytes_of_cells(&point) / CELLS, 49 + 1);
         assert_eq!(Tile::bytes_of_cells(&area) / CELLS, 49 + 4);
     }

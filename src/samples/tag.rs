@@ -154,7 +154,7 @@ pub struct TagLayout {
 
 impl TagLayout {
     /// Creates a layout for lights to which samples send so many shadow rays each.
-    pub fn of(points: impl Iterator<Item = usize>) -> Self {
+    pub fn new(points: impl Iterator<Item = usize>) -> Self {
         let mut layout = Self::default();
         for points in points {
             let (slot, count) = match points {
@@ -174,7 +174,7 @@ impl TagLayout {
         let has_areas = scene.lights.iter().any(|light| light.kind.is_area());
         let rays = settings.occlusion_rays.clamp(1, MOST_OCCLUSION_RAYS) as usize;
         let rays = if scene.asks_openness(settings.layers) { rays } else { 0 };
-        let layout = Self::of(points).with_paths(paths).with_occlusion(rays);
+        let layout = Self::new(points).with_paths(paths).with_occlusion(rays);
         Self { is_seeded: layout.is_seeded || has_areas, ..layout }
     }
 
@@ -234,7 +234,7 @@ impl Tags {
         }
     }
 
-    /// Mutable access to [`single`](Self::single).
+    /// Mutable access to the tags that `single` returns.
     #[inline]
     pub fn single_mut(&mut self, slot: TagSlot) -> &mut [Tag] {
         match slot {
@@ -249,11 +249,11 @@ impl Tags {
         match slot {
             TagSlot::Single(column) => {
                 let tags = &self.single[column][first..first + LANES];
-                Mask::of(|lane| tags[lane].is_lit())
+                Mask::new(|lane| tags[lane].is_lit())
             }
             TagSlot::Area(column) => {
                 let tags = &self.area[column][first..first + LANES];
-                Mask::of(|lane| tags[lane].lit() >> point & 1 != 0)
+                Mask::new(|lane| tags[lane].lit() >> point & 1 != 0)
             }
         }
     }
@@ -267,7 +267,7 @@ impl Tags {
         }
     }
 
-    /// Mutable access to [`area`](Self::area).
+    /// Mutable access to the tags that `area` returns.
     #[inline]
     pub fn area_mut(&mut self, slot: TagSlot) -> &mut [AreaTag] {
         match slot {
@@ -386,7 +386,7 @@ mod tests {
 
     #[test]
     fn lights_of_both_sorts_have_columns_of_their_own() {
-        let layout = TagLayout::of([1, 16, 1, 4].into_iter());
+        let layout = TagLayout::new([1, 16, 1, 4].into_iter());
         assert_eq!(layout.bytes(), 2 + 2 * 4);
         let mut tags = Tags::unknown(&layout);
         for (light, slot) in layout.slots.iter().enumerate() {

@@ -10,7 +10,7 @@ use crate::exposure::LensPose;
 /// A camera whose place, direction and lens are keyed: a pinhole, or an orthographic one.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CameraTrack {
-    /// World space.
+    /// Position of the eye, world space.
     pub eye: Track<DVec3>,
     /// Viewing direction.
     pub aim: Aim,
@@ -47,10 +47,10 @@ impl Default for Lens {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Projection {
-    /// From one point.
+    /// All lines of sight start at one point.
     #[default]
     Perspective,
-    /// Side by side.
+    /// All lines of sight are parallel.
     Orthographic,
 }
 
@@ -94,7 +94,7 @@ impl CameraTrack {
         let focus = match (&self.lens.focus, &self.aim) {
             (Some(focus), _) => focus.at(frame),
             (None, Aim::Target { target, .. }) => (target.at(frame) - self.eye.at(frame)).length(),
-            // a loader asks for one
+            // a loader demands `focus` here
             (None, Aim::Rotation(_)) => 1.0,
         };
         Some(LensPose { radius, focus })
@@ -106,9 +106,9 @@ impl CameraTrack {
 pub enum Aim {
     /// Looks at a point of world space; `roll` in degrees banks it clockwise.
     Target {
-        /// World space.
+        /// Point that the camera looks at, world space.
         target: Track<DVec3>,
-        /// Degrees.
+        /// Roll, degrees.
         roll: Track<f64>,
     },
     /// Pitch (up), yaw (left) and roll (clockwise) in degrees; zero looks along -Z with +Y up. Roll is applied

@@ -76,7 +76,7 @@ impl Findings {
         Ok(())
     }
 
-    /// The picture is as asked, but the files are odd.
+    /// Records a warning: the picture is as asked for, but the files are odd.
     pub fn note(&mut self, finding: SceneError) {
         self.warnings.push(Warning(finding));
     }

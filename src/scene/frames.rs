@@ -1,22 +1,22 @@
-//! Which frames of a shot to render: `1-100x2,150`.
+//! Frames of a shot to render: `1-100x2,150`.
 
 use std::fmt;
 
-/// Most frames that a range may name: at 24 a second, eleven hours.
+/// Maximum number of frames that a range may name: at 24 a second, eleven hours.
 pub const MOST_FRAMES: u64 = 1_000_000;
 
 /// Frames from `first` to `last`, both included where `step` meets them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Run {
-    /// A frame of the run.
+    /// First frame of the run.
     pub first: i32,
-    /// Never below `first`; itself a frame of the run.
+    /// Last frame of the run, never below `first`.
     pub last: i32,
-    /// At least 1.
+    /// Distance from frame to frame, at least 1.
     pub step: u32,
 }
 
-/// The frames that were asked for. Never empty, at most [`MOST_FRAMES`].
+/// Requested frames. Never empty, at most [`MOST_FRAMES`].
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Frames {
     runs: Vec<Run>,
@@ -49,7 +49,7 @@ impl Frames {
         Ok(Self { runs })
     }
 
-    /// From `first` to `last`.
+    /// Creates the frames from `first` to `last`.
     ///
     /// # Panics
     /// Where `last` is before `first`.
@@ -58,7 +58,7 @@ impl Frames {
         Self { runs: vec![Run { first, last, step: 1 }] }
     }
 
-    /// In rising order of their first frame; runs may overlap.
+    /// Runs in rising order of their first frame; they may overlap.
     pub fn runs(&self) -> &[Run] {
         &self.runs
     }
@@ -82,7 +82,7 @@ impl Frames {
     }
 }
 
-/// As [`Frames::parse`] reads it.
+/// Writes the frames as [`Frames::parse`] reads them.
 impl fmt::Display for Frames {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         for (i, run) in self.runs.iter().enumerate() {

@@ -7,11 +7,11 @@ use crate::animation::Track;
 /// One light of a shot.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Light {
-    /// As the shot names it.
+    /// Name in the shot.
     pub name: String,
-    /// Its shape, with what can be keyed of it.
+    /// Shape, with its keyed values.
     pub kind: LightKind,
-    /// Linear RGB, unitless.
+    /// Colour, linear RGB, unitless.
     pub color: Track<Vec3>,
     /// Irradiance for a directional light and a sun; intensity, which falls with the square of the distance,
     /// for the others; a rectangle's and a disc's falls with the cosine to its axis, too.
@@ -40,7 +40,7 @@ impl LightGroups {
     pub const OTHERS: &str = "others";
 
     /// Collects the groups of `lights`.
-    pub fn of(lights: &[Light]) -> Self {
+    pub fn new(lights: &[Light]) -> Self {
         let name = |light: &Light| light.group.clone().unwrap_or_else(|| Self::OTHERS.into());
         let (grouped, others): (Vec<_>, Vec<_>) = lights.iter().partition(|light| light.group.is_some());
         let mut names: Vec<String> = Vec::new();
@@ -55,7 +55,7 @@ impl LightGroups {
 }
 
 impl Light {
-    /// The most shadow rays that a sample sends to a light, and as many as it does unless the shot says otherwise.
+    /// Maximum number of shadow rays that a sample sends to a light, and the default.
     pub const MOST_SAMPLES: u32 = 16;
 
     /// Number of shadow rays that each sample sends to the light.
@@ -67,14 +67,14 @@ impl Light {
 /// The shape of a light.
 #[derive(Debug, Clone, PartialEq)]
 pub enum LightKind {
-    /// Shines from a point to all sides.
+    /// A point that shines to all sides.
     Point {
         /// World space.
         position: Track<DVec3>,
     },
     /// Parallel light from infinitely far away.
     Directional {
-        /// The way that the light travels; world space, any length but zero.
+        /// Direction in which the light travels; world space, any length but zero.
         direction: Track<DVec3>,
     },
     /// A point light behind a round stop.
@@ -88,7 +88,8 @@ pub enum LightKind {
         /// The share of the cone's half angle, from its rim inwards, over which the light fades; 0..=1.
         soft: f64,
     },
-    /// A rectangle that shines to one side. As all areas it has soft shadows, is seen in mirrors, and not by the eye.
+    /// A rectangle that shines to one side. Like all areas it casts soft shadows and is seen in mirrors, but
+    /// not by the camera.
     Rectangle {
         /// Its centre; world space.
         position: Track<DVec3>,
@@ -115,7 +116,7 @@ pub enum LightKind {
     },
     /// Light from infinitely far away, from all directions within a cone.
     Sun {
-        /// The way that the light travels in the middle of the cone; world space, any length but zero.
+        /// Direction in which the light travels in the middle of the cone; world space, any length but zero.
         direction: Track<DVec3>,
         /// Degrees of the whole cone, 0..180.
         angle: f64,

@@ -24,11 +24,10 @@ pub fn load(path: &Path, strict: bool) -> Result<Shot, SceneError> {
     load_sharing(path, strict, MOST_ADDED)
 }
 
-/// [`load`] with another limit for the triangles that still models may add by being copies of each other, before they share them: tests
-/// have small shots share meshes.
+/// Loads a shot like [`load`], with another limit for the triangles that copies of still models may add
+/// before they share a mesh: tests let small shots share meshes.
 ///
-/// # Errors
-/// Those of [`load`].
+/// # Errors Those of [`load`].
 pub fn load_sharing(path: &Path, strict: bool, most_added: u64) -> Result<Shot, SceneError> {
     let extension = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
     match extension.as_str() {
@@ -45,7 +44,7 @@ fn read_text(path: &Path) -> Result<String, SceneError> {
     let unreadable =
         |error: InputError| SceneError::new(path, format!("the shot file cannot be read: {error}"));
     let input = input::open(path, Kind::Shot).map_err(unreadable)?;
-    let need = Need::of(Part::new("reading the shot file", READING_BYTES * input.length, "fewer keys"));
+    let need = Need::new(Part::new("reading the shot file", READING_BYTES * input.length, "fewer keys"));
     need.check(&memory::left()).map_err(|error| SceneError::new(path, error.to_string()))?;
     let bytes = input.read_all().map_err(unreadable)?;
     String::from_utf8(bytes).map_err(|error| {
@@ -55,10 +54,9 @@ fn read_text(path: &Path) -> Result<String, SceneError> {
     })
 }
 
-/// The turntable of the OBJ file at `path`: see [`turntable`].
+/// Loads the OBJ file at `path` as a turntable: see [`turntable`].
 ///
-/// # Errors
-/// Those of [`load`].
+/// # Errors Those of [`load`].
 pub fn load_turntable(path: &Path, strict: bool, options: &turntable::Options) -> Result<Shot, SceneError> {
     turntable::shot(path, strict, options)
 }

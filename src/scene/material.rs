@@ -2,27 +2,27 @@
 
 use glam::Vec3;
 
-/// MTL's Phong material with the meaning that `illum` gives to it settled.
+/// MTL's Phong material, with the meaning of `illum` settled.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Material {
-    /// As `newmtl` names it.
+    /// Name after `newmtl`.
     pub name: String,
-    /// Kd, times the share `d` that the surface does not let through. Multiplied with the texture where
-    /// there is one.
+    /// Diffuse reflectance: Kd, times the share `d` that the surface does not let through. Multiplied with
+    /// the texture, if any.
     pub diffuse: Vec3,
-    /// Ka, Kd where the file gives none; times `d`.
+    /// Ambient reflectance: Ka, or Kd if the file gives none; times `d`.
     pub ambient: Vec3,
-    /// Ks, for highlights.
+    /// Specular reflectance of highlights: Ks.
     pub specular: Vec3,
-    /// Ke, radiance.
+    /// Emitted radiance: Ke.
     pub emission: Vec3,
-    /// Ns, the exponent of the highlight.
+    /// Exponent of the highlight: Ns.
     pub shininess: f32,
     /// Transport of light beside diffuse and highlight: opaque, mirror or glass.
     pub optics: Optics,
     /// Metal-rough reflection, in place of `specular` and `shininess`.
     pub metal_rough: Option<MetalRough>,
-    /// map_Kd: index into [`Scene::textures`](super::Scene::textures).
+    /// Texture of map_Kd: index into [`Scene::textures`](super::Scene::textures).
     pub diffuse_map: Option<u32>,
 }
 
@@ -45,35 +45,35 @@ pub struct MetalRough {
 /// Effect of a surface on a ray from the camera.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Optics {
-    /// Nothing: the ray ends.
+    /// No effect: the ray ends.
     Opaque,
-    /// Reflects it, weighted with `tint` (Ks; `illum` 3). `fresnel` (`illum` 5): by Schlick's formula
+    /// Reflects the ray, weighted with `tint` (Ks; `illum` 3). `fresnel` (`illum` 5): by Schlick's formula
     /// from `tint` head-on to white at grazing angles.
     Mirror {
-        /// Ks.
+        /// Colour of the reflection: Ks.
         tint: Vec3,
-        /// Grows towards grazing angles.
+        /// True if the reflection grows towards grazing angles.
         fresnel: bool,
     },
-    /// Lets a share of it through (`d` below 1).
+    /// Lets a share of the light through (`d` below 1).
     Glass {
-        /// Colour of what comes through: 1 - d, times Tf.
+        /// Colour of transmitted light: 1 - d, times Tf.
         transmission: Vec3,
-        /// Ni. 1: straight through, and nothing reflects.
+        /// Index of refraction: Ni. 1: straight through, and nothing reflects.
         index: f32,
-        /// Ks for `illum` 4, 6, 7, 9: tint of the reflection; Fresnel's formula weighs it.
+        /// Tint of the reflection, weighted by Fresnel's formula: Ks for `illum` 4, 6, 7, 9.
         reflection: Vec3,
     },
 }
 
-/// The largest part of a material's colours: samples keep them as half floats.
+/// Maximum of a material's colour channels: samples keep them as half floats.
 pub const LARGEST_COLOR: f32 = 65504.0;
 
-/// The name of what stands for no material.
+/// Name of the stand-in for a missing material.
 const FALLBACK: &str = "(none)";
 
 impl Material {
-    /// Grey, for faces without a material.
+    /// Creates the grey material for faces without one.
     pub fn fallback() -> Self {
         Self {
             name: String::from(FALLBACK),

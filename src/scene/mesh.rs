@@ -10,7 +10,7 @@ use rayon::prelude::*;
 use super::Shapes;
 use crate::geometry::{Bounds, Quadric};
 
-/// Triangles that one thread looks at in one go.
+/// Number of triangles that one thread handles in one go.
 const BLOCK: usize = 1 << 14;
 
 /// A triangle mesh in object space, or a quadric.
@@ -21,13 +21,13 @@ const BLOCK: usize = 1 << 14;
 /// All per-vertex lists have either no entry or one a vertex.
 #[derive(Debug, Clone)]
 pub struct Mesh {
-    /// Finite, shared with Embree.
+    /// Vertex positions. Finite, shared with Embree.
     pub positions: Arc<VertexBuffer>,
-    /// Counter-clockwise seen from outside; indices into the per-vertex lists. Never empty.
+    /// Triangles as indices into the per-vertex lists, counter-clockwise seen from outside. Never empty.
     pub triangles: Arc<Vec<[u32; 3]>>,
-    /// Unit length, or zero where the file's was unusable (the face's normal serves then).
+    /// Vertex normals of unit length, or zero if the file's was unusable (the face's normal is used then).
     pub normals: Vec<Vec3>,
-    /// v = 0 at the bottom of the picture, as in OBJ.
+    /// Texture coordinates: v = 0 at the bottom of the picture, as in OBJ.
     pub uvs: Vec<Vec2>,
     /// Number of `triangles`, from the first on, that cast shadows. Shadow rays pass the rest.
     pub shadow_casting: usize,
@@ -42,7 +42,7 @@ pub struct Mesh {
     pub shapes: Option<Arc<Shapes>>,
 }
 
-/// Names of a mesh's triangles, as OBJ files give with `g` and `o`.
+/// Groups of a mesh's triangles, as OBJ files name them with `g` and `o`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Groups {
     /// Distinct names.
@@ -53,36 +53,36 @@ pub struct Groups {
 }
 
 impl Default for Groups {
-    /// All triangles in one group.
+    /// Puts all triangles in one group.
     fn default() -> Self {
         Self { names: vec![String::from("default")], begins: vec![(0, 0)] }
     }
 }
 
 impl Groups {
-    /// No triangles yet.
+    /// Creates groups with these names, without triangles yet.
     pub fn named(names: impl Iterator<Item = String>) -> Self {
         Self { names: names.collect(), begins: Vec::new() }
     }
 
-    /// From triangle number `first` on, which is behind all others that were said, all are in this group.
+    /// Puts all triangles from number `first` on in this group. `first` rises from call to call.
     pub fn begin(&mut self, first: u32, group: u32) {
         if self.begins.last().is_none_or(|(_, last)| *last != group) {
             self.begins.push((first, group));
         }
     }
 
-    /// The numbers of those that triangles are in.
+    /// Numbers of the groups that have triangles.
     pub fn used(&self) -> BTreeSet<usize> {
         self.begins.iter().map(|(_, group)| *group as usize).collect()
     }
 
-    /// By their numbers; the first is that of triangles that the file puts in none.
+    /// Names by number. The first is that of triangles that the file puts in no group.
     pub fn names(&self) -> &[String] {
         &self.names
     }
 
-    /// The number of the group of a triangle.
+    /// Number of a triangle's group.
     #[inline]
     pub fn of(&self, triangle: u32) -> usize {
         let after = match &self.begins[..] {
@@ -147,7 +147,8 @@ impl Mesh {
 }
 
 impl Bounds {
-    /// Around all vertices of `mesh`, object space, in all of its shapes, used by a triangle or not.
+    /// Computes the box around all vertices of `mesh`, object space, in all of its shapes, whether a triangle
+    /// uses them or not.
     pub fn of(mesh: &Mesh) -> Self {
         mesh.all_positions().flatten().fold(Self::EMPTY, |all, point| all.with(Vec3::from_array(*point)))
     }

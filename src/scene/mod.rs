@@ -1,4 +1,7 @@
 //! The scene as plain data, and its loaders.
+//!
+//! Spaces: a mesh lives in its model's *object* space; a [`Model`]'s track takes it to *world* space. Units
+//! are the OBJ's. Right-handed, Y up. Nothing here traces a ray or knows Embree.
 
 pub mod camera;
 pub mod environment;
@@ -57,7 +60,7 @@ pub struct Scene {
     pub textures: Vec<Texture>,
     /// Lights in the order of the shot.
     pub lights: Vec<Light>,
-    /// Light that reaches everything: multiplies a material's `ambient`.
+    /// Ambient light, which reaches everything: multiplies a material's `ambient`.
     pub ambient: Vec3,
     /// True if ambient light is dimmed by ambient occlusion.
     pub ambient_is_occluded: bool,
@@ -115,11 +118,11 @@ impl Scene {
 /// Radiance of the sky by direction; linear, scene-referred.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Background {
-    /// Straight up.
+    /// Radiance straight up.
     pub zenith: Vec3,
-    /// At the height of the eye, seen from above.
+    /// Radiance at the height of the eye, seen from above.
     pub horizon: Vec3,
-    /// Below the horizon.
+    /// Radiance below the horizon.
     pub ground: Vec3,
 }
 

@@ -1,4 +1,4 @@
-//! Finding the files that other files name, also where those were written on another system.
+//! Finds the files that other files name, even if those were written on another system.
 
 use std::path::{Component, Path, PathBuf};
 

@@ -20,11 +20,11 @@ const FAR: f64 = 8.0;
 /// below it the least distance at which a ray leaves a surface is too large.
 const USUAL: std::ops::RangeInclusive<f64> = 1.0 / 16.0..=1_099_511_627_776.0;
 
-/// From the space of the files to the space in which they are rendered: `(point - origin) * scale`.
+/// Transform from the space of the files to the space in which they are rendered: `(point - origin) * scale`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RenderSpace {
     origin: DVec3,
-    /// A power of two.
+    /// Factor, a power of two.
     scale: f64,
 }
 
@@ -65,7 +65,7 @@ impl Extent {
         frames.fold(self, |extent, frame| extent.with_model_at(bounds, track, frame))
     }
 
-    /// With a model in it as it stands at a frame.
+    /// Extends it by a model as it stands at a frame.
     pub fn with_model_at(self, (low, high): (DVec3, DVec3), track: &TransformTrack, frame: f64) -> Self {
         let map = track.map_at(frame);
         let corner = |i: u8| {
@@ -78,17 +78,17 @@ impl Extent {
         (0..8).fold(self, |extent, i| extent.with(map.transform_point3(corner(i))))
     }
 
-    /// With all places of the eye in it.
+    /// Extends it by all positions of the eye.
     pub fn with_camera(self, camera: &CameraTrack) -> Self {
         camera.eye.values().fold(self, Self::with)
     }
 }
 
 impl RenderSpace {
-    /// That of the files.
+    /// The space of the files.
     pub const OF_FILES: Self = Self { origin: DVec3::ZERO, scale: 1.0 };
 
-    /// Fit for what lies within `extent`.
+    /// Chooses the space for everything within `extent`.
     pub(crate) fn fit_for(extent: Extent) -> Self {
         let (center, half) = ((extent.low + extent.high) * 0.5, (extent.high - extent.low) * 0.5);
         let size = half.max_element();
@@ -98,7 +98,7 @@ impl RenderSpace {
         let scale = if USUAL.contains(&largest) || !largest.is_normal() {
             1.0
         } else if largest > *USUAL.end() {
-            // no more than it must: what is near and small comes closer to the limit of tiny shots
+            // no smaller than it must be: small things near the camera come closer to the limit of tiny shots
             (USUAL.end().log2() - largest.log2().ceil()).exp2()
         } else {
             (-largest.log2().round()).exp2()
@@ -121,12 +121,12 @@ impl RenderSpace {
         self.scale
     }
 
-    /// A point, converted from the space of the files.
+    /// Converts a point from the space of the files.
     pub fn point(&self, point: DVec3) -> DVec3 {
         (point - self.origin) * self.scale
     }
 
-    /// A point, converted back.
+    /// Converts a point back to the space of the files.
     pub fn point_of_files(&self, point: Vec3) -> DVec3 {
         point.as_dvec3() / self.scale + self.origin
     }
@@ -136,12 +136,12 @@ impl RenderSpace {
         place / self.scale + self.origin
     }
 
-    /// A length, converted from the space of the files.
+    /// Converts a length from the space of the files.
     pub fn length(&self, length: f64) -> f32 {
         (length * self.scale) as f32
     }
 
-    /// A length, converted back.
+    /// Converts a length back to the space of the files.
     pub fn length_of_files(&self, length: f32) -> f32 {
         (f64::from(length) / self.scale) as f32
     }

@@ -7,13 +7,13 @@ use rayon::prelude::*;
 
 use crate::animation::Shape;
 
-/// The normal of vertices that have none.
+/// Number for vertices that have no normal.
 const NONE: u32 = u32::MAX;
 
 /// The shapes of a mesh that deforms.
 #[derive(Debug, Clone)]
 pub struct Shapes {
-    /// By shape, the positions of the mesh's vertices: object space, finite. Never empty.
+    /// Vertex positions by shape: object space, finite. Never empty.
     list: Vec<Vec<[f32; 3]>>,
     /// Shared normals of a mesh that has any.
     normals: Option<SharedNormals>,
@@ -64,8 +64,9 @@ impl Shapes {
         positions
     }
 
-    /// The normals of the vertices at these `positions`: unit length, or zero where there is none. Empty for a flat mesh. Each is the
-    /// mean of those of the triangles around it, by their areas.
+    /// Computes the normals of the vertices at these `positions`: unit length, or zero if there is none.
+    /// Empty for a flat mesh. Each is the mean of the normals of the triangles around it, weighted by their
+    /// areas.
     pub fn normals(&self, positions: &[[f32; 3]], triangles: &[[u32; 3]]) -> Vec<Vec3> {
         let Some(shared) = &self.normals else { return Vec::new() };
         let place = |corner: u32| Vec3::from_array(positions[corner as usize]).as_dvec3();

@@ -8,11 +8,11 @@ use glam::{Vec2, Vec3};
 /// A picture for `map_Kd`, as 8-bit sRGB texels.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Texture {
-    /// For messages.
+    /// Path of the picture, for messages.
     pub path: PathBuf,
-    /// Texels.
+    /// Width in texels.
     pub width: u32,
-    /// Texels.
+    /// Height in texels.
     pub height: u32,
     /// Rows from the top, sRGB-encoded RGBA bytes; shared by all textures made of the same file.
     pub texels: Arc<[[u8; 4]]>,
@@ -48,8 +48,8 @@ impl Texture {
         above.lerp(below, fy)
     }
 
-    /// The two texels between whose centres `t` (0..1 over the picture) lies, and how far from the
-    /// first, 0..1.
+    /// Finds the two texels between whose centres `t` (0..1 over the picture) lies, and the position between
+    /// them, 0..1.
     fn neighbours(&self, t: f32, size: u32) -> (u32, u32, f32) {
         let t = match (t.is_finite(), self.clamp) {
             (false, _) => 0.0,

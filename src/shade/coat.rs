@@ -1,13 +1,13 @@
 //! The reflecting layer of metal-rough surfaces, as rays see it: [microfacets](super::ggx), with the light
 //! that is reflected between them, above a surface that scatters the light that the layer lets through.
 //!
-//! - *Light reflected several times* between microfacets is added in the colour of the first reflection, so that a white metal
-//!   reflects all light however rough it is: Turquin, "Practical multiple scattering compensation for microfacet models",
-//!   2019.
-//! - *The surface beneath* scatters what the layer does not reflect: one less the layer's albedo in the direction of the ray
-//!   (albedo scaling, as the OpenPBR and MaterialX specifications have it). It is a factor for all light that was
-//!   scattered, wherever that came from. So the light that samples keep does not depend on the eye, and the factor is applied
-//!   when it is shown.
+//! - *Light reflected several times* between microfacets is added in the colour of the first reflection, so
+//!   that a white metal reflects all light however rough it is: Turquin, "Practical multiple scattering
+//!   compensation for microfacet models", 2019.
+//! - *The surface beneath* scatters the light that the layer does not reflect: one less the layer's albedo in
+//!   the direction of the ray (albedo scaling, as the OpenPBR and MaterialX specifications have it). It is a
+//!   factor for all light that was scattered, wherever that came from. So the light that samples store does not
+//!   depend on the eye, and the factor is applied when it is shown.
 
 #[cfg(test)]
 mod furnace;
@@ -48,7 +48,7 @@ fn regularized(alpha: f32) -> f32 {
 
 impl Coats {
     /// Creates the layers of all `materials`.
-    pub fn of(materials: &[Material]) -> Self {
+    pub fn new(materials: &[Material]) -> Self {
         let mut known: Vec<(f32, Albedos)> = Vec::new();
         let coats = materials.iter().map(|material| {
             let metal_rough = material.metal_rough.as_ref()?;
@@ -56,7 +56,7 @@ impl Coats {
             let [of_eye, of_paths] = [alpha, regularized(alpha)].map(|alpha| {
                 let found = known.iter().find(|(known, _)| *known == alpha).map(|(_, albedos)| *albedos);
                 let albedos = found.unwrap_or_else(|| {
-                    let albedos = Albedos::of(alpha);
+                    let albedos = Albedos::new(alpha);
                     known.push((alpha, albedos));
                     albedos
                 });
@@ -125,7 +125,7 @@ impl Coats {
             return None;
         }
         let mut all =
-            CoatLanes::of(|material| self.get(material), materials).seen(reflectance, normals, incoming);
+            CoatLanes::new(|material| self.get(material), materials).seen(reflectance, normals, incoming);
         if let Some(rays) = rays {
             for (lane, material) in materials.iter().enumerate() {
                 // one by one, exactly as those who cast the rays see the layers: counts must not differ by
@@ -187,7 +187,7 @@ mod tests {
     }
 
     pub(super) fn seen(material: &Material, cos: f32) -> SeenCoat {
-        let coats = Coats::of(std::slice::from_ref(material));
+        let coats = Coats::new(std::slice::from_ref(material));
         coats.seen(0, material.painted(), [Vec3::Z; 2], -at(cos), SeenBy::Eye).expect("it has a layer")
     }
 
@@ -236,7 +236,7 @@ mod tests {
         let mut textured = material(0.4, 1.0, 0.5);
         (textured.diffuse_map, textured.ambient) = (Some(0), Vec3::ZERO);
         let texel = Vec3::new(1.0, 0.5, 0.0);
-        let coats = Coats::of(std::slice::from_ref(&textured));
+        let coats = Coats::new(std::slice::from_ref(&textured));
         let of_texture = coats.seen(0, textured.painted() * texel, [Vec3::Z; 2], -at(0.8), SeenBy::Eye);
         assert_eq!(of_texture.expect("it has one").head_on, texel * 0.5);
         let dark = coats.seen(0, Vec3::ZERO, [Vec3::Z; 2], -at(0.8), SeenBy::Eye).expect("it has one");
@@ -246,7 +246,7 @@ mod tests {
     #[test]
     fn paths_find_smooth_surfaces_rougher_and_no_darker() {
         for (roughness, alpha) in [(0.0, 0.1), (0.25, 0.125), (0.5, 0.3), (0.8, 0.64)] {
-            let coats = Coats::of(&[material(roughness, 1.0, 1.0)]);
+            let coats = Coats::new(&[material(roughness, 1.0, 1.0)]);
             let seen = coats.seen(0, Vec3::ONE, [Vec3::Z; 2], -at(0.6), SeenBy::Path).expect("it has one");
             assert!((seen.alpha - alpha).abs() < 1e-6 && (seen.albedo.x - 1.0).abs() < 1e-3, "{seen:?}");
         }
@@ -256,7 +256,7 @@ mod tests {
     /// triangle.
     #[test]
     fn nothing_is_mirrored_below_the_triangle() {
-        let coats = Coats::of(&[material(0.0, 1.0, 1.0)]);
+        let coats = Coats::new(&[material(0.0, 1.0, 1.0)]);
         let leaning = Vec3::new(0.9, 0.0, 0.1).normalize();
         for incoming in [-at(0.3), Vec3::new(0.95, 0.0, -0.3).normalize()] {
             let seen =

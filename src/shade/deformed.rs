@@ -29,7 +29,7 @@ pub struct DeformedPlace {
 impl Deformed {
     /// Creates `mesh` in `shape`; `None` if it does not deform. Without `normals` the result serves for
     /// points alone.
-    pub fn of(mesh: &Mesh, shape: &Shape, normals: bool) -> Option<Self> {
+    pub fn new(mesh: &Mesh, shape: &Shape, normals: bool) -> Option<Self> {
         let shapes = mesh.shapes.as_ref()?;
         let positions = shapes.positions(shape);
         let normals = if normals { shapes.normals(&positions, &mesh.triangles) } else { Vec::new() };
@@ -114,14 +114,14 @@ pub struct Deformations {
 impl Deformations {
     /// Creates the shapes of `scene` with its models at these places. Without `normals` they serve for points
     /// alone.
-    pub fn of(scene: &Scene, places: &[Transform], normals: bool) -> Self {
+    pub fn new(scene: &Scene, places: &[Transform], normals: bool) -> Self {
         if scene.models.iter().all(|model| model.mesh.shapes.is_none()) {
             return Self::default();
         }
         let models = scene.models.iter().zip(places);
         // a model that is not there has no samples, and is met by no ray
         let deformed = models.map(|(model, place)| {
-            if place.is_visible { Deformed::of(&model.mesh, &place.shape, normals) } else { None }
+            if place.is_visible { Deformed::new(&model.mesh, &place.shape, normals) } else { None }
         });
         Self { all: deformed.collect() }
     }

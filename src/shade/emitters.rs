@@ -61,7 +61,7 @@ pub struct NotThere {
 
 impl Emitters {
     /// Collects the emitters of all models of `scene`.
-    pub fn of(scene: &Scene) -> Self {
+    pub fn new(scene: &Scene) -> Self {
         let brightness: Vec<f32> =
             scene.materials.iter().map(|material| luminance(material.emission)).collect();
         if brightness.iter().all(|brightness| *brightness == 0.0) {
@@ -178,8 +178,8 @@ impl Emitters {
         if transform.is_identity {
             return of_object;
         }
-        // a linear map M takes an area with the unit normal n to one that is |det M| / |transpose(M) n| times as large,
-        // where n is the normal of the result
+        // a linear map M takes an area with the unit normal n to one that is |det M| / |transpose(M) n| times
+        // as large, where n is the normal of the result
         let map = transform.to_world.matrix3;
         of_object * Vec3::from(map.transpose() * glam::Vec3A::from(normal)).length() / map.determinant().abs()
     }
@@ -253,7 +253,7 @@ mod tests {
     }
 
     fn deformations(scene: &Scene, pose: &Pose) -> Deformations {
-        Deformations::of(scene, &pose.models, false)
+        Deformations::new(scene, &pose.models, false)
     }
 
     fn world_area(
@@ -274,10 +274,10 @@ mod tests {
     #[test]
     fn the_density_of_all_places_is_one() {
         for scene in [glowing_city(), bent(glowing_city())] {
-            let emitters = Emitters::of(&scene);
+            let emitters = Emitters::new(&scene);
             assert!(scene.models.iter().any(|model| !model.track.is_constant()), "or too little is tested");
             for frame in [1, 20] {
-                let pose = Pose::of(&scene, frame);
+                let pose = Pose::new(&scene, frame);
                 let shapes = deformations(&scene, &pose);
                 let mut sum = 0.0;
                 for (number, model) in scene.models.iter().enumerate() {
@@ -297,7 +297,7 @@ mod tests {
     #[test]
     fn places_are_as_dense_as_they_say() {
         for scene in [glowing_city(), bent(glowing_city())] {
-            let (emitters, pose) = (Emitters::of(&scene), Pose::of(&scene, 20));
+            let (emitters, pose) = (Emitters::new(&scene), Pose::new(&scene, 20));
             let shapes = deformations(&scene, &pose);
             let mut counts = vec![0; scene.models.len()];
             const DRAWN: u32 = 4096;
@@ -325,7 +325,7 @@ mod tests {
     fn what_is_not_there_is_chosen_as_often_and_is_no_place() {
         let mut scene = glowing_city();
         let count = |scene: &Scene| {
-            let (emitters, pose) = (Emitters::of(scene), Pose::of(scene, 20));
+            let (emitters, pose) = (Emitters::new(scene), Pose::new(scene, 20));
             let choose = |index| {
                 let [choice, along, above, _] = PathRandom { seed: 5, index }.four(0);
                 emitters
@@ -353,8 +353,8 @@ mod tests {
                 .collect(),
             ..scene
         };
-        let emitters = Emitters::of(&dark);
+        let emitters = Emitters::new(&dark);
         assert!(emitters.is_empty() && !emitters.emits(0));
-        assert_eq!(emitters.choose(&dark, &Pose::of(&dark, 1), &Deformations::default(), [0.5; 3]), None);
+        assert_eq!(emitters.choose(&dark, &Pose::new(&dark, 1), &Deformations::default(), [0.5; 3]), None);
     }
 }

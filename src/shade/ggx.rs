@@ -1,14 +1,15 @@
 //! Reflection of rough surfaces: a microfacet model with the GGX distribution.
 //!
-//! - Distribution: Trowbridge and Reitz 1975; Walter et al., "Microfacet Models for Refraction through Rough Surfaces",
-//!   2007, who call it GGX.
+//! - Distribution: Trowbridge and Reitz 1975; Walter et al., "Microfacet Models for Refraction through Rough
+//!   Surfaces", 2007, who call it GGX.
 //! - Masking and shadowing: height-correlated Smith; Heitz, "Understanding the Masking-Shadowing Function in
 //!   Microfacet-Based BRDFs", 2014, equations 72 and 99.
 //! - Fresnel: Schlick, "An Inexpensive BRDF Model for Physically-based Rendering", 1994.
-//! - Sampling of visible normals: Dupuy and Benyoub, "Sampling Visible GGX Normals with Spherical Caps", 2023.
+//! - Sampling of visible normals: Dupuy and Benyoub, "Sampling Visible GGX Normals with Spherical Caps",
+//!   2023.
 //!
-//! Directions have unit length and point away from the surface. In functions of one direction at a time they are in the
-//! space of the surface: its normal is Z.
+//! Directions have unit length and point away from the surface. In functions of one direction at a time they
+//! are in the space of the surface: its normal is Z.
 
 use std::f32::consts::{FRAC_1_PI, TAU};
 
@@ -21,8 +22,8 @@ use crate::lanes::{F32x8, Vec3x8};
 /// single floats.
 pub const LEAST_ALPHA: f32 = 0.002;
 
-/// Width of the distribution for a roughness from 0 to 1 (`Pr`): its square (Burley, "Physically Based Shading at Disney",
-/// 2012), so that equal steps of roughness look like equal steps.
+/// Width of the distribution for a roughness from 0 to 1 (`Pr`): its square (Burley, "Physically Based
+/// Shading at Disney", 2012), so that equal steps of roughness look like equal steps.
 pub fn alpha_of(roughness: f32) -> f32 {
     (roughness * roughness).max(LEAST_ALPHA)
 }

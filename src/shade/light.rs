@@ -192,7 +192,7 @@ fn samples_from(
 ) -> LightSample {
     let mut light_sample = from_places(light, pattern.asides(sample, first), Vec3x8::splat(point));
     if light.points < first + LANES {
-        let is_there = Mask::of(|lane| first + lane < light.points);
+        let is_there = Mask::new(|lane| first + lane < light.points);
         light_sample.irradiance = is_there.select3(light_sample.irradiance, Vec3x8::ZERO);
         light_sample.reaches = light_sample.reaches & is_there;
     }

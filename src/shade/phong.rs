@@ -19,8 +19,8 @@ struct Paint {
     emission: Vec3,
     /// Ambient light where no texture colours it.
     plain_ambient: Vec3,
-    /// Ambient light, for each unit of reflectance: where a texture colours the diffuse light it colours the ambient
-    /// one as well.
+    /// Ambient light, for each unit of reflectance: where a texture colours the diffuse light it colours the
+    /// ambient one as well.
     ambient: Vec3,
     /// Diffuse reflectance, for each unit of reflectance: 1, or less where the ambient one is larger.
     diffuse: Vec3,
@@ -64,7 +64,7 @@ impl Palette {
     pub fn of(scene: &Scene) -> Self {
         let paints = scene.materials.iter().map(|material| paint(material, scene.ambient)).collect();
         let brightest = scene.materials.iter().fold(Vec3::ZERO, |most, one| most.max(one.diffuse));
-        Self { coats: Coats::of(&scene.materials), brightest, ..Self::new(paints) }
+        Self { coats: Coats::new(&scene.materials), brightest, ..Self::new(paints) }
     }
 
     fn new(paints: Vec<Paint>) -> Self {
@@ -157,7 +157,7 @@ impl Palette {
             specular.set_lane(lane, paint(lane).specular);
             shininess.set_lane(lane, paint(lane).shininess);
         }
-        let goes_on = Mask::of(|lane| paint(lane).goes_on);
+        let goes_on = Mask::new(|lane| paint(lane).goes_on);
         Gloss { specular, shininess, is_any: specular.is_some().any(), goes_on }
     }
 

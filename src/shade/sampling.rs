@@ -101,8 +101,8 @@ pub fn hash_of(numbers: &[f32]) -> u32 {
     numbers.iter().fold(0, |hash, number| scrambled(hash ^ number.to_bits()))
 }
 
-/// An integer hash in which each bit of the input changes each bit of the result about as often as not (Wellons'
-/// "lowbias32").
+/// An integer hash in which each bit of the input changes each bit of the result about as often as not
+/// (Wellons' "lowbias32").
 #[inline]
 fn scrambled(bits: u32) -> u32 {
     let bits = (bits ^ (bits >> 16)).wrapping_mul(0x7feb_352d);
@@ -120,8 +120,8 @@ pub fn cosine_direction([along, above]: [f32; 2], [x, y, z]: [Vec3; 3]) -> Vec3 
     (x * (radius * cos) + y * (radius * sin) + z * up).normalize_or(z)
 }
 
-/// Two directions at right angles to `normal` (unit length) and to each other: Duff et al., "Building an Orthonormal
-/// Basis, Revisited", 2017.
+/// Two directions at right angles to `normal` (unit length) and to each other: Duff et al., "Building an
+/// Orthonormal Basis, Revisited", 2017.
 #[inline]
 pub fn orthonormal(normal: Vec3) -> [Vec3; 2] {
     let sign = 1.0_f32.copysign(normal.z);

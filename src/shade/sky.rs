@@ -16,7 +16,7 @@ pub struct SkyLight {
 
 impl SkyLight {
     /// Creates the sky of `scene`.
-    pub fn of(scene: &Scene) -> Self {
+    pub fn new(scene: &Scene) -> Self {
         let (background, environment) = (scene.background, scene.environment.clone());
         let sampled = environment.clone().unwrap_or_else(|| Environment::from_background(&background));
         Self { background, environment, sampled: Some(sampled).filter(|sky| !sky.is_black()) }

@@ -118,7 +118,7 @@ impl Corners {
                 (second[lane], third[lane]) = (u as f32, v as f32);
             }
         }
-        [F32x8::of(second), F32x8::of(third)]
+        [F32x8::new(second), F32x8::new(third)]
     }
 
     /// Normals of the triangles by the right-hand rule over the corners, of unit length.
@@ -224,7 +224,7 @@ pub fn of_quadrics<'a>(
 
 /// Surface of a mesh at a point of one of its primitives, object space.
 #[derive(Debug, Clone, Copy)]
-pub struct There {
+pub struct SurfacePoint {
     /// Barycentric weights: see [`Corners::weights_at`].
     pub weights: [f32; 2],
     /// Shading normal; unit length.
@@ -235,7 +235,7 @@ pub struct There {
     pub distance: f64,
 }
 
-impl There {
+impl SurfacePoint {
     /// Computes the surface at `point` of `triangle`, or of the piece with that number, of `mesh`.
     pub fn at(mesh: &Mesh, triangle: u32, point: Vec3) -> Self {
         if let Some(quadric) = &mesh.quadric {

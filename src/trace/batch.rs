@@ -21,7 +21,7 @@ pub enum Coherence {
     /// Like `Bounced`, but the hit of such a ray depends on no other ray of its batch, to the bit, so that it
     /// may be cast again among others; except for rays exactly along a plane of two axes that graze a
     /// triangle's edge.
-    BouncedAlone,
+    BouncedIndependent,
     /// Rays to the points of an area light, from one surface or from neighbours: a bundle for walls and
     /// floors. But among the small triangles of one model each ray finds its own. The backend chooses how to
     /// traverse them.
@@ -31,8 +31,8 @@ pub enum Coherence {
     Incoherent,
 }
 
-/// Sixteen rays in world space: points `origin + t * direction` for t above `near` and up to `far`. Directions
-/// have any length but zero.
+/// Sixteen rays in world space: points `origin + t * direction` for t above `near` and up to `far`.
+/// Directions have any length but zero.
 #[derive(Debug, Clone)]
 #[repr(C, align(64))]
 pub struct RayPacket {

@@ -10,7 +10,7 @@
 //!
 //! Ids. A model has up to two geometries: the triangles that cast shadows and then those that do not (in this
 //! order in [`Mesh::triangles`]), so that `triangle = first + primID`. In *still* a geometry's id leads to
-//! its [`Part`]. With instances, the instance's id leads to the model and the geometry's to its part,
+//! its [`GeometryPart`]. With instances, the instance's id leads to the model and the geometry's to its part,
 //! whichever scene they are in: instances of copies that stand still have ids after all those in *movable*.
 //!
 //! Masks. A ray meets whatever shares a bit with it at every level: see [`mask`].
@@ -53,7 +53,7 @@ const LEAST_T: f32 = 1e-20;
 
 /// Place of a geometry's triangles in the program's own lists.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-struct Part {
+struct GeometryPart {
     model: u32,
     /// Index of the geometry's first triangle in the mesh.
     first: u32,
@@ -73,9 +73,9 @@ pub struct EmbreeBackend {
     movable: EmbreeScene,
     /// Scenes for shadow rays, if these have their own.
     casters: Option<Casters>,
-    still_parts: Vec<Part>,
+    still_parts: Vec<GeometryPart>,
     /// Parts by instance, of both scenes.
-    instance_parts: Vec<[Part; 2]>,
+    instance_parts: Vec<[GeometryPart; 2]>,
     /// Movable models, each with its instance.
     instances: Vec<(usize, GeometryId)>,
     /// Movable models that deform.
@@ -198,7 +198,7 @@ impl EmbreeBackend {
         for (half, (geometry, first)) in geometries_of(&self.device, mesh, &mesh.positions)? {
             let GeometryId(id) = self.still.attach(&geometry)?;
             debug_assert_eq!(id as usize, self.still_parts.len());
-            self.still_parts.push(Part { model, first });
+            self.still_parts.push(GeometryPart { model, first });
             if let Some(casters) = self.casters.as_mut().filter(|_| half == CASTS_SHADOW) {
                 casters.still.attach(&geometry)?;
             }
@@ -213,9 +213,9 @@ impl EmbreeBackend {
         self.still.skip_ids_to(GeometryId(self.instance_parts.len() as u32));
         let GeometryId(id) = self.still.attach_instance(&frozen.scene, place, mask::RESTS)?;
         // ids of triangles in world space are not those of instances
-        let nobody = Part { model: NO_HIT, first: 0 };
+        let nobody = GeometryPart { model: NO_HIT, first: 0 };
         self.instance_parts.resize(id as usize, [nobody; 2]);
-        self.instance_parts.push(frozen.firsts.map(|first| Part { model: number, first }));
+        self.instance_parts.push(frozen.firsts.map(|first| GeometryPart { model: number, first }));
         if let (Some(casters), Some(scene)) = (&mut self.casters, &frozen.casters) {
             casters.still.attach_instance(scene, place, mask::RESTS)?;
         }
@@ -227,7 +227,7 @@ impl EmbreeBackend {
         let identity = crate::animation::Transform::IDENTITY.columns();
         let instance = self.movable.attach_instance(&frozen.scene, identity, mask::MOVED)?;
         debug_assert_eq!(instance.0 as usize, self.instance_parts.len());
-        self.instance_parts.push(frozen.firsts.map(|first| Part { model, first }));
+        self.instance_parts.push(frozen.firsts.map(|first| GeometryPart { model, first }));
         self.instances.push((model as usize, instance));
         let mut of_caster = None;
         if let (Some(casters), Some(scene)) = (&mut self.casters, &frozen.casters) {
@@ -283,8 +283,8 @@ struct EmbreeTracer<'a> {
     /// Scene of movable models, if there are any.
     movable: Option<Committed<'a>>,
     casters: Option<OpenCasters<'a>>,
-    still_parts: &'a [Part],
-    instance_parts: &'a [[Part; 2]],
+    still_parts: &'a [GeometryPart],
+    instance_parts: &'a [[GeometryPart; 2]],
     width: PacketWidth,
     shadow_mask: u32,
 }
@@ -375,7 +375,7 @@ impl EmbreeTracer<'_> {
                     std::iter::once((self.still, way)).chain(movable.map(|scene| (scene, movable_way)))
                 {
                     match coherence {
-                        Coherence::BouncedAlone => scene.intersect_least(&valid, &mut both),
+                        Coherence::BouncedIndependent => scene.intersect_least(&valid, &mut both),
                         _ => scene.intersect(&valid, &mut both, way),
                     }
                 }
@@ -439,7 +439,7 @@ impl EmbreeTracer<'_> {
     }
 
     #[inline(always)]
-    fn part(&self, instance: u32, geometry: u32) -> Part {
+    fn part(&self, instance: u32, geometry: u32) -> GeometryPart {
         match instance {
             INVALID => self.still_parts[geometry as usize],
             instance => self.instance_parts[instance as usize][geometry as usize],
@@ -498,7 +498,7 @@ fn to_embree_coherence(coherence: Coherence, by: Occluders) -> EmbreeCoherence {
         Coherence::SharedOrigin => EmbreeCoherence::Coherent,
         // mirrors and panes are flat enough: as bundles their rays take a quarter less of the time of
         // `enhance`, in a kitchen and in a city of glass
-        Coherence::Coherent | Coherence::Bounced | Coherence::BouncedAlone => EmbreeCoherence::Coherent,
+        Coherence::Coherent | Coherence::Bounced | Coherence::BouncedIndependent => EmbreeCoherence::Coherent,
         Coherence::Incoherent => EmbreeCoherence::Incoherent,
     }
 }
@@ -541,7 +541,7 @@ mod tests {
     #[test]
     fn parts_of_packets_are_answered_as_whole_ones() {
         let scene = scene::load(Path::new("scenes/city/city.toml"), false).expect("it is shipped").scene;
-        let (pose, moved) = (Pose::of(&scene, 1), vec![true; scene.models.len()]);
+        let (pose, moved) = (Pose::new(&scene, 1), vec![true; scene.models.len()]);
         let rays = bundles(&scene);
         let mut backend = EmbreeBackend::new(&scene, Build::Best).expect("it builds");
         let native = backend.width;

@@ -42,10 +42,10 @@ pub enum SceneSubset {
 /// Purpose of a segment, which decides what blocks it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Purpose {
-    /// From the eye to a sample. Everything blocks but the sample's own primitive: its triangle, or that
-    /// place of a quadric's piece.
+    /// Segment from the eye to a sample. Everything blocks but the sample's own primitive: its triangle, or
+    /// that place of a quadric's piece.
     Sight,
-    /// From a sample to a light. Surfaces that cast shadows block (see
+    /// Segment from a sample to a light. Surfaces that cast shadows block (see
     /// [`Material::casts_shadow`](crate::scene::Material::casts_shadow)); under [`Caustics::Paths`] all do.
     Shadow,
 }
@@ -74,8 +74,8 @@ pub trait Backend: Send {
     fn commit<'a>(&'a mut self, pose: &Pose, moved: &[bool]) -> Result<Box<dyn Tracer + 'a>, TraceError>;
 }
 
-/// Largest number of triangles that cast shadows for each clear one where clear ones count as many: so many
-/// times as large, at most, are the additional trees as the number of clear triangles that they spare shadow
+/// Largest number of triangles that cast shadows for each clear one where clear ones count as many. The
+/// additional trees are then at most so many times as large as the clear triangles that they keep from shadow
 /// rays.
 const MOST_CASTERS_FOR_A_CLEAR_ONE: usize = 8;
 

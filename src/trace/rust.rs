@@ -21,9 +21,9 @@
 //!
 //! The crate was chosen by measuring `obvhs` (its binary tree and its CWBVH, at four qualities), `bvh` and
 //! `parry3d` on a kitchen of a million triangles, each with its own traversal and the same single rays
-//! (`benches/bvh_crates`): CWBVH was fastest, 1.6 times `parry3d` and 6 times `bvh` for primary rays, and builds
-//! beyond `medium_build` gained little for their time. None of them takes packets or closes cracks, so only
-//! `obvhs`'s builder is used: on the same scene beams are several times as fast as its CWBVH
+//! (`benches/bvh_crates`): CWBVH was fastest, 1.6 times `parry3d` and 6 times `bvh` for primary rays, and
+//! builds beyond `medium_build` gained little for their time. None of them takes packets or closes cracks, so
+//! only `obvhs`'s builder is used: on the same scene beams are several times as fast as its CWBVH
 //! (`examples/trace_speed.rs`, which compares this tracer with Embree).
 
 mod beam;
@@ -280,9 +280,10 @@ fn rays_of(packet: &RayPacket) -> Rays {
 fn next_beam(rays: &Rays, rest: u16, coherence: Coherence) -> u16 {
     match coherence {
         // beams pay for bounced rays too: a tenth of the time in a city of glass, for 3 % lost in a kitchen
-        Coherence::Coherent | Coherence::Bounced | Coherence::BouncedAlone | Coherence::SharedOrigin => {
-            rays.like_first(rest)
-        }
+        Coherence::Coherent
+        | Coherence::Bounced
+        | Coherence::BouncedIndependent
+        | Coherence::SharedOrigin => rays.like_first(rest),
         Coherence::Incoherent => rest & rest.wrapping_neg(),
     }
 }

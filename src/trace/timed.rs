@@ -49,7 +49,7 @@ impl Tracer for Timed<'_> {
         let kind = match coherence {
             Coherence::Coherent => &self.primary,
             Coherence::Bounced
-            | Coherence::BouncedAlone
+            | Coherence::BouncedIndependent
             | Coherence::SharedOrigin
             | Coherence::Incoherent => &self.bounced,
         };

@@ -458,7 +458,7 @@ fn the_shot_says_how_it_is_blurred_and_the_command_line_beats_it() {
     std::fs::write(place.path("s.toml"), format!("{text}\n[shutter]\n")).unwrap();
     let rays = |options: &str| {
         let options = format!("--size 48x27 --frames 2 --mode full --stats s.json --progress none {options}");
-        runs::Ran::of(place.command("s.toml", &options).output().unwrap()).done();
+        runs::Ran::new(place.command("s.toml", &options).output().unwrap()).done();
         let json = std::fs::read(place.path("s.json")).unwrap();
         let json: serde_json::Value = serde_json::from_slice(&json).unwrap();
         json["totals"]["rays"]["primary"].as_u64().unwrap()

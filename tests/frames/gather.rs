@@ -130,7 +130,7 @@ fn a_glowing_panel_lights_as_a_panel_does() {
         let lit = mean(&first(&scene, &settings(64, bounces)));
         let LightKind::Rectangle { size: [width, height], .. } = scene.lights[0].kind else { unreachable!() };
         let radiance = 20.0 * PI / (width * height) as f32;
-        let LightShape::Rectangle { center, across, up, .. } = Pose::of(&scene, 1).lights[0].shape else {
+        let LightShape::Rectangle { center, across, up, .. } = Pose::new(&scene, 1).lights[0].shape else {
             unreachable!()
         };
         let corner = |x: f32, y: f32| (center + across * x + up * y).to_array();

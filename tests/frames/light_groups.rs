@@ -139,7 +139,7 @@ fn run(lights: &str, options: &str) -> (Place, Ran) {
         "[[camera.key]]\nframe = 1\neye = [0, 0, 3]\ntarget = [0, 0, 0]\n[[model]]\nobj = \"square.obj\"\n{lights}"
     );
     std::fs::write(place.path("a.toml"), shot).unwrap();
-    let ran = Ran::of(place.command("a.toml", options).output().unwrap());
+    let ran = Ran::new(place.command("a.toml", options).output().unwrap());
     (place, ran)
 }
 

@@ -166,7 +166,7 @@ fn files_say_what_their_mattes_are_with_the_names_of_the_obj_file() {
     let obj = format!("{}{}", square("left one", 0.0), square("right", 1.0));
     std::fs::write(place.path("squares.obj"), obj).unwrap();
     let options = "--frames 1 --size 64x32 --layers CryptoGroup -o a.####.exr";
-    Ran::of(place.command("squares.obj", options).output().unwrap()).done();
+    Ran::new(place.command("squares.obj", options).output().unwrap()).done();
     let header = openexr::read_header(&place.path("a.0001.exr")).unwrap();
     let text = |end: &str| {
         let found = header

@@ -3,7 +3,7 @@
 use afterimage::animation::{Track, TransformTrack};
 use afterimage::frame::{Finished, Renderer, Spoil};
 use afterimage::geometry::Quadric;
-use afterimage::geometry::quadric::Shape;
+use afterimage::geometry::quadric::QuadricShape;
 use afterimage::scene::material::Optics;
 use afterimage::scene::{Background, LightKind, Material, Model, Scene};
 use afterimage::settings::{Filter, Settings};
@@ -53,7 +53,7 @@ fn materials() -> Vec<Material> {
 
 /// A matt one, a mirror and one of glass of a quadric on an endless plane, each turned in its own way.
 fn world(quadric: &Quadric) -> Scene {
-    let plane = Quadric::new(Shape::Plane { center: [0.0; 2], reach: 1e6 }, false);
+    let plane = Quadric::new(QuadricShape::Plane { center: [0.0; 2], reach: 1e6 }, false);
     let at = |x: f64, z: f64, turn: f64, scale: DVec3| {
         DAffine3::from_translation(DVec3::new(x, 1.1, z))
             * DAffine3::from_axis_angle(DVec3::new(1.0, 0.5, 0.2).normalize(), turn)
@@ -157,7 +157,7 @@ fn a_plane_is_no_edge() {
 #[test]
 fn a_plane_that_moves() {
     let mut scene = world(&quadrics()[1]);
-    let plane = Quadric::new(Shape::Plane { center: [0.0; 2], reach: 1e6 }, false);
+    let plane = Quadric::new(QuadricShape::Plane { center: [0.0; 2], reach: 1e6 }, false);
     let track = TransformTrack {
         translate: goes(DVec3::ZERO, DVec3::new(0.4, 0.3, 0.0)),
         rotate: goes(DVec3::ZERO, DVec3::new(0.0, 0.0, 4.0)),
@@ -172,7 +172,7 @@ fn a_plane_that_moves() {
 /// A sphere as ground is seen from much nearer than its middle is away: its samples hold all the same.
 #[test]
 fn the_ground_may_be_a_sphere() {
-    let ground = Quadric::new(Shape::Ellipsoid { radii: DVec3::splat(1000.0) }, false);
+    let ground = Quadric::new(QuadricShape::Ellipsoid { radii: DVec3::splat(1000.0) }, false);
     let place = DAffine3::from_translation(DVec3::NEG_Y * 1000.0);
     let track = TransformTrack {
         translate: rests(DVec3::NEG_Y * 1000.0),

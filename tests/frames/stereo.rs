@@ -344,7 +344,7 @@ fn rendered(place: &Place, text: &str, options: &str) -> Ran {
     let folder = analytic_folder().canonicalize().unwrap();
     let shot = analytic.replace("obj = \"", &format!("obj = \"{}/", folder.display()));
     std::fs::write(place.path("s.toml"), format!("{shot}\n{text}")).unwrap();
-    Ran::of(place.command("s.toml", options).output().unwrap())
+    Ran::new(place.command("s.toml", options).output().unwrap())
 }
 
 fn analytic_folder() -> std::path::PathBuf {
@@ -413,7 +413,7 @@ fn parts_have_a_view_each_and_the_same_values() {
     assert!(names.contains(&("diffuse.right".to_owned(), "right".to_owned())), "{names:?}");
     let diff =
         std::process::Command::new(env!("CARGO_BIN_EXE_afterimage")).arg("diff").args([&one, &one]).output();
-    assert_eq!(Ran::of(diff.unwrap()).code, 0);
+    assert_eq!(Ran::new(diff.unwrap()).code, 0);
 }
 
 #[test]
@@ -442,7 +442,7 @@ fn a_run_tells_of_each_eye() {
                 .split(' '),
         )
         .output();
-    let ran = Ran::of(compare.unwrap()).done();
+    let ran = Ran::new(compare.unwrap()).done();
     assert!(ran.stdout.contains("(right eye: 2)"), "{}", ran.stdout);
     let json: serde_json::Value =
         serde_json::from_slice(&std::fs::read(place.path("c.json")).unwrap()).unwrap();
@@ -517,9 +517,9 @@ fn what_makes_no_sense_is_refused_with_a_way_out() {
     let folder = analytic_folder().canonicalize().unwrap();
     let text = text.replace("obj = \"", &format!("obj = \"{}/", folder.display()));
     std::fs::write(place.path("o.toml"), &text).unwrap();
-    let ran = Ran::of(place.command("o.toml", "--separation 1 --frames 1").output().unwrap());
+    let ran = Ran::new(place.command("o.toml", "--separation 1 --frames 1").output().unwrap());
     assert!(ran.code == 2 && ran.stderr.contains("perspective"), "{}", ran.stderr);
     std::fs::write(place.path("o.toml"), format!("{text}\n[stereo]\nseparation = 1")).unwrap();
-    let ran = Ran::of(place.command("o.toml", "--frames 1").output().unwrap());
+    let ran = Ran::new(place.command("o.toml", "--frames 1").output().unwrap());
     ran.failed(&["o.toml:", "perspective"]);
 }

@@ -29,7 +29,7 @@ fn place(render: &str) -> Place {
 
 fn render(place: &Place, options: &str) -> Ran {
     let options = format!("--layers motion,forward,backward,status --progress none {options}");
-    Ran::of(place.command("s.toml", &options).output().unwrap()).done()
+    Ran::new(place.command("s.toml", &options).output().unwrap()).done()
 }
 
 /// Of each frame of `a.json`: whether it is a base frame, and whether it is told to be a cut.

@@ -64,7 +64,7 @@ fn the_shot_file_asks_for_it_and_threads_change_no_bit() {
     std::fs::write(place.path("s.toml"), text).unwrap();
     for threads in [1, 2, 7] {
         let options = format!("-o {threads}/a.####.exr --frames 1-2 --size 200x120 --threads {threads}");
-        Ran::of(place.command("s.toml", &options).output().unwrap()).done();
+        Ran::new(place.command("s.toml", &options).output().unwrap()).done();
     }
     for frame in ["a.0001.exr", "a.0002.exr"] {
         let path = |threads: u32| place.path(&format!("{threads}/{frame}"));
@@ -73,7 +73,7 @@ fn the_shot_file_asks_for_it_and_threads_change_no_bit() {
         assert_same(&path(1), &path(7));
     }
     let quick = "-o quick/a.####.exr --frames 1 --size 200x120 --denoise-quality fast";
-    Ran::of(place.command("s.toml", quick).output().unwrap()).done();
+    Ran::new(place.command("s.toml", quick).output().unwrap()).done();
     let [best, quick] = ["1", "quick"].map(|folder| whole(&place.path(&format!("{folder}/a.0001.exr"))));
     assert!(best.channel(PLANES[0]).unwrap().data != quick.channel(PLANES[0]).unwrap().data);
 }
@@ -100,7 +100,7 @@ fn compare(place: &Place, options: &str) -> Command {
 fn a_comparison_shows_and_writes_denoised_pictures() {
     let place = Place::new();
     let options = "--backend embree --frames 1-2 --png --layers none";
-    let run = |more: &str| Ran::of(compare(&place, &format!("{options} {more}")).output().unwrap()).done();
+    let run = |more: &str| Ran::new(compare(&place, &format!("{options} {more}")).output().unwrap()).done();
     let plain = run("-o plain/a.####.exr --report plain.html");
     let ran = run("-o a.####.exr --report a.html --denoise");
     assert!(
@@ -132,7 +132,7 @@ fn a_comparison_shows_and_writes_denoised_pictures() {
 fn a_comparison_without_a_denoiser_warns_and_goes_on() {
     let place = Place::new();
     let mut command = compare(&place, "--backend embree --frames 1 --size 32x18 --denoise --report a.html");
-    let ran = Ran::of(command.env("OIDN_DIR", place.path("nothing")).output().unwrap()).done();
+    let ran = Ran::new(command.env("OIDN_DIR", place.path("nothing")).output().unwrap()).done();
     assert!(ran.stderr.contains("warning: pictures are shown as traced: OIDN_DIR is set"), "{}", ran.stderr);
     assert!(std::fs::read_to_string(place.path("a.html")).unwrap().contains("traced in full"));
 }
@@ -293,7 +293,7 @@ fn single_samples_are_left_to_the_library() {
 fn without_a_library_it_is_said_what_to_do_before_anything_is_rendered() {
     let place = Place::new();
     let mut command = place.command(runs::analytic(), "-o a.####.exr --frames 1 --denoise");
-    let ran = Ran::of(command.env("OIDN_DIR", place.path("nothing")).output().unwrap());
+    let ran = Ran::new(command.env("OIDN_DIR", place.path("nothing")).output().unwrap());
     ran.failed(&["OIDN_DIR is set", "nothing/lib/libOpenImageDenoise.so.2", "make setup"]);
     assert!(!place.path("a.0001.exr").exists());
 }

@@ -13,7 +13,7 @@ use bytes::{Part, file};
 
 fn run(place: &Place, line: &str) -> Ran {
     let mut command = Command::new(env!("CARGO_BIN_EXE_afterimage"));
-    Ran::of(command.current_dir(place.0.path()).args(line.split_whitespace()).output().unwrap())
+    Ran::new(command.current_dir(place.0.path()).args(line.split_whitespace()).output().unwrap())
 }
 
 /// That a run ended with `code` and said all of `words`, on stdout, or in one line of stderr if something failed.

@@ -18,7 +18,7 @@ fn with_ffmpeg(place: &Place, options: &str) -> Ran {
     fs::write(&program, "#!/bin/sh\n[ \"$1\" = -version ] || exec cat\n").unwrap();
     fs::set_permissions(&program, fs::Permissions::from_mode(0o755)).unwrap();
     let path = format!("{}:/usr/bin:/bin", place.path("bin").display());
-    Ran::of(place.command(analytic(), options).env("PATH", path).output().unwrap())
+    Ran::new(place.command(analytic(), options).env("PATH", path).output().unwrap())
 }
 
 #[test]
@@ -102,7 +102,7 @@ fn what_cannot_be_made_is_told_before_anything_is_rendered() {
     let render = |options: &str| {
         let mut command =
             place.command(analytic(), &format!("--frames 1 --size 8x8 -o f/a.####.exr {options}"));
-        Ran::of(command.env("PATH", "").output().unwrap())
+        Ran::new(command.env("PATH", "").output().unwrap())
     };
     render("--movie a.mp4").failed(&["FFmpeg", "apt-get install ffmpeg", "--movie"]);
     for (options, words) in [
@@ -130,7 +130,7 @@ fn a_movie_that_ffmpeg_refuses_is_an_error_that_tells_its_words() {
     let path = format!("{}:/usr/bin:/bin", place.0.path().display());
     let mut command =
         place.command(analytic(), "--frames 1 --size 64x36 --samples 1 -o a.####.exr --movie a.gif");
-    Ran::of(command.env("PATH", path).output().unwrap()).failed(&["a.gif", "no such codec"]);
+    Ran::new(command.env("PATH", path).output().unwrap()).failed(&["a.gif", "no such codec"]);
     assert_eq!(place.names(""), ["a.0001.exr", "ffmpeg"]);
 }
 
@@ -141,7 +141,7 @@ fn ffmpeg_packs_movies_that_it_can_read() {
     let place = Place::new();
     for name in ["a.mp4", "a.gif"] {
         let options = format!("--frames 1-5 --size 63x35 --samples 1 --resume -o a.####.exr --movie {name}");
-        Ran::of(place.command(analytic(), &options).output().unwrap()).done();
+        Ran::new(place.command(analytic(), &options).output().unwrap()).done();
         let mut command = std::process::Command::new(&ffmpeg);
         command.arg("-i").arg(place.path(name)).args(["-f", "rawvideo", "-pix_fmt", "rgb24", "-"]);
         let frames = command.output().unwrap().stdout;

@@ -201,7 +201,7 @@ fn files_that_would_replace_one_another_are_usage_errors() {
     let shot = fs::read_to_string(place.path("analytic.toml")).unwrap();
     fs::write(place.path("analytic.toml"), shot.replace("analytic.obj", "a.0001.exr")).unwrap();
     let before = place.names("");
-    let ran = Ran::of(place.command("analytic.toml", "-o a.####.exr").output().unwrap());
+    let ran = Ran::new(place.command("analytic.toml", "-o a.####.exr").output().unwrap());
     assert_eq!((ran.code, place.names("")), (2, before), "{}", ran.stderr);
     // other frames, other names
     place.render(&format!("-o a.####.exr {ONE} --stats a.0002.exr")).done();

@@ -26,7 +26,7 @@ fn place(shot: &str, obj: &[u8]) -> Place {
 }
 
 fn render(place: &Place, file: &str, options: &str) -> Ran {
-    Ran::of(place.command(file, &format!("-o out/a.####.exr --layers all {options}")).output().unwrap())
+    Ran::new(place.command(file, &format!("-o out/a.####.exr --layers all {options}")).output().unwrap())
 }
 
 /// That `file` is refused in one line that holds `words`, and that nothing new lies in the folder.
@@ -80,7 +80,7 @@ fn models_that_cannot_be_shown_name_file_and_line() {
         refused(&place, "s.toml", words);
         refused(&place, "m.obj", words);
         let mut info = Command::new(env!("CARGO_BIN_EXE_afterimage"));
-        Ran::of(info.current_dir(place.0.path()).args(["info", "m.obj"]).output().unwrap()).failed(words);
+        Ran::new(info.current_dir(place.0.path()).args(["info", "m.obj"]).output().unwrap()).failed(words);
     }
 }
 
@@ -381,7 +381,7 @@ fn damaged_frames_are_told_from_whole_ones() {
     let bytes = fs::read(place.path("a.0001.exr")).unwrap();
     let info = || {
         let mut command = Command::new(env!("CARGO_BIN_EXE_afterimage"));
-        Ran::of(command.arg("info").arg(place.path("b.exr")).output().unwrap())
+        Ran::new(command.arg("info").arg(place.path("b.exr")).output().unwrap())
     };
     for length in [0, 3, 8, 100, 700, bytes.len() / 2, bytes.len() - 1] {
         fs::write(place.path("b.exr"), &bytes[..length]).unwrap();
@@ -412,7 +412,7 @@ fn assert_shown(text: &str, what: &str) {
 fn names_are_no_commands_to_the_terminal() {
     let afterimage = |place: &Place, words: &[&str]| {
         let mut command = Command::new(env!("CARGO_BIN_EXE_afterimage"));
-        Ran::of(command.current_dir(place.0.path()).args(words).output().unwrap())
+        Ran::new(command.current_dir(place.0.path()).args(words).output().unwrap())
     };
     let small = ["--frames", "1", "--size", "16x9", "--samples", "1", "--progress", "plain"];
     for odd in COMMANDS {
@@ -452,7 +452,7 @@ fn names_are_no_commands_to_the_terminal() {
 fn events_keep_names_as_they_are() {
     for odd in COMMANDS {
         let place = place(SHOT, OBJ.as_bytes());
-        let ran = Ran::of(place.command(format!("{odd}.toml"), "--progress json").output().unwrap());
+        let ran = Ran::new(place.command(format!("{odd}.toml"), "--progress json").output().unwrap());
         let event: serde_json::Value = serde_json::from_str(&ran.stderr).unwrap();
         assert!(event["message"].as_str().unwrap().contains(odd), "{event}");
     }

@@ -8,7 +8,7 @@ use crate::runs::{Place, Ran, whole};
 
 fn run(place: &Place, line: &str) -> Ran {
     let mut command = Command::new(env!("CARGO_BIN_EXE_afterimage"));
-    Ran::of(command.current_dir(place.0.path()).args(line.split_whitespace()).output().unwrap())
+    Ran::new(command.current_dir(place.0.path()).args(line.split_whitespace()).output().unwrap())
 }
 
 /// A pyramid of `size` around `center`.
@@ -32,7 +32,7 @@ fn the_camera_sees_all_of_the_model() {
         let mut command = Command::new(env!("CARGO_BIN_EXE_afterimage"));
         let ran =
             command.current_dir(place.0.path()).args(["init", "models/a b.obj", "-o", "s.toml"]).output();
-        let ran = Ran::of(ran.unwrap()).done();
+        let ran = Ran::new(ran.unwrap()).done();
         assert!(ran.stdout.contains("afterimage render s.toml"), "{}", ran.stdout);
         let info = run(&place, "info s.toml").done();
         assert!(
@@ -47,7 +47,7 @@ fn the_camera_sees_all_of_the_model() {
         let after = &after[after.find("\n#").unwrap()..];
         fs::write(place.path("s.toml"), format!("{before}{after}")).unwrap();
         let options = "-o a.####.exr --frames 1,31,81 --size 64x36 --samples 1 --paths 0 --layers none --background transparent";
-        Ran::of(place.command("s.toml", options).output().unwrap()).done();
+        Ran::new(place.command("s.toml", options).output().unwrap()).done();
         let mut highest = 0;
         for frame in [1, 31, 81] {
             let frame = whole(&place.path(&format!("a.{frame:04}.exr")));
@@ -71,7 +71,7 @@ fn a_bare_model_looks_as_its_shot() {
     run(&place, "init a.obj").done();
     let options = "--frames 1-3 --size 64x36 --samples 1 --paths 2 --audit --stats s.json";
     for (shot, output) in [("a.toml", "shot.####.exr"), ("a.obj", "bare.####.exr")] {
-        let ran = Ran::of(place.command(shot, &format!("{options} -o {output}")).output().unwrap()).done();
+        let ran = Ran::new(place.command(shot, &format!("{options} -o {output}")).output().unwrap()).done();
         for note in ["up is y", "go 9 of 360 degrees around"] {
             assert_eq!(ran.stderr.contains(note), shot == "a.obj", "{}", ran.stderr);
         }
@@ -204,7 +204,7 @@ fn a_reader_that_leaves_is_no_error() {
         let piped = std::process::Stdio::piped;
         let mut child = command.arg(word).stdout(piped()).stderr(piped()).spawn().unwrap();
         drop(child.stdout.take());
-        let ran = Ran::of(child.wait_with_output().unwrap());
+        let ran = Ran::new(child.wait_with_output().unwrap());
         assert_eq!((ran.code, ran.stderr.as_str()), (0, ""), "{word}");
     }
 }

@@ -62,7 +62,7 @@ struct Disk<'a>(&'a Path);
 
 impl<'a> Disk<'a> {
     /// `None` where this is not allowed.
-    fn of(bytes: u64, at: &'a Path) -> Option<Self> {
+    fn new(bytes: u64, at: &'a Path) -> Option<Self> {
         fs::create_dir(at).unwrap();
         let size = CString::new(format!("size={bytes}")).unwrap();
         mount("tmpfs", at, "tmpfs", MountFlags::empty(), size.as_c_str()).is_ok().then_some(Self(at))
@@ -83,7 +83,7 @@ fn a_full_disk_is_told_and_leaves_whole_frames_only() {
     let size = |frame| fs::metadata(place.path(&format!("whole/a.{frame:04}.exr"))).unwrap().len();
     let all: u64 = (1..=8).map(size).sum();
     let folder = place.path("disk");
-    let Some(disk) = Disk::of(all / 2, &folder) else {
+    let Some(disk) = Disk::new(all / 2, &folder) else {
         println!("skipped: a small file system cannot be mounted here (run as root)");
         return;
     };
@@ -131,7 +131,7 @@ fn frames_that_are_gone_at_the_end_are_told() {
 fn a_disk_that_is_gone_at_the_end_is_told() {
     let place = Place::new();
     let folder = place.path("disk");
-    let Some(disk) = Disk::of(64 << 20, &folder) else {
+    let Some(disk) = Disk::new(64 << 20, &folder) else {
         println!("skipped: a small file system cannot be mounted here (run as root)");
         return;
     };
@@ -158,7 +158,7 @@ fn a_limit_on_files_is_told_and_leaves_nothing() {
             _ => format!("-o out/a.####.exr --frames 1 --size 640x360 {options}"),
         };
         let shell = shell.current_dir(place.0.path()).args(options.split_whitespace());
-        let ran = Ran::of(shell.output().unwrap()).failed(&[name, "ulimit -f"]);
+        let ran = Ran::new(shell.output().unwrap()).failed(&[name, "ulimit -f"]);
         assert!(!ran.stderr.contains("free space"), "{}", ran.stderr);
         let left = place.names("out").len() + usize::from(place.path(name).exists());
         assert_eq!(left, if name == "s.json" { 8 } else { 0 });
@@ -230,7 +230,7 @@ fn assert_renders(place: &Place, options: &str, again: &[i32], words: &[&str]) {
         |frame: &i32| fs::metadata(place.path(&format!("a.{frame:04}.exr"))).unwrap().modified().unwrap();
     let before: Vec<_> = (1..=4).map(|frame| changed(&frame)).collect();
     let ran =
-        Ran::of(place.command("s.toml", &format!("-o a.####.exr --resume {options}")).output().unwrap());
+        Ran::new(place.command("s.toml", &format!("-o a.####.exr --resume {options}")).output().unwrap());
     let ran = ran.done();
     let frames: Vec<i32> = (1..=4).filter(|frame| changed(frame) != before[*frame as usize - 1]).collect();
     assert_eq!(frames, again, "{}", ran.stderr);
@@ -252,7 +252,7 @@ fn small_shot(place: &Place) {
     );
     write("m.mtl", "newmtl a\nKd 1 1 1\nmap_Kd t.png\n");
     image::RgbImage::from_pixel(2, 2, image::Rgb([9, 99, 200])).save(place.path("t.png")).unwrap();
-    Ran::of(place.command("s.toml", "-o a.####.exr --png").output().unwrap()).done();
+    Ran::new(place.command("s.toml", "-o a.####.exr --png").output().unwrap()).done();
 }
 
 const SHOT: &str = "title = \"one\"

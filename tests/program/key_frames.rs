@@ -127,7 +127,7 @@ fn compare_measures_both_ways_of_all_frames() {
         .arg("compare")
         .arg(runs::analytic())
         .args(MIDDLE.split(' ').filter(|word| *word != "--mode" && *word != "reproject"));
-    let ran = runs::Ran::of(command.args(["--audit", "--json"]).arg(&json).output().unwrap()).done();
+    let ran = runs::Ran::new(command.args(["--audit", "--json"]).arg(&json).output().unwrap()).done();
     assert!(ran.stdout.contains("saved"), "{}", ran.stdout);
     let told = stats(&place, "a.json");
     let frames: Vec<_> =

@@ -11,7 +11,7 @@ fn limited(place: &Place, mib: u64, arguments: &[&str]) -> Ran {
     let mut shell = Command::new("sh");
     let script = format!("ulimit -v {} && exec \"$@\"", mib * 1024);
     shell.args(["-c", &script, "sh", env!("CARGO_BIN_EXE_afterimage")]).args(arguments);
-    Ran::of(shell.current_dir(place.0.path()).output().unwrap())
+    Ran::new(shell.current_dir(place.0.path()).output().unwrap())
 }
 
 fn limited_render(place: &Place, mib: u64, options: &str) -> Ran {

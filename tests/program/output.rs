@@ -131,7 +131,7 @@ fn frames_do_not_depend_on_chunks() {
 fn compare(place: &Place, options: &str) -> Ran {
     let mut command = Command::new(env!("CARGO_BIN_EXE_afterimage"));
     command.current_dir(place.path("")).arg("compare").arg(analytic()).args(["--backend", "embree"]);
-    Ran::of(command.args(options.split_whitespace()).output().unwrap()).done()
+    Ran::new(command.args(options.split_whitespace()).output().unwrap()).done()
 }
 
 #[test]
@@ -266,7 +266,7 @@ fn a_reader_that_leaves_does_not_end_the_run() {
     let mut command = place.command(runs::analytic(), "-o a.####.exr --progress plain");
     let mut child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
     drop(child.stdout.take());
-    let ran = Ran::of(child.wait_with_output().unwrap()).done();
+    let ran = Ran::new(child.wait_with_output().unwrap()).done();
     assert_eq!(ran.stderr.lines().count(), 8, "{}", ran.stderr);
     assert_eq!(place.names("").len(), 8);
     let mut child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
@@ -331,10 +331,10 @@ fn a_missing_texture_is_one_warning_and_strictly_an_error() {
     let place = Place::new();
     without_its_texture(&place);
     let options = "--frames 1 --size 16x9 -o out/a.####.exr";
-    let strict = Ran::of(place.command("m.obj", &format!("{options} --strict")).output().unwrap());
+    let strict = Ran::new(place.command("m.obj", &format!("{options} --strict")).output().unwrap());
     strict.failed(&["m.mtl:2", "gone.png"]);
     assert!(!place.path("out").exists());
-    let ran = Ran::of(place.command("m.obj", &format!("{options} -q")).output().unwrap()).done();
+    let ran = Ran::new(place.command("m.obj", &format!("{options} -q")).output().unwrap()).done();
     assert_eq!(ran.stderr.lines().count(), 1, "{}", ran.stderr);
     assert!(ran.stderr.starts_with("warning: m.mtl:2: "), "{}", ran.stderr);
     assert!(ran.stderr.contains("gone.png"), "{}", ran.stderr);

@@ -27,7 +27,7 @@ impl Drop for Preview {
 }
 
 impl Preview {
-    fn of(shot: &Path) -> Self {
+    fn new(shot: &Path) -> Self {
         Self::of_size(shot, "16x9")
     }
 
@@ -112,7 +112,7 @@ fn the_page_follows_the_shot() {
         format!("[render]\nframes = \"1-3\"\n[background]\ncolor = [{color}]\n{}", small_shot::REST)
     };
     std::fs::write(&shot, text("1, 0, 0")).unwrap();
-    let preview = Preview::of(&shot);
+    let preview = Preview::new(&shot);
     let (status, page) = preview.get("");
     assert!(status.ends_with("200 OK") && page.starts_with(b"<!doctype html>"), "{status}");
     let state = preview.state(|state| state["version"] != 0);
@@ -183,7 +183,7 @@ fn a_camera_that_is_led_around_can_be_copied_into_the_shot() {
     let folder = small_shot::folder();
     let shot = folder.path().join("s.toml");
     std::fs::write(&shot, lit(KEYS)).unwrap();
-    let preview = Preview::of(&shot);
+    let preview = Preview::new(&shot);
     let state = preview.state(|state| state["version"] != 0);
     assert_eq!(state["size"], serde_json::json!([16, 9]));
     let version = &state["version"];
@@ -253,7 +253,7 @@ fn a_fifo_or_a_device_in_the_shots_place_is_told_until_it_is_gone() {
     let folder = small_shot::folder();
     let [shot, kept] = ["s.toml", "kept.toml"].map(|name| folder.path().join(name));
     std::fs::write(&shot, small_shot::REST).unwrap();
-    let preview = Preview::of(&shot);
+    let preview = Preview::new(&shot);
     for what in ["FIFO", "device"] {
         preview.state(|state| state["version"] != 0 && state["error"].is_null());
         std::fs::rename(&shot, &kept).unwrap();
@@ -279,7 +279,7 @@ fn a_fifo_or_a_device_in_the_shots_place_is_told_until_it_is_gone() {
 #[test]
 fn a_shot_that_is_yet_to_be_written_is_waited_for() {
     let folder = small_shot::folder();
-    let preview = Preview::of(&folder.path().join("s.toml"));
+    let preview = Preview::new(&folder.path().join("s.toml"));
     preview.state(|state| !state["error"].is_null());
     std::fs::write(folder.path().join("s.toml"), small_shot::REST).unwrap();
     let state = preview.state(|state| state["error"].is_null());
@@ -289,7 +289,7 @@ fn a_shot_that_is_yet_to_be_written_is_waited_for() {
 #[test]
 fn the_page_has_all_that_it_names() {
     let folder = small_shot::folder();
-    let preview = Preview::of(&folder.path().join("s.toml"));
+    let preview = Preview::new(&folder.path().join("s.toml"));
     let page = String::from_utf8(preview.get("").1).unwrap();
     for (name, kind) in [
         ("page.css", "text/css"),
@@ -309,7 +309,7 @@ fn the_page_has_all_that_it_names() {
 #[test]
 fn other_pages_and_other_users_see_nothing() {
     let folder = small_shot::folder();
-    let preview = Preview::of(&folder.path().join("s.toml"));
+    let preview = Preview::new(&folder.path().join("s.toml"));
     let Preview { host, token, .. } = &preview;
     let port = host.split_once(':').unwrap().1;
     let own = format!("Host: {host}\r\n");
@@ -340,7 +340,7 @@ fn other_pages_and_other_users_see_nothing() {
         assert!(head.starts_with("HTTP/1.1 403"), "{path}: {head}");
         assert!(!String::from_utf8(body).unwrap().contains(token.as_str()), "{path}");
     }
-    assert_ne!(Preview::of(&folder.path().join("s.toml")).token, *token, "it is another one in each run");
+    assert_ne!(Preview::new(&folder.path().join("s.toml")).token, *token, "it is another one in each run");
 
     // and no browser lets others embed what it shows
     let (head, _) = preview.ask(&format!("GET /{token}/ HTTP/1.1\r\n{own}\r\n"));
@@ -360,7 +360,7 @@ fn other_pages_and_other_users_see_nothing() {
 #[test]
 fn slow_requests_end_and_keep_nobody_out() {
     let folder = small_shot::folder();
-    let preview = Preview::of(&folder.path().join("s.toml"));
+    let preview = Preview::new(&folder.path().join("s.toml"));
     let start = Instant::now();
     let mut slow: Vec<TcpStream> = (0..100).map(|_| preview.connect()).collect();
     slow.iter_mut().for_each(|stream| stream.set_read_timeout(Some(Duration::from_millis(1))).unwrap());

@@ -188,7 +188,7 @@ fn frames_of_eyes(place: &Place) -> [(PathBuf, [Channels; 2]); 2] {
             format!("--separation 0.3 --convergence 6 --frames 2 --layers all --mode reproject {format}");
         let mut command = place.command(runs::analytic(), &options);
         let path = place.path(&format!("{name}.exr"));
-        runs::Ran::of(command.arg("-o").arg(&path).output().unwrap()).done();
+        runs::Ran::new(command.arg("-o").arg(&path).output().unwrap()).done();
         let path = place.path(&format!("{name}.0002.exr"));
         let eyes = ["left", "right"].map(|eye| seen_by(&path, eye));
         assert!(

@@ -23,7 +23,7 @@ pub struct Ran {
 
 impl Ran {
     /// What `output` says; a run that a signal ended is not expected.
-    pub fn of(output: Output) -> Self {
+    pub fn new(output: Output) -> Self {
         Self {
             code: output.status.code().expect("it ended by itself"),
             stdout: String::from_utf8(output.stdout).unwrap(),
@@ -62,7 +62,7 @@ pub fn ended(mut command: Command) -> Ran {
         }
         std::thread::sleep(Duration::from_millis(10));
     }
-    Ran::of(child.wait_with_output().unwrap())
+    Ran::new(child.wait_with_output().unwrap())
 }
 
 /// A FIFO that nobody writes into.
@@ -93,7 +93,7 @@ impl Place {
 
     /// Renders the analytic shot: 64x36, frames 1 to 8 where `options` do not say otherwise.
     pub fn render(&self, options: &str) -> Ran {
-        Ran::of(self.command(analytic(), options).output().unwrap())
+        Ran::new(self.command(analytic(), options).output().unwrap())
     }
 
     /// Names in `folder`, hidden ones too, in order.

@@ -12,7 +12,7 @@ use afterimage::frame::{Finished, Moment, Renderer, Snapshot, ValidDirection};
 use afterimage::output::Fingerprint;
 use afterimage::output::store_file::{self, Header, MAGIC, StoreErrorKind, StoreFile, VERSION};
 use afterimage::samples::SampleStore;
-use afterimage::samples::saved::{LevelSamples, PictureName, PictureSamples, Shape};
+use afterimage::samples::saved::{LevelSamples, PictureName, PictureSamples, StoreShape};
 use afterimage::scene::{Environment, Scene};
 use afterimage::settings::{Budget, Filter, Mode, Refinement, Reuse, Settings};
 use afterimage::stereo::{Eye, Stereo};
@@ -43,7 +43,7 @@ fn assert_same_frames(place: &Place, folders: [&str; 2], frames: std::ops::Range
 }
 
 fn header(frame: i32, rendered: u32) -> Header {
-    let digest = Digest::of(b"of a test");
+    let digest = Digest::new(b"of a test");
     let fingerprint = Fingerprint { version: digest, shot: digest, inputs: digest, settings: digest };
     let [sampling, ancestry] = ["of a test", "base"].map(String::from);
     Header { fingerprint, frame, sampling, ancestry, rendered }
@@ -359,7 +359,7 @@ fn a_store_of_something_else_is_refused() {
     .done();
     let other = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/analytic/panel.toml");
     let options = "-o b/b.####.exr --frames 3 --size 64x36 --samples 2 --mode reproject --progress none --load-store a.store";
-    Ran::of(place.command(other, options).output().unwrap()).failed(&["a.store", "another shot file"]);
+    Ran::new(place.command(other, options).output().unwrap()).failed(&["a.store", "another shot file"]);
     let ran = place.render("-o b/b.####.exr --mode full --load-store a.store");
     assert!(
         ran.code == 2 && ran.stderr.contains("--load-store") && ran.stderr.contains("full"),
@@ -436,7 +436,7 @@ fn a_damaged_store_is_refused() {
     }
     assert!(matches!(kind(&[&whole[..], b"x"].concat()), StoreErrorKind::Damaged));
     for other in [vec![tiles[0] + 1], vec![tiles[0]; 2], vec![]] {
-        let other = Shape { tiles: other, ..shape.clone() };
+        let other = StoreShape { tiles: other, ..shape.clone() };
         assert!(StoreFile::open(&place.path("a.store")).unwrap().read(&other, &shot.scene).is_err());
     }
     // one that has right sums, and lies
@@ -457,7 +457,7 @@ fn a_damaged_store_is_refused() {
         &|snapshot| snapshot.pictures[0].levels[0].store.tiles[1].y[5] = f32::NAN,
     ];
     for lie in lies {
-        let mut snapshot = Snapshot::of(moment, &borrowed(&pictures));
+        let mut snapshot = Snapshot::new(moment, &borrowed(&pictures));
         lie(&mut snapshot);
         store_file::write(&bad, &header(2, 2), &borrowed(&snapshot.pictures), layout).unwrap();
         let error = StoreFile::open(&bad).unwrap().read(&shape, &shot.scene).expect_err("it lies");
@@ -550,7 +550,7 @@ fn a_store_of_frames_that_are_exposed_otherwise_is_refused() {
         fs::write(place.path(&format!("{name}.toml")), text).unwrap();
     }
     let run = |shot: &str, options: &str| {
-        Ran::of(place.command(shot, &format!("{OPTIONS} --exposures 2 {options}")).output().unwrap())
+        Ran::new(place.command(shot, &format!("{OPTIONS} --exposures 2 {options}")).output().unwrap())
     };
     run("wide.toml", "-o wide/a.####.exr --frames 1-4").done();
     run("wide.toml", "-o parts/a.####.exr --frames 1-2 --save-store a.store").done();

@@ -26,7 +26,7 @@ fn cameras_are_orthographic_and_lenses_are_shifted() {
     let shot = orthographic(&key, "scale = 1e-7\n");
     let space = shot.scene.space;
     assert!(!space.is_of_files());
-    let pose = Pose::of(&shot.scene, 1).camera;
+    let pose = Pose::new(&shot.scene, 1).camera;
     assert!((pose.half_height / space.length(0.5e-7) - 1.0).abs() < 1e-5);
     assert!((space.camera_of_files(&pose).half_height / 0.5e-7 - 1.0).abs() < 1e-5);
 }
@@ -45,7 +45,7 @@ fn cameras_cut_without_passing_between() {
     let eye = |frame| camera.eye.at(frame).x;
     assert_eq!((eye(3.0), eye(5.0), eye(10.0), eye(11.0)), (2.0, 4.0, 4.0, 90.0));
     assert_eq!(camera.fov.at(11.0), 30.0);
-    assert!(Pose::of(&shot.scene, 7).camera.forward.abs_diff_eq(Vec3::NEG_X, 1e-6));
+    assert!(Pose::new(&shot.scene, 7).camera.forward.abs_diff_eq(Vec3::NEG_X, 1e-6));
 }
 
 /// Every key of docs/shot-files.md that takes a list of numbers, each on a line of its own with a good value.

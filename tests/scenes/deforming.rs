@@ -40,7 +40,7 @@ fn load(folder: &Path, shapes: &str) -> Result<Shot, String> {
 /// The height of the square's corners at a frame.
 fn height(shot: &Shot, frame: i32) -> f32 {
     let mesh = &shot.scene.models[0].mesh;
-    let shape = Pose::of(&shot.scene, frame).models[0].shape;
+    let shape = Pose::new(&shot.scene, frame).models[0].shape;
     let heights = mesh.shapes.as_ref().unwrap().positions(&shape);
     assert_eq!((heights.len(), mesh.positions.as_slice().len()), (6, 6));
     assert!(heights.iter().all(|at| at[2] == heights[0][2]));
@@ -54,8 +54,8 @@ fn shapes_are_those_of_the_numbered_files() {
     let heights = [1, 3, 4, 5, 6, 8, 9].map(|frame| height(&shot, frame));
     assert_eq!(heights, [1.0, 1.0, 2.0, 1.75, 1.5, 1.0, 1.0], "the gap is bridged");
     assert_eq!(
-        Pose::of(&shot.scene, 3).models[0].shape,
-        Pose::of(&shot.scene, 9).models[0].shape,
+        Pose::new(&shot.scene, 3).models[0].shape,
+        Pose::new(&shot.scene, 9).models[0].shape,
         "they are equal"
     );
     assert!(!shot.scene.models[0].track.is_constant());
@@ -88,7 +88,7 @@ fn a_group_of_digits_means_files_as_wide_as_it() {
     let shot = load(folder.path(), "shapes = { obj = \"w_##.obj\" }").unwrap();
     let ends = shot.scene.models[0].track.shapes.as_ref().unwrap().ends();
     assert_eq!((ends, shot.files.len()), ([9.0, 100.0], 5));
-    assert_eq!(Pose::of(&shot.scene, 50).models[0].shape, Shape::FIRST);
+    assert_eq!(Pose::new(&shot.scene, 50).models[0].shape, Shape::FIRST);
 }
 
 #[test]

@@ -23,7 +23,7 @@ fn models_appear_and_disappear_at_their_keys() {
         let track = &shot.scene.models[0].track;
         let [there, places] = [1, 4, 5, 6, 9, 20]
             .map(|frame| {
-                let pose = Pose::of(&shot.scene, frame);
+                let pose = Pose::new(&shot.scene, frame);
                 (pose.models[0].is_visible, track.map_at(frame.into()).translation.x)
             })
             .into_iter()
@@ -89,7 +89,7 @@ fn matrices_are_rows_for_column_vectors() {
         let shot = load(&format!(
             "{REST}matrix = {rows}\n{more}[[model.key]]\nframe = 1\n[[model.key]]\nframe = 2\nrotate = [0, 0, 1]\n"
         ));
-        Pose::of(&shot.scene, 1).models[0].point(Vec3::new(1.0, 2.0, 3.0))
+        Pose::new(&shot.scene, 1).models[0].point(Vec3::new(1.0, 2.0, 3.0))
     };
     let rows = "[[1, 0.5, 0, 10], [0, -1, 0, 20], [0, 0, 2, 30]";
     assert_eq!(at(&format!("{rows}]"), ""), Vec3::new(12.0, 18.0, 36.0));
@@ -101,7 +101,7 @@ fn matrices_are_rows_for_column_vectors() {
         "{REST}matrix = {rows}]\n{after}[[model.key]]\nframe = 1\n[[model.key]]\nframe = 2\nscale = 3\n"
     ));
     // (12, 18, 36) twice as large, turned by 90 degrees about z, then moved
-    let there = Pose::of(&shot.scene, 1).models[0].point(Vec3::new(1.0, 2.0, 3.0));
+    let there = Pose::new(&shot.scene, 1).models[0].point(Vec3::new(1.0, 2.0, 3.0));
     assert!(there.abs_diff_eq(Vec3::new(100.0 - 36.0, 24.0, 72.0), 1e-4), "{there}");
 }
 

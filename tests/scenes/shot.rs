@@ -587,7 +587,7 @@ fn bare_models_turn_in_front_of_the_camera() {
     let shot = scene::load(&folder.path().join("m.obj"), true).unwrap();
     assert_eq!((shot.frames.list().len(), shot.settings.samples, shot.scene.lights.len()), (120, 2, 2));
     for frame in [1, 31, 120] {
-        let camera = Pose::of(&shot.scene, frame).camera;
+        let camera = Pose::new(&shot.scene, frame).camera;
         let seen = camera.world_to_ndc(16.0 / 9.0);
         for corner in shot.scene.models[0].mesh.positions.as_slice() {
             let ndc = seen.project_point3(Vec3::from(*corner));

@@ -8,7 +8,7 @@ use std::sync::Arc;
 use afterimage::animation::{Interpolation, ShapeTrack, Track, TransformTrack};
 use afterimage::frame::{Finished, Renderer};
 use afterimage::geometry::Quadric;
-use afterimage::geometry::quadric::Shape;
+use afterimage::geometry::quadric::QuadricShape;
 use afterimage::layers::Layers;
 use afterimage::scene::camera::{Aim, Lens};
 use afterimage::scene::{
@@ -83,20 +83,20 @@ pub fn moving_quadric(name: &str, quadric: &Quadric, material: u16, track: Trans
 
 /// Of radius 1, about the origin.
 pub fn sphere() -> Quadric {
-    Quadric::new(Shape::Ellipsoid { radii: DVec3::ONE }, false)
+    Quadric::new(QuadricShape::Ellipsoid { radii: DVec3::ONE }, false)
 }
 
 /// One of each shape but the plane, some closed and some open, each about 2 high.
 pub fn quadrics() -> Vec<Quadric> {
     vec![
-        Quadric::new(Shape::Ellipsoid { radii: DVec3::new(1.0, 1.2, 0.8) }, false),
-        Quadric::new(Shape::Cylinder { radius: 0.8, height: 1.6 }, false),
-        Quadric::new(Shape::Cylinder { radius: 0.8, height: 1.4 }, true),
-        Quadric::new(Shape::Cone { radius: 0.9, top: 0.0, height: 1.8 }, false),
-        Quadric::new(Shape::Cone { radius: 0.5, top: 0.9, height: 1.5 }, true),
-        Quadric::new(Shape::Paraboloid { radius: 0.9, height: 1.5 }, true),
-        Quadric::new(Shape::Waisted { radius: 0.9, waist: 0.4, height: 1.6 }, false),
-        Quadric::new(Shape::Parted { radius: 1.0, gap: 0.3, height: 1.8 }, false),
+        Quadric::new(QuadricShape::Ellipsoid { radii: DVec3::new(1.0, 1.2, 0.8) }, false),
+        Quadric::new(QuadricShape::Cylinder { radius: 0.8, height: 1.6 }, false),
+        Quadric::new(QuadricShape::Cylinder { radius: 0.8, height: 1.4 }, true),
+        Quadric::new(QuadricShape::Cone { radius: 0.9, top: 0.0, height: 1.8 }, false),
+        Quadric::new(QuadricShape::Cone { radius: 0.5, top: 0.9, height: 1.5 }, true),
+        Quadric::new(QuadricShape::Paraboloid { radius: 0.9, height: 1.5 }, true),
+        Quadric::new(QuadricShape::OneSheet { radius: 0.9, waist: 0.4, height: 1.6 }, false),
+        Quadric::new(QuadricShape::TwoSheets { radius: 1.0, gap: 0.3, height: 1.8 }, false),
     ]
 }
 

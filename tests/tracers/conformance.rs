@@ -4,7 +4,7 @@ use std::f32::consts::TAU;
 
 use afterimage::animation::{Track, TransformTrack};
 use afterimage::geometry::Quadric;
-use afterimage::geometry::quadric::Shape;
+use afterimage::geometry::quadric::QuadricShape;
 use afterimage::pose::Pose;
 use afterimage::scene::{self, Model, Scene};
 use afterimage::settings::Build;
@@ -94,7 +94,7 @@ fn no_ray_passes_between_triangles() {
 #[test]
 fn of_surfaces_in_the_same_place_one_is_always_the_answer() {
     let scene = scene_of(vec![still("a", floor(2.0, 0), Vec3::ZERO), still("b", floor(2.0, 0), Vec3::ZERO)]);
-    let pose = Pose::of(&scene, 1);
+    let pose = Pose::new(&scene, 1);
     let mut rust = BackendKind::Rust.build(&scene, Build::Best).unwrap();
     let tracer = rust.commit(&pose, &[true, true]).unwrap();
     for way in WAYS {
@@ -334,7 +334,7 @@ fn random(seed: u32) -> impl FnMut() -> f32 {
 
 /// Rays in bundles of 16 that start in one point and spread by `spread`, within the scene's box.
 fn random_rays(scene: &Scene, spread: f32) -> RayBatch {
-    let pose = Pose::of(scene, 1);
+    let pose = Pose::new(scene, 1);
     let points = scene.models.iter().zip(&pose.models).flat_map(|(model, at)| {
         model.mesh.positions.as_slice().iter().map(|point| at.point(Vec3::from(*point)))
     });
@@ -357,7 +357,7 @@ fn assert_agreement(scene: &Scene) {
 }
 
 fn assert_two_agree(scene: &Scene, kinds: [Kind; 2]) {
-    let pose = Pose::of(scene, 1);
+    let pose = Pose::new(scene, 1);
     let moved = vec![true; scene.models.len()];
     let [mut first, mut second] = kinds.map(|kind| kind.build(scene));
     let (first, second) = (first.commit(&pose, &moved).unwrap(), second.commit(&pose, &moved).unwrap());
@@ -421,7 +421,7 @@ fn tracers_agree_on_quadrics() {
 
 #[test]
 fn planes_have_no_end() {
-    let plane = Quadric::new(Shape::Plane { center: [0.0; 2], reach: 1e9 }, false);
+    let plane = Quadric::new(QuadricShape::Plane { center: [0.0; 2], reach: 1e9 }, false);
     let track = TransformTrack {
         translate: keys(&[(0.0, DVec3::ZERO), (2.0, DVec3::Y)]),
         ..TransformTrack::identity()
@@ -445,7 +445,7 @@ fn planes_have_no_end() {
 /// A piece hides itself, as no triangle can; the place that a segment ends in does not.
 #[test]
 fn a_tube_hides_its_own_far_wall_alone() {
-    let tube = Quadric::new(Shape::Cylinder { radius: 1.0, height: 2.0 }, true);
+    let tube = Quadric::new(QuadricShape::Cylinder { radius: 1.0, height: 2.0 }, true);
     let moved = TransformTrack {
         translate: keys(&[(0.0, DVec3::ZERO), (2.0, DVec3::ZERO), (3.0, DVec3::X)]),
         ..TransformTrack::identity()

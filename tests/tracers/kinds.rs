@@ -65,7 +65,7 @@ pub fn kinds() -> impl Iterator<Item = Kind> {
 pub const WAYS: [Coherence; 5] = [
     Coherence::Coherent,
     Coherence::Bounced,
-    Coherence::BouncedAlone,
+    Coherence::BouncedIndependent,
     Coherence::SharedOrigin,
     Coherence::Incoherent,
 ];
@@ -81,7 +81,7 @@ pub fn on_each(scene: &Scene, check: impl Fn(&dyn Tracer, Coherence)) {
 }
 
 pub fn on_each_moved(scene: &Scene, moved: &[bool], check: impl Fn(&dyn Tracer, Coherence)) {
-    let pose = Pose::of(scene, 1);
+    let pose = Pose::new(scene, 1);
     for kind in kinds() {
         let mut backend = kind.build(scene);
         let tracer = backend.commit(&pose, moved).unwrap();

@@ -17,7 +17,8 @@ pub struct Device {
 #[derive(Debug)]
 struct Inner {
     raw: sys::RTCDevice,
-    /// Bytes that Embree holds. Embree keeps its address, which stays because an `Arc` holds it.
+    /// Bytes that Embree holds. Embree keeps the address of this counter, which stays because an `Arc` holds
+    /// it.
     bytes: AtomicIsize,
 }
 
@@ -57,7 +58,7 @@ impl Device {
         Ok(device)
     }
 
-    /// The version of the library that is loaded, for instance `"4.4.0"`. It may be newer than the headers.
+    /// Version of the library that is loaded, for instance `"4.4.0"`. It may be newer than the headers.
     pub fn version(&self) -> String {
         format!(
             "{}.{}.{}",
@@ -67,8 +68,8 @@ impl Device {
         )
     }
 
-    /// The widest packets that this processor traces as packets, within the instruction sets that the
-    /// configuration allows (`"isa=avx2"`).
+    /// Width of the widest packets that this processor traces as packets, within the instruction sets that
+    /// the configuration allows (`"isa=avx2"`).
     pub fn native_width(&self) -> PacketWidth {
         let property = |width| match width {
             PacketWidth::Four => sys::RTC_DEVICE_PROPERTY_NATIVE_RAY4_SUPPORTED,
@@ -92,7 +93,7 @@ impl Device {
         Arc::ptr_eq(&self.inner, &other.inner)
     }
 
-    /// The error of this thread's calls since the last time it was asked.
+    /// Takes the error of this thread's calls since the last time it was asked for.
     pub(crate) fn take_error(&self) -> Result<(), Error> {
         // SAFETY: `self` keeps the device alive.
         unsafe { error::take(self.inner.raw) }
@@ -103,7 +104,7 @@ impl Device {
         unsafe { sys::rtcGetDeviceProperty(self.inner.raw, which) as isize }
     }
 
-    /// The headers were new enough when this was built; the library is found anew in each run.
+    /// Checks the library, which is found anew in each run. The headers were checked when this was built.
     fn check_library(&self) -> Result<(), Error> {
         let unsuitable = |what: &str| {
             let version = self.version();
@@ -125,7 +126,7 @@ impl Device {
     }
 }
 
-/// What a library must have been built with, and the build option that a person would look for.
+/// Properties of a library that are needed here, each with the build option that a person would look for.
 const NEEDED: [(sys::RTCDeviceProperty, &str); 4] = [
     (sys::RTC_DEVICE_PROPERTY_RAY_MASK_SUPPORTED, "EMBREE_RAY_MASK"),
     (sys::RTC_DEVICE_PROPERTY_FILTER_FUNCTION_SUPPORTED, "EMBREE_FILTER_FUNCTION"),

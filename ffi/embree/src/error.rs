@@ -5,11 +5,11 @@ use std::cell::RefCell;
 use std::ffi::{CStr, c_char, c_void};
 use std::fmt;
 
-/// What kind of failure Embree reports.
+/// Kind of failure that Embree reports.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum ErrorCode {
-    /// Embree knows no more.
+    /// An unknown error.
     Unknown,
     /// An argument is out of range, or of another device.
     InvalidArgument,
@@ -41,12 +41,12 @@ impl Error {
         Self::new(ErrorCode::InvalidArgument, message)
     }
 
-    /// The kind of failure.
+    /// Kind of the failure.
     pub fn code(&self) -> ErrorCode {
         self.code
     }
 
-    /// Embree's message, or ours where the wrapper refused before Embree was asked.
+    /// Embree's message, or ours if the wrapper refused before Embree was asked.
     pub fn message(&self) -> &str {
         &self.message
     }

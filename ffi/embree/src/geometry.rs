@@ -10,7 +10,7 @@ use std::sync::Arc;
 /// Vertex positions in object space, with the spare bytes behind the last one that Embree's 16-byte loads read.
 #[derive(Debug)]
 pub struct VertexBuffer {
-    /// The vertices and one more.
+    /// Vertices, and one more as padding.
     padded: Vec<[f32; 3]>,
 }
 
@@ -28,8 +28,8 @@ impl VertexBuffer {
     }
 }
 
-/// What scenes can hold: a triangle mesh (checked indices over shared buffers), or other [`Primitives`]. Either lives as
-/// long as any clone of the geometry and any scene it is attached to. Attaching copies no buffer.
+/// Content of scenes: a triangle mesh (checked indices over shared buffers), or other [`Primitives`]. It
+/// lives as long as any clone of the geometry and any scene it is attached to. Attaching copies no buffer.
 #[derive(Clone, Debug)]
 pub struct Geometry {
     device: Device,
@@ -189,7 +189,7 @@ impl Handle {
         unsafe { sys::rtcSetGeometryMask(self.raw, mask) };
     }
 
-    /// For instances: 3 rows, 4 columns, column after column.
+    /// Sets an instance's transform: 3 rows, 4 columns, column after column.
     pub(crate) fn set_transform(&mut self, transform: &[f32; 12]) {
         // SAFETY: the geometry is live, and Embree copies the 12 floats.
         unsafe {

@@ -6,7 +6,7 @@ use std::mem::offset_of;
 /// The id that means "no hit" as `geom_id`, and "not in an instance" as `inst_id`.
 pub const INVALID: u32 = sys::RTC_INVALID_GEOMETRY_ID;
 
-/// How many rays Embree traces in one packet. The numbers are those that its functions are named after.
+/// Number of rays in one packet. The numbers are those in the names of Embree's functions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum PacketWidth {
     /// Native with SSE 4.2, and with anything newer.
@@ -18,19 +18,19 @@ pub enum PacketWidth {
 }
 
 impl PacketWidth {
-    /// The widest for which `is_native` holds, or else 4. Packets wider than what is native are taken apart by
-    /// Embree and traced ray by ray.
+    /// Widest packet for which `is_native` holds, or else 4. Embree takes wider packets than native ones
+    /// apart, and traces them ray by ray.
     pub fn widest(is_native: impl Fn(Self) -> bool) -> Self {
         [Self::Sixteen, Self::Eight].into_iter().find(|width| is_native(*width)).unwrap_or(Self::Four)
     }
 
-    /// Rays in a packet.
+    /// Number of rays in a packet.
     pub fn lanes(self) -> usize {
         self as usize
     }
 }
 
-/// Which of the rays of a packet take part.
+/// Mask of the rays of a packet that take part.
 #[repr(C, align(64))]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Valid<const N: usize>([i32; N]);
@@ -41,37 +41,37 @@ impl<const N: usize> Valid<N> {
     /// No ray.
     pub const NONE: Self = Self([0; N]);
 
-    /// The rays for which `is_on(lane)` holds.
+    /// Creates a mask of the rays for which `is_on(lane)` holds.
     #[inline]
     pub fn from_fn(mut is_on: impl FnMut(usize) -> bool) -> Self {
         Self(std::array::from_fn(|lane| -i32::from(is_on(lane))))
     }
 
-    /// The first `count` rays: the last packet of a list.
+    /// Creates a mask of the first `count` rays, for the last packet of a list.
     #[inline]
     pub fn first(count: usize) -> Self {
         Self::from_fn(|lane| lane < count)
     }
 
-    /// Bit `i` is ray `i`.
+    /// Creates a mask from bits: bit `i` is ray `i`.
     #[inline]
     pub fn from_bits(bits: u16) -> Self {
         Self::from_fn(|lane| bits >> lane & 1 == 1)
     }
 
-    /// Takes a ray in or out.
+    /// Turns a ray on or off.
     #[inline]
     pub fn set(&mut self, lane: usize, on: bool) {
         self.0[lane] = -i32::from(on);
     }
 
-    /// Whether a ray takes part.
+    /// Returns true if a ray takes part.
     #[inline]
     pub fn is_on(&self, lane: usize) -> bool {
         self.0[lane] != 0
     }
 
-    /// Whether any ray takes part.
+    /// Returns true if any ray takes part.
     #[inline]
     pub fn any(&self) -> bool {
         self.0.iter().any(|&lane| lane != 0)
@@ -108,7 +108,7 @@ pub struct Ray<const N: usize> {
     pub time: [f32; N],
     /// End of the segment. `intersect` moves it to the hit, `occluded` sets it to minus infinity.
     pub tfar: [f32; N],
-    /// Meets geometries and instances whose mask has a bit in common.
+    /// Mask: the ray meets geometries and instances whose mask has a bit in common.
     pub mask: [u32; N],
     /// Free for the caller, except that `occluded_past` writes the lane's number here.
     pub id: [u32; N],
@@ -117,7 +117,7 @@ pub struct Ray<const N: usize> {
 }
 
 impl<const N: usize> Default for Ray<N> {
-    /// Rays from the origin in no direction, 0 to infinity, that meet every mask.
+    /// Creates rays from the origin in no direction, from 0 to infinity, that meet every mask.
     fn default() -> Self {
         let zero = [0.0; N];
         Self {
@@ -147,14 +147,14 @@ impl<const N: usize> Ray<N> {
         self.tfar[lane] = tfar;
     }
 
-    /// Whether `occluded` found something in this lane's way.
+    /// Returns true if `occluded` found that something blocks the ray in this lane.
     #[inline]
     pub fn is_occluded(&self, lane: usize) -> bool {
         self.tfar[lane] == f32::NEG_INFINITY
     }
 }
 
-/// What N rays hit. A lane is written when something is hit and left alone otherwise.
+/// Hits of N rays. A lane is written if its ray hits something, and left alone otherwise.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hit<const N: usize> {
@@ -174,12 +174,12 @@ pub struct Hit<const N: usize> {
     pub geom_id: [u32; N],
     /// Number of the instance in the scene that was traced, or [`INVALID`] for a mesh of that scene itself.
     pub inst_id: [u32; N],
-    /// Number in an instance array; there are none here, so that it says nothing.
+    /// Number in an instance array. There are no such arrays here, so that it means nothing.
     pub inst_prim_id: [u32; N],
 }
 
 impl<const N: usize> Default for Hit<N> {
-    /// No hit.
+    /// Creates hits of nothing.
     fn default() -> Self {
         let zero = [0.0; N];
         let none = [INVALID; N];
@@ -198,7 +198,7 @@ impl<const N: usize> Default for Hit<N> {
 }
 
 impl<const N: usize> Hit<N> {
-    /// Whether this lane's ray hit something.
+    /// Returns true if this lane's ray hit something.
     #[inline]
     pub fn is_hit(&self, lane: usize) -> bool {
         self.geom_id[lane] != INVALID
@@ -223,24 +223,25 @@ pub struct RayHit<const N: usize> {
 }
 
 impl<const N: usize> RayHit<N> {
-    /// Rays that have hit nothing yet.
+    /// Creates a packet of rays that have hit nothing yet.
     pub fn new(ray: Ray<N>) -> Self {
         Self { ray, hit: Hit::default() }
     }
 }
 
-/// A triangle, by all three ids of a [`Hit`].
+/// Name of a triangle: all three ids of a [`Hit`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PrimId {
-    /// The mesh.
+    /// Number of the mesh.
     pub geom_id: u32,
-    /// The triangle.
+    /// Number of the triangle.
     pub prim_id: u32,
-    /// The instance, [`INVALID`] for a mesh of the traced scene itself.
+    /// Number of the instance, [`INVALID`] for a mesh of the traced scene itself.
     pub inst_id: u32,
 }
 
-/// Where a field of one of ours stands must be where Embree's stands. Ours may be longer, because of its alignment.
+/// Checks that the fields of one of our structs have the offsets of Embree's. Ours may be longer, because of
+/// its alignment.
 macro_rules! same_layout {
     ($ours:ty, $embrees:ty, $($field:ident = $c_field:ident),+) => {
         const _: () = {

@@ -1,4 +1,4 @@
-//! Primitives that are no triangles: whoever knows where rays meet them is asked by callbacks.
+//! Primitives that are not triangles: callbacks ask for their intersections with rays.
 
 use crate::segment::{Bounds, Segment};
 use embree4_sys as sys;
@@ -7,21 +7,23 @@ use std::fmt::Debug;
 use std::slice;
 use std::sync::Arc;
 
-/// Primitives that know where rays meet them, in object space: Embree's user geometry.
+/// Primitives that compute their intersections with rays, in object space: Embree's user geometry.
 ///
 /// Embree asks from all threads, and a panic of any method ends the program.
 pub trait Primitives: Debug + Send + Sync {
-    /// How many there are; always the same.
+    /// Number of primitives; always the same.
     fn count(&self) -> u32;
 
-    /// A box around a primitive. One that is not finite, or reaches beyond 1.8e18, takes the primitive out of the scene.
+    /// Bounding box of a primitive. One that is not finite, or reaches beyond 1.8e18, takes the primitive out
+    /// of the scene.
     fn bounds(&self, primitive: u32) -> Bounds;
 
-    /// The first place where `ray`, from `near` on and up to `far`, meets a primitive. `ends_here`: the ray ends at t = 1 in a
-    /// place of this primitive, which does not count.
+    /// Finds the first intersection of `ray`, from `near` on and up to `far`, with a primitive. `ends_here`:
+    /// the ray ends at t = 1 at a point of this primitive, which does not count.
     fn meet(&self, primitive: u32, ray: &Segment, ends_here: bool) -> Option<PrimitiveHit>;
 
-    /// What [`meet`](Self::meet) says of up to four rays; for whom four at a time are no more work than one.
+    /// Answers [`meet`](Self::meet) for up to four rays. For primitives that handle four at a time with no
+    /// more work than one.
     fn meet_four(&self, primitive: u32, rays: &[(Segment, bool)]) -> [Option<PrimitiveHit>; 4] {
         let mut hits = [None; 4];
         for (hit, (ray, ends_here)) in hits.iter_mut().zip(rays) {
@@ -31,18 +33,19 @@ pub trait Primitives: Debug + Send + Sync {
     }
 }
 
-/// Where a ray meets a primitive.
+/// Intersection of a ray with a primitive.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PrimitiveHit {
-    /// In lengths of the direction, at most the ray's `far`.
+    /// Distance in lengths of the direction, at most the ray's `far`.
     pub t: f32,
-    /// Whatever the primitives mean by it.
+    /// First parameter, with a meaning that the primitives define.
     pub u: f32,
-    /// Whatever the primitives mean by it.
+    /// Second parameter, with a meaning that the primitives define.
     pub v: f32,
 }
 
-/// What Embree calls. Lives at one address, which Embree knows, longer than the geometry.
+/// The primitives that Embree's callbacks ask. It lives at one address, which Embree knows, longer than the
+/// geometry.
 #[derive(Debug)]
 pub(crate) struct Callbacks(Box<Arc<dyn Primitives>>);
 
@@ -68,7 +71,7 @@ impl Callbacks {
     }
 }
 
-/// The primitives that a callback is asked about.
+/// Returns the primitives of a callback.
 ///
 /// # Safety
 /// `address` is what [`Callbacks::set`] has told Embree, of a geometry that lives during `'a`.
@@ -106,7 +109,7 @@ impl RaysN {
         unsafe { *self.values.add(row * self.count + lane) }
     }
 
-    /// What the caller has written beside a ray that takes part.
+    /// Value of `id` that the caller has written beside a ray that takes part.
     #[inline(always)]
     pub fn id(&self, lane: usize) -> u32 {
         assert!(lane < self.count, "Embree numbers rays from 0");
@@ -214,8 +217,8 @@ pub(crate) unsafe fn occlude(
     unsafe { for_each_met(primitives, arguments.primID, (&rays, arguments.valid), ends_here, end) };
 }
 
-/// Calls `then` for each ray that takes part and meets the primitive, with its lane and where it does: four rays are asked at a
-/// time, whichever take part.
+/// Calls `then` for each ray that takes part and meets the primitive, with its lane and the intersection.
+/// Four rays are tested at a time, whichever take part.
 ///
 /// # Safety
 /// As of [`valid_lanes`], where there are as many as rays; a ray that takes part is there.
@@ -250,7 +253,7 @@ unsafe fn for_each_met(
     }
 }
 
-/// The lanes that take part.
+/// Lanes that take part.
 ///
 /// # Safety
 /// `valid` has `count` items, which nobody writes while the result lives.

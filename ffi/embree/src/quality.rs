@@ -2,7 +2,7 @@
 
 use embree4_sys as sys;
 
-/// How much time to spend on the acceleration structure.
+/// Time to spend on building the acceleration structure.
 ///
 /// Embree's fourth level, refitting, is missing on purpose: it serves meshes whose vertices move, and the
 /// buffers here never change. What deforms is built anew, in a scene that takes the other's

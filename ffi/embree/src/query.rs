@@ -1,4 +1,4 @@
-//! Tracing: the queries of a scene that is committed, and nothing that could change it.
+//! Tracing: the queries of a committed scene, and nothing that could change it.
 
 use crate::packet::{INVALID, PrimId, Ray, RayHit, Valid};
 use crate::primitives::{self, RaysN};
@@ -8,12 +8,12 @@ use std::ffi::c_void;
 use std::marker::PhantomData;
 use std::ptr;
 
-/// Whether the rays of a packet run side by side.
+/// Coherence of the rays of a packet.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Coherence {
-    /// Neighbouring pixels, or ends near each other: up to 3 times as fast.
+    /// Rays of neighbouring pixels, or with ends near each other: up to 3 times as fast.
     Coherent,
-    /// Anything else.
+    /// Any other rays.
     Incoherent,
 }
 
@@ -140,7 +140,7 @@ impl Committed<'_> {
         })
     }
 
-    /// Whether anything stands in the way of one ray.
+    /// Returns true if anything blocks one ray.
     #[inline]
     pub fn occluded_one(&self, segment: &Segment, coherence: Coherence) -> bool {
         let mut arguments = sys::init_occluded_arguments();
@@ -151,7 +151,7 @@ impl Committed<'_> {
         ray.tfar == f32::NEG_INFINITY
     }
 
-    /// Whether anything stands in the way of each ray that takes part: then its `tfar` becomes minus infinity.
+    /// Finds out whether anything blocks each ray that takes part: then its `tfar` becomes minus infinity.
     #[inline]
     pub fn occluded<const N: usize>(&self, valid: &Valid<N>, packet: &mut Ray<N>, coherence: Coherence) {
         let mut arguments = sys::init_occluded_arguments();
@@ -230,16 +230,16 @@ impl Committed<'_> {
     }
 }
 
-/// What one ray hit.
+/// Hit of one ray.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OneHit {
-    /// In lengths of the direction.
+    /// Distance in lengths of the direction.
     pub t: f32,
     /// Barycentric weight of the triangle's second corner.
     pub u: f32,
     /// Barycentric weight of the triangle's third corner.
     pub v: f32,
-    /// The triangle.
+    /// Name of the triangle.
     pub met: PrimId,
 }
 
@@ -247,7 +247,7 @@ const fn is_width(lanes: usize) -> bool {
     matches!(lanes, 4 | 8 | 16)
 }
 
-/// What [`let_pass`] and [`occlude_past`] are told, behind what Embree itself needs.
+/// Context of [`let_pass`] and [`occlude_past`]: Embree's own part comes first.
 #[repr(C)]
 struct PassContext<'a, F> {
     embrees: sys::RTCRayQueryContext,
@@ -288,7 +288,7 @@ unsafe extern "C" fn let_pass<F: Fn(usize, PrimId) -> bool>(
     }
 }
 
-/// Of the distances of boxes and hits.
+/// Factor that covers the rounding of the distances of boxes and hits.
 const ROUNDING: f32 = 1.0 + 6e-7;
 
 /// The nearest hit of a ray so far, in the scene at hand.
@@ -302,8 +302,9 @@ struct Best {
 impl Best {
     const NONE: Self = Self { t: f32::INFINITY, name: [INVALID; 3] };
 
-    /// If a ray hits what is there rather than the best so far: where the ray is to end then. Behind it, so that Embree still looks
-    /// into boxes that begin where the ray ends, but for rounding: another primitive may be as near.
+    /// Takes a hit at `t` if it is nearer than the best so far, or as near with a lesser name. Returns then
+    /// where the ray is to end: slightly behind the hit, so that Embree still looks into boxes that begin
+    /// where the ray ends, but for rounding. Another primitive may be as near.
     #[inline(always)]
     fn end_at(&mut self, t: f32, name: [u32; 3]) -> Option<f32> {
         let is_hit = t < self.t || t == self.t && name < self.name;
@@ -314,11 +315,11 @@ impl Best {
     }
 }
 
-/// What [`keep_least`] and [`meet_least`] are told, behind what Embree itself needs.
+/// Context of [`keep_least`] and [`meet_least`]: Embree's own part comes first.
 #[repr(C)]
 struct LeastContext {
     embrees: sys::RTCRayQueryContext,
-    /// By lane.
+    /// Best hit of each lane.
     best: [Best; 16],
 }
 

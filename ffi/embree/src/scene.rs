@@ -1,4 +1,4 @@
-//! Scenes: what can be changed, what is frozen, and the step between.
+//! Scenes that can be changed, frozen scenes, and the step between.
 
 use crate::device::Device;
 use crate::error::{Error, ErrorCode};
@@ -18,7 +18,7 @@ pub struct GeometryId(pub u32);
 pub struct Scene {
     // Field order is drop order: the scene before what it holds, the geometries before their device.
     raw: SceneHandle,
-    /// By id; none where ids were left out.
+    /// Geometries and instances by id; none where ids were left out.
     attached: Vec<Option<Attached>>,
     device: Device,
     quality: BuildQuality,
@@ -74,8 +74,8 @@ impl Scene {
         Ok(id)
     }
 
-    /// Leaves out ids, so that the next geometry has the id `next` or a later one: what is named by ids of two scenes can be told
-    /// apart so.
+    /// Leaves out ids, so that the next geometry has the id `next` or a later one: ids of two scenes can thus
+    /// be kept distinct.
     pub fn skip_ids_to(&mut self, next: GeometryId) {
         let count = self.attached.len().max(next.0 as usize);
         self.attached.resize_with(count, || None);
@@ -213,7 +213,7 @@ impl Scene {
             .ok_or_else(|| Error::invalid_argument(format!("no geometry {} in a scene of {count}", id.0)))
     }
 
-    /// Whether instances in this scene may place `of`.
+    /// Checks whether instances in this scene may place `of`.
     fn check_instanced(&self, of: &FrozenScene) -> Result<(), Error> {
         self.check_device(&of.scene.device)?;
         if of.scene.attached.iter().flatten().any(|a| matches!(a, Attached::Instance { .. })) {
@@ -234,7 +234,7 @@ impl Scene {
 }
 
 impl FrozenScene {
-    /// The scene, to be traced by itself.
+    /// Returns the scene, to be traced by itself.
     pub fn committed(&self) -> Committed<'_> {
         // SAFETY: `Scene::freeze` committed it, nothing can change it since, and the result borrows it.
         unsafe { Committed::new(self.scene.raw.0) }

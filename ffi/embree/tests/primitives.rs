@@ -106,7 +106,7 @@ fn check<const N: usize>(device: &Device, quality: BuildQuality) {
     }
 }
 
-/// Of its own primitive a ray passes the place that it ends in, and no other.
+/// Checks that a ray ignores the point of its own primitive in which it ends, and no other.
 fn check_own<const N: usize>(device: &Device) {
     let mut scene = Scene::new(device, BuildQuality::Medium, true).unwrap();
     let id = scene.attach(&slabs(device, u32::MAX)).unwrap();

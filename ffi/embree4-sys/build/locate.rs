@@ -1,12 +1,12 @@
-//! Where Embree is: the search order and the version gate, free of side effects so that tests reach them.
+//! Finds Embree: the search order and the version gate, free of side effects so that tests reach them.
 
 use std::path::{Path, PathBuf};
 
-/// What to do when the search fails; the end of each error message.
+/// Advice for a failed search; the end of each error message.
 const REMEDY: &str = "run `make setup` (with EMBREE_DIR unset), or set EMBREE_DIR to a folder that holds \
                       include/embree4/rtcore.h and lib/libembree4.so";
 
-/// The oldest Embree whose structs our bindings describe: 4.3 made `RTCHit` longer.
+/// Oldest Embree whose structs our bindings describe: 4.3 made `RTCHit` longer.
 const OLDEST: Version = Version(4, 3, 0);
 
 /// Major, minor, patch.
@@ -26,7 +26,7 @@ pub struct Found {
     pub include: PathBuf,
     /// The folder that holds `libembree4.so`.
     pub libdir: PathBuf,
-    /// What the headers say.
+    /// Version in the headers.
     pub version: Version,
 }
 
@@ -37,7 +37,7 @@ pub struct Places {
     pub chosen: Option<PathBuf>,
     /// Prefixes of the system.
     pub system: Vec<PathBuf>,
-    /// Where `make setup` puts its own copy.
+    /// Prefix of the private copy that `make setup` installs.
     pub private: PathBuf,
     /// Debian's folder below `lib`, for instance `x86_64-linux-gnu`.
     pub multiarch: String,

@@ -61,7 +61,7 @@ pub const RTC_HIT_N_INST_ID_ROW: usize = 7;
 /// The row of `RTCHitN_instPrimID` at the outermost level.
 pub const RTC_HIT_N_INST_PRIM_ID_ROW: usize = 8;
 
-/// What `rtcInitRayQueryContext` writes: a query that is inside of no instance.
+/// Creates the content that `rtcInitRayQueryContext` writes: a query that is inside of no instance.
 pub const fn init_ray_query_context() -> RTCRayQueryContext {
     const LEVELS: usize = RTC_MAX_INSTANCE_LEVEL_COUNT as usize;
     RTCRayQueryContext {
@@ -70,7 +70,7 @@ pub const fn init_ray_query_context() -> RTCRayQueryContext {
     }
 }
 
-/// What `rtcInitIntersectArguments` writes: incoherent, no context, no callbacks.
+/// Creates the content that `rtcInitIntersectArguments` writes: incoherent, no context, no callbacks.
 pub const fn init_intersect_arguments() -> RTCIntersectArguments {
     RTCIntersectArguments {
         flags: RTC_RAY_QUERY_FLAG_INCOHERENT,
@@ -81,7 +81,7 @@ pub const fn init_intersect_arguments() -> RTCIntersectArguments {
     }
 }
 
-/// What `rtcInitOccludedArguments` writes: incoherent, no context, no callbacks.
+/// Creates the content that `rtcInitOccludedArguments` writes: incoherent, no context, no callbacks.
 pub const fn init_occluded_arguments() -> RTCOccludedArguments {
     RTCOccludedArguments {
         flags: RTC_RAY_QUERY_FLAG_INCOHERENT,

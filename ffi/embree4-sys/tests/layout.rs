@@ -29,7 +29,7 @@ fn ask_the_compiler(cpp: bool) -> BTreeMap<String, u64> {
     text.lines().filter_map(pair).collect()
 }
 
-/// The same lines as `layout.c` prints, from the Rust side.
+/// Writes the lines that `layout.c` prints, from the Rust side.
 macro_rules! describe {
     ($($type:ident { $($field:ident),+ })+) => {{
         let mut lines = BTreeMap::new();

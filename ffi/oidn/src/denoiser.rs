@@ -8,7 +8,7 @@ use std::ptr;
 use crate::error::{Error, Kind};
 use crate::functions::{DEVICE_TYPE_CPU, Device, FORMAT_FLOAT3, Filter, Functions};
 
-/// `OIDNQuality`: how large a network is asked, and how exactly.
+/// `OIDNQuality`: size and precision of the network.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[allow(missing_docs, reason = "the library's own names")]
 pub enum Quality {
@@ -28,21 +28,21 @@ impl Quality {
     }
 }
 
-/// What tells a denoiser of the surfaces that a picture shows: a value for each pixel, filtered as the picture is and free
-/// of noise.
+/// Guides of a denoiser: properties of the surfaces in a picture. One value for each pixel, filtered as the
+/// picture is and free of noise.
 #[derive(Debug, Clone, Copy)]
 pub struct Guides<'a> {
-    /// 0 to 1.
+    /// Albedo, 0 to 1.
     pub albedo: &'a [[f32; 3]],
-    /// Up to unit length, in any space.
+    /// Normals, up to unit length, in any space.
     pub normal: &'a [[f32; 3]],
 }
 
-/// What the library may work with, about, in 2^20 bytes: larger pictures are cut into pieces that overlap. Not left to the
-/// library, so that all machines cut at the same places.
+/// Approximate limit of the library's working memory, in units of 2^20 bytes: larger pictures are cut into
+/// pieces that overlap. The limit is fixed here, so that all machines cut at the same places.
 pub const MOST_MEGABYTES: i32 = 2048;
 
-/// Takes the noise off pictures, on the processor.
+/// Denoises pictures, on the processor.
 pub struct Denoiser {
     functions: Functions,
     device: Device,
@@ -90,7 +90,7 @@ impl Denoiser {
         Ok(denoiser)
     }
 
-    /// Major, minor, patch.
+    /// Version of the library: major, minor, patch.
     pub fn version(&self) -> [u32; 3] {
         if self.device.is_null() {
             return [0; 3];
@@ -103,11 +103,11 @@ impl Denoiser {
         [c"versionMajor", c"versionMinor", c"versionPatch"].map(part)
     }
 
-    /// Takes the noise off `color`, a linear picture of `size` (columns and rows) in rows, of any range. What comes out is
+    /// Denoises `color`, a linear picture of `size` (columns and rows) in rows, of any range. The result is
     /// the same to the bit for the same picture, library and processor.
     ///
-    /// # Errors
-    /// A list has not as many values as there are pixels, or the library fails: it may run out of memory.
+    /// # Errors A list has not as many values as there are pixels, or the library fails: it may run out of
+    /// memory.
     pub fn denoise(
         &mut self,
         size: [usize; 2],
@@ -159,7 +159,7 @@ impl Denoiser {
         self.error().map_or(Ok(()), Err)
     }
 
-    /// The first error since the last time, if there is any; of making a device where there is none.
+    /// Takes the first error since the last time, if there is any. Without a device, that of creating one.
     fn error(&self) -> Option<Error> {
         let mut message: *const c_char = ptr::null();
         // SAFETY: the device may be null; what comes is null or a text that stays until the next call from this thread.

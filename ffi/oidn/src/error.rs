@@ -1,32 +1,32 @@
-//! What can go wrong.
+//! Errors of the wrapper.
 
 use std::fmt;
 use std::path::PathBuf;
 
-/// Why there is no picture.
+/// Reason why there is no picture.
 #[derive(Debug)]
 pub enum Error {
     /// The library cannot be loaded, or lacks a function: it is of another series.
     Load {
-        /// As it was named.
+        /// Path of the library as given.
         path: PathBuf,
-        /// What the system's loader says.
+        /// Message of the system's loader.
         why: String,
     },
     /// The library refuses something.
     Library {
-        /// In one word.
+        /// Kind of the error.
         kind: Kind,
-        /// What the library says of it, or nothing.
+        /// Message of the library, or nothing.
         why: String,
     },
     /// A list has another length than the picture has pixels.
     Size {
-        /// Which one.
+        /// Name of the list.
         what: &'static str,
-        /// Its length.
+        /// Length of the list.
         length: usize,
-        /// The pixels.
+        /// Number of pixels.
         pixels: usize,
     },
 }
@@ -44,7 +44,7 @@ pub enum Kind {
 }
 
 impl Kind {
-    /// Of the library's number; `None`: no error.
+    /// Converts the library's number; `None`: no error.
     pub(crate) fn of(code: i32) -> Option<Self> {
         match code {
             0 => None,

@@ -1,4 +1,4 @@
-//! The functions of the library that are needed, by hand: see `oidn.h` of version 2.0.
+//! Declarations by hand of the library's functions that are needed: see `oidn.h` of version 2.0.
 
 use std::ffi::{c_char, c_int, c_void};
 use std::path::Path;
@@ -66,7 +66,7 @@ functions! {
     release_filter: b"oidnReleaseFilter\0", fn(Filter);
 }
 
-/// What the system's loader says is in the error's source, if anywhere.
+/// Message of the system's loader: it is in the error's source, if anywhere.
 fn words(error: &libloading::Error) -> String {
     std::error::Error::source(error).map_or_else(|| error.to_string(), ToString::to_string)
 }

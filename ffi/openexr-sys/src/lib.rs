@@ -16,7 +16,7 @@ pub const DEFAULT_ZIP_LEVEL: std::ffi::c_int = -2;
 /// `dwa_quality` that stands for the library's own default.
 pub const DEFAULT_DWA_QUALITY: f32 = -1.0;
 
-/// What the C macro `EXR_DEFAULT_CONTEXT_INITIALIZER` makes: no callbacks, the library's defaults.
+/// Creates the struct of the C macro `EXR_DEFAULT_CONTEXT_INITIALIZER`: no callbacks, the library's defaults.
 ///
 /// An all-zero struct is no substitute: its `zip_level` of 0 means "store, do not compress", and its
 /// `size` of 0 is refused.
@@ -31,14 +31,14 @@ pub fn context_initializer() -> exr_context_initializer_t {
     all_zero
 }
 
-/// An empty encode pipeline, as the C macro `EXR_ENCODE_PIPELINE_INITIALIZER` makes it.
+/// Creates an empty encode pipeline, as the C macro `EXR_ENCODE_PIPELINE_INITIALIZER` does.
 #[must_use]
 pub fn encode_pipeline() -> exr_encode_pipeline_t {
     // SAFETY: integers, raw pointers and `Option`s of function pointers; zero bytes are valid.
     unsafe { std::mem::zeroed() }
 }
 
-/// An empty decode pipeline, as the C macro `EXR_DECODE_PIPELINE_INITIALIZER` makes it.
+/// Creates an empty decode pipeline, as the C macro `EXR_DECODE_PIPELINE_INITIALIZER` does.
 #[must_use]
 pub fn decode_pipeline() -> exr_decode_pipeline_t {
     // SAFETY: integers, raw pointers and `Option`s of function pointers; zero bytes are valid.

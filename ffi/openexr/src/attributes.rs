@@ -8,7 +8,7 @@ use crate::c_text::text;
 use crate::library::{Context, check};
 use crate::{Attribute, Error};
 
-/// Every file has these; they describe the file rather than the picture.
+/// Names of attributes that every file has; they describe the file rather than the picture.
 const STRUCTURAL: [&str; 12] = [
     "channels",
     "chunkCount",
@@ -24,7 +24,7 @@ const STRUCTURAL: [&str; 12] = [
     "version",
 ];
 
-/// All attributes but the structural ones, in the file's order.
+/// Reads all attributes but the structural ones, in the file's order.
 pub(crate) fn read_attributes(
     path: &Path,
     context: &Context<'_>,

@@ -1,13 +1,13 @@
-//! Refuses what would make a file that readers reject, before anything is created.
+//! Refuses images that would make a file that readers reject, before anything is created.
 
 use std::path::Path;
 
 use crate::{Channel, Error, Image, Placed};
 
-/// Longer names need a file feature that many readers lack.
+/// Maximum length of names, bytes: longer ones need a file feature that many readers lack.
 const LONGEST_NAME: usize = 31;
 
-/// The channels in the file's order, by name, all of them sound.
+/// Checks the channels, and sorts them by name into the file's order.
 pub(crate) fn sorted_channels<'a>(path: &Path, image: &Image<'a>) -> Result<Vec<Channel<'a>>, Error> {
     match image.channels.iter().find(|channel| channel.name.matches('.').count() > 1) {
         Some(Channel { name, .. }) => {
@@ -18,7 +18,7 @@ pub(crate) fn sorted_channels<'a>(path: &Path, image: &Image<'a>) -> Result<Vec<
     }
 }
 
-/// The same of names that may have the name of a view between layer and channel.
+/// Checks and sorts channels whose names may have the name of a view between layer and channel.
 pub(crate) fn sorted_with_views<'a>(path: &Path, image: &Image<'a>) -> Result<Vec<Channel<'a>>, Error> {
     check_size(path, image)?;
     let mut channels = image.channels.clone();
@@ -76,7 +76,7 @@ fn check_channel(path: &Path, image: &Image<'_>, channel: &Channel<'_>) -> Resul
     Ok(())
 }
 
-/// What is wrong with the name of a channel or an attribute.
+/// Fault in the name of a channel or an attribute.
 pub(crate) fn fault_of_name(name: &str) -> Option<&'static str> {
     if name.is_empty() {
         Some("a name may not be empty")

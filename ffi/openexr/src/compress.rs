@@ -1,11 +1,11 @@
-//! The bytes of one chunk, compressed.
+//! Compression of the bytes of one chunk.
 //!
 //! ZIP and ZIPS are done here and not by the library: OpenEXR 3.1 calls zlib, which needs twice as long
 //! as zlib-rs (`examples/write_speed.rs`), and packs under a lock of the whole file.
 
 use flate2::{Compress, Compression as Level, FlushCompress, Status};
 
-/// What one thread needs to deflate chunk after chunk.
+/// State of one thread for deflating chunk after chunk.
 pub(crate) struct Deflater {
     stream: Compress,
     split: Vec<u8>,
@@ -13,14 +13,14 @@ pub(crate) struct Deflater {
 }
 
 impl Deflater {
-    /// `level` is zlib's, 1 to 9.
+    /// Creates a deflater; `level` is zlib's, 1 to 9.
     pub(crate) fn new(level: u32) -> Self {
         let stream = Compress::new(Level::new(level), true);
         Self { stream, split: Vec::new(), differences: Vec::new() }
     }
 
-    /// Makes `deflated` the chunk as ZIP and ZIPS have it. `false` if that would not be smaller, whereupon
-    /// the file format wants the packed bytes themselves.
+    /// Deflates the chunk into `deflated`, as ZIP and ZIPS store it. Returns false if that would not be
+    /// smaller: then the file format wants the packed bytes themselves.
     pub(crate) fn deflate(&mut self, packed: &[u8], deflated: &mut Vec<u8>) -> bool {
         self.prepare(packed);
         self.stream.reset();
@@ -31,8 +31,8 @@ impl Deflater {
         matches!(status, Ok(Status::StreamEnd)) && deflated.len() < packed.len()
     }
 
-    /// Bytes at even places first, then those at odd places, then each minus the one before it: high
-    /// bytes of neighbouring samples are alike, and become runs.
+    /// Reorders the bytes: first those at even places, then those at odd places, then each minus the one
+    /// before it. High bytes of neighbouring samples are alike, and become runs.
     fn prepare(&mut self, packed: &[u8]) {
         let count = packed.len();
         self.split.resize(count, 0);

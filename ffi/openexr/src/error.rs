@@ -1,27 +1,27 @@
-//! What can go wrong with a file, in sentences that say what to do.
+//! Errors of a file, in sentences that say what to do.
 
 use std::fmt;
 use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
 
-/// Why a file was not written or read. Its text names the file and says what to do.
+/// Reason why a file was not written or read. Its text names the file and says what to do.
 #[derive(Debug)]
 #[non_exhaustive]
 pub enum Error {
     /// The operating system refused.
     File {
-        /// What the caller calls the file.
+        /// Name that the caller gives to the file.
         path: PathBuf,
-        /// `write` or `read`.
+        /// Failed operation, `write` or `read`.
         doing: &'static str,
-        /// Its answer.
+        /// Answer of the operating system.
         source: io::Error,
     },
     /// The image given to the writer breaks a rule of the format or of this crate.
     Image {
         /// The file that would have been written.
         path: PathBuf,
-        /// Which rule, and where.
+        /// Broken rule, and its place.
         what: String,
     },
     /// OpenEXR refused.

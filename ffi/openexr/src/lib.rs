@@ -30,7 +30,7 @@ pub use read::{ReadChannel, ReadImage, part_count, read, read_header, read_heade
 pub use views::write_views;
 pub use write::{write, write_at_level, write_parts};
 
-/// How a channel's samples are stored in the file.
+/// Storage of a channel's samples in the file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SampleType {
     /// 16-bit float. Finite values beyond 65504 are stored as 65504, with their sign.
@@ -44,11 +44,11 @@ pub enum SampleType {
 /// One plane to write.
 #[derive(Clone, Copy, Debug)]
 pub struct Channel<'a> {
-    /// `R`, or `layer.R`: at most 31 bytes and one dot.
+    /// Name: `R`, or `layer.R`; at most 31 bytes and one dot.
     pub name: &'a str,
     /// The type in the file.
     pub stored: SampleType,
-    /// `width * height` finite values, row-major, top row first.
+    /// Values: `width * height` finite ones, row-major, top row first.
     pub data: Data<'a>,
 }
 
@@ -62,7 +62,7 @@ pub enum Data<'a> {
 }
 
 impl Data<'_> {
-    /// How many there are.
+    /// Number of values.
     fn len(&self) -> usize {
         match self {
             Self::Floats(values) => values.len(),
@@ -99,14 +99,14 @@ pub enum Attribute {
     /// SMPTE 12M time code as OpenEXR packs it: binary-coded digits and flags, and user data.
     #[allow(missing_docs, reason = "the names are the file format's")]
     TimeCode { time_and_flags: u32, user_data: u32 },
-    /// Found in a file, of a type that is not listed above; its type's name. It cannot be written.
+    /// An attribute in a file whose type is not listed above; its type's name. It cannot be written.
     Other(String),
 }
 
-/// How chunks are compressed. All are lossless.
+/// Compression of chunks. All methods are lossless.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Compression {
-    /// Not at all.
+    /// No compression.
     None,
     /// Deflate, one scanline a chunk: compositors read single lines, and read it fastest.
     #[default]
@@ -117,7 +117,7 @@ pub enum Compression {
     Piz,
 }
 
-/// Where the pixels of a file lie in the picture.
+/// Position of a file's pixels in the picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Placed {
     /// Column and row of the data window's first pixel, counted from the picture's first; negative before it.
@@ -126,12 +126,12 @@ pub struct Placed {
     pub picture: [u32; 2],
 }
 
-/// One of several views of the same scene, which go into one file: what a left and a right eye see.
+/// One of several views of the same scene, which go into one file: the pictures of a left and a right eye.
 #[derive(Clone, Debug)]
 pub struct View<'a> {
-    /// `left` and `right` of two eyes. No dots, no spaces.
+    /// Name: `left` and `right` of two eyes. No dots, no spaces.
     pub name: &'a str,
-    /// With channels as in a file of its own. All views have one size, place and compression.
+    /// Picture, with channels as in a file of its own. All views have one size, place and compression.
     pub image: Image<'a>,
 }
 
@@ -142,12 +142,13 @@ pub struct Image<'a> {
     pub width: u32,
     /// Pixels down, at least 1.
     pub height: u32,
-    /// Where they lie, if they are not all of the picture: its display window has another size or place than the data window.
+    /// Position of the pixels, if they are not the whole picture: its display window has another size or
+    /// place than the data window.
     pub placed: Option<Placed>,
-    /// In any order: the file has them sorted by name.
+    /// Channels in any order: the file has them sorted by name.
     pub channels: Vec<Channel<'a>>,
-    /// Names are at most 31 bytes; later ones replace earlier ones of the same name.
+    /// Attributes. Names are at most 31 bytes; later ones replace earlier ones of the same name.
     pub attributes: Vec<(String, Attribute)>,
-    /// For all channels.
+    /// Compression of all channels.
     pub compression: Compression,
 }

@@ -17,7 +17,7 @@ thread_local! {
     static COMPLAINT: RefCell<Option<String>> = const { RefCell::new(None) };
 }
 
-/// The version of OpenEXR that runs, such as `3.1.5`.
+/// Version of OpenEXR that runs, such as `3.1.5`.
 #[must_use]
 pub fn version() -> String {
     let (mut major, mut minor, mut patch) = (0, 0, 0);
@@ -28,14 +28,15 @@ pub fn version() -> String {
     format!("{major}.{minor}.{patch}")
 }
 
-/// An initializer whose errors come to [`check`] instead of stderr.
+/// Creates an initializer that sends errors to [`check`] instead of stderr.
 pub(crate) fn initializer() -> sys::exr_context_initializer_t {
     let mut initializer = sys::context_initializer();
     initializer.error_handler_fn = Some(keep_complaint);
     initializer
 }
 
-/// Runs in the library's frames: it must not panic, hence the `try_` forms.
+/// Keeps a complaint of the library. It runs in the library's frames: it must not panic, hence the `try_`
+/// forms.
 unsafe extern "C" fn keep_complaint(
     _context: sys::exr_const_context_t,
     _code: sys::exr_result_t,
@@ -54,7 +55,7 @@ unsafe extern "C" fn keep_complaint(
     });
 }
 
-/// Turns a result of the library into ours, with its own words.
+/// Converts a result of the library into ours, with its own words.
 pub(crate) fn check(path: &Path, doing: &'static str, code: sys::exr_result_t) -> Result<(), Error> {
     let complaint = COMPLAINT.with_borrow_mut(Option::take);
     if code == sys::EXR_ERR_SUCCESS as sys::exr_result_t {
@@ -72,7 +73,7 @@ pub(crate) fn check(path: &Path, doing: &'static str, code: sys::exr_result_t) -
 pub(crate) struct Context<'a> {
     raw: sys::exr_context_t,
     callbacks: PhantomData<&'a ()>,
-    /// What it reads from, if it does: dropped after the context is closed.
+    /// File that it reads from, if it does: dropped after the context is closed.
     _file: Option<Arc<File>>,
 }
 
@@ -93,12 +94,12 @@ impl Context<'_> {
         Self { raw, callbacks: PhantomData, _file: Some(file) }
     }
 
-    /// For calls of the library; valid as long as `self`.
+    /// Handle for calls of the library; valid as long as `self`.
     pub(crate) fn raw(&self) -> sys::exr_context_t {
         self.raw
     }
 
-    /// Scanlines that are compressed together, at least 1.
+    /// Number of scanlines that are compressed together, at least 1.
     pub(crate) fn lines_per_chunk(&self, path: &Path, part: i32) -> Result<usize, Error> {
         let mut lines = 0;
         // SAFETY: the context is open, and the place for the answer lives through the call.
@@ -107,7 +108,7 @@ impl Context<'_> {
         Ok(usize::try_from(lines).unwrap_or(1).max(1))
     }
 
-    /// Writes what is left to write, closes, and tells what went wrong in it.
+    /// Writes remaining data, closes the file, and reports errors in doing so.
     pub(crate) fn finish(mut self, path: &Path, doing: &'static str) -> Result<(), Error> {
         // SAFETY: open until this call, which makes the pointer null, so that `drop` does nothing.
         check(path, doing, unsafe { sys::exr_finish(&mut self.raw) })

@@ -1,4 +1,4 @@
-//! From planes to the bytes of a chunk: line by line, and in it channel by channel.
+//! Packing of planes into the bytes of a chunk: line by line, and in it channel by channel.
 
 use std::fmt;
 use std::ops::Range;

@@ -1,25 +1,25 @@
-//! Which channels make a part.
+//! Division of channels into parts.
 
 use std::borrow::Cow;
 
 use crate::{Attribute, Channel};
 
-/// The name of the part of channels that have no layer: what Nuke and others call it.
+/// Name of the part of channels that have no layer, as Nuke and others call it.
 const PICTURE: &str = "rgba";
 
 /// A part of a new file.
 #[derive(Debug)]
 pub(crate) struct Part<'a> {
-    /// A file of one part needs none.
+    /// Name of the part. A file of one part needs none.
     pub name: Option<Cow<'a, str>>,
-    /// Sorted by name.
+    /// Channels, sorted by name.
     pub channels: Vec<Channel<'a>>,
-    /// Of its header.
+    /// Attributes of its header.
     pub attributes: Cow<'a, [(String, Attribute)]>,
 }
 
-/// A part for each layer, the picture's first: most readers show the first. `channels` are sorted; each part has all
-/// `attributes`.
+/// Makes a part for each layer, the picture's first: most readers show the first. `channels` are sorted; each
+/// part has all `attributes`.
 pub(crate) fn by_layer<'a>(
     channels: Vec<Channel<'a>>,
     attributes: &Cow<'a, [(String, Attribute)]>,

@@ -7,7 +7,8 @@ use openexr_sys as sys;
 use crate::Error;
 use crate::library::{Context, check};
 
-/// The chunk of `part` that begins at line `first` of the picture, or `None` if it would not be smaller.
+/// Compresses the chunk of `part` that begins at line `first` of the picture; `None` if it would not be
+/// smaller.
 ///
 /// The library's compressor is called directly, because `exr_encoding_run` would pack the lines again,
 /// under a lock that keeps all other threads waiting.

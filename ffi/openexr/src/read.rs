@@ -1,4 +1,4 @@
-//! From a file to its planes: the parts of any scanline file.
+//! Reading of planes from a file: the parts of any scanline file.
 
 use std::ffi::{CString, c_char};
 use std::fs::File;
@@ -14,55 +14,55 @@ use crate::library::{Context, check, initializer};
 use crate::source::{open_regular, read_from};
 use crate::{Attribute, Compression, Error, SampleType};
 
-/// More than this many samples in one file is taken for a damaged header: 64 GiB of planes.
+/// Maximum number of samples in one file, 64 GiB of planes: more are taken for a damaged header.
 const MOST_SAMPLES: u64 = 1 << 34;
-/// What each chunk takes at least: its offset in the table, its line and its length.
+/// Minimum size of a chunk, bytes: its offset in the table, its line and its length.
 const CHUNK_BYTES: u64 = 16;
-/// The part that a file has in any case.
+/// Number of the part that every file has.
 const FIRST: i32 = 0;
-/// Bytes of pixels that one byte of a file stands for at most. (Deflate comes to 1032.)
+/// Maximum number of bytes of pixels for each byte of a file. (Deflate comes to 1032.)
 const MOST_PACKED: u64 = 1 << 14;
 
-/// What a file holds.
+/// Content of a file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ReadImage {
     /// Pixels across the data window.
     pub width: u32,
     /// Pixels down the data window.
     pub height: u32,
-    /// Sorted by name, as in the file.
+    /// Channels, sorted by name as in the file.
     pub channels: Vec<ReadChannel>,
-    /// All but those that every file has and that are told by the other fields; in the file's order.
+    /// Attributes, in the file's order, without those that every file has and that the other fields hold.
     pub attributes: Vec<(String, Attribute)>,
-    /// `None` for a method that this crate does not write.
+    /// Compression; `None` for a method that this crate does not write.
     pub compression: Option<Compression>,
     /// Column and row of the data window's first pixel.
     pub origin: [i32; 2],
     /// The display window: its first column and row, its last column and row.
     pub display: [i32; 4],
-    /// The part's name; empty where it has none.
+    /// Name of the part; empty if it has none.
     pub part_name: String,
 }
 
 /// One plane of a file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ReadChannel {
-    /// Its whole name, `layer.R`.
+    /// Full name, `layer.R`.
     pub name: String,
-    /// Its type in the file.
+    /// Type in the file.
     pub stored: SampleType,
-    /// `width * height` values, row-major, top row first; none where only the header was read.
+    /// Values: `width * height`, row-major, top row first; none if only the header was read.
     pub data: Vec<f32>,
 }
 
 impl ReadImage {
-    /// The channel of that whole name.
+    /// Channel of that full name.
     #[must_use]
     pub fn channel(&self, name: &str) -> Option<&ReadChannel> {
         self.channels.iter().find(|channel| channel.name == name)
     }
 
-    /// The header's value of that name.
+    /// Attribute of that name in the header.
     #[must_use]
     pub fn attribute(&self, name: &str) -> Option<&Attribute> {
         self.attributes.iter().find(|(key, _)| key == name).map(|(_, value)| value)
@@ -130,7 +130,7 @@ pub fn scan_part(path: &Path, part: usize, mut visit: impl FnMut(usize, &[f32]))
     Ok(image)
 }
 
-/// How many parts a file has, tiled and deep ones included.
+/// Number of parts of a file, tiled and deep ones included.
 ///
 /// # Errors
 /// A file that is missing or unreadable, no EXR file, or no regular file.
@@ -142,7 +142,7 @@ pub fn part_count(path: &Path) -> Result<usize, Error> {
     Ok(usize::try_from(count).unwrap_or(0))
 }
 
-/// Opens a part that may be what its header says.
+/// Opens a part, and checks that it may be what its header says.
 fn begin(path: &Path, part: i32) -> Result<(Context<'static>, ReadImage), Error> {
     let (context, length) = open_file(path)?;
     let image = describe(path, &context, part)?;
@@ -151,13 +151,13 @@ fn begin(path: &Path, part: i32) -> Result<(Context<'static>, ReadImage), Error>
     Ok((context, image))
 }
 
-/// The file, open, and its length in bytes.
+/// Opens the file. Returns also its length in bytes.
 fn open_file(path: &Path) -> Result<(Context<'static>, u64), Error> {
     let (file, length) = open_regular(path).map_err(|error| Error::reading(path, error))?;
     Ok((open(path, file)?, length))
 }
 
-/// Whether a file of `length` bytes can be whole if its header is right.
+/// Checks whether a file of `length` bytes can be whole if its header is right.
 fn check_length(length: u64, image: &ReadImage, lines_per_chunk: u64) -> Result<(), String> {
     let (width, height) = (u64::from(image.width), u64::from(image.height));
     let bytes = |channel: &ReadChannel| if channel.stored == SampleType::Half { 2 } else { 4 };
@@ -195,7 +195,7 @@ fn open(path: &Path, file: File) -> Result<Context<'static>, Error> {
     }
 }
 
-/// Size, channels with empty planes, attributes.
+/// Reads size, channels with empty planes, and attributes.
 fn describe(path: &Path, context: &Context<'_>, part: i32) -> Result<ReadImage, Error> {
     let raw = context.raw();
     let mut storage = sys::EXR_STORAGE_SCANLINE;
@@ -250,7 +250,7 @@ fn describe(path: &Path, context: &Context<'_>, part: i32) -> Result<ReadImage, 
     Ok(ReadImage { width, height, channels, attributes, compression, origin, display, part_name })
 }
 
-/// Empty where the part has none: a file of one part needs no name.
+/// Reads the name of a part. Empty if it has none: a file of one part needs no name.
 fn part_name(context: &Context<'_>, part: i32) -> String {
     let mut name: *const c_char = std::ptr::null();
     // SAFETY: the context is open, and the place for the answer lives through the call; a name ends with a zero and

@@ -1,11 +1,11 @@
-//! The file that OpenEXR's library writes to, and the first thing that went wrong with it.
+//! Output file of OpenEXR's library, and the first error in writing it.
 
 use std::fs::File;
 use std::io;
 use std::os::unix::fs::FileExt;
 use std::sync::{Mutex, PoisonError};
 
-/// Where the library's bytes go.
+/// Destination of the library's bytes.
 pub(crate) struct Sink<'a> {
     file: &'a File,
     first_failure: Mutex<Option<io::Error>>,

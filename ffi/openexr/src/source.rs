@@ -31,7 +31,8 @@ pub(crate) fn read_from(file: &File, initializer: &mut sys::exr_context_initiali
     initializer.size_fn = Some(size);
 }
 
-/// Runs in the library's frames, and has nothing in it that panics. Gives fewer bytes only where the file ends.
+/// Reads for the library. It runs in the library's frames, and cannot panic. It returns fewer bytes only at
+/// the file's end.
 unsafe extern "C" fn read_at(
     _context: sys::exr_const_context_t,
     file: *mut c_void,
@@ -65,7 +66,7 @@ unsafe extern "C" fn read_at(
     read as i64
 }
 
-/// Runs in the library's frames, too.
+/// Returns the size of the file. It runs in the library's frames, too.
 unsafe extern "C" fn size(_context: sys::exr_const_context_t, file: *mut c_void) -> i64 {
     // SAFETY: see `read_at`.
     let file = unsafe { &*file.cast::<File>() };

@@ -70,7 +70,7 @@ fn names_in_file(number: usize, view: &View<'_>) -> Vec<String> {
     view.image.channels.iter().map(name).collect()
 }
 
-/// Of a file of one part.
+/// Attributes of a file of one part.
 fn attributes_of(views: &[View<'_>]) -> Vec<(String, Attribute)> {
     let Some((first, others)) = views.split_first() else { return Vec::new() };
     let mut attributes = first.image.attributes.clone();

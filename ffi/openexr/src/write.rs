@@ -1,4 +1,4 @@
-//! From an image to the bytes of a file.
+//! Writing of an image as the bytes of a file.
 
 use std::borrow::Cow;
 use std::ffi::{CString, c_void};
@@ -110,7 +110,7 @@ fn open<'a>(path: &Path, sink: &'a Sink<'_>) -> Result<Context<'a>, Error> {
     }
 }
 
-/// Runs in the library's frames, and has nothing in it that panics.
+/// Writes for the library. It runs in the library's frames, and cannot panic.
 unsafe extern "C" fn write_at(
     _context: sys::exr_const_context_t,
     sink: *mut c_void,
@@ -167,12 +167,12 @@ fn write_chunk(encoder: &Encoder<'_>, first: usize, chunk: &[u8]) -> Result<(), 
     check(path, "write the pixels", code)
 }
 
-/// What every thread needs to know to make a chunk.
+/// Shared data of all threads that make chunks.
 struct Encoder<'a> {
     path: &'a Path,
     context: &'a Context<'a>,
     image: &'a Image<'a>,
-    /// Its number, and its channels.
+    /// Number of the part; `channels` are its channels.
     part: i32,
     channels: &'a [Channel<'a>],
     level: u32,
@@ -191,12 +191,12 @@ impl Scratch {
 }
 
 impl Encoder<'_> {
-    /// The file's number of a line, counted from the first that is there.
+    /// Number of a line in the file; `line` counts from the first one of the data window.
     fn line(&self, line: usize) -> i32 {
         line as i32 + self.image.placed.map_or(0, |placed| placed.first[1])
     }
 
-    /// Makes `chunk` the bytes of these lines as the file has them.
+    /// Makes `chunk` the bytes of these lines as stored in the file.
     fn chunk(&self, scratch: &mut Scratch, lines: Range<usize>, chunk: &mut Vec<u8>) -> Result<(), Error> {
         let first = lines.start;
         let packed = &mut scratch.packed;

@@ -6,7 +6,7 @@ use crate::exposure::{MOST_EXPOSURES, Shutter};
 use crate::scene::Scene;
 use crate::settings::Settings;
 
-/// As typed.
+/// Arguments as typed.
 #[derive(Debug, Clone, Args)]
 pub struct BlurArgs {
     /// Pictures of which each frame is the mean, each at its own time within the shutter and from its own point of the lens; in

@@ -327,7 +327,7 @@ impl Job {
 pub fn open(path: &Path, strict: bool, options: &turntable::Options) -> Result<Shot, Failure> {
     /// Minimum memory, bytes, for loading any shot.
     const LEAST_BYTES: u64 = 24 << 20;
-    let least = Need::of(Part::new("loading a shot", LEAST_BYTES, "a higher limit"));
+    let least = Need::new(Part::new("loading a shot", LEAST_BYTES, "a higher limit"));
     least.check(&memory::left()).map_err(Failure::of)?;
     let load =
         |path| if is_model(path) { load_turntable(path, strict, options) } else { scene::load(path, strict) };

@@ -3,7 +3,7 @@
 use crate::cli::failure::Failure;
 use crate::settings::{Filter, LONGEST_SIDE, MOST_SAMPLES, PixelRect, Refinement, Settings};
 
-/// Most samples of one frame: their numbers have 32 bits, and tiles at the rim are filled up.
+/// Maximum number of samples of one frame: their numbers have 32 bits, and tiles at the rim are filled up.
 const MOST_IN_A_FRAME: u64 = 4_000_000_000;
 
 /// Samples along a pixel's edge.

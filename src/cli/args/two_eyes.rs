@@ -10,7 +10,7 @@ use crate::scene::camera::Projection;
 use crate::settings::Settings;
 use crate::stereo::Stereo;
 
-/// As typed.
+/// Arguments as typed.
 #[derive(Debug, Clone, Args)]
 pub struct StereoArgs {
     /// Render two eyes, the right one from the left one's samples, into multi-view EXR files. Shots with [stereo] do so in any

@@ -1,6 +1,6 @@
 //! `afterimage compare`: the same frames, reprojected and traced in full, by each tracer, in one run.
 //!
-//! Which of the two ways comes first alternates from frame to frame, and the tracers take turns with every
+//! The order of the two ways alternates from frame to frame, and the tracers take turns with every
 //! frame, so that whatever else the machine does strikes all. Tables, files and the report tell of the first
 //! tracer, as if there were no other; what all of them were measured at follows.
 //!
@@ -48,7 +48,7 @@ use crate::stats::{RunSettings, held_bytes};
 use crate::stereo::Eye;
 use crate::trace::BackendKind;
 
-/// Below the options in `--help`.
+/// Examples, printed below the options in `--help`.
 const EXAMPLES: &str = "\
 Examples:
   afterimage compare city.toml
@@ -270,7 +270,7 @@ fn compare(options: &Options, pool: &ThreadPool, terminal: &mut Terminal) -> Res
 /// Denoiser, if it is asked for and the library is there. A missing library is no failure: the measurements
 /// need none.
 fn denoising(job: &Job, terminal: &Terminal) -> Denoising {
-    Denoising::of(job).unwrap_or_else(|error| {
+    Denoising::new(job).unwrap_or_else(|error| {
         terminal.warn(&format!("pictures are shown as traced: {error}"));
         Denoising::default()
     })
@@ -315,15 +315,15 @@ impl Made {
     fn runs(&self, pairs: &[Pair]) -> Vec<BackendRun> {
         let runs = pairs.iter().zip(&self.frames).zip(&self.agreements).enumerate();
         runs.map(|(number, ((pair, frames), agreement))| {
-            let totals = BothTotals::of(frames);
+            let totals = BothTotals::new(frames);
             BackendRun {
                 backend: pair.kind.name(),
                 build_seconds: pair.ours.build_seconds(),
                 build_bytes: pair.build_bytes,
                 totals,
-                saved: Saving::of(frames),
-                speeds: RaySpeeds::of(&totals.reprojected),
-                full_speeds: RaySpeeds::of(&totals.full),
+                saved: Saving::new(frames),
+                speeds: RaySpeeds::new(&totals.reprojected),
+                full_speeds: RaySpeeds::new(&totals.full),
                 agreement: (number > 0).then_some(*agreement),
             }
         })
@@ -500,7 +500,7 @@ fn comparison(
         },
         reference: options.reference.map(|samples| Reference::of(samples, &frames)),
         frames,
-        totals: BothTotals::of(&[]),
+        totals: BothTotals::new(&[]),
         saved: Saving::default(),
         saved_inferred: Saving::default(),
         eyes: None,

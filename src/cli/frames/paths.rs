@@ -24,7 +24,7 @@ pub fn check(job: &Job, target: Option<&Target>, reports: &[Report<'_>]) -> Resu
     }
     let mut files: Vec<(&str, PathBuf)> = Vec::new();
     for &(option, path) in reports {
-        let Destination::File(file) = Destination::of(path).map_err(Failure::of)? else { continue };
+        let Destination::File(file) = Destination::new(path).map_err(Failure::of)? else { continue };
         let file = place(&file);
         let refuse = |why: &str| {
             Err(Failure::Usage(format!("{option} {}: {why}; choose another name", path.display())))

@@ -8,7 +8,7 @@ use std::cell::RefCell;
 use std::collections::BTreeMap;
 
 use super::frame_list;
-use super::target::{Left, Target};
+use super::target::{FileState, Target};
 use crate::cli::args::Job;
 use crate::cli::failure::Failure;
 use crate::cli::schedule::{self, Ancestry, Rule};
@@ -29,7 +29,7 @@ pub struct Fingerprints {
 
 impl Fingerprints {
     /// Computes the fingerprints of the frames that `job` asks for, by the schedule's `rule`.
-    pub fn of(job: &Job, rule: &Rule<'_>) -> Result<Self, Failure> {
+    pub fn new(job: &Job, rule: &Rule<'_>) -> Result<Self, Failure> {
         let ancestries = schedule::ancestries(job.frames.runs(), rule);
         let ancestries = ancestries.map_err(|error| Failure::Usage(error.to_string()))?;
         Ok(Self { all: Self::of_all_frames(job), ancestries })
@@ -53,7 +53,7 @@ impl Fingerprints {
     /// Fingerprint of a requested frame.
     pub fn at(&self, frame: i32) -> Fingerprint {
         let ancestry = self.ancestry(frame).to_string();
-        let settings = Digest::of_all([self.all.settings, Digest::of(ancestry.as_bytes())]);
+        let settings = Digest::of_all([self.all.settings, Digest::new(ancestry.as_bytes())]);
         Fingerprint { settings, ..self.all }
     }
 }
@@ -63,7 +63,7 @@ fn version(backend: BackendKind) -> Digest {
         BackendKind::Embree => versions::embree(),
         BackendKind::Rust => String::new(),
     };
-    Digest::of(format!("{} {library}", versions::AFTERIMAGE).as_bytes())
+    Digest::new(format!("{} {library}", versions::AFTERIMAGE).as_bytes())
 }
 
 /// Digest of all settings that change pixels, the header's frame rate, or the format of files. Each setting
@@ -106,9 +106,9 @@ fn settings(job: &Job) -> Digest {
     // without reuse its rule does not matter
     let reuses = *mode != Mode::Full;
     let reuse = reuses.then_some(reuse);
-    // and that of occlusion, where nobody asks for it, follows from the models alone
+    // the radius of occlusion that no layer and no light needs does not matter
     let occlusion = job.shot.scene.asks_openness(*layers).then_some((occlusion_rays, occlusion_radius));
-    // answers of base frames in the middle are asked again sooner: where paths share a budget, that is seen
+    // with base frames in the middle, answers expire sooner: visible if paths share a budget
     let base_place = (reuses && *paths > 0 && *budget != Budget::None).then_some(base_place);
     let exposures = frame::exposures(&job.shot.scene, &job.settings);
     let (radius, window) = (job.settings.filter_radius(), job.settings.data_window());
@@ -117,7 +117,7 @@ fn settings(job: &Job) -> Digest {
          {occlusion:?} {mode:?} {reuse:?} {layers:?} {background:?} {build:?} {backend} {multipart} {compression:?} {stereo:?} {:?} {:?} {exposures:?} {base_place:?}",
         job.denoise, job.shot.rate
     );
-    Digest::of(text.as_bytes())
+    Digest::new(text.as_bytes())
 }
 
 /// Reviews the frames of an earlier run, and remembers why some of them are not kept.
@@ -137,14 +137,14 @@ impl<'a> Review<'a> {
     /// Returns true if `frame` exists, is whole, and equals the frame that this run would make.
     pub fn keeps(&self, frame: i32) -> bool {
         let why = match self.target.left(frame, &self.fingerprints.at(frame)) {
-            Left::Nothing => return false,
-            Left::Finished => return true,
-            Left::Damaged => String::from("not whole"),
-            Left::NoPreview => String::from("without the preview that is asked for"),
-            Left::Unknown => {
+            FileState::Nothing => return false,
+            FileState::Finished => return true,
+            FileState::Damaged => String::from("not whole"),
+            FileState::NoPreview => String::from("without the preview that is asked for"),
+            FileState::Unknown => {
                 String::from("without a fingerprint: another version made them, or another program")
             }
-            Left::Other(kinds) => {
+            FileState::Other(kinds) => {
                 let kinds: Vec<&str> = kinds.into_iter().map(|kind| kind.other()).collect();
                 format!("made with {}", kinds.join(", and "))
             }

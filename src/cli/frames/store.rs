@@ -151,7 +151,7 @@ impl StoreArgs {
 
 /// The regular file that `path` leads to.
 fn destination(path: &Path) -> Result<PathBuf, Failure> {
-    match Destination::of(path).map_err(Failure::of)? {
+    match Destination::new(path).map_err(Failure::of)? {
         Destination::File(file) => Ok(file),
         _ => Err(Failure::Usage(format!("--save-store {}: is no file; give a file's name", path.display()))),
     }
@@ -262,5 +262,5 @@ fn settings(job: &Job) -> Digest {
         "{width}x{height} {window} {samples} {refinement:?} {depth} {reflections} {paths} {paths_per_frame} {budget:?} \
          {bounces} {caustics:?} {clamp:?} {occlusion:?} {mode:?} {reuse:?} {base_place:?} {build:?} {backend} {stereo:?} {exposures:?}"
     );
-    Digest::of(text.as_bytes())
+    Digest::new(text.as_bytes())
 }

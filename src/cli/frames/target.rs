@@ -37,7 +37,7 @@ pub struct Target {
 
 /// State of a frame's files before a run.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Left {
+pub enum FileState {
     /// No file.
     Nothing,
     /// No EXR file, or a part of one.
@@ -82,7 +82,7 @@ impl Target {
             (true, true) => Eye::NAMES.map(|eye| preview.of_view(eye)).into(),
         };
         let (text, shot) = (text.to_owned(), shot.to_owned());
-        let (layers, windows) = (settings.layers, Windows::of(settings));
+        let (layers, windows) = (settings.layers, Windows::new(settings));
         Ok(Self { pattern, previews, has_two_eyes, frames, text, shot, rate, layers, windows, format, look })
     }
 
@@ -125,7 +125,9 @@ impl Target {
                 let channels = if is_denoised { denoise::PLANES } else { ["R", "G", "B"] };
                 let names_views = self.has_two_eyes && !self.format.multipart;
                 let channels = channels.map(|name| match name.split_once('.') {
-                    Some((layer, letter)) if names_views => format!("{layer}.{}.{letter}", Eye::Left.name()),
+                    Some((layer, letter)) if names_views => {
+                        format!("{layer}.{}.{letter}", Eye::Left.name())
+                    }
                     _ => name.to_owned(),
                 });
                 Picture::of_exr(&self.exr(frame), channels.each_ref().map(String::as_str), self.look)
@@ -202,23 +204,23 @@ impl Target {
 
     /// State of `frame`'s files after an earlier run; `wanted` is the fingerprint of the frame to make.
     /// Pixels are read only if all else fits.
-    pub fn left(&self, frame: i32, wanted: &Fingerprint) -> Left {
+    pub fn left(&self, frame: i32, wanted: &Fingerprint) -> FileState {
         let path = self.exr(frame);
         if path.symlink_metadata().is_err() {
-            return Left::Nothing;
+            return FileState::Nothing;
         }
         match exr::fingerprint(&path) {
-            Err(_) => return Left::Damaged,
-            Ok(None) => return Left::Unknown,
-            Ok(Some(found)) if found != *wanted => return Left::Other(wanted.changes(&found)),
+            Err(_) => return FileState::Damaged,
+            Ok(None) => return FileState::Unknown,
+            Ok(Some(found)) if found != *wanted => return FileState::Other(wanted.changes(&found)),
             Ok(Some(_)) => {}
         }
         let of_preview = self.of_preview(*wanted);
         let is_wanted = |preview: &OutputPattern| png::fingerprint(&preview.at(frame)) == Some(of_preview);
         if !self.previews.iter().all(is_wanted) {
-            return Left::NoPreview;
+            return FileState::NoPreview;
         }
-        if exr::is_whole(&path) { Left::Finished } else { Left::Damaged }
+        if exr::is_whole(&path) { FileState::Finished } else { FileState::Damaged }
     }
 
     /// Writes a frame as `seen` by one eye or two, with denoised pictures if there are any. Adds the time
@@ -271,7 +273,7 @@ impl Target {
         if self.look == Look::default() {
             return made_from;
         }
-        let look = Digest::of(format!("{:?}", self.look).as_bytes());
+        let look = Digest::new(format!("{:?}", self.look).as_bytes());
         Fingerprint { settings: Digest::of_all([made_from.settings, look]), ..made_from }
     }
 

@@ -22,7 +22,7 @@ use crate::scene::{LightKind, Material, Model, Scene, turntable};
 use crate::settings::{DenoiseQuality, Refinement};
 use crate::stereo::Stereo;
 
-/// As typed.
+/// Arguments as typed.
 #[derive(Debug, Clone, Args)]
 #[command(after_help = "\
 Examples:
@@ -34,7 +34,7 @@ pub struct InfoArgs {
     file: Option<PathBuf>,
 }
 
-/// Which library `render --denoise` would use.
+/// Name of the library that `render --denoise` would use.
 fn denoiser() -> String {
     Denoiser::new(1, DenoiseQuality::default()).map_or_else(
         |_| String::from("none: `make setup` fetches Open Image Denoise"),
@@ -173,7 +173,7 @@ fn described(shot: &Shot, path: &Path) -> String {
     text
 }
 
-/// Between what a model deforms, and when, if it does.
+/// Describes the shapes between which a model deforms, and their times.
 fn shapes(model: &Model) -> Option<String> {
     let (shapes, track) = (model.mesh.shapes.as_ref()?, model.track.shapes.as_ref()?);
     let ([first, last], again) = (track.ends(), if track.repeats() { " and again" } else { "" });

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use super::board::{Board, Detail, Shown, View};
+use super::board::{Board, Detail, View, ViewedPicture};
 use super::camera::{FreeCamera, ShotCamera};
 use super::request::{Door, Request};
 use super::response::Answer;
@@ -103,7 +103,7 @@ fn free_camera(
     both.ok_or("a camera is eight numbers between commas: eye, target elsewhere, roll, fov or height\n")
 }
 
-fn or_missing(shown: Option<Shown>) -> Answer {
+fn or_missing(shown: Option<ViewedPicture>) -> Answer {
     let missing = || Answer::text("404 Not Found", "this picture is not there (any more, or yet)\n");
     shown.map_or_else(missing, Answer::picture)
 }

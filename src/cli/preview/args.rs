@@ -9,7 +9,7 @@ use crate::cli::args::values::{ViewArg, exposure, settled_look, size, threads};
 use crate::cli::bare_model::UpArg;
 use crate::settings::{Look, MOST_PATHS, MOST_SAMPLES};
 
-/// As typed.
+/// Arguments as typed.
 #[derive(Debug, Clone, Args)]
 #[command(after_help = "\
 Examples:

@@ -17,7 +17,7 @@ const MOST_BYTES: usize = 256 << 20;
 
 /// A frame of a version of the shot.
 #[derive(Debug, Clone)]
-pub struct Shown {
+pub struct ViewedPicture {
     /// The bytes of a PNG file.
     pub png: Arc<Vec<u8>>,
     /// Seconds that rendering it took.
@@ -70,7 +70,7 @@ struct Wish {
     page: u64,
     view: Arc<View>,
     /// The picture, or the reason why there is none.
-    shown: Option<Result<Shown, String>>,
+    shown: Option<Result<ViewedPicture, String>>,
 }
 
 /// The state of the preview, and who waits for what.
@@ -90,7 +90,7 @@ struct State {
     /// Warnings about the shot, and decisions made for the user.
     notes: Vec<String>,
     error: Option<String>,
-    pictures: BTreeMap<i32, Shown>,
+    pictures: BTreeMap<i32, ViewedPicture>,
     bytes: usize,
     /// Requested frames, oldest first.
     wanted: VecDeque<i32>,
@@ -174,7 +174,7 @@ impl Board {
     }
 
     /// The worker has rendered `frame`.
-    pub fn rendered(&self, frame: i32, shown: Shown) {
+    pub fn rendered(&self, frame: i32, shown: ViewedPicture) {
         let mut state = self.state();
         state.wanted.retain(|wanted| *wanted != frame);
         while state.bytes + shown.png.len() > MOST_BYTES {
@@ -187,7 +187,7 @@ impl Board {
     }
 
     /// Waits for `frame` of `version`. `None` if there is another version by now, or it takes too long.
-    pub fn picture(&self, version: u64, frame: i32, patience: Duration) -> Option<Shown> {
+    pub fn picture(&self, version: u64, frame: i32, patience: Duration) -> Option<ViewedPicture> {
         let until = Instant::now() + patience;
         let mut state = self.state();
         loop {
@@ -220,8 +220,9 @@ impl Board {
         }
     }
 
-    /// The worker has rendered the view with this number, or says why not; nobody may want it any more.
-    pub fn viewed(&self, number: u64, shown: Result<Shown, String>) {
+    /// Stores the rendered view with this number, or the reason why there is none. It may not be requested
+    /// any more.
+    pub fn viewed(&self, number: u64, shown: Result<ViewedPicture, String>) {
         if let Some(wish) = self.state().wishes.iter_mut().find(|wish| wish.number == number) {
             wish.shown = Some(shown);
             self.changed.notify_all();
@@ -236,7 +237,7 @@ impl Board {
         page: u64,
         view: View,
         patience: Duration,
-    ) -> Option<Result<Shown, String>> {
+    ) -> Option<Result<ViewedPicture, String>> {
         let until = Instant::now() + patience;
         let mut state = self.state();
         if !state.has(version, view.frame) {
@@ -264,7 +265,7 @@ impl Board {
         state.camera.clone().filter(|_| state.has(version, frame))
     }
 
-    /// For the page. Texts come from files: nothing in them is obeyed by who shows them.
+    /// State for the page, as JSON. Texts come from files: control sequences in them are made visible.
     pub fn told(&self) -> Value {
         let state = self.state();
         let runs: Vec<[i64; 3]> =
@@ -295,7 +296,7 @@ mod tests {
             frames: &Frames::between(1, 9),
             rate: (24, 1),
             notes: Vec::new(),
-            camera: ShotCamera::of(&shot),
+            camera: ShotCamera::new(&shot),
             size: [16, 9],
         });
     }
@@ -305,8 +306,8 @@ mod tests {
         View { frame: 4, camera: camera.track(&camera.at(4), 4).expect("a lens"), detail }
     }
 
-    fn shown(bytes: usize) -> Shown {
-        Shown { png: Arc::new(vec![0; bytes]), seconds: 0.0 }
+    fn shown(bytes: usize) -> ViewedPicture {
+        ViewedPicture { png: Arc::new(vec![0; bytes]), seconds: 0.0 }
     }
 
     #[test]

@@ -65,9 +65,9 @@ pub struct ShotCamera {
 
 impl ShotCamera {
     /// Reads the camera of `shot`.
-    pub fn of(shot: &Shot) -> Self {
+    pub fn new(shot: &Shot) -> Self {
         let track = shot.scene.camera.clone();
-        // who has a target needs no other
+        // a camera with a target needs no other
         let models = match track.aim {
             Aim::Target { .. } => (DVec3::ZERO, 0.0),
             Aim::Rotation(_) => middle_of_models(shot),
@@ -85,7 +85,7 @@ impl ShotCamera {
         let eye = track.eye.at(time);
         let (target, roll) = match &track.aim {
             Aim::Target { target, roll } => (target.at(time), roll.at(time)),
-            Aim::Rotation(_) => self.ahead(eye, &CameraPose::of(track, time)),
+            Aim::Rotation(_) => self.ahead(eye, &CameraPose::new(track, time)),
         };
         let lens = match &track.lens.height {
             Some(height) => height.at(time) / self.space.scale(),
@@ -221,7 +221,7 @@ mod tests {
             "{keys}\n[[model]]\n[model.quadric]\ntype = \"sphere\"\nmaterial = \"m\"\n[[material]]\nname = \"m\"\n"
         );
         fs::write(&path, text).expect("written");
-        ShotCamera::of(&scene::load(&path, true).expect("a shot"))
+        ShotCamera::new(&scene::load(&path, true).expect("a shot"))
     }
 
     fn free(numbers: &str) -> FreeCamera {
@@ -259,7 +259,7 @@ mod tests {
                 assert!(words(&text).contains(word), "{word}: {text}");
             }
             let track = shot.track(&moved, 7).expect("a lens");
-            let [wanted, found] = [&track, &again.track].map(|track| CameraPose::of(track, 7.0));
+            let [wanted, found] = [&track, &again.track].map(|track| CameraPose::new(track, 7.0));
             for (wanted, found) in [
                 (wanted.eye, found.eye),
                 (wanted.right, found.right),
@@ -285,7 +285,7 @@ mod tests {
         {
             let shot = camera(folder.path(), &format!("[[camera.key]]\nframe = 1\n{key}\n"));
             let track = shot.space.camera(shot.track(&shot.at(1), 1).expect("a lens"));
-            let [wanted, found] = [&shot.track, &track].map(|track| CameraPose::of(track, 1.0));
+            let [wanted, found] = [&shot.track, &track].map(|track| CameraPose::new(track, 1.0));
             assert!(
                 wanted.eye == found.eye && wanted.up.distance(found.up) < 1e-6,
                 "{key}: {wanted:?} {found:?}"

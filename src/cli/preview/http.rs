@@ -16,17 +16,17 @@ use super::board::Board;
 use super::request::Door;
 use super::response::Answer;
 
-/// Bytes of a request's head, at most.
+/// Maximum size of a request's head, bytes.
 const MOST_BYTES: usize = 16 << 10;
-/// Connections whose request is not there yet, at most: the oldest one makes room.
+/// Maximum number of connections whose request is not complete yet: the oldest one makes room.
 const MOST_WAITING: usize = 32;
-/// Requests that are answered at once, at most.
+/// Maximum number of requests that are answered at once.
 const MOST_ANSWERED: usize = 64;
-/// Within which a request must be there as a whole.
+/// Time limit for receiving a whole request.
 const REQUEST_PATIENCE: Duration = Duration::from_secs(5);
-/// Within which an answer must be taken as a whole.
+/// Time limit for sending a whole answer.
 const ANSWER_PATIENCE: Duration = Duration::from_secs(10);
-/// For a client to end a connection that is answered.
+/// Time limit for a client to end a connection that was answered.
 const LAST_PATIENCE: Duration = Duration::from_millis(500);
 
 /// State that all connections share.
@@ -52,7 +52,7 @@ pub fn serve(listener: &TcpListener, door: Door, board: Arc<Board>) {
         server.enter(&stream);
         let of_stream = stream.clone();
         let thread = thread::Builder::new().name("afterimage-http".to_owned()).spawn(move || {
-            // whoever does not wait for the answer does not want it
+            // a client that does not wait for the answer does not want it
             let _ = of_thread.converse(&of_stream);
             of_thread.leave(&of_stream);
         });
@@ -107,7 +107,7 @@ impl Server {
     }
 }
 
-/// All up to the empty line that ends a request's head; nothing if it is too long.
+/// Reads up to the empty line that ends a request's head; `None` if it is too long.
 ///
 /// # Errors
 /// It ends before, or takes too long.
@@ -173,7 +173,7 @@ impl Write for Timed<'_> {
 mod tests {
     use super::*;
 
-    /// Gives what it has in parts of so many bytes.
+    /// A reader that returns its bytes in parts of this length.
     struct Dripping<'a>(&'a [u8], usize);
 
     impl Read for Dripping<'_> {

@@ -58,7 +58,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("a.toml");
         std::fs::write(&file, "1").unwrap();
-        let files = Watch::of([file.clone()], &Watch::default());
+        let files = Watch::new([file.clone()], &Watch::default());
         let board = Arc::new(Board::new(&file));
         let needless = Needless::new(board, files, Duration::ZERO);
         needless.begin(&Job::Frame(1));

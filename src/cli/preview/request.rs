@@ -3,7 +3,7 @@
 use super::response::Answer;
 use super::token::Token;
 
-/// The head of a request; a body is nobody's here.
+/// The head of a request. Bodies are ignored.
 #[derive(Debug)]
 pub struct Request<'a> {
     pub method: &'a str,
@@ -30,14 +30,15 @@ impl<'a> Request<'a> {
     }
 }
 
-/// Name and value. Names have no spaces: lines that go on with the one before are none, as the standard has it.
+/// Splits a header line into name and value. Names have no spaces: so lines that continue the one before are
+/// refused, as the standard has it.
 fn header(line: &str) -> Option<(&str, &str)> {
     let (name, value) = line.split_once(':')?;
     let is_name = !name.is_empty() && name.bytes().all(|byte| byte.is_ascii_graphic());
     is_name.then(|| (name, value.trim()))
 }
 
-/// Who is let in.
+/// Access check of the server.
 #[derive(Debug)]
 pub struct Door {
     pub port: u16,

@@ -3,7 +3,7 @@
 use std::io::{self, Write};
 use std::sync::Arc;
 
-use super::board::Shown;
+use super::board::ViewedPicture;
 
 /// Headers of all answers. Nothing is kept, embedded, or handed on; and the page runs nothing but its own.
 const HEADERS: &str = "Cache-Control: no-store\r\n\
@@ -55,7 +55,7 @@ impl Answer {
         Self::text("308 Permanent Redirect", "").with_header(header)
     }
 
-    pub fn picture(shown: Shown) -> Self {
+    pub fn picture(shown: ViewedPicture) -> Self {
         let header = format!("X-Seconds: {:.3}\r\n", shown.seconds);
         Self { status: "200 OK", kind: "image/png", header, body: Body::Picture(shown.png) }
     }

@@ -79,7 +79,7 @@ impl<'s> Views<'s> {
     }
 }
 
-/// Which of the divisors is coarse, after one that took so many seconds.
+/// Chooses the index of the next coarse divisor, after a picture with divisor `place` that took `seconds`.
 fn next_coarse(place: usize, seconds: f64) -> usize {
     if seconds > TOO_LONG {
         (place + 1).min(DIVISORS.len() - 1)

@@ -13,7 +13,7 @@ pub struct Watch(BTreeMap<PathBuf, Stamp>);
 
 impl Watch {
     /// Looks at `files`. What was looked at before keeps its stamp: a change between two looks is one.
-    pub fn of(files: impl IntoIterator<Item = PathBuf>, before: &Self) -> Self {
+    pub fn new(files: impl IntoIterator<Item = PathBuf>, before: &Self) -> Self {
         let stamped = |path: PathBuf| {
             let stamp = before.0.get(&path).copied().unwrap_or_else(|| stamp(&path));
             (path, stamp)
@@ -52,13 +52,13 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let [there, missing] = ["a", "b"].map(|name| folder.path().join(name));
         std::fs::write(&there, "1").unwrap();
-        let watch = Watch::of([there.clone(), missing.clone()], &Watch::default());
+        let watch = Watch::new([there.clone(), missing.clone()], &Watch::default());
         assert!(!watch.has_changed());
         std::fs::write(&missing, "new").unwrap();
         assert!(watch.has_changed() && !watch.now().has_changed());
         std::fs::remove_file(&missing).unwrap();
         std::fs::write(&there, "longer").unwrap();
         assert!(watch.has_changed());
-        assert!(Watch::of([there], &watch).has_changed(), "what changed in between is not forgotten");
+        assert!(Watch::new([there], &watch).has_changed(), "what changed in between is not forgotten");
     }
 }

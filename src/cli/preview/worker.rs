@@ -6,7 +6,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use super::args::PreviewArgs;
-use super::board::{Board, Job, Loaded, Shown};
+use super::board::{Board, Job, Loaded, ViewedPicture};
 use super::camera::ShotCamera;
 use super::needless::Needless;
 use super::views::{Views, is_cut};
@@ -43,14 +43,14 @@ pub struct Worker {
 impl Worker {
     /// Serves requests for ever.
     pub fn work(&self) {
-        let mut watch = Watch::of([self.args.shot.clone()], &Watch::default());
+        let mut watch = Watch::new([self.args.shot.clone()], &Watch::default());
         loop {
             // stamps are taken before files are read: what is written meanwhile is a change
             let (before, start) = (watch.now(), Instant::now());
             watch = match self.load() {
                 Ok((shot, settings)) => {
                     let files = shot.files.iter().cloned().chain([self.args.shot.clone()]);
-                    let watch = Watch::of(files, &before);
+                    let watch = Watch::new(files, &before);
                     let warnings = shot.warnings.iter().map(|warning| warning.0.to_string());
                     let notes = warnings.chain(shot.notes.iter().cloned()).collect();
                     let window = settings.data_window();
@@ -59,7 +59,7 @@ impl Worker {
                         frames: &shot.frames,
                         rate: shot.rate,
                         notes,
-                        camera: ShotCamera::of(&shot),
+                        camera: ShotCamera::new(&shot),
                         size: [window.width, window.height],
                     });
                     if let Err(error) = self.render(&shot, &settings, &watch) {
@@ -69,9 +69,9 @@ impl Worker {
                     watch
                 }
                 Err((error, file)) => {
-                    let watch = Watch::of(before.files().chain(file), &before);
+                    let watch = Watch::new(before.files().chain(file), &before);
                     self.board.failed(&one_line(&error));
-                    // a file that is missing has a name that nobody here knows
+                    // the name of a missing file is not known here
                     wait_for_change(&watch, RETRY.max(start.elapsed() * 10));
                     watch
                 }
@@ -137,7 +137,7 @@ impl Worker {
             let start = Instant::now();
             let shown = |film: &Film| {
                 let png = png::file_of(film, look).map_err(|error| error.to_string())?;
-                Ok::<_, String>(Shown { png: Arc::new(png), seconds: start.elapsed().as_secs_f64() })
+                Ok::<_, String>(ViewedPicture { png: Arc::new(png), seconds: start.elapsed().as_secs_f64() })
             };
             match job {
                 Job::Frame(frame) => {

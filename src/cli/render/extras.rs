@@ -62,7 +62,7 @@ impl Extras {
     /// Fails before the first frame if the files could not be made after the last one.
     pub fn prepare(&self) -> Result<(), Failure> {
         for (option, path) in self.reports() {
-            if !matches!(Destination::of(path).map_err(Failure::of)?, Destination::File(_)) {
+            if !matches!(Destination::new(path).map_err(Failure::of)?, Destination::File(_)) {
                 let path = path.display();
                 return Err(Failure::Failed(format!(
                     "{option} {path}: this is not a regular file; choose another name"

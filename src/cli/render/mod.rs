@@ -34,7 +34,7 @@ use crate::settings::{Build, DenoiseQuality, Mode, Settings};
 use crate::stats::{Eyes, FrameStats, FullEstimate, Memory, RunSettings, RunStats, Seconds, Totals};
 use crate::stereo::Eye;
 
-/// Below the options in `--help`.
+/// Examples, printed below the options in `--help`.
 pub const EXAMPLES: &str = "\
 Examples:
   afterimage render city.toml
@@ -242,7 +242,7 @@ fn render(options: &Options, pool: &ThreadPool, terminal: &mut Terminal) -> Resu
     target.check()?;
     let settings = if job.denoise.is_some() { &denoise::with_guides(&job.settings) } else { &job.settings };
     let full = job.settings.mode == Mode::Full;
-    let fingerprints = Fingerprints::of(job, &rule(job, full))?;
+    let fingerprints = Fingerprints::new(job, &rule(job, full))?;
     let review = Review::new(target, &fingerprints);
     let loaded = options.store.open(job, &rule(job, full))?;
     let saved = loaded.as_ref().map(Loaded::saved);
@@ -276,7 +276,7 @@ fn render(options: &Options, pool: &ThreadPool, terminal: &mut Terminal) -> Resu
     }
 
     // before anything is rendered that it is to denoise
-    let mut denoising = Denoising::of(job).map_err(Failure::of)?;
+    let mut denoising = Denoising::new(job).map_err(Failure::of)?;
     let mut renderer =
         Renderer::with(job.backend.unwrap_or_default(), &job.shot.scene, settings).map_err(Failure::of)?;
     if let Some(settings) = coarse_settings(options, terminal) {
@@ -323,7 +323,7 @@ fn render(options: &Options, pool: &ThreadPool, terminal: &mut Terminal) -> Resu
 /// Settings of the coarse picture before the first frame, if there is to be one.
 fn coarse_settings(options: &Options, terminal: &Terminal) -> Option<Settings> {
     let Options { job, target, store, coarse, resume, .. } = options;
-    let run = coarse::Run {
+    let run = coarse::CoarseRun {
         is_watched: terminal.has_bar(),
         writes_png: target.has_previews(),
         goes_on: *resume || store.loads(),
@@ -351,7 +351,7 @@ fn need(job: &Job, settings: &Settings, steps: &[Step]) -> Need {
     let need =
         if steps.iter().any(|step| step.keep) { frame::with_kept(need, &job.shot, settings) } else { need };
     let need = frame::with_writing(need, &job.shot.scene, &job.settings);
-    if job.denoise.is_some() { need.and(Need::of(denoise::need(settings))) } else { need }
+    if job.denoise.is_some() { need.and(Need::new(denoise::need(settings))) } else { need }
 }
 
 /// Denoises the pictures of a frame, if there is a denoiser. The frame is written while the next one is
@@ -431,8 +431,8 @@ fn write_stats(options: &Options, record: &Record, memory: Memory) -> Result<(),
         shot: &job.path.to_string_lossy(),
         settings: &settings,
         frames: &record.frames,
-        run_up: (!record.run_up.is_empty()).then(|| Totals::of(&record.run_up)),
-        eyes: Eyes::of(&record.frames),
+        run_up: (!record.run_up.is_empty()).then(|| Totals::new(&record.run_up)),
+        eyes: Eyes::new(&record.frames),
         totals: record.totals(),
         memory,
     };
@@ -473,14 +473,14 @@ impl Record {
     }
 
     fn totals(&self) -> Totals {
-        Totals::of(&self.frames)
+        Totals::new(&self.frames)
     }
 
     fn summary(&self, memory: Memory, (build, build_seconds): (Build, f64), wall_seconds: f64) -> String {
-        let run_up = Totals::of(&self.run_up);
+        let run_up = Totals::new(&self.run_up);
         table::summary(&table::Summary {
             frames: self.frames.iter().filter(|frame| frame.eye != Some(Eye::Right)).count(),
-            eyes: Eyes::of(&self.frames),
+            eyes: Eyes::new(&self.frames),
             totals: &self.totals(),
             full_rays: self.full_rays,
             run_up: (!self.run_up.is_empty()).then_some((self.run_up.len(), &run_up)),

@@ -288,14 +288,14 @@ mod tests {
             let at = head.find("eye").expect("a title");
             assert_eq!(row[at..at + 5], *name, "{head}\n{row}");
             assert_eq!(head.find("mode"), row.find("reproject"), "{head}\n{row}");
-            let line = Eyes::of(&[seen]).map(|eyes| eyes_line(&eyes)).expect("two eyes");
+            let line = Eyes::new(&[seen]).map(|eyes| eyes_line(&eyes)).expect("two eyes");
             assert_eq!(line.contains("95.0 % of its samples"), number == 1, "{line}");
         }
     }
 
     #[test]
     fn the_summary_hides_no_ray() {
-        let totals = Totals::of(&[frame()]);
+        let totals = Totals::new(&[frame()]);
         let sum = Summary {
             frames: 1,
             eyes: None,

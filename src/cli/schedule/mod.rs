@@ -6,7 +6,7 @@
 //! which is not written. Chunks of the same step and phase (position within the step, counted from the
 //! shot's first frame) form one *chain* and give the same pictures.
 //!
-//! A *segment* is what lies between two borders: cuts, and every so many frames one that the rule sets. Its base
+//! A *segment* lies between two borders: cuts, and those that the rule sets every so many frames. Its base
 //! frame is its first one, or the one in its middle. From there frames are inferred step by step, later ones first and
 //! then, from the base frame again, earlier ones backwards in time.
 

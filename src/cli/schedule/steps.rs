@@ -27,7 +27,7 @@ impl Walk {
     ) -> Result<Finished, Failure> {
         let start = Instant::now();
         match step.origin {
-            // it went where it goes on with the left one
+            // samples were restored or loaded for the left eye already
             _ if eye == Eye::Right => {}
             Origin::Nothing | Origin::Before => {}
             // in either case nothing that later frames left in the film counts: what is rendered between does not matter

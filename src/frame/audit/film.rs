@@ -94,7 +94,7 @@ fn make_anew(frame: &FrameView, store: &SampleStore, picture: &Picture, film: &m
             if is_wide {
                 filter::sum(frame, number, tile, filtering, radiance, sums);
             }
-            let shown = filter::Shown { radiance, placed, cell_rays: &trace.tally.cells };
+            let shown = filter::FilterInput { radiance, placed, cell_rays: &trace.tally.cells };
             filter::filter(frame, number, tile, filtering, shown, picture, &mut window);
         });
         if is_wide {

@@ -46,7 +46,7 @@ use crate::samples::{BACKGROUND, CELLS, EMPTY, Record, SampleStore, Tag, Tile, f
 use crate::scene::camera::Projection;
 use crate::shade::light::{StratifiedPattern, light_sample};
 use crate::shade::phong;
-use crate::shade::surface::{There, reflectance, uv_at};
+use crate::shade::surface::{SurfacePoint, reflectance, uv_at};
 use crate::stats::AuditCounts;
 use crate::trace::{Coherence, Hit, HitBatch, RayBatch, SceneSubset};
 
@@ -92,7 +92,7 @@ enum Verdict {
 
 impl Verdict {
     /// `Holds` if `holds`, else `Differs`.
-    fn of(holds: bool) -> Self {
+    fn new(holds: bool) -> Self {
         if holds { Verdict::Holds } else { Verdict::Differs }
     }
 
@@ -117,7 +117,7 @@ struct Sample {
 }
 
 impl Sample {
-    fn of(tile: &Tile, cell: usize) -> Self {
+    fn new(tile: &Tile, cell: usize) -> Self {
         Self { point: tile.point(cell), model: tile.model[cell], record: tile.record[cell] }
     }
 }
@@ -146,7 +146,7 @@ fn audit(frame: &FrameView, number: usize, tile: &Tile, differs: &[bool]) -> Aud
     let sight = |cell: usize| sight(frame, number, tile, cell);
     let met = trace_all(frame, sampled().map(sight));
     for (ray, cell) in sampled().enumerate() {
-        let (sample, sight) = (Sample::of(tile, cell), sight(cell));
+        let (sample, sight) = (Sample::new(tile, cell), sight(cell));
         // where rounding decides the direction of a sample that stays because the camera rests, the ray
         // through its cell's centre counts as well
         let of_cell = sight_of_cell(frame, number, cell);
@@ -176,7 +176,7 @@ fn audit(frame: &FrameView, number: usize, tile: &Tile, differs: &[bool]) -> Aud
     check_openness(frame, tile, &mut raise);
     for (light, pose) in frame.pose.lights.iter().enumerate() {
         let points = 0..pose.points;
-        points.for_each(|point| check_shadows(frame, tile, Source { light, point }, &mut raise));
+        points.for_each(|point| check_shadows(frame, tile, LightPoint { light, point }, &mut raise));
     }
     let count = |wanted| verdicts.iter().filter(|verdict| **verdict == wanted).count() as u64;
     AuditCounts {
@@ -204,7 +204,7 @@ fn trace_all(frame: &FrameView, sights: impl Iterator<Item = Sight>) -> HitBatch
 /// the ray through the centre of its cell, and is checked on that ray: right before the eye, its point is
 /// rounded by more than a cell.
 fn sight(frame: &FrameView, number: usize, tile: &Tile, cell: usize) -> Sight {
-    let (sample, camera) = (Sample::of(tile, cell), &frame.view.camera);
+    let (sample, camera) = (Sample::new(tile, cell), &frame.view.camera);
     if !is_traced(tile.status[cell]) && !is_of_its_cell(frame, &sample) {
         let offset = offset(frame, &sample);
         return Sight { origin: camera.origin(offset), direction: camera.sight(offset) };
@@ -280,7 +280,7 @@ fn around(way: Vec3) -> [Vec3; 8] {
 
 /// Checks that the camera meets the sample first, on the line of `sight`.
 fn check_sight(frame: &FrameView, sample: &Sample, sight: Sight, met: Option<Hit>) -> Verdict {
-    Verdict::of(meets(frame, sample, sight, met)).or_on_edge(|| {
+    Verdict::new(meets(frame, sample, sight, met)).or_on_edge(|| {
         let Sight { origin, direction } = sight;
         let reach = reach(frame, sample);
         let aside = DISPLACEMENTS.iter().flat_map(|share| around(direction).map(|aside| aside * *share));
@@ -328,7 +328,7 @@ fn check_position(frame: &FrameView, number: usize, cell: usize, sample: &Sample
     let Some(seen) = frame.view.project_one(offset(frame, sample)) else { return Verdict::Differs };
     let aside = |axis: usize, at: f32| at - (corner[axis] + place[axis] as i32) as f32 - 0.5;
     let off = Vec2::new(aside(0, seen.x), aside(1, seen.y));
-    Verdict::of(off.length() <= REACH + CELL_TOLERANCE)
+    Verdict::new(off.length() <= REACH + CELL_TOLERANCE)
 }
 
 /// Returns true if the sample is off the ray along `sight` by no more than rounding of its coordinates.
@@ -341,7 +341,7 @@ fn is_on(frame: &FrameView, sample: &Sample, sight: Sight) -> bool {
 /// `sight`: from the eye, any length.
 fn check_surface(frame: &FrameView, sample: &Sample, sight: Vec3, kept: Vec3) -> Verdict {
     let mesh = &frame.scene.models[sample.model as usize].mesh;
-    let there = There::at(mesh, sample.record.triangle, sample.point);
+    let there = SurfacePoint::at(mesh, sample.record.triangle, sample.point);
     // in a model that is flattened or sheared, a small rounding in the world may be a large one in object
     // space; a triangle much larger than its distance is met beside its edge
     let in_object = |reach: Vec3| frame.transform(sample.model).length_in_object(reach);
@@ -354,7 +354,7 @@ fn check_surface(frame: &FrameView, sample: &Sample, sight: Vec3, kept: Vec3) ->
     let number = mesh.material_of[sample.record.triangle as usize];
     let material = &frame.scene.materials[usize::from(number)];
     let fresh = reflectance(frame.scene, material, || uv_at(mesh, sample.record.triangle, there.weights));
-    Verdict::of(
+    Verdict::new(
         sample.record.material == number
             && there.distance <= reach
             && sample.record.normal.unfold().dot(there.normal * side) >= NORMAL_COSINE
@@ -378,7 +378,7 @@ fn check_light(
         let (kept, fresh) = (kept.lane(lane), fresh.lane(lane));
         let slack = COLOR_TOLERANCE * fresh.abs().max_element().max(DARKEST);
         let holds = (kept - fresh.min(Vec3::splat(65504.0))).abs().max_element() <= slack;
-        raise(first + lane, Verdict::of(holds));
+        raise(first + lane, Verdict::new(holds));
     }
 }
 
@@ -398,11 +398,11 @@ fn check_gathered(frame: &FrameView, tile: &Tile, raise: &mut impl FnMut(usize, 
             let start = start_at(frame, tile, cell, &placed, frame.paths);
             if frame.palette.is_diffuse(tile.record[cell].material) {
                 let known = 0..gathered.known(cell) as u32;
-                raise(cell, Verdict::of(known.end > 0));
+                raise(cell, Verdict::new(known.end > 0));
                 scratch.starts.extend(known.map(|index| PathStart { index, ..start }));
             }
             let mean = mean_of(gathered.paths(cell));
-            raise(cell, Verdict::of(mean.radiance == gathered.mean(cell).radiance));
+            raise(cell, Verdict::new(mean.radiance == gathered.mean(cell).radiance));
         }
         trace_paths(frame, &mut scratch, &mut tally);
         for (start, brought) in scratch.starts.iter().zip(&scratch.brought) {
@@ -410,7 +410,7 @@ fn check_gathered(frame: &FrameView, tile: &Tile, raise: &mut impl FnMut(usize, 
             let known = full_color(tile.gathered.paths(cell)[start.index as usize].radiance);
             let fresh = full_color(indirect::kept(brought.radiance, brought.until).radiance);
             let slack = COLOR_TOLERANCE * fresh.abs().max_element().max(DARKEST);
-            raise(cell, Verdict::of((known - fresh).abs().max_element() <= slack));
+            raise(cell, Verdict::new((known - fresh).abs().max_element() <= slack));
         }
     }
 }
@@ -428,26 +428,26 @@ fn check_openness(frame: &FrameView, tile: &Tile, raise: &mut impl FnMut(usize, 
             if is_asked(frame, tile.record[cell].material) {
                 scratch.looks.push(look_from(frame, tile, cell, &placed, occlusion.rays));
             } else {
-                raise(cell, Verdict::of(tile.gathered.openness(cell).open == 0));
+                raise(cell, Verdict::new(tile.gathered.openness(cell).open == 0));
             }
         }
         look_around(frame, &mut scratch, &mut tally);
         for (look, found) in scratch.looks.iter().zip(&scratch.found) {
             let cell = look.start.owner as usize;
-            raise(cell, Verdict::of(tile.gathered.openness(cell).open == found.open));
+            raise(cell, Verdict::new(tile.gathered.openness(cell).open == found.open));
         }
     }
 }
 
 /// A point of a light, by number.
 #[derive(Clone, Copy)]
-struct Source {
+struct LightPoint {
     light: usize,
     point: usize,
 }
 
 /// Checks that the tags for one point of a light agree with fresh shadow rays.
-fn check_shadows(frame: &FrameView, tile: &Tile, source: Source, raise: &mut impl FnMut(usize, Verdict)) {
+fn check_shadows(frame: &FrameView, tile: &Tile, source: LightPoint, raise: &mut impl FnMut(usize, Verdict)) {
     let tag = |cell: usize| tile.tags.get(frame.slots[source.light], source.point, cell);
     let is_lit = |cell: usize| tag(cell).is_lit();
     // tags of a light without power may be unknown; those that are known must be right, or they would be
@@ -466,7 +466,7 @@ fn check_shadows(frame: &FrameView, tile: &Tile, source: Source, raise: &mut imp
         let seeds = tile.gathered.seeds(first);
         let faces = ask(frame, source, &placed, seeds, surfaces, first as u32, &mut queue);
         for lane in set_bits(surfaces & !faces) {
-            raise(first + lane, Verdict::of(!is_lit(first + lane)));
+            raise(first + lane, Verdict::new(!is_lit(first + lane)));
         }
     }
     let mut doubtful = Vec::new();
@@ -480,7 +480,7 @@ fn check_shadows(frame: &FrameView, tile: &Tile, source: Source, raise: &mut imp
         let seed = tile.gathered.seeds(cell - lane).as_array_ref()[lane];
         let (lit, seeds) = (is_lit(cell), u32x8::splat(seed));
         let (placed, lane) = (Placed::of(frame, tile, cell / LANES * LANES), cell % LANES);
-        let reach = reach(frame, &Sample::of(tile, cell));
+        let reach = reach(frame, &Sample::new(tile, cell));
         // the same surface eight times, displaced in eight directions
         let [point, normal, geometric_normal] =
             [&placed.point, &placed.normal, &placed.geometric_normal].map(|all| all.lane(lane));
@@ -504,7 +504,7 @@ fn check_shadows(frame: &FrameView, tile: &Tile, source: Source, raise: &mut imp
 /// samples that face it. `seeds`: for the points of the light that they ask.
 fn ask(
     frame: &FrameView,
-    source: Source,
+    source: LightPoint,
     placed: &Placed,
     seeds: u32x8,
     wanted: u8,

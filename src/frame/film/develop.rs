@@ -13,7 +13,9 @@ use super::spread::{GROUPS, TileFilm};
 use crate::cryptomatte::Kind;
 use crate::film::{Film, Plane};
 use crate::frame::grid::Grid;
-use crate::frame::planes::channels::{Channel, MATTE_PLANES, Picture, Source, Written, matte_planes, sums};
+use crate::frame::planes::channels::{
+    Channel, MATTE_PLANES, NonZeroPlanes, Picture, PlaneSource, matte_planes, sums,
+};
 use crate::frame::planes::kernel::MOST_TAPS;
 use crate::frame::planes::window::{Window, cut};
 use crate::lanes::{F32x8, LANES};
@@ -136,8 +138,8 @@ impl Developer {
         bands: Bands,
         dirty: &DirtyTiles,
         end: u32,
-    ) -> Written {
-        let Some(halo) = picture.kernel.map(|kernel| kernel.halo()) else { return Written::default() };
+    ) -> NonZeroPlanes {
+        let Some(halo) = picture.kernel.map(|kernel| kernel.halo()) else { return NonZeroPlanes::default() };
         let (axes, height) = (&grid.axes, film.height as i32);
         let reached = match axes[1].tile(end as usize - 1).end {
             _ if end == grid.tiles_y => height,
@@ -163,17 +165,21 @@ impl Developer {
         let columns = axes[0].pieces(0..width, PIECE[0]);
         let write_rows = |(mut window, (rows, all_stands)): (Window, &(Range<usize>, bool))| {
             if *all_stands {
-                return Written::SHOWN;
+                return NonZeroPlanes::SHOWN;
             }
-            columns.iter().fold(Written::default(), |written, columns| {
+            columns.iter().fold(NonZeroPlanes::default(), |written, columns| {
                 let pixels = [columns.clone(), rows.clone()];
                 written.plus(match stands(&pixels) {
-                    true => Written::SHOWN,
+                    true => NonZeroPlanes::SHOWN,
                     false => write_piece(picture, grid, (bands, halo), &pixels, &mut window),
                 })
             })
         };
-        windows.into_par_iter().zip(&some_rows).map(write_rows).reduce(Written::default, Written::plus)
+        windows
+            .into_par_iter()
+            .zip(&some_rows)
+            .map(write_rows)
+            .reduce(NonZeroPlanes::default, NonZeroPlanes::plus)
     }
 }
 
@@ -188,7 +194,7 @@ fn write_piece(
     (bands, halo): (Bands, u32),
     pixels: &[Range<usize>; 2],
     window: &mut Window,
-) -> Written {
+) -> NonZeroPlanes {
     // rows come from far memory; they are fetched while the sums are read. Which planes will be written is
     // known only then: most of those that were not zero
     let filtered = picture.channels.iter().zip(&picture.was_zero).enumerate();
@@ -216,12 +222,12 @@ fn write_piece(
     // negative lobes of samples that lie unevenly could cancel nearly all of the weight
     let scales = column(sums::WEIGHT).map(|weight| weight.max(LEAST_WEIGHT).recip());
     let mattes = mattes_of_piece(picture, grid, (bands, halo), pixels, &scales);
-    let mut written = Written::default();
+    let mut written = NonZeroPlanes::default();
     for (number, (channel, was_zero)) in picture.channels.iter().zip(&picture.was_zero).enumerate() {
         let planes = match channel.source {
-            Source::Filtered(planes) => planes,
-            Source::Data(_) => continue,
-            Source::Matte(plane) => {
+            PlaneSource::Filtered(planes) => planes,
+            PlaneSource::Data(_) => continue,
+            PlaneSource::Matte(plane) => {
                 match mattes.get(plane).filter(|values| !values.is_empty()) {
                     Some(values) => {
                         written.note(number);
@@ -264,7 +270,7 @@ fn mattes_of_piece(
     scales: &[f32; PIXELS],
 ) -> Vec<Vec<f32>> {
     let shows = |kind: &Kind| {
-        let first = Source::Matte(matte_planes(*kind).start);
+        let first = PlaneSource::Matte(matte_planes(*kind).start);
         picture.channels.iter().any(|channel| channel.source == first)
     };
     let mut planes = Vec::new();
@@ -324,7 +330,7 @@ mod tests {
                 ..settings(width, height, samples)
             };
             let grid = Grid::new(&settings);
-            let kernel = Kernel::of(settings.filter, 2.0);
+            let kernel = Kernel::new(settings.filter, 2.0);
             let films = films(&grid, kernel.as_ref().expect("it is wide"));
             let mut dirty = DirtyTiles::default();
             dirty.set(&grid, 2, std::iter::repeat_n(true, grid.tiles()));
@@ -334,7 +340,7 @@ mod tests {
                 let mut film = blank(&grid, &channels);
                 let picture = Picture::over(&film, kernel, &channels, glam::Vec3::ONE);
                 let (mut developer, mut before) = (Developer::default(), 0..0);
-                let mut written = Written::default();
+                let mut written = NonZeroPlanes::default();
                 for Range { start, end } in bands(&grid, least) {
                     let now = (start * grid.tiles_x) as usize..(end * grid.tiles_x) as usize;
                     let bands = Bands { before: &films[before], now: &films[now.clone()], first: now.start };
@@ -348,8 +354,8 @@ mod tests {
                 assert_eq!(film.planes.iter().map(|plane| &*plane.name).collect::<String>(), "RGBA");
                 assert!(is_all(0, 0.75), "{width} x {height}, {samples}: {:?}", values(0));
                 assert!(is_all(2, 0.0) && is_all(3, 1.0));
-                // away from the rim, where pixels have samples on all sides: what one tile adds too little or twice
-                // would pull neighbours towards its own side
+                // away from the rim, where pixels have samples on all sides: what one tile adds too little or
+                // twice would pull neighbours towards its own side
                 let ramp = values(1);
                 for (y, x) in (2..height.max(2) - 2).flat_map(|y| (2..width.max(2) - 2).map(move |x| (y, x)))
                 {
@@ -399,7 +405,7 @@ mod tests {
         columns[sums::DIFFUSE] = Some(&red);
         columns[sums::SPECULAR] = Some(&shine);
         let film_of = |number: usize| {
-            let mut tile = Tile::empty(&TagLayout::of(std::iter::empty()));
+            let mut tile = Tile::empty(&TagLayout::new(std::iter::empty()));
             let extent = grid.extent(number);
             for (cell, model) in tile.model.iter_mut().enumerate() {
                 *model = if holds(extent, cell) { 0 } else { EMPTY };

@@ -1,7 +1,8 @@
 //! Filtering: samples to pixels (the paper's "Filtering").
 //!
 //! Each tile writes its own pixels into its [`Window`] of the film. Where the filter is wider than a pixel,
-//! colours stay sums in a [`TileFilm`], halo included, until [`develop`](super::develop) makes pixels of them.
+//! colours stay sums in a [`TileFilm`], halo included, until [`develop`](super::develop) makes pixels of
+//! them.
 //!
 //! Only colours are filtered here; values that must not be mixed are in [`pixels`](super::pixels).
 
@@ -11,7 +12,7 @@ use super::spread::{TileFilm, spread};
 use super::variance::pixel_variances;
 use crate::cryptomatte::{Id, Kind, Mattes};
 use crate::frame::planes::channels::{
-    Channel, MATTE_PLANES, Picture, Source, Written, data, matte_planes, sums,
+    Channel, MATTE_PLANES, NonZeroPlanes, Picture, PlaneSource, data, matte_planes, sums,
 };
 use crate::frame::planes::window::Window;
 use crate::frame::reuse::candidates::REACH;
@@ -99,10 +100,10 @@ pub fn sum(
 }
 
 /// Results of earlier phases for a tile.
-pub struct Shown<'a> {
+pub struct FilterInput<'a> {
     /// Light of its cells.
     pub radiance: &'a Radiance,
-    /// Its surfaces in world space.
+    /// Surfaces of its cells in world space.
     pub placed: &'a mut PlacedTile,
     /// Rays that each cell has cost.
     pub cell_rays: &'a CellRays,
@@ -115,15 +116,15 @@ pub fn filter(
     number: usize,
     tile: &Tile,
     filtering: &mut Filtering,
-    shown: Shown,
+    shown: FilterInput,
     picture: &Picture,
     window: &mut Window,
-) -> Written {
+) -> NonZeroPlanes {
     if frame.wanted_of(number).is_empty() {
-        return Written::SHOWN;
+        return NonZeroPlanes::SHOWN;
     }
     let grid = &*frame.view.grid;
-    let Shown { radiance, placed, cell_rays } = shown;
+    let FilterInput { radiance, placed, cell_rays } = shown;
     filtering.sums.begin();
     filtering.data.begin();
     filtering.mattes.begin();
@@ -186,8 +187,8 @@ fn take_mattes(frame: &FrameView, tile: &Tile, filtering: &mut Filtering) {
 }
 
 /// Handles a tile that the film shows already: its samples are a frame older.
-pub fn stay(frame: &FrameView, number: usize, picture: &Picture, window: &mut Window) -> Written {
-    let mut written = Written::SHOWN;
+pub fn stay(frame: &FrameView, number: usize, picture: &Picture, window: &mut Window) -> NonZeroPlanes {
+    let mut written = NonZeroPlanes::SHOWN;
     // a pixel's age is counted up in the coarsest level alone
     if let Some(age) = picture.age().filter(|_| frame.wanted.is_none()) {
         window.count_up(age, &frame.view.grid.pixels(number), OLDEST as f32);
@@ -205,9 +206,9 @@ pub fn recount(
     cell_rays: &CellRays,
     picture: &Picture,
     window: &mut Window,
-) -> Written {
+) -> NonZeroPlanes {
     if frame.wanted_of(number).is_empty() {
-        return Written::SHOWN;
+        return NonZeroPlanes::SHOWN;
     }
     filtering.data.begin();
     count(frame, tile, cell_rays, &mut filtering.data);
@@ -223,19 +224,19 @@ fn finish(
     filtering: &mut Filtering,
     window: &mut Window,
     wanted: impl Fn(&Channel) -> bool,
-) -> Written {
+) -> NonZeroPlanes {
     let grid = &*frame.view.grid;
     mark_wanted(frame, number, &mut filtering.wanted);
     let Filtering { sums, data, mattes, wanted: pixels_wanted, .. } = filtering;
     let scale = (grid.samples_of_pixel() as f32).recip();
     let stride = grid.tile_pixels as usize;
     let (pixels, first) = (grid.pixels(number), grid.first_in_film(number));
-    let mut written = Written::default();
+    let mut written = NonZeroPlanes::default();
     let mut scaled = [0.0; CELLS];
     let is_some = |channel: &Channel| match channel.source {
-        Source::Data(number) => data.is_some[number],
-        Source::Matte(number) => mattes.is_some[number],
-        Source::Filtered(numbers) => numbers.iter().any(|number| sums.is_some[*number]),
+        PlaneSource::Data(number) => data.is_some[number],
+        PlaneSource::Matte(number) => mattes.is_some[number],
+        PlaneSource::Filtered(numbers) => numbers.iter().any(|number| sums.is_some[*number]),
     };
     let channels = picture.channels.iter().zip(&picture.was_zero).enumerate();
     // with a wide filter, colours are made of the sums of many tiles
@@ -248,9 +249,9 @@ fn finish(
             window.prefetch(*next, &pixels);
         }
         let values = match channel.source {
-            Source::Data(number) => data.is_some[number].then(|| &data.columns[number]),
-            Source::Matte(number) => mattes.is_some[number].then(|| &mattes.columns[number]),
-            Source::Filtered(numbers) => {
+            PlaneSource::Data(number) => data.is_some[number].then(|| &data.columns[number]),
+            PlaneSource::Matte(number) => mattes.is_some[number].then(|| &mattes.columns[number]),
+            PlaneSource::Filtered(numbers) => {
                 let mut some = numbers.iter().filter(|number| sums.is_some[**number]);
                 some.next().map(|first| {
                     if numbers.len() == 1 && scale == 1.0 {

@@ -131,7 +131,7 @@ impl MatteSums {
         const NONE: u16 = u16::MAX;
         self.clear();
         let (edge, scale) = (edge(grid, kernel.halo()), F32x8::splat((grid.samples as f32).recip()));
-        let reach = |first| Reach::<N>::of(kernel, [x, y].map(|at| F32x8::load(at, first) * scale), edge);
+        let reach = |first| Reach::<N>::new(kernel, [x, y].map(|at| F32x8::load(at, first) * scale), edge);
         let with_matte = |first: usize| (0..LANES).filter(move |lane| ids[first + lane] != Id::NONE);
         let mut patch_of = [NONE; CELLS];
         for first in (0..CELLS).step_by(LANES).filter(|first| with_matte(*first).next().is_some()) {
@@ -278,7 +278,7 @@ mod tests {
             let ids: Column<Id> =
                 std::array::from_fn(|cell| Id((cell as u32).wrapping_mul(2654435761) >> 8).at(6));
             let mut sums = MatteSums::default();
-            let kernel = Kernel::of(Filter::Mitchell, 2.0).expect("it is wide");
+            let kernel = Kernel::new(Filter::Mitchell, 2.0).expect("it is wide");
             sums.spread(&kernel, &grid, [&x, &y], &ids);
             let mut of_all = MattePlanes::<1600>::default();
             let edge = edge(&grid, kernel.halo());

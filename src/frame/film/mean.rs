@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use super::mattes::rank;
 use crate::cryptomatte::{Id, Kind, RANKS};
 use crate::film::{Film, Plane, Values};
-use crate::frame::planes::channels::{Channel, Source, matte_planes};
+use crate::frame::planes::channels::{Channel, PlaneSource, matte_planes};
 use crate::frame::planes::mixing::MixRule;
 
 /// Running sums over the exposures of a frame.
@@ -59,7 +59,7 @@ impl Mean {
         self.count += 1;
         self.planes.par_iter_mut().zip(channels).for_each(|(gathered, channel)| {
             let Some(plane) = film.plane(&channel.name) else { return };
-            match MixRule::of(channel) {
+            match MixRule::new(channel) {
                 MixRule::Mean | MixRule::Sum => gathered.add(plane),
                 MixRule::Least => gathered.least(plane, first),
                 MixRule::Middle => *gathered = Gathered::Plane(plane.clone()),
@@ -114,12 +114,12 @@ impl Mean {
             match (gathered, channel.source) {
                 (Gathered::Plane(plane), _) => return plane,
                 (Gathered::Values(mut sums), _) => {
-                    if MixRule::of(channel) == MixRule::Mean {
+                    if MixRule::new(channel) == MixRule::Mean {
                         sums.iter_mut().for_each(|sum| *sum *= share);
                     }
                     plane.values.put(0, &sums);
                 }
-                (Gathered::Nothing, Source::Matte(number)) => {
+                (Gathered::Nothing, PlaneSource::Matte(number)) => {
                     let values = mattes.iter().flatten().nth(number).filter(|values| !values.is_empty());
                     plane.is_zero = values.is_none();
                     values.into_iter().for_each(|values| plane.values.put(0, values));
@@ -209,7 +209,7 @@ fn add_share(shares: &mut Vec<(Id, f32)>, id: Id, more: f32) {
 /// Planes of a kind of mattes, id and share of each rank in turn, if `film` has them.
 fn planes_of<'a>(kind: Kind, film: &'a Film, channels: &[Channel]) -> Option<Vec<&'a Plane>> {
     let plane = |number| {
-        let channel = channels.iter().find(|channel| channel.source == Source::Matte(number));
+        let channel = channels.iter().find(|channel| channel.source == PlaneSource::Matte(number));
         channel.and_then(|channel| film.plane(&channel.name))
     };
     matte_planes(kind).map(plane).collect()
@@ -285,7 +285,7 @@ mod tests {
 
     #[test]
     fn mattes_are_added_by_name_and_sorted_again() {
-        let [a, b] = ["a", "b"].map(Id::of);
+        let [a, b] = ["a", "b"].map(Id::new);
         let first = film(&[
             ("CryptoObject00.R", a.as_float()),
             ("CryptoObject00.G", 0.75),

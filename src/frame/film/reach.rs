@@ -22,7 +22,7 @@ pub struct Reach<const N: usize> {
 impl<const N: usize> Reach<N> {
     /// Computes the reach of samples `at` these places, in pixels from the tile's corner.
     #[inline(always)]
-    pub fn of(kernel: &Kernel, at: [F32x8; 2], edge: usize) -> Self {
+    pub fn new(kernel: &Kernel, at: [F32x8; 2], edge: usize) -> Self {
         // the halo shifts places by N/2 pixels; the first pixel of a sample lies as many before it
         let [x, y] = at.map(|at| at + F32x8::splat(0.5));
         let whole = [x, y].map(F32x8::to_whole);

@@ -1,4 +1,5 @@
-//! Filters wider than a pixel: a sample spreads over all pixels within the filter's radius, those of other tiles included.
+//! Filters wider than a pixel: a sample spreads over all pixels within the filter's radius, those of other
+//! tiles included.
 //!
 //! A tile's contribution to pixels stays in a [`TileFilm`]; [`develop`](super::develop) adds those of
 //! neighbours for each pixel.
@@ -132,10 +133,10 @@ fn spread_by<const N: usize>(
     for first in (0..CELLS).step_by(LANES) {
         let models = &tile.model[first..first + LANES];
         let at = [x, y].map(|at| F32x8::load(at, first) * scale);
-        let reach = Reach::<N>::of(kernel, at, edge);
+        let reach = Reach::<N>::new(kernel, at, edge);
         for lane in (0..LANES).filter(|lane| models[*lane] != EMPTY) {
             for group in (0..GROUPS).filter(|group| has_group[*group]) {
-                let value = F32x8::of(columns[group].map(|column| column[first + lane]));
+                let value = F32x8::new(columns[group].map(|column| column[first + lane]));
                 // most samples have neither highlight nor mirror
                 if group == 0 || value != F32x8::ZERO {
                     reach.add(lane, value, edge, &mut film.groups[group]);
@@ -155,7 +156,7 @@ mod tests {
     #[test]
     fn a_sample_reaches_the_pixels_around_it() {
         let grid = Grid::new(&crate::frame::grid::tests::settings(64, 64, 1));
-        let mut tile = Tile::empty(&crate::samples::TagLayout::of(std::iter::empty()));
+        let mut tile = Tile::empty(&crate::samples::TagLayout::new(std::iter::empty()));
         // the cell in column 5 of row 2, a little right of its centre and above it
         let cell = grid.index_of([5, 2]) as usize;
         tile.model[cell] = 0;
@@ -164,7 +165,7 @@ mod tests {
         let mut columns = [None; sums::COUNT];
         columns[sums::SPECULAR + 1] = Some(&value);
         let mut film = TileFilm::default();
-        let kernel = Kernel::of(Filter::Mitchell, 2.0).unwrap();
+        let kernel = Kernel::new(Filter::Mitchell, 2.0).unwrap();
         spread(&kernel, &grid, &tile, [&x, &y], &columns, &mut film);
         assert!(film.has(&[sums::SPECULAR + 1]) && !film.has(&[sums::SPECULAR, sums::ALPHA]));
         let weights = |beyond| kernel.weights::<4>(F32x8::splat(beyond));

@@ -11,13 +11,13 @@ pub const UNKNOWN: f32 = 1e18;
 /// Limit to which brighter samples are lowered, so that no square is infinite. Half floats end at 65504.
 const MOST_LIGHT: f32 = 1e8;
 
-/// Writes, for each cell of a pixel, the variance of the pixel's mean, averaged over the three channels, in units of radiance
-/// squared.
+/// Writes, for each cell of a pixel, the variance of the pixel's mean, averaged over the three channels, in
+/// units of radiance squared.
 ///
-/// The variance `s²` of a sample is half the mean square difference of samples that are neighbours in their pixel: noise
-/// differs from one to the next as much as from any other, and edges and textures, which samples side by side in a grid
-/// show rather exactly, differ less. That of the mean of `n` samples is taken from Student's t, `s² / n * (n - 1) / (n - 3)`:
-/// few samples know little of `s²`, either.
+/// The variance `s²` of a sample is half the mean square difference of samples that are neighbours in their
+/// pixel: noise differs from one to the next as much as from any other, and edges and textures, which samples
+/// side by side in a grid show rather exactly, differ less. That of the mean of `n` samples is taken from
+/// Student's t, `s² / n * (n - 1) / (n - 3)`: few samples know little of `s²`, either.
 pub fn pixel_variances(grid: &Grid, radiance: &Radiance, variance: &mut Column<f32>) {
     let count = grid.samples_of_pixel();
     if count <= 3 {

@@ -1,8 +1,8 @@
 //! Layout of tiles along one axis of the picture.
 //!
-//! Tiles are counted from the picture's edges, whatever part of it and of its surroundings is rendered, and none lies on
-//! both sides of an edge. So a tile has the same cells, and its rays the same company, with a crop or overscan as without:
-//! its samples are the same to the bit. That is why a crop renders whole tiles.
+//! Tiles are counted from the picture's edges, whatever part of it and of its surroundings is rendered, and
+//! none lies on both sides of an edge. So a tile has the same cells, and its rays the same company, with a
+//! crop or overscan as without: its samples are the same to the bit. That is why a crop renders whole tiles.
 
 use std::ops::Range;
 

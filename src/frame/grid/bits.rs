@@ -12,7 +12,7 @@ pub fn surface_bits(models: &[u32]) -> u8 {
 /// Bit mask of those of eight cells whose status is `wanted`.
 #[inline(always)]
 pub fn status_bits(status: &[Status], wanted: impl Fn(Status) -> bool) -> u8 {
-    Mask::of(|lane| wanted(status[lane])).bits()
+    Mask::new(|lane| wanted(status[lane])).bits()
 }
 
 /// Bit mask of those of eight cells for whose model `holds` returns true. Neighbours mostly show the same

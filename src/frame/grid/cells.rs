@@ -15,7 +15,7 @@ impl CellSet {
     pub const ALL: Self = Self([u16::MAX; CELLS / BLOCK]);
 
     /// Creates the set of cells for which `holds` returns true.
-    pub fn of(holds: impl Fn(usize) -> bool) -> Self {
+    pub fn new(holds: impl Fn(usize) -> bool) -> Self {
         Self(std::array::from_fn(|block| {
             (0..BLOCK).fold(0, |bits, lane| bits | u16::from(holds(block * BLOCK + lane)) << lane)
         }))
@@ -28,7 +28,7 @@ impl CellSet {
 
     /// Inverse of [`to_mask`](Self::to_mask).
     pub fn from_mask(mask: &CellMask) -> Self {
-        Self::of(|cell| mask[cell / 8] >> (cell % 8) & 1 != 0)
+        Self::new(|cell| mask[cell / 8] >> (cell % 8) & 1 != 0)
     }
 
     /// Intersection of two sets.

@@ -1,12 +1,12 @@
 //! The cells of a picture and their layout in tiles.
 //!
 //! Spaces: *cell space* has x to the right and y down from the top left corner of the picture, one unit a
-//! cell; a pixel is N x N cells. Cells of the overscan left of the picture and above it have negative places. A tile holds as
-//! many whole pixels as fit into 32 x 32 cells, so that all samples of a pixel are in one tile; where N does not divide 32,
-//! its last rows and columns stay unused.
+//! cell; a pixel is N x N cells. Cells of the overscan left of the picture and above it have negative places.
+//! A tile holds as many whole pixels as fit into 32 x 32 cells, so that all samples of a pixel are in one
+//! tile; where N does not divide 32, its last rows and columns stay unused.
 //!
-//! Tiles cover the *film*: the picture, or the part of it and of its surroundings that is rendered. Pixels of the film are
-//! counted from its own corner.
+//! Tiles cover the *film*: the picture, or the part of it and of its surroundings that is rendered. Pixels of
+//! the film are counted from its own corner.
 
 pub mod around;
 pub mod axis;
@@ -60,7 +60,7 @@ pub struct Grid {
     pub number_in_pixel: Column<f32>,
     /// Cells of a tile's pixels: N x N numbers for each pixel, pixels in rows.
     pub cells_of_pixels: Vec<u16>,
-    /// Summand of a cell's index, by column: see [`index_of`](Self::index_of).
+    /// Summand of a cell's index, by column: see `index_of`.
     index_of_column: Vec<u32>,
     /// Summand of a cell's index, by row.
     index_of_row: Vec<u32>,
@@ -82,7 +82,7 @@ impl Grid {
         })
     }
 
-    /// The same with tiles for those pixels, too, that are within `reach` pixels of what is rendered.
+    /// Like [`new`](Self::new), with tiles also for pixels within `reach` pixels of what is rendered.
     pub fn reaching(settings: &Settings, reach: u32) -> Self {
         let Settings { width, height, samples, overscan, .. } = *settings;
         let tile_pixels = TILE as u32 / samples;
@@ -240,7 +240,8 @@ impl Grid {
         [0, 1].map(|axis| self.axes[axis].tile(place[axis]).start * self.samples as i32)
     }
 
-    /// Column and row in the film of the first pixel of tile number `tile`; negative where the tile begins before the film.
+    /// Column and row in the film of the first pixel of tile number `tile`; negative where the tile begins
+    /// before the film.
     #[inline]
     pub fn corner_in_film(&self, tile: usize) -> [i32; 2] {
         let place = self.place_of_tile(tile);

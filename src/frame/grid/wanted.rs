@@ -43,7 +43,7 @@ impl PixelFlags {
     }
 
     /// Slices of the flags, one for each row of tiles of `grid`, from the first on: all pixel rows of these
-    /// tiles, each [`width`](Self::width) long.
+    /// tiles, each `width` long.
     pub fn rows_of_tiles<'f>(&'f mut self, grid: &Grid) -> Vec<&'f mut [bool]> {
         let mut left = &mut self.flags[..];
         let heights = (0..grid.axes[1].count()).map(|row| grid.axes[1].tile(row).len() * self.width);
@@ -70,7 +70,7 @@ pub struct Wanted {
 
 impl Wanted {
     /// Cells of the flagged pixels, in the tiles of `grid`.
-    pub fn of(flags: &PixelFlags, grid: &Grid) -> Self {
+    pub fn new(flags: &PixelFlags, grid: &Grid) -> Self {
         let of_tile = |number: usize| {
             let place = grid.place_of_tile(number);
             let [columns, rows] = [0, 1].map(|axis| grid.axes[axis].tile(place[axis]));
@@ -160,7 +160,7 @@ mod tests {
         };
         assert_eq!([count(68..72, 39), count(-2..2, 0), count(-4..-1, 0)], [(0, 2, 1), (2, 2, 1), (3, 0, 0)]);
         assert_eq!([count(0..9, 40), count(0..9, -1)], [(0, 0, 0); 2], "beyond the rim");
-        let wanted = Wanted::of(&flags, &fine);
+        let wanted = Wanted::new(&flags, &fine);
         let mut seen = Vec::new();
         for tile in 0..fine.tiles() {
             let corner = fine.tile_corner(tile);
@@ -180,7 +180,7 @@ mod tests {
         let with = |pixel: usize| {
             let mut flags = PixelFlags::none(&grid);
             flags.flags[pixel] = true;
-            Wanted::of(&flags, &grid)
+            Wanted::new(&flags, &grid)
         };
         let (before, mut now) = (with(3), with(20));
         let mut new = Vec::new();
@@ -199,7 +199,7 @@ mod tests {
             let grid = Grid::new(&settings);
             let mut flags = PixelFlags::none(&grid);
             (0..).zip(&mut flags.flags).for_each(|(pixel, flag)| *flag = pixel * pixel % 7 < 3);
-            let wanted = Wanted::of(&flags, &grid);
+            let wanted = Wanted::new(&flags, &grid);
             let places = |tile: usize| {
                 let (corner, extent, wanted) = (grid.tile_corner(tile), grid.extent(tile), wanted.tile(tile));
                 let cells = (0..CELLS).filter(move |cell| holds(extent, *cell) && !wanted.has(*cell));

@@ -4,7 +4,7 @@
 
 use glam::Vec3;
 
-use super::path_ends::Brought;
+use super::path_ends::PathResult;
 
 /// Scales `light` down, all three channels alike, if any of them is above `most`.
 pub fn limited(light: Vec3, most: f32) -> Vec3 {
@@ -14,7 +14,7 @@ pub fn limited(light: Vec3, most: f32) -> Vec3 {
 }
 
 /// Limits the indirect light of each path: all but its `direct` light, which its radiance includes.
-pub fn limit_paths(brought: &mut [Brought], direct: &[Vec3], most: f32) {
+pub fn limit_paths(brought: &mut [PathResult], direct: &[Vec3], most: f32) {
     for (brought, direct) in brought.iter_mut().zip(direct) {
         let indirect = (brought.radiance - *direct).max(Vec3::ZERO);
         if indirect.max_element() > most {
@@ -39,7 +39,7 @@ mod tests {
 
     #[test]
     fn direct_light_stays_however_bright() {
-        let path = |radiance| Brought { radiance: Vec3::splat(radiance), until: Until::FOREVER };
+        let path = |radiance| PathResult { radiance: Vec3::splat(radiance), until: Until::FOREVER };
         let direct = [Vec3::splat(50.0), Vec3::splat(50.0), Vec3::ZERO];
         let mut brought = [path(51.5), path(90.0), path(3.0)];
         limit_paths(&mut brought, &direct, 2.0);

@@ -59,7 +59,7 @@ pub fn light(
         if !may_be_met && all_tags_hold(frame, light, tile) {
             continue;
         }
-        let checks = [false, true].map(|moved| Checks::of(frame, light, moved, may_be_met));
+        let checks = [false, true].map(|moved| Checks::new(frame, light, moved, may_be_met));
         if pose.is_dark() {
             forget_doubtful(frame, &checks, tile, frame.slots[light]);
             continue;

@@ -4,7 +4,7 @@ use crate::frame::shot::frame_view::FrameView;
 
 /// Light source that a surface asks.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Asks {
+pub enum LightChoice {
     /// A light of the shot, by number.
     Light(u32),
     /// A direction of the sky.
@@ -15,7 +15,7 @@ pub enum Asks {
     Nothing,
 }
 
-impl Asks {
+impl LightChoice {
     /// Number of choices of a surface after `bounce` bounces.
     pub fn count(frame: &FrameView, bounce: u32) -> u32 {
         let others = [asks_sky(frame, bounce), frame.emitters.are_asked()];
@@ -23,7 +23,7 @@ impl Asks {
     }
 
     /// Light source for choice number `choice`.
-    pub fn of(frame: &FrameView, bounce: u32, choice: u32) -> Self {
+    pub fn new(frame: &FrameView, bounce: u32, choice: u32) -> Self {
         let lights = frame.pose.lights.len() as u32;
         match (choice.checked_sub(lights), asks_sky(frame, bounce), frame.emitters.are_asked()) {
             (None, ..) => Self::Light(choice),

@@ -16,10 +16,10 @@ use std::f32::consts::PI;
 use glam::Vec3;
 
 use super::clamp::limit_paths;
-use super::light_choice::{Asks, asks_sky, paths_go_on};
+use super::light_choice::{LightChoice, asks_sky, paths_go_on};
 use super::lobes::Lobes;
-use super::next_event::{Asking, AskingCoat, Chances, LightRays};
-use super::path_ends::{Brought, PathStart};
+use super::next_event::{Asking, AskingCoat, LightRays, Pdfs};
+use super::path_ends::{PathResult, PathStart};
 use super::path_ray::PathRay;
 use super::shadow::ShadowQueue;
 use crate::changes::Until;
@@ -48,7 +48,7 @@ struct Vertex {
     /// Weight of its emission, which next-event estimation finds, too.
     emission_weight: f32,
     /// Light source that it asks.
-    asks: Asks,
+    asks: LightChoice,
     /// Number of light sources that it chose among.
     choices: u32,
     /// Random numbers for the point on that light, in the sky, or on emitting surfaces.
@@ -73,7 +73,7 @@ pub struct PathScratch {
     /// Paths to be traced.
     pub starts: Vec<PathStart>,
     /// Results of these paths, in the same order.
-    pub brought: Vec<Brought>,
+    pub brought: Vec<PathResult>,
     /// Direct light in these results, if the rest is limited.
     direct: Vec<Vec3>,
     rays: RayBatch,
@@ -97,7 +97,7 @@ pub fn trace_paths(frame: &FrameView, scratch: &mut PathScratch, tally: &mut Ray
     brought.clear();
     direct.clear();
     now.clear();
-    let chances = Chances::of_start(frame);
+    let chances = Pdfs::of_start(frame);
     for (path, start) in (0..).zip(&*starts) {
         let random = start.random();
         let [along, above, across, up] = random.four(0);
@@ -112,7 +112,7 @@ pub fn trace_paths(frame: &FrameView, scratch: &mut PathScratch, tally: &mut Ray
             // below the surface: dark until the surface moves
             until = frame.first_touch(start.point, start.normal, 0.0);
         }
-        let mut brings = Brought { radiance: Vec3::ZERO, until };
+        let mut brings = PathResult { radiance: Vec3::ZERO, until };
         let PathStart { point, normal, geometric_normal, .. } = *start;
         let weight = Vec3::ONE;
         let asking = Asking { path, point, normal, geometric_normal, weight, chances, coat: None };
@@ -177,8 +177,8 @@ fn note_direct(frame: &FrameView, scratch: &mut PathScratch) {
     }
 }
 
-/// Casts the current rays. Shortens the paths' validity by what the rays may be touched by; rays that escape
-/// bring the light of the sky.
+/// Casts the current rays. Rays that escape bring the light of the sky. The paths expire when something that
+/// moves touches these rays, if not before.
 fn cast(frame: &FrameView, scratch: &mut PathScratch, tally: &mut RayTally) {
     let PathScratch { starts, brought, rays, hits, now, .. } = scratch;
     rays.clear();
@@ -217,7 +217,7 @@ fn meet(frame: &FrameView, bounce: u32, scratch: &mut PathScratch) {
         let (packet, from) = (number * LANES / trace::LANES, number * LANES % trace::LANES);
         (number < eights).then(|| (&hits.packets[packet], from))
     };
-    let hits_of = |number: usize| eight(number).map(|(packet, from)| Hits8::of(packet, from));
+    let hits_of = |number: usize| eight(number).map(|(packet, from)| Hits8::new(packet, from));
     (0..AHEAD).filter_map(hits_of).for_each(|hits| hits.prefetch_triangles(frame));
     for (number, some) in now.chunks(LANES).enumerate() {
         if let Some(hits) = hits_of(number + AHEAD) {
@@ -229,14 +229,14 @@ fn meet(frame: &FrameView, bounce: u32, scratch: &mut PathScratch) {
         let Some((packet, from)) = eight(number) else { break };
         surfaces(
             frame,
-            &Hits8::of(packet, from),
+            &Hits8::new(packet, from),
             some.len(),
             |lane| some[lane].direction,
             |lane, surface| {
                 let ray = some[lane];
                 let random = starts[ray.path as usize].random();
                 let [choice, along, above, triangle] = random.four(2 * bounce + 1);
-                let choices = Asks::count(frame, bounce);
+                let choices = LightChoice::count(frame, bounce);
                 let choice = ((choice * choices as f32) as u32).min(choices.saturating_sub(1));
                 let primitive = (packet.model[from + lane], packet.triangle[from + lane]);
                 let distance = packet.t[from + lane];
@@ -245,10 +245,10 @@ fn meet(frame: &FrameView, bounce: u32, scratch: &mut PathScratch) {
                     surface,
                     light: Vec3::ZERO,
                     emission_weight: ray.emission_weight(frame, primitive, &surface, distance),
-                    asks: Asks::of(frame, bounce, choice),
+                    asks: LightChoice::new(frame, bounce, choice),
                     choices,
                     place: [along, above, triangle],
-                    lobes: Lobes::of(frame, &surface, ray.direction),
+                    lobes: Lobes::new(frame, &surface, ray.direction),
                 });
             },
         );
@@ -260,7 +260,7 @@ fn end(frame: &FrameView, scratch: &mut PathScratch) {
     let PathScratch { brought, hits, now, .. } = scratch;
     for (number, some) in now.chunks(LANES).enumerate() {
         let (packet, from) = (&hits.packets[number * LANES / trace::LANES], number * LANES % trace::LANES);
-        let eight = Hits8::of(packet, from);
+        let eight = Hits8::new(packet, from);
         let emits = |lane| eight.is_hit(lane) && frame.emitters.emits(eight.material(frame, lane));
         if !(0..some.len()).any(emits) {
             continue;
@@ -303,12 +303,12 @@ fn light(frame: &FrameView, bounce: u32, scratch: &mut PathScratch, tally: &mut 
         let asking = Asking { path, point, normal, geometric_normal, weight, chances, coat };
         let [along, above, triangle] = vertex.place;
         match vertex.asks {
-            Asks::Sky => light_rays.ask_sky(frame, &asking, [along, above]),
-            Asks::Emitter => {
+            LightChoice::Sky => light_rays.ask_sky(frame, &asking, [along, above]),
+            LightChoice::Emitter => {
                 let brought = &mut brought[path as usize];
                 light_rays.ask_emitter(frame, &asking, [triangle, along, above], brought);
             }
-            Asks::Light(_) | Asks::Nothing => {}
+            LightChoice::Light(_) | LightChoice::Nothing => {}
         }
     }
     light_rays.cast(frame, starts, brought, tally);
@@ -316,13 +316,13 @@ fn light(frame: &FrameView, bounce: u32, scratch: &mut PathScratch, tally: &mut 
         return;
     }
     by_light.clear();
-    let asks_light = |vertex: &u32| matches!(vertices[*vertex as usize].asks, Asks::Light(_));
+    let asks_light = |vertex: &u32| matches!(vertices[*vertex as usize].asks, LightChoice::Light(_));
     by_light.extend((0..vertices.len() as u32).filter(asks_light));
     by_light.sort_by_key(|vertex| vertices[*vertex as usize].asks);
     let mut rest = &by_light[..];
-    while let Some(Asks::Light(number)) = rest.first().map(|first| vertices[*first as usize].asks) {
+    while let Some(LightChoice::Light(number)) = rest.first().map(|first| vertices[*first as usize].asks) {
         let change = frame.light_changes[number as usize];
-        let same = |vertex: &u32| vertices[*vertex as usize].asks == Asks::Light(number);
+        let same = |vertex: &u32| vertices[*vertex as usize].asks == LightChoice::Light(number);
         let (group, after) = rest.split_at(rest.partition_point(same));
         for vertex in group {
             let brought = &mut brought[vertices[*vertex as usize].ray.path as usize];
@@ -348,7 +348,7 @@ fn ask_light(
     (bounce, light): (u32, &LightPose),
     group: &[u32],
     starts: &[PathStart],
-    (vertices, brought): (&mut [Vertex], &mut [Brought]),
+    (vertices, brought): (&mut [Vertex], &mut [PathResult]),
     (queue, reflected, ways): (&mut ShadowQueue, &mut Vec<Vec3>, &mut Vec<Way>),
     tally: &mut RayTally,
 ) {
@@ -412,10 +412,10 @@ fn ask_light(
 }
 
 impl Vertex {
-    /// Chances of the ways from this vertex to light.
-    fn chances(&self, frame: &FrameView, bounce: u32) -> Chances {
+    /// Pdfs of the ways from this vertex to light.
+    fn chances(&self, frame: &FrameView, bounce: u32) -> Pdfs {
         let chance = |is_asked| if is_asked { 1.0 / self.choices as f32 } else { 0.0 };
-        Chances {
+        Pdfs {
             asks_sky: chance(asks_sky(frame, bounce)),
             asks_emitter: chance(frame.emitters.are_asked()),
             asks_light: chance(!frame.pose.lights.is_empty()),
@@ -478,12 +478,12 @@ impl Vertex {
         Some(AskingCoat { seen, weight: self.ray.weight, goes_on: self.goes_on(frame, bounce, Lobes::COAT) })
     }
 
-    /// Chances of the ways from it to light in a direction in which its layer has reflected with this
+    /// Pdfs of the ways from it to light in a direction in which its layer has reflected with this
     /// `density`. The ray takes that direction for its normal; the chances are scaled so that it is as likely
     /// as the layer chose it.
-    fn chances_of_coat(&self, frame: &FrameView, bounce: u32, density: f32) -> Chances {
+    fn chances_of_coat(&self, frame: &FrameView, bounce: u32, density: f32) -> Pdfs {
         let goes_on = self.lobes.chance(Lobes::COAT) * density * PI;
-        Chances { goes_on, ..self.chances(frame, bounce) }
+        Pdfs { goes_on, ..self.chances(frame, bounce) }
     }
 }
 
@@ -507,7 +507,7 @@ fn go_on(
             asked_from = Some(ray.asked_from);
             (weight, direction, ray.normal, ray.chances)
         }
-        Some(direction) => (weight, direction, surface.normal, Chances::PATH_ALONE),
+        Some(direction) => (weight, direction, surface.normal, Pdfs::PATH_ALONE),
         None if chosen == Lobes::COAT => {
             let reflected = vertex.seen_coat(frame)?.reflect([along, above])?;
             if surface.geometric_normal.dot(reflected.direction) <= 0.0 {
@@ -515,7 +515,7 @@ fn go_on(
             }
             let chances = match reflected.density {
                 Some(density) => vertex.chances_of_coat(frame, bounce, density),
-                None => Chances::PATH_ALONE,
+                None => Pdfs::PATH_ALONE,
             };
             (reflected.weight, reflected.direction, reflected.direction, chances)
         }

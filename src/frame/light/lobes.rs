@@ -23,7 +23,7 @@ impl Lobes {
     pub const COAT: usize = 3;
 
     /// Computes the ways on from a surface that was met along `incoming`.
-    pub fn of(frame: &FrameView, surface: &Surface, incoming: Vec3) -> Self {
+    pub fn new(frame: &FrameView, surface: &Surface, incoming: Vec3) -> Self {
         let albedo = frame.palette.albedo_of(surface.material, surface.reflectance);
         let mut ways = [(albedo, None), (Vec3::ZERO, None), (Vec3::ZERO, None), (Vec3::ZERO, None)];
         let normals = [surface.normal, surface.geometric_normal];

@@ -17,7 +17,7 @@ use std::f32::consts::FRAC_1_PI;
 use glam::Vec3;
 
 use super::lighting::lights_passed;
-use super::path_ends::{Brought, PathStart};
+use super::path_ends::{PathResult, PathStart};
 use crate::frame::grid::bits::bit;
 use crate::frame::shot::frame_view::FrameView;
 use crate::frame::surface::ray_tally::RayTally;
@@ -31,7 +31,7 @@ use crate::trace::{Coherence, Occluders, Purpose, RayBatch};
 
 /// Probabilities of the ways that lead from a surface to light.
 #[derive(Debug, Clone, Copy)]
-pub struct Chances {
+pub struct Pdfs {
     /// Probability of asking the sky from there; the number of rays, where it is asked more than once.
     pub asks_sky: f32,
     /// Probability of asking an emitting surface from there.
@@ -42,11 +42,11 @@ pub struct Chances {
     pub goes_on: f32,
 }
 
-impl Chances {
-    /// Chances at a surface where its path alone finds light.
+impl Pdfs {
+    /// Pdfs at a surface where its path alone finds light.
     pub const PATH_ALONE: Self = Self { asks_sky: 0.0, asks_emitter: 0.0, asks_light: 0.0, goes_on: 1.0 };
 
-    /// Chances at a sample's surface, where paths start.
+    /// Pdfs at a sample's surface, where paths start.
     pub fn of_start(frame: &FrameView) -> Self {
         let chance = |is_asked| if is_asked { 1.0 } else { 0.0 };
         Self {
@@ -141,8 +141,8 @@ pub struct Asking {
     pub geometric_normal: Vec3,
     /// Weight, in the path's result, of the light that a white surface would reflect.
     pub weight: Vec3,
-    /// Chances of the ways to light.
-    pub chances: Chances,
+    /// Pdfs of the ways to light.
+    pub chances: Pdfs,
     /// Rough layer that reflects beside the surface.
     pub coat: Option<AskingCoat>,
 }
@@ -176,12 +176,12 @@ struct LightRay {
     /// Direction to the light, which is at `far` along it.
     direction: Vec3,
     far: f32,
-    brings: Brings,
+    brings: PathEnd,
 }
 
 /// Light that a ray brings to its path.
 #[derive(Debug, Clone, Copy)]
-enum Brings {
+enum PathEnd {
     Light(Vec3),
     /// Light of the sky in that direction. The map is looked up only for rays that reach it: indoors these
     /// are few.
@@ -195,7 +195,7 @@ struct OfSky {
     weight: Vec3,
     /// Density of the ray's direction by the cosine law.
     by_cosine: f32,
-    /// Chance of asking the sky, as in [`Chances`].
+    /// Chance of asking the sky, as in [`Pdfs`].
     asks_sky: f32,
     goes_on: f32,
 }
@@ -229,16 +229,16 @@ impl LightRays {
         if !leads || geometric_normal.dot(direction) <= 0.0 {
             return;
         }
-        let Chances { asks_sky, goes_on, .. } = chances;
+        let Pdfs { asks_sky, goes_on, .. } = chances;
         let of_sky = OfSky { weight, by_cosine, asks_sky, goes_on };
-        let mut brings = Brings::Sky(of_sky);
+        let mut brings = PathEnd::Sky(of_sky);
         if let Some(coat) = coat {
             let light = frame.sky.light(direction);
             if light.pdf <= 0.0 {
                 return;
             }
             let reflected = light.radiance * coat.reflects(direction, asks_sky * light.pdf, 1.0);
-            brings = Brings::Light(of_sky.light(light) + reflected);
+            brings = PathEnd::Light(of_sky.light(light) + reflected);
         }
         let origin = off_surface(point, geometric_normal);
         self.waiting.push(LightRay { path, origin, direction, far: f32::INFINITY, brings });
@@ -251,7 +251,7 @@ impl LightRays {
         frame: &FrameView,
         asking: &Asking,
         random: [f32; 3],
-        brought: &mut Brought,
+        brought: &mut PathResult,
     ) {
         let Asking { path, point, normal, geometric_normal, weight, chances, coat } = *asking;
         let Some(chosen) = frame.emitters.choose(frame.scene, frame.pose, frame.deformations, random) else {
@@ -285,7 +285,7 @@ impl LightRays {
         let origin = off_surface(point, geometric_normal);
         let facing = if cos > 0.0 { -place.normal } else { place.normal };
         let direction = off_surface(place.point, facing) - origin;
-        self.waiting.push(LightRay { path, origin, direction, far: 1.0, brings: Brings::Light(light) });
+        self.waiting.push(LightRay { path, origin, direction, far: 1.0, brings: PathEnd::Light(light) });
     }
 
     /// Casts the rays, and adds their light to the results in `brought` of the paths that began at `starts`.
@@ -293,7 +293,7 @@ impl LightRays {
         &mut self,
         frame: &FrameView,
         starts: &[PathStart],
-        brought: &mut [Brought],
+        brought: &mut [PathResult],
         tally: &mut RayTally,
     ) {
         let Self { waiting, rays, by_still, blocked } = self;
@@ -323,8 +323,8 @@ impl LightRays {
             }
             if !bit(blocked, number) {
                 brought.radiance += match ray.brings {
-                    Brings::Light(light) => light,
-                    Brings::Sky(of_sky) => of_sky.light(frame.sky.light(ray.direction)),
+                    PathEnd::Light(light) => light,
+                    PathEnd::Sky(of_sky) => of_sky.light(frame.sky.light(ray.direction)),
                 };
             }
         }

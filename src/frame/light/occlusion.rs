@@ -23,7 +23,7 @@ use crate::trace::{Coherence, Occluders, Purpose, RayBatch};
 
 /// A surface whose openness is computed, and the number of its rays.
 #[derive(Debug, Clone, Copy)]
-pub struct Look {
+pub struct OpenSurface {
     /// Start of its first ray.
     pub start: PathStart,
     /// Number of rays; 0 if the surface is closed.
@@ -43,7 +43,7 @@ struct OcclusionRay {
 #[derive(Debug, Default)]
 pub struct OcclusionScratch {
     /// Surfaces whose openness is computed.
-    pub looks: Vec<Look>,
+    pub looks: Vec<OpenSurface>,
     /// Openness of these surfaces, in the same order.
     pub found: Vec<Openness>,
     waiting: Vec<OcclusionRay>,
@@ -63,7 +63,7 @@ impl OcclusionScratch {
         let Self { looks, waiting, rays, .. } = self;
         waiting.clear();
         rays.clear();
-        for (number, Look { start, rays: count }) in (0..).zip(&*looks) {
+        for (number, OpenSurface { start, rays: count }) in (0..).zip(&*looks) {
             let origin = off_surface(start.point, start.geometric_normal);
             let before = waiting.len();
             let directions = (0..*count).map(|index| {
@@ -134,8 +134,8 @@ pub fn is_asked(frame: &FrameView, material: u16) -> bool {
 }
 
 /// Rays of the sample in `cell`; `placed` holds its group of eight cells.
-pub fn look_from(frame: &FrameView, tile: &Tile, cell: usize, placed: &Placed, rays: u32) -> Look {
-    Look { start: start_at(frame, tile, cell, placed, rays as usize), rays }
+pub fn look_from(frame: &FrameView, tile: &Tile, cell: usize, placed: &Placed, rays: u32) -> OpenSurface {
+    OpenSurface { start: start_at(frame, tile, cell, placed, rays as usize), rays }
 }
 
 /// Computes the openness of the samples in `scratch`, stores it in the tile, and clears `scratch`. Returns

@@ -42,7 +42,7 @@ impl PathStart {
 
 /// Result of a path.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Brought {
+pub struct PathResult {
     /// Radiance, linear RGB.
     pub radiance: Vec3,
     /// First frame in which the result may differ.

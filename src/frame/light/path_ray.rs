@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-use super::next_event::Chances;
+use super::next_event::Pdfs;
 use crate::frame::shot::frame_view::FrameView;
 use crate::shade::Surface;
 
@@ -22,8 +22,8 @@ pub struct PathRay {
     pub asked_from: Vec3,
     /// Shading normal at that point; the direction in which the ray left, where a rough layer reflected it.
     pub normal: Vec3,
-    /// Chances of the ways from that point to light.
-    pub chances: Chances,
+    /// Pdfs of the ways from that point to light.
+    pub chances: Pdfs,
 }
 
 impl PathRay {

@@ -199,7 +199,7 @@ pub struct Checks {
 impl Checks {
     /// Creates the checks for a light. `moved`: the samples' model moved. `may_be_met`: something that moved
     /// may lie between samples and light.
-    pub fn of(frame: &FrameView, light: usize, moved: bool, may_be_met: bool) -> Self {
+    pub fn new(frame: &FrameView, light: usize, moved: bool, may_be_met: bool) -> Self {
         let queue_of = Tag::ALL.map(|tag| {
             let check = match frame.plan.shadow_check(light, moved, tag) {
                 ShadowCheck::Moved if !may_be_met => ShadowCheck::Keep,

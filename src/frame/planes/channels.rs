@@ -92,7 +92,7 @@ pub mod data {
 
 /// Source of a plane's values.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Source {
+pub enum PlaneSource {
     /// Total of these sums, over the sum of weights.
     Filtered(&'static [usize]),
     /// Plane of data with this number.
@@ -118,44 +118,46 @@ pub struct Channel {
     /// Type of its values in files.
     pub kind: PlaneKind,
     /// Source of its values.
-    pub source: Source,
+    pub source: PlaneSource,
 }
 
 impl Channel {
-    const fn half(name: &'static str, source: Source) -> Self {
+    const fn half(name: &'static str, source: PlaneSource) -> Self {
         Self { name: Cow::Borrowed(name), kind: PlaneKind::Half, source }
     }
 
-    const fn float(name: &'static str, source: Source) -> Self {
+    const fn float(name: &'static str, source: PlaneSource) -> Self {
         Self { name: Cow::Borrowed(name), kind: PlaneKind::Float, source }
     }
 
     /// Returns true if the plane counts samples or rays: it may change where the samples do not.
     pub fn is_count(&self) -> bool {
-        matches!(self.source, Source::Data(data::STATUS..data::MATERIAL))
+        matches!(self.source, PlaneSource::Data(data::STATUS..data::MATERIAL))
     }
 
     /// Least and greatest value that a filter may give it. Negative lobes must make neither negative light
     /// nor coverage above 1, nor more reflectance than that of the `brightest` material.
     pub fn limits(&self, brightest: Vec3) -> [f32; 2] {
         match self.source {
-            Source::Filtered([sum @ sums::ALBEDO..sums::SPECULAR]) => [0.0, brightest[sum - sums::ALBEDO]],
-            Source::Filtered([sums::ALPHA | sums::OCCLUSION]) => [0.0, 1.0],
-            Source::Filtered([sums::GUIDE_NORMAL..sums::OCCLUSION]) => [-1.0, 1.0],
-            Source::Filtered([sums::GUIDE_ALBEDO..sums::GUIDE_NORMAL]) => [0.0, 1.0],
+            PlaneSource::Filtered([sum @ sums::ALBEDO..sums::SPECULAR]) => {
+                [0.0, brightest[sum - sums::ALBEDO]]
+            }
+            PlaneSource::Filtered([sums::ALPHA | sums::OCCLUSION]) => [0.0, 1.0],
+            PlaneSource::Filtered([sums::GUIDE_NORMAL..sums::OCCLUSION]) => [-1.0, 1.0],
+            PlaneSource::Filtered([sums::GUIDE_ALBEDO..sums::GUIDE_NORMAL]) => [0.0, 1.0],
             _ => [0.0, f32::INFINITY],
         }
     }
 
     /// Returns true if its pixels are made of samples of several tiles when the filter is wider than a pixel.
     pub fn is_filtered(&self) -> bool {
-        matches!(self.source, Source::Filtered(_) | Source::Matte(_))
+        matches!(self.source, PlaneSource::Filtered(_) | PlaneSource::Matte(_))
     }
 
     /// Returns true if the film keeps it as floats, whatever files hold.
     pub fn is_float(&self) -> bool {
         // ages are counted up where they stand: halves would stop at 2048
-        self.kind == PlaneKind::Float || self.source == Source::Data(data::AGE)
+        self.kind == PlaneKind::Float || self.source == PlaneSource::Data(data::AGE)
     }
 
     /// Creates storage for `count` values of the plane.
@@ -169,7 +171,7 @@ const COUNT: usize = 72;
 
 /// Planes of the contract that do not depend on the shot, mattes excepted.
 const CHANNELS: [Channel; COUNT] = {
-    use Source::{Data, Filtered};
+    use PlaneSource::{Data, Filtered};
     use data::{AGE, BACKWARD, FORWARD, FROM_NEXT, ID, MATERIAL, NORMAL, POSITION, RAYS, STATUS, UV, Z};
     use sums::{
         ALBEDO, ALPHA, DEPTH, DIFFUSE, DIRECT, EMISSION, GUIDE_ALBEDO, GUIDE_NORMAL, INDIRECT, OCCLUSION,
@@ -255,18 +257,18 @@ const CHANNELS: [Channel; COUNT] = {
 macro_rules! mattes {
     ($name:literal, $first:expr) => {
         [
-            Channel::float(concat!($name, "00.R"), Source::Matte($first)),
-            Channel::float(concat!($name, "00.G"), Source::Matte($first + 1)),
-            Channel::float(concat!($name, "00.B"), Source::Matte($first + 2)),
-            Channel::float(concat!($name, "00.A"), Source::Matte($first + 3)),
-            Channel::float(concat!($name, "01.R"), Source::Matte($first + 4)),
-            Channel::float(concat!($name, "01.G"), Source::Matte($first + 5)),
-            Channel::float(concat!($name, "01.B"), Source::Matte($first + 6)),
-            Channel::float(concat!($name, "01.A"), Source::Matte($first + 7)),
-            Channel::float(concat!($name, "02.R"), Source::Matte($first + 8)),
-            Channel::float(concat!($name, "02.G"), Source::Matte($first + 9)),
-            Channel::float(concat!($name, "02.B"), Source::Matte($first + 10)),
-            Channel::float(concat!($name, "02.A"), Source::Matte($first + 11)),
+            Channel::float(concat!($name, "00.R"), PlaneSource::Matte($first)),
+            Channel::float(concat!($name, "00.G"), PlaneSource::Matte($first + 1)),
+            Channel::float(concat!($name, "00.B"), PlaneSource::Matte($first + 2)),
+            Channel::float(concat!($name, "00.A"), PlaneSource::Matte($first + 3)),
+            Channel::float(concat!($name, "01.R"), PlaneSource::Matte($first + 4)),
+            Channel::float(concat!($name, "01.G"), PlaneSource::Matte($first + 5)),
+            Channel::float(concat!($name, "01.B"), PlaneSource::Matte($first + 6)),
+            Channel::float(concat!($name, "01.A"), PlaneSource::Matte($first + 7)),
+            Channel::float(concat!($name, "02.R"), PlaneSource::Matte($first + 8)),
+            Channel::float(concat!($name, "02.G"), PlaneSource::Matte($first + 9)),
+            Channel::float(concat!($name, "02.B"), PlaneSource::Matte($first + 10)),
+            Channel::float(concat!($name, "02.A"), PlaneSource::Matte($first + 11)),
         ]
     };
 }
@@ -293,7 +295,7 @@ fn lights(groups: &LightGroups) -> impl Iterator<Item = Channel> {
             .map(|(letter, sum)| Channel {
                 name: format!("light_{name}.{letter}").into(),
                 kind: PlaneKind::Half,
-                source: Source::Filtered(std::slice::from_ref(&NUMBERS[sum])),
+                source: PlaneSource::Filtered(std::slice::from_ref(&NUMBERS[sum])),
             })
             .collect::<Vec<_>>()
     };
@@ -328,16 +330,16 @@ impl Picture {
 
     /// Number of the plane of ages, if there is one.
     pub fn age(&self) -> Option<usize> {
-        self.channels.iter().position(|channel| channel.source == Source::Data(data::AGE))
+        self.channels.iter().position(|channel| channel.source == PlaneSource::Data(data::AGE))
     }
 }
 
-/// Channels in a word of [`Written`].
+/// Channels in a word of [`NonZeroPlanes`].
 const WORD: usize = u128::BITS as usize;
 
 /// Set of channels in which some tiles have values other than zero, a bit each.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct Written {
+pub struct NonZeroPlanes {
     some: [u128; 2],
     /// True if the film showed any of the pixels already, so that they were left as they are.
     any_shown: bool,
@@ -345,7 +347,7 @@ pub struct Written {
 
 const _: () = assert!(COUNT + MATTE_PLANES + 3 * LightGroups::MOST <= 2 * WORD);
 
-impl Written {
+impl NonZeroPlanes {
     /// State of pixels that the film showed already.
     pub const SHOWN: Self = Self { some: [0; 2], any_shown: true };
 

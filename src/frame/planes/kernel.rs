@@ -20,7 +20,7 @@ pub struct Kernel {
 impl Kernel {
     /// Creates the kernel of a filter with that radius, in pixels. `None` for the box filter, which takes a
     /// pixel's own samples alone.
-    pub fn of(filter: Filter, radius: f32) -> Option<Self> {
+    pub fn new(filter: Filter, radius: f32) -> Option<Self> {
         (filter != Filter::Box).then_some(Self { shape: filter, radius })
     }
 
@@ -79,8 +79,8 @@ fn cubic(terms: [f32; 4], x: F32x8) -> F32x8 {
     sum / F32x8::splat(6.0)
 }
 
-/// The cubic with B = C = 1/3 (Mitchell and Netravali, "Reconstruction Filters in Computer Graphics", SIGGRAPH 1988, equation
-/// 8), of distances from 0 to 2.
+/// The cubic with B = C = 1/3 (Mitchell and Netravali, "Reconstruction Filters in Computer Graphics",
+/// SIGGRAPH 1988, equation 8), of distances from 0 to 2.
 #[inline(always)]
 fn mitchell(x: F32x8) -> F32x8 {
     x.lt(F32x8::ONE).select(cubic(NEAR, x), cubic(FAR, x))
@@ -102,8 +102,8 @@ fn gaussian(x: F32x8, radius: f32) -> F32x8 {
     of(scaled * scaled) - of(F32x8::ONE)
 }
 
-/// The window of four terms (Harris, "On the Use of Windows for Harmonic Analysis with the Discrete Fourier Transform", 1978,
-/// table 1: 92 dB) of a share of the radius.
+/// The window of four terms (Harris, "On the Use of Windows for Harmonic Analysis with the Discrete Fourier
+/// Transform", 1978, table 1: 92 dB) of a share of the radius.
 #[inline(always)]
 fn blackman_harris(x: F32x8) -> F32x8 {
     // coefficients of powers of the cosine, by Chebyshev's polynomials, instead of cosines of multiples of
@@ -113,8 +113,8 @@ fn blackman_harris(x: F32x8) -> F32x8 {
     TERMS.into_iter().fold(F32x8::ZERO, |sum, term| sum * cos + F32x8::splat(term))
 }
 
-/// The ideal filter for pixels, windowed by its own main lobe stretched to the radius (Duchon, "Lanczos Filtering in One and Two
-/// Dimensions", 1979).
+/// The ideal filter for pixels, windowed by its own main lobe stretched to the radius (Duchon, "Lanczos
+/// Filtering in One and Two Dimensions", 1979).
 #[inline(always)]
 fn lanczos(x: F32x8, radius: f32) -> F32x8 {
     let sinc = |x: F32x8| {
@@ -132,7 +132,7 @@ mod tests {
         [Filter::Tent, Filter::Gaussian, Filter::Mitchell, Filter::BlackmanHarris, Filter::Lanczos];
 
     fn weights(filter: Filter, radius: f32, beyond: f32) -> Vec<f32> {
-        let kernel = Kernel::of(filter, radius).expect("it is wide");
+        let kernel = Kernel::new(filter, radius).expect("it is wide");
         let lane = |weights: &[F32x8]| weights.iter().map(|weight| weight.lane(3)).collect();
         let beyond = F32x8::splat(beyond);
         match kernel.halo() {
@@ -184,7 +184,7 @@ mod tests {
     #[test]
     fn values_are_those_of_the_formulas() {
         let at = |filter, radius, distance: f32| {
-            weights(filter, radius, distance)[Kernel::of(filter, radius).expect("wide").halo() as usize - 1]
+            weights(filter, radius, distance)[Kernel::new(filter, radius).expect("wide").halo() as usize - 1]
         };
         for (filter, radius, distance, wanted) in [
             (Filter::Tent, 1.0, 0.25, 0.75),

@@ -1,17 +1,17 @@
 //! Mixing: how the planes of exposures become those of a frame.
 
-use super::channels::{Channel, Source, data};
+use super::channels::{Channel, PlaneSource, data};
 
 /// Rule by which a plane of several exposures becomes one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum MixRule {
-    /// What the filter mixes, and shares: each exposure counts as much as any other.
+    /// Filtered values, and shares: the mean of all exposures.
     Mean,
-    /// Counts: all of them together.
+    /// Counts: their sum.
     Sum,
-    /// Distances: the nearest.
+    /// Distances: the least.
     Least,
-    /// What cannot be mixed: that of the exposure in the middle.
+    /// Values that cannot be mixed: those of the exposure in the middle.
     Middle,
     /// Shares of mattes: the mean of each matte's.
     Matte,
@@ -19,13 +19,13 @@ pub enum MixRule {
 
 impl MixRule {
     /// The rule for a plane.
-    pub fn of(channel: &Channel) -> Self {
+    pub fn new(channel: &Channel) -> Self {
         match channel.source {
-            Source::Filtered(_) | Source::Data(data::STATUS..data::RAYS) => Self::Mean,
-            Source::Data(data::RAYS..data::MATERIAL) => Self::Sum,
-            Source::Data(data::Z) => Self::Least,
-            Source::Data(_) => Self::Middle,
-            Source::Matte(_) => Self::Matte,
+            PlaneSource::Filtered(_) | PlaneSource::Data(data::STATUS..data::RAYS) => Self::Mean,
+            PlaneSource::Data(data::RAYS..data::MATERIAL) => Self::Sum,
+            PlaneSource::Data(data::Z) => Self::Least,
+            PlaneSource::Data(_) => Self::Middle,
+            PlaneSource::Matte(_) => Self::Matte,
         }
     }
 }

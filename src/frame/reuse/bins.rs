@@ -8,23 +8,25 @@ use crate::frame::grid::bits::set_bits;
 use crate::lanes::{F32x8, LANES, Mask};
 use crate::samples::CELLS;
 
-/// Steps of a cell in which bins keep places. A power of two.
+/// Number of steps of a cell in which bins store places. A power of two.
 pub const STEPS: i32 = 64;
 
-/// Where eight samples of a tile are projected to.
+/// Projection of eight samples of a tile.
 #[derive(Debug, Clone, Copy)]
 pub struct Projected8 {
-    /// Those that are in any tile, a bit each.
+    /// Bit mask of the samples that fall into any tile.
     pub which: u8,
-    /// Along the view axis, [ranked](crate::frame::grid::view::View::ranked_depth): positive; infinite for the background.
+    /// Depths along the view axis, [ranked](crate::frame::grid::view::View::ranked_depth): positive; infinite
+    /// for the background.
     pub depth: F32x8,
-    /// In [`STEPS`] of a cell from the left of the first tile. Of lanes that are in no tile it means nothing.
+    /// Columns in [`STEPS`] of a cell from the left of the first tile. The values of samples that are in no
+    /// tile mean nothing.
     pub x: [i32; LANES],
-    /// From its top.
+    /// Rows in [`STEPS`] of a cell from the top of the first tile.
     pub y: [i32; LANES],
 }
 
-/// A sample that is projected into a tile or beside it, in a word: depth, place and slot.
+/// Sample that is projected into a tile or beside it, in a word: depth, place and slot.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Binned(u64);
 
@@ -34,10 +36,11 @@ impl Binned {
     const SLOT_BITS: u32 = 11;
     const PLACE_BITS: u32 = 12;
     const DEPTH_SHIFT: u32 = Self::SLOT_BITS + 2 * Self::PLACE_BITS;
-    /// Of a depth's bits, which are in the order of its values because it is positive: so many low ones go.
+    /// Number of low bits of a depth that are dropped. Its bits are in the order of its values because it is
+    /// positive.
     const DEPTH_LOST: u32 = 31 - (64 - Self::DEPTH_SHIFT);
 
-    /// `x` and `y`: from one cell left of and above the tile's corner, in [`STEPS`].
+    /// Packs a sample. `x` and `y`: from one cell left of and above the tile's corner, in [`STEPS`].
     #[inline(always)]
     pub fn new(depth: f32, [x, y]: [i32; 2], slot: usize) -> Self {
         let depth = u64::from(depth.to_bits() >> Self::DEPTH_LOST);
@@ -45,50 +48,51 @@ impl Binned {
         Self(depth << Self::DEPTH_SHIFT | place << Self::SLOT_BITS | slot as u64)
     }
 
-    /// The word itself.
+    /// Packed word.
     pub fn word(self) -> u64 {
         self.0
     }
 
-    /// Its slot in the tile that it comes from.
+    /// Slot in the tile that the sample comes from.
     #[inline(always)]
     pub fn slot(self) -> usize {
         (self.0 % (1 << Self::SLOT_BITS)) as usize
     }
 
-    /// Its place: see [`new`](Self::new).
+    /// Place of the sample: see [`new`](Self::new).
     #[inline(always)]
     pub fn place(self) -> [i32; 2] {
         let place = |shift: u32| ((self.0 >> shift) % (1 << Self::PLACE_BITS)) as i32;
         [place(Self::SLOT_BITS), place(Self::SLOT_BITS + Self::PLACE_BITS)]
     }
 
-    /// The quarter of its cell in which it is: 1 left above, 2 right above, 4 left below, 8 right below.
+    /// Quarter of its cell in which it lies: 1 left above, 2 right above, 4 left below, 8 right below.
     #[inline(always)]
     pub fn quarter(self) -> u8 {
         let [right, below] = self.place().map(|at| at / (STEPS / 2) % 2);
         1 << (right + 2 * below)
     }
 
-    /// Its depth in steps: a step is at most a millionth of the depth.
+    /// Depth in steps: a step is at most a millionth of the depth.
     #[inline(always)]
     pub fn depth(self) -> u32 {
         (self.0 >> Self::DEPTH_SHIFT) as u32
     }
 }
 
-/// For each tile what is projected into it: runs of what comes from the same tile, one after the other. A run is a
-/// word with the number of that tile and the count, and a [`Binned`] each.
+/// Bins of all tiles. A bin is a list of runs, one after the other, each of samples from the same tile: a
+/// word with the number of that tile and the count, and a [`Binned`] for each sample.
 #[derive(Debug, Default)]
 pub struct Bins {
     tiles: Vec<Mutex<Vec<u64>>>,
 }
 
-/// Words of a bin that keep their memory: when all is projected into few tiles, these need not stay so large.
+/// Number of words for which a bin keeps its memory: when all is projected into few tiles, these need not
+/// stay so large.
 const MOST_KEPT: usize = 3 * CELLS;
 
 impl Bins {
-    /// For `tiles` tiles; all must have been taken since it was opened before.
+    /// Opens bins for `tiles` tiles; all must have been taken since the bins were opened before.
     pub fn open(&mut self, tiles: usize) {
         self.tiles.resize_with(tiles, Mutex::default);
     }
@@ -97,16 +101,16 @@ impl Bins {
         self.tiles[number].lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Whether anything is in the bin of tile number `number`.
+    /// Returns true if the bin of tile number `number` is not empty.
     pub fn any(&self, number: usize) -> bool {
         !self.tile(number).is_empty()
     }
 
-    /// Calls `each` with the runs in the bin of tile number `number`, ordered by the tiles that they come from, and
-    /// empties the bin.
+    /// Calls `each` with the runs in the bin of tile number `number`, ordered by the tiles that they come
+    /// from, and empties the bin.
     pub fn take<R>(&self, number: usize, each: impl FnOnce(&[(u32, &[u64])]) -> R) -> R {
         let mut list = self.tile(number);
-        // who wrote first is chance
+        // runs are in the order in which threads wrote them, which is random
         let mut runs: Vec<(u32, &[u64])> = runs(&list).collect();
         runs.sort_unstable_by_key(|(source, _)| *source);
         let result = each(&runs);
@@ -115,19 +119,19 @@ impl Bins {
         result
     }
 
-    /// Bytes held.
+    /// Memory held, in bytes.
     pub fn bytes(&self) -> usize {
         let words = |list: &Mutex<Vec<u64>>| list.lock().unwrap_or_else(PoisonError::into_inner).capacity();
         self.tiles.iter().map(|list| words(list) * size_of::<u64>() + size_of_val(list)).sum()
     }
 }
 
-/// What is in a run.
+/// Samples of a run.
 pub fn binned(run: &[u64]) -> impl Iterator<Item = Binned> {
     run.iter().map(|word| Binned(*word))
 }
 
-/// The runs of a bin, with the numbers of the tiles that they come from.
+/// Runs of a bin, with the numbers of the tiles that they come from.
 fn runs(mut list: &[u64]) -> impl Iterator<Item = (u32, &[u64])> {
     std::iter::from_fn(move || {
         let (head, rest) = list.split_first()?;
@@ -140,40 +144,41 @@ fn runs(mut list: &[u64]) -> impl Iterator<Item = (u32, &[u64])> {
 /// Distributes the samples of one tile over bins. Keeps its memory from tile to tile.
 #[derive(Debug, Default)]
 pub struct BinWriter {
-    /// The first `used` are of the tile at work; the others keep their memory.
+    /// Piles, of which the first `used` belong to the current tile; the others keep their memory.
     piles: Vec<Pile>,
     used: usize,
-    /// The one that was added to last.
+    /// Index of the pile that was added to last.
     latest: usize,
 }
 
-/// What goes into one bin.
+/// Samples of the current tile for one bin.
 #[derive(Debug, Default)]
 struct Pile {
-    /// Column and row of the tile.
+    /// Column and row of the bin's tile.
     tile: [i32; 2],
     number: u32,
-    /// One cell left of and above the tile, in [`STEPS`] from the first tile's corner.
+    /// Corner that places are counted from, one cell left of and above the tile, in [`STEPS`] from the first
+    /// tile's corner.
     origin: [i32; 2],
-    /// Cells across and down the tile.
+    /// Number of cells across and down the tile.
     extent: [i32; 2],
     words: Vec<u64>,
 }
 
 impl BinWriter {
-    /// Adds eight samples of the tile at work, those from `slot` on. `halo`: to the bins of neighbouring tiles as
-    /// well, where samples are within a cell of them.
+    /// Adds eight samples of the current tile, those from `slot` on. With `halo` they go to the bins of
+    /// neighbouring tiles as well, where they are within a cell of these.
     #[inline(always)]
     pub fn add(&mut self, grid: &Grid, slot: usize, samples: &Projected8, halo: bool) {
         let Projected8 { which, depth, x, y } = samples;
         let mut left = *which;
-        // neighbours are projected into the same tile, mostly, and away from its rim
+        // neighbours are mostly projected into the same tile, and away from its rim
         if self.used > 0 {
             let Pile { origin, extent, words, .. } = &mut self.piles[self.latest];
             let end = extent.map(|cells| cells * STEPS);
             let (x, y) = (x.map(|x| x - origin[0]), y.map(|y| y - origin[1]));
             let is_inner = |at: i32, end: i32| (at >= 2 * STEPS) & (at < end);
-            let inner = Mask::of(|lane| is_inner(x[lane], end[0]) & is_inner(y[lane], end[1])).bits() & left;
+            let inner = Mask::new(|lane| is_inner(x[lane], end[0]) & is_inner(y[lane], end[1])).bits() & left;
             let new: [u64; LANES] =
                 std::array::from_fn(|lane| Binned::new(depth.lane(lane), [x[lane], y[lane]], slot + lane).0);
             if inner == u8::MAX {
@@ -197,7 +202,7 @@ impl BinWriter {
             return;
         }
         let (tile, extent) = (*tile, *extent);
-        // towards which neighbours: -1, 0 or 1
+        // directions of neighbours: -1, 0 or 1
         let [beside_x, beside_y] = [0, 1].map(|axis| match place[axis] / STEPS {
             1 if tile[axis] > 0 => -1,
             cell if cell == extent[axis] && tile[axis] + 1 < grid.tile_counts()[axis] as i32 => 1,
@@ -214,7 +219,7 @@ impl BinWriter {
         }
     }
 
-    /// What goes into the bin of the tile that holds this place.
+    /// Finds the pile for the bin of the tile that holds this place.
     #[inline(always)]
     fn pile_at(&mut self, grid: &Grid, at: [i32; 2]) -> usize {
         let holds = |pile: &Pile| {
@@ -234,7 +239,7 @@ impl BinWriter {
         self.latest
     }
 
-    /// What goes into the bin of the tile in this column and row.
+    /// Finds the pile for the bin of the tile in this column and row.
     fn pile_of(&mut self, grid: &Grid, tile: [i32; 2]) -> usize {
         let known = self.piles[..self.used].iter().position(|pile| pile.tile == tile);
         known.unwrap_or_else(|| self.open(grid, tile))
@@ -253,14 +258,14 @@ impl BinWriter {
         self.used - 1
     }
 
-    /// Hands over what was added of tile number `source`. Returns one more than the number of the last tile that
-    /// any of it is for.
+    /// Moves the piles of tile number `source` into the bins. Returns one more than the number of the last
+    /// tile that any sample is for.
     pub fn send(&mut self, source: u32, bins: &Bins) -> u32 {
         let mut until = 0;
         for Pile { number, words, .. } in &mut self.piles[..self.used] {
             until = until.max(*number + 1);
             let mut list = bins.tile(*number as usize);
-            // no more than what is needed: from frame to frame about as much goes into a bin
+            // no more than needed: from frame to frame about as much goes into a bin
             if list.len() < MOST_KEPT {
                 list.reserve_exact(words.len() + 1);
             }
@@ -272,8 +277,8 @@ impl BinWriter {
     }
 }
 
-/// The corner that places in the bin of tile number `tile` are counted from, in [`STEPS`] from that of the first tile: one
-/// cell left of and above the tile.
+/// Corner that places in the bin of tile number `tile` are counted from, in [`STEPS`] from that of the first
+/// tile: one cell left of and above the tile.
 pub fn bin_origin(grid: &Grid, tile: usize) -> [i32; 2] {
     let corner = grid.tile_corner(tile);
     [0, 1].map(|axis| (corner[axis] - grid.first[axis] - 1) * STEPS)

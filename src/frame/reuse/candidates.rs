@@ -1,4 +1,4 @@
-//! The kept samples in and around one tile, sorted by the cells in which they lie.
+//! Stored samples in and around one tile, sorted by the cells in which they lie.
 
 use std::ops::Range;
 
@@ -10,37 +10,38 @@ use crate::frame::grid::place;
 use crate::lanes::LANES;
 use crate::samples::{Status, Tile};
 
-/// Candidates of a tile at most, so that a number has 16 bits: those of the last tiles that they come from are dropped
-/// when everything is projected into a few tiles.
+/// Largest number of candidates of a tile, so that a number has 16 bits: those of the last tiles that they
+/// come from are dropped when everything is projected into a few tiles.
 const MOST: usize = u16::MAX as usize;
 
-/// How far from its target, in cells, a sample may serve at most.
+/// Largest distance from its target, in cells, at which a sample may serve.
 pub const REACH: f32 = RADIUS as f32 / STEPS as f32;
 
-/// The same in [`STEPS`].
+/// Largest distance of a server in [`STEPS`].
 const RADIUS: u32 = 48;
 
-/// Where a tile with candidates is, by its number.
+/// Lookup of tiles with candidates, by number.
 pub trait Sources<'t>: Fn(u32) -> Option<&'t Tile> {}
 impl<'t, F: Fn(u32) -> Option<&'t Tile>> Sources<'t> for F {}
 
-/// Candidates, by number: in the order of the tiles that they come from, and of their slots. Keeps its memory.
+/// Candidates, numbered in the order of the tiles that they come from, and of their slots. Keeps its memory.
 #[derive(Debug, Default)]
 pub struct Candidates {
     all: Vec<Candidate>,
-    /// The tiles that they come from, with the number of the first candidate of each.
+    /// Tiles that they come from, each with the number of its first candidate.
     runs: Vec<(u32, u32)>,
-    /// For each cell in and around the tile, its first candidates: in the first layer one of each cell that has any.
+    /// First candidates of each cell in and around the tile: the first layer has one of each cell that has
+    /// any.
     layers: [Layer; LAYERS],
-    /// How many candidates it has, up to one more than there are layers.
+    /// Number of candidates of each cell, up to one more than there are layers.
     counts: Vec<u8>,
-    /// Rows with a cell that has a candidate in the last layer, a bit each.
+    /// Bit mask of the rows with a cell that has a candidate in the last layer.
     full_rows: u64,
     /// Cells in and around the tile that have more candidates than there are layers.
     crowded: Vec<u16>,
-    /// For each cell in and around the tile, where its candidates begin in `sorted`; once they are sorted.
+    /// Index in `sorted` of the first candidate of each cell in and around the tile; once they are sorted.
     starts: Vec<u16>,
-    /// The numbers of the candidates, cell by cell.
+    /// Numbers of the candidates, cell by cell.
     sorted: Vec<u16>,
     is_sorted: bool,
 }
@@ -48,65 +49,65 @@ pub struct Candidates {
 /// A sample that may serve cells of a tile.
 #[derive(Debug, Clone, Copy)]
 pub struct Candidate {
-    /// What its bin says.
+    /// Its word in the bin.
     pub word: Binned,
-    /// The cell in or around the tile in which it lies.
+    /// Cell in or around the tile in which it lies.
     pub cell: u16,
-    /// The number of the [run](Candidates::runs) in which it came.
+    /// Number of the [run](Candidates::runs) that it came in.
     pub run: u16,
 }
 
-/// Layers of candidates: a cell keeps two samples, and more travel into it.
+/// Number of layers of candidates: a cell keeps two samples, and more travel into it.
 const LAYERS: usize = 3;
 
-/// A candidate for each cell in and around a tile.
+/// One candidate for each cell in and around a tile.
 #[derive(Debug, Default)]
 struct Layer {
-    /// Its [place](Binned::place), or [`FAR`]: x in the low half, y in the high one.
+    /// [Place](Binned::place) of each candidate, or [`FAR`]: x in the low half, y in the high one.
     places: Vec<u32>,
-    /// Its number.
+    /// Number of each candidate.
     numbers: Vec<u32>,
 }
 
-/// A place far from all targets, in which there is no candidate.
+/// Place far from all targets, for cells without a candidate.
 const FAR: u32 = 16_000 << 16 | 16_000;
 
-/// How a candidate is ranked for a cell: the square of its distance from the target, and its number. The least is the
-/// nearest.
+/// Rank of a candidate for a cell: the square of its distance from the target, and its number. The least is
+/// the nearest.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Rank(u32);
 
 impl Rank {
-    /// Of no candidate.
+    /// Rank of no candidate.
     pub const NONE: Self = Self(u32::MAX);
 
-    /// Of what is as far from the target as a server may be.
+    /// Rank at the maximum serving distance.
     const FARTHEST: Self = Self((RADIUS * RADIUS) << u16::BITS | u16::MAX as u32);
 
     fn new(far: u32, number: u16) -> Self {
         Self(far.min(u32::from(u16::MAX)) << u16::BITS | u32::from(number))
     }
 
-    /// The candidate's number.
+    /// Number of the candidate.
     #[inline(always)]
     pub fn number(self) -> usize {
         (self.0 % (1 << u16::BITS)) as usize
     }
 }
 
-/// Who serves a cell, in a word: a candidate's [`Rank`] and whether others are near enough, too; or nobody; or the
-/// cell's own sample.
+/// Server of a cell, in a word: a candidate's [`Rank`], with a bit if others are near enough, too; or nobody;
+/// or the cell's own sample.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Server(u32);
 
 impl Server {
-    /// No candidate is near enough.
+    /// Server of a cell that no candidate is near enough to serve.
     pub const NOBODY: Self = Self(u32::MAX);
 
     /// The cell's own sample, which stays.
     pub const OWN: Self = Self(u32::MAX - 1);
 
-    /// Above all ranks of those who may serve.
+    /// Bit above all ranks of servers: others are near enough, too.
     const CONTESTED: u32 = 1 << 31;
 
     fn new(rank: Rank, is_contested: bool) -> Self {
@@ -117,13 +118,13 @@ impl Server {
         }
     }
 
-    /// The candidate, if it is one.
+    /// Rank of the candidate, if it is one.
     #[inline(always)]
     pub fn rank(self) -> Option<Rank> {
         (self != Self::NOBODY && self != Self::OWN).then_some(Rank(self.0 & !Self::CONTESTED))
     }
 
-    /// Of a cell that a candidate serves.
+    /// Status of a cell that a candidate serves.
     #[inline(always)]
     pub fn status(self) -> Status {
         if self.0 & Self::CONTESTED == 0 { Status::Good } else { Status::Overlapped }
@@ -133,13 +134,13 @@ impl Server {
 const _: () = assert!(Rank::FARTHEST.0 < Server::CONTESTED);
 
 impl Candidates {
-    /// None.
+    /// Removes all candidates.
     pub fn clear(&mut self) {
         self.all.clear();
         self.runs.clear();
     }
 
-    /// No cell has any.
+    /// Empties all cells.
     fn clear_cells(&mut self) {
         for Layer { places, numbers } in &mut self.layers {
             places.clear();
@@ -153,12 +154,13 @@ impl Candidates {
         self.is_sorted = false;
     }
 
-    /// How many.
+    /// Number of candidates.
     pub fn len(&self) -> usize {
         self.all.len()
     }
 
-    /// Adds a run of the tile's bin, from tile number `source`. That is `tile` where its samples have to be fetched.
+    /// Adds a run of the tile's bin, from tile number `source`. `tile` is that tile if its samples have to be
+    /// prefetched.
     pub fn add(&mut self, source: u32, run: &[u64], tile: Option<&Tile>) {
         if self.runs.is_empty() {
             self.clear_cells();
@@ -192,25 +194,26 @@ impl Candidates {
         }
     }
 
-    /// The tiles that they come from, with their candidates' numbers.
+    /// Tiles that the candidates come from, with the ranges of their numbers.
     pub fn runs(&self) -> impl Iterator<Item = (u32, Range<usize>)> {
         let ends = self.runs.iter().skip(1).map(|(_, first)| *first as usize).chain([self.len()]);
         self.runs.iter().zip(ends).map(|((source, first), end)| (*source, *first as usize..end))
     }
 
-    /// What is known of a candidate.
+    /// Candidate number `number`.
     #[inline(always)]
     pub fn get(&self, number: usize) -> Candidate {
         self.all[number]
     }
 
-    /// The tile that a candidate comes from.
+    /// Number of the tile that a candidate comes from.
     pub fn source(&self, number: usize) -> u32 {
         self.runs[usize::from(self.all[number].run)].0
     }
 
-    /// For eight cells of a row of the tile from column `first` on, the candidate nearest to the target, if it is near
-    /// enough, and whether others are, too. Right where no cell beside is [crowded](Self::crowded).
+    /// Finds servers for eight cells of a row of the tile, from column `first` on: the candidate nearest to
+    /// the target, if it is near enough, with a bit if others are, too. Valid where no cell beside is
+    /// [crowded](Self::crowded).
     #[inline(always)]
     pub fn nearest_to_eight(&self, row: usize, first: usize) -> [Server; LANES] {
         // rows above, at and below
@@ -233,19 +236,20 @@ impl Candidates {
                 }
             }
         }
-        // as many were subtracted from zero
+        // each comparison that holds has subtracted 1 from zero
         let is_contested = near.cmp_gt(u32x8::ZERO) & near.cmp_lt(u32x8::MAX);
         let servers = best | (is_contested & u32x8::splat(Server::CONTESTED));
         let none = best.cmp_gt(u32x8::splat(Rank::FARTHEST.0));
         (servers | none).to_array().map(Server)
     }
 
-    /// Cells in and around the tile with more candidates than [`nearest_to_eight`](Self::nearest_to_eight) looks at.
+    /// Cells in and around the tile with more candidates than [`nearest_to_eight`](Self::nearest_to_eight)
+    /// looks at.
     pub fn crowded(&self) -> &[u16] {
         &self.crowded
     }
 
-    /// Sorts them by the cells in which they lie: needed for [`nearest`](Self::nearest) and
+    /// Sorts the candidates by the cells in which they lie: needed for [`nearest`](Self::nearest) and
     /// [`nearest_to_eye`](Self::nearest_to_eye).
     pub fn sort(&mut self) {
         if std::mem::replace(&mut self.is_sorted, true) {
@@ -273,7 +277,8 @@ impl Candidates {
         starts[0] = 0;
     }
 
-    /// Of the candidates that lie in `cell` the one nearest to the eye, and whether there are several.
+    /// Finds the candidate nearest to the eye among those that lie in `cell`, with a bit if there are
+    /// several.
     pub fn nearest_to_eye(&self, cell: usize) -> Server {
         let around = around(cell);
         let all = self.lie_in(around..around + 1);
@@ -282,13 +287,13 @@ impl Candidates {
         Server::new(nearest.map_or(Rank::NONE, |number| Rank::new(0, *number)), all.len() > 1)
     }
 
-    /// The numbers of the candidates that lie in cells in or around the tile.
+    /// Numbers of the candidates that lie in these cells in or around the tile.
     fn lie_in(&self, around: Range<usize>) -> &[u16] {
         &self.sorted[usize::from(self.starts[around.start])..usize::from(self.starts[around.end])]
     }
 
-    /// The candidate nearest to the target of `cell`, if it is near enough, of those that come `after` another one; and
-    /// whether several are near enough.
+    /// Finds the candidate nearest to the target of `cell`, if it is near enough, among those that come
+    /// `after` another one; with a bit if several are near enough.
     pub fn nearest(&self, cell: usize, after: Option<Rank>) -> Server {
         let target = place(cell).map(|at| (at as i32 + 1) * STEPS + STEPS / 2);
         let (middle, mut best, mut near) = (around(cell), Rank::NONE, 0);
@@ -314,7 +319,7 @@ fn eight(values: &[u32], at: usize) -> u32x8 {
     u32x8::new(std::array::from_fn(|lane| values[lane]))
 }
 
-/// The cell in or around a tile in which a candidate lies.
+/// Cell in or around a tile in which a candidate lies.
 #[inline(always)]
 fn cell_of(word: Binned) -> u16 {
     let [x, y] = word.place().map(|at| at / STEPS);

@@ -1,4 +1,4 @@
-//! Where the nearest sample need not show what a cell's target shows: at edges.
+//! Edges: cells in which the nearest sample need not show the surface at the cell's target.
 
 use wide::{u16x8, u16x16, u64x4};
 
@@ -12,42 +12,43 @@ use crate::samples::{BACKGROUND, TILE};
 /// Edges in a tile. Keeps its memory.
 #[derive(Debug, Default)]
 pub struct Edges {
-    /// For each cell in and around the tile, what its candidates show.
-    shown: Vec<Shown>,
-    /// Which quarters of each cell in and around the tile have a candidate, a bit each: 1 left above, 2 right above,
-    /// 4 left below, 8 right below.
+    /// Surfaces and depths of the candidates in each cell in and around the tile.
+    shown: Vec<SurfaceKey>,
+    /// Bit masks of the quarters of each cell in and around the tile that have a candidate: 1 left above, 2
+    /// right above, 4 left below, 8 right below.
     quarters: Vec<u8>,
-    /// The cells of the tile that are at an edge.
+    /// Cells of the tile that are at an edge.
     pub cells: CellSet,
 }
 
-/// What some candidates show, four values of 16 bits: the least surface and the least depth, and the complements of the
-/// greatest. What several show together is the least of each.
-type Shown = u64;
+/// Range of surfaces and depths of some candidates, four values of 16 bits: the least surface and the least
+/// depth, and the complements of the greatest. Two ranges are joined by the least of each value.
+type SurfaceKey = u64;
 
-/// All quarters of a cell.
+/// Bit mask of all quarters of a cell.
 const ALL_QUARTERS: u8 = 15;
 
-/// No candidate.
-const NOTHING: Shown = u64::MAX;
+/// Range of no candidates.
+const NOTHING: SurfaceKey = u64::MAX;
 
 #[inline(always)]
-fn shown(surface: u16, depth: u16) -> Shown {
+fn shown(surface: u16, depth: u16) -> SurfaceKey {
     let least = u64::from(depth) << 16 | u64::from(surface);
     !least << 32 | least
 }
 
 #[inline(always)]
-fn join(a: Shown, b: Shown) -> Shown {
+fn join(a: SurfaceKey, b: SurfaceKey) -> SurfaceKey {
     let [a, b]: [u16x8; 2] = [[a, 0], [b, 0]].map(bytemuck::cast);
-    let [least, _]: [Shown; 2] = bytemuck::cast(a.min(b));
+    let [least, _]: [SurfaceKey; 2] = bytemuck::cast(a.min(b));
     least
 }
 
-/// For each cell of the tile in the middle one of three rows whether all that is shown around it may be one surface.
+/// Returns true for each cell of the tile, in the middle one of three rows, around which all candidates may
+/// show one surface.
 #[inline(always)]
-fn one_surface(rows: [&[Shown]; 3]) -> [bool; TILE] {
-    // by how much at most the greatest is more than the least; what is compared are the first two of four values
+fn one_surface(rows: [&[SurfaceKey]; 3]) -> [bool; TILE] {
+    // largest difference of greatest and least; the first two of four values are compared
     const MOST: [u16; 4] = [0, DEPTH_STEPS - 1, u16::MAX, u16::MAX];
     let most: u16x16 = bytemuck::cast([MOST; 4]);
     let mut is_one = [true; TILE];
@@ -55,7 +56,7 @@ fn one_surface(rows: [&[Shown]; 3]) -> [bool; TILE] {
         let mut joined = u16x16::splat(u16::MAX);
         for row in rows {
             for left in first..first + 3 {
-                let four: [Shown; 4] = std::array::from_fn(|cell| row[left + cell]);
+                let four: [SurfaceKey; 4] = std::array::from_fn(|cell| row[left + cell]);
                 joined = joined.min(bytemuck::cast(four));
             }
         }
@@ -67,26 +68,28 @@ fn one_surface(rows: [&[Shown]; 3]) -> [bool; TILE] {
     is_one
 }
 
-/// Low bits of a [depth](super::bins::Binned::depth) that are not looked at: 16 are left, 8 of them below the point.
+/// Number of low bits of a [depth](super::bins::Binned::depth) that are ignored: 16 are left, 8 of them below
+/// the point.
 const DEPTH_LOST: u32 = 13;
 
 /// [`DEPTH_STEP`] in steps of such a depth, from a power of two on: elsewhere it is up to twice as much.
 const DEPTH_STEPS: u16 = (DEPTH_STEP * 256.0) as u16;
 
-/// A number for what a sample shows: other models and materials have others, but for chance.
+/// Number for the surface of a sample: other models and materials have other numbers, but for chance.
 #[inline(always)]
 fn surface(model: u32, material: u16) -> u16 {
     if model == BACKGROUND {
         return u16::MAX;
     }
-    // the golden section's share of a word
+    // the golden section of a word
     let mixed = (model << 16 ^ model >> 16 ^ u32::from(material)).wrapping_mul(0x9e37_79b9);
     (mixed >> 16) as u16
 }
 
 impl Edges {
-    /// Finds the edges among `candidates`, which are in the tiles that `sources` has. `endless`: for each model whether it is an
-    /// endless plane. `unwanted` calls what it is given with each cell in and around the tile that nobody asks for, as
+    /// Finds the edges among `candidates`, which are in the tiles that `sources` has. `endless`: true for
+    /// each model that is an endless plane. `unwanted` calls its argument for each cell in and around the
+    /// tile that is not wanted, as
     /// [`Wanted::unwanted_around`](crate::frame::grid::wanted::Wanted::unwanted_around) does.
     pub fn find<'t>(
         &mut self,
@@ -99,7 +102,7 @@ impl Edges {
         self.take(candidates, endless, sources);
         mark_beyond(extent, &mut self.quarters);
         let Self { shown, quarters, cells } = self;
-        // nothing is missing where a coarser level was found to be enough
+        // no sample is missing in cells that a coarser level makes
         unwanted(&mut |cell| quarters[cell] = ALL_QUARTERS);
         *cells = CellSet::default();
         let [columns, count] = extent.cells;
@@ -115,7 +118,7 @@ impl Edges {
         }
     }
 
-    /// Notes what the candidates show, and where in their cells they are.
+    /// Notes the surfaces and depths of the candidates, and their quarters.
     fn take<'t>(&mut self, candidates: &Candidates, endless: &[bool], sources: &impl Sources<'t>) {
         let Self { shown: cells, quarters, .. } = self;
         cells.clear();
@@ -128,7 +131,7 @@ impl Edges {
                 let Candidate { word, cell, .. } = candidates.get(number);
                 let cell = usize::from(cell);
                 let (model, record) = tile.surface_in(word.slot());
-                // a plane hides nothing of itself, however steeply it goes away
+                // a plane hides nothing of itself, however steeply it recedes
                 let is_endless = endless.get(model as usize) == Some(&true);
                 let depth = if is_endless { 0 } else { (word.depth() >> DEPTH_LOST) as u16 };
                 cells[cell] = join(cells[cell], shown(surface(model, record.material), depth));
@@ -138,7 +141,7 @@ impl Edges {
     }
 }
 
-/// Nothing is missing beyond the rim of the picture.
+/// Marks the cells beyond the rim of the picture, where no sample is missing.
 fn mark_beyond(extent: Extent, quarters: &mut [u8]) {
     let [columns, rows] = extent.cells.map(|count| count as usize + 1);
     let [left, top, right, bottom] = extent.goes_on;
@@ -155,8 +158,8 @@ fn mark_beyond(extent: Extent, quarters: &mut [u8]) {
     }
 }
 
-/// For each cell of the tile in a row whether each of the four quadrants around its target has a sample, within a cell
-/// and a half.
+/// Returns true for each cell of the tile in a row if each of the four quadrants around its target has a
+/// sample, within a cell and a half.
 #[inline(always)]
 fn has_all_quadrants(quarters: &[u8], row: usize) -> [bool; TILE] {
     let of_row = |row: usize| -> [u8; ROW] {
@@ -209,7 +212,7 @@ mod tests {
 
     #[test]
     fn one_surface_has_one_material_and_one_depth() {
-        let is_one = |other: Shown| {
+        let is_one = |other: SurfaceKey| {
             let mut rows = [[shown(7, 1000); ROW]; 3];
             rows[2][17] = other;
             let is_one = one_surface(rows.each_ref().map(|row| &row[..]));
@@ -236,7 +239,7 @@ mod tests {
             .collect();
         let mut candidates = Candidates::default();
         candidates.add(0, &words, None);
-        let mut tile = Tile::empty(&TagLayout::of(std::iter::empty()));
+        let mut tile = Tile::empty(&TagLayout::new(std::iter::empty()));
         tile.model[0] = 0;
         let mut edges = Edges::default();
         let mut count = |unwanted: &[usize]| {

@@ -13,7 +13,7 @@ use crate::samples::{BACKGROUND, MOST_SPARES, Spare, Spares, Tag};
 /// A tag that only models that moved can make wrong stays where none of these is between sample and light:
 /// that is tested for a tile as a whole, and then for eight samples. Otherwise a model that moves anywhere
 /// would cost each spare sample its tags.
-pub fn doubt(frame: &FrameView, spares: &mut Spares) {
+pub fn invalidate_spares(frame: &FrameView, spares: &mut Spares) {
     let plan = frame.plan;
     let flags = [false, true].map(|moved| plan.doubts(moved));
     spares.set_flags(|spare| flags[usize::from(frame.moved(spare.model))]);

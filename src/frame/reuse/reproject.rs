@@ -1,5 +1,5 @@
-//! Reprojection: the samples of the frame before move with their models, are projected into this frame's picture, and
-//! serve its cells (the paper's "Reprojection Phase").
+//! Reprojection: the samples of the frame before move with their models, are projected into this frame's
+//! picture, and serve its cells (the paper's "Reprojection Phase").
 //!
 //! There are two passes. [`scatter`] projects every old sample and puts it into the bin of the tile that it
 //! falls into, and into those of adjacent tiles whose cells it may serve ([`Bins`]). [`resolve`] then finds
@@ -8,7 +8,7 @@
 use rayon::prelude::*;
 
 use super::bins::{BinWriter, Bins};
-use super::invalidate_spares::doubt;
+use super::invalidate_spares::invalidate_spares;
 use super::project::{project_lanes, project_spares};
 use super::serve::{KEPT, KEPT_OF_SOME, Serving};
 use crate::frame::grid::cells::CellSet;
@@ -66,7 +66,7 @@ pub fn resolve(
     });
     let most_kept = if frame.wanted.is_some() { KEPT_OF_SOME } else { KEPT };
     serving.fill(frame.reuse, extent, most_kept, tile, &tiles);
-    doubt(frame, &mut tile.spares);
+    invalidate_spares(frame, &mut tile.spares);
     mark_unwanted(wanted, tile);
     mark_outside(grid.extent(number), tile);
     let reused = tile.status.iter().filter(|status| status.is_reused()).count();

@@ -1,20 +1,21 @@
-//! Serving: which kept sample each cell shows.
+//! Serving: the choice of the stored sample that each cell shows.
 //!
-//! Each cell has a target, its centre. It is *served* by the nearest kept sample that holds, in whatever cell that
-//! sample lies, if it is within [`REACH`](super::candidates::REACH). One sample may serve two cells; those that serve
-//! none are kept as spare samples, up to [`KEPT`] in a cell.
+//! Each cell has a target, its centre. It is *served* by the nearest stored sample that holds, in whatever
+//! cell that sample lies, if it is within [`REACH`](super::candidates::REACH). One sample may serve two
+//! cells; samples that serve none are kept as spare samples, up to [`KEPT`] in a cell.
 //!
-//! At an [edge](super::edges) the nearest sample need not show what the target shows: silhouettes would lag behind, or
-//! grow. An edge is where the samples in the cell and the eight around it show different surfaces, or where one of the
-//! four quadrants around the target has none: there something new may have come into sight. There the target itself is
-//! *probed*, by a ray from the eye ([`trace_missed`](super::trace_missed)): the server stays if the ray meets the
-//! surface that it shows, and otherwise what the ray met takes its place. So each surface has the cells whose targets it
-//! covers, as in a frame that is traced in full, however long a chain of inferred frames is and however densely the
-//! surface happens to be sampled.
+//! At an [edge](super::edges) the nearest sample need not show the surface at the target: silhouettes would
+//! lag behind, or grow. An edge is where the samples in the cell and the eight around it show different
+//! surfaces, or where one of the four quadrants around the target has none: there something new may have come
+//! into sight. There the target itself is *probed*, by a ray from the eye
+//! ([`trace_missed`](super::trace_missed)): the server stays if the ray meets its surface; otherwise the hit
+//! takes its place. So each surface has the cells whose targets it covers, as in a frame that is traced in
+//! full, however long a chain of inferred frames is and however densely the surface happens to be sampled.
 //!
-//! The paper's own rule, for comparison, is [`nearest_to_eye`](Candidates::nearest_to_eye): of the samples in a cell the one nearest to the eye
-//! serves it, and the others go. Samples drift against the grid; two share a cell while the cell beside it is empty,
-//! and a fifth of all true samples are lost that way every frame.
+//! The paper's own rule, for comparison, is [`nearest_to_eye`](Candidates::nearest_to_eye): among the samples
+//! in a cell the one nearest to the eye serves it, and the others are dropped. Samples drift against the
+//! grid; two share a cell while the cell beside it is empty, and a fifth of all valid samples are lost that
+//! way every frame.
 
 use super::bins::{Binned, STEPS};
 use super::candidates::{Candidate, Candidates, Rank, Server, Sources};
@@ -27,40 +28,42 @@ use crate::lanes::LANES;
 use crate::samples::{CELLS, EMPTY, Flags, MOST_SPARES, Move, Status, Tile};
 use crate::settings::Reuse;
 
-/// Samples that are kept of those that lie in a cell, unless they serve: enough for those that share a cell by chance
-/// while the cell beside it is empty. With three a frame traces a tenth less, and spare samples take half as much again.
+/// Largest number of samples in a cell that are kept, unless they serve: enough for those that share a cell
+/// by chance while the cell beside it is empty. With three a frame traces a tenth less, and spare samples
+/// take half as much again.
 pub const KEPT: u8 = 2;
 
-/// The same where not all cells are asked for: most cells that are not hold a sample from when they were, and those that are
-/// projected and never serve cost more than what some of them save.
+/// Like [`KEPT`], where not all cells are wanted: most cells that are not wanted hold a sample from when they
+/// were, and those that are projected and never serve cost more than the others save.
 pub const KEPT_OF_SOME: u8 = 1;
 
-/// What a worker needs to serve the cells of one tile. Keeps its memory from tile to tile.
+/// Scratch memory of a worker for serving the cells of one tile. Keeps its memory from tile to tile.
 #[derive(Debug, Default)]
 pub struct Serving {
     candidates: Candidates,
     edges: Edges,
-    /// For each cell who serves it, or was asked last.
+    /// Server of each cell, or the candidate that was tried last.
     servers: Vec<Server>,
-    /// The candidates that serve a cell, a bit each.
+    /// Bit mask of the candidates that serve a cell.
     serving: Vec<u64>,
-    /// For each cell in and around the tile, how many of the samples in it are kept.
+    /// Number of kept samples in each cell in and around the tile.
     kept: Vec<u8>,
     moves: Vec<Move>,
-    /// By the paper's rule, the candidates that would serve cells that nobody asks for.
+    /// Candidates that would serve unwanted cells by the paper's rule.
     unused: Vec<usize>,
-    /// Flags that any sample that serves has.
+    /// Flags that any serving sample has.
     flags: Flags,
 }
 
 impl Serving {
-    /// No candidates, for a new tile.
+    /// Removes all candidates, for a new tile.
     pub fn begin(&mut self) {
         self.candidates.clear();
         self.flags = Flags::default();
     }
 
-    /// Adds candidates: a run of the tile's bin, from tile number `source`. That is `tile` where its samples have to be fetched.
+    /// Adds candidates: a run of the tile's bin, from tile number `source`. `tile` is that tile if its
+    /// samples have to be prefetched.
     pub fn add(&mut self, source: u32, run: &[u64], tile: Option<&Tile>) {
         self.candidates.add(source, run, tile);
     }
@@ -70,8 +73,9 @@ impl Serving {
         self.flags
     }
 
-    /// Chooses a server for each `wanted` cell of the tile; `unwanted` names the others, in and around it. Candidates are in the
-    /// tiles that `sources` has. `endless`: for each model whether it is an endless plane. `tile`: which is to be filled.
+    /// Chooses a server for each `wanted` cell of the tile; `unwanted` names the others, in and around it.
+    /// Candidates are in the tiles that `sources` has. `endless`: true for each model that is an endless
+    /// plane. `tile` is the one to be filled.
     pub fn serve<'t>(
         &mut self,
         reuse: Reuse,
@@ -108,8 +112,8 @@ impl Serving {
         }
     }
 
-    /// Fills `tile` with copies of the servers, and keeps as spare samples those that lie in it and serve nobody, up to
-    /// `most_kept` in a cell with those that serve.
+    /// Fills `tile` with copies of the servers, and keeps as spare samples those that lie in it and serve
+    /// nobody, up to `most_kept` in a cell, servers included.
     pub fn fill<'t>(
         &mut self,
         reuse: Reuse,
@@ -140,7 +144,7 @@ impl Serving {
         }
     }
 
-    /// Gives each cell its status, and lists which sample it gets.
+    /// Gives each cell its status, and lists the samples to copy.
     fn assign(&mut self, extent: Extent, tile: &mut Tile) {
         let Self { candidates, servers, serving, kept, moves, .. } = self;
         kept.clear();
@@ -160,7 +164,8 @@ impl Serving {
                 let Candidate { word, cell: lies_in, run } = candidates.get(number);
                 let is_first = set(serving, number);
                 kept[usize::from(lies_in)] += u8::from(is_first);
-                // a sample that has a cell already is kept there, and one beyond the tile by another tile
+                // a sample that has a cell already is kept there, and one beyond the tile is kept by another
+                // tile
                 copies |= u8::from(!(is_first & is_within(extent, word))) << lane;
                 tile.status[cell] = server.status();
                 moves.push(Move { to: cell as u16, source: run, from: word.slot() as u16 });
@@ -169,7 +174,8 @@ impl Serving {
         }
     }
 
-    /// Makes `tile` the tile `before` again, and fills those of its cells that have no sample with their servers.
+    /// Makes `tile` the tile `before` again, and fills those of its cells that have no sample with their
+    /// servers.
     pub fn merge<'t>(&mut self, before: &Tile, tile: &mut Tile, sources: &impl Sources<'t>) {
         tile.clone_from(before);
         let Self { candidates, servers, serving, flags, .. } = self;
@@ -189,8 +195,8 @@ impl Serving {
         }
     }
 
-    /// For those cells of `tile` that are hidden the next candidate in turn, if there is one near enough: it is to be
-    /// verified. Which cells have one; `None` if no cell has.
+    /// Replaces hidden samples of `tile` by the next candidates in turn, where one is near enough: they have
+    /// to be verified. Returns the cells that have one; `None` if no cell has.
     pub fn ask_next<'t>(
         &mut self,
         reuse: Reuse,
@@ -212,7 +218,7 @@ impl Serving {
             let number = rank.number();
             let Some(from) = sources(candidates.source(number)) else { continue };
             *flags = flags.with(tile.copy_slot(cell, from, candidates.get(number).word.slot()));
-            // whoever keeps it, it is not this cell
+            // another cell or tile keeps the sample, if any does
             tile.set_copy(cell, true);
             tile.status[cell] = Status::Overlapped;
             next.insert(cell);
@@ -225,12 +231,12 @@ impl Serving {
         if self.candidates.len() == 0 {
             return CellSet::default();
         }
-        let reused = CellSet::of(|cell| tile.status[cell].is_reused());
+        let reused = CellSet::new(|cell| tile.status[cell].is_reused());
         self.edges.cells.and(&reused)
     }
 }
 
-/// The candidate nearest to each cell's target. Meanwhile `tile` is fetched, which they are to be copied to.
+/// Finds the candidate nearest to each cell's target. Meanwhile prefetches `tile`, to which they are copied.
 fn nearest_to_targets(candidates: &mut Candidates, extent: Extent, servers: &mut [Server], tile: &Tile) {
     let [columns, rows] = extent.cells;
     for row in 0..rows {
@@ -245,7 +251,7 @@ fn nearest_to_targets(candidates: &mut Candidates, extent: Extent, servers: &mut
     if candidates.crowded().is_empty() {
         return;
     }
-    // few: each cell beside a crowded one looks at all that are there
+    // crowded cells are few: each cell beside one searches all candidates there
     candidates.sort();
     for crowded in candidates.crowded() {
         let [column, row] = [usize::from(*crowded) % ROW, usize::from(*crowded) / ROW];
@@ -259,10 +265,10 @@ fn nearest_to_targets(candidates: &mut Candidates, extent: Extent, servers: &mut
     }
 }
 
-/// Bits of a word.
+/// Number of bits of a word.
 const WORD: usize = u64::BITS as usize;
 
-/// Sets a bit. Whether it was not set.
+/// Sets a bit. Returns true if it was not set.
 #[inline(always)]
 fn set(bits: &mut [u64], number: usize) -> bool {
     let (word, bit) = (&mut bits[number / WORD], 1 << (number % WORD));
@@ -271,7 +277,7 @@ fn set(bits: &mut [u64], number: usize) -> bool {
     was_unset
 }
 
-/// The numbers below `count` whose bits are not set.
+/// Numbers below `count` whose bits are not set.
 fn unset(bits: &[u64], count: usize) -> impl Iterator<Item = usize> {
     let words = bits.iter().zip((0..).step_by(WORD));
     words
@@ -279,13 +285,13 @@ fn unset(bits: &[u64], count: usize) -> impl Iterator<Item = usize> {
         .take_while(move |number| *number < count)
 }
 
-/// The cells of a tile that are in the picture.
+/// Cells of a tile that are in the picture.
 fn cells(extent: Extent) -> impl Iterator<Item = usize> {
     let [columns, rows] = extent.cells;
     (0..rows).flat_map(move |row| (0..columns).map(move |column| cell_number([column, row])))
 }
 
-/// Whether a candidate lies in the tile, and in the picture.
+/// Returns true if a candidate lies in the tile, and in the picture.
 #[inline(always)]
 fn is_within(extent: Extent, word: Binned) -> bool {
     let [x, y] = word.place().map(|at| (at - STEPS) as u32);

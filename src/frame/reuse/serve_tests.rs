@@ -171,7 +171,7 @@ fn one_after_the_other_candidates_come_from_near_to_far() {
 /// Tiles whose samples all have a [`mark`].
 fn sources() -> Vec<Tile> {
     let tile = |source: u32| {
-        let mut tile = Tile::empty(&TagLayout::of(std::iter::empty()));
+        let mut tile = Tile::empty(&TagLayout::new(std::iter::empty()));
         tile.model = [0; CELLS];
         for slot in (0..SPARES).map(|number| CELLS + number) {
             tile.record[0].triangle = mark(source, slot);
@@ -190,7 +190,7 @@ fn each_sample_is_kept_once_and_the_nearest_one_serves() {
     let from = sources();
     let tiles = |source: u32| from.get(source as usize);
     let mut serving = Serving::default();
-    let mut tile = Tile::empty(&TagLayout::of(std::iter::empty()));
+    let mut tile = Tile::empty(&TagLayout::new(std::iter::empty()));
     let (mut copies, mut spares, mut dropped) = (0, 0, 0);
     for (throw, extent) in THROWS.into_iter().flat_map(|throw| EXTENTS.map(|extent| (throw, extent))) {
         let thrown = strew(throw, extent, &mut dice);
@@ -254,10 +254,10 @@ fn each_sample_is_kept_once_and_the_nearest_one_serves() {
 fn by_the_papers_rule_what_would_serve_cells_that_nobody_asks_for_stays_as_a_spare_sample() {
     let (mut dice, from) = (Dice(3), sources());
     let tiles = |source: u32| from.get(source as usize);
-    let mut tile = Tile::empty(&TagLayout::of(std::iter::empty()));
+    let mut tile = Tile::empty(&TagLayout::new(std::iter::empty()));
     let mut serving = Serving::default();
     for (throw, extent) in THROWS.into_iter().flat_map(|throw| EXTENTS.map(|extent| (throw, extent))) {
-        let (thrown, wanted) = (strew(throw, extent, &mut dice), CellSet::of(|cell| cell % 3 == 0));
+        let (thrown, wanted) = (strew(throw, extent, &mut dice), CellSet::new(|cell| cell % 3 == 0));
         serving.begin();
         for_each_run(&thrown, |source, run| serving.add(source, run, None));
         serving.serve(Reuse::Paper, (extent, &wanted), &[], &tiles, &tile, |_| ());

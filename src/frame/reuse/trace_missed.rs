@@ -49,7 +49,7 @@ pub fn trace_missed(
         let answers = rays.packets().zip(&hits.packets).zip(owners.chunks(trace::LANES));
         for (((rays, _), hits), owners) in answers {
             for (half, owners) in owners.chunks(LANES).enumerate() {
-                let answers = Answers8::of(rays, hits, half * LANES, owners);
+                let answers = Answers8::new(rays, hits, half * LANES, owners);
                 if probes.is_empty() {
                     answers.keep(frame, tile);
                 } else {
@@ -178,10 +178,10 @@ impl Found8 {
 impl<'a> Answers8<'a> {
     /// Rays and hits of a packet from lane `from` on, for the cells `owners`.
     #[inline(always)]
-    fn of(rays: &RayPacket, hits: &'a HitPacket, from: usize, owners: &'a [u32]) -> Self {
+    fn new(rays: &RayPacket, hits: &'a HitPacket, from: usize, owners: &'a [u32]) -> Self {
         let of_rays = |[x, y, z]: &[[f32; trace::LANES]; 3]| Vec3x8::load([x, y, z], from);
         let (origin, direction) = (of_rays(&rays.origin), of_rays(&rays.direction));
-        Self { owners, origin, direction, met: Hits8::of(hits, from), t: &hits.t[from..from + LANES] }
+        Self { owners, origin, direction, met: Hits8::new(hits, from), t: &hits.t[from..from + LANES] }
     }
 
     /// Returns true if the ray through the centre of a cell met the surface of the sample that serves the

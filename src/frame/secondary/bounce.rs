@@ -17,7 +17,7 @@ use crate::frame::light::light_paths::{PathScratch, trace_paths};
 use crate::frame::light::lighting::{
     Places, add_light, emitted_and_ambient, radiance_of_area, shows_highlight,
 };
-use crate::frame::light::occlusion::{self, Look, OcclusionScratch};
+use crate::frame::light::occlusion::{self, OcclusionScratch, OpenSurface};
 use crate::frame::light::path_ends::PathStart;
 use crate::frame::light::shadow::{ShadowQueue, facing};
 use crate::frame::shot::frame_view::FrameView;
@@ -40,13 +40,13 @@ use crate::trace::{self, Coherence, HitPacket, NO_HIT, SceneSubset};
 
 /// A surface that a ray has met.
 #[derive(Debug, Clone, Copy)]
-struct Met {
+struct SecondaryHit {
     bounce: Bounce,
     surface: Surface,
     light: Vec3,
 }
 
-impl Met {
+impl SecondaryHit {
     /// Start of the first path by which it gathers light; `owner` is its number.
     fn start(&self, owner: u32) -> PathStart {
         let Surface { point, normal, geometric_normal, material, .. } = self.surface;
@@ -66,7 +66,7 @@ impl Met {
 pub struct Bounces {
     now: Vec<Bounce>,
     next: Vec<Bounce>,
-    met: Vec<Met>,
+    met: Vec<SecondaryHit>,
     /// Surfaces of `met`, eight side by side.
     eights: Vec<MetLanes>,
     /// Layers of some of these.
@@ -199,7 +199,7 @@ fn meet(frame: &FrameView, bounces: &mut Bounces, radiance: &mut Radiance, scrat
         count(bounce, &mut scratch.tally);
     }
     // trees that are no longer valid are traced among others that are
-    let coherence = if frame.keeps_trees { Coherence::BouncedAlone } else { Coherence::Bounced };
+    let coherence = if frame.keeps_trees { Coherence::BouncedIndependent } else { Coherence::Bounced };
     frame.tracer.closest(&scratch.rays, SceneSubset::All, coherence, &mut scratch.hits);
     bounces.met.clear();
     for (number, bounce) in bounces.now.chunks(LANES).enumerate() {
@@ -222,11 +222,17 @@ fn meet(frame: &FrameView, bounces: &mut Bounces, radiance: &mut Radiance, scrat
 }
 
 /// Adds the surfaces that up to eight rays met; their hits are in lanes `from` onwards of a packet.
-fn meet_surfaces(frame: &FrameView, hits: &HitPacket, from: usize, bounces: &[Bounce], met: &mut Vec<Met>) {
-    let hits = Hits8::of(hits, from);
+fn meet_surfaces(
+    frame: &FrameView,
+    hits: &HitPacket,
+    from: usize,
+    bounces: &[Bounce],
+    met: &mut Vec<SecondaryHit>,
+) {
+    let hits = Hits8::new(hits, from);
     let direction = |lane: usize| bounces[lane].direction;
     surfaces(frame, &hits, bounces.len(), direction, |lane, surface| {
-        met.push(Met { bounce: bounces[lane], surface, light: Vec3::ZERO });
+        met.push(SecondaryHit { bounce: bounces[lane], surface, light: Vec3::ZERO });
     });
 }
 
@@ -250,9 +256,9 @@ struct MetLanes {
 }
 
 impl MetLanes {
-    fn of(met: &[Met]) -> Self {
+    fn new(met: &[SecondaryHit]) -> Self {
         let at = |lane: usize| &met[if lane < met.len() { lane } else { 0 }];
-        let each = |value: fn(&Met) -> Vec3| {
+        let each = |value: fn(&SecondaryHit) -> Vec3| {
             let mut all = Vec3x8::ZERO;
             (0..LANES).for_each(|lane| all.set_lane(lane, value(at(lane))));
             all
@@ -276,14 +282,14 @@ impl MetLanes {
 /// Computes the light of the surfaces that were met, highlights included.
 fn light(frame: &FrameView, is_last: bool, bounces: &mut Bounces, tally: &mut RayTally) {
     bounces.eights.clear();
-    bounces.eights.extend(bounces.met.chunks(LANES).map(MetLanes::of));
+    bounces.eights.extend(bounces.met.chunks(LANES).map(MetLanes::new));
     bounces.coats.clear();
     look_around(frame, bounces, tally);
     for (first, (eight, met)) in
         (0..).step_by(LANES).zip(bounces.eights.iter_mut().zip(bounces.met.chunks(LANES)))
     {
         let share = |lane: usize| if lane < met.len() { bounces.occlusion.share(first + lane) } else { 0.0 };
-        let openness = || F32x8::of(std::array::from_fn(share));
+        let openness = || F32x8::new(std::array::from_fn(share));
         eight.light = emitted_and_ambient(frame, (&eight.materials, eight.reflectance), openness);
         let MetLanes { reflectance, normal, geometric_normal, view, .. } = *eight;
         let normals = [normal, geometric_normal];
@@ -316,7 +322,10 @@ fn look_around(frame: &FrameView, bounces: &mut Bounces, tally: &mut RayTally) {
     scratch.looks.clear();
     scratch.looks.extend((0..).zip(&*met).map(|(number, met)| {
         let is_dimmed = frame.palette.has_ambient(met.surface.material);
-        Look { start: met.start(number), rays: if is_dimmed { met.share_of(occlusion.rays) } else { 0 } }
+        OpenSurface {
+            start: met.start(number),
+            rays: if is_dimmed { met.share_of(occlusion.rays) } else { 0 },
+        }
     }));
     occlusion::look_around(frame, scratch, tally);
     let found = scratch.looks.iter().zip(&scratch.found);
@@ -328,8 +337,8 @@ fn look_around(frame: &FrameView, bounces: &mut Bounces, tally: &mut RayTally) {
 /// light is not kept.
 fn gather(frame: &FrameView, bounces: &mut Bounces, tally: &mut RayTally) {
     let Bounces { met, gathering, times, .. } = bounces;
-    let count = |met: &Met| met.share_of(frame.first_paths as u32);
-    let is_diffuse = |met: &Met| frame.palette.is_diffuse(met.surface.material);
+    let count = |met: &SecondaryHit| met.share_of(frame.first_paths as u32);
+    let is_diffuse = |met: &SecondaryHit| frame.palette.is_diffuse(met.surface.material);
     for (first, some) in (0..).step_by(GATHER_AT_ONCE).zip(met.chunks_mut(GATHER_AT_ONCE)) {
         gathering.starts.clear();
         for (number, met) in (first..).zip(&*some).filter(|(_, met)| is_diffuse(met)) {
@@ -442,7 +451,7 @@ fn shine(frame: &FrameView, light: &LightPose, bounces: &mut Bounces) {
         let mut points = [0; LANES];
         points[..lit.len()].copy_from_slice(lit);
         let places = Places { point: eight.point, seeds: eight.seeds };
-        let reached = |point: usize| Mask::of(|lane| points[lane] >> point & 1 != 0);
+        let reached = |point: usize| Mask::new(|lane| points[lane] >> point & 1 != 0);
         eight.light = add_light(eight.light, light, places, reached, |light_sample| {
             let mut light = phong::diffuse(albedo, eight.normal, light_sample);
             if let Some(coats) = coats {
@@ -464,8 +473,8 @@ fn rays_onwards(frame: &FrameView, bounce: &Bounce, seen: &SeenCoat) -> u32 {
 }
 
 /// Starts the rays that leave a surface that was met.
-fn go_on(frame: &FrameView, met: &Met, (next, rough_sky): (&mut Vec<Bounce>, &mut RoughSky)) {
-    let Met { surface, bounce, .. } = met;
+fn go_on(frame: &FrameView, met: &SecondaryHit, (next, rough_sky): (&mut Vec<Bounce>, &mut RoughSky)) {
+    let SecondaryHit { surface, bounce, .. } = met;
     let optics = frame.scene.materials[usize::from(surface.material)].optics;
     let branches = branch(optics, surface, bounce.direction);
     let guides = bounce.guides && !parts::shows_itself(frame, surface.material);

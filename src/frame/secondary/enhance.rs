@@ -4,7 +4,7 @@
 use super::bounce::{self, Bounces};
 use super::parts;
 use super::ray_trees::TileTrees;
-use super::tree_times::Asks;
+use super::tree_times::TreeGrain;
 use crate::frame::grid::bits::{set_bits, surface_bits};
 use crate::frame::light::lighting::{Places, add_light, radiance_of_area, shows_highlight};
 use crate::frame::shot::frame_view::FrameView;
@@ -34,7 +34,7 @@ pub fn enhance(
     scratch: &mut TraceScratch,
 ) -> bool {
     radiance.begin_tile();
-    bounces.times.begin(frame, kept.as_ref().map_or(Asks::Nothing, |kept| kept.asks(frame)));
+    bounces.times.begin(frame, kept.as_ref().map_or(TreeGrain::Nothing, |kept| kept.asks(frame)));
     bounces.trees.begin();
     let mut any_traced = false;
     let shows_parts = frame.layers.has(Layers::PARTS);

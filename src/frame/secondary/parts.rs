@@ -90,7 +90,7 @@ fn guide(frame: &FrameView, tile: &Tile, first: usize, placed: &mut PlacedTile, 
     if is_surface.any() {
         let materials = tile.materials(first);
         albedo = frame.palette.albedo(&materials, tile.reflectances(first));
-        let shows_itself = Mask::of(|lane| shows_itself(frame, materials[lane])) & is_surface;
+        let shows_itself = Mask::new(|lane| shows_itself(frame, materials[lane])) & is_surface;
         normal = shows_itself.select3(placed.get(frame, tile, first).normal, Vec3x8::ZERO);
         albedo = is_surface.select3(most_is_one(albedo), Vec3x8::ZERO);
     }

@@ -1,5 +1,5 @@
-//! The ray trees of samples before a camera at rest (Adelson and Hodges, "Storage Details": "Static camera animations could use
-//! the information to reuse rays and colors to any depth").
+//! The ray trees of samples before a camera at rest (Adelson and Hodges, "Storage Details": "Static camera
+//! animations could use the information to reuse rays and colors to any depth").
 //!
 //! For the tree of rays that leaves a sample of mirrors or glass only its light is stored, and the first
 //! frame in which that may differ ([`tree_times`](super::tree_times)): 28 bytes, however many rays the tree
@@ -12,7 +12,7 @@
 
 use glam::Vec3;
 
-use super::tree_times::{Asks, TreeTimes};
+use super::tree_times::{TreeGrain, TreeTimes};
 use crate::changes::Until;
 use crate::frame::grid::bits::set_bits;
 use crate::frame::shot::frame_view::FrameView;
@@ -66,11 +66,11 @@ impl TileTrees {
     }
 
     /// Granularity at which the validity of traced trees is computed.
-    pub fn asks(&self, frame: &FrameView) -> Asks {
+    pub fn asks(&self, frame: &FrameView) -> TreeGrain {
         match (frame.keeps_trees, self.allowed) {
-            (false, _) => Asks::Nothing,
-            (true, 0) => Asks::Tile,
-            (true, _) => Asks::Cells,
+            (false, _) => TreeGrain::Nothing,
+            (true, 0) => TreeGrain::Tile,
+            (true, _) => TreeGrain::Cells,
         }
     }
 
@@ -78,13 +78,13 @@ impl TileTrees {
     pub fn note_roots(&mut self, tile: &Tile, roots: &mut Vec<Root>) {
         self.retain(|tree| tile.model[usize::from(tree.cell)] != EMPTY);
         roots.clear();
-        roots.extend(self.kept.iter().map(|tree| Root::of(tile, tree.cell.into())));
+        roots.extend(self.kept.iter().map(|tree| Root::new(tile, tree.cell.into())));
     }
 
     /// Drops the trees of cells that have another sample now than when [noted](Self::note_roots).
     pub fn forget_others(&mut self, tile: &Tile, roots: &[Root]) {
         let mut roots = roots.iter();
-        self.retain(|tree| roots.next() == Some(&Root::of(tile, tree.cell.into())));
+        self.retain(|tree| roots.next() == Some(&Root::new(tile, tree.cell.into())));
     }
 
     fn retain(&mut self, mut holds: impl FnMut(&RayTree) -> bool) {
@@ -143,7 +143,7 @@ pub struct Root {
 }
 
 impl Root {
-    fn of(tile: &Tile, cell: usize) -> Self {
+    fn new(tile: &Tile, cell: usize) -> Self {
         Self { point: tile.point(cell), model: tile.model[cell], triangle: tile.record[cell].triangle }
     }
 }

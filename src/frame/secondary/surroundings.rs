@@ -43,7 +43,7 @@ pub fn made(frame: &FrameView, bounds: &[Bounds]) -> (ReflectionMaps, RayCounts)
         Some(map)
     });
     let maps = maps.collect();
-    (ReflectionMaps::of(maps, frame.pose), rays)
+    (ReflectionMaps::new(maps, frame.pose), rays)
 }
 
 /// Returns true if a model has mirrors or glass.
@@ -61,7 +61,7 @@ fn around(frame: &FrameView, model: u32, center: Vec3, size: usize) -> (CubeMap,
         directions.par_chunks(CELLS).map_init(Scratch::default, look).collect();
     let mut rays = RayCounts::default();
     looked.iter().for_each(|(_, cast)| rays += *cast);
-    (CubeMap::of(size, looked.into_iter().flat_map(|(texels, _)| texels).collect()), rays)
+    (CubeMap::new(size, looked.into_iter().flat_map(|(texels, _)| texels).collect()), rays)
 }
 
 /// Scratch memory of a worker for building maps.

@@ -13,7 +13,7 @@ use crate::samples::CELLS;
 
 /// Granularity at which expiry is tracked.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Asks {
+pub enum TreeGrain {
     /// None.
     #[default]
     Nothing,
@@ -26,20 +26,20 @@ pub enum Asks {
 /// Expiry of the trees of a tile, as a worker tracks it.
 #[derive(Debug, Default)]
 pub struct TreeTimes {
-    asks: Asks,
+    asks: TreeGrain,
     /// First frame in which light may differ: one a cell, or one for the tile.
     until: Vec<Until>,
 }
 
 impl TreeTimes {
     /// Resets the state for the next tile, from which nothing has been cast yet.
-    pub fn begin(&mut self, frame: &FrameView, asks: Asks) {
+    pub fn begin(&mut self, frame: &FrameView, asks: TreeGrain) {
         self.asks = asks;
         self.until.clear();
         let count = match asks {
-            Asks::Nothing => 0,
-            Asks::Cells => CELLS,
-            Asks::Tile => 1,
+            TreeGrain::Nothing => 0,
+            TreeGrain::Cells => CELLS,
+            TreeGrain::Tile => 1,
         };
         // most surfaces ask all lights, even those that they do not face
         self.until.resize(count, frame.light_change);
@@ -47,15 +47,15 @@ impl TreeTimes {
 
     /// Returns true if expiry is tracked.
     pub fn are_asked(&self) -> bool {
-        self.asks != Asks::Nothing
+        self.asks != TreeGrain::Nothing
     }
 
     /// First frame in which the light of the rays of `cell` may differ; unknown if it is not tracked.
     pub fn of(&self, cell: usize) -> Until {
         match self.asks {
-            Asks::Nothing => Until::UNKNOWN,
-            Asks::Cells => self.until[cell],
-            Asks::Tile => self.until[0],
+            TreeGrain::Nothing => Until::UNKNOWN,
+            TreeGrain::Cells => self.until[cell],
+            TreeGrain::Tile => self.until[0],
         }
     }
 
@@ -85,9 +85,9 @@ impl TreeTimes {
     #[inline]
     fn at(&mut self, cell: u32) -> Option<&mut Until> {
         match self.asks {
-            Asks::Nothing => None,
-            Asks::Cells => self.until.get_mut(cell as usize),
-            Asks::Tile => self.until.first_mut(),
+            TreeGrain::Nothing => None,
+            TreeGrain::Cells => self.until.get_mut(cell as usize),
+            TreeGrain::Tile => self.until.first_mut(),
         }
     }
 }

@@ -24,7 +24,7 @@ pub fn rests(exposures: &Exposures, scene: &Scene, frame: i32, direction: Direct
     let clock = &exposures.clock;
     let at = |moment| {
         let time = clock.time(moment);
-        (CameraPose::of(&scene.camera, time), scene.camera.lens_at(time))
+        (CameraPose::new(&scene.camera, time), scene.camera.lens_at(time))
     };
     let next = match direction {
         Direction::Forward => frame.saturating_add(1),

@@ -61,18 +61,18 @@ impl MotionVectors {
         eye: Option<&EyePlace>,
         last: Option<i32>,
     ) -> Self {
-        let near = Neighbours::of(scene, frame, eye);
+        let near = Neighbours::new(scene, frame, eye);
         let (mut all_differ, mut differing) = (true, ModelSet::default());
         if let Some(last) = last {
-            let near_last = Neighbours::of(scene, last, eye);
+            let near_last = Neighbours::new(scene, last, eye);
             all_differ = near.cuts != near_last.cuts || near.cameras() != near_last.cameras();
             let differs = |model: &u32| near.places_of(*model) != near_last.places_of(*model);
             let models = 0..near.all[1].models.len() as u32;
-            differing = ModelSet::of(&models.filter(differs).collect::<Vec<u32>>());
+            differing = ModelSet::new(&models.filter(differs).collect::<Vec<u32>>());
         }
         let Neighbours { all: [before, own, after], cuts } = near;
         let seen = |pose: Pose| {
-            let deformations = Deformations::of(scene, &pose.models, false);
+            let deformations = Deformations::new(scene, &pose.models, false);
             Seen { view: View::new(grid, pose.camera), models: pose.models, deformations }
         };
         let beside = |other: Pose, is_cut: bool| {
@@ -147,7 +147,7 @@ struct Neighbours {
 }
 
 impl Neighbours {
-    fn of(scene: &Scene, frame: i32, eye: Option<&EyePlace>) -> Self {
+    fn new(scene: &Scene, frame: i32, eye: Option<&EyePlace>) -> Self {
         let (before, after) = (frame.saturating_sub(1), frame.saturating_add(1));
         let cuts = [frame, after].map(|first| scene.camera.cuts.contains(&first));
         let all = [before, frame, after].map(|frame| Pose::seen_from(scene, frame, eye));

@@ -23,7 +23,7 @@ impl ModelSet {
     pub const ALL: Self = Self(u64::MAX);
 
     /// Creates the set of these models, those of samples. The background and empty cells are not models.
-    pub fn of(models: &[u32]) -> Self {
+    pub fn new(models: &[u32]) -> Self {
         let bit = |model: &u32| u64::from(*model < EMPTY) << (model % u64::BITS);
         Self(models.iter().fold(0, |bits, model| bits | bit(model)))
     }
@@ -43,7 +43,7 @@ pub struct MovedBounds {
 
 impl MovedBounds {
     /// Bounds of the models that moved since the frame before. `bounds` has one object-space box a model.
-    pub fn of(scene: &Scene, bounds: &[Bounds], pose: &Pose, plan: &Plan) -> Self {
+    pub fn new(scene: &Scene, bounds: &[Bounds], pose: &Pose, plan: &Plan) -> Self {
         Self::around_models(scene, bounds, pose, |model| plan.moved[model])
     }
 
@@ -59,7 +59,7 @@ impl MovedBounds {
         // still there
         let boxes = places.filter(|bounds| !bounds.is_empty()).collect();
         let numbers: Vec<u32> = models().map(|model| model as u32).collect();
-        Self { models: ModelSet::of(&numbers), ..Self::around(boxes) }
+        Self { models: ModelSet::new(&numbers), ..Self::around(boxes) }
     }
 
     fn around(boxes: Vec<Bounds>) -> Self {

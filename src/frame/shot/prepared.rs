@@ -52,7 +52,7 @@ pub struct Prepared<'s> {
     pub has_trees: bool,
     /// The exposures of each frame: one where frames are sharp.
     pub exposures: Exposures,
-    /// All that moves in the shot, once anybody asks when. Nothing before.
+    /// Motion of the whole shot. Empty until [`look_ahead`](Self::look_ahead) builds it, unless samples need it from the start.
     pub motion: Motion,
     /// True once `motion` is built. It is built at once where samples gather light or compute their openness.
     knows_motion: bool,
@@ -75,14 +75,14 @@ impl<'s> Prepared<'s> {
         let mut about_layers =
             mattes.as_ref().map_or(Vec::new(), |mattes| mattes.attributes(settings.layers));
         about_layers.extend(settings.layers.has(Layers::MATERIAL).then(|| numbers_of_materials(scene)));
-        let light_groups = LightGroups::of(&scene.lights);
+        let light_groups = LightGroups::new(&scene.lights);
         let channels: Vec<Channel> = channels(settings.layers, &light_groups).collect();
-        let is_mixed = |channel: &&Channel| MixRule::of(channel) != MixRule::Middle;
+        let is_mixed = |channel: &&Channel| MixRule::new(channel) != MixRule::Middle;
         Self {
             scene,
             settings: settings.clone(),
-            sky: SkyLight::of(scene),
-            emitters: if layout.paths > 0 { Emitters::of(scene) } else { Emitters::default() },
+            sky: SkyLight::new(scene),
+            emitters: if layout.paths > 0 { Emitters::new(scene) } else { Emitters::default() },
             palette: Palette::of(scene),
             has_trees: settings.depth > 0 && scene.materials.iter().any(Material::has_secondary_rays),
             motion: if keeps_answers { motion() } else { Motion::default() },
@@ -179,5 +179,5 @@ fn numbers_of_materials(scene: &Scene) -> (String, String) {
 /// Mattes of `scene`, if a layer shows any.
 fn mattes(scene: &Scene, settings: &Settings) -> Option<Mattes> {
     let shows_background = settings.background == Backdrop::Visible;
-    settings.layers.has(Layers::CRYPTOMATTE).then(|| Mattes::of(scene, shows_background))
+    settings.layers.has(Layers::CRYPTOMATTE).then(|| Mattes::new(scene, shows_background))
 }

@@ -69,14 +69,14 @@ impl ReflectionMaps {
     }
 
     /// Creates maps that were made with the models and lights of `pose`.
-    pub fn of(maps: Vec<Option<CubeMap>>, pose: &Pose) -> Self {
+    pub fn new(maps: Vec<Option<CubeMap>>, pose: &Pose) -> Self {
         Self { maps, seen: Some((pose.models.clone(), pose.lights.clone())) }
     }
 }
 
 impl CubeMap {
     /// Creates a map from the light in all [`directions`] of a map of this size.
-    pub fn of(size: usize, texels: Vec<Vec3>) -> Self {
+    pub fn new(size: usize, texels: Vec<Vec3>) -> Self {
         Self { size, texels }
     }
 

@@ -7,7 +7,7 @@
 
 /// Work that a tile needs in a frame, in rising order.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Remake {
+pub enum DirtyLevel {
     /// Ages alone: the film shows the tile as it is.
     Age,
     /// Counts: the film shows the tile's colours; the planes that count samples and rays are written again.
@@ -49,15 +49,15 @@ pub struct TileFacts {
 
 impl TileFacts {
     /// Decides the work that the tile needs.
-    pub fn remake(&self) -> Remake {
+    pub fn remake(&self) -> DirtyLevel {
         let shows_samples = self.film_is_last && !(self.goes_on && self.trees_may_differ);
         // making colours for a neighbour casts the rays of mirrors and glass again, and these are counted
         let casts_rays = self.goes_on && self.is_needed;
         match self.samples {
-            Change::Samples => Remake::Samples,
-            _ if !shows_samples || casts_rays => Remake::Picture,
-            Change::None if self.was_quiet => Remake::Age,
-            Change::None | Change::Rays => Remake::Counts,
+            Change::Samples => DirtyLevel::Samples,
+            _ if !shows_samples || casts_rays => DirtyLevel::Picture,
+            Change::None if self.was_quiet => DirtyLevel::Age,
+            Change::None | Change::Rays => DirtyLevel::Counts,
         }
     }
 }
@@ -110,10 +110,10 @@ mod tests {
     #[test]
     fn what_is_made_again_of_a_tile() {
         use Change::{None, Rays, Samples};
-        use Remake::{Age, Counts, Picture};
+        use DirtyLevel::{Age, Counts, Picture};
         const YES: bool = true;
         const NO: bool = false;
-        const TABLE: [(Change, [bool; 5], Remake); 14] = [
+        const TABLE: [(Change, [bool; 5], DirtyLevel); 14] = [
             // samples, film_is_last, was_quiet, goes_on, trees_may_differ, is_needed
             (None, [YES, YES, NO, NO, NO], Age),
             (None, [YES, NO, NO, NO, NO], Counts),
@@ -137,7 +137,7 @@ mod tests {
         for (samples, [film_is_last, was_quiet, goes_on, trees_may_differ, is_needed], remake) in TABLE {
             let facts = TileFacts { samples, film_is_last, was_quiet, goes_on, trees_may_differ, is_needed };
             assert_eq!(facts.remake(), remake, "{facts:?}");
-            assert_eq!(TileFacts { samples: Samples, ..facts }.remake(), Remake::Samples);
+            assert_eq!(TileFacts { samples: Samples, ..facts }.remake(), DirtyLevel::Samples);
         }
     }
 }

@@ -125,7 +125,7 @@ impl Content {
         let any_doubtful = || frame.slots.iter().any(|slot| tile.tags.any_doubtful(*slot, &tile.model));
         Self {
             bounds: bounds.unwrap_or_else(|| TileBounds::samples(frame, tile)),
-            models: ModelSet::of(&tile.model),
+            models: ModelSet::new(&tile.model),
             is_doubtful: has_gaps(tile) || any_doubtful(),
         }
     }
@@ -161,7 +161,7 @@ mod tests {
 
     #[test]
     fn a_gap_is_a_cell_without_a_sample() {
-        let mut tile = Tile::empty(&TagLayout::of(std::iter::empty()));
+        let mut tile = Tile::empty(&TagLayout::new(std::iter::empty()));
         (tile.model, tile.status) = ([0; _], [Status::Good; _]);
         tile.status[5] = Status::Missed;
         assert!(!has_gaps(&tile), "it was traced in the frame before");

@@ -24,7 +24,7 @@ pub struct Hits8<'a> {
 impl<'a> Hits8<'a> {
     /// Hits of lanes `from` onwards of a packet.
     #[inline(always)]
-    pub fn of(hits: &'a HitPacket, from: usize) -> Self {
+    pub fn new(hits: &'a HitPacket, from: usize) -> Self {
         Self {
             models: &hits.model[from..from + LANES],
             triangles: &hits.triangle[from..from + LANES],

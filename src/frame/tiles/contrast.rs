@@ -29,7 +29,7 @@ const NORMAL_COSINE: f32 = 0.906;
 /// Two colours below this, added up, are compared as if they added up to it: linear, where 1 is white.
 const DARK: f32 = 0.04;
 
-/// What the cells of a tile show, all layers of light together. Nothing before they were shown first.
+/// Colours of the cells of a tile, all layers of light together. Empty before they were shown first.
 pub type TileColors = Vec<HalfColor>;
 
 /// Notes what a tile shows.
@@ -50,9 +50,9 @@ pub fn note_colors(radiance: &Radiance, colors: &mut TileColors) {
     }
 }
 
-/// What a cell shows, as far as it is compared with others.
+/// Values of a cell that are compared with others.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Look {
+struct CellValues {
     /// [`EMPTY`] if there is nothing to compare.
     model: u32,
     /// Object space; of a model that deforms, world space, because its folds are not those at rest.
@@ -63,13 +63,13 @@ struct Look {
     hidden: u32,
 }
 
-impl Look {
+impl CellValues {
     /// Nothing to compare.
     fn nothing() -> Self {
         Self { model: EMPTY, normal: Octahedral::default(), color: [0.0; 3], lit: 0, hidden: 0 }
     }
 
-    fn of(frame: &FrameView, tile: &Tile, colors: &TileColors, cell: usize) -> Self {
+    fn new(frame: &FrameView, tile: &Tile, colors: &TileColors, cell: usize) -> Self {
         let model = tile.model[cell];
         let Some(color) = colors.get(cell).filter(|_| model != EMPTY) else { return Self::nothing() };
         let (mut lit, mut hidden) = (0, 0);
@@ -88,7 +88,7 @@ impl Look {
         Self { model, normal, color: color.map(f16::to_f32), lit, hidden }
     }
 
-    /// Whether two neighbours differ by any criterion.
+    /// Returns true if two neighbours differ by any criterion.
     fn differs(&self, other: &Self, threshold: f32) -> bool {
         if self.model == EMPTY || other.model == EMPTY {
             return false;
@@ -122,24 +122,25 @@ fn normal_of(frame: &FrameView, tile: &Tile, cell: usize) -> Octahedral {
 const ACROSS: usize = TILE + 2;
 
 /// The looks of a tile's cells, and of the cells beside it.
-struct TileLooks([Look; ACROSS * ACROSS]);
+struct TileLooks([CellValues; ACROSS * ACROSS]);
 
 impl TileLooks {
-    /// Of tile number `number` of `store`, whose tiles show `colors`.
-    fn of(frame: &FrameView, store: &SampleStore, colors: &[TileColors], number: usize) -> Self {
+    /// Collects tile number `number` of `store`, whose tiles show `colors`.
+    fn new(frame: &FrameView, store: &SampleStore, colors: &[TileColors], number: usize) -> Self {
         let grid = &*frame.view.grid;
-        let mut looks = [Look::nothing(); ACROSS * ACROSS];
+        let mut looks = [CellValues::nothing(); ACROSS * ACROSS];
         let (tile, own) = (&store.tiles[number], &colors[number]);
         let [columns, rows] = grid.extent(number).map(|count| count as usize);
         for row in 0..rows {
             for column in 0..columns {
                 let cell = cell_number([column as u32, row as u32]);
-                looks[(row + 1) * ACROSS + column + 1] = Look::of(frame, tile, own, cell);
+                looks[(row + 1) * ACROSS + column + 1] = CellValues::new(frame, tile, own, cell);
             }
         }
         let mut beside = |column: usize, row: usize| {
             if let Some((tile, cell)) = grid.cell_around(number, [column, row]) {
-                looks[row * ACROSS + column] = Look::of(frame, &store.tiles[tile], &colors[tile], cell);
+                looks[row * ACROSS + column] =
+                    CellValues::new(frame, &store.tiles[tile], &colors[tile], cell);
             }
         };
         (1..=columns).for_each(|column| [0, rows + 1].into_iter().for_each(|row| beside(column, row)));
@@ -147,7 +148,7 @@ impl TileLooks {
         Self(looks)
     }
 
-    /// Whether a cell of the tile differs from any of the four beside it.
+    /// Returns true if a cell of the tile differs from any of the four beside it.
     fn differs(&self, column: usize, row: usize, threshold: f32) -> bool {
         let at = (row + 1) * ACROSS + column + 1;
         let Self(looks) = self;
@@ -194,7 +195,7 @@ fn flag_tile(
     stride: usize,
 ) {
     let Grid { samples, .. } = *frame.view.grid;
-    let looks = TileLooks::of(frame, store, colors, number);
+    let looks = TileLooks::new(frame, store, colors, number);
     let [columns, rows] = frame.view.grid.extent(number);
     for row in 0..rows {
         for column in 0..columns {
@@ -210,8 +211,8 @@ mod tests {
 
     use super::*;
 
-    fn look() -> Look {
-        Look {
+    fn look() -> CellValues {
+        CellValues {
             model: 3,
             normal: Octahedral::fold(Vec3::Y),
             color: [0.5, 0.25, 0.1],
@@ -224,26 +225,29 @@ mod tests {
     fn each_criterion_tells_samples_apart() {
         let turned = |degrees: f32| {
             let (sin, cos) = degrees.to_radians().sin_cos();
-            Look { normal: Octahedral::fold(Vec3::new(sin, cos, 0.0)), ..look() }
+            CellValues { normal: Octahedral::fold(Vec3::new(sin, cos, 0.0)), ..look() }
         };
         let table = [
             ("the same", look(), false),
-            ("another object", Look { model: 4, ..look() }, true),
-            ("the background", Look { model: BACKGROUND, ..look() }, true),
-            ("nothing", Look::nothing(), false),
+            ("another object", CellValues { model: 4, ..look() }, true),
+            ("the background", CellValues { model: BACKGROUND, ..look() }, true),
+            ("nothing", CellValues::nothing(), false),
             ("a curve", turned(20.0), false),
             ("a fold", turned(30.0), true),
-            ("in shadow", Look { lit: 0b100, hidden: 0b011, ..look() }, true),
-            ("turned away from a light", Look { lit: 0b100, ..look() }, false),
-            ("a little brighter", Look { color: [0.55, 0.28, 0.11], ..look() }, false),
-            ("bluer", Look { color: [0.5, 0.25, 0.14], ..look() }, true),
+            ("in shadow", CellValues { lit: 0b100, hidden: 0b011, ..look() }, true),
+            ("turned away from a light", CellValues { lit: 0b100, ..look() }, false),
+            ("a little brighter", CellValues { color: [0.55, 0.28, 0.11], ..look() }, false),
+            ("bluer", CellValues { color: [0.5, 0.25, 0.14], ..look() }, true),
         ];
         for (name, other, differs) in table {
             assert_eq!(look().differs(&other, 0.1), differs, "{name}");
             assert_eq!(other.differs(&look(), 0.1), differs, "{name}, the other way round");
         }
-        let dark = |color: f32| Look { color: [color; 3], ..look() };
+        let dark = |color: f32| CellValues { color: [color; 3], ..look() };
         assert!(!dark(0.0).differs(&dark(0.0035), 0.1), "too dark to be seen");
-        assert!(!look().differs(&Look { color: [0.9, 0.4, 0.2], ..look() }, 0.5), "the threshold counts");
+        assert!(
+            !look().differs(&CellValues { color: [0.9, 0.4, 0.2], ..look() }, 0.5),
+            "the threshold counts"
+        );
     }
 }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
-use super::{FrameBuffers, Reused, Shows, Start, TileScratch, TileSum, contrast, run_tiles};
+use super::{FilmContents, FrameBuffers, Reused, Start, TileScratch, TileSum, contrast, run_tiles};
 use crate::changes::Until;
 use crate::film::Film;
 use crate::frame::grid::Grid;
@@ -73,7 +73,7 @@ impl Level {
         self.buffers.forget();
     }
 
-    /// What later frames need of this one.
+    /// Samples that later frames need of this one.
     pub fn kept(&self) -> Option<LevelSamples<&SampleStore>> {
         let wanted = self.wanted.as_ref().map(Wanted::to_masks);
         self.store.as_ref().map(|store| LevelSamples { store, wanted })
@@ -103,7 +103,7 @@ impl Level {
         lent: Option<&SampleStore>,
         scratch: &mut LevelScratch,
         film: &mut Film,
-        shows: Shows,
+        shows: FilmContents,
     ) -> TileSum {
         let LevelScratch { bins, detached, tiles } = scratch;
         if frame.plan.camera != CameraChange::None {
@@ -152,7 +152,7 @@ impl Level {
 
     /// Asks for the pixels that are `flagged`. With `stays`, the camera does not move: what was asked for stays.
     pub fn want(&mut self, flagged: &PixelFlags, stays: bool) {
-        let mut wanted = Wanted::of(flagged, &self.grid);
+        let mut wanted = Wanted::new(flagged, &self.grid);
         if let (Some(before), Some(store), true) = (&self.wanted, &mut self.store, stays) {
             wanted.keep(before, |number, new| {
                 let tile = &mut store.tiles[number];

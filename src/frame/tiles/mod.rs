@@ -13,18 +13,18 @@ use rayon::prelude::*;
 
 use self::contrast::TileColors;
 use self::phases::{TileParts, Work, render_tile};
-use self::runs::{Parts, Run, runs};
+use self::runs::{Parts, TileRun, runs};
 use self::thread_scratch::{PhaseSeconds, ThreadScratch};
 use crate::film::Film;
 use crate::frame::film::develop::{Bands, Developer, DirtyTiles, bands};
 use crate::frame::film::spread::TileFilm;
 use crate::frame::grid::Grid;
-use crate::frame::planes::channels::{Picture, Written};
+use crate::frame::planes::channels::{NonZeroPlanes, Picture};
 use crate::frame::reuse::bins::Bins;
 use crate::frame::reuse::estimate::Estimate;
 use crate::frame::shot::frame_view::FrameView;
 use crate::frame::static_camera::Detached;
-use crate::frame::static_camera::remake::Remake;
+use crate::frame::static_camera::remake::DirtyLevel;
 use crate::frame::static_camera::tile_state::TileState;
 use crate::samples::{OldStore, SampleStore, TagLayout, TilePool};
 use crate::stats::{RayCounts, SampleCounts, Seconds};
@@ -39,15 +39,15 @@ pub enum Reused<'c> {
     Projected(OldStore<'c>, &'c Bins),
 }
 
-/// What a frame begins with.
+/// Input of a frame's tiles.
 pub struct Start<'c> {
-    /// Of the frame before.
+    /// Samples of the frame before.
     pub reused: Reused<'c>,
-    /// What it took to choose whether to reuse samples.
+    /// Costs of the choice to reuse samples or not.
     pub estimate: Estimate,
 }
 
-/// What the tiles of a frame add up to.
+/// Sums over the tiles of a frame.
 #[derive(Default)]
 pub struct TileSum {
     /// By status.
@@ -56,7 +56,7 @@ pub struct TileSum {
     pub rays: RayCounts,
     /// Nobody wanted the others.
     pub is_stopped: bool,
-    written: Written,
+    written: NonZeroPlanes,
     phase_seconds: PhaseSeconds,
     /// Wall-clock seconds of the tiles.
     wall: f64,
@@ -68,11 +68,11 @@ pub struct TileSum {
 pub struct FrameBuffers {
     /// Tiles for the store to grow out of.
     pub pool: TilePool,
-    /// Of their tags.
+    /// Layout of their tags.
     layout: TagLayout,
     /// One for each tile.
     pub states: Vec<TileState>,
-    /// What each tile shows, if that is noted.
+    /// Colours of each tile, if they are noted.
     pub colors: Vec<TileColors>,
 }
 
@@ -113,9 +113,9 @@ impl FrameBuffers {
     }
 }
 
-/// What a film shows when a level of a frame begins.
+/// Content of a film when a level of a frame begins.
 #[derive(Debug, Clone, Copy)]
-pub enum Shows<'a> {
+pub enum FilmContents<'a> {
     /// Nothing that is of use: all of it is written.
     Nothing,
     /// The frame before. What stays the same need not be written.
@@ -125,8 +125,8 @@ pub enum Shows<'a> {
     Coarser { is_last: bool, written: &'a [bool] },
 }
 
-impl Shows<'_> {
-    /// Whether it shows the frame before in tile number `number`.
+impl FilmContents<'_> {
+    /// Returns true if it shows the frame before in tile number `number`.
     fn is_last(self, number: usize) -> bool {
         match self {
             Self::Nothing => false,
@@ -148,7 +148,7 @@ pub fn run_tiles(
     store: &mut SampleStore,
     (buffers, scratch): (&mut FrameBuffers, &mut TileScratch),
     film: &mut Film,
-    shows: Shows,
+    shows: FilmContents,
 ) -> TileSum {
     let is_wide = frame.kernel.is_some();
     let picture = Picture::over(film, frame.kernel, frame.channels, frame.palette.brightest);
@@ -165,7 +165,7 @@ pub fn run_tiles(
             grid,
             kernel.halo(),
             states.iter().enumerate().map(|(number, state)| {
-                state.facts(frame, shows.is_last(number), false).remake() >= Remake::Picture
+                state.facts(frame, shows.is_last(number), false).remake() >= DirtyLevel::Picture
             }),
         );
     }
@@ -209,8 +209,8 @@ pub fn run_tiles(
     }
     for (number, (plane, was_zero)) in film.planes.iter_mut().zip(&picture.was_zero).enumerate() {
         plane.is_zero = match shows {
-            Shows::Coarser { .. } => *was_zero && sum.written.is_none(number),
-            Shows::Nothing | Shows::Last => sum.written.is_zero(number, *was_zero),
+            FilmContents::Coarser { .. } => *was_zero && sum.written.is_none(number),
+            FilmContents::Nothing | FilmContents::Last => sum.written.is_zero(number, *was_zero),
         };
     }
     if let Reused::Projected(old, _) = &mut start.reused {
@@ -229,13 +229,13 @@ pub fn tiles_in_band(least: u32) -> u32 {
 }
 
 /// Takes tiles through all phases.
-fn run_band(work: &Work, runs: Vec<Run>, scratch: &Mutex<Vec<ThreadScratch>>) -> TileSum {
+fn run_band(work: &Work, runs: Vec<TileRun>, scratch: &Mutex<Vec<ThreadScratch>>) -> TileSum {
     let lock = || scratch.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
     runs.into_par_iter()
         .fold(
-            || (lock().pop().unwrap_or_default(), SampleCounts::default(), Written::default()),
+            || (lock().pop().unwrap_or_default(), SampleCounts::default(), NonZeroPlanes::default()),
             |(mut scratch, mut samples, mut written), run| {
-                let Run { first, parts: Parts { tiles, states, colors, films }, mut window } = run;
+                let TileRun { first, parts: Parts { tiles, states, colors, films }, mut window } = run;
                 let parts = tiles.iter_mut().zip(states).zip(colors).zip(films);
                 for (number, (((tile, state), colors), film)) in (first..).zip(parts) {
                     let parts = TileParts { tile, state, colors, film };

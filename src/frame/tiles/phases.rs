@@ -15,28 +15,28 @@ use std::time::Instant;
 
 use super::contrast::{TileColors, note_colors};
 use super::thread_scratch::ThreadScratch;
-use super::{Reused, Shows, Start};
+use super::{FilmContents, Reused, Start};
 use crate::changes::Until;
 use crate::frame::film::develop::DirtyTiles;
-use crate::frame::film::filter::{self, Shown};
+use crate::frame::film::filter::{self, FilterInput};
 use crate::frame::film::spread::TileFilm;
 use crate::frame::grid::cells::CellSet;
 use crate::frame::light::{direct, indirect, occlusion};
-use crate::frame::planes::channels::{Picture, Written};
+use crate::frame::planes::channels::{NonZeroPlanes, Picture};
 use crate::frame::planes::window::Window;
 use crate::frame::reuse::verify::{self, Request};
 use crate::frame::reuse::{reproject, trace_missed};
 use crate::frame::secondary::enhance;
 use crate::frame::shot::frame_view::FrameView;
 use crate::frame::static_camera;
-use crate::frame::static_camera::remake::{Change, Remake, TileFacts};
+use crate::frame::static_camera::remake::{Change, DirtyLevel, TileFacts};
 use crate::frame::static_camera::tile_state::TileState;
 use crate::samples::{Flags, Status, TagLayout, Tile};
 use crate::settings::Reuse;
 use crate::stats::SampleCounts;
 use crate::trace::SceneSubset;
 
-/// What is to be done with every tile.
+/// Input that all tiles of a level share.
 #[derive(Clone, Copy)]
 pub struct Work<'a> {
     pub frame: &'a FrameView<'a>,
@@ -45,12 +45,12 @@ pub struct Work<'a> {
     pub picture: &'a Picture,
     /// Whose colours must be written.
     pub dirty: &'a DirtyTiles,
-    /// What the film shows: what stays the same need not be made again.
-    pub shows: Shows<'a>,
+    /// Content of the film: what stays the same need not be made again.
+    pub shows: FilmContents<'a>,
 }
 
 impl Work<'_> {
-    /// What is known of tile number `number` before its samples are brought up to date.
+    /// Facts about tile number `number` before its samples are brought up to date.
     pub fn facts(&self, number: usize, state: &TileState) -> TileFacts {
         state.facts(self.frame, self.shows.is_last(number), self.dirty.is_needed(number))
     }
@@ -60,7 +60,7 @@ impl Work<'_> {
 pub struct TileParts<'a> {
     pub tile: &'a mut Tile,
     pub state: &'a mut TileState,
-    /// What it shows, for finer levels of samples.
+    /// Its colours, for finer levels of samples.
     pub colors: &'a mut TileColors,
     /// Sums of a wide filter.
     pub film: &'a mut TileFilm,
@@ -84,10 +84,10 @@ pub fn render_tile(
     parts: TileParts,
     window: &mut Window,
     scratch: &mut ThreadScratch,
-) -> (SampleCounts, Written) {
+) -> (SampleCounts, NonZeroPlanes) {
     let TileParts { tile, state, colors, film } = parts;
     let remake = infer_tile(work, number, tile, state, scratch);
-    state.was_written = remake >= Remake::Picture;
+    state.was_written = remake >= DirtyLevel::Picture;
     if work.frame.notes_colors && state.was_written && !work.frame.wanted_of(number).is_empty() {
         note_colors(&scratch.radiance, colors);
     }
@@ -104,11 +104,11 @@ fn infer_tile(
     tile: &mut Tile,
     state: &mut TileState,
     scratch: &mut ThreadScratch,
-) -> Remake {
+) -> DirtyLevel {
     let Work { frame, .. } = *work;
     let mut facts = work.facts(number, state);
-    if facts.remake() == Remake::Age && !facts.is_needed {
-        return Remake::Age;
+    if facts.remake() == DirtyLevel::Age && !facts.is_needed {
+        return DirtyLevel::Age;
     }
     scratch.begin_tile();
     let mut clock = Clock(Instant::now());
@@ -125,7 +125,7 @@ fn infer_tile(
     let remake = facts.remake();
     state.was_quiet = facts.samples == Change::None;
     state.is_known = true;
-    if (remake >= Remake::Picture || facts.is_needed) && !frame.wanted_of(number).is_empty() {
+    if (remake >= DirtyLevel::Picture || facts.is_needed) && !frame.wanted_of(number).is_empty() {
         let ThreadScratch { radiance, bounces, placed, trace, .. } = &mut *scratch;
         let trees = Some(&mut state.trees);
         let casts_rays = enhance::enhance(frame, tile, radiance, bounces, trees, placed, trace);
@@ -250,11 +250,11 @@ fn verify_servers(
 fn write_pixels(
     work: &Work,
     number: usize,
-    remake: Remake,
+    remake: DirtyLevel,
     (tile, film): (&Tile, &mut TileFilm),
     window: &mut Window,
     scratch: &mut ThreadScratch,
-) -> Written {
+) -> NonZeroPlanes {
     let Work { frame, picture, dirty, .. } = *work;
     let ThreadScratch { filtering, radiance, placed, trace, .. } = scratch;
     let cell_rays = &*trace.tally.cells;
@@ -262,18 +262,18 @@ fn write_pixels(
         filter::sum(frame, number, tile, filtering, radiance, film);
     }
     match remake {
-        Remake::Age => filter::stay(frame, number, picture, window),
-        Remake::Counts => filter::recount(frame, number, tile, filtering, cell_rays, picture, window),
-        Remake::Picture | Remake::Samples => {
-            let shown = Shown { radiance, placed, cell_rays };
+        DirtyLevel::Age => filter::stay(frame, number, picture, window),
+        DirtyLevel::Counts => filter::recount(frame, number, tile, filtering, cell_rays, picture, window),
+        DirtyLevel::Picture | DirtyLevel::Samples => {
+            let shown = FilterInput { radiance, placed, cell_rays };
             filter::filter(frame, number, tile, filtering, shown, picture, window)
         }
     }
 }
 
 /// Counts the samples of a tile by status.
-fn samples_of(frame: &FrameView, number: usize, remake: Remake, tile: &Tile) -> SampleCounts {
-    if remake == Remake::Age && frame.wanted.is_none() {
+fn samples_of(frame: &FrameView, number: usize, remake: DirtyLevel, tile: &Tile) -> SampleCounts {
+    if remake == DirtyLevel::Age && frame.wanted.is_none() {
         let good = frame.view.grid.cells(number);
         debug_assert_eq!(count_samples(tile).good, good, "tile {number}");
         return SampleCounts { good, ..SampleCounts::default() };

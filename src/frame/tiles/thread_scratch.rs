@@ -37,27 +37,27 @@ impl std::ops::AddAssign for PhaseSeconds {
 /// allocates nothing. Each phase is given its own part.
 #[derive(Debug, Default)]
 pub struct ThreadScratch {
-    /// Of the phase that brings samples from the frame before.
+    /// Scratch of the phase that finds servers.
     pub serving: Box<Serving>,
     /// The tile at work as it was in the frame before.
     pub before: Option<Box<Tile>>,
-    /// Of all phases that trace rays.
+    /// Rays of all phases that trace any.
     pub trace: TraceScratch,
-    /// Of the phase that gathers light.
+    /// Scratch of light paths.
     pub paths: PathScratch,
-    /// Of the phase that finds out how open samples are.
+    /// Scratch of ambient occlusion.
     pub occlusion: OcclusionScratch,
-    /// Of the phase that lights samples.
+    /// Scratch of direct light.
     pub lighting: Lighting,
     /// The tile's surfaces in world space.
     pub placed: Box<PlacedTile>,
-    /// Of the phase that follows rays beyond the first surface.
+    /// Scratch of rays beyond the first surface.
     pub bounces: Bounces,
     /// Whose trees were kept when the tile at work was begun.
     pub roots: Vec<Root>,
-    /// What each cell shows in this frame.
+    /// Radiance of each cell in this frame.
     pub radiance: Box<Radiance>,
-    /// Of the phase that makes pixels.
+    /// Scratch of the filter.
     pub filtering: Box<Filtering>,
     /// Time by phase.
     pub seconds: PhaseSeconds,

@@ -27,7 +27,7 @@ impl Vec3x4 {
     }
 
     #[inline(always)]
-    fn of(three: impl Fn(usize, usize) -> f32) -> Self {
+    fn new(three: impl Fn(usize, usize) -> f32) -> Self {
         let axis = |axis: usize| f64x4::new(from_fn(|lane| f64::from(three(lane, axis))));
         Self { x: axis(0), y: axis(1), z: axis(2) }
     }
@@ -95,8 +95,8 @@ fn doubles(values: [f32; FOUR]) -> f64x4 {
 #[inline(always)]
 pub fn meet(piece: &Piece, inverse: &DAffine3, rays: &[Ray; FOUR]) -> (u8, [Meeting; FOUR]) {
     const NONE: [Meeting; FOUR] = [Meeting { t: 0.0, weights: [0.0; 2] }; FOUR];
-    let origin = Vec3x4::of(|lane, axis| rays[lane].origin[axis]).placed(inverse);
-    let direction = Vec3x4::of(|lane, axis| rays[lane].direction[axis]).turned(inverse);
+    let origin = Vec3x4::new(|lane, axis| rays[lane].origin[axis]).placed(inverse);
+    let direction = Vec3x4::new(|lane, axis| rays[lane].direction[axis]).turned(inverse);
     let Some([mut one, mut other]) = places(piece, origin, direction) else { return (0, NONE) };
     if rays.iter().any(|ray| ray.ends_here) {
         let ends =

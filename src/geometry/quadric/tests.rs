@@ -2,18 +2,18 @@
 
 use glam::{DAffine3, DQuat, DVec3, Vec2, Vec3};
 
-use super::{FOUR, Quadric, Ray, Shape};
+use super::{FOUR, Quadric, QuadricShape, Ray};
 
 /// One of each shape.
-const SHAPES: [Shape; 8] = [
-    Shape::Ellipsoid { radii: DVec3::new(2.0, 0.5, 1.25) },
-    Shape::Cylinder { radius: 0.75, height: 3.0 },
-    Shape::Cone { radius: 1.5, top: 0.0, height: 2.0 },
-    Shape::Cone { radius: 0.5, top: 1.0, height: 1.5 },
-    Shape::Paraboloid { radius: 1.0, height: 2.5 },
-    Shape::Waisted { radius: 1.0, waist: 0.4, height: 2.0 },
-    Shape::Parted { radius: 1.5, gap: 0.5, height: 3.0 },
-    Shape::Plane { center: [3.0, -2.0], reach: 1e6 },
+const SHAPES: [QuadricShape; 8] = [
+    QuadricShape::Ellipsoid { radii: DVec3::new(2.0, 0.5, 1.25) },
+    QuadricShape::Cylinder { radius: 0.75, height: 3.0 },
+    QuadricShape::Cone { radius: 1.5, top: 0.0, height: 2.0 },
+    QuadricShape::Cone { radius: 0.5, top: 1.0, height: 1.5 },
+    QuadricShape::Paraboloid { radius: 1.0, height: 2.5 },
+    QuadricShape::OneSheet { radius: 1.0, waist: 0.4, height: 2.0 },
+    QuadricShape::TwoSheets { radius: 1.5, gap: 0.5, height: 3.0 },
+    QuadricShape::Plane { center: [3.0, -2.0], reach: 1e6 },
 ];
 
 /// Map that turns, shears by an uneven scale, and mirrors.
@@ -136,7 +136,7 @@ fn four_rays_are_answered_as_each_alone() {
 /// in are ways out.
 #[test]
 fn closed_quadrics_are_left_as_often_as_they_are_entered() {
-    for shape in SHAPES.into_iter().filter(|shape| !matches!(shape, Shape::Plane { .. })) {
+    for shape in SHAPES.into_iter().filter(|shape| !matches!(shape, QuadricShape::Plane { .. })) {
         for quadric in [Quadric::new(shape, false), Quadric::new(shape, false).placed(awry())] {
             let mut entered = 0;
             for ray in (0..quadric.count()).flat_map(|piece| rays(&quadric, piece)) {
@@ -159,7 +159,7 @@ fn closed_quadrics_are_left_as_often_as_they_are_entered() {
 
 #[test]
 fn a_sphere_is_met_as_by_hand_near_and_far() {
-    let sphere = Quadric::new(Shape::Ellipsoid { radii: DVec3::ONE }, false);
+    let sphere = Quadric::new(QuadricShape::Ellipsoid { radii: DVec3::ONE }, false);
     for far in [3.0, 3e3, 3e6] {
         let met = sphere.meet(0, &ray(Vec3::new(0.0, 0.6, far), Vec3::NEG_Z)).expect("it is in the way");
         assert!((f64::from(met.t) - (f64::from(far) - 0.8)).abs() <= f64::from(far) * 6e-8, "{far}: {met:?}");
@@ -178,7 +178,7 @@ fn a_sphere_is_met_as_by_hand_near_and_far() {
 
 #[test]
 fn a_segment_passes_its_end_and_is_stopped_by_the_rest_of_its_piece() {
-    let tube = Quadric::new(Shape::Cylinder { radius: 1.0, height: 2.0 }, true);
+    let tube = Quadric::new(QuadricShape::Cylinder { radius: 1.0, height: 2.0 }, true);
     let to = |at: Vec3, eye: Vec3| Ray { far: 1.0 - 1e-5, ends_here: true, ..ray(eye, at - eye) };
     let eye = Vec3::new(0.0, 1.0, 5.0);
     assert_eq!(tube.meet(0, &to(Vec3::new(0.0, 1.0, 1.0), eye)), None, "the near wall is seen");
@@ -189,7 +189,7 @@ fn a_segment_passes_its_end_and_is_stopped_by_the_rest_of_its_piece() {
 
 #[test]
 fn planes_reach_to_the_horizon_and_say_where_they_are() {
-    let plane = Quadric::new(Shape::Plane { center: [3.0, -2.0], reach: 1e6 }, false);
+    let plane = Quadric::new(QuadricShape::Plane { center: [3.0, -2.0], reach: 1e6 }, false);
     let met = plane.meet(0, &ray(Vec3::new(1.0, 2.0, 5.0), Vec3::new(1.0, -1e-5, 0.0))).expect("far away");
     assert!((met.t - 2e5).abs() < 0.1, "{met:?}");
     let uv = plane.uv(0, plane.weights(0, Vec3::new(4.25, 0.0, -1.5)));
@@ -204,7 +204,7 @@ fn planes_reach_to_the_horizon_and_say_where_they_are() {
 
 #[test]
 fn textures_go_around_to_the_right() {
-    let sphere = Quadric::new(Shape::Ellipsoid { radii: DVec3::ONE }, false);
+    let sphere = Quadric::new(QuadricShape::Ellipsoid { radii: DVec3::ONE }, false);
     for (at, uv) in [
         (Vec3::Z, [0.5, 0.5]),
         (Vec3::X, [0.75, 0.5]),
@@ -214,7 +214,7 @@ fn textures_go_around_to_the_right() {
         let found = sphere.uv(0, sphere.weights(0, at));
         assert!((found - Vec2::from(uv)).length() < 1e-6, "{at}: {found}");
     }
-    let tube = Quadric::new(Shape::Cylinder { radius: 2.0, height: 4.0 }, false);
+    let tube = Quadric::new(QuadricShape::Cylinder { radius: 2.0, height: 4.0 }, false);
     let found = tube.uv(0, tube.weights(0, Vec3::new(2.0, 3.0, 0.0)));
     assert!((found - Vec2::new(0.75, 0.75)).length() < 1e-6, "{found}");
     let top = tube.uv(2, tube.weights(2, Vec3::new(1.0, 4.0, -1.0)));
@@ -224,7 +224,7 @@ fn textures_go_around_to_the_right() {
 #[test]
 fn what_is_beside_a_steep_side_is_near() {
     // at the rim it rises by 1,000 where it goes aside by 1
-    let bowl = Quadric::new(Shape::Paraboloid { radius: 1.0, height: 500.0 }, true);
+    let bowl = Quadric::new(QuadricShape::Paraboloid { radius: 1.0, height: 500.0 }, true);
     for aside in [-1e-3, 1e-3] {
         let at = Vec3::new(0.9 + aside, 405.0, 0.0);
         let distance = bowl.distance(0, at);
@@ -236,7 +236,7 @@ fn what_is_beside_a_steep_side_is_near() {
 
 #[test]
 fn the_middle_of_a_leaf_is_near_to_its_sides() {
-    let leaf = Quadric::new(Shape::Ellipsoid { radii: DVec3::new(1.0, 1e-9, 1.0) }, false);
+    let leaf = Quadric::new(QuadricShape::Ellipsoid { radii: DVec3::new(1.0, 1e-9, 1.0) }, false);
     for x in [0.0, 0.4, 0.67, 0.99] {
         let distance = leaf.distance(0, Vec3::new(x, 0.0, 0.0));
         assert!(distance <= 1e-9, "{x}: {distance}");

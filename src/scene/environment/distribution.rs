@@ -1,4 +1,4 @@
-//! Directions sampled by importance: a density that is constant in each cell of a latitude-longitude grid.
+//! Importance sampling of directions: a density that is constant in each cell of a latitude-longitude grid.
 
 use std::f64::consts::{PI, TAU};
 
@@ -29,7 +29,7 @@ pub(super) struct Distribution {
     rows: Steps,
     /// Distribution of the columns within each row.
     columns: Vec<Steps>,
-    /// Cosines of the angles to +Y of the edges of rows, from 1 to -1: one more than there are rows.
+    /// Cosines of the angles to +Y of the rows' edges, from 1 to -1: one more than there are rows.
     edges: Vec<f64>,
     /// Number of texels along each edge of a cell.
     block: usize,
@@ -41,14 +41,14 @@ impl Distribution {
     /// Creates a density in proportion to a function that is not negative, given by its mean in each texel of
     /// a grid with this many columns and rows: `means` writes those of a row. Cells are the largest that
     /// follow the texels well enough: where neighbours are alike, one cell for all of them is found sooner.
-    pub fn of([width, height]: [usize; 2], means: &(impl Fn(usize, &mut Vec<f64>) + Sync)) -> Self {
+    pub fn new([width, height]: [usize; 2], means: &(impl Fn(usize, &mut Vec<f64>) + Sync)) -> Self {
         let block = largest_block([width, height], means);
         let texel_edges = edges(height);
         let (columns, sums): (Vec<Steps>, Vec<f64>) = (0..height / block)
             .into_par_iter()
             .map_init(Default::default, |(texels, weights), row| {
                 block_means(means, &texel_edges, block, texels, weights, row);
-                Steps::of(weights, EVEN_SHARE)
+                Steps::new(weights, EVEN_SHARE)
             })
             .unzip();
         let edges = edges(height / block);
@@ -60,16 +60,17 @@ impl Distribution {
             // black: sampled evenly over the sphere
             (weights, even_share) = (areas.collect(), 0.0);
         }
-        let (rows, _) = Steps::of(&weights, even_share);
+        let (rows, _) = Steps::new(&weights, even_share);
         Self { rows, columns, edges, block, integral }
     }
 
-    /// Integral over the sphere of what it follows.
+    /// Integral over the sphere of the function that the density follows.
     pub fn integral(&self) -> f64 {
         self.integral
     }
 
-    /// A direction (unit length). `random`: two numbers from 0 to 1; the first picks the column, the second the row.
+    /// Samples a direction (unit length). `random`: two numbers from 0 to 1; the first picks the column, the
+    /// second the row.
     pub fn sample(&self, random: [f32; 2]) -> Vec3 {
         let row = self.rows.find(random[1]);
         let columns = &self.columns[row.index];
@@ -84,7 +85,8 @@ impl Distribution {
         Vec3::new(radius * sin, y as f32, -radius * cos)
     }
 
-    /// Density in solid angle with which [`Self::sample`] gives the directions of the texel in this column and row.
+    /// Density in solid angle with which [`Self::sample`] returns the directions of the texel in this column
+    /// and row.
     pub fn pdf(&self, column: usize, row: usize) -> f32 {
         let (column, row) = (column / self.block, row / self.block);
         let columns = &self.columns[row];
@@ -94,12 +96,13 @@ impl Distribution {
     }
 }
 
-/// Cosines of the angles to +Y at the edges of so many rows.
+/// Computes the cosines of the angles to +Y at the edges of `rows` rows.
 fn edges(rows: usize) -> Vec<f64> {
     (0..=rows).map(|edge| (PI * edge as f64 / rows as f64).cos()).collect()
 }
 
-/// The largest cells that raise the second moment by no more than [`RISE`], in texels along an edge.
+/// Finds the largest cells that raise the second moment by no more than [`RISE`]: their size in texels along
+/// an edge.
 fn largest_block([width, height]: [usize; 2], means: &(impl Fn(usize, &mut Vec<f64>) + Sync)) -> usize {
     let blocks =
         std::iter::successors(Some(LARGEST_BLOCK), |block| Some(block / 2)).take_while(|block| *block > 1);
@@ -135,7 +138,8 @@ fn second_moment(
     if sum > 0.0 { moment / sum } else { 1.0 }
 }
 
-/// Makes `weights` the means over the cells of a row of cells, by the solid angle of their texels. `edges`: of the texels' rows.
+/// Writes into `weights` the means over the cells of a row of cells, weighted by the solid angle of their
+/// texels. `edges`: those of the texels' rows.
 fn block_means(
     means: &(impl Fn(usize, &mut Vec<f64>) + Sync),
     edges: &[f64],
@@ -164,7 +168,8 @@ fn block_means(
 mod tests {
     use super::*;
 
-    /// A bell about the horizon, `narrow` times as narrow as the sphere is high, and as dark above and below.
+    /// Creates a bell about the horizon, `narrow` times as narrow as the sphere is high, and as dark above
+    /// and below.
     fn bell(height: usize, narrow: f64) -> impl Fn(usize, &mut Vec<f64>) + Sync {
         move |row, means| {
             let from_horizon = (row as f64 + 0.5) / height as f64 - 0.5;
@@ -177,20 +182,20 @@ mod tests {
     fn cells_are_as_large_as_what_they_follow_is_smooth() {
         let size = [1024, 512];
         for (narrow, block) in [(1.0, 8), (20.0, 4), (40.0, 2), (300.0, 1)] {
-            assert_eq!(Distribution::of(size, &bell(512, narrow)).block, block, "{narrow}");
+            assert_eq!(Distribution::new(size, &bell(512, narrow)).block, block, "{narrow}");
         }
         // an odd number of columns: no larger cells
         let even = |_: usize, means: &mut Vec<f64>| {
             means.clear();
             means.resize(1023, 1.0);
         };
-        assert_eq!(Distribution::of([1023, 512], &even).block, 1);
+        assert_eq!(Distribution::new([1023, 512], &even).block, 1);
     }
 
     #[test]
     fn larger_cells_hold_as_much_as_their_texels() {
         let (size, means) = ([1024, 512], bell(512, 20.0));
-        let distribution = Distribution::of(size, &means);
+        let distribution = Distribution::new(size, &means);
         let edges = edges(512);
         let mut row_means = Vec::new();
         let (mut integral, mut total) = (0.0, 0.0);

@@ -20,25 +20,24 @@ use super::picture_error::PictureError;
 pub(super) struct Grid {
     width: usize,
     height: usize,
-    /// Three values each, row by row from the top.
+    /// Texels: three values each, row by row from the top.
     texels: Vec<f32>,
     distribution: Distribution,
 }
 
 impl Grid {
-    /// `texels`: red, green and blue of each texel, row by row from the top.
+    /// Creates a grid from `texels`: red, green and blue of each texel, row by row from the top.
     ///
-    /// # Errors
-    /// A side of 0, another number of values than the size says, a negative value, NaN or infinity.
+    /// # Errors A side of 0, another number of values than the size says, a negative value, NaN or infinity.
     pub fn new(width: u32, height: u32, texels: Vec<f32>) -> Result<Self, PictureError> {
         check(width, height, &texels)?;
         let (width, height) = (width as usize, height as usize);
         let means = |row: usize, means: &mut Vec<f64>| interpolated_means(&texels, width, row, height, means);
-        let distribution = Distribution::of([width, height], &means);
+        let distribution = Distribution::new([width, height], &means);
         Ok(Self { width, height, texels, distribution })
     }
 
-    /// Columns and rows.
+    /// Numbers of columns and rows.
     pub fn size(&self) -> [usize; 2] {
         [self.width, self.height]
     }
@@ -48,7 +47,7 @@ impl Grid {
         self.distribution.integral()
     }
 
-    /// Radiance from a place, in texels from the left and from the top.
+    /// Interpolates the radiance at a place, in texels from the left and from the top.
     fn radiance_at(&self, [x, y]: [f32; 2]) -> Vec3 {
         let (x, y) = (x - 0.5, y - 0.5);
         let (left, top) = (x.floor(), y.floor());
@@ -62,12 +61,14 @@ impl Grid {
         upper.lerp(lower, down).min(Vec3::MAX)
     }
 
-    /// A direction (unit length). `random`: two numbers from 0 to 1; the first picks the column, the second the row.
+    /// Samples a direction (unit length). `random`: two numbers from 0 to 1; the first picks the column, the
+    /// second the row.
     pub fn sample(&self, random: [f32; 2]) -> Vec3 {
         self.distribution.sample(random)
     }
 
-    /// Radiance from `direction`, and the probability density with which [`Self::sample`] gives it, in solid angle.
+    /// Radiance from `direction`, and the probability density in solid angle with which [`Self::sample`]
+    /// returns it.
     pub fn light(&self, direction: Vec3) -> LightFrom {
         let [x, y] = self.place(direction);
         let (column, row) = ((x as usize) % self.width, (y as usize).min(self.height - 1));
@@ -90,14 +91,14 @@ impl Grid {
     }
 }
 
-/// The size alone: nobody wants to read all texels.
+/// Prints the size alone: nobody wants to read all texels.
 impl fmt::Debug for Grid {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "Grid({}x{})", self.width, self.height)
     }
 }
 
-/// That the values are as many as they should be, finite, and not negative.
+/// Checks that there are as many values as there should be, all finite and not negative.
 fn check(width: u32, height: u32, texels: &[f32]) -> Result<(), PictureError> {
     let values = (u64::from(width) * u64::from(height)).saturating_mul(3);
     if values == 0 || values != texels.len() as u64 {
@@ -113,8 +114,8 @@ fn check(width: u32, height: u32, texels: &[f32]) -> Result<(), PictureError> {
     }
 }
 
-/// Makes `means` what the mean of red, green and blue is on average in each cell of `row`, interpolated bilinearly:
-/// along each axis three quarters of the texel's own and an eighth of each neighbour's.
+/// Writes into `means` the average over each texel of `row` of the mean of red, green and blue, interpolated
+/// bilinearly: along each axis three quarters of the texel's own and an eighth of each neighbour's.
 fn interpolated_means(texels: &[f32], width: usize, row: usize, height: usize, means: &mut Vec<f64>) {
     const OWN: f64 = 0.75;
     const BESIDE: f64 = 0.125;

@@ -67,6 +67,9 @@ impl Environment {
     }
 
     /// Creates a clear sky with its sun.
+    ///
+    /// # Panics With angles or a turbidity beyond the ranges that [`Sky`] states, where its formulas give no
+    /// colour.
     pub fn from_sky(sky: &Sky) -> Self {
         let (width, height, texels) = sky.picture();
         let grid =
@@ -75,6 +78,8 @@ impl Environment {
     }
 
     /// Creates an environment from a gradient, which depends on the height alone.
+    ///
+    /// # Panics With a colour that is negative or not finite.
     pub fn from_background(background: &Background) -> Self {
         let middle = |row| std::f32::consts::PI * (row as f32 + 0.5) / BACKGROUND_ROWS as f32;
         let row = |row| background.radiance(Vec3::new(0.0, middle(row).cos(), -middle(row).sin()));
@@ -91,7 +96,7 @@ impl Environment {
             let least = if grid.power() > 0.0 { LEAST_SHARE } else { 0.0 };
             (of_sun / (of_sun + grid.power())).clamp(least, 1.0 - least) as f32
         });
-        let (visible, grid, turn) = (true, Arc::new(grid), Turn::of(0.0));
+        let (visible, grid, turn) = (true, Arc::new(grid), Turn::new(0.0));
         Self { visible, samples: 1, grid, sun, sun_share, rotation: 0.0, turn, power: 1.0 }
     }
 
@@ -100,8 +105,8 @@ impl Environment {
     #[must_use]
     pub fn rotated(self, degrees: f64) -> Self {
         let rotation = (self.rotation + degrees) % 360.0;
-        let sun = self.sun.map(|sun| Sun { to_sun: Turn::of(degrees).apply(sun.to_sun), ..sun });
-        Self { rotation, turn: Turn::of(rotation), sun, ..self }
+        let sun = self.sun.map(|sun| Sun { to_sun: Turn::new(degrees).apply(sun.to_sun), ..sun });
+        Self { rotation, turn: Turn::new(rotation), sun, ..self }
     }
 
     /// Multiplies the radiance by `factor`, which is finite and not negative. Directions are sampled as
@@ -137,7 +142,7 @@ impl Environment {
         let [choice, other] = random;
         let Some(sun) = self.sun else { return self.sample_grid(random) };
         let share = self.sun_share;
-        // what is left of the number that chose is as random as it was
+        // the rest of the number that chose is as random as the number was
         if choice < share {
             sun.sample([choice / share, other])
         } else {
@@ -161,7 +166,7 @@ impl Environment {
         self.turn.apply(self.grid.sample(random))
     }
 
-    /// Columns and rows of the grid.
+    /// Numbers of columns and rows of the grid.
     pub fn size(&self) -> [usize; 2] {
         self.grid.size()
     }
@@ -187,7 +192,7 @@ struct Turn {
 }
 
 impl Turn {
-    fn of(degrees: f64) -> Self {
+    fn new(degrees: f64) -> Self {
         // whole turns go first: they would cost digits
         let (sin, cos) = (degrees % 360.0).to_radians().sin_cos();
         Self { sin: sin as f32, cos: cos as f32 }
@@ -198,7 +203,7 @@ impl Turn {
     }
 }
 
-/// Finite, whatever the factor.
+/// Scales a colour. The result is finite, whatever the factor.
 fn scaled(color: Vec3, factor: f32) -> Vec3 {
     (color * factor).min(Vec3::MAX)
 }

@@ -10,9 +10,9 @@ pub enum PictureError {
     Size { width: u32, height: u32, values: usize },
     /// A value is negative, NaN or infinite.
     Value {
-        /// Column and row, from 0, from the top left.
+        /// Column and row of the value, from 0, from the top left.
         pixel: [u32; 2],
-        /// `R`, `G` or `B`.
+        /// Channel of the value: `R`, `G` or `B`.
         channel: char,
         /// The value.
         value: f32,

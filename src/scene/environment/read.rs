@@ -13,21 +13,21 @@ use crate::input::{self, Input, Kind};
 use crate::memory::{self, Need, Part};
 use crate::scene::{SceneError, Warning};
 
-/// Texels along an edge at most.
+/// Maximum number of texels along an edge.
 const LONGEST_EDGE: u32 = 32_768;
-/// Texels that a byte of a Radiance picture can hold, generously: a byte for each of the four values of a texel, in
-/// runs of 127 at most.
+/// Maximum number of texels that a byte of a Radiance picture can hold, generously: a byte for each of the
+/// four values of a texel, in runs of 127 at most.
 const MOST_TEXELS_A_BYTE: u64 = 64;
-/// Bytes of a texel as it stays: three floats, and a step of the distribution that samples it.
+/// Bytes of a texel in memory: three floats, and a step of the distribution that samples it.
 const TEXEL_BYTES: u64 = 3 * 4 + 4;
-/// The decoder of Radiance pictures has two lists of texels for a while.
+/// Bytes of a texel while it is decoded: the decoder of Radiance pictures has two lists of texels for a
+/// while.
 const DECODED_BYTES: u64 = 2 * 3 * 4;
 
-/// The map at `path` and a digest of its texels, with a warning where it is odd.
+/// Reads the map at `path`. Returns also a digest of its texels, and a warning if it is odd.
 ///
-/// # Errors
-/// With the file and what to do: a file that is unreadable, empty, of another kind, damaged, or without red, green or
-/// blue; with values that are negative or not finite; too large for memory.
+/// # Errors With the file and what to do: a file that is unreadable, empty, of another kind, damaged, or
+/// without red, green or blue; with values that are negative or not finite; too large for memory.
 pub(in crate::scene) fn read(path: &Path) -> Result<(Environment, Digest, Option<Warning>), SceneError> {
     let fault = |why: String| SceneError::new(path, format!("the environment map {why}"));
     let (width, height, texels) = decode(path).map_err(fault)?;
@@ -44,7 +44,7 @@ pub(in crate::scene) fn read(path: &Path) -> Result<(Environment, Digest, Option
     Ok((environment, digest, odd))
 }
 
-/// Width, height, and linear RGB row by row; or why not, as the end of a sentence.
+/// Decodes a map: width, height, and linear RGB row by row. Errors are the end of a sentence.
 fn decode(path: &Path) -> Result<(u32, u32, Vec<f32>), String> {
     let mut input = input::open(path, Kind::Picture).map_err(|error| unreadable(&error))?;
     let mut begin = Vec::new();
@@ -67,7 +67,7 @@ fn unreadable(error: &dyn Display) -> String {
 fn radiance(input: Input) -> Result<(u32, u32, Vec<f32>), String> {
     let Input { file, length: file_bytes, .. } = input;
     // a header may be as long as the file
-    let need = Need::of(Part::new("its file", file_bytes, "a smaller map"));
+    let need = Need::new(Part::new("its file", file_bytes, "a smaller map"));
     need.check(&memory::left()).map_err(|error| format!("does not fit: {error}"))?;
     // not strict: many writers call the format by another name than `RADIANCE`
     let decoder = HdrDecoder::new_nonstrict(BufReader::new(file)).map_err(|error| unreadable(&error))?;
@@ -104,7 +104,7 @@ fn open_exr(path: &Path) -> Result<(u32, u32, Vec<f32>), String> {
     Ok((width, height, texels))
 }
 
-/// Without the name of the file, which the whole message begins with.
+/// Words of an error without the name of the file, with which the whole message begins.
 fn worded(error: &openexr::Error) -> String {
     match error {
         openexr::Error::File { source, .. } => unreadable(source),
@@ -115,7 +115,7 @@ fn worded(error: &openexr::Error) -> String {
 
 /// Checks the size of a map before it is decoded: it has texels, no edge is too long, and it fits into the
 /// memory that is `left` with `decoded` bytes for each texel while it is decoded.
-fn check_size([width, height]: [u32; 2], decoded: u64, left: &[memory::Left]) -> Result<(), String> {
+fn check_size([width, height]: [u32; 2], decoded: u64, left: &[memory::Headroom]) -> Result<(), String> {
     let texels = u64::from(width) * u64::from(height);
     if texels == 0 {
         return Err(format!("of {width}x{height} texels has none: check the file"));
@@ -125,7 +125,7 @@ fn check_size([width, height]: [u32; 2], decoded: u64, left: &[memory::Left]) ->
             "of {width}x{height} texels is too large: an edge may have {LONGEST_EDGE}; scale it down"
         ));
     }
-    let need = Need::of(Part::new("the map", texels * decoded.max(TEXEL_BYTES), "a smaller map"));
+    let need = Need::new(Part::new("the map", texels * decoded.max(TEXEL_BYTES), "a smaller map"));
     need.check(left).map_err(|error| format!("of {width}x{height} texels does not fit: {error}"))
 }
 

@@ -8,8 +8,8 @@ use glam::{DVec3, Vec3};
 use super::spectrum::{Xyz, sunlight};
 use super::sun::Sun;
 
-/// Radiance and irradiance, as numbers of a picture, of 1 kcd/m² and of 1 klx. The paper's clear sky has some 3 to
-/// 15 kcd/m² around noon.
+/// Radiance and irradiance, in the units of pictures, that stand for 1 kcd/m² and for 1 klx. The paper's
+/// clear sky has some 3 to 15 kcd/m² around noon.
 pub(super) const UNITS_A_KILO: f64 = 0.1;
 
 /// Angular diameter of the sun's disk, degrees.
@@ -45,22 +45,22 @@ impl Default for Sky {
 impl Sky {
     /// Lowest and highest elevation, in degrees.
     pub const ELEVATIONS: [f64; 2] = [-6.0, 90.0];
-    /// Least and greatest turbidity. The fits of the paper turn negative soon below 2.
+    /// Minimum and maximum turbidity. The fits of the paper turn negative soon below 2.
     pub const TURBIDITIES: [f64; 2] = [2.0, 10.0];
 
-    /// To the sun, unit length.
+    /// Direction to the sun, unit length.
     pub fn to_sun(&self) -> DVec3 {
         direction(self.elevation, self.azimuth)
     }
 
-    /// The disk of the sun; none when its centre is not above the horizon.
+    /// Disk of the sun; none if its centre is not above the horizon.
     pub fn sun(&self) -> Option<Sun> {
         let irradiance = (self.elevation > 0.0).then(|| self.sun_irradiance())?;
         Some(Sun::of_irradiance(self.to_sun().as_vec3(), SUN_DIAMETER, irradiance))
     }
 
-    /// Radiance of a grid that covers the sphere: width, height, and linear RGB row by row. Without the disk of the
-    /// sun. Below the horizon it is the ground, lit by the sky and the sun.
+    /// Computes the radiance of a grid that covers the sphere: width, height, and linear RGB row by row.
+    /// Without the disk of the sun. Below the horizon it is the ground, lit by the sky and the sun.
     pub fn picture(&self) -> (u32, u32, Vec<f32>) {
         let [width, height] = SIZE;
         let model = Model::new(self);
@@ -86,7 +86,7 @@ impl Sky {
         (width, height, sky.iter().flat_map(Vec3::to_array).collect())
     }
 
-    /// On a surface that faces the sun.
+    /// Irradiance by the sun on a surface that faces it.
     fn sun_irradiance(&self) -> Vec3 {
         let half = (SUN_DIAMETER / 2.0).to_radians();
         let solid_angle = TAU * (1.0 - half.cos());
@@ -95,7 +95,7 @@ impl Sky {
     }
 }
 
-/// Unit length.
+/// Direction of unit length at these angles.
 fn direction(elevation: f64, azimuth: f64) -> DVec3 {
     let ((up, out), (sin, cos)) = (elevation.to_radians().sin_cos(), azimuth.to_radians().sin_cos());
     DVec3::new(out * sin, up, -out * cos)
@@ -107,8 +107,8 @@ fn direction(elevation: f64, azimuth: f64) -> DVec3 {
 struct Perez([f64; 5]);
 
 impl Perez {
-    /// Coefficients as linear functions of the turbidity: factor and constant.
-    fn of(turbidity: f64, coefficients: [[f64; 2]; 5]) -> Self {
+    /// Computes coefficients as linear functions of the turbidity: factor and constant.
+    fn new(turbidity: f64, coefficients: [[f64; 2]; 5]) -> Self {
         Self(coefficients.map(|[factor, constant]| factor * turbidity + constant))
     }
 
@@ -118,10 +118,10 @@ impl Perez {
     }
 }
 
-/// Luminance and chromaticity all over the sky, for one place of the sun.
+/// Luminance and chromaticity all over the sky, for one position of the sun.
 struct Model {
     to_sun: DVec3,
-    /// For Y in kcd/m², x and y: the function, and the value at the zenith over that of the function.
+    /// Parts for Y in kcd/m², x and y: the function, and the value at the zenith over that of the function.
     parts: [(Perez, f64); 3],
 }
 
@@ -138,7 +138,7 @@ impl Model {
             chromaticity(&ZENITH_Y, turbidity, theta),
         ];
         let parts = std::array::from_fn(|part| {
-            let perez = Perez::of(turbidity, PEREZ[part]);
+            let perez = Perez::new(turbidity, PEREZ[part]);
             (perez, zenith[part] / perez.at(1.0, theta))
         });
         Self { to_sun: direction(elevation, sky.azimuth), parts }
@@ -154,13 +154,15 @@ impl Model {
     }
 }
 
-/// At the zenith, kcd/m², for the sun at `theta` to it. (The paper's appendix 2, as all numbers below.)
+/// Luminance at the zenith, kcd/m², for the sun at `theta` to it. (The paper's appendix 2, as all numbers
+/// below.)
 fn luminance(turbidity: f64, theta: f64) -> f64 {
     let chi = (4.0 / 9.0 - turbidity / 120.0) * (PI - 2.0 * theta.min(FRAC_PI_2));
     (4.0453 * turbidity - 4.9710) * chi.tan() - 0.2155 * turbidity + 2.4192
 }
 
-/// At the zenith, for the sun at `theta` to it. `fit`: rows for T², T and 1, columns for theta³, theta², theta and 1.
+/// Chromaticity at the zenith, for the sun at `theta` to it. `fit`: rows for T², T and 1, columns for theta³,
+/// theta², theta and 1.
 fn chromaticity(fit: &[[f64; 4]; 3], turbidity: f64, theta: f64) -> f64 {
     let polynomial = |row: &[f64; 4]| row.iter().fold(0.0, |sum, factor| sum * theta + factor);
     fit.iter().fold(0.0, |sum, row| sum * turbidity + polynomial(row))
@@ -178,7 +180,7 @@ const ZENITH_Y: [[f64; 4]; 3] = [
     [0.15346, -0.26756, 0.06670, 0.26688],
 ];
 
-/// For Y, x and y: A to E, each a factor of the turbidity and a constant.
+/// Coefficients A to E for Y, x and y, each a factor of the turbidity and a constant.
 const PEREZ: [[[f64; 2]; 5]; 3] = [
     [[0.1787, -1.4630], [-0.3554, 0.4275], [-0.0227, 5.3251], [0.1206, -2.5771], [-0.0670, 0.3703]],
     [[-0.0193, -0.2592], [-0.0665, 0.0008], [-0.0004, 0.2125], [-0.0641, -0.8989], [-0.0033, 0.0452]],

@@ -1,4 +1,7 @@
 //! Spectrum of the sun, its attenuation by the air, and the resulting colour.
+//!
+//! Formulas and the spectrum are those of appendix 1 of Preetham, Shirley and Smits (1999), which follow
+//! Iqbal's "An Introduction to Solar Radiation" (1983).
 
 use glam::{DMat3, DVec3, Vec3};
 
@@ -7,7 +10,7 @@ use glam::{DMat3, DVec3, Vec3};
 pub(super) struct Xyz(DVec3);
 
 impl Xyz {
-    /// A colour of the chromaticity x, y and the luminance Y.
+    /// Creates a colour of the chromaticity x, y and the luminance Y.
     pub fn of_chromaticity(x: f64, y: f64, luminance: f64) -> Self {
         Self(DVec3::new(x / y, 1.0, (1.0 - x - y) / y) * luminance)
     }
@@ -16,8 +19,8 @@ impl Xyz {
         Self(self.0 * factor)
     }
 
-    /// Linear RGB with Rec. 709 primaries and a white of D65. Colours beyond these primaries become the nearest that
-    /// have no negative part.
+    /// Converts to linear RGB with Rec. 709 primaries and a white of D65. Colours beyond these primaries
+    /// become the nearest that have no negative part.
     pub fn to_rgb(self) -> Vec3 {
         const RGB_OF_XYZ: DMat3 = DMat3::from_cols_array_2d(&[
             [3.240_454_2, -0.969_266_0, 0.055_643_4],
@@ -31,9 +34,9 @@ impl Xyz {
 /// Colour of the sun at `zenith_angle` degrees (at most 90) from the zenith, after its light crossed air of
 /// that turbidity. Y is the luminance of the disk in cd/m².
 pub(super) fn sunlight(zenith_angle: f64, turbidity: f64) -> Xyz {
-    /// Lumens a watt where the eye is most sensitive.
+    /// Lumens a watt at the wavelength to which the eye is most sensitive.
     const LUMENS: f64 = 683.0;
-    /// W cm⁻² µm⁻¹ sr⁻¹ in W m⁻² nm⁻¹ sr⁻¹.
+    /// Factor from W cm⁻² µm⁻¹ sr⁻¹ to W m⁻² nm⁻¹ sr⁻¹.
     const SQUARE_METRES: f64 = 10.0;
     let air = Air::new(zenith_angle, turbidity);
     let mut sum = DVec3::ZERO;
@@ -90,12 +93,12 @@ fn observer(wavelength: f64) -> DVec3 {
     )
 }
 
-/// Wavelengths of [`SUN`], nm.
+/// First wavelength of [`SUN`] and the distance to the next one, nm.
 const FIRST: f64 = 380.0;
 const STEP: f64 = 10.0;
 
-/// By wavelength: radiance of the sun outside of the air (W cm⁻² µm⁻¹ sr⁻¹), absorption of ozone (cm⁻¹) and of water
-/// vapour (cm⁻¹).
+/// Spectrum by wavelength: radiance of the sun outside of the air (W cm⁻² µm⁻¹ sr⁻¹), absorption of ozone
+/// (cm⁻¹) and of water vapour (cm⁻¹).
 const SUN: [[f64; 3]; 38] = [
     [1655.9, 0.0, 0.0],
     [1623.4, 0.0, 0.0],

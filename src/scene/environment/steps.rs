@@ -1,4 +1,4 @@
-//! A distribution over numbered steps, found again by one random number.
+//! A distribution over numbered steps, sampled by one random number.
 
 /// The largest float below 1.
 const BELOW_ONE: f32 = 1.0 - f32::EPSILON / 2.0;
@@ -25,7 +25,7 @@ pub(super) struct Step {
 impl Steps {
     /// Creates a distribution in proportion to `weights`, of which each above 0 is raised by `even_share`
     /// times the mean weight. It is uniform if all weights are 0. Returns also the sum of the weights.
-    pub fn of(weights: &[f64], even_share: f64) -> (Self, f64) {
+    pub fn new(weights: &[f64], even_share: f64) -> (Self, f64) {
         let sum: f64 = weights.iter().sum();
         let even = if sum == 0.0 { 1.0 } else { even_share * sum / weights.len() as f64 };
         let raised = |weight: f64| if weight > 0.0 || sum == 0.0 { weight + even } else { 0.0 };
@@ -53,7 +53,7 @@ impl Steps {
         Self { ends, guide }
     }
 
-    /// The step that `random` falls into: one of positive probability, whatever `random` is.
+    /// Finds the step that `random` falls into: one of positive probability, whatever `random` is.
     pub fn find(&self, random: f32) -> Step {
         // 0 for NaN
         let random = if random > 0.0 { random.min(BELOW_ONE) } else { 0.0 };
@@ -64,7 +64,7 @@ impl Steps {
         Step { index, within: (random - self.begin(index)) / self.probability(index) }
     }
 
-    /// Probability of all before step `index`.
+    /// Probability of all steps before step `index`.
     fn begin(&self, index: usize) -> f32 {
         if index == 0 { 0.0 } else { self.ends[index - 1] }
     }
@@ -92,7 +92,7 @@ mod tests {
         let mut dim = vec![1e-30; 32_768];
         dim[7] = 1e30;
         dim[9] = 0.0;
-        let (steps, _) = Steps::of(&dim, EVEN_SHARE);
+        let (steps, _) = Steps::new(&dim, EVEN_SHARE);
         assert_eq!(steps.ends.last(), Some(&1.0));
         for index in (0..dim.len()).filter(|index| *index != 9) {
             assert!(steps.probability(index) > 0.0, "{index}");
@@ -103,7 +103,7 @@ mod tests {
         for (weights, ends) in
             [(vec![0.0, 3.0, 0.0], [0.0, 1.0, 1.0]), (vec![0.0; 3], [1.0 / 3.0, 2.0 / 3.0, 1.0])]
         {
-            assert_eq!(Steps::of(&weights, EVEN_SHARE).0.ends, ends);
+            assert_eq!(Steps::new(&weights, EVEN_SHARE).0.ends, ends);
         }
     }
 
@@ -133,7 +133,7 @@ mod tests {
         for count in [1, 2, 3, 7, 64, 100] {
             for power in [1, 9] {
                 let weights: Vec<f64> = (0..count).map(|at| f64::from((at * 37) % 11).powi(power)).collect();
-                let (steps, _) = Steps::of(&weights, EVEN_SHARE);
+                let (steps, _) = Steps::new(&weights, EVEN_SHARE);
                 for random in
                     (0..4096).map(|at| at as f32 / 4096.0).chain(steps.ends.iter().map(|end| end * BELOW_ONE))
                 {

@@ -9,21 +9,21 @@ use super::light_from::LightFrom;
 /// A round source of light, infinitely far away, of the same radiance all over. World space.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sun {
-    /// To its centre, unit length.
+    /// Direction to its centre, unit length.
     pub to_sun: Vec3,
     /// Cosine of the angle from its centre to its rim.
     pub cos_angle: f32,
-    /// Linear RGB.
+    /// Radiance, linear RGB.
     pub radiance: Vec3,
 }
 
 impl Sun {
-    /// A disk of `diameter` degrees around `to_sun` (any length but zero) that gives a surface that faces it the
-    /// irradiance `irradiance`.
+    /// Creates a disk of `diameter` degrees around `to_sun` (any length but zero) with the irradiance
+    /// `irradiance` on a surface that faces it.
     pub fn of_irradiance(to_sun: Vec3, diameter: f64, irradiance: Vec3) -> Self {
         let cos_angle = (diameter / 2.0).to_radians().cos() as f32;
         let dark = Self { to_sun: to_sun.normalize(), cos_angle, radiance: Vec3::ZERO };
-        // by the rounded cosine: the irradiance is what was asked for
+        // by the rounded cosine, so that the irradiance is exactly the requested one
         Self { radiance: irradiance / dark.solid_angle(), ..dark }
     }
 

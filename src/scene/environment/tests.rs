@@ -33,7 +33,7 @@ fn environments() -> Vec<(&'static str, Environment)> {
     ]
 }
 
-/// Directions of a grid, even in solid angle, with the solid angle of each.
+/// Creates directions of a grid, even in solid angle, with the solid angle of each.
 fn all_around(rows: u32) -> (impl Iterator<Item = Vec3>, f64) {
     let columns = 2 * rows;
     let direction = move |at: u32| {
@@ -46,7 +46,7 @@ fn all_around(rows: u32) -> (impl Iterator<Item = Vec3>, f64) {
     ((0..rows * columns).map(direction), 4.0 * PI / f64::from(rows * columns))
 }
 
-/// Two numbers from 0 to 1 in a grid of `n` x `n` strata.
+/// Creates two numbers from 0 to 1 in each of `n` x `n` strata.
 fn strata(n: u32) -> impl Iterator<Item = [f32; 2]> {
     let jitter = |seed: u32| {
         let bits = (seed ^ (seed >> 16)).wrapping_mul(0x7feb_352d);

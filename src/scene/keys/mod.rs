@@ -32,7 +32,7 @@ use crate::settings::{
     MOST_OCCLUSION_RAYS, MOST_OVERSCAN, MOST_PATHS, MOST_REFLECTIONS, MOST_TREE_MEMORY, Mode, Reuse, View,
 };
 
-/// Texels along an edge of a reflection map.
+/// Bounds of the resolution of a reflection map, texels along an edge.
 pub(crate) const LEAST_MAP: u32 = 8;
 pub(crate) const LARGEST_MAP: u32 = 1024;
 
@@ -44,7 +44,7 @@ pub fn schema() -> Value {
     schema
 }
 
-/// TOML has no null: a key that may be left out is simply not there.
+/// Removes null from the schema: TOML has none, and a key that may be left out is simply not there.
 fn without_null(schema: &mut Value) {
     match schema {
         Value::Object(object) => {
@@ -57,7 +57,7 @@ fn without_null(schema: &mut Value) {
             }
             if let Some(Value::Array(any)) = object.get_mut("anyOf") {
                 any.retain(|one| *one != json!({"type": "null"}));
-                // what is wrong is told of the one that is left
+                // errors are then those of the one alternative that is left
                 if any.len() == 1 {
                     let one = object.remove("anyOf").expect("it is there");
                     object.insert("allOf".into(), one);

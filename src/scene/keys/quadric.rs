@@ -48,7 +48,7 @@ pub(crate) enum QuadricType {
 }
 
 impl QuadricType {
-    /// As files spell it.
+    /// Name in files.
     pub fn name(self) -> &'static str {
         match self {
             Self::Sphere => "sphere",
@@ -61,7 +61,7 @@ impl QuadricType {
         }
     }
 
-    /// The keys that say its shape.
+    /// Keys that describe its shape.
     pub fn keys(self) -> &'static [&'static str] {
         match self {
             Self::Sphere => &["radius"],

@@ -1,6 +1,6 @@
-//! Which known name a misspelt one was meant to be.
+//! Finds the known name that a misspelt one was meant to be.
 
-/// The names nearest to `wrong`, nearest first, at most three; none where all are far.
+/// Finds the names nearest to `wrong`, nearest first, at most three; none if all are far.
 pub(crate) fn nearest<'a>(wrong: &str, known: impl IntoIterator<Item = &'a str>) -> Vec<&'a str> {
     // long names would make the distance's table large, and are no typing slips
     const LONGEST: usize = 100;
@@ -19,13 +19,13 @@ pub(crate) fn nearest<'a>(wrong: &str, known: impl IntoIterator<Item = &'a str>)
     near.into_iter().take(3).map(|(_, name)| name).collect()
 }
 
-/// `: did you mean a or b?`, or nothing.
+/// Formats a hint, as `: did you mean a or b?`, or nothing.
 pub(crate) fn hint<'a>(wrong: &str, known: impl IntoIterator<Item = &'a str>) -> String {
     let near: Vec<_> = nearest(wrong, known).into_iter().map(|name| format!("`{name}`")).collect();
     if near.is_empty() { String::new() } else { format!(": did you mean {}?", near.join(" or ")) }
 }
 
-/// Levenshtein's: how many characters must be put in, taken out or replaced.
+/// Computes the Levenshtein distance: the number of characters to insert, remove or replace.
 fn distance(a: &str, b: &str) -> usize {
     let b: Vec<char> = b.chars().collect();
     let mut row: Vec<usize> = (0..=b.len()).collect();

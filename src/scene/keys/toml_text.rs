@@ -1,4 +1,4 @@
-//! TOML text that answers with file, line and column for what is wrong in it.
+//! TOML text that reports errors with file, line and column.
 
 use std::borrow::Cow;
 use std::fmt;
@@ -17,7 +17,7 @@ use crate::scene::SceneError;
 /// Linear RGB, or coordinates.
 pub(crate) type Three = At<List<f64, 3>>;
 
-/// A value that knows where in the text it stands.
+/// A value that knows its place in the text.
 #[derive(Debug, Clone)]
 pub(crate) struct At<T>(Spanned<T>);
 
@@ -27,12 +27,12 @@ impl<T> At<T> {
         self.0.span()
     }
 
-    /// The value.
+    /// Returns the value.
     pub fn get_ref(&self) -> &T {
         self.0.get_ref()
     }
 
-    /// The value alone.
+    /// Takes the value without its place.
     pub fn into_inner(self) -> T {
         self.0.into_inner()
     }
@@ -44,7 +44,7 @@ impl<'de, T: Deserialize<'de>> Deserialize<'de> for At<T> {
     }
 }
 
-/// That of the value.
+/// The schema of the value.
 impl<T: JsonSchema> JsonSchema for At<T> {
     fn inline_schema() -> bool {
         T::inline_schema()
@@ -63,8 +63,8 @@ impl<T: JsonSchema> JsonSchema for At<T> {
     }
 }
 
-/// A list of exactly `N` values. (An array of the language does not do: what stands behind its last value would be
-/// passed over.)
+/// A list of exactly `N` values. (An array of the language does not do: values behind its last one would be
+/// ignored.)
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct List<T, const N: usize>(pub [T; N]);
 
@@ -121,10 +121,9 @@ pub(crate) struct TomlText<'a> {
 }
 
 impl TomlText<'_> {
-    /// Reads all of it as a `T`.
+    /// Parses the whole text as a `T`.
     ///
-    /// # Errors
-    /// The first thing that is wrong: syntax, an unknown key, a value of another type.
+    /// # Errors The first one: syntax, an unknown key, a value of another type.
     pub fn read<T: DeserializeOwned>(&self) -> Result<T, SceneError> {
         toml::from_str(self.text).map_err(|error| {
             let span = error.span().unwrap_or(0..0);
@@ -132,7 +131,7 @@ impl TomlText<'_> {
         })
     }
 
-    /// An error about the text at `span` (in bytes).
+    /// Creates an error about the text at `span` (in bytes).
     pub fn fault(&self, span: Range<usize>, message: impl Into<String>) -> SceneError {
         let start = self.text.floor_char_boundary_at(span.start);
         let before = &self.text[..start];
@@ -141,12 +140,12 @@ impl TomlText<'_> {
         SceneError::new(self.path, message).at(line, column)
     }
 
-    /// An error about `value`, which stands behind `key`.
+    /// Creates an error about `value`, which stands behind `key`.
     pub fn bad<T>(&self, key: &str, value: &At<T>, message: &str) -> SceneError {
         self.fault(value.span(), format!("`{key}` {message}"))
     }
 
-    /// A number for which `fits` holds; `wanted` says what it must be.
+    /// Reads a number for which `fits` holds; `wanted` describes the allowed ones.
     pub fn number(
         &self,
         key: &str,
@@ -161,7 +160,7 @@ impl TomlText<'_> {
         Err(self.bad(key, value, &format!("is {number}: it must be {wanted}")))
     }
 
-    /// A whole number within `range`.
+    /// Reads a whole number within `range`.
     pub fn whole(&self, key: &str, value: &At<i64>, range: Range<i64>) -> Result<u32, SceneError> {
         let number = *value.get_ref();
         let message =
@@ -170,15 +169,15 @@ impl TomlText<'_> {
         fits.ok_or_else(|| self.bad(key, value, &message()))
     }
 
-    /// Three numbers, all finite.
+    /// Reads three numbers, all finite.
     pub fn vector(&self, key: &str, value: &At<List<f64, 3>>) -> Result<DVec3, SceneError> {
-        // what does not fit into the renderer's f32 is as good as infinite
+        // values that do not fit into the renderer's f32 are as good as infinite
         let vector = DVec3::from_array(value.get_ref().0);
         let fits = vector.as_vec3().is_finite();
         fits.then_some(vector).ok_or_else(|| self.bad(key, value, "must be three finite numbers"))
     }
 
-    /// Linear RGB, finite and not negative.
+    /// Reads linear RGB, finite and not negative.
     pub fn color(&self, key: &str, value: &At<List<f64, 3>>) -> Result<glam::Vec3, SceneError> {
         let color = self.vector(key, value)?.as_vec3();
         if color.min_element() < 0.0 {
@@ -187,7 +186,7 @@ impl TomlText<'_> {
         Ok(color)
     }
 
-    /// The key of the line that `offset` lies in.
+    /// Finds the key of the line that `offset` lies in.
     fn key_at(&self, offset: usize) -> Option<&str> {
         let offset = self.text.floor_char_boundary_at(offset);
         let start = self.text[..offset].rfind('\n').map_or(0, |i| i + 1);
@@ -203,13 +202,13 @@ trait CharBoundary {
 }
 
 impl CharBoundary for str {
-    /// The last place at or before `index` where the text can be cut.
+    /// Finds the last place at or before `index` where the text can be cut.
     fn floor_char_boundary_at(&self, index: usize) -> usize {
         (0..=index.min(self.len())).rev().find(|i| self.is_char_boundary(*i)).unwrap_or(0)
     }
 }
 
-/// The parser's message in the words of the shot file.
+/// Rewords the parser's message in the terms of the shot file.
 fn reworded(message: &str, key: Option<&str>) -> String {
     let quoted: Vec<&str> = message.split('`').skip(1).step_by(2).collect();
     match quoted.as_slice() {

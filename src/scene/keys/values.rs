@@ -1,4 +1,4 @@
-//! Values of a shot file that several of its tables have.
+//! Values that several tables of a shot file have.
 
 use std::path::{Path, PathBuf};
 
@@ -10,7 +10,7 @@ use crate::scene::SceneError;
 use crate::scene::paths::find_beside;
 use crate::settings::Look;
 
-/// The file that the key `key` names.
+/// Path of the file that the key `key` names.
 pub fn file_of(text: TomlText<'_>, key: &str, name: &At<String>) -> Result<PathBuf, SceneError> {
     let folder = text.path.parent().unwrap_or(Path::new(""));
     find_beside(folder, name.get_ref()).ok_or_else(|| {
@@ -21,7 +21,7 @@ pub fn file_of(text: TomlText<'_>, key: &str, name: &At<String>) -> Result<PathB
     })
 }
 
-/// The colour that the key `key` gives, if it is there.
+/// Colour of the key `key`, if it is there.
 pub fn optional_color(
     text: TomlText<'_>,
     key: &str,

@@ -22,13 +22,13 @@ use crate::scene::paths::find_beside;
 use crate::scene::warnings::limits;
 use crate::scene::{Material, Mesh, SceneError, Texture};
 
-/// Most materials of a shot: a triangle keeps 16 bits of index.
+/// Maximum number of materials of a shot: a triangle keeps 16 bits of index.
 const MOST_MATERIALS: usize = 1 << 16;
 
-/// Unknown materials, or odd statements, of a file that get a warning each.
+/// Maximum number of unknown materials, or odd statements, of a file that get a warning each.
 const MOST_NAMED: usize = 10;
 
-/// A `[[material]]` of the shot file: what is not `None` replaces what the MTL file says.
+/// A `[[material]]` of the shot file: values other than `None` replace those of the MTL file.
 pub(crate) struct Override {
     pub values: MtlMaterial,
     /// The shot file, and the line and column of the entry in it.
@@ -145,8 +145,8 @@ impl Assembly {
         Some(index)
     }
 
-    /// The material of quadrics that the `[[material]]` tables define under `name`, its index or what is wrong with it; without
-    /// a name the one that stands in for none.
+    /// Finds the material of quadrics that the `[[material]]` tables define under `name`: its index, or the
+    /// error in it. Without a name, that of the stand-in material. `None` if no table defines the name.
     pub fn material_named(&mut self, name: &str) -> Option<Result<u16, String>> {
         if !name.is_empty() && !self.is_overridden(name) {
             return None;
@@ -165,7 +165,8 @@ impl Assembly {
         }))
     }
 
-    /// A name like `name` among those that the `[[material]]` tables define, if there is one, as a question.
+    /// Suggests a name like `name` among those that the `[[material]]` tables define, if there is one, as a
+    /// question.
     pub fn hint_at_material(&self, name: &str) -> String {
         spelling::hint(name, self.overrides.iter().map(|entry| entry.values.name.as_str()))
     }
@@ -190,7 +191,7 @@ impl Assembly {
         };
         self.files.push(path.to_path_buf());
         self.digests.push(digest);
-        self.origins.insert(key.clone(), Arc::new(Origins::of(&obj)));
+        self.origins.insert(key.clone(), Arc::new(Origins::new(&obj)));
         if let Some(OddNormals { count, line }) = obj.odd_normals {
             let message = format!(
                 "a normal is no number, of {count} in all: where they count, faces have normals of their own; export them again"
@@ -209,8 +210,7 @@ impl Assembly {
 
     /// The mesh of the OBJ file at `path` with the shapes in `source`.
     ///
-    /// # Errors
-    /// Those of [`mesh`](Self::mesh), and what is wrong with a shape.
+    /// # Errors Those of [`mesh`](Self::mesh), and those of the shapes.
     pub fn deforming(&mut self, path: &Path, source: ShapeSource) -> Result<ReadShapes, SceneError> {
         let mesh = self.mesh(path)?;
         let key = path.canonicalize().unwrap_or_else(|_| path.to_path_buf());
@@ -279,7 +279,7 @@ impl Assembly {
         }
     }
 
-    /// Settles the materials that `obj` uses. Index into all materials for each of its names.
+    /// Settles the materials that `obj` uses. Returns the index into all materials for each of its names.
     fn settle_all(
         &mut self,
         obj: &ObjFile,
@@ -362,10 +362,9 @@ impl Assembly {
         Ok(material)
     }
 
-    /// Tells of overrides that no model has taken.
+    /// Reports overrides that no model uses.
     ///
-    /// # Errors
-    /// One such, in a strict load.
+    /// # Errors Any such override, in a strict load.
     pub fn report_unused_overrides(&mut self) -> Result<(), SceneError> {
         let used: Vec<String> = self.materials.iter().map(|material| material.name.clone()).collect();
         for entry in self.overrides.iter().filter(|entry| !entry.used) {
@@ -389,7 +388,8 @@ impl Assembly {
         self.materials.iter_mut().for_each(|material| material.ambient = material.diffuse);
     }
 
-    /// Notes it if no material reflects ambient light. `finding` says where, given what is the matter.
+    /// Records a warning if no material reflects ambient light. `finding` adds the place to the description
+    /// of the problem.
     pub fn note_without_ambient(&mut self, finding: impl FnOnce(&str) -> SceneError) {
         if self.materials.iter().all(|material| material.ambient == Vec3::ZERO) {
             self.findings.note(finding("the ambient light shows nowhere: Ka is 0 in all materials"));
@@ -438,7 +438,7 @@ fn library_files(folder: &Path, text: &str) -> (Vec<PathBuf>, Vec<String>) {
     (found, missing)
 }
 
-/// Triangles one after the other that have the same material and group.
+/// A run of consecutive triangles that have the same material and group.
 struct Stretch {
     range: Range<usize>,
     of: obj::Use,

@@ -1,5 +1,5 @@
-//! Still models are put into world space once, so that all of them can share one still Embree scene; but for copies that would be
-//! [too many](super::copies).
+//! Bakes still models into world space once, so that all of them can share one still Embree scene. Copies
+//! that would be [too many](super::copies) are left out.
 
 use embree::VertexBuffer;
 use glam::{DAffine3, DVec3, Vec3};
@@ -22,7 +22,7 @@ impl Model {
     }
 }
 
-/// `mesh` under `map`, computed in f64. `None` where a vertex comes to lie too far away to be rendered.
+/// Maps `mesh` by `map`, computed in f64. `None` if a vertex comes to lie too far away to be rendered.
 fn baked(mesh: &Mesh, map: DAffine3) -> Option<Mesh> {
     if let Some(quadric) = &mesh.quadric {
         let mesh = Mesh::of_quadric(quadric.placed(map), mesh.material_of[0], mesh.shadow_casting > 0);

@@ -1,7 +1,9 @@
-//! Which still models share one mesh instead of being put into world space, each with triangles of its own.
+//! Chooses the still models that share one mesh instead of being put into world space, each with triangles of
+//! its own.
 //!
-//! Rays are fastest among triangles in world space ([`bake`](super::bake)), but ten thousand copies of a tree would fill any memory
-//! with them. So the copies that would add most stay in object space, and tracers place one tree of their mesh many times.
+//! Rays are fastest among triangles in world space ([`bake`](super::bake)), but ten thousand copies of a tree
+//! would fill any memory with them. So the copies that would add most stay in object space, and tracers place
+//! one tree of their mesh many times.
 
 use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
@@ -10,7 +12,8 @@ use glam::DAffine3;
 
 use crate::scene::{Mesh, Model};
 
-/// Triangles that still models may add to a shot by being copies of each other, all meshes together: some 150 MiB.
+/// Number of triangles that still models may add to a shot by being copies of each other, all meshes
+/// together: some 150 MiB.
 pub const MOST_ADDED: u64 = 1 << 20;
 
 /// Meshes whose still copies stay in object space, by their addresses.
@@ -19,21 +22,22 @@ pub struct SharedMeshes(HashSet<*const Mesh>);
 /// The copies of a mesh.
 struct Copies {
     mesh: *const Mesh,
-    /// Triangles of the mesh.
+    /// Number of triangles of the mesh.
     triangles: u64,
     count: u64,
 }
 
 impl Copies {
-    /// Triangles beyond those of the first copy, if each has its own.
+    /// Number of triangles beyond those of the first copy, if each has its own.
     fn added(&self) -> u64 {
         self.triangles * (self.count - 1)
     }
 }
 
 impl SharedMeshes {
-    /// Finds those of `models`, in the space in which the shot is rendered: the ones that add least are put into world space, as long
-    /// as all of these together add no more triangles than `most_added`.
+    /// Finds the meshes that copies among `models` share, in the space in which the shot is rendered. The
+    /// copies that add least are put into world space instead, as long as all of these together add no more
+    /// triangles than `most_added`.
     pub fn among(models: &[Model], most_added: u64) -> Self {
         let mut all: Vec<Copies> = Vec::new();
         let mut known: HashMap<*const Mesh, usize> = HashMap::new();
@@ -57,15 +61,15 @@ impl SharedMeshes {
         Self(all[first_shared..].iter().map(|copies| copies.mesh).collect())
     }
 
-    /// Tells whether `model` is one of the copies.
+    /// Returns true if `model` is one of the copies.
     pub fn has(&self, model: &Model) -> bool {
         model.is_placed_at_rest() && self.0.contains(&Arc::as_ptr(&model.mesh))
     }
 }
 
 impl Model {
-    /// Tells whether it stands still for the whole shot elsewhere than its mesh. Once a shot is loaded, that is a copy which shares its mesh
-    /// with others: all other still models are in world space.
+    /// Returns true if it stands still for the whole shot elsewhere than its mesh. Once a shot is loaded,
+    /// that is a copy which shares its mesh with others: all other still models are in world space.
     pub fn is_placed_at_rest(&self) -> bool {
         self.mesh.quadric.is_none()
             && self.track.is_constant()
@@ -81,19 +85,19 @@ mod tests {
     use crate::animation::{Interpolation, Track, TransformTrack};
     use crate::changes::world::{Dice, bent, model};
     use crate::geometry::Quadric;
-    use crate::geometry::quadric::Shape;
+    use crate::geometry::quadric::QuadricShape;
 
     fn at(x: f64) -> TransformTrack {
         TransformTrack { translate: Track::constant(DVec3::X * x), ..TransformTrack::identity() }
     }
 
-    /// Models of one mesh of so many triangles, at these places.
+    /// Creates models of one mesh of `triangles` triangles, at these places.
     fn copies(triangles: usize, tracks: impl IntoIterator<Item = TransformTrack>) -> Vec<Model> {
         let first = model(bent(&mut Dice(1), triangles, 1.0), TransformTrack::identity());
         tracks.into_iter().map(|track| Model { track, ..first.clone() }).collect()
     }
 
-    /// Which of the models share their mesh, if copies may add so much.
+    /// Tells which of the models share their mesh, if copies may add at most `most_added` triangles.
     fn shared(models: &[Model], most_added: u64) -> Vec<bool> {
         let shared = SharedMeshes::among(models, most_added);
         models.iter().map(|model| shared.has(model)).collect()
@@ -136,7 +140,7 @@ mod tests {
         assert_eq!(shared(&models, 0), [false; 3], "one alone is put elsewhere");
         let models = copies(10, [TransformTrack::identity(), at(1.0), moves, at(2.0)]);
         assert_eq!(shared(&models, 0), [false, true, false, true]);
-        let quadric = Quadric::new(Shape::Ellipsoid { radii: DVec3::ONE }, false);
+        let quadric = Quadric::new(QuadricShape::Ellipsoid { radii: DVec3::ONE }, false);
         let ball = model(Mesh::of_quadric(quadric, 0, true), at(1.0));
         assert_eq!(shared(&[ball.clone(), Model { track: at(2.0), ..ball }], 0), [false; 2]);
         let twins = [1, 2].map(|_| copies(10, [at(1.0)])).concat();

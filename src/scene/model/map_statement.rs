@@ -5,7 +5,7 @@ use glam::Vec2;
 /// A texture as a material asks for it.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct MapKd {
-    /// As written; may hold spaces, backslashes and the case of another system.
+    /// File name as written; may hold spaces, backslashes and the case of another system.
     pub file: String,
     pub scale: Vec2,
     pub offset: Vec2,
@@ -21,7 +21,7 @@ impl MapKd {
     }
 }
 
-/// Options, then a file name that may hold spaces. `None` without a name.
+/// Reads options, then a file name that may hold spaces. `None` without a name.
 pub fn map_statement(text: &str, line: usize) -> Option<MapKd> {
     let mut map = MapKd::plain("", line);
     let mut rest = text.trim();
@@ -75,7 +75,7 @@ fn option(text: &str) -> Option<(&str, &str)> {
     OPTIONS.contains(&name).then_some((name, rest))
 }
 
-/// Some files put options behind the name.
+/// Removes trailing options: some files put options behind the name.
 fn without_trailing_options(text: &str) -> &str {
     let ends = text.match_indices(" -").map(|(i, _)| i).find(|i| option(text[*i..].trim_start()).is_some());
     text[..ends.unwrap_or(text.len())].trim()

@@ -1,4 +1,4 @@
-//! From files to meshes and materials: OBJ, MTL, pictures, point caches.
+//! Reads meshes and materials from files: OBJ, MTL, pictures, point caches.
 
 pub mod assemble;
 pub mod bake;

@@ -17,10 +17,10 @@ use crate::scene::material::{LARGEST_COLOR, MetalRough, Optics};
 use crate::scene::obj::lines::{Lines, readable, split_keyword, words};
 use crate::scene::{Material, SceneError};
 
-/// The highest exponent of a highlight: beyond it a highlight is smaller than any pixel.
+/// Maximum exponent of a highlight: beyond it a highlight is smaller than any pixel.
 const HIGHEST_SHININESS: f32 = 1e5;
 
-/// Pr where a material has Pm alone, as programs with a metal-rough material have it by default.
+/// Default of Pr for a material that has Pm alone, as in programs with a metal-rough material.
 const DEFAULT_ROUGHNESS: f32 = 0.5;
 
 /// Reflectance of a surface that is no metal at normal incidence, if Ni does not say: that of an index of
@@ -71,16 +71,16 @@ pub(crate) fn read(path: &Path) -> Result<MtlFile, SceneError> {
         |error: InputError| SceneError::new(path, format!("the MTL file cannot be read: {error}"));
     let input = input::open(path, Kind::Materials).map_err(unreadable)?;
     // the text of it, and what is read of it
-    let need = Need::of(Part::new("the MTL file", 2 * input.length, "fewer materials"));
+    let need = Need::new(Part::new("the MTL file", 2 * input.length, "fewer materials"));
     need.check(&memory::left()).map_err(|error| SceneError::new(path, error.to_string()))?;
     let bytes = input.read_all().map_err(unreadable)?;
-    let digest = Digest::of(&bytes);
+    let digest = Digest::new(&bytes);
     Ok(MtlFile { digest, ..parse(&readable(bytes)) })
 }
 
-/// Reads MTL text. Exporters write values that make no sense, and other programs show their models all the same. So
-/// a negative number counts as the least that there is, a colour that is too large as the largest one, and any other such
-/// statement is passed over.
+/// Reads MTL text. Exporters write values that make no sense, and other programs show their models all the
+/// same. So a negative number is replaced by the minimum, a colour that is too large by the maximum, and any
+/// other such statement is ignored.
 pub(crate) fn parse(text: &[u8]) -> MtlFile {
     let MtlFile { mut materials, mut oddities, mut unused, digest } = MtlFile::default();
     let mut told = HashSet::new();
@@ -109,7 +109,7 @@ pub(crate) fn parse(text: &[u8]) -> MtlFile {
     MtlFile { materials, oddities, unused, digest }
 }
 
-/// Takes one statement. Where a number was replaced, `replaced` says so.
+/// Reads one statement. Where a number was replaced, `replaced` says so.
 fn statement(
     material: &mut MtlMaterial,
     keyword: &str,
@@ -136,7 +136,8 @@ fn statement(
     Ok(())
 }
 
-/// One number for grey, or three; cut off at [`LARGEST_COLOR`]. `None` for `xyz` and `spectral`, which have no plain RGB.
+/// Reads one number for grey, or three; cut off at [`LARGEST_COLOR`]. `None` for `xyz` and `spectral`, which
+/// have no plain RGB.
 fn color(key: &str, rest: &[u8], replaced: &mut Option<String>) -> Result<Option<Vec3>, String> {
     let values: Vec<&[u8]> = words(rest).collect();
     let mut value = |word: &[u8]| {
@@ -160,7 +161,7 @@ fn number(key: &str, rest: &[u8], replaced: &mut Option<String>) -> Result<f32, 
     value(key, word, replaced)
 }
 
-/// A number from 0 to 1.
+/// Reads a number from 0 to 1.
 fn share(key: &str, rest: &[u8], replaced: &mut Option<String>) -> Result<f32, String> {
     let value = number(key, rest, replaced)?;
     if value > 1.0 {
@@ -305,7 +306,7 @@ impl MtlMaterial {
         }
     }
 
-    /// Kd where the file gives none.
+    /// Default of Kd, if the file gives none.
     fn default_diffuse(&self, optics: &Optics) -> Vec3 {
         match optics {
             _ if self.map_kd.is_some() => Vec3::ONE, // the picture as it is

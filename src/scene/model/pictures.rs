@@ -15,19 +15,19 @@ use crate::scene::error::Findings;
 use crate::scene::paths::find_beside;
 use crate::scene::{SceneError, Texture};
 
-/// Texels along an edge at most.
+/// Maximum number of texels along an edge.
 const LONGEST_EDGE: u32 = 32_768;
-/// Texels that a byte of a file can hold: deflate makes one byte of 1032 at most, and a byte of a PNG has 8 texels at
-/// most. Others pack less, but for the empty rows of a BMP.
+/// Maximum number of texels that a byte of a file can hold: deflate makes one byte of 1032 at most, and a
+/// byte of a PNG has 8 texels at most. Other formats pack less, except for the empty rows of a BMP.
 const MOST_TEXELS_A_BYTE: u64 = 8 * 1032;
 
 /// Width, height, texels.
 type Decoded = (u32, u32, Arc<[[u8; 4]]>);
 
-/// The textures that materials have asked for so far.
+/// Textures of all materials so far.
 #[derive(Default)]
 pub(crate) struct Pictures {
-    /// Their indices are what materials keep.
+    /// Textures. Materials keep their indices.
     pub textures: Vec<Texture>,
     decoded: HashMap<PathBuf, Decoded>,
     /// Digests of their texels, in the order in which pictures were asked for.
@@ -37,11 +37,10 @@ pub(crate) struct Pictures {
 }
 
 impl Pictures {
-    /// Index of the texture that `map` asks for in the file `asking`; names are relative to `folder`.
+    /// Index of the texture for the statement `map` of the file `asking`; names are relative to `folder`.
     ///
-    /// # Errors
-    /// A picture that is missing or unreadable, where `findings` is strict about stand-ins; in any case one that does
-    /// not fit into memory.
+    /// # Errors A picture that is missing or unreadable, where `findings` is strict about stand-ins; in any
+    /// case one that does not fit into memory.
     pub fn index_of(
         &mut self,
         map: &MapKd,
@@ -99,12 +98,12 @@ impl Pictures {
     }
 }
 
-/// Why a picture is not used, as the end of a sentence.
+/// Reason why a picture is not used, as the end of a sentence.
 #[derive(Debug, PartialEq)]
 enum Unusable {
-    /// The file is to blame.
+    /// Fault of the file.
     AsItIs(String),
-    /// The machine has too little memory.
+    /// Lack of memory on this machine.
     NoRoom(String),
 }
 
@@ -114,7 +113,7 @@ fn decode(path: Option<&Path>) -> Result<Decoded, Unusable> {
     let Input { file, length: file_bytes, .. } =
         input::open(path, Kind::Picture).map_err(|e| unreadable(&e))?;
     // some decoders hold the file
-    let need = Need::of(Part::new("its file", file_bytes, "a smaller picture"));
+    let need = Need::new(Part::new("its file", file_bytes, "a smaller picture"));
     need.check(&memory::left()).map_err(|error| Unusable::NoRoom(format!("does not fit: {error}")))?;
     let mut reader = ImageReader::new(BufReader::new(file));
     // files of some kinds have no mark, and are known by their ending alone
@@ -140,7 +139,7 @@ fn check_size(
     [width, height]: [u32; 2],
     decoded: u64,
     file_bytes: u64,
-    left: &[memory::Left],
+    left: &[memory::Headroom],
 ) -> Result<(), Unusable> {
     let texels = u64::from(width) * u64::from(height);
     let of_size = |why: String| format!("of {width}x{height} texels {why}");
@@ -156,7 +155,7 @@ fn check_size(
     }
     // as decoded, then with four bytes a texel, and copied to where it stays
     let bytes = decoded.max(4 * texels) + 4 * texels;
-    let need = Need::of(Part::new("decoding it", bytes, "a smaller picture"));
+    let need = Need::new(Part::new("decoding it", bytes, "a smaller picture"));
     need.check(left).map_err(|error| Unusable::NoRoom(of_size(format!("does not fit: {error}"))))
 }
 

@@ -52,7 +52,7 @@ pub fn read(path: &Path) -> Result<PointCache, SceneError> {
         |error: InputError| SceneError::new(path, format!("the point cache cannot be read: {error}"));
     let input = input::open(path, Kind::PointCache).map_err(unreadable)?;
     // the text of it, and what is read of it
-    let need = Need::of(Part::new(
+    let need = Need::new(Part::new(
         "the point cache",
         input.length.saturating_mul(2),
         "fewer shapes, a smaller model",
@@ -68,7 +68,7 @@ pub fn read(path: &Path) -> Result<PointCache, SceneError> {
     let positions = |sample: &[u8]| sample.chunks_exact(POINT).map(position).collect();
     let samples =
         bytes[begins as usize..].chunks_exact(points * POINT).take(samples).map(positions).collect();
-    Ok(PointCache { first, every, samples, digest: Digest::of(&bytes) })
+    Ok(PointCache { first, every, samples, digest: Digest::new(&bytes) })
 }
 
 fn layout_of(bytes: &[u8]) -> Result<Layout, String> {
@@ -90,7 +90,7 @@ fn layout_of(bytes: &[u8]) -> Result<Layout, String> {
     Ok(layout)
 }
 
-/// Little-endian.
+/// Reads the layout of a PC2 file, which is little-endian.
 fn pc2(bytes: &[u8]) -> Option<Layout> {
     let word = |number: usize| -> Option<[u8; 4]> {
         let at = PC2_MARK.len() + 4 * number;
@@ -104,7 +104,7 @@ fn pc2(bytes: &[u8]) -> Option<Layout> {
     Some(Layout { samples: count(4)?, points: count(1)?, begins, first, every, number: f32::from_le_bytes })
 }
 
-/// Big-endian. Its times are seconds, of which nobody knows how many frames they have.
+/// Reads the layout of an MDD file, which is big-endian. Its times are in seconds, without a frame rate.
 fn mdd(bytes: &[u8]) -> Option<Layout> {
     let count = |at: usize| {
         let word = bytes.get(at..at + 4)?.try_into().ok()?;

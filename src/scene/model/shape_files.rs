@@ -13,7 +13,7 @@ use crate::scene::{Mesh, SceneError, Shapes};
 /// A file of a sequence.
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
 pub(crate) struct Numbered {
-    /// In its name.
+    /// Number in its name.
     pub number: u64,
     /// Path of the file.
     pub path: PathBuf,
@@ -21,7 +21,7 @@ pub(crate) struct Numbered {
 
 /// Origins of a mesh's vertices in its OBJ file.
 pub(crate) struct Origins {
-    /// By vertex, the number of its position, from 0.
+    /// Number of each vertex's position in the file, from 0.
     pub of_vertex: Vec<u32>,
     /// Number of positions in the file.
     pub count: usize,
@@ -29,7 +29,7 @@ pub(crate) struct Origins {
 
 impl Origins {
     /// Reads the origins from an OBJ file.
-    pub fn of(obj: &ObjFile) -> Self {
+    pub fn new(obj: &ObjFile) -> Self {
         let own = || (0..obj.positions.len() as u32).collect();
         let of_vertex = if obj.sources.is_empty() { own() } else { obj.sources.clone() };
         Self { of_vertex, count: obj.places }
@@ -71,6 +71,8 @@ pub(crate) struct ReadShapes {
 
 /// Gives `mesh`, which was read from `path`, the shapes in `source`. `origins`: the places of its vertices in
 /// that file.
+///
+/// # Errors A file that cannot be read, or that has other positions than the mesh.
 pub fn read(
     mesh: &Mesh,
     path: &Path,
@@ -84,7 +86,7 @@ pub fn read(
             check_memory(path, files.len(), origins)?;
             for Numbered { number, path: file } in files {
                 let (positions, digest) = obj::read_positions(file)?;
-                digests.extend([Digest::of(&number.to_le_bytes()), digest]);
+                digests.extend([Digest::new(&number.to_le_bytes()), digest]);
                 read.add(*number as f64, shape_of(file, &positions, path, origins)?);
             }
         }
@@ -108,16 +110,16 @@ pub fn read(
 
 fn check_memory(path: &Path, shapes: usize, origins: &Origins) -> Result<(), SceneError> {
     let bytes = (shapes * size_of::<[f32; 3]>()) as u64 * origins.of_vertex.len() as u64;
-    let need = Need::of(Part::new("the shapes of the model", bytes, "fewer shapes, a smaller model"));
+    let need = Need::new(Part::new("the shapes of the model", bytes, "fewer shapes, a smaller model"));
     need.check(&memory::left()).map_err(|error| SceneError::new(path, error.to_string()))
 }
 
-/// Shapes, each once.
+/// Distinct shapes: equal ones are stored once.
 #[derive(Default)]
 struct Distinct {
     list: Vec<Vec<[f32; 3]>>,
     keys: Vec<(f64, u32)>,
-    /// Numbers by content.
+    /// Numbers of the shapes by digest of their content.
     known: HashMap<Digest, Vec<u32>>,
 }
 
@@ -125,7 +127,7 @@ impl Distinct {
     /// Adds the shape of a time.
     fn add(&mut self, time: f64, shape: Vec<[f32; 3]>) {
         let Self { list, keys, known } = self;
-        let same = known.entry(Digest::of(bytemuck::cast_slice(&shape))).or_default();
+        let same = known.entry(Digest::new(bytemuck::cast_slice(&shape))).or_default();
         let before = same.iter().find(|number| list[**number as usize] == shape).copied();
         let number = before.unwrap_or(list.len() as u32);
         if before.is_none() {

@@ -1,6 +1,6 @@
-//! Statements of MTL files that change nothing here, where other programs would show a difference.
+//! Statements of MTL files that have no effect here, but a visible one in other programs.
 
-/// Statements that change nothing here, in small letters, with the same as it is usually written and what is shown instead.
+/// Statements without effect: the keyword in small letters, its usual spelling, and the picture's deviation.
 const UNUSED: [(&str, &str, &str); 16] = [
     ("map_pr", "map_Pr", "roughness is the number of `Pr` all over a material"),
     ("map_pm", "map_Pm", "metal is the number of `Pm` all over a material"),
@@ -23,7 +23,8 @@ const OPAQUE: &str = "what it cuts out is shown whole; `d` is a number all over 
 const SMOOTH: &str = "surfaces are as smooth as their normals";
 const REFLECTED: &str = "mirrors show the scene and its environment alone";
 
-/// The statement that `keyword` (in small letters) is, and that it is not used and what is shown instead, if it is one of these.
+/// Finds `keyword` (in small letters) among the statements without effect. Returns the entry's keyword, and a
+/// message on the consequence.
 pub fn message(keyword: &str) -> Option<(&'static str, String)> {
     let (key, usual, instead) = UNUSED.iter().find(|(key, ..)| *key == keyword)?;
     Some((key, format!("`{usual}` is not used: {instead}")))

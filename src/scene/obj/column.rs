@@ -1,47 +1,47 @@
-//! Indices of one kind (position, texture coordinate or normal) for all corners of a piece.
+//! Indices of one attribute (position, texture coordinate or normal) for all corners of a piece.
 
-/// Most entries of one kind in a file: indices have 32 bits and a sign.
+/// Maximum number of entries of one attribute in a file: indices have 32 bits and a sign.
 pub(super) const MOST_ENTRIES: u64 = i32::MAX as u64;
 
 /// Absolute indices of corners.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub(super) enum Indices {
-    /// No corner has any.
+    /// No corner has the attribute.
     #[default]
     Absent,
-    /// They are the same as those of the corners' positions.
+    /// Indices equal those of the corners' positions.
     AsPositions,
-    /// From 1, 0 for absent; one a corner.
+    /// Indices of their own, one a corner, from 1; 0 for absent.
     Own(Vec<u32>),
 }
 
-/// Indices from 1, 0 for absent. Those that count back are kept relative to the beginning of their
-/// piece until it is known how much the pieces before define.
+/// Indices from 1, 0 for absent. Relative ones, which count back, stay relative to the beginning of their
+/// piece until it is known how many entries the pieces before define.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub(super) struct Column {
-    /// One a corner; none where all are absent so far. Relative ones are `i32` in disguise.
+    /// Indices, one a corner; empty if all are absent so far. Relative ones are `i32` in disguise.
     values: Vec<u32>,
-    /// Corners from which on indices are relative, and absolute again, and so on.
+    /// Corners at which indices become relative, absolute again, and so on.
     turns: Vec<u32>,
     /// True if it has the same values as the positions' column, and does not keep them.
     is_as_positions: bool,
-    /// The highest of those that do not count back.
+    /// Highest absolute index.
     highest: u32,
 }
 
-/// An index points beyond what there is.
+/// Error: an index points beyond the existing entries.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct OutOfRange;
 
 impl Column {
-    /// Empties it, and keeps its memory.
+    /// Empties the column, and keeps its memory.
     pub fn clear(&mut self) {
         self.values.clear();
         self.turns.clear();
         self.highest = 0;
     }
 
-    /// Becomes the same as `other`.
+    /// Copies `other` into this column.
     pub fn copy(&mut self, other: &Self) {
         self.values.clone_from(&other.values);
         self.turns.clone_from(&other.turns);
@@ -92,7 +92,7 @@ impl Column {
         }
     }
 
-    /// The next index is relative, or absolute.
+    /// Notes whether the next index is relative or absolute.
     #[inline(always)]
     fn turn(&mut self, relative: bool) {
         if relative != (self.turns.len() % 2 == 1) {
@@ -100,9 +100,9 @@ impl Column {
         }
     }
 
-    /// The indices of so many corners, all of them absolute and none above `count`; `before` entries are
-    /// defined in the pieces before this one. If there is nothing to point at, all are absent. Positions
-    /// come first, and are given for the others.
+    /// Resolves the indices of `corners` corners into absolute ones, none above `count`; `before` entries are
+    /// defined in the pieces before this one. If there are no entries at all, all indices are absent.
+    /// Positions are resolved first, and passed as `positions` for the other attributes.
     pub fn resolve(
         self,
         before: u64,

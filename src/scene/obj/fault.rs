@@ -4,7 +4,7 @@ use super::lines::{Lines, split_keyword, words};
 use super::number::parsed;
 use super::statement::{self, Corner, MOST_CORNERS, shown};
 
-/// Coordinates beyond this are refused: Embree passes over such triangles without a word.
+/// Maximum of coordinates. Larger ones are refused: Embree silently ignores such triangles.
 pub(crate) const LARGEST_COORDINATE: f32 = 1e18;
 
 /// Numbers of `v`, `vt` and `vn` statements.
@@ -36,8 +36,8 @@ pub(super) fn find(text: &[u8]) -> Option<Fault> {
     look(text, Some(counts)).err()
 }
 
-/// Goes through the lines, and says how much they define. With the counts of a look before, checks
-/// values too.
+/// Goes through the lines, and counts their definitions. With the counts of an earlier pass, checks values
+/// too.
 fn look(text: &[u8], checked_against: Option<Counts>) -> Result<Counts, Fault> {
     let mut counts = [0; 3];
     for (line, content) in Lines::new(text) {
@@ -103,7 +103,7 @@ fn check_corner(corner: Corner, word: &[u8], defined: &Counts, all: Option<Count
                 shown(word)
             ));
         }
-        // of a part of which there is none at all, nothing is asked
+        // texture coordinates and normals are not checked if the file has none at all
         let count = all.map(|counts| counts[part]).filter(|count| part == 0 || *count > 0);
         if let Some(count) = count.filter(|count| absolute as u64 > *count) {
             return Err(format!(

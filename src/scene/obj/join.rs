@@ -18,7 +18,7 @@ pub(super) struct Joined {
     /// Normals (`vn`); of unit length, or zero.
     pub normals: Vec<[f32; 3]>,
     /// Faces, by piece in the order of the file.
-    pub runs: Vec<Run>,
+    pub runs: Vec<FaceRun>,
     /// Names of materials by first use; the first is no material.
     pub materials: Vec<Named>,
     /// Names of groups by first use; the first is [`NO_GROUP`].
@@ -52,7 +52,7 @@ pub struct Use {
 
 /// Faces of one piece; corners are in order.
 #[derive(Debug, Default)]
-pub(super) struct Run {
+pub(super) struct FaceRun {
     /// Indices of positions, from 0.
     pub positions: Vec<u32>,
     /// Indices of texture coordinates.
@@ -90,7 +90,7 @@ pub(super) fn join(mut pieces: Vec<Piece>) -> Result<Joined, Misfit> {
     joined.uvs = concatenated(pieces.iter_mut().map(|piece| std::mem::take(&mut piece.uvs)));
     joined.normals = concatenated(pieces.iter_mut().map(|piece| std::mem::take(&mut piece.normals)));
     let runs = pieces.into_par_iter().zip(uses).zip(bases);
-    let runs = runs.map(|((piece, uses), base)| Run::new(piece.faces, uses, base, counts));
+    let runs = runs.map(|((piece, uses), base)| FaceRun::new(piece.faces, uses, base, counts));
     joined.runs = runs.collect::<Result<_, _>>().map_err(|OutOfRange| Misfit::Somewhere)?;
     Ok(joined)
 }
@@ -107,7 +107,7 @@ fn bases(pieces: &[Piece]) -> (Vec<[u64; 3]>, [u64; 3]) {
     (bases.collect(), sum)
 }
 
-/// One list of many, with room for one more (which a vertex buffer needs).
+/// Concatenates lists, with room for one more entry (which a vertex buffer needs).
 pub(super) fn concatenated<T: Copy + Default + Send + Sync>(lists: impl Iterator<Item = Vec<T>>) -> Vec<T> {
     let lists: Vec<Vec<T>> = lists.collect();
     let length = lists.iter().map(Vec::len).sum();
@@ -120,7 +120,7 @@ pub(super) fn concatenated<T: Copy + Default + Send + Sync>(lists: impl Iterator
     whole
 }
 
-/// Parts of so many entries, from the first on.
+/// Splits a list into parts of these lengths, from the first entry on.
 pub(super) fn split<T>(mut list: &mut [T], lengths: impl Iterator<Item = usize>) -> Vec<&mut [T]> {
     let mut parts = Vec::new();
     for length in lengths {
@@ -132,8 +132,8 @@ pub(super) fn split<T>(mut list: &mut [T], lengths: impl Iterator<Item = usize>)
 }
 
 impl Joined {
-    /// Gives materials and groups their numbers in the file, and names their lines. For each piece, which of its faces have
-    /// which.
+    /// Numbers the materials and groups of the file, and sets the lines of their names. Returns the changes
+    /// of use among the faces of each piece.
     fn name(&mut self, pieces: &mut [Piece]) -> Vec<Vec<(u32, Use)>> {
         let named = |name: &str| Named { name: name.to_owned(), line: 0 };
         (self.materials, self.groups) = (vec![named("")], vec![named(NO_GROUP)]);
@@ -160,7 +160,8 @@ impl Joined {
     }
 }
 
-/// The numbers in the file of the names of a piece that begins with this line; `names` are those of the file so far.
+/// Looks up the file's numbers for the names of a piece that begins with this line; `names` are those of the
+/// file so far.
 fn numbers(
     of_piece: &mut Vec<Name>,
     line: usize,
@@ -180,8 +181,9 @@ fn named_at(name: &[u8], line: usize) -> Named {
     Named { name: String::from_utf8_lossy(name).into_owned(), line }
 }
 
-impl Run {
-    /// So many entries are defined before the piece, and `counts` in the file.
+impl FaceRun {
+    /// Creates the run of a piece. `[bv, bvt, bvn]`: numbers of entries defined before the piece; `counts`:
+    /// those of the file.
     fn new(
         faces: Faces,
         uses: Vec<(u32, Use)>,

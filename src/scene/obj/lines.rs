@@ -4,7 +4,7 @@ use std::borrow::Cow;
 
 use memchr::memchr;
 
-/// Bytes in an encoding that the readers understand: UTF-16 becomes UTF-8, marks go, and the lone
+/// Converts text into an encoding that the readers understand: UTF-16 becomes UTF-8, marks go, and the lone
 /// carriage returns of old systems become line ends.
 pub(crate) fn readable(bytes: Vec<u8>) -> Vec<u8> {
     match bytes.as_slice() {
@@ -34,7 +34,7 @@ pub(crate) struct Lines<'a> {
 }
 
 impl<'a> Lines<'a> {
-    /// From the beginning of `text`.
+    /// Creates the lines of `text`, from its beginning.
     pub fn new(text: &'a [u8]) -> Self {
         Self { rest: text, next: 1 }
     }
@@ -84,7 +84,7 @@ impl<'a> Iterator for Lines<'a> {
     }
 }
 
-/// The first word of a line, and the rest without the blanks around it.
+/// Splits off the first word of a line. Returns it, and the rest without the blanks around it.
 pub(crate) fn split_keyword(line: &[u8]) -> (&[u8], &[u8]) {
     let end = line.iter().position(u8::is_ascii_whitespace).unwrap_or(line.len());
     (&line[..end], line[end..].trim_ascii())
@@ -97,7 +97,7 @@ pub(crate) fn words(line: &[u8]) -> impl Iterator<Item = &[u8]> {
     line[..end].split(u8::is_ascii_whitespace).filter(|word| !word.is_empty())
 }
 
-/// Begins what is no finite number behind `1.#`, as Microsoft's library writes it: `-1.#IND00`.
+/// Names of numbers that are not finite, behind `1.#`, as Microsoft's library writes them: `-1.#IND00`.
 pub(crate) const NON_FINITE: [(&[u8], f32); 4] =
     [(b"IND", f32::NAN), (b"QNAN", f32::NAN), (b"SNAN", f32::NAN), (b"INF", f32::INFINITY)];
 

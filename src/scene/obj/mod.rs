@@ -11,7 +11,6 @@
 //! is read once more, in order, to say where (`fault`).
 
 mod column;
-mod cut;
 mod fault;
 mod join;
 pub mod lines;
@@ -22,9 +21,10 @@ mod piece;
 mod plain;
 pub mod polygon;
 mod positions;
-mod share;
 mod source;
 mod statement;
+mod triangulate;
+mod weld;
 
 use std::io;
 use std::path::Path;
@@ -43,19 +43,20 @@ use join::{Joined, Misfit};
 pub use join::{Named, Use};
 use piece::{Piece, Reader};
 pub use positions::{line_of_position, read_positions};
-use share::Vertices;
 use source::Source;
+use weld::Vertices;
 
-/// Bytes of a piece: its text and what is read from it fit into a core's cache, and ten thousand of them
-/// are no burden.
+/// Bytes of a piece: its text and its content fit into a core's cache, and the overhead of ten thousand
+/// pieces is small.
 const PIECE: u64 = 1 << 18;
 
 /// The content of an OBJ file.
 #[derive(Debug, Default, PartialEq)]
 pub struct ObjFile {
-    /// Object space, finite. With room for one more.
+    /// Vertex positions, object space, finite. The list has room for one more.
     pub positions: Vec<[f32; 3]>,
-    /// By vertex, the number of its position (`v`) in the file, from 0; empty where these are the vertices' own numbers.
+    /// Number of each vertex's position (`v`) in the file, from 0; empty if these are the vertices' own
+    /// numbers.
     pub sources: Vec<u32>,
     /// Number of positions in the file.
     pub places: usize,
@@ -96,24 +97,24 @@ pub fn read(path: &Path) -> Result<ObjFile, SceneError> {
     read_with_digest(path).map(|(obj, _)| obj)
 }
 
-/// [`read`], and a digest of the file's text: that of what was read, even if the file changes meanwhile.
+/// Reads the OBJ file like [`read`], with a digest of its text: that of the text as read, even if the file
+/// changes meanwhile.
 ///
-/// # Errors
-/// The same.
+/// # Errors As [`read`].
 pub fn read_with_digest(path: &Path) -> Result<(ObjFile, Digest), SceneError> {
     let source = open(path)?;
     let read = parse(&source, PIECE).map_err(|error| unreadable(path, &error))?;
     read.map_err(|fault| faulty(path, fault))
 }
 
-/// The text of the OBJ file at `path`, if there is memory for what is read of it.
+/// Opens the text of the OBJ file at `path`, if there is memory for its content.
 fn open(path: &Path) -> Result<Source<'static>, SceneError> {
     let unreadable = |error: io::Error| unreadable(path, &error);
     let input = input::open(path, Kind::Model).map_err(|error| unreadable(error.into()))?;
-    // what is read takes about as much as the text of it
-    let need = Need::of(Part::new("the text of the model", input.length, "a smaller model"));
+    // the content takes about as much memory as the text
+    let need = Need::new(Part::new("the text of the model", input.length, "a smaller model"));
     need.check(&memory::left()).map_err(|error| SceneError::new(path, error.to_string()))?;
-    let source = Source::of(input).map_err(unreadable)?;
+    let source = Source::new(input).map_err(unreadable)?;
     match not_a_model(&source).map_err(unreadable)? {
         Some(what) => Err(SceneError::new(path, what)),
         None => Ok(source),
@@ -144,7 +145,7 @@ fn not_a_model(source: &Source<'_>) -> io::Result<Option<&'static str>> {
     Ok(is_coff.then_some("this is an object file of a compiler (COFF), not a Wavefront model"))
 }
 
-/// Reads OBJ text in pieces of so many bytes. The digest is of the text in these pieces.
+/// Reads OBJ text in pieces of `piece` bytes. The digest is of the text in these pieces.
 fn parse(source: &Source<'_>, piece: u64) -> io::Result<Result<(ObjFile, Digest), Fault>> {
     let (pieces, digest) = pieces(source, piece)?;
     if pieces.iter().any(|piece| piece.is_faulty) {
@@ -167,7 +168,7 @@ fn pieces(source: &Source<'_>, size: u64) -> io::Result<(Vec<Piece>, Digest)> {
     let read = |(buffer, reader): &mut (Vec<u8>, Reader), (number, range)| {
         let text = source.read(range, buffer)?;
         // while the text is in the core's cache, where this takes a hundredth of the time of reading it
-        Ok((number, Digest::of(text), reader.read(text)))
+        Ok((number, Digest::new(text), reader.read(text)))
     };
     // each thread takes the next piece: ranges of them, handed out beforehand, would not end at the same time
     let pieces: io::Result<Vec<(usize, Digest, Piece)>> =
@@ -178,7 +179,7 @@ fn pieces(source: &Source<'_>, size: u64) -> io::Result<(Vec<Piece>, Digest)> {
     Ok((pieces.into_iter().map(|(_, _, piece)| piece).collect(), digest))
 }
 
-/// The line of the first normal that is no finite number, in a text that has one.
+/// Finds the line of the first normal that is not finite, in a text that has one.
 fn line_of_odd_normal(source: &Source<'_>) -> io::Result<usize> {
     let mut buffer = Vec::new();
     let text = source.read(0..source.len(), &mut buffer)?;
@@ -197,13 +198,13 @@ fn look_for_fault(source: &Source<'_>) -> io::Result<Fault> {
     }))
 }
 
-/// Makes one file of the pieces of one.
+/// Makes the whole file of its pieces.
 fn whole(pieces: Vec<Piece>) -> Result<ObjFile, Misfit> {
     let mut joined = join::join(pieces)?;
     let places = joined.positions.len();
-    let Vertices { positions, sources, uvs, normals } = share::share(&mut joined).map_err(Misfit::Whole)?;
+    let Vertices { positions, sources, uvs, normals } = weld::weld(&mut joined).map_err(Misfit::Whole)?;
     let Joined { runs, materials, groups, libraries, too_small, .. } = joined;
-    let triangles = cut::cut(runs, &positions);
+    let triangles = triangulate::triangulate(runs, &positions);
     if !are_within_reach(&positions) {
         return Err(Misfit::Somewhere);
     }
@@ -250,7 +251,7 @@ mod tests {
 
     const SQUARE: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n";
 
-    /// With pieces of so many bytes.
+    /// Reads a text in pieces of `piece` bytes.
     fn parsed(text: &[u8], piece: u64) -> Result<ObjFile, Fault> {
         parse(&Source::Memory(Cow::Borrowed(text)), piece).unwrap().map(|(obj, _)| obj)
     }

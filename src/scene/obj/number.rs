@@ -6,7 +6,7 @@ use super::lines::NON_FINITE;
 
 const ZEROS: u64 = 0x3030_3030_3030_3030;
 
-/// Powers of ten that a 64-bit integer holds.
+/// Powers of ten in 64-bit integers.
 const WHOLE_POWERS: [u64; 9] = [1, 10, 100, 1_000, 10_000, 100_000, 1_000_000, 10_000_000, 100_000_000];
 
 /// Powers of ten that an f64 holds exactly.
@@ -15,10 +15,10 @@ pub(super) const POWERS: [f64; 23] = [
     1e19, 1e20, 1e21, 1e22,
 ];
 
-/// Up to here each whole number is an f64.
+/// Limit up to which each whole number is exact as an f64.
 const EXACT_MANTISSA: u64 = 1 << 53;
 
-/// Most digits that surely fit into 64 bits.
+/// Maximum number of digits that surely fit into 64 bits.
 const MOST_DIGITS: usize = 19;
 
 /// Text that is still to be read.
@@ -28,20 +28,20 @@ pub(super) struct Cursor<'a> {
 }
 
 impl Cursor<'_> {
-    /// The next byte; behind the end there are line ends.
+    /// Returns the next byte; a line end behind the end of the text.
     #[inline(always)]
     pub fn peek(&self) -> u8 {
         self.rest.first().copied().unwrap_or(b'\n')
     }
 
-    /// Goes on by `count` bytes, if there are as many.
+    /// Advances by `count` bytes, if there are as many.
     #[inline(always)]
     pub fn skip(&mut self, count: usize) -> Option<()> {
         self.rest = self.rest.get(count..)?;
         Some(())
     }
 
-    /// Goes to the next byte that is no blank; a line end is none here.
+    /// Advances to the next byte that is no blank; a line end is not a blank here.
     #[inline(always)]
     pub fn skip_blanks(&mut self) {
         // mostly there are none: one comparison
@@ -53,8 +53,8 @@ impl Cursor<'_> {
         }
     }
 
-    /// The number here, as `str::parse` reads it, and the byte behind it, a blank or the line's end. Goes
-    /// behind both. `None` close to the end of the text, too.
+    /// Reads the number here, as `str::parse` does, and the byte behind it, a blank or the line's end.
+    /// Advances behind both. `None` also close to the end of the text.
     pub fn number(&mut self) -> Option<(f32, u8)> {
         match self.usual_number() {
             Some((value, end, length)) => {
@@ -65,8 +65,8 @@ impl Cursor<'_> {
         }
     }
 
-    /// Up to three indices with slashes between (0 for what is left out between two), and the byte behind
-    /// them. Goes behind all. `None` where there is no index, and close to the end of the text.
+    /// Reads up to three indices with slashes between (0 for one that is left out between two), and the byte
+    /// behind them. Advances behind all. `None` if there is no index, and close to the end of the text.
     pub fn indices(&mut self) -> Option<([i32; 3], u8)> {
         let mut indices = [0; 3];
         let mut end = b'/';
@@ -80,7 +80,7 @@ impl Cursor<'_> {
         Some((indices, end))
     }
 
-    /// An index that is not 0, negative ones as they are, and the byte behind it. Goes behind both.
+    /// Reads an index that is not 0, negative ones as they are, and the byte behind it. Advances behind both.
     fn any_index(&mut self) -> Option<(i32, u8)> {
         let is_negative = self.peek() == b'-';
         self.skip(usize::from(is_negative))?;
@@ -96,7 +96,7 @@ impl Cursor<'_> {
         Some((if is_negative { -value } else { value }, end))
     }
 
-    /// A number of up to 15 digits, with the byte behind it and the length of both.
+    /// Reads a number of up to 15 digits. Returns also the byte behind it, and the length of both.
     fn usual_number(&self) -> Option<(f32, u8, usize)> {
         let is_negative = self.peek() == b'-';
         let mut at = usize::from(is_negative);
@@ -133,7 +133,7 @@ impl Cursor<'_> {
         Some((if is_negative { -value } else { value }, end, at + 1))
     }
 
-    /// The exponent `ahead`, behind its `e`, and its length.
+    /// Reads the exponent at `ahead`, behind its `e`. Returns also its length.
     fn exponent(&self, ahead: usize) -> Option<(i32, usize)> {
         let sign = *self.rest.get(ahead)?;
         let begin = usize::from(matches!(sign, b'+' | b'-'));
@@ -150,7 +150,7 @@ impl Cursor<'_> {
         Some(value)
     }
 
-    /// Eight bytes, the first one lowest.
+    /// Loads eight bytes, the first one lowest.
     #[inline(always)]
     fn eight(&self, ahead: usize) -> Option<u64> {
         let bytes = self.rest.get(ahead..)?.first_chunk()?;
@@ -158,18 +158,18 @@ impl Cursor<'_> {
     }
 }
 
-/// Blanks within a line: what ASCII calls whitespace, without the line end.
+/// Returns true for blanks within a line: ASCII whitespace without the line end.
 #[inline(always)]
 pub(super) fn is_blank(byte: u8) -> bool {
     matches!(byte, b' ' | b'\t' | b'\r' | b'\x0C')
 }
 
-/// A whole word as a number.
+/// Parses a whole word as a number.
 pub(super) fn parsed(word: &[u8]) -> Option<f32> {
     str::from_utf8(word).ok()?.parse().ok().or_else(|| non_finite(word))
 }
 
-/// The value of what Microsoft's library writes where a number is not finite.
+/// Parses a number that is not finite, as Microsoft's library writes it.
 #[cold]
 fn non_finite(word: &[u8]) -> Option<f32> {
     let (sign, digits) = word.strip_prefix(b"-").map_or((1.0, word), |digits| (-1.0, digits));
@@ -202,8 +202,8 @@ pub(super) fn eight_digits(digits: u64) -> u64 {
     high.wrapping_add(low) >> 32
 }
 
-/// An f64 that was rounded once, as the f32 that rounding the exact value would have given. `None` where
-/// it lies just between two f32, and the exact value could be on either side of it.
+/// Rounds an f64, which was rounded once, to the f32 nearest to the exact value. `None` if it lies just
+/// between two f32, and the exact value could be on either side of it.
 ///
 /// W. D. Clinger, "How to Read Floating Point Numbers Accurately" (1990), section 3: where mantissa and
 /// power of ten are exact, one operation rounds once. (With at most 2^53 for one and 10^22 for the other
@@ -219,7 +219,7 @@ pub(super) mod tests {
     #![allow(clippy::unwrap_used, reason = "a test may stop at the first surprise")]
     use super::*;
 
-    /// Numbers that look random, the same in each run (SplitMix64).
+    /// Random-looking numbers, the same in each run (SplitMix64).
     pub struct Dice(pub u64);
 
     impl Dice {

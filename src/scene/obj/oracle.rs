@@ -1,4 +1,4 @@
-//! Compares what is read here with what tobj reads, on files by many authors and on some of our own.
+//! Compares our reader with tobj, on files by many authors and on some of our own.
 //!
 //! tobj is given lines in a plain form of OBJ, because it takes some things otherwise than they are meant:
 //! indices of which only some corners of a face have a texture coordinate, say. Faces are cut
@@ -23,7 +23,7 @@ use super::{ObjFile, PIECE, parse};
 /// Bits of position, texture coordinate and normal; zeros for absent ones.
 type Corner = [u32; 8];
 
-/// All triangles with what they are made of: material and corners.
+/// All triangles, with material and corners.
 type Soup = Vec<(String, [Corner; 3])>;
 
 fn corner(position: [f32; 3], uv: Vec2, normal: Vec3) -> Corner {
@@ -78,8 +78,8 @@ fn add(soup: &mut Soup, material: &str, mesh: &tobj::Mesh) {
     }
 }
 
-/// The text in a form that tobj takes as it is meant, with a group for each change of material or of
-/// the parts that faces have; and the materials that the groups' names are numbers of.
+/// Writes the text in a form that tobj reads as intended, with a group for each change of material or of the
+/// attributes that faces have. Returns also the materials: the groups' names are their numbers.
 fn plain(text: &[u8]) -> Option<(String, Vec<String>)> {
     let (mut out, mut materials) = (String::new(), vec![String::new()]);
     let (mut counts, mut material, mut group) = ([0; 3], 0, None);
@@ -132,8 +132,8 @@ fn absolute(word: &str, counts: [i64; 3]) -> Option<[i64; 3]> {
     Some(corner)
 }
 
-/// Reads `text` in pieces of many sizes on one thread and on several, and compares all of that with tobj's
-/// answer. Says whether there was one.
+/// Reads `text` in pieces of many sizes on one thread and on several, and compares all results with tobj's.
+/// Returns true if tobj found any triangle.
 #[track_caller]
 fn compare(text: &[u8], sizes: &[u64], name: &str) -> bool {
     let text = readable(text.to_vec());
@@ -160,7 +160,7 @@ fn compare(text: &[u8], sizes: &[u64], name: &str) -> bool {
 
 const CUBE: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\n";
 
-/// A vertex with so many normals, each twice.
+/// Writes a vertex with `normals` normals, each twice.
 fn tip(normals: usize) -> String {
     let faces = |n| format!("f 1//{n} 2//{n} 3//{n}\n");
     (0..normals).map(|n| format!("vn 1 {n} 1\n")).chain((1..=normals).chain(1..=normals).map(faces)).collect()

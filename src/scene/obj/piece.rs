@@ -79,11 +79,11 @@ pub(super) struct Faces {
 /// Reads pieces, one after the other, into the same memory.
 #[derive(Debug, Default)]
 pub(super) struct Reader {
-    /// Texture coordinates and normals are as written here.
+    /// Content of the piece at work. Texture coordinates and normals are as written here.
     piece: Piece,
     material_of: HashMap<Vec<u8>, u32>,
     group_of: HashMap<Vec<u8>, u32>,
-    /// The face that is being read.
+    /// Corners of the face at work.
     corners: Vec<Corner>,
 }
 
@@ -118,7 +118,7 @@ impl Reader {
         };
     }
 
-    /// The piece, in no more memory than it needs; the reader's own stays for the next.
+    /// Returns the piece, in no more memory than it needs; the reader keeps its own for the next.
     fn packed(&mut self) -> Piece {
         let piece = &mut self.piece;
         Piece {
@@ -139,7 +139,7 @@ impl Reader {
         }
     }
 
-    /// Reads a line as `plain` can; `None`, with nothing kept, for any other.
+    /// Reads a line by `plain`; `None`, with nothing kept, if that refuses it.
     #[inline(always)]
     fn plain_line(&mut self, cursor: &mut Cursor<'_>) -> Option<()> {
         let window = cursor.rest.first_chunk()?;
@@ -167,7 +167,7 @@ impl Reader {
         cursor.skip(length)
     }
 
-    /// Gives the length of the line.
+    /// Reads a face. Returns the length of the line.
     #[inline(always)]
     fn plain_face(&mut self, window: &[u8; plain::WINDOW]) -> Option<usize> {
         let (face, length) = plain::face(window)?;
@@ -215,7 +215,7 @@ impl Reader {
         self.add_face()
     }
 
-    /// Adds the face that was read; `None` where it has too many corners.
+    /// Adds the face at work; `None` if it has too many corners.
     #[inline(always)]
     fn add_face(&mut self) -> Option<()> {
         let defined = self.defined();
@@ -248,7 +248,7 @@ impl Reader {
         lines.rest()
     }
 
-    /// `None` where it makes no sense; why, is found out when all is read.
+    /// Reads a statement. `None` if it makes no sense; the reason is found later, in order.
     fn statement(&mut self, line: &[u8]) -> Option<()> {
         let (keyword, rest) = split_keyword(line);
         let piece = &mut self.piece;
@@ -279,7 +279,7 @@ impl Reader {
     }
 }
 
-/// The number of `name` among `names`, which it joins if it is new.
+/// Number of `name` among `names`. A new name is added.
 fn number_of(name: &[u8], line: usize, names: &mut Vec<Name>, numbers: &mut HashMap<Vec<u8>, u32>) -> u32 {
     if let Some(number) = numbers.get(name) {
         return *number;
@@ -313,7 +313,7 @@ impl Faces {
         }
     }
 
-    /// From now on each column is filled.
+    /// Fills each column from now on.
     fn mix(&mut self) {
         if !self.is_mixed {
             let [positions, others @ ..] = &mut self.columns;
@@ -322,7 +322,7 @@ impl Faces {
         }
     }
 
-    /// The columns, without spare memory.
+    /// Copies the columns without spare memory.
     fn packed_columns(&self) -> [Column; 3] {
         let [positions, uvs, normals] = &self.columns;
         if self.is_mixed {
@@ -377,7 +377,7 @@ fn emptied<T>(mut list: Vec<T>) -> Vec<T> {
     list
 }
 
-/// N numbers behind a keyword of so many bytes with its blank, and whatever else is in the line.
+/// Reads N numbers behind a keyword of `keyword` bytes with its blank, and ignores the rest of the line.
 fn usual_numbers<const N: usize>(cursor: &mut Cursor<'_>, keyword: usize) -> Option<[f32; N]> {
     cursor.skip(keyword)?;
     let (mut values, mut end) = ([0.0; N], b' ');
@@ -395,7 +395,7 @@ fn usual_numbers<const N: usize>(cursor: &mut Cursor<'_>, keyword: usize) -> Opt
     Some(values)
 }
 
-/// The length of what is left of a line, in which nothing counts any more. `None` where it is continued.
+/// Length of the rest of a line, in which nothing counts any more. `None` if it is continued.
 #[inline(never)]
 fn behind_more(rest: &[u8]) -> Option<usize> {
     let length = memchr(b'\n', rest)?;

@@ -10,20 +10,21 @@ use wide::{CmpEq, CmpGt, i8x16, i8x32};
 
 use super::number::{POWERS, eight_digits, rounded_once};
 
-/// Bytes that are looked at: the beginning of a line, and what may be loaded behind it.
+/// Bytes of the window that is looked at: the beginning of a line, and further bytes that may be loaded
+/// behind it.
 pub(super) const WINDOW: usize = REACH + 64;
 
-/// Numbers and corners begin before this byte of the window.
+/// Limit in the window before which numbers and corners begin.
 const REACH: usize = 128;
 
-/// Most digits of an index.
+/// Maximum number of digits of an index.
 const MOST_DIGITS: usize = 7;
 
-/// By the number of digits before the point and by the length of the number: where each of its digits stands, the last
-/// one in the last lane; before the first -1, for zero.
+/// Places of a number's digits, by the number of digits before the point and by the length of the number. The
+/// last digit is in the last lane; lanes before the first one are -1, for zero.
 static PLACES: [[[i8; 16]; 16]; 16] = places();
 
-/// Indices of a corner: position, texture coordinate, normal; 0 for what is left out.
+/// Indices of a corner: position, texture coordinate, normal; 0 if left out.
 type Corner = [i32; 3];
 
 /// A face as most are.
@@ -33,7 +34,7 @@ pub(super) enum Face {
     Quad([Corner; 4]),
 }
 
-/// Something that was read, where it ends, and the byte there.
+/// A value that was read, the offset of its end, and the byte there.
 #[derive(Clone, Copy)]
 struct Read<T> {
     value: T,
@@ -41,7 +42,8 @@ struct Read<T> {
     last: u8,
 }
 
-/// `count` numbers (of three at most, the others are 0) behind a keyword of `keyword` bytes, and where the last one ends.
+/// Reads `count` numbers (of three at most, the others are 0) behind a keyword of `keyword` bytes. Returns
+/// also the end of the last one.
 #[inline(always)]
 pub(super) fn numbers(window: &[u8; WINDOW], keyword: usize, count: usize) -> Option<([f32; 3], usize)> {
     let mut values = [0.0; 3];
@@ -56,7 +58,7 @@ pub(super) fn numbers(window: &[u8; WINDOW], keyword: usize, count: usize) -> Op
     Some((values, read.end))
 }
 
-/// The face behind `f` and a blank, to the line's end; and the length of the line.
+/// Reads the face behind `f` and a blank, to the line's end. Returns also the length of the line.
 #[inline(always)]
 pub(super) fn face(window: &[u8; WINDOW]) -> Option<(Face, usize)> {
     let a = corner(window, skip_blanks(window, 2))?;
@@ -69,7 +71,7 @@ pub(super) fn face(window: &[u8; WINDOW]) -> Option<(Face, usize)> {
     Some((Face::Quad([a.value, b.value, c.value, d.value]), line_end(window, d.end)?))
 }
 
-/// Behind the line's end, which comes at byte `at` or after one blank.
+/// Offset behind the line's end, which comes at byte `at` or after one blank.
 #[inline(always)]
 pub(super) fn line_end(window: &[u8; WINDOW], at: usize) -> Option<usize> {
     match (window[at], window[at + 1]) {
@@ -79,7 +81,7 @@ pub(super) fn line_end(window: &[u8; WINDOW], at: usize) -> Option<usize> {
     }
 }
 
-/// The number at byte `at`, of fifteen bytes at most: sign and point included, if there are any.
+/// Reads the number at byte `at`, of fifteen bytes at most: sign and point included, if there are any.
 #[inline(always)]
 fn number(window: &[u8; WINDOW], at: usize) -> Option<Read<f32>> {
     if at >= REACH {
@@ -101,7 +103,7 @@ fn number(window: &[u8; WINDOW], at: usize) -> Option<Read<f32>> {
     Some(Read { value, end: begin + end, last: window[begin + end] })
 }
 
-/// The number of so many digits at byte `at`, without a point; `minus` is 1 behind a minus sign.
+/// Reads the number of `digits` digits at byte `at`, without a point; `minus` is 1 behind a minus sign.
 #[inline(never)]
 fn whole_number(window: &[u8; WINDOW], at: usize, digits: usize, minus: usize) -> Option<Read<f32>> {
     if !(1..15).contains(&digits) {
@@ -113,7 +115,7 @@ fn whole_number(window: &[u8; WINDOW], at: usize, digits: usize, minus: usize) -
     Some(Read { value, end: at + digits, last: window[at + digits] })
 }
 
-/// The corner at byte `at`: indices of one to seven digits, 0 for what is left out.
+/// Reads the corner at byte `at`: indices of one to seven digits, 0 if left out.
 #[inline(always)]
 fn corner(window: &[u8; WINDOW], at: usize) -> Option<Read<Corner>> {
     if at >= REACH {
@@ -133,7 +135,7 @@ fn corner(window: &[u8; WINDOW], at: usize) -> Option<Read<Corner>> {
     any_corner(window, at, v, others)
 }
 
-/// A corner whose indices differ, the first of which is `v`, from the mask of `others` than digits.
+/// Reads a corner whose indices differ, the first of which is `v`. `others`: mask of bytes other than digits.
 #[inline(never)]
 fn any_corner(window: &[u8; WINDOW], at: usize, v: i32, others: u32) -> Option<Read<Corner>> {
     let read = |value, length| Read { value, end: at + length, last: window[at + length] };
@@ -162,7 +164,7 @@ impl<T> Read<T> {
     }
 }
 
-/// The index that the digits at byte `at` mean, one to seven of them. 0 has its own meaning, and is refused.
+/// Reads the index at byte `at`, of one to seven digits. 0 has its own meaning, and is refused.
 #[inline(always)]
 fn index(window: &[u8; WINDOW], at: usize, digits: usize) -> Option<i32> {
     if !(1..=MOST_DIGITS).contains(&digits) {
@@ -175,7 +177,7 @@ fn index(window: &[u8; WINDOW], at: usize, digits: usize) -> Option<i32> {
     (value != 0).then_some(value)
 }
 
-/// The value of the digits that stand at `places`.
+/// Computes the value of the digits at `places`.
 #[inline(always)]
 fn mantissa(bytes: i8x16, places: &[i8; 16]) -> u64 {
     let digits = (bytes - i8x16::splat(b'0' as i8)).swizzle_relaxed(i8x16::new(*places));
@@ -183,7 +185,7 @@ fn mantissa(bytes: i8x16, places: &[i8; 16]) -> u64 {
     u64::from(high) * 100_000_000 + u64::from(low)
 }
 
-/// The value of the first eight digits, and of the others: by pairs, by fours, by eights.
+/// Computes the value of the first eight digits, and of the others: by pairs, by fours, by eights.
 #[cfg(target_feature = "sse4.1")]
 #[inline(always)]
 fn eights(digits: i8x16) -> [u32; 2] {
@@ -206,7 +208,7 @@ fn eights(digits: i8x16) -> [u32; 2] {
     [eight(high), eight(low)]
 }
 
-/// Added to a byte's value, wrapping around: the digits become the lowest ten.
+/// Number that is added to a byte's value, wrapping around: the digits become the lowest ten.
 const TO_LOWEST: i8 = (0x80 - b'0') as i8;
 const HIGHEST_DIGIT: i8 = i8::MIN + 9;
 
@@ -266,7 +268,7 @@ mod tests {
     use super::super::number::tests::Dice;
     use super::*;
 
-    /// The beginning of a line, and whatever may be behind it.
+    /// Creates a window with the beginning of a line, and arbitrary bytes behind it.
     fn window(line: &str) -> [u8; WINDOW] {
         let mut window = [b'7'; WINDOW];
         window[..line.len()].copy_from_slice(line.as_bytes());

@@ -1,4 +1,4 @@
-//! Faces of more than three corners, cut into triangles.
+//! Triangulation of faces of more than three corners.
 
 use std::collections::HashSet;
 
@@ -13,7 +13,7 @@ pub(crate) struct Cutter {
 }
 
 impl Cutter {
-    /// With nothing in its buffers.
+    /// Creates a cutter with empty buffers.
     pub fn new() -> Self {
         Self { earcut: Earcut::new(), flat: Vec::new(), indices: Vec::new() }
     }
@@ -74,7 +74,7 @@ fn cut_quad(corners: [DVec3; 4]) -> [[usize; 3]; 2] {
     if from_first { [[0, 1, 2], [0, 2, 3]] } else { [[0, 1, 3], [1, 2, 3]] }
 }
 
-/// Newell's normal: its length is twice the area of the polygon.
+/// Computes Newell's normal: its length is twice the area of the polygon.
 fn area_normal(corners: &[DVec3]) -> DVec3 {
     // relative to one corner, so that far away from the origin nothing cancels
     let edges = corners.windows(2).map(|pair| (pair[0] - corners[0]).cross(pair[1] - corners[0]));

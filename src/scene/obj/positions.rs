@@ -1,4 +1,4 @@
-//! Reads the positions of OBJ files, and nothing else: shapes of a model whose faces are known.
+//! Reads the positions of OBJ files alone: shapes of a model whose faces are known.
 
 use std::io;
 use std::path::Path;
@@ -10,10 +10,10 @@ use super::{PIECE, faulty, look_for_fault, open, pieces, unreadable};
 use crate::digest::Digest;
 use crate::scene::SceneError;
 
-/// The positions (`v`) of the OBJ file at `path` in its order, and a digest of its text. They may be not finite.
+/// Reads the positions (`v`) of the OBJ file at `path` in its order, and a digest of its text. They may be
+/// not finite.
 ///
-/// # Errors
-/// Where the file cannot be read, or has lines that make no sense (with their numbers).
+/// # Errors Where the file cannot be read, or has lines that make no sense (with their numbers).
 pub fn read_positions(path: &Path) -> Result<(Vec<[f32; 3]>, Digest), SceneError> {
     let source = open(path)?;
     let (mut pieces, digest) = pieces(&source, PIECE).map_err(|error| unreadable(path, &error))?;
@@ -25,7 +25,7 @@ pub fn read_positions(path: &Path) -> Result<(Vec<[f32; 3]>, Digest), SceneError
     Ok((positions, digest))
 }
 
-/// The line of position number `number`, from 0, in the OBJ file at `path`, if it is there.
+/// Finds the line of position number `number`, from 0, in the OBJ file at `path`, if it is there.
 pub fn line_of_position(path: &Path, number: usize) -> Option<usize> {
     let lines = |source: &Source<'_>| -> io::Result<Option<usize>> {
         let mut buffer = Vec::new();

@@ -1,4 +1,4 @@
-//! The text of an OBJ file, in pieces that can be read one beside the other.
+//! The text of an OBJ file, in pieces that can be read independently.
 //!
 //! A file is read piece by piece and never held as a whole. (Not mapped into memory: a mapped file that
 //! another program cuts short ends this one.) What is no plain text is read whole: UTF-16, and lines that
@@ -15,21 +15,21 @@ use memchr::memchr_iter;
 use super::lines::{readable, starts_with_mark};
 use crate::input::Input;
 
-/// First look for a line's end, in bytes; twice as much each time that there is none.
+/// Bytes in which a line's end is looked for at first; twice as many each time that there is none.
 const WINDOW: u64 = 1 << 12;
 
 /// Text that can be read in pieces.
 #[derive(Debug)]
 pub(super) enum Source<'a> {
-    /// A file that is to be read in pieces, of so many bytes.
+    /// A file that is to be read in pieces, and its length in bytes.
     File(File, u64),
-    /// All of the text.
+    /// The whole text in memory.
     Memory(Cow<'a, [u8]>),
 }
 
 impl Source<'_> {
-    /// The text of an OBJ file.
-    pub fn of(input: Input) -> io::Result<Self> {
+    /// Creates the source of an OBJ file's text.
+    pub fn new(input: Input) -> io::Result<Self> {
         let mut head = vec![0; input.length.min(WINDOW) as usize];
         read_at(&input.file, &mut head, 0)?;
         if head.contains(&b'\n') && !starts_with_mark(&head) {
@@ -38,7 +38,7 @@ impl Source<'_> {
         Ok(Self::Memory(Cow::Owned(readable(input.read_all()?))))
     }
 
-    /// In bytes.
+    /// Length in bytes.
     pub fn len(&self) -> u64 {
         match self {
             Self::File(_, length) => *length,
@@ -46,7 +46,7 @@ impl Source<'_> {
         }
     }
 
-    /// The bytes of `range`, in `buffer` where they are not in memory yet.
+    /// Returns the bytes of `range`, read into `buffer` if they are not in memory yet.
     pub fn read<'b>(&'b self, range: Range<u64>, buffer: &'b mut Vec<u8>) -> io::Result<&'b [u8]> {
         match self {
             Self::Memory(text) => Ok(&text[range.start as usize..range.end as usize]),
@@ -58,8 +58,8 @@ impl Source<'_> {
         }
     }
 
-    /// Ranges that cover the text, of `size` bytes or a little more (much more only where lines are as
-    /// long). Each begins with the beginning of a line that continues none.
+    /// Divides the text into ranges of `size` bytes or a little more (much more only where lines are as
+    /// long). Each begins with a line that continues no other.
     pub fn pieces(&self, size: u64) -> io::Result<Vec<Range<u64>>> {
         let mut pieces = Vec::new();
         let mut begin = 0;
@@ -146,7 +146,7 @@ mod tests {
         for text in [&b"v 1\nf 2\n# 3\n# 4\n"[..], b"\xEF\xBB\xBFv 1\nf 2", b"v 1\rf 2", b"", b"\xFF\xFEv\0"]
         {
             std::fs::write(&path, text).unwrap();
-            let source = Source::of(open(&path, Kind::Model).unwrap()).unwrap();
+            let source = Source::new(open(&path, Kind::Model).unwrap()).unwrap();
             let mut buffer = Vec::new();
             assert_eq!(source.read(0..source.len(), &mut buffer).unwrap(), readable(text.to_vec()));
         }
@@ -157,7 +157,7 @@ mod tests {
         let place = tempfile::tempdir().unwrap();
         let path = place.path().join("t.obj");
         std::fs::write(&path, "v 1\nv 2\n").unwrap();
-        let source = Source::of(open(&path, Kind::Model).unwrap()).unwrap();
+        let source = Source::new(open(&path, Kind::Model).unwrap()).unwrap();
         std::fs::write(&path, "v").unwrap();
         let error = source.read(0..8, &mut Vec::new()).unwrap_err();
         assert!(error.to_string().contains("shorter"), "{error}");

@@ -1,10 +1,11 @@
-//! The statements of an OBJ file, read with care: any spelling that the format allows, and for all else
-//! a message that says what is wrong and what to do.
+//! Careful reading of the statements of an OBJ file: any spelling that the format allows, and for everything
+//! else a message that says what is wrong and what to do.
 
 use super::lines::words;
 use super::number::parsed;
 
-/// Most corners of one face: cutting up a tangled one takes time with the square of their number.
+/// Maximum number of corners of one face: cutting up a tangled one takes time with the square of their
+/// number.
 pub(super) const MOST_CORNERS: usize = 20_000;
 
 /// Stands for `-0`: it counts back beyond the first of anything.
@@ -48,7 +49,7 @@ fn wanted(keyword: &str, what: &str, rest: &[u8], most: usize) -> String {
     format!("`{keyword}` takes {what}, found `{shown}`")
 }
 
-/// The corner that `word` means.
+/// Reads the corner that `word` means.
 pub(super) fn corner(word: &[u8]) -> Result<Corner, String> {
     let mut indices = [0; 3];
     for (part, digits) in word.split(|byte| *byte == b'/').enumerate() {
@@ -61,17 +62,17 @@ pub(super) fn corner(word: &[u8]) -> Result<Corner, String> {
     Ok(indices)
 }
 
-/// The beginning of a word, for messages.
+/// Returns the beginning of a word, for messages.
 pub(super) fn shown(word: &[u8]) -> String {
     String::from_utf8_lossy(&word[..word.len().min(40)]).into_owned()
 }
 
-/// That a face has more corners than [`MOST_CORNERS`].
+/// Message that a face has more corners than [`MOST_CORNERS`].
 pub(super) fn too_many_corners(corners: usize) -> String {
     format!("a face of {corners} corners: at most {MOST_CORNERS} are read, split it in the modeller")
 }
 
-/// The value of an index; 0 for nothing. What no file of this size can mean is no index.
+/// Reads the value of an index; 0 for nothing. A number too large for any file is no index.
 fn integer(digits: &[u8]) -> Option<i64> {
     let (negative, digits) = match digits {
         [] => return Some(0),

@@ -9,7 +9,7 @@ use crate::scene::keys::values::{file_of, optional_color};
 use crate::scene::keys::{EnvironmentTable, SkyTable};
 use crate::scene::{Background, Environment, SceneError, Warning};
 
-/// Most rays to the environment where a path starts.
+/// Maximum number of rays to the environment where a path starts.
 const MOST_SAMPLES: u32 = 64;
 
 /// Environment read from an `[environment]` table.
@@ -80,7 +80,7 @@ fn sky_of(text: TomlText<'_>, table: &SkyTable) -> Result<Sky, SceneError> {
     }
 }
 
-/// A number for which `fits` holds; `default` where none is stated.
+/// Reads a number for which `fits` holds; `default` if none is stated.
 fn number(
     text: TomlText<'_>,
     key: &str,

@@ -14,13 +14,13 @@ use crate::scene::keys::values::optional_color;
 use crate::scene::render_space::Extent;
 use crate::scene::{Material, Mesh, Model, SceneError};
 
-/// Corners of the disk.
+/// Number of corners of the disk.
 const CORNERS: u32 = 48;
 
-/// Its radius where the shot does not say, in diagonals of the box around all models.
+/// Default radius, in diagonals of the box around all models.
 const USUAL_RADIUS: f64 = 40.0;
 
-/// Reflectance where the shot does not say.
+/// Default reflectance.
 const USUAL_COLOR: f32 = 0.3;
 
 /// Floor read from a `[floor]` table.
@@ -54,7 +54,7 @@ pub fn of_table(text: TomlText<'_>, table: &FloorTable, extent: &Extent) -> Resu
 }
 
 impl Floor {
-    /// A matt surface.
+    /// Creates its matt material.
     pub fn material(&self) -> Material {
         Material {
             name: String::from("floor"),
@@ -64,7 +64,7 @@ impl Floor {
         }
     }
 
-    /// The model, in the space of the files, of the shot at `path`; `material` is its index.
+    /// Creates the model, in the space of the files, of the shot at `path`; `material` is its index.
     pub fn model(&self, path: &Path, material: u16) -> Model {
         let corner = |i: u32| {
             let (sin, cos) = (TAU * f64::from(i) / f64::from(CORNERS)).sin_cos();

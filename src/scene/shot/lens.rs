@@ -13,7 +13,7 @@ const GREATEST: f64 = 1e18;
 
 /// Keys of a lens's aperture; empty if no key states one.
 pub struct Opening {
-    /// Radius at each key.
+    /// Aperture radius at each key.
     pub aperture: Option<Vec<(f64, f64)>>,
     /// Focus distance at each key. None: that of the target.
     pub focus: Option<Vec<(f64, f64)>>,
@@ -100,7 +100,7 @@ pub fn stereo(
     }
 }
 
-/// When the shutter is open.
+/// Reads the times at which the shutter opens and closes.
 pub fn shutter(text: TomlText<'_>, table: &At<ShutterTable>) -> Result<Shutter, SceneError> {
     let ShutterTable { open, close } = table.get_ref();
     let usual = Shutter::default();

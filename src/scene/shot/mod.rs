@@ -34,10 +34,10 @@ use crate::scene::warnings::darkness;
 use crate::scene::{Background, Frames, Light, Mesh, Model, Scene, SceneError, Warning};
 use crate::settings::{Backdrop, DEFAULT_PATHS, DenoiseQuality, FileFormat, Look, Settings};
 
-/// All that a shot file says, with the files that it names.
+/// A shot: everything in a shot file, and in the files that it names.
 #[derive(Debug, Clone)]
 pub struct Shot {
-    /// For people; the file's stem where the file gives none.
+    /// Title, for people; the file's stem if the file gives none.
     pub title: String,
     /// Scene to render.
     pub scene: Scene,
@@ -49,7 +49,7 @@ pub struct Shot {
     pub says_frames: bool,
     /// True if the camera's keys say `orbit`, and not `eye`.
     pub says_orbit: bool,
-    /// Frames per second, as numerator and denominator; both above 0.
+    /// Frame rate in frames per second, as numerator and denominator; both above 0.
     pub rate: (i32, u32),
     /// Output path, with `#` for the digits of the frame's number; relative to the working folder.
     pub output: Option<String>,
@@ -65,7 +65,7 @@ pub struct Shot {
     pub warnings: Vec<Warning>,
     /// Decisions that were made for the user, in whole sentences.
     pub notes: Vec<String>,
-    /// The file itself, and all that were read for it.
+    /// Paths of the shot file and of all files that were read for it.
     pub files: Vec<PathBuf>,
     /// Digests of the shot's content.
     pub content: Content,
@@ -112,7 +112,8 @@ pub fn from_text(text: TomlText<'_>, strict: bool, most_added: u64) -> Result<Sh
     from_text_with(text, strict, None, most_added)
 }
 
-/// [`from_text`]; `only` is the text's only model, if it was read before: then the text need not name its path.
+/// Reads a shot like [`from_text`]. `only` is the text's only model, if it was read before: then the text
+/// need not name its path.
 pub fn from_text_with(
     text: TomlText<'_>,
     strict: bool,
@@ -141,7 +142,7 @@ pub fn from_text_with(
     let environment =
         environment.map(|table| environment::of_table(text, table, background.as_ref())).transpose()?;
     let is_seen = background.is_some() || environment.as_ref().is_some_and(|read| read.environment.visible);
-    // black that nobody asked for is no picture of anything
+    // a black picture that nobody asked for would show nothing
     let of_none = if is_seen { Backdrop::Visible } else { Backdrop::Transparent };
     settings.background = file.output.background.unwrap_or(of_none);
     let background = background.unwrap_or(Background::uniform(Vec3::ZERO));
@@ -233,7 +234,7 @@ pub fn from_text_with(
     })
 }
 
-/// A digest of what the file says, but for its title and settings.
+/// Digest of the file's statements, without its title and settings.
 fn said(text: TomlText<'_>) -> Result<Digest, SceneError> {
     let mut tables: toml::Table = text.read()?;
     let cuts = tables.get("render").and_then(|render| render.get("cuts")).cloned();
@@ -243,7 +244,7 @@ fn said(text: TomlText<'_>) -> Result<Digest, SceneError> {
     // of the settings, these alone are a part of what happens
     tables.extend(cuts.map(|cuts| (String::from("cuts"), cuts)));
     // keys are in order
-    Ok(Digest::of(tables.to_string().as_bytes()))
+    Ok(Digest::new(tables.to_string().as_bytes()))
 }
 
 fn gradient(text: TomlText<'_>, table: &BackgroundTable) -> Result<Background, SceneError> {
@@ -358,7 +359,8 @@ fn place_of(table: &At<ModelTable>) -> Range<usize> {
     obj.as_ref().map_or_else(of_quadric, At::span)
 }
 
-/// The floor in the space in which the shot is rendered; `extent`: of all models at the shot's first frame.
+/// Creates the floor in the space in which the shot is rendered; `extent`: of all models at the shot's first
+/// frame.
 fn floor_model(
     text: TomlText<'_>,
     table: &At<FloorTable>,
@@ -375,7 +377,8 @@ fn floor_model(
     model.settled().ok_or_else(|| too("the floor is too far from the models, or too large"))
 }
 
-/// The model with its mesh where it is to be; it is in the space in which the shot is rendered already.
+/// Settles a model that is in the render space already: bakes its mesh if it never moves, unless copies share
+/// it.
 fn settled(
     text: TomlText<'_>,
     table: &At<ModelTable>,
@@ -388,14 +391,14 @@ fn settled(
     model.settled().ok_or_else(|| text.fault(place_of(table), "the model is too far from all others"))
 }
 
-/// Around all models as they stand at a frame, in the space of the files.
+/// Extent of all models as they stand at a frame, in the space of the files.
 fn extent_at(models: &[Model], bounds: &MeshBounds, frame: i32) -> Extent {
     models.iter().filter(|model| counts(models, model)).fold(Extent::NONE, |all, model| {
         all.with_model_at(bounds[&Arc::as_ptr(&model.mesh)], &model.track, frame.into())
     })
 }
 
-/// Around meshes, object space, by their addresses: models may share one.
+/// Boxes around meshes, object space, by the meshes' addresses: models may share one.
 type MeshBounds = HashMap<*const Mesh, (DVec3, DVec3)>;
 
 fn bounds_of_meshes(models: &[Model]) -> MeshBounds {

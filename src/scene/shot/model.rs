@@ -15,7 +15,7 @@ const MOST_STRETCH: f64 = 1e9;
 /// other direction.
 const MOST_UNEVEN: f64 = 1e9;
 
-/// The motion of a model.
+/// Reads the motion of a model.
 ///
 /// # Errors
 /// With line and column: a value that makes no sense, or a track along which the model has no volume at some frame.
@@ -62,7 +62,8 @@ fn visibility(model: &ModelTable, keys: &[(f64, &At<ModelKey>)]) -> Visibility {
         .expect("keys are in order, no two at a frame")
 }
 
-/// A model that is as flat as a sheet of paper without thickness has no inside, and its normals no direction.
+/// Refuses a model that its track makes flat at some frame: it would have no inside, and its normals no
+/// direction.
 fn refuse_flat(
     text: TomlText<'_>,
     table: &At<ModelTable>,
@@ -98,7 +99,7 @@ fn scale(text: TomlText<'_>, key: &str, value: &At<Scale>) -> Result<DVec3, Scen
         .ok_or_else(|| text.bad(key, value, "must not be zero (or below 1e-9, or above 1e9) along any axis"))
 }
 
-/// Three or four rows, for column vectors.
+/// Reads three or four rows, for column vectors.
 fn matrix(text: TomlText<'_>, key: &str, value: &Rows) -> Result<DAffine3, SceneError> {
     let rows: Vec<[f64; 4]> = value.get_ref().iter().map(|row| row.0).collect();
     let bad = |message: &str| Err(text.bad(key, value, message));
@@ -127,13 +128,13 @@ fn matrix(text: TomlText<'_>, key: &str, value: &Rows) -> Result<DAffine3, Scene
     fault(map).map_or(Ok(map), bad)
 }
 
-/// Why a model cannot be put where `map` says.
+/// Reason why `map` cannot place a model.
 fn fault(map: DAffine3) -> Option<&'static str> {
     // Frobenius norms: up to three times as large as the greatest stretch, and as one over the least
     let size =
         |matrix: DMat3| matrix.to_cols_array().iter().map(|number| number * number).sum::<f64>().sqrt();
     let (most, least) = (size(map.matrix3), size(map.matrix3.inverse()).recip());
-    // no for what is not a number as well
+    // false for NaN as well
     let is_solid = least > 0.0 && most <= least * MOST_UNEVEN;
     if !is_solid {
         return Some("makes the model flat (it has no inverse): no row may follow from the others");

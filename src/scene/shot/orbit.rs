@@ -7,7 +7,7 @@ use crate::scene::SceneError;
 use crate::scene::keys::camera::CameraKey;
 use crate::scene::keys::toml_text::{At, TomlText};
 
-/// Frames of an orbit, at most: one key of the eye is made for each.
+/// Maximum number of frames of an orbit: one key of the eye is made for each.
 const MOST_FRAMES: f64 = 1e6;
 
 /// Position of the eye that `orbit` (azimuth and elevation in degrees, distance) puts beside `target`. At
@@ -38,7 +38,8 @@ pub fn of_key(text: TomlText<'_>, key: &CameraKey) -> Result<DVec3, SceneError> 
     Ok(orbit)
 }
 
-/// The eye at each whole frame, on its way around `target`. Angles and distances are interpolated each on its own.
+/// Positions of the eye at each whole frame, on its way around `target`. Angles and distances are
+/// interpolated each on its own.
 pub fn eyes(
     text: TomlText<'_>,
     keys: &[(f64, &At<CameraKey>)],

@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use crate::animation::TransformTrack;
 use crate::geometry::Quadric;
-use crate::geometry::quadric::Shape;
+use crate::geometry::quadric::QuadricShape;
 use crate::scene::keys::quadric::{QuadricTable, QuadricType};
 use crate::scene::keys::toml_text::{At, TomlText};
 use crate::scene::model::assemble::Assembly;
@@ -23,10 +23,10 @@ const REACH: f64 = 1e6;
 /// coordinates stay finite.
 const FARTHEST_RIM: f64 = 1e15;
 
-/// The mesh that `table` asks for, object space. A plane is drawn as far as 1: see [`spread`].
+/// Reads the mesh that `table` describes, object space. A plane is drawn as far as 1: see [`spread`].
 ///
-/// # Errors
-/// With line and column: values that make no sense, keys of another shape, or a material that is not there.
+/// # Errors With line and column: values that make no sense, keys of another shape, or a material that is not
+/// there.
 pub fn of_table(
     text: TomlText<'_>,
     table: &At<QuadricTable>,
@@ -52,7 +52,7 @@ pub fn of_table(
     Ok(Mesh::of_quadric(Quadric::new(shape, is_open), material, assembly.casts_shadow(material)))
 }
 
-fn shape(text: TomlText<'_>, table: &At<QuadricTable>) -> Result<Shape, SceneError> {
+fn shape(text: TomlText<'_>, table: &At<QuadricTable>) -> Result<QuadricShape, SceneError> {
     let (table, span) = (table.get_ref(), table.span());
     const SIZE: &str = "a length from 1e-9 to 1e9";
     let is_size = |length: f64| (1e-9..=1e9).contains(&length);
@@ -62,7 +62,7 @@ fn shape(text: TomlText<'_>, table: &At<QuadricTable>) -> Result<Shape, SceneErr
     let radius = length("radius", &table.radius, USUAL_RADIUS, SIZE, &is_size)?;
     let height = length("height", &table.height, USUAL_HEIGHT, SIZE, &is_size)?;
     Ok(match table.kind {
-        QuadricType::Sphere => Shape::Ellipsoid { radii: DVec3::splat(radius) },
+        QuadricType::Sphere => QuadricShape::Ellipsoid { radii: DVec3::splat(radius) },
         QuadricType::Ellipsoid => {
             let missing = "an ellipsoid needs `radii = [x, y, z]`";
             let radii = table.radii.as_ref().ok_or_else(|| text.fault(span.clone(), missing))?;
@@ -70,15 +70,15 @@ fn shape(text: TomlText<'_>, table: &At<QuadricTable>) -> Result<Shape, SceneErr
             if !all.to_array().into_iter().all(is_size) {
                 return Err(text.bad("radii", radii, &format!("must be three lengths, each {}", &SIZE[9..])));
             }
-            Shape::Ellipsoid { radii: all }
+            QuadricShape::Ellipsoid { radii: all }
         }
-        QuadricType::Cylinder => Shape::Cylinder { radius, height },
+        QuadricType::Cylinder => QuadricShape::Cylinder { radius, height },
         QuadricType::Cone => {
             let wanted = "0 (a tip), or a length from 1e-9 to 1e9";
             let top = length("top", &table.top, 0.0, wanted, &|top| top == 0.0 || is_size(top))?;
-            Shape::Cone { radius, top, height }
+            QuadricShape::Cone { radius, top, height }
         }
-        QuadricType::Paraboloid => Shape::Paraboloid { radius, height },
+        QuadricType::Paraboloid => QuadricShape::Paraboloid { radius, height },
         QuadricType::Hyperboloid => match (&table.waist, &table.gap) {
             (Some(_), Some(gap)) => {
                 let message = "and `waist` exclude each other: a hyperboloid has one sheet with a waist, or two with a gap";
@@ -88,17 +88,17 @@ fn shape(text: TomlText<'_>, table: &At<QuadricTable>) -> Result<Shape, SceneErr
                 let wanted =
                     format!("more than a millionth of the height, and less than the height, {height}");
                 let fits = |gap| gap > height * 1e-6 && gap < height * (1.0 - 1e-6);
-                Shape::Parted { radius, gap: text.number("gap", gap, &wanted, fits)?, height }
+                QuadricShape::TwoSheets { radius, gap: text.number("gap", gap, &wanted, fits)?, height }
             }
             (waist, None) => {
                 let wanted =
                     format!("more than a millionth of the radius, and less than the radius, {radius}");
                 let fits = |waist| waist > radius * 1e-6 && waist < radius * (1.0 - 1e-6);
                 let waist = length("waist", waist, radius * 0.5, &wanted, &fits)?;
-                Shape::Waisted { radius, waist, height }
+                QuadricShape::OneSheet { radius, waist, height }
             }
         },
-        QuadricType::Plane => Shape::Plane { center: [0.0; 2], reach: 1.0 },
+        QuadricType::Plane => QuadricShape::Plane { center: [0.0; 2], reach: 1.0 },
     })
 }
 
@@ -153,8 +153,8 @@ fn stretch(track: &TransformTrack) -> [f64; 2] {
     [of_scale[0] * of_matrix[0], of_scale[1] * of_matrix[1]]
 }
 
-/// `model`; if it is a plane, drawn as far as anything of the shot could show. `extent`: of all other models and the eye,
-/// in the space of the files; `frame`: the shot's first.
+/// Extends `model`, if it is a plane, as far as anything of the shot could show. `extent`: of all other
+/// models and the eye, in the space of the files; `frame`: the shot's first.
 pub fn spread(model: Model, extent: &Extent, space: &RenderSpace, frame: i32) -> Model {
     if !is_endless(&model) {
         return model;
@@ -162,7 +162,7 @@ pub fn spread(model: Model, extent: &Extent, space: &RenderSpace, frame: i32) ->
     let [least, most] = stretch(&model.track);
     let center = model.track.map_at(frame.into()).inverse().transform_point3(extent.center());
     let reach = (extent.diagonal() * REACH / least).min(FARTHEST_RIM / space.scale() / most);
-    let shape = Shape::Plane { center: [center.x, center.z], reach };
+    let shape = QuadricShape::Plane { center: [center.x, center.z], reach };
     let (material, casts_shadow) = (model.mesh.material_of[0], model.mesh.shadow_casting > 0);
     let mesh = Mesh::of_quadric(Quadric::new(shape, false), material, casts_shadow);
     Model { mesh: mesh.into(), ..model }

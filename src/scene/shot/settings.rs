@@ -15,7 +15,7 @@ use crate::settings::{
     MOST_SAMPLES, MOST_TREE_MEMORY, Refinement, RefinementError, Settings,
 };
 
-/// The settings of a shot file, the frames that it asks for, and its rate.
+/// Reads the settings of a shot file, its frames, and its frame rate.
 pub fn render(text: TomlText<'_>, file: &ShotFile) -> Result<(Settings, Frames, (i32, u32)), SceneError> {
     let ShotFile { render: table, indirect, occlusion, output, .. } = file;
     let whole = |key, value: &Option<At<i64>>, default, range| {
@@ -100,7 +100,7 @@ pub fn render(text: TomlText<'_>, file: &ShotFile) -> Result<(Settings, Frames, 
     Ok((settings, frames, rate))
 }
 
-/// N, for N x N samples a pixel, and what is refined.
+/// Reads N, for N x N samples a pixel, and the refinement.
 fn samples(text: TomlText<'_>, table: &RenderTable) -> Result<(u32, Option<Refinement>), SceneError> {
     let Some(samples) = &table.samples else { return Ok((Settings::default().samples, None)) };
     let bad = |message: String| text.bad("samples", samples, &message);
@@ -131,7 +131,7 @@ pub fn marked_cuts(text: TomlText<'_>, table: &RenderTable) -> Result<Vec<i32>, 
 }
 
 fn clamp(text: TomlText<'_>, table: &RenderTable) -> Result<Option<f32>, SceneError> {
-    // what is nothing or infinite as a single float is no limit
+    // a limit that is 0 or infinite as a single float is no limit
     let fits = |limit: f64| limit as f32 > 0.0 && (limit as f32).is_finite();
     let read = |limit| text.number("clamp", limit, "a radiance above 0", fits);
     Ok(table.clamp.as_ref().map(read).transpose()?.map(|limit| limit as f32))
@@ -187,14 +187,14 @@ fn filter_radius(text: TomlText<'_>, table: &RenderTable) -> Result<Option<f32>,
 fn layers(text: TomlText<'_>, output: &OutputTable) -> Result<Layers, SceneError> {
     let Some(names) = &output.layers else { return Ok(Layers::USUAL) };
     names.iter().try_fold(Layers::NONE, |all, name| {
-        let known = Layers::of([name.get_ref().as_str()]);
+        let known = Layers::new([name.get_ref().as_str()]);
         let unknown =
             |name_of: &str| text.fault(name.span(), format!("`layers`: {}", UnknownLayer::new(name_of)));
         known.map(|layers| all.with(layers)).map_err(unknown)
     })
 }
 
-/// The path of the frames, unless it is empty.
+/// Path of the frames, unless it is empty.
 pub fn output(text: TomlText<'_>, path: Option<At<String>>) -> Result<Option<String>, SceneError> {
     match path {
         Some(path) if path.get_ref().trim().is_empty() => {

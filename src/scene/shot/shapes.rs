@@ -1,4 +1,4 @@
-//! From the files of a deforming model's shapes to its mesh, and to when it has which shape.
+//! Reads the shapes of a deforming model from their files: its mesh, and the times of the shapes.
 
 use std::ops::RangeInclusive;
 use std::path::Path;
@@ -12,13 +12,13 @@ use crate::scene::model::assemble::Assembly;
 use crate::scene::model::shape_files::{Numbered, ReadShapes, ShapeSource};
 use crate::scene::{Mesh, SceneError};
 
-/// Frames from a shape's number to the next one.
+/// Range of the frames from a shape's number to the next one.
 const STEPS: RangeInclusive<f64> = 1e-6..=1e6;
 
-/// The mesh of the OBJ file at `path` with the shapes that `table` names, and when it has which.
+/// Reads the mesh of the OBJ file at `path` with the shapes that `table` names, and the times of the shapes.
 ///
-/// # Errors
-/// With line and column: no such files, or values that make no sense. With its file: a shape that is no shape of the mesh.
+/// # Errors With line and column: no such files, or values that make no sense. With its file: a shape that is
+/// no shape of the mesh.
 pub fn of_table(
     text: TomlText<'_>,
     table: &At<ShapesTable>,
@@ -61,7 +61,7 @@ pub fn of_table(
     Ok((mesh, track))
 }
 
-/// The files that a name with `#` for digits means, in the order of their numbers.
+/// Finds the files that a name with `#` for digits means, in the order of their numbers.
 fn numbered_files(text: TomlText<'_>, name: &At<String>) -> Result<Vec<Numbered>, SceneError> {
     let bad = |message: &str| text.bad("obj", name, message);
     let slashed = name.get_ref().replace('\\', "/");

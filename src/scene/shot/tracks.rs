@@ -12,7 +12,7 @@ use crate::scene::keys::toml_text::{At, List, Three, TomlText};
 use crate::scene::keys::{LightTable, LightType};
 use crate::scene::{CameraTrack, Light, LightGroups, LightKind, SceneError};
 
-/// Vertical field of view where no key has said one, degrees.
+/// Default vertical field of view if no key states one, degrees.
 const DEFAULT_FOV: f64 = 40.0;
 /// Bounds of the height of an orthographic camera's view, in the units of the files.
 const LEAST_HEIGHT: f64 = 1e-18;
@@ -90,7 +90,7 @@ pub(crate) fn camera(
     Ok(track)
 }
 
-/// The places that keys give the eye, which looks at `target` if there is one.
+/// Reads the positions that keys give the eye, which looks at `target` if there is one.
 fn eyes(
     text: TomlText<'_>,
     keys: &[(f64, &At<CameraKey>)],
@@ -109,7 +109,7 @@ fn eyes(
     keys.iter().map(place).collect()
 }
 
-/// The frames at which the shot cuts, in order: those that keys begin, and those that are `marked`.
+/// Frames at which the shot cuts, in order: those that keys begin, and those that are `marked`.
 fn cuts(text: TomlText<'_>, keys: &[(f64, &At<CameraKey>)], marked: &[i32]) -> Result<Vec<i32>, SceneError> {
     let mut cuts = marked.to_vec();
     for (frame, key) in keys.iter().filter(|(_, key)| key.get_ref().cut) {
@@ -124,7 +124,8 @@ fn cuts(text: TomlText<'_>, keys: &[(f64, &At<CameraKey>)], marked: &[i32]) -> R
     Ok(cuts)
 }
 
-/// Degrees: of less, single floats do not know how far samples lie apart.
+/// Minimum field of view, degrees: below it, single floats cannot tell the directions of neighbouring samples
+/// apart.
 const LEAST_FOV: f64 = 1e-6;
 
 /// Requirement for a field of view, for messages.
@@ -158,7 +159,7 @@ fn heights(text: TomlText<'_>, keys: &[(f64, &At<CameraKey>)]) -> Result<Vec<(f6
     })
 }
 
-/// To the right and upwards, at each key.
+/// Reads the lens shift to the right and upwards, at each key.
 fn shifts(text: TomlText<'_>, keys: &[(f64, &At<CameraKey>)]) -> Result<[Vec<(f64, f64)>; 2], SceneError> {
     let mut last = [0.0; 2];
     let both = each(keys, |key| {
@@ -174,7 +175,7 @@ fn shifts(text: TomlText<'_>, keys: &[(f64, &At<CameraKey>)]) -> Result<[Vec<(f6
     Ok([0, 1].map(|axis| both.iter().map(|(frame, shift)| (*frame, shift[axis])).collect()))
 }
 
-/// Refuses what the other projection is described by.
+/// Refuses keys that describe the other projection.
 fn refuse_other_lens(
     text: TomlText<'_>,
     keys: &[(f64, &At<CameraKey>)],
@@ -216,10 +217,12 @@ fn aim_of(text: TomlText<'_>, key: &CameraKey, by_target: bool) -> Result<DVec3,
     }
 }
 
-/// Degrees: smaller directional lights are points, or their directions would differ by less than they are rounded.
+/// Minimum angle of a directional light, degrees: smaller ones count as points, or their directions would
+/// differ by less than rounding.
 const LEAST_ANGLE: f64 = 1e-3;
 
-/// The power of a light, at most: in any colour it is a number in single floats, and so is what a small light sends.
+/// Maximum power of a light: in any colour it is finite in single floats, and so is the radiance of a small
+/// light.
 const MOST_POWER: f64 = 1e30;
 
 /// Requirement for a power, for messages.
@@ -254,7 +257,7 @@ pub(crate) fn light(text: TomlText<'_>, table: &At<LightTable>, number: usize) -
             match or(&light.angle, "angle", 0.0, |key, value| {
                 text.number(key, value, "from 0 to below 180 degrees", |angle| (0.0..180.0).contains(&angle))
             })? {
-                // what is narrower than this cannot be told from a point
+                // narrower angles cannot be told from a point
                 angle if angle > LEAST_ANGLE => LightKind::Sun { direction, angle },
                 _ => LightKind::Directional { direction },
             }
@@ -313,9 +316,9 @@ pub(crate) fn light(text: TomlText<'_>, table: &At<LightTable>, number: usize) -
     })
 }
 
-/// The name of a group is a part of names of channels.
+/// Reads the name of a group, which becomes a part of channel names.
 fn group_name(text: TomlText<'_>, group: &At<String>) -> Result<String, SceneError> {
-    /// Names of channels end at 31 letters, for old readers: `light_` and `.R` included.
+    /// Maximum length: names of channels end at 31 letters, for old readers, `light_` and `.R` included.
     const LONGEST: usize = 23;
     let name = group.get_ref();
     let is_plain = name.chars().all(|letter| letter.is_ascii_alphanumeric() || matches!(letter, '-' | '_'));
@@ -324,13 +327,13 @@ fn group_name(text: TomlText<'_>, group: &At<String>) -> Result<String, SceneErr
         .ok_or_else(|| text.bad("group", group, "must be 1 to 23 letters, digits, `-` and `_`"))
 }
 
-/// That groups are few, and that each light of a group has a name of its own in it.
+/// Checks that there are not too many groups, and that each light of a group has a name of its own in it.
 pub(crate) fn check_groups(
     text: TomlText<'_>,
     tables: &[At<LightTable>],
     lights: &[Light],
 ) -> Result<(), SceneError> {
-    let groups = LightGroups::of(lights);
+    let groups = LightGroups::new(lights);
     for (number, (table, light)) in tables.iter().zip(lights).enumerate() {
         let Some(group) = &light.group else { continue };
         if groups.of[number] >= LightGroups::MOST - 1 {
@@ -346,7 +349,7 @@ pub(crate) fn check_groups(
     Ok(())
 }
 
-/// Width and height of a light.
+/// Reads the width and height of a light.
 fn edges(text: TomlText<'_>, key: &str, value: &At<List<f64, 2>>) -> Result<[f64; 2], SceneError> {
     let List(edges) = *value.get_ref();
     let fits = edges.iter().all(|edge| (1e-9..=1e9).contains(edge));
@@ -357,7 +360,7 @@ fn length(text: TomlText<'_>, key: &str, value: &At<f64>) -> Result<f64, SceneEr
     text.number(key, value, "a length from 1e-9 to 1e9", |length| (1e-9..=1e9).contains(&length))
 }
 
-/// A key that the light's type has no use for is a mistake about the type.
+/// Refuses keys that the light's type does not use: they are probably a mistake about the type.
 fn refuse_foreign_keys(text: TomlText<'_>, light: &LightTable) -> Result<(), SceneError> {
     let (kind, allowed): (_, &[&str]) = match light.kind {
         LightType::Directional => ("directional", &["direction", "angle", "samples"]),
@@ -407,7 +410,7 @@ fn refuse_zero_directions(text: TomlText<'_>, light: &LightTable) -> Result<(), 
     }
 }
 
-/// Keys by rising frame. No two may share one.
+/// Sorts keys by frame. No two may share one.
 pub fn in_order<'a, K>(
     text: TomlText<'_>,
     keys: &'a [At<K>],
@@ -428,7 +431,7 @@ pub fn in_order<'a, K>(
     }
 }
 
-/// One value a key.
+/// Computes one value for each key.
 fn each<K, T>(
     keys: &[(f64, &At<K>)],
     mut value: impl FnMut(&K) -> Result<T, SceneError>,
@@ -436,7 +439,7 @@ fn each<K, T>(
     keys.iter().map(|(frame, key)| Ok((*frame, value(key.get_ref())?))).collect()
 }
 
-/// The value that is stated, or `default`.
+/// Returns the stated value, or `default`.
 pub fn or<V, T>(
     stated: &Option<V>,
     key: &str,
@@ -454,7 +457,7 @@ fn through<T: Keyed>(keys: Vec<(f64, T)>, interpolation: Interpolation) -> Track
     Track::through(keys, interpolation).expect("keys are there, in order, no two at a frame")
 }
 
-/// A track through one value a key, or, without keys, at rest.
+/// Creates a track through one value a key, or, without keys, at rest.
 pub fn through_or<K, T: Keyed>(
     rest: T,
     keys: &[(f64, &At<K>)],
@@ -465,7 +468,7 @@ pub fn through_or<K, T: Keyed>(
     Ok(if values.is_empty() { Track::constant(rest) } else { through(values, interpolation) })
 }
 
-/// The whole frames from the first key to the last; of very long tracks the first ones.
+/// Whole frames from the first key to the last; of very long tracks the first ones.
 pub fn frames_between<K>(keys: &[(f64, K)]) -> impl Iterator<Item = f64> {
     let first = keys.first().map_or(0.0, |(frame, _)| frame.floor());
     let last = keys.last().map_or(-1.0, |(frame, _)| frame.ceil());

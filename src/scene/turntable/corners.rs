@@ -1,9 +1,9 @@
-//! The corners of a model's triangles, of which there may be many.
+//! Parallel folds over the corners of a model's triangles, of which there may be many.
 
 use glam::{DVec3, Vec3A};
 use rayon::prelude::*;
 
-/// Triangles that one thread looks at in one go.
+/// Number of triangles that one thread handles in one go.
 const BLOCK: usize = 1 << 14;
 
 /// Positions and triangles of a file that was read. Vertices that no triangle uses do not count.
@@ -28,7 +28,7 @@ impl Corners<'_> {
         self.triangles.par_chunks(BLOCK).map(of_block).reduce(|| nothing, &joined)
     }
 
-    /// The smallest box.
+    /// Computes the smallest box.
     pub fn bounds(&self) -> (DVec3, DVec3) {
         let joined = |a: (Vec3A, Vec3A), b: (Vec3A, Vec3A)| (a.0.min(b.0), a.1.max(b.1));
         let nothing = (Vec3A::INFINITY, Vec3A::NEG_INFINITY);
@@ -36,7 +36,7 @@ impl Corners<'_> {
         (low.as_dvec3(), high.as_dvec3())
     }
 
-    /// The centre of the surface.
+    /// Computes the centre of the surface.
     pub fn center(&self) -> DVec3 {
         let of_block = |block: &[[u32; 3]]| {
             let sum = |(sum, area): (DVec3, f64), triangle: &[u32; 3]| {

@@ -47,7 +47,7 @@ impl Fit {
     ///
     /// As the camera sees it, each corner of the model moves on a circle. The camera stands as near as
     /// possible with all of these circles inside the four planes of its picture.
-    pub(super) fn of(corners: &Corners<'_>, up: Up, aspect: f64) -> Self {
+    pub(super) fn new(corners: &Corners<'_>, up: Up, aspect: f64) -> Self {
         let (low, high) = upright_bounds(corners.bounds(), up);
         let axis = axis(corners, up, (low, high));
         // for the planes above, below and beside the picture: how much of a circle's radius and height their normals take
@@ -98,7 +98,7 @@ impl Fit {
     }
 }
 
-/// A point or direction of a file in which the axis `up` is up, as it lies where Y is.
+/// Turns a point or direction of a file in which the axis `up` points up, so that Y points up.
 fn upright(point: DVec3, up: Up) -> DVec3 {
     match up {
         Up::Y => point,
@@ -111,7 +111,8 @@ fn upright_bounds((low, high): (DVec3, DVec3), up: Up) -> (DVec3, DVec3) {
     (a.min(b), a.max(b))
 }
 
-/// The middle of the smallest circle around the model, seen from above; at the height of its box's middle.
+/// Finds the middle of the smallest circle around the model, seen from above; at the height of its box's
+/// middle.
 fn axis(corners: &Corners<'_>, up: Up, (low, high): (DVec3, DVec3)) -> DVec3 {
     let middle = (low + high) * 0.5;
     let directions: [DVec2; DIRECTIONS] =
@@ -148,7 +149,7 @@ mod tests {
     /// edge.
     fn reach(points: &[[f32; 3]], up: Up, aspect: f64) -> DVec2 {
         let triangles: Vec<[u32; 3]> = (0..points.len() as u32 - 2).map(|i| [i, i + 1, i + 2]).collect();
-        let fit = Fit::of(&Corners { positions: points, triangles: &triangles }, up, aspect);
+        let fit = Fit::new(&Corners { positions: points, triangles: &triangles }, up, aspect);
         let tangent = (fit.fov * 0.5).to_radians().tan();
         let turns = (0..120).map(|i| DVec3::new(f64::from(i) * 3.0, fit.elevation, fit.distance));
         let seen = turns.flat_map(|turn| {

@@ -19,7 +19,7 @@ pub use fit::Fit;
 pub use text::text;
 pub use up::Up;
 
-/// Frames of one turn.
+/// Number of frames of one turn.
 pub const FRAMES: i32 = 120;
 
 /// Choices of a turntable.
@@ -39,14 +39,14 @@ impl Default for Options {
 
 /// Presentation of a model.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Look {
+pub struct Presentation {
     /// Way of the camera.
     pub fit: Fit,
     /// Axis of the file that points up.
     pub up: Up,
     /// Size of the picture: width and height, pixels.
     pub size: [u32; 2],
-    /// Materials that are shown in light grey: all of the model's, if they are black throughout.
+    /// Names of materials that are shown in light grey: all of the model's, if they are black throughout.
     pub black: Vec<String>,
     /// Decisions that were made for the user, in whole sentences.
     pub notes: Vec<String>,
@@ -55,11 +55,11 @@ pub struct Look {
 /// Decides the presentation of the model at `path`.
 ///
 /// # Errors Those of the OBJ and of its MTL files.
-pub fn look(path: &Path, options: &Options) -> Result<Look, SceneError> {
+pub fn look(path: &Path, options: &Options) -> Result<Presentation, SceneError> {
     look_at(&ReadModel::at(path)?, options)
 }
 
-fn look_at(model: &ReadModel, options: &Options) -> Result<Look, SceneError> {
+fn look_at(model: &ReadModel, options: &Options) -> Result<Presentation, SceneError> {
     let corners = Corners { positions: &model.obj.positions, triangles: &model.obj.triangles };
     let up = options.up.unwrap_or_else(|| Up::guess(&corners));
     let [width, height] = options.size.map(f64::from);
@@ -71,8 +71,8 @@ fn look_at(model: &ReadModel, options: &Options) -> Result<Look, SceneError> {
         .then(|| format!("up is {up}, by what the model stands on (--up {other} if it lies on its side)"));
     let painted = (!black.is_empty())
         .then(|| String::from("all materials of the model are black: they are shown in light grey"));
-    Ok(Look {
-        fit: Fit::of(&corners, up, width / height),
+    Ok(Presentation {
+        fit: Fit::new(&corners, up, width / height),
         up,
         size: options.size,
         black,
@@ -80,16 +80,15 @@ fn look_at(model: &ReadModel, options: &Options) -> Result<Look, SceneError> {
     })
 }
 
-/// The turntable of the OBJ file at `path`.
+/// Loads the turntable of the OBJ file at `path`.
 ///
-/// # Errors
-/// Those of the OBJ and what belongs to it.
+/// # Errors Those of the OBJ and of its files.
 pub(crate) fn shot(path: &Path, strict: bool, options: &Options) -> Result<Shot, SceneError> {
     let model = ReadModel::at(path)?;
     let look = look_at(&model, options)?;
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     let text = text(&look, &name);
-    // a column is one of our text, which nobody has seen
+    // the column is one of our generated text, which nobody has seen
     let of_text = |error: &SceneError| error.path == path && error.column.is_some();
     let told = |error: SceneError| if of_text(&error) { SceneError::new(path, error.message) } else { error };
     let shot = shot::from_text_with(TomlText { path, text: &text }, strict, Some(model), MOST_ADDED)

@@ -5,14 +5,14 @@ use std::fmt::Write;
 use glam::DVec3;
 use toml::Value;
 
-use super::{FRAMES, Look, Up};
+use super::{FRAMES, Presentation, Up};
 use crate::scene::shot::orbit;
 
 /// Colour that replaces black materials: a light grey, like clay.
 const CLAY: [f64; 3] = [0.6, 0.6, 0.6];
 
 /// Writes a shot of the model at the path `model`, presented according to `look`.
-pub fn text(look: &Look, model: &str) -> String {
+pub fn text(look: &Presentation, model: &str) -> String {
     let (fit, [width, height]) = (&look.fit, look.size);
     let size = fit.size;
     let [x, y, z] = fit.target.to_array().map(|coordinate| number(coordinate, size));
@@ -120,7 +120,7 @@ fn vector(vector: DVec3, size: f64) -> String {
     format!("[{x}, {y}, {z}]")
 }
 
-/// To a ten-thousandth of `size` or finer, as short as it goes.
+/// Formats a number to a ten-thousandth of `size` or finer, as short as it goes.
 pub(crate) fn number(value: f64, size: f64) -> String {
     let digits = (4.0 - size.log10().floor()).clamp(0.0, 60.0) as usize;
     let text = format!("{value:.digits$}");

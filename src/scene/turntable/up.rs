@@ -6,13 +6,13 @@ use glam::{DVec3, Vec3A};
 
 use super::corners::Corners;
 
-/// The axis of a file that points up.
+/// Axis of a file that points up.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Up {
-    /// As in most OBJ files.
+    /// Y, as in most OBJ files.
     #[default]
     Y,
-    /// As some CAD and modelling programs write.
+    /// Z, as some CAD and modelling programs write.
     Z,
 }
 
@@ -36,22 +36,22 @@ impl fmt::Display for Up {
 }
 
 impl Up {
-    /// The better guess.
+    /// Guesses the axis that points up.
     pub(super) fn guess(corners: &Corners<'_>) -> Self {
         let (low, high) = corners.bounds();
         let center = corners.center();
-        let contacts = Contacts::of(corners, (low, high));
+        let contacts = Contacts::new(corners, (low, high));
         let [y, z] = [1, 2].map(|axis| contacts.standing((low, high), center, axis));
         if z > LEAST && z > CLEARLY * y { Self::Z } else { Self::Y }
     }
 }
 
-/// Boxes around what is lowest and highest along Y, and along Z.
+/// Boxes around the lowest and the highest points along Y, and along Z.
 #[derive(Debug, Clone, Copy)]
 struct Contacts([[(Vec3A, Vec3A); 2]; 2]);
 
 impl Contacts {
-    fn of(corners: &Corners<'_>, (low, high): (DVec3, DVec3)) -> Self {
+    fn new(corners: &Corners<'_>, (low, high): (DVec3, DVec3)) -> Self {
         let (low, high) = (low.as_vec3a(), high.as_vec3a());
         let rim = (high - low) * CONTACT;
         let nothing = Self([[(Vec3A::INFINITY, Vec3A::NEG_INFINITY); 2]; 2]);

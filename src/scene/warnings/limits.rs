@@ -44,7 +44,7 @@ pub fn of_camera(scene: &Scene, settings: &Settings) -> Vec<String> {
     };
     let fine = frames.iter().filter(|_| is_orthographic).find(|frame| {
         let largest = camera.eye.at(**frame).abs().max_element();
-        // what is seen is about where the camera is
+        // visible things are about where the camera is
         largest * ROUNDING > cell(**frame)
     });
     let fine = fine.map(|frame| {

@@ -1,4 +1,4 @@
-//! Warnings of shots that will not look as they were meant: told before anything is rendered.
+//! Warnings before rendering about shots that will not look as intended.
 
 pub mod caustics;
 pub(crate) mod darkness;

@@ -29,9 +29,9 @@ const FURNACE_BOUND: f64 = 5e-3;
 /// Model of how microfacets hide each other.
 #[derive(Clone, Copy)]
 enum Masking {
-    /// From the eye and from the light alike where they are high, as here.
+    /// Masking from eye and light is correlated by height, as here.
     Correlated,
-    /// From either independently (Mitsuba 3's `roughconductor`).
+    /// Masking from eye and light is independent (Mitsuba 3's `roughconductor`).
     Separable,
 }
 
@@ -96,7 +96,7 @@ fn mean_of_ball(value: impl Fn(f64) -> f64) -> f64 {
 fn what_is_reflected_once_is_what_the_integral_says() {
     for roughness in ROUGHNESSES {
         let alpha = ggx::alpha_of(roughness);
-        let albedos = Albedos::of(alpha);
+        let albedos = Albedos::new(alpha);
         for cos in COSINES {
             let wanted = once(alpha.into(), cos.into(), Masking::Correlated);
             for (got, wanted) in albedos.at(cos).into_iter().zip(wanted) {
@@ -132,7 +132,7 @@ fn rough_metal_is_brighter_by_what_it_reflects_several_times() {
         let [correlated, separable] = [Masking::Correlated, Masking::Separable].map(of);
         let masking = correlated / separable - 1.0;
         assert!((masking - by_masking).abs() < 3e-4, "roughness {roughness}: {masking}");
-        let albedos = Albedos::of(alpha as f32);
+        let albedos = Albedos::new(alpha as f32);
         for base in [1.0, 0.5] {
             let mean = |of: fn(Vec3, [f32; 2]) -> Vec3, albedos: &dyn Fn(f64) -> [f32; 2]| {
                 mean_of_ball(|cos| f64::from(of(Vec3::splat(base), albedos(cos)).x))

@@ -97,7 +97,7 @@ impl<'a> CoatLanes<'a> {
 
     /// Layers of eight `materials`; `coat` looks up that of each.
     #[inline]
-    pub(super) fn of(coat: impl Fn(u16) -> Option<&'a Coat>, materials: &[u16; LANES]) -> Self {
+    pub(super) fn new(coat: impl Fn(u16) -> Option<&'a Coat>, materials: &[u16; LANES]) -> Self {
         let mut lanes = Self::NONE;
         if are_same(materials) {
             if let Some(coat) = coat(materials[0]) {
@@ -225,7 +225,7 @@ mod tests {
     #[test]
     fn one_surface_and_eight_are_the_same() {
         let materials = [material(0.4, 0.8, 0.6), Material::fallback()];
-        let coats = Coats::of(&materials);
+        let coats = Coats::new(&materials);
         let numbers = [0, 1, 0, 0, 1, 0, 0, 0];
         let [normal, incoming] = [Vec3::Y, Vec3::new(0.6, -0.8, 0.0)];
         let light = Vec3::new(0.36, 0.8, 0.48).normalize();
@@ -267,7 +267,7 @@ mod tests {
     fn eight_different_surfaces_are_seen_as_each_is_alone() {
         let materials = [(0.0, 1.0, 0.9), (0.3, 0.0, 0.5), (0.7, 0.6, 0.2), (1.0, 1.0, 0.0)]
             .map(|(roughness, metallic, base)| material(roughness, metallic, base));
-        let coats = Coats::of(&[materials.as_slice(), &[Material::fallback()]].concat());
+        let coats = Coats::new(&[materials.as_slice(), &[Material::fallback()]].concat());
         for round in 0..200_u32 {
             let numbers: [u16; LANES] = std::array::from_fn(|lane| ((round + lane as u32 * 3) % 5) as u16);
             let any = |lane: usize, which: u32| {
@@ -298,7 +298,7 @@ mod tests {
     #[test]
     fn emission_is_not_dimmed() {
         let glowing = Material { emission: Vec3::new(3.0, 2.0, 1.0), ..material(0.4, 0.0, 0.5) };
-        let coats = Coats::of(std::slice::from_ref(&glowing));
+        let coats = Coats::new(std::slice::from_ref(&glowing));
         let [up, down] = [Vec3::Z, Vec3::NEG_Z].map(Vec3x8::splat);
         let seen = coats.seen_lanes(&[0; 8], Vec3x8::ZERO, [up; 2], down, None).expect("all have one");
         assert_eq!(seen.show(Vec3x8::splat(glowing.emission)).lane(0), glowing.emission);

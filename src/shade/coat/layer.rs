@@ -48,8 +48,8 @@ pub enum SeenBy {
 /// Reflection of light from all around by microfacets of one roughness, by the cosine to the eye.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Albedos {
-    /// In even steps of the cosine from 0 to 1: the share that white microfacets reflect, and the part of it
-    /// that is white in Schlick's formula.
+    /// Albedos in even steps of the cosine from 0 to 1: the share that white microfacets reflect, and the
+    /// part of it that is white in Schlick's formula.
     pub steps: [[f32; 2]; Albedos::STEPS + 1],
 }
 
@@ -60,7 +60,7 @@ impl Albedos {
     /// Number of directions by which each is measured: the error of an evenly spread sequence is below 1e-3.
     const SAMPLES: u32 = 1024;
 
-    pub fn of(alpha: f32) -> Self {
+    pub fn new(alpha: f32) -> Self {
         let random = |index| {
             let [along, above, ..] = PathRandom { seed: 0, index }.four(0);
             [along, above]

@@ -1,8 +1,8 @@
 //! A tree of boxes with eight children a node, made from a binary one.
 //!
-//! `obvhs` builds the binary tree (PLOC, then reinsertion, on rayon's threads). Here its nodes are merged until
-//! each has eight children, always by opening the child with the largest surface, and subtrees that are small
-//! enough become leaves.
+//! `obvhs` builds the binary tree (PLOC, then reinsertion, on rayon's threads). Here its nodes are merged
+//! until each has eight children, always by opening the child with the largest surface, and subtrees that are
+//! small enough become leaves.
 
 use glam::Vec3;
 use obvhs::BvhBuildParams;

@@ -1,10 +1,12 @@
-//! Triangles in blocks of eight, and the test of eight rays with a triangle, or of a ray with eight triangles.
+//! Triangles in blocks of eight, and the test of eight rays with a triangle, or of a ray with eight
+//! triangles.
 //!
-//! The test is that of S. Woop, C. Benthin, I. Wald, "Watertight Ray/Triangle Intersection" (JCGT 2013): space
-//! is sheared so that the ray becomes an axis, and the signs of three areas in the plane decide. A corner
-//! is sheared to the same floats in each triangle that has it, and the area at an edge that two triangles share
-//! has the same size and opposite signs in them, so that no ray passes between them. An area of zero is computed again
-//! in double floats; if it stays zero it counts as either sign: a ray through an edge meets both triangles.
+//! The test is that of S. Woop, C. Benthin, I. Wald, "Watertight Ray/Triangle Intersection" (JCGT 2013):
+//! space is sheared so that the ray becomes an axis, and the signs of three areas in the plane decide. A
+//! corner is sheared to the same floats in each triangle that has it, and the area at an edge that two
+//! triangles share has the same size and opposite signs in them, so that no ray passes between them. An area
+//! of zero is computed again in double floats; if it stays zero it counts as either sign: a ray through an
+//! edge meets both triangles.
 
 use glam::DVec3;
 

@@ -18,7 +18,7 @@ pub fn through_file(
     let Some((moment, pictures)) = renderer.samples() else { return Ok(None) };
     let path = folder.join("samples.store");
     let shape = renderer.shape();
-    let digest = Digest::of(b"a random shot");
+    let digest = Digest::new(b"a random shot");
     let header = Header {
         fingerprint: Fingerprint { version: digest, shot: digest, inputs: digest, settings: digest },
         frame: moment.frame,

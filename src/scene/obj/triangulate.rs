@@ -3,13 +3,13 @@
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
-use super::join::{Run, Use, split};
+use super::join::{FaceRun, Use, split};
 use super::polygon::Cutter;
 
 /// Triangles of a file, in the order of its faces.
 #[derive(Debug, Default)]
 pub(super) struct Triangles {
-    /// Vertices of each.
+    /// Vertices of each triangle.
     pub corners: Vec<[u32; 3]>,
     /// Runs of consecutive triangles with the same material and group, as length and use; lengths are above
     /// 0.
@@ -19,7 +19,7 @@ pub(super) struct Triangles {
 }
 
 /// Triangles of one run of faces.
-struct Part {
+struct Triangulated {
     /// Vertices, three for each triangle.
     corners: Vec<u32>,
     /// Runs of consecutive triangles with the same use, as length and use, in order.
@@ -27,9 +27,10 @@ struct Part {
     flat: usize,
 }
 
-/// Cuts all faces up. The corners are vertices by now.
-pub(super) fn cut(runs: Vec<Run>, positions: &[[f32; 3]]) -> Triangles {
-    let parts: Vec<Part> = runs.into_par_iter().map(|run| Part::of(run, positions)).collect();
+/// Cuts all faces into triangles. The corners are vertices by now.
+pub(super) fn triangulate(runs: Vec<FaceRun>, positions: &[[f32; 3]]) -> Triangles {
+    let parts: Vec<Triangulated> =
+        runs.into_par_iter().map(|run| Triangulated::new(run, positions)).collect();
     let flat = parts.iter().map(|part| part.flat).sum();
     let lengths = || parts.iter().map(|part| part.corners.len() / 3);
     let count = lengths().sum();
@@ -43,14 +44,15 @@ pub(super) fn cut(runs: Vec<Run>, positions: &[[f32; 3]]) -> Triangles {
     let mut corners = vec![[0; 3]; count];
     let places = split(&mut corners, lengths());
     // each is freed once it is copied
-    let copy =
-        |(place, part): (&mut [[u32; 3]], Part)| place.as_flattened_mut().copy_from_slice(&part.corners);
+    let copy = |(place, part): (&mut [[u32; 3]], Triangulated)| {
+        place.as_flattened_mut().copy_from_slice(&part.corners)
+    };
     places.into_par_iter().zip(parts).for_each(copy);
     Triangles { corners, uses, flat }
 }
 
-impl Part {
-    fn of(run: Run, positions: &[[f32; 3]]) -> Self {
+impl Triangulated {
+    fn new(run: FaceRun, positions: &[[f32; 3]]) -> Self {
         let ends = run.uses.iter().skip(1).map(|(face, _)| *face as usize).chain([run.faces]);
         let uses = run.uses.iter().zip(ends);
         let mut faces = Faces::new(positions);
@@ -91,7 +93,7 @@ impl<'a> Faces<'a> {
         has_area([0, 1, 2].map(|corner| self.place(triangle[corner])))
     }
 
-    fn cut(&mut self, face: &[u32], part: &mut Part) {
+    fn cut(&mut self, face: &[u32], part: &mut Triangulated) {
         let before = part.corners.len();
         let mut places = std::mem::take(&mut self.places);
         places.clear();
@@ -110,7 +112,8 @@ impl<'a> Faces<'a> {
     }
 }
 
-/// Not finite counts as an area: the check of coordinates finds it.
+/// Returns true if a triangle has an area. One that is not finite counts as having one: the check of
+/// coordinates finds it.
 #[inline(always)]
 fn has_area([a, b, c]: [DVec3; 3]) -> bool {
     let (u, v) = (b - a, c - a);

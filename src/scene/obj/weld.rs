@@ -15,15 +15,15 @@ use rayon::prelude::*;
 
 use super::column::Indices;
 use super::fault::Fault;
-use super::join::{Joined, Run, concatenated};
+use super::join::{FaceRun, Joined, concatenated};
 
-/// Ends a list of variants.
+/// End of a list of variants.
 const NONE: u32 = u32::MAX;
 
-/// Most variants of a position that are looked through one by one.
+/// Maximum number of variants of a position that are searched one by one.
 const LONGEST_WALK: usize = 64;
 
-/// Blocks of positions for each thread: more than one, because they take different times.
+/// Number of blocks of positions for each thread: more than one, because they take different times.
 const BLOCKS_A_THREAD: usize = 4;
 
 /// Vertex data: lists of one entry a vertex, or empty.
@@ -41,7 +41,7 @@ pub(super) struct Vertices {
 /// Relation of the corners' indices of one attribute (texture coordinate or normal) to those of their
 /// positions.
 #[derive(Debug, Clone, Copy, PartialEq)]
-enum Part {
+enum IndexRelation {
     /// No corner has the attribute.
     Absent,
     /// Both indices are the same in each corner.
@@ -73,11 +73,13 @@ struct Block {
     count: usize,
 }
 
-/// Makes vertices. The runs' `positions` become the corners' vertices, `uvs` and `normals` go.
-pub(super) fn share(joined: &mut Joined) -> Result<Vertices, Fault> {
+/// Makes vertices. The runs' `positions` become the corners' vertices; `uvs` and `normals` are dropped.
+pub(super) fn weld(joined: &mut Joined) -> Result<Vertices, Fault> {
     let parts = [part(&joined.runs, |run| &run.uvs), part(&joined.runs, |run| &run.normals)];
-    let is_long = |part: Part, entries: usize| part == Part::Absent || entries >= joined.positions.len();
-    if !parts.contains(&Part::Own)
+    let is_long = |part: IndexRelation, entries: usize| {
+        part == IndexRelation::Absent || entries >= joined.positions.len()
+    };
+    if !parts.contains(&IndexRelation::Own)
         && is_long(parts[0], joined.uvs.len())
         && is_long(parts[1], joined.normals.len())
         && all_used(&joined.runs, joined.positions.len())
@@ -87,19 +89,21 @@ pub(super) fn share(joined: &mut Joined) -> Result<Vertices, Fault> {
     number(joined, parts)
 }
 
-fn part(runs: &[Run], indices: impl Fn(&Run) -> &Indices) -> Part {
+fn part(runs: &[FaceRun], indices: impl Fn(&FaceRun) -> &Indices) -> IndexRelation {
     // runs without faces say nothing
     let mut all = runs.iter().filter(|run| run.faces > 0).map(indices);
     match all.next() {
-        None => Part::Absent,
-        Some(Indices::Absent) if all.all(|indices| *indices == Indices::Absent) => Part::Absent,
-        Some(Indices::AsPositions) if all.all(|indices| *indices == Indices::AsPositions) => Part::Same,
-        _ => Part::Own,
+        None => IndexRelation::Absent,
+        Some(Indices::Absent) if all.all(|indices| *indices == Indices::Absent) => IndexRelation::Absent,
+        Some(Indices::AsPositions) if all.all(|indices| *indices == Indices::AsPositions) => {
+            IndexRelation::Same
+        }
+        _ => IndexRelation::Own,
     }
 }
 
 /// Returns true if some face uses each position: unused ones must not become vertices.
-fn all_used(runs: &[Run], positions: usize) -> bool {
+fn all_used(runs: &[FaceRun], positions: usize) -> bool {
     let used: Vec<AtomicBool> = (0..positions).into_par_iter().map(|_| AtomicBool::new(false)).collect();
     runs.par_iter().flat_map_iter(|run| &run.positions).for_each(|index| {
         let flag = &used[*index as usize];
@@ -111,16 +115,17 @@ fn all_used(runs: &[Run], positions: usize) -> bool {
     used.par_iter().all(|flag| flag.load(Ordering::Relaxed))
 }
 
-fn as_they_are(joined: &mut Joined, parts: [Part; 2]) -> Vertices {
+fn as_they_are(joined: &mut Joined, parts: [IndexRelation; 2]) -> Vertices {
     let positions = std::mem::take(&mut joined.positions);
-    let mut uvs = if parts[0] == Part::Same { std::mem::take(&mut joined.uvs) } else { Vec::new() };
-    let mut normals = if parts[1] == Part::Same { std::mem::take(&mut joined.normals) } else { Vec::new() };
+    let mut uvs = if parts[0] == IndexRelation::Same { std::mem::take(&mut joined.uvs) } else { Vec::new() };
+    let mut normals =
+        if parts[1] == IndexRelation::Same { std::mem::take(&mut joined.normals) } else { Vec::new() };
     uvs.truncate(positions.len());
     normals.truncate(positions.len());
     Vertices { positions, sources: Vec::new(), uvs, normals }
 }
 
-fn number(joined: &mut Joined, parts: [Part; 2]) -> Result<Vertices, Fault> {
+fn number(joined: &mut Joined, parts: [IndexRelation; 2]) -> Result<Vertices, Fault> {
     let positions = joined.positions.len();
     let wanted = rayon::current_num_threads() * BLOCKS_A_THREAD;
     let size = positions.div_ceil(wanted).max(1).next_power_of_two();
@@ -153,13 +158,13 @@ fn number(joined: &mut Joined, parts: [Part; 2]) -> Result<Vertices, Fault> {
         positions: gathered(&blocks, size, |position, _| joined.positions[position]),
         sources: gathered(&blocks, size, |position, _| position as u32),
         uvs: match parts[0] {
-            Part::Absent => Vec::new(),
+            IndexRelation::Absent => Vec::new(),
             part => gathered(&blocks, size, |position, [key, _]| {
                 index(part, key, position).and_then(|i| joined.uvs.get(i)).copied().unwrap_or_default()
             }),
         },
         normals: match parts[1] {
-            Part::Absent => Vec::new(),
+            IndexRelation::Absent => Vec::new(),
             part => gathered(&blocks, size, |position, [_, key]| {
                 index(part, key, position).and_then(|i| joined.normals.get(i)).copied().unwrap_or_default()
             }),
@@ -167,18 +172,18 @@ fn number(joined: &mut Joined, parts: [Part; 2]) -> Result<Vertices, Fault> {
     })
 }
 
-/// Which positions a run asks for.
-fn extent(run: &Run) -> Range<u32> {
+/// Range of the positions that a run uses.
+fn extent(run: &FaceRun) -> Range<u32> {
     let lowest = run.positions.iter().copied().min().unwrap_or(0);
     lowest..run.positions.iter().copied().max().map_or(0, |highest| highest + 1)
 }
 
-impl Run {
+impl FaceRun {
     #[inline(always)]
-    fn key(&self, corner: usize, [uv, normal]: [Part; 2]) -> [u32; 2] {
+    fn key(&self, corner: usize, [uv, normal]: [IndexRelation; 2]) -> [u32; 2] {
         [(uv, &self.uvs), (normal, &self.normals)].map(|(part, indices)| match (part, indices) {
-            (Part::Own, Indices::Own(indices)) => indices[corner],
-            (Part::Own, Indices::AsPositions) => self.positions[corner] + 1,
+            (IndexRelation::Own, Indices::Own(indices)) => indices[corner],
+            (IndexRelation::Own, Indices::AsPositions) => self.positions[corner] + 1,
             // what follows from the position is looked up there
             _ => 0,
         })
@@ -187,7 +192,7 @@ impl Run {
 
 impl Block {
     /// Collects the variants of the positions in `range`. Goes through all runs that use any of them.
-    fn new(range: Range<usize>, runs: &[Run], extents: &[Range<u32>], parts: [Part; 2]) -> Self {
+    fn new(range: Range<usize>, runs: &[FaceRun], extents: &[Range<u32>], parts: [IndexRelation; 2]) -> Self {
         let empty = Variant { key: [0; 2], next: NONE, vertex: NONE };
         let variants = vec![empty; range.len()];
         let mut block = Self { positions: range.len(), variants, far: HashMap::new(), count: 0 };
@@ -253,7 +258,7 @@ impl Block {
         }
     }
 
-    /// Position in the block and key of each vertex, in order.
+    /// Position in the block, and key, of each vertex, in order.
     fn vertices(&self) -> impl Iterator<Item = (usize, [u32; 2])> {
         let used = (0..self.positions).filter(|place| self.variants[*place].vertex != NONE);
         used.flat_map(|place| {
@@ -264,7 +269,7 @@ impl Block {
         })
     }
 
-    /// The vertex of a corner that was added.
+    /// Vertex of a corner that was added.
     #[inline(always)]
     fn vertex(&self, place: usize, key: [u32; 2]) -> u32 {
         let mut variant = &self.variants[place];
@@ -291,10 +296,10 @@ fn gathered<T: Copy + Default + Send + Sync>(
 }
 
 /// Index, from 0, of a vertex's attribute.
-fn index(part: Part, key: u32, position: usize) -> Option<usize> {
+fn index(part: IndexRelation, key: u32, position: usize) -> Option<usize> {
     match part {
-        Part::Absent => None,
-        Part::Same => Some(position),
-        Part::Own => (key as usize).checked_sub(1),
+        IndexRelation::Absent => None,
+        IndexRelation::Same => Some(position),
+        IndexRelation::Own => (key as usize).checked_sub(1),
     }
 }
