@@ -23,7 +23,7 @@
 //!    [`output`] puts them into files, whole or not at all.
 //! 9. [`stats`] counts the cost of a frame, and [`report`] tells it as JSON and HTML.
 //!
-//! ARCHITECTURE.md leads through the rest.
+//! ARCHITECTURE.md is a map of the rest, and docs/architecture/ has a page a concept.
 //!
 //! # As a library
 //! `default-features = false` leaves out the program and what only its command line needs.

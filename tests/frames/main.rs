@@ -1,5 +1,5 @@
-//! Are frames what they must be, and is what reuse keeps of them what would be made anew? ARCHITECTURE.md has the question
-//! of each file.
+//! Are frames what they must be, and is what reuse keeps of them what would be made anew? docs/architecture/tests.md has
+//! the question of each file.
 #![allow(clippy::unwrap_used, reason = "a test may stop at the first surprise")]
 
 #[path = "../collection/mod.rs"]

@@ -1,5 +1,5 @@
 //! Does the program do what it says: what it prints and writes, when it fails, and what is left of a run that was
-//! interrupted? ARCHITECTURE.md has the question of each file.
+//! interrupted? docs/architecture/tests.md has the question of each file.
 #![allow(clippy::unwrap_used, reason = "a test may stop at the first surprise")]
 
 #[path = "../small_shot/mod.rs"]
