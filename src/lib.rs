@@ -8,20 +8,11 @@
 //!
 //! 1. [`scene`] is the content of a shot, as plain data: models, materials, textures, lights, and their
 //!    motion as tracks of [`animation`]. [`scene::load`] reads a shot file or an OBJ into a [`scene::Shot`].
-//! 2. [`pose`] goes from a frame's number to a [`pose::Pose`]: the places of camera, models and lights. It
-//!    depends on nothing but the number, so two poses that are equal mean that nothing moved.
-//! 3. [`settings`] has the settings that decide a picture beside the scene, [`layers`] the planes of it.
-//! 4. [`trace`] answers the two queries of the renderer about rays (the first hit, and if anything is in the
-//!    way), with Embree.
-//! 5. [`samples`] is the data that a frame keeps for the next one: points of surfaces in their objects' own
-//!    space, with the light on them.
-//! 6. [`frame`] is the frame loop. [`frame::Renderer::render`] makes one frame: it decides what may be
-//!    skipped ([`frame::shot::plan`]), projects the old samples, verifies them, traces what is missing,
-//!    lights, enhances and filters. [`frame::audit`] proves the result.
-//! 7. [`shade`] has the formulas that the frame loop needs: pure functions of surfaces, light and rays.
-//! 8. [`film`] holds the planes of a finished frame, [`denoise`] makes a picture without noise of them, and
+//! 2. [`settings`] has the settings that decide a picture beside the scene, [`layers`] the planes of it.
+//! 3. [`frame`] is the frame loop. [`frame::Renderer::render`] renders one frame, of the samples of the frame before.
+//! 4. [`film`] holds the planes of a finished frame, [`denoise`] makes a picture without noise of them, and
 //!    [`output`] puts them into files, whole or not at all.
-//! 9. [`stats`] counts the cost of a frame, and [`report`] tells it as JSON and HTML.
+//! 5. [`stats`] counts the cost of a frame.
 //!
 //! ARCHITECTURE.md is a map of the rest, and docs/architecture/ has a page a concept.
 //!
