@@ -63,7 +63,7 @@ impl Flow {
             Self::Turn => rotation = there_and_back(angles, angles + DVec3::Y * stand.turn * leg),
         }
         CameraTrack {
-            eye,
+            eye: eye.into(),
             aim: Aim::Rotation(rotation),
             fov: Track::constant(stand.fov),
             lens: Lens::default(),

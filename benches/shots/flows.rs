@@ -72,7 +72,13 @@ impl Flow {
             Self::ZoomOut => fov = there_and_back(narrow, FOV, by_ratio),
         }
         let eye = eye.map(|eye| space.point(eye));
-        CameraTrack { eye, aim: Aim::Rotation(rotation), fov, lens: Lens::default(), cuts: vec![] }
+        CameraTrack {
+            eye: eye.into(),
+            aim: Aim::Rotation(rotation),
+            fov,
+            lens: Lens::default(),
+            cuts: vec![],
+        }
     }
 }
 

@@ -199,7 +199,13 @@ pub fn scene(models: Vec<Model>, lights: Vec<Light>) -> Scene {
         Track::through(vec![(-50.0, DVec3::ZERO), (400.0, DVec3::X)], Interpolation::Linear).expect("good");
     let aim = Aim::Target { target: Track::constant(DVec3::NEG_Z), roll: Track::constant(0.0) };
     Scene {
-        camera: CameraTrack { eye, aim, fov: Track::constant(60.0), lens: Lens::default(), cuts: vec![] },
+        camera: CameraTrack {
+            eye: eye.into(),
+            aim,
+            fov: Track::constant(60.0),
+            lens: Lens::default(),
+            cuts: vec![],
+        },
         models,
         materials: vec![],
         textures: vec![],

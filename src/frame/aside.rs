@@ -99,8 +99,10 @@ mod tests {
         let settings =
             Settings { width: 64, height: 36, samples: 1, mode, audit: true, ..shot.settings.clone() };
         let own = shot.scene.camera.clone();
-        let elsewhere =
-            CameraTrack { eye: own.eye.clone().map(|eye| eye + DVec3::new(2.0, 1.0, -1.0)), ..own };
+        let elsewhere = CameraTrack {
+            eye: own.eye.clone().converted(|eye| eye + DVec3::new(2.0, 1.0, -1.0), 1.0),
+            ..own
+        };
         let alone = |scene: &Scene, frame| {
             let mut renderer = Renderer::new(scene, &settings).expect("Embree is there");
             colors(&renderer.render(frame, false).expect("a frame").film)
@@ -126,7 +128,10 @@ mod tests {
         // led around, each picture is made of the one before, and all of its samples are right
         for step in 1..6 {
             let by = DVec3::new(0.3, 0.1, 0.2) * f64::from(step / 2);
-            let camera = CameraTrack { eye: elsewhere.eye.clone().map(|eye| eye + by), ..elsewhere.clone() };
+            let camera = CameraTrack {
+                eye: elsewhere.eye.clone().converted(|eye| eye + by, 1.0),
+                ..elsewhere.clone()
+            };
             let picture =
                 renderer.render_aside(&mut beside, Some(&camera), FRAMES[1], true).expect("a picture");
             assert_eq!(picture.stats.mode, "reproject");

@@ -171,7 +171,7 @@ fn may_rest(camera: &CameraTrack) -> bool {
         let end = camera.eye.rests_until(frame);
         end.is_finite() && end >= frame + 1.0
     };
-    camera.eye.is_constant() || camera.eye.frames().any(rests)
+    camera.eye.is_constant() || camera.eye.frames().into_iter().any(rests)
 }
 
 /// Bytes of ray trees, if any can be kept: as if half of all samples had one, up to what is allowed.

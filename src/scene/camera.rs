@@ -11,7 +11,7 @@ use crate::exposure::LensPose;
 #[derive(Debug, Clone, PartialEq)]
 pub struct CameraTrack {
     /// Position of the eye, world space.
-    pub eye: Track<DVec3>,
+    pub eye: EyeTrack,
     /// Viewing direction.
     pub aim: Aim,
     /// Vertical field of view, degrees, in 0..180 (both excluded). Ignored by an orthographic camera.
@@ -98,6 +98,97 @@ impl CameraTrack {
             (None, Aim::Rotation(_)) => 1.0,
         };
         Some(LensPose { radius, focus })
+    }
+}
+
+/// Place of the eye in each frame, world space.
+#[derive(Debug, Clone, PartialEq)]
+pub enum EyeTrack {
+    /// Keyed places.
+    Keyed(Track<DVec3>),
+    /// An orbit: keyed angles and distances, around a point that may move itself.
+    Orbit {
+        /// Azimuth and elevation in degrees, and distance above 0. At azimuth 0 the eye is on the side of +Z, at 90 on that of +X.
+        around: Track<DVec3>,
+        /// Middle of the orbit, world space.
+        target: Track<DVec3>,
+    },
+}
+
+impl From<Track<DVec3>> for EyeTrack {
+    fn from(places: Track<DVec3>) -> Self {
+        Self::Keyed(places)
+    }
+}
+
+/// Place of the eye at `orbit` (azimuth and elevation in degrees, distance) around `target`.
+pub fn on_orbit(target: DVec3, orbit: DVec3) -> DVec3 {
+    // whole turns go first: the last frame of a turn is the first one, to the bit
+    let (sin, cos) = (orbit.x % 360.0).to_radians().sin_cos();
+    let (up, out) = orbit.y.to_radians().sin_cos();
+    target + orbit.z * DVec3::new(sin * out, up, cos * out)
+}
+
+impl EyeTrack {
+    /// Creates the track of an eye that never moves.
+    pub fn constant(place: DVec3) -> Self {
+        Track::constant(place).into()
+    }
+
+    /// Place at `frame`.
+    pub fn at(&self, frame: f64) -> DVec3 {
+        match self {
+            Self::Keyed(places) => places.at(frame),
+            Self::Orbit { around, target } => on_orbit(target.at(frame), around.at(frame)),
+        }
+    }
+
+    /// Frames of the keys.
+    pub fn frames(&self) -> Vec<f64> {
+        match self {
+            Self::Keyed(places) => places.frames().collect(),
+            Self::Orbit { around, target } => around.frames().chain(target.frames()).collect(),
+        }
+    }
+
+    /// Places at the keys, and of an orbit also at all whole frames between them.
+    pub fn places(&self) -> Vec<DVec3> {
+        match self {
+            Self::Keyed(places) => places.values().collect(),
+            Self::Orbit { around, .. } => {
+                let keys: Vec<f64> = around.frames().collect();
+                let (first, last) = (keys[0], keys[keys.len() - 1]);
+                let whole = (0..=(last - first).ceil() as u32).map(|i| first.ceil() + f64::from(i));
+                whole.filter(|frame| *frame < last).chain(keys).map(|frame| self.at(frame)).collect()
+            }
+        }
+    }
+
+    /// Returns true if it is the same in all frames.
+    pub fn is_constant(&self) -> bool {
+        match self {
+            Self::Keyed(places) => places.is_constant(),
+            Self::Orbit { around, target } => around.is_constant() && target.is_constant(),
+        }
+    }
+
+    /// Frame up to which, itself excluded, the place is certainly that at `frame`: see [`Track::rests_until`].
+    pub fn rests_until(&self, frame: f64) -> f64 {
+        match self {
+            Self::Keyed(places) => places.rests_until(frame),
+            Self::Orbit { around, target } => around.rests_until(frame).min(target.rests_until(frame)),
+        }
+    }
+
+    /// Converts it to another space: `point` converts places, `scale` lengths.
+    pub fn converted(self, point: impl Fn(DVec3) -> DVec3, scale: f64) -> Self {
+        match self {
+            Self::Keyed(places) => Self::Keyed(places.map(point)),
+            Self::Orbit { around, target } => Self::Orbit {
+                around: around.map(|orbit| DVec3::new(orbit.x, orbit.y, orbit.z * scale)),
+                target: target.map(point),
+            },
+        }
     }
 }
 

@@ -80,7 +80,7 @@ impl Extent {
 
     /// Extends it by all positions of the eye.
     pub fn with_camera(self, camera: &CameraTrack) -> Self {
-        camera.eye.values().fold(self, Self::with)
+        camera.eye.places().into_iter().fold(self, Self::with)
     }
 }
 
@@ -165,7 +165,7 @@ impl RenderSpace {
         let [aperture, focus] = [camera.lens.aperture, camera.lens.focus]
             .map(|track| track.map(|track| track.map(|length| length * self.scale)));
         let lens = Lens { height, aperture, focus, ..camera.lens };
-        CameraTrack { eye: camera.eye.map(|eye| self.point(eye)), aim, lens, ..camera }
+        CameraTrack { eye: camera.eye.converted(|eye| self.point(eye), self.scale), aim, lens, ..camera }
     }
 
     /// Converts a light's motion; what falls with the square of the distance is stronger at larger ones.

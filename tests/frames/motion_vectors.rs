@@ -125,7 +125,7 @@ fn busy() -> Scene {
     let mut scene = with_flyer(world());
     let (from, to) = (EYE, EYE + DVec3::new(1.6, 0.4, -1.2));
     let eye = toy::keys(&[(3.0, from), (5.0, to)]);
-    scene.camera.eye = eye;
+    scene.camera.eye = eye.into();
     scene
 }
 

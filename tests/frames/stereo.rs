@@ -10,7 +10,7 @@ use afterimage::film::Film;
 use afterimage::frame::{Finished, Renderer};
 use afterimage::layers::Layers;
 use afterimage::scene::Scene;
-use afterimage::scene::camera::Lens;
+use afterimage::scene::camera::{EyeTrack, Lens};
 use afterimage::settings::{Budget, Filter, Mode, PixelRect, Refinement, Reuse, Settings};
 use afterimage::stats::FrameStats;
 use afterimage::stereo::{Eye, Stereo};
@@ -72,7 +72,7 @@ fn a_watcher_is_told_of_each_tile_once_a_frame() {
         let mut scene = world();
         for rests in [false, true] {
             if rests {
-                scene.camera.eye = Track::constant(scene.camera.eye.at(1.0));
+                scene.camera.eye = EyeTrack::constant(scene.camera.eye.at(1.0));
             }
             let mut renderer = Renderer::new(&scene, &settings).unwrap();
             let told = Arc::new(AtomicUsize::new(0));

@@ -104,7 +104,7 @@ pub fn quadrics() -> Vec<Quadric> {
 pub fn camera(eye: Track<DVec3>, target: Track<DVec3>) -> CameraTrack {
     let roll = Track::constant(0.0);
     CameraTrack {
-        eye,
+        eye: eye.into(),
         aim: Aim::Target { target, roll },
         fov: Track::constant(60.0),
         lens: Lens::default(),

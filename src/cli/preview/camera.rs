@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 use crate::animation::Track;
 use crate::geometry::Bounds;
 use crate::pose::CameraPose;
-use crate::scene::camera::{Aim, Lens, Projection};
+use crate::scene::camera::{Aim, EyeTrack, Lens, Projection};
 use crate::scene::turntable::text::number;
 use crate::scene::{CameraTrack, RenderSpace, Shot};
 
@@ -126,7 +126,7 @@ impl ShotCamera {
         let shift = self.track.lens.shift.each_ref().map(|shift| Track::constant(shift.at(f64::from(frame))));
         let height = self.is_orthographic().then(|| Track::constant(free.lens));
         is_lens.then(|| CameraTrack {
-            eye: Track::constant(free.eye),
+            eye: EyeTrack::constant(free.eye),
             aim: Aim::Target { target: Track::constant(free.target), roll: Track::constant(free.roll) },
             fov: Track::constant(free.lens),
             lens: Lens { height, shift, ..Lens::default() },

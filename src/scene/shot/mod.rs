@@ -4,7 +4,7 @@ mod environment;
 mod floor;
 mod lens;
 mod model;
-pub(crate) mod orbit;
+mod orbit;
 mod quadric;
 mod settings;
 mod shapes;

@@ -55,10 +55,10 @@ pub(crate) fn camera(
     let aim = through(aim, interpolation).cut_at(&cut_frames);
     let eye = if keys.iter().any(|(_, key)| key.get_ref().orbit.is_some()) {
         let around = through(each(&keys, |key| orbit::of_key(text, key))?, interpolation).cut_at(&cut_frames);
-        orbit::eyes(text, &keys, (&around, &aim), &cut_frames)?
+        orbit::eye(text, &keys, (around, aim.clone()))?
     } else {
         let target = by_target.then_some(&aim);
-        through(eyes(text, &keys, target)?, interpolation).cut_at(&cut_frames)
+        through(eyes(text, &keys, target)?, interpolation).cut_at(&cut_frames).into()
     };
     let track = CameraTrack {
         eye,

@@ -143,7 +143,7 @@ fn axis(corners: &Corners<'_>, up: Up, (low, high): (DVec3, DVec3)) -> DVec3 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::shot::orbit;
+    use crate::scene::camera::on_orbit;
 
     /// Largest distance of the corners from the middle of the picture in a whole turn: 1 is the picture's
     /// edge.
@@ -153,7 +153,7 @@ mod tests {
         let tangent = (fit.fov * 0.5).to_radians().tan();
         let turns = (0..120).map(|i| DVec3::new(f64::from(i) * 3.0, fit.elevation, fit.distance));
         let seen = turns.flat_map(|turn| {
-            let eye = orbit::eye(fit.target, turn);
+            let eye = on_orbit(fit.target, turn);
             let forward = (fit.target - eye).normalize();
             let right = forward.cross(DVec3::Y).normalize();
             let place = move |point: &[f32; 3]| {

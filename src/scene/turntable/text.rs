@@ -6,7 +6,7 @@ use glam::DVec3;
 use toml::Value;
 
 use super::{FRAMES, Presentation, Up};
-use crate::scene::shot::orbit;
+use crate::scene::camera::on_orbit;
 
 /// Colour that replaces black materials: a light grey, like clay.
 const CLAY: [f64; 3] = [0.6, 0.6, 0.6];
@@ -17,7 +17,7 @@ pub fn text(look: &Presentation, model: &str) -> String {
     let size = fit.size;
     let [x, y, z] = fit.target.to_array().map(|coordinate| number(coordinate, size));
     let (target, distance) = (format!("[{x}, {y}, {z}]"), number(fit.distance, size));
-    let eye = vector(orbit::eye(fit.target, DVec3::new(0.0, fit.elevation, fit.distance)), size);
+    let eye = vector(on_orbit(fit.target, DVec3::new(0.0, fit.elevation, fit.distance)), size);
     let mut text = format!(
         "\
 # A shot for Afterimage. Check it with `afterimage info`, look at it with `afterimage preview`, render it with `afterimage

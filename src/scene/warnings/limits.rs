@@ -36,7 +36,8 @@ pub fn of_camera(scene: &Scene, settings: &Settings) -> Vec<String> {
     let camera = &scene.camera;
     let is_orthographic = camera.projection() == Projection::Orthographic;
     let heights = camera.lens.height.iter().flat_map(Track::frames);
-    let frames: Vec<f64> = camera.eye.frames().chain(camera.fov.frames()).chain(heights).collect();
+    let frames: Vec<f64> =
+        camera.eye.frames().into_iter().chain(camera.fov.frames()).chain(heights).collect();
     // at distance 1; of an orthographic camera, world units
     let cell = |frame: f64| {
         let cells = f64::from(settings.height) * f64::from(settings.samples);
