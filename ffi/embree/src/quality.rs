@@ -6,7 +6,7 @@ use embree4_sys as sys;
 ///
 /// Embree's fourth level, refitting, is missing on purpose: it serves meshes whose vertices move, and the
 /// buffers here never change. What deforms is built anew, in a scene that takes the other's
-/// [place](Scene::set_instance_scene).
+/// [place](crate::Scene::set_instance_scene).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BuildQuality {
     /// Fastest to build: for scenes that change each frame.

@@ -107,7 +107,7 @@ impl CellValues {
     }
 }
 
-/// The shading normal of a sample: see [`Look::normal`].
+/// The shading normal of a sample: see [`CellValues::normal`].
 fn normal_of(frame: &FrameView, tile: &Tile, cell: usize) -> Octahedral {
     let (model, record) = (tile.model[cell], &tile.record[cell]);
     if frame.deformations.of_model(model).is_none() {
