@@ -121,7 +121,7 @@ fn need_of_chain(shot: &Shot, settings: &Settings, kind: BackendKind, inferred: 
     Need { parts: parts.collect(), reserved }
 }
 
-/// Names the lights, paths and occlusion for which samples keep results.
+/// Names the lights, paths, reflections and occlusion for which samples keep results.
 fn kept(scene: &Scene, layout: &TagLayout) -> Vec<String> {
     let counted = |count: usize, what: &str| match count {
         0 => None,
@@ -129,7 +129,8 @@ fn kept(scene: &Scene, layout: &TagLayout) -> Vec<String> {
         _ => Some(format!("{count} {what}s")),
     };
     let occlusion = (layout.occlusion_rays > 0).then(|| String::from("ambient occlusion"));
-    let parts = [counted(scene.lights.len(), "light"), counted(layout.paths, "path"), occlusion];
+    let reflections = counted(layout.reflections, "reflection");
+    let parts = [counted(scene.lights.len(), "light"), counted(layout.paths, "path"), reflections, occlusion];
     parts.into_iter().flatten().collect()
 }
 
@@ -177,7 +178,7 @@ fn may_rest(camera: &CameraTrack) -> bool {
 /// Bytes of ray trees, if any can be kept: as if half of all samples had one, up to what is allowed.
 fn trees(scene: &Scene, settings: &Settings, samples: u64) -> Option<u64> {
     let moves = scene.models.iter().any(|model| !model.track.is_constant());
-    let goes_on = scene.materials.iter().any(Material::has_secondary_rays);
+    let goes_on = scene.materials.iter().any(Material::is_followed);
     let can =
         moves && goes_on && settings.depth > 0 && settings.mode != Mode::Full && may_rest(&scene.camera);
     let all = samples / 2 * bytes_of_tree(settings.layers) as u64;

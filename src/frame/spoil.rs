@@ -12,7 +12,9 @@ use crate::changes::Until;
 use crate::film::Film;
 use crate::lanes::Vec3x8;
 use crate::pose::Pose;
-use crate::samples::{CELLS, EMPTY, Flags, Octahedral, PathLight, Record, Tag, TagSlot, Tile, half_colors};
+use crate::samples::{
+    CELLS, EMPTY, Flags, Octahedral, PathLight, Record, ReflectedLight, Tag, TagSlot, Tile, half_colors,
+};
 use crate::scene::Scene;
 use crate::shade::surface::{SurfacePoint, reflectance, uv_at};
 use crate::stereo::Eye;
@@ -41,6 +43,12 @@ pub enum Spoil {
     Gathered,
     /// The radiance of paths is taken to be valid for a frame longer than it is.
     Until,
+    /// The radiance of a sample's first reflected path is brightened.
+    Reflected,
+    /// Paths are said to be drawn for another direction to the eye.
+    DrawnFor,
+    /// Reflected paths are taken to be valid for a frame longer than they are.
+    ReflectedUntil,
     /// Rays of ambient occlusion are held to find for a frame longer what they found.
     Openness,
     /// Ray trees of mirrors and glass are held to bring for a frame longer what they brought.
@@ -66,6 +74,9 @@ impl Renderer<'_> {
         let tiles = stores.flat_map(|store| &mut store.tiles);
         if what == Spoil::Until {
             return Ok(tiles.map(|tile| tile.gathered.delay()).sum());
+        }
+        if what == Spoil::ReflectedUntil {
+            return Ok(tiles.map(|tile| tile.gathered.delay_reflected()).sum());
         }
         if what == Spoil::Openness {
             return Ok(tiles.map(|tile| tile.gathered.delay_openness()).sum());
@@ -140,7 +151,24 @@ fn spoil_cell(what: Spoil, slots: &[TagSlot], scene: &Scene, tile: &mut Tile, ce
             tile.gathered.update_mean(cell);
             true
         }
-        Spoil::Sight | Spoil::Trees | Spoil::Until | Spoil::Openness => false,
+        Spoil::Reflected => {
+            let reflected = &mut tile.gathered.reflected;
+            let has_some = reflected.is_some() && !reflected.known(cell).is_empty();
+            let bright = ReflectedLight::new([f16::from_f32(7.0); 3], false, Until::FOREVER);
+            has_some && reflected.set_path(cell, 0, bright)
+        }
+        Spoil::DrawnFor => {
+            let reflected = &mut tile.gathered.reflected;
+            let has_some = reflected.is_some() && !reflected.known(cell).is_empty();
+            if has_some {
+                // so little that the paths still serve
+                let to_eye = reflected.drawn_for(cell).unfold();
+                let aside = to_eye.any_orthonormal_vector();
+                reflected.set_drawn_for(cell, Octahedral::fold((to_eye + 0.02 * aside).normalize()));
+            }
+            has_some
+        }
+        Spoil::Sight | Spoil::Trees | Spoil::Until | Spoil::ReflectedUntil | Spoil::Openness => false,
     };
     if forgets {
         tile.tags.forget(&[cell as u32]);

@@ -1,5 +1,5 @@
-//! Light that samples gather from all around, path by path, and their openness, with the frames until which
-//! these are valid.
+//! Light that samples gather from all around, path by path, that which their layers reflect, and their
+//! openness, with the frames until which these are valid.
 //!
 //! A path is a function of the sample, of its seed, which is stored, and of the scene in a frame. So a valid
 //! path is not traced again, however often the sample is handed on, and an invalid one is replaced alone.
@@ -7,7 +7,7 @@
 use wide::u32x8;
 
 use super::store::{HalfColor, full_color, half_colors};
-use super::{Openness, TagLayout};
+use super::{Openness, ReflectedPaths, TagLayout};
 use crate::changes::Until;
 use crate::lanes::{F32x8, LANES, Vec3x8};
 use crate::shade::sampling::SampleSeed;
@@ -28,7 +28,7 @@ impl PathLight {
     pub const UNKNOWN: Self = Self { radiance: [half::f16::ZERO; 3], until: Until::UNKNOWN };
 }
 
-/// Gathered light, openness and seeds of random numbers of a list of samples. There is nothing for what
+/// Gathered and reflected light, openness and seeds of random numbers of a list of samples. There is nothing for what
 /// samples do not gather, and no seeds where samples use no random numbers.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct GatheredLight {
@@ -42,6 +42,8 @@ pub struct GatheredLight {
     of_paths: Vec<PathLight>,
     /// Mean of each sample's known paths, with the first frame in which any of them may differ.
     pub(super) means: Vec<PathLight>,
+    /// Paths by which the samples' layers reflect.
+    pub reflected: ReflectedPaths,
     /// Openness of each sample.
     pub(super) openness: Vec<Openness>,
     /// Seed of each sample's random numbers.
@@ -58,6 +60,7 @@ impl GatheredLight {
             rays,
             of_paths: vec![PathLight::UNKNOWN; paths * count],
             means: vec![PathLight::UNKNOWN; if paths == 0 { 0 } else { count }],
+            reflected: ReflectedPaths::unknown(layout, count),
             openness: vec![Openness::UNKNOWN; if rays == 0 { 0 } else { count }],
             seeds: vec![SampleSeed::default(); if is_seeded { count } else { 0 }],
         }
@@ -67,13 +70,15 @@ impl GatheredLight {
     pub fn bytes_of_sample(layout: &TagLayout) -> usize {
         let of_light = if layout.paths == 0 { 0 } else { (layout.paths + 1) * size_of::<PathLight>() };
         let of_openness = if layout.occlusion_rays == 0 { 0 } else { size_of::<Openness>() };
-        of_light + of_openness + if layout.is_seeded { size_of::<SampleSeed>() } else { 0 }
+        let of_reflection = ReflectedPaths::bytes_of_sample(layout);
+        of_light + of_reflection + of_openness + if layout.is_seeded { size_of::<SampleSeed>() } else { 0 }
     }
 
     /// Returns memory that is not needed.
     pub fn trim(&mut self) {
         self.of_paths.shrink_to_fit();
         self.means.shrink_to_fit();
+        self.reflected.trim();
         self.openness.shrink_to_fit();
         self.seeds.shrink_to_fit();
     }
@@ -81,6 +86,7 @@ impl GatheredLight {
     /// Memory held on the heap, in bytes.
     pub fn bytes(&self) -> usize {
         (self.of_paths.capacity() + self.means.capacity()) * size_of::<PathLight>()
+            + self.reflected.bytes()
             + self.openness.capacity() * size_of::<Openness>()
             + self.seeds.capacity() * size_of::<SampleSeed>()
     }
@@ -90,7 +96,7 @@ impl GatheredLight {
         self.paths != 0
     }
 
-    /// Returns true if samples have seeds: all samples that gather anything have.
+    /// Returns true if samples have seeds: all samples that gather or reflect anything have.
     pub fn is_seeded(&self) -> bool {
         self.is_seeded
     }
@@ -161,20 +167,22 @@ impl GatheredLight {
         F32x8::new(std::array::from_fn(|lane| f32::from(eight[lane].open) / rays))
     }
 
-    /// Resets gathered light and openness of the samples whose number `is_doubtful`.
+    /// Resets light and openness of the samples whose number `is_doubtful`.
     pub fn forget(&mut self, is_doubtful: impl Fn(usize) -> bool) {
-        let samples = self.means.len().max(self.openness.len());
+        // all samples that keep any of these have a seed
+        let samples = self.seeds.len();
         for sample in (0..samples).filter(|sample| is_doubtful(*sample)) {
             self.forget_one(sample);
         }
     }
 
-    /// Resets gathered light and openness of a sample.
+    /// Resets light and openness of a sample.
     pub(super) fn forget_one(&mut self, sample: usize) {
         if self.is_some() {
             self.of_paths[sample * self.paths..(sample + 1) * self.paths].fill(PathLight::UNKNOWN);
             self.means[sample] = PathLight::UNKNOWN;
         }
+        self.reflected.forget_one(sample);
         if self.rays != 0 {
             self.openness[sample] = Openness::UNKNOWN;
         }
@@ -210,6 +218,11 @@ impl GatheredLight {
         count
     }
 
+    /// Postpones the expiry of all reflected paths in the same way.
+    pub fn delay_reflected(&mut self) -> u64 {
+        self.reflected.validity().map(|until| u64::from(until.delay())).sum()
+    }
+
     /// Postpones the expiry of all openness in the same way.
     pub fn delay_openness(&mut self) -> u64 {
         self.openness.iter_mut().map(|openness| u64::from(openness.until.delay())).sum()
@@ -218,14 +231,16 @@ impl GatheredLight {
     /// Replaces the expiry of everything by what `changed` returns for it.
     pub fn change_validity(&mut self, changed: impl Fn(Until) -> Until) {
         let lights = self.of_paths.iter_mut().chain(&mut self.means).map(|light| &mut light.until);
+        let lights = lights.chain(self.reflected.validity());
         let openness = self.openness.iter_mut().map(|openness| &mut openness.until);
         lights.chain(openness).for_each(|until| *until = changed(*until));
     }
 
-    /// Resets gathered light and openness of all samples.
+    /// Resets light and openness of all samples.
     pub fn forget_all(&mut self) {
         self.of_paths.fill(PathLight::UNKNOWN);
         self.means.fill(PathLight::UNKNOWN);
+        self.reflected.forget_all();
         self.openness.fill(Openness::UNKNOWN);
     }
 
@@ -237,6 +252,7 @@ impl GatheredLight {
             self.of_paths[sample * paths..(sample + 1) * paths].copy_from_slice(from.paths(at));
             self.means[sample] = from.means[at];
         }
+        self.reflected.copy(sample, &from.reflected, at);
         if self.rays != 0 {
             self.openness[sample] = from.openness[at];
         }
@@ -251,6 +267,7 @@ impl GatheredLight {
             self.of_paths.extend_from_slice(from.paths(at));
             self.means.push(from.means[at]);
         }
+        self.reflected.push(&from.reflected, at);
         if self.rays != 0 {
             self.openness.push(from.openness[at]);
         }
@@ -263,6 +280,7 @@ impl GatheredLight {
     pub fn clear(&mut self) {
         self.of_paths.clear();
         self.means.clear();
+        self.reflected.clear();
         self.openness.clear();
         self.seeds.clear();
     }

@@ -12,6 +12,7 @@ mod gathered;
 mod octahedral;
 mod openness;
 mod pool;
+mod reflected;
 pub mod saved;
 mod spare;
 mod store;
@@ -21,6 +22,7 @@ pub use gathered::{GatheredLight, PathLight, mean_of};
 pub use octahedral::Octahedral;
 pub use openness::Openness;
 pub use pool::{LeavingStore, OldStore, TilePool};
+pub use reflected::{ReflectedLight, ReflectedPaths};
 pub use spare::{MOST_SPARES, Spare, Spares};
 pub use store::{
     BACKGROUND, CELLS, Column, EMPTY, Flags, HalfColor, Move, Record, SampleStore, TILE, Tile, full_color,

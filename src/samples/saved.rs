@@ -15,6 +15,7 @@
 //! | the rendered frame in which it was traced, material, flags | 8 |
 //! | a tag for each light without a size; two words for each other light | 1; 4 |
 //! | with paths: radiance and `Until` of each, and of their mean | 8 each |
+//! | if layers reflect: direction to the eye for which paths were drawn; radiance and `Until` of each | 4; 8 each |
 //! | with ambient occlusion: how many rays get away, `Until` | 4 |
 //! | if anything is random: the seed | 4 |
 
@@ -24,7 +25,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{
     AreaTag, BACKGROUND, CELLS, EMPTY, Flags, GatheredLight, HalfColor, MOST_SPARES, Octahedral, Openness,
-    PathLight, Record, Spare, Status, Tag, TagLayout, Tile,
+    PathLight, Record, ReflectedLight, Spare, Status, Tag, TagLayout, Tile,
 };
 use crate::changes::Until;
 use crate::lanes::LANES;
@@ -141,6 +142,13 @@ fn encode_gathered(gathered: &GatheredLight, at: usize, bytes: &mut Vec<u8>) {
             bytes.extend(until.to_bits().to_le_bytes());
         }
     }
+    if gathered.reflected.is_some() {
+        bytes.extend(gathered.reflected.drawn_for(at).to_bits().to_le_bytes());
+        for path in gathered.reflected.paths(at) {
+            bytes.extend(path.bits().iter().flat_map(|half| half.to_le_bytes()));
+            bytes.extend(path.until.to_bits().to_le_bytes());
+        }
+    }
     if let Some(Openness { open, until }) = gathered.openness.get(at) {
         bytes.extend(open.to_le_bytes());
         bytes.extend(until.to_bits().to_le_bytes());
@@ -240,6 +248,13 @@ fn decode_gathered(bytes: &mut Bytes<'_>, gathered: &mut GatheredLight, at: usiz
         }
         gathered.means[at] = bytes.path()?;
     }
+    if gathered.reflected.is_some() {
+        gathered.reflected.set_drawn_for(at, Octahedral::from_bits(bytes.word()?));
+        for path in 0..gathered.reflected.paths {
+            let PathLight { radiance, until } = bytes.path()?;
+            gathered.reflected.set_path(at, path, ReflectedLight::from_bits(radiance, until));
+        }
+    }
     if let Some(openness) = gathered.openness.get_mut(at) {
         *openness = Openness { open: bytes.half_word()?, until: Until::from_bits(bytes.half_word()?) };
         if usize::from(openness.open) > gathered.rays {
@@ -292,7 +307,7 @@ mod tests {
     use crate::changes::world::{mesh_of_two, model, scene};
 
     fn layout() -> TagLayout {
-        TagLayout::new([1, 16, 1].into_iter()).with_paths(2).with_occlusion(8)
+        TagLayout::new([1, 16, 1].into_iter()).with_paths(2).with_reflections(3).with_occlusion(8)
     }
 
     /// Creates a scene of two models of two triangles.
@@ -325,6 +340,9 @@ mod tests {
             let light = PathLight { radiance: [f16::ONE; 3], until: Until::from_bits(cell as u16) };
             tile.gathered.set_path(cell, 1, light);
             tile.gathered.update_mean(cell);
+            tile.gathered.reflected.draw_for(cell, Octahedral::fold(Vec3::new(cell as f32, 9.0, 1.0)));
+            let seen = ReflectedLight::new([f16::from_f32(0.25); 3], cell % 2 == 0, Until::FOREVER);
+            tile.gathered.reflected.set_path(cell, 2, seen);
             tile.gathered.set_openness(cell, Openness { open: 8, until: Until::FOREVER });
         }
         for cell in [3, 4, 6] {

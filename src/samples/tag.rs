@@ -2,7 +2,7 @@
 
 use super::{CELLS, Column, EMPTY, GatheredLight, Move, Spares};
 use crate::lanes::{LANES, Mask};
-use crate::scene::{Light, Scene};
+use crate::scene::{Light, Material, Scene};
 use crate::settings::{MOST_OCCLUSION_RAYS, Settings};
 
 /// Number of points of an area light for which a sample keeps tags: the bits of a word.
@@ -146,6 +146,8 @@ pub struct TagLayout {
     area: usize,
     /// Number of paths by which a sample gathers light.
     pub paths: usize,
+    /// Largest number of paths by which the layer of a sample reflects.
+    pub reflections: usize,
     /// Number of a sample's occlusion rays.
     pub occlusion_rays: usize,
     /// True if samples have seeds: for their paths and rays, and for the points on area lights that they ask.
@@ -174,13 +176,20 @@ impl TagLayout {
         let has_areas = scene.lights.iter().any(|light| light.kind.is_area());
         let rays = settings.occlusion_rays.clamp(1, MOST_OCCLUSION_RAYS) as usize;
         let rays = if scene.asks_openness(settings.layers) { rays } else { 0 };
-        let layout = Self::new(points).with_paths(paths).with_occlusion(rays);
+        let reflects = settings.depth > 0 && scene.materials.iter().any(Material::is_rough);
+        let reflections = if reflects { settings.reflections as usize } else { 0 };
+        let layout = Self::new(points).with_paths(paths).with_reflections(reflections).with_occlusion(rays);
         Self { is_seeded: layout.is_seeded || has_areas, ..layout }
     }
 
     /// Sets the number of paths by which samples gather light.
     pub fn with_paths(self, paths: usize) -> Self {
         Self { paths, is_seeded: self.is_seeded || paths > 0, ..self }
+    }
+
+    /// Sets the largest number of paths by which samples reflect.
+    pub fn with_reflections(self, reflections: usize) -> Self {
+        Self { reflections, is_seeded: self.is_seeded || reflections > 0, ..self }
     }
 
     /// Sets the number of samples' occlusion rays.

@@ -26,6 +26,11 @@ pub struct Material {
     pub diffuse_map: Option<u32>,
 }
 
+/// Least width of a rough layer's lobe (alpha of GGX), the square of a roughness of 0.045: the lobe is some
+/// 0.2 degrees wide, less than half of the sun's disk, so that no change is seen below it. The peak of a
+/// narrower lobe is lost to the rounding of single floats.
+pub const LEAST_ALPHA: f32 = 0.002;
+
 /// Metal-rough reflection: diffuse beneath a dielectric layer, or metallic, or a mixture of both.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MetalRough {
@@ -40,6 +45,19 @@ pub struct MetalRough {
     pub head_on: f32,
     /// Opacity `d`: the share of the light that does not pass straight through.
     pub solid: f32,
+}
+
+impl MetalRough {
+    /// Width of the lobe (alpha of GGX): the square of the roughness (Burley, "Physically Based Shading at
+    /// Disney", 2012), so that equal steps of roughness look like equal steps.
+    pub fn alpha(&self) -> f32 {
+        (self.roughness * self.roughness).max(LEAST_ALPHA)
+    }
+
+    /// Returns true if it reflects as a mirror does.
+    pub fn is_smooth(&self) -> bool {
+        self.alpha() <= LEAST_ALPHA
+    }
 }
 
 /// Effect of a surface on a ray from the camera.
@@ -122,6 +140,16 @@ impl Material {
 
     /// Returns true if the colour of the surface depends on rays beyond it.
     pub fn has_secondary_rays(&self) -> bool {
-        self.optics != Optics::Opaque || self.metal_rough.is_some()
+        self.is_followed() || self.is_rough()
+    }
+
+    /// Returns true if it is a mirror or glass: rays follow it, in each frame anew.
+    pub fn is_followed(&self) -> bool {
+        self.optics != Optics::Opaque || self.metal_rough.is_some_and(|layer| layer.is_smooth())
+    }
+
+    /// Returns true if it has a rough layer: paths by which it reflects are kept.
+    pub fn is_rough(&self) -> bool {
+        self.metal_rough.is_some_and(|layer| !layer.is_smooth())
     }
 }

@@ -18,10 +18,9 @@ use glam::Vec3;
 
 use lanes::CoatLanes;
 pub use lanes::SeenCoats;
-use layer::{Albedos, Coat};
+use layer::{Albedos, Coat, LEAST_ALPHA_OF_PATHS};
 pub use layer::{Reflected, SeenBy, SeenCoat};
 
-use super::ggx::{self, LEAST_ALPHA};
 use crate::lanes::{LANES, Vec3x8};
 use crate::scene::Material;
 use crate::scene::material::MetalRough;
@@ -36,14 +35,20 @@ pub struct Coats {
     has: Vec<bool>,
 }
 
-/// Number of rays that follow the reflection of a layer, by lane.
-pub type CountRays<'a> = &'a dyn Fn(usize, &SeenCoat) -> u32;
+/// Rays by which the layers of eight surfaces reflect.
+#[derive(Debug, Clone, Copy)]
+pub struct LayerRays {
+    /// Number of rays that each reflects.
+    pub count: [u32; LANES],
+    /// Direction along which each was seen when their directions were drawn; unit length.
+    pub incoming: Vec3x8,
+}
 
 /// Alpha that paths see (Pharr, Jakob and Humphreys, "Physically Based Rendering", 4th edition, 2023, "path
 /// regularization").
 fn regularized(alpha: f32) -> f32 {
     const ROUGH_ENOUGH: f32 = 0.3;
-    if alpha < ROUGH_ENOUGH { (2.0 * alpha).clamp(0.1, ROUGH_ENOUGH) } else { alpha }
+    if alpha < ROUGH_ENOUGH { (2.0 * alpha).clamp(LEAST_ALPHA_OF_PATHS, ROUGH_ENOUGH) } else { alpha }
 }
 
 impl Coats {
@@ -52,7 +57,7 @@ impl Coats {
         let mut known: Vec<(f32, Albedos)> = Vec::new();
         let coats = materials.iter().map(|material| {
             let metal_rough = material.metal_rough.as_ref()?;
-            let alpha = ggx::alpha_of(metal_rough.roughness);
+            let alpha = metal_rough.alpha();
             let [of_eye, of_paths] = [alpha, regularized(alpha)].map(|alpha| {
                 let found = known.iter().find(|(known, _)| *known == alpha).map(|(_, albedos)| *albedos);
                 let albedos = found.unwrap_or_else(|| {
@@ -86,8 +91,15 @@ impl Coats {
     }
 
     /// Returns true if a material has a layer that is not a mirror.
+    #[inline(always)]
     pub fn is_rough(&self, material: u16) -> bool {
-        self.get(material).is_some_and(|coat| coat.alpha > LEAST_ALPHA)
+        self.get(material).is_some_and(|coat| !coat.is_smooth())
+    }
+
+    /// Width of the lobe of a material's layer, if it has one that is not a mirror.
+    #[inline(always)]
+    pub fn alpha_of_rough(&self, material: u16) -> Option<f32> {
+        self.get(material).filter(|coat| !coat.is_smooth()).map(|coat| coat.alpha)
     }
 
     /// Returns true if any of these materials has a layer.
@@ -111,35 +123,23 @@ impl Coats {
         self.get(material).map(|coat| coat.seen(reflectance, normals, incoming, seen_by))
     }
 
-    /// Layers of eight surfaces that are seen along `incoming`, if any has one. `rays`: number of rays that
-    /// follow the reflection of each as well, where any do.
+    /// Layers of eight surfaces that are seen along `incoming`, if any has one. `rays`: the rays by which they
+    /// reflect, where any do.
     pub fn seen_lanes(
         &self,
         materials: &[u16; LANES],
         reflectance: Vec3x8,
         normals: [Vec3x8; 2],
         incoming: Vec3x8,
-        rays: Option<CountRays>,
+        rays: Option<LayerRays>,
     ) -> Option<SeenCoats> {
         if !self.any(materials) {
             return None;
         }
-        let mut all =
-            CoatLanes::new(|material| self.get(material), materials).seen(reflectance, normals, incoming);
+        let lanes = CoatLanes::new(|material| self.get(material), materials);
+        let mut all = lanes.seen(reflectance, normals, incoming);
         if let Some(rays) = rays {
-            for (lane, material) in materials.iter().enumerate() {
-                // one by one, exactly as those who cast the rays see the layers: counts must not differ by
-                // rounding
-                let normals = normals.map(|normals| normals.lane(lane));
-                let (reflectance, incoming) = (reflectance.lane(lane), incoming.lane(lane));
-                let seen = self.seen(*material, reflectance, normals, incoming, SeenBy::Eye);
-                let Some(seen) = seen else { continue };
-                match rays(lane, &seen) {
-                    0 => {}
-                    _ if seen.is_smooth() => all.is_followed_alone.set(lane),
-                    rays => all.rays.set_lane(lane, rays as f32),
-                }
-            }
+            all.follow(normals, rays, |lane| self.is_rough(materials[lane]));
         }
         Some(all)
     }

@@ -17,17 +17,6 @@ use glam::Vec3;
 
 use crate::lanes::{F32x8, Vec3x8};
 
-/// Least alpha, the square of a roughness of 0.045: the lobe is some 0.2 degrees wide, less than half of the
-/// sun's disk, so that no change is seen below it. The peak of a narrower lobe is lost to the rounding of
-/// single floats.
-pub const LEAST_ALPHA: f32 = 0.002;
-
-/// Width of the distribution for a roughness from 0 to 1 (`Pr`): its square (Burley, "Physically Based
-/// Shading at Disney", 2012), so that equal steps of roughness look like equal steps.
-pub fn alpha_of(roughness: f32) -> f32 {
-    (roughness * roughness).max(LEAST_ALPHA)
-}
-
 /// Schlick's Fresnel term: reflectance `head_on` at right angles, up to white at grazing angles. `cos` is the
 /// cosine between half vector and direction.
 #[inline]
@@ -159,6 +148,7 @@ mod tests {
     use std::f64::consts::PI;
 
     use super::*;
+    use crate::scene::material::LEAST_ALPHA;
     use crate::shade::sampling::PathRandom;
 
     const ALPHAS: [f32; 6] = [LEAST_ALPHA, 0.01, 0.09, 0.25, 0.6, 1.0];
@@ -348,6 +338,5 @@ mod tests {
                 }
             }
         }
-        assert_eq!((alpha_of(0.0), alpha_of(1.0), alpha_of(0.5)), (LEAST_ALPHA, 1.0, 0.25));
     }
 }

@@ -30,6 +30,8 @@ struct Paint {
     shininess: f32,
     /// True if rays go on from it.
     goes_on: bool,
+    /// True if it is a mirror or glass.
+    is_followed: bool,
     /// True if it reflects light diffusely at all.
     is_diffuse: bool,
 }
@@ -57,6 +59,8 @@ pub struct Gloss {
     pub is_any: bool,
     /// Mask of surfaces from which rays go on.
     pub goes_on: Mask,
+    /// Mask of mirrors and glass among these.
+    pub is_followed: Mask,
 }
 
 impl Palette {
@@ -149,6 +153,7 @@ impl Palette {
                 shininess: F32x8::splat(paint.shininess),
                 is_any: paint.specular != Vec3::ZERO,
                 goes_on: if paint.goes_on { Mask::ALL } else { Mask::NONE },
+                is_followed: if paint.is_followed { Mask::ALL } else { Mask::NONE },
             };
         }
         let (mut specular, mut shininess) = (Vec3x8::ZERO, F32x8::ZERO);
@@ -158,7 +163,8 @@ impl Palette {
             shininess.set_lane(lane, paint(lane).shininess);
         }
         let goes_on = Mask::new(|lane| paint(lane).goes_on);
-        Gloss { specular, shininess, is_any: specular.is_some().any(), goes_on }
+        let is_followed = Mask::new(|lane| paint(lane).is_followed);
+        Gloss { specular, shininess, is_any: specular.is_some().any(), goes_on, is_followed }
     }
 
     /// Material that all eight have in common.
@@ -190,6 +196,7 @@ fn paint(material: &Material, light: Vec3) -> Paint {
         specular: material.specular,
         shininess: material.shininess,
         goes_on: material.has_secondary_rays(),
+        is_followed: material.is_followed(),
         is_diffuse: material.diffuse != Vec3::ZERO,
     }
 }
@@ -285,6 +292,7 @@ mod tests {
             shininess: F32x8::splat(10.0),
             is_any: true,
             goes_on: Mask::NONE,
+            is_followed: Mask::NONE,
         };
         let slanted = from(Vec3::new(0.6, 0.8, 0.0));
         let seen = |view| specular(&gloss, Vec3x8::splat(Vec3::Y), Vec3x8::splat(view), &slanted).lane(7);
@@ -303,6 +311,7 @@ mod tests {
                 shininess: F32x8::splat(shininess),
                 is_any: true,
                 goes_on: Mask::NONE,
+                is_followed: Mask::NONE,
             };
             for step in 0..=1000 {
                 let cos = step as f32 / 1000.0;
@@ -334,6 +343,7 @@ mod tests {
                 shininess: F32x8::splat([1.0, 10.0, 60.0, 1000.0][round % 4]),
                 is_any: true,
                 goes_on: Mask::NONE,
+                is_followed: Mask::NONE,
             };
             let [normal, view] = [normal, view].map(Vec3x8::splat);
             let shines = specular(&gloss, normal, view, &light_sample) != Vec3x8::ZERO;

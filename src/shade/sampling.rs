@@ -47,12 +47,26 @@ impl PathSequence {
         Self { seed: scrambled(pixel ^ (number / samples) << 24), first: number % samples * paths }
     }
 
+    /// Creates the part of a sample with up to `paths` reflected paths. They have no numbers in common with
+    /// [others](Self::of_sample).
+    pub fn of_reflections(seed: SampleSeed, paths: usize) -> Self {
+        Self::of_sample(SampleSeed(seed.0 ^ OF_REFLECTIONS << NUMBER_BITS), paths)
+    }
+
+    /// Creates the sequence of reflected paths of a surface that shares it with no other.
+    pub fn of_reflections_of_seed(seed: u32) -> Self {
+        Self::of_seed(seed ^ OF_REFLECTIONS)
+    }
+
     /// Random numbers of path number `index` of the surface.
     #[inline]
     pub fn path(self, index: u32) -> PathRandom {
         PathRandom { seed: self.seed, index: self.first + index }
     }
 }
+
+/// Difference between the seeds of reflected paths and of others.
+const OF_REFLECTIONS: u32 = 0x0032_b5ab;
 
 /// Number of points of a sequence.
 const POINTS: u32 = 1 << 16;
@@ -75,6 +89,11 @@ impl SampleSeed {
     /// Inverse of [`to_bits`](Self::to_bits); any other word is some seed, too.
     pub fn from_bits(bits: u32) -> Self {
         Self(bits)
+    }
+
+    /// A number from 0 to below 1 that belongs to the sample, and to no path of it.
+    pub fn share(self) -> f32 {
+        (scrambled(self.0 ^ 0x68e3_1da4) >> 8) as f32 / (1 << 24) as f32
     }
 
     /// Creates the seed of sample `number` of pixel number `pixel`, as seen from `view` and of a model in

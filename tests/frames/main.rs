@@ -33,6 +33,7 @@ mod passing;
 mod quadrics;
 mod quality;
 mod ray_trees;
+mod reflected;
 mod reflection_maps;
 mod reuse;
 mod shots;

@@ -6,7 +6,9 @@
 //! 3. all shadow rays, cast anew without tags against everything, must agree with the tags
 //!    ([`check_shadows`]), and the light summed anew must be the light that was stored;
 //! 4. all paths by which it gathers light, traced anew, must bring the stored light ([`check_gathered`]);
-//! 5. of its rays of ambient occlusion, all cast anew, as many must get away as is stored
+//! 5. all paths by which its layer reflects, traced anew, must bring the stored light, and must still serve the
+//!    eye ([`check_reflected`]);
+//! 6. of its rays of ambient occlusion, all cast anew, as many must get away as is stored
 //!    ([`check_openness`]).
 //!
 //! Highlights, reflections and refractions are not kept with samples. Where the film of the frame before
@@ -20,29 +22,27 @@
 //! ([`COLOR_TOLERANCE`], [`NORMAL_COSINE`], [`CELL_TOLERANCE`]).
 
 pub mod film;
+mod kept_light;
 
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 use wide::u32x8;
+
+use kept_light::{check_gathered, check_openness, check_reflected};
 
 use crate::frame::grid::bits::{set_bits, surface_bits};
 use crate::frame::grid::cells::is_traced;
 use crate::frame::grid::place;
 use crate::frame::grid::view::View;
 use crate::frame::light::direct::sum_light;
-use crate::frame::light::indirect::{self, start_at};
-use crate::frame::light::light_paths::{PathScratch, trace_paths};
-use crate::frame::light::occlusion::{OcclusionScratch, is_asked, look_around, look_from};
-use crate::frame::light::path_ends::PathStart;
 use crate::frame::light::shadow::ShadowQueue;
 use crate::frame::reuse::candidates::REACH;
 use crate::frame::reuse::sight::SEGMENT_END;
 use crate::frame::shot::frame_view::FrameView;
 use crate::frame::shot::plan::ShadowCheck;
 use crate::frame::surface::placed::Placed;
-use crate::frame::surface::ray_tally::RayTally;
 use crate::lanes::{F32x8, LANES, Vec3x8};
-use crate::samples::{BACKGROUND, CELLS, EMPTY, Record, SampleStore, Tag, Tile, full_color, mean_of};
+use crate::samples::{BACKGROUND, CELLS, EMPTY, Record, SampleStore, Tag, Tile, full_color};
 use crate::scene::camera::Projection;
 use crate::shade::light::{StratifiedPattern, light_sample};
 use crate::shade::phong;
@@ -173,6 +173,7 @@ fn audit(frame: &FrameView, number: usize, tile: &Tile, differs: &[bool]) -> Aud
         }
     }
     check_gathered(frame, tile, &mut raise);
+    check_reflected(frame, tile, &mut raise);
     check_openness(frame, tile, &mut raise);
     for (light, pose) in frame.pose.lights.iter().enumerate() {
         let points = 0..pose.points;
@@ -379,63 +380,6 @@ fn check_light(
         let slack = COLOR_TOLERANCE * fresh.abs().max_element().max(DARKEST);
         let holds = (kept - fresh.min(Vec3::splat(65504.0))).abs().max_element() <= slack;
         raise(first + lane, Verdict::new(holds));
-    }
-}
-
-/// Checks that samples have gathered the light that all of their paths bring when they are traced again,
-/// against everything, and that the stored mean is that of these paths. Paths are cast ray by ray, each a
-/// function of its start alone: no tolerance but that of stored colours is needed.
-fn check_gathered(frame: &FrameView, tile: &Tile, raise: &mut impl FnMut(usize, Verdict)) {
-    if frame.paths == 0 {
-        return;
-    }
-    let (mut scratch, mut tally) = (PathScratch::default(), RayTally::default());
-    for first in (0..CELLS).step_by(LANES) {
-        scratch.starts.clear();
-        let placed = Placed::of(frame, tile, first);
-        for lane in set_bits(surface_bits(&tile.model[first..first + LANES])) {
-            let (cell, gathered) = (first + lane, &tile.gathered);
-            let start = start_at(frame, tile, cell, &placed, frame.paths);
-            if frame.palette.is_diffuse(tile.record[cell].material) {
-                let known = 0..gathered.known(cell) as u32;
-                raise(cell, Verdict::new(known.end > 0));
-                scratch.starts.extend(known.map(|index| PathStart { index, ..start }));
-            }
-            let mean = mean_of(gathered.paths(cell));
-            raise(cell, Verdict::new(mean.radiance == gathered.mean(cell).radiance));
-        }
-        trace_paths(frame, &mut scratch, &mut tally);
-        for (start, brought) in scratch.starts.iter().zip(&scratch.brought) {
-            let cell = start.owner as usize;
-            let known = full_color(tile.gathered.paths(cell)[start.index as usize].radiance);
-            let fresh = full_color(indirect::kept(brought.radiance, brought.until).radiance);
-            let slack = COLOR_TOLERANCE * fresh.abs().max_element().max(DARKEST);
-            raise(cell, Verdict::new((known - fresh).abs().max_element() <= slack));
-        }
-    }
-}
-
-/// Checks that as many rays get away from samples as is stored, when all are cast again, against everything.
-/// Each is cast for itself: no tolerance is needed.
-fn check_openness(frame: &FrameView, tile: &Tile, raise: &mut impl FnMut(usize, Verdict)) {
-    let Some(occlusion) = frame.occlusion else { return };
-    let (mut scratch, mut tally) = (OcclusionScratch::default(), RayTally::default());
-    for first in (0..CELLS).step_by(LANES) {
-        scratch.looks.clear();
-        let placed = Placed::of(frame, tile, first);
-        let surfaces = set_bits(surface_bits(&tile.model[first..first + LANES]));
-        for cell in surfaces.map(|lane| first + lane) {
-            if is_asked(frame, tile.record[cell].material) {
-                scratch.looks.push(look_from(frame, tile, cell, &placed, occlusion.rays));
-            } else {
-                raise(cell, Verdict::new(tile.gathered.openness(cell).open == 0));
-            }
-        }
-        look_around(frame, &mut scratch, &mut tally);
-        for (look, found) in scratch.looks.iter().zip(&scratch.found) {
-            let cell = look.start.owner as usize;
-            raise(cell, Verdict::new(tile.gathered.openness(cell).open == found.open));
-        }
     }
 }
 

@@ -39,7 +39,11 @@ mod tests {
 
     #[test]
     fn direct_light_stays_however_bright() {
-        let path = |radiance| PathResult { radiance: Vec3::splat(radiance), until: Until::FOREVER };
+        let path = |radiance| PathResult {
+            radiance: Vec3::splat(radiance),
+            sees_light: false,
+            until: Until::FOREVER,
+        };
         let direct = [Vec3::splat(50.0), Vec3::splat(50.0), Vec3::ZERO];
         let mut brought = [path(51.5), path(90.0), path(3.0)];
         limit_paths(&mut brought, &direct, 2.0);

@@ -169,6 +169,7 @@ pub fn start_at(frame: &FrameView, tile: &Tile, cell: usize, placed: &Placed, pa
         normal,
         tangent: tangent(frame, model, &tile.record[cell], normal),
         geometric_normal: placed.geometric_normal.lane(lane),
+        layer: None,
     }
 }
 

@@ -15,17 +15,54 @@ pub enum LightChoice {
     Nothing,
 }
 
+/// Surface on a path, by its place among those that the path meets.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Step {
+    /// Number of surfaces that the path has met before.
+    pub number: u32,
+    /// True if the path meets no surface after it, but for those of which it collects the emission.
+    pub is_last: bool,
+}
+
+impl Step {
+    /// Surfaces that a path meets: gathered ones as many as the shot's `bounces`; reflected ones one more, or,
+    /// if surfaces gather no light, as many as there are bounces of a ray from the eye.
+    pub fn all(frame: &FrameView, is_reflected: bool) -> impl Iterator<Item = Self> {
+        let count = match (is_reflected, frame.paths) {
+            (false, _) => frame.bounces,
+            (true, 0) => frame.depth,
+            (true, _) => frame.bounces + 1,
+        };
+        (0..count).map(move |number| Self { number, is_last: number + 1 == count })
+    }
+
+    /// Set of random numbers for choosing a light source and a point on it.
+    pub fn asking(self) -> u32 {
+        2 * self.number + 1
+    }
+
+    /// Set of random numbers for going on.
+    pub fn going_on(self) -> u32 {
+        2 * self.number + 2
+    }
+}
+
+/// First set of random numbers that no surface on a path uses.
+pub fn free_sets(frame: &FrameView) -> u32 {
+    2 * frame.bounces.max(frame.depth) + 3
+}
+
 impl LightChoice {
-    /// Number of choices of a surface after `bounce` bounces.
-    pub fn count(frame: &FrameView, bounce: u32) -> u32 {
-        let others = [asks_sky(frame, bounce), frame.emitters.are_asked()];
+    /// Number of choices of a surface.
+    pub fn count(frame: &FrameView, step: Step) -> u32 {
+        let others = [asks_sky(frame, step), frame.emitters.are_asked()];
         frame.pose.lights.len() as u32 + others.into_iter().map(u32::from).sum::<u32>()
     }
 
     /// Light source for choice number `choice`.
-    pub fn new(frame: &FrameView, bounce: u32, choice: u32) -> Self {
+    pub fn new(frame: &FrameView, step: Step, choice: u32) -> Self {
         let lights = frame.pose.lights.len() as u32;
-        match (choice.checked_sub(lights), asks_sky(frame, bounce), frame.emitters.are_asked()) {
+        match (choice.checked_sub(lights), asks_sky(frame, step), frame.emitters.are_asked()) {
             (None, ..) => Self::Light(choice),
             (Some(0), true, _) => Self::Sky,
             (Some(_), _, true) => Self::Emitter,
@@ -34,14 +71,14 @@ impl LightChoice {
     }
 }
 
-/// Returns true if vertices after `bounce` bounces may choose to ask the sky: if asking finds more light than
-/// paths do by chance, or if no path goes on that could find the sky.
-pub fn asks_sky(frame: &FrameView, bounce: u32) -> bool {
-    frame.sky.is_uneven() || frame.sky.shines() && !paths_go_on(frame, bounce)
+/// Returns true if surfaces on paths may choose to ask the sky: if they gather light, and asking finds more of
+/// it than paths do by chance, or no path goes on that could find the sky.
+pub fn asks_sky(frame: &FrameView, step: Step) -> bool {
+    frame.paths > 0 && (frame.sky.is_uneven() || frame.sky.shines() && !paths_go_on(frame, step))
 }
 
-/// Returns true if paths go on from vertices after `bounce` bounces. From the last vertex they only collect
-/// emission: near an emitting surface, asking alone would give nothing but noise.
-pub fn paths_go_on(frame: &FrameView, bounce: u32) -> bool {
-    bounce + 1 < frame.bounces || !frame.emitters.is_empty()
+/// Returns true if paths go on from a surface. From the last one they only collect emission: near an emitting
+/// surface, asking alone would give nothing but noise.
+pub fn paths_go_on(frame: &FrameView, step: Step) -> bool {
+    !step.is_last || !frame.emitters.is_empty()
 }

@@ -4,7 +4,7 @@ use glam::Vec3;
 
 use crate::frame::shot::frame_view::FrameView;
 use crate::shade::Surface;
-use crate::shade::coat::SeenBy;
+use crate::shade::coat::SeenCoat;
 use crate::shade::optics::branch;
 
 /// Ways on from a surface: diffusely, off a mirror, through glass, and off the layer of a metal-rough
@@ -22,13 +22,13 @@ impl Lobes {
     /// Number of the way off the layer.
     pub const COAT: usize = 3;
 
-    /// Computes the ways on from a surface that was met along `incoming`.
-    pub fn new(frame: &FrameView, surface: &Surface, incoming: Vec3) -> Self {
+    /// Number of the way on by the cosine law.
+    pub const DIFFUSE: usize = 0;
+
+    /// Computes the ways on from a surface that was met along `incoming`; `coat` is its layer, if it has one.
+    pub fn new(frame: &FrameView, surface: &Surface, incoming: Vec3, coat: Option<&SeenCoat>) -> Self {
         let albedo = frame.palette.albedo_of(surface.material, surface.reflectance);
         let mut ways = [(albedo, None), (Vec3::ZERO, None), (Vec3::ZERO, None), (Vec3::ZERO, None)];
-        let normals = [surface.normal, surface.geometric_normal];
-        let coat =
-            frame.palette.coats.seen(surface.material, surface.reflectance, normals, incoming, SeenBy::Path);
         if let Some(coat) = coat {
             ways[0].0 *= coat.through;
         }

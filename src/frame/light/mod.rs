@@ -3,6 +3,7 @@
 pub mod clamp;
 pub mod direct;
 pub mod indirect;
+pub mod layer_paths;
 pub mod light_choice;
 pub mod light_paths;
 pub mod lighting;
@@ -11,4 +12,7 @@ pub mod next_event;
 pub mod occlusion;
 pub mod path_ends;
 pub mod path_ray;
+pub mod pdfs;
+pub mod reflected;
 pub mod shadow;
+mod vertex;

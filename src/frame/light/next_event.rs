@@ -12,121 +12,19 @@
 //! glass bends the path: its light is a mean of the straight and the bent light, and never counts twice. (The
 //! density of a rough layer is that of the direction in which the path left.)
 
-use std::f32::consts::FRAC_1_PI;
-
 use glam::Vec3;
 
-use super::lighting::lights_passed;
-use super::path_ends::{PathResult, PathStart};
+use super::layer_paths::AskedLight;
+use super::path_ends::{DrawnLayer, PathResult, PathStart};
+use super::pdfs::{Pdfs, cosine_density};
 use crate::frame::grid::bits::bit;
 use crate::frame::shot::frame_view::FrameView;
 use crate::frame::surface::ray_tally::RayTally;
 use crate::scene::LightFrom;
-use crate::shade::Surface;
-use crate::shade::area::Glow;
 use crate::shade::coat::SeenCoat;
 use crate::shade::emitters::{EmitterPlace, NotThere};
-use crate::shade::mis::mis_weight;
 use crate::shade::surface::off_surface;
 use crate::trace::{Coherence, Occluders, Purpose, RayBatch};
-
-/// Probabilities of the ways that lead from a surface to light.
-#[derive(Debug, Clone, Copy)]
-pub struct Pdfs {
-    /// Probability of asking the sky from there; the number of rays, where it is asked more than once.
-    pub asks_sky: f32,
-    /// Probability of asking an emitting surface from there.
-    pub asks_emitter: f32,
-    /// Probability of asking any one of the shot's lights from there; infinite where all of them are summed.
-    pub asks_light: f32,
-    /// Probability with which a path goes on from there by the cosine law.
-    pub goes_on: f32,
-}
-
-impl Pdfs {
-    /// Pdfs at a surface where its path alone finds light.
-    pub const PATH_ALONE: Self = Self { asks_sky: 0.0, asks_emitter: 0.0, asks_light: 0.0, goes_on: 1.0 };
-
-    /// Pdfs at a sample's surface, where paths start.
-    pub fn of_start(frame: &FrameView) -> Self {
-        let chance = |is_asked| if is_asked { 1.0 } else { 0.0 };
-        Self {
-            asks_sky: frame.sky.samples() as f32,
-            asks_emitter: chance(frame.emitters.are_asked()),
-            asks_light: f32::INFINITY,
-            goes_on: 1.0,
-        }
-    }
-
-    /// Weighted radiance of the sky for a path that leaves a surface with this `normal` in this `direction`.
-    pub fn of_sky(self, frame: &FrameView, normal: Vec3, direction: Vec3) -> Vec3 {
-        if self.asks_sky == 0.0 {
-            return frame.sky.radiance(direction);
-        }
-        let light = frame.sky.light(direction);
-        let by_path = self.goes_on * cosine_density(normal, direction);
-        light.radiance * weight_of_path(by_path, self.asks_sky * light.pdf)
-    }
-
-    /// Returns true if all of the shot's lights are summed where the path left.
-    pub fn lights_are_summed(self) -> bool {
-        self.asks_light == f32::INFINITY
-    }
-
-    /// Weighted radiance of the area lights that a path passes through within `far` of `origin`. They are
-    /// asked for from the point `asked_from` on a surface with this `normal`, from which the path has come
-    /// straight or through clear glass.
-    pub fn of_lights(
-        self,
-        frame: &FrameView,
-        (asked_from, normal): (Vec3, Vec3),
-        (origin, direction): (Vec3, Vec3),
-        far: f32,
-    ) -> Vec3 {
-        let weighed = |(glow, direction): (Glow, Vec3)| {
-            let by_path = self.goes_on * cosine_density(normal, direction);
-            glow.radiance * weight_of_path(by_path, self.asks_light * glow.density)
-        };
-        lights_passed(&frame.pose.lights, asked_from, (origin, direction), far).map(weighed).sum()
-    }
-
-    /// Weight of light that was asked for and arrives in `direction`, where asking chooses that direction
-    /// with this `density`.
-    pub fn of_asked_light(self, normal: Vec3, direction: Vec3, density: f32) -> f32 {
-        mis_weight(self.asks_light * density, self.goes_on * cosine_density(normal, direction))
-    }
-
-    /// Weight of the emission of `met`, a surface of a `primitive`, where a path finds it. It lies in this
-    /// `direction` (unit length) and at this `distance` from a surface with this `normal` that the path left.
-    pub fn of_path_to_emitter(
-        self,
-        frame: &FrameView,
-        (normal, direction): (Vec3, Vec3),
-        (primitive, met): ((u32, u32), &Surface),
-        distance: f32,
-    ) -> f32 {
-        if self.asks_emitter == 0.0 {
-            return 1.0;
-        }
-        let by_path = self.goes_on * cosine_density(normal, direction);
-        let normal = met.geometric_normal;
-        let of_area = frame.emitters.density(frame.scene, frame.pose, frame.deformations, primitive, normal);
-        let cos = met.geometric_normal.dot(direction).abs();
-        // both in solid angle times the cosine: on edge neither way is likely
-        let (by_path, by_asking) = (by_path * cos, self.asks_emitter * of_area * distance * distance);
-        weight_of_path(by_path, by_asking)
-    }
-}
-
-/// Weight of light that a path finds. 1 where that light is never asked for.
-fn weight_of_path(by_path: f32, by_asking: f32) -> f32 {
-    if by_asking == 0.0 { 1.0 } else { mis_weight(by_path, by_asking) }
-}
-
-/// Density of directions by the cosine law about `normal`, in solid angle.
-fn cosine_density(normal: Vec3, direction: Vec3) -> f32 {
-    normal.dot(direction).max(0.0) * FRAC_1_PI
-}
 
 /// A surface that asks for light.
 #[derive(Debug, Clone, Copy)]
@@ -186,6 +84,8 @@ enum PathEnd {
     /// Light of the sky in that direction. The map is looked up only for rays that reach it: indoors these
     /// are few.
     Sky(OfSky),
+    /// The answer that the light source is in sight. What it brings depends on the eye.
+    Sight,
 }
 
 /// Weights of the sky's light that a ray brings.
@@ -288,6 +188,27 @@ impl LightRays {
         self.waiting.push(LightRay { path, origin, direction, far: 1.0, brings: PathEnd::Light(light) });
     }
 
+    /// Adds a ray from the start of a reflected path to the light source that its layer asks, if there is one.
+    /// The result in `brought` becomes invalid when that moves or appears.
+    pub fn ask_for_layer(
+        &mut self,
+        frame: &FrameView,
+        path: u32,
+        start: &PathStart,
+        layer: &DrawnLayer,
+        brought: &mut PathResult,
+    ) {
+        let (asked, until) = layer.asks(frame, start, start.random());
+        brought.until = brought.until.min(until);
+        let Some(AskedLight { direction, place, .. }) = asked else { return };
+        let origin = off_surface(start.point, start.geometric_normal);
+        let (direction, far) = match place {
+            Some(place) => (place - origin, 1.0),
+            None => (direction, f32::INFINITY),
+        };
+        self.waiting.push(LightRay { path, origin, direction, far, brings: PathEnd::Sight });
+    }
+
     /// Casts the rays, and adds their light to the results in `brought` of the paths that began at `starts`.
     pub fn cast(
         &mut self,
@@ -322,10 +243,13 @@ impl LightRays {
                 brought.until = frame.first_touch_before(ray.origin, ray.direction, ray.far, brought.until);
             }
             if !bit(blocked, number) {
-                brought.radiance += match ray.brings {
-                    PathEnd::Light(light) => light,
-                    PathEnd::Sky(of_sky) => of_sky.light(frame.sky.light(ray.direction)),
-                };
+                match ray.brings {
+                    PathEnd::Light(light) => brought.radiance += light,
+                    PathEnd::Sky(of_sky) => {
+                        brought.radiance += of_sky.light(frame.sky.light(ray.direction));
+                    }
+                    PathEnd::Sight => brought.sees_light = true,
+                }
             }
         }
     }

@@ -3,6 +3,7 @@
 use glam::Vec3;
 
 use crate::changes::Until;
+use crate::shade::coat::SeenCoat;
 use crate::shade::sampling::{PathRandom, PathSequence, cosine_direction};
 
 /// Start of a path.
@@ -24,6 +25,17 @@ pub struct PathStart {
     pub tangent: Vec3,
     /// Normal of the triangle, world space, unit length, on the same side.
     pub geometric_normal: Vec3,
+    /// Rough layer by which the path is reflected; without one it leaves by the cosine law.
+    pub layer: Option<DrawnLayer>,
+}
+
+/// The rough layer of a surface as it was seen when its reflected paths were drawn.
+#[derive(Debug, Clone, Copy)]
+pub struct DrawnLayer {
+    /// The layer. It is not smooth.
+    pub seen: SeenCoat,
+    /// Number of its paths.
+    pub paths: u32,
 }
 
 impl PathStart {
@@ -31,6 +43,12 @@ impl PathStart {
     #[inline]
     pub fn random(&self) -> PathRandom {
         self.sequence.path(self.index)
+    }
+
+    /// Returns true if the path leaves the surface in `direction`, and not into it.
+    #[inline]
+    pub fn leaves(&self, direction: Vec3) -> bool {
+        self.geometric_normal.dot(direction) > 0.0
     }
 
     /// Direction by the cosine law about the normal, from two random numbers. Unit length.
@@ -45,6 +63,8 @@ impl PathStart {
 pub struct PathResult {
     /// Radiance, linear RGB.
     pub radiance: Vec3,
+    /// True if the light source that a rough layer asks beside the path is in sight.
+    pub sees_light: bool,
     /// First frame in which the result may differ.
     pub until: Until,
 }

@@ -2,9 +2,10 @@
 
 use glam::Vec3;
 
-use super::next_event::Pdfs;
+use super::pdfs::Pdfs;
 use crate::frame::shot::frame_view::FrameView;
 use crate::shade::Surface;
+use crate::shade::coat::SeenBy;
 
 /// A ray of a path.
 #[derive(Debug, Clone, Copy)]
@@ -24,6 +25,8 @@ pub struct PathRay {
     pub normal: Vec3,
     /// Pdfs of the ways from that point to light.
     pub chances: Pdfs,
+    /// Kind of ray as which it sees the layers of surfaces.
+    pub seen_by: SeenBy,
 }
 
 impl PathRay {

@@ -1,7 +1,8 @@
-//! Rays beyond the first surface: the light that mirrors, glass and rough surfaces show. They depend on the
-//! eye and are traced anew, unless they are known to bring the same light as before
-//! ([`ray_trees`](super::ray_trees)). Tracing is breadth first: all rays of a tile that have bounced equally
-//! often are cast together.
+//! Rays beyond the first surface: the light that mirrors and glass show. They depend on the eye and are traced
+//! anew, unless they are known to bring the same light as before ([`ray_trees`](super::ray_trees)). Tracing is
+//! breadth first: all rays of a tile that have bounced equally often are cast together. Light that the surfaces
+//! gather or reflect by rough layers comes by [paths](crate::frame::light::light_paths), as that of samples
+//! does.
 
 use glam::Vec3;
 use wide::u32x8;
@@ -9,7 +10,6 @@ use wide::u32x8;
 use super::bounced_ray::{Bounce, Kind, LEAST_WEIGHT};
 use super::parts;
 use super::ray_trees::TreeScratch;
-use super::rough_sky::RoughSky;
 use super::tree_times::TreeTimes;
 use crate::changes::Until;
 use crate::frame::grid::bits::set_bits;
@@ -18,7 +18,7 @@ use crate::frame::light::lighting::{
     Places, add_light, emitted_and_ambient, radiance_of_area, shows_highlight,
 };
 use crate::frame::light::occlusion::{self, OcclusionScratch, OpenSurface};
-use crate::frame::light::path_ends::PathStart;
+use crate::frame::light::path_ends::{DrawnLayer, PathStart};
 use crate::frame::light::shadow::{ShadowQueue, facing};
 use crate::frame::shot::frame_view::FrameView;
 use crate::frame::shot::plan::ShadowCheck;
@@ -30,10 +30,10 @@ use crate::lanes::{F32x8, LANES, Mask, Vec3x8};
 use crate::layers::Layers;
 use crate::pose::LightPose;
 use crate::samples::Tag;
-use crate::shade::coat::{CountRays, SeenBy, SeenCoat, SeenCoats};
+use crate::shade::coat::{LayerRays, Reflected, SeenBy, SeenCoat, SeenCoats};
 use crate::shade::light::{StratifiedPattern, light_sample, light_samples, seeds_of_places, way};
 use crate::shade::optics::{Branches, branch};
-use crate::shade::sampling::{PathRandom, PathSequence, orthonormal, seed_of};
+use crate::shade::sampling::{PathSequence, orthonormal, seed_of};
 use crate::shade::surface::off_surfaces;
 use crate::shade::{Surface, phong};
 use crate::trace::{self, Coherence, HitPacket, NO_HIT, SceneSubset};
@@ -52,12 +52,21 @@ impl SecondaryHit {
         let Surface { point, normal, geometric_normal, material, .. } = self.surface;
         let sequence = PathSequence::of_seed(seed_of(point, material.into()));
         let ([tangent, _], cell) = (orthonormal(normal), self.bounce.cell);
-        PathStart { owner, cell, index: 0, sequence, point, normal, tangent, geometric_normal }
+        PathStart { owner, cell, index: 0, sequence, point, normal, tangent, geometric_normal, layer: None }
     }
 
-    /// Number of paths or rays that it has where a sample has `count`.
+    /// Layer of the surface as the ray sees it, if it has one.
+    fn layer(&self, frame: &FrameView) -> Option<SeenCoat> {
+        let Surface { normal, geometric_normal, material, reflectance, .. } = self.surface;
+        let incoming = self.bounce.direction;
+        frame.palette.coats.seen(material, reflectance, [normal, geometric_normal], incoming, SeenBy::Eye)
+    }
+
+    /// Number of paths or rays that it has where a sample has `count`. Noise is in proportion to the ray's
+    /// weight over the root of this number: a faint picture needs fewer for no more of it.
     fn share_of(&self, count: u32) -> u32 {
-        count.div_ceil(SHARE_OF_PATHS).div_ceil(self.bounce.shared)
+        let weight = self.bounce.weight.max_element().min(1.0);
+        (count.div_ceil(SHARE_OF_PATHS) as f32 * weight * weight).ceil() as u32
     }
 }
 
@@ -71,7 +80,6 @@ pub struct Bounces {
     eights: Vec<MetLanes>,
     /// Layers of some of these.
     coats: Vec<SeenCoats>,
-    rough_sky: RoughSky,
     queue: ShadowQueue,
     /// Points of the current light that reach each surface of `met`, a bit each.
     lit: Vec<u16>,
@@ -79,6 +87,8 @@ pub struct Bounces {
     to_light: Vec<(Vec3, Vec3, f32)>,
     gathering: PathScratch,
     occlusion: OcclusionScratch,
+    /// Light that the rough layers of samples reflect, with the cell.
+    pub reflected: Vec<(u32, Vec3)>,
     /// Validity of the rays of the current tile, if it is asked for.
     pub times: TreeTimes,
     /// Trees of the current tile.
@@ -122,34 +132,36 @@ impl Bounces {
         }
     }
 
-    /// Starts the rays that the sample of `cell` reflects off the layer that the eye has `seen`; `seed`
-    /// belongs to the sample's place.
-    pub fn start_rough(
+    /// Starts the ray that the sample of `cell` reflects off the layer that the eye has `seen`, if that is
+    /// smooth.
+    pub fn start_off_layer(
         &mut self,
         frame: &FrameView,
         cell: u32,
         guides: bool,
         surface: &Surface,
-        (seen, seed): (&SeenCoat, u32),
+        seen: &SeenCoat,
     ) {
-        let first = Bounce::from_sample(cell, Kind::Reflection);
-        let rays = rays_of_sample(frame, seen);
-        let first = Bounce { shared: rays, weight: Vec3::ONE / rays.max(1) as f32, guides, ..first };
-        reflect(frame, &first, surface, seen, (rays, seed), (&mut self.next, &mut self.rough_sky));
+        let bounce = Bounce { guides, ..Bounce::from_sample(cell, Kind::Reflection) };
+        mirror(frame, bounce, surface, seen, &mut self.next);
     }
 }
 
-/// Number of rays that a sample reflects: one off a smooth layer, else in proportion to the layer's albedo,
-/// so that a weak reflection costs less than a strong one and has no more noise.
-pub fn rays_of_sample(frame: &FrameView, seen: &SeenCoat) -> u32 {
-    if frame.depth == 0 || seen.albedo.max_element() < LEAST_WEIGHT {
-        return 0;
+/// Returns true if a ray follows the layer that was `seen` by a ray of this `weight`.
+pub fn is_followed(frame: &FrameView, seen: &SeenCoat, weight: Vec3) -> bool {
+    seen.is_smooth() && frame.depth > 0 && (seen.albedo * weight).max_element() >= LEAST_WEIGHT
+}
+
+/// Adds to `next` the ray that the smooth layer of `surface` reflects; `bounce` gives what else is known of
+/// it.
+fn mirror(frame: &FrameView, bounce: Bounce, surface: &Surface, seen: &SeenCoat, next: &mut Vec<Bounce>) {
+    let reflected = seen.reflect([0.0; 2]).filter(|_| is_followed(frame, seen, bounce.weight));
+    if let Some(Reflected { direction, weight, .. }) =
+        reflected.filter(|reflected| surface.geometric_normal.dot(reflected.direction) > 0.0)
+    {
+        let origin = surface.leave(direction);
+        next.push(Bounce { weight: bounce.weight * weight, origin, direction, ..bounce });
     }
-    if seen.is_smooth() {
-        return 1;
-    }
-    let share = seen.albedo.max_element().clamp(0.0, 1.0);
-    (frame.reflections as f32 * share).ceil() as u32
 }
 
 /// Traces the rays that were [started](Bounces::start), up to the frame's depth, and adds their light to the
@@ -160,7 +172,6 @@ pub fn follow(frame: &FrameView, bounces: &mut Bounces, radiance: &mut Radiance,
         std::mem::swap(&mut bounces.now, &mut bounces.next);
         bounces.next.clear();
         group(&mut bounces.now);
-        bounces.rough_sky.cast(frame, radiance, &mut bounces.times, &mut scratch.tally);
         if bounces.now.is_empty() {
             break;
         }
@@ -168,20 +179,21 @@ pub fn follow(frame: &FrameView, bounces: &mut Bounces, radiance: &mut Radiance,
         let is_last = bounce + 1 == frame.depth;
         light(frame, is_last, bounces, &mut scratch.tally);
         gather(frame, bounces, &mut scratch.tally);
+        if !is_last {
+            reflect(frame, bounces, &mut scratch.tally);
+        }
         for met in &bounces.met {
-            let emission = frame.scene.materials[usize::from(met.surface.material)].emission;
-            add(radiance, &met.bounce, met.bounce.shows_surface(frame, met.light, emission));
+            add(radiance, &met.bounce, met.bounce.weight * met.light);
             if shows_guides {
                 let Bounce { cell, weight, guides, .. } = met.bounce;
                 parts::see(frame, &mut radiance.parts, cell as usize, &met.surface, weight, guides);
             }
             if !is_last {
-                go_on(frame, met, (&mut bounces.next, &mut bounces.rough_sky));
+                go_on(frame, met, &mut bounces.next);
             }
         }
     }
     bounces.next.clear();
-    bounces.rough_sky.clear();
 }
 
 /// Groups rays by their paths. The rays that a surface reflects and those that it lets through part there,
@@ -212,9 +224,9 @@ fn meet(frame: &FrameView, bounces: &mut Bounces, radiance: &mut Radiance, scrat
             bounces.times.note_met(frame, bounce.cell, *model);
             bounces.times.note_segment(frame, bounce.cell, bounce.origin, bounce.direction, far);
             let of_lights = bounce.light_of_lights(frame, far);
-            let of_sky = if is_hit { Vec3::ZERO } else { bounce.light_of_sky(frame) };
+            let of_sky = if is_hit { Vec3::ZERO } else { frame.sky.radiance(bounce.direction) };
             if !is_hit || of_lights != Vec3::ZERO {
-                add(radiance, bounce, bounce.shows(frame, of_lights + of_sky));
+                add(radiance, bounce, bounce.weight * (of_lights + of_sky));
             }
         }
         meet_surfaces(frame, packet, from, bounce, &mut bounces.met);
@@ -293,11 +305,10 @@ fn light(frame: &FrameView, is_last: bool, bounces: &mut Bounces, tally: &mut Ra
         eight.light = emitted_and_ambient(frame, (&eight.materials, eight.reflectance), openness);
         let MetLanes { reflectance, normal, geometric_normal, view, .. } = *eight;
         let normals = [normal, geometric_normal];
-        let rays = |lane: usize, seen: &SeenCoat| match met.get(lane) {
-            Some(met) => rays_onwards(frame, &met.bounce, seen),
-            None => 0,
-        };
-        let rays: Option<CountRays> = if is_last { None } else { Some(&rays) };
+        let rays = |lane: usize| met.get(lane).map_or(0, |met| rays_onwards(frame, met));
+        let has_coats = frame.palette.coats.any(&eight.materials);
+        let rays =
+            (has_coats && !is_last).then(|| LayerRays { count: std::array::from_fn(rays), incoming: -view });
         let coats = frame.palette.coats.seen_lanes(&eight.materials, reflectance, normals, -view, rays);
         if let Some(coats) = coats {
             eight.light = coats.show(eight.light);
@@ -349,20 +360,42 @@ fn gather(frame: &FrameView, bounces: &mut Bounces, tally: &mut RayTally) {
         let brought = gathering.starts.iter().zip(&gathering.brought);
         for (start, brought) in brought {
             let met = &mut some[(start.owner - first) as usize];
-            let Surface { normal, geometric_normal, material, reflectance, .. } = met.surface;
-            let albedo = frame.palette.albedo_of(material, reflectance);
-            let normals = [normal, geometric_normal];
-            let seen =
-                frame.palette.coats.seen(material, reflectance, normals, met.bounce.direction, SeenBy::Eye);
-            let albedo = seen.map_or(albedo, |seen| albedo * seen.through);
+            let albedo = frame.palette.albedo_of(met.surface.material, met.surface.reflectance);
+            let albedo = met.layer(frame).map_or(albedo, |seen| albedo * seen.through);
             met.light += albedo * brought.radiance / count(met) as f32;
             times.note(start.cell, brought.until);
         }
     }
 }
 
+/// Adds the light that the rough layers of the surfaces that were met reflect: by one path each, which is drawn
+/// anew for each frame.
+fn reflect(frame: &FrameView, bounces: &mut Bounces, tally: &mut RayTally) {
+    let Bounces { met, gathering, times, .. } = bounces;
+    for (first, some) in (0..).step_by(GATHER_AT_ONCE).zip(met.chunks_mut(GATHER_AT_ONCE)) {
+        gathering.starts.clear();
+        for (number, met) in (first..).zip(&*some) {
+            let layer = met.layer(frame).filter(|seen| !seen.is_smooth() && rays_onwards(frame, met) > 0);
+            gathering.starts.extend(layer.map(|seen| {
+                let seed = seed_of(met.surface.point, met.surface.material.into());
+                let sequence = PathSequence::of_reflections_of_seed(seed);
+                PathStart { sequence, layer: Some(DrawnLayer { seen, paths: 1 }), ..met.start(number) }
+            }));
+        }
+        trace_paths(frame, gathering, tally);
+        for (start, brought) in gathering.starts.iter().zip(&gathering.brought) {
+            if let Some(layer) = &start.layer {
+                let brings = (brought.radiance, brought.sees_light);
+                some[(start.owner - first) as usize].light +=
+                    layer.shows(frame, start, 0, &layer.seen, brings);
+            }
+            times.note(start.cell, brought.until);
+        }
+    }
+}
+
 /// Divisor of the number of paths and of occlusion rays, from that of a sample to that of a surface in a
-/// mirror or behind glass. Where several rays show surfaces in a sample's stead, they share these.
+/// mirror or behind glass.
 const SHARE_OF_PATHS: u32 = 4;
 
 /// Number of surfaces that gather light at once.
@@ -466,32 +499,23 @@ fn shine(frame: &FrameView, light: &LightPose, bounces: &mut Bounces) {
     }
 }
 
-/// Number of rays that a surface met by a ray reflects: one at most; only samples send several.
-fn rays_onwards(frame: &FrameView, bounce: &Bounce, seen: &SeenCoat) -> u32 {
-    let is_followed = seen.is_smooth() || frame.reflections > 0;
-    u32::from(is_followed && bounce.is_worth(seen.albedo * bounce.weight))
+/// Number of paths, or rays, by which the layer of a surface that a ray has met reflects: one at most; only
+/// samples have several.
+fn rays_onwards(frame: &FrameView, met: &SecondaryHit) -> u32 {
+    let reflects = |seen: &SeenCoat| seen.is_smooth() || frame.reflections > 0;
+    let is_worth = |seen: &SeenCoat| met.bounce.is_worth(seen.albedo * met.bounce.weight);
+    u32::from(met.layer(frame).is_some_and(|seen| reflects(&seen) && is_worth(&seen)))
 }
 
 /// Starts the rays that leave a surface that was met.
-fn go_on(frame: &FrameView, met: &SecondaryHit, (next, rough_sky): (&mut Vec<Bounce>, &mut RoughSky)) {
+fn go_on(frame: &FrameView, met: &SecondaryHit, next: &mut Vec<Bounce>) {
     let SecondaryHit { surface, bounce, .. } = met;
     let optics = frame.scene.materials[usize::from(surface.material)].optics;
     let branches = branch(optics, surface, bounce.direction);
     let guides = bounce.guides && !parts::shows_itself(frame, surface.material);
-    grow(next, surface, branches, |kind| Bounce { guides, ..bounce.onwards(frame, kind, surface.material) });
-    let normals = [surface.normal, surface.geometric_normal];
-    let seen = frame.palette.coats.seen(
-        surface.material,
-        surface.reflectance,
-        normals,
-        bounce.direction,
-        SeenBy::Eye,
-    );
-    if let Some(seen) = seen {
-        let rays = rays_onwards(frame, bounce, &seen);
-        let seed = seed_of(surface.point, surface.material.into());
-        let onwards = Bounce { guides, ..bounce.onwards(frame, Kind::Reflection, surface.material) };
-        reflect(frame, &onwards, surface, &seen, (rays, seed), (next, rough_sky));
+    grow(next, surface, branches, |kind| Bounce { guides, ..bounce.onwards(kind) });
+    if let Some(seen) = met.layer(frame) {
+        mirror(frame, Bounce { guides, ..bounce.onwards(Kind::Reflection) }, surface, &seen, next);
     }
 }
 
@@ -513,43 +537,6 @@ fn grow(next: &mut Vec<Bounce>, surface: &Surface, branches: Branches, bounce: i
         }
     }
 }
-
-/// Adds to `next` the `rays` rays by which the layer of `surface` reflects, and as many rays to the bright
-/// sky to `rough_sky`. `bounce` is what they have in common.
-fn reflect(
-    frame: &FrameView,
-    bounce: &Bounce,
-    surface: &Surface,
-    seen: &SeenCoat,
-    (rays, seed): (u32, u32),
-    (next, rough_sky): (&mut Vec<Bounce>, &mut RoughSky),
-) {
-    let way = if seen.is_smooth() { bounce.way } else { bounce.way_off_rough() };
-    for index in 0..rays {
-        // paths have seeds of the same place
-        let random = PathRandom { seed: seed.wrapping_add(OTHER_SEED), index };
-        let [along, above, across, up] = random.four(0);
-        let reflected = seen.reflect([along, above]);
-        let leaves = |direction| surface.geometric_normal.dot(direction) > 0.0;
-        if let Some(reflected) = reflected.filter(|reflected| leaves(reflected.direction)) {
-            let origin = surface.leave(reflected.direction);
-            next.push(Bounce {
-                weight: bounce.weight * reflected.weight,
-                density: reflected.density,
-                asked_from: origin,
-                asked_sky: frame.sky.is_uneven(),
-                origin,
-                direction: reflected.direction,
-                way,
-                ..*bounce
-            });
-        }
-        rough_sky.ask(frame, (surface, seen), bounce, [across, up]);
-    }
-}
-
-/// Offset of the seeds of reflections from those of paths.
-const OTHER_SEED: u32 = 0x632b_e5ab;
 
 fn count(bounce: &Bounce, tally: &mut RayTally) {
     let counted = &mut tally.cells.secondary[bounce.cell as usize];

@@ -1,5 +1,8 @@
 //! Enhancement: light that depends on the eye is computed anew for every sample, reused or not (the paper's
-//! "Enhancement Phase"): highlights, reflections, refractions. Tiles that the film shows already need none.
+//! "Enhancement Phase"): highlights, reflections, refractions. Paths by which rough layers reflect are kept, and
+//! weighted anew. Tiles that the film shows already need none.
+
+use glam::Vec3;
 
 use super::bounce::{self, Bounces};
 use super::parts;
@@ -7,18 +10,18 @@ use super::ray_trees::TileTrees;
 use super::tree_times::TreeGrain;
 use crate::frame::grid::bits::{set_bits, surface_bits};
 use crate::frame::light::lighting::{Places, add_light, radiance_of_area, shows_highlight};
+use crate::frame::light::reflected::{self, directions_to_eye};
 use crate::frame::shot::frame_view::FrameView;
 use crate::frame::surface::placed::{Placed, PlacedTile};
-use crate::frame::surface::radiance::{Light, Radiance, cut};
+use crate::frame::surface::radiance::{Layer, Light, Radiance, cut};
 use crate::frame::surface::trace_scratch::TraceScratch;
 use crate::lanes::{LANES, Mask, Vec3x8};
 use crate::layers::Layers;
 use crate::samples::{BACKGROUND, CELLS, Column, EMPTY, Tile, full_color};
-use crate::shade::coat::{CountRays, SeenBy, SeenCoats};
+use crate::shade::coat::{LayerRays, SeenBy, SeenCoats};
 use crate::shade::light::{LightSample, way};
 use crate::shade::optics::branch;
 use crate::shade::phong::Gloss;
-use crate::shade::sampling::seed_of;
 use crate::shade::{Surface, phong};
 
 /// Writes the light of each cell of `tile` into `radiance`. The tags must be up to date. `kept` are the
@@ -59,15 +62,14 @@ pub fn enhance(
             let materials = tile.materials(first);
             let gloss = frame.palette.gloss(&materials);
             let has_coats = frame.palette.coats.any(&materials);
-            let goes_on = if frame.depth > 0 { gloss.goes_on.bits() & surfaces } else { 0 };
-            if gloss.is_any || has_coats || goes_on != 0 {
+            let followed = if frame.depth > 0 { gloss.is_followed.bits() & surfaces } else { 0 };
+            if gloss.is_any || has_coats || followed != 0 {
                 let placed = placed.get(frame, tile, first);
-                let offsets = placed.point - Vec3x8::splat(frame.view.camera.eye);
-                let incoming = frame.view.sights(offsets).normalize();
+                let incoming = -directions_to_eye(frame, &placed);
                 let normals = [placed.normal, placed.geometric_normal];
                 let reflectance = tile.reflectances(first);
-                let rays = |_: usize, seen: &_| bounce::rays_of_sample(frame, seen);
-                let rays: Option<CountRays> = if frame.depth > 0 { Some(&rays) } else { None };
+                let rays = (has_coats && frame.depth > 0)
+                    .then(|| reflect(frame, tile, first, &placed, incoming, &mut bounces.reflected));
                 let coats = frame.palette.coats.seen_lanes(&materials, reflectance, normals, incoming, rays);
                 if let Some(coats) = &coats {
                     show_beneath(coats, Mask::less(models, EMPTY), first, radiance);
@@ -88,11 +90,12 @@ pub fn enhance(
                     let [r, g, b] = &mut radiance.specular;
                     cut(light).store([r, g, b], first);
                 }
-                if goes_on != 0 {
+                if followed != 0 {
                     radiance.open_secondary();
+                    radiance.is_followed = true;
                     let traced = match &kept {
-                        Some(kept) => bounces.trees.show(frame, kept, (first, goes_on), radiance),
-                        None => goes_on,
+                        Some(kept) => bounces.trees.show(frame, kept, (first, followed), radiance),
+                        None => followed,
                     };
                     any_traced |= traced != 0;
                     start_rays(frame, tile, first, traced, &placed, incoming, (bounces, radiance));
@@ -107,7 +110,50 @@ pub fn enhance(
     if let Some(kept) = &mut kept {
         bounces.trees.keep(frame, kept, &bounces.times, radiance);
     }
+    show_reflected(&mut bounces.reflected, radiance);
     any_traced
+}
+
+/// Sums the light that kept paths bring to the rough layers of the samples in eight cells of `tile`, as the eye
+/// sees them along `incoming`, and appends it to `shown` with the cell. Returns the rays by which these layers
+/// and smooth ones reflect.
+fn reflect(
+    frame: &FrameView,
+    tile: &Tile,
+    first: usize,
+    placed: &Placed,
+    incoming: Vec3x8,
+    shown: &mut Vec<(u32, Vec3)>,
+) -> LayerRays {
+    let mut rays = LayerRays { count: [0; LANES], incoming };
+    for lane in set_bits(surface_bits(&tile.model[first..first + LANES])) {
+        let cell = first + lane;
+        let record = &tile.record[cell];
+        let normals = [placed.normal.lane(lane), placed.geometric_normal.lane(lane)];
+        let (reflectance, incoming) = (full_color(record.reflectance), incoming.lane(lane));
+        let seen = frame.palette.coats.seen(record.material, reflectance, normals, incoming, SeenBy::Eye);
+        let Some(seen) = seen else { continue };
+        if seen.is_smooth() {
+            rays.count[lane] = u32::from(bounce::is_followed(frame, &seen, Vec3::ONE));
+        } else if let Some(start) = reflected::start_at(frame, tile, cell, placed) {
+            rays.count[lane] = start.layer.map_or(0, |layer| layer.paths);
+            rays.incoming.set_lane(lane, -tile.gathered.reflected.drawn_for(cell).unfold());
+            shown.push((cell as u32, reflected::shown(frame, tile, &start, &seen)));
+        }
+    }
+    rays
+}
+
+/// Adds the light that rough layers reflect to that of mirrors, and removes it from the list.
+fn show_reflected(reflected: &mut Vec<(u32, Vec3)>, radiance: &mut Radiance) {
+    if reflected.is_empty() {
+        return;
+    }
+    radiance.open_secondary();
+    for (cell, light) in reflected.drain(..) {
+        radiance.add_secondary(Layer::Reflection, cell as usize, light);
+    }
+    radiance.cut_secondary();
 }
 
 /// Dims the light of eight samples to the share that their layers let through, where there `is_surface`.
@@ -137,17 +183,17 @@ fn show_background(frame: &FrameView, tile: &Tile, first: usize, [r, g, b]: &mut
     }
 }
 
-/// Starts the rays that go on from those of eight samples whose bit is set in `goes_on`.
+/// Starts the rays that go on from those of eight samples whose bit is set in `followed`.
 fn start_rays(
     frame: &FrameView,
     tile: &Tile,
     first: usize,
-    goes_on: u8,
+    followed: u8,
     placed: &Placed,
     incoming: Vec3x8,
     (bounces, radiance): (&mut Bounces, &mut Radiance),
 ) {
-    for lane in set_bits(goes_on) {
+    for lane in set_bits(followed) {
         let cell = first + lane;
         let surface = Surface {
             point: placed.point.lane(lane),
@@ -170,8 +216,7 @@ fn start_rays(
         if let Some(seen) =
             frame.palette.coats.seen(surface.material, surface.reflectance, normals, incoming, SeenBy::Eye)
         {
-            let seed = seed_of(tile.point(cell), tile.model[cell]);
-            bounces.start_rough(frame, cell as u32, guides, &surface, (&seen, seed));
+            bounces.start_off_layer(frame, cell as u32, guides, &surface, &seen);
         }
     }
 }

@@ -48,13 +48,13 @@ pub struct Prepared<'s> {
     pub bounds: Vec<Bounds>,
     /// True for each model that is an endless plane; empty if there is none.
     pub endless: Vec<bool>,
-    /// True if rays go on from surfaces of the shot.
+    /// True if rays follow mirrors or glass of the shot.
     pub has_trees: bool,
     /// The exposures of each frame: one where frames are sharp.
     pub exposures: Exposures,
     /// Motion of the whole shot. Empty until [`look_ahead`](Self::look_ahead) builds it, unless samples need it from the start.
     pub motion: Motion,
-    /// True once `motion` is built. It is built at once where samples gather light or compute their openness.
+    /// True once `motion` is built. It is built at once where samples keep paths or their openness.
     knows_motion: bool,
     /// Motion with time running backwards, once a frame was inferred so.
     motion_back: Option<Motion>,
@@ -70,7 +70,7 @@ impl<'s> Prepared<'s> {
         let motion = || Motion::in_direction(scene, &exposures.clock, Direction::Forward);
         let layout = TagLayout::for_scene(scene, settings);
         let occlusion = occlusion(scene, settings, &layout);
-        let keeps_answers = layout.paths > 0 || occlusion.is_some();
+        let keeps_answers = layout.paths > 0 || layout.reflections > 0 || occlusion.is_some();
         let mattes = mattes(scene, settings);
         let mut about_layers =
             mattes.as_ref().map_or(Vec::new(), |mattes| mattes.attributes(settings.layers));
@@ -84,7 +84,7 @@ impl<'s> Prepared<'s> {
             sky: SkyLight::new(scene),
             emitters: if layout.paths > 0 { Emitters::new(scene) } else { Emitters::default() },
             palette: Palette::of(scene),
-            has_trees: settings.depth > 0 && scene.materials.iter().any(Material::has_secondary_rays),
+            has_trees: settings.depth > 0 && scene.materials.iter().any(Material::is_followed),
             motion: if keeps_answers { motion() } else { Motion::default() },
             knows_motion: keeps_answers,
             exposures,

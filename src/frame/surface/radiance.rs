@@ -38,8 +38,10 @@ pub struct Radiance {
     pub parts: Parts,
     /// True if any cell has a highlight.
     pub has_specular: bool,
-    /// True if any ray goes on from the tile.
+    /// True if any light comes from beyond the first surface.
     pub has_secondary: bool,
+    /// True if rays follow mirrors or glass of the tile.
+    pub is_followed: bool,
 }
 
 /// Parts of the light: see [`Radiance::parts`].
@@ -86,14 +88,15 @@ impl Default for Radiance {
             parts: Parts::default(),
             has_specular: false,
             has_secondary: false,
+            is_followed: false,
         }
     }
 }
 
 impl Radiance {
-    /// Resets the state for a new tile: no highlights and no rays beyond the first surface.
+    /// Resets the state for a new tile: no highlights and no light from beyond the first surface.
     pub fn begin_tile(&mut self) {
-        (self.has_specular, self.has_secondary) = (false, false);
+        (self.has_specular, self.has_secondary, self.is_followed) = (false, false, false);
     }
 
     /// Prepares the layer of highlights for writing.

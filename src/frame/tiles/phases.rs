@@ -5,7 +5,7 @@
 //! | Reprojection | `resolve`: samples of the frame before serve cells |
 //! | Verification, for the eye | `verify_servers` |
 //! | primary rays | `trace_missed` |
-//! | Verification, for shadows; Color Calculation | `indirect`, `occlusion`, `direct`: light that does not depend on the eye, and is kept |
+//! | Verification, for shadows; Color Calculation | `indirect`, `reflected`, `occlusion`, `direct`: light that is kept, and does not depend on the eye |
 //! | Enhancement | `enhance`: light that depends on the eye |
 //! | Filtering | `filter` |
 //!
@@ -21,7 +21,7 @@ use crate::frame::film::develop::DirtyTiles;
 use crate::frame::film::filter::{self, FilterInput};
 use crate::frame::film::spread::TileFilm;
 use crate::frame::grid::cells::CellSet;
-use crate::frame::light::{direct, indirect, occlusion};
+use crate::frame::light::{direct, indirect, occlusion, reflected};
 use crate::frame::planes::channels::{NonZeroPlanes, Picture};
 use crate::frame::planes::window::Window;
 use crate::frame::reuse::verify::{self, Request};
@@ -129,7 +129,7 @@ fn infer_tile(
         let ThreadScratch { radiance, bounces, placed, trace, .. } = &mut *scratch;
         let trees = Some(&mut state.trees);
         let casts_rays = enhance::enhance(frame, tile, radiance, bounces, trees, placed, trace);
-        state.goes_on = radiance.has_secondary;
+        state.goes_on = radiance.is_followed;
         state.was_quiet &= !casts_rays;
         clock.lap(&mut scratch.seconds.enhance);
     }
@@ -169,15 +169,17 @@ fn update_samples(
     clock.lap(&mut seconds.trace);
 
     let (indirect_changed, until) = indirect::gather(frame, tile, placed, paths, &mut trace.tally);
+    let (reflected_changed, reflected_until) = reflected::renew(frame, tile, placed, paths, &mut trace.tally);
     let (openness_changed, open_until) =
         occlusion::find_openness(frame, tile, placed, occlusion, &mut trace.tally);
     let flags = flags.with(Flags::STALE.when(indirect_changed || openness_changed));
     let (light_changed, bounds) = direct::light(frame, tile, flags, lighting, placed, &mut trace.tally);
-    (state.until, state.bounds) = (until.min(open_until), bounds);
+    (state.until, state.bounds) = (until.min(open_until).min(reflected_until), bounds);
     clock.lap(&mut seconds.enhance);
 
     let counts = trace.tally.counts;
-    if took_cells || light_changed || openness_changed || counts.primary != counts_before.primary {
+    let kept_light_changed = light_changed || openness_changed || reflected_changed;
+    if took_cells || kept_light_changed || counts.primary != counts_before.primary {
         Change::Samples
     } else if counts != counts_before {
         Change::Rays

@@ -8,7 +8,6 @@ use glam::{DVec3, Vec3};
 
 use super::layer::{Albedos, albedo, reflected_once};
 use super::tests::{at, material, seen};
-use crate::shade::ggx;
 
 /// Number of steps of slopes; half as many around, by symmetry. Twice as many change albedos by less than
 /// 1e-3.
@@ -25,6 +24,10 @@ const ALBEDO_BOUND: f64 = 3e-3;
 
 /// Largest error of the light that a white metal reflects in a white furnace, as a share of all light.
 const FURNACE_BOUND: f64 = 5e-3;
+
+fn alpha_of(roughness: f32) -> f32 {
+    material(roughness, 1.0, 1.0).metal_rough.expect("it has a layer").alpha()
+}
 
 /// Model of how microfacets hide each other.
 #[derive(Clone, Copy)]
@@ -95,7 +98,7 @@ fn mean_of_ball(value: impl Fn(f64) -> f64) -> f64 {
 #[test]
 fn what_is_reflected_once_is_what_the_integral_says() {
     for roughness in ROUGHNESSES {
-        let alpha = ggx::alpha_of(roughness);
+        let alpha = alpha_of(roughness);
         let albedos = Albedos::new(alpha);
         for cos in COSINES {
             let wanted = once(alpha.into(), cos.into(), Masking::Correlated);
@@ -115,7 +118,7 @@ fn a_white_metal_of_any_roughness_reflects_all_light() {
         for cos in COSINES {
             let seen = seen(&metal, cos);
             let reflected = |to_light: DVec3, _| f64::from(seen.towards(to_light.as_vec3()).0.x);
-            let all = integral(ggx::alpha_of(roughness).into(), at(cos).as_dvec3(), reflected);
+            let all = integral(alpha_of(roughness).into(), at(cos).as_dvec3(), reflected);
             assert!((all - 1.0).abs() < FURNACE_BOUND, "roughness {roughness}, cosine {cos}: {all}");
         }
     }
@@ -127,7 +130,7 @@ fn a_white_metal_of_any_roughness_reflects_all_light() {
 #[test]
 fn rough_metal_is_brighter_by_what_it_reflects_several_times() {
     for (roughness, several_times, by_masking) in [(0.3, 0.0241, 0.0004), (0.5, 0.1334, 0.0033)] {
-        let alpha = f64::from(ggx::alpha_of(roughness));
+        let alpha = f64::from(alpha_of(roughness));
         let of = |masking| mean_of_ball(|cos| once(alpha, cos, masking)[0]);
         let [correlated, separable] = [Masking::Correlated, Masking::Separable].map(of);
         let masking = correlated / separable - 1.0;

@@ -4,6 +4,7 @@ use std::f32::consts::{FRAC_1_PI, PI};
 
 use glam::Vec3;
 
+use super::LayerRays;
 use super::layer::{Albedos, Coat, LEAST_ALBEDO, LEAST_COSINE};
 use crate::lanes::{F32x8, LANES, Mask, Vec3x8, are_same};
 use crate::shade::ggx;
@@ -23,10 +24,12 @@ pub struct SeenCoats {
     pub through: F32x8,
     /// Light to be added where `through` has dimmed emission.
     added: Vec3x8,
-    /// Number of rays that follow the reflection.
-    pub(super) rays: F32x8,
+    /// Number of rays by which each reflects.
+    rays: F32x8,
+    /// Normal, and direction to the eye, by which their directions were drawn.
+    drawn_for: [Vec3x8; 2],
     /// Mask of mirrors whose reflection is shown by a ray alone.
-    pub(super) is_followed_alone: Mask,
+    is_followed_alone: Mask,
 }
 
 impl SeenCoats {
@@ -41,14 +44,14 @@ impl SeenCoats {
     /// rays see it.
     #[inline(always)]
     pub fn highlight(&self, light_sample: &LightSample, radiance: Option<Vec3>) -> Vec3x8 {
-        let Self { alpha, head_on, normal, to_eye, gain, .. } = *self;
+        let Self { alpha, head_on, normal, to_eye, gain, drawn_for, .. } = *self;
         let LightSample { direction, irradiance, .. } = *light_sample;
         let reflected = ggx::reflected_lanes(alpha, head_on, normal, to_eye, direction);
         let mut light = reflected * gain * irradiance;
         if let Some(radiance) = radiance {
             // both densities times the irradiance: they would be infinite where it is next to nothing
             let by_points = F32x8::splat(density_of_points(radiance));
-            let by_rays = self.rays * ggx::density_lanes(alpha, normal, to_eye, direction);
+            let by_rays = self.rays * ggx::density_lanes(alpha, drawn_for[0], drawn_for[1], direction);
             light = light * mis_weight(by_points, by_rays * brightest(irradiance));
         }
         let shows = match radiance {
@@ -57,6 +60,34 @@ impl SeenCoats {
         };
         shows.select3(light, Vec3x8::ZERO)
     }
+}
+
+impl SeenCoats {
+    /// Notes the rays by which surfaces with these `normals` reflect.
+    pub(super) fn follow(
+        &mut self,
+        [normal, geometric_normal]: [Vec3x8; 2],
+        rays: LayerRays,
+        is_rough: impl Fn(usize) -> bool,
+    ) {
+        for lane in (0..LANES).filter(|lane| rays.count[*lane] > 0) {
+            if is_rough(lane) {
+                self.rays.set_lane(lane, rays.count[lane] as f32);
+            } else {
+                self.is_followed_alone.set(lane);
+            }
+        }
+        self.drawn_for = seen_from(normal, geometric_normal, rays.incoming);
+    }
+}
+
+/// Normal of eight surfaces that are seen along `incoming`, and direction to the eye above it.
+#[inline(always)]
+fn seen_from(normal: Vec3x8, geometric_normal: Vec3x8, incoming: Vec3x8) -> [Vec3x8; 2] {
+    let normal = facing_lanes(normal, geometric_normal, -incoming);
+    let cos = -normal.dot(incoming);
+    let to_eye = normal * (cos.max(F32x8::splat(LEAST_COSINE)) - cos) - incoming;
+    [normal, to_eye.dot(to_eye).gt(F32x8::ZERO).select3(to_eye.normalize(), normal)]
 }
 
 /// Density of the directions to all points of a light together, for each unit of the irradiance of one of
@@ -151,10 +182,7 @@ impl<'a> CoatLanes<'a> {
     ) -> SeenCoats {
         let Self { alpha, metallic, clear, solid, has, .. } = *self;
         let one = Vec3x8::splat(Vec3::ONE);
-        let normal = facing_lanes(normal, geometric_normal, -incoming);
-        let cos = -normal.dot(incoming);
-        let to_eye = normal * (cos.max(F32x8::splat(LEAST_COSINE)) - cos) - incoming;
-        let to_eye = to_eye.dot(to_eye).gt(F32x8::ZERO).select3(to_eye.normalize(), normal);
+        let [normal, to_eye] = seen_from(normal, geometric_normal, incoming);
         let albedos = self.albedos_at(normal.dot(to_eye));
         let clear = Vec3x8 { x: clear, y: clear, z: clear };
         let metal = (self.metal + self.metal_of_kept * reflectance).min(one);
@@ -177,6 +205,7 @@ impl<'a> CoatLanes<'a> {
             through: has.select(through, F32x8::ONE),
             added: has.select3(self.emission * (F32x8::ONE - through), Vec3x8::ZERO),
             rays: F32x8::ZERO,
+            drawn_for: [normal, to_eye],
             is_followed_alone: Mask::NONE,
         }
     }
@@ -251,7 +280,7 @@ mod tests {
             lanes(Vec3::ZERO),
             [lanes(normal); 2],
             lanes(incoming),
-            Some(&|_, _| 3),
+            Some(LayerRays { count: [3; LANES], incoming: lanes(incoming) }),
         );
         let weighed = followed.expect("some have one").highlight(&sample, Some(Vec3::splat(2.0))).lane(2);
         let share = 2.0 / (2.0 + 3.0 * density);

@@ -4,7 +4,8 @@ use std::f32::consts::PI;
 
 use glam::Vec3;
 
-use crate::shade::ggx::{self, LEAST_ALPHA};
+use crate::scene::material::LEAST_ALPHA;
+use crate::shade::ggx;
 use crate::shade::sampling::{PathRandom, orthonormal};
 
 /// Least cosine to the eye that is used in formulas: below it, a direction counts as lying in the surface.
@@ -12,6 +13,9 @@ pub const LEAST_COSINE: f32 = 1e-4;
 
 /// Least albedo; anything below it is taken for black.
 pub const LEAST_ALBEDO: f32 = 1e-6;
+
+/// Least alpha that paths see which have been scattered before.
+pub const LEAST_ALPHA_OF_PATHS: f32 = 0.1;
 
 /// Layer of a material.
 #[derive(Debug, Clone)]
@@ -106,6 +110,12 @@ pub fn albedo(head_on: Vec3, [all, white]: [f32; 2]) -> Vec3 {
 }
 
 impl Coat {
+    /// Returns true if the layer is as good as a mirror.
+    #[inline(always)]
+    pub fn is_smooth(&self) -> bool {
+        self.alpha <= LEAST_ALPHA
+    }
+
     /// Layer as a ray sees it: see [`Coats::seen`](super::Coats::seen).
     pub fn seen(
         &self,
@@ -215,7 +225,7 @@ impl SeenCoat {
     /// with which [`reflect`](Self::reflect) samples that direction. Both are for surfaces that are not
     /// smooth.
     pub fn towards(&self, direction: Vec3) -> (Vec3, f32) {
-        let to_light = Vec3::from(self.axes.map(|axis| axis.dot(direction)));
+        let to_light = self.to_local(direction);
         let reflected = ggx::reflected(self.alpha, self.head_on, self.to_eye, to_light) * self.gain;
         (reflected, ggx::density(self.alpha, self.to_eye, to_light))
     }
@@ -231,6 +241,21 @@ impl SeenCoat {
     pub fn highlight(&self, direction: Vec3, irradiance: Vec3) -> (Vec3, f32) {
         let (reflected, density) = self.towards(direction);
         (reflected * irradiance * PI, density)
+    }
+
+    /// Density with which [`reflect`](Self::reflect) samples `direction` (world space, unit length).
+    pub fn density(&self, direction: Vec3) -> f32 {
+        ggx::density(self.alpha, self.to_eye, self.to_local(direction))
+    }
+
+    /// Returns true if the lobe is so narrow that what it shows is seen as in a mirror. Paths see no narrower
+    /// one.
+    pub fn is_narrow(&self) -> bool {
+        self.alpha < LEAST_ALPHA_OF_PATHS
+    }
+
+    fn to_local(self, direction: Vec3) -> Vec3 {
+        Vec3::from(self.axes.map(|axis| axis.dot(direction)))
     }
 
     fn to_world(self, direction: Vec3) -> Vec3 {

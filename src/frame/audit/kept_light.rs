@@ -1,0 +1,106 @@
+//! Checks of light that samples keep: of paths and of ambient occlusion.
+
+use super::{COLOR_TOLERANCE, DARKEST, Verdict};
+use crate::frame::grid::bits::{set_bits, surface_bits};
+use crate::frame::light::indirect::{self, start_at};
+use crate::frame::light::light_paths::{PathScratch, trace_paths};
+use crate::frame::light::occlusion::{OcclusionScratch, is_asked, look_around, look_from};
+use crate::frame::light::path_ends::PathStart;
+use crate::frame::light::reflected;
+use crate::frame::shot::frame_view::FrameView;
+use crate::frame::surface::placed::Placed;
+use crate::frame::surface::ray_tally::RayTally;
+use crate::lanes::LANES;
+use crate::samples::{CELLS, Tile, full_color, mean_of};
+
+/// Checks that samples have gathered the light that all of their paths bring when they are traced again,
+/// against everything, and that the stored mean is that of these paths. Paths are cast ray by ray, each a
+/// function of its start alone: no tolerance but that of stored colours is needed.
+pub fn check_gathered(frame: &FrameView, tile: &Tile, raise: &mut impl FnMut(usize, Verdict)) {
+    if frame.paths == 0 {
+        return;
+    }
+    let (mut scratch, mut tally) = (PathScratch::default(), RayTally::default());
+    for first in (0..CELLS).step_by(LANES) {
+        scratch.starts.clear();
+        let placed = Placed::of(frame, tile, first);
+        for lane in set_bits(surface_bits(&tile.model[first..first + LANES])) {
+            let (cell, gathered) = (first + lane, &tile.gathered);
+            let start = start_at(frame, tile, cell, &placed, frame.paths);
+            if frame.palette.is_diffuse(tile.record[cell].material) {
+                let known = 0..gathered.known(cell) as u32;
+                raise(cell, Verdict::new(known.end > 0));
+                scratch.starts.extend(known.map(|index| PathStart { index, ..start }));
+            }
+            let mean = mean_of(gathered.paths(cell));
+            raise(cell, Verdict::new(mean.radiance == gathered.mean(cell).radiance));
+        }
+        trace_paths(frame, &mut scratch, &mut tally);
+        for (start, brought) in scratch.starts.iter().zip(&scratch.brought) {
+            let cell = start.owner as usize;
+            let known = full_color(tile.gathered.paths(cell)[start.index as usize].radiance);
+            let fresh = full_color(indirect::kept(brought.radiance, brought.until).radiance);
+            let slack = COLOR_TOLERANCE * fresh.abs().max_element().max(DARKEST);
+            raise(cell, Verdict::new((known - fresh).abs().max_element() <= slack));
+        }
+    }
+}
+
+/// Checks that the paths by which samples reflect serve the eye, and that each brings the stored light when it is
+/// traced again as it was drawn: equal to the bit.
+pub fn check_reflected(frame: &FrameView, tile: &Tile, raise: &mut impl FnMut(usize, Verdict)) {
+    if !tile.gathered.reflected.is_some() {
+        return;
+    }
+    let (mut scratch, mut tally) = (PathScratch::default(), RayTally::default());
+    for first in (0..CELLS).step_by(LANES) {
+        scratch.starts.clear();
+        let placed = Placed::of(frame, tile, first);
+        let to_eye = reflected::directions_to_eye(frame, &placed);
+        for lane in set_bits(surface_bits(&tile.model[first..first + LANES])) {
+            let cell = first + lane;
+            let known = tile.gathered.reflected.known(cell).len();
+            let Some(start) = reflected::start_at(frame, tile, cell, &placed) else {
+                raise(cell, Verdict::new(known == 0));
+                continue;
+            };
+            let paths = start.layer.map_or(0, |layer| layer.paths);
+            raise(cell, Verdict::new(known == paths as usize));
+            raise(
+                cell,
+                Verdict::new(known == 0 || reflected::serve(frame, tile, cell, &placed, to_eye.lane(lane))),
+            );
+            scratch.starts.extend((0..known as u32).map(|index| PathStart { index, ..start }));
+        }
+        trace_paths(frame, &mut scratch, &mut tally);
+        for (start, brought) in scratch.starts.iter().zip(&scratch.brought) {
+            let kept = tile.gathered.reflected.paths(start.owner as usize)[start.index as usize];
+            let holds = kept.bits() == reflected::stored(brought).bits();
+            raise(start.owner as usize, Verdict::new(holds));
+        }
+    }
+}
+
+/// Checks that as many rays get away from samples as is stored, when all are cast again, against everything.
+/// Each is cast for itself: no tolerance is needed.
+pub fn check_openness(frame: &FrameView, tile: &Tile, raise: &mut impl FnMut(usize, Verdict)) {
+    let Some(occlusion) = frame.occlusion else { return };
+    let (mut scratch, mut tally) = (OcclusionScratch::default(), RayTally::default());
+    for first in (0..CELLS).step_by(LANES) {
+        scratch.looks.clear();
+        let placed = Placed::of(frame, tile, first);
+        let surfaces = set_bits(surface_bits(&tile.model[first..first + LANES]));
+        for cell in surfaces.map(|lane| first + lane) {
+            if is_asked(frame, tile.record[cell].material) {
+                scratch.looks.push(look_from(frame, tile, cell, &placed, occlusion.rays));
+            } else {
+                raise(cell, Verdict::new(tile.gathered.openness(cell).open == 0));
+            }
+        }
+        look_around(frame, &mut scratch, &mut tally);
+        for (look, found) in scratch.looks.iter().zip(&scratch.found) {
+            let cell = look.start.owner as usize;
+            raise(cell, Verdict::new(tile.gathered.openness(cell).open == found.open));
+        }
+    }
+}

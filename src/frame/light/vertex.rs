@@ -1,0 +1,216 @@
+//! A surface that a light path has met: where it asks for light, and how the path goes on.
+
+use std::f32::consts::PI;
+
+use glam::Vec3;
+
+use super::light_choice::{LightChoice, Step, asks_sky, paths_go_on};
+use super::lobes::Lobes;
+use super::next_event::AskingCoat;
+use super::path_ray::PathRay;
+use super::pdfs::Pdfs;
+use crate::frame::shot::frame_view::FrameView;
+use crate::lanes::{F32x8, LANES, Vec3x8};
+use crate::shade::Surface;
+use crate::shade::area::density_of;
+use crate::shade::coat::{SeenBy, SeenCoat};
+use crate::shade::mis::mis_weight;
+use crate::shade::sampling::{cosine_direction, orthonormal};
+
+/// A surface that a path has met.
+#[derive(Debug, Clone, Copy)]
+pub struct Vertex {
+    pub ray: PathRay,
+    pub surface: Surface,
+    /// Light towards the path: its emission, and its reflection of the light source that it has asked.
+    pub light: Vec3,
+    /// Weight of its emission, which next-event estimation finds, too.
+    pub emission_weight: f32,
+    /// Light source that it asks.
+    pub asks: LightChoice,
+    /// Number of light sources that it chose among.
+    pub choices: u32,
+    /// Random numbers for the point on that light, in the sky, or on emitting surfaces.
+    pub place: [f32; 3],
+    /// Ways in which the path may go on.
+    pub lobes: Lobes,
+    /// Number of its layer, as the path sees it, among those of all vertices; [`NO_COAT`] if it has none.
+    pub coat: u32,
+}
+
+/// Number of no layer.
+pub const NO_COAT: u32 = u32::MAX;
+
+impl Vertex {
+    /// Pdfs of the ways from this vertex to light.
+    pub fn chances(&self, frame: &FrameView, step: Step) -> Pdfs {
+        let chance = |is_asked| if is_asked { 1.0 / self.choices as f32 } else { 0.0 };
+        Pdfs {
+            asks_sky: chance(asks_sky(frame, step)),
+            asks_emitter: chance(frame.emitters.are_asked()),
+            asks_light: chance(!frame.pose.lights.is_empty()),
+            asks_all_points: false,
+            goes_on: self.goes_on(frame, step, Lobes::DIFFUSE),
+        }
+    }
+
+    /// Returns true if one of its ways brings light even if the path ends here: off mirrors and through
+    /// glass, where paths alone find that light; or else through clear glass, where rays have asked for a
+    /// part of it.
+    fn passes_light_on(&self, frame: &FrameView, way: usize) -> bool {
+        let passes = || way == Lobes::THROUGH && frame.shines_through(self.surface.material);
+        self.lobes.ways[way].1.is_some() && (frame.finds_caustics || passes())
+    }
+
+    /// Returns true if any of its ways [brings light](Self::passes_light_on) even if the path ends here.
+    pub fn passes_on(&self, frame: &FrameView) -> bool {
+        (0..self.lobes.ways.len()).any(|way| self.passes_light_on(frame, way))
+    }
+
+    /// Layer of the vertex as the path sees it, if it has one; `coats` are those of all vertices.
+    #[inline]
+    pub fn seen_coat<'c>(&self, coats: &'c [SeenCoat]) -> Option<&'c SeenCoat> {
+        coats.get(self.coat as usize)
+    }
+
+    /// Probability with which the path goes on by one of the ways.
+    fn goes_on(&self, frame: &FrameView, step: Step, way: usize) -> f32 {
+        if leads_on(frame, step, way) { self.lobes.chance(way) } else { 0.0 }
+    }
+
+    /// Kind of ray as which the path goes on by `way`: as before off mirrors, narrow lobes and through glass.
+    fn next_sees_as(&self, coat: Option<&SeenCoat>, way: usize) -> SeenBy {
+        let is_narrow = match way {
+            Lobes::DIFFUSE => false,
+            Lobes::COAT => coat.is_some_and(SeenCoat::is_narrow),
+            _ => true,
+        };
+        if is_narrow { self.ray.seen_by } else { SeenBy::Path }
+    }
+
+    /// Highlight on its layer `coat` of a light that it has asked, which sends an irradiance from a
+    /// direction. `radiance` is that of an area light, which the path itself may meet, too.
+    pub fn highlight(
+        &self,
+        frame: &FrameView,
+        step: Step,
+        coat: &SeenCoat,
+        (direction, irradiance): (Vec3, Vec3),
+        radiance: Option<Vec3>,
+    ) -> Vec3 {
+        let (highlight, density) = coat.highlight(direction, irradiance);
+        let by_path = self.goes_on(frame, step, Lobes::COAT) * density;
+        if coat.is_smooth() && radiance.is_some() && by_path > 0.0 {
+            // the path shows the light itself
+            return Vec3::ZERO;
+        }
+        let weight = match radiance {
+            Some(radiance) if by_path > 0.0 => mis_weight(density_of(radiance, irradiance), by_path),
+            _ => 1.0,
+        };
+        highlight * weight
+    }
+
+    /// Layer of the vertex for next-event estimation, if it has one.
+    pub fn asking_coat(&self, frame: &FrameView, step: Step, coats: &[SeenCoat]) -> Option<AskingCoat> {
+        let seen = *self.seen_coat(coats).filter(|seen| frame.depth > 0 && !seen.is_smooth())?;
+        Some(AskingCoat { seen, weight: self.ray.weight, goes_on: self.goes_on(frame, step, Lobes::COAT) })
+    }
+
+    /// Pdfs of the ways from it to light in a direction in which its layer has reflected with this
+    /// `density`. The ray takes that direction for its normal; the chances are scaled so that it is as likely
+    /// as the layer chose it.
+    fn chances_of_coat(&self, frame: &FrameView, step: Step, density: f32) -> Pdfs {
+        let goes_on = self.lobes.chance(Lobes::COAT) * density * PI;
+        Pdfs { goes_on, ..self.chances(frame, step) }
+    }
+}
+
+/// Returns true if paths go on by this way. Where surfaces gather no light, none is scattered onwards.
+fn leads_on(frame: &FrameView, step: Step, way: usize) -> bool {
+    paths_go_on(frame, step) && (frame.paths > 0 || way != Lobes::DIFFUSE)
+}
+
+/// Chooses one of the ways from a vertex, in proportion to the light that each carries, and makes the ray
+/// that goes on. `coat` is the layer of the vertex, if it has one.
+pub fn go_on(
+    frame: &FrameView,
+    step: Step,
+    (vertex, coat): (&Vertex, Option<&SeenCoat>),
+    [along, above, choice, _]: [f32; 4],
+) -> Option<PathRay> {
+    let Vertex { ray, surface, lobes, .. } = vertex;
+    // from the last surface a ray only finds light, for which the other ways have asked
+    let leads = |way: &usize| leads_on(frame, step, *way) || vertex.passes_light_on(frame, *way);
+    let chosen = lobes.choose(choice).filter(leads)?;
+    let (weight, direction) = lobes.ways[chosen];
+    let mut asked_from = None;
+    let (weight, direction, normal, chances) = match direction {
+        Some(direction) if chosen == Lobes::THROUGH && frame.shines_through(surface.material) => {
+            // rays of next-event estimation have passed here, too
+            asked_from = Some(ray.asked_from);
+            (weight, direction, ray.normal, ray.chances)
+        }
+        Some(direction) => (weight, direction, surface.normal, Pdfs::PATH_ALONE),
+        None if chosen == Lobes::COAT => {
+            let reflected = coat?.reflect([along, above])?;
+            if surface.geometric_normal.dot(reflected.direction) <= 0.0 {
+                return None;
+            }
+            let chances = match reflected.density {
+                Some(density) => vertex.chances_of_coat(frame, step, density),
+                None => Pdfs::PATH_ALONE,
+            };
+            (reflected.weight, reflected.direction, reflected.direction, chances)
+        }
+        None => {
+            let [tangent, bitangent] = orthonormal(surface.normal);
+            let direction = cosine_direction([along, above], [tangent, bitangent, surface.normal]);
+            if surface.geometric_normal.dot(direction) <= 0.0 {
+                return None;
+            }
+            (weight, direction, surface.normal, vertex.chances(frame, step))
+        }
+    };
+    let (weight, origin) = (ray.weight * weight / lobes.chance(chosen), surface.leave(direction));
+    let asked_from = asked_from.unwrap_or(origin);
+    let seen_by = vertex.next_sees_as(coat, chosen);
+    Some(PathRay { path: ray.path, weight, origin, direction, asked_from, normal, chances, seen_by })
+}
+
+/// Up to eight vertices side by side. Lanes without one repeat the first.
+pub struct VertexLanes {
+    pub point: Vec3x8,
+    pub normal: Vec3x8,
+    pub geometric_normal: Vec3x8,
+    pub reflectance: Vec3x8,
+    pub place: [F32x8; 2],
+    pub materials: [u16; LANES],
+    /// Bit mask of the lanes in use.
+    pub used: u8,
+}
+
+impl VertexLanes {
+    pub fn of<'v>(count: usize, vertex: impl Fn(usize) -> &'v Vertex) -> Self {
+        let mut eight = Self {
+            point: Vec3x8::ZERO,
+            normal: Vec3x8::ZERO,
+            geometric_normal: Vec3x8::ZERO,
+            reflectance: Vec3x8::ZERO,
+            place: [F32x8::ZERO; 2],
+            materials: [0; LANES],
+            used: u8::MAX >> (LANES - count),
+        };
+        for lane in 0..LANES {
+            let Vertex { surface, place, .. } = vertex(if lane < count { lane } else { 0 });
+            eight.point.set_lane(lane, surface.point);
+            eight.normal.set_lane(lane, surface.normal);
+            eight.geometric_normal.set_lane(lane, surface.geometric_normal);
+            eight.reflectance.set_lane(lane, surface.reflectance);
+            eight.place[0].set_lane(lane, place[0]);
+            eight.place[1].set_lane(lane, place[1]);
+            eight.materials[lane] = surface.material;
+        }
+        eight
+    }
+}
