@@ -4,7 +4,7 @@
 use crate::animation::{Keyed, ShapeTrack, Track, TransformTrack};
 use crate::exposure::Clock;
 use crate::pose::LightPose;
-use crate::scene::{Light, LightKind};
+use crate::scene::{Light, LightKind, Scene};
 
 /// Number of moments in a row without a change of a value, although its tracks change, after which it counts
 /// as changed: frame by frame the search would take too long.
@@ -84,12 +84,7 @@ pub fn of_model<'a>(
     changes(tracks, clock, direction, |time| track.at(time))
 }
 
-/// Moments at which a light's pose differs in anything, as [`of_model`] gives them.
-pub fn of_light<'a>(
-    light: &'a Light,
-    clock: &'a Clock,
-    direction: Direction,
-) -> impl Iterator<Item = i64> + 'a {
+fn tracks_of_light(light: &Light) -> Vec<&dyn Keys> {
     let mut tracks: Vec<&dyn Keys> = vec![&light.color, &light.power];
     match &light.kind {
         LightKind::Point { position } | LightKind::Sphere { position, .. } => tracks.push(position),
@@ -101,7 +96,23 @@ pub fn of_light<'a>(
             tracks.push(target);
         }
     }
-    changes(tracks, clock, direction, |time| LightPose::new(light, time))
+    tracks
+}
+
+/// Moments at which a light's pose differs in anything, as [`of_model`] gives them.
+pub fn of_light<'a>(
+    light: &'a Light,
+    clock: &'a Clock,
+    direction: Direction,
+) -> impl Iterator<Item = i64> + 'a {
+    changes(tracks_of_light(light), clock, direction, |time| LightPose::new(light, time))
+}
+
+/// Returns true if anything in the scene but the camera changes between two moments, as far as tracks tell.
+pub fn anything_changes(scene: &Scene) -> bool {
+    let rests = |track: &dyn Keys| track.span().0 >= track.span().1;
+    let light_rests = |light: &Light| tracks_of_light(light).into_iter().all(rests);
+    !scene.models.iter().all(|model| model.track.is_constant()) || !scene.lights.iter().all(light_rests)
 }
 
 /// Counts of moments at which `at(time)`, a function of the values of `tracks`, differs from that of the

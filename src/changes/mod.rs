@@ -31,6 +31,6 @@ mod tests;
 #[cfg(test)]
 pub(crate) mod world;
 
-pub use frames::Direction;
+pub use frames::{Direction, anything_changes};
 pub use motion::Motion;
 pub use until::Until;

@@ -13,7 +13,7 @@ use crate::film::Film;
 use crate::lanes::Vec3x8;
 use crate::pose::Pose;
 use crate::samples::{
-    CELLS, EMPTY, Flags, Octahedral, PathLight, Record, ReflectedLight, Tag, TagSlot, Tile, half_colors,
+    CELLS, EMPTY, Flags, KeptPath, Octahedral, PathColor, Record, Tag, TagSlot, Tile, half_colors,
 };
 use crate::scene::Scene;
 use crate::shade::surface::{SurfacePoint, reflectance, uv_at};
@@ -76,7 +76,7 @@ impl Renderer<'_> {
             return Ok(tiles.map(|tile| tile.gathered.delay()).sum());
         }
         if what == Spoil::ReflectedUntil {
-            return Ok(tiles.map(|tile| tile.gathered.delay_reflected()).sum());
+            return Ok(tiles.map(|tile| tile.gathered.reflected.delay()).sum());
         }
         if what == Spoil::Openness {
             return Ok(tiles.map(|tile| tile.gathered.delay_openness()).sum());
@@ -146,25 +146,22 @@ fn spoil_cell(what: Spoil, slots: &[TagSlot], scene: &Scene, tile: &mut Tile, ce
             slots.iter().fold(false, |any, slot| flip(tile, *slot, cell) | any)
         }
         Spoil::Gathered => {
-            let bright = PathLight { radiance: [f16::from_f32(7.0); 3], until: Until::FOREVER };
-            tile.gathered.set_path(cell, 0, bright);
+            tile.gathered.paths.set(cell, 0, bright());
             tile.gathered.update_mean(cell);
             true
         }
         Spoil::Reflected => {
             let reflected = &mut tile.gathered.reflected;
-            let has_some = reflected.is_some() && !reflected.known(cell).is_empty();
-            let bright = ReflectedLight::new([f16::from_f32(7.0); 3], false, Until::FOREVER);
-            has_some && reflected.set_path(cell, 0, bright)
+            reflected.known(cell).next().is_some() && reflected.set(cell, 0, bright())
         }
         Spoil::DrawnFor => {
-            let reflected = &mut tile.gathered.reflected;
-            let has_some = reflected.is_some() && !reflected.known(cell).is_empty();
+            let gathered = &mut tile.gathered;
+            let has_some = gathered.reflected.known(cell).next().is_some();
             if has_some {
                 // so little that the paths still serve
-                let to_eye = reflected.drawn_for(cell).unfold();
+                let to_eye = gathered.drawn_for(cell).unfold();
                 let aside = to_eye.any_orthonormal_vector();
-                reflected.set_drawn_for(cell, Octahedral::fold((to_eye + 0.02 * aside).normalize()));
+                gathered.set_drawn_for(cell, Octahedral::fold((to_eye + 0.02 * aside).normalize()));
             }
             has_some
         }
@@ -174,6 +171,11 @@ fn spoil_cell(what: Spoil, slots: &[TagSlot], scene: &Scene, tile: &mut Tile, ce
         tile.tags.forget(&[cell as u32]);
     }
     is_spoilt
+}
+
+/// Light that no path brings.
+fn bright() -> KeptPath {
+    KeptPath { light: PathColor::new(Vec3::splat(7.0), false), until: Until::FOREVER }
 }
 
 /// Turns the tags of a cell for one light over. Whether there was any to turn.

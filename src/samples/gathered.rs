@@ -7,12 +7,12 @@
 use wide::u32x8;
 
 use super::store::{HalfColor, full_color, half_colors};
-use super::{Openness, ReflectedPaths, TagLayout};
+use super::{KeptPath, Octahedral, Openness, PathColor, PathList, TagLayout};
 use crate::changes::Until;
 use crate::lanes::{F32x8, LANES, Vec3x8};
 use crate::shade::sampling::SampleSeed;
 
-/// Result of a path, or the mean of those of a sample's paths.
+/// Mean of what a sample's paths have brought.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PathLight {
     /// Radiance, linear RGB.
@@ -24,7 +24,7 @@ pub struct PathLight {
 const _: () = assert!(size_of::<PathLight>() == 8);
 
 impl PathLight {
-    /// Result that is not known.
+    /// Mean that is not known.
     pub const UNKNOWN: Self = Self { radiance: [half::f16::ZERO; 3], until: Until::UNKNOWN };
 }
 
@@ -34,16 +34,16 @@ impl PathLight {
 pub struct GatheredLight {
     /// True if samples have seeds.
     is_seeded: bool,
-    /// Number of paths of each sample.
-    pub(super) paths: usize,
     /// Number of each sample's occlusion rays.
     pub(super) rays: usize,
-    /// Results of paths, sample by sample.
-    of_paths: Vec<PathLight>,
+    /// Paths by which samples gather light.
+    pub paths: PathList,
     /// Mean of each sample's known paths, with the first frame in which any of them may differ.
     pub(super) means: Vec<PathLight>,
-    /// Paths by which the samples' layers reflect.
-    pub reflected: ReflectedPaths,
+    /// Paths by which the samples' layers reflect. A layer need not have all of them.
+    pub reflected: PathList,
+    /// Direction to the eye for which each sample's reflected paths were drawn; world space.
+    pub(super) drawn_for: Vec<Octahedral>,
     /// Openness of each sample.
     pub(super) openness: Vec<Openness>,
     /// Seed of each sample's random numbers.
@@ -53,47 +53,51 @@ pub struct GatheredLight {
 impl GatheredLight {
     /// Creates `count` samples of which nothing is known, for this `layout`.
     pub fn unknown(layout: &TagLayout, count: usize) -> Self {
-        let TagLayout { paths, occlusion_rays: rays, is_seeded, .. } = *layout;
+        let TagLayout { paths, reflections, occlusion_rays: rays, is_seeded, .. } = *layout;
         Self {
             is_seeded,
-            paths,
             rays,
-            of_paths: vec![PathLight::UNKNOWN; paths * count],
+            paths: PathList::unknown(paths, count),
             means: vec![PathLight::UNKNOWN; if paths == 0 { 0 } else { count }],
-            reflected: ReflectedPaths::unknown(layout, count),
+            reflected: PathList::unknown(reflections, count),
+            drawn_for: vec![Octahedral::default(); if reflections == 0 { 0 } else { count }],
             openness: vec![Openness::UNKNOWN; if rays == 0 { 0 } else { count }],
             seeds: vec![SampleSeed::default(); if is_seeded { count } else { 0 }],
         }
     }
 
-    /// Size of a sample's part, in bytes.
-    pub fn bytes_of_sample(layout: &TagLayout) -> usize {
-        let of_light = if layout.paths == 0 { 0 } else { (layout.paths + 1) * size_of::<PathLight>() };
+    /// Size of a sample's part, in bytes; `bytes_of_path` is that of a path.
+    pub fn bytes_of_sample(layout: &TagLayout, bytes_of_path: usize) -> usize {
+        let part = |count: usize, bytes: usize| if count == 0 { 0 } else { count * bytes_of_path + bytes };
+        let of_light =
+            part(layout.paths, size_of::<PathLight>()) + part(layout.reflections, size_of::<Octahedral>());
         let of_openness = if layout.occlusion_rays == 0 { 0 } else { size_of::<Openness>() };
-        let of_reflection = ReflectedPaths::bytes_of_sample(layout);
-        of_light + of_reflection + of_openness + if layout.is_seeded { size_of::<SampleSeed>() } else { 0 }
+        of_light + of_openness + if layout.is_seeded { size_of::<SampleSeed>() } else { 0 }
     }
 
     /// Returns memory that is not needed.
     pub fn trim(&mut self) {
-        self.of_paths.shrink_to_fit();
+        self.paths.trim();
         self.means.shrink_to_fit();
         self.reflected.trim();
+        self.drawn_for.shrink_to_fit();
         self.openness.shrink_to_fit();
         self.seeds.shrink_to_fit();
     }
 
     /// Memory held on the heap, in bytes.
     pub fn bytes(&self) -> usize {
-        (self.of_paths.capacity() + self.means.capacity()) * size_of::<PathLight>()
+        self.paths.bytes()
+            + self.means.capacity() * size_of::<PathLight>()
             + self.reflected.bytes()
+            + self.drawn_for.capacity() * size_of::<Octahedral>()
             + self.openness.capacity() * size_of::<Openness>()
             + self.seeds.capacity() * size_of::<SampleSeed>()
     }
 
     /// Returns true if samples gather light.
     pub fn is_some(&self) -> bool {
-        self.paths != 0
+        self.paths.paths() != 0
     }
 
     /// Returns true if samples have seeds: all samples that gather or reflect anything have.
@@ -101,14 +105,26 @@ impl GatheredLight {
         self.is_seeded
     }
 
-    /// Results of a sample's paths, in their order.
-    pub fn paths(&self, sample: usize) -> &[PathLight] {
-        &self.of_paths[sample * self.paths..(sample + 1) * self.paths]
+    /// Returns true if the layers of samples reflect paths.
+    pub fn reflects(&self) -> bool {
+        self.reflected.paths() != 0
     }
 
-    /// Number of paths of a sample that are known: the first ones.
-    pub fn known(&self, sample: usize) -> usize {
-        known_of(self.paths(sample)).len()
+    /// Direction to the eye for which the reflected paths of a sample were drawn; world space.
+    pub fn drawn_for(&self, sample: usize) -> Octahedral {
+        self.drawn_for[sample]
+    }
+
+    /// Sets the direction to the eye for which the reflected paths of a sample are drawn, and leaves the paths.
+    pub fn set_drawn_for(&mut self, sample: usize, to_eye: Octahedral) {
+        self.drawn_for[sample] = to_eye;
+    }
+
+    /// Gives back memory for the expiry of paths that is not needed: nothing expires in any sample that is
+    /// `there`.
+    pub fn compact(&mut self, there: impl Fn(usize) -> bool) {
+        self.paths.compact(&there);
+        self.reflected.compact(&there);
     }
 
     /// Mean of a sample's known paths.
@@ -128,23 +144,18 @@ impl GatheredLight {
         eight
     }
 
-    /// Stores the result of path number `path` of a sample. The caller has to [update the
-    /// mean](Self::update_mean).
-    pub fn set_path(&mut self, sample: usize, path: usize, light: PathLight) {
-        self.of_paths[sample * self.paths + path] = light;
-    }
-
     /// Marks a sample as one that gathers no light, for good.
     pub fn set_dark(&mut self, sample: usize) {
-        let dark = PathLight { until: Until::FOREVER, ..PathLight::UNKNOWN };
-        let paths = self.paths;
-        self.of_paths[sample * paths..(sample + 1) * paths].fill(dark);
-        self.means[sample] = dark;
+        let dark = KeptPath { light: PathColor::default(), until: Until::FOREVER };
+        for path in 0..self.paths.paths() {
+            self.paths.set(sample, path, dark);
+        }
+        self.means[sample] = PathLight { until: Until::FOREVER, ..PathLight::UNKNOWN };
     }
 
     /// Computes the mean of a sample's paths anew. Returns true if its radiance has changed.
     pub fn update_mean(&mut self, sample: usize) -> bool {
-        let mean = mean_of(self.paths(sample));
+        let mean = mean_of(self.paths.known(sample));
         let before = std::mem::replace(&mut self.means[sample], mean);
         before.radiance != mean.radiance || before.until == Until::UNKNOWN
     }
@@ -179,7 +190,7 @@ impl GatheredLight {
     /// Resets light and openness of a sample.
     pub(super) fn forget_one(&mut self, sample: usize) {
         if self.is_some() {
-            self.of_paths[sample * self.paths..(sample + 1) * self.paths].fill(PathLight::UNKNOWN);
+            self.paths.forget_one(sample);
             self.means[sample] = PathLight::UNKNOWN;
         }
         self.reflected.forget_one(sample);
@@ -211,16 +222,7 @@ impl GatheredLight {
     /// Postpones the expiry of all paths by a frame. Returns the number of those that do expire. For tests of
     /// the audit.
     pub fn delay(&mut self) -> u64 {
-        let mut count = 0;
-        for light in self.of_paths.iter_mut().chain(&mut self.means) {
-            count += u64::from(light.until.delay());
-        }
-        count
-    }
-
-    /// Postpones the expiry of all reflected paths in the same way.
-    pub fn delay_reflected(&mut self) -> u64 {
-        self.reflected.validity().map(|until| u64::from(until.delay())).sum()
+        self.paths.delay() + self.means.iter_mut().map(|mean| u64::from(mean.until.delay())).sum::<u64>()
     }
 
     /// Postpones the expiry of all openness in the same way.
@@ -230,15 +232,16 @@ impl GatheredLight {
 
     /// Replaces the expiry of everything by what `changed` returns for it.
     pub fn change_validity(&mut self, changed: impl Fn(Until) -> Until) {
-        let lights = self.of_paths.iter_mut().chain(&mut self.means).map(|light| &mut light.until);
-        let lights = lights.chain(self.reflected.validity());
+        self.paths.change_validity(&changed);
+        self.reflected.change_validity(&changed);
+        let means = self.means.iter_mut().map(|mean| &mut mean.until);
         let openness = self.openness.iter_mut().map(|openness| &mut openness.until);
-        lights.chain(openness).for_each(|until| *until = changed(*until));
+        means.chain(openness).for_each(|until| *until = changed(*until));
     }
 
     /// Resets light and openness of all samples.
     pub fn forget_all(&mut self) {
-        self.of_paths.fill(PathLight::UNKNOWN);
+        self.paths.forget_all();
         self.means.fill(PathLight::UNKNOWN);
         self.reflected.forget_all();
         self.openness.fill(Openness::UNKNOWN);
@@ -248,11 +251,13 @@ impl GatheredLight {
     #[inline]
     pub fn copy(&mut self, sample: usize, from: &Self, at: usize) {
         if self.is_some() {
-            let paths = self.paths;
-            self.of_paths[sample * paths..(sample + 1) * paths].copy_from_slice(from.paths(at));
+            self.paths.copy(sample, &from.paths, at);
             self.means[sample] = from.means[at];
         }
-        self.reflected.copy(sample, &from.reflected, at);
+        if self.reflects() {
+            self.reflected.copy(sample, &from.reflected, at);
+            self.drawn_for[sample] = from.drawn_for[at];
+        }
         if self.rays != 0 {
             self.openness[sample] = from.openness[at];
         }
@@ -264,10 +269,13 @@ impl GatheredLight {
     /// Appends sample number `at` of `from` to the list.
     pub fn push(&mut self, from: &Self, at: usize) {
         if self.is_some() {
-            self.of_paths.extend_from_slice(from.paths(at));
+            self.paths.push(&from.paths, at);
             self.means.push(from.means[at]);
         }
-        self.reflected.push(&from.reflected, at);
+        if self.reflects() {
+            self.reflected.push(&from.reflected, at);
+            self.drawn_for.push(from.drawn_for[at]);
+        }
         if self.rays != 0 {
             self.openness.push(from.openness[at]);
         }
@@ -278,30 +286,24 @@ impl GatheredLight {
 
     /// Removes all samples, and keeps their memory.
     pub fn clear(&mut self) {
-        self.of_paths.clear();
+        self.paths.clear();
         self.means.clear();
         self.reflected.clear();
+        self.drawn_for.clear();
         self.openness.clear();
         self.seeds.clear();
     }
 }
 
-/// Paths that are known: the first ones.
-fn known_of(paths: &[PathLight]) -> &[PathLight] {
-    let known = paths.iter().position(|path| path.until == Until::UNKNOWN);
-    &paths[..known.unwrap_or(paths.len())]
-}
-
-/// Mean of the paths that are known, with the first frame in which any of them may differ.
-pub fn mean_of(paths: &[PathLight]) -> PathLight {
-    let paths = known_of(paths);
-    if paths.is_empty() {
+/// Mean of these paths, with the first frame in which any of them may differ.
+pub fn mean_of(paths: impl Iterator<Item = KeptPath>) -> PathLight {
+    let none = (glam::Vec3::ZERO, 0, Until::FOREVER);
+    let (sum, count, until) = paths
+        .fold(none, |(sum, count, least), path| (sum + path.light.color(), count + 1, least.min(path.until)));
+    if count == 0 {
         return PathLight::UNKNOWN;
     }
-    let sum =
-        paths.iter().map(|path| full_color(path.radiance)).fold(glam::Vec3::ZERO, |sum, light| sum + light);
-    let until = paths.iter().fold(Until::FOREVER, |least, path| least.min(path.until));
-    let [radiance, ..] = half_colors(Vec3x8::splat(sum / paths.len() as f32));
+    let [radiance, ..] = half_colors(Vec3x8::splat(sum / count as f32));
     PathLight { radiance, until }
 }
 
@@ -315,6 +317,10 @@ mod tests {
         PathLight { radiance, until: Until::FOREVER }
     }
 
+    fn path(value: f32) -> KeptPath {
+        KeptPath { light: PathColor::new(Vec3::splat(value), false), until: Until::FOREVER }
+    }
+
     #[test]
     fn a_mean_is_that_of_the_paths_that_are_known() {
         let layout = TagLayout::default().with_paths(4);
@@ -322,11 +328,13 @@ mod tests {
         let seed = SampleSeed::new(7, 3, 1, 2);
         gathered.begin(5, seed);
         gathered.update_mean(5);
-        assert_eq!((gathered.mean(5), gathered.known(5)), (PathLight::UNKNOWN, 0));
-        (0..3).for_each(|path| gathered.set_path(5, path, light(path as f32)));
+        assert_eq!((gathered.mean(5), gathered.paths.known(5).count()), (PathLight::UNKNOWN, 0));
+        for number in 0..3 {
+            gathered.paths.set(5, number, path(number as f32));
+        }
         assert!(gathered.update_mean(5));
-        assert_eq!((gathered.mean(5), gathered.known(5)), (light(1.0), 3));
-        gathered.set_path(5, 3, light(3.0));
+        assert_eq!((gathered.mean(5), gathered.paths.known(5).count()), (light(1.0), 3));
+        gathered.paths.set(5, 3, path(3.0));
         assert!(gathered.update_mean(5));
         assert_eq!(gathered.mean(5), light(1.5));
         assert!(!gathered.update_mean(5), "it is the same again");
@@ -336,7 +344,7 @@ mod tests {
         gathered.begin(5, SampleSeed::default());
         assert_eq!(gathered, GatheredLight::unknown(&layout, 8));
         gathered.copy(2, &spares, 0);
-        assert_eq!((gathered.mean(2), gathered.paths(2)[3]), (light(1.5), light(3.0)));
+        assert_eq!((gathered.mean(2), gathered.paths.path(2, 3)), (light(1.5), Some(path(3.0))));
         assert_eq!(gathered.seed(2), seed, "wherever it goes");
     }
 
@@ -358,7 +366,7 @@ mod tests {
         spares.forget(|number| number == 1);
         assert_eq!(spares.openness(1), Openness::UNKNOWN);
         assert!(!gathered.is_some() && gathered.is_seeded());
-        assert_eq!(GatheredLight::bytes_of_sample(&layout), 8);
+        assert_eq!(GatheredLight::bytes_of_sample(&layout, 4), 8);
     }
 
     #[test]
@@ -367,8 +375,8 @@ mod tests {
         let mut none = GatheredLight::unknown(&layout, 1024);
         none.copy(3, &none.clone(), 9);
         none.push(&GatheredLight::default(), 0);
-        assert_eq!((none.bytes(), GatheredLight::bytes_of_sample(&layout)), (0, 0));
+        assert_eq!((none.bytes(), GatheredLight::bytes_of_sample(&layout, 4)), (0, 0));
         assert_eq!(none.means(8).lane(0), Vec3::ZERO);
-        assert_eq!(GatheredLight::bytes_of_sample(&layout.with_paths(16)), 140);
+        assert_eq!(GatheredLight::bytes_of_sample(&layout.with_paths(16), 4), 76);
     }
 }

@@ -11,8 +11,9 @@
 mod gathered;
 mod octahedral;
 mod openness;
+mod path_color;
+mod path_list;
 mod pool;
-mod reflected;
 pub mod saved;
 mod spare;
 mod store;
@@ -21,8 +22,9 @@ mod tag;
 pub use gathered::{GatheredLight, PathLight, mean_of};
 pub use octahedral::Octahedral;
 pub use openness::Openness;
+pub use path_color::PathColor;
+pub use path_list::{KeptPath, PathList};
 pub use pool::{LeavingStore, OldStore, TilePool};
-pub use reflected::{ReflectedLight, ReflectedPaths};
 pub use spare::{MOST_SPARES, Spare, Spares};
 pub use store::{
     BACKGROUND, CELLS, Column, EMPTY, Flags, HalfColor, Move, Record, SampleStore, TILE, Tile, full_color,

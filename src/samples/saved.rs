@@ -14,8 +14,8 @@
 //! | reflectance, direct diffuse: three half floats each | 12 |
 //! | the rendered frame in which it was traced, material, flags | 8 |
 //! | a tag for each light without a size; two words for each other light | 1; 4 |
-//! | with paths: radiance and `Until` of each, and of their mean | 8 each |
-//! | if layers reflect: direction to the eye for which paths were drawn; radiance and `Until` of each | 4; 8 each |
+//! | with paths: radiance and `Until` of each; of their mean | 6 each; 8 |
+//! | if layers reflect: direction to the eye for which paths were drawn; radiance and `Until` of each | 4; 6 each |
 //! | with ambient occlusion: how many rays get away, `Until` | 4 |
 //! | if anything is random: the seed | 4 |
 
@@ -24,8 +24,8 @@ use half::f16;
 use serde::{Deserialize, Serialize};
 
 use super::{
-    AreaTag, BACKGROUND, CELLS, EMPTY, Flags, GatheredLight, HalfColor, MOST_SPARES, Octahedral, Openness,
-    PathLight, Record, ReflectedLight, Spare, Status, Tag, TagLayout, Tile,
+    AreaTag, BACKGROUND, CELLS, EMPTY, Flags, GatheredLight, HalfColor, KeptPath, MOST_SPARES, Octahedral,
+    Openness, PathColor, PathLight, PathList, Record, Spare, Status, Tag, TagLayout, Tile,
 };
 use crate::changes::Until;
 use crate::lanes::LANES;
@@ -93,7 +93,7 @@ const IS_COPY: u8 = 0x80;
 
 /// Largest size of a tile, in bytes.
 pub fn most_bytes(layout: &TagLayout) -> usize {
-    let sample = size_of::<[f32; 3]>() + size_of::<u32>() + size_of::<Record>() + layout.bytes();
+    let sample = size_of::<[f32; 3]>() + size_of::<u32>() + size_of::<Record>() + layout.most_bytes();
     size_of::<u16>() + CELLS * (1 + sample) + MOST_SPARES * sample
 }
 
@@ -137,17 +137,14 @@ fn encode_sample(sample: &Spare, bytes: &mut Vec<u8>) {
 
 fn encode_gathered(gathered: &GatheredLight, at: usize, bytes: &mut Vec<u8>) {
     if gathered.is_some() {
-        for PathLight { radiance, until } in gathered.paths(at).iter().chain([&gathered.mean(at)]) {
-            bytes.extend(radiance.iter().flat_map(|half| half.to_le_bytes()));
-            bytes.extend(until.to_bits().to_le_bytes());
-        }
+        encode_paths(&gathered.paths, at, bytes);
+        let PathLight { radiance, until } = gathered.mean(at);
+        bytes.extend(radiance.iter().flat_map(|half| half.to_le_bytes()));
+        bytes.extend(until.to_bits().to_le_bytes());
     }
-    if gathered.reflected.is_some() {
-        bytes.extend(gathered.reflected.drawn_for(at).to_bits().to_le_bytes());
-        for path in gathered.reflected.paths(at) {
-            bytes.extend(path.bits().iter().flat_map(|half| half.to_le_bytes()));
-            bytes.extend(path.until.to_bits().to_le_bytes());
-        }
+    if gathered.reflects() {
+        bytes.extend(gathered.drawn_for(at).to_bits().to_le_bytes());
+        encode_paths(&gathered.reflected, at, bytes);
     }
     if let Some(Openness { open, until }) = gathered.openness.get(at) {
         bytes.extend(open.to_le_bytes());
@@ -155,6 +152,15 @@ fn encode_gathered(gathered: &GatheredLight, at: usize, bytes: &mut Vec<u8>) {
     }
     if gathered.is_seeded() {
         bytes.extend(gathered.seed(at).to_bits().to_le_bytes());
+    }
+}
+
+fn encode_paths(list: &PathList, at: usize, bytes: &mut Vec<u8>) {
+    const UNKNOWN: KeptPath = KeptPath { light: PathColor::UNKNOWN, until: Until::FOREVER };
+    for path in 0..list.paths() {
+        let KeptPath { light, until } = list.path(at, path).unwrap_or(UNKNOWN);
+        bytes.extend(light.to_bits().to_le_bytes());
+        bytes.extend(until.to_bits().to_le_bytes());
     }
 }
 
@@ -241,19 +247,14 @@ fn decode_tag(bytes: &mut Bytes<'_>) -> Option<Tag> {
 
 /// Decodes into sample number `at`.
 fn decode_gathered(bytes: &mut Bytes<'_>, gathered: &mut GatheredLight, at: usize) -> Option<()> {
-    let paths = gathered.paths;
     if gathered.is_some() {
-        for path in 0..paths {
-            gathered.set_path(at, path, bytes.path()?);
-        }
-        gathered.means[at] = bytes.path()?;
+        bytes.paths(&mut gathered.paths, at)?;
+        gathered.means[at] =
+            PathLight { radiance: bytes.color()?, until: Until::from_bits(bytes.half_word()?) };
     }
-    if gathered.reflected.is_some() {
-        gathered.reflected.set_drawn_for(at, Octahedral::from_bits(bytes.word()?));
-        for path in 0..gathered.reflected.paths {
-            let PathLight { radiance, until } = bytes.path()?;
-            gathered.reflected.set_path(at, path, ReflectedLight::from_bits(radiance, until));
-        }
+    if gathered.reflects() {
+        gathered.set_drawn_for(at, Octahedral::from_bits(bytes.word()?));
+        bytes.paths(&mut gathered.reflected, at)?;
     }
     if let Some(openness) = gathered.openness.get_mut(at) {
         *openness = Openness { open: bytes.half_word()?, until: Until::from_bits(bytes.half_word()?) };
@@ -295,8 +296,14 @@ impl Bytes<'_> {
         Some([half()?, half()?, half()?])
     }
 
-    fn path(&mut self) -> Option<PathLight> {
-        Some(PathLight { radiance: self.color()?, until: Until::from_bits(self.half_word()?) })
+    /// Decodes the paths of sample number `at`.
+    fn paths(&mut self, list: &mut PathList, at: usize) -> Option<()> {
+        for path in 0..list.paths() {
+            let light = PathColor::from_bits(self.word()?);
+            let until = Until::from_bits(self.half_word()?);
+            list.set(at, path, KeptPath { light, until });
+        }
+        Some(())
     }
 }
 
@@ -337,12 +344,14 @@ mod tests {
             tile.tags.single[1][cell] = Tag::ALL[cell % Tag::ALL.len()];
             tile.tags.area[0][cell].learn(cell as u16, 0x5555, 0x0f0f);
             tile.gathered.begin(cell, SampleSeed::new(cell as u32, 1, 2, 3));
-            let light = PathLight { radiance: [f16::ONE; 3], until: Until::from_bits(cell as u16) };
-            tile.gathered.set_path(cell, 1, light);
+            let until = Until::from_bits(cell as u16);
+            let light = PathColor::new(Vec3::splat(cell as f32), false);
+            tile.gathered.paths.set(cell, 1, KeptPath { light, until });
+            tile.gathered.paths.set(cell, 0, KeptPath { light, until: Until::FOREVER });
             tile.gathered.update_mean(cell);
-            tile.gathered.reflected.draw_for(cell, Octahedral::fold(Vec3::new(cell as f32, 9.0, 1.0)));
-            let seen = ReflectedLight::new([f16::from_f32(0.25); 3], cell % 2 == 0, Until::FOREVER);
-            tile.gathered.reflected.set_path(cell, 2, seen);
+            tile.gathered.set_drawn_for(cell, Octahedral::fold(Vec3::new(cell as f32, 9.0, 1.0)));
+            let light = PathColor::new(Vec3::splat(0.25), cell % 2 == 0);
+            tile.gathered.reflected.set(cell, 2, KeptPath { light, until: Until::FOREVER });
             tile.gathered.set_openness(cell, Openness { open: 8, until: Until::FOREVER });
         }
         for cell in [3, 4, 6] {

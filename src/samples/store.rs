@@ -281,6 +281,12 @@ impl Tile {
         self.spares.forget_gathered();
     }
 
+    /// Gives back memory for the expiry of paths where nothing expires.
+    pub fn compact(&mut self) {
+        self.gathered.compact(|cell| self.model[cell] < EMPTY);
+        self.spares.gathered.compact(|_| true);
+    }
+
     /// Replaces the expiry of all gathered light and openness, that of spare samples included, by what
     /// `changed` returns for it.
     pub fn change_validity(&mut self, changed: impl Fn(Until) -> Until) {

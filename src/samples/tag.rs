@@ -1,6 +1,7 @@
 //! Shadow tags: the results of a sample's last shadow rays to each light.
 
-use super::{CELLS, Column, EMPTY, GatheredLight, Move, Spares};
+use super::{CELLS, Column, EMPTY, GatheredLight, Move, PathList, Spares};
+use crate::changes::anything_changes;
 use crate::lanes::{LANES, Mask};
 use crate::scene::{Light, Material, Scene};
 use crate::settings::{MOST_OCCLUSION_RAYS, Settings};
@@ -148,6 +149,8 @@ pub struct TagLayout {
     pub paths: usize,
     /// Largest number of paths by which the layer of a sample reflects.
     pub reflections: usize,
+    /// True if paths may expire: something in the shot moves or changes.
+    pub expires: bool,
     /// Number of a sample's occlusion rays.
     pub occlusion_rays: usize,
     /// True if samples have seeds: for their paths and rays, and for the points on area lights that they ask.
@@ -179,7 +182,7 @@ impl TagLayout {
         let reflects = settings.depth > 0 && scene.materials.iter().any(Material::is_rough);
         let reflections = if reflects { settings.reflections as usize } else { 0 };
         let layout = Self::new(points).with_paths(paths).with_reflections(reflections).with_occlusion(rays);
-        Self { is_seeded: layout.is_seeded || has_areas, ..layout }
+        Self { is_seeded: layout.is_seeded || has_areas, expires: anything_changes(scene), ..layout }
     }
 
     /// Sets the number of paths by which samples gather light.
@@ -202,10 +205,19 @@ impl TagLayout {
         (self.single, self.area)
     }
 
-    /// Size of a sample's tags and gathered data, in bytes.
+    /// Size of a sample's tags and gathered data, in bytes. Where nothing expires, expiries take no memory.
     pub fn bytes(&self) -> usize {
+        self.bytes_with(if self.expires { PathList::MOST_BYTES } else { PathList::LEAST_BYTES })
+    }
+
+    /// Largest size of a sample's tags and gathered data, in bytes.
+    pub fn most_bytes(&self) -> usize {
+        self.bytes_with(PathList::MOST_BYTES)
+    }
+
+    fn bytes_with(&self, bytes_of_path: usize) -> usize {
         let tags = self.single * size_of::<Tag>() + self.area * size_of::<AreaTag>();
-        tags + GatheredLight::bytes_of_sample(self)
+        tags + GatheredLight::bytes_of_sample(self, bytes_of_path)
     }
 }
 

@@ -1,5 +1,7 @@
 //! Checks of light that samples keep: of paths and of ambient occlusion.
 
+use glam::Vec3;
+
 use super::{COLOR_TOLERANCE, DARKEST, Verdict};
 use crate::frame::grid::bits::{set_bits, surface_bits};
 use crate::frame::light::indirect::{self, start_at};
@@ -11,7 +13,7 @@ use crate::frame::shot::frame_view::FrameView;
 use crate::frame::surface::placed::Placed;
 use crate::frame::surface::ray_tally::RayTally;
 use crate::lanes::LANES;
-use crate::samples::{CELLS, Tile, full_color, mean_of};
+use crate::samples::{CELLS, Tile, mean_of};
 
 /// Checks that samples have gathered the light that all of their paths bring when they are traced again,
 /// against everything, and that the stored mean is that of these paths. Paths are cast ray by ray, each a
@@ -28,18 +30,19 @@ pub fn check_gathered(frame: &FrameView, tile: &Tile, raise: &mut impl FnMut(usi
             let (cell, gathered) = (first + lane, &tile.gathered);
             let start = start_at(frame, tile, cell, &placed, frame.paths);
             if frame.palette.is_diffuse(tile.record[cell].material) {
-                let known = 0..gathered.known(cell) as u32;
+                let known = 0..gathered.paths.known(cell).count() as u32;
                 raise(cell, Verdict::new(known.end > 0));
                 scratch.starts.extend(known.map(|index| PathStart { index, ..start }));
             }
-            let mean = mean_of(gathered.paths(cell));
+            let mean = mean_of(gathered.paths.known(cell));
             raise(cell, Verdict::new(mean.radiance == gathered.mean(cell).radiance));
         }
         trace_paths(frame, &mut scratch, &mut tally);
         for (start, brought) in scratch.starts.iter().zip(&scratch.brought) {
             let cell = start.owner as usize;
-            let known = full_color(tile.gathered.paths(cell)[start.index as usize].radiance);
-            let fresh = full_color(indirect::kept(brought.radiance, brought.until).radiance);
+            let known = tile.gathered.paths.path(cell, start.index as usize);
+            let known = known.map_or(Vec3::ZERO, |path| path.light.color());
+            let fresh = indirect::kept(brought).light.color();
             let slack = COLOR_TOLERANCE * fresh.abs().max_element().max(DARKEST);
             raise(cell, Verdict::new((known - fresh).abs().max_element() <= slack));
         }
@@ -49,7 +52,7 @@ pub fn check_gathered(frame: &FrameView, tile: &Tile, raise: &mut impl FnMut(usi
 /// Checks that the paths by which samples reflect serve the eye, and that each brings the stored light when it is
 /// traced again as it was drawn: equal to the bit.
 pub fn check_reflected(frame: &FrameView, tile: &Tile, raise: &mut impl FnMut(usize, Verdict)) {
-    if !tile.gathered.reflected.is_some() {
+    if !tile.gathered.reflects() {
         return;
     }
     let (mut scratch, mut tally) = (PathScratch::default(), RayTally::default());
@@ -59,7 +62,7 @@ pub fn check_reflected(frame: &FrameView, tile: &Tile, raise: &mut impl FnMut(us
         let to_eye = reflected::directions_to_eye(frame, &placed);
         for lane in set_bits(surface_bits(&tile.model[first..first + LANES])) {
             let cell = first + lane;
-            let known = tile.gathered.reflected.known(cell).len();
+            let known = tile.gathered.reflected.known(cell).count();
             let Some(start) = reflected::start_at(frame, tile, cell, &placed) else {
                 raise(cell, Verdict::new(known == 0));
                 continue;
@@ -74,8 +77,8 @@ pub fn check_reflected(frame: &FrameView, tile: &Tile, raise: &mut impl FnMut(us
         }
         trace_paths(frame, &mut scratch, &mut tally);
         for (start, brought) in scratch.starts.iter().zip(&scratch.brought) {
-            let kept = tile.gathered.reflected.paths(start.owner as usize)[start.index as usize];
-            let holds = kept.bits() == reflected::stored(brought).bits();
+            let kept = tile.gathered.reflected.path(start.owner as usize, start.index as usize);
+            let holds = kept.is_some_and(|path| path.light == indirect::kept(brought).light);
             raise(start.owner as usize, Verdict::new(holds));
         }
     }

@@ -9,14 +9,14 @@
 use glam::Vec3;
 
 use super::light_paths::{AT_ONCE, PathScratch, trace_paths};
-use super::path_ends::PathStart;
+use super::path_ends::{PathResult, PathStart};
 use crate::changes::Until;
 use crate::frame::grid::bits::{set_bits, surface_bits};
 use crate::frame::shot::frame_view::FrameView;
 use crate::frame::surface::placed::{Placed, PlacedTile};
 use crate::frame::surface::ray_tally::RayTally;
-use crate::lanes::{LANES, Vec3x8};
-use crate::samples::{CELLS, Flags, PathLight, Record, Tile, half_colors};
+use crate::lanes::LANES;
+use crate::samples::{CELLS, Flags, KeptPath, PathColor, Record, Tile};
 use crate::settings::Budget;
 use crate::shade::sampling::{PathSequence, orthonormal};
 
@@ -53,11 +53,12 @@ pub fn gather(
                 continue;
             }
             let placed = placed.get(frame, tile, first);
-            let wanted = tile.gathered.known(cell).max(frame.first_paths);
-            let paths = &tile.gathered.paths(cell)[..wanted];
-            let expired = (0..).zip(paths).filter(|(_, path)| moved || frame.has_expired(path.until));
+            let list = &tile.gathered.paths;
+            let wanted = list.known(cell).count().max(frame.first_paths) as u32;
+            let holds = |path: KeptPath| !moved && !frame.has_expired(path.until);
+            let expired = (0..wanted).filter(|index| !list.path(cell, *index as usize).is_some_and(holds));
             let start = start_at(frame, tile, cell, &placed, frame.paths);
-            scratch.starts.extend(expired.map(|(index, _)| PathStart { index, ..start }));
+            scratch.starts.extend(expired.map(|index| PathStart { index, ..start }));
             if scratch.starts.len() >= AT_ONCE {
                 traced += scratch.starts.len() as u64;
                 any_changed |= renew(frame, tile, scratch, tally);
@@ -128,7 +129,7 @@ fn fill_in(
         .flat_map(|first| {
             set_bits(surface_bits(&tile.model[first..first + LANES])).map(move |lane| first + lane)
         })
-        .map(|cell| (cell, tile.gathered.known(cell)))
+        .map(|cell| (cell, tile.gathered.paths.known(cell).count()))
         .collect();
     let mut any_changed = false;
     let fewest = samples.iter().map(|(_, known)| *known).min().unwrap_or(frame.paths);
@@ -187,8 +188,7 @@ fn tangent(frame: &FrameView, model: u32, record: &Record, normal: Vec3) -> Vec3
 fn renew(frame: &FrameView, tile: &mut Tile, scratch: &mut PathScratch, tally: &mut RayTally) -> bool {
     trace_paths(frame, scratch, tally);
     for (start, brought) in scratch.starts.iter().zip(&scratch.brought) {
-        let light = kept(brought.radiance, brought.until);
-        tile.gathered.set_path(start.owner as usize, start.index as usize, light);
+        tile.gathered.paths.set(start.owner as usize, start.index as usize, kept(brought));
     }
     let mut any = false;
     for same in scratch.starts.chunk_by(|a, b| a.owner == b.owner) {
@@ -202,9 +202,8 @@ fn renew(frame: &FrameView, tile: &mut Tile, scratch: &mut PathScratch, tally: &
     any
 }
 
-/// Stored form of the result of a path that brings `radiance`.
-pub fn kept(radiance: Vec3, until: Until) -> PathLight {
-    let radiance = if radiance.is_finite() { radiance } else { Vec3::ZERO };
-    let [radiance, ..] = half_colors(Vec3x8::splat(radiance));
-    PathLight { radiance, until }
+/// Stored form of the result of a path.
+pub fn kept(brought: &PathResult) -> KeptPath {
+    let radiance = if brought.radiance.is_finite() { brought.radiance } else { Vec3::ZERO };
+    KeptPath { light: PathColor::new(radiance, brought.sees_light), until: brought.until }
 }

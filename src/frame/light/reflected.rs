@@ -10,14 +10,14 @@ use glam::Vec3;
 use super::indirect::kept;
 use super::layer_paths::paths_of_layer;
 use super::light_paths::{AT_ONCE, PathScratch, trace_paths};
-use super::path_ends::{DrawnLayer, PathResult, PathStart};
+use super::path_ends::{DrawnLayer, PathStart};
 use crate::changes::Until;
 use crate::frame::grid::bits::{set_bits, surface_bits};
 use crate::frame::shot::frame_view::FrameView;
 use crate::frame::surface::placed::{Placed, PlacedTile};
 use crate::frame::surface::ray_tally::RayTally;
 use crate::lanes::{LANES, Vec3x8};
-use crate::samples::{CELLS, Octahedral, ReflectedLight, Tile, full_color};
+use crate::samples::{CELLS, Octahedral, Tile, full_color};
 use crate::shade::coat::{SeenBy, SeenCoat};
 use crate::shade::sampling::{PathSequence, SampleSeed};
 
@@ -42,8 +42,7 @@ const ROUNDING: f32 = 1e-4;
 /// Returns true if the paths that are known of the sample in `cell` [serve](serves) an eye in the direction
 /// `to_eye`.
 pub fn serve(frame: &FrameView, tile: &Tile, cell: usize, placed: &Placed, to_eye: Vec3) -> bool {
-    let reflected = &tile.gathered.reflected;
-    let (normal, drawn_for) = (placed.normal.lane(cell % LANES), reflected.drawn_for(cell).unfold());
+    let (normal, drawn_for) = (placed.normal.lane(cell % LANES), tile.gathered.drawn_for(cell).unfold());
     let alpha = frame.palette.coats.alpha_of_rough(tile.record[cell].material);
     alpha.is_some_and(|alpha| serves(alpha, normal, drawn_for, to_eye, tile.gathered.seed(cell)))
 }
@@ -58,12 +57,12 @@ pub fn directions_to_eye(frame: &FrameView, placed: &Placed) -> Vec3x8 {
 /// eight cells. None if it has no rough layer, or samples reflect no paths.
 pub fn start_at(frame: &FrameView, tile: &Tile, cell: usize, placed: &Placed) -> Option<PathStart> {
     let (lane, record, gathered) = (cell % LANES, &tile.record[cell], &tile.gathered);
-    if !gathered.reflected.is_some() {
+    if !gathered.reflects() {
         return None;
     }
     let [normal, geometric_normal] =
         [&placed.normal, &placed.geometric_normal].map(|normal| normal.lane(lane));
-    let incoming = -gathered.reflected.drawn_for(cell).unfold();
+    let incoming = -gathered.drawn_for(cell).unfold();
     let seen = frame.palette.coats.seen(
         record.material,
         full_color(record.reflectance),
@@ -96,7 +95,7 @@ pub fn renew(
     tally: &mut RayTally,
 ) -> (bool, Until) {
     let (mut any_changed, mut least) = (false, Until::FOREVER);
-    if !tile.gathered.reflected.is_some() {
+    if !tile.gathered.reflects() {
         return (any_changed, least);
     }
     scratch.starts.clear();
@@ -120,7 +119,7 @@ pub fn renew(
     any_changed |= trace(frame, tile, scratch, tally);
     for first in (0..CELLS).step_by(LANES) {
         for lane in set_bits(surface_bits(&tile.model[first..first + LANES])) {
-            let known = tile.gathered.reflected.known(first + lane).iter();
+            let known = tile.gathered.reflected.known(first + lane);
             least = known.fold(least, |least, path| least.min(path.until));
         }
     }
@@ -138,19 +137,19 @@ fn draw(
     to_eye: Vec3,
     starts: &mut Vec<PathStart>,
 ) -> bool {
-    let known = tile.gathered.reflected.known(cell);
-    let holds =
-        !known.is_empty() && !frame.moved(tile.model[cell]) && serve(frame, tile, cell, placed, to_eye);
+    let is_known = tile.gathered.reflected.path(cell, 0).is_some();
+    let holds = is_known && !frame.moved(tile.model[cell]) && serve(frame, tile, cell, placed, to_eye);
     if !holds {
-        let had_some = !known.is_empty();
-        tile.gathered.reflected.draw_for(cell, Octahedral::fold(to_eye));
-        let Some(start) = start_at(frame, tile, cell, placed) else { return had_some };
+        tile.gathered.reflected.forget_one(cell);
+        tile.gathered.set_drawn_for(cell, Octahedral::fold(to_eye));
+        let Some(start) = start_at(frame, tile, cell, placed) else { return is_known };
         let paths = start.layer.map_or(0, |layer| layer.paths);
         starts.extend((0..paths).map(|index| PathStart { index, ..start }));
-        return had_some;
+        return is_known;
     }
-    if known.iter().any(|path| frame.has_expired(path.until)) {
-        let expired = (0..).zip(known).filter(|(_, path)| frame.has_expired(path.until));
+    let known = || tile.gathered.reflected.known(cell);
+    if known().any(|path| frame.has_expired(path.until)) {
+        let expired = (0..).zip(known()).filter(|(_, path)| frame.has_expired(path.until));
         if let Some(start) = start_at(frame, tile, cell, placed) {
             starts.extend(expired.map(|(index, _)| PathStart { index, ..start }));
         }
@@ -165,16 +164,10 @@ fn trace(frame: &FrameView, tile: &mut Tile, scratch: &mut PathScratch, tally: &
     let mut any_changed = false;
     for (start, brought) in scratch.starts.iter().zip(&scratch.brought) {
         let (cell, path) = (start.owner as usize, start.index as usize);
-        any_changed |= tile.gathered.reflected.set_path(cell, path, stored(brought));
+        any_changed |= tile.gathered.reflected.set(cell, path, kept(brought));
     }
     scratch.starts.clear();
     any_changed
-}
-
-/// Stored form of the result of a path.
-pub fn stored(brought: &PathResult) -> ReflectedLight {
-    let light = kept(brought.radiance, brought.until);
-    ReflectedLight::new(light.radiance, brought.sees_light, brought.until)
 }
 
 /// Light that the sample whose paths begin at `start` reflects to the eye, which sees its layer as `seen`.
@@ -182,6 +175,6 @@ pub fn shown(frame: &FrameView, tile: &Tile, start: &PathStart, seen: &SeenCoat)
     let Some(layer) = start.layer else { return Vec3::ZERO };
     let paths = (0..).zip(tile.gathered.reflected.known(start.owner as usize));
     paths
-        .map(|(index, path)| layer.shows(frame, start, index, seen, (path.radiance(), path.sees_light())))
+        .map(|(index, path)| layer.shows(frame, start, index, seen, (path.light.color(), path.light.flag())))
         .sum()
 }

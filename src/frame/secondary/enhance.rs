@@ -137,7 +137,7 @@ fn reflect(
             rays.count[lane] = u32::from(bounce::is_followed(frame, &seen, Vec3::ONE));
         } else if let Some(start) = reflected::start_at(frame, tile, cell, placed) {
             rays.count[lane] = start.layer.map_or(0, |layer| layer.paths);
-            rays.incoming.set_lane(lane, -tile.gathered.reflected.drawn_for(cell).unfold());
+            rays.incoming.set_lane(lane, -tile.gathered.drawn_for(cell).unfold());
             shown.push((cell as u32, reflected::shown(frame, tile, &start, &seen)));
         }
     }

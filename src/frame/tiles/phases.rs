@@ -174,6 +174,7 @@ fn update_samples(
         occlusion::find_openness(frame, tile, placed, occlusion, &mut trace.tally);
     let flags = flags.with(Flags::STALE.when(indirect_changed || openness_changed));
     let (light_changed, bounds) = direct::light(frame, tile, flags, lighting, placed, &mut trace.tally);
+    tile.compact();
     (state.until, state.bounds) = (until.min(open_until).min(reflected_until), bounds);
     clock.lap(&mut seconds.enhance);
 
