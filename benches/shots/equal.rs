@@ -21,7 +21,7 @@ use glam::{Vec2, Vec3};
 use serde::Serialize;
 
 use super::flows::Flow;
-use super::gathered::under_a_sky;
+use super::gathered::{made_rough, under_a_sky};
 use super::places::SceneName;
 use super::table::{Circumstances, write_json};
 use super::{Arguments, folder};
@@ -76,7 +76,7 @@ type Failable<T> = Result<T, Box<dyn Error>>;
 pub fn run(arguments: &Arguments) -> Failable<()> {
     let circumstances = Circumstances::now(arguments);
     println!("{}\n", circumstances.text());
-    let place = SceneName::Kitchen.place(arguments.triangles(), &folder())?;
+    let place = made_rough(SceneName::Kitchen.place(arguments.triangles(), &folder())?, arguments.rough)?;
     let (mut scene, settings) = under_a_sky(&place, arguments)?;
     scene.camera = Flow::DollyIn.camera(&place, &scene.space);
     let mut denoiser = Denoiser::new(0, DenoiseQuality::High).ok();

@@ -111,7 +111,7 @@ pub fn run(arguments: &Arguments) -> Failable<()> {
 }
 
 /// Gives all materials of a place but glass this roughness, if any is asked for.
-fn made_rough(place: Place, roughness: Option<f32>) -> Failable<Place> {
+pub fn made_rough(place: Place, roughness: Option<f32>) -> Failable<Place> {
     let Some(roughness) = roughness else { return Ok(place) };
     let folder = std::path::absolute(folder())?.join(format!("{}-rough-{roughness}", place.name));
     Ok(Place { obj: rough::copy(&place.obj, &folder, roughness)?, ..place })
