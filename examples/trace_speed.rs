@@ -10,7 +10,7 @@ use std::error::Error;
 use std::path::Path;
 use std::time::Instant;
 
-use afterimage::pose::LightShape;
+use afterimage::pose::LightSource;
 use afterimage::pose::Pose;
 use afterimage::scene;
 use afterimage::settings::Build;
@@ -182,20 +182,12 @@ fn sight_rays(pose: &Pose, ends: &[End]) -> Vec<RayBatch> {
 
 fn shadow_rays(pose: &Pose, ends: &[End]) -> Vec<RayBatch> {
     let mut batches = Batches::default();
-    let light = pose.lights.first().map(|light| light.shape);
+    let light = pose.lights.first().map(|light| light.shape.source());
     for (point, back, ..) in ends {
         let start = *point + *back * 1e-4;
         let (to_light, far) = match light {
-            Some(
-                LightShape::Point { position }
-                | LightShape::Spot { position, .. }
-                | LightShape::Rectangle { center: position, .. }
-                | LightShape::Disk { center: position, .. }
-                | LightShape::Sphere { center: position, .. },
-            ) => (position - start, 1.0),
-            Some(LightShape::Directional { to_light } | LightShape::Sun { to_light, .. }) => {
-                (to_light, f32::INFINITY)
-            }
+            Some(LightSource::Place(place)) => (place - start, 1.0),
+            Some(LightSource::Direction(to_light)) => (to_light, f32::INFINITY),
             None => (Vec3::Y, f32::INFINITY),
         };
         batches.open().push(start, to_light, 0.0, far);

@@ -187,8 +187,8 @@ impl RenderSpace {
 }
 
 /// Camera axes as columns (right, up, back) for a view along `way`, banked by `roll` degrees.
-fn looking_at(way: DVec3, roll: f64) -> DMat3 {
-    let forward = way.try_normalize().unwrap_or(DVec3::NEG_Z);
+fn looking_at(direction: DVec3, roll: f64) -> DMat3 {
+    let forward = direction.try_normalize().unwrap_or(DVec3::NEG_Z);
     // straight up or down has no horizon: take -Z (or +Z) for the top of the picture
     let level = forward.cross(DVec3::Y);
     let right = level.try_normalize().unwrap_or(DVec3::X);
@@ -239,6 +239,13 @@ pub enum LightShape {
         /// Cosine of the half angle up to which it is full.
         cos_inner: f32,
     },
+    /// Light with an area.
+    Area(AreaShape),
+}
+
+/// Shape of a light with an area.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum AreaShape {
     /// Rectangle that shines to the side that its axis points to.
     Rectangle {
         /// Centre, world space.
@@ -281,12 +288,28 @@ pub enum LightShape {
     },
 }
 
+/// Origin of light.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum LightSource {
+    /// A place, world space; the middle of it, where it has an area.
+    Place(Vec3),
+    /// Infinitely far away: the direction from the scene to the middle of it, unit length.
+    Direction(Vec3),
+}
+
 impl LightShape {
     /// Returns true if the light has an area.
     pub fn is_area(&self) -> bool {
-        match self {
-            Self::Rectangle { .. } | Self::Disk { .. } | Self::Sphere { .. } | Self::Sun { .. } => true,
-            Self::Point { .. } | Self::Directional { .. } | Self::Spot { .. } => false,
+        matches!(self, Self::Area(_))
+    }
+
+    /// Origin of the light.
+    #[inline(always)]
+    pub fn source(&self) -> LightSource {
+        match *self {
+            Self::Point { position } | Self::Spot { position, .. } => LightSource::Place(position),
+            Self::Directional { to_light } => LightSource::Direction(to_light),
+            Self::Area(area) => area.source(),
         }
     }
 
@@ -294,11 +317,45 @@ impl LightShape {
     /// of its directions; 0 for lights that have no area.
     pub fn reach(&self) -> f32 {
         match self {
+            Self::Area(area) => area.reach(),
+            Self::Point { .. } | Self::Directional { .. } | Self::Spot { .. } => 0.0,
+        }
+    }
+
+    /// Half the size of the box around its points, or directions, with the [source](Self::source) in the middle.
+    pub fn half_extent(&self) -> Vec3 {
+        match self {
+            Self::Area(area) => area.half_extent(),
+            Self::Point { .. } | Self::Directional { .. } | Self::Spot { .. } => Vec3::ZERO,
+        }
+    }
+}
+
+impl AreaShape {
+    #[inline(always)]
+    fn source(&self) -> LightSource {
+        match *self {
+            Self::Rectangle { center, .. } | Self::Disk { center, .. } | Self::Sphere { center, .. } => {
+                LightSource::Place(center)
+            }
+            Self::Sun { to_light, .. } => LightSource::Direction(to_light),
+        }
+    }
+
+    fn reach(&self) -> f32 {
+        match self {
             Self::Rectangle { across, up, .. } => 0.5 * (across.length() + up.length()),
             Self::Disk { across, .. } => across.length(),
             Self::Sphere { radius, .. } => *radius,
             Self::Sun { versine, .. } => (2.0 * versine).sqrt(),
-            Self::Point { .. } | Self::Directional { .. } | Self::Spot { .. } => 0.0,
+        }
+    }
+
+    fn half_extent(&self) -> Vec3 {
+        match self {
+            Self::Rectangle { across, up, .. } => 0.5 * (across.abs() + up.abs()),
+            Self::Disk { across, up, .. } => across.abs() + up.abs(),
+            Self::Sphere { .. } | Self::Sun { .. } => Vec3::splat(self.reach()),
         }
     }
 }
@@ -330,35 +387,36 @@ impl LightPose {
             LightKind::Rectangle { position, target, size: [width, height] } => {
                 let center = position.at(frame);
                 let axes = looking_at(target.at(frame) - center, 0.0);
-                LightShape::Rectangle {
+                LightShape::Area(AreaShape::Rectangle {
                     center: center.as_vec3(),
                     across: (axes.x_axis * *width).as_vec3(),
                     up: (axes.y_axis * *height).as_vec3(),
                     axis: -axes.z_axis.as_vec3(),
-                }
+                })
             }
             LightKind::Disk { position, target, radius } => {
                 let center = position.at(frame);
                 let axes = looking_at(target.at(frame) - center, 0.0);
-                LightShape::Disk {
+                LightShape::Area(AreaShape::Disk {
                     center: center.as_vec3(),
                     across: (axes.x_axis * *radius).as_vec3(),
                     up: (axes.y_axis * *radius).as_vec3(),
                     axis: -axes.z_axis.as_vec3(),
-                }
+                })
             }
-            LightKind::Sphere { position, radius } => {
-                LightShape::Sphere { center: position.at(frame).as_vec3(), radius: *radius as f32 }
-            }
+            LightKind::Sphere { position, radius } => LightShape::Area(AreaShape::Sphere {
+                center: position.at(frame).as_vec3(),
+                radius: *radius as f32,
+            }),
             LightKind::Sun { direction, angle } => {
                 let axes = looking_at(-direction.at(frame), 0.0);
                 let half_sine = (angle * 0.25).to_radians().sin();
-                LightShape::Sun {
+                LightShape::Area(AreaShape::Sun {
                     to_light: -axes.z_axis.as_vec3(),
                     across: axes.x_axis.as_vec3(),
                     up: axes.y_axis.as_vec3(),
                     versine: (2.0 * half_sine * half_sine) as f32,
-                }
+                })
             }
         };
         Self { shape, strength, points: light.points() }

@@ -405,7 +405,7 @@ sum_fields!(AuditCounts: checked, differing, on_edge);
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::settings::{Budget, Build, Filter, Mode};
+    use crate::settings::{Build, Filter};
 
     fn frame(number: i32, base: u64, good: u64, shadow: u64) -> FrameStats {
         FrameStats {
@@ -471,34 +471,11 @@ mod tests {
         let picture = Settings {
             width: 4,
             height: 3,
-            overscan: 0,
-            crop: None,
             samples: 2,
-            refinement: None,
             filter: Filter::Mitchell,
-            filter_radius: None,
-            depth: 4,
-            reflections: 4,
-            paths: 0,
-            paths_per_frame: 16,
-            budget: Budget::None,
-            bounces: 2,
-            clamp: None,
-            occlusion_rays: 16,
-            occlusion_radius: 1.0,
-            tree_memory: 256,
-            stereo: None,
-            shutter: None,
-            exposures: 16,
-            mode: Mode::Auto,
-            reuse: Default::default(),
-            base_every: 0,
-            caustics: Default::default(),
-            base_place: Default::default(),
-            layers: crate::layers::Layers::ALL,
-            background: crate::settings::Backdrop::default(),
             audit: true,
             build: Build::Best,
+            ..Settings::default()
         };
         let frames = [FrameStats { audit: Some(AuditCounts::default()), ..frame(2, 1, 0, 0) }];
         let stats = RunStats {

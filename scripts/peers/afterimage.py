@@ -50,11 +50,11 @@ def run(*words, nice=False):
 
 
 def write_shot(path, place, light_samples=16):
-    """The shot of a place: matt surfaces, box filter; how many samples and paths is said when it is rendered.
+    """The shot of a place: no mirrors, box filter; how many samples and paths is said when it is rendered.
 
     `light_samples`: shadow rays of each sample to the panel."""
     width, height = place["size"]
-    lines = ["[render]", f"size = [{width}, {height}]", "samples = 1", 'filter = "box"', "depth = 0"]
+    lines = ["[render]", f"size = [{width}, {height}]", "samples = 1", 'filter = "box"', "depth = 1"]
     lines += [f'frames = "1-{last_frame(place)}"', "[indirect]", "paths = 1", "[camera]", *keys(place)]
     lines += ["[[model]]", f"obj = {json.dumps(place['scene'] + '/scene.obj')}"]
     if "panel" in place:
@@ -91,17 +91,23 @@ def panel(center, size, radiance, samples):
 
 def picture(path, layer=None):
     """The colours of a layer of an EXR file, or of the picture itself; (height, width, 3), linear."""
+    all_of_it = channels(path)
+    return np.stack([all_of_it[f"{layer}.{one}" if layer else one] for one in "RGB"], axis=2)
+
+
+def channels(path):
+    """The channels of an EXR file, by name; (height, width)."""
     import OpenEXR
 
-    channels = OpenEXR.File(str(path), separate_channels=True).channels()
-    names = [f"{layer}.{one}" if layer else one for one in "RGB"]
-    return np.stack([np.asarray(channels[name].pixels, np.float64) for name in names], axis=2)
+    read = OpenEXR.File(str(path), separate_channels=True).channels()
+    return {name: np.asarray(channel.pixels, np.float64) for name, channel in read.items()}
 
 
-def render(shot, folder, frames, options, nice=False):
+def render(shot, folder, frames, options, nice=False, layers="none"):
     """Renders frames into `folder`; returns their files and their statistics, by frame."""
+    folder.mkdir(parents=True, exist_ok=True)
     out, statistics = folder / "frame.####.exr", folder / "statistics.json"
-    always = ["--frames", frames, "--layers", "none", "-q", "-o", out, "--stats", statistics]
+    always = ["--frames", frames, "--layers", layers, "-q", "-o", out, "--stats", statistics]
     run("render", shot, *always, *options, nice=nice)
     made = json.loads(statistics.read_text())["frames"]
     return {one["frame"]: folder / f"frame.{one['frame']:04}.exr" for one in made}, made
@@ -129,18 +135,26 @@ def reference(place, folder, depth, grids, paths, out):
 
 
 def measured(place, folder, depth, truth, mode, setting, rounds):
-    """The row of one setting: N, for N x N samples a pixel, paths of a new sample, paths that a kept one may get, shadow rays.
+    """The row of one setting, as `measured_files` has it, with the error of the last frame."""
+    row, files = measured_files(place, folder, depth, mode, setting, rounds)
+    shown = picture(files[last_frame(place)], "denoised" if mode.endswith("+denoise") else None)
+    return row | {"error": measure.relative_rmse(shown, truth)}
+
+
+def measured_files(place, folder, depth, mode, setting, rounds):
+    """The row of one setting: N, for N x N samples a pixel, paths of a new sample, paths that a kept one may get, rays to the panel
+    and as many reflected ones where materials are rough.
 
     `mode` is "full", "inferred" or "filled", with "+denoise" behind it or not. Seconds are the mean over frames, of each
-    the fastest round, without writing files; of a chain also the mean over a cycle of frames with its base frame. The
-    error is that of the last frame.
+    the fastest round, without writing files; of a chain also the mean over a cycle of frames with its base frame.
+    Returns the row and the files, by frame.
     """
     folder.mkdir(parents=True, exist_ok=True)
     *setting, light_samples = setting
     shot, last = write_shot(folder / "shot.toml", place, light_samples), last_frame(place)
     how, _, denoise = mode.partition("+")
     options, frames = options_of(how, last, *setting)
-    options += ["--bounces", bounces(depth), *(["--denoise"] if denoise else [])]
+    options += ["--bounces", bounces(depth), "--reflections", light_samples, *(["--denoise"] if denoise else [])]
     taken = []
     for _ in range(rounds):
         with measure.timed_turn():
@@ -152,8 +166,7 @@ def measured(place, folder, depth, truth, mode, setting, rounds):
     row = {"renderer": f"Afterimage, {mode}", "depth": depth, "setting": words_of(*setting, light_samples), "seconds": seconds}
     if how != "full":
         row["cycle"] = float(fastest[0] + (CYCLE - 1) * seconds) / CYCLE
-    row["error"] = measure.relative_rmse(picture(files[last], "denoised" if denoise else None), truth)
-    return row
+    return row, files
 
 
 def words_of(grid, paths, most, light_samples):

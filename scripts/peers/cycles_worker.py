@@ -1,7 +1,8 @@
 """Renders with Cycles, in a process of its own: `python -m peers.cycles_worker JOB.json`.
 
-The job is that of `mitsuba_worker`, without a variant; `sampler` is "plain" or "denoised". Depths are Mitsuba's; Cycles
-counts the bounces after direct light, two fewer. A scene's emission and its sky are not known here.
+The job is that of `mitsuba_worker`, without a variant; `sampler` is "plain" or "denoised". Or it has `sequences`, a list of `{"path",
+"samples", "seeds", "name"}`, with `views` (pairs of eye and target), `depth`, `rounds` and `rows`. Depths are Mitsuba's; Cycles
+counts the bounces after direct light, two fewer. A scene's emission is not known here.
 """
 
 import json
@@ -27,6 +28,8 @@ def main():
         reference(file, **job["reference"])
     for series in job.get("measure", []):
         measured(job, file, **series)
+    for one in job.get("sequences", []):
+        sequence(job, file, **one)
     file.unlink(missing_ok=True)
 
 
@@ -48,9 +51,9 @@ def load(place):
     light.matrix_world = mathutils.Matrix.Translation(place["panel"]["center"]) @ mathutils.Matrix.Rotation(
         math.radians(-90), 4, "X"
     )
-    world = bpy.data.worlds.new("black")
+    world = bpy.data.worlds.new("sky")
     world.use_nodes = True
-    world.node_tree.nodes["Background"].inputs["Color"].default_value = (0, 0, 0, 1)
+    world.node_tree.nodes["Background"].inputs["Color"].default_value = (*place.get("sky", [0, 0, 0]), 1)
     blender.world = world
     settings(blender, width, height)
 
@@ -70,7 +73,7 @@ def settings(blender, width, height):
     cycles.use_adaptive_sampling = False
     cycles.pixel_filter_type = "BOX"
     cycles.sample_clamp_direct = cycles.sample_clamp_indirect = 0
-    cycles.glossy_bounces = cycles.transmission_bounces = cycles.volume_bounces = 0
+    cycles.transmission_bounces = cycles.volume_bounces = 0
     cycles.caustics_reflective = cycles.caustics_refractive = False
 
 
@@ -92,24 +95,28 @@ def mesh(part):
     made.polygons.foreach_set("loop_start", np.arange(0, faces.size, 3, dtype=np.int32))
     made.uv_layers.new().data.foreach_set("uv", part["uv"][faces.ravel()].ravel())
     made.update(calc_edges=True)
-    made.materials.append(diffuse(part["material"]))
+    made.materials.append(surface(part["material"]))
     made.shade_flat()
     return made
 
 
-def diffuse(material):
+def surface(material):
+    """The material of a part: matt, or with a rough layer above."""
     made = bpy.data.materials.new(material["name"])
     made.use_nodes = True
     nodes, links = made.node_tree.nodes, made.node_tree.links
     nodes.clear()
-    surface, end = nodes.new("ShaderNodeBsdfDiffuse"), nodes.new("ShaderNodeOutputMaterial")
-    links.new(surface.outputs["BSDF"], end.inputs["Surface"])
+    kind, color = ("Diffuse", "Color") if material["roughness"] is None else ("Principled", "Base Color")
+    bsdf, end = nodes.new(f"ShaderNodeBsdf{kind}"), nodes.new("ShaderNodeOutputMaterial")
+    links.new(bsdf.outputs["BSDF"], end.inputs["Surface"])
+    if material["roughness"] is not None:
+        bsdf.inputs["Roughness"].default_value, bsdf.inputs["IOR"].default_value = material["roughness"], 1.5
     if material["image"]:
         texture = nodes.new("ShaderNodeTexImage")
         texture.image = bpy.data.images.load(material["image"], check_existing=True)
-        links.new(texture.outputs["Color"], surface.inputs["Color"])
+        links.new(texture.outputs["Color"], bsdf.inputs[color])
     else:
-        surface.inputs["Color"].default_value = (*material["albedo"], 1)
+        bsdf.inputs[color].default_value = (*material["albedo"], 1)
     return made
 
 
@@ -143,7 +150,7 @@ def render(file, depth, samples, seed, denoise=False):
     """Seconds of one render, and its picture. Reading the picture takes a file, which is written after the clock stopped."""
     blender = bpy.context.scene
     cycles = blender.cycles
-    cycles.max_bounces = cycles.diffuse_bounces = depth - 2
+    cycles.max_bounces = cycles.diffuse_bounces = cycles.glossy_bounces = depth - 2
     cycles.samples, cycles.seed = samples, seed
     cycles.use_denoising = denoise
     if denoise:
@@ -185,6 +192,21 @@ def measured(job, file, name, depth, sampler, reference):
         measure.append(job["rows"], row | {"seconds": min(seconds), "error": error})
         if error < measure.TARGET:
             break
+
+
+def sequence(job, file, path, samples, seeds, name=""):
+    """Writes denoised pictures of the job's `views`, each with a seed of its own; its row has the mean of their seconds."""
+    seconds, pictures = [], []
+    with measure.timed_turn():
+        for (eye, target), seed in zip(job["views"], seeds):
+            bpy.context.scene.camera.matrix_world = looking(eye, target)
+            render(file, job["depth"], 1, 0, denoise=True)  # builds
+            taken = [render(file, job["depth"], samples, seed, denoise=True) for _ in range(job["rounds"])]
+            seconds.append(min(took for took, _ in taken))
+            pictures.append(taken[-1][1])
+    np.save(path, np.array(pictures))
+    if "rows" in job:
+        measure.append(job["rows"], {"name": name, "samples": samples, "seconds": float(np.mean(seconds))})
 
 
 if __name__ == "__main__":

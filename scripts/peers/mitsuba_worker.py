@@ -73,8 +73,12 @@ def mesh(part):
     reflectance = color(material["albedo"])
     if material["image"]:
         reflectance = {"type": "bitmap", "filename": material["image"]}
+    inner = {"type": "diffuse", "reflectance": reflectance}
+    if material["roughness"] is not None:
+        # `specular` 0.5 is an index of refraction of 1.5
+        inner = {"type": "principled", "base_color": reflectance, "roughness": material["roughness"], "specular": 0.5}
     properties = mi.Properties()
-    properties["bsdf"] = mi.load_dict({"type": "twosided", "inner": {"type": "diffuse", "reflectance": reflectance}})
+    properties["bsdf"] = mi.load_dict({"type": "twosided", "inner": inner})
     if any(material["emission"]):
         properties["emitter"] = mi.load_dict({"type": "area", "radiance": color(material["emission"])})
     positions, uv, faces = part["positions"], part["uv"], part["faces"]

@@ -12,8 +12,10 @@ from . import scene
 FRAMES = 24  # of the dolly through the kitchen
 
 
-def kitchen(folder, size, *, plate=False):
+def kitchen(folder, size, *, plate=False, roughness=None):
     """The kitchen under a panel at its ceiling, with a dolly into it of a centimetre a frame.
+
+    With a `roughness` its materials reflect, and an even white sky shines in through its windows.
 
     The panel shines downwards, and the camera does not see it. Mitsuba's panel is a surface that takes what light meets it, and
     Afterimage's is none: with a black `plate` above it they are alike.
@@ -22,9 +24,10 @@ def kitchen(folder, size, *, plate=False):
     travel = np.array([-0.1052, -0.01015, -0.21559]) / FRAMES
     eye, target = np.array([1.211, 1.80475, 3.85239]), np.array([0.335, 1.72, 2.056])
     way = FRAMES - 1
-    return {
+    lit = {} if roughness is None else {"sky": [1.0, 1.0, 1.0]}
+    return lit | {
         "name": "kitchen",
-        "scene": str(scene.real("kitchen", folder, above if plate else ())),
+        "scene": str(scene.real("kitchen", folder, above if plate else (), roughness)),
         "size": size,
         "fov": 40,
         # the view that is measured: the dolly's last frame
@@ -33,6 +36,15 @@ def kitchen(folder, size, *, plate=False):
         "dolly": {"frames": FRAMES, "eye": eye.tolist(), "target": target.tolist()},
         "panel": {"center": [0.3, 2.3, 1.2], "size": [1.0, 0.6], "radiance": 15.0},
     }
+
+
+def dolly_view(place, frame):
+    """Eye and target of the dolly in one of its frames."""
+    dolly = place["dolly"]
+    share = (frame - 1) / (dolly["frames"] - 1)
+    return [
+        (np.array(dolly[end]) * (1 - share) + np.array(place[end]) * share).tolist() for end in ("eye", "target")
+    ]
 
 
 def bathroom(folder, size):

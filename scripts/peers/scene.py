@@ -1,4 +1,4 @@
-"""One scene for all renderers: triangles of matt materials, as files that each of them can read.
+"""One scene for all renderers: triangles of matt or rough materials, as files that each of them can read.
 
 A scene is a folder with `scene.json`, `mesh.npz` (for Mitsuba and Cycles) and `scene.obj` with `scene.mtl` (for
 Afterimage). Positions are single floats, the same bits in all of them. There are no vertex normals: renderers
@@ -20,7 +20,7 @@ UNSAID_ALBEDO = 0.5
 # Illumination models of MTL that mean glass.
 GLASS = {4, 6, 7, 9}
 
-FORMAT = 1  # of the folder: raise it when what is written changes
+FORMAT = 2  # of the folder: raise it when what is written changes
 
 
 class SceneMissing(Exception):
@@ -32,15 +32,21 @@ def collection():
     return pathlib.Path(os.environ.get("AFTERIMAGE_SCENES") or pathlib.Path.home() / ".cache/afterimage-scenes")
 
 
-def real(name, folder, beside=()):
-    """The matt version of scene `name` of the collection, made in `folder` where it is not there yet; with other parts `beside` it."""
+def real(name, folder, beside=(), roughness=None):
+    """The matt version of scene `name` of the collection, made in `folder` where it is not there yet; with other parts `beside` it.
+
+    With a `roughness`, what is matt reflects as well, as plastic of this roughness does.
+    """
     obj = collection() / name / f"{name}.obj"
     if not obj.is_file():
         raise SceneMissing(f"there is no {obj}; AFTERIMAGE_SCENES names the folder of such scenes")
     seen = obj.stat()
-    source = [FORMAT, str(obj), seen.st_size, seen.st_mtime_ns, *[one["material"]["name"] for one in beside]]
+    source = [FORMAT, str(obj), seen.st_size, seen.st_mtime_ns, roughness, *[one["material"]["name"] for one in beside]]
     if made_from(folder) != source:
-        write(folder, [*[matt(*part) for part in read_obj(obj)], *beside], source)
+        parts = [one for one in (matt(*part) for part in read_obj(obj)) if one is not None]
+        for one in parts:
+            one["material"]["roughness"] = roughness
+        write(folder, [*parts, *beside], source)
     return folder
 
 
@@ -138,7 +144,7 @@ def part(name, positions, faces, albedo, *, uv=None, image=None, emission=(0, 0,
     a, b, c = (positions[faces[:, corner]].astype(np.float64) for corner in range(3))
     faces = faces[np.linalg.norm(np.cross(b - a, c - a), axis=1) > 0]
     uv = np.zeros((len(positions), 2), np.float32) if uv is None else uv
-    material = {"name": name, "albedo": list(albedo), "image": image, "emission": list(emission)}
+    material = {"name": name, "albedo": list(albedo), "image": image, "emission": list(emission), "roughness": None}
     return {"material": material, "positions": positions.astype(np.float32), "uv": uv, "faces": faces}
 
 
@@ -149,7 +155,7 @@ def write(folder, parts, source):
     """Writes a scene; `scene.json`, which says that it is complete, at the end."""
     folder.mkdir(parents=True, exist_ok=True)
     (folder / "scene.json").unlink(missing_ok=True)
-    parts = [one for one in parts if one is not None and len(one["faces"])]
+    parts = [one for one in parts if len(one["faces"])]
     arrays = {f"{name}{at}": one[name] for at, one in enumerate(parts) for name in ("positions", "uv", "faces")}
     np.savez(folder / "mesh.npz", **arrays)
     write_mtl(folder / "scene.mtl", parts)
@@ -164,6 +170,8 @@ def write_mtl(path, parts):
             material = one["material"]
             out.write(f"newmtl m{at}\nillum 1\nKa 0 0 0\n")
             out.write("Kd {} {} {}\n".format(*material["albedo"]))
+            if material["roughness"] is not None:
+                out.write(f"Pr {material['roughness']}\n")
             if any(material["emission"]):
                 out.write("Ke {} {} {}\n".format(*material["emission"]))
             if material["image"]:

@@ -1,4 +1,5 @@
-"""Seconds a frame to a relative error of 10 %: the matt kitchen under a panel, in all renderers that are there."""
+"""Seconds a frame to a relative error of 10 %, in all renderers that are there: the matt kitchen under a panel, or with rough materials
+under a panel and a sky."""
 
 from . import afterimage, measure, places, workers
 from .report import markdown, rounded, say
@@ -16,24 +17,36 @@ GRIDS = {
     "inferred+denoise": [(3, 4, 4, 16), (4, 2, 2, 4), (5, 2, 2, 4)],
     "filled+denoise": [(3, 1, 4, 16), (4, 1, 4, 4), (5, 1, 4, 4)],
 }
+# of rough materials: the fourth number is that of reflections as well
+ROUGH_GRIDS = {
+    "full": [(4, 1, 1, 1), (5, 1, 1, 1), (6, 1, 1, 1), (5, 2, 2, 1), (4, 2, 2, 2), (4, 4, 4, 4)],
+    "inferred": [(3, 16, 16, 4), (4, 4, 4, 4), (4, 8, 8, 4), (5, 4, 4, 4), (6, 2, 2, 2), (8, 1, 1, 1)],
+    "filled": [(4, 1, 8, 4), (4, 2, 16, 4), (5, 1, 4, 4), (5, 1, 8, 2), (6, 1, 4, 2), (8, 1, 4, 1)],
+    "full+denoise": [(2, 1, 1, 1), (3, 1, 1, 1), (3, 2, 2, 1), (4, 1, 1, 1)],
+    "inferred+denoise": [(3, 4, 4, 4), (4, 2, 2, 4), (5, 2, 2, 2), (6, 1, 1, 1)],
+    "filled+denoise": [(3, 1, 4, 4), (4, 1, 4, 2), (5, 1, 4, 1)],
+}
 REFERENCE_GRIDS, REFERENCE_PATHS = [13, 14, 15, 16], 2
 # samples a pixel of each part of a reference, and how many parts; the parts' spread tells its error
 REFERENCES = {"mitsuba": (1024, 4), "cycles": (512, 4)}
 LADDER = [2**power for power in range(12)]  # samples a pixel, until the error is small enough
 
-QUICK_GRIDS = {mode: settings[:2] for mode, settings in GRIDS.items()}
 
 
-def main(work, rounds, quick, depths):
+def main(work, rounds, quick, depths, roughness=None):
     """Measures, and returns the table and what it needs to be understood, in Markdown."""
     size = SMALL if quick else SIZE
-    place = places.kitchen(work / "kitchen", size)
+    if roughness is not None:
+        work /= f"rough-{roughness}"
+        work.mkdir(parents=True, exist_ok=True)
+    place = places.kitchen(work / "kitchen", size, roughness=roughness)
     found = workers.found()
     rows_file = work / "speed.jsonl"
     rows_file.unlink(missing_ok=True)
     references = make_references(work, place, found, quick, depths)
     if "afterimage" in found:
-        grids = QUICK_GRIDS if quick else GRIDS
+        grids = GRIDS if roughness is None else ROUGH_GRIDS
+        grids = {mode: settings[:2] for mode, settings in grids.items()} if quick else grids
         measure_afterimage(work, place, references, rows_file, grids, rounds, depths)
     if "mitsuba" in found:
         # the variant that compiles has its samplers tried; the other one is there for comparison

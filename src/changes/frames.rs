@@ -4,7 +4,7 @@
 use crate::animation::{Keyed, ShapeTrack, Track, TransformTrack};
 use crate::exposure::Clock;
 use crate::pose::LightPose;
-use crate::scene::{Light, LightKind, Scene};
+use crate::scene::{Light, Scene};
 
 /// Number of moments in a row without a change of a value, although its tracks change, after which it counts
 /// as changed: frame by frame the search would take too long.
@@ -85,18 +85,8 @@ pub fn of_model<'a>(
 }
 
 fn tracks_of_light(light: &Light) -> Vec<&dyn Keys> {
-    let mut tracks: Vec<&dyn Keys> = vec![&light.color, &light.power];
-    match &light.kind {
-        LightKind::Point { position } | LightKind::Sphere { position, .. } => tracks.push(position),
-        LightKind::Directional { direction } | LightKind::Sun { direction, .. } => tracks.push(direction),
-        LightKind::Spot { position, target, .. }
-        | LightKind::Rectangle { position, target, .. }
-        | LightKind::Disk { position, target, .. } => {
-            tracks.push(position);
-            tracks.push(target);
-        }
-    }
-    tracks
+    let places = light.kind.tracks().into_iter().map(|track| track as &dyn Keys);
+    [&light.color as &dyn Keys, &light.power].into_iter().chain(places).collect()
 }
 
 /// Moments at which a light's pose differs in anything, as [`of_model`] gives them.
@@ -166,6 +156,7 @@ fn changes<'a, T: PartialEq + 'a>(
 mod tests {
     use super::*;
     use crate::animation::{Interpolation, Visibility};
+    use crate::scene::LightKind;
     use glam::{DAffine3, DVec3, Vec3};
 
     fn sliding(keys: &[(f64, f64)]) -> TransformTrack {

@@ -23,12 +23,6 @@ impl Bounds {
         Self { low: point, high: point }
     }
 
-    /// Box around a rectangle.
-    pub fn of_rectangle(center: Vec3, across: Vec3, up: Vec3) -> Self {
-        let reach = (across.abs() + up.abs()) * 0.5;
-        Self { low: center - reach, high: center + reach }
-    }
-
     /// Box around eight points.
     pub fn of_lanes(points: Vec3x8) -> Self {
         (0..LANES).fold(Self::EMPTY, |all, lane| all.with(points.lane(lane)))

@@ -76,41 +76,10 @@ impl Comparison {
 pub(crate) mod tests {
     use super::*;
     use crate::report::both_ways::tests::frame;
-    use crate::settings::{Budget, Build, Filter, Mode, Settings};
+    use crate::settings::Settings;
 
     pub fn comparison(frames: Vec<ComparedFrame>) -> Comparison {
-        let settings = Settings {
-            width: 10,
-            height: 10,
-            overscan: 0,
-            crop: None,
-            samples: 1,
-            refinement: None,
-            filter: Filter::Box,
-            filter_radius: None,
-            depth: 4,
-            reflections: 4,
-            paths: 0,
-            paths_per_frame: 16,
-            budget: Budget::None,
-            bounces: 2,
-            clamp: None,
-            occlusion_rays: 16,
-            occlusion_radius: 1.0,
-            tree_memory: 256,
-            stereo: None,
-            shutter: None,
-            exposures: 16,
-            mode: Mode::Auto,
-            reuse: Default::default(),
-            base_every: 0,
-            caustics: Default::default(),
-            base_place: Default::default(),
-            layers: crate::layers::Layers::ALL,
-            background: crate::settings::Backdrop::default(),
-            audit: true,
-            build: Build::Best,
-        };
+        let settings = Settings { width: 10, height: 10, samples: 1, paths: 0, ..Settings::default() };
         let mut comparison = Comparison {
             shot: "city <1>.toml".into(),
             title: "A city & a blimp".into(),

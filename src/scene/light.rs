@@ -124,11 +124,60 @@ pub enum LightKind {
 }
 
 impl LightKind {
+    /// Name for people.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::Point { .. } => "point",
+            Self::Directional { .. } => "directional",
+            Self::Spot { .. } => "spot",
+            Self::Rectangle { .. } => "rectangle",
+            Self::Disk { .. } => "disk",
+            Self::Sphere { .. } => "sphere",
+            Self::Sun { .. } => "directional, soft",
+        }
+    }
+
     /// Returns true if the light is more than a point, so that shadows are soft.
     pub fn is_area(&self) -> bool {
         match self {
             Self::Rectangle { .. } | Self::Disk { .. } | Self::Sphere { .. } | Self::Sun { .. } => true,
             Self::Point { .. } | Self::Directional { .. } | Self::Spot { .. } => false,
         }
+    }
+
+    /// Tracks of the places and directions of the light.
+    pub fn tracks(&self) -> Vec<&Track<DVec3>> {
+        match self {
+            Self::Point { position } | Self::Sphere { position, .. } => vec![position],
+            Self::Directional { direction } | Self::Sun { direction, .. } => vec![direction],
+            Self::Spot { position, target, .. }
+            | Self::Rectangle { position, target, .. }
+            | Self::Disk { position, target, .. } => vec![position, target],
+        }
+    }
+
+    /// Converts the light to another space, in which a point is `point` of itself and lengths are `scale` times as long. Returns also the
+    /// factor on its power there: what falls with the square of the distance is stronger at larger ones.
+    pub(crate) fn converted(self, point: impl Fn(DVec3) -> DVec3, scale: f64) -> (Self, f64) {
+        let place = |track: Track<DVec3>| track.map(&point);
+        let kind = match self {
+            Self::Point { position } => Self::Point { position: place(position) },
+            Self::Spot { position, target, cone, soft } => {
+                Self::Spot { position: place(position), target: place(target), cone, soft }
+            }
+            Self::Rectangle { position, target, size } => Self::Rectangle {
+                position: place(position),
+                target: place(target),
+                size: size.map(|edge| edge * scale),
+            },
+            Self::Disk { position, target, radius } => {
+                Self::Disk { position: place(position), target: place(target), radius: radius * scale }
+            }
+            Self::Sphere { position, radius } => {
+                Self::Sphere { position: place(position), radius: radius * scale }
+            }
+            directional @ (Self::Directional { .. } | Self::Sun { .. }) => return (directional, 1.0),
+        };
+        (kind, scale * scale)
     }
 }

@@ -10,7 +10,7 @@
 use glam::{DVec3, Vec3};
 
 use super::camera::{Aim, Lens};
-use super::{CameraTrack, Light, LightKind};
+use super::{CameraTrack, Light};
 use crate::animation::TransformTrack;
 
 /// A shot is moved if its middle is farther from the origin than this many times its own size.
@@ -168,33 +168,9 @@ impl RenderSpace {
         CameraTrack { eye: camera.eye.converted(|eye| self.point(eye), self.scale), aim, lens, ..camera }
     }
 
-    /// Converts a light's motion; what falls with the square of the distance is stronger at larger ones.
+    /// Converts a light's motion and its power.
     pub(crate) fn light(&self, light: Light) -> Light {
-        let is_directional = matches!(light.kind, LightKind::Directional { .. } | LightKind::Sun { .. });
-        let strength = if is_directional { 1.0 } else { self.scale * self.scale };
-        let kind = match light.kind {
-            LightKind::Point { position } => LightKind::Point { position: position.map(|at| self.point(at)) },
-            LightKind::Spot { position, target, cone, soft } => LightKind::Spot {
-                position: position.map(|at| self.point(at)),
-                target: target.map(|at| self.point(at)),
-                cone,
-                soft,
-            },
-            LightKind::Rectangle { position, target, size } => LightKind::Rectangle {
-                position: position.map(|at| self.point(at)),
-                target: target.map(|at| self.point(at)),
-                size: size.map(|edge| edge * self.scale),
-            },
-            LightKind::Disk { position, target, radius } => LightKind::Disk {
-                position: position.map(|at| self.point(at)),
-                target: target.map(|at| self.point(at)),
-                radius: radius * self.scale,
-            },
-            LightKind::Sphere { position, radius } => {
-                LightKind::Sphere { position: position.map(|at| self.point(at)), radius: radius * self.scale }
-            }
-            directional @ (LightKind::Directional { .. } | LightKind::Sun { .. }) => directional,
-        };
+        let (kind, strength) = light.kind.converted(|at| self.point(at), self.scale);
         Light { kind, power: light.power.map(|power| power * strength), ..light }
     }
 }
@@ -205,6 +181,7 @@ mod tests {
 
     use super::*;
     use crate::animation::Track;
+    use crate::scene::LightKind;
 
     fn fit(low: [f64; 3], high: [f64; 3]) -> RenderSpace {
         RenderSpace::fit_for(Extent::NONE.with(low.into()).with(high.into()))

@@ -9,7 +9,7 @@ use glam::Vec3;
 
 use super::light_sample::{LightSample, from_place};
 use crate::lanes::{F32x8, Mask, Vec3x8};
-use crate::pose::{LightPose, LightShape};
+use crate::pose::{AreaShape, LightPose, LightShape};
 
 /// An area light as a ray sees it.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -26,33 +26,34 @@ pub struct Glow {
 
 /// Radiance of an area light, linear RGB; zero for lights that have no area.
 pub fn radiance(light: &LightPose) -> Vec3 {
+    let LightShape::Area(area) = light.shape else { return Vec3::ZERO };
     light.strength
-        * match light.shape {
-            LightShape::Rectangle { across, up, .. } => PI / (across.length() * up.length()),
-            LightShape::Disk { across, .. } => 1.0 / across.length_squared(),
-            LightShape::Sphere { radius, .. } => 1.0 / (radius * radius),
-            LightShape::Sun { versine, .. } => 0.5 / versine,
-            LightShape::Point { .. } | LightShape::Directional { .. } | LightShape::Spot { .. } => 0.0,
+        * match area {
+            AreaShape::Rectangle { across, up, .. } => PI / (across.length() * up.length()),
+            AreaShape::Disk { across, .. } => 1.0 / across.length_squared(),
+            AreaShape::Sphere { radius, .. } => 1.0 / (radius * radius),
+            AreaShape::Sun { versine, .. } => 0.5 / versine,
         }
 }
 
 /// Intersects the ray `origin + t * direction` (unit length) with `light`: what it sees, if it meets the side
 /// that shines.
 pub fn glow(light: &LightPose, origin: Vec3, direction: Vec3) -> Option<Glow> {
-    let (distance, density) = match light.shape {
-        LightShape::Rectangle { center, across, up, axis } => {
+    let LightShape::Area(area) = light.shape else { return None };
+    let (distance, density) = match area {
+        AreaShape::Rectangle { center, across, up, axis } => {
             let (distance, aside, cos) = meet_plane(center, axis, origin, direction)?;
             let along = |edge: Vec3| aside.dot(edge).abs() <= 0.5 * edge.length_squared();
             let is_inside = along(across) && along(up);
             is_inside.then(|| (distance, distance * distance / (cos * across.length() * up.length())))?
         }
-        LightShape::Disk { center, across, axis, .. } => {
+        AreaShape::Disk { center, across, axis, .. } => {
             let (distance, aside, cos) = meet_plane(center, axis, origin, direction)?;
             let squared = across.length_squared();
             let is_inside = aside.length_squared() <= squared;
             is_inside.then(|| (distance, distance * distance / (cos * PI * squared)))?
         }
-        LightShape::Sphere { center, radius } => {
+        AreaShape::Sphere { center, radius } => {
             let to_center = center - origin;
             let (squared, along) = (to_center.length_squared(), to_center.dot(direction));
             let beside = (to_center - direction * along).length_squared();
@@ -60,11 +61,10 @@ pub fn glow(light: &LightPose, origin: Vec3, direction: Vec3) -> Option<Glow> {
             let distance = along - (radius * radius - beside).max(0.0).sqrt();
             is_met.then(|| (distance, 1.0 / (TAU * versine(radius * radius / squared))))?
         }
-        LightShape::Sun { to_light, versine, .. } => {
+        AreaShape::Sun { to_light, versine, .. } => {
             let is_met = (direction - to_light).length_squared() <= 2.0 * versine;
             is_met.then_some((f32::INFINITY, 1.0 / (TAU * versine)))?
         }
-        LightShape::Point { .. } | LightShape::Directional { .. } | LightShape::Spot { .. } => return None,
     };
     Some(Glow { distance, radiance: radiance(light), density, points: light.points })
 }
@@ -88,31 +88,32 @@ fn versine(squared_sine: f32) -> f32 {
     squared_sine / (1.0 + (1.0 - squared_sine).max(0.0).sqrt())
 }
 
-/// Light from the points of `light` at `aside`, shares of its edges from -1/2 to 1/2, to eight `points`. None
-/// for lights that have no area.
+/// Light from the points of `light` at `aside`, shares of the edges of its `area` from -1/2 to 1/2, to eight `points`.
 #[inline(always)]
-pub(super) fn from_places(light: &LightPose, aside: [F32x8; 2], points: Vec3x8) -> LightSample {
+pub(super) fn from_places(
+    light: &LightPose,
+    area: AreaShape,
+    aside: [F32x8; 2],
+    points: Vec3x8,
+) -> LightSample {
     let share = light.strength / light.points as f32;
-    match light.shape {
-        LightShape::Rectangle { center, across, up, axis } => {
+    match area {
+        AreaShape::Rectangle { center, across, up, axis } => {
             let [along, above] = aside;
             let source = Vec3x8::splat(center) + Vec3x8::splat(across) * along + Vec3x8::splat(up) * above;
             from_plane(share, source, axis, points)
         }
-        LightShape::Disk { center, across, up, axis } => {
+        AreaShape::Disk { center, across, up, axis } => {
             let [along, above] = disk(aside);
             let source = Vec3x8::splat(center) + Vec3x8::splat(across) * along + Vec3x8::splat(up) * above;
             from_plane(share, source, axis, points)
         }
-        LightShape::Sphere { center, radius } => from_sphere(share, center, radius, disk(aside), points),
-        LightShape::Sun { to_light, across, up, versine } => {
+        AreaShape::Sphere { center, radius } => from_sphere(share, center, radius, disk(aside), points),
+        AreaShape::Sun { to_light, across, up, versine } => {
             let axes = [across, up, to_light].map(Vec3x8::splat);
             let direction = in_cone(axes, F32x8::splat(versine), disk(aside)).0;
             let irradiance = Vec3x8::splat(share);
             LightSample { to_light: direction, direction, far: f32::INFINITY, irradiance, reaches: Mask::ALL }
-        }
-        LightShape::Point { .. } | LightShape::Directional { .. } | LightShape::Spot { .. } => {
-            LightSample { reaches: Mask::NONE, ..from_place(Vec3::ZERO, Vec3x8::ZERO, points) }
         }
     }
 }
@@ -214,12 +215,16 @@ mod tests {
         let (center, axis) = (Vec3::new(0.3, 2.0, -0.5), Vec3::new(0.6, -0.8, 0.0));
         let (across, up) = (Vec3::Z, Vec3::new(0.8, 0.6, 0.0));
         let shapes = [
-            LightShape::Rectangle { center, across: across * 1.5, up: up * 0.7, axis },
-            LightShape::Disk { center, across: across * 0.8, up: up * 0.8, axis },
-            LightShape::Sphere { center, radius: 0.9 },
-            LightShape::Sun { to_light: -axis, across, up, versine: 0.02 },
+            AreaShape::Rectangle { center, across: across * 1.5, up: up * 0.7, axis },
+            AreaShape::Disk { center, across: across * 0.8, up: up * 0.8, axis },
+            AreaShape::Sphere { center, radius: 0.9 },
+            AreaShape::Sun { to_light: -axis, across, up, versine: 0.02 },
         ];
-        shapes.map(|shape| LightPose { shape, strength: Vec3::new(1.0, 2.0, 4.0), points: 16 })
+        shapes.map(|area| LightPose {
+            shape: LightShape::Area(area),
+            strength: Vec3::new(1.0, 2.0, 4.0),
+            points: 16,
+        })
     }
 
     fn anywhere(light: &LightPose, index: u32) -> LightSample {
@@ -269,10 +274,10 @@ mod tests {
 
     #[test]
     fn far_away_a_sphere_is_a_point() {
-        let shape = LightShape::Sphere { center: Vec3::new(0.0, 50.0, 0.0), radius: 0.5 };
+        let shape = LightShape::Area(AreaShape::Sphere { center: Vec3::new(0.0, 50.0, 0.0), radius: 0.5 });
         let light = LightPose { shape, strength: Vec3::splat(2500.0), points: 16 };
         assert!((anywhere(&light, 0).irradiance.lane(0).x - 1.0).abs() < 1e-4);
-        let inside = LightShape::Sphere { center: Vec3::ZERO, radius: 0.5 };
+        let inside = LightShape::Area(AreaShape::Sphere { center: Vec3::ZERO, radius: 0.5 });
         assert_eq!(anywhere(&LightPose { shape: inside, ..light }, 0).irradiance.lane(0), Vec3::ZERO);
         assert_eq!(glow(&LightPose { shape: inside, ..light }, Vec3::ZERO, Vec3::Y), None);
     }

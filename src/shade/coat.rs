@@ -17,7 +17,7 @@ mod layer;
 use glam::Vec3;
 
 use lanes::CoatLanes;
-pub use lanes::SeenCoats;
+pub use lanes::{LayerRays, SeenCoats};
 use layer::{Albedos, Coat, LEAST_ALPHA_OF_PATHS};
 pub use layer::{Reflected, SeenBy, SeenCoat};
 
@@ -33,15 +33,6 @@ pub struct Coats {
     /// True for each material with a layer; empty if there is none. It is read for all surfaces, most of
     /// which have no layer.
     has: Vec<bool>,
-}
-
-/// Rays by which the layers of eight surfaces reflect.
-#[derive(Debug, Clone, Copy)]
-pub struct LayerRays {
-    /// Number of rays that each reflects.
-    pub count: [u32; LANES],
-    /// Direction along which each was seen when their directions were drawn; unit length.
-    pub incoming: Vec3x8,
 }
 
 /// Alpha that paths see (Pharr, Jakob and Humphreys, "Physically Based Rendering", 4th edition, 2023, "path

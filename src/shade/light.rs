@@ -9,7 +9,7 @@ pub use super::light_sample::LightSample;
 use super::light_sample::from_place;
 use super::sampling::NUMBER_BITS;
 use crate::lanes::{F32x8, LANES, Mask, Vec3x8, signed};
-use crate::pose::{LightPose, LightShape};
+use crate::pose::{LightPose, LightShape, LightSource};
 use crate::scene::Light;
 
 /// Points of an area light that eight samples aim at, for as long as they live. The points of all samples of
@@ -59,12 +59,15 @@ pub fn seeds_of_places(places: Vec3x8) -> u32x8 {
     scrambled(scrambled(scrambled(x) ^ y) ^ z) << NUMBER_BITS
 }
 
+/// Largest number of points of a light.
+const MOST_POINTS: usize = Light::MOST_SAMPLES as usize;
+
 /// First points of the sequence, unscrambled. The sequence is linear: a sample's points are these, combined
 /// with its own first point.
-const POINTS: [[u32; AREA_POINTS]; 2] = {
-    let mut points = [[0; AREA_POINTS]; 2];
+const POINTS: [[u32; MOST_POINTS]; 2] = {
+    let mut points = [[0; MOST_POINTS]; 2];
     let mut number = 0;
-    while number < AREA_POINTS {
+    while number < MOST_POINTS {
         let mut pascal = number as u32;
         pascal ^= (pascal & 0xaaaa_aaaa) >> 1;
         pascal ^= (pascal & 0xcccc_cccc) >> 2;
@@ -74,9 +77,6 @@ const POINTS: [[u32; AREA_POINTS]; 2] = {
     }
     points
 };
-
-/// Largest number of points of a light.
-const AREA_POINTS: usize = Light::MOST_SAMPLES as usize;
 
 /// Reverses the bits of a number: the first dimension of Sobol's sequence.
 #[inline(always)]
@@ -121,16 +121,10 @@ fn scrambled(bits: u32x8) -> u32x8 {
 /// Vectors from `points` to a light, of any length, and the parameter along them at which the light is; to
 /// the centre of an area light.
 #[inline(always)]
-pub fn way(light: &LightPose, points: Vec3x8) -> (Vec3x8, f32) {
-    match light.shape {
-        LightShape::Directional { to_light } | LightShape::Sun { to_light, .. } => {
-            (Vec3x8::splat(to_light), f32::INFINITY)
-        }
-        LightShape::Point { position }
-        | LightShape::Spot { position, .. }
-        | LightShape::Rectangle { center: position, .. }
-        | LightShape::Disk { center: position, .. }
-        | LightShape::Sphere { center: position, .. } => (Vec3x8::splat(position) - points, 1.0),
+pub fn to_light(light: &LightPose, points: Vec3x8) -> (Vec3x8, f32) {
+    match light.shape.source() {
+        LightSource::Direction(to_light) => (Vec3x8::splat(to_light), f32::INFINITY),
+        LightSource::Place(place) => (Vec3x8::splat(place) - points, 1.0),
     }
 }
 
@@ -162,10 +156,7 @@ pub fn light_sample(
             light_sample.reaches = share.gt(F32x8::ZERO);
             light_sample
         }
-        LightShape::Rectangle { .. }
-        | LightShape::Disk { .. }
-        | LightShape::Sphere { .. }
-        | LightShape::Sun { .. } => from_places(light, pattern.aside(point), points),
+        LightShape::Area(area) => from_places(light, area, pattern.aside(point), points),
     }
 }
 
@@ -190,7 +181,12 @@ fn samples_from(
     (sample, first): (usize, usize),
     point: Vec3,
 ) -> LightSample {
-    let mut light_sample = from_places(light, pattern.asides(sample, first), Vec3x8::splat(point));
+    let points = Vec3x8::splat(point);
+    let mut light_sample = match light.shape {
+        LightShape::Area(area) => from_places(light, area, pattern.asides(sample, first), points),
+        // the only point there is
+        _ => light_sample(light, 0, pattern, points),
+    };
     if light.points < first + LANES {
         let is_there = Mask::new(|lane| first + lane < light.points);
         light_sample.irradiance = is_there.select3(light_sample.irradiance, Vec3x8::ZERO);
@@ -204,11 +200,11 @@ fn samples_from(
 /// own.
 #[inline(always)]
 pub fn light_from_anywhere(light: &LightPose, [along, above]: [F32x8; 2], points: Vec3x8) -> LightSample {
-    if !light.shape.is_area() {
+    let LightShape::Area(area) = light.shape else {
         return light_sample(light, 0, &StratifiedPattern::NONE, points);
-    }
+    };
     let half = F32x8::splat(0.5);
-    let mut light_sample = from_places(light, [along - half, above - half], points);
+    let mut light_sample = from_places(light, area, [along - half, above - half], points);
     light_sample.irradiance = light_sample.irradiance * F32x8::splat(light.points as f32);
     light_sample
 }
@@ -231,6 +227,7 @@ fn fade(cos: F32x8, outer: f32, inner: f32) -> F32x8 {
 mod tests {
     use super::super::sampling::SampleSeed;
     use super::*;
+    use crate::pose::AreaShape;
 
     #[test]
     fn a_point_light_falls_with_the_square() {
@@ -260,7 +257,7 @@ mod tests {
 
     fn panel(center: Vec3, size: f32) -> LightPose {
         let (across, up, axis) = (Vec3::X * size, Vec3::Z * size, Vec3::NEG_Y);
-        let shape = LightShape::Rectangle { center, across, up, axis };
+        let shape = LightShape::Area(AreaShape::Rectangle { center, across, up, axis });
         LightPose { shape, strength: Vec3::splat(8.0), points: 16 }
     }
 

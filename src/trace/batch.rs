@@ -117,17 +117,17 @@ impl RayBatch {
     #[inline(always)]
     pub fn push_packet_to_samples(
         &mut self,
-        ways: &[(Vec3x8, Vec3x8, F32x8); 2],
+        segments: &[(Vec3x8, Vec3x8, F32x8); 2],
         [models, triangles]: [&[u32]; 2],
         lanes: u16,
     ) {
-        let packet = self.next_whole(ways, lanes);
+        let packet = self.next_whole(segments, lanes);
         packet.own_model.copy_from_slice(models);
         packet.own_triangle.copy_from_slice(triangles);
     }
 
     #[inline(always)]
-    fn next_whole(&mut self, ways: &[(Vec3x8, Vec3x8, F32x8); 2], lanes: u16) -> &mut RayPacket {
+    fn next_whole(&mut self, segments: &[(Vec3x8, Vec3x8, F32x8); 2], lanes: u16) -> &mut RayPacket {
         debug_assert_eq!(self.len, self.whole.len() * LANES, "whole packets come first");
         let at = self.whole.len();
         if at == self.packets.len() {
@@ -137,7 +137,7 @@ impl RayBatch {
         self.len += LANES;
         let packet = &mut self.packets[at];
         // by reference: the array is large enough to be copied by a call
-        for (half, (origins, directions, far)) in ways.iter().enumerate() {
+        for (half, (origins, directions, far)) in segments.iter().enumerate() {
             let [x, y, z] = &mut packet.origin;
             origins.store([x, y, z], half * HALF);
             let [x, y, z] = &mut packet.direction;

@@ -47,7 +47,7 @@ fn an_audit_finds_a_pixel_that_should_not_stand() {
         let mut render = |spoil: &mut dyn FnMut(&mut Film)| {
             renderer.spoil_film(spoil);
             let finished = renderer.render(1, true).expect("renders");
-            (finished.film.planes.len(), finished.stats.audit.expect("asked for").differing)
+            (finished.film.planes.len(), toy::differing(&finished))
         };
         let mut planes = 0;
         for _ in 0..3 {
@@ -94,7 +94,7 @@ fn an_audit_finds_a_mirror_that_should_not_stand() {
                     assert!(renderer.spoil(Spoil::Trees).expect("no rays are cast") > 0);
                 }
                 let finished = renderer.render(frame, true).expect("renders");
-                finished.stats.audit.expect("asked for").differing
+                toy::differing(&finished)
             });
             frames.sum::<u64>()
         };

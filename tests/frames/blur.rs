@@ -125,16 +125,14 @@ fn samples_change_hands_when_the_camera_starts_and_stops() {
         let mut scene = with_lens(with_camera(with_flyer(world()), eye.clone(), rests(TARGET)), radius);
         let settings = Settings { audit: true, ..settings(1) };
         let frames = toy::render(&scene, &settings, 8);
-        assert!(frames.iter().all(|frame| frame.stats.audit.unwrap().differing == 0));
+        assert!(frames.iter().all(|frame| toy::differing(frame) == 0));
         let verified = |frame: usize| frames[frame - 1].stats.rays.verification;
         assert!(verified(4) > 4 * verified(8), "in place again: {} {}", verified(4), verified(8));
         scene.camera.cuts = vec![4];
         if let EyeTrack::Keyed(places) = scene.camera.eye {
             scene.camera.eye = places.cut_at(&[4.0]).into();
         }
-        assert!(
-            toy::render(&scene, &settings, 6).iter().all(|frame| frame.stats.audit.unwrap().differing == 0)
-        );
+        assert!(toy::render(&scene, &settings, 6).iter().all(|frame| toy::differing(frame) == 0));
     }
 }
 
@@ -287,7 +285,7 @@ fn what_moves_evenly_leaves_a_ramp() {
             ..settings(1)
         };
         let frame = toy::render(&scene, &settings, 2).pop().unwrap();
-        assert_eq!(frame.stats.audit.unwrap().differing, 0);
+        assert_eq!(toy::differing(&frame), 0);
         // at frame 2 the square reaches from -2 to 0, and the picture from -4.8 to 4.8
         let mut worst: f64 = 0.0;
         for x in 0..96 {
@@ -336,7 +334,7 @@ fn alpha(scene: &Scene, exposures: u32) -> Vec<f32> {
         ..settings(1)
     };
     let frame = toy::render(scene, &settings, 1).pop().unwrap();
-    assert_eq!(frame.stats.audit.unwrap().differing, 0);
+    assert_eq!(toy::differing(&frame), 0);
     frame.film.values("A").unwrap()
 }
 
@@ -494,7 +492,7 @@ fn a_lens_as_large_as_the_scene_is_exact() {
     for radius in [3.0, 12.0] {
         let scene = with_lens(with_flyer(world()), radius);
         for finished in toy::render(&scene, &Settings { mode: Mode::Auto, audit: true, ..settings(1) }, 3) {
-            assert_eq!(finished.stats.audit.unwrap().differing, 0, "{radius}");
+            assert_eq!(toy::differing(&finished), 0, "{radius}");
             assert!(finished.film.values("R").unwrap().iter().all(|value| value.is_finite()));
         }
     }

@@ -27,10 +27,6 @@ fn first(scene: &Scene, settings: &Settings) -> Finished {
     toy::render(scene, settings, 1).remove(0)
 }
 
-fn differing(finished: &Finished) -> u64 {
-    finished.stats.audit.expect("asked for").differing
-}
-
 const ALBEDO: f32 = 0.6;
 
 /// Of the floor.
@@ -370,7 +366,7 @@ fn glass_casts_shadows() {
                 let settings = Settings { audit: true, ..settings(caustics, 0, 0) };
                 let mut renderer = Renderer::with(kind, &scene, &settings).expect("it builds");
                 let finished = renderer.render(1, true).expect("it renders");
-                assert_eq!(differing(&finished), 0);
+                assert_eq!(toy::differing(&finished), 0);
                 toy::color(&finished, 48, 36).y
             };
             let [through, blocked] = [Caustics::None, Caustics::Paths].map(shown);
@@ -405,7 +401,7 @@ fn what_is_kept_behind_glass_that_moves_is_what_would_be_made_anew() {
             for caustics in [Caustics::None, Caustics::Paths] {
                 let settings = Settings { audit: true, ..settings(caustics, 3, 3) };
                 for (number, finished) in toy::render(&scene, &settings, FRAMES).iter().enumerate() {
-                    assert_eq!(differing(finished), 0, "{name}, {caustics:?}, frame {}", number + 1);
+                    assert_eq!(toy::differing(finished), 0, "{name}, {caustics:?}, frame {}", number + 1);
                     let reused = finished.stats.samples.reused();
                     assert!(number == 0 || reused > 0, "{name}, {caustics:?}: nothing is reused");
                 }
@@ -507,7 +503,7 @@ fn direct_light_is_not_limited() {
             let settings =
                 Settings { width: 32, height: 24, clamp, audit: true, ..settings(Caustics::None, 4, 1) };
             let finished = first(&scene, &settings);
-            assert_eq!(differing(&finished), 0);
+            assert_eq!(toy::differing(&finished), 0);
             colors(&finished)
         };
         let (limited, free) = (light(Some(1e-3)), light(None));
@@ -533,7 +529,7 @@ fn limited_light_is_kept_exactly() {
             let settings = Settings { width: 48, height: 36, clamp, audit: true, ..usual };
             let frames = pool.install(|| toy::render(&scene, &settings, FRAMES));
             for (number, finished) in frames.iter().enumerate() {
-                assert_eq!(differing(finished), 0, "frame {}", number + 1);
+                assert_eq!(toy::differing(finished), 0, "frame {}", number + 1);
                 assert!(number == 0 || finished.stats.samples.reused() > 0, "nothing is reused");
             }
             frames.iter().flat_map(colors).map(f32::to_bits).collect::<Vec<_>>()

@@ -4,7 +4,7 @@ use std::f32::consts::{PI, TAU};
 
 use afterimage::animation::TransformTrack;
 use afterimage::frame::{Finished, Renderer, Spoil};
-use afterimage::pose::{LightShape, Pose};
+use afterimage::pose::{AreaShape, LightShape, Pose};
 use afterimage::scene::environment::Sky;
 use afterimage::scene::{Background, Environment, LightKind, Material, Scene};
 use afterimage::settings::{Budget, Filter, Settings};
@@ -35,10 +35,6 @@ fn first(scene: &Scene, settings: &Settings) -> Finished {
     toy::render(scene, settings, 1).remove(0)
 }
 
-fn differing(finished: &Finished) -> u64 {
-    finished.stats.audit.expect("asked for").differing
-}
-
 /// Within a closed surface that glows evenly light is the same everywhere: the sum of a geometric series.
 #[test]
 fn a_furnace_is_as_bright_as_the_series_says() {
@@ -55,7 +51,7 @@ fn a_furnace_is_as_bright_as_the_series_says() {
         let expected: f32 = (0..=reflected).map(|bounce| EMITTED * ALBEDO.powi(bounce as i32)).sum();
         let seen = mean(&finished);
         assert!((seen / expected - Vec3::ONE).abs().max_element() < 2e-3, "{bounces}: {seen}, {expected}");
-        assert_eq!(differing(&finished), 0);
+        assert_eq!(toy::differing(&finished), 0);
     }
 }
 
@@ -90,7 +86,7 @@ fn a_floor_under_a_sky_is_as_bright_as_the_sky_says() {
         let finished = first(&scene, &audited(64, 1));
         let seen = (20..70).map(|y| toy::color(&finished, 48, y)).sum::<Vec3>() / 50.0;
         assert!((seen / expected - Vec3::ONE).abs().max_element() < 0.02, "{seen}, {expected}");
-        assert_eq!(differing(&finished), 0);
+        assert_eq!(toy::differing(&finished), 0);
     }
 }
 
@@ -130,7 +126,9 @@ fn a_glowing_panel_lights_as_a_panel_does() {
         let lit = mean(&first(&scene, &settings(64, bounces)));
         let LightKind::Rectangle { size: [width, height], .. } = scene.lights[0].kind else { unreachable!() };
         let radiance = 20.0 * PI / (width * height) as f32;
-        let LightShape::Rectangle { center, across, up, .. } = Pose::new(&scene, 1).lights[0].shape else {
+        let LightShape::Area(AreaShape::Rectangle { center, across, up, .. }) =
+            Pose::new(&scene, 1).lights[0].shape
+        else {
             unreachable!()
         };
         let corner = |x: f32, y: f32| (center + across * x + up * y).to_array();
@@ -144,7 +142,7 @@ fn a_glowing_panel_lights_as_a_panel_does() {
         scene.lights.clear();
         let finished = first(&scene, &audited(64, bounces));
         let glowing = mean(&finished);
-        assert_eq!(differing(&finished), 0);
+        assert_eq!(toy::differing(&finished), 0);
         assert!((glowing / lit - Vec3::ONE).abs().max_element() < 0.01, "{bounces}: {glowing}, {lit}");
     }
 }
@@ -273,7 +271,7 @@ fn what_is_kept_is_what_would_be_gathered_anew() {
             let settings = Settings { samples, filter, budget, paths_per_frame: 2, ..audited(5, 2) };
             let settings = Settings { width, height, ..settings };
             for finished in toy::render(&scene, &settings, FRAMES) {
-                assert_eq!(differing(&finished), 0, "{name}, frame {}", finished.stats.frame);
+                assert_eq!(toy::differing(&finished), 0, "{name}, frame {}", finished.stats.frame);
             }
         }
     }
@@ -295,7 +293,7 @@ fn light_on_what_slides_in_its_own_plane_is_gathered_anew() {
     };
     for scene in [slides(), camera_goes(slides())] {
         for frame in toy::render(&scene, &audited(4, 1), FRAMES) {
-            assert_eq!(differing(&frame), 0, "frame {}: {:?}", frame.stats.frame, frame.stats.audit);
+            assert_eq!(toy::differing(&frame), 0, "frame {}: {:?}", frame.stats.frame, frame.stats.audit);
         }
     }
 }
@@ -306,7 +304,7 @@ fn frames_may_be_rendered_backwards() {
     let mut renderer = Renderer::new(&scene, &audited(4, 2)).expect("the scene builds");
     for frame in [6, 4, 4, 2, 5, 1] {
         let finished = renderer.render(frame, true).expect("renders");
-        assert_eq!(differing(&finished), 0, "frame {frame}");
+        assert_eq!(toy::differing(&finished), 0, "frame {frame}");
     }
 }
 
@@ -355,7 +353,7 @@ fn behind_what_rests_nothing_is_traced_again() {
         let frames = toy::render(&scene, &audited(8, 2), FRAMES);
         assert!(frames[0].stats.rays.gathering > 0);
         for finished in &frames[1..] {
-            assert_eq!((finished.stats.rays.gathering, differing(finished)), (0, 0));
+            assert_eq!((finished.stats.rays.gathering, toy::differing(finished)), (0, 0));
         }
     }
 }
@@ -382,7 +380,7 @@ fn light_comes_out_from_behind_what_rests() {
         let frames = toy::render(&scene, &audited(8, 2), FRAMES);
         frames
             .iter()
-            .for_each(|finished| assert_eq!(differing(finished), 0, "frame {}", finished.stats.frame));
+            .for_each(|finished| assert_eq!(toy::differing(finished), 0, "frame {}", finished.stats.frame));
         let [first, .., last] = &frames[..] else { panic!("there are several") };
         assert!(mean(last).y > 1.2 * mean(first).y, "{}, {}", mean(first), mean(last));
     }
@@ -391,7 +389,7 @@ fn light_comes_out_from_behind_what_rests() {
 /// The error of the last of so many frames at rest, against a reference.
 fn error_after(scene: &Scene, reference: &Finished, settings: &Settings, frames: i32) -> f32 {
     let last = toy::render(scene, settings, frames).pop().expect("there is one");
-    assert_eq!(differing(&last), 0);
+    assert_eq!(toy::differing(&last), 0);
     let [last, reference] = [&last, reference].map(|of| of.film.values("G").expect("it is there").to_vec());
     let squares = last.iter().zip(&reference).map(|(a, b)| (a - b).powi(2)).sum::<f32>();
     (squares / last.len() as f32).sqrt()
@@ -477,7 +475,7 @@ fn an_audit_finds_what_is_kept_a_frame_too_long() {
             if spoils {
                 assert!(renderer.spoil(Spoil::Until).expect("no rays are cast") > 20);
             }
-            differing(&renderer.render(3, true).expect("renders"))
+            toy::differing(&renderer.render(3, true).expect("renders"))
         };
         assert_eq!(found(false), 0);
         assert!(found(true) > 20, "{}", found(true));
@@ -491,6 +489,6 @@ fn an_audit_finds_spoilt_paths() {
     let mut renderer = Renderer::new(&scene, &audited(4, 2)).expect("the scene builds");
     renderer.render(1, true).expect("renders");
     let spoilt = renderer.spoil(Spoil::Gathered).expect("no rays are cast");
-    let found = differing(&renderer.render(2, true).expect("renders"));
+    let found = toy::differing(&renderer.render(2, true).expect("renders"));
     assert!(spoilt > 50 && found == spoilt, "{spoilt}, {found}");
 }

@@ -22,7 +22,7 @@ fn frames(scene: &Scene, settings: &Settings, last: i32) -> Vec<Film> {
     let mut renderer = Renderer::new(scene, &settings).unwrap();
     let film = |frame| {
         let finished = renderer.render(frame, true).unwrap();
-        assert_eq!(finished.stats.audit.unwrap().differing, 0, "frame {frame}");
+        assert_eq!(toy::differing(&finished), 0, "frame {frame}");
         Film::clone(&finished.film)
     };
     (1..=last).map(film).collect()

@@ -39,7 +39,7 @@ fn worlds() -> [Scene; 2] {
 fn films(scene: &Scene, settings: &Settings) -> Vec<Film> {
     let frames = toy::render(scene, &Settings { audit: true, ..settings.clone() }, 4);
     let film = |frame: &afterimage::frame::Finished| {
-        assert_eq!(frame.stats.audit.unwrap().differing, 0);
+        assert_eq!(toy::differing(frame), 0);
         Film::clone(&frame.film)
     };
     frames.iter().map(film).collect()
@@ -169,6 +169,7 @@ fn odd_groups_are_refused_with_their_line() {
     let same = format!("{}{}", named("key", "a"), named("key", "a"));
     run(&same, options).1.failed(&["a.toml:12", "two lights `a` in the group `key`", "rename one"]);
     run(&named("a.b", "a"), options).1.failed(&["a.toml:10", "`group`", "letters"]);
+    run(&named("others", "a"), options).1.failed(&["a.toml:10", "`group`", "all lights that state none"]);
     run(&named("", "a"), options).1.failed(&["`group`"]);
     let many: String = (0..8).map(|number| named(&format!("g{number}"), "a")).collect();
     run(&many, options).1.failed(&["more than 7 groups"]);

@@ -85,7 +85,7 @@ fn a_matte_is_what_the_picture_would_be_if_its_object_alone_were_white() {
         for (number, model) in scene.models.iter().enumerate() {
             let white = toy::render(&shining(&scene, |other| other == number), &settings, 4);
             for (frame, white) in frames.iter().zip(&white) {
-                assert_eq!(frame.stats.audit.unwrap().differing, 0);
+                assert_eq!(toy::differing(frame), 0);
                 let [matte, wanted] =
                     [matte(&frame.film, "CryptoObject", ids[&model.name]), white.film.values("R").unwrap()];
                 let (count, most) = off(&matte, &wanted);

@@ -59,10 +59,6 @@ fn stats(scene: &Scene, settings: &Settings, last: i32) -> Vec<FrameStats> {
     (1..=last).map(|frame| renderer.render(frame, true).expect("the frame renders").stats).collect()
 }
 
-fn differing(finished: &Finished) -> u64 {
-    finished.stats.audit.expect("asked for").differing
-}
-
 /// Within an even sky of 1, a white body that nothing else shines on shows no more than 1 anywhere, and hardly less.
 #[test]
 fn a_white_body_in_a_furnace_is_white() {
@@ -89,7 +85,7 @@ fn a_white_body_in_a_furnace_is_white() {
         assert!(body.len() > 500 && mean > 0.98 && mean < 1.005, "{name}");
         // sixty-four rays of a rough surface differ
         assert!(most < 1.15, "{name}");
-        assert_eq!(differing(&finished), 0);
+        assert_eq!(toy::differing(&finished), 0);
     }
 }
 
@@ -175,7 +171,7 @@ fn a_metal_floor_reflects_the_sky_as_its_integral_says() {
         assert!(ratio.min_element() > 0.98 && ratio.max_element() < 1.02, "{roughness}: {mean}, {expected}");
         let most = seen.iter().copied().fold(Vec3::ZERO, Vec3::max);
         assert!((most / mean).max_element() < 1.5, "no sparks: {roughness}: {most}, {mean}");
-        assert_eq!(differing(&finished), 0);
+        assert_eq!(toy::differing(&finished), 0);
     }
 }
 
@@ -432,7 +428,7 @@ fn what_is_kept_does_not_depend_on_the_eye() {
     let base = renderer.render(1, true).expect("it renders").stats.rays.gathering;
     for frame in 2..=4 {
         let finished = renderer.render(frame, true).expect("it renders");
-        assert_eq!(differing(&finished), 0);
+        assert_eq!(toy::differing(&finished), 0);
         assert!(finished.stats.rays.gathering * 5 < base, "frame {frame}");
     }
 }

@@ -37,10 +37,6 @@ fn first(scene: &Scene, settings: &Settings) -> Finished {
     toy::render(scene, settings, 1).remove(0)
 }
 
-fn differing(finished: &Finished) -> u64 {
-    finished.stats.audit.expect("asked for").differing
-}
-
 fn plane(finished: &Finished, name: &str) -> Vec<f32> {
     finished.film.values(name).expect("the plane is there")
 }
@@ -172,7 +168,7 @@ fn ambient_light_is_dimmed_by_occlusion() {
     let plain = first(&scene, &settings);
     scene.ambient_is_occluded = true;
     let occluded = first(&scene, &settings);
-    assert_eq!((differing(&plain), differing(&occluded)), (0, 0));
+    assert_eq!((toy::differing(&plain), toy::differing(&occluded)), (0, 0));
     let [shown, alpha] = ["occlusion.V", "A"].map(|name| plane(&occluded, name));
     assert_eq!(shown, plane(&plain, "occlusion.V"));
     let mut dimmed = 0;
@@ -192,7 +188,7 @@ fn ambient_light_is_dimmed_by_occlusion() {
     // the layer is not needed for it
     let alone = first(&scene, &Settings { layers: Layers::NONE, ..settings });
     assert_eq!(plane(&alone, "G"), plane(&occluded, "G"));
-    assert_eq!(differing(&alone), 0);
+    assert_eq!(toy::differing(&alone), 0);
 }
 
 #[test]
@@ -209,7 +205,7 @@ fn mirrors_show_ambient_light_dimmed() {
     let shown = |scene: &Scene, radius| {
         let settings = Settings { depth: 2, layers: Layers::ALL, ..audited(16, radius) };
         let finished = first(scene, &settings);
-        assert_eq!(differing(&finished), 0);
+        assert_eq!(toy::differing(&finished), 0);
         let reflected = plane(&finished, "reflection.G");
         reflected.iter().sum::<f32>() / reflected.len() as f32
     };
@@ -274,7 +270,7 @@ fn what_is_kept_is_what_would_be_found_anew() {
         ] {
             for finished in toy::render(&scene, &settings, FRAMES) {
                 let (frame, layers) = (finished.stats.frame, settings.layers);
-                assert_eq!(differing(&finished), 0, "{name}, frame {frame}, {layers:?}");
+                assert_eq!(toy::differing(&finished), 0, "{name}, frame {frame}, {layers:?}");
             }
         }
     }
@@ -286,7 +282,7 @@ fn frames_may_be_rendered_backwards_and_in_steps() {
     let mut renderer = Renderer::new(&scene, &audited(8, 2.0)).expect("the scene builds");
     for frame in [6, 4, 4, 2, 5, 1, 6, 9] {
         let finished = renderer.render(frame, true).expect("renders");
-        assert_eq!(differing(&finished), 0, "frame {frame}");
+        assert_eq!(toy::differing(&finished), 0, "frame {frame}");
     }
 }
 
@@ -378,7 +374,7 @@ fn an_audit_finds_what_is_kept_a_frame_too_long() {
             if spoils {
                 assert!(renderer.spoil(Spoil::Openness).expect("no rays are cast") > 100);
             }
-            differing(&renderer.render(3, true).expect("renders"))
+            toy::differing(&renderer.render(3, true).expect("renders"))
         };
         assert_eq!(found(false), 0);
         assert!(found(true) > 20, "{}", found(true));

@@ -122,7 +122,7 @@ fn the_right_eye_weights_the_paths_of_the_left_one() {
     };
     let ([left, right], [_, fresh]) = (both(Mode::Reproject), both(Mode::Full));
     assert!(right.stats.rays.reflection * 10 < left.stats.rays.reflection, "most are kept");
-    assert_eq!(right.stats.audit.expect("asked for").differing, 0);
+    assert_eq!(toy::differing(&right), 0);
     let [kept, fresh] = [&right, &fresh].map(in_the_middle);
     assert!((kept / fresh - Vec3::ONE).abs().max_element() < 0.01, "{kept}, {fresh}");
 }
@@ -146,6 +146,38 @@ fn an_audit_finds_spoilt_reflections() {
     }
 }
 
+/// A rough floor and a rough wall beside a small bright surface: no pixel is much brighter than what is around it in a picture without
+/// noise. Paths that meet the surface by chance would bring all of its light, if rays that ask it did not count as well.
+#[test]
+fn a_small_bright_surface_makes_no_sparks() {
+    for roughness in [0.15, 0.4] {
+        let glows = afterimage::scene::Material { emission: Vec3::splat(2000.0), ..toy::matt(0.0) };
+        let models = vec![
+            toy::still("floor", toy::floor(40.0, 0), Vec3::ZERO),
+            toy::still("lamp", toy::floor(0.05, 1), Vec3::new(0.3, 0.6, 0.0)),
+            toy::still("block", toy::octahedron(0, true), Vec3::new(-1.2, 1.0, -1.0)),
+        ];
+        let camera =
+            toy::camera(goes(DVec3::new(0.0, 1.5, 4.0), DVec3::new(0.5, 1.5, 3.5)), rests(DVec3::ZERO));
+        let scene = toy::scene(camera, models, vec![metal_rough(0.5, roughness, 0.0), glows], vec![]);
+        let settings = Settings { width: 64, height: 48, paths: 4, bounces: 2, ..toy::settings(1) };
+        let fine = Settings { samples: 6, reflections: 8, mode: Mode::Full, ..settings.clone() };
+        let wanted = Renderer::new(&scene, &fine).expect("builds").render(4, false).expect("renders");
+        let frames = toy::render(&scene, &settings, 4);
+        let at = |finished: &Finished, x: u32, y: u32| toy::pixel(finished, "R", x, y);
+        let (width, height) = (settings.width, settings.height);
+        let mut worst = (0.0, 0, 0);
+        for (x, y) in (1..height - 1).flat_map(|y| (1..width - 1).map(move |x| (x, y))) {
+            let around = (0..9).map(|i| at(&wanted, x + i % 3 - 1, y + i / 3 - 1)).fold(0.0, f32::max);
+            let ratio = at(&frames[3], x, y) / around.max(0.01);
+            if ratio > worst.0 {
+                worst = (ratio, x, y);
+            }
+        }
+        assert!(worst.0 < 6.0, "{roughness}: {worst:?}");
+    }
+}
+
 /// However rough, however many, wherever the eye is: numbers.
 #[test]
 fn extremes_are_numbers() {
@@ -159,7 +191,7 @@ fn extremes_are_numbers() {
                 let settings = Settings { width: 24, height: 18, audit: true, ..settings(reflections) };
                 for finished in toy::render(&scene, &settings, 3) {
                     let case = format!("{roughness}, {reflections} from {height}");
-                    assert_eq!(finished.stats.audit.expect("asked for").differing, 0, "{case}");
+                    assert_eq!(toy::differing(&finished), 0, "{case}");
                     assert!(reflected(&finished).is_finite(), "{case}");
                 }
             }

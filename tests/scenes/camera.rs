@@ -48,7 +48,6 @@ fn cameras_cut_without_passing_between() {
     assert!(Pose::new(&shot.scene, 7).camera.forward.abs_diff_eq(Vec3::NEG_X, 1e-6));
 }
 
-/// Every key of docs/shot-files.md that takes a list of numbers, each on a line of its own with a good value.
 #[test]
 fn orbits_go_around_their_target() {
     let key = |frame: i32, azimuth: i32, more: &str| {

@@ -10,6 +10,7 @@ mod awkward;
 mod camera;
 mod deforming;
 mod environment;
+mod mistakes;
 mod model;
 mod quadrics;
 mod schema;

@@ -171,6 +171,11 @@ pub fn render(scene: &Scene, settings: &Settings, last: i32) -> Vec<Finished> {
     (1..=last).map(|frame| renderer.render(frame, true).expect("the frame renders")).collect()
 }
 
+/// Number of samples of a frame that its audit found to differ from what is traced anew.
+pub fn differing(finished: &Finished) -> u64 {
+    finished.stats.audit.expect("asked for").differing
+}
+
 /// One pixel of a plane.
 pub fn pixel(finished: &Finished, plane: &str, x: u32, y: u32) -> f32 {
     let film = &finished.film;

@@ -55,8 +55,10 @@ fn drop_ray(scene: &mut Scene, x: f32, y: f32, mask: u32) -> (f32, [u32; 3], [f3
     let mut packet = RayHit::new(rays);
     scene.commit().unwrap().intersect(&Valid::ALL, &mut packet, Coherence::Incoherent);
     let hit = &packet.hit;
+    // the last bit of Embree's reciprocals depends on the processor; infinity stays what it is
+    const STEPS: f32 = (1 << 20) as f32;
     (
-        packet.ray.tfar[3],
+        (packet.ray.tfar[3] * STEPS).round() / STEPS,
         [hit.prim_id[3], hit.geom_id[3], hit.inst_id[3]],
         [hit.u[3], hit.v[3], hit.ng_x[3], hit.ng_y[3], hit.ng_z[3]],
     )

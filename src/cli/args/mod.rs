@@ -147,11 +147,7 @@ pub struct ShotArgs {
     #[arg(long, value_enum, value_name = "WHERE")]
     pub base_place: Option<BasePlaceArg>,
 
-    /// Layers to render and write beside R G B A: a comma-separated list of diffuse, specular, reflection, refraction, albedo, Z,
-    /// P, N, object, status, rays, direct, indirect, emission, background, denoise_albedo, denoise_normal, occlusion, motion,
-    /// forward, backward, CryptoObject, CryptoMaterial, CryptoGroup, light, depth, material, uv, denoise_variance; or of `all`,
-    /// `usual` (Z, object, status) and `none` [default: the shot's]
-    #[arg(long, value_name = "LAYERS", value_parser = Layers::parse)]
+    #[arg(long, value_name = "LAYERS", value_parser = Layers::parse, help = layers_help())]
     pub layers: Option<Layers>,
 
     /// Treatment of the background where the camera sees it [default: the shot's]
@@ -232,6 +228,16 @@ pub struct Job {
     pub backend: Option<BackendKind>,
     /// Quality of the denoised pictures; none if frames are not denoised.
     pub denoise: Option<DenoiseQuality>,
+}
+
+/// Help of `--layers`.
+fn layers_help() -> String {
+    format!(
+        "Layers to render and write beside R G B A: a comma-separated list of {}; or of `all`, `usual` ({}) and `none` [default: the \
+         shot's]",
+        Layers::NAMES.join(", "),
+        Layers::USUAL.names().collect::<Vec<_>>().join(", ")
+    )
 }
 
 impl ShotArgs {

@@ -18,7 +18,7 @@ use crate::frame;
 use crate::report::versions::Versions;
 use crate::scene::camera::Projection;
 use crate::scene::shot::Shot;
-use crate::scene::{LightKind, Material, Model, Scene, turntable};
+use crate::scene::{Material, Model, Scene, turntable};
 use crate::settings::{DenoiseQuality, Refinement};
 use crate::stereo::Stereo;
 
@@ -145,16 +145,7 @@ fn described(shot: &Shot, path: &Path) -> String {
     }
     line(&mut text, "lights", scene.lights.len().to_string());
     for light in &scene.lights {
-        let kind = match light.kind {
-            LightKind::Point { .. } => "point",
-            LightKind::Directional { .. } => "directional",
-            LightKind::Spot { .. } => "spot",
-            LightKind::Rectangle { .. } => "rectangle",
-            LightKind::Disk { .. } => "disk",
-            LightKind::Sphere { .. } => "sphere",
-            LightKind::Sun { .. } => "directional, soft",
-        };
-        line(&mut text, "", format!("{}: {kind}", light.name));
+        line(&mut text, "", format!("{}: {}", light.name, light.kind.name()));
     }
     if let Some(environment) = &scene.environment {
         let [width, height] = environment.size();

@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-use super::{COLOR_TOLERANCE, DARKEST, Verdict};
+use super::verdict::{COLOR_TOLERANCE, DARKEST, Verdict};
 use crate::frame::grid::bits::{set_bits, surface_bits};
 use crate::frame::light::indirect::{self, start_at};
 use crate::frame::light::light_paths::{PathScratch, trace_paths};

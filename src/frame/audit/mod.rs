@@ -15,7 +15,7 @@
 //! shows them still they are not made anew; that this is right, as is all else in the film, is checked by
 //! making the film again ([`film`]).
 //!
-//! **Tolerances** all stand in this file. A sample holds *on an edge*, and is counted as such, where a
+//! **Tolerances** all stand in this file, but for that of colours ([`verdict`]). A sample holds *on an edge*, and is counted as such, where a
 //! displacement by [`TOLERANCE`] of the distance (and [`COORDINATE_TOLERANCE`]) decides: the ray meets a
 //! neighbouring or coinciding surface at the same place, or slips past a silhouette; the shadow ray grazes an
 //! edge. Stored colours, normals and positions may differ from fresh ones by the rounding that the store does
@@ -23,12 +23,14 @@
 
 pub mod film;
 mod kept_light;
+mod verdict;
 
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 use wide::u32x8;
 
 use kept_light::{check_gathered, check_openness, check_reflected};
+use verdict::{COLOR_TOLERANCE, DARKEST, Verdict};
 
 use crate::frame::grid::bits::{set_bits, surface_bits};
 use crate::frame::grid::cells::is_traced;
@@ -64,13 +66,6 @@ const COORDINATE_TOLERANCE: f32 = 5e-7;
 /// Shares of the greatest displacement by which a ray is moved: a needle may be thinner than that.
 const DISPLACEMENTS: [f32; 3] = [1.0, 0.25, 0.0625];
 
-/// Tolerance of stored colours, as a share of their largest channel, or of 1 for reflectances: two roundings
-/// to a half float.
-pub const COLOR_TOLERANCE: f32 = 1e-3;
-
-/// Least light to which [`COLOR_TOLERANCE`] is relative: darker light counts as black.
-const DARKEST: f32 = 1e-4;
-
 /// Cosine between a geometric normal and the line of sight up to which a triangle may be seen from either
 /// side: the rounding of its normal to four bytes.
 const EDGE_ON_COSINE: f32 = 1e-4;
@@ -81,31 +76,6 @@ const NORMAL_COSINE: f32 = 1.0 - 1e-5;
 /// Error, in cells, with which a sample may be projected by rounding, that to the steps of places in bins
 /// included.
 const CELL_TOLERANCE: f32 = 0.03;
-
-/// Result of a check.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-enum Verdict {
-    Holds,
-    OnEdge,
-    Differs,
-}
-
-impl Verdict {
-    /// `Holds` if `holds`, else `Differs`.
-    fn new(holds: bool) -> Self {
-        if holds { Verdict::Holds } else { Verdict::Differs }
-    }
-
-    /// Replaces a failure by the verdict of another check, if that `may` count.
-    fn or_if(self, may: bool, other: impl FnOnce() -> Self) -> Self {
-        if self == Verdict::Differs && may { other() } else { self }
-    }
-
-    /// Replaces a failure by `OnEdge`, if the sample holds on an edge.
-    fn or_on_edge(self, on_edge: impl FnOnce() -> bool) -> Self {
-        if self == Verdict::Differs && on_edge() { Verdict::OnEdge } else { self }
-    }
-}
 
 /// A sample of a tile.
 #[derive(Debug, Clone, Copy)]
@@ -273,9 +243,9 @@ fn geometric_normal(frame: &FrameView, sample: &Sample) -> Vec3 {
     frame.place(sample.model).geometric_normal(triangle, geometric_normal.unfold()).normalize_or_zero()
 }
 
-/// Directions (any unit) at right angles to `way`, all around it.
-fn around(way: Vec3) -> [Vec3; 8] {
-    let (a, b) = way.normalize_or(Vec3::X).any_orthonormal_pair();
+/// Directions (any unit) at right angles to `axis`, all around it.
+fn around(axis: Vec3) -> [Vec3; 8] {
+    let (a, b) = axis.normalize_or(Vec3::X).any_orthonormal_pair();
     [a, -a, b, -b, a + b, a - b, b - a, -a - b]
 }
 

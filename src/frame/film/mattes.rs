@@ -57,7 +57,7 @@ pub fn rank(shares: &mut Vec<(Id, f32)>) -> Ranked {
 }
 
 /// Adds `more` to the share of `id`.
-fn add(shares: &mut Vec<(Id, f32)>, id: Id, more: f32) {
+pub fn add_share(shares: &mut Vec<(Id, f32)>, id: Id, more: f32) {
     match shares.iter_mut().find(|(known, _)| *known == id) {
         Some((_, share)) => *share += more,
         None => shares.push((id, more)),
@@ -74,7 +74,7 @@ pub fn rank_boxes(grid: &Grid, ids: &Column<Id>, mut each: impl FnMut(usize, &Ra
         shares.clear();
         let ids = cells.iter().map(|cell| ids[usize::from(*cell)]);
         // counts, which are exact
-        ids.filter(|id| *id != Id::NONE).for_each(|id| add(&mut shares, id, 1.0));
+        ids.filter(|id| *id != Id::NONE).for_each(|id| add_share(&mut shares, id, 1.0));
         if !shares.is_empty() {
             shares.iter_mut().for_each(|(_, count)| *count *= share);
             each(pixel, &rank(&mut shares));

@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::mattes::rank;
+use super::mattes::{add_share, rank};
 use crate::cryptomatte::{Id, Kind, RANKS};
 use crate::film::{Film, Plane, Values};
 use crate::frame::planes::channels::{Channel, PlaneSource, matte_planes};
@@ -196,13 +196,6 @@ impl Row {
         }
         self.shares.extend_from_slice(shares);
         self.starts.push(self.shares.len() as u32);
-    }
-}
-
-fn add_share(shares: &mut Vec<(Id, f32)>, id: Id, more: f32) {
-    match shares.iter_mut().find(|(known, _)| *known == id) {
-        Some((_, share)) => *share += more,
-        None => shares.push((id, more)),
     }
 }
 

@@ -46,7 +46,7 @@ pub const AT_ONCE: usize = 256;
 const AHEAD: usize = 4;
 
 /// The segment `origin + t * direction`, t in 0 to the last value.
-type Way = (Vec3, Vec3, f32);
+type LightSegment = (Vec3, Vec3, f32);
 
 /// Scratch memory of a worker for paths.
 #[derive(Debug, Default)]
@@ -69,7 +69,7 @@ pub struct PathScratch {
     /// Light that each of the vertices that ask one light reflects if nothing is in the way.
     reflected: Vec<Vec3>,
     /// Segments to that light, from those vertices that face it.
-    ways: Vec<Way>,
+    segments: Vec<LightSegment>,
     light_rays: LightRays,
     queue: ShadowQueue,
 }
@@ -312,7 +312,16 @@ fn end(frame: &FrameView, scratch: &mut PathScratch) {
 /// Lights the vertices: emission and ambient light, and the light of the source that each has chosen.
 fn light(frame: &FrameView, step: Step, scratch: &mut PathScratch, tally: &mut RayTally) {
     let PathScratch {
-        starts, brought, vertices, coats, by_light, reflected, ways, light_rays, queue, ..
+        starts,
+        brought,
+        vertices,
+        coats,
+        by_light,
+        reflected,
+        segments,
+        light_rays,
+        queue,
+        ..
     } = scratch;
     let coats = &coats[..];
     for some in vertices.chunks_mut(LANES) {
@@ -328,7 +337,7 @@ fn light(frame: &FrameView, step: Step, scratch: &mut PathScratch, tally: &mut R
     }
     for vertex in &*vertices {
         let Surface { point, normal, geometric_normal, .. } = vertex.surface;
-        let (path, weight) = (vertex.ray.path, vertex.ray.weight * vertex.lobes.ways[Lobes::DIFFUSE].0);
+        let (path, weight) = (vertex.ray.path, vertex.ray.weight * vertex.lobes.all[Lobes::DIFFUSE].0);
         let (chances, coat) = (vertex.chances(frame, step), vertex.asking_coat(frame, step, coats));
         let asking = Asking { path, point, normal, geometric_normal, weight, chances, coat };
         let [along, above, triangle] = vertex.place;
@@ -365,7 +374,7 @@ fn light(frame: &FrameView, step: Step, scratch: &mut PathScratch, tally: &mut R
             group,
             starts,
             (vertices, coats, brought),
-            (queue, reflected, ways),
+            (queue, reflected, segments),
             tally,
         );
         rest = after;
@@ -379,7 +388,7 @@ fn ask_light(
     group: &[u32],
     starts: &[PathStart],
     (vertices, coats, brought): (&mut [Vertex], &[SeenCoat], &mut [PathResult]),
-    (queue, reflected, ways): (&mut ShadowQueue, &mut Vec<Vec3>, &mut Vec<Way>),
+    (queue, reflected, segments): (&mut ShadowQueue, &mut Vec<Vec3>, &mut Vec<LightSegment>),
     tally: &mut RayTally,
 ) {
     // the first vertex stands for all
@@ -387,7 +396,7 @@ fn ask_light(
     let radiance = light.shape.is_area().then(|| radiance(light));
     queue.clear();
     reflected.clear();
-    ways.clear();
+    segments.clear();
     for (first, some) in (0..).step_by(LANES).zip(group.chunks(LANES)) {
         let eight = VertexLanes::of(some.len(), |lane| &vertices[some[lane] as usize]);
         let light_sample = light_from_anywhere(light, eight.place, eight.point);
@@ -417,23 +426,23 @@ fn ask_light(
                 let path = vertices[*vertex as usize].ray.path as usize;
                 let counted = &mut tally.cells.shadow[starts[path].cell as usize];
                 *counted = counted.saturating_add(1);
-                ways.push((origins.lane(lane), light_sample.to_light.lane(lane), light_sample.far));
+                segments.push((origins.lane(lane), light_sample.to_light.lane(lane), light_sample.far));
             }
         }
     }
     tally.counts.shadow += queue.count();
     let (check, coherence) = (ShadowCheck::StillThenMovable, Coherence::Incoherent);
     // segments in the order of the answers
-    let mut ways = ways.iter();
+    let mut segments = segments.iter();
     queue.answer(check, SceneSubset::All, coherence, frame.tracer, |member, tag| {
         let vertex = &mut vertices[group[member as usize] as usize];
         if tag.is_lit() {
             vertex.light += reflected[member as usize];
         }
         // a still occluder stays in the way, whatever else comes there or goes
-        if let Some((from, way, far)) = ways.next().filter(|_| tag != Tag::StaticOccluder) {
+        if let Some((from, to, far)) = segments.next().filter(|_| tag != Tag::StaticOccluder) {
             let brought = &mut brought[vertex.ray.path as usize];
-            brought.until = frame.first_touch_before(*from, *way, *far, brought.until);
+            brought.until = frame.first_touch_before(*from, *to, *far, brought.until);
         }
     });
 }

@@ -162,9 +162,9 @@ impl LightRays {
         let (Ok(EmitterPlace { model, .. }) | Err(NotThere { model })) = chosen;
         brought.until = brought.until.min(frame.first_change_of(model));
         let Ok(place) = chosen else { return };
-        let way = place.point - point;
-        let squared = way.length_squared();
-        let direction = way / squared.sqrt();
+        let to_place = place.point - point;
+        let squared = to_place.length_squared();
+        let direction = to_place / squared.sqrt();
         let (by_cosine, cos) = (cosine_density(normal, direction), place.normal.dot(direction));
         // a NaN leads nowhere, nor does a triangle that has shrunk to nothing
         let leads = (by_cosine > 0.0 || coat.is_some())

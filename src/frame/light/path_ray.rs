@@ -52,8 +52,8 @@ impl PathRay {
         let (direction, distance) = if self.asked_from == self.origin {
             (self.direction, distance)
         } else {
-            let way = surface.point - self.asked_from;
-            (way.normalize_or(self.direction), way.length())
+            let offset = surface.point - self.asked_from;
+            (offset.normalize_or(self.direction), offset.length())
         };
         self.chances.of_path_to_emitter(frame, (self.normal, direction), (primitive, surface), distance)
     }

@@ -98,8 +98,8 @@ impl ShadowQueue {
     #[inline(always)]
     pub fn push_sixteen(&mut self, origin: Vec3, light_samples: &[LightSample; 2], wanted: u16, owner: u32) {
         if wanted != 0 {
-            let ways = [light_samples[0].to_light, light_samples[1].to_light];
-            self.rays.push_packet(origin, ways, light_samples[0].far, wanted);
+            let segments = [light_samples[0].to_light, light_samples[1].to_light];
+            self.rays.push_packet(origin, segments, light_samples[0].far, wanted);
             self.owners.push(owner);
         }
     }

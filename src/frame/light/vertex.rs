@@ -57,14 +57,14 @@ impl Vertex {
     /// Returns true if one of its ways brings light even if the path ends here: off mirrors and through
     /// glass, where paths alone find that light; or else through clear glass, where rays have asked for a
     /// part of it.
-    fn passes_light_on(&self, frame: &FrameView, way: usize) -> bool {
-        let passes = || way == Lobes::THROUGH && frame.shines_through(self.surface.material);
-        self.lobes.ways[way].1.is_some() && (frame.finds_caustics || passes())
+    fn passes_light_on(&self, frame: &FrameView, lobe: usize) -> bool {
+        let passes = || lobe == Lobes::THROUGH && frame.shines_through(self.surface.material);
+        self.lobes.all[lobe].1.is_some() && (frame.finds_caustics || passes())
     }
 
     /// Returns true if any of its ways [brings light](Self::passes_light_on) even if the path ends here.
     pub fn passes_on(&self, frame: &FrameView) -> bool {
-        (0..self.lobes.ways.len()).any(|way| self.passes_light_on(frame, way))
+        (0..self.lobes.all.len()).any(|lobe| self.passes_light_on(frame, lobe))
     }
 
     /// Layer of the vertex as the path sees it, if it has one; `coats` are those of all vertices.
@@ -74,13 +74,13 @@ impl Vertex {
     }
 
     /// Probability with which the path goes on by one of the ways.
-    fn goes_on(&self, frame: &FrameView, step: Step, way: usize) -> f32 {
-        if leads_on(frame, step, way) { self.lobes.chance(way) } else { 0.0 }
+    fn goes_on(&self, frame: &FrameView, step: Step, lobe: usize) -> f32 {
+        if leads_on(frame, step, lobe) { self.lobes.chance(lobe) } else { 0.0 }
     }
 
     /// Kind of ray as which the path goes on by `way`: as before off mirrors, narrow lobes and through glass.
-    fn next_sees_as(&self, coat: Option<&SeenCoat>, way: usize) -> SeenBy {
-        let is_narrow = match way {
+    fn next_sees_as(&self, coat: Option<&SeenCoat>, lobe: usize) -> SeenBy {
+        let is_narrow = match lobe {
             Lobes::DIFFUSE => false,
             Lobes::COAT => coat.is_some_and(SeenCoat::is_narrow),
             _ => true,
@@ -127,8 +127,8 @@ impl Vertex {
 }
 
 /// Returns true if paths go on by this way. Where surfaces gather no light, none is scattered onwards.
-fn leads_on(frame: &FrameView, step: Step, way: usize) -> bool {
-    paths_go_on(frame, step) && (frame.paths > 0 || way != Lobes::DIFFUSE)
+fn leads_on(frame: &FrameView, step: Step, lobe: usize) -> bool {
+    paths_go_on(frame, step) && (frame.paths > 0 || lobe != Lobes::DIFFUSE)
 }
 
 /// Chooses one of the ways from a vertex, in proportion to the light that each carries, and makes the ray
@@ -141,9 +141,9 @@ pub fn go_on(
 ) -> Option<PathRay> {
     let Vertex { ray, surface, lobes, .. } = vertex;
     // from the last surface a ray only finds light, for which the other ways have asked
-    let leads = |way: &usize| leads_on(frame, step, *way) || vertex.passes_light_on(frame, *way);
+    let leads = |lobe: &usize| leads_on(frame, step, *lobe) || vertex.passes_light_on(frame, *lobe);
     let chosen = lobes.choose(choice).filter(leads)?;
-    let (weight, direction) = lobes.ways[chosen];
+    let (weight, direction) = lobes.all[chosen];
     let mut asked_from = None;
     let (weight, direction, normal, chances) = match direction {
         Some(direction) if chosen == Lobes::THROUGH && frame.shines_through(surface.material) => {

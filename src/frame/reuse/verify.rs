@@ -166,13 +166,13 @@ fn push_segments(frame: &FrameView, tile: &Tile, asked: &[u16; CELLS / BLOCK], s
             count_bits(bits, &mut scratch.tally.cells.verification[first + half..first + half + LANES]);
         }
         if asked.count_ones() >= LEAST_WHOLE {
-            let ways = [first, first + LANES].map(|first| {
+            let segments = [first, first + LANES].map(|first| {
                 let [origins, sights] = sights(frame, tile, first);
                 (origins, sights, segment_ends(&tile.model[first..first + LANES]))
             });
             let triangles = std::array::from_fn::<_, BLOCK, _>(|lane| tile.record[first + lane].triangle);
             let own = [&tile.model[first..first + BLOCK], &triangles];
-            scratch.rays.push_packet_to_samples(&ways, own, *asked);
+            scratch.rays.push_packet_to_samples(&segments, own, *asked);
             scratch.owners.extend(first as u32..(first + BLOCK) as u32);
         }
     }

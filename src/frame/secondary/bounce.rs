@@ -31,7 +31,7 @@ use crate::layers::Layers;
 use crate::pose::LightPose;
 use crate::samples::Tag;
 use crate::shade::coat::{LayerRays, Reflected, SeenBy, SeenCoat, SeenCoats};
-use crate::shade::light::{StratifiedPattern, light_sample, light_samples, seeds_of_places, way};
+use crate::shade::light::{StratifiedPattern, light_sample, light_samples, seeds_of_places, to_light};
 use crate::shade::optics::{Branches, branch};
 use crate::shade::sampling::{PathSequence, orthonormal, seed_of};
 use crate::shade::surface::off_surfaces;
@@ -476,7 +476,7 @@ fn shine(frame: &FrameView, light: &LightPose, bounces: &mut Bounces) {
     for (eight, lit) in eights.filter(|(_, lit)| lit.iter().any(|points| *points != 0)) {
         let gloss = frame.palette.gloss(&eight.materials);
         let coats = eight.coats.map(|number| &bounces.coats[number]);
-        let (to_centre, reach) = (way(light, eight.point).0, light.shape.reach());
+        let (to_centre, reach) = (to_light(light, eight.point).0, light.shape.reach());
         let albedo = frame.palette.albedo(&eight.materials, eight.reflectance);
         let stands_for = shows_highlight(frame, light, &gloss);
         let radiance = radiance_of_area(light);

@@ -19,7 +19,7 @@ use crate::lanes::{LANES, Mask, Vec3x8};
 use crate::layers::Layers;
 use crate::samples::{BACKGROUND, CELLS, Column, EMPTY, Tile, full_color};
 use crate::shade::coat::{LayerRays, SeenBy, SeenCoats};
-use crate::shade::light::{LightSample, way};
+use crate::shade::light::{LightSample, to_light};
 use crate::shade::optics::branch;
 use crate::shade::phong::Gloss;
 use crate::shade::{Surface, phong};
@@ -236,7 +236,7 @@ fn highlights(
     let mut sum = Vec3x8::ZERO;
     let lights = frame.pose.lights.iter().zip(frame.slots).enumerate();
     for (_, (light, slot)) in lights.filter(|(number, (light, _))| !light.is_dark() && among(*number)) {
-        let to_centre = way(light, placed.point).0;
+        let to_centre = to_light(light, placed.point).0;
         let shines = phong::may_shine(gloss, placed.normal, -incoming, to_centre, light.shape.reach());
         if !shines && coats.is_none() {
             continue;

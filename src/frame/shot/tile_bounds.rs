@@ -6,7 +6,7 @@ use super::frame_view::FrameView;
 use super::moved_bounds::MovedBounds;
 use crate::geometry::{Bounds, SweptBox};
 use crate::lanes::{LANES, Mask, Vec3x8};
-use crate::pose::{CameraPose, LightPose, LightShape};
+use crate::pose::{CameraPose, LightPose, LightSource};
 use crate::samples::{BACKGROUND, CELLS, EMPTY, Tile};
 use crate::scene::camera::Projection;
 use crate::shade::surface::around_origins;
@@ -57,27 +57,14 @@ impl TileBounds {
     pub fn may_be_in_shadow(&self, moved: &MovedBounds, light: &LightPose) -> bool {
         // boxes of tiny models are smaller than the distance from a surface at which rays begin
         let surfaces = &around_origins(&self.surfaces);
-        let ways = match light.shape {
-            LightShape::Directional { to_light } => SweptBox::along(surfaces, to_light),
-            LightShape::Point { position } | LightShape::Spot { position, .. } => {
-                SweptBox::between(&Bounds::at(position), surfaces)
-            }
-            LightShape::Rectangle { center, across, up, .. } => {
-                SweptBox::between(&Bounds::of_rectangle(center, across, up), surfaces)
-            }
-            LightShape::Disk { center, across, up, .. } => {
-                SweptBox::between(&Bounds::of_rectangle(center, across * 2.0, up * 2.0), surfaces)
-            }
-            LightShape::Sphere { center, radius } => {
-                let around = Bounds { low: center - radius, high: center + radius };
-                SweptBox::between(&around, surfaces)
-            }
-            LightShape::Sun { to_light, .. } => {
-                let reach = light.shape.reach();
-                SweptBox::fans(surfaces, &Bounds { low: to_light - reach, high: to_light + reach })
-            }
+        let half = light.shape.half_extent();
+        let around = |middle: Vec3| Bounds { low: middle - half, high: middle + half };
+        let sweep = match light.shape.source() {
+            LightSource::Place(center) => SweptBox::between(&around(center), surfaces),
+            LightSource::Direction(to_light) if half == Vec3::ZERO => SweptBox::along(surfaces, to_light),
+            LightSource::Direction(to_light) => SweptBox::fans(surfaces, &around(to_light)),
         };
-        !self.surfaces.is_empty() && moved.may_meet_sweep(&ways)
+        !self.surfaces.is_empty() && moved.may_meet_sweep(&sweep)
     }
 }
 

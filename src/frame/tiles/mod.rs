@@ -1,6 +1,7 @@
 //! A frame's work, tile by tile: each goes through all phases while it is in the cache.
 
 pub mod contrast;
+pub mod input;
 pub mod level;
 pub mod phases;
 pub mod runs;
@@ -12,7 +13,8 @@ use std::time::Instant;
 use rayon::prelude::*;
 
 use self::contrast::TileColors;
-use self::phases::{TileParts, Work, render_tile};
+use self::input::{FilmContents, Reused, Start, Work};
+use self::phases::{TileParts, render_tile};
 use self::runs::{Parts, TileRun, runs};
 use self::thread_scratch::{PhaseSeconds, ThreadScratch};
 use crate::film::Film;
@@ -20,32 +22,11 @@ use crate::frame::film::develop::{Bands, Developer, DirtyTiles, bands};
 use crate::frame::film::spread::TileFilm;
 use crate::frame::grid::Grid;
 use crate::frame::planes::channels::{NonZeroPlanes, Picture};
-use crate::frame::reuse::bins::Bins;
-use crate::frame::reuse::estimate::Estimate;
 use crate::frame::shot::frame_view::FrameView;
-use crate::frame::static_camera::Detached;
 use crate::frame::static_camera::remake::DirtyLevel;
 use crate::frame::static_camera::tile_state::TileState;
-use crate::samples::{OldStore, SampleStore, TagLayout, TilePool};
+use crate::samples::{SampleStore, TagLayout, TilePool};
 use crate::stats::{RayCounts, SampleCounts, Seconds};
-
-/// The samples of the frame before, as far as this frame reuses them.
-pub enum Reused<'c> {
-    /// A base frame: none.
-    None,
-    /// The camera did not move: all are where they were, but for those of models that moved.
-    InPlace(&'c Detached, &'c Bins),
-    /// Samples of an earlier picture, projected into bins.
-    Projected(OldStore<'c>, &'c Bins),
-}
-
-/// Input of a frame's tiles.
-pub struct Start<'c> {
-    /// Samples of the frame before.
-    pub reused: Reused<'c>,
-    /// Costs of the choice to reuse samples or not.
-    pub estimate: Estimate,
-}
 
 /// Sums over the tiles of a frame.
 #[derive(Default)]
@@ -109,29 +90,6 @@ impl FrameBuffers {
     pub fn forget(&mut self) {
         for state in &mut self.states {
             *state = TileState::default();
-        }
-    }
-}
-
-/// Content of a film when a level of a frame begins.
-#[derive(Debug, Clone, Copy)]
-pub enum FilmContents<'a> {
-    /// Nothing that is of use: all of it is written.
-    Nothing,
-    /// The frame before. What stays the same need not be written.
-    Last,
-    /// In a finer level: this frame as far as coarser levels have made it, and else the frame before, if `is_last`. For each
-    /// tile whether a coarser level has written into it.
-    Coarser { is_last: bool, written: &'a [bool] },
-}
-
-impl FilmContents<'_> {
-    /// Returns true if it shows the frame before in tile number `number`.
-    fn is_last(self, number: usize) -> bool {
-        match self {
-            Self::Nothing => false,
-            Self::Last => true,
-            Self::Coarser { is_last, written } => is_last && !written[number],
         }
     }
 }

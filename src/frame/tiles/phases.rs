@@ -14,47 +14,26 @@
 use std::time::Instant;
 
 use super::contrast::{TileColors, note_colors};
+use super::input::{Reused, Start, Work};
 use super::thread_scratch::ThreadScratch;
-use super::{FilmContents, Reused, Start};
 use crate::changes::Until;
-use crate::frame::film::develop::DirtyTiles;
 use crate::frame::film::filter::{self, FilterInput};
 use crate::frame::film::spread::TileFilm;
 use crate::frame::grid::cells::CellSet;
 use crate::frame::light::{direct, indirect, occlusion, reflected};
-use crate::frame::planes::channels::{NonZeroPlanes, Picture};
+use crate::frame::planes::channels::NonZeroPlanes;
 use crate::frame::planes::window::Window;
 use crate::frame::reuse::verify::{self, Request};
 use crate::frame::reuse::{reproject, trace_missed};
 use crate::frame::secondary::enhance;
 use crate::frame::shot::frame_view::FrameView;
 use crate::frame::static_camera;
-use crate::frame::static_camera::remake::{Change, DirtyLevel, TileFacts};
+use crate::frame::static_camera::remake::{Change, DirtyLevel};
 use crate::frame::static_camera::tile_state::TileState;
-use crate::samples::{Flags, Status, TagLayout, Tile};
+use crate::samples::{Flags, Status, Tile};
 use crate::settings::Reuse;
 use crate::stats::SampleCounts;
 use crate::trace::SceneSubset;
-
-/// Input that all tiles of a level share.
-#[derive(Clone, Copy)]
-pub struct Work<'a> {
-    pub frame: &'a FrameView<'a>,
-    pub layout: &'a TagLayout,
-    pub start: &'a Start<'a>,
-    pub picture: &'a Picture,
-    /// Whose colours must be written.
-    pub dirty: &'a DirtyTiles,
-    /// Content of the film: what stays the same need not be made again.
-    pub shows: FilmContents<'a>,
-}
-
-impl Work<'_> {
-    /// Facts about tile number `number` before its samples are brought up to date.
-    pub fn facts(&self, number: usize, state: &TileState) -> TileFacts {
-        state.facts(self.frame, self.shows.is_last(number), self.dirty.is_needed(number))
-    }
-}
 
 /// The parts of one tile: its samples, and all that is remembered of it or adds up in it.
 pub struct TileParts<'a> {

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use super::contrast::TileColors;
-use super::phases::Work;
+use super::input::Work;
 use crate::film::Film;
 use crate::frame::film::spread::TileFilm;
 use crate::frame::planes::window::{Window, cut};

@@ -321,6 +321,13 @@ fn group_name(text: TomlText<'_>, group: &At<String>) -> Result<String, SceneErr
     /// Maximum length: names of channels end at 31 letters, for old readers, `light_` and `.R` included.
     const LONGEST: usize = 23;
     let name = group.get_ref();
+    if name == LightGroups::OTHERS {
+        return Err(text.bad(
+            "group",
+            group,
+            "is the name of the group of all lights that state none: choose another",
+        ));
+    }
     let is_plain = name.chars().all(|letter| letter.is_ascii_alphanumeric() || matches!(letter, '-' | '_'));
     let fits = (1..=LONGEST).contains(&name.len()) && is_plain;
     fits.then(|| name.clone())

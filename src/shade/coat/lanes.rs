@@ -4,12 +4,20 @@ use std::f32::consts::{FRAC_1_PI, PI};
 
 use glam::Vec3;
 
-use super::LayerRays;
 use super::layer::{Albedos, Coat, LEAST_ALBEDO, LEAST_COSINE};
 use crate::lanes::{F32x8, LANES, Mask, Vec3x8, are_same};
 use crate::shade::ggx;
 use crate::shade::light::LightSample;
 use crate::shade::mis::mis_weight;
+
+/// Rays by which the layers of eight surfaces reflect.
+#[derive(Debug, Clone, Copy)]
+pub struct LayerRays {
+    /// Number of rays that each reflects.
+    pub count: [u32; LANES],
+    /// Direction along which each was seen when their directions were drawn; unit length.
+    pub incoming: Vec3x8,
+}
 
 /// Layers of eight surfaces, each as a ray sees it. A lane without one reflects nothing and lets everything
 /// through.
