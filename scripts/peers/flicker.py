@@ -19,11 +19,11 @@ FRAMES = [places.FRAMES - 1, places.FRAMES]
 
 # N, for N x N samples a pixel; paths of a new sample; paths that a kept one may get; reflections and rays to the panel
 SETTINGS = {
-    "full": [(1, 4, 4, 4), (2, 2, 2, 2), (2, 8, 8, 4), (3, 4, 4, 4), (4, 4, 4, 4)],
-    "inferred": [(2, 16, 16, 4), (3, 8, 8, 4), (4, 4, 4, 4), (4, 8, 8, 4), (6, 4, 4, 4)],
-    "filled": [(3, 2, 16, 4), (4, 2, 16, 4)],
+    "full": [(1, 4, 4, 4), (2, 2, 2, 4), (3, 2, 2, 4), (3, 4, 4, 4)],
+    "inferred": [(2, 16, 16, 4), (4, 4, 4, 4), (6, 4, 4, 4), (8, 2, 2, 1)],
+    "filled": [(4, 2, 16, 4), (6, 2, 8, 4), (8, 1, 8, 1), (12, 1, 2, 1)],
 }
-SAMPLES = [4, 8, 16, 32, 64, 128]  # a pixel, of Cycles
+SAMPLES = [4, 8, 16, 32, 64]  # a pixel, of Cycles
 # references are denoised as well: their own noise would be more than what is measured
 REFERENCE_GRID, REFERENCE_PATHS, REFERENCE_SAMPLES = 12, 4, 1024
 

@@ -19,14 +19,15 @@ GRIDS = {
 }
 # of rough materials: the fourth number is that of reflections as well
 ROUGH_GRIDS = {
-    "full": [(4, 1, 1, 1), (5, 1, 1, 1), (6, 1, 1, 1), (5, 2, 2, 1), (4, 2, 2, 2), (4, 4, 4, 4)],
-    "inferred": [(3, 16, 16, 4), (4, 4, 4, 4), (4, 8, 8, 4), (5, 4, 4, 4), (6, 2, 2, 2), (8, 1, 1, 1)],
-    "filled": [(4, 1, 8, 4), (4, 2, 16, 4), (5, 1, 4, 4), (5, 1, 8, 2), (6, 1, 4, 2), (8, 1, 4, 1)],
+    "full": [(4, 1, 1, 1), (5, 1, 1, 1), (6, 1, 1, 1), (5, 2, 2, 1), (4, 2, 2, 1), (4, 4, 4, 4)],
+    "inferred": [(3, 16, 16, 4), (4, 4, 4, 4), (4, 8, 8, 4), (5, 4, 4, 4), (6, 2, 2, 1), (8, 1, 1, 1)],
+    "filled": [(4, 1, 8, 4), (4, 2, 16, 4), (5, 1, 4, 4), (5, 1, 8, 1), (6, 1, 4, 1), (8, 1, 4, 1)],
     "full+denoise": [(2, 1, 1, 1), (3, 1, 1, 1), (3, 2, 2, 1), (4, 1, 1, 1)],
-    "inferred+denoise": [(3, 4, 4, 4), (4, 2, 2, 4), (5, 2, 2, 2), (6, 1, 1, 1)],
-    "filled+denoise": [(3, 1, 4, 4), (4, 1, 4, 2), (5, 1, 4, 1)],
+    "inferred+denoise": [(3, 4, 4, 4), (4, 2, 2, 4), (5, 2, 2, 1), (6, 1, 1, 1)],
+    "filled+denoise": [(3, 1, 4, 4), (4, 1, 4, 1), (5, 1, 4, 1)],
 }
 REFERENCE_GRIDS, REFERENCE_PATHS = [13, 14, 15, 16], 2
+ROUGH_REFERENCE_GRIDS = [9, 10, 11, 12]
 # samples a pixel of each part of a reference, and how many parts; the parts' spread tells its error
 REFERENCES = {"mitsuba": (1024, 4), "cycles": (512, 4)}
 LADDER = [2**power for power in range(12)]  # samples a pixel, until the error is small enough
@@ -43,7 +44,7 @@ def main(work, rounds, quick, depths, roughness=None):
     found = workers.found()
     rows_file = work / "speed.jsonl"
     rows_file.unlink(missing_ok=True)
-    references = make_references(work, place, found, quick, depths)
+    references = make_references(work, place, found, quick, depths, roughness is not None)
     if "afterimage" in found:
         grids = GRIDS if roughness is None else ROUGH_GRIDS
         grids = {mode: settings[:2] for mode, settings in grids.items()} if quick else grids
@@ -60,7 +61,7 @@ def main(work, rounds, quick, depths, roughness=None):
 # --- work ---
 
 
-def make_references(work, place, found, quick, depths):
+def make_references(work, place, found, quick, depths, is_rough):
     """The references of each renderer, by renderer and depth; those that have been made of the same are kept."""
     references = {}
     for renderer in found:
@@ -68,7 +69,7 @@ def make_references(work, place, found, quick, depths):
             path = work / f"{renderer}-{depth}.npy"
             references[renderer, depth] = path
             if renderer == "afterimage":
-                grids = [4, 5] if quick else REFERENCE_GRIDS
+                grids = [4, 5] if quick else ROUGH_REFERENCE_GRIDS if is_rough else REFERENCE_GRIDS
                 plan = [found[renderer], str(afterimage.program().stat().st_mtime), place, grids, REFERENCE_PATHS]
                 with workers.kept(path, plan) as missing:
                     if missing:

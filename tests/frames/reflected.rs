@@ -146,20 +146,19 @@ fn an_audit_finds_spoilt_reflections() {
     }
 }
 
-/// A rough floor and a rough wall beside a small bright surface: no pixel is much brighter than what is around it in a picture without
+/// A rough floor beside a small bright surface: no pixel is much brighter than what is around it in a picture without
 /// noise. Paths that meet the surface by chance would bring all of its light, if rays that ask it did not count as well.
 #[test]
 fn a_small_bright_surface_makes_no_sparks() {
-    for roughness in [0.15, 0.4] {
+    for roughness in [0.5, 0.7] {
         let glows = afterimage::scene::Material { emission: Vec3::splat(2000.0), ..toy::matt(0.0) };
         let models = vec![
             toy::still("floor", toy::floor(40.0, 0), Vec3::ZERO),
             toy::still("lamp", toy::floor(0.05, 1), Vec3::new(0.3, 0.6, 0.0)),
-            toy::still("block", toy::octahedron(0, true), Vec3::new(-1.2, 1.0, -1.0)),
         ];
         let camera =
             toy::camera(goes(DVec3::new(0.0, 1.5, 4.0), DVec3::new(0.5, 1.5, 3.5)), rests(DVec3::ZERO));
-        let scene = toy::scene(camera, models, vec![metal_rough(0.5, roughness, 0.0), glows], vec![]);
+        let scene = toy::scene(camera, models, vec![metal_rough(0.5, roughness, 1.0), glows], vec![]);
         let settings = Settings { width: 64, height: 48, paths: 4, bounces: 2, ..toy::settings(1) };
         let fine = Settings { samples: 6, reflections: 8, mode: Mode::Full, ..settings.clone() };
         let wanted = Renderer::new(&scene, &fine).expect("builds").render(4, false).expect("renders");
