@@ -2,7 +2,8 @@
 
 use glam::Vec3;
 
-use super::verdict::{COLOR_TOLERANCE, DARKEST, Verdict};
+use super::tolerances::{COLOR_TOLERANCE, DARKEST};
+use super::verdict::Verdict;
 use crate::frame::grid::bits::{set_bits, surface_bits};
 use crate::frame::light::indirect::{self, start_at};
 use crate::frame::light::light_paths::{PathScratch, trace_paths};

@@ -15,7 +15,7 @@
 //! shows them still they are not made anew; that this is right, as is all else in the film, is checked by
 //! making the film again ([`film`]).
 //!
-//! **Tolerances** all stand in this file, but for that of colours ([`verdict`]). A sample holds *on an edge*, and is counted as such, where a
+//! **Tolerances** all stand in [`tolerances`]. A sample holds *on an edge*, and is counted as such, where a
 //! displacement by [`TOLERANCE`] of the distance (and [`COORDINATE_TOLERANCE`]) decides: the ray meets a
 //! neighbouring or coinciding surface at the same place, or slips past a silhouette; the shadow ray grazes an
 //! edge. Stored colours, normals and positions may differ from fresh ones by the rounding that the store does
@@ -23,6 +23,7 @@
 
 pub mod film;
 mod kept_light;
+pub mod tolerances;
 mod verdict;
 
 use glam::{Vec2, Vec3};
@@ -30,7 +31,11 @@ use rayon::prelude::*;
 use wide::u32x8;
 
 use kept_light::{check_gathered, check_openness, check_reflected};
-use verdict::{COLOR_TOLERANCE, DARKEST, Verdict};
+use tolerances::{
+    CELL_TOLERANCE, COLOR_TOLERANCE, COORDINATE_TOLERANCE, DARKEST, DISPLACEMENTS, EDGE_ON_COSINE,
+    NORMAL_COSINE, TOLERANCE,
+};
+use verdict::Verdict;
 
 use crate::frame::grid::bits::{set_bits, surface_bits};
 use crate::frame::grid::cells::is_traced;
@@ -39,7 +44,6 @@ use crate::frame::grid::view::View;
 use crate::frame::light::direct::sum_light;
 use crate::frame::light::shadow::ShadowQueue;
 use crate::frame::reuse::candidates::REACH;
-use crate::frame::reuse::sight::SEGMENT_END;
 use crate::frame::shot::frame_view::FrameView;
 use crate::frame::shot::plan::ShadowCheck;
 use crate::frame::surface::placed::Placed;
@@ -51,31 +55,6 @@ use crate::shade::phong;
 use crate::shade::surface::{SurfacePoint, reflectance, uv_at};
 use crate::stats::AuditCounts;
 use crate::trace::{Coherence, Hit, HitBatch, RayBatch, SceneSubset};
-
-/// Displacement of a sample by rounding, at most, as a share of its distance from the eye. Single floats keep
-/// 6e-8 of the largest coordinate at every step from the triangle's corners over the model's matrix to the
-/// ray; this leaves room for a dozen steps and for coordinates ten times the distance. Not less than the gap
-/// that the verification segment leaves open at its end (see [`SEGMENT_END`]).
-pub const TOLERANCE: f32 = 2e-5;
-const _: () = assert!(1.0 - SEGMENT_END <= TOLERANCE);
-
-/// Rounding of positions themselves, as a share of the largest coordinate involved. It counts where the eye
-/// is much nearer to a surface than both are to the origin.
-const COORDINATE_TOLERANCE: f32 = 5e-7;
-
-/// Shares of the greatest displacement by which a ray is moved: a needle may be thinner than that.
-const DISPLACEMENTS: [f32; 3] = [1.0, 0.25, 0.0625];
-
-/// Cosine between a geometric normal and the line of sight up to which a triangle may be seen from either
-/// side: the rounding of its normal to four bytes.
-const EDGE_ON_COSINE: f32 = 1e-4;
-
-/// Cosine of the angle by which a stored normal may differ from the mesh's: rounding to four bytes.
-const NORMAL_COSINE: f32 = 1.0 - 1e-5;
-
-/// Error, in cells, with which a sample may be projected by rounding, that to the steps of places in bins
-/// included.
-const CELL_TOLERANCE: f32 = 0.03;
 
 /// A sample of a tile.
 #[derive(Debug, Clone, Copy)]

@@ -1,11 +1,4 @@
-//! Verdicts of checks, and the tolerance of stored colours.
-
-/// Tolerance of stored colours, as a share of their largest channel, or of 1 for reflectances: two roundings
-/// to a half float.
-pub const COLOR_TOLERANCE: f32 = 1e-3;
-
-/// Least light to which [`COLOR_TOLERANCE`] is relative: darker light counts as black.
-pub const DARKEST: f32 = 1e-4;
+//! Verdicts of checks.
 
 /// Result of a check.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
