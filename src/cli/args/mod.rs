@@ -147,6 +147,7 @@ pub struct ShotArgs {
     #[arg(long, value_enum, value_name = "WHERE")]
     pub base_place: Option<BasePlaceArg>,
 
+    /// Layers beside R G B A: their names are in the help.
     #[arg(long, value_name = "LAYERS", value_parser = Layers::parse, help = layers_help())]
     pub layers: Option<Layers>,
 
