@@ -173,6 +173,8 @@ impl<'s> Renderer<'s> {
             Mean::new(&self.prepared.channels, [size.width, size.height])
         });
         let mut film = None;
+        // seconds
+        let mut mixing = 0.0;
         for number in 0..count {
             let exposure = if direction == Direction::Forward { number } else { count - 1 - number };
             let picture = PictureName { eye, exposure };
@@ -199,16 +201,21 @@ impl<'s> Renderer<'s> {
                 None => sum = Some(stats),
             }
             match &mut mean {
-                Some(mean) => mean.add(&made.film, &self.prepared.channels),
+                Some(mean) => {
+                    let begin = Instant::now();
+                    mean.add(&made.film, &self.prepared.channels);
+                    mixing += begin.elapsed().as_secs_f64();
+                }
                 None => film = Some(made.film),
             }
         }
+        let begin = Instant::now();
         let film = film.or_else(|| Some(Arc::new(mean?.finish(&self.prepared.channels))));
+        mixing += begin.elapsed().as_secs_f64();
         let mut stats = sum.unwrap_or_default();
-        let total = start.elapsed().as_secs_f64();
-        // what it took to mix them
-        stats.seconds.filter += total - stats.seconds.total;
-        stats.seconds.total = total;
+        // not the time since the start: audits are none of a frame's seconds
+        stats.seconds.filter += mixing;
+        stats.seconds.total += mixing;
         let camera = CameraPose::seen_from(&self.prepared.scene.camera, f64::from(frame), place.as_ref());
         Ok(self.finished(film.expect("a frame has an exposure"), stats, &camera))
     }

@@ -65,7 +65,7 @@ fn rays_beyond(frames: &[(afterimage::film::Film, FrameStats)]) -> u64 {
 
 #[test]
 fn pixels_are_the_same_whatever_is_kept_and_by_how_many_threads() {
-    let small = toy::settings(2);
+    let small = Settings { width: 64, height: 48, ..toy::settings(2) };
     let refinement = Some(Refinement { most: 4, threshold: 0.1 });
     let cases = [
         (mirror(), small.clone()),
