@@ -22,7 +22,7 @@
 //! let mut packet = RayHit::new(rays);
 //! tracer.intersect(&Valid::first(1), &mut packet, Coherence::Coherent);
 //! assert_eq!(packet.hit.geom_id[0], id.0);
-//! assert_eq!(packet.ray.tfar[0], 1.0);
+//! assert!((packet.ray.tfar[0] - 1.0).abs() < 1e-6); // the last bit depends on the processor
 //! # Ok::<(), embree::Error>(())
 //! ```
 //!
