@@ -63,6 +63,7 @@ impl Code {
                 optics: Optics::Opaque,
                 metal_rough: None,
                 diffuse_map: None,
+                cutout: None,
                 ..material.clone()
             }
         };

@@ -261,6 +261,7 @@ fn ball() -> Mesh {
         shadow_casting: triangles.len(),
         material_of: vec![0; triangles.len()],
         groups: Default::default(),
+        cut: None,
         quadric: None,
         shapes: None,
         normals: Vec::new(),

@@ -151,6 +151,7 @@ fn mesh(corners: Vec<[f32; 3]>, triangles: Vec<[u32; 3]>) -> Mesh {
         uvs: Vec::new(),
         material_of: vec![0; triangles.len()],
         groups: Default::default(),
+        cut: None,
         quadric: None,
         shapes: None,
         triangles: Arc::new(triangles),

@@ -2,6 +2,8 @@
 
 use glam::Vec3;
 
+use super::cutout::Cutout;
+
 /// MTL's Phong material, with the meaning of `illum` settled.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Material {
@@ -24,6 +26,8 @@ pub struct Material {
     pub metal_rough: Option<MetalRough>,
     /// Texture of map_Kd: index into [`Scene::textures`](super::Scene::textures).
     pub diffuse_map: Option<u32>,
+    /// Picture that cuts parts out of it: map_d, or the alpha of map_Kd.
+    pub cutout: Option<Cutout>,
 }
 
 /// Least width of a rough layer's lobe (alpha of GGX), the square of a roughness of 0.045: the lobe is some
@@ -103,6 +107,7 @@ impl Material {
             optics: Optics::Opaque,
             metal_rough: None,
             diffuse_map: None,
+            cutout: None,
         }
     }
 

@@ -8,6 +8,7 @@ use glam::{DVec3, Vec2, Vec3, Vec3A};
 use rayon::prelude::*;
 
 use super::Shapes;
+use super::cutout::CutTriangles;
 use crate::geometry::{Bounds, Quadric};
 
 /// Number of triangles that one thread handles in one go.
@@ -35,6 +36,8 @@ pub struct Mesh {
     pub material_of: Vec<u16>,
     /// Names that the file gives to parts of the mesh.
     pub groups: Arc<Groups>,
+    /// Triangles of which a picture cuts parts out; the mesh has texture coordinates then.
+    pub cut: Option<Arc<CutTriangles>>,
     /// Quadric that is seen instead of the triangles.
     pub quadric: Option<Arc<Quadric>>,
     /// Vertex positions by shape, if the mesh deforms. Then `positions` is the shape at rest: samples on the
@@ -114,6 +117,7 @@ impl Mesh {
             shadow_casting: if casts_shadow { count as usize } else { 0 },
             material_of: vec![material; count as usize],
             groups: Arc::default(),
+            cut: None,
             quadric: Some(Arc::new(quadric)),
             shapes: None,
         }

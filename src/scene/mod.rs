@@ -4,6 +4,7 @@
 //! are the OBJ's. Right-handed, Y up. Nothing here traces a ray or knows Embree.
 
 pub mod camera;
+pub mod cutout;
 pub mod environment;
 pub mod error;
 pub mod frames;

@@ -5,7 +5,7 @@ use std::sync::{Arc, LazyLock};
 
 use glam::{Vec2, Vec3};
 
-/// A picture for `map_Kd`, as 8-bit sRGB texels.
+/// A picture: colours for `map_Kd`, and opacity in its alpha.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Texture {
     /// Path of the picture, for messages.
@@ -46,6 +46,17 @@ impl Texture {
         let above = self.linear(x0, y0).lerp(self.linear(x1, y0), fx);
         let below = self.linear(x0, y1).lerp(self.linear(x1, y1), fx);
         above.lerp(below, fy)
+    }
+
+    /// Alpha at `uv`, 0 to 1, bilinear between texel centres.
+    pub fn alpha(&self, uv: Vec2) -> f32 {
+        let uv = uv * self.scale + self.offset;
+        let (x0, x1, fx) = self.neighbours(uv.x, self.width);
+        let (y0, y1, fy) = self.neighbours(1.0 - uv.y, self.height);
+        let texel = |x: u32, y: u32| f32::from(self.texels[y as usize * self.width as usize + x as usize][3]);
+        let above = texel(x0, y0) + (texel(x1, y0) - texel(x0, y0)) * fx;
+        let below = texel(x0, y1) + (texel(x1, y1) - texel(x0, y1)) * fx;
+        (above + (below - above) * fy) / 255.0
     }
 
     /// Finds the two texels between whose centres `t` (0..1 over the picture) lies, and the position between

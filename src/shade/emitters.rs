@@ -9,6 +9,7 @@ use super::deformed::Deformations;
 use super::surface::corners_of;
 use crate::animation::Track;
 use crate::pose::Pose;
+use crate::scene::cutout::CutoutTest;
 use crate::scene::{Mesh, Model, Scene};
 
 /// Triangles of a scene that emit light (`Ke`). Quadrics are not among them: paths that meet one bring its
@@ -27,6 +28,8 @@ pub struct Emitters {
     /// Probability, for each model, that a unit of its area (object space) is chosen, for each unit of
     /// brightness.
     chance: Vec<f32>,
+    /// Test of each model for places that are cut out, if it emits and any are.
+    cut: Vec<Option<Arc<CutoutTest>>>,
     /// True if there are quadrics that emit.
     quadrics: bool,
 }
@@ -100,7 +103,13 @@ impl Emitters {
         let chance_of =
             |model: &Model| if has_corners(model) && total > 0.0 { growth(model) / total } else { 0.0 };
         let chance = scene.models.iter().map(|model| chance_of(model) as f32).collect();
-        Self { triangles, cumulative, brightness, chance, quadrics }
+        let mut tests: HashMap<*const Mesh, Option<Arc<CutoutTest>>> = HashMap::new();
+        let test_of = |model: &Model| {
+            let test = || CutoutTest::new(&model.mesh).filter(|_| emits(model)).map(Arc::new);
+            tests.entry(Arc::as_ptr(&model.mesh)).or_insert_with(test).clone()
+        };
+        let cut = scene.models.iter().map(test_of).collect();
+        Self { triangles, cumulative, brightness, chance, cut, quadrics }
     }
 
     /// Returns true if nothing emits.
@@ -144,11 +153,16 @@ impl Emitters {
         // even over the triangle: Turk, "Generating Random Points in Triangles", Graphics Gems, 1990
         let root = along.sqrt();
         let material = mesh.material_of[triangle as usize];
+        let weights = [root * (1.0 - above), root * above];
+        // a place that is cut out is chosen as often as any other, and sends no light
+        let is_there = self.cut[model as usize]
+            .as_ref()
+            .is_none_or(|test| test.is_there(triangle, weights[0], weights[1]));
         Some(Ok(EmitterPlace {
             model,
-            point: a * (1.0 - root) + b * (root * (1.0 - above)) + c * (root * above),
+            point: a * (1.0 - root) + b * weights[0] + c * weights[1],
             normal,
-            radiance: scene.materials[usize::from(material)].emission,
+            radiance: if is_there { scene.materials[usize::from(material)].emission } else { Vec3::ZERO },
             density: self.density(scene, pose, deformations, (model, triangle), normal),
         }))
     }

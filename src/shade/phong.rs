@@ -371,6 +371,7 @@ mod tests {
                 diffuse: Vec3::splat(kd),
                 ambient: Vec3::splat(ka),
                 diffuse_map: Some(0),
+                cutout: None,
                 ..Material::fallback()
             };
             let palette = Palette::new(vec![paint(&material, Vec3::splat(0.1)); 2]);

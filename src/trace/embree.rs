@@ -8,8 +8,9 @@
 //!
 //! Quadrics are geometries of their own kind, for which Embree calls back ([`Pieces`](pieces::Pieces)).
 //!
-//! Ids. A model has up to two geometries: the triangles that cast shadows and then those that do not (in this
-//! order in [`Mesh::triangles`]), so that `triangle = first + primID`. In *still* a geometry's id leads to
+//! Ids. A model has up to four geometries: the triangles that cast shadows and then those that do not, whole
+//! ones and those that are [cut out](crate::scene::cutout) apart (in the order of [`Mesh::triangles`]), so that
+//! `triangle = first + primID`. In *still* a geometry's id leads to
 //! its [`GeometryPart`]. With instances, the instance's id leads to the model and the geometry's to its part,
 //! whichever scene they are in: instances of copies that stand still have ids after all those in *movable*.
 //!
@@ -44,7 +45,7 @@ use crate::lanes::{F32x8, are_same};
 use crate::pose::Pose;
 use crate::scene::{Mesh, Model, Scene};
 use crate::settings::{Build, Caustics};
-use frozen::{CASTS_SHADOW, Deforming, Frozen, ROBUST, freeze, geometries_of};
+use frozen::{Deforming, Frozen, MOST_PARTS, Part, ROBUST, freeze, parts_of};
 use places::set_places;
 
 /// Least t of rays. Embree counts t = tnear as met: an eye in a surface, at t = 0, would see nothing else.
@@ -57,6 +58,14 @@ struct GeometryPart {
     model: u32,
     /// Index of the geometry's first triangle in the mesh.
     first: u32,
+}
+
+/// Places of an instance's triangles in the program's own lists.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct InstanceParts {
+    model: u32,
+    /// Index of the first triangle in the mesh, by geometry.
+    firsts: [u32; MOST_PARTS],
 }
 
 /// Scenes of the triangles that cast shadows.
@@ -75,7 +84,7 @@ pub struct EmbreeBackend {
     casters: Option<Casters>,
     still_parts: Vec<GeometryPart>,
     /// Parts by instance, of both scenes.
-    instance_parts: Vec<[GeometryPart; 2]>,
+    instance_parts: Vec<InstanceParts>,
     /// Movable models, each with its instance.
     instances: Vec<(usize, GeometryId)>,
     /// Movable models that deform.
@@ -195,11 +204,11 @@ impl EmbreeBackend {
     }
 
     fn add_still(&mut self, model: u32, mesh: &Mesh) -> Result<(), TraceError> {
-        for (half, (geometry, first)) in geometries_of(&self.device, mesh, &mesh.positions)? {
+        for Part { geometry, first, casts_shadow } in parts_of(&self.device, mesh, &mesh.positions)? {
             let GeometryId(id) = self.still.attach(&geometry)?;
             debug_assert_eq!(id as usize, self.still_parts.len());
             self.still_parts.push(GeometryPart { model, first });
-            if let Some(casters) = self.casters.as_mut().filter(|_| half == CASTS_SHADOW) {
+            if let Some(casters) = self.casters.as_mut().filter(|_| casts_shadow) {
                 casters.still.attach(&geometry)?;
             }
         }
@@ -213,9 +222,9 @@ impl EmbreeBackend {
         self.still.skip_ids_to(GeometryId(self.instance_parts.len() as u32));
         let GeometryId(id) = self.still.attach_instance(&frozen.scene, place, mask::RESTS)?;
         // ids of triangles in world space are not those of instances
-        let nobody = GeometryPart { model: NO_HIT, first: 0 };
-        self.instance_parts.resize(id as usize, [nobody; 2]);
-        self.instance_parts.push(frozen.firsts.map(|first| GeometryPart { model: number, first }));
+        let nobody = InstanceParts { model: NO_HIT, firsts: [0; MOST_PARTS] };
+        self.instance_parts.resize(id as usize, nobody);
+        self.instance_parts.push(InstanceParts { model: number, firsts: frozen.firsts });
         if let (Some(casters), Some(scene)) = (&mut self.casters, &frozen.casters) {
             casters.still.attach_instance(scene, place, mask::RESTS)?;
         }
@@ -227,7 +236,7 @@ impl EmbreeBackend {
         let identity = crate::animation::Transform::IDENTITY.columns();
         let instance = self.movable.attach_instance(&frozen.scene, identity, mask::MOVED)?;
         debug_assert_eq!(instance.0 as usize, self.instance_parts.len());
-        self.instance_parts.push(frozen.firsts.map(|first| GeometryPart { model, first }));
+        self.instance_parts.push(InstanceParts { model, firsts: frozen.firsts });
         self.instances.push((model as usize, instance));
         let mut of_caster = None;
         if let (Some(casters), Some(scene)) = (&mut self.casters, &frozen.casters) {
@@ -284,7 +293,7 @@ struct EmbreeTracer<'a> {
     movable: Option<Committed<'a>>,
     casters: Option<OpenCasters<'a>>,
     still_parts: &'a [GeometryPart],
-    instance_parts: &'a [[GeometryPart; 2]],
+    instance_parts: &'a [InstanceParts],
     width: PacketWidth,
     shadow_mask: u32,
 }
@@ -442,7 +451,10 @@ impl EmbreeTracer<'_> {
     fn part(&self, instance: u32, geometry: u32) -> GeometryPart {
         match instance {
             INVALID => self.still_parts[geometry as usize],
-            instance => self.instance_parts[instance as usize][geometry as usize],
+            instance => {
+                let InstanceParts { model, firsts } = &self.instance_parts[instance as usize];
+                GeometryPart { model: *model, first: firsts[geometry as usize] }
+            }
         }
     }
 

@@ -17,6 +17,7 @@ mod analytic;
 mod audit;
 mod blur;
 mod caustics;
+mod cutouts;
 mod deforming;
 mod extremes;
 mod filters;

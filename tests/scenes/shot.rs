@@ -181,6 +181,56 @@ fn pictures_are_read_and_sampled() {
     assert_eq!(shot.scene.textures[0].sample(glam::Vec2::new(0.25, 0.5)), Vec3::X);
 }
 
+/// Of `map_d`, of the alpha of `map_Kd` and of a table of the shot file.
+#[test]
+fn opacity_cuts_surfaces_out() {
+    let obj = "mtllib m.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nvt 0 0\nvt 1 0\nvt 0 1\nvt 1 1\n\
+               usemtl wood\nf 1/1 2/2 3/3\nusemtl clear\nf 2/2 4/4 3/3\n";
+    let cut_of = |mtl: &str, obj: &str, more: &str| {
+        let folder = folder();
+        let image = |texels: [[u8; 4]; 2]| image::RgbaImage::from_raw(2, 1, texels.concat()).unwrap();
+        let save = |name: &str, texels| image(texels).save(folder.path().join(name)).unwrap();
+        save("grey.png", [[255, 255, 255, 255], [100, 100, 100, 255]]);
+        save("alpha.png", [[0, 0, 0, 255], [200, 0, 0, 100]]);
+        save("nothing.png", [[255, 0, 0, 0], [0, 255, 0, 0]]);
+        std::fs::write(folder.path().join("m.mtl"), mtl).unwrap();
+        std::fs::write(folder.path().join("m.obj"), obj).unwrap();
+        let shot = load_in(folder.path(), &format!("{REST}{more}"), true).unwrap();
+        let mesh = &shot.scene.models[0].mesh;
+        mesh.cut.as_ref().map(|cut| {
+            let names = cut.range().map(|triangle| {
+                let material = usize::from(mesh.material_of[triangle]);
+                shot.scene.materials[material].name.clone()
+            });
+            let names: Vec<String> = names.collect();
+            let places = [0.25, 0.75]
+                .map(|u| cut.masks[0].texture.alpha(glam::Vec2::new(u, 0.5)) >= cut.masks[0].least);
+            (names, places)
+        })
+    };
+    let cut = |names: &[&str]| Some((names.iter().map(|name| name.to_string()).collect(), [true, false]));
+    let clear = "newmtl clear\n";
+    for (wood, expected) in [
+        ("map_d grey.png", cut(&["wood"])),
+        ("map_d alpha.png", cut(&["wood"])),
+        ("map_Kd alpha.png", cut(&["wood"])),
+        // that of the statement counts
+        ("map_Kd grey.png\nmap_d alpha.png", cut(&["wood"])),
+        ("map_Kd grey.png", None),
+        // an alpha that nobody looked at
+        ("map_Kd nothing.png", None),
+    ] {
+        assert_eq!(cut_of(&format!("newmtl wood\n{wood}\n{clear}"), obj, ""), expected, "{wood}");
+    }
+    // whole ones first, clear ones last
+    let mtl = "newmtl wood\nmap_d grey.png\nnewmtl clear\nd 0.2\nmap_d grey.png\n";
+    assert_eq!(cut_of(mtl, obj, ""), cut(&["wood", "clear"]));
+    let table = "[[material]]\nname = \"clear\"\nmap_d = \"grey.png\"\n";
+    assert_eq!(cut_of(&format!("newmtl wood\n{clear}"), obj, table), cut(&["clear"]));
+    let without = obj.replace("/1", "").replace("/2", "").replace("/3", "").replace("/4", "");
+    assert_eq!(cut_of(mtl, &without, ""), None, "nothing says where the holes are");
+}
+
 #[test]
 fn a_floor_lies_under_the_models() {
     let floor = "[floor]\nheight = -0.5\ncolor = [0.1, 0.2, 0.3]\n";

@@ -3,6 +3,8 @@
 
 pub mod worlds;
 
+use std::ops::Range;
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use afterimage::animation::{Interpolation, ShapeTrack, Track, TransformTrack};
@@ -11,8 +13,9 @@ use afterimage::geometry::Quadric;
 use afterimage::geometry::quadric::QuadricShape;
 use afterimage::layers::Layers;
 use afterimage::scene::camera::{Aim, Lens};
+use afterimage::scene::cutout::{CutTriangles, LEAST_OPACITY, Mask};
 use afterimage::scene::{
-    Background, CameraTrack, Light, LightKind, Material, Mesh, Model, RenderSpace, Scene, Shapes,
+    Background, CameraTrack, Light, LightKind, Material, Mesh, Model, RenderSpace, Scene, Shapes, Texture,
 };
 use afterimage::settings::{Filter, Mode, Settings};
 use embree::VertexBuffer;
@@ -33,6 +36,7 @@ pub fn mesh(corners: &[[f32; 3]], triangles: &[[u32; 3]], material: u16, casts_s
         uvs: vec![Vec2::ZERO; corners.len()],
         material_of: vec![material; triangles.len()],
         groups: Default::default(),
+        cut: None,
         quadric: None,
         shapes: None,
     }
@@ -42,6 +46,26 @@ pub fn mesh(corners: &[[f32; 3]], triangles: &[[u32; 3]], material: u16, casts_s
 pub fn floor(half: f32, material: u16) -> Mesh {
     let corners = [[-half, 0.0, half], [half, 0.0, half], [half, 0.0, -half], [-half, 0.0, -half]];
     mesh(&corners, &[[0, 1, 2], [0, 2, 3]], material, true)
+}
+
+/// A texture of two texels side by side that holds nothing but opacity.
+pub fn opacity(left: u8, right: u8) -> Texture {
+    Texture {
+        path: PathBuf::new(),
+        width: 2,
+        height: 1,
+        texels: Arc::from([[255, 255, 255, left], [255, 255, 255, right]]),
+        scale: Vec2::ONE,
+        offset: Vec2::ZERO,
+        clamp: true,
+    }
+}
+
+/// `mesh`, whose triangles `range` the alpha of `texture` cuts out.
+pub fn cut_out(mesh: Mesh, range: Range<usize>, texture: &Texture) -> Mesh {
+    let masks = vec![Mask { texture: texture.clone(), least: LEAST_OPACITY }];
+    let cut = CutTriangles { first: range.start as u32, mask_of: vec![0; range.len()], masks };
+    Mesh { cut: Some(Arc::new(cut)), ..mesh }
 }
 
 /// An octahedron of radius 1 about the origin.

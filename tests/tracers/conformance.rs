@@ -6,10 +6,10 @@ use afterimage::animation::{Track, TransformTrack};
 use afterimage::geometry::Quadric;
 use afterimage::geometry::quadric::QuadricShape;
 use afterimage::pose::Pose;
-use afterimage::scene::{self, Model, Scene};
+use afterimage::scene::{self, Mesh, Model, Scene};
 use afterimage::settings::Build;
 use afterimage::trace::{BackendKind, Coherence, HitBatch, Occluders, Purpose, RayBatch, SceneSubset};
-use glam::{DAffine3, DVec3, Vec3};
+use glam::{DAffine3, DVec3, Vec2, Vec3};
 
 use crate::collection;
 use crate::kinds::*;
@@ -151,6 +151,50 @@ fn shadow_rays_pass_clear_triangles() {
             assert_eq!(blocks(tracer, way, Occluders::Still, Purpose::Shadow, &rays), [casts]);
             assert_eq!(blocks(tracer, way, Occluders::Still, Purpose::Sight, &rays), [true]);
             assert!(closest(tracer, way, &rays)[0].is_some());
+        }
+    });
+}
+
+/// A square whose right half is cut out, as the tracers get it: with a part that is whole, and with clear ones.
+#[test]
+fn rays_pass_what_is_cut_out() {
+    let uvs = |mesh: Mesh| {
+        let corners = mesh.positions.as_slice().iter();
+        let uvs = corners.map(|[x, _, z]| Vec2::new((x + 1.0) / 2.0, *z)).collect();
+        Mesh { uvs, ..mesh }
+    };
+    let square = |y: f32| [[-1.0, y, 1.0], [1.0, y, 1.0], [1.0, y, -1.0], [-1.0, y, -1.0]];
+    // at the bottom a whole square, above it one that casts shadows, above that a clear one
+    let corners = [square(0.0), square(0.5), square(1.0)].concat();
+    let faces = |first: u32| [[first, first + 1, first + 2], [first, first + 2, first + 3]];
+    let triangles = [faces(0), faces(4), faces(8)].concat();
+    let whole = uvs(mesh(&corners, &triangles, 0, true));
+    let cut = toy::cut_out(Mesh { shadow_casting: 4, ..whole }, 2..6, &toy::opacity(255, 0));
+    let track = TransformTrack {
+        translate: keys(&[(1.0, DVec3::X * 4.0), (2.0, DVec3::Y)]),
+        ..TransformTrack::identity()
+    };
+    let scene = scene_of(vec![still("still", cut.clone(), Vec3::ZERO), moving("moving", cut, track)]);
+    on_each(&scene, |tracer, way| {
+        for (at, by) in [(0.0, Occluders::Still), (4.0, Occluders::Movable)] {
+            // to all there is, and to what is above the bottom
+            for (x, z, first, casts) in
+                [(-0.5, 0.2, 1.0, true), (0.5, 0.2, 2.0, false), (0.5, -0.9, 2.0, false)]
+            {
+                let all = down(at + x, z, 9.0);
+                let hit = closest(tracer, way, &all)[0].unwrap();
+                assert!((hit.t - first).abs() < 1e-5_f32, "{hit:?}");
+                assert_eq!(blocks(tracer, way, by, Purpose::Sight, &all), [true]);
+                assert_eq!(blocks(tracer, way, by, Purpose::Shadow, &all), [true]);
+                let above = down(at + x, z, 1.75);
+                assert_eq!(closest(tracer, way, &above)[0].is_some(), casts);
+                assert_eq!(blocks(tracer, way, by, Purpose::Sight, &above), [casts]);
+                assert_eq!(blocks(tracer, way, by, Purpose::Shadow, &above), [casts]);
+                // the clear one alone
+                let clear = down(at + x, z, 1.25);
+                assert_eq!(blocks(tracer, way, by, Purpose::Sight, &clear), [casts]);
+                assert_eq!(blocks(tracer, way, by, Purpose::Shadow, &clear), [false]);
+            }
         }
     });
 }

@@ -1,5 +1,6 @@
 //! Triangle meshes and other primitives, and the handle that owns an Embree geometry.
 
+use crate::cutout::{Cutout, Filter};
 use crate::device::Device;
 use crate::error::Error;
 use crate::primitives::{Callbacks, Primitives};
@@ -39,7 +40,7 @@ pub struct Geometry {
 
 #[derive(Clone, Debug)]
 enum Kind {
-    Triangles { vertices: Arc<VertexBuffer>, indices: Arc<Vec<[u32; 3]>> },
+    Triangles { vertices: Arc<VertexBuffer>, indices: Arc<Vec<[u32; 3]>>, cutout: Option<Arc<dyn Cutout>> },
     Primitives(Arc<dyn Primitives>),
 }
 
@@ -73,7 +74,16 @@ impl Geometry {
         if indices.len() >= u32::MAX as usize {
             return Err(Error::invalid_argument("a mesh has 2^32 - 2 triangles at most"));
         }
-        Ok(Self { device: device.clone(), kind: Kind::Triangles { vertices, indices }, mask })
+        Ok(Self { device: device.clone(), kind: Kind::Triangles { vertices, indices, cutout: None }, mask })
+    }
+
+    /// Has rays meet triangles only in places that are there. Other primitives stay as they are.
+    #[must_use]
+    pub fn cut_by(mut self, cut: Arc<dyn Cutout>) -> Self {
+        if let Kind::Triangles { cutout, .. } = &mut self.kind {
+            *cutout = Some(cut);
+        }
+        self
     }
 
     /// Primitives of another kind; number `i` of them is primitive `i` of a hit. Masks as in
@@ -100,14 +110,22 @@ impl Geometry {
     /// another that is being traced. A scene of low quality is a tree for each mesh, built as the mesh says, and one
     /// above them; in others the mesh's quality counts for nothing.
     pub(crate) fn instantiate(&self, quality: BuildQuality) -> Result<MeshHandle, Error> {
-        let (mut handle, callbacks) = match &self.kind {
-            Kind::Triangles { vertices, indices } => (self.share(vertices, indices)?, None),
+        let (mut handle, callbacks, filter) = match &self.kind {
+            Kind::Triangles { vertices, indices, cutout } => {
+                let handle = self.share(vertices, indices)?;
+                let filter = cutout.clone().map(Filter::new);
+                if let Some(filter) = &filter {
+                    // SAFETY: the geometry is a live mesh, and `MeshHandle` keeps the filter longer.
+                    unsafe { filter.set(handle.raw) };
+                }
+                (handle, None, filter)
+            }
             Kind::Primitives(primitives) => {
                 let handle = Handle::new(&self.device, sys::RTC_GEOMETRY_TYPE_USER)?;
                 let callbacks = Callbacks::new(Arc::clone(primitives));
                 // SAFETY: the geometry is live and of the type for callbacks, and `MeshHandle` keeps them longer.
                 unsafe { callbacks.set(handle.raw) };
-                (handle, Some(callbacks))
+                (handle, Some(callbacks), None)
             }
         };
         // SAFETY: the geometry is live.
@@ -115,7 +133,7 @@ impl Geometry {
         handle.set_mask(self.mask);
         handle.commit();
         self.device.take_error()?;
-        Ok(MeshHandle { handle, _callbacks: callbacks, _geometry: self.clone() })
+        Ok(MeshHandle { handle, _callbacks: callbacks, _filter: filter, _geometry: self.clone() })
     }
 
     fn share(&self, vertices: &VertexBuffer, indices: &[[u32; 3]]) -> Result<Handle, Error> {
@@ -153,6 +171,7 @@ impl Geometry {
 pub(crate) struct MeshHandle {
     pub(crate) handle: Handle,
     _callbacks: Option<Callbacks>,
+    _filter: Option<Filter>,
     _geometry: Geometry,
 }
 

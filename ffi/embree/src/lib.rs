@@ -84,6 +84,7 @@
 //! [`occluded`]: Committed::occluded
 //! [`occluded_past`]: Committed::occluded_past
 
+mod cutout;
 mod device;
 mod error;
 mod geometry;
@@ -94,6 +95,7 @@ mod query;
 mod scene;
 mod segment;
 
+pub use cutout::Cutout;
 pub use device::Device;
 pub use error::{Error, ErrorCode};
 pub use geometry::{Geometry, VertexBuffer};

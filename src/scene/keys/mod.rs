@@ -114,9 +114,33 @@ pub(crate) struct ShotFile {
     /// Ambient occlusion: openness of surfaces
     #[serde(default)]
     pub occlusion: OcclusionTable,
+    /// Meaning of MTL statements
+    #[serde(default)]
+    pub mtl: MtlTable,
     /// Overrides of MTL materials
     #[serde(default)]
     pub material: Vec<MaterialTable>,
+}
+
+/// Meaning of `Kd` beside a `map_Kd`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub(crate) enum KdBesideMap {
+    /// As the exporter means it: ignored where the header says Blender, a factor elsewhere.
+    #[default]
+    Exporter,
+    /// It multiplies the picture.
+    Multiply,
+    /// The picture shows alone.
+    Ignore,
+}
+
+#[derive(Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct MtlTable {
+    /// Kd beside a map_Kd: as the exporter means it, or it multiplies the picture, or it is ignored (exporter)
+    #[serde(default)]
+    pub kd_beside_map_kd: KdBesideMap,
 }
 
 #[derive(Debug, Default, Deserialize, JsonSchema)]
@@ -471,6 +495,8 @@ pub(crate) struct MaterialTable {
     pub pm: Option<At<f64>>,
     /// Texture file, relative to the shot file
     pub map_kd: Option<At<String>>,
+    /// Opacity: a picture that cuts parts out, where its alpha, or its brightness if it has none, is below a half
+    pub map_d: Option<At<String>>,
 }
 
 /// Known to the schema alone: what is no layer is told by the loader.

@@ -9,12 +9,14 @@ use std::sync::Arc;
 use embree::VertexBuffer;
 use glam::Vec3;
 
+use super::map_statement::MapKd;
 use super::mtl::{self, MtlFile, MtlMaterial};
-use super::pictures::Pictures;
+use super::pictures::{PictureUse, Pictures};
 use super::shape_files::{self, Origins, ReadShapes, ShapeSource};
 use crate::digest::Digest;
+use crate::scene::cutout::{CutTriangles, Cutout, LEAST_OPACITY, Mask};
 use crate::scene::error::Findings;
-use crate::scene::keys::spelling;
+use crate::scene::keys::{KdBesideMap, spelling};
 use crate::scene::mesh::Groups;
 use crate::scene::obj::lines::words;
 use crate::scene::obj::{self, Named, ObjFile, OddNormals};
@@ -59,6 +61,7 @@ pub(crate) struct Assembly {
     digests: Vec<Digest>,
     /// Names of all materials that MTL files define, for hints.
     known_names: Vec<String>,
+    kd_beside_map: KdBesideMap,
     /// Model that was read in advance, until its mesh is asked for.
     read_before: Option<ReadModel>,
 }
@@ -95,7 +98,8 @@ impl ReadModel {
         let is_black = |name: &&str| {
             let found = defined.iter().rfind(|defined| defined.material.name == **name);
             found.is_some_and(|defined| {
-                defined.material.map_kd.is_none() && defined.material.settle().is_black()
+                let meant = || defined.material.clone().as_meant(KdBesideMap::default());
+                defined.material.map_kd.is_none() && meant().settle().is_black()
             })
         };
         let mut names: Vec<&str> = names.into_iter().collect();
@@ -126,6 +130,11 @@ impl Assembly {
     /// Creates an empty assembly. `strict`: stand-ins are errors.
     pub fn new(strict: bool, overrides: Vec<Override>) -> Self {
         Self { findings: Findings { strict, ..Findings::default() }, overrides, ..Self::default() }
+    }
+
+    /// Has `Kd` beside a `map_Kd` mean this.
+    pub fn reading(self, kd_beside_map: KdBesideMap) -> Self {
+        Self { kd_beside_map, ..self }
     }
 
     /// Adds a model that was read before, so that it is not read again.
@@ -200,7 +209,7 @@ impl Assembly {
         }
         let (defined, complete) = self.libraries(&obj, path)?;
         let ids = self.settle_all(&obj, &defined, complete, path)?;
-        let mesh = Arc::new(mesh_of(obj, &ids, &self.materials));
+        let mesh = Arc::new(mesh_of(obj, &ids, &self.materials, &self.pictures.textures));
         if let Some(message) = limits::coarse(&mesh) {
             self.findings.note(SceneError::new(path, message));
         }
@@ -339,15 +348,20 @@ impl Assembly {
 
     fn settle(&mut self, named: &Named, found: Option<&Defined>, obj: &Path) -> Result<Material, SceneError> {
         let mut stated = match found {
-            Some(defined) => defined.material.clone(),
+            // what the shot file says means what the format says
+            Some(defined) => defined.material.clone().as_meant(self.kd_beside_map),
             None => MtlMaterial { name: named.name.clone(), ..MtlMaterial::default() },
         };
         let mut asking = found.map_or(obj, |defined| &defined.path).to_path_buf();
+        let mut asking_opacity = asking.clone();
         for entry in self.overrides.iter_mut().filter(|entry| entry.values.name == named.name) {
             entry.used = true;
             stated.replace_with(&entry.values);
             if entry.values.map_kd.is_some() {
                 asking.clone_from(&entry.path);
+            }
+            if entry.values.map_d.is_some() {
+                asking_opacity.clone_from(&entry.path);
             }
         }
         let mut material = stated.settle();
@@ -355,11 +369,22 @@ impl Assembly {
             material.name = Material::fallback().name;
         }
         if let Some(map) = &stated.map_kd {
-            let folder = asking.parent().unwrap_or(Path::new(""));
-            let index = self.pictures.index_of(map, folder, &asking, &mut self.findings)?;
+            let index = self.picture(map, &asking, PictureUse::Color)?;
             material.diffuse_map = Some(index);
         }
+        let opacity = match &stated.map_d {
+            Some(map) => Some(self.picture(map, &asking_opacity, PictureUse::Opacity)?),
+            None => material.diffuse_map,
+        };
+        let cut = opacity.filter(|map| self.pictures.cuts(*map));
+        material.cutout = cut.map(|map| Cutout { map, least: LEAST_OPACITY });
         Ok(material)
+    }
+
+    /// Index of the picture of `map`, a statement of the file `asking`.
+    fn picture(&mut self, map: &MapKd, asking: &Path, used: PictureUse) -> Result<u32, SceneError> {
+        let folder = asking.parent().unwrap_or(Path::new(""));
+        self.pictures.index_of(map, folder, asking, &mut self.findings, used)
     }
 
     /// Reports overrides that no model uses.
@@ -444,10 +469,22 @@ struct Stretch {
     of: obj::Use,
 }
 
+/// Place of a stretch in the order of triangles: those that cast shadows come first, and those that are cut out side by side.
+fn rank(material: &Material, has_uvs: bool) -> u8 {
+    match (material.casts_shadow(), has_uvs && material.cutout.is_some()) {
+        (true, false) => 0,
+        (true, true) => 1,
+        (false, true) => 2,
+        (false, false) => 3,
+    }
+}
+
 /// Orders the triangles: first those that cast shadows, each kind in the order of the file.
-fn mesh_of(obj: ObjFile, ids: &[u16], materials: &[Material]) -> Mesh {
+fn mesh_of(obj: ObjFile, ids: &[u16], materials: &[Material], textures: &[Texture]) -> Mesh {
     let id = |stretch: &Stretch| ids[stretch.of.material as usize];
     let casts = |stretch: &Stretch| materials[usize::from(id(stretch))].casts_shadow();
+    let has_uvs = !obj.uvs.is_empty();
+    let rank = |stretch: &Stretch| rank(&materials[usize::from(id(stretch))], has_uvs);
     let mut stretches = Vec::with_capacity(obj.uses.len());
     let mut begin = 0;
     for (count, of) in &obj.uses {
@@ -457,8 +494,8 @@ fn mesh_of(obj: ObjFile, ids: &[u16], materials: &[Material]) -> Mesh {
     let casting = stretches.iter().filter(|stretch| casts(stretch));
     let shadow_casting = casting.map(|stretch| stretch.range.len()).sum();
     let mut triangles = obj.triangles;
-    if shadow_casting > 0 && shadow_casting < triangles.len() {
-        stretches.sort_by_key(|stretch| !casts(stretch));
+    if !stretches.is_sorted_by_key(rank) {
+        stretches.sort_by_key(rank);
         let mut ordered = Vec::with_capacity(triangles.len());
         stretches.iter().for_each(|stretch| ordered.extend_from_slice(&triangles[stretch.range.clone()]));
         triangles = ordered;
@@ -474,10 +511,31 @@ fn mesh_of(obj: ObjFile, ids: &[u16], materials: &[Material]) -> Mesh {
         triangles: Arc::new(triangles),
         normals: obj.normals,
         uvs: obj.uvs,
+        cut: if has_uvs { cut_triangles(&material_of, materials, textures) } else { None },
         material_of,
         groups: Arc::new(groups),
         shadow_casting,
         quadric: None,
         shapes: None,
     }
+}
+
+/// Triangles that are cut out, which follow each other, given the material of each triangle.
+fn cut_triangles(
+    material_of: &[u16],
+    materials: &[Material],
+    textures: &[Texture],
+) -> Option<Arc<CutTriangles>> {
+    let cutout = |material: &u16| materials[usize::from(*material)].cutout;
+    let first = material_of.iter().position(|material| cutout(material).is_some())?;
+    let (mut masks, mut known): (Vec<Mask>, HashMap<u16, u16>) = (Vec::new(), HashMap::new());
+    let cut = material_of[first..].iter().map_while(|material| Some((*material, cutout(material)?)));
+    let mask_of = cut.map(|(material, Cutout { map, least })| {
+        *known.entry(material).or_insert_with(|| {
+            masks.push(Mask { texture: textures[map as usize].clone(), least });
+            (masks.len() - 1) as u16
+        })
+    });
+    let mask_of = mask_of.collect();
+    Some(Arc::new(CutTriangles { first: first as u32, mask_of, masks }))
 }

@@ -53,6 +53,7 @@ fn baked(mesh: &Mesh, map: DAffine3) -> Option<Mesh> {
         material_of: mesh.material_of.clone(),
         groups: mesh.groups.clone(),
         shadow_casting: mesh.shadow_casting,
+        cut: mesh.cut.clone(),
         quadric: None,
         shapes: None,
     })
@@ -71,6 +72,7 @@ mod tests {
             uvs: Vec::new(),
             material_of: vec![0],
             groups: Default::default(),
+            cut: None,
             quadric: None,
             shapes: None,
             shadow_casting: 1,

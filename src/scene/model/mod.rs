@@ -3,6 +3,7 @@
 pub mod assemble;
 pub mod bake;
 pub mod copies;
+pub mod exporter;
 pub mod map_statement;
 pub mod mtl;
 pub mod pictures;

@@ -8,11 +8,13 @@ use std::path::Path;
 
 use glam::Vec3;
 
+use super::exporter::Exporter;
 use super::map_statement::{MapKd, map_statement};
 use super::unused_statements;
 use crate::digest::Digest;
 use crate::input::{self, InputError, Kind};
 use crate::memory::{self, Need, Part};
+use crate::scene::keys::KdBesideMap;
 use crate::scene::material::{LARGEST_COLOR, MetalRough, Optics};
 use crate::scene::obj::lines::{Lines, readable, split_keyword, words};
 use crate::scene::{Material, SceneError};
@@ -33,6 +35,8 @@ pub(crate) struct MtlMaterial {
     pub name: String,
     /// Line of `newmtl`.
     pub line: usize,
+    /// Program that wrote the statements.
+    pub exporter: Exporter,
     pub kd: Option<Vec3>,
     pub ka: Option<Vec3>,
     pub ks: Option<Vec3>,
@@ -46,6 +50,7 @@ pub(crate) struct MtlMaterial {
     pub pr: Option<f32>,
     pub pm: Option<f32>,
     pub map_kd: Option<MapKd>,
+    pub map_d: Option<MapKd>,
 }
 
 /// Content of an MTL file.
@@ -84,11 +89,12 @@ pub(crate) fn read(path: &Path) -> Result<MtlFile, SceneError> {
 pub(crate) fn parse(text: &[u8]) -> MtlFile {
     let MtlFile { mut materials, mut oddities, mut unused, digest } = MtlFile::default();
     let mut told = HashSet::new();
+    let exporter = Exporter::of(text);
     for (number, line) in Lines::new(text) {
         let (keyword, rest) = split_keyword(&line);
         if keyword.eq_ignore_ascii_case(b"newmtl") {
             let name = String::from_utf8_lossy(rest).into_owned();
-            materials.push(MtlMaterial { name, line: number, ..MtlMaterial::default() });
+            materials.push(MtlMaterial { name, line: number, exporter, ..MtlMaterial::default() });
         } else if let Some(material) = materials.last_mut() {
             let keyword = String::from_utf8_lossy(keyword).to_ascii_lowercase();
             if let Some((key, message)) = unused_statements::message(&keyword)
@@ -131,6 +137,7 @@ fn statement(
         "pr" => material.pr = Some(share("Pr", rest, replaced)?),
         "pm" => material.pm = Some(share("Pm", rest, replaced)?),
         "map_kd" => material.map_kd = map_statement(&String::from_utf8_lossy(rest), line),
+        "map_d" => material.map_d = map_statement(&String::from_utf8_lossy(rest), line),
         _ => {}
     }
     Ok(())
@@ -214,6 +221,7 @@ impl MtlMaterial {
         self.pr = other.pr.or(self.pr);
         self.pm = other.pm.or(self.pm);
         self.map_kd = other.map_kd.clone().or(self.map_kd.take());
+        self.map_d = other.map_d.clone().or(self.map_d.take());
     }
 
     /// Settles the meaning of the statements together. The texture is left to the caller.
@@ -239,12 +247,17 @@ impl MtlMaterial {
             optics,
             metal_rough: None,
             diffuse_map: None,
+            cutout: None,
         }
     }
 
     /// Returns true if it states a transmission filter, and the material is opaque nevertheless.
     fn filters_nothing(&self) -> bool {
-        self.tf.is_some_and(|filter| filter != Vec3::ZERO) && self.settle().optics == Optics::Opaque
+        let is_opaque = || {
+            let meant = self.clone().as_meant(KdBesideMap::default());
+            meant.settle().optics == Optics::Opaque
+        };
+        self.tf.is_some_and(|filter| filter != Vec3::ZERO) && is_opaque()
     }
 
     /// Returns true if it states roughness or metal. Glass stays glass: exporters state both for everything.
@@ -273,6 +286,7 @@ impl MtlMaterial {
             optics,
             metal_rough: Some(MetalRough { base, roughness, metallic, head_on, solid }),
             diffuse_map: None,
+            cutout: None,
         }
     }
 
@@ -408,11 +422,11 @@ mod tests {
     #[test]
     fn statements_that_change_nothing_are_told_once_each() {
         let file = parse(
-            b"newmtl a\nmap_Kd k.png\nmap_Pm m.png\nnewmtl b\nmap_Pr r.png\nMAP_D a.png\nmap_d b.png\n",
+            b"newmtl a\nmap_Kd k.png\nmap_Pm m.png\nnewmtl b\nmap_Pr r.png\nMAP_NS a.png\nmap_Ns b.png\n",
         );
         let told: Vec<(usize, &str)> =
             file.unused.iter().map(|(line, message)| (*line, &message[..8])).collect();
-        assert_eq!((told, file.oddities.len()), (vec![(3, "`map_Pm`"), (5, "`map_Pr`"), (6, "`map_d` ")], 0));
+        assert_eq!((told, file.oddities.len()), (vec![(3, "`map_Pm`"), (5, "`map_Pr`"), (6, "`map_Ns`")], 0));
         assert_eq!(parse(b"newmtl a\nPr .5\nmap_Kd k.png").unused, []);
     }
 

@@ -11,6 +11,7 @@ use super::map_statement::MapKd;
 use crate::digest::Digest;
 use crate::input::{self, Input, Kind};
 use crate::memory::{self, Need, Part};
+use crate::scene::cutout::LEAST_OPACITY;
 use crate::scene::error::Findings;
 use crate::scene::paths::find_beside;
 use crate::scene::{SceneError, Texture};
@@ -21,19 +22,56 @@ const LONGEST_EDGE: u32 = 32_768;
 /// byte of a PNG has 8 texels at most. Other formats pack less, except for the empty rows of a BMP.
 const MOST_TEXELS_A_BYTE: u64 = 8 * 1032;
 
-/// Width, height, texels.
-type Decoded = (u32, u32, Arc<[[u8; 4]]>);
+/// Use of a picture by a material.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub(crate) enum PictureUse {
+    /// Colours, and opacity in its alpha if it has any.
+    Color,
+    /// Opacity: alpha, or brightness in a picture without alpha.
+    Opacity,
+}
+
+/// A picture as textures hold it.
+#[derive(Debug, Clone, PartialEq)]
+struct Decoded {
+    width: u32,
+    height: u32,
+    texels: Arc<[[u8; 4]]>,
+    /// True if some of its places are opaque enough to be there, and others are not.
+    cuts: bool,
+}
+
+impl Decoded {
+    fn new(width: u32, height: u32, texels: Arc<[[u8; 4]]>) -> Self {
+        let is_there = |texel: &[u8; 4]| f32::from(texel[3]) >= 255.0 * LEAST_OPACITY;
+        let cuts = texels.iter().any(is_there) && !texels.iter().all(is_there);
+        Self { width, height, texels, cuts }
+    }
+
+    /// Returns the picture with its opacity in alpha.
+    fn with_opacity(self) -> Self {
+        if self.texels.iter().any(|texel| texel[3] != u8::MAX) {
+            return self;
+        }
+        // files of opacity are grey, and hold shares: sRGB means nothing for them
+        let opacity = |[r, g, b, _]: &[u8; 4]| ((u16::from(*r) + u16::from(*g) + u16::from(*b)) / 3) as u8;
+        let texels = self.texels.iter().map(|texel| [texel[0], texel[1], texel[2], opacity(texel)]).collect();
+        Self::new(self.width, self.height, texels)
+    }
+}
 
 /// Textures of all materials so far.
 #[derive(Default)]
 pub(crate) struct Pictures {
     /// Textures. Materials keep their indices.
     pub textures: Vec<Texture>,
-    decoded: HashMap<PathBuf, Decoded>,
+    decoded: HashMap<(PathBuf, PictureUse), Decoded>,
     /// Digests of their texels, in the order in which pictures were asked for.
     digests: Vec<Digest>,
-    /// Indices of textures, by file and the bits of scale, offset and clamp.
-    indices: HashMap<(PathBuf, [u32; 5]), u32>,
+    /// True for each texture that cuts parts out.
+    cuts: Vec<bool>,
+    /// Indices of textures, by file, use and the bits of scale, offset and clamp.
+    indices: HashMap<(PathBuf, PictureUse, [u32; 5]), u32>,
 }
 
 impl Pictures {
@@ -47,10 +85,12 @@ impl Pictures {
         folder: &Path,
         asking: &Path,
         findings: &mut Findings,
+        used: PictureUse,
     ) -> Result<u32, SceneError> {
         let found = find_beside(folder, &map.file);
         let path = found.clone().unwrap_or_else(|| folder.join(&map.file));
-        let (width, height, texels) = match self.decoded.get(&path) {
+        let key = (path.clone(), used);
+        let Decoded { width, height, texels, cuts } = match self.decoded.get(&key) {
             Some(known) => known.clone(),
             None => {
                 let picture = match decode(found.as_deref()) {
@@ -66,15 +106,19 @@ impl Pictures {
                         return Err(SceneError::new(asking, message).at_line(map.line));
                     }
                 };
-                let (width, _, texels) = &picture;
-                self.digests.push(Digest::of_table(*width, bytemuck::cast_slice(texels)));
-                self.decoded.insert(path.clone(), picture.clone());
+                let picture = match used {
+                    PictureUse::Color => picture,
+                    PictureUse::Opacity => picture.with_opacity(),
+                };
+                let texels = bytemuck::cast_slice(&picture.texels);
+                self.digests.push(Digest::of_table(picture.width, texels));
+                self.decoded.insert(key, picture.clone());
                 picture
             }
         };
         let texture =
             Texture { path, width, height, texels, scale: map.scale, offset: map.offset, clamp: map.clamp };
-        Ok(self.place(texture))
+        Ok(self.place(texture, used, cuts))
     }
 
     /// Digest of the texels of all pictures.
@@ -84,15 +128,21 @@ impl Pictures {
 
     /// Files of the pictures, those that could not be read included.
     pub fn files(&self) -> impl Iterator<Item = &PathBuf> {
-        self.decoded.keys()
+        self.decoded.keys().map(|(path, _)| path)
     }
 
-    fn place(&mut self, texture: Texture) -> u32 {
+    /// Returns true if texture number `index` has places that are there and others that are not.
+    pub fn cuts(&self, index: u32) -> bool {
+        self.cuts[index as usize]
+    }
+
+    fn place(&mut self, texture: Texture, used: PictureUse, cuts: bool) -> u32 {
         let [sx, sy, ox, oy] =
             [texture.scale.x, texture.scale.y, texture.offset.x, texture.offset.y].map(f32::to_bits);
-        let key = (texture.path.clone(), [sx, sy, ox, oy, u32::from(texture.clamp)]);
+        let key = (texture.path.clone(), used, [sx, sy, ox, oy, u32::from(texture.clamp)]);
         *self.indices.entry(key).or_insert_with(|| {
             self.textures.push(texture);
+            self.cuts.push(cuts);
             (self.textures.len() - 1) as u32
         })
     }
@@ -130,7 +180,7 @@ fn decode(path: Option<&Path>) -> Result<Decoded, Unusable> {
     let (width, height) = decoder.dimensions();
     check_size([width, height], decoder.total_bytes(), file_bytes, &memory::left())?;
     let picture = DynamicImage::from_decoder(decoder).map_err(|e| unreadable(&e))?.into_rgba8();
-    Ok((width, height, Arc::from(bytemuck::cast_slice(picture.as_raw()))))
+    Ok(Decoded::new(width, height, Arc::from(bytemuck::cast_slice(picture.as_raw()))))
 }
 
 /// Checks the size of a picture before it is decoded; `decoded`: bytes that its texels take as its decoder
@@ -163,7 +213,7 @@ fn check_size(
 fn checker() -> Decoded {
     const EDGE: u32 = 8;
     let texel = |i| if (i % EDGE + i / EDGE) % 2 == 0 { [255, 0, 255, 255] } else { [0, 0, 0, 255] };
-    (EDGE, EDGE, (0..EDGE * EDGE).map(texel).collect())
+    Decoded::new(EDGE, EDGE, (0..EDGE * EDGE).map(texel).collect())
 }
 
 #[cfg(test)]

@@ -1,10 +1,9 @@
 //! Statements of MTL files that have no effect here, but a visible one in other programs.
 
 /// Statements without effect: the keyword in small letters, its usual spelling, and the picture's deviation.
-const UNUSED: [(&str, &str, &str); 16] = [
+const UNUSED: [(&str, &str, &str); 15] = [
     ("map_pr", "map_Pr", "roughness is the number of `Pr` all over a material"),
     ("map_pm", "map_Pm", "metal is the number of `Pm` all over a material"),
-    ("map_d", "map_d", OPAQUE),
     ("map_tr", "map_Tr", OPAQUE),
     ("map_bump", "map_Bump", SMOOTH),
     ("bump", "bump", SMOOTH),

@@ -76,6 +76,7 @@ impl Floor {
             positions: Arc::new(VertexBuffer::new(positions)),
             material_of: vec![material; triangles.len()],
             groups: Arc::default(),
+            cut: None,
             quadric: None,
             shapes: None,
             shadow_casting: triangles.len(),

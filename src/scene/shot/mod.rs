@@ -153,7 +153,7 @@ pub fn from_text_with(
         ));
     }
     let overrides = file.material.iter().map(|table| replacement(text, table)).collect::<Result<_, _>>()?;
-    let assembly = Assembly::new(strict, overrides);
+    let assembly = Assembly::new(strict, overrides).reading(file.mtl.kd_beside_map_kd);
     let mut assembly = match only {
         Some(model) => assembly.with(model),
         None => assembly,
@@ -282,6 +282,9 @@ fn replacement(text: TomlText<'_>, table: &MaterialTable) -> Result<Override, Sc
     let place = text.fault(table.name.span(), "");
     let (line, column) = (place.line.unwrap_or(1), place.column.unwrap_or(1));
     let map_line = |map: &At<String>| text.fault(map.span(), "").line.unwrap_or(1);
+    let picture = |map: &Option<At<String>>| {
+        map.as_ref().map(|map| MapKd::plain(map.get_ref().as_str(), map_line(map)))
+    };
     let values = MtlMaterial {
         name: table.name.get_ref().clone(),
         line,
@@ -295,7 +298,8 @@ fn replacement(text: TomlText<'_>, table: &MaterialTable) -> Result<Override, Sc
         illum,
         pr: number("pr", &table.pr, "from 0 (smooth) to 1 (rough)", 1.0)?,
         pm: number("pm", &table.pm, "from 0 (no metal) to 1 (metal)", 1.0)?,
-        map_kd: table.map_kd.as_ref().map(|map| MapKd::plain(map.get_ref().as_str(), map_line(map))),
+        map_kd: picture(&table.map_kd),
+        map_d: picture(&table.map_d),
         ..MtlMaterial::default()
     };
     Ok(Override { values, path: text.path.to_path_buf(), line, column, used: false })

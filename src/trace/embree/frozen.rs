@@ -10,6 +10,7 @@ use super::pieces::Pieces;
 use crate::animation::Shape;
 use crate::geometry::Bounds;
 use crate::pose::Pose;
+use crate::scene::cutout::CutoutTest;
 use crate::scene::{Mesh, Shapes};
 use crate::trace::TraceError;
 
@@ -21,7 +22,7 @@ pub const ROBUST: bool = true;
 pub struct Frozen {
     pub scene: Arc<FrozenScene>,
     /// First triangle by geometry id.
-    pub firsts: [u32; 2],
+    pub firsts: [u32; MOST_PARTS],
     /// Scene of the triangles that cast shadows, if it is wanted and there are any.
     pub casters: Option<Arc<FrozenScene>>,
 }
@@ -35,9 +36,9 @@ pub fn freeze(
     with_casters: bool,
 ) -> Result<Frozen, TraceError> {
     let mut scene = EmbreeScene::new(device, quality, ROBUST)?;
-    let mut firsts = [0; 2];
-    let halves = geometries_of(device, mesh, positions)?;
-    for (_, (geometry, first)) in &halves {
+    let mut firsts = [0; MOST_PARTS];
+    let parts = parts_of(device, mesh, positions)?;
+    for Part { geometry, first, .. } in &parts {
         let GeometryId(id) = scene.attach(geometry)?;
         firsts[id as usize] = *first;
     }
@@ -46,17 +47,20 @@ pub fn freeze(
         scene.attach(spacer)?;
     }
     let scene = scene.freeze()?;
-    let casters = match halves.as_slice() {
-        [(CASTS_SHADOW, _)] if with_casters => Some(Arc::clone(&scene)),
-        [(CASTS_SHADOW, (geometry, _)), _] if with_casters => {
-            let mut casters = EmbreeScene::new(device, quality, ROBUST)?;
+    let casting = parts.iter().filter(|part| part.casts_shadow).count();
+    let casters = if !with_casters || casting == 0 {
+        None
+    } else if casting == parts.len() {
+        Some(Arc::clone(&scene))
+    } else {
+        let mut casters = EmbreeScene::new(device, quality, ROBUST)?;
+        for Part { geometry, .. } in &parts[..casting] {
             casters.attach(geometry)?;
-            if let Some(spacer) = &spacer {
-                casters.attach(spacer)?;
-            }
-            Some(casters.freeze()?)
         }
-        _ => None,
+        if let Some(spacer) = &spacer {
+            casters.attach(spacer)?;
+        }
+        Some(casters.freeze()?)
     };
     Ok(Frozen { scene, firsts, casters })
 }
@@ -85,38 +89,62 @@ fn spacer(device: &Device, positions: &Arc<VertexBuffer>) -> Result<Option<Geome
     Ok(Some(Geometry::triangles(device, ends, Arc::new(vec![[0, 1, 1]]), mask::HIDDEN)?))
 }
 
-/// Number of the half of a mesh that casts shadows; the other one is clear.
-pub const CASTS_SHADOW: usize = 0;
+/// Maximum number of parts of a mesh.
+pub const MOST_PARTS: usize = 4;
 
-/// Half of a mesh: its number, its geometry and its first triangle.
-pub type Half = (usize, (Geometry, u32));
+/// Part of a mesh: its triangles that cast shadows or do not, and are cut out or whole. Those that cast shadows come first.
+pub struct Part {
+    pub geometry: Geometry,
+    /// Number of its first triangle.
+    pub first: u32,
+    pub casts_shadow: bool,
+}
 
-/// Geometries of `mesh` that have triangles, with its vertices at `positions`.
-pub fn geometries_of(
+/// Parts of `mesh` that have triangles, with its vertices at `positions`.
+pub fn parts_of(
     device: &Device,
     mesh: &Mesh,
     positions: &Arc<VertexBuffer>,
-) -> Result<Vec<Half>, TraceError> {
+) -> Result<Vec<Part>, TraceError> {
     let (all, split) = (&mesh.triangles, mesh.shadow_casting);
+    let mask_of = |casts_shadow| if casts_shadow { mask::CASTS_SHADOW } else { mask::CLEAR };
     if let Some(quadric) = &mesh.quadric {
-        let (half, mask) =
-            if split > 0 { (CASTS_SHADOW, mask::CASTS_SHADOW) } else { (1 - CASTS_SHADOW, mask::CLEAR) };
-        let pieces = Arc::new(Pieces(Arc::clone(quadric)));
-        return Ok(vec![(half, (Geometry::primitives(device, pieces, mask)?, 0))]);
+        let (pieces, casts_shadow) = (Arc::new(Pieces(Arc::clone(quadric))), split > 0);
+        let geometry = Geometry::primitives(device, pieces, mask_of(casts_shadow))?;
+        return Ok(vec![Part { geometry, first: 0, casts_shadow }]);
     }
-    let ranges = [(0..split, mask::CASTS_SHADOW), (split..all.len(), mask::CLEAR)];
-    let mut halves = Vec::new();
-    for (half, (range, mask)) in ranges.into_iter().enumerate() {
-        if range.is_empty() {
-            continue;
-        }
-        let first = range.start as u32;
+    let cutout = CutoutTest::new(mesh).map(Arc::new);
+    let cut = mesh.cut.as_ref().map_or(split..split, |cut| cut.range());
+    let mut borders = [0, cut.start, split, cut.end, all.len()];
+    borders.sort_unstable();
+    let mut parts = Vec::new();
+    for range in borders.windows(2).map(|ends| ends[0]..ends[1]).filter(|range| !range.is_empty()) {
+        let (first, casts_shadow, is_cut) =
+            (range.start as u32, range.start < split, cut.contains(&range.start));
         let triangles =
             if range.len() == all.len() { Arc::clone(all) } else { Arc::new(all[range].to_vec()) };
-        let geometry = Geometry::triangles(device, Arc::clone(positions), triangles, mask)?;
-        halves.push((half, (geometry, first)));
+        let geometry = Geometry::triangles(device, Arc::clone(positions), triangles, mask_of(casts_shadow))?;
+        let geometry = match cutout.as_ref().filter(|_| is_cut) {
+            Some(test) => geometry.cut_by(Arc::new(CutPart { test: Arc::clone(test), first })),
+            None => geometry,
+        };
+        parts.push(Part { geometry, first, casts_shadow });
     }
-    Ok(halves)
+    Ok(parts)
+}
+
+/// Cut-out triangles of a part, for Embree.
+#[derive(Debug)]
+struct CutPart {
+    test: Arc<CutoutTest>,
+    /// Number of the part's first triangle.
+    first: u32,
+}
+
+impl embree::Cutout for CutPart {
+    fn is_there(&self, primitive: u32, u: f32, v: f32) -> bool {
+        self.test.is_there(self.first + primitive, u, v)
+    }
 }
 
 /// Model whose scene is built anew for each of its shapes.

@@ -3,7 +3,7 @@
 use super::beam::{Beam, Open, Probe, Ray, Visitor, walk};
 use super::lanes::{F32x8, WIDTH};
 use super::rays::{HALVES, Pace, Rays, eight_of};
-use super::triangles::{Axes, Block, OF_INSTANCE, Shear, Triangles};
+use super::triangles::{Axes, Block, Meeting, OF_INSTANCE, Shear, Triangles};
 use crate::trace::{HitPacket, LANES, NO_HIT};
 
 /// Largest number of triangles that a beam is tested against before its rays are traced one by one: more mean
@@ -27,6 +27,12 @@ fn take(bits: &mut u32) -> usize {
     let at = bits.trailing_zeros() as usize % WIDTH;
     *bits &= *bits - 1;
     at
+}
+
+/// Weights of the second and the third corner in lane `at`.
+#[inline(always)]
+fn weights<L: F32x8>(lanes: L, meeting: &Meeting<L>, at: usize) -> [f32; 2] {
+    [lanes.store(meeting.u)[at], lanes.store(meeting.v)[at]]
 }
 
 /// Corners of one triangle in all lanes.
@@ -61,15 +67,14 @@ pub fn closest_of_beam<L: F32x8>(
     let (common, pace) = rays.common(lanes, used, &best.t);
     let (axes, shears) = rays.shears(lanes, used);
     let mut beam = Beam::new(lanes, &common, &triangles.tree.bounds);
-    let blocks = &triangles.blocks;
-    let mut visitor = ClosestOfBeam { lanes, blocks, instance, axes, shears, used, pace, tested: 0, best };
+    let mut visitor = ClosestOfBeam { lanes, triangles, instance, axes, shears, used, pace, tested: 0, best };
     walk::<true, L, _>(&mut beam, &triangles.tree, stack, &mut visitor);
     visitor.tested <= MOST_TRIANGLES
 }
 
 struct ClosestOfBeam<'a, L: F32x8> {
     lanes: L,
-    blocks: &'a [Block],
+    triangles: &'a Triangles,
     instance: u32,
     axes: Axes,
     shears: [Shear<L>; HALVES],
@@ -83,7 +88,7 @@ struct ClosestOfBeam<'a, L: F32x8> {
 impl<L: F32x8> Visitor<L, Beam<L>> for ClosestOfBeam<'_, L> {
     #[inline(always)]
     fn visit(&mut self, beam: &mut Beam<L>, leaf: u32, _: &mut Vec<Open>) {
-        let (lanes, block) = (self.lanes, &self.blocks[leaf as usize]);
+        let (lanes, block) = (self.lanes, &self.triangles.blocks[leaf as usize]);
         let (mut met, _) = beam.meet(&block.planes(lanes));
         self.tested += met.count_ones();
         let mut closer = false;
@@ -98,7 +103,9 @@ impl<L: F32x8> Visitor<L, Beam<L>> for ClosestOfBeam<'_, L> {
                 let mut hits = lanes.bits(meeting.mask);
                 while hits != 0 {
                     let i = take(&mut hits);
-                    closer |= put(self.best, half * WIDTH + i, [t[i], u[i], v[i]], name);
+                    if self.triangles.is_there(block, at, [u[i], v[i]]) {
+                        closer |= put(self.best, half * WIDTH + i, [t[i], u[i], v[i]], name);
+                    }
                 }
             }
         }
@@ -122,13 +129,13 @@ pub fn closest_of_ray<L: F32x8>(
     stack: &mut Vec<Open>,
 ) {
     let (mut ray, axes, shear) = rays.one(lanes, lane, best.t[lane], &triangles.tree.bounds);
-    let mut visitor = ClosestOfRay { lanes, blocks: &triangles.blocks, instance, axes, shear, lane, best };
+    let mut visitor = ClosestOfRay { lanes, triangles, instance, axes, shear, lane, best };
     walk::<true, L, _>(&mut ray, &triangles.tree, stack, &mut visitor);
 }
 
 struct ClosestOfRay<'a, L: F32x8> {
     lanes: L,
-    blocks: &'a [Block],
+    triangles: &'a Triangles,
     instance: u32,
     axes: Axes,
     shear: Shear<L>,
@@ -139,14 +146,16 @@ struct ClosestOfRay<'a, L: F32x8> {
 impl<L: F32x8> Visitor<L, Ray<L>> for ClosestOfRay<'_, L> {
     #[inline(always)]
     fn visit(&mut self, ray: &mut Ray<L>, leaf: u32, _: &mut Vec<Open>) {
-        let (lanes, lane, block) = (self.lanes, self.lane, &self.blocks[leaf as usize]);
+        let (lanes, lane, block) = (self.lanes, self.lane, &self.triangles.blocks[leaf as usize]);
         let far = lanes.splat(self.best.t[lane]);
         let Some(meeting) = self.shear.meet(lanes, all_corners(lanes, block, self.axes), far) else { return };
         let (t, u, v) = (lanes.store(meeting.t), lanes.store(meeting.u), lanes.store(meeting.v));
         let mut hits = lanes.bits(meeting.mask);
         while hits != 0 {
             let i = take(&mut hits);
-            put(self.best, lane, [t[i], u[i], v[i]], name_of(block, i, self.instance));
+            if self.triangles.is_there(block, i, [u[i], v[i]]) {
+                put(self.best, lane, [t[i], u[i], v[i]], name_of(block, i, self.instance));
+            }
         }
         ray.end_at(self.best.t[lane]);
     }
@@ -209,15 +218,15 @@ pub fn block_beam<L: F32x8>(
     let (common, pace) = rays.common(lanes, used, far);
     let (axes, shears) = rays.shears(lanes, used);
     let mut beam = Beam::new(lanes, &common, &triangles.tree.bounds);
-    let blocks = &triangles.blocks;
-    let mut visitor = BlockBeam { lanes, blocks, instance, axes, shears, used, pace, tested: 0, exempt, far };
+    let mut visitor =
+        BlockBeam { lanes, triangles, instance, axes, shears, used, pace, tested: 0, exempt, far };
     walk::<false, L, _>(&mut beam, &triangles.tree, stack, &mut visitor);
     visitor.tested <= MOST_TRIANGLES
 }
 
 struct BlockBeam<'a, L: F32x8> {
     lanes: L,
-    blocks: &'a [Block],
+    triangles: &'a Triangles,
     instance: u32,
     axes: Axes,
     shears: [Shear<L>; HALVES],
@@ -232,7 +241,7 @@ struct BlockBeam<'a, L: F32x8> {
 impl<L: F32x8> Visitor<L, Beam<L>> for BlockBeam<'_, L> {
     #[inline(always)]
     fn visit(&mut self, beam: &mut Beam<L>, leaf: u32, _: &mut Vec<Open>) {
-        let (lanes, block) = (self.lanes, &self.blocks[leaf as usize]);
+        let (lanes, block) = (self.lanes, &self.triangles.blocks[leaf as usize]);
         let (met, _) = beam.meet(&block.planes(lanes));
         // triangles that cannot block show all the same how wide the beam is
         self.tested += met.count_ones();
@@ -246,8 +255,11 @@ impl<L: F32x8> Visitor<L, Beam<L>> for BlockBeam<'_, L> {
                 let Some(meeting) = self.shears[half].meet(lanes, corners, far) else { continue };
                 let mut hits = lanes.bits(meeting.mask);
                 while hits != 0 {
-                    let lane = half * WIDTH + take(&mut hits);
-                    if !self.exempt.is_own(lane, name_of(block, at, self.instance)) {
+                    let i = take(&mut hits);
+                    let lane = half * WIDTH + i;
+                    if !self.exempt.is_own(lane, name_of(block, at, self.instance))
+                        && self.triangles.is_there(block, at, weights(lanes, &meeting, i))
+                    {
                         self.far[lane] = f32::NEG_INFINITY;
                         any = true;
                     }
@@ -276,8 +288,8 @@ pub fn block_ray<L: F32x8>(
     stack: &mut Vec<Open>,
 ) {
     let (mut ray, axes, shear) = rays.one(lanes, lane, far[lane], &triangles.tree.bounds);
-    let (blocks, end) = (&triangles.blocks, lanes.splat(far[lane]));
-    let mut visitor = BlockRay { lanes, blocks, instance, axes, shear, lane, end, exempt, blocked: false };
+    let end = lanes.splat(far[lane]);
+    let mut visitor = BlockRay { lanes, triangles, instance, axes, shear, lane, end, exempt, blocked: false };
     walk::<false, L, _>(&mut ray, &triangles.tree, stack, &mut visitor);
     if visitor.blocked {
         far[lane] = f32::NEG_INFINITY;
@@ -286,7 +298,7 @@ pub fn block_ray<L: F32x8>(
 
 struct BlockRay<'a, L: F32x8> {
     lanes: L,
-    blocks: &'a [Block],
+    triangles: &'a Triangles,
     instance: u32,
     axes: Axes,
     shear: Shear<L>,
@@ -299,13 +311,15 @@ struct BlockRay<'a, L: F32x8> {
 impl<L: F32x8> Visitor<L, Ray<L>> for BlockRay<'_, L> {
     #[inline(always)]
     fn visit(&mut self, ray: &mut Ray<L>, leaf: u32, _: &mut Vec<Open>) {
-        let (lanes, block) = (self.lanes, &self.blocks[leaf as usize]);
+        let (lanes, block) = (self.lanes, &self.triangles.blocks[leaf as usize]);
         let corners = all_corners(lanes, block, self.axes);
         let Some(meeting) = self.shear.meet(lanes, corners, self.end) else { return };
         let mut hits = lanes.bits(meeting.mask) & self.exempt.candidates(block);
         while hits != 0 {
-            let name = name_of(block, take(&mut hits), self.instance);
-            if !self.exempt.is_own(self.lane, name) {
+            let at = take(&mut hits);
+            if !self.exempt.is_own(self.lane, name_of(block, at, self.instance))
+                && self.triangles.is_there(block, at, weights(lanes, &meeting, at))
+            {
                 self.blocked = true;
                 ray.end_at(f32::NEG_INFINITY);
                 return;

@@ -13,6 +13,7 @@ use glam::DVec3;
 use super::lanes::{F32x8, WIDTH};
 use super::tree::{Box3, Planes, Tree};
 use crate::scene::Mesh;
+use crate::scene::cutout::CutoutTest;
 
 /// `model` of a triangle whose instance has the model.
 pub const OF_INSTANCE: u32 = u32::MAX;
@@ -33,6 +34,8 @@ pub struct Block {
     pub triangle: [u32; WIDTH],
     /// Bit mask of the triangles that cast shadows.
     pub casts_shadow: u32,
+    /// Bit mask of the triangles that are cut out.
+    pub is_cut: u32,
 }
 
 /// A tree of triangles.
@@ -41,6 +44,8 @@ pub struct Triangles {
     pub tree: Tree,
     /// Blocks, by leaf.
     pub blocks: Vec<Block>,
+    /// Tests for meshes with triangles that are cut out, by the model that is stored; in rising order.
+    cut: Vec<(u32, CutoutTest)>,
 }
 
 impl Triangles {
@@ -67,12 +72,28 @@ impl Triangles {
             for (lane, id) in ids.iter().enumerate() {
                 let source = sources[*id as usize];
                 let (model, mesh, _) = meshes[source.0 as usize];
-                block.put(lane, corners(source), model, source.1, (source.1 as usize) < mesh.shadow_casting);
+                block.put(lane, corners(source), (model, source.1), mesh);
             }
             blocks.push(block);
             blocks.len() as u32 - 1
         });
-        Self { tree, blocks }
+        let tests = meshes.iter().filter_map(|(model, mesh, _)| Some((*model, CutoutTest::new(mesh)?)));
+        let mut cut: Vec<(u32, CutoutTest)> = tests.collect();
+        cut.sort_by_key(|(model, _)| *model);
+        Self { tree, blocks, cut }
+    }
+
+    /// Returns true if triangle number `at` of a block is there in the place with these weights of its second
+    /// and third corner.
+    #[inline(always)]
+    pub fn is_there(&self, block: &Block, at: usize, weights: [f32; 2]) -> bool {
+        block.is_cut >> at & 1 == 0 || self.is_left(block, at, weights)
+    }
+
+    #[cold]
+    fn is_left(&self, block: &Block, at: usize, [u, v]: [f32; 2]) -> bool {
+        let found = self.cut.binary_search_by_key(&block.model[at], |(model, _)| *model);
+        found.is_ok_and(|test| self.cut[test].1.is_there(block.triangle[at], u, v))
     }
 
     /// Returns true if there are no triangles.
@@ -87,16 +108,20 @@ impl Block {
         model: [OF_INSTANCE; WIDTH],
         triangle: [0; WIDTH],
         casts_shadow: 0,
+        is_cut: 0,
     };
 
-    fn put(&mut self, lane: usize, corners: [[f32; 3]; 3], model: u32, triangle: u32, casts_shadow: bool) {
+    fn put(&mut self, lane: usize, corners: [[f32; 3]; 3], (model, triangle): (u32, u32), mesh: &Mesh) {
         for (corner, place) in corners.iter().enumerate() {
             for (axis, coordinate) in place.iter().enumerate() {
                 self.corners[corner][axis][lane] = *coordinate;
             }
         }
         (self.model[lane], self.triangle[lane]) = (model, triangle);
+        let casts_shadow = (triangle as usize) < mesh.shadow_casting;
+        let is_cut = mesh.cut.as_ref().is_some_and(|cut| cut.range().contains(&(triangle as usize)));
         self.casts_shadow |= u32::from(casts_shadow) << lane;
+        self.is_cut |= u32::from(is_cut) << lane;
     }
 
     /// Boxes around the triangles.

@@ -115,6 +115,9 @@ fn of_model(model: &Table, shot: &Table, add: &mut impl FnMut(String)) {
     let of_name = |table: &&Table| table.get("name").and_then(Value::as_str) == Some(material);
     let kind = list(shot, "material").find(of_name).map_or("matt", kind_of_material);
     add(format!("material: {kind}"));
+    if list(shot, "material").find(of_name).is_some_and(|material| material.contains_key("map_d")) {
+        add("material: cut out".into());
+    }
     if kind == "glows" && (passes || moves != "rests" || model.contains_key("shapes")) {
         add("what glows changes".into());
     }

@@ -24,6 +24,9 @@ pub const MATERIALS: [&str; 6] = ["m0", "m1", "m2", "m3", "m4", "m5"];
 /// Textures that materials may name.
 pub const TEXTURES: [&str; 2] = ["checks.bmp", "black.bmp"];
 
+/// Opacity that cuts holes out.
+pub const HOLES: &str = "holes.bmp";
+
 /// The environment map.
 pub const MAP: &str = "around.hdr";
 
@@ -33,6 +36,7 @@ pub fn content(name: &str) -> Option<Vec<u8>> {
         "plain.mtl" => Some(mtl().into_bytes()),
         "checks.bmp" => Some(bmp(|x, y| if (x + y) % 2 == 0 { [250, 240, 230] } else { [30, 60, 90] })),
         "black.bmp" => Some(bmp(|_, _| [0, 0, 0])),
+        HOLES => Some(bmp(|x, y| [(40 + 70 * (x * 3 + y * 5) % 200) as u8; 3])),
         MAP => Some(hdr()),
         _ => {
             let mut parts = name.strip_suffix(".obj")?.split('.');

@@ -4,7 +4,7 @@ use toml::{Table, Value};
 
 use super::{color, numbers, table};
 use crate::dice::Dice;
-use crate::files::{MATERIALS, TEXTURES};
+use crate::files::{HOLES, MATERIALS, TEXTURES};
 
 pub fn add(dice: &mut Dice, shot: &mut Table) {
     let materials = MATERIALS.iter().map(|name| Value::Table(material(dice, name)));
@@ -54,6 +54,9 @@ fn material(dice: &mut Dice, name: &str) -> Table {
     }
     if dice.one_in(4) {
         material.insert("map_kd".into(), (*dice.pick(&TEXTURES)).into());
+    }
+    if dice.one_in(5) {
+        material.insert("map_d".into(), HOLES.into());
     }
     if dice.one_in(6) {
         material.insert("ka".into(), numbers(color(dice)));

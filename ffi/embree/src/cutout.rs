@@ -1,0 +1,66 @@
+//! Triangles with places that are not there: Embree asks before it counts a hit.
+
+use embree4_sys as sys;
+use std::ffi::c_void;
+use std::fmt::Debug;
+use std::sync::Arc;
+
+/// Answers which places of triangles are there.
+///
+/// Embree asks from all threads, and a panic ends the program.
+pub trait Cutout: Debug + Send + Sync {
+    /// Returns true if the place of triangle number `primitive` with the weights `u` and `v` of its second and third
+    /// corner is there.
+    fn is_there(&self, primitive: u32, u: f32, v: f32) -> bool;
+}
+
+/// The cut-out that Embree's filter asks. It lives at one address, which Embree knows, longer than the geometry.
+#[derive(Debug)]
+pub(crate) struct Filter(Box<Arc<dyn Cutout>>);
+
+impl Filter {
+    pub fn new(cutout: Arc<dyn Cutout>) -> Self {
+        Self(Box::new(cutout))
+    }
+
+    /// Makes `geometry` ask this cut-out about each hit, of whatever query. A query with a filter of its own asks that one
+    /// afterwards, about the hits that are left.
+    ///
+    /// # Safety
+    /// `geometry` is live, a mesh of triangles, and gone before `self`.
+    pub unsafe fn set(&self, geometry: sys::RTCGeometry) {
+        let address = (&raw const *self.0).cast_mut().cast::<c_void>();
+        // SAFETY: by contract; the filter gets this address, and reads what is there.
+        unsafe {
+            sys::rtcSetGeometryUserData(geometry, address);
+            sys::rtcSetGeometryIntersectFilterFunction(geometry, Some(reject_missing));
+            sys::rtcSetGeometryOccludedFilterFunction(geometry, Some(reject_missing));
+        }
+    }
+}
+
+/// Rejects hits with places that are not there.
+///
+/// # Safety
+/// Embree calls this for geometries that [`Filter::set`] has set up.
+unsafe extern "C" fn reject_missing(arguments: *const sys::RTCFilterFunctionNArguments) {
+    // SAFETY: Embree passes live arguments.
+    let arguments = unsafe { &*arguments };
+    // SAFETY: by contract; the filter outlives the geometry.
+    let cutout = unsafe { &**arguments.geometryUserPtr.cast::<Arc<dyn Cutout>>() };
+    let (count, hit) = (arguments.N as usize, arguments.hit.cast::<u32>());
+    for i in 0..count {
+        // SAFETY: `valid` has N items, and a hit has rows of N values. Rows of lanes that are off are not read.
+        unsafe {
+            let valid = arguments.valid.add(i);
+            if *valid == 0 {
+                continue;
+            }
+            let value = |row: usize| *hit.add(row * count + i);
+            let [u, v] = [sys::RTC_HIT_N_U_ROW, sys::RTC_HIT_N_V_ROW].map(|row| f32::from_bits(value(row)));
+            if !cutout.is_there(value(sys::RTC_HIT_N_PRIM_ID_ROW), u, v) {
+                *valid = 0;
+            }
+        }
+    }
+}
