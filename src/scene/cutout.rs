@@ -4,6 +4,7 @@
 //! a yes or no, which can be kept from frame to frame; the edge of a leaf is smoothed as any edge is, by the samples of a pixel.
 
 use std::ops::Range;
+use std::sync::Arc;
 
 use glam::Vec2;
 
@@ -25,9 +26,53 @@ pub struct Cutout {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Mask {
     /// Picture whose alpha counts. It shares its texels with the scene's.
-    pub texture: Texture,
+    texture: Texture,
     /// See [`Cutout::least`].
-    pub least: f32,
+    least: f32,
+    /// What holds between each texel's centre and those of the next ones, to the right and below.
+    squares: Arc<[Square]>,
+}
+
+/// A square between the centres of four texels.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Square {
+    /// All of it is there.
+    There,
+    /// None of it is there.
+    Gone,
+    /// Its alpha has to be interpolated.
+    Both,
+}
+
+impl Mask {
+    /// Creates a mask of the places where the alpha of `texture` is at least `least`.
+    pub fn new(texture: Texture, least: f32) -> Self {
+        let (width, height) = (texture.width as usize, texture.height as usize);
+        let is_there = |x: usize, y: usize| {
+            f32::from(texture.texels[y % height * width + x % width][3]) / 255.0 >= least
+        };
+        let square = |i: usize| {
+            let (x, y) = (i % width, i / width);
+            let corners = [(x, y), (x + 1, y), (x, y + 1), (x + 1, y + 1)];
+            match corners.iter().filter(|(x, y)| is_there(*x, *y)).count() {
+                0 => Square::Gone,
+                4 => Square::There,
+                _ => Square::Both,
+            }
+        };
+        let squares = (0..width * height).map(square).collect();
+        Self { texture, least, squares }
+    }
+
+    /// Returns true if the place at `uv` is there.
+    pub fn is_there(&self, uv: Vec2) -> bool {
+        let between = self.texture.between(uv);
+        match self.squares[between.first()] {
+            Square::There => true,
+            Square::Gone => false,
+            Square::Both => self.texture.alpha_between(&between) >= self.least,
+        }
+    }
 }
 
 /// Triangles of a mesh that are cut out, which follow each other in [`Mesh::triangles`].
@@ -77,8 +122,42 @@ impl CutoutTest {
     pub fn is_there(&self, triangle: u32, u: f32, v: f32) -> bool {
         let at = triangle.checked_sub(self.first).and_then(|at| self.triangles.get(at as usize));
         at.is_none_or(|([a, b, c], mask)| {
-            let Mask { texture, least } = &self.masks[usize::from(*mask)];
-            texture.alpha(*a * (1.0 - u - v) + *b * u + *c * v) >= *least
+            self.masks[usize::from(*mask)].is_there(*a * (1.0 - u - v) + *b * u + *c * v)
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::PathBuf;
+
+    use super::*;
+
+    /// The look-up by squares says what interpolation says, at any place, repeating and clamped.
+    #[test]
+    fn masks_are_interpolated_alpha() {
+        let alpha = [[0, 255, 255, 40], [255, 255, 255, 0], [0, 10, 200, 100]];
+        let texels = alpha.as_flattened().iter().map(|alpha| [0, 0, 0, *alpha]).collect();
+        let repeating = Texture {
+            path: PathBuf::new(),
+            width: 4,
+            height: 3,
+            texels,
+            scale: Vec2::new(1.5, -1.0),
+            offset: Vec2::new(0.2, 0.1),
+            clamp: false,
+        };
+        for texture in [Texture { clamp: true, ..repeating.clone() }, repeating] {
+            let mask = Mask::new(texture.clone(), LEAST_OPACITY);
+            let place = |i: u16| (f32::from(i) - 60.0) / 37.0;
+            let mut there = 0;
+            for (x, y) in (0..120).flat_map(|x| (0..120).map(move |y| (x, y))) {
+                let uv = Vec2::new(place(x), place(y));
+                let is_there = texture.alpha_between(&texture.between(uv)) >= LEAST_OPACITY;
+                assert_eq!(mask.is_there(uv), is_there, "{uv}");
+                there += u32::from(is_there);
+            }
+            assert!((1000..13400).contains(&there), "{there}");
+        }
     }
 }

@@ -40,22 +40,27 @@ impl Texture {
     /// colour depend on the eye, and it could not be kept from frame to frame. Anti-aliasing is the
     /// work of the samples of a pixel.
     pub fn sample(&self, uv: Vec2) -> Vec3 {
-        let uv = uv * self.scale + self.offset;
-        let (x0, x1, fx) = self.neighbours(uv.x, self.width);
-        let (y0, y1, fy) = self.neighbours(1.0 - uv.y, self.height);
-        let above = self.linear(x0, y0).lerp(self.linear(x1, y0), fx);
-        let below = self.linear(x0, y1).lerp(self.linear(x1, y1), fx);
+        let Between { texels: [a, b, c, d], shares: [fx, fy] } = self.between(uv);
+        let above = self.linear(a).lerp(self.linear(b), fx);
+        let below = self.linear(c).lerp(self.linear(d), fx);
         above.lerp(below, fy)
     }
 
-    /// Alpha at `uv`, 0 to 1, bilinear between texel centres.
-    pub fn alpha(&self, uv: Vec2) -> f32 {
+    /// Finds the texels between whose centres `uv` (v upwards) lies.
+    #[inline]
+    pub fn between(&self, uv: Vec2) -> Between {
         let uv = uv * self.scale + self.offset;
         let (x0, x1, fx) = self.neighbours(uv.x, self.width);
         let (y0, y1, fy) = self.neighbours(1.0 - uv.y, self.height);
-        let texel = |x: u32, y: u32| f32::from(self.texels[y as usize * self.width as usize + x as usize][3]);
-        let above = texel(x0, y0) + (texel(x1, y0) - texel(x0, y0)) * fx;
-        let below = texel(x0, y1) + (texel(x1, y1) - texel(x0, y1)) * fx;
+        let index = |x: u32, y: u32| y as usize * self.width as usize + x as usize;
+        Between { texels: [index(x0, y0), index(x1, y0), index(x0, y1), index(x1, y1)], shares: [fx, fy] }
+    }
+
+    /// Alpha at a place between four texels, 0 to 1, bilinear.
+    pub fn alpha_between(&self, between: &Between) -> f32 {
+        let [a, b, c, d] = between.texels.map(|texel| f32::from(self.texels[texel][3]));
+        let [fx, fy] = between.shares;
+        let (above, below) = (a + (b - a) * fx, c + (d - c) * fx);
         (above + (below - above) * fy) / 255.0
     }
 
@@ -81,10 +86,26 @@ impl Texture {
         }
     }
 
-    fn linear(&self, x: u32, y: u32) -> Vec3 {
-        let [r, g, b, _] = self.texels[y as usize * self.width as usize + x as usize];
+    fn linear(&self, texel: usize) -> Vec3 {
+        let [r, g, b, _] = self.texels[texel];
         let table = &*LINEAR;
         Vec3::new(table[r as usize], table[g as usize], table[b as usize])
+    }
+}
+
+/// A place between the centres of four texels.
+#[derive(Debug, Clone, Copy)]
+pub struct Between {
+    /// Indices of the texels: left and right above, left and right below.
+    texels: [usize; 4],
+    /// Shares of the way to the right, and down; 0 to 1.
+    shares: [f32; 2],
+}
+
+impl Between {
+    /// Index of the texel to the left above.
+    pub fn first(&self) -> usize {
+        self.texels[0]
     }
 }
 

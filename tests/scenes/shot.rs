@@ -203,8 +203,7 @@ fn opacity_cuts_surfaces_out() {
                 shot.scene.materials[material].name.clone()
             });
             let names: Vec<String> = names.collect();
-            let places = [0.25, 0.75]
-                .map(|u| cut.masks[0].texture.alpha(glam::Vec2::new(u, 0.5)) >= cut.masks[0].least);
+            let places = [0.25, 0.75].map(|u| cut.masks[0].is_there(glam::Vec2::new(u, 0.5)));
             (names, places)
         })
     };

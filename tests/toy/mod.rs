@@ -63,7 +63,7 @@ pub fn opacity(left: u8, right: u8) -> Texture {
 
 /// `mesh`, whose triangles `range` the alpha of `texture` cuts out.
 pub fn cut_out(mesh: Mesh, range: Range<usize>, texture: &Texture) -> Mesh {
-    let masks = vec![Mask { texture: texture.clone(), least: LEAST_OPACITY }];
+    let masks = vec![Mask::new(texture.clone(), LEAST_OPACITY)];
     let cut = CutTriangles { first: range.start as u32, mask_of: vec![0; range.len()], masks };
     Mesh { cut: Some(Arc::new(cut)), ..mesh }
 }

@@ -532,7 +532,7 @@ fn cut_triangles(
     let cut = material_of[first..].iter().map_while(|material| Some((*material, cutout(material)?)));
     let mask_of = cut.map(|(material, Cutout { map, least })| {
         *known.entry(material).or_insert_with(|| {
-            masks.push(Mask { texture: textures[map as usize].clone(), least });
+            masks.push(Mask::new(textures[map as usize].clone(), least));
             (masks.len() - 1) as u16
         })
     });
