@@ -14,6 +14,7 @@ use super::pictures::Pictures;
 use super::shape_files::{self, Origins, ReadShapes, ShapeSource};
 use crate::digest::Digest;
 use crate::scene::error::Findings;
+use crate::scene::gltf::{Document, GltfFiles};
 use crate::scene::keys::spelling;
 use crate::scene::mesh::Groups;
 use crate::scene::obj::lines::words;
@@ -42,10 +43,10 @@ pub(crate) struct Override {
 /// Meshes of the models, with their shared materials and textures.
 #[derive(Default)]
 pub(crate) struct Assembly {
-    findings: Findings,
+    pub(in crate::scene) findings: Findings,
     overrides: Vec<Override>,
-    materials: Vec<Material>,
-    pictures: Pictures,
+    pub(in crate::scene) materials: Vec<Material>,
+    pub(in crate::scene) pictures: Pictures,
     meshes: HashMap<PathBuf, Arc<Mesh>>,
     /// Origins in its file of the vertices of each of `meshes`.
     origins: HashMap<PathBuf, Arc<Origins>>,
@@ -53,14 +54,24 @@ pub(crate) struct Assembly {
     deforming: HashMap<(PathBuf, ShapeSource), ReadShapes>,
     /// Indices of the quadrics' materials, by name.
     of_quadrics: HashMap<String, u16>,
+    /// What was read of glTF files.
+    pub(in crate::scene) gltf: GltfFiles,
     /// Files that were read so far, without pictures.
-    files: Vec<PathBuf>,
+    pub(in crate::scene) files: Vec<PathBuf>,
     /// Digests of the files' contents.
-    digests: Vec<Digest>,
-    /// Names of all materials that MTL files define, for hints.
-    known_names: Vec<String>,
+    pub(in crate::scene) digests: Vec<Digest>,
+    /// Names of all materials that files define, for hints.
+    pub(in crate::scene) known_names: Vec<String>,
     /// Model that was read in advance, until its mesh is asked for.
     read_before: Option<ReadModel>,
+}
+
+/// File that was read before the shot that shows it.
+pub(crate) enum ReadBefore {
+    /// The text's only model: the text need not name its path.
+    Obj(ReadModel),
+    /// A glTF file, which the text names.
+    Gltf(Arc<Document>),
 }
 
 /// An OBJ file that was read.
@@ -128,9 +139,12 @@ impl Assembly {
         Self { findings: Findings { strict, ..Findings::default() }, overrides, ..Self::default() }
     }
 
-    /// Adds a model that was read before, so that it is not read again.
-    pub fn with(self, model: ReadModel) -> Self {
-        Self { read_before: Some(model), ..self }
+    /// Adds a file that was read before, so that it is not read again.
+    pub fn with(self, file: ReadBefore) -> Self {
+        match file {
+            ReadBefore::Obj(model) => Self { read_before: Some(model), ..self },
+            ReadBefore::Gltf(document) => Self { gltf: self.gltf.with(document), ..self },
+        }
     }
 
     /// Path of the model that was read in advance, until its mesh is asked for.
@@ -300,17 +314,22 @@ impl Assembly {
                 unknown.push(named);
             }
             let material = self.settle(named, found, path)?;
-            if self.materials.len() == MOST_MATERIALS {
-                return Err(SceneError::new(
-                    path,
-                    format!("with this model the shot has more than {MOST_MATERIALS} materials"),
-                ));
-            }
-            ids[i] = self.materials.len() as u16;
-            self.materials.push(material);
+            ids[i] = self.add_material_of(path, material)?;
         }
         self.report_unknown(&unknown, defined, path)?;
         Ok(ids)
+    }
+
+    /// Adds a material of the file at `path`. Returns its index.
+    ///
+    /// # Errors Too many materials.
+    pub(in crate::scene) fn add_material_of(
+        &mut self,
+        path: &Path,
+        material: Material,
+    ) -> Result<u16, SceneError> {
+        let too_many = || format!("with this model the shot has more than {MOST_MATERIALS} materials");
+        self.add_material(material).ok_or_else(|| SceneError::new(path, too_many()))
     }
 
     fn is_overridden(&self, name: &str) -> bool {
@@ -342,14 +361,8 @@ impl Assembly {
             Some(defined) => defined.material.clone(),
             None => MtlMaterial { name: named.name.clone(), ..MtlMaterial::default() },
         };
-        let mut asking = found.map_or(obj, |defined| &defined.path).to_path_buf();
-        for entry in self.overrides.iter_mut().filter(|entry| entry.values.name == named.name) {
-            entry.used = true;
-            stated.replace_with(&entry.values);
-            if entry.values.map_kd.is_some() {
-                asking.clone_from(&entry.path);
-            }
-        }
+        let replaced = self.override_values(&mut stated);
+        let asking = replaced.unwrap_or_else(|| found.map_or(obj, |defined| &defined.path).to_path_buf());
         let mut material = stated.settle();
         if named.name.is_empty() {
             material.name = Material::fallback().name;
@@ -360,6 +373,21 @@ impl Assembly {
             material.diffuse_map = Some(index);
         }
         Ok(material)
+    }
+
+    /// Replaces values of a material by those that the `[[material]]` tables of its name state. Returns the shot file if it states a
+    /// texture.
+    pub(in crate::scene) fn override_values(&mut self, stated: &mut MtlMaterial) -> Option<PathBuf> {
+        let mut asking = None;
+        let name = stated.name.clone();
+        for entry in self.overrides.iter_mut().filter(|entry| entry.values.name == name) {
+            entry.used = true;
+            stated.replace_with(&entry.values);
+            if entry.values.map_kd.is_some() {
+                asking = Some(entry.path.clone());
+            }
+        }
+        asking
     }
 
     /// Reports overrides that no model uses.

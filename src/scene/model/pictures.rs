@@ -1,7 +1,7 @@
 //! Reads the pictures of a shot, each file once.
 
-use std::collections::HashMap;
-use std::io::BufReader;
+use std::collections::{HashMap, HashSet};
+use std::io::{BufRead, BufReader, Cursor, Seek};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -22,7 +22,27 @@ const LONGEST_EDGE: u32 = 32_768;
 const MOST_TEXELS_A_BYTE: u64 = 8 * 1032;
 
 /// Width, height, texels.
-type Decoded = (u32, u32, Arc<[[u8; 4]]>);
+pub(crate) type Decoded = (u32, u32, Arc<[[u8; 4]]>);
+
+/// Picture that is asked for.
+pub(crate) struct Wanted<'a> {
+    /// Path of the file, or of a file and a part of it, by which the picture is known.
+    pub path: PathBuf,
+    pub content: Content<'a>,
+    /// Name for messages.
+    pub name: &'a str,
+    /// File that asks for it, and the line in it.
+    pub asking: &'a Path,
+    pub line: Option<usize>,
+}
+
+/// Place of a picture's bytes.
+pub(crate) enum Content<'a> {
+    /// A file, if it was found.
+    File(Option<&'a Path>),
+    /// A part of a file that was read.
+    Bytes(&'a [u8]),
+}
 
 /// Textures of all materials so far.
 #[derive(Default)]
@@ -30,6 +50,8 @@ pub(crate) struct Pictures {
     /// Textures. Materials keep their indices.
     pub textures: Vec<Texture>,
     decoded: HashMap<PathBuf, Decoded>,
+    /// Paths of pictures that are parts of other files.
+    embedded: HashSet<PathBuf>,
     /// Digests of their texels, in the order in which pictures were asked for.
     digests: Vec<Digest>,
     /// Indices of textures, by file and the bits of scale, offset and clamp.
@@ -50,31 +72,46 @@ impl Pictures {
     ) -> Result<u32, SceneError> {
         let found = find_beside(folder, &map.file);
         let path = found.clone().unwrap_or_else(|| folder.join(&map.file));
-        let (width, height, texels) = match self.decoded.get(&path) {
-            Some(known) => known.clone(),
-            None => {
-                let picture = match decode(found.as_deref()) {
-                    Ok(picture) => picture,
-                    Err(Unusable::AsItIs(why)) => {
-                        let message = format!("the texture `{}` {why}; a checker stands in for it", map.file);
-                        findings.stand_in(SceneError::new(asking, message).at_line(map.line))?;
-                        checker()
-                    }
-                    // pictures must not depend on what else the machine does
-                    Err(Unusable::NoRoom(why)) => {
-                        let message = format!("the texture `{}` {why}", map.file);
-                        return Err(SceneError::new(asking, message).at_line(map.line));
-                    }
-                };
-                let (width, _, texels) = &picture;
-                self.digests.push(Digest::of_table(*width, bytemuck::cast_slice(texels)));
-                self.decoded.insert(path.clone(), picture.clone());
-                picture
-            }
-        };
+        let content = Content::File(found.as_deref());
+        let wanted = Wanted { path: path.clone(), content, name: &map.file, asking, line: Some(map.line) };
+        let (width, height, texels) = self.decoded(wanted, findings)?;
         let texture =
             Texture { path, width, height, texels, scale: map.scale, offset: map.offset, clamp: map.clamp };
         Ok(self.place(texture))
+    }
+
+    /// Size and texels of a picture.
+    ///
+    /// # Errors Those of [`index_of`](Self::index_of).
+    pub fn decoded(&mut self, wanted: Wanted<'_>, findings: &mut Findings) -> Result<Decoded, SceneError> {
+        let Wanted { path, content, name, asking, line } = wanted;
+        if let Some(known) = self.decoded.get(&path) {
+            return Ok(known.clone());
+        }
+        let told = |message: String| {
+            let error = SceneError::new(asking, message);
+            line.map_or(error.clone(), |line| error.at_line(line))
+        };
+        let read = match content {
+            Content::File(path) => decode_file(path),
+            Content::Bytes(bytes) => {
+                self.embedded.insert(path.clone());
+                decode(Cursor::new(bytes), bytes.len() as u64, None)
+            }
+        };
+        let picture = match read {
+            Ok(picture) => picture,
+            Err(Unusable::AsItIs(why)) => {
+                findings.stand_in(told(format!("the texture `{name}` {why}; a checker stands in for it")))?;
+                checker()
+            }
+            // pictures must not depend on what else the machine does
+            Err(Unusable::NoRoom(why)) => return Err(told(format!("the texture `{name}` {why}"))),
+        };
+        let (width, _, texels) = &picture;
+        self.digests.push(Digest::of_table(*width, bytemuck::cast_slice(texels)));
+        self.decoded.insert(path, picture.clone());
+        Ok(picture)
     }
 
     /// Digest of the texels of all pictures.
@@ -84,10 +121,11 @@ impl Pictures {
 
     /// Files of the pictures, those that could not be read included.
     pub fn files(&self) -> impl Iterator<Item = &PathBuf> {
-        self.decoded.keys()
+        self.decoded.keys().filter(|path| !self.embedded.contains(*path))
     }
 
-    fn place(&mut self, texture: Texture) -> u32 {
+    /// Index of a texture: the same for equal ones.
+    pub fn place(&mut self, texture: Texture) -> u32 {
         let [sx, sy, ox, oy] =
             [texture.scale.x, texture.scale.y, texture.offset.x, texture.offset.y].map(f32::to_bits);
         let key = (texture.path.clone(), [sx, sy, ox, oy, u32::from(texture.clamp)]);
@@ -107,17 +145,29 @@ enum Unusable {
     NoRoom(String),
 }
 
-fn decode(path: Option<&Path>) -> Result<Decoded, Unusable> {
+fn decode_file(path: Option<&Path>) -> Result<Decoded, Unusable> {
     let path = path.ok_or_else(|| Unusable::AsItIs("cannot be found".into()))?;
-    let unreadable = |error: &dyn std::fmt::Display| Unusable::AsItIs(format!("cannot be read: {error}"));
     let Input { file, length: file_bytes, .. } =
-        input::open(path, Kind::Picture).map_err(|e| unreadable(&e))?;
+        input::open(path, Kind::Picture).map_err(|error| unreadable(&error))?;
     // some decoders hold the file
     let need = Need::new(Part::new("its file", file_bytes, "a smaller picture"));
     need.check(&memory::left()).map_err(|error| Unusable::NoRoom(format!("does not fit: {error}")))?;
-    let mut reader = ImageReader::new(BufReader::new(file));
     // files of some kinds have no mark, and are known by their ending alone
-    if let Ok(format) = ImageFormat::from_path(path) {
+    decode(BufReader::new(file), file_bytes, ImageFormat::from_path(path).ok())
+}
+
+fn unreadable(error: &dyn std::fmt::Display) -> Unusable {
+    Unusable::AsItIs(format!("cannot be read: {error}"))
+}
+
+/// Decodes a picture of `file_bytes` bytes; `format`: by the name of its file.
+fn decode(
+    bytes: impl BufRead + Seek,
+    file_bytes: u64,
+    format: Option<ImageFormat>,
+) -> Result<Decoded, Unusable> {
+    let mut reader = ImageReader::new(bytes);
+    if let Some(format) = format {
         reader.set_format(format);
     }
     let reader = reader.with_guessed_format().map_err(|e| unreadable(&e))?;
