@@ -7,7 +7,7 @@ pub mod camera;
 pub mod environment;
 pub mod error;
 pub mod frames;
-mod gltf;
+pub mod gltf;
 mod keys;
 pub mod light;
 mod loader;

@@ -6,15 +6,20 @@
 mod accessor;
 mod animation;
 mod bake;
+mod cameras;
 mod document;
 mod geometry;
 mod json;
+mod lights;
 mod materials;
 mod nodes;
 mod parts;
 mod pictures;
 mod skin;
 mod uri;
+mod whole;
 
 pub(crate) use document::Document;
 pub(crate) use parts::{GltfFiles, PartOfFile};
+pub(crate) use whole::shot;
+pub use whole::{Written, text};

@@ -10,7 +10,6 @@ use std::collections::HashMap;
 use super::animation::{Clip, Property};
 use super::document::Document;
 use super::geometry::Geometry;
-use super::json::Node;
 use super::nodes::Tree;
 use crate::animation::ShapeTrack;
 use crate::memory::{self, Need, Part};
@@ -37,19 +36,16 @@ pub fn deformed(
     geometry: &Geometry,
     mesh: Mesh,
 ) -> Result<(Mesh, Option<ShapeTrack>), SceneError> {
-    let node = document.get(&document.json.nodes, number, "node")?;
-    let skin = node.skin.map(|skin| read_skin(document, skin, geometry)).transpose()?;
-    let frames: Vec<i32> =
-        if is_animated(tree, clip, number, skin.as_ref()) { clip.whole_frames().collect() } else { vec![1] };
+    let pose = Pose::new(document, number, geometry)?;
+    let frames: Vec<i32> = match is_animated(tree, clip, number, pose.skin.as_ref()) {
+        true => clip.whole_frames().collect(),
+        false => vec![1],
+    };
     check_memory(document, frames.len(), geometry)?;
     let mut shapes = Distinct::default();
     for frame in frames {
         let frame = f64::from(frame);
-        let mut positions = morphed(geometry, &weights(document, node, clip, number, frame)?);
-        if let Some(skin) = &skin {
-            let globals = tree.globals(&clip.locals(tree, frame));
-            positions = skinned(geometry, &positions, &skin.maps(&globals));
-        }
+        let positions = pose.positions(document, (tree, clip), geometry, frame);
         if !are_within_reach(&positions) {
             let message = format!(
                 "node {number} deforms its mesh beyond all bounds at frame {frame}: export the file again"
@@ -59,6 +55,46 @@ pub fn deformed(
         shapes.add(frame, positions);
     }
     Ok(with_shapes(mesh, shapes))
+}
+
+/// A node's skin, and the weights of its morph targets at rest.
+pub struct Pose {
+    node: usize,
+    skin: Option<Skin>,
+    weights: Vec<f64>,
+}
+
+impl Pose {
+    /// Reads it for the mesh of `geometry`.
+    ///
+    /// # Errors Joints that are not there.
+    pub fn new(document: &Document, number: usize, geometry: &Geometry) -> Result<Self, SceneError> {
+        let node = document.get(&document.json.nodes, number, "node")?;
+        let skin = node.skin.map(|skin| read_skin(document, skin, geometry)).transpose()?;
+        let of_mesh = match node.mesh {
+            Some(mesh) => document.get(&document.json.meshes, mesh, "mesh")?.weights.clone(),
+            None => Vec::new(),
+        };
+        Ok(Self { node: number, skin, weights: node.weights.clone().unwrap_or(of_mesh) })
+    }
+
+    /// Positions of the vertices at a frame: in the space of the scene if the node has a skin, otherwise in that of the mesh.
+    pub fn positions(
+        &self,
+        document: &Document,
+        (tree, clip): (&Tree, &Clip),
+        geometry: &Geometry,
+        frame: f64,
+    ) -> Vec<[f32; 3]> {
+        let animated = clip.weights(self.node, frame);
+        let positions = morphed(geometry, animated.as_deref().unwrap_or(&self.weights));
+        let Some(skin) = &self.skin else { return positions };
+        let globals = tree.globals(&clip.locals(tree, frame));
+        if geometry.influences.is_empty() {
+            document.leave_out("a mesh with a skin names no joints: it stands where it was bound");
+        }
+        skinned(geometry, &positions, &skin.maps(&globals))
+    }
 }
 
 /// Returns true if the shape of a node's mesh may change in the animation.
@@ -107,24 +143,6 @@ fn check_memory(document: &Document, shapes: usize, geometry: &Geometry) -> Resu
     let bytes = (shapes * size_of::<[f32; 3]>()) as u64 * geometry.positions.len() as u64;
     let need = Need::new(Part::new("the shapes of the model", bytes, "a shorter animation, a smaller model"));
     need.check(&memory::left()).map_err(|error| document.fault(error.to_string()))
-}
-
-/// Weights of a node's morph targets at a frame.
-fn weights(
-    document: &Document,
-    node: &Node,
-    clip: &Clip,
-    number: usize,
-    frame: f64,
-) -> Result<Vec<f64>, SceneError> {
-    if let Some(weights) = clip.weights(number, frame) {
-        return Ok(weights);
-    }
-    let of_mesh = match node.mesh {
-        Some(mesh) => document.get(&document.json.meshes, mesh, "mesh")?.weights.clone(),
-        None => Vec::new(),
-    };
-    Ok(node.weights.clone().unwrap_or(of_mesh))
 }
 
 fn morphed(geometry: &Geometry, weights: &[f64]) -> Vec<[f32; 3]> {

@@ -2,7 +2,7 @@
 //!
 //! The model and its light rest, so that what samples have gathered of that light is kept all the way round.
 
-mod corners;
+pub(in crate::scene) mod corners;
 mod fit;
 pub(crate) mod text;
 mod up;
