@@ -1,6 +1,7 @@
 //! glTF files: is the geometry that of the file, does each node stand where its parents put it at all times, and is every damaged file
 //! an error?
 
+use std::f32::consts::PI;
 use std::f64::consts::{FRAC_1_SQRT_2, FRAC_PI_2};
 use std::fs;
 use std::path::Path;
@@ -402,6 +403,18 @@ fn animations_are_chosen_by_name() {
     let far = file.vectors(&[[0.0; 3], [9.0, 0.0, 0.0]]);
     walk["samplers"][0]["output"] = json!(far);
     file.add("animations", walk);
+    // and one of another node, which goes with the first
+    let other = file.root(json!({"mesh": mesh}));
+    let mut apart = file.json["animations"][1].clone();
+    (apart["name"], apart["channels"][0]["target"]["node"]) = (json!("other"), json!(other));
+    file.add("animations", apart);
+    let shot = load(&file, "");
+    assert_near(place(&shot.scene.models[1], 25.0, Vec3::ZERO), DVec3::X * 9.0);
+    let told: Vec<String> = shot.warnings.iter().map(|warning| warning.0.to_string()).collect();
+    assert!(
+        told.iter().any(|text| text.contains("1 animations are not shown") && text.contains("(`Walk`)")),
+        "{told:?}"
+    );
     let end = |keys: &str| place(&load(&file, keys).scene.models[0], 25.0, Vec3::ZERO).x;
     assert_eq!((end(""), end("animation = \"Walk\"\n")), (1.0, 9.0));
     let folder = folder(&file);
@@ -666,7 +679,7 @@ fn a_whole_file_is_a_shot() {
         .collect();
     assert_eq!(lights.len(), 3);
     assert_eq!((lights[0].1, lights[1].1, lights[1].0, lights[2].1), ("point", "directional", "sun", "spot"));
-    assert!(lights[0].2.abs_diff_eq(Vec3::new(40.0, 20.0, 10.0), 1e-4));
+    assert!(lights[0].2.abs_diff_eq(Vec3::new(40.0, 20.0, 10.0) / PI, 1e-4));
     let scene::LightKind::Directional { direction } = &shot.scene.lights[1].kind else { panic!("the sun") };
     assert_near(direction.at(1.0), DVec3::NEG_Y);
     let scene::LightKind::Spot { cone, soft, .. } = &shot.scene.lights[2].kind else { panic!("the spot") };
@@ -676,7 +689,7 @@ fn a_whole_file_is_a_shot() {
     fs::write(folder.path().join("m.gltf"), file.text()).unwrap();
     let shot = scene::load(&folder.path().join("m.gltf"), true).unwrap();
     let strength = Pose::new(&shot.scene, 1).lights[0].strength;
-    assert!((strength.x - 40.0 / 683.0).abs() < 1e-6);
+    assert!((strength.x - 40.0 / 683.0 / PI).abs() < 1e-6);
     assert!(shot.notes.iter().any(|note| note.contains("683")), "{:?}", shot.notes);
 }
 

@@ -1,5 +1,7 @@
 //! Animations: keyed places and weights of nodes, by frame.
 
+use std::collections::HashSet;
+
 use glam::{DAffine3, DQuat, DVec3};
 
 use super::document::{Document, LARGEST_COORDINATE};
@@ -23,7 +25,7 @@ pub struct Clip {
 }
 
 /// Part of a node that is animated.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Property {
     Translation,
     Rotation,
@@ -54,34 +56,39 @@ pub struct Channel {
 }
 
 impl Clip {
-    /// Reads the animation called `name`, or the first one if there is no name; none in a file without any.
+    /// Reads the animation called `name`. Without a name: the first one, and each other that moves nothing that those before it move;
+    /// some programs write an animation for each object. None in a file without any.
     ///
     /// # Errors A name that the file does not have, or keys that make no sense.
     pub fn read(document: &Document, name: Option<&str>, rate: f64) -> Result<Self, SceneError> {
         let all = &document.json.animations;
-        let found = match name {
-            None => all.first(),
+        let read = |animation: &json::Animation| -> Result<Vec<Channel>, SceneError> {
+            let channels =
+                animation.channels.iter().map(|channel| Channel::read(document, animation, channel, rate));
+            channels.filter_map(Result::transpose).collect()
+        };
+        let mut channels: Vec<Channel> = Vec::new();
+        match name {
             Some(name) => {
                 let called = |animation: &&json::Animation| animation.name.as_deref() == Some(name);
-                Some(all.iter().find(called).ok_or_else(|| document.fault(unknown(all, name)))?)
+                channels = read(all.iter().find(called).ok_or_else(|| document.fault(unknown(all, name)))?)?;
             }
-        };
-        let Some(animation) = found else { return Ok(Self::default()) };
-        if name.is_none() && all.len() > 1 {
-            let names: Vec<String> = all
-                .iter()
-                .map(|one| format!("`{}`", one.name.as_deref().unwrap_or_default()))
-                .take(20)
-                .collect();
-            document.leave_out(format!(
-                "of {} animations the first is shown; `animation` in [[model]] says another: {}",
-                all.len(),
-                names.join(", ")
-            ));
+            None => {
+                let (mut moved, mut others) = (HashSet::new(), Vec::new());
+                for animation in all {
+                    let more = read(animation)?;
+                    let targets: Vec<(usize, Property)> =
+                        more.iter().map(|channel| (channel.node, channel.property)).collect();
+                    if targets.iter().any(|target| moved.contains(target)) {
+                        others.push(format!("`{}`", animation.name.as_deref().unwrap_or_default()));
+                        continue;
+                    }
+                    moved.extend(targets);
+                    channels.extend(more);
+                }
+                note_others(document, others);
+            }
         }
-        let channels =
-            animation.channels.iter().map(|channel| Channel::read(document, animation, channel, rate));
-        let channels: Vec<Channel> = channels.filter_map(Result::transpose).collect::<Result<_, _>>()?;
         let end = channels.iter().filter_map(|channel| channel.frames.last().copied()).fold(1.0, f64::max);
         Ok(Self { channels, end })
     }
@@ -113,6 +120,16 @@ impl Clip {
     pub fn weights(&self, node: usize, frame: f64) -> Option<Vec<f64>> {
         let of_node = |channel: &&Channel| channel.node == node && channel.property == Property::Weights;
         self.channels.iter().find(of_node).map(|channel| channel.at(frame))
+    }
+}
+
+/// Records which animations are not shown.
+fn note_others(document: &Document, others: Vec<String>) {
+    if !others.is_empty() {
+        let (count, names) = (others.len(), others.into_iter().take(20).collect::<Vec<_>>().join(", "));
+        document.leave_out(format!(
+            "{count} animations are not shown, which move what the first ones move: `animation` in [[model]] chooses one of them ({names})"
+        ));
     }
 }
 

@@ -117,7 +117,8 @@ fn cut(mode: Mode, corners: &[u32]) -> Vec<[u32; 3]> {
     }
 }
 
-fn has_area(positions: &[[f32; 3]], triangle: [u32; 3]) -> bool {
+/// Returns true if a triangle has an area.
+pub fn has_area(positions: &[[f32; 3]], triangle: [u32; 3]) -> bool {
     let [a, b, c] = triangle.map(|corner| Vec3::from(positions[corner as usize]).as_dvec3());
     (b - a).cross(c - a).length_squared() > 0.0
 }

@@ -1,5 +1,6 @@
 //! Lights of glTF files (KHR_lights_punctual), as tables of a shot file.
 
+use std::f64::consts::PI;
 use std::fmt::Write;
 
 use glam::{DAffine3, DVec3};
@@ -60,7 +61,8 @@ pub fn text(document: &Document, light: usize, name: &str, track: &NodeTrack) ->
         || document.fault(format!("the light `{name}` has values that make no sense: export it again"));
     let color = light.color.unwrap_or([1.0; 3]);
     let unit = if is_of_blender(document) { LUMENS_A_WATT } else { 1.0 };
-    let power = light.intensity.unwrap_or(1.0) / unit;
+    // a matt white surface at an irradiance of pi has a radiance of 1, and here at a power of 1
+    let power = light.intensity.unwrap_or(1.0) / (unit * PI);
     let fits = |value: f64| (0.0..=1e30).contains(&value);
     if !fits(power) || !color.into_iter().all(fits) {
         return Err(wrong());

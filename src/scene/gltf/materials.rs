@@ -284,8 +284,10 @@ fn make_glass(
     stated.illum = Some(6);
     (stated.pr, stated.pm) = (None, None);
     if volume.thickness_factor <= 0.0 {
-        // thin: light goes straight through
         stated.ni = Some(1.0);
+        document.leave_out(
+            "glass without a thickness (KHR_materials_volume) is thin: light goes straight through, and nothing reflects in it",
+        );
     } else if volume.attenuation_color != [1.0; 3] {
         document.leave_out(
             "attenuation in glass (KHR_materials_volume) is not used: its colour is that of its surface",

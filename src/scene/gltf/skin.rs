@@ -9,7 +9,7 @@ use std::collections::HashMap;
 
 use super::animation::{Clip, Property};
 use super::document::Document;
-use super::geometry::Geometry;
+use super::geometry::{Geometry, has_area};
 use super::nodes::Tree;
 use crate::animation::ShapeTrack;
 use crate::memory::{self, Need, Part};
@@ -111,17 +111,25 @@ fn is_animated(tree: &Tree, clip: &Clip, number: usize, skin: Option<&Skin>) -> 
 
 /// Gives a mesh its shapes; one alone becomes its own shape.
 fn with_shapes(mesh: Mesh, shapes: Distinct) -> (Mesh, Option<ShapeTrack>) {
-    let Distinct { mut list, keys, .. } = shapes;
-    let places = places(mesh.positions.as_slice(), &list);
-    if list.len() > 1 {
-        let track = ShapeTrack::through(keys, None);
-        let shapes = Shapes::new(list, &mesh.triangles, &mesh.normals, &places);
-        return (Mesh { shapes: Some(Arc::new(shapes)), ..mesh }, track);
+    let Distinct { list, keys, .. } = shapes;
+    if list.len() == 1 && list[0] == mesh.positions.as_slice() {
+        return (mesh, None);
     }
-    let Some(only) = list.pop().filter(|only| only != mesh.positions.as_slice()) else { return (mesh, None) };
-    let shapes = Shapes::new(vec![only.clone()], &mesh.triangles, &mesh.normals, &places);
-    let normals = shapes.normals(&only, &mesh.triangles);
-    (Mesh { positions: Arc::new(VertexBuffer::new(only)), normals, ..mesh }, None)
+    let places = places(mesh.positions.as_slice(), &list);
+    let first = list[0].clone();
+    let count = list.len();
+    let shapes = Shapes::new(list, &mesh.triangles, &mesh.normals, &places);
+    // a mesh may be bound at another scale than it is seen: samples are kept in the first shape, unless faces are closed up there
+    let mesh = if count == 1 || mesh.triangles.iter().all(|triangle| has_area(&first, *triangle)) {
+        let normals = shapes.normals(&first, &mesh.triangles);
+        Mesh { positions: Arc::new(VertexBuffer::new(first)), normals, ..mesh }
+    } else {
+        mesh
+    };
+    if count == 1 {
+        return (mesh, None);
+    }
+    (Mesh { shapes: Some(Arc::new(shapes)), ..mesh }, ShapeTrack::through(keys, None))
 }
 
 /// Numbers of the vertices' places: vertices that are at one place at rest and in the first, the middle and the last shape are at
