@@ -105,6 +105,11 @@ impl<T: Keyed> Track<T> {
         self.keys.iter().map(|(frame, _)| *frame)
     }
 
+    /// Frames of the keys that are cuts.
+    pub fn cut_frames(&self) -> Vec<f64> {
+        self.cuts.iter().map(|key| self.keys[*key].0).collect()
+    }
+
     /// Converts the value of each key. Values between keys follow if `convert` is affine.
     pub fn map(self, convert: impl Fn(T) -> T) -> Self {
         let keys = self.keys.into_iter().map(|(frame, value)| (frame, convert(value))).collect();

@@ -29,6 +29,20 @@ impl Visibility {
         Some(Self { track: Some(track.cut_at(&frames)) })
     }
 
+    /// Creates the visibility of what is visible while both are.
+    pub fn and(&self, other: &Self) -> Self {
+        let tracks = || [self, other].into_iter().filter_map(|one| one.track.as_ref());
+        if tracks().count() < 2 {
+            return if self.is_always() { other.clone() } else { self.clone() };
+        }
+        let mut frames: Vec<f64> = tracks().flat_map(Track::frames).collect();
+        frames.sort_by(f64::total_cmp);
+        frames.dedup();
+        let both = |frame: f64| self.at(frame) && other.at(frame);
+        let keys = frames.into_iter().map(|frame| (frame, both(frame))).collect();
+        Self::through(both(f64::NEG_INFINITY), keys).expect("frames are finite, and each is there once")
+    }
+
     /// Returns true if it is visible at `frame`.
     pub fn at(&self, frame: f64) -> bool {
         self.track.as_ref().is_none_or(|track| track.at(frame) != 0.0)
@@ -73,6 +87,19 @@ mod tests {
             let never = Visibility::through(false, keys).expect("good");
             assert!(!never.at(0.0) && !never.at(9.0) && never.is_never() && !never.is_always());
         }
+    }
+
+    #[test]
+    fn of_two_both_count() {
+        let first = Visibility::through(false, vec![(2.0, true), (8.0, false)]).expect("good");
+        let second = Visibility::through(true, vec![(4.0, false), (6.0, true)]).expect("good");
+        for (one, other) in [(&first, &second), (&second, &first), (&first, &Visibility::ALWAYS)] {
+            let both = one.and(other);
+            for frame in (-4..40).map(|quarter| f64::from(quarter) * 0.25) {
+                assert_eq!(both.at(frame), one.at(frame) && other.at(frame), "{frame}");
+            }
+        }
+        assert!(Visibility::ALWAYS.and(&Visibility::ALWAYS).is_always());
     }
 
     #[test]

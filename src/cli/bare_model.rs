@@ -27,7 +27,16 @@ impl From<UpArg> for Up {
 
 /// Returns true if a file is a bare model, by its ending.
 pub fn is_model(path: &Path) -> bool {
-    path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("obj"))
+    ends_in(path, &["obj", "gltf", "glb"])
+}
+
+/// Returns true if a file is a glTF file, by its ending.
+pub fn is_gltf(path: &Path) -> bool {
+    ends_in(path, &["gltf", "glb"])
+}
+
+fn ends_in(path: &Path, endings: &[&str]) -> bool {
+    path.extension().is_some_and(|own| endings.iter().any(|ending| own.eq_ignore_ascii_case(ending)))
 }
 
 /// Options of the turntable, if `path` is a model. Refuses `--up` for a shot file.
@@ -40,6 +49,9 @@ pub fn turntable_options(
         return Err(Failure::Usage(String::from(
             "--up is for bare models: in a shot file, write `rotate` into the [[model]]",
         )));
+    }
+    if up.is_some() && is_gltf(path) {
+        return Err(Failure::Usage(String::from("--up is for OBJ files: in glTF files Y is up")));
     }
     let default = turntable::Options::default();
     let size = size.map_or(default.size, |(width, height)| [width, height]);

@@ -6,11 +6,11 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 
 use super::args::on_threads;
-use super::bare_model::{UpArg, is_model, turntable_options};
+use super::bare_model::{UpArg, is_gltf, is_model, turntable_options};
 use super::failure::Failure;
 use super::say::terminal::Terminal;
 use crate::output::{self, folder_of};
-use crate::scene::turntable;
+use crate::scene::{gltf, turntable};
 
 /// Arguments as typed.
 #[derive(Debug, Clone, Args)]
@@ -20,8 +20,8 @@ Examples:
   afterimage init models/statue.obj -o walk.toml
   afterimage render statue.toml --frames 1 --png")]
 pub struct InitArgs {
-    /// The model (OBJ)
-    #[arg(value_name = "MODEL.obj")]
+    /// The model (OBJ, glTF)
+    #[arg(value_name = "MODEL")]
     model: PathBuf,
 
     /// The shot file; what is there already is not overwritten [default: MODEL.toml in the current folder]
@@ -42,7 +42,7 @@ impl InitArgs {
     fn write(&self, terminal: &mut Terminal) -> Result<(), Failure> {
         if !is_model(&self.model) {
             return Err(Failure::Failed(format!(
-                "{}: not a model (.obj), by its ending",
+                "{}: not a model (.obj, .gltf, .glb), by its ending",
                 self.model.display()
             )));
         }
@@ -59,10 +59,16 @@ impl InitArgs {
             return Err(taken());
         }
         let options = turntable_options(&self.model, self.up, None)?;
-        let look = turntable::look(&self.model, &options).map_err(Failure::of)?;
-        look.notes.iter().for_each(|note| terminal.note(note));
+        let name = || self.model_from(&shot);
+        let (text, notes) = if is_gltf(&self.model) {
+            let written = gltf::text(&self.model, &name()?, &options).map_err(Failure::of)?;
+            (written.text, written.notes)
+        } else {
+            let look = turntable::look(&self.model, &options).map_err(Failure::of)?;
+            (turntable::text(&look, &name()?), look.notes)
+        };
+        notes.iter().for_each(|note| terminal.note(note));
         output::ensure_writable(&shot).map_err(Failure::of)?;
-        let text = turntable::text(&look, &self.model_from(&shot)?);
         match output::write_new_bytes(&shot, text.as_bytes()) {
             Err(error) if error.source.kind() == ErrorKind::AlreadyExists => return Err(taken()),
             outcome => outcome.map_err(Failure::of)?,

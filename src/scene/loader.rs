@@ -1,4 +1,4 @@
-//! Loads shots: a shot file (`.toml`), or a bare OBJ as a turntable.
+//! Loads shots: a shot file (`.toml`), a bare glTF file, or a bare OBJ as a turntable.
 
 use std::path::Path;
 
@@ -7,14 +7,15 @@ use memchr::memchr_iter;
 use super::keys::toml_text::TomlText;
 use super::model::copies::MOST_ADDED;
 use super::shot::{self, Shot};
-use super::{SceneError, turntable};
+use super::{SceneError, gltf, turntable};
 use crate::input::{self, InputError, Kind};
 use crate::memory::{self, Need, Part};
 
 /// Memory for each byte of a shot file while it is read: measured with a hundred thousand camera keys.
 const READING_BYTES: u64 = 64;
 
-/// Loads the shot at `path`: a `.toml` file as a shot file, an `.obj` file as a turntable.
+/// Loads the shot at `path`: a `.toml` file as a shot file, an `.obj` file as a turntable, a `.gltf` or `.glb` file with its own
+/// camera and lights.
 ///
 /// # Errors
 /// With file, and where they are known line and column: what cannot be read or makes no sense. In a
@@ -29,15 +30,18 @@ pub fn load(path: &Path, strict: bool) -> Result<Shot, SceneError> {
 ///
 /// # Errors Those of [`load`].
 pub fn load_sharing(path: &Path, strict: bool, most_added: u64) -> Result<Shot, SceneError> {
-    let extension = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
-    match extension.as_str() {
+    match ending(path).as_str() {
         "toml" => shot::from_text(TomlText { path, text: &read_text(path)? }, strict, most_added),
-        "obj" => load_turntable(path, strict, &turntable::Options::default()),
+        "obj" | "gltf" | "glb" => load_turntable(path, strict, &turntable::Options::default()),
         _ => Err(SceneError::new(
             path,
-            "not a file that can be rendered: give a shot (.toml) or a model (.obj)",
+            "not a file that can be rendered: give a shot (.toml) or a model (.obj, .gltf, .glb)",
         )),
     }
+}
+
+fn ending(path: &Path) -> String {
+    path.extension().unwrap_or_default().to_string_lossy().to_lowercase()
 }
 
 fn read_text(path: &Path) -> Result<String, SceneError> {
@@ -54,9 +58,13 @@ fn read_text(path: &Path) -> Result<String, SceneError> {
     })
 }
 
-/// Loads the OBJ file at `path` as a turntable: see [`turntable`].
+/// Loads the model at `path`: an OBJ file as a turntable (see [`turntable`]), a glTF file with its own camera and lights, and as a
+/// turntable where it has none.
 ///
 /// # Errors Those of [`load`].
 pub fn load_turntable(path: &Path, strict: bool, options: &turntable::Options) -> Result<Shot, SceneError> {
-    turntable::shot(path, strict, options)
+    match ending(path).as_str() {
+        "gltf" | "glb" => gltf::shot(path, strict, options),
+        _ => turntable::shot(path, strict, options),
+    }
 }

@@ -8,6 +8,7 @@ pub mod cutout;
 pub mod environment;
 pub mod error;
 pub mod frames;
+pub mod gltf;
 mod keys;
 pub mod light;
 mod loader;

@@ -33,6 +33,11 @@ static LINEAR: LazyLock<[f32; 256]> = LazyLock::new(|| {
     })
 });
 
+/// Linear value of an sRGB byte.
+pub(crate) fn linear(byte: u8) -> f32 {
+    LINEAR[usize::from(byte)]
+}
+
 impl Texture {
     /// Linear RGB at `uv` (v upwards), bilinear between texel centres. Finite for any `uv`.
     ///

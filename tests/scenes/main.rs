@@ -10,6 +10,7 @@ mod awkward;
 mod camera;
 mod deforming;
 mod environment;
+mod gltf;
 mod mistakes;
 mod model;
 mod quadrics;

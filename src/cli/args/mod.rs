@@ -36,8 +36,8 @@ use crate::trace::BackendKind;
 /// Arguments as typed.
 #[derive(Debug, Clone, Args)]
 pub struct ShotArgs {
-    /// A shot (TOML), or a model (OBJ), rendered on a turntable
-    #[arg(value_name = "SHOT.toml|MODEL.obj")]
+    /// A shot (TOML), or a model (OBJ, glTF); without a camera of its own it is rendered on a turntable
+    #[arg(value_name = "SHOT.toml|MODEL")]
     pub shot: PathBuf,
 
     /// Frames to render, for example 1-100, 1-100x2 (every second) or 1-10,150 [default: the shot's]

@@ -220,7 +220,8 @@ pub fn warn_about(job: &Job, terminal: &Terminal) {
     for warning in &job.shot.warnings {
         terminal.warn(&warning.0.to_string());
     }
-    let turned = is_model(&job.path).then(|| turn_note(&job.frames.list())).flatten();
+    let turned =
+        (is_model(&job.path) && job.shot.says_orbit).then(|| turn_note(&job.frames.list())).flatten();
     for note in job.shot.notes.iter().chain(&turned) {
         terminal.note(note);
     }

@@ -313,12 +313,16 @@ pub(crate) struct SkyTable {
 
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-#[schemars(extend("oneOf" = [{"required": ["obj"]}, {"required": ["quadric"]}]))]
+#[schemars(extend("oneOf" = [{"required": ["obj"]}, {"required": ["gltf"]}, {"required": ["quadric"]}]))]
 pub(crate) struct ModelTable {
-    /// For people; the OBJ's name, or the type of the quadric, without it
+    /// For people; the file's name, or the type of the quadric, without it
     pub name: Option<String>,
     /// OBJ file, relative to the shot file
     pub obj: Option<At<String>>,
+    /// glTF file (.gltf or .glb), relative to the shot file, instead of an OBJ file: a model for each of its nodes with a mesh
+    pub gltf: Option<At<String>>,
+    /// Name of the glTF file's animation (its first)
+    pub animation: Option<At<String>>,
     /// Sphere, ellipsoid, cylinder, cone, paraboloid, hyperboloid or plane, instead of an OBJ file
     pub quadric: Option<At<QuadricTable>>,
     /// Files of the shapes between which the model deforms; `obj` is its shape at rest

@@ -16,6 +16,7 @@ use super::shape_files::{self, Origins, ReadShapes, ShapeSource};
 use crate::digest::Digest;
 use crate::scene::cutout::{CutTriangles, Cutout, LEAST_OPACITY, Mask};
 use crate::scene::error::Findings;
+use crate::scene::gltf::{Document, GltfFiles};
 use crate::scene::keys::{KdBesideMap, spelling};
 use crate::scene::mesh::Groups;
 use crate::scene::obj::lines::words;
@@ -41,13 +42,20 @@ pub(crate) struct Override {
     pub used: bool,
 }
 
+/// Shot file for each picture that it states in place of a material's own.
+#[derive(Default)]
+pub(crate) struct Replaced {
+    pub map_kd: Option<PathBuf>,
+    pub map_d: Option<PathBuf>,
+}
+
 /// Meshes of the models, with their shared materials and textures.
 #[derive(Default)]
 pub(crate) struct Assembly {
-    findings: Findings,
+    pub(in crate::scene) findings: Findings,
     overrides: Vec<Override>,
-    materials: Vec<Material>,
-    pictures: Pictures,
+    pub(in crate::scene) materials: Vec<Material>,
+    pub(in crate::scene) pictures: Pictures,
     meshes: HashMap<PathBuf, Arc<Mesh>>,
     /// Origins in its file of the vertices of each of `meshes`.
     origins: HashMap<PathBuf, Arc<Origins>>,
@@ -55,15 +63,25 @@ pub(crate) struct Assembly {
     deforming: HashMap<(PathBuf, ShapeSource), ReadShapes>,
     /// Indices of the quadrics' materials, by name.
     of_quadrics: HashMap<String, u16>,
+    /// What was read of glTF files.
+    pub(in crate::scene) gltf: GltfFiles,
     /// Files that were read so far, without pictures.
-    files: Vec<PathBuf>,
+    pub(in crate::scene) files: Vec<PathBuf>,
     /// Digests of the files' contents.
-    digests: Vec<Digest>,
-    /// Names of all materials that MTL files define, for hints.
-    known_names: Vec<String>,
+    pub(in crate::scene) digests: Vec<Digest>,
+    /// Names of all materials that files define, for hints.
+    pub(in crate::scene) known_names: Vec<String>,
     kd_beside_map: KdBesideMap,
     /// Model that was read in advance, until its mesh is asked for.
     read_before: Option<ReadModel>,
+}
+
+/// File that was read before the shot that shows it.
+pub(crate) enum ReadBefore {
+    /// The text's only model: the text need not name its path.
+    Obj(ReadModel),
+    /// A glTF file, which the text names.
+    Gltf(Arc<Document>),
 }
 
 /// An OBJ file that was read.
@@ -137,9 +155,12 @@ impl Assembly {
         Self { kd_beside_map, ..self }
     }
 
-    /// Adds a model that was read before, so that it is not read again.
-    pub fn with(self, model: ReadModel) -> Self {
-        Self { read_before: Some(model), ..self }
+    /// Adds a file that was read before, so that it is not read again.
+    pub fn with(self, file: ReadBefore) -> Self {
+        match file {
+            ReadBefore::Obj(model) => Self { read_before: Some(model), ..self },
+            ReadBefore::Gltf(document) => Self { gltf: self.gltf.with(document), ..self },
+        }
     }
 
     /// Path of the model that was read in advance, until its mesh is asked for.
@@ -209,7 +230,7 @@ impl Assembly {
         }
         let (defined, complete) = self.libraries(&obj, path)?;
         let ids = self.settle_all(&obj, &defined, complete, path)?;
-        let mesh = Arc::new(mesh_of(obj, &ids, &self.materials, &self.pictures.textures));
+        let mesh = Arc::new(self.mesh_of(obj, &ids));
         if let Some(message) = limits::coarse(&mesh) {
             self.findings.note(SceneError::new(path, message));
         }
@@ -309,17 +330,22 @@ impl Assembly {
                 unknown.push(named);
             }
             let material = self.settle(named, found, path)?;
-            if self.materials.len() == MOST_MATERIALS {
-                return Err(SceneError::new(
-                    path,
-                    format!("with this model the shot has more than {MOST_MATERIALS} materials"),
-                ));
-            }
-            ids[i] = self.materials.len() as u16;
-            self.materials.push(material);
+            ids[i] = self.add_material_of(path, material)?;
         }
         self.report_unknown(&unknown, defined, path)?;
         Ok(ids)
+    }
+
+    /// Adds a material of the file at `path`. Returns its index.
+    ///
+    /// # Errors Too many materials.
+    pub(in crate::scene) fn add_material_of(
+        &mut self,
+        path: &Path,
+        material: Material,
+    ) -> Result<u16, SceneError> {
+        let too_many = || format!("with this model the shot has more than {MOST_MATERIALS} materials");
+        self.add_material(material).ok_or_else(|| SceneError::new(path, too_many()))
     }
 
     fn is_overridden(&self, name: &str) -> bool {
@@ -352,18 +378,10 @@ impl Assembly {
             Some(defined) => defined.material.clone().as_meant(self.kd_beside_map),
             None => MtlMaterial { name: named.name.clone(), ..MtlMaterial::default() },
         };
-        let mut asking = found.map_or(obj, |defined| &defined.path).to_path_buf();
-        let mut asking_opacity = asking.clone();
-        for entry in self.overrides.iter_mut().filter(|entry| entry.values.name == named.name) {
-            entry.used = true;
-            stated.replace_with(&entry.values);
-            if entry.values.map_kd.is_some() {
-                asking.clone_from(&entry.path);
-            }
-            if entry.values.map_d.is_some() {
-                asking_opacity.clone_from(&entry.path);
-            }
-        }
+        let replaced = self.override_values(&mut stated);
+        let own = found.map_or(obj, |defined| &defined.path);
+        let asking = |shot: &Option<PathBuf>| shot.as_deref().unwrap_or(own).to_path_buf();
+        let (asking, asking_opacity) = (asking(&replaced.map_kd), asking(&replaced.map_d));
         let mut material = stated.settle();
         if named.name.is_empty() {
             material.name = Material::fallback().name;
@@ -382,9 +400,32 @@ impl Assembly {
     }
 
     /// Index of the picture of `map`, a statement of the file `asking`.
-    fn picture(&mut self, map: &MapKd, asking: &Path, used: PictureUse) -> Result<u32, SceneError> {
+    pub(in crate::scene) fn picture(
+        &mut self,
+        map: &MapKd,
+        asking: &Path,
+        used: PictureUse,
+    ) -> Result<u32, SceneError> {
         let folder = asking.parent().unwrap_or(Path::new(""));
         self.pictures.index_of(map, folder, asking, &mut self.findings, used)
+    }
+
+    /// Replaces values of a material by those that the `[[material]]` tables of its name state. Returns the shot file for
+    /// each picture that it states.
+    pub(in crate::scene) fn override_values(&mut self, stated: &mut MtlMaterial) -> Replaced {
+        let mut replaced = Replaced::default();
+        let name = stated.name.clone();
+        for entry in self.overrides.iter_mut().filter(|entry| entry.values.name == name) {
+            entry.used = true;
+            stated.replace_with(&entry.values);
+            if entry.values.map_kd.is_some() {
+                replaced.map_kd = Some(entry.path.clone());
+            }
+            if entry.values.map_d.is_some() {
+                replaced.map_d = Some(entry.path.clone());
+            }
+        }
+        replaced
     }
 
     /// Reports overrides that no model uses.
@@ -469,73 +510,77 @@ struct Stretch {
     of: obj::Use,
 }
 
-/// Place of a stretch in the order of triangles: those that cast shadows come first, and those that are cut out side by side.
-fn rank(material: &Material, has_uvs: bool) -> u8 {
-    match (material.casts_shadow(), has_uvs && material.cutout.is_some()) {
-        (true, false) => 0,
-        (true, true) => 1,
-        (false, true) => 2,
-        (false, false) => 3,
+impl Assembly {
+    /// Orders the triangles: first those that cast shadows, each kind in the order of the file.
+    fn mesh_of(&self, obj: ObjFile, ids: &[u16]) -> Mesh {
+        let id = |stretch: &Stretch| ids[stretch.of.material as usize];
+        let casts = |stretch: &Stretch| self.casts_shadow(id(stretch));
+        let has_uvs = !obj.uvs.is_empty();
+        let rank = |stretch: &Stretch| self.rank(id(stretch), has_uvs);
+        let mut stretches = Vec::with_capacity(obj.uses.len());
+        let mut begin = 0;
+        for (count, of) in &obj.uses {
+            stretches.push(Stretch { range: begin..begin + count, of: *of });
+            begin += count;
+        }
+        let casting = stretches.iter().filter(|stretch| casts(stretch));
+        let shadow_casting = casting.map(|stretch| stretch.range.len()).sum();
+        let mut triangles = obj.triangles;
+        if !stretches.is_sorted_by_key(rank) {
+            stretches.sort_by_key(rank);
+            let mut ordered = Vec::with_capacity(triangles.len());
+            stretches.iter().for_each(|stretch| ordered.extend_from_slice(&triangles[stretch.range.clone()]));
+            triangles = ordered;
+        }
+        let mut material_of = Vec::with_capacity(triangles.len());
+        let mut groups = Groups::named(obj.groups.into_iter().map(|group| group.name));
+        for stretch in &stretches {
+            groups.begin(material_of.len() as u32, stretch.of.group);
+            material_of.extend(iter::repeat_n(id(stretch), stretch.range.len()));
+        }
+        Mesh {
+            positions: Arc::new(VertexBuffer::new(obj.positions)),
+            triangles: Arc::new(triangles),
+            normals: obj.normals,
+            uvs: obj.uvs,
+            cut: self.cut_triangles(&material_of, has_uvs),
+            material_of,
+            groups: Arc::new(groups),
+            shadow_casting,
+            quadric: None,
+            shapes: None,
+        }
     }
-}
 
-/// Orders the triangles: first those that cast shadows, each kind in the order of the file.
-fn mesh_of(obj: ObjFile, ids: &[u16], materials: &[Material], textures: &[Texture]) -> Mesh {
-    let id = |stretch: &Stretch| ids[stretch.of.material as usize];
-    let casts = |stretch: &Stretch| materials[usize::from(id(stretch))].casts_shadow();
-    let has_uvs = !obj.uvs.is_empty();
-    let rank = |stretch: &Stretch| rank(&materials[usize::from(id(stretch))], has_uvs);
-    let mut stretches = Vec::with_capacity(obj.uses.len());
-    let mut begin = 0;
-    for (count, of) in &obj.uses {
-        stretches.push(Stretch { range: begin..begin + count, of: *of });
-        begin += count;
+    /// Place of a material's triangles in the order of a mesh: those that cast shadows come first, and those that are cut out
+    /// follow each other.
+    pub(in crate::scene) fn rank(&self, material: u16, has_uvs: bool) -> u8 {
+        let material = &self.materials[usize::from(material)];
+        match (material.casts_shadow(), has_uvs && material.cutout.is_some()) {
+            (true, false) => 0,
+            (true, true) => 1,
+            (false, true) => 2,
+            (false, false) => 3,
+        }
     }
-    let casting = stretches.iter().filter(|stretch| casts(stretch));
-    let shadow_casting = casting.map(|stretch| stretch.range.len()).sum();
-    let mut triangles = obj.triangles;
-    if !stretches.is_sorted_by_key(rank) {
-        stretches.sort_by_key(rank);
-        let mut ordered = Vec::with_capacity(triangles.len());
-        stretches.iter().for_each(|stretch| ordered.extend_from_slice(&triangles[stretch.range.clone()]));
-        triangles = ordered;
-    }
-    let mut material_of = Vec::with_capacity(triangles.len());
-    let mut groups = Groups::named(obj.groups.into_iter().map(|group| group.name));
-    for stretch in &stretches {
-        groups.begin(material_of.len() as u32, stretch.of.group);
-        material_of.extend(iter::repeat_n(id(stretch), stretch.range.len()));
-    }
-    Mesh {
-        positions: Arc::new(VertexBuffer::new(obj.positions)),
-        triangles: Arc::new(triangles),
-        normals: obj.normals,
-        uvs: obj.uvs,
-        cut: if has_uvs { cut_triangles(&material_of, materials, textures) } else { None },
-        material_of,
-        groups: Arc::new(groups),
-        shadow_casting,
-        quadric: None,
-        shapes: None,
-    }
-}
 
-/// Triangles that are cut out, which follow each other, given the material of each triangle.
-fn cut_triangles(
-    material_of: &[u16],
-    materials: &[Material],
-    textures: &[Texture],
-) -> Option<Arc<CutTriangles>> {
-    let cutout = |material: &u16| materials[usize::from(*material)].cutout;
-    let first = material_of.iter().position(|material| cutout(material).is_some())?;
-    let (mut masks, mut known): (Vec<Mask>, HashMap<u16, u16>) = (Vec::new(), HashMap::new());
-    let cut = material_of[first..].iter().map_while(|material| Some((*material, cutout(material)?)));
-    let mask_of = cut.map(|(material, Cutout { map, least })| {
-        *known.entry(material).or_insert_with(|| {
-            masks.push(Mask::new(textures[map as usize].clone(), least));
-            (masks.len() - 1) as u16
-        })
-    });
-    let mask_of = mask_of.collect();
-    Some(Arc::new(CutTriangles { first: first as u32, mask_of, masks }))
+    /// Triangles that are cut out, which follow each other, given the material of each triangle in the order of [`rank`](Self::rank).
+    pub(in crate::scene) fn cut_triangles(
+        &self,
+        material_of: &[u16],
+        has_uvs: bool,
+    ) -> Option<Arc<CutTriangles>> {
+        let cutout = |material: &u16| self.materials[usize::from(*material)].cutout.filter(|_| has_uvs);
+        let first = material_of.iter().position(|material| cutout(material).is_some())?;
+        let (mut masks, mut known): (Vec<Mask>, HashMap<u16, u16>) = (Vec::new(), HashMap::new());
+        let cut = material_of[first..].iter().map_while(|material| Some((*material, cutout(material)?)));
+        let mask_of = cut.map(|(material, Cutout { map, least })| {
+            *known.entry(material).or_insert_with(|| {
+                masks.push(Mask::new(self.pictures.textures[map as usize].clone(), least));
+                (masks.len() - 1) as u16
+            })
+        });
+        let mask_of = mask_of.collect();
+        Some(Arc::new(CutTriangles { first: first as u32, mask_of, masks }))
+    }
 }

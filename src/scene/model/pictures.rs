@@ -1,7 +1,7 @@
 //! Reads the pictures of a shot, each file once.
 
-use std::collections::HashMap;
-use std::io::BufReader;
+use std::collections::{HashMap, HashSet};
+use std::io::{BufRead, BufReader, Cursor, Seek};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -33,10 +33,10 @@ pub(crate) enum PictureUse {
 
 /// A picture as textures hold it.
 #[derive(Debug, Clone, PartialEq)]
-struct Decoded {
-    width: u32,
-    height: u32,
-    texels: Arc<[[u8; 4]]>,
+pub(crate) struct Decoded {
+    pub width: u32,
+    pub height: u32,
+    pub texels: Arc<[[u8; 4]]>,
     /// True if some of its places are opaque enough to be there, and others are not.
     cuts: bool,
 }
@@ -49,9 +49,9 @@ impl Decoded {
     }
 
     /// Returns the picture with its opacity in alpha.
-    fn with_opacity(self) -> Self {
+    fn with_opacity(&self) -> Self {
         if self.texels.iter().any(|texel| texel[3] != u8::MAX) {
-            return self;
+            return self.clone();
         }
         // files of opacity are grey, and hold shares: sRGB means nothing for them
         let opacity = |[r, g, b, _]: &[u8; 4]| ((u16::from(*r) + u16::from(*g) + u16::from(*b)) / 3) as u8;
@@ -60,16 +60,40 @@ impl Decoded {
     }
 }
 
+/// Picture that is asked for.
+pub(crate) struct Wanted<'a> {
+    /// Path of the file, or of a file and a part of it, by which the picture is known.
+    pub path: PathBuf,
+    pub content: Content<'a>,
+    /// Name for messages.
+    pub name: &'a str,
+    /// File that asks for it, and the line in it.
+    pub asking: &'a Path,
+    pub line: Option<usize>,
+}
+
+/// Place of a picture's bytes.
+pub(crate) enum Content<'a> {
+    /// A file, if it was found.
+    File(Option<&'a Path>),
+    /// A part of a file that was read.
+    Bytes(&'a [u8]),
+}
+
 /// Textures of all materials so far.
 #[derive(Default)]
 pub(crate) struct Pictures {
     /// Textures. Materials keep their indices.
     pub textures: Vec<Texture>,
-    decoded: HashMap<(PathBuf, PictureUse), Decoded>,
+    decoded: HashMap<PathBuf, Decoded>,
+    /// Paths of pictures that are parts of other files.
+    embedded: HashSet<PathBuf>,
+    /// Pictures of opacity.
+    opacities: HashMap<PathBuf, Decoded>,
     /// Digests of their texels, in the order in which pictures were asked for.
     digests: Vec<Digest>,
-    /// True for each texture that cuts parts out.
-    cuts: Vec<bool>,
+    /// Use of each texture.
+    uses: Vec<PictureUse>,
     /// Indices of textures, by file, use and the bits of scale, offset and clamp.
     indices: HashMap<(PathBuf, PictureUse, [u32; 5]), u32>,
 }
@@ -89,36 +113,51 @@ impl Pictures {
     ) -> Result<u32, SceneError> {
         let found = find_beside(folder, &map.file);
         let path = found.clone().unwrap_or_else(|| folder.join(&map.file));
-        let key = (path.clone(), used);
-        let Decoded { width, height, texels, cuts } = match self.decoded.get(&key) {
-            Some(known) => known.clone(),
-            None => {
-                let picture = match decode(found.as_deref()) {
-                    Ok(picture) => picture,
-                    Err(Unusable::AsItIs(why)) => {
-                        let message = format!("the texture `{}` {why}; a checker stands in for it", map.file);
-                        findings.stand_in(SceneError::new(asking, message).at_line(map.line))?;
-                        checker()
-                    }
-                    // pictures must not depend on what else the machine does
-                    Err(Unusable::NoRoom(why)) => {
-                        let message = format!("the texture `{}` {why}", map.file);
-                        return Err(SceneError::new(asking, message).at_line(map.line));
-                    }
-                };
-                let picture = match used {
-                    PictureUse::Color => picture,
-                    PictureUse::Opacity => picture.with_opacity(),
-                };
-                let texels = bytemuck::cast_slice(&picture.texels);
-                self.digests.push(Digest::of_table(picture.width, texels));
-                self.decoded.insert(key, picture.clone());
-                picture
+        let content = Content::File(found.as_deref());
+        let wanted = Wanted { path: path.clone(), content, name: &map.file, asking, line: Some(map.line) };
+        let picture = self.decoded(wanted, findings)?;
+        let Decoded { width, height, texels, .. } = match used {
+            PictureUse::Color => picture,
+            PictureUse::Opacity => {
+                self.opacities.entry(path.clone()).or_insert_with(|| picture.with_opacity()).clone()
             }
         };
         let texture =
             Texture { path, width, height, texels, scale: map.scale, offset: map.offset, clamp: map.clamp };
-        Ok(self.place(texture, used, cuts))
+        Ok(self.place(texture, used))
+    }
+
+    /// Size and texels of a picture.
+    ///
+    /// # Errors Those of [`index_of`](Self::index_of).
+    pub fn decoded(&mut self, wanted: Wanted<'_>, findings: &mut Findings) -> Result<Decoded, SceneError> {
+        let Wanted { path, content, name, asking, line } = wanted;
+        if let Some(known) = self.decoded.get(&path) {
+            return Ok(known.clone());
+        }
+        let told = |message: String| {
+            let error = SceneError::new(asking, message);
+            line.map_or(error.clone(), |line| error.at_line(line))
+        };
+        let read = match content {
+            Content::File(path) => decode_file(path),
+            Content::Bytes(bytes) => {
+                self.embedded.insert(path.clone());
+                decode(Cursor::new(bytes), bytes.len() as u64, None)
+            }
+        };
+        let picture = match read {
+            Ok(picture) => picture,
+            Err(Unusable::AsItIs(why)) => {
+                findings.stand_in(told(format!("the texture `{name}` {why}; a checker stands in for it")))?;
+                checker()
+            }
+            // pictures must not depend on what else the machine does
+            Err(Unusable::NoRoom(why)) => return Err(told(format!("the texture `{name}` {why}"))),
+        };
+        self.digests.push(Digest::of_table(picture.width, bytemuck::cast_slice(&picture.texels)));
+        self.decoded.insert(path, picture.clone());
+        Ok(picture)
     }
 
     /// Digest of the texels of all pictures.
@@ -128,21 +167,31 @@ impl Pictures {
 
     /// Files of the pictures, those that could not be read included.
     pub fn files(&self) -> impl Iterator<Item = &PathBuf> {
-        self.decoded.keys().map(|(path, _)| path)
+        self.decoded.keys().filter(|path| !self.embedded.contains(*path))
     }
 
     /// Returns true if texture number `index` has places that are there and others that are not.
     pub fn cuts(&self, index: u32) -> bool {
-        self.cuts[index as usize]
+        let pictures = match self.uses[index as usize] {
+            PictureUse::Color => &self.decoded,
+            PictureUse::Opacity => &self.opacities,
+        };
+        pictures.get(&self.textures[index as usize].path).is_some_and(|picture| picture.cuts)
     }
 
-    fn place(&mut self, texture: Texture, used: PictureUse, cuts: bool) -> u32 {
+    /// Returns true if the alpha of texture number `index` is below `least` anywhere.
+    pub fn falls_below(&self, index: u32, least: f32) -> bool {
+        self.textures[index as usize].texels.iter().any(|texel| f32::from(texel[3]) / 255.0 < least)
+    }
+
+    /// Index of a texture: the same for equal ones.
+    pub fn place(&mut self, texture: Texture, used: PictureUse) -> u32 {
         let [sx, sy, ox, oy] =
             [texture.scale.x, texture.scale.y, texture.offset.x, texture.offset.y].map(f32::to_bits);
         let key = (texture.path.clone(), used, [sx, sy, ox, oy, u32::from(texture.clamp)]);
         *self.indices.entry(key).or_insert_with(|| {
             self.textures.push(texture);
-            self.cuts.push(cuts);
+            self.uses.push(used);
             (self.textures.len() - 1) as u32
         })
     }
@@ -157,17 +206,29 @@ enum Unusable {
     NoRoom(String),
 }
 
-fn decode(path: Option<&Path>) -> Result<Decoded, Unusable> {
+fn decode_file(path: Option<&Path>) -> Result<Decoded, Unusable> {
     let path = path.ok_or_else(|| Unusable::AsItIs("cannot be found".into()))?;
-    let unreadable = |error: &dyn std::fmt::Display| Unusable::AsItIs(format!("cannot be read: {error}"));
     let Input { file, length: file_bytes, .. } =
-        input::open(path, Kind::Picture).map_err(|e| unreadable(&e))?;
+        input::open(path, Kind::Picture).map_err(|error| unreadable(&error))?;
     // some decoders hold the file
     let need = Need::new(Part::new("its file", file_bytes, "a smaller picture"));
     need.check(&memory::left()).map_err(|error| Unusable::NoRoom(format!("does not fit: {error}")))?;
-    let mut reader = ImageReader::new(BufReader::new(file));
     // files of some kinds have no mark, and are known by their ending alone
-    if let Ok(format) = ImageFormat::from_path(path) {
+    decode(BufReader::new(file), file_bytes, ImageFormat::from_path(path).ok())
+}
+
+fn unreadable(error: &dyn std::fmt::Display) -> Unusable {
+    Unusable::AsItIs(format!("cannot be read: {error}"))
+}
+
+/// Decodes a picture of `file_bytes` bytes; `format`: by the name of its file.
+fn decode(
+    bytes: impl BufRead + Seek,
+    file_bytes: u64,
+    format: Option<ImageFormat>,
+) -> Result<Decoded, Unusable> {
+    let mut reader = ImageReader::new(bytes);
+    if let Some(format) = format {
         reader.set_format(format);
     }
     let reader = reader.with_guessed_format().map_err(|e| unreadable(&e))?;

@@ -116,16 +116,17 @@ fn check_memory(path: &Path, shapes: usize, origins: &Origins) -> Result<(), Sce
 
 /// Distinct shapes: equal ones are stored once.
 #[derive(Default)]
-struct Distinct {
-    list: Vec<Vec<[f32; 3]>>,
-    keys: Vec<(f64, u32)>,
+pub(in crate::scene) struct Distinct {
+    pub list: Vec<Vec<[f32; 3]>>,
+    /// Times in order, and numbers of shapes.
+    pub keys: Vec<(f64, u32)>,
     /// Numbers of the shapes by digest of their content.
     known: HashMap<Digest, Vec<u32>>,
 }
 
 impl Distinct {
     /// Adds the shape of a time.
-    fn add(&mut self, time: f64, shape: Vec<[f32; 3]>) {
+    pub fn add(&mut self, time: f64, shape: Vec<[f32; 3]>) {
         let Self { list, keys, known } = self;
         let same = known.entry(Digest::new(bytemuck::cast_slice(&shape))).or_default();
         let before = same.iter().find(|number| list[**number as usize] == shape).copied();

@@ -4,6 +4,7 @@ mod environment;
 mod floor;
 mod lens;
 mod model;
+mod models;
 mod orbit;
 mod quadric;
 mod settings;
@@ -11,7 +12,6 @@ mod shapes;
 mod tracks;
 
 use std::collections::HashMap;
-use std::ops::Range;
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -20,12 +20,10 @@ use glam::{DVec3, Vec3};
 use crate::digest::Digest;
 use crate::scene::frames::Run;
 use crate::scene::keys::toml_text::{At, Three, TomlText};
-use crate::scene::keys::values::{file_of, look, optional_color};
-use crate::scene::keys::{
-    BackgroundTable, FloorTable, LARGEST_MAP, LEAST_MAP, MaterialTable, ModelTable, ShotFile,
-};
+use crate::scene::keys::values::{look, optional_color};
+use crate::scene::keys::{BackgroundTable, FloorTable, MaterialTable, ModelTable, ShotFile};
 use crate::scene::material::LARGEST_COLOR;
-use crate::scene::model::assemble::{Assembled, Assembly, Override, ReadModel};
+use crate::scene::model::assemble::{Assembled, Assembly, Override, ReadBefore};
 use crate::scene::model::copies::SharedMeshes;
 use crate::scene::model::map_statement::MapKd;
 use crate::scene::model::mtl::MtlMaterial;
@@ -112,12 +110,11 @@ pub fn from_text(text: TomlText<'_>, strict: bool, most_added: u64) -> Result<Sh
     from_text_with(text, strict, None, most_added)
 }
 
-/// Reads a shot like [`from_text`]. `only` is the text's only model, if it was read before: then the text
-/// need not name its path.
+/// Reads a shot like [`from_text`]. `before`: a file of it that was read already.
 pub fn from_text_with(
     text: TomlText<'_>,
     strict: bool,
-    only: Option<ReadModel>,
+    before: Option<ReadBefore>,
     most_added: u64,
 ) -> Result<Shot, SceneError> {
     let file: ShotFile = text.read()?;
@@ -149,19 +146,23 @@ pub fn from_text_with(
     let ambient = optional_color(text, "color", &file.ambient.color)?.unwrap_or(Vec3::ZERO);
     if file.model.is_empty() {
         return Err(missing(
-            "there is nothing to see: write one [[model]] with the path of its obj at least",
+            "there is nothing to see: write one [[model]] with the path of its obj, or gltf, at least",
         ));
     }
     let overrides = file.material.iter().map(|table| replacement(text, table)).collect::<Result<_, _>>()?;
     let assembly = Assembly::new(strict, overrides).reading(file.mtl.kd_beside_map_kd);
-    let mut assembly = match only {
-        Some(model) => assembly.with(model),
+    let mut assembly = match before {
+        Some(file) => assembly.with(file),
         None => assembly,
     };
-    let models: Vec<Model> =
-        file.model.iter().map(|table| model(text, table, &mut assembly)).collect::<Result<_, _>>()?;
+    // for each model its table: of a glTF file there may be many models
+    let (mut tables, mut models) = (Vec::new(), Vec::new());
+    for table in &file.model {
+        models.extend(models::of_table(text, table, &mut assembly, frames_a_second(rate))?);
+        tables.resize(models.len(), table);
+    }
     let bounds = bounds_of_meshes(&models);
-    let extent = extent(text, &file.model, &models, &bounds)?;
+    let extent = extent(text, &tables, &models, &bounds)?;
     let at_first = extent_at(&models, &bounds, frames.first());
     if file.occlusion.radius.is_none() {
         settings.occlusion_radius = settings::usual_occlusion_radius(&at_first);
@@ -174,7 +175,7 @@ pub fn from_text_with(
     });
     let models: Vec<Model> = models.collect();
     let shared = SharedMeshes::among(&models, most_added);
-    let models = file.model.iter().zip(models).map(|(table, model)| settled(text, table, model, &shared));
+    let models = tables.iter().zip(models).map(|(table, model)| settled(text, table, model, &shared));
     let mut models: Vec<Model> = models.collect::<Result<_, _>>()?;
     // they count for the size of the shot, so that nothing else changes when one is left out
     models.retain(|model| !model.track.visible.is_never());
@@ -232,6 +233,10 @@ pub fn from_text_with(
         files,
         content: Content { shot: said(text)?, inputs },
     })
+}
+
+fn frames_a_second((frames, seconds): (i32, u32)) -> f64 {
+    f64::from(frames) / f64::from(seconds)
 }
 
 /// Digest of the file's statements, without its title and settings.
@@ -305,64 +310,6 @@ fn replacement(text: TomlText<'_>, table: &MaterialTable) -> Result<Override, Sc
     Ok(Override { values, path: text.path.to_path_buf(), line, column, used: false })
 }
 
-fn model(text: TomlText<'_>, table: &At<ModelTable>, assembly: &mut Assembly) -> Result<Model, SceneError> {
-    let (mut track, span) = (model::track(text, table)?, table.span());
-    let ModelTable { name, obj, quadric, shapes, reflection_map: map, .. } = table.get_ref();
-    let (path, mesh, own_name) = match (assembly.path_read_before(), obj, quadric) {
-        (None, Some(_), Some(quadric)) => {
-            let message = "`obj` and `quadric` exclude each other: write a [[model]] for each";
-            return Err(text.fault(quadric.span(), message));
-        }
-        (None, None, Some(quadric)) => {
-            if let Some(shapes) = shapes {
-                let message = "`shapes` are those of an OBJ file, and a quadric has none: take them out";
-                return Err(text.fault(shapes.span(), message));
-            }
-            let mesh = quadric::of_table(text, quadric, assembly)?;
-            (text.path.to_path_buf(), Arc::new(mesh), String::from(quadric.get_ref().kind.name()))
-        }
-        (None, None, None) => {
-            let message = "the key `obj` is missing: a model is an OBJ file, or a `quadric`";
-            return Err(text.fault(span, message));
-        }
-        (before, obj, _) => {
-            let path = match (before, obj) {
-                (Some(path), _) => path,
-                (None, obj) => file_of(text, "obj", obj.as_ref().expect("all others are above"))?,
-            };
-            let stem = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-            let mesh = match shapes {
-                None => assembly.mesh(&path)?,
-                Some(shapes) => {
-                    let (mesh, shapes) = shapes::of_table(text, shapes, &path, assembly)?;
-                    track.shapes = Some(shapes);
-                    mesh
-                }
-            };
-            (path, mesh, stem)
-        }
-    };
-    let sizes = i64::from(LEAST_MAP)..i64::from(LARGEST_MAP) + 1;
-    let read = |size| text.whole("reflection_map", size, sizes);
-    let reflection_map = map.as_ref().map(read).transpose()?;
-    let model = Model { name: name.clone().unwrap_or(own_name), path, mesh, track, reflection_map };
-    match map.as_ref().filter(|_| quadric::is_endless(&model)) {
-        Some(size) => Err(text.bad(
-            "reflection_map",
-            size,
-            "means nothing for a plane, which has no middle: take it out",
-        )),
-        None => Ok(model),
-    }
-}
-
-/// Byte range of the shot file that says what a model is.
-fn place_of(table: &At<ModelTable>) -> Range<usize> {
-    let ModelTable { obj, quadric, .. } = table.get_ref();
-    let of_quadric = || quadric.as_ref().map_or(table.span(), At::span);
-    obj.as_ref().map_or_else(of_quadric, At::span)
-}
-
 /// Creates the floor in the space in which the shot is rendered; `extent`: of all models at the shot's first
 /// frame.
 fn floor_model(
@@ -392,7 +339,7 @@ fn settled(
     if shared.has(&model) {
         return Ok(model);
     }
-    model.settled().ok_or_else(|| text.fault(place_of(table), "the model is too far from all others"))
+    model.settled().ok_or_else(|| text.fault(models::place_of(table), "the model is too far from all others"))
 }
 
 /// Extent of all models as they stand at a frame, in the space of the files.
@@ -422,7 +369,7 @@ fn counts(models: &[Model], model: &Model) -> bool {
 /// Extent of all models, in the space of the files.
 fn extent(
     text: TomlText<'_>,
-    tables: &[At<ModelTable>],
+    tables: &[&At<ModelTable>],
     models: &[Model],
     bounds: &MeshBounds,
 ) -> Result<Extent, SceneError> {
@@ -431,7 +378,7 @@ fn extent(
         let bounds = bounds[&Arc::as_ptr(&model.mesh)];
         if Extent::NONE.with_model(bounds, &model.track).reach() > FARTHEST {
             let message = "moved and scaled like this the model reaches too far from the origin (1e18)";
-            return Err(text.fault(place_of(table), message));
+            return Err(text.fault(models::place_of(table), message));
         }
         if counts(models, model) {
             all = all.with_model(bounds, &model.track);

@@ -2,6 +2,7 @@
 
 use glam::{DAffine3, DMat3, DVec3};
 
+use super::models::place_of;
 use super::tracks::{frames_between, in_order, or, through_or};
 use crate::animation::{TransformTrack, Visibility};
 use crate::scene::SceneError;
@@ -71,8 +72,7 @@ fn refuse_flat(
     track: &TransformTrack,
 ) -> Result<(), SceneError> {
     let Some((first, _)) = keys.first() else { return Ok(()) };
-    let model = table.get_ref();
-    let place = || model.obj.as_ref().map_or(table.span(), At::span);
+    let place = || place_of(table);
     let flat = |frame| track.scale.at(frame).signum() != track.scale.at(*first).signum();
     if let Some(frame) = frames_between(keys).find(|frame| flat(*frame)) {
         let message =

@@ -8,7 +8,7 @@ const BLOCK: usize = 1 << 14;
 
 /// Positions and triangles of a file that was read. Vertices that no triangle uses do not count.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Corners<'a> {
+pub(in crate::scene) struct Corners<'a> {
     pub positions: &'a [[f32; 3]],
     pub triangles: &'a [[u32; 3]],
 }

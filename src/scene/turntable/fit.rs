@@ -47,7 +47,7 @@ impl Fit {
     ///
     /// As the camera sees it, each corner of the model moves on a circle. The camera stands as near as
     /// possible with all of these circles inside the four planes of its picture.
-    pub(super) fn new(corners: &Corners<'_>, up: Up, aspect: f64) -> Self {
+    pub(in crate::scene) fn new(corners: &Corners<'_>, up: Up, aspect: f64) -> Self {
         let (low, high) = upright_bounds(corners.bounds(), up);
         let axis = axis(corners, up, (low, high));
         // for the planes above, below and beside the picture: how much of a circle's radius and height their normals take

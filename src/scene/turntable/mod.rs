@@ -2,7 +2,7 @@
 //!
 //! The model and its light rest, so that what samples have gathered of that light is kept all the way round.
 
-mod corners;
+pub(in crate::scene) mod corners;
 mod fit;
 pub(crate) mod text;
 mod up;
@@ -11,7 +11,7 @@ use std::path::Path;
 
 use super::SceneError;
 use super::keys::toml_text::TomlText;
-use super::model::assemble::ReadModel;
+use super::model::assemble::{ReadBefore, ReadModel};
 use super::model::copies::MOST_ADDED;
 use super::shot::{self, Shot};
 use corners::Corners;
@@ -91,8 +91,9 @@ pub(crate) fn shot(path: &Path, strict: bool, options: &Options) -> Result<Shot,
     // the column is one of our generated text, which nobody has seen
     let of_text = |error: &SceneError| error.path == path && error.column.is_some();
     let told = |error: SceneError| if of_text(&error) { SceneError::new(path, error.message) } else { error };
-    let shot = shot::from_text_with(TomlText { path, text: &text }, strict, Some(model), MOST_ADDED)
-        .map_err(told)?;
+    let before = Some(ReadBefore::Obj(model));
+    let shot =
+        shot::from_text_with(TomlText { path, text: &text }, strict, before, MOST_ADDED).map_err(told)?;
     // it stands there twice: for the model, and for the text
     let mut files = shot.files;
     if let Some(last) = files.iter().rposition(|file| file == path) {

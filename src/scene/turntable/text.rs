@@ -5,24 +5,92 @@ use std::fmt::Write;
 use glam::DVec3;
 use toml::Value;
 
-use super::{FRAMES, Presentation, Up};
+use super::{FRAMES, Fit, Presentation, Up};
 use crate::scene::camera::on_orbit;
 
 /// Colour that replaces black materials: a light grey, like clay.
 const CLAY: [f64; 3] = [0.6, 0.6, 0.6];
 
+/// First lines of a shot that was written for somebody.
+pub(in crate::scene) const HEAD: &str = "\
+# A shot for Afterimage. Check it with `afterimage info`, look at it with `afterimage preview`, render it with `afterimage
+# render`. Axes are right-handed, Y is up; angles are in degrees, colours are linear.
+";
+
+/// Light of a shot whose model brings none.
+pub(in crate::scene) const LIGHT: &str = "
+# A sky after sunset fills the shadows ...
+[environment]
+sky = { elevation = 0, azimuth = 120, ground = [0.3, 0.3, 0.3] }
+power = 1.5
+
+# ... a large soft light stands for the sun ...
+[[light]]
+name = \"key\"
+type = \"directional\"
+direction = [-0.6, -0.9, -0.5]  # in which the light travels
+angle = 12                      # its size: soft shadows
+color = [1, 0.95, 0.88]
+power = 1.05
+samples = 4                     # shadow rays of each sample; 16: less noise
+
+# ... and a cooler one models the other side.
+[[light]]
+name = \"back\"
+type = \"directional\"
+direction = [0.7, -0.6, 0.6]
+angle = 24
+color = [0.82, 0.9, 1]
+power = 0.4
+samples = 4
+";
+
+/// Paths of a shot that nobody wrote.
+pub(in crate::scene) const INDIRECT: &str = "
+# Light from the sky and from other surfaces. More paths: less noise.
+[indirect]
+paths = 16
+";
+
 /// Writes a shot of the model at the path `model`, presented according to `look`.
 pub fn text(look: &Presentation, model: &str) -> String {
-    let (fit, [width, height]) = (&look.fit, look.size);
+    let mut text = format!("{HEAD}{}", around(&look.fit, look.size));
+    let _ = write!(text, "\n[[model]]\nobj = {}\n", Value::from(model));
+    if look.up == Up::Z {
+        text += "rotate = [-90, 0, 0]    # in the file Z is up\n";
+    }
+    let _ = write!(
+        text,
+        "
+# To move it, keys of its own; `rotate` turns it about its origin.
+# [[model.key]]
+# frame = 1
+# rotate = [0, 0, 0]
+#
+# [[model.key]]
+# frame = {FRAMES}
+# rotate = [0, 90, 0]
+{}{LIGHT}{INDIRECT}",
+        floor(&look.fit)
+    );
+    for name in &look.black {
+        let (name, [red, green, blue]) = (Value::from(name.as_str()), CLAY);
+        let _ = write!(
+            text,
+            "\n# In its file this material is black.\n[[material]]\nname = {name}\nkd = [{red}, {green}, {blue}]\n"
+        );
+    }
+    text
+}
+
+/// Settings and a camera that goes once around.
+pub(in crate::scene) fn around(fit: &Fit, [width, height]: [u32; 2]) -> String {
     let size = fit.size;
     let [x, y, z] = fit.target.to_array().map(|coordinate| number(coordinate, size));
     let (target, distance) = (format!("[{x}, {y}, {z}]"), number(fit.distance, size));
     let eye = vector(on_orbit(fit.target, DVec3::new(0.0, fit.elevation, fit.distance)), size);
-    let mut text = format!(
-        "\
-# A shot for Afterimage. Check it with `afterimage info`, look at it with `afterimage preview`, render it with `afterimage
-# render`. Axes are right-handed, Y is up; angles are in degrees, colours are linear.
-
+    format!(
+        "
 [render]
 size = [{width}, {height}]      # pixels
 samples = 2             # 2 x 2 samples a pixel
@@ -45,74 +113,17 @@ fov = {fov}                # vertical
 frame = {end}
 orbit = [360, {elevation}, {distance}]
 target = {target}
-
-[[model]]
-obj = {file}
 ",
         across = number(size, size),
         elevation = fit.elevation,
         fov = fit.fov,
         end = FRAMES + 1,
-        file = Value::from(model),
-    );
-    if look.up == Up::Z {
-        text += "rotate = [-90, 0, 0]    # in the file Z is up\n";
-    }
-    let _ = write!(
-        text,
-        "
-# To move it, keys of its own; `rotate` turns it about its origin.
-# [[model.key]]
-# frame = 1
-# rotate = [0, 0, 0]
-#
-# [[model.key]]
-# frame = {FRAMES}
-# rotate = [0, 90, 0]
+    )
+}
 
-[floor]
-height = {floor}
-color = [0.3, 0.3, 0.3]
-
-# A sky after sunset fills the shadows ...
-[environment]
-sky = {{ elevation = 0, azimuth = 120, ground = [0.3, 0.3, 0.3] }}
-power = 1.5
-
-# ... a large soft light stands for the sun ...
-[[light]]
-name = \"key\"
-type = \"directional\"
-direction = [-0.6, -0.9, -0.5]  # in which the light travels
-angle = 12                      # its size: soft shadows
-color = [1, 0.95, 0.88]
-power = 1.05
-samples = 4                     # shadow rays of each sample; 16: less noise
-
-# ... and a cooler one models the other side.
-[[light]]
-name = \"back\"
-type = \"directional\"
-direction = [0.7, -0.6, 0.6]
-angle = 24
-color = [0.82, 0.9, 1]
-power = 0.4
-samples = 4
-
-# Light from the sky and from other surfaces. More paths: less noise.
-[indirect]
-paths = 16
-",
-        floor = number(fit.floor, size),
-    );
-    for name in &look.black {
-        let (name, [red, green, blue]) = (Value::from(name.as_str()), CLAY);
-        let _ = write!(
-            text,
-            "\n# In its file this material is black.\n[[material]]\nname = {name}\nkd = [{red}, {green}, {blue}]\n"
-        );
-    }
-    text
+/// A floor below the model.
+pub(in crate::scene) fn floor(fit: &Fit) -> String {
+    format!("\n[floor]\nheight = {}\ncolor = [0.3, 0.3, 0.3]\n", number(fit.floor, fit.size))
 }
 
 fn vector(vector: DVec3, size: f64) -> String {

@@ -1,0 +1,161 @@
+//! Bakes the motion of nodes: where each stands in each frame of an animation, through all of its parents.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use glam::DAffine3;
+
+use super::animation::{Clip, Curve, Property};
+use super::document::Document;
+use super::nodes::Tree;
+use crate::animation::{Interpolation, Track, Visibility};
+use crate::memory::{self, Need, Part};
+use crate::scene::SceneError;
+
+/// Time before a jump at which a node still stands where it was, frames.
+const JUST_BEFORE: f64 = 1.0 / 1024.0;
+
+/// Ratio of the volume of a map to that of a cube of its largest stretch below which it makes things flat.
+const FLAT: f64 = 1e-24;
+
+/// Place of a node over time.
+#[derive(Debug, Clone, PartialEq)]
+pub struct NodeTrack {
+    /// Map to the root of the scene. Always with an inverse.
+    pub map: Track<DAffine3>,
+    /// While the node is scaled to nothing it is not there.
+    pub visible: Visibility,
+}
+
+/// Bakes the tracks of `wanted` nodes: keys at each whole frame, of nodes that turn also between them. Elements of matrices are
+/// interpolated one by one, which takes turned things off their circles.
+///
+/// # Errors More keys than there is memory for.
+pub fn tracks(
+    document: &Document,
+    tree: &Tree,
+    clip: &Clip,
+    wanted: &BTreeSet<usize>,
+) -> Result<BTreeMap<usize, NodeTrack>, SceneError> {
+    let nodes = tree.parents.len();
+    let animated = |is: &dyn Fn(Property, Curve) -> bool| {
+        let mut flags = vec![false; nodes];
+        let of_nodes = clip.channels.iter().filter(|channel| is(channel.property, channel.curve));
+        of_nodes.for_each(|channel| flags[channel.node] = true);
+        tree.inherited(flags)
+    };
+    let moves = animated(&|property, _| property != Property::Weights);
+    let turns = animated(&|property, curve| property == Property::Rotation && curve != Curve::Step);
+    let jumps = animated(&|property, curve| property != Property::Weights && curve == Curve::Step);
+    let whole: BTreeSet<Moment> = clip.whole_frames().map(|frame| Moment(f64::from(frame))).collect();
+    let quarters = whole.iter().flat_map(|at| [0.0, 0.25, 0.5, 0.75].map(|part| Moment(at.0 + part)));
+    let quarters: BTreeSet<Moment> = quarters.filter(|at| at.0 <= clip.end.ceil()).collect();
+    let cuts = jump_frames(clip);
+    let around = |cut: &f64| [Moment(cut - JUST_BEFORE), Moment(*cut)];
+    let beside_cuts: BTreeSet<Moment> = cuts.iter().flat_map(around).collect();
+    let moving: Vec<usize> = wanted.iter().copied().filter(|node| moves[*node]).collect();
+    check_memory(document, moving.len(), quarters.len() + beside_cuts.len())?;
+    let mut keys: BTreeMap<usize, Vec<(f64, DAffine3)>> = BTreeMap::new();
+    if !moving.is_empty() {
+        let any_turns = moving.iter().any(|node| turns[*node]);
+        let mut all = if any_turns { quarters } else { whole.clone() };
+        if moving.iter().any(|node| jumps[*node]) {
+            all.extend(&beside_cuts);
+        }
+        for at in all {
+            let globals = tree.globals(&clip.locals(tree, at.0));
+            let is_whole = whole.contains(&at);
+            let is_beside_cut = beside_cuts.contains(&at);
+            for node in &moving {
+                let is_quarter = turns[*node] && (at.0 * 4.0).fract() == 0.0;
+                if is_whole || is_quarter || jumps[*node] && is_beside_cut {
+                    keys.entry(*node).or_default().push((at.0, globals[*node]));
+                }
+            }
+        }
+    }
+    let rest = tree.globals(&tree.rest);
+    let track = |node: &usize| {
+        let keys = keys.remove(node).unwrap_or_else(|| vec![(1.0, rest[*node])]);
+        let cuts: &[f64] = if jumps[*node] { &cuts } else { &[] };
+        Some((*node, track(keys, cuts)?))
+    };
+    Ok(wanted.iter().filter_map(track).collect())
+}
+
+/// Frame that can be ordered.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Moment(f64);
+
+impl Eq for Moment {}
+
+impl PartialOrd for Moment {
+    fn partial_cmp(&self, other: &Self) -> Option<std::cmp::Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl Ord for Moment {
+    fn cmp(&self, other: &Self) -> std::cmp::Ordering {
+        self.0.total_cmp(&other.0)
+    }
+}
+
+/// Frames at which a place jumps.
+fn jump_frames(clip: &Clip) -> Vec<f64> {
+    let steps = clip.channels.iter().filter(|channel| channel.curve == Curve::Step);
+    let frames = steps.filter(|channel| channel.property != Property::Weights);
+    let frames: BTreeSet<Moment> =
+        frames.flat_map(|channel| channel.frames.iter().skip(1).map(|frame| Moment(*frame))).collect();
+    frames.into_iter().map(|frame| frame.0).collect()
+}
+
+fn check_memory(document: &Document, nodes: usize, keys: usize) -> Result<(), SceneError> {
+    let bytes =
+        (nodes as u64).saturating_mul(keys as u64).saturating_mul(size_of::<(f64, DAffine3)>() as u64);
+    let need = Need::new(Part::new(
+        "the keys of the animation",
+        bytes,
+        "a shorter animation, fewer nodes that move",
+    ));
+    need.check(&memory::left()).map_err(|error| document.fault(error.to_string()))
+}
+
+/// Makes a track of keys in order. `None` if the node has a volume in none of them.
+fn track(mut keys: Vec<(f64, DAffine3)>, cuts: &[f64]) -> Option<NodeTrack> {
+    let is_solid: Vec<bool> = keys.iter().map(|(_, map)| !is_flat(map)).collect();
+    let first = is_solid.iter().position(|solid| *solid)?;
+    let mut there = Vec::new();
+    let mut cuts = cuts.to_vec();
+    let mut last = keys[first].1;
+    for (i, (frame, map)) in keys.iter_mut().enumerate() {
+        if is_solid[i] {
+            // through zero: it jumps, and is nowhere flat
+            if map.matrix3.determinant() * last.matrix3.determinant() < 0.0 {
+                cuts.push(*frame);
+            }
+            last = *map;
+        }
+        *map = last;
+        if i == 0 || is_solid[i] != is_solid[i - 1] {
+            there.push((*frame, is_solid[i]));
+        }
+    }
+    let before = is_solid[0];
+    let visible = Visibility::through(before, there)?;
+    let is_still = keys.iter().all(|(_, map)| *map == keys[0].1);
+    let map = if is_still {
+        Track::constant(keys[0].1)
+    } else {
+        Track::through(keys, Interpolation::Linear)?.cut_at(&cuts)
+    };
+    Some(NodeTrack { map, visible })
+}
+
+/// Returns true if nothing has a volume after this map.
+pub fn is_flat(map: &DAffine3) -> bool {
+    let largest =
+        map.matrix3.to_cols_array().into_iter().fold(0.0, |most: f64, number| most.max(number.abs()));
+    let volume = map.matrix3.determinant().abs();
+    // also for what is no number
+    !(largest > 1e-9 && volume > FLAT * largest.powi(3) && largest < 1e9)
+}

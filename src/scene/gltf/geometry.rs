@@ -1,0 +1,254 @@
+//! The triangles of a mesh: all of its primitives together.
+
+use std::collections::HashMap;
+
+use glam::{Vec2, Vec3};
+
+use super::document::{Document, packed};
+use super::json::{Json, Primitive};
+use super::materials::uv_set;
+use crate::scene::SceneError;
+use crate::scene::obj::are_within_reach;
+
+/// Geometry of a mesh before its materials are looked up.
+#[derive(Debug, Default, Clone)]
+pub struct Geometry {
+    /// Vertex positions, finite.
+    pub positions: Vec<[f32; 3]>,
+    /// Vertex normals, none at all or one a vertex: unit length, or zero.
+    pub normals: Vec<Vec3>,
+    /// Texture coordinates, none at all or one a vertex; v = 0 at the bottom of the picture.
+    pub uvs: Vec<Vec2>,
+    /// Vertices of the triangles. Each has an area.
+    pub triangles: Vec<[u32; 3]>,
+    /// Runs of consecutive triangles with the same material: the number of triangles, and that of the material in the file.
+    pub uses: Vec<(usize, Option<usize>)>,
+    /// Joints and their weights, four a vertex in each set.
+    pub influences: Vec<(Vec<[u32; 4]>, Vec<[f32; 4]>)>,
+    /// Displacements of all vertices by each morph target.
+    pub targets: Vec<Vec<[f32; 3]>>,
+}
+
+/// Attributes of vertices, with the accessors in which they are: primitives with the same ones share their vertices.
+type Attributes = (Vec<(String, usize)>, Vec<Vec<(String, usize)>>, u32);
+
+/// Reads the mesh with this number. It may have no triangles.
+///
+/// # Errors An accessor that is damaged or makes no sense.
+pub fn read(document: &Document, mesh: usize) -> Result<Geometry, SceneError> {
+    let Json { meshes, .. } = &document.json;
+    let primitives = &document.get(meshes, mesh, "mesh")?.primitives;
+    let mut geometry = Geometry::default();
+    let mut known: HashMap<Attributes, u32> = HashMap::new();
+    for primitive in primitives {
+        let Some(mode) = mode(document, primitive, mesh)? else { continue };
+        let set = uv_set(document, primitive.material)?;
+        let list = |map: &std::collections::BTreeMap<String, usize>| -> Vec<(String, usize)> {
+            map.iter().map(|(name, accessor)| (name.clone(), *accessor)).collect()
+        };
+        let key = (list(&primitive.attributes), primitive.targets.iter().map(list).collect(), set);
+        let (first, count) = match known.get(&key) {
+            Some(first) => (*first, count_of(document, primitive)?),
+            None => {
+                let first = add_vertices(document, mesh, primitive, set, &mut geometry)?;
+                known.insert(key, first);
+                (first, geometry.positions.len() - first as usize)
+            }
+        };
+        let corners = match primitive.indices {
+            Some(indices) => document.whole_numbers(indices, 1)?,
+            None => (0..count as u32).collect(),
+        };
+        if let Some(wrong) = corners.iter().find(|corner| **corner as usize >= count) {
+            return Err(document.fault(format!(
+                "mesh {mesh} has a triangle at vertex {wrong}, and {count} vertices: the file is damaged; export it again"
+            )));
+        }
+        let before = geometry.triangles.len();
+        let triangles = cut(mode, &corners).into_iter().map(|triangle| triangle.map(|corner| corner + first));
+        let positions = &geometry.positions;
+        geometry.triangles.extend(triangles.filter(|triangle| has_area(positions, *triangle)));
+        geometry.uses.push((geometry.triangles.len() - before, primitive.material));
+    }
+    geometry.uses.retain(|(count, _)| *count > 0);
+    Ok(geometry)
+}
+
+/// Ways in which vertices become triangles.
+#[derive(Debug, Clone, Copy)]
+enum Mode {
+    Triangles,
+    Strip,
+    Fan,
+}
+
+/// Finds the mode of a primitive. `None` for points and lines.
+fn mode(document: &Document, primitive: &Primitive, mesh: usize) -> Result<Option<Mode>, SceneError> {
+    match primitive.mode.unwrap_or(4) {
+        0..=3 => {
+            document.leave_out("points and lines are left out: only triangles have a surface");
+            Ok(None)
+        }
+        4 => Ok(Some(Mode::Triangles)),
+        5 => Ok(Some(Mode::Strip)),
+        6 => Ok(Some(Mode::Fan)),
+        other => {
+            let message = format!("mesh {mesh} has the mode {other}, which is none: export it again");
+            Err(document.fault(message))
+        }
+    }
+}
+
+fn cut(mode: Mode, corners: &[u32]) -> Vec<[u32; 3]> {
+    let three = |corners: &[u32]| [corners[0], corners[1], corners[2]];
+    match mode {
+        Mode::Triangles => corners.chunks_exact(3).map(three).collect(),
+        Mode::Strip => {
+            // every second one is the other way round
+            let turned = |(i, [a, b, c]): (usize, [u32; 3])| if i % 2 == 0 { [a, b, c] } else { [a, c, b] };
+            corners.windows(3).map(three).enumerate().map(turned).collect()
+        }
+        Mode::Fan => {
+            let (Some(middle), rim) = (corners.first(), corners.get(1..).unwrap_or_default()) else {
+                return Vec::new();
+            };
+            rim.windows(2).map(|edge| [*middle, edge[0], edge[1]]).collect()
+        }
+    }
+}
+
+/// Returns true if a triangle has an area.
+pub fn has_area(positions: &[[f32; 3]], triangle: [u32; 3]) -> bool {
+    let [a, b, c] = triangle.map(|corner| Vec3::from(positions[corner as usize]).as_dvec3());
+    (b - a).cross(c - a).length_squared() > 0.0
+}
+
+fn position_accessor(document: &Document, primitive: &Primitive) -> Result<usize, SceneError> {
+    primitive.attributes.get("POSITION").copied().ok_or_else(|| {
+        document.fault("a mesh has no positions (POSITION): the file is incomplete; export it again")
+    })
+}
+
+fn count_of(document: &Document, primitive: &Primitive) -> Result<usize, SceneError> {
+    let accessor = position_accessor(document, primitive)?;
+    Ok(document.get(&document.json.accessors, accessor, "accessor")?.count)
+}
+
+/// Adds the vertices of a primitive. Returns the number of the first one.
+fn add_vertices(
+    document: &Document,
+    mesh: usize,
+    primitive: &Primitive,
+    set: u32,
+    to: &mut Geometry,
+) -> Result<u32, SceneError> {
+    let attribute = |name: &str| primitive.attributes.get(name).copied();
+    let accessor = position_accessor(document, primitive)?;
+    let is_draco = primitive.extensions.contains_key("KHR_draco_mesh_compression");
+    if is_draco && document.get(&document.json.accessors, accessor, "accessor")?.buffer_view.is_none() {
+        return Err(document.fault(packed("KHR_draco_mesh_compression")));
+    }
+    let first = to.positions.len();
+    let positions: Vec<[f32; 3]> = document.vectors(accessor)?;
+    let count = positions.len();
+    let all = first + count;
+    u32::try_from(all).map_err(|_| document.fault("a mesh has more than four thousand million vertices"))?;
+    if !are_within_reach(&positions) {
+        return Err(document.fault(format!(
+            "a position of mesh {mesh} is not finite, or farther than 1e18 from the origin: export the file again"
+        )));
+    }
+    let fits = |length: usize, name: &str| {
+        let message = || {
+            format!("mesh {mesh} has {count} positions and {length} entries of {name}: export the file again")
+        };
+        if length == count { Ok(()) } else { Err(document.fault(message())) }
+    };
+    if let Some(accessor) = attribute("NORMAL") {
+        let normals: Vec<[f32; 3]> = document.vectors(accessor)?;
+        fits(normals.len(), "NORMAL")?;
+        let unit = |normal: [f32; 3]| Vec3::from(normal).as_dvec3().normalize_or_zero().as_vec3();
+        to.normals.resize(first, Vec3::ZERO);
+        to.normals.extend(normals.into_iter().map(unit));
+    }
+    let name = format!("TEXCOORD_{set}");
+    if let Some(accessor) = attribute(&name) {
+        let uvs: Vec<[f32; 2]> = document.vectors(accessor)?;
+        fits(uvs.len(), &name)?;
+        let flipped = |[u, v]: [f32; 2]| {
+            let uv = Vec2::new(u, 1.0 - v);
+            if uv.is_finite() { uv } else { Vec2::ZERO }
+        };
+        to.uvs.resize(first, Vec2::ZERO);
+        to.uvs.extend(uvs.into_iter().map(flipped));
+    }
+    if attribute("COLOR_0").is_some() {
+        document.leave_out("colours of vertices (COLOR_0) are not used: materials have the colour of their factor and texture");
+    }
+    to.positions.extend(positions);
+    if !to.normals.is_empty() {
+        to.normals.resize(all, Vec3::ZERO);
+    }
+    if !to.uvs.is_empty() {
+        to.uvs.resize(all, Vec2::ZERO);
+    }
+    add_influences(document, primitive, (first, all), &fits, to)?;
+    add_targets(document, primitive, (first, all), &fits, to)?;
+    Ok(first as u32)
+}
+
+fn add_influences(
+    document: &Document,
+    primitive: &Primitive,
+    (first, all): (usize, usize),
+    fits: &impl Fn(usize, &str) -> Result<(), SceneError>,
+    to: &mut Geometry,
+) -> Result<(), SceneError> {
+    for set in 0.. {
+        let [joints, weights] =
+            ["JOINTS", "WEIGHTS"].map(|name| primitive.attributes.get(&format!("{name}_{set}")).copied());
+        let (Some(joints), Some(weights)) = (joints, weights) else { break };
+        let joints = document.whole_numbers(joints, 4)?;
+        let weights: Vec<[f32; 4]> = document.vectors(weights)?;
+        fits(joints.len() / 4, "JOINTS")?;
+        fits(weights.len(), "WEIGHTS")?;
+        if to.influences.len() == set {
+            to.influences.push((vec![[0; 4]; first], vec![[0.0; 4]; first]));
+        }
+        let (of_joints, of_weights) = &mut to.influences[set];
+        of_joints.extend(joints.chunks_exact(4).map(|four| [four[0], four[1], four[2], four[3]]));
+        of_weights.extend(
+            weights.into_iter().map(|four| four.map(|weight| if weight > 0.0 { weight } else { 0.0 })),
+        );
+    }
+    for (joints, weights) in &mut to.influences {
+        joints.resize(all, [0; 4]);
+        weights.resize(all, [0.0; 4]);
+    }
+    Ok(())
+}
+
+fn add_targets(
+    document: &Document,
+    primitive: &Primitive,
+    (first, all): (usize, usize),
+    fits: &impl Fn(usize, &str) -> Result<(), SceneError>,
+    to: &mut Geometry,
+) -> Result<(), SceneError> {
+    for (number, target) in primitive.targets.iter().enumerate() {
+        if to.targets.len() == number {
+            to.targets.push(vec![[0.0; 3]; first]);
+        }
+        let Some(accessor) = target.get("POSITION") else { continue };
+        let moved: Vec<[f32; 3]> = document.vectors(*accessor)?;
+        fits(moved.len(), "a morph target")?;
+        if !are_within_reach(&moved) {
+            return Err(
+                document.fault("a morph target has numbers that are not finite: export the file again")
+            );
+        }
+        to.targets[number].extend(moved);
+    }
+    to.targets.iter_mut().for_each(|target| target.resize(all, [0.0; 3]));
+    Ok(())
+}

@@ -1,0 +1,105 @@
+//! Lights of glTF files (KHR_lights_punctual), as tables of a shot file.
+
+use std::f64::consts::PI;
+use std::fmt::Write;
+
+use glam::{DAffine3, DVec3};
+use serde::Deserialize;
+use toml::Value;
+
+use super::bake::NodeTrack;
+use super::cameras::{list, number};
+use super::document::Document;
+use super::json::Light;
+use super::materials::extension;
+use crate::scene::SceneError;
+
+/// Lumens of a watt, as Blender converts them in both directions.
+const LUMENS_A_WATT: f64 = 683.0;
+
+/// Name of the extension.
+const NAME: &str = "KHR_lights_punctual";
+
+/// Largest cone of a spot, degrees.
+const WIDEST: f64 = 179.9;
+
+#[derive(Debug, Deserialize)]
+struct Lights {
+    lights: Vec<Light>,
+}
+
+#[derive(Debug, Deserialize)]
+struct OfNode {
+    light: usize,
+}
+
+/// Shown nodes with a light, and the number of the light.
+///
+/// # Errors An extension that makes no sense.
+pub fn nodes(document: &Document, shown: &[usize]) -> Result<Vec<(usize, usize)>, SceneError> {
+    let mut found = Vec::new();
+    for node in shown {
+        let of_node: Option<OfNode> = extension(document, &document.json.nodes[*node].extensions, NAME)?;
+        found.extend(of_node.map(|of_node| (*node, of_node.light)));
+    }
+    Ok(found)
+}
+
+/// Returns true if the file's lights are in lumens made of watts, for which emission is a number that was not converted.
+pub fn is_of_blender(document: &Document) -> bool {
+    document.json.asset.generator.contains("Blender")
+}
+
+/// Writes the table of a light.
+///
+/// # Errors A light that is not there, or makes no sense.
+pub fn text(document: &Document, light: usize, name: &str, track: &NodeTrack) -> Result<String, SceneError> {
+    let all: Option<Lights> = extension(document, &document.json.extensions, NAME)?;
+    let all = all.map_or(Vec::new(), |all| all.lights);
+    let light = document.get(&all, light, "light")?;
+    let wrong =
+        || document.fault(format!("the light `{name}` has values that make no sense: export it again"));
+    let color = light.color.unwrap_or([1.0; 3]);
+    let unit = if is_of_blender(document) { LUMENS_A_WATT } else { 1.0 };
+    // a matt white surface at an irradiance of pi has a radiance of 1, and here at a power of 1
+    let power = light.intensity.unwrap_or(1.0) / (unit * PI);
+    let fits = |value: f64| (0.0..=1e30).contains(&value);
+    if !fits(power) || !color.into_iter().all(fits) {
+        return Err(wrong());
+    }
+    let kind = match light.kind.as_str() {
+        "directional" | "point" | "spot" => light.kind.as_str(),
+        _ => return Err(wrong()),
+    };
+    let mut text = String::from("\n[[light]]\n");
+    let name = Value::from(light.name.as_deref().unwrap_or(name));
+    let _ = writeln!(text, "name = {name}\ntype = \"{kind}\"\ncolor = {}", list(DVec3::from(color)));
+    let _ = writeln!(text, "power = {}", number(power));
+    if kind == "spot" {
+        let (inner, outer) = (light.spot.inner_cone_angle, light.spot.outer_cone_angle);
+        if !(outer > 0.0 && inner >= 0.0) {
+            return Err(wrong());
+        }
+        let cone = (2.0 * outer.to_degrees()).min(WIDEST);
+        let soft = (1.0 - inner / outer).clamp(0.0, 1.0);
+        let _ = writeln!(text, "cone = {}\nsoft = {}", number(cone), number(soft));
+    }
+    let keys: Vec<(f64, DAffine3)> = track.map.frames().zip(track.map.values()).collect();
+    if let (true, Some((_, map))) = (track.map.is_constant(), keys.first()) {
+        return Ok(text + &place(kind, map));
+    }
+    for (frame, map) in keys {
+        let _ = write!(text, "[[light.key]]\nframe = {}\n{}", number(frame), place(kind, &map));
+    }
+    Ok(text)
+}
+
+/// Keys of a light's place: it shines along -Z of its node.
+fn place(kind: &str, map: &DAffine3) -> String {
+    let (at, along) = (map.translation, (-map.matrix3.z_axis).normalize_or(DVec3::NEG_Y));
+    match kind {
+        "directional" => format!("direction = {}\n", list(along)),
+        "point" => format!("position = {}\n", list(at)),
+        _ => format!("position = {}\ntarget = {}\n", list(at), list(at + along)),
+    }
+}

@@ -1,0 +1,341 @@
+//! Materials of glTF files, as the renderer has them.
+
+use glam::{DVec3, Vec2, Vec3};
+use serde::Deserialize;
+use serde::de::DeserializeOwned;
+
+use super::document::Document;
+use super::json::{Extensions, Material as Json, TextureInfo, TextureTransform};
+use super::pictures::{Encoding, image_of};
+use crate::scene::cutout::{Cutout, LEAST_OPACITY};
+use crate::scene::material::LARGEST_COLOR;
+use crate::scene::model::assemble::Assembly;
+use crate::scene::model::mtl::MtlMaterial;
+use crate::scene::model::pictures::{Decoded, PictureUse};
+use crate::scene::{Material, SceneError, Texture};
+
+/// Index of refraction of a file that states none.
+const DEFAULT_INDEX: f64 = 1.5;
+
+/// Bounds of the index of refraction: an index of 1 stands for "not stated" in MTL files.
+const LEAST_INDEX: f64 = 1.0001;
+const GREATEST_INDEX: f64 = 100.0;
+
+/// Alpha below which a material with cut-outs is not there, if the file does not say.
+const DEFAULT_CUTOFF: f64 = 0.5;
+
+/// A material of a file: the values that MTL files state as well, and the rest.
+#[derive(Debug, Default)]
+struct Read {
+    stated: MtlMaterial,
+    /// Number of the material's alpha below which the surface is not there (`alphaMode` MASK). Cut-outs belong here; until they are
+    /// rendered it is told as not used.
+    alpha_cutoff: Option<f32>,
+    /// True if the texture of the base colour stays a texture.
+    is_textured: bool,
+}
+
+#[derive(Debug, Default, Deserialize)]
+#[serde(rename_all = "camelCase", default)]
+struct Transmission {
+    transmission_factor: f64,
+    transmission_texture: Option<TextureInfo>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(rename_all = "camelCase", default)]
+struct Volume {
+    thickness_factor: f64,
+    attenuation_color: [f64; 3],
+}
+
+impl Default for Volume {
+    fn default() -> Self {
+        Self { thickness_factor: 0.0, attenuation_color: [1.0; 3] }
+    }
+}
+
+#[derive(Debug, Deserialize)]
+struct Ior {
+    ior: Option<f64>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(rename_all = "camelCase")]
+struct EmissiveStrength {
+    emissive_strength: Option<f64>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(rename_all = "camelCase", default)]
+struct Specular {
+    specular_factor: f64,
+    specular_color_factor: [f64; 3],
+}
+
+impl Default for Specular {
+    fn default() -> Self {
+        Self { specular_factor: 1.0, specular_color_factor: [1.0; 3] }
+    }
+}
+
+/// Reads an extension, if it is there.
+pub fn extension<T: DeserializeOwned>(
+    document: &Document,
+    all: &Extensions,
+    name: &str,
+) -> Result<Option<T>, SceneError> {
+    let read = |value: &serde_json::Value| {
+        let fault = |error| document.fault(format!("the extension `{name}` makes no sense: {error}"));
+        T::deserialize(value).map_err(fault)
+    };
+    all.get(name).map(read).transpose()
+}
+
+/// Number of the texture coordinates that a material's base colour takes.
+pub fn uv_set(document: &Document, material: Option<usize>) -> Result<u32, SceneError> {
+    let Some(material) = material else { return Ok(0) };
+    let material = document.get(&document.json.materials, material, "material")?;
+    let Some(info) = &material.pbr_metallic_roughness.base_color_texture else { return Ok(0) };
+    Ok(transform(document, info)?.tex_coord.unwrap_or(info.tex_coord))
+}
+
+fn transform(document: &Document, info: &TextureInfo) -> Result<TextureTransform, SceneError> {
+    Ok(extension(document, &info.extensions, "KHR_texture_transform")?.unwrap_or_default())
+}
+
+impl Assembly {
+    /// Settles a material of a glTF file; none: that of faces without one. Returns its index.
+    ///
+    /// # Errors Values that make no sense; in a strict load also a picture that is missing.
+    pub(super) fn gltf_material(
+        &mut self,
+        document: &Document,
+        number: Option<usize>,
+    ) -> Result<u16, SceneError> {
+        let Some(number) = number else {
+            return self.add_material_of(&document.path, Material::fallback());
+        };
+        let json = document.get(&document.json.materials, number, "material")?;
+        let Read { mut stated, alpha_cutoff, is_textured } = self.read_material(document, number, json)?;
+        self.known_names.push(stated.name.clone());
+        let shot = self.override_values(&mut stated);
+        let mut material = stated.settle();
+        let base = json.pbr_metallic_roughness.base_color_texture.as_ref().filter(|_| is_textured);
+        let own = base.map(|info| self.texture(document, info)).transpose()?;
+        material.diffuse_map = match (&shot.map_kd, &stated.map_kd) {
+            (Some(shot), Some(map)) => Some(self.picture(map, shot, PictureUse::Color)?),
+            _ => own,
+        };
+        material.cutout = match (&shot.map_d, &stated.map_d, alpha_cutoff) {
+            (Some(shot), Some(map), _) => {
+                let map = self.picture(map, shot, PictureUse::Opacity)?;
+                self.pictures.cuts(map).then_some(Cutout { map, least: LEAST_OPACITY })
+            }
+            (.., Some(least)) => {
+                own.filter(|map| self.pictures.falls_below(*map, least)).map(|map| Cutout { map, least })
+            }
+            _ => None,
+        };
+        self.add_material_of(&document.path, material)
+    }
+
+    fn read_material(&mut self, document: &Document, number: usize, json: &Json) -> Result<Read, SceneError> {
+        note_unused(document, json);
+        let name = json.name.clone().unwrap_or_else(|| format!("material {number}"));
+        let bad = |what: &str| {
+            let message =
+                format!("material `{name}` has {what} that is negative or not finite: export it again");
+            document.fault(message)
+        };
+        let pbr = &json.pbr_metallic_roughness;
+        let numbers = [&pbr.base_color_factor[..], &json.emissive_factor].concat();
+        if !numbers.iter().all(|number| *number >= 0.0 && number.is_finite()) {
+            return Err(bad("a colour"));
+        }
+        let [red, green, blue, alpha] = pbr.base_color_factor;
+        let factor = DVec3::new(red, green, blue);
+        let (roughness, metallic) = self.roughness_and_metal(document, json)?;
+        let emission = self.emission(document, json)?;
+        let mut stated =
+            MtlMaterial { name: name.clone(), ke: Some(color(emission)), ..MtlMaterial::default() };
+        if json.extensions.contains_key("KHR_materials_unlit") {
+            let base = factor * self.mean_color(document, pbr.base_color_texture.as_ref())?;
+            stated.ke = Some(color(base));
+            (stated.kd, stated.illum) = (Some(Vec3::ZERO), Some(0));
+            return Ok(Read { stated, ..Read::default() });
+        }
+        stated.kd = Some(color(factor));
+        (stated.pr, stated.pm) = (Some(roughness as f32), Some(metallic as f32));
+        let index = index(document, json)?;
+        stated.ni = Some(index as f32);
+        let mut read = Read { stated, alpha_cutoff: None, is_textured: true };
+        let transmission: Transmission =
+            extension(document, &json.extensions, "KHR_materials_transmission")?.unwrap_or_default();
+        let through = transmission.transmission_factor.clamp(0.0, 1.0) * (1.0 - metallic);
+        if through > 0.0 {
+            if transmission.transmission_texture.is_some() {
+                document.leave_out(
+                    "textures of transmission are not used: the factor counts all over a material",
+                );
+            }
+            let base = factor * self.mean_color(document, pbr.base_color_texture.as_ref())?;
+            make_glass(document, json, &mut read.stated, (base, through, roughness))?;
+            read.is_textured = through < 1.0;
+            return Ok(read);
+        }
+        match json.alpha_mode.as_deref() {
+            Some("BLEND") => {
+                read.stated.d = Some(alpha.clamp(0.0, 1.0) as f32);
+                if pbr.base_color_texture.is_some() {
+                    document.leave_out(
+                        "alpha of blended textures cuts out what is less than half there: veils are as clear as their factor says",
+                    );
+                    read.alpha_cutoff = Some(LEAST_OPACITY);
+                }
+            }
+            // the texture's alpha counts times the factor's
+            Some("MASK") => {
+                let least = json.alpha_cutoff.unwrap_or(DEFAULT_CUTOFF) / alpha.max(f64::MIN_POSITIVE);
+                read.alpha_cutoff = (least > 0.0).then_some(least as f32);
+            }
+            _ => {}
+        }
+        Ok(read)
+    }
+
+    fn roughness_and_metal(&mut self, document: &Document, json: &Json) -> Result<(f64, f64), SceneError> {
+        let pbr = &json.pbr_metallic_roughness;
+        let mut mean = DVec3::ONE;
+        if let Some(info) = &pbr.metallic_roughness_texture {
+            document.leave_out(
+                "roughness and metal are one number a material: of their textures (metallicRoughnessTexture) the mean counts",
+            );
+            mean = self.mean(document, info, Encoding::Linear)?;
+        }
+        let share =
+            |factor: f64, mean: f64| if factor.is_nan() { mean } else { (factor * mean).clamp(0.0, 1.0) };
+        Ok((share(pbr.roughness_factor, mean.y), share(pbr.metallic_factor, mean.z)))
+    }
+
+    fn emission(&mut self, document: &Document, json: &Json) -> Result<DVec3, SceneError> {
+        let strength: Option<EmissiveStrength> =
+            extension(document, &json.extensions, "KHR_materials_emissive_strength")?;
+        let strength = strength.and_then(|read| read.emissive_strength).unwrap_or(1.0).max(0.0);
+        let factor = DVec3::from(json.emissive_factor) * strength;
+        if factor == DVec3::ZERO || json.emissive_texture.is_none() {
+            return Ok(factor);
+        }
+        document
+            .leave_out("emission is one colour a material: of its texture (emissiveTexture) the mean counts");
+        Ok(factor * self.mean_color(document, json.emissive_texture.as_ref())?)
+    }
+
+    fn mean_color(&mut self, document: &Document, info: Option<&TextureInfo>) -> Result<DVec3, SceneError> {
+        info.map_or(Ok(DVec3::ONE), |info| self.mean(document, info, Encoding::Srgb))
+    }
+
+    /// The texture of a base colour. Returns its index.
+    fn texture(&mut self, document: &Document, info: &TextureInfo) -> Result<u32, SceneError> {
+        let texture = document.get(&document.json.textures, info.index, "texture")?;
+        let image = image_of(document, texture, info.index)?;
+        let (path, Decoded { width, height, texels, .. }) = self.image(document, image)?;
+        let TextureTransform { offset, rotation, scale, .. } = transform(document, info)?;
+        if rotation != 0.0 {
+            document.leave_out("rotations of textures (KHR_texture_transform) are not used");
+        }
+        let clamp = match texture.sampler {
+            Some(sampler) => {
+                let sampler = document.get(&document.json.samplers, sampler, "sampler")?;
+                clamps(document, [sampler.wrap_s, sampler.wrap_t])
+            }
+            None => false,
+        };
+        let finite = |numbers: [f64; 2]| Vec2::from(numbers.map(|number| number as f32)).is_finite();
+        if !finite(offset) || !finite(scale) {
+            return Err(document.fault("a texture's offset or scale is not finite: export the file again"));
+        }
+        // v counts from the top there, and from the bottom here
+        let ([across, down], [right, below]) = (scale, offset);
+        let scale = Vec2::new(across as f32, down as f32);
+        let offset = Vec2::new(right as f32, (1.0 - below - down) as f32);
+        Ok(self
+            .pictures
+            .place(Texture { path, width, height, texels, scale, offset, clamp }, PictureUse::Color))
+    }
+}
+
+fn clamps(document: &Document, wraps: [Option<u32>; 2]) -> bool {
+    const CLAMP: u32 = 33071;
+    const MIRRORED: u32 = 33648;
+    let clamped = wraps.map(|wrap| wrap == Some(CLAMP));
+    if wraps.contains(&Some(MIRRORED)) || clamped[0] != clamped[1] {
+        document.leave_out(
+            "textures repeat, or are clamped, in both directions: mirrored and mixed wrapping is not used",
+        );
+    }
+    clamped == [true; 2]
+}
+
+/// Makes a material transmit the share `through`, tinted by `base`.
+fn make_glass(
+    document: &Document,
+    json: &Json,
+    stated: &mut MtlMaterial,
+    (base, through, roughness): (DVec3, f64, f64),
+) -> Result<(), SceneError> {
+    let volume: Volume = extension(document, &json.extensions, "KHR_materials_volume")?.unwrap_or_default();
+    let tint = (base * through).min(DVec3::ONE);
+    // the share that a surface does not let through is what it reflects by itself: see `MtlMaterial::settle`
+    let rest = (1.0 - tint.max_element()).max(f64::MIN_POSITIVE);
+    stated.kd = Some(color(base * (1.0 - through) / rest));
+    stated.tf = Some(color(tint));
+    stated.illum = Some(6);
+    (stated.pr, stated.pm) = (None, None);
+    if volume.thickness_factor <= 0.0 {
+        stated.ni = Some(1.0);
+        document.leave_out(
+            "glass without a thickness (KHR_materials_volume) is thin: light goes straight through, and nothing reflects in it",
+        );
+    } else if volume.attenuation_color != [1.0; 3] {
+        document.leave_out(
+            "attenuation in glass (KHR_materials_volume) is not used: its colour is that of its surface",
+        );
+    }
+    if roughness > 0.1 {
+        document.leave_out("glass is clear: its roughness is not used");
+    }
+    Ok(())
+}
+
+/// Index of refraction, with what KHR_materials_specular does to the reflectance.
+fn index(document: &Document, json: &Json) -> Result<f64, SceneError> {
+    let ior: Option<Ior> = extension(document, &json.extensions, "KHR_materials_ior")?;
+    let index = ior.and_then(|read| read.ior).filter(|index| *index >= 1.0).unwrap_or(DEFAULT_INDEX);
+    let specular: Option<Specular> = extension(document, &json.extensions, "KHR_materials_specular")?;
+    let Some(Specular { specular_factor, specular_color_factor }) = specular else {
+        return Ok(index.clamp(LEAST_INDEX, GREATEST_INDEX));
+    };
+    let mean = specular_color_factor.iter().sum::<f64>() / 3.0;
+    let reflectance = ((index - 1.0) / (index + 1.0)).powi(2) * specular_factor * mean;
+    let root = reflectance.clamp(0.0, 0.95).sqrt();
+    Ok(((1.0 + root) / (1.0 - root)).clamp(LEAST_INDEX, GREATEST_INDEX))
+}
+
+fn color(color: DVec3) -> Vec3 {
+    color.as_vec3().clamp(Vec3::ZERO, Vec3::splat(LARGEST_COLOR))
+}
+
+fn note_unused(document: &Document, json: &Json) {
+    let parts = [
+        (
+            json.normal_texture.is_some(),
+            "normal maps (normalTexture) are not used: surfaces are as smooth as their normals",
+        ),
+        (
+            json.occlusion_texture.is_some(),
+            "occlusion maps (occlusionTexture) are not used: occlusion is computed",
+        ),
+    ];
+    parts.into_iter().filter(|(is_there, _)| *is_there).for_each(|(_, message)| document.leave_out(message));
+}

@@ -1,0 +1,25 @@
+//! Reads glTF 2.0 files, text (`.gltf`) and binary (`.glb`): meshes, materials, the tree of nodes and its animation.
+//!
+//! The JSON is read into plain structures (`json`), and each reference in it is checked where it is followed (`Document::get`).
+//! Buffers and pictures are opened like all input, and must lie beside the file.
+
+mod accessor;
+mod animation;
+mod bake;
+mod cameras;
+mod document;
+mod geometry;
+mod json;
+mod lights;
+mod materials;
+mod nodes;
+mod parts;
+mod pictures;
+mod skin;
+mod uri;
+mod whole;
+
+pub(crate) use document::Document;
+pub(crate) use parts::{GltfFiles, PartOfFile};
+pub(crate) use whole::shot;
+pub use whole::{Written, text};

@@ -1,0 +1,264 @@
+//! The models of a glTF file: one for each node that shows a mesh.
+
+use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::iter;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use embree::VertexBuffer;
+use glam::{DAffine3, DQuat, DVec3};
+use serde::Deserialize;
+
+use super::animation::Clip;
+use super::bake::{self, NodeTrack};
+use super::document::Document;
+use super::geometry::{self, Geometry};
+use super::json::Node;
+use super::materials::extension;
+use super::nodes::{Tree, unit};
+use super::skin;
+use crate::animation::{ShapeTrack, Track, Visibility};
+use crate::digest::Digest;
+use crate::scene::model::assemble::Assembly;
+use crate::scene::{Mesh, SceneError};
+
+/// One model of a glTF file.
+pub struct PartOfFile {
+    /// Name of its node.
+    pub name: String,
+    pub mesh: Arc<Mesh>,
+    /// Map from the mesh to the root of the scene.
+    pub map: Track<DAffine3>,
+    pub visible: Visibility,
+    /// Shapes over time, if it deforms.
+    pub shapes: Option<ShapeTrack>,
+}
+
+/// Files that were read, and what was made of them.
+#[derive(Default)]
+pub(crate) struct GltfFiles {
+    /// Files that were read, and not asked for yet.
+    before: HashMap<PathBuf, Arc<Document>>,
+    documents: HashMap<PathBuf, Arc<Document>>,
+    /// Meshes by file and number; none without triangles.
+    meshes: HashMap<(PathBuf, usize), Option<Arc<Mesh>>>,
+    /// Indices of materials, by file and number.
+    materials: HashMap<(PathBuf, Option<usize>), u16>,
+    /// Models by file, name of the animation, and frame rate.
+    parts: HashMap<(PathBuf, Option<String>, u64), Arc<Vec<PartOfFile>>>,
+}
+
+impl GltfFiles {
+    /// Adds a file that was read in advance.
+    pub fn with(mut self, document: Arc<Document>) -> Self {
+        self.before.insert(known_as(&document.path), document);
+        self
+    }
+}
+
+/// Places of the copies of a node's mesh.
+#[derive(Debug, Deserialize)]
+struct Instancing {
+    attributes: BTreeMap<String, usize>,
+}
+
+fn known_as(path: &Path) -> PathBuf {
+    path.canonicalize().unwrap_or_else(|_| path.to_path_buf())
+}
+
+impl Assembly {
+    /// The models of the glTF file at `path`, moved by its animation of this name (none: the first) at `rate` frames a second.
+    ///
+    /// # Errors A file that cannot be read, is damaged, or shows nothing.
+    pub fn gltf(
+        &mut self,
+        path: &Path,
+        animation: Option<&str>,
+        rate: f64,
+    ) -> Result<Arc<Vec<PartOfFile>>, SceneError> {
+        let known = known_as(path);
+        let key = (known.clone(), animation.map(String::from), rate.to_bits());
+        if let Some(parts) = self.gltf.parts.get(&key) {
+            return Ok(parts.clone());
+        }
+        let document = self.document(path, &known)?;
+        let tree = Tree::new(&document)?;
+        let clip = Clip::read(&document, animation, rate)?;
+        if !clip.channels.is_empty() {
+            self.digests.push(Digest::new(&rate.to_le_bytes()));
+        }
+        let parts = Arc::new(self.parts(&document, &tree, &clip)?);
+        for message in document.take_unused() {
+            self.findings.note(document.fault(message));
+        }
+        if parts.is_empty() {
+            let message = "it shows no triangles: points, lines and empty nodes alone cannot be rendered";
+            return Err(document.fault(message));
+        }
+        self.gltf.parts.insert(key, parts.clone());
+        Ok(parts)
+    }
+
+    fn document(&mut self, path: &Path, known: &Path) -> Result<Arc<Document>, SceneError> {
+        if let Some(document) = self.gltf.documents.get(known) {
+            return Ok(document.clone());
+        }
+        let document = match self.gltf.before.remove(known) {
+            Some(document) => document,
+            None => Arc::new(Document::open(path)?),
+        };
+        self.files.extend(document.files.iter().cloned());
+        self.digests.push(document.digest);
+        self.gltf.documents.insert(known.to_path_buf(), document.clone());
+        Ok(document)
+    }
+
+    fn parts(
+        &mut self,
+        document: &Document,
+        tree: &Tree,
+        clip: &Clip,
+    ) -> Result<Vec<PartOfFile>, SceneError> {
+        let nodes = &document.json.nodes;
+        let shown: Vec<(usize, usize)> =
+            tree.shown.iter().filter_map(|node| Some((*node, nodes[*node].mesh?))).collect();
+        let is_rigid = |node: &usize| nodes[*node].skin.is_none();
+        let rigid: BTreeSet<usize> = shown.iter().map(|(node, _)| *node).filter(is_rigid).collect();
+        let mut tracks = bake::tracks(document, tree, clip, &rigid)?;
+        let mut parts = Vec::new();
+        for (number, mesh) in shown {
+            let node = &nodes[number];
+            // a mesh with a skin is where its joints are
+            let at_root = NodeTrack { map: Track::constant(DAffine3::IDENTITY), visible: Visibility::ALWAYS };
+            let track = if node.skin.is_some() { Some(at_root) } else { tracks.remove(&number) };
+            // without a track it is scaled to nothing for ever
+            let Some(NodeTrack { map, visible }) = track else { continue };
+            let Some((mesh, shapes)) = self.shown_mesh(document, (tree, clip), number, mesh)? else {
+                continue;
+            };
+            let name = node.name.clone().unwrap_or_else(|| format!("node {number}"));
+            let Some(copies) = copies(document, node)? else {
+                parts.push(PartOfFile { name, mesh, map, visible, shapes });
+                continue;
+            };
+            for (i, copy) in copies.into_iter().enumerate() {
+                let (map, mesh) = (map.clone().map(|map| map * copy), mesh.clone());
+                let (visible, shapes) = (visible.clone(), shapes.clone());
+                parts.push(PartOfFile { name: format!("{name}/{i}"), mesh, map, visible, shapes });
+            }
+        }
+        Ok(parts)
+    }
+
+    /// The mesh that a node shows, with its shapes over time. `None` without triangles.
+    fn shown_mesh(
+        &mut self,
+        document: &Document,
+        (tree, clip): (&Tree, &Clip),
+        node: usize,
+        mesh: usize,
+    ) -> Result<Option<(Arc<Mesh>, Option<ShapeTrack>)>, SceneError> {
+        let json = document.get(&document.json.meshes, mesh, "mesh")?;
+        let has_targets = json.primitives.iter().any(|primitive| !primitive.targets.is_empty());
+        if document.json.nodes[node].skin.is_none() && !has_targets {
+            return Ok(self.rigid_mesh(document, mesh)?.map(|mesh| (mesh, None)));
+        }
+        let geometry = geometry::read(document, mesh)?;
+        if geometry.triangles.is_empty() {
+            return Ok(None);
+        }
+        let own = self.gltf_mesh(document, geometry.clone())?;
+        let (mesh, shapes) = skin::deformed(document, (tree, clip), node, &geometry, own)?;
+        Ok(Some((Arc::new(mesh), shapes)))
+    }
+
+    /// A mesh that does not deform: nodes share it.
+    fn rigid_mesh(&mut self, document: &Document, mesh: usize) -> Result<Option<Arc<Mesh>>, SceneError> {
+        let key = (known_as(&document.path), mesh);
+        if let Some(known) = self.gltf.meshes.get(&key) {
+            return Ok(known.clone());
+        }
+        let geometry = geometry::read(document, mesh)?;
+        let mesh = match geometry.triangles.is_empty() {
+            true => None,
+            false => Some(Arc::new(self.gltf_mesh(document, geometry)?)),
+        };
+        self.gltf.meshes.insert(key, mesh.clone());
+        Ok(mesh)
+    }
+
+    /// Looks up the materials of a geometry, and puts the triangles that cast shadows first.
+    fn gltf_mesh(&mut self, document: &Document, geometry: Geometry) -> Result<Mesh, SceneError> {
+        let known = known_as(&document.path);
+        let mut runs = Vec::with_capacity(geometry.uses.len());
+        let mut begin = 0;
+        for (count, material) in &geometry.uses {
+            let key = (known.clone(), *material);
+            let index = match self.gltf.materials.get(&key) {
+                Some(index) => *index,
+                None => {
+                    let index = self.gltf_material(document, *material)?;
+                    self.gltf.materials.insert(key, index);
+                    index
+                }
+            };
+            runs.push((begin..begin + count, index));
+            begin += count;
+        }
+        let has_uvs = !geometry.uvs.is_empty();
+        let casts = |material: u16| self.casts_shadow(material);
+        runs.sort_by_key(|(_, material)| self.rank(*material, has_uvs));
+        let casting = runs.iter().filter(|(_, material)| casts(*material));
+        let shadow_casting = casting.map(|(range, _)| range.len()).sum();
+        let (mut triangles, mut material_of) = (Vec::with_capacity(begin), Vec::with_capacity(begin));
+        for (range, material) in runs {
+            material_of.extend(iter::repeat_n(material, range.len()));
+            triangles.extend_from_slice(&geometry.triangles[range]);
+        }
+        Ok(Mesh {
+            positions: Arc::new(VertexBuffer::new(geometry.positions)),
+            triangles: Arc::new(triangles),
+            normals: geometry.normals,
+            uvs: geometry.uvs,
+            shadow_casting,
+            cut: self.cut_triangles(&material_of, has_uvs),
+            material_of,
+            groups: Arc::default(),
+            quadric: None,
+            shapes: None,
+        })
+    }
+}
+
+/// Places of a node's copies, if it has any (EXT_mesh_gpu_instancing).
+fn copies(document: &Document, node: &Node) -> Result<Option<Vec<DAffine3>>, SceneError> {
+    let read: Option<Instancing> = extension(document, &node.extensions, "EXT_mesh_gpu_instancing")?;
+    let Some(Instancing { attributes }) = read else { return Ok(None) };
+    let three =
+        |name: &str| attributes.get(name).map(|accessor| document.vectors::<3>(*accessor)).transpose();
+    let (translations, scales) = (three("TRANSLATION")?, three("SCALE")?);
+    let rotations =
+        attributes.get("ROTATION").map(|accessor| document.vectors::<4>(*accessor)).transpose()?;
+    let counts = [
+        translations.as_ref().map(Vec::len),
+        scales.as_ref().map(Vec::len),
+        rotations.as_ref().map(Vec::len),
+    ];
+    let count = counts.into_iter().flatten().min().unwrap_or(0);
+    let vector = |list: &Option<Vec<[f32; 3]>>, i: usize, default: DVec3| {
+        list.as_ref().map_or(default, |list| DVec3::from(list[i].map(f64::from)))
+    };
+    let place = |i: usize| {
+        let rotation = rotations
+            .as_ref()
+            .map_or(DQuat::IDENTITY, |list| unit(DQuat::from_array(list[i].map(f64::from))));
+        let (scale, translation) = (vector(&scales, i, DVec3::ONE), vector(&translations, i, DVec3::ZERO));
+        DAffine3::from_scale_rotation_translation(scale, rotation, translation)
+    };
+    let places: Vec<DAffine3> = (0..count).map(place).filter(|map| !bake::is_flat(map)).collect();
+    if !places.iter().all(DAffine3::is_finite) {
+        return Err(document
+            .fault("a copy (EXT_mesh_gpu_instancing) is at a place that is not finite: export it again"));
+    }
+    Ok(Some(places))
+}

@@ -1,0 +1,220 @@
+//! Skins and morph targets: the positions of vertices in each frame.
+
+use std::sync::Arc;
+
+use embree::VertexBuffer;
+use glam::{Affine3A, DAffine3, DMat4, Vec3, Vec3A};
+use rayon::prelude::*;
+use std::collections::HashMap;
+
+use super::animation::{Clip, Property};
+use super::document::Document;
+use super::geometry::{Geometry, has_area};
+use super::nodes::Tree;
+use crate::animation::ShapeTrack;
+use crate::memory::{self, Need, Part};
+use crate::scene::model::shape_files::Distinct;
+use crate::scene::obj::are_within_reach;
+use crate::scene::{Mesh, SceneError, Shapes};
+
+/// A skin with its bind pose.
+struct Skin {
+    joints: Vec<usize>,
+    /// Maps from the mesh to each joint as it was bound.
+    inverse_binds: Vec<DAffine3>,
+}
+
+/// Deforms `mesh`, made of `geometry`, as node `number` shows it. Meshes with a skin come to lie in the space of the scene.
+///
+/// Returns the mesh in its only shape, or with all its shapes and their times.
+///
+/// # Errors Joints that are not there, or more shapes than there is memory for.
+pub fn deformed(
+    document: &Document,
+    (tree, clip): (&Tree, &Clip),
+    number: usize,
+    geometry: &Geometry,
+    mesh: Mesh,
+) -> Result<(Mesh, Option<ShapeTrack>), SceneError> {
+    let pose = Pose::new(document, number, geometry)?;
+    let frames: Vec<i32> = match is_animated(tree, clip, number, pose.skin.as_ref()) {
+        true => clip.whole_frames().collect(),
+        false => vec![1],
+    };
+    check_memory(document, frames.len(), geometry)?;
+    let mut shapes = Distinct::default();
+    for frame in frames {
+        let frame = f64::from(frame);
+        let positions = pose.positions(document, (tree, clip), geometry, frame);
+        if !are_within_reach(&positions) {
+            let message = format!(
+                "node {number} deforms its mesh beyond all bounds at frame {frame}: export the file again"
+            );
+            return Err(document.fault(message));
+        }
+        shapes.add(frame, positions);
+    }
+    Ok(with_shapes(mesh, shapes))
+}
+
+/// A node's skin, and the weights of its morph targets at rest.
+pub struct Pose {
+    node: usize,
+    skin: Option<Skin>,
+    weights: Vec<f64>,
+}
+
+impl Pose {
+    /// Reads it for the mesh of `geometry`.
+    ///
+    /// # Errors Joints that are not there.
+    pub fn new(document: &Document, number: usize, geometry: &Geometry) -> Result<Self, SceneError> {
+        let node = document.get(&document.json.nodes, number, "node")?;
+        let skin = node.skin.map(|skin| read_skin(document, skin, geometry)).transpose()?;
+        let of_mesh = match node.mesh {
+            Some(mesh) => document.get(&document.json.meshes, mesh, "mesh")?.weights.clone(),
+            None => Vec::new(),
+        };
+        Ok(Self { node: number, skin, weights: node.weights.clone().unwrap_or(of_mesh) })
+    }
+
+    /// Positions of the vertices at a frame: in the space of the scene if the node has a skin, otherwise in that of the mesh.
+    pub fn positions(
+        &self,
+        document: &Document,
+        (tree, clip): (&Tree, &Clip),
+        geometry: &Geometry,
+        frame: f64,
+    ) -> Vec<[f32; 3]> {
+        let animated = clip.weights(self.node, frame);
+        let positions = morphed(geometry, animated.as_deref().unwrap_or(&self.weights));
+        let Some(skin) = &self.skin else { return positions };
+        let globals = tree.globals(&clip.locals(tree, frame));
+        if geometry.influences.is_empty() {
+            document.leave_out("a mesh with a skin names no joints: it stands where it was bound");
+        }
+        skinned(geometry, &positions, &skin.maps(&globals))
+    }
+}
+
+/// Returns true if the shape of a node's mesh may change in the animation.
+fn is_animated(tree: &Tree, clip: &Clip, number: usize, skin: Option<&Skin>) -> bool {
+    let mut moved = vec![false; tree.parents.len()];
+    let places = clip.channels.iter().filter(|channel| channel.property != Property::Weights);
+    places.for_each(|channel| moved[channel.node] = true);
+    let moved = tree.inherited(moved);
+    let is_morphed = || {
+        clip.channels.iter().any(|channel| channel.node == number && channel.property == Property::Weights)
+    };
+    skin.is_some_and(|skin| skin.joints.iter().any(|joint| moved[*joint])) || is_morphed()
+}
+
+/// Gives a mesh its shapes; one alone becomes its own shape.
+fn with_shapes(mesh: Mesh, shapes: Distinct) -> (Mesh, Option<ShapeTrack>) {
+    let Distinct { list, keys, .. } = shapes;
+    if list.len() == 1 && list[0] == mesh.positions.as_slice() {
+        return (mesh, None);
+    }
+    let places = places(mesh.positions.as_slice(), &list);
+    let first = list[0].clone();
+    let count = list.len();
+    let shapes = Shapes::new(list, &mesh.triangles, &mesh.normals, &places);
+    // a mesh may be bound at another scale than it is seen: samples are kept in the first shape, unless faces are closed up there
+    let mesh = if count == 1 || mesh.triangles.iter().all(|triangle| has_area(&first, *triangle)) {
+        let normals = shapes.normals(&first, &mesh.triangles);
+        Mesh { positions: Arc::new(VertexBuffer::new(first)), normals, ..mesh }
+    } else {
+        mesh
+    };
+    if count == 1 {
+        return (mesh, None);
+    }
+    (Mesh { shapes: Some(Arc::new(shapes)), ..mesh }, ShapeTrack::through(keys, None))
+}
+
+/// Numbers of the vertices' places: vertices that are at one place at rest and in the first, the middle and the last shape are at
+/// one place in all of them, and share their normal if they have the same one.
+fn places(rest: &[[f32; 3]], list: &[Vec<[f32; 3]>]) -> Vec<u32> {
+    let mut places = vec![0; rest.len()];
+    let some = [list.first(), list.get(list.len() / 2), list.last()];
+    for positions in std::iter::once(rest).chain(some.into_iter().flatten().map(Vec::as_slice)) {
+        let mut numbers = HashMap::new();
+        for (place, position) in places.iter_mut().zip(positions) {
+            let next = numbers.len() as u32;
+            *place = *numbers.entry((*place, position.map(f32::to_bits))).or_insert(next);
+        }
+    }
+    places
+}
+
+fn check_memory(document: &Document, shapes: usize, geometry: &Geometry) -> Result<(), SceneError> {
+    let bytes = (shapes * size_of::<[f32; 3]>()) as u64 * geometry.positions.len() as u64;
+    let need = Need::new(Part::new("the shapes of the model", bytes, "a shorter animation, a smaller model"));
+    need.check(&memory::left()).map_err(|error| document.fault(error.to_string()))
+}
+
+fn morphed(geometry: &Geometry, weights: &[f64]) -> Vec<[f32; 3]> {
+    let mut positions = geometry.positions.clone();
+    for (target, weight) in geometry.targets.iter().zip(weights).filter(|(_, weight)| **weight != 0.0) {
+        let weight = *weight as f32;
+        positions.par_iter_mut().zip(target).for_each(|(position, by)| {
+            *position = (Vec3::from(*position) + Vec3::from(*by) * weight).to_array();
+        });
+    }
+    positions
+}
+
+fn skinned(geometry: &Geometry, positions: &[[f32; 3]], maps: &[Affine3A]) -> Vec<[f32; 3]> {
+    let place = |(vertex, position): (usize, &[f32; 3])| {
+        let position = Vec3A::from(*position);
+        let (mut sum, mut all) = (Vec3A::ZERO, 0.0);
+        for (joints, weights) in &geometry.influences {
+            for (joint, weight) in
+                joints[vertex].iter().zip(weights[vertex]).filter(|(_, weight)| *weight > 0.0)
+            {
+                sum += maps[*joint as usize].transform_point3a(position) * weight;
+                all += weight;
+            }
+        }
+        if all > 0.0 { (sum / all).to_array() } else { position.to_array() }
+    };
+    positions.par_iter().enumerate().map(place).collect()
+}
+
+fn read_skin(document: &Document, number: usize, geometry: &Geometry) -> Result<Skin, SceneError> {
+    let json = document.get(&document.json.skins, number, "skin")?;
+    for joint in &json.joints {
+        document.get(&document.json.nodes, *joint, "node")?;
+    }
+    let wrong = |what: &str| document.fault(format!("skin {number} {what}: export the file again"));
+    let count = json.joints.len();
+    for (joints, weights) in &geometry.influences {
+        let pairs = joints.iter().flatten().zip(weights.iter().flatten());
+        if pairs.into_iter().any(|(joint, weight)| *weight > 0.0 && *joint as usize >= count) {
+            return Err(wrong("has fewer joints than its mesh names"));
+        }
+    }
+    let inverse_binds = match json.inverse_bind_matrices {
+        None => vec![DAffine3::IDENTITY; count],
+        Some(accessor) => {
+            let matrices: Vec<[f32; 16]> = document.vectors(accessor)?;
+            let map = |matrix: [f32; 16]| DAffine3::from_mat4(DMat4::from_cols_array(&matrix.map(f64::from)));
+            matrices.into_iter().map(map).collect()
+        }
+    };
+    if inverse_binds.len() < count {
+        return Err(wrong("has fewer inverseBindMatrices than joints"));
+    }
+    Ok(Skin { joints: json.joints.clone(), inverse_binds })
+}
+
+impl Skin {
+    /// Maps from the bound mesh to the scene, by joint.
+    fn maps(&self, globals: &[DAffine3]) -> Vec<Affine3A> {
+        let map = |(joint, inverse_bind): (&usize, &DAffine3)| {
+            let map = globals[*joint] * *inverse_bind;
+            Affine3A::from_cols_array(&map.to_cols_array().map(|number| number as f32))
+        };
+        self.joints.iter().zip(&self.inverse_binds).map(map).collect()
+    }
+}

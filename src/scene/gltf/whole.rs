@@ -1,0 +1,141 @@
+//! The shot of a bare glTF file: its own camera, lights and animation; and what it lacks, as for a bare OBJ.
+
+use std::collections::BTreeSet;
+use std::path::Path;
+use std::sync::Arc;
+
+use glam::Vec3;
+use toml::Value;
+
+use super::animation::Clip;
+use super::bake;
+use super::document::Document;
+use super::geometry;
+use super::nodes::Tree;
+use super::skin::Pose;
+use super::{cameras, lights};
+use crate::scene::SceneError;
+use crate::scene::keys::toml_text::TomlText;
+use crate::scene::model::assemble::ReadBefore;
+use crate::scene::model::copies::MOST_ADDED;
+use crate::scene::shot::{self, Shot};
+use crate::scene::turntable::corners::Corners;
+use crate::scene::turntable::text::{HEAD, INDIRECT, LIGHT, around, floor};
+use crate::scene::turntable::{Fit, Options, Up};
+
+/// Frames in a second.
+const RATE: f64 = 24.0;
+
+/// A shot file that shows a glTF file.
+pub struct Written {
+    /// Text of the shot file.
+    pub text: String,
+    /// Decisions that were made for the user, in whole sentences.
+    pub notes: Vec<String>,
+}
+
+/// Loads the glTF file at `path` as a shot.
+///
+/// # Errors Those of the file and of what it names.
+pub(crate) fn shot(path: &Path, strict: bool, options: &Options) -> Result<Shot, SceneError> {
+    let document = Arc::new(Document::open(path)?);
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    let Written { text, notes } = written(&document, &name, options)?;
+    // the column is one of our generated text, which nobody has seen
+    let of_text = |error: &SceneError| error.path == path && error.column.is_some();
+    let told = |error: SceneError| if of_text(&error) { SceneError::new(path, error.message) } else { error };
+    let before = Some(ReadBefore::Gltf(document));
+    let shot =
+        shot::from_text_with(TomlText { path, text: &text }, strict, before, MOST_ADDED).map_err(told)?;
+    // it stands there twice: for the model, and for the text
+    let mut files = shot.files;
+    if let Some(last) = files.iter().rposition(|file| file == path) {
+        files.remove(last);
+    }
+    Ok(Shot { notes, files, ..shot })
+}
+
+/// Writes the shot of the glTF file at `path`, which the shot names `model`.
+///
+/// # Errors Those of the file.
+pub fn text(path: &Path, model: &str, options: &Options) -> Result<Written, SceneError> {
+    written(&Document::open(path)?, model, options)
+}
+
+fn written(document: &Document, model: &str, options: &Options) -> Result<Written, SceneError> {
+    let tree = Tree::new(document)?;
+    let clip = Clip::read(document, None, RATE)?;
+    let nodes = &document.json.nodes;
+    let cameras: Vec<(usize, usize)> =
+        tree.shown.iter().filter_map(|node| Some((*node, nodes[*node].camera?))).collect();
+    let lights = lights::nodes(document, &tree.shown)?;
+    let first = cameras.first().copied();
+    let wanted: BTreeSet<usize> =
+        lights.iter().map(|(node, _)| *node).chain(first.map(|(node, _)| node)).collect();
+    let tracks = bake::tracks(document, &tree, &clip, &wanted)?;
+    let name = |node: usize| nodes[node].name.clone().unwrap_or_else(|| format!("node {node}"));
+    let mut notes = Vec::new();
+    let mut text = String::from(HEAD);
+    let mut stage = String::new();
+    let seen = first.and_then(|(node, camera)| Some((node, camera, tracks.get(&node)?)));
+    if let Some((node, camera, track)) = seen {
+        let camera = document.get(&document.json.cameras, camera, "camera")?;
+        let [width, height] = cameras::size(camera).unwrap_or(options.size);
+        let last = clip.end.floor();
+        text += &format!(
+            "\n[render]\nsize = [{width}, {height}]\nsamples = 2\nframes = \"1-{last}\"\nrate = {RATE}\n"
+        );
+        text += &cameras::text(document, camera, track)?;
+        if cameras.len() > 1 {
+            notes.push(format!("of {} cameras the first is shown: `{}`", cameras.len(), name(node)));
+        }
+    } else {
+        let fit = fit(document, (&tree, &clip), options.size)?;
+        text += &around(&fit, options.size);
+        notes.push(String::from("the file has no camera: one goes once around all of it"));
+        if lights.is_empty() {
+            stage = floor(&fit);
+        }
+    }
+    text += &format!("\n[[model]]\ngltf = {}\n", Value::from(model));
+    text += &stage;
+    for (node, light) in &lights {
+        if let Some(track) = tracks.get(node) {
+            text += &lights::text(document, *light, &name(*node), track)?;
+        }
+    }
+    if lights.is_empty() {
+        text += LIGHT;
+        notes.push(String::from("the file has no lights: a sky and two soft lights stand in for them"));
+    } else if lights::is_of_blender(document) {
+        notes.push(String::from("the lights of the file are of Blender: 683 lumens are taken for a watt"));
+    }
+    text += INDIRECT;
+    Ok(Written { text, notes })
+}
+
+/// Fits a camera around all that is shown at the first frame.
+fn fit(document: &Document, (tree, clip): (&Tree, &Clip), size: [u32; 2]) -> Result<Fit, SceneError> {
+    let (mut positions, mut triangles) = (Vec::new(), Vec::new());
+    let globals = tree.globals(&clip.locals(tree, 1.0));
+    for number in &tree.shown {
+        let node = &document.json.nodes[*number];
+        let Some(mesh) = node.mesh else { continue };
+        let geometry = geometry::read(document, mesh)?;
+        let pose = Pose::new(document, *number, &geometry)?;
+        let first = positions.len() as u32;
+        let of_node = pose.positions(document, (tree, clip), &geometry, 1.0);
+        let map = if node.skin.is_some() { glam::DAffine3::IDENTITY } else { globals[*number] };
+        let place =
+            |position: [f32; 3]| map.transform_point3(Vec3::from(position).as_dvec3()).as_vec3().to_array();
+        positions.extend(of_node.into_iter().map(place));
+        triangles.extend(geometry.triangles.iter().map(|triangle| triangle.map(|corner| corner + first)));
+    }
+    if triangles.is_empty() || !crate::scene::obj::are_within_reach(&positions) {
+        let message = "it shows no triangles, or none within 1e18 of the origin: check the export";
+        return Err(document.fault(message));
+    }
+    let [width, height] = size.map(f64::from);
+    let corners = Corners { positions: &positions, triangles: &triangles };
+    Ok(Fit::new(&corners, Up::Y, width / height))
+}
