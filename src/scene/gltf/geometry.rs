@@ -23,10 +23,18 @@ pub struct Geometry {
     pub triangles: Vec<[u32; 3]>,
     /// Runs of consecutive triangles with the same material: the number of triangles, and that of the material in the file.
     pub uses: Vec<(usize, Option<usize>)>,
-    /// Joints and their weights, four a vertex in each set.
-    pub influences: Vec<(Vec<[u32; 4]>, Vec<[f32; 4]>)>,
+    /// Joints of the vertices, in sets of four a vertex.
+    pub influences: Vec<Influences>,
     /// Displacements of all vertices by each morph target.
     pub targets: Vec<Vec<[f32; 3]>>,
+}
+
+/// Four joints of each vertex, and their weights.
+#[derive(Debug, Clone)]
+pub struct Influences {
+    pub joints: Vec<[u32; 4]>,
+    /// Not negative.
+    pub weights: Vec<[f32; 4]>,
 }
 
 /// Attributes of vertices, with the accessors in which they are: primitives with the same ones share their vertices.
@@ -213,15 +221,15 @@ fn add_influences(
         fits(joints.len() / 4, "JOINTS")?;
         fits(weights.len(), "WEIGHTS")?;
         if to.influences.len() == set {
-            to.influences.push((vec![[0; 4]; first], vec![[0.0; 4]; first]));
+            to.influences.push(Influences { joints: vec![[0; 4]; first], weights: vec![[0.0; 4]; first] });
         }
-        let (of_joints, of_weights) = &mut to.influences[set];
+        let Influences { joints: of_joints, weights: of_weights } = &mut to.influences[set];
         of_joints.extend(joints.chunks_exact(4).map(|four| [four[0], four[1], four[2], four[3]]));
         of_weights.extend(
             weights.into_iter().map(|four| four.map(|weight| if weight > 0.0 { weight } else { 0.0 })),
         );
     }
-    for (joints, weights) in &mut to.influences {
+    for Influences { joints, weights } in &mut to.influences {
         joints.resize(all, [0; 4]);
         weights.resize(all, [0.0; 4]);
     }
