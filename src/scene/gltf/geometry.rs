@@ -1,6 +1,6 @@
 //! The triangles of a mesh: all of its primitives together.
 
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 
 use glam::{Vec2, Vec3};
 
@@ -51,7 +51,7 @@ pub fn read(document: &Document, mesh: usize) -> Result<Geometry, SceneError> {
     for primitive in primitives {
         let Some(mode) = mode(document, primitive, mesh)? else { continue };
         let set = uv_set(document, primitive.material)?;
-        let list = |map: &std::collections::BTreeMap<String, usize>| -> Vec<(String, usize)> {
+        let list = |map: &BTreeMap<String, usize>| -> Vec<(String, usize)> {
             map.iter().map(|(name, accessor)| (name.clone(), *accessor)).collect()
         };
         let key = (list(&primitive.attributes), primitive.targets.iter().map(list).collect(), set);
@@ -172,6 +172,25 @@ fn add_vertices(
         };
         if length == count { Ok(()) } else { Err(document.fault(message())) }
     };
+    if attribute("COLOR_0").is_some() {
+        document.leave_out("colours of vertices (COLOR_0) are not used: materials have the colour of their factor and texture");
+    }
+    to.positions.extend(positions);
+    add_surface(document, primitive, (first, all, set), &fits, to)?;
+    add_influences(document, primitive, (first, all), &fits, to)?;
+    add_targets(document, primitive, (first, all), &fits, to)?;
+    Ok(first as u32)
+}
+
+/// Adds normals and texture coordinates, of which `set` counts.
+fn add_surface(
+    document: &Document,
+    primitive: &Primitive,
+    (first, all, set): (usize, usize, u32),
+    fits: &impl Fn(usize, &str) -> Result<(), SceneError>,
+    to: &mut Geometry,
+) -> Result<(), SceneError> {
+    let attribute = |name: &str| primitive.attributes.get(name).copied();
     if let Some(accessor) = attribute("NORMAL") {
         let normals: Vec<[f32; 3]> = document.vectors(accessor)?;
         fits(normals.len(), "NORMAL")?;
@@ -190,19 +209,13 @@ fn add_vertices(
         to.uvs.resize(first, Vec2::ZERO);
         to.uvs.extend(uvs.into_iter().map(flipped));
     }
-    if attribute("COLOR_0").is_some() {
-        document.leave_out("colours of vertices (COLOR_0) are not used: materials have the colour of their factor and texture");
-    }
-    to.positions.extend(positions);
     if !to.normals.is_empty() {
         to.normals.resize(all, Vec3::ZERO);
     }
     if !to.uvs.is_empty() {
         to.uvs.resize(all, Vec2::ZERO);
     }
-    add_influences(document, primitive, (first, all), &fits, to)?;
-    add_targets(document, primitive, (first, all), &fits, to)?;
-    Ok(first as u32)
+    Ok(())
 }
 
 fn add_influences(

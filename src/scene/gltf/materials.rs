@@ -151,7 +151,7 @@ impl Assembly {
         if !numbers.iter().all(|number| *number >= 0.0 && number.is_finite()) {
             return Err(bad("a colour"));
         }
-        let [red, green, blue, alpha] = pbr.base_color_factor;
+        let [red, green, blue, _] = pbr.base_color_factor;
         let factor = DVec3::new(red, green, blue);
         let (roughness, metallic) = self.roughness_and_metal(document, json)?;
         let emission = self.emission(document, json)?;
@@ -171,29 +171,17 @@ impl Assembly {
         let transmission: Transmission =
             extension(document, &json.extensions, "KHR_materials_transmission")?.unwrap_or_default();
         let through = transmission.transmission_factor.clamp(0.0, 1.0) * (1.0 - metallic);
-        if through > 0.0 {
-            if transmission.transmission_texture.is_some() {
-                document.leave_out(
-                    "textures of transmission are not used: the factor counts all over a material",
-                );
-            }
-            let base = factor * self.mean_color(document, pbr.base_color_texture.as_ref())?;
-            make_glass(document, json, &mut read.stated, (base, through, roughness))?;
-            read.is_textured = through < 1.0;
+        if through == 0.0 {
+            read_alpha(document, json, &mut read);
             return Ok(read);
         }
-        match json.alpha_mode.as_deref() {
-            Some("BLEND") => {
-                read.stated.d = Some(alpha.clamp(0.0, 1.0) as f32);
-                if pbr.base_color_texture.is_some() {
-                    document.leave_out(
-                        "alpha of textures is not used: a blended material is as clear as its factor says",
-                    );
-                }
-            }
-            Some("MASK") => read.alpha_cutoff = Some(json.alpha_cutoff.unwrap_or(DEFAULT_CUTOFF)),
-            _ => {}
+        if transmission.transmission_texture.is_some() {
+            document
+                .leave_out("textures of transmission are not used: the factor counts all over a material");
         }
+        let base = factor * self.mean_color(document, pbr.base_color_texture.as_ref())?;
+        make_glass(document, json, &mut read.stated, (base, through, roughness))?;
+        read.is_textured = through < 1.0;
         Ok(read)
     }
 
@@ -253,6 +241,23 @@ impl Assembly {
         let scale = Vec2::new(across as f32, down as f32);
         let offset = Vec2::new(right as f32, (1.0 - below - down) as f32);
         Ok(self.pictures.place(Texture { path, width, height, texels, scale, offset, clamp }))
+    }
+}
+
+/// Reads how far a material is there at all.
+fn read_alpha(document: &Document, json: &Json, read: &mut Read) {
+    let pbr = &json.pbr_metallic_roughness;
+    match json.alpha_mode.as_deref() {
+        Some("BLEND") => {
+            read.stated.d = Some(pbr.base_color_factor[3].clamp(0.0, 1.0) as f32);
+            if pbr.base_color_texture.is_some() {
+                let message =
+                    "alpha of textures is not used: a blended material is as clear as its factor says";
+                document.leave_out(message);
+            }
+        }
+        Some("MASK") => read.alpha_cutoff = Some(json.alpha_cutoff.unwrap_or(DEFAULT_CUTOFF)),
+        _ => {}
     }
 }
 
