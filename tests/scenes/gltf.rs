@@ -202,12 +202,12 @@ fn geometry_is_that_of_the_same_obj() {
     let expected = shot("obj = \"m.obj\"");
     for key in ["gltf = \"m.gltf\"", "gltf = \"m.glb\""] {
         let shot = shot(key);
-        let [found, expected] = [&shot, &expected].map(|shot| &shot.scene.models[0].mesh);
-        assert_eq!(found.positions.as_slice(), expected.positions.as_slice());
-        assert_eq!(found.triangles, expected.triangles);
-        assert_eq!(found.uvs, expected.uvs);
+        let [found, same] = [&shot, &expected].map(|shot| &shot.scene.models[0].mesh);
+        assert_eq!(found.positions.as_slice(), same.positions.as_slice());
+        assert_eq!(found.triangles, same.triangles);
+        assert_eq!(found.uvs, same.uvs);
         let near = |(a, b): (&Vec3, &Vec3)| a.abs_diff_eq(*b, 1e-6);
-        assert!(found.normals.iter().zip(&expected.normals).all(near));
+        assert!(found.normals.iter().zip(&same.normals).all(near));
         assert_eq!(shot.scene.models[0].name, "m/board");
         assert_eq!(shot.warnings, expected.warnings, "nothing but that there is no light");
         assert_eq!(shot.files.iter().filter(|file| !file.ends_with("s.toml")).count(), 1);
@@ -537,11 +537,6 @@ fn materials_are_metal_rough() {
     let (veil, _) = material(json!({"pbrMetallicRoughness": pbr, "alphaMode": "BLEND"}));
     assert!((veil.metal_rough.unwrap().solid - 0.3).abs() < 1e-6 && veil.name == "material 0");
     assert!(matches!(veil.optics, Optics::Glass { index: 1.0, .. }));
-    let (_, told) = material(json!({"alphaMode": "MASK"}));
-    assert!(
-        told.iter().any(|text| text.contains("cut-outs (`alphaMode` MASK) are not used yet")),
-        "{told:?}"
-    );
     let extensions =
         json!({"KHR_materials_emissive_strength": {"emissiveStrength": 4}, "KHR_materials_ior": {"ior": 2}});
     let (lamp, _) = material(json!({"emissiveFactor": [1, 0.5, 0], "extensions": extensions}));
@@ -641,6 +636,46 @@ fn pictures_may_be_in_the_file_or_beside_it() {
     fs::remove_file(folder.path().join("maps/my wood.png")).unwrap();
     let error = load_in(folder.path(), &text, true).unwrap_err();
     assert!(error.contains("the texture `maps/my wood.png` cannot be found"), "{error}");
+}
+
+#[test]
+fn alpha_cuts_out_what_is_below_the_cutoff() {
+    let cutout = |alpha: [u8; 2], json: Value| {
+        let mut file = File::new();
+        let positions = file.vectors(&[[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]);
+        let uvs = file.floats("VEC2", 3, &[0.0, 0.0, 1.0, 0.0, 0.0, 1.0]);
+        let attributes = json!({"POSITION": positions, "TEXCOORD_0": uvs});
+        let mesh = file.mesh(json!({"attributes": attributes, "material": 0}));
+        let uri = base64(&png(alpha.map(|alpha| [255, 255, 255, alpha])));
+        file.json["images"] = json!([{"uri": format!("data:image/png;base64,{uri}")}]);
+        file.json["textures"] = json!([{"source": 0}]);
+        file.add("materials", json);
+        file.root(json!({"mesh": mesh}));
+        let shot = load(&file, "");
+        let cut = shot.scene.models[0].mesh.cut.is_some();
+        let least = shot.scene.materials[0].cutout.map(|cutout| cutout.least);
+        assert_eq!(cut, least.is_some());
+        least
+    };
+    let with = |factor: f64, mode: &str, cutoff: Option<f64>| {
+        let pbr = json!({"baseColorTexture": {"index": 0}, "baseColorFactor": [1, 1, 1, factor]});
+        let mut json = json!({"pbrMetallicRoughness": pbr, "alphaMode": mode});
+        if let Some(cutoff) = cutoff {
+            json["alphaCutoff"] = json!(cutoff);
+        }
+        json
+    };
+    for (alpha, json, expected) in [
+        ([255, 0], with(1.0, "MASK", None), Some(0.5)),
+        ([255, 100], with(1.0, "MASK", Some(0.25)), None),
+        // as large as a fourth of what the texture says
+        ([255, 100], with(0.25, "MASK", Some(0.125)), Some(0.5)),
+        ([255, 0], with(1.0, "MASK", Some(0.0)), None),
+        ([255, 0], with(1.0, "OPAQUE", None), None),
+        ([255, 0], with(1.0, "BLEND", None), Some(0.5)),
+    ] {
+        assert_eq!(cutout(alpha, json.clone()), expected, "{alpha:?} {json}");
+    }
 }
 
 #[test]

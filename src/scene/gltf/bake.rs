@@ -26,8 +26,7 @@ pub struct NodeTrack {
     pub visible: Visibility,
 }
 
-/// Bakes the tracks of `wanted` nodes: keys at each whole frame, of nodes that turn also between them. Elements of matrices are
-/// interpolated one by one, which takes turned things off their circles.
+/// Bakes the tracks of `wanted` nodes. Those without a volume in all frames have none.
 ///
 /// # Errors More keys than there is memory for.
 pub fn tracks(
@@ -36,50 +35,86 @@ pub fn tracks(
     clip: &Clip,
     wanted: &BTreeSet<usize>,
 ) -> Result<BTreeMap<usize, NodeTrack>, SceneError> {
-    let nodes = tree.parents.len();
-    let animated = |is: &dyn Fn(Property, Curve) -> bool| {
-        let mut flags = vec![false; nodes];
-        let of_nodes = clip.channels.iter().filter(|channel| is(channel.property, channel.curve));
-        of_nodes.for_each(|channel| flags[channel.node] = true);
-        tree.inherited(flags)
-    };
-    let moves = animated(&|property, _| property != Property::Weights);
-    let turns = animated(&|property, curve| property == Property::Rotation && curve != Curve::Step);
-    let jumps = animated(&|property, curve| property != Property::Weights && curve == Curve::Step);
-    let whole: BTreeSet<Moment> = clip.whole_frames().map(|frame| Moment(f64::from(frame))).collect();
-    let quarters = whole.iter().flat_map(|at| [0.0, 0.25, 0.5, 0.75].map(|part| Moment(at.0 + part)));
-    let quarters: BTreeSet<Moment> = quarters.filter(|at| at.0 <= clip.end.ceil()).collect();
-    let cuts = jump_frames(clip);
-    let around = |cut: &f64| [Moment(cut - JUST_BEFORE), Moment(*cut)];
-    let beside_cuts: BTreeSet<Moment> = cuts.iter().flat_map(around).collect();
-    let moving: Vec<usize> = wanted.iter().copied().filter(|node| moves[*node]).collect();
-    check_memory(document, moving.len(), quarters.len() + beside_cuts.len())?;
-    let mut keys: BTreeMap<usize, Vec<(f64, DAffine3)>> = BTreeMap::new();
-    if !moving.is_empty() {
-        let any_turns = moving.iter().any(|node| turns[*node]);
-        let mut all = if any_turns { quarters } else { whole.clone() };
-        if moving.iter().any(|node| jumps[*node]) {
-            all.extend(&beside_cuts);
-        }
-        for at in all {
-            let globals = tree.globals(&clip.locals(tree, at.0));
-            let is_whole = whole.contains(&at);
-            let is_beside_cut = beside_cuts.contains(&at);
-            for node in &moving {
-                let is_quarter = turns[*node] && (at.0 * 4.0).fract() == 0.0;
-                if is_whole || is_quarter || jumps[*node] && is_beside_cut {
-                    keys.entry(*node).or_default().push((at.0, globals[*node]));
-                }
-            }
-        }
-    }
+    let times = Times::new(tree, clip);
+    let moving: Vec<usize> = wanted.iter().copied().filter(|node| times.moves[*node]).collect();
+    check_memory(document, moving.len(), times.quarters.len() + times.beside_cuts.len())?;
+    let mut keys = keys(tree, clip, &times, &moving);
     let rest = tree.globals(&tree.rest);
     let track = |node: &usize| {
         let keys = keys.remove(node).unwrap_or_else(|| vec![(1.0, rest[*node])]);
-        let cuts: &[f64] = if jumps[*node] { &cuts } else { &[] };
+        let cuts: &[f64] = if times.jumps[*node] { &times.cuts } else { &[] };
         Some((*node, track(keys, cuts)?))
     };
     Ok(wanted.iter().filter_map(track).collect())
+}
+
+/// Frames at which nodes have keys: at each whole frame, and those that turn also between them. Elements of matrices are interpolated
+/// one by one, which takes turned things off their circles.
+struct Times {
+    /// By node: true if it, or a node above it, moves; turns; jumps.
+    moves: Vec<bool>,
+    turns: Vec<bool>,
+    jumps: Vec<bool>,
+    whole: BTreeSet<Moment>,
+    quarters: BTreeSet<Moment>,
+    /// Frames at which a node jumps, and these with those just before them.
+    cuts: Vec<f64>,
+    beside_cuts: BTreeSet<Moment>,
+}
+
+impl Times {
+    fn new(tree: &Tree, clip: &Clip) -> Self {
+        let animated = |is: &dyn Fn(Property, Curve) -> bool| {
+            let mut flags = vec![false; tree.parents.len()];
+            let of_nodes = clip.channels.iter().filter(|channel| is(channel.property, channel.curve));
+            of_nodes.for_each(|channel| flags[channel.node] = true);
+            tree.inherited(flags)
+        };
+        let whole: BTreeSet<Moment> = clip.whole_frames().map(|frame| Moment(f64::from(frame))).collect();
+        let quarters = whole.iter().flat_map(|at| [0.0, 0.25, 0.5, 0.75].map(|part| Moment(at.0 + part)));
+        let cuts = jump_frames(clip);
+        let around = |cut: &f64| [Moment(cut - JUST_BEFORE), Moment(*cut)];
+        Self {
+            moves: animated(&|property, _| property != Property::Weights),
+            turns: animated(&|property, curve| property == Property::Rotation && curve != Curve::Step),
+            jumps: animated(&|property, curve| property != Property::Weights && curve == Curve::Step),
+            quarters: quarters.filter(|at| at.0 <= clip.end.ceil()).collect(),
+            beside_cuts: cuts.iter().flat_map(around).collect(),
+            whole,
+            cuts,
+        }
+    }
+
+    /// All frames at which one of `nodes` has a key.
+    fn of(&self, nodes: &[usize]) -> BTreeSet<Moment> {
+        let any = |flags: &[bool]| nodes.iter().any(|node| flags[*node]);
+        let mut all = if any(&self.turns) { self.quarters.clone() } else { self.whole.clone() };
+        if any(&self.jumps) {
+            all.extend(&self.beside_cuts);
+        }
+        all
+    }
+
+    fn has_key(&self, node: usize, at: Moment) -> bool {
+        self.whole.contains(&at)
+            || self.turns[node] && self.quarters.contains(&at)
+            || self.jumps[node] && self.beside_cuts.contains(&at)
+    }
+}
+
+/// Maps of the `moving` nodes to the root of the scene, by frame.
+fn keys(tree: &Tree, clip: &Clip, times: &Times, moving: &[usize]) -> BTreeMap<usize, Vec<(f64, DAffine3)>> {
+    let mut keys: BTreeMap<usize, Vec<(f64, DAffine3)>> = BTreeMap::new();
+    if moving.is_empty() {
+        return keys;
+    }
+    for at in times.of(moving) {
+        let globals = tree.globals(&clip.locals(tree, at.0));
+        for node in moving.iter().filter(|node| times.has_key(**node, at)) {
+            keys.entry(*node).or_default().push((at.0, globals[*node]));
+        }
+    }
+    keys
 }
 
 /// Frame that can be ordered.

@@ -15,6 +15,9 @@ const HEIGHT: f64 = 720.0;
 /// Ratios of width to height that are taken from a camera.
 const RATIOS: std::ops::RangeInclusive<f64> = 0.1..=10.0;
 
+/// Roll below which a camera is level, degrees: files keep rotations as single floats.
+const LEAST_ROLL: f64 = 1e-4;
+
 /// Size of the picture that a camera asks for: width and height, pixels.
 pub fn size(camera: &Camera) -> Option<[u32; 2]> {
     let ratio = match (&camera.perspective, &camera.orthographic) {
@@ -60,7 +63,7 @@ pub fn text(document: &Document, camera: &Camera, track: &NodeTrack) -> Result<S
             list(eye),
             list(target)
         );
-        if f64::abs(turned) > 1e-9 {
+        if f64::abs(turned) > LEAST_ROLL {
             let _ = writeln!(text, "roll = {turned}");
         }
         if i == 0 {

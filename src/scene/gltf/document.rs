@@ -5,6 +5,8 @@ use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 
+use memchr::memchr_iter;
+
 use super::json::{Json, View};
 use super::uri::Uri;
 use crate::digest::Digest;
@@ -32,6 +34,9 @@ const KNOWN: [&str; 13] = [
 
 /// Largest coordinate, about the same as in OBJ files: its square is still a finite single float.
 pub const LARGEST_COORDINATE: f64 = 1e18;
+
+/// Memory for an object in the JSON, bytes: a node, the largest, with its place and what is computed of it.
+const OBJECT_BYTES: u64 = 1024;
 
 /// Header of a GLB file, and of each chunk in it, bytes.
 const GLB_HEADER: usize = 12;
@@ -62,6 +67,7 @@ impl Document {
         let bytes = read(path, path)?;
         let mut digests = vec![Digest::new(&bytes)];
         let (text, blob) = split(bytes).map_err(|what| SceneError::new(path, what))?;
+        check_memory(path, &text)?;
         let json: Json = serde_json::from_slice(&text).map_err(|error| {
             let message = format!("the JSON of this glTF file cannot be read: {error}");
             SceneError::new(path, message)
@@ -141,6 +147,13 @@ pub fn packed(extension: &str) -> String {
         "its geometry is packed with `{extension}`, which cannot be unpacked here: export without compression, or unpack it with \
          gltf-transform (`gltf-transform copy packed.glb plain.glb`)"
     )
+}
+
+/// Checks that there is memory for what is made of JSON.
+fn check_memory(path: &Path, text: &[u8]) -> Result<(), SceneError> {
+    let objects = memchr_iter(b'{', text).count() as u64;
+    let need = Need::new(Part::new("the JSON of the glTF file", objects * OBJECT_BYTES, "a smaller file"));
+    need.check(&memory::left()).map_err(|error| SceneError::new(path, error.to_string()))
 }
 
 fn read(path: &Path, asking: &Path) -> Result<Vec<u8>, SceneError> {

@@ -1,6 +1,6 @@
 //! The triangles of a mesh: all of its primitives together.
 
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 
 use glam::{Vec2, Vec3};
 
@@ -23,10 +23,18 @@ pub struct Geometry {
     pub triangles: Vec<[u32; 3]>,
     /// Runs of consecutive triangles with the same material: the number of triangles, and that of the material in the file.
     pub uses: Vec<(usize, Option<usize>)>,
-    /// Joints and their weights, four a vertex in each set.
-    pub influences: Vec<(Vec<[u32; 4]>, Vec<[f32; 4]>)>,
+    /// Joints of the vertices, in sets of four a vertex.
+    pub influences: Vec<Influences>,
     /// Displacements of all vertices by each morph target.
     pub targets: Vec<Vec<[f32; 3]>>,
+}
+
+/// Four joints of each vertex, and their weights.
+#[derive(Debug, Clone)]
+pub struct Influences {
+    pub joints: Vec<[u32; 4]>,
+    /// Not negative.
+    pub weights: Vec<[f32; 4]>,
 }
 
 /// Attributes of vertices, with the accessors in which they are: primitives with the same ones share their vertices.
@@ -43,7 +51,7 @@ pub fn read(document: &Document, mesh: usize) -> Result<Geometry, SceneError> {
     for primitive in primitives {
         let Some(mode) = mode(document, primitive, mesh)? else { continue };
         let set = uv_set(document, primitive.material)?;
-        let list = |map: &std::collections::BTreeMap<String, usize>| -> Vec<(String, usize)> {
+        let list = |map: &BTreeMap<String, usize>| -> Vec<(String, usize)> {
             map.iter().map(|(name, accessor)| (name.clone(), *accessor)).collect()
         };
         let key = (list(&primitive.attributes), primitive.targets.iter().map(list).collect(), set);
@@ -164,6 +172,25 @@ fn add_vertices(
         };
         if length == count { Ok(()) } else { Err(document.fault(message())) }
     };
+    if attribute("COLOR_0").is_some() {
+        document.leave_out("colours of vertices (COLOR_0) are not used: materials have the colour of their factor and texture");
+    }
+    to.positions.extend(positions);
+    add_surface(document, primitive, (first, all, set), &fits, to)?;
+    add_influences(document, primitive, (first, all), &fits, to)?;
+    add_targets(document, primitive, (first, all), &fits, to)?;
+    Ok(first as u32)
+}
+
+/// Adds normals and texture coordinates, of which `set` counts.
+fn add_surface(
+    document: &Document,
+    primitive: &Primitive,
+    (first, all, set): (usize, usize, u32),
+    fits: &impl Fn(usize, &str) -> Result<(), SceneError>,
+    to: &mut Geometry,
+) -> Result<(), SceneError> {
+    let attribute = |name: &str| primitive.attributes.get(name).copied();
     if let Some(accessor) = attribute("NORMAL") {
         let normals: Vec<[f32; 3]> = document.vectors(accessor)?;
         fits(normals.len(), "NORMAL")?;
@@ -182,19 +209,13 @@ fn add_vertices(
         to.uvs.resize(first, Vec2::ZERO);
         to.uvs.extend(uvs.into_iter().map(flipped));
     }
-    if attribute("COLOR_0").is_some() {
-        document.leave_out("colours of vertices (COLOR_0) are not used: materials have the colour of their factor and texture");
-    }
-    to.positions.extend(positions);
     if !to.normals.is_empty() {
         to.normals.resize(all, Vec3::ZERO);
     }
     if !to.uvs.is_empty() {
         to.uvs.resize(all, Vec2::ZERO);
     }
-    add_influences(document, primitive, (first, all), &fits, to)?;
-    add_targets(document, primitive, (first, all), &fits, to)?;
-    Ok(first as u32)
+    Ok(())
 }
 
 fn add_influences(
@@ -213,15 +234,15 @@ fn add_influences(
         fits(joints.len() / 4, "JOINTS")?;
         fits(weights.len(), "WEIGHTS")?;
         if to.influences.len() == set {
-            to.influences.push((vec![[0; 4]; first], vec![[0.0; 4]; first]));
+            to.influences.push(Influences { joints: vec![[0; 4]; first], weights: vec![[0.0; 4]; first] });
         }
-        let (of_joints, of_weights) = &mut to.influences[set];
+        let Influences { joints: of_joints, weights: of_weights } = &mut to.influences[set];
         of_joints.extend(joints.chunks_exact(4).map(|four| [four[0], four[1], four[2], four[3]]));
         of_weights.extend(
             weights.into_iter().map(|four| four.map(|weight| if weight > 0.0 { weight } else { 0.0 })),
         );
     }
-    for (joints, weights) in &mut to.influences {
+    for Influences { joints, weights } in &mut to.influences {
         joints.resize(all, [0; 4]);
         weights.resize(all, [0.0; 4]);
     }

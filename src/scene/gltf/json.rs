@@ -1,5 +1,7 @@
 //! The JSON of a glTF file as it is written: names and types alone, nothing checked. Keys that are not listed have no effect here.
 
+use std::collections::BTreeMap;
+
 use serde::Deserialize;
 use serde_json::{Map, Value};
 
@@ -181,12 +183,12 @@ pub struct Mesh {
 
 #[derive(Debug, Deserialize)]
 pub struct Primitive {
-    pub attributes: std::collections::BTreeMap<String, usize>,
+    pub attributes: BTreeMap<String, usize>,
     pub indices: Option<usize>,
     pub material: Option<usize>,
     pub mode: Option<u32>,
     #[serde(default)]
-    pub targets: Vec<std::collections::BTreeMap<String, usize>>,
+    pub targets: Vec<BTreeMap<String, usize>>,
     #[serde(default)]
     pub extensions: Extensions,
 }

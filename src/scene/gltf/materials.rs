@@ -28,8 +28,7 @@ const DEFAULT_CUTOFF: f64 = 0.5;
 #[derive(Debug, Default)]
 struct Read {
     stated: MtlMaterial,
-    /// Number of the material's alpha below which the surface is not there (`alphaMode` MASK). Cut-outs belong here; until they are
-    /// rendered it is told as not used.
+    /// Alpha of the texture below which the surface is not there, above 0.
     alpha_cutoff: Option<f32>,
     /// True if the texture of the base colour stays a texture.
     is_textured: bool,
@@ -153,7 +152,7 @@ impl Assembly {
         if !numbers.iter().all(|number| *number >= 0.0 && number.is_finite()) {
             return Err(bad("a colour"));
         }
-        let [red, green, blue, alpha] = pbr.base_color_factor;
+        let [red, green, blue, _] = pbr.base_color_factor;
         let factor = DVec3::new(red, green, blue);
         let (roughness, metallic) = self.roughness_and_metal(document, json)?;
         let emission = self.emission(document, json)?;
@@ -173,34 +172,17 @@ impl Assembly {
         let transmission: Transmission =
             extension(document, &json.extensions, "KHR_materials_transmission")?.unwrap_or_default();
         let through = transmission.transmission_factor.clamp(0.0, 1.0) * (1.0 - metallic);
-        if through > 0.0 {
-            if transmission.transmission_texture.is_some() {
-                document.leave_out(
-                    "textures of transmission are not used: the factor counts all over a material",
-                );
-            }
-            let base = factor * self.mean_color(document, pbr.base_color_texture.as_ref())?;
-            make_glass(document, json, &mut read.stated, (base, through, roughness))?;
-            read.is_textured = through < 1.0;
+        if through == 0.0 {
+            read_alpha(document, json, &mut read);
             return Ok(read);
         }
-        match json.alpha_mode.as_deref() {
-            Some("BLEND") => {
-                read.stated.d = Some(alpha.clamp(0.0, 1.0) as f32);
-                if pbr.base_color_texture.is_some() {
-                    document.leave_out(
-                        "alpha of blended textures cuts out what is less than half there: veils are as clear as their factor says",
-                    );
-                    read.alpha_cutoff = Some(LEAST_OPACITY);
-                }
-            }
-            // the texture's alpha counts times the factor's
-            Some("MASK") => {
-                let least = json.alpha_cutoff.unwrap_or(DEFAULT_CUTOFF) / alpha.max(f64::MIN_POSITIVE);
-                read.alpha_cutoff = (least > 0.0).then_some(least as f32);
-            }
-            _ => {}
+        if transmission.transmission_texture.is_some() {
+            document
+                .leave_out("textures of transmission are not used: the factor counts all over a material");
         }
+        let base = factor * self.mean_color(document, pbr.base_color_texture.as_ref())?;
+        make_glass(document, json, &mut read.stated, (base, through, roughness))?;
+        read.is_textured = through < 1.0;
         Ok(read)
     }
 
@@ -262,6 +244,28 @@ impl Assembly {
         Ok(self
             .pictures
             .place(Texture { path, width, height, texels, scale, offset, clamp }, PictureUse::Color))
+    }
+}
+
+/// Reads how far a material is there at all.
+fn read_alpha(document: &Document, json: &Json, read: &mut Read) {
+    let pbr = &json.pbr_metallic_roughness;
+    match json.alpha_mode.as_deref() {
+        Some("BLEND") => {
+            read.stated.d = Some(pbr.base_color_factor[3].clamp(0.0, 1.0) as f32);
+            if pbr.base_color_texture.is_some() {
+                let message = "alpha of blended textures cuts out what is less than half there: veils are as clear as their factor says";
+                document.leave_out(message);
+                read.alpha_cutoff = Some(LEAST_OPACITY);
+            }
+        }
+        // the texture's alpha counts times the factor's
+        Some("MASK") => {
+            let alpha = pbr.base_color_factor[3].max(f64::MIN_POSITIVE);
+            let least = json.alpha_cutoff.unwrap_or(DEFAULT_CUTOFF) / alpha;
+            read.alpha_cutoff = (least > 0.0).then_some(least as f32);
+        }
+        _ => {}
     }
 }
 

@@ -56,6 +56,9 @@ impl GltfFiles {
     }
 }
 
+/// Mesh that a node shows, and its shapes over time, if it deforms.
+type ShownMesh = (Arc<Mesh>, Option<ShapeTrack>);
+
 /// Places of the copies of a node's mesh.
 #[derive(Debug, Deserialize)]
 struct Instancing {
@@ -157,7 +160,7 @@ impl Assembly {
         (tree, clip): (&Tree, &Clip),
         node: usize,
         mesh: usize,
-    ) -> Result<Option<(Arc<Mesh>, Option<ShapeTrack>)>, SceneError> {
+    ) -> Result<Option<ShownMesh>, SceneError> {
         let json = document.get(&document.json.meshes, mesh, "mesh")?;
         let has_targets = json.primitives.iter().any(|primitive| !primitive.targets.is_empty());
         if document.json.nodes[node].skin.is_none() && !has_targets {

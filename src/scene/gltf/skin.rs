@@ -9,7 +9,7 @@ use std::collections::HashMap;
 
 use super::animation::{Clip, Property};
 use super::document::Document;
-use super::geometry::{Geometry, has_area};
+use super::geometry::{Geometry, Influences, has_area};
 use super::nodes::Tree;
 use crate::animation::ShapeTrack;
 use crate::memory::{self, Need, Part};
@@ -168,7 +168,7 @@ fn skinned(geometry: &Geometry, positions: &[[f32; 3]], maps: &[Affine3A]) -> Ve
     let place = |(vertex, position): (usize, &[f32; 3])| {
         let position = Vec3A::from(*position);
         let (mut sum, mut all) = (Vec3A::ZERO, 0.0);
-        for (joints, weights) in &geometry.influences {
+        for Influences { joints, weights } in &geometry.influences {
             for (joint, weight) in
                 joints[vertex].iter().zip(weights[vertex]).filter(|(_, weight)| *weight > 0.0)
             {
@@ -188,7 +188,7 @@ fn read_skin(document: &Document, number: usize, geometry: &Geometry) -> Result<
     }
     let wrong = |what: &str| document.fault(format!("skin {number} {what}: export the file again"));
     let count = json.joints.len();
-    for (joints, weights) in &geometry.influences {
+    for Influences { joints, weights } in &geometry.influences {
         let pairs = joints.iter().flatten().zip(weights.iter().flatten());
         if pairs.into_iter().any(|(joint, weight)| *weight > 0.0 && *joint as usize >= count) {
             return Err(wrong("has fewer joints than its mesh names"));

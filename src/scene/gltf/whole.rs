@@ -1,14 +1,13 @@
 //! The shot of a bare glTF file: its own camera, lights and animation; and what it lacks, as for a bare OBJ.
 
-use std::collections::BTreeSet;
 use std::path::Path;
 use std::sync::Arc;
 
-use glam::Vec3;
+use glam::{DAffine3, Vec3};
 use toml::Value;
 
 use super::animation::Clip;
-use super::bake;
+use super::bake::{self, NodeTrack};
 use super::document::Document;
 use super::geometry;
 use super::nodes::Tree;
@@ -18,6 +17,7 @@ use crate::scene::SceneError;
 use crate::scene::keys::toml_text::TomlText;
 use crate::scene::model::assemble::ReadBefore;
 use crate::scene::model::copies::MOST_ADDED;
+use crate::scene::obj::are_within_reach;
 use crate::scene::shot::{self, Shot};
 use crate::scene::turntable::corners::Corners;
 use crate::scene::turntable::text::{HEAD, INDIRECT, LIGHT, around, floor};
@@ -70,48 +70,56 @@ fn written(document: &Document, model: &str, options: &Options) -> Result<Writte
         tree.shown.iter().filter_map(|node| Some((*node, nodes[*node].camera?))).collect();
     let lights = lights::nodes(document, &tree.shown)?;
     let first = cameras.first().copied();
-    let wanted: BTreeSet<usize> =
-        lights.iter().map(|(node, _)| *node).chain(first.map(|(node, _)| node)).collect();
+    let wanted = lights.iter().map(|(node, _)| *node).chain(first.map(|(node, _)| node)).collect();
     let tracks = bake::tracks(document, &tree, &clip, &wanted)?;
     let name = |node: usize| nodes[node].name.clone().unwrap_or_else(|| format!("node {node}"));
-    let mut notes = Vec::new();
-    let mut text = String::from(HEAD);
-    let mut stage = String::new();
-    let seen = first.and_then(|(node, camera)| Some((node, camera, tracks.get(&node)?)));
-    if let Some((node, camera, track)) = seen {
-        let camera = document.get(&document.json.cameras, camera, "camera")?;
-        let [width, height] = cameras::size(camera).unwrap_or(options.size);
-        let last = clip.end.floor();
-        text += &format!(
-            "\n[render]\nsize = [{width}, {height}]\nsamples = 2\nframes = \"1-{last}\"\nrate = {RATE}\n"
-        );
-        text += &cameras::text(document, camera, track)?;
+    let (mut notes, mut stage) = (Vec::new(), String::new());
+    let seen = first.and_then(|(node, camera)| Some((camera, tracks.get(&node)?)));
+    let camera = if let Some((camera, track)) = seen {
         if cameras.len() > 1 {
-            notes.push(format!("of {} cameras the first is shown: `{}`", cameras.len(), name(node)));
+            let shown = first.map_or(String::new(), |(node, _)| name(node));
+            notes.push(format!("of {} cameras the first is shown: `{shown}`", cameras.len()));
         }
+        own_camera(document, (camera, track), clip.end, options.size)?
     } else {
         let fit = fit(document, (&tree, &clip), options.size)?;
-        text += &around(&fit, options.size);
         notes.push(String::from("the file has no camera: one goes once around all of it"));
         if lights.is_empty() {
             stage = floor(&fit);
         }
-    }
-    text += &format!("\n[[model]]\ngltf = {}\n", Value::from(model));
-    text += &stage;
-    for (node, light) in &lights {
+        around(&fit, options.size)
+    };
+    let mut light = String::new();
+    for (node, number) in &lights {
         if let Some(track) = tracks.get(node) {
-            text += &lights::text(document, *light, &name(*node), track)?;
+            light += &lights::text(document, *number, &name(*node), track)?;
         }
     }
     if lights.is_empty() {
-        text += LIGHT;
+        light = String::from(LIGHT);
         notes.push(String::from("the file has no lights: a sky and two soft lights stand in for them"));
     } else if lights::is_of_blender(document) {
         notes.push(String::from("the lights of the file are of Blender: 683 lumens are taken for a watt"));
     }
-    text += INDIRECT;
+    let model = Value::from(model);
+    let text = format!("{HEAD}{camera}\n[[model]]\ngltf = {model}\n{stage}{light}{INDIRECT}");
     Ok(Written { text, notes })
+}
+
+/// Settings and keys of the file's own camera; `end`: last frame of the animation.
+fn own_camera(
+    document: &Document,
+    (camera, track): (usize, &NodeTrack),
+    end: f64,
+    size: [u32; 2],
+) -> Result<String, SceneError> {
+    let camera = document.get(&document.json.cameras, camera, "camera")?;
+    let [width, height] = cameras::size(camera).unwrap_or(size);
+    let last = end.floor();
+    let keys = cameras::text(document, camera, track)?;
+    Ok(format!(
+        "\n[render]\nsize = [{width}, {height}]\nsamples = 2\nframes = \"1-{last}\"\nrate = {RATE}\n{keys}"
+    ))
 }
 
 /// Fits a camera around all that is shown at the first frame.
@@ -125,13 +133,13 @@ fn fit(document: &Document, (tree, clip): (&Tree, &Clip), size: [u32; 2]) -> Res
         let pose = Pose::new(document, *number, &geometry)?;
         let first = positions.len() as u32;
         let of_node = pose.positions(document, (tree, clip), &geometry, 1.0);
-        let map = if node.skin.is_some() { glam::DAffine3::IDENTITY } else { globals[*number] };
+        let map = if node.skin.is_some() { DAffine3::IDENTITY } else { globals[*number] };
         let place =
             |position: [f32; 3]| map.transform_point3(Vec3::from(position).as_dvec3()).as_vec3().to_array();
         positions.extend(of_node.into_iter().map(place));
         triangles.extend(geometry.triangles.iter().map(|triangle| triangle.map(|corner| corner + first)));
     }
-    if triangles.is_empty() || !crate::scene::obj::are_within_reach(&positions) {
+    if triangles.is_empty() || !are_within_reach(&positions) {
         let message = "it shows no triangles, or none within 1e18 of the origin: check the export";
         return Err(document.fault(message));
     }

@@ -79,7 +79,7 @@ pub(crate) struct Assembly {
 /// File that was read before the shot that shows it.
 pub(crate) enum ReadBefore {
     /// The text's only model: the text need not name its path.
-    Obj(ReadModel),
+    Obj(Box<ReadModel>),
     /// A glTF file, which the text names.
     Gltf(Arc<Document>),
 }
@@ -158,7 +158,7 @@ impl Assembly {
     /// Adds a file that was read before, so that it is not read again.
     pub fn with(self, file: ReadBefore) -> Self {
         match file {
-            ReadBefore::Obj(model) => Self { read_before: Some(model), ..self },
+            ReadBefore::Obj(model) => Self { read_before: Some(*model), ..self },
             ReadBefore::Gltf(document) => Self { gltf: self.gltf.with(document), ..self },
         }
     }

@@ -91,7 +91,7 @@ pub(crate) fn shot(path: &Path, strict: bool, options: &Options) -> Result<Shot,
     // the column is one of our generated text, which nobody has seen
     let of_text = |error: &SceneError| error.path == path && error.column.is_some();
     let told = |error: SceneError| if of_text(&error) { SceneError::new(path, error.message) } else { error };
-    let before = Some(ReadBefore::Obj(model));
+    let before = Some(ReadBefore::Obj(Box::new(model)));
     let shot =
         shot::from_text_with(TomlText { path, text: &text }, strict, before, MOST_ADDED).map_err(told)?;
     // it stands there twice: for the model, and for the text
