@@ -1,23 +1,7 @@
-//! Programs that wrote an MTL file, and what their statements mean.
-//!
-//! MTL has no surfaces as programs know them today. Blender's exporter puts those of its Principled BSDF into statements that mean
-//! something else to everybody else (`source/blender/io/wavefront_obj/exporter/obj_export_mtl.cc`): metal becomes `illum 3`, which is a
-//! mirror, and its share `Ka`; roughness becomes `Ns`; `illum 9` with `d` is coverage, not glass; and `Kd` beside a `map_Kd` is the
-//! colour that the picture replaces. They are put back here.
-
-use glam::Vec3;
-
-use super::mtl::MtlMaterial;
-use crate::scene::keys::KdBesideMap;
+//! Programs that write MTL files, by the comments at the beginning.
 
 /// Number of lines at the beginning of a file in which its exporter is looked for.
 const HEADER_LINES: usize = 8;
-
-/// `Ns` of a surface without roughness, as Blender writes it.
-const SMOOTH_NS: f32 = 1000.0;
-
-/// Reflectance at normal incidence for a specular level of 1: Blender's levels, `Ks`, are from 0 to 1.
-const HEAD_ON_OF_KS: f32 = 0.08;
 
 /// Program that wrote a file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -39,127 +23,11 @@ impl Exporter {
     }
 }
 
-impl MtlMaterial {
-    /// The statements that mean to this program what these mean to the exporter.
-    pub fn as_meant(self, kd_beside_map: KdBesideMap) -> Self {
-        let is_blenders = self.exporter == Exporter::Blender;
-        let meant = if is_blenders { self.from_blender() } else { self };
-        let is_ignored = match kd_beside_map {
-            KdBesideMap::Exporter => is_blenders,
-            KdBesideMap::Multiply => false,
-            KdBesideMap::Ignore => true,
-        };
-        // without `Kd` the picture is taken as it is
-        let kd = meant.kd.filter(|_| !is_ignored || meant.map_kd.is_none());
-        Self { kd, ..meant }
-    }
-
-    fn from_blender(self) -> Self {
-        let is_metal = matches!(self.illum, Some(3 | 6));
-        let metallic = self.ka.map_or(1.0, |ka| ka.max_element().min(1.0));
-        let level = self.ks.map_or(0.5, |ks| ks.max_element());
-        // `Tf` is the share of transmission; where it is 0, or not stated, light passes by `d` alone
-        let transmits = self.tf.is_some_and(|filter| filter != Vec3::ZERO);
-        if transmits {
-            // its colour is that of the surface
-            let tf = self.tf.map(|share| share * self.kd.unwrap_or(Vec3::ONE));
-            return Self { illum: Some(7), ks: None, ka: None, tf, ..self };
-        }
-        // no highlight: the surface is matt, unless it states what it is by itself
-        if self.illum.is_some_and(|illum| illum < 2) && self.pr.is_none() && self.pm.is_none() {
-            return Self { ka: None, ..self };
-        }
-        let roughness = self.ns.map_or(0.5, |ns| 1.0 - (ns / SMOOTH_NS).clamp(0.0, 1.0).sqrt());
-        Self {
-            pr: self.pr.or(Some(roughness)),
-            pm: self.pm.or(Some(if is_metal { metallic } else { 0.0 })),
-            ni: Some(index_of((HEAD_ON_OF_KS * level).min(0.999))),
-            illum: Some(2),
-            ka: None,
-            ks: None,
-            tf: None,
-            ..self
-        }
-    }
-}
-
-/// Index of refraction of a surface that reflects so much at normal incidence.
-fn index_of(head_on: f32) -> f32 {
-    // an index of 1 means that none is stated; so little more reflects nothing that is seen
-    let root = head_on.max(1e-7).sqrt();
-    (1.0 + root) / (1.0 - root)
-}
-
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "a test may stop at the first surprise")]
-    use super::super::mtl::parse;
     use super::*;
-    use crate::scene::Material;
-    use crate::scene::material::Optics;
 
     const BLENDER: &str = "# Blender 5.0.1 MTL File: 'shot.blend'\n# www.blender.org\n\n";
-
-    fn settled(header: &str, statements: &str, rule: KdBesideMap) -> Material {
-        let file = parse(format!("{header}newmtl m\n{statements}").as_bytes());
-        file.materials.into_iter().next().unwrap().as_meant(rule).settle()
-    }
-
-    #[test]
-    fn blenders_surfaces_are_what_they_were() {
-        let of = |statements: &str| settled(BLENDER, statements, KdBesideMap::Exporter);
-        // gold of a roughness of 0.2
-        let gold = of("Ns 640\nKa 1 1 1\nKd 1 .8 .3\nKs .5 .5 .5\nKe 0 0 0\nNi 1.45\nd 1\nillum 3");
-        let layer = gold.metal_rough.unwrap();
-        assert!((layer.roughness - 0.2).abs() < 1e-6 && layer.metallic == 1.0, "{layer:?}");
-        assert_eq!((layer.base, gold.optics), (Vec3::new(1.0, 0.8, 0.3), Optics::Opaque));
-        // half a metal, half there
-        let half = of("Ns 250\nKa .5 .5 .5\nKd 1 1 1\nKs .5 .5 .5\nd .4\nillum 6");
-        let layer = half.metal_rough.unwrap();
-        assert_eq!((layer.roughness, layer.metallic, layer.solid), (0.5, 0.5, 0.4));
-        // plastic reflects 4 % at normal incidence, a level of 1 twice as much
-        for (level, head_on) in [(0.5, 0.04), (1.0, 0.08), (0.0, 0.0)] {
-            let plastic = of(&format!(
-                "Ns 250\nKa 1 1 1\nKd .5 .5 .5\nKs {level} {level} {level}\nNi 1.45\nd 1\nillum 2"
-            ));
-            let layer = plastic.metal_rough.unwrap();
-            assert!((layer.head_on - head_on).abs() < 1e-5 && layer.metallic == 0.0, "{level}: {layer:?}");
-            assert_eq!(plastic.ambient, plastic.diffuse, "`Ka` says nothing of ambient light");
-        }
-        // a veil, and no glass that bends
-        let veil = of("Ns 250\nKa 1 1 1\nKd .5 .5 .5\nKs .5 .5 .5\nNi 1.45\nd .4\nillum 9");
-        assert!(matches!(veil.optics, Optics::Glass { index: 1.0, .. }), "{:?}", veil.optics);
-        assert!(of("Ns 0\nKd .5 .5 .5\nKs 0 0 0\nillum 1").metal_rough.is_none());
-        // glass with the statements for PBR
-        let glass = of("Ns 1000\nKd 1 .5 1\nKs .5 .5 .5\nNi 1.45\nd 1\nillum 2\nPr 0\nPm 0\nTf 1 1 1");
-        let tinted =
-            Optics::Glass { transmission: Vec3::new(1.0, 0.5, 1.0), index: 1.45, reflection: Vec3::ONE };
-        assert_eq!(glass.optics, tinted);
-    }
-
-    #[test]
-    fn others_mean_what_the_format_says() {
-        let max = "# 3ds Max Wavefront OBJ Exporter v0.97b\n";
-        let statements = "Ns 10\nKd .5 .5 .5\nKs .5 .5 .5\nTf 1 1 1\nd 1\nillum 2";
-        let plain = settled(max, statements, KdBesideMap::Exporter);
-        assert_eq!((plain.optics, plain.metal_rough), (Optics::Opaque, None));
-        assert_eq!(plain.specular, Vec3::splat(0.5));
-    }
-
-    #[test]
-    fn kd_beside_a_picture_is_what_the_exporter_or_the_shot_says() {
-        use KdBesideMap::{Exporter, Ignore, Multiply};
-        for (header, map, rule, expected) in [
-            ("", "map_Kd a.png", Exporter, 0.5),
-            ("", "map_Kd a.png", Ignore, 1.0),
-            (BLENDER, "map_Kd a.png", Exporter, 1.0),
-            (BLENDER, "map_Kd a.png", Multiply, 0.5),
-            (BLENDER, "", Ignore, 0.5),
-        ] {
-            let material = settled(header, &format!("Kd .5 .5 .5\nillum 1\n{map}"), rule);
-            assert_eq!(material.diffuse, Vec3::splat(expected), "{map} {rule:?} {header}");
-        }
-    }
 
     #[test]
     fn the_header_alone_names_the_exporter() {

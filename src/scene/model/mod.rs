@@ -5,6 +5,7 @@ pub mod bake;
 pub mod copies;
 pub mod exporter;
 pub mod map_statement;
+mod meaning;
 pub mod mtl;
 pub mod pictures;
 pub mod point_cache;

@@ -339,7 +339,7 @@ fn settled(
     if shared.has(&model) {
         return Ok(model);
     }
-    model.settled().ok_or_else(|| text.fault(models::place_of(table), "the model is too far from all others"))
+    model.settled().ok_or_else(|| text.fault(model::place_of(table), "the model is too far from all others"))
 }
 
 /// Extent of all models as they stand at a frame, in the space of the files.
@@ -378,7 +378,7 @@ fn extent(
         let bounds = bounds[&Arc::as_ptr(&model.mesh)];
         if Extent::NONE.with_model(bounds, &model.track).reach() > FARTHEST {
             let message = "moved and scaled like this the model reaches too far from the origin (1e18)";
-            return Err(text.fault(models::place_of(table), message));
+            return Err(text.fault(model::place_of(table), message));
         }
         if counts(models, model) {
             all = all.with_model(bounds, &model.track);

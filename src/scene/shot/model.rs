@@ -1,8 +1,9 @@
 //! Reads the keys of a model in a shot file into its track.
 
+use std::ops::Range;
+
 use glam::{DAffine3, DMat3, DVec3};
 
-use super::models::place_of;
 use super::tracks::{frames_between, in_order, or, through_or};
 use crate::animation::{TransformTrack, Visibility};
 use crate::scene::SceneError;
@@ -47,6 +48,13 @@ pub fn track(text: TomlText<'_>, table: &At<ModelTable>) -> Result<TransformTrac
     };
     refuse_flat(text, table, &keys, &track)?;
     Ok(track)
+}
+
+/// Byte range of the shot file that says what a model is.
+pub fn place_of(table: &At<ModelTable>) -> Range<usize> {
+    let ModelTable { obj, gltf, quadric, .. } = table.get_ref();
+    let file = obj.as_ref().or(gltf.as_ref()).map(At::span);
+    file.or_else(|| quadric.as_ref().map(At::span)).unwrap_or_else(|| table.span())
 }
 
 /// Returns true if a key states visibility alone, and nothing of the model's place.

@@ -44,13 +44,6 @@ pub fn of_table(
     Ok(models.into_iter().map(|model| Model { reflection_map, ..model }).collect())
 }
 
-/// Byte range of the shot file that says what a model is.
-pub fn place_of(table: &At<ModelTable>) -> Range<usize> {
-    let ModelTable { obj, gltf, quadric, .. } = table.get_ref();
-    let file = obj.as_ref().or(gltf.as_ref()).map(At::span);
-    file.or_else(|| quadric.as_ref().map(At::span)).unwrap_or_else(|| table.span())
-}
-
 /// Refuses what excludes each other. `is_read`: the model's file was read before, and need not be named.
 fn refuse_keys_together(text: TomlText<'_>, table: &At<ModelTable>, is_read: bool) -> Result<(), SceneError> {
     let ModelTable { obj, gltf, quadric, shapes, animation, .. } = table.get_ref();
