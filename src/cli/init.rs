@@ -59,16 +59,17 @@ impl InitArgs {
             return Err(taken());
         }
         let options = turntable_options(&self.model, self.up, None)?;
-        let name = || self.model_from(&shot);
         let (text, notes) = if is_gltf(&self.model) {
-            let written = gltf::text(&self.model, &name()?, &options).map_err(Failure::of)?;
+            output::ensure_writable(&shot).map_err(Failure::of)?;
+            let name = self.model_from(&shot)?;
+            let written = gltf::text(&self.model, &name, &options).map_err(Failure::of)?;
             (written.text, written.notes)
         } else {
             let look = turntable::look(&self.model, &options).map_err(Failure::of)?;
-            (turntable::text(&look, &name()?), look.notes)
+            output::ensure_writable(&shot).map_err(Failure::of)?;
+            (turntable::text(&look, &self.model_from(&shot)?), look.notes)
         };
         notes.iter().for_each(|note| terminal.note(note));
-        output::ensure_writable(&shot).map_err(Failure::of)?;
         match output::write_new_bytes(&shot, text.as_bytes()) {
             Err(error) if error.source.kind() == ErrorKind::AlreadyExists => return Err(taken()),
             outcome => outcome.map_err(Failure::of)?,

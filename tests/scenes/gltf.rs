@@ -728,6 +728,27 @@ fn a_whole_file_is_a_shot() {
 }
 
 #[test]
+fn cameras_look_as_their_nodes_are_turned() {
+    for [x, y, z] in [[0.0, 0.0, 0.0], [0.3, -2.0, 0.8], [-1.2, 0.5, 3.0], [0.0, 3.0, -0.4]] {
+        let mut file = File::new();
+        let mesh = file.triangle();
+        file.root(json!({"mesh": mesh}));
+        let turn = DQuat::from_euler(glam::EulerRot::YXZ, y, x, z);
+        file.json["cameras"] =
+            json!([{"type": "orthographic", "orthographic": {"xmag": 4, "ymag": 2, "znear": 0, "zfar": 9}}]);
+        file.root(
+            json!({"camera": 0, "translation": [1, 2, 3], "rotation": turn.to_array(), "scale": [2, 2, 2]}),
+        );
+        let shot = scene::load(&folder(&file).path().join("m.gltf"), true).unwrap();
+        let camera = Pose::new(&shot.scene, 1).camera;
+        assert_near(camera.forward.as_dvec3(), turn * DVec3::NEG_Z);
+        assert_near(camera.up.as_dvec3(), turn * DVec3::Y);
+        assert_near(camera.eye.as_dvec3(), DVec3::new(1.0, 2.0, 3.0));
+        assert!(camera.is_orthographic() && camera.half_height == 2.0 && shot.settings.width == 1440);
+    }
+}
+
+#[test]
 fn a_file_without_camera_and_lights_goes_on_a_turntable() {
     let mut file = File::new();
     let mesh = file.triangle();
@@ -817,7 +838,7 @@ fn what_is_damaged_is_an_error_that_says_so() {
         ("/bufferViews/0/byteLength", json!(u64::MAX), "bufferView 0 ends behind buffer 0"),
         ("/bufferViews/0/buffer", json!(1), "it names buffer 1"),
         ("/animations/0/channels/0/sampler", json!(1), "it names animation sampler 1"),
-        ("/animations/0/channels/0/target/node", json!(5), "it names node 5"),
+        ("/animations/0/channels/0/target/node", json!(5), "node 5, and there are 1"),
         ("/animations/0/samplers/0/input", json!(0), "accessor 0 is of type VEC3, and 1 numbers are needed"),
         ("/animations/0/samplers/0/output", json!(0), "has not as many values as times"),
         ("/animations/0/samplers/0/interpolation", json!("X"), "has an unknown interpolation"),

@@ -149,7 +149,12 @@ impl Channel {
         rate: f64,
     ) -> Result<Option<Self>, SceneError> {
         let Some(node) = channel.target.node else { return Ok(None) };
-        document.get(&document.json.nodes, node, "node")?;
+        let count = document.json.nodes.len();
+        if node >= count {
+            return Err(document.fault(format!(
+                "an animation moves node {node}, and there are {count} nodes: export the file again (from Blender without GPU instances)"
+            )));
+        }
         let property = match channel.target.path.as_str() {
             "translation" => Property::Translation,
             "rotation" => Property::Rotation,

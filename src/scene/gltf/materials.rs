@@ -195,8 +195,7 @@ impl Assembly {
             );
             mean = self.mean(document, info, Encoding::Linear)?;
         }
-        let share =
-            |factor: f64, mean: f64| if factor.is_nan() { mean } else { (factor * mean).clamp(0.0, 1.0) };
+        let share = |factor: f64, mean: f64| (factor * mean).clamp(0.0, 1.0);
         Ok((share(pbr.roughness_factor, mean.y), share(pbr.metallic_factor, mean.z)))
     }
 
