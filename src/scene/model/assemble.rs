@@ -9,7 +9,7 @@ use std::sync::Arc;
 use embree::VertexBuffer;
 use glam::Vec3;
 
-use super::map_statement::MapKd;
+use super::map_statement::MapStatement;
 use super::mtl::{self, MtlFile, MtlMaterial};
 use super::pictures::{PictureUse, Pictures};
 use super::shape_files::{self, Origins, ReadShapes, ShapeSource};
@@ -402,7 +402,7 @@ impl Assembly {
     /// Index of the picture of `map`, a statement of the file `asking`.
     pub(in crate::scene) fn picture(
         &mut self,
-        map: &MapKd,
+        map: &MapStatement,
         asking: &Path,
         used: PictureUse,
     ) -> Result<u32, SceneError> {

@@ -4,7 +4,7 @@ use glam::Vec2;
 
 /// A texture as a material asks for it.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct MapKd {
+pub(crate) struct MapStatement {
     /// File name as written; may hold spaces, backslashes and the case of another system.
     pub file: String,
     pub scale: Vec2,
@@ -14,7 +14,7 @@ pub(crate) struct MapKd {
     pub line: usize,
 }
 
-impl MapKd {
+impl MapStatement {
     /// Creates a statement for the whole picture, repeating.
     pub fn plain(file: impl Into<String>, line: usize) -> Self {
         Self { file: file.into(), scale: Vec2::ONE, offset: Vec2::ZERO, clamp: false, line }
@@ -22,8 +22,8 @@ impl MapKd {
 }
 
 /// Reads options, then a file name that may hold spaces. `None` without a name.
-pub fn map_statement(text: &str, line: usize) -> Option<MapKd> {
-    let mut map = MapKd::plain("", line);
+pub fn map_statement(text: &str, line: usize) -> Option<MapStatement> {
+    let mut map = MapStatement::plain("", line);
     let mut rest = text.trim();
     while let Some((option, after)) = option(rest) {
         let (values, after) = match option {

@@ -9,7 +9,7 @@ use std::path::Path;
 use glam::Vec3;
 
 use super::exporter::Exporter;
-use super::map_statement::{MapKd, map_statement};
+use super::map_statement::{MapStatement, map_statement};
 use super::unused_statements;
 use crate::digest::Digest;
 use crate::input::{self, InputError, Kind};
@@ -49,8 +49,8 @@ pub(crate) struct MtlMaterial {
     pub illum: Option<u32>,
     pub pr: Option<f32>,
     pub pm: Option<f32>,
-    pub map_kd: Option<MapKd>,
-    pub map_d: Option<MapKd>,
+    pub map_kd: Option<MapStatement>,
+    pub map_d: Option<MapStatement>,
 }
 
 /// Content of an MTL file.

@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader};
 
-use super::map_statement::MapKd;
+use super::map_statement::MapStatement;
 use crate::digest::Digest;
 use crate::input::{self, Input, Kind};
 use crate::memory::{self, Need, Part};
@@ -105,7 +105,7 @@ impl Pictures {
     /// case one that does not fit into memory.
     pub fn index_of(
         &mut self,
-        map: &MapKd,
+        map: &MapStatement,
         folder: &Path,
         asking: &Path,
         findings: &mut Findings,

@@ -25,7 +25,7 @@ use crate::scene::keys::{BackgroundTable, FloorTable, MaterialTable, ModelTable,
 use crate::scene::material::LARGEST_COLOR;
 use crate::scene::model::assemble::{Assembled, Assembly, Override, ReadBefore};
 use crate::scene::model::copies::SharedMeshes;
-use crate::scene::model::map_statement::MapKd;
+use crate::scene::model::map_statement::MapStatement;
 use crate::scene::model::mtl::MtlMaterial;
 use crate::scene::render_space::{Extent, RenderSpace};
 use crate::scene::warnings::darkness;
@@ -288,7 +288,7 @@ fn replacement(text: TomlText<'_>, table: &MaterialTable) -> Result<Override, Sc
     let (line, column) = (place.line.unwrap_or(1), place.column.unwrap_or(1));
     let map_line = |map: &At<String>| text.fault(map.span(), "").line.unwrap_or(1);
     let picture = |map: &Option<At<String>>| {
-        map.as_ref().map(|map| MapKd::plain(map.get_ref().as_str(), map_line(map)))
+        map.as_ref().map(|map| MapStatement::plain(map.get_ref().as_str(), map_line(map)))
     };
     let values = MtlMaterial {
         name: table.name.get_ref().clone(),
