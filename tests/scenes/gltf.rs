@@ -643,7 +643,7 @@ fn alpha_cuts_out_what_is_below_the_cutoff() {
     let cutout = |alpha: [u8; 2], json: Value| {
         let mut file = File::new();
         let positions = file.vectors(&[[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]);
-        let uvs = file.floats("VEC2", 3, &[0.0, 0.0, 1.0, 0.0, 0.0, 1.0]);
+        let uvs = file.floats("VEC2", 2, &[0.0, 0.0, 1.0, 0.0, 0.0, 1.0]);
         let attributes = json!({"POSITION": positions, "TEXCOORD_0": uvs});
         let mesh = file.mesh(json!({"attributes": attributes, "material": 0}));
         let uri = base64(&png(alpha.map(|alpha| [255, 255, 255, alpha])));

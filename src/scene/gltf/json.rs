@@ -1,4 +1,7 @@
 //! The JSON of a glTF file as it is written: names and types alone, nothing checked. Keys that are not listed have no effect here.
+//!
+//! Not through the crate `gltf`: its validation panics on some damaged files (an index out of bounds for primitives in `gltf-json` 1.4.1),
+//! and refuses sound ones (animation channels without a node, which extensions have).
 
 use std::collections::BTreeMap;
 

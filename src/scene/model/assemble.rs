@@ -116,7 +116,7 @@ impl ReadModel {
         let is_black = |name: &&str| {
             let found = defined.iter().rfind(|defined| defined.material.name == **name);
             found.is_some_and(|defined| {
-                let meant = || defined.material.clone().as_meant(KdBesideMap::default());
+                let meant = || defined.material.clone().meant(KdBesideMap::default());
                 defined.material.map_kd.is_none() && meant().settle().is_black()
             })
         };
@@ -375,7 +375,7 @@ impl Assembly {
     fn settle(&mut self, named: &Named, found: Option<&Defined>, obj: &Path) -> Result<Material, SceneError> {
         let mut stated = match found {
             // what the shot file says means what the format says
-            Some(defined) => defined.material.clone().as_meant(self.kd_beside_map),
+            Some(defined) => defined.material.clone().meant(self.kd_beside_map),
             None => MtlMaterial { name: named.name.clone(), ..MtlMaterial::default() },
         };
         let replaced = self.override_values(&mut stated);

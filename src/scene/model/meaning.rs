@@ -19,9 +19,9 @@ const HEAD_ON_OF_KS: f32 = 0.08;
 
 impl MtlMaterial {
     /// The statements that mean to this program what these mean to the exporter.
-    pub fn as_meant(self, kd_beside_map: KdBesideMap) -> Self {
+    pub fn meant(self, kd_beside_map: KdBesideMap) -> Self {
         let is_blenders = self.exporter == Exporter::Blender;
-        let meant = if is_blenders { self.from_blender() } else { self };
+        let meant = if is_blenders { self.meant_by_blender() } else { self };
         let is_ignored = match kd_beside_map {
             KdBesideMap::Exporter => is_blenders,
             KdBesideMap::Multiply => false,
@@ -32,7 +32,7 @@ impl MtlMaterial {
         Self { kd, ..meant }
     }
 
-    fn from_blender(self) -> Self {
+    fn meant_by_blender(self) -> Self {
         let is_metal = matches!(self.illum, Some(3 | 6));
         let metallic = self.ka.map_or(1.0, |ka| ka.max_element().min(1.0));
         let level = self.ks.map_or(0.5, |ks| ks.max_element());
@@ -80,7 +80,7 @@ mod tests {
 
     fn settled(header: &str, statements: &str, rule: KdBesideMap) -> Material {
         let file = parse(format!("{header}newmtl m\n{statements}").as_bytes());
-        file.materials.into_iter().next().unwrap().as_meant(rule).settle()
+        file.materials.into_iter().next().unwrap().meant(rule).settle()
     }
 
     #[test]

@@ -254,7 +254,7 @@ impl MtlMaterial {
     /// Returns true if it states a transmission filter, and the material is opaque nevertheless.
     fn filters_nothing(&self) -> bool {
         let is_opaque = || {
-            let meant = self.clone().as_meant(KdBesideMap::default());
+            let meant = self.clone().meant(KdBesideMap::default());
             meant.settle().optics == Optics::Opaque
         };
         self.tf.is_some_and(|filter| filter != Vec3::ZERO) && is_opaque()
