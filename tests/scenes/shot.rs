@@ -171,14 +171,17 @@ fn materials_become_metal_rough() {
 
 #[test]
 fn pictures_are_read_and_sampled() {
-    let folder = folder();
     let mut picture = image::RgbImage::new(2, 1);
     picture.put_pixel(0, 0, image::Rgb([255, 0, 0]));
     picture.put_pixel(1, 0, image::Rgb([0, 0, 255]));
-    picture.save(folder.path().join("Red.png")).unwrap();
-    std::fs::write(folder.path().join("m.mtl"), "newmtl wood\nmap_Kd maps\\red.PNG\nnewmtl clear\n").unwrap();
-    let shot = load_in(folder.path(), REST, true).unwrap();
-    assert_eq!(shot.scene.textures[0].sample(glam::Vec2::new(0.25, 0.5)), Vec3::X);
+    for format in ["png", "tif", "webp", "bmp", "tga"] {
+        let folder = folder();
+        picture.save(folder.path().join(format!("Red.{format}"))).unwrap();
+        let named = format!("newmtl wood\nmap_Kd maps\\red.{}\nnewmtl clear\n", format.to_uppercase());
+        std::fs::write(folder.path().join("m.mtl"), named).unwrap();
+        let shot = load_in(folder.path(), REST, true).unwrap();
+        assert_eq!(shot.scene.textures[0].sample(glam::Vec2::new(0.25, 0.5)), Vec3::X, "{format}");
+    }
 }
 
 /// Of `map_d`, of the alpha of `map_Kd` and of a table of the shot file.
