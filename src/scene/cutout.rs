@@ -112,11 +112,6 @@ impl CutoutTest {
         Some(Self { first: cut.first, triangles: triangles.collect(), masks: cut.masks.clone() })
     }
 
-    /// Number of the first triangle that is cut out.
-    pub fn first(&self) -> u32 {
-        self.first
-    }
-
     /// Returns true if the place of `triangle` with the weights `u` and `v` of its second and third corner is
     /// there. `triangle`: by its number in the mesh; one that is not cut out is there as a whole.
     pub fn is_there(&self, triangle: u32, u: f32, v: f32) -> bool {

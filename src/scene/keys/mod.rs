@@ -2,6 +2,7 @@
 //! editors show of it: see [`schema`].
 
 pub mod camera;
+pub mod material;
 pub mod quadric;
 pub mod samples;
 pub mod shapes;
@@ -20,6 +21,7 @@ use serde::de::{self, Deserializer, SeqAccess, Visitor};
 use serde_json::{Value, json};
 
 use self::camera::{CameraTable, ShutterTable, StereoTable};
+use self::material::{MaterialTable, MtlTable};
 use self::quadric::QuadricTable;
 use self::samples::SamplesValue;
 use self::shapes::ShapesTable;
@@ -120,27 +122,6 @@ pub(crate) struct ShotFile {
     /// Overrides of MTL materials
     #[serde(default)]
     pub material: Vec<MaterialTable>,
-}
-
-/// Meaning of `Kd` beside a `map_Kd`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, JsonSchema)]
-#[serde(rename_all = "lowercase")]
-pub(crate) enum KdBesideMap {
-    /// As the exporter means it: ignored where the header says Blender, a factor elsewhere.
-    #[default]
-    Exporter,
-    /// It multiplies the picture.
-    Multiply,
-    /// The picture shows alone.
-    Ignore,
-}
-
-#[derive(Debug, Default, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct MtlTable {
-    /// Kd beside a map_Kd: as the exporter means it, or it multiplies the picture, or it is ignored (exporter)
-    #[serde(default)]
-    pub kd_beside_map_kd: KdBesideMap,
 }
 
 #[derive(Debug, Default, Deserialize, JsonSchema)]
@@ -464,43 +445,6 @@ pub(crate) struct AmbientTable {
     /// Multiply by how open the surface is: see `[occlusion]`
     #[serde(default)]
     pub occluded: bool,
-}
-
-#[derive(Debug, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct MaterialTable {
-    /// The name after `newmtl`
-    pub name: At<String>,
-    /// Diffuse colour, linear RGB
-    pub kd: Option<Three>,
-    /// Ambient colour
-    pub ka: Option<Three>,
-    /// Specular colour: highlights and mirrors
-    pub ks: Option<Three>,
-    /// Emission
-    pub ke: Option<Three>,
-    /// Highlight exponent
-    #[schemars(range(min = 0))]
-    pub ns: Option<At<f64>>,
-    /// Index of refraction
-    #[schemars(range(min = 0, max = 100))]
-    pub ni: Option<At<f64>>,
-    /// Opacity
-    #[schemars(range(min = 0, max = 1))]
-    pub d: Option<At<f64>>,
-    /// Illumination model
-    #[schemars(range(min = 0, max = 10))]
-    pub illum: Option<At<i64>>,
-    /// Roughness
-    #[schemars(range(min = 0, max = 1))]
-    pub pr: Option<At<f64>>,
-    /// Metallic
-    #[schemars(range(min = 0, max = 1))]
-    pub pm: Option<At<f64>>,
-    /// Texture file, relative to the shot file
-    pub map_kd: Option<At<String>>,
-    /// Opacity: a picture that cuts parts out, where its alpha, or its brightness if it has none, is below a half
-    pub map_d: Option<At<String>>,
 }
 
 /// Known to the schema alone: what is no layer is told by the loader.

@@ -9,7 +9,7 @@ use glam::Vec3;
 
 use super::exporter::Exporter;
 use super::mtl::MtlMaterial;
-use crate::scene::keys::KdBesideMap;
+use crate::scene::keys::material::KdBesideMap;
 
 /// `Ns` of a surface without roughness, as Blender writes it.
 const SMOOTH_NS: f32 = 1000.0;

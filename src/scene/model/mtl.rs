@@ -14,7 +14,7 @@ use super::unused_statements;
 use crate::digest::Digest;
 use crate::input::{self, InputError, Kind};
 use crate::memory::{self, Need, Part};
-use crate::scene::keys::KdBesideMap;
+use crate::scene::keys::material::KdBesideMap;
 use crate::scene::material::{LARGEST_COLOR, MetalRough, Optics};
 use crate::scene::obj::lines::{Lines, readable, split_keyword, words};
 use crate::scene::{Material, SceneError};

@@ -19,9 +19,10 @@ use glam::{DVec3, Vec3};
 
 use crate::digest::Digest;
 use crate::scene::frames::Run;
+use crate::scene::keys::material::MaterialTable;
 use crate::scene::keys::toml_text::{At, Three, TomlText};
 use crate::scene::keys::values::{look, optional_color};
-use crate::scene::keys::{BackgroundTable, FloorTable, MaterialTable, ModelTable, ShotFile};
+use crate::scene::keys::{BackgroundTable, FloorTable, ModelTable, ShotFile};
 use crate::scene::material::LARGEST_COLOR;
 use crate::scene::model::assemble::{Assembled, Assembly, Override, ReadBefore};
 use crate::scene::model::copies::SharedMeshes;
