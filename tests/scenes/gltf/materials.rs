@@ -1,0 +1,168 @@
+//! Are materials and pictures of glTF files what the standard says?
+
+use super::*;
+
+/// Settles a material.
+fn material(json: Value) -> (Material, Vec<String>) {
+    let mut file = File::new();
+    let mesh = file.triangle();
+    file.json["meshes"][mesh]["primitives"][0]["material"] = json!(0);
+    file.add("materials", json);
+    file.root(json!({"mesh": mesh}));
+    let shot = load(&file, "");
+    let told = shot.warnings.iter().map(|warning| warning.0.to_string()).collect();
+    (shot.scene.materials[0].clone(), told)
+}
+
+#[test]
+fn materials_are_metal_rough() {
+    let pbr = json!({"baseColorFactor": [0.5, 0.25, 1, 0.3], "metallicFactor": 0.25, "roughnessFactor": 0.5});
+    let (plain, told) = material(json!({"name": "paint", "pbrMetallicRoughness": pbr}));
+    let layer = plain.metal_rough.unwrap();
+    assert_eq!((layer.base, layer.roughness, layer.metallic), (Vec3::new(0.5, 0.25, 1.0), 0.5, 0.25));
+    assert!((layer.head_on - 0.04).abs() < 1e-6 && layer.solid == 1.0 && plain.optics == Optics::Opaque);
+    assert_eq!((plain.name.as_str(), plain.emission), ("paint", Vec3::ZERO));
+    assert!(!told.iter().any(|text| text.contains("not used")), "{told:?}");
+    let (veil, _) = material(json!({"pbrMetallicRoughness": pbr, "alphaMode": "BLEND"}));
+    assert!((veil.metal_rough.unwrap().solid - 0.3).abs() < 1e-6 && veil.name == "material 0");
+    assert!(matches!(veil.optics, Optics::Glass { index: 1.0, .. }));
+    let extensions =
+        json!({"KHR_materials_emissive_strength": {"emissiveStrength": 4}, "KHR_materials_ior": {"ior": 2}});
+    let (lamp, _) = material(json!({"emissiveFactor": [1, 0.5, 0], "extensions": extensions}));
+    assert_eq!(lamp.emission, Vec3::new(4.0, 2.0, 0.0));
+    assert!((lamp.metal_rough.unwrap().head_on - 1.0 / 9.0).abs() < 1e-6);
+    let (unlit, _) =
+        material(json!({"pbrMetallicRoughness": pbr, "extensions": {"KHR_materials_unlit": {}}}));
+    assert_eq!(
+        (unlit.emission, unlit.diffuse, unlit.metal_rough),
+        (Vec3::new(0.5, 0.25, 1.0), Vec3::ZERO, None)
+    );
+}
+
+#[test]
+fn what_transmits_is_glass() {
+    let glass = |extensions: Value| {
+        let pbr = json!({"baseColorFactor": [1, 0.5, 1, 1], "metallicFactor": 0, "roughnessFactor": 0});
+        material(json!({"pbrMetallicRoughness": pbr, "extensions": extensions})).0
+    };
+    let thin = glass(json!({"KHR_materials_transmission": {"transmissionFactor": 1}}));
+    let transmission = Vec3::new(1.0, 0.5, 1.0);
+    assert_eq!(thin.optics, Optics::Glass { transmission, index: 1.0, reflection: Vec3::ONE });
+    assert_eq!((thin.diffuse, thin.metal_rough), (Vec3::ZERO, None));
+    let solid = glass(
+        json!({"KHR_materials_transmission": {"transmissionFactor": 1}, "KHR_materials_ior": {"ior": 1.25},
+        "KHR_materials_volume": {"thicknessFactor": 1}}),
+    );
+    assert_eq!(solid.optics, Optics::Glass { transmission, index: 1.25, reflection: Vec3::ONE });
+    let half = glass(json!({"KHR_materials_transmission": {"transmissionFactor": 0.5}}));
+    assert!(half.diffuse.abs_diff_eq(Vec3::new(0.5, 0.25, 0.5), 1e-6), "{}", half.diffuse);
+}
+
+/// A picture of two texels, as PNG.
+fn png(texels: [[u8; 4]; 2]) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    let mut encoder = png::Encoder::new(&mut bytes, 2, 1);
+    encoder.set_color(png::ColorType::Rgba);
+    let mut writer = encoder.write_header().unwrap();
+    writer.write_image_data(texels.as_flattened()).unwrap();
+    writer.finish().unwrap();
+    bytes
+}
+
+#[test]
+fn pictures_may_be_in_the_file_or_beside_it() {
+    let picture = png([[255, 0, 0, 255], [0, 102, 51, 255]]);
+    let mut file = File::new();
+    let positions = file.vectors(&[[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]);
+    let uvs = file.floats("VEC2", 2, &[0.0, 0.0, 1.0, 0.0, 0.0, 1.0]);
+    let view = file.view(&picture);
+    let uri = format!("data:image/png;base64,{}", base64(&picture));
+    file.json["images"] =
+        json!([{"bufferView": view, "mimeType": "image/png"}, {"uri": uri}, {"uri": "maps/my%20wood.png"}]);
+    file.json["samplers"] = json!([{"wrapS": 33071, "wrapT": 33071}]);
+    file.json["textures"] = json!([{"source": 0}, {"source": 1}, {"source": 2, "sampler": 0}]);
+    let transform = json!({"KHR_texture_transform": {"offset": [0.25, 0.5], "scale": [2, 4]}});
+    let of = |texture: usize| json!({"index": texture, "extensions": transform});
+    for texture in 0..3 {
+        let pbr = json!({"baseColorTexture": of(texture), "metallicRoughnessTexture": {"index": 1}});
+        let json = json!({"name": format!("paint {texture}"), "pbrMetallicRoughness": pbr, "emissiveTexture": {"index": 0},
+            "emissiveFactor": [1, 1, 1], "normalTexture": {"index": 0}});
+        let material = file.add("materials", json);
+        let attributes = json!({"POSITION": positions, "TEXCOORD_0": uvs});
+        let mesh = file.mesh(json!({"attributes": attributes, "material": material}));
+        file.root(json!({"mesh": mesh}));
+    }
+    let folder = folder(&file);
+    fs::create_dir(folder.path().join("maps")).unwrap();
+    fs::write(folder.path().join("maps/my wood.png"), &picture).unwrap();
+    let text = format!("{CAMERA}[[model]]\ngltf = \"m.gltf\"\n[[material]]\nname = \"paint 1\"\npr = 0.75\n");
+    let shot = load_in(folder.path(), &text, true).unwrap();
+    let materials = &shot.scene.materials;
+    assert_eq!(shot.scene.textures.len(), 3);
+    for (material, clamp) in materials.iter().zip([false, false, true]) {
+        let texture = &shot.scene.textures[material.diffuse_map.unwrap() as usize];
+        assert_eq!(
+            (texture.width, texture.height, texture.texels[1], texture.clamp),
+            (2, 1, [0, 102, 51, 255], clamp)
+        );
+        assert_eq!((texture.scale, texture.offset), (Vec2::new(2.0, 4.0), Vec2::new(0.25, -3.5)));
+        // green is roughness, blue is metal
+        let layer = material.metal_rough.unwrap();
+        assert!((layer.metallic - 0.1).abs() < 1e-6);
+        assert!(material.emission.abs_diff_eq(Vec3::new(0.5, 0.132_87 / 2.0, 0.033_1 / 2.0), 1e-4));
+    }
+    let roughness: Vec<f32> =
+        materials.iter().map(|material| material.metal_rough.unwrap().roughness).collect();
+    assert!((roughness[0] - 0.2).abs() < 1e-6 && roughness[1] == 0.75, "{roughness:?}");
+    let name =
+        |index: usize| shot.scene.textures[index].path.file_name().unwrap().to_string_lossy().into_owned();
+    assert_eq!([name(0), name(1), name(2)], ["m.gltf#image 0", "m.gltf#image 1", "my wood.png"]);
+    assert_eq!(shot.files.len(), 3, "the shot, the file and one picture: {:?}", shot.files);
+    let told: Vec<String> = shot.warnings.iter().map(|warning| warning.0.to_string()).collect();
+    for part in ["normal maps", "the mean counts", "emission is one colour"] {
+        assert!(told.iter().any(|text| text.contains(part)), "{part}: {told:?}");
+    }
+    fs::remove_file(folder.path().join("maps/my wood.png")).unwrap();
+    let error = load_in(folder.path(), &text, true).unwrap_err();
+    assert!(error.contains("the texture `maps/my wood.png` cannot be found"), "{error}");
+}
+
+#[test]
+fn alpha_cuts_out_what_is_below_the_cutoff() {
+    let cutout = |alpha: [u8; 2], json: Value| {
+        let mut file = File::new();
+        let positions = file.vectors(&[[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]);
+        let uvs = file.floats("VEC2", 2, &[0.0, 0.0, 1.0, 0.0, 0.0, 1.0]);
+        let attributes = json!({"POSITION": positions, "TEXCOORD_0": uvs});
+        let mesh = file.mesh(json!({"attributes": attributes, "material": 0}));
+        let uri = base64(&png(alpha.map(|alpha| [255, 255, 255, alpha])));
+        file.json["images"] = json!([{"uri": format!("data:image/png;base64,{uri}")}]);
+        file.json["textures"] = json!([{"source": 0}]);
+        file.add("materials", json);
+        file.root(json!({"mesh": mesh}));
+        let shot = load(&file, "");
+        let cut = shot.scene.models[0].mesh.cut.is_some();
+        let least = shot.scene.materials[0].cutout.map(|cutout| cutout.least);
+        assert_eq!(cut, least.is_some());
+        least
+    };
+    let with = |factor: f64, mode: &str, cutoff: Option<f64>| {
+        let pbr = json!({"baseColorTexture": {"index": 0}, "baseColorFactor": [1, 1, 1, factor]});
+        let mut json = json!({"pbrMetallicRoughness": pbr, "alphaMode": mode});
+        if let Some(cutoff) = cutoff {
+            json["alphaCutoff"] = json!(cutoff);
+        }
+        json
+    };
+    for (alpha, json, expected) in [
+        ([255, 0], with(1.0, "MASK", None), Some(0.5)),
+        ([255, 100], with(1.0, "MASK", Some(0.25)), None),
+        // as large as a fourth of what the texture says
+        ([255, 100], with(0.25, "MASK", Some(0.125)), Some(0.5)),
+        ([255, 0], with(1.0, "MASK", Some(0.0)), None),
+        ([255, 0], with(1.0, "OPAQUE", None), None),
+        ([255, 0], with(1.0, "BLEND", None), Some(0.5)),
+    ] {
+        assert_eq!(cutout(alpha, json.clone()), expected, "{alpha:?} {json}");
+    }
+}
