@@ -264,6 +264,7 @@ fn ball() -> Mesh {
         cut: None,
         quadric: None,
         shapes: None,
+        details: Default::default(),
         normals: Vec::new(),
         triangles: Arc::new(triangles),
     }

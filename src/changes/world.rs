@@ -78,6 +78,7 @@ pub fn motion(dice: &mut Dice, frames: [f64; 2], reach: f64) -> TransformTrack {
         matrix: dice.one_in(4).then(|| matrices(dice, frames)),
         visible: if dice.one_in(3) { visibility(dice, frames) } else { Visibility::ALWAYS },
         shapes: None,
+        details: Default::default(),
     }
 }
 
@@ -154,6 +155,7 @@ fn mesh(corners: Vec<[f32; 3]>, triangles: Vec<[u32; 3]>) -> Mesh {
         cut: None,
         quadric: None,
         shapes: None,
+        details: Default::default(),
         triangles: Arc::new(triangles),
     }
 }

@@ -16,7 +16,8 @@ use crate::samples::{
     CELLS, EMPTY, Flags, KeptPath, Octahedral, PathColor, Record, Tag, TagSlot, Tile, half_colors,
 };
 use crate::scene::Scene;
-use crate::shade::surface::{SurfacePoint, reflectance, uv_at};
+use crate::shade::on_mesh::OnMesh;
+use crate::shade::surface::SurfacePoint;
 use crate::stereo::Eye;
 use crate::trace::{Backend, Coherence, HitBatch, RayBatch, SceneSubset};
 
@@ -225,12 +226,12 @@ fn hide<'t>(
             let point = origin + hit.t * sight;
             let mesh = &scene.models[hit.model as usize].mesh;
             let SurfacePoint { weights, normal, geometric_normal, .. } =
-                SurfacePoint::at(mesh, hit.triangle, point);
+                SurfacePoint::at(scene, mesh, hit.triangle, point);
             let is_behind = geometric_normal.dot(sight) > 0.0;
             let side = if is_behind { -1.0 } else { 1.0 };
-            let material = mesh.material_of[hit.triangle as usize];
-            let uv = || uv_at(mesh, hit.triangle, weights);
-            let color: Vec3 = reflectance(scene, &scene.materials[usize::from(material)], uv);
+            let place = OnMesh::new(mesh, hit.triangle, weights);
+            let material = place.material(scene);
+            let color: Vec3 = place.reflectance(scene, &scene.materials[usize::from(material)]);
             [tile.x[cell], tile.y[cell], tile.z[cell]] = point.to_array();
             tile.model[cell] = hit.model;
             tile.record[cell] = Record {

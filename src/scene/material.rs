@@ -1,8 +1,11 @@
 //! A surface's optical properties, as MTL states them.
 
+use std::sync::Arc;
+
 use glam::Vec3;
 
 use super::cutout::Cutout;
+use super::variants::Variants;
 
 /// MTL's Phong material, with the meaning of `illum` settled.
 #[derive(Debug, Clone, PartialEq)]
@@ -28,6 +31,24 @@ pub struct Material {
     pub diffuse_map: Option<u32>,
     /// Picture that cuts parts out of it: map_d, or the alpha of map_Kd.
     pub cutout: Option<Cutout>,
+    /// Picture of the normals of a surface that is rougher than its triangles.
+    pub normal_map: Option<NormalMap>,
+    /// True if the colours of vertices are a factor of the reflectance, as a texture is.
+    pub has_vertex_colors: bool,
+    /// Materials that stand for this one, where pictures give its parameters. Its own are their means.
+    pub variants: Option<Arc<Variants>>,
+    /// Index of the material for which this one stands, if it is a variant.
+    pub variant_of: Option<u16>,
+}
+
+/// Picture of normals.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct NormalMap {
+    /// Picture of vectors: index into [`Scene::textures`](super::Scene::textures). X points along the first texture coordinate, Y
+    /// along the second, upwards, and Z out of the surface.
+    pub map: u32,
+    /// Factor on X and Y.
+    pub slope: f32,
 }
 
 /// Least width of a rough layer's lobe (alpha of GGX), the square of a roughness of 0.045: the lobe is some
@@ -108,7 +129,23 @@ impl Material {
             metal_rough: None,
             diffuse_map: None,
             cutout: None,
+            normal_map: None,
+            has_vertex_colors: false,
+            variants: None,
+            variant_of: None,
         }
+    }
+
+    /// Returns true if a texture or the colours of vertices are a factor of its reflectance.
+    pub fn is_painted(&self) -> bool {
+        self.diffuse_map.is_some() || self.has_vertex_colors
+    }
+
+    /// Share of metal set to `metallic`, and the diffuse reflectance to what that leaves; no effect without a metal-rough layer.
+    pub fn with_metal(self, metallic: f32) -> Self {
+        let Some(layer) = self.metal_rough else { return self };
+        let diffuse = layer.base * (1.0 - metallic) * layer.solid;
+        Self { metal_rough: Some(MetalRough { metallic, ..layer }), diffuse, ..self }
     }
 
     /// Returns true if it is the stand-in for faces without a material.
@@ -116,15 +153,12 @@ impl Material {
         self.name == FALLBACK
     }
 
-    /// Factor of the texture in the reflectance that a sample keeps. By channel it is the larger of the
+    /// Factor of texture and vertex colours in the reflectance that a sample keeps. By channel it is the larger of the
     /// diffuse and the ambient reflectance, so that both can be derived from the product where either is 0;
-    /// and not less than the base colour of a metal. Without a texture it is the diffuse reflectance.
+    /// and not less than the base colour of a metal. If nothing paints it, it is the diffuse reflectance.
     pub fn painted(&self) -> Vec3 {
         let base = self.metal_rough.map_or(Vec3::ZERO, |metal_rough| metal_rough.base);
-        match self.diffuse_map {
-            Some(_) => self.diffuse.max(self.ambient).max(base),
-            None => self.diffuse,
-        }
+        if self.is_painted() { self.diffuse.max(self.ambient).max(base) } else { self.diffuse }
     }
 
     /// Returns true if, without a texture, it shows nothing: it neither reflects nor transmits nor emits

@@ -9,6 +9,7 @@ use rayon::prelude::*;
 
 use super::Shapes;
 use super::cutout::CutTriangles;
+use super::details::Details;
 use crate::geometry::{Bounds, Quadric};
 
 /// Number of triangles that one thread handles in one go.
@@ -43,6 +44,8 @@ pub struct Mesh {
     /// Vertex positions by shape, if the mesh deforms. Then `positions` is the shape at rest: samples on the
     /// mesh keep the point in that shape.
     pub shapes: Option<Arc<Shapes>>,
+    /// Colours and tangents, where it has any.
+    pub details: Arc<Details>,
 }
 
 /// Groups of a mesh's triangles, as OBJ files name them with `g` and `o`.
@@ -120,6 +123,7 @@ impl Mesh {
             cut: None,
             quadric: Some(Arc::new(quadric)),
             shapes: None,
+            details: Arc::default(),
         }
     }
 

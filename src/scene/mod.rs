@@ -5,6 +5,7 @@
 
 pub mod camera;
 pub mod cutout;
+pub mod details;
 pub mod environment;
 pub mod error;
 pub mod frames;
@@ -22,6 +23,7 @@ pub mod shapes;
 pub(crate) mod shot;
 pub mod texture;
 pub mod turntable;
+pub mod variants;
 pub mod warnings;
 
 use std::collections::HashSet;

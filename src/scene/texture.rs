@@ -51,14 +51,28 @@ impl Texture {
         above.lerp(below, fy)
     }
 
+    /// Vector in a picture of vectors, at `uv` (v upwards): bytes from 0 to 255 are components from -1 to 1.
+    /// Bilinear between texel centres, of any length up to that of a diagonal. Finite for any `uv`.
+    pub fn vector(&self, uv: Vec2) -> Vec3 {
+        let Between { texels, shares: [fx, fy] } = self.between(uv);
+        let value = |texel: usize| {
+            let [x, y, z, _] = self.texels[texel].map(f32::from);
+            Vec3::new(x, y, z)
+        };
+        let [a, b, c, d] = texels.map(value);
+        a.lerp(b, fx).lerp(c.lerp(d, fx), fy) * (2.0 / 255.0) - 1.0
+    }
+
+    /// Place of the picture's texels on surfaces.
+    pub fn placement(&self) -> Placement {
+        let Self { width, height, scale, offset, clamp, .. } = *self;
+        Placement { width, height, scale, offset, clamp }
+    }
+
     /// Finds the texels between whose centres `uv` (v upwards) lies.
     #[inline]
     pub fn between(&self, uv: Vec2) -> Between {
-        let uv = uv * self.scale + self.offset;
-        let (x0, x1, fx) = self.neighbours(uv.x, self.width);
-        let (y0, y1, fy) = self.neighbours(1.0 - uv.y, self.height);
-        let index = |x: u32, y: u32| y as usize * self.width as usize + x as usize;
-        Between { texels: [index(x0, y0), index(x1, y0), index(x0, y1), index(x1, y1)], shares: [fx, fy] }
+        self.placement().between(uv)
     }
 
     /// Alpha at a place between four texels, 0 to 1, bilinear.
@@ -67,6 +81,43 @@ impl Texture {
         let [fx, fy] = between.shares;
         let (above, below) = (a + (b - a) * fx, c + (d - c) * fx);
         (above + (below - above) * fy) / 255.0
+    }
+
+    fn linear(&self, texel: usize) -> Vec3 {
+        linear_color(self.texels[texel])
+    }
+}
+
+/// Linear RGB of a texel.
+pub(crate) fn linear_color([r, g, b, _]: [u8; 4]) -> Vec3 {
+    let table = &*LINEAR;
+    Vec3::new(table[r as usize], table[g as usize], table[b as usize])
+}
+
+/// Place of a picture's texels on surfaces: see [`Texture`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Placement {
+    /// Width in texels.
+    pub width: u32,
+    /// Height in texels.
+    pub height: u32,
+    /// Factor on u and v.
+    pub scale: Vec2,
+    /// Added to u and v after the factor.
+    pub offset: Vec2,
+    /// True if the border's texels go on outside 0..1, false if the whole repeats.
+    pub clamp: bool,
+}
+
+impl Placement {
+    /// Finds the texels between whose centres `uv` (v upwards) lies.
+    #[inline]
+    pub fn between(&self, uv: Vec2) -> Between {
+        let uv = uv * self.scale + self.offset;
+        let (x0, x1, fx) = self.neighbours(uv.x, self.width);
+        let (y0, y1, fy) = self.neighbours(1.0 - uv.y, self.height);
+        let index = |x: u32, y: u32| y as usize * self.width as usize + x as usize;
+        Between { texels: [index(x0, y0), index(x1, y0), index(x0, y1), index(x1, y1)], shares: [fx, fy] }
     }
 
     /// Finds the two texels between whose centres `t` (0..1 over the picture) lies, and the position between
@@ -90,12 +141,6 @@ impl Texture {
             (first.min(last), if second > last { 0 } else { second }, fraction)
         }
     }
-
-    fn linear(&self, texel: usize) -> Vec3 {
-        let [r, g, b, _] = self.texels[texel];
-        let table = &*LINEAR;
-        Vec3::new(table[r as usize], table[g as usize], table[b as usize])
-    }
 }
 
 /// A place between the centres of four texels.
@@ -111,6 +156,15 @@ impl Between {
     /// Index of the texel to the left above.
     pub fn first(&self) -> usize {
         self.texels[0]
+    }
+
+    /// Index of one of the texels, each as likely as interpolation weighs it: by two numbers from 0 to below
+    /// 1. The mean over all numbers is the interpolated value (Fajardo, Wronski, Salvi and Pharr, "Stochastic
+    /// Texture Filtering", 2023).
+    #[inline]
+    pub fn chosen(&self, [across, down]: [f32; 2]) -> usize {
+        let [right, below] = self.shares;
+        self.texels[usize::from(across < right) + 2 * usize::from(down < below)]
     }
 }
 

@@ -14,7 +14,10 @@ mod furnace;
 mod lanes;
 mod layer;
 
+use std::collections::BTreeSet;
+
 use glam::Vec3;
+use rayon::prelude::*;
 
 use lanes::CoatLanes;
 pub use lanes::{LayerRays, SeenCoats};
@@ -45,20 +48,23 @@ fn regularized(alpha: f32) -> f32 {
 impl Coats {
     /// Creates the layers of all `materials`.
     pub fn new(materials: &[Material]) -> Self {
-        let mut known: Vec<(f32, Albedos)> = Vec::new();
+        // most materials share their widths with others, above all the variants of one
+        let widths = |material: &Material| {
+            let alpha = material.metal_rough?.alpha();
+            Some([alpha, regularized(alpha)])
+        };
+        let distinct: BTreeSet<u32> =
+            materials.iter().filter_map(widths).flatten().map(f32::to_bits).collect();
+        let distinct: Vec<u32> = distinct.into_iter().collect();
+        let albedos: Vec<Albedos> =
+            distinct.par_iter().map(|alpha| Albedos::new(f32::from_bits(*alpha))).collect();
+        let known = |alpha: f32| {
+            let at = distinct.binary_search(&alpha.to_bits()).expect("it was collected above");
+            (alpha, albedos[at])
+        };
         let coats = materials.iter().map(|material| {
-            let metal_rough = material.metal_rough.as_ref()?;
-            let alpha = metal_rough.alpha();
-            let [of_eye, of_paths] = [alpha, regularized(alpha)].map(|alpha| {
-                let found = known.iter().find(|(known, _)| *known == alpha).map(|(_, albedos)| *albedos);
-                let albedos = found.unwrap_or_else(|| {
-                    let albedos = Albedos::new(alpha);
-                    known.push((alpha, albedos));
-                    albedos
-                });
-                (alpha, albedos)
-            });
-            Some(coat(material, metal_rough, of_eye, of_paths))
+            let [of_eye, of_paths] = widths(material)?.map(known);
+            Some(coat(material, material.metal_rough.as_ref()?, of_eye, of_paths))
         });
         let coats: Vec<Option<Coat>> = coats.collect();
         let mut has: Vec<bool> = coats.iter().map(Option::is_some).collect();
@@ -143,10 +149,11 @@ fn coat(
     (alpha_of_paths, albedos_of_paths): (f32, Albedos),
 ) -> Coat {
     let MetalRough { base, metallic, head_on: clear, solid, .. } = *metal_rough;
-    let (metal, metal_of_kept) = match material.diffuse_map {
-        // the texture colours the metal, which is computed from the reflectance that samples store
-        Some(_) => (Vec3::ZERO, base / material.painted().max(Vec3::splat(f32::MIN_POSITIVE))),
-        None => (base, Vec3::ZERO),
+    let (metal, metal_of_kept) = if material.is_painted() {
+        // what paints it colours the metal, which is computed from the reflectance that samples store
+        (Vec3::ZERO, base / material.painted().max(Vec3::splat(f32::MIN_POSITIVE)))
+    } else {
+        (base, Vec3::ZERO)
     };
     Coat {
         alpha,

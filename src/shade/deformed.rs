@@ -2,6 +2,7 @@
 
 use glam::{DVec3, Vec3};
 
+use super::on_mesh::OnMesh;
 use super::surface::{corners_of, nearest_point, weights_of};
 use crate::animation::{Shape, Transform};
 use crate::scene::{Mesh, Scene};
@@ -49,7 +50,7 @@ impl Deformed {
     }
 
     /// Place of a point, as in [`point`](Self::point), with the normals there.
-    pub fn place(&self, mesh: &Mesh, triangle: u32, point: Vec3) -> DeformedPlace {
+    pub fn place(&self, scene: &Scene, mesh: &Mesh, triangle: u32, point: Vec3) -> DeformedPlace {
         let [u, v] = weights_of(corners_of(mesh, triangle), point.as_dvec3());
         let corners = self.corners(mesh, triangle);
         let geometric_normal = normal_of(corners);
@@ -60,6 +61,12 @@ impl Deformed {
                 let mean = a.as_dvec3() * (1.0 - u - v) + b.as_dvec3() * u + c.as_dvec3() * v;
                 mean.try_normalize().map_or(geometric_normal, |normal| normal.as_vec3())
             }
+        };
+        let normal = if mesh.details.tangents.is_empty() {
+            normal
+        } else {
+            let place = OnMesh::new(mesh, triangle, [u as f32, v as f32]);
+            place.bent_normal(scene, normal, corners.map(|corner| corner.as_vec3()))
         };
         DeformedPlace { point: at_weights(corners, [u, v]).as_vec3(), normal, geometric_normal }
     }

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use glam::{DVec3, Vec3};
 
 use super::deformed::Deformations;
+use super::on_mesh::OnMesh;
 use super::surface::corners_of;
 use crate::animation::Track;
 use crate::pose::Pose;
@@ -152,8 +153,8 @@ impl Emitters {
         let [a, b, c] = corners.map(|corner| transform.point(corner.as_vec3()));
         // even over the triangle: Turk, "Generating Random Points in Triangles", Graphics Gems, 1990
         let root = along.sqrt();
-        let material = mesh.material_of[triangle as usize];
         let weights = [root * (1.0 - above), root * above];
+        let material = OnMesh::new(mesh, triangle, weights).material(scene);
         // a place that is cut out is chosen as often as any other, and sends no light
         let is_there = self.cut[model as usize]
             .as_ref()

@@ -8,6 +8,7 @@ pub mod ggx;
 pub mod light;
 mod light_sample;
 pub mod mis;
+pub mod on_mesh;
 pub mod optics;
 pub mod phong;
 pub mod sampling;

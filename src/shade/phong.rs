@@ -46,6 +46,8 @@ pub struct Palette {
     pub brightest: Vec3,
     /// Layers of metal-rough materials.
     pub coats: Coats,
+    /// True if any material has a normal map.
+    pub bends_normals: bool,
 }
 
 /// Highlights of eight surfaces: their parameters.
@@ -68,12 +70,13 @@ impl Palette {
     pub fn of(scene: &Scene) -> Self {
         let paints = scene.materials.iter().map(|material| paint(material, scene.ambient)).collect();
         let brightest = scene.materials.iter().fold(Vec3::ZERO, |most, one| most.max(one.diffuse));
-        Self { coats: Coats::new(&scene.materials), brightest, ..Self::new(paints) }
+        let bends_normals = scene.materials.iter().any(|material| material.normal_map.is_some());
+        Self { coats: Coats::new(&scene.materials), brightest, bends_normals, ..Self::new(paints) }
     }
 
     fn new(paints: Vec<Paint>) -> Self {
         let all_diffuse = paints.iter().all(|paint| paint.diffuse == Vec3::ONE);
-        Self { paints, all_diffuse, brightest: Vec3::ZERO, coats: Coats::default() }
+        Self { paints, all_diffuse, brightest: Vec3::ZERO, coats: Coats::default(), bends_normals: false }
     }
 
     /// Diffuse reflectance of eight surfaces, from the reflectance that samples store.
@@ -178,14 +181,12 @@ impl Palette {
 fn paint(material: &Material, light: Vec3) -> Paint {
     let painted = material.painted();
     let share = |of: Vec3| of / painted.max(Vec3::splat(f32::MIN_POSITIVE));
-    let (plain_ambient, ambient, diffuse) = match material.diffuse_map {
+    let (plain_ambient, ambient, diffuse) = if material.is_painted() {
         // a material that is black altogether may have any share
-        Some(_) => (
-            Vec3::ZERO,
-            share(material.ambient) * light,
-            Vec3::select(material.diffuse.cmpeq(painted), Vec3::ONE, share(material.diffuse)),
-        ),
-        None => (material.ambient * light, Vec3::ZERO, Vec3::ONE),
+        let of_diffuse = Vec3::select(material.diffuse.cmpeq(painted), Vec3::ONE, share(material.diffuse));
+        (Vec3::ZERO, share(material.ambient) * light, of_diffuse)
+    } else {
+        (material.ambient * light, Vec3::ZERO, Vec3::ONE)
     };
     Paint {
         base: material.emission + plain_ambient,

@@ -1,12 +1,13 @@
 //! Points of surfaces that rays have met, and the origins of rays that leave them.
 
-use glam::{DVec3, Vec2, Vec3};
+use glam::{DVec3, Vec3};
 use wide::{CmpGt, f64x4};
 
+use super::on_mesh::OnMesh;
 use crate::animation::Transform;
 use crate::geometry::{Bounds, Quadric};
 use crate::lanes::{F32x8, LANES, Mask, Vec3x8, unsigned};
-use crate::scene::{Material, Mesh, Scene};
+use crate::scene::{Mesh, Scene};
 
 /// A point of a surface as shading sees it, world space. Normals have unit length and point to the side
 /// from which the surface is seen.
@@ -87,6 +88,12 @@ impl Corners {
             is_smooth: if one.is_smooth.lane(0) { Mask::ALL } else { Mask::NONE },
             quadrics: if one.quadrics != 0 { u8::MAX } else { 0 },
         }
+    }
+
+    /// Corners in one lane, object space.
+    #[inline(always)]
+    pub fn of_lane(&self, lane: usize) -> [Vec3; 3] {
+        [&self.first, &self.second, &self.third].map(|corner| corner.lane(lane))
     }
 
     /// Bit mask of the lanes that hold pieces of quadrics.
@@ -236,8 +243,8 @@ pub struct SurfacePoint {
 }
 
 impl SurfacePoint {
-    /// Computes the surface at `point` of `triangle`, or of the piece with that number, of `mesh`.
-    pub fn at(mesh: &Mesh, triangle: u32, point: Vec3) -> Self {
+    /// Computes the surface at `point` of `triangle`, or of the piece with that number, of `mesh`, at rest.
+    pub fn at(scene: &Scene, mesh: &Mesh, triangle: u32, point: Vec3) -> Self {
         if let Some(quadric) = &mesh.quadric {
             let weights = quadric.weights(triangle, point);
             let normal = quadric.normal(triangle, weights);
@@ -245,11 +252,13 @@ impl SurfacePoint {
             return Self { weights, normal, geometric_normal: normal, distance };
         }
         let corners = Corners::all(mesh, triangle);
-        let weights = corners.weights_at(Vec3x8::splat(point));
+        let lanes = corners.weights_at(Vec3x8::splat(point));
+        let weights = lanes.map(|weight| weight.lane(0));
         let exact = point.as_dvec3();
+        let (place, normal) = (OnMesh::new(mesh, triangle, weights), corners.normal(lanes).lane(0));
         Self {
-            weights: weights.map(|weight| weight.lane(0)),
-            normal: corners.normal(weights).lane(0),
+            weights,
+            normal: place.bent_normal(scene, normal, corners.of_lane(0)),
             geometric_normal: corners.geometric_normal().lane(0),
             distance: nearest_point(corners_of(mesh, triangle), exact).distance(exact),
         }
@@ -258,19 +267,6 @@ impl SurfacePoint {
 
 /// Least squared length to divide by: below it, lengths are too inexact.
 const LEAST_SQUARE: f32 = 1e-30;
-
-/// Texture coordinates of `triangle` of `mesh` at weights `u`, `v`; zero if the mesh has none.
-#[inline]
-pub fn uv_at(mesh: &Mesh, triangle: u32, [u, v]: [f32; 2]) -> Vec2 {
-    if let Some(quadric) = &mesh.quadric {
-        return quadric.uv(triangle, [u, v]);
-    }
-    let [a, b, c] = mesh.triangles[triangle as usize].map(|corner| corner as usize);
-    match mesh.uvs.as_slice() {
-        [] => Vec2::ZERO,
-        uvs => uvs[a] * (1.0 - u - v) + uvs[b] * u + uvs[c] * v,
-    }
-}
 
 /// Intersects the ray from `eye` along `direction` (world space) with the plane of `triangle`, and moves the
 /// point into the triangle (object space), all in double floats. `None` for triangles without an area. On a
@@ -329,16 +325,6 @@ pub fn nearest_point([a, b, c]: [DVec3; 3], point: DVec3) -> DVec3 {
         return b + (c - b) * ((d4 - d3) / ((d4 - d3) + (d5 - d6)));
     }
     a + (ab * of_b + ac * of_c) / (of_a + of_b + of_c)
-}
-
-/// Reflectance of `material`, with its texture looked up at `uv`; its diffuse and ambient reflectances are
-/// shares of it.
-#[inline]
-pub fn reflectance(scene: &Scene, material: &Material, uv: impl FnOnce() -> Vec2) -> Vec3 {
-    match material.diffuse_map {
-        Some(map) => material.painted() * scene.textures[map as usize].sample(uv()),
-        None => material.painted(),
-    }
 }
 
 impl Surface {

@@ -39,6 +39,7 @@ pub fn mesh(corners: &[[f32; 3]], triangles: &[[u32; 3]], material: u16, casts_s
         cut: None,
         quadric: None,
         shapes: None,
+        details: Default::default(),
     }
 }
 

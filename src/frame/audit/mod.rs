@@ -51,8 +51,9 @@ use crate::lanes::{F32x8, LANES, Vec3x8};
 use crate::samples::{BACKGROUND, CELLS, EMPTY, Record, SampleStore, Tag, Tile, full_color};
 use crate::scene::camera::Projection;
 use crate::shade::light::{StratifiedPattern, light_sample};
+use crate::shade::on_mesh::OnMesh;
 use crate::shade::phong;
-use crate::shade::surface::{SurfacePoint, reflectance, uv_at};
+use crate::shade::surface::SurfacePoint;
 use crate::stats::AuditCounts;
 use crate::trace::{Coherence, Hit, HitBatch, RayBatch, SceneSubset};
 
@@ -291,7 +292,7 @@ fn is_on(frame: &FrameView, sample: &Sample, sight: Sight) -> bool {
 /// `sight`: from the eye, any length.
 fn check_surface(frame: &FrameView, sample: &Sample, sight: Vec3, kept: Vec3) -> Verdict {
     let mesh = &frame.scene.models[sample.model as usize].mesh;
-    let there = SurfacePoint::at(mesh, sample.record.triangle, sample.point);
+    let there = SurfacePoint::at(frame.scene, mesh, sample.record.triangle, sample.point);
     // in a model that is flattened or sheared, a small rounding in the world may be a large one in object
     // space; a triangle much larger than its distance is met beside its edge
     let in_object = |reach: Vec3| frame.transform(sample.model).length_in_object(reach);
@@ -301,9 +302,9 @@ fn check_surface(frame: &FrameView, sample: &Sample, sight: Vec3, kept: Vec3) ->
     // cosine up to which the eye may be on the other side
     let edge_on = EDGE_ON_COSINE + rounding(frame, sample) / offset(frame, sample).length();
     let side = if sample.record.is_from_behind() { -1.0 } else { 1.0 };
-    let number = mesh.material_of[sample.record.triangle as usize];
-    let material = &frame.scene.materials[usize::from(number)];
-    let fresh = reflectance(frame.scene, material, || uv_at(mesh, sample.record.triangle, there.weights));
+    let place = OnMesh::new(mesh, sample.record.triangle, there.weights);
+    let number = place.material(frame.scene);
+    let fresh = place.reflectance(frame.scene, &frame.scene.materials[usize::from(number)]);
     Verdict::new(
         sample.record.material == number
             && there.distance <= reach

@@ -14,7 +14,8 @@ use crate::lanes::{F32x8, LANES, Mask, Vec3x8};
 use crate::layers::Layers;
 use crate::samples::{CELLS, Column, EMPTY, Status, TILE, Tile};
 use crate::scene::{RenderSpace, Scene};
-use crate::shade::surface::{Corners, of_quadrics, uv_at};
+use crate::shade::on_mesh::OnMesh;
+use crate::shade::surface::{Corners, of_quadrics};
 
 /// `Z` of the background: finite, and far behind everything.
 pub const BACKGROUND_Z: f32 = 1e10;
@@ -277,7 +278,7 @@ fn write_uv(frame: &FrameView, tile: &Tile, cells: &[u16], data: &mut Planes<{ d
             },
         );
         for (lane, (mesh, triangle, _)) in (0..LANES).filter_map(|lane| Some((lane, surface(lane)?))) {
-            let uv = uv_at(mesh, triangle, weights.map(|weight| weight.lane(lane)));
+            let uv = OnMesh::new(mesh, triangle, weights.map(|weight| weight.lane(lane))).uv();
             let is_there = f32::from(u8::from(mesh.has_uvs()));
             for (plane, value) in planes.into_iter().zip([uv.x, uv.y, is_there]) {
                 // no zero is negative: values in the film are compared with these bit by bit

@@ -197,7 +197,7 @@ impl<'a> Answers8<'a> {
         }
         let offset = frame.offset(tile.point(cell), model, server.triangle);
         let (far, depth) = (offset.dot(frame.view.camera.forward), self.t[lane]);
-        server.material == self.met.material(frame, lane)
+        frame.is_of(server.material, self.met.material(frame, lane))
             && (far - depth).abs() <= frame.view.depth_step(far.min(depth))
     }
 
@@ -213,6 +213,7 @@ impl<'a> Answers8<'a> {
         let mut weights = corners.weights_at(point);
         met.put_quadric_weights(frame, quadrics, &point, &mut weights);
         let [mut normal, mut geometric_normal] = corners.normals(weights);
+        met.bend_normals(frame, &corners, weights, &mut normal);
         met.put_quadric_normals(frame, quadrics, weights, [&mut normal, &mut geometric_normal]);
         let behind = seen_from_behind(frame, geometric_normal, direction, &met);
         let normals = Octahedral::fold_lanes(behind.select3(-normal, normal));

@@ -16,6 +16,7 @@ use crate::shade::surface::{corners_of, meet_exactly};
 pub struct Place<'a> {
     transform: &'a Transform,
     deformed: Option<(&'a Deformed, &'a Mesh)>,
+    scene: &'a Scene,
 }
 
 impl<'a> Place<'a> {
@@ -23,7 +24,7 @@ impl<'a> Place<'a> {
     #[inline]
     pub fn of(scene: &'a Scene, places: &'a [Transform], shapes: &'a Deformations, model: u32) -> Self {
         let deformed = shapes.of_model(model).map(|deformed| (deformed, &*scene.models[model as usize].mesh));
-        Self { transform: &places[model as usize], deformed }
+        Self { transform: &places[model as usize], deformed, scene }
     }
 
     /// Transforms a point of a triangle, object to world. `triangle` is only called where the model deforms:
@@ -45,7 +46,8 @@ impl<'a> Place<'a> {
             return [transform.point(point), transform.normal(normal), transform.normal(geometric_normal)];
         };
         let side = side(mesh, triangle, geometric_normal);
-        let DeformedPlace { point, normal, geometric_normal } = deformed.place(mesh, triangle, point);
+        let DeformedPlace { point, normal, geometric_normal } =
+            deformed.place(self.scene, mesh, triangle, point);
         let [normal, geometric_normal] = [normal, geometric_normal].map(|all| transform.normal(all * side));
         [transform.point(point), normal, geometric_normal]
     }

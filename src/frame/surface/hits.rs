@@ -7,7 +7,8 @@ use crate::lanes::{F32x8, LANES, Vec3x8, are_same};
 use crate::prefetch::prefetch;
 use crate::scene::Mesh;
 use crate::shade::Surface;
-use crate::shade::surface::{Corners, of_quadrics, reflectance, uv_at};
+use crate::shade::on_mesh::OnMesh;
+use crate::shade::surface::{Corners, of_quadrics};
 use crate::trace::{HitPacket, NO_HIT};
 
 /// Eight hits. The values of a lane without a hit mean nothing.
@@ -139,13 +140,39 @@ impl<'a> Hits8<'a> {
     pub fn reflectances(&self, frame: &FrameView, weights: [F32x8; 2]) -> ([u16; LANES], Vec3x8) {
         let (mut numbers, mut colors) = ([0; LANES], Vec3x8::ZERO);
         for lane in (0..LANES).filter(|lane| self.is_hit(*lane)) {
-            let (mesh, triangle) = (self.mesh(frame, lane), self.triangles[lane]);
-            numbers[lane] = mesh.material_of[triangle as usize];
+            let place = self.place(frame, lane, weights);
+            numbers[lane] = place.material(frame.scene);
             let material = &frame.scene.materials[usize::from(numbers[lane])];
-            let uv = || uv_at(mesh, triangle, weights.map(|weight| weight.lane(lane)));
-            colors.set_lane(lane, reflectance(frame.scene, material, uv));
+            colors.set_lane(lane, place.reflectance(frame.scene, material));
         }
         (numbers, colors)
+    }
+
+    /// Bends the normals (object space, outside) at the points with these `weights`, where materials have normal maps. `corners`:
+    /// those of the triangles.
+    #[inline(always)]
+    pub fn bend_normals(
+        &self,
+        frame: &FrameView,
+        corners: &Corners,
+        weights: [F32x8; 2],
+        normals: &mut Vec3x8,
+    ) {
+        if !frame.palette.bends_normals {
+            return;
+        }
+        for lane in (0..LANES).filter(|lane| self.is_hit(*lane)) {
+            let place = self.place(frame, lane, weights);
+            let bent = place.bent_normal(frame.scene, normals.lane(lane), corners.of_lane(lane));
+            normals.set_lane(lane, bent);
+        }
+    }
+
+    /// Place that was met in a lane, which must have a hit.
+    #[inline(always)]
+    fn place<'s>(&self, frame: &FrameView<'s>, lane: usize, weights: [F32x8; 2]) -> OnMesh<'s> {
+        let weights = weights.map(|weight| weight.lane(lane));
+        OnMesh::new(self.mesh(frame, lane), self.triangles[lane], weights)
     }
 }
 
@@ -163,6 +190,7 @@ pub fn surfaces(
     let mut point = corners.point(hits.weights);
     let [mut normal, mut geometric_normal] = corners.normals(hits.weights);
     hits.put_quadric_points(frame, corners.quadrics(), &mut point);
+    hits.bend_normals(frame, &corners, hits.weights, &mut normal);
     let normals = [&mut normal, &mut geometric_normal];
     hits.put_quadric_normals(frame, corners.quadrics(), hits.weights, normals);
     let triangle = |lane: usize| hits.triangles[lane];

@@ -3,6 +3,7 @@
 use std::collections::{BTreeMap, HashMap};
 
 use glam::{Vec2, Vec3};
+use half::f16;
 
 use super::document::{Document, packed};
 use super::json::{Json, Primitive};
@@ -19,6 +20,11 @@ pub struct Geometry {
     pub normals: Vec<Vec3>,
     /// Texture coordinates, none at all or one a vertex; v = 0 at the bottom of the picture.
     pub uvs: Vec<Vec2>,
+    /// Colours of the vertices, none at all or one a vertex; linear RGB.
+    pub colors: Vec<[f16; 3]>,
+    /// Tangents that the file states, none at all or one a vertex: a direction, and the side of the other one. Zero where it
+    /// states none.
+    pub tangents: Vec<[f32; 4]>,
     /// Vertices of the triangles. Each has an area.
     pub triangles: Vec<[u32; 3]>,
     /// Runs of consecutive triangles with the same material: the number of triangles, and that of the material in the file.
@@ -150,7 +156,6 @@ fn add_vertices(
     set: u32,
     to: &mut Geometry,
 ) -> Result<u32, SceneError> {
-    let attribute = |name: &str| primitive.attributes.get(name).copied();
     let accessor = position_accessor(document, primitive)?;
     let is_draco = primitive.extensions.contains_key("KHR_draco_mesh_compression");
     if is_draco && document.get(&document.json.accessors, accessor, "accessor")?.buffer_view.is_none() {
@@ -172,10 +177,8 @@ fn add_vertices(
         };
         if length == count { Ok(()) } else { Err(document.fault(message())) }
     };
-    if attribute("COLOR_0").is_some() {
-        document.leave_out("colours of vertices (COLOR_0) are not used: materials have the colour of their factor and texture");
-    }
     to.positions.extend(positions);
+    add_colors(document, primitive, (first, all), &fits, to)?;
     add_surface(document, primitive, (first, all, set), &fits, to)?;
     add_influences(document, primitive, (first, all), &fits, to)?;
     add_targets(document, primitive, (first, all), &fits, to)?;
@@ -209,11 +212,48 @@ fn add_surface(
         to.uvs.resize(first, Vec2::ZERO);
         to.uvs.extend(uvs.into_iter().map(flipped));
     }
+    if let Some(accessor) = attribute("TANGENT") {
+        let tangents: Vec<[f32; 4]> = document.vectors(accessor)?;
+        fits(tangents.len(), "TANGENT")?;
+        to.tangents.resize(first, [0.0; 4]);
+        to.tangents.extend(tangents);
+    }
+    if !to.tangents.is_empty() {
+        to.tangents.resize(all, [0.0; 4]);
+    }
     if !to.normals.is_empty() {
         to.normals.resize(all, Vec3::ZERO);
     }
     if !to.uvs.is_empty() {
         to.uvs.resize(all, Vec2::ZERO);
+    }
+    Ok(())
+}
+
+/// Adds colours of vertices.
+fn add_colors(
+    document: &Document,
+    primitive: &Primitive,
+    (first, all): (usize, usize),
+    fits: &impl Fn(usize, &str) -> Result<(), SceneError>,
+    to: &mut Geometry,
+) -> Result<(), SceneError> {
+    const WHITE: [f16; 3] = [f16::ONE; 3];
+    if let Some(accessor) = primitive.attributes.get("COLOR_0").copied() {
+        let has_alpha = document.get(&document.json.accessors, accessor, "accessor")?.kind == "VEC4";
+        let colors = document.floats(accessor, if has_alpha { 4 } else { 3 })?;
+        let colors = colors.chunks_exact(if has_alpha { 4 } else { 3 });
+        fits(colors.len(), "COLOR_0")?;
+        if has_alpha && colors.clone().any(|color| color[3] < 1.0) {
+            document.leave_out("alpha of vertices (COLOR_0) is not used: only pictures cut out");
+        }
+        to.colors.resize(first, WHITE);
+        // NaN counts as black
+        let color = |color: &[f32]| [0, 1, 2].map(|i| f16::from_f32(color[i].max(0.0).min(1.0)));
+        to.colors.extend(colors.map(color));
+    }
+    if !to.colors.is_empty() {
+        to.colors.resize(all, WHITE);
     }
     Ok(())
 }

@@ -158,6 +158,8 @@ pub struct TextureInfo {
     pub index: usize,
     #[serde(default)]
     pub tex_coord: u32,
+    /// Factor on the slopes of a normal map.
+    pub scale: Option<f64>,
     #[serde(default)]
     pub extensions: Extensions,
 }

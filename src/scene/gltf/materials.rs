@@ -6,12 +6,14 @@ use serde::de::DeserializeOwned;
 
 use super::document::Document;
 use super::json::{Extensions, Material as Json, TextureInfo, TextureTransform};
-use super::pictures::{Encoding, image_of};
+use super::pictures::image_of;
 use crate::scene::cutout::{Cutout, LEAST_OPACITY};
 use crate::scene::material::LARGEST_COLOR;
-use crate::scene::model::assemble::Assembly;
+use crate::scene::model::assemble::{Assembly, Settled};
+use crate::scene::model::map_statement::{Channel, MapUse};
 use crate::scene::model::mtl::MtlMaterial;
 use crate::scene::model::pictures::{Decoded, PictureUse};
+use crate::scene::model::varying::ParameterMap;
 use crate::scene::{Material, SceneError, Texture};
 
 /// Index of refraction of a file that states none.
@@ -32,6 +34,8 @@ struct Read {
     alpha_cutoff: Option<f32>,
     /// True if the texture of the base colour stays a texture.
     is_textured: bool,
+    /// True if roughness and metal are parameters of it, which a texture may give.
+    is_metal_rough: bool,
 }
 
 #[derive(Debug, Default, Deserialize)]
@@ -91,11 +95,21 @@ pub fn extension<T: DeserializeOwned>(
     all.get(name).map(read).transpose()
 }
 
-/// Number of the texture coordinates that a material's base colour takes.
+/// Number of the texture coordinates that a material's textures take: those of the base colour, or of the first other one.
 pub fn uv_set(document: &Document, material: Option<usize>) -> Result<u32, SceneError> {
     let Some(material) = material else { return Ok(0) };
-    let material = document.get(&document.json.materials, material, "material")?;
-    let Some(info) = &material.pbr_metallic_roughness.base_color_texture else { return Ok(0) };
+    uv_set_of(document, document.get(&document.json.materials, material, "material")?)
+}
+
+fn uv_set_of(document: &Document, material: &Json) -> Result<u32, SceneError> {
+    let pbr = &material.pbr_metallic_roughness;
+    let all = [&pbr.base_color_texture, &pbr.metallic_roughness_texture, &material.normal_texture];
+    let first = all.into_iter().chain([&material.emissive_texture]).flatten().next();
+    first.map_or(Ok(0), |info| set_of_texture(document, info))
+}
+
+/// Number of the texture coordinates that a texture takes.
+fn set_of_texture(document: &Document, info: &TextureInfo) -> Result<u32, SceneError> {
     Ok(transform(document, info)?.tex_coord.unwrap_or(info.tex_coord))
 }
 
@@ -113,20 +127,21 @@ impl Assembly {
         number: Option<usize>,
     ) -> Result<u16, SceneError> {
         let Some(number) = number else {
-            return self.add_material_of(&document.path, Material::fallback());
+            return self.add_material_of(&document.path, Material::fallback().into());
         };
         let json = document.get(&document.json.materials, number, "material")?;
-        let Read { mut stated, alpha_cutoff, is_textured } = self.read_material(document, number, json)?;
+        let Read { mut stated, alpha_cutoff, is_textured, is_metal_rough } =
+            self.read_material(document, number, json)?;
         self.known_names.push(stated.name.clone());
         let shot = self.override_values(&mut stated);
         let mut material = stated.settle();
         let base = json.pbr_metallic_roughness.base_color_texture.as_ref().filter(|_| is_textured);
-        let own = base.map(|info| self.texture(document, info)).transpose()?;
-        material.diffuse_map = match (&shot.map_kd, &stated.map_kd) {
+        let own = base.map(|info| self.texture(document, info, PictureUse::Color)).transpose()?;
+        material.diffuse_map = match (&shot[MapUse::Color], &stated.maps[MapUse::Color]) {
             (Some(shot), Some(map)) => Some(self.picture(map, shot, PictureUse::Color)?),
             _ => own,
         };
-        material.cutout = match (&shot.map_d, &stated.map_d, alpha_cutoff) {
+        material.cutout = match (&shot[MapUse::Opacity], &stated.maps[MapUse::Opacity], alpha_cutoff) {
             (Some(shot), Some(map), _) => {
                 let map = self.picture(map, shot, PictureUse::Opacity)?;
                 self.pictures.cuts(map).then_some(Cutout { map, least: LEAST_OPACITY })
@@ -136,7 +151,45 @@ impl Assembly {
             }
             _ => None,
         };
-        self.add_material_of(&document.path, material)
+        // what the file states by itself is no statement of MTL
+        let asking = |used| shot[used].as_deref().unwrap_or(&document.path);
+        let mut settled = self.settle_maps(&stated, asking, material)?;
+        self.add_own_maps(document, json, is_metal_rough, &mut settled)?;
+        self.add_material_of(&document.path, settled)
+    }
+
+    /// Adds the textures of normals and parameters that the shot file does not replace.
+    fn add_own_maps(
+        &mut self,
+        document: &Document,
+        json: &Json,
+        is_metal_rough: bool,
+        settled: &mut Settled,
+    ) -> Result<(), SceneError> {
+        let set = uv_set_of(document, json)?;
+        let Settled { material, maps } = settled;
+        if let Some(info) = json.normal_texture.as_ref().filter(|_| material.normal_map.is_none())
+            && has_set(document, info, set)?
+        {
+            let index = self.texture(document, info, PictureUse::Normals)?;
+            material.normal_map = self.pictures.normal_map(index, info.scale.unwrap_or(1.0) as f32);
+        }
+        let surface = json.pbr_metallic_roughness.metallic_roughness_texture.as_ref();
+        let surface = surface.filter(|_| is_metal_rough && material.metal_rough.is_some());
+        let emission = json.emissive_texture.as_ref().filter(|_| material.emission != Vec3::ZERO);
+        for (used, info, channel) in [
+            (MapUse::Roughness, surface, Channel::Green),
+            (MapUse::Metal, surface, Channel::Blue),
+            (MapUse::Emission, emission, Channel::Mean),
+        ] {
+            let is_replaced = maps.has(used) || self.is_number_stated(&material.name, used);
+            let Some(info) = info.filter(|_| !is_replaced) else { continue };
+            if has_set(document, info, set)? {
+                let map = self.texture(document, info, PictureUse::Parameter)?;
+                maps[used] = (!self.pictures.is_stand_in(map)).then_some(ParameterMap { map, channel });
+            }
+        }
+        Ok(())
     }
 
     fn read_material(&mut self, document: &Document, number: usize, json: &Json) -> Result<Read, SceneError> {
@@ -154,8 +207,9 @@ impl Assembly {
         }
         let [red, green, blue, _] = pbr.base_color_factor;
         let factor = DVec3::new(red, green, blue);
-        let (roughness, metallic) = self.roughness_and_metal(document, json)?;
-        let emission = self.emission(document, json)?;
+        let [roughness, metallic] =
+            [pbr.roughness_factor, pbr.metallic_factor].map(|factor| factor.clamp(0.0, 1.0));
+        let emission = emission(document, json)?;
         let mut stated =
             MtlMaterial { name: name.clone(), ke: Some(color(emission)), ..MtlMaterial::default() };
         if json.extensions.contains_key("KHR_materials_unlit") {
@@ -168,10 +222,19 @@ impl Assembly {
         (stated.pr, stated.pm) = (Some(roughness as f32), Some(metallic as f32));
         let index = index(document, json)?;
         stated.ni = Some(index as f32);
-        let mut read = Read { stated, alpha_cutoff: None, is_textured: true };
+        let mut read = Read { stated, is_textured: true, is_metal_rough: true, ..Read::default() };
         let transmission: Transmission =
             extension(document, &json.extensions, "KHR_materials_transmission")?.unwrap_or_default();
-        let through = transmission.transmission_factor.clamp(0.0, 1.0) * (1.0 - metallic);
+        let transmits = transmission.transmission_factor.clamp(0.0, 1.0);
+        if transmits == 0.0 {
+            read_alpha(document, json, &mut read);
+            return Ok(read);
+        }
+        // glass is of one kind all over
+        let surface = pbr.metallic_roughness_texture.as_ref().map(|info| self.mean_numbers(document, info));
+        let surface = surface.transpose()?.unwrap_or(DVec3::ONE);
+        let (roughness, metallic) = (roughness * surface.y, metallic * surface.z);
+        let through = transmits * (1.0 - metallic);
         if through == 0.0 {
             read_alpha(document, json, &mut read);
             return Ok(read);
@@ -182,45 +245,24 @@ impl Assembly {
         }
         let base = factor * self.mean_color(document, pbr.base_color_texture.as_ref())?;
         make_glass(document, json, &mut read.stated, (base, through, roughness))?;
-        read.is_textured = through < 1.0;
+        (read.is_textured, read.is_metal_rough) = (through < 1.0, false);
         Ok(read)
     }
 
-    fn roughness_and_metal(&mut self, document: &Document, json: &Json) -> Result<(f64, f64), SceneError> {
-        let pbr = &json.pbr_metallic_roughness;
-        let mut mean = DVec3::ONE;
-        if let Some(info) = &pbr.metallic_roughness_texture {
-            document.leave_out(
-                "roughness and metal are one number a material: of their textures (metallicRoughnessTexture) the mean counts",
-            );
-            mean = self.mean(document, info, Encoding::Linear)?;
-        }
-        let share = |factor: f64, mean: f64| (factor * mean).clamp(0.0, 1.0);
-        Ok((share(pbr.roughness_factor, mean.y), share(pbr.metallic_factor, mean.z)))
-    }
-
-    fn emission(&mut self, document: &Document, json: &Json) -> Result<DVec3, SceneError> {
-        let strength: Option<EmissiveStrength> =
-            extension(document, &json.extensions, "KHR_materials_emissive_strength")?;
-        let strength = strength.and_then(|read| read.emissive_strength).unwrap_or(1.0).max(0.0);
-        let factor = DVec3::from(json.emissive_factor) * strength;
-        if factor == DVec3::ZERO || json.emissive_texture.is_none() {
-            return Ok(factor);
-        }
-        document
-            .leave_out("emission is one colour a material: of its texture (emissiveTexture) the mean counts");
-        Ok(factor * self.mean_color(document, json.emissive_texture.as_ref())?)
-    }
-
     fn mean_color(&mut self, document: &Document, info: Option<&TextureInfo>) -> Result<DVec3, SceneError> {
-        info.map_or(Ok(DVec3::ONE), |info| self.mean(document, info, Encoding::Srgb))
+        info.map_or(Ok(DVec3::ONE), |info| self.mean(document, info))
     }
 
-    /// The texture of a base colour. Returns its index.
-    fn texture(&mut self, document: &Document, info: &TextureInfo) -> Result<u32, SceneError> {
+    /// Places a texture. Returns its index.
+    fn texture(
+        &mut self,
+        document: &Document,
+        info: &TextureInfo,
+        used: PictureUse,
+    ) -> Result<u32, SceneError> {
         let texture = document.get(&document.json.textures, info.index, "texture")?;
         let image = image_of(document, texture, info.index)?;
-        let (path, Decoded { width, height, texels, .. }) = self.image(document, image)?;
+        let (path, Decoded { width, height, texels, .. }) = self.image(document, image, used)?;
         let TextureTransform { offset, rotation, scale, .. } = transform(document, info)?;
         if rotation != 0.0 {
             document.leave_out("rotations of textures (KHR_texture_transform) are not used");
@@ -240,10 +282,27 @@ impl Assembly {
         let ([across, down], [right, below]) = (scale, offset);
         let scale = Vec2::new(across as f32, down as f32);
         let offset = Vec2::new(right as f32, (1.0 - below - down) as f32);
-        Ok(self
-            .pictures
-            .place(Texture { path, width, height, texels, scale, offset, clamp }, PictureUse::Color))
+        Ok(self.pictures.place(Texture { path, width, height, texels, scale, offset, clamp }, used))
     }
+}
+
+/// Returns true if a texture takes the texture coordinates that the mesh keeps.
+fn has_set(document: &Document, info: &TextureInfo, set: u32) -> Result<bool, SceneError> {
+    let has = set_of_texture(document, info)? == set;
+    if !has {
+        document.leave_out(
+            "a material takes one set of texture coordinates: textures with another one than its first texture are not used",
+        );
+    }
+    Ok(has)
+}
+
+/// Emission that a material states: its factor, times its strength.
+fn emission(document: &Document, json: &Json) -> Result<DVec3, SceneError> {
+    let strength: Option<EmissiveStrength> =
+        extension(document, &json.extensions, "KHR_materials_emissive_strength")?;
+    let strength = strength.and_then(|read| read.emissive_strength).unwrap_or(1.0).max(0.0);
+    Ok(DVec3::from(json.emissive_factor) * strength)
 }
 
 /// Reads how far a material is there at all.
@@ -330,15 +389,7 @@ fn color(color: DVec3) -> Vec3 {
 }
 
 fn note_unused(document: &Document, json: &Json) {
-    let parts = [
-        (
-            json.normal_texture.is_some(),
-            "normal maps (normalTexture) are not used: surfaces are as smooth as their normals",
-        ),
-        (
-            json.occlusion_texture.is_some(),
-            "occlusion maps (occlusionTexture) are not used: occlusion is computed",
-        ),
-    ];
-    parts.into_iter().filter(|(is_there, _)| *is_there).for_each(|(_, message)| document.leave_out(message));
+    if json.occlusion_texture.is_some() {
+        document.leave_out("occlusion maps (occlusionTexture) are not used: occlusion is computed");
+    }
 }

@@ -19,6 +19,7 @@ use super::nodes::{Tree, unit};
 use super::skin;
 use crate::animation::{ShapeTrack, Track, Visibility};
 use crate::digest::Digest;
+use crate::scene::details::Details;
 use crate::scene::model::assemble::Assembly;
 use crate::scene::{Mesh, SceneError};
 
@@ -205,6 +206,9 @@ impl Assembly {
                     index
                 }
             };
+            if !geometry.colors.is_empty() {
+                self.materials[usize::from(index)].has_vertex_colors = true;
+            }
             runs.push((begin..begin + count, index));
             begin += count;
         }
@@ -218,7 +222,7 @@ impl Assembly {
             material_of.extend(iter::repeat_n(material, range.len()));
             triangles.extend_from_slice(&geometry.triangles[range]);
         }
-        Ok(Mesh {
+        let mesh = Mesh {
             positions: Arc::new(VertexBuffer::new(geometry.positions)),
             triangles: Arc::new(triangles),
             normals: geometry.normals,
@@ -229,7 +233,9 @@ impl Assembly {
             groups: Arc::default(),
             quadric: None,
             shapes: None,
-        })
+            details: Arc::new(Details { colors: geometry.colors, tangents: Vec::new() }),
+        };
+        Ok(self.with_tangents(mesh, &geometry.tangents))
     }
 }
 

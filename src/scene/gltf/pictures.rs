@@ -9,15 +9,8 @@ use super::document::Document;
 use super::json::{Texture, TextureInfo};
 use super::uri::Uri;
 use crate::scene::model::assemble::Assembly;
-use crate::scene::model::pictures::{Content, Decoded, Wanted};
+use crate::scene::model::pictures::{Content, Decoded, PictureUse, Wanted};
 use crate::scene::{SceneError, texture};
-
-/// Meaning of a picture's bytes.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Encoding {
-    Srgb,
-    Linear,
-}
 
 /// Number of the image that a texture shows.
 pub fn image_of(document: &Document, texture: &Texture, number: usize) -> Result<usize, SceneError> {
@@ -37,6 +30,7 @@ impl Assembly {
         &mut self,
         document: &Document,
         number: usize,
+        used: PictureUse,
     ) -> Result<(PathBuf, Decoded), SceneError> {
         let image = document.get(&document.json.images, number, "image")?;
         let fault = |what: String| document.fault(format!("image {number} {what}"));
@@ -45,7 +39,7 @@ impl Assembly {
         let (known, label) = (PathBuf::from(known), format!("image {number}"));
         let name = image.name.as_ref().map_or(label.clone(), |name| format!("{name} ({label})"));
         let asking = document.path.as_path();
-        let wanted = |path, content, name| Wanted { path, content, name, asking, line: None };
+        let wanted = |path, content, name| Wanted { path, content, name, asking, line: None, used };
         let data;
         let uri = image.uri.as_deref().map(Uri::read).transpose().map_err(fault)?;
         let (pictures, findings) = (&mut self.pictures, &mut self.findings);
@@ -69,27 +63,38 @@ impl Assembly {
         Ok((path, decoded))
     }
 
-    /// The mean of a texture's texels, linear RGB.
+    /// The mean of a texture's numbers, each from 0 to 1.
     ///
     /// # Errors Those of [`image`](Self::image).
-    pub(super) fn mean(
+    pub(super) fn mean_numbers(
         &mut self,
         document: &Document,
         info: &TextureInfo,
-        encoding: Encoding,
+    ) -> Result<DVec3, SceneError> {
+        self.mean_of(document, info, |byte| byte as f64 / 255.0)
+    }
+
+    /// The mean of the colours of a texture's texels, linear RGB.
+    ///
+    /// # Errors Those of [`image`](Self::image).
+    pub(super) fn mean(&mut self, document: &Document, info: &TextureInfo) -> Result<DVec3, SceneError> {
+        self.mean_of(document, info, |byte| f64::from(texture::linear(byte as u8)))
+    }
+
+    fn mean_of(
+        &mut self,
+        document: &Document,
+        info: &TextureInfo,
+        value: impl Fn(usize) -> f64,
     ) -> Result<DVec3, SceneError> {
         let texture = document.get(&document.json.textures, info.index, "texture")?;
         let image = image_of(document, texture, info.index)?;
-        let (_, Decoded { texels, .. }) = self.image(document, image)?;
+        let (_, Decoded { texels, .. }) = self.image(document, image, PictureUse::Color)?;
         // how often each byte occurs, so that the sum is exact
         let mut counts = [[0_u64; 256]; 3];
         for texel in &*texels {
             (0..3).for_each(|channel| counts[channel][usize::from(texel[channel])] += 1);
         }
-        let value = |byte: usize| match encoding {
-            Encoding::Srgb => f64::from(texture::linear(byte as u8)),
-            Encoding::Linear => byte as f64 / 255.0,
-        };
         let mean = |counts: &[u64; 256]| {
             let sum: f64 = counts.iter().enumerate().map(|(byte, count)| *count as f64 * value(byte)).sum();
             sum / texels.len() as f64

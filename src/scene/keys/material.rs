@@ -61,4 +61,18 @@ pub(crate) struct MaterialTable {
     pub map_kd: Option<At<String>>,
     /// Opacity: a picture that cuts parts out, where its alpha, or its brightness if it has none, is below a half
     pub map_d: Option<At<String>>,
+    /// Picture of Ks, by which it is multiplied
+    pub map_ks: Option<At<String>>,
+    /// Picture of Ns: its brightness is a factor
+    pub map_ns: Option<At<String>>,
+    /// Picture of Ke, by which it is multiplied
+    pub map_ke: Option<At<String>>,
+    /// Picture of Pr: its brightness is a factor
+    pub map_pr: Option<At<String>>,
+    /// Picture of Pm: its brightness is a factor
+    pub map_pm: Option<At<String>>,
+    /// Picture of normals: red to the right, green upwards, blue out of the surface
+    pub norm: Option<At<String>>,
+    /// Picture of heights, or of normals
+    pub map_bump: Option<At<String>>,
 }

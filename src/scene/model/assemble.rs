@@ -9,12 +9,14 @@ use std::sync::Arc;
 use embree::VertexBuffer;
 use glam::Vec3;
 
-use super::map_statement::MapStatement;
+use super::map_statement::{ByUse, MapStatement, MapUse};
 use super::mtl::{self, MtlFile, MtlMaterial};
 use super::pictures::{PictureUse, Pictures};
 use super::shape_files::{self, Origins, ReadShapes, ShapeSource};
+use super::varying::{self, ParameterMap, VARYING};
 use crate::digest::Digest;
 use crate::scene::cutout::{CutTriangles, Cutout, LEAST_OPACITY, Mask};
+use crate::scene::details::Details;
 use crate::scene::error::Findings;
 use crate::scene::gltf::{Document, GltfFiles};
 use crate::scene::keys::material::KdBesideMap;
@@ -44,11 +46,7 @@ pub(crate) struct Override {
 }
 
 /// Shot file for each picture that it states in place of a material's own.
-#[derive(Default)]
-pub(crate) struct Replaced {
-    pub map_kd: Option<PathBuf>,
-    pub map_d: Option<PathBuf>,
-}
+pub(crate) type Replaced = ByUse<PathBuf>;
 
 /// Meshes of the models, with their shared materials and textures.
 #[derive(Default)]
@@ -56,6 +54,8 @@ pub(crate) struct Assembly {
     pub(in crate::scene) findings: Findings,
     overrides: Vec<Override>,
     pub(in crate::scene) materials: Vec<Material>,
+    /// Maps of parameters, by the index of their material.
+    varying: Vec<(u16, ByUse<ParameterMap>)>,
     pub(in crate::scene) pictures: Pictures,
     meshes: HashMap<PathBuf, Arc<Mesh>>,
     /// Origins in its file of the vertices of each of `meshes`.
@@ -118,7 +118,8 @@ impl ReadModel {
             let found = defined.iter().rfind(|defined| defined.material.name == **name);
             found.is_some_and(|defined| {
                 let meant = || defined.material.clone().meant(KdBesideMap::default());
-                defined.material.map_kd.is_none() && meant().settle().is_black()
+                let states = |used| defined.material.maps.has(used);
+                !states(MapUse::Color) && !states(MapUse::Emission) && meant().settle().is_black()
             })
         };
         let mut names: Vec<&str> = names.into_iter().collect();
@@ -137,6 +138,18 @@ pub(crate) struct Assembled {
     pub files: Vec<PathBuf>,
     /// Digest of the files' contents.
     pub inputs: Digest,
+}
+
+/// A material with the pictures of its parameters.
+pub(in crate::scene) struct Settled {
+    pub material: Material,
+    pub maps: ByUse<ParameterMap>,
+}
+
+impl From<Material> for Settled {
+    fn from(material: Material) -> Self {
+        Self { material, maps: ByUse::default() }
+    }
 }
 
 /// A material of an MTL file, with the file.
@@ -169,6 +182,15 @@ impl Assembly {
         self.read_before.as_ref().map(|model| model.path.clone())
     }
 
+    /// Adds a material with the maps of its parameters. Returns its index.
+    pub fn add_settled(&mut self, Settled { material, maps }: Settled) -> Option<u16> {
+        let index = self.add_material(material)?;
+        if !maps.is_empty() {
+            self.varying.push((index, maps));
+        }
+        Some(index)
+    }
+
     /// Adds a material beside those of the models. Returns its index.
     pub fn add_material(&mut self, material: Material) -> Option<u16> {
         let index = u16::try_from(self.materials.len()).ok()?;
@@ -190,7 +212,7 @@ impl Assembly {
         let path = shot.map_or(PathBuf::new(), |entry| entry.path.clone());
         let material = self.settle(&Named { name: name.to_string(), line }, None, &path);
         Some(material.map_err(|why| why.to_string()).and_then(|material| {
-            let index = self.add_material(material).ok_or("there are too many materials")?;
+            let index = self.add_settled(material).ok_or("there are too many materials")?;
             self.of_quadrics.insert(name.to_string(), index);
             Ok(index)
         }))
@@ -343,10 +365,10 @@ impl Assembly {
     pub(in crate::scene) fn add_material_of(
         &mut self,
         path: &Path,
-        material: Material,
+        material: Settled,
     ) -> Result<u16, SceneError> {
         let too_many = || format!("with this model the shot has more than {MOST_MATERIALS} materials");
-        self.add_material(material).ok_or_else(|| SceneError::new(path, too_many()))
+        self.add_settled(material).ok_or_else(|| SceneError::new(path, too_many()))
     }
 
     fn is_overridden(&self, name: &str) -> bool {
@@ -373,7 +395,7 @@ impl Assembly {
         Ok(())
     }
 
-    fn settle(&mut self, named: &Named, found: Option<&Defined>, obj: &Path) -> Result<Material, SceneError> {
+    fn settle(&mut self, named: &Named, found: Option<&Defined>, obj: &Path) -> Result<Settled, SceneError> {
         let mut stated = match found {
             // what the shot file says means what the format says
             Some(defined) => defined.material.clone().meant(self.kd_beside_map),
@@ -381,23 +403,79 @@ impl Assembly {
         };
         let replaced = self.override_values(&mut stated);
         let own = found.map_or(obj, |defined| &defined.path);
-        let asking = |shot: &Option<PathBuf>| shot.as_deref().unwrap_or(own).to_path_buf();
-        let (asking, asking_opacity) = (asking(&replaced.map_kd), asking(&replaced.map_d));
+        let asking = |used| replaced[used].as_deref().unwrap_or(own);
         let mut material = stated.settle();
         if named.name.is_empty() {
             material.name = Material::fallback().name;
         }
-        if let Some(map) = &stated.map_kd {
-            let index = self.picture(map, &asking, PictureUse::Color)?;
-            material.diffuse_map = Some(index);
+        if let Some(map) = &stated.maps[MapUse::Color] {
+            material.diffuse_map = Some(self.picture(map, asking(MapUse::Color), PictureUse::Color)?);
         }
-        let opacity = match &stated.map_d {
-            Some(map) => Some(self.picture(map, &asking_opacity, PictureUse::Opacity)?),
+        let opacity = match &stated.maps[MapUse::Opacity] {
+            Some(map) => Some(self.picture(map, asking(MapUse::Opacity), PictureUse::Opacity)?),
             None => material.diffuse_map,
         };
         let cut = opacity.filter(|map| self.pictures.cuts(*map));
         material.cutout = cut.map(|map| Cutout { map, least: LEAST_OPACITY });
-        Ok(material)
+        self.settle_maps(&stated, asking, material)
+    }
+
+    /// Gives a material the map of its normals, and finds those of its parameters. `asking`: the file that states the map of
+    /// each use.
+    pub(in crate::scene) fn settle_maps<'p>(
+        &mut self,
+        stated: &MtlMaterial,
+        asking: impl Fn(MapUse) -> &'p Path,
+        mut material: Material,
+    ) -> Result<Settled, SceneError> {
+        for (used, as_picture) in [(MapUse::Normal, PictureUse::Normals), (MapUse::Bump, PictureUse::Heights)]
+        {
+            if let Some(map) = stated.maps[used].as_ref().filter(|_| material.normal_map.is_none()) {
+                let index = self.picture(map, asking(used), as_picture)?;
+                material.normal_map = self.pictures.normal_map(index, map.slope);
+            }
+        }
+        let mut maps = ByUse::default();
+        for used in VARYING {
+            let Some(map) = &stated.maps[used] else { continue };
+            if !varying::is_of_use(&material, used) {
+                let message = format!(
+                    "the material `{}` has no such parameter: its {} is not used",
+                    material.name,
+                    used.keyword()
+                );
+                self.findings.note(SceneError::new(asking(used), message).at_line(map.line));
+                continue;
+            }
+            let index = self.picture(map, asking(used), PictureUse::Parameter)?;
+            if !self.pictures.is_stand_in(index) {
+                maps[used] = Some(ParameterMap { map: index, channel: map.channel });
+            }
+        }
+        Ok(Settled { material, maps })
+    }
+
+    /// Makes the variants of materials whose parameters pictures give.
+    fn make_variants(&mut self) {
+        let varying = std::mem::take(&mut self.varying);
+        for (after, (index, maps)) in varying.iter().enumerate() {
+            let room = (MOST_MATERIALS - self.materials.len()) / (varying.len() - after);
+            let material = &self.materials[usize::from(*index)];
+            match varying::make(material, maps, &self.pictures.textures, room) {
+                Some(made) => {
+                    // there is room for all: their numbers fit
+                    let first = self.materials.len() as u16;
+                    let of_head = |one: &Material| Material { variant_of: Some(*index), ..one.clone() };
+                    self.materials.extend(made.materials.iter().map(of_head));
+                    self.materials[usize::from(*index)] = made.head(first);
+                }
+                None => {
+                    let message = "the shot has too many materials: numbers count in place of the pictures of the parameters of";
+                    let message = format!("{message} `{}`", material.name);
+                    self.findings.note(SceneError::new(Path::new(""), message));
+                }
+            }
+        }
     }
 
     /// Index of the picture of `map`, a statement of the file `asking`.
@@ -411,6 +489,12 @@ impl Assembly {
         self.pictures.index_of(map, folder, asking, &mut self.findings, used)
     }
 
+    /// Returns true if a `[[material]]` table of this name states the parameter as a number that pictures of this use give.
+    pub(in crate::scene) fn is_number_stated(&self, name: &str, used: MapUse) -> bool {
+        let entries = self.overrides.iter().filter(|entry| entry.values.name == name);
+        entries.into_iter().any(|entry| entry.values.states_number(used))
+    }
+
     /// Replaces values of a material by those that the `[[material]]` tables of its name state. Returns the shot file for
     /// each picture that it states.
     pub(in crate::scene) fn override_values(&mut self, stated: &mut MtlMaterial) -> Replaced {
@@ -419,12 +503,8 @@ impl Assembly {
         for entry in self.overrides.iter_mut().filter(|entry| entry.values.name == name) {
             entry.used = true;
             stated.replace_with(&entry.values);
-            if entry.values.map_kd.is_some() {
-                replaced.map_kd = Some(entry.path.clone());
-            }
-            if entry.values.map_d.is_some() {
-                replaced.map_d = Some(entry.path.clone());
-            }
+            let places = entry.values.maps.map(|_| entry.path.clone());
+            replaced.replace_with(&places);
         }
         replaced
     }
@@ -465,6 +545,7 @@ impl Assembly {
 
     /// Returns the assembled materials, textures, files and findings.
     pub fn finish(mut self) -> Assembled {
+        self.make_variants();
         self.files.extend(self.pictures.files().cloned());
         let inputs = Digest::of_all(self.digests.into_iter().chain([self.pictures.digest()]));
         let (materials, textures) = (self.materials, self.pictures.textures);
@@ -539,7 +620,7 @@ impl Assembly {
             groups.begin(material_of.len() as u32, stretch.of.group);
             material_of.extend(iter::repeat_n(id(stretch), stretch.range.len()));
         }
-        Mesh {
+        let mesh = Mesh {
             positions: Arc::new(VertexBuffer::new(obj.positions)),
             triangles: Arc::new(triangles),
             normals: obj.normals,
@@ -550,7 +631,19 @@ impl Assembly {
             shadow_casting,
             quadric: None,
             shapes: None,
+            details: Default::default(),
+        };
+        self.with_tangents(mesh, &[])
+    }
+
+    /// Gives a mesh tangents, if a material of it has a normal map. `of_vertices`: those that its file states, if it does.
+    pub(in crate::scene) fn with_tangents(&self, mesh: Mesh, of_vertices: &[[f32; 4]]) -> Mesh {
+        let bends = |material: &u16| self.materials[usize::from(*material)].normal_map.is_some();
+        if mesh.uvs.is_empty() || !mesh.material_of.iter().any(bends) {
+            return mesh;
         }
+        let details = Details { tangents: mesh.tangents(of_vertices), ..Details::clone(&mesh.details) };
+        Mesh { details: Arc::new(details), ..mesh }
     }
 
     /// Place of a material's triangles in the order of a mesh: those that cast shadows come first, and those that are cut out

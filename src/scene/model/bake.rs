@@ -56,6 +56,7 @@ fn baked(mesh: &Mesh, map: DAffine3) -> Option<Mesh> {
         cut: mesh.cut.clone(),
         quadric: None,
         shapes: None,
+        details: if mirrored { Arc::new(mesh.details.mirrored()) } else { mesh.details.clone() },
     })
 }
 
@@ -75,6 +76,7 @@ mod tests {
             cut: None,
             quadric: None,
             shapes: None,
+            details: Default::default(),
             shadow_casting: 1,
         }
     }

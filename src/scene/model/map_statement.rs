@@ -1,5 +1,7 @@
 //! `map_` statements of MTL files: a file name behind options.
 
+use std::ops::{Index, IndexMut};
+
 use glam::Vec2;
 
 /// A texture as a material asks for it.
@@ -10,14 +12,173 @@ pub(crate) struct MapStatement {
     pub scale: Vec2,
     pub offset: Vec2,
     pub clamp: bool,
+    /// `-bm`: factor on the slopes of a bump or normal map.
+    pub slope: f32,
+    /// `-imfchan`: the channel whose values count, where one number is meant.
+    pub channel: Channel,
     /// Line of the statement, from 1.
     pub line: usize,
+}
+
+/// Channel of a picture that holds one number a texel.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub enum Channel {
+    /// Mean of red, green and blue.
+    #[default]
+    Mean,
+    Red,
+    Green,
+    Blue,
+    Alpha,
+}
+
+impl Channel {
+    /// Value of a texel, 0 to 255.
+    pub fn of(self, [r, g, b, a]: [u8; 4]) -> u8 {
+        match self {
+            Self::Mean => ((u16::from(r) + u16::from(g) + u16::from(b) + 1) / 3) as u8,
+            Self::Red => r,
+            Self::Green => g,
+            Self::Blue => b,
+            Self::Alpha => a,
+        }
+    }
+
+    fn named(name: &str) -> Self {
+        match name {
+            "r" => Self::Red,
+            "g" => Self::Green,
+            "b" => Self::Blue,
+            "m" => Self::Alpha,
+            _ => Self::Mean,
+        }
+    }
+}
+
+/// Use of a map by a material: each has one map of a kind at most.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum MapUse {
+    /// `map_Kd`.
+    Color,
+    /// `map_d`.
+    Opacity,
+    /// `map_Ks`.
+    Specular,
+    /// `map_Ns`.
+    Shininess,
+    /// `map_Ke`.
+    Emission,
+    /// `map_Pr`.
+    Roughness,
+    /// `map_Pm`.
+    Metal,
+    /// `norm`, `map_Kn`: directions of normals.
+    Normal,
+    /// `bump`, `map_Bump`: heights, or directions of normals.
+    Bump,
+}
+
+impl MapUse {
+    /// Usual spelling of the statement.
+    pub fn keyword(self) -> &'static str {
+        match self {
+            Self::Color => "map_Kd",
+            Self::Opacity => "map_d",
+            Self::Specular => "map_Ks",
+            Self::Shininess => "map_Ns",
+            Self::Emission => "map_Ke",
+            Self::Roughness => "map_Pr",
+            Self::Metal => "map_Pm",
+            Self::Normal => "norm",
+            Self::Bump => "map_Bump",
+        }
+    }
+
+    /// Finds the use that a statement's keyword (in small letters) means.
+    pub fn of_keyword(keyword: &str) -> Option<Self> {
+        Some(match keyword {
+            "map_kd" => Self::Color,
+            "map_d" => Self::Opacity,
+            "map_ks" => Self::Specular,
+            "map_ns" => Self::Shininess,
+            "map_ke" => Self::Emission,
+            "map_pr" => Self::Roughness,
+            "map_pm" => Self::Metal,
+            "norm" | "map_kn" => Self::Normal,
+            "bump" | "map_bump" => Self::Bump,
+            _ => return None,
+        })
+    }
+}
+
+/// Maps of a material by their use, with anything that belongs to each.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ByUse<T>([Option<T>; 9]);
+
+/// Maps that a material states.
+pub type MapStatements = ByUse<MapStatement>;
+
+impl<T> Default for ByUse<T> {
+    fn default() -> Self {
+        Self(Default::default())
+    }
+}
+
+impl<T> ByUse<T> {
+    /// Takes every entry that `other` has.
+    pub fn replace_with(&mut self, other: &Self)
+    where
+        T: Clone,
+    {
+        for (own, other) in self.0.iter_mut().zip(&other.0) {
+            if other.is_some() {
+                own.clone_from(other);
+            }
+        }
+    }
+
+    /// Entries made of these ones.
+    pub fn map<U>(&self, to: impl Fn(&T) -> U) -> ByUse<U> {
+        ByUse(self.0.each_ref().map(|entry| entry.as_ref().map(&to)))
+    }
+
+    /// Returns true if there is no entry.
+    pub fn is_empty(&self) -> bool {
+        self.0.iter().all(Option::is_none)
+    }
+
+    /// Returns true if there is an entry for this use.
+    pub fn has(&self, used: MapUse) -> bool {
+        self[used].is_some()
+    }
+}
+
+impl<T> Index<MapUse> for ByUse<T> {
+    type Output = Option<T>;
+
+    fn index(&self, used: MapUse) -> &Option<T> {
+        &self.0[used as usize]
+    }
+}
+
+impl<T> IndexMut<MapUse> for ByUse<T> {
+    fn index_mut(&mut self, used: MapUse) -> &mut Option<T> {
+        &mut self.0[used as usize]
+    }
 }
 
 impl MapStatement {
     /// Creates a statement for the whole picture, repeating.
     pub fn plain(file: impl Into<String>, line: usize) -> Self {
-        Self { file: file.into(), scale: Vec2::ONE, offset: Vec2::ZERO, clamp: false, line }
+        Self {
+            file: file.into(),
+            scale: Vec2::ONE,
+            offset: Vec2::ZERO,
+            clamp: false,
+            slope: 1.0,
+            channel: Channel::Mean,
+            line,
+        }
     }
 }
 
@@ -37,11 +198,14 @@ pub fn map_statement(text: &str, line: usize) -> Option<MapStatement> {
             // a factor of zero would be a single texel; exporters write it for "unset"
             "s" => map.scale = pair(&values, 1.0).map(|x| if x == 0.0 { 1.0 } else { x }),
             "o" => map.offset = pair(&values, 0.0),
-            "t" | "mm" | "bm" | "boost" | "texres" => {}
+            "bm" => map.slope = values.first().copied().unwrap_or(1.0),
+            "t" | "mm" | "boost" | "texres" => {}
             _ => {
                 let (word, after) = split_word(rest);
-                if option == "clamp" {
-                    map.clamp = word.eq_ignore_ascii_case("on");
+                match option {
+                    "clamp" => map.clamp = word.eq_ignore_ascii_case("on"),
+                    "imfchan" => map.channel = Channel::named(word),
+                    _ => {}
                 }
                 rest = after;
             }

@@ -8,6 +8,7 @@
 use glam::Vec3;
 
 use super::exporter::Exporter;
+use super::map_statement::MapUse;
 use super::mtl::MtlMaterial;
 use crate::scene::keys::material::KdBesideMap;
 
@@ -27,12 +28,22 @@ impl MtlMaterial {
             KdBesideMap::Multiply => false,
             KdBesideMap::Ignore => true,
         };
-        // without `Kd` the picture is taken as it is
-        let kd = meant.kd.filter(|_| !is_ignored || meant.map_kd.is_none());
-        Self { kd, ..meant }
+        // a number that is not stated is 1 beside a picture, which is then taken as it is
+        let counts = |used| !is_ignored || !meant.maps.has(used);
+        let kd = meant.kd.filter(|_| counts(MapUse::Color));
+        let pr = meant.pr.filter(|_| counts(MapUse::Roughness));
+        let pm = meant.pm.filter(|_| counts(MapUse::Metal));
+        Self { kd, pr, pm, ..meant }
     }
 
-    fn meant_by_blender(self) -> Self {
+    fn meant_by_blender(mut self) -> Self {
+        // its names for pictures of roughness and of normals
+        for (written, meant) in [(MapUse::Shininess, MapUse::Roughness), (MapUse::Bump, MapUse::Normal)] {
+            if let Some(map) = self.maps[written].take() {
+                self.maps[meant].get_or_insert(map);
+            }
+        }
+        self.maps[MapUse::Specular] = None;
         let is_metal = matches!(self.illum, Some(3 | 6));
         let metallic = self.ka.map_or(1.0, |ka| ka.max_element().min(1.0));
         let level = self.ks.map_or(0.5, |ks| ks.max_element());

@@ -9,8 +9,9 @@ use std::path::Path;
 use glam::Vec3;
 
 use super::exporter::Exporter;
-use super::map_statement::{MapStatement, map_statement};
+use super::map_statement::{MapStatements, MapUse, map_statement};
 use super::unused_statements;
+use super::varying::VARYING;
 use crate::digest::Digest;
 use crate::input::{self, InputError, Kind};
 use crate::memory::{self, Need, Part};
@@ -21,6 +22,9 @@ use crate::scene::{Material, SceneError};
 
 /// Maximum exponent of a highlight: beyond it a highlight is smaller than any pixel.
 const HIGHEST_SHININESS: f32 = 1e5;
+
+/// Exponent of a highlight where a `map_Ns` is white and there is no `Ns`: the largest that most programs write.
+const NARROWEST_OF_MAP: f32 = 1000.0;
 
 /// Default of Pr for a material that has Pm alone, as in programs with a metal-rough material.
 const DEFAULT_ROUGHNESS: f32 = 0.5;
@@ -49,8 +53,8 @@ pub(crate) struct MtlMaterial {
     pub illum: Option<u32>,
     pub pr: Option<f32>,
     pub pm: Option<f32>,
-    pub map_kd: Option<MapStatement>,
-    pub map_d: Option<MapStatement>,
+    /// Pictures by their use.
+    pub maps: MapStatements,
 }
 
 /// Content of an MTL file.
@@ -136,9 +140,11 @@ fn statement(
         "illum" => material.illum = Some(illumination(rest)?),
         "pr" => material.pr = Some(share("Pr", rest, replaced)?),
         "pm" => material.pm = Some(share("Pm", rest, replaced)?),
-        "map_kd" => material.map_kd = map_statement(&String::from_utf8_lossy(rest), line),
-        "map_d" => material.map_d = map_statement(&String::from_utf8_lossy(rest), line),
-        _ => {}
+        _ => {
+            if let Some(used) = MapUse::of_keyword(keyword) {
+                material.maps[used] = map_statement(&String::from_utf8_lossy(rest), line);
+            }
+        }
     }
     Ok(())
 }
@@ -220,11 +226,26 @@ impl MtlMaterial {
         self.illum = other.illum.or(self.illum);
         self.pr = other.pr.or(self.pr);
         self.pm = other.pm.or(self.pm);
-        self.map_kd = other.map_kd.clone().or(self.map_kd.take());
-        self.map_d = other.map_d.clone().or(self.map_d.take());
+        // a number all over is what is meant, and no factor of a picture; the colour of one is
+        for used in VARYING.into_iter().filter(|used| other.states_number(*used)) {
+            self.maps[used] = None;
+        }
+        self.maps.replace_with(&other.maps);
     }
 
-    /// Settles the meaning of the statements together. The texture is left to the caller.
+    /// Returns true if it states the parameter as a number that pictures of this use give.
+    pub fn states_number(&self, used: MapUse) -> bool {
+        match used {
+            MapUse::Specular => self.ks.is_some(),
+            MapUse::Shininess => self.ns.is_some(),
+            MapUse::Emission => self.ke.is_some(),
+            MapUse::Roughness => self.pr.is_some(),
+            MapUse::Metal => self.pm.is_some(),
+            MapUse::Color | MapUse::Opacity | MapUse::Normal | MapUse::Bump => false,
+        }
+    }
+
+    /// Settles the meaning of the statements together. The pictures are left to the caller.
     pub fn settle(&self) -> Material {
         let illum = self.illum.unwrap_or(2);
         let solid = self.d.or(self.tr.map(|tr| 1.0 - tr)).unwrap_or(1.0).clamp(0.0, 1.0);
@@ -236,18 +257,20 @@ impl MtlMaterial {
         if is_metal_rough {
             return self.settle_metal_rough(kd, optics, share);
         }
-        let highlight = if illum < 2 { Vec3::ZERO } else { self.ks.unwrap_or(Vec3::ZERO) };
+        // without a factor a picture shows as it is
+        let of_map = |used, with: f32, without: f32| if self.maps.has(used) { with } else { without };
+        let ks = Vec3::splat(of_map(MapUse::Specular, 1.0, 0.0));
+        let highlight = if illum < 2 { Vec3::ZERO } else { self.ks.unwrap_or(ks) };
+        let shininess = of_map(MapUse::Shininess, NARROWEST_OF_MAP, 1.0);
         Material {
             name: self.name.clone(),
             diffuse: kd * share,
             ambient: self.ka.unwrap_or(kd) * share,
             specular: highlight,
-            emission: self.ke.unwrap_or(Vec3::ZERO),
-            shininess: self.ns.unwrap_or(1.0).clamp(1.0, HIGHEST_SHININESS),
+            emission: self.emission(),
+            shininess: self.ns.unwrap_or(shininess).clamp(1.0, HIGHEST_SHININESS),
             optics,
-            metal_rough: None,
-            diffuse_map: None,
-            cutout: None,
+            ..Material::fallback()
         }
     }
 
@@ -263,11 +286,16 @@ impl MtlMaterial {
     /// Returns true if it states roughness or metal. Glass stays glass: exporters state both for everything.
     fn is_metal_rough(&self, illum: u32, solid: f32) -> bool {
         let is_glass = matches!(illum, 4 | 6 | 7 | 9) && solid == 1.0;
-        (self.pr.is_some() || self.pm.is_some()) && !is_glass
+        let states = |used| self.maps.has(used);
+        let of_maps = states(MapUse::Roughness) || states(MapUse::Metal);
+        (self.pr.is_some() || self.pm.is_some() || of_maps) && !is_glass
     }
 
     fn settle_metal_rough(&self, kd: Vec3, optics: Optics, solid: f32) -> Material {
-        let (roughness, metallic) = (self.pr.unwrap_or(DEFAULT_ROUGHNESS), self.pm.unwrap_or(0.0));
+        // without a factor a picture shows as it is
+        let of_map = |used, without: f32| if self.maps.has(used) { 1.0 } else { without };
+        let roughness = self.pr.unwrap_or_else(|| of_map(MapUse::Roughness, DEFAULT_ROUGHNESS));
+        let metallic = self.pm.unwrap_or_else(|| of_map(MapUse::Metal, 0.0));
         // Fresnel's equations at right angles. Files write a Ni of 1, or 0, for "not known"
         let head_on = |index: f32| ((index - 1.0) / (index + 1.0)).powi(2);
         let head_on = self.ni.filter(|ni| *ni > 1.0).map_or(DEFAULT_HEAD_ON, head_on);
@@ -281,13 +309,18 @@ impl MtlMaterial {
             diffuse: kd * (1.0 - metallic) * solid,
             ambient: self.ka.unwrap_or(kd) * solid,
             specular: Vec3::ZERO,
-            emission: self.ke.unwrap_or(Vec3::ZERO),
+            emission: self.emission(),
             shininess: 1.0,
             optics,
             metal_rough: Some(MetalRough { base, roughness, metallic, head_on, solid }),
-            diffuse_map: None,
-            cutout: None,
+            ..Material::fallback()
         }
+    }
+
+    /// Emission: what a picture of it shows is multiplied by this. Files write a black `Ke` beside a `map_Ke`.
+    fn emission(&self) -> Vec3 {
+        let stated = self.ke.filter(|ke| *ke != Vec3::ZERO || !self.maps.has(MapUse::Emission));
+        stated.unwrap_or(if self.maps.has(MapUse::Emission) { Vec3::ONE } else { Vec3::ZERO })
     }
 
     /// Effect on the ray from the camera, and the share of the light that the surface itself reflects.
@@ -323,7 +356,7 @@ impl MtlMaterial {
     /// Default of Kd, if the file gives none.
     fn default_diffuse(&self, optics: &Optics) -> Vec3 {
         match optics {
-            _ if self.map_kd.is_some() => Vec3::ONE, // the picture as it is
+            _ if self.maps.has(MapUse::Color) => Vec3::ONE, // the picture as it is
             Optics::Mirror { .. } => Vec3::ZERO,
             Optics::Glass { index, .. } if *index != 1.0 => Vec3::ZERO,
             _ => Material::fallback().diffuse,
@@ -473,7 +506,8 @@ mod tests {
 
     #[test]
     fn texture_statements_have_options_before_names_with_spaces() {
-        let map = |statement: &str| stated(&format!("map_Kd {statement}")).map_kd.unwrap();
+        let map =
+            |statement: &str| stated(&format!("map_Kd {statement}")).maps[MapUse::Color].clone().unwrap();
         let full = map("-s 2 3 1 -o 0.5 0.25 0 -clamp on -bm 0.2 file name 1.png");
         assert_eq!(full.file, "file name 1.png");
         assert_eq!((full.scale, full.offset, full.clamp), (Vec2::new(2.0, 3.0), Vec2::new(0.5, 0.25), true));
@@ -483,7 +517,7 @@ mod tests {
         assert_eq!(map("wood.jpg -bm 1.5 -clamp on").file, "wood.jpg");
         assert_eq!(map("my -odd- name.jpg").file, "my -odd- name.jpg");
         assert_eq!(map("-o 1 1 1").file, "1");
-        assert_eq!(stated("map_Kd").map_kd, None);
+        assert_eq!(stated("map_Kd").maps, MapStatements::default());
     }
 
     #[test]

@@ -8,11 +8,13 @@ use std::sync::Arc;
 use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader};
 
 use super::map_statement::MapStatement;
+use super::normals;
 use crate::digest::Digest;
 use crate::input::{self, Input, Kind};
 use crate::memory::{self, Need, Part};
 use crate::scene::cutout::LEAST_OPACITY;
 use crate::scene::error::Findings;
+use crate::scene::material::NormalMap;
 use crate::scene::paths::find_beside;
 use crate::scene::{SceneError, Texture};
 
@@ -29,6 +31,23 @@ pub(crate) enum PictureUse {
     Color,
     /// Opacity: alpha, or brightness in a picture without alpha.
     Opacity,
+    /// Directions of normals.
+    Normals,
+    /// Heights, of which normals are made; or directions of normals, where it looks like that.
+    Heights,
+    /// Numbers that are parameters of a material.
+    Parameter,
+}
+
+impl PictureUse {
+    /// Consequence of a picture that cannot be used.
+    fn without(self) -> &'static str {
+        match self {
+            Self::Color | Self::Opacity => "a checker stands in for it",
+            Self::Normals | Self::Heights => "the surface is smooth without it",
+            Self::Parameter => "the numbers of the material count alone",
+        }
+    }
 }
 
 /// A picture as textures hold it.
@@ -46,6 +65,16 @@ impl Decoded {
         let is_there = |texel: &[u8; 4]| f32::from(texel[3]) >= 255.0 * LEAST_OPACITY;
         let cuts = texels.iter().any(is_there) && !texels.iter().all(is_there);
         Self { width, height, texels, cuts }
+    }
+
+    /// Returns the normals of a surface with these heights, and the factor for their slopes: see [`normals::of_heights`]. What
+    /// holds normals already stays as it is.
+    fn with_normals(&self) -> (Self, f32) {
+        if normals::are_normals(&self.texels) {
+            return (self.clone(), 1.0);
+        }
+        let (texels, slope) = normals::of_heights(&self.texels, self.width);
+        (Self { texels: texels.into(), ..self.clone() }, slope)
     }
 
     /// Returns the picture with its opacity in alpha.
@@ -70,6 +99,7 @@ pub(crate) struct Wanted<'a> {
     /// File that asks for it, and the line in it.
     pub asking: &'a Path,
     pub line: Option<usize>,
+    pub used: PictureUse,
 }
 
 /// Place of a picture's bytes.
@@ -88,8 +118,10 @@ pub(crate) struct Pictures {
     decoded: HashMap<PathBuf, Decoded>,
     /// Paths of pictures that are parts of other files.
     embedded: HashSet<PathBuf>,
-    /// Pictures of opacity.
-    opacities: HashMap<PathBuf, Decoded>,
+    /// Paths of pictures for which a checker stands in.
+    stand_ins: HashSet<PathBuf>,
+    /// What was made of pictures for a use, with the factor for their slopes.
+    derived: HashMap<(PathBuf, PictureUse), (Decoded, f32)>,
     /// Digests of their texels, in the order in which pictures were asked for.
     digests: Vec<Digest>,
     /// Use of each texture.
@@ -114,14 +146,20 @@ impl Pictures {
         let found = find_beside(folder, &map.file);
         let path = found.clone().unwrap_or_else(|| folder.join(&map.file));
         let content = Content::File(found.as_deref());
-        let wanted = Wanted { path: path.clone(), content, name: &map.file, asking, line: Some(map.line) };
+        let line = Some(map.line);
+        let wanted = Wanted { path: path.clone(), content, name: &map.file, asking, line, used };
         let picture = self.decoded(wanted, findings)?;
-        let Decoded { width, height, texels, .. } = match used {
-            PictureUse::Color => picture,
+        let key = (path.clone(), used);
+        let derived = match used {
+            PictureUse::Color | PictureUse::Normals | PictureUse::Parameter => picture,
             PictureUse::Opacity => {
-                self.opacities.entry(path.clone()).or_insert_with(|| picture.with_opacity()).clone()
+                self.derived.entry(key).or_insert_with(|| (picture.with_opacity(), 1.0)).0.clone()
+            }
+            PictureUse::Heights => {
+                self.derived.entry(key).or_insert_with(|| picture.with_normals()).0.clone()
             }
         };
+        let Decoded { width, height, texels, .. } = derived;
         let texture =
             Texture { path, width, height, texels, scale: map.scale, offset: map.offset, clamp: map.clamp };
         Ok(self.place(texture, used))
@@ -131,7 +169,7 @@ impl Pictures {
     ///
     /// # Errors Those of [`index_of`](Self::index_of).
     pub fn decoded(&mut self, wanted: Wanted<'_>, findings: &mut Findings) -> Result<Decoded, SceneError> {
-        let Wanted { path, content, name, asking, line } = wanted;
+        let Wanted { path, content, name, asking, line, used } = wanted;
         if let Some(known) = self.decoded.get(&path) {
             return Ok(known.clone());
         }
@@ -149,7 +187,8 @@ impl Pictures {
         let picture = match read {
             Ok(picture) => picture,
             Err(Unusable::AsItIs(why)) => {
-                findings.stand_in(told(format!("the texture `{name}` {why}; a checker stands in for it")))?;
+                findings.stand_in(told(format!("the texture `{name}` {why}; {}", used.without())))?;
+                self.stand_ins.insert(path.clone());
                 checker()
             }
             // pictures must not depend on what else the machine does
@@ -172,11 +211,21 @@ impl Pictures {
 
     /// Returns true if texture number `index` has places that are there and others that are not.
     pub fn cuts(&self, index: u32) -> bool {
-        let pictures = match self.uses[index as usize] {
-            PictureUse::Color => &self.decoded,
-            PictureUse::Opacity => &self.opacities,
-        };
-        pictures.get(&self.textures[index as usize].path).is_some_and(|picture| picture.cuts)
+        let (path, used) = (&self.textures[index as usize].path, self.uses[index as usize]);
+        let derived = self.derived.get(&(path.clone(), used)).map(|(picture, _)| picture);
+        derived.or_else(|| self.decoded.get(path)).is_some_and(|picture| picture.cuts)
+    }
+
+    /// Returns true if a checker stands in for texture number `index`.
+    pub fn is_stand_in(&self, index: u32) -> bool {
+        self.stand_ins.contains(&self.textures[index as usize].path)
+    }
+
+    /// The normal map that texture number `index` is, with this factor on its slopes, unless it is a stand-in.
+    pub fn normal_map(&self, index: u32, slope: f32) -> Option<NormalMap> {
+        let key = (self.textures[index as usize].path.clone(), self.uses[index as usize]);
+        let of_picture = self.derived.get(&key).map_or(1.0, |(_, slope)| *slope);
+        (!self.is_stand_in(index)).then_some(NormalMap { map: index, slope: slope * of_picture })
     }
 
     /// Returns true if the alpha of texture number `index` is below `least` anywhere.

@@ -79,6 +79,7 @@ impl Floor {
             cut: None,
             quadric: None,
             shapes: None,
+            details: Default::default(),
             shadow_casting: triangles.len(),
             triangles: Arc::new(triangles),
             normals: Vec::new(),

@@ -26,7 +26,7 @@ use crate::scene::keys::{BackgroundTable, FloorTable, ModelTable, ShotFile};
 use crate::scene::material::LARGEST_COLOR;
 use crate::scene::model::assemble::{Assembled, Assembly, Override, ReadBefore};
 use crate::scene::model::copies::SharedMeshes;
-use crate::scene::model::map_statement::MapStatement;
+use crate::scene::model::map_statement::{MapStatement, MapStatements, MapUse};
 use crate::scene::model::mtl::MtlMaterial;
 use crate::scene::render_space::{Extent, RenderSpace};
 use crate::scene::warnings::darkness;
@@ -291,6 +291,21 @@ fn replacement(text: TomlText<'_>, table: &MaterialTable) -> Result<Override, Sc
     let picture = |map: &Option<At<String>>| {
         map.as_ref().map(|map| MapStatement::plain(map.get_ref().as_str(), map_line(map)))
     };
+    let mut maps = MapStatements::default();
+    let MaterialTable { map_kd, map_d, map_ks, map_ns, map_ke, map_pr, map_pm, norm, map_bump, .. } = table;
+    for (used, map) in [
+        (MapUse::Color, map_kd),
+        (MapUse::Opacity, map_d),
+        (MapUse::Specular, map_ks),
+        (MapUse::Shininess, map_ns),
+        (MapUse::Emission, map_ke),
+        (MapUse::Roughness, map_pr),
+        (MapUse::Metal, map_pm),
+        (MapUse::Normal, norm),
+        (MapUse::Bump, map_bump),
+    ] {
+        maps[used] = picture(map);
+    }
     let values = MtlMaterial {
         name: table.name.get_ref().clone(),
         line,
@@ -304,8 +319,7 @@ fn replacement(text: TomlText<'_>, table: &MaterialTable) -> Result<Override, Sc
         illum,
         pr: number("pr", &table.pr, "from 0 (smooth) to 1 (rough)", 1.0)?,
         pm: number("pm", &table.pm, "from 0 (no metal) to 1 (metal)", 1.0)?,
-        map_kd: picture(&table.map_kd),
-        map_d: picture(&table.map_d),
+        maps,
         ..MtlMaterial::default()
     };
     Ok(Override { values, path: text.path.to_path_buf(), line, column, used: false })

@@ -115,8 +115,18 @@ fn of_model(model: &Table, shot: &Table, add: &mut impl FnMut(String)) {
     let of_name = |table: &&Table| table.get("name").and_then(Value::as_str) == Some(material);
     let kind = list(shot, "material").find(of_name).map_or("matt", kind_of_material);
     add(format!("material: {kind}"));
-    if list(shot, "material").find(of_name).is_some_and(|material| material.contains_key("map_d")) {
+    let has = |keys: &[&str]| {
+        let stated = list(shot, "material").find(of_name);
+        stated.is_some_and(|material| keys.iter().any(|key| material.contains_key(*key)))
+    };
+    if has(&["map_d"]) {
         add("material: cut out".into());
+    }
+    if has(&["norm", "map_bump"]) {
+        add("material: bent normals".into());
+    }
+    if has(&["map_ke", "map_ks", "map_ns", "map_pr", "map_pm"]) {
+        add("material: parameters of pictures".into());
     }
     if kind == "glows" && (passes || moves != "rests" || model.contains_key("shapes")) {
         add("what glows changes".into());

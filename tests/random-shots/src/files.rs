@@ -24,8 +24,11 @@ pub const MATERIALS: [&str; 6] = ["m0", "m1", "m2", "m3", "m4", "m5"];
 /// Textures that materials may name.
 pub const TEXTURES: [&str; 2] = ["checks.bmp", "black.bmp"];
 
-/// Opacity that cuts holes out.
+/// Opacity that cuts holes out; numbers elsewhere.
 pub const HOLES: &str = "holes.bmp";
+
+/// Directions of normals, some of which lie in the surface or point into it.
+pub const NORMALS: &str = "normals.bmp";
 
 /// The environment map.
 pub const MAP: &str = "around.hdr";
@@ -37,6 +40,7 @@ pub fn content(name: &str) -> Option<Vec<u8>> {
         "checks.bmp" => Some(bmp(|x, y| if (x + y) % 2 == 0 { [250, 240, 230] } else { [30, 60, 90] })),
         "black.bmp" => Some(bmp(|_, _| [0, 0, 0])),
         HOLES => Some(bmp(|x, y| [(40 + 70 * (x * 3 + y * 5) % 200) as u8; 3])),
+        NORMALS => Some(bmp(|x, y| [(64 * x) as u8, (200 - 40 * y) as u8, (255 - 50 * ((x + y) % 4)) as u8])),
         MAP => Some(hdr()),
         _ => {
             let mut parts = name.strip_suffix(".obj")?.split('.');

@@ -4,7 +4,7 @@ use toml::{Table, Value};
 
 use super::{color, numbers, table};
 use crate::dice::Dice;
-use crate::files::{HOLES, MATERIALS, TEXTURES};
+use crate::files::{HOLES, MATERIALS, NORMALS, TEXTURES};
 
 pub fn add(dice: &mut Dice, shot: &mut Table) {
     let materials = MATERIALS.iter().map(|name| Value::Table(material(dice, name)));
@@ -20,6 +20,12 @@ fn material(dice: &mut Dice, name: &str) -> Table {
             set("ks", numbers(color(dice)));
             set("ns", Value::Float(*dice.pick(&[0.0, 5.0, 40.0, 1000.0])));
             set("illum", Value::Integer(2));
+            if dice.one_in(3) {
+                set("map_ks", (*dice.pick(&TEXTURES)).into());
+            }
+            if dice.one_in(3) {
+                set("map_ns", HOLES.into());
+            }
         }
         // a mirror
         1 => {
@@ -42,12 +48,20 @@ fn material(dice: &mut Dice, name: &str) -> Table {
             if dice.one_in(4) {
                 set("d", dice.between(0.2, 0.9).into());
             }
+            for map in ["map_pr", "map_pm"] {
+                if dice.one_in(3) {
+                    set(map, (*dice.pick(&[HOLES, TEXTURES[0]])).into());
+                }
+            }
         }
         // it glows
         6 => {
             set("ke", numbers(color(dice).map(|part| (part * 400.0).round() / 100.0)));
             if dice.one_in(2) {
                 set("kd", numbers([0.0; 3]));
+            }
+            if dice.one_in(3) {
+                set("map_ke", TEXTURES[0].into());
             }
         }
         _ => {}
@@ -57,6 +71,10 @@ fn material(dice: &mut Dice, name: &str) -> Table {
     }
     if dice.one_in(5) {
         material.insert("map_d".into(), HOLES.into());
+    }
+    if dice.one_in(5) {
+        let (key, picture) = *dice.pick(&[("norm", NORMALS), ("map_bump", HOLES)]);
+        material.insert(key.into(), picture.into());
     }
     if dice.one_in(6) {
         material.insert("ka".into(), numbers(color(dice)));

@@ -1,0 +1,164 @@
+//! Details of a mesh's surface that few meshes have: colours of its vertices, and directions for normal maps.
+
+use bevy_mikktspace::{Geometry, TangentSpace};
+use glam::{DVec3, Vec2, Vec3};
+use half::f16;
+
+use super::Mesh;
+
+/// Details of a mesh; a list without entries where it has none.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Details {
+    /// Colours of the vertices, linear RGB: a factor of the reflectance.
+    pub colors: Vec<[f16; 3]>,
+    /// Directions of the first texture coordinate, by triangle.
+    pub tangents: Vec<Tangents>,
+}
+
+/// Directions in which the first texture coordinate grows at the corners of a triangle.
+///
+/// They are stated by the triangle's edges, so that they go with it wherever it is moved, mapped or deformed: a direction is so
+/// much of the edge from the first corner to the second, and so much of that to the third. It is the tangent, moved along the
+/// corner's normal into the plane of the triangle: without its part along the normal it is the tangent again.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Tangents {
+    /// Shares of the two edges, by corner.
+    pub corners: [Vec2; 3],
+    /// True if the picture is seen as in a mirror: the second texture coordinate grows to the other side.
+    pub is_mirrored: bool,
+}
+
+impl Details {
+    /// Details of the mesh's mirror image, whose second and third corners have changed places.
+    pub fn mirrored(&self) -> Self {
+        let turned = |Tangents { corners: [a, b, c], is_mirrored }: &Tangents| {
+            let corners = [a, c, b].map(|shares| Vec2::new(shares.y, shares.x));
+            Tangents { corners, is_mirrored: !is_mirrored }
+        };
+        Self { colors: self.colors.clone(), tangents: self.tangents.iter().map(turned).collect() }
+    }
+}
+
+impl Tangents {
+    /// Along the first edge: for triangles whose texture coordinates say nothing.
+    const ALONG_AN_EDGE: Self = Self { corners: [Vec2::X; 3], is_mirrored: false };
+
+    /// Creates the tangents of a triangle with these corners and normals from `tangents`, of any length.
+    pub fn new(corners: [Vec3; 3], normals: [Vec3; 3], tangents: [Vec3; 3], is_mirrored: bool) -> Self {
+        let [a, b, c] = corners.map(|corner| corner.as_dvec3());
+        let edges = [b - a, c - a];
+        let shares = |normal: Vec3, tangent: Vec3| in_edges(edges, normal.as_dvec3(), tangent.as_dvec3());
+        let all = [0, 1, 2].map(|corner| shares(normals[corner], tangents[corner]));
+        match all {
+            [Some(first), Some(second), Some(third)] => Self { corners: [first, second, third], is_mirrored },
+            _ => Self { is_mirrored, ..Self::ALONG_AN_EDGE },
+        }
+    }
+
+    /// Tangent at weights `u`, `v` of the second and third corner of a triangle with these edges, and normal to a unit `normal`;
+    /// then the direction in which the second texture coordinate grows. `None` if the tangent has no direction there.
+    pub fn axes(&self, [u, v]: [f32; 2], edges: [Vec3; 2], normal: Vec3) -> Option<[Vec3; 2]> {
+        let [first, second, third] = self.corners;
+        let shares = first * (1.0 - u - v) + second * u + third * v;
+        let along = edges[0] * shares.x + edges[1] * shares.y;
+        let along = (along - normal * normal.dot(along)).try_normalize()?;
+        let up = normal.cross(along);
+        Some([along, if self.is_mirrored { -up } else { up }])
+    }
+}
+
+/// Shares of two edges that make up a tangent, once it is moved along `normal` into their plane.
+fn in_edges([first, second]: [DVec3; 2], normal: DVec3, tangent: DVec3) -> Option<Vec2> {
+    let face = first.cross(second);
+    let square = face.length_squared();
+    let lean = normal.dot(face);
+    // a normal that lies in the triangle leads nowhere: the tangent is dropped onto it instead
+    let normal = if lean.abs() > 1e-3 * normal.length() * square.sqrt() { normal } else { face };
+    let inside = tangent - normal * (tangent.dot(face) / normal.dot(face));
+    let shares = [inside.cross(second).dot(face) / square, first.cross(inside).dot(face) / square];
+    let shares = Vec2::from(shares.map(|share| share as f32));
+    (shares.is_finite() && shares != Vec2::ZERO).then_some(shares)
+}
+
+impl Mesh {
+    /// Tangents of all triangles of a mesh with texture coordinates: those of its vertices if all have one, and computed ones
+    /// otherwise.
+    pub(crate) fn tangents(&self, of_vertices: &[[f32; 4]]) -> Vec<Tangents> {
+        let stated = |triangle: usize| {
+            let vertex = |corner: u32| of_vertices.get(corner as usize).copied();
+            let [a, b, c] = self.triangles[triangle].map(vertex);
+            let corners = [a?, b?, c?];
+            let tangents = corners.map(|[x, y, z, _]| Vec3::new(x, y, z));
+            let is_good = |tangent: Vec3| tangent.is_finite() && tangent != Vec3::ZERO;
+            let (places, normals) = (self.corner_positions(triangle), self.corner_normals(triangle));
+            let all = || Tangents::new(places, normals, tangents, corners[0][3] < 0.0);
+            tangents.into_iter().all(is_good).then(all)
+        };
+        let all: Option<Vec<Tangents>> = (0..self.triangles.len()).map(stated).collect();
+        all.unwrap_or_else(|| self.computed_tangents())
+    }
+
+    /// Computes the tangents of all triangles as the programs do that make normal maps
+    /// (Mikkelsen, "Simulation of Wrinkled Surfaces Revisited", 2008; the crate is the one that Bevy keeps up).
+    fn computed_tangents(&self) -> Vec<Tangents> {
+        let tangents = vec![Tangents::ALONG_AN_EDGE; self.triangles.len()];
+        let mut corners = CornersOfMesh { mesh: self, tangents, given: [Vec3::ZERO; 3] };
+        // it fails for triangles alone that it is not told of
+        let _ = bevy_mikktspace::generate_tangents(&mut corners);
+        corners.tangents
+    }
+
+    /// Positions of a triangle's corners, object space.
+    fn corner_positions(&self, triangle: usize) -> [Vec3; 3] {
+        let positions = self.positions.as_slice();
+        self.triangles[triangle].map(|corner| Vec3::from_array(positions[corner as usize]))
+    }
+
+    /// Normals at a triangle's corners: its own where the mesh has none.
+    fn corner_normals(&self, triangle: usize) -> [Vec3; 3] {
+        let [a, b, c] = self.corner_positions(triangle).map(|corner| corner.as_dvec3());
+        let own = (b - a).cross(c - a).normalize_or(DVec3::Y).as_vec3();
+        let normal = |corner: u32| self.normals.get(corner as usize).copied().unwrap_or(own);
+        self.triangles[triangle].map(normal).map(|normal| if normal == Vec3::ZERO { own } else { normal })
+    }
+}
+
+/// A mesh, as the algorithm asks for it.
+struct CornersOfMesh<'a> {
+    mesh: &'a Mesh,
+    tangents: Vec<Tangents>,
+    /// Tangents of the triangle whose corners are being given.
+    given: [Vec3; 3],
+}
+
+impl Geometry for CornersOfMesh<'_> {
+    fn num_faces(&self) -> usize {
+        self.mesh.triangles.len()
+    }
+
+    fn num_vertices_of_face(&self, _: usize) -> usize {
+        3
+    }
+
+    fn position(&self, face: usize, corner: usize) -> [f32; 3] {
+        self.mesh.corner_positions(face)[corner].to_array()
+    }
+
+    fn normal(&self, face: usize, corner: usize) -> [f32; 3] {
+        self.mesh.corner_normals(face)[corner].to_array()
+    }
+
+    fn tex_coord(&self, face: usize, corner: usize) -> [f32; 2] {
+        self.mesh.uvs[self.mesh.triangles[face][corner] as usize].to_array()
+    }
+
+    fn set_tangent(&mut self, space: Option<TangentSpace>, face: usize, corner: usize) {
+        let Some(space) = space else { return };
+        self.given[corner] = Vec3::from_array(space.tangent());
+        if corner == 2 {
+            let is_mirrored = space.tangent_encoded()[3] < 0.0;
+            let (corners, normals) = (self.mesh.corner_positions(face), self.mesh.corner_normals(face));
+            self.tangents[face] = Tangents::new(corners, normals, self.given, is_mirrored);
+        }
+    }
+}

@@ -1,0 +1,292 @@
+//! Makes the variants of materials whose parameters pictures give: see [`Variants`].
+
+use std::collections::HashMap;
+use std::sync::Arc;
+
+use glam::{Vec2, Vec3};
+
+use super::map_statement::{ByUse, Channel, MapUse};
+use crate::scene::texture::{Placement, linear_color};
+use crate::scene::variants::{Variants, mixed};
+use crate::scene::{Material, Texture};
+
+/// Maximum number of variants of a material.
+const MOST_VARIANTS: usize = 4096;
+
+/// Numbers of levels between which values are rounded, finest first: of roughness, and of each other number. The first is taken
+/// with which there are few enough variants. More than 64 widths of a lobe are not told apart, and each takes time to prepare.
+const LEVELS: [[u32; 2]; 5] = [[64, 256], [64, 32], [32, 16], [16, 8], [8, 4]];
+
+/// Picture that gives a parameter of a material.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct ParameterMap {
+    /// Index of the texture.
+    pub map: u32,
+    /// Channel of the value, if it is one number.
+    pub channel: Channel,
+}
+
+/// Numbers that make a variant, as bytes: roughness, metal, exponent of the highlight, emission and reflectance of highlights.
+const NUMBERS: usize = 9;
+const ROUGHNESS: usize = 0;
+const METAL: usize = 1;
+const SHININESS: usize = 2;
+const EMISSION: usize = 3;
+const SPECULAR: usize = 6;
+
+type Numbers = [u8; NUMBERS];
+
+/// Uses of pictures that variants are made of.
+pub(crate) const VARYING: [MapUse; 5] =
+    [MapUse::Roughness, MapUse::Metal, MapUse::Shininess, MapUse::Emission, MapUse::Specular];
+
+/// Returns true if `material` has the parameter that pictures of this use give.
+pub(crate) fn is_of_use(material: &Material, used: MapUse) -> bool {
+    match used {
+        MapUse::Roughness | MapUse::Metal => material.metal_rough.is_some(),
+        MapUse::Shininess | MapUse::Specular => material.specular != Vec3::ZERO,
+        _ => true,
+    }
+}
+
+/// Variants of a material.
+pub(crate) struct Made {
+    /// The materials, in the order of their numbers.
+    pub materials: Vec<Material>,
+    /// The material itself, with the means of the parameters over its pictures.
+    pub mean: Material,
+    pub of_texel: Vec<u16>,
+    pub placement: Placement,
+}
+
+impl Made {
+    /// The material with its variants, whose first one will have the index `first`.
+    pub fn head(&self, first: u16) -> Material {
+        let variants = Variants { first, of_texel: self.of_texel.clone().into(), placement: self.placement };
+        Material { variants: Some(Arc::new(variants)), ..self.mean.clone() }
+    }
+}
+
+/// Makes the variants of `material`, at most `most`; `maps` has at least one of the [`VARYING`] uses.
+pub(crate) fn make(
+    material: &Material,
+    maps: &ByUse<ParameterMap>,
+    textures: &[Texture],
+    most: usize,
+) -> Option<Made> {
+    let pictures = || VARYING.into_iter().filter_map(|used| Some((used, maps[used]?)));
+    let texture = |map: ParameterMap| &textures[map.map as usize];
+    let finest = pictures().map(|(_, map)| texture(map)).max_by_key(|texture| texture.texels.len())?;
+    let placement = finest.placement();
+    let pictures: Vec<Picture> =
+        pictures().map(|(used, map)| Picture::new(used, map, texture(map), &placement)).collect();
+    let numbers: Vec<Numbers> = (0..finest.texels.len()).map(|texel| numbers_of(&pictures, texel)).collect();
+    let (of_texel, kinds) =
+        LEVELS.iter().find_map(|levels| numbered(&numbers, *levels, most.min(MOST_VARIANTS)))?;
+    let materials: Vec<Material> = kinds.iter().map(|kind| variant(material, maps, *kind)).collect();
+    let mean = mean(&materials, &of_texel);
+    Some(Made { materials, mean, of_texel, placement })
+}
+
+/// A picture, looked up at the texels of another one.
+struct Picture<'a> {
+    used: MapUse,
+    channel: Channel,
+    texture: &'a Texture,
+    /// Place of the texels for which it is asked.
+    asked: Placement,
+    /// True if its texels are those for which it is asked.
+    is_same: bool,
+}
+
+impl<'a> Picture<'a> {
+    fn new(used: MapUse, map: ParameterMap, texture: &'a Texture, asked: &Placement) -> Self {
+        let is_same = texture.placement() == *asked;
+        Self { used, channel: map.channel, texture, asked: *asked, is_same }
+    }
+
+    /// Texel of this picture at the centre of number `texel` of those asked for.
+    fn texel(&self, texel: usize) -> [u8; 4] {
+        if self.is_same {
+            return self.texture.texels[texel];
+        }
+        let (x, y) = (texel as u32 % self.asked.width, texel as u32 / self.asked.width);
+        let at = |i: u32, count: u32| (i as f32 + 0.5) / count as f32;
+        let in_picture = Vec2::new(at(x, self.asked.width), 1.0 - at(y, self.asked.height));
+        let uv = (in_picture - self.asked.offset) / self.asked.scale;
+        self.texture.texels[self.texture.between(uv).chosen([0.5; 2])]
+    }
+}
+
+fn numbers_of(pictures: &[Picture<'_>], texel: usize) -> Numbers {
+    let mut numbers = [u8::MAX; NUMBERS];
+    for picture in pictures {
+        let bytes = picture.texel(texel);
+        let colors = [bytes[0], bytes[1], bytes[2]];
+        match picture.used {
+            MapUse::Roughness => numbers[ROUGHNESS] = picture.channel.of(bytes),
+            MapUse::Metal => numbers[METAL] = picture.channel.of(bytes),
+            MapUse::Shininess => numbers[SHININESS] = picture.channel.of(bytes),
+            MapUse::Emission => numbers[EMISSION..EMISSION + 3].copy_from_slice(&colors),
+            MapUse::Specular => numbers[SPECULAR..SPECULAR + 3].copy_from_slice(&colors),
+            MapUse::Color | MapUse::Opacity | MapUse::Normal | MapUse::Bump => {}
+        }
+    }
+    numbers
+}
+
+/// Numbers the distinct values of all texels, rounded to so many levels. `None` if there are more than `most`.
+fn numbered(numbers: &[Numbers], levels: [u32; 2], most: usize) -> Option<(Vec<u16>, Vec<Numbers>)> {
+    let mut known: HashMap<Numbers, u16> = HashMap::new();
+    let (mut of_texel, mut kinds) = (Vec::with_capacity(numbers.len()), Vec::new());
+    let mut last: Option<(Numbers, u16)> = None;
+    for (texel, numbers) in numbers.iter().enumerate() {
+        let kind = rounded(numbers, levels, texel as u32);
+        let number = match last.filter(|(last, _)| *last == kind) {
+            Some((_, number)) => number,
+            None => *known.entry(kind).or_insert_with(|| {
+                kinds.push(kind);
+                (kinds.len() - 1) as u16
+            }),
+        };
+        if kinds.len() > most {
+            return None;
+        }
+        of_texel.push(number);
+        last = Some((kind, number));
+    }
+    Some((of_texel, kinds))
+}
+
+/// Rounds to one of the two nearest levels, by chance, so that the mean over many texels stays; the least and the greatest stay as
+/// they are.
+fn rounded(numbers: &Numbers, [of_roughness, of_others]: [u32; 2], texel: u32) -> Numbers {
+    std::array::from_fn(|i| {
+        let steps = if i == ROUGHNESS { of_roughness } else { of_others } - 1;
+        let (value, chance) = (u32::from(numbers[i]) * steps, mixed(texel * NUMBERS as u32 + i as u32) % 255);
+        let level = (value + chance) / 255;
+        ((level * 255 + steps / 2) / steps) as u8
+    })
+}
+
+/// The material with the parameters that these numbers stand for.
+fn variant(material: &Material, maps: &ByUse<ParameterMap>, numbers: Numbers) -> Material {
+    let share = |number: usize| f32::from(numbers[number]) / 255.0;
+    let color = |first: usize| linear_color([numbers[first], numbers[first + 1], numbers[first + 2], 0]);
+    let mut variant = material.clone();
+    if let Some(layer) = &mut variant.metal_rough {
+        layer.roughness *= share(ROUGHNESS);
+        let metallic = layer.metallic * share(METAL);
+        if maps.has(MapUse::Metal) {
+            variant = variant.with_metal(metallic);
+        }
+    }
+    if maps.has(MapUse::Emission) {
+        variant.emission *= color(EMISSION);
+    }
+    if maps.has(MapUse::Specular) {
+        variant.specular *= color(SPECULAR);
+    }
+    variant.shininess = (variant.shininess * share(SHININESS)).max(1.0);
+    variant
+}
+
+/// The mean of the variants over all texels.
+fn mean(variants: &[Material], of_texel: &[u16]) -> Material {
+    let mut counts = vec![0_u32; variants.len()];
+    of_texel.iter().for_each(|number| counts[usize::from(*number)] += 1);
+    let share = |number: usize| f64::from(counts[number]) / of_texel.len() as f64;
+    let number = |of: &dyn Fn(&Material) -> f32| {
+        let sum = variants.iter().enumerate().map(|(i, variant)| share(i) * f64::from(of(variant)));
+        sum.sum::<f64>() as f32
+    };
+    let color = |of: fn(&Material) -> Vec3| Vec3::from([0, 1, 2].map(|axis| number(&|one| of(one)[axis])));
+    let mut mean = Material {
+        emission: color(|one| one.emission),
+        specular: color(|one| one.specular),
+        shininess: number(&|one| one.shininess),
+        ..variants[0].clone()
+    };
+    if let Some(layer) = &mut mean.metal_rough {
+        layer.roughness = number(&|one| one.metal_rough.map_or(0.0, |layer| layer.roughness));
+        let metallic = number(&|one| one.metal_rough.map_or(0.0, |layer| layer.metallic));
+        if metallic != layer.metallic {
+            mean = mean.with_metal(metallic);
+        }
+    }
+    mean
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a test may stop at the first surprise")]
+    use std::path::PathBuf;
+
+    use super::*;
+    use crate::scene::material::MetalRough;
+
+    fn texture(width: u32, texels: Vec<[u8; 4]>) -> Texture {
+        let height = texels.len() as u32 / width;
+        Texture {
+            path: PathBuf::new(),
+            width,
+            height,
+            texels: texels.into(),
+            scale: Vec2::ONE,
+            offset: Vec2::ZERO,
+            clamp: false,
+        }
+    }
+
+    fn metal_rough() -> Material {
+        let base = Vec3::splat(0.8);
+        let layer = MetalRough { base, roughness: 1.0, metallic: 1.0, head_on: 0.04, solid: 1.0 };
+        Material { diffuse: Vec3::ZERO, metal_rough: Some(layer), ..Material::fallback() }
+    }
+
+    fn maps(list: &[(MapUse, Channel)]) -> ByUse<ParameterMap> {
+        let mut maps = ByUse::default();
+        list.iter().zip(0..).for_each(|((used, channel), map)| {
+            maps[*used] = Some(ParameterMap { map, channel: *channel });
+        });
+        maps
+    }
+
+    #[test]
+    fn variants_are_what_texels_say() {
+        let roughness = texture(2, vec![[0, 255, 0, 255], [0, 0, 0, 255]]);
+        let metal = texture(1, vec![[255, 0, 0, 255]]);
+        let maps = maps(&[(MapUse::Roughness, Channel::Green), (MapUse::Metal, Channel::Blue)]);
+        let made = make(&metal_rough(), &maps, &[roughness, metal], 10).unwrap();
+        let layers = made.materials.iter().map(|one| (one.metal_rough.unwrap(), one.diffuse));
+        let layers: Vec<_> =
+            layers.map(|(layer, diffuse)| (layer.roughness, layer.metallic, diffuse)).collect();
+        assert_eq!(layers, [(1.0, 0.0, Vec3::splat(0.8)), (0.0, 0.0, Vec3::splat(0.8))]);
+        assert_eq!(made.of_texel, [0, 1]);
+        assert_eq!(made.mean.metal_rough.unwrap().roughness, 0.5);
+        assert_eq!(made.head(3).variants.unwrap().first, 3);
+    }
+
+    #[test]
+    fn many_colours_become_few_with_the_same_mean() {
+        let texel = |i: u32| [mixed(i) as u8, mixed(i + 1) as u8, mixed(i + 2) as u8, 255];
+        let texels: Vec<[u8; 4]> = (0..128 * 128).map(|i| texel(3 * i)).collect();
+        let exact = texels.iter().map(|texel| linear_color(*texel)).sum::<Vec3>() / texels.len() as f32;
+        let glowing = Material { emission: Vec3::splat(2.0), ..Material::fallback() };
+        let maps = maps(&[(MapUse::Emission, Channel::Mean)]);
+        let made = make(&glowing, &maps, &[texture(128, texels)], usize::MAX).unwrap();
+        assert!(made.materials.len() <= MOST_VARIANTS, "{}", made.materials.len());
+        let difference = (made.mean.emission / 2.0 - exact).abs().max_element();
+        assert!(difference < 0.02, "{difference} of {exact}");
+    }
+
+    #[test]
+    fn there_are_no_more_than_are_allowed() {
+        let texels = (0..=255).map(|i| [i, i, i, 255]).collect();
+        let (maps, picture) = (maps(&[(MapUse::Roughness, Channel::Mean)]), texture(16, texels));
+        let with = |most| make(&metal_rough(), &maps, std::slice::from_ref(&picture), most);
+        assert_eq!(with(1000).unwrap().materials.len(), 64);
+        assert!(with(20).unwrap().materials.len() <= 20);
+        assert!(with(3).is_none());
+    }
+}

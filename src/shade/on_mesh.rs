@@ -1,0 +1,92 @@
+//! What pictures and vertices say of a place on a mesh: texture coordinates, material, reflectance, bent normals.
+
+use glam::{Vec2, Vec3};
+
+use crate::scene::{Material, Mesh, Scene};
+
+/// A place on a primitive of a mesh.
+#[derive(Debug, Clone, Copy)]
+pub struct OnMesh<'a> {
+    /// The mesh.
+    pub mesh: &'a Mesh,
+    /// Number of the triangle, or of the piece of a quadric.
+    pub primitive: u32,
+    /// Weights of the second and third corner.
+    pub weights: [f32; 2],
+}
+
+impl<'a> OnMesh<'a> {
+    /// Creates the place with these weights.
+    pub fn new(mesh: &'a Mesh, primitive: u32, weights: [f32; 2]) -> Self {
+        Self { mesh, primitive, weights }
+    }
+
+    /// Texture coordinates; zero if the mesh has none.
+    #[inline]
+    pub fn uv(&self) -> Vec2 {
+        let Self { mesh, primitive, weights: [u, v] } = *self;
+        if let Some(quadric) = &mesh.quadric {
+            return quadric.uv(primitive, [u, v]);
+        }
+        let [a, b, c] = mesh.triangles[primitive as usize].map(|corner| corner as usize);
+        match mesh.uvs.as_slice() {
+            [] => Vec2::ZERO,
+            uvs => uvs[a] * (1.0 - u - v) + uvs[b] * u + uvs[c] * v,
+        }
+    }
+
+    /// Index of the material, variants told apart.
+    #[inline]
+    pub fn material(&self, scene: &Scene) -> u16 {
+        let number = self.mesh.material_of[self.primitive as usize];
+        match &scene.materials[usize::from(number)].variants {
+            None => number,
+            Some(variants) => variants.at(self.uv(), (self.primitive, self.weights)),
+        }
+    }
+
+    /// Reflectance of `material`, with its texture and the colours of vertices as factors; its diffuse and ambient reflectances
+    /// are shares of it.
+    #[inline]
+    pub fn reflectance(&self, scene: &Scene, material: &Material) -> Vec3 {
+        let mut reflectance = material.painted();
+        if let Some(map) = material.diffuse_map {
+            reflectance *= scene.textures[map as usize].sample(self.uv());
+        }
+        if material.has_vertex_colors {
+            reflectance *= self.vertex_color();
+        }
+        reflectance
+    }
+
+    /// Colour that the vertices have; white without any.
+    fn vertex_color(&self) -> Vec3 {
+        let Self { mesh, primitive, weights: [u, v] } = *self;
+        if mesh.details.colors.is_empty() {
+            return Vec3::ONE;
+        }
+        let color = |corner: u32| Vec3::from(mesh.details.colors[corner as usize].map(f32::from));
+        let [a, b, c] = mesh.triangles[primitive as usize].map(color);
+        a * (1.0 - u - v) + b * u + c * v
+    }
+
+    /// Normal as a normal map of the place's material bends it; `normal` itself without one. `corners`: of the triangle, in the
+    /// space and the shape of `normal`, which has unit length and is on the outside.
+    pub fn bent_normal(&self, scene: &Scene, normal: Vec3, corners: [Vec3; 3]) -> Vec3 {
+        let material = self.mesh.material_of[self.primitive as usize];
+        let bent = || {
+            let map = scene.materials[usize::from(material)].normal_map?;
+            let tangents = self.mesh.details.tangents.get(self.primitive as usize)?;
+            let [a, b, c] = corners;
+            let [along, up] = tangents.axes(self.weights, [b - a, c - a], normal)?;
+            let Vec3 { x, y, z } = scene.textures[map.map as usize].vector(self.uv());
+            // what points into the surface comes from wrong or enlarged pictures
+            let out = z.max(LEAST_OUT);
+            (along * (x * map.slope) + up * (y * map.slope) + normal * out).try_normalize()
+        };
+        bent().unwrap_or(normal)
+    }
+}
+
+/// Least part of a normal map's vector that points out of the surface.
+const LEAST_OUT: f32 = 0.01;
