@@ -22,26 +22,21 @@ pub struct Variants {
     pub placement: Placement,
 }
 
-/// Place on a primitive: its number, and the weights of its second and third corner.
-pub type OnPrimitive = (u32, [f32; 2]);
-
 impl Variants {
-    /// Index of the material at the texture coordinates `uv` of a place. It depends on nothing else: the same place has the same
-    /// variant in all frames.
+    /// Index of the material at the texture coordinates `uv`. It depends on nothing else, and not on the primitive: of surfaces in
+    /// the same place either may be met.
     #[inline]
-    pub fn at(&self, uv: Vec2, place: OnPrimitive) -> u16 {
+    pub fn at(&self, uv: Vec2) -> u16 {
         let between = self.placement.between(uv);
-        self.first + self.of_texel[between.chosen(random_of(place))]
+        self.first + self.of_texel[between.chosen(random_of(uv))]
     }
 }
 
-/// Two numbers from 0 to below 1 that are different for each place.
-fn random_of((primitive, [u, v]): OnPrimitive) -> [f32; 2] {
+/// Two numbers from 0 to below 1 that are different at each place.
+fn random_of(uv: Vec2) -> [f32; 2] {
     // no zero is negative
-    let mut hash = primitive.wrapping_mul(0x9e37_79b9);
-    for bits in [u, v].map(|weight| (weight + 0.0).to_bits()) {
-        hash = mixed(hash ^ bits);
-    }
+    let bits = uv.to_array().map(|coordinate| (coordinate + 0.0).to_bits());
+    let hash = bits.into_iter().fold(0x9e37_79b9, |hash, bits| mixed(hash ^ bits));
     [hash, mixed(hash ^ 0x85eb_ca6b)].map(|bits| (bits >> 8) as f32 / (1 << 24) as f32)
 }
 
@@ -54,6 +49,8 @@ pub(crate) fn mixed(mut bits: u32) -> u32 {
 
 #[cfg(test)]
 mod tests {
+    use std::collections::BTreeSet;
+
     use super::*;
 
     fn variants() -> Variants {
@@ -64,19 +61,20 @@ mod tests {
     #[test]
     fn texels_are_chosen_as_interpolation_weighs_them() {
         let variants = variants();
-        assert_eq!((variants.at(Vec2::new(0.25, 0.5), (0, [0.3, 0.2])), 7), (7, 7), "the centre of a texel");
+        assert_eq!(variants.at(Vec2::new(0.25, 0.5)), 7, "the centre of a texel");
         // three quarters of the way from the first centre to the second
-        let (count, uv) = (10_000_u16, Vec2::new(0.25 + 0.375, 0.5));
-        let second = (0..count).filter(|i| variants.at(uv, (3, [f32::from(*i) / 1e5, 0.1])) == 8).count();
+        let (count, u) = (10_000_u16, 0.25 + 0.375);
+        let second = (0..count).filter(|i| variants.at(Vec2::new(u, f32::from(*i) / 1e5)) == 8).count();
         assert!((7300..7700).contains(&second), "{second}");
     }
 
     #[test]
     fn a_place_has_one_variant() {
-        let uv = Vec2::new(0.5, 0.5);
-        let at = |place| variants().at(uv, place);
-        assert!((0..100).all(|i| at((i, [0.0, 0.5])) == at((i, [-0.0, 0.5]))));
-        let both = (0..100).map(|i| at((i, [0.2, 0.5]))).collect::<std::collections::BTreeSet<_>>();
+        let variants = variants();
+        let at = |u: f32, v: f32| variants.at(Vec2::new(u, v));
+        let places = || (0..100_u8).map(|i| f32::from(i) / 100.0);
+        assert!(places().all(|u| at(u, 0.0) == at(u, -0.0)));
+        let both: BTreeSet<u16> = places().map(|v| at(0.5, v)).collect();
         assert_eq!(both.len(), 2, "other places have others");
     }
 }

@@ -41,7 +41,7 @@ impl<'a> OnMesh<'a> {
         let number = self.mesh.material_of[self.primitive as usize];
         match &scene.materials[usize::from(number)].variants {
             None => number,
-            Some(variants) => variants.at(self.uv(), (self.primitive, self.weights)),
+            Some(variants) => variants.at(self.uv()),
         }
     }
 

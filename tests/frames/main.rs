@@ -26,6 +26,7 @@ mod golden;
 mod layers;
 mod lens;
 mod light_groups;
+mod maps;
 mod mattes;
 mod metal_rough;
 mod motion_vectors;
