@@ -13,6 +13,7 @@ mod environment;
 mod gltf;
 mod mistakes;
 mod model;
+mod objects;
 mod quadrics;
 mod schema;
 mod shot;

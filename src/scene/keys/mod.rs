@@ -3,6 +3,7 @@
 
 pub mod camera;
 pub mod material;
+pub mod model;
 pub mod quadric;
 pub mod samples;
 pub mod shapes;
@@ -22,9 +23,8 @@ use serde_json::{Value, json};
 
 use self::camera::{CameraTable, ShutterTable, StereoTable};
 use self::material::{MaterialTable, MtlTable};
-use self::quadric::QuadricTable;
+pub(crate) use self::model::{ModelKey, ModelTable};
 use self::samples::SamplesValue;
-use self::shapes::ShapesTable;
 use self::toml_text::{At, List, Three};
 use crate::animation::Interpolation;
 use crate::exposure::MOST_EXPOSURES;
@@ -290,63 +290,6 @@ pub(crate) struct SkyTable {
     pub turbidity: Option<At<f64>>,
     /// Albedo of the ground below the horizon [0.2, 0.2, 0.2]
     pub ground: Option<Three>,
-}
-
-#[derive(Debug, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-#[schemars(extend("oneOf" = [{"required": ["obj"]}, {"required": ["gltf"]}, {"required": ["quadric"]}]))]
-pub(crate) struct ModelTable {
-    /// For people; the file's name, or the type of the quadric, without it
-    pub name: Option<String>,
-    /// OBJ file, relative to the shot file
-    pub obj: Option<At<String>>,
-    /// glTF file (.gltf or .glb), relative to the shot file, instead of an OBJ file: a model for each of its nodes with a mesh
-    pub gltf: Option<At<String>>,
-    /// Name of the glTF file's animation (its first)
-    pub animation: Option<At<String>>,
-    /// Sphere, ellipsoid, cylinder, cone, paraboloid, hyperboloid or plane, instead of an OBJ file
-    pub quadric: Option<At<QuadricTable>>,
-    /// Files of the shapes between which the model deforms; `obj` is its shape at rest
-    pub shapes: Option<At<ShapesTable>>,
-    /// Applied last [0, 0, 0]
-    pub translate: Option<Three>,
-    /// Degrees about the fixed axes X, then Y, then Z; applied second [0, 0, 0]
-    pub rotate: Option<Three>,
-    /// One factor, or one for each axis; applied first, after the matrix (1)
-    pub scale: Option<At<Scale>>,
-    /// Rows of an affine map, for column vectors: 3 of 4 numbers, or 4 of which the last is [0, 0, 0, 1]; applied before all others
-    #[schemars(length(min = 3, max = 4))]
-    pub matrix: Option<Rows>,
-    /// Mirrors and glass of the model look up what they show in a cube map of so many texels along each edge, instead of sending rays: an
-    /// approximation (rays)
-    #[schemars(range(min = LEAST_MAP, max = LARGEST_MAP))]
-    pub reflection_map: Option<At<i64>>,
-    /// True if the model is there, before the first key that says it (true)
-    pub visible: Option<bool>,
-    /// Between keys
-    #[serde(default)]
-    pub interpolation: Interpolation,
-    /// Keys of the model: its place at some frames
-    #[serde(default)]
-    pub key: Vec<At<ModelKey>>,
-}
-
-#[derive(Debug, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct ModelKey {
-    /// Number of the frame; may be fractional
-    pub frame: At<f64>,
-    /// As of the model, at this frame
-    pub translate: Option<Three>,
-    /// As of the model, at this frame
-    pub rotate: Option<Three>,
-    /// As of the model, at this frame
-    pub scale: Option<At<Scale>>,
-    /// As of the model, at this frame
-    #[schemars(length(min = 3, max = 4))]
-    pub matrix: Option<Rows>,
-    /// True if the model is there, from this frame on; a key that says nothing else says nothing of its place
-    pub visible: Option<bool>,
 }
 
 #[derive(Debug, Deserialize, JsonSchema)]

@@ -11,6 +11,7 @@ use glam::Vec3;
 
 use super::map_statement::MapStatement;
 use super::mtl::{self, MtlFile, MtlMaterial};
+use super::objects::ObjectFiles;
 use super::pictures::{PictureUse, Pictures};
 use super::shape_files::{self, Origins, ReadShapes, ShapeSource};
 use crate::digest::Digest;
@@ -60,6 +61,8 @@ pub(crate) struct Assembly {
     meshes: HashMap<PathBuf, Arc<Mesh>>,
     /// Origins in its file of the vertices of each of `meshes`.
     origins: HashMap<PathBuf, Arc<Origins>>,
+    /// Objects of the files of `meshes`, and the parts that are models of their own.
+    pub(super) of_objects: ObjectFiles,
     /// Deforming meshes, by file and the source of their shapes.
     deforming: HashMap<(PathBuf, ShapeSource), ReadShapes>,
     /// Indices of the quadrics' materials, by name.
@@ -231,7 +234,9 @@ impl Assembly {
         }
         let (defined, complete) = self.libraries(&obj, path)?;
         let ids = self.settle_all(&obj, &defined, complete, path)?;
-        let mesh = Arc::new(self.mesh_of(obj, &ids));
+        let (mesh, objects) = self.mesh_of(obj, &ids);
+        let mesh = Arc::new(mesh);
+        self.of_objects.add(key.clone(), objects);
         if let Some(message) = limits::coarse(&mesh) {
             self.findings.note(SceneError::new(path, message));
         }
@@ -512,8 +517,9 @@ struct Stretch {
 }
 
 impl Assembly {
-    /// Orders the triangles: first those that cast shadows, each kind in the order of the file.
-    fn mesh_of(&self, obj: ObjFile, ids: &[u16]) -> Mesh {
+    /// Orders the triangles: first those that cast shadows, each kind in the order of the file. Returns also the objects, as runs
+    /// of triangles.
+    fn mesh_of(&self, obj: ObjFile, ids: &[u16]) -> (Mesh, Groups) {
         let id = |stretch: &Stretch| ids[stretch.of.material as usize];
         let casts = |stretch: &Stretch| self.casts_shadow(id(stretch));
         let has_uvs = !obj.uvs.is_empty();
@@ -535,11 +541,13 @@ impl Assembly {
         }
         let mut material_of = Vec::with_capacity(triangles.len());
         let mut groups = Groups::named(obj.groups.into_iter().map(|group| group.name));
+        let mut objects = Groups::named(iter::empty()); // their names are among those of the groups
         for stretch in &stretches {
             groups.begin(material_of.len() as u32, stretch.of.group);
+            objects.begin(material_of.len() as u32, stretch.of.object);
             material_of.extend(iter::repeat_n(id(stretch), stretch.range.len()));
         }
-        Mesh {
+        let mesh = Mesh {
             positions: Arc::new(VertexBuffer::new(obj.positions)),
             triangles: Arc::new(triangles),
             normals: obj.normals,
@@ -550,7 +558,8 @@ impl Assembly {
             shadow_casting,
             quadric: None,
             shapes: None,
-        }
+        };
+        (mesh, objects)
     }
 
     /// Place of a material's triangles in the order of a mesh: those that cast shadows come first, and those that are cut out

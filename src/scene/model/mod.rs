@@ -7,6 +7,7 @@ pub mod exporter;
 pub mod map_statement;
 mod meaning;
 pub mod mtl;
+pub mod objects;
 pub mod pictures;
 pub mod point_cache;
 pub mod shape_files;

@@ -30,9 +30,13 @@ pub fn of_table(
     let track = model::track(text, table)?;
     let keys = table.get_ref();
     refuse_keys_together(text, table, assembly.path_read_before().is_some())?;
-    let models = match &keys.gltf {
-        Some(gltf) => of_gltf(text, (table, gltf), assembly, &track, rate)?,
-        None => vec![one(text, table, assembly, track)?],
+    refuse_parts_of_others(text, keys)?;
+    let models = match (&keys.gltf, &keys.obj) {
+        (Some(gltf), _) => of_gltf(text, (table, gltf), assembly, &track, rate)?,
+        (None, Some(obj)) if keys.group.is_some() || keys.split.is_some() => {
+            parts(text, (table, obj), assembly, &track)?
+        }
+        _ => vec![one(text, table, assembly, track)?],
     };
     let sizes = i64::from(LEAST_MAP)..i64::from(LARGEST_MAP) + 1;
     let map = keys.reflection_map.as_ref();
@@ -79,6 +83,56 @@ fn refuse_keys_together(text: TomlText<'_>, table: &At<ModelTable>, is_read: boo
             _ => Ok(()),
         },
     }
+}
+
+/// Refuses `group` and `split` beside what has no parts, or beside each other.
+fn refuse_parts_of_others(text: TomlText<'_>, table: &ModelTable) -> Result<(), SceneError> {
+    let ModelTable { obj, shapes, group, split, .. } = table;
+    let place = group.as_ref().map(|group| ("group", group.span()));
+    let place = place.or_else(|| split.as_ref().map(|split| ("split", split.span())));
+    let Some((key, span)) = place else { return Ok(()) };
+    let refuse = |what: &str| Err(text.fault(span, format!("`{key}` {what}")));
+    if obj.is_none() {
+        refuse(
+            "goes with `obj`: only OBJ files have such parts, and each node of a glTF file is a model already; take it out",
+        )
+    } else if shapes.is_some() {
+        refuse("and `shapes` exclude each other: shapes are those of a whole OBJ file")
+    } else if group.is_some() && split.is_some() {
+        refuse("and `split` exclude each other: one object or group is not divided again")
+    } else {
+        Ok(())
+    }
+}
+
+/// Makes models of parts of an OBJ file, which `track` moves together.
+fn parts(
+    text: TomlText<'_>,
+    (table, obj): (&At<ModelTable>, &At<String>),
+    assembly: &mut Assembly,
+    track: &TransformTrack,
+) -> Result<Vec<Model>, SceneError> {
+    let ModelTable { name, group, split, .. } = table.get_ref();
+    let path = file_of(text, "obj", obj)?;
+    let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+    let model = |name: String, mesh: &Arc<Mesh>| Model {
+        name,
+        path: path.clone(),
+        mesh: mesh.clone(),
+        track: track.clone(),
+        reflection_map: None,
+    };
+    if let Some(group) = group {
+        let part = assembly.part_of_obj(&path, group.get_ref())?;
+        let part = part.map_err(|what| text.bad("group", group, &format!("is {what}")))?;
+        let own_name = || format!("{stem}/{}", part.name);
+        return Ok(vec![model(name.clone().unwrap_or_else(own_name), &part.mesh)]);
+    }
+    let by = split.as_ref().expect("the caller has one of the two");
+    let parts = assembly.divided_obj(&path, *by.get_ref())?;
+    let parts = parts.map_err(|what| text.bad("split", by, &what))?;
+    let whole = name.as_deref().unwrap_or(&stem);
+    Ok(parts.iter().map(|part| model(format!("{whole}/{}", part.name), &part.mesh)).collect())
 }
 
 /// Makes the model of an OBJ file or a quadric.
