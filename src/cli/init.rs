@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 
 use super::args::on_threads;
-use super::bare_model::{UpArg, is_gltf, is_model, turntable_options};
+use super::bare_model::{BareModelArgs, is_gltf, is_model};
 use super::failure::Failure;
 use super::say::terminal::Terminal;
 use crate::output::{self, folder_of};
@@ -28,9 +28,9 @@ pub struct InitArgs {
     #[arg(short, long, value_name = "SHOT.toml")]
     output: Option<PathBuf>,
 
-    /// The axis of the model's file that points up [default: guessed from what the model stands on]
-    #[arg(long, value_enum, value_name = "AXIS")]
-    up: Option<UpArg>,
+    /// The model's axis, camera and animation.
+    #[command(flatten)]
+    bare: BareModelArgs,
 }
 
 impl InitArgs {
@@ -58,7 +58,7 @@ impl InitArgs {
         if shot.symlink_metadata().is_ok() {
             return Err(taken());
         }
-        let options = turntable_options(&self.model, self.up, None)?;
+        let options = self.bare.options(&self.model, None)?;
         let (text, notes) = if is_gltf(&self.model) {
             output::ensure_writable(&shot).map_err(Failure::of)?;
             let name = self.model_from(&shot)?;

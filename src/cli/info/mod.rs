@@ -10,6 +10,7 @@ use std::sync::Arc;
 use clap::Args;
 
 use crate::cli::args::{default_output, on_threads, open};
+use crate::cli::bare_model::BareModelArgs;
 use crate::cli::failure::Failure;
 use crate::cli::say::terminal::Terminal;
 use crate::denoise::Denoiser;
@@ -18,7 +19,7 @@ use crate::frame;
 use crate::report::versions::Versions;
 use crate::scene::camera::Projection;
 use crate::scene::shot::Shot;
-use crate::scene::{Material, Model, Scene, turntable};
+use crate::scene::{Material, Model, Scene};
 use crate::settings::{DenoiseQuality, Refinement};
 use crate::stereo::Stereo;
 
@@ -32,6 +33,10 @@ Examples:
 pub struct InfoArgs {
     /// A shot (TOML), a model (OBJ, glTF), or a picture (EXR)
     file: Option<PathBuf>,
+
+    /// A bare model's axis, camera and animation.
+    #[command(flatten)]
+    bare: BareModelArgs,
 }
 
 /// Name of the library that `render --denoise` would use.
@@ -58,7 +63,7 @@ impl InfoArgs {
         let text = match kind.as_str() {
             "exr" => exr::describe(path)?,
             "obj" | "gltf" | "glb" | "toml" => {
-                let shot = open(path, false, &turntable::Options::default())?;
+                let shot = open(path, false, &self.bare.options(path, None)?)?;
                 shot.notes.iter().for_each(|note| terminal.note(note));
                 for warning in &shot.warnings {
                     terminal.warn(&warning.0.to_string());

@@ -65,7 +65,7 @@ struct Instancing {
     attributes: BTreeMap<String, usize>,
 }
 
-fn known_as(path: &Path) -> PathBuf {
+pub(super) fn known_as(path: &Path) -> PathBuf {
     path.canonicalize().unwrap_or_else(|_| path.to_path_buf())
 }
 
@@ -102,7 +102,7 @@ impl Assembly {
         Ok(parts)
     }
 
-    fn document(&mut self, path: &Path, known: &Path) -> Result<Arc<Document>, SceneError> {
+    pub(super) fn document(&mut self, path: &Path, known: &Path) -> Result<Arc<Document>, SceneError> {
         if let Some(document) = self.gltf.documents.get(known) {
             return Ok(document.clone());
         }
