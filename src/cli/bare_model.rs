@@ -27,7 +27,7 @@ impl From<UpArg> for Up {
 
 /// Returns true if a file is a bare model, by its ending.
 pub fn is_model(path: &Path) -> bool {
-    ends_in(path, &["obj", "gltf", "glb"])
+    ends_in(path, &["obj", "ply", "gltf", "glb"])
 }
 
 /// Returns true if a file is a glTF file, by its ending.
@@ -64,7 +64,7 @@ impl BareModelArgs {
             return usage("--up is for bare models: in a shot file, write `rotate` into the [[model]]");
         }
         if up.is_some() && is_gltf(path) {
-            return usage("--up is for OBJ files: in glTF files Y is up");
+            return usage("--up is for OBJ and PLY files: in glTF files Y is up");
         }
         if camera.is_some() && !is_gltf(path) {
             return usage(

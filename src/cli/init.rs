@@ -20,7 +20,7 @@ Examples:
   afterimage init models/statue.obj -o walk.toml
   afterimage render statue.toml --frames 1 --png")]
 pub struct InitArgs {
-    /// The model (OBJ, glTF)
+    /// The model (OBJ, PLY, glTF)
     #[arg(value_name = "MODEL")]
     model: PathBuf,
 
@@ -42,7 +42,7 @@ impl InitArgs {
     fn write(&self, terminal: &mut Terminal) -> Result<(), Failure> {
         if !is_model(&self.model) {
             return Err(Failure::Failed(format!(
-                "{}: not a model (.obj, .gltf, .glb), by its ending",
+                "{}: not a model (.obj, .ply, .gltf, .glb), by its ending",
                 self.model.display()
             )));
         }

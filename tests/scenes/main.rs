@@ -14,6 +14,7 @@ mod gltf;
 mod mistakes;
 mod model;
 mod objects;
+mod ply;
 mod quadrics;
 mod schema;
 mod shot;

@@ -12,8 +12,8 @@ use crate::scene::Shot;
 use crate::settings::Settings;
 use crate::trace::BackendKind;
 
-/// Maximum number of rays that are cast for the estimate, for each thread: a quarter of a second.
-const MOST_RAYS: u64 = 1 << 20;
+/// Maximum number of rays that are cast for the estimate, for each thread: a second, or less.
+const MOST_RAYS: u64 = 1 << 22;
 
 /// Divisors of the picture's sides for the estimate: the smallest that is cheap enough is taken.
 const DIVISORS: [u32; 6] = [1, 2, 4, 8, 16, 32];

@@ -11,7 +11,7 @@ use crate::animation::Interpolation;
 
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-#[schemars(extend("oneOf" = [{"required": ["obj"]}, {"required": ["gltf"]}, {"required": ["quadric"]}]))]
+#[schemars(extend("oneOf" = [{"required": ["obj"]}, {"required": ["gltf"]}, {"required": ["ply"]}, {"required": ["quadric"]}]))]
 pub(crate) struct ModelTable {
     /// For people; the file's name, or the type of the quadric, without it
     pub name: Option<String>,
@@ -19,6 +19,8 @@ pub(crate) struct ModelTable {
     pub obj: Option<At<String>>,
     /// glTF file (.gltf or .glb), relative to the shot file, instead of an OBJ file: a model for each of its nodes with a mesh
     pub gltf: Option<At<String>>,
+    /// PLY file, relative to the shot file, instead of an OBJ file
+    pub ply: Option<At<String>>,
     /// Name of the glTF file's animation (its first)
     pub animation: Option<At<String>>,
     /// With `obj`: name of an object (`o`) or group (`g`) of the file, which alone is the model

@@ -13,11 +13,12 @@ use super::map_statement::MapStatement;
 use super::mtl::{self, MtlFile, MtlMaterial};
 use super::objects::ObjectFiles;
 use super::pictures::{PictureUse, Pictures};
+use super::read_model::{ReadBefore, ReadModel, is_ply};
 use super::shape_files::{self, Origins, ReadShapes, ShapeSource};
 use crate::digest::Digest;
 use crate::scene::cutout::{CutTriangles, Cutout, LEAST_OPACITY, Mask};
 use crate::scene::error::Findings;
-use crate::scene::gltf::{Document, GltfFiles};
+use crate::scene::gltf::GltfFiles;
 use crate::scene::keys::material::KdBesideMap;
 use crate::scene::keys::spelling;
 use crate::scene::mesh::Groups;
@@ -80,57 +81,6 @@ pub(crate) struct Assembly {
     read_before: Option<ReadModel>,
 }
 
-/// File that was read before the shot that shows it.
-pub(crate) enum ReadBefore {
-    /// The text's only model: the text need not name its path.
-    Obj(Box<ReadModel>),
-    /// A glTF file, which the text names.
-    Gltf(Arc<Document>),
-}
-
-/// An OBJ file that was read.
-pub(crate) struct ReadModel {
-    pub path: PathBuf,
-    pub obj: ObjFile,
-    /// Digest of the file's text.
-    pub digest: Digest,
-}
-
-impl ReadModel {
-    /// Reads the file at `path`.
-    ///
-    /// # Errors
-    /// Those of [`obj::read`].
-    pub fn at(path: &Path) -> Result<Self, SceneError> {
-        let (obj, digest) = obj::read_with_digest(path)?;
-        Ok(Self { path: path.to_path_buf(), obj, digest })
-    }
-
-    /// The names of the materials that its faces use, if they are black throughout, as some exporters write them: no colour, no
-    /// texture, no highlight, no light of their own.
-    ///
-    /// # Errors
-    /// An MTL file cannot be read.
-    pub fn black_materials(&self) -> Result<Option<Vec<String>>, SceneError> {
-        let mut assembly = Assembly::new(false, Vec::new());
-        let (defined, _) = assembly.libraries(&self.obj, &self.path)?;
-        let used: HashSet<u32> = self.obj.uses.iter().map(|(_, of)| of.material).collect();
-        let names: HashSet<&str> =
-            used.into_iter().map(|material| self.obj.materials[material as usize].name.as_str()).collect();
-        let is_black = |name: &&str| {
-            let found = defined.iter().rfind(|defined| defined.material.name == **name);
-            found.is_some_and(|defined| {
-                let meant = || defined.material.clone().meant(KdBesideMap::default());
-                defined.material.map_kd.is_none() && meant().settle().is_black()
-            })
-        };
-        let mut names: Vec<&str> = names.into_iter().collect();
-        names.sort_unstable();
-        let black = names.iter().all(is_black);
-        Ok(black.then(|| names.into_iter().map(String::from).collect()))
-    }
-}
-
 /// Shared materials and textures of the models, and the files that they come from.
 pub(crate) struct Assembled {
     pub materials: Vec<Material>,
@@ -143,8 +93,8 @@ pub(crate) struct Assembled {
 }
 
 /// A material of an MTL file, with the file.
-struct Defined {
-    material: MtlMaterial,
+pub(super) struct Defined {
+    pub material: MtlMaterial,
     path: PathBuf,
 }
 
@@ -219,13 +169,17 @@ impl Assembly {
         if let Some(mesh) = self.meshes.get(&key) {
             return Ok(mesh.clone());
         }
-        let ReadModel { obj, digest, .. } = match self.read_before.take() {
+        let ReadModel { mut obj, digest, unused, .. } = match self.read_before.take() {
             Some(model) if model.path == path => model,
             _ => ReadModel::at(path)?,
         };
         self.files.push(path.to_path_buf());
         self.digests.push(digest);
         self.origins.insert(key.clone(), Arc::new(Origins::new(&obj)));
+        unused.into_iter().for_each(|message| self.findings.note(SceneError::new(path, message)));
+        if is_ply(path) {
+            self.name_material(&mut obj, path);
+        }
         if let Some(OddNormals { count, line }) = obj.odd_normals {
             let message = format!(
                 "a normal is no number, of {count} in all: where they count, faces have normals of their own; export them again"
@@ -262,7 +216,11 @@ impl Assembly {
     }
 
     /// Reads the MTL files of `obj`. The flag says whether all were found.
-    fn libraries(&mut self, obj: &ObjFile, path: &Path) -> Result<(Vec<Defined>, bool), SceneError> {
+    pub(super) fn libraries(
+        &mut self,
+        obj: &ObjFile,
+        path: &Path,
+    ) -> Result<(Vec<Defined>, bool), SceneError> {
         let folder = path.parent().unwrap_or(Path::new(""));
         let mut defined = Vec::new();
         let mut complete = true;
@@ -354,7 +312,7 @@ impl Assembly {
         self.add_material(material).ok_or_else(|| SceneError::new(path, too_many()))
     }
 
-    fn is_overridden(&self, name: &str) -> bool {
+    pub(super) fn is_overridden(&self, name: &str) -> bool {
         self.overrides.iter().any(|entry| entry.values.name == name)
     }
 

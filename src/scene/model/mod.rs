@@ -10,5 +10,6 @@ pub mod mtl;
 pub mod objects;
 pub mod pictures;
 pub mod point_cache;
+pub mod read_model;
 pub mod shape_files;
 pub mod unused_statements;

@@ -11,6 +11,7 @@
 //! is read once more, in order, to say where (`fault`).
 
 mod column;
+mod face_lists;
 mod fault;
 mod join;
 pub mod lines;
@@ -38,6 +39,7 @@ use super::SceneError;
 use crate::digest::Digest;
 use crate::input::{self, Kind};
 use crate::memory::{self, Need, Part};
+pub(crate) use face_lists::FaceLists;
 use fault::{Fault, LARGEST_COORDINATE};
 use join::{Joined, Misfit};
 pub use join::{Named, Use};

@@ -11,8 +11,8 @@ use std::path::Path;
 
 use super::SceneError;
 use super::keys::toml_text::TomlText;
-use super::model::assemble::{ReadBefore, ReadModel};
 use super::model::copies::MOST_ADDED;
+use super::model::read_model::{ReadBefore, ReadModel};
 use super::shot::{self, Shot};
 use corners::Corners;
 pub use fit::Fit;
