@@ -17,13 +17,12 @@ use std::fmt;
 use schemars::generate::SchemaSettings;
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::Deserialize;
-use serde::de::value::SeqAccessDeserializer;
-use serde::de::{self, Deserializer, SeqAccess, Visitor};
+use serde::de::{self, Deserializer, Visitor};
 use serde_json::{Value, json};
 
 use self::camera::{CameraTable, ShutterTable, StereoTable};
 use self::material::{MaterialTable, MtlTable};
-pub(crate) use self::model::{ModelKey, ModelTable};
+pub(crate) use self::model::{LARGEST_MAP, LEAST_MAP, ModelKey, ModelTable, Rows, Scale};
 use self::samples::SamplesValue;
 use self::toml_text::{At, List, Three};
 use crate::animation::Interpolation;
@@ -33,10 +32,6 @@ use crate::settings::{
     Backdrop, BasePlace, Caustics, Compression, DenoiseQuality, Filter, LONGEST_SIDE, Look,
     MOST_OCCLUSION_RAYS, MOST_OVERSCAN, MOST_PATHS, MOST_REFLECTIONS, MOST_TREE_MEMORY, Mode, Reuse, View,
 };
-
-/// Bounds of the resolution of a reflection map, texels along an edge.
-pub(crate) const LEAST_MAP: u32 = 8;
-pub(crate) const LARGEST_MAP: u32 = 1024;
 
 /// The JSON schema (draft 7) of shot files: names, types and ranges of all keys. Editors complete and check files by it.
 pub fn schema() -> Value {
@@ -403,40 +398,11 @@ impl JsonSchema for LayerName {
     }
 }
 
-/// One factor, or one an axis.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Scale(pub [f64; 3]);
-
-/// Rows of a matrix.
-pub(crate) type Rows = At<Vec<List<f64, 4>>>;
-
 /// Frames per second as a fraction of whole numbers, or the text that could not be read as one.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum Rate {
     Whole(i64),
     Text(String),
-}
-
-impl<'de> Deserialize<'de> for Scale {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct ScaleVisitor;
-        impl<'de> Visitor<'de> for ScaleVisitor {
-            type Value = Scale;
-            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-                f.write_str("a number or three")
-            }
-            fn visit_f64<E: de::Error>(self, factor: f64) -> Result<Scale, E> {
-                Ok(Scale([factor; 3]))
-            }
-            fn visit_i64<E: de::Error>(self, factor: i64) -> Result<Scale, E> {
-                Ok(Scale([factor as f64; 3]))
-            }
-            fn visit_seq<A: SeqAccess<'de>>(self, factors: A) -> Result<Scale, A::Error> {
-                List::deserialize(SeqAccessDeserializer::new(factors)).map(|List(factors)| Scale(factors))
-            }
-        }
-        deserializer.deserialize_any(ScaleVisitor)
-    }
 }
 
 impl<'de> Deserialize<'de> for Rate {
@@ -455,17 +421,6 @@ impl<'de> Deserialize<'de> for Rate {
             }
         }
         deserializer.deserialize_any(RateVisitor)
-    }
-}
-
-impl JsonSchema for Scale {
-    fn schema_name() -> Cow<'static, str> {
-        "Scale".into()
-    }
-
-    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
-        let three = generator.subschema_for::<List<f64, 3>>();
-        json_schema!({"anyOf": [{"type": "number"}, three]})
     }
 }
 

@@ -1,13 +1,21 @@
 //! `[[model]]` and its keys in a shot file, as they are written: see [`shot_file`](super).
 
-use schemars::JsonSchema;
+use std::borrow::Cow;
+use std::fmt;
+
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::Deserialize;
+use serde::de::value::SeqAccessDeserializer;
+use serde::de::{self, Deserializer, SeqAccess, Visitor};
 
 use super::quadric::QuadricTable;
 use super::shapes::ShapesTable;
-use super::toml_text::{At, Three};
-use super::{LARGEST_MAP, LEAST_MAP, Rows, Scale};
+use super::toml_text::{At, List, Three};
 use crate::animation::Interpolation;
+
+/// Bounds of the resolution of a reflection map, texels along an edge.
+pub(crate) const LEAST_MAP: u32 = 8;
+pub(crate) const LARGEST_MAP: u32 = 1024;
 
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -80,4 +88,44 @@ pub(crate) enum Division {
     Objects,
     /// A model for each group: the last `g` or `o` before a face
     Groups,
+}
+
+/// One factor, or one an axis.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Scale(pub [f64; 3]);
+
+/// Rows of a matrix.
+pub(crate) type Rows = At<Vec<List<f64, 4>>>;
+
+impl<'de> Deserialize<'de> for Scale {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct ScaleVisitor;
+        impl<'de> Visitor<'de> for ScaleVisitor {
+            type Value = Scale;
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("a number or three")
+            }
+            fn visit_f64<E: de::Error>(self, factor: f64) -> Result<Scale, E> {
+                Ok(Scale([factor; 3]))
+            }
+            fn visit_i64<E: de::Error>(self, factor: i64) -> Result<Scale, E> {
+                Ok(Scale([factor as f64; 3]))
+            }
+            fn visit_seq<A: SeqAccess<'de>>(self, factors: A) -> Result<Scale, A::Error> {
+                List::deserialize(SeqAccessDeserializer::new(factors)).map(|List(factors)| Scale(factors))
+            }
+        }
+        deserializer.deserialize_any(ScaleVisitor)
+    }
+}
+
+impl JsonSchema for Scale {
+    fn schema_name() -> Cow<'static, str> {
+        "Scale".into()
+    }
+
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        let three = generator.subschema_for::<List<f64, 3>>();
+        json_schema!({"anyOf": [{"type": "number"}, three]})
+    }
 }

@@ -13,7 +13,7 @@ use super::map_statement::MapStatement;
 use super::mtl::{self, MtlFile, MtlMaterial};
 use super::objects::ObjectFiles;
 use super::pictures::{PictureUse, Pictures};
-use super::read_model::{ReadBefore, ReadModel, is_ply};
+use super::read_model::{ReadBefore, ReadModel, is_ply, name_material};
 use super::shape_files::{self, Origins, ReadShapes, ShapeSource};
 use crate::digest::Digest;
 use crate::scene::cutout::{CutTriangles, Cutout, LEAST_OPACITY, Mask};
@@ -178,7 +178,7 @@ impl Assembly {
         self.origins.insert(key.clone(), Arc::new(Origins::new(&obj)));
         unused.into_iter().for_each(|message| self.findings.note(SceneError::new(path, message)));
         if is_ply(path) {
-            self.name_material(&mut obj, path);
+            name_material(&mut obj, path, |name| self.is_overridden(name));
         }
         if let Some(OddNormals { count, line }) = obj.odd_normals {
             let message = format!(
@@ -312,7 +312,7 @@ impl Assembly {
         self.add_material(material).ok_or_else(|| SceneError::new(path, too_many()))
     }
 
-    pub(super) fn is_overridden(&self, name: &str) -> bool {
+    fn is_overridden(&self, name: &str) -> bool {
         self.overrides.iter().any(|entry| entry.values.name == name)
     }
 

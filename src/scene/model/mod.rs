@@ -2,11 +2,13 @@
 
 pub mod assemble;
 pub mod bake;
+mod black;
 pub mod copies;
 pub mod exporter;
 pub mod map_statement;
 mod meaning;
 pub mod mtl;
+mod obj_parts;
 pub mod objects;
 pub mod pictures;
 pub mod point_cache;

@@ -1,14 +1,11 @@
 //! Model files as they were read: OBJ and PLY files, before their materials are looked up.
 
-use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use super::assemble::Assembly;
 use crate::digest::Digest;
 use crate::scene::SceneError;
 use crate::scene::gltf::Document;
-use crate::scene::keys::material::KdBesideMap;
 use crate::scene::obj::{self, ObjFile};
 use crate::scene::ply::{self, PlyFile};
 
@@ -49,38 +46,12 @@ impl ReadModel {
         let (obj, digest) = obj::read_with_digest(path)?;
         Ok(Self { path: path_kept, obj, digest, unused: Vec::new() })
     }
-
-    /// The names of the materials that its faces use, if they are black throughout, as some exporters write them: no colour, no
-    /// texture, no highlight, no light of their own.
-    ///
-    /// # Errors
-    /// An MTL file cannot be read.
-    pub fn black_materials(&self) -> Result<Option<Vec<String>>, SceneError> {
-        let mut assembly = Assembly::new(false, Vec::new());
-        let (defined, _) = assembly.libraries(&self.obj, &self.path)?;
-        let used: HashSet<u32> = self.obj.uses.iter().map(|(_, of)| of.material).collect();
-        let names: HashSet<&str> =
-            used.into_iter().map(|material| self.obj.materials[material as usize].name.as_str()).collect();
-        let is_black = |name: &&str| {
-            let found = defined.iter().rfind(|defined| defined.material.name == **name);
-            found.is_some_and(|defined| {
-                let meant = || defined.material.clone().meant(KdBesideMap::default());
-                defined.material.map_kd.is_none() && meant().settle().is_black()
-            })
-        };
-        let mut names: Vec<&str> = names.into_iter().collect();
-        names.sort_unstable();
-        let black = names.iter().all(is_black);
-        Ok(black.then(|| names.into_iter().map(String::from).collect()))
-    }
 }
 
-impl Assembly {
-    /// Names the material of a PLY file, which has no names, by the file's stem if a `[[material]]` of this name is there.
-    pub(super) fn name_material(&self, file: &mut ObjFile, path: &Path) {
-        let stem = path.file_stem().unwrap_or_default().to_string_lossy();
-        if let Some(material) = file.materials.first_mut().filter(|_| self.is_overridden(&stem)) {
-            material.name = stem.into_owned();
-        }
+/// Names the material of a PLY file, which has no names, by the file's stem if `is_stated` says that a `[[material]]` of this name is there.
+pub(super) fn name_material(file: &mut ObjFile, path: &Path, is_stated: impl Fn(&str) -> bool) {
+    let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+    if let Some(material) = file.materials.first_mut().filter(|_| is_stated(&stem)) {
+        material.name = stem.into_owned();
     }
 }

@@ -54,7 +54,7 @@ impl FaceLists {
         let is_beyond = |corner: &u32| *corner as usize >= count;
         let mut before = 0;
         for run in &self.runs {
-            if let Some(at) = run.positions.iter().position(|corner| is_beyond(corner)) {
+            if let Some(at) = run.positions.iter().position(is_beyond) {
                 return Some((before + face_of(run, at), run.positions[at]));
             }
             before += run.faces;

@@ -2,51 +2,12 @@
 
 use std::io::{BufRead, Read};
 
-use super::Fault;
-use super::values::Values;
+use super::fault::Fault;
+use super::values::{Scalar, Values};
 
 /// Longest line of a header, bytes, and the largest number of lines.
 const LONGEST_LINE: u64 = 4096;
 const MOST_LINES: usize = 10_000;
-
-/// Type of a number.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Scalar {
-    Int8,
-    Uint8,
-    Int16,
-    Uint16,
-    Int32,
-    Uint32,
-    Float32,
-    Float64,
-}
-
-impl Scalar {
-    fn called(name: &str) -> Option<Self> {
-        Some(match name {
-            "char" | "int8" => Self::Int8,
-            "uchar" | "uint8" => Self::Uint8,
-            "short" | "int16" => Self::Int16,
-            "ushort" | "uint16" => Self::Uint16,
-            "int" | "int32" => Self::Int32,
-            "uint" | "uint32" => Self::Uint32,
-            "float" | "float32" => Self::Float32,
-            "double" | "float64" => Self::Float64,
-            _ => return None,
-        })
-    }
-
-    /// Size in bytes.
-    pub fn bytes(self) -> usize {
-        match self {
-            Self::Int8 | Self::Uint8 => 1,
-            Self::Int16 | Self::Uint16 => 2,
-            Self::Int32 | Self::Uint32 | Self::Float32 => 4,
-            Self::Float64 => 8,
-        }
-    }
-}
 
 /// Property of an element.
 #[derive(Debug, Clone, PartialEq)]

@@ -8,6 +8,7 @@
 //! up by name in each row, which takes many times as long and as much memory as a mesh of ten million triangles, and they do not say
 //! where in a file its damage is.
 
+mod fault;
 mod header;
 mod values;
 
@@ -17,6 +18,7 @@ use std::path::Path;
 
 use glam::{Vec2, Vec3};
 
+use self::fault::Fault;
 use self::header::{Element, Header, Kind};
 use self::values::{Binary, Text, Values};
 use super::SceneError;
@@ -30,31 +32,6 @@ const BUFFER: usize = 1 << 20;
 
 /// Memory for each byte of a file while it is read: its values, triangles, and what is made of them.
 const READING_BYTES: u64 = 3;
-
-/// Mistake in a file: the end of a sentence, and the line if the file is text.
-#[derive(Debug, Clone, PartialEq)]
-struct Fault {
-    line: Option<usize>,
-    message: String,
-}
-
-impl Fault {
-    /// Creates a fault of the whole file.
-    fn whole(message: impl Into<String>) -> Self {
-        Self { line: None, message: message.into() }
-    }
-}
-
-impl From<io::Error> for Fault {
-    fn from(error: io::Error) -> Self {
-        Self::whole(match error.kind() {
-            io::ErrorKind::UnexpectedEof => String::from(
-                "the PLY file is cut off: it ends before its last value; copy or export it again",
-            ),
-            _ => format!("the PLY file cannot be read: {error}"),
-        })
-    }
-}
 
 /// Content of a PLY file.
 pub(crate) struct PlyFile {

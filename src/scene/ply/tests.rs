@@ -109,3 +109,20 @@ fn damage_is_told_with_its_place() {
         "element vertex 1\nproperty float x\nproperty float y\nproperty float z\nend_header\n0 0 0\n";
     assert!(fault(&text("", points)).message.contains("no faces: points alone"));
 }
+
+#[test]
+fn whatever_a_byte_becomes_nothing_panics() {
+    let whole = text(&format!("{HEAD}{FACES}"), SQUARE).into_bytes();
+    let binary =
+        [text(&format!("{HEAD}{FACES}"), "").replace("ascii", "binary_big_endian").as_bytes(), &[1; 90]]
+            .concat();
+    for file in [whole, binary] {
+        for at in 0..file.len() {
+            for byte in [0, b'\n', b'-', b'9', 0x80, 0xFF] {
+                let mut odd = file.clone();
+                odd[at] = byte;
+                let _ = check(&odd);
+            }
+        }
+    }
+}

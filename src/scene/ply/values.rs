@@ -2,11 +2,50 @@
 
 use std::io::{self, BufRead};
 
-use super::Fault;
-use super::header::Scalar;
+use super::fault::Fault;
 
 /// Longest number in a text, bytes.
 const LONGEST_NUMBER: usize = 64;
+
+/// Type of a number.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Scalar {
+    Int8,
+    Uint8,
+    Int16,
+    Uint16,
+    Int32,
+    Uint32,
+    Float32,
+    Float64,
+}
+
+impl Scalar {
+    /// Type of this name.
+    pub fn called(name: &str) -> Option<Self> {
+        Some(match name {
+            "char" | "int8" => Self::Int8,
+            "uchar" | "uint8" => Self::Uint8,
+            "short" | "int16" => Self::Int16,
+            "ushort" | "uint16" => Self::Uint16,
+            "int" | "int32" => Self::Int32,
+            "uint" | "uint32" => Self::Uint32,
+            "float" | "float32" => Self::Float32,
+            "double" | "float64" => Self::Float64,
+            _ => return None,
+        })
+    }
+
+    /// Size in bytes.
+    pub fn bytes(self) -> usize {
+        match self {
+            Self::Int8 | Self::Uint8 => 1,
+            Self::Int16 | Self::Uint16 => 2,
+            Self::Int32 | Self::Uint32 | Self::Float32 => 4,
+            Self::Float64 => 8,
+        }
+    }
+}
 
 /// Source of numbers.
 pub trait Values {
