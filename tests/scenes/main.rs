@@ -13,6 +13,7 @@ mod environment;
 mod gltf;
 mod mistakes;
 mod model;
+mod mutated;
 mod objects;
 mod ply;
 mod quadrics;

@@ -537,3 +537,13 @@ fn reuse_is_exact_where_nodes_move_and_skins_bend() {
         assert_eq!(audit.differing, 0, "frame {frame}: {audit:?}");
     }
 }
+
+/// A file with a skin, an animation and a camera, as text and as binary.
+pub fn whole_files() -> (String, Vec<u8>) {
+    let mut file = bent();
+    file.json["cameras"] = json!([{"type": "perspective", "perspective": {"yfov": 1, "znear": 0.1}}]);
+    let eye = file.root(json!({"camera": 0, "translation": [0, 1, 8]}));
+    let there = file.vectors(&[[0.0, 1.0, 8.0], [0.0, 1.0, 4.0]]);
+    file.animate(eye, "translation", "LINEAR", &[0.0, 0.5], there);
+    (file.text(), file.glb())
+}
