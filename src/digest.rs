@@ -4,6 +4,8 @@
 //! XXH3 with 64 bits: faster than memory, so that files are digested while they are read.
 
 use std::fmt;
+use std::hash::Hasher;
+use std::io::{self, Read};
 use std::str::FromStr;
 
 use twox_hash::XxHash3_64;
@@ -11,6 +13,32 @@ use twox_hash::XxHash3_64;
 /// A digest. As text: 16 hexadecimal digits.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Default)]
 pub struct Digest(u64);
+
+/// Reader that digests what is read through it.
+pub struct DigestingReader<R> {
+    reader: R,
+    state: XxHash3_64,
+}
+
+impl<R: Read> DigestingReader<R> {
+    /// Creates a reader of what `reader` gives.
+    pub fn new(reader: R) -> Self {
+        Self { reader, state: XxHash3_64::default() }
+    }
+
+    /// Digest of all bytes that were read.
+    pub fn digest(&self) -> Digest {
+        Digest(self.state.finish())
+    }
+}
+
+impl<R: Read> Read for DigestingReader<R> {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        let count = self.reader.read(buffer)?;
+        self.state.write(&buffer[..count]);
+        Ok(count)
+    }
+}
 
 impl Digest {
     /// Digest of `bytes`.

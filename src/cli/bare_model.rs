@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use clap::ValueEnum;
+use clap::{Args, ValueEnum};
 
 use super::failure::Failure;
 use crate::scene::turntable::{self, Up};
@@ -27,7 +27,7 @@ impl From<UpArg> for Up {
 
 /// Returns true if a file is a bare model, by its ending.
 pub fn is_model(path: &Path) -> bool {
-    ends_in(path, &["obj", "gltf", "glb"])
+    ends_in(path, &["obj", "ply", "gltf", "glb"])
 }
 
 /// Returns true if a file is a glTF file, by its ending.
@@ -39,23 +39,52 @@ fn ends_in(path: &Path, endings: &[&str]) -> bool {
     path.extension().is_some_and(|own| endings.iter().any(|ending| own.eq_ignore_ascii_case(ending)))
 }
 
-/// Options of the turntable, if `path` is a model. Refuses `--up` for a shot file.
-pub fn turntable_options(
-    path: &Path,
-    up: Option<UpArg>,
-    size: Option<(u32, u32)>,
-) -> Result<turntable::Options, Failure> {
-    if up.is_some() && !is_model(path) {
-        return Err(Failure::Usage(String::from(
-            "--up is for bare models: in a shot file, write `rotate` into the [[model]]",
-        )));
+/// Arguments for bare models, as typed.
+#[derive(Debug, Clone, Default, Args)]
+pub struct BareModelArgs {
+    /// For a bare model: the axis of its file that points up [default: guessed from what the model stands on]
+    #[arg(long, value_enum, value_name = "AXIS")]
+    pub up: Option<UpArg>,
+
+    /// For a bare glTF file: the camera to look through [default: its first]
+    #[arg(long, value_name = "NAME")]
+    pub camera: Option<String>,
+
+    /// For a bare glTF file: the animation to show [default: its first, and all that move other things]
+    #[arg(long, value_name = "NAME")]
+    pub animation: Option<String>,
+}
+
+impl BareModelArgs {
+    /// Options of the model at `path`. Refuses those that the file has no use for.
+    pub fn options(&self, path: &Path, size: Option<(u32, u32)>) -> Result<turntable::Options, Failure> {
+        let Self { up, camera, animation } = self;
+        let usage = |text: &str| Err(Failure::Usage(String::from(text)));
+        if up.is_some() && !is_model(path) {
+            return usage("--up is for bare models: in a shot file, write `rotate` into the [[model]]");
+        }
+        if up.is_some() && is_gltf(path) {
+            return usage("--up is for OBJ and PLY files: in glTF files Y is up");
+        }
+        if camera.is_some() && !is_gltf(path) {
+            return usage(
+                "--camera is for bare glTF files: in a shot file, write `from = \"shot.glb#NAME\"` into [camera]",
+            );
+        }
+        if animation.is_some() && !is_gltf(path) {
+            return usage(
+                "--animation is for bare glTF files: in a shot file, write `animation` into the [[model]]",
+            );
+        }
+        let default = turntable::Options::default();
+        let size = size.map_or(default.size, |(width, height)| [width, height]);
+        Ok(turntable::Options {
+            up: up.map(Up::from),
+            size,
+            camera: camera.clone(),
+            animation: animation.clone(),
+        })
     }
-    if up.is_some() && is_gltf(path) {
-        return Err(Failure::Usage(String::from("--up is for OBJ files: in glTF files Y is up")));
-    }
-    let default = turntable::Options::default();
-    let size = size.map_or(default.size, |(width, height)| [width, height]);
-    Ok(turntable::Options { up: up.map(Up::from), size })
 }
 
 /// Note on the angle by which the camera goes around a model in these frames. None for a full turn, and for

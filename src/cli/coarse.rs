@@ -77,7 +77,7 @@ impl CoarseArg {
 
 /// Estimates the rays of a frame whose samples are all traced: from the camera, to each light, along paths
 /// and from these to lights.
-fn rays(shot: &Shot, settings: &Settings) -> u64 {
+pub fn rays(shot: &Shot, settings: &Settings) -> u64 {
     let lights: u64 = shot.scene.lights.iter().map(|light: &Light| light.points() as u64).sum();
     let of_paths = u64::from(settings.first_paths()) * (2 * u64::from(settings.bounces) + 1);
     let exposures = frame::exposures(&shot.scene, settings).map_or(1, |exposures| exposures.all.len() as u64);

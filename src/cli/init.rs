@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 
 use super::args::on_threads;
-use super::bare_model::{UpArg, is_gltf, is_model, turntable_options};
+use super::bare_model::{BareModelArgs, is_gltf, is_model};
 use super::failure::Failure;
 use super::say::terminal::Terminal;
 use crate::output::{self, folder_of};
@@ -20,7 +20,7 @@ Examples:
   afterimage init models/statue.obj -o walk.toml
   afterimage render statue.toml --frames 1 --png")]
 pub struct InitArgs {
-    /// The model (OBJ, glTF)
+    /// The model (OBJ, PLY, glTF)
     #[arg(value_name = "MODEL")]
     model: PathBuf,
 
@@ -28,9 +28,9 @@ pub struct InitArgs {
     #[arg(short, long, value_name = "SHOT.toml")]
     output: Option<PathBuf>,
 
-    /// The axis of the model's file that points up [default: guessed from what the model stands on]
-    #[arg(long, value_enum, value_name = "AXIS")]
-    up: Option<UpArg>,
+    /// The model's axis, camera and animation.
+    #[command(flatten)]
+    bare: BareModelArgs,
 }
 
 impl InitArgs {
@@ -42,7 +42,7 @@ impl InitArgs {
     fn write(&self, terminal: &mut Terminal) -> Result<(), Failure> {
         if !is_model(&self.model) {
             return Err(Failure::Failed(format!(
-                "{}: not a model (.obj, .gltf, .glb), by its ending",
+                "{}: not a model (.obj, .ply, .gltf, .glb), by its ending",
                 self.model.display()
             )));
         }
@@ -58,7 +58,7 @@ impl InitArgs {
         if shot.symlink_metadata().is_ok() {
             return Err(taken());
         }
-        let options = turntable_options(&self.model, self.up, None)?;
+        let options = self.bare.options(&self.model, None)?;
         let (text, notes) = if is_gltf(&self.model) {
             output::ensure_writable(&shot).map_err(Failure::of)?;
             let name = self.model_from(&shot)?;

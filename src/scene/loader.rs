@@ -14,7 +14,7 @@ use crate::memory::{self, Need, Part};
 /// Memory for each byte of a shot file while it is read: measured with a hundred thousand camera keys.
 const READING_BYTES: u64 = 64;
 
-/// Loads the shot at `path`: a `.toml` file as a shot file, an `.obj` file as a turntable, a `.gltf` or `.glb` file with its own
+/// Loads the shot at `path`: a `.toml` file as a shot file, an `.obj` or `.ply` file as a turntable, a `.gltf` or `.glb` file with its own
 /// camera and lights.
 ///
 /// # Errors
@@ -32,10 +32,10 @@ pub fn load(path: &Path, strict: bool) -> Result<Shot, SceneError> {
 pub fn load_sharing(path: &Path, strict: bool, most_added: u64) -> Result<Shot, SceneError> {
     match ending(path).as_str() {
         "toml" => shot::from_text(TomlText { path, text: &read_text(path)? }, strict, most_added),
-        "obj" | "gltf" | "glb" => load_turntable(path, strict, &turntable::Options::default()),
+        "obj" | "ply" | "gltf" | "glb" => load_turntable(path, strict, &turntable::Options::default()),
         _ => Err(SceneError::new(
             path,
-            "not a file that can be rendered: give a shot (.toml) or a model (.obj, .gltf, .glb)",
+            "not a file that can be rendered: give a shot (.toml) or a model (.obj, .ply, .gltf, .glb)",
         )),
     }
 }

@@ -78,6 +78,11 @@ impl Groups {
         }
     }
 
+    /// Runs of consecutive triangles of the same group: the first triangle and the number of the group, in order.
+    pub fn runs(&self) -> &[(u32, u32)] {
+        &self.begins
+    }
+
     /// Numbers of the groups that have triangles.
     pub fn used(&self) -> BTreeSet<usize> {
         self.begins.iter().map(|(_, group)| *group as usize).collect()

@@ -18,6 +18,7 @@ pub mod mesh;
 mod model;
 pub mod obj;
 mod paths;
+pub mod ply;
 pub mod render_space;
 pub mod shapes;
 pub(crate) mod shot;

@@ -15,6 +15,7 @@ mod extras;
 #[cfg(unix)]
 mod files;
 mod hostile;
+mod info;
 mod init;
 mod interrupted;
 mod key_frames;

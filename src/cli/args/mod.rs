@@ -18,7 +18,7 @@ use self::values::{
     BackdropArg, Backend, BasePlaceArg, BuildArg, CausticsArg, ClampArg, CompressionArg, FilterArg, ReuseArg,
     ViewArg, clamp, crop, exposure, filter_radius, radius, settled_look, size, threads,
 };
-use crate::cli::bare_model::{UpArg, is_model, turntable_options};
+use crate::cli::bare_model::{BareModelArgs, is_model};
 use crate::cli::failure::Failure;
 use crate::cli::frames::target::Target;
 use crate::cli::say::terminal::ProgressKind;
@@ -36,7 +36,7 @@ use crate::trace::BackendKind;
 /// Arguments as typed.
 #[derive(Debug, Clone, Args)]
 pub struct ShotArgs {
-    /// A shot (TOML), or a model (OBJ, glTF); without a camera of its own it is rendered on a turntable
+    /// A shot (TOML), or a model (OBJ, PLY, glTF); without a camera of its own it is rendered on a turntable
     #[arg(value_name = "SHOT.toml|MODEL")]
     pub shot: PathBuf,
 
@@ -180,9 +180,9 @@ pub struct ShotArgs {
     #[arg(long, value_enum)]
     pub view: Option<ViewArg>,
 
-    /// For a bare model: the axis of its file that points up [default: guessed from what the model stands on]
-    #[arg(long, value_enum, value_name = "AXIS")]
-    pub up: Option<UpArg>,
+    /// A bare model's axis, camera and animation.
+    #[command(flatten)]
+    pub bare: BareModelArgs,
 
     /// Treat missing textures, materials and MTL files, and invalid MTL values, as errors
     #[arg(long)]
@@ -244,7 +244,7 @@ fn layers_help() -> String {
 impl ShotArgs {
     /// Loads the shot. The command line beats the file.
     pub fn load(&self) -> Result<Job, Failure> {
-        let mut shot = open(&self.shot, self.strict, &turntable_options(&self.shot, self.up, self.size)?)?;
+        let mut shot = open(&self.shot, self.strict, &self.bare.options(&self.shot, self.size)?)?;
         let settings = self.blur.settle(self.settled(&shot.settings)?, &mut shot.scene);
         two_eyes::check(&settings, &shot.scene, self.multipart || shot.format.multipart)?;
         let settings = Settings { build: self.build.for_shot(&shot, &settings), ..settings };

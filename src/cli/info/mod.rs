@@ -1,6 +1,9 @@
 //! `afterimage info`: describes a file, or the program and its libraries.
 
+mod cost;
 pub mod exr;
+mod extent;
+mod pictures;
 
 use std::collections::{BTreeSet, HashSet};
 use std::fmt::Write;
@@ -10,6 +13,7 @@ use std::sync::Arc;
 use clap::Args;
 
 use crate::cli::args::{default_output, on_threads, open};
+use crate::cli::bare_model::BareModelArgs;
 use crate::cli::failure::Failure;
 use crate::cli::say::terminal::Terminal;
 use crate::denoise::Denoiser;
@@ -18,7 +22,7 @@ use crate::frame;
 use crate::report::versions::Versions;
 use crate::scene::camera::Projection;
 use crate::scene::shot::Shot;
-use crate::scene::{Material, Model, Scene, turntable};
+use crate::scene::{Material, Model, Warning};
 use crate::settings::{DenoiseQuality, Refinement};
 use crate::stereo::Stereo;
 
@@ -30,8 +34,12 @@ Examples:
   afterimage info city.toml          models, materials, lights, frames, and warnings
   afterimage info city.0001.exr      parts, layers and channels with their values; the header")]
 pub struct InfoArgs {
-    /// A shot (TOML), a model (OBJ, glTF), or a picture (EXR)
+    /// A shot (TOML), a model (OBJ, PLY, glTF), or a picture (EXR)
     file: Option<PathBuf>,
+
+    /// A bare model's axis, camera and animation.
+    #[command(flatten)]
+    bare: BareModelArgs,
 }
 
 /// Name of the library that `render --denoise` would use.
@@ -57,17 +65,25 @@ impl InfoArgs {
         let kind = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
         let text = match kind.as_str() {
             "exr" => exr::describe(path)?,
-            "obj" | "gltf" | "glb" | "toml" => {
-                let shot = open(path, false, &turntable::Options::default())?;
+            "obj" | "ply" | "gltf" | "glb" | "toml" => {
+                let shot = open(path, false, &self.bare.options(path, None)?)?;
                 shot.notes.iter().for_each(|note| terminal.note(note));
-                for warning in &shot.warnings {
+                // what has no effect is a part of the description
+                for warning in shot.warnings.iter().filter(|warning| !is_unused(warning)) {
                     terminal.warn(&warning.0.to_string());
                 }
-                if kind == "obj" { model(&shot.scene) } else { described(&shot, path) }
+                let mut text = if matches!(kind.as_str(), "obj" | "ply") {
+                    model(&shot, path)
+                } else {
+                    described(&shot, path)
+                };
+                unused(&mut text, &shot.warnings);
+                cost::tell(&mut text, &shot);
+                text
             }
             _ => {
                 return Err(Failure::Failed(format!(
-                    "{}: not a shot (.toml), a model (.obj, .gltf, .glb) or a frame (.exr), by its ending",
+                    "{}: not a shot (.toml), a model (.obj, .ply, .gltf, .glb) or a frame (.exr), by its ending",
                     path.display()
                 )));
             }
@@ -141,8 +157,11 @@ fn described(shot: &Shot, path: &Path) -> String {
         let (name, path, count) = (&model.name, model.path.display(), model.mesh.triangles.len());
         let what = model.mesh.quadric.as_ref().map_or(format!("{count} triangles"), |of| of.name().into());
         let shapes = shapes(model).map_or(String::new(), |shapes| format!("{shapes}, "));
-        line(&mut text, "", format!("{name}: {what}, {shapes}{moves}, {path}"));
+        let groups = extent::groups(model).map_or(String::new(), |groups| format!("{groups}, "));
+        line(&mut text, "", format!("{name}: {what}, {groups}{shapes}{moves}, {path}"));
     }
+    extent::tell(&mut text, shot, path);
+    extent::tell_motion(&mut text, scene);
     line(&mut text, "lights", scene.lights.len().to_string());
     for light in &scene.lights {
         line(&mut text, "", format!("{}: {}", light.name, light.kind.name()));
@@ -160,7 +179,7 @@ fn described(shot: &Shot, path: &Path) -> String {
         let (rays, radius) = (settings.occlusion_rays, settings.occlusion_radius as f32);
         line(&mut text, "occlusion", format!("{rays} rays a sample, up to {radius} away"));
     }
-    surfaces(&mut text, scene, &used_by(&scene.models));
+    surfaces(&mut text, shot, &used_by(&scene.models));
     text
 }
 
@@ -171,7 +190,9 @@ fn shapes(model: &Model) -> Option<String> {
     Some(format!("{} shapes from frame {first} to {last}{again}", shapes.list().len()))
 }
 
-fn model(scene: &Scene) -> String {
+/// Describes a bare model, without the stage around it.
+fn model(shot: &Shot, path: &Path) -> String {
+    let scene = &shot.scene;
     let mut text = String::new();
     // the first one is the file's; the other is the floor of its turntable
     if let Some(model) = scene.models.first() {
@@ -188,11 +209,12 @@ fn model(scene: &Scene) -> String {
                 if mesh.uvs.is_empty() { ", no texture coordinates" } else { ", texture coordinates" }
             ),
         );
-        let (low, high) = mesh.bounds();
-        let [low, high] = [low, high].map(|corner| scene.space.point_of_files(corner.as_vec3()).as_vec3());
-        line(&mut text, "bounds", format!("{low} to {high}, size {}", high - low));
+        extent::tell(&mut text, shot, path);
+        if let Some(groups) = extent::groups(model) {
+            line(&mut text, "objects", groups);
+        }
     }
-    surfaces(&mut text, scene, &used_by(&scene.models[..scene.models.len().min(1)]));
+    surfaces(&mut text, shot, &used_by(&scene.models[..scene.models.len().min(1)]));
     text
 }
 
@@ -204,7 +226,8 @@ fn used_by(models: &[Model]) -> BTreeSet<u16> {
 }
 
 /// `used`: the numbers of the materials to tell of.
-fn surfaces(text: &mut String, scene: &Scene, used: &BTreeSet<u16>) {
+fn surfaces(text: &mut String, shot: &Shot, used: &BTreeSet<u16>) {
+    let scene = &shot.scene;
     let used: Vec<&Material> = used.iter().map(|number| &scene.materials[usize::from(*number)]).collect();
     let (none, named): (Vec<&Material>, Vec<&Material>) =
         used.into_iter().partition(|material| material.is_fallback());
@@ -218,7 +241,21 @@ fn surfaces(text: &mut String, scene: &Scene, used: &BTreeSet<u16>) {
     line(text, "materials", format!("{}{of_them}{grey}", named.len()));
     line(text, "textures", scene.textures.len().to_string());
     for texture in &scene.textures {
-        line(text, "", format!("{}: {}x{}", texture.path.display(), texture.width, texture.height));
+        line(text, "", pictures::described(texture, &shot.warnings));
+    }
+}
+
+/// Returns true if a warning says that a part of a file has no effect.
+fn is_unused(warning: &Warning) -> bool {
+    [" is not used", " are not used", " are not shown"].iter().any(|words| warning.0.message.contains(words))
+}
+
+/// Adds what of the files has no effect: file, line, statement.
+fn unused(text: &mut String, warnings: &[Warning]) {
+    let all: Vec<&Warning> = warnings.iter().filter(|warning| is_unused(warning)).collect();
+    if let Some((first, others)) = all.split_first() {
+        line(text, "not used", first.0.to_string());
+        others.iter().for_each(|warning| line(text, "", warning.0.to_string()));
     }
 }
 

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use crate::cli::args::values::{ViewArg, exposure, settled_look, size, threads};
-use crate::cli::bare_model::UpArg;
+use crate::cli::bare_model::BareModelArgs;
 use crate::settings::{Look, MOST_PATHS, MOST_SAMPLES};
 
 /// Arguments as typed.
@@ -22,7 +22,7 @@ Keys in the page: left and right step, space plays, Home and End go to the first
 picture to orbit, with Shift to pan; the wheel zooms. Nothing is written. The page is served to this machine alone
 (127.0.0.1), at an address that is another one in each run, until Ctrl-C.")]
 pub struct PreviewArgs {
-    /// A shot (TOML), or a model (OBJ, glTF); without a camera of its own it is shown on a turntable
+    /// A shot (TOML), or a model (OBJ, PLY, glTF); without a camera of its own it is shown on a turntable
     #[arg(value_name = "SHOT.toml|MODEL")]
     pub shot: PathBuf,
 
@@ -50,9 +50,9 @@ pub struct PreviewArgs {
     #[arg(long, value_enum)]
     pub view: Option<ViewArg>,
 
-    /// For a bare model: the axis of its file that points up [default: guessed from what the model stands on]
-    #[arg(long, value_enum, value_name = "AXIS")]
-    pub up: Option<UpArg>,
+    /// A bare model's axis, camera and animation.
+    #[command(flatten)]
+    pub bare: BareModelArgs,
 
     /// Number of rendering threads [default: one per core]
     #[arg(long, value_name = "N", value_parser = threads)]

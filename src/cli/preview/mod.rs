@@ -21,7 +21,6 @@ use std::sync::Arc;
 use std::thread;
 
 use super::args::pool;
-use super::bare_model::turntable_options;
 use super::failure::Failure;
 use super::say::terminal::Terminal;
 pub use args::PreviewArgs;
@@ -34,7 +33,7 @@ impl PreviewArgs {
     /// Serves the page until the program is ended.
     pub fn execute(self, terminal: &mut Terminal) -> Result<(), Failure> {
         // what makes no sense whatever the files say
-        turntable_options(&self.shot, self.up, self.size)?;
+        self.bare.options(&self.shot, self.size)?;
         let pool = pool(self.threads)?;
         let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, self.port)).map_err(|error| {
             let port = self.port;

@@ -12,7 +12,7 @@ use super::needless::Needless;
 use super::views::{Views, is_cut};
 use super::watch::Watch;
 use crate::cli::args::samples::check_samples;
-use crate::cli::bare_model::{is_model, turntable_options};
+use crate::cli::bare_model::is_model;
 use crate::cli::failure::{Failure, one_line};
 use crate::film::Film;
 use crate::frame::{self, RenderError, Renderer};
@@ -81,10 +81,10 @@ impl Worker {
 
     /// Loads the shot and its settings. Fails with a message, and the file at fault if that is known.
     fn load(&self) -> Result<(Shot, Settings), (String, Option<PathBuf>)> {
-        let PreviewArgs { shot: path, up, size, .. } = &self.args;
+        let PreviewArgs { shot: path, bare, size, .. } = &self.args;
         let other = |error: Failure| (error.to_string(), None);
         let shot = if is_model(path) {
-            let options = turntable_options(path, *up, *size).map_err(other)?;
+            let options = bare.options(path, *size).map_err(other)?;
             scene::load_turntable(path, false, &options)
         } else {
             scene::load(path, false)

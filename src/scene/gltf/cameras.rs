@@ -7,13 +7,18 @@ use glam::{DAffine3, DVec3};
 use super::bake::NodeTrack;
 use super::document::Document;
 use super::json::Camera;
+use super::nodes::Tree;
 use crate::scene::SceneError;
+use crate::scene::keys::spelling;
 
 /// Height of a picture whose width follows from the camera, pixels.
 const HEIGHT: f64 = 720.0;
 
 /// Ratios of width to height that are taken from a camera.
 const RATIOS: std::ops::RangeInclusive<f64> = 0.1..=10.0;
+
+/// Maximum number of names that an error lists.
+const MOST_LISTED: usize = 20;
 
 /// Roll below which a camera is level, degrees: files keep rotations as single floats.
 const LEAST_ROLL: f64 = 1e-4;
@@ -26,6 +31,37 @@ pub fn size(camera: &Camera) -> Option<[u32; 2]> {
         (None, None) => return None,
     };
     RATIOS.contains(&ratio).then(|| [(ratio * HEIGHT).round() as u32, HEIGHT as u32])
+}
+
+/// Nodes of the scene that have a camera, and the number of each one's camera.
+pub fn nodes(document: &Document, tree: &Tree) -> Vec<(usize, usize)> {
+    let nodes = &document.json.nodes;
+    tree.shown.iter().filter_map(|node| Some((*node, nodes[*node].camera?))).collect()
+}
+
+/// Name of a node.
+pub fn name(document: &Document, node: usize) -> String {
+    document.json.nodes[node].name.clone().unwrap_or_else(|| format!("node {node}"))
+}
+
+/// Finds the camera called `name`, by its node or else by its own name: its node and its number. Without a name the first one. The
+/// error is the end of a sentence about the choice.
+pub fn chosen(document: &Document, tree: &Tree, name_of_it: Option<&str>) -> Result<(usize, usize), String> {
+    let all = nodes(document, tree);
+    let first = all
+        .first()
+        .copied()
+        .ok_or("names a file that has no camera: write keys of one, or export it with one")?;
+    let Some(wanted) = name_of_it else { return Ok(first) };
+    let own = |camera: usize| document.json.cameras.get(camera).and_then(|camera| camera.name.as_deref());
+    let by_node = all.iter().find(|(node, _)| name(document, *node) == wanted);
+    let found = by_node.or_else(|| all.iter().find(|(_, camera)| own(*camera) == Some(wanted)));
+    found.copied().ok_or_else(|| {
+        let known: Vec<String> = all.iter().map(|(node, _)| name(document, *node)).collect();
+        let hint = spelling::hint(wanted, known.iter().map(String::as_str));
+        let list: Vec<String> = known.iter().take(MOST_LISTED).map(|name| format!("`{name}`")).collect();
+        format!("names the camera `{wanted}`, which is not there{hint} (there: {})", list.join(", "))
+    })
 }
 
 /// Writes `[camera]` and its keys.

@@ -207,6 +207,7 @@ pub struct Skin {
 
 #[derive(Debug, Deserialize)]
 pub struct Camera {
+    pub name: Option<String>,
     #[serde(rename = "type")]
     pub kind: String,
     pub perspective: Option<Perspective>,

@@ -7,6 +7,7 @@ mod accessor;
 mod animation;
 mod bake;
 mod cameras;
+mod chosen_camera;
 mod document;
 mod geometry;
 mod json;
@@ -19,6 +20,7 @@ mod skin;
 mod uri;
 mod whole;
 
+pub(crate) use chosen_camera::CameraChoice;
 pub(crate) use document::Document;
 pub(crate) use parts::{GltfFiles, PartOfFile};
 pub(crate) use whole::shot;

@@ -66,7 +66,7 @@ struct Instancing {
     attributes: BTreeMap<String, usize>,
 }
 
-fn known_as(path: &Path) -> PathBuf {
+pub(super) fn known_as(path: &Path) -> PathBuf {
     path.canonicalize().unwrap_or_else(|_| path.to_path_buf())
 }
 
@@ -103,7 +103,7 @@ impl Assembly {
         Ok(parts)
     }
 
-    fn document(&mut self, path: &Path, known: &Path) -> Result<Arc<Document>, SceneError> {
+    pub(super) fn document(&mut self, path: &Path, known: &Path) -> Result<Arc<Document>, SceneError> {
         if let Some(document) = self.gltf.documents.get(known) {
             return Ok(document.clone());
         }
@@ -207,7 +207,7 @@ impl Assembly {
                 }
             };
             if !geometry.colors.is_empty() {
-                self.materials[usize::from(index)].has_vertex_colors = true;
+                self.color_vertices(index);
             }
             runs.push((begin..begin + count, index));
             begin += count;

@@ -15,8 +15,8 @@ use super::skin::Pose;
 use super::{cameras, lights};
 use crate::scene::SceneError;
 use crate::scene::keys::toml_text::TomlText;
-use crate::scene::model::assemble::ReadBefore;
 use crate::scene::model::copies::MOST_ADDED;
+use crate::scene::model::read_model::ReadBefore;
 use crate::scene::obj::are_within_reach;
 use crate::scene::shot::{self, Shot};
 use crate::scene::turntable::corners::Corners;
@@ -64,21 +64,28 @@ pub fn text(path: &Path, model: &str, options: &Options) -> Result<Written, Scen
 
 fn written(document: &Document, model: &str, options: &Options) -> Result<Written, SceneError> {
     let tree = Tree::new(document)?;
-    let clip = Clip::read(document, None, RATE)?;
-    let nodes = &document.json.nodes;
-    let cameras: Vec<(usize, usize)> =
-        tree.shown.iter().filter_map(|node| Some((*node, nodes[*node].camera?))).collect();
+    let clip = Clip::read(document, options.animation.as_deref(), RATE)?;
+    let cameras = cameras::nodes(document, &tree);
     let lights = lights::nodes(document, &tree.shown)?;
-    let first = cameras.first().copied();
+    let first = match &options.camera {
+        Some(name) => {
+            let chosen = cameras::chosen(document, &tree, Some(name));
+            Some(chosen.map_err(|what| document.fault(format!("--camera {what}")))?)
+        }
+        None => cameras.first().copied(),
+    };
     let wanted = lights.iter().map(|(node, _)| *node).chain(first.map(|(node, _)| node)).collect();
     let tracks = bake::tracks(document, &tree, &clip, &wanted)?;
-    let name = |node: usize| nodes[node].name.clone().unwrap_or_else(|| format!("node {node}"));
+    let name = |node: usize| cameras::name(document, node);
     let (mut notes, mut stage) = (Vec::new(), String::new());
     let seen = first.and_then(|(node, camera)| Some((camera, tracks.get(&node)?)));
     let camera = if let Some((camera, track)) = seen {
-        if cameras.len() > 1 {
+        if cameras.len() > 1 && options.camera.is_none() {
             let shown = first.map_or(String::new(), |(node, _)| name(node));
-            notes.push(format!("of {} cameras the first is shown: `{shown}`", cameras.len()));
+            let count = cameras.len();
+            notes.push(format!(
+                "of {count} cameras the first is shown: `{shown}` (--camera NAME shows another)"
+            ));
         }
         own_camera(document, (camera, track), clip.end, options.size)?
     } else {
@@ -102,7 +109,9 @@ fn written(document: &Document, model: &str, options: &Options) -> Result<Writte
         notes.push(String::from("the lights of the file are of Blender: 683 lumens are taken for a watt"));
     }
     let model = Value::from(model);
-    let text = format!("{HEAD}{camera}\n[[model]]\ngltf = {model}\n{stage}{light}{INDIRECT}");
+    let animation = options.animation.as_deref().map(Value::from);
+    let animation = animation.map_or(String::new(), |name| format!("animation = {name}\n"));
+    let text = format!("{HEAD}{camera}\n[[model]]\ngltf = {model}\n{animation}{stage}{light}{INDIRECT}");
     Ok(Written { text, notes })
 }
 

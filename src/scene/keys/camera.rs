@@ -9,14 +9,17 @@ use crate::scene::camera::Projection;
 
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-#[schemars(extend("required" = ["key"]))]
+#[schemars(extend("oneOf" = [{"required": ["key"]}, {"required": ["from"]}]))]
 pub(crate) struct CameraTable {
-    /// Projection of the camera
-    #[serde(default)]
-    pub projection: Projection,
-    /// Between keys
-    #[serde(default)]
-    pub interpolation: Interpolation,
+    /// Camera of a glTF file, with its motion, instead of keys: "shot.glb#Name", or "shot.glb" for its first; relative to the shot
+    /// file
+    pub from: Option<At<String>>,
+    /// With `from`: name of the glTF file's animation (as for models)
+    pub animation: Option<At<String>>,
+    /// Projection of the camera (perspective)
+    pub projection: Option<Projection>,
+    /// Between keys (linear)
+    pub interpolation: Option<Interpolation>,
     /// Keys of the camera: its place, direction and lens at some frames
     #[serde(default)]
     #[schemars(length(min = 1))]

@@ -3,6 +3,7 @@
 
 pub mod camera;
 pub mod material;
+pub mod model;
 pub mod quadric;
 pub mod samples;
 pub mod shapes;
@@ -16,15 +17,13 @@ use std::fmt;
 use schemars::generate::SchemaSettings;
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::Deserialize;
-use serde::de::value::SeqAccessDeserializer;
-use serde::de::{self, Deserializer, SeqAccess, Visitor};
+use serde::de::{self, Deserializer, Visitor};
 use serde_json::{Value, json};
 
 use self::camera::{CameraTable, ShutterTable, StereoTable};
 use self::material::{MaterialTable, MtlTable};
-use self::quadric::QuadricTable;
+pub(crate) use self::model::{LARGEST_MAP, LEAST_MAP, ModelKey, ModelTable, Rows, Scale};
 use self::samples::SamplesValue;
-use self::shapes::ShapesTable;
 use self::toml_text::{At, List, Three};
 use crate::animation::Interpolation;
 use crate::exposure::MOST_EXPOSURES;
@@ -33,10 +32,6 @@ use crate::settings::{
     Backdrop, BasePlace, Caustics, Compression, DenoiseQuality, Filter, LONGEST_SIDE, Look,
     MOST_OCCLUSION_RAYS, MOST_OVERSCAN, MOST_PATHS, MOST_REFLECTIONS, MOST_TREE_MEMORY, Mode, Reuse, View,
 };
-
-/// Bounds of the resolution of a reflection map, texels along an edge.
-pub(crate) const LEAST_MAP: u32 = 8;
-pub(crate) const LARGEST_MAP: u32 = 1024;
 
 /// The JSON schema (draft 7) of shot files: names, types and ranges of all keys. Editors complete and check files by it.
 pub fn schema() -> Value {
@@ -294,63 +289,6 @@ pub(crate) struct SkyTable {
 
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-#[schemars(extend("oneOf" = [{"required": ["obj"]}, {"required": ["gltf"]}, {"required": ["quadric"]}]))]
-pub(crate) struct ModelTable {
-    /// For people; the file's name, or the type of the quadric, without it
-    pub name: Option<String>,
-    /// OBJ file, relative to the shot file
-    pub obj: Option<At<String>>,
-    /// glTF file (.gltf or .glb), relative to the shot file, instead of an OBJ file: a model for each of its nodes with a mesh
-    pub gltf: Option<At<String>>,
-    /// Name of the glTF file's animation (its first)
-    pub animation: Option<At<String>>,
-    /// Sphere, ellipsoid, cylinder, cone, paraboloid, hyperboloid or plane, instead of an OBJ file
-    pub quadric: Option<At<QuadricTable>>,
-    /// Files of the shapes between which the model deforms; `obj` is its shape at rest
-    pub shapes: Option<At<ShapesTable>>,
-    /// Applied last [0, 0, 0]
-    pub translate: Option<Three>,
-    /// Degrees about the fixed axes X, then Y, then Z; applied second [0, 0, 0]
-    pub rotate: Option<Three>,
-    /// One factor, or one for each axis; applied first, after the matrix (1)
-    pub scale: Option<At<Scale>>,
-    /// Rows of an affine map, for column vectors: 3 of 4 numbers, or 4 of which the last is [0, 0, 0, 1]; applied before all others
-    #[schemars(length(min = 3, max = 4))]
-    pub matrix: Option<Rows>,
-    /// Mirrors and glass of the model look up what they show in a cube map of so many texels along each edge, instead of sending rays: an
-    /// approximation (rays)
-    #[schemars(range(min = LEAST_MAP, max = LARGEST_MAP))]
-    pub reflection_map: Option<At<i64>>,
-    /// True if the model is there, before the first key that says it (true)
-    pub visible: Option<bool>,
-    /// Between keys
-    #[serde(default)]
-    pub interpolation: Interpolation,
-    /// Keys of the model: its place at some frames
-    #[serde(default)]
-    pub key: Vec<At<ModelKey>>,
-}
-
-#[derive(Debug, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct ModelKey {
-    /// Number of the frame; may be fractional
-    pub frame: At<f64>,
-    /// As of the model, at this frame
-    pub translate: Option<Three>,
-    /// As of the model, at this frame
-    pub rotate: Option<Three>,
-    /// As of the model, at this frame
-    pub scale: Option<At<Scale>>,
-    /// As of the model, at this frame
-    #[schemars(length(min = 3, max = 4))]
-    pub matrix: Option<Rows>,
-    /// True if the model is there, from this frame on; a key that says nothing else says nothing of its place
-    pub visible: Option<bool>,
-}
-
-#[derive(Debug, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
 pub(crate) struct FloorTable {
     /// Its Y (0)
     pub height: Option<At<f64>>,
@@ -460,40 +398,11 @@ impl JsonSchema for LayerName {
     }
 }
 
-/// One factor, or one an axis.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Scale(pub [f64; 3]);
-
-/// Rows of a matrix.
-pub(crate) type Rows = At<Vec<List<f64, 4>>>;
-
 /// Frames per second as a fraction of whole numbers, or the text that could not be read as one.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum Rate {
     Whole(i64),
     Text(String),
-}
-
-impl<'de> Deserialize<'de> for Scale {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct ScaleVisitor;
-        impl<'de> Visitor<'de> for ScaleVisitor {
-            type Value = Scale;
-            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-                f.write_str("a number or three")
-            }
-            fn visit_f64<E: de::Error>(self, factor: f64) -> Result<Scale, E> {
-                Ok(Scale([factor; 3]))
-            }
-            fn visit_i64<E: de::Error>(self, factor: i64) -> Result<Scale, E> {
-                Ok(Scale([factor as f64; 3]))
-            }
-            fn visit_seq<A: SeqAccess<'de>>(self, factors: A) -> Result<Scale, A::Error> {
-                List::deserialize(SeqAccessDeserializer::new(factors)).map(|List(factors)| Scale(factors))
-            }
-        }
-        deserializer.deserialize_any(ScaleVisitor)
-    }
 }
 
 impl<'de> Deserialize<'de> for Rate {
@@ -512,17 +421,6 @@ impl<'de> Deserialize<'de> for Rate {
             }
         }
         deserializer.deserialize_any(RateVisitor)
-    }
-}
-
-impl JsonSchema for Scale {
-    fn schema_name() -> Cow<'static, str> {
-        "Scale".into()
-    }
-
-    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
-        let three = generator.subschema_for::<List<f64, 3>>();
-        json_schema!({"anyOf": [{"type": "number"}, three]})
     }
 }
 

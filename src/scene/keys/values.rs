@@ -1,5 +1,6 @@
 //! Values that several tables of a shot file have.
 
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use glam::Vec3;
@@ -12,12 +13,21 @@ use crate::settings::Look;
 
 /// Path of the file that the key `key` names.
 pub fn file_of(text: TomlText<'_>, key: &str, name: &At<String>) -> Result<PathBuf, SceneError> {
+    file_of_text(text, key, (name.get_ref(), name.span()))
+}
+
+/// Path of the file that a part of the value of the key `key` names; the value is at `span`.
+pub fn file_of_text(
+    text: TomlText<'_>,
+    key: &str,
+    (file, span): (&str, Range<usize>),
+) -> Result<PathBuf, SceneError> {
     let folder = text.path.parent().unwrap_or(Path::new(""));
-    find_beside(folder, name.get_ref()).ok_or_else(|| {
+    find_beside(folder, file).ok_or_else(|| {
         let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
-        let (file, folder) = (name.get_ref(), folder.display());
+        let folder = folder.display();
         let message = format!("there is no file `{file}` in `{folder}`: paths are relative to the shot file");
-        text.fault(name.span(), format!("`{key}`: {message}"))
+        text.fault(span, format!("`{key}`: {message}"))
     })
 }
 

@@ -11,14 +11,16 @@ use glam::Vec3;
 
 use super::map_statement::{ByUse, MapStatement, MapUse};
 use super::mtl::{self, MtlFile, MtlMaterial};
+use super::objects::ObjectFiles;
 use super::pictures::{PictureUse, Pictures};
+use super::read_model::{ReadBefore, ReadModel, is_ply, name_material};
 use super::shape_files::{self, Origins, ReadShapes, ShapeSource};
 use super::varying::{self, ParameterMap, VARYING};
 use crate::digest::Digest;
 use crate::scene::cutout::{CutTriangles, Cutout, LEAST_OPACITY, Mask};
 use crate::scene::details::Details;
 use crate::scene::error::Findings;
-use crate::scene::gltf::{Document, GltfFiles};
+use crate::scene::gltf::GltfFiles;
 use crate::scene::keys::material::KdBesideMap;
 use crate::scene::keys::spelling;
 use crate::scene::mesh::Groups;
@@ -60,6 +62,8 @@ pub(crate) struct Assembly {
     meshes: HashMap<PathBuf, Arc<Mesh>>,
     /// Origins in its file of the vertices of each of `meshes`.
     origins: HashMap<PathBuf, Arc<Origins>>,
+    /// Objects of the files of `meshes`, and the parts that are models of their own.
+    pub(super) of_objects: ObjectFiles,
     /// Deforming meshes, by file and the source of their shapes.
     deforming: HashMap<(PathBuf, ShapeSource), ReadShapes>,
     /// Indices of the quadrics' materials, by name.
@@ -75,58 +79,6 @@ pub(crate) struct Assembly {
     kd_beside_map: KdBesideMap,
     /// Model that was read in advance, until its mesh is asked for.
     read_before: Option<ReadModel>,
-}
-
-/// File that was read before the shot that shows it.
-pub(crate) enum ReadBefore {
-    /// The text's only model: the text need not name its path.
-    Obj(Box<ReadModel>),
-    /// A glTF file, which the text names.
-    Gltf(Arc<Document>),
-}
-
-/// An OBJ file that was read.
-pub(crate) struct ReadModel {
-    pub path: PathBuf,
-    pub obj: ObjFile,
-    /// Digest of the file's text.
-    pub digest: Digest,
-}
-
-impl ReadModel {
-    /// Reads the file at `path`.
-    ///
-    /// # Errors
-    /// Those of [`obj::read`].
-    pub fn at(path: &Path) -> Result<Self, SceneError> {
-        let (obj, digest) = obj::read_with_digest(path)?;
-        Ok(Self { path: path.to_path_buf(), obj, digest })
-    }
-
-    /// The names of the materials that its faces use, if they are black throughout, as some exporters write them: no colour, no
-    /// texture, no highlight, no light of their own.
-    ///
-    /// # Errors
-    /// An MTL file cannot be read.
-    pub fn black_materials(&self) -> Result<Option<Vec<String>>, SceneError> {
-        let mut assembly = Assembly::new(false, Vec::new());
-        let (defined, _) = assembly.libraries(&self.obj, &self.path)?;
-        let used: HashSet<u32> = self.obj.uses.iter().map(|(_, of)| of.material).collect();
-        let names: HashSet<&str> =
-            used.into_iter().map(|material| self.obj.materials[material as usize].name.as_str()).collect();
-        let is_black = |name: &&str| {
-            let found = defined.iter().rfind(|defined| defined.material.name == **name);
-            found.is_some_and(|defined| {
-                let meant = || defined.material.clone().meant(KdBesideMap::default());
-                let states = |used| defined.material.maps.has(used);
-                !states(MapUse::Color) && !states(MapUse::Emission) && meant().settle().is_black()
-            })
-        };
-        let mut names: Vec<&str> = names.into_iter().collect();
-        names.sort_unstable();
-        let black = names.iter().all(is_black);
-        Ok(black.then(|| names.into_iter().map(String::from).collect()))
-    }
 }
 
 /// Shared materials and textures of the models, and the files that they come from.
@@ -153,8 +105,8 @@ impl From<Material> for Settled {
 }
 
 /// A material of an MTL file, with the file.
-struct Defined {
-    material: MtlMaterial,
+pub(super) struct Defined {
+    pub material: MtlMaterial,
     path: PathBuf,
 }
 
@@ -238,13 +190,17 @@ impl Assembly {
         if let Some(mesh) = self.meshes.get(&key) {
             return Ok(mesh.clone());
         }
-        let ReadModel { obj, digest, .. } = match self.read_before.take() {
+        let ReadModel { mut obj, digest, unused, .. } = match self.read_before.take() {
             Some(model) if model.path == path => model,
             _ => ReadModel::at(path)?,
         };
         self.files.push(path.to_path_buf());
         self.digests.push(digest);
         self.origins.insert(key.clone(), Arc::new(Origins::new(&obj)));
+        unused.into_iter().for_each(|message| self.findings.note(SceneError::new(path, message)));
+        if is_ply(path) {
+            name_material(&mut obj, path, |name| self.is_overridden(name));
+        }
         if let Some(OddNormals { count, line }) = obj.odd_normals {
             let message = format!(
                 "a normal is no number, of {count} in all: where they count, faces have normals of their own; export them again"
@@ -253,7 +209,9 @@ impl Assembly {
         }
         let (defined, complete) = self.libraries(&obj, path)?;
         let ids = self.settle_all(&obj, &defined, complete, path)?;
-        let mesh = Arc::new(self.mesh_of(obj, &ids));
+        let (mesh, objects) = self.mesh_of(obj, &ids);
+        let mesh = Arc::new(mesh);
+        self.of_objects.add(key.clone(), objects);
         if let Some(message) = limits::coarse(&mesh) {
             self.findings.note(SceneError::new(path, message));
         }
@@ -279,7 +237,11 @@ impl Assembly {
     }
 
     /// Reads the MTL files of `obj`. The flag says whether all were found.
-    fn libraries(&mut self, obj: &ObjFile, path: &Path) -> Result<(Vec<Defined>, bool), SceneError> {
+    pub(super) fn libraries(
+        &mut self,
+        obj: &ObjFile,
+        path: &Path,
+    ) -> Result<(Vec<Defined>, bool), SceneError> {
         let folder = path.parent().unwrap_or(Path::new(""));
         let mut defined = Vec::new();
         let mut complete = true;
@@ -356,7 +318,19 @@ impl Assembly {
             ids[i] = self.add_material_of(path, material)?;
         }
         self.report_unknown(&unknown, defined, path)?;
+        if !obj.colors.is_empty() {
+            ids.iter().for_each(|id| self.color_vertices(*id));
+        }
         Ok(ids)
+    }
+
+    /// Has the colours of vertices show on a material: alone, where it is the one of faces without any.
+    pub(in crate::scene) fn color_vertices(&mut self, material: u16) {
+        let material = &mut self.materials[usize::from(material)];
+        material.has_vertex_colors = true;
+        if material.is_fallback() {
+            (material.diffuse, material.ambient) = (Vec3::ONE, Vec3::ONE);
+        }
     }
 
     /// Adds a material of the file at `path`. Returns its index.
@@ -593,8 +567,9 @@ struct Stretch {
 }
 
 impl Assembly {
-    /// Orders the triangles: first those that cast shadows, each kind in the order of the file.
-    fn mesh_of(&self, obj: ObjFile, ids: &[u16]) -> Mesh {
+    /// Orders the triangles: first those that cast shadows, each kind in the order of the file. Returns also the objects, as runs
+    /// of triangles.
+    fn mesh_of(&self, obj: ObjFile, ids: &[u16]) -> (Mesh, Groups) {
         let id = |stretch: &Stretch| ids[stretch.of.material as usize];
         let casts = |stretch: &Stretch| self.casts_shadow(id(stretch));
         let has_uvs = !obj.uvs.is_empty();
@@ -616,8 +591,10 @@ impl Assembly {
         }
         let mut material_of = Vec::with_capacity(triangles.len());
         let mut groups = Groups::named(obj.groups.into_iter().map(|group| group.name));
+        let mut objects = Groups::named(iter::empty()); // their names are among those of the groups
         for stretch in &stretches {
             groups.begin(material_of.len() as u32, stretch.of.group);
+            objects.begin(material_of.len() as u32, stretch.of.object);
             material_of.extend(iter::repeat_n(id(stretch), stretch.range.len()));
         }
         let mesh = Mesh {
@@ -631,9 +608,9 @@ impl Assembly {
             shadow_casting,
             quadric: None,
             shapes: None,
-            details: Default::default(),
+            details: Arc::new(Details { colors: obj.colors, tangents: Vec::new() }),
         };
-        self.with_tangents(mesh, &[])
+        (self.with_tangents(mesh, &[]), objects)
     }
 
     /// Gives a mesh tangents, if a material of it has a normal map. `of_vertices`: those that its file states, if it does.

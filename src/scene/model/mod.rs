@@ -2,14 +2,18 @@
 
 pub mod assemble;
 pub mod bake;
+mod black;
 pub mod copies;
 pub mod exporter;
 pub mod map_statement;
 mod meaning;
 pub mod mtl;
 mod normals;
+mod obj_parts;
+pub mod objects;
 pub mod pictures;
 pub mod point_cache;
+pub mod read_model;
 pub mod shape_files;
 pub mod unused_statements;
 pub mod varying;

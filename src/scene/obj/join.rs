@@ -41,13 +41,15 @@ pub struct Named {
 /// Name that OBJ gives to the group of faces that are in none.
 const NO_GROUP: &str = "default";
 
-/// Material and group of a face, as indices into the file's names.
+/// Material, group and object of a face, as indices into the file's names.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Use {
     /// Material of the last `usemtl`.
     pub material: u32,
     /// Group of the last `g` or `o`.
     pub group: u32,
+    /// Object of the last `o`: a name among those of the groups.
+    pub object: u32,
 }
 
 /// Faces of one piece; corners are in order.
@@ -63,7 +65,7 @@ pub(super) struct FaceRun {
     pub faces: usize,
     /// Number of corners of each face; empty if all have three.
     pub arities: Vec<u16>,
-    /// Changes of material and group: the first face, and its use. The first entry is for face 0.
+    /// Changes of material, group and object: the first face, and its use. The first entry is for face 0.
     pub uses: Vec<(u32, Use)>,
 }
 
@@ -149,6 +151,10 @@ impl Joined {
                 match change {
                     Change::Material(number) => current.material = materials[*number as usize],
                     Change::Group(number) => current.group = groups[*number as usize],
+                    Change::Object(number) => {
+                        let name = groups[*number as usize];
+                        current = Use { group: name, object: name, ..current };
+                    }
                 }
                 of_piece.push((*face, current));
             }

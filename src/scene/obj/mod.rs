@@ -11,6 +11,7 @@
 //! is read once more, in order, to say where (`fault`).
 
 mod column;
+mod face_lists;
 mod fault;
 mod join;
 pub mod lines;
@@ -31,6 +32,7 @@ use std::path::Path;
 
 use bytemuck::cast_vec;
 use glam::{Vec2, Vec3};
+use half::f16;
 use rayon::prelude::*;
 
 use self::lines::{Lines, split_keyword};
@@ -38,6 +40,7 @@ use super::SceneError;
 use crate::digest::Digest;
 use crate::input::{self, Kind};
 use crate::memory::{self, Need, Part};
+pub(crate) use face_lists::FaceLists;
 use fault::{Fault, LARGEST_COORDINATE};
 use join::{Joined, Misfit};
 pub use join::{Named, Use};
@@ -64,6 +67,8 @@ pub struct ObjFile {
     pub normals: Vec<Vec3>,
     /// Texture coordinates, one a vertex or none at all; finite.
     pub uvs: Vec<Vec2>,
+    /// Colours of the vertices, one a vertex or none at all; linear RGB. Only PLY files have them.
+    pub colors: Vec<[f16; 3]>,
     /// Vertices of the triangles. Never empty; each triangle has an area.
     pub triangles: Vec<[u32; 3]>,
     /// Runs of consecutive triangles with the same of `materials` and `groups`, as length and use; lengths
@@ -220,6 +225,7 @@ fn whole(pieces: Vec<Piece>) -> Result<ObjFile, Misfit> {
         places,
         normals,
         uvs,
+        colors: Vec::new(),
         triangles,
         uses,
         materials,

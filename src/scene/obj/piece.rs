@@ -23,13 +23,15 @@ type Corner = [i32; 3];
 /// A name as bytes, and the line of the piece (from 0) that has it first.
 pub(super) type Name = (Vec<u8>, usize);
 
-/// Change of material or group between two faces, by the number of the name among the piece's names.
+/// Change of material, group or object between two faces, by the number of the name among the piece's names.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Change {
     /// `usemtl`.
     Material(u32),
-    /// `g` or `o`.
+    /// `g`.
     Group(u32),
+    /// `o`.
+    Object(u32),
 }
 
 /// Content of a piece.
@@ -72,7 +74,7 @@ pub(super) struct Faces {
     pub count: usize,
     /// Number of corners of each face; empty if all have three.
     pub arities: Vec<u16>,
-    /// Changes of material and group, with the first face behind each, in order.
+    /// Changes of material, group and object, with the first face behind each, in order.
     pub changes: Vec<(u32, Change)>,
 }
 
@@ -270,7 +272,8 @@ impl Reader {
             }
             b"g" | b"o" => {
                 let number = number_of(rest, piece.lines, &mut piece.groups, &mut self.group_of);
-                piece.faces.changes.push((piece.faces.count as u32, Change::Group(number)));
+                let change = if keyword == b"o" { Change::Object(number) } else { Change::Group(number) };
+                piece.faces.changes.push((piece.faces.count as u32, change));
             }
             b"mtllib" => piece.libraries.push((rest.to_vec(), piece.lines)),
             _ => {}

@@ -103,7 +103,7 @@ fn part(runs: &[FaceRun], indices: impl Fn(&FaceRun) -> &Indices) -> IndexRelati
 }
 
 /// Returns true if some face uses each position: unused ones must not become vertices.
-fn all_used(runs: &[FaceRun], positions: usize) -> bool {
+pub(super) fn all_used(runs: &[FaceRun], positions: usize) -> bool {
     let used: Vec<AtomicBool> = (0..positions).into_par_iter().map(|_| AtomicBool::new(false)).collect();
     runs.par_iter().flat_map_iter(|run| &run.positions).for_each(|index| {
         let flag = &used[*index as usize];

@@ -1,5 +1,6 @@
 //! A shot, made from a shot file (`.toml`) and all files that it names.
 
+mod camera;
 mod environment;
 mod floor;
 mod lens;
@@ -24,10 +25,11 @@ use crate::scene::keys::toml_text::{At, Three, TomlText};
 use crate::scene::keys::values::{look, optional_color};
 use crate::scene::keys::{BackgroundTable, FloorTable, ModelTable, ShotFile};
 use crate::scene::material::LARGEST_COLOR;
-use crate::scene::model::assemble::{Assembled, Assembly, Override, ReadBefore};
+use crate::scene::model::assemble::{Assembled, Assembly, Override};
 use crate::scene::model::copies::SharedMeshes;
 use crate::scene::model::map_statement::{MapStatement, MapStatements, MapUse};
 use crate::scene::model::mtl::MtlMaterial;
+use crate::scene::model::read_model::ReadBefore;
 use crate::scene::render_space::{Extent, RenderSpace};
 use crate::scene::warnings::darkness;
 use crate::scene::{Background, Frames, Light, Mesh, Model, Scene, SceneError, Warning};
@@ -129,7 +131,14 @@ pub fn from_text_with(
         missing("there is no [camera]: write one [[camera.key]] with frame, eye and target at least")
     })?;
     let says_orbit = camera.get_ref().key.iter().any(|key| key.get_ref().orbit.is_some());
-    let camera = tracks::camera(text, camera, &settings::marked_cuts(text, &file.render)?)?;
+    let overrides = file.material.iter().map(|table| replacement(text, table)).collect::<Result<_, _>>()?;
+    let assembly = Assembly::new(strict, overrides).reading(file.mtl.kd_beside_map_kd);
+    let mut assembly = match before {
+        Some(file) => assembly.with(file),
+        None => assembly,
+    };
+    let marked = settings::marked_cuts(text, &file.render)?;
+    let camera = camera::of_table(text, camera, &marked, (&mut assembly, frames_a_second(rate)))?;
     settings.stereo = file.stereo.as_ref().map(|table| lens::stereo(text, table, &camera)).transpose()?;
     settings.shutter = file.shutter.as_ref().map(|table| lens::shutter(text, table)).transpose()?;
     let lights = file.light.iter().zip(1..).map(|(light, i)| tracks::light(text, light, i));
@@ -150,12 +159,6 @@ pub fn from_text_with(
             "there is nothing to see: write one [[model]] with the path of its obj, or gltf, at least",
         ));
     }
-    let overrides = file.material.iter().map(|table| replacement(text, table)).collect::<Result<_, _>>()?;
-    let assembly = Assembly::new(strict, overrides).reading(file.mtl.kd_beside_map_kd);
-    let mut assembly = match before {
-        Some(file) => assembly.with(file),
-        None => assembly,
-    };
     // for each model its table: of a glTF file there may be many models
     let (mut tables, mut models) = (Vec::new(), Vec::new());
     for table in &file.model {

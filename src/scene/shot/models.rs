@@ -1,7 +1,7 @@
-//! Makes models of the tables of a shot file: one of an OBJ file or a quadric, and of a glTF file one for each node with a mesh.
+//! Makes models of the tables of a shot file: one of an OBJ file, a PLY file or a quadric, and of a glTF file one for each node with a mesh.
 
 use std::ops::Range;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use glam::DAffine3;
@@ -13,6 +13,7 @@ use crate::scene::keys::toml_text::{At, TomlText};
 use crate::scene::keys::values::file_of;
 use crate::scene::keys::{LARGEST_MAP, LEAST_MAP, ModelTable};
 use crate::scene::model::assemble::Assembly;
+use crate::scene::model::read_model::is_ply;
 use crate::scene::{Mesh, Model, SceneError};
 
 /// Parts of a frame after which a model that moves within a moving file has keys.
@@ -30,9 +31,14 @@ pub fn of_table(
     let track = model::track(text, table)?;
     let keys = table.get_ref();
     refuse_keys_together(text, table, assembly.path_read_before().is_some())?;
-    let models = match &keys.gltf {
-        Some(gltf) => of_gltf(text, (table, gltf), assembly, &track, rate)?,
-        None => vec![one(text, table, assembly, track)?],
+    refuse_beside_ply(text, keys)?;
+    refuse_parts_of_others(text, keys)?;
+    let models = match (&keys.gltf, &keys.obj) {
+        (Some(gltf), _) => of_gltf(text, (table, gltf), assembly, &track, rate)?,
+        (None, Some(obj)) if keys.group.is_some() || keys.split.is_some() => {
+            parts(text, (table, obj), assembly, &track)?
+        }
+        _ => vec![one(text, table, assembly, track)?],
     };
     let sizes = i64::from(LEAST_MAP)..i64::from(LARGEST_MAP) + 1;
     let map = keys.reflection_map.as_ref();
@@ -46,7 +52,7 @@ pub fn of_table(
 
 /// Refuses what excludes each other. `is_read`: the model's file was read before, and need not be named.
 fn refuse_keys_together(text: TomlText<'_>, table: &At<ModelTable>, is_read: bool) -> Result<(), SceneError> {
-    let ModelTable { obj, gltf, quadric, shapes, animation, .. } = table.get_ref();
+    let ModelTable { obj, gltf, ply, quadric, shapes, animation, .. } = table.get_ref();
     let refuse = |span: Range<usize>, message: &str| Err(text.fault(span, message));
     match (obj, gltf, quadric) {
         (_, Some(gltf), Some(_)) => {
@@ -58,9 +64,8 @@ fn refuse_keys_together(text: TomlText<'_>, table: &At<ModelTable>, is_read: boo
         (Some(_), None, Some(quadric)) if !is_read => {
             refuse(quadric.span(), "`obj` and `quadric` exclude each other: write a [[model]] for each")
         }
-        (None, None, None) if !is_read => {
-            let message =
-                "the key `obj` is missing: a model is an OBJ file, a glTF file (`gltf`), or a `quadric`";
+        (None, None, None) if !is_read && ply.is_none() => {
+            let message = "the key `obj` is missing: a model is an OBJ file, a glTF file (`gltf`), a PLY file (`ply`), or a `quadric`";
             refuse(table.span(), message)
         }
         _ => match (shapes, animation) {
@@ -81,24 +86,112 @@ fn refuse_keys_together(text: TomlText<'_>, table: &At<ModelTable>, is_read: boo
     }
 }
 
-/// Makes the model of an OBJ file or a quadric.
+/// Refuses what excludes a PLY file.
+fn refuse_beside_ply(text: TomlText<'_>, table: &ModelTable) -> Result<(), SceneError> {
+    let ModelTable { obj, gltf, ply, quadric, shapes, .. } = table;
+    let Some(ply) = ply else { return Ok(()) };
+    let others = [("obj", obj.is_some()), ("gltf", gltf.is_some()), ("quadric", quadric.is_some())];
+    if let Some((other, _)) = others.into_iter().find(|(_, is_there)| *is_there) {
+        let message = format!("`ply` and `{other}` exclude each other: write a [[model]] for each");
+        return Err(text.fault(ply.span(), message));
+    }
+    match shapes {
+        Some(shapes) => {
+            let message = "`shapes` are those of an OBJ file: take them out, or write the model as OBJ";
+            Err(text.fault(shapes.span(), message))
+        }
+        None => Ok(()),
+    }
+}
+
+/// Refuses a file of the other kind: the ending of its path says how it is read.
+fn refuse_other_ending(
+    text: TomlText<'_>,
+    (obj, ply): (Option<&At<String>>, Option<&At<String>>),
+    path: &Path,
+) -> Result<(), SceneError> {
+    match (obj, ply) {
+        (_, Some(ply)) if !is_ply(path) => {
+            Err(text.bad("ply", ply, &format!("is `{}`: PLY files end in .ply", ply.get_ref())))
+        }
+        (Some(obj), None) if is_ply(path) => {
+            Err(text.bad("obj", obj, "is a PLY file, by its ending: write `ply` instead"))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Refuses `group` and `split` beside what has no parts, or beside each other.
+fn refuse_parts_of_others(text: TomlText<'_>, table: &ModelTable) -> Result<(), SceneError> {
+    let ModelTable { obj, shapes, group, split, .. } = table;
+    let place = group.as_ref().map(|group| ("group", group.span()));
+    let place = place.or_else(|| split.as_ref().map(|split| ("split", split.span())));
+    let Some((key, span)) = place else { return Ok(()) };
+    let refuse = |what: &str| Err(text.fault(span, format!("`{key}` {what}")));
+    if obj.is_none() {
+        refuse(
+            "goes with `obj`: only OBJ files have such parts, and each node of a glTF file is a model already; take it out",
+        )
+    } else if shapes.is_some() {
+        refuse("and `shapes` exclude each other: shapes are those of a whole OBJ file")
+    } else if group.is_some() && split.is_some() {
+        refuse("and `split` exclude each other: one object or group is not divided again")
+    } else {
+        Ok(())
+    }
+}
+
+/// Makes models of parts of an OBJ file, which `track` moves together.
+fn parts(
+    text: TomlText<'_>,
+    (table, obj): (&At<ModelTable>, &At<String>),
+    assembly: &mut Assembly,
+    track: &TransformTrack,
+) -> Result<Vec<Model>, SceneError> {
+    let ModelTable { name, group, split, .. } = table.get_ref();
+    let path = file_of(text, "obj", obj)?;
+    refuse_other_ending(text, (Some(obj), None), &path)?;
+    let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+    let model = |name: String, mesh: &Arc<Mesh>| Model {
+        name,
+        path: path.clone(),
+        mesh: mesh.clone(),
+        track: track.clone(),
+        reflection_map: None,
+    };
+    if let Some(group) = group {
+        let part = assembly.part_of_obj(&path, group.get_ref())?;
+        let part = part.map_err(|what| text.bad("group", group, &format!("is {what}")))?;
+        let own_name = || format!("{stem}/{}", part.name);
+        return Ok(vec![model(name.clone().unwrap_or_else(own_name), &part.mesh)]);
+    }
+    let by = split.as_ref().expect("the caller has one of the two");
+    let parts = assembly.divided_obj(&path, *by.get_ref())?;
+    let parts = parts.map_err(|what| text.bad("split", by, &what))?;
+    let whole = name.as_deref().unwrap_or(&stem);
+    Ok(parts.iter().map(|part| model(format!("{whole}/{}", part.name), &part.mesh)).collect())
+}
+
+/// Makes the model of an OBJ file, a PLY file or a quadric.
 fn one(
     text: TomlText<'_>,
     table: &At<ModelTable>,
     assembly: &mut Assembly,
     mut track: TransformTrack,
 ) -> Result<Model, SceneError> {
-    let ModelTable { name, obj, quadric, shapes, .. } = table.get_ref();
+    let ModelTable { name, obj, ply, quadric, shapes, .. } = table.get_ref();
     let (path, mesh, own_name): (PathBuf, Arc<Mesh>, String) = match (assembly.path_read_before(), quadric) {
         (None, Some(quadric)) => {
             let mesh = quadric::of_table(text, quadric, assembly)?;
             (text.path.to_path_buf(), Arc::new(mesh), String::from(quadric.get_ref().kind.name()))
         }
         (before, _) => {
-            let path = match (before, obj) {
+            let path = match (before, ply) {
                 (Some(path), _) => path,
-                (None, obj) => file_of(text, "obj", obj.as_ref().expect("all others are refused before"))?,
+                (None, Some(ply)) => file_of(text, "ply", ply)?,
+                (None, None) => file_of(text, "obj", obj.as_ref().expect("all others are refused before"))?,
             };
+            refuse_other_ending(text, (obj.as_ref(), ply.as_ref()), &path)?;
             let stem = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
             let mesh = match shapes {
                 None => assembly.mesh(&path)?,

@@ -34,10 +34,10 @@ pub(crate) fn camera(
         return Err(text.fault(table.span(), message));
     };
     let by_target = first.get_ref().target.is_some();
-    let interpolation = table.get_ref().interpolation;
+    let interpolation = table.get_ref().interpolation.unwrap_or_default();
     let cuts = cuts(text, &keys, marked)?;
     let fov = fields_of_view(text, &keys)?;
-    let is_orthographic = table.get_ref().projection == Projection::Orthographic;
+    let is_orthographic = table.get_ref().projection == Some(Projection::Orthographic);
     let height = if is_orthographic { Some(heights(text, &keys)?) } else { None };
     let shift = shifts(text, &keys)?;
     refuse_other_lens(text, &keys, is_orthographic)?;

@@ -11,8 +11,8 @@ use std::path::Path;
 
 use super::SceneError;
 use super::keys::toml_text::TomlText;
-use super::model::assemble::{ReadBefore, ReadModel};
 use super::model::copies::MOST_ADDED;
+use super::model::read_model::{ReadBefore, ReadModel};
 use super::shot::{self, Shot};
 use corners::Corners;
 pub use fit::Fit;
@@ -23,17 +23,21 @@ pub use up::Up;
 pub const FRAMES: i32 = 120;
 
 /// Choices of a turntable.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Options {
     /// Axis of the file that points up; guessed if none is given.
     pub up: Option<Up>,
     /// Size of the picture that the model is to fill: width and height, pixels.
     pub size: [u32; 2],
+    /// Of a glTF file: name of the camera; its first one if none is given.
+    pub camera: Option<String>,
+    /// Of a glTF file: name of the animation; the first ones if none is given.
+    pub animation: Option<String>,
 }
 
 impl Default for Options {
     fn default() -> Self {
-        Self { up: None, size: [1280, 720] }
+        Self { up: None, size: [1280, 720], camera: None, animation: None }
     }
 }
 

@@ -1,12 +1,14 @@
 //! The shot file of a turntable. A bare model is rendered by the same text that `afterimage init` writes.
 
 use std::fmt::Write;
+use std::path::Path;
 
 use glam::DVec3;
 use toml::Value;
 
 use super::{FRAMES, Fit, Presentation, Up};
 use crate::scene::camera::on_orbit;
+use crate::scene::model::read_model::is_ply;
 
 /// Colour that replaces black materials: a light grey, like clay.
 const CLAY: [f64; 3] = [0.6, 0.6, 0.6];
@@ -55,7 +57,8 @@ paths = 16
 /// Writes a shot of the model at the path `model`, presented according to `look`.
 pub fn text(look: &Presentation, model: &str) -> String {
     let mut text = format!("{HEAD}{}", around(&look.fit, look.size));
-    let _ = write!(text, "\n[[model]]\nobj = {}\n", Value::from(model));
+    let key = if is_ply(Path::new(model)) { "ply" } else { "obj" };
+    let _ = write!(text, "\n[[model]]\n{key} = {}\n", Value::from(model));
     if look.up == Up::Z {
         text += "rotate = [-90, 0, 0]    # in the file Z is up\n";
     }

@@ -1,5 +1,6 @@
 //! glTF files: is the geometry that of the file, and does each node stand where its parents put it at all times?
 
+mod cameras;
 mod damage;
 mod materials;
 mod whole;
@@ -535,4 +536,14 @@ fn reuse_is_exact_where_nodes_move_and_skins_bend() {
         let audit = finished.stats.audit.unwrap();
         assert_eq!(audit.differing, 0, "frame {frame}: {audit:?}");
     }
+}
+
+/// A file with a skin, an animation and a camera, as text and as binary.
+pub fn whole_files() -> (String, Vec<u8>) {
+    let mut file = bent();
+    file.json["cameras"] = json!([{"type": "perspective", "perspective": {"yfov": 1, "znear": 0.1}}]);
+    let eye = file.root(json!({"camera": 0, "translation": [0, 1, 8]}));
+    let there = file.vectors(&[[0.0, 1.0, 8.0], [0.0, 1.0, 4.0]]);
+    file.animate(eye, "translation", "LINEAR", &[0.0, 0.5], there);
+    (file.text(), file.glb())
 }

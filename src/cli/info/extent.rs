@@ -1,0 +1,113 @@
+//! Size and motion of what a shot shows.
+
+use std::path::Path;
+
+use glam::{DVec3, Vec3};
+
+use super::{line, list};
+use crate::cli::bare_model::{is_gltf, is_model};
+use crate::pose::Pose;
+use crate::scene::turntable::text::number;
+use crate::scene::{Light, LightKind, Model, Scene, Shot};
+
+/// Maximum number of names that a line lists.
+const MOST_LISTED: usize = 12;
+
+/// Adds lines on the size of all models, and on the axis that points up; `path`: of the shot or the bare model.
+pub fn tell(text: &mut String, shot: &Shot, path: &Path) {
+    let frame = shot.frames.first();
+    if let Some((low, high)) = bounds(&shot.scene, frame) {
+        let size = high - low;
+        let at = if shot.scene.models.iter().all(|model| model.track.is_constant()) {
+            String::new()
+        } else {
+            format!(", at frame {frame}")
+        };
+        line(text, "bounds", format!("{} to {}, size {}{at}", point(low), point(high), point(size)));
+    }
+    line(text, "up", up(shot, path));
+}
+
+/// Axis of the file that points up: what is guessed of a bare OBJ or PLY file, and otherwise what the format says.
+fn up(shot: &Shot, path: &Path) -> String {
+    let guess = shot.notes.iter().find_map(|note| note.strip_prefix("up is "));
+    match guess {
+        Some(guess) => guess.to_string(),
+        None if is_gltf(path) => String::from("y, as in all glTF files"),
+        None if is_model(path) => String::from("as --up says"),
+        None => String::from("y, as in all shots"),
+    }
+}
+
+fn point(point: DVec3) -> String {
+    let [x, y, z] = point.to_array().map(|value| number(value, value.abs().max(f64::MIN_POSITIVE)));
+    format!("[{x}, {y}, {z}]")
+}
+
+/// The box around all models that are visible at `frame`, in the space of the files; without planes, which have no end.
+fn bounds(scene: &Scene, frame: i32) -> Option<(DVec3, DVec3)> {
+    let pose = Pose::new(scene, frame);
+    let is_plane =
+        |model: &Model| model.mesh.quadric.as_ref().is_some_and(|quadric| quadric.name() == "plane");
+    let nothing = (Vec3::INFINITY, Vec3::NEG_INFINITY);
+    let shown =
+        scene.models.iter().zip(&pose.models).filter(|(model, _)| !is_floor(model) && !is_plane(model));
+    let (low, high) = shown.filter(|(_, place)| place.is_visible).fold(nothing, |all, (model, place)| {
+        let used = model.mesh.triangles.as_flattened();
+        let corners = model.mesh.positions.as_slice();
+        used.iter().fold(all, |(low, high), corner| {
+            let at = place.point(Vec3::from(corners[*corner as usize]));
+            (low.min(at), high.max(at))
+        })
+    });
+    (low.x <= high.x).then(|| (scene.space.point_of_files(low), scene.space.point_of_files(high)))
+}
+
+/// Returns true for the floor that a shot states, or that a bare model stands on.
+fn is_floor(model: &Model) -> bool {
+    model.name == "floor" && model.mesh.normals.is_empty() && model.mesh.triangles.len() == 48
+}
+
+/// Adds a line on what moves and deforms.
+pub fn tell_motion(text: &mut String, scene: &Scene) {
+    let of = |count: usize, all: usize, what: &str| (count > 0).then(|| format!("{count} of {all} {what}"));
+    let models = &scene.models;
+    let moving =
+        models.iter().filter(|model| !model.track.is_constant() && model.track.shapes.is_none()).count();
+    let deforming = models.iter().filter(|model| model.mesh.shapes.is_some()).count();
+    let lights = scene.lights.iter().filter(|light| !rests(light)).count();
+    let camera = (!scene.camera.is_constant()).then(|| String::from("the camera moves"));
+    let parts = [
+        camera,
+        of(moving, models.len(), "models move"),
+        of(deforming, models.len(), "models deform"),
+        of(lights, scene.lights.len(), "lights change"),
+    ];
+    let parts: Vec<String> = parts.into_iter().flatten().collect();
+    let none = || String::from("nothing moves");
+    line(text, "motion", if parts.is_empty() { none() } else { list(parts.into_iter()) });
+}
+
+fn rests(light: &Light) -> bool {
+    let places = match &light.kind {
+        LightKind::Directional { direction, .. } => vec![direction],
+        LightKind::Point { position } | LightKind::Sphere { position, .. } => vec![position],
+        LightKind::Spot { position, target, .. }
+        | LightKind::Rectangle { position, target, .. }
+        | LightKind::Disk { position, target, .. } => vec![position, target],
+        _ => Vec::new(),
+    };
+    places.iter().all(|place| place.is_constant()) && light.color.is_constant() && light.power.is_constant()
+}
+
+/// Names of the groups of a model of several, as the end of its line.
+pub fn groups(model: &Model) -> Option<String> {
+    let groups = &model.mesh.groups;
+    let used = groups.used();
+    (used.len() > 1).then(|| {
+        let names = used.iter().take(MOST_LISTED).map(|number| groups.names()[*number].clone());
+        let more = used.len().saturating_sub(MOST_LISTED);
+        let more = if more > 0 { format!(" and {more} more") } else { String::new() };
+        format!("{} groups ({}{more})", used.len(), list(names))
+    })
+}

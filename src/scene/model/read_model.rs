@@ -1,0 +1,57 @@
+//! Model files as they were read: OBJ and PLY files, before their materials are looked up.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use crate::digest::Digest;
+use crate::scene::SceneError;
+use crate::scene::gltf::Document;
+use crate::scene::obj::{self, ObjFile};
+use crate::scene::ply::{self, PlyFile};
+
+/// Returns true if a file is a PLY file, by its ending.
+pub(crate) fn is_ply(path: &Path) -> bool {
+    path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("ply"))
+}
+
+/// File that was read before the shot that shows it.
+pub(crate) enum ReadBefore {
+    /// The text's only model: the text need not name its path.
+    Obj(Box<ReadModel>),
+    /// A glTF file, which the text names.
+    Gltf(Arc<Document>),
+}
+
+/// An OBJ or PLY file that was read.
+pub(crate) struct ReadModel {
+    pub path: PathBuf,
+    pub obj: ObjFile,
+    /// Digest of the file's content.
+    pub digest: Digest,
+    /// Parts of the file that have no effect, in whole sentences.
+    pub unused: Vec<String>,
+}
+
+impl ReadModel {
+    /// Reads the file at `path`.
+    ///
+    /// # Errors
+    /// Those of [`obj::read`], and of PLY files.
+    pub fn at(path: &Path) -> Result<Self, SceneError> {
+        let path_kept = path.to_path_buf();
+        if is_ply(path) {
+            let PlyFile { surface, digest, unused } = ply::read(path)?;
+            return Ok(Self { path: path_kept, obj: surface, digest, unused });
+        }
+        let (obj, digest) = obj::read_with_digest(path)?;
+        Ok(Self { path: path_kept, obj, digest, unused: Vec::new() })
+    }
+}
+
+/// Names the material of a PLY file, which has no names, by the file's stem if `is_stated` says that a `[[material]]` of this name is there.
+pub(super) fn name_material(file: &mut ObjFile, path: &Path, is_stated: impl Fn(&str) -> bool) {
+    let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+    if let Some(material) = file.materials.first_mut().filter(|_| is_stated(&stem)) {
+        material.name = stem.into_owned();
+    }
+}
