@@ -16,13 +16,16 @@ pub mod material;
 pub mod mesh;
 mod model;
 pub mod obj;
+pub(crate) mod part_of_file;
 mod paths;
 pub mod render_space;
 pub mod shapes;
 pub(crate) mod shot;
 pub mod texture;
 pub mod turntable;
+pub mod usd;
 pub mod warnings;
+pub mod written;
 
 use std::collections::HashSet;
 use std::path::PathBuf;

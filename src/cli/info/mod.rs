@@ -30,7 +30,7 @@ Examples:
   afterimage info city.toml          models, materials, lights, frames, and warnings
   afterimage info city.0001.exr      parts, layers and channels with their values; the header")]
 pub struct InfoArgs {
-    /// A shot (TOML), a model (OBJ, glTF), or a picture (EXR)
+    /// A shot (TOML), a model (OBJ, glTF, USD), or a picture (EXR)
     file: Option<PathBuf>,
 }
 
@@ -57,7 +57,7 @@ impl InfoArgs {
         let kind = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
         let text = match kind.as_str() {
             "exr" => exr::describe(path)?,
-            "obj" | "gltf" | "glb" | "toml" => {
+            "obj" | "gltf" | "glb" | "usd" | "usda" | "usdc" | "usdz" | "toml" => {
                 let shot = open(path, false, &turntable::Options::default())?;
                 shot.notes.iter().for_each(|note| terminal.note(note));
                 for warning in &shot.warnings {
@@ -67,7 +67,7 @@ impl InfoArgs {
             }
             _ => {
                 return Err(Failure::Failed(format!(
-                    "{}: not a shot (.toml), a model (.obj, .gltf, .glb) or a frame (.exr), by its ending",
+                    "{}: not a shot (.toml), a model (.obj, .gltf, .glb, .usda, .usdc, .usdz) or a frame (.exr), by its ending",
                     path.display()
                 )));
             }

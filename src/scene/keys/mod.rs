@@ -294,7 +294,7 @@ pub(crate) struct SkyTable {
 
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-#[schemars(extend("oneOf" = [{"required": ["obj"]}, {"required": ["gltf"]}, {"required": ["quadric"]}]))]
+#[schemars(extend("oneOf" = [{"required": ["obj"]}, {"required": ["gltf"]}, {"required": ["usd"]}, {"required": ["quadric"]}]))]
 pub(crate) struct ModelTable {
     /// For people; the file's name, or the type of the quadric, without it
     pub name: Option<String>,
@@ -302,6 +302,8 @@ pub(crate) struct ModelTable {
     pub obj: Option<At<String>>,
     /// glTF file (.gltf or .glb), relative to the shot file, instead of an OBJ file: a model for each of its nodes with a mesh
     pub gltf: Option<At<String>>,
+    /// USD file (.usda, .usdc or .usdz), relative to the shot file, instead of an OBJ file: a model for each of its meshes
+    pub usd: Option<At<String>>,
     /// Name of the glTF file's animation (its first)
     pub animation: Option<At<String>>,
     /// Sphere, ellipsoid, cylinder, cone, paraboloid, hyperboloid or plane, instead of an OBJ file

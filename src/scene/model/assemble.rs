@@ -23,6 +23,9 @@ use crate::scene::mesh::Groups;
 use crate::scene::obj::lines::words;
 use crate::scene::obj::{self, Named, ObjFile, OddNormals};
 use crate::scene::paths::find_beside;
+#[cfg(feature = "usd")]
+use crate::scene::usd::UsdFile;
+use crate::scene::usd::UsdFiles;
 use crate::scene::warnings::limits;
 use crate::scene::{Material, Mesh, SceneError, Texture};
 
@@ -66,6 +69,8 @@ pub(crate) struct Assembly {
     of_quadrics: HashMap<String, u16>,
     /// What was read of glTF files.
     pub(in crate::scene) gltf: GltfFiles,
+    /// What was read of USD files.
+    pub(in crate::scene) usd: UsdFiles,
     /// Files that were read so far, without pictures.
     pub(in crate::scene) files: Vec<PathBuf>,
     /// Digests of the files' contents.
@@ -83,6 +88,9 @@ pub(crate) enum ReadBefore {
     Obj(Box<ReadModel>),
     /// A glTF file, which the text names.
     Gltf(Arc<Document>),
+    /// A USD file, which the text names.
+    #[cfg(feature = "usd")]
+    Usd(Arc<UsdFile>),
 }
 
 /// An OBJ file that was read.
@@ -161,6 +169,8 @@ impl Assembly {
         match file {
             ReadBefore::Obj(model) => Self { read_before: Some(*model), ..self },
             ReadBefore::Gltf(document) => Self { gltf: self.gltf.with(document), ..self },
+            #[cfg(feature = "usd")]
+            ReadBefore::Usd(file) => Self { usd: self.usd.with(file), ..self },
         }
     }
 
