@@ -51,6 +51,15 @@ pub struct Clock {
     pub range: Option<[f64; 2]>,
 }
 
+/// Things about a file that its lights depend on.
+#[derive(Debug, Clone, Copy)]
+pub struct Units {
+    /// Metres in a unit.
+    pub metres: f64,
+    /// True if Blender wrote it.
+    pub is_of_blender: bool,
+}
+
 impl Default for Clock {
     fn default() -> Self {
         Self { rate: 24.0, codes: 1.0, range: None }

@@ -13,7 +13,7 @@ use glam::{DAffine3, DVec2, DVec3};
 use openusd::usd::Prim;
 use toml::Value;
 
-use super::file::{Clock, LightKey, Picture, UsdLight, UsdLightKind};
+use super::file::{Clock, LightKey, Picture, Units, UsdLight, UsdLightKind};
 use super::shader::Shaders;
 use super::value::{Answer, codes, flag, number, three, word};
 use crate::animation::Track;
@@ -33,15 +33,16 @@ pub fn is_light(kind: &str) -> bool {
     matches!(kind, "RectLight" | "DiskLight" | "SphereLight" | "DistantLight" | "DomeLight" | "DomeLight_1")
 }
 
-/// Reads a light at the place `map`. `unit`: metres in a unit. `None` if it does not shine.
+/// Reads a light at the place `map`. `None` if it does not shine.
 ///
 /// # Errors What the library says.
 pub fn read(
     (prim, kind): (&Prim, &str),
     map: &Track<DAffine3>,
-    (clock, unit): (&Clock, f64),
+    (clock, units): (&Clock, Units),
     shaders: &mut Shaders<'_>,
 ) -> Answer<Option<UsdLight>> {
+    let unit = units.metres;
     let start = clock.code(clock.first());
     let input = |name: &str, default: f64| -> Answer<f64> { Ok(number_at(prim, name, start)?.unwrap_or(default)) };
     let first = map.at(clock.first());
@@ -62,7 +63,7 @@ pub fn read(
             (UsdLightKind::Disk { radius }, if is_normalized { unit * unit } else { area } / PI)
         }
         "SphereLight" => sphere(prim, start, ((x + y + z) / 3.0, unit), is_normalized)?,
-        "DistantLight" => sun(input("angle", 0.53)?, is_normalized),
+        "DistantLight" => sun(input("angle", 0.53)?, is_normalized, units),
         _ => {
             let file = shaders.file(prim)?;
             let picture = file.map(|(path, name, packed)| Picture {
@@ -147,12 +148,14 @@ fn sphere(prim: &Prim, code: f64, (scale, unit): (f64, f64), is_normalized: bool
 }
 
 /// A light that is infinitely far away, of this diameter in degrees.
-fn sun(angle: f64, is_normalized: bool) -> (UsdLightKind, f64) {
+fn sun(angle: f64, is_normalized: bool, units: Units) -> (UsdLightKind, f64) {
+    // Blender (5.0.1) writes a quarter of its strength, and half of its diameter: measured beside Cycles
+    let (angle, strength) = if units.is_of_blender { (2.0 * angle, 4.0) } else { (angle, 1.0) };
     let angle = angle.clamp(0.0, 180.0);
     // radiance is irradiance over the projected solid angle of the disk
     let disk = PI * (angle / 2.0).to_radians().sin().powi(2);
     let factor = if is_normalized || disk == 0.0 { 1.0 } else { disk };
-    (UsdLightKind::Sun { angle }, factor / PI)
+    (UsdLightKind::Sun { angle }, strength * factor / PI)
 }
 
 /// Sizes of a rectangle whose width is level, as it is here. One that is turned about its axis is told.

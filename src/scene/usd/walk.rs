@@ -8,7 +8,7 @@ use openusd::sdf::{Path, Value};
 use openusd::usd::{Prim, PrimPredicate, PrimStatus, Stage};
 
 use super::binding::Bindings;
-use super::file::{Clock, Content, ShownMesh, Surface, UsdMesh};
+use super::file::{Clock, Content, ShownMesh, Surface, Units, UsdMesh};
 use super::geometry::{self, FaceSurfaces};
 use super::instancer::{self, Copy};
 use super::shader::{ReadSurface, Shaders};
@@ -40,8 +40,7 @@ struct Context {
 struct Walk<'a> {
     stage: &'a Stage,
     content: Content,
-    /// Metres in a unit.
-    unit: f64,
+    units: Units,
     /// Map from the file's units and axes to the world's.
     root: Track<DAffine3>,
     shaders: Shaders<'a>,
@@ -69,7 +68,7 @@ pub fn content(stage: &Stage) -> Answer<Content> {
     let mut walk = Walk {
         stage,
         content: Content { clock, ..Content::default() },
-        unit,
+        units: Units { metres: unit, is_of_blender: is_of_blender(stage)? },
         root: map.clone(),
         shaders: Shaders::new(stage, clock.code(clock.first())),
         bindings: Bindings::default(),
@@ -103,6 +102,11 @@ fn metadata_number(stage: &Stage, name: &str) -> Answer<Option<f64>> {
         _ => None,
     }
     .filter(|number| number.is_finite()))
+}
+
+fn is_of_blender(stage: &Stage) -> Answer<bool> {
+    let written = said(stage.stage_metadata("documentation"))?;
+    Ok(matches!(written, Some(Value::String(text)) if text.starts_with("Blender")))
 }
 
 fn clock(stage: &Stage) -> Answer<Clock> {
@@ -187,10 +191,10 @@ impl Walk<'_> {
                 return Ok(false);
             }
             "Camera" if self.within.is_empty() => {
-                self.content.cameras.push(cameras::read(prim, &context.map, &self.content.clock, self.unit)?);
+                self.content.cameras.push(cameras::read(prim, &context.map, &self.content.clock, self.units.metres)?);
             }
             kind if lights::is_light(kind) && self.within.is_empty() && is_seen => {
-                let file = (&self.content.clock, self.unit);
+                let file = (&self.content.clock, self.units);
                 self.content.lights.extend(lights::read((prim, kind), &context.map, file, &mut self.shaders)?);
             }
             // materials are read when they are bound
