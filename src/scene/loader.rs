@@ -31,7 +31,9 @@ pub fn load(path: &Path, strict: bool) -> Result<Shot, SceneError> {
 pub fn load_sharing(path: &Path, strict: bool, most_added: u64) -> Result<Shot, SceneError> {
     match ending(path).as_str() {
         "toml" => shot::from_text(TomlText { path, text: &read_text(path)? }, strict, most_added),
-        "obj" | "gltf" | "glb" | "usd" | "usda" | "usdc" | "usdz" => load_turntable(path, strict, &turntable::Options::default()),
+        "obj" | "gltf" | "glb" | "usd" | "usda" | "usdc" | "usdz" => {
+            load_turntable(path, strict, &turntable::Options::default())
+        }
         _ => Err(SceneError::new(
             path,
             "not a file that can be rendered: give a shot (.toml) or a model (.obj, .gltf, .glb, .usda, .usdc, .usdz)",

@@ -16,3 +16,5 @@ mod model;
 mod quadrics;
 mod schema;
 mod shot;
+#[cfg(feature = "usd")]
+mod usd;

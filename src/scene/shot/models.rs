@@ -66,8 +66,7 @@ fn refuse_keys_together(text: TomlText<'_>, table: &At<ModelTable>, is_read: boo
             return refuse(span.clone(), &message);
         }
         [] if !is_read => {
-            let message =
-                "the key `obj` is missing: a model is an OBJ file, a glTF file (`gltf`), a USD file (`usd`), or a `quadric`";
+            let message = "the key `obj` is missing: a model is an OBJ file, a glTF file (`gltf`), a USD file (`usd`), or a `quadric`";
             return refuse(table.span(), message);
         }
         _ => {}
@@ -78,7 +77,8 @@ fn refuse_keys_together(text: TomlText<'_>, table: &At<ModelTable>, is_read: boo
             refuse(shapes.span(), "`shapes` are those of an OBJ file, and a quadric has none: take them out")
         }
         (Some(shapes), _) if gltf.is_some() || usd.is_some() => {
-            let message = format!("`shapes` are those of an OBJ file; a {other} file has its own: take them out");
+            let message =
+                format!("`shapes` are those of an OBJ file; a {other} file has its own: take them out");
             refuse(shapes.span(), &message)
         }
         (_, Some(animation)) if gltf.is_none() => {

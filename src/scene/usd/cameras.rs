@@ -65,7 +65,13 @@ pub fn read(prim: &Prim, map: &Track<DAffine3>, clock: &Clock, unit: f64) -> Ans
     }
     let shutter = |name: &str| -> Answer<f64> { Ok(clock.frame(number(prim, name, start)?.unwrap_or(0.0))) };
     let name = prim.path().name().unwrap_or_default().to_string();
-    Ok(UsdCamera { name, is_orthographic, ratio, keys, shutter: [shutter("shutter:open")?, shutter("shutter:close")?] })
+    Ok(UsdCamera {
+        name,
+        is_orthographic,
+        ratio,
+        keys,
+        shutter: [shutter("shutter:open")?, shutter("shutter:close")?],
+    })
 }
 
 /// Reads a camera at a frame. Returns also the ratio of its width to its height.
@@ -86,7 +92,10 @@ fn key(
         false => (0.001..179.9).contains(&fov),
     };
     if !(makes_sense && across > 0.0) {
-        return Err(format!("the camera {} has no field of view that makes sense: export it again", prim.path()));
+        return Err(format!(
+            "the camera {} has no field of view that makes sense: export it again",
+            prim.path()
+        ));
     }
     let has_lens = !is_orthographic && f_number > 0.0 && distance > 0.0;
     let focus = has_lens.then(|| [focal * TENTH * unit / (2.0 * f_number), distance * unit]);
@@ -103,8 +112,9 @@ fn key(
 /// Writes the settings and keys of a camera; `size`: of a picture whose ratio makes no sense.
 pub fn text(camera: &UsdCamera, size: [u32; 2], frames: &str, rate: &str) -> String {
     let [width, height] = size_of_ratio(camera.ratio).unwrap_or(size);
-    let mut text =
-        format!("\n[render]\nsize = [{width}, {height}]\nsamples = 2\nframes = \"{frames}\"\nrate = {rate}\n");
+    let mut text = format!(
+        "\n[render]\nsize = [{width}, {height}]\nsamples = 2\nframes = \"{frames}\"\nrate = {rate}\n"
+    );
     let [open, close] = camera.shutter;
     if open < close && open >= -1.0 && close <= 1.0 && close - open <= 1.0 {
         let _ = write!(text, "\n[shutter]\nopen = {open:?}\nclose = {close:?}\n");

@@ -96,7 +96,10 @@ fn check_points(prim: &Prim, points: &[[f32; 3]]) -> Answer<()> {
     if are_within_reach(points) && u32::try_from(points.len()).is_ok() {
         return Ok(());
     }
-    Err(format!("a point of {} is not finite, or farther than 1e18 from the origin: export it again", prim.path()))
+    Err(format!(
+        "a point of {} is not finite, or farther than 1e18 from the origin: export it again",
+        prim.path()
+    ))
 }
 
 impl Faces {
@@ -108,7 +111,8 @@ impl Faces {
             return Ok(None);
         };
         let path = prim.path();
-        let wrong = |what: String| Err(format!("the mesh {path} {what}: the file is damaged; export it again"));
+        let wrong =
+            |what: String| Err(format!("the mesh {path} {what}: the file is damaged; export it again"));
         let read = |count: &i64| usize::try_from(*count).ok();
         let Some(counts) = counts.iter().map(read).collect::<Option<Vec<usize>>>() else {
             return wrong(String::from("has a face with fewer than no corners"));
@@ -117,7 +121,8 @@ impl Faces {
         if sum.is_none_or(|sum| sum > corners.len()) {
             return wrong(format!("has faces with more corners than the {} that it names", corners.len()));
         }
-        if let Some(bad) = corners.iter().find(|corner| usize::try_from(**corner).is_none_or_at_least(points)) {
+        if let Some(bad) = corners.iter().find(|corner| usize::try_from(**corner).is_none_or_at_least(points))
+        {
             return wrong(format!("has a face at point {bad}, and {points} points"));
         }
         let holes = list("holeIndices")?.unwrap_or_default();
@@ -167,7 +172,8 @@ fn primvar<T>(
     default: Spread,
     read: impl Fn(&Value) -> Option<Vec<T>>,
 ) -> Answer<Option<Primvar<T>>> {
-    let Some(values) = value(prim, name, code)?.as_ref().and_then(read).filter(|values| !values.is_empty()) else {
+    let Some(values) = value(prim, name, code)?.as_ref().and_then(read).filter(|values| !values.is_empty())
+    else {
         return Ok(None);
     };
     let stated = said(prim.attribute(name).get_metadata::<Value>("interpolation"))?;
@@ -293,7 +299,10 @@ fn shapes(
     for code in times {
         let Some(points) = value(prim, "points", *code)?.as_ref().and_then(points) else { continue };
         if points.len() != count || changes_faces && !is_same_topology(prim, times[0], *code)? {
-            unused.insert(format!("faces of {} change with time: it is shown as at its first time", prim.path()));
+            unused.insert(format!(
+                "faces of {} change with time: it is shown as at its first time",
+                prim.path()
+            ));
             return Ok(Vec::new());
         }
         check_points(prim, &points)?;

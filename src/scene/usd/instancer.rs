@@ -60,12 +60,15 @@ pub fn copies(prim: &Prim, clock: &Clock, unused: &mut BTreeSet<String>) -> Answ
         let (places, copies) = (start.len(), of_copies.len());
         return Err(format!("{path} has {copies} copies and {places} positions: export the file again"));
     }
-    if let Some(bad) = of_copies.iter().find(|index| usize::try_from(**index).map_or(true, |i| i >= prototypes.len())) {
+    if let Some(bad) =
+        of_copies.iter().find(|index| usize::try_from(**index).map_or(true, |i| i >= prototypes.len()))
+    {
         let count = prototypes.len();
         return Err(format!("{path} copies prototype {bad}, and there are {count}: export the file again"));
     }
     let bytes = (start.len() as u64).saturating_mul(frames.len().max(1) as u64).saturating_mul(128);
-    let need = Need::new(Part::new("the copies of a point instancer", bytes, "fewer copies, a shorter animation"));
+    let need =
+        Need::new(Part::new("the copies of a point instancer", bytes, "fewer copies, a shorter animation"));
     need.check(&memory::left()).map_err(|error| error.to_string())?;
     let hidden = hidden(prim, clock.code(first), whole("ids")?)?;
     let mut keys: Vec<Vec<(f64, DAffine3)>> = start.iter().map(|map| vec![(first, *map)]).collect();

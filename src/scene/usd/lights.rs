@@ -44,7 +44,8 @@ pub fn read(
 ) -> Answer<Option<UsdLight>> {
     let unit = units.metres;
     let start = clock.code(clock.first());
-    let input = |name: &str, default: f64| -> Answer<f64> { Ok(number_at(prim, name, start)?.unwrap_or(default)) };
+    let input =
+        |name: &str, default: f64| -> Answer<f64> { Ok(number_at(prim, name, start)?.unwrap_or(default)) };
     let first = map.at(clock.first());
     let [x, y, z] = [first.matrix3.x_axis, first.matrix3.y_axis, first.matrix3.z_axis].map(DVec3::length);
     note_unused(prim, start, shaders)?;
@@ -82,7 +83,10 @@ pub fn read(
         }
     };
     let mut frames: BTreeSet<u64> = BTreeSet::new();
-    for name in ["intensity", "exposure", "color"].into_iter().flat_map(|name| [format!("inputs:{name}"), name.into()]) {
+    for name in ["intensity", "exposure", "color"]
+        .into_iter()
+        .flat_map(|name| [format!("inputs:{name}"), name.into()])
+    {
         let times = codes(prim, &name)?;
         if times.len() > 1 {
             frames.extend(times.iter().map(|code| clock.frame(*code).to_bits()));
@@ -130,7 +134,12 @@ fn flag_at(prim: &Prim, name: &str, code: f64) -> Answer<Option<bool>> {
 }
 
 /// A sphere, or a point or spot if it has no size. `scale`: metres in a unit at its place.
-fn sphere(prim: &Prim, code: f64, (scale, unit): (f64, f64), is_normalized: bool) -> Answer<(UsdLightKind, f64)> {
+fn sphere(
+    prim: &Prim,
+    code: f64,
+    (scale, unit): (f64, f64),
+    is_normalized: bool,
+) -> Answer<(UsdLightKind, f64)> {
     let radius = number_at(prim, "radius", code)?.unwrap_or(0.5) * scale;
     let is_point = flag(prim, "treatAsPoint", code)?.unwrap_or(false) || radius <= 0.0;
     // all of its surface is 4 pi r^2, and pi r^2 of it is seen
@@ -184,9 +193,13 @@ fn note_unused(prim: &Prim, code: f64, shaders: &mut Shaders<'_>) -> Answer<()> 
     if number_at(prim, "shaping:focus", code)?.is_some_and(|focus| focus != 0.0) {
         shaders.leave_out("focus of lights (shaping:focus) is not used");
     }
-    for (name, what) in [("radius", "radii"), ("width", "sizes"), ("angle", "angles"), ("shaping:cone:angle", "cones")] {
+    for (name, what) in
+        [("radius", "radii"), ("width", "sizes"), ("angle", "angles"), ("shaping:cone:angle", "cones")]
+    {
         if codes(prim, &format!("inputs:{name}"))?.len() > 1 {
-            shaders.leave_out(format!("{what} of lights do not change with time: they are as at the first frame"));
+            shaders.leave_out(format!(
+                "{what} of lights do not change with time: they are as at the first frame"
+            ));
         }
     }
     if word(prim, "inputs:shaping:ies:file", code)?.is_some() {
@@ -254,7 +267,9 @@ pub fn dome(light: &UsdLight, notes: &mut Vec<String>) -> Option<String> {
         return None;
     }
     if key.color != DVec3::ONE {
-        notes.push(String::from("the colour of the light from all around (DomeLight) beside its picture is not used"));
+        notes.push(String::from(
+            "the colour of the light from all around (DomeLight) beside its picture is not used",
+        ));
     }
     let up = key.map.matrix3.y_axis.normalize_or_zero();
     if up.y < LEVEL {

@@ -80,7 +80,9 @@ impl Assembly {
         if let Some(specular) = surface.specular {
             metallic = 0.0;
             if specular.max_element() > LEAST_METAL {
-                unused.push("surfaces that reflect colours (useSpecularWorkflow) are shown as metal of that colour");
+                unused.push(
+                    "surfaces that reflect colours (useSpecularWorkflow) are shown as metal of that colour",
+                );
                 (metallic, base) = (1.0, specular);
             } else {
                 let root = (specular.element_sum() / 3.0).clamp(0.0, 0.95).sqrt();
@@ -151,9 +153,15 @@ impl Assembly {
     ) -> Result<Option<Cutout>, SceneError> {
         let Input::Picture(picture) = &surface.opacity else { return Ok(None) };
         if surface.opacity_threshold == 0.0 {
-            unused.push("opacity of textures cuts out what is less than half there: no surface is a veil in parts");
+            unused.push(
+                "opacity of textures cuts out what is less than half there: no surface is a veil in parts",
+            );
         }
-        let least = if surface.opacity_threshold > 0.0 { surface.opacity_threshold } else { f64::from(LEAST_OPACITY) };
+        let least = if surface.opacity_threshold > 0.0 {
+            surface.opacity_threshold
+        } else {
+            f64::from(LEAST_OPACITY)
+        };
         let channel = picture.channel.unwrap_or(0);
         // the threshold counts for what the texture makes of its numbers
         let least = ((least - picture.bias[channel]) / picture.scale[channel].max(f64::MIN_POSITIVE)) as f32;
@@ -170,7 +178,12 @@ impl Assembly {
     }
 
     /// Texture whose alpha is a channel of a picture. Returns its index.
-    fn usd_opacity_texture(&mut self, file: &UsdFile, picture: &Picture, channel: usize) -> Result<u32, SceneError> {
+    fn usd_opacity_texture(
+        &mut self,
+        file: &UsdFile,
+        picture: &Picture,
+        channel: usize,
+    ) -> Result<u32, SceneError> {
         let Decoded { width, height, texels, .. } = self.usd_decoded(file, picture)?;
         let texels = texels.iter().map(|texel| [texel[0], texel[1], texel[2], texel[channel]]).collect();
         let mut path = picture.path.clone().into_os_string();
@@ -192,7 +205,9 @@ impl Assembly {
             unused.push("pictures of colours are taken as sRGB, also where sourceColorSpace is raw");
         }
         if picture.channel.is_some() {
-            unused.push("colours are those of a picture's red, green and blue, also where one channel is named");
+            unused.push(
+                "colours are those of a picture's red, green and blue, also where one channel is named",
+            );
         }
         let Decoded { width, height, texels, .. } = self.usd_decoded(file, picture)?;
         let (scale, offset) = placed(picture);
@@ -206,8 +221,13 @@ impl Assembly {
             Some(bytes) => Content::Bytes(bytes),
             None => Content::File(picture.path.is_file().then_some(picture.path.as_path())),
         };
-        let wanted =
-            Wanted { path: picture.path.clone(), content, name: &picture.name, asking: &file.path, line: None };
+        let wanted = Wanted {
+            path: picture.path.clone(),
+            content,
+            name: &picture.name,
+            asking: &file.path,
+            line: None,
+        };
         self.pictures.decoded(wanted, &mut self.findings)
     }
 }

@@ -53,7 +53,8 @@ impl Assembly {
         self.digests.push(file.digest);
         let mut unused = Vec::new();
         let built = self.usd_meshes(&file, &mut unused)?;
-        let parts: Vec<PartOfFile> = file.content.shown.iter().filter_map(|shown| part(shown, &built)).collect();
+        let parts: Vec<PartOfFile> =
+            file.content.shown.iter().filter_map(|shown| part(shown, &built)).collect();
         for defect in &file.content.defects {
             self.findings.stand_in(file.fault(defect))?;
         }
@@ -62,7 +63,9 @@ impl Assembly {
         unused.into_iter().for_each(|message| self.findings.note(file.fault(message)));
         if parts.is_empty() {
             let why = file.content.defects.first().map_or(String::new(), |defect| format!(" ({defect})"));
-            return Err(file.fault(format!("it shows no meshes with triangles, which alone can be rendered{why}")));
+            return Err(
+                file.fault(format!("it shows no meshes with triangles, which alone can be rendered{why}"))
+            );
         }
         let parts = Arc::new(parts);
         self.usd.parts.insert(known, parts.clone());

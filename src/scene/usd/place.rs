@@ -54,7 +54,8 @@ pub fn place(prim: &Prim, clock: &Clock) -> Answer<Option<Place>> {
         let own = codes(prim, &operation.attribute)?;
         if own.len() > 1 {
             moving += usize::from(operation.kind != "translate");
-            turns |= operation.kind.starts_with("rotate") || operation.kind == "orient" || operation.is_inverse;
+            turns |=
+                operation.kind.starts_with("rotate") || operation.kind == "orient" || operation.is_inverse;
             times.extend(own.iter().map(|code| clock.frame(*code)));
         }
     }
@@ -131,7 +132,11 @@ fn map_of(kind: &str, numbers: &[f64]) -> Option<DAffine3> {
             let matrix: [f64; 16] = numbers.try_into().ok()?;
             let map = DMat4::from_cols_array(&matrix);
             Some(DAffine3 {
-                matrix3: DMat3::from_cols(map.x_axis.truncate(), map.y_axis.truncate(), map.z_axis.truncate()),
+                matrix3: DMat3::from_cols(
+                    map.x_axis.truncate(),
+                    map.y_axis.truncate(),
+                    map.z_axis.truncate(),
+                ),
                 translation: map.w_axis.truncate(),
             })
         }
@@ -161,7 +166,8 @@ mod tests {
     fn the_first_axis_of_a_name_is_turned_about_first() {
         let turned = |kind: &str| map_of(kind, &[90.0, 0.0, 90.0]).map(|map| map.transform_vector3(DVec3::Y));
         // Y goes to Z about X and stays there; about Z first it goes to -X and stays there
-        let near = |turned: Option<DVec3>, to: DVec3| turned.is_some_and(|turned| turned.abs_diff_eq(to, 1e-12));
+        let near =
+            |turned: Option<DVec3>, to: DVec3| turned.is_some_and(|turned| turned.abs_diff_eq(to, 1e-12));
         assert!(near(turned("rotateXYZ"), DVec3::Z) && near(turned("rotateZYX"), DVec3::NEG_X));
         assert_eq!(map_of("rotateXY", &[1.0]), None);
         assert_eq!(map_of("bend", &[1.0, 2.0, 3.0]), None);

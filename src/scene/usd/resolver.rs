@@ -4,7 +4,8 @@ use std::io;
 use std::path::Path;
 
 use openusd::ar::{
-    Asset, DefaultResolver, ResolvedPath, Resolver, is_package_relative_path, split_package_relative_path_outer,
+    Asset, DefaultResolver, ResolvedPath, Resolver, is_package_relative_path,
+    split_package_relative_path_outer,
 };
 
 use crate::input::{self, Kind};
@@ -32,7 +33,8 @@ impl Resolver for Checked {
 
     fn open_asset(&self, resolved_path: &ResolvedPath) -> io::Result<Box<dyn Asset>> {
         let path = resolved_path.to_string_lossy();
-        let outer = is_package_relative_path(&path).then(|| split_package_relative_path_outer(&path)).flatten();
+        let outer =
+            is_package_relative_path(&path).then(|| split_package_relative_path_outer(&path)).flatten();
         let file = outer.map_or(path.to_string(), |(package, _)| package);
         let opened = input::open(Path::new(&file), Kind::Model)?;
         let need = Need::new(Part::new("a USD layer", BYTES_A_BYTE * opened.length, "smaller layers"));

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use glam::{DVec2, DVec3};
-use openusd::ar::{Resolver, ResolvedPath};
+use openusd::ar::{ResolvedPath, Resolver};
 use openusd::sdf::{Path, Value};
 use openusd::usd::{Prim, Stage};
 
@@ -89,8 +89,17 @@ impl<'a> Shaders<'a> {
         let ior = number(&prim, "inputs:ior", self.code)?.unwrap_or(1.5);
         let threshold = number(&prim, "inputs:opacityThreshold", self.code)?.unwrap_or(0.0);
         let opacity_threshold = threshold.clamp(0.0, 1.0);
-        let surface =
-            Surface { name, diffuse, emissive, roughness, metallic, opacity, opacity_threshold, ior, specular };
+        let surface = Surface {
+            name,
+            diffuse,
+            emissive,
+            roughness,
+            metallic,
+            opacity,
+            opacity_threshold,
+            ior,
+            specular,
+        };
         Ok(Some(ReadSurface { surface, uvs }))
     }
 
@@ -164,7 +173,9 @@ impl<'a> Shaders<'a> {
             Some("UsdUVTexture") => self.picture(&source, stated),
             Some(id) => {
                 let id: String = id.chars().take(80).collect();
-                self.leave_out(format!("shaders `{id}` are not used: inputs have the values that they state themselves"));
+                self.leave_out(format!(
+                    "shaders `{id}` are not used: inputs have the values that they state themselves"
+                ));
                 Ok((Input::Constant(stated), None))
             }
             None => Ok((Input::Constant(stated), None)),
@@ -181,7 +192,9 @@ impl<'a> Shaders<'a> {
             "outputs:a" => Some(3),
             _ => None,
         };
-        let Some((path, name, packed)) = self.file(prim)? else { return Ok((Input::Constant(default), None)) };
+        let Some((path, name, packed)) = self.file(prim)? else {
+            return Ok((Input::Constant(default), None));
+        };
         let four = |name: &str, default: [f64; 4]| -> Answer<[f64; 4]> {
             let numbers = value(prim, name, self.code)?.as_ref().and_then(numbers);
             let four = numbers.and_then(|numbers| <[f64; 4]>::try_from(numbers).ok());
@@ -222,7 +235,8 @@ impl<'a> Shaders<'a> {
                 Some("UsdTransform2d") => {
                     let two = |name: &str, default: DVec2| -> Answer<DVec2> {
                         let numbers = value(prim, name, self.code)?.as_ref().and_then(numbers);
-                        let two = numbers.and_then(|numbers| <[f64; 2]>::try_from(numbers).ok()).map(DVec2::from);
+                        let two =
+                            numbers.and_then(|numbers| <[f64; 2]>::try_from(numbers).ok()).map(DVec2::from);
                         Ok(two.filter(|two| two.is_finite()).unwrap_or(default))
                     };
                     let (own_scale, own_offset) =
@@ -257,7 +271,9 @@ impl<'a> Shaders<'a> {
             return Ok(None);
         }
         let name: String = asset.asset_path().chars().take(200).collect();
-        let Some(resolved) = asset.resolved_path() else { return Ok(Some((PathBuf::from(&name), name, None))) };
+        let Some(resolved) = asset.resolved_path() else {
+            return Ok(Some((PathBuf::from(&name), name, None)));
+        };
         let path = PathBuf::from(resolved);
         if !resolved.ends_with(']') {
             return Ok(Some((path, name, None)));

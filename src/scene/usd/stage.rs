@@ -60,9 +60,10 @@ fn read_aside(path: &Path) -> Answer<ReadStage> {
     })?;
     match outcome {
         Ok(Ok(answer)) => answer,
-        Ok(Err(panic)) | Err(panic) => {
-            Err(format!("the file is damaged, or more than the library can read ({}): export it again", words(&*panic)))
-        }
+        Ok(Err(panic)) | Err(panic) => Err(format!(
+            "the file is damaged, or more than the library can read ({}): export it again",
+            words(&*panic)
+        )),
     }
 }
 
@@ -76,7 +77,8 @@ fn words(panic: &dyn Any) -> String {
 fn read(path: &Path) -> Answer<ReadStage> {
     let name = path.to_str().ok_or("its path is not UTF-8: rename it")?;
     // a name alone would be looked up in the library's search path
-    let name = if path.is_absolute() || name.starts_with('.') { String::from(name) } else { format!("./{name}") };
+    let name =
+        if path.is_absolute() || name.starts_with('.') { String::from(name) } else { format!("./{name}") };
     let opened = said(Stage::builder().resolver(Checked::default()).open(&name));
     let stage = opened.map_err(|why| format!("the USD file cannot be read: {why}"))?;
     let mut content = walk::content(&stage)?;
@@ -105,10 +107,17 @@ fn tell(error: &pcp::Error, content: &mut Content) {
             return;
         }
         pcp::Error::UnresolvedLayer { asset_path, site_path, .. } => {
-            format!("the layer `{asset_path}`, which {site_path} names, cannot be found: {missing}; copy it to where it is named")
+            format!(
+                "the layer `{asset_path}`, which {site_path} names, cannot be found: {missing}; copy it to where it is named"
+            )
         }
         pcp::Error::MalformedLayer { asset_path, site_path, reason, .. } => {
             format!("the layer `{asset_path}`, which {site_path} names, cannot be read ({reason}): {missing}")
+        }
+        pcp::Error::UnresolvedSublayer { asset_path, introduced_by, .. } => {
+            format!(
+                "the layer `{asset_path}`, which `{introduced_by}` names, cannot be found: {missing}; copy it to where it is named"
+            )
         }
         pcp::Error::UnresolvedPrimPath { prim_path, target_layer, site_path, .. } => {
             format!("{prim_path}, which {site_path} names, is not in the layer `{target_layer}`: {missing}")

@@ -125,7 +125,9 @@ pub fn whole_numbers(value: &Value) -> Option<Vec<i64>> {
 /// Points of a value, in single floats.
 pub fn points(value: &Value) -> Option<Vec<[f32; 3]>> {
     match value {
-        Value::Vec3fVec(list) => Some(list.iter().map(|point: &gf::Vec3f| [point.x, point.y, point.z]).collect()),
+        Value::Vec3fVec(list) => {
+            Some(list.iter().map(|point: &gf::Vec3f| [point.x, point.y, point.z]).collect())
+        }
         other => {
             let numbers = numbers(other)?;
             let point = |point: &[f64]| [point[0] as f32, point[1] as f32, point[2] as f32];

@@ -4,6 +4,7 @@ use std::collections::{BTreeSet, HashMap};
 use std::rc::Rc;
 
 use glam::{DAffine3, DQuat};
+use openusd::pcp::{ArcType, Node};
 use openusd::sdf::{Path, Value};
 use openusd::usd::{Prim, PrimPredicate, PrimStatus, Stage};
 
@@ -19,6 +20,9 @@ use crate::digest::Digest;
 
 /// Most point instancers within each other.
 const MOST_DEPTH: usize = 8;
+
+/// Most prims above one another: the time to compose them grows with the cube of their number.
+const MOST_LEVELS: usize = 256;
 
 /// Most models of a file.
 const MOST_SHOWN: usize = 4_000_000;
@@ -61,7 +65,8 @@ struct Walk<'a> {
 pub fn content(stage: &Stage) -> Answer<Content> {
     let clock = clock(stage)?;
     let unit = metadata_number(stage, "metersPerUnit")?.filter(|unit| *unit > 0.0).unwrap_or(DEFAULT_UNIT);
-    let is_z_up = matches!(said(stage.stage_metadata("upAxis"))?, Some(Value::Token(axis)) if axis.as_str() == "Z");
+    let is_z_up =
+        matches!(said(stage.stage_metadata("upAxis"))?, Some(Value::Token(axis)) if axis.as_str() == "Z");
     let quarter = DQuat::from_rotation_x(-std::f64::consts::FRAC_PI_2);
     let turn = if is_z_up { exact(DAffine3::from_quat(quarter)) } else { DAffine3::IDENTITY };
     let map = Track::constant(DAffine3::from_scale(glam::DVec3::splat(unit)) * turn);
@@ -127,7 +132,12 @@ fn clock(stage: &Stage) -> Answer<Clock> {
 
 impl Walk<'_> {
     /// Collects meshes of these prims and all below them; cameras and lights outside of prototypes.
-    fn below(&mut self, roots: Vec<Prim>, context: Context, predicate: PrimPredicate) -> Answer<Vec<ShownMesh>> {
+    fn below(
+        &mut self,
+        roots: Vec<Prim>,
+        context: Context,
+        predicate: PrimPredicate,
+    ) -> Answer<Vec<ShownMesh>> {
         let mut shown = Vec::new();
         let context = Rc::new(context);
         let mut waiting: Vec<(Prim, Rc<Context>)> =
@@ -136,6 +146,10 @@ impl Walk<'_> {
             if !predicate.matches(said(self.stage.prim_status(prim.path().clone()))?) {
                 continue;
             }
+            if prim.path().as_str().bytes().filter(|byte| *byte == b'/').count() > MOST_LEVELS {
+                return Err(format!("its prims are nested more than {MOST_LEVELS} deep: flatten it"));
+            }
+            self.note_missing(&prim)?;
             let own = Rc::new(self.context(&prim, &above)?);
             if self.look(&prim, &own, &mut shown)? {
                 let children = said(prim.children())?;
@@ -148,15 +162,39 @@ impl Walk<'_> {
         Ok(shown)
     }
 
+    /// Records prims that references and payloads name, and that are nowhere: the library reports payloads alone.
+    fn note_missing(&mut self, prim: &Prim) -> Answer<()> {
+        if !said(prim.has_composition_arc())? {
+            return Ok(());
+        }
+        let depth = prim.path().as_str().bytes().filter(|byte| *byte == b'/').count();
+        let graph = said(prim.prim_index().graph())?;
+        let is_reference = |node: &&Node| matches!(node.arc(), ArcType::Reference | ArcType::Payload);
+        let is_own = |node: &&Node| usize::from(node.namespace_depth()) == depth;
+        let is_nowhere = |node: &&Node| !node.has_specs() && node.children().is_empty();
+        for node in graph.all_nodes().filter(is_reference).filter(is_own).filter(is_nowhere) {
+            let message = format!(
+                "{}, which {} names, is nowhere: what it brings is missing",
+                node.path(),
+                prim.path()
+            );
+            self.content.defects.insert(message);
+        }
+        Ok(())
+    }
+
     fn context(&mut self, prim: &Prim, above: &Rc<Context>) -> Answer<Context> {
         let mut context = Context::clone(above);
         let clock = self.content.clock;
         if let Some(place) = place::place(prim, &clock)? {
-            context.map = if place.is_reset { self.root.after(&place.map) } else { above.map.after(&place.map) };
+            context.map =
+                if place.is_reset { self.root.after(&place.map) } else { above.map.after(&place.map) };
         }
         if let Some(first) = word(prim, "visibility", clock.code(clock.first()))? {
             let times = codes(prim, "visibility")?;
-            let is_there = |code: f64| -> Answer<bool> { Ok(word(prim, "visibility", code)?.as_deref() != Some("invisible")) };
+            let is_there = |code: f64| -> Answer<bool> {
+                Ok(word(prim, "visibility", code)?.as_deref() != Some("invisible"))
+            };
             let own = match times.is_empty() {
                 true => Visibility::through(first != "invisible", Vec::new()),
                 false => {
@@ -191,11 +229,21 @@ impl Walk<'_> {
                 return Ok(false);
             }
             "Camera" if self.within.is_empty() => {
-                self.content.cameras.push(cameras::read(prim, &context.map, &self.content.clock, self.units.metres)?);
+                self.content.cameras.push(cameras::read(
+                    prim,
+                    &context.map,
+                    &self.content.clock,
+                    self.units.metres,
+                )?);
             }
             kind if lights::is_light(kind) && self.within.is_empty() && is_seen => {
                 let file = (&self.content.clock, self.units);
-                self.content.lights.extend(lights::read((prim, kind), &context.map, file, &mut self.shaders)?);
+                self.content.lights.extend(lights::read(
+                    (prim, kind),
+                    &context.map,
+                    file,
+                    &mut self.shaders,
+                )?);
             }
             // materials are read when they are bound
             "Material" | "Shader" | "NodeGraph" | "GeomSubset" => return Ok(false),
@@ -280,7 +328,9 @@ impl Walk<'_> {
             let code = self.content.clock.code(self.content.clock.first());
             let family = word(&child, "familyName", code)?;
             let own = self.surface(child.path())?;
-            let (Some((surface, uvs)), Some("materialBind") | None) = (own, family.as_deref()) else { continue };
+            let (Some((surface, uvs)), Some("materialBind") | None) = (own, family.as_deref()) else {
+                continue;
+            };
             let faces = value(&child, "indices", code)?.as_ref().and_then(whole_numbers).unwrap_or_default();
             let faces = faces.into_iter().filter_map(|face| u32::try_from(face).ok());
             surfaces.of_face.extend(faces.map(|face| (face, Some(surface))));
@@ -308,9 +358,13 @@ impl Walk<'_> {
             }
             None => {
                 let message = if said_type(self.stage, &material)?.is_some() {
-                    format!("the material {material} has no UsdPreviewSurface: what it is bound to is drawn in its displayColor, or grey")
+                    format!(
+                        "the material {material} has no UsdPreviewSurface: what it is bound to is drawn in its displayColor, or grey"
+                    )
                 } else {
-                    format!("the material {material} is nowhere: what it is bound to is drawn in its displayColor, or grey")
+                    format!(
+                        "the material {material} is nowhere: what it is bound to is drawn in its displayColor, or grey"
+                    )
                 };
                 self.content.defects.insert(message);
                 None
@@ -340,11 +394,15 @@ impl Walk<'_> {
         self.within.push(path.clone());
         let mut of_prototypes = Vec::with_capacity(copies.prototypes.len());
         for prototype in &copies.prototypes {
-            let context =
-                Context { map: Track::constant(DAffine3::IDENTITY), visible: Visibility::ALWAYS, is_rendered: true };
+            let context = Context {
+                map: Track::constant(DAffine3::IDENTITY),
+                visible: Visibility::ALWAYS,
+                is_rendered: true,
+            };
             // prototypes may be `over`, so that they are not shown by themselves
-            let is_there = PrimPredicate::new(PrimStatus::ACTIVE.union(PrimStatus::LOADED), PrimStatus::empty())
-                .with_instance_proxies(true);
+            let is_there =
+                PrimPredicate::new(PrimStatus::ACTIVE.union(PrimStatus::LOADED), PrimStatus::empty())
+                    .with_instance_proxies(true);
             let meshes = self.below(vec![self.stage.prim(prototype.clone())], context, is_there)?;
             let before = prototype.parent().map_or(0, |parent| parent.as_str().trim_start_matches('/').len());
             of_prototypes.push((meshes, before));

@@ -76,13 +76,15 @@ fn written(file: &UsdFile, model: &str, options: &Options) -> Result<Written, Sc
 fn frames(file: &UsdFile) -> String {
     let content = &file.content;
     let keys = || {
-        let cameras = content.cameras.first().into_iter().flat_map(|camera| camera.keys.iter().map(|key| key.frame));
+        let cameras =
+            content.cameras.first().into_iter().flat_map(|camera| camera.keys.iter().map(|key| key.frame));
         let maps = content.shown.iter().filter(|shown| !shown.map.is_constant());
         let shapes = content.meshes.iter().flat_map(|mesh| mesh.shapes.iter().map(|(frame, _)| *frame));
         maps.flat_map(|shown| shown.map.frames()).chain(cameras).chain(shapes)
     };
     let [first, last] = content.clock.range.unwrap_or_else(|| {
-        let ends = keys().fold([f64::MAX, f64::MIN], |[first, last], frame| [first.min(frame), last.max(frame)]);
+        let ends =
+            keys().fold([f64::MAX, f64::MIN], |[first, last], frame| [first.min(frame), last.max(frame)]);
         if ends[0] <= ends[1] { ends } else { [1.0, 1.0] }
     });
     let first = first.ceil().clamp(-1e6, 1e6) as i64;
