@@ -7,7 +7,7 @@ use openusd::sdf::Value;
 use openusd::usd::Prim;
 
 use super::file::Clock;
-use super::value::{Answer, codes, numbers, value};
+use super::value::{Answer, codes, numbers_at, value};
 use crate::animation::{Interpolation, Track};
 
 /// Parts of a frame after which what turns has keys: elements of matrices are interpolated one by one, which takes turned things off
@@ -108,7 +108,7 @@ impl Operation {
     }
 
     fn map(&self, prim: &Prim, code: f64) -> Answer<DAffine3> {
-        let numbers = value(prim, &self.attribute, code)?.as_ref().and_then(numbers).unwrap_or_default();
+        let numbers = numbers_at(prim, &self.attribute, code)?.unwrap_or_default();
         let map = map_of(&self.kind, &numbers).unwrap_or(DAffine3::IDENTITY);
         Ok(if self.is_inverse { map.inverse() } else { map })
     }

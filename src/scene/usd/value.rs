@@ -35,9 +35,28 @@ pub fn codes(prim: &Prim, name: &str) -> Answer<Vec<f64>> {
     Ok(codes)
 }
 
+/// Numbers of an attribute at a time code.
+///
+/// Of text files the library keeps whole numbers among times as such, whatever the attribute's type, and does not interpolate them: single
+/// numbers are interpolated here.
+pub fn numbers_at(prim: &Prim, name: &str, code: f64) -> Answer<Option<Vec<f64>>> {
+    let at =
+        |code: f64| -> Answer<Option<Vec<f64>>> { Ok(value(prim, name, code)?.as_ref().and_then(numbers)) };
+    let Some(own) = at(code)? else { return Ok(None) };
+    let [_] = own[..] else { return Ok(Some(own)) };
+    match said(prim.attribute(name).bracketing_time_samples(TimeCode::from(code)))? {
+        Some((before, after)) if before < code && code < after => {
+            let (Some(from), Some(to)) = (at(before)?, at(after)?) else { return Ok(Some(own)) };
+            let (Some(from), Some(to)) = (from.first(), to.first()) else { return Ok(Some(own)) };
+            Ok(Some(vec![from + (to - from) * (code - before) / (after - before)]))
+        }
+        _ => Ok(Some(own)),
+    }
+}
+
 /// Number of an attribute at a time code, if it is finite.
 pub fn number(prim: &Prim, name: &str, code: f64) -> Answer<Option<f64>> {
-    let numbers = value(prim, name, code)?.as_ref().and_then(numbers);
+    let numbers = numbers_at(prim, name, code)?;
     Ok(numbers.and_then(|numbers| numbers.first().copied()).filter(|number| number.is_finite()))
 }
 
@@ -85,6 +104,8 @@ pub fn numbers(value: &Value) -> Option<Vec<f64>> {
         Value::Double(number) => vec![*number],
         Value::Int(number) => vec![f64::from(*number)],
         Value::Uint(number) => vec![f64::from(*number)],
+        Value::Int64(number) => vec![*number as f64],
+        Value::Uint64(number) => vec![*number as f64],
         Value::FloatVec(list) => list.iter().copied().map(f64::from).collect(),
         Value::DoubleVec(list) => list.clone(),
         Value::HalfVec(list) => list.iter().copied().map(f64::from).collect(),

@@ -149,10 +149,12 @@ impl Walk<'_> {
             if prim.path().as_str().bytes().filter(|byte| *byte == b'/').count() > MOST_LEVELS {
                 return Err(format!("its prims are nested more than {MOST_LEVELS} deep: flatten it"));
             }
-            self.note_missing(&prim)?;
             let own = Rc::new(self.context(&prim, &above)?);
             if self.look(&prim, &own, &mut shown)? {
                 let children = said(prim.children())?;
+                if children.is_empty() {
+                    self.note_missing(&prim)?;
+                }
                 waiting.extend(children.into_iter().rev().map(|child| (child, own.clone())));
             }
             if shown.len() > MOST_SHOWN {
@@ -162,11 +164,9 @@ impl Walk<'_> {
         Ok(shown)
     }
 
-    /// Records prims that references and payloads name, and that are nowhere: the library reports payloads alone.
+    /// Records prims that references and payloads of a prim without children name, and that are nowhere: the library reports payloads
+    /// alone.
     fn note_missing(&mut self, prim: &Prim) -> Answer<()> {
-        if !said(prim.has_composition_arc())? {
-            return Ok(());
-        }
         let depth = prim.path().as_str().bytes().filter(|byte| *byte == b'/').count();
         let graph = said(prim.prim_index().graph())?;
         let is_reference = |node: &&Node| matches!(node.arc(), ArcType::Reference | ArcType::Payload);

@@ -56,7 +56,7 @@ fn pictures_colour_and_cut_surfaces() {
         float2 inputs:scale = (2, 1)\n float2 inputs:translation = (0.25, 0)\n float2 outputs:result\n}\n\
         def Shader \"R\" {\n uniform token info:id = \"UsdPrimvarReader_float2\"\n string inputs:varname = \"map1\"\n float2 outputs:result\n}\n}\n";
     let inputs = "color3f inputs:diffuseColor.connect = </Leaf/T.outputs:rgb>\n float inputs:opacity.connect = </Leaf/T.outputs:a>\n\
-        float inputs:opacityThreshold = 0.25\n float inputs:roughness.connect = </Leaf/T.outputs:g>\n}\n";
+        float inputs:opacityThreshold = 0.25\n float inputs:roughness.connect = </Leaf/T.outputs:g>\n";
     let prims = format!(
         "{}{texture}def Mesh \"M\" {{ {TRIANGLE} rel material:binding = </Leaf>\n\
          texCoord2f[] primvars:map1 = [(0, 0), (1, 0)] ( interpolation = \"vertex\" )\n int[] primvars:map1:indices = [0, 1, 1]\n}}\n",

@@ -8,12 +8,15 @@ use std::fs;
 use std::sync::Arc;
 
 use afterimage::scene::{self, Mesh, Model, SceneError, Shot};
-use glam::{DAffine3, DVec3, Vec3};
+use glam::{DVec3, Vec3};
 use tempfile::TempDir;
 
 /// A triangle at (0, 0, 0), (1, 0, 0) and (0, 1, 0), up to its last brace.
 const TRIANGLE: &str = "int[] faceVertexCounts = [3]\nint[] faceVertexIndices = [0, 1, 2]\n\
     point3f[] points = [(0, 0, 0), (1, 0, 0), (0, 1, 0)]\nuniform token subdivisionScheme = \"none\"\n";
+
+/// Camera of a shot file.
+const CAMERA: &str = "[[camera.key]]\nframe = 1\neye = [0, 0, 9]\ntarget = [0, 0, 0]\n";
 
 /// Metadata of a file in metres with Y up.
 const METRES: &str = "metersPerUnit = 1\nupAxis = \"Y\"\n";
@@ -36,13 +39,21 @@ fn shown(metadata: &str, prims: &str) -> Shot {
     shot
 }
 
-fn map(model: &Model, frame: f64) -> DAffine3 {
-    model.track.matrix.as_ref().map_or(DAffine3::IDENTITY, |track| track.at(frame))
+/// Place of a corner of a model's mesh in the world.
+fn corner(model: &Model, frame: f64, corner: usize) -> DVec3 {
+    let position = Vec3::from(model.mesh.positions.as_slice()[corner]);
+    model.track.map_at(frame).transform_point3(position.as_dvec3())
+}
+
+/// Names of the models, without that of the floor of a turntable.
+fn names(shot: &Shot) -> Vec<&str> {
+    let names = shot.scene.models.iter().map(|model| model.name.as_str());
+    names.filter(|name| *name != "floor").collect()
 }
 
 fn model<'a>(shot: &'a Shot, name: &str) -> &'a Model {
-    let names: Vec<&str> = shot.scene.models.iter().map(|model| model.name.as_str()).collect();
-    shot.scene.models.iter().find(|model| model.name == name).unwrap_or_else(|| panic!("{name}: {names:?}"))
+    let found = shot.scene.models.iter().find(|model| model.name == name);
+    found.unwrap_or_else(|| panic!("{name}: {:?}", names(shot)))
 }
 
 fn assert_near(a: DVec3, b: DVec3) {
@@ -58,10 +69,10 @@ fn prims_stand_where_their_parents_put_them_with_y_up_in_metres() {
          def Mesh \"N\" {{\n {TRIANGLE} uniform token[] xformOpOrder = [\"!resetXformStack!\"]\n}} }}\n"
     );
     let shot = shown("metersPerUnit = 0.01\nupAxis = \"Z\"\n", &prims);
-    let place = |name: &str, point| map(model(&shot, name), 1.0).transform_point3(point);
-    assert_near(place("m/A/M", DVec3::X), DVec3::new(1.0, 0.0, -0.02));
-    assert_near(place("m/A/M", DVec3::Z), DVec3::new(1.0, 0.02, 0.0));
-    assert_near(place("m/A/N", DVec3::Z), DVec3::new(0.0, 0.01, 0.0));
+    let place = |name: &str, number| corner(model(&shot, name), 1.0, number);
+    assert_near(place("m/A/M", 1), DVec3::new(1.0, 0.0, -0.02));
+    assert_near(place("m/A/M", 2), DVec3::new(0.98, 0.0, 0.0));
+    assert_near(place("m/A/N", 2), DVec3::new(0.0, 0.0, -0.01));
 }
 
 #[test]
@@ -76,8 +87,8 @@ fn time_codes_are_frames_and_turned_things_stay_on_their_circles() {
     );
     let shot = shown(&file, &prims);
     let model = &shot.scene.models[0];
-    assert_near(map(model, 6.0).transform_point3(DVec3::X), DVec3::NEG_Z);
-    assert!((map(model, 5.25).transform_vector3(DVec3::X).length() - 1.0).abs() < 1e-9);
+    assert_near(corner(model, 6.0, 1), DVec3::NEG_Z);
+    assert!((corner(model, 5.25, 1).length() - 1.0).abs() < 1e-9);
     assert!(model.track.visible.at(6.0) && !model.track.visible.at(6.5));
 }
 
@@ -103,8 +114,7 @@ fn purpose_and_visibility_say_what_is_shown() {
          def Mesh \"Off\" (active = false) {{ {TRIANGLE} }}\nclass Mesh \"Class\" {{ {TRIANGLE} }}\n"
     );
     let shot = shown(METRES, &prims);
-    let names: Vec<&str> = shot.scene.models.iter().map(|model| model.name.as_str()).collect();
-    assert_eq!(names, ["m/Render/M"]);
+    assert_eq!(names(&shot), ["m/Render/M"]);
 }
 
 fn shared<'a>(shot: &'a Shot, names: &[&str]) -> &'a Arc<Mesh> {
@@ -124,23 +134,25 @@ fn instances_and_copies_share_their_mesh() {
          quath[] orientations = [(0.7071068, 0, 0, 0.7071068), (1, 0, 0, 0), (1, 0, 0, 0)]\n\
          over Xform \"T\" {{ def Mesh \"M\" {{ {TRIANGLE} }} }} }}\n"
     );
-    let shot = shown(METRES, &prims);
+    let folder = folder(METRES, &prims);
+    let path = folder.path().join("s.toml");
+    fs::write(&path, format!("{CAMERA}[[model]]\nusd = \"m.usda\"\n")).unwrap();
+    let shot = scene::load_sharing(&path, false, 0).unwrap();
     assert_eq!(shot.scene.models.len(), 5);
     shared(&shot, &["m/A/M", "m/B/M", "m/C", "m/P/0/T/M", "m/P/2/T/M"]);
-    let turned = map(model(&shot, "m/P/0/T/M"), 1.0).transform_point3(DVec3::X);
+    let turned = corner(model(&shot, "m/P/0/T/M"), 1.0, 1);
     assert!(turned.abs_diff_eq(DVec3::new(1.0, 2.0, 0.0), 2e-3), "half floats: {turned}");
 }
 
 #[test]
 fn a_shot_file_names_and_moves_a_usd_file() {
     let folder = folder(METRES, &format!("def Mesh \"M\" {{ {TRIANGLE} }}"));
-    let shot = "[[camera.key]]\nframe = 1\neye = [0, 0, 9]\ntarget = [0, 0, 0]\n\
-        [[model]]\nusd = \"m.usda\"\nname = \"set\"\ntranslate = [5, 0, 0]\n";
+    let shot = format!("{CAMERA}[[model]]\nusd = \"m.usda\"\nname = \"set\"\ntranslate = [5, 0, 0]\n");
     let path = folder.path().join("s.toml");
-    fs::write(&path, shot).unwrap();
+    fs::write(&path, &shot).unwrap();
     let loaded = scene::load(&path, true).unwrap();
     let model = model(&loaded, "set/M");
-    assert_eq!(model.track.translate.at(1.0), DVec3::X * 5.0);
+    assert_near(corner(model, 1.0, 0), DVec3::X * 5.0);
     fs::write(&path, format!("{shot}gltf = \"a.glb\"\n")).unwrap();
     let why = scene::load(&path, true).err().unwrap().message;
     assert!(why.contains("`gltf` and `usd` exclude each other"), "{why}");
