@@ -49,6 +49,12 @@ struct Primvar<T> {
     spread: Spread,
 }
 
+/// Values at the corners of a mesh's faces.
+struct Spreads {
+    normals: Option<Primvar<[f32; 3]>>,
+    uvs: Option<Primvar<[f32; 2]>>,
+}
+
 /// A corner of a face.
 #[derive(Clone, Copy)]
 struct Corner {
@@ -81,7 +87,7 @@ pub fn mesh(
     }
     let normals = if is_subdivided { None } else { normals(prim, code)? };
     let uvs = uvs(prim, code, surfaces.uvs.as_deref())?;
-    let mut mesh = triangulated(&rest, &faces, surfaces, (normals.as_ref(), uvs.as_ref()));
+    let mut mesh = triangulated(&rest, &faces, surfaces, &Spreads { normals, uvs });
     if mesh.triangles.is_empty() {
         return Ok(None);
     }
@@ -121,8 +127,8 @@ impl Faces {
         if sum.is_none_or(|sum| sum > corners.len()) {
             return wrong(format!("has faces with more corners than the {} that it names", corners.len()));
         }
-        if let Some(bad) = corners.iter().find(|corner| usize::try_from(**corner).is_none_or_at_least(points))
-        {
+        let is_there = |corner: i64| usize::try_from(corner).is_ok_and(|corner| corner < points);
+        if let Some(bad) = corners.iter().find(|corner| !is_there(**corner)) {
             return wrong(format!("has a face at point {bad}, and {points} points"));
         }
         let holes = list("holeIndices")?.unwrap_or_default();
@@ -132,18 +138,6 @@ impl Faces {
             is_left_handed: word(prim, "orientation", code)?.as_deref() == Some("leftHanded"),
             holes: holes.into_iter().filter_map(|hole| usize::try_from(hole).ok()).collect(),
         }))
-    }
-}
-
-/// Tells indices that are out of bounds.
-trait OutOfBounds {
-    /// Returns true for what is no index below `count`.
-    fn is_none_or_at_least(self, count: usize) -> bool;
-}
-
-impl<E> OutOfBounds for Result<usize, E> {
-    fn is_none_or_at_least(self, count: usize) -> bool {
-        self.map_or(true, |index| index >= count)
     }
 }
 
@@ -213,7 +207,7 @@ fn triangulated(
     points: &[[f32; 3]],
     faces: &Faces,
     surfaces: &FaceSurfaces,
-    (normals, uvs): (Option<&Primvar<[f32; 3]>>, Option<&Primvar<[f32; 2]>>),
+    Spreads { normals, uvs }: &Spreads,
 ) -> UsdMesh {
     let mut mesh = UsdMesh::default();
     let mut known: HashMap<(u32, [u32; 3], [u32; 2]), u32> = HashMap::new();
@@ -235,8 +229,9 @@ fn triangulated(
         let vertices: Vec<u32> = corners
             .iter()
             .map(|corner| {
-                let normal = normals.map_or([0.0; 3], |normals| normals.at(*corner).unwrap_or_default());
-                let uv = uvs.map_or([0.0; 2], |uvs| uvs.at(*corner).unwrap_or_default());
+                let normal =
+                    normals.as_ref().map_or([0.0; 3], |normals| normals.at(*corner).unwrap_or_default());
+                let uv = uvs.as_ref().map_or([0.0; 2], |uvs| uvs.at(*corner).unwrap_or_default());
                 let key = (corner.point, normal.map(f32::to_bits), uv.map(f32::to_bits));
                 *known.entry(key).or_insert_with(|| {
                     mesh.positions.push(points[corner.point as usize]);

@@ -94,6 +94,11 @@ impl Assembly {
                 if opacity.x < surface.opacity_threshold { 0.0 } else { 1.0 }
             }
             Input::Constant(opacity) => opacity.x.clamp(0.0, 1.0),
+            // a veil: the factor counts all over, and what is less than half there in the picture is cut out
+            Input::Picture(picture) if surface.opacity_threshold == 0.0 => {
+                let channel = picture.channel.unwrap_or(0);
+                (picture.scale[channel] + picture.bias[channel]).clamp(0.0, 1.0)
+            }
             Input::Picture(_) => 1.0,
         };
         Ok(MtlMaterial {
@@ -152,19 +157,17 @@ impl Assembly {
         unused: &mut Vec<&'static str>,
     ) -> Result<Option<Cutout>, SceneError> {
         let Input::Picture(picture) = &surface.opacity else { return Ok(None) };
-        if surface.opacity_threshold == 0.0 {
+        let channel = picture.channel.unwrap_or(0);
+        let least = if surface.opacity_threshold > 0.0 {
+            // the threshold counts for what the texture makes of its numbers
+            let scale = picture.scale[channel].max(f64::MIN_POSITIVE);
+            ((surface.opacity_threshold - picture.bias[channel]) / scale) as f32
+        } else {
             unused.push(
                 "opacity of textures cuts out what is less than half there: no surface is a veil in parts",
             );
-        }
-        let least = if surface.opacity_threshold > 0.0 {
-            surface.opacity_threshold
-        } else {
-            f64::from(LEAST_OPACITY)
+            LEAST_OPACITY
         };
-        let channel = picture.channel.unwrap_or(0);
-        // the threshold counts for what the texture makes of its numbers
-        let least = ((least - picture.bias[channel]) / picture.scale[channel].max(f64::MIN_POSITIVE)) as f32;
         let of_color = match &surface.diffuse {
             Input::Picture(own) if channel == 3 && own.path == picture.path => color,
             _ => None,

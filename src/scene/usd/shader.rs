@@ -35,6 +35,9 @@ pub struct ReadSurface {
     pub uvs: Option<String>,
 }
 
+/// Path by which a picture is known, its name as written, and its bytes if it is packed.
+pub type PictureFile = (PathBuf, String, Option<Arc<Vec<u8>>>);
+
 /// Other end of a connection.
 struct Source {
     prim: Prim,
@@ -260,8 +263,8 @@ impl<'a> Shaders<'a> {
         Ok((None, scale, offset))
     }
 
-    /// Path by which the picture of a texture is known, its name as written, and its bytes if it is packed.
-    pub fn file(&mut self, prim: &Prim) -> Answer<Option<(PathBuf, String, Option<Arc<Vec<u8>>>)>> {
+    /// Picture of a texture, or of a light.
+    pub fn file(&mut self, prim: &Prim) -> Answer<Option<PictureFile>> {
         let asset = match value(prim, "inputs:file", self.code)? {
             Some(value) => Some(value),
             None => value(prim, "inputs:texture:file", self.code)?,
