@@ -59,6 +59,38 @@ impl Keyed for DAffine3 {
     }
 }
 
+/// Parts of a frame after which the product of two maps that both change has keys.
+const STEPS_A_FRAME: f64 = 4.0;
+
+impl Track<DAffine3> {
+    /// Computes the map of `part`, and after it this one. Where both change, it has keys at each quarter of a frame: the product of two
+    /// maps does not change evenly then.
+    pub fn after(&self, part: &Self) -> Self {
+        if let Some(map) = self.is_constant().then(|| self.at(0.0)) {
+            return part.clone().map(|of_part| map * of_part);
+        }
+        if let Some(map) = part.is_constant().then(|| part.at(0.0)) {
+            return self.clone().map(|of_whole| of_whole * map);
+        }
+        let ends = |track: &Self| {
+            track
+                .frames()
+                .fold((f64::MAX, f64::MIN), |(first, last), frame| (first.min(frame), last.max(frame)))
+        };
+        let ((a, b), (c, d)) = (ends(self), ends(part));
+        let (first, last) = (a.max(c), b.min(d));
+        let steps = ((last - first).max(0.0) * STEPS_A_FRAME).ceil() as u32;
+        let between = (0..steps).map(|step| first + f64::from(step) / STEPS_A_FRAME);
+        let mut frames: Vec<f64> = self.frames().chain(part.frames()).chain(between).collect();
+        frames.sort_by(f64::total_cmp);
+        frames.dedup();
+        let keys = frames.into_iter().map(|frame| (frame, self.at(frame) * part.at(frame))).collect();
+        let track =
+            Self::through(keys, Interpolation::Linear).expect("frames are finite, and each is there once");
+        track.cut_at(&part.cut_frames())
+    }
+}
+
 /// Keys in rising order of frame, never empty. Before the first key and after the last the value rests.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Track<T> {

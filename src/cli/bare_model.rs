@@ -6,6 +6,7 @@ use clap::{Args, ValueEnum};
 
 use super::failure::Failure;
 use crate::scene::turntable::{self, Up};
+use crate::scene::usd;
 
 /// Axes by name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -27,12 +28,17 @@ impl From<UpArg> for Up {
 
 /// Returns true if a file is a bare model, by its ending.
 pub fn is_model(path: &Path) -> bool {
-    ends_in(path, &["obj", "ply", "gltf", "glb"])
+    ends_in(path, &["obj", "ply", "gltf", "glb"]) || is_usd(path)
 }
 
 /// Returns true if a file is a glTF file, by its ending.
 pub fn is_gltf(path: &Path) -> bool {
     ends_in(path, &["gltf", "glb"])
+}
+
+/// Returns true if a file is a USD file, by its ending.
+pub fn is_usd(path: &Path) -> bool {
+    ends_in(path, &usd::ENDINGS)
 }
 
 fn ends_in(path: &Path, endings: &[&str]) -> bool {
@@ -65,6 +71,9 @@ impl BareModelArgs {
         }
         if up.is_some() && is_gltf(path) {
             return usage("--up is for OBJ and PLY files: in glTF files Y is up");
+        }
+        if up.is_some() && is_usd(path) {
+            return usage("--up is for OBJ and PLY files: USD files say what is up");
         }
         if camera.is_some() && !is_gltf(path) {
             return usage(

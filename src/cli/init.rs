@@ -6,11 +6,11 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 
 use super::args::on_threads;
-use super::bare_model::{BareModelArgs, is_gltf, is_model};
+use super::bare_model::{BareModelArgs, is_gltf, is_model, is_usd};
 use super::failure::Failure;
 use super::say::terminal::Terminal;
 use crate::output::{self, folder_of};
-use crate::scene::{gltf, turntable};
+use crate::scene::{gltf, turntable, usd};
 
 /// Arguments as typed.
 #[derive(Debug, Clone, Args)]
@@ -20,7 +20,7 @@ Examples:
   afterimage init models/statue.obj -o walk.toml
   afterimage render statue.toml --frames 1 --png")]
 pub struct InitArgs {
-    /// The model (OBJ, PLY, glTF)
+    /// The model (OBJ, PLY, glTF, USD)
     #[arg(value_name = "MODEL")]
     model: PathBuf,
 
@@ -42,7 +42,7 @@ impl InitArgs {
     fn write(&self, terminal: &mut Terminal) -> Result<(), Failure> {
         if !is_model(&self.model) {
             return Err(Failure::Failed(format!(
-                "{}: not a model (.obj, .ply, .gltf, .glb), by its ending",
+                "{}: not a model (.obj, .ply, .gltf, .glb, .usda, .usdc, .usdz), by its ending",
                 self.model.display()
             )));
         }
@@ -59,10 +59,11 @@ impl InitArgs {
             return Err(taken());
         }
         let options = self.bare.options(&self.model, None)?;
-        let (text, notes) = if is_gltf(&self.model) {
+        let (text, notes) = if is_gltf(&self.model) || is_usd(&self.model) {
             output::ensure_writable(&shot).map_err(Failure::of)?;
             let name = self.model_from(&shot)?;
-            let written = gltf::text(&self.model, &name, &options).map_err(Failure::of)?;
+            let text = if is_gltf(&self.model) { gltf::text } else { usd::text };
+            let written = text(&self.model, &name, &options).map_err(Failure::of)?;
             (written.text, written.notes)
         } else {
             let look = turntable::look(&self.model, &options).map_err(Failure::of)?;

@@ -1,4 +1,4 @@
-//! Loads shots: a shot file (`.toml`), a bare glTF file, or a bare OBJ as a turntable.
+//! Loads shots: a shot file (`.toml`), a bare glTF or USD file, or a bare OBJ as a turntable.
 
 use std::path::Path;
 
@@ -7,15 +7,15 @@ use memchr::memchr_iter;
 use super::keys::toml_text::TomlText;
 use super::model::copies::MOST_ADDED;
 use super::shot::{self, Shot};
-use super::{SceneError, gltf, turntable};
+use super::{SceneError, gltf, turntable, usd};
 use crate::input::{self, InputError, Kind};
 use crate::memory::{self, Need, Part};
 
 /// Memory for each byte of a shot file while it is read: measured with a hundred thousand camera keys.
 const READING_BYTES: u64 = 64;
 
-/// Loads the shot at `path`: a `.toml` file as a shot file, an `.obj` or `.ply` file as a turntable, a `.gltf` or `.glb` file with its own
-/// camera and lights.
+/// Loads the shot at `path`: a `.toml` file as a shot file, an `.obj` or `.ply` file as a turntable, a glTF or USD file with its own camera
+/// and lights.
 ///
 /// # Errors
 /// With file, and where they are known line and column: what cannot be read or makes no sense. In a
@@ -32,10 +32,12 @@ pub fn load(path: &Path, strict: bool) -> Result<Shot, SceneError> {
 pub fn load_sharing(path: &Path, strict: bool, most_added: u64) -> Result<Shot, SceneError> {
     match ending(path).as_str() {
         "toml" => shot::from_text(TomlText { path, text: &read_text(path)? }, strict, most_added),
-        "obj" | "ply" | "gltf" | "glb" => load_turntable(path, strict, &turntable::Options::default()),
+        "obj" | "ply" | "gltf" | "glb" | "usd" | "usda" | "usdc" | "usdz" => {
+            load_turntable(path, strict, &turntable::Options::default())
+        }
         _ => Err(SceneError::new(
             path,
-            "not a file that can be rendered: give a shot (.toml) or a model (.obj, .ply, .gltf, .glb)",
+            "not a file that can be rendered: give a shot (.toml) or a model (.obj, .ply, .gltf, .glb, .usda, .usdc, .usdz)",
         )),
     }
 }
@@ -58,13 +60,14 @@ fn read_text(path: &Path) -> Result<String, SceneError> {
     })
 }
 
-/// Loads the model at `path`: an OBJ file as a turntable (see [`turntable`]), a glTF file with its own camera and lights, and as a
-/// turntable where it has none.
+/// Loads the model at `path`: an OBJ file as a turntable (see [`turntable`]), a glTF or USD file with its own camera and
+/// lights, and as a turntable where it has none.
 ///
 /// # Errors Those of [`load`].
 pub fn load_turntable(path: &Path, strict: bool, options: &turntable::Options) -> Result<Shot, SceneError> {
     match ending(path).as_str() {
         "gltf" | "glb" => gltf::shot(path, strict, options),
+        "usd" | "usda" | "usdc" | "usdz" => usd::shot(path, strict, options),
         _ => turntable::shot(path, strict, options),
     }
 }

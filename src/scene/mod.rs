@@ -17,6 +17,7 @@ pub mod material;
 pub mod mesh;
 mod model;
 pub mod obj;
+pub(crate) mod part_of_file;
 mod paths;
 pub mod ply;
 pub mod render_space;
@@ -24,8 +25,10 @@ pub mod shapes;
 pub(crate) mod shot;
 pub mod texture;
 pub mod turntable;
+pub mod usd;
 pub mod variants;
 pub mod warnings;
+pub mod written;
 
 use std::collections::HashSet;
 use std::path::PathBuf;

@@ -19,3 +19,5 @@ mod ply;
 mod quadrics;
 mod schema;
 mod shot;
+#[cfg(feature = "usd")]
+mod usd;

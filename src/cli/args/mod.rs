@@ -36,7 +36,7 @@ use crate::trace::BackendKind;
 /// Arguments as typed.
 #[derive(Debug, Clone, Args)]
 pub struct ShotArgs {
-    /// A shot (TOML), or a model (OBJ, PLY, glTF); without a camera of its own it is rendered on a turntable
+    /// A shot (TOML), or a model (OBJ, PLY, glTF, USD); without a camera of its own it is rendered on a turntable
     #[arg(value_name = "SHOT.toml|MODEL")]
     pub shot: PathBuf,
 

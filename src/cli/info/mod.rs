@@ -34,7 +34,7 @@ Examples:
   afterimage info city.toml          models, materials, lights, frames, and warnings
   afterimage info city.0001.exr      parts, layers and channels with their values; the header")]
 pub struct InfoArgs {
-    /// A shot (TOML), a model (OBJ, PLY, glTF), or a picture (EXR)
+    /// A shot (TOML), a model (OBJ, PLY, glTF, USD), or a picture (EXR)
     file: Option<PathBuf>,
 
     /// A bare model's axis, camera and animation.
@@ -65,7 +65,7 @@ impl InfoArgs {
         let kind = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
         let text = match kind.as_str() {
             "exr" => exr::describe(path)?,
-            "obj" | "ply" | "gltf" | "glb" | "toml" => {
+            "obj" | "ply" | "gltf" | "glb" | "usd" | "usda" | "usdc" | "usdz" | "toml" => {
                 let shot = open(path, false, &self.bare.options(path, None)?)?;
                 shot.notes.iter().for_each(|note| terminal.note(note));
                 // what has no effect is a part of the description
@@ -83,7 +83,7 @@ impl InfoArgs {
             }
             _ => {
                 return Err(Failure::Failed(format!(
-                    "{}: not a shot (.toml), a model (.obj, .ply, .gltf, .glb) or a frame (.exr), by its ending",
+                    "{}: not a shot (.toml), a model (.obj, .ply, .gltf, .glb, .usda, .usdc, .usdz) or a frame (.exr), by its ending",
                     path.display()
                 )));
             }

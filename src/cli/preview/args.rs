@@ -22,7 +22,7 @@ Keys in the page: left and right step, space plays, Home and End go to the first
 picture to orbit, with Shift to pan; the wheel zooms. Nothing is written. The page is served to this machine alone
 (127.0.0.1), at an address that is another one in each run, until Ctrl-C.")]
 pub struct PreviewArgs {
-    /// A shot (TOML), or a model (OBJ, PLY, glTF); without a camera of its own it is shown on a turntable
+    /// A shot (TOML), or a model (OBJ, PLY, glTF, USD); without a camera of its own it is shown on a turntable
     #[arg(value_name = "SHOT.toml|MODEL")]
     pub shot: PathBuf,
 

@@ -7,24 +7,12 @@ use glam::DAffine3;
 use super::animation::{Clip, Curve, Property};
 use super::document::Document;
 use super::nodes::Tree;
-use crate::animation::{Interpolation, Track, Visibility};
 use crate::memory::{self, Need, Part};
 use crate::scene::SceneError;
+use crate::scene::part_of_file::NodeTrack;
 
 /// Time before a jump at which a node still stands where it was, frames.
 const JUST_BEFORE: f64 = 1.0 / 1024.0;
-
-/// Ratio of the volume of a map to that of a cube of its largest stretch below which it makes things flat.
-const FLAT: f64 = 1e-24;
-
-/// Place of a node over time.
-#[derive(Debug, Clone, PartialEq)]
-pub struct NodeTrack {
-    /// Map to the root of the scene. Always with an inverse.
-    pub map: Track<DAffine3>,
-    /// While the node is scaled to nothing it is not there.
-    pub visible: Visibility,
-}
 
 /// Bakes the tracks of `wanted` nodes. Those without a volume in all frames have none.
 ///
@@ -43,7 +31,7 @@ pub fn tracks(
     let track = |node: &usize| {
         let keys = keys.remove(node).unwrap_or_else(|| vec![(1.0, rest[*node])]);
         let cuts: &[f64] = if times.jumps[*node] { &times.cuts } else { &[] };
-        Some((*node, track(keys, cuts)?))
+        Some((*node, NodeTrack::through(keys, cuts)?))
     };
     Ok(wanted.iter().filter_map(track).collect())
 }
@@ -153,44 +141,4 @@ fn check_memory(document: &Document, nodes: usize, keys: usize) -> Result<(), Sc
         "a shorter animation, fewer nodes that move",
     ));
     need.check(&memory::left()).map_err(|error| document.fault(error.to_string()))
-}
-
-/// Makes a track of keys in order. `None` if the node has a volume in none of them.
-fn track(mut keys: Vec<(f64, DAffine3)>, cuts: &[f64]) -> Option<NodeTrack> {
-    let is_solid: Vec<bool> = keys.iter().map(|(_, map)| !is_flat(map)).collect();
-    let first = is_solid.iter().position(|solid| *solid)?;
-    let mut there = Vec::new();
-    let mut cuts = cuts.to_vec();
-    let mut last = keys[first].1;
-    for (i, (frame, map)) in keys.iter_mut().enumerate() {
-        if is_solid[i] {
-            // through zero: it jumps, and is nowhere flat
-            if map.matrix3.determinant() * last.matrix3.determinant() < 0.0 {
-                cuts.push(*frame);
-            }
-            last = *map;
-        }
-        *map = last;
-        if i == 0 || is_solid[i] != is_solid[i - 1] {
-            there.push((*frame, is_solid[i]));
-        }
-    }
-    let before = is_solid[0];
-    let visible = Visibility::through(before, there)?;
-    let is_still = keys.iter().all(|(_, map)| *map == keys[0].1);
-    let map = if is_still {
-        Track::constant(keys[0].1)
-    } else {
-        Track::through(keys, Interpolation::Linear)?.cut_at(&cuts)
-    };
-    Some(NodeTrack { map, visible })
-}
-
-/// Returns true if nothing has a volume after this map.
-pub fn is_flat(map: &DAffine3) -> bool {
-    let largest =
-        map.matrix3.to_cols_array().into_iter().fold(0.0, |most: f64, number| most.max(number.abs()));
-    let volume = map.matrix3.determinant().abs();
-    // also for what is no number
-    !(largest > 1e-9 && volume > FLAT * largest.powi(3) && largest < 1e9)
 }

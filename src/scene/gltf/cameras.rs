@@ -1,27 +1,15 @@
 //! Cameras of glTF files, as keys of a shot file.
 
-use std::fmt::Write;
-
-use glam::{DAffine3, DVec3};
-
-use super::bake::NodeTrack;
 use super::document::Document;
 use super::json::Camera;
 use super::nodes::Tree;
 use crate::scene::SceneError;
 use crate::scene::keys::spelling;
-
-/// Height of a picture whose width follows from the camera, pixels.
-const HEIGHT: f64 = 720.0;
-
-/// Ratios of width to height that are taken from a camera.
-const RATIOS: std::ops::RangeInclusive<f64> = 0.1..=10.0;
+use crate::scene::part_of_file::NodeTrack;
+use crate::scene::written::{CameraKey, camera_keys, size_of_ratio};
 
 /// Maximum number of names that an error lists.
 const MOST_LISTED: usize = 20;
-
-/// Roll below which a camera is level, degrees: files keep rotations as single floats.
-const LEAST_ROLL: f64 = 1e-4;
 
 /// Size of the picture that a camera asks for: width and height, pixels.
 pub fn size(camera: &Camera) -> Option<[u32; 2]> {
@@ -30,7 +18,7 @@ pub fn size(camera: &Camera) -> Option<[u32; 2]> {
         (None, Some(lens)) => (lens.xmag / lens.ymag).abs(),
         (None, None) => return None,
     };
-    RATIOS.contains(&ratio).then(|| [(ratio * HEIGHT).round() as u32, HEIGHT as u32])
+    size_of_ratio(ratio)
 }
 
 /// Nodes of the scene that have a camera, and the number of each one's camera.
@@ -85,62 +73,11 @@ pub fn text(document: &Document, camera: &Camera, track: &NodeTrack) -> Result<S
     if camera.kind == "orthographic" {
         text += "\n[camera]\nprojection = \"orthographic\"\n";
     }
-    let cuts = track.map.cut_frames();
-    let mut turned = 0.0;
-    let maps: Vec<(f64, DAffine3)> = track.map.frames().zip(track.map.values()).collect();
-    for (i, (frame, map)) in maps.into_iter().enumerate() {
-        let View { eye, target, roll } = View::of(map);
-        // the shorter way from key to key
-        turned += (roll - turned + 180.0).rem_euclid(360.0) - 180.0;
-        let frame = if track.map.is_constant() { 1.0 } else { frame };
-        let _ = write!(
-            text,
-            "\n[[camera.key]]\nframe = {frame}\neye = {}\ntarget = {}\n",
-            list(eye),
-            list(target)
-        );
-        if f64::abs(turned) > LEAST_ROLL {
-            let _ = writeln!(text, "roll = {turned}");
-        }
-        if i == 0 {
-            text += &lens;
-        } else if frame.fract() == 0.0 && cuts.contains(&frame) {
-            text += "cut = true\n";
-        }
-    }
-    Ok(text)
-}
-
-/// Place and direction of a camera.
-struct View {
-    eye: DVec3,
-    target: DVec3,
-    /// Degrees, clockwise.
-    roll: f64,
-}
-
-impl View {
-    /// View of a camera that looks along -Z of its node. The target is the point nearest to the origin, if it is before the camera.
-    fn of(map: DAffine3) -> Self {
-        let axis = |axis: DVec3| axis.normalize_or_zero();
-        let (eye, forward) = (map.translation, axis(-map.matrix3.z_axis));
-        let right = forward.cross(axis(map.matrix3.y_axis));
-        let level = forward.cross(DVec3::Y).try_normalize().unwrap_or(DVec3::X);
-        let roll = f64::atan2(-right.dot(level.cross(forward)), right.dot(level)).to_degrees();
-        let ahead = -eye.dot(forward);
-        let distance = if ahead > 1e-3 * eye.length() { ahead } else { 1.0 };
-        Self { eye, target: eye + forward * distance, roll }
-    }
-}
-
-/// Formats a vector with all of its digits.
-pub fn list(vector: DVec3) -> String {
-    let [x, y, z] = vector.to_array().map(number);
-    format!("[{x}, {y}, {z}]")
-}
-
-/// Formats a number with all of its digits, so that it is one of TOML.
-pub fn number(value: f64) -> String {
-    // never a whole number of more than 64 bits
-    format!("{value:?}")
+    let keys = track.map.frames().zip(track.map.values());
+    let keys = keys.enumerate().map(|(i, (frame, map))| CameraKey {
+        frame: if track.map.is_constant() { 1.0 } else { frame },
+        map,
+        lens: if i == 0 { lens.clone() } else { String::new() },
+    });
+    Ok(text + &camera_keys(keys, &track.map.cut_frames()))
 }

@@ -7,12 +7,12 @@ use glam::{DAffine3, DVec3};
 use serde::Deserialize;
 use toml::Value;
 
-use super::bake::NodeTrack;
-use super::cameras::{list, number};
 use super::document::Document;
 use super::json::Light;
 use super::materials::extension;
 use crate::scene::SceneError;
+use crate::scene::part_of_file::NodeTrack;
+use crate::scene::written::{list, number};
 
 /// Lumens of a watt, as Blender converts them in both directions.
 const LUMENS_A_WATT: f64 = 683.0;

@@ -22,6 +22,8 @@ mod whole;
 
 pub(crate) use chosen_camera::CameraChoice;
 pub(crate) use document::Document;
-pub(crate) use parts::{GltfFiles, PartOfFile};
+#[cfg(feature = "usd")]
+pub(crate) use geometry::has_area;
+pub(crate) use parts::GltfFiles;
 pub(crate) use whole::shot;
-pub use whole::{Written, text};
+pub use whole::text;

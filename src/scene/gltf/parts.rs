@@ -1,16 +1,14 @@
 //! The models of a glTF file: one for each node that shows a mesh.
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
-use std::iter;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use embree::VertexBuffer;
 use glam::{DAffine3, DQuat, DVec3};
 use serde::Deserialize;
 
 use super::animation::Clip;
-use super::bake::{self, NodeTrack};
+use super::bake;
 use super::document::Document;
 use super::geometry::{self, Geometry};
 use super::json::Node;
@@ -19,21 +17,9 @@ use super::nodes::{Tree, unit};
 use super::skin;
 use crate::animation::{ShapeTrack, Track, Visibility};
 use crate::digest::Digest;
-use crate::scene::details::Details;
 use crate::scene::model::assemble::Assembly;
+use crate::scene::part_of_file::{NodeTrack, PartOfFile, Surface, is_flat};
 use crate::scene::{Mesh, SceneError};
-
-/// One model of a glTF file.
-pub struct PartOfFile {
-    /// Name of its node.
-    pub name: String,
-    pub mesh: Arc<Mesh>,
-    /// Map from the mesh to the root of the scene.
-    pub map: Track<DAffine3>,
-    pub visible: Visibility,
-    /// Shapes over time, if it deforms.
-    pub shapes: Option<ShapeTrack>,
-}
 
 /// Files that were read, and what was made of them.
 #[derive(Default)]
@@ -212,30 +198,8 @@ impl Assembly {
             runs.push((begin..begin + count, index));
             begin += count;
         }
-        let has_uvs = !geometry.uvs.is_empty();
-        let casts = |material: u16| self.casts_shadow(material);
-        runs.sort_by_key(|(_, material)| self.rank(*material, has_uvs));
-        let casting = runs.iter().filter(|(_, material)| casts(*material));
-        let shadow_casting = casting.map(|(range, _)| range.len()).sum();
-        let (mut triangles, mut material_of) = (Vec::with_capacity(begin), Vec::with_capacity(begin));
-        for (range, material) in runs {
-            material_of.extend(iter::repeat_n(material, range.len()));
-            triangles.extend_from_slice(&geometry.triangles[range]);
-        }
-        let mesh = Mesh {
-            positions: Arc::new(VertexBuffer::new(geometry.positions)),
-            triangles: Arc::new(triangles),
-            normals: geometry.normals,
-            uvs: geometry.uvs,
-            shadow_casting,
-            cut: self.cut_triangles(&material_of, has_uvs),
-            material_of,
-            groups: Arc::default(),
-            quadric: None,
-            shapes: None,
-            details: Arc::new(Details { colors: geometry.colors, tangents: Vec::new() }),
-        };
-        Ok(self.with_tangents(mesh, &geometry.tangents))
+        let Geometry { positions, normals, uvs, colors, tangents, triangles, .. } = geometry;
+        Ok(self.mesh_of_runs(Surface { positions, normals, uvs, colors, tangents, triangles }, runs))
     }
 }
 
@@ -264,7 +228,7 @@ fn copies(document: &Document, node: &Node) -> Result<Option<Vec<DAffine3>>, Sce
         let (scale, translation) = (vector(&scales, i, DVec3::ONE), vector(&translations, i, DVec3::ZERO));
         DAffine3::from_scale_rotation_translation(scale, rotation, translation)
     };
-    let places: Vec<DAffine3> = (0..count).map(place).filter(|map| !bake::is_flat(map)).collect();
+    let places: Vec<DAffine3> = (0..count).map(place).filter(|map| !is_flat(map)).collect();
     if !places.iter().all(DAffine3::is_finite) {
         return Err(document
             .fault("a copy (EXT_mesh_gpu_instancing) is at a place that is not finite: export it again"));

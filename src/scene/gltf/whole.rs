@@ -7,32 +7,24 @@ use glam::{DAffine3, Vec3};
 use toml::Value;
 
 use super::animation::Clip;
-use super::bake::{self, NodeTrack};
+use super::bake;
 use super::document::Document;
 use super::geometry;
 use super::nodes::Tree;
 use super::skin::Pose;
 use super::{cameras, lights};
 use crate::scene::SceneError;
-use crate::scene::keys::toml_text::TomlText;
-use crate::scene::model::copies::MOST_ADDED;
 use crate::scene::model::read_model::ReadBefore;
 use crate::scene::obj::are_within_reach;
-use crate::scene::shot::{self, Shot};
+use crate::scene::part_of_file::NodeTrack;
+use crate::scene::shot::Shot;
 use crate::scene::turntable::corners::Corners;
 use crate::scene::turntable::text::{HEAD, INDIRECT, LIGHT, around, floor};
 use crate::scene::turntable::{Fit, Options, Up};
+use crate::scene::written::{self, Written};
 
 /// Frames in a second.
 const RATE: f64 = 24.0;
-
-/// A shot file that shows a glTF file.
-pub struct Written {
-    /// Text of the shot file.
-    pub text: String,
-    /// Decisions that were made for the user, in whole sentences.
-    pub notes: Vec<String>,
-}
 
 /// Loads the glTF file at `path` as a shot.
 ///
@@ -40,19 +32,8 @@ pub struct Written {
 pub(crate) fn shot(path: &Path, strict: bool, options: &Options) -> Result<Shot, SceneError> {
     let document = Arc::new(Document::open(path)?);
     let name = path.file_name().unwrap_or_default().to_string_lossy();
-    let Written { text, notes } = written(&document, &name, options)?;
-    // the column is one of our generated text, which nobody has seen
-    let of_text = |error: &SceneError| error.path == path && error.column.is_some();
-    let told = |error: SceneError| if of_text(&error) { SceneError::new(path, error.message) } else { error };
-    let before = Some(ReadBefore::Gltf(document));
-    let shot =
-        shot::from_text_with(TomlText { path, text: &text }, strict, before, MOST_ADDED).map_err(told)?;
-    // it stands there twice: for the model, and for the text
-    let mut files = shot.files;
-    if let Some(last) = files.iter().rposition(|file| file == path) {
-        files.remove(last);
-    }
-    Ok(Shot { notes, files, ..shot })
+    let written = written(&document, &name, options)?;
+    written::shot_of(path, written, ReadBefore::Gltf(document), strict)
 }
 
 /// Writes the shot of the glTF file at `path`, which the shot names `model`.

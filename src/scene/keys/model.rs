@@ -19,7 +19,7 @@ pub(crate) const LARGEST_MAP: u32 = 1024;
 
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-#[schemars(extend("oneOf" = [{"required": ["obj"]}, {"required": ["gltf"]}, {"required": ["ply"]}, {"required": ["quadric"]}]))]
+#[schemars(extend("oneOf" = [{"required": ["obj"]}, {"required": ["gltf"]}, {"required": ["usd"]}, {"required": ["ply"]}, {"required": ["quadric"]}]))]
 pub(crate) struct ModelTable {
     /// For people; the file's name, or the type of the quadric, without it
     pub name: Option<String>,
@@ -27,6 +27,8 @@ pub(crate) struct ModelTable {
     pub obj: Option<At<String>>,
     /// glTF file (.gltf or .glb), relative to the shot file, instead of an OBJ file: a model for each of its nodes with a mesh
     pub gltf: Option<At<String>>,
+    /// USD file (.usda, .usdc or .usdz), relative to the shot file, instead of an OBJ file: a model for each of its meshes
+    pub usd: Option<At<String>>,
     /// PLY file, relative to the shot file, instead of an OBJ file
     pub ply: Option<At<String>>,
     /// Name of the glTF file's animation (its first)

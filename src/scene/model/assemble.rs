@@ -27,6 +27,7 @@ use crate::scene::mesh::Groups;
 use crate::scene::obj::lines::words;
 use crate::scene::obj::{self, Named, ObjFile, OddNormals};
 use crate::scene::paths::find_beside;
+use crate::scene::usd::UsdFiles;
 use crate::scene::warnings::limits;
 use crate::scene::{Material, Mesh, SceneError, Texture};
 
@@ -70,6 +71,8 @@ pub(crate) struct Assembly {
     of_quadrics: HashMap<String, u16>,
     /// What was read of glTF files.
     pub(in crate::scene) gltf: GltfFiles,
+    /// What was read of USD files.
+    pub(in crate::scene) usd: UsdFiles,
     /// Files that were read so far, without pictures.
     pub(in crate::scene) files: Vec<PathBuf>,
     /// Digests of the files' contents.
@@ -126,6 +129,8 @@ impl Assembly {
         match file {
             ReadBefore::Obj(model) => Self { read_before: Some(*model), ..self },
             ReadBefore::Gltf(document) => Self { gltf: self.gltf.with(document), ..self },
+            #[cfg(feature = "usd")]
+            ReadBefore::Usd(file) => Self { usd: self.usd.with(file), ..self },
         }
     }
 

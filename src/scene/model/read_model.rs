@@ -8,6 +8,8 @@ use crate::scene::SceneError;
 use crate::scene::gltf::Document;
 use crate::scene::obj::{self, ObjFile};
 use crate::scene::ply::{self, PlyFile};
+#[cfg(feature = "usd")]
+use crate::scene::usd::UsdFile;
 
 /// Returns true if a file is a PLY file, by its ending.
 pub(crate) fn is_ply(path: &Path) -> bool {
@@ -20,6 +22,9 @@ pub(crate) enum ReadBefore {
     Obj(Box<ReadModel>),
     /// A glTF file, which the text names.
     Gltf(Arc<Document>),
+    /// A USD file, which the text names.
+    #[cfg(feature = "usd")]
+    Usd(Arc<UsdFile>),
 }
 
 /// An OBJ or PLY file that was read.

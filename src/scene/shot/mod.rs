@@ -156,10 +156,10 @@ pub fn from_text_with(
     let ambient = optional_color(text, "color", &file.ambient.color)?.unwrap_or(Vec3::ZERO);
     if file.model.is_empty() {
         return Err(missing(
-            "there is nothing to see: write one [[model]] with the path of its obj, or gltf, at least",
+            "there is nothing to see: write one [[model]] with the path of its obj, gltf or usd, at least",
         ));
     }
-    // for each model its table: of a glTF file there may be many models
+    // for each model its table: of a glTF or USD file there may be many models
     let (mut tables, mut models) = (Vec::new(), Vec::new());
     for table in &file.model {
         models.extend(models::of_table(text, table, &mut assembly, frames_a_second(rate))?);

@@ -52,8 +52,8 @@ pub fn track(text: TomlText<'_>, table: &At<ModelTable>) -> Result<TransformTrac
 
 /// Byte range of the shot file that says what a model is.
 pub fn place_of(table: &At<ModelTable>) -> Range<usize> {
-    let ModelTable { obj, gltf, ply, quadric, .. } = table.get_ref();
-    let file = obj.as_ref().or(gltf.as_ref()).or(ply.as_ref()).map(At::span);
+    let ModelTable { obj, gltf, usd, ply, quadric, .. } = table.get_ref();
+    let file = obj.as_ref().or(gltf.as_ref()).or(usd.as_ref()).or(ply.as_ref()).map(At::span);
     file.or_else(|| quadric.as_ref().map(At::span)).unwrap_or_else(|| table.span())
 }
 

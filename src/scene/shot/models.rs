@@ -1,4 +1,5 @@
-//! Makes models of the tables of a shot file: one of an OBJ file, a PLY file or a quadric, and of a glTF file one for each node with a mesh.
+//! Makes models of the tables of a shot file: one of an OBJ file, a PLY file or a quadric, and of a glTF or USD file one for each node
+//! with a mesh.
 
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -7,17 +8,14 @@ use std::sync::Arc;
 use glam::DAffine3;
 
 use super::{model, quadric, shapes};
-use crate::animation::{Interpolation, Track, TransformTrack};
-use crate::scene::gltf::PartOfFile;
+use crate::animation::{Track, TransformTrack};
 use crate::scene::keys::toml_text::{At, TomlText};
 use crate::scene::keys::values::file_of;
 use crate::scene::keys::{LARGEST_MAP, LEAST_MAP, ModelTable};
 use crate::scene::model::assemble::Assembly;
 use crate::scene::model::read_model::is_ply;
+use crate::scene::part_of_file::PartOfFile;
 use crate::scene::{Mesh, Model, SceneError};
-
-/// Parts of a frame after which a model that moves within a moving file has keys.
-const STEPS_A_FRAME: f64 = 4.0;
 
 /// Makes the models of a table; `rate`: frames in a second.
 ///
@@ -33,9 +31,19 @@ pub fn of_table(
     refuse_keys_together(text, table, assembly.path_read_before().is_some())?;
     refuse_beside_ply(text, keys)?;
     refuse_parts_of_others(text, keys)?;
-    let models = match (&keys.gltf, &keys.obj) {
-        (Some(gltf), _) => of_gltf(text, (table, gltf), assembly, &track, rate)?,
-        (None, Some(obj)) if keys.group.is_some() || keys.split.is_some() => {
+    let models = match (&keys.gltf, &keys.usd, &keys.obj) {
+        (Some(gltf), ..) => {
+            let path = file_of(text, "gltf", gltf)?;
+            let animation = keys.animation.as_ref().map(|name| name.get_ref().as_str());
+            let parts = assembly.gltf(&path, animation, rate)?;
+            of_parts(keys, &path, &parts, &track)
+        }
+        (None, Some(usd), _) => {
+            let path = file_of(text, "usd", usd)?;
+            let parts = assembly.usd(&path)?;
+            of_parts(keys, &path, &parts, &track)
+        }
+        (None, None, Some(obj)) if keys.group.is_some() || keys.split.is_some() => {
             parts(text, (table, obj), assembly, &track)?
         }
         _ => vec![one(text, table, assembly, track)?],
@@ -52,37 +60,37 @@ pub fn of_table(
 
 /// Refuses what excludes each other. `is_read`: the model's file was read before, and need not be named.
 fn refuse_keys_together(text: TomlText<'_>, table: &At<ModelTable>, is_read: bool) -> Result<(), SceneError> {
-    let ModelTable { obj, gltf, ply, quadric, shapes, animation, .. } = table.get_ref();
+    let ModelTable { obj, gltf, usd, ply, quadric, shapes, animation, .. } = table.get_ref();
     let refuse = |span: Range<usize>, message: &str| Err(text.fault(span, message));
-    match (obj, gltf, quadric) {
-        (_, Some(gltf), Some(_)) => {
-            refuse(gltf.span(), "`gltf` and `quadric` exclude each other: write a [[model]] for each")
+    let files = [("obj", obj), ("gltf", gltf), ("usd", usd)];
+    let files = files.iter().filter_map(|(key, file)| Some((*key, file.as_ref()?.span())));
+    let quadrics = quadric.iter().map(|quadric| ("quadric", quadric.span()));
+    let kinds: Vec<(&str, Range<usize>)> = files.chain(quadrics).collect();
+    match &kinds[..] {
+        [(first, _), .., (last, span)] if !(is_read && kinds.len() == 2 && *first == "obj") => {
+            let message = format!("`{first}` and `{last}` exclude each other: write a [[model]] for each");
+            return refuse(span.clone(), &message);
         }
-        (Some(_), Some(gltf), None) => {
-            refuse(gltf.span(), "`obj` and `gltf` exclude each other: write a [[model]] for each")
+        [] if !is_read && ply.is_none() => {
+            let message = "the key `obj` is missing: a model is an OBJ file, a glTF file (`gltf`), a USD file (`usd`), a PLY file (`ply`), or a `quadric`";
+            return refuse(table.span(), message);
         }
-        (Some(_), None, Some(quadric)) if !is_read => {
-            refuse(quadric.span(), "`obj` and `quadric` exclude each other: write a [[model]] for each")
+        _ => {}
+    }
+    let other = if gltf.is_some() { "glTF" } else { "USD" };
+    match (shapes, animation) {
+        (Some(shapes), _) if quadric.is_some() => {
+            refuse(shapes.span(), "`shapes` are those of an OBJ file, and a quadric has none: take them out")
         }
-        (None, None, None) if !is_read && ply.is_none() => {
-            let message = "the key `obj` is missing: a model is an OBJ file, a glTF file (`gltf`), a PLY file (`ply`), or a `quadric`";
-            refuse(table.span(), message)
+        (Some(shapes), _) if gltf.is_some() || usd.is_some() => {
+            let message =
+                format!("`shapes` are those of an OBJ file; a {other} file has its own: take them out");
+            refuse(shapes.span(), &message)
         }
-        _ => match (shapes, animation) {
-            (Some(shapes), _) if quadric.is_some() => refuse(
-                shapes.span(),
-                "`shapes` are those of an OBJ file, and a quadric has none: take them out",
-            ),
-            (Some(shapes), _) if gltf.is_some() => refuse(
-                shapes.span(),
-                "`shapes` are those of an OBJ file; a glTF file has its own: take them out",
-            ),
-            (_, Some(animation)) if gltf.is_none() => refuse(
-                animation.span(),
-                "`animation` goes with `gltf`: only glTF files have any; take it out",
-            ),
-            _ => Ok(()),
-        },
+        (_, Some(animation)) if gltf.is_none() => {
+            refuse(animation.span(), "`animation` goes with `gltf`: only glTF files have any; take it out")
+        }
+        _ => Ok(()),
     }
 }
 
@@ -207,23 +215,13 @@ fn one(
     Ok(Model { name: name.clone().unwrap_or(own_name), path, mesh, track, reflection_map: None })
 }
 
-/// Makes the models of a glTF file, which `track` moves together.
-fn of_gltf(
-    text: TomlText<'_>,
-    (table, gltf): (&At<ModelTable>, &At<String>),
-    assembly: &mut Assembly,
-    track: &TransformTrack,
-    rate: f64,
-) -> Result<Vec<Model>, SceneError> {
-    let ModelTable { name, animation, .. } = table.get_ref();
-    let path = file_of(text, "gltf", gltf)?;
-    let animation = animation.as_ref().map(|name| name.get_ref().as_str());
-    let parts = assembly.gltf(&path, animation, rate)?;
+/// Makes the models of a file that holds several, which `track` moves together.
+fn of_parts(table: &ModelTable, path: &Path, parts: &[PartOfFile], track: &TransformTrack) -> Vec<Model> {
     let stem = path.file_stem().unwrap_or_default().to_string_lossy();
-    let whole = name.as_deref().unwrap_or(&stem);
+    let whole = table.name.as_deref().unwrap_or(&stem);
     let model = |part: &PartOfFile| Model {
         name: format!("{whole}/{}", part.name),
-        path: path.clone(),
+        path: path.to_path_buf(),
         mesh: part.mesh.clone(),
         track: TransformTrack {
             matrix: together(track.matrix.as_ref(), &part.map),
@@ -233,7 +231,7 @@ fn of_gltf(
         },
         reflection_map: None,
     };
-    Ok(parts.iter().map(model).collect())
+    parts.iter().map(model).collect()
 }
 
 /// The map of a part of a file, and after it that of the whole. `None` if they change nothing.
@@ -242,25 +240,5 @@ fn together(whole: Option<&Track<DAffine3>>, part: &Track<DAffine3>) -> Option<T
         let rests = part.is_constant() && part.values().all(|map| map == DAffine3::IDENTITY);
         return (!rests).then(|| part.clone());
     };
-    if let Some(map) = whole.is_constant().then(|| whole.at(0.0)) {
-        return Some(part.clone().map(|of_part| map * of_part));
-    }
-    if let Some(map) = part.is_constant().then(|| part.at(0.0)) {
-        return Some(whole.clone().map(|of_whole| of_whole * map));
-    }
-    let ends = |track: &Track<DAffine3>| {
-        track.frames().fold((f64::MAX, f64::MIN), |(first, last), frame| (first.min(frame), last.max(frame)))
-    };
-    let ((a, b), (c, d)) = (ends(whole), ends(part));
-    // the product of two maps does not change evenly while both do
-    let (first, last) = (a.max(c), b.min(d));
-    let steps = ((last - first).max(0.0) * STEPS_A_FRAME).ceil() as u32;
-    let between = (0..steps).map(|step| first + f64::from(step) / STEPS_A_FRAME);
-    let mut frames: Vec<f64> = whole.frames().chain(part.frames()).chain(between).collect();
-    frames.sort_by(f64::total_cmp);
-    frames.dedup();
-    let keys = frames.into_iter().map(|frame| (frame, whole.at(frame) * part.at(frame))).collect();
-    let track =
-        Track::through(keys, Interpolation::Linear).expect("frames are finite, and each is there once");
-    Some(track.cut_at(&part.cut_frames()))
+    Some(whole.after(part))
 }

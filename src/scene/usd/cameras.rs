@@ -1,0 +1,155 @@
+//! Cameras (UsdGeomCamera), and their keys in a shot file.
+
+use std::collections::BTreeSet;
+use std::fmt::Write;
+
+use glam::{DAffine3, DVec2};
+use openusd::usd::Prim;
+
+use super::file::{Clock, LensKey, UsdCamera};
+use super::value::{Answer, codes, number, word};
+use crate::animation::Track;
+use crate::scene::written::{self, CameraKey, camera_keys, size_of_ratio};
+
+/// Lengths of cameras are in tenths of a unit.
+const TENTH: f64 = 0.1;
+
+/// Values of a lens, and what they are if the file does not say.
+const LENS: [(&str, f64); 7] = [
+    ("focalLength", 50.0),
+    ("horizontalAperture", 20.955),
+    ("verticalAperture", 15.2908),
+    ("horizontalApertureOffset", 0.0),
+    ("verticalApertureOffset", 0.0),
+    ("fStop", 0.0),
+    ("focusDistance", 0.0),
+];
+
+/// Reads a camera at the place `map`; `unit`: metres in a unit.
+///
+/// # Errors What the library says, and a lens that makes no sense.
+pub fn read(prim: &Prim, map: &Track<DAffine3>, clock: &Clock, unit: f64) -> Answer<UsdCamera> {
+    let start = clock.code(clock.first());
+    let is_orthographic = word(prim, "projection", start)?.as_deref() == Some("orthographic");
+    let mut frames: BTreeSet<u64> = BTreeSet::new();
+    let mut zooms = Vec::new();
+    for (name, _) in LENS {
+        let times = codes(prim, name)?;
+        if times.len() > 1 {
+            zooms.extend(times.iter().map(|code| clock.frame(*code)));
+        }
+    }
+    // an angle of view does not follow a focal length evenly
+    zooms.sort_by(f64::total_cmp);
+    if let (Some(first), Some(last)) = (zooms.first().copied(), zooms.last().copied()) {
+        let whole = (first.ceil() as i64..=last.floor() as i64).take(1 << 20);
+        zooms.extend(whole.map(|frame| frame as f64));
+    }
+    if !map.is_constant() {
+        frames.extend(map.frames().map(f64::to_bits));
+    }
+    frames.extend(zooms.into_iter().map(f64::to_bits));
+    let mut frames: Vec<f64> = frames.into_iter().map(f64::from_bits).collect();
+    frames.sort_by(f64::total_cmp);
+    if frames.is_empty() {
+        frames.push(clock.first());
+    }
+    let mut keys = Vec::with_capacity(frames.len());
+    let mut ratio = 1.0;
+    for frame in frames {
+        let (key, own_ratio) = key(prim, map.at(frame), frame, (clock, unit, is_orthographic))?;
+        if keys.is_empty() {
+            ratio = own_ratio;
+        }
+        keys.push(key);
+    }
+    let shutter = |name: &str| -> Answer<f64> { Ok(clock.frame(number(prim, name, start)?.unwrap_or(0.0))) };
+    let name = prim.path().name().unwrap_or_default().to_string();
+    Ok(UsdCamera {
+        name,
+        is_orthographic,
+        ratio,
+        keys,
+        shutter: [shutter("shutter:open")?, shutter("shutter:close")?],
+    })
+}
+
+/// Reads a camera at a frame. Returns also the ratio of its width to its height.
+fn key(
+    prim: &Prim,
+    map: DAffine3,
+    frame: f64,
+    (clock, unit, is_orthographic): (&Clock, f64, bool),
+) -> Answer<(LensKey, f64)> {
+    let mut lens = [0.0; 7];
+    for (value, (name, default)) in lens.iter_mut().zip(LENS) {
+        *value = number(prim, name, clock.code(frame))?.unwrap_or(default);
+    }
+    let [focal, across, up, right, above, f_number, distance] = lens;
+    let (fov, height) = (2.0 * (up / (2.0 * focal)).atan().to_degrees(), up * TENTH * unit);
+    let makes_sense = match is_orthographic {
+        true => (1e-9..1e9).contains(&height),
+        false => (0.001..179.9).contains(&fov),
+    };
+    if !(makes_sense && across > 0.0) {
+        return Err(format!(
+            "the camera {} has no field of view that makes sense: export it again",
+            prim.path()
+        ));
+    }
+    let has_lens = !is_orthographic && f_number > 0.0 && distance > 0.0;
+    let focus = has_lens.then(|| [focal * TENTH * unit / (2.0 * f_number), distance * unit]);
+    let key = LensKey {
+        frame,
+        map,
+        fov_or_height: if is_orthographic { height } else { fov },
+        shift: DVec2::new(right, above) / across.max(up),
+        focus,
+    };
+    Ok((key, across / up))
+}
+
+/// Writes the settings and keys of a camera; `size`: of a picture whose ratio makes no sense.
+pub fn text(camera: &UsdCamera, size: [u32; 2], frames: &str, rate: &str) -> String {
+    let [width, height] = size_of_ratio(camera.ratio).unwrap_or(size);
+    let mut text = format!(
+        "\n[render]\nsize = [{width}, {height}]\nsamples = 2\nframes = \"{frames}\"\nrate = {rate}\n"
+    );
+    let [open, close] = camera.shutter;
+    if open < close && open >= -1.0 && close <= 1.0 && close - open <= 1.0 {
+        let _ = write!(text, "\n[shutter]\nopen = {open:?}\nclose = {close:?}\n");
+    }
+    if camera.is_orthographic {
+        text += "\n[camera]\nprojection = \"orthographic\"\n";
+    }
+    let mut before: Option<&LensKey> = None;
+    let keys = camera.keys.iter().map(|key| {
+        let lens = lens(key, before, camera.is_orthographic);
+        before = Some(key);
+        CameraKey { frame: key.frame, map: key.map, lens }
+    });
+    text + &camera_keys(keys, &[])
+}
+
+/// Lines of a key that say what has changed since the one before.
+fn lens(key: &LensKey, before: Option<&LensKey>, is_orthographic: bool) -> String {
+    let number = written::number;
+    let mut text = String::new();
+    if before.is_none_or(|before| before.fov_or_height != key.fov_or_height) {
+        let name = if is_orthographic { "height" } else { "fov" };
+        let _ = writeln!(text, "{name} = {}", number(key.fov_or_height));
+    }
+    if before.map_or(DVec2::ZERO, |before| before.shift) != key.shift {
+        let _ = writeln!(text, "shift = [{}, {}]", number(key.shift.x), number(key.shift.y));
+    }
+    let pinhole = || before.is_none_or(|before| before.focus.is_none());
+    match key.focus {
+        Some([aperture, focus]) if before.is_none_or(|before| before.focus != key.focus) => {
+            let aperture = aperture.min(10.0 * focus);
+            let _ = write!(text, "aperture = {}\nfocus = {}\n", number(aperture), number(focus));
+        }
+        None if !pinhole() => text += "aperture = 0\n",
+        _ => {}
+    }
+    text
+}

@@ -1,0 +1,125 @@
+//! Copies that a point instancer (UsdGeomPointInstancer) makes of its prototypes.
+
+use std::collections::{BTreeSet, HashSet};
+
+use glam::{DAffine3, DQuat, DVec3};
+use openusd::sdf::Path;
+use openusd::usd::Prim;
+
+use super::file::Clock;
+use super::value::{Answer, codes, numbers, targets, value, whole_numbers};
+use crate::animation::{Interpolation, Track};
+use crate::memory::{self, Need, Part};
+
+/// Parts of a frame after which copies that turn have keys.
+const STEPS_A_FRAME: f64 = 4.0;
+
+/// A copy.
+pub struct Copy {
+    /// Number of the copy in the file.
+    pub number: usize,
+    /// Index of its prototype.
+    pub prototype: usize,
+    /// Map from the prototype to the instancer.
+    pub map: Track<DAffine3>,
+}
+
+/// Copies of a point instancer.
+pub struct Copies {
+    /// Paths of the prototypes.
+    pub prototypes: Vec<Path>,
+    pub list: Vec<Copy>,
+}
+
+/// Reads the copies of an instancer.
+///
+/// # Errors Lists that do not fit together, or more copies than there is memory for.
+pub fn copies(prim: &Prim, clock: &Clock, unused: &mut BTreeSet<String>) -> Answer<Copies> {
+    let prototypes = targets(prim, "prototypes")?;
+    let mut frames = BTreeSet::new();
+    for name in ["positions", "orientations", "orientationsf", "scales"] {
+        frames.extend(codes(prim, name)?.iter().map(|code| clock.frame(*code).to_bits()));
+    }
+    let mut frames: Vec<f64> = frames.into_iter().map(f64::from_bits).collect();
+    frames.sort_by(f64::total_cmp);
+    let turns = codes(prim, "orientations")?.len() > 1 || codes(prim, "orientationsf")?.len() > 1;
+    if let (true, Some(first), Some(last)) = (turns, frames.first().copied(), frames.last()) {
+        let steps = ((last - first) * STEPS_A_FRAME).clamp(0.0, 4e6) as u32;
+        frames.extend((0..steps).map(|step| first + f64::from(step) / STEPS_A_FRAME));
+        frames.sort_by(f64::total_cmp);
+        frames.dedup();
+    }
+    let first = frames.first().copied().unwrap_or_else(|| clock.first());
+    let whole = |name: &str| -> Answer<Vec<i64>> {
+        Ok(value(prim, name, clock.code(first))?.as_ref().and_then(whole_numbers).unwrap_or_default())
+    };
+    let of_copies = whole("protoIndices")?;
+    let start = places(prim, clock.code(first))?;
+    let path = prim.path();
+    if start.len() != of_copies.len() {
+        let (places, copies) = (start.len(), of_copies.len());
+        return Err(format!("{path} has {copies} copies and {places} positions: export the file again"));
+    }
+    if let Some(bad) =
+        of_copies.iter().find(|index| usize::try_from(**index).map_or(true, |i| i >= prototypes.len()))
+    {
+        let count = prototypes.len();
+        return Err(format!("{path} copies prototype {bad}, and there are {count}: export the file again"));
+    }
+    let bytes = (start.len() as u64).saturating_mul(frames.len().max(1) as u64).saturating_mul(128);
+    let need =
+        Need::new(Part::new("the copies of a point instancer", bytes, "fewer copies, a shorter animation"));
+    need.check(&memory::left()).map_err(|error| error.to_string())?;
+    let hidden = hidden(prim, clock.code(first), whole("ids")?)?;
+    let mut keys: Vec<Vec<(f64, DAffine3)>> = start.iter().map(|map| vec![(first, *map)]).collect();
+    for frame in frames.iter().skip(1) {
+        let at = places(prim, clock.code(*frame))?;
+        if at.len() != keys.len() {
+            unused.insert(format!("copies of {path} appear with time: those of its first time are shown"));
+            keys.iter_mut().for_each(|keys| keys.truncate(1));
+            break;
+        }
+        keys.iter_mut().zip(at).for_each(|(keys, map)| keys.push((*frame, map)));
+    }
+    let copy = |(number, (keys, prototype)): (usize, (Vec<(f64, DAffine3)>, i64))| {
+        let map = match keys.iter().all(|(_, map)| *map == keys[0].1) {
+            true => Track::constant(keys[0].1),
+            false => Track::through(keys, Interpolation::Linear)?,
+        };
+        (!hidden.contains(&number)).then_some(Copy { number, prototype: prototype as usize, map })
+    };
+    let list = keys.into_iter().zip(of_copies).enumerate().filter_map(copy).collect();
+    Ok(Copies { prototypes, list })
+}
+
+/// Numbers of copies that are not there.
+fn hidden(prim: &Prim, code: f64, ids: Vec<i64>) -> Answer<HashSet<usize>> {
+    let hidden = value(prim, "invisibleIds", code)?.as_ref().and_then(whole_numbers).unwrap_or_default();
+    let hidden: HashSet<i64> = hidden.into_iter().collect();
+    if ids.is_empty() {
+        return Ok(hidden.into_iter().filter_map(|id| usize::try_from(id).ok()).collect());
+    }
+    Ok(ids.iter().enumerate().filter(|(_, id)| hidden.contains(id)).map(|(number, _)| number).collect())
+}
+
+/// Places of all copies at a time code.
+fn places(prim: &Prim, code: f64) -> Answer<Vec<DAffine3>> {
+    let list = |name: &str| -> Answer<Option<Vec<f64>>> {
+        let read = value(prim, name, code)?.as_ref().and_then(numbers);
+        Ok(read.filter(|numbers| numbers.iter().all(|number| number.is_finite())))
+    };
+    let positions = list("positions")?.unwrap_or_default();
+    let scales = list("scales")?.unwrap_or_default();
+    let turns = match list("orientationsf")?.filter(|turns| !turns.is_empty()) {
+        Some(turns) => turns,
+        None => list("orientations")?.unwrap_or_default(),
+    };
+    let place = |(i, position): (usize, &[f64])| {
+        let scale = scales.get(3 * i..3 * i + 3).map_or(DVec3::ONE, DVec3::from_slice);
+        let turn = turns.get(4 * i..4 * i + 4).map_or(DQuat::IDENTITY, DQuat::from_slice);
+        let length = turn.length();
+        let turn = if length.is_normal() { turn * length.recip() } else { DQuat::IDENTITY };
+        DAffine3::from_scale_rotation_translation(scale, turn, DVec3::from_slice(position))
+    };
+    Ok(positions.chunks_exact(3).enumerate().map(place).collect())
+}

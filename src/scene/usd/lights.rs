@@ -1,0 +1,284 @@
+//! Lights (UsdLux), and their tables in a shot file.
+//!
+//! UsdLux states what surfaces of lights emit: radiance (in nits) is intensity x 2^exposure x colour, divided by the area of the light in
+//! the file's units where `normalize` says so (UsdLuxLightAPI, "Quantities and Units"). A matt white surface at an irradiance of pi has a
+//! radiance of 1, and here at a power of 1: so power is intensity (radiance times the area that is seen along the axis) divided by pi, as
+//! for glTF.
+
+use std::collections::BTreeSet;
+use std::f64::consts::PI;
+use std::fmt::Write;
+
+use glam::{DAffine3, DVec2, DVec3};
+use openusd::usd::Prim;
+use toml::Value;
+
+use super::file::{Clock, LightKey, Picture, Units, UsdLight, UsdLightKind};
+use super::shader::Shaders;
+use super::value::{Answer, codes, flag, number, three, word};
+use crate::animation::Track;
+use crate::scene::written::{list, number as written};
+
+/// Largest cone of a spot, degrees.
+const WIDEST: f64 = 179.9;
+
+/// Colour temperature at which light is white, Kelvin.
+const WHITE: f64 = 6500.0;
+
+/// Cosine of the angle to its level axes, about, up to which a rectangle counts as level.
+const LEVEL: f64 = 0.999;
+
+/// Returns true for types of prims that are lights here.
+pub fn is_light(kind: &str) -> bool {
+    matches!(kind, "RectLight" | "DiskLight" | "SphereLight" | "DistantLight" | "DomeLight" | "DomeLight_1")
+}
+
+/// Reads a light at the place `map`. `None` if it does not shine.
+///
+/// # Errors What the library says.
+pub fn read(
+    (prim, kind): (&Prim, &str),
+    map: &Track<DAffine3>,
+    (clock, units): (&Clock, Units),
+    shaders: &mut Shaders<'_>,
+) -> Answer<Option<UsdLight>> {
+    let unit = units.metres;
+    let start = clock.code(clock.first());
+    let input =
+        |name: &str, default: f64| -> Answer<f64> { Ok(number_at(prim, name, start)?.unwrap_or(default)) };
+    let first = map.at(clock.first());
+    let [x, y, z] = [first.matrix3.x_axis, first.matrix3.y_axis, first.matrix3.z_axis].map(DVec3::length);
+    note_unused(prim, start, shaders)?;
+    let is_normalized = flag_at(prim, "normalize", start)?.unwrap_or(false);
+    // factor from radiance (or, where that is normalised, from intensity) to power
+    let (light, factor) = match kind {
+        "RectLight" => {
+            let size = [input("width", 1.0)? * x, input("height", 1.0)? * y];
+            let size = level(first, size, shaders);
+            let area = size[0] * size[1];
+            (UsdLightKind::Rectangle { size }, if is_normalized { unit * unit } else { area } / PI)
+        }
+        "DiskLight" => {
+            let radius = input("radius", 0.5)? * (x + y) / 2.0;
+            let area = PI * radius * radius;
+            (UsdLightKind::Disk { radius }, if is_normalized { unit * unit } else { area } / PI)
+        }
+        "SphereLight" => sphere(prim, start, ((x + y + z) / 3.0, unit), is_normalized)?,
+        "DistantLight" => sun(input("angle", 0.53)?, is_normalized, units),
+        _ => {
+            let file = shaders.file(prim)?;
+            let picture = file.map(|(path, name, packed)| Picture {
+                path,
+                name,
+                packed,
+                channel: None,
+                scale: [1.0; 4],
+                bias: [0.0; 4],
+                is_raw: false,
+                clamp: false,
+                uv_scale: DVec2::ONE,
+                uv_offset: DVec2::ZERO,
+            });
+            (UsdLightKind::Dome { picture }, 1.0)
+        }
+    };
+    let mut frames: BTreeSet<u64> = BTreeSet::new();
+    for name in ["intensity", "exposure", "color"]
+        .into_iter()
+        .flat_map(|name| [format!("inputs:{name}"), name.into()])
+    {
+        let times = codes(prim, &name)?;
+        if times.len() > 1 {
+            frames.extend(times.iter().map(|code| clock.frame(*code).to_bits()));
+        }
+    }
+    if !map.is_constant() {
+        frames.extend(map.frames().map(f64::to_bits));
+    }
+    let mut frames: Vec<f64> = frames.into_iter().map(f64::from_bits).collect();
+    frames.sort_by(f64::total_cmp);
+    if frames.is_empty() {
+        frames.push(clock.first());
+    }
+    let keys = frames.into_iter().map(|frame| {
+        let code = clock.code(frame);
+        let (intensity, exposure) =
+            (number_at(prim, "intensity", code)?, number_at(prim, "exposure", code)?.unwrap_or(0.0));
+        let intensity = intensity.unwrap_or(if kind == "DistantLight" { 50_000.0 } else { 1.0 });
+        let color = match three(prim, "inputs:color", code)? {
+            Some(color) => color,
+            None => three(prim, "color", code)?.unwrap_or(DVec3::ONE),
+        };
+        let power = intensity * exposure.exp2() * factor;
+        let fits = (0.0..=1e30).contains(&power) && color.min_element() >= 0.0 && color.max_element() <= 1e30;
+        match fits {
+            true => Ok(LightKey { frame, map: map.at(frame), color, power }),
+            false => Err(format!("the light {} has values that make no sense: export it again", prim.path())),
+        }
+    });
+    let keys = keys.collect::<Answer<Vec<_>>>()?;
+    let name = prim.path().name().unwrap_or_default().to_string();
+    let shines = keys.iter().any(|key| key.power > 0.0 && key.color != DVec3::ZERO);
+    Ok(shines.then_some(UsdLight { name, kind: light, keys }))
+}
+
+/// Number of a light: its attributes had no prefix before 2021.
+fn number_at(prim: &Prim, name: &str, code: f64) -> Answer<Option<f64>> {
+    let own = number(prim, &format!("inputs:{name}"), code)?;
+    if own.is_some() { Ok(own) } else { number(prim, name, code) }
+}
+
+fn flag_at(prim: &Prim, name: &str, code: f64) -> Answer<Option<bool>> {
+    let own = flag(prim, &format!("inputs:{name}"), code)?;
+    if own.is_some() { Ok(own) } else { flag(prim, name, code) }
+}
+
+/// A sphere, or a point or spot if it has no size. `scale`: metres in a unit at its place.
+fn sphere(
+    prim: &Prim,
+    code: f64,
+    (scale, unit): (f64, f64),
+    is_normalized: bool,
+) -> Answer<(UsdLightKind, f64)> {
+    let radius = number_at(prim, "radius", code)?.unwrap_or(0.5) * scale;
+    let is_point = flag(prim, "treatAsPoint", code)?.unwrap_or(false) || radius <= 0.0;
+    // all of its surface is 4 pi r^2, and pi r^2 of it is seen
+    let normalized = unit * unit / (4.0 * PI);
+    let factor = if is_normalized || radius <= 0.0 { normalized } else { radius * radius };
+    let cone = number_at(prim, "shaping:cone:angle", code)?.filter(|cone| *cone > 0.0 && *cone < 90.0);
+    Ok(match cone {
+        Some(cone) => {
+            let soft = number_at(prim, "shaping:cone:softness", code)?.unwrap_or(0.0).clamp(0.0, 1.0);
+            (UsdLightKind::Spot { cone, soft }, factor)
+        }
+        None if is_point => (UsdLightKind::Point, factor),
+        None => (UsdLightKind::Sphere { radius }, factor),
+    })
+}
+
+/// A light that is infinitely far away, of this diameter in degrees.
+fn sun(angle: f64, is_normalized: bool, units: Units) -> (UsdLightKind, f64) {
+    // Blender (5.0.1) writes a quarter of its strength, and half of its diameter: measured beside Cycles
+    let (angle, strength) = if units.is_of_blender { (2.0 * angle, 4.0) } else { (angle, 1.0) };
+    let angle = angle.clamp(0.0, 180.0);
+    // radiance is irradiance over the projected solid angle of the disk
+    let disk = PI * (angle / 2.0).to_radians().sin().powi(2);
+    let factor = if is_normalized || disk == 0.0 { 1.0 } else { disk };
+    (UsdLightKind::Sun { angle }, strength * factor / PI)
+}
+
+/// Sizes of a rectangle whose width is level, as it is here. One that is turned about its axis is told.
+fn level(map: DAffine3, [width, height]: [f64; 2], shaders: &mut Shaders<'_>) -> [f64; 2] {
+    let axis = |axis: DVec3| axis.normalize_or_zero();
+    let (forward, right) = (axis(-map.matrix3.z_axis), axis(map.matrix3.x_axis));
+    // straight up or down it is turned as the renderer turns it
+    let across = forward.cross(DVec3::Y).try_normalize().unwrap_or(DVec3::X);
+    let share = right.dot(across).abs();
+    if share > LEVEL || width == height && share < 1.0 - LEVEL {
+        return [width, height];
+    }
+    if share < (1.0 - LEVEL * LEVEL).sqrt() {
+        return [height, width];
+    }
+    shaders.leave_out("rectangular lights are level: those that are turned about their axis are turned back");
+    [width, height]
+}
+
+fn note_unused(prim: &Prim, code: f64, shaders: &mut Shaders<'_>) -> Answer<()> {
+    let is_warm = flag_at(prim, "enableColorTemperature", code)?.unwrap_or(false)
+        && number_at(prim, "colorTemperature", code)?.is_some_and(|kelvin| kelvin != WHITE);
+    if is_warm {
+        shaders.leave_out("colour temperatures of lights are not used: they have their colour");
+    }
+    if number_at(prim, "shaping:focus", code)?.is_some_and(|focus| focus != 0.0) {
+        shaders.leave_out("focus of lights (shaping:focus) is not used");
+    }
+    for (name, what) in
+        [("radius", "radii"), ("width", "sizes"), ("angle", "angles"), ("shaping:cone:angle", "cones")]
+    {
+        if codes(prim, &format!("inputs:{name}"))?.len() > 1 {
+            shaders.leave_out(format!(
+                "{what} of lights do not change with time: they are as at the first frame"
+            ));
+        }
+    }
+    if word(prim, "inputs:shaping:ies:file", code)?.is_some() {
+        shaders.leave_out("IES profiles of lights are not used");
+    }
+    Ok(())
+}
+
+/// Writes the table of a light; `None` for a dome, see [`dome`].
+pub fn text(light: &UsdLight) -> Option<String> {
+    let mut text = format!("\n[[light]]\nname = {}\n", Value::from(light.name.as_str()));
+    let lines = match &light.kind {
+        UsdLightKind::Rectangle { size: [width, height] } => {
+            format!("type = \"rectangle\"\nsize = [{}, {}]\n", written(*width), written(*height))
+        }
+        UsdLightKind::Disk { radius } => format!("type = \"disk\"\nradius = {}\n", written(*radius)),
+        UsdLightKind::Sphere { radius } => format!("type = \"sphere\"\nradius = {}\n", written(*radius)),
+        UsdLightKind::Point => String::from("type = \"point\"\n"),
+        UsdLightKind::Spot { cone, soft } => {
+            let cone = (2.0 * cone).min(WIDEST);
+            format!("type = \"spot\"\ncone = {}\nsoft = {}\n", written(cone), written(*soft))
+        }
+        UsdLightKind::Sun { angle } => format!("type = \"directional\"\nangle = {}\n", written(*angle)),
+        UsdLightKind::Dome { .. } => return None,
+    };
+    text += &lines;
+    let first = light.keys.first()?;
+    if light.keys.len() == 1 {
+        return Some(text + &key(&light.kind, first));
+    }
+    for own in &light.keys {
+        let _ = write!(text, "[[light.key]]\nframe = {}\n{}", written(own.frame), key(&light.kind, own));
+    }
+    Some(text)
+}
+
+/// Keys of a light at a frame: it shines along -Z of its prim.
+fn key(kind: &UsdLightKind, key: &LightKey) -> String {
+    let mut text = format!("color = {}\npower = {}\n", list(key.color), written(key.power));
+    let (at, along) = (key.map.translation, (-key.map.matrix3.z_axis).normalize_or(DVec3::NEG_Y));
+    let place = match kind {
+        UsdLightKind::Sun { .. } => format!("direction = {}\n", list(along)),
+        UsdLightKind::Point | UsdLightKind::Sphere { .. } => format!("position = {}\n", list(at)),
+        _ => format!("position = {}\ntarget = {}\n", list(at), list(at + along)),
+    };
+    text += &place;
+    text
+}
+
+/// Writes the light from all around, if there is one.
+pub fn dome(light: &UsdLight, notes: &mut Vec<String>) -> Option<String> {
+    let UsdLightKind::Dome { picture } = &light.kind else { return None };
+    let key = light.keys.first()?;
+    if light.keys.len() > 1 {
+        notes.push(String::from("the light from all around (DomeLight) rests: it is as at its first key"));
+    }
+    let Some(picture) = picture else {
+        let color = list(key.color * key.power);
+        return Some(format!("\n[background]\ncolor = {color}\n\n[environment]\n"));
+    };
+    if picture.packed.is_some() {
+        notes.push(String::from(
+            "the picture of the light from all around (DomeLight) is in a package, and is not used: unpack it, and name it as `map` of [environment]",
+        ));
+        return None;
+    }
+    if key.color != DVec3::ONE {
+        notes.push(String::from(
+            "the colour of the light from all around (DomeLight) beside its picture is not used",
+        ));
+    }
+    let up = key.map.matrix3.y_axis.normalize_or_zero();
+    if up.y < LEVEL {
+        notes.push(String::from("the light from all around (DomeLight) is tilted there, and upright here"));
+    }
+    // the middle of a map is at +Z of the light, and here at -Z (OpenEXR, "Environment Maps")
+    let ahead = key.map.matrix3.z_axis.normalize_or(DVec3::Z);
+    let rotation = 180.0 + ahead.x.atan2(ahead.z).to_degrees();
+    let map = Value::from(picture.path.to_string_lossy().into_owned());
+    let (rotation, power) = (written(rotation), written(key.power));
+    Some(format!("\n[environment]\nmap = {map}\nrotation = {rotation}\npower = {power}\n"))
+}

@@ -1,0 +1,318 @@
+//! Materials of USD files, as the renderer has them.
+
+use std::path::PathBuf;
+
+use glam::{DVec3, Vec2, Vec3};
+
+use super::file::{Input, Picture, Surface, UsdFile};
+use crate::scene::cutout::{Cutout, LEAST_OPACITY};
+use crate::scene::material::LARGEST_COLOR;
+use crate::scene::model::assemble::{Assembly, Settled};
+use crate::scene::model::map_statement::{Channel, MapUse};
+use crate::scene::model::mtl::MtlMaterial;
+use crate::scene::model::pictures::{Content, Decoded, PictureUse, Wanted};
+use crate::scene::model::varying::ParameterMap;
+use crate::scene::{Material, SceneError, Texture, texture};
+
+/// Bounds of the index of refraction: an index of 1 stands for "not stated" in MTL files.
+const LEAST_INDEX: f64 = 1.0001;
+const GREATEST_INDEX: f64 = 100.0;
+
+/// Reflectance at normal incidence above which a surface of the specular workflow is a metal: no plastic or gem reflects as much.
+const LEAST_METAL: f64 = 0.25;
+
+impl Assembly {
+    /// Settles a surface of a file; none: that of faces without one. Returns its index.
+    ///
+    /// # Errors In a strict load: a picture that is missing.
+    pub(super) fn usd_material(
+        &mut self,
+        file: &UsdFile,
+        surface: Option<usize>,
+        unused: &mut Vec<&'static str>,
+    ) -> Result<u16, SceneError> {
+        let Some(surface) = surface.and_then(|number| file.content.surfaces.get(number)) else {
+            return self.add_material_of(&file.path, Material::fallback().into());
+        };
+        let mut stated = self.usd_stated(file, surface, unused)?;
+        self.known_names.push(stated.name.clone());
+        let shot = self.override_values(&mut stated);
+        let mut material = stated.settle();
+        let color = match &surface.diffuse {
+            Input::Picture(picture) => Some(self.usd_texture(file, picture, unused)?),
+            Input::Constant(_) => None,
+        };
+        material.diffuse_map = match (&shot[MapUse::Color], &stated.maps[MapUse::Color]) {
+            (Some(shot), Some(map)) => Some(self.picture(map, shot, PictureUse::Color)?),
+            _ => color,
+        };
+        material.cutout = match (&shot[MapUse::Opacity], &stated.maps[MapUse::Opacity]) {
+            (Some(shot), Some(map)) => {
+                let map = self.picture(map, shot, PictureUse::Opacity)?;
+                self.pictures.cuts(map).then_some(Cutout { map, least: LEAST_OPACITY })
+            }
+            _ => self.usd_cutout(file, surface, color, unused)?,
+        };
+        // what the file states by itself is no statement of MTL
+        let asking = |used| shot[used].as_deref().unwrap_or(&file.path);
+        let mut settled = self.settle_maps(&stated, asking, material)?;
+        self.usd_maps(file, surface, &mut settled)?;
+        self.add_material_of(&file.path, settled)
+    }
+
+    /// Adds the pictures of normals and parameters that the shot file does not replace.
+    fn usd_maps(
+        &mut self,
+        file: &UsdFile,
+        surface: &Surface,
+        Settled { material, maps }: &mut Settled,
+    ) -> Result<(), SceneError> {
+        if let Some(picture) = surface.normal.as_ref().filter(|_| material.normal_map.is_none()) {
+            let index = self.usd_picture(file, picture, PictureUse::Normals)?;
+            material.normal_map = self.pictures.normal_map(index, slope_of(picture));
+        }
+        let is_metal_rough = material.metal_rough.is_some() && surface.specular.is_none();
+        for (used, input, is_there) in [
+            (MapUse::Roughness, &surface.roughness, material.metal_rough.is_some()),
+            (MapUse::Metal, &surface.metallic, is_metal_rough),
+            (MapUse::Emission, &surface.emissive, true),
+        ] {
+            let is_replaced = maps.has(used) || self.is_number_stated(&material.name, used);
+            let Some(picture) = picture_of_parameter(input, used).filter(|_| is_there && !is_replaced) else {
+                continue;
+            };
+            let map = self.usd_picture(file, picture, PictureUse::Parameter)?;
+            let channel = [Channel::Red, Channel::Green, Channel::Blue, Channel::Alpha];
+            let channel = channel[picture.channel.unwrap_or(0).min(3)];
+            maps[used] = (!self.pictures.is_stand_in(map)).then_some(ParameterMap { map, channel });
+        }
+        Ok(())
+    }
+
+    /// Values of a surface, as an MTL file would state them.
+    fn usd_stated(
+        &mut self,
+        file: &UsdFile,
+        surface: &Surface,
+        unused: &mut Vec<&'static str>,
+    ) -> Result<MtlMaterial, SceneError> {
+        let base = match &surface.diffuse {
+            Input::Constant(color) => *color,
+            // the picture is multiplied by it
+            Input::Picture(picture) => {
+                if picture.bias[..3] != [0.0; 3] {
+                    unused.push("what is added to textures (bias) is not used for colours");
+                }
+                DVec3::from_slice(&picture.scale)
+            }
+        };
+        let emissive = self.usd_factor(file, &surface.emissive, MapUse::Emission, unused)?;
+        let roughness =
+            self.usd_factor(file, &surface.roughness, MapUse::Roughness, unused)?.x.clamp(0.0, 1.0);
+        let mut metallic = self.usd_factor(file, &surface.metallic, MapUse::Metal, unused)?.x.clamp(0.0, 1.0);
+        let (mut base, mut index) = (base, surface.ior);
+        if let Some(specular) = surface.specular {
+            metallic = 0.0;
+            if specular.max_element() > LEAST_METAL {
+                unused.push(
+                    "surfaces that reflect colours (useSpecularWorkflow) are shown as metal of that colour",
+                );
+                (metallic, base) = (1.0, specular);
+            } else {
+                let root = (specular.element_sum() / 3.0).clamp(0.0, 0.95).sqrt();
+                index = (1.0 + root) / (1.0 - root);
+            }
+        }
+        let opacity = match &surface.opacity {
+            Input::Constant(opacity) if surface.opacity_threshold > 0.0 => {
+                if opacity.x < surface.opacity_threshold { 0.0 } else { 1.0 }
+            }
+            Input::Constant(opacity) => opacity.x.clamp(0.0, 1.0),
+            // a veil: the factor counts all over, and what is less than half there in the picture is cut out
+            Input::Picture(picture) if surface.opacity_threshold == 0.0 => {
+                let channel = picture.channel.unwrap_or(0);
+                (picture.scale[channel] + picture.bias[channel]).clamp(0.0, 1.0)
+            }
+            Input::Picture(_) => 1.0,
+        };
+        Ok(MtlMaterial {
+            name: surface.name.clone(),
+            kd: Some(color(base)),
+            ke: Some(color(emissive)),
+            pr: Some(roughness as f32),
+            pm: Some(metallic as f32),
+            ni: Some(index.clamp(LEAST_INDEX, GREATEST_INDEX) as f32),
+            d: (opacity < 1.0).then_some(opacity as f32),
+            ..MtlMaterial::default()
+        })
+    }
+
+    /// Value of an input: of a picture the factor by which it is multiplied, or its mean if it is more than multiplied.
+    fn usd_factor(
+        &mut self,
+        file: &UsdFile,
+        input: &Input,
+        used: MapUse,
+        unused: &mut Vec<&'static str>,
+    ) -> Result<DVec3, SceneError> {
+        let picture = match input {
+            Input::Constant(value) => return Ok(*value),
+            Input::Picture(picture) => picture,
+        };
+        if picture_of_parameter(input, used).is_some() {
+            return Ok(match picture.channel {
+                Some(channel) => DVec3::splat(picture.scale[channel]),
+                None => DVec3::from_slice(&picture.scale),
+            });
+        }
+        unused.push(
+            "of pictures of roughness, metal and emission to which numbers are added (bias), or of raw colours, the mean counts",
+        );
+        let decoded = self.usd_decoded(file, picture, PictureUse::Parameter)?;
+        // how often each byte occurs, so that the sum is exact
+        let mut counts = [[0_u64; 256]; 4];
+        for texel in &*decoded.texels {
+            (0..4).for_each(|channel| counts[channel][usize::from(texel[channel])] += 1);
+        }
+        let is_number = picture.is_raw || picture.channel.is_some();
+        let value = |channel: usize| {
+            let of_byte = |byte: usize| match is_number || channel == 3 {
+                true => byte as f64 / 255.0,
+                false => f64::from(texture::linear(byte as u8)),
+            };
+            let sum: f64 =
+                counts[channel].iter().enumerate().map(|(byte, count)| *count as f64 * of_byte(byte)).sum();
+            (sum / decoded.texels.len() as f64 * picture.scale[channel] + picture.bias[channel]).max(0.0)
+        };
+        Ok(match picture.channel {
+            Some(channel) => DVec3::splat(value(channel)),
+            None => DVec3::new(value(0), value(1), value(2)),
+        })
+    }
+
+    /// Parts that are cut out of a surface. `color`: the texture of its colour.
+    fn usd_cutout(
+        &mut self,
+        file: &UsdFile,
+        surface: &Surface,
+        color: Option<u32>,
+        unused: &mut Vec<&'static str>,
+    ) -> Result<Option<Cutout>, SceneError> {
+        let Input::Picture(picture) = &surface.opacity else { return Ok(None) };
+        let channel = picture.channel.unwrap_or(0);
+        let least = if surface.opacity_threshold > 0.0 {
+            // the threshold counts for what the texture makes of its numbers
+            let scale = picture.scale[channel].max(f64::MIN_POSITIVE);
+            ((surface.opacity_threshold - picture.bias[channel]) / scale) as f32
+        } else {
+            unused.push(
+                "opacity of textures cuts out what is less than half there: no surface is a veil in parts",
+            );
+            LEAST_OPACITY
+        };
+        let of_color = match &surface.diffuse {
+            Input::Picture(own) if channel == 3 && own.path == picture.path => color,
+            _ => None,
+        };
+        let map = match of_color {
+            Some(map) => map,
+            None => self.usd_opacity_texture(file, picture, channel)?,
+        };
+        let cuts = least > 0.0 && self.pictures.falls_below(map, least);
+        Ok(cuts.then_some(Cutout { map, least: least.min(1.0) }))
+    }
+
+    /// Texture whose alpha is a channel of a picture. Returns its index.
+    fn usd_opacity_texture(
+        &mut self,
+        file: &UsdFile,
+        picture: &Picture,
+        channel: usize,
+    ) -> Result<u32, SceneError> {
+        let Decoded { width, height, texels, .. } = self.usd_decoded(file, picture, PictureUse::Parameter)?;
+        let texels = texels.iter().map(|texel| [texel[0], texel[1], texel[2], texel[channel]]).collect();
+        let mut path = picture.path.clone().into_os_string();
+        path.push(format!("#channel {channel}"));
+        let (scale, offset) = placed(picture);
+        let path = PathBuf::from(path);
+        let texture = Texture { path, width, height, texels, scale, offset, clamp: picture.clamp };
+        Ok(self.pictures.place(texture, PictureUse::Color))
+    }
+
+    /// The texture of a colour. Returns its index.
+    fn usd_texture(
+        &mut self,
+        file: &UsdFile,
+        picture: &Picture,
+        unused: &mut Vec<&'static str>,
+    ) -> Result<u32, SceneError> {
+        if picture.is_raw {
+            unused.push("pictures of colours are taken as sRGB, also where sourceColorSpace is raw");
+        }
+        if picture.channel.is_some() {
+            unused.push(
+                "colours are those of a picture's red, green and blue, also where one channel is named",
+            );
+        }
+        self.usd_picture(file, picture, PictureUse::Color)
+    }
+
+    /// Places a picture. Returns its index.
+    fn usd_picture(
+        &mut self,
+        file: &UsdFile,
+        picture: &Picture,
+        used: PictureUse,
+    ) -> Result<u32, SceneError> {
+        let Decoded { width, height, texels, .. } = self.usd_decoded(file, picture, used)?;
+        let (scale, offset) = placed(picture);
+        let path = picture.path.clone();
+        let texture = Texture { path, width, height, texels, scale, offset, clamp: picture.clamp };
+        Ok(self.pictures.place(texture, used))
+    }
+
+    fn usd_decoded(
+        &mut self,
+        file: &UsdFile,
+        picture: &Picture,
+        used: PictureUse,
+    ) -> Result<Decoded, SceneError> {
+        let content = match &picture.packed {
+            Some(bytes) => Content::Bytes(bytes),
+            None => Content::File(picture.path.is_file().then_some(picture.path.as_path())),
+        };
+        let wanted = Wanted {
+            path: picture.path.clone(),
+            content,
+            name: &picture.name,
+            asking: &file.path,
+            line: None,
+            used,
+        };
+        self.pictures.decoded(wanted, &mut self.findings)
+    }
+}
+
+/// Picture that gives a parameter, if it is one and is multiplied by a number alone.
+fn picture_of_parameter(input: &Input, used: MapUse) -> Option<&Picture> {
+    let Input::Picture(picture) = input else { return None };
+    let is_color = used == MapUse::Emission;
+    let fits = picture.channel.is_none() == is_color && !(is_color && picture.is_raw);
+    (fits && picture.bias == [0.0; 4]).then_some(picture)
+}
+
+/// Factor on the slopes of a normal map. Its bytes are to be spread from -1 to 1, by a scale of 2 and a bias of -1 (UsdPreviewSurface,
+/// "normal"); files with other numbers mean steeper or flatter slopes.
+fn slope_of(picture: &Picture) -> f32 {
+    let [across, up, out, _] = picture.scale;
+    if out > 0.0 { ((across + up) / (2.0 * out)) as f32 } else { 1.0 }
+}
+
+/// Factor on texture coordinates, and what is added to them then.
+fn placed(picture: &Picture) -> (Vec2, Vec2) {
+    (picture.uv_scale.as_vec2(), picture.uv_offset.as_vec2())
+}
+
+fn color(color: DVec3) -> Vec3 {
+    color.as_vec3().clamp(Vec3::ZERO, Vec3::splat(LARGEST_COLOR))
+}

@@ -1,0 +1,138 @@
+//! The models of a USD file: one for each mesh that it shows.
+
+use std::collections::{BTreeSet, HashMap};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use embree::VertexBuffer;
+
+use super::file::{ShownMesh, UsdFile, UsdMesh};
+use crate::animation::ShapeTrack;
+use crate::scene::model::assemble::Assembly;
+use crate::scene::model::shape_files::Distinct;
+use crate::scene::part_of_file::{NodeTrack, PartOfFile, Surface};
+use crate::scene::{Mesh, SceneError, Shapes};
+
+/// Files that were read, and what was made of them.
+#[derive(Default)]
+pub(crate) struct UsdFiles {
+    /// Files that were read, and not asked for yet.
+    before: HashMap<PathBuf, Arc<UsdFile>>,
+    parts: HashMap<PathBuf, Arc<Vec<PartOfFile>>>,
+}
+
+impl UsdFiles {
+    /// Adds a file that was read in advance.
+    pub fn with(mut self, file: Arc<UsdFile>) -> Self {
+        self.before.insert(known_as(&file.path), file);
+        self
+    }
+}
+
+/// A mesh, and its shapes over time, if it deforms.
+type BuiltMesh = (Arc<Mesh>, Option<ShapeTrack>);
+
+fn known_as(path: &Path) -> PathBuf {
+    path.canonicalize().unwrap_or_else(|_| path.to_path_buf())
+}
+
+impl Assembly {
+    /// The models of the USD file at `path`.
+    ///
+    /// # Errors A file that cannot be read, is damaged, or shows nothing; in a strict load also one that names what is missing.
+    pub fn usd(&mut self, path: &Path) -> Result<Arc<Vec<PartOfFile>>, SceneError> {
+        let known = known_as(path);
+        if let Some(parts) = self.usd.parts.get(&known) {
+            return Ok(parts.clone());
+        }
+        let file = match self.usd.before.remove(&known) {
+            Some(file) => file,
+            None => Arc::new(UsdFile::open(path)?),
+        };
+        self.files.extend(file.files.iter().cloned());
+        self.digests.push(file.digest);
+        let mut unused = Vec::new();
+        let built = self.usd_meshes(&file, &mut unused)?;
+        let parts: Vec<PartOfFile> =
+            file.content.shown.iter().filter_map(|shown| part(shown, &built)).collect();
+        for defect in &file.content.defects {
+            self.findings.stand_in(file.fault(defect))?;
+        }
+        let unused: BTreeSet<&str> =
+            unused.into_iter().chain(file.content.unused.iter().map(String::as_str)).collect();
+        unused.into_iter().for_each(|message| self.findings.note(file.fault(message)));
+        if parts.is_empty() {
+            let why = file.content.defects.first().map_or(String::new(), |defect| format!(" ({defect})"));
+            return Err(
+                file.fault(format!("it shows no meshes with triangles, which alone can be rendered{why}"))
+            );
+        }
+        let parts = Arc::new(parts);
+        self.usd.parts.insert(known, parts.clone());
+        Ok(parts)
+    }
+
+    /// Builds the meshes of a file; `unused` grows by what has no effect.
+    fn usd_meshes(
+        &mut self,
+        file: &UsdFile,
+        unused: &mut Vec<&'static str>,
+    ) -> Result<Vec<BuiltMesh>, SceneError> {
+        let mut materials: HashMap<Option<usize>, u16> = HashMap::new();
+        let mut built = Vec::with_capacity(file.content.meshes.len());
+        for mesh in &file.content.meshes {
+            let (mut runs, mut begin) = (Vec::with_capacity(mesh.uses.len()), 0);
+            for (count, surface) in &mesh.uses {
+                let index = match materials.get(surface) {
+                    Some(index) => *index,
+                    None => {
+                        let index = self.usd_material(file, *surface, unused)?;
+                        materials.insert(*surface, index);
+                        index
+                    }
+                };
+                runs.push((begin..begin + count, index));
+                begin += count;
+            }
+            let UsdMesh { positions, normals, uvs, triangles, .. } = mesh;
+            let surface = Surface {
+                positions: positions.clone(),
+                normals: normals.clone(),
+                uvs: uvs.clone(),
+                triangles: triangles.clone(),
+                colors: Vec::new(),
+                tangents: Vec::new(),
+            };
+            built.push(with_shapes(self.mesh_of_runs(surface, runs), mesh));
+        }
+        Ok(built)
+    }
+}
+
+/// Model of a shown mesh. `None` if it is scaled to nothing for ever.
+fn part(shown: &ShownMesh, built: &[BuiltMesh]) -> Option<PartOfFile> {
+    let keys = match shown.map.is_constant() {
+        true => vec![(1.0, shown.map.at(1.0))],
+        false => shown.map.frames().zip(shown.map.values()).collect(),
+    };
+    let NodeTrack { map, visible } = NodeTrack::through(keys, &[])?;
+    let (mesh, shapes) = built[shown.mesh].clone();
+    let visible = visible.and(&shown.visible);
+    Some(PartOfFile { name: shown.name.clone(), mesh, map, visible, shapes })
+}
+
+/// Gives a mesh its shapes.
+fn with_shapes(mesh: Mesh, read: &UsdMesh) -> BuiltMesh {
+    let mut shapes = Distinct::default();
+    for (frame, points) in &read.shapes {
+        shapes.add(*frame, read.point_of.iter().map(|point| points[*point as usize]).collect());
+    }
+    let Distinct { list, keys, .. } = shapes;
+    let is_same = |shape: &Vec<[f32; 3]>| shape.as_slice() == mesh.positions.as_slice();
+    if list.iter().all(is_same) {
+        return (Arc::new(mesh), None);
+    }
+    let positions = Arc::new(VertexBuffer::new(list[0].clone()));
+    let shapes = Shapes::new(list, &mesh.triangles, &mesh.normals, &read.point_of);
+    (Arc::new(Mesh { positions, shapes: Some(Arc::new(shapes)), ..mesh }), ShapeTrack::through(keys, None))
+}

@@ -1,0 +1,332 @@
+//! Networks of shaders: UsdPreviewSurface, and the pictures that lead to it.
+
+use std::collections::{BTreeSet, HashMap};
+use std::io::Read;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use glam::{DVec2, DVec3};
+use openusd::ar::{ResolvedPath, Resolver};
+use openusd::sdf::{Path, Value};
+use openusd::usd::{Prim, Stage};
+
+use super::file::{Input, Picture, Surface};
+use super::resolver::Checked;
+use super::value::{Answer, codes, number, numbers, said, three, value, word};
+
+/// Most steps from an input to the shader that computes it: nothing honest is as deep, and what is connected to itself has no end.
+const MOST_STEPS: usize = 32;
+
+/// Largest size of a picture in a package, bytes.
+const MOST_PICTURE_BYTES: u64 = 1 << 30;
+
+/// Reads materials of a stage, each picture once.
+pub struct Shaders<'a> {
+    stage: &'a Stage,
+    /// Time code at which values are read.
+    code: f64,
+    packed: HashMap<String, Arc<Vec<u8>>>,
+    pub unused: BTreeSet<String>,
+}
+
+/// A material, and the name of its texture coordinates.
+pub struct ReadSurface {
+    pub surface: Surface,
+    pub uvs: Option<String>,
+}
+
+/// Path by which a picture is known, its name as written, and its bytes if it is packed.
+pub type PictureFile = (PathBuf, String, Option<Arc<Vec<u8>>>);
+
+/// Other end of a connection.
+struct Source {
+    prim: Prim,
+    /// Name of its output.
+    output: String,
+}
+
+impl<'a> Shaders<'a> {
+    /// Prepares to read at a time code.
+    pub fn new(stage: &'a Stage, code: f64) -> Self {
+        Self { stage, code, packed: HashMap::new(), unused: BTreeSet::new() }
+    }
+
+    /// Reads the material at `path`. `None` if it has no surface that is known here.
+    ///
+    /// # Errors What the library says.
+    pub fn material(&mut self, path: &Path) -> Answer<Option<ReadSurface>> {
+        let material = self.stage.prim(path.clone());
+        let Some(source) = self.source(&material, "outputs:surface")? else { return Ok(None) };
+        if word(&source.prim, "info:id", self.code)?.as_deref() != Some("UsdPreviewSurface") {
+            return Ok(None);
+        }
+        let prim = source.prim;
+        let mut uvs = None;
+        let mut input = |shaders: &mut Self, name: &str, default: DVec3| {
+            let read = shaders.input(&prim, name, default)?;
+            let (input, own) = read;
+            // one set of texture coordinates a mesh: that of its colour before others
+            uvs = uvs.take().or(own);
+            Ok::<Input, String>(input)
+        };
+        let diffuse = input(self, "inputs:diffuseColor", DVec3::splat(0.18))?;
+        let opacity = input(self, "inputs:opacity", DVec3::ONE)?;
+        let emissive = input(self, "inputs:emissiveColor", DVec3::ZERO)?;
+        let roughness = input(self, "inputs:roughness", DVec3::splat(0.5))?;
+        let metallic = input(self, "inputs:metallic", DVec3::ZERO)?;
+        let normal = match input(self, "inputs:normal", DVec3::Z)? {
+            Input::Picture(picture) => Some(picture),
+            Input::Constant(_) => None,
+        };
+        let workflow = number(&prim, "inputs:useSpecularWorkflow", self.code)?.unwrap_or(0.0);
+        let specular = match workflow == 1.0 {
+            true => Some(input(self, "inputs:specularColor", DVec3::ZERO)?),
+            false => None,
+        };
+        let specular = match specular {
+            Some(Input::Constant(color)) => Some(color),
+            Some(Input::Picture(_)) => {
+                self.leave_out("textures of specularColor are not used: surfaces reflect as plastic does");
+                None
+            }
+            None => None,
+        };
+        self.note_unused(&prim)?;
+        let name = path.name().unwrap_or("material").to_string();
+        let ior = number(&prim, "inputs:ior", self.code)?.unwrap_or(1.5);
+        let threshold = number(&prim, "inputs:opacityThreshold", self.code)?.unwrap_or(0.0);
+        let opacity_threshold = threshold.clamp(0.0, 1.0);
+        let surface = Surface {
+            name,
+            diffuse,
+            emissive,
+            roughness,
+            metallic,
+            opacity,
+            opacity_threshold,
+            ior,
+            specular,
+            normal,
+        };
+        Ok(Some(ReadSurface { surface, uvs }))
+    }
+
+    /// Records that something has no effect.
+    pub fn leave_out(&mut self, message: impl Into<String>) {
+        self.unused.insert(message.into());
+    }
+
+    fn note_unused(&mut self, prim: &Prim) -> Answer<()> {
+        for (name, message) in [
+            ("inputs:occlusion", "occlusion maps are not used: occlusion is computed"),
+            ("inputs:displacement", "displacement is not used"),
+        ] {
+            if said(prim.attribute(name).has_authored_connections())? {
+                self.leave_out(message);
+            }
+        }
+        let clearcoat = "inputs:clearcoat";
+        if number(prim, clearcoat, self.code)?.is_some_and(|coat| coat > 0.0)
+            || said(prim.attribute(clearcoat).has_authored_connections())?
+        {
+            self.leave_out("clearcoat is not used");
+        }
+        for name in ["diffuseColor", "emissiveColor", "roughness", "metallic", "opacity"] {
+            if codes(prim, &format!("inputs:{name}"))?.len() > 1 {
+                self.leave_out("materials do not change with time: they are as at the first frame");
+            }
+        }
+        Ok(())
+    }
+
+    /// Follows a connection to the shader at its end, through node graphs and interfaces of materials.
+    fn source(&self, prim: &Prim, name: &str) -> Answer<Option<Source>> {
+        let (mut at, mut name) = (prim.clone(), name.to_string());
+        for _ in 0..MOST_STEPS {
+            let connections = said(at.attribute(name.as_str()).connections())?;
+            let Some(target) = connections.into_iter().next() else {
+                return Ok((name != "outputs:surface").then_some(Source { prim: at, output: name }));
+            };
+            at = self.stage.prim(target.prim_path());
+            name = target.as_str().rsplit_once('.').map_or(String::new(), |(_, name)| name.to_string());
+            if name.starts_with("outputs:") && word(&at, "info:id", self.code)?.is_some() {
+                return Ok(Some(Source { prim: at, output: name }));
+            }
+        }
+        Ok(None)
+    }
+
+    /// Value of an input, and the name of the texture coordinates that it takes.
+    fn input(&mut self, prim: &Prim, name: &str, default: DVec3) -> Answer<(Input, Option<String>)> {
+        let constant = |prim: &Prim, name: &str| -> Answer<Option<DVec3>> {
+            let numbers = value(prim, name, self.code)?.as_ref().and_then(numbers).unwrap_or_default();
+            let finite = numbers.iter().all(|number| number.is_finite());
+            Ok(match numbers[..] {
+                [one] if finite => Some(DVec3::splat(one)),
+                [x, y, z, ..] if finite => Some(DVec3::new(x, y, z)),
+                _ => None,
+            })
+        };
+        if !said(prim.attribute(name).has_authored_connections())? {
+            return Ok((Input::Constant(constant(prim, name)?.unwrap_or(default)), None));
+        }
+        let Some(source) = self.source(prim, name)? else { return Ok((Input::Constant(default), None)) };
+        if !source.output.starts_with("outputs:") {
+            // an interface that states the value
+            return Ok((Input::Constant(constant(&source.prim, &source.output)?.unwrap_or(default)), None));
+        }
+        let stated = constant(prim, name)?.unwrap_or(default);
+        match word(&source.prim, "info:id", self.code)?.as_deref() {
+            Some("UsdUVTexture") => self.picture(&source, stated),
+            Some(id) => {
+                let id: String = id.chars().take(80).collect();
+                self.leave_out(format!(
+                    "shaders `{id}` are not used: inputs have the values that they state themselves"
+                ));
+                Ok((Input::Constant(stated), None))
+            }
+            None => Ok((Input::Constant(stated), None)),
+        }
+    }
+
+    /// Reads a UsdUVTexture.
+    fn picture(&mut self, source: &Source, default: DVec3) -> Answer<(Input, Option<String>)> {
+        let Source { prim, output } = source;
+        let channel = match output.as_str() {
+            "outputs:r" => Some(0),
+            "outputs:g" => Some(1),
+            "outputs:b" => Some(2),
+            "outputs:a" => Some(3),
+            _ => None,
+        };
+        let Some((path, name, packed)) = self.file(prim)? else {
+            return Ok((Input::Constant(default), None));
+        };
+        let four = |name: &str, default: [f64; 4]| -> Answer<[f64; 4]> {
+            let numbers = value(prim, name, self.code)?.as_ref().and_then(numbers);
+            let four = numbers.and_then(|numbers| <[f64; 4]>::try_from(numbers).ok());
+            Ok(four.filter(|four| four.iter().all(|number| number.is_finite())).unwrap_or(default))
+        };
+        let (scale, bias) = (four("inputs:scale", [1.0; 4])?, four("inputs:bias", [0.0; 4])?);
+        let wraps = [word(prim, "inputs:wrapS", self.code)?, word(prim, "inputs:wrapT", self.code)?];
+        let clamps = wraps.each_ref().map(|wrap| matches!(wrap.as_deref(), Some("clamp" | "black")));
+        if clamps[0] != clamps[1]
+            || wraps.iter().flatten().any(|wrap| matches!(wrap.as_str(), "mirror" | "black"))
+        {
+            self.leave_out("textures repeat, or are clamped, in both directions: other wrapping is not used");
+        }
+        let is_raw = word(prim, "inputs:sourceColorSpace", self.code)?.as_deref() == Some("raw");
+        let (uvs, uv_scale, uv_offset) = self.coordinates(prim)?;
+        let picture = Picture {
+            path,
+            name,
+            packed,
+            channel,
+            scale,
+            bias,
+            is_raw,
+            clamp: clamps == [true; 2],
+            uv_scale,
+            uv_offset,
+        };
+        Ok((Input::Picture(picture), uvs))
+    }
+
+    /// Texture coordinates of a UsdUVTexture: their name, a factor, and what is added then.
+    fn coordinates(&mut self, texture: &Prim) -> Answer<(Option<String>, DVec2, DVec2)> {
+        let (mut scale, mut offset) = (DVec2::ONE, DVec2::ZERO);
+        let mut at = self.source(texture, "inputs:st")?;
+        for _ in 0..MOST_STEPS {
+            let Some(Source { prim, .. }) = &at else { break };
+            match word(prim, "info:id", self.code)?.as_deref() {
+                Some("UsdTransform2d") => {
+                    let two = |name: &str, default: DVec2| -> Answer<DVec2> {
+                        let numbers = value(prim, name, self.code)?.as_ref().and_then(numbers);
+                        let two =
+                            numbers.and_then(|numbers| <[f64; 2]>::try_from(numbers).ok()).map(DVec2::from);
+                        Ok(two.filter(|two| two.is_finite()).unwrap_or(default))
+                    };
+                    let (own_scale, own_offset) =
+                        (two("inputs:scale", DVec2::ONE)?, two("inputs:translation", DVec2::ZERO)?);
+                    if number(prim, "inputs:rotation", self.code)?.is_some_and(|degrees| degrees != 0.0) {
+                        self.leave_out("rotations of textures (UsdTransform2d) are not used");
+                    }
+                    (scale, offset) = (scale * own_scale, offset + scale * own_offset);
+                    at = self.source(prim, "inputs:in")?;
+                }
+                _ => {
+                    let name = self.source(prim, "inputs:varname")?;
+                    let name = match name {
+                        Some(source) => word(&source.prim, &source.output, self.code)?,
+                        None => word(prim, "inputs:varname", self.code)?,
+                    };
+                    return Ok((name, scale, offset));
+                }
+            }
+        }
+        Ok((None, scale, offset))
+    }
+
+    /// Picture of a texture, or of a light.
+    pub fn file(&mut self, prim: &Prim) -> Answer<Option<PictureFile>> {
+        let asset = match value(prim, "inputs:file", self.code)? {
+            Some(value) => Some(value),
+            None => value(prim, "inputs:texture:file", self.code)?,
+        };
+        let Some(Value::AssetPath(asset)) = asset else { return Ok(None) };
+        if asset.is_empty() {
+            return Ok(None);
+        }
+        let name: String = asset.asset_path().chars().take(200).collect();
+        let Some(resolved) = asset.resolved_path() else {
+            return Ok(Some((PathBuf::from(&name), name, None)));
+        };
+        let path = PathBuf::from(resolved);
+        if !resolved.ends_with(']') {
+            return Ok(Some((path, name, None)));
+        }
+        if let Some(known) = self.packed.get(resolved) {
+            return Ok(Some((path, name, Some(known.clone()))));
+        }
+        let opened = said(Checked::default().open_asset(&ResolvedPath::new(resolved)));
+        let mut bytes = Vec::new();
+        // what cannot be read is empty, which decoding reports
+        if let Ok(asset) = opened {
+            let _ = asset.take(MOST_PICTURE_BYTES).read_to_end(&mut bytes);
+        }
+        let bytes = Arc::new(bytes);
+        self.packed.insert(resolved.to_string(), bytes.clone());
+        Ok(Some((path, name, Some(bytes))))
+    }
+
+    /// Surface of a mesh without a material: its displayColor, or grey.
+    pub fn display_color(&mut self, prim: &Prim) -> Answer<Option<Surface>> {
+        let name = "primvars:displayColor";
+        let Some(read) = value(prim, name, self.code)? else { return Ok(None) };
+        let Some(list) = numbers(&read).filter(|list| list.len() >= 3) else { return Ok(None) };
+        let colors: Vec<DVec3> = list.chunks_exact(3).map(DVec3::from_slice).collect();
+        if colors.windows(2).any(|pair| pair[0] != pair[1]) {
+            self.leave_out("colours that change over a mesh (displayColor) are not used: their mean counts");
+        }
+        let mean = colors.iter().sum::<DVec3>() / colors.len() as f64;
+        if !mean.is_finite() {
+            return Ok(None);
+        }
+        let opacity = three(prim, "primvars:displayOpacity", self.code)?;
+        if opacity.is_some_and(|opacity| opacity.min_element() < 1.0) {
+            self.leave_out("displayOpacity is not used");
+        }
+        Ok(Some(Surface {
+            name: String::from("displayColor"),
+            diffuse: Input::Constant(mean),
+            emissive: Input::number(0.0),
+            roughness: Input::number(0.5),
+            metallic: Input::number(0.0),
+            opacity: Input::number(1.0),
+            opacity_threshold: 0.0,
+            ior: 1.5,
+            specular: None,
+            normal: None,
+        }))
+    }
+}

@@ -1,0 +1,432 @@
+//! Walks over the prims of a stage, and collects what they show.
+
+use std::collections::{BTreeSet, HashMap};
+use std::rc::Rc;
+
+use glam::{DAffine3, DQuat};
+use openusd::pcp::{ArcType, Node};
+use openusd::sdf::{Path, Value};
+use openusd::usd::{Prim, PrimPredicate, PrimStatus, Stage};
+
+use super::binding::Bindings;
+use super::file::{Clock, Content, ShownMesh, Surface, Units, UsdMesh};
+use super::geometry::{self, FaceSurfaces};
+use super::instancer::{self, Copy};
+use super::shader::{ReadSurface, Shaders};
+use super::value::{Answer, codes, said, value, whole_numbers, word};
+use super::{cameras, lights, place};
+use crate::animation::{Track, Visibility};
+use crate::digest::Digest;
+
+/// Most point instancers within each other.
+const MOST_DEPTH: usize = 8;
+
+/// Most prims above one another: the time to compose them grows with the cube of their number.
+const MOST_LEVELS: usize = 256;
+
+/// Most models of a file.
+const MOST_SHOWN: usize = 4_000_000;
+
+/// Metres in a unit, if the file does not say.
+const DEFAULT_UNIT: f64 = 0.01;
+
+/// Things that hold below a prim.
+#[derive(Clone)]
+struct Context {
+    /// Map to the world.
+    map: Track<DAffine3>,
+    visible: Visibility,
+    /// True if purpose is one that is rendered.
+    is_rendered: bool,
+}
+
+/// A walk, and what it has found.
+struct Walk<'a> {
+    stage: &'a Stage,
+    content: Content,
+    units: Units,
+    /// Map from the file's units and axes to the world's.
+    root: Track<DAffine3>,
+    shaders: Shaders<'a>,
+    bindings: Bindings,
+    /// Meshes of prototypes' prims, which their instances share.
+    of_prototypes: HashMap<String, Option<usize>>,
+    /// Surfaces by path of their material, and names of their texture coordinates.
+    of_materials: HashMap<String, Option<(usize, Option<String>)>>,
+    /// Numbers of the meshes by their digest.
+    known: HashMap<Digest, Vec<usize>>,
+    /// Instancers that are being walked through.
+    within: Vec<Path>,
+}
+
+/// Collects all that a stage shows.
+///
+/// # Errors What the library says, and damaged meshes.
+pub fn content(stage: &Stage) -> Answer<Content> {
+    let clock = clock(stage)?;
+    let unit = metadata_number(stage, "metersPerUnit")?.filter(|unit| *unit > 0.0).unwrap_or(DEFAULT_UNIT);
+    let is_z_up =
+        matches!(said(stage.stage_metadata("upAxis"))?, Some(Value::Token(axis)) if axis.as_str() == "Z");
+    let quarter = DQuat::from_rotation_x(-std::f64::consts::FRAC_PI_2);
+    let turn = if is_z_up { exact(DAffine3::from_quat(quarter)) } else { DAffine3::IDENTITY };
+    let map = Track::constant(DAffine3::from_scale(glam::DVec3::splat(unit)) * turn);
+    let mut walk = Walk {
+        stage,
+        content: Content { clock, ..Content::default() },
+        units: Units { metres: unit, is_of_blender: is_of_blender(stage)? },
+        root: map.clone(),
+        shaders: Shaders::new(stage, clock.code(clock.first())),
+        bindings: Bindings::default(),
+        of_prototypes: HashMap::new(),
+        of_materials: HashMap::new(),
+        known: HashMap::new(),
+        within: Vec::new(),
+    };
+    let context = Context { map, visible: Visibility::ALWAYS, is_rendered: true };
+    let roots = said(stage.prim(Path::abs_root()).children())?;
+    let shown = walk.below(roots, context, PrimPredicate::DEFAULT_PROXIES)?;
+    walk.content.shown = shown;
+    let mut content = walk.content;
+    content.unused.append(&mut walk.shaders.unused);
+    if walk.bindings.has_collections {
+        content.unused.insert(String::from("materials that collections bind are not used"));
+    }
+    Ok(content)
+}
+
+/// A quarter turn without the rounding of sines.
+fn exact(map: DAffine3) -> DAffine3 {
+    DAffine3::from_cols_array(&map.to_cols_array().map(|number| number.round()))
+}
+
+fn metadata_number(stage: &Stage, name: &str) -> Answer<Option<f64>> {
+    Ok(match said(stage.stage_metadata(name))? {
+        Some(Value::Double(number)) => Some(number),
+        Some(Value::Float(number)) => Some(f64::from(number)),
+        Some(Value::Int(number)) => Some(f64::from(number)),
+        _ => None,
+    }
+    .filter(|number| number.is_finite()))
+}
+
+fn is_of_blender(stage: &Stage) -> Answer<bool> {
+    let written = said(stage.stage_metadata("documentation"))?;
+    Ok(matches!(written, Some(Value::String(text)) if text.starts_with("Blender")))
+}
+
+fn clock(stage: &Stage) -> Answer<Clock> {
+    let is_rate = |rate: &f64| (1e-3..=1e6).contains(rate);
+    let codes = metadata_number(stage, "timeCodesPerSecond")?.filter(is_rate);
+    let frames = metadata_number(stage, "framesPerSecond")?.filter(is_rate);
+    let rate = frames.or(codes).unwrap_or(24.0);
+    let codes = codes.or(frames).unwrap_or(24.0) / rate;
+    let (start, end) = (metadata_number(stage, "startTimeCode")?, metadata_number(stage, "endTimeCode")?);
+    let range = match (start, end) {
+        (Some(start), Some(end)) if start <= end && start.abs().max(end.abs()) < 1e6 * codes => {
+            Some([start / codes, end / codes])
+        }
+        _ => None,
+    };
+    Ok(Clock { rate, codes, range })
+}
+
+impl Walk<'_> {
+    /// Collects meshes of these prims and all below them; cameras and lights outside of prototypes.
+    fn below(
+        &mut self,
+        roots: Vec<Prim>,
+        context: Context,
+        predicate: PrimPredicate,
+    ) -> Answer<Vec<ShownMesh>> {
+        let mut shown = Vec::new();
+        let context = Rc::new(context);
+        let mut waiting: Vec<(Prim, Rc<Context>)> =
+            roots.into_iter().rev().map(|prim| (prim, context.clone())).collect();
+        while let Some((prim, above)) = waiting.pop() {
+            if !predicate.matches(said(self.stage.prim_status(prim.path().clone()))?) {
+                continue;
+            }
+            if prim.path().as_str().bytes().filter(|byte| *byte == b'/').count() > MOST_LEVELS {
+                return Err(format!("its prims are nested more than {MOST_LEVELS} deep: flatten it"));
+            }
+            let own = Rc::new(self.context(&prim, &above)?);
+            if self.look(&prim, &own, &mut shown)? {
+                let children = said(prim.children())?;
+                if children.is_empty() {
+                    self.note_missing(&prim)?;
+                }
+                waiting.extend(children.into_iter().rev().map(|child| (child, own.clone())));
+            }
+            if shown.len() > MOST_SHOWN {
+                return Err(format!("it shows more than {MOST_SHOWN} models"));
+            }
+        }
+        Ok(shown)
+    }
+
+    /// Records prims that references and payloads of a prim without children name, and that are nowhere: the library reports payloads
+    /// alone.
+    fn note_missing(&mut self, prim: &Prim) -> Answer<()> {
+        let depth = prim.path().as_str().bytes().filter(|byte| *byte == b'/').count();
+        let graph = said(prim.prim_index().graph())?;
+        let is_reference = |node: &&Node| matches!(node.arc(), ArcType::Reference | ArcType::Payload);
+        let is_own = |node: &&Node| usize::from(node.namespace_depth()) == depth;
+        let is_nowhere = |node: &&Node| !node.has_specs() && node.children().is_empty();
+        for node in graph.all_nodes().filter(is_reference).filter(is_own).filter(is_nowhere) {
+            let message = format!(
+                "{}, which {} names, is nowhere: what it brings is missing",
+                node.path(),
+                prim.path()
+            );
+            self.content.defects.insert(message);
+        }
+        Ok(())
+    }
+
+    fn context(&mut self, prim: &Prim, above: &Rc<Context>) -> Answer<Context> {
+        let mut context = Context::clone(above);
+        let clock = self.content.clock;
+        if let Some(place) = place::place(prim, &clock)? {
+            context.map =
+                if place.is_reset { self.root.after(&place.map) } else { above.map.after(&place.map) };
+        }
+        if let Some(first) = word(prim, "visibility", clock.code(clock.first()))? {
+            let times = codes(prim, "visibility")?;
+            let is_there = |code: f64| -> Answer<bool> {
+                Ok(word(prim, "visibility", code)?.as_deref() != Some("invisible"))
+            };
+            let own = match times.is_empty() {
+                true => Visibility::through(first != "invisible", Vec::new()),
+                false => {
+                    let keys = times.iter().map(|code| Ok((clock.frame(*code), is_there(*code)?)));
+                    Visibility::through(is_there(times[0])?, keys.collect::<Answer<_>>()?)
+                }
+            };
+            context.visible = context.visible.and(&own.unwrap_or(Visibility::ALWAYS));
+        }
+        if let Some(purpose) = word(prim, "purpose", clock.code(clock.first()))? {
+            context.is_rendered = matches!(purpose.as_str(), "default" | "render");
+        }
+        Ok(context)
+    }
+
+    /// Collects what a prim shows itself. Returns true if what is below it counts as well.
+    fn look(&mut self, prim: &Prim, context: &Context, shown: &mut Vec<ShownMesh>) -> Answer<bool> {
+        let kind = said(prim.type_name())?.map_or(String::new(), |kind| kind.to_string());
+        let is_seen = context.is_rendered && !context.visible.is_never();
+        match kind.as_str() {
+            "Mesh" if is_seen => {
+                if let Some(mesh) = self.mesh(prim)? {
+                    let name = prim.path().as_str().trim_start_matches('/').to_string();
+                    let (map, visible) = (context.map.clone(), context.visible.clone());
+                    shown.push(ShownMesh { name, mesh, map, visible });
+                }
+            }
+            "PointInstancer" => {
+                if is_seen {
+                    self.copies(prim, context, shown)?;
+                }
+                return Ok(false);
+            }
+            "Camera" if self.within.is_empty() => {
+                self.content.cameras.push(cameras::read(
+                    prim,
+                    &context.map,
+                    &self.content.clock,
+                    self.units.metres,
+                )?);
+            }
+            kind if lights::is_light(kind) && self.within.is_empty() && is_seen => {
+                let file = (&self.content.clock, self.units);
+                self.content.lights.extend(lights::read(
+                    (prim, kind),
+                    &context.map,
+                    file,
+                    &mut self.shaders,
+                )?);
+            }
+            // materials are read when they are bound
+            "Material" | "Shader" | "NodeGraph" | "GeomSubset" => return Ok(false),
+            kind => self.note_unused(kind, is_seen),
+        }
+        Ok(true)
+    }
+
+    fn note_unused(&mut self, kind: &str, is_seen: bool) {
+        let what = match kind {
+            "BasisCurves" | "NurbsCurves" | "HermiteCurves" => "curves are",
+            "NurbsPatch" => "NURBS patches are",
+            "Points" => "points are",
+            "Volume" => "volumes are",
+            "Cube" | "Sphere" | "Cylinder" | "Cylinder_1" | "Cone" | "Capsule" | "Capsule_1" | "Plane" => {
+                "cubes, spheres, cylinders, cones, capsules and planes that are no meshes are"
+            }
+            "SkelRoot" | "Skeleton" => {
+                let message = "skeletons (UsdSkel) are not used: meshes stand as they were bound";
+                self.content.unused.insert(String::from(message));
+                return;
+            }
+            "CylinderLight" | "GeometryLight" | "PortalLight" | "PluginLight" => {
+                let message = format!("lights of the type {kind} are not used");
+                self.content.unused.insert(message);
+                return;
+            }
+            _ => return,
+        };
+        if is_seen {
+            self.content.unused.insert(format!("{what} not shown: only meshes are"));
+        }
+    }
+
+    /// Number of the mesh that a prim shows, if it has triangles.
+    fn mesh(&mut self, prim: &Prim) -> Answer<Option<usize>> {
+        let prototype = said(prim.prim_in_prototype())?.map(|prim| prim.path().to_string());
+        if let Some(known) = prototype.as_ref().and_then(|path| self.of_prototypes.get(path)) {
+            return Ok(*known);
+        }
+        let surfaces = self.surfaces(prim)?;
+        let clock = self.content.clock;
+        let mesh = geometry::mesh(prim, &clock, &surfaces, &mut self.content.unused)?;
+        let number = mesh.map(|mesh| self.number_of(mesh));
+        if let Some(path) = prototype {
+            self.of_prototypes.insert(path, number);
+        }
+        Ok(number)
+    }
+
+    /// Number of a mesh: that of an equal one, if there is one. Exporters write copies.
+    fn number_of(&mut self, mesh: UsdMesh) -> usize {
+        let digest = Digest::of_all([
+            Digest::new(bytemuck::cast_slice(&mesh.positions)),
+            Digest::new(bytemuck::cast_slice(mesh.triangles.as_flattened())),
+        ]);
+        let same = self.known.entry(digest).or_default();
+        if let Some(known) = same.iter().find(|number| self.content.meshes[**number] == mesh) {
+            return *known;
+        }
+        same.push(self.content.meshes.len());
+        self.content.meshes.push(mesh);
+        self.content.meshes.len() - 1
+    }
+
+    fn surfaces(&mut self, prim: &Prim) -> Answer<FaceSurfaces> {
+        let mut surfaces = FaceSurfaces::default();
+        let bound = self.surface(prim.path())?;
+        if bound.is_none() {
+            let color = self.shaders.display_color(prim)?;
+            surfaces.of_mesh = color.map(|color| self.number_of_surface(color));
+        }
+        let mut names = Vec::new();
+        if let Some((surface, uvs)) = bound {
+            surfaces.of_mesh = Some(surface);
+            names.extend(uvs);
+        }
+        for child in said(prim.children())? {
+            if said(child.type_name())?.is_none_or(|kind| kind.as_str() != "GeomSubset") {
+                continue;
+            }
+            let code = self.content.clock.code(self.content.clock.first());
+            let family = word(&child, "familyName", code)?;
+            let own = self.surface(child.path())?;
+            let (Some((surface, uvs)), Some("materialBind") | None) = (own, family.as_deref()) else {
+                continue;
+            };
+            let faces = value(&child, "indices", code)?.as_ref().and_then(whole_numbers).unwrap_or_default();
+            let faces = faces.into_iter().filter_map(|face| u32::try_from(face).ok());
+            surfaces.of_face.extend(faces.map(|face| (face, Some(surface))));
+            names.extend(uvs);
+        }
+        names.dedup();
+        if names.iter().collect::<BTreeSet<_>>().len() > 1 {
+            let message = "a mesh has one set of texture coordinates: that of its first material counts";
+            self.content.unused.insert(String::from(message));
+        }
+        surfaces.uvs = names.into_iter().next();
+        Ok(surfaces)
+    }
+
+    /// Number of the surface that is bound at a path, and the name of its texture coordinates.
+    fn surface(&mut self, path: &Path) -> Answer<Option<(usize, Option<String>)>> {
+        let Some(material) = self.bindings.material(self.stage, path)? else { return Ok(None) };
+        if let Some(known) = self.of_materials.get(material.as_str()) {
+            return Ok(known.clone());
+        }
+        let number = match self.shaders.material(&material)? {
+            Some(ReadSurface { surface, uvs }) => {
+                self.content.surfaces.push(surface);
+                Some((self.content.surfaces.len() - 1, uvs))
+            }
+            None => {
+                let message = if said_type(self.stage, &material)?.is_some() {
+                    format!(
+                        "the material {material} has no UsdPreviewSurface: what it is bound to is drawn in its displayColor, or grey"
+                    )
+                } else {
+                    format!(
+                        "the material {material} is nowhere: what it is bound to is drawn in its displayColor, or grey"
+                    )
+                };
+                self.content.defects.insert(message);
+                None
+            }
+        };
+        self.of_materials.insert(material.to_string(), number.clone());
+        Ok(number)
+    }
+
+    fn number_of_surface(&mut self, surface: Surface) -> usize {
+        let surfaces = &mut self.content.surfaces;
+        surfaces.iter().position(|known| *known == surface).unwrap_or_else(|| {
+            surfaces.push(surface);
+            surfaces.len() - 1
+        })
+    }
+
+    /// Collects the copies that a point instancer makes.
+    fn copies(&mut self, prim: &Prim, context: &Context, shown: &mut Vec<ShownMesh>) -> Answer<()> {
+        let path = prim.path().clone();
+        if self.within.len() >= MOST_DEPTH || self.within.contains(&path) {
+            let message = format!("the point instancer {path} copies itself: these copies are left out");
+            self.content.defects.insert(message);
+            return Ok(());
+        }
+        let copies = instancer::copies(prim, &self.content.clock, &mut self.content.unused)?;
+        self.within.push(path.clone());
+        let mut of_prototypes = Vec::with_capacity(copies.prototypes.len());
+        for prototype in &copies.prototypes {
+            let context = Context {
+                map: Track::constant(DAffine3::IDENTITY),
+                visible: Visibility::ALWAYS,
+                is_rendered: true,
+            };
+            // prototypes may be `over`, so that they are not shown by themselves
+            let is_there =
+                PrimPredicate::new(PrimStatus::ACTIVE.union(PrimStatus::LOADED), PrimStatus::empty())
+                    .with_instance_proxies(true);
+            let meshes = self.below(vec![self.stage.prim(prototype.clone())], context, is_there)?;
+            let before = prototype.parent().map_or(0, |parent| parent.as_str().trim_start_matches('/').len());
+            of_prototypes.push((meshes, before));
+        }
+        self.within.pop();
+        let name = path.as_str().trim_start_matches('/');
+        for Copy { number, prototype, map } in copies.list {
+            let map = context.map.after(&map);
+            let (meshes, before) = &of_prototypes[prototype];
+            if shown.len() + meshes.len() > MOST_SHOWN {
+                return Err(format!("it shows more than {MOST_SHOWN} models"));
+            }
+            shown.extend(meshes.iter().map(|mesh| ShownMesh {
+                name: format!("{name}/{number}/{}", mesh.name[*before..].trim_start_matches('/')),
+                mesh: mesh.mesh,
+                map: map.after(&mesh.map),
+                visible: context.visible.and(&mesh.visible),
+            }));
+        }
+        Ok(())
+    }
+}
+
+/// Type of the prim at a path, if there is a prim.
+fn said_type(stage: &Stage, path: &Path) -> Answer<Option<String>> {
+    Ok(said(stage.prim(path.clone()).type_name())?.map(|kind| kind.to_string()))
+}

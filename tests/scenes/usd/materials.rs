@@ -1,0 +1,80 @@
+//! Are UsdPreviewSurface materials what the file says, and bound to the right faces?
+
+use super::*;
+
+/// A material with these inputs.
+fn material(name: &str, inputs: &str) -> String {
+    format!(
+        "def Material \"{name}\" {{\n token outputs:surface.connect = </{name}/S.outputs:surface>\n\
+         def Shader \"S\" {{\n uniform token info:id = \"UsdPreviewSurface\"\n token outputs:surface\n{inputs} }}\n"
+    )
+}
+
+#[test]
+fn values_and_bindings_are_those_of_the_file() {
+    let prims = format!(
+        "{}}}\n{}}}\n\
+         def Xform \"G\" {{\n rel material:binding = </Red>\n\
+         def Mesh \"Inherits\" {{ {TRIANGLE} }}\n\
+         def Mesh \"Own\" {{ {TRIANGLE} rel material:binding = </Gold>\n}}\n\
+         def Mesh \"Parts\" {{ int[] faceVertexCounts = [3, 3]\n int[] faceVertexIndices = [0, 1, 2, 2, 1, 0]\n\
+         point3f[] points = [(0, 0, 0), (1, 0, 0), (0, 3, 0)]\n uniform token subdivisionScheme = \"none\"\n\
+         def GeomSubset \"S\" {{ int[] indices = [1]\n uniform token familyName = \"materialBind\"\n\
+         rel material:binding = </Gold>\n}} }} }}\n\
+         def Mesh \"Colour\" {{ {TRIANGLE} color3f[] primvars:displayColor = [(0, 0.5, 1)]\n}}\n",
+        material(
+            "Red",
+            "color3f inputs:diffuseColor = (1, 0, 0)\n float inputs:roughness = 0.25\n float inputs:ior = 2\n"
+        ),
+        material(
+            "Gold",
+            "color3f inputs:diffuseColor = (1, 0.5, 0)\n float inputs:metallic = 1\n color3f inputs:emissiveColor = (0, 0, 3)\n"
+        ),
+    );
+    let shot = shown(METRES, &prims);
+    let of = |name: &str, triangle: usize| {
+        &shot.scene.materials[usize::from(model(&shot, name).mesh.material_of[triangle])]
+    };
+    let red = of("m/G/Inherits", 0);
+    let layer = red.metal_rough.unwrap();
+    assert_eq!((red.name.as_str(), layer.base, layer.roughness, layer.metallic), ("Red", Vec3::X, 0.25, 0.0));
+    assert!((layer.head_on - 1.0 / 9.0).abs() < 1e-6);
+    let gold = of("m/G/Own", 0);
+    assert_eq!((gold.metal_rough.unwrap().metallic, gold.emission), (1.0, Vec3::Z * 3.0));
+    let mut names = [of("m/G/Parts", 0).name.as_str(), of("m/G/Parts", 1).name.as_str()];
+    names.sort_unstable();
+    assert_eq!(names, ["Gold", "Red"]);
+    assert_eq!(of("m/Colour", 0).metal_rough.unwrap().base, Vec3::new(0.0, 0.5, 1.0));
+}
+
+#[test]
+fn pictures_colour_and_cut_surfaces() {
+    let texture = "def Shader \"T\" {\n uniform token info:id = \"UsdUVTexture\"\n asset inputs:file = @./leaf.png@\n\
+        token inputs:wrapS = \"clamp\"\n token inputs:wrapT = \"clamp\"\n float4 inputs:scale = (0.5, 1, 1, 1)\n\
+        float2 inputs:st.connect = </Leaf/U.outputs:result>\n float3 outputs:rgb\n float outputs:a\n float outputs:g\n}\n\
+        def Shader \"U\" {\n uniform token info:id = \"UsdTransform2d\"\n float2 inputs:in.connect = </Leaf/R.outputs:result>\n\
+        float2 inputs:scale = (2, 1)\n float2 inputs:translation = (0.25, 0)\n float2 outputs:result\n}\n\
+        def Shader \"R\" {\n uniform token info:id = \"UsdPrimvarReader_float2\"\n string inputs:varname = \"map1\"\n float2 outputs:result\n}\n}\n";
+    let inputs = "color3f inputs:diffuseColor.connect = </Leaf/T.outputs:rgb>\n float inputs:opacity.connect = </Leaf/T.outputs:a>\n\
+        float inputs:opacityThreshold = 0.25\n float inputs:roughness.connect = </Leaf/T.outputs:g>\n";
+    let prims = format!(
+        "{}{texture}def Mesh \"M\" {{ {TRIANGLE} rel material:binding = </Leaf>\n\
+         texCoord2f[] primvars:map1 = [(0, 0), (1, 0)] ( interpolation = \"vertex\" )\n int[] primvars:map1:indices = [0, 1, 1]\n}}\n",
+        material("Leaf", inputs)
+    );
+    let folder = folder(METRES, &prims);
+    let picture =
+        image::RgbaImage::from_fn(2, 1, |x, _| image::Rgba([255, 51, 255, if x == 0 { 0 } else { 255 }]));
+    picture.save(folder.path().join("leaf.png")).unwrap();
+    let shot = scene::load(&folder.path().join("m.usda"), true).unwrap();
+    let mesh = &shot.scene.models[0].mesh;
+    assert_eq!(mesh.uvs.iter().map(|uv| uv.x).collect::<Vec<_>>(), [0.0, 1.0, 1.0]);
+    let leaf = &shot.scene.materials[usize::from(mesh.material_of[0])];
+    let layer = leaf.metal_rough.unwrap();
+    assert_eq!((layer.base, leaf.cutout.unwrap().least), (Vec3::new(0.5, 1.0, 1.0), 0.25));
+    assert!((layer.roughness - 0.2).abs() < 1e-6, "the mean of a texture: {}", layer.roughness);
+    let texture = &shot.scene.textures[leaf.diffuse_map.unwrap() as usize];
+    assert!(texture.clamp && texture.scale.x == 2.0 && texture.offset.x == 0.25);
+    assert!(shot.warnings.iter().any(|warning| warning.to_string().contains("the mean counts")));
+    assert!(mesh.cut.is_some());
+}

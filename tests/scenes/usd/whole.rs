@@ -1,0 +1,80 @@
+//! Is a bare USD file a shot, with its own camera and lights?
+
+use std::f32::consts::PI;
+
+use afterimage::pose::Pose;
+use afterimage::scene::LightKind;
+
+use super::*;
+
+fn with_mesh(prims: &str) -> String {
+    format!("def Mesh \"M\" {{ {TRIANGLE} }}\n{prims}")
+}
+
+#[test]
+fn cameras_have_their_lens_shift_focus_and_shutter() {
+    let camera = "def Camera \"C\" {\n double3 xformOp:translate.timeSamples = { 1: (0, 0, 8), 5: (0, 0, 4) }\n\
+        uniform token[] xformOpOrder = [\"xformOp:translate\"]\n float focalLength.timeSamples = { 1: 0.5, 5: 1 }\n\
+        float horizontalAperture = 2\n float verticalAperture = 1\n float horizontalApertureOffset = 0.5\n\
+        float fStop = 2\n float focusDistance = 3\n double shutter:open = -0.25\n double shutter:close = 0.25\n}\n";
+    let shot = shown(&format!("{METRES}startTimeCode = 1\nendTimeCode = 5\n"), &with_mesh(camera));
+    let settings = &shot.settings;
+    assert_eq!((settings.width, settings.height, shot.frames.to_string().as_str()), (1440, 720, "1-5"));
+    let pose = Pose::new(&shot.scene, 1);
+    assert!((pose.camera.half_height - 1.0).abs() < 1e-6, "{}", pose.camera.half_height);
+    assert!((Pose::new(&shot.scene, 5).camera.half_height - 0.5).abs() < 1e-6);
+    assert_eq!(Pose::new(&shot.scene, 3).camera.eye, Vec3::new(0.0, 0.0, 6.0));
+    let folder = folder(METRES, &with_mesh(camera));
+    let text =
+        scene::usd::text(&folder.path().join("m.usda"), "m.usda", &scene::turntable::Options::default());
+    let text = text.unwrap().text;
+    for line in ["shift = [0.25, 0.0]", "aperture = 0.0125", "focus = 3.0", "open = -0.25\nclose = 0.25"] {
+        assert!(text.contains(line), "{line}\n{text}");
+    }
+}
+
+#[test]
+fn lights_are_as_bright_as_the_file_says() {
+    let lights = "def RectLight \"R\" {\n float inputs:intensity = 8\n float inputs:exposure = 1\n float inputs:width = 2\n\
+        float inputs:height = 3\n}\n\
+        def RectLight \"N\" {\n float inputs:intensity = 8\n float inputs:width = 2\n bool inputs:normalize = 1\n}\n\
+        def DiskLight \"D\" {\n float inputs:intensity = 3\n float inputs:radius = 2\n}\n\
+        def SphereLight \"S\" {\n float inputs:intensity = 3\n float inputs:radius = 2\n}\n\
+        def SphereLight \"Spot\" {\n float inputs:intensity = 4\n bool inputs:normalize = 1\n float inputs:radius = 0\n\
+        float inputs:shaping:cone:angle = 30\n float inputs:shaping:cone:softness = 0.5\n}\n\
+        def DistantLight \"Sun\" {\n float inputs:intensity = 2\n bool inputs:normalize = 1\n float inputs:angle = 2\n}\n\
+        def CylinderLight \"Tube\" {\n}\n";
+    let shot = load(METRES, &with_mesh(lights)).unwrap();
+    let pose = Pose::new(&shot.scene, 1);
+    let strength: Vec<f32> = pose.lights.iter().map(|light| light.strength.x).collect();
+    // radiance times the area that is seen, over pi
+    let expected = [16.0 * 6.0 / PI, 8.0 / PI, 12.0, 12.0, 1.0 / PI, 2.0 / PI];
+    assert!(
+        strength.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-4 * b),
+        "{strength:?} {expected:?}"
+    );
+    let kinds: Vec<&str> = shot.scene.lights.iter().map(|light| light.kind.name()).collect();
+    assert_eq!(kinds, ["rectangle", "rectangle", "disk", "sphere", "spot", "directional, soft"]);
+    let LightKind::Spot { cone, soft, .. } = &shot.scene.lights[4].kind else { panic!("the spot") };
+    assert!((cone - 60.0).abs() < 1e-4 && (soft - 0.5).abs() < 1e-6);
+    let told: Vec<String> = shot.warnings.iter().map(ToString::to_string).collect();
+    assert!(told.len() == 1 && told[0].contains("CylinderLight"), "{told:?}");
+}
+
+#[test]
+fn the_middle_of_a_dome_is_at_its_positive_z() {
+    let dome = "def DomeLight \"D\" {\n float inputs:intensity = 0.5\n asset inputs:texture:file = @./sky.hdr@\n\
+        float xformOp:rotateY = 90\n uniform token[] xformOpOrder = [\"xformOp:rotateY\"]\n}\n";
+    let folder = folder(METRES, &with_mesh(dome));
+    fs::write(folder.path().join("sky.hdr"), "").unwrap();
+    let text =
+        scene::usd::text(&folder.path().join("m.usda"), "m.usda", &scene::turntable::Options::default());
+    let text = text.unwrap().text;
+    assert!(
+        text.contains("rotation = 270") && text.contains("power = 0.5") && text.contains("sky.hdr"),
+        "{text}"
+    );
+    let even = "def DomeLight \"D\" {\n float inputs:intensity = 2\n color3f inputs:color = (1, 0.5, 0)\n}\n";
+    let shot = shown(METRES, &with_mesh(even));
+    assert!(shot.scene.environment.is_some() && shot.scene.lights.is_empty());
+}
