@@ -78,7 +78,6 @@ pub fn motion(dice: &mut Dice, frames: [f64; 2], reach: f64) -> TransformTrack {
         matrix: dice.one_in(4).then(|| matrices(dice, frames)),
         visible: if dice.one_in(3) { visibility(dice, frames) } else { Visibility::ALWAYS },
         shapes: None,
-        details: Default::default(),
     }
 }
 

@@ -28,6 +28,11 @@ pub struct Tangents {
     pub is_mirrored: bool,
 }
 
+/// Colour of a vertex as it is kept: shares from 0 to 1, where what is no number is black.
+pub fn vertex_color(light: [f32; 3]) -> [f16; 3] {
+    light.map(|share| f16::from_f32(if share > 0.0 { share.min(1.0) } else { 0.0 }))
+}
+
 impl Details {
     /// Details of the mesh's mirror image, whose second and third corners have changed places.
     pub fn mirrored(&self) -> Self {

@@ -158,8 +158,8 @@ impl Between {
         self.texels[0]
     }
 
-    /// Index of one of the texels, each as likely as interpolation weighs it: by two numbers from 0 to below
-    /// 1. The mean over all numbers is the interpolated value (Fajardo, Wronski, Salvi and Pharr, "Stochastic
+    /// Index of one of the texels, each as likely as interpolation weighs it: by two numbers below 1 and not
+    /// below 0. The mean over all numbers is the interpolated value (Fajardo, Wronski, Salvi and Pharr, "Stochastic
     /// Texture Filtering", 2023).
     #[inline]
     pub fn chosen(&self, [across, down]: [f32; 2]) -> usize {

@@ -9,6 +9,7 @@ use super::document::{Document, packed};
 use super::json::{Json, Primitive};
 use super::materials::uv_set;
 use crate::scene::SceneError;
+use crate::scene::details::vertex_color;
 use crate::scene::obj::are_within_reach;
 
 /// Geometry of a mesh before its materials are looked up.
@@ -248,8 +249,7 @@ fn add_colors(
             document.leave_out("alpha of vertices (COLOR_0) is not used: only pictures cut out");
         }
         to.colors.resize(first, WHITE);
-        // NaN counts as black
-        let color = |color: &[f32]| [0, 1, 2].map(|i| f16::from_f32(color[i].max(0.0).min(1.0)));
+        let color = |color: &[f32]| vertex_color([color[0], color[1], color[2]]);
         to.colors.extend(colors.map(color));
     }
     if !to.colors.is_empty() {

@@ -9,11 +9,11 @@ use super::json::{Extensions, Material as Json, TextureInfo, TextureTransform};
 use super::pictures::image_of;
 use crate::scene::cutout::{Cutout, LEAST_OPACITY};
 use crate::scene::material::LARGEST_COLOR;
-use crate::scene::model::assemble::{Assembly, Settled};
+use crate::scene::model::assemble::Assembly;
 use crate::scene::model::map_statement::{Channel, MapUse};
 use crate::scene::model::mtl::MtlMaterial;
 use crate::scene::model::pictures::{Decoded, PictureUse};
-use crate::scene::model::varying::ParameterMap;
+use crate::scene::model::varying::{ParameterMap, Settled};
 use crate::scene::{Material, SceneError, Texture};
 
 /// Index of refraction of a file that states none.

@@ -15,9 +15,9 @@ use super::objects::ObjectFiles;
 use super::pictures::{PictureUse, Pictures};
 use super::read_model::{ReadBefore, ReadModel, is_ply, name_material};
 use super::shape_files::{self, Origins, ReadShapes, ShapeSource};
-use super::varying::{self, ParameterMap, VARYING};
+use super::varying::{ParameterMap, Settled};
 use crate::digest::Digest;
-use crate::scene::cutout::{CutTriangles, Cutout, LEAST_OPACITY, Mask};
+use crate::scene::cutout::{CutTriangles, Cutout, Mask};
 use crate::scene::details::Details;
 use crate::scene::error::Findings;
 use crate::scene::gltf::GltfFiles;
@@ -32,7 +32,7 @@ use crate::scene::warnings::limits;
 use crate::scene::{Material, Mesh, SceneError, Texture};
 
 /// Maximum number of materials of a shot: a triangle keeps 16 bits of index.
-const MOST_MATERIALS: usize = 1 << 16;
+pub(super) const MOST_MATERIALS: usize = 1 << 16;
 
 /// Maximum number of unknown materials, or odd statements, of a file that get a warning each.
 const MOST_NAMED: usize = 10;
@@ -58,7 +58,7 @@ pub(crate) struct Assembly {
     overrides: Vec<Override>,
     pub(in crate::scene) materials: Vec<Material>,
     /// Maps of parameters, by the index of their material.
-    varying: Vec<(u16, ByUse<ParameterMap>)>,
+    pub(super) varying: Vec<(u16, ByUse<ParameterMap>)>,
     pub(in crate::scene) pictures: Pictures,
     meshes: HashMap<PathBuf, Arc<Mesh>>,
     /// Origins in its file of the vertices of each of `meshes`.
@@ -79,7 +79,7 @@ pub(crate) struct Assembly {
     pub(in crate::scene) digests: Vec<Digest>,
     /// Names of all materials that files define, for hints.
     pub(in crate::scene) known_names: Vec<String>,
-    kd_beside_map: KdBesideMap,
+    pub(super) kd_beside_map: KdBesideMap,
     /// Model that was read in advance, until its mesh is asked for.
     read_before: Option<ReadModel>,
 }
@@ -95,22 +95,10 @@ pub(crate) struct Assembled {
     pub inputs: Digest,
 }
 
-/// A material with the pictures of its parameters.
-pub(in crate::scene) struct Settled {
-    pub material: Material,
-    pub maps: ByUse<ParameterMap>,
-}
-
-impl From<Material> for Settled {
-    fn from(material: Material) -> Self {
-        Self { material, maps: ByUse::default() }
-    }
-}
-
 /// A material of an MTL file, with the file.
 pub(super) struct Defined {
     pub material: MtlMaterial,
-    path: PathBuf,
+    pub path: PathBuf,
 }
 
 impl Assembly {
@@ -372,89 +360,6 @@ impl Assembly {
             self.findings.note(SceneError::new(path, message));
         }
         Ok(())
-    }
-
-    fn settle(&mut self, named: &Named, found: Option<&Defined>, obj: &Path) -> Result<Settled, SceneError> {
-        let mut stated = match found {
-            // what the shot file says means what the format says
-            Some(defined) => defined.material.clone().meant(self.kd_beside_map),
-            None => MtlMaterial { name: named.name.clone(), ..MtlMaterial::default() },
-        };
-        let replaced = self.override_values(&mut stated);
-        let own = found.map_or(obj, |defined| &defined.path);
-        let asking = |used| replaced[used].as_deref().unwrap_or(own);
-        let mut material = stated.settle();
-        if named.name.is_empty() {
-            material.name = Material::fallback().name;
-        }
-        if let Some(map) = &stated.maps[MapUse::Color] {
-            material.diffuse_map = Some(self.picture(map, asking(MapUse::Color), PictureUse::Color)?);
-        }
-        let opacity = match &stated.maps[MapUse::Opacity] {
-            Some(map) => Some(self.picture(map, asking(MapUse::Opacity), PictureUse::Opacity)?),
-            None => material.diffuse_map,
-        };
-        let cut = opacity.filter(|map| self.pictures.cuts(*map));
-        material.cutout = cut.map(|map| Cutout { map, least: LEAST_OPACITY });
-        self.settle_maps(&stated, asking, material)
-    }
-
-    /// Gives a material the map of its normals, and finds those of its parameters. `asking`: the file that states the map of
-    /// each use.
-    pub(in crate::scene) fn settle_maps<'p>(
-        &mut self,
-        stated: &MtlMaterial,
-        asking: impl Fn(MapUse) -> &'p Path,
-        mut material: Material,
-    ) -> Result<Settled, SceneError> {
-        for (used, as_picture) in [(MapUse::Normal, PictureUse::Normals), (MapUse::Bump, PictureUse::Heights)]
-        {
-            if let Some(map) = stated.maps[used].as_ref().filter(|_| material.normal_map.is_none()) {
-                let index = self.picture(map, asking(used), as_picture)?;
-                material.normal_map = self.pictures.normal_map(index, map.slope);
-            }
-        }
-        let mut maps = ByUse::default();
-        for used in VARYING {
-            let Some(map) = &stated.maps[used] else { continue };
-            if !varying::is_of_use(&material, used) {
-                let message = format!(
-                    "the material `{}` has no such parameter: its {} is not used",
-                    material.name,
-                    used.keyword()
-                );
-                self.findings.note(SceneError::new(asking(used), message).at_line(map.line));
-                continue;
-            }
-            let index = self.picture(map, asking(used), PictureUse::Parameter)?;
-            if !self.pictures.is_stand_in(index) {
-                maps[used] = Some(ParameterMap { map: index, channel: map.channel });
-            }
-        }
-        Ok(Settled { material, maps })
-    }
-
-    /// Makes the variants of materials whose parameters pictures give.
-    fn make_variants(&mut self) {
-        let varying = std::mem::take(&mut self.varying);
-        for (after, (index, maps)) in varying.iter().enumerate() {
-            let room = (MOST_MATERIALS - self.materials.len()) / (varying.len() - after);
-            let material = &self.materials[usize::from(*index)];
-            match varying::make(material, maps, &self.pictures.textures, room) {
-                Some(made) => {
-                    // there is room for all: their numbers fit
-                    let first = self.materials.len() as u16;
-                    let of_head = |one: &Material| Material { variant_of: Some(*index), ..one.clone() };
-                    self.materials.extend(made.materials.iter().map(of_head));
-                    self.materials[usize::from(*index)] = made.head(first);
-                }
-                None => {
-                    let message = "the shot has too many materials: numbers count in place of the pictures of the parameters of";
-                    let message = format!("{message} `{}`", material.name);
-                    self.findings.note(SceneError::new(Path::new(""), message));
-                }
-            }
-        }
     }
 
     /// Index of the picture of `map`, a statement of the file `asking`.

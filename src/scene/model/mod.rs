@@ -14,6 +14,7 @@ pub mod objects;
 pub mod pictures;
 pub mod point_cache;
 pub mod read_model;
+pub mod settle;
 pub mod shape_files;
 pub mod unused_statements;
 pub mod varying;

@@ -26,6 +26,18 @@ pub(crate) struct ParameterMap {
     pub channel: Channel,
 }
 
+/// A material with the pictures of its parameters.
+pub(in crate::scene) struct Settled {
+    pub material: Material,
+    pub maps: ByUse<ParameterMap>,
+}
+
+impl From<Material> for Settled {
+    fn from(material: Material) -> Self {
+        Self { material, maps: ByUse::default() }
+    }
+}
+
 /// Numbers that make a variant, as bytes: roughness, metal, exponent of the highlight, emission and reflectance of highlights.
 const NUMBERS: usize = 9;
 const ROUGHNESS: usize = 0;

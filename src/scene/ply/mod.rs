@@ -23,6 +23,7 @@ use self::fault::Fault;
 use self::header::{Element, Header, Kind};
 use self::values::{Binary, Scalar, Text, Values};
 use super::SceneError;
+use super::details::vertex_color;
 use super::obj::{FaceLists, Named, ObjFile};
 use super::texture;
 use crate::digest::{Digest, DigestingReader};
@@ -131,10 +132,7 @@ impl Content {
         let color = COLORS.into_iter().find_map(|names| element.columns(names));
         // bytes are as screens show them, floats are light
         let is_bytes = color.is_some_and(|[red, ..]| element.properties[red].kind == Scalar::Uint8);
-        let linear = |value: f64| {
-            let light = if is_bytes { texture::linear(value as u8) } else { value as f32 };
-            f16::from_f32(light.max(0.0).min(1.0))
-        };
+        let light = |value: f64| if is_bytes { texture::linear(value as u8) } else { value as f32 };
         let mut row = vec![0.0; element.properties.len()];
         for _ in 0..element.count {
             element.read_row(values, &mut row, &mut Vec::new(), None)?;
@@ -144,7 +142,7 @@ impl Content {
                 self.normals.push(Vec3::new(x, y, z).normalize_or_zero());
             }
             if let Some(columns) = color {
-                self.colors.push(columns.map(|column| linear(row[column])));
+                self.colors.push(vertex_color(columns.map(|column| light(row[column]))));
             }
             if let Some(columns) = uv {
                 let [u, v] = columns.map(|column| row[column] as f32);

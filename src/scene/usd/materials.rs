@@ -7,11 +7,11 @@ use glam::{DVec3, Vec2, Vec3};
 use super::file::{Input, Picture, Surface, UsdFile};
 use crate::scene::cutout::{Cutout, LEAST_OPACITY};
 use crate::scene::material::LARGEST_COLOR;
-use crate::scene::model::assemble::{Assembly, Settled};
+use crate::scene::model::assemble::Assembly;
 use crate::scene::model::map_statement::{Channel, MapUse};
 use crate::scene::model::mtl::MtlMaterial;
 use crate::scene::model::pictures::{Content, Decoded, PictureUse, Wanted};
-use crate::scene::model::varying::ParameterMap;
+use crate::scene::model::varying::{ParameterMap, Settled};
 use crate::scene::{Material, SceneError, Texture, texture};
 
 /// Bounds of the index of refraction: an index of 1 stands for "not stated" in MTL files.

@@ -1,0 +1,102 @@
+//! Settles materials: what MTL and shot files state of one becomes what surfaces are made of, with its pictures.
+
+use std::path::Path;
+
+use super::assemble::{Assembly, Defined, MOST_MATERIALS};
+use super::map_statement::{ByUse, MapUse};
+use super::mtl::MtlMaterial;
+use super::pictures::PictureUse;
+use super::varying::{self, ParameterMap, Settled, VARYING};
+use crate::scene::cutout::{Cutout, LEAST_OPACITY};
+use crate::scene::obj::Named;
+use crate::scene::{Material, SceneError};
+
+impl Assembly {
+    pub(super) fn settle(
+        &mut self,
+        named: &Named,
+        found: Option<&Defined>,
+        obj: &Path,
+    ) -> Result<Settled, SceneError> {
+        let mut stated = match found {
+            // what the shot file says means what the format says
+            Some(defined) => defined.material.clone().meant(self.kd_beside_map),
+            None => MtlMaterial { name: named.name.clone(), ..MtlMaterial::default() },
+        };
+        let replaced = self.override_values(&mut stated);
+        let own = found.map_or(obj, |defined| &defined.path);
+        let asking = |used| replaced[used].as_deref().unwrap_or(own);
+        let mut material = stated.settle();
+        if named.name.is_empty() {
+            material.name = Material::fallback().name;
+        }
+        if let Some(map) = &stated.maps[MapUse::Color] {
+            material.diffuse_map = Some(self.picture(map, asking(MapUse::Color), PictureUse::Color)?);
+        }
+        let opacity = match &stated.maps[MapUse::Opacity] {
+            Some(map) => Some(self.picture(map, asking(MapUse::Opacity), PictureUse::Opacity)?),
+            None => material.diffuse_map,
+        };
+        let cut = opacity.filter(|map| self.pictures.cuts(*map));
+        material.cutout = cut.map(|map| Cutout { map, least: LEAST_OPACITY });
+        self.settle_maps(&stated, asking, material)
+    }
+
+    /// Gives a material the map of its normals, and finds those of its parameters. `asking`: the file that states the map of
+    /// each use.
+    pub(in crate::scene) fn settle_maps<'p>(
+        &mut self,
+        stated: &MtlMaterial,
+        asking: impl Fn(MapUse) -> &'p Path,
+        mut material: Material,
+    ) -> Result<Settled, SceneError> {
+        for (used, as_picture) in [(MapUse::Normal, PictureUse::Normals), (MapUse::Bump, PictureUse::Heights)]
+        {
+            if let Some(map) = stated.maps[used].as_ref().filter(|_| material.normal_map.is_none()) {
+                let index = self.picture(map, asking(used), as_picture)?;
+                material.normal_map = self.pictures.normal_map(index, map.slope);
+            }
+        }
+        let mut maps = ByUse::default();
+        for used in VARYING {
+            let Some(map) = &stated.maps[used] else { continue };
+            if !varying::is_of_use(&material, used) {
+                let message = format!(
+                    "the material `{}` has no such parameter: its {} is not used",
+                    material.name,
+                    used.keyword()
+                );
+                self.findings.note(SceneError::new(asking(used), message).at_line(map.line));
+                continue;
+            }
+            let index = self.picture(map, asking(used), PictureUse::Parameter)?;
+            if !self.pictures.is_stand_in(index) {
+                maps[used] = Some(ParameterMap { map: index, channel: map.channel });
+            }
+        }
+        Ok(Settled { material, maps })
+    }
+
+    /// Makes the variants of materials whose parameters pictures give.
+    pub(super) fn make_variants(&mut self) {
+        let varying = std::mem::take(&mut self.varying);
+        for (after, (index, maps)) in varying.iter().enumerate() {
+            let room = (MOST_MATERIALS - self.materials.len()) / (varying.len() - after);
+            let material = &self.materials[usize::from(*index)];
+            match varying::make(material, maps, &self.pictures.textures, room) {
+                Some(made) => {
+                    // there is room for all: their numbers fit
+                    let first = self.materials.len() as u16;
+                    let of_head = |one: &Material| Material { variant_of: Some(*index), ..one.clone() };
+                    self.materials.extend(made.materials.iter().map(of_head));
+                    self.materials[usize::from(*index)] = made.head(first);
+                }
+                None => {
+                    let message = "the shot has too many materials: numbers count in place of the pictures of the parameters of";
+                    let message = format!("{message} `{}`", material.name);
+                    self.findings.note(SceneError::new(Path::new(""), message));
+                }
+            }
+        }
+    }
+}
