@@ -25,13 +25,14 @@ pub struct Texture {
 }
 
 /// Linear value of each sRGB byte, by IEC 61966-2-1.
-static LINEAR: LazyLock<[f32; 256]> = LazyLock::new(|| {
-    std::array::from_fn(|byte| {
-        let encoded = byte as f64 / 255.0;
-        let linear = if encoded <= 0.04045 { encoded / 12.92 } else { ((encoded + 0.055) / 1.055).powf(2.4) };
-        linear as f32
-    })
-});
+static LINEAR: LazyLock<[f32; 256]> =
+    LazyLock::new(|| std::array::from_fn(|byte| linear_share(byte as f64 / 255.0)));
+
+/// Linear value of an sRGB value from 0 to 1.
+pub(crate) fn linear_share(encoded: f64) -> f32 {
+    let linear = if encoded <= 0.04045 { encoded / 12.92 } else { ((encoded + 0.055) / 1.055).powf(2.4) };
+    linear as f32
+}
 
 /// Linear value of an sRGB byte.
 pub(crate) fn linear(byte: u8) -> f32 {

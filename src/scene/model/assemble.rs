@@ -312,7 +312,10 @@ impl Assembly {
         }
         self.report_unknown(&unknown, defined, path)?;
         if !obj.colors.is_empty() {
-            ids.iter().for_each(|id| self.color_vertices(*id));
+            // scans have the same colours in both: twice they would be too dark
+            let is_plain = |id: &&u16| self.materials[usize::from(**id)].diffuse_map.is_none();
+            let plain: Vec<u16> = ids.iter().filter(is_plain).copied().collect();
+            plain.into_iter().for_each(|id| self.color_vertices(id));
         }
         Ok(ids)
     }

@@ -455,11 +455,11 @@ mod tests {
     #[test]
     fn statements_that_change_nothing_are_told_once_each() {
         let file = parse(
-            b"newmtl a\nmap_Kd k.png\nmap_Pm m.png\nnewmtl b\nmap_Pr r.png\nMAP_NS a.png\nmap_Ns b.png\n",
+            b"newmtl a\nmap_Kd k.png\nmap_Ka m.png\nnewmtl b\nmap_Tr r.png\nDECAL a.png\ndecal b.png\n",
         );
         let told: Vec<(usize, &str)> =
             file.unused.iter().map(|(line, message)| (*line, &message[..8])).collect();
-        assert_eq!((told, file.oddities.len()), (vec![(3, "`map_Pm`"), (5, "`map_Pr`"), (6, "`map_Ns`")], 0));
+        assert_eq!((told, file.oddities.len()), (vec![(3, "`map_Ka`"), (5, "`map_Tr`"), (6, "`decal` ")], 0));
         assert_eq!(parse(b"newmtl a\nPr .5\nmap_Kd k.png").unused, []);
     }
 

@@ -2,6 +2,7 @@
 
 use std::collections::HashMap;
 
+use half::f16;
 use rayon::prelude::*;
 
 use super::column::{Indices, MOST_ENTRIES, OutOfRange};
@@ -13,6 +14,8 @@ use super::piece::{Change, Faces, Name, Piece};
 pub(super) struct Joined {
     /// Positions (`v`).
     pub positions: Vec<[f32; 3]>,
+    /// Colours of the positions, none at all or one for each.
+    pub colors: Vec<[f16; 3]>,
     /// Texture coordinates (`vt`); finite.
     pub uvs: Vec<[f32; 2]>,
     /// Normals (`vn`); of unit length, or zero.
@@ -88,6 +91,7 @@ pub(super) fn join(mut pieces: Vec<Piece>) -> Result<Joined, Misfit> {
     let mut joined =
         Joined { too_small: pieces.iter().map(|piece| piece.too_small).sum(), ..Joined::default() };
     let uses = joined.name(&mut pieces);
+    joined.colors = colors(&pieces, &bases, counts[0]);
     joined.positions = concatenated(pieces.iter_mut().map(|piece| std::mem::take(&mut piece.positions)));
     joined.uvs = concatenated(pieces.iter_mut().map(|piece| std::mem::take(&mut piece.uvs)));
     joined.normals = concatenated(pieces.iter_mut().map(|piece| std::mem::take(&mut piece.normals)));
@@ -95,6 +99,18 @@ pub(super) fn join(mut pieces: Vec<Piece>) -> Result<Joined, Misfit> {
     let runs = runs.map(|((piece, uses), base)| FaceRun::new(piece.faces, uses, base, counts));
     joined.runs = runs.collect::<Result<_, _>>().map_err(|OutOfRange| Misfit::Somewhere)?;
     Ok(joined)
+}
+
+/// Colours of all `count` positions, white where a line says none; none if no line does.
+fn colors(pieces: &[Piece], bases: &[[u64; 3]], count: u64) -> Vec<[f16; 3]> {
+    if pieces.iter().all(|piece| piece.colors.is_empty()) {
+        return Vec::new();
+    }
+    let mut colors = vec![[f16::ONE; 3]; count as usize];
+    for (piece, [base, ..]) in pieces.iter().zip(bases) {
+        piece.colors.iter().for_each(|(at, color)| colors[*base as usize + *at as usize] = *color);
+    }
+    colors
 }
 
 /// Counts the `v`, `vt` and `vn` statements before each piece, and those of all pieces.

@@ -67,7 +67,7 @@ pub struct ObjFile {
     pub normals: Vec<Vec3>,
     /// Texture coordinates, one a vertex or none at all; finite.
     pub uvs: Vec<Vec2>,
-    /// Colours of the vertices, one a vertex or none at all; linear RGB. Only PLY files have them.
+    /// Colours of the vertices, one a vertex or none at all; linear RGB.
     pub colors: Vec<[f16; 3]>,
     /// Vertices of the triangles. Never empty; each triangle has an area.
     pub triangles: Vec<[u32; 3]>,
@@ -208,6 +208,12 @@ fn whole(pieces: Vec<Piece>) -> Result<ObjFile, Misfit> {
     let mut joined = join::join(pieces)?;
     let places = joined.positions.len();
     let Vertices { positions, sources, uvs, normals } = weld::weld(&mut joined).map_err(Misfit::Whole)?;
+    let colors = match (joined.colors.is_empty(), sources.is_empty()) {
+        (true, _) => Vec::new(),
+        // each position is a vertex of its own
+        (false, true) => std::mem::take(&mut joined.colors),
+        (false, false) => sources.iter().map(|source| joined.colors[*source as usize]).collect(),
+    };
     let Joined { runs, materials, groups, libraries, too_small, .. } = joined;
     let triangles = triangulate::triangulate(runs, &positions);
     if !are_within_reach(&positions) {
@@ -225,7 +231,7 @@ fn whole(pieces: Vec<Piece>) -> Result<ObjFile, Misfit> {
         places,
         normals,
         uvs,
-        colors: Vec::new(),
+        colors,
         triangles,
         uses,
         materials,
@@ -276,6 +282,23 @@ mod tests {
         assert_eq!(obj.triangles, [[0, 1, 2], [0, 2, 3]]);
         assert_eq!(obj.normals, [Vec3::Z; 4]);
         assert_eq!(obj.uvs, [Vec2::ZERO, Vec2::ONE, Vec2::ONE, Vec2::ZERO]);
+    }
+
+    /// In lines as most files spell them, others, and in pieces of any size; one number more is a weight.
+    #[test]
+    fn colours_stand_behind_positions() {
+        let text = "v 0 0 0 1 0 0\nv 1 0 0 0.5\n v 1e0 1 0 0 1 0\nv 0 1 0 0 0 1 0.25\nvt 0 0\nvt 1 1\nf 1 2 3\nf 1 3 4\n";
+        for piece in [PIECE, 20] {
+            let obj = parsed(text.as_bytes(), piece).unwrap();
+            let colors: Vec<_> = obj.colors.iter().map(|color| color.map(f32::from)).collect();
+            assert_eq!(colors, [[1.0, 0.0, 0.0], [1.0; 3], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]], "{piece}");
+        }
+        // one vertex is two, with the same colour
+        let split =
+            parsed(text.replace("f 1 2 3\nf 1 3 4", "f 1/1 2/1 3/1\nf 1/2 3/1 4/1").as_bytes(), PIECE);
+        let red = split.unwrap().colors.iter().filter(|[red, ..]| f32::from(*red) == 1.0).count();
+        assert_eq!(red, 3);
+        assert!(parsed(SQUARE.as_bytes(), PIECE).is_err() && read_text("f 1 2 3 4").colors.is_empty());
     }
 
     #[test]

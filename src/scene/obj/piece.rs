@@ -9,6 +9,7 @@
 use std::collections::HashMap;
 
 use glam::Vec3;
+use half::f16;
 use memchr::memchr;
 
 use super::column::Column;
@@ -39,6 +40,8 @@ pub(super) enum Change {
 pub(super) struct Piece {
     /// Positions (`v`).
     pub positions: Vec<[f32; 3]>,
+    /// Colours behind positions, with the numbers of these in the piece.
+    pub colors: Vec<(u32, [f16; 3])>,
     /// Texture coordinates (`vt`); finite.
     pub uvs: Vec<[f32; 2]>,
     /// Normals (`vn`); of unit length, or zero.
@@ -125,6 +128,7 @@ impl Reader {
         let piece = &mut self.piece;
         Piece {
             positions: piece.positions.as_slice().to_vec(),
+            colors: std::mem::take(&mut piece.colors),
             uvs: piece.uvs.iter().map(usable_uv).collect(),
             normals: piece.normals.iter().map(usable_normal).collect(),
             odd_normals: piece.normals.iter().filter(|normal| is_odd(normal)).count(),
@@ -156,17 +160,31 @@ impl Reader {
             _ => return None,
         };
         let (values, end) = plain::numbers(window, keyword, count)?;
-        let length = match plain::line_end(window, end) {
-            Some(length) => length,
-            None if is_blank(window[end]) => end + behind_more(&cursor.rest[end..])?,
+        let (length, has_more) = match plain::line_end(window, end) {
+            Some(length) => (length, false),
+            None if is_blank(window[end]) => (end + behind_more(&cursor.rest[end..])?, true),
             None => return None,
         };
         match window[1] {
             b'n' => self.piece.normals.push(values),
             b't' => self.piece.uvs.push([values[0], values[1]]),
-            _ => self.piece.positions.push(values),
+            _ => {
+                self.piece.positions.push(values);
+                if has_more {
+                    self.note_color(&cursor.rest[end..length]);
+                }
+            }
         }
         cursor.skip(length)
+    }
+
+    /// Keeps the colour of the last position, if what is written `behind` it is one: three numbers from 0 to 1, as screens show
+    /// them. One number is a weight.
+    #[inline(never)]
+    fn note_color(&mut self, behind: &[u8]) {
+        if let Some(color) = statement::color_behind(behind) {
+            self.piece.colors.push(((self.piece.positions.len() - 1) as u32, color));
+        }
     }
 
     /// Reads a face. Returns the length of the line.
@@ -186,7 +204,11 @@ impl Reader {
     fn usual_line(&mut self, cursor: &mut Cursor<'_>) -> Option<()> {
         cursor.skip_blanks();
         match *cursor.rest {
-            [b'v', b' ', ..] => self.piece.positions.push(usual_numbers(cursor, 2)?),
+            [b'v', b' ', ..] => {
+                let line = cursor.rest;
+                self.piece.positions.push(usual_numbers(cursor, 2)?);
+                self.note_color(behind_numbers(&line[2..line.len() - cursor.rest.len()], 3));
+            }
             [b'f', b' ', ..] => self.usual_face(cursor)?,
             [b'v', b'n', b' ', ..] => self.piece.normals.push(usual_numbers(cursor, 3)?),
             [b'v', b't', b' ', ..] => self.piece.uvs.push(usual_numbers(cursor, 3)?),
@@ -255,7 +277,10 @@ impl Reader {
         let (keyword, rest) = split_keyword(line);
         let piece = &mut self.piece;
         match keyword {
-            b"v" => piece.positions.push(statement::three("v", rest).ok()?),
+            b"v" => {
+                piece.positions.push(statement::three("v", rest).ok()?);
+                self.note_color(behind_numbers(rest, 3));
+            }
             b"vt" => piece.uvs.push(statement::texture_coordinate(rest).ok()?),
             b"vn" => piece.normals.push(statement::three("vn", rest).ok()?),
             b"f" => {
@@ -396,6 +421,16 @@ fn usual_numbers<const N: usize>(cursor: &mut Cursor<'_>, keyword: usize) -> Opt
         cursor.skip(length)?;
     }
     Some(values)
+}
+
+/// What follows so many words of a line.
+fn behind_numbers(line: &[u8], count: usize) -> &[u8] {
+    let mut rest = line;
+    for _ in 0..count {
+        rest = rest.trim_ascii_start();
+        rest = &rest[rest.iter().position(u8::is_ascii_whitespace).unwrap_or(rest.len())..];
+    }
+    rest
 }
 
 /// Length of the rest of a line, in which nothing counts any more. `None` if it is continued.

@@ -1,8 +1,12 @@
 //! Careful reading of the statements of an OBJ file: any spelling that the format allows, and for everything
 //! else a message that says what is wrong and what to do.
 
+use half::f16;
+
 use super::lines::words;
 use super::number::parsed;
+use crate::scene::details::vertex_color;
+use crate::scene::texture::linear_share;
 
 /// Maximum number of corners of one face: cutting up a tangled one takes time with the square of their
 /// number.
@@ -21,6 +25,12 @@ const NO_CORNER: &str = "is no corner of a face: write v, v/vt, v//vn or v/vt/vn
 /// Reads three numbers behind `v` or `vn`. Weights of curves, or colours, may follow them.
 pub(super) fn three(keyword: &str, rest: &[u8]) -> Result<[f32; 3], String> {
     numbers(rest, 3).ok_or_else(|| wanted(keyword, "three numbers", rest, 3))
+}
+
+/// Reads a colour behind a position: three numbers, as screens show them. Returns it as light.
+pub(super) fn color_behind(rest: &[u8]) -> Option<[f16; 3]> {
+    let shown: [f32; 3] = numbers(rest, 3)?;
+    Some(vertex_color(shown.map(|share| linear_share(f64::from(share).clamp(0.0, 1.0)))))
 }
 
 /// Reads one number or two behind `vt`.
