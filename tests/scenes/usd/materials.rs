@@ -72,9 +72,10 @@ fn pictures_colour_and_cut_surfaces() {
     let leaf = &shot.scene.materials[usize::from(mesh.material_of[0])];
     let layer = leaf.metal_rough.unwrap();
     assert_eq!((layer.base, leaf.cutout.unwrap().least), (Vec3::new(0.5, 1.0, 1.0), 0.25));
-    assert!((layer.roughness - 0.2).abs() < 1e-6, "the mean of a texture: {}", layer.roughness);
+    // green of the picture is roughness at each place
+    assert!((layer.roughness - 0.2).abs() < 0.01 && leaf.variants.is_some(), "{}", layer.roughness);
     let texture = &shot.scene.textures[leaf.diffuse_map.unwrap() as usize];
     assert!(texture.clamp && texture.scale.x == 2.0 && texture.offset.x == 0.25);
-    assert!(shot.warnings.iter().any(|warning| warning.to_string().contains("the mean counts")));
+    assert!(!shot.warnings.iter().any(|warning| warning.to_string().contains("the mean counts")));
     assert!(mesh.cut.is_some());
 }
