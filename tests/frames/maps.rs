@@ -168,7 +168,7 @@ fn reuse_is_exact_with_maps_of_all_kinds() {
         [[model]]\nobj = \"floor.obj\"\nscale = 0.4\ntranslate = [0, 0.7, 1]\n[model.shapes]\nobj = \"floor.##.obj\"\n\
         [[light]]\ntype = \"sphere\"\nposition = [1, 4, 2]\nradius = 0.5\npower = 9\nsamples = 4\n\
         [[camera.key]]\nframe = 3\neye = [0.3, 4.5, 1]\ntarget = [0, 0, 0]\nfov = 60\n";
-    let scene = load(folder.path(), &format!("# later\n{text}")).scene;
+    let scene = load(folder.path(), text).scene;
     for backend in [BackendKind::Embree, BackendKind::Rust] {
         let settings = Settings { paths: 2, reflections: 1, ..toy::audited(1) };
         let mut renderer = Renderer::with(backend, &scene, &settings).unwrap();

@@ -12,6 +12,9 @@ use crate::scene::obj::Named;
 use crate::scene::{Material, SceneError};
 
 impl Assembly {
+    /// Settles the material that an OBJ file calls `named`, of the MTL statements that were `found`; a grey one without any.
+    ///
+    /// # Errors A picture that is missing, in a strict load.
     pub(super) fn settle(
         &mut self,
         named: &Named,
