@@ -49,14 +49,17 @@ impl<'a> OnMesh<'a> {
     /// are shares of it.
     #[inline]
     pub fn reflectance(&self, scene: &Scene, material: &Material) -> Vec3 {
-        let mut reflectance = material.painted();
-        if let Some(map) = material.diffuse_map {
-            reflectance *= scene.textures[map as usize].sample(self.uv());
+        let textured = self.textured(scene, material);
+        if material.has_vertex_colors { textured * self.vertex_color() } else { textured }
+    }
+
+    /// [`reflectance`](Self::reflectance) without the colours of vertices.
+    #[inline]
+    pub fn textured(&self, scene: &Scene, material: &Material) -> Vec3 {
+        match material.diffuse_map {
+            Some(map) => material.painted() * scene.textures[map as usize].sample(self.uv()),
+            None => material.painted(),
         }
-        if material.has_vertex_colors {
-            reflectance *= self.vertex_color();
-        }
-        reflectance
     }
 
     /// Colour that the vertices have; white without any.

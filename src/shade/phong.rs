@@ -48,6 +48,8 @@ pub struct Palette {
     pub coats: Coats,
     /// True if any material has a normal map.
     pub bends_normals: bool,
+    /// True if any material has variants, or shows the colours of vertices.
+    pub varies: bool,
 }
 
 /// Highlights of eight surfaces: their parameters.
@@ -71,12 +73,21 @@ impl Palette {
         let paints = scene.materials.iter().map(|material| paint(material, scene.ambient)).collect();
         let brightest = scene.materials.iter().fold(Vec3::ZERO, |most, one| most.max(one.diffuse));
         let bends_normals = scene.materials.iter().any(|material| material.normal_map.is_some());
-        Self { coats: Coats::new(&scene.materials), brightest, bends_normals, ..Self::new(paints) }
+        let is_varied = |one: &Material| one.variants.is_some() || one.has_vertex_colors;
+        let varies = scene.materials.iter().any(is_varied);
+        Self { coats: Coats::new(&scene.materials), brightest, bends_normals, varies, ..Self::new(paints) }
     }
 
     fn new(paints: Vec<Paint>) -> Self {
         let all_diffuse = paints.iter().all(|paint| paint.diffuse == Vec3::ONE);
-        Self { paints, all_diffuse, brightest: Vec3::ZERO, coats: Coats::default(), bends_normals: false }
+        Self {
+            paints,
+            all_diffuse,
+            brightest: Vec3::ZERO,
+            coats: Coats::default(),
+            bends_normals: false,
+            varies: false,
+        }
     }
 
     /// Diffuse reflectance of eight surfaces, from the reflectance that samples store.

@@ -141,9 +141,14 @@ impl<'a> Hits8<'a> {
         let (mut numbers, mut colors) = ([0; LANES], Vec3x8::ZERO);
         for lane in (0..LANES).filter(|lane| self.is_hit(*lane)) {
             let place = self.place(frame, lane, weights);
-            numbers[lane] = place.material(frame.scene);
-            let material = &frame.scene.materials[usize::from(numbers[lane])];
-            colors.set_lane(lane, place.reflectance(frame.scene, material));
+            let material = |number: u16| &frame.scene.materials[usize::from(number)];
+            if frame.palette.varies {
+                numbers[lane] = place.material(frame.scene);
+                colors.set_lane(lane, place.reflectance(frame.scene, material(numbers[lane])));
+            } else {
+                numbers[lane] = place.mesh.material_of[place.primitive as usize];
+                colors.set_lane(lane, place.textured(frame.scene, material(numbers[lane])));
+            }
         }
         (numbers, colors)
     }
