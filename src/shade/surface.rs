@@ -20,7 +20,7 @@ pub struct Surface {
     /// Normal of the triangle itself; of a quadric the same as `normal`.
     pub geometric_normal: Vec3,
     /// Reflectance that its material's diffuse and ambient ones are shares of, texture included: see
-    /// [`Material::painted`].
+    /// [`Material::painted`](crate::scene::Material::painted).
     pub reflectance: Vec3,
     /// Index into [`Scene::materials`].
     pub material: u16,
