@@ -85,4 +85,5 @@ pub mod trace;
 
 mod input;
 mod prefetch;
+mod scrambled;
 mod visible;

@@ -10,6 +10,7 @@ use std::sync::Arc;
 use glam::Vec2;
 
 use super::texture::Placement;
+use crate::scrambled::scrambled;
 
 /// Variants of a material: one of them for each texel.
 #[derive(Debug, Clone, PartialEq)]
@@ -36,15 +37,8 @@ impl Variants {
 fn random_of(uv: Vec2) -> [f32; 2] {
     // no zero is negative
     let bits = uv.to_array().map(|coordinate| (coordinate + 0.0).to_bits());
-    let hash = bits.into_iter().fold(0x9e37_79b9, |hash, bits| mixed(hash ^ bits));
-    [hash, mixed(hash ^ 0x85eb_ca6b)].map(|bits| (bits >> 8) as f32 / (1 << 24) as f32)
-}
-
-/// Mixes the bits of a word, so that each depends on all (Chris Wellons, "Prospecting for Hash Functions", 2018, `lowbias32`).
-pub(crate) fn mixed(mut bits: u32) -> u32 {
-    bits = (bits ^ bits >> 16).wrapping_mul(0x7feb_352d);
-    bits = (bits ^ bits >> 15).wrapping_mul(0x846c_a68b);
-    bits ^ bits >> 16
+    let hash = bits.into_iter().fold(0x9e37_79b9, |hash, bits| scrambled(hash ^ bits));
+    [hash, scrambled(hash ^ 0x85eb_ca6b)].map(|bits| (bits >> 8) as f32 / (1 << 24) as f32)
 }
 
 #[cfg(test)]

@@ -2,6 +2,8 @@
 
 use glam::Vec3;
 
+use crate::scrambled::scrambled;
+
 /// Random numbers of a path: a point of an Owen-scrambled Sobol sequence (Burley, "Practical Hash-based Owen
 /// Scrambling", 2020). The paths of one sequence are spread evenly; those of two are independent.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -118,15 +120,6 @@ pub fn seed_of(place: Vec3, model: u32) -> u32 {
 #[inline]
 pub fn hash_of(numbers: &[f32]) -> u32 {
     numbers.iter().fold(0, |hash, number| scrambled(hash ^ number.to_bits()))
-}
-
-/// An integer hash in which each bit of the input changes each bit of the result about as often as not
-/// (Wellons' "lowbias32").
-#[inline]
-fn scrambled(bits: u32) -> u32 {
-    let bits = (bits ^ (bits >> 16)).wrapping_mul(0x7feb_352d);
-    let bits = (bits ^ (bits >> 15)).wrapping_mul(0x846c_a68b);
-    bits ^ (bits >> 16)
 }
 
 /// Direction by the cosine law about the last of three `axes` at right angles: by Malley's method, a disc of

@@ -172,32 +172,46 @@ fn add_vertices(
             "a position of mesh {mesh} is not finite, or farther than 1e18 from the origin: export the file again"
         )));
     }
-    let fits = |length: usize, name: &str| {
-        let message = || {
-            format!("mesh {mesh} has {count} positions and {length} entries of {name}: export the file again")
-        };
-        if length == count { Ok(()) } else { Err(document.fault(message())) }
-    };
     to.positions.extend(positions);
-    add_colors(document, primitive, (first, all), &fits, to)?;
-    add_surface(document, primitive, (first, all, set), &fits, to)?;
-    add_influences(document, primitive, (first, all), &fits, to)?;
-    add_targets(document, primitive, (first, all), &fits, to)?;
+    let new = NewVertices { document, primitive, mesh, first, all, set };
+    add_colors(&new, to)?;
+    add_surface(&new, to)?;
+    add_influences(&new, to)?;
+    add_targets(&new, to)?;
     Ok(first as u32)
 }
 
+/// Vertices of a primitive that are being added.
+struct NewVertices<'a> {
+    document: &'a Document,
+    primitive: &'a Primitive,
+    /// Number of the mesh, for messages.
+    mesh: usize,
+    /// Number of the first of them in the geometry, and of all vertices with them.
+    first: usize,
+    all: usize,
+    /// Number of the texture coordinates that count.
+    set: u32,
+}
+
+impl NewVertices<'_> {
+    /// Checks the number of entries that an attribute has.
+    fn fits(&self, length: usize, name: &str) -> Result<(), SceneError> {
+        let (count, mesh) = (self.all - self.first, self.mesh);
+        let message = || {
+            format!("mesh {mesh} has {count} positions and {length} entries of {name}: export the file again")
+        };
+        if length == count { Ok(()) } else { Err(self.document.fault(message())) }
+    }
+}
+
 /// Adds normals and texture coordinates, of which `set` counts.
-fn add_surface(
-    document: &Document,
-    primitive: &Primitive,
-    (first, all, set): (usize, usize, u32),
-    fits: &impl Fn(usize, &str) -> Result<(), SceneError>,
-    to: &mut Geometry,
-) -> Result<(), SceneError> {
+fn add_surface(new: &NewVertices<'_>, to: &mut Geometry) -> Result<(), SceneError> {
+    let NewVertices { document, primitive, first, all, set, .. } = *new;
     let attribute = |name: &str| primitive.attributes.get(name).copied();
     if let Some(accessor) = attribute("NORMAL") {
         let normals: Vec<[f32; 3]> = document.vectors(accessor)?;
-        fits(normals.len(), "NORMAL")?;
+        new.fits(normals.len(), "NORMAL")?;
         let unit = |normal: [f32; 3]| Vec3::from(normal).as_dvec3().normalize_or_zero().as_vec3();
         to.normals.resize(first, Vec3::ZERO);
         to.normals.extend(normals.into_iter().map(unit));
@@ -205,7 +219,7 @@ fn add_surface(
     let name = format!("TEXCOORD_{set}");
     if let Some(accessor) = attribute(&name) {
         let uvs: Vec<[f32; 2]> = document.vectors(accessor)?;
-        fits(uvs.len(), &name)?;
+        new.fits(uvs.len(), &name)?;
         let flipped = |[u, v]: [f32; 2]| {
             let uv = Vec2::new(u, 1.0 - v);
             if uv.is_finite() { uv } else { Vec2::ZERO }
@@ -215,7 +229,7 @@ fn add_surface(
     }
     if let Some(accessor) = attribute("TANGENT") {
         let tangents: Vec<[f32; 4]> = document.vectors(accessor)?;
-        fits(tangents.len(), "TANGENT")?;
+        new.fits(tangents.len(), "TANGENT")?;
         to.tangents.resize(first, [0.0; 4]);
         to.tangents.extend(tangents);
     }
@@ -232,19 +246,14 @@ fn add_surface(
 }
 
 /// Adds colours of vertices.
-fn add_colors(
-    document: &Document,
-    primitive: &Primitive,
-    (first, all): (usize, usize),
-    fits: &impl Fn(usize, &str) -> Result<(), SceneError>,
-    to: &mut Geometry,
-) -> Result<(), SceneError> {
+fn add_colors(new: &NewVertices<'_>, to: &mut Geometry) -> Result<(), SceneError> {
+    let NewVertices { document, primitive, first, all, .. } = *new;
     const WHITE: [f16; 3] = [f16::ONE; 3];
     if let Some(accessor) = primitive.attributes.get("COLOR_0").copied() {
         let has_alpha = document.get(&document.json.accessors, accessor, "accessor")?.kind == "VEC4";
         let colors = document.floats(accessor, if has_alpha { 4 } else { 3 })?;
         let colors = colors.chunks_exact(if has_alpha { 4 } else { 3 });
-        fits(colors.len(), "COLOR_0")?;
+        new.fits(colors.len(), "COLOR_0")?;
         if has_alpha && colors.clone().any(|color| color[3] < 1.0) {
             document.leave_out("alpha of vertices (COLOR_0) is not used: only pictures cut out");
         }
@@ -258,21 +267,16 @@ fn add_colors(
     Ok(())
 }
 
-fn add_influences(
-    document: &Document,
-    primitive: &Primitive,
-    (first, all): (usize, usize),
-    fits: &impl Fn(usize, &str) -> Result<(), SceneError>,
-    to: &mut Geometry,
-) -> Result<(), SceneError> {
+fn add_influences(new: &NewVertices<'_>, to: &mut Geometry) -> Result<(), SceneError> {
+    let NewVertices { document, primitive, first, all, .. } = *new;
     for set in 0.. {
         let [joints, weights] =
             ["JOINTS", "WEIGHTS"].map(|name| primitive.attributes.get(&format!("{name}_{set}")).copied());
         let (Some(joints), Some(weights)) = (joints, weights) else { break };
         let joints = document.whole_numbers(joints, 4)?;
         let weights: Vec<[f32; 4]> = document.vectors(weights)?;
-        fits(joints.len() / 4, "JOINTS")?;
-        fits(weights.len(), "WEIGHTS")?;
+        new.fits(joints.len() / 4, "JOINTS")?;
+        new.fits(weights.len(), "WEIGHTS")?;
         if to.influences.len() == set {
             to.influences.push(Influences { joints: vec![[0; 4]; first], weights: vec![[0.0; 4]; first] });
         }
@@ -289,20 +293,15 @@ fn add_influences(
     Ok(())
 }
 
-fn add_targets(
-    document: &Document,
-    primitive: &Primitive,
-    (first, all): (usize, usize),
-    fits: &impl Fn(usize, &str) -> Result<(), SceneError>,
-    to: &mut Geometry,
-) -> Result<(), SceneError> {
+fn add_targets(new: &NewVertices<'_>, to: &mut Geometry) -> Result<(), SceneError> {
+    let NewVertices { document, primitive, first, all, .. } = *new;
     for (number, target) in primitive.targets.iter().enumerate() {
         if to.targets.len() == number {
             to.targets.push(vec![[0.0; 3]; first]);
         }
         let Some(accessor) = target.get("POSITION") else { continue };
         let moved: Vec<[f32; 3]> = document.vectors(*accessor)?;
-        fits(moved.len(), "a morph target")?;
+        new.fits(moved.len(), "a morph target")?;
         if !are_within_reach(&moved) {
             return Err(
                 document.fault("a morph target has numbers that are not finite: export the file again")

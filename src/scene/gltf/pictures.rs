@@ -71,34 +71,25 @@ impl Assembly {
         document: &Document,
         info: &TextureInfo,
     ) -> Result<DVec3, SceneError> {
-        self.mean_of(document, info, |byte| byte as f64 / 255.0)
+        self.mean_of(document, info, |byte| f64::from(byte) / 255.0)
     }
 
     /// The mean of the colours of a texture's texels, linear RGB.
     ///
     /// # Errors Those of [`image`](Self::image).
     pub(super) fn mean(&mut self, document: &Document, info: &TextureInfo) -> Result<DVec3, SceneError> {
-        self.mean_of(document, info, |byte| f64::from(texture::linear(byte as u8)))
+        self.mean_of(document, info, |byte| f64::from(texture::linear(byte)))
     }
 
     fn mean_of(
         &mut self,
         document: &Document,
         info: &TextureInfo,
-        value: impl Fn(usize) -> f64,
+        value: impl Fn(u8) -> f64,
     ) -> Result<DVec3, SceneError> {
         let texture = document.get(&document.json.textures, info.index, "texture")?;
         let image = image_of(document, texture, info.index)?;
-        let (_, Decoded { texels, .. }) = self.image(document, image, PictureUse::Color)?;
-        // how often each byte occurs, so that the sum is exact
-        let mut counts = [[0_u64; 256]; 3];
-        for texel in &*texels {
-            (0..3).for_each(|channel| counts[channel][usize::from(texel[channel])] += 1);
-        }
-        let mean = |counts: &[u64; 256]| {
-            let sum: f64 = counts.iter().enumerate().map(|(byte, count)| *count as f64 * value(byte)).sum();
-            sum / texels.len() as f64
-        };
-        Ok(DVec3::from(counts.each_ref().map(mean)))
+        let (_, decoded) = self.image(document, image, PictureUse::Color)?;
+        Ok(DVec3::from_slice(&decoded.means(|_, byte| value(byte))))
     }
 }

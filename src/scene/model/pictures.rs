@@ -67,6 +67,20 @@ impl Decoded {
         Self { width, height, texels, cuts }
     }
 
+    /// Means of what the bytes of the four channels stand for: `value` of a channel's byte.
+    pub fn means(&self, value: impl Fn(usize, u8) -> f64) -> [f64; 4] {
+        // how often each byte occurs, so that the sum is exact
+        let mut counts = [[0_u64; 256]; 4];
+        for texel in &*self.texels {
+            (0..4).for_each(|channel| counts[channel][usize::from(texel[channel])] += 1);
+        }
+        std::array::from_fn(|channel| {
+            let bytes = (0..=u8::MAX).zip(&counts[channel]);
+            let sum: f64 = bytes.map(|(byte, count)| *count as f64 * value(channel, byte)).sum();
+            sum / self.texels.len() as f64
+        })
+    }
+
     /// Returns the normals of a surface with these heights, and the factor for their slopes: see [`normals::of_heights`]. What
     /// holds normals already stays as it is.
     fn with_normals(&self) -> (Self, f32) {

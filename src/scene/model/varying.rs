@@ -7,8 +7,9 @@ use glam::{Vec2, Vec3};
 
 use super::map_statement::{ByUse, Channel, MapUse};
 use crate::scene::texture::{Placement, linear_color};
-use crate::scene::variants::{Variants, mixed};
+use crate::scene::variants::Variants;
 use crate::scene::{Material, Texture};
+use crate::scrambled::scrambled;
 
 /// Maximum number of variants of a material.
 const MOST_VARIANTS: usize = 4096;
@@ -175,7 +176,8 @@ fn numbered(numbers: &[Numbers], levels: [u32; 2], most: usize) -> Option<(Vec<u
 fn rounded(numbers: &Numbers, [of_roughness, of_others]: [u32; 2], texel: u32) -> Numbers {
     std::array::from_fn(|i| {
         let steps = if i == ROUGHNESS { of_roughness } else { of_others } - 1;
-        let (value, chance) = (u32::from(numbers[i]) * steps, mixed(texel * NUMBERS as u32 + i as u32) % 255);
+        let (value, chance) =
+            (u32::from(numbers[i]) * steps, scrambled(texel * NUMBERS as u32 + i as u32) % 255);
         let level = (value + chance) / 255;
         ((level * 255 + steps / 2) / steps) as u8
     })
@@ -281,7 +283,7 @@ mod tests {
 
     #[test]
     fn many_colours_become_few_with_the_same_mean() {
-        let texel = |i: u32| [mixed(i) as u8, mixed(i + 1) as u8, mixed(i + 2) as u8, 255];
+        let texel = |i: u32| [scrambled(i) as u8, scrambled(i + 1) as u8, scrambled(i + 2) as u8, 255];
         let texels: Vec<[u8; 4]> = (0..128 * 128).map(|i| texel(3 * i)).collect();
         let exact = texels.iter().map(|texel| linear_color(*texel)).sum::<Vec3>() / texels.len() as f32;
         let glowing = Material { emission: Vec3::splat(2.0), ..Material::fallback() };

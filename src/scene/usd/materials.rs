@@ -169,21 +169,13 @@ impl Assembly {
             "of pictures of roughness, metal and emission to which numbers are added (bias), or of raw colours, the mean counts",
         );
         let decoded = self.usd_decoded(file, picture, PictureUse::Parameter)?;
-        // how often each byte occurs, so that the sum is exact
-        let mut counts = [[0_u64; 256]; 4];
-        for texel in &*decoded.texels {
-            (0..4).for_each(|channel| counts[channel][usize::from(texel[channel])] += 1);
-        }
         let is_number = picture.is_raw || picture.channel.is_some();
-        let value = |channel: usize| {
-            let of_byte = |byte: usize| match is_number || channel == 3 {
-                true => byte as f64 / 255.0,
-                false => f64::from(texture::linear(byte as u8)),
-            };
-            let sum: f64 =
-                counts[channel].iter().enumerate().map(|(byte, count)| *count as f64 * of_byte(byte)).sum();
-            (sum / decoded.texels.len() as f64 * picture.scale[channel] + picture.bias[channel]).max(0.0)
-        };
+        let means = decoded.means(|channel, byte| match is_number || channel == 3 {
+            true => f64::from(byte) / 255.0,
+            false => f64::from(texture::linear(byte)),
+        });
+        let value =
+            |channel: usize| (means[channel] * picture.scale[channel] + picture.bias[channel]).max(0.0);
         Ok(match picture.channel {
             Some(channel) => DVec3::splat(value(channel)),
             None => DVec3::new(value(0), value(1), value(2)),

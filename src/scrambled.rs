@@ -1,0 +1,10 @@
+//! Scrambles numbers for the choices that depend on a place alone.
+
+/// An integer hash in which each bit of the input changes each bit of the result about as often as not
+/// (Wellons' "lowbias32").
+#[inline]
+pub fn scrambled(bits: u32) -> u32 {
+    let bits = (bits ^ (bits >> 16)).wrapping_mul(0x7feb_352d);
+    let bits = (bits ^ (bits >> 15)).wrapping_mul(0x846c_a68b);
+    bits ^ (bits >> 16)
+}
