@@ -43,7 +43,7 @@ class AFTERIMAGE_OT_export_shot(bpy.types.Operator):
             render.engine, render.use_sequencer, render.use_compositing = "AFTERIMAGE", False, False
             bpy.ops.render.render(scene=scene.name)
         except RuntimeError as error:
-            self.report({"ERROR"}, str(error).strip())
+            self.report({"ERROR"}, str(error).removeprefix("Error: ").strip())
             return {"CANCELLED"}
         finally:
             session.export_folder = None
