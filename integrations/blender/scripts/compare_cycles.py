@@ -1,7 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Renders a scene of twelve objects in Cycles and in Afterimage, and compares the mean brightness of 16 fields.
 
-    python integrations/blender/scripts/compare_cycles.py FOLDER [WIDTH [CYCLES_SAMPLES]]
+    python integrations/blender/scripts/compare_cycles.py FOLDER [WIDTH [CYCLES_SAMPLES [PATHS]]]
+
+With PATHS, light through glass is bent and focused (`caustics`), by so many paths a sample.
 
 Writes cycles.exr, afterimage.exr, and side-by-side.png (Cycles on the left) into FOLDER, and prints the table of docs/blender.md.
 Needs a Python with bpy and afterimage.
@@ -172,6 +174,8 @@ def main():
     folder = os.path.abspath(sys.argv[1])
     width = int(sys.argv[2]) if len(sys.argv) > 2 else 640
     scene = build(width)
+    if len(sys.argv) > 4:
+        scene.afterimage.caustics, scene.afterimage.paths = True, int(sys.argv[4])
     found = {}
     for engine in ("CYCLES", "AFTERIMAGE"):
         scene.render.engine = engine
