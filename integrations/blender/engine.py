@@ -31,18 +31,26 @@ class AfterimageEngine(bpy.types.RenderEngine):
         except Cancelled:
             self.update_stats("", "Afterimage | cancelled")
         except (ExportError, session.MissingRenderer) as error:
-            self.error_set(f"Afterimage: {error}")
+            self._fail(str(error))
         except OSError as error:
-            self.error_set(f"Afterimage: cannot write the shot: {error}. Choose a folder that can be written (for renders: Preferences > File Paths > Temporary Files)")
+            self._fail(f"cannot write the shot: {error}. For renders see Preferences > File Paths > Temporary Files: a folder that can be written")
         except MemoryError:
-            self.error_set("Afterimage: there is not enough memory for this scene: render fewer pixels, samples or frames")
+            self._fail("there is not enough memory for this scene: render fewer pixels, samples or frames")
         except Exception as error:  # noqa: BLE001  an error must not take Blender down
-            if type(error).__name__ == "Cancelled":
+            kind = type(error).__name__
+            # the renderer's own exceptions; its module may not be there to name them
+            if kind == "Cancelled":
                 self.update_stats("", "Afterimage | cancelled")
-                return
-            if type(error).__name__ != "Error":
+            elif kind == "Error":
+                self._fail(str(error))
+            else:
                 traceback.print_exc()
-            self.error_set(f"Afterimage: {error}" if type(error).__name__ == "Error" else f"Afterimage: {type(error).__name__}: {error}")
+                self._fail(f"{kind}: {error}")
+
+    def _fail(self, message):
+        """Ends the render with an error, in the picture's header and in the reports of whoever called for it."""
+        self.report({"ERROR"}, f"Afterimage: {message}")
+        self.error_set(f"Afterimage: {message}")
 
     def _render(self, depsgraph):
         scene, view_layer = bpy.data.scenes.get(depsgraph.scene.name) or depsgraph.scene, depsgraph.view_layer

@@ -32,9 +32,14 @@ def renderer():
     except ImportError as error:
         raise MissingRenderer(
             f"the renderer is not installed ({error}): install an extension that carries it, or the wheel `afterimage_renderer` for"
-            " Blender's Python. Render > Export Afterimage Shot works without it"
+            " Blender's Python. File > Export > Afterimage Shot works without it"
         ) from error
     return afterimage
+
+
+def is_cancelled(engine):
+    """Returns true if the user has pressed Esc."""
+    return engine.test_break()
 
 
 def size_of(scene):
@@ -132,7 +137,7 @@ class Job:
 
             def progress(_frame, done):
                 self.engine.update_progress(done)
-                return not self.engine.test_break()
+                return not is_cancelled(self.engine)
 
             self.render = iter(self.module.render(self.scene, frames=self.frames[self.next :], progress=progress, **extra))
         self.engine = engine
@@ -161,7 +166,7 @@ def export(engine, scene, depsgraph, view_layer, folder, frames):
     def progress(share):
         engine.update_progress(share)
         engine.update_stats("", f"Afterimage | exporting motion, {share:.0%}")
-        return not engine.test_break()
+        return not is_cancelled(engine)
 
     current, part = scene.frame_current, scene.frame_subframe
     try:

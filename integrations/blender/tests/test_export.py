@@ -4,6 +4,7 @@
 import os
 import re
 import stat
+import sys
 import tempfile
 import time
 import tomllib
@@ -224,6 +225,21 @@ class Export(unittest.TestCase):
         told = [line for line in self.warnings().splitlines() if "`Odd`" in line]
         self.assertEqual(len(told), 1)
         self.assertRegex(told[0], "(?s)coat.*Noise|Noise.*coat")
+
+    def test_without_the_renderer_exports_work_and_renders_say_so(self):
+        support.add_camera(self.scene)
+        support.add(self.scene, "Floor", support.grid())
+        kept = sys.modules.get("afterimage")
+        sys.modules["afterimage"] = None  # so an import fails
+        try:
+            self.export()
+            self.scene.render.engine = "AFTERIMAGE"
+            with self.assertRaisesRegex(RuntimeError, "renderer is not installed"):
+                bpy.ops.render.render()
+        finally:
+            del sys.modules["afterimage"]
+            if kept:
+                sys.modules["afterimage"] = kept
 
     def test_a_million_triangles_are_written_in_seconds(self):
         support.add_camera(self.scene)

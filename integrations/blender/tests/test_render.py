@@ -162,6 +162,40 @@ class Render(unittest.TestCase):
         self.assertTrue(all(kept > 1000 for _, kept in frames[1:]), frames)
         self.assertEqual(session._jobs, {})
 
+    def test_a_render_region_shows_a_part_of_the_picture(self):
+        support.add_camera(self.scene)
+        self.bright("square", 1.0, (0.2, 0, 0.1))
+        whole = support.render(self.scene, self.path("whole.exr"))
+        render = self.scene.render
+        render.use_border, render.use_crop_to_border = True, True
+        render.border_min_x, render.border_max_x, render.border_min_y, render.border_max_y = 0.25, 0.75, 0.25, 0.5
+        part = support.render(self.scene, self.path("part.exr"))
+        self.assertEqual(part.shape[:2], (12, 32))
+        np.testing.assert_allclose(part, whole[24:36, 16:48], atol=1e-3)
+        render.use_crop_to_border = False
+        placed = support.render(self.scene, self.path("placed.exr"))
+        np.testing.assert_allclose(placed[24:36, 16:48], whole[24:36, 16:48], atol=1e-3)
+
+    def test_cancelling_ends_the_job_and_removes_its_files(self):
+        self.scene.frame_end = 8
+        support.add_camera(self.scene)
+        support.add(self.scene, "Floor", support.grid()).modifiers.new("Wave", "WAVE")
+        module = support.extension()
+        folders, make = [], module.session.tempfile.mkdtemp
+        asked = []
+        self.scene.render.filepath = self.path("f.####")
+        module.session.tempfile.mkdtemp = lambda **values: folders.append(make(**values)) or folders[-1]
+        cancelled = module.session.is_cancelled
+        module.session.is_cancelled = lambda engine: asked.append(1) or len(asked) > 4
+        try:
+            bpy.ops.render.render(animation=True)
+        finally:
+            module.session.is_cancelled = cancelled
+            module.session.tempfile.mkdtemp = make
+        self.assertGreater(len(asked), 4)
+        self.assertEqual({os.path.exists(folder) for folder in folders}, {False})
+        self.assertEqual(module.session._jobs, {})
+
     def test_without_a_camera_blender_gets_an_error(self):
         with self.assertRaisesRegex(RuntimeError, "(?i)camera"):
             bpy.ops.render.render()
