@@ -143,6 +143,8 @@ def build(width):
     support.add_camera(scene, (0, -9.5, 4.6), (np.radians(69), 0, 0), lens=36)
     own = scene.afterimage
     own.samples, own.paths, own.reflections, own.bounces, own.shadow_rays = 4, 64, 16, 4, "16"
+    # all of the light: what Cycles clamps and blurs by default is missing from its mean
+    scene.cycles.sample_clamp_indirect, scene.cycles.blur_glossy = 0, 0
     return scene
 
 
@@ -183,8 +185,6 @@ def main():
             scene.cycles.samples = int(sys.argv[3]) if len(sys.argv) > 3 else 256
             scene.cycles.use_denoising = False
             scene.cycles.max_bounces = 12
-            # all of the light: what Cycles clamps and blurs by default is missing from its mean
-            scene.cycles.sample_clamp_indirect, scene.cycles.blur_glossy = 0, 0
         start = time.perf_counter()
         found[engine] = support.render(scene, os.path.join(folder, f"{engine.lower()}.exr"))[:, :, :3]
         print(f"{engine}: {time.perf_counter() - start:.1f} s")
