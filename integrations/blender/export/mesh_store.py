@@ -166,16 +166,7 @@ class MeshStore:
 
     def _read(self, instance, item, materials, before):
         """Reads a mesh, or notes the shape of one that is known already."""
-        made = None
-        if item.type == "MESH":
-            mesh = item.data
-        else:
-            made = mesh = item.to_mesh()
-        try:
-            return self._read_mesh(mesh, instance, item, materials, before) if mesh else None
-        finally:
-            if made is not None:
-                item.to_mesh_clear()
+        return self._read_mesh(item.data, instance, item, materials, before) if item.data else None
 
     def _read_mesh(self, mesh, instance, item, materials, before):
         if not len(mesh.polygons):

@@ -10,7 +10,6 @@ from . import lights
 from .camera import TO_Y_UP
 from .warnings import Cancelled, ExportError
 
-SHOWN_AS_MESH = {"MESH", "CURVE", "SURFACE", "FONT", "META"}
 STEPS_A_FRAME = 4
 """Places of what moves in each frame with motion blur. They are evenly spaced, as samples of point caches must be."""
 
@@ -68,7 +67,8 @@ class Walk:
             item = instance.object
             if item.type == "LIGHT":
                 self._light(time, instance, seen_lights)
-            elif item.type in SHOWN_AS_MESH and instance.show_self:
+            elif item.type == "MESH" and instance.show_self:
+                # curves, text and metaballs come twice: as themselves, and as an instance of what is shown of them, a mesh
                 self._mesh(time, instance, item, seen)
             elif item.type in {"CURVES", "VOLUME", "POINTCLOUD", "GPENCIL", "GREASEPENCIL"}:
                 self.warnings.add(f"object `{item.name}` is left out: {item.type.lower()} is not rendered. Convert it to a mesh")

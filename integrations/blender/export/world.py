@@ -2,10 +2,11 @@
 """The world: a colour, a picture all around, or a sky."""
 
 import math
+import subprocess
 
 import numpy as np
 
-from . import toml
+from . import sky_bake, toml
 from .nodes import Evaluator, constant
 
 
@@ -55,7 +56,7 @@ def of_tree(world, evaluator, images, visible):
     if source and source.from_node.type == "TEX_ENVIRONMENT":
         return [environment_map(source.from_node, strength, evaluator, images, visible)]
     if source and source.from_node.type == "TEX_SKY":
-        return sky(source.from_node, strength, evaluator, visible)
+        return sky(source.from_node, strength, evaluator, images, visible)
     light = evaluator.input(node, "Color")
     if light.shape[:2] != (1, 1):
         evaluator.say("its picture is not an environment texture: its mean is shown")
@@ -89,10 +90,28 @@ def environment_map(node, strength, evaluator, images, visible):
     return toml.table("[environment]", {"map": name, "rotation": -90.0 - turn, "power": max(0.0, strength), "visible": visible})
 
 
-def sky(node, strength, evaluator, visible):
-    """A sky with its sun: the renderer's own model, which is that of Preetham, in the brightness that Blender's has at noon."""
-    evaluator.say(f"its sky ({node.sky_type.replace('_', ' ').lower()}) is replaced by a clear sky of the same sun")
-    if hasattr(node, "sun_elevation") and node.sky_type not in {"PREETHAM", "HOSEK_WILKIE"}:
+def sky(node, strength, evaluator, images, visible):
+    """A sky texture: a picture of it that Cycles makes, and its sun as a light. Where that fails, the renderer's own sky."""
+    try:
+        pixels, sun = sky_bake.bake(node)
+    except (OSError, ValueError, subprocess.SubprocessError) as error:
+        evaluator.say(f"its sky cannot be baked ({type(error).__name__}), and is replaced by another model with the same sun, of another brightness")
+        return [other_sky(node, strength, visible)]
+    name = images.write_light("sky", pixels)
+    out = [toml.table("[environment]", {"map": name, "rotation": -90.0, "power": max(0.0, strength), "visible": visible})]
+    top = float(sun.max())
+    if top > 0:
+        x, y, z = sky_bake.direction_of(sky_bake.properties_of(node))
+        evaluator.say("the sun of its sky is a light: the camera does not see its disk")
+        light = {"type": "directional", "name": "Sun of the sky", "direction": [float(-x), float(-z), float(y)], "angle": math.degrees(node.sun_size)}
+        # a white surface shows the radiance that the renderer calls a power
+        out.append(toml.table("[[light]]", {**light, "color": (sun / top).tolist(), "power": top * max(0.0, strength), "samples": 4}))
+    return out
+
+
+def other_sky(node, strength, visible):
+    """The renderer's own sky, which is that of Preetham."""
+    if node.sky_type not in {"PREETHAM", "HOSEK_WILKIE"}:
         elevation, azimuth = math.degrees(node.sun_elevation), math.degrees(node.sun_rotation)
     else:
         east, north, up = node.sun_direction
@@ -100,4 +119,4 @@ def sky(node, strength, evaluator, visible):
     values = {"elevation": max(-6.0, min(90.0, elevation)), "azimuth": azimuth % 360}
     if node.sky_type in {"PREETHAM", "HOSEK_WILKIE"}:
         values["turbidity"] = max(2.0, min(10.0, node.turbidity))
-    return [toml.table("[environment]", {"sky": values, "power": max(0.0, strength), "visible": visible})]
+    return toml.table("[environment]", {"sky": values, "power": max(0.0, strength), "visible": visible})

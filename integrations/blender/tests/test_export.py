@@ -187,6 +187,25 @@ class Export(unittest.TestCase):
         self.assertEqual(len({model["ply"] for model in models}), 2)
         self.assertEqual([[key["frame"] for key in model["key"] if key.get("visible")] for model in models], [[1], [2]])
 
+    def test_text_and_instances_of_geometry_nodes_are_models(self):
+        support.add_camera(self.scene)
+        text = bpy.data.curves.new("Text", "FONT")
+        text.body = "A"
+        support.add(self.scene, "Text", text)
+        nodes = bpy.data.node_groups.new("Points", "GeometryNodeTree")
+        nodes.interface.new_socket("Geometry", in_out="OUTPUT", socket_type="NodeSocketGeometry")
+        points, cube, copies, output = (
+            nodes.nodes.new(kind) for kind in ("GeometryNodeMeshGrid", "GeometryNodeMeshCube", "GeometryNodeInstanceOnPoints", "NodeGroupOutput")
+        )
+        nodes.links.new(points.outputs[0], copies.inputs["Points"])
+        nodes.links.new(cube.outputs[0], copies.inputs["Instance"])
+        nodes.links.new(copies.outputs[0], output.inputs[0])
+        support.add(self.scene, "Copies", bpy.data.meshes.new("Copies")).modifiers.new("Nodes", "NODES").node_group = nodes
+        models = self.export()["model"]
+        self.assertEqual(sorted({model["name"] for model in models}), ["Copies", "Text"])
+        self.assertEqual(len(models), 1 + 9)
+        self.assertEqual(len({model["ply"] for model in models}), 2)
+
     def test_markers_cut_between_cameras(self):
         self.scene.frame_end = 4
         first = support.add_camera(self.scene)

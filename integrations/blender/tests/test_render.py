@@ -131,6 +131,24 @@ class Render(unittest.TestCase):
     def test_area_ellipse(self):
         self.assert_same_brightness(self.light("AREA", energy=100, shape="ELLIPSE", size=1.0, size_y=0.6))
 
+    def test_a_sky_with_its_sun_lights_as_in_cycles(self):
+        self.scene.world = bpy.data.worlds.new("Sky")
+        self.scene.world.use_nodes = True
+        tree = self.scene.world.node_tree
+        node = tree.nodes.new("ShaderNodeTexSky")
+        node.sun_elevation, node.sun_rotation = 0.6, 0.9
+        tree.links.new(node.outputs[0], tree.nodes["Background"].inputs["Color"])
+        self.scene.afterimage.paths = 64
+        material = bpy.data.materials.new("Matt")
+        material.use_nodes = True
+        material.node_tree.nodes["Principled BSDF"].inputs["Specular IOR Level"].default_value = 0
+        mesh = support.grid("Floor", 10)
+        mesh.materials.append(material)
+        support.add(self.scene, "Floor", mesh)
+        support.add_camera(self.scene, (0, 0, 6), (0, 0, 0))
+        ours, cycles = self.both(256)
+        np.testing.assert_allclose(ours[:, :, :3].mean(axis=(0, 1)) / cycles[:, :, :3].mean(axis=(0, 1)), 1, atol=0.03)
+
     def test_an_animation_reuses_samples_and_is_exported_once(self):
         self.scene.frame_end = 4
         camera = support.add_camera(self.scene, (0, -5, 1))
