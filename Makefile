@@ -10,7 +10,7 @@ DEMO ?= compare scenes/court/court.toml --backend embree --frames 1-24 --size 56
 # and then, for one line: a shot of which reuse saves little
 HARD ?= $(if $(filter file,$(origin DEMO)),compare scenes/city/city.toml --backend embree --samples 1 --frames 1-24 --progress none)
 
-.PHONY: help setup build demo test bench compare-peers quality paper package wheel crates clean
+.PHONY: help setup build demo test test-blender bench compare-peers quality paper package wheel blender crates clean
 .DEFAULT_GOAL := help
 
 help: ## list the targets
@@ -36,6 +36,11 @@ test: setup ## run all tests
 	else \
 		set -x; $(CARGO) test --workspace --locked --no-fail-fast; \
 	fi
+	@$(MAKE) --no-print-directory test-blender
+
+# skipped, and said so, where BPY_PYTHON (python3) has no bpy
+test-blender: ## test the Blender extension, where a Python with bpy is installed (BPY_PYTHON)
+	$(or $(BPY_PYTHON),python3) integrations/blender/tests
 
 # `make bench SHOTS=--quick` is small, to see that it works; `cargo bench --bench shots -- --help` lists all options.
 CHAINS ?= $(filter --quick,$(SHOTS))
@@ -66,6 +71,10 @@ package: setup ## make an archive that runs where it is unpacked, and test it: t
 wheel: package ## make a Python wheel of the program, and test it: target/package/
 	scripts/wheel
 	scripts/test-package target/package/afterimage_renderer-$(VERSION)-*.whl
+
+# The wheel in target/package is carried if there is one: run `make wheel` first.
+blender: ## make Blender's extension, and validate it: target/blender/ (needs blender, or BPY_PYTHON with bpy)
+	python3 integrations/blender/scripts/build.py target/blender $(lastword $(wildcard target/package/afterimage_renderer-*.whl))
 
 # Needs cargo 1.90 or later. The crates are built in a folder from which .deps is not found.
 crates: setup ## check that the crates can be published: packed, and built of what was packed

@@ -1,0 +1,139 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Lights: Blender's watts to the renderer's units.
+
+A matt white surface that faces a directional light of power 1 has a radiance of 1 there, and of 1 / pi here: so all units differ by
+pi. Point and spot lights of W watts have an intensity of W / (4 pi), areas of W / pi along their axis.
+"""
+
+import math
+
+import numpy as np
+
+from .camera import TO_Y_UP
+
+SHADOW_RAYS = (1, 4, 16)
+
+
+def light_of(instance, data, shadow_rays, warnings):
+    """The values of a [[light]]: those that stay, and those of a key. None where it gives no light."""
+    matrix = np.array(instance.matrix_world)
+    name = instance.object.name
+    if not np.isfinite(matrix).all():
+        warnings.add(f"light `{name}` is left out: its place is not a finite number")
+        return None
+    matrix = TO_Y_UP @ matrix
+    place = matrix[:3, 3]
+    axes = matrix[:3, :3]
+    lengths = np.linalg.norm(axes, axis=0)
+    if lengths[2] == 0:
+        return None
+    ahead = -axes[:, 2] / lengths[2]
+    color, strength = color_of(data, warnings)
+    kind = {"POINT": point, "SUN": sun, "SPOT": spot, "AREA": area}[data.type]
+    fixed, power, factor = kind(data, lengths, axes, shadow_rays, warnings, name)
+    key = {"color": [float(part) for part in color], "power": max(0.0, strength * factor * power)}
+    if data.type == "SUN":
+        key["direction"] = ahead.tolist()
+    else:
+        key["position"] = place.tolist()
+        if data.type != "POINT":
+            key["target"] = (place + ahead).tolist()
+    return {"name": name, **fixed}, key
+
+
+def color_of(data, warnings):
+    """Linear colour, and its factor: colour, temperature, exposure, and the emission of a light's nodes."""
+    color = np.array(data.color, dtype=float)
+    if getattr(data, "use_temperature", False):
+        color = color * np.array(data.temperature_color)
+    strength = 2.0 ** getattr(data, "exposure", 0.0)
+    if data.use_nodes and data.node_tree:
+        outputs = [node for node in data.node_tree.nodes if node.type == "OUTPUT_LIGHT" and node.is_active_output]
+        links = outputs[0].inputs["Surface"].links if outputs else ()
+        node = links[0].from_node if links else None
+        if node and node.type == "EMISSION":
+            if node.inputs["Color"].is_linked or node.inputs["Strength"].is_linked:
+                warnings.add(f"light `{data.name}`: textures and falloffs of its nodes are left out")
+            if not node.inputs["Color"].is_linked:
+                color = color * np.array(node.inputs["Color"].default_value)[:3]
+            if not node.inputs["Strength"].is_linked:
+                strength *= node.inputs["Strength"].default_value
+    # the renderer takes no negative light
+    return np.clip(color, 0, None), strength
+
+
+def point(data, lengths, _axes, rays, _warnings, _name):
+    """A point, or a sphere where it has a radius."""
+    radius = data.shadow_soft_size
+    fixed = {"type": "sphere", "radius": radius, "samples": rays} if radius > 0 else {"type": "point"}
+    return fixed, data.energy, 1 / (4 * math.pi**2)
+
+
+def sun(data, _lengths, _axes, rays, _warnings, _name):
+    """A directional light, with an angle where it has one."""
+    angle = math.degrees(data.angle)
+    fixed = {"type": "directional"}
+    if angle > 0:
+        fixed.update(angle=min(angle, 180.0), samples=rays)
+    return fixed, data.energy, 1 / math.pi
+
+
+def spot(data, lengths, _axes, _rays, warnings, name):
+    """A spot. Its softness begins at the same angle as Blender's, which counts by cosines."""
+    if data.shadow_soft_size > 0.1:
+        warnings.add(f"spot light `{name}`: its radius of {data.shadow_soft_size:.3g} is left out, so its shadows are hard")
+    half = data.spot_size / 2
+    if half >= math.radians(89.9):
+        warnings.add(f"spot light `{name}`: its cone is wider than 179.8 degrees, and is made so wide")
+        half = math.radians(89.9)
+    inner = math.acos(min(1.0, math.cos(half) + (1 - math.cos(half)) * data.spot_blend))
+    return {"type": "spot", "cone": math.degrees(2 * half), "soft": 1 - inner / half}, data.energy, 1 / (4 * math.pi**2)
+
+
+def area(data, lengths, axes, rays, warnings, name):
+    """A rectangle or a disk. The spread is left out, but its brightness along the axis stays Blender's."""
+    across = data.size * lengths[0]
+    up = (data.size_y if data.shape in {"RECTANGLE", "ELLIPSE"} else data.size) * lengths[1]
+    if data.spread < math.pi * 0.99:
+        warnings.add(f"area light `{name}`: its spread is left out; it shines to all of its side, as brightly ahead as in Blender")
+    if data.shape in {"DISK", "ELLIPSE"}:
+        if abs(across - up) > 0.01 * max(across, up):
+            warnings.add(f"area light `{name}`: an ellipse is shown as a disk of its area")
+        fixed = {"type": "disk", "radius": max(1e-6, math.sqrt(across * up) / 2)}
+    else:
+        # the renderer keeps the width horizontal: a light that stands on its side changes its sides
+        if abs(axes[1, 0] / lengths[0]) > abs(axes[1, 1] / lengths[1]):
+            across, up = up, across
+        fixed = {"type": "rectangle", "size": [max(1e-6, across), max(1e-6, up)]}
+    return {**fixed, "samples": rays}, data.energy, spread_gain(data.spread) / math.pi**2
+
+
+def spread_gain(spread):
+    """How much brighter along its axis an area light of some spread is than one of 180 degrees, as Cycles keeps its watts.
+
+    Cycles dims directions by 1 - tan(x) / tan(h), where h is half of the spread, and divides by what is left of the light.
+    """
+    half = spread / 2
+    if half >= math.pi / 2 * 0.999:
+        return 1.0
+    half = max(half, 0.05)
+    return math.tan(half) / (math.tan(half) - half)
+
+
+def tables(tracks):
+    """[[light]] and its keys. `tracks`: pairs of what stays, and a dictionary from times to values (None: not there)."""
+    from . import toml
+
+    out = []
+    for fixed, keys in tracks:
+        there = [values for values in keys.values() if values]
+        if not there:
+            continue
+        first = there[0]
+        # a light that is not there has no power
+        values = {time: values or {**first, "power": 0.0} for time, values in keys.items()}
+        moves = any(other != first for other in values.values())
+        out.append(toml.table("[[light]]", {**fixed, **(first if not moves else {})}))
+        if moves:
+            out += [toml.table("[[light.key]]", {"frame": time, **value}) for time, value in values.items()]
+    return out

@@ -1,0 +1,218 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The meshes of a shot: which objects share one, which deform, and the files of each.
+
+A mesh that cannot change is read once. One that might (modifiers, shape keys, geometry nodes, curves) is read at each time: while its
+faces stay the same it is one mesh with a point cache; when they change, another mesh begins.
+"""
+
+import os
+
+import numpy as np
+
+from . import files, meshes
+from .images import safe
+
+
+class Stored:
+    """A mesh and its files. `shapes` is its point cache while it deforms."""
+
+    def __init__(self, store, name, geometry, materials, time, users_scale):
+        self.store, self.name, self.geometry, self.materials = store, name, geometry, materials
+        self.folder, self.first, self.last_time = None, time, time
+        self.scale = users_scale
+        self.shapes, self.pending, self.deforms = None, 0, False
+
+    def add_shape(self, time, positions):
+        """Notes the shape at a later time."""
+        same = np.array_equal(positions, self.last_positions if self.deforms else self.geometry.positions)
+        if not self.deforms and same:
+            self.pending += 1
+        else:
+            if not self.deforms:
+                self.deforms = True
+                self.shapes = files.PointCache(self.store.path(self, "shapes.pc2"), len(positions), self.first, self.store.step)
+                for _ in range(self.pending + 1):
+                    self.shapes.add(self.geometry.positions)
+            self.shapes.add(positions)
+            self.last_positions = positions
+        self.last_time = time
+
+    def models(self):
+        """Writes the files, and returns what [[model]] tables say of them: one for each material, or one that deforms."""
+        if self.deforms:
+            self.shapes.close(keep=True)
+            self.shapes = None
+            return [self._deforming()]
+        return self._parts()
+
+    def _slots(self):
+        """Pairs of a material and the triangles that have it."""
+        geometry, materials = self.geometry, self.materials or [None]
+        slots = np.clip(geometry.slots, 0, len(materials) - 1)
+        groups = {}
+        for slot in np.unique(slots):
+            groups.setdefault(materials[slot].name_full if materials[slot] else "", []).append(slot)
+        for same in groups.values():
+            rows = np.flatnonzero(np.isin(slots, same)) if len(groups) > 1 else np.arange(len(slots))
+            yield materials[same[0]], rows
+
+    def _uvs(self, material):
+        """Texture coordinates of a material, moved by the mapping of its pictures; None if it has no pictures."""
+        uv = self.store.materials.uv(material)
+        if uv is None:
+            return None
+        name, matrix = uv
+        values = self.geometry.uvs.get(name)
+        if values is None:
+            if name:
+                self.store.warnings.add(f"mesh `{self.name}` has no UV map `{name}`, which material `{material.name}` wants")
+            values = self.geometry.uvs.get("")
+        if values is None:
+            self.store.warnings.add(f"mesh `{self.name}` has no UV map: material `{material.name}` shows one texel. Unwrap it")
+            values = np.zeros((int(self.geometry.loops.max()) + 1, 2), dtype=np.float32)
+        if np.allclose(matrix, np.eye(3)):
+            return values
+        return (values @ matrix[:2, :2].T + matrix[:2, 2]).astype(np.float32)
+
+    def _use(self, material, uvs):
+        """Makes sure that a material is written."""
+        store = self.store
+        density = 1.0
+        if uvs is not None and store.materials.has_bump(material):
+            density = meshes.uv_density(self.geometry, uvs) * self.scale
+        store.materials.use(material, density)
+
+    def _parts(self):
+        out = []
+        for material, rows in self._slots():
+            uvs = self._uvs(material)
+            self._use(material, uvs)
+            name = self.store.materials.name(material)
+            positions, triangles, normals, places = meshes.split_vertices(self.geometry, rows, uvs)
+            path = self.store.path(self, f"{name}.ply")
+            files.write_ply(path, positions, triangles, normals, places)
+            out.append((name, {"ply": self.store.relative(path)}))
+        return out
+
+    def _deforming(self):
+        geometry = self.geometry
+        parts, places = [], None
+        corners = geometry.loops.ravel()
+        for material, rows in self._slots():
+            uvs = self._uvs(material)
+            self._use(material, uvs)
+            parts.append((self.store.materials.name(material), rows))
+            if uvs is not None:
+                if places is None:
+                    places = np.zeros((len(corners), 2), dtype=np.float32)
+                at = (rows[:, None] * 3 + np.arange(3)).ravel()
+                places[at] = uvs[corners[at]]
+        normals = geometry.normals[corners] if geometry.normals is not None else None
+        path = self.store.path(self, "mesh.obj")
+        files.write_obj(path, geometry.positions, geometry.triangles, parts, normals, places)
+        cache = self.store.relative(self.store.path(self, "shapes.pc2"))
+        # what a point cache says of its frames is a single float: say it in full
+        shapes = {"cache": cache, "first": float(self.first), "every": float(self.store.step)}
+        return None, {"obj": self.store.relative(path), "shapes": shapes}
+
+
+class MeshStore:
+    """All meshes of an export."""
+
+    def __init__(self, folder, materials, step, warnings):
+        self.folder, self.materials, self.step, self.warnings = folder, materials, step, warnings
+        self.known, self.stored, self.folders = {}, [], set()
+        self.time = 0.0
+
+    def begin(self, time):
+        """Begins with another time."""
+        self.time, self.here, self.counts = time, {}, {}
+
+    def end(self):
+        """Ends a time."""
+        self.here = {}
+
+    def of(self, instance, item):
+        """The mesh of an instance at this time; None if it has no faces."""
+        data = item.data
+        materials = [slot.material for slot in item.material_slots] or list(getattr(data, "materials", ()) or ())
+        pointer = (data.as_pointer() if data else 0, tuple(material.name_full if material else "" for material in materials))
+        if pointer in self.here:
+            return self.here[pointer]
+        if self._is_rigid(item):
+            key = (data.original.name_full if data.original else data.name_full, pointer[1])
+            if key not in self.known:
+                self.known[key] = self._read(instance, item, materials, None)
+            found = self.known[key]
+        else:
+            owner = (item.name_full, instance.parent.name_full if instance.is_instance else "", pointer[1])
+            count = self.counts[owner] = self.counts.get(owner, -1) + 1
+            key = (*owner, count)
+            found = self.known[key] = self._read(instance, item, materials, self.known.get(key))
+        self.here[pointer] = found
+        return found
+
+    @staticmethod
+    def _is_rigid(item):
+        """Returns true if nothing can change the mesh: all objects with its data show the same at all times."""
+        original = item.original
+        data = original.data
+        if item.type != "MESH" or data is None or original.modifiers or original.mode == "EDIT":
+            return False
+        # geometry nodes make meshes of their own, whose originals are not those of the object
+        if item.data.original is None or item.data.original.as_pointer() != data.as_pointer():
+            return False
+        return not data.shape_keys and not data.animation_data and not item.is_instancer
+
+    def _read(self, instance, item, materials, before):
+        """Reads a mesh, or notes the shape of one that is known already."""
+        return self._read_mesh(item.data, instance, item, materials, before) if item.data else None
+
+    def _read_mesh(self, mesh, instance, item, materials, before):
+        if not len(mesh.polygons):
+            return None
+        name = item.name
+        topology = meshes.topology_of(mesh)
+        if before is not None and before.geometry.topology == topology:
+            if abs(self.time - before.last_time - self.step) < 1e-6:
+                positions = meshes.read_positions(mesh)
+                if np.isfinite(positions).all():
+                    before.add_shape(self.time, positions)
+                    return before
+        geometry = meshes.read_geometry(mesh, topology)
+        if geometry is None or not len(geometry.triangles):
+            return None
+        if not meshes.is_finite(geometry):
+            self.warnings.add(f"object `{name}` is left out where vertices of its mesh are not at finite numbers")
+            return None
+        if before is not None and np.array_equal(before.geometry.positions, geometry.positions) and before.geometry.topology == topology:
+            if not before.deforms:
+                before.last_time = self.time
+                return before
+        scale = float(abs(instance.matrix_world.determinant()) ** (1 / 3)) or 1.0
+        stored = Stored(self, mesh.name if self._is_rigid(item) else name, geometry, materials, self.time, scale)
+        self.stored.append(stored)
+        return stored
+
+    def path(self, stored, name):
+        """A file in a mesh's own folder, which is made if need be."""
+        if stored.folder is None:
+            stem, count = safe(stored.name), 1
+            folder = stem
+            while folder.lower() in self.folders:
+                count += 1
+                folder = f"{stem}-{count}"
+            self.folders.add(folder.lower())
+            stored.folder = os.path.join(self.folder, "meshes", folder)
+            os.makedirs(stored.folder, exist_ok=True)
+        return os.path.join(stored.folder, name)
+
+    def relative(self, path):
+        """A path as the shot file has it."""
+        return os.path.relpath(path, self.folder).replace(os.sep, "/")
+
+    def abandon(self):
+        """Closes and removes what is half written."""
+        for stored in self.stored:
+            if stored.shapes is not None:
+                stored.shapes.close(keep=False)

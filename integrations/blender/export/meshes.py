@@ -1,0 +1,127 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Meshes as arrays: what Blender has evaluated, triangulated, as files want it. No loop runs over vertices."""
+
+import hashlib
+from dataclasses import dataclass
+
+import numpy as np
+
+
+@dataclass
+class Geometry:
+    """A mesh at one time, in the space of its object."""
+
+    positions: np.ndarray
+    """(vertices, 3), float32."""
+    triangles: np.ndarray
+    """(triangles, 3): vertices."""
+    loops: np.ndarray
+    """(triangles, 3): corners of Blender's faces."""
+    slots: np.ndarray
+    """(triangles,): material slots."""
+    normals: np.ndarray | None
+    """(corners, 3), or None where all is flat."""
+    uvs: dict
+    """From the name of a UV map to (corners, 2). The name "" is that of the map which is active for rendering."""
+    topology: bytes
+    """Digest of everything but positions: two times of one digest may be shapes of one mesh."""
+
+
+def read_array(collection, attribute, width, kind):
+    """All values of an attribute of a collection."""
+    values = np.empty(len(collection) * width, dtype=kind)
+    if len(values):
+        collection.foreach_get(attribute, values)
+    return values.reshape(-1, width) if width > 1 else values
+
+
+def read_positions(mesh):
+    """Where all vertices are."""
+    attribute = mesh.attributes.get("position")
+    if attribute is not None and len(attribute.data) == len(mesh.vertices):
+        return read_array(attribute.data, "vector", 3, np.float32)
+    return read_array(mesh.vertices, "co", 3, np.float32)
+
+
+def topology_of(mesh):
+    """Digest of faces, without positions. Two meshes of the same digest have the same vertices in the same order."""
+    digest = hashlib.blake2b(digest_size=16)
+    digest.update(np.array([len(mesh.vertices), len(mesh.loops), len(mesh.polygons)]).tobytes())
+    digest.update(read_array(mesh.loops, "vertex_index", 1, np.int32).tobytes())
+    digest.update(read_array(mesh.polygons, "loop_total", 1, np.int32).tobytes())
+    return digest.digest()
+
+
+def read_geometry(mesh, topology=b""):
+    """Everything of a mesh, or None if it has no faces."""
+    if not len(mesh.polygons):
+        return None
+    mesh.calc_loop_triangles()
+    loops = read_array(mesh.loop_triangles, "loops", 3, np.int32)
+    corners = read_array(mesh.loops, "vertex_index", 1, np.int32)
+    polygons = read_array(mesh.loop_triangles, "polygon_index", 1, np.int32)
+    slots = read_array(mesh.polygons, "material_index", 1, np.int32)[polygons]
+    normals = None
+    if mesh.normals_domain == "POINT":
+        normals = read_array(mesh.vertex_normals, "vector", 3, np.float32)[corners]
+    elif mesh.normals_domain == "CORNER":
+        normals = read_array(mesh.corner_normals, "vector", 3, np.float32)
+    uvs = {}
+    for layer in mesh.uv_layers:
+        if not layer.uv or len(layer.uv) != len(corners):
+            continue
+        uvs[layer.name] = read_array(layer.uv, "vector", 2, np.float32)
+        if layer.active_render:
+            uvs[""] = uvs[layer.name]
+    if uvs and "" not in uvs:
+        uvs[""] = next(iter(uvs.values()))
+    return Geometry(read_positions(mesh), corners[loops], loops, slots, normals, uvs, topology)
+
+
+def is_finite(geometry):
+    """Returns true if no vertex is at NaN or infinity."""
+    return bool(np.isfinite(geometry.positions).all())
+
+
+def uv_density(geometry, uvs):
+    """Units of the mesh in one unit of the texture, on the mean over its triangles. Bump maps need it."""
+    points, places = geometry.positions[geometry.triangles], uvs[geometry.loops]
+    a, b = points[:, 1] - points[:, 0], points[:, 2] - points[:, 0]
+    area = np.linalg.norm(np.cross(a, b), axis=1).sum()
+    s, t = places[:, 1] - places[:, 0], places[:, 2] - places[:, 0]
+    flat = np.abs(s[:, 0] * t[:, 1] - s[:, 1] * t[:, 0]).sum()
+    return float(np.sqrt(area / flat)) if flat > 1e-12 and area > 0 else 1.0
+
+
+def split_vertices(geometry, rows, uvs):
+    """Vertices with one normal and one texture coordinate each, as PLY wants them, of the triangles at `rows`.
+
+    Returns positions, triangles, normals and texture coordinates. Corners that agree with the first corner of their vertex share it;
+    others become vertices of their own.
+    """
+    triangles, loops = geometry.triangles[rows], geometry.loops[rows]
+    vertices, corners = triangles.ravel(), loops.ravel()
+    normals = geometry.normals[corners] if geometry.normals is not None else None
+    places = uvs[corners] if uvs is not None else None
+    if len(rows) < len(geometry.triangles):
+        used, vertices = np.unique(vertices, return_inverse=True)
+        positions = geometry.positions[used]
+    else:
+        positions = geometry.positions
+    if normals is None and places is None:
+        return positions, vertices.reshape(-1, 3), None, None
+    first = np.zeros(len(positions), dtype=np.int64)
+    # written backwards, so that the first corner of each vertex stays
+    first[vertices[::-1]] = np.arange(len(vertices) - 1, -1, -1)
+    own = np.zeros(len(vertices), dtype=bool)
+    for values in (normals, places):
+        if values is not None:
+            own |= (values != values[first[vertices]]).any(axis=1)
+    split = np.flatnonzero(own)
+    index = vertices.copy()
+    index[split] = len(positions) + np.arange(len(split))
+    source = np.concatenate([first, split])
+    positions = np.concatenate([positions, positions[vertices[split]]])
+    normals = normals[source] if normals is not None else None
+    places = places[source] if places is not None else None
+    return positions, index.reshape(-1, 3), normals, places

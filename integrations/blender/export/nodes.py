@@ -1,0 +1,327 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Evaluates shader nodes as far as they are constants, pictures, and arithmetic on both.
+
+A value is an array (height, width, channels): 1x1 texels for constants, and 1 channel for numbers or 3 for colours and vectors. So one
+rule serves constants and pictures: nodes are evaluated texel by texel. What depends on anything but the texture coordinates (noise,
+view, position) is replaced by a constant, and said.
+"""
+
+import numpy as np
+
+LUMINANCE = np.array([0.2126, 0.7152, 0.0722], dtype=np.float32)
+
+
+def constant(*values):
+    """A constant as a value."""
+    return np.array(values, dtype=np.float32).reshape(1, 1, -1)
+
+
+def number(value):
+    """A value as a number: the luminance of colours, as Blender converts them."""
+    return value if value.shape[2] == 1 else (value @ LUMINANCE)[:, :, None]
+
+
+def color(value):
+    """A value as a colour or vector."""
+    return value if value.shape[2] == 3 else np.repeat(value, 3, axis=2)
+
+
+def alike(*values):
+    """The values at the size of the largest, by the nearest texels."""
+    height, width = max(value.shape[0] for value in values), max(value.shape[1] for value in values)
+
+    def sized(value):
+        if value.shape[:2] in ((height, width), (1, 1)):
+            return value
+        rows = np.arange(height) * value.shape[0] // height
+        columns = np.arange(width) * value.shape[1] // width
+        return value[rows][:, columns]
+
+    return [sized(value) for value in values]
+
+
+BLENDS = {
+    "MIX": lambda a, b: b,
+    "ADD": lambda a, b: a + b,
+    "MULTIPLY": lambda a, b: a * b,
+    "SUBTRACT": lambda a, b: a - b,
+    "SCREEN": lambda a, b: 1 - (1 - a) * (1 - b),
+    "DIVIDE": lambda a, b: np.where(b != 0, a / np.where(b == 0, 1, b), a),
+    "DIFFERENCE": lambda a, b: np.abs(a - b),
+    "DARKEN": np.minimum,
+    "LIGHTEN": np.maximum,
+    "OVERLAY": lambda a, b: np.where(a < 0.5, 2 * a * b, 1 - 2 * (1 - a) * (1 - b)),
+}
+
+MATHS = {
+    "ADD": lambda a, b, c: a + b,
+    "SUBTRACT": lambda a, b, c: a - b,
+    "MULTIPLY": lambda a, b, c: a * b,
+    "DIVIDE": lambda a, b, c: np.where(b != 0, a / np.where(b == 0, 1, b), 0),
+    "MULTIPLY_ADD": lambda a, b, c: a * b + c,
+    "POWER": lambda a, b, c: np.power(np.maximum(a, 0), b),
+    "SQRT": lambda a, b, c: np.sqrt(np.maximum(a, 0)),
+    "ABSOLUTE": lambda a, b, c: np.abs(a),
+    "MINIMUM": lambda a, b, c: np.minimum(a, b),
+    "MAXIMUM": lambda a, b, c: np.maximum(a, b),
+    "LESS_THAN": lambda a, b, c: (a < b) * 1.0,
+    "GREATER_THAN": lambda a, b, c: (a > b) * 1.0,
+}
+
+
+class Evaluator:
+    """Evaluates the sockets of one material. `said` lists what was replaced; `uv` is the map and the mapping of its pictures."""
+
+    def __init__(self, images):
+        self.images, self.said = images, []
+        self.uv = None
+        self.plain = {}
+        self.parents = []
+
+    def say(self, message):
+        """Notes what is replaced."""
+        self.said.append(message)
+
+    def input(self, node, name):
+        """Value of a node's input, by its name or number."""
+        socket = node.inputs[name] if isinstance(name, int) else node.inputs.get(name)
+        if socket is None:
+            return constant(0.0)
+        link = self.link(socket)
+        if link is None:
+            return self.default(socket)
+        value = self.output(link.from_node, link.from_socket)
+        wanted = socket.type
+        return number(value) if wanted == "VALUE" else color(value) if wanted in {"RGBA", "VECTOR"} else value
+
+    @staticmethod
+    def link(socket):
+        """The link into a socket, through reroutes; None where there is none."""
+        while socket.is_linked and socket.links:
+            link = socket.links[0]
+            if link.is_muted or not link.is_valid:
+                return None
+            if link.from_node.type != "REROUTE":
+                return link
+            socket = link.from_node.inputs[0]
+        return None
+
+    @staticmethod
+    def default(socket):
+        """The value that a socket has without a link."""
+        value = getattr(socket, "default_value", 0.0)
+        if isinstance(value, (int, float)):
+            return constant(value)
+        if isinstance(value, str) or value is None:
+            return constant(0.0)
+        return constant(*list(value)[:3])
+
+    def output(self, node, socket):
+        """Value of a node's output."""
+        if node.mute:
+            linked = [entry for entry in node.inputs if entry.is_linked and entry.type == socket.type]
+            return self.input(node, list(node.inputs).index(linked[0])) if linked else constant(0.0)
+        method = getattr(self, f"node_{node.type.lower()}", None)
+        if method is None:
+            self.say(f"node `{node.name}` ({node.bl_label}) is replaced by a constant")
+            return self.fallback(node, socket)
+        return method(node, socket)
+
+    def fallback(self, node, socket):
+        """A constant for a node that is not evaluated: the mean of its colours, or a half."""
+        colors = [entry for entry in node.inputs if entry.type == "RGBA"]
+        if socket.type == "RGBA" and colors:
+            return np.mean([self.input(node, list(node.inputs).index(entry)).mean(axis=(0, 1), keepdims=True) for entry in colors], axis=0)
+        return constant(0.5) if socket.type == "VALUE" else constant(0.5, 0.5, 0.5)
+
+    # constants
+
+    def node_rgb(self, node, socket):
+        return constant(*list(socket.default_value)[:3])
+
+    def node_value(self, node, socket):
+        return constant(socket.default_value)
+
+    def node_blackbody(self, node, socket):
+        kelvin = float(self.input(node, 0).mean())
+        self.say(f"node `{node.name}` (Blackbody) is an approximation")
+        return constant(*blackbody(kelvin))
+
+    # pictures
+
+    def node_tex_image(self, node, socket):
+        pixels = self.images.pixels(node.image) if node.image else None
+        if pixels is None:
+            if not node.image:
+                self.say(f"node `{node.name}` has no image")
+            return constant(1.0, 0.0, 1.0) if socket.name == "Color" else constant(1.0)
+        self.place(node)
+        if node.projection != "FLAT":
+            self.say(f"image node `{node.name}`: its projection is replaced by the UV map")
+        if node.extension != "REPEAT":
+            self.say(f"image node `{node.name}`: the picture repeats outside of 0 to 1")
+        part = "alpha" if socket.name == "Alpha" else "color"
+        key = (node.image.name_full, part)
+        if key not in self.plain:
+            self.plain[key] = pixels[:, :, 3:4] if part == "alpha" else pixels[:, :, :3]
+        return self.plain[key]
+
+    def image_of(self, value):
+        """The image whose colours a value is, unchanged; None if nodes have changed it. Its name is that of the image."""
+        for (name, part), array in self.plain.items():
+            if array is value and part == "color":
+                return name
+        return None
+
+    def place(self, node):
+        """Notes the UV map and the mapping of an image node: all pictures of a material share one."""
+        name, matrix = self.mapping(self.link(node.inputs["Vector"]), node)
+        if self.uv is None:
+            self.uv = (name, matrix)
+        elif self.uv[0] != name or not np.allclose(self.uv[1], matrix, atol=1e-6):
+            self.say(f"image node `{node.name}`: has the UV map and the mapping of the material's first picture")
+
+    def mapping(self, link, node):
+        """Name of the UV map ("": the active one), and the 3x3 matrix for (u, v, 1)."""
+        if link is None:
+            return "", np.eye(3)
+        source = link.from_node
+        if source.type == "UVMAP":
+            return source.uv_map, np.eye(3)
+        if source.type == "TEX_COORD":
+            if link.from_socket.name != "UV":
+                self.say(f"image node `{node.name}`: {link.from_socket.name} coordinates are replaced by the UV map")
+            return "", np.eye(3)
+        if source.type == "MAPPING":
+            name, matrix = self.mapping(self.link(source.inputs["Vector"]), node)
+            return name, mapping_matrix(self, source) @ matrix
+        self.say(f"image node `{node.name}`: its coordinates ({source.bl_label}) are replaced by the UV map")
+        return "", np.eye(3)
+
+    # arithmetic
+
+    def node_mix(self, node, socket):
+        kinds = {"FLOAT": (0, 2, 3), "VECTOR": (1 if node.factor_mode == "NON_UNIFORM" else 0, 4, 5), "RGBA": (0, 6, 7)}
+        if node.data_type not in kinds:
+            self.say(f"node `{node.name}` (Mix of rotations) is replaced by a constant")
+            return constant(0.0)
+        factor, a, b = alike(*(self.input(node, index) for index in kinds[node.data_type]))
+        factor = np.clip(factor, 0, 1) if node.clamp_factor else factor
+        return self.blend(node, factor, a, b, node.blend_type if node.data_type == "RGBA" else "MIX", node.clamp_result)
+
+    def node_mix_rgb(self, node, socket):
+        factor, a, b = alike(self.input(node, 0), self.input(node, 1), self.input(node, 2))
+        return self.blend(node, np.clip(factor, 0, 1), a, b, node.blend_type, node.use_clamp)
+
+    def blend(self, node, factor, a, b, kind, clamp):
+        if kind not in BLENDS:
+            self.say(f"node `{node.name}`: blending by {kind.lower()} is replaced by mixing")
+        mixed = a * (1 - factor) + BLENDS.get(kind, BLENDS["MIX"])(a, b) * factor
+        return np.clip(mixed, 0, 1) if clamp else mixed
+
+    def node_math(self, node, socket):
+        a, b, c = alike(self.input(node, 0), self.input(node, 1), self.input(node, 2) if len(node.inputs) > 2 else constant(0.0))
+        if node.operation not in MATHS:
+            self.say(f"node `{node.name}` (Math, {node.operation.lower()}) passes its first input on")
+        value = MATHS.get(node.operation, lambda a, b, c: a)(a, b, c).astype(np.float32)
+        return np.clip(value, 0, 1) if node.use_clamp else value
+
+    def node_invert(self, node, socket):
+        factor, value = alike(self.input(node, 0), self.input(node, 1))
+        return value * (1 - factor) + (1 - value) * factor
+
+    def node_gamma(self, node, socket):
+        value, gamma = alike(self.input(node, 0), self.input(node, 1))
+        return np.power(np.maximum(value, 0), gamma)
+
+    def node_brightcontrast(self, node, socket):
+        value, bright, contrast = alike(self.input(node, 0), self.input(node, 1), self.input(node, 2))
+        return np.maximum(value * (1 + contrast) + bright - contrast * 0.5, 0)
+
+    def node_rgbtobw(self, node, socket):
+        return number(self.input(node, 0))
+
+    def node_clamp(self, node, socket):
+        value, low, high = alike(*(self.input(node, index) for index in range(3)))
+        return np.clip(value, low, high)
+
+    def node_map_range(self, node, socket):
+        value, a, b, c, d = alike(*(self.input(node, index) for index in range(5)))
+        share = (value - a) / np.where(b == a, 1, b - a)
+        if node.clamp:
+            share = np.clip(share, 0, 1)
+        return c + share * (d - c)
+
+    def node_valtorgb(self, node, socket):
+        value = np.clip(self.input(node, 0)[:, :, 0], 0, 1)
+        table = np.array([node.color_ramp.evaluate(step / 1023) for step in range(1024)], dtype=np.float32)
+        picked = table[(value * 1023 + 0.5).astype(int)]
+        return picked[:, :, 3:4] if socket.name == "Alpha" else picked[:, :, :3]
+
+    def node_separate_color(self, node, socket):
+        if getattr(node, "mode", "RGB") != "RGB":
+            self.say(f"node `{node.name}` (Separate Color) splits by RGB")
+        index = list(node.outputs).index(socket)
+        return self.input(node, 0)[:, :, index : index + 1]
+
+    node_seprgb = node_sepxyz = node_separate_color
+
+    def node_combine_color(self, node, socket):
+        if getattr(node, "mode", "RGB") != "RGB":
+            self.say(f"node `{node.name}` (Combine Color) joins by RGB")
+        parts = alike(*(self.input(node, index) for index in range(3)))
+        height, width = max(part.shape[0] for part in parts), max(part.shape[1] for part in parts)
+        return np.concatenate([np.broadcast_to(part, (height, width, 1)) for part in parts], axis=2)
+
+    node_combrgb = node_combxyz = node_combine_color
+
+    def node_group(self, node, socket):
+        if not node.node_tree:
+            return constant(0.0)
+        outputs = [entry for entry in node.node_tree.nodes if entry.type == "GROUP_OUTPUT" and entry.is_active_output]
+        inner = next((entry for entry in outputs[0].inputs if entry.identifier == socket.identifier), None) if outputs else None
+        if inner is None:
+            return constant(0.0)
+        link = self.link(inner)
+        if link is None:
+            return self.default(inner)
+        self.parents.append(node)
+        try:
+            return self.output(link.from_node, link.from_socket)
+        finally:
+            self.parents.pop()
+
+    def node_group_input(self, node, socket):
+        parent = self.parents.pop()
+        try:
+            names = [entry.identifier for entry in parent.inputs]
+            return self.input(parent, names.index(socket.identifier)) if socket.identifier in names else constant(0.0)
+        finally:
+            self.parents.append(parent)
+
+
+def mapping_matrix(evaluator, node):
+    """The 3x3 matrix by which a Mapping node moves (u, v, 1), of constants; rotation about Z alone counts."""
+    place, turn, scale = (
+        evaluator.input(node, name).mean(axis=(0, 1)) if node.inputs.get(name) else default
+        for name, default in (("Location", np.zeros(3)), ("Rotation", np.zeros(3)), ("Scale", np.ones(3)))
+    )
+    cos, sin = np.cos(turn[2]), np.sin(turn[2])
+    rotate = np.array([[cos, -sin, 0], [sin, cos, 0], [0, 0, 1]])
+    grow = np.diag([scale[0], scale[1], 1.0])
+    move = np.array([[1, 0, place[0]], [0, 1, place[1]], [0, 0, 1]])
+    if node.vector_type == "TEXTURE":
+        return np.linalg.pinv(move @ rotate @ grow)
+    return (np.eye(3) if node.vector_type == "VECTOR" else move) @ rotate @ grow
+
+
+def blackbody(kelvin):
+    """Linear RGB of a black body, of the largest channel 1, by the fit of Krystek's chromaticity."""
+    t = min(max(kelvin, 1000.0), 15000.0)
+    u = (0.860117757 + 1.54118254e-4 * t + 1.28641212e-7 * t * t) / (1 + 8.42420235e-4 * t + 7.08145163e-7 * t * t)
+    v = (0.317398726 + 4.22806245e-5 * t + 4.20481691e-8 * t * t) / (1 - 2.89741816e-5 * t + 1.61456053e-7 * t * t)
+    x, y = 3 * u / (2 * u - 8 * v + 4), 2 * v / (2 * u - 8 * v + 4)
+    xyz = np.array([x / y, 1.0, (1 - x - y) / y])
+    rgb = np.array([[3.2406, -1.5372, -0.4986], [-0.9689, 1.8758, 0.0415], [0.0557, -0.2040, 1.0570]]) @ xyz
+    rgb = np.clip(rgb, 0, None)
+    return (rgb / rgb.max()).tolist()

@@ -1,0 +1,190 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Exports a shot: walks over the scene's frames, and writes meshes, pictures and shot.toml into a folder."""
+
+import os
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from . import camera, lights, toml, world
+from .images import Images
+from .materials import Materials
+from .mesh_store import MeshStore
+from .walk import STEPS_A_FRAME, Walk, times_of
+from .warnings import Warnings
+
+
+@dataclass
+class Settings:
+    """What the export needs to know beside the scene."""
+
+    frames: list
+    size: tuple
+    """Pixels, with the percentage of the resolution."""
+    rate: str
+    render: dict = field(default_factory=dict)
+    """More keys of [render]."""
+    indirect: dict = field(default_factory=dict)
+    output: dict = field(default_factory=dict)
+    shutter: tuple | None = None
+    """When it opens and closes, in frames; None without motion blur."""
+    transparent: bool = False
+    shadow_rays: int = 4
+
+
+@dataclass
+class Exported:
+    """What an export wrote."""
+
+    path: str
+    """The shot file."""
+    names: list
+    """Names of models, and of materials, in the shot."""
+    materials: list
+    warnings: list
+
+
+def export_shot(scene, depsgraph, folder, settings, set_frame, progress):
+    """Writes the shot of `settings.frames` into `folder`.
+
+    `set_frame(frame, subframe)` evaluates the scene, `progress(share)` from 0 to 1 returns false to cancel. The shot file is written
+    last, so that a folder without it is known to be unfinished. Raises ExportError, Cancelled, and OSError.
+    """
+    warnings = Warnings()
+    os.makedirs(folder, exist_ok=True)
+    shot = os.path.join(folder, "shot.toml")
+    if os.path.exists(shot):
+        os.remove(shot)
+    images = Images(folder, warnings)
+    materials = Materials(images, warnings)
+    times = times_of(settings.frames, settings.shutter)
+    step = 1 / STEPS_A_FRAME if settings.shutter else step_of(times)
+    store = MeshStore(folder, materials, step, warnings)
+    try:
+        walk = Walk(scene, depsgraph, store, settings, warnings)
+        walk.over(times, set_frame, lambda share: progress(share * 0.8))
+        text = [head(scene, settings)]
+        text += camera.tables(walk.camera_keys, scene, warnings)
+        text += world.tables(scene.world, images, not settings.transparent, warnings)
+        text += lights.tables(walk.light_tracks())
+        models, names = model_tables(walk, warnings, lambda share: progress(0.8 + share * 0.2))
+        if not names:
+            warnings.add("the scene shows no mesh: the picture has nothing but the world")
+            models = [empty_model()]
+            materials.use(None)
+        text += [materials.tables[name] for name in materials.tables] + models
+    except BaseException:
+        store.abandon()
+        raise
+    from .files import whole
+
+    whole(shot, lambda file: file.write("\n".join(part for part in text if part).encode()))
+    return Exported(shot, names, list(materials.tables), list(warnings))
+
+
+def step_of(times):
+    """The distance between frames, which must be even for shapes that deform."""
+    return times[1] - times[0] if len(times) > 1 else 1.0
+
+
+def frame_range(frames):
+    """Frames as [render] has them."""
+    return ",".join(str(frame) for frame in frames) if not is_run(frames) else f"{frames[0]}-{frames[-1]}"
+
+
+def is_run(frames):
+    """Returns true if the frames follow each other, and there are two of them at least."""
+    return len(frames) > 1 and frames == list(range(frames[0], frames[-1] + 1)) and frames[0] >= 0
+
+
+def head(scene, settings):
+    """The file's beginning."""
+    keys = {"size": list(settings.size), "frames": frame_range(sorted(settings.frames)), **settings.render}
+    if settings.rate is not None:
+        keys["rate"] = settings.rate
+    parts = [toml.table("# Exported from Blender", {"title": scene.name}), toml.table("[render]", keys)]
+    if settings.indirect:
+        parts.append(toml.table("[indirect]", settings.indirect))
+    parts.append(toml.table("[output]", {"background": "transparent" if settings.transparent else "visible", **settings.output}))
+    if settings.shutter:
+        parts.append(toml.table("[shutter]", {"open": settings.shutter[0], "close": settings.shutter[1]}))
+    return "\n".join(parts)
+
+
+def empty_model():
+    """A shot needs a model: one that is never there."""
+    return toml.table("[[model]]", {"name": "nothing", "quadric": {"type": "sphere"}, "visible": False})
+
+
+def model_tables(walk, warnings, progress):
+    """[[model]] tables of all that was seen, and their names."""
+    out, names, files = [], [], {}
+    count = max(1, len(walk.placed))
+    for index, placed in enumerate(walk.placed.values()):
+        if index % 256 == 0 and not progress(index / count):
+            from .warnings import Cancelled
+
+            raise Cancelled()
+        for stored, runs in runs_of(placed, walk.times):
+            if id(stored) not in files:
+                files[id(stored)] = stored.models()
+            parts = files[id(stored)]
+            for material, source in parts:
+                name = placed.name if len(parts) == 1 else f"{placed.name}/{material}"
+                names.append(name)
+                out.append(model(name, source, runs, placed.matrices, walk.times))
+    return out, names
+
+
+def runs_of(placed, times):
+    """Pairs of a mesh, and the runs of times in which an object shows it without being turned inside out."""
+    found = {}
+    before = None
+    for index, time in enumerate(times):
+        stored = placed.mesh.get(time)
+        if stored is None:
+            before = None
+            continue
+        matrix = placed.matrices[time]
+        side = np.linalg.det(matrix.reshape(3, 4)[:, :3]) > 0
+        key = (id(stored), bool(side))
+        runs = found.setdefault(key, (stored, []))[1]
+        if before == key:
+            runs[-1].append(time)
+        else:
+            runs.append([time])
+        before = key
+    return found.values()
+
+
+def rows(matrix):
+    """A matrix as [[model]] has it."""
+    values = [float(value) for value in matrix]
+    return [values[0:4], values[4:8], values[8:12]]
+
+
+def model(name, source, runs, matrices, times):
+    """One [[model]] with its keys."""
+    first = matrices[runs[0][0]]
+    always = len(runs) == 1 and len(runs[0]) == len(times)
+    rests = all(np.array_equal(matrices[time], first) for run in runs for time in run)
+    table = {"name": name, **source}
+    if rests:
+        table["matrix"] = rows(first)
+    if not always:
+        table["visible"] = False
+    out = [toml.table("[[model]]", table)]
+    ends = {time: after for time, after in zip(times, times[1:])}
+    for run in runs:
+        for index, time in enumerate(run):
+            key = {"frame": time}
+            if not rests:
+                key["matrix"] = rows(matrices[time])
+            if not always and index == 0:
+                key["visible"] = True
+            if len(key) > 1:
+                out.append(toml.table("[[model.key]]", key))
+        after = ends.get(run[-1])
+        if not always and after is not None and all(after != other[0] for other in runs):
+            out.append(toml.table("[[model.key]]", {"frame": after, "visible": False}))
+    return "".join(out)

@@ -1,0 +1,261 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Shaders to one surface: what a material's node tree reflects, lets through and emits, as parameters."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from .nodes import alike, color, constant, number
+
+
+@dataclass
+class Surface:
+    """Parameters of a Principled BSDF, as values of nodes.py."""
+
+    base: np.ndarray = field(default_factory=lambda: constant(0.8, 0.8, 0.8))
+    metallic: np.ndarray = field(default_factory=lambda: constant(0.0))
+    roughness: np.ndarray = field(default_factory=lambda: constant(0.5))
+    ior: np.ndarray = field(default_factory=lambda: constant(1.5))
+    specular: np.ndarray = field(default_factory=lambda: constant(1.0))
+    """Factor of what is no metal reflects at right angles; 0: matt."""
+    alpha: np.ndarray = field(default_factory=lambda: constant(1.0))
+    transmission: np.ndarray = field(default_factory=lambda: constant(0.0))
+    emission: np.ndarray = field(default_factory=lambda: constant(0.0, 0.0, 0.0))
+    """Radiance, alpha included."""
+    normal: np.ndarray | None = None
+    """Directions from 0 to 1 as normal maps have them."""
+    bump: tuple | None = None
+    """Heights, and the slope's factor (strength times distance)."""
+
+
+BLENDED = ("base", "metallic", "roughness", "ior", "specular", "transmission")
+
+
+def surface_of(evaluator, material):
+    """The surface of a material's active output. Without nodes: its viewport colour."""
+    tree = material.node_tree if material.use_nodes else None
+    if tree is None:
+        return Surface(
+            base=constant(*list(material.diffuse_color)[:3]), metallic=constant(material.metallic), roughness=constant(material.roughness)
+        )
+    outputs = [node for node in tree.nodes if node.type == "OUTPUT_MATERIAL" and node.target in {"ALL", "CYCLES"}]
+    outputs.sort(key=lambda node: not node.is_active_output)
+    if not outputs:
+        return Surface(base=constant(0.0, 0.0, 0.0), specular=constant(0.0))
+    output = outputs[0]
+    if output.inputs["Volume"].is_linked:
+        evaluator.say("its volume is left out")
+    if output.inputs["Displacement"].is_linked:
+        evaluator.say("its displacement is left out")
+    link = evaluator.link(output.inputs["Surface"])
+    if link is None:
+        return Surface(base=constant(0.0, 0.0, 0.0), specular=constant(0.0))
+    return shader(evaluator, link.from_node, link.from_socket)
+
+
+def shader(evaluator, node, socket):
+    """The surface of a shader node."""
+    method = SHADERS.get(node.type)
+    if node.type == "GROUP" and node.node_tree:
+        outputs = [entry for entry in node.node_tree.nodes if entry.type == "GROUP_OUTPUT" and entry.is_active_output]
+        inner = next((entry for entry in outputs[0].inputs if entry.identifier == socket.identifier), None) if outputs else None
+        link = evaluator.link(inner) if inner else None
+        if link:
+            evaluator.parents.append(node)
+            try:
+                return shader(evaluator, link.from_node, link.from_socket)
+            finally:
+                evaluator.parents.pop()
+    if method is None:
+        evaluator.say(f"shader `{node.name}` ({node.bl_label}) is shown as matt grey")
+        return Surface(specular=constant(0.0))
+    return method(evaluator, node)
+
+
+def behind(evaluator, node, name):
+    """The surface of a shader's shader input."""
+    socket = node.inputs[name]
+    link = evaluator.link(socket)
+    if link is None:
+        return Surface(base=constant(0.0, 0.0, 0.0), specular=constant(0.0))
+    return shader(evaluator, link.from_node, link.from_socket)
+
+
+def read_normal(evaluator, node, surface):
+    """Sets the surface's normal map or bump map of the node's Normal input."""
+    socket = node.inputs.get("Normal")
+    link = evaluator.link(socket) if socket else None
+    if link is None:
+        return surface
+    source = link.from_node
+    if source.type == "BUMP":
+        height = evaluator.input(source, "Height")
+        if height.shape[:2] != (1, 1):
+            slope = float(evaluator.input(source, "Strength").mean() * evaluator.input(source, "Distance").mean())
+            surface.bump = (height, -slope if source.invert else slope)
+            if evaluator.link(source.inputs["Normal"]):
+                evaluator.say("of a bump map on top of a normal map the bump map alone is shown")
+        else:
+            read_normal(evaluator, source, surface)
+    elif source.type == "NORMAL_MAP":
+        if source.space != "TANGENT":
+            evaluator.say(f"normal map `{source.name}`: only those in tangent space are shown")
+            return surface
+        normal = color(evaluator.input(source, "Color"))
+        strength = float(evaluator.input(source, "Strength").mean())
+        if normal.shape[:2] != (1, 1):
+            if abs(strength - 1) > 1e-4:
+                direction = (normal * 2 - 1) * strength + np.array([0, 0, 1]) * (1 - strength)
+                length = np.maximum(np.linalg.norm(direction, axis=2, keepdims=True), 1e-6)
+                normal = (direction / length * 0.5 + 0.5).astype(np.float32)
+            surface.normal = normal
+    else:
+        evaluator.say(f"normals by node `{source.name}` ({source.bl_label}) are left out")
+    return surface
+
+
+def principled(evaluator, node):
+    """A Principled BSDF."""
+    surface = Surface(
+        base=color(evaluator.input(node, "Base Color")),
+        metallic=evaluator.input(node, "Metallic"),
+        roughness=evaluator.input(node, "Roughness"),
+        ior=evaluator.input(node, "IOR"),
+        specular=evaluator.input(node, "Specular IOR Level") * 2,
+        alpha=evaluator.input(node, "Alpha"),
+        transmission=evaluator.input(node, "Transmission Weight"),
+    )
+    light, strength, alpha = alike(color(evaluator.input(node, "Emission Color")), evaluator.input(node, "Emission Strength"), surface.alpha)
+    surface.emission = light * strength * alpha
+    for name, said in (
+        ("Coat Weight", "its coat is left out"),
+        ("Sheen Weight", "its sheen is left out"),
+        ("Subsurface Weight", "its subsurface scattering is matt"),
+        ("Anisotropic", "its anisotropy is left out"),
+        ("Thin Film Thickness", "its thin film is left out"),
+    ):
+        if node.inputs.get(name) and float(evaluator.input(node, name).max()) > 1e-3:
+            evaluator.say(said)
+    tint = node.inputs.get("Specular Tint")
+    if tint and (tint.is_linked or min(list(tint.default_value)[:3]) < 0.99):
+        evaluator.say("its specular tint is left out")
+    return read_normal(evaluator, node, surface)
+
+
+def diffuse(evaluator, node):
+    """A Diffuse BSDF."""
+    surface = Surface(base=color(evaluator.input(node, "Color")), specular=constant(0.0), roughness=constant(1.0))
+    if node.inputs.get("Roughness") and float(evaluator.input(node, "Roughness").max()) > 1e-3:
+        evaluator.say("the roughness of its diffuse shader is left out")
+    return read_normal(evaluator, node, surface)
+
+
+def as_diffuse(evaluator, node):
+    """Scatters of other kinds, as matt."""
+    evaluator.say(f"shader `{node.name}` ({node.bl_label}) is shown as matt")
+    return read_normal(evaluator, node, Surface(base=color(evaluator.input(node, "Color")), specular=constant(0.0)))
+
+
+def glossy(evaluator, node):
+    """A Glossy BSDF: bare metal."""
+    surface = Surface(base=color(evaluator.input(node, "Color")), metallic=constant(1.0), roughness=evaluator.input(node, "Roughness"))
+    return read_normal(evaluator, node, surface)
+
+
+def glass(evaluator, node):
+    """A Glass or Refraction BSDF."""
+    surface = Surface(
+        base=color(evaluator.input(node, "Color")),
+        roughness=evaluator.input(node, "Roughness"),
+        ior=evaluator.input(node, "IOR"),
+        transmission=constant(1.0),
+    )
+    return read_normal(evaluator, node, surface)
+
+
+def transparent(evaluator, node):
+    """A Transparent BSDF: nothing of the surface is there."""
+    if float(evaluator.input(node, "Color").min()) < 0.99:
+        evaluator.say("the colour of its transparent shader is left out")
+    return Surface(alpha=constant(0.0))
+
+
+def emission(evaluator, node):
+    """An Emission shader."""
+    light, strength = alike(color(evaluator.input(node, "Color")), evaluator.input(node, "Strength"))
+    return Surface(base=constant(0.0, 0.0, 0.0), specular=constant(0.0), emission=light * strength)
+
+
+def blend(first, second, share):
+    """Mixes two surfaces: `share` of the second."""
+    alpha_a, alpha_b, share = alike(first.alpha, second.alpha, number(share))
+    share = np.clip(share, 0, 1)
+    weight_a, weight_b = alpha_a * (1 - share), alpha_b * share
+    alpha = weight_a + weight_b
+    of_second = np.where(alpha > 1e-6, weight_b / np.maximum(alpha, 1e-6), share)
+
+    def mixed(name, by):
+        one, other, by = alike(getattr(first, name), getattr(second, name), by)
+        # an unchanged picture stays the same array, so that its file can be copied
+        if (by <= 0).all():
+            return getattr(first, name)
+        if (by >= 1).all():
+            return getattr(second, name)
+        return one * (1 - by) + other * by
+
+    values = {name: mixed(name, of_second) for name in BLENDED}
+    larger = second if float(of_second.mean()) > 0.5 else first
+    smaller = first if larger is second else second
+    return Surface(
+        **values,
+        alpha=alpha,
+        emission=mixed("emission", share),
+        normal=larger.normal if larger.normal is not None else smaller.normal,
+        bump=larger.bump or smaller.bump,
+    )
+
+
+def mix(evaluator, node):
+    """A Mix Shader."""
+    link = evaluator.link(node.inputs[0])
+    if link and link.from_node.type == "LIGHT_PATH":
+        # what the camera sees counts
+        share = constant(1.0 if link.from_socket.name == "Is Camera Ray" else 0.0)
+        evaluator.say("rays of all kinds see what the camera sees (Light Path)")
+    elif link and link.from_node.type in {"FRESNEL", "LAYER_WEIGHT"}:
+        share = constant(0.04)
+        evaluator.say(f"mixing by {link.from_node.bl_label} is replaced by a factor of 0.04")
+    else:
+        share = evaluator.input(node, 0)
+    return blend(behind(evaluator, node, 1), behind(evaluator, node, 2), share)
+
+
+def add(evaluator, node):
+    """An Add Shader. What only emits is added; of others the mean is shown."""
+    first, second = behind(evaluator, node, 0), behind(evaluator, node, 1)
+    for light, rest in ((first, second), (second, first)):
+        if float(light.base.max()) == 0 and float(light.specular.max()) == 0:
+            one, other = alike(light.emission, rest.emission)
+            rest.emission = one + other
+            return rest
+    evaluator.say("of two added shaders the mean is shown")
+    return blend(first, second, constant(0.5))
+
+
+SHADERS = {
+    "BSDF_PRINCIPLED": principled,
+    "BSDF_DIFFUSE": diffuse,
+    "BSDF_TRANSLUCENT": as_diffuse,
+    "SUBSURFACE_SCATTERING": as_diffuse,
+    "BSDF_SHEEN": as_diffuse,
+    "BSDF_VELVET": as_diffuse,
+    "BSDF_TOON": as_diffuse,
+    "BSDF_GLOSSY": glossy,
+    "BSDF_ANISOTROPIC": glossy,
+    "BSDF_GLASS": glass,
+    "BSDF_REFRACTION": glass,
+    "BSDF_TRANSPARENT": transparent,
+    "EMISSION": emission,
+    "MIX_SHADER": mix,
+    "ADD_SHADER": add,
+}

@@ -1,0 +1,118 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Walks over what the dependency graph shows, at one time after the other, and notes where everything is."""
+
+import math
+
+import numpy as np
+
+from . import camera as cameras
+from . import lights
+from .camera import TO_Y_UP
+from .warnings import Cancelled, ExportError
+
+STEPS_A_FRAME = 4
+"""Places of what moves in each frame with motion blur. They are evenly spaced, as samples of point caches must be."""
+
+
+def times_of(frames, shutter):
+    """Times at which the scene is evaluated, rising: the frames, or steps around them where the shutter is open."""
+    if shutter is None:
+        return [float(frame) for frame in sorted(frames)]
+    steps = set()
+    for frame in frames:
+        first, last = math.floor((frame + shutter[0]) * STEPS_A_FRAME), math.ceil((frame + shutter[1]) * STEPS_A_FRAME)
+        steps.update(range(first, last + 1))
+        steps.add(frame * STEPS_A_FRAME)
+    return [step / STEPS_A_FRAME for step in sorted(steps)]
+
+
+class Placed:
+    """One copy of a mesh, and where it is: `matrices` from times to row-major 4x4 matrices in the shot's axes."""
+
+    __slots__ = ("name", "mesh", "matrices")
+
+    def __init__(self, name):
+        self.name, self.mesh, self.matrices = name, {}, {}
+
+
+class Walk:
+    """What was seen at all times so far."""
+
+    def __init__(self, scene, depsgraph, meshes, settings, warnings):
+        self.scene, self.depsgraph, self.meshes = scene, depsgraph, meshes
+        self.settings, self.warnings = settings, warnings
+        self.placed, self.lights, self.camera_keys, self.times = {}, {}, [], []
+
+    def over(self, times, set_frame, progress):
+        """Evaluates the scene at each time. `progress(share)` returns false to cancel."""
+        for index, time in enumerate(times):
+            if not progress(index / len(times)):
+                raise Cancelled()
+            whole = math.floor(time)
+            set_frame(whole, time - whole)
+            self.at(time)
+        return self
+
+    def at(self, time):
+        """Notes the scene as it is now."""
+        self.times.append(time)
+        camera = cameras.camera_at(self.scene, time)
+        if camera is None:
+            raise ExportError("the scene has no camera: add one, and make it the active camera (Ctrl Numpad 0)")
+        projection, key = cameras.key_of(camera, self.scene, self.depsgraph, self.settings.size, self.warnings)
+        self.camera_keys.append((time, camera.name_full, projection, key))
+        seen, seen_lights = set(), set()
+        self.meshes.begin(time)
+        for instance in self.depsgraph.object_instances:
+            item = instance.object
+            if item.type == "LIGHT":
+                self._light(time, instance, seen_lights)
+            elif item.type == "MESH" and instance.show_self:
+                # curves, text and metaballs come twice: as themselves, and as an instance of what is shown of them, a mesh
+                self._mesh(time, instance, item, seen)
+            elif item.type in {"CURVES", "VOLUME", "POINTCLOUD", "GPENCIL", "GREASEPENCIL"}:
+                self.warnings.add(f"object `{item.name}` is left out: {item.type.lower()} is not rendered. Convert it to a mesh")
+        self.meshes.end()
+
+    @staticmethod
+    def _key(instance, item, seen):
+        """What an instance is called in all frames."""
+        if instance.is_instance:
+            key = (instance.parent.name_full, item.name_full, tuple(instance.persistent_id))
+        else:
+            key = (item.name_full,)
+        while key in seen:
+            key += ("again",)
+        seen.add(key)
+        return key
+
+    def _light(self, time, instance, seen):
+        key = self._key(instance, instance.object, seen)
+        found = lights.light_of(instance, instance.object.data, self.settings.shadow_rays, self.warnings)
+        if found:
+            fixed, values = found
+            self.lights.setdefault(key, (fixed, {}))[1][time] = values
+
+    def _mesh(self, time, instance, item, seen):
+        if not item.visible_camera and not instance.is_instance:
+            self.warnings.add(f"object `{item.name}` is hidden from the camera alone, and is left out: rays of all kinds see the same here")
+            return
+        matrix = np.array(instance.matrix_world, dtype=float)
+        if not np.isfinite(matrix).all():
+            self.warnings.add(f"object `{item.name}` is left out: its place is not a finite number (check its drivers and constraints)")
+            return
+        if abs(np.linalg.det(matrix[:3, :3])) < 1e-30:
+            return  # scaled to nothing: not there at this time
+        key = self._key(instance, item, seen)
+        mesh = self.meshes.of(instance, item)
+        if mesh is None:
+            return
+        placed = self.placed.get(key)
+        if placed is None:
+            placed = self.placed[key] = Placed(item.name)
+        placed.mesh[time] = mesh
+        placed.matrices[time] = (TO_Y_UP @ matrix)[:3].ravel()
+
+    def light_tracks(self):
+        """Lights with a value for each time, or None where they are not there."""
+        return [(fixed, {time: keys.get(time) for time in self.times}) for fixed, keys in self.lights.values()]

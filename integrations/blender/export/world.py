@@ -1,0 +1,122 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The world: a colour, a picture all around, or a sky."""
+
+import math
+import subprocess
+
+import numpy as np
+
+from . import sky_bake, toml
+from .nodes import Evaluator, constant
+
+
+def tables(world, images, visible, warnings):
+    """[background] and [environment] of a scene's world."""
+    if world is None:
+        return []
+    evaluator = Evaluator(images)
+    light = constant(*world.color) if not world.use_nodes or not world.node_tree else None
+    try:
+        out = [uniform(light)] if light is not None else of_tree(world, evaluator, images, visible)
+    except (AttributeError, IndexError, KeyError, TypeError, ValueError) as error:
+        evaluator.say(f"cannot be read ({type(error).__name__}: {error}), and is black")
+        out = []
+    warnings.add_for(f"world `{world.name}`", evaluator.said)
+    return out
+
+
+def uniform(light):
+    """A world of one colour; nothing where it is black."""
+    light = np.clip(light.reshape(-1)[:3], 0, 60000).tolist()
+    if max(light) == 0:
+        return ""
+    return toml.table("[background]", {"color": light}) + "[environment]\n"
+
+
+def of_tree(world, evaluator, images, visible):
+    """The tables of a world's node tree."""
+    outputs = [node for node in world.node_tree.nodes if node.type == "OUTPUT_WORLD"]
+    outputs.sort(key=lambda node: not node.is_active_output)
+    link = evaluator.link(outputs[0].inputs["Surface"]) if outputs else None
+    node = link.from_node if link else None
+    if node is None:
+        return []
+    if outputs[0].inputs["Volume"].is_linked:
+        evaluator.say("its volume is left out")
+    if node.type == "MIX_SHADER":
+        # the common set-up: what the camera sees differs from what lights
+        behind = evaluator.link(node.inputs[1]) or evaluator.link(node.inputs[2])
+        evaluator.say("of its mixed backgrounds the first one is shown")
+        node = behind.from_node if behind else None
+    if node is None or node.type not in {"BACKGROUND", "EMISSION"}:
+        evaluator.say(f"its shader ({node.bl_label if node else 'none'}) is left out")
+        return []
+    strength = float(evaluator.input(node, "Strength").mean())
+    source = evaluator.link(node.inputs["Color"])
+    if source and source.from_node.type == "TEX_ENVIRONMENT":
+        return [environment_map(source.from_node, strength, evaluator, images, visible)]
+    if source and source.from_node.type == "TEX_SKY":
+        return sky(source.from_node, strength, evaluator, images, visible)
+    light = evaluator.input(node, "Color")
+    if light.shape[:2] != (1, 1):
+        evaluator.say("its picture is not an environment texture: its mean is shown")
+    return [uniform(light.mean(axis=(0, 1)) * strength)]
+
+
+def environment_map(node, strength, evaluator, images, visible):
+    """An equirectangular picture, with the rotation of a Mapping node about Z."""
+    if node.image is None:
+        evaluator.say("its environment texture has no image")
+        return uniform(constant(1.0, 0.0, 1.0) * strength)
+    if node.projection != "EQUIRECTANGULAR":
+        evaluator.say("its mirror ball is shown as an equirectangular map")
+    turn = 0.0
+    link = evaluator.link(node.inputs["Vector"])
+    if link and link.from_node.type == "MAPPING":
+        mapping = link.from_node
+        angles = evaluator.input(mapping, "Rotation").mean(axis=(0, 1))
+        turn = math.degrees(float(angles[2])) * (-1 if mapping.vector_type == "TEXTURE" else 1)
+        if max(abs(float(angles[0])), abs(float(angles[1]))) > 1e-4:
+            evaluator.say("its map is turned about Z alone")
+        scale = evaluator.input(mapping, "Scale").mean(axis=(0, 1)) if mapping.inputs.get("Scale") else np.ones(3)
+        if not np.allclose(scale, 1, atol=1e-4):
+            evaluator.say("the scale of its mapping is left out")
+    pixels = images.pixels(node.image)
+    if pixels is None:
+        return uniform(constant(1.0, 0.0, 1.0) * strength)
+    path = images.path_of(node.image)
+    plain = path.lower().endswith(".hdr") and node.image.source == "FILE" and not node.image.packed_file and not node.image.is_dirty
+    name = images.copy(node.image) if plain else images.write_light(node.image.name, pixels)
+    return toml.table("[environment]", {"map": name, "rotation": -90.0 - turn, "power": max(0.0, strength), "visible": visible})
+
+
+def sky(node, strength, evaluator, images, visible):
+    """A sky texture: a picture of it that Cycles makes, and its sun as a light. Where that fails, the renderer's own sky."""
+    try:
+        pixels, sun = sky_bake.bake(node)
+    except (OSError, ValueError, subprocess.SubprocessError) as error:
+        evaluator.say(f"its sky cannot be baked ({type(error).__name__}), and is replaced by another model with the same sun, of another brightness")
+        return [other_sky(node, strength, visible)]
+    name = images.write_light("sky", pixels)
+    out = [toml.table("[environment]", {"map": name, "rotation": -90.0, "power": max(0.0, strength), "visible": visible})]
+    top = float(sun.max())
+    if top > 0:
+        x, y, z = sky_bake.direction_of(sky_bake.properties_of(node))
+        evaluator.say("the sun of its sky is a light: the camera does not see its disk")
+        light = {"type": "directional", "name": "Sun of the sky", "direction": [float(-x), float(-z), float(y)], "angle": math.degrees(node.sun_size)}
+        # a white surface shows the radiance that the renderer calls a power
+        out.append(toml.table("[[light]]", {**light, "color": (sun / top).tolist(), "power": top * max(0.0, strength), "samples": 4}))
+    return out
+
+
+def other_sky(node, strength, visible):
+    """The renderer's own sky, which is that of Preetham."""
+    if node.sky_type not in {"PREETHAM", "HOSEK_WILKIE"}:
+        elevation, azimuth = math.degrees(node.sun_elevation), math.degrees(node.sun_rotation)
+    else:
+        east, north, up = node.sun_direction
+        elevation, azimuth = math.degrees(math.asin(max(-1, min(1, up)))), math.degrees(math.atan2(east, north))
+    values = {"elevation": max(-6.0, min(90.0, elevation)), "azimuth": azimuth % 360}
+    if node.sky_type in {"PREETHAM", "HOSEK_WILKIE"}:
+        values["turbidity"] = max(2.0, min(10.0, node.turbidity))
+    return toml.table("[environment]", {"sky": values, "power": max(0.0, strength), "visible": visible})

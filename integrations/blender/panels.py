@@ -1,0 +1,116 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Panels: the engine's settings, and Blender's own panels that hold for it."""
+
+import bpy
+
+
+class Panel:
+    """What all panels of the engine have in common."""
+
+    bl_space_type = "PROPERTIES"
+    bl_region_type = "WINDOW"
+    bl_context = "render"
+    COMPAT_ENGINES = {"AFTERIMAGE"}
+
+    @classmethod
+    def poll(cls, context):
+        """Shows it for this engine alone."""
+        return context.engine in cls.COMPAT_ENGINES
+
+
+def columns(layout):
+    """A layout of names and values."""
+    layout.use_property_split = True
+    layout.use_property_decorate = False
+    return layout
+
+
+class AFTERIMAGE_PT_sampling(Panel, bpy.types.Panel):
+    """Samples and light."""
+
+    bl_label = "Sampling"
+
+    def draw(self, context):
+        """Draws it."""
+        layout, own = columns(self.layout), context.scene.afterimage
+        for name in ("samples", "paths", "bounces", "depth", "reflections", "shadow_rays", "exposures", "clamp", "caustics", "denoise"):
+            layout.prop(own, name)
+
+
+class AFTERIMAGE_PT_reuse(Panel, bpy.types.Panel):
+    """Reuse from frame to frame."""
+
+    bl_label = "Reuse"
+
+    def draw(self, context):
+        """Draws it."""
+        layout, own = columns(self.layout), context.scene.afterimage
+        layout.prop(own, "mode")
+        layout.prop(own, "base_every")
+
+
+class AFTERIMAGE_PT_film(Panel, bpy.types.Panel):
+    """Background and motion blur."""
+
+    bl_label = "Film"
+
+    def draw(self, context):
+        """Draws it."""
+        layout, render = columns(self.layout), context.scene.render
+        layout.prop(render, "film_transparent")
+        layout.prop(render, "use_motion_blur")
+        column = layout.column()
+        column.active = render.use_motion_blur
+        column.prop(render, "motion_blur_position")
+        column.prop(render, "motion_blur_shutter")
+        layout.operator("afterimage.export_shot")
+
+
+class AFTERIMAGE_PT_passes(Panel, bpy.types.Panel):
+    """Passes of a view layer."""
+
+    bl_label = "Passes"
+    bl_context = "view_layer"
+    FLAGS = ("z", "position", "normal", "vector", "uv", "diffuse_direct", "diffuse_indirect", "diffuse_color", "glossy_direct", "glossy_indirect")
+    MORE = ("glossy_color", "transmission_direct", "transmission_indirect", "transmission_color", "emit", "environment", "ambient_occlusion")
+
+    def draw(self, context):
+        """Draws it."""
+        layout, view_layer = columns(self.layout), context.view_layer
+        for flag in (*self.FLAGS, *self.MORE, "cryptomatte_object", "cryptomatte_material"):
+            layout.prop(view_layer, f"use_pass_{flag}")
+        layout.prop(view_layer, "pass_cryptomatte_depth")
+        layout.prop(context.scene.afterimage, "denoising_data")
+
+
+CLASSES = (AFTERIMAGE_PT_sampling, AFTERIMAGE_PT_reuse, AFTERIMAGE_PT_film, AFTERIMAGE_PT_passes)
+NOT_OURS = {
+    "VIEWLAYER_PT_filter",
+    "VIEWLAYER_PT_layer_passes",
+    "RENDER_PT_freestyle",
+    "RENDER_PT_simplify_greasepencil",
+}
+
+
+def blenders_own():
+    """Blender's panels that hold for any engine, and those of lights, materials and worlds that are of Cycles or Eevee."""
+    for each in bpy.types.Panel.__subclasses__():
+        engines = getattr(each, "COMPAT_ENGINES", None)
+        if engines and "BLENDER_RENDER" in engines and each.__name__ not in NOT_OURS:
+            yield each
+
+
+def register():
+    """Registers the panels."""
+    for each in CLASSES:
+        bpy.utils.register_class(each)
+    for each in blenders_own():
+        each.COMPAT_ENGINES.add("AFTERIMAGE")
+
+
+def unregister():
+    """Removes them."""
+    for each in blenders_own():
+        each.COMPAT_ENGINES.discard("AFTERIMAGE")
+    for each in reversed(CLASSES):
+        bpy.utils.unregister_class(each)

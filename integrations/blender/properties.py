@@ -1,0 +1,62 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Settings of a scene: `scene.afterimage`."""
+
+import bpy
+from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty
+
+
+class AfterimageSettings(bpy.types.PropertyGroup):
+    """How Afterimage renders a scene."""
+
+    samples: IntProperty(name="Samples", description="N, for N x N samples in a pixel", default=2, min=1, max=16)
+    paths: IntProperty(
+        name="Paths", description="Paths by which each sample gathers light of other surfaces and of the world", default=16, min=0, max=1024
+    )
+    bounces: IntProperty(name="Bounces", description="Surfaces that such a path meets, at most", default=3, min=0, max=64)
+    depth: IntProperty(name="Depth", description="Mirrors and glass surfaces on the way from the camera, at most", default=8, min=0, max=64)
+    reflections: IntProperty(name="Reflections", description="Paths by which a sample of a rough surface reflects", default=4, min=0, max=64)
+    shadow_rays: EnumProperty(
+        name="Shadow Rays",
+        description="Rays from each sample to a light that has a size",
+        items=[("1", "1", ""), ("4", "4", ""), ("16", "16", "")],
+        default="4",
+    )
+    mode: EnumProperty(
+        name="Reuse",
+        description="Which frames of an animation reuse the samples of the frame before",
+        items=[
+            ("auto", "Where it pays", "Reuse samples where this is estimated to be faster"),
+            ("reproject", "Always", "Reuse samples in all frames but base frames"),
+            ("full", "Never", "Trace each frame in full"),
+        ],
+        default="auto",
+    )
+    base_every: IntProperty(
+        name="Base Every", description="Frames from one that is traced in full to the next one; 0: the first one alone", default=48, min=0, max=100000
+    )
+    exposures: IntProperty(
+        name="Exposures", description="Pictures of which a frame is the mean, with motion blur or depth of field", default=16, min=1, max=256
+    )
+    clamp: FloatProperty(name="Clamp", description="The most that a path may bring by indirect ways. 0: no limit", default=0.0, min=0.0, soft_max=100.0)
+    caustics: BoolProperty(
+        name="Caustics", description="Light through glass is bent and focused. Needs hundreds of paths; otherwise glass casts no shadow", default=False
+    )
+    denoise: BoolProperty(name="Denoise", description="Show the picture that Open Image Denoise makes of it", default=False)
+    denoising_data: BoolProperty(name="Denoising Data", description="Passes for denoising in the compositor", default=False)
+
+
+CLASSES = (AfterimageSettings,)
+
+
+def register():
+    """Adds the settings to scenes."""
+    for each in CLASSES:
+        bpy.utils.register_class(each)
+    bpy.types.Scene.afterimage = bpy.props.PointerProperty(type=AfterimageSettings)
+
+
+def unregister():
+    """Removes them."""
+    del bpy.types.Scene.afterimage
+    for each in reversed(CLASSES):
+        bpy.utils.unregister_class(each)

@@ -1,0 +1,218 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A render job: the shot of all its frames, exported once, and the renderer that goes from frame to frame.
+
+Blender asks an engine for one frame at a time, and makes a new engine for each. What is reused lives here, from the handler
+`render_init`, which begins a job, to `render_complete` or `render_cancel`. So a scene that changes between jobs is exported anew.
+"""
+
+import fractions
+import shutil
+import tempfile
+
+import bpy
+
+from . import passes
+from .export import Settings, export_shot
+
+_jobs = {}
+export_folder = None
+"""Where "Export shot" wants the shot: then the engine exports and renders nothing."""
+exported = None
+"""What was exported there."""
+
+
+class MissingRenderer(Exception):
+    """The Python module is not installed."""
+
+
+def renderer():
+    """The Python module that renders."""
+    try:
+        import afterimage
+    except ImportError as error:
+        raise MissingRenderer(
+            f"the renderer is not installed ({error}): install an extension that carries it, or the wheel `afterimage_renderer` for"
+            " Blender's Python. File > Export > Afterimage Shot works without it"
+        ) from error
+    return afterimage
+
+
+def is_cancelled(engine):
+    """Returns true if the user has pressed Esc."""
+    return engine.test_break()
+
+
+def size_of(scene):
+    """Size of the whole picture in pixels."""
+    share = scene.render.resolution_percentage / 100
+    return max(1, int(scene.render.resolution_x * share)), max(1, int(scene.render.resolution_y * share))
+
+
+def crop_of(scene):
+    """Column, row from the top, width and height of the render region; None for the whole picture."""
+    render = scene.render
+    if not render.use_border:
+        return None
+    width, height = size_of(scene)
+    left, right = int(render.border_min_x * width), int(render.border_max_x * width)
+    bottom, top = int(render.border_min_y * height), int(render.border_max_y * height)
+    if right <= left or top <= bottom:
+        return None
+    return left, height - top, right - left, top - bottom
+
+
+def shutter_of(scene):
+    """When the shutter opens and closes, in frames; None without motion blur."""
+    render = scene.render
+    if not render.use_motion_blur or render.motion_blur_shutter <= 0:
+        return None
+    length = min(1.0, render.motion_blur_shutter)
+    begins = {"START": 0.0, "CENTER": -length / 2, "END": -length}[render.motion_blur_position]
+    return begins, begins + length
+
+
+def settings_of(scene, view_layer, frames, warn):
+    """The export's settings of a scene."""
+    own = scene.afterimage
+    if abs(scene.render.pixel_aspect_x - scene.render.pixel_aspect_y) > 1e-4:
+        warn("pixels that are not square are rendered square: set the aspect to 1")
+    if scene.render.use_motion_blur and scene.render.motion_blur_shutter > 1:
+        warn("a shutter longer than a frame is made one frame long")
+    rate = fractions.Fraction(scene.render.fps) / fractions.Fraction(scene.render.fps_base).limit_denominator(100000)
+    rate = rate.limit_denominator(1001)
+    render = {"samples": own.samples, "depth": own.depth, "reflections": own.reflections, "mode": own.mode, "base_every": own.base_every}
+    render.update(exposures=own.exposures, caustics="paths" if own.caustics else "none")
+    if own.clamp > 0:
+        render["clamp"] = own.clamp
+    return Settings(
+        frames=frames,
+        size=size_of(scene),
+        rate=rate.numerator if rate.denominator == 1 else f"{rate.numerator}/{rate.denominator}",
+        render=render,
+        indirect={"paths": own.paths, "bounces": own.bounces},
+        output={"layers": passes.layers(scene, view_layer), "denoise": own.denoise},
+        shutter=shutter_of(scene),
+        transparent=scene.render.film_transparent,
+        shadow_rays=int(own.shadow_rays),
+    )
+
+
+def frames_of(scene, is_animation):
+    """Frames of the job, rising."""
+    if not is_animation:
+        return [scene.frame_current]
+    return list(range(scene.frame_start, scene.frame_end + 1, scene.frame_step)) or [scene.frame_current]
+
+
+class Job:
+    """The frames of one scene and view layer that are rendered one after the other."""
+
+    def __init__(self, engine, scene, depsgraph, view_layer):
+        self.frames = frames_of(scene, engine.is_animation)
+        if scene.frame_current not in self.frames:
+            self.frames = [scene.frame_current]
+        self.folder = tempfile.mkdtemp(prefix="afterimage-")
+        self.render, self.next = None, 0
+        try:
+            self.exported = export(engine, scene, depsgraph, view_layer, self.folder, self.frames)
+            self.module = renderer()
+            self.scene = self.module.load(self.exported.path)
+        except BaseException:
+            self.close()
+            raise
+        objects = passes.numbered(self.exported.names)
+        self.objects = objects + ([] if scene.render.film_transparent else ["background"])
+
+    def frame(self, engine, scene):
+        """Renders the frame at which the scene is."""
+        number = scene.frame_current
+        if self.render is None or self.next >= len(self.frames) or self.frames[self.next] != number:
+            self.next = self.frames.index(number)
+            extra = {}
+            crop = crop_of(scene)
+            if crop:
+                extra["crop"] = crop
+            if scene.render.threads_mode == "FIXED":
+                extra["threads"] = scene.render.threads
+
+            def progress(_frame, done):
+                self.engine.update_progress(done)
+                return not is_cancelled(self.engine)
+
+            self.render = iter(self.module.render(self.scene, frames=self.frames[self.next :], progress=progress, **extra))
+        self.engine = engine
+        try:
+            frame = next(self.render)
+        except BaseException:
+            self.render = None
+            raise
+        finally:
+            self.engine = None
+        self.next += 1
+        return frame
+
+    def close(self):
+        """Ends the render and removes the shot."""
+        self.render = None
+        self.scene = None
+        shutil.rmtree(self.folder, ignore_errors=True)
+
+
+def export(engine, scene, depsgraph, view_layer, folder, frames):
+    """Exports frames through a render engine, which evaluates the scene as it is rendered."""
+    messages = []
+    settings = settings_of(scene, view_layer, frames, messages.append)
+
+    def progress(share):
+        engine.update_progress(share)
+        engine.update_stats("", f"Afterimage | exporting motion, {share:.0%}")
+        return not is_cancelled(engine)
+
+    current, part = scene.frame_current, scene.frame_subframe
+    try:
+        done = export_shot(scene, depsgraph, folder, settings, lambda frame, subframe: engine.frame_set(frame, subframe=subframe), progress)
+    finally:
+        engine.frame_set(current, subframe=part)
+    done.warnings[:0] = messages
+    for message in done.warnings:
+        engine.report({"WARNING"}, message)
+        print(f"Afterimage: {message}")
+    return done
+
+
+def job_of(engine, scene, depsgraph, view_layer):
+    """The job at work for a scene and a view layer, which begins with its first frame."""
+    key = (scene.name_full, view_layer.name)
+    job = _jobs.get(key)
+    if job is None or scene.frame_current not in job.frames:
+        if job is not None:
+            job.close()
+            del _jobs[key]
+        job = _jobs[key] = Job(engine, scene, depsgraph, view_layer)
+    return job
+
+
+def end(*_):
+    """Ends all jobs."""
+    for job in _jobs.values():
+        job.close()
+    _jobs.clear()
+
+
+HANDLERS = ("render_init", "render_complete", "render_cancel")
+
+
+def register():
+    """Listens to the beginning and the end of render jobs."""
+    persistent = bpy.app.handlers.persistent(end)
+    for name in HANDLERS:
+        getattr(bpy.app.handlers, name).append(persistent)
+
+
+def unregister():
+    """Ends what is at work, and listens no more."""
+    end()
+    for name in HANDLERS:
+        handlers = getattr(bpy.app.handlers, name)
+        if end in handlers:
+            handlers.remove(end)

@@ -1,0 +1,278 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Exports of small scenes, good and bad. Needs bpy; the renderer is not asked."""
+
+import os
+import re
+import stat
+import sys
+import tempfile
+import time
+import tomllib
+import unittest
+
+import bpy
+import numpy as np
+import support
+
+
+class Export(unittest.TestCase):
+    def setUp(self):
+        self.scratch = tempfile.TemporaryDirectory()
+        self.folder = os.path.join(self.scratch.name, "shot")
+        self.scene = support.empty()
+
+    def tearDown(self):
+        self.scratch.cleanup()
+
+    def export(self):
+        self.assertEqual(bpy.ops.afterimage.export_shot(directory=self.folder), {"FINISHED"})
+        return self.shot()
+
+    def shot(self):
+        with open(os.path.join(self.folder, "shot.toml"), "rb") as file:
+            return tomllib.load(file)
+
+    def warnings(self):
+        return "\n".join(support.extension().session.exported.warnings)
+
+    def refused(self, pattern):
+        """Exports, and expects an error that the operator reports (which bpy raises)."""
+        with self.assertRaisesRegex(RuntimeError, pattern):
+            bpy.ops.afterimage.export_shot(directory=self.folder)
+        self.assertFalse(os.path.exists(os.path.join(self.folder, "shot.toml")))
+
+    def test_a_scene_without_anything_but_a_camera_is_a_shot(self):
+        support.add_camera(self.scene)
+        self.assertEqual([model["visible"] for model in self.export()["model"]], [False])
+        self.assertIn("no mesh", self.warnings())
+
+    def test_without_a_camera_the_message_asks_for_one(self):
+        self.refused("(?i)camera")
+
+    def test_a_mesh_without_faces_is_left_out(self):
+        support.add_camera(self.scene)
+        support.add(self.scene, "Nothing", bpy.data.meshes.new("Nothing"))
+        support.add(self.scene, "Floor", support.grid())
+        self.assertEqual([model["name"] for model in self.export()["model"]], ["Floor"])
+
+    def test_an_object_at_nan_is_left_out_and_told(self):
+        support.add_camera(self.scene)
+        support.add(self.scene, "Floor", support.grid())
+        support.add(self.scene, "Lost", support.grid("Other"), (float("nan"), 0, 0))
+        self.assertEqual([model["name"] for model in self.export()["model"]], ["Floor"])
+        self.assertIn("`Lost`", self.warnings())
+
+    def test_vertices_at_nan_are_told(self):
+        support.add_camera(self.scene)
+        mesh = support.grid()
+        mesh.vertices[0].co.x = float("nan")
+        support.add(self.scene, "Torn", mesh)
+        self.export()
+        self.assertIn("`Torn`", self.warnings())
+
+    def test_a_missing_picture_is_told_with_its_remedy(self):
+        support.add_camera(self.scene)
+        mesh = support.grid()
+        mesh.uv_layers.new()
+        material = bpy.data.materials.new("Lost")
+        material.use_nodes = True
+        node = material.node_tree.nodes.new("ShaderNodeTexImage")
+        node.image = bpy.data.images.new("gone", 1, 1)
+        node.image.source = "FILE"
+        node.image.filepath = "//nowhere/gone.png"
+        material.node_tree.links.new(node.outputs[0], material.node_tree.nodes["Principled BSDF"].inputs["Base Color"])
+        mesh.materials.append(material)
+        support.add(self.scene, "Floor", mesh)
+        self.export()
+        self.assertIn("Find Missing Files", self.warnings())
+
+    def test_a_missing_library_leaves_the_rest(self):
+        support.add_camera(self.scene)
+        library = os.path.join(self.scratch.name, "library.blend")
+        item = support.add(self.scene, "Linked", support.grid("Linked"))
+        bpy.data.libraries.write(library, {item})
+        bpy.data.objects.remove(item)
+        with bpy.data.libraries.load(library, link=True) as (_, into):
+            into.objects = ["Linked"]
+        self.scene.collection.objects.link(into.objects[0])
+        support.add(self.scene, "Floor", support.grid())
+        path = os.path.join(self.scratch.name, "scene.blend")
+        bpy.ops.wm.save_as_mainfile(filepath=path)
+        os.remove(library)
+        bpy.ops.wm.open_mainfile(filepath=path)
+        self.scene = bpy.context.scene
+        self.assertEqual([model["name"] for model in self.export()["model"]], ["Floor"])
+
+    def test_ten_thousand_instances_share_a_file(self):
+        support.add_camera(self.scene)
+        mesh = support.grid()
+        for index in range(10000):
+            support.add(self.scene, f"Copy {index}", mesh, (index % 100, index // 100, 0))
+        models = self.export()["model"]
+        self.assertEqual(len(models), 10000)
+        self.assertEqual(len({model["ply"] for model in models}), 1)
+
+    def test_an_output_folder_that_cannot_be_written_is_told(self):
+        support.add_camera(self.scene)
+        support.add(self.scene, "Floor", support.grid())
+        # a file in the place of the folder: root may write into any folder
+        with open(self.folder, "w", encoding="ascii"):
+            pass
+        with self.assertRaisesRegex(RuntimeError, "Cannot make the folder|cannot write"):
+            bpy.ops.afterimage.export_shot(directory=os.path.join(self.folder, "deeper"))
+
+    @unittest.skipIf(os.geteuid() == 0, "root may write anywhere")
+    def test_a_read_only_folder_is_told(self):
+        support.add_camera(self.scene)
+        os.mkdir(self.folder)
+        os.chmod(self.folder, stat.S_IRUSR | stat.S_IXUSR)
+        self.refused("cannot write")
+
+    def test_cancelling_leaves_no_shot_and_no_half_files(self):
+        shot = support.extension().export
+        self.scene.frame_end = 6
+        support.add_camera(self.scene)
+        item = support.add(self.scene, "Floor", support.grid())
+        item.modifiers.new("Wave", "WAVE")
+        graph = bpy.context.evaluated_depsgraph_get()
+        settings = shot.Settings(frames=list(range(1, 7)), size=(64, 48), rate=24)
+        calls = []
+
+        def progress(share):
+            calls.append(share)
+            return share < 0.5
+
+        with self.assertRaises(shot.Cancelled):
+            shot.export_shot(self.scene, graph, self.folder, settings, lambda f, s: self.scene.frame_set(f, subframe=s), progress)
+        self.assertGreater(len(calls), 2)
+        left = [name for _, _, names in os.walk(self.folder) for name in names]
+        self.assertEqual([name for name in left if name.endswith((".part", ".toml", ".pc2"))], [])
+
+    def test_a_frame_range_backwards_is_one_frame(self):
+        support.add_camera(self.scene)
+        support.add(self.scene, "Floor", support.grid())
+        self.scene.frame_start, self.scene.frame_end = 5, 9
+        self.scene.frame_end = 2  # Blender moves the start along
+        self.assertEqual(self.export()["render"]["frames"], "2")
+
+    def test_a_character_deforms_by_a_point_cache(self):
+        self.scene.frame_end = 4
+        support.add_camera(self.scene)
+        mesh = support.grid(count=2)
+        item = support.add(self.scene, "Flag", mesh)
+        item.shape_key_add(name="Basis")
+        key = item.shape_key_add(name="Up")
+        key.data[0].co.z = 1.0
+        for frame, value in ((1, 0.0), (4, 1.0)):
+            key.value = value
+            key.keyframe_insert("value", frame=frame)
+        model = self.export()["model"][0]
+        self.assertEqual((model["shapes"]["first"], model["shapes"]["every"]), (1, 1))
+        with open(os.path.join(self.folder, model["shapes"]["cache"]), "rb") as file:
+            head, data = file.read(32), file.read()
+        points = np.frombuffer(data, dtype="<f4").reshape(4, 9, 3)
+        self.assertEqual(head[:11], b"POINTCACHE2")
+        np.testing.assert_allclose(points[[0, 3], 0, 2], [0, 1], atol=1e-6)
+        self.assertTrue(0 < points[1, 0, 2] < points[2, 0, 2] < 1)
+
+    def test_a_mesh_that_gets_other_faces_is_another_model(self):
+        self.scene.frame_end = 2
+        support.add_camera(self.scene)
+        item = support.add(self.scene, "Grows", support.grid())
+        array = item.modifiers.new("Array", "ARRAY")
+        for frame, count in ((1, 1), (2, 3)):
+            array.count = count
+            array.keyframe_insert("count", frame=frame)
+        models = self.export()["model"]
+        self.assertEqual(len({model["ply"] for model in models}), 2)
+        self.assertEqual([[key["frame"] for key in model["key"] if key.get("visible")] for model in models], [[1], [2]])
+
+    def test_text_and_instances_of_geometry_nodes_are_models(self):
+        support.add_camera(self.scene)
+        text = bpy.data.curves.new("Text", "FONT")
+        text.body = "A"
+        support.add(self.scene, "Text", text)
+        nodes = bpy.data.node_groups.new("Points", "GeometryNodeTree")
+        nodes.interface.new_socket("Geometry", in_out="OUTPUT", socket_type="NodeSocketGeometry")
+        points, cube, copies, output = (
+            nodes.nodes.new(kind) for kind in ("GeometryNodeMeshGrid", "GeometryNodeMeshCube", "GeometryNodeInstanceOnPoints", "NodeGroupOutput")
+        )
+        nodes.links.new(points.outputs[0], copies.inputs["Points"])
+        nodes.links.new(cube.outputs[0], copies.inputs["Instance"])
+        nodes.links.new(copies.outputs[0], output.inputs[0])
+        support.add(self.scene, "Copies", bpy.data.meshes.new("Copies")).modifiers.new("Nodes", "NODES").node_group = nodes
+        models = self.export()["model"]
+        self.assertEqual(sorted({model["name"] for model in models}), ["Copies", "Text"])
+        self.assertEqual(len(models), 1 + 9)
+        self.assertEqual(len({model["ply"] for model in models}), 2)
+
+    def test_markers_cut_between_cameras(self):
+        self.scene.frame_end = 4
+        first = support.add_camera(self.scene)
+        second = support.add_camera(self.scene, (0, -9, 1))
+        for frame, camera in ((1, first), (3, second)):
+            self.scene.timeline_markers.new(f"cut {frame}", frame=frame).camera = camera
+        support.add(self.scene, "Floor", support.grid())
+        keys = self.export()["camera"]["key"]
+        cuts = [key for key in keys if key.get("cut")]
+        self.assertEqual([key["frame"] for key in cuts], [3])
+        np.testing.assert_allclose(cuts[0]["eye"], [0, 1, 9], atol=1e-5)
+
+    def test_hidden_objects_and_collections_are_left_out(self):
+        support.add_camera(self.scene)
+        support.add(self.scene, "Floor", support.grid())
+        support.add(self.scene, "Hidden", support.grid("b")).hide_render = True
+        collection = bpy.data.collections.new("Away")
+        self.scene.collection.children.link(collection)
+        collection.objects.link(bpy.data.objects.new("Excluded", support.grid("c")))
+        bpy.context.view_layer.layer_collection.children["Away"].exclude = True
+        self.assertEqual([model["name"] for model in self.export()["model"]], ["Floor"])
+
+    def test_the_warnings_of_a_material_are_one(self):
+        support.add_camera(self.scene)
+        mesh = support.grid()
+        material = bpy.data.materials.new("Odd")
+        material.use_nodes = True
+        tree = material.node_tree
+        shader = tree.nodes["Principled BSDF"]
+        shader.inputs["Coat Weight"].default_value = 1
+        noise = tree.nodes.new("ShaderNodeTexNoise")
+        tree.links.new(noise.outputs[0], shader.inputs["Roughness"])
+        mesh.materials.append(material)
+        support.add(self.scene, "Floor", mesh)
+        self.export()
+        told = [line for line in self.warnings().splitlines() if "`Odd`" in line]
+        self.assertEqual(len(told), 1)
+        self.assertRegex(told[0], "(?s)coat.*Noise|Noise.*coat")
+
+    def test_without_the_renderer_exports_work_and_renders_say_so(self):
+        support.add_camera(self.scene)
+        support.add(self.scene, "Floor", support.grid())
+        kept = sys.modules.get("afterimage")
+        sys.modules["afterimage"] = None  # so an import fails
+        try:
+            self.export()
+            self.scene.render.engine = "AFTERIMAGE"
+            with self.assertRaisesRegex(RuntimeError, "renderer is not installed"):
+                bpy.ops.render.render()
+        finally:
+            del sys.modules["afterimage"]
+            if kept:
+                sys.modules["afterimage"] = kept
+
+    def test_a_million_triangles_are_written_in_seconds(self):
+        support.add_camera(self.scene)
+        mesh = support.grid(count=707)
+        support.add(self.scene, "Large", mesh)
+        start = time.perf_counter()
+        self.export()
+        seconds = time.perf_counter() - start
+        print(f"export of {2 * 707 * 707} triangles: {seconds:.2f} s")
+        self.assertLess(seconds, 10, "two seconds on an idle machine; this only finds loops over vertices")
+        path = os.path.join(self.folder, self.shot()["model"][0]["ply"])
+        with open(path, "rb") as file:
+            self.assertIn(f"element face {2 * 707 * 707}", re.sub(rb"end_header.*", b"", file.read(400), flags=re.S).decode())
+
+
+if __name__ == "__main__":
+    unittest.main()

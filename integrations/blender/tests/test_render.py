@@ -1,0 +1,254 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Renders by the engine, beside Cycles. Needs bpy and the renderer's Python module."""
+
+import os
+import tempfile
+import unittest
+
+import bpy
+import numpy as np
+import support
+
+
+def middle_of(picture):
+    """Column and row of the mean place of light."""
+    rows, columns = np.mgrid[: picture.shape[0], : picture.shape[1]]
+    light = picture[:, :, 0]
+    return (columns * light).sum() / light.sum(), (rows * light).sum() / light.sum()
+
+
+@unittest.skipUnless(support.has_renderer(), "the Python module `afterimage` is not installed")
+class Render(unittest.TestCase):
+    def setUp(self):
+        self.scratch = tempfile.TemporaryDirectory()
+        self.scene = support.empty()
+
+    def tearDown(self):
+        self.scratch.cleanup()
+
+    def path(self, name):
+        return os.path.join(self.scratch.name, name)
+
+    def both(self, samples=64):
+        """The picture of Afterimage, and that of Cycles."""
+        self.scene.render.engine = "AFTERIMAGE"
+        ours = support.render(self.scene, self.path("ours.exr"))
+        self.scene.render.engine = "CYCLES"
+        self.scene.cycles.samples = samples
+        self.scene.cycles.use_denoising = False
+        self.scene.cycles.pixel_filter_type = "BOX"
+        self.scene.cycles.filter_width = 1.0
+        return ours, support.render(self.scene, self.path("cycles.exr"))
+
+    def bright(self, name, size, place, radiance=1.0):
+        """A square that emits."""
+        material = bpy.data.materials.new(name)
+        material.use_nodes = True
+        shader = material.node_tree.nodes["Principled BSDF"]
+        shader.inputs["Emission Color"].default_value = (1, 1, 1, 1)
+        shader.inputs["Emission Strength"].default_value = radiance
+        shader.inputs["Base Color"].default_value = (0, 0, 0, 1)
+        shader.inputs["Specular IOR Level"].default_value = 0
+        mesh = support.grid(name, size)
+        mesh.materials.append(material)
+        # askew: an edge along rows of samples would be off by a part of their distance all the way
+        return support.add(self.scene, name, mesh, place, (np.pi / 2, 0.4, 0))
+
+    def assert_same_framing(self):
+        """Three squares in different places must cover the same pixels, but for rims."""
+        for index, place in enumerate([(0.3, 0, 0.2), (-0.7, 0.5, 0.5), (0.8, 1, -0.6)]):
+            self.bright(f"square {index}", 0.4, place)
+        self.scene.afterimage.samples = 8
+        ours, cycles = self.both(256)
+        self.assertGreater((cycles[:, :, 0] > 0.5).sum(), 20)
+        np.testing.assert_allclose(middle_of(ours), middle_of(cycles), atol=0.05, err_msg="the middle of all squares, in pixels")
+        different = np.abs(ours[:, :, 0] - cycles[:, :, 0])
+        self.assertLess(different.max(), 0.2, "coverage of a pixel by an edge")
+        self.assertLess(abs(ours[:, :, 0].sum() / cycles[:, :, 0].sum() - 1), 0.01)
+
+    def test_shift_moves_the_picture_as_in_cycles(self):
+        support.add_camera(self.scene, shift_x=0.12, shift_y=-0.07, lens=35)
+        self.assert_same_framing()
+
+    def test_the_sensor_fits_upright(self):
+        support.add_camera(self.scene, sensor_fit="VERTICAL", sensor_height=30, lens=40, shift_x=0.1, shift_y=0.05)
+        self.assert_same_framing()
+
+    def test_the_sensor_fits_across_in_an_upright_picture(self):
+        self.scene.render.resolution_x, self.scene.render.resolution_y = 48, 80
+        support.add_camera(self.scene, sensor_fit="HORIZONTAL", lens=30, shift_y=0.1)
+        self.assert_same_framing()
+
+    def test_an_orthographic_camera_that_is_rolled(self):
+        support.add_camera(self.scene, turn=(np.pi / 2, 0.3, 0.1), type="ORTHO", ortho_scale=4, shift_x=0.05)
+        self.assert_same_framing()
+
+    def assert_same_brightness(self, data, place=(0.5, -1, 2), turn=(0.4, 0.2, 0.1), tolerance=0.03):
+        """A light on a matt wall, with a camera that looks down on it."""
+        material = bpy.data.materials.new("Matt")
+        material.use_nodes = True
+        shader = material.node_tree.nodes["Principled BSDF"]
+        shader.inputs["Specular IOR Level"].default_value = 0
+        shader.inputs["Roughness"].default_value = 1
+        mesh = support.grid("Wall", 10)
+        mesh.materials.append(material)
+        support.add(self.scene, "Wall", mesh)
+        support.add(self.scene, "Light", data, place, turn)
+        support.add_camera(self.scene, (0, 0, 6), (0, 0, 0))
+        self.scene.afterimage.shadow_rays = "16"
+        self.scene.afterimage.paths = 0
+        ours, cycles = self.both(128)
+        self.assertGreater(cycles[:, :, :3].mean(), 0.01)
+        np.testing.assert_allclose(ours[:, :, :3].mean() / cycles[:, :, :3].mean(), 1, atol=tolerance)
+
+    def light(self, kind, **values):
+        data = bpy.data.lights.new("Light", kind)
+        for key, value in values.items():
+            setattr(data, key, value)
+        return data
+
+    def test_point(self):
+        self.assert_same_brightness(self.light("POINT", energy=200, shadow_soft_size=0))
+
+    def test_point_with_radius(self):
+        self.assert_same_brightness(self.light("POINT", energy=200, shadow_soft_size=0.3))
+
+    def test_sun(self):
+        self.assert_same_brightness(self.light("SUN", energy=3, angle=0.05))
+
+    def test_spot(self):
+        self.assert_same_brightness(self.light("SPOT", energy=300, spot_size=1.0, spot_blend=0.3, shadow_soft_size=0))
+
+    def test_area_square(self):
+        self.assert_same_brightness(self.light("AREA", energy=100, shape="SQUARE", size=0.8))
+
+    def test_area_rectangle(self):
+        self.assert_same_brightness(self.light("AREA", energy=100, shape="RECTANGLE", size=1.2, size_y=0.4))
+
+    def test_area_disk(self):
+        self.assert_same_brightness(self.light("AREA", energy=100, shape="DISK", size=0.8))
+
+    def test_area_ellipse(self):
+        self.assert_same_brightness(self.light("AREA", energy=100, shape="ELLIPSE", size=1.0, size_y=0.6))
+
+    def test_a_sky_with_its_sun_lights_as_in_cycles(self):
+        self.scene.world = bpy.data.worlds.new("Sky")
+        self.scene.world.use_nodes = True
+        tree = self.scene.world.node_tree
+        node = tree.nodes.new("ShaderNodeTexSky")
+        node.sun_elevation, node.sun_rotation = 0.6, 0.9
+        tree.links.new(node.outputs[0], tree.nodes["Background"].inputs["Color"])
+        self.scene.afterimage.paths = 64
+        material = bpy.data.materials.new("Matt")
+        material.use_nodes = True
+        material.node_tree.nodes["Principled BSDF"].inputs["Specular IOR Level"].default_value = 0
+        mesh = support.grid("Floor", 10)
+        mesh.materials.append(material)
+        support.add(self.scene, "Floor", mesh)
+        support.add_camera(self.scene, (0, 0, 6), (0, 0, 0))
+        ours, cycles = self.both(256)
+        np.testing.assert_allclose(ours[:, :, :3].mean(axis=(0, 1)) / cycles[:, :, :3].mean(axis=(0, 1)), 1, atol=0.03)
+
+    def test_an_animation_reuses_samples_and_is_exported_once(self):
+        self.scene.frame_end = 4
+        camera = support.add_camera(self.scene, (0, -5, 1))
+        for frame, x in ((1, 0.0), (4, 0.2)):
+            camera.location.x = x
+            camera.keyframe_insert("location", frame=frame)
+        support.add(self.scene, "Floor", support.grid(size=6, count=4))
+        self.scene.world = bpy.data.worlds.new("World")
+        self.scene.afterimage.mode = "reproject"
+        session = support.extension().session
+        exports, frames = [], []
+        export, frame = session.export, session.Job.frame
+        session.export = lambda *values: exports.append(1) or export(*values)
+
+        def noted(job, engine, scene):
+            made = frame(job, engine, scene)
+            frames.append((made.number, made.stats["samples"]["good"] + made.stats["samples"]["overlapped"]))
+            return made
+
+        session.Job.frame = noted
+        try:
+            self.scene.render.filepath = self.path("f.####")
+            bpy.ops.render.render(animation=True)
+        finally:
+            session.export, session.Job.frame = export, frame
+        self.assertEqual(len(exports), 1)
+        self.assertEqual([number for number, _ in frames], [1, 2, 3, 4])
+        self.assertEqual(frames[0][1], 0)
+        self.assertTrue(all(kept > 1000 for _, kept in frames[1:]), frames)
+        self.assertEqual(session._jobs, {})
+
+    def test_a_render_region_shows_a_part_of_the_picture(self):
+        support.add_camera(self.scene)
+        self.bright("square", 1.0, (0.2, 0, 0.1))
+        whole = support.render(self.scene, self.path("whole.exr"))
+        render = self.scene.render
+        render.use_border, render.use_crop_to_border = True, True
+        render.border_min_x, render.border_max_x, render.border_min_y, render.border_max_y = 0.25, 0.75, 0.25, 0.5
+        part = support.render(self.scene, self.path("part.exr"))
+        self.assertEqual(part.shape[:2], (12, 32))
+        np.testing.assert_allclose(part, whole[24:36, 16:48], atol=1e-3)
+        render.use_crop_to_border = False
+        placed = support.render(self.scene, self.path("placed.exr"))
+        np.testing.assert_allclose(placed[24:36, 16:48], whole[24:36, 16:48], atol=1e-3)
+
+    def test_cancelling_ends_the_job_and_removes_its_files(self):
+        self.scene.frame_end = 8
+        support.add_camera(self.scene)
+        support.add(self.scene, "Floor", support.grid()).modifiers.new("Wave", "WAVE")
+        module = support.extension()
+        folders, make = [], module.session.tempfile.mkdtemp
+        asked = []
+        self.scene.render.filepath = self.path("f.####")
+        module.session.tempfile.mkdtemp = lambda **values: folders.append(make(**values)) or folders[-1]
+        cancelled = module.session.is_cancelled
+        module.session.is_cancelled = lambda engine: asked.append(1) or len(asked) > 4
+        try:
+            bpy.ops.render.render(animation=True)
+        finally:
+            module.session.is_cancelled = cancelled
+            module.session.tempfile.mkdtemp = make
+        self.assertGreater(len(asked), 4)
+        self.assertEqual({os.path.exists(folder) for folder in folders}, {False})
+        self.assertEqual(module.session._jobs, {})
+
+    def test_without_a_camera_blender_gets_an_error(self):
+        with self.assertRaisesRegex(RuntimeError, "(?i)camera"):
+            bpy.ops.render.render()
+
+    def test_passes_are_those_of_cycles(self):
+        support.add_camera(self.scene)
+        self.bright("square", 1.0, (0, 0.5, 0))
+        view_layer = self.scene.view_layers[0]
+        for flag in ("z", "position", "normal", "emit", "cryptomatte_object"):
+            setattr(view_layer, f"use_pass_{flag}", True)
+        found = {}
+        passes = support.extension().passes
+        put = passes.put
+
+        def noted(slot, pixels):
+            found[slot.name] = np.array(pixels)
+            put(slot, pixels)
+
+        passes.put = noted
+        try:
+            support.render(self.scene, self.path("ours.exr"))
+        finally:
+            passes.put = put
+        middle = self.scene.render.resolution_y // 2, self.scene.render.resolution_x // 2
+        self.assertAlmostEqual(float(found["Depth"][middle][0]), 5.5, places=3)
+        np.testing.assert_allclose(found["Position"][middle][1], 0.5, atol=1e-3)
+        np.testing.assert_allclose(found["Normal"][middle], [0, -1, 0], atol=1e-2)
+        emitted = found.get("Emission", found.get("Emit"))
+        np.testing.assert_allclose(emitted[middle], [1, 1, 1], atol=1e-2)
+        hashed = support.extension().hashing.murmur3(b"square", as_float=True)
+        self.assertEqual(int(found["CryptoObject00"][middle][0].view(np.uint32)), hashed)
+
+    def test_the_hash_is_cryptomattes(self):
+        self.assertEqual(support.extension().hashing.murmur3(b"torus"), 4053562365)
+
+
+if __name__ == "__main__":
+    unittest.main()
