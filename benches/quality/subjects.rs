@@ -2,6 +2,7 @@
 //! not depend on the view.
 
 use afterimage::animation::{Track, TransformTrack};
+use afterimage::scene::texture::Mapping;
 use afterimage::scene::{Material, Mesh, Model, Scene, Texture};
 use glam::{DVec3, Vec2, Vec3};
 
@@ -96,9 +97,7 @@ fn chequers() -> Texture {
         width: SIDE as u32,
         height: SIDE as u32,
         texels: (0..SIDE * SIDE).map(texel).collect(),
-        scale: Vec2::ONE,
-        offset: Vec2::ZERO,
-        clamp: false,
+        mapping: Mapping::default(),
     }
 }
 

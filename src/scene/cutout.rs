@@ -127,22 +127,18 @@ mod tests {
     use std::path::PathBuf;
 
     use super::*;
+    use crate::scene::texture::{Mapping, Wrap};
 
     /// The look-up by squares says what interpolation says, at any place, repeating and clamped.
     #[test]
     fn masks_are_interpolated_alpha() {
         let alpha = [[0, 255, 255, 40], [255, 255, 255, 0], [0, 10, 200, 100]];
         let texels = alpha.as_flattened().iter().map(|alpha| [0, 0, 0, *alpha]).collect();
-        let repeating = Texture {
-            path: PathBuf::new(),
-            width: 4,
-            height: 3,
-            texels,
-            scale: Vec2::new(1.5, -1.0),
-            offset: Vec2::new(0.2, 0.1),
-            clamp: false,
-        };
-        for texture in [Texture { clamp: true, ..repeating.clone() }, repeating] {
+        let repeating =
+            Texture { path: PathBuf::new(), width: 4, height: 3, texels, mapping: Mapping::default() };
+        for wrap in [Wrap::Clamp, Wrap::Mirror, Wrap::Repeat] {
+            let mapping = Mapping::scaled(Vec2::new(1.5, -1.0), Vec2::new(0.2, 0.1), [wrap; 2]);
+            let texture = Texture { mapping, ..repeating.clone() };
             let mask = Mask::new(texture.clone(), LEAST_OPACITY);
             let place = |i: u16| (f32::from(i) - 60.0) / 37.0;
             let mut there = 0;

@@ -46,9 +46,10 @@ mod tests {
     use std::collections::BTreeSet;
 
     use super::*;
+    use crate::scene::texture::Mapping;
 
     fn variants() -> Variants {
-        let placement = Placement { width: 2, height: 1, scale: Vec2::ONE, offset: Vec2::ZERO, clamp: false };
+        let placement = Placement { width: 2, height: 1, mapping: Mapping::default() };
         Variants { first: 7, of_texel: Arc::from([0, 1]), placement }
     }
 

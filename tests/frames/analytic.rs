@@ -7,6 +7,7 @@ use std::sync::Arc;
 use afterimage::animation::Track;
 use afterimage::layers::Layers;
 use afterimage::scene::material::Optics;
+use afterimage::scene::texture::Mapping;
 use afterimage::scene::{LightKind, Material, Scene, Texture};
 use afterimage::settings::Settings;
 use glam::{DVec3, Vec2, Vec3};
@@ -186,8 +187,8 @@ fn a_texture_shows_in_ambient_light_where_nothing_is_diffuse() {
         let mut scene = from_above(vec![toy::still("floor", toy::floor(9.0, 0), Vec3::ZERO)], vec![material]);
         // sRGB's 188 is half of the light
         let texels = Arc::from([[188, 188, 188, 255]]);
-        let (path, scale, offset) = (PathBuf::new(), Vec2::ONE, Vec2::ZERO);
-        scene.textures = vec![Texture { path, width: 1, height: 1, texels, scale, offset, clamp: false }];
+        let (path, mapping) = (PathBuf::new(), Mapping::default());
+        scene.textures = vec![Texture { path, width: 1, height: 1, texels, mapping }];
         (scene.ambient, scene.lights) = (white, vec![toy::sun_overhead(1.0)]);
         for frame in toy::render(&scene, &toy::audited(1), 2) {
             assert_eq!(frame.stats.audit.map(|audit| audit.differing), Some(0));

@@ -3,6 +3,7 @@
 use afterimage::animation::TransformTrack;
 use afterimage::frame::Renderer;
 use afterimage::scene::cutout::{Cutout, LEAST_OPACITY};
+use afterimage::scene::texture::{Mapping, Wrap};
 use afterimage::scene::{Material, Mesh, Scene};
 use afterimage::settings::Settings;
 use afterimage::trace::BackendKind;
@@ -18,8 +19,7 @@ fn holes(material: u16) -> Mesh {
         width: 4,
         height: 4,
         texels: (0..16_u8).map(|i| [255, 255, 255, if (i + i / 4) % 2 == 0 { 250 } else { 40 }]).collect(),
-        scale: Vec2::splat(2.5),
-        clamp: false,
+        mapping: Mapping::scaled(Vec2::splat(2.5), Vec2::ZERO, [Wrap::Repeat; 2]),
         ..toy::opacity(0, 0)
     };
     toy::cut_out(sheet, 0..8, &texture)

@@ -14,6 +14,7 @@ use afterimage::geometry::quadric::QuadricShape;
 use afterimage::layers::Layers;
 use afterimage::scene::camera::{Aim, Lens};
 use afterimage::scene::cutout::{CutTriangles, LEAST_OPACITY, Mask};
+use afterimage::scene::texture::{Mapping, Wrap};
 use afterimage::scene::{
     Background, CameraTrack, Light, LightKind, Material, Mesh, Model, RenderSpace, Scene, Shapes, Texture,
 };
@@ -56,9 +57,7 @@ pub fn opacity(left: u8, right: u8) -> Texture {
         width: 2,
         height: 1,
         texels: Arc::from([[255, 255, 255, left], [255, 255, 255, right]]),
-        scale: Vec2::ONE,
-        offset: Vec2::ZERO,
-        clamp: true,
+        mapping: Mapping { wrap: [Wrap::Clamp; 2], ..Mapping::default() },
     }
 }
 

@@ -1,6 +1,6 @@
 //! Materials of glTF files, as the renderer has them.
 
-use glam::{DVec3, Vec2, Vec3};
+use glam::{DMat2, DVec2, DVec3, Vec3};
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
 
@@ -14,6 +14,7 @@ use crate::scene::model::map_statement::{Channel, MapUse};
 use crate::scene::model::mtl::MtlMaterial;
 use crate::scene::model::pictures::{Decoded, PictureUse};
 use crate::scene::model::varying::{ParameterMap, Settled};
+use crate::scene::texture::{Mapping, Wrap};
 use crate::scene::{Material, SceneError, Texture};
 
 /// Index of refraction of a file that states none.
@@ -264,25 +265,19 @@ impl Assembly {
         let image = image_of(document, texture, info.index)?;
         let (path, Decoded { width, height, texels, .. }) = self.image(document, image, used)?;
         let TextureTransform { offset, rotation, scale, .. } = transform(document, info)?;
-        if rotation != 0.0 {
-            document.leave_out("rotations of textures (KHR_texture_transform) are not used");
-        }
-        let clamp = match texture.sampler {
+        let wrap = match texture.sampler {
             Some(sampler) => {
                 let sampler = document.get(&document.json.samplers, sampler, "sampler")?;
-                clamps(document, [sampler.wrap_s, sampler.wrap_t])
+                [sampler.wrap_s, sampler.wrap_t].map(wrap_of)
             }
-            None => false,
+            None => [Wrap::Repeat; 2],
         };
-        let finite = |numbers: [f64; 2]| Vec2::from(numbers.map(|number| number as f32)).is_finite();
-        if !finite(offset) || !finite(scale) {
-            return Err(document.fault("a texture's offset or scale is not finite: export the file again"));
+        let mapping = mapping(scale, rotation, offset, wrap);
+        if !mapping.linear.is_finite() || !mapping.offset.is_finite() {
+            return Err(document
+                .fault("the offset, scale or rotation of a texture is not finite: export the file again"));
         }
-        // v counts from the top there, and from the bottom here
-        let ([across, down], [right, below]) = (scale, offset);
-        let scale = Vec2::new(across as f32, down as f32);
-        let offset = Vec2::new(right as f32, (1.0 - below - down) as f32);
-        Ok(self.pictures.place(Texture { path, width, height, texels, scale, offset, clamp }, used))
+        Ok(self.pictures.place(Texture { path, width, height, texels, mapping }, used))
     }
 }
 
@@ -327,16 +322,26 @@ fn read_alpha(document: &Document, json: &Json, read: &mut Read) {
     }
 }
 
-fn clamps(document: &Document, wraps: [Option<u32>; 2]) -> bool {
-    const CLAMP: u32 = 33071;
-    const MIRRORED: u32 = 33648;
-    let clamped = wraps.map(|wrap| wrap == Some(CLAMP));
-    if wraps.contains(&Some(MIRRORED)) || clamped[0] != clamped[1] {
-        document.leave_out(
-            "textures repeat, or are clamped, in both directions: mirrored and mixed wrapping is not used",
-        );
+/// Mapping of KHR_texture_transform: scaled, then turned by `rotation` radians, as seen, then moved. Coordinates count from the top
+/// of pictures there, and from the bottom here.
+///
+/// The formula of the extension's page turns the other way than its own example and the model that is made to test it.
+fn mapping(scale: [f64; 2], rotation: f64, offset: [f64; 2], wrap: [Wrap; 2]) -> Mapping {
+    let (sin, cos) = rotation.sin_cos();
+    let ([across, down], [right, below]) = (scale, offset);
+    let linear =
+        DMat2::from_cols(DVec2::new(cos * across, sin * across), DVec2::new(-sin * down, cos * down));
+    let offset = DVec2::new(right + sin * down, 1.0 - below - cos * down);
+    Mapping { linear: linear.as_mat2(), offset: offset.as_vec2(), wrap }
+}
+
+/// Wrapping of a sampler's code.
+fn wrap_of(code: Option<u32>) -> Wrap {
+    match code {
+        Some(33071) => Wrap::Clamp,
+        Some(33648) => Wrap::Mirror,
+        _ => Wrap::Repeat,
     }
-    clamped == [true; 2]
 }
 
 /// Makes a material transmit the share `through`, tinted by `base`.

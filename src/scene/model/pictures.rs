@@ -16,6 +16,7 @@ use crate::scene::cutout::LEAST_OPACITY;
 use crate::scene::error::Findings;
 use crate::scene::material::NormalMap;
 use crate::scene::paths::find_beside;
+use crate::scene::texture::{Mapping, Wrap};
 use crate::scene::{SceneError, Texture};
 
 /// Maximum number of texels along an edge.
@@ -141,7 +142,7 @@ pub(crate) struct Pictures {
     /// Use of each texture.
     uses: Vec<PictureUse>,
     /// Indices of textures, by file, use and the bits of scale, offset and clamp.
-    indices: HashMap<(PathBuf, PictureUse, [u32; 5]), u32>,
+    indices: HashMap<(PathBuf, PictureUse, [u32; 6], [Wrap; 2]), u32>,
 }
 
 impl Pictures {
@@ -174,9 +175,9 @@ impl Pictures {
             }
         };
         let Decoded { width, height, texels, .. } = derived;
-        let texture =
-            Texture { path, width, height, texels, scale: map.scale, offset: map.offset, clamp: map.clamp };
-        Ok(self.place(texture, used))
+        let wrap = if map.clamp { Wrap::Clamp } else { Wrap::Repeat };
+        let mapping = Mapping::scaled(map.scale, map.offset, [wrap; 2]);
+        Ok(self.place(Texture { path, width, height, texels, mapping }, used))
     }
 
     /// Size and texels of a picture.
@@ -249,9 +250,10 @@ impl Pictures {
 
     /// Index of a texture: the same for equal ones.
     pub fn place(&mut self, texture: Texture, used: PictureUse) -> u32 {
-        let [sx, sy, ox, oy] =
-            [texture.scale.x, texture.scale.y, texture.offset.x, texture.offset.y].map(f32::to_bits);
-        let key = (texture.path.clone(), used, [sx, sy, ox, oy, u32::from(texture.clamp)]);
+        let Mapping { linear, offset, wrap } = texture.mapping;
+        let [ux, uy, vx, vy] = linear.to_cols_array();
+        let placed = [ux, uy, vx, vy, offset.x, offset.y].map(f32::to_bits);
+        let key = (texture.path.clone(), used, placed, wrap);
         *self.indices.entry(key).or_insert_with(|| {
             self.textures.push(texture);
             self.uses.push(used);

@@ -126,7 +126,7 @@ impl<'a> Picture<'a> {
         let (x, y) = (texel as u32 % self.asked.width, texel as u32 / self.asked.width);
         let at = |i: u32, count: u32| (i as f32 + 0.5) / count as f32;
         let in_picture = Vec2::new(at(x, self.asked.width), 1.0 - at(y, self.asked.height));
-        let uv = (in_picture - self.asked.offset) / self.asked.scale;
+        let uv = self.asked.mapping.uv_of(in_picture);
         self.texture.texels[self.texture.between(uv).chosen([0.5; 2])]
     }
 }
@@ -238,18 +238,11 @@ mod tests {
 
     use super::*;
     use crate::scene::material::MetalRough;
+    use crate::scene::texture::Mapping;
 
     fn texture(width: u32, texels: Vec<[u8; 4]>) -> Texture {
         let height = texels.len() as u32 / width;
-        Texture {
-            path: PathBuf::new(),
-            width,
-            height,
-            texels: texels.into(),
-            scale: Vec2::ONE,
-            offset: Vec2::ZERO,
-            clamp: false,
-        }
+        Texture { path: PathBuf::new(), width, height, texels: texels.into(), mapping: Mapping::default() }
     }
 
     fn metal_rough() -> Material {

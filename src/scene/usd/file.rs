@@ -9,6 +9,7 @@ use glam::{DAffine3, DVec2, DVec3, Vec2, Vec3};
 use crate::animation::{Track, Visibility};
 use crate::digest::Digest;
 use crate::scene::SceneError;
+use crate::scene::texture::Mapping;
 
 /// A USD file that was read, with all layers that it names.
 #[derive(Debug)]
@@ -142,10 +143,8 @@ pub struct Picture {
     pub bias: [f64; 4],
     /// True if its bytes are no colours, but numbers.
     pub is_raw: bool,
-    pub clamp: bool,
-    /// Texture coordinates: a factor, and what is added then.
-    pub uv_scale: DVec2,
-    pub uv_offset: DVec2,
+    /// From texture coordinates to places of the picture.
+    pub mapping: Mapping,
 }
 
 /// A camera.

@@ -9,7 +9,7 @@ use std::collections::BTreeSet;
 use std::f64::consts::PI;
 use std::fmt::Write;
 
-use glam::{DAffine3, DVec2, DVec3};
+use glam::{DAffine3, DVec3};
 use openusd::usd::Prim;
 use toml::Value;
 
@@ -17,6 +17,7 @@ use super::file::{Clock, LightKey, Picture, Units, UsdLight, UsdLightKind};
 use super::shader::Shaders;
 use super::value::{Answer, codes, flag, number, three, word};
 use crate::animation::Track;
+use crate::scene::texture::Mapping;
 use crate::scene::written::{list, number as written};
 
 /// Largest cone of a spot, degrees.
@@ -75,9 +76,7 @@ pub fn read(
                 scale: [1.0; 4],
                 bias: [0.0; 4],
                 is_raw: false,
-                clamp: false,
-                uv_scale: DVec2::ONE,
-                uv_offset: DVec2::ZERO,
+                mapping: Mapping::default(),
             });
             (UsdLightKind::Dome { picture }, 1.0)
         }

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use glam::{DVec3, Vec2, Vec3};
+use glam::{DVec3, Vec3};
 
 use super::file::{Input, Picture, Surface, UsdFile};
 use crate::scene::cutout::{Cutout, LEAST_OPACITY};
@@ -225,9 +225,7 @@ impl Assembly {
         let texels = texels.iter().map(|texel| [texel[0], texel[1], texel[2], texel[channel]]).collect();
         let mut path = picture.path.clone().into_os_string();
         path.push(format!("#channel {channel}"));
-        let (scale, offset) = placed(picture);
-        let path = PathBuf::from(path);
-        let texture = Texture { path, width, height, texels, scale, offset, clamp: picture.clamp };
+        let texture = Texture { path: PathBuf::from(path), width, height, texels, mapping: picture.mapping };
         Ok(self.pictures.place(texture, PictureUse::Color))
     }
 
@@ -257,9 +255,8 @@ impl Assembly {
         used: PictureUse,
     ) -> Result<u32, SceneError> {
         let Decoded { width, height, texels, .. } = self.usd_decoded(file, picture, used)?;
-        let (scale, offset) = placed(picture);
         let path = picture.path.clone();
-        let texture = Texture { path, width, height, texels, scale, offset, clamp: picture.clamp };
+        let texture = Texture { path, width, height, texels, mapping: picture.mapping };
         Ok(self.pictures.place(texture, used))
     }
 
@@ -298,11 +295,6 @@ fn picture_of_parameter(input: &Input, used: MapUse) -> Option<&Picture> {
 fn slope_of(picture: &Picture) -> f32 {
     let [across, up, out, _] = picture.scale;
     if out > 0.0 { ((across + up) / (2.0 * out)) as f32 } else { 1.0 }
-}
-
-/// Factor on texture coordinates, and what is added to them then.
-fn placed(picture: &Picture) -> (Vec2, Vec2) {
-    (picture.uv_scale.as_vec2(), picture.uv_offset.as_vec2())
 }
 
 fn color(color: DVec3) -> Vec3 {

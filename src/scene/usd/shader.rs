@@ -5,7 +5,7 @@ use std::io::Read;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use glam::{DVec2, DVec3};
+use glam::{DAffine2, DVec2, DVec3};
 use openusd::ar::{ResolvedPath, Resolver};
 use openusd::sdf::{Path, Value};
 use openusd::usd::{Prim, Stage};
@@ -13,6 +13,7 @@ use openusd::usd::{Prim, Stage};
 use super::file::{Input, Picture, Surface};
 use super::resolver::Checked;
 use super::value::{Answer, codes, number, numbers, said, three, value, word};
+use crate::scene::texture::{Mapping, Wrap};
 
 /// Most steps from an input to the shader that computes it: nothing honest is as deep, and what is connected to itself has no end.
 const MOST_STEPS: usize = 32;
@@ -209,32 +210,24 @@ impl<'a> Shaders<'a> {
         };
         let (scale, bias) = (four("inputs:scale", [1.0; 4])?, four("inputs:bias", [0.0; 4])?);
         let wraps = [word(prim, "inputs:wrapS", self.code)?, word(prim, "inputs:wrapT", self.code)?];
-        let clamps = wraps.each_ref().map(|wrap| matches!(wrap.as_deref(), Some("clamp" | "black")));
-        if clamps[0] != clamps[1]
-            || wraps.iter().flatten().any(|wrap| matches!(wrap.as_str(), "mirror" | "black"))
-        {
-            self.leave_out("textures repeat, or are clamped, in both directions: other wrapping is not used");
+        if wraps.iter().flatten().any(|wrap| wrap == "black") {
+            self.leave_out("textures whose wrapping is black are clamped");
         }
+        let wrap = wraps.map(|wrap| match wrap.as_deref() {
+            Some("clamp" | "black") => Wrap::Clamp,
+            Some("mirror") => Wrap::Mirror,
+            _ => Wrap::Repeat,
+        });
         let is_raw = word(prim, "inputs:sourceColorSpace", self.code)?.as_deref() == Some("raw");
-        let (uvs, uv_scale, uv_offset) = self.coordinates(prim)?;
-        let picture = Picture {
-            path,
-            name,
-            packed,
-            channel,
-            scale,
-            bias,
-            is_raw,
-            clamp: clamps == [true; 2],
-            uv_scale,
-            uv_offset,
-        };
+        let (uvs, place) = self.coordinates(prim)?;
+        let mapping = Mapping { linear: place.matrix2.as_mat2(), offset: place.translation.as_vec2(), wrap };
+        let picture = Picture { path, name, packed, channel, scale, bias, is_raw, mapping };
         Ok((Input::Picture(picture), uvs))
     }
 
-    /// Texture coordinates of a UsdUVTexture: their name, a factor, and what is added then.
-    fn coordinates(&mut self, texture: &Prim) -> Answer<(Option<String>, DVec2, DVec2)> {
-        let (mut scale, mut offset) = (DVec2::ONE, DVec2::ZERO);
+    /// Texture coordinates of a UsdUVTexture: their name, and the map to places of the picture.
+    fn coordinates(&mut self, texture: &Prim) -> Answer<(Option<String>, DAffine2)> {
+        let mut map = DAffine2::IDENTITY;
         let mut at = self.source(texture, "inputs:st")?;
         for _ in 0..MOST_STEPS {
             let Some(Source { prim, .. }) = &at else { break };
@@ -248,10 +241,10 @@ impl<'a> Shaders<'a> {
                     };
                     let (own_scale, own_offset) =
                         (two("inputs:scale", DVec2::ONE)?, two("inputs:translation", DVec2::ZERO)?);
-                    if number(prim, "inputs:rotation", self.code)?.is_some_and(|degrees| degrees != 0.0) {
-                        self.leave_out("rotations of textures (UsdTransform2d) are not used");
-                    }
-                    (scale, offset) = (scale * own_scale, offset + scale * own_offset);
+                    let degrees = number(prim, "inputs:rotation", self.code)?.unwrap_or(0.0);
+                    map *=
+                        DAffine2::from_scale_angle_translation(DVec2::ONE, degrees.to_radians(), own_offset)
+                            * DAffine2::from_scale(own_scale);
                     at = self.source(prim, "inputs:in")?;
                 }
                 _ => {
@@ -260,11 +253,11 @@ impl<'a> Shaders<'a> {
                         Some(source) => word(&source.prim, &source.output, self.code)?,
                         None => word(prim, "inputs:varname", self.code)?,
                     };
-                    return Ok((name, scale, offset));
+                    return Ok((name, map));
                 }
             }
         }
-        Ok((None, scale, offset))
+        Ok((None, map))
     }
 
     /// Picture of a texture, or of a light.

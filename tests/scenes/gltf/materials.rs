@@ -1,6 +1,7 @@
 //! Are materials and pictures of glTF files what the standard says?
 
 use super::*;
+use afterimage::scene::texture::{Mapping, Wrap};
 
 /// Settles a material.
 fn material(json: Value) -> (Material, Vec<String>) {
@@ -79,7 +80,7 @@ fn pictures_may_be_in_the_file_or_beside_it() {
     let uri = format!("data:image/png;base64,{}", base64(&picture));
     file.json["images"] =
         json!([{"bufferView": view, "mimeType": "image/png"}, {"uri": uri}, {"uri": "maps/my%20wood.png"}]);
-    file.json["samplers"] = json!([{"wrapS": 33071, "wrapT": 33071}]);
+    file.json["samplers"] = json!([{"wrapS": 33071, "wrapT": 33648}]);
     file.json["textures"] = json!([{"source": 0}, {"source": 1}, {"source": 2, "sampler": 0}]);
     let transform = json!({"KHR_texture_transform": {"offset": [0.25, 0.5], "scale": [2, 4]}});
     let of = |texture: usize| json!({"index": texture, "extensions": transform});
@@ -100,13 +101,12 @@ fn pictures_may_be_in_the_file_or_beside_it() {
     let materials = &shot.scene.materials;
     let colors: Vec<_> =
         materials.iter().take(3).map(|material| material.diffuse_map.unwrap() as usize).collect();
-    for (material, clamp) in materials.iter().zip([false, false, true]) {
+    let wraps = [[Wrap::Repeat; 2], [Wrap::Repeat; 2], [Wrap::Clamp, Wrap::Mirror]];
+    for (material, wrap) in materials.iter().zip(wraps) {
         let texture = &shot.scene.textures[material.diffuse_map.unwrap() as usize];
-        assert_eq!(
-            (texture.width, texture.height, texture.texels[1], texture.clamp),
-            (2, 1, [0, 102, 51, 255], clamp)
-        );
-        assert_eq!((texture.scale, texture.offset), (Vec2::new(2.0, 4.0), Vec2::new(0.25, -3.5)));
+        assert_eq!((texture.width, texture.height, texture.texels[1]), (2, 1, [0, 102, 51, 255]));
+        let mapping = Mapping::scaled(Vec2::new(2.0, 4.0), Vec2::new(0.25, -3.5), wrap);
+        assert_eq!(texture.mapping, mapping);
         // green is roughness, blue is metal
         let layer = material.metal_rough.unwrap();
         assert!((layer.metallic - 0.1).abs() < 1e-6);
@@ -127,6 +127,35 @@ fn pictures_may_be_in_the_file_or_beside_it() {
     fs::remove_file(folder.path().join("maps/my wood.png")).unwrap();
     let error = load_in(folder.path(), &text, true).unwrap_err();
     assert!(error.contains("the texture `maps/my wood.png` cannot be found"), "{error}");
+}
+
+/// The example of the extension's page: "only the lower left quadrant of the source image, rotated clockwise 90°".
+#[test]
+fn textures_are_turned() {
+    let mut file = File::new();
+    let positions = file.vectors(&[[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]);
+    let uvs = file.floats("VEC2", 2, &[0.0, 0.0, 1.0, 0.0, 0.0, 1.0]);
+    let view = file.view(&png([[255; 4]; 2]));
+    file.json["images"] = json!([{"bufferView": view, "mimeType": "image/png"}]);
+    file.json["textures"] = json!([{"source": 0}]);
+    let transform = json!({"offset": [0, 1], "rotation": std::f64::consts::FRAC_PI_2, "scale": [0.5, 0.5]});
+    let texture = json!({"index": 0, "extensions": {"KHR_texture_transform": transform}});
+    let material = file.add("materials", json!({"pbrMetallicRoughness": {"baseColorTexture": texture}}));
+    let attributes = json!({"POSITION": positions, "TEXCOORD_0": uvs});
+    let mesh = file.mesh(json!({"attributes": attributes, "material": material}));
+    file.root(json!({"mesh": mesh}));
+    let folder = folder(&file);
+    let shot = load_in(folder.path(), &format!("{CAMERA}[[model]]\ngltf = \"m.gltf\"\n"), true).unwrap();
+    // v upwards; what was above on the surface shows what is to the left in the picture
+    for (uv, place) in [
+        ([0.0, 1.0], [0.0, 0.0]),
+        ([1.0, 1.0], [0.0, 0.5]),
+        ([0.0, 0.0], [0.5, 0.0]),
+        ([1.0, 0.0], [0.5, 0.5]),
+    ] {
+        let found = shot.scene.textures[0].mapping.at(Vec2::from(uv));
+        assert!(found.abs_diff_eq(Vec2::from(place), 1e-6), "{uv:?}: {found}");
+    }
 }
 
 #[test]

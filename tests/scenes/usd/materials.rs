@@ -1,6 +1,7 @@
 //! Are UsdPreviewSurface materials what the file says, and bound to the right faces?
 
 use super::*;
+use afterimage::scene::texture::Wrap;
 
 /// A material with these inputs.
 fn material(name: &str, inputs: &str) -> String {
@@ -50,10 +51,10 @@ fn values_and_bindings_are_those_of_the_file() {
 #[test]
 fn pictures_colour_and_cut_surfaces() {
     let texture = "def Shader \"T\" {\n uniform token info:id = \"UsdUVTexture\"\n asset inputs:file = @./leaf.png@\n\
-        token inputs:wrapS = \"clamp\"\n token inputs:wrapT = \"clamp\"\n float4 inputs:scale = (0.5, 1, 1, 1)\n\
+        token inputs:wrapS = \"clamp\"\n token inputs:wrapT = \"mirror\"\n float4 inputs:scale = (0.5, 1, 1, 1)\n\
         float2 inputs:st.connect = </Leaf/U.outputs:result>\n float3 outputs:rgb\n float outputs:a\n float outputs:g\n}\n\
         def Shader \"U\" {\n uniform token info:id = \"UsdTransform2d\"\n float2 inputs:in.connect = </Leaf/R.outputs:result>\n\
-        float2 inputs:scale = (2, 1)\n float2 inputs:translation = (0.25, 0)\n float2 outputs:result\n}\n\
+        float2 inputs:scale = (2, 1)\n float inputs:rotation = 90\n float2 inputs:translation = (0.25, 0)\n float2 outputs:result\n}\n\
         def Shader \"R\" {\n uniform token info:id = \"UsdPrimvarReader_float2\"\n string inputs:varname = \"map1\"\n float2 outputs:result\n}\n}\n";
     let inputs = "color3f inputs:diffuseColor.connect = </Leaf/T.outputs:rgb>\n float inputs:opacity.connect = </Leaf/T.outputs:a>\n\
         float inputs:opacityThreshold = 0.25\n float inputs:roughness.connect = </Leaf/T.outputs:g>\n";
@@ -75,7 +76,9 @@ fn pictures_colour_and_cut_surfaces() {
     // green of the picture is roughness at each place
     assert!((layer.roughness - 0.2).abs() < 0.01 && leaf.variants.is_some(), "{}", layer.roughness);
     let texture = &shot.scene.textures[leaf.diffuse_map.unwrap() as usize];
-    assert!(texture.clamp && texture.scale.x == 2.0 && texture.offset.x == 0.25);
+    let turned = texture.mapping.at(Vec2::new(1.0, 0.0));
+    assert!(turned.abs_diff_eq(Vec2::new(0.25, 2.0), 1e-6), "{turned}");
+    assert_eq!(texture.mapping.wrap, [Wrap::Clamp, Wrap::Mirror]);
     assert!(!shot.warnings.iter().any(|warning| warning.to_string().contains("the mean counts")));
     assert!(mesh.cut.is_some());
 }

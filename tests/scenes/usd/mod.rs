@@ -8,7 +8,7 @@ use std::fs;
 use std::sync::Arc;
 
 use afterimage::scene::{self, Mesh, Model, SceneError, Shot};
-use glam::{DVec3, Vec3};
+use glam::{DVec3, Vec2, Vec3};
 use tempfile::TempDir;
 
 /// A triangle at (0, 0, 0), (1, 0, 0) and (0, 1, 0), up to its last brace.
