@@ -1,0 +1,39 @@
+//! Arguments in the forms in which Python has them.
+
+use afterimage::scene::Frames;
+use pyo3::prelude::*;
+use pyo3::types::{PyRange, PyRangeMethods};
+
+use crate::errors::error;
+
+/// Reads frames: a text as the program has it, a number, a range (whose step is that of the frames), or numbers one by one.
+pub fn frames(object: &Bound<'_, PyAny>) -> PyResult<Frames> {
+    let text = if let Ok(text) = object.extract::<String>() {
+        text
+    } else if let Ok(range) = object.cast::<PyRange>() {
+        text_of_range(range)?
+    } else if let Ok(number) = object.extract::<i32>() {
+        number.to_string()
+    } else {
+        let numbers = object.try_iter().and_then(|all| all.map(|one| one?.extract::<i32>()).collect());
+        let numbers: Vec<i32> = numbers.map_err(|_| {
+            error("`frames` must be whole numbers: a list, a range, or a text like \"1-48\" or \"1-48x2\"")
+        })?;
+        numbers.iter().map(i32::to_string).collect::<Vec<_>>().join(",")
+    };
+    if text.is_empty() {
+        return Err(error("`frames` is empty: name one frame at least"));
+    }
+    Frames::parse(&text).map_err(|cause| error(format!("`frames`: {cause}")))
+}
+
+fn text_of_range(range: &Bound<'_, PyRange>) -> PyResult<String> {
+    if range.len()? == 0 {
+        return Ok(String::new());
+    }
+    // the order is that of rendering in any case
+    let ends = [range.get_item(0)?, range.get_item(-1)?].map(|end| end.extract::<i64>());
+    let [a, b] = ends;
+    let (a, b) = (a?, b?);
+    Ok(format!("{}:{}x{}", a.min(b), a.max(b), range.step()?.unsigned_abs()))
+}
