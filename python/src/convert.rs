@@ -3,6 +3,7 @@
 use afterimage::scene::Frames;
 use pyo3::prelude::*;
 use pyo3::types::{PyRange, PyRangeMethods};
+use toml::Value;
 
 use crate::errors::error;
 
@@ -36,4 +37,18 @@ fn text_of_range(range: &Bound<'_, PyRange>) -> PyResult<String> {
     let [a, b] = ends;
     let (a, b) = (a?, b?);
     Ok(format!("{}:{}x{}", a.min(b), a.max(b), range.step()?.unsigned_abs()))
+}
+
+/// Reads a frame rate: a number, or a fraction as text.
+pub fn rate(object: &Bound<'_, PyAny>) -> PyResult<Value> {
+    if let Ok(text) = object.extract::<String>() {
+        return Ok(Value::String(text));
+    }
+    let rate = object.extract::<f64>().ok().filter(|rate| *rate > 0.0 && *rate <= 1e6);
+    let rate =
+        rate.ok_or_else(|| error("`fps` must be frames per second above 0, such as 24 or \"24000/1001\""))?;
+    if rate.fract() == 0.0 {
+        return Ok(Value::Integer(rate as i64));
+    }
+    Ok(Value::String(format!("{}/1000", (rate * 1000.0).round().max(1.0))))
 }

@@ -4,13 +4,16 @@
 //! interpreter's lock, looks for signals, and reports progress. Rendering threads never call Python.
 #![forbid(unsafe_code)]
 
+mod arrays;
 mod aside;
 mod convert;
 mod errors;
 mod frame;
 mod keys;
+mod motion;
 mod render;
 mod scene;
+mod stated;
 mod worker;
 
 use pyo3::prelude::*;
@@ -28,7 +31,7 @@ mod _afterimage {
     #[pymodule_export]
     use crate::render::{Render, render};
     #[pymodule_export]
-    use crate::scene::{Scene, load};
+    use crate::scene::{Material, Mesh, Scene, load};
 
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {

@@ -6,11 +6,9 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, channel, sync_chan
 use std::sync::{Arc, Mutex, TryLockError};
 
 use afterimage::frame::BackendKind;
-use afterimage::scene::Shot;
 use afterimage::settings::{Build, PixelRect, Settings, limits};
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict};
-use toml::{Table, Value};
 
 use crate::aside::wait;
 use crate::convert;
@@ -19,12 +17,6 @@ use crate::frame::Frame;
 use crate::keys;
 use crate::scene::Scene;
 use crate::worker::{self, Answer, Failure, Job, Progress};
-
-/// Keys of other tables of a shot file than `[render]`, whose keys are the most.
-const INDIRECT: [&str; 4] = ["paths", "bounces", "budget", "paths_per_frame"];
-const OUTPUT: [&str; 4] = ["layers", "background", "denoise", "denoise_quality"];
-const OCCLUSION: [(&str, &str); 2] = [("occlusion_radius", "radius"), ("occlusion_rays", "rays")];
-const TABLES: [&str; 6] = ["render", "indirect", "occlusion", "output", "stereo", "shutter"];
 
 /// Settings of a render that no shot file has.
 struct Own {
@@ -52,16 +44,17 @@ pub fn render(
     if let Some(mode) = mode {
         settings.set_item("mode", mode)?;
     }
-    let mut shot = Shot::clone(&scene.get().shot);
-    shot.set(&tables(&settings)?.to_string()).map_err(|cause| error(cause.message))?;
-    let chosen = Settings { crop: own.crop, audit: own.audit, ..shot.settings.clone() };
+    let tables = keys::tables_of_settings(&settings)?.to_string();
+    let shot = scene.get().shot(py)?;
+    let (settings, denoise) = shot.settings_with(&tables).map_err(|cause| error(cause.message))?;
+    let chosen = Settings { crop: own.crop, audit: own.audit, ..settings };
     let word = |key: &str| format!("`{key}`");
     limits::check_window(&chosen, &word).map_err(error)?;
     limits::check_samples(&chosen, &word, &word("samples")).map_err(error)?;
     let build = own.build.unwrap_or_else(|| shot.build_that_pays(&chosen));
     let settings = Settings { build, ..chosen };
     let frames = frames.unwrap_or_else(|| shot.frames.clone());
-    let job = Job { shot, settings, frames, backend: own.backend, threads: own.threads };
+    let job = Job { shot, settings, denoise, frames, backend: own.backend, threads: own.threads };
     Render::start(job, progress)
 }
 
@@ -107,41 +100,6 @@ fn take_own(settings: &Bound<'_, PyDict>) -> PyResult<Own> {
         backend: backend.transpose()?.unwrap_or_default(),
         build: build.transpose()?.flatten(),
     })
-}
-
-/// Sorts settings into the tables of a shot file.
-fn tables(settings: &Bound<'_, PyDict>) -> PyResult<Table> {
-    let mut tables = Table::new();
-    let mut put = |table: &str, key: &str, value: Value| {
-        let table = tables.entry(table).or_insert_with(|| Value::Table(Table::new()));
-        if let Some(table) = table.as_table_mut() {
-            table.insert(key.into(), value);
-        }
-    };
-    for (key, value) in keys::table(settings)? {
-        let occlusion = OCCLUSION.iter().find(|(name, _)| *name == key);
-        match (key.as_str(), value) {
-            (table, Value::Table(all)) if TABLES.contains(&table) => {
-                all.into_iter().for_each(|(key, value)| put(table, &key, value));
-            }
-            // a quality says that there is to be one
-            ("denoise", quality @ Value::String(_)) => {
-                put("output", "denoise", Value::Boolean(true));
-                put("output", "denoise_quality", quality);
-            }
-            ("layers", Value::String(names)) => {
-                let names = names.split(',').map(|name| Value::from(name.trim())).collect();
-                put("output", "layers", Value::Array(names));
-            }
-            (key, value) if INDIRECT.contains(&key) => put("indirect", key, value),
-            (key, value) if OUTPUT.contains(&key) => put("output", key, value),
-            (_, value) if occlusion.is_some() => {
-                put("occlusion", occlusion.map_or("", |(_, key)| key), value);
-            }
-            (key, value) => put("render", key, value),
-        }
-    }
-    Ok(tables)
 }
 
 /// The frames of a render, one after the other.

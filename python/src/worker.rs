@@ -14,17 +14,19 @@ use afterimage::memory;
 use afterimage::scene::Shot;
 use afterimage::schedule::steps::{StepError, Walk};
 use afterimage::schedule::{Rule, Step, schedule};
-use afterimage::settings::Settings;
+use afterimage::settings::{DenoiseQuality, Settings};
 
 use crate::errors::fault_of_ours;
 use crate::frame::Picture;
 
 /// All that a render is made of.
 pub struct Job {
-    /// The shot, with the settings of the render in it.
-    pub shot: Shot,
+    /// The shot.
+    pub shot: Arc<Shot>,
     /// Settings, settled.
     pub settings: Settings,
+    /// Quality of the denoised pictures; none if there are none.
+    pub denoise: Option<DenoiseQuality>,
     /// Frames that are asked for.
     pub frames: afterimage::scene::Frames,
     /// Who answers the rays.
@@ -138,7 +140,7 @@ fn frames(
 ) -> Result<(), Failure> {
     let rule = Rule::new(&job.shot, &job.settings);
     let steps = schedule(job.frames.runs(), &rule, None, |_| false).map_err(failed)?;
-    let quality = job.shot.denoise.then_some(job.shot.denoise_quality);
+    let quality = job.denoise;
     let settings = if quality.is_some() { denoise::with_guides(&job.settings) } else { job.settings.clone() };
     need(job, &settings, &steps).check(&memory::left()).map_err(failed)?;
     let mut denoiser = quality
@@ -185,7 +187,7 @@ fn need(job: &Job, settings: &Settings, steps: &[Step]) -> Need {
         if steps.iter().any(|step| step.keep) { frame::with_kept(need, &job.shot, settings) } else { need };
     // the arrays of a frame take about as much as a copy of it that is being written
     let need = frame::with_writing(need, &job.shot.scene, &job.settings);
-    if job.shot.denoise { need.and(Need::new(denoise::need(settings))) } else { need }
+    if job.denoise.is_some() { need.and(Need::new(denoise::need(settings))) } else { need }
 }
 
 /// Turns a finished frame into arrays, with the denoised picture if there is a denoiser.

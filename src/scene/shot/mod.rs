@@ -247,6 +247,15 @@ pub fn from_text_with(
     })
 }
 
+/// Checks the tables of `text` as far as one can be checked without the others.
+///
+/// # Errors Those of [`from_text`].
+pub fn check_tables(text: TomlText<'_>) -> Result<(), SceneError> {
+    let file: ShotFile = text.read()?;
+    file.material.iter().try_for_each(|table| replacement(text, table).map(drop))?;
+    file.light.iter().zip(1..).try_for_each(|(light, i)| tracks::light(text, light, i).map(drop))
+}
+
 fn frames_a_second((frames, seconds): (i32, u32)) -> f64 {
     f64::from(frames) / f64::from(seconds)
 }
@@ -332,6 +341,12 @@ fn replacement(text: TomlText<'_>, table: &MaterialTable) -> Result<Override, Sc
         pm: number("pm", &table.pm, "from 0 (no metal) to 1 (metal)", 1.0)?,
         maps,
         ..MtlMaterial::default()
+    };
+    let wanted = "from 0 (none) to 1 (all of the light)";
+    let values = match number("transmission", &table.transmission, wanted, 1.0)?.filter(|share| *share > 0.0)
+    {
+        Some(share) => values.with_transmission(f64::from(share)),
+        None => values,
     };
     Ok(Override { values, path: text.path.to_path_buf(), line, column, used: false })
 }

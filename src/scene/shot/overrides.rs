@@ -4,14 +4,13 @@ use std::path::Path;
 
 use serde::Deserialize;
 
-use super::settings::{Tables, frames, settings};
+use super::settings::{Tables, settings};
 use super::{Shot, lens};
 use crate::scene::SceneError;
 use crate::scene::keys::camera::{ShutterTable, StereoTable};
 use crate::scene::keys::toml_text::{At, TomlText};
-use crate::scene::keys::values::look;
 use crate::scene::keys::{IndirectTable, OcclusionTable, OutputTable, RenderTable};
-use crate::settings::{Build, FileFormat, Settings};
+use crate::settings::{Build, DenoiseQuality, Settings};
 
 /// Tables of a shot file that say how it is rendered, and nothing of what it shows.
 #[derive(Debug, Deserialize)]
@@ -30,17 +29,18 @@ struct SettingsFile {
 }
 
 impl Shot {
-    /// Replaces settings by those of `tables`: the tables `[render]`, `[indirect]`, `[occlusion]`, `[output]`, `[stereo]` and
-    /// `[shutter]` as a shot file has them. What they do not state stays as it is.
+    /// Its settings, and the quality of denoised pictures (none: no picture is denoised), as `tables` change them: the tables
+    /// `[render]`, `[indirect]`, `[occlusion]`, `[output]`, `[stereo]` and `[shutter]` as a shot file has them. What they do not state
+    /// stays as it is.
     ///
     /// # Errors
-    /// Those of a shot file, with the line and the column in `tables`. The frame rate, the output path and cuts are the shot's
-    /// own: these keys are refused. The shot is as it was.
-    pub fn set(&mut self, tables: &str) -> Result<(), SceneError> {
+    /// Those of a shot file, with the line and the column in `tables`. Keys of `[render]` and `[output]` that are about the shot itself
+    /// or about files are refused.
+    pub fn settings_with(&self, tables: &str) -> Result<(Settings, Option<DenoiseQuality>), SceneError> {
         let text = TomlText { path: Path::new("settings"), text: tables };
         let file: SettingsFile = text.read()?;
         let SettingsFile { render, indirect, occlusion, output, stereo, shutter } = &file;
-        refuse_the_shots_own(text, render, output)?;
+        refuse_others(text, render, output)?;
         let tables = Tables { render, indirect, occlusion, output };
         let mut settings = settings(text, &tables, &self.settings)?;
         if let Some(table) = stereo {
@@ -49,19 +49,8 @@ impl Shot {
         if let Some(table) = shutter {
             settings.shutter = Some(lens::shutter(text, table)?);
         }
-        let look = look(text, output, self.look)?;
-        if let Some(frames) = frames(text, render)? {
-            (self.frames, self.says_frames) = (frames, true);
-        }
-        self.settings = settings;
-        self.look = look;
-        self.format = FileFormat {
-            multipart: output.multipart.unwrap_or(self.format.multipart),
-            compression: output.compression.unwrap_or(self.format.compression),
-        };
-        self.denoise = output.denoise.unwrap_or(self.denoise);
-        self.denoise_quality = output.denoise_quality.unwrap_or(self.denoise_quality);
-        Ok(())
+        let quality = output.denoise_quality.unwrap_or(self.denoise_quality);
+        Ok((settings, output.denoise.unwrap_or(self.denoise).then_some(quality)))
     }
 
     /// Chooses the build quality that renders the whole shot faster. It does not depend on which frames are requested: their pictures
@@ -71,22 +60,28 @@ impl Shot {
     }
 }
 
-/// Refuses keys of settings that decide more than how a shot is rendered.
-fn refuse_the_shots_own(
-    text: TomlText<'_>,
-    render: &RenderTable,
-    output: &OutputTable,
-) -> Result<(), SceneError> {
-    let cuts = render.cuts.as_ref().and_then(|cuts| cuts.first()).map(At::span);
-    let all = [
+/// Refuses keys that decide no picture, or more than one render.
+fn refuse_others(text: TomlText<'_>, render: &RenderTable, output: &OutputTable) -> Result<(), SceneError> {
+    let start = |is_there: bool| is_there.then_some(0..0);
+    let of_shot = [
+        ("frames", render.frames.as_ref().map(At::span)),
         ("rate", render.rate.as_ref().map(At::span)),
-        ("cuts", cuts),
-        ("path", output.path.as_ref().map(At::span)),
+        ("cuts", render.cuts.as_ref().and_then(|cuts| cuts.first()).map(At::span)),
     ];
-    match all.into_iter().find_map(|(key, span)| Some((key, span?))) {
-        Some((key, span)) => {
-            Err(text.fault(span, format!("`{key}` is the shot's own, and no setting of a render")))
+    let of_files = [
+        ("path", output.path.as_ref().map(At::span)),
+        ("exposure", output.exposure.as_ref().map(At::span)),
+        ("view", start(output.view.is_some())),
+        ("multipart", start(output.multipart.is_some())),
+        ("compression", start(output.compression.is_some())),
+    ];
+    let of_shot = of_shot.into_iter().map(|found| (found, "is the shot's own, and no setting of a render"));
+    let of_files =
+        of_files.into_iter().map(|found| (found, "is about files: a frame's numbers do not depend on it"));
+    for ((key, span), why) in of_shot.chain(of_files) {
+        if let Some(span) = span {
+            return Err(text.fault(span, format!("`{key}` {why}: take it out")));
         }
-        None => Ok(()),
     }
+    Ok(())
 }
