@@ -36,6 +36,7 @@ test: setup ## run all tests
 	else \
 		set -x; $(CARGO) test --workspace --locked --no-fail-fast; \
 	fi
+	@scripts/test-python
 
 # `make bench SHOTS=--quick` is small, to see that it works; `cargo bench --bench shots -- --help` lists all options.
 CHAINS ?= $(filter --quick,$(SHOTS))
@@ -63,7 +64,7 @@ package: setup ## make an archive that runs where it is unpacked, and test it: t
 	scripts/package
 	scripts/test-package target/package/afterimage-$(VERSION)-$(shell uname -m)-linux.tar.gz
 
-wheel: package ## make a Python wheel of the program, and test it: target/package/
+wheel: package ## make a Python wheel of the module and the program, and test it: target/package/
 	scripts/wheel
 	scripts/test-package target/package/afterimage_renderer-$(VERSION)-*.whl
 

@@ -44,16 +44,16 @@ pub fn places(object: Option<&Bound<'_, PyAny>>, what: &str) -> PyResult<Vec<(f6
     }
 }
 
-/// Reads visibility: that before the first frame, and those from frames on.
-pub fn visible(object: &Bound<'_, PyAny>) -> PyResult<(bool, Vec<(f64, bool)>)> {
+/// Reads visibility of a model: that before the first frame, and those from frames on.
+pub fn visible(object: &Bound<'_, PyAny>, of: &str) -> PyResult<(bool, Vec<(f64, bool)>)> {
     let said = |object: &Bound<'_, PyAny>| {
-        object
-            .extract::<bool>()
-            .map_err(|_| error("`visible` must be True or False, or a dict from frames to these"))
+        object.extract::<bool>().map_err(|_| {
+            error(format!("`visible` of `{of}` must be True or False, or a dict from frames to these"))
+        })
     };
     match object.cast::<PyDict>() {
         Ok(dict) => {
-            let all = by_frame(dict, "visible")?;
+            let all = by_frame(dict, &format!("visible of `{of}`"))?;
             let all: Vec<(f64, bool)> =
                 all.iter().map(|(frame, object)| Ok((*frame, said(object)?))).collect::<PyResult<_>>()?;
             Ok((all[0].1, all))

@@ -147,7 +147,7 @@ impl Render {
                 Ok(Ok(None)) => return Ok(None),
                 Ok(Err(failure)) => return Err(raised(failure)),
                 Err(RecvTimeoutError::Timeout) => {
-                    py.check_signals()?;
+                    py.check_signals().inspect_err(|_| self.cancel())?;
                     let Progress { frame, done, tiles, .. } = &*self.progress;
                     let share =
                         done.load(Ordering::Relaxed) as f64 / tiles.load(Ordering::Relaxed).max(1) as f64;
@@ -167,7 +167,7 @@ impl Render {
             return Ok(());
         }
         *told = Some(now);
-        let said = callback.call1(py, now)?;
+        let said = callback.call1(py, now).inspect_err(|_| self.cancel())?;
         if said.bind(py).cast::<PyBool>().is_ok_and(|said| !said.is_true()) {
             self.cancel();
             return Err(raised(Failure::Cancelled));
@@ -206,11 +206,7 @@ impl Render {
         let _ = open.requests.send(());
         let answer = self.answer(py, open);
         if !matches!(answer, Ok(Some(_))) {
-            // an exception of the callback, or of a signal, ends the frame that is at work
             *link = None;
-        }
-        if answer.is_err() {
-            self.progress.is_cancelled.store(true, Ordering::Relaxed);
         }
         answer
     }

@@ -479,7 +479,8 @@ fn model(
     visible: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<GivenModel> {
     let places = motion::places(transform, &format!("transform of `{name}`"))?;
-    let (is_visible, visible) = visible.map_or(Ok((true, Vec::new())), motion::visible)?;
+    let (is_visible, visible) =
+        visible.map_or(Ok((true, Vec::new())), |visible| motion::visible(visible, &name))?;
     Ok(GivenModel { name, mesh: 0, places, is_visible, visible })
 }
 
