@@ -2,9 +2,10 @@
 
 #![allow(clippy::unwrap_used, reason = "a test may stop at the first surprise")]
 
-use glam::{DAffine3, DVec3};
+use glam::{DAffine3, DVec3, Vec3};
 
 use super::*;
+use crate::scene::material::Optics;
 
 const TEXT: &str = "[[camera.key]]\nframe = 1\neye = [0, 0, 5]\ntarget = [0, 0, 0]\n\n[[light]]\ntype = \"directional\"\ndirection = [0, 0, -1]\n";
 
@@ -65,6 +66,21 @@ fn faces_find_their_materials() {
     mesh.materials[1] = String::from("glwo");
     let error = super::shot(&text, one(mesh), true).unwrap_err().to_string();
     assert_eq!(error, "scene: mesh `square`: there is no material `glwo`: did you mean `glow`?: add it");
+}
+
+#[test]
+fn a_material_that_transmits_is_clear_glass() {
+    let material = |keys: &str| {
+        let text = format!("{TEXT}\n[[material]]\nname = \"glass\"\n{keys}\n");
+        let mesh = GivenMesh { materials: vec![String::from("glass")], ..square() };
+        shot(&text, one(mesh), true).unwrap().scene.materials[0].clone()
+    };
+    let half = material("kd = [1, 0.5, 0.5]\nni = 1.5\npr = 0.3\ntransmission = 0.5");
+    let Optics::Glass { transmission, index, .. } = half.optics else { panic!("{half:?}") };
+    assert_eq!((transmission, index, half.metal_rough), (Vec3::new(0.5, 0.25, 0.25), 1.5, None));
+    // what does not go through is reflected as by any other surface
+    assert!(half.diffuse.abs_diff_eq(Vec3::new(0.5, 0.25, 0.25), 1e-6), "{half:?}");
+    assert_eq!(material("kd = [1, 0.5, 0.5]\npr = 0.3\ntransmission = 0").optics, Optics::Opaque);
 }
 
 #[test]

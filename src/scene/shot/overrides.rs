@@ -85,3 +85,71 @@ fn refuse_others(text: TomlText<'_>, render: &RenderTable, output: &OutputTable)
     }
     Ok(())
 }
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a test may stop at the first surprise")]
+    use glam::DAffine3;
+
+    use super::*;
+    use crate::layers::Layers;
+    use crate::scene::given::{self, Given, GivenMesh, GivenModel};
+    use crate::settings::{Budget, Filter, Mode};
+
+    fn shot() -> Shot {
+        let mesh = GivenMesh {
+            points: vec![[0., 0., 0.], [1., 0., 0.], [0., 1., 0.]],
+            corners: vec![0, 1, 2],
+            ..GivenMesh::default()
+        };
+        let model = GivenModel {
+            name: String::from("triangle"),
+            mesh: 0,
+            places: vec![(1.0, DAffine3::IDENTITY)],
+            is_visible: true,
+            visible: Vec::new(),
+        };
+        let text = "[render]\nsize = [64, 48]\nfilter = \"tent\"\nfilter_radius = 2\nmode = \"full\"\n[output]\nlayers = [\"N\"]\n\
+                    denoise_quality = \"fast\"\n[indirect]\npaths = 7\nbudget = \"full\"\n\
+                    [[camera.key]]\nframe = 1\neye = [0, 0, 5]\ntarget = [0, 0, 0]\n";
+        given::shot(text, Given { meshes: vec![mesh.into()], models: vec![model] }, true).unwrap()
+    }
+
+    #[test]
+    fn what_is_not_stated_stays_as_it_is() {
+        let shot = shot();
+        assert_eq!(shot.settings_with("").unwrap(), (shot.settings.clone(), None));
+        let (settings, denoise) = shot
+            .settings_with("[render]\nsamples = 3\n[output]\ndenoise = true\n[occlusion]\nrays = 5")
+            .unwrap();
+        assert_eq!((settings.samples, settings.occlusion_rays, denoise), (3, 5, Some(DenoiseQuality::Fast)));
+        assert_eq!(settings, Settings { samples: 3, occlusion_rays: 5, ..shot.settings.clone() });
+        assert_eq!((settings.width, settings.paths, settings.mode), (64, 7, Mode::Full));
+        assert_eq!(
+            (settings.budget, settings.layers, settings.filter_radius),
+            (Budget::Full, Layers::NORMAL, Some(2.0))
+        );
+        let (settings, _) = shot.settings_with("[render]\nfilter = \"gaussian\"").unwrap();
+        assert_eq!(
+            (settings.filter, settings.filter_radius),
+            (Filter::Gaussian, None),
+            "each filter has its own radius"
+        );
+    }
+
+    #[test]
+    fn what_is_no_setting_of_a_render_is_refused() {
+        let shot = shot();
+        for (text, words) in [
+            ("[render]\ncuts = [3]", "`cuts` is the shot's own"),
+            ("[render]\nframes = \"1-3\"", "`frames` is the shot's own"),
+            ("[output]\ncompression = \"zip\"", "`compression` is about files"),
+            ("[[model]]\nobj = \"a.obj\"", "unknown key `model`"),
+            ("[render]\nsamples = { min = 1, max = 4 }", "only the filter `box`"),
+            ("[stereo]\nseparation = -1", "[stereo]"),
+        ] {
+            let error = shot.settings_with(text).unwrap_err().to_string();
+            assert!(error.contains(words), "{error}");
+        }
+    }
+}
