@@ -5,7 +5,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyRange, PyRangeMethods};
 use toml::Value;
 
-use crate::errors::error;
+use crate::errors::{error, guarded};
 
 /// Reads frames: a text as the program has it, a number, a range (whose step is that of the frames), or numbers one by one.
 pub fn frames(object: &Bound<'_, PyAny>) -> PyResult<Frames> {
@@ -25,7 +25,7 @@ pub fn frames(object: &Bound<'_, PyAny>) -> PyResult<Frames> {
     if text.is_empty() {
         return Err(error("`frames` is empty: name one frame at least"));
     }
-    Frames::parse(&text).map_err(|cause| error(format!("`frames`: {cause}")))
+    guarded(|| Frames::parse(&text).map_err(|cause| format!("`frames`: {cause}")))
 }
 
 fn text_of_range(range: &Bound<'_, PyRange>) -> PyResult<String> {

@@ -12,7 +12,7 @@ use pyo3::types::{PyBool, PyDict};
 
 use crate::aside::wait;
 use crate::convert;
-use crate::errors::{Cancelled, error};
+use crate::errors::{Cancelled, error, guarded};
 use crate::frame::Frame;
 use crate::keys;
 use crate::scene::Scene;
@@ -46,7 +46,7 @@ pub fn render(
     }
     let tables = keys::tables_of_settings(&settings)?.to_string();
     let shot = scene.get().shot(py)?;
-    let (settings, denoise) = shot.settings_with(&tables).map_err(|cause| error(cause.message))?;
+    let (settings, denoise) = guarded(|| shot.settings_with(&tables).map_err(|cause| cause.message))?;
     let chosen = Settings { crop: own.crop, audit: own.audit, ..settings };
     let word = |key: &str| format!("`{key}`");
     limits::check_window(&chosen, &word).map_err(error)?;

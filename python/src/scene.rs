@@ -10,7 +10,7 @@ use pyo3::types::{PyDict, PyTuple};
 use toml::{Table, Value};
 
 use crate::aside::aside;
-use crate::errors::error;
+use crate::errors::{error, guarded};
 use crate::keys::{self, told};
 use crate::stated::{Stated, check};
 use crate::{arrays, convert, motion};
@@ -237,7 +237,7 @@ impl Scene {
                 .map_or(Ok(Vec::new()), |of| arrays::numbers(of, None, &in_mesh("face_materials")))?,
             shapes: shapes.transpose()?.unwrap_or_default(),
         };
-        mesh.check().map_err(error)?;
+        guarded(|| mesh.check())?;
         let model = model(name.clone(), transform, visible)?;
         self.change(|stated| {
             for material in mesh.materials.iter().filter(|material| !material.is_empty()) {

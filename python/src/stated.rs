@@ -8,7 +8,7 @@ use afterimage::settings::Settings;
 use pyo3::prelude::*;
 use toml::{Table, Value};
 
-use crate::errors::error;
+use crate::errors::guarded;
 use crate::keys::told;
 
 /// Tables of a shot file, and the meshes beside them.
@@ -70,10 +70,10 @@ impl Stated {
     }
 }
 
-/// Checks a table by itself, so that its error is raised where it is stated. `path`: the table's name, as `[[light]]` is `["light"]`
-/// with `is_list`.
+/// Checks a table by itself, so that its error is raised where it is stated. `is_list`: it is one of several, as
+/// `[[light]]` is.
 pub fn check(name: &str, table: &Value, is_list: bool) -> PyResult<()> {
     let value = if is_list { Value::Array(vec![table.clone()]) } else { table.clone() };
     let text = Table::from_iter([(String::from(name), value)]).to_string();
-    given::check(&text).map_err(|cause| error(told(&cause)))
+    guarded(|| given::check(&text).map_err(|cause| told(&cause)))
 }
