@@ -1,4 +1,4 @@
-//! Where the module finds its libraries: those that it carries, and in a checkout those of the build.
+//! Run path of the module: to the libraries that it carries, and in a checkout to those of the build.
 
 use std::env;
 

@@ -57,7 +57,7 @@ class Scene:
         """Numbers of the frames, in rising order."""
     @property
     def warnings(self) -> list[str]:
-        """What the picture shows a stand-in for, and what is odd."""
+        """Stand-ins that the picture shows, and other oddities, in whole sentences."""
     @property
     def size(self) -> tuple[int, int]:
         """Width and height of the pictures, pixels."""

@@ -3,6 +3,7 @@
 //! All that takes time happens on threads of its own ([`aside`]): the thread that Python calls from waits there without the
 //! interpreter's lock, looks for signals, and reports progress. Rendering threads never call Python.
 #![forbid(unsafe_code)]
+#![allow(rustdoc::broken_intra_doc_links, reason = "docstrings of Python name tables in brackets")]
 
 mod arrays;
 mod aside;

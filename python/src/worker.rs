@@ -52,7 +52,7 @@ pub struct Progress {
 pub enum Failure {
     /// It was cancelled.
     Cancelled,
-    /// What happened, and what to do.
+    /// Description of what happened, and the remedy.
     Failed(String),
 }
 

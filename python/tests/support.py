@@ -1,4 +1,4 @@
-"""What several tests need: small scenes, and the program to compare with."""
+"""Helpers of several tests: small scenes, and the program to compare with."""
 
 import os
 import pathlib

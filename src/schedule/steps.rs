@@ -13,7 +13,7 @@ use crate::stereo::Eye;
 pub struct StepError {
     /// Number of the frame.
     pub frame: i32,
-    /// What happened.
+    /// Reason of the failure.
     pub error: RenderError,
 }
 
