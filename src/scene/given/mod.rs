@@ -155,7 +155,7 @@ impl GivenMesh {
 /// `[[material]]` and `[[light]]` tables.
 ///
 /// # Errors
-/// Those of a shot file, as in [`shot`].
+/// Those of a shot file, as in [`shot()`].
 pub fn check(text: &str) -> Result<(), SceneError> {
     let toml = TomlText { path: Path::new(NAME), text };
     shot::check_tables(toml).map_err(|error| told(error, text))
