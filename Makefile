@@ -36,6 +36,7 @@ test: setup ## run all tests
 	else \
 		set -x; $(CARGO) test --workspace --locked --no-fail-fast; \
 	fi
+	@scripts/test-python
 	@$(MAKE) --no-print-directory test-blender
 
 # skipped, and said so, where BPY_PYTHON (python3) has no bpy
@@ -68,7 +69,7 @@ package: setup ## make an archive that runs where it is unpacked, and test it: t
 	scripts/package
 	scripts/test-package target/package/afterimage-$(VERSION)-$(shell uname -m)-linux.tar.gz
 
-wheel: package ## make a Python wheel of the program, and test it: target/package/
+wheel: package ## make a Python wheel of the module and the program, and test it: target/package/
 	scripts/wheel
 	scripts/test-package target/package/afterimage_renderer-$(VERSION)-*.whl
 

@@ -46,6 +46,7 @@ pub mod frame;
 pub mod layers;
 pub mod output;
 pub mod scene;
+pub mod schedule;
 pub mod settings;
 pub mod stats;
 

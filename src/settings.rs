@@ -1,5 +1,6 @@
 //! Settings that decide a picture beside the scene: size, samples, filter, depth, mode.
 
+pub mod limits;
 mod output;
 
 use schemars::JsonSchema;

@@ -17,7 +17,6 @@ pub mod init;
 pub mod preview;
 pub mod render;
 pub mod say;
-pub mod schedule;
 
 use std::ffi::{OsStr, OsString};
 use std::process::ExitCode;

@@ -9,6 +9,7 @@ pub mod details;
 pub mod environment;
 pub mod error;
 pub mod frames;
+pub mod given;
 pub mod gltf;
 mod keys;
 pub mod light;

@@ -1,10 +1,7 @@
 //! `--samples` and `--threshold`, and how large pictures and their samples may be.
 
 use crate::cli::failure::Failure;
-use crate::settings::{Filter, LONGEST_SIDE, MOST_SAMPLES, PixelRect, Refinement, Settings};
-
-/// Maximum number of samples of one frame: their numbers have 32 bits, and tiles at the rim are filled up.
-const MOST_IN_A_FRAME: u64 = 4_000_000_000;
+use crate::settings::{Filter, MOST_SAMPLES, Refinement, Settings, limits};
 
 /// Samples along a pixel's edge.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -63,34 +60,14 @@ pub fn settled(
 
 /// Refuses pictures that are too large, and crops that lie outside of them.
 pub fn check_window(settings: &Settings) -> Result<(), Failure> {
-    let Settings { width, height, overscan, crop, .. } = settings;
-    if !settings.fits() {
-        return Err(Failure::Usage(format!(
-            "{width}x{height} with an overscan of {overscan} pixels is more than {LONGEST_SIDE} pixels wide or high: take a \
-             smaller --size or a smaller --overscan"
-        )));
-    }
-    let around = settings.overscanned();
-    let Some(crop) = crop.filter(|crop| !around.holds(crop)) else { return Ok(()) };
-    let of_what = match overscan {
-        0 => format!("the picture is {width}x{height}"),
-        _ => format!("the picture is {width}x{height}, and with its overscan {around}"),
-    };
-    Err(Failure::Usage(format!(
-        "--crop {crop}: {of_what}, and a crop must lie in it and have a pixel at least"
-    )))
+    limits::check_window(settings, &option).map_err(Failure::Usage)
 }
 
-/// Refuses more samples than a renderer can number. `option` is the one that states the samples.
-pub fn check_samples(settings: &Settings, option: &str) -> Result<(), Failure> {
-    let PixelRect { width, height, .. } = settings.data_window();
-    let samples = settings.levels().last().unwrap_or(settings.samples);
-    let count = settings.data_window().pixels() * u64::from(samples).pow(2);
-    if count > MOST_IN_A_FRAME {
-        return Err(Failure::Usage(format!(
-            "{width}x{height} with {samples}x{samples} samples a pixel is {count} samples a frame, and \
-             {MOST_IN_A_FRAME} are the most: take a smaller --size or a smaller {option}"
-        )));
-    }
-    Ok(())
+/// Refuses more samples than a renderer can number. `stated_by` is the option that states the samples.
+pub fn check_samples(settings: &Settings, stated_by: &str) -> Result<(), Failure> {
+    limits::check_samples(settings, &option, stated_by).map_err(Failure::Usage)
+}
+
+fn option(key: &str) -> String {
+    format!("--{key}")
 }

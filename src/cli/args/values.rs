@@ -197,13 +197,10 @@ pub enum BuildArg {
 }
 
 impl BuildArg {
-    /// Build quality for `shot`. It does not depend on the requested frames: their pictures must not depend
-    /// on which others are rendered with them.
+    /// Build quality for `shot`.
     pub fn for_shot(self, shot: &Shot, settings: &Settings) -> Build {
         match self {
-            Self::Auto => {
-                shot.rays(settings).map_or(Build::Best, |rays| Build::that_pays(rays, shot.triangles()))
-            }
+            Self::Auto => shot.build_that_pays(settings),
             Self::Best => Build::Best,
             Self::Quick => Build::Quick,
         }

@@ -7,10 +7,10 @@
 use std::collections::VecDeque;
 
 use crate::cli::frames::writing::Seen;
-use crate::cli::schedule::Step;
 use crate::film::Film;
 use crate::frame::Finished;
 use crate::report::html::Pictures;
+use crate::schedule::Step;
 use crate::settings::Look;
 
 /// Maximum number of frames.
@@ -87,7 +87,7 @@ mod tests {
 
     use super::*;
     use crate::cli::frames::writing::tests::finished;
-    use crate::cli::schedule::Origin;
+    use crate::schedule::Origin;
     use crate::stats::SampleCounts;
 
     fn steps(count: i32, first_written: i32) -> Vec<Step> {

@@ -11,11 +11,11 @@ use super::frame_list;
 use super::target::{FileState, Target};
 use crate::cli::args::Job;
 use crate::cli::failure::Failure;
-use crate::cli::schedule::{self, Ancestry, Rule};
 use crate::digest::Digest;
 use crate::frame;
 use crate::output::Fingerprint;
 use crate::report::versions;
+use crate::schedule::{self, Ancestry, Rule};
 use crate::settings::{Budget, FileFormat, Mode, Settings};
 use crate::trace::BackendKind;
 

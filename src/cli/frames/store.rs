@@ -9,7 +9,6 @@ use crate::cli::args::Job;
 use crate::cli::failure::Failure;
 use crate::cli::frames::resume::Fingerprints;
 use crate::cli::say::terminal::Terminal;
-use crate::cli::schedule::{Ancestry, Rule, Saved, TooLong};
 use crate::digest::Digest;
 use crate::exposure::Shutter;
 use crate::frame::{self, Moment, Renderer, Snapshot, ValidDirection};
@@ -18,6 +17,7 @@ use crate::output::Fingerprint;
 use crate::output::fingerprint::Kind;
 use crate::output::store_file::{self, Header, StoreError, StoreErrorKind, StoreFile};
 use crate::report::file::Destination;
+use crate::schedule::{Ancestry, Rule, Saved, TooLong};
 use crate::settings::{BasePlace, Mode, Refinement, Settings};
 use crate::stereo::Stereo;
 

@@ -22,14 +22,14 @@ use crate::cli::frames::target::Target;
 use crate::cli::frames::writing::{self, Behind, Frame, Seen, Waiting};
 use crate::cli::say::table;
 use crate::cli::say::terminal::Terminal;
-use crate::cli::schedule::steps::Walk;
-use crate::cli::schedule::{self, Origin, Rule, Saved, Step};
 use crate::denoise;
 use crate::frame::{self, Finished, Renderer};
 use crate::memory::{self, Need};
 use crate::output::exr::Packing;
 use crate::report::file::write_json;
 use crate::scene::warnings::{caustics, limits};
+use crate::schedule::steps::Walk;
+use crate::schedule::{self, Origin, Rule, Saved, Step};
 use crate::settings::{Build, DenoiseQuality, Mode, Settings};
 use crate::stats::{Eyes, FrameStats, FullEstimate, Memory, RunSettings, RunStats, Seconds, Totals};
 use crate::stereo::Eye;
@@ -194,14 +194,7 @@ impl From<ModeArg> for Mode {
 
 /// Rule that decides the base frames of a job.
 fn rule(job: &Job, full: bool) -> Rule<'_> {
-    Rule {
-        shot_first: job.shot.frames.first(),
-        shot_last: job.shot.says_frames.then(|| job.shot.frames.last()),
-        base_every: job.settings.base_every,
-        base_place: job.settings.base_place,
-        cuts: &job.shot.scene.camera.cuts,
-        full,
-    }
+    Rule { full, ..Rule::new(&job.shot, &job.settings) }
 }
 
 /// Schedule of a job's frames; `saved`: the frame of which there is a store.

@@ -352,13 +352,8 @@ fn make_glass(
     (base, through, roughness): (DVec3, f64, f64),
 ) -> Result<(), SceneError> {
     let volume: Volume = extension(document, &json.extensions, "KHR_materials_volume")?.unwrap_or_default();
-    let tint = (base * through).min(DVec3::ONE);
-    // the share that a surface does not let through is what it reflects by itself: see `MtlMaterial::settle`
-    let rest = (1.0 - tint.max_element()).max(f64::MIN_POSITIVE);
-    stated.kd = Some(color(base * (1.0 - through) / rest));
-    stated.tf = Some(color(tint));
-    stated.illum = Some(6);
-    (stated.pr, stated.pm) = (None, None);
+    stated.kd = Some(color(base));
+    *stated = std::mem::take(stated).with_transmission(through);
     if volume.thickness_factor <= 0.0 {
         stated.ni = Some(1.0);
         document.leave_out(

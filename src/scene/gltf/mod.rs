@@ -22,7 +22,6 @@ mod whole;
 
 pub(crate) use chosen_camera::CameraChoice;
 pub(crate) use document::Document;
-#[cfg(feature = "usd")]
 pub(crate) use geometry::has_area;
 pub(crate) use parts::GltfFiles;
 pub(crate) use whole::shot;

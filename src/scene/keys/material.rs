@@ -48,6 +48,9 @@ pub(crate) struct MaterialTable {
     /// Opacity
     #[schemars(range(min = 0, max = 1))]
     pub d: Option<At<f64>>,
+    /// Share of the light that goes through the surface, as through clear glass that `kd` tints (0)
+    #[schemars(range(min = 0, max = 1))]
+    pub transmission: Option<At<f64>>,
     /// Illumination model
     #[schemars(range(min = 0, max = 10))]
     pub illum: Option<At<i64>>,

@@ -138,8 +138,8 @@ pub(crate) struct RenderTable {
     /// Frames per second, such as 24 or "24000/1001" (24)
     pub rate: Option<At<Rate>>,
     /// Pixel filter
-    #[serde(default)]
-    pub filter: Filter,
+    #[schemars(extend("default" = "box"))]
+    pub filter: Option<Filter>,
     /// Radius of the filter, pixels (tent 1, gaussian and blackman-harris 1.5, mitchell 2, lanczos 3)
     #[schemars(range(min = 0.5, max = 4))]
     pub filter_radius: Option<At<f64>>,
@@ -150,8 +150,8 @@ pub(crate) struct RenderTable {
     #[schemars(range(min = 0, max = MOST_REFLECTIONS))]
     pub reflections: Option<At<i64>>,
     /// Light by way of clear glass: "none" lets lights shine through as if it were not there, "paths" has paths find it
-    #[serde(default)]
-    pub caustics: Caustics,
+    #[schemars(extend("default" = "none"))]
+    pub caustics: Option<Caustics>,
     /// Limit of the indirect radiance that a ray beyond the first surface, or a path, may bring: above 0 (no
     /// limit)
     #[schemars(range(min = 0))]
@@ -163,16 +163,16 @@ pub(crate) struct RenderTable {
     #[schemars(range(min = 0, max = 1_000_000))]
     pub base_every: Option<At<i64>>,
     /// Which of so many frames is the base frame: those before it are inferred backwards in time
-    #[serde(default)]
-    pub base_place: BasePlace,
+    #[schemars(extend("default" = "first"))]
+    pub base_place: Option<BasePlace>,
     /// Frames at which a new take begins: the first frame of each
     pub cuts: Option<Vec<At<i64>>>,
     /// When samples are reused
-    #[serde(default)]
-    pub mode: Mode,
+    #[schemars(extend("default" = "auto"))]
+    pub mode: Option<Mode>,
     /// Which samples are kept
-    #[serde(default)]
-    pub reuse: Reuse,
+    #[schemars(extend("default" = "target"))]
+    pub reuse: Option<Reuse>,
 }
 
 #[derive(Debug, Default, Deserialize, JsonSchema)]
@@ -221,23 +221,23 @@ pub(crate) struct OutputTable {
     /// Treatment of the background where the camera sees it (visible if there is one)
     pub background: Option<Backdrop>,
     /// Write each layer as a part of its own
-    #[serde(default)]
-    pub multipart: bool,
+    #[schemars(extend("default" = false))]
+    pub multipart: Option<bool>,
     /// Lossless compression
-    #[serde(default)]
-    pub compression: Compression,
+    #[schemars(extend("default" = "zips"))]
+    pub compression: Option<Compression>,
     /// Stops by which previews, contact sheets and movies are brighter; EXR files stay as they are (0)
     #[schemars(range(min = -Look::MOST_EXPOSURE, max = Look::MOST_EXPOSURE))]
     pub exposure: Option<At<f64>>,
     /// View transform of previews, contact sheets and movies; EXR files stay as they are
-    #[serde(default)]
-    pub view: View,
+    #[schemars(extend("default" = "standard"))]
+    pub view: Option<View>,
     /// Also write a denoised picture, as the layer `denoised`
-    #[serde(default)]
-    pub denoise: bool,
+    #[schemars(extend("default" = false))]
+    pub denoise: Option<bool>,
     /// Quality of the denoised picture
-    #[serde(default)]
-    pub denoise_quality: DenoiseQuality,
+    #[schemars(extend("default" = "high"))]
+    pub denoise_quality: Option<DenoiseQuality>,
 }
 
 #[derive(Debug, Deserialize, JsonSchema)]

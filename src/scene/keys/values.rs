@@ -40,12 +40,15 @@ pub fn optional_color(
     value.as_ref().map(|value| text.color(key, value)).transpose()
 }
 
-/// Reads the exposure and the view transform of pictures for screens.
-pub fn look(text: TomlText<'_>, table: &OutputTable) -> Result<Look, SceneError> {
+/// Reads the exposure and the view transform of pictures for screens; `before`: those that are not stated.
+pub fn look(text: TomlText<'_>, table: &OutputTable, before: Look) -> Result<Look, SceneError> {
     let most = Look::MOST_EXPOSURE;
     let fits = |stops: f64| stops.abs() <= f64::from(most);
     let wanted = format!("from -{most} to {most} stops");
     let read = |exposure| text.number("exposure", exposure, &wanted, fits);
-    let exposure = table.exposure.as_ref().map_or(Ok(0.0), read)? as f32;
-    Ok(Look { exposure, view: table.view })
+    let exposure = table.exposure.as_ref().map(read).transpose()?;
+    Ok(Look {
+        exposure: exposure.map_or(before.exposure, |stops| stops as f32),
+        view: table.view.unwrap_or(before.view),
+    })
 }

@@ -20,6 +20,7 @@ use crate::digest::Digest;
 use crate::scene::cutout::{CutTriangles, Cutout, Mask};
 use crate::scene::details::Details;
 use crate::scene::error::Findings;
+use crate::scene::given::Given;
 use crate::scene::gltf::GltfFiles;
 use crate::scene::keys::material::KdBesideMap;
 use crate::scene::keys::spelling;
@@ -82,6 +83,8 @@ pub(crate) struct Assembly {
     pub(super) kd_beside_map: KdBesideMap,
     /// Model that was read in advance, until its mesh is asked for.
     read_before: Option<ReadModel>,
+    /// Models that a program has handed over, until they are asked for.
+    pub(in crate::scene) given_before: Option<Arc<Given>>,
 }
 
 /// Shared materials and textures of the models, and the files that they come from.
@@ -116,6 +119,7 @@ impl Assembly {
     pub fn with(self, file: ReadBefore) -> Self {
         match file {
             ReadBefore::Obj(model) => Self { read_before: Some(*model), ..self },
+            ReadBefore::Given(given) => Self { given_before: Some(given), ..self },
             ReadBefore::Gltf(document) => Self { gltf: self.gltf.with(document), ..self },
             #[cfg(feature = "usd")]
             ReadBefore::Usd(file) => Self { usd: self.usd.with(file), ..self },

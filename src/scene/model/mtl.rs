@@ -6,7 +6,7 @@
 use std::collections::HashSet;
 use std::path::Path;
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 
 use super::exporter::Exporter;
 use super::map_statement::{MapStatements, MapUse, map_statement};
@@ -243,6 +243,17 @@ impl MtlMaterial {
             MapUse::Metal => self.pm.is_some(),
             MapUse::Color | MapUse::Opacity | MapUse::Normal | MapUse::Bump => false,
         }
+    }
+
+    /// Has the surface let the share `through` of the light pass, tinted by its diffuse colour: as clear glass, which is never rough.
+    #[must_use]
+    pub fn with_transmission(self, through: f64) -> Self {
+        let base = self.kd.unwrap_or(Vec3::ONE).as_dvec3();
+        let tint = (base * through).min(DVec3::ONE);
+        // the share that a surface does not let through is what it reflects by itself: see `settle`
+        let rest = (1.0 - tint.max_element()).max(f64::MIN_POSITIVE);
+        let kd = (base * (1.0 - through) / rest).as_vec3().clamp(Vec3::ZERO, Vec3::splat(LARGEST_COLOR));
+        Self { kd: Some(kd), tf: Some(tint.as_vec3()), illum: Some(6), pr: None, pm: None, ..self }
     }
 
     /// Settles the meaning of the statements together. The pictures are left to the caller.

@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use crate::digest::Digest;
 use crate::scene::SceneError;
+use crate::scene::given::Given;
 use crate::scene::gltf::Document;
 use crate::scene::obj::{self, ObjFile};
 use crate::scene::ply::{self, PlyFile};
@@ -20,6 +21,8 @@ pub(crate) fn is_ply(path: &Path) -> bool {
 pub(crate) enum ReadBefore {
     /// The text's only model: the text need not name its path.
     Obj(Box<ReadModel>),
+    /// Models that a program hands over: the text has one table for all of them, which names nothing.
+    Given(Arc<Given>),
     /// A glTF file, which the text names.
     Gltf(Arc<Document>),
     /// A USD file, which the text names.

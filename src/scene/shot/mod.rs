@@ -7,6 +7,7 @@ mod lens;
 mod model;
 mod models;
 mod orbit;
+mod overrides;
 mod quadric;
 mod settings;
 mod shapes;
@@ -121,7 +122,11 @@ pub fn from_text_with(
     most_added: u64,
 ) -> Result<Shot, SceneError> {
     let file: ShotFile = text.read()?;
-    let (mut settings, frames, rate) = settings::render(text, &file)?;
+    let ShotFile { render, indirect, occlusion, output, .. } = &file;
+    let tables = settings::Tables { render, indirect, occlusion, output };
+    let mut settings = settings::settings(text, &tables, &Settings::default())?;
+    let frames = settings::frames(text, render)?.unwrap_or(Frames::between(1, 1));
+    let rate = settings::rate(text, render)?.unwrap_or((24, 1));
     if file.environment.is_some() && file.indirect.paths.is_none() {
         // without any the environment would light nothing
         settings.paths = DEFAULT_PATHS;
@@ -227,16 +232,28 @@ pub fn from_text_with(
         says_frames: file.render.frames.is_some(),
         says_orbit,
         rate,
-        format: FileFormat { multipart: file.output.multipart, compression: file.output.compression },
-        look: look(text, &file.output)?,
-        denoise: file.output.denoise,
-        denoise_quality: file.output.denoise_quality,
+        format: FileFormat {
+            multipart: file.output.multipart.unwrap_or_default(),
+            compression: file.output.compression.unwrap_or_default(),
+        },
+        look: look(text, &file.output, Look::default())?,
+        denoise: file.output.denoise.unwrap_or_default(),
+        denoise_quality: file.output.denoise_quality.unwrap_or_default(),
         output: settings::output(text, file.output.path)?,
         warnings: findings.warnings,
         notes: Vec::new(),
         files,
         content: Content { shot: said(text)?, inputs },
     })
+}
+
+/// Checks the tables of `text` as far as one can be checked without the others.
+///
+/// # Errors Those of [`from_text`].
+pub fn check_tables(text: TomlText<'_>) -> Result<(), SceneError> {
+    let file: ShotFile = text.read()?;
+    file.material.iter().try_for_each(|table| replacement(text, table).map(drop))?;
+    file.light.iter().zip(1..).try_for_each(|(light, i)| tracks::light(text, light, i).map(drop))
 }
 
 fn frames_a_second((frames, seconds): (i32, u32)) -> f64 {
@@ -324,6 +341,12 @@ fn replacement(text: TomlText<'_>, table: &MaterialTable) -> Result<Override, Sc
         pm: number("pm", &table.pm, "from 0 (no metal) to 1 (metal)", 1.0)?,
         maps,
         ..MtlMaterial::default()
+    };
+    let wanted = "from 0 (none) to 1 (all of the light)";
+    let values = match number("transmission", &table.transmission, wanted, 1.0)?.filter(|share| *share > 0.0)
+    {
+        Some(share) => values.with_transmission(f64::from(share)),
+        None => values,
     };
     Ok(Override { values, path: text.path.to_path_buf(), line, column, used: false })
 }

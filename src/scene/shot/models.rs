@@ -28,6 +28,13 @@ pub fn of_table(
 ) -> Result<Vec<Model>, SceneError> {
     let track = model::track(text, table)?;
     let keys = table.get_ref();
+    if let Some(given) = assembly.given_before.take() {
+        return Ok(assembly
+            .given(&given)?
+            .iter()
+            .map(|part| of_part(part, part.name.clone(), text.path, &track))
+            .collect());
+    }
     refuse_keys_together(text, table, assembly.path_read_before().is_some())?;
     refuse_beside_ply(text, keys)?;
     refuse_parts_of_others(text, keys)?;
@@ -219,8 +226,13 @@ fn one(
 fn of_parts(table: &ModelTable, path: &Path, parts: &[PartOfFile], track: &TransformTrack) -> Vec<Model> {
     let stem = path.file_stem().unwrap_or_default().to_string_lossy();
     let whole = table.name.as_deref().unwrap_or(&stem);
-    let model = |part: &PartOfFile| Model {
-        name: format!("{whole}/{}", part.name),
+    parts.iter().map(|part| of_part(part, format!("{whole}/{}", part.name), path, track)).collect()
+}
+
+/// Makes the model of a part of a file, which `track` moves.
+fn of_part(part: &PartOfFile, name: String, path: &Path, track: &TransformTrack) -> Model {
+    Model {
+        name,
         path: path.to_path_buf(),
         mesh: part.mesh.clone(),
         track: TransformTrack {
@@ -230,8 +242,7 @@ fn of_parts(table: &ModelTable, path: &Path, parts: &[PartOfFile], track: &Trans
             ..track.clone()
         },
         reflection_map: None,
-    };
-    parts.iter().map(model).collect()
+    }
 }
 
 /// The map of a part of a file, and after it that of the whole. `None` if they change nothing.

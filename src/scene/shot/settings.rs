@@ -5,9 +5,7 @@ use crate::exposure::MOST_EXPOSURES;
 use crate::layers::{Layers, UnknownLayer};
 use crate::scene::keys::samples::{AdaptiveTable, SamplesValue};
 use crate::scene::keys::toml_text::{At, List, TomlText};
-use crate::scene::keys::{
-    BudgetValue, IndirectTable, OcclusionTable, OutputTable, Rate, RenderTable, ShotFile,
-};
+use crate::scene::keys::{BudgetValue, IndirectTable, OcclusionTable, OutputTable, Rate, RenderTable};
 use crate::scene::render_space::Extent;
 use crate::scene::{Frames, SceneError};
 use crate::settings::{
@@ -15,94 +13,120 @@ use crate::settings::{
     MOST_SAMPLES, MOST_TREE_MEMORY, Refinement, RefinementError, Settings,
 };
 
-/// Reads the settings of a shot file, its frames, and its frame rate.
-pub fn render(text: TomlText<'_>, file: &ShotFile) -> Result<(Settings, Frames, (i32, u32)), SceneError> {
-    let ShotFile { render: table, indirect, occlusion, output, .. } = file;
-    let whole = |key, value: &Option<At<i64>>, default, range| {
-        value.as_ref().map_or(Ok(default), |value| text.whole(key, value, range))
+/// Tables of settings, as they are written.
+pub struct Tables<'a> {
+    /// `[render]`
+    pub render: &'a RenderTable,
+    /// `[indirect]`
+    pub indirect: &'a IndirectTable,
+    /// `[occlusion]`
+    pub occlusion: &'a OcclusionTable,
+    /// `[output]`
+    pub output: &'a OutputTable,
+}
+
+/// Reads settings. Those whose keys are not there stay as they are `before`.
+pub fn settings(text: TomlText<'_>, tables: &Tables<'_>, before: &Settings) -> Result<Settings, SceneError> {
+    let Tables { render: table, indirect, occlusion, output } = tables;
+    let whole = |key, value: &Option<At<i64>>, before, range| {
+        value.as_ref().map_or(Ok(before), |value| text.whole(key, value, range))
     };
     let sides = 1..i64::from(LONGEST_SIDE) + 1;
-    let default = Settings::default();
     let (width, height) = match &table.size {
         Some(List([width, height])) => {
             (text.whole("size", width, sides.clone())?, text.whole("size", height, sides)?)
         }
-        None => (default.width, default.height),
+        None => (before.width, before.height),
     };
-    let (samples, refinement) = samples(text, table)?;
+    let filter = table.filter.unwrap_or(before.filter);
+    let (samples, refinement) = samples(text, table, filter, before)?;
     let settings = Settings {
         width,
         height,
         samples,
         refinement,
-        overscan: whole("overscan", &table.overscan, default.overscan, 0..i64::from(MOST_OVERSCAN) + 1)?,
-        filter: table.filter,
-        filter_radius: filter_radius(text, table)?,
-        depth: whole("depth", &table.depth, default.depth, 0..65)?,
+        overscan: whole("overscan", &table.overscan, before.overscan, 0..i64::from(MOST_OVERSCAN) + 1)?,
+        filter,
+        filter_radius: filter_radius(text, table, filter, before)?,
+        depth: whole("depth", &table.depth, before.depth, 0..65)?,
         reflections: whole(
             "reflections",
             &table.reflections,
-            default.reflections,
+            before.reflections,
             0..i64::from(MOST_REFLECTIONS) + 1,
         )?,
-        caustics: table.caustics,
-        clamp: clamp(text, table)?,
+        caustics: table.caustics.unwrap_or(before.caustics),
+        clamp: clamp(text, table)?.or(before.clamp),
         tree_memory: whole(
             "tree_memory",
             &table.tree_memory,
-            default.tree_memory,
+            before.tree_memory,
             0..i64::from(MOST_TREE_MEMORY) + 1,
         )?,
-        paths: whole("paths", &indirect.paths, default.paths, 0..i64::from(MOST_PATHS) + 1)?,
+        paths: whole("paths", &indirect.paths, before.paths, 0..i64::from(MOST_PATHS) + 1)?,
         paths_per_frame: whole(
             "paths_per_frame",
             &indirect.paths_per_frame,
-            default.paths_per_frame,
+            before.paths_per_frame,
             1..i64::from(MOST_PATHS) + 1,
         )?,
-        budget: budget(text, indirect)?,
-        bounces: whole("bounces", &indirect.bounces, default.bounces, 0..65)?,
+        budget: budget(text, indirect)?.unwrap_or(before.budget),
+        bounces: whole("bounces", &indirect.bounces, before.bounces, 0..65)?,
         occlusion_rays: whole(
             "rays",
             &occlusion.rays,
-            default.occlusion_rays,
+            before.occlusion_rays,
             1..i64::from(MOST_OCCLUSION_RAYS) + 1,
         )?,
-        occlusion_radius: occlusion_radius(text, occlusion)?.unwrap_or(default.occlusion_radius),
-        exposures: whole("exposures", &table.exposures, default.exposures, 1..i64::from(MOST_EXPOSURES) + 1)?,
-        mode: table.mode,
-        reuse: table.reuse,
-        base_every: whole("base_every", &table.base_every, default.base_every, 0..1_000_001)?,
-        base_place: table.base_place,
-        layers: layers(text, output)?,
-        ..default
+        occlusion_radius: occlusion_radius(text, occlusion)?.unwrap_or(before.occlusion_radius),
+        exposures: whole("exposures", &table.exposures, before.exposures, 1..i64::from(MOST_EXPOSURES) + 1)?,
+        mode: table.mode.unwrap_or(before.mode),
+        reuse: table.reuse.unwrap_or(before.reuse),
+        base_every: whole("base_every", &table.base_every, before.base_every, 0..1_000_001)?,
+        base_place: table.base_place.unwrap_or(before.base_place),
+        layers: layers(text, output)?.unwrap_or(before.layers),
+        background: output.background.unwrap_or(before.background),
+        ..before.clone()
     };
     if let Some(overscan) = table.overscan.as_ref().filter(|_| !settings.fits()) {
         let message =
             format!("makes a picture of {width}x{height} longer than {LONGEST_SIDE} pixels on a side");
         return Err(text.bad("overscan", overscan, &message));
     }
-    let frames = match &table.frames {
-        Some(frames) => Frames::parse(frames.get_ref())
-            .map_err(|message| text.fault(frames.span(), format!("`frames`: {message}")))?,
-        None => Frames::between(1, 1),
-    };
-    let rate = match &table.rate {
-        Some(rate) => fraction(rate.get_ref()).ok_or_else(|| {
-            text.bad(
-                "rate",
-                rate,
-                "must be frames per second above 0: a whole number or a fraction like \"24000/1001\"",
-            )
-        })?,
-        None => (24, 1),
-    };
-    Ok((settings, frames, rate))
+    Ok(settings)
 }
 
-/// Reads N, for N x N samples a pixel, and the refinement.
-fn samples(text: TomlText<'_>, table: &RenderTable) -> Result<(u32, Option<Refinement>), SceneError> {
-    let Some(samples) = &table.samples else { return Ok((Settings::default().samples, None)) };
+/// Reads the frames to render, if they are stated.
+pub fn frames(text: TomlText<'_>, table: &RenderTable) -> Result<Option<Frames>, SceneError> {
+    let read = |frames: &At<String>| {
+        Frames::parse(frames.get_ref())
+            .map_err(|message| text.fault(frames.span(), format!("`frames`: {message}")))
+    };
+    table.frames.as_ref().map(read).transpose()
+}
+
+/// Reads the frame rate, if it is stated.
+pub fn rate(text: TomlText<'_>, table: &RenderTable) -> Result<Option<(i32, u32)>, SceneError> {
+    let read = |rate: &At<Rate>| {
+        let wanted = "must be frames per second above 0: a whole number or a fraction like \"24000/1001\"";
+        fraction(rate.get_ref()).ok_or_else(|| text.bad("rate", rate, wanted))
+    };
+    table.rate.as_ref().map(read).transpose()
+}
+
+/// Reads N, for N x N samples a pixel, and the refinement, which `filter` must be able to mix.
+fn samples(
+    text: TomlText<'_>,
+    table: &RenderTable,
+    filter: Filter,
+    before: &Settings,
+) -> Result<(u32, Option<Refinement>), SceneError> {
+    let Some(samples) = &table.samples else {
+        let checked = before.refinement.map(|refinement| refinement.checked(before.samples, filter));
+        let refinement =
+            checked.transpose().map_err(|error| text.fault(0..0, format!("`filter`: {error}")))?;
+        return Ok((before.samples, refinement));
+    };
     let bad = |message: String| text.bad("samples", samples, &message);
     let count = |number: i64| u32::try_from(number).ok().filter(|count| (1..=MOST_SAMPLES).contains(count));
     match samples.get_ref() {
@@ -114,7 +138,7 @@ fn samples(text: TomlText<'_>, table: &RenderTable) -> Result<(u32, Option<Refin
             let threshold = threshold.unwrap_or(f64::from(Refinement::THRESHOLD)) as f32;
             let refinement = count(*min).zip(count(*max)).ok_or(RefinementError::Bounds);
             let refinement = refinement.and_then(|(min, most)| {
-                Ok((min, Some(Refinement { most, threshold }.checked(min, table.filter)?)))
+                Ok((min, Some(Refinement { most, threshold }.checked(min, filter)?)))
             });
             refinement.map_err(|error| bad(format!("= {{ min = {min}, max = {max} }}: {error}")))
         }
@@ -148,14 +172,14 @@ pub fn usual_occlusion_radius(extent: &Extent) -> f64 {
     extent.diagonal() / 10.0
 }
 
-fn budget(text: TomlText<'_>, table: &IndirectTable) -> Result<Budget, SceneError> {
-    let Some(budget) = &table.budget else { return Ok(Budget::None) };
-    match budget.get_ref() {
+fn budget(text: TomlText<'_>, table: &IndirectTable) -> Result<Option<Budget>, SceneError> {
+    let read = |budget: &At<BudgetValue>| match budget.get_ref() {
         BudgetValue::Rays(rays) => Ok(Budget::Rays(*rays)),
         BudgetValue::Text(stated) => {
             Budget::parse(stated).map_err(|error| text.bad("budget", budget, &error.to_string()))
         }
-    }
+    };
+    table.budget.as_ref().map(read).transpose()
 }
 
 fn fraction(rate: &Rate) -> Option<(i32, u32)> {
@@ -169,9 +193,17 @@ fn fraction(rate: &Rate) -> Option<(i32, u32)> {
     (above > 0 && below > 0).then_some((above, below))
 }
 
-fn filter_radius(text: TomlText<'_>, table: &RenderTable) -> Result<Option<f32>, SceneError> {
-    let Some(radius) = &table.filter_radius else { return Ok(None) };
-    if table.filter == Filter::Box {
+fn filter_radius(
+    text: TomlText<'_>,
+    table: &RenderTable,
+    filter: Filter,
+    before: &Settings,
+) -> Result<Option<f32>, SceneError> {
+    let Some(radius) = &table.filter_radius else {
+        // another filter has another radius
+        return Ok(before.filter_radius.filter(|_| filter == before.filter));
+    };
+    if filter == Filter::Box {
         return Err(text.bad(
             "filter_radius",
             radius,
@@ -184,14 +216,15 @@ fn filter_radius(text: TomlText<'_>, table: &RenderTable) -> Result<Option<f32>,
     Ok(Some(radius as f32))
 }
 
-fn layers(text: TomlText<'_>, output: &OutputTable) -> Result<Layers, SceneError> {
-    let Some(names) = &output.layers else { return Ok(Layers::USUAL) };
-    names.iter().try_fold(Layers::NONE, |all, name| {
+fn layers(text: TomlText<'_>, output: &OutputTable) -> Result<Option<Layers>, SceneError> {
+    let Some(names) = &output.layers else { return Ok(None) };
+    let all = names.iter().try_fold(Layers::NONE, |all, name| {
         let known = Layers::new([name.get_ref().as_str()]);
         let unknown =
             |name_of: &str| text.fault(name.span(), format!("`layers`: {}", UnknownLayer::new(name_of)));
         known.map(|layers| all.with(layers)).map_err(unknown)
-    })
+    });
+    all.map(Some)
 }
 
 /// Path of the frames, unless it is empty.

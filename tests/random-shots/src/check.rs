@@ -13,13 +13,13 @@ use std::panic::{self, AssertUnwindSafe};
 use std::path::Path;
 use std::sync::Once;
 
-use afterimage::cli::schedule::steps::Walk;
-use afterimage::cli::schedule::{self, Rule, Step};
 use afterimage::frame::{Renderer, Snapshot};
 use afterimage::lanes::LANES;
 use afterimage::samples::{EMPTY, SampleStore, Tile};
 use afterimage::scene::warnings::limits;
 use afterimage::scene::{self, Shot};
+use afterimage::schedule::steps::{StepError, Walk};
+use afterimage::schedule::{self, Rule, Step};
 use afterimage::settings::{Budget, Mode, Settings};
 use rayon::ThreadPool;
 
@@ -157,14 +157,7 @@ fn check_unguarded(trial: &Trial, folder: &Path, pools: &Pools) -> Outcome {
         Ok(shot) => shot,
         Err(error) => return Outcome::Refused(error.to_string()),
     };
-    let rule = Rule {
-        shot_first: shot.frames.first(),
-        shot_last: Some(shot.frames.last()),
-        base_every: shot.settings.base_every,
-        base_place: shot.settings.base_place,
-        cuts: &shot.scene.camera.cuts,
-        full: false,
-    };
+    let rule = Rule { full: false, shot_last: Some(shot.frames.last()), ..Rule::new(&shot, &shot.settings) };
     let steps = match schedule::schedule(shot.frames.runs(), &rule, None, |_| false) {
         Ok(steps) => steps,
         Err(error) => return Outcome::Refused(error.to_string()),
@@ -249,7 +242,7 @@ fn run(
     for (number, step) in steps.iter().enumerate() {
         before(renderer, number)?;
         for eye in renderer.eyes() {
-            let finished = walk.render(renderer, *eye, *step, |_| Ok(()));
+            let finished = walk.render(renderer, *eye, *step, |_| Ok::<(), StepError>(()));
             let finished = finished.map_err(|failure| Failure::new(Kind::Render, failure))?;
             let pixels = (finished.film.width * finished.film.height) as usize;
             let mut planes = vec![];

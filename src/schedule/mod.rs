@@ -17,8 +17,9 @@ use std::fmt;
 use std::ops::Range;
 use std::str::FromStr;
 
+use crate::scene::Shot;
 use crate::scene::frames::Run;
-use crate::settings::BasePlace;
+use crate::settings::{BasePlace, Mode, Settings};
 
 /// Maximum number of steps: more are taken for a mistake.
 const MOST_STEPS: usize = 1_000_000;
@@ -130,6 +131,20 @@ impl fmt::Display for TooLong {
 }
 
 impl std::error::Error for TooLong {}
+
+impl<'a> Rule<'a> {
+    /// Creates the rule for frames of `shot` that are rendered with `settings`.
+    pub fn new(shot: &'a Shot, settings: &Settings) -> Self {
+        Self {
+            shot_first: shot.frames.first(),
+            shot_last: shot.says_frames.then(|| shot.frames.last()),
+            base_every: settings.base_every,
+            base_place: settings.base_place,
+            cuts: &shot.scene.camera.cuts,
+            full: settings.mode == Mode::Full,
+        }
+    }
+}
 
 impl Rule<'_> {
     /// The base frame from which `frame` of a chain with that step is inferred; the frame itself if it is one.
