@@ -10,7 +10,7 @@ use afterimage::scene::material::Optics;
 use afterimage::scene::texture::Mapping;
 use afterimage::scene::{LightKind, Material, Scene, Texture};
 use afterimage::settings::Settings;
-use glam::{DVec3, Vec2, Vec3};
+use glam::{DVec3, Vec3};
 
 use crate::toy;
 use crate::toy::{color, pixel};
