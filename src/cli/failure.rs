@@ -12,6 +12,8 @@ pub enum Failure {
     Usage(String),
     /// The work could not be done.
     Failed(String),
+    /// A signal of this number asked the program to stop.
+    Stopped(u8, String),
 }
 
 impl Failure {
@@ -20,11 +22,12 @@ impl Failure {
         Self::Failed(one_line(&error.to_string()))
     }
 
-    /// Exit code: 1 for failed, 2 for usage.
+    /// Exit code: 1 for failed, 2 for usage, 128 and the signal's number for stopped, as shells have it.
     pub fn exit_code(&self) -> ExitCode {
         match self {
             Self::Failed(_) => ExitCode::from(1),
             Self::Usage(_) => ExitCode::from(2),
+            Self::Stopped(signal, _) => ExitCode::from(128 + (signal & 0x7f)),
         }
     }
 }
@@ -39,7 +42,7 @@ impl fmt::Display for Failure {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Usage(text) => write!(f, "{text} (see --help)"),
-            Self::Failed(text) => f.write_str(text),
+            Self::Failed(text) | Self::Stopped(_, text) => f.write_str(text),
         }
     }
 }

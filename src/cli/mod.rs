@@ -10,6 +10,7 @@ pub mod compare;
 mod denoising;
 pub mod diff;
 pub mod failure;
+pub mod farm;
 pub mod for_others;
 pub mod frames;
 pub mod info;
@@ -17,6 +18,8 @@ pub mod init;
 pub mod preview;
 pub mod render;
 pub mod say;
+pub mod stop;
+pub mod verify;
 
 use std::ffi::{OsStr, OsString};
 use std::process::ExitCode;
@@ -53,6 +56,10 @@ enum Command {
     Info(info::InfoArgs),
     /// Write a commented shot file for a model, to start from
     Init(init::InitArgs),
+    /// Tell whether all frames of a shot are there, whole, and of one run
+    Verify(verify::VerifyArgs),
+    /// Write what a farm's engine needs to render a shot in chunks
+    Farm(Box<farm::FarmArgs>),
     /// Show frames of a shot in a local web page that follows the shot file while it is edited
     Preview(preview::PreviewArgs),
     /// Print completions of the command line for a shell
@@ -102,6 +109,8 @@ pub fn run(words: impl IntoIterator<Item = OsString>) -> ExitCode {
         }
         Command::Info(args) => quietly(|terminal| args.execute(terminal)),
         Command::Init(args) => quietly(|terminal| args.execute(terminal)),
+        Command::Verify(args) => quietly(|terminal| args.execute(terminal)),
+        Command::Farm(args) => quietly(|terminal| args.execute(terminal)),
         Command::Preview(args) => quietly(|terminal| args.execute(terminal)),
         Command::Completions(args) => quietly(|terminal| args.execute(Cli::command(), terminal)),
         Command::Man(args) => quietly(|terminal| args.execute(Cli::command(), terminal)),
@@ -140,7 +149,8 @@ fn command_line(words: &[OsString]) -> String {
     text
 }
 
-fn quoted(word: &OsStr) -> String {
+/// A word as a shell takes it.
+pub(crate) fn quoted(word: &OsStr) -> String {
     let word = word.to_string_lossy();
     let plain = |c: char| c.is_ascii_alphanumeric() || "-_./,:=+%@".contains(c);
     if !word.is_empty() && word.chars().all(plain) {

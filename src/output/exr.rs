@@ -230,8 +230,19 @@ pub fn is_whole(path: &Path) -> bool {
 ///
 /// # Errors It is no EXR file that can be read.
 pub fn fingerprint(path: &Path) -> Result<Option<Fingerprint>, openexr::Error> {
+    fingerprint_at(path, fingerprint::KEY)
+}
+
+/// Reads the fingerprint of the run that made the frame at `path`, like [`fingerprint`].
+///
+/// # Errors It is no EXR file that can be read.
+pub fn run_fingerprint(path: &Path) -> Result<Option<Fingerprint>, openexr::Error> {
+    fingerprint_at(path, fingerprint::RUN_KEY)
+}
+
+fn fingerprint_at(path: &Path, key: &str) -> Result<Option<Fingerprint>, openexr::Error> {
     let head = openexr::read_header(path)?;
-    Ok(match head.attribute(fingerprint::KEY) {
+    Ok(match head.attribute(key) {
         Some(Attribute::Text(text)) => text.parse().ok(),
         _ => None,
     })

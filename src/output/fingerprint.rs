@@ -9,6 +9,18 @@ use crate::digest::Digest;
 /// Key of the fingerprint in headers.
 pub const KEY: &str = "fingerprint";
 
+/// Key of the fingerprint that all frames of a run have in common: without the ancestry of each.
+pub const RUN_KEY: &str = "runFingerprint";
+
+/// Fingerprint of a frame, and of its run.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct MadeFrom {
+    /// Fingerprint of the frame: its settings hold the frame's ancestry.
+    pub frame: Fingerprint,
+    /// Fingerprint of the run: tells whether frames belong together, without the shot.
+    pub run: Fingerprint,
+}
+
 /// Digests of all that decides a frame's pixels. As text: `version 16-digits shot ... inputs ... settings ...`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Fingerprint {

@@ -31,7 +31,7 @@ pub struct FrameMeta {
     pub shot: String,
     /// Fingerprint of the frame, if a later run shall know it.
     pub fingerprint: Option<Fingerprint>,
-    /// Metadata of its layers: names and values.
+    /// Further texts, names and values: of its layers, and of its run.
     pub layers: Arc<[(String, String)]>,
 }
 

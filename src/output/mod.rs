@@ -11,6 +11,7 @@
 //! - [`contact_sheet`]: many of them in one picture
 //! - [`movie`]: all of them in one file, packed by FFmpeg
 //! - [`fingerprint`]: digests of a frame's inputs, so that a later run knows whether to keep it
+//! - [`lock`]: locks by which several processes divide their work
 //! - [`store_file`]: the samples of a frame, from which a later run continues
 //! - [`false_color`]: colours for differences between two pictures
 //!
@@ -20,6 +21,7 @@ pub mod contact_sheet;
 pub mod exr;
 pub mod false_color;
 pub mod fingerprint;
+pub mod lock;
 pub mod look;
 mod metadata;
 pub mod movie;

@@ -67,6 +67,31 @@ impl OutputPattern {
         Ok(Self { folder, before, digits, after })
     }
 
+    /// Reads the name of a file that exists, whose last group of digits is a frame's number. `None` if its name has none.
+    #[must_use]
+    pub fn of_file(path: &Path) -> Option<(Self, i32)> {
+        let name = path.file_name()?.to_str()?;
+        let (stem, extension) = name.rsplit_once('.')?;
+        let end = stem.rfind(|c: char| c.is_ascii_digit())? + 1;
+        let digits = stem[..end].bytes().rev().take_while(u8::is_ascii_digit).count();
+        let (before, after) = (&stem[..end - digits], format!("{}.{extension}", &stem[end..]));
+        // a sign follows a separator: in `a-0001` it is one itself
+        let before = match before.strip_suffix('-') {
+            Some(rest) if rest.is_empty() || rest.ends_with(['.', '_', '-']) => rest,
+            _ => before,
+        };
+        let folder = path.parent().unwrap_or(Path::new("")).to_owned();
+        let pattern = Self { folder, before: before.to_owned(), digits, after };
+        let frame = pattern.frame_of(name)?;
+        Some((pattern, frame))
+    }
+
+    /// The same names with fewer digits where a number needs no more.
+    #[must_use]
+    pub fn with_digits_of(&self, other: &Self) -> Self {
+        Self { digits: self.digits.min(other.digits), ..self.clone() }
+    }
+
     fn in_folder(folder: &Path, shot: &str, extension: &str) -> Self {
         let (before, after) = (format!("{shot}."), format!(".{extension}"));
         Self { folder: folder.to_owned(), before, digits: USUAL_DIGITS, after }
@@ -171,6 +196,14 @@ fn percent_group(text: &str) -> Option<(usize, usize)> {
     padded.then_some((digits, width + 2)) // `%4d` would put spaces into names
 }
 
+/// Writes the pattern with `#` for each digit.
+impl fmt::Display for OutputPattern {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let name = format!("{}{}{}", self.before, "#".repeat(self.digits), self.after);
+        write!(f, "{}", self.folder.join(name).display())
+    }
+}
+
 impl fmt::Display for PatternError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
@@ -257,6 +290,24 @@ mod tests {
         }
         for name in ["a.7.exr", "a.+007.exr", "a.00007.exr", "a.0007.png", "b.0007.exr", "a..exr", "a.exr"] {
             assert_eq!(pattern.frame_of(name), None, "{name}");
+        }
+    }
+
+    #[test]
+    fn names_of_files_become_patterns() {
+        for (file, text, frame) in [
+            ("out/a.0007.exr", "out/a.####.exr", 7),
+            ("a_12.exr", "a_##.exr", 12),
+            ("a2_000017_b.exr", "a2_######_b.exr", 17),
+            ("a.-0003.exr", "a.####.exr", -3),
+            ("a-0003.exr", "a-####.exr", 3),
+            ("7.exr", "#.exr", 7),
+        ] {
+            let (pattern, found) = OutputPattern::of_file(Path::new(file)).unwrap();
+            assert_eq!((pattern.to_string().as_str(), found), (text, frame));
+        }
+        for file in ["a.exr", "a", "a.99999999999.exr", ""] {
+            assert_eq!(OutputPattern::of_file(Path::new(file)), None, "{file}");
         }
     }
 

@@ -230,6 +230,19 @@ impl StoreFile {
         &self.header
     }
 
+    /// Checks that all bytes are as they were written. Decodes nothing.
+    pub fn check(mut self) -> Result<(), StoreError> {
+        let blocks = self.pictures.len() * self.tiles.iter().map(|tiles| *tiles as usize).sum::<usize>();
+        let length = self.rest.get_ref().metadata().map_or(0, |found| found.len());
+        let most = usize::try_from(length).unwrap_or(usize::MAX);
+        let outcome = (0..blocks).try_for_each(|_| self.block(most).map(drop));
+        let outcome = outcome.and_then(|()| match self.rest.read(&mut [0])? {
+            0 => Ok(()),
+            _ => Err(StoreErrorKind::Damaged),
+        });
+        outcome.map_err(|kind| StoreError { path: self.path, kind })
+    }
+
     /// Reads the samples, whose `shape` must be one that frames of `scene` may have.
     pub fn read(
         mut self,

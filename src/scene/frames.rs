@@ -58,6 +58,17 @@ impl Frames {
         Self { runs: vec![Run { first, last, step: 1 }] }
     }
 
+    /// Creates the frames of `runs`.
+    ///
+    /// # Panics
+    /// Where there are none.
+    pub fn of_runs(runs: &[Run]) -> Self {
+        assert!(!runs.is_empty(), "some frames are needed");
+        let mut runs = runs.to_vec();
+        runs.sort();
+        Self { runs }
+    }
+
     /// Runs in rising order of their first frame; they may overlap.
     pub fn runs(&self) -> &[Run] {
         &self.runs

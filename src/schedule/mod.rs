@@ -224,6 +224,26 @@ pub fn schedule(
     Ok(steps)
 }
 
+/// Frames of `runs` by segment, each as runs of its chain's step: what may be rendered apart from the rest without a run-up. The
+/// pictures are those of all frames in one run.
+pub fn segments(runs: &[Run], rule: &Rule<'_>) -> Result<Vec<Vec<Run>>, TooLong> {
+    let mut all = Vec::new();
+    for (chain, frames) in chains(runs, rule.shot_first) {
+        let mut segments: BTreeMap<i32, Vec<Run>> = BTreeMap::new();
+        for frame in frames {
+            let runs = segments.entry(rule.base_of(frame, chain.stride)?).or_default();
+            match runs.last_mut() {
+                Some(run) if i64::from(run.last) + i64::from(chain.stride) == i64::from(frame) => {
+                    run.last = frame;
+                }
+                _ => runs.push(Run { first: frame, last: frame, step: chain.stride }),
+            }
+        }
+        all.extend(segments.into_values());
+    }
+    Ok(all)
+}
+
 /// A store that an earlier run has saved: of which frame, and how that came about.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Saved {

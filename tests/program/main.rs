@@ -7,11 +7,13 @@ mod small_shot;
 #[path = "../toy/mod.rs"]
 mod toy;
 
+mod checkpoint;
 mod cli;
 mod cuts;
 mod denoise;
 mod diff;
 mod extras;
+mod farm;
 #[cfg(unix)]
 mod files;
 mod hostile;
@@ -25,4 +27,6 @@ mod output;
 mod preview;
 mod readers;
 mod runs;
+mod shared;
 mod store_file;
+mod verify;

@@ -17,6 +17,11 @@ pub fn runs(frames: &[i32]) -> String {
     words.collect::<Vec<_>>().join(", ")
 }
 
+/// Formats numbers that rise as `--frames` takes them: `1-4,7`.
+pub fn range(frames: &[i32]) -> String {
+    runs(frames).replace(", ", ",")
+}
+
 /// Formats frames, as `frame 7`, `frames 1-4, 7`.
 pub fn frames(frames: &[i32]) -> String {
     format!("{} {}", if frames.len() == 1 { "frame" } else { "frames" }, runs(frames))

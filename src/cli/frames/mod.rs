@@ -1,5 +1,6 @@
 //! Files of frames: their places, their writing, and those that exist already.
 
+pub mod checkpoint;
 pub mod frame_list;
 pub mod paths;
 pub mod resume;

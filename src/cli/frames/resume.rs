@@ -14,6 +14,7 @@ use crate::cli::failure::Failure;
 use crate::digest::Digest;
 use crate::frame;
 use crate::output::Fingerprint;
+use crate::output::fingerprint::MadeFrom;
 use crate::report::versions;
 use crate::schedule::{self, Ancestry, Rule};
 use crate::settings::{Budget, FileFormat, Mode, Settings};
@@ -48,6 +49,16 @@ impl Fingerprints {
     /// Ancestry of a requested frame.
     pub fn ancestry(&self, frame: i32) -> Ancestry {
         self.ancestries.get(&frame).copied().unwrap_or(Ancestry::Base)
+    }
+
+    /// Returns true if `frame` is a requested one.
+    pub fn has(&self, frame: i32) -> bool {
+        self.ancestries.contains_key(&frame)
+    }
+
+    /// Fingerprints of a requested frame, and of the run.
+    pub fn made_from(&self, frame: i32) -> MadeFrom {
+        MadeFrom { frame: self.at(frame), run: self.all }
     }
 
     /// Fingerprint of a requested frame.
@@ -139,15 +150,7 @@ impl<'a> Review<'a> {
         let why = match self.target.left(frame, &self.fingerprints.at(frame)) {
             FileState::Nothing => return false,
             FileState::Finished => return true,
-            FileState::Damaged => String::from("not whole"),
-            FileState::NoPreview => String::from("without the preview that is asked for"),
-            FileState::Unknown => {
-                String::from("without a fingerprint: another version made them, or another program")
-            }
-            FileState::Other(kinds) => {
-                let kinds: Vec<&str> = kinds.into_iter().map(|kind| kind.other()).collect();
-                format!("made with {}", kinds.join(", and "))
-            }
+            other => other.to_string(),
         };
         self.refused.borrow_mut().entry(why).or_default().push(frame);
         false

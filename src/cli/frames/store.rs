@@ -17,6 +17,8 @@ use crate::output::Fingerprint;
 use crate::output::fingerprint::Kind;
 use crate::output::store_file::{self, Header, StoreError, StoreErrorKind, StoreFile};
 use crate::report::file::Destination;
+use crate::samples::SampleStore;
+use crate::samples::saved::PictureSamples;
 use crate::schedule::{Ancestry, Rule, Saved, TooLong};
 use crate::settings::{BasePlace, Mode, Refinement, Settings};
 use crate::stereo::Stereo;
@@ -75,35 +77,7 @@ impl StoreArgs {
     /// Opens the store to continue from, if there is one, and checks that it is of this shot, with these
     /// settings, in a chain of `rule`.
     pub fn open(&self, job: &Job, rule: &Rule<'_>) -> Result<Option<Loaded>, Failure> {
-        let Some(path) = &self.load_store else { return Ok(None) };
-        let file = StoreFile::open(path).map_err(Failure::of)?;
-        let header = file.header().clone();
-        let changes = fingerprint(job).changes(&header.fingerprint);
-        if !changes.is_empty() {
-            let [theirs, ours] = [&header.sampling, &sampling(job)];
-            let differ =
-                if theirs == ours { String::new() } else { format!(" ({theirs}; this run has {ours})") };
-            return Err(Failure::Failed(format!(
-                "{}: this sample store was made with {}{differ}; run what made it again with --save-store, or go on without --load-store",
-                path.display(),
-                changes.into_iter().map(Kind::other).collect::<Vec<_>>().join(", and ")
-            )));
-        }
-        let damaged = || Failure::of(StoreError { path: path.clone(), kind: StoreErrorKind::Damaged });
-        let ancestry: Ancestry = header.ancestry.parse().map_err(|()| damaged())?;
-        let loaded = Loaded { path: path.clone(), header, ancestry };
-        let is_as_here =
-            loaded.saved().holds(rule).map_err(|error: TooLong| Failure::Usage(error.to_string()))?;
-        if !is_as_here {
-            return Err(Failure::Failed(format!(
-                "{}: in this run frame {} comes about in another way than the one of this sample store ({}); take the same \
-                 --base-every and --base-place, and the same cuts",
-                path.display(),
-                loaded.header.frame,
-                loaded.ancestry
-            )));
-        }
-        Ok(Some(loaded))
+        self.load_store.as_deref().map(|path| Loaded::open(path, job, rule)).transpose()
     }
 
     /// Returns true if the file to write exists already, with the samples of `frame`.
@@ -138,15 +112,26 @@ impl StoreArgs {
         let (Some(path), Some((moment, pictures))) = (&self.save_store, renderer.samples()) else {
             return Ok(());
         };
-        let Moment { frame, rendered, valid: _ } = moment; // that follows from the ancestry
-        let ancestry = fingerprints.ancestry(frame).to_string();
-        let header =
-            Header { fingerprint: fingerprint(job), frame, sampling: sampling(job), ancestry, rendered };
-        let written = store_file::write(&destination(path)?, &header, &pictures, renderer.shape().layout);
-        let bytes = Bytes(written.map_err(Failure::of)?);
+        let frame = moment.frame;
+        let bytes = write(&destination(path)?, job, fingerprints, renderer, (moment, &pictures))?;
         terminal.result(&format!("{:<9}{} ({bytes}, the samples of frame {frame})", "store", path.display()));
         Ok(())
     }
+}
+
+/// Writes `samples` of `renderer` to `path`, whole or not at all. Returns the size of the file.
+pub fn write(
+    path: &Path,
+    job: &Job,
+    fingerprints: &Fingerprints,
+    renderer: &Renderer<'_>,
+    (moment, pictures): (Moment, &[PictureSamples<&SampleStore>]),
+) -> Result<Bytes, Failure> {
+    let Moment { frame, rendered, valid: _ } = moment; // that follows from the ancestry
+    let ancestry = fingerprints.ancestry(frame).to_string();
+    let header = Header { fingerprint: fingerprint(job), frame, sampling: sampling(job), ancestry, rendered };
+    let written = store_file::write(path, &header, pictures, renderer.shape().layout);
+    Ok(Bytes(written.map_err(Failure::of)?))
 }
 
 /// The regular file that `path` leads to.
@@ -158,6 +143,38 @@ fn destination(path: &Path) -> Result<PathBuf, Failure> {
 }
 
 impl Loaded {
+    /// Opens the store at `path`, and checks that it is of the shot of `job`, with its settings, in a chain of `rule`.
+    pub fn open(path: &Path, job: &Job, rule: &Rule<'_>) -> Result<Self, Failure> {
+        let file = StoreFile::open(path).map_err(Failure::of)?;
+        let header = file.header().clone();
+        let changes = fingerprint(job).changes(&header.fingerprint);
+        if !changes.is_empty() {
+            let [theirs, ours] = [&header.sampling, &sampling(job)];
+            let differ =
+                if theirs == ours { String::new() } else { format!(" ({theirs}; this run has {ours})") };
+            return Err(Failure::Failed(format!(
+                "{}: this sample store was made with {}{differ}; run what made it again with --save-store, or go on without --load-store",
+                path.display(),
+                changes.into_iter().map(Kind::other).collect::<Vec<_>>().join(", and ")
+            )));
+        }
+        let damaged = || Failure::of(StoreError { path: path.to_owned(), kind: StoreErrorKind::Damaged });
+        let ancestry: Ancestry = header.ancestry.parse().map_err(|()| damaged())?;
+        let loaded = Self { path: path.to_owned(), header, ancestry };
+        let is_as_here =
+            loaded.saved().holds(rule).map_err(|error: TooLong| Failure::Usage(error.to_string()))?;
+        if !is_as_here {
+            return Err(Failure::Failed(format!(
+                "{}: in this run frame {} comes about in another way than the one of this sample store ({}); take the same \
+                 --base-every and --base-place, and the same cuts",
+                path.display(),
+                loaded.header.frame,
+                loaded.ancestry
+            )));
+        }
+        Ok(loaded)
+    }
+
     /// Description of the store for the schedule.
     pub fn saved(&self) -> Saved {
         Saved { frame: self.header.frame, ancestry: self.ancestry }

@@ -1,5 +1,6 @@
 //! Destination of frames: one EXR each, and a preview beside it if wanted.
 
+use std::fmt;
 use std::fs::FileType;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -11,7 +12,7 @@ use crate::denoise;
 use crate::digest::Digest;
 use crate::layers::Layers;
 use crate::output::exr::{Packing, Windows};
-use crate::output::fingerprint::Kind;
+use crate::output::fingerprint::{self, Kind, MadeFrom};
 use crate::output::picture::Picture;
 use crate::output::{self, Fingerprint, FrameMeta, OutputPattern, exr, png};
 use crate::settings::{FileFormat, Look, Settings};
@@ -50,6 +51,23 @@ pub enum FileState {
     NoPreview,
     /// All files that the run would write.
     Finished,
+}
+
+/// Reason why a frame is not kept.
+impl fmt::Display for FileState {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Nothing => "not there",
+            Self::Finished => "there and whole",
+            Self::Damaged => "not whole",
+            Self::NoPreview => "without the preview that is asked for",
+            Self::Unknown => "without a fingerprint: another version made them, or another program",
+            Self::Other(kinds) => {
+                let kinds: Vec<&str> = kinds.iter().map(|kind| kind.other()).collect();
+                return write!(f, "made with {}", kinds.join(", and "));
+            }
+        })
+    }
 }
 
 impl Target {
@@ -91,6 +109,16 @@ impl Target {
         &self.text
     }
 
+    /// Name of the shot.
+    pub fn shot(&self) -> &str {
+        &self.shot
+    }
+
+    /// Names of all frames, with a number sign for each digit.
+    pub fn exr_pattern(&self) -> PathBuf {
+        PathBuf::from(self.pattern.to_string())
+    }
+
     /// Requested frames, in rising order.
     pub fn frames(&self) -> &[i32] {
         &self.frames
@@ -104,6 +132,16 @@ impl Target {
     /// Default path of a contact sheet.
     pub fn contact_sheet(&self) -> PathBuf {
         self.folder().join(format!("{}.contact.png", self.shot))
+    }
+
+    /// Path of the checkpoint of a run, or of a part of it, that makes these frames.
+    pub fn checkpoint(&self, first: i32, last: i32) -> PathBuf {
+        self.folder().join(format!("{}.{first}-{last}.checkpoint", self.shot))
+    }
+
+    /// Path of the lock of a part of the run, from `first` to `last`.
+    pub fn lock(&self, first: i32, last: i32) -> PathBuf {
+        self.folder().join(format!(".{}.{first}-{last}.lock", self.shot))
     }
 
     /// Path of the coarse picture of the first frame.
@@ -225,18 +263,19 @@ impl Target {
 
     /// Writes a frame as `seen` by one eye or two, with denoised pictures if there are any. Adds the time
     /// that this took to the statistics of the last eye. Returns the EXR's path. Previews show denoised
-    /// pictures. All files hold the fingerprint `made_from`.
+    /// pictures. All files hold the fingerprint
+    /// `made_from`, frames that of the run, too.
     ///
     /// Previews come first: a frame counts as finished by its EXR.
     pub fn write(
         &self,
         seen: &mut [Seen],
-        made_from: Option<Fingerprint>,
+        made_from: Option<MadeFrom>,
         packing: Packing<'_>,
     ) -> Result<PathBuf, Failure> {
         let start = Instant::now();
         for (preview, seen) in self.previews.iter().zip(&*seen) {
-            self.write_preview(preview, seen, made_from)?;
+            self.write_preview(preview, seen, made_from.map(|made_from| made_from.frame))?;
         }
         let frame = seen.first().map_or(0, |seen| seen.finished.stats.frame);
         let path = self.exr(frame);
@@ -281,7 +320,7 @@ impl Target {
     fn view<'s>(
         &'s self,
         Seen { finished, denoised }: &'s Seen,
-        fingerprint: Option<Fingerprint>,
+        made_from: Option<MadeFrom>,
     ) -> exr::View<'s> {
         let (frame, camera) = (finished.stats.frame, &finished.camera);
         let [width, height] = self.windows.picture;
@@ -292,8 +331,14 @@ impl Target {
             world_to_ndc: camera.world_to_ndc(width as f32 / height as f32).to_cols_array(),
             comments: format!("frame {frame}, {}, {}", finished.stats.mode, finished.backend.name()),
             shot: self.shot.clone(),
-            fingerprint,
-            layers: finished.about_layers.clone(),
+            fingerprint: made_from.map(|made_from| made_from.frame),
+            layers: match made_from {
+                Some(MadeFrom { run, .. }) => {
+                    let run = (fingerprint::RUN_KEY.to_owned(), run.to_string());
+                    finished.about_layers.iter().cloned().chain([run]).collect()
+                }
+                None => finished.about_layers.clone(),
+            },
         };
         // more layers may have been made than are to be written: those that a denoiser needs
         let planes = finished.film.planes.iter().filter(|plane| self.layers.has_plane(&plane.name));

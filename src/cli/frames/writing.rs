@@ -141,7 +141,7 @@ impl Behind<'_> {
     }
 
     /// Waits until all frames that were taken are written.
-    fn wait(&mut self) -> Result<(), Failure> {
+    pub fn wait(&mut self) -> Result<(), Failure> {
         if self.films.is_none() {
             // whatever comes, it is not waited for again
             let films = self.films.insert(Vec::new());

@@ -43,7 +43,7 @@ pub fn tell(text: &mut String, shot: &Shot) {
 }
 
 /// Bytes of the meshes and textures.
-fn memory_of(shot: &Shot) -> u64 {
+pub fn memory_of(shot: &Shot) -> u64 {
     let of_mesh = |mesh: &crate::scene::Mesh| {
         let vertices = mesh.positions.as_slice().len() as u64;
         let of_shapes = mesh.shapes.as_ref().map_or(0, |shapes| shapes.list().len() as u64) * 12 * vertices;

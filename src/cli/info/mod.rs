@@ -1,6 +1,6 @@
 //! `afterimage info`: describes a file, or the program and its libraries.
 
-mod cost;
+pub(crate) mod cost;
 pub mod exr;
 mod extent;
 mod pictures;

@@ -1,20 +1,24 @@
 //! `afterimage render`: frames of a shot into EXR files.
 
 pub mod extras;
+pub mod parts;
 
-use std::num::NonZeroUsize;
-use std::path::PathBuf;
+use std::num::{NonZeroU32, NonZeroUsize};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::time::Instant;
 
-use clap::{Args, ValueEnum};
+use clap::{Args, Parser, ValueEnum};
 use rayon::ThreadPool;
 
 use self::extras::{Extras, ExtrasArgs};
+use self::parts::{Part, Parts, Shared};
 use crate::cli::args::{self, Job, ShotArgs};
 use crate::cli::bare_model::{is_model, turn_note};
 use crate::cli::coarse::{self, CoarseArg};
 use crate::cli::denoising::Denoising;
 use crate::cli::failure::Failure;
+use crate::cli::frames::checkpoint::Checkpoints;
 use crate::cli::frames::paths::{self, Report};
 use crate::cli::frames::resume::{Fingerprints, Review};
 use crate::cli::frames::store::{Loaded, StoreArgs};
@@ -22,6 +26,7 @@ use crate::cli::frames::target::Target;
 use crate::cli::frames::writing::{self, Behind, Frame, Seen, Waiting};
 use crate::cli::say::table;
 use crate::cli::say::terminal::Terminal;
+use crate::cli::stop::StopRequest;
 use crate::denoise;
 use crate::frame::{self, Finished, Renderer};
 use crate::memory::{self, Need};
@@ -58,6 +63,10 @@ something failed, 2 if the command line is invalid.";
 
 /// Advice on shorter run-ups.
 const FEWER_STEPS: &str = "--mode full needs no run-up, --base-every makes it shorter";
+
+/// Advice after a signal, to a run with `--resume` and to one without.
+const GO_ON: &str = "the same command goes on";
+const GO_ON_LATER: &str = "the same command with --resume goes on";
 
 /// Arguments as typed.
 #[derive(Debug, Clone, Args)]
@@ -102,6 +111,16 @@ pub struct RenderArgs {
     /// Keep frames that are complete and made from the same shot, inputs, settings and version
     #[arg(long)]
     resume: bool,
+
+    /// Write a checkpoint beside the frames every N of them, from which --resume goes on if the run is killed: the samples
+    /// of the last frame. It is removed when the run is complete
+    #[arg(long, value_name = "N")]
+    checkpoint: Option<NonZeroU32>,
+
+    /// Divide the frames with other processes that render the same shot to the same folder, on this machine or others; implies
+    /// --resume. Each takes segments that are free, and those of a process that was killed
+    #[arg(long, conflicts_with_all = ["save_store", "load_store"])]
+    shared: bool,
 }
 
 /// Modes by name.
@@ -146,7 +165,29 @@ struct Options {
     extras: Extras,
     store: StoreArgs,
     resume: bool,
+    checkpoint: Option<NonZeroU32>,
+    shared: bool,
     threads: Option<NonZeroUsize>,
+}
+
+/// Options of `render` as another command takes them, after `--`.
+#[derive(Debug, Parser)]
+#[command(name = "afterimage render", no_binary_name = true, disable_help_flag = true)]
+struct Words {
+    #[command(flatten)]
+    render: RenderArgs,
+}
+
+/// The job of `render SHOT WORDS`, and where its frames go. Nothing is written.
+pub fn job_and_target(shot: &Path, words: &[String]) -> Result<(Job, Target), Failure> {
+    let all = [shot.as_os_str().to_owned()].into_iter().chain(words.iter().map(Into::into));
+    let words = Words::try_parse_from(all).map_err(|error| {
+        let text = error.to_string();
+        let first = text.lines().next().unwrap_or_default();
+        Failure::Usage(format!("options of render: {}", first.trim_start_matches("error: ")))
+    })?;
+    let options = words.render.settle()?;
+    Ok((options.job, options.target))
 }
 
 impl RenderArgs {
@@ -173,9 +214,17 @@ impl RenderArgs {
         let png = self.shot.png || is_model(&job.path);
         let target = job.target(self.output.as_deref(), png)?;
         let extras = self.extras.settle(&target)?;
-        let (stats, store, resume, threads) = (self.stats, self.store, self.resume, self.shot.threads);
+        let (stats, store, coarse) = (self.stats, self.store, self.coarse);
         store.check(&job)?;
-        let options = Options { job, target, stats, coarse: self.coarse, extras, store, resume, threads };
+        if self.checkpoint.is_some() && job.settings.mode == Mode::Full {
+            return Err(Failure::Usage(String::from(
+                "--checkpoint: in `full` mode no frame is made of the samples of another, and --resume needs none; leave it out",
+            )));
+        }
+        let (resume, shared) = (self.resume || self.shared, self.shared);
+        let (checkpoint, threads) = (self.checkpoint, self.shot.threads);
+        let options =
+            Options { job, target, stats, coarse, extras, store, resume, checkpoint, shared, threads };
         let files: Vec<Report<'_>> = reports(&options).into_iter().chain(options.store.input()).collect();
         paths::check(&options.job, Some(&options.target), &files)?;
         Ok(options)
@@ -193,7 +242,7 @@ impl From<ModeArg> for Mode {
 }
 
 /// Rule that decides the base frames of a job.
-fn rule(job: &Job, full: bool) -> Rule<'_> {
+pub fn rule(job: &Job, full: bool) -> Rule<'_> {
     Rule { full, ..Rule::new(&job.shot, &job.settings) }
 }
 
@@ -238,7 +287,21 @@ fn render(options: &Options, pool: &ThreadPool, terminal: &mut Terminal) -> Resu
     let full = job.settings.mode == Mode::Full;
     let fingerprints = Fingerprints::new(job, &rule(job, full))?;
     let review = Review::new(target, &fingerprints);
-    let loaded = options.store.open(job, &rule(job, full))?;
+    let ends = (job.frames.first(), job.frames.last());
+    // in a shared run each segment has its own
+    let checkpoints = options.checkpoint.filter(|_| !options.shared);
+    let checkpoints = checkpoints.map(|every| Checkpoints::new(target, ends, every));
+    let checkpoint = checkpoints.as_ref().filter(|_| options.resume).and_then(|checkpoints| {
+        checkpoints.open(job, &rule(job, full)).unwrap_or_else(|failure| {
+            terminal.note(&format!("--checkpoint: nothing is taken from an earlier run: {failure}"));
+            None
+        })
+    });
+    let goes_on = checkpoint.is_some();
+    let loaded = match checkpoint {
+        None => options.store.open(job, &rule(job, full))?,
+        checkpoint => checkpoint,
+    };
     let saved = loaded.as_ref().map(Loaded::saved);
     let to_save = to_save(options, &fingerprints, saved)?;
     let steps =
@@ -250,7 +313,7 @@ fn render(options: &Options, pool: &ThreadPool, terminal: &mut Terminal) -> Resu
         terminal.note(&note);
     }
     let is_taken = steps.is_empty() || steps.iter().any(|step| step.origin == Origin::Saved);
-    if let Some(loaded) = loaded.as_ref().filter(|_| !is_taken) {
+    if let Some(loaded) = loaded.as_ref().filter(|_| !is_taken && !goes_on) {
         terminal.note(&loaded.unused_note());
     }
     if !steps.is_empty() {
@@ -266,7 +329,11 @@ fn render(options: &Options, pool: &ThreadPool, terminal: &mut Terminal) -> Resu
     if steps.is_empty() {
         // neither build a scene that nothing needs nor replace the statistics of the run that made them
         let extras = options.extras.write(target, job.denoise.is_some(), terminal);
+        checkpoints.as_ref().map_or(Ok(()), Checkpoints::remove)?;
         return target.check_all_there().and(extras);
+    }
+    if let Some(loaded) = loaded.as_ref().filter(|_| goes_on && is_taken) {
+        terminal.note(&format!("--checkpoint: goes on from frame {}", loaded.saved().frame));
     }
 
     // before anything is rendered that it is to denoise
@@ -278,21 +345,37 @@ fn render(options: &Options, pool: &ThreadPool, terminal: &mut Terminal) -> Resu
     }
     let mut record = Record::default();
     renderer.watch(terminal.watcher());
+    let stop = StopRequest::listen();
+    let asked = stop.clone();
+    renderer.stop_when(Some(Arc::new(move || asked.signal().is_some())));
+    let check = || stop.check(if options.resume { GO_ON } else { GO_ON_LATER });
     terminal.begin(steps.len(), renderer.tiles_a_frame());
+    let mut parts = if options.shared {
+        let files = (target, &fingerprints);
+        Parts::Shared(Shared::new(job, rule(job, full), files, options.checkpoint, &steps)?)
+    } else {
+        Parts::One(Some(Part::new(steps, loaded, checkpoints)))
+    };
     terminal.result(&table::header(settings.stereo.is_some()));
     let writer = Writer { target, fingerprints: &fingerprints, pool };
     let write = |frame: &mut Frame, waiting: &Waiting| writer.write(frame, waiting, &mut record, terminal);
     let outcome = writing::behind(job.settings.layers, write, |behind| {
-        let mut walk = Walk::default();
-        let load =
-            |renderer: &mut Renderer<'_>| loaded.as_ref().map_or(Ok(()), |loaded| loaded.give(job, renderer));
-        steps.iter().try_for_each(|step| {
-            let eyes = renderer.eyes().iter();
-            let seen =
-                eyes.map(|eye| walk.render(&mut renderer, *eye, *step, load)).collect::<Result<_, _>>()?;
-            denoise_step(*step, seen, &mut denoising, behind)
-        })
+        while let Some(part) = parts.next(check)? {
+            let part = render_part(
+                part,
+                (job, &fingerprints),
+                &mut renderer,
+                |step, seen, behind| denoise_step(step, seen, &mut denoising, behind),
+                (behind, &check),
+            )?;
+            // others look at its frames once the lock is free
+            behind.wait()?;
+            part.finish()?;
+        }
+        Ok(())
     });
+    // the reason, and not what became of the frame
+    let outcome = outcome.or_else(|failure| check().and(Err(failure)));
     terminal.end();
 
     // what was finished is reported even if a later frame failed
@@ -312,6 +395,32 @@ fn render(options: &Options, pool: &ThreadPool, terminal: &mut Terminal) -> Resu
         .and(extras)
         .and(stats)
         .and_then(|()| audit_verdict(record.totals().audit.map(|audit| audit.differing)))
+}
+
+/// Renders the frames of a part, gives each to `take`, and writes checkpoints. `check` fails if the run is to stop.
+fn render_part(
+    mut part: Part,
+    (job, fingerprints): (&Job, &Fingerprints),
+    renderer: &mut Renderer<'_>,
+    mut take: impl FnMut(Step, Vec<Finished>, &mut Behind<'_>) -> Result<(), Failure>,
+    (behind, check): (&mut Behind<'_>, impl Fn() -> Result<(), Failure>),
+) -> Result<Part, Failure> {
+    let mut walk = Walk::default();
+    for (number, step) in part.steps.iter().enumerate() {
+        check()?;
+        let load = |renderer: &mut Renderer<'_>| {
+            part.loaded.as_ref().map_or(Ok(()), |loaded| loaded.give(job, renderer))
+        };
+        let eyes = renderer.eyes().iter();
+        let seen = eyes.map(|eye| walk.render(renderer, *eye, *step, load)).collect::<Result<_, _>>()?;
+        take(*step, seen, behind)?;
+        let Some(checkpoints) = &mut part.checkpoints else { continue };
+        if checkpoints.is_due(*step, part.steps.get(number + 1), fingerprints) {
+            behind.wait()?;
+            checkpoints.write(job, fingerprints, renderer)?;
+        }
+    }
+    Ok(part)
 }
 
 /// Settings of the coarse picture before the first frame, if there is to be one.
@@ -339,7 +448,8 @@ fn to_save(
     Ok(last.filter(|last| !options.store.has(&options.job, fingerprints, *last)))
 }
 
-fn need(job: &Job, settings: &Settings, steps: &[Step]) -> Need {
+/// Memory that the frames of `steps` need beside the scene, on the threads of this pool.
+pub fn need(job: &Job, settings: &Settings, steps: &[Step]) -> Need {
     let kind = job.backend.unwrap_or_default();
     let need = frame::need(&job.shot, settings, kind, steps.len(), rayon::current_num_threads());
     let need =
@@ -386,7 +496,7 @@ impl Writer<'_> {
         let seconds = seen.last().map_or(Seconds::default(), |seen| seen.finished.stats.seconds);
         let number = seen.first().map_or(0, |seen| seen.finished.stats.frame);
         let file = if *write {
-            let made_from = Some(self.fingerprints.at(number));
+            let made_from = Some(self.fingerprints.made_from(number));
             let packing = Packing { threads: Some(self.pool), done: packed.take() };
             Some(self.target.write(seen, made_from, packing)?)
         } else {

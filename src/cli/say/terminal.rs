@@ -26,6 +26,8 @@ pub enum ProgressKind {
     Plain,
     /// One JSON object a line: events start, frame, warning, note, error, end
     Json,
+    /// Lines for engines of Open Job Description, on stdout: `openjd_progress`, `openjd_status`, `openjd_fail`
+    Openjd,
     /// Nothing
     None,
 }
@@ -34,6 +36,7 @@ enum Progress {
     Silent,
     Plain,
     Json,
+    Openjd,
     Bar(ProgressBar),
 }
 
@@ -53,6 +56,7 @@ impl Terminal {
     pub fn new(kind: ProgressKind, quiet: bool) -> Self {
         let progress = match kind {
             ProgressKind::Json => Progress::Json, // warnings and errors are events, even when quiet
+            ProgressKind::Openjd => Progress::Openjd,
             _ if quiet => Progress::Silent,
             ProgressKind::Auto if io::stderr().is_terminal() => Progress::Bar(ProgressBar::hidden()),
             ProgressKind::Plain => Progress::Plain,
@@ -107,6 +111,7 @@ impl Terminal {
         let message = one_line(message);
         match &self.progress {
             Progress::Json => json_line(&json!({"event": event, "message": message})),
+            Progress::Openjd if event == "error" => openjd_line("fail", &message),
             Progress::Bar(bar) => bar.suspend(|| err_line(&format!("{event}: {message}"))),
             _ => err_line(&format!("{event}: {message}")),
         }
@@ -168,6 +173,12 @@ impl Terminal {
                 "seconds": stats.seconds.total, "seconds_left": left,
                 "file": file.map(|path| path.display().to_string()),
             })),
+            Progress::Openjd => {
+                // of a part of a shared run there may be more than was foreseen
+                let percent = 100.0 * self.done as f64 / self.of.max(self.done).max(1) as f64;
+                openjd_line("progress", &format!("{percent:.1}"));
+                openjd_line("status", &format!("frame {}, about {} left", stats.frame, duration(left)));
+            }
             _ => {}
         }
     }
@@ -228,6 +239,12 @@ fn err_line(text: &str) {
 /// Prints a JSON value to stderr. JSON has escapes of its own.
 fn json_line(value: &Value) {
     let _ = writeln!(io::stderr().lock(), "{value}");
+}
+
+/// Prints a line for an engine of Open Job Description, which reads stdout.
+fn openjd_line(key: &str, text: &str) {
+    let mut stdout = io::stdout().lock();
+    let _ = writeln!(stdout, "openjd_{key}: {}", visible(text)).and_then(|()| stdout.flush());
 }
 
 #[cfg(test)]

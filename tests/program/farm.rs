@@ -1,0 +1,217 @@
+//! Is what `farm` writes what engines take, and do their tasks make the frames of one run?
+
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Stdio};
+
+use crate::runs::{Place, Ran, analytic, assert_same};
+
+fn farm(place: &Place, words: &str) -> Ran {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_afterimage"));
+    command.current_dir(place.0.path()).args(["farm".as_ref(), analytic().as_os_str()]);
+    Ran::new(command.args(words.split_whitespace()).output().unwrap())
+}
+
+fn text(place: &Place, name: &str) -> String {
+    fs::read_to_string(place.path(name)).unwrap()
+}
+
+/// Output of a program, or `None` with a message where it is not installed.
+fn output_of(command: &mut Command) -> Option<String> {
+    match command.stderr(Stdio::inherit()).output() {
+        Ok(output) => {
+            assert!(output.status.success(), "{command:?}: {}", String::from_utf8_lossy(&output.stdout));
+            Some(String::from_utf8(output.stdout).unwrap())
+        }
+        Err(error) => {
+            println!("skipped: {command:?}: {error}");
+            None
+        }
+    }
+}
+
+#[track_caller]
+fn assert_same_frames(place: &Place) {
+    for frame in 1..=8 {
+        let [one, other] = ["all", "parts"].map(|folder| place.path(&format!("{folder}/a.{frame:04}.exr")));
+        assert_same(&one, &other);
+    }
+}
+
+const RENDER: &str = "--base-every 3 --mode reproject -o parts/a.####.exr";
+
+#[test]
+fn chunks_are_segments_and_others_are_told() {
+    let place = Place::new();
+    let ran = farm(&place, &format!("--engine slurm -o job -- {RENDER}")).done();
+    assert!(ran.stdout.contains("3 of 8 frames, no run-up"), "{}", ran.stdout);
+    let script = text(&place, "job/render.sbatch");
+    assert!(script.contains("chunks=(1-3 4-6 7-8)") && script.contains("--array=0-2\n"), "{script}");
+    let ran = farm(&place, &format!("--engine slurm -o job --chunk 4 -- {RENDER}")).done();
+    assert!(ran.stderr.contains("1 of 9 rendered frames are run-up"), "{}", ran.stderr);
+    assert!(text(&place, "job/render.sbatch").contains("chunks=(1-4 5-8)"));
+    // every chain has segments of its own
+    farm(&place, "--engine slurm -o job -- --frames 1-8x2 --base-every 4").done();
+    assert!(text(&place, "job/render.sbatch").contains("chunks=(1-3x2 5-7x2)"));
+    let ran = farm(&place, "--engine slurm -o job -- --base-every 0").done();
+    assert!(ran.stderr.contains("one chunk: set base_every"), "{}", ran.stderr);
+}
+
+#[test]
+fn scenes_that_do_not_fit_and_options_that_a_job_has_itself_are_refused() {
+    let place = Place::new();
+    let huge = "--size 30000x20000 --samples 4";
+    farm(&place, &format!("--engine slurm -o job --node-memory 8 -- {huge}")).failed(&[
+        "a machine has 8 GiB",
+        "16 samples a pixel".trim_start_matches("16 "),
+        "--size",
+    ]);
+    assert!(!place.path("job").exists());
+    for (words, why) in [
+        ("--engine slurm -- --resume", "--resume"),
+        ("--engine slurm -- --threads=3", "--threads"),
+        ("--engine slurm -- --samples 0", "options of render"),
+        ("--engine lsf", "openjd"),
+    ] {
+        let ran = farm(&place, words);
+        assert!(ran.code == 2 && ran.stderr.contains(why), "{words}: {}", ran.stderr);
+    }
+    let ran = farm(&place, &format!("--engine slurm -o job --submit -- {RENDER}"));
+    if Command::new("sbatch").arg("--version").output().is_err() {
+        ran.failed(&["submit.sh` failed"]);
+    }
+}
+
+/// Runs the scripts as Slurm would: the array's tasks, one of which is requeued, and then the last job.
+#[test]
+fn scripts_of_slurm_render_and_verify_all_frames() {
+    let place = Place::new();
+    place.render(&RENDER.replace("parts", "all")).done();
+    let program = env!("CARGO_BIN_EXE_afterimage");
+    farm(
+        &place,
+        &format!("--engine slurm -o job --threads 1 --checkpoint 1 --program {program} -- {RENDER}"),
+    )
+    .done();
+    let script = text(&place, "job/render.sbatch");
+    for line in ["--cpus-per-task=1\n", "--requeue\n", "#SBATCH --mem="] {
+        assert!(script.contains(line), "{line}: {script}");
+    }
+    let run = |name: &str, task: &str| {
+        let mut shell = Command::new("bash");
+        let variables = [("SLURM_CPUS_PER_TASK", "1"), ("SLURM_ARRAY_TASK_ID", task)];
+        shell.current_dir(place.0.path()).arg(place.path(name)).envs(variables);
+        Ran::new(shell.output().unwrap())
+    };
+    run("job/verify.sbatch", "").failed(&["8 of 8"]);
+    for task in ["2", "0", "1", "1"] {
+        run("job/render.sbatch", task).done();
+    }
+    run("job/verify.sbatch", "").done();
+    assert_same_frames(&place);
+}
+
+#[test]
+fn the_script_of_a_shared_folder_renders_and_verifies_all_frames() {
+    let place = Place::new();
+    place.render(&RENDER.replace("parts", "all")).done();
+    let program = env!("CARGO_BIN_EXE_afterimage");
+    farm(&place, &format!("--engine shared -o job --program {program} -- {RENDER}")).done();
+    let start =
+        || Command::new(place.path("job/work.sh")).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn();
+    for child in [start(), start()] {
+        let ran = Ran::new(child.unwrap().wait_with_output().unwrap()).done();
+        assert!(ran.stdout.contains("complete"), "{}", ran.stdout);
+    }
+    assert_same_frames(&place);
+}
+
+/// Compiles the job with an `author` that records what the real one is told, and checks that.
+const CHECK_JOB_TYPE: &str = r#"
+const fs = require("fs"), vm = require("vm");
+const author = {
+  Task: (name, type) => ({ name, type, commands: [], needs: [],
+    addCommand(c) { this.commands.push(c); }, addDependency(t) { this.needs.push(t.name); } }),
+  Command: (name, parameters) => ({ name, parameters }),
+};
+const job = JSON.parse(fs.readFileSync(process.argv[3], "utf8"));
+const context = vm.createContext({ author, JSON });
+vm.runInContext(fs.readFileSync(process.argv[2], "utf8") + "\nglobalThis.type = JOB_TYPE;", context);
+const known = context.type.settings.map((setting) => setting.key).sort().join();
+if (known !== Object.keys(job.settings).sort().join()) throw new Error("settings: " + known);
+const tasks = [];
+job.addTask = (task) => tasks.push(task);
+context.compileJob(job);
+console.log(JSON.stringify(tasks));
+"#;
+
+#[test]
+fn a_job_of_flamenco_compiles_and_its_tasks_make_all_frames() {
+    let place = Place::new();
+    place.render(&RENDER.replace("parts", "all")).done();
+    let program = env!("CARGO_BIN_EXE_afterimage");
+    farm(&place, &format!("--engine flamenco -o job --program {program} -- {RENDER}")).done();
+    fs::write(place.path("check.js"), CHECK_JOB_TYPE).unwrap();
+    let mut node = Command::new("node");
+    node.current_dir(place.0.path()).args(["check.js", "job/afterimage.js", "job/job.json"]);
+    let Some(tasks) = output_of(&mut node) else { return };
+    let tasks: serde_json::Value = serde_json::from_str(&tasks).unwrap();
+    let names: Vec<&str> =
+        tasks.as_array().unwrap().iter().map(|task| task["name"].as_str().unwrap()).collect();
+    assert_eq!(names, ["render-1-3", "render-4-6", "render-7-8", "verify"]);
+    assert_eq!(tasks[3]["needs"], serde_json::json!(["render-1-3", "render-4-6", "render-7-8"]));
+    for task in tasks.as_array().unwrap() {
+        let command = &task["commands"][0];
+        assert_eq!((&task["type"], &command["name"]), (&"misc".into(), &"exec".into()));
+        let words: Vec<&str> = command["parameters"]["args"]
+            .as_array()
+            .unwrap()
+            .iter()
+            .map(|word| word.as_str().unwrap())
+            .collect();
+        let mut program = Command::new(command["parameters"]["exe"].as_str().unwrap());
+        Ran::new(program.current_dir("/").args(words).output().unwrap()).done();
+    }
+    assert_same_frames(&place);
+}
+
+#[test]
+fn a_template_of_openjd_names_all_that_a_task_needs() {
+    let place = Place::new();
+    farm(&place, &format!("--engine openjd -o job --threads 2 -- {RENDER}")).done();
+    let template = text(&place, "job/template.yaml");
+    for part in [
+        "specificationVersion: jobtemplate-2023-09\n",
+        "range: [\"1-3\", \"4-6\", \"7-8\"]\n",
+        "name: amount.worker.vcpu\n      min: 2\n",
+        "name: amount.worker.memory\n      min: ",
+        "\"--progress\", \"openjd\", \"--frames\", \"{{Task.Param.Frames}}\"",
+        "- dependsOn: Render\n",
+    ] {
+        assert!(template.contains(part), "{part}: {template}");
+    }
+    let references = text(&place, "job/asset_references.yaml");
+    assert!(references.contains("analytic.toml\"") && references.contains(".obj\""), "{references}");
+}
+
+/// With `openjd` of the Python package `openjd-cli`, which `AFTERIMAGE_OPENJD` names.
+#[test]
+fn openjd_takes_the_template_and_runs_it() {
+    let Some(openjd) = std::env::var_os("AFTERIMAGE_OPENJD") else {
+        println!("skipped: AFTERIMAGE_OPENJD does not name the program `openjd`");
+        return;
+    };
+    let place = Place::new();
+    place.render(&RENDER.replace("parts", "all")).done();
+    let program = env!("CARGO_BIN_EXE_afterimage");
+    farm(&place, &format!("--engine openjd -o job --program {program} -- {RENDER}")).done();
+    let template = place.path("job/template.yaml");
+    let run = |words: &[&str]| {
+        let mut command = Command::new(Path::new(&openjd));
+        output_of(command.current_dir(place.0.path()).arg(words[0]).arg(&template).args(&words[1..])).unwrap()
+    };
+    assert!(run(&["check"]).contains("passes validation checks"));
+    let log = run(&["run", "--run-dependencies", "--step", "Verify"]);
+    assert!(log.contains("openjd_progress: 100.0") && log.contains("openjd_status: frame 8"), "{log}");
+    assert_same_frames(&place);
+}
