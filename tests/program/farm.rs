@@ -60,10 +60,10 @@ fn chunks_are_segments_and_others_are_told() {
 #[test]
 fn scenes_that_do_not_fit_and_options_that_a_job_has_itself_are_refused() {
     let place = Place::new();
-    let huge = "--size 30000x20000 --samples 4";
+    let huge = "--size 30000x20000 --samples 2";
     farm(&place, &format!("--engine slurm -o job --node-memory 8 -- {huge}")).failed(&[
         "a machine has 8 GiB",
-        "16 samples a pixel".trim_start_matches("16 "),
+        "samples a pixel",
         "--size",
     ]);
     assert!(!place.path("job").exists());
