@@ -211,7 +211,8 @@ fn openjd_takes_the_template_and_runs_it() {
         output_of(command.current_dir(place.0.path()).arg(words[0]).arg(&template).args(&words[1..])).unwrap()
     };
     assert!(run(&["check"]).contains("passes validation checks"));
-    let log = run(&["run", "--run-dependencies", "--step", "Verify"]);
+    let parameters = format!("file://{}", place.path("job/parameters.json").display());
+    let log = run(&["run", "-p", &parameters, "--run-dependencies", "--step", "Verify"]);
     assert!(log.contains("openjd_progress: 100.0") && log.contains("openjd_status: frame 8"), "{log}");
     assert_same_frames(&place);
 }

@@ -65,7 +65,7 @@ Examples:
       writes a job array, and a job that verifies its frames, to farm/city/slurm/
   afterimage farm city.toml --engine slurm --submit
   afterimage farm city.toml --engine openjd -o bundle/
-      writes a job bundle: `openjd run bundle/template.yaml`, `deadline bundle submit bundle/`
+      writes a job bundle: `deadline bundle submit bundle/`, `openjd run bundle/template.yaml -p file://bundle/parameters.json`
 
 What stands after `--` goes to `render`. Chunks are segments, from base frame to base frame: none renders a frame twice. The frames
 are those of one run of `render`, to the bit.")]

@@ -1,5 +1,7 @@
 //! Open Job Description, specification 2023-09: a template, and with it the other files of a job bundle of AWS Deadline Cloud.
 
+use std::fmt::Write;
+
 use serde_json::Value;
 
 use super::{File, Plan};
@@ -12,7 +14,8 @@ pub fn files(plan: &Plan) -> Vec<File> {
     let file = |name: &str, text| File { name: name.to_owned(), text, is_script: false };
     vec![
         file("template.yaml", template(plan)),
-        file("parameter_values.yaml", parameter_values()),
+        file("parameter_values.yaml", parameter_values(plan)),
+        file("parameters.json", parameters(plan)),
         file("asset_references.yaml", asset_references(plan)),
     ]
 }
@@ -58,13 +61,11 @@ parameterDefinitions:
   type: PATH
   objectType: FILE
   dataFlow: IN
-  default: {shot}
   description: The shot, or the model, that is rendered.
 - name: FramesFolder
   type: PATH
   objectType: DIRECTORY
   dataFlow: OUT
-  default: {folder}
   description: Folder of the frames.
 - name: FrameNames
   type: STRING
@@ -107,8 +108,6 @@ steps:
         args: {verify}
 "#,
         name = text(&name),
-        shot = text(&plan.shot.display().to_string()),
-        folder = text(&plan.folder.display().to_string()),
         names = text(&plan.names),
         program = text(&plan.program),
         threads = plan.threads,
@@ -118,14 +117,31 @@ steps:
     )
 }
 
-fn parameter_values() -> String {
-    String::from(
+/// Parameters that have no default: one of a path must be relative to the template (2023-09, "default" of a PATH parameter).
+fn paths(plan: &Plan) -> [(&str, String); 2] {
+    [("Shot", plan.shot.display().to_string()), ("FramesFolder", plan.folder.display().to_string())]
+}
+
+/// Values of parameters, for `openjd run`.
+fn parameters(plan: &Plan) -> String {
+    let values: serde_json::Map<String, Value> =
+        paths(plan).into_iter().map(|(name, path)| (name.to_owned(), path.into())).collect();
+    format!("{}\n", Value::Object(values))
+}
+
+/// Values of parameters, for Deadline Cloud.
+fn parameter_values(plan: &Plan) -> String {
+    let mut values = String::from(
         "parameterValues:\n\
          - name: \"deadline:priority\"\n  value: 50\n\
          - name: \"deadline:targetTaskRunStatus\"\n  value: READY\n\
          - name: \"deadline:maxFailedTasksCount\"\n  value: 20\n\
          - name: \"deadline:maxRetriesPerTask\"\n  value: 5\n",
-    )
+    );
+    for (name, path) in paths(plan) {
+        let _ = writeln!(values, "- name: {name}\n  value: {}", text(&path));
+    }
+    values
 }
 
 fn asset_references(plan: &Plan) -> String {
