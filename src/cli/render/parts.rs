@@ -61,7 +61,7 @@ impl Parts<'_> {
             Self::One(part) => Ok(part.take()),
             Self::Shared(shared) => loop {
                 match shared.take()? {
-                    Taken::Part(part) => return Ok(Some(part)),
+                    Taken::Part(part) => return Ok(Some(*part)),
                     Taken::AllDone => return Ok(None),
                     Taken::Busy => {
                         check()?;
@@ -74,7 +74,7 @@ impl Parts<'_> {
 }
 
 enum Taken {
-    Part(Part),
+    Part(Box<Part>),
     /// Other processes have all that is left.
     Busy,
     AllDone,
@@ -129,7 +129,7 @@ impl<'a> Shared<'a> {
             let segment = self.open.remove(at);
             let part = self.part(&segment, ends)?;
             if !part.steps.is_empty() {
-                return Ok(Taken::Part(Part { lock: Some(lock), ..part }));
+                return Ok(Taken::Part(Box::new(Part { lock: Some(lock), ..part })));
             }
             part.finish()?;
         }
