@@ -187,9 +187,9 @@ fn each_command_has_a_man_page() {
     let text = run(&place, "man").done().stdout;
     assert!(text.contains(".TH afterimage 1") && text.contains("afterimage\\-render(1)"), "{text}");
     run(&place, "man -o pages").done();
-    let commands = ["compare", "completions", "diff", "info", "init", "man", "preview", "render", "schema"];
-    let expected =
-        commands.map(|name| format!("afterimage-{name}.1")).into_iter().chain(["afterimage.1".into()]);
+    let commands =
+        "compare completions diff farm info init man preview render schema verify".split_whitespace();
+    let expected = commands.map(|name| format!("afterimage-{name}.1")).chain(["afterimage.1".into()]);
     assert_eq!(place.names("pages"), expected.collect::<Vec<_>>());
     let page = fs::read_to_string(place.path("pages/afterimage-render.1")).unwrap();
     assert!(page.contains(".TH afterimage-render 1") && page.contains("base\\-every"), "{page}");
