@@ -233,7 +233,7 @@ pub fn fingerprint(path: &Path) -> Result<Option<Fingerprint>, openexr::Error> {
     fingerprint_at(path, fingerprint::KEY)
 }
 
-/// Reads the fingerprint of the run that made the frame at `path`, like [`fingerprint`].
+/// Reads the fingerprint of the run that made the frame at `path`, like [`fingerprint()`].
 ///
 /// # Errors It is no EXR file that can be read.
 pub fn run_fingerprint(path: &Path) -> Result<Option<Fingerprint>, openexr::Error> {
