@@ -71,6 +71,9 @@ class Control(unittest.TestCase):
         self.assertTrue(issubclass(afterimage.Cancelled, afterimage.Error))
 
     def test_an_interrupt_ends_the_wait_within_a_second(self):
+        # a process that was started in the background ignores the signal
+        before = signal.signal(signal.SIGINT, signal.default_int_handler)
+        self.addCleanup(signal.signal, signal.SIGINT, before)
         render = afterimage.render(afterimage.load(COURT), **LONG)
         sent = []
 
