@@ -6,7 +6,7 @@ use std::sync::Arc;
 use embree::VertexBuffer;
 use glam::{DVec3, Vec2, Vec3};
 
-use super::{Given, GivenMesh, GivenModel, NAME};
+use super::meshes::{Given, GivenMesh, GivenModel, NAME};
 use crate::animation::{ShapeTrack, Visibility};
 use crate::digest::Digest;
 use crate::scene::details::vertex_color;

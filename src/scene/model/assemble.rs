@@ -20,7 +20,7 @@ use crate::digest::Digest;
 use crate::scene::cutout::{CutTriangles, Cutout, Mask};
 use crate::scene::details::Details;
 use crate::scene::error::Findings;
-use crate::scene::given::Given;
+use crate::scene::given::meshes::Given;
 use crate::scene::gltf::GltfFiles;
 use crate::scene::keys::material::KdBesideMap;
 use crate::scene::keys::spelling;

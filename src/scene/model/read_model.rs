@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use crate::digest::Digest;
 use crate::scene::SceneError;
-use crate::scene::given::Given;
+use crate::scene::given::meshes::Given;
 use crate::scene::gltf::Document;
 use crate::scene::obj::{self, ObjFile};
 use crate::scene::ply::{self, PlyFile};
