@@ -5,6 +5,7 @@ use std::ops::AddAssign;
 
 use serde::Serialize;
 
+use crate::scene::texture::PageCounts;
 use crate::settings::Settings;
 use crate::stereo::Eye;
 
@@ -213,6 +214,9 @@ pub struct Memory {
     pub store_bytes: u64,
     /// `store_bytes` over the samples of a frame.
     pub bytes_per_sample: f64,
+    /// Use of the textures that are in pages, if there are some.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub texture_pages: Option<PageCounts>,
 }
 
 impl Memory {

@@ -92,13 +92,8 @@ fn chequers() -> Texture {
         let is_dark = (at % SIDE < SIDE / 2) == (at / SIDE < SIDE / 2);
         if is_dark { [60, 60, 60, 255] } else { [210, 220, 230, 255] }
     };
-    Texture {
-        path: "chequers".into(),
-        width: SIDE as u32,
-        height: SIDE as u32,
-        texels: (0..SIDE * SIDE).map(texel).collect(),
-        mapping: Mapping::default(),
-    }
+    let texels = (0..SIDE * SIDE).map(texel).collect();
+    Texture::of_bytes("chequers".into(), [SIDE as u32; 2], texels, Mapping::default())
 }
 
 /// The plane z = 0, at an angle to the pixel rows, with squares of 0.4.

@@ -157,6 +157,11 @@ impl Transform {
         reach.abs().dot(Vec3::from_array(lengths))
     }
 
+    /// Length in object space for each unit of length in the world: the mean over all directions, in so far as volumes tell it.
+    pub fn scale_to_object(&self) -> f32 {
+        if self.is_identity { 1.0 } else { self.to_object.matrix3.determinant().abs().cbrt() }
+    }
+
     /// Transforms a normal of unit length from object to world space; the result has unit length.
     #[inline]
     pub fn normal(&self, normal: Vec3) -> Vec3 {

@@ -42,6 +42,7 @@ use crate::film::Film;
 use crate::samples::SampleStore;
 use crate::samples::saved::{PictureName, PictureSamples, StoreShape};
 use crate::scene::Scene;
+use crate::scene::texture::Pager;
 use crate::settings::{Mode, Settings};
 use crate::stats::{FrameStats, FullEstimate, Memory};
 use crate::stereo::{Eye, EyePlace};
@@ -319,6 +320,7 @@ impl<'s> Renderer<'s> {
             peak_bytes: crate::stats::peak_bytes().unwrap_or(0),
             store_bytes: bytes,
             bytes_per_sample: bytes as f64 / samples.max(1) as f64,
+            texture_pages: self.prepared.scene.pager().map(Pager::counts),
         }
     }
 }

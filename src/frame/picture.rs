@@ -141,6 +141,9 @@ pub fn render(
         of_level.share_time(&mut seconds);
         sum = sum.plus(of_level);
     }
+    if let Some(fault) = frame.scene.pager().and_then(|pager| pager.fault()) {
+        return Err(RenderError::Textures(fault.to_owned()));
+    }
     seconds.total = request.start.elapsed().as_secs_f64();
     let tracing = timed.seconds();
     let audit = prepared.settings.audit.then(|| {

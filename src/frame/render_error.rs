@@ -9,6 +9,8 @@ use crate::trace::TraceError;
 pub enum RenderError {
     /// The tracer failed.
     Trace(TraceError),
+    /// Texels could not be read, for this reason.
+    Textures(String),
     /// Nobody wanted it any more.
     Stopped,
 }
@@ -17,6 +19,7 @@ impl fmt::Display for RenderError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Trace(error) => error.fmt(f),
+            Self::Textures(why) => f.write_str(why),
             Self::Stopped => f.write_str("stopped before it was done"),
         }
     }

@@ -225,11 +225,12 @@ fn hide<'t>(
             let (origin, sight) = line_of_sight(tile.point(cell));
             let point = origin + hit.t * sight;
             let mesh = &scene.models[hit.model as usize].mesh;
+            let width = tile.record[cell].footprint.width();
             let SurfacePoint { weights, normal, geometric_normal, .. } =
-                SurfacePoint::at(scene, mesh, hit.triangle, point);
+                SurfacePoint::at(scene, (mesh, hit.triangle), point, width);
             let is_behind = geometric_normal.dot(sight) > 0.0;
             let side = if is_behind { -1.0 } else { 1.0 };
-            let place = OnMesh::new(mesh, hit.triangle, weights);
+            let place = OnMesh::new(mesh, hit.triangle, weights).with_width(width);
             let material = place.material(scene);
             let color: Vec3 = place.reflectance(scene, &scene.materials[usize::from(material)]);
             [tile.x[cell], tile.y[cell], tile.z[cell]] = point.to_array();

@@ -8,6 +8,7 @@
 //! adds no drift. A tile keeps them in columns: projection reads 16 bytes a sample, and each phase only what
 //! it needs.
 
+mod footprint;
 mod gathered;
 mod octahedral;
 mod openness;
@@ -19,6 +20,7 @@ mod spare;
 mod store;
 mod tag;
 
+pub use footprint::Footprint;
 pub use gathered::{GatheredLight, PathLight, mean_of};
 pub use octahedral::Octahedral;
 pub use openness::Openness;

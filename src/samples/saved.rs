@@ -12,7 +12,7 @@
 //! | place: three floats; model | 16 |
 //! | triangle, normal, geometric normal | 12 |
 //! | reflectance, direct diffuse: three half floats each | 12 |
-//! | the rendered frame in which it was traced, material, flags | 8 |
+//! | the rendered frame in which it was traced, material, flags, footprint | 8 |
 //! | a tag for each light without a size; two words for each other light | 1; 4 |
 //! | with paths: radiance and `Until` of each; of their mean | 6 each; 8 |
 //! | if layers reflect: direction to the eye for which paths were drawn; radiance and `Until` of each | 4; 6 each |
@@ -24,8 +24,8 @@ use half::f16;
 use serde::{Deserialize, Serialize};
 
 use super::{
-    AreaTag, BACKGROUND, CELLS, EMPTY, Flags, GatheredLight, HalfColor, KeptPath, MOST_SPARES, Octahedral,
-    Openness, PathColor, PathLight, PathList, Record, Spare, Status, Tag, TagLayout, Tile,
+    AreaTag, BACKGROUND, CELLS, EMPTY, Flags, Footprint, GatheredLight, HalfColor, KeptPath, MOST_SPARES,
+    Octahedral, Openness, PathColor, PathLight, PathList, Record, Spare, Status, Tag, TagLayout, Tile,
 };
 use crate::changes::Until;
 use crate::lanes::LANES;
@@ -123,8 +123,17 @@ pub fn encode(tile: &Tile, bytes: &mut Vec<u8>) {
 
 fn encode_sample(sample: &Spare, bytes: &mut Vec<u8>) {
     let Spare { point, model, record } = sample;
-    let Record { triangle, normal, geometric_normal, reflectance, direct_diffuse, traced, material, flags } =
-        record;
+    let Record {
+        triangle,
+        normal,
+        geometric_normal,
+        reflectance,
+        direct_diffuse,
+        traced,
+        material,
+        flags,
+        footprint,
+    } = record;
     bytes.extend(point.to_array().into_iter().flat_map(f32::to_le_bytes));
     for word in [*model, *triangle, normal.to_bits(), geometric_normal.to_bits()] {
         bytes.extend(word.to_le_bytes());
@@ -132,7 +141,7 @@ fn encode_sample(sample: &Spare, bytes: &mut Vec<u8>) {
     bytes.extend(reflectance.iter().chain(direct_diffuse).flat_map(|half| half.to_le_bytes()));
     bytes.extend(traced.to_le_bytes());
     bytes.extend(material.to_le_bytes());
-    bytes.extend(flags.to_bits().to_le_bytes());
+    bytes.extend([flags.to_bits(), footprint.to_byte()]);
 }
 
 fn encode_gathered(gathered: &GatheredLight, at: usize, bytes: &mut Vec<u8>) {
@@ -225,7 +234,8 @@ fn decode_sample(bytes: &mut Bytes<'_>, named: &Named<'_>) -> Option<Spare> {
         direct_diffuse: bytes.color()?,
         traced: bytes.word()?,
         material: bytes.half_word()?,
-        flags: Flags::from_bits(bytes.half_word()?)?,
+        flags: Flags::from_bits(bytes.byte()?)?,
+        footprint: Footprint::from_byte(bytes.byte()?),
     };
     let is_there = match model {
         BACKGROUND => true,
@@ -286,6 +296,10 @@ impl Bytes<'_> {
         self.take().map(u16::from_le_bytes)
     }
 
+    fn byte(&mut self) -> Option<u8> {
+        self.take().map(u8::from_le_bytes)
+    }
+
     fn float(&mut self) -> Option<f32> {
         self.take().map(f32::from_le_bytes)
     }
@@ -338,6 +352,7 @@ mod tests {
                 traced: cell as u32,
                 material: 0,
                 flags: Flags::STALE.when(cell % 7 == 0).with(Flags::FROM_BEHIND.when(cell % 11 == 0)),
+                footprint: Footprint::from_byte(cell as u8),
             };
             tile.status[cell] = Status::ALL[cell % Status::ALL.len()];
             tile.set_copy(cell, cell % 13 == 0);

@@ -4,7 +4,7 @@ use glam::Vec3;
 use half::f16;
 use half::slice::HalfFloatSliceExt;
 
-use super::{GatheredLight, MOST_SPARES, Octahedral, Spare, Spares, Status, TagLayout, Tags};
+use super::{Footprint, GatheredLight, MOST_SPARES, Octahedral, Spare, Spares, Status, TagLayout, Tags};
 use crate::changes::Until;
 use crate::lanes::{F32x8, LANES, Vec3x8};
 use crate::prefetch::prefetch;
@@ -62,13 +62,15 @@ pub struct Record {
     pub material: u16,
     /// Flags of the sample.
     pub flags: Flags,
+    /// Place over which its textures are filtered.
+    pub footprint: Footprint,
 }
 
 const _: () = assert!(size_of::<Record>() == 32);
 
 /// Set of flags, a bit each.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Flags(u16);
+pub struct Flags(u8);
 
 impl Flags {
     /// The eye sees the back of the triangle.
@@ -84,12 +86,12 @@ impl Flags {
     }
 
     /// Converts the flags to bits, to be saved.
-    pub fn to_bits(self) -> u16 {
+    pub fn to_bits(self) -> u8 {
         self.0
     }
 
     /// Inverse of [`to_bits`](Self::to_bits); `None` for other bits.
-    pub fn from_bits(bits: u16) -> Option<Self> {
+    pub fn from_bits(bits: u8) -> Option<Self> {
         let all = Self::FROM_BEHIND.with(Self::UNSEEN).with(Self::STALE);
         (bits & !all.0 == 0).then_some(Self(bits))
     }

@@ -47,9 +47,9 @@ enum Square {
 impl Mask {
     /// Creates a mask of the places where the alpha of `texture` is at least `least`.
     pub fn new(texture: Texture, least: f32) -> Self {
-        let (width, height) = (texture.width as usize, texture.height as usize);
+        let [width, height] = texture.size().map(|edge| edge as usize);
         let is_there = |x: usize, y: usize| {
-            f32::from(texture.texels[y % height * width + x % width][3]) / 255.0 >= least
+            texture.texels().get(y % height * width + x % width).alpha() / 255.0 >= least
         };
         let square = |i: usize| {
             let (x, y) = (i % width, i / width);
@@ -134,8 +134,7 @@ mod tests {
     fn masks_are_interpolated_alpha() {
         let alpha = [[0, 255, 255, 40], [255, 255, 255, 0], [0, 10, 200, 100]];
         let texels = alpha.as_flattened().iter().map(|alpha| [0, 0, 0, *alpha]).collect();
-        let repeating =
-            Texture { path: PathBuf::new(), width: 4, height: 3, texels, mapping: Mapping::default() };
+        let repeating = Texture::of_bytes(PathBuf::new(), [4, 3], texels, Mapping::default());
         for wrap in [Wrap::Clamp, Wrap::Mirror, Wrap::Repeat] {
             let mapping = Mapping::scaled(Vec2::new(1.5, -1.0), Vec2::new(0.2, 0.1), [wrap; 2]);
             let texture = Texture { mapping, ..repeating.clone() };

@@ -51,6 +51,7 @@ pub use mesh::Mesh;
 pub use render_space::RenderSpace;
 pub use shapes::Shapes;
 pub use shot::{Content, Shot};
+use texture::Pager;
 pub use texture::Texture;
 
 use crate::animation::TransformTrack;
@@ -99,6 +100,11 @@ pub struct Model {
 }
 
 impl Scene {
+    /// Pager of the textures that are in pages, if there are some.
+    pub fn pager(&self) -> Option<&Pager> {
+        self.textures.iter().find_map(|texture| texture.image.pager()).map(Arc::as_ref)
+    }
+
     /// Returns true if occlusion dims ambient light that any material reflects.
     pub fn occludes_ambient(&self) -> bool {
         self.ambient_is_occluded

@@ -2,7 +2,7 @@
 
 use glam::{Vec2, Vec3};
 
-use crate::scene::{Material, Mesh, Scene};
+use crate::scene::{Material, Mesh, Scene, Texture};
 
 /// A place on a primitive of a mesh.
 #[derive(Debug, Clone, Copy)]
@@ -13,18 +13,25 @@ pub struct OnMesh<'a> {
     pub primitive: u32,
     /// Weights of the second and third corner.
     pub weights: [f32; 2],
+    /// Width of the part of the surface over which textures are filtered, object space; 0: they are shown texel by texel.
+    pub width: f32,
 }
 
 impl<'a> OnMesh<'a> {
     /// Creates the place with these weights.
     pub fn new(mesh: &'a Mesh, primitive: u32, weights: [f32; 2]) -> Self {
-        Self { mesh, primitive, weights }
+        Self { mesh, primitive, weights, width: 0.0 }
+    }
+
+    /// The same place, with textures filtered over a part of the surface that is `width` wide.
+    pub fn with_width(self, width: f32) -> Self {
+        Self { width, ..self }
     }
 
     /// Texture coordinates; zero if the mesh has none.
     #[inline]
     pub fn uv(&self) -> Vec2 {
-        let Self { mesh, primitive, weights: [u, v] } = *self;
+        let Self { mesh, primitive, weights: [u, v], .. } = *self;
         if let Some(quadric) = &mesh.quadric {
             return quadric.uv(primitive, [u, v]);
         }
@@ -57,14 +64,43 @@ impl<'a> OnMesh<'a> {
     #[inline]
     pub fn textured(&self, scene: &Scene, material: &Material) -> Vec3 {
         match material.diffuse_map {
-            Some(map) => material.painted() * scene.textures[map as usize].sample(self.uv()),
+            Some(map) => {
+                let texture = &scene.textures[map as usize];
+                material.painted() * texture.color(self.uv(), self.level(texture))
+            }
             None => material.painted(),
         }
     }
 
+    /// Level of `texture` in which a texel is as large as the place.
+    #[inline]
+    fn level(&self, texture: &Texture) -> u32 {
+        if self.width > 0.0 { texture.level_of(self.width * self.width * self.uv_density()) } else { 0 }
+    }
+
+    /// Area in the plane of texture coordinates for each unit of area on the surface, object space; 0 where there is none.
+    fn uv_density(&self) -> f32 {
+        let Self { mesh, primitive, weights: [u, v], .. } = *self;
+        let ([a, b, c], [at_a, at_b, at_c]) = match &mesh.quadric {
+            Some(quadric) => {
+                let corners = [[u, v], [u + STEP, v], [u, v + STEP]];
+                (corners.map(|at| quadric.point(primitive, at)), corners.map(|at| quadric.uv(primitive, at)))
+            }
+            None => {
+                let corners = mesh.triangles[primitive as usize].map(|corner| corner as usize);
+                let positions = mesh.positions.as_slice();
+                let uv = |corner: usize| mesh.uvs.get(corner).copied().unwrap_or_default();
+                (corners.map(|corner| Vec3::from_array(positions[corner])), corners.map(uv))
+            }
+        };
+        let on_surface = (b - a).cross(c - a).length();
+        let density = (at_b - at_a).perp_dot(at_c - at_a).abs() / on_surface;
+        if density.is_finite() { density } else { 0.0 }
+    }
+
     /// Colour that the vertices have; white without any.
     fn vertex_color(&self) -> Vec3 {
-        let Self { mesh, primitive, weights: [u, v] } = *self;
+        let Self { mesh, primitive, weights: [u, v], .. } = *self;
         if mesh.details.colors.is_empty() {
             return Vec3::ONE;
         }
@@ -82,7 +118,8 @@ impl<'a> OnMesh<'a> {
             let tangents = self.mesh.details.tangents.get(self.primitive as usize)?;
             let [a, b, c] = corners;
             let [along, up] = tangents.axes(self.weights, [b - a, c - a], normal)?;
-            let Vec3 { x, y, z } = scene.textures[map.map as usize].vector(self.uv());
+            let texture = &scene.textures[map.map as usize];
+            let Vec3 { x, y, z } = texture.vector(self.uv(), self.level(texture));
             // what points into the surface comes from wrong or enlarged pictures
             let out = z.max(LEAST_OUT);
             (along * (x * map.slope) + up * (y * map.slope) + normal * out).try_normalize()
@@ -90,6 +127,9 @@ impl<'a> OnMesh<'a> {
         bent().unwrap_or(normal)
     }
 }
+
+/// Step of a quadric's weights between the places that tell how dense its texture coordinates are.
+const STEP: f32 = 1.0 / 1024.0;
 
 /// Least part of a normal map's vector that points out of the surface.
 const LEAST_OUT: f32 = 0.01;

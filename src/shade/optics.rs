@@ -99,6 +99,7 @@ mod tests {
             reflectance: Vec3::ZERO,
             material: 0,
             from_behind,
+            width: 0.0,
         }
     }
 

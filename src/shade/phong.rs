@@ -48,6 +48,8 @@ pub struct Palette {
     pub coats: Coats,
     /// True if any material has a normal map.
     pub bends_normals: bool,
+    /// True if any material has a picture that is filtered over the places that samples stand for.
+    pub has_textures: bool,
     /// True if any material has variants, or shows the colours of vertices.
     pub varies: bool,
 }
@@ -75,7 +77,10 @@ impl Palette {
         let bends_normals = scene.materials.iter().any(|material| material.normal_map.is_some());
         let is_varied = |one: &Material| one.variants.is_some() || one.has_vertex_colors;
         let varies = scene.materials.iter().any(is_varied);
-        Self { coats: Coats::new(&scene.materials), brightest, bends_normals, varies, ..Self::new(paints) }
+        let has_colors = scene.materials.iter().any(|material| material.diffuse_map.is_some());
+        let has_textures = has_colors || bends_normals;
+        let coats = Coats::new(&scene.materials);
+        Self { coats, brightest, bends_normals, has_textures, varies, ..Self::new(paints) }
     }
 
     fn new(paints: Vec<Paint>) -> Self {
@@ -86,6 +91,7 @@ impl Palette {
             brightest: Vec3::ZERO,
             coats: Coats::default(),
             bends_normals: false,
+            has_textures: false,
             varies: false,
         }
     }

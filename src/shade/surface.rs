@@ -26,6 +26,8 @@ pub struct Surface {
     pub material: u16,
     /// True if the back of the triangle is seen.
     pub from_behind: bool,
+    /// Width of the beam that sees it, world space; 0 if nobody asks.
+    pub width: f32,
 }
 
 /// Corners of eight triangles, object space, as in the mesh.
@@ -243,8 +245,9 @@ pub struct SurfacePoint {
 }
 
 impl SurfacePoint {
-    /// Computes the surface at `point` of `triangle`, or of the piece with that number, of `mesh`, at rest.
-    pub fn at(scene: &Scene, mesh: &Mesh, triangle: u32, point: Vec3) -> Self {
+    /// Computes the surface at `point` of `triangle`, or of the piece with that number, of `mesh`, at rest. `width`: of the part of
+    /// the surface over which textures are filtered.
+    pub fn at(scene: &Scene, (mesh, triangle): (&Mesh, u32), point: Vec3, width: f32) -> Self {
         if let Some(quadric) = &mesh.quadric {
             let weights = quadric.weights(triangle, point);
             let normal = quadric.normal(triangle, weights);
@@ -255,7 +258,8 @@ impl SurfacePoint {
         let lanes = corners.weights_at(Vec3x8::splat(point));
         let weights = lanes.map(|weight| weight.lane(0));
         let exact = point.as_dvec3();
-        let (place, normal) = (OnMesh::new(mesh, triangle, weights), corners.normal(lanes).lane(0));
+        let (place, normal) =
+            (OnMesh::new(mesh, triangle, weights).with_width(width), corners.normal(lanes).lane(0));
         Self {
             weights,
             normal: place.bent_normal(scene, normal, corners.of_lane(0)),

@@ -188,7 +188,7 @@ fn a_texture_shows_in_ambient_light_where_nothing_is_diffuse() {
         // sRGB's 188 is half of the light
         let texels = Arc::from([[188, 188, 188, 255]]);
         let (path, mapping) = (PathBuf::new(), Mapping::default());
-        scene.textures = vec![Texture { path, width: 1, height: 1, texels, mapping }];
+        scene.textures = vec![Texture::of_bytes(path, [1, 1], texels, mapping)];
         (scene.ambient, scene.lights) = (white, vec![toy::sun_overhead(1.0)]);
         for frame in toy::render(&scene, &toy::audited(1), 2) {
             assert_eq!(frame.stats.audit.map(|audit| audit.differing), Some(0));

@@ -15,13 +15,9 @@ use crate::toy::worlds::*;
 /// A sheet of 2 x 2 with a grid of holes.
 fn holes(material: u16) -> Mesh {
     let sheet = toy::sheet(1.0, 2, material, false);
-    let texture = afterimage::scene::Texture {
-        width: 4,
-        height: 4,
-        texels: (0..16_u8).map(|i| [255, 255, 255, if (i + i / 4) % 2 == 0 { 250 } else { 40 }]).collect(),
-        mapping: Mapping::scaled(Vec2::splat(2.5), Vec2::ZERO, [Wrap::Repeat; 2]),
-        ..toy::opacity(0, 0)
-    };
+    let texels = (0..16_u8).map(|i| [255, 255, 255, if (i + i / 4) % 2 == 0 { 250 } else { 40 }]).collect();
+    let mapping = Mapping::scaled(Vec2::splat(2.5), Vec2::ZERO, [Wrap::Repeat; 2]);
+    let texture = afterimage::scene::Texture::of_bytes("holes".into(), [4, 4], texels, mapping);
     toy::cut_out(sheet, 0..8, &texture)
 }
 

@@ -181,3 +181,101 @@ fn reuse_is_exact_with_maps_of_all_kinds() {
     }
     assert!(scene.materials.len() > 20, "a material by value");
 }
+
+/// A floor of 4 x 4 with squares of 1/64, black and white, lit from all around alike.
+fn chequered() -> TempDir {
+    let folder = folder("Kd 0 0 0\nKa 1 1 1\nillum 1\nmap_Kd -s 64 64 c.png\n");
+    picture(
+        &folder,
+        "c.png",
+        4,
+        &(0..16).map(|i| [if (i + i / 4) % 2 == 0 { 0 } else { 255 }; 3]).collect::<Vec<_>>(),
+    );
+    folder
+}
+
+/// Keys of a camera that looks down on the floor from these heights, frame by frame.
+fn from_heights(heights: &[f64]) -> String {
+    let key = |(frame, height): (usize, &f64)| {
+        format!(
+            "[[camera.key]]\nframe = {}\neye = [0, {height}, 0.01]\ntarget = [0, 0, 0]\nfov = 40\n",
+            frame + 1
+        )
+    };
+    let keys: String = heights.iter().enumerate().map(key).collect();
+    format!("{keys}[ambient]\ncolor = [1, 1, 1]\n{STILL}")
+}
+
+fn load_as_it_is(folder: &TempDir, text: &str) -> Shot {
+    let path = folder.path().join("s.toml");
+    fs::write(&path, text).unwrap();
+    scene::load(&path, true).unwrap()
+}
+
+/// Reds of the pixels in the middle of the picture.
+fn middle(frame: &Finished) -> Vec<f32> {
+    (30..66).flat_map(|x| (24..48).map(move |y| (x, y))).map(|(x, y)| toy::color(frame, x, y).x).collect()
+}
+
+#[test]
+fn fine_textures_are_smooth_in_the_distance_and_sharp_near_by() {
+    let folder = chequered();
+    let seen_from = |height: f64| {
+        let scene = load_as_it_is(&folder, &from_heights(&[height])).scene;
+        middle(&toy::render(&scene, &toy::audited(1), 1).pop().unwrap())
+    };
+    let far = seen_from(5.0);
+    assert!(far.iter().all(|red| (red - 0.5).abs() < 0.06), "{far:?}");
+    let near = seen_from(0.15);
+    let (darkest, brightest) =
+        near.iter().fold((1.0, 0.0), |(a, b): (f32, f32), red| (a.min(*red), b.max(*red)));
+    assert!(darkest < 0.1 && brightest > 0.9, "{darkest} to {brightest}");
+}
+
+#[test]
+fn samples_end_when_the_eye_is_twice_as_near_or_as_far() {
+    let folder = chequered();
+    let plain = self::folder("Kd 0 0 0\nKa 1 1 1\nillum 1\n");
+    for heights in
+        [[0.8, 0.65, 0.53, 0.43, 0.35, 0.28, 0.23, 0.19], [0.3, 0.37, 0.46, 0.57, 0.7, 0.87, 1.1, 1.4]]
+    {
+        let traced = [&plain, &folder].map(|folder| {
+            let scene = load_as_it_is(folder, &from_heights(&heights)).scene;
+            let frames = toy::render(&scene, &toy::audited(1), heights.len() as i32);
+            assert!(frames.iter().all(|frame| toy::differing(frame) == 0), "{heights:?}");
+            frames.iter().skip(1).map(|frame| frame.stats.rays.primary).collect::<Vec<u64>>()
+        });
+        let more: Vec<bool> =
+            traced[1].iter().zip(&traced[0]).map(|(with, without)| with > without).collect();
+        assert!(!more[0] && more[3..].iter().any(|more| *more), "{traced:?}");
+    }
+}
+
+/// Textures in pages look like textures in memory, to the bit, in both modes.
+#[test]
+fn pages_hold_what_memory_holds() {
+    let side = 200_u32;
+    let texel = |i: u32| [(i * 7) as u8, (i * i >> 5) as u8, (i / side) as u8];
+    let folder = folder("Kd 1 1 1\nPr 0.4\nPm 0.5\nmap_Kd c.png\nmap_Pr c.png\nnorm -bm 0.2 c.png\n");
+    picture(&folder, "c.png", side, &(0..side * side).map(texel).collect::<Vec<_>>());
+    let frames = |memory: u32| {
+        let rest = format!("{STILL}{}[render]\ntexture_memory = {memory}\n", sun([-1, -1, 0]));
+        let shot = load(folder.path(), &rest);
+        let paged = shot.scene.textures.iter().filter(|texture| texture.image.pager().is_some()).count();
+        let settings = Settings { audit: true, ..toy::settings(1) };
+        let mut renderer = Renderer::new(&shot.scene, &settings).unwrap();
+        let frames: Vec<Finished> = (1..=2).map(|frame| renderer.render(frame, false).unwrap()).collect();
+        assert!(frames.iter().all(|frame| toy::differing(frame) == 0));
+        let pages = renderer.memory().texture_pages;
+        (frames.into_iter().map(|frame| frame.film).collect::<Vec<_>>(), paged, pages)
+    };
+    let (whole, none, no_pages) = frames(1024);
+    let (paged, all, pages) = frames(0);
+    assert_eq!((none, no_pages), (0, None));
+    assert!(all >= 3 && pages.is_some_and(|pages| pages.read > 0 && pages.asked > pages.read));
+    for (whole, paged) in whole.iter().zip(&paged) {
+        for (whole, paged) in whole.planes.iter().zip(&paged.planes) {
+            assert!(whole == paged, "{}", whole.name);
+        }
+    }
+}

@@ -19,5 +19,6 @@ mod ply;
 mod quadrics;
 mod schema;
 mod shot;
+mod textures;
 #[cfg(feature = "usd")]
 mod usd;

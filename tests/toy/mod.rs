@@ -52,13 +52,9 @@ pub fn floor(half: f32, material: u16) -> Mesh {
 
 /// A texture of two texels side by side that holds nothing but opacity.
 pub fn opacity(left: u8, right: u8) -> Texture {
-    Texture {
-        path: PathBuf::new(),
-        width: 2,
-        height: 1,
-        texels: Arc::from([[255, 255, 255, left], [255, 255, 255, right]]),
-        mapping: Mapping { wrap: [Wrap::Clamp; 2], ..Mapping::default() },
-    }
+    let texels = Arc::from([[255, 255, 255, left], [255, 255, 255, right]]);
+    let mapping = Mapping { wrap: [Wrap::Clamp; 2], ..Mapping::default() };
+    Texture::of_bytes(PathBuf::new(), [2, 1], texels, mapping)
 }
 
 /// `mesh`, whose triangles `range` the alpha of `texture` cuts out.

@@ -54,7 +54,7 @@ pub fn memory_of(shot: &Shot) -> u64 {
             + of_shapes
     };
     let mut files: Vec<_> =
-        shot.scene.textures.iter().map(|of| (&of.path, 4 * of.texels.len() as u64)).collect();
+        shot.scene.textures.iter().map(|of| (&of.path, of.texels().bytes().len() as u64)).collect();
     files.sort_unstable();
     files.dedup();
     shot.scene.built().map(of_mesh).sum::<u64>() + files.iter().map(|(_, bytes)| bytes).sum::<u64>()

@@ -14,18 +14,19 @@ const STANDS_IN: &str = "; a checker stands in for it";
 /// Describes a texture: its size, format and bits, or that a stand-in is shown for it and why.
 pub fn described(texture: &Texture, warnings: &[Warning]) -> String {
     let path = texture.path.display();
+    let [width, height] = texture.size();
     let told = || warnings.iter().find_map(|warning| reason(&warning.0.message, &texture.path));
     match header(&texture.path) {
-        Some((size, about)) if size == [texture.width, texture.height] => {
+        Some((size, about)) if size == texture.size() => {
             format!("{path}: {}x{}, {about}", size[0], size[1])
         }
         // not a file of its own, and there
         None if texture.path.metadata().is_err() && told().is_none() => {
-            format!("{path}: {}x{}, in the model's file", texture.width, texture.height)
+            format!("{path}: {width}x{height}, in the model's file")
         }
         _ => match told() {
             Some(why) => format!("{path}: a checker stands in for it, because it {why}"),
-            None => format!("{path}: {}x{}", texture.width, texture.height),
+            None => format!("{path}: {width}x{height}"),
         },
     }
 }

@@ -1,6 +1,7 @@
 //! The table on stdout: one line a frame, and the totals of the run.
 
 use super::terminal::duration;
+use crate::scene::texture::PageCounts;
 use crate::settings::Build;
 use crate::stats::{
     AuditCounts, Eyes, FrameStats, FromLeft, FullEstimate, Memory, Percent, RayCounts, Totals, saved_percent,
@@ -166,6 +167,7 @@ pub fn summary(sum: &Summary<'_>) -> String {
     lines.extend(sum.eyes.as_ref().map(eyes_line));
     lines.extend(totals.audit.map(audit_line));
     lines.push(memory_line(&sum.memory));
+    lines.extend(sum.memory.texture_pages.as_ref().map(texture_line));
     lines.join("\n")
 }
 
@@ -214,6 +216,19 @@ pub fn memory_line(memory: &Memory) -> String {
         bytes(memory.peak_bytes),
         bytes(memory.store_bytes),
         memory.bytes_per_sample
+    )
+}
+
+/// Formats the use of textures in pages.
+pub fn texture_line(pages: &PageCounts) -> String {
+    let PageCounts { bytes: all, held, asked, read } = *pages;
+    format!(
+        "{:<9}{} in pages of a file, {} of them held; {} texels asked for, {:.3} % of them in pages that had to be read",
+        "textures",
+        bytes(all),
+        bytes(held),
+        format!("{} M", millions(asked)),
+        100.0 * read as f64 / asked.max(1) as f64
     )
 }
 
@@ -302,7 +317,12 @@ mod tests {
             totals: &totals,
             full_rays: 2_470_000.0,
             run_up: Some((3, &totals)),
-            memory: Memory { peak_bytes: 3 << 30, store_bytes: 1 << 20, bytes_per_sample: 58.0 },
+            memory: Memory {
+                peak_bytes: 3 << 30,
+                store_bytes: 1 << 20,
+                bytes_per_sample: 58.0,
+                texture_pages: None,
+            },
             build: Build::Quick,
             build_seconds: 0.1,
             wall_seconds: 0.6,

@@ -33,7 +33,7 @@ use wide::u32x8;
 use kept_light::{check_gathered, check_openness, check_reflected};
 use tolerances::{
     CELL_TOLERANCE, COLOR_TOLERANCE, COORDINATE_TOLERANCE, DARKEST, DISPLACEMENTS, EDGE_ON_COSINE,
-    NORMAL_COSINE, TOLERANCE,
+    NORMAL_COSINE, TOLERANCE, WIDTH_TOLERANCES,
 };
 use verdict::Verdict;
 
@@ -46,6 +46,7 @@ use crate::frame::light::shadow::ShadowQueue;
 use crate::frame::reuse::candidates::REACH;
 use crate::frame::shot::frame_view::FrameView;
 use crate::frame::shot::plan::ShadowCheck;
+use crate::frame::surface::footprints::{cell_widths, has_textures};
 use crate::frame::surface::placed::Placed;
 use crate::lanes::{F32x8, LANES, Vec3x8};
 use crate::samples::{BACKGROUND, CELLS, EMPTY, Record, SampleStore, Tag, Tile, full_color};
@@ -292,7 +293,8 @@ fn is_on(frame: &FrameView, sample: &Sample, sight: Sight) -> bool {
 /// `sight`: from the eye, any length.
 fn check_surface(frame: &FrameView, sample: &Sample, sight: Vec3, kept: Vec3) -> Verdict {
     let mesh = &frame.scene.models[sample.model as usize].mesh;
-    let there = SurfacePoint::at(frame.scene, mesh, sample.record.triangle, sample.point);
+    let Record { triangle, footprint, .. } = sample.record;
+    let there = SurfacePoint::at(frame.scene, (mesh, triangle), sample.point, footprint.width());
     // in a model that is flattened or sheared, a small rounding in the world may be a large one in object
     // space; a triangle much larger than its distance is met beside its edge
     let in_object = |reach: Vec3| frame.transform(sample.model).length_in_object(reach);
@@ -302,17 +304,31 @@ fn check_surface(frame: &FrameView, sample: &Sample, sight: Vec3, kept: Vec3) ->
     // cosine up to which the eye may be on the other side
     let edge_on = EDGE_ON_COSINE + rounding(frame, sample) / offset(frame, sample).length();
     let side = if sample.record.is_from_behind() { -1.0 } else { 1.0 };
-    let place = OnMesh::new(mesh, sample.record.triangle, there.weights);
+    let place = OnMesh::new(mesh, triangle, there.weights).with_width(footprint.width());
     let number = place.material(frame.scene);
     let fresh = place.reflectance(frame.scene, &frame.scene.materials[usize::from(number)]);
     Verdict::new(
         sample.record.material == number
+            && check_footprint(frame, sample)
             && there.distance <= reach
             && sample.record.normal.unfold().dot(there.normal * side) >= NORMAL_COSINE
             && sample.record.geometric_normal.unfold().dot(there.geometric_normal * side) >= NORMAL_COSINE
             && (fresh - kept).abs().max_element() <= COLOR_TOLERANCE * kept.max_element().max(1.0)
             && geometric_normal(frame, sample).dot(sight.normalize_or_zero()) < edge_on,
     )
+}
+
+/// Returns true if the sample's footprint serves where it is seen now.
+fn check_footprint(frame: &FrameView, sample: &Sample) -> bool {
+    let Record { footprint, material, .. } = sample.record;
+    if !footprint.is_some() {
+        return !has_textures(frame.scene, material);
+    }
+    let normal = geometric_normal(frame, sample);
+    let sights = frame.view.sights(Vec3x8::splat(offset(frame, sample)));
+    let widths = cell_widths(frame.view, sights, Vec3x8::splat(normal));
+    let width = widths.lane(0) * frame.scale_to_object(sample.model);
+    WIDTH_TOLERANCES.iter().any(|factor| footprint.serves(width * factor))
 }
 
 /// Checks that the stored light of eight samples is that which the tags and lights give.

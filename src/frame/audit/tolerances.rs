@@ -27,6 +27,10 @@ pub const NORMAL_COSINE: f32 = 1.0 - 1e-5;
 /// included.
 pub const CELL_TOLERANCE: f32 = 0.03;
 
+/// Factors by which the width of a sample's place may differ through rounding: it follows from a distance, and from the cosine of
+/// an angle with a normal of four bytes.
+pub const WIDTH_TOLERANCES: [f32; 3] = [1.0, 0.99, 1.01];
+
 /// Tolerance of stored colours, as a share of their largest channel, or of 1 for reflectances: two roundings
 /// to a half float.
 pub const COLOR_TOLERANCE: f32 = 1e-3;

@@ -41,6 +41,15 @@ pub struct Projected {
     pub depth: F32x8,
 }
 
+/// Width of a cell at a right angle to its line of sight.
+#[derive(Debug, Clone, Copy)]
+pub struct Spread {
+    /// World units for each unit of distance.
+    pub by_distance: f32,
+    /// World units at any distance.
+    pub fixed: f32,
+}
+
 impl View {
     /// Creates the view of `camera` through `grid`.
     pub fn new(grid: &Arc<Grid>, camera: CameraPose) -> Self {
@@ -87,6 +96,15 @@ impl View {
         match self.camera.projection {
             Projection::Perspective => eye,
             Projection::Orthographic => eye + (offsets - self.sights(offsets)),
+        }
+    }
+
+    /// Growth of a cell with the distance from the eye.
+    pub fn spread(&self) -> Spread {
+        let cell = 1.0 / self.scale[1];
+        match self.camera.projection {
+            Projection::Perspective => Spread { by_distance: cell, fixed: 0.0 },
+            Projection::Orthographic => Spread { by_distance: 0.0, fixed: cell },
         }
     }
 

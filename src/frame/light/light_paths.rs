@@ -25,6 +25,7 @@ use super::vertex::{NO_COAT, Vertex, VertexLanes, go_on};
 use crate::changes::Until;
 use crate::frame::shot::frame_view::FrameView;
 use crate::frame::shot::plan::ShadowCheck;
+use crate::frame::surface::footprints::SPREAD_OF_PATHS;
 use crate::frame::surface::hits::{Hits8, surfaces};
 use crate::frame::surface::ray_tally::RayTally;
 use crate::lanes::{F32x8, LANES};
@@ -251,6 +252,7 @@ fn meet(frame: &FrameView, step: Step, scratch: &mut PathScratch) {
             &Hits8::new(packet, from),
             some.len(),
             |lane| some[lane].direction,
+            |lane| packet.t[from + lane] * SPREAD_OF_PATHS,
             |lane, surface| {
                 let ray = some[lane];
                 let random = starts[ray.path as usize].random();
@@ -297,6 +299,7 @@ fn end(frame: &FrameView, scratch: &mut PathScratch) {
             &eight,
             some.len(),
             |lane| some[lane].direction,
+            |lane| packet.t[from + lane] * SPREAD_OF_PATHS,
             |lane, surface| {
                 let ray = some[lane];
                 let primitive = (packet.model[from + lane], packet.triangle[from + lane]);

@@ -3,10 +3,11 @@
 use crate::frame::grid::bits::{set_bits, status_bits};
 use crate::frame::grid::cells::{CellSet, is_traced};
 use crate::frame::shot::frame_view::FrameView;
+use crate::frame::surface::footprints::{cell_widths, has_textures};
 use crate::frame::surface::hits::Hits8;
 use crate::frame::surface::trace_scratch::TraceScratch;
 use crate::lanes::{F32x8, LANES, Mask, Vec3x8};
-use crate::samples::{BACKGROUND, Column, Flags, Octahedral, Record, Status, Tile, half_colors};
+use crate::samples::{BACKGROUND, Column, Flags, Footprint, Octahedral, Record, Status, Tile, half_colors};
 use crate::trace::{self, Coherence, HitPacket, NO_HIT, RayBatch, RayPacket, SceneSubset};
 
 /// Largest distance of a hit point from its ray, as a share of its distance from the eye. It is below the
@@ -201,6 +202,29 @@ impl<'a> Answers8<'a> {
             && (far - depth).abs() <= frame.view.depth_step(far.min(depth))
     }
 
+    /// Places that the new samples stand for, where surfaces have textures: with `points` in object space and normals in world
+    /// space.
+    #[inline(always)]
+    fn footprints(&self, frame: &FrameView, points: &Vec3x8, normals: Vec3x8) -> [Footprint; LANES] {
+        let mut footprints = [Footprint::NONE; LANES];
+        if !frame.palette.has_textures {
+            return footprints;
+        }
+        let Self { owners, direction, met, t, .. } = *self;
+        let sights = direction * F32x8::load(t, 0);
+        let widths = cell_widths(frame.view, sights, normals);
+        for lane in (0..owners.len()).filter(|lane| met.is_hit(*lane)) {
+            if has_textures(frame.scene, met.material(frame, lane)) {
+                let width = widths.lane(lane) * frame.scale_to_object(met.models[lane]);
+                // by nothing but the place: which cell it was found for does not matter
+                let bits = points.lane(lane).to_array().map(f32::to_bits);
+                let bits = bits[0] ^ bits[1].rotate_left(11) ^ bits[2].rotate_left(22);
+                footprints[lane] = Footprint::new(width, bits);
+            }
+        }
+        footprints
+    }
+
     /// Stores the surfaces that were met in the cells: object space, on the side of the eye.
     #[inline(always)]
     fn keep(&self, frame: &FrameView, tile: &mut Tile) {
@@ -213,12 +237,15 @@ impl<'a> Answers8<'a> {
         let mut weights = corners.weights_at(point);
         met.put_quadric_weights(frame, quadrics, &point, &mut weights);
         let [mut normal, mut geometric_normal] = corners.normals(weights);
-        met.bend_normals(frame, &corners, weights, &mut normal);
         met.put_quadric_normals(frame, quadrics, weights, [&mut normal, &mut geometric_normal]);
-        let behind = seen_from_behind(frame, geometric_normal, direction, &met);
+        let in_world = geometric_normals_in_world(frame, geometric_normal, &met);
+        let behind = in_world.dot(direction).gt(F32x8::ZERO);
+        let footprints = self.footprints(frame, &point, in_world);
+        let widths = footprints.map(Footprint::width);
+        met.bend_normals(frame, &corners, (weights, &widths), &mut normal);
         let normals = Octahedral::fold_lanes(behind.select3(-normal, normal));
         let geometric_normals = Octahedral::fold_lanes(behind.select3(-geometric_normal, geometric_normal));
-        let (numbers, colors) = met.reflectances(frame, weights);
+        let (numbers, colors) = met.reflectances(frame, weights, &widths);
         let colors = half_colors(colors);
         let record = |lane: usize| Record {
             triangle: triangles[lane],
@@ -229,6 +256,7 @@ impl<'a> Answers8<'a> {
             traced: frame.rendered,
             material: numbers[lane],
             flags: Flags::FROM_BEHIND.when(behind.lane(lane)),
+            footprint: footprints[lane],
         };
         let first = owners[0] as usize;
         let all_traced = || owners.iter().all(|cell| is_traced(tile.status[*cell as usize]));
@@ -284,13 +312,12 @@ fn put_on_ray(frame: &FrameView, [origin, direction]: [Vec3x8; 2], met: &Hits8, 
     }
 }
 
-/// Mask of the rays along `direction` that see the backs of the triangles that they `met`, with these normals
-/// (object space).
+/// Normals of the triangles that were `met`, object to world space, of any length.
 #[inline(always)]
-fn seen_from_behind(frame: &FrameView, geometric_normal: Vec3x8, direction: Vec3x8, met: &Hits8) -> Mask {
+fn geometric_normals_in_world(frame: &FrameView, geometric_normal: Vec3x8, met: &Hits8) -> Vec3x8 {
     let mut world = geometric_normal;
     frame.each_displaced(met.models, |place, of_model| {
         place.geometric_normals(of_model, |lane| met.triangles[lane], &mut world);
     });
-    world.dot(direction).gt(F32x8::ZERO)
+    world
 }

@@ -4,7 +4,7 @@
 //! and stay together. The models that a segment is tested against are chosen by the
 //! [plan](crate::frame::shot::plan::Plan).
 
-use super::sight::{back_facing_bits, segment_ends, segments, sights};
+use super::sight::{outdated_bits, segment_ends, segments, sights};
 use crate::frame::grid::bits::{count_bits, set_bits, status_bits, surface_bits};
 use crate::frame::grid::cells::{BLOCK, CellSet};
 use crate::frame::shot::frame_view::FrameView;
@@ -42,7 +42,7 @@ pub fn verify(
         let reused = status_bits(&tile.status[first..first + LANES], Status::is_reused);
         let asked = reused & cells.eight(first);
         if asked != 0 {
-            for lane in set_bits(asked & back_facing_bits(frame, tile, first, flags)) {
+            for lane in set_bits(asked & outdated_bits(frame, tile, first, flags)) {
                 tile.status[first + lane] = Status::Obscured;
             }
         }

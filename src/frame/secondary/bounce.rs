@@ -98,8 +98,17 @@ pub struct Bounces {
 impl Bounces {
     /// Starts the rays that leave the sample of `cell`. `guides`: denoisers see the normals of the surfaces
     /// that the rays meet.
-    pub fn start(&mut self, cell: u32, surface: &Surface, guides: bool, branches: Branches) {
-        grow(&mut self.next, surface, branches, |kind| Bounce { guides, ..Bounce::from_sample(cell, kind) });
+    pub fn start(
+        &mut self,
+        frame: &FrameView,
+        cell: u32,
+        surface: &Surface,
+        guides: bool,
+        branches: Branches,
+    ) {
+        let spread = frame.view.spread().by_distance;
+        let bounce = |kind| Bounce { guides, spread, ..Bounce::from_sample(cell, kind) };
+        grow(&mut self.next, surface, branches, bounce);
     }
 
     /// Starts a ray for a texel of a map, which is accumulated as that of `cell`, from `origin` (world space)
@@ -142,7 +151,8 @@ impl Bounces {
         surface: &Surface,
         seen: &SeenCoat,
     ) {
-        let bounce = Bounce { guides, ..Bounce::from_sample(cell, Kind::Reflection) };
+        let spread = frame.view.spread().by_distance;
+        let bounce = Bounce { guides, spread, ..Bounce::from_sample(cell, Kind::Reflection) };
         mirror(frame, bounce, surface, seen, &mut self.next);
     }
 }
@@ -160,7 +170,8 @@ fn mirror(frame: &FrameView, bounce: Bounce, surface: &Surface, seen: &SeenCoat,
         reflected.filter(|reflected| surface.geometric_normal.dot(reflected.direction) > 0.0)
     {
         let origin = surface.leave(direction);
-        next.push(Bounce { weight: bounce.weight * weight, origin, direction, ..bounce });
+        let (weight, width) = (bounce.weight * weight, surface.width);
+        next.push(Bounce { weight, origin, direction, width, ..bounce });
     }
 }
 
@@ -236,14 +247,15 @@ fn meet(frame: &FrameView, bounces: &mut Bounces, radiance: &mut Radiance, scrat
 /// Adds the surfaces that up to eight rays met; their hits are in lanes `from` onwards of a packet.
 fn meet_surfaces(
     frame: &FrameView,
-    hits: &HitPacket,
+    packet: &HitPacket,
     from: usize,
     bounces: &[Bounce],
     met: &mut Vec<SecondaryHit>,
 ) {
-    let hits = Hits8::new(hits, from);
+    let hits = Hits8::new(packet, from);
     let direction = |lane: usize| bounces[lane].direction;
-    surfaces(frame, &hits, bounces.len(), direction, |lane, surface| {
+    let beam = |lane: usize| bounces[lane].width + bounces[lane].spread * packet.t[from + lane];
+    surfaces(frame, &hits, bounces.len(), direction, beam, |lane, surface| {
         met.push(SecondaryHit { bounce: bounces[lane], surface, light: Vec3::ZERO });
     });
 }
@@ -532,6 +544,7 @@ fn grow(next: &mut Vec<Bounce>, surface: &Surface, branches: Branches, bounce: i
                 weight,
                 origin: surface.leave(ray.direction),
                 direction: ray.direction,
+                width: surface.width,
                 ..bounce
             });
         }

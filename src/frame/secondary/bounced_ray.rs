@@ -36,6 +36,10 @@ pub struct Bounce {
     pub origin: Vec3,
     /// Direction, world space, unit length.
     pub direction: Vec3,
+    /// Width of its beam at the origin, world space: textures are filtered over it.
+    pub width: f32,
+    /// Growth of the width for each unit of length.
+    pub spread: f32,
     /// True if denoisers see the normals of the surfaces that it meets.
     pub guides: bool,
 }
@@ -48,7 +52,7 @@ impl Bounce {
             Kind::Refraction => Layer::Refraction,
         };
         let (path, weight, [origin, direction]) = (kind as u64, Vec3::ONE, [Vec3::ZERO; 2]);
-        Self { cell, kind, layer, path, weight, origin, direction, guides: false }
+        Self { cell, kind, layer, path, weight, origin, direction, width: 0.0, spread: 0.0, guides: false }
     }
 
     /// Creates a ray that goes on from where this one meets a surface; origin and direction are still to be

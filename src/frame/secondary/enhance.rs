@@ -12,10 +12,11 @@ use crate::frame::grid::bits::{set_bits, surface_bits};
 use crate::frame::light::lighting::{Places, add_light, radiance_of_area, shows_highlight};
 use crate::frame::light::reflected::{self, directions_to_eye};
 use crate::frame::shot::frame_view::FrameView;
+use crate::frame::surface::footprints::cell_widths;
 use crate::frame::surface::placed::{Placed, PlacedTile};
 use crate::frame::surface::radiance::{Layer, Light, Radiance, cut};
 use crate::frame::surface::trace_scratch::TraceScratch;
-use crate::lanes::{LANES, Mask, Vec3x8};
+use crate::lanes::{F32x8, LANES, Mask, Vec3x8};
 use crate::layers::Layers;
 use crate::samples::{BACKGROUND, CELLS, Column, EMPTY, Tile, full_color};
 use crate::shade::coat::{LayerRays, SeenBy, SeenCoats};
@@ -193,6 +194,12 @@ fn start_rays(
     incoming: Vec3x8,
     (bounces, radiance): (&mut Bounces, &mut Radiance),
 ) {
+    let widths = if frame.palette.has_textures && followed != 0 {
+        let sights = frame.view.sights(frame.offsets(tile, first));
+        cell_widths(frame.view, sights, placed.geometric_normal)
+    } else {
+        F32x8::ZERO
+    };
     for lane in set_bits(followed) {
         let cell = first + lane;
         let surface = Surface {
@@ -202,6 +209,7 @@ fn start_rays(
             reflectance: full_color(tile.record[cell].reflectance),
             material: tile.record[cell].material,
             from_behind: tile.record[cell].is_from_behind(),
+            width: widths.lane(lane),
         };
         let optics = frame.scene.materials[usize::from(surface.material)].optics;
         let incoming = incoming.lane(lane);
@@ -210,7 +218,7 @@ fn start_rays(
         if frame.maps.has(tile.model[cell]) {
             bounces.look_up(frame, (cell as u32, tile.model[cell]), branches, radiance);
         } else {
-            bounces.start(cell as u32, &surface, guides, branches);
+            bounces.start(frame, cell as u32, &surface, guides, branches);
         }
         let normals = [surface.normal, surface.geometric_normal];
         if let Some(seen) =

@@ -236,6 +236,16 @@ impl<'a> FrameView<'a> {
         &self.pose.models[model as usize]
     }
 
+    /// Length in the object space of `model` for each unit of length in the world.
+    #[inline]
+    pub fn scale_to_object(&self, model: u32) -> f32 {
+        if self.displaced.get(model as usize) == Some(&true) {
+            self.transform(model).scale_to_object()
+        } else {
+            1.0
+        }
+    }
+
     /// Place and shape of a model.
     #[inline(always)]
     pub fn place(&self, model: u32) -> Place<'a> {

@@ -135,12 +135,17 @@ impl<'a> Hits8<'a> {
         });
     }
 
-    /// Materials, and reflectances at the points with these barycentric `weights`.
+    /// Materials, and reflectances at the points with these barycentric `weights`, over places of these `widths` (object space).
     #[inline(always)]
-    pub fn reflectances(&self, frame: &FrameView, weights: [F32x8; 2]) -> ([u16; LANES], Vec3x8) {
+    pub fn reflectances(
+        &self,
+        frame: &FrameView,
+        weights: [F32x8; 2],
+        widths: &[f32; LANES],
+    ) -> ([u16; LANES], Vec3x8) {
         let (mut numbers, mut colors) = ([0; LANES], Vec3x8::ZERO);
         for lane in (0..LANES).filter(|lane| self.is_hit(*lane)) {
-            let place = self.place(frame, lane, weights);
+            let place = self.place(frame, lane, weights).with_width(widths[lane]);
             let material = |number: u16| &frame.scene.materials[usize::from(number)];
             if frame.palette.varies {
                 numbers[lane] = place.material(frame.scene);
@@ -153,21 +158,22 @@ impl<'a> Hits8<'a> {
         (numbers, colors)
     }
 
-    /// Bends the normals (object space, outside) at the points with these `weights`, where materials have normal maps. `corners`:
+    /// Bends the normals (object space, outside) at the points with these `weights`, over places of these `widths` (object space),
+    /// where materials have normal maps. `corners`:
     /// those of the triangles.
     #[inline(always)]
     pub fn bend_normals(
         &self,
         frame: &FrameView,
         corners: &Corners,
-        weights: [F32x8; 2],
+        (weights, widths): ([F32x8; 2], &[f32; LANES]),
         normals: &mut Vec3x8,
     ) {
         if !frame.palette.bends_normals {
             return;
         }
         for lane in (0..LANES).filter(|lane| self.is_hit(*lane)) {
-            let place = self.place(frame, lane, weights);
+            let place = self.place(frame, lane, weights).with_width(widths[lane]);
             let bent = place.bent_normal(frame.scene, normals.lane(lane), corners.of_lane(lane));
             normals.set_lane(lane, bent);
         }
@@ -182,25 +188,32 @@ impl<'a> Hits8<'a> {
 }
 
 /// Calls `each` with lane and surface for those of the first `count` lanes that have a hit, seen along
-/// `directions` (world space): their normals point to the side from which they are seen.
+/// `directions` (world space) by beams of these widths (world space): their normals point to the side from which they are seen.
 #[inline(always)]
 pub fn surfaces(
     frame: &FrameView,
     hits: &Hits8,
     count: usize,
     directions: impl Fn(usize) -> Vec3,
+    beams: impl Fn(usize) -> f32,
     mut each: impl FnMut(usize, Surface),
 ) {
     let corners = hits.corners(frame);
     let mut point = corners.point(hits.weights);
     let [mut normal, mut geometric_normal] = corners.normals(hits.weights);
     hits.put_quadric_points(frame, corners.quadrics(), &mut point);
-    hits.bend_normals(frame, &corners, hits.weights, &mut normal);
+    let mut widths = [0.0; LANES];
+    if frame.palette.has_textures {
+        for lane in (0..count).filter(|lane| hits.is_hit(*lane)) {
+            widths[lane] = beams(lane) * frame.scale_to_object(hits.models[lane]);
+        }
+    }
+    hits.bend_normals(frame, &corners, (hits.weights, &widths), &mut normal);
     let normals = [&mut normal, &mut geometric_normal];
     hits.put_quadric_normals(frame, corners.quadrics(), hits.weights, normals);
     let triangle = |lane: usize| hits.triangles[lane];
     place(frame, hits.models, triangle, [&mut point, &mut normal, &mut geometric_normal]);
-    let (materials, reflectances) = hits.reflectances(frame, hits.weights);
+    let (materials, reflectances) = hits.reflectances(frame, hits.weights, &widths);
     for lane in (0..count).filter(|lane| hits.is_hit(*lane)) {
         let from_behind = geometric_normal.lane(lane).dot(directions(lane)) > 0.0;
         let side = if from_behind { -1.0 } else { 1.0 };
@@ -211,6 +224,7 @@ pub fn surfaces(
             reflectance: reflectances.lane(lane),
             material: materials[lane],
             from_behind,
+            width: if frame.palette.has_textures { beams(lane) } else { 0.0 },
         };
         each(lane, surface);
     }

@@ -12,8 +12,8 @@ use crate::scene::material::LARGEST_COLOR;
 use crate::scene::model::assemble::Assembly;
 use crate::scene::model::map_statement::{Channel, MapUse};
 use crate::scene::model::mtl::MtlMaterial;
-use crate::scene::model::pictures::{Decoded, PictureUse};
-use crate::scene::model::varying::{ParameterMap, Settled};
+use crate::scene::model::pictures::PictureUse;
+use crate::scene::model::varying::{ParameterMap, Settled, picture_use};
 use crate::scene::texture::{Mapping, Wrap};
 use crate::scene::{Material, SceneError, Texture};
 
@@ -186,7 +186,7 @@ impl Assembly {
             let is_replaced = maps.has(used) || self.is_number_stated(&material.name, used);
             let Some(info) = info.filter(|_| !is_replaced) else { continue };
             if has_set(document, info, set)? {
-                let map = self.texture(document, info, PictureUse::Parameter)?;
+                let map = self.texture(document, info, picture_use(used))?;
                 maps[used] = (!self.pictures.is_stand_in(map)).then_some(ParameterMap { map, channel });
             }
         }
@@ -263,7 +263,7 @@ impl Assembly {
     ) -> Result<u32, SceneError> {
         let texture = document.get(&document.json.textures, info.index, "texture")?;
         let image = image_of(document, texture, info.index)?;
-        let (path, Decoded { width, height, texels, .. }) = self.image(document, image, used)?;
+        let (path, decoded) = self.image(document, image, used)?;
         let TextureTransform { offset, rotation, scale, .. } = transform(document, info)?;
         let wrap = match texture.sampler {
             Some(sampler) => {
@@ -277,7 +277,8 @@ impl Assembly {
             return Err(document
                 .fault("the offset, scale or rotation of a texture is not finite: export the file again"));
         }
-        Ok(self.pictures.place(Texture { path, width, height, texels, mapping }, used))
+        let image = self.pictures.image_for(&path, &decoded, used, None)?;
+        Ok(self.pictures.place(Texture { path, image, mapping }))
     }
 }
 

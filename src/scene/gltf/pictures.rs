@@ -9,7 +9,8 @@ use super::document::Document;
 use super::json::{Texture, TextureInfo};
 use super::uri::Uri;
 use crate::scene::model::assemble::Assembly;
-use crate::scene::model::pictures::{Content, Decoded, PictureUse, Wanted};
+use crate::scene::model::decoded::Decoded;
+use crate::scene::model::pictures::{Content, PictureUse, Wanted};
 use crate::scene::{SceneError, texture};
 
 /// Number of the image that a texture shows.

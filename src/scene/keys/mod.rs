@@ -159,6 +159,9 @@ pub(crate) struct RenderTable {
     /// Memory for what mirrors and glass show while the camera rests, MiB; 0: none (256)
     #[schemars(range(min = 0, max = MOST_TREE_MEMORY))]
     pub tree_memory: Option<At<i64>>,
+    /// Memory for textures, MiB: what is more is in a file, in pages (1024)
+    #[schemars(range(min = 0, max = MOST_TREE_MEMORY))]
+    pub texture_memory: Option<At<i64>>,
     /// Distance between base frames, which are traced in full; 0: only the first (48)
     #[schemars(range(min = 0, max = 1_000_000))]
     pub base_every: Option<At<i64>>,

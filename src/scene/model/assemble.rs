@@ -115,6 +115,12 @@ impl Assembly {
         Self { kd_beside_map, ..self }
     }
 
+    /// Has textures take so many bytes at most; others are in pages of a file.
+    pub fn with_texture_memory(mut self, bytes: u64) -> Self {
+        self.pictures.set_memory(bytes);
+        self
+    }
+
     /// Adds a file that was read before, so that it is not read again.
     pub fn with(self, file: ReadBefore) -> Self {
         match file {

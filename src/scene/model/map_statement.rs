@@ -4,6 +4,8 @@ use std::ops::{Index, IndexMut};
 
 use glam::Vec2;
 
+use super::decoded::ColorSpace;
+
 /// A texture as a material asks for it.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct MapStatement {
@@ -16,6 +18,8 @@ pub(crate) struct MapStatement {
     pub slope: f32,
     /// `-imfchan`: the channel whose values count, where one number is meant.
     pub channel: Channel,
+    /// `-colorspace`: encoding of the colours, if it is stated.
+    pub space: Option<ColorSpace>,
     /// Line of the statement, from 1.
     pub line: usize,
 }
@@ -177,6 +181,7 @@ impl MapStatement {
             clamp: false,
             slope: 1.0,
             channel: Channel::Mean,
+            space: None,
             line,
         }
     }
@@ -205,6 +210,7 @@ pub fn map_statement(text: &str, line: usize) -> Option<MapStatement> {
                 match option {
                     "clamp" => map.clamp = word.eq_ignore_ascii_case("on"),
                     "imfchan" => map.channel = Channel::named(word),
+                    "colorspace" => map.space = ColorSpace::named(word),
                     _ => {}
                 }
                 rest = after;

@@ -4,6 +4,7 @@ pub mod assemble;
 pub mod bake;
 mod black;
 pub mod copies;
+pub mod decoded;
 pub mod exporter;
 pub mod map_statement;
 mod meaning;

@@ -1,29 +1,18 @@
 //! Reads the pictures of a shot, each file once.
 
 use std::collections::{HashMap, HashSet};
-use std::io::{BufRead, BufReader, Cursor, Seek};
+use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader};
-
+use super::decoded::{ColorSpace, Decoded, Unusable, checker, decode_bytes, decode_file};
 use super::map_statement::MapStatement;
-use super::normals;
 use crate::digest::Digest;
-use crate::input::{self, Input, Kind};
-use crate::memory::{self, Need, Part};
-use crate::scene::cutout::LEAST_OPACITY;
 use crate::scene::error::Findings;
 use crate::scene::material::NormalMap;
 use crate::scene::paths::find_beside;
-use crate::scene::texture::{Mapping, Wrap};
+use crate::scene::texture::{Image, Mapping, Pager, Wrap};
 use crate::scene::{SceneError, Texture};
-
-/// Maximum number of texels along an edge.
-const LONGEST_EDGE: u32 = 32_768;
-/// Maximum number of texels that a byte of a file can hold: deflate makes one byte of 1032 at most, and a
-/// byte of a PNG has 8 texels at most. Other formats pack less, except for the empty rows of a BMP.
-const MOST_TEXELS_A_BYTE: u64 = 8 * 1032;
 
 /// Use of a picture by a material.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -38,6 +27,8 @@ pub(crate) enum PictureUse {
     Heights,
     /// Numbers that are parameters of a material.
     Parameter,
+    /// Colours that are parameters of a material.
+    ColorParameter,
 }
 
 impl PictureUse {
@@ -46,61 +37,8 @@ impl PictureUse {
         match self {
             Self::Color | Self::Opacity => "a checker stands in for it",
             Self::Normals | Self::Heights => "the surface is smooth without it",
-            Self::Parameter => "the numbers of the material count alone",
+            Self::Parameter | Self::ColorParameter => "the numbers of the material count alone",
         }
-    }
-}
-
-/// A picture as textures hold it.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Decoded {
-    pub width: u32,
-    pub height: u32,
-    pub texels: Arc<[[u8; 4]]>,
-    /// True if some of its places are opaque enough to be there, and others are not.
-    cuts: bool,
-}
-
-impl Decoded {
-    fn new(width: u32, height: u32, texels: Arc<[[u8; 4]]>) -> Self {
-        let is_there = |texel: &[u8; 4]| f32::from(texel[3]) >= 255.0 * LEAST_OPACITY;
-        let cuts = texels.iter().any(is_there) && !texels.iter().all(is_there);
-        Self { width, height, texels, cuts }
-    }
-
-    /// Means of what the bytes of the four channels stand for: `value` of a channel's byte.
-    pub fn means(&self, value: impl Fn(usize, u8) -> f64) -> [f64; 4] {
-        // how often each byte occurs, so that the sum is exact
-        let mut counts = [[0_u64; 256]; 4];
-        for texel in &*self.texels {
-            (0..4).for_each(|channel| counts[channel][usize::from(texel[channel])] += 1);
-        }
-        std::array::from_fn(|channel| {
-            let bytes = (0..=u8::MAX).zip(&counts[channel]);
-            let sum: f64 = bytes.map(|(byte, count)| *count as f64 * value(channel, byte)).sum();
-            sum / self.texels.len() as f64
-        })
-    }
-
-    /// Returns the normals of a surface with these heights, and the factor for their slopes: see [`normals::of_heights`]. What
-    /// holds normals already stays as it is.
-    fn with_normals(&self) -> (Self, f32) {
-        if normals::are_normals(&self.texels) {
-            return (self.clone(), 1.0);
-        }
-        let (texels, slope) = normals::of_heights(&self.texels, self.width);
-        (Self { texels: texels.into(), ..self.clone() }, slope)
-    }
-
-    /// Returns the picture with its opacity in alpha.
-    fn with_opacity(&self) -> Self {
-        if self.texels.iter().any(|texel| texel[3] != u8::MAX) {
-            return self.clone();
-        }
-        // files of opacity are grey, and hold shares: sRGB means nothing for them
-        let opacity = |[r, g, b, _]: &[u8; 4]| ((u16::from(*r) + u16::from(*g) + u16::from(*b)) / 3) as u8;
-        let texels = self.texels.iter().map(|texel| [texel[0], texel[1], texel[2], opacity(texel)]).collect();
-        Self::new(self.width, self.height, texels)
     }
 }
 
@@ -125,24 +63,51 @@ pub(crate) enum Content<'a> {
     Bytes(&'a [u8]),
 }
 
+/// Memory for textures: half of it for pictures that are held whole, and half for pages of the others.
+struct TextureMemory {
+    bytes: u64,
+    /// Bytes of the pictures that are held whole.
+    whole: u64,
+}
+
+/// Bytes of textures where the shot does not state them.
+const DEFAULT_MEMORY: u64 = 1024 << 20;
+
+impl Default for TextureMemory {
+    fn default() -> Self {
+        Self { bytes: DEFAULT_MEMORY, whole: 0 }
+    }
+}
+
+/// What was made of a picture for a use.
+struct Derived {
+    image: Arc<Image>,
+    /// True if some of its places are opaque enough to be there, and others are not.
+    cuts: bool,
+    /// Factor for its slopes, if it holds normals.
+    slope: f32,
+}
+
 /// Textures of all materials so far.
 #[derive(Default)]
 pub(crate) struct Pictures {
     /// Textures. Materials keep their indices.
     pub textures: Vec<Texture>,
+    /// Pictures as their files hold them.
     decoded: HashMap<PathBuf, Decoded>,
     /// Paths of pictures that are parts of other files.
     embedded: HashSet<PathBuf>,
     /// Paths of pictures for which a checker stands in.
     stand_ins: HashSet<PathBuf>,
-    /// What was made of pictures for a use, with the factor for their slopes.
-    derived: HashMap<(PathBuf, PictureUse), (Decoded, f32)>,
+    /// What was made of pictures for a use, with colours in a space.
+    derived: HashMap<(PathBuf, PictureUse, ColorSpace), Derived>,
     /// Digests of their texels, in the order in which pictures were asked for.
     digests: Vec<Digest>,
-    /// Use of each texture.
-    uses: Vec<PictureUse>,
-    /// Indices of textures, by file, use and the bits of scale, offset and clamp.
-    indices: HashMap<(PathBuf, PictureUse, [u32; 6], [Wrap; 2]), u32>,
+    memory: TextureMemory,
+    /// Pager of the pictures beyond that, once there are some.
+    pager: Option<Arc<Pager>>,
+    /// Indices of textures, by the address of the picture, which stays, and the bits of its mapping.
+    indices: HashMap<(usize, [u32; 6], [Wrap; 2]), u32>,
 }
 
 impl Pictures {
@@ -164,20 +129,75 @@ impl Pictures {
         let line = Some(map.line);
         let wanted = Wanted { path: path.clone(), content, name: &map.file, asking, line, used };
         let picture = self.decoded(wanted, findings)?;
-        let key = (path.clone(), used);
-        let derived = match used {
-            PictureUse::Color | PictureUse::Normals | PictureUse::Parameter => picture,
-            PictureUse::Opacity => {
-                self.derived.entry(key).or_insert_with(|| (picture.with_opacity(), 1.0)).0.clone()
-            }
-            PictureUse::Heights => {
-                self.derived.entry(key).or_insert_with(|| picture.with_normals()).0.clone()
-            }
-        };
-        let Decoded { width, height, texels, .. } = derived;
+        let image = self.image_for(&path, &picture, used, map.space)?;
         let wrap = if map.clamp { Wrap::Clamp } else { Wrap::Repeat };
         let mapping = Mapping::scaled(map.scale, map.offset, [wrap; 2]);
-        Ok(self.place(Texture { path, width, height, texels, mapping }, used))
+        Ok(self.place(Texture { path, image, mapping }))
+    }
+
+    /// What a use makes of the `picture` at `path`, with colours in that `space` if it is stated.
+    pub fn image_for(
+        &mut self,
+        path: &Path,
+        picture: &Decoded,
+        used: PictureUse,
+        space: Option<ColorSpace>,
+    ) -> Result<Arc<Image>, SceneError> {
+        let space = space.unwrap_or(picture.space);
+        let key = (path.to_path_buf(), used, space);
+        if let Some(known) = self.derived.get(&key) {
+            return Ok(Arc::clone(&known.image));
+        }
+        let mut derived = match used {
+            PictureUse::Color | PictureUse::ColorParameter => {
+                Derived { image: picture.as_colors(space), cuts: picture.cuts, slope: 1.0 }
+            }
+            PictureUse::Normals | PictureUse::Parameter => {
+                Derived { image: picture.as_numbers(), cuts: picture.cuts, slope: 1.0 }
+            }
+            PictureUse::Opacity => {
+                let picture = picture.with_opacity();
+                Derived { cuts: picture.cuts, image: picture.image, slope: 1.0 }
+            }
+            PictureUse::Heights => {
+                let (picture, slope) = picture.with_normals();
+                Derived { image: picture.as_numbers(), cuts: false, slope }
+            }
+        };
+        if !Arc::ptr_eq(&derived.image, &picture.image) {
+            derived.image = self.within_memory(path, derived.image)?;
+        }
+        let image = Arc::clone(&derived.image);
+        self.derived.insert(key, derived);
+        Ok(image)
+    }
+
+    /// Returns `image`, in pages if it does not fit into the memory for textures.
+    fn within_memory(&mut self, path: &Path, image: Arc<Image>) -> Result<Arc<Image>, SceneError> {
+        let whole = self.memory.whole + image.bytes();
+        if image.pager().is_none() && whole <= self.memory.bytes / 2 {
+            self.memory.whole = whole;
+            return Ok(image);
+        }
+        let fault = |error: io::Error| {
+            let remedy =
+                "make room where temporary files are (TMPDIR), or state more texture_memory in [render]";
+            SceneError::new(
+                path,
+                format!("the texture does not fit into the file of textures: {error}; {remedy}"),
+            )
+        };
+        let pager = match &self.pager {
+            Some(pager) => pager,
+            None => self.pager.insert(Pager::new().map_err(fault)?),
+        };
+        pager.set_budget(self.memory.bytes / 2);
+        image.paged(pager).map(Arc::new).map_err(fault)
+    }
+
+    /// Has textures take so many bytes at most.
+    pub fn set_memory(&mut self, bytes: u64) {
+        self.memory.bytes = bytes;
     }
 
     /// Size and texels of a picture.
@@ -196,7 +216,7 @@ impl Pictures {
             Content::File(path) => decode_file(path),
             Content::Bytes(bytes) => {
                 self.embedded.insert(path.clone());
-                decode(Cursor::new(bytes), bytes.len() as u64, None)
+                decode_bytes(bytes)
             }
         };
         let picture = match read {
@@ -209,7 +229,10 @@ impl Pictures {
             // pictures must not depend on what else the machine does
             Err(Unusable::NoRoom(why)) => return Err(told(format!("the texture `{name}` {why}"))),
         };
-        self.digests.push(Digest::of_table(picture.width, bytemuck::cast_slice(&picture.texels)));
+        let finest = picture.image.finest();
+        self.digests.push(Digest::of_table(finest.width, finest.texels.bytes()));
+        let image = self.within_memory(&path, Arc::clone(&picture.image))?;
+        let picture = Decoded { image, ..picture };
         self.decoded.insert(path, picture.clone());
         Ok(picture)
     }
@@ -226,9 +249,13 @@ impl Pictures {
 
     /// Returns true if texture number `index` has places that are there and others that are not.
     pub fn cuts(&self, index: u32) -> bool {
-        let (path, used) = (&self.textures[index as usize].path, self.uses[index as usize]);
-        let derived = self.derived.get(&(path.clone(), used)).map(|(picture, _)| picture);
-        derived.or_else(|| self.decoded.get(path)).is_some_and(|picture| picture.cuts)
+        self.derived(index).is_some_and(|derived| derived.cuts)
+    }
+
+    /// The picture that texture number `index` shows, as it was made.
+    fn derived(&self, index: u32) -> Option<&Derived> {
+        let image = &self.textures[index as usize].image;
+        self.derived.values().find(|derived| Arc::ptr_eq(&derived.image, image))
     }
 
     /// Returns true if a checker stands in for texture number `index`.
@@ -238,134 +265,25 @@ impl Pictures {
 
     /// The normal map that texture number `index` is, with this factor on its slopes, unless it is a stand-in.
     pub fn normal_map(&self, index: u32, slope: f32) -> Option<NormalMap> {
-        let key = (self.textures[index as usize].path.clone(), self.uses[index as usize]);
-        let of_picture = self.derived.get(&key).map_or(1.0, |(_, slope)| *slope);
+        let of_picture = self.derived(index).map_or(1.0, |derived| derived.slope);
         (!self.is_stand_in(index)).then_some(NormalMap { map: index, slope: slope * of_picture })
     }
 
     /// Returns true if the alpha of texture number `index` is below `least` anywhere.
     pub fn falls_below(&self, index: u32, least: f32) -> bool {
-        self.textures[index as usize].texels.iter().any(|texel| f32::from(texel[3]) / 255.0 < least)
+        let texels = self.textures[index as usize].texels();
+        (0..texels.count()).any(|texel| texels.get(texel).alpha() / 255.0 < least)
     }
 
     /// Index of a texture: the same for equal ones.
-    pub fn place(&mut self, texture: Texture, used: PictureUse) -> u32 {
+    pub fn place(&mut self, texture: Texture) -> u32 {
         let Mapping { linear, offset, wrap } = texture.mapping;
         let [ux, uy, vx, vy] = linear.to_cols_array();
         let placed = [ux, uy, vx, vy, offset.x, offset.y].map(f32::to_bits);
-        let key = (texture.path.clone(), used, placed, wrap);
+        let key = (Arc::as_ptr(&texture.image).addr(), placed, wrap);
         *self.indices.entry(key).or_insert_with(|| {
             self.textures.push(texture);
-            self.uses.push(used);
             (self.textures.len() - 1) as u32
         })
-    }
-}
-
-/// Reason why a picture is not used, as the end of a sentence.
-#[derive(Debug, PartialEq)]
-enum Unusable {
-    /// Fault of the file.
-    AsItIs(String),
-    /// Lack of memory on this machine.
-    NoRoom(String),
-}
-
-fn decode_file(path: Option<&Path>) -> Result<Decoded, Unusable> {
-    let path = path.ok_or_else(|| Unusable::AsItIs("cannot be found".into()))?;
-    let Input { file, length: file_bytes, .. } =
-        input::open(path, Kind::Picture).map_err(|error| unreadable(&error))?;
-    // some decoders hold the file
-    let need = Need::new(Part::new("its file", file_bytes, "a smaller picture"));
-    need.check(&memory::left()).map_err(|error| Unusable::NoRoom(format!("does not fit: {error}")))?;
-    // files of some kinds have no mark, and are known by their ending alone
-    decode(BufReader::new(file), file_bytes, ImageFormat::from_path(path).ok())
-}
-
-fn unreadable(error: &dyn std::fmt::Display) -> Unusable {
-    Unusable::AsItIs(format!("cannot be read: {error}"))
-}
-
-/// Decodes a picture of `file_bytes` bytes; `format`: by the name of its file.
-fn decode(
-    bytes: impl BufRead + Seek,
-    file_bytes: u64,
-    format: Option<ImageFormat>,
-) -> Result<Decoded, Unusable> {
-    let mut reader = ImageReader::new(bytes);
-    if let Some(format) = format {
-        reader.set_format(format);
-    }
-    let reader = reader.with_guessed_format().map_err(|e| unreadable(&e))?;
-    if reader.format() == Some(ImageFormat::Hdr) {
-        // its values are linear and without a bound: as bytes they would be other colours
-        let why = "is a Radiance picture, which only environments take: convert it to PNG";
-        return Err(Unusable::AsItIs(why.into()));
-    }
-    let decoder = reader.into_decoder().map_err(|e| unreadable(&e))?;
-    let (width, height) = decoder.dimensions();
-    check_size([width, height], decoder.total_bytes(), file_bytes, &memory::left())?;
-    let picture = DynamicImage::from_decoder(decoder).map_err(|e| unreadable(&e))?.into_rgba8();
-    Ok(Decoded::new(width, height, Arc::from(bytemuck::cast_slice(picture.as_raw()))))
-}
-
-/// Checks the size of a picture before it is decoded; `decoded`: bytes that its texels take as its decoder
-/// has them.
-fn check_size(
-    [width, height]: [u32; 2],
-    decoded: u64,
-    file_bytes: u64,
-    left: &[memory::Headroom],
-) -> Result<(), Unusable> {
-    let texels = u64::from(width) * u64::from(height);
-    let of_size = |why: String| format!("of {width}x{height} texels {why}");
-    let refused = |why| Err(Unusable::AsItIs(of_size(why)));
-    if texels == 0 {
-        return refused(String::from("has none"));
-    }
-    if width.max(height) > LONGEST_EDGE {
-        return refused(format!("is too large: an edge may have {LONGEST_EDGE}"));
-    }
-    if texels / MOST_TEXELS_A_BYTE > file_bytes {
-        return refused(format!("cannot be in a file of {file_bytes} bytes"));
-    }
-    // as decoded, then with four bytes a texel, and copied to where it stays
-    let bytes = decoded.max(4 * texels) + 4 * texels;
-    let need = Need::new(Part::new("decoding it", bytes, "a smaller picture"));
-    need.check(left).map_err(|error| Unusable::NoRoom(of_size(format!("does not fit: {error}"))))
-}
-
-/// A checkerboard in magenta and black, which nobody takes for the real picture.
-fn checker() -> Decoded {
-    const EDGE: u32 = 8;
-    let texel = |i| if (i % EDGE + i / EDGE) % 2 == 0 { [255, 0, 255, 255] } else { [0, 0, 0, 255] };
-    Decoded::new(EDGE, EDGE, (0..EDGE * EDGE).map(texel).collect())
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::memory::Limit;
-
-    #[test]
-    fn sizes_are_looked_at_before_anything_is_decoded() {
-        let mib = 1 << 20;
-        let check = |width: u32, height: u32, file_bytes, left: u64| {
-            let decoded = 3 * u64::from(width) * u64::from(height);
-            check_size([width, height], decoded, file_bytes, &[(Limit::Machine, left)])
-        };
-        assert_eq!(check(1024, 1024, mib, 9 * mib), Ok(()));
-        assert_eq!(check(1024, 1024, 128, 9 * mib), Ok(()), "one colour");
-        let little = check(1024, 1024, mib, 6 * mib);
-        let words = "does not fit: about 8 MiB of memory are needed";
-        assert!(matches!(&little, Err(Unusable::NoRoom(why)) if why.contains(words)), "{little:?}");
-        for (width, height, file_bytes, left, words) in [
-            (25_000, 25_000, 1024, u64::MAX, "cannot be in a file of 1024 bytes"),
-            (40_000, 1, mib, u64::MAX, "an edge may have 32768"),
-            (0, 7, mib, u64::MAX, "has none"),
-        ] {
-            let why = check(width, height, file_bytes, left);
-            assert!(matches!(&why, Err(Unusable::AsItIs(why)) if why.contains(words)), "{words}: {why:?}");
-        }
     }
 }

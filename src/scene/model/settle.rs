@@ -72,7 +72,7 @@ impl Assembly {
                 self.findings.note(SceneError::new(asking(used), message).at_line(map.line));
                 continue;
             }
-            let index = self.picture(map, asking(used), PictureUse::Parameter)?;
+            let index = self.picture(map, asking(used), varying::picture_use(used))?;
             if !self.pictures.is_stand_in(index) {
                 maps[used] = Some(ParameterMap { map: index, channel: map.channel });
             }

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use glam::{Vec2, Vec3};
 
 use super::map_statement::{ByUse, Channel, MapUse};
+use super::pictures::PictureUse;
 use crate::scene::texture::{Placement, linear_color};
 use crate::scene::variants::Variants;
 use crate::scene::{Material, Texture};
@@ -62,6 +63,14 @@ pub(crate) fn is_of_use(material: &Material, used: MapUse) -> bool {
     }
 }
 
+/// Use of a picture that gives a parameter.
+pub(crate) fn picture_use(used: MapUse) -> PictureUse {
+    match used {
+        MapUse::Emission | MapUse::Specular => PictureUse::ColorParameter,
+        _ => PictureUse::Parameter,
+    }
+}
+
 /// Variants of a material.
 pub(crate) struct Made {
     /// The materials, in the order of their numbers.
@@ -89,11 +98,12 @@ pub(crate) fn make(
 ) -> Option<Made> {
     let pictures = || VARYING.into_iter().filter_map(|used| Some((used, maps[used]?)));
     let texture = |map: ParameterMap| &textures[map.map as usize];
-    let finest = pictures().map(|(_, map)| texture(map)).max_by_key(|texture| texture.texels.len())?;
+    let finest = pictures().map(|(_, map)| texture(map)).max_by_key(|texture| texture.texels().count())?;
     let placement = finest.placement();
     let pictures: Vec<Picture> =
         pictures().map(|(used, map)| Picture::new(used, map, texture(map), &placement)).collect();
-    let numbers: Vec<Numbers> = (0..finest.texels.len()).map(|texel| numbers_of(&pictures, texel)).collect();
+    let numbers: Vec<Numbers> =
+        (0..finest.texels().count()).map(|texel| numbers_of(&pictures, texel)).collect();
     let (of_texel, kinds) =
         LEVELS.iter().find_map(|levels| numbered(&numbers, *levels, most.min(MOST_VARIANTS)))?;
     let materials: Vec<Material> = kinds.iter().map(|kind| variant(material, maps, *kind)).collect();
@@ -118,16 +128,21 @@ impl<'a> Picture<'a> {
         Self { used, channel: map.channel, texture, asked: *asked, is_same }
     }
 
-    /// Texel of this picture at the centre of number `texel` of those asked for.
+    /// Texel of this picture at the centre of number `texel` of those asked for; colours sRGB-encoded.
     fn texel(&self, texel: usize) -> [u8; 4] {
+        let texels = self.texture.texels();
+        let of_picture = |texel: usize| match picture_use(self.used) {
+            PictureUse::ColorParameter => texels.get(texel).srgb(),
+            _ => texels.get(texel).bytes(),
+        };
         if self.is_same {
-            return self.texture.texels[texel];
+            return of_picture(texel);
         }
         let (x, y) = (texel as u32 % self.asked.width, texel as u32 / self.asked.width);
         let at = |i: u32, count: u32| (i as f32 + 0.5) / count as f32;
         let in_picture = Vec2::new(at(x, self.asked.width), 1.0 - at(y, self.asked.height));
         let uv = self.asked.mapping.uv_of(in_picture);
-        self.texture.texels[self.texture.between(uv).chosen([0.5; 2])]
+        of_picture(self.texture.between(uv).chosen([0.5; 2]))
     }
 }
 
@@ -242,7 +257,7 @@ mod tests {
 
     fn texture(width: u32, texels: Vec<[u8; 4]>) -> Texture {
         let height = texels.len() as u32 / width;
-        Texture { path: PathBuf::new(), width, height, texels: texels.into(), mapping: Mapping::default() }
+        Texture::of_bytes(PathBuf::new(), [width, height], texels.into(), Mapping::default())
     }
 
     fn metal_rough() -> Material {

@@ -138,6 +138,10 @@ pub fn from_text_with(
     let says_orbit = camera.get_ref().key.iter().any(|key| key.get_ref().orbit.is_some());
     let overrides = file.material.iter().map(|table| replacement(text, table)).collect::<Result<_, _>>()?;
     let assembly = Assembly::new(strict, overrides).reading(file.mtl.kd_beside_map_kd);
+    let assembly = match settings::texture_memory(text, render)? {
+        Some(bytes) => assembly.with_texture_memory(bytes),
+        None => assembly,
+    };
     let mut assembly = match before {
         Some(file) => assembly.with(file),
         None => assembly,

@@ -145,6 +145,15 @@ fn samples(
     }
 }
 
+/// Reads the memory for textures, in bytes, if the shot states it.
+pub fn texture_memory(text: TomlText<'_>, table: &RenderTable) -> Result<Option<u64>, SceneError> {
+    let mib = table
+        .texture_memory
+        .as_ref()
+        .map(|value| text.whole("texture_memory", value, 0..i64::from(MOST_TREE_MEMORY) + 1));
+    Ok(mib.transpose()?.map(|mib| u64::from(mib) << 20))
+}
+
 /// The frames that `cuts` lists.
 pub fn marked_cuts(text: TomlText<'_>, table: &RenderTable) -> Result<Vec<i32>, SceneError> {
     let frame = |cut: &At<i64>| {

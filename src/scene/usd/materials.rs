@@ -8,10 +8,11 @@ use super::file::{Input, Picture, Surface, UsdFile};
 use crate::scene::cutout::{Cutout, LEAST_OPACITY};
 use crate::scene::material::LARGEST_COLOR;
 use crate::scene::model::assemble::Assembly;
+use crate::scene::model::decoded::{ColorSpace, Decoded};
 use crate::scene::model::map_statement::{Channel, MapUse};
 use crate::scene::model::mtl::MtlMaterial;
-use crate::scene::model::pictures::{Content, Decoded, PictureUse, Wanted};
-use crate::scene::model::varying::{ParameterMap, Settled};
+use crate::scene::model::pictures::{Content, PictureUse, Wanted};
+use crate::scene::model::varying::{ParameterMap, Settled, picture_use};
 use crate::scene::{Material, SceneError, Texture, texture};
 
 /// Bounds of the index of refraction: an index of 1 stands for "not stated" in MTL files.
@@ -81,7 +82,7 @@ impl Assembly {
             let Some(picture) = picture_of_parameter(input, used).filter(|_| is_there && !is_replaced) else {
                 continue;
             };
-            let map = self.usd_picture(file, picture, PictureUse::Parameter)?;
+            let map = self.usd_picture(file, picture, picture_use(used))?;
             let channel = [Channel::Red, Channel::Green, Channel::Blue, Channel::Alpha];
             let channel = channel[picture.channel.unwrap_or(0).min(3)];
             maps[used] = (!self.pictures.is_stand_in(map)).then_some(ParameterMap { map, channel });
@@ -221,12 +222,14 @@ impl Assembly {
         picture: &Picture,
         channel: usize,
     ) -> Result<u32, SceneError> {
-        let Decoded { width, height, texels, .. } = self.usd_decoded(file, picture, PictureUse::Parameter)?;
-        let texels = texels.iter().map(|texel| [texel[0], texel[1], texel[2], texel[channel]]).collect();
+        let decoded = self.usd_decoded(file, picture, PictureUse::Parameter)?;
+        let (finest, size) = (decoded.image.finest(), decoded.size());
+        let texels = (0..finest.texels.count()).map(|texel| finest.texels.get(texel).bytes());
+        let texels = texels.map(|texel| [texel[0], texel[1], texel[2], texel[channel]]).collect();
         let mut path = picture.path.clone().into_os_string();
         path.push(format!("#channel {channel}"));
-        let texture = Texture { path: PathBuf::from(path), width, height, texels, mapping: picture.mapping };
-        Ok(self.pictures.place(texture, PictureUse::Color))
+        let texture = Texture::of_bytes(PathBuf::from(path), size, texels, picture.mapping);
+        Ok(self.pictures.place(texture))
     }
 
     /// The texture of a colour. Returns its index.
@@ -236,9 +239,6 @@ impl Assembly {
         picture: &Picture,
         unused: &mut Vec<&'static str>,
     ) -> Result<u32, SceneError> {
-        if picture.is_raw {
-            unused.push("pictures of colours are taken as sRGB, also where sourceColorSpace is raw");
-        }
         if picture.channel.is_some() {
             unused.push(
                 "colours are those of a picture's red, green and blue, also where one channel is named",
@@ -254,10 +254,11 @@ impl Assembly {
         picture: &Picture,
         used: PictureUse,
     ) -> Result<u32, SceneError> {
-        let Decoded { width, height, texels, .. } = self.usd_decoded(file, picture, used)?;
+        let decoded = self.usd_decoded(file, picture, used)?;
         let path = picture.path.clone();
-        let texture = Texture { path, width, height, texels, mapping: picture.mapping };
-        Ok(self.pictures.place(texture, used))
+        let space = picture.is_raw.then_some(ColorSpace::Linear);
+        let image = self.pictures.image_for(&path, &decoded, used, space)?;
+        Ok(self.pictures.place(Texture { path, image, mapping: picture.mapping }))
     }
 
     fn usd_decoded(

@@ -22,7 +22,7 @@ pub const SHAPES: [&str; 11] = [
 pub const MATERIALS: [&str; 6] = ["m0", "m1", "m2", "m3", "m4", "m5"];
 
 /// Textures that materials may name.
-pub const TEXTURES: [&str; 2] = ["checks.bmp", "black.bmp"];
+pub const TEXTURES: [&str; 3] = ["checks.bmp", "black.bmp", "fine.bmp"];
 
 /// Opacity that cuts holes out; numbers elsewhere.
 pub const HOLES: &str = "holes.bmp";
@@ -37,10 +37,16 @@ pub const MAP: &str = "around.hdr";
 pub fn content(name: &str) -> Option<Vec<u8>> {
     match name {
         "plain.mtl" => Some(mtl().into_bytes()),
-        "checks.bmp" => Some(bmp(|x, y| if (x + y) % 2 == 0 { [250, 240, 230] } else { [30, 60, 90] })),
-        "black.bmp" => Some(bmp(|_, _| [0, 0, 0])),
-        HOLES => Some(bmp(|x, y| [(40 + 70 * (x * 3 + y * 5) % 200) as u8; 3])),
-        NORMALS => Some(bmp(|x, y| [(64 * x) as u8, (200 - 40 * y) as u8, (255 - 50 * ((x + y) % 4)) as u8])),
+        "checks.bmp" => Some(bmp(4, |x, y| if (x + y) % 2 == 0 { [250, 240, 230] } else { [30, 60, 90] })),
+        // finer than most cells are
+        "fine.bmp" => {
+            Some(bmp(256, |x, y| [(x * 37 + y * 11) as u8, (x ^ y) as u8, if x % 2 == 0 { 9 } else { 250 }]))
+        }
+        "black.bmp" => Some(bmp(4, |_, _| [0, 0, 0])),
+        HOLES => Some(bmp(4, |x, y| [(40 + 70 * (x * 3 + y * 5) % 200) as u8; 3])),
+        NORMALS => {
+            Some(bmp(4, |x, y| [(64 * x) as u8, (200 - 40 * y) as u8, (255 - 50 * ((x + y) % 4)) as u8]))
+        }
         MAP => Some(hdr()),
         _ => {
             let mut parts = name.strip_suffix(".obj")?.split('.');
@@ -192,12 +198,11 @@ fn obj(mesh: &Mesh, material: &str, bend: u32) -> String {
 }
 
 /// 4 x 4 pixels, 24 bits each.
-fn bmp(color: impl Fn(usize, usize) -> [u8; 3]) -> Vec<u8> {
-    const SIDE: usize = 4;
+fn bmp(side: usize, color: impl Fn(usize, usize) -> [u8; 3]) -> Vec<u8> {
     const HEADER: u32 = 54;
     let mut bytes = Vec::from(*b"BM");
-    let pixels = (SIDE * SIDE * 3) as u32;
-    for word in [HEADER + pixels, 0, HEADER, 40, SIDE as u32, SIDE as u32] {
+    let pixels = (side * side * 3) as u32;
+    for word in [HEADER + pixels, 0, HEADER, 40, side as u32, side as u32] {
         bytes.extend(word.to_le_bytes());
     }
     bytes.extend(1_u16.to_le_bytes());
@@ -205,7 +210,7 @@ fn bmp(color: impl Fn(usize, usize) -> [u8; 3]) -> Vec<u8> {
     for word in [0, pixels, 0, 0, 0, 0] {
         bytes.extend(word.to_le_bytes());
     }
-    for (y, x) in (0..SIDE).flat_map(|y| (0..SIDE).map(move |x| (y, x))) {
+    for (y, x) in (0..side).flat_map(|y| (0..side).map(move |x| (y, x))) {
         let [red, green, blue] = color(x, y);
         bytes.extend([blue, green, red]);
     }

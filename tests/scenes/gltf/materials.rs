@@ -104,7 +104,7 @@ fn pictures_may_be_in_the_file_or_beside_it() {
     let wraps = [[Wrap::Repeat; 2], [Wrap::Repeat; 2], [Wrap::Clamp, Wrap::Mirror]];
     for (material, wrap) in materials.iter().zip(wraps) {
         let texture = &shot.scene.textures[material.diffuse_map.unwrap() as usize];
-        assert_eq!((texture.width, texture.height, texture.texels[1]), (2, 1, [0, 102, 51, 255]));
+        assert_eq!((texture.size(), texture.texels().get(1).bytes()), ([2, 1], [0, 102, 51, 255]));
         let mapping = Mapping::scaled(Vec2::new(2.0, 4.0), Vec2::new(0.25, -3.5), wrap);
         assert_eq!(texture.mapping, mapping);
         // green is roughness, blue is metal

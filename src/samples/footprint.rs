@@ -1,0 +1,111 @@
+//! Size of the place on a surface that a sample stands for.
+
+use crate::scrambled::scrambled;
+
+/// Width, in object space, of the place that a sample stands for: textures are filtered over it. It belongs to the sample, so that
+/// the colour of the sample does not change with the eye; when the eye is so much nearer or farther that the place has
+/// [another width](Self::serves), the sample ends.
+///
+/// A byte: steps of the square root of 2 from 2^-63 on; 0 for samples of surfaces without textures.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Footprint(u8);
+
+/// Byte of the width 1.
+const ONE: f32 = 128.0;
+
+/// Steps by which the logarithm to the base 2 is divided.
+const STEPS: f32 = 2.0;
+
+/// Largest change of the width: a factor of 2. Textures are filtered too much or too little by as much, at most.
+const MOST_STEPS: f32 = 1.0 * STEPS;
+
+impl Footprint {
+    /// No place: textures are shown texel by texel.
+    pub const NONE: Self = Self(0);
+
+    /// Creates the footprint of a width above 0, rounded to one of the nearest steps by chance, which `bits` decide: so a surface does
+    /// not lose all of its samples in one frame.
+    pub fn new(width: f32, bits: u32) -> Self {
+        let chance = (scrambled(bits) >> 8) as f32 / (1 << 24) as f32;
+        Self((steps_of(width) + chance).clamp(1.0, 255.0) as u8)
+    }
+
+    /// Width, object space; 0 for none.
+    #[inline]
+    pub fn width(self) -> f32 {
+        if self.0 == 0 {
+            return 0.0;
+        }
+        let of_even = f32::from_bits((u32::from(self.0 / 2) + 127 - 64) << 23);
+        if self.0 % 2 == 0 { of_even } else { of_even * std::f32::consts::SQRT_2 }
+    }
+
+    /// Returns true if there is a place.
+    #[inline]
+    pub fn is_some(self) -> bool {
+        self.0 != 0
+    }
+
+    /// Returns true if this still serves where the place has `width` now.
+    #[inline]
+    pub fn serves(self, width: f32) -> bool {
+        (steps_of(width) - f32::from(self.0)).abs() <= MOST_STEPS
+    }
+
+    /// Converts the footprint to a byte, to be saved.
+    pub fn to_byte(self) -> u8 {
+        self.0
+    }
+
+    /// Inverse of [`to_byte`](Self::to_byte).
+    pub fn from_byte(byte: u8) -> Self {
+        Self(byte)
+    }
+}
+
+/// Steps up to a width; within the range of bytes, also of widths that are not positive or finite.
+#[inline]
+fn steps_of(width: f32) -> f32 {
+    // an approximate logarithm, straight between powers of two: its error of a tenth is the same on every machine
+    let log = width.to_bits() as f32 / (1 << 23) as f32 - 127.0;
+    (ONE + STEPS * log).clamp(1.0, 255.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_footprint_serves_up_to_twice_and_half_its_width() {
+        for (number, width) in [1e-6_f32, 0.01, 1.0, 3.7, 1e9].into_iter().enumerate() {
+            for bits in 0..50 {
+                let footprint = Footprint::new(width, bits + 100 * number as u32);
+                let ratio = footprint.width() / width;
+                assert!((0.65..1.5).contains(&ratio), "{width}: {ratio}");
+                assert!([0.75, 1.0, 1.4].iter().all(|factor| footprint.serves(width * factor)));
+                assert!([0.3, 3.0].iter().all(|factor| !footprint.serves(width * factor)));
+            }
+        }
+    }
+
+    #[test]
+    fn samples_of_one_surface_end_one_after_the_other() {
+        let ended =
+            |factor: f32| (0..1000).filter(|bits| !Footprint::new(1.3, *bits).serves(1.3 * factor)).count();
+        let counts = [1.5, 1.75, 2.0, 2.25, 2.5].map(ended);
+        assert!(counts.windows(2).all(|pair| pair[0] <= pair[1]), "{counts:?}");
+        assert!(counts[0] == 0 && (100..900).contains(&counts[2]) && counts[4] == 1000, "{counts:?}");
+    }
+
+    #[test]
+    fn odd_widths_have_footprints() {
+        for width in [0.0, -1.0, f32::NAN, f32::INFINITY, f32::MIN_POSITIVE, 1e-42] {
+            let footprint = Footprint::new(width, 7);
+            assert!(
+                footprint.is_some() && footprint.width() > 0.0 && footprint.width().is_finite(),
+                "{width}"
+            );
+        }
+        assert_eq!(Footprint::NONE.width(), 0.0);
+    }
+}

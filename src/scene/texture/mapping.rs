@@ -1,0 +1,134 @@
+//! Places of pictures on surfaces: from texture coordinates to texels.
+
+use glam::{Mat2, Vec2, Vec3};
+
+/// From the texture coordinates of a surface to places of a picture, and what is beyond its edges.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Mapping {
+    /// Map of u and v, v upwards: scales (`-s`), turns and mirrors.
+    pub linear: Mat2,
+    /// Added to u and v then (`-o`).
+    pub offset: Vec2,
+    /// Beyond the edges across, and beyond those up and down.
+    pub wrap: [Wrap; 2],
+}
+
+/// Way in which a picture goes on beyond an edge.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
+pub enum Wrap {
+    /// The whole repeats.
+    #[default]
+    Repeat,
+    /// The texels of the edge go on (`-clamp on`).
+    Clamp,
+    /// The whole repeats, every other time mirrored.
+    Mirror,
+}
+
+impl Default for Mapping {
+    fn default() -> Self {
+        Self { linear: Mat2::IDENTITY, offset: Vec2::ZERO, wrap: [Wrap::Repeat; 2] }
+    }
+}
+
+impl Mapping {
+    /// Creates a mapping that scales u and v by themselves.
+    pub fn scaled(scale: Vec2, offset: Vec2, wrap: [Wrap; 2]) -> Self {
+        Self { linear: Mat2::from_diagonal(scale), offset, wrap }
+    }
+
+    /// Place in the picture of texture coordinates, v upwards; beyond 0 and 1 it wraps.
+    #[inline]
+    pub fn at(&self, uv: Vec2) -> Vec2 {
+        self.linear * uv + self.offset
+    }
+
+    /// Texture coordinates of a place in the picture: not finite where the picture is scaled to nothing.
+    pub fn uv_of(&self, place: Vec2) -> Vec2 {
+        self.linear.inverse() * (place - self.offset)
+    }
+}
+
+/// Place of a picture's texels on surfaces: see [`Texture`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Placement {
+    /// Width in texels.
+    pub width: u32,
+    /// Height in texels.
+    pub height: u32,
+    /// Where on them texture coordinates lie.
+    pub mapping: Mapping,
+}
+
+impl Placement {
+    /// Finds the texels between whose centres `uv` (v upwards) lies.
+    #[inline]
+    pub fn between(&self, uv: Vec2) -> Between {
+        let uv = self.mapping.at(uv);
+        let [across, down] = self.mapping.wrap;
+        let (x0, x1, fx) = neighbours(uv.x, self.width, across);
+        let (y0, y1, fy) = neighbours(1.0 - uv.y, self.height, down);
+        let index = |x: u32, y: u32| y as usize * self.width as usize + x as usize;
+        Between { texels: [index(x0, y0), index(x1, y0), index(x0, y1), index(x1, y1)], shares: [fx, fy] }
+    }
+}
+
+/// Finds the two texels between whose centres `t` (0..1 over the picture) lies, and the position between
+/// them, 0..1.
+fn neighbours(t: f32, size: u32, wrap: Wrap) -> (u32, u32, f32) {
+    let t = match (t.is_finite(), wrap) {
+        (false, _) => 0.0,
+        (true, Wrap::Clamp) => t.clamp(0.0, 1.0),
+        (true, Wrap::Repeat) => t - t.floor(),
+        (true, Wrap::Mirror) => {
+            let twice = (t * 0.5 - (t * 0.5).floor()) * 2.0;
+            1.0 - (1.0 - twice).abs()
+        }
+    };
+    let at = t * size as f32 - 0.5;
+    let low = at.floor();
+    let fraction = at - low;
+    let last = size - 1;
+    // low is -1..=last: the cast stops at 0
+    let first = if low >= 0.0 { (low as u32).min(last) } else { u32::MAX };
+    let second = first.wrapping_add(1);
+    if wrap == Wrap::Repeat {
+        (first.min(last), if second > last { 0 } else { second }, fraction)
+    } else {
+        (if first == u32::MAX { 0 } else { first }, second.min(last), fraction)
+    }
+}
+
+/// A place between the centres of four texels.
+#[derive(Debug, Clone, Copy)]
+pub struct Between {
+    /// Indices of the texels: left and right above, left and right below.
+    pub(super) texels: [usize; 4],
+    /// Shares of the way to the right, and down; 0 to 1.
+    pub(super) shares: [f32; 2],
+}
+
+impl Between {
+    /// Interpolates what texels have, bilinearly.
+    #[inline(always)]
+    pub fn of(&self, texel: impl Fn(usize) -> Vec3) -> Vec3 {
+        let Self { texels: [a, b, c, d], shares: [across, down] } = *self;
+        let above = texel(a).lerp(texel(b), across);
+        let below = texel(c).lerp(texel(d), across);
+        above.lerp(below, down)
+    }
+
+    /// Index of the texel to the left above.
+    pub fn first(&self) -> usize {
+        self.texels[0]
+    }
+
+    /// Index of one of the texels, each as likely as interpolation weighs it: by two numbers below 1 and not
+    /// below 0. The mean over all numbers is the interpolated value (Fajardo, Wronski, Salvi and Pharr, "Stochastic
+    /// Texture Filtering", 2023).
+    #[inline]
+    pub fn chosen(&self, [across, down]: [f32; 2]) -> usize {
+        let [right, below] = self.shares;
+        self.texels[usize::from(across < right) + 2 * usize::from(down < below)]
+    }
+}
