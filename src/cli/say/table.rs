@@ -223,11 +223,11 @@ pub fn memory_line(memory: &Memory) -> String {
 pub fn texture_line(pages: &PageCounts) -> String {
     let PageCounts { bytes: all, held, asked, read } = *pages;
     format!(
-        "{:<9}{} in pages of a file, {} of them held; {} texels asked for, {:.3} % of them in pages that had to be read",
+        "{:<9}{} in pages of a file, {} of them held; {} M texels asked for, {:.3} % of them in pages that had to be read",
         "textures",
         bytes(all),
         bytes(held),
-        format!("{} M", millions(asked)),
+        millions(asked),
         100.0 * read as f64 / asked.max(1) as f64
     )
 }

@@ -216,12 +216,12 @@ impl PagedLevel {
     }
 
     fn texel_of(&self, page: &[u8], at: usize) -> Texel {
-        if self.texel_bytes == size_of::<[u8; 4]>() {
-            Texel::Bytes(page.as_chunks().0[at])
-        } else {
-            let bytes: [u8; 8] = page.as_chunks().0[at];
-            let [r0, r1, g0, g1, b0, b1, a0, a1] = bytes;
-            Texel::Halves([[r0, r1], [g0, g1], [b0, b1], [a0, a1]].map(f16::from_ne_bytes))
+        let bytes = &page[at * self.texel_bytes..(at + 1) * self.texel_bytes];
+        match *bytes {
+            [r, g, b, a] => Texel::Bytes([r, g, b, a]),
+            _ => Texel::Halves(std::array::from_fn(|channel| {
+                f16::from_ne_bytes([bytes[2 * channel], bytes[2 * channel + 1]])
+            })),
         }
     }
 }
