@@ -111,7 +111,7 @@ pub fn render(
     let begin = Instant::now();
     let (now, map_rays) = surroundings::updated(std::mem::take(maps), &frame, &prepared.bounds);
     let frame = FrameView { maps: &now, ..frame };
-    seconds.enhance += begin.elapsed().as_secs_f64();
+    seconds.light += begin.elapsed().as_secs_f64();
     let shown = history.film.take().and_then(Arc::into_inner);
     let film_is_last = shown.is_some();
     let mut film = shown.unwrap_or_else(|| develop::blank(&history.levels[0].grid, frame.channels));

@@ -110,7 +110,7 @@ fn infer_tile(
         let casts_rays = enhance::enhance(frame, tile, radiance, bounces, trees, placed, trace);
         state.goes_on = radiance.is_followed;
         state.was_quiet &= !casts_rays;
-        clock.lap(&mut scratch.seconds.enhance);
+        clock.lap(&mut scratch.seconds.light);
     }
     remake
 }
@@ -155,7 +155,7 @@ fn update_samples(
     let (light_changed, bounds) = direct::light(frame, tile, flags, lighting, placed, &mut trace.tally);
     tile.compact();
     (state.until, state.bounds) = (until.min(open_until).min(reflected_until), bounds);
-    clock.lap(&mut seconds.enhance);
+    clock.lap(&mut seconds.light);
 
     let counts = trace.tally.counts;
     let kept_light_changed = light_changed || openness_changed || reflected_changed;
