@@ -215,17 +215,21 @@ fn verify_servers(
         let next = match reused {
             _ if asked == MOST_ASKED => None,
             Reused::None => None,
-            Reused::InPlace(detached, _) => {
-                serving.ask_next(frame.reuse, tile, &static_camera::tiles(detached, before.as_deref()))
+            Reused::InPlace(detached, _) => serving.ask_next(
+                frame.settings.reuse,
+                tile,
+                &static_camera::tiles(detached, before.as_deref()),
+            ),
+            Reused::Projected(old, _) => {
+                serving.ask_next(frame.settings.reuse, tile, &|source| old.tile(source))
             }
-            Reused::Projected(old, _) => serving.ask_next(frame.reuse, tile, &|source| old.tile(source)),
         };
         match next {
             Some(next) => cells = next,
             None => break,
         }
     }
-    if frame.reuse == Reuse::Target { serving.probes(tile) } else { CellSet::default() }
+    if frame.settings.reuse == Reuse::Target { serving.probes(tile) } else { CellSet::default() }
 }
 
 /// Writes of a tile what the film does not show yet.
