@@ -1,7 +1,8 @@
 //! Eight values at a time: arithmetic that becomes vector instructions.
 //!
-//! It has the operations that shading needs, and no fused multiply-add: the same operations in the same order
-//! give the same bits on every processor. Nothing here branches; a choice is a [`Mask`] and [`Mask::select`].
+//! It has the operations that shading and the tracer in Rust need. Shading takes no fused multiply-add: the same
+//! operations in the same order give the same bits on every processor. Nothing here branches; a choice is a
+//! [`Mask`] and [`Mask::select`].
 
 use std::f32::consts::LN_2;
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
@@ -94,13 +95,32 @@ impl F32x8 {
     /// Smaller of the two; `other` where one is a NaN.
     #[inline(always)]
     pub fn min(self, other: Self) -> Self {
-        self.lt(other).select(self, other)
+        // one instruction where it is the same to the bit, NaN and signs of zeros included
+        match cfg!(target_arch = "x86_64") {
+            true => Self(self.0.fast_min(other.0)),
+            false => self.lt(other).select(self, other),
+        }
     }
 
     /// Greater of the two; `other` where one is a NaN.
     #[inline(always)]
     pub fn max(self, other: Self) -> Self {
-        self.gt(other).select(self, other)
+        match cfg!(target_arch = "x86_64") {
+            true => Self(self.0.fast_max(other.0)),
+            false => self.gt(other).select(self, other),
+        }
+    }
+
+    /// Returns `self` + a b, rounded once or twice, as the build says: for tests whose answers do not depend on it.
+    #[inline(always)]
+    pub fn add_product(self, a: Self, b: Self) -> Self {
+        Self(a.0.mul_add(b.0, self.0))
+    }
+
+    /// Returns `self` - a b, rounded like [`add_product`](Self::add_product).
+    #[inline(always)]
+    pub fn less_product(self, a: Self, b: Self) -> Self {
+        Self(a.0.mul_neg_add(b.0, self.0))
     }
 
     /// Absolute values.
@@ -305,6 +325,12 @@ impl Mask {
         Self::of_bits(eight(numbers).cmp_lt(u32x8::splat(border)))
     }
 
+    /// Inverse of [`bits`](Self::bits).
+    #[inline(always)]
+    pub fn from_bits(bits: u8) -> Self {
+        Self::new(|lane| bits >> lane & 1 != 0)
+    }
+
     #[inline(always)]
     fn of_bits(bits: u32x8) -> Self {
         Self(F32x8::from_bits(bits).0)
@@ -494,6 +520,25 @@ mod tests {
         assert_eq!(*few.select(count, F32x8::ZERO).values(), [0.0, 1.0, 2.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
         assert_eq!(Mask::new(|lane| lane == 7).bits(), 0b1000_0000);
         assert!((few | !few).bits() == Mask::ALL.bits() && !(few & !few).any());
+    }
+
+    #[test]
+    fn the_lesser_and_the_greater_are_what_a_comparison_says() {
+        const A: [f32; LANES] = [0.0, -0.0, f32::NAN, 1.0, f32::INFINITY, -1.0, 2.0, 6.0];
+        const B: [f32; LANES] = [-0.0, 0.0, 4.0, f32::NAN, 5.0, f32::NEG_INFINITY, 2.0, 8.5];
+        let (lesser, greater) = (F32x8::new(A).min(F32x8::new(B)), F32x8::new(A).max(F32x8::new(B)));
+        for (lane, (a, b)) in A.into_iter().zip(B).enumerate() {
+            let wanted = [if a < b { a } else { b }, if a > b { a } else { b }].map(f32::to_bits);
+            assert_eq!([lesser.lane(lane), greater.lane(lane)].map(f32::to_bits), wanted, "{a} and {b}");
+        }
+    }
+
+    #[test]
+    fn bits_and_products_come_back() {
+        assert_eq!(Mask::from_bits(0b1010_0110).bits(), 0b1010_0110);
+        let [two, three] = [2.0, 3.0].map(F32x8::splat);
+        assert_eq!(*two.add_product(three, three).values(), [11.0; LANES]);
+        assert_eq!(*two.less_product(three, three).values(), [-7.0; LANES]);
     }
 
     #[test]

@@ -305,6 +305,9 @@ impl std::fmt::Display for RefinementError {
 impl std::error::Error for RefinementError {}
 
 /// Settings of a whole run.
+///
+/// Other crates change what they want of the [default](Self::default): `Settings { samples: 3, ..Settings::default() }`.
+/// `#[non_exhaustive]` would forbid that, and is left out: any version may add fields.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Settings {
     /// Width of the picture, pixels.

@@ -12,9 +12,10 @@ use crate::stereo::Eye;
 /// Seconds of wall-clock time, by phase.
 ///
 /// The phases of a frame run tile by tile on all threads: their time is split by the time that the threads
-/// spent in each. `reproject` includes the pose, the commit to the tracer and scattering, `enhance` the
-/// shadow rays of samples. `total` is the whole frame, with work that is in no phase, without the audit.
+/// spent in each. `reproject` includes the pose, the commit to the tracer and scattering; `light` is all light, kept
+/// and seen, with its shadow rays. `total` is the whole frame, with work that is in no phase, without the audit.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
+#[serde(into = "WrittenSeconds")]
 #[allow(missing_docs, reason = "the phases of the frame loop, by name")]
 pub struct Seconds {
     /// The whole frame, `denoise` and `write` included.
@@ -22,12 +23,34 @@ pub struct Seconds {
     pub reproject: f64,
     pub verify: f64,
     pub trace: f64,
-    pub enhance: f64,
+    pub light: f64,
     pub filter: f64,
-    /// Present only where frames are denoised.
-    #[serde(skip_serializing_if = "is_zero")]
+    /// Zero where frames are not denoised.
     pub denoise: f64,
     pub write: f64,
+}
+
+/// [`Seconds`] with the keys that files have.
+#[derive(Serialize)]
+struct WrittenSeconds {
+    total: f64,
+    reproject: f64,
+    verify: f64,
+    trace: f64,
+    light: f64,
+    /// Old name of `light`: written until the version after 0.1.
+    enhance: f64,
+    filter: f64,
+    #[serde(skip_serializing_if = "is_zero")]
+    denoise: f64,
+    write: f64,
+}
+
+impl From<Seconds> for WrittenSeconds {
+    fn from(seconds: Seconds) -> Self {
+        let Seconds { total, reproject, verify, trace, light, filter, denoise, write } = seconds;
+        Self { total, reproject, verify, trace, light, enhance: light, filter, denoise, write }
+    }
 }
 
 fn is_zero(seconds: &f64) -> bool {
@@ -400,7 +423,7 @@ macro_rules! sum_fields {
         }
     };
 }
-sum_fields!(Seconds: total, reproject, verify, trace, enhance, filter, denoise, write);
+sum_fields!(Seconds: total, reproject, verify, trace, light, filter, denoise, write);
 sum_fields!(SampleCounts: base, good, overlapped, missed, obscured, spare);
 sum_fields!(RayCounts: primary, verification, shadow, reflection, refraction, gathering);
 sum_fields!(TracingSeconds: primary, verification, shadow, bounced);
@@ -504,7 +527,10 @@ mod tests {
         assert_eq!(keys(""), sorted("shot settings frames totals memory"));
         assert_eq!(keys("/frames/0"), sorted("frame mode seconds samples rays tracing audit"));
         assert_eq!(keys("/totals"), sorted("seconds samples rays tracing audit"));
-        assert_eq!(keys("/frames/0/seconds"), sorted("total reproject verify trace enhance filter write"));
+        assert_eq!(
+            keys("/frames/0/seconds"),
+            sorted("total reproject verify trace light enhance filter write")
+        );
         assert_eq!(keys("/totals/samples"), sorted("base good overlapped missed obscured spare"));
         assert_eq!(
             keys("/totals/rays"),

@@ -9,7 +9,7 @@ use super::secondary::ray_trees::bytes_of_tree;
 use super::shot::exposed;
 use crate::layers::Layers;
 use crate::memory::{Need, Part};
-use crate::samples::{CELLS, Spare, TagLayout, Tile};
+use crate::samples::{CELLS, Sample, TagLayout, Tile};
 use crate::scene::{CameraTrack, LightGroups, Material, Model, Scene, Shot};
 use crate::settings::{Mode, Reuse, Settings};
 use crate::trace::{BackendKind, held_twice};
@@ -74,7 +74,7 @@ fn need_of_chain(shot: &Shot, settings: &Settings, kind: BackendKind, inferred: 
                     (_, _) => format!(" for {of_eye} exposures of two eyes"),
                 }
             ),
-            (stores * tiles + twice) * untagged + stores * (lists + spares_of(size_of::<Spare>())),
+            (stores * tiles + twice) * untagged + stores * (lists + spares_of(size_of::<Sample>())),
             if exposures.is_some() {
                 "fewer --exposures, a smaller --size, fewer --samples"
             } else {

@@ -32,7 +32,7 @@ use crate::layers::Layers;
 use crate::pose::{CameraPose, Pose};
 use crate::samples::SampleStore;
 use crate::samples::saved::PictureName;
-use crate::settings::{Backdrop, Caustics, Mode, Settings};
+use crate::settings::{Mode, Settings};
 use crate::shade::deformed::Deformations;
 use crate::shade::sampling::hash_of;
 use crate::stats::{AuditCounts, Seconds, TracingSeconds};
@@ -111,7 +111,7 @@ pub fn render(
     let begin = Instant::now();
     let (now, map_rays) = surroundings::updated(std::mem::take(maps), &frame, &prepared.bounds);
     let frame = FrameView { maps: &now, ..frame };
-    seconds.enhance += begin.elapsed().as_secs_f64();
+    seconds.light += begin.elapsed().as_secs_f64();
     let shown = history.film.take().and_then(Arc::into_inner);
     let film_is_last = shown.is_some();
     let mut film = shown.unwrap_or_else(|| develop::blank(&history.levels[0].grid, frame.channels));
@@ -257,26 +257,17 @@ impl<'a> Setup<'a> {
             dynamic_bounds: &self.dynamic_bounds,
             tracer,
             maps: &NO_MAPS,
-            depth: settings.depth,
-            reflections: settings.reflections,
+            settings,
             paths: prepared.layout.paths,
             first_paths: prepared.layout.paths.min(settings.first_paths() as usize),
-            budget: settings.budget,
-            samples: settings.samples_a_frame(),
-            bounces: settings.bounces,
-            finds_caustics: settings.caustics == Caustics::Paths,
-            clamp: settings.clamp,
             occlusion: prepared.occlusion,
             motion: self.motions.0,
             other_motion: self.motions.1,
             light_changes: &self.light_changes,
             area_light_change: self.area_light_change,
-            chooses: settings.mode == Mode::Auto,
-            reuse: settings.reuse,
             keeps_trees: false,
             light_change: self.light_changes.iter().fold(Until::FOREVER, |least, until| least.min(*until)),
             layers: settings.layers,
-            shows_background: settings.background == Backdrop::Visible,
             motion_vectors: self.motion_vectors[0].as_ref(),
             kernel: Kernel::new(settings.filter, settings.filter_radius()),
             channels: self.channels,
@@ -345,7 +336,7 @@ fn choose(can: bool, store: Option<&SampleStore>, frame: &FrameView) -> (bool, E
     match store {
         Some(store) if can && frame.plan.camera != CameraChange::None => {
             let estimate = estimate(store, frame);
-            let is_traced = estimate.is_cut || frame.chooses && !estimate.pays;
+            let is_traced = estimate.is_cut || frame.settings.mode == Mode::Auto && !estimate.pays;
             (!is_traced, estimate)
         }
         _ => (can, Estimate::default()),

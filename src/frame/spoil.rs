@@ -13,7 +13,7 @@ use crate::film::Film;
 use crate::lanes::Vec3x8;
 use crate::pose::Pose;
 use crate::samples::{
-    CELLS, EMPTY, Flags, KeptPath, Octahedral, PathColor, Record, Tag, TagSlot, Tile, half_colors,
+    CELLS, EMPTY, Flags, KeptPath, Octahedral, PathColor, Record, Sample, Tag, TagSlot, Tile, half_colors,
 };
 use crate::scene::Scene;
 use crate::shade::on_mesh::OnMesh;
@@ -233,9 +233,7 @@ fn hide<'t>(
             let place = OnMesh::new(mesh, hit.triangle, weights).with_width(width);
             let material = place.material(scene);
             let color: Vec3 = place.reflectance(scene, &scene.materials[usize::from(material)]);
-            [tile.x[cell], tile.y[cell], tile.z[cell]] = point.to_array();
-            tile.model[cell] = hit.model;
-            tile.record[cell] = Record {
+            let record = Record {
                 triangle: hit.triangle,
                 normal: Octahedral::fold(normal * side),
                 geometric_normal: Octahedral::fold(geometric_normal * side),
@@ -244,6 +242,7 @@ fn hide<'t>(
                 flags: Flags::FROM_BEHIND.when(is_behind),
                 ..tile.record[cell]
             };
+            tile.put(cell, Sample { point, model: hit.model, record });
             tile.tags.forget(&[cell as u32]);
             count += 1;
         }

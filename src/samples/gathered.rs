@@ -6,8 +6,8 @@
 
 use wide::u32x8;
 
-use super::store::{HalfColor, full_color, half_colors};
-use super::{KeptPath, Octahedral, Openness, PathColor, PathList, TagLayout};
+use super::store::{full_color, half_colors};
+use super::{HalfColor, KeptPath, Octahedral, Openness, PathColor, PathList, TagLayout};
 use crate::changes::Until;
 use crate::lanes::{F32x8, LANES, Vec3x8};
 use crate::shade::sampling::SampleSeed;

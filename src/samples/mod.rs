@@ -15,6 +15,7 @@ mod openness;
 mod path_color;
 mod path_list;
 mod pool;
+mod sample;
 pub mod saved;
 mod spare;
 mod store;
@@ -27,10 +28,10 @@ pub use openness::Openness;
 pub use path_color::PathColor;
 pub use path_list::{KeptPath, PathList};
 pub use pool::{LeavingStore, OldStore, TilePool};
-pub use spare::{MOST_SPARES, Spare, Spares};
+pub use sample::{Flags, HalfColor, Record, Sample};
+pub use spare::{MOST_SPARES, Spares};
 pub use store::{
-    BACKGROUND, CELLS, Column, EMPTY, Flags, HalfColor, Move, Record, SampleStore, TILE, Tile, full_color,
-    half_colors,
+    BACKGROUND, CELLS, Column, EMPTY, Move, SampleStore, Slot, TILE, Tile, full_color, half_colors,
 };
 pub use tag::{AREA_POINTS, AreaTag, Tag, TagLayout, TagSlot, Tags};
 

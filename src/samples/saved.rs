@@ -25,7 +25,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{
     AreaTag, BACKGROUND, CELLS, EMPTY, Flags, Footprint, GatheredLight, HalfColor, KeptPath, MOST_SPARES,
-    Octahedral, Openness, PathColor, PathLight, PathList, Record, Spare, Status, Tag, TagLayout, Tile,
+    Octahedral, Openness, PathColor, PathLight, PathList, Record, Sample, Status, Tag, TagLayout, Tile,
 };
 use crate::changes::Until;
 use crate::lanes::LANES;
@@ -106,7 +106,7 @@ pub fn encode(tile: &Tile, bytes: &mut Vec<u8>) {
         let which = if has_sample { HAS_SAMPLE } else { 0 } | if is_copy { IS_COPY } else { 0 };
         bytes.push(tile.status[cell] as u8 | which);
         if has_sample {
-            encode_sample(&tile.slot(cell), bytes);
+            encode_sample(&tile.sample(cell), bytes);
             bytes.extend(tile.tags.single.iter().map(|column| column[cell] as u8));
             bytes.extend(tile.tags.area.iter().flat_map(|column| column[cell].to_bytes()));
             encode_gathered(&tile.gathered, cell, bytes);
@@ -121,8 +121,8 @@ pub fn encode(tile: &Tile, bytes: &mut Vec<u8>) {
     }
 }
 
-fn encode_sample(sample: &Spare, bytes: &mut Vec<u8>) {
-    let Spare { point, model, record } = sample;
+fn encode_sample(sample: &Sample, bytes: &mut Vec<u8>) {
+    let Sample { point, model, record } = sample;
     let Record {
         triangle,
         normal,
@@ -196,9 +196,7 @@ pub fn decode(bytes: &[u8], layout: &TagLayout, named: &Named<'_>) -> Option<Box
         tile.status[cell] = *Status::ALL.get(usize::from(byte & !(HAS_SAMPLE | IS_COPY)))?;
         tile.set_copy(cell, byte & IS_COPY != 0);
         if byte & HAS_SAMPLE != 0 {
-            let Spare { point, model, record } = decode_sample(&mut bytes, named)?;
-            [tile.x[cell], tile.y[cell], tile.z[cell]] = point.to_array();
-            (tile.model[cell], tile.record[cell]) = (model, record);
+            tile.put(cell, decode_sample(&mut bytes, named)?);
             for column in &mut tile.tags.single {
                 column[cell] = decode_tag(&mut bytes)?;
             }
@@ -223,7 +221,7 @@ pub fn decode(bytes: &[u8], layout: &TagLayout, named: &Named<'_>) -> Option<Box
     bytes.0.is_empty().then_some(tile)
 }
 
-fn decode_sample(bytes: &mut Bytes<'_>, named: &Named<'_>) -> Option<Spare> {
+fn decode_sample(bytes: &mut Bytes<'_>, named: &Named<'_>) -> Option<Sample> {
     let point = Vec3::new(bytes.float()?, bytes.float()?, bytes.float()?);
     let model = bytes.word()?;
     let record = Record {
@@ -247,7 +245,7 @@ fn decode_sample(bytes: &mut Bytes<'_>, named: &Named<'_>) -> Option<Spare> {
     };
     let materials = named.scene.materials.len().max(1);
     let is_good = is_there && point.is_finite() && record.traced <= named.rendered;
-    (is_good && usize::from(record.material) < materials).then_some(Spare { point, model, record })
+    (is_good && usize::from(record.material) < materials).then_some(Sample { point, model, record })
 }
 
 fn decode_tag(bytes: &mut Bytes<'_>) -> Option<Tag> {

@@ -1,26 +1,13 @@
 //! Spare samples: samples of a tile that serve none of its cells in this frame, and may serve one in the
 //! next.
 
-use glam::Vec3;
-
-use super::{AreaTag, CELLS, Flags, GatheredLight, Record, Tag, TagLayout, TagSlot, Tags, Tile};
-
-/// A spare sample without its tags and what it has gathered.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Spare {
-    /// See [`Tile::x`].
-    pub point: Vec3,
-    /// See [`Tile::model`].
-    pub model: u32,
-    /// Other data of the sample.
-    pub record: Record,
-}
+use super::{AreaTag, CELLS, Flags, GatheredLight, Sample, Slot, Tag, TagLayout, TagSlot, Tags, Tile};
 
 /// Spare samples of a tile, in no particular order.
 #[derive(Debug, Clone, Default)]
 pub struct Spares {
     /// The samples.
-    pub samples: Vec<Spare>,
+    pub samples: Vec<Sample>,
     /// Tags of each sample, by lights that have one tag a sample.
     pub(super) single: Vec<Vec<Tag>>,
     /// Tags of each sample, by area lights.
@@ -76,13 +63,13 @@ impl Spares {
 
     /// Appends the sample in `slot` of `from`.
     pub fn push(&mut self, from: &Tile, slot: usize) {
-        self.samples.push(from.slot(slot));
-        match slot.checked_sub(CELLS) {
-            None => {
-                from.tags.push_to(slot, &mut self.single, &mut self.area);
-                self.gathered.push(&from.gathered, slot);
+        self.samples.push(from.sample(slot));
+        match Slot::new(slot) {
+            Slot::Cell(cell) => {
+                from.tags.push_to(cell, &mut self.single, &mut self.area);
+                self.gathered.push(&from.gathered, cell);
             }
-            Some(number) => {
+            Slot::Spare(number) => {
                 let Self { single, area, gathered, .. } = &from.spares;
                 self.gathered.push(gathered, number);
                 self.single.iter_mut().zip(single).for_each(|(to, from)| to.push(from[number]));
@@ -92,7 +79,7 @@ impl Spares {
     }
 
     /// Appends a sample with unknown tags, and with the gathered light of sample number `at` of `gathered`.
-    pub fn push_untagged(&mut self, spare: Spare, gathered: &GatheredLight, at: usize) {
+    pub fn push_untagged(&mut self, spare: Sample, gathered: &GatheredLight, at: usize) {
         self.samples.push(spare);
         self.gathered.push(gathered, at);
         self.single.iter_mut().for_each(|tags| tags.push(Tag::Unknown));
@@ -113,8 +100,8 @@ impl Spares {
     pub fn update_tags(
         &mut self,
         slot: TagSlot,
-        mut single: impl FnMut(usize, &Spare, Tag) -> Tag,
-        mut area: impl FnMut(usize, &Spare, AreaTag) -> AreaTag,
+        mut single: impl FnMut(usize, &Sample, Tag) -> Tag,
+        mut area: impl FnMut(usize, &Sample, AreaTag) -> AreaTag,
     ) {
         match slot {
             TagSlot::Single(column) => {
@@ -131,7 +118,7 @@ impl Spares {
     }
 
     /// Adds the flags that `flags` returns to each sample's.
-    pub fn set_flags(&mut self, flags: impl Fn(&Spare) -> Flags) {
+    pub fn set_flags(&mut self, flags: impl Fn(&Sample) -> Flags) {
         for spare in &mut self.samples {
             spare.record.flags = spare.record.flags.with(flags(spare));
         }
@@ -139,7 +126,7 @@ impl Spares {
 
     /// Resets gathered light and openness of the samples that `is_doubtful` names: see
     /// [`GatheredLight::forget`].
-    pub fn forget_answers(&mut self, is_doubtful: impl Fn(&Spare) -> bool) {
+    pub fn forget_answers(&mut self, is_doubtful: impl Fn(&Sample) -> bool) {
         let samples = &self.samples;
         self.gathered.forget(|number| is_doubtful(&samples[number]));
     }
@@ -167,6 +154,6 @@ impl Spares {
         let single: usize = self.single.iter().map(Vec::capacity).sum();
         let area: usize = self.area.iter().map(Vec::capacity).sum();
         let tags = single * size_of::<Tag>() + area * size_of::<AreaTag>();
-        self.samples.capacity() * size_of::<Spare>() + tags + self.gathered.bytes()
+        self.samples.capacity() * size_of::<Sample>() + tags + self.gathered.bytes()
     }
 }

@@ -4,7 +4,9 @@ use glam::Vec3;
 use half::f16;
 use half::slice::HalfFloatSliceExt;
 
-use super::{Footprint, GatheredLight, MOST_SPARES, Octahedral, Spare, Spares, Status, TagLayout, Tags};
+use super::{
+    Flags, GatheredLight, HalfColor, MOST_SPARES, Octahedral, Record, Sample, Spares, Status, TagLayout, Tags,
+};
 use crate::changes::Until;
 use crate::lanes::{F32x8, LANES, Vec3x8};
 use crate::prefetch::prefetch;
@@ -35,87 +37,23 @@ pub struct Move {
     pub from: u16,
 }
 
-/// Colour as it is stored: R, G and B in half floats.
-pub type HalfColor = [f16; 3];
-
-/// Data of a sample beside its place: 32 bytes that are copied as a whole when the sample finds its new cell.
-///
-/// Directions and colours are rounded when a sample is *traced*, before anything is computed from them: a
-/// sample that was kept is shaded from the same numbers as one that was just made.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-#[repr(C)]
-pub struct Record {
-    /// Index into [`Mesh::triangles`](crate::scene::Mesh::triangles).
-    pub triangle: u32,
-    /// Shading normal, object space, on the side from which the sample is seen.
-    pub normal: Octahedral,
-    /// Geometric normal, object space, on the side from which the sample is seen.
-    pub geometric_normal: Octahedral,
-    /// Reflectance that the diffuse and the ambient one are shares of, texture included: see
-    /// [`Material::painted`](crate::scene::Material::painted).
-    pub reflectance: HalfColor,
-    /// Light that does not depend on the eye: emission, ambient and diffuse light. Radiance, linear RGB.
-    pub direct_diffuse: HalfColor,
-    /// Number of the rendered frame in which the sample was traced, counted from the renderer's first.
-    pub traced: u32,
-    /// Index into [`Scene::materials`](crate::scene::Scene::materials).
-    pub material: u16,
-    /// Flags of the sample.
-    pub flags: Flags,
-    /// Place over which its textures are filtered.
-    pub footprint: Footprint,
+/// Part of a tile that a [slot](Tile::slots) is in.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Slot {
+    /// A cell.
+    Cell(usize),
+    /// Number of a spare sample.
+    Spare(usize),
 }
 
-const _: () = assert!(size_of::<Record>() == 32);
-
-/// Set of flags, a bit each.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Flags(u8);
-
-impl Flags {
-    /// The eye sees the back of the triangle.
-    pub const FROM_BEHIND: Self = Self(1);
-    /// Visibility from the eye was not verified in the frame before.
-    pub const UNSEEN: Self = Self(2);
-    /// The stored light must be summed anew.
-    pub const STALE: Self = Self(4);
-
-    /// These flags if `holds`, else none.
-    pub fn when(self, holds: bool) -> Self {
-        if holds { self } else { Self(0) }
-    }
-
-    /// Converts the flags to bits, to be saved.
-    pub fn to_bits(self) -> u8 {
-        self.0
-    }
-
-    /// Inverse of [`to_bits`](Self::to_bits); `None` for other bits.
-    pub fn from_bits(bits: u8) -> Option<Self> {
-        let all = Self::FROM_BEHIND.with(Self::UNSEEN).with(Self::STALE);
-        (bits & !all.0 == 0).then_some(Self(bits))
-    }
-
-    /// Returns true if all flags of `other` are set.
-    pub fn has(self, other: Self) -> bool {
-        self.0 & other.0 == other.0
-    }
-
-    /// Union with the flags of `other`.
-    pub fn with(self, other: Self) -> Self {
-        Self(self.0 | other.0)
-    }
-
-    /// These flags without those of `other`.
-    pub fn without(self, other: Self) -> Self {
-        Self(self.0 & !other.0)
-    }
-}
-
-impl Record {
-    /// Returns true if the eye sees the back of the triangle.
-    pub fn is_from_behind(&self) -> bool {
-        self.flags.has(Flags::FROM_BEHIND)
+impl Slot {
+    /// Slot number `slot` of a tile.
+    #[inline(always)]
+    pub fn new(slot: usize) -> Self {
+        match slot.checked_sub(CELLS) {
+            None => Self::Cell(slot),
+            Some(number) => Self::Spare(number),
+        }
     }
 }
 
@@ -180,11 +118,21 @@ impl Tile {
 
     /// Sample in a slot, without its tags.
     #[inline(always)]
-    pub fn slot(&self, slot: usize) -> Spare {
-        match slot.checked_sub(CELLS) {
-            None => Spare { point: self.point(slot), model: self.model[slot], record: self.record[slot] },
-            Some(number) => self.spares.samples[number],
+    pub fn sample(&self, slot: usize) -> Sample {
+        match Slot::new(slot) {
+            Slot::Cell(cell) => {
+                Sample { point: self.point(cell), model: self.model[cell], record: self.record[cell] }
+            }
+            Slot::Spare(number) => self.spares.samples[number],
         }
+    }
+
+    /// Puts a sample into a cell. The caller sets all that is not in it.
+    #[inline(always)]
+    pub fn put(&mut self, cell: usize, Sample { point, model, record }: Sample) {
+        [self.x[cell], self.y[cell], self.z[cell]] = point.to_array();
+        self.model[cell] = model;
+        self.record[cell] = record;
     }
 
     /// Prefetches eight samples, from cell `first` on.
@@ -206,9 +154,9 @@ impl Tile {
     /// Model and record of the sample in a slot.
     #[inline(always)]
     pub fn surface_in(&self, slot: usize) -> (u32, &Record) {
-        match slot.checked_sub(CELLS) {
-            None => (self.model[slot], &self.record[slot]),
-            Some(number) => (self.spares.samples[number].model, &self.spares.samples[number].record),
+        match Slot::new(slot) {
+            Slot::Cell(cell) => (self.model[cell], &self.record[cell]),
+            Slot::Spare(number) => (self.spares.samples[number].model, &self.spares.samples[number].record),
         }
     }
 
@@ -218,17 +166,20 @@ impl Tile {
     fn copy_untagged(&mut self, cell: usize, from: &Self, slot: usize) -> Flags {
         let cell = cell % CELLS;
         // records straight from one to the other: a copy in between would wait for the first
-        let record = if slot < CELLS {
-            self.x[cell] = from.x[slot];
-            self.y[cell] = from.y[slot];
-            self.z[cell] = from.z[slot];
-            self.model[cell] = from.model[slot];
-            &from.record[slot]
-        } else {
-            let spare = &from.spares.samples[slot - CELLS];
-            [self.x[cell], self.y[cell], self.z[cell]] = spare.point.to_array();
-            self.model[cell] = spare.model;
-            &spare.record
+        let record = match Slot::new(slot) {
+            Slot::Cell(old) => {
+                self.x[cell] = from.x[old];
+                self.y[cell] = from.y[old];
+                self.z[cell] = from.z[old];
+                self.model[cell] = from.model[old];
+                &from.record[old]
+            }
+            Slot::Spare(number) => {
+                let spare = &from.spares.samples[number];
+                [self.x[cell], self.y[cell], self.z[cell]] = spare.point.to_array();
+                self.model[cell] = spare.model;
+                &spare.record
+            }
         };
         self.record[cell] = *record;
         record.flags
@@ -260,9 +211,9 @@ impl Tile {
     /// sets the status and the bit of copies. Returns the sample's flags.
     #[inline]
     pub fn copy_slot(&mut self, cell: usize, from: &Self, slot: usize) -> Flags {
-        match slot.checked_sub(CELLS) {
-            None => self.tags.take_over(cell, &from.tags, slot),
-            Some(number) => from.spares.copy_tags(number, &mut self.tags, cell),
+        match Slot::new(slot) {
+            Slot::Cell(old) => self.tags.take_over(cell, &from.tags, old),
+            Slot::Spare(number) => from.spares.copy_tags(number, &mut self.tags, cell),
         }
         self.copy_gathered(cell, from, slot);
         self.copy_untagged(cell, from, slot)
@@ -271,9 +222,9 @@ impl Tile {
     /// Copies gathered light and openness of the sample in `slot` of `from`.
     #[inline]
     fn copy_gathered(&mut self, cell: usize, from: &Self, slot: usize) {
-        match slot.checked_sub(CELLS) {
-            None => self.gathered.copy(cell, &from.gathered, slot),
-            Some(number) => self.gathered.copy(cell, &from.spares.gathered, number),
+        match Slot::new(slot) {
+            Slot::Cell(old) => self.gathered.copy(cell, &from.gathered, old),
+            Slot::Spare(number) => self.gathered.copy(cell, &from.spares.gathered, number),
         }
     }
 
@@ -389,7 +340,7 @@ impl Tile {
     pub fn make_spare(&mut self, cell: usize, moved: bool) {
         let is_copy = self.copies[cell / LANES] >> (cell % LANES) & 1 != 0;
         if !is_copy && self.spares.len() < MOST_SPARES {
-            let mut spare = self.slot(cell);
+            let mut spare = self.sample(cell);
             spare.record.flags = spare.record.flags.with(Flags::STALE);
             self.spares.push_untagged(spare, &self.gathered, cell);
             if moved {

@@ -1,6 +1,6 @@
 //! Shadow tags: the results of a sample's last shadow rays to each light.
 
-use super::{CELLS, Column, EMPTY, GatheredLight, Move, PathList, Spares};
+use super::{CELLS, Column, EMPTY, GatheredLight, Move, PathList, Slot, Spares};
 use crate::changes::anything_changes;
 use crate::lanes::{LANES, Mask};
 use crate::scene::{Light, Material, Scene};
@@ -378,8 +378,11 @@ fn copy_all<'t, T: Copy + 't, S: Copy>(
 ) {
     let columns: Vec<_> = sources.iter().map(|source| column(*source)).collect();
     for Move { to: cell, source, from } in moves {
-        let ((cells, spares), slot) = (columns[usize::from(*source)], usize::from(*from));
-        to[usize::from(*cell) % CELLS] = if slot < CELLS { cells[slot] } else { spares[slot - CELLS] };
+        let (cells, spares) = columns[usize::from(*source)];
+        to[usize::from(*cell) % CELLS] = match Slot::new(usize::from(*from)) {
+            Slot::Cell(cell) => cells[cell],
+            Slot::Spare(number) => spares[number],
+        };
     }
 }
 

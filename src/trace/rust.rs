@@ -12,8 +12,7 @@
 //! - [`beam`]: rays that go about the same way pass through the tree as one;
 //! - [`rays`]: a packet's rays, and which of them make a beam;
 //! - [`quadrics`]: tests of quadrics, each ray by itself;
-//! - [`search`]: both queries, for beams and for single rays;
-//! - [`lanes`]: eight floats at once, with AVX2 where the processor has it.
+//! - [`search`]: both queries, for beams and for single rays.
 //!
 //! Packets that are said to be coherent are traced as beams, one for each main direction of their rays; all
 //! others ray by ray. Where a ray meets two triangles at the same t, that with the lower numbers is the
@@ -27,7 +26,6 @@
 //! (`examples/trace_speed.rs`, which compares this tracer with Embree).
 
 mod beam;
-mod lanes;
 mod quadrics;
 mod rays;
 mod search;
@@ -48,7 +46,6 @@ use crate::pose::Pose;
 use crate::scene::{Mesh, Model, Scene};
 use crate::settings::Caustics;
 use beam::{Beam, Open, Probe, Visitor, walk};
-use lanes::{F32x8, Work, dispatch};
 use quadrics::{Quadrics, Standing};
 use rays::{Pace, Rays, first_of, open_lanes};
 use search::{Exempt, block_beam, block_ray, closest_of_beam, closest_of_ray};
@@ -249,7 +246,7 @@ struct OpenTrees<'a> {
 impl Tracer for RustTracer<'_> {
     fn closest(&self, rays: &RayBatch, among: SceneSubset, coherence: Coherence, hits: &mut HitBatch) {
         hits.packets.resize(rays.packet_count(), HitPacket::NONE);
-        dispatch(FindClosest { trees: &self.all, rays, among, coherence, hits: &mut hits.packets });
+        find_closest(&self.all, rays, among, coherence, &mut hits.packets);
     }
 
     fn blocked(
@@ -266,7 +263,7 @@ impl Tracer for RustTracer<'_> {
         };
         if by == Occluders::Still || !trees.movable.is_empty() || !trees.quadrics.is_empty() {
             let clear_passes = self.clear_passes && purpose == Purpose::Shadow;
-            dispatch(FindBlocked { trees, rays, by, purpose, clear_passes, coherence, blocked });
+            find_blocked(trees, rays, Blockers { by, purpose, clear_passes, coherence }, blocked);
         }
     }
 }
@@ -288,49 +285,42 @@ fn next_beam(rays: &Rays, rest: u16, coherence: Coherence) -> u16 {
     }
 }
 
-struct FindClosest<'a> {
-    trees: &'a OpenTrees<'a>,
-    rays: &'a RayBatch,
+/// Finds the first hits of all rays.
+fn find_closest(
+    trees: &OpenTrees<'_>,
+    rays: &RayBatch,
     among: SceneSubset,
     coherence: Coherence,
-    hits: &'a mut [HitPacket],
-}
-
-impl Work for FindClosest<'_> {
-    #[inline(always)]
-    fn run<L: F32x8>(self, lanes: L) {
-        let mut stack = Vec::new();
-        for ((packet, used), best) in self.rays.packets().zip(self.hits) {
-            best.t = packet.far;
-            best.model = [NO_HIT; LANES];
-            best.triangle = [NO_HIT; LANES];
-            let rays = rays_of(packet);
-            let still = self.trees.still;
-            if !still.is_empty() {
-                closest_of(lanes, still, OF_INSTANCE, &rays, used, self.coherence, best, &mut stack);
+    hits: &mut [HitPacket],
+) {
+    let mut stack = Vec::new();
+    for ((packet, used), best) in rays.packets().zip(hits) {
+        best.t = packet.far;
+        best.model = [NO_HIT; LANES];
+        best.triangle = [NO_HIT; LANES];
+        let rays = rays_of(packet);
+        if !trees.still.is_empty() {
+            closest_of(trees.still, OF_INSTANCE, &rays, used, coherence, best, &mut stack);
+        }
+        let movable = (among == SceneSubset::All).then_some(&trees.movable);
+        for instances in [Some(trees.at_rest), movable].into_iter().flatten() {
+            if !instances.is_empty() {
+                let placed = Placed { meshes: trees.meshes, instances };
+                placed.closest(&rays, used, coherence, best, &mut stack);
             }
-            let movable = (self.among == SceneSubset::All).then_some(&self.trees.movable);
-            for instances in [Some(self.trees.at_rest), movable].into_iter().flatten() {
-                if !instances.is_empty() {
-                    let among = Placed { meshes: self.trees.meshes, instances };
-                    among.closest(lanes, &rays, used, self.coherence, best, &mut stack);
-                }
-            }
-            if !self.trees.still_quadrics.is_empty() {
-                self.trees.still_quadrics.closest(lanes, &rays, used, best, &mut stack);
-            }
-            if self.among == SceneSubset::All && !self.trees.quadrics.is_empty() {
-                self.trees.quadrics.closest(lanes, &rays, used, best, &mut stack);
-            }
+        }
+        if !trees.still_quadrics.is_empty() {
+            trees.still_quadrics.closest(&rays, used, best, &mut stack);
+        }
+        if among == SceneSubset::All && !trees.quadrics.is_empty() {
+            trees.quadrics.closest(&rays, used, best, &mut stack);
         }
     }
 }
 
 /// Shortens the rays `used` to their first hits in `triangles`.
 #[inline(always)]
-#[expect(clippy::too_many_arguments, reason = "each is a thing by itself, and what they make is only called")]
-fn closest_of<L: F32x8>(
-    lanes: L,
+fn closest_of(
     triangles: &Triangles,
     instance: u32,
     rays: &Rays,
@@ -343,67 +333,61 @@ fn closest_of<L: F32x8>(
     while rest != 0 {
         let mut beam = next_beam(rays, rest, coherence);
         rest &= !beam;
-        if beam.count_ones() >= LEAST_BEAM
-            && closest_of_beam(lanes, triangles, instance, rays, beam, best, stack)
-        {
+        if beam.count_ones() >= LEAST_BEAM && closest_of_beam(triangles, instance, rays, beam, best, stack) {
             continue;
         }
         while beam != 0 {
-            closest_of_ray(lanes, triangles, instance, rays, first_of(beam), best, stack);
+            closest_of_ray(triangles, instance, rays, first_of(beam), best, stack);
             beam &= beam - 1;
         }
     }
 }
 
-struct FindBlocked<'a> {
-    trees: &'a OpenTrees<'a>,
-    rays: &'a RayBatch,
+/// Question that shadow rays, and rays between a surface and the eye, ask.
+#[derive(Clone, Copy)]
+struct Blockers {
     by: Occluders,
     purpose: Purpose,
+    /// True if triangles that cast no shadow let the rays pass.
     clear_passes: bool,
     coherence: Coherence,
-    blocked: &'a mut [u16],
 }
 
-impl Work for FindBlocked<'_> {
-    #[inline(always)]
-    fn run<L: F32x8>(self, lanes: L) {
-        let mut stack = Vec::new();
-        for ((packet, used), blocked) in self.rays.packets().zip(self.blocked) {
-            let open = used & !*blocked;
-            let own = (self.purpose == Purpose::Sight).then_some((&packet.own_model, &packet.own_triangle));
-            let exempt = Exempt { clear: self.clear_passes, own };
-            let (rays, mut far) = (rays_of(packet), packet.far);
-            let (coherence, stack) = (self.coherence, &mut stack);
-            let moved_alone = self.by == Occluders::Moved;
-            let (instances, quadrics) = match self.by {
-                Occluders::Still => {
-                    let still = self.trees.still;
-                    if !still.is_empty() {
-                        block(lanes, still, OF_INSTANCE, &rays, open, coherence, exempt, &mut far, stack);
-                    }
-                    (self.trees.at_rest, self.trees.still_quadrics)
+/// Marks the rays that are blocked; those that are marked already are not traced.
+fn find_blocked(trees: &OpenTrees<'_>, rays: &RayBatch, asked: Blockers, blocked: &mut [u16]) {
+    let Blockers { by, purpose, clear_passes, coherence } = asked;
+    let mut stack = Vec::new();
+    for ((packet, used), blocked) in rays.packets().zip(blocked) {
+        let open = used & !*blocked;
+        let own = (purpose == Purpose::Sight).then_some((&packet.own_model, &packet.own_triangle));
+        let exempt = Exempt { clear: clear_passes, own };
+        let (rays, mut far) = (rays_of(packet), packet.far);
+        let moved_alone = by == Occluders::Moved;
+        let (instances, quadrics) = match by {
+            Occluders::Still => {
+                if !trees.still.is_empty() {
+                    block(trees.still, OF_INSTANCE, &rays, open, coherence, exempt, &mut far, &mut stack);
                 }
-                Occluders::Movable | Occluders::Moved => (&self.trees.movable, &self.trees.quadrics),
-            };
-            if !instances.is_empty() {
-                let open = open & open_lanes(&far);
-                let among = Placed { meshes: self.trees.meshes, instances };
-                among.block(lanes, moved_alone, &rays, open, coherence, exempt, &mut far, stack);
+                (trees.at_rest, trees.still_quadrics)
             }
-            if !quadrics.is_empty() {
-                quadrics.block(lanes, moved_alone, &rays, open, exempt, &mut far, stack);
-            }
-            *blocked |= open & !open_lanes(&far);
+            Occluders::Movable | Occluders::Moved => (&trees.movable, &trees.quadrics),
+        };
+        if !instances.is_empty() {
+            let open = open & open_lanes(&far);
+            let placed = Placed { meshes: trees.meshes, instances };
+            placed.block(moved_alone, &rays, open, coherence, exempt, &mut far, &mut stack);
         }
+        if !quadrics.is_empty() {
+            quadrics.block(moved_alone, &rays, open, exempt, &mut far, &mut stack);
+        }
+        *blocked |= open & !open_lanes(&far);
     }
 }
 
 /// Ends those of the rays `used` that `triangles` block.
 #[inline(always)]
 #[expect(clippy::too_many_arguments, reason = "each is a thing by itself, and what they make is only called")]
-fn block<L: F32x8>(
-    lanes: L,
+fn block(
     triangles: &Triangles,
     instance: u32,
     rays: &Rays,
@@ -417,14 +401,13 @@ fn block<L: F32x8>(
     while rest != 0 {
         let mut beam = next_beam(rays, rest, coherence);
         rest &= !beam;
-        if beam.count_ones() >= LEAST_BEAM
-            && block_beam(lanes, triangles, instance, rays, beam, exempt, far, stack)
+        if beam.count_ones() >= LEAST_BEAM && block_beam(triangles, instance, rays, beam, exempt, far, stack)
         {
             continue;
         }
         beam &= open_lanes(far);
         while beam != 0 {
-            block_ray(lanes, triangles, instance, rays, first_of(beam), exempt, far, stack);
+            block_ray(triangles, instance, rays, first_of(beam), exempt, far, stack);
             beam &= beam - 1;
         }
     }
@@ -440,9 +423,8 @@ struct Placed<'a> {
 impl Placed<'_> {
     /// Shortens the rays `used` to their first hits.
     #[inline(always)]
-    fn closest<L: F32x8>(
+    fn closest(
         &self,
-        lanes: L,
         rays: &Rays,
         used: u16,
         coherence: Coherence,
@@ -455,16 +437,16 @@ impl Placed<'_> {
             rest &= !used;
             let (among, above) = (*self, &self.instances.above);
             if coherence == Coherence::Incoherent {
-                let (mut ray, ..) = rays.one(lanes, first_of(used), best.t[first_of(used)], &above.bounds);
+                let (mut ray, ..) = rays.one(first_of(used), best.t[first_of(used)], &above.bounds);
                 let pace = Pace::OF_T;
-                let mut visitor = ClosestInstance { lanes, among, rays, used, pace, coherence, best };
-                walk::<true, L, _>(&mut ray, above, stack, &mut visitor);
+                let mut visitor = ClosestInstance { among, rays, used, pace, coherence, best };
+                walk::<true, _>(&mut ray, above, stack, &mut visitor);
                 continue;
             }
-            let (common, pace) = rays.common(lanes, used, &best.t);
-            let mut beam = Beam::new(lanes, &common, &above.bounds);
-            let mut visitor = ClosestInstance { lanes, among, rays, used, pace, coherence, best };
-            walk::<true, L, _>(&mut beam, above, stack, &mut visitor);
+            let (common, pace) = rays.common(used, &best.t);
+            let mut beam = Beam::new(&common, &above.bounds);
+            let mut visitor = ClosestInstance { among, rays, used, pace, coherence, best };
+            walk::<true, _>(&mut beam, above, stack, &mut visitor);
         }
     }
 
@@ -474,9 +456,8 @@ impl Placed<'_> {
         clippy::too_many_arguments,
         reason = "each is a thing by itself, and what they make is only called"
     )]
-    fn block<L: F32x8>(
+    fn block(
         &self,
-        lanes: L,
         moved_alone: bool,
         rays: &Rays,
         used: u16,
@@ -491,24 +472,23 @@ impl Placed<'_> {
             rest &= !used;
             let (among, above, end) = (*self, &self.instances.above, far[first_of(used)]);
             if coherence == Coherence::Incoherent {
-                let (mut ray, ..) = rays.one(lanes, first_of(used), end, &above.bounds);
+                let (mut ray, ..) = rays.one(first_of(used), end, &above.bounds);
                 let pace = Pace::OF_T;
                 let mut visitor =
-                    BlockByInstances { lanes, among, moved_alone, rays, used, pace, coherence, exempt, far };
-                walk::<false, L, _>(&mut ray, above, stack, &mut visitor);
+                    BlockByInstances { among, moved_alone, rays, used, pace, coherence, exempt, far };
+                walk::<false, _>(&mut ray, above, stack, &mut visitor);
                 continue;
             }
-            let (common, pace) = rays.common(lanes, used, far);
-            let mut beam = Beam::new(lanes, &common, &above.bounds);
+            let (common, pace) = rays.common(used, far);
+            let mut beam = Beam::new(&common, &above.bounds);
             let mut visitor =
-                BlockByInstances { lanes, among, moved_alone, rays, used, pace, coherence, exempt, far };
-            walk::<false, L, _>(&mut beam, above, stack, &mut visitor);
+                BlockByInstances { among, moved_alone, rays, used, pace, coherence, exempt, far };
+            walk::<false, _>(&mut beam, above, stack, &mut visitor);
         }
     }
 }
 
-struct ClosestInstance<'a, L: F32x8> {
-    lanes: L,
+struct ClosestInstance<'a> {
     among: Placed<'a>,
     rays: &'a Rays,
     used: u16,
@@ -517,19 +497,18 @@ struct ClosestInstance<'a, L: F32x8> {
     best: &'a mut HitPacket,
 }
 
-impl<L: F32x8, P: Probe<L>> Visitor<L, P> for ClosestInstance<'_, L> {
+impl<P: Probe> Visitor<P> for ClosestInstance<'_> {
     #[inline(always)]
     fn visit(&mut self, probe: &mut P, leaf: u32, stack: &mut Vec<Open>) {
-        let Self { lanes, used, coherence, .. } = *self;
+        let Self { used, coherence, .. } = *self;
         let Instance { mesh, model, to_object, .. } = &self.among.instances.all[leaf as usize];
         let inside = self.rays.transformed(to_object, used);
-        closest_of(lanes, &self.among.meshes[*mesh], *model, &inside, used, coherence, self.best, stack);
+        closest_of(&self.among.meshes[*mesh], *model, &inside, used, coherence, self.best, stack);
         probe.end_at(self.pace.greatest(&self.best.t, used));
     }
 }
 
-struct BlockByInstances<'a, L: F32x8> {
-    lanes: L,
+struct BlockByInstances<'a> {
     among: Placed<'a>,
     moved_alone: bool,
     rays: &'a Rays,
@@ -540,17 +519,17 @@ struct BlockByInstances<'a, L: F32x8> {
     far: &'a mut [f32; LANES],
 }
 
-impl<L: F32x8, P: Probe<L>> Visitor<L, P> for BlockByInstances<'_, L> {
+impl<P: Probe> Visitor<P> for BlockByInstances<'_> {
     #[inline(always)]
     fn visit(&mut self, probe: &mut P, leaf: u32, stack: &mut Vec<Open>) {
-        let Self { lanes, used, coherence, exempt, .. } = *self;
+        let Self { used, coherence, exempt, .. } = *self;
         let Instance { mesh, model, to_object, moved } = &self.among.instances.all[leaf as usize];
         if self.moved_alone && !moved {
             return;
         }
         let inside = self.rays.transformed(to_object, used);
         let open = used & open_lanes(self.far);
-        block(lanes, &self.among.meshes[*mesh], *model, &inside, open, coherence, exempt, self.far, stack);
+        block(&self.among.meshes[*mesh], *model, &inside, open, coherence, exempt, self.far, stack);
         probe.end_at(self.pace.greatest(self.far, used));
     }
 }

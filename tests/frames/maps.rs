@@ -255,7 +255,7 @@ fn samples_end_when_the_eye_is_twice_as_near_or_as_far() {
 #[test]
 fn pages_hold_what_memory_holds() {
     let side = 200_u32;
-    let texel = |i: u32| [(i * 7) as u8, (i * i >> 5) as u8, (i / side) as u8];
+    let texel = |i: u32| [(i * 7) as u8, ((i * i) >> 5) as u8, (i / side) as u8];
     let folder = folder("Kd 1 1 1\nPr 0.4\nPm 0.5\nmap_Kd c.png\nmap_Pr c.png\nnorm -bm 0.2 c.png\n");
     picture(&folder, "c.png", side, &(0..side * side).map(texel).collect::<Vec<_>>());
     let frames = |memory: u32| {

@@ -77,3 +77,17 @@ fn a_shot_is_told_with_what_moves_and_what_it_takes() {
     let time = line(&text, "time");
     assert!(time.starts_with("some ") && time.contains("an estimate"), "{text}");
 }
+
+#[test]
+fn a_light_of_any_type_that_moves_is_told() {
+    let place = place();
+    let camera = "[[camera.key]]\nframe = 1\neye = [0, 0, 9]\ntarget = [0, 0, 0]\n";
+    let keys = "[[light.key]]\nframe = 1\ndirection = [0, -1, 0]\n[[light.key]]\nframe = 4\ndirection = [1, -1, 0]\n";
+    let sun = format!("[[light]]\ntype = \"directional\"\nangle = 4\n{keys}");
+    fs::write(
+        place.path("sun.toml"),
+        format!("[render]\nframes = \"1-4\"\n{camera}[[model]]\nobj = \"m.obj\"\n{sun}"),
+    )
+    .unwrap();
+    assert_eq!(line(&info(&place, &["sun.toml"]).done().stdout, "motion"), "1 of 1 lights change");
+}

@@ -21,7 +21,7 @@ pub fn lines(runs: &[BackendRun]) -> Vec<String> {
         ("seconds reproject", |totals| totals.seconds.reproject),
         ("seconds verify", |totals| totals.seconds.verify),
         ("seconds trace", |totals| totals.seconds.trace),
-        ("seconds enhance", |totals| totals.seconds.enhance),
+        ("seconds light", |totals| totals.seconds.light),
         ("seconds filter", |totals| totals.seconds.filter),
         ("seconds all", |totals| totals.seconds.rendering()),
     ];

@@ -66,7 +66,7 @@ pub fn summary(comparison: &Comparison) -> String {
         seconds("reproject", ours.seconds.reproject, full.seconds.reproject),
         seconds("verify", ours.seconds.verify, full.seconds.verify),
         seconds("trace", ours.seconds.trace, full.seconds.trace),
-        seconds("enhance", ours.seconds.enhance, full.seconds.enhance),
+        seconds("light", ours.seconds.light, full.seconds.light),
         seconds("filter", ours.seconds.filter, full.seconds.filter),
         seconds("all seconds", ours.seconds.rendering(), full.seconds.rendering()),
         String::new(),

@@ -8,7 +8,7 @@ use super::{line, list};
 use crate::cli::bare_model::{is_gltf, is_model};
 use crate::pose::Pose;
 use crate::scene::turntable::text::number;
-use crate::scene::{Light, LightKind, Model, Scene, Shot};
+use crate::scene::{Light, Model, Scene, Shot};
 
 /// Maximum number of names that a line lists.
 const MOST_LISTED: usize = 12;
@@ -89,14 +89,7 @@ pub fn tell_motion(text: &mut String, scene: &Scene) {
 }
 
 fn rests(light: &Light) -> bool {
-    let places = match &light.kind {
-        LightKind::Directional { direction, .. } => vec![direction],
-        LightKind::Point { position } | LightKind::Sphere { position, .. } => vec![position],
-        LightKind::Spot { position, target, .. }
-        | LightKind::Rectangle { position, target, .. }
-        | LightKind::Disk { position, target, .. } => vec![position, target],
-        _ => Vec::new(),
-    };
+    let places = light.kind.tracks();
     places.iter().all(|place| place.is_constant()) && light.color.is_constant() && light.power.is_constant()
 }
 

@@ -49,7 +49,7 @@ use crate::frame::shot::plan::ShadowCheck;
 use crate::frame::surface::footprints::{cell_widths, has_textures};
 use crate::frame::surface::placed::Placed;
 use crate::lanes::{F32x8, LANES, Vec3x8};
-use crate::samples::{BACKGROUND, CELLS, EMPTY, Record, SampleStore, Tag, Tile, full_color};
+use crate::samples::{BACKGROUND, CELLS, EMPTY, Record, Sample, SampleStore, Tag, Tile, full_color};
 use crate::scene::camera::Projection;
 use crate::shade::light::{StratifiedPattern, light_sample};
 use crate::shade::on_mesh::OnMesh;
@@ -57,21 +57,6 @@ use crate::shade::phong;
 use crate::shade::surface::SurfacePoint;
 use crate::stats::AuditCounts;
 use crate::trace::{Coherence, Hit, HitBatch, RayBatch, SceneSubset};
-
-/// A sample of a tile.
-#[derive(Debug, Clone, Copy)]
-struct Sample {
-    /// See [`Tile::x`].
-    point: Vec3,
-    model: u32,
-    record: Record,
-}
-
-impl Sample {
-    fn new(tile: &Tile, cell: usize) -> Self {
-        Self { point: tile.point(cell), model: tile.model[cell], record: tile.record[cell] }
-    }
-}
 
 /// Audits every sample of a finished frame. `differs` flags the pixels in which the film differs from the
 /// samples; empty if it is known that none does.
@@ -97,7 +82,7 @@ fn audit(frame: &FrameView, number: usize, tile: &Tile, differs: &[bool]) -> Aud
     let sight = |cell: usize| sight(frame, number, tile, cell);
     let met = trace_all(frame, sampled().map(sight));
     for (ray, cell) in sampled().enumerate() {
-        let (sample, sight) = (Sample::new(tile, cell), sight(cell));
+        let (sample, sight) = (tile.sample(cell), sight(cell));
         // where rounding decides the direction of a sample that stays because the camera rests, the ray
         // through its cell's centre counts as well
         let of_cell = sight_of_cell(frame, number, cell);
@@ -156,7 +141,7 @@ fn trace_all(frame: &FrameView, sights: impl Iterator<Item = Sight>) -> HitBatch
 /// the ray through the centre of its cell, and is checked on that ray: right before the eye, its point is
 /// rounded by more than a cell.
 fn sight(frame: &FrameView, number: usize, tile: &Tile, cell: usize) -> Sight {
-    let (sample, camera) = (Sample::new(tile, cell), &frame.view.camera);
+    let (sample, camera) = (tile.sample(cell), &frame.view.camera);
     if !is_traced(tile.status[cell]) && !is_of_its_cell(frame, &sample) {
         let offset = offset(frame, &sample);
         return Sight { origin: camera.origin(offset), direction: camera.sight(offset) };
@@ -390,7 +375,7 @@ fn check_shadows(frame: &FrameView, tile: &Tile, source: LightPoint, raise: &mut
         let seed = tile.gathered.seeds(cell - lane).as_array_ref()[lane];
         let (lit, seeds) = (is_lit(cell), u32x8::splat(seed));
         let (placed, lane) = (Placed::of(frame, tile, cell / LANES * LANES), cell % LANES);
-        let reach = reach(frame, &Sample::new(tile, cell));
+        let reach = reach(frame, &tile.sample(cell));
         // the same surface eight times, displaced in eight directions
         let [point, normal, geometric_normal] =
             [&placed.point, &placed.normal, &placed.geometric_normal].map(|all| all.lane(lane));

@@ -23,6 +23,7 @@ use crate::frame::surface::ray_tally::CellRays;
 use crate::lanes::{F32x8, LANES, Mask, Vec3x8};
 use crate::layers::Layers;
 use crate::samples::{BACKGROUND, CELLS, Column, EMPTY, Tile};
+use crate::settings::Backdrop;
 
 /// Scratch memory of a worker for this phase, by cell where nothing else is said.
 #[derive(Debug)]
@@ -295,7 +296,8 @@ fn prepare(frame: &FrameView, tile: &Tile, radiance: &Radiance, filtering: &mut 
         let models = &tile.model[first..first + LANES];
         let is_surface = Mask::less(models, EMPTY);
         // a background that is shown covers what the picture is put over, as surfaces do
-        let hides = if frame.shows_background { F32x8::splat(1.0) } else { F32x8::ZERO };
+        let hides =
+            if frame.settings.background == Backdrop::Visible { F32x8::splat(1.0) } else { F32x8::ZERO };
         is_surface.select(F32x8::splat(1.0), hides).store(&mut filtering.alpha, first);
         if frame.layers.has(Layers::ALBEDO) {
             let [r, g, b] = &mut filtering.albedo;

@@ -94,15 +94,19 @@ impl Spent {
     /// Number of paths that may still be traced for these `samples` samples of the tile, by their share of
     /// the frame's budget.
     fn paths_left(self, frame: &FrameView, samples: usize) -> u64 {
-        match frame.budget {
+        match frame.settings.budget {
             Budget::None => 0,
             Budget::Full => ((samples * frame.first_paths) as u64).saturating_sub(self.paths),
             Budget::Rays(rays) => {
-                let share = (u128::from(rays) * samples as u128 / u128::from(frame.samples)) as u64;
+                let share = (u128::from(rays) * samples as u128
+                    / u128::from(frame.settings.samples_a_frame())) as u64;
                 let left = share.saturating_sub(self.rays);
                 // mean cost of a path; a guess before any was traced
-                let (rays, paths) =
-                    if self.paths == 0 { (2 * frame.bounces as u64 + 1, 1) } else { (self.rays, self.paths) };
+                let (rays, paths) = if self.paths == 0 {
+                    (2 * frame.settings.bounces as u64 + 1, 1)
+                } else {
+                    (self.rays, self.paths)
+                };
                 left * paths / rays.max(1)
             }
         }

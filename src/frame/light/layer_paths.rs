@@ -34,10 +34,10 @@ pub const LEAST_ALBEDO: f32 = 1.0 / 512.0;
 /// reflection costs less than a strong one and has no more noise.
 pub fn paths_of_layer(frame: &FrameView, seen: &SeenCoat) -> u32 {
     let share = seen.albedo.max_element().clamp(0.0, 1.0);
-    if frame.depth == 0 || share < LEAST_ALBEDO {
+    if frame.settings.depth == 0 || share < LEAST_ALBEDO {
         0
     } else {
-        (frame.reflections as f32 * share).ceil() as u32
+        (frame.settings.reflections as f32 * share).ceil() as u32
     }
 }
 

@@ -29,9 +29,9 @@ impl Step {
     /// if surfaces gather no light, as many as there are bounces of a ray from the eye.
     pub fn all(frame: &FrameView, is_reflected: bool) -> impl Iterator<Item = Self> {
         let count = match (is_reflected, frame.paths) {
-            (false, _) => frame.bounces,
-            (true, 0) => frame.depth,
-            (true, _) => frame.bounces + 1,
+            (false, _) => frame.settings.bounces,
+            (true, 0) => frame.settings.depth,
+            (true, _) => frame.settings.bounces + 1,
         };
         (0..count).map(move |number| Self { number, is_last: number + 1 == count })
     }
@@ -49,7 +49,7 @@ impl Step {
 
 /// First set of random numbers that no surface on a path uses.
 pub fn free_sets(frame: &FrameView) -> u32 {
-    2 * frame.bounces.max(frame.depth) + 3
+    2 * frame.settings.bounces.max(frame.settings.depth) + 3
 }
 
 impl LightChoice {

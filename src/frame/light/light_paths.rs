@@ -89,7 +89,7 @@ pub fn trace_paths(frame: &FrameView, scratch: &mut PathScratch, tally: &mut Ray
         let is_reflection = is_reflected && step.number == 0;
         cast(frame, is_reflection, scratch, tally);
         meet(frame, step, scratch);
-        if step.number == 0 && frame.clamp.is_some() {
+        if step.number == 0 && frame.settings.clamp.is_some() {
             note_direct(frame, scratch);
         }
         light(frame, step, scratch, tally);
@@ -109,7 +109,7 @@ pub fn trace_paths(frame: &FrameView, scratch: &mut PathScratch, tally: &mut Ray
         cast(frame, false, scratch, tally);
         end(frame, scratch);
     }
-    if let Some(most) = frame.clamp {
+    if let Some(most) = frame.settings.clamp {
         limit_paths(&mut scratch.brought, &scratch.direct, most);
     }
 }
@@ -165,7 +165,7 @@ fn gathers(
         let place = match number {
             0 => [across, up],
             _ => {
-                let [across, up, ..] = random.four(2 * frame.bounces + 1 + number);
+                let [across, up, ..] = random.four(2 * frame.settings.bounces + 1 + number);
                 [across, up]
             }
         };
@@ -173,7 +173,7 @@ fn gathers(
     }
     if chances.asks_emitter > 0.0 {
         // a set that no vertex uses: theirs have numbers up to twice the bounces
-        let [triangle, along, above, _] = random.four(2 * frame.bounces + 1);
+        let [triangle, along, above, _] = random.four(2 * frame.settings.bounces + 1);
         light_rays.ask_emitter(frame, &asking, [triangle, along, above], brings);
     }
     let direction = start.direction([along, above]);

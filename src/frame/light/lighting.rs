@@ -43,7 +43,7 @@ pub fn radiance_of_area(light: &LightPose) -> Option<Vec3> {
 /// light itself.
 #[inline(always)]
 pub fn shows_highlight(frame: &FrameView, light: &LightPose, gloss: &Gloss) -> Mask {
-    if frame.depth > 0 && light.shape.is_area() { !gloss.goes_on } else { Mask::ALL }
+    if frame.settings.depth > 0 && light.shape.is_area() { !gloss.goes_on } else { Mask::ALL }
 }
 
 /// Emission of eight surfaces, and the ambient light that they reflect, dimmed by their openness if the shot

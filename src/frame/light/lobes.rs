@@ -31,10 +31,10 @@ impl Lobes {
         if let Some(coat) = coat {
             all[0].0 *= coat.through;
         }
-        if let Some(coat) = coat.filter(|_| frame.depth > 0) {
+        if let Some(coat) = coat.filter(|_| frame.settings.depth > 0) {
             all[Self::COAT].0 = coat.albedo;
         }
-        if frame.depth > 0 {
+        if frame.settings.depth > 0 {
             let optics = frame.scene.materials[usize::from(surface.material)].optics;
             let branches = branch(optics, surface, incoming);
             for (lobe, branch) in all[1..].iter_mut().zip([branches.reflection, branches.refraction]) {

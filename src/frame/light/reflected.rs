@@ -71,7 +71,7 @@ pub fn start_at(frame: &FrameView, tile: &Tile, cell: usize, placed: &Placed) ->
         SeenBy::Eye,
     );
     let seen = seen.filter(|seen| !seen.is_smooth())?;
-    let most = frame.reflections as usize;
+    let most = frame.settings.reflections as usize;
     Some(PathStart {
         owner: cell as u32,
         cell: cell as u32,

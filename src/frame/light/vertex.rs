@@ -11,6 +11,7 @@ use super::path_ray::PathRay;
 use super::pdfs::Pdfs;
 use crate::frame::shot::frame_view::FrameView;
 use crate::lanes::{F32x8, LANES, Vec3x8};
+use crate::settings::Caustics;
 use crate::shade::Surface;
 use crate::shade::area::density_of;
 use crate::shade::coat::{SeenBy, SeenCoat};
@@ -59,7 +60,7 @@ impl Vertex {
     /// part of it.
     fn passes_light_on(&self, frame: &FrameView, lobe: usize) -> bool {
         let passes = || lobe == Lobes::THROUGH && frame.shines_through(self.surface.material);
-        self.lobes.all[lobe].1.is_some() && (frame.finds_caustics || passes())
+        self.lobes.all[lobe].1.is_some() && (frame.settings.caustics == Caustics::Paths || passes())
     }
 
     /// Returns true if any of its ways [brings light](Self::passes_light_on) even if the path ends here.
@@ -113,7 +114,7 @@ impl Vertex {
 
     /// Layer of the vertex for next-event estimation, if it has one.
     pub fn asking_coat(&self, frame: &FrameView, step: Step, coats: &[SeenCoat]) -> Option<AskingCoat> {
-        let seen = *self.seen_coat(coats).filter(|seen| frame.depth > 0 && !seen.is_smooth())?;
+        let seen = *self.seen_coat(coats).filter(|seen| frame.settings.depth > 0 && !seen.is_smooth())?;
         Some(AskingCoat { seen, weight: self.ray.weight, goes_on: self.goes_on(frame, step, Lobes::COAT) })
     }
 

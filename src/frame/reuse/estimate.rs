@@ -74,7 +74,7 @@ pub fn estimate(old: &SampleStore, frame: &FrameView) -> Estimate {
     let lights = frame.pose.lights.iter().zip(&frame.plan.lights);
     let kept = lights.filter(|(_, change)| **change != LightChange::Moved);
     let shadow_rays: usize = kept.map(|(light, _)| light.points).sum();
-    let path_rays = frame.paths as f32 * frame.bounces as f32;
+    let path_rays = frame.paths as f32 * frame.settings.bounces as f32;
     let occlusion_rays = frame.occlusion.map_or(0.0, |occlusion| occlusion.rays as f32);
     let kept_rays = cost::SHADOW * shadow_rays as f32 + cost::OCCLUSION * occlusion_rays;
     let surface = 1.0 + kept_rays + cost::GATHER * path_rays;

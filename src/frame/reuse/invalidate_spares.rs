@@ -6,7 +6,7 @@ use crate::frame::shot::plan::{LightChange, ShadowCheck};
 use crate::frame::shot::tile_bounds::TileBounds;
 use crate::geometry::Bounds;
 use crate::lanes::LANES;
-use crate::samples::{BACKGROUND, MOST_SPARES, Spare, Spares, Tag};
+use crate::samples::{BACKGROUND, MOST_SPARES, Sample, Spares, Tag};
 
 /// Invalidates what the plan says must be tested about the spare samples of a tile.
 ///
@@ -54,7 +54,7 @@ const GROUPS: usize = MOST_SPARES.div_ceil(LANES);
 struct Places([Bounds; GROUPS]);
 
 impl Places {
-    fn of(frame: &FrameView, spares: &[Spare]) -> Self {
+    fn of(frame: &FrameView, spares: &[Sample]) -> Self {
         let mut groups = [Bounds::EMPTY; GROUPS];
         for (bounds, spares) in groups.iter_mut().zip(spares.chunks(LANES)) {
             for spare in spares.iter().filter(|spare| spare.model != BACKGROUND) {

@@ -16,7 +16,7 @@ use crate::frame::grid::holds;
 use crate::frame::shot::frame_view::FrameView;
 use crate::lanes::LANES;
 use crate::samples::{CELLS, EMPTY, OldStore, SampleStore, Status, TILE, Tile};
-use crate::settings::Reuse;
+use crate::settings::{Mode, Reuse};
 
 /// Reciprocal of the least share of wanted cells that must reuse samples: tiles with fewer are traced whole.
 const LEAST_REUSED: usize = 8;
@@ -27,7 +27,7 @@ pub fn scatter(old: &SampleStore, frame: &FrameView, bins: &Bins) -> Vec<u32> {
     /// Tiles that a worker takes at least before others may have the rest.
     const AT_LEAST: usize = 8;
     let grid = &*frame.view.grid;
-    let halo = frame.reuse == Reuse::Target;
+    let halo = frame.settings.reuse == Reuse::Target;
     let scatter_tile = |writer: &mut BinWriter, (number, tile): (usize, &Tile)| {
         for first in (0..CELLS).step_by(LANES) {
             let mut projected = project_lanes(frame, tile, first);
@@ -59,18 +59,18 @@ pub fn resolve(
     let (grid, tiles) = (&frame.view.grid, |source| old.tile(source));
     let extent = grid.extent_of(number);
     let wanted = frame.wanted_of(number);
-    serving.serve(frame.reuse, (extent, wanted), frame.endless, &tiles, tile, |each| {
+    serving.serve(frame.settings.reuse, (extent, wanted), frame.endless, &tiles, tile, |each| {
         if let Some(wanted) = frame.wanted {
             wanted.unwanted_around(grid, number, each);
         }
     });
     let most_kept = if frame.wanted.is_some() { KEPT_OF_SOME } else { KEPT };
-    serving.fill(frame.reuse, extent, most_kept, tile, &tiles);
+    serving.fill(frame.settings.reuse, extent, most_kept, tile, &tiles);
     invalidate_spares(frame, &mut tile.spares);
     mark_unwanted(wanted, tile);
     mark_outside(grid.extent(number), tile);
     let reused = tile.status.iter().filter(|status| status.is_reused()).count();
-    if frame.chooses && reused < wanted.count() / LEAST_REUSED {
+    if frame.settings.mode == Mode::Auto && reused < wanted.count() / LEAST_REUSED {
         for cell in 0..CELLS {
             if tile.status[cell].is_reused() {
                 tile.clear(cell, Status::Missed);

@@ -175,7 +175,7 @@ fn sources() -> Vec<Tile> {
         tile.model = [0; CELLS];
         for slot in (0..SPARES).map(|number| CELLS + number) {
             tile.record[0].triangle = mark(source, slot);
-            let spare = tile.slot(0);
+            let spare = tile.sample(0);
             tile.spares.push_untagged(spare, &tile.gathered, 0);
         }
         (0..).zip(&mut tile.record).for_each(|(cell, record)| record.triangle = mark(source, cell));

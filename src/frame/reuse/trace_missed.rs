@@ -7,7 +7,9 @@ use crate::frame::surface::footprints::{cell_widths, has_textures};
 use crate::frame::surface::hits::Hits8;
 use crate::frame::surface::trace_scratch::TraceScratch;
 use crate::lanes::{F32x8, LANES, Mask, Vec3x8};
-use crate::samples::{BACKGROUND, Column, Flags, Footprint, Octahedral, Record, Status, Tile, half_colors};
+use crate::samples::{
+    BACKGROUND, Column, Flags, Footprint, Octahedral, Record, Sample, Status, Tile, half_colors,
+};
 use crate::trace::{self, Coherence, HitPacket, NO_HIT, RayBatch, RayPacket, SceneSubset};
 
 /// Largest distance of a hit point from its ray, as a share of its distance from the eye. It is below the
@@ -277,9 +279,8 @@ impl<'a> Answers8<'a> {
             }
             let is_hit = models[lane] != NO_HIT;
             let at = if is_hit { point.lane(lane) } else { direction.lane(lane) };
-            [tile.x[cell], tile.y[cell], tile.z[cell]] = at.to_array();
-            tile.model[cell] = if is_hit { models[lane] } else { BACKGROUND };
-            tile.record[cell] = record(lane);
+            let model = if is_hit { models[lane] } else { BACKGROUND };
+            tile.put(cell, Sample { point: at, model, record: record(lane) });
         }
     }
 }

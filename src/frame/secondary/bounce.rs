@@ -159,7 +159,7 @@ impl Bounces {
 
 /// Returns true if a ray follows the layer that was `seen` by a ray of this `weight`.
 pub fn is_followed(frame: &FrameView, seen: &SeenCoat, weight: Vec3) -> bool {
-    seen.is_smooth() && frame.depth > 0 && (seen.albedo * weight).max_element() >= LEAST_WEIGHT
+    seen.is_smooth() && frame.settings.depth > 0 && (seen.albedo * weight).max_element() >= LEAST_WEIGHT
 }
 
 /// Adds to `next` the ray that the smooth layer of `surface` reflects; `bounce` gives what else is known of
@@ -179,7 +179,7 @@ fn mirror(frame: &FrameView, bounce: Bounce, surface: &Surface, seen: &SeenCoat,
 /// cells' radiance.
 pub fn follow(frame: &FrameView, bounces: &mut Bounces, radiance: &mut Radiance, scratch: &mut TraceScratch) {
     let shows_guides = frame.layers.has(Layers::GUIDES);
-    for bounce in 0..frame.depth {
+    for bounce in 0..frame.settings.depth {
         std::mem::swap(&mut bounces.now, &mut bounces.next);
         bounces.next.clear();
         group(&mut bounces.now);
@@ -187,7 +187,7 @@ pub fn follow(frame: &FrameView, bounces: &mut Bounces, radiance: &mut Radiance,
             break;
         }
         meet(frame, bounces, radiance, scratch);
-        let is_last = bounce + 1 == frame.depth;
+        let is_last = bounce + 1 == frame.settings.depth;
         light(frame, is_last, bounces, &mut scratch.tally);
         gather(frame, bounces, &mut scratch.tally);
         if !is_last {
@@ -514,7 +514,7 @@ fn shine(frame: &FrameView, light: &LightPose, bounces: &mut Bounces) {
 /// Number of paths, or rays, by which the layer of a surface that a ray has met reflects: one at most; only
 /// samples have several.
 fn rays_onwards(frame: &FrameView, met: &SecondaryHit) -> u32 {
-    let reflects = |seen: &SeenCoat| seen.is_smooth() || frame.reflections > 0;
+    let reflects = |seen: &SeenCoat| seen.is_smooth() || frame.settings.reflections > 0;
     let is_worth = |seen: &SeenCoat| met.bounce.is_worth(seen.albedo * met.bounce.weight);
     u32::from(met.layer(frame).is_some_and(|seen| reflects(&seen) && is_worth(&seen)))
 }

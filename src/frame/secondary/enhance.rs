@@ -19,6 +19,7 @@ use crate::frame::surface::trace_scratch::TraceScratch;
 use crate::lanes::{F32x8, LANES, Mask, Vec3x8};
 use crate::layers::Layers;
 use crate::samples::{BACKGROUND, CELLS, Column, EMPTY, Tile, full_color};
+use crate::settings::Backdrop;
 use crate::shade::coat::{LayerRays, SeenBy, SeenCoats};
 use crate::shade::light::{LightSample, to_light};
 use crate::shade::optics::branch;
@@ -48,7 +49,8 @@ pub fn enhance(
         let lit = Mask::less(models, EMPTY).select3(tile.kept_light(first), Vec3x8::ZERO);
         let [r, g, b] = &mut radiance.diffuse;
         cut(lit).store([r, g, b], first);
-        let shows_background = frame.shows_background || frame.layers.has(Layers::BACKGROUND);
+        let is_visible = frame.settings.background == Backdrop::Visible;
+        let shows_background = is_visible || frame.layers.has(Layers::BACKGROUND);
         if surfaces != u8::MAX && shows_background {
             show_background(frame, tile, first, &mut radiance.diffuse);
         }
@@ -56,20 +58,20 @@ pub fn enhance(
             parts::split(frame, tile, first, placed, radiance);
         }
         // the layer of the background has it now
-        if surfaces != u8::MAX && shows_background && !frame.shows_background {
+        if surfaces != u8::MAX && shows_background && !is_visible {
             hide_background(tile, first, &mut radiance.diffuse);
         }
         if surfaces != 0 {
             let materials = tile.materials(first);
             let gloss = frame.palette.gloss(&materials);
             let has_coats = frame.palette.coats.any(&materials);
-            let followed = if frame.depth > 0 { gloss.is_followed.bits() & surfaces } else { 0 };
+            let followed = if frame.settings.depth > 0 { gloss.is_followed.bits() & surfaces } else { 0 };
             if gloss.is_any || has_coats || followed != 0 {
                 let placed = placed.get(frame, tile, first);
                 let incoming = -directions_to_eye(frame, &placed);
                 let normals = [placed.normal, placed.geometric_normal];
                 let reflectance = tile.reflectances(first);
-                let rays = (has_coats && frame.depth > 0)
+                let rays = (has_coats && frame.settings.depth > 0)
                     .then(|| reflect(frame, tile, first, &placed, incoming, &mut bounces.reflected));
                 let coats = frame.palette.coats.seen_lanes(&materials, reflectance, normals, incoming, rays);
                 if let Some(coats) = &coats {

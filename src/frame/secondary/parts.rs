@@ -107,7 +107,7 @@ fn most_is_one(color: Vec3x8) -> Vec3x8 {
 
 /// Returns true if denoisers see the surfaces of this material themselves, and not those seen by way of them.
 pub fn shows_itself(frame: &FrameView, material: u16) -> bool {
-    frame.depth == 0
+    frame.settings.depth == 0
         || frame.palette.is_diffuse(material)
         || frame.palette.coats.is_rough(material)
         || !frame.palette.goes_on(material)

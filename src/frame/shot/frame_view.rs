@@ -23,7 +23,7 @@ use crate::layers::Layers;
 use crate::pose::Pose;
 use crate::samples::{BACKGROUND, EMPTY, TagSlot, Tile};
 use crate::scene::{LightGroups, Scene};
-use crate::settings::{Budget, Reuse};
+use crate::settings::{Caustics, Settings};
 use crate::shade::deformed::Deformations;
 use crate::shade::emitters::Emitters;
 use crate::shade::phong::Palette;
@@ -83,24 +83,12 @@ pub struct FrameView<'a> {
     pub tracer: &'a dyn Tracer,
     /// Reflection maps, which replace rays of some models' mirrors and glass.
     pub maps: &'a ReflectionMaps,
-    /// Largest number of bounces of a ray from the eye.
-    pub depth: u32,
-    /// Largest number of rays by which a sample of a rough surface reflects.
-    pub reflections: u32,
+    /// Settings of the run. What a phase must not take from them as they are is a field of its own.
+    pub settings: &'a Settings,
     /// Number of paths by which each sample gathers light; 0: it gathers none.
     pub paths: usize,
     /// Number of these paths that a sample gets at once.
     pub first_paths: usize,
-    /// Budget for the others.
-    pub budget: Budget,
-    /// Number of samples of the frame; a tile's share of the budget is its samples' share of these.
-    pub samples: u64,
-    /// Largest number of surfaces that a path meets.
-    pub bounces: u32,
-    /// True if clear glass casts shadows, and paths alone find the light that comes through it.
-    pub finds_caustics: bool,
-    /// Upper limit of the indirect light of a ray or a path, if there is one. Radiance.
-    pub clamp: Option<f32>,
     /// Settings of ambient occlusion, if samples have it.
     pub occlusion: Option<Occlusion>,
     /// Motion of the whole shot, in the direction in which frames are inferred.
@@ -111,10 +99,6 @@ pub struct FrameView<'a> {
     pub light_changes: &'a [Until],
     /// First later frame in which any area light changes.
     pub area_light_change: Until,
-    /// True if frames are traced where reprojection would not pay (`--mode auto`).
-    pub chooses: bool,
-    /// Rule by which stored samples serve cells.
-    pub reuse: Reuse,
     /// True if the expiry of rays beyond the first surface is tracked for later frames: the camera rests, and
     /// no light changes in the next frame.
     pub keeps_trees: bool,
@@ -122,8 +106,6 @@ pub struct FrameView<'a> {
     pub light_change: Until,
     /// Layers of the picture beside its colours.
     pub layers: Layers,
-    /// True if the background is a part of the picture.
-    pub shows_background: bool,
     /// Motion vectors of the frame, if a layer shows them.
     pub motion_vectors: Option<&'a MotionVectors>,
     /// Filter from samples to pixels, if it is wider than a pixel.
@@ -260,7 +242,8 @@ impl<'a> FrameView<'a> {
 
     /// Returns true if lights shine through a `material` as if it were not there.
     pub fn shines_through(&self, material: u16) -> bool {
-        !self.finds_caustics && !self.scene.materials[usize::from(material)].casts_shadow()
+        self.settings.caustics != Caustics::Paths
+            && !self.scene.materials[usize::from(material)].casts_shadow()
     }
 
     /// Vector from the eye to a sample at `point` of a triangle of `model`: an offset for a surface, a

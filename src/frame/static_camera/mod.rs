@@ -99,7 +99,7 @@ impl Row {
 /// Puts the detached samples into the bins of the tiles whose cells they may serve.
 pub fn scatter(detached: &Detached, frame: &FrameView, bins: &Bins) {
     let grid = &*frame.view.grid;
-    let halo = frame.reuse == Reuse::Target;
+    let halo = frame.settings.reuse == Reuse::Target;
     detached.rows.par_iter().enumerate().for_each_init(BinWriter::default, |writer, (row, samples)| {
         for (number, start) in (row * detached.tiles_x..).zip((0..samples.len).step_by(CELLS)) {
             let tile = &samples.tiles[start / CELLS];
@@ -170,7 +170,7 @@ pub fn merge(
         serving.add(ITSELF, &own, None);
         let tiles = tiles(detached, Some(before));
         let (extent, wanted) = (grid.extent_of(number), frame.wanted_of(number));
-        serving.serve(frame.reuse, (extent, wanted), frame.endless, &tiles, tile, |_| ());
+        serving.serve(frame.settings.reuse, (extent, wanted), frame.endless, &tiles, tile, |_| ());
         serving.merge(before, tile, &tiles);
         true
     })

@@ -225,13 +225,13 @@ impl TileSum {
 
     /// Adds the wall-clock time of the tiles to the phases, split by what the workers spent in each.
     pub fn share_time(&self, seconds: &mut Seconds) {
-        let PhaseSeconds { resolve, verify, trace, enhance, filter } = self.phase_seconds;
-        let spent = resolve + verify + trace + enhance + filter;
+        let PhaseSeconds { resolve, verify, trace, light, filter } = self.phase_seconds;
+        let spent = resolve + verify + trace + light + filter;
         let scale = if spent > 0.0 { self.wall / spent } else { 0.0 };
         seconds.reproject += resolve * scale;
         seconds.verify += verify * scale;
         seconds.trace += trace * scale;
-        seconds.enhance += enhance * scale;
+        seconds.light += light * scale;
         seconds.filter += filter * scale + self.develop;
     }
 }

@@ -110,7 +110,7 @@ fn infer_tile(
         let casts_rays = enhance::enhance(frame, tile, radiance, bounces, trees, placed, trace);
         state.goes_on = radiance.is_followed;
         state.was_quiet &= !casts_rays;
-        clock.lap(&mut scratch.seconds.enhance);
+        clock.lap(&mut scratch.seconds.light);
     }
     remake
 }
@@ -155,7 +155,7 @@ fn update_samples(
     let (light_changed, bounds) = direct::light(frame, tile, flags, lighting, placed, &mut trace.tally);
     tile.compact();
     (state.until, state.bounds) = (until.min(open_until).min(reflected_until), bounds);
-    clock.lap(&mut seconds.enhance);
+    clock.lap(&mut seconds.light);
 
     let counts = trace.tally.counts;
     let kept_light_changed = light_changed || openness_changed || reflected_changed;
@@ -215,17 +215,21 @@ fn verify_servers(
         let next = match reused {
             _ if asked == MOST_ASKED => None,
             Reused::None => None,
-            Reused::InPlace(detached, _) => {
-                serving.ask_next(frame.reuse, tile, &static_camera::tiles(detached, before.as_deref()))
+            Reused::InPlace(detached, _) => serving.ask_next(
+                frame.settings.reuse,
+                tile,
+                &static_camera::tiles(detached, before.as_deref()),
+            ),
+            Reused::Projected(old, _) => {
+                serving.ask_next(frame.settings.reuse, tile, &|source| old.tile(source))
             }
-            Reused::Projected(old, _) => serving.ask_next(frame.reuse, tile, &|source| old.tile(source)),
         };
         match next {
             Some(next) => cells = next,
             None => break,
         }
     }
-    if frame.reuse == Reuse::Target { serving.probes(tile) } else { CellSet::default() }
+    if frame.settings.reuse == Reuse::Target { serving.probes(tile) } else { CellSet::default() }
 }
 
 /// Writes of a tile what the film does not show yet.

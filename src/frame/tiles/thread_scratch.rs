@@ -19,7 +19,7 @@ pub struct PhaseSeconds {
     pub resolve: f64,
     pub verify: f64,
     pub trace: f64,
-    pub enhance: f64,
+    pub light: f64,
     pub filter: f64,
 }
 
@@ -28,7 +28,7 @@ impl std::ops::AddAssign for PhaseSeconds {
         self.resolve += other.resolve;
         self.verify += other.verify;
         self.trace += other.trace;
-        self.enhance += other.enhance;
+        self.light += other.light;
         self.filter += other.filter;
     }
 }

@@ -43,7 +43,7 @@ pub fn phases_table(comparison: &Comparison) -> String {
         ("reproject", |seconds| seconds.reproject),
         ("verify", |seconds| seconds.verify),
         ("trace", |seconds| seconds.trace),
-        ("enhance", |seconds| seconds.enhance),
+        ("light", |seconds| seconds.light),
         ("filter", |seconds| seconds.filter),
         ("all", Seconds::rendering),
     ];

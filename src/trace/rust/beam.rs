@@ -9,9 +9,9 @@
 //! Boxes may be met for nothing, but never missed: origins are widened by the displacement that shearing the
 //! rays for triangles may cause ([`SLACK`]), and distances by their rounding ([`ROUNDING`]).
 
-use super::lanes::{F32x8, WIDTH};
-use super::tree::{Box3, Child, Node, Planes, Tree};
+use super::tree::{Box3, Child, Node, Planes, Tree, WIDTH};
 use super::triangles::axes_for;
+use crate::lanes::F32x8;
 
 /// Largest sideways displacement of a ray by rounding, when a triangle is sheared for it or a slope is
 /// computed, as a share of the largest distance, along an axis, from the ray's origin to anything in the
@@ -41,15 +41,13 @@ fn reciprocal(component: f32) -> f32 {
 }
 
 /// Ray or beam that traverses a tree.
-pub trait Probe<L: F32x8> {
+pub trait Probe {
     /// Tests eight boxes: a bit mask of those that it may meet, and the distances from which on it may.
-    fn meet(&self, planes: &Planes) -> (u32, L::F);
+    fn meet(&self, planes: &Planes) -> (u32, F32x8);
     /// Distance of its end, with room for rounding.
     fn end(&self) -> f32;
     /// Moves its end to `far`.
     fn end_at(&mut self, far: f32);
-    /// Lanes that it is computed with.
-    fn lanes(&self) -> L;
 }
 
 /// Indices of the planes of a box that are met first and last along `axis`.
@@ -70,81 +68,70 @@ fn reach(low: [f32; 3], high: [f32; 3], bounds: &Box3) -> f32 {
 
 /// Planes across one axis, as a single ray or the steep rays of a beam meet them.
 #[derive(Clone, Copy)]
-struct Slab<L: F32x8> {
+struct Slab {
     /// Indices of the planes that are met first and last.
     planes: [usize; 2],
     /// Origins of the rays, for the first and for the last plane.
-    from: [L::F; 2],
+    from: [F32x8; 2],
     /// Distance for each unit across: least and greatest.
-    rate: [L::F; 2],
+    rate: [F32x8; 2],
 }
 
-impl<L: F32x8> Slab<L> {
+impl Slab {
     /// Creates the slab of rays that start between `low` and `high`, and whose rates all have the same sign.
     #[inline(always)]
-    fn new(lanes: L, axis: usize, [low, high]: [f32; 2], rate: [f32; 2]) -> Self {
+    fn new(axis: usize, [low, high]: [f32; 2], rate: [f32; 2]) -> Self {
         let backwards = rate[0] < 0.0;
         let from = if backwards { [low, high] } else { [high, low] };
         Self {
             planes: planes_of(axis, backwards),
-            from: [lanes.splat(from[0]), lanes.splat(from[1])],
-            rate: [lanes.splat(rate[0]), lanes.splat(rate[1])],
+            from: [F32x8::splat(from[0]), F32x8::splat(from[1])],
+            rate: [F32x8::splat(rate[0]), F32x8::splat(rate[1])],
         }
     }
 
     /// Distances to the planes across the axis, to be multiplied by the rates.
     #[inline(always)]
-    fn ways(&self, lanes: L, planes: &Planes) -> [L::F; 2] {
+    fn ways(&self, planes: &Planes) -> [F32x8; 2] {
         let [first, last] = self.planes;
-        [
-            lanes.sub(lanes.load(&planes[first]), self.from[0]),
-            lanes.sub(lanes.load(&planes[last]), self.from[1]),
-        ]
+        [F32x8::new(planes[first]) - self.from[0], F32x8::new(planes[last]) - self.from[1]]
     }
 }
 
 /// A single ray; distances are its t.
-pub struct Ray<L: F32x8> {
-    lanes: L,
-    slabs: [Slab<L>; 3],
-    near: L::F,
-    far: L::F,
+pub struct Ray {
+    slabs: [Slab; 3],
+    near: F32x8,
+    far: F32x8,
     end: f32,
 }
 
-impl<L: F32x8> Ray<L> {
+impl Ray {
     /// Creates a ray for a tree within `bounds`.
     #[inline(always)]
-    pub fn new(
-        lanes: L,
-        origin: [f32; 3],
-        direction: [f32; 3],
-        [near, far]: [f32; 2],
-        bounds: &Box3,
-    ) -> Self {
+    pub fn new(origin: [f32; 3], direction: [f32; 3], [near, far]: [f32; 2], bounds: &Box3) -> Self {
         let slack = reach(origin, origin, bounds) * SLACK;
-        let mut slabs = [Slab::new(lanes, 0, [0.0; 2], [1.0; 2]); 3];
+        let mut slabs = [Slab::new(0, [0.0; 2], [1.0; 2]); 3];
         for axis in 0..3 {
             let ends = [origin[axis] - slack, origin[axis] + slack];
-            slabs[axis] = Slab::new(lanes, axis, ends, [reciprocal(direction[axis]); 2]);
+            slabs[axis] = Slab::new(axis, ends, [reciprocal(direction[axis]); 2]);
         }
-        let mut ray = Self { lanes, slabs, near: lanes.splat(near), far: lanes.splat(far), end: far };
+        let mut ray = Self { slabs, near: F32x8::splat(near), far: F32x8::splat(far), end: far };
         ray.end_at(far);
         ray
     }
 }
 
-impl<L: F32x8> Probe<L> for Ray<L> {
+impl Probe for Ray {
     #[inline(always)]
-    fn meet(&self, planes: &Planes) -> (u32, L::F) {
-        let lanes = self.lanes;
+    fn meet(&self, planes: &Planes) -> (u32, F32x8) {
         let (mut near, mut far) = (self.near, self.far);
         for slab in &self.slabs {
-            let [first, last] = slab.ways(lanes, planes);
-            near = lanes.max(lanes.mul(first, slab.rate[0]), near);
-            far = lanes.min(lanes.mul(last, slab.rate[0]), far);
+            let [first, last] = slab.ways(planes);
+            near = (first * slab.rate[0]).max(near);
+            far = (last * slab.rate[0]).min(far);
         }
-        (lanes.bits(lanes.at_most(near, lanes.mul(far, lanes.splat(1.0 + ROUNDING)))), near)
+        (u32::from(near.le(far * F32x8::splat(1.0 + ROUNDING)).bits()), near)
     }
 
     #[inline(always)]
@@ -155,12 +142,7 @@ impl<L: F32x8> Probe<L> for Ray<L> {
     #[inline(always)]
     fn end_at(&mut self, far: f32) {
         self.end = far * (1.0 + ROUNDING);
-        self.far = self.lanes.splat(far);
-    }
-
-    #[inline(always)]
-    fn lanes(&self) -> L {
-        self.lanes
+        self.far = F32x8::splat(far);
     }
 }
 
@@ -185,32 +167,31 @@ pub struct Common {
 
 /// Planes across an axis, as rays of little or changing slope meet them.
 #[derive(Clone, Copy)]
-struct Side<L: F32x8> {
+struct Side {
     axis: usize,
-    low: L::F,
-    high: L::F,
-    slope: [L::F; 2],
+    low: F32x8,
+    high: F32x8,
+    slope: [F32x8; 2],
 }
 
 /// Rays that are traced together; distances are measured along one axis.
-pub struct Beam<L: F32x8> {
-    lanes: L,
-    along: Slab<L>,
+pub struct Beam {
+    along: Slab,
     /// Slabs across, where the beam has them; `sides` otherwise.
-    slabs: [Slab<L>; 2],
-    sides: [Side<L>; 2],
+    slabs: [Slab; 2],
+    sides: [Side; 2],
     is_slab: [bool; 2],
-    near: L::F,
-    far: L::F,
+    near: F32x8,
+    far: F32x8,
     /// Room for rounding.
     room: f32,
     end: f32,
 }
 
-impl<L: F32x8> Beam<L> {
+impl Beam {
     /// Creates a beam for a tree within `bounds`.
     #[inline(always)]
-    pub fn new(lanes: L, common: &Common, bounds: &Box3) -> Self {
+    pub fn new(common: &Common, bounds: &Box3) -> Self {
         let [low, high] = common.place;
         let reach = reach(low, high, bounds).max(reach(common.origin[0], common.origin[1], bounds));
         // places are computed, and rounded as coordinates are, however near everything is to them
@@ -221,16 +202,15 @@ impl<L: F32x8> Beam<L> {
         let slack = (reach + largest) * SLACK;
         let ends = |axis: usize| [low[axis] - slack, high[axis] + slack];
         let rate = if common.backwards { -1.0 } else { 1.0 };
-        let along = Slab::new(lanes, common.along, ends(common.along), [rate; 2]);
-        let zero = lanes.splat(0.0);
+        let along = Slab::new(common.along, ends(common.along), [rate; 2]);
+        let zero = F32x8::splat(0.0);
         let mut beam = Self {
-            lanes,
             along,
             slabs: [along; 2],
             sides: [Side { axis: 0, low: zero, high: zero, slope: [zero; 2] }; 2],
             is_slab: [false; 2],
-            near: lanes.splat(common.near),
-            far: lanes.splat(common.far),
+            near: F32x8::splat(common.near),
+            far: F32x8::splat(common.far),
             room: reach * ROUNDING,
             end: common.far + reach * ROUNDING,
         };
@@ -241,46 +221,45 @@ impl<L: F32x8> Beam<L> {
             let (flat, steep) = (least.abs().min(most.abs()), least.abs().max(most.abs()));
             beam.is_slab[i] = least * most > 0.0 && steep <= SLAB_RATIO * flat;
             if beam.is_slab[i] {
-                beam.slabs[i] = Slab::new(lanes, axis, [low, high], [most.recip(), least.recip()]);
+                beam.slabs[i] = Slab::new(axis, [low, high], [most.recip(), least.recip()]);
             }
-            let slope = [lanes.splat(least), lanes.splat(most)];
-            beam.sides[i] = Side { axis, low: lanes.splat(low), high: lanes.splat(high), slope };
+            let slope = [F32x8::splat(least), F32x8::splat(most)];
+            beam.sides[i] = Side { axis, low: F32x8::splat(low), high: F32x8::splat(high), slope };
         }
         beam
     }
 }
 
-impl<L: F32x8> Probe<L> for Beam<L> {
+impl Probe for Beam {
     #[inline(always)]
-    fn meet(&self, planes: &Planes) -> (u32, L::F) {
-        let lanes = self.lanes;
-        let [first, last] = self.along.ways(lanes, planes);
-        let mut near = lanes.max(lanes.mul(first, self.along.rate[0]), self.near);
-        let mut far = lanes.min(lanes.mul(last, self.along.rate[0]), self.far);
+    fn meet(&self, planes: &Planes) -> (u32, F32x8) {
+        let [first, last] = self.along.ways(planes);
+        let mut near = (first * self.along.rate[0]).max(self.near);
+        let mut far = (last * self.along.rate[0]).min(self.far);
         let mut met = u32::MAX;
         for i in 0..2 {
             if self.is_slab[i] {
                 let slab = &self.slabs[i];
-                let [first, last] = slab.ways(lanes, planes);
+                let [first, last] = slab.ways(planes);
                 let [least, most] = slab.rate;
-                near = lanes.max(lanes.min(lanes.mul(first, least), lanes.mul(first, most)), near);
-                far = lanes.min(lanes.max(lanes.mul(last, least), lanes.mul(last, most)), far);
+                near = (first * least).min(first * most).max(near);
+                far = (last * least).max(last * most).min(far);
             } else {
                 // between near and far the beam stays within the reach of its outermost slopes
                 let side = &self.sides[i];
-                let low = lanes.sub(lanes.load(&planes[side.axis]), side.high);
-                let high = lanes.sub(lanes.load(&planes[side.axis + 3]), side.low);
+                let low = F32x8::new(planes[side.axis]) - side.high;
+                let high = F32x8::new(planes[side.axis + 3]) - side.low;
                 let [least, most] = side.slope;
-                let (a, b) = (lanes.mul(least, near), lanes.mul(least, far));
-                let (c, d) = (lanes.mul(most, near), lanes.mul(most, far));
-                let lowest = lanes.min(lanes.min(a, b), lanes.min(c, d));
-                let highest = lanes.max(lanes.max(a, b), lanes.max(c, d));
-                let both = lanes.and(lanes.at_most(low, highest), lanes.at_most(lowest, high));
-                met &= lanes.bits(both);
+                let (a, b) = (least * near, least * far);
+                let (c, d) = (most * near, most * far);
+                let lowest = a.min(b).min(c.min(d));
+                let highest = a.max(b).max(c.max(d));
+                let both = low.le(highest) & lowest.le(high);
+                met &= u32::from(both.bits());
             }
         }
-        let far = lanes.add(far, lanes.splat(self.room));
-        (met & lanes.bits(lanes.at_most(near, far)), near)
+        let far = far + F32x8::splat(self.room);
+        (met & u32::from(near.le(far).bits()), near)
     }
 
     #[inline(always)]
@@ -291,23 +270,18 @@ impl<L: F32x8> Probe<L> for Beam<L> {
     #[inline(always)]
     fn end_at(&mut self, far: f32) {
         self.end = far + self.room;
-        self.far = self.lanes.splat(far);
-    }
-
-    #[inline(always)]
-    fn lanes(&self) -> L {
-        self.lanes
+        self.far = F32x8::splat(far);
     }
 }
 
 /// Traverses `tree`, and calls `visitor` for each leaf that `probe` may meet. `NEAREST_FIRST` where the probe
 /// is likely to end at the first leaves.
 #[inline(always)]
-pub fn walk<const NEAREST_FIRST: bool, L: F32x8, P: Probe<L>>(
+pub fn walk<const NEAREST_FIRST: bool, P: Probe>(
     probe: &mut P,
     tree: &Tree,
     stack: &mut Vec<Open>,
-    visitor: &mut impl Visitor<L, P>,
+    visitor: &mut impl Visitor<P>,
 ) {
     if tree.nodes.is_empty() {
         return;
@@ -320,7 +294,7 @@ pub fn walk<const NEAREST_FIRST: bool, L: F32x8, P: Probe<L>>(
             match now.child.open() {
                 Ok(leaf) => visitor.visit(probe, leaf, stack),
                 Err(node) => {
-                    if let Some(next) = enter::<NEAREST_FIRST, L, P>(probe, &tree.nodes[node], stack) {
+                    if let Some(next) = enter::<NEAREST_FIRST, P>(probe, &tree.nodes[node], stack) {
                         now = next;
                         continue;
                     }
@@ -337,16 +311,12 @@ pub fn walk<const NEAREST_FIRST: bool, L: F32x8, P: Probe<L>>(
 
 /// Child to go on with; pushes the others that `probe` may meet on the stack.
 #[inline(always)]
-fn enter<const NEAREST_FIRST: bool, L: F32x8, P: Probe<L>>(
-    probe: &P,
-    node: &Node,
-    stack: &mut Vec<Open>,
-) -> Option<Open> {
+fn enter<const NEAREST_FIRST: bool, P: Probe>(probe: &P, node: &Node, stack: &mut Vec<Open>) -> Option<Open> {
     let (mut met, near) = probe.meet(&node.planes);
     if met == 0 {
         return None;
     }
-    let near = probe.lanes().store(near);
+    let near = near.values();
     let open = |met: u32| {
         let slot = met.trailing_zeros() as usize % WIDTH;
         Open { near: near[slot], child: node.children[slot] }
@@ -371,8 +341,8 @@ fn enter<const NEAREST_FIRST: bool, L: F32x8, P: Probe<L>>(
     Some(next)
 }
 
-/// Action at leaves. (Not a closure, because that need not be inlined: see [`lanes`](super::lanes).)
-pub trait Visitor<L: F32x8, P: Probe<L>> {
+/// Action at leaves.
+pub trait Visitor<P: Probe> {
     /// Handles leaf number `leaf`; may end the probe earlier. Must be `#[inline(always)]`.
     fn visit(&mut self, probe: &mut P, leaf: u32, stack: &mut Vec<Open>);
 }

@@ -6,7 +6,6 @@ use std::sync::Arc;
 use glam::{Affine3A, Vec3};
 
 use super::beam::{Open, Probe, Ray as Line, Visitor, walk};
-use super::lanes::F32x8;
 use super::rays::{Rays, first_of, open_lanes};
 use super::search::{Exempt, put};
 use super::tree::{Box3, Tree};
@@ -99,32 +98,20 @@ impl Standing {
 
     /// Shortens the rays `used` to their first hits.
     #[inline(always)]
-    pub fn closest<L: F32x8>(
-        &self,
-        lanes: L,
-        rays: &Rays,
-        mut used: u16,
-        best: &mut HitPacket,
-        stack: &mut Vec<Open>,
-    ) {
+    pub fn closest(&self, rays: &Rays, mut used: u16, best: &mut HitPacket, stack: &mut Vec<Open>) {
         while used != 0 {
             let lane = first_of(used);
             used &= used - 1;
-            let (mut probe, ..) = rays.one(lanes, lane, best.t[lane], &self.tree.bounds);
+            let (mut probe, ..) = rays.one(lane, best.t[lane], &self.tree.bounds);
             let mut visitor = Closest { standing: self, rays, lane, best };
-            walk::<true, L, _>(&mut probe, &self.tree, stack, &mut visitor);
+            walk::<true, _>(&mut probe, &self.tree, stack, &mut visitor);
         }
     }
 
     /// Ends those of the rays `used` that are blocked.
     #[inline(always)]
-    #[expect(
-        clippy::too_many_arguments,
-        reason = "each is a thing by itself, and what they make is only called"
-    )]
-    pub fn block<L: F32x8>(
+    pub fn block(
         &self,
-        lanes: L,
         moved_alone: bool,
         rays: &Rays,
         used: u16,
@@ -136,10 +123,10 @@ impl Standing {
         while open != 0 {
             let lane = first_of(open);
             open &= open - 1;
-            let (mut probe, ..) = rays.one(lanes, lane, far[lane], &self.tree.bounds);
+            let (mut probe, ..) = rays.one(lane, far[lane], &self.tree.bounds);
             let mut visitor =
                 Blocking { standing: self, moved_alone, rays, lane, exempt, far: &mut far[lane] };
-            walk::<false, L, _>(&mut probe, &self.tree, stack, &mut visitor);
+            walk::<false, _>(&mut probe, &self.tree, stack, &mut visitor);
         }
     }
 
@@ -165,9 +152,9 @@ struct Closest<'a> {
     best: &'a mut HitPacket,
 }
 
-impl<L: F32x8> Visitor<L, Line<L>> for Closest<'_> {
+impl Visitor<Line> for Closest<'_> {
     #[inline(always)]
-    fn visit(&mut self, probe: &mut Line<L>, leaf: u32, _: &mut Vec<Open>) {
+    fn visit(&mut self, probe: &mut Line, leaf: u32, _: &mut Vec<Open>) {
         let (piece, lane) = (&self.standing.pieces[leaf as usize], self.lane);
         let ray = self.standing.ray(leaf as usize, self.rays, lane, self.best.t[lane], false);
         if let Some(met) = piece.quadric.meet(piece.number, &ray) {
@@ -186,9 +173,9 @@ struct Blocking<'a> {
     far: &'a mut f32,
 }
 
-impl<L: F32x8> Visitor<L, Line<L>> for Blocking<'_> {
+impl Visitor<Line> for Blocking<'_> {
     #[inline(always)]
-    fn visit(&mut self, probe: &mut Line<L>, leaf: u32, _: &mut Vec<Open>) {
+    fn visit(&mut self, probe: &mut Line, leaf: u32, _: &mut Vec<Open>) {
         let (piece, leaf) = (&self.standing.pieces[leaf as usize], leaf as usize);
         let rests = self.standing.places.get(leaf).is_some_and(|place| !place.moved);
         if self.exempt.clear && !piece.casts_shadow || self.moved_alone && rests {

@@ -8,9 +8,9 @@
 use glam::Affine3A;
 
 use super::beam::{Common, Ray};
-use super::lanes::{F32x8, WIDTH};
-use super::tree::Box3;
+use super::tree::{Box3, WIDTH};
 use super::triangles::{Axes, Shear, axes_for, longest_axis};
+use crate::lanes::F32x8;
 use crate::trace::LANES;
 
 /// Number of groups of eight in a packet.
@@ -79,32 +79,32 @@ impl Rays {
 
     /// Ray number `lane`, up to `far`, for a tree within `bounds`, with the shear of triangles for it.
     #[inline(always)]
-    pub fn one<L: F32x8>(&self, lanes: L, lane: usize, far: f32, bounds: &Box3) -> (Ray<L>, Axes, Shear<L>) {
+    pub fn one(&self, lane: usize, far: f32, bounds: &Box3) -> (Ray, Axes, Shear) {
         let origin = [self.origin[0][lane], self.origin[1][lane], self.origin[2][lane]];
         let direction = self.direction_of(lane);
         let axes = axes_for(longest_axis(direction));
         let [x, y, z] = axes;
         let shear = Shear {
-            origin: [lanes.splat(origin[x]), lanes.splat(origin[y]), lanes.splat(origin[z])],
+            origin: [F32x8::splat(origin[x]), F32x8::splat(origin[y]), F32x8::splat(origin[z])],
             shear: [
-                lanes.splat(direction[x] / direction[z]),
-                lanes.splat(direction[y] / direction[z]),
-                lanes.splat(1.0 / direction[z]),
+                F32x8::splat(direction[x] / direction[z]),
+                F32x8::splat(direction[y] / direction[z]),
+                F32x8::splat(1.0 / direction[z]),
             ],
-            near: lanes.splat(self.near[lane]),
+            near: F32x8::splat(self.near[lane]),
         };
-        (Ray::new(lanes, origin, direction, [self.near[lane], far], bounds), axes, shear)
+        (Ray::new(origin, direction, [self.near[lane], far], bounds), axes, shear)
     }
 
     /// Computes the common bounds of the rays `used`, of one kind and at least one, up to `far`; and the
     /// conversion of each ray's t to a distance along their axis.
     #[inline(always)]
-    pub fn common<L: F32x8>(&self, lanes: L, used: u16, far: &[f32; LANES]) -> (Common, Pace) {
+    pub fn common(&self, used: u16, far: &[f32; LANES]) -> (Common, Pace) {
         let kind = self.kind(first_of(used));
         let (along, backwards) = (kind / 2, kind % 2 == 1);
         let sign = if backwards { -1.0 } else { 1.0 };
         let (leader, lines) = (first_of(used), Lines::new(self, used, along, sign));
-        let places = lines.closest_together(lanes, far[leader], leader);
+        let places = lines.closest_together(far[leader], leader);
         let pace = lines.pace(&places);
         let mut common = Common {
             along,
@@ -116,9 +116,9 @@ impl Rays {
             far: pace.greatest(far, used),
         };
         for axis in 0..3 {
-            (common.place[0][axis], common.place[1][axis]) = ends(lanes, &places[axis]);
-            (common.origin[0][axis], common.origin[1][axis]) = ends(lanes, &lines.origin[axis]);
-            (common.slope[0][axis], common.slope[1][axis]) = ends(lanes, &lines.slope[axis]);
+            (common.place[0][axis], common.place[1][axis]) = ends(&places[axis]);
+            (common.origin[0][axis], common.origin[1][axis]) = ends(&lines.origin[axis]);
+            (common.slope[0][axis], common.slope[1][axis]) = ends(&lines.slope[axis]);
         }
         (common, pace)
     }
@@ -126,36 +126,26 @@ impl Rays {
     /// Shears of triangles for the rays `used`, of one kind and at least one; the other rays meet no
     /// triangle.
     #[inline(always)]
-    pub fn shears<L: F32x8>(&self, lanes: L, used: u16) -> (Axes, [Shear<L>; HALVES]) {
+    pub fn shears(&self, used: u16) -> (Axes, [Shear; HALVES]) {
         let axes = axes_for(longest_axis(self.direction_of(first_of(used))));
         let mut near = self.near;
         for (lane, near) in near.iter_mut().enumerate() {
             *near = if used >> lane & 1 != 0 { *near } else { f32::INFINITY };
         }
-        (axes, [self.shear(lanes, axes, &near, 0), self.shear(lanes, axes, &near, 1)])
+        (axes, [self.shear(axes, &near, 0), self.shear(axes, &near, 1)])
     }
 
     #[inline(always)]
-    fn shear<L: F32x8>(&self, lanes: L, [x, y, z]: Axes, near: &[f32; LANES], half: usize) -> Shear<L> {
+    fn shear(&self, [x, y, z]: Axes, near: &[f32; LANES], half: usize) -> Shear {
         let (o, d) = (&self.origin, &self.direction);
-        let along = lanes.load(&eight_of(&d[z], half));
+        let along = eight_of(&d[z], half);
         Shear {
-            origin: [
-                lanes.load(&eight_of(&o[x], half)),
-                lanes.load(&eight_of(&o[y], half)),
-                lanes.load(&eight_of(&o[z], half)),
-            ],
-            shear: [
-                lanes.div(lanes.load(&eight_of(&d[x], half)), along),
-                lanes.div(lanes.load(&eight_of(&d[y], half)), along),
-                lanes.div(lanes.splat(1.0), along),
-            ],
-            near: lanes.load(&eight_of(near, half)),
+            origin: [eight_of(&o[x], half), eight_of(&o[y], half), eight_of(&o[z], half)],
+            shear: [eight_of(&d[x], half) / along, eight_of(&d[y], half) / along, F32x8::ONE / along],
+            near: eight_of(near, half),
         }
     }
 }
-
-type Eight = [f32; WIDTH];
 
 /// Number of the first of `lanes`, of which there is at least one.
 #[inline(always)]
@@ -175,12 +165,8 @@ pub fn open_lanes(far: &[f32; LANES]) -> u16 {
 
 /// One half of sixteen values.
 #[inline(always)]
-pub fn eight_of(values: &[f32; LANES], half: usize) -> Eight {
-    let mut eight = [0.0; WIDTH];
-    for i in 0..WIDTH {
-        eight[i] = values[half * WIDTH + i];
-    }
-    eight
+pub fn eight_of(values: &[f32; LANES], half: usize) -> F32x8 {
+    F32x8::load(values, half * WIDTH)
 }
 
 /// Copies `values`, with that of the first of the lanes `used` in lanes that are not in use.
@@ -196,9 +182,9 @@ fn only(values: &[f32; LANES], used: u16) -> [f32; LANES] {
 
 /// Least and greatest of `values`.
 #[inline(always)]
-fn ends<L: F32x8>(lanes: L, values: &[f32; LANES]) -> (f32, f32) {
-    let (a, b) = (lanes.load(&eight_of(values, 0)), lanes.load(&eight_of(values, 1)));
-    let (low, high) = (lanes.store(lanes.min(a, b)), lanes.store(lanes.max(a, b)));
+fn ends(values: &[f32; LANES]) -> (f32, f32) {
+    let (a, b) = (eight_of(values, 0), eight_of(values, 1));
+    let (low, high) = (*a.min(b).values(), *a.max(b).values());
     let (mut least, mut most) = (low[0], high[0]);
     for i in 1..WIDTH {
         (least, most) = (lesser(least, low[i]), greater(most, high[i]));
@@ -250,7 +236,7 @@ impl Lines {
     /// Places of the rays at one height along the axis: at their start or at their end, whichever has them
     /// closer together. `far` is the end of the ray `leader`.
     #[inline(always)]
-    fn closest_together<L: F32x8>(&self, lanes: L, far: f32, leader: usize) -> [[f32; LANES]; 3] {
+    fn closest_together(&self, far: f32, leader: usize) -> [[f32; LANES]; 3] {
         let start = self.origin[self.along][leader];
         let end = start + self.sign * far * self.a_unit[leader];
         let starts = self.places_at(start);
@@ -258,7 +244,7 @@ impl Lines {
             return starts;
         }
         let others = self.places_at(end);
-        if self.spread(lanes, &others) < self.spread(lanes, &starts) { others } else { starts }
+        if self.spread(&others) < self.spread(&starts) { others } else { starts }
     }
 
     /// Places of the rays at `height` along the axis.
@@ -277,10 +263,10 @@ impl Lines {
 
     /// Extent of places at one height, summed over the axes.
     #[inline(always)]
-    fn spread<L: F32x8>(&self, lanes: L, places: &[[f32; LANES]; 3]) -> f32 {
+    fn spread(&self, places: &[[f32; LANES]; 3]) -> f32 {
         let mut sum = 0.0;
         for places in places {
-            let (least, most) = ends(lanes, places);
+            let (least, most) = ends(places);
             sum += most - least;
         }
         sum

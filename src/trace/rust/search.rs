@@ -1,9 +1,10 @@
 //! Both queries, for the rays of a beam together and for a single ray: the tests at the leaves.
 
 use super::beam::{Beam, Open, Probe, Ray, Visitor, walk};
-use super::lanes::{F32x8, WIDTH};
 use super::rays::{HALVES, Pace, Rays, eight_of};
+use super::tree::WIDTH;
 use super::triangles::{Axes, Block, Meeting, OF_INSTANCE, Shear, Triangles};
+use crate::lanes::F32x8;
 use crate::trace::{HitPacket, LANES, NO_HIT};
 
 /// Largest number of triangles that a beam is tested against before its rays are traced one by one: more mean
@@ -31,32 +32,27 @@ fn take(bits: &mut u32) -> usize {
 
 /// Weights of the second and the third corner in lane `at`.
 #[inline(always)]
-fn weights<L: F32x8>(lanes: L, meeting: &Meeting<L>, at: usize) -> [f32; 2] {
-    [lanes.store(meeting.u)[at], lanes.store(meeting.v)[at]]
+fn weights(meeting: &Meeting, at: usize) -> [f32; 2] {
+    [meeting.u.lane(at), meeting.v.lane(at)]
 }
 
 /// Corners of one triangle in all lanes.
 #[inline(always)]
-fn corners_of<L: F32x8>(lanes: L, block: &Block, at: usize, axes: Axes) -> [[L::F; 3]; 3] {
-    [
-        block.corner_of(lanes, 0, at, axes),
-        block.corner_of(lanes, 1, at, axes),
-        block.corner_of(lanes, 2, at, axes),
-    ]
+fn corners_of(block: &Block, at: usize, axes: Axes) -> [[F32x8; 3]; 3] {
+    [block.corner_of(0, at, axes), block.corner_of(1, at, axes), block.corner_of(2, at, axes)]
 }
 
 /// Corners of eight triangles.
 #[inline(always)]
-fn all_corners<L: F32x8>(lanes: L, block: &Block, axes: Axes) -> [[L::F; 3]; 3] {
-    [block.corner(lanes, 0, axes), block.corner(lanes, 1, axes), block.corner(lanes, 2, axes)]
+fn all_corners(block: &Block, axes: Axes) -> [[F32x8; 3]; 3] {
+    [block.corner(0, axes), block.corner(1, axes), block.corner(2, axes)]
 }
 
 /// Shortens the rays `used` of `best`, all of one kind, to their first hits in `triangles`. Triangles without
 /// a model belong to `instance`. Returns true if the search was completed; otherwise the rays are to be
 /// traced one by one.
 #[inline(always)]
-pub fn closest_of_beam<L: F32x8>(
-    lanes: L,
+pub fn closest_of_beam(
     triangles: &Triangles,
     instance: u32,
     rays: &Rays,
@@ -64,20 +60,19 @@ pub fn closest_of_beam<L: F32x8>(
     best: &mut HitPacket,
     stack: &mut Vec<Open>,
 ) -> bool {
-    let (common, pace) = rays.common(lanes, used, &best.t);
-    let (axes, shears) = rays.shears(lanes, used);
-    let mut beam = Beam::new(lanes, &common, &triangles.tree.bounds);
-    let mut visitor = ClosestOfBeam { lanes, triangles, instance, axes, shears, used, pace, tested: 0, best };
-    walk::<true, L, _>(&mut beam, &triangles.tree, stack, &mut visitor);
+    let (common, pace) = rays.common(used, &best.t);
+    let (axes, shears) = rays.shears(used);
+    let mut beam = Beam::new(&common, &triangles.tree.bounds);
+    let mut visitor = ClosestOfBeam { triangles, instance, axes, shears, used, pace, tested: 0, best };
+    walk::<true, _>(&mut beam, &triangles.tree, stack, &mut visitor);
     visitor.tested <= MOST_TRIANGLES
 }
 
-struct ClosestOfBeam<'a, L: F32x8> {
-    lanes: L,
+struct ClosestOfBeam<'a> {
     triangles: &'a Triangles,
     instance: u32,
     axes: Axes,
-    shears: [Shear<L>; HALVES],
+    shears: [Shear; HALVES],
     used: u16,
     pace: Pace,
     /// Number of triangles tested so far.
@@ -85,22 +80,22 @@ struct ClosestOfBeam<'a, L: F32x8> {
     best: &'a mut HitPacket,
 }
 
-impl<L: F32x8> Visitor<L, Beam<L>> for ClosestOfBeam<'_, L> {
+impl Visitor<Beam> for ClosestOfBeam<'_> {
     #[inline(always)]
-    fn visit(&mut self, beam: &mut Beam<L>, leaf: u32, _: &mut Vec<Open>) {
-        let (lanes, block) = (self.lanes, &self.triangles.blocks[leaf as usize]);
-        let (mut met, _) = beam.meet(&block.planes(lanes));
+    fn visit(&mut self, beam: &mut Beam, leaf: u32, _: &mut Vec<Open>) {
+        let block = &self.triangles.blocks[leaf as usize];
+        let (mut met, _) = beam.meet(&block.planes());
         self.tested += met.count_ones();
         let mut closer = false;
         while met != 0 {
             let at = take(&mut met);
-            let corners = corners_of(lanes, block, at, self.axes);
+            let corners = corners_of(block, at, self.axes);
             for half in 0..HALVES {
-                let far = lanes.load(&eight_of(&self.best.t, half));
-                let Some(meeting) = self.shears[half].meet(lanes, corners, far) else { continue };
-                let (t, u, v) = (lanes.store(meeting.t), lanes.store(meeting.u), lanes.store(meeting.v));
+                let far = eight_of(&self.best.t, half);
+                let Some(meeting) = self.shears[half].meet(corners, far) else { continue };
+                let (t, u, v) = (*meeting.t.values(), *meeting.u.values(), *meeting.v.values());
                 let name = name_of(block, at, self.instance);
-                let mut hits = lanes.bits(meeting.mask);
+                let mut hits = u32::from(meeting.mask.bits());
                 while hits != 0 {
                     let i = take(&mut hits);
                     if self.triangles.is_there(block, at, [u[i], v[i]]) {
@@ -119,8 +114,7 @@ impl<L: F32x8> Visitor<L, Beam<L>> for ClosestOfBeam<'_, L> {
 
 /// [`closest_of_beam`] for ray number `lane` alone.
 #[inline(always)]
-pub fn closest_of_ray<L: F32x8>(
-    lanes: L,
+pub fn closest_of_ray(
     triangles: &Triangles,
     instance: u32,
     rays: &Rays,
@@ -128,29 +122,28 @@ pub fn closest_of_ray<L: F32x8>(
     best: &mut HitPacket,
     stack: &mut Vec<Open>,
 ) {
-    let (mut ray, axes, shear) = rays.one(lanes, lane, best.t[lane], &triangles.tree.bounds);
-    let mut visitor = ClosestOfRay { lanes, triangles, instance, axes, shear, lane, best };
-    walk::<true, L, _>(&mut ray, &triangles.tree, stack, &mut visitor);
+    let (mut ray, axes, shear) = rays.one(lane, best.t[lane], &triangles.tree.bounds);
+    let mut visitor = ClosestOfRay { triangles, instance, axes, shear, lane, best };
+    walk::<true, _>(&mut ray, &triangles.tree, stack, &mut visitor);
 }
 
-struct ClosestOfRay<'a, L: F32x8> {
-    lanes: L,
+struct ClosestOfRay<'a> {
     triangles: &'a Triangles,
     instance: u32,
     axes: Axes,
-    shear: Shear<L>,
+    shear: Shear,
     lane: usize,
     best: &'a mut HitPacket,
 }
 
-impl<L: F32x8> Visitor<L, Ray<L>> for ClosestOfRay<'_, L> {
+impl Visitor<Ray> for ClosestOfRay<'_> {
     #[inline(always)]
-    fn visit(&mut self, ray: &mut Ray<L>, leaf: u32, _: &mut Vec<Open>) {
-        let (lanes, lane, block) = (self.lanes, self.lane, &self.triangles.blocks[leaf as usize]);
-        let far = lanes.splat(self.best.t[lane]);
-        let Some(meeting) = self.shear.meet(lanes, all_corners(lanes, block, self.axes), far) else { return };
-        let (t, u, v) = (lanes.store(meeting.t), lanes.store(meeting.u), lanes.store(meeting.v));
-        let mut hits = lanes.bits(meeting.mask);
+    fn visit(&mut self, ray: &mut Ray, leaf: u32, _: &mut Vec<Open>) {
+        let (lane, block) = (self.lane, &self.triangles.blocks[leaf as usize]);
+        let far = F32x8::splat(self.best.t[lane]);
+        let Some(meeting) = self.shear.meet(all_corners(block, self.axes), far) else { return };
+        let (t, u, v) = (*meeting.t.values(), *meeting.u.values(), *meeting.v.values());
+        let mut hits = u32::from(meeting.mask.bits());
         while hits != 0 {
             let i = take(&mut hits);
             if self.triangles.is_there(block, i, [u[i], v[i]]) {
@@ -204,9 +197,7 @@ impl Exempt<'_> {
 /// Triangles without a model belong to `instance`. Returns true if the search was completed, like
 /// [`closest_of_beam`].
 #[inline(always)]
-#[expect(clippy::too_many_arguments, reason = "each is a thing by itself, and what they make is only called")]
-pub fn block_beam<L: F32x8>(
-    lanes: L,
+pub fn block_beam(
     triangles: &Triangles,
     instance: u32,
     rays: &Rays,
@@ -215,21 +206,19 @@ pub fn block_beam<L: F32x8>(
     far: &mut [f32; LANES],
     stack: &mut Vec<Open>,
 ) -> bool {
-    let (common, pace) = rays.common(lanes, used, far);
-    let (axes, shears) = rays.shears(lanes, used);
-    let mut beam = Beam::new(lanes, &common, &triangles.tree.bounds);
-    let mut visitor =
-        BlockBeam { lanes, triangles, instance, axes, shears, used, pace, tested: 0, exempt, far };
-    walk::<false, L, _>(&mut beam, &triangles.tree, stack, &mut visitor);
+    let (common, pace) = rays.common(used, far);
+    let (axes, shears) = rays.shears(used);
+    let mut beam = Beam::new(&common, &triangles.tree.bounds);
+    let mut visitor = BlockBeam { triangles, instance, axes, shears, used, pace, tested: 0, exempt, far };
+    walk::<false, _>(&mut beam, &triangles.tree, stack, &mut visitor);
     visitor.tested <= MOST_TRIANGLES
 }
 
-struct BlockBeam<'a, L: F32x8> {
-    lanes: L,
+struct BlockBeam<'a> {
     triangles: &'a Triangles,
     instance: u32,
     axes: Axes,
-    shears: [Shear<L>; HALVES],
+    shears: [Shear; HALVES],
     used: u16,
     pace: Pace,
     /// Number of triangles tested so far.
@@ -238,27 +227,27 @@ struct BlockBeam<'a, L: F32x8> {
     far: &'a mut [f32; LANES],
 }
 
-impl<L: F32x8> Visitor<L, Beam<L>> for BlockBeam<'_, L> {
+impl Visitor<Beam> for BlockBeam<'_> {
     #[inline(always)]
-    fn visit(&mut self, beam: &mut Beam<L>, leaf: u32, _: &mut Vec<Open>) {
-        let (lanes, block) = (self.lanes, &self.triangles.blocks[leaf as usize]);
-        let (met, _) = beam.meet(&block.planes(lanes));
+    fn visit(&mut self, beam: &mut Beam, leaf: u32, _: &mut Vec<Open>) {
+        let block = &self.triangles.blocks[leaf as usize];
+        let (met, _) = beam.meet(&block.planes());
         // triangles that cannot block show all the same how wide the beam is
         self.tested += met.count_ones();
         let mut met = met & self.exempt.candidates(block);
         let mut any = false;
         while met != 0 {
             let at = take(&mut met);
-            let corners = corners_of(lanes, block, at, self.axes);
+            let corners = corners_of(block, at, self.axes);
             for half in 0..HALVES {
-                let far = lanes.load(&eight_of(self.far, half));
-                let Some(meeting) = self.shears[half].meet(lanes, corners, far) else { continue };
-                let mut hits = lanes.bits(meeting.mask);
+                let far = eight_of(self.far, half);
+                let Some(meeting) = self.shears[half].meet(corners, far) else { continue };
+                let mut hits = u32::from(meeting.mask.bits());
                 while hits != 0 {
                     let i = take(&mut hits);
                     let lane = half * WIDTH + i;
                     if !self.exempt.is_own(lane, name_of(block, at, self.instance))
-                        && self.triangles.is_there(block, at, weights(lanes, &meeting, i))
+                        && self.triangles.is_there(block, at, weights(&meeting, i))
                     {
                         self.far[lane] = f32::NEG_INFINITY;
                         any = true;
@@ -276,9 +265,7 @@ impl<L: F32x8> Visitor<L, Beam<L>> for BlockBeam<'_, L> {
 
 /// [`block_beam`] for ray number `lane` alone.
 #[inline(always)]
-#[expect(clippy::too_many_arguments, reason = "each is a thing by itself, and what they make is only called")]
-pub fn block_ray<L: F32x8>(
-    lanes: L,
+pub fn block_ray(
     triangles: &Triangles,
     instance: u32,
     rays: &Rays,
@@ -287,38 +274,37 @@ pub fn block_ray<L: F32x8>(
     far: &mut [f32; LANES],
     stack: &mut Vec<Open>,
 ) {
-    let (mut ray, axes, shear) = rays.one(lanes, lane, far[lane], &triangles.tree.bounds);
-    let end = lanes.splat(far[lane]);
-    let mut visitor = BlockRay { lanes, triangles, instance, axes, shear, lane, end, exempt, blocked: false };
-    walk::<false, L, _>(&mut ray, &triangles.tree, stack, &mut visitor);
+    let (mut ray, axes, shear) = rays.one(lane, far[lane], &triangles.tree.bounds);
+    let end = F32x8::splat(far[lane]);
+    let mut visitor = BlockRay { triangles, instance, axes, shear, lane, end, exempt, blocked: false };
+    walk::<false, _>(&mut ray, &triangles.tree, stack, &mut visitor);
     if visitor.blocked {
         far[lane] = f32::NEG_INFINITY;
     }
 }
 
-struct BlockRay<'a, L: F32x8> {
-    lanes: L,
+struct BlockRay<'a> {
     triangles: &'a Triangles,
     instance: u32,
     axes: Axes,
-    shear: Shear<L>,
+    shear: Shear,
     lane: usize,
-    end: L::F,
+    end: F32x8,
     exempt: Exempt<'a>,
     blocked: bool,
 }
 
-impl<L: F32x8> Visitor<L, Ray<L>> for BlockRay<'_, L> {
+impl Visitor<Ray> for BlockRay<'_> {
     #[inline(always)]
-    fn visit(&mut self, ray: &mut Ray<L>, leaf: u32, _: &mut Vec<Open>) {
-        let (lanes, block) = (self.lanes, &self.triangles.blocks[leaf as usize]);
-        let corners = all_corners(lanes, block, self.axes);
-        let Some(meeting) = self.shear.meet(lanes, corners, self.end) else { return };
-        let mut hits = lanes.bits(meeting.mask) & self.exempt.candidates(block);
+    fn visit(&mut self, ray: &mut Ray, leaf: u32, _: &mut Vec<Open>) {
+        let block = &self.triangles.blocks[leaf as usize];
+        let corners = all_corners(block, self.axes);
+        let Some(meeting) = self.shear.meet(corners, self.end) else { return };
+        let mut hits = u32::from(meeting.mask.bits()) & self.exempt.candidates(block);
         while hits != 0 {
             let at = take(&mut hits);
             if !self.exempt.is_own(self.lane, name_of(block, at, self.instance))
-                && self.triangles.is_there(block, at, weights(lanes, &meeting, at))
+                && self.triangles.is_there(block, at, weights(&meeting, at))
             {
                 self.blocked = true;
                 ray.end_at(f32::NEG_INFINITY);

@@ -9,8 +9,11 @@ use obvhs::BvhBuildParams;
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::{Bvh2, reinsertion::ReinsertionOptimizer};
 
-use super::lanes::WIDTH;
 use crate::animation::Transform;
+use crate::lanes::LANES;
+
+/// Number of children of a node, of triangles in a leaf, and of floats in a register.
+pub const WIDTH: usize = LANES;
 
 /// Widening of an instance's box for the rounding of the model's matrix, as a share of its largest
 /// coordinate.

@@ -10,8 +10,8 @@
 
 use glam::DVec3;
 
-use super::lanes::{F32x8, WIDTH};
-use super::tree::{Box3, Planes, Tree};
+use super::tree::{Box3, Planes, Tree, WIDTH};
+use crate::lanes::{F32x8, Mask};
 use crate::scene::Mesh;
 use crate::scene::cutout::CutoutTest;
 
@@ -126,29 +126,29 @@ impl Block {
 
     /// Boxes around the triangles.
     #[inline(always)]
-    pub fn planes<L: F32x8>(&self, lanes: L) -> Planes {
+    pub fn planes(&self) -> Planes {
         let [a, b, c] = &self.corners;
         let mut planes = [[0.0; WIDTH]; 6];
         for axis in 0..3 {
-            let (a, b, c) = (lanes.load(&a[axis]), lanes.load(&b[axis]), lanes.load(&c[axis]));
-            planes[axis] = lanes.store(lanes.min(a, lanes.min(b, c)));
-            planes[axis + 3] = lanes.store(lanes.max(a, lanes.max(b, c)));
+            let (a, b, c) = (F32x8::new(a[axis]), F32x8::new(b[axis]), F32x8::new(c[axis]));
+            planes[axis] = *a.min(b.min(c)).values();
+            planes[axis + 3] = *a.max(b.max(c)).values();
         }
         planes
     }
 
     /// Corner number `corner` of each triangle, axes in the order of a ray.
     #[inline(always)]
-    pub fn corner<L: F32x8>(&self, lanes: L, corner: usize, [x, y, z]: Axes) -> [L::F; 3] {
+    pub fn corner(&self, corner: usize, [x, y, z]: Axes) -> [F32x8; 3] {
         let corner = &self.corners[corner];
-        [lanes.load(&corner[x]), lanes.load(&corner[y]), lanes.load(&corner[z])]
+        [F32x8::new(corner[x]), F32x8::new(corner[y]), F32x8::new(corner[z])]
     }
 
-    /// Corner number `corner` of one triangle in all lanes, axes in the order of a ray.
+    /// Corner number `corner` of one triangle in all axes in the order of a ray.
     #[inline(always)]
-    pub fn corner_of<L: F32x8>(&self, lanes: L, corner: usize, at: usize, [x, y, z]: Axes) -> [L::F; 3] {
+    pub fn corner_of(&self, corner: usize, at: usize, [x, y, z]: Axes) -> [F32x8; 3] {
         let corner = &self.corners[corner];
-        [lanes.splat(corner[x][at]), lanes.splat(corner[y][at]), lanes.splat(corner[z][at])]
+        [F32x8::splat(corner[x][at]), F32x8::splat(corner[y][at]), F32x8::splat(corner[z][at])]
     }
 }
 
@@ -156,13 +156,13 @@ impl Block {
 ///
 /// Axes are in the order that [`Axes`] gives.
 #[derive(Clone, Copy)]
-pub struct Shear<L: F32x8> {
+pub struct Shear {
     /// Origins of the rays.
-    pub origin: [L::F; 3],
+    pub origin: [F32x8; 3],
     /// x / z, y / z and 1 / z of the directions.
-    pub shear: [L::F; 3],
+    pub shear: [F32x8; 3],
     /// Least t; infinite for lanes that are not in use.
-    pub near: L::F,
+    pub near: F32x8,
 }
 
 /// Order of axes for a ray: two across, and last the one along which it goes furthest.
@@ -189,111 +189,113 @@ pub fn longest_axis(direction: [f32; 3]) -> usize {
 
 /// Intersections of rays and triangles.
 #[derive(Clone, Copy)]
-pub struct Meeting<L: F32x8> {
+pub struct Meeting {
     /// Mask of the lanes that intersect; in others the rest means nothing.
-    pub mask: L::M,
+    pub mask: Mask,
     /// Ray parameters.
-    pub t: L::F,
+    pub t: F32x8,
     /// Weights of the second corners.
-    pub u: L::F,
+    pub u: F32x8,
     /// Weights of the third corners.
-    pub v: L::F,
+    pub v: F32x8,
 }
 
-impl<L: F32x8> Shear<L> {
+impl Shear {
     /// Tests for t above `near` and up to `far`. `corners` have their axes in the order of the rays.
     #[inline(always)]
-    pub fn meet(&self, lanes: L, corners: [[L::F; 3]; 3], far: L::F) -> Option<Meeting<L>> {
-        let [ax, ay, az] = self.sheared(lanes, corners[0]);
-        let [bx, by, bz] = self.sheared(lanes, corners[1]);
-        let [cx, cy, cz] = self.sheared(lanes, corners[2]);
-        let of_a = area(lanes, [cx, cy], [bx, by]);
-        let of_b = area(lanes, [ax, ay], [cx, cy]);
-        let of_c = area(lanes, [bx, by], [ax, ay]);
-        let zero = lanes.splat(0.0);
-        let least = lanes.min(of_a, lanes.min(of_b, of_c));
-        let most = lanes.max(of_a, lanes.max(of_b, of_c));
+    pub fn meet(&self, corners: [[F32x8; 3]; 3], far: F32x8) -> Option<Meeting> {
+        let [ax, ay, az] = self.sheared(corners[0]);
+        let [bx, by, bz] = self.sheared(corners[1]);
+        let [cx, cy, cz] = self.sheared(corners[2]);
+        let of_a = area([cx, cy], [bx, by]);
+        let of_b = area([ax, ay], [cx, cy]);
+        let of_c = area([bx, by], [ax, ay]);
+        let zero = F32x8::ZERO;
+        let least = of_a.min(of_b.min(of_c));
+        let most = of_a.max(of_b.max(of_c));
         // not all zero: a triangle seen edge on is not met
-        let forwards = lanes.and(lanes.at_most(zero, least), lanes.less(zero, most));
-        let reversed = lanes.and(lanes.at_most(most, zero), lanes.less(least, zero));
-        let mut within = lanes.or(forwards, reversed);
-        if lanes.bits(within) == 0 {
+        let forwards = zero.le(least) & zero.lt(most);
+        let reversed = most.le(zero) & least.lt(zero);
+        let mut within = forwards | reversed;
+        if !within.any() {
             return None;
         }
-        let on_edge = lanes.and(within, lanes.or(lanes.equal(least, zero), lanes.equal(most, zero)));
-        if lanes.bits(on_edge) != 0 {
-            let corners = [
-                [lanes.store(ax), lanes.store(ay)],
-                [lanes.store(bx), lanes.store(by)],
-                [lanes.store(cx), lanes.store(cy)],
-            ];
-            within = lanes.mask(settle_edges(lanes.bits(within), lanes.bits(on_edge), &corners));
-            if lanes.bits(within) == 0 {
+        let on_edge = within & (is_zero(least) | is_zero(most));
+        if on_edge.any() {
+            let corners =
+                [[*ax.values(), *ay.values()], [*bx.values(), *by.values()], [*cx.values(), *cy.values()]];
+            within = Mask::from_bits(settle_edges(within.bits(), on_edge.bits(), &corners));
+            if !within.any() {
                 return None;
             }
         }
-        let whole = lanes.add(of_a, lanes.add(of_b, of_c));
+        let whole = of_a + (of_b + of_c);
         // the plane gives the best distance, above all near the ray's origin, where a ray must not meet the
         // surface that it leaves; a sliver has no good plane, but its corners bound the distance
-        let depth = self.depth_of_plane(lanes, corners, within);
-        let nearest = lanes.min(az, lanes.min(bz, cz));
-        let depth = lanes.max(lanes.min(depth, lanes.max(az, lanes.max(bz, cz))), nearest);
-        let t = lanes.mul(depth, self.shear[2]);
-        let mask = lanes.and(within, lanes.and(lanes.less(self.near, t), lanes.at_most(t, far)));
-        if lanes.bits(mask) == 0 {
+        let depth = self.depth_of_plane(corners, within);
+        let nearest = az.min(bz.min(cz));
+        let depth = depth.min(az.max(bz.max(cz))).max(nearest);
+        let t = depth * self.shear[2];
+        let mask = within & (self.near.lt(t) & t.le(far));
+        if !mask.any() {
             return None;
         }
-        Some(Meeting { mask, t, u: lanes.div(of_b, whole), v: lanes.div(of_c, whole) })
+        Some(Meeting { mask, t, u: of_b / whole, v: of_c / whole })
     }
+
     /// Depths at which the rays meet the plane of the corners, along their axis; for slivers, only where they
     /// are `wanted`.
     #[inline(always)]
-    fn depth_of_plane(&self, lanes: L, [a, b, c]: [[L::F; 3]; 3], wanted: L::M) -> L::F {
-        let e = [lanes.sub(b[0], a[0]), lanes.sub(b[1], a[1]), lanes.sub(b[2], a[2])];
-        let f = [lanes.sub(c[0], a[0]), lanes.sub(c[1], a[1]), lanes.sub(c[2], a[2])];
-        let x = lanes.sub_product(e[2], f[1], lanes.mul(e[1], f[2]));
-        let y = lanes.sub_product(e[0], f[2], lanes.mul(e[2], f[0]));
-        let z = lanes.sub_product(e[1], f[0], lanes.mul(e[0], f[1]));
+    fn depth_of_plane(&self, [a, b, c]: [[F32x8; 3]; 3], wanted: Mask) -> F32x8 {
+        let e = [b[0] - a[0], b[1] - a[1], b[2] - a[2]];
+        let f = [c[0] - a[0], c[1] - a[1], c[2] - a[2]];
+        let x = (e[1] * f[2]).less_product(e[2], f[1]);
+        let y = (e[2] * f[0]).less_product(e[0], f[2]);
+        let z = (e[0] * f[1]).less_product(e[1], f[0]);
         let o = self.origin;
-        let way = [lanes.sub(a[0], o[0]), lanes.sub(a[1], o[1]), lanes.sub(a[2], o[2])];
-        let height = lanes.add_product(x, way[0], lanes.add_product(y, way[1], lanes.mul(z, way[2])));
-        let fall = lanes.add_product(x, self.shear[0], lanes.add_product(y, self.shear[1], z));
-        let depth = lanes.div(height, fall);
-        let most = lanes
-            .mul(lanes.splat(SLIVER * SLIVER), lanes.mul(squared_length(lanes, e), squared_length(lanes, f)));
-        let is_sliver = lanes.less(squared_length(lanes, [x, y, z]), most);
-        let slivers = lanes.bits(lanes.and(wanted, is_sliver));
+        let way = [a[0] - o[0], a[1] - o[1], a[2] - o[2]];
+        let height = (z * way[2]).add_product(y, way[1]).add_product(x, way[0]);
+        let fall = z.add_product(y, self.shear[1]).add_product(x, self.shear[0]);
+        let depth = height / fall;
+        let most = F32x8::splat(SLIVER * SLIVER) * (squared_length(e) * squared_length(f));
+        let is_sliver = squared_length([x, y, z]).lt(most);
+        let slivers = u32::from((wanted & is_sliver).bits());
         if slivers == 0 {
             return depth;
         }
-        let [e, f] = [store_vector(lanes, e), store_vector(lanes, f)];
-        let [way, shear] = [store_vector(lanes, way), store_vector(lanes, self.shear)];
-        lanes.load(&exact_depths(lanes.store(depth), slivers, [e, f], way, shear))
+        let [e, f] = [store_vector(e), store_vector(f)];
+        let [way, shear] = [store_vector(way), store_vector(self.shear)];
+        F32x8::new(exact_depths(*depth.values(), slivers, [e, f], way, shear))
     }
 
     /// Shears a corner into the space where the rays are an axis.
     #[inline(always)]
-    fn sheared(&self, lanes: L, corner: [L::F; 3]) -> [L::F; 3] {
-        let z = lanes.sub(corner[2], self.origin[2]);
+    fn sheared(&self, corner: [F32x8; 3]) -> [F32x8; 3] {
+        let z = corner[2] - self.origin[2];
         [
-            lanes.sub_product(self.shear[0], z, lanes.sub(corner[0], self.origin[0])),
-            lanes.sub_product(self.shear[1], z, lanes.sub(corner[1], self.origin[1])),
+            (corner[0] - self.origin[0]).less_product(self.shear[0], z),
+            (corner[1] - self.origin[1]).less_product(self.shear[1], z),
             z,
         ]
     }
 }
 
 #[inline(always)]
-fn squared_length<L: F32x8>(lanes: L, [x, y, z]: [L::F; 3]) -> L::F {
-    lanes.add_product(x, x, lanes.add_product(y, y, lanes.mul(z, z)))
+fn is_zero(area: F32x8) -> Mask {
+    area.le(F32x8::ZERO) & F32x8::ZERO.le(area)
+}
+
+#[inline(always)]
+fn squared_length([x, y, z]: [F32x8; 3]) -> F32x8 {
+    (z * z).add_product(y, y).add_product(x, x)
 }
 
 /// Eight vectors, by axis and lane.
 type Vectors = [[f32; WIDTH]; 3];
 
 #[inline(always)]
-fn store_vector<L: F32x8>(lanes: L, [x, y, z]: [L::F; 3]) -> Vectors {
-    [lanes.store(x), lanes.store(y), lanes.store(z)]
+fn store_vector([x, y, z]: [F32x8; 3]) -> Vectors {
+    [*x.values(), *y.values(), *z.values()]
 }
 
 /// Computes `depths` again in double floats for the `slivers`: edges, vector from the ray's origin to the
@@ -320,7 +322,7 @@ fn exact_depths(
 /// that is tiny beside its distance; if two of three are zero, the ray would meet it from anywhere around.
 /// `corners` are sheared.
 #[cold]
-fn settle_edges(within: u32, on_edge: u32, corners: &[[[f32; WIDTH]; 2]; 3]) -> u32 {
+fn settle_edges(within: u8, on_edge: u8, corners: &[[[f32; WIDTH]; 2]; 3]) -> u8 {
     let mut met = within;
     for lane in (0..WIDTH).filter(|lane| on_edge >> lane & 1 != 0) {
         let [a, b, c] = corners.map(|corner| corner.map(|along| f64::from(along[lane])));
@@ -339,6 +341,6 @@ fn settle_edges(within: u32, on_edge: u32, corners: &[[[f32; WIDTH]; 2]; 3]) -> 
 /// Rounded twice on purpose: rounding is monotone, so the sign is never wrong, and an edge has the same area,
 /// negated, in both of its triangles.
 #[inline(always)]
-fn area<L: F32x8>(lanes: L, p: [L::F; 2], q: [L::F; 2]) -> L::F {
-    lanes.sub(lanes.mul(p[0], q[1]), lanes.mul(p[1], q[0]))
+fn area(p: [F32x8; 2], q: [F32x8; 2]) -> F32x8 {
+    p[0] * q[1] - p[1] * q[0]
 }

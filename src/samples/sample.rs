@@ -1,0 +1,101 @@
+//! One sample: its place, and the record of all else that goes with it from cell to cell.
+
+use glam::Vec3;
+use half::f16;
+
+use super::{Footprint, Octahedral};
+
+/// A sample without its tags and what it has gathered.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sample {
+    /// See [`Tile::x`](super::Tile::x).
+    pub point: Vec3,
+    /// See [`Tile::model`](super::Tile::model).
+    pub model: u32,
+    /// Other data of the sample.
+    pub record: Record,
+}
+
+/// Colour as it is stored: R, G and B in half floats.
+pub type HalfColor = [f16; 3];
+
+/// Data of a sample beside its place: 32 bytes that are copied as a whole when the sample finds its new cell.
+///
+/// Directions and colours are rounded when a sample is *traced*, before anything is computed from them: a
+/// sample that was kept is shaded from the same numbers as one that was just made.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[repr(C)]
+pub struct Record {
+    /// Index into [`Mesh::triangles`](crate::scene::Mesh::triangles).
+    pub triangle: u32,
+    /// Shading normal, object space, on the side from which the sample is seen.
+    pub normal: Octahedral,
+    /// Geometric normal, object space, on the side from which the sample is seen.
+    pub geometric_normal: Octahedral,
+    /// Reflectance that the diffuse and the ambient one are shares of, texture included: see
+    /// [`Material::painted`](crate::scene::Material::painted).
+    pub reflectance: HalfColor,
+    /// Light that does not depend on the eye: emission, ambient and diffuse light. Radiance, linear RGB.
+    pub direct_diffuse: HalfColor,
+    /// Number of the rendered frame in which the sample was traced, counted from the renderer's first.
+    pub traced: u32,
+    /// Index into [`Scene::materials`](crate::scene::Scene::materials).
+    pub material: u16,
+    /// Flags of the sample.
+    pub flags: Flags,
+    /// Place over which its textures are filtered.
+    pub footprint: Footprint,
+}
+
+const _: () = assert!(size_of::<Record>() == 32);
+
+/// Set of flags, a bit each.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Flags(u8);
+
+impl Flags {
+    /// The eye sees the back of the triangle.
+    pub const FROM_BEHIND: Self = Self(1);
+    /// Visibility from the eye was not verified in the frame before.
+    pub const UNSEEN: Self = Self(2);
+    /// The stored light must be summed anew.
+    pub const STALE: Self = Self(4);
+
+    /// These flags if `holds`, else none.
+    pub fn when(self, holds: bool) -> Self {
+        if holds { self } else { Self(0) }
+    }
+
+    /// Converts the flags to bits, to be saved.
+    pub fn to_bits(self) -> u8 {
+        self.0
+    }
+
+    /// Inverse of [`to_bits`](Self::to_bits); `None` for other bits.
+    pub fn from_bits(bits: u8) -> Option<Self> {
+        let all = Self::FROM_BEHIND.with(Self::UNSEEN).with(Self::STALE);
+        (bits & !all.0 == 0).then_some(Self(bits))
+    }
+
+    /// Returns true if all flags of `other` are set.
+    pub fn has(self, other: Self) -> bool {
+        self.0 & other.0 == other.0
+    }
+
+    /// Union with the flags of `other`.
+    pub fn with(self, other: Self) -> Self {
+        Self(self.0 | other.0)
+    }
+
+    /// These flags without those of `other`.
+    pub fn without(self, other: Self) -> Self {
+        Self(self.0 & !other.0)
+    }
+}
+
+impl Record {
+    /// Returns true if the eye sees the back of the triangle.
+    pub fn is_from_behind(&self) -> bool {
+        self.flags.has(Flags::FROM_BEHIND)
+    }
+}
