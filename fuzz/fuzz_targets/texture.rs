@@ -6,7 +6,7 @@ use std::sync::LazyLock;
 use afterimage_fuzz::{Folder, MTL};
 use libfuzzer_sys::fuzz_target;
 
-static FOLDER: LazyLock<Folder> = LazyLock::new(Folder::new);
+static FOLDER: LazyLock<Folder> = LazyLock::new(|| Folder::of_model("obj = \"m.obj\""));
 
 const ENDINGS: [&str; 6] = ["png", "jpg", "bmp", "tga", "tif", "webp"];
 
@@ -15,5 +15,5 @@ fuzz_target!(|bytes: &[u8]| {
     let name = format!("t.{}", ENDINGS[usize::from(*chosen) % ENDINGS.len()]);
     FOLDER.write("m.mtl", format!("{MTL}map_Kd {name}\nmap_Bump {name}\nmap_d {name}\n"));
     FOLDER.write(&name, bytes);
-    FOLDER.load("m.obj");
+    FOLDER.load("s.toml");
 });
