@@ -24,7 +24,7 @@ pub struct MadeFrom {
 /// Digests of all that decides a frame's pixels. As text: `version 16-digits shot ... inputs ... settings ...`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Fingerprint {
-    /// Digest of the program's version, and of the tracer's.
+    /// Digest of the program's version, of the tracer's, and of the arithmetic of the machine.
     pub version: Digest,
     /// Digest of the shot file's statements, without those that count as settings.
     pub shot: Digest,
@@ -59,7 +59,7 @@ impl Kind {
     /// Words for the changed thing that an existing frame was made with.
     pub fn other(self) -> &'static str {
         match self {
-            Self::Version => "another version of the program or of Embree",
+            Self::Version => "another version of the program or of Embree, or another kind of processor",
             Self::Shot => "another shot file",
             Self::Inputs => "other models, materials, textures or maps",
             Self::Settings => "other settings",

@@ -36,6 +36,9 @@ const MOST_HEADER: u32 = 1 << 16;
 /// Bytes of tiles that are encoded, or decoded, at once.
 const AT_ONCE: usize = 32 << 20;
 
+/// True if checksums are compared. `fuzz/` takes them as right, or it would never reach what they protect.
+const HAS_CHECKSUMS: bool = !cfg!(fuzzing);
+
 /// Limit of the number of rendered frames: no run has as many.
 const MOST_RENDERED: u32 = 1 << 30;
 
@@ -314,7 +317,7 @@ impl StoreFile {
         let mut block = vec![0; length];
         self.rest.read_exact(&mut block)?;
         self.sum = Digest::of_all([self.sum, Digest::new(&block)]);
-        if Digest::from_bytes(take(&mut self.rest)?) != self.sum {
+        if Digest::from_bytes(take(&mut self.rest)?) != self.sum && HAS_CHECKSUMS {
             return Err(StoreErrorKind::Damaged);
         }
         Ok(block)
@@ -349,7 +352,7 @@ fn read_header(file: &mut impl Read) -> Result<(Header, Vec<PictureName>, Vec<u3
     let mut text = vec![0; count as usize];
     file.read_exact(&mut text)?;
     let sum = Digest::new(&[&magic[..], &version, &length, &text].concat());
-    if Digest::from_bytes(take(file)?) != sum {
+    if Digest::from_bytes(take(file)?) != sum && HAS_CHECKSUMS {
         return Err(StoreErrorKind::Damaged);
     }
     let text: HeaderText = serde_json::from_slice(&text).map_err(|_| StoreErrorKind::Damaged)?;

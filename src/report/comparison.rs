@@ -99,6 +99,7 @@ pub(crate) mod tests {
                 embree: "4.4.0".into(),
                 openexr: "3.1.5".into(),
                 cpu: "a".into(),
+                arithmetic: "avx2".into(),
                 threads: 2,
             },
         };

@@ -1,5 +1,6 @@
 //! Reports of runs: JSON and HTML files.
 
+pub mod arithmetic;
 pub mod backends;
 pub mod both_ways;
 pub mod chart;

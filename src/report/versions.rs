@@ -4,6 +4,8 @@ use std::fmt;
 
 use serde::Serialize;
 
+use crate::trace::BackendKind;
+
 /// Versions of the program and its libraries, and the machine.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Versions {
@@ -15,6 +17,8 @@ pub struct Versions {
     pub openexr: String,
     /// Name of the processor, from the system.
     pub cpu: String,
+    /// Name of its arithmetic with Embree: machines with the same one give the same pixels.
+    pub arithmetic: String,
     /// Number of threads that work now.
     pub threads: usize,
 }
@@ -30,6 +34,7 @@ impl Versions {
             embree: embree(),
             openexr: openexr::version(),
             cpu: cpu(),
+            arithmetic: super::arithmetic::name(BackendKind::Embree),
             threads: rayon::current_num_threads(),
         }
     }
@@ -48,7 +53,8 @@ impl fmt::Display for Versions {
         writeln!(f, "afterimage  {}", self.afterimage)?;
         writeln!(f, "Embree      {}", self.embree)?;
         writeln!(f, "OpenEXR     {}", self.openexr)?;
-        write!(f, "CPU         {}, {} threads", self.cpu, self.threads)
+        writeln!(f, "CPU         {}, {} threads", self.cpu, self.threads)?;
+        write!(f, "arithmetic  {}", self.arithmetic)
     }
 }
 

@@ -82,6 +82,41 @@ fn scenes_that_do_not_fit_and_options_that_a_job_has_itself_are_refused() {
     }
 }
 
+/// MiB of memory that a task asks for.
+fn memory_of_a_task(place: &Place, shot: &str) -> u64 {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_afterimage"));
+    command.current_dir(place.0.path()).args([
+        "farm",
+        shot,
+        "--engine",
+        "slurm",
+        "-o",
+        "job",
+        "--threads",
+        "1",
+    ]);
+    Ran::new(command.args(["--", "--size", "64x36"]).output().unwrap()).done();
+    let script = text(place, "job/render.sbatch");
+    let line = script.lines().find_map(|line| line.strip_prefix("#SBATCH --mem=")).unwrap();
+    line.trim_end_matches('M').parse().unwrap()
+}
+
+#[test]
+fn the_memory_of_a_task_counts_the_scene() {
+    let place = Place::new();
+    let write = |name: &str, text: &str| fs::write(place.path(name), text).unwrap();
+    write(
+        "m.obj",
+        "mtllib m.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 0 1\nusemtl a\nf 1/1 2/2 3/3\n",
+    );
+    write("m.mtl", "newmtl a\nKd 1 1 1\n");
+    let without = memory_of_a_task(&place, "m.obj");
+    write("m.mtl", "newmtl a\nKd 1 1 1\nmap_Kd t.bmp\n");
+    image::RgbImage::from_pixel(3000, 3000, image::Rgb([9, 99, 200])).save(place.path("t.bmp")).unwrap();
+    let with = memory_of_a_task(&place, "m.obj");
+    assert!(with >= without + 3000 * 3000 * 4 / (1 << 20), "{with} MiB with the texture, {without} without");
+}
+
 /// Runs the scripts as Slurm would: the array's tasks, one of which is requeued, and then the last job.
 #[test]
 fn scripts_of_slurm_render_and_verify_all_frames() {

@@ -12,8 +12,10 @@ mod cli;
 mod cuts;
 mod denoise;
 mod diff;
+mod disk;
 mod extras;
 mod farm;
+mod faults;
 #[cfg(unix)]
 mod files;
 mod hostile;

@@ -1,4 +1,5 @@
-//! Does any damage to a file make a reader panic, instead of telling an error? `MUTATIONS=100000` tries more of it.
+//! Does any damage to a file make a reader panic, instead of telling an error? `MUTATIONS=100000` tries more of it, and
+//! `scripts/fuzz` looks for it. `AFTERIMAGE_SEEDS` names a folder to which the whole files are written, for `fuzz/seeds`.
 
 use std::fs;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -78,6 +79,10 @@ fn mutated(whole: &[u8], seed: u64) -> Vec<u8> {
 /// Loads `asked` with damaged versions of the file `name`, whose content is `whole`.
 fn try_all(name: &str, whole: &[u8], asked: &str) {
     let count = std::env::var("MUTATIONS").ok().and_then(|count| count.parse().ok()).unwrap_or(USUAL);
+    if let Some(seeds) = std::env::var_os("AFTERIMAGE_SEEDS") {
+        let name = format!("{}-{name}", whole.len());
+        fs::write(Path::new(&seeds).join(name), whole).unwrap();
+    }
     let folder = folder();
     fs::write(folder.path().join("m.obj"), OBJ).unwrap();
     let load = |path: &Path| drop(scene::load(path, false));

@@ -15,7 +15,7 @@ use crate::digest::Digest;
 use crate::frame;
 use crate::output::Fingerprint;
 use crate::output::fingerprint::MadeFrom;
-use crate::report::versions;
+use crate::report::{arithmetic, versions};
 use crate::schedule::{self, Ancestry, Rule};
 use crate::settings::{Budget, FileFormat, Mode, Settings};
 use crate::trace::BackendKind;
@@ -69,12 +69,14 @@ impl Fingerprints {
     }
 }
 
+/// Digest of the program's version, and of all that decides how this machine rounds: nodes of a farm may differ in it.
 fn version(backend: BackendKind) -> Digest {
     let library = match backend {
         BackendKind::Embree => versions::embree(),
         BackendKind::Rust => String::new(),
     };
-    Digest::new(format!("{} {library}", versions::AFTERIMAGE).as_bytes())
+    let arithmetic = arithmetic::name(backend);
+    Digest::new(format!("{} {library} {arithmetic}", versions::AFTERIMAGE).as_bytes())
 }
 
 /// Digest of all settings that change pixels, the header's frame rate, or the format of files. Each setting

@@ -12,6 +12,8 @@ mod needless;
 mod request;
 mod response;
 mod token;
+#[cfg(fuzzing)]
+pub mod unserved;
 mod views;
 mod watch;
 mod worker;
