@@ -89,15 +89,9 @@ pub fn tell_motion(text: &mut String, scene: &Scene) {
 }
 
 fn rests(light: &Light) -> bool {
-    let places = match &light.kind {
-        LightKind::Directional { direction, .. } => vec![direction],
-        LightKind::Point { position } | LightKind::Sphere { position, .. } => vec![position],
-        LightKind::Spot { position, target, .. }
-        | LightKind::Rectangle { position, target, .. }
-        | LightKind::Disk { position, target, .. } => vec![position, target],
-        _ => Vec::new(),
-    };
-    places.iter().all(|place| place.is_constant()) && light.color.is_constant() && light.power.is_constant()
+    light.kind.tracks().iter().all(|place| place.is_constant())
+        && light.color.is_constant()
+        && light.power.is_constant()
 }
 
 /// Names of the groups of a model of several, as the end of its line.
