@@ -70,7 +70,9 @@ class Preview:
 
     def __init__(self):
         self.module = session.renderer()
-        self.folder = tempfile.mkdtemp(prefix="afterimage-view-")
+        # removed at the latest when Blender ends
+        self.scratch = tempfile.TemporaryDirectory(prefix="afterimage-view-", ignore_cleanup_errors=True)
+        self.folder = self.scratch.name
         self.count, self.exported, self.threads = 0, None, None
 
     def update(self, scene, depsgraph, view):
@@ -108,7 +110,7 @@ class Preview:
 
     def close(self):
         """Removes its files."""
-        shutil.rmtree(self.folder, ignore_errors=True)
+        self.scratch.cleanup()
 
 
 class _Work:

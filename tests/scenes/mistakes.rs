@@ -84,7 +84,7 @@ fn lists_have_as_many_numbers_as_they_must() {
             }
         }
     }
-    assert_eq!(tried, 3 * (28 + 26 + 28), "every list of the three shots");
+    assert_eq!(tried, 3 * (31 + 29 + 31), "every list of the three shots");
 }
 
 #[test]

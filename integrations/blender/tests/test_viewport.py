@@ -132,6 +132,7 @@ class Viewports(beside_cycles.BesideCycles):
         engine = types.SimpleNamespace(viewport=None, update_stats=lambda *values: said.append(values))
         kind = support.extension().engine.AfterimageEngine
         self.viewport.draw = lambda engine, scene, pixels, size: drawn.append((pixels, size))
+        bpy.app.timers.register = lambda function, first_interval: function()
         try:
             kind.view_update(engine, context, graph)
             ends = time.monotonic() + 60
@@ -139,7 +140,7 @@ class Viewports(beside_cycles.BesideCycles):
                 kind.view_draw(engine, context, graph)
                 time.sleep(0.02)
         finally:
-            self.viewport.draw = draw
+            self.viewport.draw, bpy.app.timers.register = draw, kept
             engine.viewport.close()
         self.assertEqual((said, drawn[-1][1]), ([], (64, 48)))
         self.assertGreater(drawn[-1][0][:, :, 0].max(), 0.9)

@@ -8,7 +8,7 @@ use super::{line, list};
 use crate::cli::bare_model::{is_gltf, is_model};
 use crate::pose::Pose;
 use crate::scene::turntable::text::number;
-use crate::scene::{Light, LightKind, Model, Scene, Shot};
+use crate::scene::{Light, Model, Scene, Shot};
 
 /// Maximum number of names that a line lists.
 const MOST_LISTED: usize = 12;
