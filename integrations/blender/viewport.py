@@ -30,7 +30,7 @@ REST = 0.2
 
 @dataclasses.dataclass(frozen=True)
 class View:
-    """What a region shows."""
+    """Camera and size of a region."""
 
     size: tuple
     """Pixels."""
@@ -114,7 +114,7 @@ class Preview:
 
 
 class _Work:
-    """What a viewport and its thread share: the thread has no way to the viewport, which ends it."""
+    """State that a viewport and its thread share: the thread has no way to the viewport, which ends it."""
 
     def __init__(self, preview):
         self.preview, self.changed = preview, threading.Condition()

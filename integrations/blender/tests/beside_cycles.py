@@ -12,7 +12,7 @@ import support
 
 @unittest.skipUnless(support.has_renderer(), "the Python module `afterimage` is not installed")
 class BesideCycles(unittest.TestCase):
-    """An empty scene, a folder, and what compares both engines."""
+    """An empty scene, a folder, and comparisons of both engines."""
 
     def setUp(self):
         self.scratch = tempfile.TemporaryDirectory()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What exports make of materials, colour attributes, and lights. Needs bpy; the renderer is not asked."""
+"""Exports of materials, colour attributes, and lights. Needs bpy; the renderer is not asked."""
 
 import os
 import tempfile
