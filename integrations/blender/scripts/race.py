@@ -94,15 +94,15 @@ class Stopwatch:
 
 
 def run(scene, folder, engine, quality, is_denoised, right):
-    """Renders all frames, and returns seconds and error."""
+    """Renders all frames, and returns seconds, processor seconds of all threads, and error."""
     choose(scene, engine, quality, is_denoised)
     name = f"{engine.lower()}-{quality}-{'denoised' if is_denoised else 'raw'}"
     scene.render.filepath = os.path.join(folder, f"{name}.####")
-    start = time.perf_counter()
+    start, start_of_all = time.perf_counter(), time.process_time()
     bpy.ops.render.render(animation=True)
-    seconds = time.perf_counter() - start
+    seconds, of_all = time.perf_counter() - start, time.process_time() - start_of_all
     found = [support.read_exr(os.path.join(folder, f"{name}.{frame:04d}.exr"))[:, :, :3] for frame in CHECKED]
-    return seconds, error_of(found, right)
+    return seconds, of_all, error_of(found, right)
 
 
 def time_at(points, error):
@@ -126,16 +126,14 @@ def main():
         for engine, qualities in (("AFTERIMAGE", OURS), ("CYCLES", CYCLES[is_denoised])):
             for quality in qualities:
                 watch.frames.clear(), watch.exports.clear()
-                seconds, error = run(scene, folder, engine, quality, is_denoised, right)
+                seconds, of_all, error = run(scene, folder, engine, quality, is_denoised, right)
                 points.setdefault((engine, is_denoised), []).append((seconds, error))
                 kind = "denoised" if is_denoised else "raw"
-                print(f"{engine} {quality} {kind}: {seconds:.1f} s, error {100 * error:.1f} %", flush=True)
+                print(f"{engine} {quality} {kind}: {seconds:.1f} s, {of_all:.1f} processor seconds, error {100 * error:.1f} %", flush=True)
                 if watch.frames:
                     rest = seconds - sum(watch.frames) - sum(watch.exports)
                     print(f"  first frame {watch.frames[0]:.2f} s, others {np.mean(watch.frames[1:]):.3f} s each, export {sum(watch.exports):.2f} s,"
                           f" all else {rest:.2f} s", flush=True)
-    each, rest = np.polyfit(CYCLES[False], [seconds / FRAMES for seconds, _ in points["CYCLES", False]], 1)
-    print(f"Cycles takes {rest:.2f} s a frame, and {1000 * each:.1f} ms a sample of all pixels on top")
     for is_denoised in (False, True):
         for seconds, error in points["CYCLES", is_denoised]:
             ours = time_at(points["AFTERIMAGE", is_denoised], error)

@@ -250,7 +250,8 @@ pub(crate) fn light(text: TomlText<'_>, table: &At<LightTable>, number: usize) -
     };
     let kind = match light.kind {
         LightType::Directional => {
-            refuse_zero_vectors(text, "direction", light, (&light.direction, |key| &key.direction))?;
+            let keyed = light.key.iter().filter_map(|key| key.get_ref().direction.as_ref());
+            refuse_zeros(text, "direction", light.direction.iter().chain(keyed))?;
             let direction = place("direction", &light.direction, |key| &key.direction)?;
             match or(&light.angle, "angle", 0.0, |key, value| {
                 text.number(key, value, "from 0 to below 180 degrees", |angle| (0.0..180.0).contains(&angle))
@@ -277,7 +278,8 @@ pub(crate) fn light(text: TomlText<'_>, table: &At<LightTable>, number: usize) -
             position: place("position", &light.position, |key| &key.position)?,
             target: place("target", &light.target, |key| &key.target)?,
             up: {
-                refuse_zero_vectors(text, "up", light, (&light.up, |key| &key.up))?;
+                let keyed = light.key.iter().filter_map(|key| key.get_ref().up.as_ref());
+                refuse_zeros(text, "up", light.up.iter().chain(keyed))?;
                 let rest = or(&light.up, "up", DVec3::Y, vector)?;
                 through_or(rest, &keys, how, |key| or(&key.up, "up", rest, vector))?
             },
@@ -416,16 +418,13 @@ fn refuse_foreign_keys(text: TomlText<'_>, light: &LightTable) -> Result<(), Sce
     }
 }
 
-/// Refuses zero vectors: `direction` is the way that the light travels, `up` that of a rectangle's height.
-fn refuse_zero_vectors(
+/// Refuses zero among the vectors of a key, which say a direction.
+fn refuse_zeros<'a>(
     text: TomlText<'_>,
     key: &str,
-    light: &LightTable,
-    of: (&Option<Three>, fn(&LightKey) -> &Option<Three>),
+    mut vectors: impl Iterator<Item = &'a Three>,
 ) -> Result<(), SceneError> {
-    let (own, keyed) = of;
-    let keyed = light.key.iter().filter_map(|entry| keyed(entry.get_ref()).as_ref());
-    match own.iter().chain(keyed).find(|vector| vector.get_ref().0 == [0.0; 3]) {
+    match vectors.find(|vector| vector.get_ref().0 == [0.0; 3]) {
         Some(zero) => Err(text.bad(key, zero, "must not be zero: it says in which direction")),
         None => Ok(()),
     }
