@@ -188,12 +188,16 @@ impl RenderSpace {
 
 /// Camera axes as columns (right, up, back) for a view along `way`, banked by `roll` degrees.
 fn looking_at(direction: DVec3, roll: f64) -> DMat3 {
+    upright(direction, DVec3::Y) * DMat3::from_rotation_z(-roll.to_radians())
+}
+
+/// Axes as columns that face along `direction`, the second of which leans towards `up`.
+fn upright(direction: DVec3, up: DVec3) -> DMat3 {
     let forward = direction.try_normalize().unwrap_or(DVec3::NEG_Z);
     // straight up or down has no horizon: take -Z (or +Z) for the top of the picture
-    let level = forward.cross(DVec3::Y);
-    let right = level.try_normalize().unwrap_or(DVec3::X);
-    let up = right.cross(forward);
-    DMat3::from_cols(right, up, -forward) * DMat3::from_rotation_z(-roll.to_radians())
+    let aside = || if up == DVec3::Y { DVec3::X } else { forward.any_orthonormal_vector() };
+    let right = forward.cross(up).try_normalize().unwrap_or_else(aside);
+    DMat3::from_cols(right, right.cross(forward), -forward)
 }
 
 /// Camera axes as columns for pitch, yaw and roll in degrees; roll banks clockwise here, too.
@@ -384,9 +388,9 @@ impl LightPose {
                     cos_inner: (half * (1.0 - soft)).cos() as f32,
                 }
             }
-            LightKind::Rectangle { position, target, size: [width, height] } => {
+            LightKind::Rectangle { position, target, up, size: [width, height] } => {
                 let center = position.at(frame);
-                let axes = looking_at(target.at(frame) - center, 0.0);
+                let axes = upright(target.at(frame) - center, up.at(frame));
                 LightShape::Area(AreaShape::Rectangle {
                     center: center.as_vec3(),
                     across: (axes.x_axis * *width).as_vec3(),
@@ -442,6 +446,17 @@ mod tests {
         let banked = looking_at(DVec3::NEG_Z, 90.0);
         assert!(banked.y_axis.abs_diff_eq(DVec3::X, 1e-12), "{banked}");
         assert!(rotated(DVec3::new(0.0, 0.0, 90.0)).abs_diff_eq(banked, 1e-12));
+    }
+
+    #[test]
+    fn rectangles_turn_about_their_axis_with_up() {
+        let facing = |up| upright(DVec3::new(0.0, 0.0, -2.0), up);
+        assert!(facing(DVec3::new(3.0, 0.0, 1.0)).y_axis.abs_diff_eq(DVec3::X, 1e-12));
+        assert!(facing(DVec3::new(0.0, 0.5, 0.0)).abs_diff_eq(DMat3::IDENTITY, 1e-12));
+        for (direction, up) in [(DVec3::NEG_Y, DVec3::Y), (DVec3::X, DVec3::X)] {
+            let axes = upright(direction, up);
+            assert!((axes.determinant() - 1.0).abs() < 1e-12, "{direction} {up}: {axes}");
+        }
     }
 
     #[test]

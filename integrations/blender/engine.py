@@ -5,7 +5,7 @@ import traceback
 
 import bpy
 
-from . import passes, session
+from . import passes, session, viewport
 from .export import Cancelled, ExportError
 
 
@@ -72,12 +72,29 @@ class AfterimageEngine(bpy.types.RenderEngine):
         kept, total = sum(reused.get(key, 0) for key in ("good", "overlapped")), sum(v for k, v in reused.items() if k != "spare") or 1
         self.update_stats("", f"Afterimage | {frame.seconds:.2f} s, {kept / total:.0%} of the samples reused")
 
+    viewport = None
+    """The pictures of the viewport that this engine serves, once there is one."""
+
     def view_update(self, context, depsgraph):
-        """The viewport is not rendered."""
+        """Notes that the scene has changed. The viewport's view may change without."""
+        if self.viewport is not None:
+            self.viewport.change()
 
     def view_draw(self, context, depsgraph):
-        """Says how to see a picture."""
-        self.update_stats("Afterimage has no viewport picture", "press F12, or choose Material Preview")
+        """Draws the newest picture of the view. No error leaves it: the viewport says it."""
+        try:
+            if self.viewport is None:
+                self.viewport = viewport.Viewport()
+            scene, view = bpy.data.scenes.get(depsgraph.scene.name) or depsgraph.scene, viewport.View.of(context.region, context.region_data)
+            pixels, goes_on, messages = self.viewport.show(scene, depsgraph, view)
+            if pixels is not None:
+                viewport.draw(self, depsgraph.scene, pixels, view.size)
+            if goes_on:
+                bpy.app.timers.register(viewport.redraw, first_interval=0.1)
+            if messages:
+                self.update_stats("Afterimage", messages[-1])
+        except Exception as error:  # noqa: BLE001  an error must not take Blender down
+            self.update_stats("Afterimage has no picture of this view", str(error))
 
 
 CLASSES = (AfterimageEngine,)

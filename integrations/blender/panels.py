@@ -25,28 +25,30 @@ def columns(layout):
     return layout
 
 
-class AFTERIMAGE_PT_sampling(Panel, bpy.types.Panel):
+class SettingsPanel(Panel):
+    """A panel of the engine's own settings, by their names."""
+
+    NAMES = ()
+
+    def draw(self, context):
+        """Draws it."""
+        layout = columns(self.layout)
+        for name in self.NAMES:
+            layout.prop(context.scene.afterimage, name)
+
+
+class AFTERIMAGE_PT_sampling(SettingsPanel, bpy.types.Panel):
     """Samples and light."""
 
     bl_label = "Sampling"
-
-    def draw(self, context):
-        """Draws it."""
-        layout, own = columns(self.layout), context.scene.afterimage
-        for name in ("samples", "paths", "bounces", "depth", "reflections", "shadow_rays", "exposures", "clamp", "caustics", "denoise"):
-            layout.prop(own, name)
+    NAMES = ("samples", "paths", "bounces", "depth", "reflections", "shadow_rays", "exposures", "clamp", "caustics", "denoise")
 
 
-class AFTERIMAGE_PT_reuse(Panel, bpy.types.Panel):
+class AFTERIMAGE_PT_reuse(SettingsPanel, bpy.types.Panel):
     """Reuse from frame to frame."""
 
     bl_label = "Reuse"
-
-    def draw(self, context):
-        """Draws it."""
-        layout, own = columns(self.layout), context.scene.afterimage
-        layout.prop(own, "mode")
-        layout.prop(own, "base_every")
+    NAMES = ("mode", "base_every")
 
 
 class AFTERIMAGE_PT_film(Panel, bpy.types.Panel):

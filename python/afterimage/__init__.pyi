@@ -128,8 +128,8 @@ class Scene:
     ) -> None:
         """Adds a light. values: the keys of [[light]] in shot files, as position, direction, target, color, power, radius.
 
-        transform: of a light that is at the origin and shines along -Z, or by frame. keys: position, direction, target, color and power
-        by frame.
+        transform: of a light that is at the origin and shines along -Z with Y up, or by frame. keys: position, direction, target, up,
+        color and power by frame.
         """
     def set_camera(
         self,

@@ -74,7 +74,7 @@ const MATERIAL_WORDS: [(&str, &str); 13] = [
 const OF_CAMERA: [&str; 4] = ["projection", "interpolation", "from", "animation"];
 
 /// Keys that a light may have at each of its keys.
-const OF_LIGHT_KEY: [&str; 5] = ["position", "direction", "target", "color", "power"];
+const OF_LIGHT_KEY: [&str; 6] = ["position", "direction", "target", "up", "color", "power"];
 
 impl Scene {
     fn lock(&self) -> MutexGuard<'_, Content> {
@@ -303,9 +303,9 @@ impl Scene {
 
     /// Adds a light: "point", "sun" (or "directional"), "spot", "rectangle", "disk" or "sphere".
     ///
-    /// Keys are those of [[light]] in shot files: position, direction, target, color, power, size, radius, angle, cone, soft, samples,
-    /// group, name. transform: (4, 4), in which the light is at the origin and shines along -Z, or a dict from frames to these. keys: a
-    /// dict from frames to dicts of position, direction, target, color, power.
+    /// Keys are those of [[light]] in shot files: position, direction, target, up, color, power, size, radius, angle, cone, soft, samples,
+    /// group, name. transform: (4, 4), in which the light is at the origin and shines along -Z, with Y up, or a dict from frames to these.
+    /// keys: a dict from frames to dicts of position, direction, target, up, color, power.
     #[pyo3(signature = (kind, *, transform = None, keys = None, **values))]
     fn add_light(
         &self,

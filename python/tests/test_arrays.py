@@ -121,6 +121,20 @@ class Arrays(unittest.TestCase):
             scene.set_camera(eye=(0, 3, 6), target=(0, 0, 0))
             self.assertGreater(picture(scene)["RGBA"][12, 16, :3].min(), 0.01, kind)
 
+    def test_a_matrix_turns_a_rectangle_about_its_axis(self):
+        def lit(turn):
+            sin, cos = np.sin(turn), np.cos(turn)
+            above = np.array([[cos, -sin, 0, 0], [0, 0, 1, 0.5], [-sin, -cos, 0, 0], [0, 0, 0, 1]], float)
+            scene = afterimage.Scene(size=(32, 32), samples=2)
+            scene.add_mesh("floor", [[-3, 0, -3], [-3, 0, 3], [3, 0, 3], [3, 0, -3]], [[0, 1, 2], [0, 2, 3]])
+            scene.add_light("rectangle", transform=above, size=(3, 0.1), power=1)
+            scene.set_camera(transform=np.array([[1, 0, 0, 0], [0, 0, 1, 5], [0, -1, 0, 0], [0, 0, 0, 1]], float))
+            light = picture(scene)["RGBA"][:, :, 0]
+            return light[16, 4] / light[4, 16]
+        self.assertGreater(lit(0), 1.5)
+        self.assertLess(lit(np.pi / 2), 1 / 1.5)
+        self.assertAlmostEqual(lit(np.pi / 4), 1, delta=0.1)
+
     def test_glass_sky_and_alpha(self):
         scene = afterimage.Scene(size=(48, 36), samples=1, paths=2, layers="all")
         glass = scene.add_material("glass", base_color=(1, 0.5, 0.5), transmission=1, ior=1.4)

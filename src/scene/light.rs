@@ -95,7 +95,9 @@ pub enum LightKind {
         position: Track<DVec3>,
         /// The point that it faces; world space.
         target: Track<DVec3>,
-        /// Width (level, where it does not face straight up or down) and height.
+        /// Direction in which its height points, as far as the target lets it; world space, any length but zero.
+        up: Track<DVec3>,
+        /// Width and height.
         size: [f64; 2],
     },
     /// A disc that shines to one side.
@@ -150,9 +152,10 @@ impl LightKind {
         match self {
             Self::Point { position } | Self::Sphere { position, .. } => vec![position],
             Self::Directional { direction } | Self::Sun { direction, .. } => vec![direction],
-            Self::Spot { position, target, .. }
-            | Self::Rectangle { position, target, .. }
-            | Self::Disk { position, target, .. } => vec![position, target],
+            Self::Spot { position, target, .. } | Self::Disk { position, target, .. } => {
+                vec![position, target]
+            }
+            Self::Rectangle { position, target, up, .. } => vec![position, target, up],
         }
     }
 
@@ -165,9 +168,10 @@ impl LightKind {
             Self::Spot { position, target, cone, soft } => {
                 Self::Spot { position: place(position), target: place(target), cone, soft }
             }
-            Self::Rectangle { position, target, size } => Self::Rectangle {
+            Self::Rectangle { position, target, up, size } => Self::Rectangle {
                 position: place(position),
                 target: place(target),
+                up,
                 size: size.map(|edge| edge * scale),
             },
             Self::Disk { position, target, radius } => {

@@ -75,6 +75,7 @@ fn panel() -> LightKind {
     LightKind::Rectangle {
         position: Track::constant(position),
         target: Track::constant(target),
+        up: Track::constant(DVec3::Y),
         size: [1.0, 1.0],
     }
 }

@@ -67,7 +67,7 @@ fn ball(shining: Shining) -> Scene {
         Shining::Panel => {
             let position = DVec3::Y * height;
             let (target, size) = (rests(DVec3::ZERO), [2.0 * half; 2]);
-            let kind = LightKind::Rectangle { position: rests(position), target, size };
+            let kind = LightKind::Rectangle { position: rests(position), target, up: rests(DVec3::Y), size };
             lights.push(toy::light("panel", kind, SHINES * (2.0 * half).powi(2) / PI));
         }
         Shining::Surface => {

@@ -221,7 +221,12 @@ fn a_light_with_a_size_is_counted_once() {
         let camera = toy::camera(rests(DVec3::new(0.0, 3.0, 4.0)), rests(DVec3::ZERO));
         let models = vec![toy::still("floor", toy::floor(9.0, 0), Vec3::ZERO)];
         let position = rests(DVec3::new(0.0, 3.0, -3.0));
-        let kind = LightKind::Rectangle { position, target: rests(DVec3::ZERO), size: [size, size] };
+        let kind = LightKind::Rectangle {
+            position,
+            target: rests(DVec3::ZERO),
+            up: rests(DVec3::Y),
+            size: [size, size],
+        };
         let materials = vec![metal_rough(0.8, roughness, 1.0)];
         let mut scene = toy::scene(camera, models, materials, vec![toy::light("panel", kind, 20.0)]);
         scene.background = Background::uniform(Vec3::ZERO);

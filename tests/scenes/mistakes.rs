@@ -36,12 +36,14 @@ scale = [1, 2, 3]
 type = \"rectangle\"
 position = [0, 9, 0]
 target = [0, 0, 0]
+up = [1, 0, 0]
 size = [1, 1]
 color = [1, 1, 1]
 [[light.key]]
 frame = 1
 position = [0, 9, 0]
 target = [0, 0, 0]
+up = [1, 0, 0]
 color = [1, 1, 1]
 [[light]]
 type = \"directional\"
@@ -55,6 +57,7 @@ kd = [1, 1, 1]
 ka = [1, 1, 1]
 ks = [1, 1, 1]
 ke = [1, 1, 1]
+tf = [1, 1, 1]
 ";
 
 #[test]
@@ -81,7 +84,7 @@ fn lists_have_as_many_numbers_as_they_must() {
             }
         }
     }
-    assert_eq!(tried, 3 * (28 + 26 + 28), "every list of the three shots");
+    assert_eq!(tried, 3 * (31 + 29 + 31), "every list of the three shots");
 }
 
 #[test]
@@ -269,6 +272,16 @@ fn mistakes_are_told_with_place_and_remedy() {
             "s.toml:11:8: `size` must be two lengths",
         ),
         (
+            format!(
+                "{light}type = \"rectangle\"\nposition = [0, 0, 0]\ntarget = [0, 0, 1]\nup = [0, 0, 0]\n"
+            ),
+            "s.toml:11:6: `up` must not be zero",
+        ),
+        (
+            format!("{light}type = \"disk\"\nposition = [0, 0, 0]\ntarget = [0, 0, 1]\nup = [1, 0, 0]\n"),
+            "s.toml:11:6: a disk light has no `up`",
+        ),
+        (
             format!("{light}type = \"sphere\"\nposition = [0, 0, 0]\nradius = 0\n"),
             "s.toml:10:10: `radius` is 0: it must be a length from 1e-9 to 1e9",
         ),
@@ -305,6 +318,14 @@ fn mistakes_are_told_with_place_and_remedy() {
         (
             format!("{REST}[[material]]\nname = \"wood\"\nkd = [1, 7e4, 0]\n"),
             "s.toml:9:6: `kd` is too large: 65504",
+        ),
+        (
+            format!("{REST}[[material]]\nname = \"wood\"\ntf = [1, 1.5, 0]\n"),
+            "s.toml:9:6: `tf` must have channels from 0",
+        ),
+        (
+            format!("{REST}[[material]]\nname = \"wood\"\ntf = [1, 1, 1]\ntransmission = 0.5\n"),
+            "s.toml:9:6: `tf` and `transmission` exclude each other",
         ),
         (format!("[background]\ncolor = [0, 0, 0]\nground = [0, 0, 0]\n{REST}"), "s.toml:2:9: `color` and"),
         (format!("[output]\npath = \"\"\n{REST}"), "s.toml:2:8: `path` is empty"),

@@ -69,6 +69,31 @@ fn its_material_has_its_name() {
 }
 
 #[test]
+fn faces_have_materials_by_their_numbers() {
+    let folder = folder();
+    let file = "ply\nformat ascii 1.0\ncomment material Dark red\ncomment material blue\nelement vertex 4\n\
+                property float x\nproperty float y\nproperty float z\nelement face 3\n\
+                property list uchar int vertex_indices\nproperty uchar material_index\nend_header\n\
+                0 0 0\n1 0 0\n1 1 0\n0 1 0\n3 0 1 2 1\n3 0 2 3 0\n3 0 1 3 1\n";
+    fs::write(folder.path().join("two.ply"), file).unwrap();
+    let text = "[[model]]\nply = \"two.ply\"\n[[material]]\nname = \"Dark red\"\nkd = [0.5, 0, 0]\n\
+                [[material]]\nname = \"blue\"\nkd = [0, 0, 1]\n";
+    let shot = load_in(folder.path(), &format!("{CAMERA}{text}"), true).unwrap();
+    let names = |shot: &Shot| {
+        let of = |id: &u16| shot.scene.materials[usize::from(*id)].name.clone();
+        shot.scene.models[0].mesh.material_of.iter().map(of).collect::<Vec<_>>()
+    };
+    assert_eq!(
+        (shot.scene.models.len(), names(&shot)),
+        (1, ["blue", "Dark red", "blue"].map(String::from).to_vec())
+    );
+    let wrong = file.replace("3 0 2 3 0", "3 0 2 3 2");
+    fs::write(folder.path().join("two.ply"), wrong).unwrap();
+    let error = load_in(folder.path(), &format!("{CAMERA}{text}"), true).unwrap_err().to_string();
+    assert!(error.contains("face 1 has material 2, and 2 are named"), "{error}");
+}
+
+#[test]
 fn a_bare_file_is_a_turntable() {
     let folder = ply_folder();
     let shot = scene::load(&folder.path().join("square.ply"), true).unwrap();

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use afterimage::animation::TransformTrack;
 use afterimage::layers::Layers;
-use afterimage::pose::Pose;
+use afterimage::pose::{AreaShape, LightPose, LightShape, Pose};
 use afterimage::scene::camera::{Lens, Projection};
 use afterimage::scene::material::Optics;
 use afterimage::scene::{self, Background, LightKind};
@@ -158,6 +158,39 @@ fn materials_are_overridden_field_by_field() {
     assert_eq!(named("wood").diffuse, Vec3::X);
     assert!(matches!(named("wood").optics, Optics::Mirror { fresnel: false, .. }));
     assert_eq!(shot.scene.models[0].mesh.shadow_casting, 2);
+}
+
+#[test]
+fn filters_tint_what_glass_lets_through() {
+    let glass = |keys: &str| {
+        let shot = load(&format!(
+            "{REST}[[material]]\nname = \"wood\"\nillum = 7\nni = 1.5\nks = [1, 1, 1]\n{keys}"
+        ));
+        shot.scene.materials.iter().find(|material| material.name == "wood").unwrap().clone()
+    };
+    let tinted = glass("kd = [0, 0, 0]\ntf = [0.25, 1, 0.5]\n");
+    let transmission = Vec3::new(0.25, 1.0, 0.5);
+    assert_eq!(tinted.optics, Optics::Glass { transmission, index: 1.5, reflection: Vec3::ONE });
+    // what it does not let through it scatters
+    let half = glass("kd = [1, 0, 0]\ntf = [0.25, 0.5, 0.5]\n");
+    assert_eq!(half.diffuse, Vec3::new(0.5, 0.0, 0.0));
+}
+
+#[test]
+fn rectangles_have_a_direction_of_their_height() {
+    let light = "[[light]]\ntype = \"rectangle\"\nposition = [0, 0, 0]\ntarget = [0, 0, -1]\nsize = [2, 1]\n";
+    let keys = "[[light.key]]\nframe = 1\nup = [0, 1, 0]\n[[light.key]]\nframe = 3\nup = [1, 0, 0]\n";
+    let edge = |keys: &str, frame: f64| {
+        let shot = load(&format!("{REST}{light}{keys}"));
+        let shape = LightPose::new(&shot.scene.lights[0], frame).shape;
+        let LightShape::Area(AreaShape::Rectangle { across, up, .. }) = shape else { panic!("{shape:?}") };
+        assert!((across.length() - 2.0).abs() < 1e-6 && across.dot(up).abs() < 1e-6);
+        up
+    };
+    assert!(edge("", 1.0).abs_diff_eq(Vec3::Y, 1e-6));
+    assert!(edge("up = [1, 1, 5]\n", 1.0).abs_diff_eq(Vec3::new(0.5, 0.5, 0.0).normalize(), 1e-6));
+    assert!(edge(keys, 3.0).abs_diff_eq(Vec3::X, 1e-6));
+    assert!(edge(keys, 2.0).abs_diff_eq(Vec3::new(0.5, 0.5, 0.0).normalize(), 1e-6));
 }
 
 #[test]

@@ -130,6 +130,7 @@ pub fn with_area_lights(mut scene: Scene) -> Scene {
 
 /// A panel above the world.
 pub fn panel(position: Track<DVec3>) -> Light {
-    let kind = LightKind::Rectangle { position, target: rests(DVec3::ZERO), size: [2.0, 1.0] };
+    let kind =
+        LightKind::Rectangle { position, target: rests(DVec3::ZERO), up: rests(DVec3::Y), size: [2.0, 1.0] };
     super::light("panel", kind, 20.0)
 }

@@ -21,17 +21,24 @@ def whole(path, write):
         raise
 
 
-def write_ply(path, positions, triangles, normals=None, uvs=None):
-    """Writes a binary PLY of triangles. All arrays but `triangles` have one row a vertex."""
-    columns = [positions] + [array for array in (normals, uvs) if array is not None]
-    names = ["x", "y", "z"] + (["nx", "ny", "nz"] if normals is not None else []) + (["s", "t"] if uvs is not None else [])
+def write_ply(path, positions, triangles, normals=None, uvs=None, colors=None, materials=()):
+    """Writes a binary PLY of triangles. All arrays but `triangles` have one row a vertex.
+
+    `materials`: pairs of a material's name and how many triangles have it, in their order; none where the file's name says it.
+    """
+    kinds = [(["nx", "ny", "nz"], normals), (["s", "t"], uvs), (["red", "green", "blue"], colors)]
+    columns = [positions] + [array for _, array in kinds if array is not None]
+    names = ["x", "y", "z"] + [name for names, array in kinds if array is not None for name in names]
     vertices = np.hstack(columns).astype("<f4", copy=False)
-    faces = np.empty(len(triangles), dtype=[("count", "u1"), ("corners", "<i4", 3)])
+    faces = np.empty(len(triangles), dtype=[("count", "u1"), ("corners", "<i4", 3)] + ([("material", "<i4")] if materials else []))
     faces["count"] = 3
     faces["corners"] = triangles
-    header = ["ply", "format binary_little_endian 1.0", f"element vertex {len(vertices)}"]
-    header += [f"property float {name}" for name in names]
-    header += [f"element face {len(faces)}", "property list uchar int vertex_indices", "end_header", ""]
+    if materials:
+        faces["material"] = np.repeat(np.arange(len(materials)), [count for _, count in materials])
+    header = ["ply", "format binary_little_endian 1.0", *(f"comment material {name}" for name, _ in materials)]
+    header += [f"element vertex {len(vertices)}", *(f"property float {name}" for name in names)]
+    header += [f"element face {len(faces)}", "property list uchar int vertex_indices"]
+    header += (["property int material_index"] if materials else []) + ["end_header", ""]
 
     def write(file):
         file.write("\n".join(header).encode())
@@ -47,13 +54,14 @@ def _rows(prefix, values, pattern):
     return (line * len(values)) % tuple(values.ravel().tolist())
 
 
-def write_obj(path, positions, triangles, parts, normals=None, uvs=None):
+def write_obj(path, positions, triangles, parts, normals=None, uvs=None, colors=None):
     """Writes an OBJ, and the MTL beside it which names its materials.
 
     `parts`: pairs of a material's name and the rows of `triangles` that have it. `normals` and `uvs` have a row for each corner of
-    `triangles`, in their order.
+    `triangles`, in their order; `colors` one for each position, as screens show them.
     """
-    text = [f"mtllib {os.path.basename(path)[:-4]}.mtl\n", _rows("v", positions, "%.9g %.9g %.9g")]
+    points = positions if colors is None else np.hstack([positions, colors])
+    text = [f"mtllib {os.path.basename(path)[:-4]}.mtl\n", _rows("v", points, " ".join(["%.9g"] * points.shape[1]))]
     corners = [triangles + 1]
     pattern = "%d"
     numbers = np.arange(1, 3 * len(triangles) + 1).reshape(-1, 3)

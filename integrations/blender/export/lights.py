@@ -25,12 +25,14 @@ def light_of(instance, data, shadow_rays, warnings):
     place = matrix[:3, 3]
     axes = matrix[:3, :3]
     lengths = np.linalg.norm(axes, axis=0)
-    if lengths[2] == 0:
+    if lengths[2] == 0 or (data.type == "AREA" and lengths.min() == 0):
         return None
     ahead = -axes[:, 2] / lengths[2]
     color, strength = color_of(data, warnings)
     kind = {"POINT": point, "SUN": sun, "SPOT": spot, "AREA": area}[data.type]
-    fixed, power, factor = kind(data, lengths, axes, shadow_rays, warnings, name)
+    said = []
+    fixed, power, factor = kind(data, lengths, shadow_rays, said.append)
+    warnings.add_for(f"{data.type.lower()} light `{name}`", said)
     key = {"color": [float(part) for part in color], "power": max(0.0, strength * factor * power)}
     if data.type == "SUN":
         key["direction"] = ahead.tolist()
@@ -38,6 +40,8 @@ def light_of(instance, data, shadow_rays, warnings):
         key["position"] = place.tolist()
         if data.type != "POINT":
             key["target"] = (place + ahead).tolist()
+        if fixed["type"] == "rectangle":
+            key["up"] = (axes[:, 1] / lengths[1]).tolist()
     return {"name": name, **fixed}, key
 
 
@@ -62,14 +66,14 @@ def color_of(data, warnings):
     return np.clip(color, 0, None), strength
 
 
-def point(data, lengths, _axes, rays, _warnings, _name):
+def point(data, _lengths, rays, _say):
     """A point, or a sphere where it has a radius."""
     radius = data.shadow_soft_size
     fixed = {"type": "sphere", "radius": radius, "samples": rays} if radius > 0 else {"type": "point"}
     return fixed, data.energy, 1 / (4 * math.pi**2)
 
 
-def sun(data, _lengths, _axes, rays, _warnings, _name):
+def sun(data, _lengths, rays, _say):
     """A directional light, with an angle where it has one."""
     angle = math.degrees(data.angle)
     fixed = {"type": "directional"}
@@ -78,32 +82,29 @@ def sun(data, _lengths, _axes, rays, _warnings, _name):
     return fixed, data.energy, 1 / math.pi
 
 
-def spot(data, lengths, _axes, _rays, warnings, name):
+def spot(data, _lengths, _rays, say):
     """A spot. Its softness begins at the same angle as Blender's, which counts by cosines."""
     if data.shadow_soft_size > 0.1:
-        warnings.add(f"spot light `{name}`: its radius of {data.shadow_soft_size:.3g} is left out, so its shadows are hard")
+        say(f"its radius of {data.shadow_soft_size:.3g} is left out, so its shadows are hard")
     half = data.spot_size / 2
     if half >= math.radians(89.9):
-        warnings.add(f"spot light `{name}`: its cone is wider than 179.8 degrees, and is made so wide")
+        say("its cone is wider than 179.8 degrees, and is made so wide")
         half = math.radians(89.9)
     inner = math.acos(min(1.0, math.cos(half) + (1 - math.cos(half)) * data.spot_blend))
     return {"type": "spot", "cone": math.degrees(2 * half), "soft": 1 - inner / half}, data.energy, 1 / (4 * math.pi**2)
 
 
-def area(data, lengths, axes, rays, warnings, name):
+def area(data, lengths, rays, say):
     """A rectangle or a disk. The spread is left out, but its brightness along the axis stays Blender's."""
     across = data.size * lengths[0]
     up = (data.size_y if data.shape in {"RECTANGLE", "ELLIPSE"} else data.size) * lengths[1]
     if data.spread < math.pi * 0.99:
-        warnings.add(f"area light `{name}`: its spread is left out; it shines to all of its side, as brightly ahead as in Blender")
+        say("its spread is left out; it shines to all of its side, as brightly ahead as in Blender")
     if data.shape in {"DISK", "ELLIPSE"}:
         if abs(across - up) > 0.01 * max(across, up):
-            warnings.add(f"area light `{name}`: an ellipse is shown as a disk of its area")
+            say("its ellipse is shown as a disk of the same area")
         fixed = {"type": "disk", "radius": max(1e-6, math.sqrt(across * up) / 2)}
     else:
-        # the renderer keeps the width horizontal: a light that stands on its side changes its sides
-        if abs(axes[1, 0] / lengths[0]) > abs(axes[1, 1] / lengths[1]):
-            across, up = up, across
         fixed = {"type": "rectangle", "size": [max(1e-6, across), max(1e-6, up)]}
     return {**fixed, "samples": rays}, data.energy, spread_gain(data.spread) / math.pi**2
 

@@ -5,8 +5,11 @@ import numpy as np
 
 from . import toml
 from .images import safe
-from .nodes import Evaluator
-from .surfaces import Surface, surface_of
+from .nodes import Evaluator, alike, constant
+from .surfaces import BLENDED, Surface, surface_of
+
+SMOOTHEST = 0.05
+"""Largest roughness of what is shown as smooth without a word."""
 
 
 class Materials:
@@ -30,10 +33,42 @@ class Materials:
                     # a node of an unknown version must not end the export
                     surface = Surface()
                     evaluator.said = [f"cannot be read ({type(error).__name__}: {error}) and is shown in grey"]
+                if evaluator.asked:
+                    self._probe(material, surface, evaluator)
                 if material.node_tree and material.node_tree.animation_data:
                     evaluator.say("its animation is left out: it is shown as at the first frame")
             self.read[key] = (surface, evaluator)
         return self.read[key]
+
+    def _probe(self, material, surface, evaluator):
+        """Finds out what depends on colour attributes: how a surface with others differs. The base colour alone may."""
+        other = surface_of(Evaluator(self.images, lambda name: constant(0.25, 0.5, 0.75)), material)
+        differs = [part for part in (*BLENDED, "emission", "alpha") if not np.array_equal(getattr(surface, part), getattr(other, part))]
+        if "base" in differs:
+            if surface.base.shape[:2] != (1, 1):
+                evaluator.say("its colour attribute is left out beside pictures")
+            elif float(surface.transmission.mean()) > 0.5:
+                evaluator.say("colour attributes of glass are left out")
+            else:
+                evaluator.painted = True
+                surface.base = constant(1.0, 1.0, 1.0)
+        if set(differs) - {"base", "tint"}:
+            evaluator.say("colour attributes count for its base colour alone")
+
+    def attributes(self, materials):
+        """Names of the colour attributes that meshes of these materials need."""
+        return {name for material in materials if material and self.surface(material)[1].painted for name in self.surface(material)[1].asked}
+
+    def colors(self, material, geometry, mesh):
+        """Base colours at the corners of a mesh, (corners, 3); None where they do not depend on its colour attributes."""
+        evaluator = self.surface(material)[1]
+        if not evaluator.painted:
+            return None
+        for name in sorted(evaluator.asked - set(geometry.colors)):
+            self.warnings.add(f"mesh `{mesh}` has no colour attribute `{name}`, which material `{material.name}` wants: it is black there")
+        black = np.zeros((geometry.corners, 3), dtype=np.float32)
+        base = surface_of(Evaluator(self.images, lambda name: geometry.colors.get(name, black)[:, None, :]), material).base
+        return np.clip(np.broadcast_to(base[:, 0, :], black.shape), 0, 1)
 
     def name(self, material):
         """The name of a material in the shot, which is also that of the files of its meshes: as Blender's, if files may have it."""
@@ -71,30 +106,61 @@ class Materials:
         values = {}
         self._alpha(name, surface, values)
         self._emission(name, surface, values)
-        if float(surface.transmission.mean()) > 0.5:
-            return {**self._glass(surface, evaluator), **values}
+        through = self._through(surface, evaluator)
+        if through > 0:
+            alpha = values.pop("d", None)
+            return {**values, **self._glass(surface, through, evaluator, alpha)}
         self._base(name, surface, evaluator, values)
-        if float(surface.specular.max()) == 0 and float(surface.metallic.max()) == 0:
+        if float(surface.specular.max()) == 0 and float(surface.metallic.max()) == 0 and float(surface.coat.max()) == 0:
             values["illum"] = 1
             values["ks"] = [0.0, 0.0, 0.0]
         else:
-            self._number(name, "roughness", surface.roughness, "pr", evaluator, values)
+            roughness, head_on = self._layer(surface, evaluator)
+            self._number(name, "roughness", roughness, "pr", evaluator, values)
             self._number(name, "metallic", surface.metallic, "pm", evaluator, values)
-            values["ni"] = index_of(float(surface.ior.mean()), float(surface.specular.mean()))
+            values["ni"] = index_of(head_on)
         self._normal(name, surface, evaluator, density, values)
         return values
 
-    def _glass(self, surface, evaluator):
-        """Glass is clear, smooth and white: that is what the renderer has."""
-        if float(surface.roughness.mean()) > 0.05:
+    @staticmethod
+    def _through(surface, evaluator):
+        """Share of the light that goes through the surface; 0 where it is shown as opaque."""
+        transmission, metallic = alike(surface.transmission, surface.metallic)
+        share = float((np.clip(transmission, 0, 1) * (1 - np.clip(metallic, 0, 1))).mean())
+        if share < 1e-3:
+            return 0.0
+        if share <= 0.5 and (has_pictures(surface) or float(surface.roughness.mean()) > SMOOTHEST):
+            evaluator.say("its transmission is left out: the renderer has it beside neither roughness nor pictures")
+            return 0.0
+        return share
+
+    @staticmethod
+    def _glass(surface, share, evaluator, alpha):
+        """Glass, which is smooth. What it does not let through it scatters, in its base colour."""
+        if float(surface.roughness.mean()) > SMOOTHEST:
             evaluator.say("its rough glass is shown as smooth")
-        if float(surface.base.min()) < 0.95:
-            evaluator.say("its tinted glass is shown as white")
-        if float(surface.transmission.mean()) < 0.95:
-            evaluator.say("its partial transmission is shown as full")
-        if surface.base.shape[:2] != (1, 1) or surface.normal is not None or surface.bump:
+        if has_pictures(surface):
             evaluator.say("pictures on glass are left out")
-        return {"illum": 7, "kd": [0.0, 0.0, 0.0], "ks": [1.0, 1.0, 1.0], "ni": float(surface.ior.mean())}
+        if alpha is not None:
+            evaluator.say("the alpha of glass is left out")
+        tint = np.clip(surface.tint.mean(axis=(0, 1)), 0, 1) * share
+        rest = max(1 - float(tint.max()), 1e-6)
+        scattered = np.clip(surface.base.mean(axis=(0, 1)) * (1 - share) / rest, 0, 1)
+        return {"illum": 7, "kd": scattered.tolist(), "ks": [1.0, 1.0, 1.0], "tf": tint.tolist(), "ni": float(surface.ior.mean())}
+
+    @staticmethod
+    def _layer(surface, evaluator):
+        """Roughness and reflectance at right angles of the renderer's one dielectric layer, for a coat and what is below it."""
+        own = reflectance(float(surface.ior.mean())) * float(surface.specular.mean())
+        coat = reflectance(float(surface.coat_ior.mean())) * float(surface.coat.mean())
+        if coat < 1e-5:
+            return surface.roughness, own
+        if float(surface.metallic.mean()) > 0.5:
+            evaluator.say("its coat is left out: the renderer has one layer, and that is the metal")
+            return surface.roughness, own
+        sharper = coat >= own / 2
+        evaluator.say(f"its coat and what reflects below it are one layer, as rough as the {'coat' if sharper else 'surface'}")
+        return (constant(float(surface.coat_roughness.mean())) if sharper else surface.roughness), coat + own * (1 - coat)
 
     def _base(self, name, surface, evaluator, values):
         base = surface.base
@@ -155,10 +221,19 @@ class Materials:
                 values["norm"] = self.images.write_numbers(f"{name} normal", surface.normal)
 
 
-def index_of(ior, specular):
-    """The index of refraction of what reflects `specular` times what `ior` does at right angles."""
-    head_on = min(((ior - 1) / (ior + 1)) ** 2 * specular, 0.9)
-    root = max(np.sqrt(head_on), 0.005)
+def has_pictures(surface):
+    """Returns true if the colour or the normals of a surface come of pictures."""
+    return surface.base.shape[:2] != (1, 1) or surface.normal is not None or surface.bump is not None
+
+
+def reflectance(ior):
+    """Share of the light that a surface reflects at right angles (Fresnel's equations)."""
+    return ((ior - 1) / (ior + 1)) ** 2
+
+
+def index_of(head_on):
+    """The index of refraction of what reflects so much at right angles."""
+    root = max(np.sqrt(min(head_on, 0.9)), 0.005)
     return float((1 + root) / (1 - root))
 
 

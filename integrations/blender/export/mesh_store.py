@@ -10,7 +10,7 @@ import os
 import numpy as np
 
 from . import files, meshes
-from .images import safe
+from .images import safe, to_srgb
 
 
 class Stored:
@@ -37,13 +37,14 @@ class Stored:
             self.last_positions = positions
         self.last_time = time
 
-    def models(self):
-        """Writes the files, and returns what [[model]] tables say of them: one for each material, or one that deforms."""
+    def model(self):
+        """Writes the files, and returns what [[model]] tables say of them."""
+        parts, uvs, colors = self._parts()
         if self.deforms:
             self.shapes.close(keep=True)
             self.shapes = None
-            return [self._deforming()]
-        return self._parts()
+            return self._obj(parts, uvs, colors)
+        return self._ply(parts, uvs, colors)
 
     def _slots(self):
         """Pairs of a material and the triangles that have it."""
@@ -69,7 +70,7 @@ class Stored:
             values = self.geometry.uvs.get("")
         if values is None:
             self.store.warnings.add(f"mesh `{self.name}` has no UV map: material `{material.name}` shows one texel. Unwrap it")
-            values = np.zeros((int(self.geometry.loops.max()) + 1, 2), dtype=np.float32)
+            values = np.zeros((self.geometry.corners, 2), dtype=np.float32)
         if np.allclose(matrix, np.eye(3)):
             return values
         return (values @ matrix[:2, :2].T + matrix[:2, 2]).astype(np.float32)
@@ -83,37 +84,49 @@ class Stored:
         store.materials.use(material, density)
 
     def _parts(self):
-        out = []
+        """Pairs of a material's name and its triangles, and the texture coordinates and colours of all corners (None: there are none)."""
+        geometry, materials = self.geometry, self.store.materials
+        parts, places, paint = [], None, None
         for material, rows in self._slots():
-            uvs = self._uvs(material)
+            uvs, colors = self._uvs(material), materials.colors(material, geometry, self.name)
             self._use(material, uvs)
-            name = self.store.materials.name(material)
-            positions, triangles, normals, places = meshes.split_vertices(self.geometry, rows, uvs)
-            path = self.store.path(self, f"{name}.ply")
-            files.write_ply(path, positions, triangles, normals, places)
-            out.append((name, {"ply": self.store.relative(path)}))
-        return out
+            parts.append((materials.name(material), rows))
+            at = geometry.loops[rows].ravel()
+            places = with_values(places, uvs, at, geometry.corners, 0)
+            paint = with_values(paint, colors, at, geometry.corners, 1)
+        return parts, places, paint
 
-    def _deforming(self):
+    def _ply(self, parts, uvs, colors):
         geometry = self.geometry
-        parts, places = [], None
+        rows = np.concatenate([rows for _, rows in parts]) if len(parts) > 1 else parts[0][1]
+        values = meshes.split_vertices(geometry, rows, uvs, colors)
+        # a file of one material has its name
+        path = self.store.path(self, f"{parts[0][0]}.ply" if len(parts) == 1 else "mesh.ply")
+        files.write_ply(path, *values, [(name, len(rows)) for name, rows in parts] if len(parts) > 1 else ())
+        return {"ply": self.store.relative(path)}
+
+    def _obj(self, parts, uvs, colors):
+        geometry = self.geometry
         corners = geometry.loops.ravel()
-        for material, rows in self._slots():
-            uvs = self._uvs(material)
-            self._use(material, uvs)
-            parts.append((self.store.materials.name(material), rows))
-            if uvs is not None:
-                if places is None:
-                    places = np.zeros((len(corners), 2), dtype=np.float32)
-                at = (rows[:, None] * 3 + np.arange(3)).ravel()
-                places[at] = uvs[corners[at]]
         normals = geometry.normals[corners] if geometry.normals is not None else None
+        if colors is not None:
+            colors = to_srgb(meshes.means_of_vertices(geometry, colors))
         path = self.store.path(self, "mesh.obj")
-        files.write_obj(path, geometry.positions, geometry.triangles, parts, normals, places)
+        files.write_obj(path, geometry.positions, geometry.triangles, parts, normals, uvs[corners] if uvs is not None else None, colors)
         cache = self.store.relative(self.store.path(self, "shapes.pc2"))
         # what a point cache says of its frames is a single float: say it in full
         shapes = {"cache": cache, "first": float(self.first), "every": float(self.store.step)}
-        return None, {"obj": self.store.relative(path), "shapes": shapes}
+        return {"obj": self.store.relative(path), "shapes": shapes}
+
+
+def with_values(all_values, values, at, count, default):
+    """Values of `count` corners, with `values` at those of one material; None while no material has any."""
+    if values is None:
+        return all_values
+    if all_values is None:
+        all_values = np.full((count, values.shape[1]), default, dtype=np.float32)
+    all_values[at] = values[at]
+    return all_values
 
 
 class MeshStore:
@@ -179,7 +192,7 @@ class MeshStore:
                 if np.isfinite(positions).all():
                     before.add_shape(self.time, positions)
                     return before
-        geometry = meshes.read_geometry(mesh, topology)
+        geometry = meshes.read_geometry(mesh, topology, self.materials.attributes(materials))
         if geometry is None or not len(geometry.triangles):
             return None
         if not meshes.is_finite(geometry):

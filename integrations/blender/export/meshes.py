@@ -23,8 +23,16 @@ class Geometry:
     """(corners, 3), or None where all is flat."""
     uvs: dict
     """From the name of a UV map to (corners, 2). The name "" is that of the map which is active for rendering."""
+    colors: dict
+    """From the name of a colour attribute to (corners, 3), linear. Those alone that materials ask for."""
     topology: bytes
     """Digest of everything but positions: two times of one digest may be shapes of one mesh."""
+
+
+    @property
+    def corners(self):
+        """Number of corners."""
+        return int(self.loops.max()) + 1
 
 
 def read_array(collection, attribute, width, kind):
@@ -52,8 +60,29 @@ def topology_of(mesh):
     return digest.digest()
 
 
-def read_geometry(mesh, topology=b""):
-    """Everything of a mesh, or None if it has no faces."""
+def read_colors(mesh, name, corners):
+    """Values of an attribute at all corners, (corners, 3) in linear colours; "" is the colour attribute that renders show. None where
+    there is none. `corners`: their vertices."""
+    if not name:
+        index = mesh.color_attributes.render_color_index
+        attribute = mesh.color_attributes[index] if 0 <= index < len(mesh.color_attributes) else None
+    else:
+        attribute = mesh.attributes.get(name)
+    kinds = {"FLOAT_COLOR": ("color", 4), "BYTE_COLOR": ("color", 4), "FLOAT_VECTOR": ("vector", 3), "FLOAT": ("value", 1)}
+    if attribute is None or attribute.data_type not in kinds or attribute.domain not in {"POINT", "CORNER", "FACE"}:
+        return None
+    field, width = kinds[attribute.data_type]
+    values = read_array(attribute.data, field, width, np.float32).reshape(-1, width)
+    values = values[:, :3] if width > 1 else np.repeat(values, 3, axis=1)
+    if attribute.domain == "POINT":
+        return values[corners]
+    if attribute.domain == "FACE":
+        return np.repeat(values, read_array(mesh.polygons, "loop_total", 1, np.int32), axis=0)
+    return values
+
+
+def read_geometry(mesh, topology=b"", colors=()):
+    """Everything of a mesh, with the colour attributes of these names, or None if it has no faces."""
     if not len(mesh.polygons):
         return None
     mesh.calc_loop_triangles()
@@ -75,7 +104,9 @@ def read_geometry(mesh, topology=b""):
             uvs[""] = uvs[layer.name]
     if uvs and "" not in uvs:
         uvs[""] = next(iter(uvs.values()))
-    return Geometry(read_positions(mesh), corners[loops], loops, slots, normals, uvs, topology)
+    found = {name: read_colors(mesh, name, corners) for name in colors}
+    found = {name: values for name, values in found.items() if values is not None}
+    return Geometry(read_positions(mesh), corners[loops], loops, slots, normals, uvs, found, topology)
 
 
 def is_finite(geometry):
@@ -93,28 +124,35 @@ def uv_density(geometry, uvs):
     return float(np.sqrt(area / flat)) if flat > 1e-12 and area > 0 else 1.0
 
 
-def split_vertices(geometry, rows, uvs):
-    """Vertices with one normal and one texture coordinate each, as PLY wants them, of the triangles at `rows`.
+def means_of_vertices(geometry, values):
+    """For each vertex the mean of `values` at its corners; ones where it has none."""
+    vertices, corners = geometry.triangles.ravel(), geometry.loops.ravel()
+    count = np.bincount(vertices, minlength=len(geometry.positions))
+    sums = [np.bincount(vertices, weights=values[corners, part], minlength=len(count)) for part in range(values.shape[1])]
+    return np.where(count[:, None] > 0, np.stack(sums, axis=1) / np.maximum(count, 1)[:, None], 1.0)
 
-    Returns positions, triangles, normals and texture coordinates. Corners that agree with the first corner of their vertex share it;
-    others become vertices of their own.
+
+def split_vertices(geometry, rows, uvs, colors=None):
+    """Vertices with one value of each kind, as PLY wants them, of the triangles at `rows`.
+
+    Returns positions, triangles, normals, texture coordinates and colours (those of them that there are, None for the others). Corners
+    that agree with the first corner of their vertex share it; others become vertices of their own.
     """
     triangles, loops = geometry.triangles[rows], geometry.loops[rows]
     vertices, corners = triangles.ravel(), loops.ravel()
-    normals = geometry.normals[corners] if geometry.normals is not None else None
-    places = uvs[corners] if uvs is not None else None
+    kinds = [values[corners] if values is not None else None for values in (geometry.normals, uvs, colors)]
     if len(rows) < len(geometry.triangles):
         used, vertices = np.unique(vertices, return_inverse=True)
         positions = geometry.positions[used]
     else:
         positions = geometry.positions
-    if normals is None and places is None:
-        return positions, vertices.reshape(-1, 3), None, None
+    if all(values is None for values in kinds):
+        return positions, vertices.reshape(-1, 3), *kinds
     first = np.zeros(len(positions), dtype=np.int64)
     # written backwards, so that the first corner of each vertex stays
     first[vertices[::-1]] = np.arange(len(vertices) - 1, -1, -1)
     own = np.zeros(len(vertices), dtype=bool)
-    for values in (normals, places):
+    for values in kinds:
         if values is not None:
             own |= (values != values[first[vertices]]).any(axis=1)
     split = np.flatnonzero(own)
@@ -122,6 +160,4 @@ def split_vertices(geometry, rows, uvs):
     index[split] = len(positions) + np.arange(len(split))
     source = np.concatenate([first, split])
     positions = np.concatenate([positions, positions[vertices[split]]])
-    normals = normals[source] if normals is not None else None
-    places = places[source] if places is not None else None
-    return positions, index.reshape(-1, 3), normals, places
+    return positions, index.reshape(-1, 3), *(values[source] if values is not None else None for values in kinds)

@@ -70,10 +70,17 @@ MATHS = {
 
 
 class Evaluator:
-    """Evaluates the sockets of one material. `said` lists what was replaced; `uv` is the map and the mapping of its pictures."""
+    """Evaluates the sockets of one material. `said` lists what was replaced; `uv` is the map and the mapping of its pictures.
 
-    def __init__(self, images):
+    `attribute` gives the values of colour attributes by their names, as values of height n and width 1 for n corners; without it they are
+    white. `asked` has the names that were asked for.
+    """
+
+    def __init__(self, images, attribute=None):
         self.images, self.said = images, []
+        self.attribute, self.asked = attribute or (lambda name: constant(1.0, 1.0, 1.0)), set()
+        self.painted = False
+        """True if the base colour depends on a colour attribute."""
         self.uv = None
         self.plain = {}
         self.parents = []
@@ -146,6 +153,23 @@ class Evaluator:
         kelvin = float(self.input(node, 0).mean())
         self.say(f"node `{node.name}` (Blackbody) is an approximation")
         return constant(*blackbody(kelvin))
+
+    # attributes
+
+    def node_vertex_color(self, node, socket):
+        if socket.name == "Alpha":
+            self.say(f"node `{node.name}`: the alpha of colour attributes is left out")
+            return constant(1.0)
+        self.asked.add(node.layer_name)
+        return self.attribute(node.layer_name)
+
+    def node_attribute(self, node, socket):
+        if node.attribute_type != "GEOMETRY" or not node.attribute_name or socket.name == "Alpha":
+            self.say(f"node `{node.name}` ({node.bl_label}) is replaced by a constant")
+            return self.fallback(node, socket)
+        self.asked.add(node.attribute_name)
+        value = self.attribute(node.attribute_name)
+        return value.mean(axis=2, keepdims=True) if socket.type == "VALUE" else value
 
     # pictures
 

@@ -30,6 +30,8 @@ class Settings:
     """When it opens and closes, in frames; None without motion blur."""
     transparent: bool = False
     shadow_rays: int = 4
+    camera: tuple | None = None
+    """Projection and values of a camera at rest, instead of the scene's."""
 
 
 @dataclass
@@ -38,6 +40,8 @@ class Exported:
 
     path: str
     """The shot file."""
+    parts: tuple
+    """Its text before the camera and behind it."""
     names: list
     """Names of models, and of materials, in the shot."""
     materials: list
@@ -63,9 +67,8 @@ def export_shot(scene, depsgraph, folder, settings, set_frame, progress):
     try:
         walk = Walk(scene, depsgraph, store, settings, warnings)
         walk.over(times, set_frame, lambda share: progress(share * 0.8))
-        text = [head(scene, settings)]
-        text += camera.tables(walk.camera_keys, scene, warnings)
-        text += world.tables(scene.world, images, not settings.transparent, warnings)
+        cameras = camera.tables(walk.camera_keys, scene, warnings)
+        text = world.tables(scene.world, images, not settings.transparent, warnings, lambda: progress(0.8))
         text += lights.tables(walk.light_tracks())
         models, names = model_tables(walk, warnings, lambda share: progress(0.8 + share * 0.2))
         if not names:
@@ -78,8 +81,14 @@ def export_shot(scene, depsgraph, folder, settings, set_frame, progress):
         raise
     from .files import whole
 
-    whole(shot, lambda file: file.write("\n".join(part for part in text if part).encode()))
-    return Exported(shot, names, list(materials.tables), list(warnings))
+    parts = head(scene, settings), "\n".join(part for part in text if part)
+    whole(shot, lambda file: file.write("\n".join([parts[0], *cameras, parts[1]]).encode()))
+    return Exported(shot, parts, names, list(materials.tables), list(warnings))
+
+
+def with_camera(parts, projection, key):
+    """Text of a shot file of these parts, with a camera at rest."""
+    return "\n".join([parts[0], toml.table("[camera]", {"projection": projection}), toml.table("[[camera.key]]", {"frame": 1, **key}), parts[1]])
 
 
 def step_of(times):
@@ -127,12 +136,9 @@ def model_tables(walk, warnings, progress):
             raise Cancelled()
         for stored, runs in runs_of(placed, walk.times):
             if id(stored) not in files:
-                files[id(stored)] = stored.models()
-            parts = files[id(stored)]
-            for material, source in parts:
-                name = placed.name if len(parts) == 1 else f"{placed.name}/{material}"
-                names.append(name)
-                out.append(model(name, source, runs, placed.matrices, walk.times))
+                files[id(stored)] = stored.model()
+            names.append(placed.name)
+            out.append(model(placed.name, files[id(stored)], runs, placed.matrices, walk.times))
     return out, names
 
 

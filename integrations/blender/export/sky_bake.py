@@ -11,6 +11,7 @@ import os
 import subprocess
 import sys
 import tempfile
+import time
 
 import numpy as np
 
@@ -29,12 +30,29 @@ def properties_of(node):
     return found
 
 
-def bake(node):
+_baked = {}
+"""The sky that was baked last, by its properties: jobs and viewports mostly want the one before."""
+
+
+def bake(node, goes_on=lambda: True):
     """Pixels of the sky, (height, width, 3) with row 0 at the bottom, and the radiance of a white surface that faces the sun alone.
 
-    Raises OSError, ValueError and subprocess.SubprocessError.
+    `goes_on` is asked some times a second, and returns false to cancel. Raises Cancelled, OSError, ValueError and
+    subprocess.SubprocessError.
     """
+    values = json.dumps(properties_of(node))
+    if values not in _baked:
+        found = _run(values, goes_on)
+        _baked.clear()
+        _baked[values] = found
+    return _baked[values]
+
+
+def _run(values, goes_on):
+    """Bakes the sky of these properties in a process of its own."""
     import bpy
+
+    from .warnings import Cancelled
 
     with tempfile.TemporaryDirectory(prefix="afterimage-sky-") as folder:
         result = os.path.join(folder, "sky.npz")
@@ -42,7 +60,21 @@ def bake(node):
         if not bpy.app.binary_path or not os.path.isfile(bpy.app.binary_path):
             # -P: modules of this folder must not stand in for those of Python
             command = [sys.executable, "-P", __file__]
-        subprocess.run([*command, json.dumps(properties_of(node)), result], check=True, timeout=TIMEOUT, capture_output=True)
+        process = subprocess.Popen([*command, values, result], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        ends = time.monotonic() + TIMEOUT
+        try:
+            while process.poll() is None:
+                if not goes_on():
+                    raise Cancelled()
+                if time.monotonic() > ends:
+                    raise subprocess.TimeoutExpired(command, TIMEOUT)
+                time.sleep(0.05)
+        finally:
+            if process.poll() is None:
+                process.kill()
+                process.wait()
+        if process.returncode:
+            raise subprocess.CalledProcessError(process.returncode, command)
         with np.load(result) as found:
             return found["sky"], found["sun"]
 

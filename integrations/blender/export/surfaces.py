@@ -20,6 +20,11 @@ class Surface:
     """Factor of what is no metal reflects at right angles; 0: matt."""
     alpha: np.ndarray = field(default_factory=lambda: constant(1.0))
     transmission: np.ndarray = field(default_factory=lambda: constant(0.0))
+    tint: np.ndarray = field(default_factory=lambda: constant(1.0, 1.0, 1.0))
+    """Colour of the light that transmission lets through one side of the surface."""
+    coat: np.ndarray = field(default_factory=lambda: constant(0.0))
+    coat_roughness: np.ndarray = field(default_factory=lambda: constant(0.03))
+    coat_ior: np.ndarray = field(default_factory=lambda: constant(1.5))
     emission: np.ndarray = field(default_factory=lambda: constant(0.0, 0.0, 0.0))
     """Radiance, alpha included."""
     normal: np.ndarray | None = None
@@ -28,7 +33,7 @@ class Surface:
     """Heights, and the slope's factor (strength times distance)."""
 
 
-BLENDED = ("base", "metallic", "roughness", "ior", "specular", "transmission")
+BLENDED = ("base", "metallic", "roughness", "ior", "specular", "transmission", "tint", "coat", "coat_roughness", "coat_ior")
 
 
 def surface_of(evaluator, material):
@@ -124,11 +129,15 @@ def principled(evaluator, node):
         specular=evaluator.input(node, "Specular IOR Level") * 2,
         alpha=evaluator.input(node, "Alpha"),
         transmission=evaluator.input(node, "Transmission Weight"),
+        coat=evaluator.input(node, "Coat Weight"),
+        coat_roughness=evaluator.input(node, "Coat Roughness"),
+        coat_ior=evaluator.input(node, "Coat IOR"),
     )
+    # light that goes in and out again has the base colour, as in Cycles
+    surface.tint = np.sqrt(np.clip(surface.base, 0, 1))
     light, strength, alpha = alike(color(evaluator.input(node, "Emission Color")), evaluator.input(node, "Emission Strength"), surface.alpha)
     surface.emission = light * strength * alpha
     for name, said in (
-        ("Coat Weight", "its coat is left out"),
         ("Sheen Weight", "its sheen is left out"),
         ("Subsurface Weight", "its subsurface scattering is matt"),
         ("Anisotropic", "its anisotropy is left out"),
@@ -136,6 +145,8 @@ def principled(evaluator, node):
     ):
         if node.inputs.get(name) and float(evaluator.input(node, name).max()) > 1e-3:
             evaluator.say(said)
+    if float(surface.coat.max()) > 1e-3 and float(evaluator.input(node, "Coat Tint").min()) < 0.99:
+        evaluator.say("the tint of its coat is left out")
     tint = node.inputs.get("Specular Tint")
     if tint and (tint.is_linked or min(list(tint.default_value)[:3]) < 0.99):
         evaluator.say("its specular tint is left out")
@@ -170,6 +181,7 @@ def glass(evaluator, node):
         ior=evaluator.input(node, "IOR"),
         transmission=constant(1.0),
     )
+    surface.tint = surface.base
     return read_normal(evaluator, node, surface)
 
 

@@ -56,11 +56,7 @@ class Walk:
     def at(self, time):
         """Notes the scene as it is now."""
         self.times.append(time)
-        camera = cameras.camera_at(self.scene, time)
-        if camera is None:
-            raise ExportError("the scene has no camera: add one, and make it the active camera (Ctrl Numpad 0)")
-        projection, key = cameras.key_of(camera, self.scene, self.depsgraph, self.settings.size, self.warnings)
-        self.camera_keys.append((time, camera.name_full, projection, key))
+        self.camera_keys.append((time, *self._camera(time)))
         seen, seen_lights = set(), set()
         self.meshes.begin(time)
         for instance in self.depsgraph.object_instances:
@@ -73,6 +69,15 @@ class Walk:
             elif item.type in {"CURVES", "VOLUME", "POINTCLOUD", "GPENCIL", "GREASEPENCIL"}:
                 self.warnings.add(f"object `{item.name}` is left out: {item.type.lower()} is not rendered. Convert it to a mesh")
         self.meshes.end()
+
+    def _camera(self, time):
+        """Name of the camera, its projection, and the values of its key."""
+        if self.settings.camera is not None:
+            return "", *self.settings.camera
+        camera = cameras.camera_at(self.scene, time)
+        if camera is None:
+            raise ExportError("the scene has no camera: add one, and make it the active camera (Ctrl Numpad 0)")
+        return camera.name_full, *cameras.key_of(camera, self.scene, self.depsgraph, self.settings.size, self.warnings)
 
     @staticmethod
     def _key(instance, item, seen):

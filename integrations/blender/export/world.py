@@ -10,14 +10,14 @@ from . import sky_bake, toml
 from .nodes import Evaluator, constant
 
 
-def tables(world, images, visible, warnings):
+def tables(world, images, visible, warnings, goes_on=lambda: True):
     """[background] and [environment] of a scene's world."""
     if world is None:
         return []
     evaluator = Evaluator(images)
     light = constant(*world.color) if not world.use_nodes or not world.node_tree else None
     try:
-        out = [uniform(light)] if light is not None else of_tree(world, evaluator, images, visible)
+        out = [uniform(light)] if light is not None else of_tree(world, evaluator, images, visible, goes_on)
     except (AttributeError, IndexError, KeyError, TypeError, ValueError) as error:
         evaluator.say(f"cannot be read ({type(error).__name__}: {error}), and is black")
         out = []
@@ -33,7 +33,7 @@ def uniform(light):
     return toml.table("[background]", {"color": light}) + "[environment]\n"
 
 
-def of_tree(world, evaluator, images, visible):
+def of_tree(world, evaluator, images, visible, goes_on):
     """The tables of a world's node tree."""
     outputs = [node for node in world.node_tree.nodes if node.type == "OUTPUT_WORLD"]
     outputs.sort(key=lambda node: not node.is_active_output)
@@ -56,7 +56,7 @@ def of_tree(world, evaluator, images, visible):
     if source and source.from_node.type == "TEX_ENVIRONMENT":
         return [environment_map(source.from_node, strength, evaluator, images, visible)]
     if source and source.from_node.type == "TEX_SKY":
-        return sky(source.from_node, strength, evaluator, images, visible)
+        return sky(source.from_node, strength, evaluator, images, visible, goes_on)
     light = evaluator.input(node, "Color")
     if light.shape[:2] != (1, 1):
         evaluator.say("its picture is not an environment texture: its mean is shown")
@@ -90,10 +90,10 @@ def environment_map(node, strength, evaluator, images, visible):
     return toml.table("[environment]", {"map": name, "rotation": -90.0 - turn, "power": max(0.0, strength), "visible": visible})
 
 
-def sky(node, strength, evaluator, images, visible):
+def sky(node, strength, evaluator, images, visible, goes_on):
     """A sky texture: a picture of it that Cycles makes, and its sun as a light. Where that fails, the renderer's own sky."""
     try:
-        pixels, sun = sky_bake.bake(node)
+        pixels, sun = sky_bake.bake(node, goes_on)
     except (OSError, ValueError, subprocess.SubprocessError) as error:
         evaluator.say(f"its sky cannot be baked ({type(error).__name__}), and is replaced by another model with the same sun, of another brightness")
         return [other_sky(node, strength, visible)]

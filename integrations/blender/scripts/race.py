@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Times 48 frames with a moving camera: Cycles with persistent data, and Afterimage, export and files included.
+"""Times 48 frames with a moving camera at several qualities: Cycles with persistent data, and Afterimage, export and files included.
 
-    python integrations/blender/scripts/race.py FOLDER [WIDTH [CYCLES_SAMPLES [SAMPLES PATHS REFLECTIONS]]]
+    python integrations/blender/scripts/race.py FOLDER [WIDTH [REFERENCE]]
 
-The scene is that of compare_cycles.py without its glass, which both render differently. The error is that of frame 24 against Cycles with
-16 times the samples: root of the mean square difference, over the mean. Needs a Python with bpy and afterimage.
+The scene is that of compare_cycles.py without its glass, which both render differently, and both have a filter of one pixel. The error is
+that of three frames against Cycles with REFERENCE samples (1024): root of the mean square difference, over the mean, of the three on the
+mean. Between the measured qualities time and error are interpolated by their logarithms. Needs a Python with bpy and afterimage.
 """
 
 import os
@@ -18,56 +19,125 @@ import compare_cycles
 import numpy as np
 import support
 
-FRAMES, MIDDLE = 48, 24
+FRAMES, CHECKED = 48, (8, 24, 40)
+CYCLES = {False: (16, 32, 64), True: (16, 32)}
+"""Samples a pixel, of raw and of denoised pictures."""
+OURS = ((2, 4, 4), (4, 1, 1), (4, 4, 4))
+"""Samples (N x N), paths, reflected paths."""
+CONVERGED = (4, 32, 16)
 
 
-def main():
-    folder = os.path.abspath(sys.argv[1])
-    numbers = [int(value) for value in sys.argv[2:]] + [240, 32, 2, 16, 8][len(sys.argv) - 2 :]
-    width, cycles_samples, samples, paths, reflections = numbers
+def build(width):
+    """The scene, with a camera that travels 1.2 m to the side."""
     scene = compare_cycles.build(width)
     bpy.data.objects.remove(bpy.data.objects["Glass"])
     scene.frame_end = FRAMES
     for frame, x in ((1, -0.6), (FRAMES, 0.6)):
         scene.camera.location.x = x
         scene.camera.keyframe_insert("location", frame=frame)
-    own = scene.afterimage
-    own.samples, own.paths, own.reflections, own.shadow_rays = samples, paths, reflections, "1"
-    scene.cycles.use_denoising = False
-    scene.cycles.max_bounces = own.bounces + 1
+    scene.afterimage.shadow_rays = "1"
+    scene.cycles.max_bounces = scene.afterimage.bounces + 1
+    scene.cycles.pixel_filter_type, scene.cycles.filter_width = "BOX", 1.0
+    scene.cycles.use_adaptive_sampling = False
     scene.render.use_persistent_data = True
-    scene.frame_set(MIDDLE)
-    scene.render.engine = "CYCLES"
-    scene.cycles.samples = 16 * cycles_samples
-    right = support.render(scene, os.path.join(folder, "right.exr"))[:, :, :3]
-    scene.cycles.samples = cycles_samples
-    session = support.extension().session
-    inside, exports = [], []
-    render, export = session.Job.frame, session.export
+    image = scene.render.image_settings
+    image.file_format, image.color_depth = "OPEN_EXR", "32"
+    return scene
 
-    def noted(job, engine, at):
-        made = render(job, engine, at)
-        inside.append(made.seconds)
-        return made
 
-    def timed(*values):
-        start = time.perf_counter()
-        done = export(*values)
-        exports.append(time.perf_counter() - start)
-        return done
+def choose(scene, engine, quality, is_denoised=False):
+    """Sets the engine and its quality."""
+    scene.render.engine = engine
+    if engine == "CYCLES":
+        scene.cycles.samples, scene.cycles.use_denoising = quality, is_denoised
+        scene.cycles.denoiser = "OPENIMAGEDENOISE"
+    else:
+        own = scene.afterimage
+        (own.samples, own.paths, own.reflections), own.denoise = quality, is_denoised
 
-    session.Job.frame, session.export = noted, timed
-    for engine in ("CYCLES", "AFTERIMAGE"):
-        scene.render.engine = engine
-        scene.render.filepath = os.path.join(folder, f"{engine.lower()}.####")
-        start = time.perf_counter()
-        bpy.ops.render.render(animation=True)
-        seconds = time.perf_counter() - start
-        picture = support.read_exr(os.path.join(folder, f"{engine.lower()}.{MIDDLE:04d}.exr"))[:, :, :3]
-        error = np.sqrt(((picture - right) ** 2).mean()) / right.mean()
-        print(f"{engine}: {seconds:.1f} s, error {100 * error:.1f} %")
-    print(f"of these in the renderer {sum(inside):.1f} s, export {sum(exports):.2f} s, all else {seconds - sum(inside) - sum(exports):.2f} s")
-    print(f"first frame {inside[0]:.2f} s, the others {np.mean(inside[1:]):.2f} s")
+
+def pictures(scene, folder, engine, quality):
+    """Checked frames of this quality, each rendered by itself."""
+    choose(scene, engine, quality)
+    found = []
+    for frame in CHECKED:
+        scene.frame_set(frame)
+        found.append(support.render(scene, os.path.join(folder, f"right.{frame}.exr"))[:, :, :3])
+    return found
+
+
+def error_of(found, right):
+    """Mean relative error of pictures."""
+    return float(np.mean([np.sqrt(((one - other) ** 2).mean()) / other.mean() for one, other in zip(found, right)]))
+
+
+class Stopwatch:
+    """Seconds that the renderer and the export take of a job."""
+
+    def __init__(self):
+        session = support.extension().session
+        render, export = session.Job.frame, session.export
+        self.frames, self.exports = [], []
+
+        def noted(job, engine, at):
+            made = render(job, engine, at)
+            self.frames.append(made.seconds)
+            return made
+
+        def timed(*values):
+            start = time.perf_counter()
+            done = export(*values)
+            self.exports.append(time.perf_counter() - start)
+            return done
+
+        session.Job.frame, session.export = noted, timed
+
+
+def run(scene, folder, engine, quality, is_denoised, right):
+    """Renders all frames, and returns seconds, processor seconds of all threads, and error."""
+    choose(scene, engine, quality, is_denoised)
+    name = f"{engine.lower()}-{quality}-{'denoised' if is_denoised else 'raw'}"
+    scene.render.filepath = os.path.join(folder, f"{name}.####")
+    start, start_of_all = time.perf_counter(), time.process_time()
+    bpy.ops.render.render(animation=True)
+    seconds, of_all = time.perf_counter() - start, time.process_time() - start_of_all
+    found = [support.read_exr(os.path.join(folder, f"{name}.{frame:04d}.exr"))[:, :, :3] for frame in CHECKED]
+    return seconds, of_all, error_of(found, right)
+
+
+def time_at(points, error):
+    """Seconds at an error, between measured points of (seconds, error), or beyond them by the nearest two."""
+    points = sorted(points, key=lambda point: -point[1])
+    times, errors = np.log([point[0] for point in points]), np.log([point[1] for point in points])
+    pick = int(np.clip(np.searchsorted(-errors, -np.log(error)) - 1, 0, len(points) - 2))
+    share = (np.log(error) - errors[pick]) / (errors[pick + 1] - errors[pick])
+    return float(np.exp(times[pick] + share * (times[pick + 1] - times[pick])))
+
+
+def main():
+    folder = os.path.abspath(sys.argv[1])
+    width, reference = [int(value) for value in sys.argv[2:]] + [240, 1024][len(sys.argv) - 2 :]
+    scene = build(width)
+    right = pictures(scene, folder, "CYCLES", reference)
+    own = pictures(scene, folder, "AFTERIMAGE", CONVERGED)
+    print(f"both engines, as good as they get: {100 * error_of(own, right):.1f} % apart", flush=True)
+    watch, points = Stopwatch(), {}
+    for is_denoised in (False, True):
+        for engine, qualities in (("AFTERIMAGE", OURS), ("CYCLES", CYCLES[is_denoised])):
+            for quality in qualities:
+                watch.frames.clear(), watch.exports.clear()
+                seconds, of_all, error = run(scene, folder, engine, quality, is_denoised, right)
+                points.setdefault((engine, is_denoised), []).append((seconds, error))
+                kind = "denoised" if is_denoised else "raw"
+                print(f"{engine} {quality} {kind}: {seconds:.1f} s, {of_all:.1f} processor seconds, error {100 * error:.1f} %", flush=True)
+                if watch.frames:
+                    rest = seconds - sum(watch.frames) - sum(watch.exports)
+                    print(f"  first frame {watch.frames[0]:.2f} s, others {np.mean(watch.frames[1:]):.3f} s each, export {sum(watch.exports):.2f} s,"
+                          f" all else {rest:.2f} s", flush=True)
+    for is_denoised in (False, True):
+        for seconds, error in points["CYCLES", is_denoised]:
+            ours = time_at(points["AFTERIMAGE", is_denoised], error)
+            print(f"{'denoised' if is_denoised else 'raw'}, error {100 * error:.1f} %: Cycles {seconds:.1f} s, Afterimage {ours:.1f} s, {seconds / ours:.1f} times")
     sys.stdout.flush()
     os._exit(0)
 

@@ -121,12 +121,63 @@ class Export(unittest.TestCase):
         with self.assertRaisesRegex(RuntimeError, "Cannot make the folder|cannot write"):
             bpy.ops.afterimage.export_shot(directory=os.path.join(self.folder, "deeper"))
 
-    @unittest.skipIf(os.geteuid() == 0, "root may write anywhere")
     def test_a_read_only_folder_is_told(self):
         support.add_camera(self.scene)
-        os.mkdir(self.folder)
-        os.chmod(self.folder, stat.S_IRUSR | stat.S_IXUSR)
+        support.add(self.scene, "Floor", support.grid())
+        if os.geteuid() == 0:
+            self.folder = "/proc/self"  # where even root may write nothing
+        else:
+            os.mkdir(self.folder)
+            os.chmod(self.folder, stat.S_IRUSR | stat.S_IXUSR)
         self.refused("cannot write")
+
+    def sky(self):
+        """Gives the scene a sky texture."""
+        self.scene.world = bpy.data.worlds.new("Sky")
+        self.scene.world.use_nodes = True
+        tree = self.scene.world.node_tree
+        node = tree.nodes.new("ShaderNodeTexSky")
+        tree.links.new(node.outputs[0], tree.nodes["Background"].inputs["Color"])
+        node.sun_elevation = 0.7
+        return node
+
+    def test_a_sky_is_baked_again_only_when_it_has_changed(self):
+        support.add_camera(self.scene)
+        node, bake = self.sky(), support.extension().export.world.sky_bake
+        runs, run = [], bake._run
+        bake._run = lambda values, goes_on: runs.append(values) or (np.ones((2, 4, 3), dtype=np.float32), np.ones(3))
+        try:
+            self.export()
+            self.export()
+            self.assertEqual(len(runs), 1)
+            node.sun_elevation = 0.8
+            self.export()
+            self.assertEqual(len(runs), 2)
+        finally:
+            bake._run = run
+            bake._baked.clear()
+
+    def test_cancelling_while_the_sky_is_baked_ends_its_process(self):
+        shot, bake = support.extension().export, support.extension().export.world.sky_bake
+        support.add_camera(self.scene)
+        self.sky()
+        started, popen, asked = [], bake.subprocess.Popen, []
+        bake.subprocess.Popen = lambda *values, **more: started.append(popen(*values, **more)) or started[-1]
+
+        def progress(share):
+            asked.append(share)
+            return not started or asked.count(0.8) < 4
+
+        graph = bpy.context.evaluated_depsgraph_get()
+        settings = shot.Settings(frames=[1], size=(64, 48), rate=24)
+        try:
+            with self.assertRaises(shot.Cancelled):
+                shot.export_shot(self.scene, graph, self.folder, settings, lambda f, s: self.scene.frame_set(f, subframe=s), progress)
+        finally:
+            bake.subprocess.Popen = popen
+        self.assertEqual([process.poll() is None for process in started], [False])
+        self.assertLess(started[0].returncode, 0, "it was killed, and did not end by itself")
+        self.assertFalse(os.path.exists(os.path.join(self.folder, "shot.toml")))
 
     def test_cancelling_leaves_no_shot_and_no_half_files(self):
         shot = support.extension().export

@@ -2,9 +2,9 @@
 """Renders by the engine, beside Cycles. Needs bpy and the renderer's Python module."""
 
 import os
-import tempfile
 import unittest
 
+import beside_cycles
 import bpy
 import numpy as np
 import support
@@ -17,43 +17,7 @@ def middle_of(picture):
     return (columns * light).sum() / light.sum(), (rows * light).sum() / light.sum()
 
 
-@unittest.skipUnless(support.has_renderer(), "the Python module `afterimage` is not installed")
-class Render(unittest.TestCase):
-    def setUp(self):
-        self.scratch = tempfile.TemporaryDirectory()
-        self.scene = support.empty()
-
-    def tearDown(self):
-        self.scratch.cleanup()
-
-    def path(self, name):
-        return os.path.join(self.scratch.name, name)
-
-    def both(self, samples=64):
-        """The picture of Afterimage, and that of Cycles."""
-        self.scene.render.engine = "AFTERIMAGE"
-        ours = support.render(self.scene, self.path("ours.exr"))
-        self.scene.render.engine = "CYCLES"
-        self.scene.cycles.samples = samples
-        self.scene.cycles.use_denoising = False
-        self.scene.cycles.pixel_filter_type = "BOX"
-        self.scene.cycles.filter_width = 1.0
-        return ours, support.render(self.scene, self.path("cycles.exr"))
-
-    def bright(self, name, size, place, radiance=1.0):
-        """A square that emits."""
-        material = bpy.data.materials.new(name)
-        material.use_nodes = True
-        shader = material.node_tree.nodes["Principled BSDF"]
-        shader.inputs["Emission Color"].default_value = (1, 1, 1, 1)
-        shader.inputs["Emission Strength"].default_value = radiance
-        shader.inputs["Base Color"].default_value = (0, 0, 0, 1)
-        shader.inputs["Specular IOR Level"].default_value = 0
-        mesh = support.grid(name, size)
-        mesh.materials.append(material)
-        # askew: an edge along rows of samples would be off by a part of their distance all the way
-        return support.add(self.scene, name, mesh, place, (np.pi / 2, 0.4, 0))
-
+class Render(beside_cycles.BesideCycles):
     def assert_same_framing(self):
         """Three squares in different places must cover the same pixels, but for rims."""
         for index, place in enumerate([(0.3, 0, 0.2), (-0.7, 0.5, 0.5), (0.8, 1, -0.6)]):
@@ -82,30 +46,6 @@ class Render(unittest.TestCase):
     def test_an_orthographic_camera_that_is_rolled(self):
         support.add_camera(self.scene, turn=(np.pi / 2, 0.3, 0.1), type="ORTHO", ortho_scale=4, shift_x=0.05)
         self.assert_same_framing()
-
-    def assert_same_brightness(self, data, place=(0.5, -1, 2), turn=(0.4, 0.2, 0.1), tolerance=0.03):
-        """A light on a matt wall, with a camera that looks down on it."""
-        material = bpy.data.materials.new("Matt")
-        material.use_nodes = True
-        shader = material.node_tree.nodes["Principled BSDF"]
-        shader.inputs["Specular IOR Level"].default_value = 0
-        shader.inputs["Roughness"].default_value = 1
-        mesh = support.grid("Wall", 10)
-        mesh.materials.append(material)
-        support.add(self.scene, "Wall", mesh)
-        support.add(self.scene, "Light", data, place, turn)
-        support.add_camera(self.scene, (0, 0, 6), (0, 0, 0))
-        self.scene.afterimage.shadow_rays = "16"
-        self.scene.afterimage.paths = 0
-        ours, cycles = self.both(128)
-        self.assertGreater(cycles[:, :, :3].mean(), 0.01)
-        np.testing.assert_allclose(ours[:, :, :3].mean() / cycles[:, :, :3].mean(), 1, atol=tolerance)
-
-    def light(self, kind, **values):
-        data = bpy.data.lights.new("Light", kind)
-        for key, value in values.items():
-            setattr(data, key, value)
-        return data
 
     def test_point(self):
         self.assert_same_brightness(self.light("POINT", energy=200, shadow_soft_size=0))

@@ -51,6 +51,8 @@ pub(crate) struct MaterialTable {
     /// Share of the light that goes through the surface, as through clear glass that `kd` tints (0)
     #[schemars(range(min = 0, max = 1))]
     pub transmission: Option<At<f64>>,
+    /// Transmission filter: colour of the light that goes through glass (`illum` 4, 6, 7 or 9) or a veil (`d` below 1)
+    pub tf: Option<Three>,
     /// Illumination model
     #[schemars(range(min = 0, max = 10))]
     pub illum: Option<At<i64>>,

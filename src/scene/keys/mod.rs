@@ -322,6 +322,8 @@ pub(crate) struct LightTable {
     /// Spot: falloff at the rim, as a fraction of the half angle (0)
     #[schemars(range(min = 0, max = 1))]
     pub soft: Option<At<f64>>,
+    /// Rectangle: direction in which its height points, as far as the target lets it [0, 1, 0]
+    pub up: Option<Three>,
     /// Rectangle: width and height [1, 1]
     pub size: Option<At<List<f64, 2>>>,
     /// Disk, sphere (0.5)
@@ -369,6 +371,8 @@ pub(crate) struct LightKey {
     pub direction: Option<Three>,
     /// As of the light, at this frame
     pub target: Option<Three>,
+    /// As of the light, at this frame
+    pub up: Option<Three>,
     /// As of the light, at this frame
     pub color: Option<Three>,
     /// As of the light, at this frame

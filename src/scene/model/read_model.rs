@@ -56,10 +56,12 @@ impl ReadModel {
     }
 }
 
-/// Names the material of a PLY file, which has no names, by the file's stem if `is_stated` says that a `[[material]]` of this name is there.
+/// Names the material of a PLY file that has no name by the file's stem if `is_stated` says that a `[[material]]` of this name is there.
 pub(super) fn name_material(file: &mut ObjFile, path: &Path, is_stated: impl Fn(&str) -> bool) {
     let stem = path.file_stem().unwrap_or_default().to_string_lossy();
-    if let Some(material) = file.materials.first_mut().filter(|_| is_stated(&stem)) {
+    if let Some(material) =
+        file.materials.first_mut().filter(|material| material.name.is_empty() && is_stated(&stem))
+    {
         material.name = stem.into_owned();
     }
 }

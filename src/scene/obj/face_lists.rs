@@ -20,6 +20,8 @@ const UNUSED: u32 = u32::MAX;
 pub(crate) struct FaceLists {
     /// Lists that are full, and then the one at work.
     runs: Vec<FaceRun>,
+    /// Use of the faces that are added next.
+    use_at_work: Use,
 }
 
 impl FaceLists {
@@ -30,7 +32,7 @@ impl FaceLists {
     pub fn add(&mut self, corners: impl ExactSizeIterator<Item = u32>) {
         if self.runs.last().is_none_or(|run| run.positions.len() >= LIST) {
             let positions = Vec::with_capacity(LIST + 3);
-            self.runs.push(FaceRun { positions, uses: vec![(0, Use::default())], ..FaceRun::default() });
+            self.runs.push(FaceRun { positions, uses: vec![(0, self.use_at_work)], ..FaceRun::default() });
         }
         let Some(run) = self.runs.last_mut() else { return };
         let arity = corners.len();
@@ -42,6 +44,17 @@ impl FaceLists {
         }
         run.positions.extend(corners);
         run.faces += 1;
+    }
+
+    /// Gives the faces that are added from now on a material, by its number.
+    pub fn use_material(&mut self, material: u32) {
+        if self.use_at_work.material == material {
+            return;
+        }
+        self.use_at_work.material = material;
+        if let Some(run) = self.runs.last_mut() {
+            run.uses.push((run.faces as u32, self.use_at_work));
+        }
     }
 
     /// Number of faces.

@@ -4,6 +4,7 @@ use std::io::{BufRead, Read};
 
 use super::fault::Fault;
 use super::values::{Scalar, Values};
+use crate::scene::obj::Named;
 
 /// Longest line of a header, bytes, and the largest number of lines.
 const LONGEST_LINE: u64 = 4096;
@@ -46,6 +47,8 @@ pub struct Header {
     pub elements: Vec<Element>,
     /// Number of its lines.
     pub lines: usize,
+    /// Names that comments give to materials (`comment material NAME`), in order.
+    pub materials: Vec<Named>,
     /// True if a comment names a texture.
     names_texture: bool,
 }
@@ -53,7 +56,8 @@ pub struct Header {
 impl Header {
     /// Reads a header, up to its last line.
     pub fn read(bytes: &mut impl BufRead) -> Result<Self, Fault> {
-        let mut header = Self { is_big: None, elements: Vec::new(), lines: 0, names_texture: false };
+        let (elements, materials) = (Vec::new(), Vec::new());
+        let mut header = Self { is_big: None, elements, lines: 0, materials, names_texture: false };
         let mut format = None;
         if header.line(bytes)? != "ply" {
             return Err(Fault::whole("this is no PLY file: it does not begin with `ply`"));
@@ -83,10 +87,16 @@ impl Header {
                     let element = header.elements.last_mut();
                     element.ok_or_else(orphan)?.properties.push(property);
                 }
-                "comment" => {
-                    header.names_texture |=
-                        words.next().is_some_and(|word| word.eq_ignore_ascii_case("texturefile"))
-                }
+                "comment" => match words.next() {
+                    Some("material") => {
+                        let name = line.split_once("material").map_or("", |(_, name)| name.trim()).into();
+                        header.materials.push(Named { name, line: header.lines });
+                    }
+                    word => {
+                        header.names_texture |=
+                            word.is_some_and(|word| word.eq_ignore_ascii_case("texturefile"));
+                    }
+                },
                 "obj_info" | "" => {}
                 _ => {
                     return Err(fault(format!(

@@ -103,13 +103,15 @@ struct Content {
     /// One a vertex, or none; linear RGB.
     colors: Vec<[f16; 3]>,
     faces: FaceLists,
+    /// Materials that faces name by their numbers; none if the whole surface has one without a name.
+    materials: Vec<Named>,
     /// Number of faces and strips of fewer than three corners.
     too_small: usize,
 }
 
 impl Content {
     fn read(header: &Header, values: &mut impl Values) -> Result<Self, Fault> {
-        let mut content = Self::default();
+        let mut content = Self { materials: header.materials.clone(), ..Self::default() };
         for element in &header.elements {
             match element.kind {
                 Kind::Vertex => content.read_vertices(element, values)?,
@@ -156,9 +158,14 @@ impl Content {
         let list = element.list(["vertex_indices", "vertex_index"]).ok_or_else(|| {
             Fault::whole("the faces of the PLY file have no list `vertex_indices`: export the model again")
         })?;
+        let material = element.columns(["material_index"]).filter(|_| !self.materials.is_empty());
         let (mut row, mut corners) = (vec![0.0; element.properties.len()], Vec::new());
         for number in 0..element.count {
             element.read_row(values, &mut row, &mut corners, Some(list))?;
+            if let Some([material]) = material {
+                self.use_material(row[material])
+                    .map_err(|message| values.fault(format!("face {number} {message}")))?;
+            }
             match corners.len() {
                 0..3 => self.too_small += 1,
                 count if count > FaceLists::MOST_CORNERS => {
@@ -170,6 +177,19 @@ impl Content {
                 _ => self.faces.add(corners.iter().copied().map(index)),
             }
         }
+        Ok(())
+    }
+
+    /// Gives the faces that come next the material of this index.
+    fn use_material(&mut self, material: f64) -> Result<(), String> {
+        let index = index(material);
+        if index as usize >= self.materials.len() {
+            let count = self.materials.len();
+            return Err(format!(
+                "has material {material}, and {count} are named, from 0: the PLY file is damaged; export it again"
+            ));
+        }
+        self.faces.use_material(index);
         Ok(())
     }
 
@@ -194,7 +214,7 @@ impl Content {
     }
 
     fn surface(self) -> Result<ObjFile, Fault> {
-        let Self { positions, normals, uvs, colors, faces, too_small } = self;
+        let Self { positions, normals, uvs, colors, faces, materials, too_small } = self;
         let count = positions.len();
         if let Some((face, corner)) = faces.beyond(count) {
             let corner = if corner == u32::MAX {
@@ -226,7 +246,8 @@ impl Content {
             }));
         }
         let own = |name: &str| vec![Named { name: name.into(), line: 1 }];
-        Ok(ObjFile { places: count, materials: own(""), groups: own("default"), ..file })
+        let materials = if materials.is_empty() { own("") } else { materials };
+        Ok(ObjFile { places: count, materials, groups: own("default"), ..file })
     }
 }
 

@@ -337,6 +337,7 @@ fn replacement(text: TomlText<'_>, table: &MaterialTable) -> Result<Override, Sc
         ka: color("ka", &table.ka)?,
         ks: color("ks", &table.ks)?,
         ke: color("ke", &table.ke)?,
+        tf: filter(text, table)?,
         ns: number("ns", &table.ns, "finite and not negative", f64::from(f32::MAX))?,
         ni: number("ni", &table.ni, "from 0 to 100", 100.0)?,
         d: number("d", &table.d, "from 0 (clear) to 1 (solid)", 1.0)?,
@@ -353,6 +354,22 @@ fn replacement(text: TomlText<'_>, table: &MaterialTable) -> Result<Override, Sc
         None => values,
     };
     Ok(Override { values, path: text.path.to_path_buf(), line, column, used: false })
+}
+
+/// Transmission filter of a table; none if it states none.
+fn filter(text: TomlText<'_>, table: &MaterialTable) -> Result<Option<Vec3>, SceneError> {
+    let (Some(value), stated) = (&table.tf, optional_color(text, "tf", &table.tf)?) else { return Ok(None) };
+    if stated.is_some_and(|filter| filter.max_element() > 1.0) {
+        return Err(text.bad("tf", value, "must have channels from 0 (none) to 1 (all of the light)"));
+    }
+    if table.transmission.is_some() {
+        return Err(text.bad(
+            "tf",
+            value,
+            "and `transmission` exclude each other: `kd` tints what `transmission` lets through",
+        ));
+    }
+    Ok(stated)
 }
 
 /// Creates the floor in the space in which the shot is rendered; `extent`: of all models at the shot's first

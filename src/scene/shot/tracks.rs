@@ -9,7 +9,7 @@ use crate::animation::{Interpolation, Track};
 use crate::scene::camera::{Aim, Lens, Projection};
 use crate::scene::keys::camera::{CameraKey, CameraTable};
 use crate::scene::keys::toml_text::{At, List, Three, TomlText};
-use crate::scene::keys::{LightTable, LightType};
+use crate::scene::keys::{LightKey, LightTable, LightType};
 use crate::scene::{CameraTrack, Light, LightGroups, LightKind, SceneError};
 
 /// Default vertical field of view if no key states one, degrees.
@@ -240,9 +240,7 @@ pub(crate) fn light(text: TomlText<'_>, table: &At<LightTable>, number: usize) -
         text.number(key, value, POWER, |power| (0.0..=MOST_POWER).contains(&power))
     };
     let power = or(&light.power, "power", 1.0, watts)?;
-    let place = |key: &str,
-                 constant: &Option<Three>,
-                 keyed: fn(&crate::scene::keys::LightKey) -> &Option<Three>| {
+    let place = |key: &str, constant: &Option<Three>, keyed: fn(&LightKey) -> &Option<Three>| {
         let all_keyed = !keys.is_empty() && keys.iter().all(|(_, entry)| keyed(entry.get_ref()).is_some());
         if constant.is_none() && !all_keyed {
             return Err(text.fault(span.clone(), format!("this light needs the key `{key}`")));
@@ -252,7 +250,8 @@ pub(crate) fn light(text: TomlText<'_>, table: &At<LightTable>, number: usize) -
     };
     let kind = match light.kind {
         LightType::Directional => {
-            refuse_zero_directions(text, light)?;
+            let keyed = light.key.iter().filter_map(|key| key.get_ref().direction.as_ref());
+            refuse_zeros(text, "direction", light.direction.iter().chain(keyed))?;
             let direction = place("direction", &light.direction, |key| &key.direction)?;
             match or(&light.angle, "angle", 0.0, |key, value| {
                 text.number(key, value, "from 0 to below 180 degrees", |angle| (0.0..180.0).contains(&angle))
@@ -278,6 +277,12 @@ pub(crate) fn light(text: TomlText<'_>, table: &At<LightTable>, number: usize) -
         LightType::Rectangle => LightKind::Rectangle {
             position: place("position", &light.position, |key| &key.position)?,
             target: place("target", &light.target, |key| &key.target)?,
+            up: {
+                let keyed = light.key.iter().filter_map(|key| key.get_ref().up.as_ref());
+                refuse_zeros(text, "up", light.up.iter().chain(keyed))?;
+                let rest = or(&light.up, "up", DVec3::Y, vector)?;
+                through_or(rest, &keys, how, |key| or(&key.up, "up", rest, vector))?
+            },
             size: or(&light.size, "size", [1.0; 2], |key, value| edges(text, key, value))?,
         },
         LightType::Disk => LightKind::Disk {
@@ -373,7 +378,7 @@ fn refuse_foreign_keys(text: TomlText<'_>, light: &LightTable) -> Result<(), Sce
         LightType::Directional => ("directional", &["direction", "angle", "samples"]),
         LightType::Point => ("point", &["position"]),
         LightType::Spot => ("spot", &["position", "target", "cone", "soft"]),
-        LightType::Rectangle => ("rectangle", &["position", "target", "size", "samples"]),
+        LightType::Rectangle => ("rectangle", &["position", "target", "up", "size", "samples"]),
         LightType::Disk => ("disk", &["position", "target", "radius", "samples"]),
         LightType::Sphere => ("sphere", &["position", "radius", "samples"]),
     };
@@ -383,6 +388,7 @@ fn refuse_foreign_keys(text: TomlText<'_>, light: &LightTable) -> Result<(), Sce
         ("direction", span(&light.direction)),
         ("position", span(&light.position)),
         ("target", span(&light.target)),
+        ("up", span(&light.up)),
         ("cone", number(&light.cone)),
         ("soft", number(&light.soft)),
         ("size", light.size.as_ref().map(At::span)),
@@ -391,7 +397,12 @@ fn refuse_foreign_keys(text: TomlText<'_>, light: &LightTable) -> Result<(), Sce
         ("samples", light.samples.as_ref().map(At::span)),
     ];
     for key in light.key.iter().map(At::get_ref) {
-        let places = [("direction", &key.direction), ("position", &key.position), ("target", &key.target)];
+        let places = [
+            ("direction", &key.direction),
+            ("position", &key.position),
+            ("target", &key.target),
+            ("up", &key.up),
+        ];
         stated.extend(places.map(|(name, value)| (name, span(value))));
     }
     let foreign = |(name, span): (&'static str, Option<_>)| span.map(|span| (name, span));
@@ -407,12 +418,14 @@ fn refuse_foreign_keys(text: TomlText<'_>, light: &LightTable) -> Result<(), Sce
     }
 }
 
-fn refuse_zero_directions(text: TomlText<'_>, light: &LightTable) -> Result<(), SceneError> {
-    let keyed = light.key.iter().filter_map(|key| key.get_ref().direction.as_ref());
-    match light.direction.iter().chain(keyed).find(|direction| direction.get_ref().0 == [0.0; 3]) {
-        Some(zero) => {
-            Err(text.bad("direction", zero, "must not be zero: it is the way that the light travels"))
-        }
+/// Refuses zero among the vectors of a key, which say a direction.
+fn refuse_zeros<'a>(
+    text: TomlText<'_>,
+    key: &str,
+    mut vectors: impl Iterator<Item = &'a Three>,
+) -> Result<(), SceneError> {
+    match vectors.find(|vector| vector.get_ref().0 == [0.0; 3]) {
+        Some(zero) => Err(text.bad(key, zero, "must not be zero: it says in which direction")),
         None => Ok(()),
     }
 }

@@ -40,7 +40,12 @@ fn light(dice: &mut Dice, span: &Span) -> Table {
             set("cone", dice.between(20.0, 120.0).into());
             set("soft", Value::Float(*dice.pick(&[0.0, 0.5, 1.0])));
         }
-        "rectangle" => set("size", numbers([dice.between(0.1, 2.0), dice.between(0.1, 2.0)])),
+        "rectangle" => {
+            set("size", numbers([dice.between(0.1, 2.0), dice.between(0.1, 2.0)]));
+            if dice.one_in(2) {
+                set("up", numbers(place(dice, 1.0)));
+            }
+        }
         "disk" | "sphere" => set("radius", dice.between(0.05, 0.8).into()),
         "sun" => set("angle", Value::Float(*dice.pick(&[0.53, 5.0, 60.0, 179.0]))),
         _ => {}

@@ -1,0 +1,215 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Exports of materials, colour attributes, and lights. Needs bpy; the renderer is not asked."""
+
+import os
+import tempfile
+import tomllib
+import unittest
+
+import bpy
+import numpy as np
+import support
+
+
+def principled(name, **inputs):
+    """A material of one Principled BSDF, and that node."""
+    material = bpy.data.materials.new(name)
+    material.use_nodes = True
+    node = material.node_tree.nodes["Principled BSDF"]
+    for key, value in inputs.items():
+        node.inputs[key.replace("_", " ").replace("IOR level", "IOR Level")].default_value = value
+    return material, node
+
+
+def painted(name, attribute, kind="ShaderNodeVertexColor"):
+    """A material whose base colour is a colour attribute."""
+    material, node = principled(name)
+    source = material.node_tree.nodes.new(kind)
+    setattr(source, "layer_name" if kind == "ShaderNodeVertexColor" else "attribute_name", attribute)
+    material.node_tree.links.new(source.outputs["Color"], node.inputs["Base Color"])
+    return material
+
+
+def read_ply(path):
+    """Header, vertices and faces of a PLY that the export wrote."""
+    with open(path, "rb") as file:
+        data = file.read()
+    end = data.index(b"end_header\n") + len(b"end_header\n")
+    header = data[:end].decode().splitlines()
+    names = [line.split()[2] for line in header if line.startswith("property float")]
+    count, faces = (int(line.split()[2]) for line in header if line.startswith("element"))
+    vertices = np.frombuffer(data, dtype=[(name, "<f4") for name in names], count=count, offset=end)
+    fields = [("count", "u1"), ("corners", "<i4", 3)] + ([("material", "<i4")] if "property int material_index" in header else [])
+    return header, vertices, np.frombuffer(data, dtype=fields, count=faces, offset=end + vertices.nbytes)
+
+
+class Surfaces(unittest.TestCase):
+    def setUp(self):
+        self.scratch = tempfile.TemporaryDirectory()
+        self.folder = os.path.join(self.scratch.name, "shot")
+        self.scene = support.empty()
+        support.add_camera(self.scene)
+
+    def tearDown(self):
+        self.scratch.cleanup()
+
+    def export(self):
+        self.assertEqual(bpy.ops.afterimage.export_shot(directory=self.folder), {"FINISHED"})
+        with open(os.path.join(self.folder, "shot.toml"), "rb") as file:
+            return tomllib.load(file)
+
+    def warnings(self):
+        return list(support.extension().session.exported.warnings)
+
+    def exported(self, *materials, count=1):
+        """Exports a square of these materials, in turn, and returns the shot."""
+        mesh = support.grid(count=count)
+        for index, material in enumerate(materials):
+            mesh.materials.append(material)
+        for index, polygon in enumerate(mesh.polygons):
+            polygon.material_index = index % len(materials)
+        support.add(self.scene, "Square", mesh)
+        return self.export()
+
+    def ply(self, shot):
+        return read_ply(os.path.join(self.folder, shot["model"][0]["ply"]))
+
+    def test_glass_has_the_tint_and_the_share_that_it_lets_through(self):
+        clear, _ = principled("Clear", Transmission_Weight=1.0, Base_Color=(0.25, 1, 0.64, 1), Roughness=0.0, IOR=1.4)
+        values = self.exported(clear)["material"][0]
+        self.assertEqual((values["illum"], values["kd"]), (7, [0, 0, 0]))
+        np.testing.assert_allclose(values["tf"], [0.5, 1, 0.8], atol=1e-6)
+        np.testing.assert_allclose(values["ni"], 1.4, atol=1e-6)
+        self.assertEqual(self.warnings(), [])
+
+    def test_what_glass_does_not_let_through_it_scatters(self):
+        half, _ = principled("Half", Transmission_Weight=0.5, Base_Color=(0.64, 0.64, 0.64, 1), Roughness=0.0)
+        values = self.exported(half)["material"][0]
+        np.testing.assert_allclose(values["tf"], [0.4] * 3, atol=1e-6)
+        # the renderer scatters kd of the share that the filter keeps back, here 0.6: Blender's half of 0.64
+        np.testing.assert_allclose(np.array(values["kd"]) * 0.6, [0.32] * 3, atol=1e-6)
+
+    def test_rough_glass_is_told_once(self):
+        rough, _ = principled("Rough", Transmission_Weight=1.0, Roughness=0.4)
+        self.assertEqual(self.exported(rough)["material"][0]["illum"], 7)
+        self.assertEqual(self.warnings(), ["material `Rough`: its rough glass is shown as smooth"])
+
+    def test_a_coat_is_the_layer_of_what_is_no_metal(self):
+        coated, _ = principled("Coated", Coat_Weight=1.0, Coat_Roughness=0.1, Coat_IOR=1.5, IOR=1.5, Roughness=0.6)
+        metal, _ = principled("Metal", Coat_Weight=1.0, Metallic=1.0, Roughness=0.6)
+        shot = self.exported(coated, metal, count=2)
+        one, other = ({entry["name"]: entry for entry in shot["material"]}[name] for name in ("Coated", "Metal"))
+        np.testing.assert_allclose([one["pr"], ((one["ni"] - 1) / (one["ni"] + 1)) ** 2], [0.1, 0.0784], atol=1e-4)
+        np.testing.assert_allclose(other["pr"], 0.6, atol=1e-6)
+        self.assertEqual(len(self.warnings()), 2)
+        self.assertRegex("\n".join(self.warnings()), "`Coated`.*one layer, as rough as the coat(?s:.)*`Metal`: its coat is left out")
+
+    def test_a_mesh_of_several_materials_is_one_model(self):
+        red, _ = principled("Red", Base_Color=(1, 0, 0, 1))
+        blue, _ = principled("Blue", Base_Color=(0, 0, 1, 1))
+        shot = self.exported(red, blue, count=2)
+        self.assertEqual([model["name"] for model in shot["model"]], ["Square"])
+        header, vertices, faces = self.ply(shot)
+        named = [line.removeprefix("comment material ") for line in header if line.startswith("comment material")]
+        self.assertEqual(named, ["Red", "Blue"])
+        # quads 0 and 2 of the four are red: they lie at the left
+        middle = vertices["x"][faces["corners"]].mean(axis=1)
+        self.assertEqual({name: set(np.sign(middle[faces["material"] == index])) for index, name in enumerate(named)}, {"Red": {-1}, "Blue": {1}})
+
+    def test_colours_of_vertices_and_corners_are_the_base_colour(self):
+        for kind, domain in (("FLOAT_COLOR", "POINT"), ("BYTE_COLOR", "CORNER")):
+            with self.subTest(kind=kind, domain=domain):
+                self.scene = support.empty()
+                support.add_camera(self.scene)
+                mesh = support.grid(count=2)
+                attribute = mesh.color_attributes.new("Paint", kind, domain)
+                values = np.zeros((len(attribute.data), 4), dtype=np.float32)
+                values[:, 0] = np.linspace(0, 1, len(values))
+                values[:, 3] = 1
+                attribute.data.foreach_set("color", values.ravel())
+                mesh.materials.append(painted("Painted", "Paint"))
+                support.add(self.scene, "Square", mesh)
+                shot = self.export()
+                self.assertEqual(shot["material"][0]["kd"], [1, 1, 1])
+                _, vertices, faces = self.ply(shot)
+                self.assertEqual(float(vertices["green"].max()), 0)
+                if domain == "POINT":
+                    order = np.lexsort((vertices["x"], vertices["y"]))
+                    np.testing.assert_allclose(vertices["red"][order], values[:, 0], atol=1e-6)
+                else:
+                    np.testing.assert_allclose(np.unique(vertices["red"]), values[:, 0], atol=0.01)
+
+    def test_nodes_change_colours_of_vertices(self):
+        material = painted("Inverted", "", "ShaderNodeVertexColor")
+        tree = material.node_tree
+        node, source = tree.nodes["Principled BSDF"], next(entry for entry in tree.nodes if entry.type == "VERTEX_COLOR")
+        invert = tree.nodes.new("ShaderNodeInvert")
+        tree.links.new(source.outputs["Color"], invert.inputs["Color"])
+        tree.links.new(invert.outputs[0], node.inputs["Base Color"])
+        tree.links.new(source.outputs["Color"], node.inputs["Roughness"])
+        mesh = support.grid()
+        attribute = mesh.color_attributes.new("Paint", "FLOAT_COLOR", "POINT")
+        attribute.data.foreach_set("color", [0.25, 0.5, 1, 1] * 4)
+        mesh.materials.append(material)
+        support.add(self.scene, "Square", mesh)
+        _, vertices, _ = self.ply(self.export())
+        np.testing.assert_allclose([vertices["red"], vertices["green"], vertices["blue"]], [[0.75] * 4, [0.5] * 4, [0] * 4], atol=1e-6)
+        self.assertEqual(self.warnings(), ["material `Inverted`: colour attributes count for its base colour alone"])
+
+    def test_a_mesh_without_the_attribute_is_told(self):
+        shot = self.exported(painted("Painted", "Nowhere", "ShaderNodeAttribute"))
+        _, vertices, _ = self.ply(shot)
+        self.assertEqual(float(vertices["red"].max()), 0)
+        self.assertIn("no colour attribute `Nowhere`", "\n".join(self.warnings()))
+
+    def test_what_deforms_keeps_colours_of_its_vertices(self):
+        self.scene.frame_end = 2
+        mesh = support.grid()
+        attribute = mesh.color_attributes.new("Paint", "FLOAT_COLOR", "POINT")
+        attribute.data.foreach_set("color", [0.5, 0, 0, 1] * 4)
+        mesh.materials.append(painted("Painted", "Paint"))
+        item = support.add(self.scene, "Flag", mesh)
+        item.shape_key_add(name="Basis")
+        key = item.shape_key_add(name="Up")
+        key.data[0].co.z = 1.0
+        for frame in (1, 2):
+            key.value = frame - 1
+            key.keyframe_insert("value", frame=frame)
+        model = self.export()["model"][0]
+        with open(os.path.join(self.folder, model["obj"]), encoding="utf-8") as file:
+            lines = [line.split() for line in file if line.startswith("v ")]
+        # OBJ has colours as screens show them
+        np.testing.assert_allclose([[float(part) for part in line[4:]] for line in lines], [[0.7354, 0, 0]] * 4, atol=1e-3)
+
+    def area(self, turn, **values):
+        data = bpy.data.lights.new("Panel", "AREA")
+        for key, value in values.items():
+            setattr(data, key, value)
+        support.add(self.scene, "Floor", support.grid())
+        support.add(self.scene, "Panel", data, (0, 0, 2), turn)
+        return self.export()["light"][0]
+
+    def test_a_rectangle_keeps_the_turn_about_its_axis(self):
+        light = self.area((0, 0, np.pi / 6), shape="RECTANGLE", size=2, size_y=0.5)
+        np.testing.assert_allclose(light["size"], [2, 0.5], atol=1e-6)
+        # Blender's Y, turned to the left, which is -Z of the shot
+        np.testing.assert_allclose(light["up"], [-0.5, 0, -np.sqrt(0.75)], atol=1e-6)
+        self.assertEqual(self.warnings(), [])
+
+    def test_the_warnings_of_a_light_are_one(self):
+        light = self.area((0, 0, 0), shape="ELLIPSE", size=2, size_y=0.5, spread=1.0)
+        self.assertEqual((light["type"], light["radius"]), ("disk", 0.5))
+        self.assertEqual(len(self.warnings()), 1)
+        self.assertRegex(self.warnings()[0], "^area light `Panel`: its spread is left out.*; its ellipse")
+
+    def test_the_radius_of_a_spot_is_told(self):
+        data = bpy.data.lights.new("Spot", "SPOT")
+        data.shadow_soft_size = 0.5
+        support.add(self.scene, "Floor", support.grid())
+        support.add(self.scene, "Spot", data, (0, 0, 2))
+        self.assertEqual(self.export()["light"][0]["type"], "spot")
+        self.assertEqual(self.warnings(), ["spot light `Spot`: its radius of 0.5 is left out, so its shadows are hard"])
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,101 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Surfaces and turned lights beside Cycles. Needs bpy and the renderer's Python module."""
+
+import beside_cycles
+import bpy
+import numpy as np
+import support
+from test_surfaces import painted, principled
+
+
+class SurfacesBesideCycles(beside_cycles.BesideCycles):
+    def look_down(self, item_material, height=6):
+        """A square of a material, seen from above."""
+        mesh = support.grid("Square", 4)
+        mesh.materials.append(item_material)
+        support.add_camera(self.scene, (0, 0, height), (0, 0, 0))
+        return support.add(self.scene, "Square", mesh)
+
+    def world(self, light):
+        self.scene.world = bpy.data.worlds.new("World")
+        self.scene.world.use_nodes = True
+        self.scene.world.node_tree.nodes["Background"].inputs["Color"].default_value = (*light, 1)
+
+    def assert_same_colors(self, tolerance, samples=128):
+        ours, cycles = self.both(samples)
+        self.assertGreater(cycles[:, :, :3].mean(), 0.01)
+        means = [picture[:, :, :3].mean(axis=(0, 1)) for picture in (ours, cycles)]
+        np.testing.assert_allclose(means[0], means[1], rtol=tolerance)
+        return ours, cycles
+
+    def test_a_rectangle_that_is_turned_about_its_axis(self):
+        matt, _ = principled("Matt", Roughness=1.0, Specular_IOR_level=0.0)
+        self.look_down(matt)
+        data = self.light("AREA", energy=50, shape="RECTANGLE", size=3, size_y=0.1)
+        support.add(self.scene, "Panel", data, (0, 0, 0.4), (0, 0, np.pi / 6))
+        self.scene.afterimage.shadow_rays, self.scene.afterimage.paths, self.scene.afterimage.samples = "16", 0, 4
+        ours, cycles = self.assert_same_colors(0.03, 512)
+        # without the turn pixels differ by more than the mean of all
+        self.assertLess(np.abs(ours - cycles)[:, :, 0].mean() / cycles[:, :, 0].mean(), 0.08)
+
+    def test_tinted_glass(self):
+        # a pane of two sides before the world: each lets the square root of the colour through
+        self.world((1, 1, 1))
+        glass, _ = principled("Glass", Transmission_Weight=1.0, Roughness=0.0, IOR=1.2, Base_Color=(0.25, 0.64, 1, 1))
+        self.look_down(glass, 3)
+        bpy.data.objects["Square"].modifiers.new("Thick", "SOLIDIFY").thickness = 0.1
+        ours, _ = self.assert_same_colors(0.02)
+        np.testing.assert_allclose(ours[24, 32, :3], [0.25, 0.64, 1], atol=0.02)
+
+    def test_half_transmission(self):
+        self.world((1, 1, 1))
+        half, _ = principled("Half", Transmission_Weight=0.5, Roughness=0.0, IOR=1.2, Base_Color=(0.25, 0.64, 1, 1), Specular_IOR_level=0.5)
+        self.look_down(half, 3)
+        self.scene.afterimage.paths = 64
+        ours, _ = self.assert_same_colors(0.02)
+        np.testing.assert_allclose(ours[24, 32, :3], [0.375, 0.72, 1], atol=0.02)
+
+    def test_a_coat_over_plastic(self):
+        self.world((1, 1, 1))
+        coated, _ = principled("Coated", Coat_Weight=1.0, Coat_Roughness=0.2, Roughness=0.6, Base_Color=(0.3, 0.02, 0.02, 1))
+        self.look_down(coated, 3)
+        self.scene.afterimage.paths, self.scene.afterimage.reflections = 64, 16
+        ours, _ = self.assert_same_colors(0.08)
+        self.assertGreater(ours[24, 32, 1], 0.08, "more than without the coat")
+
+    def test_colours_of_vertices(self):
+        self.world((1, 1, 1))
+        material = painted("Painted", "Paint")
+        material.node_tree.nodes["Principled BSDF"].inputs["Specular IOR Level"].default_value = 0
+        item = self.look_down(material)
+        attribute = item.data.color_attributes.new("Paint", "FLOAT_COLOR", "POINT")
+        attribute.data.foreach_set("color", np.array([[1, 0, 0, 1], [0, 1, 0, 1], [0, 0, 1, 1], [1, 1, 1, 1]], dtype=np.float32).ravel())
+        self.scene.afterimage.paths = 64
+        ours, cycles = self.assert_same_colors(0.03)
+        inside = np.s_[12:36, 16:48]
+        np.testing.assert_allclose(ours[inside][:, :, :3], cycles[inside][:, :, :3], atol=0.06)
+
+    def test_an_object_of_several_materials_has_one_matte(self):
+        red, _ = principled("Red", Base_Color=(1, 0, 0, 1), Emission_Color=(1, 0, 0, 1), Emission_Strength=1.0)
+        blue, _ = principled("Blue", Base_Color=(0, 0, 1, 1), Emission_Color=(0, 0, 1, 1), Emission_Strength=1.0)
+        item = self.look_down(red)
+        item.data.materials.append(blue)
+        item.data = support.grid("Parted", 4, 2)
+        for index, polygon in enumerate(item.data.polygons):
+            polygon.material_index = index % 2
+        for material in (red, blue):
+            item.data.materials.append(material)
+        self.scene.view_layers[0].use_pass_cryptomatte_object = True
+        found, passes = {}, support.extension().passes
+        put = passes.put
+        passes.put = lambda slot, pixels: found.update({slot.name: np.array(pixels)}) or put(slot, pixels)
+        try:
+            ours, cycles = self.both(16)
+        finally:
+            passes.put = put
+        np.testing.assert_allclose(ours[24, [20, 44], :3], cycles[24, [20, 44], :3], atol=0.02)
+        self.assertGreater(ours[24, 20, 0], 0.9)
+        self.assertGreater(ours[24, 44, 2], 0.9)
+        hashed = support.extension().hashing.murmur3(b"Square", as_float=True)
+        ids = found["CryptoObject00"][24, [20, 44], 0].view(np.uint32)
+        self.assertEqual(ids.tolist(), [hashed] * 2)
