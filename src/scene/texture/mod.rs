@@ -3,15 +3,17 @@
 mod image;
 mod mapping;
 mod pages;
+mod texel;
 
 use std::path::PathBuf;
 use std::sync::{Arc, LazyLock};
 
 use glam::{Vec2, Vec3};
 
-pub use image::{Image, Level, Texel, Texels, Values};
+pub use image::{Image, Level, Texels, Values};
 pub use mapping::{Between, Mapping, Placement, Wrap};
 pub use pages::{PageCounts, PagedLevel, Pager};
+pub use texel::Texel;
 
 /// A picture: colours for `map_Kd`, and opacity in its alpha; or directions of normals.
 #[derive(Debug, Clone, PartialEq)]

@@ -13,7 +13,7 @@ use std::sync::{Arc, Mutex, OnceLock, PoisonError, RwLock, Weak};
 use half::f16;
 use serde::Serialize;
 
-use super::image::{Level, Texel, Texels};
+use super::texel::Texel;
 
 /// Texels along the edge of a page.
 const EDGE: usize = 64;
@@ -90,14 +90,17 @@ impl Pager {
         }))
     }
 
-    /// Writes the texels of `level` behind all others. One thread at a time calls it.
+    /// Writes a level of `width` x `height` texels, `bytes` row by row, behind all others. One thread at a time calls it.
     ///
     /// # Errors Those of the system: a full disk.
-    pub fn store(self: &Arc<Self>, level: &Level) -> io::Result<Level> {
-        let (width, height) = (level.width as usize, level.height as usize);
+    pub fn store(
+        self: &Arc<Self>,
+        [width, height]: [u32; 2],
+        texel_bytes: usize,
+        bytes: &[u8],
+    ) -> io::Result<Arc<PagedLevel>> {
+        let (width, height) = (width as usize, height as usize);
         let [columns, rows] = [width, height].map(|edge| edge.div_ceil(EDGE));
-        let texel_bytes = level.texels.bytes_of_texel();
-        let bytes = level.texels.bytes();
         let offset = self.end.load(Ordering::Relaxed);
         let mut page = vec![0; EDGE * EDGE * texel_bytes];
         let mut file = &self.file;
@@ -118,7 +121,7 @@ impl Pager {
         let (pager, count, asked) = (Arc::clone(self), width * height, AtomicU64::new(0));
         let paged = Arc::new(PagedLevel { pager, offset, width, count, columns, texel_bytes, slots, asked });
         lock(&self.levels).push(Arc::downgrade(&paged));
-        Ok(Level { width: level.width, height: level.height, texels: Texels::Paged(paged) })
+        Ok(paged)
     }
 
     /// Sets the number of bytes of pages that are held. One page is always held.
@@ -242,48 +245,51 @@ mod tests {
     #![allow(clippy::unwrap_used, reason = "a test may stop at the first surprise")]
     use super::*;
 
-    /// A level of 150 x 70 texels, each another one.
-    fn level(is_of_halves: bool) -> Level {
-        let bytes = |i: u32| [i as u8, (i >> 8) as u8, 7, 255];
-        let texels = match is_of_halves {
-            false => Texels::Bytes((0..150 * 70).map(bytes).collect()),
-            true => Texels::Halves(
-                (0..150 * 70).map(|i| bytes(i).map(|byte| f16::from_f32(byte.into()))).collect(),
-            ),
-        };
-        Level { width: 150, height: 70, texels }
+    const SIZE: [u32; 2] = [150, 70];
+    const COUNT: usize = 150 * 70;
+
+    /// Bytes of texels, each another one.
+    fn texels() -> Vec<[u8; 4]> {
+        (0..COUNT as u32).map(|i| [i as u8, (i >> 8) as u8, 7, 255]).collect()
+    }
+
+    fn stored(pager: &Arc<Pager>) -> Arc<PagedLevel> {
+        pager.store(SIZE, 4, texels().as_flattened()).unwrap()
+    }
+
+    fn assert_holds(paged: &Arc<PagedLevel>, texel: usize) {
+        assert_eq!(paged.get(texel), Texel::Bytes(texels()[texel]), "{texel}");
     }
 
     #[test]
     fn pages_hold_what_was_stored() {
-        for is_of_halves in [false, true] {
-            let (pager, level) = (Pager::new().unwrap(), level(is_of_halves));
-            let [first, second] = [(); 2].map(|()| pager.store(&level).unwrap());
-            pager.set_budget(0);
-            for texel in (0..150 * 70).step_by(37) {
-                assert_eq!(first.texels.get(texel), level.texels.get(texel), "{texel}");
-                assert_eq!(second.texels.get(texel), level.texels.get(texel), "{texel}");
-            }
-            assert_eq!(pager.fault(), None);
+        let pager = Pager::new().unwrap();
+        let levels = [(); 2].map(|()| stored(&pager));
+        let halves: Vec<[f16; 4]> =
+            texels().iter().map(|texel| texel.map(f32::from).map(f16::from_f32)).collect();
+        let of_halves = pager.store(SIZE, 8, bytemuck::cast_slice(&halves)).unwrap();
+        pager.set_budget(0);
+        for texel in (0..COUNT).step_by(37) {
+            levels.iter().for_each(|level| assert_holds(level, texel));
+            assert_eq!(of_halves.get(texel), Texel::Halves(halves[texel]));
         }
+        assert_eq!(pager.fault(), None);
     }
 
     #[test]
     fn no_more_is_held_than_the_budget() {
-        let (pager, level) = (Pager::new().unwrap(), level(false));
-        let paged = pager.store(&level).unwrap();
+        let pager = Pager::new().unwrap();
+        let paged = stored(&pager);
         let page = (EDGE * EDGE * 4) as u64;
         assert_eq!(pager.counts(), PageCounts { bytes: 6 * page, ..PageCounts::default() });
         pager.set_budget(2 * page);
         // corners of the six pages, twice
-        for texel in [0, 70, 149, 65 * 150, 65 * 150 + 70, 65 * 150 + 149].repeat(2) {
-            assert_eq!(paged.texels.get(texel), level.texels.get(texel));
-        }
+        let corners = [0, 70, 149, 65 * 150, 65 * 150 + 70, 65 * 150 + 149].repeat(2);
+        corners.into_iter().for_each(|texel| assert_holds(&paged, texel));
         let PageCounts { held, asked, read, .. } = pager.counts();
         assert!(held <= 2 * page && asked == 12 && read > 6, "{held} {asked} {read}");
         pager.set_budget(6 * page);
-        let asks =
-            || (0..150 * 70).for_each(|texel| assert_eq!(paged.texels.get(texel), level.texels.get(texel)));
+        let asks = || (0..COUNT).step_by(13).for_each(|texel| assert_holds(&paged, texel));
         asks();
         let read = pager.counts().read;
         asks();
@@ -292,16 +298,16 @@ mod tests {
 
     #[test]
     fn many_threads_see_the_same() {
-        let (pager, level) = (Pager::new().unwrap(), level(false));
-        let paged = pager.store(&level).unwrap();
+        let pager = Pager::new().unwrap();
+        let paged = stored(&pager);
         pager.set_budget(EDGE as u64);
         std::thread::scope(|scope| {
             for thread in 0..4 {
-                let (paged, level) = (&paged, &level);
+                let paged = &paged;
                 scope.spawn(move || {
-                    for texel in (0..150 * 70).map(|i| (i * 7919 + thread * 1001) % (150 * 70)) {
-                        assert_eq!(paged.texels.get(texel), level.texels.get(texel));
-                    }
+                    (0..2000)
+                        .map(|i| (i * 7919 + thread * 1001) % COUNT)
+                        .for_each(|texel| assert_holds(paged, texel));
                 });
             }
         });
