@@ -66,7 +66,7 @@ fn named(lanes: usize, config: &str, sets: &[&str]) -> String {
     let settings = || config.split([',', ' ']).map(str::trim).filter(|setting| !setting.is_empty());
     let key = |setting: &str| setting.split('=').next().unwrap_or_default().to_owned();
     let is_set = |setting: &&str| matches!(key(setting).as_str(), "isa" | "max_isa");
-    let asked = settings().filter(is_set).last().and_then(|setting| setting.split('=').nth(1));
+    let asked = settings().rfind(is_set).and_then(|setting| setting.split('=').nth(1));
     let candidates = match lanes {
         16 => &["avx512"][..],
         8 => &["avx2", "avx"],
