@@ -35,6 +35,8 @@ impl Lock {
             match flock(&file, FlockOperation::NonBlockingLockExclusive) {
                 Ok(()) => {}
                 Err(rustix::io::Errno::WOULDBLOCK) => return Ok(None),
+                // a file server says so of a file that its holder on another machine has removed
+                Err(rustix::io::Errno::STALE) => continue,
                 Err(error) => return Err(failed(error.into())),
             }
             // between its opening and its lock, the holder may have removed it, and somebody else made another

@@ -12,7 +12,7 @@ use openusd::usd::{Prim, Stage};
 
 use super::file::{Input, Picture, Surface};
 use super::resolver::Checked;
-use super::value::{Answer, codes, number, numbers, said, three, value, word};
+use super::value::{Answer, codes, is_name, number, numbers, said, three, value, word};
 use crate::scene::texture::{Mapping, Wrap};
 
 /// Most steps from an input to the shader that computes it: nothing honest is as deep, and what is connected to itself has no end.
@@ -144,6 +144,9 @@ impl<'a> Shaders<'a> {
     fn source(&self, prim: &Prim, name: &str) -> Answer<Option<Source>> {
         let (mut at, mut name) = (prim.clone(), name.to_string());
         for _ in 0..MOST_STEPS {
+            if !is_name(&name) {
+                return Ok(None);
+            }
             let connections = said(at.attribute(name.as_str()).connections())?;
             let Some(target) = connections.into_iter().next() else {
                 return Ok((name != "outputs:surface").then_some(Source { prim: at, output: name }));

@@ -18,8 +18,17 @@ pub fn said<T, E: Display>(answer: Result<T, E>) -> Answer<T> {
     answer.map_err(|error| format!("{error:#}"))
 }
 
+/// Returns true if an attribute may have this `name`. Files state names of attributes, and the library does not return if it is asked for
+/// one with other characters.
+pub fn is_name(name: &str) -> bool {
+    name.chars().all(|letter| letter.is_alphanumeric() || matches!(letter, '_' | ':'))
+}
+
 /// Value of an attribute at a time code.
 pub fn value(prim: &Prim, name: &str, code: f64) -> Answer<Option<Value>> {
+    if !is_name(name) {
+        return Ok(None);
+    }
     said(prim.attribute(name).get_at::<Value>(TimeCode::from(code)))
 }
 
@@ -27,6 +36,9 @@ pub fn value(prim: &Prim, name: &str, code: f64) -> Answer<Option<Value>> {
 ///
 /// # Errors More times than anybody needs, or such as are not finite.
 pub fn codes(prim: &Prim, name: &str) -> Answer<Vec<f64>> {
+    if !is_name(name) {
+        return Ok(Vec::new());
+    }
     let codes = said(prim.attribute(name).time_sample_times())?;
     if codes.len() > MOST_TIMES || !codes.iter().all(|code| code.abs() <= 1e9) {
         let path = prim.path();

@@ -49,6 +49,16 @@ fn what_is_damaged_is_told() {
     }
 }
 
+/// The library would look for the parents of such a name for ever (found by `scripts/fuzz`).
+#[test]
+fn operations_with_names_that_no_attribute_has_do_nothing() {
+    for name in ["a}b", "] }\\ndef ", "xformOp:translate}", "/A.b", ""] {
+        let order = format!("uniform token[] xformOpOrder = [\"{name}\"]");
+        let prims = format!("def Xform \"A\" {{ {order}\n def Mesh \"M\" {{ {TRIANGLE} }} }}");
+        assert!(load(METRES, &prims).is_ok(), "{name}");
+    }
+}
+
 #[test]
 fn what_is_missing_is_an_error_in_a_strict_load() {
     let prims = format!("def Mesh \"M\" {{ {TRIANGLE} }}\ndef \"A\" (references = @./no.usda@) {{}}");
