@@ -73,10 +73,10 @@ fn city(origin: DVec3, unit: f64) -> String {
     shot(eyes, at(4.0, 48.0, 0.0), &format!("[[model]]\nobj = {obj:?}\n{place}"))
 }
 
-/// Of the pixels' colours, the share that differs by more than an edge's rounding explains.
+/// Of the pixels' colours, the share that differs by more than the rounding of an edge, or of the place over which textures are filtered, explains.
 fn differing(a: &Film, b: &Film) -> f64 {
     let [a, b] = [a, b].map(|film| film.values("G").unwrap());
-    let count = a.iter().zip(&b).filter(|(a, b)| (**a - **b).abs() > 0.02).count();
+    let count = a.iter().zip(&b).filter(|(a, b)| (**a - **b).abs() > 0.1).count();
     count as f64 / a.len() as f64
 }
 
@@ -86,7 +86,7 @@ fn a_shot_far_from_the_origin_is_the_same_shot() {
     let origin = DVec3::new(1e5, -3e5, 1e6);
     for kind in BACKENDS {
         let [near, far] = [DVec3::ZERO, origin].map(|at| audited(&folder, &city(at, 1.0), kind, "moved"));
-        assert!(differing(&near, &far) < 0.002, "{}", differing(&near, &far));
+        assert!(differing(&near, &far) < 0.01, "{}", differing(&near, &far));
         let position = |film: &Film| {
             ["P.X", "P.Y", "P.Z"].map(|plane| f64::from(film.plane(plane).unwrap().values.get(96 + 90 * 192)))
         };
