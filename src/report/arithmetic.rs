@@ -5,6 +5,7 @@
 //! them from processor to processor.
 
 use std::hint::black_box;
+use std::sync::LazyLock;
 
 use crate::digest::Digest;
 use crate::trace::BackendKind;
@@ -25,10 +26,19 @@ pub fn name(kind: BackendKind) -> String {
     }
 }
 
+/// Lanes of the packets that Embree prefers here.
+static LANES: LazyLock<Result<usize, String>> = LazyLock::new(|| {
+    let device = embree::Device::new(&device_config()).map_err(|error| error.to_string())?;
+    let lanes = device.native_width().lanes();
+    // a device that is released right after it was made waits for ever where memory is limited (seen with Embree 4.4 and `ulimit -v`)
+    std::mem::forget(device);
+    Ok(lanes)
+});
+
 /// Name of the instruction set that Embree uses here, and the settings of its device that may change answers.
 fn embree() -> String {
-    let lanes = match embree::Device::new(&device_config()) {
-        Ok(device) => device.native_width().lanes(),
+    let lanes = match &*LANES {
+        Ok(lanes) => *lanes,
         Err(error) => return format!("does not start: {error}"),
     };
     let config = std::env::var_os(CONFIG_VARIABLE).unwrap_or_default();
