@@ -49,7 +49,7 @@ impl Mapping {
     }
 }
 
-/// Place of a picture's texels on surfaces: see [`Texture`].
+/// Place of a picture's texels on surfaces: see [`Texture`](super::Texture).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Placement {
     /// Width in texels.

@@ -10,9 +10,9 @@ use super::{linear, linear_share};
 /// A texel as it is stored.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Texel {
-    /// See [`Texels::Bytes`].
+    /// See [`Texels::Bytes`](super::Texels::Bytes).
     Bytes([u8; 4]),
-    /// See [`Texels::Halves`].
+    /// See [`Texels::Halves`](super::Texels::Halves).
     Halves([f16; 4]),
 }
 
