@@ -29,7 +29,7 @@ pub struct Mask {
     texture: Texture,
     /// See [`Cutout::least`].
     least: f32,
-    /// What holds between each texel's centre and those of the next ones, to the right and below.
+    /// State of the squares between each texel's centre and those of the next ones, to the right and below.
     squares: Arc<[Square]>,
 }
 

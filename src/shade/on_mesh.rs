@@ -1,4 +1,4 @@
-//! What pictures and vertices say of a place on a mesh: texture coordinates, material, reflectance, bent normals.
+//! Attributes of a place on a mesh, by pictures and vertices: texture coordinates, material, reflectance, bent normals.
 
 use glam::{Vec2, Vec3};
 
@@ -23,7 +23,7 @@ impl<'a> OnMesh<'a> {
         Self { mesh, primitive, weights, width: 0.0 }
     }
 
-    /// The same place, with textures filtered over a part of the surface that is `width` wide.
+    /// This place, with textures filtered over a part of the surface that is `width` wide.
     pub fn with_width(self, width: f32) -> Self {
         Self { width, ..self }
     }

@@ -48,7 +48,7 @@ fn single(run: Run) -> impl Iterator<Item = Run> {
     })
 }
 
-/// The same frames in as few runs as possible.
+/// These frames in as few runs as possible.
 fn joined(runs: &[Run]) -> Vec<Run> {
     let mut all: Vec<Run> = Vec::new();
     for run in runs {

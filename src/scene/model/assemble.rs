@@ -70,9 +70,9 @@ pub(crate) struct Assembly {
     deforming: HashMap<(PathBuf, ShapeSource), ReadShapes>,
     /// Indices of the quadrics' materials, by name.
     of_quadrics: HashMap<String, u16>,
-    /// What was read of glTF files.
+    /// Parts of glTF files that were read.
     pub(in crate::scene) gltf: GltfFiles,
-    /// What was read of USD files.
+    /// Parts of USD files that were read.
     pub(in crate::scene) usd: UsdFiles,
     /// Files that were read so far, without pictures.
     pub(in crate::scene) files: Vec<PathBuf>,

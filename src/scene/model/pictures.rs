@@ -79,7 +79,7 @@ impl Default for TextureMemory {
     }
 }
 
-/// What was made of a picture for a use.
+/// Picture that was made of another one for a use.
 struct Derived {
     image: Arc<Image>,
     /// True if some of its places are opaque enough to be there, and others are not.
@@ -99,7 +99,7 @@ pub(crate) struct Pictures {
     embedded: HashSet<PathBuf>,
     /// Paths of pictures for which a checker stands in.
     stand_ins: HashSet<PathBuf>,
-    /// What was made of pictures for a use, with colours in a space.
+    /// Pictures that were made of others for a use, with colours in a space.
     derived: HashMap<(PathBuf, PictureUse, ColorSpace), Derived>,
     /// Digests of their texels, in the order in which pictures were asked for.
     digests: Vec<Digest>,
@@ -135,7 +135,7 @@ impl Pictures {
         Ok(self.place(Texture { path, image, mapping }))
     }
 
-    /// What a use makes of the `picture` at `path`, with colours in that `space` if it is stated.
+    /// Makes of the `picture` at `path` that which a use takes, with colours in that `space` if it is stated.
     pub fn image_for(
         &mut self,
         path: &Path,

@@ -423,7 +423,7 @@ fn usual_numbers<const N: usize>(cursor: &mut Cursor<'_>, keyword: usize) -> Opt
     Some(values)
 }
 
-/// What follows so many words of a line.
+/// Rest of a line behind so many words.
 fn behind_numbers(line: &[u8], count: usize) -> &[u8] {
     let mut rest = line;
     for _ in 0..count {

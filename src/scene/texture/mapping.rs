@@ -56,7 +56,7 @@ pub struct Placement {
     pub width: u32,
     /// Height in texels.
     pub height: u32,
-    /// Where on them texture coordinates lie.
+    /// Places of texture coordinates on them.
     pub mapping: Mapping,
 }
 

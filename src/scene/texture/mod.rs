@@ -22,7 +22,7 @@ pub struct Texture {
     pub path: PathBuf,
     /// The picture; shared by all textures made of the same file.
     pub image: Arc<Image>,
-    /// Where on it texture coordinates lie.
+    /// Places of texture coordinates on it.
     pub mapping: Mapping,
 }
 
