@@ -85,6 +85,7 @@ pub mod stereo;
 pub mod trace;
 
 mod input;
+mod logarithm;
 mod prefetch;
 mod scrambled;
 mod visible;

@@ -1,5 +1,6 @@
 //! Size of the place on a surface that a sample stands for.
 
+use crate::logarithm::rough_log2;
 use crate::scrambled::scrambled;
 
 /// Width, in object space, of the place that a sample stands for: textures are filtered over it. It belongs to the sample, so that
@@ -66,9 +67,7 @@ impl Footprint {
 /// Steps up to a width; within the range of bytes, also of widths that are not positive or finite.
 #[inline]
 fn steps_of(width: f32) -> f32 {
-    // an approximate logarithm, straight between powers of two: its error of a tenth is the same on every machine
-    let log = width.to_bits() as f32 / (1 << 23) as f32 - 127.0;
-    (ONE + STEPS * log).clamp(1.0, 255.0)
+    (ONE + STEPS * rough_log2(width)).clamp(1.0, 255.0)
 }
 
 #[cfg(test)]

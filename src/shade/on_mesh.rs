@@ -61,15 +61,18 @@ impl<'a> OnMesh<'a> {
     }
 
     /// [`reflectance`](Self::reflectance) without the colours of vertices.
-    #[inline]
+    #[inline(always)]
     pub fn textured(&self, scene: &Scene, material: &Material) -> Vec3 {
         match material.diffuse_map {
-            Some(map) => {
-                let texture = &scene.textures[map as usize];
-                material.painted() * texture.color(self.uv(), self.level(texture))
-            }
+            Some(map) => material.painted() * self.texture_color(&scene.textures[map as usize]),
             None => material.painted(),
         }
+    }
+
+    /// Colour of a texture. Not inlined: surfaces without one would have to jump over it.
+    #[inline(never)]
+    fn texture_color(&self, texture: &Texture) -> Vec3 {
+        texture.color(self.uv(), self.level(texture))
     }
 
     /// Level of `texture` in which a texel is as large as the place.

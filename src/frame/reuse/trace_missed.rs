@@ -206,12 +206,9 @@ impl<'a> Answers8<'a> {
 
     /// Places that the new samples stand for, where surfaces have textures: with `points` in object space and normals in world
     /// space.
-    #[inline(always)]
+    #[inline(never)]
     fn footprints(&self, frame: &FrameView, points: &Vec3x8, normals: Vec3x8) -> [Footprint; LANES] {
         let mut footprints = [Footprint::NONE; LANES];
-        if !frame.palette.has_textures {
-            return footprints;
-        }
         let Self { owners, direction, met, t, .. } = *self;
         let sights = direction * F32x8::load(t, 0);
         let widths = cell_widths(frame.view, sights, normals);
@@ -242,8 +239,11 @@ impl<'a> Answers8<'a> {
         met.put_quadric_normals(frame, quadrics, weights, [&mut normal, &mut geometric_normal]);
         let in_world = geometric_normals_in_world(frame, geometric_normal, &met);
         let behind = in_world.dot(direction).gt(F32x8::ZERO);
-        let footprints = self.footprints(frame, &point, in_world);
-        let widths = footprints.map(Footprint::width);
+        let (mut footprints, mut widths) = ([Footprint::NONE; LANES], [0.0; LANES]);
+        if frame.palette.has_textures {
+            footprints = self.footprints(frame, &point, in_world);
+            widths = footprints.map(Footprint::width);
+        }
         met.bend_normals(frame, &corners, (weights, &widths), &mut normal);
         let normals = Octahedral::fold_lanes(behind.select3(-normal, normal));
         let geometric_normals = Octahedral::fold_lanes(behind.select3(-geometric_normal, geometric_normal));

@@ -159,8 +159,7 @@ impl<'a> Hits8<'a> {
     }
 
     /// Bends the normals (object space, outside) at the points with these `weights`, over places of these `widths` (object space),
-    /// where materials have normal maps. `corners`:
-    /// those of the triangles.
+    /// where materials have normal maps. `corners`: those of the triangles.
     #[inline(always)]
     pub fn bend_normals(
         &self,

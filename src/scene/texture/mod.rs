@@ -10,6 +10,8 @@ use std::sync::{Arc, LazyLock};
 
 use glam::{Vec2, Vec3};
 
+use crate::logarithm::rough_log2;
+
 pub use image::{Image, Level, Texels, Values};
 pub use mapping::{Between, Mapping, Placement, Wrap};
 pub use pages::{PageCounts, PagedLevel, Pager};
@@ -74,7 +76,7 @@ impl Texture {
     #[inline]
     pub fn level_of(&self, area: f32) -> u32 {
         let [width, height] = self.size().map(|edge| edge as f32);
-        let level = 0.5 * log2(area * self.mapping.linear.determinant().abs() * width * height);
+        let level = 0.5 * rough_log2(area * self.mapping.linear.determinant().abs() * width * height);
         // a cast of what is negative is 0
         (level + 0.5) as u32
     }
@@ -119,11 +121,6 @@ impl Texture {
         let (above, below) = (a + (b - a) * fx, c + (d - c) * fx);
         (above + (below - above) * fy) / 255.0
     }
-}
-
-/// Logarithm to the base 2, to a tenth: straight between powers of two, and the same on every machine. Of 0 it is -127.
-fn log2(value: f32) -> f32 {
-    value.to_bits() as f32 / (1 << 23) as f32 - 127.0
 }
 
 /// Linear RGB of a texel.
