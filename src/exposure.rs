@@ -336,7 +336,7 @@ mod tests {
             let sectors = all.iter().map(|one| (one.lens[1].atan2(one.lens[0]) / TAU).rem_euclid(1.0));
             assert!(count < 4 || worst_share(sectors, 4) <= 1.0 + f64::from(count) / 16.0, "{count}");
             let mean = |axis: usize| all.iter().map(|one| one.lens[axis]).sum::<f64>() / f64::from(count);
-            let off = f64::hypot(mean(0), mean(1));
+            let off = glam::DVec2::new(mean(0), mean(1)).length();
             assert!(off < 0.5 / f64::from(count).sqrt(), "{count}: {off}");
             for axis in [0, 1] {
                 let shifts = || all.iter().map(|one| one.shift[axis]);
@@ -378,7 +378,7 @@ mod tests {
             let time = exposures.clock.time(exposures.clock.moment(0, exposures.middle()));
             assert!(time.abs() <= 0.25 / f64::from(count) + 1e-12, "{count}");
             let least = (0.5 / f64::from(count)).sqrt();
-            assert!(f64::hypot(middle.lens[0], middle.lens[1]) <= least + 1e-12, "{count}");
+            assert!(glam::DVec2::from(middle.lens).length() <= least + 1e-12, "{count}");
         }
         let one = Exposures::new(1, Some(Shutter::default()), &[], true);
         assert_eq!(one.all, [Exposure { lens: [0.0; 2], shift: [0.0; 2] }]);

@@ -115,7 +115,7 @@ fn functions() -> Digest {
         let [wide_x, wide_y] = [x, y].map(f64::from);
         answers.extend(of_one.iter().flat_map(|function| function(x).to_le_bytes()));
         answers.extend(of_one_double.iter().flat_map(|function| function(wide_x).to_le_bytes()));
-        answers.extend([x.powf(y), x.atan2(y), x.hypot(y)].into_iter().flat_map(f32::to_le_bytes));
+        answers.extend([x.powf(y), x.atan2(y)].into_iter().flat_map(f32::to_le_bytes));
         answers.extend([wide_x.powf(wide_y), wide_x.atan2(wide_y)].into_iter().flat_map(f64::to_le_bytes));
     }
     Digest::new(&answers)

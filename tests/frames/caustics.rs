@@ -160,8 +160,9 @@ fn through(way: DVec3, outwards: DVec3, index: f64, chance: &mut Chance) -> DVec
 fn shown(finished: &Finished, [least, most]: [f32; 2]) -> Vec<(DVec3, f64)> {
     let [green, x, z, object] =
         ["G", "P.X", "P.Z", "object.V"].map(|plane| finished.film.values(plane).expect("it is there"));
-    let is_there =
-        |pixel: &usize| object[*pixel] == 1.0 && (least..most).contains(&x[*pixel].hypot(z[*pixel]));
+    let is_there = |pixel: &usize| {
+        object[*pixel] == 1.0 && (least..most).contains(&glam::Vec2::new(x[*pixel], z[*pixel]).length())
+    };
     let at = |pixel: usize| (DVec3::new(x[pixel].into(), 0.0, z[pixel].into()), f64::from(green[pixel]));
     let shown: Vec<(DVec3, f64)> = (0..green.len()).filter(is_there).map(at).collect();
     assert!(shown.len() > 300, "{} pixels from {least} to {most}", shown.len());

@@ -198,7 +198,7 @@ fn motion_vectors_end_where_a_model_does() {
         let models = film.values("object.V").unwrap();
         let of_flyer = (0..models.len()).filter(|pixel| models[*pixel] == flyer + 1.0);
         of_flyer
-            .map(|pixel| x[pixel].hypot(y[pixel]))
+            .map(|pixel| glam::Vec2::new(x[pixel], y[pixel]).length())
             .fold(None, |most, length| Some(length.max(most.unwrap_or(0.0))))
     };
     let (backward, forward) = (["backward.U", "backward.V"], ["forward.U", "forward.V"]);

@@ -85,7 +85,7 @@ fn the_usual_radius_of_occlusion_is_that_of_the_first_frame() {
     let moved = "[[model]]\nobj = \"m.obj\"\n[[model.key]]\nframe = 1\n[[model.key]]\nframe = 3\ntranslate = [1, 0, 0]\n";
     for (frames, width) in [("1-3", 1.0_f64), ("3,9", 2.0)] {
         let shot = load(&format!("[render]\nframes = \"{frames}\"\n{REST}{moved}"));
-        let expected = 0.1 * width.hypot(1.0);
+        let expected = 0.1 * (width.powi(2) + 1.0).sqrt();
         assert!((shot.settings.occlusion_radius - expected).abs() < 1e-12, "{frames}");
     }
     let folder = folder();

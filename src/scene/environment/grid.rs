@@ -79,8 +79,7 @@ impl Grid {
     fn place(&self, direction: Vec3) -> [f32; 2] {
         use std::f32::consts::{FRAC_1_PI, TAU};
         let u = 0.5 + direction.x.atan2(-direction.z) / TAU;
-        // Not the arc cosine of y, which knows no small angles; and not `hypot`, which does the same with a symbol that
-        // C libraries before glibc 2.35 lack.
+        // Not the arc cosine of y, which knows no small angles; and not `hypot` (see clippy.toml).
         let aside = Vec2::new(direction.x, direction.z).as_dvec2().length() as f32;
         let v = aside.atan2(direction.y) * FRAC_1_PI;
         [u * self.width as f32, v * self.height as f32]
