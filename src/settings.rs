@@ -83,6 +83,9 @@ pub enum Filter {
     /// The mean of a pixel's own samples.
     #[default]
     Box,
+    /// A pixel over which the cells of samples are spread out: level, and falls evenly over the width of a
+    /// cell.
+    Trapezoid,
     /// Falls evenly to the radius.
     Tent,
     /// A normal distribution with a standard deviation of a third of the radius.
@@ -101,10 +104,11 @@ impl Filter {
     /// Largest radius, in pixels.
     pub const LARGEST_RADIUS: f32 = 4.0;
 
-    /// Default radius, in pixels.
-    pub fn usual_radius(self) -> f32 {
+    /// Default radius with `samples` x `samples` samples a pixel, in pixels.
+    pub fn usual_radius(self, samples: u32) -> f32 {
         match self {
             Self::Box => 0.5,
+            Self::Trapezoid => 0.5 + 0.5 / samples as f32,
             Self::Tent => 1.0,
             Self::Gaussian | Self::BlackmanHarris => 1.5,
             Self::Mitchell => 2.0,
@@ -422,7 +426,7 @@ impl Settings {
 
     /// Radius of the filter, in pixels.
     pub fn filter_radius(&self) -> f32 {
-        self.filter_radius.unwrap_or(self.filter.usual_radius())
+        self.filter_radius.unwrap_or(self.filter.usual_radius(self.samples))
     }
 
     /// Number of paths that a new sample gets at once.

@@ -19,6 +19,7 @@ use std::error::Error;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
+use afterimage::cli::args::values::{FilterArg, filter_radius};
 use afterimage::output::png::write_png;
 use clap::{Parser, ValueEnum};
 
@@ -49,6 +50,14 @@ struct Arguments {
     /// Pixels; memory: some 25 KB a pixel [default: 320x180; with --quick 160x90]
     #[arg(long, value_parser = size, value_name = "WxH")]
     size: Option<[u32; 2]>,
+
+    /// Pixel filter of inferred and of centred frames; references and jittered frames have the box
+    #[arg(long, value_enum, default_value = "box")]
+    filter: FilterArg,
+
+    /// Radius of that filter, in pixels, 0.5 to 4 [default: by the filter]
+    #[arg(long, value_name = "PIXELS", value_parser = filter_radius)]
+    filter_radius: Option<f32>,
 
     /// Write a picture for each row: reference, inferred frame, and four times their difference
     #[arg(long, value_name = "DIR")]
@@ -105,7 +114,15 @@ impl Arguments {
         frames.sort_unstable();
         frames.dedup();
         let size = self.size.unwrap_or(if self.quick { [160, 90] } else { [320, 180] });
-        Options { size, frames, reference: 16, sequence: 8, window: 16, seeds: 8 }
+        Options {
+            size,
+            frames,
+            filter: (self.filter.into(), self.filter_radius),
+            reference: 16,
+            sequence: 8,
+            window: 16,
+            seeds: 8,
+        }
     }
 
     fn samples(&self) -> Vec<u32> {

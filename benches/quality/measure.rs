@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use afterimage::frame::{RenderError, Renderer};
 use afterimage::layers::Layers;
 use afterimage::scene::Scene;
-use afterimage::settings::Settings;
+use afterimage::settings::{Filter, Settings};
 use afterimage::stats::SampleCounts;
 
 use super::coverage::{Areas, areas, moved};
@@ -22,6 +22,8 @@ pub struct Options {
     pub size: [u32; 2],
     /// Frames to measure, rising; the chain starts at frame 1.
     pub frames: Vec<i32>,
+    /// Filter of inferred and of centred frames, with its radius in pixels, if it is not the usual one.
+    pub filter: (Filter, Option<f32>),
     /// Samples along a pixel's edge in the references.
     pub reference: u32,
     /// Samples along a pixel's edge in the references of all frames that are compared over time.
@@ -120,12 +122,19 @@ impl<'s> Comparison<'s> {
         self.references[number].whole().0
     }
 
+    /// Returns `settings` with the filter of inferred and of centred frames.
+    fn filtered(&self, settings: &Settings) -> Settings {
+        let (filter, filter_radius) = self.options.filter;
+        Settings { filter, filter_radius, ..settings.clone() }
+    }
+
     /// Compares all frames, with `samples` x `samples` samples a pixel.
     pub fn rows(&self, samples: u32) -> Result<Vec<Row>, RenderError> {
         let (settings, frames) = (settings(self.options, samples), &self.options.frames);
+        let filtered = self.filtered(&settings);
         let wanted = self.tracks.iter().flat_map(|tracks| tracks.frames.iter().copied()).collect();
-        let (inferred, counts) = pictures(&self.scene, &settings, &wanted, Way::Chain { base: 1 })?;
-        let (centred, _) = pictures(&self.scene, &settings, &wanted, Way::Full)?;
+        let (inferred, counts) = pictures(&self.scene, &filtered, &wanted, Way::Chain { base: 1 })?;
+        let (centred, _) = pictures(&self.scene, &filtered, &wanted, Way::Full)?;
         let inferred_areas = areas(&self.scene, &settings, frames, true)?;
         let centred_areas = areas(&self.scene, &settings, frames, false)?;
         let row = |(number, frame): (usize, &i32)| {
@@ -170,9 +179,10 @@ impl<'s> Comparison<'s> {
 
     /// Measures pops, with `samples` x `samples` samples a pixel.
     pub fn pops(&self, samples: u32) -> Result<Pops, RenderError> {
-        let (settings, wanted) = (settings(self.options, samples), pop_frames().collect());
-        let (chain, _) = pictures(&self.scene, &settings, &wanted, Way::Chain { base: SECOND_BASE })?;
-        let (centred, _) = pictures(&self.scene, &settings, &wanted, Way::Full)?;
+        let settings = settings(self.options, samples);
+        let (filtered, wanted) = (self.filtered(&settings), pop_frames().collect());
+        let (chain, _) = pictures(&self.scene, &filtered, &wanted, Way::Chain { base: SECOND_BASE })?;
+        let (centred, _) = pictures(&self.scene, &filtered, &wanted, Way::Full)?;
         let change = |frame| self.sequence.change(frame, &chain);
         Ok(Pops {
             flow: self.flow,

@@ -49,12 +49,12 @@ def run(*words, nice=False):
 # --- shots ---
 
 
-def write_shot(path, place, light_samples=16):
-    """The shot of a place: no mirrors, box filter; how many samples and paths is said when it is rendered.
+def write_shot(path, place, light_samples=16, pixel_filter="box"):
+    """The shot of a place: no mirrors; how many samples and paths is said when it is rendered.
 
     `light_samples`: shadow rays of each sample to the panel."""
     width, height = place["size"]
-    lines = ["[render]", f"size = [{width}, {height}]", "samples = 1", 'filter = "box"', "depth = 1"]
+    lines = ["[render]", f"size = [{width}, {height}]", "samples = 1", f'filter = "{pixel_filter}"', "depth = 1"]
     lines += [f'frames = "1-{last_frame(place)}"', "[indirect]", "paths = 1", "[camera]", *keys(place)]
     lines += ["[[model]]", f"obj = {json.dumps(place['scene'] + '/scene.obj')}"]
     if "panel" in place:
@@ -151,8 +151,10 @@ def measured_files(place, folder, depth, mode, setting, rounds):
     """
     folder.mkdir(parents=True, exist_ok=True)
     *setting, light_samples = setting
-    shot, last = write_shot(folder / "shot.toml", place, light_samples), last_frame(place)
     how, _, denoise = mode.partition("+")
+    # the truth has a box; the trapezoid is one whose samples need not be in the centres of their cells
+    pixel_filter = "box" if how == "full" else "trapezoid"
+    shot, last = write_shot(folder / "shot.toml", place, light_samples, pixel_filter), last_frame(place)
     options, frames = options_of(how, last, *setting)
     options += ["--bounces", bounces(depth), "--reflections", light_samples, *(["--denoise"] if denoise else [])]
     taken = []

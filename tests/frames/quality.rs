@@ -19,7 +19,7 @@ mod subjects;
 
 use afterimage::frame::Renderer;
 use afterimage::layers::Layers;
-use afterimage::settings::Settings;
+use afterimage::settings::{Filter, Settings};
 
 use crate::toy;
 use flows::Flow;
@@ -56,7 +56,8 @@ const MOST_POP: [f64; 2] = [3.5, 3.5];
 const SIZE: [u32; 2] = [128, 72];
 
 fn options() -> Options {
-    Options { size: SIZE, frames: vec![24], reference: 16, sequence: 4, window: 8, seeds: 4 }
+    let filter = (Filter::Box, None);
+    Options { size: SIZE, frames: vec![24], filter, reference: 16, sequence: 4, window: 8, seeds: 4 }
 }
 
 /// Compares frame 24 of a chain with the bounds.
@@ -87,6 +88,43 @@ fn hold(subject: &Subject, flow: Flow) {
             pops.over_centred.iter().all(|jump| *jump < MOST_POP[number]),
             "{what}: {:?}",
             pops.over_centred
+        );
+    }
+}
+
+/// In a young chain all samples lie beside the centres of their cells by the same amount. A trapezoid weighs them by what
+/// of their cells lies in the pixel, so that the amount does not matter.
+#[test]
+fn a_trapezoid_takes_what_young_chains_add_to_error_and_flicker() {
+    let subject = subjects::discs();
+    let row = |filter, samples| {
+        let options = Options { filter: (filter, None), ..options() };
+        Comparison::new(&subject, Flow::In, &options).unwrap().rows(samples).unwrap().remove(0)
+    };
+    for (samples, most_error, most_flicker) in [(1, 0.75, 0.35), (2, 0.75, 0.4)] {
+        let [own, spread] = [Filter::Box, Filter::Trapezoid].map(|filter| row(filter, samples));
+        println!(
+            "{samples}: {:.2} {:.2}, {:.2?} {:.2?}",
+            own.inferred, spread.inferred, own.flicker, spread.flicker
+        );
+        assert!(
+            spread.inferred < most_error * own.inferred,
+            "{samples}: {}, {}",
+            own.inferred,
+            spread.inferred
+        );
+        assert!(
+            spread.flicker[1] < most_flicker * own.flicker[1],
+            "{samples}: {:?}, {:?}",
+            own.flicker,
+            spread.flicker
+        );
+        // the samples of centred frames are where the box has them
+        assert!(
+            (spread.centred - own.centred).abs() < 0.01 * own.centred,
+            "{}, {}",
+            own.centred,
+            spread.centred
         );
     }
 }

@@ -45,6 +45,7 @@ impl Kernel {
             }
             Filter::Mitchell => self.within(at, |x| mitchell(x * F32x8::splat(2.0 / self.radius))),
             Filter::Box => [F32x8::ZERO; N],
+            Filter::Trapezoid => self.within(at, |x| trapezoid(x, self.radius)),
             Filter::Tent => self.within(at, |x| F32x8::ONE - x * F32x8::splat(self.radius.recip())),
             Filter::Gaussian => self.within(at, |x| gaussian(x, self.radius)),
             Filter::BlackmanHarris => {
@@ -93,6 +94,15 @@ fn mitchell_of_four(beyond: F32x8) -> [F32x8; 4] {
     [cubic(FAR, one + beyond), cubic(NEAR, beyond), cubic(NEAR, one - beyond), cubic(FAR, two - beyond)]
 }
 
+/// Convolution of a pixel with a box that reaches as far beyond it as the radius does: samples in rows that are
+/// `2 * radius - 1` apart weigh the same in sum, and so does what rises evenly across them, wherever the rows
+/// lie. From a radius of 1 on it is a tent.
+#[inline(always)]
+fn trapezoid(x: F32x8, radius: f32) -> F32x8 {
+    let falls_over = (2.0 * radius - 1.0).max(f32::EPSILON);
+    ((F32x8::splat(radius) - x) * F32x8::splat(falls_over.recip())).min(F32x8::ONE)
+}
+
 /// A normal distribution whose standard deviation is a third of the radius, lowered so that it ends in 0.
 #[inline(always)]
 fn gaussian(x: F32x8, radius: f32) -> F32x8 {
@@ -128,8 +138,14 @@ fn lanczos(x: F32x8, radius: f32) -> F32x8 {
 mod tests {
     use super::*;
 
-    const FILTERS: [Filter; 5] =
-        [Filter::Tent, Filter::Gaussian, Filter::Mitchell, Filter::BlackmanHarris, Filter::Lanczos];
+    const FILTERS: [Filter; 6] = [
+        Filter::Trapezoid,
+        Filter::Tent,
+        Filter::Gaussian,
+        Filter::Mitchell,
+        Filter::BlackmanHarris,
+        Filter::Lanczos,
+    ];
 
     fn weights(filter: Filter, radius: f32, beyond: f32) -> Vec<f32> {
         let kernel = Kernel::new(filter, radius).expect("it is wide");
@@ -161,6 +177,38 @@ mod tests {
         assert!(on_a_centre.iter().zip(wanted).all(|(a, b)| (a - b).abs() < 1e-6), "{on_a_centre:?}");
     }
 
+    /// Rows of samples, beside the centres of their cells by the same amount: the mean of what rises evenly is its value in
+    /// the pixel's centre. In the centres they weigh as with a box.
+    #[test]
+    fn a_trapezoid_takes_rows_of_samples_wherever_they_lie() {
+        for samples in [1_u32, 2, 3, 4, 16] {
+            let radius = Filter::Trapezoid.usual_radius(samples);
+            let cell = 1.0 / samples as f32;
+            for step in 0..=16 {
+                let shift = cell * (step as f32 / 16.0 - 0.5);
+                let (mut sum, mut moment) = (0.0, 0.0);
+                for number in -2 * samples as i32..3 * samples as i32 {
+                    // from the pixel's left edge; pixels of the row begin half a pixel before the first centre
+                    let at = (number as f32 + 0.5) * cell + shift;
+                    let left_centre = (at - 0.5).floor();
+                    let of_row = weights(Filter::Trapezoid, radius, at - 0.5 - left_centre);
+                    let ours = -left_centre as i32;
+                    let weight =
+                        usize::try_from(ours).ok().and_then(|pixel| of_row.get(pixel)).unwrap_or(&0.0);
+                    sum += weight;
+                    moment += weight * (at - 0.5);
+                    let is_own = (0.0..1.0).contains(&at);
+                    assert!(
+                        step != 8 || (*weight - f32::from(u8::from(is_own))).abs() < 1e-5,
+                        "{samples}: {at}"
+                    );
+                }
+                assert!((sum - samples as f32).abs() < 1e-4, "{samples}, {shift}: {sum}");
+                assert!(moment.abs() < 1e-4 * samples as f32, "{samples}, {shift}: {moment}");
+            }
+        }
+    }
+
     #[test]
     fn weights_fall_from_the_centre_are_the_same_on_both_sides_and_end_at_the_radius() {
         for (filter, radius) in FILTERS.into_iter().flat_map(|f| [0.5, 1.0, 1.5, 2.7, 4.0].map(|r| (f, r))) {
@@ -187,6 +235,8 @@ mod tests {
             weights(filter, radius, distance)[Kernel::new(filter, radius).expect("wide").halo() as usize - 1]
         };
         for (filter, radius, distance, wanted) in [
+            (Filter::Trapezoid, 0.75, 0.25, 1.0),
+            (Filter::Trapezoid, 0.75, 0.6, 0.3),
             (Filter::Tent, 1.0, 0.25, 0.75),
             (Filter::Gaussian, 1.5, 0.5, (-0.5_f32).exp() - (-4.5_f32).exp()),
             (Filter::BlackmanHarris, 1.5, 0.0, 1.0),
