@@ -5,7 +5,7 @@
 #![allow(clippy::unwrap_used, reason = "a benchmark may stop at the first surprise")]
 
 use std::cmp::Reverse;
-use std::collections::{BinaryHeap, HashSet, VecDeque};
+use std::collections::{BTreeMap, BinaryHeap, HashSet, VecDeque};
 
 use afterimage::scene::frames::{Frames, Run};
 use afterimage::schedule::{self, Ancestry, Origin, Rule, Saved, Step};
@@ -49,6 +49,18 @@ const USUAL: Model = Model {
     store: 1920.0 * 1080.0 * 4.0 * 70.0,
     bandwidth: 200e6,
 };
+
+/// How a shot is divided.
+#[derive(Debug, Clone, Copy)]
+struct Division {
+    base_every: u32,
+    /// Frames of a chunk; 0: chunks are segments.
+    chunk: i32,
+    /// Frames from one checkpoint to the next; 0: none.
+    checkpoint: usize,
+    /// True if chunks hand on their samples.
+    handoff: bool,
+}
 
 /// A chunk, and how far it is.
 struct Task {
@@ -102,22 +114,27 @@ impl Model {
         steps.unwrap().iter().map(|step| self.seconds(*step)).sum::<f64>() / self.nodes as f64
     }
 
-    /// Tasks of chunks of so many frames; 0: of segments.
-    fn tasks(&self, base_every: u32, chunk: i32) -> VecDeque<Task> {
-        let parts: Vec<Vec<Run>> = match chunk {
-            0 => schedule::segments(Frames::between(1, self.frames).runs(), &self.rule(base_every)).unwrap(),
+    /// Tasks of the chunks, those with the least run-up first, as `farm` orders them.
+    fn tasks(&self, Division { base_every, chunk, .. }: Division) -> VecDeque<Task> {
+        let rule = self.rule(base_every);
+        let mut parts: Vec<Vec<Run>> = match chunk {
+            0 => schedule::segments(Frames::between(1, self.frames).runs(), &rule).unwrap(),
             _ => (1..=self.frames)
                 .step_by(chunk as usize)
                 .map(|first| vec![Run { first, last: (first + chunk - 1).min(self.frames), step: 1 }])
                 .collect(),
         };
+        parts.sort_by_cached_key(|runs| {
+            let steps = schedule::schedule(runs, &rule, None, |_| false).unwrap();
+            steps.iter().filter(|step| !step.write).count()
+        });
         parts.into_iter().map(|runs| Task { runs, finished: HashSet::new(), checkpoint: None }).collect()
     }
 
-    /// Simulates a farm. Chunks have a checkpoint every `checkpoint` frames; 0: none.
-    fn simulate(&self, base_every: u32, chunk: i32, checkpoint: usize) -> Outcome {
-        let rule = self.rule(base_every);
-        let mut tasks = self.tasks(base_every, chunk);
+    /// Simulates a farm.
+    fn simulate(&self, division: Division) -> Outcome {
+        let mut tasks = self.tasks(division);
+        let mut handoffs = BTreeMap::new();
         let mut outcome = Outcome { chunks: tasks.len(), ..Outcome::default() };
         let mut random = Random(0xfa12);
         let mut life = || -self.mtbf * 3600.0 * (1.0 - random.next()).ln();
@@ -143,7 +160,8 @@ impl Model {
                 while dies[node] <= seconds {
                     dies[node] += self.repair + life();
                 }
-                let end = self.work(&mut task, &rule, checkpoint, (seconds, dies[node]), &mut outcome);
+                let when = (seconds, dies[node]);
+                let end = self.work(&mut task, division, when, &mut handoffs, &mut outcome);
                 if end < dies[node] {
                     events.push(Reverse((at(end), node)));
                     outcome.makespan = outcome.makespan.max(end);
@@ -161,29 +179,39 @@ impl Model {
         outcome
     }
 
-    /// Works on a task from `start` on until it is done or the node `dies`. Returns when.
+    /// Works on a task from `start` on until it is done or the node `dies`. Returns when. `handoffs`: when the samples of a frame
+    /// were handed on. Tasks come in the order in which they start.
     fn work(
         &self,
         task: &mut Task,
-        rule: &Rule<'_>,
-        checkpoint: usize,
+        division: Division,
         (start, dies): (f64, f64),
+        handoffs: &mut BTreeMap<i32, f64>,
         outcome: &mut Outcome,
     ) -> f64 {
+        let rule = &self.rule(division.base_every);
+        let mut now = start + self.load;
         let ancestry = |frame: i32| {
             schedule::ancestries(&[Run { first: frame, last: frame, step: 1 }], rule).unwrap()[&frame]
         };
-        let saved = task.checkpoint.map(|frame| Saved { frame, ancestry: ancestry(frame) });
+        let first = task.runs[0].first;
+        let handed_on =
+            handoffs.range(..first).rev().find(|(_, when)| **when <= now).map(|(frame, _)| *frame);
+        let handed_on = handed_on.filter(|frame| ancestry(*frame) == ancestry(first));
+        let saved = task.checkpoint.or(handed_on).map(|frame| Saved { frame, ancestry: ancestry(frame) });
         let steps =
             schedule::schedule(&task.runs, rule, saved, |frame| task.finished.contains(&frame)).unwrap();
-        let mut now = start + self.load;
         let mut since = 0;
         for (number, step) in steps.iter().enumerate() {
             let mut seconds = self.seconds(*step);
             since += 1;
             let goes_on = steps.get(number + 1).is_some_and(|next| next.origin == Origin::Before);
-            let is_due = checkpoint > 0 && since >= checkpoint && goes_on && step.write;
-            let moves = f64::from(u8::from(is_due) + u8::from(step.origin == Origin::Saved));
+            let is_due = division.checkpoint > 0 && since >= division.checkpoint && goes_on && step.write;
+            let leaves = division.handoff
+                && number + 1 == steps.len()
+                && !rule.followers(step.frame, 1).ways[0].is_empty();
+            let moves = [is_due, leaves, step.origin == Origin::Saved].map(u8::from).iter().sum::<u8>();
+            let moves = f64::from(moves);
             seconds += moves * self.store / self.bandwidth;
             if now + seconds > dies {
                 outcome.busy += dies - start;
@@ -193,6 +221,9 @@ impl Model {
             outcome.moved += moves * self.store;
             if is_due {
                 (task.checkpoint, since) = (Some(step.frame), 0);
+            }
+            if leaves {
+                handoffs.insert(step.frame, now);
             }
             if step.write {
                 task.finished.insert(step.frame);
@@ -232,19 +263,24 @@ fn main() {
         ideal / 3600.0
     );
     println!(
-        "| `base_every` | chunk | checkpoint | chunks | failures | makespan, h | of ideal | nodes busy | run-up | stores moved, GB |"
+        "| `base_every` | chunk | checkpoint | handoff | chunks | failures | makespan, h | of ideal | nodes busy | run-up | stores moved, GB |"
     );
-    println!("|---|---|---|---|---|---|---|---|---|---|");
+    println!("|---|---|---|---|---|---|---|---|---|---|---|");
     let rows = [6, 12, 24, 48, 96, 192]
-        .map(|every| [(every, 0, 0), (every, 0, (every as usize / 4).max(1))])
+        .map(|every| [(every, 0, 0, false), (every, 0, (every as usize / 4).max(1), false)])
         .concat();
-    let others = [(48, 12, 0), (48, 24, 0), (48, 96, 12), (192, 48, 0)];
-    for (base_every, chunk, checkpoint) in rows.into_iter().chain(others) {
-        let outcome = model.simulate(base_every, chunk, checkpoint);
+    let others = [(48, 12), (48, 24), (192, 48)]
+        .map(|(every, chunk)| [(every, chunk, 0, false), (every, chunk, 0, true)])
+        .concat();
+    for (base_every, chunk, checkpoint, handoff) in
+        rows.into_iter().chain([(48, 96, 12, false)]).chain(others)
+    {
+        let outcome = model.simulate(Division { base_every, chunk, checkpoint, handoff });
         println!(
-            "| {base_every} | {} | {} | {} | {} | {:.2} | {:.2} | {:.0} % | {:.1} % | {:.0} |",
+            "| {base_every} | {} | {} | {} | {} | {} | {:.2} | {:.2} | {:.0} % | {:.1} % | {:.0} |",
             if chunk == 0 { String::from("segment") } else { chunk.to_string() },
             if checkpoint == 0 { String::from("none") } else { checkpoint.to_string() },
+            if handoff { "yes" } else { "no" },
             outcome.chunks,
             outcome.failures,
             outcome.makespan / 3600.0,

@@ -10,6 +10,7 @@
 //! frame is its first one, or the one in its middle. From there frames are inferred step by step, later ones first and
 //! then, from the base frame again, earlier ones backwards in time.
 
+pub mod followers;
 pub mod steps;
 
 use std::collections::{BTreeMap, BTreeSet};

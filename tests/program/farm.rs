@@ -47,9 +47,17 @@ fn chunks_are_segments_and_others_are_told() {
     assert!(ran.stdout.contains("3 of 8 frames, no run-up"), "{}", ran.stdout);
     let script = text(&place, "job/render.sbatch");
     assert!(script.contains("chunks=(1-3 4-6 7-8)") && script.contains("--array=0-2\n"), "{script}");
+    assert!(!script.contains("--handoff"), "each begins at a base frame: {script}");
     let ran = farm(&place, &format!("--engine slurm -o job --chunk 4 -- {RENDER}")).done();
     assert!(ran.stderr.contains("1 of 9 rendered frames are run-up"), "{}", ran.stderr);
-    assert!(text(&place, "job/render.sbatch").contains("chunks=(1-4 5-8)"));
+    let script = text(&place, "job/render.sbatch");
+    assert!(script.contains("chunks=(1-4 5-8)") && script.contains("--resume --handoff"), "{script}");
+    // chunks that begin at base frames come first
+    farm(&place, &format!("--engine slurm -o job --chunk 2 -- {}", RENDER.replace("3", "4"))).done();
+    assert!(text(&place, "job/render.sbatch").contains("chunks=(1-2 5-6 3-4 7-8)"));
+    farm(&place, &format!("--engine shared -o job --chunk 2 -- {RENDER}")).done();
+    let script = text(&place, "job/work.sh");
+    assert!(!script.contains("--handoff"), "a shared run divides by segments: {script}");
     // every chain has segments of its own
     farm(&place, "--engine slurm -o job -- --frames 1-8x2 --base-every 4").done();
     assert!(text(&place, "job/render.sbatch").contains("chunks=(1-3x2 5-7x2)"));
@@ -69,6 +77,7 @@ fn scenes_that_do_not_fit_and_options_that_a_job_has_itself_are_refused() {
     assert!(!place.path("job").exists());
     for (words, why) in [
         ("--engine slurm -- --resume", "--resume"),
+        ("--engine slurm -- --handoff", "--handoff"),
         ("--engine slurm -- --threads=3", "--threads"),
         ("--engine slurm -- --samples 0", "options of render"),
         ("--engine lsf", "openjd"),
@@ -144,6 +153,27 @@ fn scripts_of_slurm_render_and_verify_all_frames() {
     }
     run("job/verify.sbatch", "").done();
     assert_same_frames(&place);
+}
+
+/// Tasks of chunks in a segment, in the job's order: each goes on from the one before.
+#[test]
+fn tasks_of_slurm_hand_on_their_samples() {
+    let place = Place::new();
+    let render = "--base-every 0 --mode reproject --samples 1 -o parts/a.####.exr";
+    place.render(&render.replace("parts", "all")).done();
+    let program = env!("CARGO_BIN_EXE_afterimage");
+    farm(&place, &format!("--engine slurm -o job --threads 1 --chunk 3 --program {program} -- {render}"))
+        .done();
+    for task in 0..3 {
+        let mut shell = Command::new("bash");
+        let variables = [("SLURM_CPUS_PER_TASK", "1"), ("SLURM_ARRAY_TASK_ID", &task.to_string())];
+        shell.current_dir(place.0.path()).arg(place.path("job/render.sbatch")).envs(variables);
+        let ran = Ran::new(shell.output().unwrap()).done();
+        assert!(!ran.stderr.contains("run-up"), "{}", ran.stderr);
+        assert_eq!(ran.stderr.contains("--handoff: goes on"), task > 0, "{}", ran.stderr);
+    }
+    assert_same_frames(&place);
+    assert!(place.names("parts").iter().all(|name| name.ends_with(".exr")));
 }
 
 #[test]

@@ -18,6 +18,7 @@ mod farm;
 mod faults;
 #[cfg(unix)]
 mod files;
+mod handoff;
 mod hostile;
 mod info;
 mod init;

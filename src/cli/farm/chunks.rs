@@ -19,7 +19,8 @@ pub struct Chunk {
     pub steps: Vec<Step>,
 }
 
-/// Divides the frames of `job`: by segments, or so many at a time.
+/// Divides the frames of `job`: by segments, or so many at a time. Those with the least run-up come first: when the others begin, the
+/// chunks before them may have handed on their samples.
 pub fn divide(job: &Job, rule: &Rule<'_>, size: Option<NonZeroU32>) -> Result<Vec<Chunk>, Failure> {
     let usage = |error: schedule::TooLong| Failure::Usage(error.to_string());
     let segments = schedule::segments(job.frames.runs(), rule).map_err(usage)?;
@@ -36,7 +37,9 @@ pub fn divide(job: &Job, rule: &Rule<'_>, size: Option<NonZeroU32>) -> Result<Ve
         let steps = schedule::schedule(&runs, rule, None, |_| false).map_err(usage)?;
         Ok(Chunk { frames: Frames::of_runs(&runs), steps })
     };
-    parts.map(chunk).collect()
+    let mut chunks: Vec<Chunk> = parts.map(chunk).collect::<Result<_, Failure>>()?;
+    chunks.sort_by_key(|chunk| run_up(std::slice::from_ref(chunk)));
+    Ok(chunks)
 }
 
 /// Frames of a run, as runs of one frame with the same step.
@@ -66,7 +69,7 @@ fn joined(runs: &[Run]) -> Vec<Run> {
 }
 
 /// Number of frames that all chunks render.
-pub fn steps(chunks: &[Chunk]) -> usize {
+fn steps(chunks: &[Chunk]) -> usize {
     chunks.iter().map(|chunk| chunk.steps.len()).sum()
 }
 
@@ -75,17 +78,22 @@ pub fn frames(chunks: &[Chunk]) -> usize {
     chunks.iter().map(|chunk| chunk.steps.iter().filter(|step| step.write).count()).sum()
 }
 
+/// Number of frames that all chunks render without writing them, if none goes on from the samples of another.
+pub fn run_up(chunks: &[Chunk]) -> usize {
+    steps(chunks) - frames(chunks)
+}
+
 /// Note on chunks that render more than they write, or that are one.
 pub fn note(chunks: &[Chunk]) -> Option<String> {
-    let (steps, frames) = (steps(chunks), frames(chunks));
-    if steps > frames {
+    let run_up = run_up(chunks);
+    if run_up > 0 {
         return Some(format!(
-            "chunks do not end with segments: {} of {steps} rendered frames are run-up; leave out --chunk, or give --base-every \
-             the same number",
-            steps - frames
+            "chunks do not end with segments: {run_up} of {} rendered frames are run-up, unless the chunk before has finished and \
+             handed on its samples; leave out --chunk, or give --base-every the same number",
+            steps(chunks)
         ));
     }
-    (chunks.len() == 1 && frames > 1).then(|| {
+    (chunks.len() == 1 && frames(chunks) > 1).then(|| {
         String::from("all frames are one segment, and one chunk: set base_every in the shot, or --base-every after `--`")
     })
 }

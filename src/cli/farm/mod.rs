@@ -38,9 +38,10 @@ const CHECKPOINTS: usize = 4;
 const LEAST_CHECKPOINTED: usize = 8;
 
 /// Options of `render` that a job has for itself.
-const OWN: [&str; 16] = [
+const OWN: [&str; 17] = [
     "--resume",
     "--shared",
+    "--handoff",
     "--checkpoint",
     "--save-store",
     "--load-store",
@@ -145,6 +146,8 @@ struct Plan {
     frames: Frames,
     chunks: Vec<Chunk>,
     checkpoint: Option<u32>,
+    /// True if chunks begin at other frames than base frames: they hand on samples.
+    handoff: bool,
     threads: usize,
     /// Memory of each task, MiB.
     memory: u64,
@@ -170,6 +173,7 @@ impl Plan {
         let words = ["render", shot].map(String::from).into_iter().chain(self.options.iter().cloned());
         let mut words: Vec<String> = words.chain(["-o", pattern].map(String::from)).collect();
         words.push(String::from("--resume"));
+        words.extend(self.handoff.then(|| String::from("--handoff")));
         words.extend(
             self.checkpoint.iter().flat_map(|every| [String::from("--checkpoint"), every.to_string()]),
         );
@@ -294,8 +298,10 @@ impl FarmArgs {
             names: names.map(|names| names.to_string_lossy().into_owned()).unwrap_or_default(),
             options: without_frames_and_files(&self.options),
             frames: job.frames.clone(),
-            chunks,
             checkpoint,
+            // a shared run divides the frames by itself, into segments
+            handoff: chunks::run_up(&chunks) > 0 && self.engine != Engine::Shared,
+            chunks,
             threads: rayon::current_num_threads(),
             memory: (need.bytes() + need.bytes() / MARGIN).div_ceil(1 << 20),
             output: path(&files)?,
@@ -352,11 +358,11 @@ fn write(path: &Path, file: &File) -> Result<(), Failure> {
 
 fn tell(plan: &Plan, engine: &str, files: &[File], terminal: &mut Terminal) {
     let mut line = |name: &str, value: String| terminal.result(&format!("{name:<9}{value}"));
-    let (steps, frames) = (chunks::steps(&plan.chunks), chunks::frames(&plan.chunks));
+    let frames = chunks::frames(&plan.chunks);
     line("engine", engine.to_owned());
-    let run_up = match steps - frames {
+    let run_up = match chunks::run_up(&plan.chunks) {
         0 => String::from("no run-up"),
-        run_up => format!("{run_up} frames of run-up"),
+        run_up => format!("{run_up} frames of run-up at most"),
     };
     line("chunks", format!("{} of {frames} frames, {run_up}", plan.chunks.len()));
     line("task", format!("{} processors, {} MiB of memory", plan.threads, plan.memory));

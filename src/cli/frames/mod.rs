@@ -2,6 +2,7 @@
 
 pub mod checkpoint;
 pub mod frame_list;
+pub mod handoff;
 pub mod paths;
 pub mod resume;
 pub mod store;

@@ -63,7 +63,12 @@ impl Fingerprints {
 
     /// Fingerprint of a requested frame.
     pub fn at(&self, frame: i32) -> Fingerprint {
-        let ancestry = self.ancestry(frame).to_string();
+        self.with(self.ancestry(frame))
+    }
+
+    /// Fingerprint of a frame with that ancestry, requested or not.
+    pub fn with(&self, ancestry: Ancestry) -> Fingerprint {
+        let ancestry = ancestry.to_string();
         let settings = Digest::of_all([self.all.settings, Digest::new(ancestry.as_bytes())]);
         Fingerprint { settings, ..self.all }
     }

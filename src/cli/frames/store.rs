@@ -212,7 +212,7 @@ impl Loaded {
 }
 
 /// Fingerprint of everything that decides the samples of a job's frames, without their ancestry.
-fn fingerprint(job: &Job) -> Fingerprint {
+pub fn fingerprint(job: &Job) -> Fingerprint {
     let of_frames = Fingerprints::of_all_frames(job);
     Fingerprint { settings: settings(job), ..of_frames }
 }

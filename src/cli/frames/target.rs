@@ -139,6 +139,11 @@ impl Target {
         self.folder().join(format!("{}.{first}-{last}.checkpoint", self.shot))
     }
 
+    /// Path of the samples that a run leaves of `frame` for the frames that follow.
+    pub fn handoff(&self, frame: i32) -> PathBuf {
+        self.folder().join(format!("{}.{frame}.handoff", self.shot))
+    }
+
     /// Path of the lock of a part of the run, from `first` to `last`.
     pub fn lock(&self, first: i32, last: i32) -> PathBuf {
         self.folder().join(format!(".{}.{first}-{last}.lock", self.shot))
@@ -238,6 +243,11 @@ impl Target {
         output::ensure_writable(&self.exr(first)).map_err(Failure::of)?;
         output::remove_leftovers(self.folder(), |name| self.has_name(name));
         Ok(())
+    }
+
+    /// Returns true if the header of `frame`'s EXR says that it was made from `wanted`. Pixels are not read.
+    pub fn is_made(&self, frame: i32, wanted: &Fingerprint) -> bool {
+        exr::fingerprint(&self.exr(frame)).is_ok_and(|found| found == Some(*wanted))
     }
 
     /// State of `frame`'s files after an earlier run; `wanted` is the fingerprint of the frame to make.

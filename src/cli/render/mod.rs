@@ -3,11 +3,11 @@
 pub mod extras;
 pub mod parts;
 mod record;
+mod writer;
 
 use std::num::{NonZeroU32, NonZeroUsize};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::time::Instant;
 
 use clap::{Args, Parser, ValueEnum};
 use rayon::ThreadPool;
@@ -15,12 +15,14 @@ use rayon::ThreadPool;
 use self::extras::{Extras, ExtrasArgs};
 use self::parts::{Part, Parts, Shared};
 use self::record::Record;
+use self::writer::Writer;
 use crate::cli::args::{self, Job, ShotArgs};
 use crate::cli::bare_model::{is_model, turn_note};
 use crate::cli::coarse::{self, CoarseArg};
 use crate::cli::denoising::Denoising;
 use crate::cli::failure::Failure;
 use crate::cli::frames::checkpoint::Checkpoints;
+use crate::cli::frames::handoff::Handoffs;
 use crate::cli::frames::paths::{self, Report};
 use crate::cli::frames::resume::{Fingerprints, Review};
 use crate::cli::frames::store::{Loaded, StoreArgs};
@@ -32,13 +34,12 @@ use crate::cli::stop::StopRequest;
 use crate::denoise;
 use crate::frame::{self, Finished, Renderer};
 use crate::memory::{self, Need};
-use crate::output::exr::Packing;
 use crate::report::file::write_json;
 use crate::scene::warnings::{caustics, limits};
 use crate::schedule::steps::Walk;
 use crate::schedule::{self, Origin, Rule, Saved, Step};
 use crate::settings::{DenoiseQuality, Mode, Settings};
-use crate::stats::{Eyes, FrameStats, Memory, RunSettings, RunStats, Seconds, Totals};
+use crate::stats::{Eyes, Memory, RunSettings, RunStats, Totals};
 
 /// Examples, printed below the options in `--help`.
 pub const EXAMPLES: &str = "\
@@ -122,6 +123,11 @@ pub struct RenderArgs {
     /// --resume. Each takes segments that are free, and those of a process that was killed
     #[arg(long, conflicts_with_all = ["save_store", "load_store"])]
     shared: bool,
+
+    /// Go on from samples that a run of neighbouring frames has left beside them, instead of rendering from the last base frame
+    /// on, and leave those of the last frame where frames of other runs follow; implies --resume
+    #[arg(long, conflicts_with_all = ["save_store", "load_store", "shared"])]
+    handoff: bool,
 }
 
 /// Modes by name.
@@ -168,6 +174,7 @@ struct Options {
     resume: bool,
     checkpoint: Option<NonZeroU32>,
     shared: bool,
+    handoff: bool,
     threads: Option<NonZeroUsize>,
 }
 
@@ -217,15 +224,29 @@ impl RenderArgs {
         let extras = self.extras.settle(&target)?;
         let (stats, store, coarse) = (self.stats, self.store, self.coarse);
         store.check(&job)?;
-        if self.checkpoint.is_some() && job.settings.mode == Mode::Full {
-            return Err(Failure::Usage(String::from(
-                "--checkpoint: in `full` mode no frame is made of the samples of another, and --resume needs none; leave it out",
+        let in_vain = [(self.checkpoint.is_some(), "--checkpoint"), (self.handoff, "--handoff")];
+        let in_vain = in_vain.into_iter().find(|(is_given, _)| *is_given && job.settings.mode == Mode::Full);
+        if let Some((_, option)) = in_vain {
+            return Err(Failure::Usage(format!(
+                "{option}: in `full` mode no frame is made of the samples of another, and --resume needs none; leave it out",
             )));
         }
-        let (resume, shared) = (self.resume || self.shared, self.shared);
+        let (resume, shared, handoff) =
+            (self.resume || self.shared || self.handoff, self.shared, self.handoff);
         let (checkpoint, threads) = (self.checkpoint, self.shot.threads);
-        let options =
-            Options { job, target, stats, coarse, extras, store, resume, checkpoint, shared, threads };
+        let options = Options {
+            job,
+            target,
+            stats,
+            coarse,
+            extras,
+            store,
+            resume,
+            checkpoint,
+            shared,
+            handoff,
+            threads,
+        };
         let files: Vec<Report<'_>> = reports(&options).into_iter().chain(options.store.input()).collect();
         paths::check(&options.job, Some(&options.target), &files)?;
         Ok(options)
@@ -299,18 +320,15 @@ fn render(options: &Options, pool: &ThreadPool, terminal: &mut Terminal) -> Resu
         })
     });
     let goes_on = checkpoint.is_some();
-    let loaded = match checkpoint {
+    let mut loaded = match checkpoint {
         None => options.store.open(job, &rule(job, full))?,
         checkpoint => checkpoint,
     };
     let saved = loaded.as_ref().map(Loaded::saved);
     let to_save = to_save(options, &fingerprints, saved)?;
-    let steps =
+    let mut steps =
         plan(job, full, saved, |frame| options.resume && Some(frame) != to_save && review.keeps(frame))?;
     if let Some(note) = review.note() {
-        terminal.note(&note);
-    }
-    if let Some(note) = schedule::run_up_note(&steps, FEWER_STEPS) {
         terminal.note(&note);
     }
     let is_taken = steps.is_empty() || steps.iter().any(|step| step.origin == Origin::Saved);
@@ -327,10 +345,12 @@ fn render(options: &Options, pool: &ThreadPool, terminal: &mut Terminal) -> Resu
     if kept > 0 {
         terminal.note(&format!("resume: {kept} frames are there and whole"));
     }
+    let mut handoffs = options.handoff.then(|| Handoffs::new(job, rule(job, full), target, &fingerprints));
     if steps.is_empty() {
         // neither build a scene that nothing needs nor replace the statistics of the run that made them
         let extras = options.extras.write(target, job.denoise.is_some(), terminal);
         checkpoints.as_ref().map_or(Ok(()), Checkpoints::remove)?;
+        handoffs.iter().for_each(Handoffs::tidy);
         return target.check_all_there().and(extras);
     }
     if let Some(loaded) = loaded.as_ref().filter(|_| goes_on && is_taken) {
@@ -343,6 +363,15 @@ fn render(options: &Options, pool: &ThreadPool, terminal: &mut Terminal) -> Resu
         Renderer::with(job.backend.unwrap_or_default(), &job.shot.scene, settings).map_err(Failure::of)?;
     if let Some(settings) = coarse_settings(options, terminal) {
         coarse::write(&mut renderer, job, &settings, target, terminal);
+    }
+    if let Some(handoffs) = handoffs.as_ref().filter(|_| !is_taken)
+        && let Some(fewer) = handoffs.take(&steps, &mut renderer, terminal)?
+    {
+        // the renderer has the samples already
+        (steps, loaded) = (fewer, None);
+    }
+    if let Some(note) = schedule::run_up_note(&steps, FEWER_STEPS) {
+        terminal.note(&note);
     }
     let mut record = Record::default();
     renderer.watch(terminal.watcher());
@@ -364,7 +393,7 @@ fn render(options: &Options, pool: &ThreadPool, terminal: &mut Terminal) -> Resu
         while let Some(part) = parts.next(check)? {
             let part = render_part(
                 part,
-                (job, &fingerprints),
+                (job, &fingerprints, handoffs.as_mut()),
                 &mut renderer,
                 |step, seen, behind| denoise_step(step, seen, &mut denoising, behind),
                 (behind, &check),
@@ -387,6 +416,12 @@ fn render(options: &Options, pool: &ThreadPool, terminal: &mut Terminal) -> Resu
         terminal.elapsed(),
     ));
     terminal.result(&format!("{:<9}{}", "files", target.text()));
+    if let Some(handoffs) = &handoffs {
+        handoffs.notes().iter().for_each(|note| terminal.note(note));
+        if outcome.is_ok() {
+            handoffs.tidy();
+        }
+    }
     let outcome = outcome.and_then(|()| options.store.save(job, &fingerprints, &renderer, terminal));
     let stats = write_stats(options, &record, memory);
     outcome?;
@@ -401,7 +436,7 @@ fn render(options: &Options, pool: &ThreadPool, terminal: &mut Terminal) -> Resu
 /// Renders the frames of a part, gives each to `take`, and writes checkpoints. `check` fails if the run is to stop.
 fn render_part(
     mut part: Part,
-    (job, fingerprints): (&Job, &Fingerprints),
+    (job, fingerprints, mut handoffs): (&Job, &Fingerprints, Option<&mut Handoffs<'_>>),
     renderer: &mut Renderer<'_>,
     mut take: impl FnMut(Step, Vec<Finished>, &mut Behind<'_>) -> Result<(), Failure>,
     (behind, check): (&mut Behind<'_>, impl Fn() -> Result<(), Failure>),
@@ -415,6 +450,9 @@ fn render_part(
         let eyes = renderer.eyes().iter();
         let seen = eyes.map(|eye| walk.render(renderer, *eye, *step, load)).collect::<Result<_, _>>()?;
         take(*step, seen, behind)?;
+        if let Some(handoffs) = &mut handoffs {
+            handoffs.leave(*step, renderer);
+        }
         let Some(checkpoints) = &mut part.checkpoints else { continue };
         if checkpoints.is_due(*step, part.steps.get(number + 1), fingerprints) {
             behind.wait()?;
@@ -472,56 +510,6 @@ fn denoise_step(
         seen.iter_mut().try_for_each(|seen| denoising.clean_timed(seen))?;
     }
     behind.take(seen, step.write)
-}
-
-/// Writes frames into their files.
-struct Writer<'a> {
-    target: &'a Target,
-    fingerprints: &'a Fingerprints,
-    /// Pool of the threads that render.
-    pool: &'a ThreadPool,
-}
-
-impl Writer<'_> {
-    /// Writes a frame if it is to be written, adds the time that rendering waits for that to its statistics,
-    /// and reports it.
-    fn write(
-        &self,
-        frame: &mut Frame,
-        waiting: &Waiting,
-        record: &mut Record,
-        terminal: &mut Terminal,
-    ) -> Result<(), Failure> {
-        let start = Instant::now();
-        let Frame { seen, write, copying, packed } = frame;
-        let seconds = seen.last().map_or(Seconds::default(), |seen| seen.finished.stats.seconds);
-        let number = seen.first().map_or(0, |seen| seen.finished.stats.frame);
-        let file = if *write {
-            let made_from = Some(self.fingerprints.made_from(number));
-            let packing = Packing { threads: Some(self.pool), done: packed.take() };
-            Some(self.target.write(seen, made_from, packing)?)
-        } else {
-            None
-        };
-        // one file has both eyes, and the last one waits for it
-        let waited = *copying + waiting.seconds(start);
-        let (total, waited) = (seconds.total + waited, seconds.write + waited);
-        if let Some(last) = seen.last_mut() {
-            last.finished.stats.seconds = Seconds { total, write: waited, ..seconds };
-        }
-        let mut told = FrameStats::default();
-        for Seen { finished, .. } in seen {
-            let full = record.add(&finished.stats, *write);
-            if *write {
-                terminal.result(&table::row(&finished.stats, full));
-            }
-            let total = told.seconds.total + finished.stats.seconds.total;
-            told = finished.stats.clone();
-            told.seconds.total = total;
-        }
-        terminal.frame_done(&told, file.as_deref());
-        Ok(())
-    }
 }
 
 fn write_stats(options: &Options, record: &Record, memory: Memory) -> Result<(), Failure> {
