@@ -104,6 +104,11 @@ impl Filter {
     /// Largest radius, in pixels.
     pub const LARGEST_RADIUS: f32 = 4.0;
 
+    /// Returns true if a sample in the centre of its cell counts in its own pixel alone.
+    pub fn is_of_one_pixel(self) -> bool {
+        matches!(self, Self::Box | Self::Trapezoid)
+    }
+
     /// Default radius with `samples` x `samples` samples a pixel, in pixels.
     pub fn usual_radius(self, samples: u32) -> f32 {
         match self {

@@ -38,6 +38,19 @@ fn reuse_is_exact_with_every_filter() {
     }
 }
 
+/// Their samples are in the centres of their cells; with a lens, in those of windows that are shifted.
+#[test]
+fn a_trapezoid_shows_frames_that_are_traced_in_full_as_the_box_does() {
+    for (scene, samples) in [(world(), 1), (world(), 2), (with_lens(with_flyer(world()), 0.2), 2)] {
+        let [own, spread] = [Filter::Box, Filter::Trapezoid].map(|filter| {
+            let settings = Settings { filter, mode: Mode::Full, exposures: 4, ..toy::settings(samples) };
+            toy::render(&scene, &settings, 1).remove(0).film.values("G").unwrap()
+        });
+        let off = own.iter().zip(&spread).map(|(own, spread)| (own - spread).abs()).fold(0.0, f32::max);
+        assert!(off < 2e-3 && own.iter().any(|value| *value > 0.1), "{samples}: {off}");
+    }
+}
+
 /// Before a camera at rest most tiles are left as they are: those that a wider filter reaches must not be.
 #[test]
 fn a_film_at_rest_is_what_it_would_be_if_it_were_made_anew() {

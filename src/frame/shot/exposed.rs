@@ -4,7 +4,7 @@ use crate::changes::Direction;
 use crate::exposure::Exposures;
 use crate::pose::CameraPose;
 use crate::scene::Scene;
-use crate::settings::{BasePlace, Filter, Mode, Settings};
+use crate::settings::{BasePlace, Mode, Settings};
 
 /// The exposures of a frame of `scene`, if it has more to it than one picture at its own time.
 pub fn exposures(scene: &Scene, settings: &Settings) -> Option<Exposures> {
@@ -16,7 +16,7 @@ pub fn exposures(scene: &Scene, settings: &Settings) -> Option<Exposures> {
     let is_open = shutter.is_some_and(|shutter| shutter.close > shutter.open);
     let count = if is_open || has_lens { *exposures } else { 1 };
     // a wider filter weighs samples by where they are, and would be made wider still
-    Some(Exposures::new(count, *shutter, &scene.camera.cuts, *filter == Filter::Box))
+    Some(Exposures::new(count, *shutter, &scene.camera.cuts, filter.is_of_one_pixel()))
 }
 
 /// Returns true if the camera is in one place for all exposures of `frame` and of the next frame of the shot in `direction`.
