@@ -56,7 +56,7 @@ def write(path, pictures):
             panels.append(np.asarray(panel))
         shown.append(Image.fromarray(np.concatenate(panels, axis=0)))
     shown += shown[-2:0:-1]
-    shown[0].save(path, save_all=True, append_images=shown[1:], duration=DELAY, loop=0, quality=70, method=4)
+    shown[0].save(path, save_all=True, append_images=shown[1:], duration=DELAY, loop=0, quality=45, method=6)
 
 
 def on_screen(picture):
