@@ -8,9 +8,9 @@ from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty
 class AfterimageSettings(bpy.types.PropertyGroup):
     """How Afterimage renders a scene."""
 
-    samples: IntProperty(name="Samples", description="N, for N x N samples in a pixel", default=2, min=1, max=16)
+    samples: IntProperty(name="Samples", description="N, for N x N samples in a pixel", default=3, min=1, max=16)
     paths: IntProperty(
-        name="Paths", description="Paths by which each sample gathers light of other surfaces and of the world", default=16, min=0, max=1024
+        name="Paths", description="Paths by which each sample gathers light of other surfaces and of the world", default=4, min=0, max=1024
     )
     bounces: IntProperty(name="Bounces", description="Surfaces that such a path meets, at most", default=3, min=0, max=64)
     depth: IntProperty(name="Depth", description="Mirrors and glass surfaces on the way from the camera, at most", default=8, min=0, max=64)
