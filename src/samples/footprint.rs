@@ -1,5 +1,7 @@
 //! Size of the place on a surface that a sample stands for.
 
+use glam::Vec3;
+
 use crate::logarithm::rough_log2;
 use crate::scrambled::scrambled;
 
@@ -20,14 +22,23 @@ const STEPS: f32 = 2.0;
 /// Largest change of the width: a factor of 2. Textures are filtered too much or too little by as much, at most.
 const MOST_STEPS: f32 = 1.0 * STEPS;
 
+/// Bits of a float's exponent: with no others it is the power of 2 below.
+const EXPONENT: u32 = 0x7f80_0000;
+
+/// Parts of a place's width, about, in which the same chance decides.
+const PARTS: f32 = 8.0;
+
 impl Footprint {
     /// No place: textures are shown texel by texel.
     pub const NONE: Self = Self(0);
 
-    /// Creates the footprint of a width above 0, rounded to one of the nearest steps by chance, which `bits` decide: so a surface does
-    /// not lose all of its samples in one frame.
-    pub fn new(width: f32, bits: u32) -> Self {
-        let chance = (scrambled(bits) >> 8) as f32 / (1 << 24) as f32;
+    /// Creates the footprint of a width above 0, rounded to one of the nearest steps by chance: so a surface does not lose all of its
+    /// samples in one frame. Nothing but the `place` of the sample decides, in the space of the width: which cell it was found for
+    /// does not matter. Where it lies in a part of the width does not, either: tracers find places that differ in their last bits.
+    pub fn new(width: f32, place: Vec3) -> Self {
+        let part = (place * (f32::from_bits(width.to_bits() & EXPONENT) / PARTS).recip()).floor();
+        let hash = part.to_array().iter().fold(0, |hash, axis| scrambled(hash ^ (*axis as i32) as u32));
+        let chance = (hash >> 8) as f32 / (1 << 24) as f32;
         Self((steps_of(width) + chance).clamp(1.0, 255.0) as u8)
     }
 
@@ -74,11 +85,17 @@ fn steps_of(width: f32) -> f32 {
 mod tests {
     use super::*;
 
+    /// A thousand places on a surface, none of them on the border of a part.
+    fn places() -> impl Iterator<Item = Vec3> {
+        (0..1000)
+            .map(|number| Vec3::new(number as f32 * 1.3707 - 500.3, 3.217, number as f32 * 0.7031 + 9.071))
+    }
+
     #[test]
     fn a_footprint_serves_up_to_twice_and_half_its_width() {
         for (number, width) in [1e-6_f32, 0.01, 1.0, 3.7, 1e9].into_iter().enumerate() {
-            for bits in 0..50 {
-                let footprint = Footprint::new(width, bits + 100 * number as u32);
+            for place in 0..50 {
+                let footprint = Footprint::new(width, Vec3::new(place as f32, number as f32, 0.3) * width);
                 let ratio = footprint.width() / width;
                 assert!((0.65..1.5).contains(&ratio), "{width}: {ratio}");
                 assert!([0.75, 1.0, 1.4].iter().all(|factor| footprint.serves(width * factor)));
@@ -90,16 +107,27 @@ mod tests {
     #[test]
     fn samples_of_one_surface_end_one_after_the_other() {
         let ended =
-            |factor: f32| (0..1000).filter(|bits| !Footprint::new(1.3, *bits).serves(1.3 * factor)).count();
+            |factor: f32| places().filter(|place| !Footprint::new(1.3, *place).serves(1.3 * factor)).count();
         let counts = [1.5, 1.75, 2.0, 2.25, 2.5].map(ended);
         assert!(counts.windows(2).all(|pair| pair[0] <= pair[1]), "{counts:?}");
         assert!(counts[0] == 0 && (100..900).contains(&counts[2]) && counts[4] == 1000, "{counts:?}");
     }
 
+    /// As those that two tracers find.
+    #[test]
+    fn places_that_differ_in_their_last_bits_have_the_same_footprint() {
+        let next = |number: f32| f32::from_bits(number.to_bits() + 1);
+        for width in [0.02, 0.9, 1.3, 7.0] {
+            let differ =
+                places().filter(|at| Footprint::new(width, *at) != Footprint::new(next(width), at.map(next)));
+            assert_eq!(differ.count(), 0, "{width}");
+        }
+    }
+
     #[test]
     fn odd_widths_have_footprints() {
         for width in [0.0, -1.0, f32::NAN, f32::INFINITY, f32::MIN_POSITIVE, 1e-42] {
-            let footprint = Footprint::new(width, 7);
+            let footprint = Footprint::new(width, Vec3::new(7.0, -1e9, f32::NAN));
             assert!(
                 footprint.is_some() && footprint.width() > 0.0 && footprint.width().is_finite(),
                 "{width}"

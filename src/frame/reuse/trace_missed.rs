@@ -215,10 +215,7 @@ impl<'a> Answers8<'a> {
         for lane in (0..owners.len()).filter(|lane| met.is_hit(*lane)) {
             if has_textures(frame.scene, met.material(frame, lane)) {
                 let width = widths.lane(lane) * frame.scale_to_object(met.models[lane]);
-                // by nothing but the place: which cell it was found for does not matter
-                let bits = points.lane(lane).to_array().map(f32::to_bits);
-                let bits = bits[0] ^ bits[1].rotate_left(11) ^ bits[2].rotate_left(22);
-                footprints[lane] = Footprint::new(width, bits);
+                footprints[lane] = Footprint::new(width, points.lane(lane));
             }
         }
         footprints
