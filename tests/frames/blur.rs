@@ -22,7 +22,7 @@ fn settings(samples: u32) -> Settings {
 }
 
 /// With a lens of that radius, focused on the camera's target.
-fn with_lens(mut scene: Scene, radius: f64) -> Scene {
+pub fn with_lens(mut scene: Scene, radius: f64) -> Scene {
     scene.camera.lens.aperture = Some(Track::constant(radius));
     scene
 }

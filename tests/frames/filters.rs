@@ -6,6 +6,7 @@ use afterimage::scene;
 use afterimage::settings::{Filter, Mode, Settings};
 use glam::{DVec3, Vec3};
 
+use crate::blur::with_lens;
 use crate::toy;
 use crate::toy::worlds::*;
 
