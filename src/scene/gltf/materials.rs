@@ -4,6 +4,7 @@ use glam::{DMat2, DVec2, DVec3, Vec3};
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
 
+use super::coat::{Below, note_coat_of_glass};
 use super::document::Document;
 use super::json::{Extensions, Material as Json, TextureInfo, TextureTransform};
 use super::pictures::image_of;
@@ -24,8 +25,15 @@ const DEFAULT_INDEX: f64 = 1.5;
 const LEAST_INDEX: f64 = 1.0001;
 const GREATEST_INDEX: f64 = 100.0;
 
+/// Largest reflectance at normal incidence of what is no metal.
+const MOST_HEAD_ON: f64 = 0.95;
+
 /// Alpha below which a material with cut-outs is not there, if the file does not say.
 const DEFAULT_CUTOFF: f64 = 0.5;
+
+/// Parameters that a texture of metal and roughness gives.
+const METAL_ROUGH: [(MapUse, Channel); 2] = [METAL, (MapUse::Roughness, Channel::Green)];
+const METAL: (MapUse, Channel) = (MapUse::Metal, Channel::Blue);
 
 /// A material of a file: the values that MTL files state as well, and the rest.
 #[derive(Debug, Default)]
@@ -35,8 +43,8 @@ struct Read {
     alpha_cutoff: Option<f32>,
     /// True if the texture of the base colour stays a texture.
     is_textured: bool,
-    /// True if roughness and metal are parameters of it, which a texture may give.
-    is_metal_rough: bool,
+    /// Parameters that its texture of metal and roughness gives.
+    of_texture: &'static [(MapUse, Channel)],
 }
 
 #[derive(Debug, Default, Deserialize)]
@@ -131,7 +139,7 @@ impl Assembly {
             return self.add_material_of(&document.path, Material::fallback().into());
         };
         let json = document.get(&document.json.materials, number, "material")?;
-        let Read { mut stated, alpha_cutoff, is_textured, is_metal_rough } =
+        let Read { mut stated, alpha_cutoff, is_textured, of_texture } =
             self.read_material(document, number, json)?;
         self.known_names.push(stated.name.clone());
         let shot = self.override_values(&mut stated);
@@ -155,7 +163,7 @@ impl Assembly {
         // what the file states by itself is no statement of MTL
         let asking = |used| shot[used].as_deref().unwrap_or(&document.path);
         let mut settled = self.settle_maps(&stated, asking, material)?;
-        self.add_own_maps(document, json, is_metal_rough, &mut settled)?;
+        self.add_own_maps(document, json, of_texture, &mut settled)?;
         self.add_material_of(&document.path, settled)
     }
 
@@ -164,7 +172,7 @@ impl Assembly {
         &mut self,
         document: &Document,
         json: &Json,
-        is_metal_rough: bool,
+        of_texture: &[(MapUse, Channel)],
         settled: &mut Settled,
     ) -> Result<(), SceneError> {
         let set = uv_set_of(document, json)?;
@@ -176,13 +184,10 @@ impl Assembly {
             material.normal_map = self.pictures.normal_map(index, info.scale.unwrap_or(1.0) as f32);
         }
         let surface = json.pbr_metallic_roughness.metallic_roughness_texture.as_ref();
-        let surface = surface.filter(|_| is_metal_rough && material.metal_rough.is_some());
+        let surface = surface.filter(|_| material.metal_rough.is_some());
         let emission = json.emissive_texture.as_ref().filter(|_| material.emission != Vec3::ZERO);
-        for (used, info, channel) in [
-            (MapUse::Roughness, surface, Channel::Green),
-            (MapUse::Metal, surface, Channel::Blue),
-            (MapUse::Emission, emission, Channel::Mean),
-        ] {
+        let of_surface = of_texture.iter().map(|(used, channel)| (*used, surface, *channel));
+        for (used, info, channel) in of_surface.chain([(MapUse::Emission, emission, Channel::Mean)]) {
             let is_replaced = maps.has(used) || self.is_number_stated(&material.name, used);
             let Some(info) = info.filter(|_| !is_replaced) else { continue };
             if has_set(document, info, set)? {
@@ -223,13 +228,12 @@ impl Assembly {
         (stated.pr, stated.pm) = (Some(roughness as f32), Some(metallic as f32));
         let index = index(document, json)?;
         stated.ni = Some(index as f32);
-        let mut read = Read { stated, is_textured: true, is_metal_rough: true, ..Read::default() };
+        let mut read = Read { stated, is_textured: true, of_texture: &METAL_ROUGH, ..Read::default() };
         let transmission: Transmission =
             extension(document, &json.extensions, "KHR_materials_transmission")?.unwrap_or_default();
         let transmits = transmission.transmission_factor.clamp(0.0, 1.0);
         if transmits == 0.0 {
-            read_alpha(document, json, &mut read);
-            return Ok(read);
+            return self.read_opaque(document, json, read);
         }
         // glass is of one kind all over
         let surface = pbr.metallic_roughness_texture.as_ref().map(|info| self.mean_numbers(document, info));
@@ -237,8 +241,7 @@ impl Assembly {
         let (roughness, metallic) = (roughness * surface.y, metallic * surface.z);
         let through = transmits * (1.0 - metallic);
         if through == 0.0 {
-            read_alpha(document, json, &mut read);
-            return Ok(read);
+            return self.read_opaque(document, json, read);
         }
         if transmission.transmission_texture.is_some() {
             document
@@ -246,7 +249,32 @@ impl Assembly {
         }
         let base = factor * self.mean_color(document, pbr.base_color_texture.as_ref())?;
         make_glass(document, json, &mut read.stated, (base, through, roughness))?;
-        (read.is_textured, read.is_metal_rough) = (through < 1.0, false);
+        note_coat_of_glass(document, json)?;
+        (read.is_textured, read.of_texture) = (through < 1.0, &[]);
+        Ok(read)
+    }
+
+    /// Completes a material that transmits nothing: its coat, and how far it is there at all.
+    fn read_opaque(&mut self, document: &Document, json: &Json, mut read: Read) -> Result<Read, SceneError> {
+        read_alpha(document, json, &mut read);
+        if !json.extensions.contains_key("KHR_materials_clearcoat") {
+            return Ok(read);
+        }
+        let pbr = &json.pbr_metallic_roughness;
+        let of_texture =
+            pbr.metallic_roughness_texture.as_ref().map(|info| self.mean_numbers(document, info));
+        let metal = of_texture.transpose()?.map_or(1.0, |means| means.z);
+        let below = Below {
+            head_on: head_on(index(document, json)?),
+            metallic: pbr.metallic_factor.clamp(0.0, 1.0) * metal,
+        };
+        if let Some(layer) = self.coated(document, json, below)? {
+            read.stated.ni = Some(index_of(layer.head_on) as f32);
+            if let Some(roughness) = layer.coat_roughness {
+                read.stated.pr = Some(roughness as f32);
+                read.of_texture = &[METAL];
+            }
+        }
         Ok(read)
     }
 
@@ -380,9 +408,18 @@ fn index(document: &Document, json: &Json) -> Result<f64, SceneError> {
         return Ok(index.clamp(LEAST_INDEX, GREATEST_INDEX));
     };
     let mean = specular_color_factor.iter().sum::<f64>() / 3.0;
-    let reflectance = ((index - 1.0) / (index + 1.0)).powi(2) * specular_factor * mean;
-    let root = reflectance.clamp(0.0, 0.95).sqrt();
-    Ok(((1.0 + root) / (1.0 - root)).clamp(LEAST_INDEX, GREATEST_INDEX))
+    Ok(index_of(head_on(index) * specular_factor * mean))
+}
+
+/// Reflectance at normal incidence of a surface with this index of refraction.
+fn head_on(index: f64) -> f64 {
+    ((index - 1.0) / (index + 1.0)).powi(2)
+}
+
+/// Index of refraction of a surface that reflects so much at normal incidence.
+fn index_of(head_on: f64) -> f64 {
+    let root = head_on.clamp(0.0, MOST_HEAD_ON).sqrt();
+    ((1.0 + root) / (1.0 - root)).clamp(LEAST_INDEX, GREATEST_INDEX)
 }
 
 fn color(color: DVec3) -> Vec3 {
