@@ -1,4 +1,4 @@
-//! Details of a mesh's surface that few meshes have: colours of its vertices, and directions for normal maps.
+//! Details of a mesh's surface that few meshes have: colours and alphas of its vertices, and directions for normal maps.
 
 use bevy_mikktspace::{Geometry, TangentSpace};
 use glam::{DVec3, Vec2, Vec3};
@@ -11,6 +11,8 @@ use super::Mesh;
 pub struct Details {
     /// Colours of the vertices, linear RGB: a factor of the reflectance.
     pub colors: Vec<[f16; 3]>,
+    /// Alphas of the vertices, 0 to 1, where they [cut out](super::cutout) parts.
+    pub alphas: Vec<f32>,
     /// Directions of the first texture coordinate, by triangle.
     pub tangents: Vec<Tangents>,
 }
@@ -40,7 +42,7 @@ impl Details {
             let corners = [a, c, b].map(|shares| Vec2::new(shares.y, shares.x));
             Tangents { corners, is_mirrored: !is_mirrored }
         };
-        Self { colors: self.colors.clone(), tangents: self.tangents.iter().map(turned).collect() }
+        Self { tangents: self.tangents.iter().map(turned).collect(), ..self.clone() }
     }
 }
 

@@ -1,6 +1,7 @@
 //! The triangles of a mesh: all of its primitives together.
 
 use std::collections::{BTreeMap, HashMap};
+use std::ops::Range;
 
 use glam::{Vec2, Vec3};
 use half::f16;
@@ -23,6 +24,8 @@ pub struct Geometry {
     pub uvs: Vec<Vec2>,
     /// Colours of the vertices, none at all or one a vertex; linear RGB.
     pub colors: Vec<[f16; 3]>,
+    /// Alphas of the vertices, none at all or one a vertex; 0 to 1. None where all are 1.
+    pub alphas: Vec<f32>,
     /// Tangents that the file states, none at all or one a vertex: a direction, and the side of the other one. Zero where it
     /// states none.
     pub tangents: Vec<[f32; 4]>,
@@ -34,6 +37,33 @@ pub struct Geometry {
     pub influences: Vec<Influences>,
     /// Displacements of all vertices by each morph target.
     pub targets: Vec<Vec<[f32; 3]>>,
+}
+
+/// Alpha that the vertices of triangles have.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum VertexAlpha {
+    /// One alpha for all of them.
+    Even(f32),
+    /// Alphas that change over them.
+    Uneven,
+}
+
+impl VertexAlpha {
+    /// Alpha of vertices that state none.
+    pub const OPAQUE: Self = Self::Even(1.0);
+}
+
+impl Geometry {
+    /// Alpha of the vertices of the triangles in `range`.
+    pub fn alpha_of(&self, range: Range<usize>) -> VertexAlpha {
+        if self.alphas.is_empty() {
+            return VertexAlpha::OPAQUE;
+        }
+        let mut alphas =
+            self.triangles[range].as_flattened().iter().map(|corner| self.alphas[*corner as usize]);
+        let Some(first) = alphas.next() else { return VertexAlpha::OPAQUE };
+        if alphas.all(|alpha| alpha == first) { VertexAlpha::Even(first) } else { VertexAlpha::Uneven }
+    }
 }
 
 /// Four joints of each vertex, and their weights.
@@ -245,7 +275,7 @@ fn add_surface(new: &NewVertices<'_>, to: &mut Geometry) -> Result<(), SceneErro
     Ok(())
 }
 
-/// Adds colours of vertices.
+/// Adds colours and alphas of vertices.
 fn add_colors(new: &NewVertices<'_>, to: &mut Geometry) -> Result<(), SceneError> {
     let NewVertices { document, primitive, first, all, .. } = *new;
     const WHITE: [f16; 3] = [f16::ONE; 3];
@@ -254,8 +284,11 @@ fn add_colors(new: &NewVertices<'_>, to: &mut Geometry) -> Result<(), SceneError
         let colors = document.floats(accessor, if has_alpha { 4 } else { 3 })?;
         let colors = colors.chunks_exact(if has_alpha { 4 } else { 3 });
         new.fits(colors.len(), "COLOR_0")?;
-        if has_alpha && colors.clone().any(|color| color[3] < 1.0) {
-            document.leave_out("alpha of vertices (COLOR_0) is not used: only pictures cut out");
+        // what is no number is not there
+        let alpha = |color: &[f32]| if color[3] > 0.0 { color[3].min(1.0) } else { 0.0 };
+        if has_alpha && colors.clone().any(|color| alpha(color) < 1.0) {
+            to.alphas.resize(first, 1.0);
+            to.alphas.extend(colors.clone().map(alpha));
         }
         to.colors.resize(first, WHITE);
         let color = |color: &[f32]| vertex_color([color[0], color[1], color[2]]);
@@ -263,6 +296,9 @@ fn add_colors(new: &NewVertices<'_>, to: &mut Geometry) -> Result<(), SceneError
     }
     if !to.colors.is_empty() {
         to.colors.resize(all, WHITE);
+    }
+    if !to.alphas.is_empty() {
+        to.alphas.resize(all, 1.0);
     }
     Ok(())
 }

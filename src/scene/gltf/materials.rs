@@ -6,6 +6,7 @@ use serde::de::DeserializeOwned;
 
 use super::coat::{Below, note_coat_of_glass};
 use super::document::Document;
+use super::geometry::VertexAlpha;
 use super::json::{Extensions, Material as Json, TextureInfo, TextureTransform};
 use super::pictures::image_of;
 use crate::scene::cutout::{Cutout, LEAST_OPACITY};
@@ -39,8 +40,10 @@ const METAL: (MapUse, Channel) = (MapUse::Metal, Channel::Blue);
 #[derive(Debug, Default)]
 struct Read {
     stated: MtlMaterial,
-    /// Alpha of the texture below which the surface is not there, above 0.
+    /// Alpha below which the surface is not there, above 0: of the texture, times that of vertices if these count.
     alpha_cutoff: Option<f32>,
+    /// True if the alpha of vertices counts there.
+    by_vertices: bool,
     /// True if the texture of the base colour stays a texture.
     is_textured: bool,
     /// Parameters that its texture of metal and roughness gives.
@@ -104,6 +107,13 @@ pub fn extension<T: DeserializeOwned>(
     all.get(name).map(read).transpose()
 }
 
+/// Returns true if alpha has a meaning for a material.
+pub fn takes_alpha(document: &Document, material: Option<usize>) -> Result<bool, SceneError> {
+    let Some(material) = material else { return Ok(false) };
+    let json = document.get(&document.json.materials, material, "material")?;
+    Ok(matches!(json.alpha_mode.as_deref(), Some("BLEND" | "MASK")))
+}
+
 /// Number of the texture coordinates that a material's textures take: those of the base colour, or of the first other one.
 pub fn uv_set(document: &Document, material: Option<usize>) -> Result<u32, SceneError> {
     let Some(material) = material else { return Ok(0) };
@@ -127,20 +137,22 @@ fn transform(document: &Document, info: &TextureInfo) -> Result<TextureTransform
 }
 
 impl Assembly {
-    /// Settles a material of a glTF file; none: that of faces without one. Returns its index.
+    /// Settles a material of a glTF file, on triangles whose vertices have this alpha; none: that of faces without one. Returns
+    /// its index.
     ///
     /// # Errors Values that make no sense; in a strict load also a picture that is missing.
     pub(super) fn gltf_material(
         &mut self,
         document: &Document,
         number: Option<usize>,
+        alpha: VertexAlpha,
     ) -> Result<u16, SceneError> {
         let Some(number) = number else {
             return self.add_material_of(&document.path, Material::fallback().into());
         };
         let json = document.get(&document.json.materials, number, "material")?;
-        let Read { mut stated, alpha_cutoff, is_textured, of_texture } =
-            self.read_material(document, number, json)?;
+        let Read { mut stated, alpha_cutoff, by_vertices, is_textured, of_texture } =
+            self.read_material(document, number, json, alpha)?;
         self.known_names.push(stated.name.clone());
         let shot = self.override_values(&mut stated);
         let mut material = stated.settle();
@@ -153,10 +165,11 @@ impl Assembly {
         material.cutout = match (&shot[MapUse::Opacity], &stated.maps[MapUse::Opacity], alpha_cutoff) {
             (Some(shot), Some(map), _) => {
                 let map = self.picture(map, shot, PictureUse::Opacity)?;
-                self.pictures.cuts(map).then_some(Cutout { map, least: LEAST_OPACITY })
+                self.pictures.cuts(map).then_some(Cutout::by_picture(map, LEAST_OPACITY))
             }
             (.., Some(least)) => {
-                own.filter(|map| self.pictures.falls_below(*map, least)).map(|map| Cutout { map, least })
+                let map = own.filter(|map| by_vertices || self.pictures.falls_below(*map, least));
+                (map.is_some() || by_vertices).then_some(Cutout { map, by_vertices, least })
             }
             _ => None,
         };
@@ -198,7 +211,13 @@ impl Assembly {
         Ok(())
     }
 
-    fn read_material(&mut self, document: &Document, number: usize, json: &Json) -> Result<Read, SceneError> {
+    fn read_material(
+        &mut self,
+        document: &Document,
+        number: usize,
+        json: &Json,
+        alpha: VertexAlpha,
+    ) -> Result<Read, SceneError> {
         note_unused(document, json);
         let name = json.name.clone().unwrap_or_else(|| format!("material {number}"));
         let bad = |what: &str| {
@@ -233,7 +252,7 @@ impl Assembly {
             extension(document, &json.extensions, "KHR_materials_transmission")?.unwrap_or_default();
         let transmits = transmission.transmission_factor.clamp(0.0, 1.0);
         if transmits == 0.0 {
-            return self.read_opaque(document, json, read);
+            return self.read_opaque(document, json, alpha, read);
         }
         // glass is of one kind all over
         let surface = pbr.metallic_roughness_texture.as_ref().map(|info| self.mean_numbers(document, info));
@@ -241,7 +260,7 @@ impl Assembly {
         let (roughness, metallic) = (roughness * surface.y, metallic * surface.z);
         let through = transmits * (1.0 - metallic);
         if through == 0.0 {
-            return self.read_opaque(document, json, read);
+            return self.read_opaque(document, json, alpha, read);
         }
         if transmission.transmission_texture.is_some() {
             document
@@ -255,8 +274,14 @@ impl Assembly {
     }
 
     /// Completes a material that transmits nothing: its coat, and how far it is there at all.
-    fn read_opaque(&mut self, document: &Document, json: &Json, mut read: Read) -> Result<Read, SceneError> {
-        read_alpha(document, json, &mut read);
+    fn read_opaque(
+        &mut self,
+        document: &Document,
+        json: &Json,
+        alpha: VertexAlpha,
+        mut read: Read,
+    ) -> Result<Read, SceneError> {
+        read_alpha(document, json, alpha, &mut read);
         if !json.extensions.contains_key("KHR_materials_clearcoat") {
             return Ok(read);
         }
@@ -329,23 +354,30 @@ fn emission(document: &Document, json: &Json) -> Result<DVec3, SceneError> {
     Ok(DVec3::from(json.emissive_factor) * strength)
 }
 
-/// Reads how far a material is there at all.
-fn read_alpha(document: &Document, json: &Json, read: &mut Read) {
+/// Reads how far a material is there at all, on triangles whose vertices have this alpha.
+fn read_alpha(document: &Document, json: &Json, alpha: VertexAlpha, read: &mut Read) {
     let pbr = &json.pbr_metallic_roughness;
     match json.alpha_mode.as_deref() {
         Some("BLEND") => {
-            read.stated.d = Some(pbr.base_color_factor[3].clamp(0.0, 1.0) as f32);
+            let of_vertices = if let VertexAlpha::Even(alpha) = alpha { alpha } else { 1.0 };
+            read.stated.d = Some(pbr.base_color_factor[3].clamp(0.0, 1.0) as f32 * of_vertices);
+            if alpha == VertexAlpha::Uneven {
+                let message = "blended alpha of vertices (COLOR_0) that changes over a surface cuts out what is less than half there: veils are as clear as their factor says";
+                document.leave_out(message);
+                (read.alpha_cutoff, read.by_vertices) = (Some(LEAST_OPACITY), true);
+            }
             if pbr.base_color_texture.is_some() {
                 let message = "alpha of blended textures cuts out what is less than half there: veils are as clear as their factor says";
                 document.leave_out(message);
                 read.alpha_cutoff = Some(LEAST_OPACITY);
             }
         }
-        // the texture's alpha counts times the factor's
+        // the alpha of the texture and that of vertices count times the factor's
         Some("MASK") => {
-            let alpha = pbr.base_color_factor[3].max(f64::MIN_POSITIVE);
-            let least = json.alpha_cutoff.unwrap_or(DEFAULT_CUTOFF) / alpha;
+            let factor = pbr.base_color_factor[3].max(f64::MIN_POSITIVE);
+            let least = json.alpha_cutoff.unwrap_or(DEFAULT_CUTOFF) / factor;
             read.alpha_cutoff = (least > 0.0).then_some(least as f32);
+            read.by_vertices = least > 0.0 && alpha != VertexAlpha::OPAQUE;
         }
         _ => {}
     }

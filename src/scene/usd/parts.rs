@@ -101,6 +101,7 @@ impl Assembly {
                 uvs: uvs.clone(),
                 triangles: triangles.clone(),
                 colors: Vec::new(),
+                alphas: Vec::new(),
                 tangents: Vec::new(),
             };
             built.push(with_shapes(self.mesh_of_runs(surface, runs), mesh));

@@ -141,7 +141,7 @@ fn textures_of_coats_count_by_their_means() {
 }
 
 /// A picture of two texels, as PNG.
-fn png(texels: [[u8; 4]; 2]) -> Vec<u8> {
+pub fn png(texels: [[u8; 4]; 2]) -> Vec<u8> {
     let mut bytes = Vec::new();
     let mut encoder = png::Encoder::new(&mut bytes, 2, 1);
     encoder.set_color(png::ColorType::Rgba);

@@ -1,5 +1,6 @@
 //! glTF files: is the geometry that of the file, and does each node stand where its parents put it at all times?
 
+mod alpha;
 mod cameras;
 mod damage;
 mod materials;
