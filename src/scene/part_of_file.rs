@@ -41,6 +41,7 @@ pub struct NodeTrack {
 }
 
 /// Vertices and triangles of a mesh whose materials are known.
+#[derive(Default)]
 pub struct Surface {
     /// Vertex positions, finite.
     pub positions: Vec<[f32; 3]>,
@@ -48,6 +49,8 @@ pub struct Surface {
     pub normals: Vec<Vec3>,
     /// Texture coordinates, none at all or one a vertex; v = 0 at the bottom of the picture.
     pub uvs: Vec<Vec2>,
+    /// Second set of texture coordinates, none at all or one a vertex.
+    pub second_uvs: Vec<Vec2>,
     /// Colours of the vertices, none at all or one a vertex; linear RGB.
     pub colors: Vec<[f16; 3]>,
     /// Alphas of the vertices, none at all or one a vertex; 0 to 1.
@@ -131,6 +134,7 @@ impl Assembly {
             shapes: None,
             details: Arc::new(Details {
                 colors: surface.colors,
+                second_uvs: surface.second_uvs,
                 alphas: surface.alphas,
                 tangents: Vec::new(),
             }),

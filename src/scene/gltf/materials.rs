@@ -16,7 +16,7 @@ use crate::scene::model::map_statement::{Channel, MapUse};
 use crate::scene::model::mtl::MtlMaterial;
 use crate::scene::model::pictures::PictureUse;
 use crate::scene::model::varying::{ParameterMap, Settled, picture_use};
-use crate::scene::texture::{Mapping, Wrap};
+use crate::scene::texture::{Mapping, UvSet, Wrap};
 use crate::scene::{Material, SceneError, Texture};
 
 /// Index of refraction of a file that states none.
@@ -114,17 +114,29 @@ pub fn takes_alpha(document: &Document, material: Option<usize>) -> Result<bool,
     Ok(matches!(json.alpha_mode.as_deref(), Some("BLEND" | "MASK")))
 }
 
-/// Number of the texture coordinates that a material's textures take: those of the base colour, or of the first other one.
-pub fn uv_set(document: &Document, material: Option<usize>) -> Result<u32, SceneError> {
-    let Some(material) = material else { return Ok(0) };
-    uv_set_of(document, document.get(&document.json.materials, material, "material")?)
+/// Numbers of the texture coordinates that a material's textures take.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub struct UvSets {
+    /// Those of the base colour, or of the first other texture.
+    pub first: u32,
+    /// Those of the first texture that takes others.
+    pub second: Option<u32>,
 }
 
-fn uv_set_of(document: &Document, material: &Json) -> Result<u32, SceneError> {
+/// Texture coordinates of a material; none: of faces without one.
+pub fn uv_sets(document: &Document, material: Option<usize>) -> Result<UvSets, SceneError> {
+    let Some(material) = material else { return Ok(UvSets::default()) };
+    uv_sets_of(document, document.get(&document.json.materials, material, "material")?)
+}
+
+fn uv_sets_of(document: &Document, material: &Json) -> Result<UvSets, SceneError> {
     let pbr = &material.pbr_metallic_roughness;
-    let all = [&pbr.base_color_texture, &pbr.metallic_roughness_texture, &material.normal_texture];
-    let first = all.into_iter().chain([&material.emissive_texture]).flatten().next();
-    first.map_or(Ok(0), |info| set_of_texture(document, info))
+    let glow = if material.emissive_factor == [0.0; 3] { &None } else { &material.emissive_texture };
+    let all = [&pbr.base_color_texture, &pbr.metallic_roughness_texture, &material.normal_texture, glow];
+    let sets = all.into_iter().flatten().map(|info| set_of_texture(document, info));
+    let sets = sets.collect::<Result<Vec<u32>, SceneError>>()?;
+    let first = sets.first().copied().unwrap_or(0);
+    Ok(UvSets { first, second: sets.into_iter().find(|set| *set != first) })
 }
 
 /// Number of the texture coordinates that a texture takes.
@@ -157,7 +169,8 @@ impl Assembly {
         let shot = self.override_values(&mut stated);
         let mut material = stated.settle();
         let base = json.pbr_metallic_roughness.base_color_texture.as_ref().filter(|_| is_textured);
-        let own = base.map(|info| self.texture(document, info, PictureUse::Color)).transpose()?;
+        let of_base = |info| self.texture(document, info, UvSet::First, PictureUse::Color);
+        let own = base.map(of_base).transpose()?;
         material.diffuse_map = match (&shot[MapUse::Color], &stated.maps[MapUse::Color]) {
             (Some(shot), Some(map)) => Some(self.picture(map, shot, PictureUse::Color)?),
             _ => own,
@@ -188,12 +201,12 @@ impl Assembly {
         of_texture: &[(MapUse, Channel)],
         settled: &mut Settled,
     ) -> Result<(), SceneError> {
-        let set = uv_set_of(document, json)?;
+        let sets = uv_sets_of(document, json)?;
         let Settled { material, maps } = settled;
         if let Some(info) = json.normal_texture.as_ref().filter(|_| material.normal_map.is_none())
-            && has_set(document, info, set)?
+            && let Some(uvs) = uvs_of(document, info, sets)?
         {
-            let index = self.texture(document, info, PictureUse::Normals)?;
+            let index = self.texture(document, info, uvs, PictureUse::Normals)?;
             material.normal_map = self.pictures.normal_map(index, info.scale.unwrap_or(1.0) as f32);
         }
         let surface = json.pbr_metallic_roughness.metallic_roughness_texture.as_ref();
@@ -203,8 +216,8 @@ impl Assembly {
         for (used, info, channel) in of_surface.chain([(MapUse::Emission, emission, Channel::Mean)]) {
             let is_replaced = maps.has(used) || self.is_number_stated(&material.name, used);
             let Some(info) = info.filter(|_| !is_replaced) else { continue };
-            if has_set(document, info, set)? {
-                let map = self.texture(document, info, picture_use(used))?;
+            if let Some(uvs) = uvs_of(document, info, sets)? {
+                let map = self.texture(document, info, uvs, picture_use(used))?;
                 maps[used] = (!self.pictures.is_stand_in(map)).then_some(ParameterMap { map, channel });
             }
         }
@@ -307,11 +320,12 @@ impl Assembly {
         info.map_or(Ok(DVec3::ONE), |info| self.mean(document, info))
     }
 
-    /// Places a texture. Returns its index.
+    /// Places a texture, which takes these texture coordinates of the mesh. Returns its index.
     fn texture(
         &mut self,
         document: &Document,
         info: &TextureInfo,
+        uvs: UvSet,
         used: PictureUse,
     ) -> Result<u32, SceneError> {
         let texture = document.get(&document.json.textures, info.index, "texture")?;
@@ -325,7 +339,7 @@ impl Assembly {
             }
             None => [Wrap::Repeat; 2],
         };
-        let mapping = mapping(scale, rotation, offset, wrap);
+        let mapping = Mapping { uvs, ..mapping(scale, rotation, offset, wrap) };
         if !mapping.linear.is_finite() || !mapping.offset.is_finite() {
             return Err(document
                 .fault("the offset, scale or rotation of a texture is not finite: export the file again"));
@@ -335,15 +349,19 @@ impl Assembly {
     }
 }
 
-/// Returns true if a texture takes the texture coordinates that the mesh keeps.
-fn has_set(document: &Document, info: &TextureInfo, set: u32) -> Result<bool, SceneError> {
-    let has = set_of_texture(document, info)? == set;
-    if !has {
-        document.leave_out(
-            "a material takes one set of texture coordinates: textures with another one than its first texture are not used",
-        );
+/// Texture coordinates of a mesh that a texture takes. `None` if the mesh does not keep them, which is told.
+fn uvs_of(document: &Document, info: &TextureInfo, sets: UvSets) -> Result<Option<UvSet>, SceneError> {
+    let set = set_of_texture(document, info)?;
+    if set == sets.first {
+        return Ok(Some(UvSet::First));
     }
-    Ok(has)
+    if sets.second == Some(set) {
+        return Ok(Some(UvSet::Second));
+    }
+    document.leave_out(
+        "a material takes two sets of texture coordinates: textures with a third one are not used",
+    );
+    Ok(None)
 }
 
 /// Emission that a material states: its factor, times its strength.
@@ -393,7 +411,7 @@ fn mapping(scale: [f64; 2], rotation: f64, offset: [f64; 2], wrap: [Wrap; 2]) ->
     let linear =
         DMat2::from_cols(DVec2::new(cos * across, sin * across), DVec2::new(-sin * down, cos * down));
     let offset = DVec2::new(right + sin * down, 1.0 - below - cos * down);
-    Mapping { linear: linear.as_mat2(), offset: offset.as_vec2(), wrap }
+    Mapping { linear: linear.as_mat2(), offset: offset.as_vec2(), wrap, uvs: UvSet::First }
 }
 
 /// Wrapping of a sampler's code.

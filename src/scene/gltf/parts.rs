@@ -203,12 +203,14 @@ impl Assembly {
             runs.push((begin..begin + count, index));
             begin += count;
         }
-        let Geometry { positions, normals, uvs, colors, mut alphas, tangents, triangles, .. } = geometry;
+        let Geometry { positions, normals, uvs, second_uvs, colors, mut alphas, tangents, triangles, .. } =
+            geometry;
         let cuts = |index: u16| self.materials[usize::from(index)].cutout.is_some_and(|cut| cut.by_vertices);
         if !runs.iter().any(|(_, index)| cuts(*index)) {
             alphas = Vec::new();
         }
-        Ok(self.mesh_of_runs(Surface { positions, normals, uvs, colors, alphas, tangents, triangles }, runs))
+        let surface = Surface { positions, normals, uvs, second_uvs, colors, alphas, tangents, triangles };
+        Ok(self.mesh_of_runs(surface, runs))
     }
 }
 

@@ -538,11 +538,19 @@ impl Assembly {
 
     /// Gives a mesh tangents, if a material of it has a normal map. `of_vertices`: those that its file states, if it does.
     pub(in crate::scene) fn with_tangents(&self, mesh: Mesh, of_vertices: &[[f32; 4]]) -> Mesh {
-        let bends = |material: &u16| self.materials[usize::from(*material)].normal_map.is_some();
-        if mesh.uvs.is_empty() || !mesh.material_of.iter().any(bends) {
+        if mesh.uvs.is_empty() && mesh.details.second_uvs.is_empty() {
             return mesh;
         }
-        let details = Details { tangents: mesh.tangents(of_vertices), ..Details::clone(&mesh.details) };
+        let uvs = |material: u16| {
+            let map = self.materials[usize::from(material)].normal_map?.map;
+            Some(self.pictures.textures[map as usize].mapping.uvs)
+        };
+        let bends = |material: &u16| uvs(*material).is_some_and(|set| !mesh.uvs_of(set).is_empty());
+        if !mesh.material_of.iter().any(bends) {
+            return mesh;
+        }
+        let tangents = mesh.tangents(of_vertices, |material| uvs(material).unwrap_or_default());
+        let details = Details { tangents, ..Details::clone(&mesh.details) };
         Mesh { details: Arc::new(details), ..mesh }
     }
 

@@ -4,6 +4,7 @@ mod alpha;
 mod cameras;
 mod damage;
 mod materials;
+mod two_sets;
 mod whole;
 
 use std::f32::consts::PI;
