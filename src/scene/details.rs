@@ -1,16 +1,22 @@
-//! Details of a mesh's surface that few meshes have: colours of its vertices, and directions for normal maps.
+//! Details of a mesh's surface that few meshes have: colours, alphas and more texture coordinates of its vertices, and directions for
+//! normal maps.
 
 use bevy_mikktspace::{Geometry, TangentSpace};
 use glam::{DVec3, Vec2, Vec3};
 use half::f16;
 
 use super::Mesh;
+use super::texture::UvSet;
 
 /// Details of a mesh; a list without entries where it has none.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Details {
     /// Colours of the vertices, linear RGB: a factor of the reflectance.
     pub colors: Vec<[f16; 3]>,
+    /// Second set of texture coordinates, by vertex, for textures that [take it](super::texture::UvSet).
+    pub second_uvs: Vec<Vec2>,
+    /// Alphas of the vertices, 0 to 1, where they [cut out](super::cutout) parts.
+    pub alphas: Vec<f32>,
     /// Directions of the first texture coordinate, by triangle.
     pub tangents: Vec<Tangents>,
 }
@@ -40,7 +46,7 @@ impl Details {
             let corners = [a, c, b].map(|shares| Vec2::new(shares.y, shares.x));
             Tangents { corners, is_mirrored: !is_mirrored }
         };
-        Self { colors: self.colors.clone(), tangents: self.tangents.iter().map(turned).collect() }
+        Self { tangents: self.tangents.iter().map(turned).collect(), ..self.clone() }
     }
 }
 
@@ -86,9 +92,17 @@ fn in_edges([first, second]: [DVec3; 2], normal: DVec3, tangent: DVec3) -> Optio
 }
 
 impl Mesh {
+    /// One of its sets of texture coordinates; empty if it has none.
+    pub fn uvs_of(&self, set: UvSet) -> &[Vec2] {
+        match set {
+            UvSet::First => &self.uvs,
+            UvSet::Second => &self.details.second_uvs,
+        }
+    }
+
     /// Tangents of all triangles of a mesh with texture coordinates: those of its vertices if all have one, and computed ones
-    /// otherwise.
-    pub(crate) fn tangents(&self, of_vertices: &[[f32; 4]]) -> Vec<Tangents> {
+    /// otherwise. `uvs`: the texture coordinates of a material's normal map.
+    pub(crate) fn tangents(&self, of_vertices: &[[f32; 4]], uvs: impl Fn(u16) -> UvSet) -> Vec<Tangents> {
         let stated = |triangle: usize| {
             let vertex = |corner: u32| of_vertices.get(corner as usize).copied();
             let [a, b, c] = self.triangles[triangle].map(vertex);
@@ -100,14 +114,14 @@ impl Mesh {
             tangents.into_iter().all(is_good).then(all)
         };
         let all: Option<Vec<Tangents>> = (0..self.triangles.len()).map(stated).collect();
-        all.unwrap_or_else(|| self.computed_tangents())
+        all.unwrap_or_else(|| self.computed_tangents(uvs))
     }
 
     /// Computes the tangents of all triangles as the programs do that make normal maps
     /// (Mikkelsen, "Simulation of Wrinkled Surfaces Revisited", 2008; the crate is the one that Bevy keeps up).
-    fn computed_tangents(&self) -> Vec<Tangents> {
+    fn computed_tangents(&self, uvs: impl Fn(u16) -> UvSet) -> Vec<Tangents> {
         let tangents = vec![Tangents::ALONG_AN_EDGE; self.triangles.len()];
-        let mut corners = CornersOfMesh { mesh: self, tangents, given: [Vec3::ZERO; 3] };
+        let mut corners = CornersOfMesh { mesh: self, uvs, tangents, given: [Vec3::ZERO; 3] };
         // it fails for triangles alone that it is not told of
         let _ = bevy_mikktspace::generate_tangents(&mut corners);
         corners.tangents
@@ -129,14 +143,16 @@ impl Mesh {
 }
 
 /// A mesh, as the algorithm asks for it.
-struct CornersOfMesh<'a> {
+struct CornersOfMesh<'a, F> {
     mesh: &'a Mesh,
+    /// Texture coordinates of a material's normal map.
+    uvs: F,
     tangents: Vec<Tangents>,
     /// Tangents of the triangle whose corners are being given.
     given: [Vec3; 3],
 }
 
-impl Geometry for CornersOfMesh<'_> {
+impl<F: Fn(u16) -> UvSet> Geometry for CornersOfMesh<'_, F> {
     fn num_faces(&self) -> usize {
         self.mesh.triangles.len()
     }
@@ -154,7 +170,9 @@ impl Geometry for CornersOfMesh<'_> {
     }
 
     fn tex_coord(&self, face: usize, corner: usize) -> [f32; 2] {
-        self.mesh.uvs[self.mesh.triangles[face][corner] as usize].to_array()
+        let uvs = self.mesh.uvs_of((self.uvs)(self.mesh.material_of[face]));
+        let vertex = self.mesh.triangles[face][corner] as usize;
+        uvs.get(vertex).copied().unwrap_or_default().to_array()
     }
 
     fn set_tangent(&mut self, space: Option<TangentSpace>, face: usize, corner: usize) {

@@ -29,7 +29,7 @@ pub struct Material {
     pub metal_rough: Option<MetalRough>,
     /// Texture of map_Kd: index into [`Scene::textures`](super::Scene::textures).
     pub diffuse_map: Option<u32>,
-    /// Picture that cuts parts out of it: map_d, or the alpha of map_Kd.
+    /// Alpha that cuts parts out of it: of map_d, or of map_Kd; in glTF files of vertices, too.
     pub cutout: Option<Cutout>,
     /// Picture of the normals of a surface that is rougher than its triangles.
     pub normal_map: Option<NormalMap>,

@@ -37,14 +37,14 @@ pub struct Mesh {
     pub material_of: Vec<u16>,
     /// Names that the file gives to parts of the mesh.
     pub groups: Arc<Groups>,
-    /// Triangles of which a picture cuts parts out; the mesh has texture coordinates then.
+    /// Triangles of which alpha cuts parts out; the mesh has texture coordinates or alphas then.
     pub cut: Option<Arc<CutTriangles>>,
     /// Quadric that is seen instead of the triangles.
     pub quadric: Option<Arc<Quadric>>,
     /// Vertex positions by shape, if the mesh deforms. Then `positions` is the shape at rest: samples on the
     /// mesh keep the point in that shape.
     pub shapes: Option<Arc<Shapes>>,
-    /// Colours and tangents, where it has any.
+    /// Colours, alphas and tangents, where it has any.
     pub details: Arc<Details>,
 }
 

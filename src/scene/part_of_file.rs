@@ -9,6 +9,7 @@ use glam::{DAffine3, Vec2, Vec3};
 use half::f16;
 
 use super::Mesh;
+use super::cutout::VertexData;
 use super::details::Details;
 use super::model::assemble::Assembly;
 use crate::animation::{Interpolation, ShapeTrack, Track, Visibility};
@@ -40,6 +41,7 @@ pub struct NodeTrack {
 }
 
 /// Vertices and triangles of a mesh whose materials are known.
+#[derive(Default)]
 pub struct Surface {
     /// Vertex positions, finite.
     pub positions: Vec<[f32; 3]>,
@@ -47,8 +49,12 @@ pub struct Surface {
     pub normals: Vec<Vec3>,
     /// Texture coordinates, none at all or one a vertex; v = 0 at the bottom of the picture.
     pub uvs: Vec<Vec2>,
+    /// Second set of texture coordinates, none at all or one a vertex.
+    pub second_uvs: Vec<Vec2>,
     /// Colours of the vertices, none at all or one a vertex; linear RGB.
     pub colors: Vec<[f16; 3]>,
+    /// Alphas of the vertices, none at all or one a vertex; 0 to 1.
+    pub alphas: Vec<f32>,
     /// Tangents that the file states, none at all or one a vertex: see [`Mesh::tangents`].
     pub tangents: Vec<[f32; 4]>,
     /// Vertices of the triangles.
@@ -104,9 +110,9 @@ impl Assembly {
         surface: Surface,
         mut runs: Vec<(Range<usize>, u16)>,
     ) -> Mesh {
-        let has_uvs = !surface.uvs.is_empty();
+        let has = VertexData { uvs: !surface.uvs.is_empty(), alphas: !surface.alphas.is_empty() };
         let casts = |material: u16| self.casts_shadow(material);
-        runs.sort_by_key(|(_, material)| self.rank(*material, has_uvs));
+        runs.sort_by_key(|(_, material)| self.rank(*material, has));
         let casting = runs.iter().filter(|(_, material)| casts(*material));
         let shadow_casting = casting.map(|(range, _)| range.len()).sum();
         let count = surface.triangles.len();
@@ -121,12 +127,17 @@ impl Assembly {
             normals: surface.normals,
             uvs: surface.uvs,
             shadow_casting,
-            cut: self.cut_triangles(&material_of, has_uvs),
+            cut: self.cut_triangles(&material_of, has),
             material_of,
             groups: Arc::default(),
             quadric: None,
             shapes: None,
-            details: Arc::new(Details { colors: surface.colors, tangents: Vec::new() }),
+            details: Arc::new(Details {
+                colors: surface.colors,
+                second_uvs: surface.second_uvs,
+                alphas: surface.alphas,
+                tangents: Vec::new(),
+            }),
         };
         self.with_tangents(mesh, &surface.tangents)
     }

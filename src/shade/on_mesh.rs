@@ -2,6 +2,7 @@
 
 use glam::{Vec2, Vec3};
 
+use crate::scene::texture::UvSet;
 use crate::scene::{Material, Mesh, Scene, Texture};
 
 /// A place on a primitive of a mesh.
@@ -42,13 +43,31 @@ impl<'a> OnMesh<'a> {
         }
     }
 
+    /// Texture coordinates of a set; zero if the mesh does not have it.
+    #[inline]
+    fn uv_of(&self, set: UvSet) -> Vec2 {
+        match set {
+            UvSet::First => self.uv(),
+            UvSet::Second => self.second_uv(),
+        }
+    }
+
+    /// Second set of texture coordinates. Not inlined: hardly any surface has it.
+    #[inline(never)]
+    fn second_uv(&self) -> Vec2 {
+        let Self { mesh, primitive, weights: [u, v], .. } = *self;
+        let uv = |corner: u32| mesh.details.second_uvs.get(corner as usize).copied().unwrap_or_default();
+        let [a, b, c] = mesh.triangles[primitive as usize].map(uv);
+        a * (1.0 - u - v) + b * u + c * v
+    }
+
     /// Index of the material, variants told apart.
     #[inline]
     pub fn material(&self, scene: &Scene) -> u16 {
         let number = self.mesh.material_of[self.primitive as usize];
         match &scene.materials[usize::from(number)].variants {
             None => number,
-            Some(variants) => variants.at(self.uv()),
+            Some(variants) => variants.at(|set| self.uv_of(set)),
         }
     }
 
@@ -72,17 +91,21 @@ impl<'a> OnMesh<'a> {
     /// Colour of a texture. Not inlined: surfaces without one would have to jump over it.
     #[inline(never)]
     fn texture_color(&self, texture: &Texture) -> Vec3 {
-        texture.color(self.uv(), self.level(texture))
+        texture.color(self.uv_of(texture.mapping.uvs), self.level(texture))
     }
 
     /// Level of `texture` in which a texel is as large as the place.
     #[inline]
     fn level(&self, texture: &Texture) -> u32 {
-        if self.width > 0.0 { texture.level_of(self.width * self.width * self.uv_density()) } else { 0 }
+        if self.width > 0.0 {
+            texture.level_of(self.width * self.width * self.uv_density(texture.mapping.uvs))
+        } else {
+            0
+        }
     }
 
-    /// Area in the plane of texture coordinates for each unit of area on the surface, object space; 0 where there is none.
-    fn uv_density(&self) -> f32 {
+    /// Area in the plane of a set of texture coordinates for each unit of area on the surface, object space; 0 where there is none.
+    fn uv_density(&self, set: UvSet) -> f32 {
         let Self { mesh, primitive, weights: [u, v], .. } = *self;
         let ([a, b, c], [at_a, at_b, at_c]) = match &mesh.quadric {
             Some(quadric) => {
@@ -92,7 +115,8 @@ impl<'a> OnMesh<'a> {
             None => {
                 let corners = mesh.triangles[primitive as usize].map(|corner| corner as usize);
                 let positions = mesh.positions.as_slice();
-                let uv = |corner: usize| mesh.uvs.get(corner).copied().unwrap_or_default();
+                let uvs = mesh.uvs_of(set);
+                let uv = |corner: usize| uvs.get(corner).copied().unwrap_or_default();
                 (corners.map(|corner| Vec3::from_array(positions[corner])), corners.map(uv))
             }
         };
@@ -122,7 +146,7 @@ impl<'a> OnMesh<'a> {
             let [a, b, c] = corners;
             let [along, up] = tangents.axes(self.weights, [b - a, c - a], normal)?;
             let texture = &scene.textures[map.map as usize];
-            let Vec3 { x, y, z } = texture.vector(self.uv(), self.level(texture));
+            let Vec3 { x, y, z } = texture.vector(self.uv_of(texture.mapping.uvs), self.level(texture));
             // what points into the surface comes from wrong or enlarged pictures
             let out = z.max(LEAST_OUT);
             (along * (x * map.slope) + up * (y * map.slope) + normal * out).try_normalize()

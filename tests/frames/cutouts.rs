@@ -26,7 +26,7 @@ fn world_of_leaves(glows: bool) -> Scene {
     let mut scene = with_area_lights(world());
     let emission = if glows { Vec3::new(3.0, 2.0, 1.0) } else { Vec3::ZERO };
     // the tracers ask the meshes; materials say it for those who read scenes
-    let cutout = Some(Cutout { map: 0, least: LEAST_OPACITY });
+    let cutout = Some(Cutout::by_picture(0, LEAST_OPACITY));
     scene.materials.push(Material { emission, cutout, ..toy::matt(0.6) });
     let material = (scene.materials.len() - 1) as u16;
     let flies = TransformTrack {

@@ -239,7 +239,7 @@ fn opacity_cuts_surfaces_out() {
                 shot.scene.materials[material].name.clone()
             });
             let names: Vec<String> = names.collect();
-            let places = [0.25, 0.75].map(|u| cut.masks[0].is_there(glam::Vec2::new(u, 0.5)));
+            let places = [0.25, 0.75].map(|u| cut.masks[0].is_there(glam::Vec2::new(u, 0.5), || 1.0));
             (names, places)
         })
     };

@@ -49,7 +49,7 @@ pub fn memory_of(shot: &Shot) -> u64 {
         let of_shapes = mesh.shapes.as_ref().map_or(0, |shapes| shapes.list().len() as u64) * 12 * vertices;
         12 * vertices
             + 12 * mesh.normals.len() as u64
-            + 8 * mesh.uvs.len() as u64
+            + 8 * (mesh.uvs.len() + mesh.details.second_uvs.len()) as u64
             + 14 * mesh.triangles.len() as u64
             + of_shapes
     };

@@ -165,8 +165,8 @@ impl Triangulated {
             normals: of(&given.normals, || all().map(|(c, p)| unit(values.normals.at(c, p))).collect()),
             uvs: of(&given.uvs, || all().map(|(c, p)| Vec2::from(values.uvs.at(c, p))).collect()),
             colors: of(&given.colors, || all().map(|(c, p)| vertex_color(values.colors.at(c, p))).collect()),
-            tangents: Vec::new(),
             triangles,
+            ..Surface::default()
         };
         Self { surface, runs, point_of }
     }

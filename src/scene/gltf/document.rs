@@ -16,10 +16,11 @@ use crate::scene::SceneError;
 use crate::scene::paths::find_beside;
 
 /// Extensions that files may require.
-const KNOWN: [&str; 13] = [
+const KNOWN: [&str; 14] = [
     "EXT_mesh_gpu_instancing",
     "EXT_texture_webp",
     "KHR_lights_punctual",
+    "KHR_materials_clearcoat",
     "KHR_materials_emissive_strength",
     "KHR_materials_ior",
     "KHR_materials_specular",

@@ -1,13 +1,14 @@
 //! The triangles of a mesh: all of its primitives together.
 
 use std::collections::{BTreeMap, HashMap};
+use std::ops::Range;
 
 use glam::{Vec2, Vec3};
 use half::f16;
 
 use super::document::{Document, packed};
 use super::json::{Json, Primitive};
-use super::materials::uv_set;
+use super::materials::{UvSets, uv_sets};
 use crate::scene::SceneError;
 use crate::scene::details::vertex_color;
 use crate::scene::obj::are_within_reach;
@@ -21,8 +22,12 @@ pub struct Geometry {
     pub normals: Vec<Vec3>,
     /// Texture coordinates, none at all or one a vertex; v = 0 at the bottom of the picture.
     pub uvs: Vec<Vec2>,
+    /// Second set of texture coordinates, where a material takes two.
+    pub second_uvs: Vec<Vec2>,
     /// Colours of the vertices, none at all or one a vertex; linear RGB.
     pub colors: Vec<[f16; 3]>,
+    /// Alphas of the vertices, none at all or one a vertex; 0 to 1. None where all are 1.
+    pub alphas: Vec<f32>,
     /// Tangents that the file states, none at all or one a vertex: a direction, and the side of the other one. Zero where it
     /// states none.
     pub tangents: Vec<[f32; 4]>,
@@ -36,6 +41,33 @@ pub struct Geometry {
     pub targets: Vec<Vec<[f32; 3]>>,
 }
 
+/// Alpha that the vertices of triangles have.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum VertexAlpha {
+    /// One alpha for all of them.
+    Even(f32),
+    /// Alphas that change over them.
+    Uneven,
+}
+
+impl VertexAlpha {
+    /// Alpha of vertices that state none.
+    pub const OPAQUE: Self = Self::Even(1.0);
+}
+
+impl Geometry {
+    /// Alpha of the vertices of the triangles in `range`.
+    pub fn alpha_of(&self, range: Range<usize>) -> VertexAlpha {
+        if self.alphas.is_empty() {
+            return VertexAlpha::OPAQUE;
+        }
+        let mut alphas =
+            self.triangles[range].as_flattened().iter().map(|corner| self.alphas[*corner as usize]);
+        let Some(first) = alphas.next() else { return VertexAlpha::OPAQUE };
+        if alphas.all(|alpha| alpha == first) { VertexAlpha::Even(first) } else { VertexAlpha::Uneven }
+    }
+}
+
 /// Four joints of each vertex, and their weights.
 #[derive(Debug, Clone)]
 pub struct Influences {
@@ -45,7 +77,7 @@ pub struct Influences {
 }
 
 /// Attributes of vertices, with the accessors in which they are: primitives with the same ones share their vertices.
-type Attributes = (Vec<(String, usize)>, Vec<Vec<(String, usize)>>, u32);
+type Attributes = (Vec<(String, usize)>, Vec<Vec<(String, usize)>>, UvSets);
 
 /// Reads the mesh with this number. It may have no triangles.
 ///
@@ -57,15 +89,15 @@ pub fn read(document: &Document, mesh: usize) -> Result<Geometry, SceneError> {
     let mut known: HashMap<Attributes, u32> = HashMap::new();
     for primitive in primitives {
         let Some(mode) = mode(document, primitive, mesh)? else { continue };
-        let set = uv_set(document, primitive.material)?;
+        let sets = uv_sets(document, primitive.material)?;
         let list = |map: &BTreeMap<String, usize>| -> Vec<(String, usize)> {
             map.iter().map(|(name, accessor)| (name.clone(), *accessor)).collect()
         };
-        let key = (list(&primitive.attributes), primitive.targets.iter().map(list).collect(), set);
+        let key = (list(&primitive.attributes), primitive.targets.iter().map(list).collect(), sets);
         let (first, count) = match known.get(&key) {
             Some(first) => (*first, count_of(document, primitive)?),
             None => {
-                let first = add_vertices(document, mesh, primitive, set, &mut geometry)?;
+                let first = add_vertices(document, mesh, primitive, sets, &mut geometry)?;
                 known.insert(key, first);
                 (first, geometry.positions.len() - first as usize)
             }
@@ -154,7 +186,7 @@ fn add_vertices(
     document: &Document,
     mesh: usize,
     primitive: &Primitive,
-    set: u32,
+    sets: UvSets,
     to: &mut Geometry,
 ) -> Result<u32, SceneError> {
     let accessor = position_accessor(document, primitive)?;
@@ -173,7 +205,7 @@ fn add_vertices(
         )));
     }
     to.positions.extend(positions);
-    let new = NewVertices { document, primitive, mesh, first, all, set };
+    let new = NewVertices { document, primitive, mesh, first, all, sets };
     add_colors(&new, to)?;
     add_surface(&new, to)?;
     add_influences(&new, to)?;
@@ -190,8 +222,8 @@ struct NewVertices<'a> {
     /// Number of the first of them in the geometry, and of all vertices with them.
     first: usize,
     all: usize,
-    /// Number of the texture coordinates that count.
-    set: u32,
+    /// Numbers of the texture coordinates that count.
+    sets: UvSets,
 }
 
 impl NewVertices<'_> {
@@ -205,9 +237,9 @@ impl NewVertices<'_> {
     }
 }
 
-/// Adds normals and texture coordinates, of which `set` counts.
+/// Adds normals, texture coordinates and tangents.
 fn add_surface(new: &NewVertices<'_>, to: &mut Geometry) -> Result<(), SceneError> {
-    let NewVertices { document, primitive, first, all, set, .. } = *new;
+    let NewVertices { document, primitive, first, all, sets, .. } = *new;
     let attribute = |name: &str| primitive.attributes.get(name).copied();
     if let Some(accessor) = attribute("NORMAL") {
         let normals: Vec<[f32; 3]> = document.vectors(accessor)?;
@@ -216,16 +248,9 @@ fn add_surface(new: &NewVertices<'_>, to: &mut Geometry) -> Result<(), SceneErro
         to.normals.resize(first, Vec3::ZERO);
         to.normals.extend(normals.into_iter().map(unit));
     }
-    let name = format!("TEXCOORD_{set}");
-    if let Some(accessor) = attribute(&name) {
-        let uvs: Vec<[f32; 2]> = document.vectors(accessor)?;
-        new.fits(uvs.len(), &name)?;
-        let flipped = |[u, v]: [f32; 2]| {
-            let uv = Vec2::new(u, 1.0 - v);
-            if uv.is_finite() { uv } else { Vec2::ZERO }
-        };
-        to.uvs.resize(first, Vec2::ZERO);
-        to.uvs.extend(uvs.into_iter().map(flipped));
+    add_uvs(new, sets.first, &mut to.uvs)?;
+    if let Some(second) = sets.second {
+        add_uvs(new, second, &mut to.second_uvs)?;
     }
     if let Some(accessor) = attribute("TANGENT") {
         let tangents: Vec<[f32; 4]> = document.vectors(accessor)?;
@@ -239,13 +264,30 @@ fn add_surface(new: &NewVertices<'_>, to: &mut Geometry) -> Result<(), SceneErro
     if !to.normals.is_empty() {
         to.normals.resize(all, Vec3::ZERO);
     }
-    if !to.uvs.is_empty() {
-        to.uvs.resize(all, Vec2::ZERO);
+    for uvs in [&mut to.uvs, &mut to.second_uvs] {
+        if !uvs.is_empty() {
+            uvs.resize(all, Vec2::ZERO);
+        }
     }
     Ok(())
 }
 
-/// Adds colours of vertices.
+/// Adds texture coordinates number `set` to a list, if the primitive has them.
+fn add_uvs(new: &NewVertices<'_>, set: u32, to: &mut Vec<Vec2>) -> Result<(), SceneError> {
+    let name = format!("TEXCOORD_{set}");
+    let Some(accessor) = new.primitive.attributes.get(&name) else { return Ok(()) };
+    let uvs: Vec<[f32; 2]> = new.document.vectors(*accessor)?;
+    new.fits(uvs.len(), &name)?;
+    let flipped = |[u, v]: [f32; 2]| {
+        let uv = Vec2::new(u, 1.0 - v);
+        if uv.is_finite() { uv } else { Vec2::ZERO }
+    };
+    to.resize(new.first, Vec2::ZERO);
+    to.extend(uvs.into_iter().map(flipped));
+    Ok(())
+}
+
+/// Adds colours and alphas of vertices.
 fn add_colors(new: &NewVertices<'_>, to: &mut Geometry) -> Result<(), SceneError> {
     let NewVertices { document, primitive, first, all, .. } = *new;
     const WHITE: [f16; 3] = [f16::ONE; 3];
@@ -254,8 +296,11 @@ fn add_colors(new: &NewVertices<'_>, to: &mut Geometry) -> Result<(), SceneError
         let colors = document.floats(accessor, if has_alpha { 4 } else { 3 })?;
         let colors = colors.chunks_exact(if has_alpha { 4 } else { 3 });
         new.fits(colors.len(), "COLOR_0")?;
-        if has_alpha && colors.clone().any(|color| color[3] < 1.0) {
-            document.leave_out("alpha of vertices (COLOR_0) is not used: only pictures cut out");
+        // what is no number is not there
+        let alpha = |color: &[f32]| if color[3] > 0.0 { color[3].min(1.0) } else { 0.0 };
+        if has_alpha && colors.clone().any(|color| alpha(color) < 1.0) {
+            to.alphas.resize(first, 1.0);
+            to.alphas.extend(colors.clone().map(alpha));
         }
         to.colors.resize(first, WHITE);
         let color = |color: &[f32]| vertex_color([color[0], color[1], color[2]]);
@@ -263,6 +308,9 @@ fn add_colors(new: &NewVertices<'_>, to: &mut Geometry) -> Result<(), SceneError
     }
     if !to.colors.is_empty() {
         to.colors.resize(all, WHITE);
+    }
+    if !to.alphas.is_empty() {
+        to.alphas.resize(all, 1.0);
     }
     Ok(())
 }

@@ -4,7 +4,9 @@ use glam::{DMat2, DVec2, DVec3, Vec3};
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
 
+use super::coat::{Below, note_coat_of_glass};
 use super::document::Document;
+use super::geometry::VertexAlpha;
 use super::json::{Extensions, Material as Json, TextureInfo, TextureTransform};
 use super::pictures::image_of;
 use crate::scene::cutout::{Cutout, LEAST_OPACITY};
@@ -14,7 +16,7 @@ use crate::scene::model::map_statement::{Channel, MapUse};
 use crate::scene::model::mtl::MtlMaterial;
 use crate::scene::model::pictures::PictureUse;
 use crate::scene::model::varying::{ParameterMap, Settled, picture_use};
-use crate::scene::texture::{Mapping, Wrap};
+use crate::scene::texture::{Mapping, UvSet, Wrap};
 use crate::scene::{Material, SceneError, Texture};
 
 /// Index of refraction of a file that states none.
@@ -24,19 +26,28 @@ const DEFAULT_INDEX: f64 = 1.5;
 const LEAST_INDEX: f64 = 1.0001;
 const GREATEST_INDEX: f64 = 100.0;
 
+/// Largest reflectance at normal incidence of what is no metal.
+const MOST_HEAD_ON: f64 = 0.95;
+
 /// Alpha below which a material with cut-outs is not there, if the file does not say.
 const DEFAULT_CUTOFF: f64 = 0.5;
+
+/// Parameters that a texture of metal and roughness gives.
+const METAL_ROUGH: [(MapUse, Channel); 2] = [METAL, (MapUse::Roughness, Channel::Green)];
+const METAL: (MapUse, Channel) = (MapUse::Metal, Channel::Blue);
 
 /// A material of a file: the values that MTL files state as well, and the rest.
 #[derive(Debug, Default)]
 struct Read {
     stated: MtlMaterial,
-    /// Alpha of the texture below which the surface is not there, above 0.
+    /// Alpha below which the surface is not there, above 0: of the texture, times that of vertices if these count.
     alpha_cutoff: Option<f32>,
+    /// True if the alpha of vertices counts there.
+    by_vertices: bool,
     /// True if the texture of the base colour stays a texture.
     is_textured: bool,
-    /// True if roughness and metal are parameters of it, which a texture may give.
-    is_metal_rough: bool,
+    /// Parameters that its texture of metal and roughness gives.
+    of_texture: &'static [(MapUse, Channel)],
 }
 
 #[derive(Debug, Default, Deserialize)]
@@ -96,17 +107,36 @@ pub fn extension<T: DeserializeOwned>(
     all.get(name).map(read).transpose()
 }
 
-/// Number of the texture coordinates that a material's textures take: those of the base colour, or of the first other one.
-pub fn uv_set(document: &Document, material: Option<usize>) -> Result<u32, SceneError> {
-    let Some(material) = material else { return Ok(0) };
-    uv_set_of(document, document.get(&document.json.materials, material, "material")?)
+/// Returns true if alpha has a meaning for a material.
+pub fn takes_alpha(document: &Document, material: Option<usize>) -> Result<bool, SceneError> {
+    let Some(material) = material else { return Ok(false) };
+    let json = document.get(&document.json.materials, material, "material")?;
+    Ok(matches!(json.alpha_mode.as_deref(), Some("BLEND" | "MASK")))
 }
 
-fn uv_set_of(document: &Document, material: &Json) -> Result<u32, SceneError> {
+/// Numbers of the texture coordinates that a material's textures take.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub struct UvSets {
+    /// Those of the base colour, or of the first other texture.
+    pub first: u32,
+    /// Those of the first texture that takes others.
+    pub second: Option<u32>,
+}
+
+/// Texture coordinates of a material; none: of faces without one.
+pub fn uv_sets(document: &Document, material: Option<usize>) -> Result<UvSets, SceneError> {
+    let Some(material) = material else { return Ok(UvSets::default()) };
+    uv_sets_of(document, document.get(&document.json.materials, material, "material")?)
+}
+
+fn uv_sets_of(document: &Document, material: &Json) -> Result<UvSets, SceneError> {
     let pbr = &material.pbr_metallic_roughness;
-    let all = [&pbr.base_color_texture, &pbr.metallic_roughness_texture, &material.normal_texture];
-    let first = all.into_iter().chain([&material.emissive_texture]).flatten().next();
-    first.map_or(Ok(0), |info| set_of_texture(document, info))
+    let glow = if material.emissive_factor == [0.0; 3] { &None } else { &material.emissive_texture };
+    let all = [&pbr.base_color_texture, &pbr.metallic_roughness_texture, &material.normal_texture, glow];
+    let sets = all.into_iter().flatten().map(|info| set_of_texture(document, info));
+    let sets = sets.collect::<Result<Vec<u32>, SceneError>>()?;
+    let first = sets.first().copied().unwrap_or(0);
+    Ok(UvSets { first, second: sets.into_iter().find(|set| *set != first) })
 }
 
 /// Number of the texture coordinates that a texture takes.
@@ -119,25 +149,28 @@ fn transform(document: &Document, info: &TextureInfo) -> Result<TextureTransform
 }
 
 impl Assembly {
-    /// Settles a material of a glTF file; none: that of faces without one. Returns its index.
+    /// Settles a material of a glTF file, on triangles whose vertices have this alpha; none: that of faces without one. Returns
+    /// its index.
     ///
     /// # Errors Values that make no sense; in a strict load also a picture that is missing.
     pub(super) fn gltf_material(
         &mut self,
         document: &Document,
         number: Option<usize>,
+        alpha: VertexAlpha,
     ) -> Result<u16, SceneError> {
         let Some(number) = number else {
             return self.add_material_of(&document.path, Material::fallback().into());
         };
         let json = document.get(&document.json.materials, number, "material")?;
-        let Read { mut stated, alpha_cutoff, is_textured, is_metal_rough } =
-            self.read_material(document, number, json)?;
+        let Read { mut stated, alpha_cutoff, by_vertices, is_textured, of_texture } =
+            self.read_material(document, number, json, alpha)?;
         self.known_names.push(stated.name.clone());
         let shot = self.override_values(&mut stated);
         let mut material = stated.settle();
         let base = json.pbr_metallic_roughness.base_color_texture.as_ref().filter(|_| is_textured);
-        let own = base.map(|info| self.texture(document, info, PictureUse::Color)).transpose()?;
+        let of_base = |info| self.texture(document, info, UvSet::First, PictureUse::Color);
+        let own = base.map(of_base).transpose()?;
         material.diffuse_map = match (&shot[MapUse::Color], &stated.maps[MapUse::Color]) {
             (Some(shot), Some(map)) => Some(self.picture(map, shot, PictureUse::Color)?),
             _ => own,
@@ -145,17 +178,18 @@ impl Assembly {
         material.cutout = match (&shot[MapUse::Opacity], &stated.maps[MapUse::Opacity], alpha_cutoff) {
             (Some(shot), Some(map), _) => {
                 let map = self.picture(map, shot, PictureUse::Opacity)?;
-                self.pictures.cuts(map).then_some(Cutout { map, least: LEAST_OPACITY })
+                self.pictures.cuts(map).then_some(Cutout::by_picture(map, LEAST_OPACITY))
             }
             (.., Some(least)) => {
-                own.filter(|map| self.pictures.falls_below(*map, least)).map(|map| Cutout { map, least })
+                let map = own.filter(|map| by_vertices || self.pictures.falls_below(*map, least));
+                (map.is_some() || by_vertices).then_some(Cutout { map, by_vertices, least })
             }
             _ => None,
         };
         // what the file states by itself is no statement of MTL
         let asking = |used| shot[used].as_deref().unwrap_or(&document.path);
         let mut settled = self.settle_maps(&stated, asking, material)?;
-        self.add_own_maps(document, json, is_metal_rough, &mut settled)?;
+        self.add_own_maps(document, json, of_texture, &mut settled)?;
         self.add_material_of(&document.path, settled)
     }
 
@@ -164,36 +198,39 @@ impl Assembly {
         &mut self,
         document: &Document,
         json: &Json,
-        is_metal_rough: bool,
+        of_texture: &[(MapUse, Channel)],
         settled: &mut Settled,
     ) -> Result<(), SceneError> {
-        let set = uv_set_of(document, json)?;
+        let sets = uv_sets_of(document, json)?;
         let Settled { material, maps } = settled;
         if let Some(info) = json.normal_texture.as_ref().filter(|_| material.normal_map.is_none())
-            && has_set(document, info, set)?
+            && let Some(uvs) = uvs_of(document, info, sets)?
         {
-            let index = self.texture(document, info, PictureUse::Normals)?;
+            let index = self.texture(document, info, uvs, PictureUse::Normals)?;
             material.normal_map = self.pictures.normal_map(index, info.scale.unwrap_or(1.0) as f32);
         }
         let surface = json.pbr_metallic_roughness.metallic_roughness_texture.as_ref();
-        let surface = surface.filter(|_| is_metal_rough && material.metal_rough.is_some());
+        let surface = surface.filter(|_| material.metal_rough.is_some());
         let emission = json.emissive_texture.as_ref().filter(|_| material.emission != Vec3::ZERO);
-        for (used, info, channel) in [
-            (MapUse::Roughness, surface, Channel::Green),
-            (MapUse::Metal, surface, Channel::Blue),
-            (MapUse::Emission, emission, Channel::Mean),
-        ] {
+        let of_surface = of_texture.iter().map(|(used, channel)| (*used, surface, *channel));
+        for (used, info, channel) in of_surface.chain([(MapUse::Emission, emission, Channel::Mean)]) {
             let is_replaced = maps.has(used) || self.is_number_stated(&material.name, used);
             let Some(info) = info.filter(|_| !is_replaced) else { continue };
-            if has_set(document, info, set)? {
-                let map = self.texture(document, info, picture_use(used))?;
+            if let Some(uvs) = uvs_of(document, info, sets)? {
+                let map = self.texture(document, info, uvs, picture_use(used))?;
                 maps[used] = (!self.pictures.is_stand_in(map)).then_some(ParameterMap { map, channel });
             }
         }
         Ok(())
     }
 
-    fn read_material(&mut self, document: &Document, number: usize, json: &Json) -> Result<Read, SceneError> {
+    fn read_material(
+        &mut self,
+        document: &Document,
+        number: usize,
+        json: &Json,
+        alpha: VertexAlpha,
+    ) -> Result<Read, SceneError> {
         note_unused(document, json);
         let name = json.name.clone().unwrap_or_else(|| format!("material {number}"));
         let bad = |what: &str| {
@@ -223,13 +260,12 @@ impl Assembly {
         (stated.pr, stated.pm) = (Some(roughness as f32), Some(metallic as f32));
         let index = index(document, json)?;
         stated.ni = Some(index as f32);
-        let mut read = Read { stated, is_textured: true, is_metal_rough: true, ..Read::default() };
+        let mut read = Read { stated, is_textured: true, of_texture: &METAL_ROUGH, ..Read::default() };
         let transmission: Transmission =
             extension(document, &json.extensions, "KHR_materials_transmission")?.unwrap_or_default();
         let transmits = transmission.transmission_factor.clamp(0.0, 1.0);
         if transmits == 0.0 {
-            read_alpha(document, json, &mut read);
-            return Ok(read);
+            return self.read_opaque(document, json, alpha, read);
         }
         // glass is of one kind all over
         let surface = pbr.metallic_roughness_texture.as_ref().map(|info| self.mean_numbers(document, info));
@@ -237,8 +273,7 @@ impl Assembly {
         let (roughness, metallic) = (roughness * surface.y, metallic * surface.z);
         let through = transmits * (1.0 - metallic);
         if through == 0.0 {
-            read_alpha(document, json, &mut read);
-            return Ok(read);
+            return self.read_opaque(document, json, alpha, read);
         }
         if transmission.transmission_texture.is_some() {
             document
@@ -246,7 +281,38 @@ impl Assembly {
         }
         let base = factor * self.mean_color(document, pbr.base_color_texture.as_ref())?;
         make_glass(document, json, &mut read.stated, (base, through, roughness))?;
-        (read.is_textured, read.is_metal_rough) = (through < 1.0, false);
+        note_coat_of_glass(document, json)?;
+        (read.is_textured, read.of_texture) = (through < 1.0, &[]);
+        Ok(read)
+    }
+
+    /// Completes a material that transmits nothing: its coat, and how far it is there at all.
+    fn read_opaque(
+        &mut self,
+        document: &Document,
+        json: &Json,
+        alpha: VertexAlpha,
+        mut read: Read,
+    ) -> Result<Read, SceneError> {
+        read_alpha(document, json, alpha, &mut read);
+        if !json.extensions.contains_key("KHR_materials_clearcoat") {
+            return Ok(read);
+        }
+        let pbr = &json.pbr_metallic_roughness;
+        let of_texture =
+            pbr.metallic_roughness_texture.as_ref().map(|info| self.mean_numbers(document, info));
+        let metal = of_texture.transpose()?.map_or(1.0, |means| means.z);
+        let below = Below {
+            head_on: head_on(index(document, json)?),
+            metallic: pbr.metallic_factor.clamp(0.0, 1.0) * metal,
+        };
+        if let Some(layer) = self.coated(document, json, below)? {
+            read.stated.ni = Some(index_of(layer.head_on) as f32);
+            if let Some(roughness) = layer.coat_roughness {
+                read.stated.pr = Some(roughness as f32);
+                read.of_texture = &[METAL];
+            }
+        }
         Ok(read)
     }
 
@@ -254,11 +320,12 @@ impl Assembly {
         info.map_or(Ok(DVec3::ONE), |info| self.mean(document, info))
     }
 
-    /// Places a texture. Returns its index.
+    /// Places a texture, which takes these texture coordinates of the mesh. Returns its index.
     fn texture(
         &mut self,
         document: &Document,
         info: &TextureInfo,
+        uvs: UvSet,
         used: PictureUse,
     ) -> Result<u32, SceneError> {
         let texture = document.get(&document.json.textures, info.index, "texture")?;
@@ -272,7 +339,7 @@ impl Assembly {
             }
             None => [Wrap::Repeat; 2],
         };
-        let mapping = mapping(scale, rotation, offset, wrap);
+        let mapping = Mapping { uvs, ..mapping(scale, rotation, offset, wrap) };
         if !mapping.linear.is_finite() || !mapping.offset.is_finite() {
             return Err(document
                 .fault("the offset, scale or rotation of a texture is not finite: export the file again"));
@@ -282,15 +349,19 @@ impl Assembly {
     }
 }
 
-/// Returns true if a texture takes the texture coordinates that the mesh keeps.
-fn has_set(document: &Document, info: &TextureInfo, set: u32) -> Result<bool, SceneError> {
-    let has = set_of_texture(document, info)? == set;
-    if !has {
-        document.leave_out(
-            "a material takes one set of texture coordinates: textures with another one than its first texture are not used",
-        );
+/// Texture coordinates of a mesh that a texture takes. `None` if the mesh does not keep them, which is told.
+fn uvs_of(document: &Document, info: &TextureInfo, sets: UvSets) -> Result<Option<UvSet>, SceneError> {
+    let set = set_of_texture(document, info)?;
+    if set == sets.first {
+        return Ok(Some(UvSet::First));
     }
-    Ok(has)
+    if sets.second == Some(set) {
+        return Ok(Some(UvSet::Second));
+    }
+    document.leave_out(
+        "a material takes two sets of texture coordinates: textures with a third one are not used",
+    );
+    Ok(None)
 }
 
 /// Emission that a material states: its factor, times its strength.
@@ -301,23 +372,30 @@ fn emission(document: &Document, json: &Json) -> Result<DVec3, SceneError> {
     Ok(DVec3::from(json.emissive_factor) * strength)
 }
 
-/// Reads how far a material is there at all.
-fn read_alpha(document: &Document, json: &Json, read: &mut Read) {
+/// Reads how far a material is there at all, on triangles whose vertices have this alpha.
+fn read_alpha(document: &Document, json: &Json, alpha: VertexAlpha, read: &mut Read) {
     let pbr = &json.pbr_metallic_roughness;
     match json.alpha_mode.as_deref() {
         Some("BLEND") => {
-            read.stated.d = Some(pbr.base_color_factor[3].clamp(0.0, 1.0) as f32);
+            let of_vertices = if let VertexAlpha::Even(alpha) = alpha { alpha } else { 1.0 };
+            read.stated.d = Some(pbr.base_color_factor[3].clamp(0.0, 1.0) as f32 * of_vertices);
+            if alpha == VertexAlpha::Uneven {
+                let message = "blended alpha of vertices (COLOR_0) that changes over a surface cuts out what is less than half there: veils are as clear as their factor says";
+                document.leave_out(message);
+                (read.alpha_cutoff, read.by_vertices) = (Some(LEAST_OPACITY), true);
+            }
             if pbr.base_color_texture.is_some() {
                 let message = "alpha of blended textures cuts out what is less than half there: veils are as clear as their factor says";
                 document.leave_out(message);
                 read.alpha_cutoff = Some(LEAST_OPACITY);
             }
         }
-        // the texture's alpha counts times the factor's
+        // the alpha of the texture and that of vertices count times the factor's
         Some("MASK") => {
-            let alpha = pbr.base_color_factor[3].max(f64::MIN_POSITIVE);
-            let least = json.alpha_cutoff.unwrap_or(DEFAULT_CUTOFF) / alpha;
+            let factor = pbr.base_color_factor[3].max(f64::MIN_POSITIVE);
+            let least = json.alpha_cutoff.unwrap_or(DEFAULT_CUTOFF) / factor;
             read.alpha_cutoff = (least > 0.0).then_some(least as f32);
+            read.by_vertices = least > 0.0 && alpha != VertexAlpha::OPAQUE;
         }
         _ => {}
     }
@@ -333,7 +411,7 @@ fn mapping(scale: [f64; 2], rotation: f64, offset: [f64; 2], wrap: [Wrap; 2]) ->
     let linear =
         DMat2::from_cols(DVec2::new(cos * across, sin * across), DVec2::new(-sin * down, cos * down));
     let offset = DVec2::new(right + sin * down, 1.0 - below - cos * down);
-    Mapping { linear: linear.as_mat2(), offset: offset.as_vec2(), wrap }
+    Mapping { linear: linear.as_mat2(), offset: offset.as_vec2(), wrap, uvs: UvSet::First }
 }
 
 /// Wrapping of a sampler's code.
@@ -380,9 +458,18 @@ fn index(document: &Document, json: &Json) -> Result<f64, SceneError> {
         return Ok(index.clamp(LEAST_INDEX, GREATEST_INDEX));
     };
     let mean = specular_color_factor.iter().sum::<f64>() / 3.0;
-    let reflectance = ((index - 1.0) / (index + 1.0)).powi(2) * specular_factor * mean;
-    let root = reflectance.clamp(0.0, 0.95).sqrt();
-    Ok(((1.0 + root) / (1.0 - root)).clamp(LEAST_INDEX, GREATEST_INDEX))
+    Ok(index_of(head_on(index) * specular_factor * mean))
+}
+
+/// Reflectance at normal incidence of a surface with this index of refraction.
+fn head_on(index: f64) -> f64 {
+    ((index - 1.0) / (index + 1.0)).powi(2)
+}
+
+/// Index of refraction of a surface that reflects so much at normal incidence.
+fn index_of(head_on: f64) -> f64 {
+    let root = head_on.clamp(0.0, MOST_HEAD_ON).sqrt();
+    ((1.0 + root) / (1.0 - root)).clamp(LEAST_INDEX, GREATEST_INDEX)
 }
 
 fn color(color: DVec3) -> Vec3 {

@@ -8,6 +8,7 @@ mod animation;
 mod bake;
 mod cameras;
 mod chosen_camera;
+mod coat;
 mod document;
 mod geometry;
 mod json;

@@ -10,9 +10,9 @@ use serde::Deserialize;
 use super::animation::Clip;
 use super::bake;
 use super::document::Document;
-use super::geometry::{self, Geometry};
+use super::geometry::{self, Geometry, VertexAlpha};
 use super::json::Node;
-use super::materials::extension;
+use super::materials::{extension, takes_alpha};
 use super::nodes::{Tree, unit};
 use super::skin;
 use crate::animation::{ShapeTrack, Track, Visibility};
@@ -29,8 +29,8 @@ pub(crate) struct GltfFiles {
     documents: HashMap<PathBuf, Arc<Document>>,
     /// Meshes by file and number; none without triangles.
     meshes: HashMap<(PathBuf, usize), Option<Arc<Mesh>>>,
-    /// Indices of materials, by file and number.
-    materials: HashMap<(PathBuf, Option<usize>), u16>,
+    /// Indices of materials, by file, number and the alpha of vertices.
+    materials: HashMap<(PathBuf, Option<usize>, Option<u32>), u16>,
     /// Models by file, name of the animation, and frame rate.
     parts: HashMap<(PathBuf, Option<String>, u64), Arc<Vec<PartOfFile>>>,
 }
@@ -183,11 +183,16 @@ impl Assembly {
         let mut runs = Vec::with_capacity(geometry.uses.len());
         let mut begin = 0;
         for (count, material) in &geometry.uses {
-            let key = (known.clone(), *material);
+            let alpha = match takes_alpha(document, *material)? {
+                true => geometry.alpha_of(begin..begin + count),
+                false => VertexAlpha::OPAQUE,
+            };
+            let bits = if let VertexAlpha::Even(alpha) = alpha { Some(alpha.to_bits()) } else { None };
+            let key = (known.clone(), *material, bits);
             let index = match self.gltf.materials.get(&key) {
                 Some(index) => *index,
                 None => {
-                    let index = self.gltf_material(document, *material)?;
+                    let index = self.gltf_material(document, *material, alpha)?;
                     self.gltf.materials.insert(key, index);
                     index
                 }
@@ -198,8 +203,14 @@ impl Assembly {
             runs.push((begin..begin + count, index));
             begin += count;
         }
-        let Geometry { positions, normals, uvs, colors, tangents, triangles, .. } = geometry;
-        Ok(self.mesh_of_runs(Surface { positions, normals, uvs, colors, tangents, triangles }, runs))
+        let Geometry { positions, normals, uvs, second_uvs, colors, mut alphas, tangents, triangles, .. } =
+            geometry;
+        let cuts = |index: u16| self.materials[usize::from(index)].cutout.is_some_and(|cut| cut.by_vertices);
+        if !runs.iter().any(|(_, index)| cuts(*index)) {
+            alphas = Vec::new();
+        }
+        let surface = Surface { positions, normals, uvs, second_uvs, colors, alphas, tangents, triangles };
+        Ok(self.mesh_of_runs(surface, runs))
     }
 }
 

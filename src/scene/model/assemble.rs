@@ -17,7 +17,7 @@ use super::read_model::{ReadBefore, ReadModel, is_ply, name_material};
 use super::shape_files::{self, Origins, ReadShapes, ShapeSource};
 use super::varying::{ParameterMap, Settled};
 use crate::digest::Digest;
-use crate::scene::cutout::{CutTriangles, Cutout, Mask};
+use crate::scene::cutout::{CutTriangles, Cutout, Mask, VertexData};
 use crate::scene::details::Details;
 use crate::scene::error::Findings;
 use crate::scene::given::meshes::Given;
@@ -495,8 +495,8 @@ impl Assembly {
     fn mesh_of(&self, obj: ObjFile, ids: &[u16]) -> (Mesh, Groups) {
         let id = |stretch: &Stretch| ids[stretch.of.material as usize];
         let casts = |stretch: &Stretch| self.casts_shadow(id(stretch));
-        let has_uvs = !obj.uvs.is_empty();
-        let rank = |stretch: &Stretch| self.rank(id(stretch), has_uvs);
+        let has = VertexData { uvs: !obj.uvs.is_empty(), alphas: false };
+        let rank = |stretch: &Stretch| self.rank(id(stretch), has);
         let mut stretches = Vec::with_capacity(obj.uses.len());
         let mut begin = 0;
         for (count, of) in &obj.uses {
@@ -525,32 +525,40 @@ impl Assembly {
             triangles: Arc::new(triangles),
             normals: obj.normals,
             uvs: obj.uvs,
-            cut: self.cut_triangles(&material_of, has_uvs),
+            cut: self.cut_triangles(&material_of, has),
             material_of,
             groups: Arc::new(groups),
             shadow_casting,
             quadric: None,
             shapes: None,
-            details: Arc::new(Details { colors: obj.colors, tangents: Vec::new() }),
+            details: Arc::new(Details { colors: obj.colors, ..Details::default() }),
         };
         (self.with_tangents(mesh, &[]), objects)
     }
 
     /// Gives a mesh tangents, if a material of it has a normal map. `of_vertices`: those that its file states, if it does.
     pub(in crate::scene) fn with_tangents(&self, mesh: Mesh, of_vertices: &[[f32; 4]]) -> Mesh {
-        let bends = |material: &u16| self.materials[usize::from(*material)].normal_map.is_some();
-        if mesh.uvs.is_empty() || !mesh.material_of.iter().any(bends) {
+        if mesh.uvs.is_empty() && mesh.details.second_uvs.is_empty() {
             return mesh;
         }
-        let details = Details { tangents: mesh.tangents(of_vertices), ..Details::clone(&mesh.details) };
+        let uvs = |material: u16| {
+            let map = self.materials[usize::from(material)].normal_map?.map;
+            Some(self.pictures.textures[map as usize].mapping.uvs)
+        };
+        let bends = |material: &u16| uvs(*material).is_some_and(|set| !mesh.uvs_of(set).is_empty());
+        if !mesh.material_of.iter().any(bends) {
+            return mesh;
+        }
+        let tangents = mesh.tangents(of_vertices, |material| uvs(material).unwrap_or_default());
+        let details = Details { tangents, ..Details::clone(&mesh.details) };
         Mesh { details: Arc::new(details), ..mesh }
     }
 
     /// Place of a material's triangles in the order of a mesh: those that cast shadows come first, and those that are cut out
     /// follow each other.
-    pub(in crate::scene) fn rank(&self, material: u16, has_uvs: bool) -> u8 {
+    pub(in crate::scene) fn rank(&self, material: u16, has: VertexData) -> u8 {
         let material = &self.materials[usize::from(material)];
-        match (material.casts_shadow(), has_uvs && material.cutout.is_some()) {
+        match (material.casts_shadow(), material.cutout.is_some_and(|cutout| cutout.on_mesh(has).is_some())) {
             (true, false) => 0,
             (true, true) => 1,
             (false, true) => 2,
@@ -562,15 +570,22 @@ impl Assembly {
     pub(in crate::scene) fn cut_triangles(
         &self,
         material_of: &[u16],
-        has_uvs: bool,
+        has: VertexData,
     ) -> Option<Arc<CutTriangles>> {
-        let cutout = |material: &u16| self.materials[usize::from(*material)].cutout.filter(|_| has_uvs);
+        let cutout = |material: &u16| self.materials[usize::from(*material)].cutout?.on_mesh(has);
         let first = material_of.iter().position(|material| cutout(material).is_some())?;
         let (mut masks, mut known): (Vec<Mask>, HashMap<u16, u16>) = (Vec::new(), HashMap::new());
         let cut = material_of[first..].iter().map_while(|material| Some((*material, cutout(material)?)));
-        let mask_of = cut.map(|(material, Cutout { map, least })| {
+        let mask = |Cutout { map, by_vertices, least }: Cutout| {
+            let texture = map.map(|map| self.pictures.textures[map as usize].clone());
+            match texture {
+                Some(texture) if !by_vertices => Mask::new(texture, least),
+                texture => Mask::by_vertices(texture, least),
+            }
+        };
+        let mask_of = cut.map(|(material, cutout)| {
             *known.entry(material).or_insert_with(|| {
-                masks.push(Mask::new(self.pictures.textures[map as usize].clone(), least));
+                masks.push(mask(cutout));
                 (masks.len() - 1) as u16
             })
         });

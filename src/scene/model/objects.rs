@@ -80,7 +80,12 @@ impl<'a> Taker<'a> {
         let of_segments =
             |of: &&Segment| whole.details.tangents.get(of.triangles.clone()).unwrap_or_default();
         let tangents = segments.iter().flat_map(of_segments).copied().collect();
-        let details = Details { colors: chosen(&whole.details.colors, &vertices, 0), tangents };
+        let details = Details {
+            colors: chosen(&whole.details.colors, &vertices, 0),
+            second_uvs: chosen(&whole.details.second_uvs, &vertices, 0),
+            alphas: chosen(&whole.details.alphas, &vertices, 0),
+            tangents,
+        };
         // a list that has an entry a vertex, or none at all
         Mesh {
             positions: Arc::new(VertexBuffer::new(chosen(whole.positions.as_slice(), &vertices, 1))),

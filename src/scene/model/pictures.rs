@@ -11,7 +11,7 @@ use crate::digest::Digest;
 use crate::scene::error::Findings;
 use crate::scene::material::NormalMap;
 use crate::scene::paths::find_beside;
-use crate::scene::texture::{Image, Mapping, Pager, Wrap};
+use crate::scene::texture::{Image, Mapping, Pager, UvSet, Wrap};
 use crate::scene::{SceneError, Texture};
 
 /// Use of a picture by a material.
@@ -107,7 +107,7 @@ pub(crate) struct Pictures {
     /// Pager of the pictures beyond that, once there are some.
     pager: Option<Arc<Pager>>,
     /// Indices of textures, by the address of the picture, which stays, and the bits of its mapping.
-    indices: HashMap<(usize, [u32; 6], [Wrap; 2]), u32>,
+    indices: HashMap<(usize, [u32; 6], [Wrap; 2], UvSet), u32>,
 }
 
 impl Pictures {
@@ -277,10 +277,10 @@ impl Pictures {
 
     /// Index of a texture: the same for equal ones.
     pub fn place(&mut self, texture: Texture) -> u32 {
-        let Mapping { linear, offset, wrap } = texture.mapping;
+        let Mapping { linear, offset, wrap, uvs } = texture.mapping;
         let [ux, uy, vx, vy] = linear.to_cols_array();
         let placed = [ux, uy, vx, vy, offset.x, offset.y].map(f32::to_bits);
-        let key = (Arc::as_ptr(&texture.image).addr(), placed, wrap);
+        let key = (Arc::as_ptr(&texture.image).addr(), placed, wrap, uvs);
         *self.indices.entry(key).or_insert_with(|| {
             self.textures.push(texture);
             (self.textures.len() - 1) as u32

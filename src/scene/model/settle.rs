@@ -41,7 +41,7 @@ impl Assembly {
             None => material.diffuse_map,
         };
         let cut = opacity.filter(|map| self.pictures.cuts(*map));
-        material.cutout = cut.map(|map| Cutout { map, least: LEAST_OPACITY });
+        material.cutout = cut.map(|map| Cutout::by_picture(map, LEAST_OPACITY));
         self.settle_maps(&stated, asking, material)
     }
 

@@ -7,8 +7,8 @@ use glam::{Vec2, Vec3};
 
 use super::map_statement::{ByUse, Channel, MapUse};
 use super::pictures::PictureUse;
-use crate::scene::texture::{Placement, linear_color};
-use crate::scene::variants::Variants;
+use crate::scene::texture::{Placement, UvSet, linear_color};
+use crate::scene::variants::{TexelNumbers, Variants};
 use crate::scene::{Material, Texture};
 use crate::scrambled::scrambled;
 
@@ -77,14 +77,15 @@ pub(crate) struct Made {
     pub materials: Vec<Material>,
     /// The material itself, with the means of the parameters over its pictures.
     pub mean: Material,
-    pub of_texel: Vec<u16>,
-    pub placement: Placement,
+    /// See [`Variants`].
+    pub numbers: TexelNumbers,
+    pub added: Option<TexelNumbers>,
 }
 
 impl Made {
     /// The material with its variants, whose first one will have the index `first`.
     pub fn head(&self, first: u16) -> Material {
-        let variants = Variants { first, of_texel: self.of_texel.clone().into(), placement: self.placement };
+        let variants = Variants { first, numbers: self.numbers.clone(), added: self.added.clone() };
         Material { variants: Some(Arc::new(variants)), ..self.mean.clone() }
     }
 }
@@ -96,19 +97,68 @@ pub(crate) fn make(
     textures: &[Texture],
     most: usize,
 ) -> Option<Made> {
-    let pictures = || VARYING.into_iter().filter_map(|used| Some((used, maps[used]?)));
-    let texture = |map: ParameterMap| &textures[map.map as usize];
-    let finest = pictures().map(|(_, map)| texture(map)).max_by_key(|texture| texture.texels().count())?;
-    let placement = finest.placement();
-    let pictures: Vec<Picture> =
-        pictures().map(|(used, map)| Picture::new(used, map, texture(map), &placement)).collect();
-    let numbers: Vec<Numbers> =
-        (0..finest.texels().count()).map(|texel| numbers_of(&pictures, texel)).collect();
-    let (of_texel, kinds) =
-        LEVELS.iter().find_map(|levels| numbered(&numbers, *levels, most.min(MOST_VARIANTS)))?;
-    let materials: Vec<Material> = kinds.iter().map(|kind| variant(material, maps, *kind)).collect();
-    let mean = mean(&materials, &of_texel);
-    Some(Made { materials, mean, of_texel, placement })
+    let sets = [UvSet::First, UvSet::Second];
+    let mut groups = sets.into_iter().filter_map(|set| Group::new(maps, textures, set));
+    let (own, other) = (groups.next()?, groups.next());
+    let most = most.min(MOST_VARIANTS);
+    let numbered = |levels: &[u32; 2]| {
+        let own = numbered(&own.numbers, *levels, most)?;
+        let Some(other) = &other else { return Some((own, None)) };
+        let other = numbered(&other.numbers, *levels, most / own.kinds.len())?;
+        Some((own, Some(other)))
+    };
+    let (of_own, of_other) = LEVELS.iter().find_map(numbered)?;
+    // with pictures of the other set there is a variant for each pair
+    let other_kinds = of_other.as_ref().map_or(vec![WHITE], |of_other| of_other.kinds.clone());
+    let both = |other: &Numbers| of_own.kinds.iter().map(|own| product(own, other)).collect::<Vec<_>>();
+    let kinds = other_kinds.iter().flat_map(both);
+    let materials: Vec<Material> = kinds.map(|kind| variant(material, maps, kind)).collect();
+    let own_shares = of_own.shares();
+    let other_shares = of_other.as_ref().map_or(vec![1.0], Numbered::shares);
+    let shares: Vec<f64> =
+        other_shares.iter().flat_map(|other| own_shares.iter().map(move |own| own * other)).collect();
+    let mean = mean(&materials, &shares);
+    let step = of_own.kinds.len() as u16;
+    let added = other.zip(of_other).map(|(other, of_other)| {
+        let of_texel = of_other.of_texel.iter().map(|number| number * step).collect();
+        TexelNumbers { of_texel, placement: other.placement }
+    });
+    let numbers = TexelNumbers { of_texel: of_own.of_texel.into(), placement: own.placement };
+    Some(Made { materials, mean, numbers, added })
+}
+
+/// Pictures of a material in one set of texture coordinates.
+struct Group {
+    /// Place of the texels of the finest of them.
+    placement: Placement,
+    /// Numbers of all of them together, by those texels.
+    numbers: Vec<Numbers>,
+}
+
+impl Group {
+    /// Collects the pictures in `set`. `None` if there are none.
+    fn new(maps: &ByUse<ParameterMap>, textures: &[Texture], set: UvSet) -> Option<Self> {
+        let texture = |map: ParameterMap| &textures[map.map as usize];
+        let pictures = || {
+            let stated = VARYING.into_iter().filter_map(|used| Some((used, maps[used]?)));
+            stated.filter(|(_, map)| texture(*map).mapping.uvs == set)
+        };
+        let finest =
+            pictures().map(|(_, map)| texture(map)).max_by_key(|texture| texture.texels().count())?;
+        let placement = finest.placement();
+        let pictures: Vec<Picture> =
+            pictures().map(|(used, map)| Picture::new(used, map, texture(map), &placement)).collect();
+        let numbers = (0..finest.texels().count()).map(|texel| numbers_of(&pictures, texel)).collect();
+        Some(Self { placement, numbers })
+    }
+}
+
+/// Numbers that leave all parameters as they are.
+const WHITE: Numbers = [u8::MAX; NUMBERS];
+
+/// Numbers of both, of which at most one says something of each parameter.
+fn product(one: &Numbers, other: &Numbers) -> Numbers {
+    std::array::from_fn(|i| one[i].min(other[i]))
 }
 
 /// A picture, looked up at the texels of another one.
@@ -147,7 +197,7 @@ impl<'a> Picture<'a> {
 }
 
 fn numbers_of(pictures: &[Picture<'_>], texel: usize) -> Numbers {
-    let mut numbers = [u8::MAX; NUMBERS];
+    let mut numbers = WHITE;
     for picture in pictures {
         let bytes = picture.texel(texel);
         let colors = [bytes[0], bytes[1], bytes[2]];
@@ -163,8 +213,25 @@ fn numbers_of(pictures: &[Picture<'_>], texel: usize) -> Numbers {
     numbers
 }
 
+/// Distinct values of texels.
+struct Numbered {
+    /// Number of the value by texel.
+    of_texel: Vec<u16>,
+    /// The values.
+    kinds: Vec<Numbers>,
+}
+
+impl Numbered {
+    /// Share of the texels that each value has.
+    fn shares(&self) -> Vec<f64> {
+        let mut counts = vec![0_u32; self.kinds.len()];
+        self.of_texel.iter().for_each(|number| counts[usize::from(*number)] += 1);
+        counts.into_iter().map(|count| f64::from(count) / self.of_texel.len() as f64).collect()
+    }
+}
+
 /// Numbers the distinct values of all texels, rounded to so many levels. `None` if there are more than `most`.
-fn numbered(numbers: &[Numbers], levels: [u32; 2], most: usize) -> Option<(Vec<u16>, Vec<Numbers>)> {
+fn numbered(numbers: &[Numbers], levels: [u32; 2], most: usize) -> Option<Numbered> {
     let mut known: HashMap<Numbers, u16> = HashMap::new();
     let (mut of_texel, mut kinds) = (Vec::with_capacity(numbers.len()), Vec::new());
     let mut last: Option<(Numbers, u16)> = None;
@@ -183,7 +250,7 @@ fn numbered(numbers: &[Numbers], levels: [u32; 2], most: usize) -> Option<(Vec<u
         of_texel.push(number);
         last = Some((kind, number));
     }
-    Some((of_texel, kinds))
+    Some(Numbered { of_texel, kinds })
 }
 
 /// Rounds to one of the two nearest levels, by chance, so that the mean over many texels stays; the least and the greatest stay as
@@ -220,13 +287,10 @@ fn variant(material: &Material, maps: &ByUse<ParameterMap>, numbers: Numbers) ->
     variant
 }
 
-/// The mean of the variants over all texels.
-fn mean(variants: &[Material], of_texel: &[u16]) -> Material {
-    let mut counts = vec![0_u32; variants.len()];
-    of_texel.iter().for_each(|number| counts[usize::from(*number)] += 1);
-    let share = |number: usize| f64::from(counts[number]) / of_texel.len() as f64;
+/// The mean of the variants, each of which covers so large a share of the surface.
+fn mean(variants: &[Material], shares: &[f64]) -> Material {
     let number = |of: &dyn Fn(&Material) -> f32| {
-        let sum = variants.iter().enumerate().map(|(i, variant)| share(i) * f64::from(of(variant)));
+        let sum = variants.iter().zip(shares).map(|(variant, share)| share * f64::from(of(variant)));
         sum.sum::<f64>() as f32
     };
     let color = |of: fn(&Material) -> Vec3| Vec3::from([0, 1, 2].map(|axis| number(&|one| of(one)[axis])));
@@ -284,9 +348,30 @@ mod tests {
         let layers: Vec<_> =
             layers.map(|(layer, diffuse)| (layer.roughness, layer.metallic, diffuse)).collect();
         assert_eq!(layers, [(1.0, 0.0, Vec3::splat(0.8)), (0.0, 0.0, Vec3::splat(0.8))]);
-        assert_eq!(made.of_texel, [0, 1]);
+        assert_eq!((&made.numbers.of_texel[..], made.added.is_none()), (&[0, 1][..], true));
         assert_eq!(made.mean.metal_rough.unwrap().roughness, 0.5);
         assert_eq!(made.head(3).variants.unwrap().first, 3);
+    }
+
+    /// Roughness in one set and emission in the other: a variant for each pair of both.
+    #[test]
+    fn pictures_in_two_sets_make_a_variant_for_each_pair() {
+        let roughness = texture(2, vec![[0, 255, 0, 255], [0, 0, 0, 255]]);
+        let mut glow = texture(3, vec![[255, 0, 0, 255], [0, 255, 0, 255], [255, 0, 0, 255]]);
+        glow.mapping.uvs = UvSet::Second;
+        let maps = maps(&[(MapUse::Roughness, Channel::Green), (MapUse::Emission, Channel::Mean)]);
+        let glowing = Material { emission: Vec3::splat(2.0), ..metal_rough() };
+        let textures = [roughness, glow];
+        let made = make(&glowing, &maps, &textures, 4).unwrap();
+        let shown: Vec<(f32, Vec3)> =
+            made.materials.iter().map(|one| (one.metal_rough.unwrap().roughness, one.emission)).collect();
+        let [red, green] = [Vec3::X, Vec3::Y].map(|color| color * 2.0);
+        assert_eq!(shown, [(1.0, red), (0.0, red), (1.0, green), (0.0, green)]);
+        let added = made.added.clone().unwrap();
+        assert_eq!((&made.numbers.of_texel[..], &added.of_texel[..]), (&[0, 1][..], &[0, 2, 0][..]));
+        assert_eq!(made.mean.metal_rough.unwrap().roughness, 0.5);
+        assert!((made.mean.emission - Vec3::new(4.0 / 3.0, 2.0 / 3.0, 0.0)).abs().max_element() < 1e-6);
+        assert!(make(&glowing, &maps, &textures, 3).is_none(), "no room for four");
     }
 
     #[test]

@@ -11,6 +11,18 @@ pub struct Mapping {
     pub offset: Vec2,
     /// Beyond the edges across, and beyond those up and down.
     pub wrap: [Wrap; 2],
+    /// Texture coordinates that are meant.
+    pub uvs: UvSet,
+}
+
+/// Set of texture coordinates of a mesh.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
+pub enum UvSet {
+    /// [`Mesh::uvs`](crate::scene::Mesh::uvs).
+    #[default]
+    First,
+    /// [`Details::second_uvs`](crate::scene::details::Details::second_uvs).
+    Second,
 }
 
 /// Way in which a picture goes on beyond an edge.
@@ -27,14 +39,14 @@ pub enum Wrap {
 
 impl Default for Mapping {
     fn default() -> Self {
-        Self { linear: Mat2::IDENTITY, offset: Vec2::ZERO, wrap: [Wrap::Repeat; 2] }
+        Self { linear: Mat2::IDENTITY, offset: Vec2::ZERO, wrap: [Wrap::Repeat; 2], uvs: UvSet::First }
     }
 }
 
 impl Mapping {
     /// Creates a mapping that scales u and v by themselves.
     pub fn scaled(scale: Vec2, offset: Vec2, wrap: [Wrap; 2]) -> Self {
-        Self { linear: Mat2::from_diagonal(scale), offset, wrap }
+        Self { linear: Mat2::from_diagonal(scale), offset, wrap, uvs: UvSet::First }
     }
 
     /// Place in the picture of texture coordinates, v upwards; beyond 0 and 1 it wraps.

@@ -13,7 +13,7 @@ use glam::{Vec2, Vec3};
 use crate::logarithm::rough_log2;
 
 pub use image::{Image, Level, Texels, Values};
-pub use mapping::{Between, Mapping, Placement, Wrap};
+pub use mapping::{Between, Mapping, Placement, UvSet, Wrap};
 pub use pages::{PageCounts, PagedLevel, Pager};
 pub use texel::Texel;
 

@@ -50,7 +50,7 @@ impl Assembly {
         material.cutout = match (&shot[MapUse::Opacity], &stated.maps[MapUse::Opacity]) {
             (Some(shot), Some(map)) => {
                 let map = self.picture(map, shot, PictureUse::Opacity)?;
-                self.pictures.cuts(map).then_some(Cutout { map, least: LEAST_OPACITY })
+                self.pictures.cuts(map).then_some(Cutout::by_picture(map, LEAST_OPACITY))
             }
             _ => self.usd_cutout(file, surface, color, unused)?,
         };
@@ -212,7 +212,7 @@ impl Assembly {
             None => self.usd_opacity_texture(file, picture, channel)?,
         };
         let cuts = least > 0.0 && self.pictures.falls_below(map, least);
-        Ok(cuts.then_some(Cutout { map, least: least.min(1.0) }))
+        Ok(cuts.then_some(Cutout::by_picture(map, least.min(1.0))))
     }
 
     /// Texture whose alpha is a channel of a picture. Returns its index.

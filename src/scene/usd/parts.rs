@@ -100,8 +100,7 @@ impl Assembly {
                 normals: normals.clone(),
                 uvs: uvs.clone(),
                 triangles: triangles.clone(),
-                colors: Vec::new(),
-                tangents: Vec::new(),
+                ..Surface::default()
             };
             built.push(with_shapes(self.mesh_of_runs(surface, runs), mesh));
         }

@@ -223,7 +223,8 @@ impl<'a> Shaders<'a> {
         });
         let is_raw = word(prim, "inputs:sourceColorSpace", self.code)?.as_deref() == Some("raw");
         let (uvs, place) = self.coordinates(prim)?;
-        let mapping = Mapping { linear: place.matrix2.as_mat2(), offset: place.translation.as_vec2(), wrap };
+        let (linear, offset) = (place.matrix2.as_mat2(), place.translation.as_vec2());
+        let mapping = Mapping { linear, offset, wrap, ..Mapping::default() };
         let picture = Picture { path, name, packed, channel, scale, bias, is_raw, mapping };
         Ok((Input::Picture(picture), uvs))
     }

@@ -59,8 +59,89 @@ fn what_transmits_is_glass() {
     assert!(half.diffuse.abs_diff_eq(Vec3::new(0.5, 0.25, 0.5), 1e-6), "{}", half.diffuse);
 }
 
+#[test]
+fn coats_are_one_layer_with_what_is_below() {
+    let coated = |coat: Value, ior: f64, metallic: f64| {
+        let pbr = json!({"metallicFactor": metallic, "roughnessFactor": 0.75});
+        let extensions = json!({"KHR_materials_clearcoat": coat, "KHR_materials_ior": {"ior": ior}});
+        let (material, told) = material(json!({"pbrMetallicRoughness": pbr, "extensions": extensions}));
+        (
+            material.metal_rough.unwrap(),
+            told.into_iter().filter(|text| text.contains("coat")).collect::<Vec<_>>(),
+        )
+    };
+    let coat = |factor: f64| json!({"clearcoatFactor": factor, "clearcoatRoughnessFactor": 0.25});
+    for (factor, ior, head_on, roughness) in [
+        (1.0, 1.5, 0.04 + 0.04 * 0.96, 0.25),
+        // a fourth of what the surface reflects: it is as rough as the surface
+        (0.25, 1.5, 0.01 + 0.04 * 0.99, 0.75),
+        (1.0, 3.0, 0.04 + 0.25 * 0.96, 0.75),
+        (0.5, 1.25, 0.02 + 0.98 / 81.0, 0.25),
+    ] {
+        let (layer, told) = coated(coat(factor), ior, 0.0);
+        assert!((layer.head_on - head_on).abs() < 1e-5, "{factor} {ior}: {layer:?}");
+        assert_eq!(layer.roughness, roughness, "{factor} {ior}");
+        assert!(told.len() == 1 && told[0].contains("are one layer"), "{told:?}");
+    }
+    let (none, told) = coated(coat(0.0), 1.5, 0.0);
+    assert!(none.roughness == 0.75 && (none.head_on - 0.04).abs() < 1e-5 && told.is_empty(), "{told:?}");
+    let (metal, told) = coated(coat(1.0), 1.5, 1.0);
+    assert!(metal.roughness == 0.75 && (metal.head_on - 0.04).abs() < 1e-5);
+    assert!(told.len() == 1 && told[0].contains("clearcoats of metals"), "{told:?}");
+    let extensions = json!({"KHR_materials_clearcoat": coat(1.0), "KHR_materials_transmission": {"transmissionFactor": 1}});
+    let (glass, told) =
+        material(json!({"pbrMetallicRoughness": {"metallicFactor": 0}, "extensions": extensions}));
+    assert!(
+        glass.metal_rough.is_none() && told.iter().any(|text| text.contains("clearcoats of glass")),
+        "{told:?}"
+    );
+}
+
+/// Factor and roughness of a coat are those of their textures on the whole; of the surface's own texture only metal counts then.
+#[test]
+fn textures_of_coats_count_by_their_means() {
+    let mut file = File::new();
+    let positions = file.vectors(&[[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]);
+    let uvs = file.floats("VEC2", 2, &[0.0, 0.0, 1.0, 0.0, 0.0, 1.0]);
+    let picture = |texels| json!({"uri": format!("data:image/png;base64,{}", base64(&png(texels)))});
+    file.json["images"] = json!([
+        picture([[255, 0, 0, 255], [153, 0, 0, 255]]),
+        picture([[0, 102, 0, 255], [0, 204, 0, 255]]),
+        picture([[0, 255, 51, 255], [0, 0, 51, 255]]),
+    ]);
+    file.json["textures"] = json!([{"source": 0}, {"source": 1}, {"source": 2}]);
+    let coat = json!({"clearcoatFactor": 1, "clearcoatTexture": {"index": 0}, "clearcoatRoughnessFactor": 0.5,
+        "clearcoatRoughnessTexture": {"index": 1}, "clearcoatNormalTexture": {"index": 1}});
+    file.json["extensionsRequired"] = json!(["KHR_materials_clearcoat"]);
+    file.add(
+        "materials",
+        json!({"pbrMetallicRoughness": {"metallicRoughnessTexture": {"index": 2}},
+        "extensions": {"KHR_materials_clearcoat": coat}}),
+    );
+    let attributes = json!({"POSITION": positions, "TEXCOORD_0": uvs});
+    let mesh = file.mesh(json!({"attributes": attributes, "material": 0}));
+    file.root(json!({"mesh": mesh}));
+    let shot = load(&file, "");
+    let materials: Vec<_> = shot.scene.materials.iter().filter_map(|material| material.metal_rough).collect();
+    assert!(!materials.is_empty());
+    for layer in &materials {
+        assert!((layer.head_on - (0.032 + 0.04 * 0.968)).abs() < 1e-5, "{layer:?}");
+        assert!((layer.roughness - 0.3).abs() < 1e-6 && (layer.metallic - 0.2).abs() < 1e-3, "{layer:?}");
+    }
+    let told: Vec<String> = shot.warnings.iter().map(|warning| warning.0.to_string()).collect();
+    for part in ["by their means", "clearcoatNormalTexture"] {
+        assert!(told.iter().filter(|text| text.contains(part)).count() == 1, "{told:?}");
+    }
+    let read = |mut file: File, coat: Value| {
+        file.json["materials"][0]["extensions"]["KHR_materials_clearcoat"] = coat;
+        error(&file)
+    };
+    let odd = read(file, json!({"clearcoatFactor": "much"}));
+    assert!(odd.contains("`KHR_materials_clearcoat` makes no sense"), "{odd}");
+}
+
 /// A picture of two texels, as PNG.
-fn png(texels: [[u8; 4]; 2]) -> Vec<u8> {
+pub fn png(texels: [[u8; 4]; 2]) -> Vec<u8> {
     let mut bytes = Vec::new();
     let mut encoder = png::Encoder::new(&mut bytes, 2, 1);
     encoder.set_color(png::ColorType::Rgba);

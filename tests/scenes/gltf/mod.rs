@@ -1,8 +1,10 @@
 //! glTF files: is the geometry that of the file, and does each node stand where its parents put it at all times?
 
+mod alpha;
 mod cameras;
 mod damage;
 mod materials;
+mod two_sets;
 mod whole;
 
 use std::f32::consts::PI;

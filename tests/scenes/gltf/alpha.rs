@@ -1,0 +1,153 @@
+//! Does the alpha of vertices (COLOR_0) count as the standard says?
+
+use super::*;
+use afterimage::scene::cutout::CutoutTest;
+use afterimage::trace::BackendKind;
+
+/// Squares side by side, four vertices each from the one to the left below, counter-clockwise, of material 0.
+struct Squares {
+    file: File,
+    count: u16,
+}
+
+impl Squares {
+    /// Squares of a material; `picture` is its texture, if it names one.
+    fn new(material: Value, picture: Option<[[u8; 4]; 2]>) -> Self {
+        let mut file = File::new();
+        file.add("materials", material);
+        if let Some(texels) = picture {
+            let uri = format!("data:image/png;base64,{}", base64(&materials::png(texels)));
+            file.json["images"] = json!([{"uri": uri}]);
+            file.json["textures"] = json!([{"source": 0}]);
+        }
+        Self { file, count: 0 }
+    }
+
+    /// Adds a square as a mesh of its own.
+    fn with(mut self, alphas: [f32; 4]) -> Self {
+        let left = f32::from(self.count) * 3.0;
+        let corners = [[left, 0.0, 0.0], [left + 2.0, 0.0, 0.0], [left + 2.0, 2.0, 0.0], [left, 2.0, 0.0]];
+        let positions = self.file.vectors(&corners);
+        let uvs = self.file.floats("VEC2", 2, &[0.0, 1.0, 1.0, 1.0, 1.0, 0.0, 0.0, 0.0]);
+        let colors = self.file.floats("VEC4", 4, alphas.map(|alpha| [1.0, 1.0, 1.0, alpha]).as_flattened());
+        let indices = self.file.indices(&[0, 1, 2, 0, 2, 3]);
+        let attributes = json!({"POSITION": positions, "TEXCOORD_0": uvs, "COLOR_0": colors});
+        let mesh = self.file.mesh(json!({"attributes": attributes, "indices": indices, "material": 0}));
+        self.file.root(json!({"mesh": mesh}));
+        self.count += 1;
+        self
+    }
+
+    fn load(&self) -> Shot {
+        load(&self.file, "")
+    }
+}
+
+/// Alphas that fall from 1 on the left to 0 on the right.
+const FALLING: [f32; 4] = [1.0, 0.0, 0.0, 1.0];
+
+fn masked(factor: f32, cutoff: f32) -> Value {
+    let pbr = json!({"baseColorFactor": [1, 1, 1, factor], "metallicFactor": 0});
+    json!({"pbrMetallicRoughness": pbr, "alphaMode": "MASK", "alphaCutoff": cutoff})
+}
+
+fn told(shot: &Shot) -> Vec<String> {
+    shot.warnings
+        .iter()
+        .map(|warning| warning.0.to_string())
+        .filter(|text| text.contains("COLOR_0"))
+        .collect()
+}
+
+#[test]
+fn the_product_of_all_alphas_is_compared_with_the_cutoff() {
+    let mut textured = masked(0.8, 0.25);
+    textured["pbrMetallicRoughness"]["baseColorTexture"] = json!({"index": 0});
+    for (material, picture, of_picture, least) in [
+        (masked(1.0, 0.5), None, 1.0, 0.5),
+        (masked(0.5, 0.25), None, 1.0, 0.5),
+        // the same alpha all over the picture: the centre of each texel says it
+        (textured, Some([[255, 255, 255, 153]; 2]), 0.6, 0.25 / 0.8),
+    ] {
+        let shot = Squares::new(material.clone(), picture).with(FALLING).load();
+        let mesh = &shot.scene.models[0].mesh;
+        let test = CutoutTest::new(mesh).unwrap();
+        let mut there = 0;
+        for (triangle, i, j) in
+            (0..2).flat_map(|t| (0..20_u8).flat_map(move |i| (0..20 - i).map(move |j| (t, i, j))))
+        {
+            let [u, v] = [i, j].map(|at| (f32::from(at) + 0.3) / 20.6);
+            let corners = mesh.triangles[triangle as usize].map(|corner| FALLING[corner as usize]);
+            let alpha = corners[0] * (1.0 - u - v) + corners[1] * u + corners[2] * v;
+            assert_eq!(test.is_there(triangle, u, v), alpha * of_picture >= least, "{material}: {alpha}");
+            there += u32::from(test.is_there(triangle, u, v));
+        }
+        assert!((100..320).contains(&there), "{there} of 420");
+        assert_eq!(told(&shot), [] as [&str; 0]);
+    }
+}
+
+#[test]
+fn what_no_alpha_cuts_is_whole() {
+    let opaque = json!({"pbrMetallicRoughness": {"metallicFactor": 0}});
+    for (material, alphas) in [(opaque, FALLING), (masked(1.0, 0.5), [1.0; 4]), (masked(1.0, 0.0), FALLING)] {
+        let shot = Squares::new(material.clone(), None).with(alphas).load();
+        let mesh = &shot.scene.models[0].mesh;
+        assert!(mesh.cut.is_none() && mesh.details.alphas.is_empty(), "{material}");
+        assert_eq!(told(&shot), [] as [&str; 0]);
+    }
+}
+
+/// A surface that is half there all over is a veil; one whose alpha changes is cut out, and that is told.
+#[test]
+fn even_alpha_is_a_factor_of_blended_materials() {
+    let pbr = json!({"baseColorFactor": [1, 1, 1, 0.5], "metallicFactor": 0});
+    let squares = Squares::new(json!({"pbrMetallicRoughness": pbr, "alphaMode": "BLEND"}), None);
+    let shot = squares.with([0.5; 4]).with([0.25; 4]).with([1.0; 4]).with([0.5; 4]).with(FALLING).load();
+    let solid = |model: &Model| {
+        let material = &shot.scene.materials[usize::from(model.mesh.material_of[0])];
+        (material.metal_rough.unwrap().solid, model.mesh.cut.is_some())
+    };
+    let models: Vec<_> =
+        shot.scene.models.iter().filter(|model| model.name.contains("node")).map(solid).collect();
+    assert_eq!(models, [(0.25, false), (0.125, false), (0.5, false), (0.25, false), (0.5, true)]);
+    let told = told(&shot);
+    assert!(told.len() == 1 && told[0].contains("less than half there"), "{told:?}");
+}
+
+/// Beside each other: a square that falls off to the right, and one that is there. Both tracers see the left half of the first, and
+/// what is behind in its right half; reuse is exact.
+#[test]
+fn both_tracers_see_through_what_is_cut_out() {
+    let mut squares = Squares::new(masked(1.0, 0.5), None).with(FALLING).with([1.0; 4]);
+    let lamp =
+        json!({"emissiveFactor": [0, 1, 0], "pbrMetallicRoughness": {"baseColorFactor": [0, 0, 0, 1]}});
+    let lamp = squares.file.add("materials", lamp);
+    let wall = squares.file.vectors(&[[-9.0, -9.0, -2.0], [9.0, -9.0, -2.0], [0.0, 20.0, -2.0]]);
+    let mesh = squares.file.mesh(json!({"attributes": {"POSITION": wall}, "material": lamp}));
+    squares.file.root(json!({"mesh": mesh}));
+    let text = "[render]\nsamples = 2\n[indirect]\npaths = 2\n[[camera.key]]\nframe = 1\neye = [1, 1, 9]\ntarget = [1, 1, 0]\n\
+        [[camera.key]]\nframe = 5\neye = [1.4, 1.2, 8]\ntarget = [1, 1, 0]\n\
+        [[light]]\ntype = \"point\"\nposition = [3, 4, 6]\npower = 60\n[[model]]\ngltf = \"m.gltf\"\n";
+    let shot = load_in(folder(&squares.file).path(), text, false).unwrap();
+    for backend in [BackendKind::Embree, BackendKind::Rust] {
+        let settings =
+            Settings { width: 64, height: 48, audit: true, mode: Mode::Reproject, ..shot.settings.clone() };
+        let mut renderer = Renderer::with(backend, &shot.scene, &settings).unwrap();
+        for frame in 1..=4 {
+            let finished = renderer.render(frame, true).unwrap();
+            let audit = finished.stats.audit.unwrap();
+            assert_eq!(audit.differing, 0, "{backend:?}, frame {frame}: {audit:?}");
+            if frame == 1 {
+                // to the left and to the right of the middle of the first square; beyond it the wall shows as well
+                let [red, green] = ["R", "G"].map(|name| finished.film.values(name).unwrap());
+                let shows = |x: usize| (red[24 * 64 + x] > 0.1, green[24 * 64 + x] == 1.0);
+                assert_eq!(
+                    [28, 35, 42].map(shows),
+                    [(true, false), (false, true), (false, true)],
+                    "{backend:?}"
+                );
+            }
+        }
+    }
+}
