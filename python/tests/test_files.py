@@ -100,7 +100,7 @@ class Files(unittest.TestCase):
             ({"frames": 1.5}, "must be whole numbers"),
             ({"depth": object()}, "`depth`: a object is neither a number"),
             ({"rate": 25}, "is the shot's own"),
-            ({"filter_radius": 2}, "means nothing for the box"),
+            ({"filter": "box", "filter_radius": 2}, "means nothing for the box"),
         ]:
             with self.subTest(**settings), self.assertRaises(afterimage.Error) as caught:
                 afterimage.render(scene, **settings)
