@@ -4,9 +4,8 @@
 
 use serde::Deserialize;
 
-use super::document::Document;
+use super::document::{Document, extension};
 use super::json::{Material as Json, TextureInfo};
-use super::materials::extension;
 use crate::scene::SceneError;
 use crate::scene::model::assemble::Assembly;
 

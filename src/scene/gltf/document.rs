@@ -6,8 +6,9 @@ use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 
 use memchr::memchr_iter;
+use serde::de::DeserializeOwned;
 
-use super::json::{Json, View};
+use super::json::{Extensions, Json, View};
 use super::uri::Uri;
 use crate::digest::Digest;
 use crate::input::{self, InputError, Kind};
@@ -271,4 +272,17 @@ fn buffers(
         all.push(bytes);
     }
     Ok(all)
+}
+
+/// Reads an extension, if it is there.
+pub fn extension<T: DeserializeOwned>(
+    document: &Document,
+    all: &Extensions,
+    name: &str,
+) -> Result<Option<T>, SceneError> {
+    let read = |value: &serde_json::Value| {
+        let fault = |error| document.fault(format!("the extension `{name}` makes no sense: {error}"));
+        T::deserialize(value).map_err(fault)
+    };
+    all.get(name).map(read).transpose()
 }

@@ -8,7 +8,7 @@ use half::f16;
 
 use super::document::{Document, packed};
 use super::json::{Json, Primitive};
-use super::materials::{UvSets, uv_sets};
+use super::materials::{UvSets, VertexAlpha, uv_sets};
 use crate::scene::SceneError;
 use crate::scene::details::vertex_color;
 use crate::scene::obj::are_within_reach;
@@ -39,20 +39,6 @@ pub struct Geometry {
     pub influences: Vec<Influences>,
     /// Displacements of all vertices by each morph target.
     pub targets: Vec<Vec<[f32; 3]>>,
-}
-
-/// Alpha that the vertices of triangles have.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum VertexAlpha {
-    /// One alpha for all of them.
-    Even(f32),
-    /// Alphas that change over them.
-    Uneven,
-}
-
-impl VertexAlpha {
-    /// Alpha of vertices that state none.
-    pub const OPAQUE: Self = Self::Even(1.0);
 }
 
 impl Geometry {

@@ -7,9 +7,8 @@ use glam::{DAffine3, DVec3};
 use serde::Deserialize;
 use toml::Value;
 
-use super::document::Document;
+use super::document::{Document, extension};
 use super::json::Light;
-use super::materials::extension;
 use crate::scene::SceneError;
 use crate::scene::part_of_file::NodeTrack;
 use crate::scene::written::{list, number};

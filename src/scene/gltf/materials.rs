@@ -2,12 +2,10 @@
 
 use glam::{DMat2, DVec2, DVec3, Vec3};
 use serde::Deserialize;
-use serde::de::DeserializeOwned;
 
 use super::coat::{Below, note_coat_of_glass};
-use super::document::Document;
-use super::geometry::VertexAlpha;
-use super::json::{Extensions, Material as Json, TextureInfo, TextureTransform};
+use super::document::{Document, extension};
+use super::json::{Material as Json, TextureInfo, TextureTransform};
 use super::pictures::image_of;
 use crate::scene::cutout::{Cutout, LEAST_OPACITY};
 use crate::scene::material::LARGEST_COLOR;
@@ -94,17 +92,18 @@ impl Default for Specular {
     }
 }
 
-/// Reads an extension, if it is there.
-pub fn extension<T: DeserializeOwned>(
-    document: &Document,
-    all: &Extensions,
-    name: &str,
-) -> Result<Option<T>, SceneError> {
-    let read = |value: &serde_json::Value| {
-        let fault = |error| document.fault(format!("the extension `{name}` makes no sense: {error}"));
-        T::deserialize(value).map_err(fault)
-    };
-    all.get(name).map(read).transpose()
+/// Alpha that the vertices of triangles have.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum VertexAlpha {
+    /// One alpha for all of them.
+    Even(f32),
+    /// Alphas that change over them.
+    Uneven,
+}
+
+impl VertexAlpha {
+    /// Alpha of vertices that state none.
+    pub const OPAQUE: Self = Self::Even(1.0);
 }
 
 /// Returns true if alpha has a meaning for a material.

@@ -9,10 +9,10 @@ use serde::Deserialize;
 
 use super::animation::Clip;
 use super::bake;
-use super::document::Document;
-use super::geometry::{self, Geometry, VertexAlpha};
+use super::document::{Document, extension};
+use super::geometry::{self, Geometry};
 use super::json::Node;
-use super::materials::{extension, takes_alpha};
+use super::materials::{VertexAlpha, takes_alpha};
 use super::nodes::{Tree, unit};
 use super::skin;
 use crate::animation::{ShapeTrack, Track, Visibility};
