@@ -99,6 +99,9 @@ pub enum Filter {
 }
 
 impl Filter {
+    /// Filters that reach across pixels: all but the box.
+    pub const WIDE: [Self; 6] =
+        [Self::Trapezoid, Self::Tent, Self::Gaussian, Self::Mitchell, Self::BlackmanHarris, Self::Lanczos];
     /// Least radius, in pixels.
     pub const LEAST_RADIUS: f32 = 0.5;
     /// Largest radius, in pixels.

@@ -6,7 +6,7 @@ it takes the time of an inferred frame or more.
 
 import numpy as np
 
-from . import afterimage, flicker, places, workers
+from . import afterimage, flicker, measure, places, workers
 from .report import say
 
 SETTING = (4, 4, 4, 4)  # as in flicker.SETTINGS
@@ -37,7 +37,7 @@ def main(work, quick, path):
     pictures |= {name: list(np.load(work / f"{name}.npy")) for name in seeds}
     write(path, pictures)
     taken = [f"{TITLES['own']}: {row['cycle']:.2f} s a frame"]
-    taken += [f"{TITLES[one['name']]}: {one['seconds']:.2f} s" for one in flicker.measure.read_rows(rows)]
+    taken += [f"{TITLES[one['name']]}: {one['seconds']:.2f} s" for one in measure.read_rows(rows)]
     return f"{path}: {'; '.join(taken)}"
 
 

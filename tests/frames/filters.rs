@@ -10,20 +10,11 @@ use crate::blur::with_lens;
 use crate::toy;
 use crate::toy::worlds::*;
 
-const WIDE: [Filter; 6] = [
-    Filter::Trapezoid,
-    Filter::Tent,
-    Filter::Gaussian,
-    Filter::Mitchell,
-    Filter::BlackmanHarris,
-    Filter::Lanczos,
-];
-
 #[test]
 fn reuse_is_exact_with_every_filter() {
     let scene = with_camera(with_flyer(world()), goes(EYE, EYE + DVec3::X), rests(TARGET));
     for (filter, radius) in
-        WIDE.into_iter().flat_map(|filter| [None, Some(3.5)].map(|radius| (filter, radius)))
+        Filter::WIDE.into_iter().flat_map(|filter| [None, Some(3.5)].map(|radius| (filter, radius)))
     {
         for samples in [1, 3] {
             let small = Settings { width: 48, height: 36, ..toy::audited(samples) };
@@ -81,7 +72,7 @@ fn no_filter_makes_a_picture_brighter() {
     };
     for samples in [1, 2, 4] {
         let by_box = mean(Filter::Box, samples);
-        for filter in WIDE {
+        for filter in Filter::WIDE {
             let off = (mean(filter, samples) / by_box - 1.0).abs().max_element();
             assert!(off < 0.02, "{filter:?}, {samples}: {off}");
         }
@@ -111,5 +102,5 @@ fn wider_filters_are_softer_and_lobes_make_edges_sharp() {
     let [narrow, wide] = [0.75, 3.0].map(|radius| between(&row(Filter::Gaussian, Some(radius))));
     assert!(narrow <= 2 && wide >= 3, "{narrow}, {wide}");
     let over = |filter| row(filter, None).iter().any(|value| *value > 1.004);
-    assert_eq!(WIDE.map(over), [false, false, false, true, false, true], "which of them overshoot");
+    assert_eq!(Filter::WIDE.map(over), [false, false, false, true, false, true], "which of them overshoot");
 }

@@ -138,15 +138,6 @@ fn lanczos(x: F32x8, radius: f32) -> F32x8 {
 mod tests {
     use super::*;
 
-    const FILTERS: [Filter; 6] = [
-        Filter::Trapezoid,
-        Filter::Tent,
-        Filter::Gaussian,
-        Filter::Mitchell,
-        Filter::BlackmanHarris,
-        Filter::Lanczos,
-    ];
-
     fn weights(filter: Filter, radius: f32, beyond: f32) -> Vec<f32> {
         let kernel = Kernel::new(filter, radius).expect("it is wide");
         let lane = |weights: &[F32x8]| weights.iter().map(|weight| weight.lane(3)).collect();
@@ -211,7 +202,9 @@ mod tests {
 
     #[test]
     fn weights_fall_from_the_centre_are_the_same_on_both_sides_and_end_at_the_radius() {
-        for (filter, radius) in FILTERS.into_iter().flat_map(|f| [0.5, 1.0, 1.5, 2.7, 4.0].map(|r| (f, r))) {
+        for (filter, radius) in
+            Filter::WIDE.into_iter().flat_map(|f| [0.5, 1.0, 1.5, 2.7, 4.0].map(|r| (f, r)))
+        {
             for step in 0..=8 {
                 let beyond = step as f32 / 8.0;
                 let (left, mut right) =
