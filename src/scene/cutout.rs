@@ -2,6 +2,10 @@
 //!
 //! A place of a surface is there or it is not: no ray meets a place whose opacity is below the least one. So what a ray hits stays
 //! a yes or no, which can be kept from frame to frame; the edge of a leaf is smoothed as any edge is, by the samples of a pixel.
+//!
+//! A surface whose alpha is *blended* is there wherever it shows at all, and each place of it is a veil as clear as its alpha says:
+//! one of its material's [variants](super::variants). Shadows stay a yes or no there, too: places that let half of the light through
+//! cast none.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -13,6 +17,18 @@ use super::{Mesh, Texture};
 /// Least opacity of places that are there, where files do not state it.
 pub const LEAST_OPACITY: f32 = 0.5;
 
+/// Least opacity of places of blended surfaces that are there: half a step of a picture of 8 bits.
+const LEAST_SEEN: f32 = 0.5 / 255.0;
+
+/// What a ray asks of a place.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Asks {
+    /// Whether it is seen: by the eye, by a path.
+    Sight,
+    /// Whether it keeps light from what is behind it.
+    Shadow,
+}
+
 /// Parts of a material that are there: where its alpha is large enough.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Cutout {
@@ -22,6 +38,8 @@ pub struct Cutout {
     pub by_vertices: bool,
     /// Least alpha of places that are there, above 0.
     pub least: f32,
+    /// Least alpha of places that cast shadows, not below that.
+    pub least_in_shadows: f32,
 }
 
 /// Vertex data that a mesh has, of which cut-outs need one.
@@ -36,7 +54,18 @@ pub struct VertexData {
 impl Cutout {
     /// Creates the cut-out of places where the alpha of picture number `map` is below `least`.
     pub fn by_picture(map: u32, least: f32) -> Self {
-        Self { map: Some(map), by_vertices: false, least }
+        Self { map: Some(map), by_vertices: false, least, least_in_shadows: least }
+    }
+
+    /// Creates the cut-out of a surface that blends with what is behind it by the alpha of picture number `map`, where `solid` is its
+    /// opacity where that is 1.
+    pub fn blended(map: u32, solid: f32) -> Self {
+        Self { least_in_shadows: LEAST_OPACITY / solid.max(LEAST_OPACITY), ..Self::by_picture(map, LEAST_SEEN) }
+    }
+
+    /// Returns true if places are veils where their alpha is not 1.
+    pub fn is_blended(&self) -> bool {
+        self.least < self.least_in_shadows
     }
 
     /// The part of it that counts on a mesh with this vertex data, if there is any.
@@ -51,8 +80,8 @@ impl Cutout {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Mask {
     alpha: Alpha,
-    /// See [`Cutout::least`].
-    least: f32,
+    /// Least alpha, by what a ray [asks](Asks).
+    least: [f32; 2],
 }
 
 /// Alpha of a mask. Pictures share their texels with the scene's.
@@ -61,8 +90,8 @@ enum Alpha {
     /// That of a picture.
     Picture {
         texture: Texture,
-        /// State of the squares between each texel's centre and those of the next ones, to the right and below.
-        squares: Arc<[Square]>,
+        /// State of the squares between each texel's centre and those of the next ones, to the right and below, by what a ray asks.
+        squares: [Arc<[Square]>; 2],
     },
     /// That of vertices, times that of a picture if there is one.
     Vertices(Option<Texture>),
@@ -80,28 +109,19 @@ enum Square {
 }
 
 impl Mask {
-    /// Creates a mask of the places where the alpha of `texture` is at least `least`.
-    pub fn new(texture: Texture, least: f32) -> Self {
-        let [width, height] = texture.size().map(|edge| edge as usize);
-        let is_there = |x: usize, y: usize| {
-            texture.texels().get(y % height * width + x % width).alpha() / 255.0 >= least
-        };
-        let square = |i: usize| {
-            let (x, y) = (i % width, i / width);
-            let corners = [(x, y), (x + 1, y), (x, y + 1), (x + 1, y + 1)];
-            match corners.iter().filter(|(x, y)| is_there(*x, *y)).count() {
-                0 => Square::Gone,
-                4 => Square::There,
-                _ => Square::Both,
+    /// Creates the mask of a cut-out, whose picture is `texture`.
+    pub fn new(cutout: Cutout, texture: Option<Texture>) -> Self {
+        let least = [cutout.least, cutout.least_in_shadows];
+        let alpha = match texture {
+            Some(texture) if !cutout.by_vertices => {
+                let seen = squares_of(&texture, least[0]);
+                let casting =
+                    if least[0] == least[1] { Arc::clone(&seen) } else { squares_of(&texture, least[1]) };
+                Alpha::Picture { texture, squares: [seen, casting] }
             }
+            texture => Alpha::Vertices(texture),
         };
-        let squares = (0..width * height).map(square).collect();
-        Self { alpha: Alpha::Picture { texture, squares }, least }
-    }
-
-    /// Creates a mask of the places where the alpha of vertices, times that of `texture`, is at least `least`.
-    pub fn by_vertices(texture: Option<Texture>, least: f32) -> Self {
-        Self { alpha: Alpha::Vertices(texture), least }
+        Self { alpha, least }
     }
 
     /// Returns true if the alpha of vertices counts.
@@ -109,25 +129,43 @@ impl Mask {
         matches!(self.alpha, Alpha::Vertices(_))
     }
 
-    /// Returns true if the place at `uv` is there, where `of_vertices` gives the alpha of the vertices.
+    /// Returns true if the place at `uv` is there for a ray that asks this, where `of_vertices` gives the alpha of the vertices.
     #[inline]
-    pub fn is_there(&self, uv: Vec2, of_vertices: impl FnOnce() -> f32) -> bool {
+    pub fn is_there(&self, uv: Vec2, asks: Asks, of_vertices: impl FnOnce() -> f32) -> bool {
+        let least = self.least[asks as usize];
         match &self.alpha {
             Alpha::Picture { texture, squares } => {
                 let between = texture.between(uv);
-                match squares[between.first()] {
+                match squares[asks as usize][between.first()] {
                     Square::There => true,
                     Square::Gone => false,
-                    Square::Both => texture.alpha_between(&between) >= self.least,
+                    Square::Both => texture.alpha_between(&between) >= least,
                 }
             }
             Alpha::Vertices(texture) => {
                 let of_picture =
                     texture.as_ref().map_or(1.0, |texture| texture.alpha_between(&texture.between(uv)));
-                of_vertices() * of_picture >= self.least
+                of_vertices() * of_picture >= least
             }
         }
     }
+}
+
+/// State of the squares of a texture, where places are there whose alpha is at least `least`.
+fn squares_of(texture: &Texture, least: f32) -> Arc<[Square]> {
+    let [width, height] = texture.size().map(|edge| edge as usize);
+    let is_there =
+        |x: usize, y: usize| texture.texels().get(y % height * width + x % width).alpha() / 255.0 >= least;
+    let square = |i: usize| {
+        let (x, y) = (i % width, i / width);
+        let corners = [(x, y), (x + 1, y), (x, y + 1), (x + 1, y + 1)];
+        match corners.iter().filter(|(x, y)| is_there(*x, *y)).count() {
+            0 => Square::Gone,
+            4 => Square::There,
+            _ => Square::Both,
+        }
+    };
+    (0..width * height).map(square).collect()
 }
 
 /// Triangles of a mesh that are cut out, which follow each other in [`Mesh::triangles`].
@@ -175,13 +213,13 @@ impl CutoutTest {
         Some(Self { first: cut.first, triangles: triangles.collect(), alphas, masks: cut.masks.clone() })
     }
 
-    /// Returns true if the place of `triangle` with the weights `u` and `v` of its second and third corner is
-    /// there. `triangle`: by its number in the mesh; one that is not cut out is there as a whole.
-    pub fn is_there(&self, triangle: u32, u: f32, v: f32) -> bool {
+    /// Returns true if the place of `triangle` with the `weights` of its second and third corner is there, for a ray that asks this.
+    /// `triangle`: by its number in the mesh; one that is not cut out is there as a whole.
+    pub fn is_there(&self, triangle: u32, [u, v]: [f32; 2], asks: Asks) -> bool {
         let Some(number) = triangle.checked_sub(self.first) else { return true };
         let Some(([a, b, c], mask)) = self.triangles.get(number as usize) else { return true };
         let uv = *a * (1.0 - u - v) + *b * u + *c * v;
-        self.masks[usize::from(*mask)].is_there(uv, || {
+        self.masks[usize::from(*mask)].is_there(uv, asks, || {
             let [a, b, c] = self.alphas[number as usize];
             a * (1.0 - u - v) + b * u + c * v
         })
@@ -204,16 +242,32 @@ mod tests {
         for wrap in [Wrap::Clamp, Wrap::Mirror, Wrap::Repeat] {
             let mapping = Mapping::scaled(Vec2::new(1.5, -1.0), Vec2::new(0.2, 0.1), [wrap; 2]);
             let texture = Texture { mapping, ..repeating.clone() };
-            let mask = Mask::new(texture.clone(), LEAST_OPACITY);
+            let mask = Mask::new(Cutout::by_picture(0, LEAST_OPACITY), Some(texture.clone()));
             let place = |i: u16| (f32::from(i) - 60.0) / 37.0;
             let mut there = 0;
             for (x, y) in (0..120).flat_map(|x| (0..120).map(move |y| (x, y))) {
                 let uv = Vec2::new(place(x), place(y));
                 let is_there = texture.alpha_between(&texture.between(uv)) >= LEAST_OPACITY;
-                assert_eq!(mask.is_there(uv, || f32::NAN), is_there, "{uv}");
+                assert_eq!(mask.is_there(uv, Asks::Sight, || f32::NAN), is_there, "{uv}");
                 there += u32::from(is_there);
             }
             assert!((1000..13400).contains(&there), "{there}");
+        }
+    }
+
+    /// What is blended is seen wherever it shows at all, and casts shadows where it lets less than half of the light through.
+    #[test]
+    fn blended_places_cast_shadows_where_they_hide_most() {
+        let texels = (0..=255).map(|alpha| [0, 0, 0, alpha]).collect();
+        let texture = Texture::of_bytes(PathBuf::new(), [256, 1], texels, Mapping::default());
+        for solid in [1.0_f32, 0.8] {
+            let mask = Mask::new(Cutout::blended(0, solid), Some(texture.clone()));
+            for alpha in 0..=255_u8 {
+                let uv = Vec2::new((f32::from(alpha) + 0.5) / 256.0, 0.5);
+                let [seen, casts] = [Asks::Sight, Asks::Shadow].map(|asks| mask.is_there(uv, asks, || 1.0));
+                let share = f32::from(alpha) / 255.0 * solid;
+                assert_eq!((seen, casts), (alpha > 0, share > 0.5), "{alpha} of {solid}");
+            }
         }
     }
 
@@ -226,10 +280,11 @@ mod tests {
         for (texture, uv, of_picture) in
             [(None, veil, 1.0), (Some(texture.clone()), opaque, 1.0), (Some(texture), veil, 0.4)]
         {
-            let mask = Mask::by_vertices(texture, 0.3);
+            let cutout = Cutout { by_vertices: true, ..Cutout::by_picture(0, 0.3) };
+            let mask = Mask::new(cutout, texture);
             for alpha in [0.0, 0.29, 0.31, 0.74, 0.76, 1.0] {
                 assert_eq!(
-                    mask.is_there(uv, || alpha),
+                    mask.is_there(uv, Asks::Shadow, || alpha),
                     alpha * of_picture >= 0.3,
                     "{alpha} times {of_picture}"
                 );

@@ -148,6 +148,44 @@ impl Material {
         Self { metal_rough: Some(MetalRough { metallic, ..layer }), diffuse, ..self }
     }
 
+    /// Share of the light that does not pass straight through.
+    pub fn opacity(&self) -> f32 {
+        match self.optics {
+            Optics::Glass { transmission, .. } => 1.0 - transmission.max_element(),
+            _ => 1.0,
+        }
+    }
+
+    /// Returns true if it can be there in part, and bends nothing: where nothing else is asked of its optics.
+    pub fn can_blend(&self) -> bool {
+        match self.optics {
+            Optics::Opaque => true,
+            Optics::Glass { index, reflection, .. } => index == 1.0 && reflection == Vec3::ZERO,
+            Optics::Mirror { .. } => false,
+        }
+    }
+
+    /// The material where only the share `alpha` of it is there: a veil that shows so much less of it, and lets through so much more
+    /// of what is behind.
+    pub fn blended(self, alpha: f32) -> Self {
+        let optics = match self.optics {
+            optics if alpha == 1.0 => optics,
+            Optics::Glass { transmission, index, reflection } => {
+                Optics::Glass { transmission: Vec3::ONE - (Vec3::ONE - transmission) * alpha, index, reflection }
+            }
+            _ => Optics::Glass { transmission: Vec3::splat(1.0 - alpha), index: 1.0, reflection: Vec3::ZERO },
+        };
+        Self {
+            diffuse: self.diffuse * alpha,
+            ambient: self.ambient * alpha,
+            specular: self.specular * alpha,
+            emission: self.emission * alpha,
+            metal_rough: self.metal_rough.map(|layer| MetalRough { solid: layer.solid * alpha, ..layer }),
+            optics,
+            ..self
+        }
+    }
+
     /// Returns true if it is the stand-in for faces without a material.
     pub fn is_fallback(&self) -> bool {
         self.name == FALLBACK

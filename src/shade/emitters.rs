@@ -10,7 +10,7 @@ use super::on_mesh::OnMesh;
 use super::surface::corners_of;
 use crate::animation::Track;
 use crate::pose::Pose;
-use crate::scene::cutout::CutoutTest;
+use crate::scene::cutout::{Asks, CutoutTest};
 use crate::scene::{Mesh, Model, Scene};
 
 /// Triangles of a scene that emit light (`Ke`). Quadrics are not among them: paths that meet one bring its
@@ -158,7 +158,7 @@ impl Emitters {
         // a place that is cut out is chosen as often as any other, and sends no light
         let is_there = self.cut[model as usize]
             .as_ref()
-            .is_none_or(|test| test.is_there(triangle, weights[0], weights[1]));
+            .is_none_or(|test| test.is_there(triangle, weights, Asks::Sight));
         Some(Ok(EmitterPlace {
             model,
             point: a * (1.0 - root) + b * weights[0] + c * weights[1],

@@ -6,6 +6,7 @@ use afterimage::animation::TransformTrack;
 use afterimage::layers::Layers;
 use afterimage::pose::{AreaShape, LightPose, LightShape, Pose};
 use afterimage::scene::camera::{Lens, Projection};
+use afterimage::scene::cutout::Asks;
 use afterimage::scene::material::Optics;
 use afterimage::scene::{self, Background, LightKind};
 use afterimage::settings::{
@@ -239,7 +240,7 @@ fn opacity_cuts_surfaces_out() {
                 shot.scene.materials[material].name.clone()
             });
             let names: Vec<String> = names.collect();
-            let places = [0.25, 0.75].map(|u| cut.masks[0].is_there(glam::Vec2::new(u, 0.5), || 1.0));
+            let places = [0.25, 0.75].map(|u| cut.masks[0].is_there(glam::Vec2::new(u, 0.5), Asks::Sight, || 1.0));
             (names, places)
         })
     };

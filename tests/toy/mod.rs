@@ -13,7 +13,7 @@ use afterimage::geometry::Quadric;
 use afterimage::geometry::quadric::QuadricShape;
 use afterimage::layers::Layers;
 use afterimage::scene::camera::{Aim, Lens};
-use afterimage::scene::cutout::{CutTriangles, LEAST_OPACITY, Mask};
+use afterimage::scene::cutout::{CutTriangles, Cutout, LEAST_OPACITY, Mask};
 use afterimage::scene::texture::{Mapping, Wrap};
 use afterimage::scene::{
     Background, CameraTrack, Light, LightKind, Material, Mesh, Model, RenderSpace, Scene, Shapes, Texture,
@@ -59,7 +59,7 @@ pub fn opacity(left: u8, right: u8) -> Texture {
 
 /// `mesh`, whose triangles `range` the alpha of `texture` cuts out.
 pub fn cut_out(mesh: Mesh, range: Range<usize>, texture: &Texture) -> Mesh {
-    let masks = vec![Mask::new(texture.clone(), LEAST_OPACITY)];
+    let masks = vec![Mask::new(Cutout::by_picture(0, LEAST_OPACITY), Some(texture.clone()))];
     let cut = CutTriangles { first: range.start as u32, mask_of: vec![0; range.len()], masks };
     Mesh { cut: Some(Arc::new(cut)), ..mesh }
 }

@@ -11,6 +11,9 @@ from .surfaces import BLENDED, Surface, surface_of
 SMOOTHEST = 0.05
 """Largest roughness of what is shown as smooth without a word."""
 
+SOFT_SHARE = 0.1
+"""Share of a picture's alpha that is neither there nor gone from which on its surface is a veil."""
+
 
 class Materials:
     """The materials of an export. Each is written when a mesh uses it first."""
@@ -190,9 +193,15 @@ class Materials:
                 values["d"] = max(0.0, float(alpha.mean()))
         elif float(alpha.min()) < 0.999:
             values["map_d"] = self.images.write_numbers(f"{name} alpha", alpha)
+            values["alpha_mode"] = "blend" if is_soft(alpha) else "cut"
 
     def _emission(self, name, surface, values):
-        light = np.clip(surface.emission, 0, 60000)
+        light = surface.emission
+        if values.get("alpha_mode") == "blend":
+            # the renderer dims what is blended
+            light, alpha = alike(light, surface.alpha)
+            light = light / np.maximum(alpha, 1e-3)
+        light = np.clip(light, 0, 60000)
         if light.shape[:2] == (1, 1):
             values["ke"] = light[0, 0].tolist() if float(light.max()) > 0 else None
             return
@@ -219,6 +228,11 @@ class Materials:
                 values["norm"] = self.images.copy(image)
             else:
                 values["norm"] = self.images.write_numbers(f"{name} normal", surface.normal)
+
+
+def is_soft(alpha):
+    """Returns true if more than a tenth of what is there is so in part: more than the edges of leaves."""
+    return int(((alpha > 0.1) & (alpha < 0.9)).sum()) > SOFT_SHARE * int((alpha > 0.1).sum())
 
 
 def has_pictures(surface):

@@ -48,7 +48,10 @@ pub fn made(frame: &FrameView, bounds: &[Bounds]) -> (ReflectionMaps, RayCounts)
 
 /// Returns true if a model has mirrors or glass.
 fn goes_on(scene: &Scene, model: &Model) -> bool {
-    let is_opaque = |material: &u16| scene.materials[usize::from(*material)].optics == Optics::Opaque;
+    let is_opaque = |material: &u16| {
+        let material = &scene.materials[usize::from(*material)];
+        material.optics == Optics::Opaque && !material.cutout.is_some_and(|cutout| cutout.is_blended())
+    };
     !model.mesh.material_of.iter().all(is_opaque)
 }
 

@@ -8,11 +8,13 @@ use super::document::{Document, extension};
 use super::json::{Material as Json, TextureInfo, TextureTransform};
 use super::pictures::image_of;
 use crate::scene::cutout::{Cutout, LEAST_OPACITY};
+use crate::scene::keys::material::AlphaMode;
 use crate::scene::material::LARGEST_COLOR;
 use crate::scene::model::assemble::Assembly;
 use crate::scene::model::map_statement::{Channel, MapUse};
 use crate::scene::model::mtl::MtlMaterial;
 use crate::scene::model::pictures::PictureUse;
+use crate::scene::model::settle::Alpha;
 use crate::scene::model::varying::{ParameterMap, Settled, picture_use};
 use crate::scene::texture::{Mapping, UvSet, Wrap};
 use crate::scene::{Material, SceneError, Texture};
@@ -38,8 +40,8 @@ const METAL: (MapUse, Channel) = (MapUse::Metal, Channel::Blue);
 #[derive(Debug, Default)]
 struct Read {
     stated: MtlMaterial,
-    /// Alpha below which the surface is not there, above 0: of the texture, times that of vertices if these count.
-    alpha_cutoff: Option<f32>,
+    /// Meaning of alpha, if it has one: of the texture, times that of vertices if these count.
+    alpha: Option<Alpha>,
     /// True if the alpha of vertices counts there.
     by_vertices: bool,
     /// True if the texture of the base colour stays a texture.
@@ -162,32 +164,38 @@ impl Assembly {
             return self.add_material_of(&document.path, Material::fallback().into());
         };
         let json = document.get(&document.json.materials, number, "material")?;
-        let Read { mut stated, alpha_cutoff, by_vertices, is_textured, of_texture } =
+        let Read { mut stated, alpha: of_file, by_vertices, is_textured, of_texture } =
             self.read_material(document, number, json, alpha)?;
         self.known_names.push(stated.name.clone());
         let shot = self.override_values(&mut stated);
         let mut material = stated.settle();
-        let base = json.pbr_metallic_roughness.base_color_texture.as_ref().filter(|_| is_textured);
+        let base = &json.pbr_metallic_roughness.base_color_texture;
+        let base = base.as_ref().filter(|_| is_textured || of_file.is_some());
         let of_base = |info| self.texture(document, info, UvSet::First, PictureUse::Color);
         let own = base.map(of_base).transpose()?;
         material.diffuse_map = match (&shot[MapUse::Color], &stated.maps[MapUse::Color]) {
             (Some(shot), Some(map)) => Some(self.picture(map, shot, PictureUse::Color)?),
-            _ => own,
-        };
-        material.cutout = match (&shot[MapUse::Opacity], &stated.maps[MapUse::Opacity], alpha_cutoff) {
-            (Some(shot), Some(map), _) => {
-                let map = self.picture(map, shot, PictureUse::Opacity)?;
-                self.pictures.cuts(map).then_some(Cutout::by_picture(map, LEAST_OPACITY))
-            }
-            (.., Some(least)) => {
-                let map = own.filter(|map| by_vertices || self.pictures.falls_below(*map, least));
-                (map.is_some() || by_vertices).then_some(Cutout { map, by_vertices, least })
-            }
-            _ => None,
+            _ => own.filter(|_| is_textured),
         };
         // what the file states by itself is no statement of MTL
         let asking = |used| shot[used].as_deref().unwrap_or(&document.path);
         let mut settled = self.settle_maps(&stated, asking, material)?;
+        let alpha = match (stated.alpha_mode, of_file) {
+            (Some(AlphaMode::Cut), Some(Alpha::Cut(least))) => Some(Alpha::Cut(least)),
+            (Some(_), _) => Some(Alpha::of(stated.alpha_mode)),
+            (None, of_file) => of_file,
+        };
+        match (&shot[MapUse::Opacity], &stated.maps[MapUse::Opacity], own, alpha) {
+            (Some(shot), Some(map), ..) => {
+                let map = self.picture(map, shot, PictureUse::Opacity)?;
+                self.show_alpha(&mut settled, map, Alpha::of(stated.alpha_mode));
+            }
+            (.., map, Some(Alpha::Cut(least))) if by_vertices => {
+                settled.material.cutout = Some(Cutout { by_vertices, map, least, least_in_shadows: least });
+            }
+            (.., Some(map), Some(alpha)) => self.show_alpha(&mut settled, map, alpha),
+            _ => {}
+        }
         self.add_own_maps(document, json, of_texture, &mut settled)?;
         self.add_material_of(&document.path, settled)
     }
@@ -210,7 +218,12 @@ impl Assembly {
         }
         let surface = json.pbr_metallic_roughness.metallic_roughness_texture.as_ref();
         let surface = surface.filter(|_| material.metal_rough.is_some());
-        let emission = json.emissive_texture.as_ref().filter(|_| material.emission != Vec3::ZERO);
+        let shown = if is_unlit(json) {
+            &json.pbr_metallic_roughness.base_color_texture
+        } else {
+            &json.emissive_texture
+        };
+        let emission = shown.as_ref().filter(|_| material.emission != Vec3::ZERO);
         let of_surface = of_texture.iter().map(|(used, channel)| (*used, surface, *channel));
         for (used, info, channel) in of_surface.chain([(MapUse::Emission, emission, Channel::Mean)]) {
             let is_replaced = maps.has(used) || self.is_number_stated(&material.name, used);
@@ -249,11 +262,13 @@ impl Assembly {
         let emission = emission(document, json)?;
         let mut stated =
             MtlMaterial { name: name.clone(), ke: Some(color(emission)), ..MtlMaterial::default() };
-        if json.extensions.contains_key("KHR_materials_unlit") {
-            let base = factor * self.mean_color(document, pbr.base_color_texture.as_ref())?;
-            stated.ke = Some(color(base));
+        if is_unlit(json) {
+            // what it shows, whatever light there is
+            stated.ke = Some(color(factor));
             (stated.kd, stated.illum) = (Some(Vec3::ZERO), Some(0));
-            return Ok(Read { stated, ..Read::default() });
+            let mut read = Read { stated, ..Read::default() };
+            read_alpha(document, json, alpha, &mut read);
+            return Ok(read);
         }
         stated.kd = Some(color(factor));
         (stated.pr, stated.pm) = (Some(roughness as f32), Some(metallic as f32));
@@ -363,6 +378,11 @@ fn uvs_of(document: &Document, info: &TextureInfo, sets: UvSets) -> Result<Optio
     Ok(None)
 }
 
+/// Returns true if a material shows its base colour whatever light there is.
+fn is_unlit(json: &Json) -> bool {
+    json.extensions.contains_key("KHR_materials_unlit")
+}
+
 /// Emission that a material states: its factor, times its strength.
 fn emission(document: &Document, json: &Json) -> Result<DVec3, SceneError> {
     let strength: Option<EmissiveStrength> =
@@ -381,19 +401,16 @@ fn read_alpha(document: &Document, json: &Json, alpha: VertexAlpha, read: &mut R
             if alpha == VertexAlpha::Uneven {
                 let message = "blended alpha of vertices (COLOR_0) that changes over a surface cuts out what is less than half there: veils are as clear as their factor says";
                 document.leave_out(message);
-                (read.alpha_cutoff, read.by_vertices) = (Some(LEAST_OPACITY), true);
-            }
-            if pbr.base_color_texture.is_some() {
-                let message = "alpha of blended textures cuts out what is less than half there: veils are as clear as their factor says";
-                document.leave_out(message);
-                read.alpha_cutoff = Some(LEAST_OPACITY);
+                (read.alpha, read.by_vertices) = (Some(Alpha::Cut(LEAST_OPACITY)), true);
+            } else if pbr.base_color_texture.is_some() {
+                read.alpha = Some(Alpha::Blend);
             }
         }
         // the alpha of the texture and that of vertices count times the factor's
         Some("MASK") => {
             let factor = pbr.base_color_factor[3].max(f64::MIN_POSITIVE);
             let least = json.alpha_cutoff.unwrap_or(DEFAULT_CUTOFF) / factor;
-            read.alpha_cutoff = (least > 0.0).then_some(least as f32);
+            read.alpha = (least > 0.0).then_some(Alpha::Cut(least as f32));
             read.by_vertices = least > 0.0 && alpha != VertexAlpha::OPAQUE;
         }
         _ => {}

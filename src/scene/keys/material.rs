@@ -18,6 +18,16 @@ pub(crate) enum KdBesideMap {
     Ignore,
 }
 
+/// Meaning of alpha that a picture has.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub(crate) enum AlphaMode {
+    /// Places of which less than a half is there are not there at all.
+    Cut,
+    /// Each place is a veil as clear as it says.
+    Blend,
+}
+
 #[derive(Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct MtlTable {
@@ -66,6 +76,8 @@ pub(crate) struct MaterialTable {
     pub map_kd: Option<At<String>>,
     /// Opacity: a picture that cuts parts out, where its alpha, or its brightness if it has none, is below a half
     pub map_d: Option<At<String>>,
+    /// What a picture's alpha means: it cuts parts out, or makes veils (OBJ: cut; glTF, USD: as the file says)
+    pub alpha_mode: Option<AlphaMode>,
     /// Picture of Ks, by which it is multiplied
     pub map_ks: Option<At<String>>,
     /// Picture of Ns: its brightness is a factor

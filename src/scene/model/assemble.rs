@@ -17,7 +17,7 @@ use super::read_model::{ReadBefore, ReadModel, is_ply, name_material};
 use super::shape_files::{self, Origins, ReadShapes, ShapeSource};
 use super::varying::{ParameterMap, Settled};
 use crate::digest::Digest;
-use crate::scene::cutout::{CutTriangles, Cutout, Mask, VertexData};
+use crate::scene::cutout::{CutTriangles, Mask, VertexData};
 use crate::scene::details::Details;
 use crate::scene::error::Findings;
 use crate::scene::given::meshes::Given;
@@ -576,16 +576,10 @@ impl Assembly {
         let first = material_of.iter().position(|material| cutout(material).is_some())?;
         let (mut masks, mut known): (Vec<Mask>, HashMap<u16, u16>) = (Vec::new(), HashMap::new());
         let cut = material_of[first..].iter().map_while(|material| Some((*material, cutout(material)?)));
-        let mask = |Cutout { map, by_vertices, least }: Cutout| {
-            let texture = map.map(|map| self.pictures.textures[map as usize].clone());
-            match texture {
-                Some(texture) if !by_vertices => Mask::new(texture, least),
-                texture => Mask::by_vertices(texture, least),
-            }
-        };
+        let texture = |map: u32| self.pictures.textures[map as usize].clone();
         let mask_of = cut.map(|(material, cutout)| {
             *known.entry(material).or_insert_with(|| {
-                masks.push(mask(cutout));
+                masks.push(Mask::new(cutout, cutout.map.map(texture)));
                 (masks.len() - 1) as u16
             })
         });

@@ -11,11 +11,11 @@ use glam::{DVec3, Vec3};
 use super::exporter::Exporter;
 use super::map_statement::{MapStatements, MapUse, map_statement};
 use super::unused_statements;
-use super::varying::VARYING;
+use super::varying::PARAMETERS;
 use crate::digest::Digest;
 use crate::input::{self, InputError, Kind};
 use crate::memory::{self, Need, Part};
-use crate::scene::keys::material::KdBesideMap;
+use crate::scene::keys::material::{AlphaMode, KdBesideMap};
 use crate::scene::material::{LARGEST_COLOR, MetalRough, Optics};
 use crate::scene::obj::lines::{Lines, readable, split_keyword, words};
 use crate::scene::{Material, SceneError};
@@ -53,6 +53,8 @@ pub(crate) struct MtlMaterial {
     pub illum: Option<u32>,
     pub pr: Option<f32>,
     pub pm: Option<f32>,
+    /// Meaning of a picture's alpha, if a shot file states it.
+    pub alpha_mode: Option<AlphaMode>,
     /// Pictures by their use.
     pub maps: MapStatements,
 }
@@ -226,8 +228,9 @@ impl MtlMaterial {
         self.illum = other.illum.or(self.illum);
         self.pr = other.pr.or(self.pr);
         self.pm = other.pm.or(self.pm);
+        self.alpha_mode = other.alpha_mode.or(self.alpha_mode);
         // a number all over is what is meant, and no factor of a picture; the colour of one is
-        for used in VARYING.into_iter().filter(|used| other.states_number(*used)) {
+        for used in PARAMETERS.into_iter().filter(|used| other.states_number(*used)) {
             self.maps[used] = None;
         }
         self.maps.replace_with(&other.maps);

@@ -3,13 +3,33 @@
 use std::path::Path;
 
 use super::assemble::{Assembly, Defined, MOST_MATERIALS};
-use super::map_statement::{ByUse, MapUse};
+use super::map_statement::{ByUse, Channel, MapUse};
 use super::mtl::MtlMaterial;
 use super::pictures::PictureUse;
-use super::varying::{self, ParameterMap, Settled, VARYING};
+use super::varying::{self, PARAMETERS, ParameterMap, Settled};
 use crate::scene::cutout::{Cutout, LEAST_OPACITY};
+use crate::scene::keys::material::AlphaMode;
 use crate::scene::obj::Named;
 use crate::scene::{Material, SceneError};
+
+/// Meaning of alpha that a picture has.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(in crate::scene) enum Alpha {
+    /// Places where it is below that are not there.
+    Cut(f32),
+    /// Each place is a veil as clear as it says, where the material can be one. Else it cuts out.
+    Blend,
+}
+
+impl Alpha {
+    /// The meaning that a shot file states; without one it cuts out.
+    pub fn of(stated: Option<AlphaMode>) -> Self {
+        match stated {
+            Some(AlphaMode::Blend) => Self::Blend,
+            Some(AlphaMode::Cut) | None => Self::Cut(LEAST_OPACITY),
+        }
+    }
+}
 
 impl Assembly {
     /// Settles the material that an OBJ file calls `named`, of the MTL statements that were `found`; a grey one without any.
@@ -40,9 +60,30 @@ impl Assembly {
             Some(map) => Some(self.picture(map, asking(MapUse::Opacity), PictureUse::Opacity)?),
             None => material.diffuse_map,
         };
-        let cut = opacity.filter(|map| self.pictures.cuts(*map));
-        material.cutout = cut.map(|map| Cutout::by_picture(map, LEAST_OPACITY));
-        self.settle_maps(&stated, asking, material)
+        let mut settled = self.settle_maps(&stated, asking, material)?;
+        if let Some(map) = opacity.filter(|map| stated.alpha_mode.is_some() || self.pictures.cuts(*map)) {
+            self.show_alpha(&mut settled, map, Alpha::of(stated.alpha_mode));
+        }
+        Ok(settled)
+    }
+
+    /// Has the alpha of texture number `map` show on a material.
+    pub(in crate::scene) fn show_alpha(&self, settled: &mut Settled, map: u32, alpha: Alpha) {
+        let Settled { material, maps } = settled;
+        material.cutout = match alpha {
+            Alpha::Blend if material.can_blend() => {
+                let shows = self.pictures.falls_below(map, varying::ALL_BUT_OPAQUE);
+                maps[MapUse::Opacity] = shows.then_some(ParameterMap { map, channel: Channel::Alpha });
+                shows.then(|| Cutout::blended(map, material.opacity()))
+            }
+            Alpha::Blend => self.cut_below(map, LEAST_OPACITY),
+            Alpha::Cut(least) => self.cut_below(map, least),
+        };
+    }
+
+    /// The cut-out of places where the alpha of a texture is below `least`, if there are any.
+    fn cut_below(&self, map: u32, least: f32) -> Option<Cutout> {
+        self.pictures.falls_below(map, least).then(|| Cutout::by_picture(map, least))
     }
 
     /// Gives a material the map of its normals, and finds those of its parameters. `asking`: the file that states the map of
@@ -61,7 +102,7 @@ impl Assembly {
             }
         }
         let mut maps = ByUse::default();
-        for used in VARYING {
+        for used in PARAMETERS {
             let Some(map) = &stated.maps[used] else { continue };
             if !varying::is_of_use(&material, used) {
                 let message = format!(

@@ -40,19 +40,35 @@ impl From<Material> for Settled {
     }
 }
 
-/// Numbers that make a variant, as bytes: roughness, metal, exponent of the highlight, emission and reflectance of highlights.
-const NUMBERS: usize = 9;
+/// Numbers that make a variant, as bytes: roughness, metal, exponent of the highlight, emission, reflectance of highlights, and
+/// opacity.
+const NUMBERS: usize = 10;
 const ROUGHNESS: usize = 0;
 const METAL: usize = 1;
 const SHININESS: usize = 2;
 const EMISSION: usize = 3;
 const SPECULAR: usize = 6;
+const OPACITY: usize = 9;
+
+/// Opacity from which on texels are opaque: pictures that were compressed are not quite, and veils
+/// take rays.
+pub(super) const ALL_BUT_OPAQUE: f32 = 252.0 / 255.0;
 
 type Numbers = [u8; NUMBERS];
 
-/// Uses of pictures that variants are made of.
-pub(crate) const VARYING: [MapUse; 5] =
+/// Uses of pictures that give parameters of a material.
+pub(crate) const PARAMETERS: [MapUse; 5] =
     [MapUse::Roughness, MapUse::Metal, MapUse::Shininess, MapUse::Emission, MapUse::Specular];
+
+/// Uses of pictures that variants are made of. Opacity is one where it is blended, and not where it cuts out.
+const VARYING: [MapUse; 6] = [
+    MapUse::Roughness,
+    MapUse::Metal,
+    MapUse::Shininess,
+    MapUse::Emission,
+    MapUse::Specular,
+    MapUse::Opacity,
+];
 
 /// Returns true if `material` has the parameter that pictures of this use give.
 pub(crate) fn is_of_use(material: &Material, used: MapUse) -> bool {
@@ -117,7 +133,7 @@ pub(crate) fn make(
     let other_shares = of_other.as_ref().map_or(vec![1.0], Numbered::shares);
     let shares: Vec<f64> =
         other_shares.iter().flat_map(|other| own_shares.iter().map(move |own| own * other)).collect();
-    let mean = mean(&materials, &shares);
+    let mean = mean(material, &materials, &shares);
     let step = of_own.kinds.len() as u16;
     let added = other.zip(of_other).map(|(other, of_other)| {
         let of_texel = of_other.of_texel.iter().map(|number| number * step).collect();
@@ -207,7 +223,12 @@ fn numbers_of(pictures: &[Picture<'_>], texel: usize) -> Numbers {
             MapUse::Shininess => numbers[SHININESS] = picture.channel.of(bytes),
             MapUse::Emission => numbers[EMISSION..EMISSION + 3].copy_from_slice(&colors),
             MapUse::Specular => numbers[SPECULAR..SPECULAR + 3].copy_from_slice(&colors),
-            MapUse::Color | MapUse::Opacity | MapUse::Normal | MapUse::Bump => {}
+            MapUse::Opacity => {
+                let alpha = picture.channel.of(bytes);
+                let is_opaque = f32::from(alpha) / 255.0 >= ALL_BUT_OPAQUE;
+                numbers[OPACITY] = if is_opaque { u8::MAX } else { alpha };
+            }
+            MapUse::Color | MapUse::Normal | MapUse::Bump => {}
         }
     }
     numbers
@@ -284,11 +305,11 @@ fn variant(material: &Material, maps: &ByUse<ParameterMap>, numbers: Numbers) ->
         variant.specular *= color(SPECULAR);
     }
     variant.shininess = (variant.shininess * share(SHININESS)).max(1.0);
-    variant
+    if maps.has(MapUse::Opacity) { variant.blended(share(OPACITY)) } else { variant }
 }
 
-/// The mean of the variants, each of which covers so large a share of the surface.
-fn mean(variants: &[Material], shares: &[f64]) -> Material {
+/// The mean of the variants of `material`, each of which covers so large a share of the surface; as opaque as it is by itself.
+fn mean(material: &Material, variants: &[Material], shares: &[f64]) -> Material {
     let number = |of: &dyn Fn(&Material) -> f32| {
         let sum = variants.iter().zip(shares).map(|(variant, share)| share * f64::from(of(variant)));
         sum.sum::<f64>() as f32
@@ -298,7 +319,7 @@ fn mean(variants: &[Material], shares: &[f64]) -> Material {
         emission: color(|one| one.emission),
         specular: color(|one| one.specular),
         shininess: number(&|one| one.shininess),
-        ..variants[0].clone()
+        ..material.clone()
     };
     if let Some(layer) = &mut mean.metal_rough {
         layer.roughness = number(&|one| one.metal_rough.map_or(0.0, |layer| layer.roughness));

@@ -344,6 +344,7 @@ fn replacement(text: TomlText<'_>, table: &MaterialTable) -> Result<Override, Sc
         illum,
         pr: number("pr", &table.pr, "from 0 (smooth) to 1 (rough)", 1.0)?,
         pm: number("pm", &table.pm, "from 0 (no metal) to 1 (metal)", 1.0)?,
+        alpha_mode: table.alpha_mode,
         maps,
         ..MtlMaterial::default()
     };

@@ -5,13 +5,14 @@ use std::path::PathBuf;
 use glam::{DVec3, Vec3};
 
 use super::file::{Input, Picture, Surface, UsdFile};
-use crate::scene::cutout::{Cutout, LEAST_OPACITY};
+use crate::scene::keys::material::AlphaMode;
 use crate::scene::material::LARGEST_COLOR;
 use crate::scene::model::assemble::Assembly;
 use crate::scene::model::decoded::{ColorSpace, Decoded};
 use crate::scene::model::map_statement::{Channel, MapUse};
 use crate::scene::model::mtl::MtlMaterial;
 use crate::scene::model::pictures::{Content, PictureUse, Wanted};
+use crate::scene::model::settle::Alpha;
 use crate::scene::model::varying::{ParameterMap, Settled, picture_use};
 use crate::scene::{Material, SceneError, Texture, texture};
 
@@ -47,16 +48,22 @@ impl Assembly {
             (Some(shot), Some(map)) => Some(self.picture(map, shot, PictureUse::Color)?),
             _ => color,
         };
-        material.cutout = match (&shot[MapUse::Opacity], &stated.maps[MapUse::Opacity]) {
-            (Some(shot), Some(map)) => {
-                let map = self.picture(map, shot, PictureUse::Opacity)?;
-                self.pictures.cuts(map).then_some(Cutout::by_picture(map, LEAST_OPACITY))
-            }
-            _ => self.usd_cutout(file, surface, color, unused)?,
-        };
         // what the file states by itself is no statement of MTL
         let asking = |used| shot[used].as_deref().unwrap_or(&file.path);
         let mut settled = self.settle_maps(&stated, asking, material)?;
+        let alpha = match (&shot[MapUse::Opacity], &stated.maps[MapUse::Opacity]) {
+            (Some(shot), Some(map)) => {
+                Some((self.picture(map, shot, PictureUse::Opacity)?, Alpha::of(stated.alpha_mode)))
+            }
+            _ => self.usd_alpha(file, surface, color)?,
+        };
+        if let Some((map, of_file)) = alpha {
+            let alpha = match (stated.alpha_mode, of_file) {
+                (None, _) | (Some(AlphaMode::Cut), Alpha::Cut(_)) => of_file,
+                _ => Alpha::of(stated.alpha_mode),
+            };
+            self.show_alpha(&mut settled, map, alpha);
+        }
         self.usd_maps(file, surface, &mut settled)?;
         self.add_material_of(&file.path, settled)
     }
@@ -129,7 +136,7 @@ impl Assembly {
                 if opacity.x < surface.opacity_threshold { 0.0 } else { 1.0 }
             }
             Input::Constant(opacity) => opacity.x.clamp(0.0, 1.0),
-            // a veil: the factor counts all over, and what is less than half there in the picture is cut out
+            // the factor of a picture that is blended
             Input::Picture(picture) if surface.opacity_threshold == 0.0 => {
                 let channel = picture.channel.unwrap_or(0);
                 (picture.scale[channel] + picture.bias[channel]).clamp(0.0, 1.0)
@@ -183,25 +190,25 @@ impl Assembly {
         })
     }
 
-    /// Parts that are cut out of a surface. `color`: the texture of its colour.
-    fn usd_cutout(
+    /// Texture of a surface's opacity, and what its alpha means. `color`: the texture of its colour.
+    fn usd_alpha(
         &mut self,
         file: &UsdFile,
         surface: &Surface,
         color: Option<u32>,
-        unused: &mut Vec<&'static str>,
-    ) -> Result<Option<Cutout>, SceneError> {
+    ) -> Result<Option<(u32, Alpha)>, SceneError> {
         let Input::Picture(picture) = &surface.opacity else { return Ok(None) };
         let channel = picture.channel.unwrap_or(0);
-        let least = if surface.opacity_threshold > 0.0 {
+        let alpha = if surface.opacity_threshold > 0.0 {
             // the threshold counts for what the texture makes of its numbers
             let scale = picture.scale[channel].max(f64::MIN_POSITIVE);
-            ((surface.opacity_threshold - picture.bias[channel]) / scale) as f32
+            let least = ((surface.opacity_threshold - picture.bias[channel]) / scale) as f32;
+            if least <= 0.0 {
+                return Ok(None);
+            }
+            Alpha::Cut(least.min(1.0))
         } else {
-            unused.push(
-                "opacity of textures cuts out what is less than half there: no surface is a veil in parts",
-            );
-            LEAST_OPACITY
+            Alpha::Blend
         };
         let of_color = match &surface.diffuse {
             Input::Picture(own) if channel == 3 && own.path == picture.path => color,
@@ -211,8 +218,7 @@ impl Assembly {
             Some(map) => map,
             None => self.usd_opacity_texture(file, picture, channel)?,
         };
-        let cuts = least > 0.0 && self.pictures.falls_below(map, least);
-        Ok(cuts.then_some(Cutout::by_picture(map, least.min(1.0))))
+        Ok(Some((map, alpha)))
     }
 
     /// Texture whose alpha is a channel of a picture. Returns its index.

@@ -10,7 +10,7 @@ use super::pieces::Pieces;
 use crate::animation::Shape;
 use crate::geometry::Bounds;
 use crate::pose::Pose;
-use crate::scene::cutout::CutoutTest;
+use crate::scene::cutout::{Asks, CutoutTest};
 use crate::scene::{Mesh, Shapes};
 use crate::trace::TraceError;
 
@@ -142,8 +142,9 @@ struct CutPart {
 }
 
 impl embree::Cutout for CutPart {
-    fn is_there(&self, primitive: u32, u: f32, v: f32) -> bool {
-        self.test.is_there(self.first + primitive, u, v)
+    fn is_there(&self, primitive: u32, weights: [f32; 2], of_ray: u32) -> bool {
+        let asks = if of_ray & mask::CLEAR == 0 { Asks::Shadow } else { Asks::Sight };
+        self.test.is_there(self.first + primitive, weights, asks)
     }
 }
 

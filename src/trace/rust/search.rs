@@ -5,6 +5,7 @@ use super::rays::{HALVES, Pace, Rays, eight_of};
 use super::tree::WIDTH;
 use super::triangles::{Axes, Block, Meeting, OF_INSTANCE, Shear, Triangles};
 use crate::lanes::F32x8;
+use crate::scene::cutout::Asks;
 use crate::trace::{HitPacket, LANES, NO_HIT};
 
 /// Largest number of triangles that a beam is tested against before its rays are traced one by one: more mean
@@ -98,7 +99,7 @@ impl Visitor<Beam> for ClosestOfBeam<'_> {
                 let mut hits = u32::from(meeting.mask.bits());
                 while hits != 0 {
                     let i = take(&mut hits);
-                    if self.triangles.is_there(block, at, [u[i], v[i]]) {
+                    if self.triangles.is_there(block, at, [u[i], v[i]], Asks::Sight) {
                         closer |= put(self.best, half * WIDTH + i, [t[i], u[i], v[i]], name);
                     }
                 }
@@ -146,7 +147,7 @@ impl Visitor<Ray> for ClosestOfRay<'_> {
         let mut hits = u32::from(meeting.mask.bits());
         while hits != 0 {
             let i = take(&mut hits);
-            if self.triangles.is_there(block, i, [u[i], v[i]]) {
+            if self.triangles.is_there(block, i, [u[i], v[i]], Asks::Sight) {
                 put(self.best, lane, [t[i], u[i], v[i]], name_of(block, i, self.instance));
             }
         }
@@ -181,6 +182,11 @@ impl Exempt<'_> {
     #[inline(always)]
     fn candidates(&self, block: &Block) -> u32 {
         if self.clear { block.casts_shadow } else { u32::MAX }
+    }
+
+    /// What the rays ask of places.
+    fn asks(&self) -> Asks {
+        if self.clear { Asks::Shadow } else { Asks::Sight }
     }
 
     /// Returns true if ray number `lane` ends on the triangle of this name.
@@ -247,7 +253,7 @@ impl Visitor<Beam> for BlockBeam<'_> {
                     let i = take(&mut hits);
                     let lane = half * WIDTH + i;
                     if !self.exempt.is_own(lane, name_of(block, at, self.instance))
-                        && self.triangles.is_there(block, at, weights(&meeting, i))
+                        && self.triangles.is_there(block, at, weights(&meeting, i), self.exempt.asks())
                     {
                         self.far[lane] = f32::NEG_INFINITY;
                         any = true;
@@ -304,7 +310,7 @@ impl Visitor<Ray> for BlockRay<'_> {
         while hits != 0 {
             let at = take(&mut hits);
             if !self.exempt.is_own(self.lane, name_of(block, at, self.instance))
-                && self.triangles.is_there(block, at, weights(&meeting, at))
+                && self.triangles.is_there(block, at, weights(&meeting, at), self.exempt.asks())
             {
                 self.blocked = true;
                 ray.end_at(f32::NEG_INFINITY);

@@ -13,7 +13,7 @@ use glam::DVec3;
 use super::tree::{Box3, Planes, Tree, WIDTH};
 use crate::lanes::{F32x8, Mask};
 use crate::scene::Mesh;
-use crate::scene::cutout::CutoutTest;
+use crate::scene::cutout::{Asks, CutoutTest};
 
 /// `model` of a triangle whose instance has the model.
 pub const OF_INSTANCE: u32 = u32::MAX;
@@ -84,16 +84,16 @@ impl Triangles {
     }
 
     /// Returns true if triangle number `at` of a block is there in the place with these weights of its second
-    /// and third corner.
+    /// and third corner, for a ray that asks this.
     #[inline(always)]
-    pub fn is_there(&self, block: &Block, at: usize, weights: [f32; 2]) -> bool {
-        block.is_cut >> at & 1 == 0 || self.is_left(block, at, weights)
+    pub fn is_there(&self, block: &Block, at: usize, weights: [f32; 2], asks: Asks) -> bool {
+        block.is_cut >> at & 1 == 0 || self.is_left(block, at, weights, asks)
     }
 
     #[cold]
-    fn is_left(&self, block: &Block, at: usize, [u, v]: [f32; 2]) -> bool {
+    fn is_left(&self, block: &Block, at: usize, weights: [f32; 2], asks: Asks) -> bool {
         let found = self.cut.binary_search_by_key(&block.model[at], |(model, _)| *model);
-        found.is_ok_and(|test| self.cut[test].1.is_there(block.triangle[at], u, v))
+        found.is_ok_and(|test| self.cut[test].1.is_there(block.triangle[at], weights, asks))
     }
 
     /// Returns true if there are no triangles.

@@ -120,7 +120,7 @@ fn of_model(model: &Table, shot: &Table, add: &mut impl FnMut(String)) {
         stated.is_some_and(|material| keys.iter().any(|key| material.contains_key(*key)))
     };
     if has(&["map_d"]) {
-        add("material: cut out".into());
+        add(if has(&["alpha_mode"]) { "material: blended" } else { "material: cut out" }.into());
     }
     if has(&["norm", "map_bump"]) {
         add("material: bent normals".into());

@@ -1,7 +1,7 @@
 //! Does the alpha of vertices (COLOR_0) count as the standard says?
 
 use super::*;
-use afterimage::scene::cutout::CutoutTest;
+use afterimage::scene::cutout::{Asks, CutoutTest};
 use afterimage::trace::BackendKind;
 
 /// Squares side by side, four vertices each from the one to the left below, counter-clockwise, of material 0.
@@ -79,8 +79,9 @@ fn the_product_of_all_alphas_is_compared_with_the_cutoff() {
             let [u, v] = [i, j].map(|at| (f32::from(at) + 0.3) / 20.6);
             let corners = mesh.triangles[triangle as usize].map(|corner| FALLING[corner as usize]);
             let alpha = corners[0] * (1.0 - u - v) + corners[1] * u + corners[2] * v;
-            assert_eq!(test.is_there(triangle, u, v), alpha * of_picture >= least, "{material}: {alpha}");
-            there += u32::from(test.is_there(triangle, u, v));
+            let is_there = test.is_there(triangle, [u, v], Asks::Sight);
+            assert_eq!(is_there, alpha * of_picture >= least, "{material}: {alpha}");
+            there += u32::from(is_there);
         }
         assert!((100..320).contains(&there), "{there} of 420");
         assert_eq!(told(&shot), [] as [&str; 0]);
@@ -113,6 +114,77 @@ fn even_alpha_is_a_factor_of_blended_materials() {
     assert_eq!(models, [(0.25, false), (0.125, false), (0.5, false), (0.25, false), (0.5, true)]);
     let told = told(&shot);
     assert!(told.len() == 1 && told[0].contains("less than half there"), "{told:?}");
+}
+
+fn blended(factor: f32) -> Value {
+    let texture = json!({"index": 0});
+    let pbr = json!({"baseColorFactor": [1, 0.5, 0.2, factor], "metallicFactor": 0, "baseColorTexture": texture});
+    json!({"pbrMetallicRoughness": pbr, "alphaMode": "BLEND"})
+}
+
+/// A square of a blended material, before a wall that glows in a lamp's light.
+fn before_a_wall(material: Value, texels: [[u8; 4]; 2]) -> Squares {
+    let mut squares = Squares::new(material, Some(texels)).with([1.0; 4]);
+    let wall = json!({"emissiveFactor": [0, 0.2, 0], "pbrMetallicRoughness": {"metallicFactor": 0}});
+    let wall = squares.file.add("materials", wall);
+    let corners = squares.file.vectors(&[[-9.0, -9.0, -2.0], [9.0, -9.0, -2.0], [0.0, 20.0, -2.0]]);
+    let mesh = squares.file.mesh(json!({"attributes": {"POSITION": corners}, "material": wall}));
+    squares.file.root(json!({"mesh": mesh}));
+    squares
+}
+
+fn shot_of(squares: &Squares, paths: u32) -> Shot {
+    let text = format!(
+        "[render]\nsamples = 2\n[indirect]\npaths = {paths}\n[[camera.key]]\nframe = 1\neye = [1, 1, 9]\ntarget = [1, 1, 0]\n\
+        [[camera.key]]\nframe = 5\neye = [1.4, 1.2, 8]\ntarget = [1, 1, 0]\n\
+        [[light]]\ntype = \"point\"\nposition = [3, 4, 6]\npower = 60\n[[model]]\ngltf = \"m.gltf\"\n"
+    );
+    load_in(folder(&squares.file).path(), &text, false).unwrap()
+}
+
+/// A picture that is as clear all over is as good as that factor: the veil, and the shadow of one that is more than half there.
+#[test]
+fn blended_alpha_of_a_picture_is_that_of_a_veil() {
+    for (byte, factor) in [(102, 0.4_f32), (153, 0.6)] {
+        let rendered = |material, alpha: u8| {
+            let shot = shot_of(&before_a_wall(material, [[255, 255, 255, alpha]; 2]), 0);
+            let settings = Settings { width: 64, height: 48, reflections: 0, ..shot.settings.clone() };
+            let mut renderer = Renderer::with(BackendKind::Embree, &shot.scene, &settings).unwrap();
+            let film = renderer.render(1, true).unwrap().film;
+            (["R", "G", "B"].map(|name| film.values(name).unwrap().to_vec()), shot)
+        };
+        let (of_picture, shot) = rendered(blended(1.0), byte);
+        assert!(shot.scene.models.iter().any(|model| model.mesh.cut.is_some()), "it is a mask's");
+        let (of_factor, shot) = rendered(blended(factor), 255);
+        assert!(shot.scene.models.iter().all(|model| model.mesh.cut.is_none()), "nothing is cut out");
+        assert!(of_picture == of_factor, "{factor}");
+        let (solid, _) = rendered(blended(1.0), 255);
+        assert!(of_picture != solid, "{factor}");
+    }
+}
+
+/// A picture that is opaque on its left, and fades to the right, for both tracers.
+#[test]
+fn reuse_is_exact_where_alpha_is_blended() {
+    let shot = shot_of(&before_a_wall(blended(0.9), [[255, 255, 255, 255], [250, 250, 250, 0]]), 2);
+    let kinds = shot.scene.materials.iter().filter(|material| material.variant_of.is_some()).count();
+    assert!(kinds >= 2, "{kinds} variants");
+    for backend in [BackendKind::Embree, BackendKind::Rust] {
+        let settings =
+            Settings { width: 64, height: 48, audit: true, mode: Mode::Reproject, ..shot.settings.clone() };
+        let mut renderer = Renderer::with(backend, &shot.scene, &settings).unwrap();
+        for frame in 1..=4 {
+            let finished = renderer.render(frame, true).unwrap();
+            let audit = finished.stats.audit.unwrap();
+            assert_eq!(audit.differing, 0, "{backend:?}, frame {frame}: {audit:?}");
+            if frame == 1 {
+                // the left of the square hides the wall but for its factor's tenth; the right shows it
+                let blue = finished.film.values("B").unwrap();
+                let [left, right] = [27, 36].map(|x| blue[24 * 64 + x]);
+                assert!(right > left + 0.1, "{left} {right}");
+            }
+        }
+    }
 }
 
 /// Beside each other: a square that falls off to the right, and one that is there. Both tracers see the left half of the first, and

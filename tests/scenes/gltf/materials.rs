@@ -239,6 +239,33 @@ fn textures_are_turned() {
     }
 }
 
+/// What is unlit shows its texture as light of its own, as opaque as that says.
+#[test]
+fn unlit_surfaces_show_their_texture_and_its_alpha() {
+    let mut file = File::new();
+    let positions = file.vectors(&[[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]);
+    let uvs = file.floats("VEC2", 2, &[0.0, 0.0, 1.0, 0.0, 0.0, 1.0]);
+    let uri = base64(&png([[255, 0, 0, 255], [0, 255, 0, 102]]));
+    file.json["images"] = json!([{"uri": format!("data:image/png;base64,{uri}")}]);
+    file.json["textures"] = json!([{"source": 0}]);
+    let pbr = json!({"baseColorTexture": {"index": 0}, "baseColorFactor": [0.5, 1, 1, 1]});
+    file.add(
+        "materials",
+        json!({"pbrMetallicRoughness": pbr, "alphaMode": "BLEND", "extensions": {"KHR_materials_unlit": {}}}),
+    );
+    let attributes = json!({"POSITION": positions, "TEXCOORD_0": uvs});
+    let mesh = file.mesh(json!({"attributes": attributes, "material": 0}));
+    file.root(json!({"mesh": mesh}));
+    let scene = load(&file, "").scene;
+    let variants = scene.materials.iter().filter(|material| material.variant_of == Some(0));
+    let mut shown: Vec<_> = variants.map(|one| (one.emission, one.opacity(), one.diffuse)).collect();
+    shown.sort_by(|one, other| other.1.total_cmp(&one.1));
+    assert_eq!(shown.len(), 2);
+    let green = Vec3::new(0.0, 0.4, 0.0);
+    assert_eq!(shown[0], (Vec3::new(0.5, 0.0, 0.0), 1.0, Vec3::ZERO));
+    assert!(shown[1].0.abs_diff_eq(green, 1e-6) && (shown[1].1 - 0.4).abs() < 1e-6, "{shown:?}");
+}
+
 #[test]
 fn alpha_cuts_out_what_is_below_the_cutoff() {
     let cutout = |alpha: [u8; 2], json: Value| {
@@ -273,7 +300,9 @@ fn alpha_cuts_out_what_is_below_the_cutoff() {
         ([255, 100], with(0.25, "MASK", Some(0.125)), Some(0.5)),
         ([255, 0], with(1.0, "MASK", Some(0.0)), None),
         ([255, 0], with(1.0, "OPAQUE", None), None),
-        ([255, 0], with(1.0, "BLEND", None), Some(0.5)),
+        // it is seen wherever it shows at all
+        ([255, 0], with(1.0, "BLEND", None), Some(0.5 / 255.0)),
+        ([255, 253], with(1.0, "BLEND", None), None),
     ] {
         assert_eq!(cutout(alpha, json.clone()), expected, "{alpha:?} {json}");
     }

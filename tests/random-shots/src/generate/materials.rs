@@ -71,6 +71,9 @@ fn material(dice: &mut Dice, name: &str) -> Table {
     }
     if dice.one_in(5) {
         material.insert("map_d".into(), HOLES.into());
+        if dice.one_in(2) {
+            material.insert("alpha_mode".into(), "blend".into());
+        }
     }
     if dice.one_in(5) {
         let (key, picture) = *dice.pick(&[("norm", NORMALS), ("map_bump", HOLES)]);
