@@ -4,15 +4,18 @@
 //! a yes or no, which can be kept from frame to frame; the edge of a leaf is smoothed as any edge is, by the samples of a pixel.
 //!
 //! A surface whose alpha is *blended* is there wherever it shows at all, and each place of it is a veil as clear as its alpha says:
-//! one of its material's [variants](super::variants). Shadows stay a yes or no there, too: places that let half of the light through
-//! cast none.
+//! one of its material's [variants](super::variants). Shadows stay a yes or no there, too: a shadow ray is stopped as often as a place
+//! is opaque, by a number that belongs to a small part of the surface. So the shadow is right in the mean over many samples, and the
+//! same ray always has the same answer.
 
 use std::ops::Range;
 use std::sync::Arc;
 
 use glam::Vec2;
 
+use super::texture::Between;
 use super::{Mesh, Texture};
+use crate::scrambled::scrambled;
 
 /// Least opacity of places that are there, where files do not state it.
 pub const LEAST_OPACITY: f32 = 0.5;
@@ -38,8 +41,8 @@ pub struct Cutout {
     pub by_vertices: bool,
     /// Least alpha of places that are there, above 0.
     pub least: f32,
-    /// Least alpha of places that cast shadows, not below that.
-    pub least_in_shadows: f32,
+    /// Where alpha is blended: opacity of places whose alpha is 1.
+    pub blended: Option<f32>,
 }
 
 /// Vertex data that a mesh has, of which cut-outs need one.
@@ -54,18 +57,13 @@ pub struct VertexData {
 impl Cutout {
     /// Creates the cut-out of places where the alpha of picture number `map` is below `least`.
     pub fn by_picture(map: u32, least: f32) -> Self {
-        Self { map: Some(map), by_vertices: false, least, least_in_shadows: least }
+        Self { map: Some(map), by_vertices: false, least, blended: None }
     }
 
     /// Creates the cut-out of a surface that blends with what is behind it by the alpha of picture number `map`, where `solid` is its
     /// opacity where that is 1.
     pub fn blended(map: u32, solid: f32) -> Self {
-        Self { least_in_shadows: LEAST_OPACITY / solid.max(LEAST_OPACITY), ..Self::by_picture(map, LEAST_SEEN) }
-    }
-
-    /// Returns true if places are veils where their alpha is not 1.
-    pub fn is_blended(&self) -> bool {
-        self.least < self.least_in_shadows
+        Self { blended: Some(solid), ..Self::by_picture(map, LEAST_SEEN) }
     }
 
     /// The part of it that counts on a mesh with this vertex data, if there is any.
@@ -80,8 +78,10 @@ impl Cutout {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Mask {
     alpha: Alpha,
-    /// Least alpha, by what a ray [asks](Asks).
-    least: [f32; 2],
+    /// See [`Cutout::least`].
+    least: f32,
+    /// See [`Cutout::blended`].
+    blended: Option<f32>,
 }
 
 /// Alpha of a mask. Pictures share their texels with the scene's.
@@ -90,8 +90,8 @@ enum Alpha {
     /// That of a picture.
     Picture {
         texture: Texture,
-        /// State of the squares between each texel's centre and those of the next ones, to the right and below, by what a ray asks.
-        squares: [Arc<[Square]>; 2],
+        /// State of the squares between each texel's centre and those of the next ones, to the right and below.
+        squares: Arc<[Square]>,
     },
     /// That of vertices, times that of a picture if there is one.
     Vertices(Option<Texture>),
@@ -111,17 +111,15 @@ enum Square {
 impl Mask {
     /// Creates the mask of a cut-out, whose picture is `texture`.
     pub fn new(cutout: Cutout, texture: Option<Texture>) -> Self {
-        let least = [cutout.least, cutout.least_in_shadows];
+        let Cutout { least, blended, .. } = cutout;
         let alpha = match texture {
             Some(texture) if !cutout.by_vertices => {
-                let seen = squares_of(&texture, least[0]);
-                let casting =
-                    if least[0] == least[1] { Arc::clone(&seen) } else { squares_of(&texture, least[1]) };
-                Alpha::Picture { texture, squares: [seen, casting] }
+                let squares = squares_of(&texture, least);
+                Alpha::Picture { texture, squares }
             }
             texture => Alpha::Vertices(texture),
         };
-        Self { alpha, least }
+        Self { alpha, least, blended }
     }
 
     /// Returns true if the alpha of vertices counts.
@@ -129,26 +127,44 @@ impl Mask {
         matches!(self.alpha, Alpha::Vertices(_))
     }
 
-    /// Returns true if the place at `uv` is there for a ray that asks this, where `of_vertices` gives the alpha of the vertices.
+    /// Returns true if the place at `uv` of a `triangle` is there for a ray that asks this, where `of_vertices` gives the alpha of the
+    /// vertices.
     #[inline]
-    pub fn is_there(&self, uv: Vec2, asks: Asks, of_vertices: impl FnOnce() -> f32) -> bool {
-        let least = self.least[asks as usize];
+    pub fn is_there(
+        &self,
+        (triangle, uv): (u32, Vec2),
+        asks: Asks,
+        of_vertices: impl FnOnce() -> f32,
+    ) -> bool {
         match &self.alpha {
             Alpha::Picture { texture, squares } => {
                 let between = texture.between(uv);
-                match squares[asks as usize][between.first()] {
-                    Square::There => true,
-                    Square::Gone => false,
-                    Square::Both => texture.alpha_between(&between) >= least,
+                match (squares[between.first()], self.blended) {
+                    (Square::Gone, _) => false,
+                    (_, Some(solid)) if asks == Asks::Shadow => {
+                        texture.alpha_between(&between) * solid > chance_of(triangle, &between)
+                    }
+                    (Square::There, _) => true,
+                    (Square::Both, _) => texture.alpha_between(&between) >= self.least,
                 }
             }
             Alpha::Vertices(texture) => {
                 let of_picture =
                     texture.as_ref().map_or(1.0, |texture| texture.alpha_between(&texture.between(uv)));
-                of_vertices() * of_picture >= least
+                of_vertices() * of_picture >= self.least
             }
         }
     }
+}
+
+/// A number from 0 to below 1 that belongs to a part of a triangle, as large as a quarter of a texel in each direction. Tracers find
+/// places that differ in their last bits, and hardly ever another part.
+fn chance_of(triangle: u32, between: &Between) -> f32 {
+    let [right, down] = between.parts(4);
+    let hash = [between.first() as u32, right + 4 * down]
+        .into_iter()
+        .fold(scrambled(triangle), |hash, part| scrambled(hash ^ part));
+    (hash >> 8) as f32 / (1 << 24) as f32
 }
 
 /// State of the squares of a texture, where places are there whose alpha is at least `least`.
@@ -219,7 +235,7 @@ impl CutoutTest {
         let Some(number) = triangle.checked_sub(self.first) else { return true };
         let Some(([a, b, c], mask)) = self.triangles.get(number as usize) else { return true };
         let uv = *a * (1.0 - u - v) + *b * u + *c * v;
-        self.masks[usize::from(*mask)].is_there(uv, asks, || {
+        self.masks[usize::from(*mask)].is_there((triangle, uv), asks, || {
             let [a, b, c] = self.alphas[number as usize];
             a * (1.0 - u - v) + b * u + c * v
         })
@@ -248,25 +264,28 @@ mod tests {
             for (x, y) in (0..120).flat_map(|x| (0..120).map(move |y| (x, y))) {
                 let uv = Vec2::new(place(x), place(y));
                 let is_there = texture.alpha_between(&texture.between(uv)) >= LEAST_OPACITY;
-                assert_eq!(mask.is_there(uv, Asks::Sight, || f32::NAN), is_there, "{uv}");
+                assert_eq!(mask.is_there((0, uv), Asks::Sight, || f32::NAN), is_there, "{uv}");
                 there += u32::from(is_there);
             }
             assert!((1000..13400).contains(&there), "{there}");
         }
     }
 
-    /// What is blended is seen wherever it shows at all, and casts shadows where it lets less than half of the light through.
+    /// What is blended is seen wherever it shows at all, and stops as much light as it is opaque.
     #[test]
-    fn blended_places_cast_shadows_where_they_hide_most() {
+    fn blended_places_cast_shadows_as_often_as_they_are_opaque() {
         let texels = (0..=255).map(|alpha| [0, 0, 0, alpha]).collect();
         let texture = Texture::of_bytes(PathBuf::new(), [256, 1], texels, Mapping::default());
         for solid in [1.0_f32, 0.8] {
             let mask = Mask::new(Cutout::blended(0, solid), Some(texture.clone()));
             for alpha in 0..=255_u8 {
                 let uv = Vec2::new((f32::from(alpha) + 0.5) / 256.0, 0.5);
-                let [seen, casts] = [Asks::Sight, Asks::Shadow].map(|asks| mask.is_there(uv, asks, || 1.0));
-                let share = f32::from(alpha) / 255.0 * solid;
-                assert_eq!((seen, casts), (alpha > 0, share > 0.5), "{alpha} of {solid}");
+                assert_eq!(mask.is_there((0, uv), Asks::Sight, || 1.0), alpha > 0, "{alpha} of {solid}");
+                let casts = |triangle: &u32| mask.is_there((*triangle, uv), Asks::Shadow, || 1.0);
+                let count = (0..10_000).filter(casts).count() as f32;
+                let expected = f32::from(alpha) / 255.0 * solid * 1e4;
+                // four times the standard deviation
+                assert!((count - expected).abs() <= 200.0, "{alpha} of {solid}: {count}");
             }
         }
     }
@@ -284,7 +303,7 @@ mod tests {
             let mask = Mask::new(cutout, texture);
             for alpha in [0.0, 0.29, 0.31, 0.74, 0.76, 1.0] {
                 assert_eq!(
-                    mask.is_there(uv, Asks::Shadow, || alpha),
+                    mask.is_there((0, uv), Asks::Shadow, || alpha),
                     alpha * of_picture >= 0.3,
                     "{alpha} times {of_picture}"
                 );

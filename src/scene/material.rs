@@ -170,9 +170,11 @@ impl Material {
     pub fn blended(self, alpha: f32) -> Self {
         let optics = match self.optics {
             optics if alpha == 1.0 => optics,
-            Optics::Glass { transmission, index, reflection } => {
-                Optics::Glass { transmission: Vec3::ONE - (Vec3::ONE - transmission) * alpha, index, reflection }
-            }
+            Optics::Glass { transmission, index, reflection } => Optics::Glass {
+                transmission: Vec3::ONE - (Vec3::ONE - transmission) * alpha,
+                index,
+                reflection,
+            },
             _ => Optics::Glass { transmission: Vec3::splat(1.0 - alpha), index: 1.0, reflection: Vec3::ZERO },
         };
         Self {

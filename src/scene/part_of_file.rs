@@ -111,7 +111,7 @@ impl Assembly {
         mut runs: Vec<(Range<usize>, u16)>,
     ) -> Mesh {
         let has = VertexData { uvs: !surface.uvs.is_empty(), alphas: !surface.alphas.is_empty() };
-        let casts = |material: u16| self.casts_shadow(material);
+        let casts = |material: u16| self.casts_shadow_on(material, has);
         runs.sort_by_key(|(_, material)| self.rank(*material, has));
         let casting = runs.iter().filter(|(_, material)| casts(*material));
         let shadow_casting = casting.map(|(range, _)| range.len()).sum();

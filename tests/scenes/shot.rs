@@ -240,7 +240,8 @@ fn opacity_cuts_surfaces_out() {
                 shot.scene.materials[material].name.clone()
             });
             let names: Vec<String> = names.collect();
-            let places = [0.25, 0.75].map(|u| cut.masks[0].is_there(glam::Vec2::new(u, 0.5), Asks::Sight, || 1.0));
+            let places = [0.25, 0.75]
+                .map(|u| cut.masks[0].is_there((0, glam::Vec2::new(u, 0.5)), Asks::Sight, || 1.0));
             (names, places)
         })
     };

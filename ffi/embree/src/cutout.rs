@@ -57,8 +57,7 @@ unsafe extern "C" fn reject_missing(arguments: *const sys::RTCFilterFunctionNArg
                 continue;
             }
             let value = |row: usize| *hit.add(row * count + i);
-            let weights =
-                [sys::RTC_HIT_N_U_ROW, sys::RTC_HIT_N_V_ROW].map(|row| f32::from_bits(value(row)));
+            let weights = [sys::RTC_HIT_N_U_ROW, sys::RTC_HIT_N_V_ROW].map(|row| f32::from_bits(value(row)));
             let mask = *ray.add(sys::RTC_RAY_N_MASK_ROW * count + i);
             if !cutout.is_there(value(sys::RTC_HIT_N_PRIM_ID_ROW), weights, mask) {
                 *valid = 0;

@@ -50,7 +50,7 @@ pub fn made(frame: &FrameView, bounds: &[Bounds]) -> (ReflectionMaps, RayCounts)
 fn goes_on(scene: &Scene, model: &Model) -> bool {
     let is_opaque = |material: &u16| {
         let material = &scene.materials[usize::from(*material)];
-        material.optics == Optics::Opaque && !material.cutout.is_some_and(|cutout| cutout.is_blended())
+        material.optics == Optics::Opaque && material.cutout.is_none_or(|cutout| cutout.blended.is_none())
     };
     !model.mesh.material_of.iter().all(is_opaque)
 }

@@ -240,10 +240,11 @@ impl<'a> FrameView<'a> {
         material == head || self.scene.materials[usize::from(material)].variant_of == Some(head)
     }
 
-    /// Returns true if lights shine through a `material` as if it were not there.
+    /// Returns true if lights shine through a `material` as if it were not there, always or by chance.
     pub fn shines_through(&self, material: u16) -> bool {
-        self.settings.caustics != Caustics::Paths
-            && !self.scene.materials[usize::from(material)].casts_shadow()
+        let material = &self.scene.materials[usize::from(material)];
+        let by_chance = material.cutout.is_some_and(|cutout| cutout.blended.is_some());
+        self.settings.caustics != Caustics::Paths && (!material.casts_shadow() || by_chance)
     }
 
     /// Vector from the eye to a sample at `point` of a triangle of `model`: an offset for a surface, a

@@ -191,7 +191,7 @@ impl Assembly {
                 self.show_alpha(&mut settled, map, Alpha::of(stated.alpha_mode));
             }
             (.., map, Some(Alpha::Cut(least))) if by_vertices => {
-                settled.material.cutout = Some(Cutout { by_vertices, map, least, least_in_shadows: least });
+                settled.material.cutout = Some(Cutout { by_vertices, map, least, blended: None });
             }
             (.., Some(map), Some(alpha)) => self.show_alpha(&mut settled, map, alpha),
             _ => {}

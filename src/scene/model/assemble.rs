@@ -179,6 +179,14 @@ impl Assembly {
         spelling::hint(name, self.overrides.iter().map(|entry| entry.values.name.as_str()))
     }
 
+    /// Returns true if triangles of a material, on a mesh with this vertex data, keep light from anything: all over, or where a picture
+    /// says so.
+    pub(in crate::scene) fn casts_shadow_on(&self, material: u16, has: VertexData) -> bool {
+        let of = &self.materials[usize::from(material)];
+        let cutout = of.cutout.and_then(|cutout| cutout.on_mesh(has));
+        of.casts_shadow() || cutout.is_some_and(|cutout| cutout.blended.is_some())
+    }
+
     /// Returns true if a material casts shadows.
     pub fn casts_shadow(&self, material: u16) -> bool {
         self.materials[usize::from(material)].casts_shadow()
@@ -494,8 +502,8 @@ impl Assembly {
     /// of triangles.
     fn mesh_of(&self, obj: ObjFile, ids: &[u16]) -> (Mesh, Groups) {
         let id = |stretch: &Stretch| ids[stretch.of.material as usize];
-        let casts = |stretch: &Stretch| self.casts_shadow(id(stretch));
         let has = VertexData { uvs: !obj.uvs.is_empty(), alphas: false };
+        let casts = |stretch: &Stretch| self.casts_shadow_on(id(stretch), has);
         let rank = |stretch: &Stretch| self.rank(id(stretch), has);
         let mut stretches = Vec::with_capacity(obj.uses.len());
         let mut begin = 0;
@@ -557,8 +565,9 @@ impl Assembly {
     /// Place of a material's triangles in the order of a mesh: those that cast shadows come first, and those that are cut out
     /// follow each other.
     pub(in crate::scene) fn rank(&self, material: u16, has: VertexData) -> u8 {
-        let material = &self.materials[usize::from(material)];
-        match (material.casts_shadow(), material.cutout.is_some_and(|cutout| cutout.on_mesh(has).is_some())) {
+        let cutout = self.materials[usize::from(material)].cutout;
+        let is_cut = cutout.is_some_and(|cutout| cutout.on_mesh(has).is_some());
+        match (self.casts_shadow_on(material, has), is_cut) {
             (true, false) => 0,
             (true, true) => 1,
             (false, true) => 2,

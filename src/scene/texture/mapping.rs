@@ -121,6 +121,11 @@ pub struct Between {
 }
 
 impl Between {
+    /// Numbers of the part, to the right and down, that the place is in, of `count` between the centres in each direction.
+    pub fn parts(&self, count: u32) -> [u32; 2] {
+        self.shares.map(|share| ((share * count as f32) as u32).min(count - 1))
+    }
+
     /// Interpolates what texels have, bilinearly.
     #[inline(always)]
     pub fn of(&self, texel: impl Fn(usize) -> Vec3) -> Vec3 {

@@ -1,8 +1,12 @@
 //! Does the alpha of vertices (COLOR_0) count as the standard says?
 
 use super::*;
+use afterimage::animation::Track;
+use afterimage::layers::Layers;
+use afterimage::scene::LightKind;
 use afterimage::scene::cutout::{Asks, CutoutTest};
 use afterimage::trace::BackendKind;
+use glam::DVec3;
 
 /// Squares side by side, four vertices each from the one to the left below, counter-clockwise, of material 0.
 struct Squares {
@@ -118,7 +122,8 @@ fn even_alpha_is_a_factor_of_blended_materials() {
 
 fn blended(factor: f32) -> Value {
     let texture = json!({"index": 0});
-    let pbr = json!({"baseColorFactor": [1, 0.5, 0.2, factor], "metallicFactor": 0, "baseColorTexture": texture});
+    let pbr =
+        json!({"baseColorFactor": [1, 0.5, 0.2, factor], "metallicFactor": 0, "baseColorTexture": texture});
     json!({"pbrMetallicRoughness": pbr, "alphaMode": "BLEND"})
 }
 
@@ -142,12 +147,13 @@ fn shot_of(squares: &Squares, paths: u32) -> Shot {
     load_in(folder(&squares.file).path(), &text, false).unwrap()
 }
 
-/// A picture that is as clear all over is as good as that factor: the veil, and the shadow of one that is more than half there.
+/// A picture that is as clear all over is as good as that factor where there are no shadows.
 #[test]
 fn blended_alpha_of_a_picture_is_that_of_a_veil() {
     for (byte, factor) in [(102, 0.4_f32), (153, 0.6)] {
         let rendered = |material, alpha: u8| {
-            let shot = shot_of(&before_a_wall(material, [[255, 255, 255, alpha]; 2]), 0);
+            let mut shot = shot_of(&before_a_wall(material, [[255, 255, 255, alpha]; 2]), 0);
+            shot.scene.lights.clear();
             let settings = Settings { width: 64, height: 48, reflections: 0, ..shot.settings.clone() };
             let mut renderer = Renderer::with(BackendKind::Embree, &shot.scene, &settings).unwrap();
             let film = renderer.render(1, true).unwrap().film;
@@ -160,6 +166,29 @@ fn blended_alpha_of_a_picture_is_that_of_a_veil() {
         assert!(of_picture == of_factor, "{factor}");
         let (solid, _) = rendered(blended(1.0), 255);
         assert!(of_picture != solid, "{factor}");
+    }
+}
+
+/// The shadow of a square that is so opaque is so dark, in the mean.
+#[test]
+fn blended_surfaces_dim_the_light_by_their_alpha() {
+    let light_behind = |alpha: u8| {
+        let mut shot = shot_of(&before_a_wall(blended(1.0), [[255, 255, 255, alpha]; 2]), 0);
+        // along the line of sight: the middle of the square hides its own shadow
+        shot.scene.lights[0].kind = LightKind::Directional { direction: Track::constant(DVec3::NEG_Z) };
+        let settings =
+            Settings { width: 48, height: 48, depth: 1, layers: Layers::ALL, ..shot.settings.clone() };
+        let mut renderer = Renderer::with(BackendKind::Embree, &shot.scene, &settings).unwrap();
+        let film = renderer.render(1, true).unwrap().film;
+        let seen = film.values("refraction.R").unwrap();
+        let inner: Vec<f32> = (20..28).flat_map(|y| seen[y * 48 + 20..y * 48 + 28].to_vec()).collect();
+        inner.iter().sum::<f32>() / inner.len() as f32 / (1.0 - f32::from(alpha) / 255.0)
+    };
+    let open = light_behind(3);
+    for alpha in [51, 128, 204] {
+        let expected = 1.0 - f32::from(alpha) / 255.0;
+        let share = light_behind(alpha) / open * (1.0 - 3.0 / 255.0);
+        assert!((share - expected).abs() < 0.05, "{alpha}: {share}, not {expected}");
     }
 }
 
