@@ -209,9 +209,13 @@ impl<'a> Answers8<'a> {
     #[inline(never)]
     fn footprints(&self, frame: &FrameView, points: &Vec3x8, normals: Vec3x8) -> [Footprint; LANES] {
         let mut footprints = [Footprint::NONE; LANES];
-        let Self { owners, direction, met, t, .. } = *self;
-        let sights = direction * F32x8::load(t, 0);
-        let widths = cell_widths(frame.view, sights, normals);
+        let Self { owners, met, .. } = *self;
+        // as far as the samples are, not as the rays say: of triangles that are much larger than their distance these find it badly
+        let mut offsets = Vec3x8::ZERO;
+        for lane in (0..owners.len()).filter(|lane| met.is_hit(*lane)) {
+            offsets.set_lane(lane, frame.offset(points.lane(lane), met.models[lane], met.triangles[lane]));
+        }
+        let widths = cell_widths(frame.view, frame.view.sights(offsets), normals);
         for lane in (0..owners.len()).filter(|lane| met.is_hit(*lane)) {
             if has_textures(frame.scene, met.material(frame, lane)) {
                 let width = widths.lane(lane) * frame.scale_to_object(met.models[lane]);
