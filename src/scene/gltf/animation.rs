@@ -93,9 +93,10 @@ impl Clip {
         Ok(Self { channels, end })
     }
 
-    /// Whole frames from the first to the last key.
-    pub fn whole_frames(&self) -> std::ops::RangeInclusive<i32> {
-        1..=self.end.ceil() as i32
+    /// Times from the first to the last key: all whole frames, each divided into so many `parts`.
+    pub fn moments(&self, parts: u32) -> Vec<f64> {
+        let last = self.end.ceil() as u32;
+        (parts..=last * parts).map(|part| f64::from(part) / f64::from(parts)).collect()
     }
 
     /// Maps of all nodes to their parents at a frame.

@@ -58,7 +58,7 @@ impl Times {
             of_nodes.for_each(|channel| flags[channel.node] = true);
             tree.inherited(flags)
         };
-        let whole: BTreeSet<Moment> = clip.whole_frames().map(|frame| Moment(f64::from(frame))).collect();
+        let whole: BTreeSet<Moment> = clip.moments(1).into_iter().map(Moment).collect();
         let quarters = whole.iter().flat_map(|at| [0.0, 0.25, 0.5, 0.75].map(|part| Moment(at.0 + part)));
         let cuts = jump_frames(clip);
         let around = |cut: &f64| [Moment(cut - JUST_BEFORE), Moment(*cut)];

@@ -33,7 +33,12 @@ pub(crate) struct GltfFiles {
     materials: HashMap<(PathBuf, Option<usize>, Option<u32>), u16>,
     /// Models by file, name of the animation, and frame rate.
     parts: HashMap<(PathBuf, Option<String>, u64), Arc<Vec<PartOfFile>>>,
+    /// True if frames are exposed over time, so that shapes between them are seen.
+    pub is_shutter_open: bool,
 }
+
+/// Shapes that a mesh has in each frame where they are seen between frames as well: joints do not bend along straight lines.
+const SHAPES_A_BLURRED_FRAME: u32 = 4;
 
 impl GltfFiles {
     /// Adds a file that was read in advance.
@@ -158,7 +163,8 @@ impl Assembly {
             return Ok(None);
         }
         let own = self.gltf_mesh(document, geometry.clone())?;
-        let (mesh, shapes) = skin::deformed(document, (tree, clip), node, &geometry, own)?;
+        let a_frame = if self.gltf.is_shutter_open { SHAPES_A_BLURRED_FRAME } else { 1 };
+        let (mesh, shapes) = skin::deformed(document, (tree, clip), node, &geometry, (own, a_frame))?;
         Ok(Some((Arc::new(mesh), shapes)))
     }
 

@@ -26,7 +26,7 @@ struct Skin {
 
 /// Deforms `mesh`, made of `geometry`, as node `number` shows it. Meshes with a skin come to lie in the space of the scene.
 ///
-/// Returns the mesh in its only shape, or with all its shapes and their times.
+/// Returns the mesh in its only shape, or with all its shapes and their times, of which each frame has so many (`a_frame`).
 ///
 /// # Errors Joints that are not there, or more shapes than there is memory for.
 pub fn deformed(
@@ -34,17 +34,16 @@ pub fn deformed(
     (tree, clip): (&Tree, &Clip),
     number: usize,
     geometry: &Geometry,
-    mesh: Mesh,
+    (mesh, a_frame): (Mesh, u32),
 ) -> Result<(Mesh, Option<ShapeTrack>), SceneError> {
     let pose = Pose::new(document, number, geometry)?;
-    let frames: Vec<i32> = match is_animated(tree, clip, number, pose.skin.as_ref()) {
-        true => clip.whole_frames().collect(),
-        false => vec![1],
+    let frames = match is_animated(tree, clip, number, pose.skin.as_ref()) {
+        true => clip.moments(a_frame),
+        false => vec![1.0],
     };
     check_memory(document, frames.len(), geometry)?;
     let mut shapes = Distinct::default();
     for frame in frames {
-        let frame = f64::from(frame);
         let positions = pose.positions(document, (tree, clip), geometry, frame);
         if !are_within_reach(&positions) {
             let message = format!(

@@ -1,12 +1,9 @@
 //! Assembles meshes from files: each OBJ once, with its materials looked up, overridden and settled.
 
 use std::collections::{HashMap, HashSet};
-use std::iter;
-use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use embree::VertexBuffer;
 use glam::Vec3;
 
 use super::map_statement::{ByUse, MapStatement, MapUse};
@@ -17,16 +14,13 @@ use super::read_model::{ReadBefore, ReadModel, is_ply, name_material};
 use super::shape_files::{self, Origins, ReadShapes, ShapeSource};
 use super::varying::{ParameterMap, Settled};
 use crate::digest::Digest;
-use crate::scene::cutout::{CutTriangles, Mask, VertexData};
-use crate::scene::details::Details;
 use crate::scene::error::Findings;
 use crate::scene::given::meshes::Given;
 use crate::scene::gltf::GltfFiles;
 use crate::scene::keys::material::KdBesideMap;
 use crate::scene::keys::spelling;
-use crate::scene::mesh::Groups;
 use crate::scene::obj::lines::words;
-use crate::scene::obj::{self, Named, ObjFile, OddNormals};
+use crate::scene::obj::{Named, ObjFile, OddNormals};
 use crate::scene::paths::find_beside;
 use crate::scene::usd::UsdFiles;
 use crate::scene::warnings::limits;
@@ -177,14 +171,6 @@ impl Assembly {
     /// question.
     pub fn hint_at_material(&self, name: &str) -> String {
         spelling::hint(name, self.overrides.iter().map(|entry| entry.values.name.as_str()))
-    }
-
-    /// Returns true if triangles of a material, on a mesh with this vertex data, keep light from anything: all over, or where a picture
-    /// says so.
-    pub(in crate::scene) fn casts_shadow_on(&self, material: u16, has: VertexData) -> bool {
-        let of = &self.materials[usize::from(material)];
-        let cutout = of.cutout.and_then(|cutout| cutout.on_mesh(has));
-        of.casts_shadow() || cutout.is_some_and(|cutout| cutout.blended.is_some())
     }
 
     /// Returns true if a material casts shadows.
@@ -489,110 +475,4 @@ fn library_files(folder: &Path, text: &str) -> (Vec<PathBuf>, Vec<String>) {
         missing = vec![text.to_string()];
     }
     (found, missing)
-}
-
-/// A run of consecutive triangles that have the same material and group.
-struct Stretch {
-    range: Range<usize>,
-    of: obj::Use,
-}
-
-impl Assembly {
-    /// Orders the triangles: first those that cast shadows, each kind in the order of the file. Returns also the objects, as runs
-    /// of triangles.
-    fn mesh_of(&self, obj: ObjFile, ids: &[u16]) -> (Mesh, Groups) {
-        let id = |stretch: &Stretch| ids[stretch.of.material as usize];
-        let has = VertexData { uvs: !obj.uvs.is_empty(), alphas: false };
-        let casts = |stretch: &Stretch| self.casts_shadow_on(id(stretch), has);
-        let rank = |stretch: &Stretch| self.rank(id(stretch), has);
-        let mut stretches = Vec::with_capacity(obj.uses.len());
-        let mut begin = 0;
-        for (count, of) in &obj.uses {
-            stretches.push(Stretch { range: begin..begin + count, of: *of });
-            begin += count;
-        }
-        let casting = stretches.iter().filter(|stretch| casts(stretch));
-        let shadow_casting = casting.map(|stretch| stretch.range.len()).sum();
-        let mut triangles = obj.triangles;
-        if !stretches.is_sorted_by_key(rank) {
-            stretches.sort_by_key(rank);
-            let mut ordered = Vec::with_capacity(triangles.len());
-            stretches.iter().for_each(|stretch| ordered.extend_from_slice(&triangles[stretch.range.clone()]));
-            triangles = ordered;
-        }
-        let mut material_of = Vec::with_capacity(triangles.len());
-        let mut groups = Groups::named(obj.groups.into_iter().map(|group| group.name));
-        let mut objects = Groups::named(iter::empty()); // their names are among those of the groups
-        for stretch in &stretches {
-            groups.begin(material_of.len() as u32, stretch.of.group);
-            objects.begin(material_of.len() as u32, stretch.of.object);
-            material_of.extend(iter::repeat_n(id(stretch), stretch.range.len()));
-        }
-        let mesh = Mesh {
-            positions: Arc::new(VertexBuffer::new(obj.positions)),
-            triangles: Arc::new(triangles),
-            normals: obj.normals,
-            uvs: obj.uvs,
-            cut: self.cut_triangles(&material_of, has),
-            material_of,
-            groups: Arc::new(groups),
-            shadow_casting,
-            quadric: None,
-            shapes: None,
-            details: Arc::new(Details { colors: obj.colors, ..Details::default() }),
-        };
-        (self.with_tangents(mesh, &[]), objects)
-    }
-
-    /// Gives a mesh tangents, if a material of it has a normal map. `of_vertices`: those that its file states, if it does.
-    pub(in crate::scene) fn with_tangents(&self, mesh: Mesh, of_vertices: &[[f32; 4]]) -> Mesh {
-        if mesh.uvs.is_empty() && mesh.details.second_uvs.is_empty() {
-            return mesh;
-        }
-        let uvs = |material: u16| {
-            let map = self.materials[usize::from(material)].normal_map?.map;
-            Some(self.pictures.textures[map as usize].mapping.uvs)
-        };
-        let bends = |material: &u16| uvs(*material).is_some_and(|set| !mesh.uvs_of(set).is_empty());
-        if !mesh.material_of.iter().any(bends) {
-            return mesh;
-        }
-        let tangents = mesh.tangents(of_vertices, |material| uvs(material).unwrap_or_default());
-        let details = Details { tangents, ..Details::clone(&mesh.details) };
-        Mesh { details: Arc::new(details), ..mesh }
-    }
-
-    /// Place of a material's triangles in the order of a mesh: those that cast shadows come first, and those that are cut out
-    /// follow each other.
-    pub(in crate::scene) fn rank(&self, material: u16, has: VertexData) -> u8 {
-        let cutout = self.materials[usize::from(material)].cutout;
-        let is_cut = cutout.is_some_and(|cutout| cutout.on_mesh(has).is_some());
-        match (self.casts_shadow_on(material, has), is_cut) {
-            (true, false) => 0,
-            (true, true) => 1,
-            (false, true) => 2,
-            (false, false) => 3,
-        }
-    }
-
-    /// Triangles that are cut out, which follow each other, given the material of each triangle in the order of [`rank`](Self::rank).
-    pub(in crate::scene) fn cut_triangles(
-        &self,
-        material_of: &[u16],
-        has: VertexData,
-    ) -> Option<Arc<CutTriangles>> {
-        let cutout = |material: &u16| self.materials[usize::from(*material)].cutout?.on_mesh(has);
-        let first = material_of.iter().position(|material| cutout(material).is_some())?;
-        let (mut masks, mut known): (Vec<Mask>, HashMap<u16, u16>) = (Vec::new(), HashMap::new());
-        let cut = material_of[first..].iter().map_while(|material| Some((*material, cutout(material)?)));
-        let texture = |map: u32| self.pictures.textures[map as usize].clone();
-        let mask_of = cut.map(|(material, cutout)| {
-            *known.entry(material).or_insert_with(|| {
-                masks.push(Mask::new(cutout, cutout.map.map(texture)));
-                (masks.len() - 1) as u16
-            })
-        });
-        let mask_of = mask_of.collect();
-        Some(Arc::new(CutTriangles { first: first as u32, mask_of, masks }))
-    }
 }

@@ -12,6 +12,7 @@ pub mod mtl;
 mod normals;
 mod obj_parts;
 pub mod objects;
+mod ordered;
 pub mod pictures;
 pub mod point_cache;
 pub mod read_model;

@@ -150,6 +150,7 @@ pub fn from_text_with(
     let camera = camera::of_table(text, camera, &marked, (&mut assembly, frames_a_second(rate)))?;
     settings.stereo = file.stereo.as_ref().map(|table| lens::stereo(text, table, &camera)).transpose()?;
     settings.shutter = file.shutter.as_ref().map(|table| lens::shutter(text, table)).transpose()?;
+    assembly.gltf.is_shutter_open = settings.shutter.is_some();
     let lights = file.light.iter().zip(1..).map(|(light, i)| tracks::light(text, light, i));
     let lights: Vec<Light> = lights.collect::<Result<_, _>>()?;
     tracks::check_groups(text, &file.light, &lights)?;

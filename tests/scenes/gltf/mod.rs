@@ -496,6 +496,26 @@ fn skins_follow_their_joints() {
     assert!(shot.scene.models[0].track.map_at(3.0).translation == DVec3::ZERO);
 }
 
+/// Where frames are blurred, joints bend along arcs between them as well: the chord of a quarter of a frame is all but the arc.
+#[test]
+fn skins_bend_between_frames_that_are_blurred() {
+    let lies_off = |shutter: &str| {
+        let shot = load(&bent(), shutter);
+        let Model { mesh, track, .. } = &shot.scene.models[0];
+        let (shapes, track) = (mesh.shapes.as_ref().unwrap(), track.shapes.as_ref().unwrap());
+        let off = |quarter: u32| {
+            let frame = 4.0 + f64::from(quarter) / 4.0;
+            let tip = Vec3::from(shapes.positions(&track.at(frame))[4]).as_dvec3();
+            let angle = (frame - 1.0) / 12.0 * FRAC_PI_2;
+            (tip - DVec3::new(1.0, 1.0, 0.0) - DVec3::new(0.0, angle.cos(), angle.sin())).length()
+        };
+        (0..=4).map(off).fold(0.0, f64::max)
+    };
+    let [sharp, blurred] = ["", "[shutter]\nopen = 0\nclose = 0.5\n"].map(lies_off);
+    // half of the angle of a frame, in radians, squared and halved
+    assert!(blurred < 1e-6 && (sharp - 0.00214).abs() < 1e-4, "{sharp} {blurred}");
+}
+
 #[test]
 fn morph_targets_add_up_by_their_weights() {
     let mut file = File::new();
