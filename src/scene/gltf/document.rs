@@ -6,9 +6,10 @@ use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 
 use memchr::memchr_iter;
+use serde::Deserialize;
 use serde::de::DeserializeOwned;
 
-use super::json::{Extensions, Json, View};
+use super::json::{Asset, Extensions, Json, View};
 use super::uri::Uri;
 use crate::digest::Digest;
 use crate::input::{self, InputError, Kind};
@@ -71,11 +72,15 @@ impl Document {
         let (text, blob) = split(bytes).map_err(|what| SceneError::new(path, what))?;
         check_memory(path, &text)?;
         let json: Json = serde_json::from_slice(&text).map_err(|error| {
+            // files of another version are made otherwise: the version is what is wrong with them
+            let other = serde_json::from_slice(&text)
+                .ok()
+                .and_then(|Versioned { asset }| check_version(path, &asset).err());
             let message = format!("the JSON of this glTF file cannot be read: {error}");
-            SceneError::new(path, message)
+            other.unwrap_or_else(|| SceneError::new(path, message))
         })?;
         drop(text);
-        check_version(path, &json)?;
+        check_version(path, &json.asset)?;
         check_extensions(path, &json)?;
         let mut files = vec![path.to_path_buf()];
         let buffers = buffers(path, &json, blob, &mut files, &mut digests)?;
@@ -203,8 +208,14 @@ fn split(bytes: Vec<u8>) -> Result<(Vec<u8>, Option<Vec<u8>>), String> {
     Ok((json, blob))
 }
 
-fn check_version(path: &Path, json: &Json) -> Result<(), SceneError> {
-    let needed = json.asset.min_version.as_ref().unwrap_or(&json.asset.version);
+/// What files of all versions state.
+#[derive(Debug, Deserialize)]
+struct Versioned {
+    asset: Asset,
+}
+
+fn check_version(path: &Path, asset: &Asset) -> Result<(), SceneError> {
+    let needed = asset.min_version.as_ref().unwrap_or(&asset.version);
     if needed.starts_with("2.") || needed == "2" {
         return Ok(());
     }

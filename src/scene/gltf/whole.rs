@@ -130,7 +130,7 @@ fn fit(document: &Document, (tree, clip): (&Tree, &Clip), size: [u32; 2]) -> Res
         triangles.extend(geometry.triangles.iter().map(|triangle| triangle.map(|corner| corner + first)));
     }
     if triangles.is_empty() || !are_within_reach(&positions) {
-        let message = "it shows no triangles, or none within 1e18 of the origin: check the export";
+        let message = "it shows no triangles within 1e18 of the origin: points, lines and empty nodes alone cannot be rendered";
         return Err(document.fault(message));
     }
     let [width, height] = size.map(f64::from);

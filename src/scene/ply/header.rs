@@ -98,6 +98,8 @@ impl Header {
                     }
                 },
                 "obj_info" | "" => {}
+                // comments of Blender 2.4, which left the word out
+                "Created" if line.starts_with("Created by Blender") => {}
                 _ => {
                     return Err(fault(format!(
                         "`{line}` is no statement of a PLY header: export the file again"

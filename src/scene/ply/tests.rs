@@ -42,7 +42,7 @@ fn all_formats_give_the_same() {
 
 #[test]
 fn properties_may_be_of_any_type_and_in_any_order() {
-    let head = "comment made by hand\nelement vertex 4\nproperty uchar red\nproperty double z\nproperty short x\nproperty float nx\n\
+    let head = "comment made by hand\nCreated by Blender3D 247 - www.blender.org\nelement vertex 4\nproperty uchar red\nproperty double z\nproperty short x\nproperty float nx\n\
                 property float ny\nproperty float nz\nproperty int8 y\nproperty list int float weights\nproperty float s\nproperty float t\n\
                 element edge 1\nproperty int a\nelement face 1\nproperty list ushort uint vertex_index\nproperty uchar flags\nend_header\n";
     let row = |x: i32, y: i32| format!("255 0 {x} 0 0 2 {y} 2 0.5 0.5 {x} {y}\n");

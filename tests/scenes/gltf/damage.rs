@@ -144,3 +144,18 @@ fn no_damage_stops_the_program() {
     }
     assert!(refused > 50, "{refused}");
 }
+
+/// Files of version 1 have tables where others have lists.
+#[test]
+fn files_of_another_version_are_known_by_it() {
+    for (version, expected) in [
+        ("1.1", "it is no glTF file of version 2 but of version 1.1: export it as glTF 2.0"),
+        ("2.0", "the JSON of this glTF file cannot be read: invalid type: map, expected a sequence"),
+    ] {
+        let mut file = good();
+        file.json["asset"]["version"] = json!(version);
+        file.json["meshes"] = json!({"mesh": {"primitives": []}});
+        let error = error(&file);
+        assert!(error.contains(expected), "{error}");
+    }
+}
