@@ -236,15 +236,22 @@ pub enum LightShape {
     Spot {
         /// Position, world space.
         position: Vec3,
-        /// Direction in which the light travels, unit length.
-        axis: Vec3,
-        /// Cosine of the half angle at which the light ends.
-        cos_outer: f32,
-        /// Cosine of the half angle up to which it is full.
-        cos_inner: f32,
+        /// The cone.
+        cone: Cone,
     },
     /// Light with an area.
     Area(AreaShape),
+}
+
+/// Directions within which a light shines.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Cone {
+    /// Direction in which the light travels, unit length.
+    pub axis: Vec3,
+    /// Cosine of the half angle at which the light ends.
+    pub cos_outer: f32,
+    /// Cosine of the half angle up to which it is full.
+    pub cos_inner: f32,
 }
 
 /// Shape of a light with an area.
@@ -278,6 +285,8 @@ pub enum AreaShape {
         center: Vec3,
         /// Radius, world units.
         radius: f32,
+        /// Directions to which alone it shines, if it is a spot.
+        cone: Option<Cone>,
     },
     /// Light from infinitely far away, from a cone of directions.
     Sun {
@@ -378,14 +387,20 @@ impl LightPose {
             LightKind::Directional { direction } => LightShape::Directional {
                 to_light: -direction.at(frame).try_normalize().unwrap_or(DVec3::NEG_Y).as_vec3(),
             },
-            LightKind::Spot { position, target, cone, soft } => {
+            LightKind::Spot { position, target, cone, soft, radius } => {
                 let (position, target) = (position.at(frame), target.at(frame));
                 let half = (cone * 0.5).to_radians();
-                LightShape::Spot {
-                    position: position.as_vec3(),
+                let cone = Cone {
                     axis: (target - position).try_normalize().unwrap_or(DVec3::NEG_Y).as_vec3(),
                     cos_outer: half.cos() as f32,
                     cos_inner: (half * (1.0 - soft)).cos() as f32,
+                };
+                let (position, radius) = (position.as_vec3(), *radius as f32);
+                match radius > 0.0 {
+                    true => {
+                        LightShape::Area(AreaShape::Sphere { center: position, radius, cone: Some(cone) })
+                    }
+                    false => LightShape::Spot { position, cone },
                 }
             }
             LightKind::Rectangle { position, target, up, size: [width, height] } => {
@@ -411,6 +426,7 @@ impl LightPose {
             LightKind::Sphere { position, radius } => LightShape::Area(AreaShape::Sphere {
                 center: position.at(frame).as_vec3(),
                 radius: *radius as f32,
+                cone: None,
             }),
             LightKind::Sun { direction, angle } => {
                 let axes = looking_at(-direction.at(frame), 0.0);

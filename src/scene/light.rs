@@ -77,7 +77,7 @@ pub enum LightKind {
         /// Direction in which the light travels; world space, any length but zero.
         direction: Track<DVec3>,
     },
-    /// A point light behind a round stop.
+    /// A point, or a sphere, that shines within a cone.
     Spot {
         /// World space.
         position: Track<DVec3>,
@@ -87,6 +87,8 @@ pub enum LightKind {
         cone: f64,
         /// The share of the cone's half angle, from its rim inwards, over which the light fades; 0..=1.
         soft: f64,
+        /// World units; 0 for a point.
+        radius: f64,
     },
     /// A rectangle that shines to one side. Like all areas it casts soft shadows and is seen in mirrors, but
     /// not by the camera.
@@ -143,7 +145,8 @@ impl LightKind {
     pub fn is_area(&self) -> bool {
         match self {
             Self::Rectangle { .. } | Self::Disk { .. } | Self::Sphere { .. } | Self::Sun { .. } => true,
-            Self::Point { .. } | Self::Directional { .. } | Self::Spot { .. } => false,
+            Self::Spot { radius, .. } => *radius > 0.0,
+            Self::Point { .. } | Self::Directional { .. } => false,
         }
     }
 
@@ -165,9 +168,13 @@ impl LightKind {
         let place = |track: Track<DVec3>| track.map(&point);
         let kind = match self {
             Self::Point { position } => Self::Point { position: place(position) },
-            Self::Spot { position, target, cone, soft } => {
-                Self::Spot { position: place(position), target: place(target), cone, soft }
-            }
+            Self::Spot { position, target, cone, soft, radius } => Self::Spot {
+                position: place(position),
+                target: place(target),
+                cone,
+                soft,
+                radius: radius * scale,
+            },
             Self::Rectangle { position, target, up, size } => Self::Rectangle {
                 position: place(position),
                 target: place(target),

@@ -7,9 +7,9 @@ use std::f32::consts::{FRAC_1_PI, FRAC_PI_4, PI, TAU};
 
 use glam::Vec3;
 
-use super::light_sample::{LightSample, from_place};
+use super::light_sample::{LightSample, from_place, share_of, within};
 use crate::lanes::{F32x8, Mask, Vec3x8};
-use crate::pose::{AreaShape, LightPose, LightShape};
+use crate::pose::{AreaShape, Cone, LightPose, LightShape};
 
 /// An area light as a ray sees it.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -24,16 +24,46 @@ pub struct Glow {
     pub points: usize,
 }
 
-/// Radiance of an area light, linear RGB; zero for lights that have no area.
-pub fn radiance(light: &LightPose) -> Vec3 {
-    let LightShape::Area(area) = light.shape else { return Vec3::ZERO };
-    light.strength
-        * match area {
-            AreaShape::Rectangle { across, up, .. } => PI / (across.length() * up.length()),
-            AreaShape::Disk { across, .. } => 1.0 / across.length_squared(),
-            AreaShape::Sphere { radius, .. } => 1.0 / (radius * radius),
-            AreaShape::Sun { versine, .. } => 0.5 / versine,
+/// Radiance of an area light.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct AreaRadiance {
+    /// Where it is full; linear RGB.
+    pub full: Vec3,
+    /// Directions to which alone the light shines, if it does not to all.
+    pub cone: Option<Cone>,
+}
+
+impl AreaRadiance {
+    /// Radiance that is seen along `direction`, unit length, towards the light.
+    #[inline(always)]
+    pub fn along(&self, direction: Vec3) -> Vec3 {
+        match &self.cone {
+            None => self.full,
+            Some(cone) => self.full * share_of(cone, Vec3x8::splat(direction)).lane(0),
         }
+    }
+
+    /// Largest channel of the radiance that is seen along eight directions.
+    #[inline(always)]
+    pub fn brightest_along(&self, directions: Vec3x8) -> F32x8 {
+        let full = F32x8::splat(self.full.max_element());
+        match &self.cone {
+            None => full,
+            Some(cone) => full * share_of(cone, directions),
+        }
+    }
+}
+
+/// Radiance of an area light. `None` for lights that have no area.
+pub fn radiance(light: &LightPose) -> Option<AreaRadiance> {
+    let LightShape::Area(area) = light.shape else { return None };
+    let (factor, cone) = match area {
+        AreaShape::Rectangle { across, up, .. } => (PI / (across.length() * up.length()), None),
+        AreaShape::Disk { across, .. } => (1.0 / across.length_squared(), None),
+        AreaShape::Sphere { radius, cone, .. } => (1.0 / (radius * radius), cone),
+        AreaShape::Sun { versine, .. } => (0.5 / versine, None),
+    };
+    Some(AreaRadiance { full: light.strength * factor, cone })
 }
 
 /// Intersects the ray `origin + t * direction` (unit length) with `light`: what it sees, if it meets the side
@@ -53,7 +83,7 @@ pub fn glow(light: &LightPose, origin: Vec3, direction: Vec3) -> Option<Glow> {
             let is_inside = aside.length_squared() <= squared;
             is_inside.then(|| (distance, distance * distance / (cos * PI * squared)))?
         }
-        AreaShape::Sphere { center, radius } => {
+        AreaShape::Sphere { center, radius, .. } => {
             let to_center = center - origin;
             let (squared, along) = (to_center.length_squared(), to_center.dot(direction));
             let beside = (to_center - direction * along).length_squared();
@@ -66,7 +96,8 @@ pub fn glow(light: &LightPose, origin: Vec3, direction: Vec3) -> Option<Glow> {
             is_met.then_some((f32::INFINITY, 1.0 / (TAU * versine)))?
         }
     };
-    Some(Glow { distance, radiance: radiance(light), density, points: light.points })
+    let radiance = radiance(light)?.along(direction);
+    Some(Glow { distance, radiance, density, points: light.points })
 }
 
 /// Density with which [`light_from_anywhere`](super::light::light_from_anywhere) has chosen a direction from
@@ -108,7 +139,10 @@ pub(super) fn from_places(
             let source = Vec3x8::splat(center) + Vec3x8::splat(across) * along + Vec3x8::splat(up) * above;
             from_plane(share, source, axis, points)
         }
-        AreaShape::Sphere { center, radius } => from_sphere(share, center, radius, disk(aside), points),
+        AreaShape::Sphere { center, radius, cone } => {
+            let light_sample = from_sphere(share, center, radius, disk(aside), points);
+            cone.map_or(light_sample, |cone| within(&cone, light_sample))
+        }
         AreaShape::Sun { to_light, across, up, versine } => {
             let axes = [across, up, to_light].map(Vec3x8::splat);
             let direction = in_cone(axes, F32x8::splat(versine), disk(aside)).0;
@@ -211,13 +245,19 @@ mod tests {
     use crate::shade::light::light_from_anywhere;
     use crate::shade::sampling::PathRandom;
 
-    fn lights() -> [LightPose; 4] {
+    fn lights() -> [LightPose; 5] {
         let (center, axis) = (Vec3::new(0.3, 2.0, -0.5), Vec3::new(0.6, -0.8, 0.0));
         let (across, up) = (Vec3::Z, Vec3::new(0.8, 0.6, 0.0));
         let shapes = [
             AreaShape::Rectangle { center, across: across * 1.5, up: up * 0.7, axis },
             AreaShape::Disk { center, across: across * 0.8, up: up * 0.8, axis },
-            AreaShape::Sphere { center, radius: 0.9 },
+            AreaShape::Sphere { center, radius: 0.9, cone: None },
+            // the origin is where it fades
+            AreaShape::Sphere {
+                center,
+                radius: 0.4,
+                cone: Some(Cone { axis: Vec3::NEG_Y, cos_outer: 0.7, cos_inner: 0.99 }),
+            },
             AreaShape::Sun { to_light: -axis, across, up, versine: 0.02 },
         ];
         shapes.map(|area| LightPose {
@@ -265,7 +305,8 @@ mod tests {
                     (met.distance / distance - 1.0).abs() < 1e-3 || met.distance == distance,
                     "{light:?}"
                 );
-                let density = density_of(radiance(&light), sample.irradiance.lane(2));
+                let seen = radiance(&light).expect("it has an area").along(direction);
+                let density = density_of(seen, sample.irradiance.lane(2));
                 assert!((met.density / density - 1.0).abs() < 1e-3, "{light:?}: {met:?}, {density}");
                 assert!((direction - sample.direction.lane(2)).length() < 1e-5);
             }
@@ -274,10 +315,14 @@ mod tests {
 
     #[test]
     fn far_away_a_sphere_is_a_point() {
-        let shape = LightShape::Area(AreaShape::Sphere { center: Vec3::new(0.0, 50.0, 0.0), radius: 0.5 });
+        let shape = LightShape::Area(AreaShape::Sphere {
+            center: Vec3::new(0.0, 50.0, 0.0),
+            radius: 0.5,
+            cone: None,
+        });
         let light = LightPose { shape, strength: Vec3::splat(2500.0), points: 16 };
         assert!((anywhere(&light, 0).irradiance.lane(0).x - 1.0).abs() < 1e-4);
-        let inside = LightShape::Area(AreaShape::Sphere { center: Vec3::ZERO, radius: 0.5 });
+        let inside = LightShape::Area(AreaShape::Sphere { center: Vec3::ZERO, radius: 0.5, cone: None });
         assert_eq!(anywhere(&LightPose { shape: inside, ..light }, 0).irradiance.lane(0), Vec3::ZERO);
         assert_eq!(glow(&LightPose { shape: inside, ..light }, Vec3::ZERO, Vec3::Y), None);
     }

@@ -6,7 +6,7 @@ use wide::u32x8;
 
 use super::area::from_places;
 pub use super::light_sample::LightSample;
-use super::light_sample::from_place;
+use super::light_sample::{from_place, within};
 use super::sampling::NUMBER_BITS;
 use crate::lanes::{F32x8, LANES, Mask, Vec3x8, signed};
 use crate::pose::{LightPose, LightShape, LightSource};
@@ -148,14 +148,7 @@ pub fn light_sample(
             LightSample { to_light, direction: to_light, far: f32::INFINITY, irradiance, reaches: Mask::ALL }
         }
         LightShape::Point { position } => from_position(light.strength, position, points),
-        LightShape::Spot { position, axis, cos_outer, cos_inner } => {
-            let mut light_sample = from_position(light.strength, position, points);
-            let cos = -light_sample.direction.dot(Vec3x8::splat(axis));
-            let share = fade(cos, cos_outer, cos_inner);
-            light_sample.irradiance = light_sample.irradiance * share;
-            light_sample.reaches = share.gt(F32x8::ZERO);
-            light_sample
-        }
+        LightShape::Spot { position, cone } => within(&cone, from_position(light.strength, position, points)),
         LightShape::Area(area) => from_places(light, area, pattern.aside(point), points),
     }
 }
@@ -214,20 +207,11 @@ fn from_position(intensity: Vec3, position: Vec3, points: Vec3x8) -> LightSample
     from_place(intensity, Vec3x8::splat(position), points)
 }
 
-/// Smoothstep of a cosine: 0 at `outer` and beyond, 1 from `inner` on.
-#[inline(always)]
-fn fade(cos: F32x8, outer: f32, inner: f32) -> F32x8 {
-    let (outer, inner, one) = (F32x8::splat(outer), F32x8::splat(inner), F32x8::splat(1.0));
-    let t = (cos - outer) / (inner - outer);
-    let between = t * t * (F32x8::splat(3.0) - (t + t));
-    cos.le(outer).select(F32x8::ZERO, cos.lt(inner).select(between, one))
-}
-
 #[cfg(test)]
 mod tests {
     use super::super::sampling::SampleSeed;
     use super::*;
-    use crate::pose::AreaShape;
+    use crate::pose::{AreaShape, Cone};
 
     #[test]
     fn a_point_light_falls_with_the_square() {
@@ -241,7 +225,8 @@ mod tests {
 
     #[test]
     fn a_spot_is_full_inside_and_dark_outside() {
-        let shape = LightShape::Spot { position: Vec3::Y, axis: Vec3::NEG_Y, cos_outer: 0.5, cos_inner: 0.9 };
+        let cone = Cone { axis: Vec3::NEG_Y, cos_outer: 0.5, cos_inner: 0.9 };
+        let shape = LightShape::Spot { position: Vec3::Y, cone };
         let light = LightPose { shape, strength: Vec3::ONE, points: 1 };
         let at = |point: Vec3| {
             let points = Vec3x8::splat(point);
@@ -251,8 +236,6 @@ mod tests {
         };
         assert_eq!(at(Vec3::ZERO), Vec3::ONE);
         assert_eq!(at(Vec3::new(3.0, 0.0, 0.0)), Vec3::ZERO);
-        assert_eq!(fade(F32x8::splat(0.7), 0.5, 0.9).lane(0), 0.5);
-        assert_eq!(fade(F32x8::splat(0.7), 0.7, 0.7).lane(0), 0.0, "a cone without a soft rim");
     }
 
     fn panel(center: Vec3, size: f32) -> LightPose {

@@ -3,6 +3,7 @@
 use glam::Vec3;
 
 use crate::lanes::{F32x8, Mask, Vec3x8};
+use crate::pose::Cone;
 
 /// Light as it arrives at eight points.
 #[derive(Debug, Clone, Copy)]
@@ -32,5 +33,42 @@ pub fn from_place(strength: Vec3, places: Vec3x8, points: Vec3x8) -> LightSample
         far: 1.0,
         irradiance: Vec3x8::splat(strength) / squared,
         reaches: Mask::ALL,
+    }
+}
+
+/// What of the light shines within a cone.
+#[inline(always)]
+pub fn within(cone: &Cone, light_sample: LightSample) -> LightSample {
+    let share = share_of(cone, light_sample.direction);
+    LightSample {
+        irradiance: light_sample.irradiance * share,
+        reaches: light_sample.reaches & share.gt(F32x8::ZERO),
+        ..light_sample
+    }
+}
+
+/// Share of the full light that a cone lets through to where these directions, unit length, lead to the light.
+#[inline(always)]
+pub fn share_of(cone: &Cone, to_light: Vec3x8) -> F32x8 {
+    fade(-to_light.dot(Vec3x8::splat(cone.axis)), cone.cos_outer, cone.cos_inner)
+}
+
+/// Smoothstep of a cosine: 0 at `outer` and beyond, 1 from `inner` on.
+#[inline(always)]
+fn fade(cos: F32x8, outer: f32, inner: f32) -> F32x8 {
+    let (outer, inner, one) = (F32x8::splat(outer), F32x8::splat(inner), F32x8::splat(1.0));
+    let t = (cos - outer) / (inner - outer);
+    let between = t * t * (F32x8::splat(3.0) - (t + t));
+    cos.le(outer).select(F32x8::ZERO, cos.lt(inner).select(between, one))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn spots_fade_by_the_smoothstep() {
+        assert_eq!(fade(F32x8::splat(0.7), 0.5, 0.9).lane(0), 0.5);
+        assert_eq!(fade(F32x8::splat(0.7), 0.7, 0.7).lane(0), 0.0, "a cone without a soft rim");
     }
 }

@@ -165,16 +165,19 @@ fn a_recoloured_light_casts_no_rays_and_changes_the_picture() {
 }
 
 #[test]
-fn a_turning_spot() {
-    let mut scene = world();
-    let kind = LightKind::Spot {
-        position: rests(DVec3::new(0.0, 5.0, 2.0)),
-        target: goes(DVec3::new(-2.0, 0.0, 0.0), DVec3::new(2.0, 0.0, 0.0)),
-        cone: 40.0,
-        soft: 0.5,
-    };
-    scene.lights.push(Light { ..toy::light("spot", kind, 20.0) });
-    audited(&scene);
+fn turning_spots() {
+    for radius in [0.0, 0.4] {
+        let mut scene = world();
+        let kind = LightKind::Spot {
+            position: rests(DVec3::new(0.0, 5.0, 2.0)),
+            target: goes(DVec3::new(-2.0, 0.0, 0.0), DVec3::new(2.0, 0.0, 0.0)),
+            cone: 40.0,
+            soft: 0.5,
+            radius,
+        };
+        scene.lights.push(Light { ..toy::light("spot", kind, 20.0) });
+        audited(&scene);
+    }
 }
 
 #[test]

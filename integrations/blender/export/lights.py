@@ -82,16 +82,17 @@ def sun(data, _lengths, rays, _say):
     return fixed, data.energy, 1 / math.pi
 
 
-def spot(data, _lengths, _rays, say):
-    """A spot. Its softness begins at the same angle as Blender's, which counts by cosines."""
-    if data.shadow_soft_size > 0.1:
-        say(f"its radius of {data.shadow_soft_size:.3g} is left out, so its shadows are hard")
+def spot(data, _lengths, rays, say):
+    """A spot, with a radius where it has one. Its softness begins at the same angle as Blender's, which counts by cosines."""
     half = data.spot_size / 2
     if half >= math.radians(89.9):
         say("its cone is wider than 179.8 degrees, and is made so wide")
         half = math.radians(89.9)
     inner = math.acos(min(1.0, math.cos(half) + (1 - math.cos(half)) * data.spot_blend))
-    return {"type": "spot", "cone": math.degrees(2 * half), "soft": 1 - inner / half}, data.energy, 1 / (4 * math.pi**2)
+    fixed = {"type": "spot", "cone": math.degrees(2 * half), "soft": 1 - inner / half}
+    if data.shadow_soft_size > 0:
+        fixed.update(radius=data.shadow_soft_size, samples=rays)
+    return fixed, data.energy, 1 / (4 * math.pi**2)
 
 
 def area(data, lengths, rays, say):

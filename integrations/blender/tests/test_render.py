@@ -59,6 +59,9 @@ class Render(beside_cycles.BesideCycles):
     def test_spot(self):
         self.assert_same_brightness(self.light("SPOT", energy=300, spot_size=1.0, spot_blend=0.3, shadow_soft_size=0))
 
+    def test_spot_with_radius(self):
+        self.assert_same_brightness(self.light("SPOT", energy=300, spot_size=1.0, spot_blend=0.3, shadow_soft_size=0.4))
+
     def test_area_square(self):
         self.assert_same_brightness(self.light("AREA", energy=100, shape="SQUARE", size=0.8))
 

@@ -202,13 +202,29 @@ class Surfaces(unittest.TestCase):
         self.assertEqual(len(self.warnings()), 1)
         self.assertRegex(self.warnings()[0], "^area light `Panel`: its spread is left out.*; its ellipse")
 
-    def test_the_radius_of_a_spot_is_told(self):
+    def test_a_spot_has_its_radius(self):
         data = bpy.data.lights.new("Spot", "SPOT")
         data.shadow_soft_size = 0.5
         support.add(self.scene, "Floor", support.grid())
         support.add(self.scene, "Spot", data, (0, 0, 2))
-        self.assertEqual(self.export()["light"][0]["type"], "spot")
-        self.assertEqual(self.warnings(), ["spot light `Spot`: its radius of 0.5 is left out, so its shadows are hard"])
+        light = self.export()["light"][0]
+        self.assertEqual((light["type"], light["radius"], self.warnings()), ("spot", 0.5, []))
+
+    def test_alpha_is_blended_where_it_is_soft(self):
+        ramp, cut = np.linspace(0, 1, 64, dtype=np.float32).reshape(8, 8), np.repeat([0.0, 1.0], 32).astype(np.float32).reshape(8, 8)
+        for alpha, mode in ((ramp, "blend"), (cut, "cut")):
+            with self.subTest(mode):
+                self.setUp()
+                image = bpy.data.images.new("Leaf", 8, 8, alpha=True)
+                image.pixels.foreach_set(np.dstack([np.full((8, 8, 3), 0.5, np.float32), alpha]).ravel())
+                material, node = principled("Leaf", Emission_Strength=1.0, Emission_Color=(1, 1, 1, 1))
+                source = material.node_tree.nodes.new("ShaderNodeTexImage")
+                source.image = image
+                material.node_tree.links.new(source.outputs["Alpha"], node.inputs["Alpha"])
+                values = self.exported(material)["material"][0]
+                self.assertEqual(values["alpha_mode"], mode)
+                # what is blended is dimmed by the renderer
+                self.assertEqual("map_ke" in values, mode == "cut")
 
 
 if __name__ == "__main__":

@@ -396,7 +396,7 @@ fn ask_light(
 ) {
     // the first vertex stands for all
     let choices = vertices[group[0] as usize].choices as f32;
-    let radiance = light.shape.is_area().then(|| radiance(light));
+    let radiance = radiance(light);
     queue.clear();
     reflected.clear();
     segments.clear();
@@ -411,8 +411,8 @@ fn ask_light(
         for (lane, vertex) in some.iter().enumerate() {
             let weight = match radiance.filter(|_| asked >> lane & 1 != 0) {
                 Some(radiance) => {
-                    let density = density_of(radiance, light_sample.irradiance.lane(lane));
                     let (normal, direction) = (eight.normal.lane(lane), light_sample.direction.lane(lane));
+                    let density = density_of(radiance.along(direction), light_sample.irradiance.lane(lane));
                     vertices[*vertex as usize].chances(frame, step).of_asked_light(normal, direction, density)
                 }
                 None => 1.0,

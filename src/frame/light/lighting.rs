@@ -7,7 +7,7 @@ use wide::u32x8;
 use crate::frame::shot::frame_view::{FrameView, Occlusion};
 use crate::lanes::{F32x8, Mask, Vec3x8};
 use crate::pose::LightPose;
-use crate::shade::area::{Glow, glow, radiance};
+use crate::shade::area::{Glow, glow};
 use crate::shade::light::{LightSample, StratifiedPattern, light_sample};
 use crate::shade::phong::Gloss;
 
@@ -32,11 +32,6 @@ pub fn lights_passed(
         let density = glow(light, asked_from, straight).map_or(0.0, |asked| asked.density);
         Some((Glow { density, ..passed }, straight))
     })
-}
-
-/// Radiance of a light that has a size, as rays see it.
-pub fn radiance_of_area(light: &LightPose) -> Option<Vec3> {
-    light.shape.is_area().then(|| radiance(light))
 }
 
 /// Mask of those of eight surfaces that show `light` by a highlight. Where rays go on, they meet an area

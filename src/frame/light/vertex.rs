@@ -13,7 +13,7 @@ use crate::frame::shot::frame_view::FrameView;
 use crate::lanes::{F32x8, LANES, Vec3x8};
 use crate::settings::Caustics;
 use crate::shade::Surface;
-use crate::shade::area::density_of;
+use crate::shade::area::{AreaRadiance, density_of};
 use crate::shade::coat::{SeenBy, SeenCoat};
 use crate::shade::mis::mis_weight;
 use crate::shade::sampling::{cosine_direction, orthonormal};
@@ -97,7 +97,7 @@ impl Vertex {
         step: Step,
         coat: &SeenCoat,
         (direction, irradiance): (Vec3, Vec3),
-        radiance: Option<Vec3>,
+        radiance: Option<AreaRadiance>,
     ) -> Vec3 {
         let (highlight, density) = coat.highlight(direction, irradiance);
         let by_path = self.goes_on(frame, step, Lobes::COAT) * density;
@@ -106,7 +106,9 @@ impl Vertex {
             return Vec3::ZERO;
         }
         let weight = match radiance {
-            Some(radiance) if by_path > 0.0 => mis_weight(density_of(radiance, irradiance), by_path),
+            Some(radiance) if by_path > 0.0 => {
+                mis_weight(density_of(radiance.along(direction), irradiance), by_path)
+            }
             _ => 1.0,
         };
         highlight * weight

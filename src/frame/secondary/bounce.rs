@@ -14,9 +14,7 @@ use super::tree_times::TreeTimes;
 use crate::changes::Until;
 use crate::frame::grid::bits::set_bits;
 use crate::frame::light::light_paths::{PathScratch, trace_paths};
-use crate::frame::light::lighting::{
-    Places, add_light, emitted_and_ambient, radiance_of_area, shows_highlight,
-};
+use crate::frame::light::lighting::{Places, add_light, emitted_and_ambient, shows_highlight};
 use crate::frame::light::occlusion::{self, OcclusionScratch, OpenSurface};
 use crate::frame::light::path_ends::{DrawnLayer, PathStart};
 use crate::frame::light::shadow::{ShadowQueue, facing};
@@ -30,6 +28,7 @@ use crate::lanes::{F32x8, LANES, Mask, Vec3x8};
 use crate::layers::Layers;
 use crate::pose::LightPose;
 use crate::samples::Tag;
+use crate::shade::area;
 use crate::shade::coat::{LayerRays, Reflected, SeenBy, SeenCoat, SeenCoats};
 use crate::shade::light::{StratifiedPattern, light_sample, light_samples, seeds_of_places, to_light};
 use crate::shade::optics::{Branches, branch};
@@ -491,7 +490,7 @@ fn shine(frame: &FrameView, light: &LightPose, bounces: &mut Bounces) {
         let (to_centre, reach) = (to_light(light, eight.point).0, light.shape.reach());
         let albedo = frame.palette.albedo(&eight.materials, eight.reflectance);
         let stands_for = shows_highlight(frame, light, &gloss);
-        let radiance = radiance_of_area(light);
+        let radiance = area::radiance(light);
         let may_shine = gloss.is_any && phong::may_shine(&gloss, eight.normal, eight.view, to_centre, reach);
         let mut points = [0; LANES];
         points[..lit.len()].copy_from_slice(lit);

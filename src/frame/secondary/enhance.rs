@@ -9,7 +9,7 @@ use super::parts;
 use super::ray_trees::TileTrees;
 use super::tree_times::TreeGrain;
 use crate::frame::grid::bits::{set_bits, surface_bits};
-use crate::frame::light::lighting::{Places, add_light, radiance_of_area, shows_highlight};
+use crate::frame::light::lighting::{Places, add_light, shows_highlight};
 use crate::frame::light::reflected::{self, directions_to_eye};
 use crate::frame::shot::frame_view::FrameView;
 use crate::frame::surface::footprints::cell_widths;
@@ -20,6 +20,7 @@ use crate::lanes::{F32x8, LANES, Mask, Vec3x8};
 use crate::layers::Layers;
 use crate::samples::{BACKGROUND, CELLS, Column, EMPTY, Tile, full_color};
 use crate::settings::Backdrop;
+use crate::shade::area;
 use crate::shade::coat::{LayerRays, SeenBy, SeenCoats};
 use crate::shade::light::{LightSample, to_light};
 use crate::shade::optics::branch;
@@ -252,7 +253,7 @@ fn highlights(
             continue;
         }
         let places = Places { point: placed.point, seeds: tile.gathered.seeds(first) };
-        let (shows, radiance) = (shows_highlight(frame, light, gloss), radiance_of_area(light));
+        let (shows, radiance) = (shows_highlight(frame, light, gloss), area::radiance(light));
         let shown_by = if coats.is_some() { is_surface } else { is_surface & shows };
         let reached = |point| tile.tags.lit(*slot, point, first) & shown_by;
         let shade = |light_sample: &LightSample| {

@@ -326,7 +326,7 @@ pub(crate) struct LightTable {
     pub up: Option<Three>,
     /// Rectangle: width and height [1, 1]
     pub size: Option<At<List<f64, 2>>>,
-    /// Disk, sphere (0.5)
+    /// Disk, sphere (0.5), spot (0: a point)
     pub radius: Option<At<f64>>,
     /// Directional: diameter of the light, degrees (0)
     #[schemars(range(min = 0, max = 180))]

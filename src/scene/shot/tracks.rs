@@ -273,6 +273,10 @@ pub(crate) fn light(text: TomlText<'_>, table: &At<LightTable>, number: usize) -
             soft: or(&light.soft, "soft", 0.0, |key, value| {
                 text.number(key, value, "from 0 to 1", |soft| (0.0..=1.0).contains(&soft))
             })?,
+            radius: or(&light.radius, "radius", 0.0, |key, value| {
+                let wanted = "0, or a length from 1e-9 to 1e9";
+                text.number(key, value, wanted, |radius| radius == 0.0 || (1e-9..=1e9).contains(&radius))
+            })?,
         },
         LightType::Rectangle => LightKind::Rectangle {
             position: place("position", &light.position, |key| &key.position)?,
@@ -377,7 +381,7 @@ fn refuse_foreign_keys(text: TomlText<'_>, light: &LightTable) -> Result<(), Sce
     let (kind, allowed): (_, &[&str]) = match light.kind {
         LightType::Directional => ("directional", &["direction", "angle", "samples"]),
         LightType::Point => ("point", &["position"]),
-        LightType::Spot => ("spot", &["position", "target", "cone", "soft"]),
+        LightType::Spot => ("spot", &["position", "target", "cone", "soft", "radius", "samples"]),
         LightType::Rectangle => ("rectangle", &["position", "target", "up", "size", "samples"]),
         LightType::Disk => ("disk", &["position", "target", "radius", "samples"]),
         LightType::Sphere => ("sphere", &["position", "radius", "samples"]),

@@ -200,6 +200,8 @@ pub enum UsdLightKind {
     Spot {
         cone: f64,
         soft: f64,
+        /// 0 for a point.
+        radius: f64,
     },
     Sun {
         angle: f64,

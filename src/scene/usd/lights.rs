@@ -148,7 +148,7 @@ fn sphere(
     Ok(match cone {
         Some(cone) => {
             let soft = number_at(prim, "shaping:cone:softness", code)?.unwrap_or(0.0).clamp(0.0, 1.0);
-            (UsdLightKind::Spot { cone, soft }, factor)
+            (UsdLightKind::Spot { cone, soft, radius: if is_point { 0.0 } else { radius } }, factor)
         }
         None if is_point => (UsdLightKind::Point, factor),
         None => (UsdLightKind::Sphere { radius }, factor),
@@ -217,9 +217,9 @@ pub fn text(light: &UsdLight) -> Option<String> {
         UsdLightKind::Disk { radius } => format!("type = \"disk\"\nradius = {}\n", written(*radius)),
         UsdLightKind::Sphere { radius } => format!("type = \"sphere\"\nradius = {}\n", written(*radius)),
         UsdLightKind::Point => String::from("type = \"point\"\n"),
-        UsdLightKind::Spot { cone, soft } => {
-            let cone = (2.0 * cone).min(WIDEST);
-            format!("type = \"spot\"\ncone = {}\nsoft = {}\n", written(cone), written(*soft))
+        UsdLightKind::Spot { cone, soft, radius } => {
+            let [cone, soft, radius] = [(2.0 * cone).min(WIDEST), *soft, *radius].map(written);
+            format!("type = \"spot\"\ncone = {cone}\nsoft = {soft}\nradius = {radius}\n")
         }
         UsdLightKind::Sun { angle } => format!("type = \"directional\"\nangle = {}\n", written(*angle)),
         UsdLightKind::Dome { .. } => return None,

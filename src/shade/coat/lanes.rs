@@ -6,6 +6,7 @@ use glam::Vec3;
 
 use super::layer::{Albedos, Coat, LEAST_ALBEDO, LEAST_COSINE};
 use crate::lanes::{F32x8, LANES, Mask, Vec3x8, are_same};
+use crate::shade::area::AreaRadiance;
 use crate::shade::ggx;
 use crate::shade::light::LightSample;
 use crate::shade::mis::mis_weight;
@@ -51,14 +52,14 @@ impl SeenCoats {
     /// too: then the highlight is weighted by the balance heuristic, and `radiance` is that of the light as
     /// rays see it.
     #[inline(always)]
-    pub fn highlight(&self, light_sample: &LightSample, radiance: Option<Vec3>) -> Vec3x8 {
+    pub fn highlight(&self, light_sample: &LightSample, radiance: Option<AreaRadiance>) -> Vec3x8 {
         let Self { alpha, head_on, normal, to_eye, gain, drawn_for, .. } = *self;
         let LightSample { direction, irradiance, .. } = *light_sample;
         let reflected = ggx::reflected_lanes(alpha, head_on, normal, to_eye, direction);
         let mut light = reflected * gain * irradiance;
         if let Some(radiance) = radiance {
             // both densities times the irradiance: they would be infinite where it is next to nothing
-            let by_points = F32x8::splat(density_of_points(radiance));
+            let by_points = density_of_points(&radiance, direction);
             let by_rays = self.rays * ggx::density_lanes(alpha, drawn_for[0], drawn_for[1], direction);
             light = light * mis_weight(by_points, by_rays * brightest(irradiance));
         }
@@ -100,8 +101,9 @@ fn seen_from(normal: Vec3x8, geometric_normal: Vec3x8, incoming: Vec3x8) -> [Vec
 
 /// Density of the directions to all points of a light together, for each unit of the irradiance of one of
 /// them.
-fn density_of_points(radiance: Vec3) -> f32 {
-    radiance.max_element() * FRAC_1_PI
+#[inline(always)]
+fn density_of_points(radiance: &AreaRadiance, direction: Vec3x8) -> F32x8 {
+    radiance.brightest_along(direction) * F32x8::splat(FRAC_1_PI)
 }
 
 #[inline(always)]
@@ -290,7 +292,10 @@ mod tests {
             lanes(incoming),
             Some(LayerRays { count: [3; LANES], incoming: lanes(incoming) }),
         );
-        let weighed = followed.expect("some have one").highlight(&sample, Some(Vec3::splat(2.0))).lane(2);
+        let weighed = followed
+            .expect("some have one")
+            .highlight(&sample, Some(AreaRadiance { full: Vec3::splat(2.0), cone: None }))
+            .lane(2);
         let share = 2.0 / (2.0 + 3.0 * density);
         assert!((weighed - wanted * share).abs().max_element() < 1e-4 * wanted.max_element(), "{weighed}");
         let shown = eight.show(lanes(Vec3::ONE));

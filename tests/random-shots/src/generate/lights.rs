@@ -39,6 +39,10 @@ fn light(dice: &mut Dice, span: &Span) -> Table {
         "spot" => {
             set("cone", dice.between(20.0, 120.0).into());
             set("soft", Value::Float(*dice.pick(&[0.0, 0.5, 1.0])));
+            if dice.one_in(2) {
+                set("radius", dice.between(0.05, 0.8).into());
+                set("samples", Value::Integer(*dice.pick(&[1, 4, 16])));
+            }
         }
         "rectangle" => {
             set("size", numbers([dice.between(0.1, 2.0), dice.between(0.1, 2.0)]));
