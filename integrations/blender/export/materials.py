@@ -11,6 +11,9 @@ from .surfaces import BLENDED, Surface, surface_of
 SMOOTHEST = 0.05
 """Largest roughness of what is shown as smooth without a word."""
 
+LEAST_ALPHA = 1e-3
+"""Alpha below which what a surface shows is not known from the light that is left."""
+
 SOFT_SHARE = 0.1
 """Share of a picture's alpha that is neither there nor gone from which on its surface is a veil."""
 
@@ -198,9 +201,7 @@ class Materials:
     def _emission(self, name, surface, values):
         light = surface.emission
         if values.get("alpha_mode") == "blend":
-            # the renderer dims what is blended
-            light, alpha = alike(light, surface.alpha)
-            light = light / np.maximum(alpha, 1e-3)
+            light = undimmed(*alike(light, surface.alpha))
         light = np.clip(light, 0, 60000)
         if light.shape[:2] == (1, 1):
             values["ke"] = light[0, 0].tolist() if float(light.max()) > 0 else None
@@ -233,6 +234,14 @@ class Materials:
 def is_soft(alpha):
     """Returns true if more than a tenth of what is there is so in part: more than the edges of leaves."""
     return int(((alpha > 0.1) & (alpha < 0.9)).sum()) > SOFT_SHARE * int((alpha > 0.1).sum())
+
+
+def undimmed(light, alpha):
+    """The light that alpha has dimmed: the renderer dims what is blended. One texel if it is the same all over."""
+    full = light / np.maximum(alpha, LEAST_ALPHA)
+    full = np.where(alpha < LEAST_ALPHA, full.max(axis=(0, 1)), full)
+    is_even = np.ptp(full, axis=(0, 1)).max() <= 1e-4 * full.max()
+    return full[:1, :1] if is_even else full
 
 
 def has_pictures(surface):
