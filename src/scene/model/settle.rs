@@ -7,7 +7,7 @@ use super::map_statement::{ByUse, Channel, MapUse};
 use super::mtl::MtlMaterial;
 use super::pictures::PictureUse;
 use super::varying::{self, PARAMETERS, ParameterMap, Settled};
-use crate::scene::cutout::{Cutout, LEAST_OPACITY};
+use crate::scene::cutout::{ALL_BUT_OPAQUE, Cutout, LEAST_OPACITY};
 use crate::scene::keys::material::AlphaMode;
 use crate::scene::obj::Named;
 use crate::scene::{Material, SceneError};
@@ -72,7 +72,7 @@ impl Assembly {
         let Settled { material, maps } = settled;
         material.cutout = match alpha {
             Alpha::Blend if material.can_blend() => {
-                let shows = self.pictures.falls_below(map, varying::ALL_BUT_OPAQUE);
+                let shows = self.pictures.falls_below(map, ALL_BUT_OPAQUE);
                 maps[MapUse::Opacity] = shows.then_some(ParameterMap { map, channel: Channel::Alpha });
                 shows.then(|| Cutout::blended(map, material.opacity()))
             }

@@ -7,6 +7,7 @@ use glam::{Vec2, Vec3};
 
 use super::map_statement::{ByUse, Channel, MapUse};
 use super::pictures::PictureUse;
+use crate::scene::cutout::ALL_BUT_OPAQUE;
 use crate::scene::texture::{Placement, UvSet, linear_color};
 use crate::scene::variants::{TexelNumbers, Variants};
 use crate::scene::{Material, Texture};
@@ -49,10 +50,6 @@ const SHININESS: usize = 2;
 const EMISSION: usize = 3;
 const SPECULAR: usize = 6;
 const OPACITY: usize = 9;
-
-/// Opacity from which on texels are opaque: pictures that were compressed are not quite, and veils
-/// take rays.
-pub(super) const ALL_BUT_OPAQUE: f32 = 252.0 / 255.0;
 
 type Numbers = [u8; NUMBERS];
 
