@@ -188,7 +188,7 @@ impl Assembly {
         match (&shot[MapUse::Opacity], &stated.maps[MapUse::Opacity], own, alpha) {
             (Some(shot), Some(map), ..) => {
                 let map = self.picture(map, shot, PictureUse::Opacity)?;
-                self.show_alpha(&mut settled, map, Alpha::of(stated.alpha_mode));
+                self.show_stated_alpha(&mut settled, map, stated.alpha_mode);
             }
             (.., map, Some(Alpha::Cut(least))) if by_vertices => {
                 settled.material.cutout = Some(Cutout { by_vertices, map, least, blended: None });

@@ -61,10 +61,23 @@ impl Assembly {
             None => material.diffuse_map,
         };
         let mut settled = self.settle_maps(&stated, asking, material)?;
-        if let Some(map) = opacity.filter(|map| stated.alpha_mode.is_some() || self.pictures.cuts(*map)) {
-            self.show_alpha(&mut settled, map, Alpha::of(stated.alpha_mode));
+        if let Some(map) = opacity {
+            self.show_stated_alpha(&mut settled, map, stated.alpha_mode);
         }
         Ok(settled)
+    }
+
+    /// Has the alpha of texture number `map`, which an MTL or a shot file states, show on a material. Alpha that is below a half all over
+    /// means nothing, unless the shot file says what it means.
+    pub(in crate::scene) fn show_stated_alpha(
+        &self,
+        settled: &mut Settled,
+        map: u32,
+        mode: Option<AlphaMode>,
+    ) {
+        if mode.is_some() || self.pictures.cuts(map) {
+            self.show_alpha(settled, map, Alpha::of(mode));
+        }
     }
 
     /// Has the alpha of texture number `map` show on a material.

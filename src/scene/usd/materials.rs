@@ -51,13 +51,10 @@ impl Assembly {
         // what the file states by itself is no statement of MTL
         let asking = |used| shot[used].as_deref().unwrap_or(&file.path);
         let mut settled = self.settle_maps(&stated, asking, material)?;
-        let alpha = match (&shot[MapUse::Opacity], &stated.maps[MapUse::Opacity]) {
-            (Some(shot), Some(map)) => {
-                Some((self.picture(map, shot, PictureUse::Opacity)?, Alpha::of(stated.alpha_mode)))
-            }
-            _ => self.usd_alpha(file, surface, color)?,
-        };
-        if let Some((map, of_file)) = alpha {
+        if let (Some(shot), Some(map)) = (&shot[MapUse::Opacity], &stated.maps[MapUse::Opacity]) {
+            let map = self.picture(map, shot, PictureUse::Opacity)?;
+            self.show_stated_alpha(&mut settled, map, stated.alpha_mode);
+        } else if let Some((map, of_file)) = self.usd_alpha(file, surface, color)? {
             let alpha = match (stated.alpha_mode, of_file) {
                 (None, _) | (Some(AlphaMode::Cut), Alpha::Cut(_)) => of_file,
                 _ => Alpha::of(stated.alpha_mode),

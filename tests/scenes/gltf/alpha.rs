@@ -2,6 +2,7 @@
 
 use super::*;
 use afterimage::animation::Track;
+use afterimage::film::Film;
 use afterimage::layers::Layers;
 use afterimage::scene::LightKind;
 use afterimage::scene::cutout::{Asks, CutoutTest};
@@ -147,6 +148,22 @@ fn shot_of(squares: &Squares, paths: u32) -> Shot {
     load_in(folder(&squares.file).path(), &text, false).unwrap()
 }
 
+/// Renders four frames, audited, and returns the first picture.
+fn first_of_audited(shot: &Shot, backend: BackendKind) -> Arc<Film> {
+    let settings =
+        Settings { width: 64, height: 48, audit: true, mode: Mode::Reproject, ..shot.settings.clone() };
+    let mut renderer = Renderer::with(backend, &shot.scene, &settings).unwrap();
+    let mut films = (1..=4).map(|frame| {
+        let finished = renderer.render(frame, true).unwrap();
+        let audit = finished.stats.audit.unwrap();
+        assert_eq!(audit.differing, 0, "{backend:?}, frame {frame}: {audit:?}");
+        finished.film
+    });
+    let first = films.next().unwrap();
+    films.for_each(drop);
+    first
+}
+
 /// A picture that is as clear all over is as good as that factor where there are no shadows.
 #[test]
 fn blended_alpha_of_a_picture_is_that_of_a_veil() {
@@ -199,20 +216,11 @@ fn reuse_is_exact_where_alpha_is_blended() {
     let kinds = shot.scene.materials.iter().filter(|material| material.variant_of.is_some()).count();
     assert!(kinds >= 2, "{kinds} variants");
     for backend in [BackendKind::Embree, BackendKind::Rust] {
-        let settings =
-            Settings { width: 64, height: 48, audit: true, mode: Mode::Reproject, ..shot.settings.clone() };
-        let mut renderer = Renderer::with(backend, &shot.scene, &settings).unwrap();
-        for frame in 1..=4 {
-            let finished = renderer.render(frame, true).unwrap();
-            let audit = finished.stats.audit.unwrap();
-            assert_eq!(audit.differing, 0, "{backend:?}, frame {frame}: {audit:?}");
-            if frame == 1 {
-                // the left of the square hides the wall but for its factor's tenth; the right shows it
-                let blue = finished.film.values("B").unwrap();
-                let [left, right] = [27, 36].map(|x| blue[24 * 64 + x]);
-                assert!(right > left + 0.1, "{left} {right}");
-            }
-        }
+        let first = first_of_audited(&shot, backend);
+        // the left of the square hides the wall but for its factor's tenth; the right shows it
+        let blue = first.values("B").unwrap();
+        let [left, right] = [27, 36].map(|x| blue[24 * 64 + x]);
+        assert!(right > left + 0.1, "{left} {right}");
     }
 }
 
@@ -227,28 +235,12 @@ fn both_tracers_see_through_what_is_cut_out() {
     let wall = squares.file.vectors(&[[-9.0, -9.0, -2.0], [9.0, -9.0, -2.0], [0.0, 20.0, -2.0]]);
     let mesh = squares.file.mesh(json!({"attributes": {"POSITION": wall}, "material": lamp}));
     squares.file.root(json!({"mesh": mesh}));
-    let text = "[render]\nsamples = 2\n[indirect]\npaths = 2\n[[camera.key]]\nframe = 1\neye = [1, 1, 9]\ntarget = [1, 1, 0]\n\
-        [[camera.key]]\nframe = 5\neye = [1.4, 1.2, 8]\ntarget = [1, 1, 0]\n\
-        [[light]]\ntype = \"point\"\nposition = [3, 4, 6]\npower = 60\n[[model]]\ngltf = \"m.gltf\"\n";
-    let shot = load_in(folder(&squares.file).path(), text, false).unwrap();
+    let shot = shot_of(&squares, 2);
     for backend in [BackendKind::Embree, BackendKind::Rust] {
-        let settings =
-            Settings { width: 64, height: 48, audit: true, mode: Mode::Reproject, ..shot.settings.clone() };
-        let mut renderer = Renderer::with(backend, &shot.scene, &settings).unwrap();
-        for frame in 1..=4 {
-            let finished = renderer.render(frame, true).unwrap();
-            let audit = finished.stats.audit.unwrap();
-            assert_eq!(audit.differing, 0, "{backend:?}, frame {frame}: {audit:?}");
-            if frame == 1 {
-                // to the left and to the right of the middle of the first square; beyond it the wall shows as well
-                let [red, green] = ["R", "G"].map(|name| finished.film.values(name).unwrap());
-                let shows = |x: usize| (red[24 * 64 + x] > 0.1, green[24 * 64 + x] == 1.0);
-                assert_eq!(
-                    [28, 35, 42].map(shows),
-                    [(true, false), (false, true), (false, true)],
-                    "{backend:?}"
-                );
-            }
-        }
+        let first = first_of_audited(&shot, backend);
+        // to the left and to the right of the middle of the first square; beyond it the wall shows as well
+        let [red, green] = ["R", "G"].map(|name| first.values(name).unwrap());
+        let shows = |x: usize| (red[24 * 64 + x] > 0.1, green[24 * 64 + x] == 1.0);
+        assert_eq!([28, 35, 42].map(shows), [(true, false), (false, true), (false, true)], "{backend:?}");
     }
 }
