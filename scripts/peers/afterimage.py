@@ -57,6 +57,10 @@ def write_shot(path, place, light_samples=16, pixel_filter="box"):
     lines = ["[render]", f"size = [{width}, {height}]", "samples = 1", f'filter = "{pixel_filter}"', "depth = 1"]
     lines += [f'frames = "1-{last_frame(place)}"', "[indirect]", "paths = 1", "[camera]", *keys(place)]
     lines += ["[[model]]", f"obj = {json.dumps(place['scene'] + '/scene.obj')}"]
+    if "sun" in place:
+        # all light of MTL's convention is divided by pi
+        sun = place["sun"]
+        lines += ["[[light]]", 'type = "directional"', f"direction = {sun['direction']}", f"power = {sun['irradiance'] / math.pi}"]
     if "panel" in place:
         lines += panel(**place["panel"], samples=light_samples)
     if "sky" in place:
@@ -165,15 +169,16 @@ def measured_files(place, folder, depth, mode, setting, rounds):
     fastest = np.min(taken, axis=0)
     counted = [at for at, one in enumerate(made) if how == "full" or one["frame"] >= FIRST_MEASURED]
     seconds = float(fastest[counted].mean())
-    row = {"renderer": f"Afterimage, {mode}", "depth": depth, "setting": words_of(*setting, light_samples), "seconds": seconds}
+    words = words_of(*setting, light_samples, "to the panel" if "panel" in place else "reflected")
+    row = {"renderer": f"Afterimage, {mode}", "depth": depth, "setting": words, "seconds": seconds}
     if how != "full":
         row["cycle"] = float(fastest[0] + (CYCLE - 1) * seconds) / CYCLE
     return row, files
 
 
-def words_of(grid, paths, most, light_samples):
+def words_of(grid, paths, most, light_samples, use):
     words = f"{grid} x {grid} samples, {paths} path{'s' if paths > 1 else ''}"
-    return words + (f", up to {most}" if most > paths else "") + f"; {light_samples} to the panel"
+    return words + (f", up to {most}" if most > paths else "") + f"; {light_samples} {use}"
 
 
 def options_of(how, last, grid, paths, most):

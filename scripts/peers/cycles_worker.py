@@ -45,12 +45,16 @@ def load(place):
     blender = bpy.context.scene
     blender.camera = add("camera", camera(place["fov"]))
     blender.camera.matrix_world = looking(place["eye"], place["target"])
-    light = add("panel", panel(**place["panel"]))
-    light.visible_camera = False
-    # an area light shines along its -Z, and its size is along X and Y
-    light.matrix_world = mathutils.Matrix.Translation(place["panel"]["center"]) @ mathutils.Matrix.Rotation(
-        math.radians(-90), 4, "X"
-    )
+    if "panel" in place:
+        light = add("panel", panel(**place["panel"]))
+        light.visible_camera = False
+        # an area light shines along its -Z, and its size is along X and Y
+        light.matrix_world = mathutils.Matrix.Translation(place["panel"]["center"]) @ mathutils.Matrix.Rotation(
+            math.radians(-90), 4, "X"
+        )
+    if "sun" in place:
+        along = mathutils.Vector(place["sun"]["direction"])
+        add("sun", sun(place["sun"]["irradiance"])).matrix_world = along.to_track_quat("-Z", "Y").to_matrix().to_4x4()
     world = bpy.data.worlds.new("sky")
     world.use_nodes = True
     world.node_tree.nodes["Background"].inputs["Color"].default_value = (*place.get("sky", [0, 0, 0]), 1)
@@ -122,7 +126,8 @@ def surface(material):
 
 def camera(fov):
     made = bpy.data.cameras.new("camera")
-    made.sensor_fit, made.angle, made.clip_start = "VERTICAL", math.radians(fov), 1e-3
+    made.sensor_fit, made.angle = "VERTICAL", math.radians(fov)
+    made.clip_start, made.clip_end = 1e-3, 1e5
     return made
 
 
@@ -140,6 +145,13 @@ def panel(center, size, radiance):
     made = bpy.data.lights.new("panel", "AREA")
     made.shape, made.size, made.size_y = "RECTANGLE", *size
     made.energy = radiance * math.pi * size[0] * size[1]
+    return made
+
+
+def sun(irradiance):
+    """A sun whose shadows are sharp; `irradiance` of what faces it."""
+    made = bpy.data.lights.new("sun", "SUN")
+    made.energy, made.angle = irradiance, 0
     return made
 
 

@@ -1,6 +1,7 @@
 """Flicker of denoised frames: how much the error changes from frame to frame, along points that stay in sight.
 
-The rough kitchen under a panel and a sky, the last two frames of the dolly. Afterimage infers frames, or traces each in full;
+The last two frames of a move of the camera: into the rough kitchen under a panel and a sky, or towards the city, as rough, under
+a sun and a sky. Afterimage infers frames, or traces each in full;
 Cycles renders them with the seed of the frame, or with one seed for all frames. All are denoised by Open Image Denoise.
 """
 
@@ -28,11 +29,14 @@ SAMPLES = [4, 8, 16, 32, 64]  # a pixel, of Cycles
 REFERENCE_GRID, REFERENCE_PATHS, REFERENCE_SAMPLES = 12, 4, 1024
 
 
-def main(work, rounds, quick):
-    """Measures, and returns the table and what it needs to be understood, in Markdown."""
-    work /= "flicker"
+PLACES = {"kitchen": places.kitchen, "city": places.city}
+
+
+def main(work, rounds, quick, where):
+    """Measures at one of `PLACES`, and returns the table and what it needs to be understood, in Markdown."""
+    work = work / "flicker" / where
     work.mkdir(parents=True, exist_ok=True)
-    place = places.kitchen(work / "kitchen", SMALL if quick else SIZE, roughness=ROUGHNESS)
+    place = PLACES[where](work / "scene", SMALL if quick else SIZE, roughness=ROUGHNESS)
     found = workers.found()
     if "afterimage" not in found:
         raise afterimage.Failed("the points in sight are those of Afterimage: make build")

@@ -4,12 +4,14 @@ Lengths are in the scene's units. Colours are linear RGB with Rec. 709 primaries
 """
 
 import math
+import pathlib
 
 import numpy as np
 
 from . import scene
 
-FRAMES = 24  # of the dolly through the kitchen
+FRAMES = 24  # of the moves of the camera
+ROOT = pathlib.Path(__file__).resolve().parents[2]
 
 
 def kitchen(folder, size, *, plate=False, roughness=None):
@@ -35,6 +37,26 @@ def kitchen(folder, size, *, plate=False, roughness=None):
         "target": (target + way * travel).tolist(),
         "dolly": {"frames": FRAMES, "eye": eye.tolist(), "target": target.tolist()},
         "panel": {"center": [0.3, 2.3, 1.2], "size": [1.0, 0.6], "radiance": 15.0},
+    }
+
+
+def city(folder, size, *, roughness):
+    """The city that comes with the project, of rough materials, under a sun and an even sky; the first frames of its crane shot.
+
+    What moves in that shot, and what emits, is left out.
+    """
+    eye, target = np.array([-16.0, 63.0, 165.0]), np.array([4.0, 48.0, 0.0])
+    to_eye, to_target = np.array([-9.6, 55.0, 153.8]), np.array([2.0, 47.6, 0.0])
+    return {
+        "name": "city",
+        "scene": str(scene.matt_version(ROOT / "scenes/city/city.obj", folder, roughness=roughness, lamps=False)),
+        "size": size,
+        "fov": 46,
+        "eye": to_eye.tolist(),
+        "target": to_target.tolist(),
+        "dolly": {"frames": FRAMES, "eye": eye.tolist(), "target": target.tolist()},
+        "sky": [0.4, 0.5, 0.7],
+        "sun": {"direction": [0.7, -0.56, -0.44], "irradiance": 4.0},
     }
 
 

@@ -33,19 +33,26 @@ def collection():
 
 
 def real(name, folder, beside=(), roughness=None):
-    """The matt version of scene `name` of the collection, made in `folder` where it is not there yet; with other parts `beside` it.
-
-    With a `roughness`, what is matt reflects as well, as plastic of this roughness does.
-    """
+    """The matt version of scene `name` of the collection, made in `folder` where it is not there yet; with other parts `beside` it."""
     obj = collection() / name / f"{name}.obj"
     if not obj.is_file():
         raise SceneMissing(f"there is no {obj}; AFTERIMAGE_SCENES names the folder of such scenes")
+    return matt_version(obj, folder, beside, roughness)
+
+
+def matt_version(obj, folder, beside=(), roughness=None, lamps=True):
+    """The matt version of an OBJ file, as a scene in `folder`; without `lamps` nothing emits.
+
+    With a `roughness`, what is matt reflects as well, as plastic of this roughness does.
+    """
     seen = obj.stat()
-    source = [FORMAT, str(obj), seen.st_size, seen.st_mtime_ns, roughness, *[one["material"]["name"] for one in beside]]
+    source = [FORMAT, str(obj), seen.st_size, seen.st_mtime_ns, roughness, lamps, *[one["material"]["name"] for one in beside]]
     if made_from(folder) != source:
         parts = [one for one in (matt(*part) for part in read_obj(obj)) if one is not None]
         for one in parts:
             one["material"]["roughness"] = roughness
+            if not lamps:
+                one["material"]["emission"] = [0, 0, 0]
         write(folder, [*parts, *beside], source)
     return folder
 
