@@ -5,7 +5,7 @@ use glam::{DMat3, DVec3, EulerRot, Mat4, Vec3, Vec4};
 use crate::animation::Transform;
 use crate::exposure::{Exposures, LensPose};
 use crate::scene::camera::{Aim, Projection};
-use crate::scene::{CameraTrack, Light, LightKind, RenderSpace, Scene};
+use crate::scene::{CameraTrack, Light, LightKind, Panel, RenderSpace, Scene};
 use crate::stereo::EyePlace;
 
 /// Everything that moves, at one frame. Two poses compare exactly: equal parts did not move.
@@ -254,6 +254,15 @@ pub struct Cone {
     pub cos_inner: f32,
 }
 
+/// How the radiance of a panel falls with the angle to its axis: by its tangent, to nothing at half of the spread.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Spread {
+    /// Direction in which the light travels, unit length.
+    pub axis: Vec3,
+    /// 1 over the tangent of half of the spread.
+    pub fall: f32,
+}
+
 /// Shape of a light with an area.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum AreaShape {
@@ -267,8 +276,10 @@ pub enum AreaShape {
         up: Vec3,
         /// Axis, unit length, at right angles to both.
         axis: Vec3,
+        /// How it dims aside of its axis, if it does.
+        spread: Option<Spread>,
     },
-    /// Disc that shines to the side that its axis points to.
+    /// Disc, or ellipse, that shines to the side that its axis points to.
     Disk {
         /// Centre, world space.
         center: Vec3,
@@ -278,6 +289,8 @@ pub enum AreaShape {
         up: Vec3,
         /// Axis, unit length, at right angles to both.
         axis: Vec3,
+        /// How it dims aside of its axis, if it does.
+        spread: Option<Spread>,
     },
     /// Sphere that shines outwards.
     Sphere {
@@ -358,7 +371,7 @@ impl AreaShape {
     fn reach(&self) -> f32 {
         match self {
             Self::Rectangle { across, up, .. } => 0.5 * (across.length() + up.length()),
-            Self::Disk { across, .. } => across.length(),
+            Self::Disk { across, up, .. } => across.length().max(up.length()),
             Self::Sphere { radius, .. } => *radius,
             Self::Sun { versine, .. } => (2.0 * versine).sqrt(),
         }
@@ -403,25 +416,14 @@ impl LightPose {
                     false => LightShape::Spot { position, cone },
                 }
             }
-            LightKind::Rectangle { position, target, up, size: [width, height] } => {
-                let center = position.at(frame);
-                let axes = upright(target.at(frame) - center, up.at(frame));
-                LightShape::Area(AreaShape::Rectangle {
-                    center: center.as_vec3(),
-                    across: (axes.x_axis * *width).as_vec3(),
-                    up: (axes.y_axis * *height).as_vec3(),
-                    axis: -axes.z_axis.as_vec3(),
-                })
+            LightKind::Rectangle(panel) => {
+                let (center, [across, up, axis], spread) = placed(panel, panel.size, frame);
+                LightShape::Area(AreaShape::Rectangle { center, across, up, axis, spread })
             }
-            LightKind::Disk { position, target, radius } => {
-                let center = position.at(frame);
-                let axes = looking_at(target.at(frame) - center, 0.0);
-                LightShape::Area(AreaShape::Disk {
-                    center: center.as_vec3(),
-                    across: (axes.x_axis * *radius).as_vec3(),
-                    up: (axes.y_axis * *radius).as_vec3(),
-                    axis: -axes.z_axis.as_vec3(),
-                })
+            LightKind::Disk(panel) => {
+                let radii = panel.size.map(|diameter| 0.5 * diameter);
+                let (center, [across, up, axis], spread) = placed(panel, radii, frame);
+                LightShape::Area(AreaShape::Disk { center, across, up, axis, spread })
             }
             LightKind::Sphere { position, radius } => LightShape::Area(AreaShape::Sphere {
                 center: position.at(frame).as_vec3(),
@@ -441,6 +443,17 @@ impl LightPose {
         };
         Self { shape, strength, points: light.points() }
     }
+}
+
+/// Centre of a panel, its axes (those across it have these lengths, that along which it shines has 1), and its spread.
+fn placed(panel: &Panel, [width, height]: [f64; 2], frame: f64) -> (Vec3, [Vec3; 3], Option<Spread>) {
+    let center = panel.position.at(frame);
+    let axes = upright(panel.target.at(frame) - center, panel.up.at(frame));
+    let axis = -axes.z_axis.as_vec3();
+    let spread = (panel.spread < Panel::ALL_OF_ITS_SIDE)
+        .then(|| Spread { axis, fall: (0.5 * panel.spread).to_radians().tan().recip() as f32 });
+    let edges = [(axes.x_axis * width).as_vec3(), (axes.y_axis * height).as_vec3(), axis];
+    (center.as_vec3(), edges, spread)
 }
 
 #[cfg(test)]

@@ -114,7 +114,7 @@ pub fn of_light(kind: &str, places: &[(f64, DAffine3)]) -> Vec<Table> {
         let keys = match kind {
             "directional" => vec![("direction", list(along))],
             "point" | "sphere" => vec![("position", list(place))],
-            "rectangle" => {
+            "rectangle" | "disk" => {
                 let up = map.matrix3.y_axis.normalize_or(glam::DVec3::Y);
                 vec![("position", list(place)), ("target", list(place + along)), ("up", list(up))]
             }

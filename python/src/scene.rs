@@ -303,7 +303,7 @@ impl Scene {
 
     /// Adds a light: "point", "sun" (or "directional"), "spot", "rectangle", "disk" or "sphere".
     ///
-    /// Keys are those of [[light]] in shot files: position, direction, target, up, color, power, size, radius, angle, cone, soft, samples,
+    /// Keys are those of [[light]] in shot files: position, direction, target, up, color, power, size, radius, spread, angle, cone, soft, samples,
     /// group, name. transform: (4, 4), in which the light is at the origin and shines along -Z, with Y up, or a dict from frames to these.
     /// keys: a dict from frames to dicts of position, direction, target, up, color, power.
     #[pyo3(signature = (kind, *, transform = None, keys = None, **values))]

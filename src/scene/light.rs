@@ -92,25 +92,9 @@ pub enum LightKind {
     },
     /// A rectangle that shines to one side. Like all areas it casts soft shadows and is seen in mirrors, but
     /// not by the camera.
-    Rectangle {
-        /// Its centre; world space.
-        position: Track<DVec3>,
-        /// The point that it faces; world space.
-        target: Track<DVec3>,
-        /// Direction in which its height points, as far as the target lets it; world space, any length but zero.
-        up: Track<DVec3>,
-        /// Width and height.
-        size: [f64; 2],
-    },
-    /// A disc that shines to one side.
-    Disk {
-        /// Its centre; world space.
-        position: Track<DVec3>,
-        /// The point that it faces; world space.
-        target: Track<DVec3>,
-        /// World units.
-        radius: f64,
-    },
+    Rectangle(Panel),
+    /// A disc, or an ellipse, that shines to one side.
+    Disk(Panel),
     /// A sphere that shines outwards.
     Sphere {
         /// Its centre; world space.
@@ -127,6 +111,41 @@ pub enum LightKind {
     },
 }
 
+/// A flat light that shines to one side.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Panel {
+    /// Its centre; world space.
+    pub position: Track<DVec3>,
+    /// The point that it faces; world space.
+    pub target: Track<DVec3>,
+    /// Direction in which its height points, as far as the target lets it; world space, any length but zero.
+    pub up: Track<DVec3>,
+    /// Width and height, world units.
+    pub size: [f64; 2],
+    /// Degrees of the whole cone in which it shines, above 0; at [`ALL_OF_ITS_SIDE`](Self::ALL_OF_ITS_SIDE) nothing dims it.
+    pub spread: f64,
+}
+
+impl Panel {
+    /// Spread of a panel that shines to all of its side.
+    pub const ALL_OF_ITS_SIDE: f64 = 180.0;
+
+    /// A panel at rest that shines to all of its side, its height upwards.
+    pub fn at_rest(position: DVec3, target: DVec3, size: [f64; 2]) -> Self {
+        let [position, target, up] = [position, target, DVec3::Y].map(Track::constant);
+        Self { position, target, up, size, spread: Self::ALL_OF_ITS_SIDE }
+    }
+
+    fn converted(self, point: impl Fn(DVec3) -> DVec3, scale: f64) -> Self {
+        Self {
+            position: self.position.map(&point),
+            target: self.target.map(&point),
+            size: self.size.map(|edge| edge * scale),
+            ..self
+        }
+    }
+}
+
 impl LightKind {
     /// Name for people.
     pub fn name(&self) -> &'static str {
@@ -134,8 +153,8 @@ impl LightKind {
             Self::Point { .. } => "point",
             Self::Directional { .. } => "directional",
             Self::Spot { .. } => "spot",
-            Self::Rectangle { .. } => "rectangle",
-            Self::Disk { .. } => "disk",
+            Self::Rectangle(_) => "rectangle",
+            Self::Disk(_) => "disk",
             Self::Sphere { .. } => "sphere",
             Self::Sun { .. } => "directional, soft",
         }
@@ -144,7 +163,7 @@ impl LightKind {
     /// Returns true if the light is more than a point, so that shadows are soft.
     pub fn is_area(&self) -> bool {
         match self {
-            Self::Rectangle { .. } | Self::Disk { .. } | Self::Sphere { .. } | Self::Sun { .. } => true,
+            Self::Rectangle(_) | Self::Disk(_) | Self::Sphere { .. } | Self::Sun { .. } => true,
             Self::Spot { radius, .. } => *radius > 0.0,
             Self::Point { .. } | Self::Directional { .. } => false,
         }
@@ -155,10 +174,11 @@ impl LightKind {
         match self {
             Self::Point { position } | Self::Sphere { position, .. } => vec![position],
             Self::Directional { direction } | Self::Sun { direction, .. } => vec![direction],
-            Self::Spot { position, target, .. } | Self::Disk { position, target, .. } => {
-                vec![position, target]
+            Self::Spot { position, target, .. } => vec![position, target],
+            Self::Rectangle(Panel { position, target, up, .. })
+            | Self::Disk(Panel { position, target, up, .. }) => {
+                vec![position, target, up]
             }
-            Self::Rectangle { position, target, up, .. } => vec![position, target, up],
         }
     }
 
@@ -175,15 +195,8 @@ impl LightKind {
                 soft,
                 radius: radius * scale,
             },
-            Self::Rectangle { position, target, up, size } => Self::Rectangle {
-                position: place(position),
-                target: place(target),
-                up,
-                size: size.map(|edge| edge * scale),
-            },
-            Self::Disk { position, target, radius } => {
-                Self::Disk { position: place(position), target: place(target), radius: radius * scale }
-            }
+            Self::Rectangle(panel) => Self::Rectangle(panel.converted(point, scale)),
+            Self::Disk(panel) => Self::Disk(panel.converted(point, scale)),
             Self::Sphere { position, radius } => {
                 Self::Sphere { position: place(position), radius: radius * scale }
             }

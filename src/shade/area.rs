@@ -7,9 +7,9 @@ use std::f32::consts::{FRAC_1_PI, FRAC_PI_4, PI, TAU};
 
 use glam::Vec3;
 
-use super::light_sample::{LightSample, from_place, share_of, within};
+use super::light_sample::{LightSample, from_place, share_of, share_of_spread, within};
 use crate::lanes::{F32x8, Mask, Vec3x8};
-use crate::pose::{AreaShape, Cone, LightPose, LightShape};
+use crate::pose::{AreaShape, Cone, LightPose, LightShape, Spread};
 
 /// An area light as a ray sees it.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -29,41 +29,66 @@ pub struct Glow {
 pub struct AreaRadiance {
     /// Where it is full; linear RGB.
     pub full: Vec3,
-    /// Directions to which alone the light shines, if it does not to all.
-    pub cone: Option<Cone>,
+    /// What of it is sent in each direction.
+    pub beam: Beam,
+}
+
+/// What of the radiance of a light is sent in each direction.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Beam {
+    /// All of it.
+    Even,
+    /// That within the cone of a spot.
+    Cone(Cone),
+    /// What the spread of a panel leaves.
+    Spread(Spread),
+}
+
+impl Beam {
+    #[inline(always)]
+    fn share(&self, to_light: Vec3x8) -> F32x8 {
+        match self {
+            Self::Even => F32x8::ONE,
+            Self::Cone(cone) => share_of(cone, to_light),
+            Self::Spread(spread) => share_of_spread(spread, to_light),
+        }
+    }
 }
 
 impl AreaRadiance {
     /// Radiance that is seen along `direction`, unit length, towards the light.
     #[inline(always)]
     pub fn along(&self, direction: Vec3) -> Vec3 {
-        match &self.cone {
-            None => self.full,
-            Some(cone) => self.full * share_of(cone, Vec3x8::splat(direction)).lane(0),
+        match self.beam {
+            Beam::Even => self.full,
+            _ => self.full * self.beam.share(Vec3x8::splat(direction)).lane(0),
         }
     }
 
     /// Largest channel of the radiance that is seen along eight directions.
     #[inline(always)]
     pub fn brightest_along(&self, directions: Vec3x8) -> F32x8 {
-        let full = F32x8::splat(self.full.max_element());
-        match &self.cone {
-            None => full,
-            Some(cone) => full * share_of(cone, directions),
-        }
+        F32x8::splat(self.full.max_element()) * self.beam.share(directions)
     }
 }
 
 /// Radiance of an area light. `None` for lights that have no area.
 pub fn radiance(light: &LightPose) -> Option<AreaRadiance> {
     let LightShape::Area(area) = light.shape else { return None };
-    let (factor, cone) = match area {
-        AreaShape::Rectangle { across, up, .. } => (PI / (across.length() * up.length()), None),
-        AreaShape::Disk { across, .. } => (1.0 / across.length_squared(), None),
-        AreaShape::Sphere { radius, cone, .. } => (1.0 / (radius * radius), cone),
-        AreaShape::Sun { versine, .. } => (0.5 / versine, None),
+    let spread_of = |spread: Option<Spread>| spread.map_or(Beam::Even, Beam::Spread);
+    let (factor, beam) = match area {
+        AreaShape::Rectangle { across, up, spread, .. } => {
+            (PI / (across.length() * up.length()), spread_of(spread))
+        }
+        AreaShape::Disk { across, up, spread, .. } => {
+            (1.0 / (across.length() * up.length()), spread_of(spread))
+        }
+        AreaShape::Sphere { radius, cone, .. } => {
+            (1.0 / (radius * radius), cone.map_or(Beam::Even, Beam::Cone))
+        }
+        AreaShape::Sun { versine, .. } => (0.5 / versine, Beam::Even),
     };
-    Some(AreaRadiance { full: light.strength * factor, cone })
+    Some(AreaRadiance { full: light.strength * factor, beam })
 }
 
 /// Intersects the ray `origin + t * direction` (unit length) with `light`: what it sees, if it meets the side
@@ -71,17 +96,18 @@ pub fn radiance(light: &LightPose) -> Option<AreaRadiance> {
 pub fn glow(light: &LightPose, origin: Vec3, direction: Vec3) -> Option<Glow> {
     let LightShape::Area(area) = light.shape else { return None };
     let (distance, density) = match area {
-        AreaShape::Rectangle { center, across, up, axis } => {
+        AreaShape::Rectangle { center, across, up, axis, .. } => {
             let (distance, aside, cos) = meet_plane(center, axis, origin, direction)?;
             let along = |edge: Vec3| aside.dot(edge).abs() <= 0.5 * edge.length_squared();
             let is_inside = along(across) && along(up);
             is_inside.then(|| (distance, distance * distance / (cos * across.length() * up.length())))?
         }
-        AreaShape::Disk { center, across, axis, .. } => {
+        AreaShape::Disk { center, across, up, axis, .. } => {
             let (distance, aside, cos) = meet_plane(center, axis, origin, direction)?;
-            let squared = across.length_squared();
-            let is_inside = aside.length_squared() <= squared;
-            is_inside.then(|| (distance, distance * distance / (cos * PI * squared)))?
+            // shares of the radii
+            let along = |radius: Vec3| aside.dot(radius) / radius.length_squared();
+            let is_inside = along(across).powi(2) + along(up).powi(2) <= 1.0;
+            is_inside.then(|| (distance, distance * distance / (cos * PI * across.length() * up.length())))?
         }
         AreaShape::Sphere { center, radius, .. } => {
             let to_center = center - origin;
@@ -129,15 +155,15 @@ pub(super) fn from_places(
 ) -> LightSample {
     let share = light.strength / light.points as f32;
     match area {
-        AreaShape::Rectangle { center, across, up, axis } => {
+        AreaShape::Rectangle { center, across, up, axis, spread } => {
             let [along, above] = aside;
             let source = Vec3x8::splat(center) + Vec3x8::splat(across) * along + Vec3x8::splat(up) * above;
-            from_plane(share, source, axis, points)
+            from_plane(share, source, (axis, spread), points)
         }
-        AreaShape::Disk { center, across, up, axis } => {
+        AreaShape::Disk { center, across, up, axis, spread } => {
             let [along, above] = disk(aside);
             let source = Vec3x8::splat(center) + Vec3x8::splat(across) * along + Vec3x8::splat(up) * above;
-            from_plane(share, source, axis, points)
+            from_plane(share, source, (axis, spread), points)
         }
         AreaShape::Sphere { center, radius, cone } => {
             let light_sample = from_sphere(share, center, radius, disk(aside), points);
@@ -152,13 +178,21 @@ pub(super) fn from_places(
     }
 }
 
-/// Light from points of a plane, which shines with the cosine to its axis (Lambert's law).
+/// Light from points of a plane, which shines with the cosine to its axis (Lambert's law), and less aside of it where it has a spread.
 #[inline(always)]
-fn from_plane(strength: Vec3, source: Vec3x8, axis: Vec3, points: Vec3x8) -> LightSample {
+fn from_plane(
+    strength: Vec3,
+    source: Vec3x8,
+    (axis, spread): (Vec3, Option<Spread>),
+    points: Vec3x8,
+) -> LightSample {
     let mut light_sample = from_place(strength, source, points);
-    let cos = (-light_sample.direction.dot(Vec3x8::splat(axis))).max(F32x8::ZERO);
-    light_sample.irradiance = light_sample.irradiance * cos;
-    light_sample.reaches = cos.gt(F32x8::ZERO);
+    let mut share = (-light_sample.direction.dot(Vec3x8::splat(axis))).max(F32x8::ZERO);
+    if let Some(spread) = spread {
+        share = share * share_of_spread(&spread, light_sample.direction);
+    }
+    light_sample.irradiance = light_sample.irradiance * share;
+    light_sample.reaches = share.gt(F32x8::ZERO);
     light_sample
 }
 
@@ -245,12 +279,21 @@ mod tests {
     use crate::shade::light::light_from_anywhere;
     use crate::shade::sampling::PathRandom;
 
-    fn lights() -> [LightPose; 5] {
+    fn lights() -> [LightPose; 7] {
         let (center, axis) = (Vec3::new(0.3, 2.0, -0.5), Vec3::new(0.6, -0.8, 0.0));
         let (across, up) = (Vec3::Z, Vec3::new(0.8, 0.6, 0.0));
         let shapes = [
-            AreaShape::Rectangle { center, across: across * 1.5, up: up * 0.7, axis },
-            AreaShape::Disk { center, across: across * 0.8, up: up * 0.8, axis },
+            AreaShape::Rectangle { center, across: across * 1.5, up: up * 0.7, axis, spread: None },
+            AreaShape::Disk { center, across: across * 0.8, up: up * 0.8, axis, spread: None },
+            AreaShape::Disk { center, across: across * 0.9, up: up * 0.4, axis, spread: None },
+            // the origin is where it is dim
+            AreaShape::Rectangle {
+                center,
+                across,
+                up: up * 0.7,
+                axis,
+                spread: Some(Spread { axis, fall: 0.5 }),
+            },
             AreaShape::Sphere { center, radius: 0.9, cone: None },
             // the origin is where it fades
             AreaShape::Sphere {
@@ -329,7 +372,7 @@ mod tests {
 
     #[test]
     fn from_behind_nothing_is_seen() {
-        for light in &lights()[..2] {
+        for light in &lights()[..4] {
             assert_eq!(glow(light, Vec3::new(0.3, 9.0, -0.5), Vec3::NEG_Y), None);
             assert!(glow(light, Vec3::new(0.3, -9.0, -0.5), Vec3::Y).is_some());
         }

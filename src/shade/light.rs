@@ -240,7 +240,7 @@ mod tests {
 
     fn panel(center: Vec3, size: f32) -> LightPose {
         let (across, up, axis) = (Vec3::X * size, Vec3::Z * size, Vec3::NEG_Y);
-        let shape = LightShape::Area(AreaShape::Rectangle { center, across, up, axis });
+        let shape = LightShape::Area(AreaShape::Rectangle { center, across, up, axis, spread: None });
         LightPose { shape, strength: Vec3::splat(8.0), points: 16 }
     }
 

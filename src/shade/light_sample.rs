@@ -3,7 +3,7 @@
 use glam::Vec3;
 
 use crate::lanes::{F32x8, Mask, Vec3x8};
-use crate::pose::Cone;
+use crate::pose::{Cone, Spread};
 
 /// Light as it arrives at eight points.
 #[derive(Debug, Clone, Copy)]
@@ -53,6 +53,16 @@ pub fn share_of(cone: &Cone, to_light: Vec3x8) -> F32x8 {
     fade(-to_light.dot(Vec3x8::splat(cone.axis)), cone.cos_outer, cone.cos_inner)
 }
 
+/// Share of the light along its axis that a panel sends to where these directions, unit length, lead to it: 1 less the tangent of
+/// the angle between them over that of half of the spread.
+#[inline(always)]
+pub fn share_of_spread(spread: &Spread, to_light: Vec3x8) -> F32x8 {
+    let cos = -to_light.dot(Vec3x8::splat(spread.axis));
+    let sine = (F32x8::ONE - cos * cos).max(F32x8::ZERO).sqrt();
+    let share = F32x8::ONE - F32x8::splat(spread.fall) * sine / cos;
+    cos.gt(F32x8::ZERO).select(share.max(F32x8::ZERO), F32x8::ZERO)
+}
+
 /// Smoothstep of a cosine: 0 at `outer` and beyond, 1 from `inner` on.
 #[inline(always)]
 fn fade(cos: F32x8, outer: f32, inner: f32) -> F32x8 {
@@ -65,6 +75,19 @@ fn fade(cos: F32x8, outer: f32, inner: f32) -> F32x8 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn panels_dim_by_the_tangent() {
+        // half of the spread is 45 degrees
+        let spread = Spread { axis: Vec3::NEG_Y, fall: 1.0 };
+        let at = |tangent: f32| {
+            let to_light = Vec3::new(tangent, 1.0, 0.0).normalize();
+            share_of_spread(&spread, Vec3x8::splat(to_light)).lane(0)
+        };
+        assert_eq!(at(0.0), 1.0);
+        assert!((at(0.25) - 0.75).abs() < 1e-6 && (at(-0.5) - 0.5).abs() < 1e-6);
+        assert_eq!((at(1.5), share_of_spread(&spread, Vec3x8::splat(Vec3::NEG_Y)).lane(0)), (0.0, 0.0));
+    }
 
     #[test]
     fn spots_fade_by_the_smoothstep() {

@@ -8,7 +8,7 @@ use afterimage::animation::Track;
 use afterimage::layers::Layers;
 use afterimage::scene::material::Optics;
 use afterimage::scene::texture::Mapping;
-use afterimage::scene::{LightKind, Material, Scene, Texture};
+use afterimage::scene::{LightKind, Material, Panel, Scene, Texture};
 use afterimage::settings::Settings;
 use glam::{DVec3, Vec3};
 
@@ -71,13 +71,7 @@ fn a_point_light_falls_with_square_and_cosine() {
 
 /// A square panel with edges of 1, 2 above the origin, that shines down.
 fn panel() -> LightKind {
-    let (position, target) = (DVec3::new(0.0, 2.0, 0.0), DVec3::ZERO);
-    LightKind::Rectangle {
-        position: Track::constant(position),
-        target: Track::constant(target),
-        up: Track::constant(DVec3::Y),
-        size: [1.0, 1.0],
-    }
+    LightKind::Rectangle(Panel::at_rest(DVec3::Y * 2.0, DVec3::ZERO, [1.0, 1.0]))
 }
 
 #[test]
@@ -140,12 +134,11 @@ fn mirrors_show_lights_that_have_a_size() {
     };
     let mut scene = from_above(vec![toy::still("floor", toy::floor(9.0, 0), Vec3::ZERO)], vec![mirror]);
     let position = Track::constant(DVec3::new(0.0, 2.0, 0.0));
-    let target = Track::constant(DVec3::ZERO);
     let direction = Track::constant(DVec3::NEG_Y);
     let sun = 1.0 / (1.0 - 2.0_f32.to_radians().cos()) / 2.0;
     for (kind, radiance) in [
         (panel(), PI),
-        (LightKind::Disk { position: position.clone(), target, radius: 0.5 }, 4.0),
+        (LightKind::Disk(Panel::at_rest(DVec3::Y * 2.0, DVec3::ZERO, [1.0, 1.0])), 4.0),
         (LightKind::Sphere { position, radius: 0.5 }, 4.0),
         (LightKind::Sun { direction, angle: 4.0 }, sun),
     ] {

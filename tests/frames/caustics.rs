@@ -5,7 +5,7 @@ use std::f64::consts::{PI, TAU};
 use afterimage::frame::{Finished, Renderer};
 use afterimage::layers::Layers;
 use afterimage::scene::material::{MetalRough, Optics};
-use afterimage::scene::{Background, Environment, LightKind, Material, Scene};
+use afterimage::scene::{Background, Environment, LightKind, Material, Panel, Scene};
 use afterimage::settings::{Caustics, Settings};
 use afterimage::trace::BackendKind;
 use glam::{DAffine3, DVec3, Vec3};
@@ -65,9 +65,8 @@ fn ball(shining: Shining) -> Scene {
     let mut lights = vec![];
     match shining {
         Shining::Panel => {
-            let position = DVec3::Y * height;
-            let (target, size) = (rests(DVec3::ZERO), [2.0 * half; 2]);
-            let kind = LightKind::Rectangle { position: rests(position), target, up: rests(DVec3::Y), size };
+            let panel = Panel::at_rest(DVec3::Y * height, DVec3::ZERO, [2.0 * half; 2]);
+            let kind = LightKind::Rectangle(panel);
             lights.push(toy::light("panel", kind, SHINES * (2.0 * half).powi(2) / PI));
         }
         Shining::Surface => {

@@ -6,7 +6,7 @@ use afterimage::animation::TransformTrack;
 use afterimage::frame::{Finished, Renderer, Spoil};
 use afterimage::pose::{AreaShape, LightShape, Pose};
 use afterimage::scene::environment::Sky;
-use afterimage::scene::{Background, Environment, LightKind, Material, Scene};
+use afterimage::scene::{Background, Environment, LightKind, Material, Panel, Scene};
 use afterimage::settings::{Budget, Filter, Settings};
 use glam::{DVec3, Vec3};
 
@@ -124,7 +124,9 @@ fn a_glowing_panel_lights_as_a_panel_does() {
         (scene.ambient, scene.background) = (Vec3::ZERO, Background::uniform(Vec3::ZERO));
         scene.lights = vec![panel(rests(DVec3::new(1.0, 5.0, 2.0)))];
         let lit = mean(&first(&scene, &settings(64, bounces)));
-        let LightKind::Rectangle { size: [width, height], .. } = scene.lights[0].kind else { unreachable!() };
+        let LightKind::Rectangle(Panel { size: [width, height], .. }) = scene.lights[0].kind else {
+            unreachable!()
+        };
         let radiance = 20.0 * PI / (width * height) as f32;
         let LightShape::Area(AreaShape::Rectangle { center, across, up, .. }) =
             Pose::new(&scene, 1).lights[0].shape

@@ -6,7 +6,7 @@ use afterimage::frame::{Finished, Renderer};
 use afterimage::layers::Layers;
 use afterimage::scene::environment::Sky;
 use afterimage::scene::material::{MetalRough, Optics};
-use afterimage::scene::{Background, Environment, LightKind, Material, Scene};
+use afterimage::scene::{Background, Environment, LightKind, Material, Panel, Scene};
 use afterimage::settings::{Filter, Settings};
 use afterimage::shade::ggx;
 use afterimage::stats::FrameStats;
@@ -220,13 +220,8 @@ fn a_light_with_a_size_is_counted_once() {
     for (roughness, size) in [(0.5, 2.0), (0.3, 2.0), (0.8, 4.0)] {
         let camera = toy::camera(rests(DVec3::new(0.0, 3.0, 4.0)), rests(DVec3::ZERO));
         let models = vec![toy::still("floor", toy::floor(9.0, 0), Vec3::ZERO)];
-        let position = rests(DVec3::new(0.0, 3.0, -3.0));
-        let kind = LightKind::Rectangle {
-            position,
-            target: rests(DVec3::ZERO),
-            up: rests(DVec3::Y),
-            size: [size, size],
-        };
+        let kind =
+            LightKind::Rectangle(Panel::at_rest(DVec3::new(0.0, 3.0, -3.0), DVec3::ZERO, [size, size]));
         let materials = vec![metal_rough(0.8, roughness, 1.0)];
         let mut scene = toy::scene(camera, models, materials, vec![toy::light("panel", kind, 20.0)]);
         scene.background = Background::uniform(Vec3::ZERO);

@@ -278,8 +278,22 @@ fn mistakes_are_told_with_place_and_remedy() {
             "s.toml:11:6: `up` must not be zero",
         ),
         (
-            format!("{light}type = \"disk\"\nposition = [0, 0, 0]\ntarget = [0, 0, 1]\nup = [1, 0, 0]\n"),
-            "s.toml:11:6: a disk light has no `up`",
+            format!("{light}type = \"disk\"\nposition = [0, 0, 0]\ntarget = [0, 0, 1]\nsoft = 0.5\n"),
+            "s.toml:11:8: a disk light has no `soft`",
+        ),
+        (
+            format!(
+                "{light}type = \"disk\"\nposition = [0, 0, 0]\ntarget = [0, 0, 1]\nradius = 1\nsize = [1, 2]\n"
+            ),
+            "s.toml:12:8: `size` and `radius` exclude each other: keep one of them",
+        ),
+        (
+            format!("{light}type = \"disk\"\nposition = [0, 0, 0]\ntarget = [0, 0, 1]\nspread = 0.5\n"),
+            "s.toml:11:10: `spread` is 0.5: it must be from 1 to 180 degrees",
+        ),
+        (
+            format!("{light}type = \"sphere\"\nposition = [0, 0, 0]\nspread = 90\n"),
+            "s.toml:10:10: a sphere light has no `spread`",
         ),
         (
             format!("{light}type = \"sphere\"\nposition = [0, 0, 0]\nradius = 0\n"),

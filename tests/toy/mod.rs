@@ -16,7 +16,8 @@ use afterimage::scene::camera::{Aim, Lens};
 use afterimage::scene::cutout::{CutTriangles, Cutout, LEAST_OPACITY, Mask};
 use afterimage::scene::texture::{Mapping, Wrap};
 use afterimage::scene::{
-    Background, CameraTrack, Light, LightKind, Material, Mesh, Model, RenderSpace, Scene, Shapes, Texture,
+    Background, CameraTrack, Light, LightKind, Material, Mesh, Model, Panel, RenderSpace, Scene, Shapes,
+    Texture,
 };
 use afterimage::settings::{Filter, Mode, Settings};
 use embree::VertexBuffer;

@@ -107,13 +107,13 @@ pub fn seen_in_a_mirror() -> (DVec3, Light) {
     (DVec3::new(0.0, 1.5, 4.0), lamp(0.0, 9.0, 7.5))
 }
 
-/// A disc, a sphere and a sun of four degrees, all of which move, instead of all other lights.
+/// An ellipse that shines to less than all of its side, a sphere and a sun of four degrees, all of which move, instead of all other lights.
 pub fn with_area_lights(mut scene: Scene) -> Scene {
-    let disk = LightKind::Disk {
+    let disk = LightKind::Disk(Panel {
         position: goes(DVec3::new(-3.0, 4.0, 1.0), DVec3::new(-2.5, 4.2, 1.0)),
-        target: rests(DVec3::ZERO),
-        radius: 0.7,
-    };
+        spread: 120.0,
+        ..Panel::at_rest(DVec3::ZERO, DVec3::ZERO, [1.4, 0.9])
+    });
     let sphere = LightKind::Sphere {
         position: goes(DVec3::new(2.0, 3.0, 2.0), DVec3::new(2.2, 2.6, 2.5)),
         radius: 0.4,
@@ -131,6 +131,6 @@ pub fn with_area_lights(mut scene: Scene) -> Scene {
 /// A panel above the world.
 pub fn panel(position: Track<DVec3>) -> Light {
     let kind =
-        LightKind::Rectangle { position, target: rests(DVec3::ZERO), up: rests(DVec3::Y), size: [2.0, 1.0] };
+        LightKind::Rectangle(Panel { position, ..Panel::at_rest(DVec3::ZERO, DVec3::ZERO, [2.0, 1.0]) });
     super::light("panel", kind, 20.0)
 }

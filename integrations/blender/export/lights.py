@@ -12,6 +12,7 @@ import numpy as np
 from .camera import TO_Y_UP
 
 SHADOW_RAYS = (1, 4, 16)
+LEAST_SPREAD, WIDEST_SPREAD = math.radians(1), math.radians(179.9)  # of area lights
 
 
 def light_of(instance, data, shadow_rays, warnings):
@@ -40,7 +41,7 @@ def light_of(instance, data, shadow_rays, warnings):
         key["position"] = place.tolist()
         if data.type != "POINT":
             key["target"] = (place + ahead).tolist()
-        if fixed["type"] == "rectangle":
+        if data.type == "AREA":
             key["up"] = (axes[:, 1] / lengths[1]).tolist()
     return {"name": name, **fixed}, key
 
@@ -96,29 +97,26 @@ def spot(data, _lengths, rays, say):
 
 
 def area(data, lengths, rays, say):
-    """A rectangle or a disk. The spread is left out, but its brightness along the axis stays Blender's."""
+    """A rectangle or a disk, with the spread where it has one."""
     across = data.size * lengths[0]
     up = (data.size_y if data.shape in {"RECTANGLE", "ELLIPSE"} else data.size) * lengths[1]
-    if data.spread < math.pi * 0.99:
-        say("its spread is left out; it shines to all of its side, as brightly ahead as in Blender")
-    if data.shape in {"DISK", "ELLIPSE"}:
-        if abs(across - up) > 0.01 * max(across, up):
-            say("its ellipse is shown as a disk of the same area")
-        fixed = {"type": "disk", "radius": max(1e-6, math.sqrt(across * up) / 2)}
-    else:
-        fixed = {"type": "rectangle", "size": [max(1e-6, across), max(1e-6, up)]}
-    return {**fixed, "samples": rays}, data.energy, spread_gain(data.spread) / math.pi**2
+    kind = "disk" if data.shape in {"DISK", "ELLIPSE"} else "rectangle"
+    fixed = {"type": kind, "size": [max(1e-6, across), max(1e-6, up)], "samples": rays}
+    if data.spread >= WIDEST_SPREAD:
+        return fixed, data.energy, 1 / math.pi**2
+    spread = max(data.spread, LEAST_SPREAD)
+    if data.spread < LEAST_SPREAD:
+        say(f"its spread is below a degree, and is made {math.degrees(spread):.0f}")
+    return {**fixed, "spread": math.degrees(spread)}, data.energy, spread_gain(spread) / math.pi**2
 
 
 def spread_gain(spread):
     """How much brighter along its axis an area light of some spread is than one of 180 degrees, as Cycles keeps its watts.
 
-    Cycles dims directions by 1 - tan(x) / tan(h), where h is half of the spread, and divides by what is left of the light.
+    Both renderers dim directions by 1 - tan(x) / tan(h), where h is half of the spread: of the integral of the cosine over the half space,
+    pi, that leaves pi (tan(h) - h) / tan(h).
     """
     half = spread / 2
-    if half >= math.pi / 2 * 0.999:
-        return 1.0
-    half = max(half, 0.05)
     return math.tan(half) / (math.tan(half) - half)
 
 

@@ -74,6 +74,12 @@ class Render(beside_cycles.BesideCycles):
     def test_area_ellipse(self):
         self.assert_same_brightness(self.light("AREA", energy=100, shape="ELLIPSE", size=1.0, size_y=0.6))
 
+    def test_area_with_a_spread(self):
+        self.assert_same_brightness(self.light("AREA", energy=100, shape="RECTANGLE", size=1.2, size_y=0.4, spread=1.6))
+
+    def test_ellipse_with_a_narrow_spread(self):
+        self.assert_same_brightness(self.light("AREA", energy=30, shape="ELLIPSE", size=1.0, size_y=2.0, spread=0.7))
+
     def test_a_sky_with_its_sun_lights_as_in_cycles(self):
         self.scene.world = bpy.data.worlds.new("Sky")
         self.scene.world.use_nodes = True

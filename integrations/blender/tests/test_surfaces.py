@@ -196,11 +196,16 @@ class Surfaces(unittest.TestCase):
         np.testing.assert_allclose(light["up"], [-0.5, 0, -np.sqrt(0.75)], atol=1e-6)
         self.assertEqual(self.warnings(), [])
 
-    def test_the_warnings_of_a_light_are_one(self):
+    def test_an_ellipse_and_its_spread(self):
         light = self.area((0, 0, 0), shape="ELLIPSE", size=2, size_y=0.5, spread=1.0)
-        self.assertEqual((light["type"], light["radius"]), ("disk", 0.5))
+        self.assertEqual((light["type"], light["size"], self.warnings()), ("disk", [2, 0.5], []))
+        self.assertAlmostEqual(light["spread"], np.degrees(1.0), places=4)
+
+    def test_the_warning_of_a_light_names_it(self):
+        light = self.area((0, 0, 0), spread=0.001)
+        self.assertAlmostEqual(light["spread"], 1.0, places=9)
         self.assertEqual(len(self.warnings()), 1)
-        self.assertRegex(self.warnings()[0], "^area light `Panel`: its spread is left out.*; its ellipse")
+        self.assertRegex(self.warnings()[0], "^area light `Panel`: its spread is below a degree")
 
     def test_a_spot_has_its_radius(self):
         data = bpy.data.lights.new("Spot", "SPOT")

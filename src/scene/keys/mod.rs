@@ -322,10 +322,14 @@ pub(crate) struct LightTable {
     /// Spot: falloff at the rim, as a fraction of the half angle (0)
     #[schemars(range(min = 0, max = 1))]
     pub soft: Option<At<f64>>,
-    /// Rectangle: direction in which its height points, as far as the target lets it [0, 1, 0]
+    /// Rectangle, disk: direction in which its height points, as far as the target lets it [0, 1, 0]
     pub up: Option<Three>,
-    /// Rectangle: width and height [1, 1]
+    /// Rectangle: width and height [1, 1]. Disk: those of an ellipse, instead of `radius`
     pub size: Option<At<List<f64, 2>>>,
+    /// Rectangle, disk: full angle of the cone in which it shines, degrees: towards its rim it dims to nothing (180: to all of its
+    /// side)
+    #[schemars(range(min = 1, max = 180))]
+    pub spread: Option<At<f64>>,
     /// Disk, sphere (0.5), spot (0: a point)
     pub radius: Option<At<f64>>,
     /// Directional: diameter of the light, degrees (0)

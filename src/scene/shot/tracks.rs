@@ -10,7 +10,7 @@ use crate::scene::camera::{Aim, Lens, Projection};
 use crate::scene::keys::camera::{CameraKey, CameraTable};
 use crate::scene::keys::toml_text::{At, List, Three, TomlText};
 use crate::scene::keys::{LightKey, LightTable, LightType};
-use crate::scene::{CameraTrack, Light, LightGroups, LightKind, SceneError};
+use crate::scene::{CameraTrack, Light, LightGroups, LightKind, Panel, SceneError};
 
 /// Default vertical field of view if no key states one, degrees.
 const DEFAULT_FOV: f64 = 40.0;
@@ -278,30 +278,38 @@ pub(crate) fn light(text: TomlText<'_>, table: &At<LightTable>, number: usize) -
                 text.number(key, value, wanted, |radius| radius == 0.0 || (1e-9..=1e9).contains(&radius))
             })?,
         },
-        LightType::Rectangle => LightKind::Rectangle {
-            position: place("position", &light.position, |key| &key.position)?,
-            target: place("target", &light.target, |key| &key.target)?,
-            up: {
-                let keyed = light.key.iter().filter_map(|key| key.get_ref().up.as_ref());
-                refuse_zeros(text, "up", light.up.iter().chain(keyed))?;
-                let rest = or(&light.up, "up", DVec3::Y, vector)?;
-                through_or(rest, &keys, how, |key| or(&key.up, "up", rest, vector))?
-            },
-            size: or(&light.size, "size", [1.0; 2], |key, value| edges(text, key, value))?,
-        },
-        LightType::Disk => LightKind::Disk {
-            position: place("position", &light.position, |key| &key.position)?,
-            target: place("target", &light.target, |key| &key.target)?,
-            radius: or(&light.radius, "radius", 0.5, |key, value| length(text, key, value))?,
-        },
+        LightType::Rectangle | LightType::Disk => {
+            if let (Some(size), Some(_)) = (&light.size, &light.radius) {
+                return Err(text.bad("size", size, "and `radius` exclude each other: keep one of them"));
+            }
+            let diameter = match &light.radius {
+                Some(radius) => 2.0 * length(text, "radius", radius)?,
+                None => 1.0,
+            };
+            let panel = Panel {
+                position: place("position", &light.position, |key| &key.position)?,
+                target: place("target", &light.target, |key| &key.target)?,
+                up: {
+                    let keyed = light.key.iter().filter_map(|key| key.get_ref().up.as_ref());
+                    refuse_zeros(text, "up", light.up.iter().chain(keyed))?;
+                    let rest = or(&light.up, "up", DVec3::Y, vector)?;
+                    through_or(rest, &keys, how, |key| or(&key.up, "up", rest, vector))?
+                },
+                size: or(&light.size, "size", [diameter; 2], |key, value| edges(text, key, value))?,
+                spread: or(&light.spread, "spread", Panel::ALL_OF_ITS_SIDE, |key, value| {
+                    text.number(key, value, "from 1 to 180 degrees", |spread| (1.0..=180.0).contains(&spread))
+                })?,
+            };
+            if light.kind == LightType::Disk { LightKind::Disk(panel) } else { LightKind::Rectangle(panel) }
+        }
         LightType::Sphere => LightKind::Sphere {
             position: place("position", &light.position, |key| &key.position)?,
             radius: or(&light.radius, "radius", 0.5, |key, value| length(text, key, value))?,
         },
     };
     if let LightKind::Spot { position, target, .. }
-    | LightKind::Rectangle { position, target, .. }
-    | LightKind::Disk { position, target, .. } = &kind
+    | LightKind::Rectangle(Panel { position, target, .. })
+    | LightKind::Disk(Panel { position, target, .. }) = &kind
     {
         let mut frames = keys.iter().map(|(frame, _)| *frame).chain([0.0]);
         if frames.any(|frame| position.at(frame) == target.at(frame)) {
@@ -382,8 +390,8 @@ fn refuse_foreign_keys(text: TomlText<'_>, light: &LightTable) -> Result<(), Sce
         LightType::Directional => ("directional", &["direction", "angle", "samples"]),
         LightType::Point => ("point", &["position"]),
         LightType::Spot => ("spot", &["position", "target", "cone", "soft", "radius", "samples"]),
-        LightType::Rectangle => ("rectangle", &["position", "target", "up", "size", "samples"]),
-        LightType::Disk => ("disk", &["position", "target", "radius", "samples"]),
+        LightType::Rectangle => ("rectangle", &["position", "target", "up", "size", "spread", "samples"]),
+        LightType::Disk => ("disk", &["position", "target", "up", "radius", "size", "spread", "samples"]),
         LightType::Sphere => ("sphere", &["position", "radius", "samples"]),
     };
     let span = |value: &Option<Three>| value.as_ref().map(At::span);
@@ -397,6 +405,7 @@ fn refuse_foreign_keys(text: TomlText<'_>, light: &LightTable) -> Result<(), Sce
         ("soft", number(&light.soft)),
         ("size", light.size.as_ref().map(At::span)),
         ("radius", number(&light.radius)),
+        ("spread", number(&light.spread)),
         ("angle", number(&light.angle)),
         ("samples", light.samples.as_ref().map(At::span)),
     ];

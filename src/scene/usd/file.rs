@@ -192,8 +192,9 @@ pub enum UsdLightKind {
     Disk {
         radius: f64,
     },
+    /// Its diameters.
     Sphere {
-        radius: f64,
+        size: [f64; 2],
     },
     Point,
     /// `cone`: from its axis to its rim.

@@ -55,14 +55,16 @@ pub fn read(
     let (light, factor) = match kind {
         "RectLight" => {
             let size = [input("width", 1.0)? * x, input("height", 1.0)? * y];
-            let size = level(first, size, shaders);
             let area = size[0] * size[1];
             (UsdLightKind::Rectangle { size }, if is_normalized { unit * unit } else { area } / PI)
         }
         "DiskLight" => {
-            let radius = input("radius", 0.5)? * (x + y) / 2.0;
-            let area = PI * radius * radius;
-            (UsdLightKind::Disk { radius }, if is_normalized { unit * unit } else { area } / PI)
+            let radius = input("radius", 0.5)?;
+            let area = PI * radius * x * radius * y;
+            (
+                UsdLightKind::Disk { size: [2.0 * radius * x, 2.0 * radius * y] },
+                if is_normalized { unit * unit } else { area } / PI,
+            )
         }
         "SphereLight" => sphere(prim, start, ((x + y + z) / 3.0, unit), is_normalized)?,
         "DistantLight" => sun(input("angle", 0.53)?, is_normalized, units),
@@ -166,23 +168,6 @@ fn sun(angle: f64, is_normalized: bool, units: Units) -> (UsdLightKind, f64) {
     (UsdLightKind::Sun { angle }, strength * factor / PI)
 }
 
-/// Sizes of a rectangle whose width is level, as it is here. One that is turned about its axis is told.
-fn level(map: DAffine3, [width, height]: [f64; 2], shaders: &mut Shaders<'_>) -> [f64; 2] {
-    let axis = |axis: DVec3| axis.normalize_or_zero();
-    let (forward, right) = (axis(-map.matrix3.z_axis), axis(map.matrix3.x_axis));
-    // straight up or down it is turned as the renderer turns it
-    let across = forward.cross(DVec3::Y).try_normalize().unwrap_or(DVec3::X);
-    let share = right.dot(across).abs();
-    if share > LEVEL || width == height && share < 1.0 - LEVEL {
-        return [width, height];
-    }
-    if share < (1.0 - LEVEL * LEVEL).sqrt() {
-        return [height, width];
-    }
-    shaders.leave_out("rectangular lights are level: those that are turned about their axis are turned back");
-    [width, height]
-}
-
 fn note_unused(prim: &Prim, code: f64, shaders: &mut Shaders<'_>) -> Answer<()> {
     let is_warm = flag_at(prim, "enableColorTemperature", code)?.unwrap_or(false)
         && number_at(prim, "colorTemperature", code)?.is_some_and(|kelvin| kelvin != WHITE);
@@ -214,7 +199,9 @@ pub fn text(light: &UsdLight) -> Option<String> {
         UsdLightKind::Rectangle { size: [width, height] } => {
             format!("type = \"rectangle\"\nsize = [{}, {}]\n", written(*width), written(*height))
         }
-        UsdLightKind::Disk { radius } => format!("type = \"disk\"\nradius = {}\n", written(*radius)),
+        UsdLightKind::Disk { size: [width, height] } => {
+            format!("type = \"disk\"\nsize = [{}, {}]\n", written(*width), written(*height))
+        }
         UsdLightKind::Sphere { radius } => format!("type = \"sphere\"\nradius = {}\n", written(*radius)),
         UsdLightKind::Point => String::from("type = \"point\"\n"),
         UsdLightKind::Spot { cone, soft, radius } => {
@@ -242,6 +229,10 @@ fn key(kind: &UsdLightKind, key: &LightKey) -> String {
     let place = match kind {
         UsdLightKind::Sun { .. } => format!("direction = {}\n", list(along)),
         UsdLightKind::Point | UsdLightKind::Sphere { .. } => format!("position = {}\n", list(at)),
+        UsdLightKind::Rectangle { .. } | UsdLightKind::Disk { .. } => {
+            let up = key.map.matrix3.y_axis.normalize_or(DVec3::Y);
+            format!("position = {}\ntarget = {}\nup = {}\n", list(at), list(at + along), list(up))
+        }
         _ => format!("position = {}\ntarget = {}\n", list(at), list(at + along)),
     };
     text += &place;

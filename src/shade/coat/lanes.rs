@@ -260,6 +260,7 @@ mod tests {
     use super::super::{Coats, SeenBy};
     use super::*;
     use crate::scene::Material;
+    use crate::shade::area::Beam;
     use crate::shade::sampling::PathRandom;
 
     #[test]
@@ -294,7 +295,7 @@ mod tests {
         );
         let weighed = followed
             .expect("some have one")
-            .highlight(&sample, Some(AreaRadiance { full: Vec3::splat(2.0), cone: None }))
+            .highlight(&sample, Some(AreaRadiance { full: Vec3::splat(2.0), beam: Beam::Even }))
             .lane(2);
         let share = 2.0 / (2.0 + 3.0 * density);
         assert!((weighed - wanted * share).abs().max_element() < 1e-4 * wanted.max_element(), "{weighed}");

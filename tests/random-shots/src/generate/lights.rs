@@ -46,13 +46,19 @@ fn light(dice: &mut Dice, span: &Span) -> Table {
         }
         "rectangle" => {
             set("size", numbers([dice.between(0.1, 2.0), dice.between(0.1, 2.0)]));
-            if dice.one_in(2) {
-                set("up", numbers(place(dice, 1.0)));
-            }
         }
+        "disk" if dice.one_in(2) => set("size", numbers([dice.between(0.1, 1.5), dice.between(0.1, 1.5)])),
         "disk" | "sphere" => set("radius", dice.between(0.05, 0.8).into()),
         "sun" => set("angle", Value::Float(*dice.pick(&[0.53, 5.0, 60.0, 179.0]))),
         _ => {}
+    }
+    if matches!(kind, "rectangle" | "disk") {
+        if dice.one_in(2) {
+            set("up", numbers(place(dice, 1.0)));
+        }
+        if dice.one_in(3) {
+            set("spread", Value::Float(*dice.pick(&[1.0, 30.0, 90.0, 150.0, 180.0])));
+        }
     }
     if matches!(kind, "spot" | "rectangle" | "disk") {
         set("target", numbers(place(dice, 0.5)));
