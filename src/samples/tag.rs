@@ -153,7 +153,8 @@ pub struct TagLayout {
     pub expires: bool,
     /// Number of a sample's occlusion rays.
     pub occlusion_rays: usize,
-    /// True if samples have seeds: for their paths and rays, and for the points on area lights that they ask.
+    /// True if samples have seeds: for their paths and rays, for the points on area lights that they ask, and for the microfacets of
+    /// rough glass.
     pub is_seeded: bool,
 }
 
@@ -182,7 +183,9 @@ impl TagLayout {
         let reflects = settings.depth > 0 && scene.materials.iter().any(Material::is_rough);
         let reflections = if reflects { settings.reflections as usize } else { 0 };
         let layout = Self::new(points).with_paths(paths).with_reflections(reflections).with_occlusion(rays);
-        Self { is_seeded: layout.is_seeded || has_areas, expires: anything_changes(scene), ..layout }
+        let has_rough_glass = settings.depth > 0 && scene.materials.iter().any(Material::is_rough_glass);
+        let is_seeded = layout.is_seeded || has_areas || has_rough_glass;
+        Self { is_seeded, expires: anything_changes(scene), ..layout }
     }
 
     /// Sets the number of paths by which samples gather light.

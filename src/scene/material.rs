@@ -56,6 +56,11 @@ pub struct NormalMap {
 /// narrower lobe is lost to the rounding of single floats.
 pub const LEAST_ALPHA: f32 = 0.002;
 
+/// Reflectance at right angles of a surface with this index of refraction, by Fresnel's equations.
+pub fn head_on(index: f64) -> f64 {
+    ((index - 1.0) / (index + 1.0)).powi(2)
+}
+
 /// Metal-rough reflection: diffuse beneath a dielectric layer, or metallic, or a mixture of both.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MetalRough {
@@ -106,7 +111,16 @@ pub enum Optics {
         index: f32,
         /// Tint of the reflection, weighted by Fresnel's formula: Ks for `illum` 4, 6, 7, 9.
         reflection: Vec3,
+        /// True if it is as rough as the material's [`MetalRough`], which then is its reflection as well.
+        is_rough: bool,
     },
+}
+
+impl Optics {
+    /// A surface that lets light of this colour pass straight through.
+    pub fn veil(transmission: Vec3) -> Self {
+        Self::Glass { transmission, index: 1.0, reflection: Vec3::ZERO, is_rough: false }
+    }
 }
 
 /// Maximum of a material's colour channels: samples keep them as half floats.
@@ -160,7 +174,9 @@ impl Material {
     pub fn can_blend(&self) -> bool {
         match self.optics {
             Optics::Opaque => true,
-            Optics::Glass { index, reflection, .. } => index == 1.0 && reflection == Vec3::ZERO,
+            Optics::Glass { index, reflection, is_rough, .. } => {
+                index == 1.0 && reflection == Vec3::ZERO && !is_rough
+            }
             Optics::Mirror { .. } => false,
         }
     }
@@ -170,12 +186,13 @@ impl Material {
     pub fn blended(self, alpha: f32) -> Self {
         let optics = match self.optics {
             optics if alpha == 1.0 => optics,
-            Optics::Glass { transmission, index, reflection } => Optics::Glass {
+            Optics::Glass { transmission, index, reflection, is_rough } => Optics::Glass {
                 transmission: Vec3::ONE - (Vec3::ONE - transmission) * alpha,
                 index,
                 reflection,
+                is_rough,
             },
-            _ => Optics::Glass { transmission: Vec3::splat(1.0 - alpha), index: 1.0, reflection: Vec3::ZERO },
+            _ => Optics::veil(Vec3::splat(1.0 - alpha)),
         };
         Self {
             diffuse: self.diffuse * alpha,
@@ -225,6 +242,11 @@ impl Material {
     /// Returns true if it is a mirror or glass: rays follow it, in each frame anew.
     pub fn is_followed(&self) -> bool {
         self.optics != Optics::Opaque || self.metal_rough.is_some_and(|layer| layer.is_smooth())
+    }
+
+    /// Returns true if it is glass that scatters what it lets through.
+    pub fn is_rough_glass(&self) -> bool {
+        matches!(self.optics, Optics::Glass { is_rough: true, .. })
     }
 
     /// Returns true if it has a rough layer: paths by which it reflects are kept.

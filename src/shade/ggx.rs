@@ -81,15 +81,28 @@ pub fn density(alpha: f32, to_eye: Vec3, to_light: Vec3) -> f32 {
 /// Samples a direction in which a microfacet that is seen from `to_eye` reflects, by two numbers from 0 to
 /// below 1. It may lead below the surface, where other microfacets are in the way.
 #[inline]
-pub fn sample(alpha: f32, to_eye: Vec3, [around, along]: [f32; 2]) -> Vec3 {
+pub fn sample(alpha: f32, to_eye: Vec3, numbers: [f32; 2]) -> Vec3 {
+    let normal = visible_normal(alpha, to_eye, numbers);
+    normal * (2.0 * normal.dot(to_eye)) - to_eye
+}
+
+/// Samples the normal of a microfacet that is seen from `to_eye`, by two numbers from 0 to below 1.
+#[inline]
+pub fn visible_normal(alpha: f32, to_eye: Vec3, [around, along]: [f32; 2]) -> Vec3 {
     let stretched = Vec3::new(alpha * to_eye.x, alpha * to_eye.y, to_eye.z).normalize();
     let (sin, cos) = (TAU * around).sin_cos();
     // evenly over the cap of the sphere that reflects the direction upwards
     let z = (1.0 - along) * (1.0 + stretched.z) - stretched.z;
     let across = (1.0 - z * z).max(0.0).sqrt();
     let half = Vec3::new(across * cos, across * sin, z) + stretched;
-    let normal = Vec3::new(alpha * half.x, alpha * half.y, half.z.max(0.0)).normalize_or(Vec3::Z);
-    normal * (2.0 * normal.dot(to_eye)) - to_eye
+    Vec3::new(alpha * half.x, alpha * half.y, half.z.max(0.0)).normalize_or(Vec3::Z)
+}
+
+/// Share of the light that a microfacet, seen at the cosine `of_eye`, reflects at the cosine `of_light`, and that no other one takes.
+#[inline]
+pub fn unmasked(alpha: f32, of_eye: f32, of_light: f32) -> f32 {
+    let (of_eye, of_light) = (lambda(alpha, of_eye), lambda(alpha, of_light));
+    (1.0 + of_eye) / (1.0 + of_eye + of_light)
 }
 
 /// Weight of the light from a sampled direction: [`reflected`] over [`density`].
@@ -99,8 +112,7 @@ pub fn sample_weight(alpha: f32, head_on: Vec3, to_eye: Vec3, to_light: Vec3) ->
         return Vec3::ZERO;
     }
     let half = (to_eye + to_light).normalize();
-    let (of_eye, of_light) = (lambda(alpha, to_eye.z), lambda(alpha, to_light.z));
-    schlick(head_on, half.dot(to_eye)) * ((1.0 + of_eye) / (1.0 + of_eye + of_light))
+    schlick(head_on, half.dot(to_eye)) * unmasked(alpha, to_eye.z, to_light.z)
 }
 
 /// [`reflected`] for eight surfaces, in world space.

@@ -2,9 +2,10 @@
 
 use glam::Vec3;
 
-use crate::scene::material::Optics;
-
-use super::Surface;
+use super::sampling::{PathRandom, orthonormal, seed_of};
+use super::{Surface, ggx};
+use crate::scene::Material;
+use crate::scene::material::{LEAST_ALPHA, Optics, head_on};
 
 /// A ray that goes on from a surface.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -24,17 +25,124 @@ pub struct Branches {
     pub refraction: Option<Branch>,
 }
 
-/// Splits the ray at `surface` by its material's `optics`.
-pub fn branch(optics: Optics, surface: &Surface, incoming: Vec3) -> Branches {
-    match optics {
+/// Splits the ray at `surface` by what its `material` does beside its layer. Rough glass bends it by one of its microfacets, which `random`
+/// chooses.
+pub fn branch(
+    material: &Material,
+    surface: &Surface,
+    incoming: Vec3,
+    random: impl FnOnce() -> [f32; 2],
+) -> Branches {
+    match material.optics {
         Optics::Opaque => Branches::default(),
         Optics::Mirror { tint, fresnel } => {
             let weight = if fresnel { schlick(tint, surface, incoming) } else { tint };
             Branches { reflection: Some(reflect(surface, incoming, weight)), refraction: None }
         }
-        Optics::Glass { transmission, index, reflection } => {
+        Optics::Glass { transmission, index, reflection, is_rough: false } => {
             glass(surface, incoming, transmission, index, reflection)
         }
+        Optics::Glass { transmission, index, .. } => {
+            let alpha = material.metal_rough.map_or(LEAST_ALPHA, |layer| layer.alpha());
+            let microfacet = Microfacet::new(surface, incoming, alpha, random());
+            if index == 1.0 {
+                microfacet.thin(incoming, transmission)
+            } else {
+                microfacet.solid(surface, incoming, (transmission, index))
+            }
+        }
+    }
+}
+
+/// Numbers for [`branch`] at a surface that a ray has met: they belong to its place.
+pub fn random_of_place(surface: &Surface) -> [f32; 2] {
+    let seed = seed_of(surface.point, surface.material.into());
+    let [around, along, ..] = PathRandom { seed, index: 0 }.four(0);
+    [around, along]
+}
+
+/// A part of rough glass that is as smooth as a mirror. Light that would meet another one on its way out leaves all the same, so that
+/// none is lost (Walter et al. 2007 leave it out).
+///
+/// What it reflects as a dielectric of Schlick's formula does, and is not masked, is left to the material's layer, whose paths are kept.
+struct Microfacet {
+    /// Its normal, on the side of the ray.
+    normal: Vec3,
+    /// Normal of the surface on the whole, on that side.
+    mean: Vec3,
+    /// Normal of the triangle, on that side.
+    of_triangle: Vec3,
+    /// Width of the lobe.
+    alpha: f32,
+}
+
+impl Microfacet {
+    /// Samples one of those that the ray sees.
+    fn new(surface: &Surface, incoming: Vec3, alpha: f32, numbers: [f32; 2]) -> Self {
+        // an interpolated normal may face away from the ray, the triangle's does not
+        let faces = |normal: &Vec3| normal.dot(incoming) < 0.0;
+        let mean = Some(surface.normal).filter(faces).unwrap_or(surface.geometric_normal);
+        let [across, up] = orthonormal(mean);
+        let to_eye = -Vec3::new(across.dot(incoming), up.dot(incoming), mean.dot(incoming));
+        let normal = ggx::visible_normal(alpha, to_eye, numbers);
+        Self {
+            normal: (across * normal.x + up * normal.y + mean * normal.z).normalize(),
+            mean,
+            of_triangle: surface.geometric_normal,
+            alpha,
+        }
+    }
+
+    /// The rays on at the surface of rough glass: through it, and, from within, what it reflects more than its layer does.
+    fn solid(&self, surface: &Surface, incoming: Vec3, (transmission, index): (Vec3, f32)) -> Branches {
+        let bent = Surface { normal: self.normal, ..*surface };
+        let through = glass(&bent, incoming, Vec3::ONE, index, Vec3::ONE).refraction;
+        let by_layer = self.reflected_by_layer(incoming, index);
+        let reflected = match &through {
+            // from outside Schlick's formula is as good as Fresnel's
+            Some(ray) if surface.from_behind => by_layer.max(1.0 - ray.weight.x),
+            Some(_) => by_layer,
+            None => 1.0,
+        };
+        let mirrored = Branch {
+            direction: self.turned_to(1.0, self.reflected(incoming)),
+            weight: Vec3::splat(reflected - by_layer),
+        };
+        let refraction = through.map(|ray| Branch {
+            direction: self.turned_to(-1.0, ray.direction),
+            weight: transmission * (1.0 - reflected),
+        });
+        Branches { reflection: Some(mirrored).filter(|ray| ray.weight.x > 0.0), refraction }
+    }
+
+    /// Share of the light that the layer reflects here.
+    fn reflected_by_layer(&self, incoming: Vec3, index: f32) -> f32 {
+        let up = self.mean.dot(self.reflected(incoming));
+        if up <= 0.0 {
+            return 0.0;
+        }
+        let head_on = Vec3::splat(head_on(index.into()) as f32);
+        let of_eye = (-self.mean.dot(incoming)).max(f32::MIN_POSITIVE);
+        ggx::schlick(head_on, -self.normal.dot(incoming)).x * ggx::unmasked(self.alpha, of_eye, up)
+    }
+
+    /// The ray through a rough pane that does not bend it on the whole: that which would be reflected, on the other side.
+    fn thin(&self, incoming: Vec3, transmission: Vec3) -> Branches {
+        let direction = self.turned_to(-1.0, self.reflected(incoming));
+        Branches { reflection: None, refraction: Some(Branch { direction, weight: transmission }) }
+    }
+
+    fn reflected(&self, incoming: Vec3) -> Vec3 {
+        (incoming - 2.0 * self.normal.dot(incoming) * self.normal).normalize()
+    }
+
+    /// The direction, or its mirror image, that leads to this `side` of the surface on the whole, and of the triangle: above it (1) or
+    /// below (-1).
+    fn turned_to(&self, side: f32, direction: Vec3) -> Vec3 {
+        [self.mean, self.of_triangle].into_iter().fold(direction, |direction, normal| {
+            let up = normal.dot(direction);
+            if up * side < 0.0 { (direction - 2.0 * up * normal).normalize() } else { direction }
+        })
     }
 }
 
@@ -89,6 +197,8 @@ fn fresnel(cos_in: f32, cos_out: f32, eta: f32) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scene::material::MetalRough;
+    use crate::shade::coat::{Coats, SeenBy};
 
     fn floor(from_behind: bool) -> Surface {
         let up = if from_behind { Vec3::NEG_Y } else { Vec3::Y };
@@ -108,7 +218,13 @@ mod tests {
         Vec3::new(sin, if down { -cos } else { cos }, 0.0)
     }
 
-    const GLASS: Optics = Optics::Glass { transmission: Vec3::ONE, index: 1.5, reflection: Vec3::ONE };
+    const GLASS: Optics =
+        Optics::Glass { transmission: Vec3::ONE, index: 1.5, reflection: Vec3::ONE, is_rough: false };
+
+    fn branch(optics: Optics, surface: &Surface, incoming: Vec3) -> Branches {
+        let material = Material { optics, ..Material::fallback() };
+        super::branch(&material, surface, incoming, || unreachable!("it is smooth"))
+    }
 
     #[test]
     fn snells_law_holds_into_glass_and_out_of_it() {
@@ -148,5 +264,139 @@ mod tests {
         let leaning = Surface { normal: Vec3::new(0.9, 0.1, 0.0).normalize(), ..floor(false) };
         let ray = branch(mirror, &leaning, at_angle(60.0, true)).reflection.expect("bounces");
         assert!(ray.direction.y > 0.0, "never into the surface");
+    }
+
+    /// Means over many microfacets: the weights of both rays, and where they lead.
+    fn through_microfacets(material: &Material, surface: &Surface, incoming: Vec3) -> [(f32, Vec3); 2] {
+        const COUNT: u32 = 1 << 14;
+        let mut sums = [(0.0, Vec3::ZERO); 2];
+        for index in 0..COUNT {
+            let [around, along, ..] = PathRandom { seed: 5, index }.four(0);
+            let rays = super::branch(material, surface, incoming, || [around, along]);
+            for (sum, ray) in sums.iter_mut().zip([rays.reflection, rays.refraction]) {
+                let Some(ray) = ray else { continue };
+                assert!((ray.direction.length() - 1.0).abs() < 1e-5);
+                *sum = (sum.0 + ray.weight.x, sum.1 + ray.direction * ray.weight.x);
+            }
+        }
+        sums.map(|(weight, direction)| (weight / COUNT as f32, direction / COUNT as f32))
+    }
+
+    /// The share of light that goes out of the glass, as an integral over the microfacets that are seen (Walter et al. 2007, equations 21 and
+    /// 23), which knows nothing of how they are chosen. `eta`: the index of the near side over that of the far side.
+    fn integral(alpha: f32, eta: f32, to_eye: Vec3) -> f64 {
+        const STEPS: usize = 400;
+        let (alpha, eye) = (f64::from(alpha), to_eye.abs().as_dvec3());
+        let tan2 = (1.0 - eye.y * eye.y) / (eye.y * eye.y);
+        let masked = 0.5 * ((1.0 + alpha * alpha * tan2).sqrt() - 1.0);
+        let mut sum = 0.0;
+        for i in 0..STEPS {
+            for j in 0..STEPS {
+                // slopes in units of alpha, r, from 0 to infinity by s / (1 - s): their density is 1 / (pi (1 + r^2)^2)
+                let s = (i as f64 + 0.5) / STEPS as f64;
+                let (r, turn) = (s / (1.0 - s), std::f64::consts::TAU * (j as f64 + 0.5) / STEPS as f64);
+                let area = r / (std::f64::consts::PI * (1.0 + r * r).powi(2) * (1.0 - s).powi(2));
+                let area = area * std::f64::consts::TAU / (STEPS * STEPS) as f64;
+                let tan = alpha * r;
+                let cos = 1.0 / (1.0 + tan * tan).sqrt();
+                let half = glam::DVec3::new(tan * cos * turn.cos(), cos, tan * cos * turn.sin());
+                let toward = half.dot(eye);
+                let sin2 = f64::from(eta).powi(2) * (1.0 - toward * toward);
+                if toward > 0.0 && sin2 < 1.0 {
+                    let reflected = fresnel(toward as f32, (1.0 - sin2).sqrt() as f32, eta);
+                    // as much of it as is seen, for one unit of the surface
+                    let seen = area * toward / (cos * eye.y * (1.0 + masked));
+                    sum += seen * (1.0 - f64::from(reflected));
+                }
+            }
+        }
+        sum
+    }
+
+    /// Glass whose lobe has this width.
+    fn rough(alpha: f32, index: f32) -> Material {
+        let optics = Optics::Glass { transmission: Vec3::ONE, index, reflection: Vec3::ONE, is_rough: true };
+        let layer = MetalRough {
+            base: Vec3::ZERO,
+            roughness: alpha.sqrt(),
+            metallic: 0.0,
+            head_on: head_on(index.into()) as f32,
+            solid: 1.0,
+        };
+        Material { optics, metal_rough: Some(layer), ..Material::fallback() }
+    }
+
+    #[test]
+    fn rough_glass_lets_out_what_its_microfacets_do() {
+        for (alpha, degrees) in [(0.01, 30.0), (0.09, 0.0), (0.25, 20.0), (0.6, 35.0)] {
+            let incoming = at_angle(degrees, false);
+            let [_, (through, _)] = through_microfacets(&rough(alpha, 1.5), &floor(true), incoming);
+            let expected = integral(alpha, 1.5, incoming);
+            assert!((f64::from(through) - expected).abs() < 3e-3, "{alpha} {degrees}: {through} {expected}");
+        }
+    }
+
+    /// What the layer reflects, and what the rays reflect and let through, add up to the light that comes.
+    #[test]
+    fn light_is_neither_lost_nor_made_at_rough_glass() {
+        for alpha in [0.01, 0.09, 0.25, 0.6] {
+            for (degrees, from_behind) in
+                [(0.0, false), (45.0, false), (20.0, true), (38.0, true), (60.0, true)]
+            {
+                let (material, surface) = (rough(alpha, 1.5), floor(from_behind));
+                let incoming = at_angle(degrees, !from_behind);
+                let rays = through_microfacets(&material, &surface, incoming);
+                let coats = Coats::new(std::slice::from_ref(&material));
+                let layer = coats.seen(0, Vec3::ZERO, [surface.normal; 2], incoming, SeenBy::Eye);
+                let sum = layer.expect("it has one").albedo.x + rays[0].0 + rays[1].0;
+                assert!(sum > 0.985 && sum < 1.02, "{alpha} {degrees} {from_behind}: {sum}");
+            }
+        }
+    }
+
+    #[test]
+    fn glass_that_is_hardly_rough_is_as_smooth_glass() {
+        for (from_behind, degrees) in [(false, 50.0), (true, 30.0), (true, 60.0)] {
+            let (surface, incoming) = (floor(from_behind), at_angle(degrees, !from_behind));
+            let smooth = branch(GLASS, &surface, incoming);
+            let [(_, reflected), (_, refracted)] =
+                through_microfacets(&rough(LEAST_ALPHA, 1.5), &surface, incoming);
+            let of = |ray: Option<Branch>| ray.map_or(Vec3::ZERO, |ray| ray.direction * ray.weight.x);
+            assert!(
+                (refracted - of(smooth.refraction)).length() < 0.015,
+                "{from_behind} {degrees}: {refracted}"
+            );
+            // of all that is reflected the layer reflects a part
+            if smooth.refraction.is_none() {
+                assert!(reflected.normalize().dot(of(smooth.reflection)) > 0.999, "{degrees}: {reflected}");
+            } else {
+                assert!(reflected.length() < 0.02, "{from_behind} {degrees}: {reflected}");
+            }
+        }
+    }
+
+    #[test]
+    fn rays_stay_on_their_sides_of_the_triangle() {
+        for from_behind in [false, true] {
+            let straight = floor(from_behind);
+            let up = straight.geometric_normal;
+            let leaning = Surface { normal: (up * 0.2 + Vec3::X).normalize(), ..straight };
+            let incoming = at_angle(80.0, !from_behind);
+            for (index, material) in (0..256).zip([rough(0.3, 1.5), rough(0.3, 1.0)].iter().cycle()) {
+                let [around, along, ..] = PathRandom { seed: 5, index }.four(0);
+                let rays = super::branch(material, &leaning, incoming, || [around, along]);
+                assert!(rays.reflection.is_none_or(|ray| ray.direction.dot(up) >= -1e-6), "{rays:?}");
+                assert!(rays.refraction.is_none_or(|ray| ray.direction.dot(up) <= 1e-6), "{rays:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_rough_pane_spreads_light_about_the_way_straight_on() {
+        let incoming = at_angle(20.0, true);
+        let [(mirrored, _), (through, mean)] = through_microfacets(&rough(0.1, 1.0), &floor(false), incoming);
+        assert_eq!(mirrored, 0.0);
+        assert!((through - 1.0).abs() < 1e-5, "{through}");
+        assert!(mean.normalize().dot(incoming) > 0.999 && mean.length() < 0.99, "{mean}");
     }
 }

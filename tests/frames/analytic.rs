@@ -207,7 +207,10 @@ fn a_pane_of_glass_splits_the_light_and_loses_none() {
     // two faces of a slab before a background that is the same all around: whatever the path, all of the
     // background's light arrives but for what is beyond the depth
     let (transmission, reflection) = (Vec3::ONE, Vec3::ONE);
-    let glass = Material { optics: Optics::Glass { transmission, index: 1.5, reflection }, ..toy::matt(0.0) };
+    let glass = Material {
+        optics: Optics::Glass { transmission, index: 1.5, reflection, is_rough: false },
+        ..toy::matt(0.0)
+    };
     let top = toy::still(
         "top",
         toy::mesh(
@@ -254,7 +257,12 @@ fn the_highlight_is_where_the_sun_is_mirrored() {
 #[test]
 fn clear_glass_casts_no_shadow() {
     let glass = Material {
-        optics: Optics::Glass { transmission: Vec3::ONE, index: 1.0, reflection: Vec3::ZERO },
+        optics: Optics::Glass {
+            transmission: Vec3::ONE,
+            index: 1.0,
+            reflection: Vec3::ZERO,
+            is_rough: false,
+        },
         ..toy::matt(0.0)
     };
     let pane = toy::mesh(

@@ -18,7 +18,7 @@ fn settings(caustics: Caustics, paths: u32, bounces: u32) -> Settings {
 }
 
 fn glass(index: f32) -> Material {
-    let optics = Optics::Glass { transmission: Vec3::ONE, index, reflection: Vec3::ONE };
+    let optics = Optics::Glass { transmission: Vec3::ONE, index, reflection: Vec3::ONE, is_rough: false };
     Material { optics, ..toy::matt(0.0) }
 }
 
@@ -296,7 +296,12 @@ fn panes_that_nobody_sees_change_nothing() {
 
 /// Glass that does not bend light, but dims it.
 fn dim(transmission: f32) -> Material {
-    let optics = Optics::Glass { transmission: Vec3::splat(transmission), index: 1.0, reflection: Vec3::ONE };
+    let optics = Optics::Glass {
+        transmission: Vec3::splat(transmission),
+        index: 1.0,
+        reflection: Vec3::ONE,
+        is_rough: false,
+    };
     Material { optics, ..toy::matt(0.0) }
 }
 

@@ -38,6 +38,7 @@ mod ray_trees;
 mod reflected;
 mod reflection_maps;
 mod reuse;
+mod rough_glass;
 mod shots;
 mod stereo;
 mod windows;

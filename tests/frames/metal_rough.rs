@@ -318,18 +318,18 @@ pub fn rough_world() -> Scene {
     scene
 }
 
-fn under_a_sky(mut scene: Scene) -> Scene {
+pub fn under_a_sky(mut scene: Scene) -> Scene {
     scene.environment = Some(Environment::from_sky(&Sky::default()));
     scene
 }
 
-fn lamp_goes(mut scene: Scene) -> Scene {
+pub fn lamp_goes(mut scene: Scene) -> Scene {
     let position = goes(DVec3::new(2.0, 4.0, 3.0), DVec3::new(1.0, 4.5, 3.0));
     scene.lights[1].kind = LightKind::Point { position };
     scene
 }
 
-fn camera_goes(scene: Scene) -> Scene {
+pub fn camera_goes(scene: Scene) -> Scene {
     with_camera(scene, goes(EYE, EYE + DVec3::new(0.3, 0.1, -0.4)), rests(TARGET))
 }
 

@@ -31,7 +31,12 @@ fn two_mirrors() -> Scene {
 fn glass_and_gloss() -> Scene {
     let mut scene = mirror();
     let glass = Material {
-        optics: Optics::Glass { transmission: Vec3::splat(0.9), index: 1.4, reflection: Vec3::ONE },
+        optics: Optics::Glass {
+            transmission: Vec3::splat(0.9),
+            index: 1.4,
+            reflection: Vec3::ONE,
+            is_rough: false,
+        },
         ..Material::fallback()
     };
     let base = Vec3::splat(0.8);

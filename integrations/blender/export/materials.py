@@ -8,7 +8,6 @@ from .images import safe
 from .nodes import Evaluator, alike, constant
 from .surfaces import BLENDED, Surface, surface_of
 
-SMOOTHEST = 0.05
 """Largest roughness of what is shown as smooth without a word."""
 
 LEAST_ALPHA = 1e-3
@@ -135,16 +134,14 @@ class Materials:
         share = float((np.clip(transmission, 0, 1) * (1 - np.clip(metallic, 0, 1))).mean())
         if share < 1e-3:
             return 0.0
-        if share <= 0.5 and (has_pictures(surface) or float(surface.roughness.mean()) > SMOOTHEST):
-            evaluator.say("its transmission is left out: the renderer has it beside neither roughness nor pictures")
+        if share <= 0.5 and has_pictures(surface):
+            evaluator.say("its transmission is left out: the renderer does not have it beside pictures")
             return 0.0
         return share
 
     @staticmethod
     def _glass(surface, share, evaluator, alpha):
-        """Glass, which is smooth. What it does not let through it scatters, in its base colour."""
-        if float(surface.roughness.mean()) > SMOOTHEST:
-            evaluator.say("its rough glass is shown as smooth")
+        """Glass. What it does not let through it scatters, in its base colour."""
         if has_pictures(surface):
             evaluator.say("pictures on glass are left out")
         if alpha is not None:
@@ -152,7 +149,9 @@ class Materials:
         tint = np.clip(surface.tint.mean(axis=(0, 1)), 0, 1) * share
         rest = max(1 - float(tint.max()), 1e-6)
         scattered = np.clip(surface.base.mean(axis=(0, 1)) * (1 - share) / rest, 0, 1)
-        return {"illum": 7, "kd": scattered.tolist(), "ks": [1.0, 1.0, 1.0], "tf": tint.tolist(), "ni": float(surface.ior.mean())}
+        values = {"illum": 7, "kd": scattered.tolist(), "ks": [1.0, 1.0, 1.0], "tf": tint.tolist(), "ni": float(surface.ior.mean())}
+        roughness = float(np.clip(surface.roughness.mean(), 0, 1))
+        return {**values, "pr": roughness} if roughness > 0 else values
 
     @staticmethod
     def _layer(surface, evaluator):

@@ -47,6 +47,37 @@ class SurfacesBesideCycles(beside_cycles.BesideCycles):
         ours, _ = self.assert_same_colors(0.02)
         np.testing.assert_allclose(ours[24, 32, :3], [0.25, 0.64, 1], atol=0.02)
 
+    def test_rough_glass(self):
+        # what is bright in one half of a world is spread by a slab, more or less
+        for roughness in (0.2, 0.5):
+            with self.subTest(roughness=roughness):
+                self.half_a_world()
+                frosted, _ = principled("Frosted", Transmission_Weight=1.0, Roughness=roughness, IOR=1.4)
+                slab = self.look_down(frosted, 3)
+                slab.data.shade_flat()
+                slab.modifiers.new("Thick", "SOLIDIFY").thickness = 0.1
+                self.scene.afterimage.samples = 16
+                ours, cycles = self.assert_same_colors(0.04, 512)
+                # rows, from the dark half to the bright one
+                rows = [picture[:, 8:-8, 0].mean(axis=1) for picture in (ours, cycles)]
+                np.testing.assert_allclose(rows[0], rows[1], atol=0.04)
+                self.assertGreater(rows[0].max() - rows[0].min(), 0.3)
+                bpy.data.objects.remove(slab)
+
+    def half_a_world(self):
+        """A world that is bright at one side of the scene's YZ plane, below it."""
+        self.scene.world = bpy.data.worlds.new("Half")
+        self.scene.world.use_nodes = True
+        tree = self.scene.world.node_tree
+        image = bpy.data.images.new("Half", 64, 32, float_buffer=True)
+        pixels = np.zeros((32, 64, 4), dtype=np.float32)
+        pixels[..., 3] = 1
+        pixels[:, 32:, :3] = 1
+        image.pixels.foreach_set(pixels.ravel())
+        node = tree.nodes.new("ShaderNodeTexEnvironment")
+        node.image = image
+        tree.links.new(node.outputs["Color"], tree.nodes["Background"].inputs["Color"])
+
     def test_half_transmission(self):
         self.world((1, 1, 1))
         half, _ = principled("Half", Transmission_Weight=0.5, Roughness=0.0, IOR=1.2, Base_Color=(0.25, 0.64, 1, 1), Specular_IOR_level=0.5)

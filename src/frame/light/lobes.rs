@@ -5,7 +5,7 @@ use glam::Vec3;
 use crate::frame::shot::frame_view::FrameView;
 use crate::shade::Surface;
 use crate::shade::coat::SeenCoat;
-use crate::shade::optics::branch;
+use crate::shade::optics::{branch, random_of_place};
 
 /// Lobes of a surface: diffuse, off a mirror, through glass, and off the layer of a metal-rough surface.
 #[derive(Debug, Clone, Copy)]
@@ -35,8 +35,8 @@ impl Lobes {
             all[Self::COAT].0 = coat.albedo;
         }
         if frame.settings.depth > 0 {
-            let optics = frame.scene.materials[usize::from(surface.material)].optics;
-            let branches = branch(optics, surface, incoming);
+            let material = &frame.scene.materials[usize::from(surface.material)];
+            let branches = branch(material, surface, incoming, || random_of_place(surface));
             for (lobe, branch) in all[1..].iter_mut().zip([branches.reflection, branches.refraction]) {
                 if let Some(branch) = branch {
                     *lobe = (branch.weight, Some(branch.direction));

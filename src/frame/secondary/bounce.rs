@@ -31,7 +31,7 @@ use crate::samples::Tag;
 use crate::shade::area;
 use crate::shade::coat::{LayerRays, Reflected, SeenBy, SeenCoat, SeenCoats};
 use crate::shade::light::{StratifiedPattern, light_sample, light_samples, seeds_of_places, to_light};
-use crate::shade::optics::{Branches, branch};
+use crate::shade::optics::{Branches, branch, random_of_place};
 use crate::shade::sampling::{PathSequence, orthonormal, seed_of};
 use crate::shade::surface::off_surfaces;
 use crate::shade::{Surface, phong};
@@ -521,8 +521,8 @@ fn rays_onwards(frame: &FrameView, met: &SecondaryHit) -> u32 {
 /// Starts the rays that leave a surface that was met.
 fn go_on(frame: &FrameView, met: &SecondaryHit, next: &mut Vec<Bounce>) {
     let SecondaryHit { surface, bounce, .. } = met;
-    let optics = frame.scene.materials[usize::from(surface.material)].optics;
-    let branches = branch(optics, surface, bounce.direction);
+    let material = &frame.scene.materials[usize::from(surface.material)];
+    let branches = branch(material, surface, bounce.direction, || random_of_place(surface));
     let guides = bounce.guides && !parts::shows_itself(frame, surface.material);
     grow(next, surface, branches, |kind| Bounce { guides, ..bounce.onwards(kind) });
     if let Some(seen) = met.layer(frame) {

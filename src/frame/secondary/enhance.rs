@@ -25,6 +25,7 @@ use crate::shade::coat::{LayerRays, SeenBy, SeenCoats};
 use crate::shade::light::{LightSample, to_light};
 use crate::shade::optics::branch;
 use crate::shade::phong::Gloss;
+use crate::shade::sampling::PathSequence;
 use crate::shade::{Surface, phong};
 
 /// Writes the light of each cell of `tile` into `radiance`. The tags must be up to date. `kept` are the
@@ -214,10 +215,15 @@ fn start_rays(
             from_behind: tile.record[cell].is_from_behind(),
             width: widths.lane(lane),
         };
-        let optics = frame.scene.materials[usize::from(surface.material)].optics;
+        let material = &frame.scene.materials[usize::from(surface.material)];
         let incoming = incoming.lane(lane);
         let guides = frame.layers.has(Layers::GUIDES) && !parts::shows_itself(frame, surface.material);
-        let branches = branch(optics, &surface, incoming);
+        let branches = branch(material, &surface, incoming, || {
+            // the numbers belong to the sample; directions of its paths are of another set
+            let random = PathSequence::of_reflections(tile.gathered.seed(cell), 1).path(0);
+            let [around, along, ..] = random.four(1);
+            [around, along]
+        });
         if frame.maps.has(tile.model[cell]) {
             bounces.look_up(frame, (cell as u32, tile.model[cell]), branches, radiance);
         } else {

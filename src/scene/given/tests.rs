@@ -69,18 +69,23 @@ fn faces_find_their_materials() {
 }
 
 #[test]
-fn a_material_that_transmits_is_clear_glass() {
+fn a_material_that_transmits_is_glass() {
     let material = |keys: &str| {
         let text = format!("{TEXT}\n[[material]]\nname = \"glass\"\n{keys}\n");
         let mesh = GivenMesh { materials: vec![String::from("glass")], ..square() };
         shot(&text, one(mesh), true).unwrap().scene.materials[0].clone()
     };
-    let half = material("kd = [1, 0.5, 0.5]\nni = 1.5\npr = 0.3\ntransmission = 0.5");
+    let half = material("kd = [1, 0.5, 0.5]\nni = 1.5\ntransmission = 0.5");
     let Optics::Glass { transmission, index, .. } = half.optics else { panic!("{half:?}") };
     assert_eq!((transmission, index, half.metal_rough), (Vec3::new(0.5, 0.25, 0.25), 1.5, None));
     // what does not go through is reflected as by any other surface
     assert!(half.diffuse.abs_diff_eq(Vec3::new(0.5, 0.25, 0.25), 1e-6), "{half:?}");
     assert_eq!(material("kd = [1, 0.5, 0.5]\npr = 0.3\ntransmission = 0").optics, Optics::Opaque);
+    let rough = material("ni = 1.5\npr = 0.3\ntransmission = 1");
+    assert!(
+        rough.is_rough_glass() && rough.metal_rough.is_some_and(|layer| layer.roughness == 0.3),
+        "{rough:?}"
+    );
 }
 
 #[test]

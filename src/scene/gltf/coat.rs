@@ -1,6 +1,4 @@
 //! Clear coats of glTF files (KHR_materials_clearcoat).
-//!
-//! A surface has one dielectric layer here: a coat and what reflects below it become one. Exports from Blender follow the same rule.
 
 use serde::Deserialize;
 
@@ -8,15 +6,7 @@ use super::document::{Document, extension};
 use super::json::{Material as Json, TextureInfo};
 use crate::scene::SceneError;
 use crate::scene::model::assemble::Assembly;
-
-/// Reflectance of a coat at normal incidence, by the extension: that of an index of 1.5.
-const COAT_HEAD_ON: f64 = 0.04;
-
-/// Share of metal above which the layer of a surface is that of the metal.
-const MOST_METAL: f64 = 0.5;
-
-/// Share of the reflectance of the surface below from which a coat decides how rough the layer is.
-const DECIDING_SHARE: f64 = 0.5;
+use crate::scene::model::dielectric::{Below, Coat, Layer};
 
 #[derive(Debug, Default, Deserialize)]
 #[serde(rename_all = "camelCase", default)]
@@ -26,24 +16,6 @@ struct Clearcoat {
     clearcoat_roughness_factor: f64,
     clearcoat_roughness_texture: Option<TextureInfo>,
     clearcoat_normal_texture: Option<TextureInfo>,
-}
-
-/// A dielectric layer.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Layer {
-    /// Reflectance at normal incidence.
-    pub head_on: f64,
-    /// Roughness, if it is that of a coat: no picture of the surface counts then.
-    pub coat_roughness: Option<f64>,
-}
-
-/// Surface below a coat.
-#[derive(Debug, Clone, Copy)]
-pub struct Below {
-    /// Reflectance at normal incidence.
-    pub head_on: f64,
-    /// Share of metal, the mean over the surface.
-    pub metallic: f64,
 }
 
 impl Assembly {
@@ -57,12 +29,6 @@ impl Assembly {
         below: Below,
     ) -> Result<Option<Layer>, SceneError> {
         let Some(coat) = clearcoat(document, json)? else { return Ok(None) };
-        if below.metallic > MOST_METAL {
-            document.leave_out(
-                "clearcoats of metals (KHR_materials_clearcoat) are not used: a surface has one layer, and that is the metal",
-            );
-            return Ok(None);
-        }
         let textures = [&coat.clearcoat_texture, &coat.clearcoat_roughness_texture];
         if textures.into_iter().any(Option::is_some) {
             document.leave_out("textures of clearcoats (KHR_materials_clearcoat) count by their means");
@@ -74,20 +40,8 @@ impl Assembly {
         }
         let [of_coat, of_roughness] = textures.map(Option::as_ref);
         let factor = self.mean_of_channel(document, of_coat, 0)? * coat.clearcoat_factor.clamp(0.0, 1.0);
-        let roughness = self.mean_of_channel(document, of_roughness, 1)?
-            * coat.clearcoat_roughness_factor.clamp(0.0, 1.0);
-        let reflects = COAT_HEAD_ON * factor;
-        if reflects == 0.0 {
-            return Ok(None);
-        }
-        document.leave_out(
-            "a clearcoat and what reflects below it are one layer: as rough as the coat if that reflects half as much as the surface or more",
-        );
-        let decides = reflects >= DECIDING_SHARE * below.head_on;
-        Ok(Some(Layer {
-            head_on: reflects + below.head_on * (1.0 - reflects),
-            coat_roughness: decides.then_some(roughness),
-        }))
+        let roughness = self.mean_of_channel(document, of_roughness, 1)? * coat.clearcoat_roughness_factor;
+        Ok(Coat { share: factor, roughness }.over(below, |message| document.leave_out(message)))
     }
 
     /// Mean of a channel of a texture; 1 without one.

@@ -3,14 +3,15 @@
 use glam::{DMat2, DVec2, DVec3, Vec3};
 use serde::Deserialize;
 
-use super::coat::{Below, note_coat_of_glass};
+use super::coat::note_coat_of_glass;
 use super::document::{Document, extension};
 use super::json::{Material as Json, TextureInfo, TextureTransform};
 use super::pictures::image_of;
 use crate::scene::cutout::{Cutout, LEAST_OPACITY};
 use crate::scene::keys::material::AlphaMode;
-use crate::scene::material::LARGEST_COLOR;
+use crate::scene::material::{LARGEST_COLOR, head_on};
 use crate::scene::model::assemble::Assembly;
+use crate::scene::model::dielectric::{Below, index_of, stated_index};
 use crate::scene::model::map_statement::{Channel, MapUse};
 use crate::scene::model::mtl::MtlMaterial;
 use crate::scene::model::pictures::PictureUse;
@@ -21,13 +22,6 @@ use crate::scene::{Material, SceneError, Texture};
 
 /// Index of refraction of a file that states none.
 const DEFAULT_INDEX: f64 = 1.5;
-
-/// Bounds of the index of refraction: an index of 1 stands for "not stated" in MTL files.
-const LEAST_INDEX: f64 = 1.0001;
-const GREATEST_INDEX: f64 = 100.0;
-
-/// Largest reflectance at normal incidence of what is no metal.
-const MOST_HEAD_ON: f64 = 0.95;
 
 /// Alpha below which a material with cut-outs is not there, if the file does not say.
 const DEFAULT_CUTOFF: f64 = 0.5;
@@ -447,7 +441,7 @@ fn make_glass(
     (base, through, roughness): (DVec3, f64, f64),
 ) -> Result<(), SceneError> {
     let volume: Volume = extension(document, &json.extensions, "KHR_materials_volume")?.unwrap_or_default();
-    stated.kd = Some(color(base));
+    (stated.kd, stated.pr) = (Some(color(base)), Some(roughness as f32));
     *stated = std::mem::take(stated).with_transmission(through);
     if volume.thickness_factor <= 0.0 {
         stated.ni = Some(1.0);
@@ -459,9 +453,6 @@ fn make_glass(
             "attenuation in glass (KHR_materials_volume) is not used: its colour is that of its surface",
         );
     }
-    if roughness > 0.1 {
-        document.leave_out("glass is clear: its roughness is not used");
-    }
     Ok(())
 }
 
@@ -471,21 +462,10 @@ fn index(document: &Document, json: &Json) -> Result<f64, SceneError> {
     let index = ior.and_then(|read| read.ior).filter(|index| *index >= 1.0).unwrap_or(DEFAULT_INDEX);
     let specular: Option<Specular> = extension(document, &json.extensions, "KHR_materials_specular")?;
     let Some(Specular { specular_factor, specular_color_factor }) = specular else {
-        return Ok(index.clamp(LEAST_INDEX, GREATEST_INDEX));
+        return Ok(stated_index(index));
     };
     let mean = specular_color_factor.iter().sum::<f64>() / 3.0;
     Ok(index_of(head_on(index) * specular_factor * mean))
-}
-
-/// Reflectance at normal incidence of a surface with this index of refraction.
-fn head_on(index: f64) -> f64 {
-    ((index - 1.0) / (index + 1.0)).powi(2)
-}
-
-/// Index of refraction of a surface that reflects so much at normal incidence.
-fn index_of(head_on: f64) -> f64 {
-    let root = head_on.clamp(0.0, MOST_HEAD_ON).sqrt();
-    ((1.0 + root) / (1.0 - root)).clamp(LEAST_INDEX, GREATEST_INDEX)
 }
 
 fn color(color: DVec3) -> Vec3 {

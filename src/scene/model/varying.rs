@@ -70,7 +70,8 @@ const VARYING: [MapUse; 6] = [
 /// Returns true if `material` has the parameter that pictures of this use give.
 pub(crate) fn is_of_use(material: &Material, used: MapUse) -> bool {
     match used {
-        MapUse::Roughness | MapUse::Metal => material.metal_rough.is_some(),
+        MapUse::Roughness => material.metal_rough.is_some(),
+        MapUse::Metal => material.metal_rough.is_some() && !material.is_rough_glass(),
         MapUse::Shininess | MapUse::Specular => material.specular != Vec3::ZERO,
         _ => true,
     }

@@ -9,6 +9,7 @@ use glam::{DAffine3, DVec2, DVec3, Vec2, Vec3};
 use crate::animation::{Track, Visibility};
 use crate::digest::Digest;
 use crate::scene::SceneError;
+use crate::scene::model::dielectric::Coat;
 use crate::scene::texture::Mapping;
 
 /// A USD file that was read, with all layers that it names.
@@ -114,6 +115,8 @@ pub struct Surface {
     pub ior: f64,
     /// Reflectance at normal incidence, in the specular workflow.
     pub specular: Option<DVec3>,
+    /// Clear coat above it.
+    pub coat: Option<Coat>,
     /// Picture of its normals.
     pub normal: Option<Picture>,
 }
@@ -189,12 +192,12 @@ pub enum UsdLightKind {
     Rectangle {
         size: [f64; 2],
     },
-    Disk {
-        radius: f64,
-    },
     /// Its diameters.
-    Sphere {
+    Disk {
         size: [f64; 2],
+    },
+    Sphere {
+        radius: f64,
     },
     Point,
     /// `cone`: from its axis to its rim.

@@ -6,19 +6,16 @@ use glam::{DVec3, Vec3};
 
 use super::file::{Input, Picture, Surface, UsdFile};
 use crate::scene::keys::material::AlphaMode;
-use crate::scene::material::LARGEST_COLOR;
+use crate::scene::material::{LARGEST_COLOR, head_on};
 use crate::scene::model::assemble::Assembly;
 use crate::scene::model::decoded::{ColorSpace, Decoded};
+use crate::scene::model::dielectric::{Below, index_of, stated_index};
 use crate::scene::model::map_statement::{Channel, MapUse};
 use crate::scene::model::mtl::MtlMaterial;
 use crate::scene::model::pictures::{Content, PictureUse, Wanted};
 use crate::scene::model::settle::Alpha;
 use crate::scene::model::varying::{ParameterMap, Settled, picture_use};
 use crate::scene::{Material, SceneError, Texture, texture};
-
-/// Bounds of the index of refraction: an index of 1 stands for "not stated" in MTL files.
-const LEAST_INDEX: f64 = 1.0001;
-const GREATEST_INDEX: f64 = 100.0;
 
 /// Reflectance at normal incidence above which a surface of the specular workflow is a metal: no plastic or gem reflects as much.
 const LEAST_METAL: f64 = 0.25;
@@ -36,7 +33,7 @@ impl Assembly {
         let Some(surface) = surface.and_then(|number| file.content.surfaces.get(number)) else {
             return self.add_material_of(&file.path, Material::fallback().into());
         };
-        let mut stated = self.usd_stated(file, surface, unused)?;
+        let (mut stated, is_rough_by_coat) = self.usd_stated(file, surface, unused)?;
         self.known_names.push(stated.name.clone());
         let shot = self.override_values(&mut stated);
         let mut material = stated.settle();
@@ -61,7 +58,7 @@ impl Assembly {
             };
             self.show_alpha(&mut settled, map, alpha);
         }
-        self.usd_maps(file, surface, &mut settled)?;
+        self.usd_maps(file, surface, is_rough_by_coat, &mut settled)?;
         self.add_material_of(&file.path, settled)
     }
 
@@ -70,6 +67,7 @@ impl Assembly {
         &mut self,
         file: &UsdFile,
         surface: &Surface,
+        is_rough_by_coat: bool,
         Settled { material, maps }: &mut Settled,
     ) -> Result<(), SceneError> {
         if let Some(picture) = surface.normal.as_ref().filter(|_| material.normal_map.is_none()) {
@@ -78,7 +76,7 @@ impl Assembly {
         }
         let is_metal_rough = material.metal_rough.is_some() && surface.specular.is_none();
         for (used, input, is_there) in [
-            (MapUse::Roughness, &surface.roughness, material.metal_rough.is_some()),
+            (MapUse::Roughness, &surface.roughness, material.metal_rough.is_some() && !is_rough_by_coat),
             (MapUse::Metal, &surface.metallic, is_metal_rough),
             (MapUse::Emission, &surface.emissive, true),
         ] {
@@ -94,13 +92,13 @@ impl Assembly {
         Ok(())
     }
 
-    /// Values of a surface, as an MTL file would state them.
+    /// Values of a surface, as an MTL file would state them, and whether its roughness is that of its coat.
     fn usd_stated(
         &mut self,
         file: &UsdFile,
         surface: &Surface,
         unused: &mut Vec<&'static str>,
-    ) -> Result<MtlMaterial, SceneError> {
+    ) -> Result<(MtlMaterial, bool), SceneError> {
         let base = match &surface.diffuse {
             Input::Constant(color) => *color,
             // the picture is multiplied by it
@@ -124,8 +122,15 @@ impl Assembly {
                 );
                 (metallic, base) = (1.0, specular);
             } else {
-                let root = (specular.element_sum() / 3.0).clamp(0.0, 0.95).sqrt();
-                index = (1.0 + root) / (1.0 - root);
+                index = index_of(specular.element_sum() / 3.0);
+            }
+        }
+        let mut of_coat = None;
+        if let Some(coat) = surface.coat {
+            let below = Below { head_on: head_on(index), metallic };
+            if let Some(layer) = coat.over(below, |message| unused.push(message)) {
+                index = index_of(layer.head_on);
+                of_coat = layer.coat_roughness;
             }
         }
         let opacity = match &surface.opacity {
@@ -140,16 +145,17 @@ impl Assembly {
             }
             Input::Picture(_) => 1.0,
         };
-        Ok(MtlMaterial {
+        let stated = MtlMaterial {
             name: surface.name.clone(),
             kd: Some(color(base)),
             ke: Some(color(emissive)),
-            pr: Some(roughness as f32),
+            pr: Some(of_coat.unwrap_or(roughness) as f32),
             pm: Some(metallic as f32),
-            ni: Some(index.clamp(LEAST_INDEX, GREATEST_INDEX) as f32),
+            ni: Some(stated_index(index) as f32),
             d: (opacity < 1.0).then_some(opacity as f32),
             ..MtlMaterial::default()
-        })
+        };
+        Ok((stated, of_coat.is_some()))
     }
 
     /// Value of an input: of a picture the factor by which it is multiplied, or its mean if it is more than multiplied.

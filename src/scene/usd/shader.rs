@@ -13,6 +13,7 @@ use openusd::usd::{Prim, Stage};
 use super::file::{Input, Picture, Surface};
 use super::resolver::Checked;
 use super::value::{Answer, codes, is_name, number, numbers, said, three, value, word};
+use crate::scene::model::dielectric::Coat;
 use crate::scene::texture::{Mapping, Wrap};
 
 /// Most steps from an input to the shader that computes it: nothing honest is as deep, and what is connected to itself has no end.
@@ -93,6 +94,7 @@ impl<'a> Shaders<'a> {
             None => None,
         };
         self.note_unused(&prim)?;
+        let coat = self.coat(&prim)?;
         let name = path.name().unwrap_or("material").to_string();
         let ior = number(&prim, "inputs:ior", self.code)?.unwrap_or(1.5);
         let threshold = number(&prim, "inputs:opacityThreshold", self.code)?.unwrap_or(0.0);
@@ -107,9 +109,22 @@ impl<'a> Shaders<'a> {
             opacity_threshold,
             ior,
             specular,
+            coat,
             normal,
         };
         Ok(Some(ReadSurface { surface, uvs }))
+    }
+
+    /// The clear coat of a surface, if it has one.
+    fn coat(&mut self, prim: &Prim) -> Answer<Option<Coat>> {
+        for name in ["inputs:clearcoat", "inputs:clearcoatRoughness"] {
+            if said(prim.attribute(name).has_authored_connections())? {
+                self.leave_out("textures of clearcoats are not used: a coat is the same all over, and as its numbers say");
+            }
+        }
+        let share = number(prim, "inputs:clearcoat", self.code)?.unwrap_or(0.0);
+        let roughness = number(prim, "inputs:clearcoatRoughness", self.code)?.unwrap_or(0.01);
+        Ok((share > 0.0).then_some(Coat { share, roughness }))
     }
 
     /// Records that something has no effect.
@@ -125,12 +140,6 @@ impl<'a> Shaders<'a> {
             if said(prim.attribute(name).has_authored_connections())? {
                 self.leave_out(message);
             }
-        }
-        let clearcoat = "inputs:clearcoat";
-        if number(prim, clearcoat, self.code)?.is_some_and(|coat| coat > 0.0)
-            || said(prim.attribute(clearcoat).has_authored_connections())?
-        {
-            self.leave_out("clearcoat is not used");
         }
         for name in ["diffuseColor", "emissiveColor", "roughness", "metallic", "opacity"] {
             if codes(prim, &format!("inputs:{name}"))?.len() > 1 {
@@ -323,6 +332,7 @@ impl<'a> Shaders<'a> {
             opacity_threshold: 0.0,
             ior: 1.5,
             specular: None,
+            coat: None,
             normal: None,
         }))
     }

@@ -48,13 +48,19 @@ fn what_transmits_is_glass() {
     };
     let thin = glass(json!({"KHR_materials_transmission": {"transmissionFactor": 1}}));
     let transmission = Vec3::new(1.0, 0.5, 1.0);
-    assert_eq!(thin.optics, Optics::Glass { transmission, index: 1.0, reflection: Vec3::ONE });
+    assert_eq!(
+        thin.optics,
+        Optics::Glass { transmission, index: 1.0, reflection: Vec3::ONE, is_rough: false }
+    );
     assert_eq!((thin.diffuse, thin.metal_rough), (Vec3::ZERO, None));
     let solid = glass(
         json!({"KHR_materials_transmission": {"transmissionFactor": 1}, "KHR_materials_ior": {"ior": 1.25},
         "KHR_materials_volume": {"thicknessFactor": 1}}),
     );
-    assert_eq!(solid.optics, Optics::Glass { transmission, index: 1.25, reflection: Vec3::ONE });
+    assert_eq!(
+        solid.optics,
+        Optics::Glass { transmission, index: 1.25, reflection: Vec3::ONE, is_rough: false }
+    );
     let half = glass(json!({"KHR_materials_transmission": {"transmissionFactor": 0.5}}));
     assert!(half.diffuse.abs_diff_eq(Vec3::new(0.5, 0.25, 0.5), 1e-6), "{}", half.diffuse);
 }
@@ -92,7 +98,7 @@ fn coats_are_one_layer_with_what_is_below() {
     let (glass, told) =
         material(json!({"pbrMetallicRoughness": {"metallicFactor": 0}, "extensions": extensions}));
     assert!(
-        glass.metal_rough.is_none() && told.iter().any(|text| text.contains("clearcoats of glass")),
+        glass.is_rough_glass() && told.iter().any(|text| text.contains("clearcoats of glass")),
         "{told:?}"
     );
 }

@@ -82,3 +82,29 @@ fn pictures_colour_and_cut_surfaces() {
     assert!(!shot.warnings.iter().any(|warning| warning.to_string().contains("the mean counts")));
     assert!(mesh.cut.is_some());
 }
+
+/// A coat and what is below it become one layer, by the rule for glTF's coats.
+#[test]
+fn coats_are_one_layer_with_what_is_below() {
+    let coated = |inputs: &str| {
+        let inputs =
+            format!("{inputs} float inputs:roughness = 0.75\n float inputs:clearcoatRoughness = 0.25\n");
+        let mesh = format!("def Mesh \"M\" {{ {TRIANGLE} rel material:binding = </Coated>\n}}\n");
+        let shot = shown(METRES, &format!("{}}}\n{mesh}", material("Coated", &inputs)));
+        let told: Vec<String> = shot.warnings.iter().map(ToString::to_string).collect();
+        let told = told.into_iter().filter(|text| text.contains("coat")).collect::<Vec<_>>();
+        let made = &shot.scene.materials[usize::from(model(&shot, "m/M").mesh.material_of[0])];
+        (made.metal_rough.unwrap(), told)
+    };
+    let (whole, told) = coated("float inputs:clearcoat = 1\n");
+    assert!((whole.head_on - (0.04 + 0.04 * 0.96)).abs() < 1e-5 && whole.roughness == 0.25, "{whole:?}");
+    assert!(told.len() == 1 && told[0].contains("are one layer"), "{told:?}");
+    let (thin, _) = coated("float inputs:clearcoat = 0.25\n");
+    assert!((thin.head_on - (0.01 + 0.04 * 0.99)).abs() < 1e-5 && thin.roughness == 0.75, "{thin:?}");
+    let (metal, told) = coated("float inputs:clearcoat = 1\n float inputs:metallic = 1\n");
+    assert!(
+        metal.roughness == 0.75 && told.len() == 1 && told[0].contains("of metals"),
+        "{metal:?} {told:?}"
+    );
+    assert!(coated("").1.is_empty());
+}

@@ -36,8 +36,14 @@ fn material(dice: &mut Dice, name: &str) -> Table {
         2 => {
             set("ks", numbers([1.0; 3]));
             set("ni", Value::Float(*dice.pick(&[1.0, 1.33, 1.5])));
-            set("d", dice.between(0.0, 0.6).into());
             set("illum", Value::Integer(*dice.pick(&[4, 6, 7, 9])));
+            // what states `d` and roughness is a veil
+            if dice.one_in(2) {
+                set("pr", Value::Float(*dice.pick(&[0.03, 0.2, 0.5, 1.0])));
+                set("tf", numbers(color(dice)));
+            } else {
+                set("d", dice.between(0.0, 0.6).into());
+            }
         }
         // thin
         3 => set("d", dice.between(0.1, 0.95).into()),
