@@ -114,7 +114,11 @@ class Materials:
         through = self._through(surface, evaluator)
         if through > 0:
             alpha = values.pop("d", None)
-            return {**values, **self._glass(surface, through, evaluator, alpha)}
+            self._glass(name, surface, through, evaluator, values)
+            if alpha is not None:
+                evaluator.say("the alpha of glass is left out")
+            self._normal(name, surface, evaluator, density, values)
+            return values
         self._base(name, surface, evaluator, values)
         if float(surface.specular.max()) == 0 and float(surface.metallic.max()) == 0 and float(surface.coat.max()) == 0:
             values["illum"] = 1
@@ -134,24 +138,20 @@ class Materials:
         share = float((np.clip(transmission, 0, 1) * (1 - np.clip(metallic, 0, 1))).mean())
         if share < 1e-3:
             return 0.0
-        if share <= 0.5 and has_pictures(surface):
-            evaluator.say("its transmission is left out: the renderer does not have it beside pictures")
+        if share <= 0.5 and has_color_picture(surface):
+            evaluator.say("its transmission is left out: the renderer does not have it beside a picture of its colour")
             return 0.0
         return share
 
-    @staticmethod
-    def _glass(surface, share, evaluator, alpha):
+    def _glass(self, name, surface, share, evaluator, values):
         """Glass. What it does not let through it scatters, in its base colour."""
-        if has_pictures(surface):
-            evaluator.say("pictures on glass are left out")
-        if alpha is not None:
-            evaluator.say("the alpha of glass is left out")
+        if has_color_picture(surface):
+            evaluator.say("the picture of its colour counts by its mean: glass is of one colour")
         tint = np.clip(surface.tint.mean(axis=(0, 1)), 0, 1) * share
         rest = max(1 - float(tint.max()), 1e-6)
         scattered = np.clip(surface.base.mean(axis=(0, 1)) * (1 - share) / rest, 0, 1)
-        values = {"illum": 7, "kd": scattered.tolist(), "ks": [1.0, 1.0, 1.0], "tf": tint.tolist(), "ni": float(surface.ior.mean())}
-        roughness = float(np.clip(surface.roughness.mean(), 0, 1))
-        return {**values, "pr": roughness} if roughness > 0 else values
+        values.update(illum=7, kd=scattered.tolist(), ks=[1.0, 1.0, 1.0], tf=tint.tolist(), ni=float(surface.ior.mean()))
+        self._number(name, "roughness", surface.roughness, "pr", evaluator, values)
 
     @staticmethod
     def _layer(surface, evaluator):
@@ -243,9 +243,9 @@ def undimmed(light, alpha):
     return full[:1, :1] if is_even else full
 
 
-def has_pictures(surface):
-    """Returns true if the colour or the normals of a surface come of pictures."""
-    return surface.base.shape[:2] != (1, 1) or surface.normal is not None or surface.bump is not None
+def has_color_picture(surface):
+    """Returns true if the colour of a surface comes of pictures."""
+    return surface.base.shape[:2] != (1, 1)
 
 
 def reflectance(ior):

@@ -95,6 +95,18 @@ class Surfaces(unittest.TestCase):
         self.assertEqual((values["illum"], self.warnings()), (7, []))
         self.assertAlmostEqual(values["pr"], 0.4, places=6)
 
+    def test_glass_has_the_pictures_of_its_normals(self):
+        wavy, node = principled("Wavy", Transmission_Weight=1.0, Roughness=0.0)
+        image = bpy.data.images.new("Waves", 8, 8)
+        image.pixels.foreach_set(np.linspace(0, 1, 256).astype(np.float32))
+        nodes, links = wavy.node_tree.nodes, wavy.node_tree.links
+        source, bump = nodes.new("ShaderNodeTexImage"), nodes.new("ShaderNodeBump")
+        source.image = image
+        links.new(source.outputs["Color"], bump.inputs["Height"])
+        links.new(bump.outputs["Normal"], node.inputs["Normal"])
+        values = self.exported(wavy)["material"][0]
+        self.assertEqual((values["illum"], "norm" in values), (7, True))
+
     def test_a_coat_is_the_layer_of_what_is_no_metal(self):
         coated, _ = principled("Coated", Coat_Weight=1.0, Coat_Roughness=0.1, Coat_IOR=1.5, IOR=1.5, Roughness=0.6)
         metal, _ = principled("Metal", Coat_Weight=1.0, Metallic=1.0, Roughness=0.6)

@@ -64,6 +64,31 @@ class SurfacesBesideCycles(beside_cycles.BesideCycles):
                 self.assertGreater(rows[0].max() - rows[0].min(), 0.3)
                 bpy.data.objects.remove(slab)
 
+    def test_glass_whose_roughness_is_a_picture(self):
+        self.half_a_world()
+        frosted, node = principled("Frosted", Transmission_Weight=1.0, IOR=1.4)
+        image = bpy.data.images.new("Rough", 64, 1, float_buffer=True)
+        image.colorspace_settings.name = "Non-Color"
+        rough = np.repeat(np.where(np.arange(64) < 32, 0.15, 0.6), 4).reshape(64, 4)
+        image.pixels.foreach_set(rough.astype(np.float32).ravel())
+        source = frosted.node_tree.nodes.new("ShaderNodeTexImage")
+        source.image = image
+        frosted.node_tree.links.new(source.outputs["Color"], node.inputs["Roughness"])
+        slab = self.look_down(frosted, 3)
+        uvs = slab.data.uv_layers.new().data
+        uvs.foreach_set("uv", [0, 0, 1, 0, 1, 1, 0, 1])
+        slab.data.shade_flat()
+        slab.modifiers.new("Thick", "SOLIDIFY").thickness = 0.1
+        self.scene.afterimage.samples = 8
+        ours, cycles = self.both(256)
+        changes = []
+        for columns in (np.s_[4:24], np.s_[40:60]):
+            rows = [picture[:, columns, 0].mean(axis=1) for picture in (ours, cycles)]
+            np.testing.assert_allclose(rows[0], rows[1], atol=0.06)
+            changes.append(np.abs(np.diff(rows[0])).max())
+        self.assertGreater(changes[0], 2 * changes[1], "one side is clearer than the other")
+        self.assertEqual(support.extension().session.exported.warnings, [])
+
     def half_a_world(self):
         """A world that is bright at one side of the scene's YZ plane, below it."""
         self.scene.world = bpy.data.worlds.new("Half")
