@@ -41,6 +41,9 @@ fn material(dice: &mut Dice, name: &str) -> Table {
             if dice.one_in(2) {
                 set("pr", Value::Float(*dice.pick(&[0.03, 0.2, 0.5, 1.0])));
                 set("tf", numbers(color(dice)));
+                if dice.one_in(3) {
+                    set("map_pr", HOLES.into());
+                }
             } else {
                 set("d", dice.between(0.0, 0.6).into());
             }
