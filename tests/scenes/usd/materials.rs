@@ -90,7 +90,7 @@ fn coats_are_one_layer_with_what_is_below() {
         let inputs =
             format!("{inputs} float inputs:roughness = 0.75\n float inputs:clearcoatRoughness = 0.25\n");
         let mesh = format!("def Mesh \"M\" {{ {TRIANGLE} rel material:binding = </Coated>\n}}\n");
-        let shot = shown(METRES, &format!("{}}}\n{mesh}", material("Coated", &inputs)));
+        let shot = load(METRES, &format!("{}}}\n{mesh}", material("Coated", &inputs))).unwrap();
         let told: Vec<String> = shot.warnings.iter().map(ToString::to_string).collect();
         let told = told.into_iter().filter(|text| text.contains("coat")).collect::<Vec<_>>();
         let made = &shot.scene.materials[usize::from(model(&shot, "m/M").mesh.material_of[0])];
