@@ -1,8 +1,8 @@
 """Flicker of denoised frames: how much the error changes from frame to frame, along points that stay in sight.
 
 The last two frames of a move of the camera: into the rough kitchen under a panel and a sky, or towards the city, as rough, under
-a sun and a sky. Afterimage infers frames, or traces each in full;
-Cycles renders them with the seed of the frame, or with one seed for all frames. All are denoised by Open Image Denoise.
+a sun and a sky. Afterimage infers frames, or traces each in full; Cycles renders them with the seed of the frame, or with one seed
+for all frames. All are denoised by Open Image Denoise.
 """
 
 import math
