@@ -121,6 +121,11 @@ impl Optics {
     pub fn veil(transmission: Vec3) -> Self {
         Self::Glass { transmission, index: 1.0, reflection: Vec3::ZERO, is_rough: false }
     }
+
+    /// Returns true if what it lets through goes straight on.
+    pub fn is_straight(&self) -> bool {
+        matches!(self, Self::Glass { index: 1.0, is_rough: false, .. })
+    }
 }
 
 /// Maximum of a material's colour channels: samples keep them as half floats.

@@ -41,4 +41,5 @@ mod reuse;
 mod rough_glass;
 mod shots;
 mod stereo;
+mod veils;
 mod windows;

@@ -1,5 +1,6 @@
 //! Choice of the one light source that a surface on a path asks for light.
 
+use super::step::Step;
 use crate::frame::shot::frame_view::FrameView;
 
 /// Light source that a surface asks.
@@ -15,41 +16,19 @@ pub enum LightChoice {
     Nothing,
 }
 
-/// Surface on a path, by its place among those that the path meets.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Step {
-    /// Number of surfaces that the path has met before.
-    pub number: u32,
-    /// True if the path meets no surface after it, but for those of which it collects the emission.
-    pub is_last: bool,
-}
-
-impl Step {
-    /// Surfaces that a path meets: gathered ones as many as the shot's `bounces`; reflected ones one more, or,
-    /// if surfaces gather no light, as many as there are bounces of a ray from the eye.
-    pub fn all(frame: &FrameView, is_reflected: bool) -> impl Iterator<Item = Self> {
-        let count = match (is_reflected, frame.paths) {
-            (false, _) => frame.settings.bounces,
-            (true, 0) => frame.settings.depth,
-            (true, _) => frame.settings.bounces + 1,
-        };
-        (0..count).map(move |number| Self { number, is_last: number + 1 == count })
-    }
-
-    /// Set of random numbers for choosing a light source and a point on it.
-    pub fn asking(self) -> u32 {
-        2 * self.number + 1
-    }
-
-    /// Set of random numbers for going on.
-    pub fn going_on(self) -> u32 {
-        2 * self.number + 2
-    }
-}
-
-/// First set of random numbers that no surface on a path uses.
+/// First of some sets of random numbers that no surface on a path uses.
 pub fn free_sets(frame: &FrameView) -> u32 {
     2 * frame.settings.bounces.max(frame.settings.depth) + 3
+}
+
+/// Surfaces that a path meets: gathered ones as many as the shot's `bounces`; reflected ones one more, or, if
+/// surfaces gather no light, as many as there are bounces of a ray from the eye.
+pub fn surfaces_on_paths(frame: &FrameView, is_reflected: bool) -> u32 {
+    match (is_reflected, frame.paths) {
+        (false, _) => frame.settings.bounces,
+        (true, 0) => frame.settings.depth,
+        (true, _) => frame.settings.bounces + 1,
+    }
 }
 
 impl LightChoice {
@@ -80,5 +59,5 @@ pub fn asks_sky(frame: &FrameView, step: Step) -> bool {
 /// Returns true if paths go on from a surface. From the last one they only collect emission: near an emitting
 /// surface, asking alone would give nothing but noise.
 pub fn paths_go_on(frame: &FrameView, step: Step) -> bool {
-    !step.is_last || !frame.emitters.is_empty()
+    !step.is_last() || !frame.emitters.is_empty()
 }

@@ -14,13 +14,14 @@
 use glam::Vec3;
 
 use super::clamp::limit_paths;
-use super::light_choice::{LightChoice, Step, paths_go_on};
+use super::light_choice::{LightChoice, paths_go_on, surfaces_on_paths};
 use super::lobes::Lobes;
 use super::next_event::{Asking, LightRays};
 use super::path_ends::{PathResult, PathStart};
 use super::path_ray::PathRay;
 use super::pdfs::Pdfs;
 use super::shadow::ShadowQueue;
+use super::step::Step;
 use super::vertex::{NO_COAT, Vertex, VertexLanes, go_on};
 use crate::changes::Until;
 use crate::frame::shot::frame_view::FrameView;
@@ -28,7 +29,7 @@ use crate::frame::shot::plan::ShadowCheck;
 use crate::frame::surface::footprints::SPREAD_OF_PATHS;
 use crate::frame::surface::hits::{Hits8, surfaces};
 use crate::frame::surface::ray_tally::RayTally;
-use crate::lanes::{F32x8, LANES};
+use crate::lanes::LANES;
 use crate::pose::LightPose;
 use crate::samples::Tag;
 use crate::shade::Surface;
@@ -62,6 +63,8 @@ pub struct PathScratch {
     hits: HitBatch,
     now: Vec<PathRay>,
     next: Vec<PathRay>,
+    /// Last rays of their paths.
+    last: Vec<PathRay>,
     vertices: Vec<Vertex>,
     /// Layers of those vertices that have one.
     coats: Vec<SeenCoat>,
@@ -79,32 +82,21 @@ pub struct PathScratch {
 /// or all reflected.
 pub fn trace_paths(frame: &FrameView, scratch: &mut PathScratch, tally: &mut RayTally) {
     let is_reflected = scratch.starts.first().is_some_and(|start| start.layer.is_some());
-    begin(frame, scratch);
+    begin(frame, is_reflected, scratch);
     let PathScratch { starts, brought, light_rays, .. } = &mut *scratch;
     light_rays.cast(frame, starts, brought, tally);
-    for step in Step::all(frame, is_reflected) {
-        if scratch.now.is_empty() {
-            break;
-        }
-        let is_reflection = is_reflected && step.number == 0;
-        cast(frame, is_reflection, scratch, tally);
-        meet(frame, step, scratch);
-        if step.number == 0 && frame.settings.clamp.is_some() {
+    let mut is_first = true;
+    while !scratch.now.is_empty() {
+        cast(frame, is_reflected && is_first, scratch, tally);
+        meet(frame, scratch);
+        if is_first && frame.settings.clamp.is_some() {
             note_direct(frame, scratch);
         }
-        light(frame, step, scratch, tally);
-        let PathScratch { starts, brought, next, vertices, coats, .. } = &mut *scratch;
-        next.clear();
-        for vertex in &*vertices {
-            brought[vertex.ray.path as usize].radiance += vertex.ray.weight * vertex.light;
-            if paths_go_on(frame, step) || vertex.passes_on(frame) {
-                let random = starts[vertex.ray.path as usize].random();
-                let vertex = (vertex, vertex.seen_coat(coats));
-                next.extend(go_on(frame, step, vertex, random.four(step.going_on())));
-            }
-        }
-        std::mem::swap(&mut scratch.now, &mut scratch.next);
+        light(frame, scratch, tally);
+        go_on_from_vertices(frame, scratch);
+        is_first = false;
     }
+    std::mem::swap(&mut scratch.now, &mut scratch.last);
     if !scratch.now.is_empty() {
         cast(frame, false, scratch, tally);
         end(frame, scratch);
@@ -114,16 +106,36 @@ pub fn trace_paths(frame: &FrameView, scratch: &mut PathScratch, tally: &mut Ray
     }
 }
 
+/// Adds what the vertices bring to the results of their paths, and makes the rays that go on from there.
+fn go_on_from_vertices(frame: &FrameView, scratch: &mut PathScratch) {
+    let PathScratch { starts, brought, now, next, last, vertices, coats, .. } = scratch;
+    next.clear();
+    for vertex in &*vertices {
+        let (path, step) = (vertex.ray.path as usize, vertex.ray.step);
+        brought[path].radiance += vertex.ray.weight * vertex.light;
+        if paths_go_on(frame, step) || vertex.goes_on_at_all(frame) {
+            let numbers = starts[path].random().four(step.going_on());
+            if let Some(ray) = go_on(frame, (vertex, vertex.seen_coat(coats)), numbers) {
+                (if ray.step.is_beyond() { &mut *last } else { &mut *next }).push(ray);
+            }
+        }
+    }
+    std::mem::swap(now, next);
+}
+
 /// Makes the first rays of the paths, and asks for light at their starts.
-fn begin(frame: &FrameView, scratch: &mut PathScratch) {
-    let PathScratch { starts, brought, direct, now, light_rays, .. } = scratch;
+fn begin(frame: &FrameView, is_reflected: bool, scratch: &mut PathScratch) {
+    let PathScratch { starts, brought, direct, now, last, light_rays, .. } = scratch;
     brought.clear();
     direct.clear();
     now.clear();
+    last.clear();
+    let step = Step::first(surfaces_on_paths(frame, is_reflected));
+    let first = if step.is_beyond() { last } else { now };
     for (path, start) in (0..).zip(&*starts) {
         let mut brings = PathResult { radiance: Vec3::ZERO, sees_light: false, until: Until::FOREVER };
         let ray = match &start.layer {
-            None => gathers(frame, path, start, light_rays, &mut brings),
+            None => gathers(frame, (path, step), start, light_rays, &mut brings),
             Some(layer) => {
                 light_rays.ask_for_layer(frame, path, start, layer, &mut brings);
                 let [along, above, ..] = start.random().four(0);
@@ -133,12 +145,12 @@ fn begin(frame: &FrameView, scratch: &mut PathScratch) {
                     let (weight, asked_from, normal) = (Vec3::ONE, origin, direction);
                     let chances = layer.chances(frame, density);
                     let seen_by = if layer.seen.is_narrow() { SeenBy::Eye } else { SeenBy::Path };
-                    PathRay { path, weight, origin, direction, asked_from, normal, chances, seen_by }
+                    PathRay { path, step, weight, origin, direction, asked_from, normal, chances, seen_by }
                 })
             }
         };
         match ray {
-            Some(ray) => now.push(ray),
+            Some(ray) => first.push(ray),
             // below the surface: dark until the surface moves
             None => brings.until = brings.until.min(frame.first_touch(start.point, start.normal, 0.0)),
         }
@@ -150,7 +162,7 @@ fn begin(frame: &FrameView, scratch: &mut PathScratch) {
 /// beside it.
 fn gathers(
     frame: &FrameView,
-    path: u32,
+    (path, step): (u32, Step),
     start: &PathStart,
     light_rays: &mut LightRays,
     brings: &mut PathResult,
@@ -180,7 +192,7 @@ fn gathers(
     start.leaves(direction).then(|| {
         let origin = off_surface(point, geometric_normal);
         let (asked_from, seen_by) = (origin, SeenBy::Path);
-        PathRay { path, weight, origin, direction, asked_from, normal, chances, seen_by }
+        PathRay { path, step, weight, origin, direction, asked_from, normal, chances, seen_by }
     })
 }
 
@@ -228,7 +240,7 @@ fn cast(frame: &FrameView, is_reflection: bool, scratch: &mut PathScratch, tally
 }
 
 /// Makes vertices of the hits of the current rays.
-fn meet(frame: &FrameView, step: Step, scratch: &mut PathScratch) {
+fn meet(frame: &FrameView, scratch: &mut PathScratch) {
     let PathScratch { starts, hits, now, vertices, coats, .. } = scratch;
     vertices.clear();
     coats.clear();
@@ -255,7 +267,7 @@ fn meet(frame: &FrameView, step: Step, scratch: &mut PathScratch) {
             |lane| packet.t[from + lane] * SPREAD_OF_PATHS,
             |lane, surface| {
                 let ray = some[lane];
-                let random = starts[ray.path as usize].random();
+                let (step, random) = (ray.step, starts[ray.path as usize].random());
                 let [choice, along, above, triangle] = random.four(step.asking());
                 let choices = LightChoice::count(frame, step);
                 let choice = ((choice * choices as f32) as u32).min(choices.saturating_sub(1));
@@ -313,7 +325,7 @@ fn end(frame: &FrameView, scratch: &mut PathScratch) {
 }
 
 /// Lights the vertices: emission and ambient light, and the light of the source that each has chosen.
-fn light(frame: &FrameView, step: Step, scratch: &mut PathScratch, tally: &mut RayTally) {
+fn light(frame: &FrameView, scratch: &mut PathScratch, tally: &mut RayTally) {
     let PathScratch {
         starts,
         brought,
@@ -341,7 +353,7 @@ fn light(frame: &FrameView, step: Step, scratch: &mut PathScratch, tally: &mut R
     for vertex in &*vertices {
         let Surface { point, normal, geometric_normal, .. } = vertex.surface;
         let (path, weight) = (vertex.ray.path, vertex.ray.weight * vertex.lobes.all[Lobes::DIFFUSE].0);
-        let (chances, coat) = (vertex.chances(frame, step), vertex.asking_coat(frame, step, coats));
+        let (chances, coat) = (vertex.chances(frame), vertex.asking_coat(frame, coats));
         let asking = Asking { path, point, normal, geometric_normal, weight, chances, coat };
         let [along, above, triangle] = vertex.place;
         match vertex.asks {
@@ -373,7 +385,7 @@ fn light(frame: &FrameView, step: Step, scratch: &mut PathScratch, tally: &mut R
         let light = &frame.pose.lights[number as usize];
         ask_light(
             frame,
-            (step, light),
+            light,
             group,
             starts,
             (vertices, coats, brought),
@@ -387,15 +399,13 @@ fn light(frame: &FrameView, step: Step, scratch: &mut PathScratch, tally: &mut R
 /// Adds the light that `light` sends to the vertices listed in `group`, all of which ask it.
 fn ask_light(
     frame: &FrameView,
-    (step, light): (Step, &LightPose),
+    light: &LightPose,
     group: &[u32],
     starts: &[PathStart],
     (vertices, coats, brought): (&mut [Vertex], &[SeenCoat], &mut [PathResult]),
     (queue, reflected, segments): (&mut ShadowQueue, &mut Vec<Vec3>, &mut Vec<LightSegment>),
     tally: &mut RayTally,
 ) {
-    // the first vertex stands for all
-    let choices = vertices[group[0] as usize].choices as f32;
     let radiance = radiance(light);
     queue.clear();
     reflected.clear();
@@ -407,22 +417,22 @@ fn ask_light(
         let origins = off_surfaces(eight.point, eight.geometric_normal);
         queue.push_from(origins, &light_sample, asked, first);
         let albedo = frame.palette.albedo(&eight.materials, eight.reflectance);
-        let light = phong::diffuse(albedo, eight.normal, &light_sample) * F32x8::splat(choices);
+        let light = phong::diffuse(albedo, eight.normal, &light_sample) * eight.choices;
         for (lane, vertex) in some.iter().enumerate() {
             let weight = match radiance.filter(|_| asked >> lane & 1 != 0) {
                 Some(radiance) => {
                     let (normal, direction) = (eight.normal.lane(lane), light_sample.direction.lane(lane));
                     let density = density_of(radiance.along(direction), light_sample.irradiance.lane(lane));
-                    vertices[*vertex as usize].chances(frame, step).of_asked_light(normal, direction, density)
+                    vertices[*vertex as usize].chances(frame).of_asked_light(normal, direction, density)
                 }
                 None => 1.0,
             };
             let mut light = light.lane(lane) * weight;
             let vertex_of_lane = &vertices[*vertex as usize];
             if let Some(coat) = vertex_of_lane.seen_coat(coats) {
-                let irradiance = light_sample.irradiance.lane(lane) * choices;
+                let irradiance = light_sample.irradiance.lane(lane) * eight.choices.lane(lane);
                 let arrives = (light_sample.direction.lane(lane), irradiance);
-                light = light * coat.through + vertex_of_lane.highlight(frame, step, coat, arrives, radiance);
+                light = light * coat.through + vertex_of_lane.highlight(frame, coat, arrives, radiance);
             }
             reflected.push(light);
             if asked >> lane & 1 != 0 {

@@ -15,4 +15,5 @@ pub mod path_ray;
 pub mod pdfs;
 pub mod reflected;
 pub mod shadow;
+pub mod step;
 mod vertex;

@@ -3,6 +3,7 @@
 use glam::Vec3;
 
 use super::pdfs::Pdfs;
+use super::step::Step;
 use crate::frame::shot::frame_view::FrameView;
 use crate::shade::Surface;
 use crate::shade::coat::SeenBy;
@@ -12,6 +13,8 @@ use crate::shade::coat::SeenBy;
 pub struct PathRay {
     /// Number of its path in the batch.
     pub path: u32,
+    /// Place of the surface that it will meet.
+    pub step: Step,
     /// Weight of its light in the path's result.
     pub weight: Vec3,
     /// Origin, world space.

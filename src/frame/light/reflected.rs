@@ -165,6 +165,8 @@ fn trace(frame: &FrameView, tile: &mut Tile, scratch: &mut PathScratch, tally: &
     for (start, brought) in scratch.starts.iter().zip(&scratch.brought) {
         let (cell, path) = (start.owner as usize, start.index as usize);
         any_changed |= tile.gathered.reflected.set(cell, path, kept(brought));
+        // of an emitter in sight no light is kept: it may bring other light from where it is now
+        any_changed |= brought.sees_light && frame.emitters.are_asked();
     }
     scratch.starts.clear();
     any_changed

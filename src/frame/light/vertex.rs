@@ -4,11 +4,12 @@ use std::f32::consts::PI;
 
 use glam::Vec3;
 
-use super::light_choice::{LightChoice, Step, asks_sky, paths_go_on};
+use super::light_choice::{LightChoice, asks_sky, paths_go_on};
 use super::lobes::Lobes;
 use super::next_event::AskingCoat;
 use super::path_ray::PathRay;
 use super::pdfs::Pdfs;
+use super::step::Step;
 use crate::frame::shot::frame_view::FrameView;
 use crate::lanes::{F32x8, LANES, Vec3x8};
 use crate::settings::Caustics;
@@ -44,14 +45,14 @@ pub const NO_COAT: u32 = u32::MAX;
 
 impl Vertex {
     /// Pdfs of the ways from this vertex to light.
-    pub fn chances(&self, frame: &FrameView, step: Step) -> Pdfs {
+    pub fn chances(&self, frame: &FrameView) -> Pdfs {
         let chance = |is_asked| if is_asked { 1.0 / self.choices as f32 } else { 0.0 };
         Pdfs {
-            asks_sky: chance(asks_sky(frame, step)),
+            asks_sky: chance(asks_sky(frame, self.ray.step)),
             asks_emitter: chance(frame.emitters.are_asked()),
             asks_light: chance(!frame.pose.lights.is_empty()),
             asks_all_points: false,
-            goes_on: self.goes_on(frame, step, Lobes::DIFFUSE),
+            goes_on: self.goes_on(frame, Lobes::DIFFUSE),
         }
     }
 
@@ -63,9 +64,19 @@ impl Vertex {
         self.lobes.all[lobe].1.is_some() && (frame.settings.caustics == Caustics::Paths || passes())
     }
 
-    /// Returns true if any of its ways [brings light](Self::passes_light_on) even if the path ends here.
-    pub fn passes_on(&self, frame: &FrameView) -> bool {
-        (0..self.lobes.all.len()).any(|lobe| self.passes_light_on(frame, lobe))
+    /// Returns true if the path goes on by any of its ways.
+    pub fn goes_on_at_all(&self, frame: &FrameView) -> bool {
+        (0..self.lobes.all.len()).any(|lobe| self.is_followed(frame, lobe))
+    }
+
+    /// Returns true if the path goes on by this way, be it for no more than light for which the other ways
+    /// have asked.
+    fn is_followed(&self, frame: &FrameView, lobe: usize) -> bool {
+        let through_veil = || {
+            let is_through = lobe == Lobes::THROUGH && self.lobes.all[lobe].1.is_some();
+            is_through && !self.next_step(frame, lobe).is_beyond()
+        };
+        self.leads_on(frame, lobe) || self.passes_light_on(frame, lobe) || through_veil()
     }
 
     /// Layer of the vertex as the path sees it, if it has one; `coats` are those of all vertices.
@@ -75,8 +86,8 @@ impl Vertex {
     }
 
     /// Probability with which the path goes on by one of the ways.
-    fn goes_on(&self, frame: &FrameView, step: Step, lobe: usize) -> f32 {
-        if leads_on(frame, step, lobe) { self.lobes.chance(lobe) } else { 0.0 }
+    fn goes_on(&self, frame: &FrameView, lobe: usize) -> f32 {
+        if self.leads_on(frame, lobe) { self.lobes.chance(lobe) } else { 0.0 }
     }
 
     /// Kind of ray as which the path goes on by `way`: as before off mirrors, narrow lobes and through glass.
@@ -94,13 +105,12 @@ impl Vertex {
     pub fn highlight(
         &self,
         frame: &FrameView,
-        step: Step,
         coat: &SeenCoat,
         (direction, irradiance): (Vec3, Vec3),
         radiance: Option<AreaRadiance>,
     ) -> Vec3 {
         let (highlight, density) = coat.highlight(direction, irradiance);
-        let by_path = self.goes_on(frame, step, Lobes::COAT) * density;
+        let by_path = self.goes_on(frame, Lobes::COAT) * density;
         if coat.is_smooth() && radiance.is_some() && by_path > 0.0 {
             // the path shows the light itself
             return Vec3::ZERO;
@@ -115,37 +125,40 @@ impl Vertex {
     }
 
     /// Layer of the vertex for next-event estimation, if it has one.
-    pub fn asking_coat(&self, frame: &FrameView, step: Step, coats: &[SeenCoat]) -> Option<AskingCoat> {
+    pub fn asking_coat(&self, frame: &FrameView, coats: &[SeenCoat]) -> Option<AskingCoat> {
         let seen = *self.seen_coat(coats).filter(|seen| frame.settings.depth > 0 && !seen.is_smooth())?;
-        Some(AskingCoat { seen, weight: self.ray.weight, goes_on: self.goes_on(frame, step, Lobes::COAT) })
+        Some(AskingCoat { seen, weight: self.ray.weight, goes_on: self.goes_on(frame, Lobes::COAT) })
     }
 
     /// Pdfs of the ways from it to light in a direction in which its layer has reflected with this
     /// `density`. The ray takes that direction for its normal; the chances are scaled so that it is as likely
     /// as the layer chose it.
-    fn chances_of_coat(&self, frame: &FrameView, step: Step, density: f32) -> Pdfs {
+    fn chances_of_coat(&self, frame: &FrameView, density: f32) -> Pdfs {
         let goes_on = self.lobes.chance(Lobes::COAT) * density * PI;
-        Pdfs { goes_on, ..self.chances(frame, step) }
+        Pdfs { goes_on, ..self.chances(frame) }
     }
-}
 
-/// Returns true if paths go on by this way. Where surfaces gather no light, none is scattered onwards.
-fn leads_on(frame: &FrameView, step: Step, lobe: usize) -> bool {
-    paths_go_on(frame, step) && (frame.paths > 0 || lobe != Lobes::DIFFUSE)
+    /// Place of the surface to which one of its ways leads.
+    fn next_step(&self, frame: &FrameView, lobe: usize) -> Step {
+        let is_veil = || frame.scene.materials[usize::from(self.surface.material)].optics.is_straight();
+        self.ray.step.next(lobe == Lobes::THROUGH && is_veil())
+    }
+
+    /// Returns true if paths go on by this way. Where surfaces gather no light, none is scattered onwards.
+    fn leads_on(&self, frame: &FrameView, lobe: usize) -> bool {
+        paths_go_on(frame, self.ray.step) && (frame.paths > 0 || lobe != Lobes::DIFFUSE)
+    }
 }
 
 /// Chooses one of the ways from a vertex, in proportion to the light that each carries, and makes the ray
 /// that goes on. `coat` is the layer of the vertex, if it has one.
 pub fn go_on(
     frame: &FrameView,
-    step: Step,
     (vertex, coat): (&Vertex, Option<&SeenCoat>),
     [along, above, choice, _]: [f32; 4],
 ) -> Option<PathRay> {
     let Vertex { ray, surface, lobes, .. } = vertex;
-    // from the last surface a ray only finds light, for which the other ways have asked
-    let leads = |lobe: &usize| leads_on(frame, step, *lobe) || vertex.passes_light_on(frame, *lobe);
-    let chosen = lobes.choose(choice).filter(leads)?;
+    let chosen = lobes.choose(choice).filter(|lobe| vertex.is_followed(frame, *lobe))?;
     let (weight, direction) = lobes.all[chosen];
     let mut asked_from = None;
     let (weight, direction, normal, chances) = match direction {
@@ -161,7 +174,7 @@ pub fn go_on(
                 return None;
             }
             let chances = match reflected.density {
-                Some(density) => vertex.chances_of_coat(frame, step, density),
+                Some(density) => vertex.chances_of_coat(frame, density),
                 None => Pdfs::PATH_ALONE,
             };
             (reflected.weight, reflected.direction, reflected.direction, chances)
@@ -172,13 +185,13 @@ pub fn go_on(
             if surface.geometric_normal.dot(direction) <= 0.0 {
                 return None;
             }
-            (weight, direction, surface.normal, vertex.chances(frame, step))
+            (weight, direction, surface.normal, vertex.chances(frame))
         }
     };
     let (weight, origin) = (ray.weight * weight / lobes.chance(chosen), surface.leave(direction));
     let asked_from = asked_from.unwrap_or(origin);
-    let seen_by = vertex.next_sees_as(coat, chosen);
-    Some(PathRay { path: ray.path, weight, origin, direction, asked_from, normal, chances, seen_by })
+    let (step, seen_by) = (vertex.next_step(frame, chosen), vertex.next_sees_as(coat, chosen));
+    Some(PathRay { path: ray.path, step, weight, origin, direction, asked_from, normal, chances, seen_by })
 }
 
 /// Up to eight vertices side by side. Lanes without one repeat the first.
@@ -188,6 +201,8 @@ pub struct VertexLanes {
     pub geometric_normal: Vec3x8,
     pub reflectance: Vec3x8,
     pub place: [F32x8; 2],
+    /// Numbers of light sources that they chose among.
+    pub choices: F32x8,
     pub materials: [u16; LANES],
     /// Bit mask of the lanes in use.
     pub used: u8,
@@ -201,17 +216,19 @@ impl VertexLanes {
             geometric_normal: Vec3x8::ZERO,
             reflectance: Vec3x8::ZERO,
             place: [F32x8::ZERO; 2],
+            choices: F32x8::ZERO,
             materials: [0; LANES],
             used: u8::MAX >> (LANES - count),
         };
         for lane in 0..LANES {
-            let Vertex { surface, place, .. } = vertex(if lane < count { lane } else { 0 });
+            let Vertex { surface, place, choices, .. } = vertex(if lane < count { lane } else { 0 });
             eight.point.set_lane(lane, surface.point);
             eight.normal.set_lane(lane, surface.normal);
             eight.geometric_normal.set_lane(lane, surface.geometric_normal);
             eight.reflectance.set_lane(lane, surface.reflectance);
             eight.place[0].set_lane(lane, place[0]);
             eight.place[1].set_lane(lane, place[1]);
+            eight.choices.set_lane(lane, *choices as f32);
             eight.materials[lane] = surface.material;
         }
         eight

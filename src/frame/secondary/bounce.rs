@@ -18,6 +18,7 @@ use crate::frame::light::lighting::{Places, add_light, emitted_and_ambient, show
 use crate::frame::light::occlusion::{self, OcclusionScratch, OpenSurface};
 use crate::frame::light::path_ends::{DrawnLayer, PathStart};
 use crate::frame::light::shadow::{ShadowQueue, facing};
+use crate::frame::light::step::Step;
 use crate::frame::shot::frame_view::FrameView;
 use crate::frame::shot::plan::ShadowCheck;
 use crate::frame::surface::hits::{Hits8, surfaces};
@@ -107,13 +108,16 @@ impl Bounces {
     ) {
         let spread = frame.view.spread().by_distance;
         let bounce = |kind| Bounce { guides, spread, ..Bounce::from_sample(cell, kind) };
-        grow(&mut self.next, surface, branches, bounce);
+        grow(frame, step_of_sample(frame), surface, branches, bounce, &mut self.next);
     }
 
     /// Starts a ray for a texel of a map, which is accumulated as that of `cell`, from `origin` (world space)
     /// along `direction`, of unit length.
-    pub fn start_from(&mut self, cell: u32, origin: Vec3, direction: Vec3) {
-        self.next.push(Bounce { origin, direction, ..Bounce::from_sample(cell, Kind::Reflection) });
+    pub fn start_from(&mut self, frame: &FrameView, cell: u32, origin: Vec3, direction: Vec3) {
+        let step = step_of_sample(frame).next(false);
+        if !step.is_beyond() {
+            self.next.push(Bounce { step, origin, direction, ..Bounce::from_sample(cell, Kind::Reflection) });
+        }
     }
 
     /// Adds to `radiance` the light that the map of `model` has in the directions in which rays would leave
@@ -152,8 +156,13 @@ impl Bounces {
     ) {
         let spread = frame.view.spread().by_distance;
         let bounce = Bounce { guides, spread, ..Bounce::from_sample(cell, Kind::Reflection) };
-        mirror(frame, bounce, surface, seen, &mut self.next);
+        mirror(frame, step_of_sample(frame), bounce, surface, seen, &mut self.next);
     }
+}
+
+/// Place of samples on the ways of rays from the eye: before as many surfaces as the frame has depth.
+fn step_of_sample(frame: &FrameView) -> Step {
+    Step::first(frame.settings.depth + 1)
 }
 
 /// Returns true if a ray follows the layer that was `seen` by a ray of this `weight`.
@@ -161,49 +170,51 @@ pub fn is_followed(frame: &FrameView, seen: &SeenCoat, weight: Vec3) -> bool {
     seen.is_smooth() && frame.settings.depth > 0 && (seen.albedo * weight).max_element() >= LEAST_WEIGHT
 }
 
-/// Adds to `next` the ray that the smooth layer of `surface` reflects; `bounce` gives what else is known of
-/// it.
-fn mirror(frame: &FrameView, bounce: Bounce, surface: &Surface, seen: &SeenCoat, next: &mut Vec<Bounce>) {
+/// Adds to `next` the ray that the smooth layer of `surface`, which is at this `step`, reflects; `bounce` gives
+/// what else is known of it.
+fn mirror(
+    frame: &FrameView,
+    step: Step,
+    bounce: Bounce,
+    surface: &Surface,
+    seen: &SeenCoat,
+    next: &mut Vec<Bounce>,
+) {
+    let step = step.next(false);
+    if step.is_beyond() {
+        return;
+    }
     let reflected = seen.reflect([0.0; 2]).filter(|_| is_followed(frame, seen, bounce.weight));
     if let Some(Reflected { direction, weight, .. }) =
         reflected.filter(|reflected| surface.geometric_normal.dot(reflected.direction) > 0.0)
     {
         let origin = surface.leave(direction);
         let (weight, width) = (bounce.weight * weight, surface.width);
-        next.push(Bounce { weight, origin, direction, width, ..bounce });
+        next.push(Bounce { step, weight, origin, direction, width, ..bounce });
     }
 }
 
-/// Traces the rays that were [started](Bounces::start), up to the frame's depth, and adds their light to the
-/// cells' radiance.
+/// Traces the rays that were [started](Bounces::start), and those that follow them up to the frame's depth, and
+/// adds their light to the cells' radiance.
 pub fn follow(frame: &FrameView, bounces: &mut Bounces, radiance: &mut Radiance, scratch: &mut TraceScratch) {
     let shows_guides = frame.layers.has(Layers::GUIDES);
-    for bounce in 0..frame.settings.depth {
+    while !bounces.next.is_empty() {
         std::mem::swap(&mut bounces.now, &mut bounces.next);
         bounces.next.clear();
         group(&mut bounces.now);
-        if bounces.now.is_empty() {
-            break;
-        }
         meet(frame, bounces, radiance, scratch);
-        let is_last = bounce + 1 == frame.settings.depth;
-        light(frame, is_last, bounces, &mut scratch.tally);
+        light(frame, bounces, &mut scratch.tally);
         gather(frame, bounces, &mut scratch.tally);
-        if !is_last {
-            reflect(frame, bounces, &mut scratch.tally);
-        }
+        reflect(frame, bounces, &mut scratch.tally);
         for met in &bounces.met {
             add(radiance, &met.bounce, met.bounce.weight * met.light);
             if shows_guides {
                 let Bounce { cell, weight, guides, .. } = met.bounce;
                 parts::see(frame, &mut radiance.parts, cell as usize, &met.surface, weight, guides);
             }
-            if !is_last {
-                go_on(frame, met, &mut bounces.next);
-            }
+            go_on(frame, met, &mut bounces.next);
         }
     }
-    bounces.next.clear();
 }
 
 /// Groups rays by their paths. The rays that a surface reflects and those that it lets through part there,
@@ -303,7 +314,7 @@ impl MetLanes {
 }
 
 /// Computes the light of the surfaces that were met, highlights included.
-fn light(frame: &FrameView, is_last: bool, bounces: &mut Bounces, tally: &mut RayTally) {
+fn light(frame: &FrameView, bounces: &mut Bounces, tally: &mut RayTally) {
     bounces.eights.clear();
     bounces.eights.extend(bounces.met.chunks(LANES).map(MetLanes::new));
     bounces.coats.clear();
@@ -318,8 +329,7 @@ fn light(frame: &FrameView, is_last: bool, bounces: &mut Bounces, tally: &mut Ra
         let normals = [normal, geometric_normal];
         let rays = |lane: usize| met.get(lane).map_or(0, |met| rays_onwards(frame, met));
         let has_coats = frame.palette.coats.any(&eight.materials);
-        let rays =
-            (has_coats && !is_last).then(|| LayerRays { count: std::array::from_fn(rays), incoming: -view });
+        let rays = has_coats.then(|| LayerRays { count: std::array::from_fn(rays), incoming: -view });
         let coats = frame.palette.coats.seen_lanes(&eight.materials, reflectance, normals, -view, rays);
         if let Some(coats) = coats {
             eight.light = coats.show(eight.light);
@@ -510,36 +520,53 @@ fn shine(frame: &FrameView, light: &LightPose, bounces: &mut Bounces) {
     }
 }
 
-/// Number of paths, or rays, by which the layer of a surface that a ray has met reflects: one at most; only
-/// samples have several.
+/// Number of paths, or rays, by which the layer of a surface that a ray has met reflects: none if it is the last
+/// one, and one at most; only samples have several.
 fn rays_onwards(frame: &FrameView, met: &SecondaryHit) -> u32 {
     let reflects = |seen: &SeenCoat| seen.is_smooth() || frame.settings.reflections > 0;
     let is_worth = |seen: &SeenCoat| met.bounce.is_worth(seen.albedo * met.bounce.weight);
-    u32::from(met.layer(frame).is_some_and(|seen| reflects(&seen) && is_worth(&seen)))
+    let ends = met.bounce.step.is_last();
+    u32::from(!ends && met.layer(frame).is_some_and(|seen| reflects(&seen) && is_worth(&seen)))
 }
 
 /// Starts the rays that leave a surface that was met.
 fn go_on(frame: &FrameView, met: &SecondaryHit, next: &mut Vec<Bounce>) {
     let SecondaryHit { surface, bounce, .. } = met;
     let material = &frame.scene.materials[usize::from(surface.material)];
+    if bounce.step.is_last() && !material.optics.is_straight() {
+        return;
+    }
     let branches = branch(material, surface, bounce.direction, || random_of_place(surface));
     let guides = bounce.guides && !parts::shows_itself(frame, surface.material);
-    grow(next, surface, branches, |kind| Bounce { guides, ..bounce.onwards(kind) });
+    grow(frame, bounce.step, surface, branches, |kind| Bounce { guides, ..bounce.onwards(kind) }, next);
     if let Some(seen) = met.layer(frame) {
-        mirror(frame, Bounce { guides, ..bounce.onwards(Kind::Reflection) }, surface, &seen, next);
+        let mirrored = Bounce { guides, ..bounce.onwards(Kind::Reflection) };
+        mirror(frame, bounce.step, mirrored, surface, &seen, next);
     }
 }
 
-/// Adds to `next` those of `branches` that are worth following. `bounce` gives what they have in common with
-/// the ray that met `surface`.
-fn grow(next: &mut Vec<Bounce>, surface: &Surface, branches: Branches, bounce: impl Fn(Kind) -> Bounce) {
-    let kinds = [(Kind::Reflection, branches.reflection), (Kind::Refraction, branches.refraction)];
-    for (kind, ray) in kinds {
-        let Some(ray) = ray else { continue };
+/// Adds to `next` those of `branches` that are worth following from `surface`, which is at this `step`. `bounce`
+/// gives what they have in common with the ray that met it.
+fn grow(
+    frame: &FrameView,
+    step: Step,
+    surface: &Surface,
+    branches: Branches,
+    bounce: impl Fn(Kind) -> Bounce,
+    next: &mut Vec<Bounce>,
+) {
+    let is_straight = frame.scene.materials[usize::from(surface.material)].optics.is_straight();
+    let kinds = [
+        (Kind::Reflection, branches.reflection, step.next(false)),
+        (Kind::Refraction, branches.refraction, step.next(is_straight)),
+    ];
+    for (kind, ray, step) in kinds {
+        let Some(ray) = ray.filter(|_| !step.is_beyond()) else { continue };
         let bounce = bounce(kind);
         let weight = ray.weight * bounce.weight;
         if bounce.is_worth(weight) {
             next.push(Bounce {
+                step,
                 weight,
                 origin: surface.leave(ray.direction),
                 direction: ray.direction,

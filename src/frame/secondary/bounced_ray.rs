@@ -3,6 +3,7 @@
 use glam::Vec3;
 
 use crate::frame::light::lighting::lights_passed;
+use crate::frame::light::step::Step;
 use crate::frame::shot::frame_view::FrameView;
 use crate::frame::surface::radiance::Layer;
 
@@ -28,7 +29,9 @@ pub struct Bounce {
     pub kind: Kind,
     /// Layer of the first ray that left the sample.
     pub layer: Layer,
-    /// Kinds of all rays from the sample to this one, a bit each, the first one highest.
+    /// Place of the surface that it will meet.
+    pub step: Step,
+    /// Kinds of the last 64 rays from the sample to this one, a bit each, the first one highest.
     pub path: u64,
     /// Weight of its light in its cell.
     pub weight: Vec3,
@@ -45,18 +48,31 @@ pub struct Bounce {
 }
 
 impl Bounce {
-    /// Creates a ray that leaves the sample of `cell`; origin and direction are still to be set.
+    /// Creates a ray that leaves the sample of `cell`; step, origin and direction are still to be set.
     pub fn from_sample(cell: u32, kind: Kind) -> Self {
         let layer = match kind {
             Kind::Reflection => Layer::Reflection,
             Kind::Refraction => Layer::Refraction,
         };
         let (path, weight, [origin, direction]) = (kind as u64, Vec3::ONE, [Vec3::ZERO; 2]);
-        Self { cell, kind, layer, path, weight, origin, direction, width: 0.0, spread: 0.0, guides: false }
+        let step = Step::first(0);
+        Self {
+            cell,
+            kind,
+            layer,
+            step,
+            path,
+            weight,
+            origin,
+            direction,
+            width: 0.0,
+            spread: 0.0,
+            guides: false,
+        }
     }
 
-    /// Creates a ray that goes on from where this one meets a surface; origin and direction are still to be
-    /// set.
+    /// Creates a ray that goes on from where this one meets a surface; step, origin and direction are still to
+    /// be set.
     pub fn onwards(&self, kind: Kind) -> Self {
         Self { kind, path: self.path << 1 | kind as u64, ..*self }
     }

@@ -91,8 +91,13 @@ pub fn features(trial: &Trial) -> BTreeSet<String> {
 
 fn of_model(model: &Table, shot: &Table, add: &mut impl FnMut(String)) {
     let quadric = model.get("quadric").and_then(Value::as_table);
-    let obj = model.get("obj").and_then(Value::as_str).unwrap_or_default();
-    let named = obj.trim_end_matches(".obj").split_once('-');
+    let file = ["obj", "gltf"].into_iter().find_map(|key| model.get(key)).and_then(Value::as_str);
+    let mut parts = file.unwrap_or_default().split('.');
+    let named = parts.next().and_then(|name| name.split_once('-'));
+    let by_file = parts.next().filter(|_| model.contains_key("gltf"));
+    if let Some(motion) = by_file {
+        add(format!("model: glTF, {motion}"));
+    }
     let (shape, material) = match quadric {
         Some(quadric) => {
             let text = |key| quadric.get(key).and_then(Value::as_str).unwrap_or_default();
@@ -128,7 +133,7 @@ fn of_model(model: &Table, shot: &Table, add: &mut impl FnMut(String)) {
     if has(&["map_ke", "map_ks", "map_ns", "map_pr", "map_pm"]) {
         add("material: parameters of pictures".into());
     }
-    if kind == "glows" && (passes || moves != "rests" || model.contains_key("shapes")) {
+    if kind == "glows" && (passes || moves != "rests" || model.contains_key("shapes") || by_file.is_some()) {
         add("what glows changes".into());
     }
 }

@@ -1,7 +1,10 @@
 //! The files that shots name: small meshes, textures and maps, each made of its own name. A mesh is called
-//! `SHAPE-MATERIAL.obj`, and one of its deformed shapes `SHAPE-MATERIAL.NUMBER.obj`.
+//! `SHAPE-MATERIAL.obj`, and one of its deformed shapes `SHAPE-MATERIAL.NUMBER.obj`; as [glTF](crate::glb) it is
+//! `SHAPE-MATERIAL.MOTION.glb`.
 
 use std::fmt::Write;
+
+use crate::glb;
 
 /// Shapes that a mesh may have, with what each of them is for.
 pub const SHAPES: [&str; 11] = [
@@ -48,6 +51,11 @@ pub fn content(name: &str) -> Option<Vec<u8>> {
             Some(bmp(4, |x, y| [(64 * x) as u8, (200 - 40 * y) as u8, (255 - 50 * ((x + y) % 4)) as u8]))
         }
         MAP => Some(hdr()),
+        _ if name.ends_with(".glb") => {
+            let (named, motion) = name.strip_suffix(".glb")?.split_once('.')?;
+            let (shape, material) = named.split_once('-')?;
+            glb::MOTIONS.contains(&motion).then(|| Some(glb::file(&Mesh::of(shape)?, material, motion)))?
+        }
         _ => {
             let mut parts = name.strip_suffix(".obj")?.split('.');
             let (shape, material) = parts.next()?.split_once('-')?;
@@ -67,10 +75,10 @@ fn mtl() -> String {
 
 /// Corners and faces, counted from 0.
 #[derive(Debug, Default)]
-struct Mesh {
-    corners: Vec<[f64; 3]>,
-    faces: Vec<Vec<usize>>,
-    is_smooth: bool,
+pub struct Mesh {
+    pub corners: Vec<[f64; 3]>,
+    pub faces: Vec<Vec<usize>>,
+    pub is_smooth: bool,
 }
 
 impl Mesh {
@@ -111,6 +119,12 @@ impl Mesh {
             _ => return None,
         }
         Some(mesh)
+    }
+
+    /// Normals of a smooth mesh, one for each corner; not all of them have unit length.
+    pub fn normals(&self) -> Vec<[f64; 3]> {
+        let is_flat = self.corners.iter().all(|[_, y, _]| *y == 0.0);
+        self.corners.iter().map(|corner| if is_flat { [0., 1., 0.] } else { *corner }).collect()
     }
 
     fn add(&mut self, corners: &[[f64; 3]]) {
@@ -177,10 +191,8 @@ fn obj(mesh: &Mesh, material: &str, bend: u32) -> String {
         let _ = writeln!(text, "vt {} {}", x + 0.3 * z, y + 0.7 * z);
     }
     if mesh.is_smooth {
-        for [x, y, z] in &mesh.corners {
-            let normal =
-                if mesh.corners.iter().all(|[_, y, _]| *y == 0.0) { [0., 1., 0.] } else { [*x, *y, *z] };
-            let _ = writeln!(text, "vn {} {} {}", normal[0], normal[1], normal[2]);
+        for [x, y, z] in mesh.normals() {
+            let _ = writeln!(text, "vn {x} {y} {z}");
         }
     }
     let _ = writeln!(text, "usemtl {material}");

@@ -13,6 +13,7 @@ pub mod dice;
 pub mod features;
 pub mod files;
 pub mod generate;
+pub mod glb;
 pub mod run;
 pub mod shrink;
 mod store;

@@ -90,7 +90,8 @@ impl Trial {
     /// may differ from another.
     pub fn has_coinciding_movers(&self) -> bool {
         let models: Vec<&Table> = self.models().collect();
-        let moves = |model: &Table| ["key", "shapes", "visible"].iter().any(|key| model.contains_key(*key));
+        let keys = ["key", "shapes", "visible", "gltf"];
+        let moves = |model: &Table| keys.iter().any(|key| model.contains_key(*key));
         (1..models.len()).any(|number| moves(models[number]) && models[..number].contains(&models[number]))
     }
 

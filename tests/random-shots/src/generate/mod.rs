@@ -22,6 +22,9 @@ const HOSTILE: usize = 16;
 /// Copies have dice of their own: without them a shot is what it was before there were any.
 const COPIES: u64 = 0x00C0_71E5;
 
+/// So have the meshes that come from glTF files.
+const GLTF: u64 = 0x0061_7F00;
+
 /// The shot of this seed.
 pub fn generate(seed: u64) -> Table {
     let mut dice = Dice::new(seed);
@@ -38,6 +41,7 @@ pub fn generate(seed: u64) -> Table {
         hostile::spoil(dice, &mut shot);
     }
     models::add_copies(&mut Dice::new(seed ^ COPIES), &mut shot);
+    models::add_gltf(&mut Dice::new(seed ^ GLTF), &mut shot);
     // at the end, so that all else stays what a seed has always given
     settings::add_caustics(dice, &mut shot);
     settings::add_clamp(dice, &mut shot);

@@ -7,6 +7,7 @@ use super::tracks::{Way, add_keys, add_visibility};
 use super::{color, numbers, place, table};
 use crate::dice::Dice;
 use crate::files::{MATERIALS, SHAPES};
+use crate::glb::MOTIONS;
 
 /// Models of a shot, at most.
 const MOST: usize = 5;
@@ -53,6 +54,29 @@ pub fn add_copies(dice: &mut Dice, shot: &mut Table) {
     let model = dice.pick(&meshes).clone();
     for _ in 0..2 + dice.below(2) {
         models.push(Value::Table(copy_at_rest(dice, &model)));
+    }
+}
+
+/// Perhaps one mesh of the shot comes from a glTF file, wherever it is, and moves as that says, on top of all else.
+pub fn add_gltf(dice: &mut Dice, shot: &mut Table) {
+    if !dice.one_in(3) {
+        return;
+    }
+    let Some(models) = shot.get_mut("model").and_then(Value::as_array_mut) else { return };
+    let mut models: Vec<&mut Table> = models.iter_mut().filter_map(Value::as_table_mut).collect();
+    let obj = |model: &Table| model.get("obj").and_then(Value::as_str).map(String::from);
+    let is_plain = |name: &String| {
+        !models.iter().any(|model| obj(model).as_ref() == Some(name) && model.contains_key("shapes"))
+    };
+    let names: Vec<String> = models.iter().filter_map(|model| obj(model)).filter(is_plain).collect();
+    if names.is_empty() {
+        return;
+    }
+    let name = dice.pick(&names).clone();
+    let file = format!("{}.{}.glb", name.trim_end_matches(".obj"), dice.pick(&MOTIONS));
+    for model in models.iter_mut().filter(|model| obj(model).as_ref() == Some(&name)) {
+        model.remove("obj");
+        model.insert("gltf".into(), file.as_str().into());
     }
 }
 
