@@ -73,10 +73,17 @@ impl Document {
         check_memory(path, &text)?;
         let json: Json = serde_json::from_slice(&text).map_err(|error| {
             // files of another version are made otherwise: the version is what is wrong with them
-            let other = serde_json::from_slice(&text)
-                .ok()
-                .and_then(|Versioned { asset }| check_version(path, &asset).err());
-            let message = format!("the JSON of this glTF file cannot be read: {error}");
+            let other = serde_json::from_slice(&text).ok().and_then(|Versioned { asset }| {
+                // version 1 may be a number
+                let version = match asset.version {
+                    serde_json::Value::String(text) => text,
+                    other => other.to_string(),
+                };
+                check_version(path, &Asset { version, ..Asset::default() }).err()
+            });
+            let message = format!(
+                "the JSON of this glTF file cannot be read ({error}): it is damaged; export it again"
+            );
             other.unwrap_or_else(|| SceneError::new(path, message))
         })?;
         drop(text);
@@ -211,7 +218,12 @@ fn split(bytes: Vec<u8>) -> Result<(Vec<u8>, Option<Vec<u8>>), String> {
 /// What files of all versions state.
 #[derive(Debug, Deserialize)]
 struct Versioned {
-    asset: Asset,
+    asset: VersionedAsset,
+}
+
+#[derive(Debug, Deserialize)]
+struct VersionedAsset {
+    version: serde_json::Value,
 }
 
 fn check_version(path: &Path, asset: &Asset) -> Result<(), SceneError> {
@@ -292,7 +304,11 @@ pub fn extension<T: DeserializeOwned>(
     name: &str,
 ) -> Result<Option<T>, SceneError> {
     let read = |value: &serde_json::Value| {
-        let fault = |error| document.fault(format!("the extension `{name}` makes no sense: {error}"));
+        let fault = |error| {
+            document.fault(format!(
+                "the extension `{name}` makes no sense ({error}): it is damaged; export the file again"
+            ))
+        };
         T::deserialize(value).map_err(fault)
     };
     all.get(name).map(read).transpose()

@@ -31,7 +31,7 @@ pub struct Geometry {
     /// Tangents that the file states, none at all or one a vertex: a direction, and the side of the other one. Zero where it
     /// states none.
     pub tangents: Vec<[f32; 4]>,
-    /// Vertices of the triangles. Each has an area.
+    /// Vertices of the triangles.
     pub triangles: Vec<[u32; 3]>,
     /// Runs of consecutive triangles with the same material: the number of triangles, and that of the material in the file.
     pub uses: Vec<(usize, Option<usize>)>,
@@ -52,6 +52,22 @@ impl Geometry {
         let Some(first) = alphas.next() else { return VertexAlpha::OPAQUE };
         if alphas.all(|alpha| alpha == first) { VertexAlpha::Even(first) } else { VertexAlpha::Uneven }
     }
+
+    /// The same without the triangles that have no area where the vertices are at these positions; at rest if none are given.
+    pub fn without_closed(mut self, positions: Option<&[[f32; 3]]>) -> Self {
+        let positions = positions.unwrap_or(&self.positions);
+        let mut begin = 0;
+        let mut open = Vec::with_capacity(self.triangles.len());
+        for (count, _) in &mut self.uses {
+            let (all, before) = (&self.triangles[begin..begin + *count], open.len());
+            open.extend(all.iter().copied().filter(|triangle| has_area(positions, *triangle)));
+            begin += *count;
+            *count = open.len() - before;
+        }
+        self.triangles = open;
+        self.uses.retain(|(count, _)| *count > 0);
+        self
+    }
 }
 
 /// Four joints of each vertex, and their weights.
@@ -65,7 +81,7 @@ pub struct Influences {
 /// Attributes of vertices, with the accessors in which they are: primitives with the same ones share their vertices.
 type Attributes = (Vec<(String, usize)>, Vec<Vec<(String, usize)>>, UvSets);
 
-/// Reads the mesh with this number. It may have no triangles.
+/// Reads the mesh with this number. It may have no triangles, and some without an area: a deformation may open them.
 ///
 /// # Errors An accessor that is damaged or makes no sense.
 pub fn read(document: &Document, mesh: usize) -> Result<Geometry, SceneError> {
@@ -99,8 +115,7 @@ pub fn read(document: &Document, mesh: usize) -> Result<Geometry, SceneError> {
         }
         let before = geometry.triangles.len();
         let triangles = cut(mode, &corners).into_iter().map(|triangle| triangle.map(|corner| corner + first));
-        let positions = &geometry.positions;
-        geometry.triangles.extend(triangles.filter(|triangle| has_area(positions, *triangle)));
+        geometry.triangles.extend(triangles);
         geometry.uses.push((geometry.triangles.len() - before, primitive.material));
     }
     geometry.uses.retain(|(count, _)| *count > 0);

@@ -26,9 +26,13 @@ const DEFAULT_INDEX: f64 = 1.5;
 /// Alpha below which a material with cut-outs is not there, if the file does not say.
 const DEFAULT_CUTOFF: f64 = 0.5;
 
+/// Code of the filter of pictures whose texels are to be seen as squares.
+const NEAREST: u32 = 9728;
+
 /// Parameters that a texture of metal and roughness gives.
-const METAL_ROUGH: [(MapUse, Channel); 2] = [METAL, (MapUse::Roughness, Channel::Green)];
+const METAL_ROUGH: [(MapUse, Channel); 2] = [METAL, ROUGHNESS];
 const METAL: (MapUse, Channel) = (MapUse::Metal, Channel::Blue);
+const ROUGHNESS: (MapUse, Channel) = (MapUse::Roughness, Channel::Green);
 
 /// A material of a file: the values that MTL files state as well, and the rest.
 #[derive(Debug, Default)]
@@ -275,11 +279,9 @@ impl Assembly {
         if transmits == 0.0 {
             return self.read_opaque(document, json, alpha, read);
         }
-        // glass is of one kind all over
+        // glass lets as much through all over
         let surface = pbr.metallic_roughness_texture.as_ref().map(|info| self.mean_numbers(document, info));
-        let surface = surface.transpose()?.unwrap_or(DVec3::ONE);
-        let (roughness, metallic) = (roughness * surface.y, metallic * surface.z);
-        let through = transmits * (1.0 - metallic);
+        let through = transmits * (1.0 - metallic * surface.transpose()?.map_or(1.0, |means| means.z));
         if through == 0.0 {
             return self.read_opaque(document, json, alpha, read);
         }
@@ -290,7 +292,7 @@ impl Assembly {
         let base = factor * self.mean_color(document, pbr.base_color_texture.as_ref())?;
         make_glass(document, json, &mut read.stated, (base, through, roughness))?;
         note_coat_of_glass(document, json)?;
-        (read.is_textured, read.of_texture) = (through < 1.0, &[]);
+        (read.is_textured, read.of_texture) = (through < 1.0, &[ROUGHNESS]);
         Ok(read)
     }
 
@@ -340,14 +342,14 @@ impl Assembly {
         let image = image_of(document, texture, info.index)?;
         let (path, decoded) = self.image(document, image, used)?;
         let TextureTransform { offset, rotation, scale, .. } = transform(document, info)?;
-        let wrap = match texture.sampler {
+        let (wrap, is_nearest) = match texture.sampler {
             Some(sampler) => {
                 let sampler = document.get(&document.json.samplers, sampler, "sampler")?;
-                [sampler.wrap_s, sampler.wrap_t].map(wrap_of)
+                ([sampler.wrap_s, sampler.wrap_t].map(wrap_of), sampler.mag_filter == Some(NEAREST))
             }
-            None => [Wrap::Repeat; 2],
+            None => ([Wrap::Repeat; 2], false),
         };
-        let mapping = Mapping { uvs, ..mapping(scale, rotation, offset, wrap) };
+        let mapping = Mapping { uvs, is_nearest, ..mapping(scale, rotation, offset, wrap) };
         if !mapping.linear.is_finite() || !mapping.offset.is_finite() {
             return Err(document
                 .fault("the offset, scale or rotation of a texture is not finite: export the file again"));
@@ -377,6 +379,14 @@ fn is_unlit(json: &Json) -> bool {
     json.extensions.contains_key("KHR_materials_unlit")
 }
 
+/// Notes that the colours of vertices have no effect, if they are those of a material that is unlit.
+pub fn note_unused_colors(document: &Document, material: Option<usize>) {
+    let json = material.and_then(|number| document.json.materials.get(number));
+    if json.is_some_and(is_unlit) {
+        document.leave_out("colours of vertices (COLOR_0) do not tint unlit materials");
+    }
+}
+
 /// Emission that a material states: its factor, times its strength.
 fn emission(document: &Document, json: &Json) -> Result<DVec3, SceneError> {
     let strength: Option<EmissiveStrength> =
@@ -391,7 +401,10 @@ fn read_alpha(document: &Document, json: &Json, alpha: VertexAlpha, read: &mut R
     match json.alpha_mode.as_deref() {
         Some("BLEND") => {
             let of_vertices = if let VertexAlpha::Even(alpha) = alpha { alpha } else { 1.0 };
-            read.stated.d = Some(pbr.base_color_factor[3].clamp(0.0, 1.0) as f32 * of_vertices);
+            let solid = pbr.base_color_factor[3].clamp(0.0, 1.0) as f32 * of_vertices;
+            read.stated.d = Some(solid);
+            // what is there in part emits in part
+            read.stated.ke = read.stated.ke.map(|emission| emission * solid);
             if alpha == VertexAlpha::Uneven {
                 let message = "blended alpha of vertices (COLOR_0) that changes over a surface cuts out what is less than half there: veils are as clear as their factor says";
                 document.leave_out(message);
@@ -421,7 +434,7 @@ fn mapping(scale: [f64; 2], rotation: f64, offset: [f64; 2], wrap: [Wrap; 2]) ->
     let linear =
         DMat2::from_cols(DVec2::new(cos * across, sin * across), DVec2::new(-sin * down, cos * down));
     let offset = DVec2::new(right + sin * down, 1.0 - below - cos * down);
-    Mapping { linear: linear.as_mat2(), offset: offset.as_vec2(), wrap, uvs: UvSet::First }
+    Mapping { linear: linear.as_mat2(), offset: offset.as_vec2(), wrap, ..Mapping::default() }
 }
 
 /// Wrapping of a sampler's code.

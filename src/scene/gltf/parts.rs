@@ -12,7 +12,7 @@ use super::bake;
 use super::document::{Document, extension};
 use super::geometry::{self, Geometry};
 use super::json::Node;
-use super::materials::{VertexAlpha, takes_alpha};
+use super::materials::{VertexAlpha, note_unused_colors, takes_alpha};
 use super::nodes::{Tree, unit};
 use super::skin;
 use crate::animation::{ShapeTrack, Track, Visibility};
@@ -159,12 +159,15 @@ impl Assembly {
             return Ok(self.rigid_mesh(document, mesh)?.map(|mesh| (mesh, None)));
         }
         let geometry = geometry::read(document, mesh)?;
+        let a_frame = if self.gltf.is_shutter_open { SHAPES_A_BLURRED_FRAME } else { 1 };
+        let shapes = skin::shapes(document, (tree, clip), node, &geometry, a_frame)?;
+        let open = skin::most_open(&geometry, &shapes);
+        let geometry = geometry.without_closed(open.among(&shapes));
         if geometry.triangles.is_empty() {
             return Ok(None);
         }
-        let own = self.gltf_mesh(document, geometry.clone())?;
-        let a_frame = if self.gltf.is_shutter_open { SHAPES_A_BLURRED_FRAME } else { 1 };
-        let (mesh, shapes) = skin::deformed(document, (tree, clip), node, &geometry, (own, a_frame))?;
+        let own = self.gltf_mesh(document, geometry)?;
+        let (mesh, shapes) = skin::with_shapes(own, shapes, open);
         Ok(Some((Arc::new(mesh), shapes)))
     }
 
@@ -174,7 +177,7 @@ impl Assembly {
         if let Some(known) = self.gltf.meshes.get(&key) {
             return Ok(known.clone());
         }
-        let geometry = geometry::read(document, mesh)?;
+        let geometry = geometry::read(document, mesh)?.without_closed(None);
         let mesh = match geometry.triangles.is_empty() {
             true => None,
             false => Some(Arc::new(self.gltf_mesh(document, geometry)?)),
@@ -205,6 +208,7 @@ impl Assembly {
             };
             if !geometry.colors.is_empty() {
                 self.color_vertices(index);
+                note_unused_colors(document, *material);
             }
             runs.push((begin..begin + count, index));
             begin += count;

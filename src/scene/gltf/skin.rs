@@ -24,18 +24,17 @@ struct Skin {
     inverse_binds: Vec<DAffine3>,
 }
 
-/// Deforms `mesh`, made of `geometry`, as node `number` shows it. Meshes with a skin come to lie in the space of the scene.
-///
-/// Returns the mesh in its only shape, or with all its shapes and their times, of which each frame has so many (`a_frame`).
+/// Shapes of a mesh as node `number` shows it, with their times, of which each frame has so many (`a_frame`). Meshes with a skin come
+/// to lie in the space of the scene.
 ///
 /// # Errors Joints that are not there, or more shapes than there is memory for.
-pub fn deformed(
+pub fn shapes(
     document: &Document,
     (tree, clip): (&Tree, &Clip),
     number: usize,
     geometry: &Geometry,
-    (mesh, a_frame): (Mesh, u32),
-) -> Result<(Mesh, Option<ShapeTrack>), SceneError> {
+    a_frame: u32,
+) -> Result<Distinct, SceneError> {
     let pose = Pose::new(document, number, geometry)?;
     let frames = match is_animated(tree, clip, number, pose.skin.as_ref()) {
         true => clip.moments(a_frame),
@@ -53,7 +52,47 @@ pub fn deformed(
         }
         shapes.add(frame, positions);
     }
-    Ok(with_shapes(mesh, shapes))
+    Ok(shapes)
+}
+
+/// The shape in which the samples of a mesh are kept.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Kept {
+    /// That of the file.
+    AtRest,
+    /// One of its shapes, by number.
+    Shape(usize),
+}
+
+impl Kept {
+    /// Positions of the vertices in a shape; none for that of the file.
+    pub fn among(self, shapes: &Distinct) -> Option<&[[f32; 3]]> {
+        match self {
+            Self::AtRest => None,
+            Self::Shape(number) => Some(&shapes.list[number]),
+        }
+    }
+}
+
+/// The shape in which no triangle is closed up to a line, or as few as possible: the first one, if that is as good as others, since a
+/// mesh may be bound at another scale than it is seen.
+pub fn most_open(geometry: &Geometry, shapes: &Distinct) -> Kept {
+    if shapes.list.len() == 1 {
+        return Kept::Shape(0);
+    }
+    let later = (1..shapes.list.len()).map(Kept::Shape);
+    let mut best = (Kept::Shape(0), usize::MAX);
+    for kept in [Kept::Shape(0), Kept::AtRest].into_iter().chain(later) {
+        let positions = kept.among(shapes).unwrap_or(&geometry.positions);
+        let closed = geometry.triangles.iter().filter(|triangle| !has_area(positions, **triangle)).count();
+        if closed < best.1 {
+            best = (kept, closed);
+        }
+        if closed == 0 {
+            break;
+        }
+    }
+    best.0
 }
 
 /// A node's skin, and the weights of its morph targets at rest.
@@ -108,22 +147,23 @@ fn is_animated(tree: &Tree, clip: &Clip, number: usize, skin: Option<&Skin>) -> 
     skin.is_some_and(|skin| skin.joints.iter().any(|joint| moved[*joint])) || is_morphed()
 }
 
-/// Gives a mesh its shapes; one alone becomes its own shape.
-fn with_shapes(mesh: Mesh, shapes: Distinct) -> (Mesh, Option<ShapeTrack>) {
+/// Gives a mesh its shapes; one alone becomes its own shape. `kept`: the one in which its samples are kept, in which all its triangles
+/// have an area.
+pub fn with_shapes(mesh: Mesh, shapes: Distinct, kept: Kept) -> (Mesh, Option<ShapeTrack>) {
+    let own = kept.among(&shapes).map(<[_]>::to_vec);
     let Distinct { list, keys, .. } = shapes;
     if list.len() == 1 && list[0] == mesh.positions.as_slice() {
         return (mesh, None);
     }
     let places = places(mesh.positions.as_slice(), &list);
-    let first = list[0].clone();
     let count = list.len();
     let shapes = Shapes::new(list, &mesh.triangles, &mesh.normals, &places);
-    // a mesh may be bound at another scale than it is seen: samples are kept in the first shape, unless faces are closed up there
-    let mesh = if count == 1 || mesh.triangles.iter().all(|triangle| has_area(&first, *triangle)) {
-        let normals = shapes.normals(&first, &mesh.triangles);
-        Mesh { positions: Arc::new(VertexBuffer::new(first)), normals, ..mesh }
-    } else {
-        mesh
+    let mesh = match own {
+        Some(positions) => {
+            let normals = shapes.normals(&positions, &mesh.triangles);
+            Mesh { positions: Arc::new(VertexBuffer::new(positions)), normals, ..mesh }
+        }
+        None => mesh,
     };
     if count == 1 {
         return (mesh, None);

@@ -119,7 +119,10 @@ fn fit(document: &Document, (tree, clip): (&Tree, &Clip), size: [u32; 2]) -> Res
     for number in &tree.shown {
         let node = &document.json.nodes[*number];
         let Some(mesh) = node.mesh else { continue };
-        let geometry = geometry::read(document, mesh)?;
+        let mut geometry = geometry::read(document, mesh)?;
+        if node.skin.is_none() && geometry.targets.is_empty() {
+            geometry = geometry.without_closed(None);
+        }
         let pose = Pose::new(document, *number, &geometry)?;
         let first = positions.len() as u32;
         let of_node = pose.positions(document, (tree, clip), &geometry, 1.0);

@@ -88,6 +88,9 @@ struct Derived {
     slope: f32,
 }
 
+/// What tells textures apart: the address of the picture, which stays, and its mapping, numbers by their bits.
+type TextureKey = (usize, [u32; 6], [Wrap; 2], UvSet, bool);
+
 /// Textures of all materials so far.
 #[derive(Default)]
 pub(crate) struct Pictures {
@@ -106,8 +109,8 @@ pub(crate) struct Pictures {
     memory: TextureMemory,
     /// Pager of the pictures beyond that, once there are some.
     pager: Option<Arc<Pager>>,
-    /// Indices of textures, by the address of the picture, which stays, and the bits of its mapping.
-    indices: HashMap<(usize, [u32; 6], [Wrap; 2], UvSet), u32>,
+    /// Indices of textures.
+    indices: HashMap<TextureKey, u32>,
 }
 
 impl Pictures {
@@ -277,10 +280,10 @@ impl Pictures {
 
     /// Index of a texture: the same for equal ones.
     pub fn place(&mut self, texture: Texture) -> u32 {
-        let Mapping { linear, offset, wrap, uvs } = texture.mapping;
+        let Mapping { linear, offset, wrap, uvs, is_nearest } = texture.mapping;
         let [ux, uy, vx, vy] = linear.to_cols_array();
         let placed = [ux, uy, vx, vy, offset.x, offset.y].map(f32::to_bits);
-        let key = (Arc::as_ptr(&texture.image).addr(), placed, wrap, uvs);
+        let key = (Arc::as_ptr(&texture.image).addr(), placed, wrap, uvs, is_nearest);
         *self.indices.entry(key).or_insert_with(|| {
             self.textures.push(texture);
             (self.textures.len() - 1) as u32

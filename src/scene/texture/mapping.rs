@@ -13,6 +13,8 @@ pub struct Mapping {
     pub wrap: [Wrap; 2],
     /// Texture coordinates that are meant.
     pub uvs: UvSet,
+    /// True if each place shows the texel that it is in: nothing is interpolated between the centres of texels.
+    pub is_nearest: bool,
 }
 
 /// Set of texture coordinates of a mesh.
@@ -39,14 +41,20 @@ pub enum Wrap {
 
 impl Default for Mapping {
     fn default() -> Self {
-        Self { linear: Mat2::IDENTITY, offset: Vec2::ZERO, wrap: [Wrap::Repeat; 2], uvs: UvSet::First }
+        Self {
+            linear: Mat2::IDENTITY,
+            offset: Vec2::ZERO,
+            wrap: [Wrap::Repeat; 2],
+            uvs: UvSet::First,
+            is_nearest: false,
+        }
     }
 }
 
 impl Mapping {
     /// Creates a mapping that scales u and v by themselves.
     pub fn scaled(scale: Vec2, offset: Vec2, wrap: [Wrap; 2]) -> Self {
-        Self { linear: Mat2::from_diagonal(scale), offset, wrap, uvs: UvSet::First }
+        Self { linear: Mat2::from_diagonal(scale), offset, wrap, ..Self::default() }
     }
 
     /// Place in the picture of texture coordinates, v upwards; beyond 0 and 1 it wraps.
@@ -80,8 +88,9 @@ impl Placement {
         let [across, down] = self.mapping.wrap;
         let (x0, x1, fx) = neighbours(uv.x, self.width, across);
         let (y0, y1, fy) = neighbours(1.0 - uv.y, self.height, down);
+        let shares = if self.mapping.is_nearest { [fx.round(), fy.round()] } else { [fx, fy] };
         let index = |x: u32, y: u32| y as usize * self.width as usize + x as usize;
-        Between { texels: [index(x0, y0), index(x1, y0), index(x0, y1), index(x1, y1)], shares: [fx, fy] }
+        Between { texels: [index(x0, y0), index(x1, y0), index(x0, y1), index(x1, y1)], shares }
     }
 }
 

@@ -188,6 +188,17 @@ mod tests {
     }
 
     #[test]
+    fn texels_are_squares_where_nothing_is_interpolated() {
+        let mapping = Mapping { is_nearest: true, ..Mapping::default() };
+        let picture = Texture { mapping, ..texture(Wrap::Repeat) };
+        for (u, v, expected) in
+            [(0.01, 0.99, Vec3::X), (0.49, 0.51, Vec3::X), (0.51, 0.51, Vec3::Y), (0.49, 0.01, Vec3::Z)]
+        {
+            assert_eq!(picture.color(Vec2::new(u, v), 0), expected, "{u} {v}");
+        }
+    }
+
+    #[test]
     fn each_direction_wraps_by_itself() {
         let mapping = Mapping { wrap: [Wrap::Repeat, Wrap::Clamp], ..Mapping::default() };
         let picture = Texture { mapping, ..texture(Wrap::Repeat) };

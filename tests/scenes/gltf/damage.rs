@@ -149,8 +149,9 @@ fn no_damage_stops_the_program() {
 #[test]
 fn files_of_another_version_are_known_by_it() {
     for (version, expected) in [
-        ("1.1", "it is no glTF file of version 2 but of version 1.1: export it as glTF 2.0"),
-        ("2.0", "the JSON of this glTF file cannot be read: invalid type: map, expected a sequence"),
+        (json!("1.1"), "it is no glTF file of version 2 but of version 1.1: export it as glTF 2.0"),
+        (json!(1.5), "it is no glTF file of version 2 but of version 1.5: export it as glTF 2.0"),
+        (json!("2.0"), "the JSON of this glTF file cannot be read (invalid type: map, expected a sequence"),
     ] {
         let mut file = File::new();
         file.json["asset"] = json!({"version": version});

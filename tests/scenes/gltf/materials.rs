@@ -27,6 +27,8 @@ fn materials_are_metal_rough() {
     let (veil, _) = material(json!({"pbrMetallicRoughness": pbr, "alphaMode": "BLEND"}));
     assert!((veil.metal_rough.unwrap().solid - 0.3).abs() < 1e-6 && veil.name == "material 0");
     assert!(matches!(veil.optics, Optics::Glass { index: 1.0, .. }));
+    let dim = json!({"pbrMetallicRoughness": pbr, "alphaMode": "BLEND", "emissiveFactor": [1, 0, 0.5]});
+    assert!(material(dim).0.emission.abs_diff_eq(Vec3::new(0.3, 0.0, 0.15), 1e-6), "what is there in part");
     let extensions =
         json!({"KHR_materials_emissive_strength": {"emissiveStrength": 4}, "KHR_materials_ior": {"ior": 2}});
     let (lamp, _) = material(json!({"emissiveFactor": [1, 0.5, 0], "extensions": extensions}));
@@ -167,7 +169,7 @@ fn pictures_may_be_in_the_file_or_beside_it() {
     let uri = format!("data:image/png;base64,{}", base64(&picture));
     file.json["images"] =
         json!([{"bufferView": view, "mimeType": "image/png"}, {"uri": uri}, {"uri": "maps/my%20wood.png"}]);
-    file.json["samplers"] = json!([{"wrapS": 33071, "wrapT": 33648}]);
+    file.json["samplers"] = json!([{"wrapS": 33071, "wrapT": 33648, "magFilter": 9728}]);
     file.json["textures"] = json!([{"source": 0}, {"source": 1}, {"source": 2, "sampler": 0}]);
     let transform = json!({"KHR_texture_transform": {"offset": [0.25, 0.5], "scale": [2, 4]}});
     let of = |texture: usize| json!({"index": texture, "extensions": transform});
@@ -193,7 +195,8 @@ fn pictures_may_be_in_the_file_or_beside_it() {
         let texture = &shot.scene.textures[material.diffuse_map.unwrap() as usize];
         assert_eq!((texture.size(), texture.texels().get(1).bytes()), ([2, 1], [0, 102, 51, 255]));
         let mapping = Mapping::scaled(Vec2::new(2.0, 4.0), Vec2::new(0.25, -3.5), wrap);
-        assert_eq!(texture.mapping, mapping);
+        let is_nearest = wrap[0] == Wrap::Clamp;
+        assert_eq!(texture.mapping, Mapping { is_nearest, ..mapping });
         // green is roughness, blue is metal
         let layer = material.metal_rough.unwrap();
         assert!((layer.metallic - 0.1).abs() < 1e-6);
@@ -214,6 +217,39 @@ fn pictures_may_be_in_the_file_or_beside_it() {
     fs::remove_file(folder.path().join("maps/my wood.png")).unwrap();
     let error = load_in(folder.path(), &text, true).unwrap_err();
     assert!(error.contains("the texture `maps/my wood.png` cannot be found"), "{error}");
+}
+
+/// A picture of roughness makes glass frosted in places.
+#[test]
+fn glass_is_as_rough_as_its_picture() {
+    let mut file = File::new();
+    let positions = file.vectors(&[[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]);
+    let uvs = file.floats("VEC2", 2, &[0.0, 0.0, 1.0, 0.0, 0.0, 1.0]);
+    let view = file.view(&png([[0, 255, 0, 255], [0, 51, 0, 255]]));
+    file.json["images"] = json!([{"bufferView": view, "mimeType": "image/png"}]);
+    file.json["textures"] = json!([{"source": 0}]);
+    let material = file.add(
+        "materials",
+        json!({"pbrMetallicRoughness": {"roughnessFactor": 0.5, "metallicRoughnessTexture": {"index": 0}},
+            "extensions": {"KHR_materials_transmission": {"transmissionFactor": 1},
+                "KHR_materials_volume": {"thicknessFactor": 1}}}),
+    );
+    let attributes = json!({"POSITION": positions, "TEXCOORD_0": uvs});
+    let mesh = file.mesh(json!({"attributes": attributes, "material": material}));
+    file.root(json!({"mesh": mesh}));
+    let shot = load(&file, "");
+    let variants = shot.scene.materials.iter().filter(|material| material.variant_of.is_some());
+    let mut roughness: Vec<f32> = variants
+        .inspect(|material| {
+            assert!(matches!(material.optics, Optics::Glass { index: 1.5, .. }), "{material:?}")
+        })
+        .map(|material| material.metal_rough.unwrap().roughness)
+        .collect();
+    roughness.sort_by(f32::total_cmp);
+    assert!(
+        roughness.len() == 2 && (roughness[0] - 0.1).abs() < 0.01 && roughness[1] == 0.5,
+        "{roughness:?}"
+    );
 }
 
 /// The example of the extension's page: "only the lower left quadrant of the source image, rotated clockwise 90°".

@@ -539,6 +539,34 @@ fn morph_targets_add_up_by_their_weights() {
     );
 }
 
+/// Faces that are closed up in the file, and opened by a target, are there: in motion, and where a weight holds them open.
+#[test]
+fn targets_open_what_is_closed_at_rest() {
+    let mut file = File::new();
+    let corners = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 0.0], [2.0, 0.0, 0.0]];
+    let positions = file.vectors(&corners);
+    let up = file.vectors(&[[0.0; 3], [0.0; 3], [0.0, 1.0, 0.0], [0.0, 1.0, 0.0], [0.0; 3]]);
+    // the last one is closed for ever
+    let indices = file.indices(&[0, 1, 2, 0, 2, 3, 0, 1, 4]);
+    let attributes = json!({"POSITION": positions});
+    let mesh = json!({"attributes": attributes, "indices": indices, "targets": [{"POSITION": up}]});
+    let [moving, held] = [0.0, 1.0].map(|weight| {
+        let mesh = file.mesh(mesh.clone());
+        file.json["meshes"][mesh]["weights"] = json!([weight]);
+        file.root(json!({"mesh": mesh}))
+    });
+    let weights = file.floats("SCALAR", 1, &[0.0, 1.0]);
+    file.animate(moving, "weights", "LINEAR", &[0.0, 0.5], weights);
+    let shot = load(&file, "");
+    for model in [moving, held] {
+        let mesh = &shot.scene.models[model].mesh;
+        assert_eq!(mesh.triangles.iter().collect::<Vec<_>>().len(), 2, "{model}");
+        assert!(mesh.positions.as_slice()[2][1] > 0.0, "samples are kept where it is open");
+    }
+    assert_eq!(deformed(&shot, moving, 1)[2], [1.0, 0.0, 0.0]);
+    assert_eq!(deformed(&shot, moving, 13)[2], [1.0, 1.0, 0.0]);
+}
+
 #[test]
 fn reuse_is_exact_where_nodes_move_and_skins_bend() {
     let mut file = bent();
