@@ -5,12 +5,20 @@ use std::fmt;
 use std::io::BufReader;
 use std::path::Path;
 
+use rayon::prelude::*;
+
 use super::fingerprint::{self, Fingerprint};
 use super::look::on_screen;
 use super::staged::{WriteError, write_bytes};
 use crate::film::{Film, Plane};
 use crate::input::{self, Kind};
 use crate::settings::Look;
+
+/// Red, green and blue.
+const CHANNELS: usize = 3;
+
+/// Pixels that a thread converts at once.
+const AT_ONCE: usize = 1 << 13;
 
 /// Reason why there is no preview.
 #[derive(Debug)]
@@ -83,10 +91,14 @@ fn encoded(size: [u32; 2], planes: [&Plane; 3], look: Look) -> Result<Vec<u8>, P
     }
     let [red, green, blue] = planes.map(|plane| &plane.values);
     let on_screen = on_screen(look);
-    let mut bytes = Vec::with_capacity(pixels * 3);
-    for pixel in 0..pixels {
-        bytes.extend(on_screen([red, green, blue].map(|plane| plane.get(pixel))).map(srgb_byte));
-    }
+    // on all threads: where there are many, frames are done before one thread has bent their curves
+    let mut bytes = vec![0; pixels * CHANNELS];
+    bytes.par_chunks_mut(AT_ONCE * CHANNELS).enumerate().for_each(|(number, some)| {
+        for (pixel, bytes) in (number * AT_ONCE..).zip(some.chunks_exact_mut(CHANNELS)) {
+            let shown = on_screen([red, green, blue].map(|plane| plane.get(pixel)));
+            bytes.copy_from_slice(&shown.map(srgb_byte));
+        }
+    });
     Ok(bytes)
 }
 
