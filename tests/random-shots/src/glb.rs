@@ -137,8 +137,13 @@ pub fn file(mesh: &Mesh, material: &str, motion: &str) -> Vec<u8> {
         attributes["NORMAL"] = file.floats("VEC3", 3, mesh.normals().as_flattened()).into();
     }
     if is_painted {
-        let color = |number: usize| [0.5, 1.0, 0.2 * (number % 5) as f64, [1.0, 0.9, 0.1][number % 3]];
-        let colors: Vec<f64> = (0..count).flat_map(color).collect();
+        // by place: of two surfaces in one place, either may be met
+        let first = |corner: &[f64; 3]| mesh.corners.iter().position(|other| other == corner).unwrap_or(0);
+        let color = |corner| {
+            let number = first(corner);
+            [0.5, 1.0, 0.2 * (number % 5) as f64, [1.0, 0.9, 0.1][number % 3]]
+        };
+        let colors: Vec<f64> = mesh.corners.iter().flat_map(color).collect();
         attributes["COLOR_0"] = file.floats("VEC4", 4, &colors).into();
     }
     let is_skinned = motion == "skin";
