@@ -189,7 +189,9 @@ pub fn tiles_in_band(least: u32) -> u32 {
 /// Takes tiles through all phases.
 fn run_band(work: &Work, runs: Vec<TileRun>, scratch: &Mutex<Vec<ThreadScratch>>) -> TileSum {
     let lock = || scratch.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+    // one by one: where much is new, a run takes as long as whole rows of others, and whoever has taken it must not keep more
     runs.into_par_iter()
+        .with_max_len(1)
         .fold(
             || (lock().pop().unwrap_or_default(), SampleCounts::default(), NonZeroPlanes::default()),
             |(mut scratch, mut samples, mut written), run| {
