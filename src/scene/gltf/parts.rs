@@ -159,6 +159,9 @@ impl Assembly {
             return Ok(self.rigid_mesh(document, mesh)?.map(|mesh| (mesh, None)));
         }
         let geometry = geometry::read(document, mesh)?;
+        if geometry.triangles.is_empty() {
+            return Ok(None);
+        }
         let a_frame = if self.gltf.is_shutter_open { SHAPES_A_BLURRED_FRAME } else { 1 };
         let shapes = skin::shapes(document, (tree, clip), node, &geometry, a_frame)?;
         let open = skin::most_open(&geometry, &shapes);

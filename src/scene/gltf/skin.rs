@@ -80,19 +80,18 @@ pub fn most_open(geometry: &Geometry, shapes: &Distinct) -> Kept {
     if shapes.list.len() == 1 {
         return Kept::Shape(0);
     }
-    let later = (1..shapes.list.len()).map(Kept::Shape);
-    let mut best = (Kept::Shape(0), usize::MAX);
-    for kept in [Kept::Shape(0), Kept::AtRest].into_iter().chain(later) {
-        let positions = kept.among(shapes).unwrap_or(&geometry.positions);
-        let closed = geometry.triangles.iter().filter(|triangle| !has_area(positions, **triangle)).count();
-        if closed < best.1 {
-            best = (kept, closed);
-        }
-        if closed == 0 {
-            break;
-        }
+    let all = || [Kept::Shape(0), Kept::AtRest].into_iter().chain((1..shapes.list.len()).map(Kept::Shape));
+    let is_closed = |kept: Kept, triangle: [u32; 3]| {
+        !has_area(kept.among(shapes).unwrap_or(&geometry.positions), triangle)
+    };
+    let triangles = || geometry.triangles.iter().copied();
+    // most meshes that have any closed at first, at the poles of a sphere say, never open them
+    let opens = |triangle: [u32; 3]| all().any(|kept| !is_closed(kept, triangle));
+    if !triangles().filter(|triangle| is_closed(Kept::Shape(0), *triangle)).any(opens) {
+        return Kept::Shape(0);
     }
-    best.0
+    let closed = |kept: &Kept| triangles().filter(|triangle| is_closed(*kept, *triangle)).count();
+    all().min_by_key(closed).unwrap_or(Kept::Shape(0))
 }
 
 /// A node's skin, and the weights of its morph targets at rest.

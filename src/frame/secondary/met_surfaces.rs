@@ -1,0 +1,351 @@
+//! Surfaces that rays beyond the first surface meet, and the light that they show: that of lights, and what they
+//! gather and reflect by rough layers, by [paths](crate::frame::light::light_paths) as samples do.
+
+use glam::Vec3;
+use wide::u32x8;
+
+use super::bounced_ray::Bounce;
+use super::tree_times::TreeTimes;
+use crate::frame::grid::bits::set_bits;
+use crate::frame::light::light_paths::{PathScratch, trace_paths};
+use crate::frame::light::lighting::{Places, add_light, emitted_and_ambient, shows_highlight};
+use crate::frame::light::occlusion::{self, OcclusionScratch, OpenSurface};
+use crate::frame::light::path_ends::{DrawnLayer, PathStart};
+use crate::frame::light::shadow::{ShadowQueue, facing};
+use crate::frame::shot::frame_view::FrameView;
+use crate::frame::shot::plan::ShadowCheck;
+use crate::frame::surface::ray_tally::RayTally;
+use crate::lanes::{F32x8, LANES, Mask, Vec3x8};
+use crate::pose::LightPose;
+use crate::samples::Tag;
+use crate::shade::area;
+use crate::shade::coat::{LayerRays, SeenBy, SeenCoat, SeenCoats};
+use crate::shade::light::{StratifiedPattern, light_sample, light_samples, seeds_of_places, to_light};
+use crate::shade::sampling::{PathSequence, orthonormal, seed_of};
+use crate::shade::surface::off_surfaces;
+use crate::shade::{Surface, phong};
+use crate::trace::{Coherence, SceneSubset};
+
+/// A surface that a ray has met.
+#[derive(Debug, Clone, Copy)]
+pub struct MetSurface {
+    /// The ray.
+    pub bounce: Bounce,
+    pub surface: Surface,
+    /// Light that it shows, once that is [known](MetSurfaces::light).
+    pub light: Vec3,
+}
+
+impl MetSurface {
+    /// Start of the first path by which it gathers light; `owner` is its number.
+    fn start(&self, owner: u32) -> PathStart {
+        let Surface { point, normal, geometric_normal, material, .. } = self.surface;
+        let sequence = PathSequence::of_seed(seed_of(point, material.into()));
+        let ([tangent, _], cell) = (orthonormal(normal), self.bounce.cell);
+        PathStart { owner, cell, index: 0, sequence, point, normal, tangent, geometric_normal, layer: None }
+    }
+
+    /// Layer of the surface as the ray sees it, if it has one.
+    pub fn layer(&self, frame: &FrameView) -> Option<SeenCoat> {
+        let Surface { normal, geometric_normal, material, reflectance, .. } = self.surface;
+        let incoming = self.bounce.direction;
+        frame.palette.coats.seen(material, reflectance, [normal, geometric_normal], incoming, SeenBy::Eye)
+    }
+
+    /// Number of paths or rays that it has where a sample has `count`. Noise is in proportion to the ray's
+    /// weight over the root of this number: a faint picture needs fewer for no more of it.
+    fn share_of(&self, count: u32) -> u32 {
+        let weight = self.bounce.weight.max_element().min(1.0);
+        (count.div_ceil(SHARE_OF_PATHS) as f32 * weight * weight).ceil() as u32
+    }
+}
+
+/// Surfaces that rays have met, and scratch memory for lighting them.
+#[derive(Debug, Default)]
+pub struct MetSurfaces {
+    /// The surfaces.
+    pub all: Vec<MetSurface>,
+    /// The same, eight side by side.
+    eights: Vec<MetLanes>,
+    /// Layers of some of these.
+    coats: Vec<SeenCoats>,
+    queue: ShadowQueue,
+    /// Points of the current light that reach each surface, a bit each.
+    lit: Vec<u16>,
+    /// Segments of shadow rays, if their answers' validity is asked for.
+    to_light: Vec<(Vec3, Vec3, f32)>,
+    gathering: PathScratch,
+    occlusion: OcclusionScratch,
+}
+
+impl MetSurfaces {
+    /// Computes the light that they show, and notes for how long it holds.
+    pub fn light(&mut self, frame: &FrameView, times: &mut TreeTimes, tally: &mut RayTally) {
+        light(frame, self, times, tally);
+        gather(frame, self, times, tally);
+        reflect(frame, self, times, tally);
+    }
+}
+
+/// Eight of the surfaces that were met, side by side. Lanes without one repeat the first.
+#[derive(Debug)]
+struct MetLanes {
+    point: Vec3x8,
+    normal: Vec3x8,
+    geometric_normal: Vec3x8,
+    reflectance: Vec3x8,
+    view: Vec3x8,
+    /// Seeds for the points on area lights that they ask.
+    seeds: u32x8,
+    materials: [u16; LANES],
+    /// Light that they show, summed so far.
+    light: Vec3x8,
+    /// Index of their layers, if any has one.
+    coats: Option<usize>,
+    /// Bit mask of the lanes in use.
+    used: u8,
+}
+
+impl MetLanes {
+    fn new(met: &[MetSurface]) -> Self {
+        let at = |lane: usize| &met[if lane < met.len() { lane } else { 0 }];
+        let each = |value: fn(&MetSurface) -> Vec3| {
+            let mut all = Vec3x8::ZERO;
+            (0..LANES).for_each(|lane| all.set_lane(lane, value(at(lane))));
+            all
+        };
+        let point = each(|met| met.surface.point);
+        Self {
+            point,
+            seeds: seeds_of_places(point),
+            normal: each(|met| met.surface.normal),
+            geometric_normal: each(|met| met.surface.geometric_normal),
+            reflectance: each(|met| met.surface.reflectance),
+            view: each(|met| -met.bounce.direction),
+            materials: std::array::from_fn(|lane| at(lane).surface.material),
+            light: Vec3x8::ZERO,
+            coats: None,
+            used: u8::MAX >> (LANES - met.len()),
+        }
+    }
+}
+
+/// Computes the light that comes to the surfaces straight from lights, highlights included.
+fn light(frame: &FrameView, met: &mut MetSurfaces, times: &mut TreeTimes, tally: &mut RayTally) {
+    met.eights.clear();
+    met.eights.extend(met.all.chunks(LANES).map(MetLanes::new));
+    met.coats.clear();
+    look_around(frame, met, times, tally);
+    for (first, (eight, some)) in (0..).step_by(LANES).zip(met.eights.iter_mut().zip(met.all.chunks(LANES))) {
+        let share = |lane: usize| if lane < some.len() { met.occlusion.share(first + lane) } else { 0.0 };
+        let openness = || F32x8::new(std::array::from_fn(share));
+        eight.light = emitted_and_ambient(frame, (&eight.materials, eight.reflectance), openness);
+        let MetLanes { reflectance, normal, geometric_normal, view, .. } = *eight;
+        let normals = [normal, geometric_normal];
+        let rays = |lane: usize| some.get(lane).map_or(0, |met| rays_onwards(frame, met));
+        let has_coats = frame.palette.coats.any(&eight.materials);
+        let rays = has_coats.then(|| LayerRays { count: std::array::from_fn(rays), incoming: -view });
+        let coats = frame.palette.coats.seen_lanes(&eight.materials, reflectance, normals, -view, rays);
+        if let Some(coats) = coats {
+            eight.light = coats.show(eight.light);
+            eight.coats = Some(met.coats.len());
+            met.coats.push(coats);
+        }
+    }
+    for light in frame.pose.lights.iter().filter(|light| !light.is_dark()) {
+        ask_light(frame, light, met, times, tally);
+        shine(frame, light, met);
+    }
+    for (some, eight) in met.all.chunks_mut(LANES).zip(&met.eights) {
+        some.iter_mut().enumerate().for_each(|(lane, met)| met.light = eight.light.lane(lane));
+    }
+}
+
+/// Computes the openness of the surfaces that were met, where it dims their ambient light: by fewer rays than
+/// samples have.
+fn look_around(frame: &FrameView, met: &mut MetSurfaces, times: &mut TreeTimes, tally: &mut RayTally) {
+    let Some(occlusion) = frame.occlusion.filter(|occlusion| occlusion.dims_ambient) else { return };
+    let MetSurfaces { all: met, occlusion: scratch, .. } = met;
+    scratch.looks.clear();
+    scratch.looks.extend((0..).zip(&*met).map(|(number, met)| {
+        let is_dimmed = frame.palette.has_ambient(met.surface.material);
+        OpenSurface {
+            start: met.start(number),
+            rays: if is_dimmed { met.share_of(occlusion.rays) } else { 0 },
+        }
+    }));
+    occlusion::look_around(frame, scratch, tally);
+    let found = scratch.looks.iter().zip(&scratch.found);
+    found.for_each(|(look, found)| times.note(look.start.cell, found.until));
+}
+
+/// Adds the light that the surfaces that were met gather from all around. It is computed anew for each frame
+/// in which they are seen, by fewer paths than samples have: a surface in a mirror counts for less, and its
+/// light is not kept.
+fn gather(frame: &FrameView, met: &mut MetSurfaces, times: &mut TreeTimes, tally: &mut RayTally) {
+    let MetSurfaces { all: met, gathering, .. } = met;
+    let count = |met: &MetSurface| met.share_of(frame.first_paths as u32);
+    let is_diffuse = |met: &MetSurface| frame.palette.is_diffuse(met.surface.material);
+    for (first, some) in (0..).step_by(GATHER_AT_ONCE).zip(met.chunks_mut(GATHER_AT_ONCE)) {
+        gathering.starts.clear();
+        for (number, met) in (first..).zip(&*some).filter(|(_, met)| is_diffuse(met)) {
+            let start = met.start(number);
+            gathering.starts.extend((0..count(met)).map(|index| PathStart { index, ..start }));
+        }
+        trace_paths(frame, gathering, tally);
+        let brought = gathering.starts.iter().zip(&gathering.brought);
+        for (start, brought) in brought {
+            let met = &mut some[(start.owner - first) as usize];
+            let albedo = frame.palette.albedo_of(met.surface.material, met.surface.reflectance);
+            let albedo = met.layer(frame).map_or(albedo, |seen| albedo * seen.through);
+            met.light += albedo * brought.radiance / count(met) as f32;
+            times.note(start.cell, brought.until);
+        }
+    }
+}
+
+/// Adds the light that the rough layers of the surfaces that were met reflect: by one path each, which is drawn
+/// anew for each frame.
+fn reflect(frame: &FrameView, met: &mut MetSurfaces, times: &mut TreeTimes, tally: &mut RayTally) {
+    let MetSurfaces { all: met, gathering, .. } = met;
+    for (first, some) in (0..).step_by(GATHER_AT_ONCE).zip(met.chunks_mut(GATHER_AT_ONCE)) {
+        gathering.starts.clear();
+        for (number, met) in (first..).zip(&*some) {
+            let layer = met.layer(frame).filter(|seen| !seen.is_smooth() && rays_onwards(frame, met) > 0);
+            gathering.starts.extend(layer.map(|seen| {
+                let seed = seed_of(met.surface.point, met.surface.material.into());
+                let sequence = PathSequence::of_reflections_of_seed(seed);
+                PathStart { sequence, layer: Some(DrawnLayer { seen, paths: 1 }), ..met.start(number) }
+            }));
+        }
+        trace_paths(frame, gathering, tally);
+        for (start, brought) in gathering.starts.iter().zip(&gathering.brought) {
+            if let Some(layer) = &start.layer {
+                let brings = (brought.radiance, brought.sees_light);
+                some[(start.owner - first) as usize].light +=
+                    layer.shows(frame, start, 0, &layer.seen, brings);
+            }
+            times.note(start.cell, brought.until);
+        }
+    }
+}
+
+/// Divisor of the number of paths and of occlusion rays, from that of a sample to that of a surface in a
+/// mirror or behind glass.
+const SHARE_OF_PATHS: u32 = 4;
+
+/// Number of surfaces that gather light at once.
+const GATHER_AT_ONCE: usize = 256;
+
+/// Finds the points of `light` that reach each surface that was met.
+fn ask_light(
+    frame: &FrameView,
+    light: &LightPose,
+    met: &mut MetSurfaces,
+    times: &mut TreeTimes,
+    tally: &mut RayTally,
+) {
+    let MetSurfaces { all: met, eights, queue, lit, to_light, .. } = met;
+    queue.clear();
+    to_light.clear();
+    lit.clear();
+    lit.resize(met.len(), 0);
+    let mut count = |number: usize, rays: u32| {
+        let counted = &mut tally.cells.shadow[met[number].bounce.cell as usize];
+        // many panes under many panels may cast more rays than a word holds
+        *counted = counted.saturating_add(rays as u16);
+    };
+    for (eight, first) in eights.iter().zip((0..).step_by(LANES)) {
+        let pattern = StratifiedPattern::of_seeds(light, eight.seeds);
+        let origins = off_surfaces(eight.point, eight.geometric_normal);
+        if light.points == 1 {
+            let light_sample = light_sample(light, 0, &pattern, eight.point);
+            let asked =
+                phong::receives(eight.normal, eight.geometric_normal, &light_sample).bits() & eight.used;
+            queue.push_from(origins, &light_sample, asked, first as u32);
+            for lane in set_bits(asked) {
+                count(first + lane, 1);
+                if times.are_asked() {
+                    to_light.push((origins.lane(lane), light_sample.to_light.lane(lane), light_sample.far));
+                }
+            }
+            continue;
+        }
+        for lane in set_bits(eight.used) {
+            let light_samples = light_samples(light, &pattern, lane, eight.point.lane(lane));
+            let asked = facing(eight.normal.lane(lane), eight.geometric_normal.lane(lane), &light_samples);
+            queue.push_sixteen(origins.lane(lane), &light_samples, asked, (first + lane) as u32);
+            count(first + lane, asked.count_ones());
+            for point in set_bits(if times.are_asked() { asked } else { 0 }) {
+                let way = light_samples[point / LANES].to_light.lane(point % LANES);
+                to_light.push((origins.lane(lane), way, light_samples[0].far));
+            }
+        }
+    }
+    tally.counts.shadow += queue.count();
+    let check = ShadowCheck::StillThenMovable;
+    // segments in the order of the answers; a still occluder stays in the way, whatever else comes there or
+    // goes
+    let mut to_light = to_light.iter();
+    let mut note = |owner: u32, by_still: bool| {
+        if let Some((origin, way, far)) = to_light.next().filter(|_| !by_still) {
+            times.note_segment(frame, met[owner as usize].bounce.cell, *origin, *way, *far);
+        }
+    };
+    if light.points > 1 {
+        queue.answer_sixteen(
+            check,
+            SceneSubset::All,
+            Coherence::SharedOrigin,
+            frame.tracer,
+            |owner, shadows| {
+                lit[owner as usize] = shadows.asked & !shadows.blocked;
+                let by_still = shadows.blocked & !shadows.by_dynamic;
+                set_bits(shadows.asked).for_each(|point| note(owner, by_still >> point & 1 != 0));
+            },
+        );
+    } else {
+        queue.answer(check, SceneSubset::All, Coherence::Bounced, frame.tracer, |owner, tag| {
+            lit[owner as usize] = u16::from(tag.is_lit());
+            note(owner, tag == Tag::StaticOccluder);
+        });
+    }
+}
+
+/// Adds the light of those points of `light` that reach the surfaces that were met.
+fn shine(frame: &FrameView, light: &LightPose, met: &mut MetSurfaces) {
+    let eights = met.eights.iter_mut().zip(met.lit.chunks(LANES));
+    for (eight, lit) in eights.filter(|(_, lit)| lit.iter().any(|points| *points != 0)) {
+        let gloss = frame.palette.gloss(&eight.materials);
+        let coats = eight.coats.map(|number| &met.coats[number]);
+        let (to_centre, reach) = (to_light(light, eight.point).0, light.shape.reach());
+        let albedo = frame.palette.albedo(&eight.materials, eight.reflectance);
+        let stands_for = shows_highlight(frame, light, &gloss);
+        let radiance = area::radiance(light);
+        let may_shine = gloss.is_any && phong::may_shine(&gloss, eight.normal, eight.view, to_centre, reach);
+        let mut points = [0; LANES];
+        points[..lit.len()].copy_from_slice(lit);
+        let places = Places { point: eight.point, seeds: eight.seeds };
+        let reached = |point: usize| Mask::new(|lane| points[lane] >> point & 1 != 0);
+        eight.light = add_light(eight.light, light, places, reached, |light_sample| {
+            let mut light = phong::diffuse(albedo, eight.normal, light_sample);
+            if let Some(coats) = coats {
+                light = light * coats.through + coats.highlight(light_sample, radiance);
+            }
+            if !may_shine {
+                return light;
+            }
+            let highlight = phong::specular(&gloss, eight.normal, eight.view, light_sample);
+            light + stands_for.select3(highlight, Vec3x8::ZERO)
+        });
+    }
+}
+
+/// Number of paths, or rays, by which the layer of a surface that a ray has met reflects: none if it is the last
+/// one, and one at most; only samples have several.
+fn rays_onwards(frame: &FrameView, met: &MetSurface) -> u32 {
+    let reflects = |seen: &SeenCoat| seen.is_smooth() || frame.settings.reflections > 0;
+    let is_worth = |seen: &SeenCoat| met.bounce.is_worth(seen.albedo * met.bounce.weight);
+    let ends = met.bounce.step.is_last();
+    u32::from(!ends && met.layer(frame).is_some_and(|seen| reflects(&seen) && is_worth(&seen)))
+}
