@@ -7,6 +7,7 @@
 mod bare;
 mod chains;
 mod contest;
+mod cutouts;
 mod equal;
 mod flows;
 mod gathered;
@@ -140,6 +141,8 @@ enum Subject {
     /// This program and another commit's in turn, by kind of shot: has a change made frames slower? Takes all that `shots` takes,
     /// and --against
     Guard,
+    /// Cost of cut-outs: leaves on quads beside whole and modelled ones, rays a second, by kind; takes the size, frames, rounds and layers
+    Cutouts,
     /// Cost of glass before a sphere of a million triangles (or --triangles): rays a second, by kind
     Glass,
 }
@@ -147,7 +150,7 @@ enum Subject {
 impl Arguments {
     fn size(&self) -> [u32; 2] {
         let [width, height] = match self.subject {
-            Subject::Chains | Subject::Incoherent => [640, 360],
+            Subject::Chains | Subject::Incoherent | Subject::Cutouts => [640, 360],
             Subject::Equal => [320, 180],
             _ => [1280, 720],
         };
@@ -211,6 +214,7 @@ fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
         Subject::Equal => equal::run(arguments),
         Subject::Incoherent => incoherent::run(arguments),
         Subject::Guard => guard::run(arguments, &arguments.against),
+        Subject::Cutouts => cutouts::run(arguments),
         Subject::Glass => glass::run(arguments),
     }
 }

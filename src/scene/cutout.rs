@@ -8,12 +8,14 @@
 //! is opaque, by a number that belongs to a small part of the surface. So the shadow is right in the mean over many samples, and the
 //! same ray always has the same answer.
 
+pub mod outline;
+
 use std::ops::Range;
 use std::sync::Arc;
 
 use glam::Vec2;
 
-use super::texture::Between;
+use super::texture::{Between, Placement};
 use super::{Mesh, Texture};
 use crate::scrambled::scrambled;
 
@@ -93,6 +95,8 @@ enum Alpha {
     /// That of a picture.
     Picture {
         texture: Texture,
+        /// Place of its texels: at hand, because every ray that meets the surface asks for it.
+        placement: Placement,
         /// State of the squares between each texel's centre and those of the next ones, to the right and below.
         squares: Arc<[Square]>,
     },
@@ -117,8 +121,8 @@ impl Mask {
         let Cutout { least, blended, .. } = cutout;
         let alpha = match texture {
             Some(texture) if !cutout.by_vertices => {
-                let squares = squares_of(&texture, least);
-                Alpha::Picture { texture, squares }
+                let (placement, squares) = (texture.placement(), squares_of(&texture, least));
+                Alpha::Picture { texture, placement, squares }
             }
             texture => Alpha::Vertices(texture),
         };
@@ -130,34 +134,54 @@ impl Mask {
         matches!(self.alpha, Alpha::Vertices(_))
     }
 
-    /// Returns true if the place at `uv` of a `triangle` is there for a ray that asks this, where `of_vertices` gives the alpha of the
-    /// vertices.
-    #[inline]
+    /// Place in the picture of texture coordinates.
+    fn place_of(&self, uv: Vec2) -> Vec2 {
+        match &self.alpha {
+            Alpha::Picture { placement, .. } => placement.mapping.at(uv),
+            Alpha::Vertices(texture) => {
+                texture.as_ref().map_or(uv, |texture| texture.placement().mapping.at(uv))
+            }
+        }
+    }
+
+    /// Returns true if a `triangle` is there at this `place` in the picture, for a ray that asks this, where `of_vertices` gives the
+    /// alpha of the vertices.
+    #[inline(always)]
     pub fn is_there(
         &self,
-        (triangle, uv): (u32, Vec2),
+        (triangle, place): (u32, Vec2),
         asks: Asks,
         of_vertices: impl FnOnce() -> f32,
     ) -> bool {
         match &self.alpha {
-            Alpha::Picture { texture, squares } => {
-                let between = texture.between(uv);
-                match (squares[between.first()], self.blended) {
-                    (Square::Gone, _) => false,
-                    (_, Some(solid)) if asks == Asks::Shadow => {
-                        let alpha = texture.alpha_between(&between);
-                        let alpha = if alpha < ALL_BUT_OPAQUE { alpha } else { 1.0 };
-                        alpha * solid > chance_of(triangle, &between)
-                    }
-                    (Square::There, _) => true,
-                    (Square::Both, _) => texture.alpha_between(&between) >= self.least,
+            Alpha::Picture { texture, placement, squares } => {
+                let square = squares[placement.first_at(place)];
+                match square {
+                    Square::Gone => false,
+                    Square::There if asks == Asks::Sight || self.blended.is_none() => true,
+                    _ => self.is_between(texture, (triangle, place), asks),
                 }
             }
             Alpha::Vertices(texture) => {
-                let of_picture =
-                    texture.as_ref().map_or(1.0, |texture| texture.alpha_between(&texture.between(uv)));
+                let of_picture = texture
+                    .as_ref()
+                    .map_or(1.0, |texture| texture.alpha_between(&texture.placement().between_at(place)));
                 of_vertices() * of_picture >= self.least
             }
+        }
+    }
+
+    /// Asks the alpha between texels. Not inlined: most places are in squares that are there, or gone, as a whole.
+    #[inline(never)]
+    fn is_between(&self, texture: &Texture, (triangle, place): (u32, Vec2), asks: Asks) -> bool {
+        let between = texture.placement().between_at(place);
+        let alpha = texture.alpha_between(&between);
+        match self.blended {
+            Some(solid) if asks == Asks::Shadow => {
+                let alpha = if alpha < ALL_BUT_OPAQUE { alpha } else { 1.0 };
+                alpha * solid > chance_of(triangle, &between)
+            }
+            _ => alpha >= self.least,
         }
     }
 }
@@ -212,11 +236,20 @@ impl CutTriangles {
 #[derive(Debug)]
 pub struct CutoutTest {
     first: u32,
-    /// Texture coordinates of each triangle's corners, and the index of its mask.
-    triangles: Vec<([Vec2; 3], u16)>,
+    triangles: Vec<Cut>,
     /// Alphas of each triangle's corners; none at all if no mask asks for them.
     alphas: Vec<[f32; 3]>,
     masks: Vec<Mask>,
+}
+
+/// A triangle that is cut out.
+#[derive(Debug)]
+struct Cut {
+    /// Place of its first corner in the mask's picture, and the ways from there to the others.
+    first: Vec2,
+    ways: [Vec2; 2],
+    /// Index of the mask.
+    mask: u16,
 }
 
 impl CutoutTest {
@@ -224,8 +257,12 @@ impl CutoutTest {
     pub fn new(mesh: &Mesh) -> Option<Self> {
         let cut = mesh.cut.as_deref()?;
         let uv = |corner: u32| mesh.uvs.get(corner as usize).copied().unwrap_or_default();
-        let corners = |triangle: usize| mesh.triangles[triangle].map(uv);
-        let triangles = cut.range().zip(&cut.mask_of).map(|(triangle, mask)| (corners(triangle), *mask));
+        let place = |(triangle, mask): (usize, &u16)| {
+            let [a, b, c] =
+                mesh.triangles[triangle].map(|corner| cut.masks[usize::from(*mask)].place_of(uv(corner)));
+            Cut { first: a, ways: [b - a, c - a], mask: *mask }
+        };
+        let triangles = cut.range().zip(&cut.mask_of).map(place);
         let alpha = |corner: u32| mesh.details.alphas.get(corner as usize).copied().unwrap_or(1.0);
         let alphas = match cut.masks.iter().any(Mask::asks_vertices) {
             true => cut.range().map(|triangle| mesh.triangles[triangle].map(alpha)).collect(),
@@ -236,11 +273,15 @@ impl CutoutTest {
 
     /// Returns true if the place of `triangle` with the `weights` of its second and third corner is there, for a ray that asks this.
     /// `triangle`: by its number in the mesh; one that is not cut out is there as a whole.
+    #[inline]
     pub fn is_there(&self, triangle: u32, [u, v]: [f32; 2], asks: Asks) -> bool {
-        let Some(number) = triangle.checked_sub(self.first) else { return true };
-        let Some(([a, b, c], mask)) = self.triangles.get(number as usize) else { return true };
-        let uv = *a * (1.0 - u - v) + *b * u + *c * v;
-        self.masks[usize::from(*mask)].is_there((triangle, uv), asks, || {
+        let number = triangle.wrapping_sub(self.first);
+        let Some(Cut { first, ways: [to_second, to_third], mask }) = self.triangles.get(number as usize)
+        else {
+            return true;
+        };
+        let place = *first + *to_second * u + *to_third * v;
+        self.masks[usize::from(*mask)].is_there((triangle, place), asks, || {
             let [a, b, c] = self.alphas[number as usize];
             a * (1.0 - u - v) + b * u + c * v
         })
@@ -269,7 +310,8 @@ mod tests {
             for (x, y) in (0..120).flat_map(|x| (0..120).map(move |y| (x, y))) {
                 let uv = Vec2::new(place(x), place(y));
                 let is_there = texture.alpha_between(&texture.between(uv)) >= LEAST_OPACITY;
-                assert_eq!(mask.is_there((0, uv), Asks::Sight, || f32::NAN), is_there, "{uv}");
+                let is_seen = mask.is_there((0, mapping.at(uv)), Asks::Sight, || f32::NAN);
+                assert_eq!(is_seen, is_there, "{uv}");
                 there += u32::from(is_there);
             }
             assert!((1000..13400).contains(&there), "{there}");

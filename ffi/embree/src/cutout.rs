@@ -9,9 +9,39 @@ use std::sync::Arc;
 ///
 /// Embree asks from all threads, and a panic ends the program.
 pub trait Cutout: Debug + Send + Sync {
-    /// Returns true if the place of triangle number `primitive` with these `weights` of its second and third corner is there,
-    /// for a ray with this `mask`.
-    fn is_there(&self, primitive: u32, weights: [f32; 2], mask: u32) -> bool;
+    /// Keeps the hits with places that are there. One call for all rays of a packet that may meet a triangle.
+    fn retain(&self, candidates: Candidates<'_>);
+}
+
+/// Candidates of rays with triangles, which count unless they are rejected.
+#[derive(Debug)]
+pub struct Candidates<'a>(&'a sys::RTCFilterFunctionNArguments);
+
+impl Candidates<'_> {
+    /// Rejects the hits for which `is_there` is false: a function of the triangle's number, the weights of its second and third corner
+    /// in the place, and the ray's mask.
+    #[inline(always)]
+    pub fn retain(self, is_there: impl Fn(u32, [f32; 2], u32) -> bool) {
+        let arguments = self.0;
+        let (count, hit, ray) =
+            (arguments.N as usize, arguments.hit.cast::<u32>(), arguments.ray.cast::<u32>());
+        for i in 0..count {
+            // SAFETY: `valid` has N items, and a hit and a ray have rows of N values. Rows of lanes that are off are not read.
+            unsafe {
+                let valid = arguments.valid.add(i);
+                if *valid == 0 {
+                    continue;
+                }
+                let value = |row: usize| *hit.add(row * count + i);
+                let weights =
+                    [sys::RTC_HIT_N_U_ROW, sys::RTC_HIT_N_V_ROW].map(|row| f32::from_bits(value(row)));
+                let mask = *ray.add(sys::RTC_RAY_N_MASK_ROW * count + i);
+                if !is_there(value(sys::RTC_HIT_N_PRIM_ID_ROW), weights, mask) {
+                    *valid = 0;
+                }
+            }
+        }
+    }
 }
 
 /// The cut-out that Embree's filter asks. It lives at one address, which Embree knows, longer than the geometry.
@@ -48,20 +78,5 @@ unsafe extern "C" fn reject_missing(arguments: *const sys::RTCFilterFunctionNArg
     let arguments = unsafe { &*arguments };
     // SAFETY: by contract; the filter outlives the geometry.
     let cutout = unsafe { &**arguments.geometryUserPtr.cast::<Arc<dyn Cutout>>() };
-    let (count, hit, ray) = (arguments.N as usize, arguments.hit.cast::<u32>(), arguments.ray.cast::<u32>());
-    for i in 0..count {
-        // SAFETY: `valid` has N items, and a hit and a ray have rows of N values. Rows of lanes that are off are not read.
-        unsafe {
-            let valid = arguments.valid.add(i);
-            if *valid == 0 {
-                continue;
-            }
-            let value = |row: usize| *hit.add(row * count + i);
-            let weights = [sys::RTC_HIT_N_U_ROW, sys::RTC_HIT_N_V_ROW].map(|row| f32::from_bits(value(row)));
-            let mask = *ray.add(sys::RTC_RAY_N_MASK_ROW * count + i);
-            if !cutout.is_there(value(sys::RTC_HIT_N_PRIM_ID_ROW), weights, mask) {
-                *valid = 0;
-            }
-        }
-    }
+    cutout.retain(Candidates(arguments));
 }

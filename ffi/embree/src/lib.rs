@@ -95,7 +95,7 @@ mod query;
 mod scene;
 mod segment;
 
-pub use cutout::Cutout;
+pub use cutout::{Candidates, Cutout};
 pub use device::Device;
 pub use error::{Error, ErrorCode};
 pub use geometry::{Geometry, VertexBuffer};

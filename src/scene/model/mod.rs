@@ -20,5 +20,6 @@ pub mod point_cache;
 pub mod read_model;
 pub mod settle;
 pub mod shape_files;
+pub mod trim;
 pub mod unused_statements;
 pub mod varying;

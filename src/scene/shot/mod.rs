@@ -31,6 +31,7 @@ use crate::scene::model::copies::SharedMeshes;
 use crate::scene::model::map_statement::{MapStatement, MapStatements, MapUse};
 use crate::scene::model::mtl::MtlMaterial;
 use crate::scene::model::read_model::ReadBefore;
+use crate::scene::model::trim::trimmed;
 use crate::scene::render_space::{Extent, RenderSpace};
 use crate::scene::warnings::darkness;
 use crate::scene::{Background, Frames, Light, Mesh, Model, Scene, SceneError, Warning};
@@ -187,7 +188,7 @@ pub fn from_text_with(
         let model = quadric::spread(model, &with_eye, &space, frames.first());
         Model { track: space.track(model.track), ..model }
     });
-    let models: Vec<Model> = models.collect();
+    let models = trimmed(models.collect());
     let shared = SharedMeshes::among(&models, most_added);
     let models = tables.iter().zip(models).map(|(table, model)| settled(text, table, model, &shared));
     let mut models: Vec<Model> = models.collect::<Result<_, _>>()?;

@@ -84,19 +84,53 @@ impl Placement {
     /// Finds the texels between whose centres `uv` (v upwards) lies.
     #[inline]
     pub fn between(&self, uv: Vec2) -> Between {
-        let uv = self.mapping.at(uv);
+        self.between_at(self.mapping.at(uv))
+    }
+
+    /// Finds the texels between whose centres a place in the picture ([`Mapping::at`]) lies.
+    #[inline]
+    pub fn between_at(&self, place: Vec2) -> Between {
         let [across, down] = self.mapping.wrap;
-        let (x0, x1, fx) = neighbours(uv.x, self.width, across);
-        let (y0, y1, fy) = neighbours(1.0 - uv.y, self.height, down);
+        let (x0, x1, fx) = neighbours(place.x, self.width, across);
+        let (y0, y1, fy) = neighbours(1.0 - place.y, self.height, down);
         let shares = if self.mapping.is_nearest { [fx.round(), fy.round()] } else { [fx, fy] };
         let index = |x: u32, y: u32| y as usize * self.width as usize + x as usize;
         Between { texels: [index(x0, y0), index(x1, y0), index(x0, y1), index(x1, y1)], shares }
+    }
+
+    /// [`Between::first`] of a place in the picture, which takes a part of the time.
+    #[inline]
+    pub fn first_at(&self, place: Vec2) -> usize {
+        let [across, down] = self.mapping.wrap;
+        let x = first_neighbour(place.x, self.width, across);
+        let y = first_neighbour(1.0 - place.y, self.height, down);
+        y as usize * self.width as usize + x as usize
     }
 }
 
 /// Finds the two texels between whose centres `t` (0..1 over the picture) lies, and the position between
 /// them, 0..1.
 fn neighbours(t: f32, size: u32, wrap: Wrap) -> (u32, u32, f32) {
+    let (low, fraction) = between_centres(t, size, wrap);
+    let last = size - 1;
+    let second = low.wrapping_add(1);
+    let second = match wrap {
+        Wrap::Repeat if second > last => 0,
+        _ => second.min(last),
+    };
+    (existing(low, last, wrap), second, fraction)
+}
+
+/// First of the [`neighbours`].
+#[inline(always)]
+fn first_neighbour(t: f32, size: u32, wrap: Wrap) -> u32 {
+    existing(between_centres(t, size, wrap).0, size - 1, wrap)
+}
+
+/// Finds the texel whose centre is before `t` (0..1 over the picture), `u32::MAX` for that before the first, and the position
+/// between it and the next one, 0..1.
+#[inline(always)]
+fn between_centres(t: f32, size: u32, wrap: Wrap) -> (u32, f32) {
     let t = match (t.is_finite(), wrap) {
         (false, _) => 0.0,
         (true, Wrap::Clamp) => t.clamp(0.0, 1.0),
@@ -108,15 +142,18 @@ fn neighbours(t: f32, size: u32, wrap: Wrap) -> (u32, u32, f32) {
     };
     let at = t * size as f32 - 0.5;
     let low = at.floor();
-    let fraction = at - low;
-    let last = size - 1;
-    // low is -1..=last: the cast stops at 0
-    let first = if low >= 0.0 { (low as u32).min(last) } else { u32::MAX };
-    let second = first.wrapping_add(1);
-    if wrap == Wrap::Repeat {
-        (first.min(last), if second > last { 0 } else { second }, fraction)
-    } else {
-        (if first == u32::MAX { 0 } else { first }, second.min(last), fraction)
+    // low is -1..=size - 1: the cast stops at 0
+    let first = if low >= 0.0 { (low as u32).min(size - 1) } else { u32::MAX };
+    (first, at - low)
+}
+
+/// Texel that stands for the one before the first.
+#[inline(always)]
+fn existing(low: u32, last: u32, wrap: Wrap) -> u32 {
+    match wrap {
+        Wrap::Repeat => low.min(last),
+        Wrap::Clamp | Wrap::Mirror if low == u32::MAX => 0,
+        Wrap::Clamp | Wrap::Mirror => low,
     }
 }
 

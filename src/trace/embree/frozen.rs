@@ -142,9 +142,11 @@ struct CutPart {
 }
 
 impl embree::Cutout for CutPart {
-    fn is_there(&self, primitive: u32, weights: [f32; 2], of_ray: u32) -> bool {
-        let asks = if of_ray & mask::CLEAR == 0 { Asks::Shadow } else { Asks::Sight };
-        self.test.is_there(self.first + primitive, weights, asks)
+    fn retain(&self, candidates: embree::Candidates<'_>) {
+        candidates.retain(|primitive, weights, of_ray| {
+            let asks = if of_ray & mask::CLEAR == 0 { Asks::Shadow } else { Asks::Sight };
+            self.test.is_there(self.first + primitive, weights, asks)
+        });
     }
 }
 
