@@ -25,7 +25,7 @@ impl MtlMaterial {
     /// Settles the meaning of the statements together. The pictures are left to the caller.
     pub fn settle(&self) -> Material {
         let illum = self.illum.unwrap_or(2);
-        let solid = self.d.or(self.tr.map(|tr| 1.0 - tr)).unwrap_or(1.0).clamp(0.0, 1.0);
+        let solid = self.solid();
         let is_metal_rough = self.is_metal_rough(illum, solid);
         // of glass and mirrors metal-rough materials know coverage alone
         let illum = if is_metal_rough { 2 } else { illum };
@@ -51,6 +51,11 @@ impl MtlMaterial {
             optics,
             ..Material::fallback()
         }
+    }
+
+    /// Share of the surface that is there, by `d` or `Tr`.
+    pub(super) fn solid(&self) -> f32 {
+        self.d.or(self.tr.map(|tr| 1.0 - tr)).unwrap_or(1.0).clamp(0.0, 1.0)
     }
 
     /// Returns true if it states a transmission filter, and the material is opaque nevertheless.

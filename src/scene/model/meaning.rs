@@ -3,7 +3,7 @@
 //! MTL has no surfaces as programs know them today. Blender's exporter puts those of its Principled BSDF into statements that mean
 //! something else to everybody else (`source/blender/io/wavefront_obj/exporter/obj_export_mtl.cc`): metal becomes `illum 3`, which is a
 //! mirror, and its share `Ka`; roughness becomes `Ns`; `illum 9` with `d` is coverage, not glass; and `Kd` beside a `map_Kd` is the
-//! colour that the picture replaces. They are put back here.
+//! colour that the picture replaces. They are put back here. 3ds Max has no header that stays: its `Tf` is known by what it says.
 
 use glam::Vec3;
 
@@ -15,6 +15,9 @@ use crate::scene::keys::material::KdBesideMap;
 /// `Ns` of a surface without roughness, as Blender writes it.
 const SMOOTH_NS: f32 = 1000.0;
 
+/// Difference between numbers that a file rounds to three digits.
+const OF_ROUNDING: f32 = 1.5e-3;
+
 /// Reflectance at normal incidence for a specular level of 1: Blender's levels, `Ks`, are from 0 to 1.
 const HEAD_ON_OF_KS: f32 = 0.08;
 
@@ -22,7 +25,7 @@ impl MtlMaterial {
     /// The statements that mean to this program what these mean to the exporter.
     pub fn meant(self, kd_beside_map: KdBesideMap) -> Self {
         let is_blenders = self.exporter == Exporter::Blender;
-        let meant = if is_blenders { self.meant_by_blender() } else { self };
+        let meant = if is_blenders { self.meant_by_blender() } else { self.meant_by_max() };
         let is_ignored = match kd_beside_map {
             KdBesideMap::Exporter => is_blenders,
             KdBesideMap::Multiply => false,
@@ -34,6 +37,14 @@ impl MtlMaterial {
         let pr = meant.pr.filter(|_| counts(MapUse::Roughness));
         let pm = meant.pm.filter(|_| counts(MapUse::Metal));
         Self { kd, pr, pm, ..meant }
+    }
+
+    /// What 3ds Max means by `Tf`, if it seems to have written it: the opacity once more, which filters nothing.
+    fn meant_by_max(self) -> Self {
+        let solid = self.solid();
+        let repeats = |filter: &Vec3| (*filter - solid).abs().max_element() < OF_ROUNDING;
+        let tf = self.tf.filter(|filter| solid == 1.0 || !repeats(filter));
+        Self { tf, ..self }
     }
 
     fn meant_by_blender(mut self) -> Self {
@@ -92,6 +103,24 @@ mod tests {
     fn settled(header: &str, statements: &str, rule: KdBesideMap) -> Material {
         let file = parse(format!("{header}newmtl m\n{statements}").as_bytes());
         file.materials.into_iter().next().unwrap().meant(rule).settle()
+    }
+
+    #[test]
+    fn an_opacity_that_is_stated_twice_filters_nothing() {
+        for (statements, transmission) in [
+            // as 3ds Max writes it
+            ("Tr 0.610\nTf 0.390 0.390 0.390\nillum 7\nNi 1.5", 0.61),
+            ("d 0.25\nTf 0.2496 0.25 0.25", 0.75),
+            // a filter of its own
+            ("d 0.25\nTf 0.5 0.5 0.5", 0.375),
+            ("Tf 0.2 0.2 0.2\nillum 7", 0.2),
+        ] {
+            let optics = settled("", statements, KdBesideMap::Exporter).optics;
+            let Optics::Glass { transmission: share, .. } = optics else {
+                panic!("{statements}: {optics:?}")
+            };
+            assert!((share - transmission).abs().max_element() < 1e-6, "{statements}: {share}");
+        }
     }
 
     #[test]
