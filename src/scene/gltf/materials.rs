@@ -106,6 +106,14 @@ impl VertexAlpha {
     pub const OPAQUE: Self = Self::Even(1.0);
 }
 
+/// What the vertices of triangles add to their material.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct OfVertices {
+    pub alpha: VertexAlpha,
+    /// Factor of the colour of a material that is unlit, linear RGB.
+    pub tint: Vec3,
+}
+
 /// Returns true if alpha has a meaning for a material.
 pub fn takes_alpha(document: &Document, material: Option<usize>) -> Result<bool, SceneError> {
     let Some(material) = material else { return Ok(false) };
@@ -148,22 +156,21 @@ fn transform(document: &Document, info: &TextureInfo) -> Result<TextureTransform
 }
 
 impl Assembly {
-    /// Settles a material of a glTF file, on triangles whose vertices have this alpha; none: that of faces without one. Returns
-    /// its index.
+    /// Settles a material of a glTF file, on triangles of such vertices; none: that of faces without one. Returns its index.
     ///
     /// # Errors Values that make no sense; in a strict load also a picture that is missing.
     pub(super) fn gltf_material(
         &mut self,
         document: &Document,
         number: Option<usize>,
-        alpha: VertexAlpha,
+        vertices: OfVertices,
     ) -> Result<u16, SceneError> {
         let Some(number) = number else {
             return self.add_material_of(&document.path, Material::fallback().into());
         };
         let json = document.get(&document.json.materials, number, "material")?;
         let Read { mut stated, alpha: of_file, by_vertices, is_textured, of_texture } =
-            self.read_material(document, number, json, alpha)?;
+            self.read_material(document, number, json, vertices)?;
         self.known_names.push(stated.name.clone());
         let shot = self.override_values(&mut stated);
         let mut material = stated.settle();
@@ -216,7 +223,7 @@ impl Assembly {
         }
         let surface = json.pbr_metallic_roughness.metallic_roughness_texture.as_ref();
         let surface = surface.filter(|_| material.metal_rough.is_some());
-        let shown = if is_unlit(json) {
+        let shown = if shows_itself(json) {
             &json.pbr_metallic_roughness.base_color_texture
         } else {
             &json.emissive_texture
@@ -239,7 +246,7 @@ impl Assembly {
         document: &Document,
         number: usize,
         json: &Json,
-        alpha: VertexAlpha,
+        OfVertices { alpha, tint }: OfVertices,
     ) -> Result<Read, SceneError> {
         note_unused(document, json);
         let name = json.name.clone().unwrap_or_else(|| format!("material {number}"));
@@ -260,9 +267,9 @@ impl Assembly {
         let emission = emission(document, json)?;
         let mut stated =
             MtlMaterial { name: name.clone(), ke: Some(color(emission)), ..MtlMaterial::default() };
-        if is_unlit(json) {
+        if shows_itself(json) {
             // what it shows, whatever light there is
-            stated.ke = Some(color(factor));
+            stated.ke = Some(color(factor) * tint);
             (stated.kd, stated.illum) = (Some(Vec3::ZERO), Some(0));
             let mut read = Read { stated, ..Read::default() };
             read_alpha(document, json, alpha, &mut read);
@@ -375,16 +382,12 @@ fn uvs_of(document: &Document, info: &TextureInfo, sets: UvSets) -> Result<Optio
 }
 
 /// Returns true if a material shows its base colour whatever light there is.
-fn is_unlit(json: &Json) -> bool {
-    json.extensions.contains_key("KHR_materials_unlit")
+pub fn is_unlit(document: &Document, material: Option<usize>) -> bool {
+    material.and_then(|number| document.json.materials.get(number)).is_some_and(shows_itself)
 }
 
-/// Notes that the colours of vertices have no effect, if they are those of a material that is unlit.
-pub fn note_unused_colors(document: &Document, material: Option<usize>) {
-    let json = material.and_then(|number| document.json.materials.get(number));
-    if json.is_some_and(is_unlit) {
-        document.leave_out("colours of vertices (COLOR_0) do not tint unlit materials");
-    }
+fn shows_itself(json: &Json) -> bool {
+    json.extensions.contains_key("KHR_materials_unlit")
 }
 
 /// Emission that a material states: its factor, times its strength.

@@ -18,6 +18,7 @@ mod nodes;
 mod parts;
 mod pictures;
 mod skin;
+mod tints;
 mod uri;
 mod whole;
 

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use glam::{DAffine3, DQuat, DVec3};
+use glam::{DAffine3, DQuat, DVec3, Vec3};
 use serde::Deserialize;
 
 use super::animation::Clip;
@@ -12,7 +12,7 @@ use super::bake;
 use super::document::{Document, extension};
 use super::geometry::{self, Geometry};
 use super::json::Node;
-use super::materials::{VertexAlpha, note_unused_colors, takes_alpha};
+use super::materials::{OfVertices, VertexAlpha, is_unlit, takes_alpha};
 use super::nodes::{Tree, unit};
 use super::skin;
 use crate::animation::{ShapeTrack, Track, Visibility};
@@ -20,6 +20,9 @@ use crate::digest::Digest;
 use crate::scene::model::assemble::Assembly;
 use crate::scene::part_of_file::{NodeTrack, PartOfFile, Surface, is_flat};
 use crate::scene::{Mesh, SceneError};
+
+/// What tells materials apart: file, number, and the bits of the alpha and colour of vertices.
+type MaterialKey = (PathBuf, Option<usize>, Option<u32>, [u32; 3]);
 
 /// Files that were read, and what was made of them.
 #[derive(Default)]
@@ -29,8 +32,8 @@ pub(crate) struct GltfFiles {
     documents: HashMap<PathBuf, Arc<Document>>,
     /// Meshes by file and number; none without triangles.
     meshes: HashMap<(PathBuf, usize), Option<Arc<Mesh>>>,
-    /// Indices of materials, by file, number and the alpha of vertices.
-    materials: HashMap<(PathBuf, Option<usize>, Option<u32>), u16>,
+    /// Indices of materials.
+    materials: HashMap<MaterialKey, u16>,
     /// Models by file, name of the animation, and frame rate.
     parts: HashMap<(PathBuf, Option<String>, u64), Arc<Vec<PartOfFile>>>,
     /// True if frames are exposed over time, so that shapes between them are seen.
@@ -190,31 +193,34 @@ impl Assembly {
     }
 
     /// Looks up the materials of a geometry, and puts the triangles that cast shadows first.
-    fn gltf_mesh(&mut self, document: &Document, geometry: Geometry) -> Result<Mesh, SceneError> {
-        let known = known_as(&document.path);
+    fn gltf_mesh(&mut self, document: &Document, mut geometry: Geometry) -> Result<Mesh, SceneError> {
         let mut runs = Vec::with_capacity(geometry.uses.len());
         let mut begin = 0;
-        for (count, material) in &geometry.uses {
-            let alpha = match takes_alpha(document, *material)? {
-                true => geometry.alpha_of(begin..begin + count),
+        for (count, material) in geometry.uses.clone() {
+            let range = begin..begin + count;
+            begin += count;
+            let alpha = match takes_alpha(document, material)? {
+                true => geometry.alpha_of(range.clone()),
                 false => VertexAlpha::OPAQUE,
             };
-            let bits = if let VertexAlpha::Even(alpha) = alpha { Some(alpha.to_bits()) } else { None };
-            let key = (known.clone(), *material, bits);
-            let index = match self.gltf.materials.get(&key) {
-                Some(index) => *index,
-                None => {
-                    let index = self.gltf_material(document, *material, alpha)?;
-                    self.gltf.materials.insert(key, index);
-                    index
+            let colored = if !geometry.colors.is_empty() && is_unlit(document, material) {
+                let (colored, is_exact) = geometry.by_tint(range);
+                if !is_exact {
+                    document.leave_out(
+                        "unlit materials have one colour a triangle, the mean of its vertices (COLOR_0)",
+                    );
                 }
+                colored
+            } else {
+                vec![(range, Vec3::ONE)]
             };
-            if !geometry.colors.is_empty() {
-                self.color_vertices(index);
-                note_unused_colors(document, *material);
+            for (range, tint) in colored {
+                let index = self.known_gltf_material(document, material, OfVertices { alpha, tint })?;
+                if !geometry.colors.is_empty() {
+                    self.color_vertices(index);
+                }
+                runs.push((range, index));
             }
-            runs.push((begin..begin + count, index));
-            begin += count;
         }
         let Geometry { positions, normals, uvs, second_uvs, colors, mut alphas, tangents, triangles, .. } =
             geometry;
@@ -224,6 +230,23 @@ impl Assembly {
         }
         let surface = Surface { positions, normals, uvs, second_uvs, colors, alphas, tangents, triangles };
         Ok(self.mesh_of_runs(surface, runs))
+    }
+
+    /// Index of a material on triangles of such vertices, which is settled once.
+    fn known_gltf_material(
+        &mut self,
+        document: &Document,
+        material: Option<usize>,
+        vertices: OfVertices,
+    ) -> Result<u16, SceneError> {
+        let alpha = if let VertexAlpha::Even(alpha) = vertices.alpha { Some(alpha.to_bits()) } else { None };
+        let key = (known_as(&document.path), material, alpha, vertices.tint.to_array().map(f32::to_bits));
+        if let Some(index) = self.gltf.materials.get(&key) {
+            return Ok(*index);
+        }
+        let index = self.gltf_material(document, material, vertices)?;
+        self.gltf.materials.insert(key, index);
+        Ok(index)
     }
 }
 

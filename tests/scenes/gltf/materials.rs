@@ -308,6 +308,34 @@ fn unlit_surfaces_show_their_texture_and_its_alpha() {
     assert!(shown[1].0.abs_diff_eq(green, 1e-6) && (shown[1].1 - 0.4).abs() < 1e-6, "{shown:?}");
 }
 
+/// Triangles of one colour each, and one whose colour changes: that has the mean of its vertices.
+#[test]
+fn colours_of_vertices_tint_unlit_surfaces() {
+    let mut file = File::new();
+    let corners = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+    let positions = file.vectors(&[corners, corners, corners, corners].concat());
+    let [red, blue] = [[1.0, 0.0, 0.0], [0.0, 0.25, 0.5]];
+    let colors = file.vectors(&[red, red, red, blue, blue, blue, red, red, red, red, red, blue]);
+    let pbr = json!({"baseColorFactor": [0.5, 1, 1, 1]});
+    file.add("materials", json!({"pbrMetallicRoughness": pbr, "extensions": {"KHR_materials_unlit": {}}}));
+    let attributes = json!({"POSITION": positions, "COLOR_0": colors});
+    let mesh = file.mesh(json!({"attributes": attributes, "material": 0}));
+    file.root(json!({"mesh": mesh}));
+    let shot = load(&file, "");
+    let scene = &shot.scene;
+    let mesh = &scene.models[0].mesh;
+    let shown = |material: &u16| scene.materials[usize::from(*material)].emission;
+    let emissions: Vec<Vec3> = mesh.material_of.iter().map(shown).collect();
+    let mixed = Vec3::new(2.0 / 6.0, 0.25 / 3.0, 0.5 / 3.0);
+    for (emission, expected) in
+        emissions.iter().zip([Vec3::from(blue), mixed, Vec3::new(0.5, 0.0, 0.0), Vec3::new(0.5, 0.0, 0.0)])
+    {
+        assert!(emission.abs_diff_eq(expected, 1e-6), "{emissions:?}");
+    }
+    let message = "unlit materials have one colour a triangle";
+    assert!(shot.warnings.iter().any(|warning| warning.to_string().contains(message)), "{:?}", shot.warnings);
+}
+
 #[test]
 fn alpha_cuts_out_what_is_below_the_cutoff() {
     let cutout = |alpha: [u8; 2], json: Value| {
