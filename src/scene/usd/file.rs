@@ -77,6 +77,8 @@ pub struct UsdMesh {
     pub normals: Vec<Vec3>,
     /// Texture coordinates, none at all or one a vertex; v = 0 at the bottom.
     pub uvs: Vec<Vec2>,
+    /// Second set of texture coordinates, where a material takes two.
+    pub second_uvs: Vec<Vec2>,
     /// Vertices of the triangles. Each has an area.
     pub triangles: Vec<[u32; 3]>,
     /// Runs of consecutive triangles: their number, and that of their surface.

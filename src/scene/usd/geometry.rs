@@ -7,6 +7,7 @@ use openusd::sdf::Value;
 use openusd::usd::Prim;
 
 use super::file::{Clock, UsdMesh};
+use super::shader::UvNames;
 use super::value::{Answer, codes, pairs, points, said, value, whole_numbers, word};
 use crate::memory::{self, Need, Part};
 use crate::scene::gltf::has_area;
@@ -20,8 +21,8 @@ pub struct FaceSurfaces {
     pub of_mesh: Option<usize>,
     /// Surfaces of faces that are in a subset.
     pub of_face: HashMap<u32, Option<usize>>,
-    /// Name of the texture coordinates.
-    pub uvs: Option<String>,
+    /// Names of the texture coordinates of each surface.
+    pub uvs: HashMap<usize, UvNames>,
 }
 
 /// Faces of a mesh.
@@ -52,7 +53,17 @@ struct Primvar<T> {
 /// Values at the corners of a mesh's faces.
 struct Spreads {
     normals: Option<Primvar<[f32; 3]>>,
-    uvs: Option<Primvar<[f32; 2]>>,
+    uvs: UvPrimvars,
+}
+
+/// Texture coordinates of a mesh.
+#[derive(Default)]
+struct UvPrimvars {
+    all: Vec<Primvar<[f32; 2]>>,
+    /// The two sets of each surface, by their numbers among all.
+    of_surface: HashMap<usize, [Option<usize>; 2]>,
+    /// The set of faces without a surface.
+    usual: Option<usize>,
 }
 
 /// A corner of a face.
@@ -86,7 +97,7 @@ pub fn mesh(
         ));
     }
     let normals = if is_subdivided { None } else { normals(prim, code)? };
-    let uvs = uvs(prim, code, surfaces.uvs.as_deref())?;
+    let uvs = UvPrimvars::read(prim, code, &surfaces.uvs)?;
     let mut mesh = triangulated(&rest, &faces, surfaces, &Spreads { normals, uvs });
     if mesh.triangles.is_empty() {
         return Ok(None);
@@ -192,17 +203,56 @@ fn normals(prim: &Prim, code: f64) -> Answer<Option<Primvar<[f32; 3]>>> {
     primvar(prim, "normals", code, Spread::Vertex, points)
 }
 
-fn uvs(prim: &Prim, code: f64, name: Option<&str>) -> Answer<Option<Primvar<[f32; 2]>>> {
-    for name in name.into_iter().chain(["st", "UVMap"]) {
-        let read = primvar(prim, &format!("primvars:{name}"), code, Spread::Constant, pairs)?;
-        if read.is_some() {
-            return Ok(read);
+impl UvPrimvars {
+    /// Reads the sets that surfaces name. What is not there has the usual one.
+    fn read(prim: &Prim, code: f64, names: &HashMap<usize, UvNames>) -> Answer<Self> {
+        let mut sets = Self::default();
+        let mut known: HashMap<String, Option<usize>> = HashMap::new();
+        let mut number = |sets: &mut Self, name: &str| -> Answer<Option<usize>> {
+            if let Some(number) = known.get(name) {
+                return Ok(*number);
+            }
+            let read = primvar(prim, &format!("primvars:{name}"), code, Spread::Constant, pairs)?;
+            let number = read.map(|read| {
+                sets.all.push(read);
+                sets.all.len() - 1
+            });
+            known.insert(name.to_string(), number);
+            Ok(number)
+        };
+        for name in ["st", "UVMap"] {
+            if sets.usual.is_none() {
+                sets.usual = number(&mut sets, name)?;
+            }
         }
+        for (surface, [first, second]) in names {
+            let mut of = |name: &Option<String>| match name {
+                Some(name) => number(&mut sets, name),
+                None => Ok(None),
+            };
+            let [first, second] = [of(first)?, of(second)?];
+            sets.of_surface.insert(*surface, [first.or(sets.usual), second]);
+        }
+        Ok(sets)
     }
-    Ok(None)
+
+    /// The two sets of a surface.
+    fn of(&self, surface: Option<usize>) -> [Option<&Primvar<[f32; 2]>>; 2] {
+        let of_surface = surface.and_then(|surface| self.of_surface.get(&surface).copied());
+        of_surface.unwrap_or([self.usual, None]).map(|number| number.map(|number| &self.all[number]))
+    }
+
+    /// True for each of the two sets that a surface has.
+    fn has(&self) -> [bool; 2] {
+        let second = self.of_surface.values().any(|[_, second]| second.is_some());
+        [!self.all.is_empty(), second]
+    }
 }
 
-/// Cuts faces into triangles, and makes a vertex for each point with one normal and one pair of texture coordinates.
+/// What tells vertices apart: the point, and the bits of the normal and of both pairs of texture coordinates.
+type VertexKey = (u32, [u32; 3], [[u32; 2]; 2]);
+
+/// Cuts faces into triangles, and makes a vertex for each point with one normal and one pair of texture coordinates of each set.
 fn triangulated(
     points: &[[f32; 3]],
     faces: &Faces,
@@ -210,7 +260,8 @@ fn triangulated(
     Spreads { normals, uvs }: &Spreads,
 ) -> UsdMesh {
     let mut mesh = UsdMesh::default();
-    let mut known: HashMap<(u32, [u32; 3], [u32; 2]), u32> = HashMap::new();
+    let mut known: HashMap<VertexKey, u32> = HashMap::new();
+    let [has_first, has_second] = uvs.has();
     let mut by_surface: BTreeMap<Option<usize>, Vec<[u32; 3]>> = BTreeMap::new();
     let (mut cutter, mut begin) = (Cutter::new(), 0);
     for (face, count) in faces.counts.iter().enumerate() {
@@ -226,28 +277,29 @@ fn triangulated(
         }
         let place = |corner: &Corner| Vec3::from(points[corner.point as usize]).as_dvec3();
         let places: Vec<DVec3> = corners.iter().map(place).collect();
+        let surface = surfaces.of_face.get(&(face as u32)).copied().unwrap_or(surfaces.of_mesh);
+        let sets = uvs.of(surface);
         let vertices: Vec<u32> = corners
             .iter()
             .map(|corner| {
                 let normal =
                     normals.as_ref().map_or([0.0; 3], |normals| normals.at(*corner).unwrap_or_default());
-                let uv = uvs.as_ref().map_or([0.0; 2], |uvs| uvs.at(*corner).unwrap_or_default());
-                let key = (corner.point, normal.map(f32::to_bits), uv.map(f32::to_bits));
+                let uvs = sets.map(|set| set.and_then(|set| set.at(*corner)).unwrap_or_default());
+                let key = (corner.point, normal.map(f32::to_bits), uvs.map(|uv| uv.map(f32::to_bits)));
                 *known.entry(key).or_insert_with(|| {
                     mesh.positions.push(points[corner.point as usize]);
                     mesh.point_of.push(corner.point);
                     if normals.is_some() {
                         mesh.normals.push(Vec3::from(normal).as_dvec3().normalize_or_zero().as_vec3());
                     }
-                    if uvs.is_some() {
-                        let uv = Vec2::from(uv);
-                        mesh.uvs.push(if uv.is_finite() { uv } else { Vec2::ZERO });
-                    }
+                    let [first, second] =
+                        uvs.map(Vec2::from).map(|uv| if uv.is_finite() { uv } else { Vec2::ZERO });
+                    mesh.uvs.extend(has_first.then_some(first));
+                    mesh.second_uvs.extend(has_second.then_some(second));
                     (mesh.positions.len() - 1) as u32
                 })
             })
             .collect();
-        let surface = surfaces.of_face.get(&(face as u32)).copied().unwrap_or(surfaces.of_mesh);
         let triangles = by_surface.entry(surface).or_default();
         cutter.cut(&places, |three| {
             let triangle = three.map(|corner| vertices[corner]);

@@ -94,11 +94,12 @@ impl Assembly {
                 runs.push((begin..begin + count, index));
                 begin += count;
             }
-            let UsdMesh { positions, normals, uvs, triangles, .. } = mesh;
+            let UsdMesh { positions, normals, uvs, second_uvs, triangles, .. } = mesh;
             let surface = Surface {
                 positions: positions.clone(),
                 normals: normals.clone(),
                 uvs: uvs.clone(),
+                second_uvs: second_uvs.clone(),
                 triangles: triangles.clone(),
                 ..Surface::default()
             };

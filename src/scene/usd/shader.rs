@@ -14,7 +14,7 @@ use super::file::{Input, Picture, Surface};
 use super::resolver::Checked;
 use super::value::{Answer, codes, is_name, number, numbers, said, three, value, word};
 use crate::scene::model::dielectric::Coat;
-use crate::scene::texture::{Mapping, Wrap};
+use crate::scene::texture::{Mapping, UvSet, Wrap};
 
 /// Most steps from an input to the shader that computes it: nothing honest is as deep, and what is connected to itself has no end.
 const MOST_STEPS: usize = 32;
@@ -31,10 +31,16 @@ pub struct Shaders<'a> {
     pub unused: BTreeSet<String>,
 }
 
-/// A material, and the name of its texture coordinates.
+/// Names of a material's sets of texture coordinates: that of its colour, or else of its first picture, and another one.
+pub type UvNames = [Option<String>; 2];
+
+/// Name of texture coordinates that are not named.
+const USUAL_UVS: &str = "st";
+
+/// A material, and the names of its texture coordinates.
 pub struct ReadSurface {
     pub surface: Surface,
-    pub uvs: Option<String>,
+    pub uvs: UvNames,
 }
 
 /// Path by which a picture is known, its name as written, and its bytes if it is packed.
@@ -63,12 +69,14 @@ impl<'a> Shaders<'a> {
             return Ok(None);
         }
         let prim = source.prim;
-        let mut uvs = None;
+        let mut uvs = UvNames::default();
         let mut input = |shaders: &mut Self, name: &str, default: DVec3| {
-            let read = shaders.input(&prim, name, default)?;
-            let (input, own) = read;
-            // one set of texture coordinates a mesh: that of its colour before others
-            uvs = uvs.take().or(own);
+            let (mut input, own) = shaders.input(&prim, name, default)?;
+            if let Input::Picture(picture) = &mut input {
+                // cut-outs take the first set, as colours do
+                let may_differ = name != "inputs:opacity";
+                picture.mapping.uvs = shaders.set_of(&mut uvs, own, may_differ);
+            }
             Ok::<Input, String>(input)
         };
         let diffuse = input(self, "inputs:diffuseColor", DVec3::splat(0.18))?;
@@ -113,6 +121,22 @@ impl<'a> Shaders<'a> {
             normal,
         };
         Ok(Some(ReadSurface { surface, uvs }))
+    }
+
+    /// Finds the set of texture coordinates called `own`, among those of a material, or adds it.
+    fn set_of(&mut self, names: &mut UvNames, own: Option<String>, may_differ: bool) -> UvSet {
+        let own = own.unwrap_or_else(|| String::from(USUAL_UVS));
+        let [first, second] = names;
+        if *first.get_or_insert_with(|| own.clone()) == own {
+            return UvSet::First;
+        }
+        if may_differ && *second.get_or_insert_with(|| own.clone()) == own {
+            return UvSet::Second;
+        }
+        self.leave_out(
+            "a material takes two sets of texture coordinates, and one for colour and opacity: other textures have those of the colour",
+        );
+        UvSet::First
     }
 
     /// The clear coat of a surface, if it has one.

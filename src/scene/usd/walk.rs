@@ -1,6 +1,6 @@
 //! Walks over the prims of a stage, and collects what they show.
 
-use std::collections::{BTreeSet, HashMap};
+use std::collections::HashMap;
 use std::rc::Rc;
 
 use glam::{DAffine3, DQuat};
@@ -12,7 +12,7 @@ use super::binding::Bindings;
 use super::file::{Clock, Content, ShownMesh, Surface, Units, UsdMesh};
 use super::geometry::{self, FaceSurfaces};
 use super::instancer::{self, Copy};
-use super::shader::{ReadSurface, Shaders};
+use super::shader::{ReadSurface, Shaders, UvNames};
 use super::value::{Answer, codes, said, value, whole_numbers, word};
 use super::{cameras, lights, place};
 use crate::animation::{Track, Visibility};
@@ -52,7 +52,7 @@ struct Walk<'a> {
     /// Meshes of prototypes' prims, which their instances share.
     of_prototypes: HashMap<String, Option<usize>>,
     /// Surfaces by path of their material, and names of their texture coordinates.
-    of_materials: HashMap<String, Option<(usize, Option<String>)>>,
+    of_materials: HashMap<String, Option<(usize, UvNames)>>,
     /// Numbers of the meshes by their digest.
     known: HashMap<Digest, Vec<usize>>,
     /// Instancers that are being walked through.
@@ -316,10 +316,9 @@ impl Walk<'_> {
             let color = self.shaders.display_color(prim)?;
             surfaces.of_mesh = color.map(|color| self.number_of_surface(color));
         }
-        let mut names = Vec::new();
         if let Some((surface, uvs)) = bound {
             surfaces.of_mesh = Some(surface);
-            names.extend(uvs);
+            surfaces.uvs.insert(surface, uvs);
         }
         for child in said(prim.children())? {
             if said(child.type_name())?.is_none_or(|kind| kind.as_str() != "GeomSubset") {
@@ -334,19 +333,13 @@ impl Walk<'_> {
             let faces = value(&child, "indices", code)?.as_ref().and_then(whole_numbers).unwrap_or_default();
             let faces = faces.into_iter().filter_map(|face| u32::try_from(face).ok());
             surfaces.of_face.extend(faces.map(|face| (face, Some(surface))));
-            names.extend(uvs);
+            surfaces.uvs.insert(surface, uvs);
         }
-        names.dedup();
-        if names.iter().collect::<BTreeSet<_>>().len() > 1 {
-            let message = "a mesh has one set of texture coordinates: that of its first material counts";
-            self.content.unused.insert(String::from(message));
-        }
-        surfaces.uvs = names.into_iter().next();
         Ok(surfaces)
     }
 
-    /// Number of the surface that is bound at a path, and the name of its texture coordinates.
-    fn surface(&mut self, path: &Path) -> Answer<Option<(usize, Option<String>)>> {
+    /// Number of the surface that is bound at a path, and the names of its texture coordinates.
+    fn surface(&mut self, path: &Path) -> Answer<Option<(usize, UvNames)>> {
         let Some(material) = self.bindings.material(self.stage, path)? else { return Ok(None) };
         if let Some(known) = self.of_materials.get(material.as_str()) {
             return Ok(known.clone());

@@ -1,7 +1,7 @@
 //! Are UsdPreviewSurface materials what the file says, and bound to the right faces?
 
 use super::*;
-use afterimage::scene::texture::Wrap;
+use afterimage::scene::texture::{UvSet, Wrap};
 
 /// A material with these inputs.
 fn material(name: &str, inputs: &str) -> String {
@@ -107,4 +107,66 @@ fn coats_are_one_layer_with_what_is_below() {
         "{metal:?} {told:?}"
     );
     assert!(coated("").1.is_empty());
+}
+
+/// Each material has its own sets of texture coordinates, on one mesh: one for its colour, and another one.
+#[test]
+fn materials_name_their_texture_coordinates() {
+    let reader = |material: &str, number: usize, varname: &str, output: &str| {
+        format!(
+            "def Shader \"T{number}\" {{\n uniform token info:id = \"UsdUVTexture\"\n asset inputs:file = @./leaf.png@\n\
+             float2 inputs:st.connect = </{material}/R{number}.outputs:result>\n float3 outputs:{output}\n}}\n\
+             def Shader \"R{number}\" {{\n uniform token info:id = \"UsdPrimvarReader_float2\"\n\
+             string inputs:varname = \"{varname}\"\n float2 outputs:result\n}}\n"
+        )
+    };
+    let one = format!(
+        "{}{}}}\n",
+        material("One", "color3f inputs:diffuseColor.connect = </One/T0.outputs:rgb>\n"),
+        reader("One", 0, "first", "rgb")
+    );
+    let inputs = "color3f inputs:diffuseColor.connect = </Two/T0.outputs:rgb>\n\
+                  float3 inputs:normal.connect = </Two/T1.outputs:rgb>\n\
+                  color3f inputs:emissiveColor.connect = </Two/T2.outputs:rgb>\n";
+    let two = format!(
+        "{}{}{}{}}}\n",
+        material("Two", inputs),
+        reader("Two", 0, "second", "rgb"),
+        reader("Two", 1, "first", "rgb"),
+        reader("Two", 2, "third", "rgb")
+    );
+    let set = |name: &str, x: f32| {
+        format!(
+            "texCoord2f[] primvars:{name} = [({x}, 0), ({x}, 1), ({x}, 2)] ( interpolation = \"vertex\" )\n"
+        )
+    };
+    let prims = format!(
+        "{one}{two}def Mesh \"M\" {{ int[] faceVertexCounts = [3, 3]\n int[] faceVertexIndices = [0, 1, 2, 2, 1, 0]\n\
+         point3f[] points = [(0, 0, 0), (1, 0, 0), (0, 3, 0)]\n uniform token subdivisionScheme = \"none\"\n{}{}{}\
+         rel material:binding = </One>\n def GeomSubset \"S\" {{ int[] indices = [1]\n\
+         uniform token familyName = \"materialBind\"\n rel material:binding = </Two>\n}} }}\n",
+        set("first", 0.25),
+        set("second", 0.5),
+        set("third", 0.75)
+    );
+    let folder = folder(METRES, &prims);
+    image::RgbaImage::from_pixel(2, 2, image::Rgba([128, 128, 255, 255]))
+        .save(folder.path().join("leaf.png"))
+        .unwrap();
+    let shot = scene::load(&folder.path().join("m.usda"), false).unwrap();
+    let mesh = &shot.scene.models[0].mesh;
+    for (triangle, name, sets) in [(0, "One", [0.25, 0.0]), (1, "Two", [0.5, 0.25])] {
+        let material = &shot.scene.materials[usize::from(mesh.material_of[triangle])];
+        assert_eq!(material.name, name);
+        for corner in mesh.triangles[triangle].map(|corner| corner as usize) {
+            let all = [UvSet::First, UvSet::Second].map(|set| mesh.uvs_of(set)[corner].x);
+            assert_eq!(all, sets, "{name}");
+        }
+    }
+    let two = &shot.scene.materials[usize::from(mesh.material_of[1])];
+    let set_of = |map: u32| shot.scene.textures[map as usize].mapping.uvs;
+    assert_eq!(set_of(two.diffuse_map.unwrap()), UvSet::First);
+    assert_eq!(set_of(two.normal_map.unwrap().map), UvSet::Second);
+    let message = "a material takes two sets of texture coordinates";
+    assert!(shot.warnings.iter().any(|warning| warning.to_string().contains(message)), "{:?}", shot.warnings);
 }
