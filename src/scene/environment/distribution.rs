@@ -31,8 +31,10 @@ pub(super) struct Distribution {
     columns: Vec<Steps>,
     /// Cosines of the angles to +Y of the rows' edges, from 1 to -1: one more than there are rows.
     edges: Vec<f64>,
-    /// Number of texels along each edge of a cell.
-    block: usize,
+    /// Density in solid angle for each row, over the probability of the column: that of the row over a cell's solid angle.
+    densities: Vec<f64>,
+    /// Number of texels along each edge of a cell, as a power of two.
+    block_bits: u32,
     /// Integral over the sphere of the function that the density follows.
     integral: f64,
 }
@@ -61,7 +63,12 @@ impl Distribution {
             (weights, even_share) = (areas.collect(), 0.0);
         }
         let (rows, _) = Steps::new(&weights, even_share);
-        Self { rows, columns, edges, block, integral }
+        let density = |(row, edges): (usize, &[f64])| {
+            let solid_angle = (edges[0] - edges[1]) * TAU / columns[row].count() as f64;
+            f64::from(rows.probability(row)) / solid_angle
+        };
+        let densities = edges.windows(2).enumerate().map(density).collect();
+        Self { densities, rows, columns, edges, block_bits: block.trailing_zeros(), integral }
     }
 
     /// Integral over the sphere of the function that the density follows.
@@ -88,11 +95,8 @@ impl Distribution {
     /// Density in solid angle with which [`Self::sample`] returns the directions of the texel in this column
     /// and row.
     pub fn pdf(&self, column: usize, row: usize) -> f32 {
-        let (column, row) = (column / self.block, row / self.block);
-        let columns = &self.columns[row];
-        let of_cell = f64::from(self.rows.probability(row)) * f64::from(columns.probability(column));
-        let solid_angle = (self.edges[row] - self.edges[row + 1]) * TAU / columns.count() as f64;
-        (of_cell / solid_angle) as f32
+        let (column, row) = (column >> self.block_bits, row >> self.block_bits);
+        (self.densities[row] * f64::from(self.columns[row].probability(column))) as f32
     }
 }
 
@@ -181,15 +185,15 @@ mod tests {
     #[test]
     fn cells_are_as_large_as_what_they_follow_is_smooth() {
         let size = [1024, 512];
-        for (narrow, block) in [(1.0, 8), (20.0, 4), (40.0, 2), (300.0, 1)] {
-            assert_eq!(Distribution::new(size, &bell(512, narrow)).block, block, "{narrow}");
+        for (narrow, bits) in [(1.0, 3), (20.0, 2), (40.0, 1), (300.0, 0)] {
+            assert_eq!(Distribution::new(size, &bell(512, narrow)).block_bits, bits, "{narrow}");
         }
         // an odd number of columns: no larger cells
         let even = |_: usize, means: &mut Vec<f64>| {
             means.clear();
             means.resize(1023, 1.0);
         };
-        assert_eq!(Distribution::new([1023, 512], &even).block, 1);
+        assert_eq!(Distribution::new([1023, 512], &even).block_bits, 0);
     }
 
     #[test]

@@ -8,6 +8,7 @@ use std::fmt;
 
 use glam::{Vec2, Vec3};
 
+use super::angle;
 use super::distribution::Distribution;
 use super::light_from::LightFrom;
 use super::picture_error::PictureError;
@@ -51,7 +52,13 @@ impl Grid {
     fn radiance_at(&self, [x, y]: [f32; 2]) -> Vec3 {
         let (x, y) = (x - 0.5, y - 0.5);
         let (left, top) = (x.floor(), y.floor());
-        let column = |column: f32| (column as i64).rem_euclid(self.width as i64) as usize;
+        // from -1 to the width, and never beyond: no division
+        let last = self.width - 1;
+        let column = |column: f32| match column {
+            ..0.0 => last,
+            _ if column as usize > last => 0,
+            _ => column as usize,
+        };
         let row = |row: f32| (row.max(0.0) as usize).min(self.height - 1);
         let (left, right, across) = (column(left), column(left + 1.0), x - left);
         let (above, below, down) = (row(top), row(top + 1.0), y - top);
@@ -71,17 +78,19 @@ impl Grid {
     /// returns it.
     pub fn light(&self, direction: Vec3) -> LightFrom {
         let [x, y] = self.place(direction);
-        let (column, row) = ((x as usize) % self.width, (y as usize).min(self.height - 1));
+        // the last column ends where the first one begins
+        let (column, row) = (x as usize, (y as usize).min(self.height - 1));
+        let column = if column < self.width { column } else { 0 };
         LightFrom { radiance: self.radiance_at([x, y]), pdf: self.distribution.pdf(column, row) }
     }
 
     /// Position of `direction` (any length) on the grid, in texels from the left and from the top.
     fn place(&self, direction: Vec3) -> [f32; 2] {
         use std::f32::consts::{FRAC_1_PI, TAU};
-        let u = 0.5 + direction.x.atan2(-direction.z) / TAU;
+        let u = 0.5 + angle::of(direction.x, -direction.z) / TAU;
         // Not the arc cosine of y, which knows no small angles; and not `hypot` (see clippy.toml).
         let aside = Vec2::new(direction.x, direction.z).as_dvec2().length() as f32;
-        let v = aside.atan2(direction.y) * FRAC_1_PI;
+        let v = angle::of(aside, direction.y) * FRAC_1_PI;
         [u * self.width as f32, v * self.height as f32]
     }
 

@@ -5,6 +5,7 @@
 //! `u = 1/2 + atan2(x, -z) / 2π` (from the left) and `v = atan2(√(x² + z²), y) / π` (from the top): the middle of a map
 //! is -Z, where a camera without rotation looks, to its right is +X, and its upper edge is +Y.
 
+mod angle;
 mod distribution;
 mod grid;
 mod light_from;

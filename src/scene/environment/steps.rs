@@ -8,7 +8,6 @@ const BELOW_ONE: f32 = 1.0 - f32::EPSILON / 2.0;
 pub(super) struct Steps {
     /// Probability of each step and all before it; the last is exactly 1.
     ends: Vec<f32>,
-    /// The first step that ends above each of evenly spread numbers, from 0 up to 1: a search begins and ends there (Chen and
     /// First step that ends above each of evenly spread numbers, from 0 up to 1: a search begins and ends
     /// there (Chen and Asau, "On Generating Random Variates from an Empirical Distribution", 1974). The
     /// length is a power of two plus one: a random number times that power is not rounded.
