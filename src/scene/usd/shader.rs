@@ -81,13 +81,13 @@ impl<'a> Shaders<'a> {
         };
         let diffuse = input(self, "inputs:diffuseColor", DVec3::splat(0.18))?;
         let opacity = input(self, "inputs:opacity", DVec3::ONE)?;
-        let emissive = input(self, "inputs:emissiveColor", DVec3::ZERO)?;
-        let roughness = input(self, "inputs:roughness", DVec3::splat(0.5))?;
-        let metallic = input(self, "inputs:metallic", DVec3::ZERO)?;
         let normal = match input(self, "inputs:normal", DVec3::Z)? {
             Input::Picture(picture) => Some(picture),
             Input::Constant(_) => None,
         };
+        let emissive = input(self, "inputs:emissiveColor", DVec3::ZERO)?;
+        let roughness = input(self, "inputs:roughness", DVec3::splat(0.5))?;
+        let metallic = input(self, "inputs:metallic", DVec3::ZERO)?;
         let workflow = number(&prim, "inputs:useSpecularWorkflow", self.code)?.unwrap_or(0.0);
         let specular = match workflow == 1.0 {
             true => Some(input(self, "inputs:specularColor", DVec3::ZERO)?),
