@@ -18,7 +18,7 @@ use glam::{DVec2, Vec3};
 use crate::scene::cutout::outline::{HalfPlane, Outline, Part};
 use crate::scene::cutout::{CutTriangles, Mask};
 use crate::scene::{Mesh, Model};
-use pieces::Pieces;
+use pieces::{Outlined, Pieces};
 
 /// Number of triangles that trimming may add to a shot: some 150 MiB.
 const MOST_ADDED: usize = 1 << 20;
@@ -73,15 +73,6 @@ fn trimmed_mesh(mesh: &Mesh, room: &mut usize) -> Option<Mesh> {
 
 /// Triangles by island: those that are connected by vertices, and cut by one picture.
 struct Islands(Vec<Vec<Outlined>>);
-
-/// A triangle that is cut out by a picture.
-#[derive(Debug, Clone, Copy)]
-struct Outlined {
-    /// Its number in the mesh.
-    number: usize,
-    /// Its corners in the picture, in texels.
-    texels: [DVec2; 3],
-}
 
 impl Islands {
     fn of(mesh: &Mesh, cut: &CutTriangles) -> Self {

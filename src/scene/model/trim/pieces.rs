@@ -9,7 +9,6 @@ use embree::VertexBuffer;
 use glam::{DMat2, DVec2, DVec3, Vec2, Vec3};
 use half::f16;
 
-use super::Outlined;
 use crate::scene::Mesh;
 use crate::scene::cutout::CutTriangles;
 use crate::scene::cutout::outline::HalfPlane;
@@ -21,6 +20,15 @@ const MOST_LEFT: f64 = 0.85;
 
 /// Weights that differ by less are those of one place.
 const ONE_PLACE: f64 = 1e-6;
+
+/// A triangle that is cut out by a picture.
+#[derive(Debug, Clone, Copy)]
+pub struct Outlined {
+    /// Its number in the mesh.
+    pub number: usize,
+    /// Its corners in the picture, in texels.
+    pub texels: [DVec2; 3],
+}
 
 /// Corner of a part of a triangle.
 #[derive(Debug, Clone, Copy)]
