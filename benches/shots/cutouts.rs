@@ -10,11 +10,11 @@ use std::path::Path;
 use afterimage::frame::Renderer;
 use afterimage::scene;
 use afterimage::settings::Settings;
-use afterimage::stats::FrameStats;
 use afterimage::trace::BackendKind;
 use glam::{Mat3, Vec2, Vec3};
 use serde::Serialize;
 
+use super::fastest::{Speeds, fastest};
 use super::table::{Circumstances, write_json};
 use super::{Arguments, folder};
 
@@ -57,12 +57,9 @@ impl Leaves {
 struct Row {
     leaves: &'static str,
     tracer: &'static str,
-    /// Seconds of the fastest frame; all other values are of that frame as well.
-    full_seconds: f64,
-    /// Millions of rays a second, of one thread while it is in the tracer, by kind.
-    primary_speed: f64,
-    shadow_speed: f64,
-    gathering_speed: f64,
+    /// Of the fastest frame.
+    #[serde(flatten)]
+    speeds: Speeds,
 }
 
 type Failable<T> = Result<T, Box<dyn Error>>;
@@ -93,26 +90,16 @@ fn measure(kind: BackendKind, leaves: Leaves, shot: &Path, arguments: &Arguments
     let [width, height] = arguments.size();
     let settings = Settings { width, height, samples: 2, layers: arguments.layers(), ..shot.settings };
     let mut renderer = Renderer::with(kind, &shot.scene, &settings)?;
-    let mut fastest: Option<FrameStats> = None;
-    for frame in (0..arguments.rounds()).flat_map(|_| 1..=arguments.frames() as i32) {
-        let finished = renderer.render(frame, false)?;
-        if fastest.as_ref().is_none_or(|best| finished.stats.seconds.rendering() < best.seconds.rendering()) {
-            fastest = Some(finished.stats.clone());
-        }
-    }
-    let FrameStats { rays, tracing, seconds, .. } = fastest.ok_or("no frame was rendered")?;
-    let speed = |rays: u64, seconds: f64| if rays == 0 { 0.0 } else { rays as f64 / seconds / 1e6 };
-    let row = Row {
-        leaves: leaves.name(),
-        tracer: kind.name(),
-        full_seconds: seconds.rendering(),
-        primary_speed: speed(rays.primary, tracing.primary),
-        shadow_speed: speed(rays.shadow, tracing.shadow),
-        gathering_speed: speed(rays.gathering, tracing.bounced),
-    };
+    let (_, speeds) = fastest(&mut renderer, 1, arguments)?;
+    let row = Row { leaves: leaves.name(), tracer: kind.name(), speeds };
     println!(
         "| {:<16} | {:<6} | {:7.3} | {:11.1} | {:10.1} | {:9.1} |",
-        row.leaves, row.tracer, row.full_seconds, row.primary_speed, row.shadow_speed, row.gathering_speed,
+        row.leaves,
+        row.tracer,
+        speeds.full_seconds,
+        speeds.primary_speed,
+        speeds.shadow_speed,
+        speeds.bounced_speed,
     );
     Ok(row)
 }

@@ -9,11 +9,11 @@ use afterimage::frame::Renderer;
 use afterimage::scene::material::Optics;
 use afterimage::scene::{Material, Mesh, Scene};
 use afterimage::settings::Settings;
-use afterimage::stats::FrameStats;
 use afterimage::trace::BackendKind;
 use glam::Vec3;
 use serde::Serialize;
 
+use super::fastest::{Speeds, fastest};
 use super::kinds::Kind;
 use super::places::{generated, rippled_sphere};
 use super::suite::load;
@@ -30,13 +30,10 @@ struct Row {
     surface: &'static str,
     tracer: &'static str,
     build_seconds: f64,
-    /// Seconds of the fastest frame; all other values are of that frame as well.
-    full_seconds: f64,
     shadow_rays: u64,
-    /// Millions of rays a second, of one thread while it is in the tracer, by kind.
-    primary_speed: f64,
-    shadow_speed: f64,
-    bounced_speed: f64,
+    /// Of the fastest frame, as are the rays.
+    #[serde(flatten)]
+    speeds: Speeds,
 }
 
 type Failable<T> = Result<T, Box<dyn Error>>;
@@ -102,35 +99,24 @@ fn measure(
 ) -> Failable<Row> {
     let mut renderer = Renderer::with(kind, scene, settings)?;
     let first = if sphere == "moves" { Kind::All } else { Kind::Dolly }.first_frame();
-    let mut fastest: Option<FrameStats> = None;
-    for frame in (0..arguments.rounds()).flat_map(|_| first..first + arguments.frames() as i32) {
-        let finished = renderer.render(frame, false)?;
-        if fastest.as_ref().is_none_or(|best| finished.stats.seconds.rendering() < best.seconds.rendering()) {
-            fastest = Some(finished.stats.clone());
-        }
-    }
-    let FrameStats { rays, tracing, seconds, .. } = fastest.ok_or("no frame was rendered")?;
-    let speed = |rays: u64, seconds: f64| if rays == 0 { 0.0 } else { rays as f64 / seconds / 1e6 };
+    let (rays, speeds) = fastest(&mut renderer, first, arguments)?;
     let row = Row {
         sphere,
         surface,
         tracer: kind.name(),
         build_seconds: renderer.build_seconds(),
-        full_seconds: seconds.rendering(),
         shadow_rays: rays.shadow,
-        primary_speed: speed(rays.primary, tracing.primary),
-        shadow_speed: speed(rays.shadow, tracing.shadow),
-        bounced_speed: speed(rays.reflection + rays.refraction, tracing.bounced),
+        speeds,
     };
     println!(
         "| {sphere:<6} | {surface:<7} | {:<6} | {:7.2} | {:7.3} | {:8.2} | {:11.1} | {:10.1} | {:11.1} |",
         row.tracer,
         row.build_seconds,
-        row.full_seconds,
+        speeds.full_seconds,
         row.shadow_rays as f64 / 1e6,
-        row.primary_speed,
-        row.shadow_speed,
-        row.bounced_speed,
+        speeds.primary_speed,
+        speeds.shadow_speed,
+        speeds.bounced_speed,
     );
     Ok(row)
 }

@@ -9,6 +9,7 @@ mod chains;
 mod contest;
 mod cutouts;
 mod equal;
+mod fastest;
 mod flows;
 mod gathered;
 mod glass;

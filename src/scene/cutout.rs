@@ -159,7 +159,7 @@ impl Mask {
                 match square {
                     Square::Gone => false,
                     Square::There if asks == Asks::Sight || self.blended.is_none() => true,
-                    _ => self.is_between(texture, (triangle, place), asks),
+                    _ => self.is_between((texture, placement), (triangle, place), asks),
                 }
             }
             Alpha::Vertices(texture) => {
@@ -173,8 +173,13 @@ impl Mask {
 
     /// Asks the alpha between texels. Not inlined: most places are in squares that are there, or gone, as a whole.
     #[inline(never)]
-    fn is_between(&self, texture: &Texture, (triangle, place): (u32, Vec2), asks: Asks) -> bool {
-        let between = texture.placement().between_at(place);
+    fn is_between(
+        &self,
+        (texture, placement): (&Texture, &Placement),
+        (triangle, place): (u32, Vec2),
+        asks: Asks,
+    ) -> bool {
+        let between = placement.between_at(place);
         let alpha = texture.alpha_between(&between);
         match self.blended {
             Some(solid) if asks == Asks::Shadow => {

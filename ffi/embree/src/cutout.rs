@@ -13,7 +13,7 @@ pub trait Cutout: Debug + Send + Sync {
     fn retain(&self, candidates: Candidates<'_>);
 }
 
-/// Candidates of rays with triangles, which count unless they are rejected.
+/// Hits of rays with triangles, which count unless they are rejected.
 #[derive(Debug)]
 pub struct Candidates<'a>(&'a sys::RTCFilterFunctionNArguments);
 

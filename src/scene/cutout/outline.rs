@@ -1,6 +1,6 @@
 //! Outlines of what is there in a part of a picture.
 
-use glam::DVec2;
+use glam::{DVec2, Vec2};
 
 use super::{Alpha, Mask, Square};
 use crate::scene::texture::{Placement, Wrap};
@@ -18,7 +18,7 @@ pub struct HalfPlane {
 }
 
 impl HalfPlane {
-    /// Distance of a place beyond the half, in lengths of `normal`; at most 0 within it.
+    /// How far a place is beyond the border: its distance times the length of `normal`; at most 0 within the half.
     pub fn beyond(&self, place: DVec2) -> f64 {
         self.normal.dot(place) - self.end
     }
@@ -49,15 +49,14 @@ impl Part {
 impl Mask {
     /// Texels of texture coordinates: 0 at the centre of the picture's first one, rightwards and downwards. `None` if not the picture
     /// alone says what is there.
-    pub fn texel_of(&self, uv: glam::Vec2) -> Option<DVec2> {
+    pub fn texel_of(&self, uv: Vec2) -> Option<DVec2> {
         let Alpha::Picture { placement, .. } = &self.alpha else { return None };
         let place = placement.mapping.at(uv).as_dvec2();
         let size = DVec2::new(placement.width.into(), placement.height.into());
         Some(DVec2::new(place.x, 1.0 - place.y) * size - 0.5)
     }
 
-    /// Half planes that hold all that is there of a part of the picture, at most eight; none if nothing is there. `None` if
-    /// all may be there.
+    /// Outline of what is there of a part of the picture, of at most eight edges. `None` if all may be there.
     pub fn outline(&self, part: Part) -> Option<Outline> {
         let Alpha::Picture { placement, squares, .. } = &self.alpha else { return None };
         let Placement { width, height, mapping, .. } = *placement;
@@ -138,8 +137,6 @@ impl Outline {
 mod tests {
     use std::path::PathBuf;
     use std::sync::Arc;
-
-    use glam::Vec2;
 
     use super::*;
     use crate::scene::Texture;

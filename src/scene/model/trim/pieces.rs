@@ -137,7 +137,7 @@ impl<'a> Pieces<'a> {
                     // the border goes on where the polygon leaves; where it comes back, its edge does
                     let edge = if leaves { None } else { from.edge };
                     let crossing = match from.edge {
-                        Some(edge) => on_edge(triangle, ends, edge, half),
+                        Some(edge) => on_edge((triangle, ends), edge, half, (island, number)),
                         None => {
                             let t = beyond[0] / (beyond[0] - beyond[1]);
                             crossings += 1;
@@ -147,11 +147,7 @@ impl<'a> Pieces<'a> {
                             Corner { texel, weights, place, edge: None }
                         }
                     };
-                    let place = match crossing.place {
-                        Place::Edge { ends, .. } => Place::Edge { ends, island, half: number },
-                        other => other,
-                    };
-                    rest.push(Corner { place, edge, ..crossing });
+                    rest.push(Corner { edge, ..crossing });
                 }
             }
             polygon = rest;
@@ -265,8 +261,14 @@ impl<'a> Pieces<'a> {
     }
 }
 
-/// The crossing of a triangle's edge with the border of `half`: the same whichever triangle asks that has the edge.
-fn on_edge(triangle: &Outlined, ends: [u32; 3], edge: usize, half: &HalfPlane) -> Corner {
+/// The crossing of a triangle's edge with the border of `half`, which is known by the number of its island and its own: the same whichever
+/// triangle asks that has the edge. `ends`: the triangle's vertices.
+fn on_edge(
+    (triangle, ends): (&Outlined, [u32; 3]),
+    edge: usize,
+    half: &HalfPlane,
+    (island, number): (u32, u32),
+) -> Corner {
     let other = (edge + 1) % 3;
     let [a, b] = if ends[edge] < ends[other] { [edge, other] } else { [other, edge] };
     let beyond = [a, b].map(|corner| half.beyond(triangle.texels[corner]));
@@ -276,7 +278,7 @@ fn on_edge(triangle: &Outlined, ends: [u32; 3], edge: usize, half: &HalfPlane) -
     Corner {
         texel: triangle.texels[a].lerp(triangle.texels[b], t),
         weights: DVec3::AXES[a] * (1.0 - t) + DVec3::AXES[b] * t,
-        place: Place::Edge { ends: [ends[a], ends[b]], island: 0, half: 0 },
+        place: Place::Edge { ends: [ends[a], ends[b]], island, half: number },
         edge: Some(edge),
     }
 }
