@@ -6,6 +6,7 @@ use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
 use crate::animation::Shape;
+use crate::geometry::vertex_normal;
 
 /// Number for vertices that have no normal.
 const NONE: u32 = u32::MAX;
@@ -19,15 +20,15 @@ pub struct Shapes {
     normals: Option<SharedNormals>,
 }
 
-/// Vertices that share a normal, and the triangles of which that normal is the mean.
+/// Vertices that share a normal, and the corners of triangles of which that normal is the mean.
 #[derive(Debug, Clone)]
 struct SharedNormals {
     /// Number of each vertex's normal, or [`NONE`].
     of_vertex: Vec<u32>,
-    /// First entry of each normal in `triangles`; at the end the length of that list.
+    /// First entry of each normal in `corners`; at the end the length of that list.
     begins: Vec<u32>,
-    /// Triangles around each normal, in order.
-    triangles: Vec<u32>,
+    /// Triangles around each normal, in order, each with that of its corners which is there: 0, 1 or 2.
+    corners: Vec<(u32, u8)>,
 }
 
 impl Shapes {
@@ -66,18 +67,18 @@ impl Shapes {
 
     /// Computes the normals of the vertices at these `positions`: unit length, or zero if there is none.
     /// Empty for a flat mesh. Each is the mean of the normals of the triangles around it, weighted by their
-    /// areas.
+    /// [angles](vertex_normal::share) there.
     pub fn normals(&self, positions: &[[f32; 3]], triangles: &[[u32; 3]]) -> Vec<Vec3> {
         let Some(shared) = &self.normals else { return Vec::new() };
         let place = |corner: u32| Vec3::from_array(positions[corner as usize]).as_dvec3();
-        // twice the area long
-        let across = |triangle: &u32| {
-            let [a, b, c] = triangles[*triangle as usize].map(place);
-            (b - a).cross(c - a)
+        let share = |(triangle, corner): &(u32, u8)| {
+            let mut corners = triangles[*triangle as usize].map(place);
+            corners.rotate_left((*corner).into());
+            vertex_normal::share(corners)
         };
         let mean = |ends: &[u32]| {
-            let around = &shared.triangles[ends[0] as usize..ends[1] as usize];
-            around.iter().map(across).sum::<DVec3>().normalize_or_zero().as_vec3()
+            let around = &shared.corners[ends[0] as usize..ends[1] as usize];
+            around.iter().map(share).sum::<DVec3>().normalize_or_zero().as_vec3()
         };
         let normals: Vec<Vec3> = shared.begins.par_windows(2).map(mean).collect();
         let of_vertex = |number: &u32| normals.get(*number as usize).copied().unwrap_or(Vec3::ZERO);
@@ -97,11 +98,14 @@ impl SharedNormals {
         };
         let of_vertex: Vec<u32> = normals.iter().zip(places).map(number).collect();
         let mut begins = vec![0; numbers.len() + 1];
-        let corners =
-            || (0_u32..).zip(triangles).flat_map(|(triangle, of)| of.map(|corner| (triangle, corner)));
-        let known = |(triangle, corner): (u32, u32)| {
-            let number = of_vertex[corner as usize];
-            (number != NONE).then_some((triangle, number as usize))
+        let corners = || {
+            (0_u32..).zip(triangles).flat_map(|(triangle, of)| {
+                [0, 1, 2].map(|corner| (triangle, corner, of[usize::from(corner)]))
+            })
+        };
+        let known = |(triangle, corner, vertex): (u32, u8, u32)| {
+            let number = of_vertex[vertex as usize];
+            (number != NONE).then_some(((triangle, corner), number as usize))
         };
         corners().filter_map(known).for_each(|(_, number)| begins[number + 1] += 1);
         let mut sum = 0;
@@ -109,12 +113,12 @@ impl SharedNormals {
             sum += *begin;
             *begin = sum;
         });
-        let (mut next, mut around) = (begins.clone(), vec![0; sum as usize]);
-        for (triangle, number) in corners().filter_map(known) {
-            around[next[number] as usize] = triangle;
+        let (mut next, mut around) = (begins.clone(), vec![(0, 0); sum as usize]);
+        for (corner, number) in corners().filter_map(known) {
+            around[next[number] as usize] = corner;
             next[number] += 1;
         }
-        Self { of_vertex, begins, triangles: around }
+        Self { of_vertex, begins, corners: around }
     }
 }
 
@@ -149,9 +153,9 @@ mod tests {
         assert_eq!(flat, [Vec3::Y; 6]);
         let bent = shapes.normals(&shapes.list()[1], &TRIANGLES);
         assert_eq!((bent[0], bent[4]), (Vec3::Y, Vec3::NEG_X));
-        // at one end of the edge two triangles of the upright square meet one of the other, at the other end it is the other way round
-        let mean = |upright: f32, level: f32| Vec3::new(-upright, level, 0.0).normalize();
-        assert!(bent[2].abs_diff_eq(mean(1.0, 2.0), 1e-6) && bent[3].abs_diff_eq(mean(2.0, 1.0), 1e-6));
+        // both squares have a right angle at either end of the edge, into however many triangles they are cut there
+        let mean = Vec3::new(-1.0, 1.0, 0.0).normalize();
+        assert!(bent[2].abs_diff_eq(mean, 1e-6) && bent[3].abs_diff_eq(mean, 1e-6));
     }
 
     #[test]

@@ -8,10 +8,10 @@ use std::fmt;
 
 use glam::{Vec2, Vec3};
 
-use super::angle;
 use super::distribution::Distribution;
 use super::light_from::LightFrom;
 use super::picture_error::PictureError;
+use crate::geometry::angle;
 
 /// Texels of linear RGB, interpolated bilinearly. Columns wrap; beyond the rows at the poles they are repeated.
 ///

@@ -5,7 +5,6 @@
 //! `u = 1/2 + atan2(x, -z) / 2π` (from the left) and `v = atan2(√(x² + z²), y) / π` (from the top): the middle of a map
 //! is -Z, where a camera without rotation looks, to its right is +X, and its upper edge is +Y.
 
-mod angle;
 mod distribution;
 mod grid;
 mod light_from;
@@ -24,6 +23,8 @@ use super::Background;
 use grid::Grid;
 pub use light_from::LightFrom;
 pub use picture_error::PictureError;
+#[cfg(feature = "usd")]
+pub(super) use read::is_even;
 pub(super) use read::read;
 pub use sky::Sky;
 pub use sun::Sun;

@@ -34,7 +34,8 @@ pub(in crate::scene) fn read(path: &Path) -> Result<(Environment, Digest, Option
     let digest = Digest::of_table(width, bytemuck::cast_slice(&texels));
     let environment =
         Environment::from_picture(width, height, texels).map_err(|error| fault(error.to_string()))?;
-    let odd = (u64::from(width) != 2 * u64::from(height)).then(|| {
+    let is_odd = (width, height) != (1, 1) && u64::from(width) != 2 * u64::from(height);
+    let odd = is_odd.then(|| {
         let message = format!(
             "the environment map has {width}x{height} texels and is stretched over the sphere: a latitude-longitude map \
              is twice as wide as high"
@@ -42,6 +43,12 @@ pub(in crate::scene) fn read(path: &Path) -> Result<(Environment, Digest, Option
         Warning(SceneError::new(path, message))
     });
     Ok((environment, digest, odd))
+}
+
+/// Returns true if the map at `path` has one texel: exporters write colours as such.
+#[cfg(feature = "usd")]
+pub(in crate::scene) fn is_even(path: &Path) -> bool {
+    decode(path).is_ok_and(|(width, height, _)| (width, height) == (1, 1))
 }
 
 /// Decodes a map: width, height, and linear RGB row by row. Errors are the end of a sentence.

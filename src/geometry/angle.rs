@@ -1,5 +1,5 @@
-//! Angles, for places on a grid: each ray to the sky asks two. The system's library takes several times as long, for digits that no
-//! grid has.
+//! Angles, fast: each ray to the sky asks two, each corner of a face that deforms one. The system's library takes several times as
+//! long, for digits that neither needs.
 
 use std::f32::consts::{FRAC_PI_2, PI};
 
@@ -19,7 +19,7 @@ const ARC_TANGENT: [f32; 9] = [
 
 /// Angle of a direction in a plane, from -π to π: 0 along x, positive towards y; 0 for no direction. Wrong by 3e-7 at most, and by that share of
 /// angles that are small.
-pub(super) fn of(y: f32, x: f32) -> f32 {
+pub fn of(y: f32, x: f32) -> f32 {
     let (wide, high) = (x.abs(), y.abs());
     let (less, more) = if high > wide { (wide, high) } else { (high, wide) };
     let t = if more > 0.0 { less / more } else { 0.0 };
