@@ -235,11 +235,12 @@ impl MtlMaterial {
         }
     }
 
-    /// Has the surface let the share `through` of the light pass, tinted by its diffuse colour: as glass, which is as rough as `Pr`.
+    /// Has the surface let the share `through` of the light pass, tinted by its diffuse colour and `filter`: as glass, which is as rough as
+    /// `Pr`.
     #[must_use]
-    pub fn with_transmission(self, through: f64) -> Self {
+    pub fn with_transmission(self, through: f64, filter: DVec3) -> Self {
         let base = self.kd.unwrap_or(Vec3::ONE).as_dvec3();
-        let tint = (base * through).min(DVec3::ONE);
+        let tint = (base * through * filter).min(DVec3::ONE);
         // the share that a surface does not let through is what it reflects by itself: see `settle`
         let rest = (1.0 - tint.max_element()).max(f64::MIN_POSITIVE);
         let kd = (base * (1.0 - through) / rest).as_vec3().clamp(Vec3::ZERO, Vec3::splat(LARGEST_COLOR));

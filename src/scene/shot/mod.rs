@@ -353,7 +353,7 @@ fn replacement(text: TomlText<'_>, table: &MaterialTable) -> Result<Override, Sc
     let wanted = "from 0 (none) to 1 (all of the light)";
     let values = match number("transmission", &table.transmission, wanted, 1.0)?.filter(|share| *share > 0.0)
     {
-        Some(share) => values.with_transmission(f64::from(share)),
+        Some(share) => values.with_transmission(f64::from(share), DVec3::ONE),
         None => values,
     };
     Ok(Override { values, path: text.path.to_path_buf(), line, column, used: false })

@@ -63,6 +63,11 @@ fn what_transmits_is_glass() {
         solid.optics,
         Optics::Glass { transmission, index: 1.25, reflection: Vec3::ONE, is_rough: false }
     );
+    // a quarter of the green light is left after 0.5 m, so an eighth after 0.75 m
+    let bottle = glass(json!({"KHR_materials_transmission": {"transmissionFactor": 1},
+        "KHR_materials_volume": {"thicknessFactor": 0.75, "attenuationDistance": 0.5, "attenuationColor": [1, 0.25, 1]}}));
+    let Optics::Glass { transmission, .. } = bottle.optics else { panic!("{:?}", bottle.optics) };
+    assert!(transmission.abs_diff_eq(Vec3::new(1.0, 0.5 * 0.125_f32.sqrt(), 1.0), 1e-6), "{transmission}");
     let half = glass(json!({"KHR_materials_transmission": {"transmissionFactor": 0.5}}));
     assert!(half.diffuse.abs_diff_eq(Vec3::new(0.5, 0.25, 0.5), 1e-6), "{}", half.diffuse);
 }
