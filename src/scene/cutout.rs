@@ -116,6 +116,14 @@ enum Square {
 }
 
 impl Mask {
+    /// The table that it has of a picture: where it is, which tells it from others, and its bytes.
+    pub fn table(&self) -> Option<(usize, u64)> {
+        match &self.alpha {
+            Alpha::Picture { squares, .. } => Some((squares.as_ptr().addr(), size_of_val(&**squares) as u64)),
+            Alpha::Vertices(_) => None,
+        }
+    }
+
     /// Creates the mask of a cut-out, whose picture is `texture`.
     pub fn new(cutout: Cutout, texture: Option<Texture>) -> Self {
         let Cutout { least, blended, .. } = cutout;

@@ -1,5 +1,6 @@
 //! Memory and time that a shot takes: the first is computed, the second measured on a few samples and said as an estimate.
 
+use std::collections::BTreeMap;
 use std::time::Instant;
 
 use super::line;
@@ -9,6 +10,7 @@ use crate::frame::{self, Renderer};
 use crate::layers::Layers;
 use crate::memory::{self, Bytes};
 use crate::scene::Shot;
+use crate::scene::cutout::Mask;
 use crate::settings::Settings;
 use crate::trace::BackendKind;
 
@@ -42,22 +44,37 @@ pub fn tell(text: &mut String, shot: &Shot) {
     }
 }
 
-/// Bytes of the meshes and textures.
+/// Bytes of the meshes, of what is cut out of them, and of textures.
 pub fn memory_of(shot: &Shot) -> u64 {
     let of_mesh = |mesh: &crate::scene::Mesh| {
         let vertices = mesh.positions.as_slice().len() as u64;
         let of_shapes = mesh.shapes.as_ref().map_or(0, |shapes| shapes.list().len() as u64) * 12 * vertices;
         12 * vertices
-            + 12 * mesh.normals.len() as u64
-            + 8 * (mesh.uvs.len() + mesh.details.second_uvs.len()) as u64
-            + 14 * mesh.triangles.len() as u64
+            + bytes(&mesh.normals)
+            + bytes(&mesh.uvs)
+            + bytes(&mesh.details.second_uvs)
+            + bytes(&mesh.details.colors)
+            + bytes(&mesh.details.alphas)
+            + bytes(&mesh.details.tangents)
+            + bytes(&mesh.triangles)
+            + bytes(&mesh.material_of)
             + of_shapes
     };
+    let cut = || shot.scene.built().filter_map(|mesh| mesh.cut.as_deref());
+    let of_triangles: u64 = cut().map(|cut| bytes(&cut.mask_of)).sum();
+    // masks of one picture share its squares
+    let tables: BTreeMap<usize, u64> =
+        cut().flat_map(|cut| cut.masks.iter().filter_map(Mask::table)).collect();
     let mut files: Vec<_> =
         shot.scene.textures.iter().map(|of| (&of.path, of.texels().bytes().len() as u64)).collect();
     files.sort_unstable();
     files.dedup();
-    shot.scene.built().map(of_mesh).sum::<u64>() + files.iter().map(|(_, bytes)| bytes).sum::<u64>()
+    let of_files = files.iter().map(|(_, bytes)| bytes).sum::<u64>();
+    shot.scene.built().map(of_mesh).sum::<u64>() + of_triangles + tables.values().sum::<u64>() + of_files
+}
+
+fn bytes<T>(list: &[T]) -> u64 {
+    size_of_val(list) as u64
 }
 
 /// Seconds to prepare the scene, and for the first frame traced in full. `None` where a small picture cannot be rendered.

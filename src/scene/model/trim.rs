@@ -358,8 +358,14 @@ mod tests {
 
     #[test]
     fn quads_without_a_leaf_go_and_those_that_it_fills_stay() {
-        let gone = trim(&mesh(|_, _| false)).expect("nothing of the quad is there");
-        assert_eq!((gone.triangles.as_slice(), gone.shadow_casting), ([[4, 5, 6]].as_slice(), 0));
+        let nothing = mesh(|_, _| false);
+        let gone = trim(&nothing).expect("nothing of the quad is there");
+        assert_eq!((gone.triangles.as_slice(), gone.shadow_casting), ([[0, 1, 2]].as_slice(), 0));
+        // its vertices are gone as well
+        assert_eq!(
+            (gone.positions.as_slice(), gone.uvs.as_slice()),
+            (&nothing.positions.as_slice()[4..], &nothing.uvs[4..])
+        );
         assert!(gone.cut.is_none() && gone.groups.runs() == [(0, 2)]);
         assert!(trim(&mesh(|x, y| x + y > 0)).is_none(), "all but a corner is there");
         assert!(trimmed_mesh(&mesh(is_leaf), &mut 1).is_none(), "no room");

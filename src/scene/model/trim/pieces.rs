@@ -227,6 +227,7 @@ impl<'a> Pieces<'a> {
         if of.is_empty() || triangles.is_empty() {
             return None;
         }
+        let kept = renumber(self.positions.len(), &mut triangles);
         let parts_of = |number: usize| (firsts[number + 1] - firsts[number]) as usize;
         let of_parts = |numbers: Range<usize>, of: &[u16]| -> Vec<u16> {
             numbers.zip(of).flat_map(|(number, of)| iter::repeat_n(*of, parts_of(number))).collect()
@@ -241,10 +242,10 @@ impl<'a> Pieces<'a> {
             }
         }
         Some(Mesh {
-            positions: Arc::new(VertexBuffer::new(self.positions)),
+            positions: Arc::new(VertexBuffer::new(of_vertices(&kept, &self.positions))),
             triangles: Arc::new(triangles),
-            normals: self.normals,
-            uvs: self.uvs,
+            normals: of_vertices(&kept, &self.normals),
+            uvs: of_vertices(&kept, &self.uvs),
             shadow_casting: firsts[mesh.shadow_casting] as usize,
             material_of: of_parts(0..count, &mesh.material_of),
             groups: Arc::new(groups),
@@ -252,13 +253,33 @@ impl<'a> Pieces<'a> {
             quadric: None,
             shapes: None,
             details: Arc::new(Details {
-                colors: self.colors,
-                second_uvs: self.second_uvs,
-                alphas: self.alphas,
+                colors: of_vertices(&kept, &self.colors),
+                second_uvs: of_vertices(&kept, &self.second_uvs),
+                alphas: of_vertices(&kept, &self.alphas),
                 tangents,
             }),
         })
     }
+}
+
+/// Leaves out vertices that no triangle has: returns the former numbers of those that are left, in order, and gives triangles their new
+/// ones.
+fn renumber(count: usize, triangles: &mut [[u32; 3]]) -> Vec<u32> {
+    let mut numbers = vec![None; count];
+    triangles.as_flattened().iter().for_each(|vertex| numbers[*vertex as usize] = Some(0));
+    let mut kept = Vec::new();
+    for (vertex, number) in (0..).zip(&mut numbers).filter(|(_, number)| number.is_some()) {
+        *number = Some(kept.len() as u32);
+        kept.push(vertex);
+    }
+    let number = |vertex: u32| numbers[vertex as usize].expect("what triangles have is kept");
+    triangles.iter_mut().for_each(|triangle| *triangle = triangle.map(number));
+    kept
+}
+
+/// Values of the vertices that are kept, if vertices have any.
+fn of_vertices<T: Copy>(kept: &[u32], values: &[T]) -> Vec<T> {
+    if values.is_empty() { Vec::new() } else { kept.iter().map(|vertex| values[*vertex as usize]).collect() }
 }
 
 /// The crossing of a triangle's edge with the border of `half`, which is known by the number of its island and its own: the same whichever
