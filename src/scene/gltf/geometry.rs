@@ -11,6 +11,7 @@ use super::json::{Json, Primitive};
 use super::materials::{UvSets, VertexAlpha, uv_sets};
 use crate::scene::SceneError;
 use crate::scene::details::vertex_color;
+use crate::scene::model::deformed::remove_closed;
 use crate::scene::obj::are_within_reach;
 
 /// Geometry of a mesh before its materials are looked up.
@@ -56,16 +57,7 @@ impl Geometry {
     /// The same without the triangles that have no area where the vertices are at these positions; at rest if none are given.
     pub fn without_closed(mut self, positions: Option<&[[f32; 3]]>) -> Self {
         let positions = positions.unwrap_or(&self.positions);
-        let mut begin = 0;
-        let mut open = Vec::with_capacity(self.triangles.len());
-        for (count, _) in &mut self.uses {
-            let (all, before) = (&self.triangles[begin..begin + *count], open.len());
-            open.extend(all.iter().copied().filter(|triangle| has_area(positions, *triangle)));
-            begin += *count;
-            *count = open.len() - before;
-        }
-        self.triangles = open;
-        self.uses.retain(|(count, _)| *count > 0);
+        remove_closed(positions, &mut self.triangles, &mut self.uses);
         self
     }
 }
@@ -163,12 +155,6 @@ fn cut(mode: Mode, corners: &[u32]) -> Vec<[u32; 3]> {
             rim.windows(2).map(|edge| [*middle, edge[0], edge[1]]).collect()
         }
     }
-}
-
-/// Returns true if a triangle has an area.
-pub fn has_area(positions: &[[f32; 3]], triangle: [u32; 3]) -> bool {
-    let [a, b, c] = triangle.map(|corner| Vec3::from(positions[corner as usize]).as_dvec3());
-    (b - a).cross(c - a).length_squared() > 0.0
 }
 
 fn position_accessor(document: &Document, primitive: &Primitive) -> Result<usize, SceneError> {

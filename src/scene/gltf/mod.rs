@@ -24,7 +24,6 @@ mod whole;
 
 pub(crate) use chosen_camera::CameraChoice;
 pub(crate) use document::Document;
-pub(crate) use geometry::has_area;
 pub(crate) use parts::GltfFiles;
 pub(crate) use whole::shot;
 pub use whole::text;

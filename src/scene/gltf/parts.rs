@@ -18,6 +18,7 @@ use super::skin;
 use crate::animation::{ShapeTrack, Track, Visibility};
 use crate::digest::Digest;
 use crate::scene::model::assemble::Assembly;
+use crate::scene::model::deformed;
 use crate::scene::part_of_file::{NodeTrack, PartOfFile, Surface, is_flat};
 use crate::scene::{Mesh, SceneError};
 
@@ -167,13 +168,14 @@ impl Assembly {
         }
         let a_frame = if self.gltf.is_shutter_open { SHAPES_A_BLURRED_FRAME } else { 1 };
         let shapes = skin::shapes(document, (tree, clip), node, &geometry, a_frame)?;
-        let open = skin::most_open(&geometry, &shapes);
+        let open = deformed::most_open(&geometry.positions, &geometry.triangles, &shapes);
         let geometry = geometry.without_closed(open.among(&shapes));
         if geometry.triangles.is_empty() {
             return Ok(None);
         }
         let own = self.gltf_mesh(document, geometry)?;
-        let (mesh, shapes) = skin::with_shapes(own, shapes, open);
+        let places = deformed::places(own.positions.as_slice(), &shapes.list);
+        let (mesh, shapes) = deformed::with_shapes(own, shapes, open, &places);
         Ok(Some((Arc::new(mesh), shapes)))
     }
 

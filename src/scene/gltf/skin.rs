@@ -1,21 +1,16 @@
 //! Skins and morph targets: the positions of vertices in each frame.
 
-use std::sync::Arc;
-
-use embree::VertexBuffer;
 use glam::{Affine3A, DAffine3, DMat4, Vec3, Vec3A};
 use rayon::prelude::*;
-use std::collections::HashMap;
 
 use super::animation::{Clip, Property};
 use super::document::Document;
-use super::geometry::{Geometry, Influences, has_area};
+use super::geometry::{Geometry, Influences};
 use super::nodes::Tree;
-use crate::animation::ShapeTrack;
 use crate::memory::{self, Need, Part};
+use crate::scene::SceneError;
 use crate::scene::model::shape_files::Distinct;
 use crate::scene::obj::are_within_reach;
-use crate::scene::{Mesh, SceneError, Shapes};
 
 /// A skin with its bind pose.
 struct Skin {
@@ -53,45 +48,6 @@ pub fn shapes(
         shapes.add(frame, positions);
     }
     Ok(shapes)
-}
-
-/// The shape in which the samples of a mesh are kept.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Kept {
-    /// That of the file.
-    AtRest,
-    /// One of its shapes, by number.
-    Shape(usize),
-}
-
-impl Kept {
-    /// Positions of the vertices in a shape; none for that of the file.
-    pub fn among(self, shapes: &Distinct) -> Option<&[[f32; 3]]> {
-        match self {
-            Self::AtRest => None,
-            Self::Shape(number) => Some(&shapes.list[number]),
-        }
-    }
-}
-
-/// The shape in which no triangle is closed up to a line, or as few as possible: the first one, if that is as good as others, since a
-/// mesh may be bound at another scale than it is seen.
-pub fn most_open(geometry: &Geometry, shapes: &Distinct) -> Kept {
-    if shapes.list.len() == 1 {
-        return Kept::Shape(0);
-    }
-    let all = || [Kept::Shape(0), Kept::AtRest].into_iter().chain((1..shapes.list.len()).map(Kept::Shape));
-    let is_closed = |kept: Kept, triangle: [u32; 3]| {
-        !has_area(kept.among(shapes).unwrap_or(&geometry.positions), triangle)
-    };
-    let triangles = || geometry.triangles.iter().copied();
-    // most meshes that have any closed at first, at the poles of a sphere say, never open them
-    let opens = |triangle: [u32; 3]| all().any(|kept| !is_closed(kept, triangle));
-    if !triangles().filter(|triangle| is_closed(Kept::Shape(0), *triangle)).any(opens) {
-        return Kept::Shape(0);
-    }
-    let closed = |kept: &Kept| triangles().filter(|triangle| is_closed(*kept, *triangle)).count();
-    all().min_by_key(closed).unwrap_or(Kept::Shape(0))
 }
 
 /// A node's skin, and the weights of its morph targets at rest.
@@ -144,45 +100,6 @@ fn is_animated(tree: &Tree, clip: &Clip, number: usize, skin: Option<&Skin>) -> 
         clip.channels.iter().any(|channel| channel.node == number && channel.property == Property::Weights)
     };
     skin.is_some_and(|skin| skin.joints.iter().any(|joint| moved[*joint])) || is_morphed()
-}
-
-/// Gives a mesh its shapes; one alone becomes its own shape. `kept`: the one in which its samples are kept, in which all its triangles
-/// have an area.
-pub fn with_shapes(mesh: Mesh, shapes: Distinct, kept: Kept) -> (Mesh, Option<ShapeTrack>) {
-    let own = kept.among(&shapes).map(<[_]>::to_vec);
-    let Distinct { list, keys, .. } = shapes;
-    if list.len() == 1 && list[0] == mesh.positions.as_slice() {
-        return (mesh, None);
-    }
-    let places = places(mesh.positions.as_slice(), &list);
-    let count = list.len();
-    let shapes = Shapes::new(list, &mesh.triangles, &mesh.normals, &places);
-    let mesh = match own {
-        Some(positions) => {
-            let normals = shapes.normals(&positions, &mesh.triangles);
-            Mesh { positions: Arc::new(VertexBuffer::new(positions)), normals, ..mesh }
-        }
-        None => mesh,
-    };
-    if count == 1 {
-        return (mesh, None);
-    }
-    (Mesh { shapes: Some(Arc::new(shapes)), ..mesh }, ShapeTrack::through(keys, None))
-}
-
-/// Numbers of the vertices' places: vertices that are at one place at rest and in the first, the middle and the last shape are at
-/// one place in all of them, and share their normal if they have the same one.
-fn places(rest: &[[f32; 3]], list: &[Vec<[f32; 3]>]) -> Vec<u32> {
-    let mut places = vec![0; rest.len()];
-    let some = [list.first(), list.get(list.len() / 2), list.last()];
-    for positions in std::iter::once(rest).chain(some.into_iter().flatten().map(Vec::as_slice)) {
-        let mut numbers = HashMap::new();
-        for (place, position) in places.iter_mut().zip(positions) {
-            let next = numbers.len() as u32;
-            *place = *numbers.entry((*place, position.map(f32::to_bits))).or_insert(next);
-        }
-    }
-    places
 }
 
 fn check_memory(document: &Document, shapes: usize, geometry: &Geometry) -> Result<(), SceneError> {

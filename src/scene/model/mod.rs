@@ -5,6 +5,7 @@ pub mod bake;
 mod black;
 pub mod copies;
 pub mod decoded;
+pub mod deformed;
 pub mod dielectric;
 pub mod exporter;
 mod illumination;

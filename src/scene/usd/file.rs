@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use glam::{DAffine3, DVec2, DVec3, Vec2, Vec3};
+use half::f16;
 
 use crate::animation::{Track, Visibility};
 use crate::digest::Digest;
@@ -79,7 +80,9 @@ pub struct UsdMesh {
     pub uvs: Vec<Vec2>,
     /// Second set of texture coordinates, where a material takes two.
     pub second_uvs: Vec<Vec2>,
-    /// Vertices of the triangles. Each has an area.
+    /// Colours of the vertices, none at all or one a vertex; linear RGB.
+    pub colors: Vec<[f16; 3]>,
+    /// Vertices of the triangles. Each has an area, if the mesh does not deform.
     pub triangles: Vec<[u32; 3]>,
     /// Runs of consecutive triangles: their number, and that of their surface.
     pub uses: Vec<(usize, Option<usize>)>,
@@ -107,6 +110,8 @@ pub struct Surface {
     /// Name of its prim.
     pub name: String,
     pub diffuse: Input,
+    /// True if the colours of vertices tint it.
+    pub is_tinted: bool,
     pub emissive: Input,
     pub roughness: Input,
     pub metallic: Input,
@@ -233,6 +238,22 @@ impl UsdFile {
     /// Creates an error about the file.
     pub fn fault(&self, message: impl Into<String>) -> SceneError {
         SceneError::new(&self.path, message)
+    }
+}
+
+impl UsdMesh {
+    /// Positions of the vertices at a frame.
+    pub fn positions_at(&self, frame: f64) -> Vec<[f32; 3]> {
+        let after = self.shapes.partition_point(|(key, _)| *key <= frame);
+        match self.shapes.get(after.saturating_sub(1)) {
+            Some((_, points)) => self.of_vertices(points),
+            None => self.positions.clone(),
+        }
+    }
+
+    /// Positions of the vertices where the points of the file are at these places.
+    pub fn of_vertices(&self, points: &[[f32; 3]]) -> Vec<[f32; 3]> {
+        self.point_of.iter().map(|point| points[*point as usize]).collect()
     }
 }
 

@@ -3,14 +3,18 @@
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 use glam::{DVec3, Vec2, Vec3};
+use half::f16;
 use openusd::sdf::Value;
 use openusd::usd::Prim;
 
 use super::file::{Clock, UsdMesh};
 use super::shader::UvNames;
+use super::skeleton::check_memory;
+use super::skin::Skin;
 use super::value::{Answer, codes, pairs, points, said, value, whole_numbers, word};
-use crate::memory::{self, Need, Part};
-use crate::scene::gltf::has_area;
+use crate::geometry::vertex_normal;
+use crate::scene::details::vertex_color;
+use crate::scene::model::deformed::remove_closed;
 use crate::scene::obj::are_within_reach;
 use crate::scene::obj::polygon::Cutter;
 
@@ -19,6 +23,8 @@ use crate::scene::obj::polygon::Cutter;
 pub struct FaceSurfaces {
     /// Surface of all other faces.
     pub of_mesh: Option<usize>,
+    /// True if the colours of vertices (displayColor) tint that surface.
+    pub is_tinted: bool,
     /// Surfaces of faces that are in a subset.
     pub of_face: HashMap<u32, Option<usize>>,
     /// Names of the texture coordinates of each surface.
@@ -53,6 +59,7 @@ struct Primvar<T> {
 /// Values at the corners of a mesh's faces.
 struct Spreads {
     normals: Option<Primvar<[f32; 3]>>,
+    colors: Option<Primvar<[f32; 3]>>,
     uvs: UvPrimvars,
 }
 
@@ -75,13 +82,14 @@ struct Corner {
     point: u32,
 }
 
-/// Reads a mesh. `None` if it has no triangles.
+/// Reads a mesh, which `skin` may deform. `None` if it has no triangles. Of one that deforms some may have no area at rest.
 ///
 /// # Errors Faces that name points that are not there, points that are not finite, or more than there is memory for.
 pub fn mesh(
     prim: &Prim,
     clock: &Clock,
     surfaces: &FaceSurfaces,
+    skin: Option<&Skin>,
     unused: &mut BTreeSet<String>,
 ) -> Answer<Option<UsdMesh>> {
     let times = codes(prim, "points")?;
@@ -98,14 +106,23 @@ pub fn mesh(
     }
     let normals = if is_subdivided { None } else { normals(prim, code)? };
     let uvs = UvPrimvars::read(prim, code, &surfaces.uvs)?;
-    let mut mesh = triangulated(&rest, &faces, surfaces, &Spreads { normals, uvs });
+    let color = || primvar(prim, "primvars:displayColor", code, Spread::Constant, points);
+    let colors = if surfaces.is_tinted { color()? } else { None };
+    let mut mesh = triangulated(&rest, &faces, surfaces, &Spreads { normals, colors, uvs });
+    mesh.shapes = match skin {
+        Some(skin) => skin.shapes(prim, &rest, clock)?,
+        None => shapes(prim, clock, &times, rest.len(), unused)?,
+    };
+    mesh.shapes.iter().try_for_each(|(_, points)| check_points(prim, points))?;
+    if mesh.shapes.is_empty() {
+        remove_closed(&mesh.positions, &mut mesh.triangles, &mut mesh.uses);
+    }
     if mesh.triangles.is_empty() {
         return Ok(None);
     }
     if is_subdivided {
         mesh.normals = smooth_normals(&mesh);
     }
-    mesh.shapes = shapes(prim, clock, &times, rest.len(), unused)?;
     Ok(Some(mesh))
 }
 
@@ -249,15 +266,15 @@ impl UvPrimvars {
     }
 }
 
-/// What tells vertices apart: the point, and the bits of the normal and of both pairs of texture coordinates.
-type VertexKey = (u32, [u32; 3], [[u32; 2]; 2]);
+/// What tells vertices apart: the point, and the bits of the normal, the colour and both pairs of texture coordinates.
+type VertexKey = (u32, [u32; 3], [u16; 3], [[u32; 2]; 2]);
 
-/// Cuts faces into triangles, and makes a vertex for each point with one normal and one pair of texture coordinates of each set.
+/// Cuts faces into triangles, and makes a vertex for each point with one normal, one colour and one pair of texture coordinates of each set.
 fn triangulated(
     points: &[[f32; 3]],
     faces: &Faces,
     surfaces: &FaceSurfaces,
-    Spreads { normals, uvs }: &Spreads,
+    Spreads { normals, colors, uvs }: &Spreads,
 ) -> UsdMesh {
     let mut mesh = UsdMesh::default();
     let mut known: HashMap<VertexKey, u32> = HashMap::new();
@@ -285,10 +302,18 @@ fn triangulated(
                 let normal =
                     normals.as_ref().map_or([0.0; 3], |normals| normals.at(*corner).unwrap_or_default());
                 let uvs = sets.map(|set| set.and_then(|set| set.at(*corner)).unwrap_or_default());
-                let key = (corner.point, normal.map(f32::to_bits), uvs.map(|uv| uv.map(f32::to_bits)));
+                let color = colors.as_ref().map(|colors| colors.at(*corner).unwrap_or([1.0; 3]));
+                let color = color.map(vertex_color);
+                let key = (
+                    corner.point,
+                    normal.map(f32::to_bits),
+                    color.unwrap_or_default().map(f16::to_bits),
+                    uvs.map(|uv| uv.map(f32::to_bits)),
+                );
                 *known.entry(key).or_insert_with(|| {
                     mesh.positions.push(points[corner.point as usize]);
                     mesh.point_of.push(corner.point);
+                    mesh.colors.extend(color);
                     if normals.is_some() {
                         mesh.normals.push(Vec3::from(normal).as_dvec3().normalize_or_zero().as_vec3());
                     }
@@ -302,10 +327,7 @@ fn triangulated(
             .collect();
         let triangles = by_surface.entry(surface).or_default();
         cutter.cut(&places, |three| {
-            let triangle = three.map(|corner| vertices[corner]);
-            if has_area(&mesh.positions, triangle) {
-                triangles.push(triangle);
-            }
+            triangles.push(three.map(|corner| vertices[corner]));
         });
     }
     for (surface, triangles) in by_surface.into_iter().filter(|(_, triangles)| !triangles.is_empty()) {
@@ -315,14 +337,16 @@ fn triangulated(
     mesh
 }
 
-/// Normals of a surface that is smooth everywhere: at each point the mean of those around it, by their areas.
+/// Normals of a surface that is smooth everywhere: at each point the mean of those around it, by their angles there.
 fn smooth_normals(mesh: &UsdMesh) -> Vec<Vec3> {
     let count = mesh.point_of.iter().max().map_or(0, |most| *most as usize + 1);
     let mut sums = vec![DVec3::ZERO; count];
     for triangle in &mesh.triangles {
-        let [a, b, c] = triangle.map(|corner| Vec3::from(mesh.positions[corner as usize]).as_dvec3());
-        let across = (b - a).cross(c - a);
-        triangle.iter().for_each(|corner| sums[mesh.point_of[*corner as usize] as usize] += across);
+        let mut corners = triangle.map(|corner| Vec3::from(mesh.positions[corner as usize]).as_dvec3());
+        for corner in triangle {
+            sums[mesh.point_of[*corner as usize] as usize] += vertex_normal::share(corners);
+            corners.rotate_left(1);
+        }
     }
     mesh.point_of.iter().map(|point| sums[*point as usize].normalize_or_zero().as_vec3()).collect()
 }
@@ -338,9 +362,7 @@ fn shapes(
     if times.len() < 2 {
         return Ok(Vec::new());
     }
-    let bytes = (times.len() * size_of::<[f32; 3]>()) as u64 * count as u64;
-    let need = Need::new(Part::new("the shapes of the model", bytes, "a shorter animation, a smaller model"));
-    need.check(&memory::left()).map_err(|error| error.to_string())?;
+    check_memory(times.len(), count)?;
     let changes_faces = codes(prim, "faceVertexIndices")?.len() > 1;
     let mut shapes = Vec::with_capacity(times.len());
     for code in times {
@@ -352,7 +374,6 @@ fn shapes(
             ));
             return Ok(Vec::new());
         }
-        check_points(prim, &points)?;
         shapes.push((clock.frame(*code), points));
     }
     Ok(shapes)

@@ -15,16 +15,15 @@ use toml::Value;
 
 use super::file::{Clock, LightKey, Picture, Units, UsdLight, UsdLightKind};
 use super::shader::Shaders;
+use super::temperature;
 use super::value::{Answer, codes, flag, number, three, word};
 use crate::animation::Track;
+use crate::scene::environment;
 use crate::scene::texture::Mapping;
 use crate::scene::written::{list, number as written};
 
 /// Largest cone of a spot, degrees.
 const WIDEST: f64 = 179.9;
-
-/// Colour temperature at which light is white, Kelvin.
-const WHITE: f64 = 6500.0;
 
 /// Cosine of the angle to its level axes, about, up to which a rectangle counts as level.
 const LEVEL: f64 = 0.999;
@@ -69,7 +68,15 @@ pub fn read(
         "SphereLight" => sphere(prim, start, ((x + y + z) / 3.0, unit), is_normalized)?,
         "DistantLight" => sun(input("angle", 0.53)?, is_normalized, units),
         _ => {
-            let file = shaders.file(prim)?;
+            let file = shaders.file(prim)?.filter(|(path, name, packed)| {
+                let is_there = packed.is_some() || path.is_file();
+                if !is_there {
+                    shaders.missing.insert(format!(
+                        "the picture `{name}` of the light from all around cannot be found: its light is even; copy it to where it is named"
+                    ));
+                }
+                is_there
+            });
             let picture = file.map(|(path, name, packed)| Picture {
                 path,
                 name,
@@ -84,7 +91,8 @@ pub fn read(
         }
     };
     let mut frames: BTreeSet<u64> = BTreeSet::new();
-    for name in ["intensity", "exposure", "color"]
+    let has_temperature = flag_at(prim, "enableColorTemperature", start)?.unwrap_or(false);
+    for name in ["intensity", "exposure", "color", "colorTemperature"]
         .into_iter()
         .flat_map(|name| [format!("inputs:{name}"), name.into()])
     {
@@ -110,6 +118,8 @@ pub fn read(
             Some(color) => color,
             None => three(prim, "color", code)?.unwrap_or(DVec3::ONE),
         };
+        let kelvin = number_at(prim, "colorTemperature", code)?.filter(|_| has_temperature);
+        let color = color * kelvin.map_or(DVec3::ONE, temperature::color);
         let power = intensity * exposure.exp2() * factor;
         let fits = (0.0..=1e30).contains(&power) && color.min_element() >= 0.0 && color.max_element() <= 1e30;
         match fits {
@@ -169,11 +179,6 @@ fn sun(angle: f64, is_normalized: bool, units: Units) -> (UsdLightKind, f64) {
 }
 
 fn note_unused(prim: &Prim, code: f64, shaders: &mut Shaders<'_>) -> Answer<()> {
-    let is_warm = flag_at(prim, "enableColorTemperature", code)?.unwrap_or(false)
-        && number_at(prim, "colorTemperature", code)?.is_some_and(|kelvin| kelvin != WHITE);
-    if is_warm {
-        shaders.leave_out("colour temperatures of lights are not used: they have their colour");
-    }
     if number_at(prim, "shaping:focus", code)?.is_some_and(|focus| focus != 0.0) {
         shaders.leave_out("focus of lights (shaping:focus) is not used");
     }
@@ -262,7 +267,7 @@ pub fn dome(light: &UsdLight, notes: &mut Vec<String>) -> Option<String> {
         ));
     }
     let up = key.map.matrix3.y_axis.normalize_or_zero();
-    if up.y < LEVEL {
+    if up.y < LEVEL && !environment::is_even(&picture.path) {
         notes.push(String::from("the light from all around (DomeLight) is tilted there, and upright here"));
     }
     // the middle of a map is at +Z of the light, and here at -Z (OpenEXR, "Environment Maps")

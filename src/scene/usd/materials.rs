@@ -37,6 +37,7 @@ impl Assembly {
         self.known_names.push(stated.name.clone());
         let shot = self.override_values(&mut stated);
         let mut material = stated.settle();
+        material.has_vertex_colors = surface.is_tinted;
         let color = match &surface.diffuse {
             Input::Picture(picture) => Some(self.usd_texture(file, picture, unused)?),
             Input::Constant(_) => None,

@@ -15,6 +15,8 @@ mod file;
 #[cfg(feature = "usd")]
 mod geometry;
 #[cfg(feature = "usd")]
+mod implicit;
+#[cfg(feature = "usd")]
 mod instancer;
 #[cfg(feature = "usd")]
 mod lights;
@@ -29,7 +31,13 @@ mod resolver;
 #[cfg(feature = "usd")]
 mod shader;
 #[cfg(feature = "usd")]
+mod skeleton;
+#[cfg(feature = "usd")]
+mod skin;
+#[cfg(feature = "usd")]
 mod stage;
+#[cfg(feature = "usd")]
+mod temperature;
 #[cfg(feature = "usd")]
 mod value;
 #[cfg(feature = "usd")]

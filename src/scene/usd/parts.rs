@@ -4,14 +4,13 @@ use std::collections::{BTreeSet, HashMap};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use embree::VertexBuffer;
-
 use super::file::{ShownMesh, UsdFile, UsdMesh};
 use crate::animation::ShapeTrack;
 use crate::scene::model::assemble::Assembly;
+use crate::scene::model::deformed;
 use crate::scene::model::shape_files::Distinct;
 use crate::scene::part_of_file::{NodeTrack, PartOfFile, Surface};
-use crate::scene::{Mesh, SceneError, Shapes};
+use crate::scene::{Mesh, SceneError};
 
 /// Files that were read, and what was made of them.
 #[derive(Default)]
@@ -77,12 +76,25 @@ impl Assembly {
         &mut self,
         file: &UsdFile,
         unused: &mut Vec<&'static str>,
-    ) -> Result<Vec<BuiltMesh>, SceneError> {
+    ) -> Result<Vec<Option<BuiltMesh>>, SceneError> {
         let mut materials: HashMap<Option<usize>, u16> = HashMap::new();
         let mut built = Vec::with_capacity(file.content.meshes.len());
         for mesh in &file.content.meshes {
-            let (mut runs, mut begin) = (Vec::with_capacity(mesh.uses.len()), 0);
-            for (count, surface) in &mesh.uses {
+            let mut shapes = Distinct::default();
+            mesh.shapes.iter().for_each(|(frame, points)| shapes.add(*frame, mesh.of_vertices(points)));
+            let (mut triangles, mut uses) = (mesh.triangles.clone(), mesh.uses.clone());
+            let kept = (!shapes.list.is_empty())
+                .then(|| deformed::most_open(&mesh.positions, &mesh.triangles, &shapes));
+            if let Some(kept) = kept {
+                let positions = kept.among(&shapes).unwrap_or(&mesh.positions);
+                deformed::remove_closed(positions, &mut triangles, &mut uses);
+            }
+            if triangles.is_empty() {
+                built.push(None);
+                continue;
+            }
+            let (mut runs, mut begin) = (Vec::with_capacity(uses.len()), 0);
+            for (count, surface) in &uses {
                 let index = match materials.get(surface) {
                     Some(index) => *index,
                     None => {
@@ -94,45 +106,35 @@ impl Assembly {
                 runs.push((begin..begin + count, index));
                 begin += count;
             }
-            let UsdMesh { positions, normals, uvs, second_uvs, triangles, .. } = mesh;
+            let UsdMesh { positions, normals, uvs, second_uvs, colors, point_of, .. } = mesh;
             let surface = Surface {
                 positions: positions.clone(),
                 normals: normals.clone(),
                 uvs: uvs.clone(),
                 second_uvs: second_uvs.clone(),
-                triangles: triangles.clone(),
+                colors: colors.clone(),
+                triangles,
                 ..Surface::default()
             };
-            built.push(with_shapes(self.mesh_of_runs(surface, runs), mesh));
+            let own = self.mesh_of_runs(surface, runs);
+            let (mesh, shapes) = match kept {
+                Some(kept) => deformed::with_shapes(own, shapes, kept, point_of),
+                None => (own, None),
+            };
+            built.push(Some((Arc::new(mesh), shapes)));
         }
         Ok(built)
     }
 }
 
-/// Model of a shown mesh. `None` if it is scaled to nothing for ever.
-fn part(shown: &ShownMesh, built: &[BuiltMesh]) -> Option<PartOfFile> {
+/// Model of a shown mesh. `None` if it is scaled to nothing for ever, or has no triangles.
+fn part(shown: &ShownMesh, built: &[Option<BuiltMesh>]) -> Option<PartOfFile> {
     let keys = match shown.map.is_constant() {
         true => vec![(1.0, shown.map.at(1.0))],
         false => shown.map.frames().zip(shown.map.values()).collect(),
     };
     let NodeTrack { map, visible } = NodeTrack::through(keys, &[])?;
-    let (mesh, shapes) = built[shown.mesh].clone();
+    let (mesh, shapes) = built[shown.mesh].clone()?;
     let visible = visible.and(&shown.visible);
     Some(PartOfFile { name: shown.name.clone(), mesh, map, visible, shapes })
-}
-
-/// Gives a mesh its shapes.
-fn with_shapes(mesh: Mesh, read: &UsdMesh) -> BuiltMesh {
-    let mut shapes = Distinct::default();
-    for (frame, points) in &read.shapes {
-        shapes.add(*frame, read.point_of.iter().map(|point| points[*point as usize]).collect());
-    }
-    let Distinct { list, keys, .. } = shapes;
-    let is_same = |shape: &Vec<[f32; 3]>| shape.as_slice() == mesh.positions.as_slice();
-    if list.iter().all(is_same) {
-        return (Arc::new(mesh), None);
-    }
-    let positions = Arc::new(VertexBuffer::new(list[0].clone()));
-    let shapes = Shapes::new(list, &mesh.triangles, &mesh.normals, &read.point_of);
-    (Arc::new(Mesh { positions, shapes: Some(Arc::new(shapes)), ..mesh }), ShapeTrack::through(keys, None))
 }

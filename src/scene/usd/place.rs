@@ -3,11 +3,10 @@
 use std::collections::BTreeSet;
 
 use glam::{DAffine3, DMat3, DMat4, DQuat, DVec3};
-use openusd::sdf::Value;
 use openusd::usd::Prim;
 
 use super::file::Clock;
-use super::value::{Answer, codes, numbers_at, value};
+use super::value::{Answer, codes, numbers_at, value, words};
 use crate::animation::{Interpolation, Track};
 
 /// Parts of a frame after which what turns has keys: elements of matrices are interpolated one by one, which takes turned things off
@@ -40,11 +39,8 @@ pub struct Place {
 ///
 /// # Errors What the library says, or more keys than anybody needs.
 pub fn place(prim: &Prim, clock: &Clock) -> Answer<Option<Place>> {
-    let order = match value(prim, "xformOpOrder", clock.code(clock.first()))? {
-        Some(Value::TokenVec(order)) => order.iter().map(|name| name.to_string()).collect(),
-        Some(Value::StringVec(order)) => order,
-        _ => return Ok(None),
-    };
+    let order = value(prim, "xformOpOrder", clock.code(clock.first()))?;
+    let Some(order) = order.as_ref().and_then(words) else { return Ok(None) };
     let is_reset = order.iter().any(|name| name == RESET);
     let after_reset = order.iter().rposition(|name| name == RESET).map_or(0, |at| at + 1);
     let operations: Vec<Operation> = order[after_reset..].iter().map(|name| Operation::new(name)).collect();
@@ -114,6 +110,16 @@ impl Operation {
     }
 }
 
+/// Map of a matrix. `None` if it has not 16 numbers.
+pub fn affine(matrix: &[f64]) -> Option<DAffine3> {
+    // rows there, for row vectors, are columns here
+    let map = DMat4::from_cols_array(matrix.try_into().ok()?);
+    Some(DAffine3 {
+        matrix3: DMat3::from_cols(map.x_axis.truncate(), map.y_axis.truncate(), map.z_axis.truncate()),
+        translation: map.w_axis.truncate(),
+    })
+}
+
 /// Map of an operation; angles are in degrees. `None` for one that is not known, or has too few numbers.
 fn map_of(kind: &str, numbers: &[f64]) -> Option<DAffine3> {
     let three = || (numbers.len() >= 3).then(|| DVec3::from_slice(numbers));
@@ -127,19 +133,7 @@ fn map_of(kind: &str, numbers: &[f64]) -> Option<DAffine3> {
     match kind {
         "translate" => three().map(DAffine3::from_translation),
         "scale" => three().map(DAffine3::from_scale),
-        "transform" => {
-            // rows there, for row vectors, are columns here
-            let matrix: [f64; 16] = numbers.try_into().ok()?;
-            let map = DMat4::from_cols_array(&matrix);
-            Some(DAffine3 {
-                matrix3: DMat3::from_cols(
-                    map.x_axis.truncate(),
-                    map.y_axis.truncate(),
-                    map.z_axis.truncate(),
-                ),
-                translation: map.w_axis.truncate(),
-            })
-        }
+        "transform" => affine(numbers),
         "orient" => {
             let [x, y, z, w] = numbers.try_into().ok()?;
             Some(DAffine3::from_quat(DQuat::from_xyzw(x, y, z, w).normalize()))

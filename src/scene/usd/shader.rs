@@ -29,6 +29,8 @@ pub struct Shaders<'a> {
     code: f64,
     packed: HashMap<String, Arc<Vec<u8>>>,
     pub unused: BTreeSet<String>,
+    /// Pictures that are nowhere, in whole sentences.
+    pub missing: BTreeSet<String>,
 }
 
 /// Names of a material's sets of texture coordinates: that of its colour, or else of its first picture, and another one.
@@ -56,7 +58,7 @@ struct Source {
 impl<'a> Shaders<'a> {
     /// Prepares to read at a time code.
     pub fn new(stage: &'a Stage, code: f64) -> Self {
-        Self { stage, code, packed: HashMap::new(), unused: BTreeSet::new() }
+        Self { stage, code, packed: HashMap::new(), unused: BTreeSet::new(), missing: BTreeSet::new() }
     }
 
     /// Reads the material at `path`. `None` if it has no surface that is known here.
@@ -110,6 +112,7 @@ impl<'a> Shaders<'a> {
         let surface = Surface {
             name,
             diffuse,
+            is_tinted: false,
             emissive,
             roughness,
             metallic,
@@ -309,7 +312,7 @@ impl<'a> Shaders<'a> {
         }
         let name: String = asset.asset_path().chars().take(200).collect();
         let Some(resolved) = asset.resolved_path() else {
-            return Ok(Some((PathBuf::from(&name), name, None)));
+            return Ok(Some((self.beside_the_file(&name), name, None)));
         };
         let path = PathBuf::from(resolved);
         if !resolved.ends_with(']') {
@@ -329,35 +332,53 @@ impl<'a> Shaders<'a> {
         Ok(Some((path, name, Some(bytes))))
     }
 
+    /// Path of a picture that the library does not find under its name: with backslashes, as programs on Windows write them.
+    fn beside_the_file(&self, name: &str) -> PathBuf {
+        let path = name.replace('\\', "/");
+        let root = PathBuf::from(self.stage.root_layer().identifier());
+        let beside = root.parent().map(|folder| folder.join(path));
+        beside.filter(|path| path.is_file()).unwrap_or_else(|| PathBuf::from(name))
+    }
+
     /// Surface of a mesh without a material: its displayColor, or grey.
     pub fn display_color(&mut self, prim: &Prim) -> Answer<Option<Surface>> {
         let name = "primvars:displayColor";
         let Some(read) = value(prim, name, self.code)? else { return Ok(None) };
         let Some(list) = numbers(&read).filter(|list| list.len() >= 3) else { return Ok(None) };
         let colors: Vec<DVec3> = list.chunks_exact(3).map(DVec3::from_slice).collect();
-        if colors.windows(2).any(|pair| pair[0] != pair[1]) {
-            self.leave_out("colours that change over a mesh (displayColor) are not used: their mean counts");
-        }
-        let mean = colors.iter().sum::<DVec3>() / colors.len() as f64;
-        if !mean.is_finite() {
+        let is_tinted = colors.windows(2).any(|pair| pair[0] != pair[1]);
+        let color = if is_tinted { DVec3::ONE } else { colors[0] };
+        if !color.is_finite() {
             return Ok(None);
         }
         let opacity = three(prim, "primvars:displayOpacity", self.code)?;
         if opacity.is_some_and(|opacity| opacity.min_element() < 1.0) {
             self.leave_out("displayOpacity is not used");
         }
-        Ok(Some(Surface {
-            name: String::from("displayColor"),
-            diffuse: Input::Constant(mean),
-            emissive: Input::number(0.0),
-            roughness: Input::number(0.5),
-            metallic: Input::number(0.0),
-            opacity: Input::number(1.0),
-            opacity_threshold: 0.0,
-            ior: 1.5,
-            specular: None,
-            coat: None,
-            normal: None,
-        }))
+        let surface = plain("displayColor", color);
+        Ok(Some(Surface { is_tinted, roughness: Input::number(0.5), ior: 1.5, ..surface }))
+    }
+}
+
+/// Surface of a mesh without a material as Blender, which writes no colour for it, draws it.
+pub fn plain_of_blender() -> Surface {
+    plain("without a material", DVec3::splat(0.8))
+}
+
+/// A matt surface of one colour.
+fn plain(name: &str, color: DVec3) -> Surface {
+    Surface {
+        name: String::from(name),
+        diffuse: Input::Constant(color),
+        is_tinted: false,
+        emissive: Input::number(0.0),
+        roughness: Input::number(1.0),
+        metallic: Input::number(0.0),
+        opacity: Input::number(1.0),
+        opacity_threshold: 0.0,
+        ior: 1.0,
+        specular: None,
+        coat: None,
+        normal: None,
     }
 }

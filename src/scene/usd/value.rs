@@ -108,7 +108,7 @@ macro_rules! flat {
     };
 }
 
-/// Numbers of a value, one after the other: quaternions as x, y, z, w. `None` for what is no number.
+/// Numbers of a value, one after the other: quaternions as x, y, z, w, matrices row by row. `None` for what is no number.
 pub fn numbers(value: &Value) -> Option<Vec<f64>> {
     Some(match value {
         Value::Half(number) => vec![f64::from(*number)],
@@ -140,14 +140,26 @@ pub fn numbers(value: &Value) -> Option<Vec<f64>> {
         Value::QuatfVec(list) => flat!(list, x, y, z, w),
         Value::QuatdVec(list) => flat!(list, x, y, z, w),
         Value::Matrix4d(matrix) => <[f64; 16]>::from(*matrix).to_vec(),
+        Value::Matrix4dVec(list) => list.iter().flat_map(|matrix| <[f64; 16]>::from(*matrix)).collect(),
         _ => return None,
     })
+}
+
+/// Tokens or texts of a value.
+pub fn words(value: &Value) -> Option<Vec<String>> {
+    match value {
+        Value::TokenVec(list) => Some(list.iter().map(|word| word.to_string()).collect()),
+        Value::StringVec(list) => Some(list.clone()),
+        _ => None,
+    }
 }
 
 /// Whole numbers of a value.
 pub fn whole_numbers(value: &Value) -> Option<Vec<i64>> {
     Some(match value {
         Value::Int(number) => vec![i64::from(*number)],
+        Value::Uint(number) => vec![i64::from(*number)],
+        Value::Int64(number) => vec![*number],
         Value::IntVec(list) => list.iter().copied().map(i64::from).collect(),
         Value::UintVec(list) => list.iter().copied().map(i64::from).collect(),
         Value::Int64Vec(list) => list.clone(),

@@ -12,9 +12,11 @@ use super::binding::Bindings;
 use super::file::{Clock, Content, ShownMesh, Surface, Units, UsdMesh};
 use super::geometry::{self, FaceSurfaces};
 use super::instancer::{self, Copy};
-use super::shader::{ReadSurface, Shaders, UvNames};
+use super::shader::{self, ReadSurface, Shaders, UvNames};
+use super::skeleton::{self, Skeleton};
+use super::skin::{self, Skin};
 use super::value::{Answer, codes, said, value, whole_numbers, word};
-use super::{cameras, lights, place};
+use super::{cameras, implicit, lights, place};
 use crate::animation::{Track, Visibility};
 use crate::digest::Digest;
 
@@ -38,6 +40,8 @@ struct Context {
     visible: Visibility,
     /// True if purpose is one that is rendered.
     is_rendered: bool,
+    /// True below a SkelRoot: nothing else follows skeletons.
+    is_skinned: bool,
 }
 
 /// A walk, and what it has found.
@@ -55,8 +59,12 @@ struct Walk<'a> {
     of_materials: HashMap<String, Option<(usize, UvNames)>>,
     /// Numbers of the meshes by their digest.
     known: HashMap<Digest, Vec<usize>>,
+    /// Skeletons by path.
+    skeletons: HashMap<String, Option<Rc<Skeleton>>>,
     /// Instancers that are being walked through.
     within: Vec<Path>,
+    /// Prim below which places are sought: the root, or what is above the prototype that is being walked through.
+    base: Path,
 }
 
 /// Collects all that a stage shows.
@@ -80,14 +88,17 @@ pub fn content(stage: &Stage) -> Answer<Content> {
         of_prototypes: HashMap::new(),
         of_materials: HashMap::new(),
         known: HashMap::new(),
+        skeletons: HashMap::new(),
         within: Vec::new(),
+        base: Path::abs_root(),
     };
-    let context = Context { map, visible: Visibility::ALWAYS, is_rendered: true };
+    let context = Context { map, visible: Visibility::ALWAYS, is_rendered: true, is_skinned: false };
     let roots = said(stage.prim(Path::abs_root()).children())?;
     let shown = walk.below(roots, context, PrimPredicate::DEFAULT_PROXIES)?;
     walk.content.shown = shown;
     let mut content = walk.content;
     content.unused.append(&mut walk.shaders.unused);
+    content.defects.append(&mut walk.shaders.missing);
     if walk.bindings.has_collections {
         content.unused.insert(String::from("materials that collections bind are not used"));
     }
@@ -149,8 +160,9 @@ impl Walk<'_> {
             if prim.path().as_str().bytes().filter(|byte| *byte == b'/').count() > MOST_LEVELS {
                 return Err(format!("its prims are nested more than {MOST_LEVELS} deep: flatten it"));
             }
-            let own = Rc::new(self.context(&prim, &above)?);
-            if self.look(&prim, &own, &mut shown)? {
+            let kind = said(prim.type_name())?.map_or(String::new(), |kind| kind.to_string());
+            let own = Rc::new(self.context((&prim, &kind), &above)?);
+            if self.look((&prim, &kind), &own, &mut shown)? {
                 let children = said(prim.children())?;
                 if children.is_empty() {
                     self.note_missing(&prim)?;
@@ -183,13 +195,11 @@ impl Walk<'_> {
         Ok(())
     }
 
-    fn context(&mut self, prim: &Prim, above: &Rc<Context>) -> Answer<Context> {
+    fn context(&mut self, (prim, kind): (&Prim, &str), above: &Rc<Context>) -> Answer<Context> {
         let mut context = Context::clone(above);
         let clock = self.content.clock;
-        if let Some(place) = place::place(prim, &clock)? {
-            context.map =
-                if place.is_reset { self.root.after(&place.map) } else { above.map.after(&place.map) };
-        }
+        context.map = self.placed(prim, &above.map)?;
+        context.is_skinned |= kind == "SkelRoot";
         if let Some(first) = word(prim, "visibility", clock.code(clock.first()))? {
             let times = codes(prim, "visibility")?;
             let is_there = |code: f64| -> Answer<bool> {
@@ -210,17 +220,51 @@ impl Walk<'_> {
         Ok(context)
     }
 
+    /// Map of a prim that is below one with the map `above`.
+    fn placed(&self, prim: &Prim, above: &Track<DAffine3>) -> Answer<Track<DAffine3>> {
+        Ok(match place::place(prim, &self.content.clock)? {
+            Some(place) if place.is_reset => self.root.after(&place.map),
+            Some(place) => above.after(&place.map),
+            None => above.clone(),
+        })
+    }
+
+    /// Map of the prim at a path, which need not have been walked over. `None` if it is not below what is walked through.
+    fn map_of(&self, path: &Path) -> Answer<Option<Track<DAffine3>>> {
+        let (mut below, mut at) = (Vec::new(), path.clone());
+        while at != self.base {
+            below.push(self.stage.prim(at.clone()));
+            let Some(parent) = at.parent() else { return Ok(None) };
+            at = parent;
+        }
+        let mut map =
+            if self.within.is_empty() { self.root.clone() } else { Track::constant(DAffine3::IDENTITY) };
+        for prim in below.iter().rev() {
+            map = self.placed(prim, &map)?;
+        }
+        Ok(Some(map))
+    }
+
     /// Collects what a prim shows itself. Returns true if what is below it counts as well.
-    fn look(&mut self, prim: &Prim, context: &Context, shown: &mut Vec<ShownMesh>) -> Answer<bool> {
-        let kind = said(prim.type_name())?.map_or(String::new(), |kind| kind.to_string());
+    fn look(
+        &mut self,
+        (prim, kind): (&Prim, &str),
+        context: &Context,
+        shown: &mut Vec<ShownMesh>,
+    ) -> Answer<bool> {
         let is_seen = context.is_rendered && !context.visible.is_never();
-        match kind.as_str() {
+        let name = prim.path().as_str().trim_start_matches('/');
+        let visible = &context.visible;
+        let of = |mesh, map| ShownMesh { name: name.to_string(), mesh, map, visible: visible.clone() };
+        match kind {
             "Mesh" if is_seen => {
-                if let Some(mesh) = self.mesh(prim)? {
-                    let name = prim.path().as_str().trim_start_matches('/').to_string();
-                    let (map, visible) = (context.map.clone(), context.visible.clone());
-                    shown.push(ShownMesh { name, mesh, map, visible });
-                }
+                shown.extend(self.mesh(prim, context)?.map(|(mesh, map)| of(mesh, map)));
+            }
+            kind if implicit::is_shape(kind) && is_seen => {
+                let surface = self.surfaces(prim)?.of_mesh;
+                let mesh =
+                    implicit::mesh((prim, kind), &self.content.clock, surface, &mut self.content.unused)?;
+                shown.extend(mesh.map(|mesh| of(self.number_of(mesh), context.map.clone())));
             }
             "PointInstancer" => {
                 if is_seen {
@@ -258,14 +302,6 @@ impl Walk<'_> {
             "NurbsPatch" => "NURBS patches are",
             "Points" => "points are",
             "Volume" => "volumes are",
-            "Cube" | "Sphere" | "Cylinder" | "Cylinder_1" | "Cone" | "Capsule" | "Capsule_1" | "Plane" => {
-                "cubes, spheres, cylinders, cones, capsules and planes that are no meshes are"
-            }
-            "SkelRoot" | "Skeleton" => {
-                let message = "skeletons (UsdSkel) are not used: meshes stand as they were bound";
-                self.content.unused.insert(String::from(message));
-                return;
-            }
             "CylinderLight" | "GeometryLight" | "PortalLight" | "PluginLight" => {
                 let message = format!("lights of the type {kind} are not used");
                 self.content.unused.insert(message);
@@ -274,24 +310,66 @@ impl Walk<'_> {
             _ => return,
         };
         if is_seen {
-            self.content.unused.insert(format!("{what} not shown: only meshes are"));
+            self.content
+                .unused
+                .insert(format!("{what} not shown: only meshes, spheres, cubes and the like are"));
         }
     }
 
-    /// Number of the mesh that a prim shows, if it has triangles.
-    fn mesh(&mut self, prim: &Prim) -> Answer<Option<usize>> {
+    /// Number and map of the mesh that a prim shows, if it has triangles.
+    fn mesh(&mut self, prim: &Prim, context: &Context) -> Answer<Option<(usize, Track<DAffine3>)>> {
+        let map = &context.map;
+        if context.is_skinned
+            && skin::is_bound(prim)?
+            && let Some((skin, of_skeleton)) = self.skin(prim)?
+        {
+            let mesh = self.read_mesh(prim, Some(&skin))?;
+            let map = if skin.has_joints() { of_skeleton } else { map.clone() };
+            return Ok(mesh.map(|mesh| (mesh, map)));
+        }
         let prototype = said(prim.prim_in_prototype())?.map(|prim| prim.path().to_string());
         if let Some(known) = prototype.as_ref().and_then(|path| self.of_prototypes.get(path)) {
-            return Ok(*known);
+            return Ok(known.map(|known| (known, map.clone())));
         }
-        let surfaces = self.surfaces(prim)?;
-        let clock = self.content.clock;
-        let mesh = geometry::mesh(prim, &clock, &surfaces, &mut self.content.unused)?;
-        let number = mesh.map(|mesh| self.number_of(mesh));
+        let number = self.read_mesh(prim, None)?;
         if let Some(path) = prototype {
             self.of_prototypes.insert(path, number);
         }
-        Ok(number)
+        Ok(number.map(|number| (number, map.clone())))
+    }
+
+    fn read_mesh(&mut self, prim: &Prim, skin: Option<&Skin>) -> Answer<Option<usize>> {
+        let surfaces = self.surfaces(prim)?;
+        let clock = self.content.clock;
+        let mesh = geometry::mesh(prim, &clock, &surfaces, skin, &mut self.content.unused)?;
+        Ok(mesh.map(|mesh| self.number_of(mesh)))
+    }
+
+    /// Binding of a mesh to its skeleton, and the map of that. `None` if the skeleton is nowhere.
+    fn skin(&mut self, prim: &Prim) -> Answer<Option<(Skin, Track<DAffine3>)>> {
+        let clock = self.content.clock;
+        let path = skeleton::inherited(self.stage, prim.path(), "skel:skeleton")?;
+        let known = path.as_ref().map(|path| self.skeleton(path)).transpose()?.flatten();
+        let map = path.as_ref().map(|path| self.map_of(path)).transpose()?.flatten();
+        let (Some(skeleton), Some(map)) = (known, map) else {
+            let message = format!("the skeleton of {} is nowhere: it stands as it was bound", prim.path());
+            self.content.defects.insert(message);
+            return Ok(None);
+        };
+        let code = clock.code(clock.first());
+        let skin = Skin::read(self.stage, prim, skeleton, code, &mut self.content.unused)?;
+        Ok(Some((skin, map)))
+    }
+
+    fn skeleton(&mut self, path: &Path) -> Answer<Option<Rc<Skeleton>>> {
+        if let Some(known) = self.skeletons.get(path.as_str()) {
+            return Ok(known.clone());
+        }
+        let is_there = said_type(self.stage, path)?.as_deref() == Some("Skeleton");
+        let read = is_there.then(|| Skeleton::read(self.stage, path, &self.content.clock)).transpose()?;
+        let read = read.map(Rc::new);
+        self.skeletons.insert(path.to_string(), read.clone());
+        Ok(read)
     }
 
     /// Number of a mesh: that of an equal one, if there is one. Exporters write copies.
@@ -314,6 +392,8 @@ impl Walk<'_> {
         let bound = self.surface(prim.path())?;
         if bound.is_none() {
             let color = self.shaders.display_color(prim)?;
+            surfaces.is_tinted = color.as_ref().is_some_and(|color| color.is_tinted);
+            let color = color.or_else(|| self.units.is_of_blender.then(shader::plain_of_blender));
             surfaces.of_mesh = color.map(|color| self.number_of_surface(color));
         }
         if let Some((surface, uvs)) = bound {
@@ -391,13 +471,17 @@ impl Walk<'_> {
                 map: Track::constant(DAffine3::IDENTITY),
                 visible: Visibility::ALWAYS,
                 is_rendered: true,
+                is_skinned: false,
             };
             // prototypes may be `over`, so that they are not shown by themselves
             let is_there =
                 PrimPredicate::new(PrimStatus::ACTIVE.union(PrimStatus::LOADED), PrimStatus::empty())
                     .with_instance_proxies(true);
+            let parent = prototype.parent().unwrap_or_else(Path::abs_root);
+            let before = parent.as_str().trim_start_matches('/').len();
+            let base = std::mem::replace(&mut self.base, parent);
             let meshes = self.below(vec![self.stage.prim(prototype.clone())], context, is_there)?;
-            let before = prototype.parent().map_or(0, |parent| parent.as_str().trim_start_matches('/').len());
+            self.base = base;
             of_prototypes.push((meshes, before));
         }
         self.within.pop();

@@ -115,7 +115,7 @@ fn fit(file: &UsdFile, size: [u32; 2]) -> Result<Fit, SceneError> {
         let first = positions.len() as u32;
         let place =
             |position: &[f32; 3]| map.transform_point3(Vec3::from(*position).as_dvec3()).as_vec3().to_array();
-        positions.extend(mesh.positions.iter().map(place));
+        positions.extend(mesh.positions_at(frame).iter().map(place));
         triangles.extend(mesh.triangles.iter().map(|triangle| triangle.map(|corner| corner + first)));
     }
     if triangles.is_empty() || !are_within_reach(&positions) {

@@ -170,3 +170,20 @@ fn materials_name_their_texture_coordinates() {
     let message = "a material takes two sets of texture coordinates";
     assert!(shot.warnings.iter().any(|warning| warning.to_string().contains(message)), "{:?}", shot.warnings);
 }
+
+#[test]
+fn colours_without_a_material_may_change_over_a_mesh() {
+    let prims = format!(
+        "def Mesh \"A\" {{ {TRIANGLE} color3f[] primvars:displayColor = [(1, 0, 0), (0, 0.5, 0), (0, 0, 1)] ( interpolation = \"vertex\" )\n}}\n\
+         def Mesh \"B\" {{ {TRIANGLE} color3f[] primvars:displayColor = [(0.25, 0, 0)] }}\n"
+    );
+    let shot = shown(METRES, &prims);
+    let colors = &model(&shot, "m/A").mesh.details.colors;
+    assert_eq!(
+        colors.iter().map(|color| color.map(f32::from)).collect::<Vec<_>>(),
+        [[1.0, 0.0, 0.0], [0.0, 0.5, 0.0], [0.0, 0.0, 1.0]]
+    );
+    assert!(model(&shot, "m/B").mesh.details.colors.is_empty());
+    let of = |name: &str| &shot.scene.materials[usize::from(model(&shot, name).mesh.material_of[0])];
+    assert!(of("m/A").has_vertex_colors && !of("m/B").has_vertex_colors);
+}

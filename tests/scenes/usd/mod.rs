@@ -1,7 +1,9 @@
 //! USD files: does each mesh stand where its parents put it, in metres and with Y up, with its materials, cameras and lights?
 
 mod damage;
+mod implicit;
 mod materials;
+mod skeletons;
 mod whole;
 
 use std::fs;

@@ -62,6 +62,25 @@ fn lights_are_as_bright_as_the_file_says() {
 }
 
 #[test]
+fn temperatures_tint_lights_that_say_so() {
+    let light = |name: &str, lines: &str| {
+        format!(
+            "def SphereLight \"{name}\" {{\n float inputs:intensity = 3\n float inputs:radius = 2\n{lines} }}\n"
+        )
+    };
+    let on = "bool inputs:enableColorTemperature = 1\n";
+    let warm = "float inputs:colorTemperature = 3000\n";
+    let lights = light("Warm", &format!("{on}{warm}")) + &light("Off", warm) + &light("White", on);
+    let shot = shown(METRES, &with_mesh(&lights));
+    let pose = Pose::new(&shot.scene, 1);
+    let [warm, off, white] = [0, 1, 2].map(|number| pose.lights[number].strength);
+    assert!(off == white && off.x == off.z && off.x > 0.0, "{off} {white}");
+    assert!(warm.x > 1.5 * off.x && warm.z < 0.5 * off.z, "{warm}");
+    let luminance = glam::Vec3::new(0.2126, 0.7152, 0.0722);
+    assert!((warm.dot(luminance) / off.dot(luminance) - 1.0).abs() < 1e-3);
+}
+
+#[test]
 fn the_middle_of_a_dome_is_at_its_positive_z() {
     let dome = "def DomeLight \"D\" {\n float inputs:intensity = 0.5\n asset inputs:texture:file = @./sky.hdr@\n\
         float xformOp:rotateY = 90\n uniform token[] xformOpOrder = [\"xformOp:rotateY\"]\n}\n";
@@ -77,4 +96,31 @@ fn the_middle_of_a_dome_is_at_its_positive_z() {
     let even = "def DomeLight \"D\" {\n float inputs:intensity = 2\n color3f inputs:color = (1, 0.5, 0)\n}\n";
     let shot = shown(METRES, &with_mesh(even));
     assert!(shot.scene.environment.is_some() && shot.scene.lights.is_empty());
+}
+
+#[test]
+fn a_dome_without_its_picture_is_even_and_says_so() {
+    let dome = |name: &str| {
+        with_mesh(&format!(
+            "def DomeLight \"D\" {{ asset inputs:texture:file = @{name}@ float inputs:intensity = 2 }}\n"
+        ))
+    };
+    let shot = load(METRES, &dome("./no.exr")).unwrap();
+    let told: Vec<String> = shot.warnings.iter().map(ToString::to_string).collect();
+    assert!(
+        told.iter().any(|told| told.contains("no.exr` of the light from all around cannot be found")),
+        "{told:?}"
+    );
+    assert_eq!(shot.scene.background, afterimage::scene::Background::uniform(glam::Vec3::splat(2.0)));
+    assert!(scene::load(&folder(METRES, &dome("./no.exr")).path().join("m.usda"), true).is_err());
+    // as programs on Windows write names
+    let folder = folder(METRES, &dome(".\\maps\\even.hdr"));
+    fs::create_dir(folder.path().join("maps")).unwrap();
+    fs::write(
+        folder.path().join("maps/even.hdr"),
+        b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 1\n\x80\x80\x80\x81",
+    )
+    .unwrap();
+    let shot = scene::load(&folder.path().join("m.usda"), true).unwrap();
+    assert!(shot.warnings.is_empty() && shot.scene.environment.is_some(), "{:?}", shot.warnings);
 }
