@@ -84,6 +84,7 @@ pub mod stereo;
 #[cfg_attr(not(internals), doc(hidden))]
 pub mod trace;
 
+mod cumulative;
 mod input;
 mod logarithm;
 mod prefetch;

@@ -1,7 +1,7 @@
 //! Angles, fast: each ray to the sky asks two, each corner of a face that deforms one. The system's library takes several times as
 //! long, for digits that neither needs.
 
-use std::f32::consts::{FRAC_PI_2, PI};
+use std::f32::consts::{FRAC_PI_2, PI, TAU};
 
 /// Coefficients of the arc tangent over its argument, in squares of that (Abramowitz and Stegun, "Handbook of Mathematical
 /// Functions", 1964, 4.4.49): with exact numbers wrong by 2e-8 at most, from 0 to 1.
@@ -34,9 +34,45 @@ pub fn of(y: f32, x: f32) -> f32 {
     (if x < 0.0 { PI - angle } else { angle }).copysign(y)
 }
 
+/// Coefficients of the sine over its argument and of the cosine, in squares of that (Moshier, "Cephes Mathematical Library", 1992):
+/// with exact numbers wrong by 1e-8 at most, up to an eighth of a turn.
+const SINE: [f32; 4] = [1.0, -0.166_666_55, 8.332_161e-3, -1.951_529_6e-4];
+const COSINE: [f32; 5] = [1.0, -0.5, 0.041_666_646, -1.388_731_6e-3, 2.443_315_7e-5];
+
+/// Sine and cosine of an angle in turns: 1 is all around. Wrong by 2e-7 at most, of angles within 1,000 turns.
+#[inline]
+pub fn turned(turns: f32) -> [f32; 2] {
+    let quarters = (4.0 * turns).round_ties_even();
+    // exact: both have the same exponent, or a smaller one
+    let x = (turns - 0.25 * quarters) * TAU;
+    let z = x * x;
+    let [s0, s1, s2, s3] = SINE;
+    let sine = x * z.mul_add(z.mul_add(z.mul_add(s3, s2), s1), s0);
+    let [c0, c1, c2, c3, c4] = COSINE;
+    let cosine = z.mul_add(z.mul_add(z.mul_add(z.mul_add(c4, c3), c2), c1), c0);
+    let quarter = quarters as i32;
+    let [sine, cosine] = if quarter & 1 == 0 { [sine, cosine] } else { [cosine, sine] };
+    let signed = |value: f32, is_negative: bool| if is_negative { -value } else { value };
+    [signed(sine, quarter & 2 != 0), signed(cosine, (quarter + 1) & 2 != 0)]
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn sines_and_cosines_are_those_of_doubles() {
+        let mut worst: f64 = 0.0;
+        for i in -300_000..300_000 {
+            let turns = i as f32 / 100_003.0;
+            let (sine, cosine) = (f64::from(turns) * std::f64::consts::TAU).sin_cos();
+            let [own_sine, own_cosine] = turned(turns).map(f64::from);
+            worst = worst.max((own_sine - sine).abs()).max((own_cosine - cosine).abs());
+        }
+        assert!(worst < 2e-7, "{worst}");
+        let quarters = [0.0, 0.25, 0.5, 0.75, 1.0, -0.25].map(turned);
+        assert_eq!(quarters, [[0.0, 1.0], [1.0, 0.0], [0.0, -1.0], [-1.0, 0.0], [0.0, 1.0], [-1.0, 0.0]]);
+    }
 
     #[test]
     fn angles_are_those_of_doubles() {

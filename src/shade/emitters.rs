@@ -9,6 +9,7 @@ use super::deformed::Deformations;
 use super::on_mesh::OnMesh;
 use super::surface::corners_of;
 use crate::animation::Track;
+use crate::cumulative::Steps;
 use crate::pose::Pose;
 use crate::scene::cutout::{Asks, CutoutTest};
 use crate::scene::{Mesh, Model, Scene};
@@ -22,8 +23,8 @@ use crate::scene::{Mesh, Model, Scene};
 #[derive(Debug, Clone, Default)]
 pub struct Emitters {
     triangles: Vec<EmitterTriangle>,
-    /// Probability, for each triangle, that it or one before it is chosen.
-    cumulative: Vec<f32>,
+    /// Probability of each triangle.
+    choices: Steps,
     /// Light that a unit of area of each material sends, relative to the others.
     brightness: Vec<f32>,
     /// Probability, for each model, that a unit of its area (object space) is chosen, for each unit of
@@ -91,12 +92,7 @@ impl Emitters {
             }
         }
         let total: f64 = weights.iter().sum();
-        let mut sum = 0.0;
-        let cumulative = weights.iter().map(|weight| {
-            sum += weight;
-            (sum / total) as f32
-        });
-        let cumulative = cumulative.collect();
+        let (choices, _) = Steps::new(&weights, 0.0);
         let emits = |model: &Model| {
             model.mesh.material_of.iter().any(|material| brightness[usize::from(*material)] > 0.0)
         };
@@ -110,7 +106,7 @@ impl Emitters {
             tests.entry(Arc::as_ptr(&model.mesh)).or_insert_with(test).clone()
         };
         let cut = scene.models.iter().map(test_of).collect();
-        Self { triangles, cumulative, brightness, chance, cut, quadrics }
+        Self { triangles, choices, brightness, chance, cut, quadrics }
     }
 
     /// Returns true if nothing emits.
@@ -138,9 +134,10 @@ impl Emitters {
         random: [f32; 3],
     ) -> Option<Result<EmitterPlace, NotThere>> {
         let [choice, along, above] = random;
-        let chosen = self.cumulative.partition_point(|end| *end <= choice);
-        // rounding may leave the last end below 1
-        let EmitterTriangle { model, triangle } = *self.triangles.get(chosen).or(self.triangles.last())?;
+        if self.triangles.is_empty() {
+            return None;
+        }
+        let EmitterTriangle { model, triangle } = self.triangles[self.choices.find(choice).index];
         let mesh = &scene.models[model as usize].mesh;
         let transform = &pose.models[model as usize];
         if !transform.is_visible {

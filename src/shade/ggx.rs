@@ -11,10 +11,11 @@
 //! Directions have unit length and point away from the surface. In functions of one direction at a time they
 //! are in the space of the surface: its normal is Z.
 
-use std::f32::consts::{FRAC_1_PI, TAU};
+use std::f32::consts::FRAC_1_PI;
 
 use glam::Vec3;
 
+use crate::geometry::angle;
 use crate::lanes::{F32x8, Vec3x8};
 
 /// Schlick's Fresnel term: reflectance `head_on` at right angles, up to white at grazing angles. `cos` is the
@@ -90,7 +91,7 @@ pub fn sample(alpha: f32, to_eye: Vec3, numbers: [f32; 2]) -> Vec3 {
 #[inline]
 pub fn visible_normal(alpha: f32, to_eye: Vec3, [around, along]: [f32; 2]) -> Vec3 {
     let stretched = Vec3::new(alpha * to_eye.x, alpha * to_eye.y, to_eye.z).normalize();
-    let (sin, cos) = (TAU * around).sin_cos();
+    let [sin, cos] = angle::turned(around);
     // evenly over the cap of the sphere that reflects the direction upwards
     let z = (1.0 - along) * (1.0 + stretched.z) - stretched.z;
     let across = (1.0 - z * z).max(0.0).sqrt();

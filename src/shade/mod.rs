@@ -13,6 +13,7 @@ pub mod optics;
 pub mod phong;
 pub mod sampling;
 pub mod sky;
+mod sobol;
 pub mod surface;
 
 pub use surface::Surface;

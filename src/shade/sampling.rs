@@ -2,6 +2,8 @@
 
 use glam::Vec3;
 
+use super::sobol;
+use crate::geometry::angle;
 use crate::scrambled::scrambled;
 
 /// Random numbers of a path: a point of an Owen-scrambled Sobol sequence (Burley, "Practical Hash-based Owen
@@ -19,8 +21,8 @@ impl PathRandom {
     #[inline]
     pub fn four(self, set: u32) -> [f32; 4] {
         // as many dimensions as the sequence has: beyond them, new seeds
-        let seed = self.seed.wrapping_add((set / SETS).wrapping_mul(0x9e37_79b9));
-        sobol_burley::sample_4d(self.index, set % SETS, seed)
+        let seed = self.seed.wrapping_add((set / sobol::SETS).wrapping_mul(0x9e37_79b9));
+        sobol::four(self.index, set % sobol::SETS, seed)
     }
 }
 
@@ -107,9 +109,6 @@ impl SampleSeed {
     }
 }
 
-/// Number of sets of four dimensions that the sequence has.
-const SETS: u32 = sobol_burley::NUM_DIMENSION_SETS_4D;
-
 /// Seed of a surface, from its place on its model and from the model.
 #[inline]
 pub fn seed_of(place: Vec3, model: u32) -> u32 {
@@ -126,7 +125,7 @@ pub fn hash_of(numbers: &[f32]) -> u32 {
 /// even density below the half sphere. Unit length.
 #[inline]
 pub fn cosine_direction([along, above]: [f32; 2], [x, y, z]: [Vec3; 3]) -> Vec3 {
-    let (sin, cos) = (std::f32::consts::TAU * above).sin_cos();
+    let [sin, cos] = angle::turned(above);
     let radius = along.sqrt();
     let up = (1.0 - along).max(0.0).sqrt();
     (x * (radius * cos) + y * (radius * sin) + z * up).normalize_or(z)
@@ -216,7 +215,8 @@ mod tests {
     #[test]
     fn sets_and_seeds_have_numbers_of_their_own() {
         let mut seen = std::collections::HashSet::new();
-        for (seed, index, set) in [(1, 0, 0), (2, 0, 0), (1, 1, 0), (1, 0, 1), (1, 0, SETS), (1, 0, SETS + 1)]
+        for (seed, index, set) in
+            [(1, 0, 0), (2, 0, 0), (1, 1, 0), (1, 0, 1), (1, 0, sobol::SETS), (1, 0, sobol::SETS + 1)]
         {
             let four = PathRandom { seed, index }.four(set);
             assert!(four.iter().all(|number| (0.0..1.0).contains(number)));

@@ -17,7 +17,7 @@ use crate::pose::Pose;
 use crate::samples::TagLayout;
 use crate::samples::saved::PictureName;
 use crate::scene::{LightGroups, Material, Mesh, Scene};
-use crate::settings::{Backdrop, Settings};
+use crate::settings::{Backdrop, Mode, Settings};
 use crate::shade::emitters::Emitters;
 use crate::shade::phong::Palette;
 use crate::shade::sky::SkyLight;
@@ -54,7 +54,7 @@ pub struct Prepared<'s> {
     pub exposures: Exposures,
     /// Motion of the whole shot. Empty until [`look_ahead`](Self::look_ahead) builds it, unless samples need it from the start.
     pub motion: Motion,
-    /// True once `motion` is built. It is built at once where samples keep paths or their openness.
+    /// True once `motion` is built. It is built at once where samples keep paths or their openness from frame to frame.
     knows_motion: bool,
     /// Motion with time running backwards, once a frame was inferred so.
     motion_back: Option<Motion>,
@@ -70,7 +70,9 @@ impl<'s> Prepared<'s> {
         let motion = || Motion::in_direction(scene, &exposures.clock, Direction::Forward);
         let layout = TagLayout::for_scene(scene, settings);
         let occlusion = occlusion(scene, settings, &layout);
-        let keeps_answers = layout.paths > 0 || layout.reflections > 0 || occlusion.is_some();
+        let has_answers = layout.paths > 0 || layout.reflections > 0 || occlusion.is_some();
+        // frames that are all traced in full keep nothing: for how long an answer would hold is not asked
+        let keeps_answers = has_answers && settings.mode != Mode::Full;
         let mattes = mattes(scene, settings);
         let mut about_layers =
             mattes.as_ref().map_or(Vec::new(), |mattes| mattes.attributes(settings.layers));

@@ -5,7 +5,8 @@ use std::f64::consts::{PI, TAU};
 use glam::Vec3;
 use rayon::prelude::*;
 
-use super::steps::Steps;
+use crate::cumulative::Steps;
+use crate::geometry::angle;
 
 /// Share of the samples that is spread evenly over all cells that are not black. It keeps each step of a
 /// cumulative distribution larger than the rounding of a float near 1, up to 32768 steps: nothing that shines
@@ -87,7 +88,7 @@ impl Distribution {
         let y = top + (bottom - top) * f64::from(row.within);
         let radius = ((1.0 - y) * (1.0 + y)).max(0.0).sqrt();
         let u = (column.index as f64 + f64::from(column.within)) / columns.count() as f64;
-        let (sin, cos) = ((TAU * (u - 0.5)) as f32).sin_cos();
+        let [sin, cos] = angle::turned((u - 0.5) as f32);
         let radius = radius as f32;
         Vec3::new(radius * sin, y as f32, -radius * cos)
     }

@@ -12,7 +12,6 @@ mod picture_error;
 mod read;
 mod sky;
 mod spectrum;
-mod steps;
 mod sun;
 
 use std::sync::Arc;

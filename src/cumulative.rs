@@ -4,8 +4,8 @@
 const BELOW_ONE: f32 = 1.0 - f32::EPSILON / 2.0;
 
 /// A cumulative distribution in steps.
-#[derive(Clone, PartialEq)]
-pub(super) struct Steps {
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Steps {
     /// Probability of each step and all before it; the last is exactly 1.
     ends: Vec<f32>,
     /// First step that ends above each of evenly spread numbers, from 0 up to 1: a search begins and ends
@@ -15,7 +15,7 @@ pub(super) struct Steps {
 }
 
 /// Result of a search in [`Steps`].
-pub(super) struct Step {
+pub struct Step {
     pub index: usize,
     /// Position within the step: 0 to 1.
     pub within: f32,
