@@ -7,6 +7,7 @@ use rayon::prelude::*;
 
 use crate::animation::Shape;
 use crate::geometry::vertex_normal;
+use crate::memory::{self, Need, Part, TooLittle};
 
 /// Number for vertices that have no normal.
 const NONE: u32 = u32::MAX;
@@ -41,6 +42,15 @@ impl Shapes {
         assert!(!list.is_empty() && list.iter().all(|shape| shape.len() == places.len()), "shapes must fit");
         let normals = (!normals.is_empty()).then(|| SharedNormals::new(triangles, normals, places));
         Self { list, normals }
+    }
+
+    /// Checks that there is memory for so many shapes of so many vertices.
+    ///
+    /// # Errors If there is not.
+    pub fn check_memory(shapes: usize, vertices: usize) -> Result<(), TooLittle> {
+        let bytes = (shapes * size_of::<[f32; 3]>()) as u64 * vertices as u64;
+        let remedy = "a shorter animation or fewer shapes, a smaller model";
+        Need::new(Part::new("the shapes of the model", bytes, remedy)).check(&memory::left())
     }
 
     /// Vertex positions of each shape, object space.

@@ -91,8 +91,7 @@ impl Emitters {
                 }
             }
         }
-        let total: f64 = weights.iter().sum();
-        let (choices, _) = Steps::new(&weights, 0.0);
+        let (choices, total) = Steps::new(&weights, 0.0);
         let emits = |model: &Model| {
             model.mesh.material_of.iter().any(|material| brightness[usize::from(*material)] > 0.0)
         };

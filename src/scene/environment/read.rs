@@ -45,10 +45,15 @@ pub(in crate::scene) fn read(path: &Path) -> Result<(Environment, Digest, Option
     Ok((environment, digest, odd))
 }
 
+/// Largest file that is decoded to see whether it has one texel, bytes: those have some hundreds.
+#[cfg(feature = "usd")]
+const FEW_BYTES: u64 = 4096;
+
 /// Returns true if the map at `path` has one texel: exporters write colours as such.
 #[cfg(feature = "usd")]
 pub(in crate::scene) fn is_even(path: &Path) -> bool {
-    decode(path).is_ok_and(|(width, height, _)| (width, height) == (1, 1))
+    let is_small = path.metadata().is_ok_and(|file| file.len() <= FEW_BYTES);
+    is_small && decode(path).is_ok_and(|(width, height, _)| (width, height) == (1, 1))
 }
 
 /// Decodes a map: width, height, and linear RGB row by row. Errors are the end of a sentence.

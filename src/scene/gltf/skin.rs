@@ -7,10 +7,9 @@ use super::animation::{Clip, Property};
 use super::document::Document;
 use super::geometry::{Geometry, Influences};
 use super::nodes::Tree;
-use crate::memory::{self, Need, Part};
-use crate::scene::SceneError;
 use crate::scene::model::shape_files::Distinct;
 use crate::scene::obj::are_within_reach;
+use crate::scene::{SceneError, Shapes};
 
 /// A skin with its bind pose.
 struct Skin {
@@ -35,7 +34,8 @@ pub fn shapes(
         true => clip.moments(a_frame),
         false => vec![1.0],
     };
-    check_memory(document, frames.len(), geometry)?;
+    let check = Shapes::check_memory(frames.len(), geometry.positions.len());
+    check.map_err(|error| document.fault(error.to_string()))?;
     let mut shapes = Distinct::default();
     for frame in frames {
         let positions = pose.positions(document, (tree, clip), geometry, frame);
@@ -100,12 +100,6 @@ fn is_animated(tree: &Tree, clip: &Clip, number: usize, skin: Option<&Skin>) -> 
         clip.channels.iter().any(|channel| channel.node == number && channel.property == Property::Weights)
     };
     skin.is_some_and(|skin| skin.joints.iter().any(|joint| moved[*joint])) || is_morphed()
-}
-
-fn check_memory(document: &Document, shapes: usize, geometry: &Geometry) -> Result<(), SceneError> {
-    let bytes = (shapes * size_of::<[f32; 3]>()) as u64 * geometry.positions.len() as u64;
-    let need = Need::new(Part::new("the shapes of the model", bytes, "a shorter animation, a smaller model"));
-    need.check(&memory::left()).map_err(|error| document.fault(error.to_string()))
 }
 
 fn morphed(geometry: &Geometry, weights: &[f64]) -> Vec<[f32; 3]> {

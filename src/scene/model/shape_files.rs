@@ -6,7 +6,6 @@ use std::sync::Arc;
 
 use super::point_cache;
 use crate::digest::Digest;
-use crate::memory::{self, Need, Part};
 use crate::scene::obj::{self, ObjFile};
 use crate::scene::{Mesh, SceneError, Shapes};
 
@@ -109,9 +108,8 @@ pub fn read(
 }
 
 fn check_memory(path: &Path, shapes: usize, origins: &Origins) -> Result<(), SceneError> {
-    let bytes = (shapes * size_of::<[f32; 3]>()) as u64 * origins.of_vertex.len() as u64;
-    let need = Need::new(Part::new("the shapes of the model", bytes, "fewer shapes, a smaller model"));
-    need.check(&memory::left()).map_err(|error| SceneError::new(path, error.to_string()))
+    let check = Shapes::check_memory(shapes, origins.of_vertex.len());
+    check.map_err(|error| SceneError::new(path, error.to_string()))
 }
 
 /// Distinct shapes: equal ones are stored once.

@@ -9,10 +9,10 @@ use openusd::usd::Prim;
 
 use super::file::{Clock, UsdMesh};
 use super::shader::UvNames;
-use super::skeleton::check_memory;
 use super::skin::Skin;
 use super::value::{Answer, codes, pairs, points, said, value, whole_numbers, word};
 use crate::geometry::vertex_normal;
+use crate::scene::Shapes;
 use crate::scene::details::vertex_color;
 use crate::scene::model::deformed::remove_closed;
 use crate::scene::obj::are_within_reach;
@@ -110,7 +110,7 @@ pub fn mesh(
     let colors = if surfaces.is_tinted { color()? } else { None };
     let mut mesh = triangulated(&rest, &faces, surfaces, &Spreads { normals, colors, uvs });
     mesh.shapes = match skin {
-        Some(skin) => skin.shapes(prim, &rest, clock)?,
+        Some(skin) => skin.shapes(prim, &rest)?,
         None => shapes(prim, clock, &times, rest.len(), unused)?,
     };
     mesh.shapes.iter().try_for_each(|(_, points)| check_points(prim, points))?;
@@ -362,7 +362,7 @@ fn shapes(
     if times.len() < 2 {
         return Ok(Vec::new());
     }
-    check_memory(times.len(), count)?;
+    said(Shapes::check_memory(times.len(), count))?;
     let changes_faces = codes(prim, "faceVertexIndices")?.len() > 1;
     let mut shapes = Vec::with_capacity(times.len());
     for code in times {

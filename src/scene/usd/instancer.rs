@@ -2,11 +2,12 @@
 
 use std::collections::{BTreeSet, HashSet};
 
-use glam::{DAffine3, DQuat, DVec3};
+use glam::DAffine3;
 use openusd::sdf::Path;
 use openusd::usd::Prim;
 
 use super::file::Clock;
+use super::place::Places;
 use super::value::{Answer, codes, numbers, targets, value, whole_numbers};
 use crate::animation::{Interpolation, Track};
 use crate::memory::{self, Need, Part};
@@ -108,18 +109,13 @@ fn places(prim: &Prim, code: f64) -> Answer<Vec<DAffine3>> {
         let read = value(prim, name, code)?.as_ref().and_then(numbers);
         Ok(read.filter(|numbers| numbers.iter().all(|number| number.is_finite())))
     };
-    let positions = list("positions")?.unwrap_or_default();
+    let translations = list("positions")?.unwrap_or_default();
     let scales = list("scales")?.unwrap_or_default();
     let turns = match list("orientationsf")?.filter(|turns| !turns.is_empty()) {
         Some(turns) => turns,
         None => list("orientations")?.unwrap_or_default(),
     };
-    let place = |(i, position): (usize, &[f64])| {
-        let scale = scales.get(3 * i..3 * i + 3).map_or(DVec3::ONE, DVec3::from_slice);
-        let turn = turns.get(4 * i..4 * i + 4).map_or(DQuat::IDENTITY, DQuat::from_slice);
-        let length = turn.length();
-        let turn = if length.is_normal() { turn * length.recip() } else { DQuat::IDENTITY };
-        DAffine3::from_scale_rotation_translation(scale, turn, DVec3::from_slice(position))
-    };
-    Ok(positions.chunks_exact(3).enumerate().map(place).collect())
+    let count = translations.len() / 3;
+    let places = Places { translations, turns, scales };
+    Ok((0..count).map(|number| places.at(number)).collect())
 }

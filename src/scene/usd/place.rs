@@ -120,6 +120,28 @@ pub fn affine(matrix: &[f64]) -> Option<DAffine3> {
     })
 }
 
+/// Places of things whose scales, turns and translations are in lists: what a list lacks does nothing.
+pub struct Places {
+    pub translations: Vec<f64>,
+    /// Quaternions, of any length: x, y, z, w.
+    pub turns: Vec<f64>,
+    pub scales: Vec<f64>,
+}
+
+impl Places {
+    /// Place of thing `number`.
+    pub fn at(&self, number: usize) -> DAffine3 {
+        let three = |list: &[f64], default: DVec3| {
+            list.get(3 * number..3 * number + 3).map_or(default, DVec3::from_slice)
+        };
+        let turn = self.turns.get(4 * number..4 * number + 4).map_or(DQuat::IDENTITY, DQuat::from_slice);
+        let length = turn.length();
+        let turn = if length.is_normal() { turn * length.recip() } else { DQuat::IDENTITY };
+        let (scale, translation) = (three(&self.scales, DVec3::ONE), three(&self.translations, DVec3::ZERO));
+        DAffine3::from_scale_rotation_translation(scale, turn, translation)
+    }
+}
+
 /// Map of an operation; angles are in degrees. `None` for one that is not known, or has too few numbers.
 fn map_of(kind: &str, numbers: &[f64]) -> Option<DAffine3> {
     let three = || (numbers.len() >= 3).then(|| DVec3::from_slice(numbers));

@@ -1,22 +1,39 @@
 //! Skeletons (UsdSkelSkeleton) and their animations: the pose of each joint, and the weights of blend shapes, by frame.
 
-use std::collections::{BTreeSet, HashMap};
+use std::collections::HashMap;
 
-use glam::{DAffine3, DQuat, DVec3};
+use glam::DAffine3;
 use openusd::sdf::Path;
 use openusd::usd::{Prim, Stage};
 
 use super::file::Clock;
-use super::place::affine;
-use super::value::{Answer, codes, numbers, targets, value, words};
+use super::place::{Places, affine};
+use super::value::{Answer, codes, numbers, said, targets, value, words};
 use crate::memory::{self, Need, Part};
 
 /// Largest number of frames of an animation.
 const MOST_FRAMES: f64 = 1e6;
 
-/// A skeleton.
+/// A skeleton, in all its poses.
 pub struct Skeleton {
     pub joints: Vec<String>,
+    /// Names of the blend shapes whose weights its animation states.
+    pub blend_shapes: Vec<String>,
+    /// Its poses, by frame: one alone if it rests.
+    pub keys: Vec<PoseKey>,
+}
+
+/// A skeleton at a frame.
+pub struct PoseKey {
+    pub frame: f64,
+    /// Maps of the joints, from where a mesh was bound to where it is, in the space of the skeleton.
+    pub joints: Vec<DAffine3>,
+    /// Weights of the blend shapes; those that are not stated are missing.
+    pub weights: Vec<f64>,
+}
+
+/// Joints at rest.
+struct Rest {
     /// Joint above each, if there is one.
     parents: Vec<Option<usize>>,
     /// All joints, parents first.
@@ -24,8 +41,7 @@ pub struct Skeleton {
     /// Maps from the mesh to each joint as it was bound.
     inverse_binds: Vec<DAffine3>,
     /// Places of the joints below their parents if nothing moves them.
-    rest: Vec<DAffine3>,
-    animation: Option<Animation>,
+    locals: Vec<DAffine3>,
 }
 
 /// An animation (UsdSkelAnimation).
@@ -35,8 +51,6 @@ struct Animation {
     joints: Vec<Option<usize>>,
     /// Names of the blend shapes whose weights it states.
     blend_shapes: Vec<String>,
-    /// Frames at which it is posed, in order. Empty if it rests.
-    frames: Vec<f64>,
 }
 
 /// Path of the first prim that this relationship names, of a prim or the nearest one above it that has it.
@@ -56,7 +70,7 @@ pub fn inherited(stage: &Stage, path: &Path, name: &str) -> Answer<Option<Path>>
 impl Skeleton {
     /// Reads the skeleton at `path` with its animation.
     ///
-    /// # Errors Lists that do not fit together, and what the library says.
+    /// # Errors Lists that do not fit together, more poses than there is memory for, and what the library says.
     pub fn read(stage: &Stage, path: &Path, clock: &Clock) -> Answer<Self> {
         let prim = stage.prim(path.clone());
         let code = clock.code(clock.first());
@@ -69,63 +83,59 @@ impl Skeleton {
             ));
         }
         let (parents, order) = above_one_another(&joints);
-        let mut rest = maps(&prim, "restTransforms", code)?;
-        if rest.len() < joints.len() {
+        let mut locals = maps(&prim, "restTransforms", code)?;
+        if locals.len() < joints.len() {
             // as they were bound: each below its parent
             let below = |(joint, parent): (usize, &Option<usize>)| {
-                parent.map_or(binds[joint], |parent| binds[parent].inverse() * binds[joint])
+                parent.map_or(binds[joint], |parent| inverse(&binds[parent]) * binds[joint])
             };
-            rest = parents.iter().enumerate().map(below).collect();
+            locals = parents.iter().enumerate().map(below).collect();
         }
+        let inverse_binds = binds[..joints.len()].iter().map(inverse).collect();
+        let rest = Rest { parents, order, inverse_binds, locals };
         let animation = match inherited(stage, path, "skel:animationSource")? {
-            Some(source) => Animation::read(stage.prim(source), &joints, clock)?,
+            Some(source) => Animation::read(stage.prim(source), &joints, code)?,
             None => None,
         };
-        let inverse_binds = binds[..joints.len()].iter().map(inverse).collect();
-        Ok(Self { joints, parents, order, inverse_binds, rest, animation })
+        let keys = keys(animation.as_ref(), &rest, clock)?;
+        let blend_shapes = animation.map(|animation| animation.blend_shapes).unwrap_or_default();
+        Ok(Self { joints, blend_shapes, keys })
     }
+}
 
-    /// Frames at which it is posed, in order: one alone if it rests.
-    pub fn frames(&self, clock: &Clock) -> Vec<f64> {
-        let moving = self.animation.as_ref().map(|animation| animation.frames.clone());
-        moving.filter(|frames| !frames.is_empty()).unwrap_or_else(|| vec![clock.first()])
-    }
+/// Poses of a skeleton at all its frames.
+fn keys(animation: Option<&Animation>, rest: &Rest, clock: &Clock) -> Answer<Vec<PoseKey>> {
+    let Some(animation) = animation else {
+        let joints = rest.posed(rest.locals.clone());
+        return Ok(vec![PoseKey { frame: clock.first(), joints, weights: Vec::new() }]);
+    };
+    let frames = animation.frames(clock)?;
+    let bytes = size_of::<DAffine3>() as u64 * frames.len() as u64 * rest.order.len() as u64;
+    said(
+        Need::new(Part::new("the poses of a skeleton", bytes, "a shorter animation")).check(&memory::left()),
+    )?;
+    let key = |frame: f64| {
+        let code = clock.code(frame);
+        let joints = rest.posed(animation.locals(&rest.locals, code)?);
+        Ok(PoseKey { frame, joints, weights: animation.numbers("blendShapeWeights", code)? })
+    };
+    frames.into_iter().map(key).collect()
+}
 
-    /// Maps of the joints, from where a mesh was bound to where it is, in the space of the skeleton.
-    ///
-    /// # Errors What the library says.
-    pub fn pose(&self, code: f64) -> Answer<Vec<DAffine3>> {
-        let locals = match &self.animation {
-            Some(animation) => animation.locals(&self.rest, code)?,
-            None => self.rest.clone(),
-        };
-        let mut globals = locals;
+impl Rest {
+    /// Maps of the joints, from where a mesh was bound, by their places below their parents.
+    fn posed(&self, mut places: Vec<DAffine3>) -> Vec<DAffine3> {
         for joint in &self.order {
             if let Some(parent) = self.parents[*joint] {
-                globals[*joint] = globals[parent] * globals[*joint];
+                places[*joint] = places[parent] * places[*joint];
             }
         }
-        Ok(globals.iter().zip(&self.inverse_binds).map(|(global, inverse)| *global * *inverse).collect())
-    }
-
-    /// Weights of these blend shapes; 0 for those that the animation does not name.
-    ///
-    /// # Errors What the library says.
-    pub fn weights(&self, blend_shapes: &[String], code: f64) -> Answer<Vec<f64>> {
-        let Some(animation) = &self.animation else { return Ok(vec![0.0; blend_shapes.len()]) };
-        let stated = value(&animation.prim, "blendShapeWeights", code)?;
-        let stated = stated.as_ref().and_then(numbers).unwrap_or_default();
-        let weight = |name: &String| {
-            let number = animation.blend_shapes.iter().position(|known| known == name);
-            number.and_then(|number| stated.get(number)).copied().filter(|weight| weight.is_finite())
-        };
-        Ok(blend_shapes.iter().map(|name| weight(name).unwrap_or(0.0)).collect())
+        places.iter().zip(&self.inverse_binds).map(|(place, inverse)| *place * *inverse).collect()
     }
 }
 
 impl Animation {
-    fn read(prim: Prim, joints: &[String], clock: &Clock) -> Answer<Option<Self>> {
-        let code = clock.code(clock.first());
+    fn read(prim: Prim, joints: &[String], code: f64) -> Answer<Option<Self>> {
         let list = |name: &str| -> Answer<Vec<String>> {
             Ok(value(&prim, name, code)?.as_ref().and_then(words).unwrap_or_default())
         };
@@ -135,53 +145,50 @@ impl Animation {
         }
         let numbers: HashMap<&String, usize> = own.iter().zip(0..).collect();
         let joints = joints.iter().map(|joint| numbers.get(joint).copied()).collect();
-        let frames = frames(&prim, clock)?;
-        Ok(Some(Self { prim, joints, blend_shapes, frames }))
+        Ok(Some(Self { prim, joints, blend_shapes }))
+    }
+
+    /// Frames at which it is posed: those of its values, and each whole one between them, since joints turn on arcs, and points go straight
+    /// from shape to shape.
+    fn frames(&self, clock: &Clock) -> Answer<Vec<f64>> {
+        let mut frames = Vec::new();
+        for name in ["translations", "rotations", "scales", "blendShapeWeights"] {
+            let own = codes(&self.prim, name)?;
+            if own.len() > 1 {
+                frames.extend(own.iter().map(|code| clock.frame(*code)));
+            }
+        }
+        let first = frames.iter().copied().fold(f64::INFINITY, f64::min);
+        let last = frames.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        if frames.is_empty() {
+            return Ok(vec![clock.first()]);
+        }
+        if last - first > MOST_FRAMES {
+            return Err(format!("{} moves over more frames than anybody needs", self.prim.path()));
+        }
+        frames.extend((first.ceil() as i64..=last.floor() as i64).map(|frame| frame as f64));
+        frames.sort_by(f64::total_cmp);
+        frames.dedup();
+        Ok(frames)
     }
 
     /// Places of a skeleton's joints below their parents; those that the animation does not name are at rest.
     fn locals(&self, rest: &[DAffine3], code: f64) -> Answer<Vec<DAffine3>> {
-        let list = |name: &str| -> Answer<Vec<f64>> {
-            let read = value(&self.prim, name, code)?.as_ref().and_then(numbers).unwrap_or_default();
-            Ok(if read.iter().all(|number| number.is_finite()) { read } else { Vec::new() })
+        let places = Places {
+            translations: self.numbers("translations", code)?,
+            turns: self.numbers("rotations", code)?,
+            scales: self.numbers("scales", code)?,
         };
-        let (translations, turns, scales) = (list("translations")?, list("rotations")?, list("scales")?);
-        let local = |number: usize| {
-            let three = |list: &[f64], default: DVec3| {
-                list.get(3 * number..3 * number + 3).map_or(default, DVec3::from_slice)
-            };
-            let turn = turns.get(4 * number..4 * number + 4).map_or(DQuat::IDENTITY, DQuat::from_slice);
-            let length = turn.length();
-            let turn = if length.is_normal() { turn * length.recip() } else { DQuat::IDENTITY };
-            let (scale, translation) = (three(&scales, DVec3::ONE), three(&translations, DVec3::ZERO));
-            DAffine3::from_scale_rotation_translation(scale, turn, translation)
-        };
-        Ok(self.joints.iter().zip(rest).map(|(number, rest)| number.map_or(*rest, local)).collect())
+        let local =
+            |(number, rest): (&Option<usize>, &DAffine3)| number.map_or(*rest, |number| places.at(number));
+        Ok(self.joints.iter().zip(rest).map(local).collect())
     }
-}
 
-/// Frames at which an animation is posed: those of its values, and each whole one between them, since joints turn on arcs, and points
-/// go straight from shape to shape.
-fn frames(prim: &Prim, clock: &Clock) -> Answer<Vec<f64>> {
-    let mut frames = Vec::new();
-    for name in ["translations", "rotations", "scales", "blendShapeWeights"] {
-        let own = codes(prim, name)?;
-        if own.len() > 1 {
-            frames.extend(own.iter().map(|code| clock.frame(*code)));
-        }
+    /// Numbers of an attribute; none if one is not finite.
+    fn numbers(&self, name: &str, code: f64) -> Answer<Vec<f64>> {
+        let read = value(&self.prim, name, code)?.as_ref().and_then(numbers).unwrap_or_default();
+        Ok(if read.iter().all(|number| number.is_finite()) { read } else { Vec::new() })
     }
-    frames.sort_by(f64::total_cmp);
-    if let (Some(first), Some(last)) = (frames.first().copied(), frames.last().copied()) {
-        if last - first > MOST_FRAMES {
-            return Err(format!("{} moves over more frames than anybody needs", prim.path()));
-        }
-        let whole = (first.ceil() as i64..=last.floor() as i64).map(|frame| frame as f64);
-        frames.extend(whole);
-    }
-    let distinct: BTreeSet<u64> = frames.iter().map(|frame| (frame + 0.0).to_bits()).collect();
-    let mut frames: Vec<f64> = distinct.into_iter().map(f64::from_bits).collect();
-    frames.sort_by(f64::total_cmp);
-    Ok(frames)
 }
 
 /// Maps of an attribute. What is not finite is a map that does nothing.
@@ -214,13 +221,4 @@ fn above_one_another(joints: &[String]) -> (Vec<Option<usize>>, Vec<usize>) {
     let mut order: Vec<usize> = (0..joints.len()).collect();
     order.sort_by_key(|joint| joints[*joint].len());
     (joints.iter().map(parent).collect(), order)
-}
-
-/// Checks that there is memory for `frames` shapes of so many points.
-///
-/// # Errors If there is not.
-pub fn check_memory(frames: usize, points: usize) -> Answer<()> {
-    let bytes = (frames * size_of::<[f32; 3]>()) as u64 * points as u64;
-    let need = Need::new(Part::new("the shapes of the model", bytes, "a shorter animation, a smaller model"));
-    need.check(&memory::left()).map_err(|error| error.to_string())
 }

@@ -8,10 +8,10 @@ use openusd::sdf::Value;
 use openusd::usd::{Prim, Stage};
 use rayon::prelude::*;
 
-use super::file::Clock;
 use super::place::affine;
-use super::skeleton::{Skeleton, check_memory};
+use super::skeleton::{PoseKey, Skeleton};
 use super::value::{Answer, numbers, points, said, targets, value, whole_numbers, word, words};
+use crate::scene::Shapes;
 
 /// A mesh's binding to a skeleton.
 pub struct Skin {
@@ -20,7 +20,7 @@ pub struct Skin {
     bind: DAffine3,
     /// Joints and weights of the points, as many a point; none of a mesh that has blend shapes alone.
     influences: Option<Influences>,
-    blend_shapes: BlendShapes,
+    blend_shapes: Vec<BlendShape>,
 }
 
 struct Influences {
@@ -31,11 +31,11 @@ struct Influences {
     is_rigid: bool,
 }
 
-#[derive(Default)]
-struct BlendShapes {
-    names: Vec<String>,
-    /// Points that each one moves, and by what.
-    offsets: Vec<Vec<(usize, DVec3)>>,
+struct BlendShape {
+    /// Number of its weight in the skeleton's poses.
+    number: usize,
+    /// Points that it moves, and by what.
+    offsets: Vec<(usize, DVec3)>,
 }
 
 /// Returns true if a mesh is bound to joints, or has blend shapes.
@@ -66,7 +66,7 @@ impl Skin {
         Ok(Self {
             bind: bind.filter(DAffine3::is_finite).unwrap_or(DAffine3::IDENTITY),
             influences: Influences::read(prim, &skeleton, code)?,
-            blend_shapes: BlendShapes::read(stage, prim, code, unused)?,
+            blend_shapes: blend_shapes(stage, prim, &skeleton.blend_shapes, code, unused)?,
             skeleton,
         })
     }
@@ -79,33 +79,31 @@ impl Skin {
     /// Frames, and the points at these.
     ///
     /// # Errors Lists that do not fit the points; more than there is memory for.
-    pub fn shapes(&self, prim: &Prim, rest: &[[f32; 3]], clock: &Clock) -> Answer<Vec<(f64, Vec<[f32; 3]>)>> {
+    pub fn shapes(&self, prim: &Prim, rest: &[[f32; 3]]) -> Answer<Vec<(f64, Vec<[f32; 3]>)>> {
         if let Some(influences) = &self.influences {
             influences.check(prim, rest.len())?;
         }
-        let frames = self.skeleton.frames(clock);
-        check_memory(frames.len(), rest.len())?;
-        frames.into_iter().map(|frame| Ok((frame, self.points(rest, clock.code(frame))?))).collect()
+        said(Shapes::check_memory(self.skeleton.keys.len(), rest.len()))?;
+        Ok(self.skeleton.keys.iter().map(|key| (key.frame, self.points(rest, key))).collect())
     }
 
-    fn points(&self, rest: &[[f32; 3]], code: f64) -> Answer<Vec<[f32; 3]>> {
+    fn points(&self, rest: &[[f32; 3]], key: &PoseKey) -> Vec<[f32; 3]> {
         let mut points: Vec<DVec3> = rest.iter().map(|point| Vec3::from(*point).as_dvec3()).collect();
-        let weights = self.skeleton.weights(&self.blend_shapes.names, code)?;
-        for (weight, offsets) in weights.iter().zip(&self.blend_shapes.offsets) {
-            for (point, offset) in offsets.iter().filter(|_| *weight != 0.0) {
+        for BlendShape { number, offsets } in &self.blend_shapes {
+            let weight = key.weights.get(*number).copied().unwrap_or(0.0);
+            for (point, offset) in offsets.iter().filter(|_| weight != 0.0) {
                 if let Some(point) = points.get_mut(*point) {
-                    *point += *offset * *weight;
+                    *point += *offset * weight;
                 }
             }
         }
         if let Some(influences) = &self.influences {
-            let pose = self.skeleton.pose(code)?;
             let bind = self.bind;
             points.par_iter_mut().enumerate().for_each(|(number, point)| {
-                *point = influences.moved(&pose, number, bind.transform_point3(*point));
+                *point = influences.moved(&key.joints, number, bind.transform_point3(*point));
             });
         }
-        Ok(points.into_iter().map(|point| point.as_vec3().to_array()).collect())
+        points.into_iter().map(|point| point.as_vec3().to_array()).collect()
     }
 }
 
@@ -174,30 +172,33 @@ impl Influences {
     }
 }
 
-impl BlendShapes {
-    fn read(stage: &Stage, prim: &Prim, code: f64, unused: &mut BTreeSet<String>) -> Answer<Self> {
-        let Some(names) = value(prim, "skel:blendShapes", code)?.as_ref().and_then(words) else {
-            return Ok(Self::default());
-        };
-        let mut read = Self::default();
-        for (name, target) in names.into_iter().zip(targets(prim, "skel:blendShapeTargets")?) {
-            let shape = stage.prim(target);
-            let properties = said(shape.property_names())?;
-            if properties.iter().any(|name| name.as_str().starts_with("inbetweens:")) {
-                unused.insert(String::from("shapes in between (inbetweens) of blend shapes are not used"));
-            }
-            let offsets = value(&shape, "offsets", code)?.as_ref().and_then(points).unwrap_or_default();
-            let indices = value(&shape, "pointIndices", code)?.as_ref().and_then(whole_numbers);
-            let places: Vec<usize> = match indices.filter(|indices| !indices.is_empty()) {
-                Some(indices) => {
-                    indices.into_iter().map(|index| usize::try_from(index).unwrap_or(usize::MAX)).collect()
-                }
-                None => (0..offsets.len()).collect(),
-            };
-            let offsets = offsets.iter().map(|offset| Vec3::from(*offset).as_dvec3());
-            read.names.push(name);
-            read.offsets.push(places.into_iter().zip(offsets).collect());
+/// Reads the blend shapes of a mesh that an animation moves.
+fn blend_shapes(
+    stage: &Stage,
+    prim: &Prim,
+    animated: &[String],
+    code: f64,
+    unused: &mut BTreeSet<String>,
+) -> Answer<Vec<BlendShape>> {
+    let names = value(prim, "skel:blendShapes", code)?.as_ref().and_then(words).unwrap_or_default();
+    let mut read = Vec::new();
+    for (name, target) in names.into_iter().zip(targets(prim, "skel:blendShapeTargets")?) {
+        let Some(number) = animated.iter().position(|known| *known == name) else { continue };
+        let shape = stage.prim(target);
+        let properties = said(shape.property_names())?;
+        if properties.iter().any(|name| name.as_str().starts_with("inbetweens:")) {
+            unused.insert(String::from("shapes in between (inbetweens) of blend shapes are not used"));
         }
-        Ok(read)
+        let offsets = value(&shape, "offsets", code)?.as_ref().and_then(points).unwrap_or_default();
+        let indices = value(&shape, "pointIndices", code)?.as_ref().and_then(whole_numbers);
+        let places: Vec<usize> = match indices.filter(|indices| !indices.is_empty()) {
+            Some(indices) => {
+                indices.into_iter().map(|index| usize::try_from(index).unwrap_or(usize::MAX)).collect()
+            }
+            None => (0..offsets.len()).collect(),
+        };
+        let offsets = offsets.iter().map(|offset| Vec3::from(*offset).as_dvec3());
+        read.push(BlendShape { number, offsets: places.into_iter().zip(offsets).collect() });
     }
+    Ok(read)
 }
