@@ -16,12 +16,10 @@ pub enum Coherence {
     /// Rays of neighbours in one picture, or shadow rays of neighbours: traversed as a bundle.
     Coherent,
     /// Rays off and through the surfaces of neighbours, which often go about the same way. The backend
-    /// chooses how to traverse them.
+    /// chooses how to traverse them. The hit of such a ray depends on no other ray of its batch, to the bit,
+    /// so that it may be cast again among others; except for rays exactly along a plane of two axes that graze
+    /// a triangle's edge.
     Bounced,
-    /// Like `Bounced`, but the hit of such a ray depends on no other ray of its batch, to the bit, so that it
-    /// may be cast again among others; except for rays exactly along a plane of two axes that graze a
-    /// triangle's edge.
-    BouncedIndependent,
     /// Rays to the points of an area light, from one surface or from neighbours: a bundle for walls and
     /// floors. But among the small triangles of one model each ray finds its own. The backend chooses how to
     /// traverse them.

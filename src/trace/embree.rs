@@ -384,7 +384,7 @@ impl EmbreeTracer<'_> {
                     std::iter::once((self.still, way)).chain(movable.map(|scene| (scene, movable_way)))
                 {
                     match coherence {
-                        Coherence::BouncedIndependent => scene.intersect_least(&valid, &mut both),
+                        Coherence::Bounced => scene.intersect_least(&valid, &mut both),
                         _ => scene.intersect(&valid, &mut both, way),
                     }
                 }
@@ -510,7 +510,7 @@ fn to_embree_coherence(coherence: Coherence, by: Occluders) -> EmbreeCoherence {
         Coherence::SharedOrigin => EmbreeCoherence::Coherent,
         // mirrors and panes are flat enough: as bundles their rays take a quarter less of the time of
         // `enhance`, in a kitchen and in a city of glass
-        Coherence::Coherent | Coherence::Bounced | Coherence::BouncedIndependent => EmbreeCoherence::Coherent,
+        Coherence::Coherent | Coherence::Bounced => EmbreeCoherence::Coherent,
         Coherence::Incoherent => EmbreeCoherence::Incoherent,
     }
 }

@@ -277,10 +277,7 @@ fn rays_of(packet: &RayPacket) -> Rays {
 fn next_beam(rays: &Rays, rest: u16, coherence: Coherence) -> u16 {
     match coherence {
         // beams pay for bounced rays too: a tenth of the time in a city of glass, for 3 % lost in a kitchen
-        Coherence::Coherent
-        | Coherence::Bounced
-        | Coherence::BouncedIndependent
-        | Coherence::SharedOrigin => rays.like_first(rest),
+        Coherence::Coherent | Coherence::Bounced | Coherence::SharedOrigin => rays.like_first(rest),
         Coherence::Incoherent => rest & rest.wrapping_neg(),
     }
 }

@@ -48,10 +48,7 @@ impl Tracer for Timed<'_> {
     fn closest(&self, rays: &RayBatch, among: SceneSubset, coherence: Coherence, hits: &mut HitBatch) {
         let kind = match coherence {
             Coherence::Coherent => &self.primary,
-            Coherence::Bounced
-            | Coherence::BouncedIndependent
-            | Coherence::SharedOrigin
-            | Coherence::Incoherent => &self.bounced,
+            Coherence::Bounced | Coherence::SharedOrigin | Coherence::Incoherent => &self.bounced,
         };
         clocked(kind, || self.tracer.closest(rays, among, coherence, hits));
     }

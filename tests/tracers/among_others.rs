@@ -26,9 +26,7 @@ fn on_each(scene: &Scene, check: impl Fn(&dyn Tracer, Coherence)) {
     for backend in &mut backends {
         let tracer =
             backend.commit(&Pose::new(scene, 1), &vec![true; scene.models.len()]).expect("it builds");
-        [Coherence::BouncedIndependent, Coherence::Incoherent]
-            .into_iter()
-            .for_each(|way| check(&*tracer, way));
+        [Coherence::Bounced, Coherence::Incoherent].into_iter().for_each(|way| check(&*tracer, way));
     }
 }
 

@@ -62,13 +62,8 @@ pub fn kinds() -> impl Iterator<Item = Kind> {
     KINDS.into_iter().filter(|kind| kind.is_here())
 }
 
-pub const WAYS: [Coherence; 5] = [
-    Coherence::Coherent,
-    Coherence::Bounced,
-    Coherence::BouncedIndependent,
-    Coherence::SharedOrigin,
-    Coherence::Incoherent,
-];
+pub const WAYS: [Coherence; 4] =
+    [Coherence::Coherent, Coherence::Bounced, Coherence::SharedOrigin, Coherence::Incoherent];
 
 pub fn scene_of(models: Vec<Model>) -> Scene {
     let camera = toy::camera(Track::constant(DVec3::Z), Track::constant(DVec3::ZERO));

@@ -5,11 +5,6 @@
 //! that no sample has any more, which no look at samples finds. Made again means highlights, reflections and
 //! refractions as well: the same rays meet the same surfaces, so pixels must be equal to the bit. Planes that
 //! count rays are left out: rays that were spared are not counted.
-//!
-//! Where surfaces lie in the same place, Embree does not define which of them a ray of a packet meets
-//! ([`Coherence::Bounced`](crate::trace::Coherence::Bounced)): two copies of a wall in one plane have two roundings. A
-//! frame that keeps ray trees asks in another way than one that does not, and each may show pixels of the other.
-//! So a pixel holds if it is what either kind of frame makes of the samples.
 
 use rayon::prelude::*;
 
@@ -30,32 +25,16 @@ use crate::samples::SampleStore;
 /// these are from the coarsest to the finest. Nothing but the result is changed, and no rays are counted.
 pub fn differing_pixels(levels: &[(FrameView, &SampleStore)], film: &Film) -> Vec<bool> {
     let Some((coarsest, _)) = levels.first() else { return Vec::new() };
-    let differs = differing_from(film, &make_all_anew(levels, coarsest.keeps_trees));
-    if !differs.contains(&true) {
-        return differs;
-    }
-    let by_others = differing_from(film, &make_all_anew(levels, !coarsest.keeps_trees));
-    differs.into_iter().zip(by_others).map(|(differs, by_others)| differs && by_others).collect()
-}
-
-/// Makes the picture of a finished frame anew from the samples of its `levels`, as one that `keeps_trees` or not.
-fn make_all_anew(levels: &[(FrameView, &SampleStore)], keeps_trees: bool) -> Film {
-    let Some((coarsest, _)) = levels.first() else { return Film::empty() };
     let mut anew = blank(&coarsest.view.grid, coarsest.channels);
     let picture = Picture::over(&anew, coarsest.kernel, coarsest.channels, coarsest.palette.brightest);
     for (number, (frame, store)) in levels.iter().enumerate() {
         // planes that a coarser level has written may not be zero any more
         let was_zero = vec![number == 0; picture.was_zero.len()];
         let picture = Picture { was_zero, channels: picture.channels.clone(), ..picture };
-        make_anew(&FrameView { keeps_trees, ..*frame }, store, &picture, &mut anew);
+        make_anew(frame, store, &picture, &mut anew);
     }
-    anew
-}
-
-/// Flags each pixel, in rows, in which a plane of two films differs, but for planes that count rays.
-fn differing_from(shown: &Film, anew: &Film) -> Vec<bool> {
-    let mut differs = vec![false; shown.width as usize * shown.height as usize];
-    let planes = shown.planes.iter().zip(&anew.planes);
+    let mut differs = vec![false; film.width as usize * film.height as usize];
+    let planes = film.planes.iter().zip(&anew.planes);
     for (shown, anew) in planes.filter(|(shown, _)| !shown.name.starts_with("rays_")) {
         differs
             .par_iter_mut()

@@ -17,9 +17,9 @@
 //!
 //! **Tolerances** all stand in [`tolerances`]. A sample holds *on an edge*, and is counted as such, where a
 //! displacement by [`TOLERANCE`] of the distance (and [`COORDINATE_TOLERANCE`]) decides: the ray meets a
-//! neighbouring or coinciding surface at the same place, or slips past a silhouette; the shadow ray grazes an
-//! edge. Stored colours, normals and positions may differ from fresh ones by the rounding that the store does
-//! ([`COLOR_TOLERANCE`], [`NORMAL_COSINE`], [`CELL_TOLERANCE`]).
+//! neighbouring or coinciding surface at the same place, or slips past a silhouette; the eye is in a surface;
+//! the shadow ray grazes an edge. Stored colours, normals and positions may differ from fresh ones by the
+//! rounding that the store does ([`COLOR_TOLERANCE`], [`NORMAL_COSINE`], [`CELL_TOLERANCE`]).
 
 pub mod film;
 mod kept_light;
@@ -233,10 +233,21 @@ fn check_sight(frame: &FrameView, sample: &Sample, sight: Sight, met: Option<Hit
                 aside.map(|aside| Sight { origin: origin + aside * reach, direction }).collect()
             }
         };
+        let beside = [beside, around_eye(frame, sight, met)].concat();
         let met = trace_all(frame, beside.iter().copied());
         let holds = |sight, met| meets(frame, sample, sight, met) || coincides(frame, sample, sight, met);
         (0..).zip(&beside).any(|(ray, sight)| holds(*sight, met.get(ray)))
     })
+}
+
+/// Lines of sight that begin as far from that of `sight`, to all sides, as rounding may move the eye against
+/// the model that it `met`. Where the eye is in a surface, rounding decides whether rays begin before it.
+fn around_eye(frame: &FrameView, sight: Sight, met: Option<Hit>) -> Vec<Sight> {
+    let Some(met) = met else { return Vec::new() };
+    let (eye, origin) = (frame.view.camera.eye, frame.transform(met.model).point(Vec3::ZERO));
+    let reach = eye.abs().max(origin.abs()).max_element() * COORDINATE_TOLERANCE;
+    let aside = Vec3::AXES.into_iter().flat_map(|axis| [axis * reach, axis * -reach]);
+    aside.map(|aside| Sight { origin: sight.origin + aside, ..sight }).collect()
 }
 
 /// Returns true if a ray along `sight`, with the hit `met`, met the sample.

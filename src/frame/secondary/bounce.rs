@@ -171,9 +171,7 @@ fn meet(frame: &FrameView, bounces: &mut Bounces, radiance: &mut Radiance, scrat
         scratch.rays.push(bounce.origin, bounce.direction, 0.0, f32::INFINITY);
         count(bounce, &mut scratch.tally);
     }
-    // trees that are no longer valid are traced among others that are
-    let coherence = if frame.keeps_trees { Coherence::BouncedIndependent } else { Coherence::Bounced };
-    frame.tracer.closest(&scratch.rays, SceneSubset::All, coherence, &mut scratch.hits);
+    frame.tracer.closest(&scratch.rays, SceneSubset::All, Coherence::Bounced, &mut scratch.hits);
     bounces.met.all.clear();
     for (number, bounce) in bounces.now.chunks(LANES).enumerate() {
         let (packet, from) =
