@@ -1,7 +1,7 @@
 //! A distribution over numbered steps, sampled by one random number.
 
 /// The largest float below 1.
-const BELOW_ONE: f32 = 1.0 - f32::EPSILON / 2.0;
+pub const BELOW_ONE: f32 = 1.0 - f32::EPSILON / 2.0;
 
 /// A cumulative distribution in steps.
 #[derive(Debug, Clone, Default, PartialEq)]

@@ -241,6 +241,7 @@ impl<'a> Setup<'a> {
             scene: prepared.scene,
             sky: &prepared.sky,
             emitters: &prepared.emitters,
+            light_chances: &prepared.light_chances,
             palette: &prepared.palette,
             pose: &request.pose,
             deformations: &self.deformations,

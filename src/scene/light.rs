@@ -62,6 +62,15 @@ impl Light {
     pub fn points(&self) -> usize {
         if self.kind.is_area() { self.samples as usize } else { 1 }
     }
+
+    /// Frames of all of its keys, in rising order; at least one.
+    pub fn frames(&self) -> Vec<f64> {
+        let places = self.kind.tracks().into_iter().flat_map(Track::frames);
+        let mut frames: Vec<f64> = self.color.frames().chain(self.power.frames()).chain(places).collect();
+        frames.sort_by(f64::total_cmp);
+        frames.dedup();
+        frames
+    }
 }
 
 /// The shape of a light.

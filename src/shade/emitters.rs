@@ -3,43 +3,37 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use glam::{DVec3, Vec3};
+use glam::{DAffine3, DVec3, Vec3};
 
 use super::deformed::Deformations;
+use super::emitter_parts::{EmitterParts, EmitterTriangle};
+use super::light_chances::Sent;
 use super::on_mesh::OnMesh;
 use super::surface::corners_of;
 use crate::animation::Track;
-use crate::cumulative::Steps;
 use crate::pose::Pose;
 use crate::scene::cutout::{Asks, CutoutTest};
+use crate::scene::render_space::Extent;
 use crate::scene::{Mesh, Model, Scene};
 
 /// Triangles of a scene that emit light (`Ke`). Quadrics are not among them: paths that meet one bring its
-/// light. Each triangle is chosen in proportion to the light that it sends, and each point on it as often as
-/// any other.
+/// light. They are chosen by [parts](EmitterParts), by how near these are; within its part each triangle in
+/// proportion to the light that it sends, and each point on it as often as any other.
 ///
 /// Probabilities are those of the shot, not of a frame: a model that grows sends more light, and its
 /// triangles are chosen no more often. So the result of a path stays valid until something on its way moves.
 #[derive(Debug, Clone, Default)]
 pub struct Emitters {
-    triangles: Vec<EmitterTriangle>,
-    /// Probability of each triangle.
-    choices: Steps,
+    parts: EmitterParts,
     /// Light that a unit of area of each material sends, relative to the others.
     brightness: Vec<f32>,
-    /// Probability, for each model, that a unit of its area (object space) is chosen, for each unit of
-    /// brightness.
+    /// Probability, for each model, that a unit of its area (object space) is chosen by its light alone, for
+    /// each unit of brightness.
     chance: Vec<f32>,
     /// Test of each model for places that are cut out, if it emits and any are.
     cut: Vec<Option<Arc<CutoutTest>>>,
     /// True if there are quadrics that emit.
     quadrics: bool,
-}
-
-#[derive(Debug, Clone, Copy)]
-struct EmitterTriangle {
-    model: u32,
-    triangle: u32,
 }
 
 /// Point on an emitting surface.
@@ -72,26 +66,26 @@ impl Emitters {
         if brightness.iter().all(|brightness| *brightness == 0.0) {
             return Self::default();
         }
-        let (mut triangles, mut weights) = (Vec::new(), Vec::new());
+        let mut triangles = Vec::new();
         // models may share a mesh: it is searched once
         let mut known: HashMap<*const Mesh, Vec<u32>> = HashMap::new();
         let has_corners = |model: &Model| model.mesh.quadric.is_none();
         for (model, number) in scene.models.iter().zip(0..).filter(|(model, _)| has_corners(model)) {
             let glowing =
                 known.entry(Arc::as_ptr(&model.mesh)).or_insert_with(|| glowing_of(&model.mesh, &brightness));
-            let growth = growth(model);
+            let (growth, stands) = (growth(model), Stand::of(model));
             for triangle in glowing.iter().copied() {
                 let material = model.mesh.material_of[triangle as usize];
                 let brightness = f64::from(brightness[usize::from(material)]);
                 let [a, b, c] = corners_of(&model.mesh, triangle);
                 let weight = brightness * growth * 0.5 * (b - a).cross(c - a).length();
                 if weight > 0.0 && weight.is_finite() {
-                    triangles.push(EmitterTriangle { model: number, triangle });
-                    weights.push(weight);
+                    let (place, reach, normal) = stands.place([a, b, c]);
+                    triangles.push(EmitterTriangle { model: number, triangle, weight, place, reach, normal });
                 }
             }
         }
-        let (choices, total) = Steps::new(&weights, 0.0);
+        let total: f64 = triangles.iter().map(|each| each.weight).sum();
         let emits = |model: &Model| {
             model.mesh.material_of.iter().any(|material| brightness[usize::from(*material)] > 0.0)
         };
@@ -105,17 +99,17 @@ impl Emitters {
             tests.entry(Arc::as_ptr(&model.mesh)).or_insert_with(test).clone()
         };
         let cut = scene.models.iter().map(test_of).collect();
-        Self { triangles, choices, brightness, chance, cut, quadrics }
+        Self { parts: EmitterParts::new(scene, triangles), brightness, chance, cut, quadrics }
     }
 
     /// Returns true if nothing emits.
     pub fn is_empty(&self) -> bool {
-        self.triangles.is_empty() && !self.quadrics
+        self.parts.is_empty() && !self.quadrics
     }
 
     /// Returns true if there are points to choose.
     pub fn are_asked(&self) -> bool {
-        !self.triangles.is_empty()
+        !self.parts.is_empty()
     }
 
     /// Returns true if surfaces of `material` emit.
@@ -123,20 +117,22 @@ impl Emitters {
         self.brightness.get(usize::from(material)).is_some_and(|brightness| *brightness > 0.0)
     }
 
-    /// Chooses a point by three numbers from 0 to below 1, if there are any. Returns [`NotThere`] with the
-    /// model on which it would be, if that is not there.
+    /// Chooses a point for a surface at `asked_from` (world space) by three numbers from 0 to below 1, if there
+    /// are any. Returns [`NotThere`] with the model on which it would be, if that is not there. `sent`: what is
+    /// known of the last surface for which one of these was chosen.
     pub fn choose(
         &self,
         scene: &Scene,
         pose: &Pose,
         deformations: &Deformations,
+        (asked_from, sent): (Vec3, &mut Sent),
         random: [f32; 3],
     ) -> Option<Result<EmitterPlace, NotThere>> {
         let [choice, along, above] = random;
-        if self.triangles.is_empty() {
+        if self.parts.is_empty() {
             return None;
         }
-        let EmitterTriangle { model, triangle } = self.triangles[self.choices.find(choice).index];
+        let ((model, triangle), likelihood) = self.parts.choose(asked_from, choice, sent);
         let mesh = &scene.models[model as usize].mesh;
         let transform = &pose.models[model as usize];
         if !transform.is_visible {
@@ -160,13 +156,27 @@ impl Emitters {
             point: a * (1.0 - root) + b * weights[0] + c * weights[1],
             normal,
             radiance: if is_there { scene.materials[usize::from(material)].emission } else { Vec3::ZERO },
-            density: self.density(scene, pose, deformations, (model, triangle), normal),
+            density: likelihood * self.density_by_light(scene, pose, deformations, (model, triangle), normal),
         }))
     }
 
-    /// Density with which a point on a triangle of a model is chosen, for each unit of area in world space.
-    /// `normal`: of the triangle, unit length, world space, on either side.
+    /// Density with which a surface at `asked_from` (world space) chooses a point on a triangle of a model, for
+    /// each unit of area in world space. `normal`: of the triangle, unit length, world space, on either side.
     pub fn density(
+        &self,
+        scene: &Scene,
+        pose: &Pose,
+        deformations: &Deformations,
+        asked_from: Vec3,
+        (model, triangle): (u32, u32),
+        normal: Vec3,
+    ) -> f32 {
+        let by_light = self.density_by_light(scene, pose, deformations, (model, triangle), normal);
+        if by_light == 0.0 { 0.0 } else { by_light * self.parts.likelihood(asked_from, model, triangle) }
+    }
+
+    /// Density with which a point would be chosen by the light of its triangle alone.
+    fn density_by_light(
         &self,
         scene: &Scene,
         pose: &Pose,
@@ -193,6 +203,39 @@ impl Emitters {
         // as large, where n is the normal of the result
         let map = transform.to_world.matrix3;
         of_object * Vec3::from(map.transpose() * glam::Vec3A::from(normal)).length() / map.determinant().abs()
+    }
+}
+
+/// Where a model is in the shot.
+enum Stand {
+    /// It stands still.
+    Still(DAffine3),
+    /// It is within a box, of which these are the middle and half of the diagonal.
+    Within(DVec3, f64),
+}
+
+impl Stand {
+    fn of(model: &Model) -> Self {
+        let frames = model.track.key_frames();
+        let map = |frame: &f64| model.track.map_at(*frame);
+        if model.track.shapes.is_none() && frames.windows(2).all(|two| map(&two[0]) == map(&two[1])) {
+            return Self::Still(frames.first().map_or(DAffine3::IDENTITY, map));
+        }
+        let boxes = frames.iter().fold(Extent::NONE, |extent, frame| {
+            extent.with_model_at(model.mesh.bounds(), &model.track, *frame)
+        });
+        Self::Within(boxes.center(), 0.5 * boxes.diagonal())
+    }
+
+    /// Middle of a triangle, the distance from it within which it stays, and its normal, if that stays.
+    fn place(&self, corners: [DVec3; 3]) -> (DVec3, f64, Vec3) {
+        match self {
+            Self::Still(map) => {
+                let [a, b, c] = corners.map(|corner| map.transform_point3(corner));
+                ((a + b + c) / 3.0, 0.0, normal_of([a, b, c]))
+            }
+            Self::Within(middle, reach) => (*middle, *reach, Vec3::ZERO),
+        }
     }
 }
 
@@ -226,7 +269,7 @@ fn growth(model: &Model) -> f64 {
 mod tests {
     use std::path::Path;
 
-    use glam::{DAffine3, DMat3};
+    use glam::DMat3;
 
     use super::*;
     use crate::animation::{ShapeTrack, Visibility};
@@ -282,20 +325,26 @@ mod tests {
         ((0.5 * across.length()) as f32, across.normalize_or(DVec3::Y).as_vec3())
     }
 
+    /// Surfaces that ask: in the middle of the city, beside it, and far away.
+    const ASKED_FROM: [Vec3; 3] = [Vec3::new(4.0, 20.0, 0.0), Vec3::new(-90.0, 5.0, 160.0), Vec3::splat(1e6)];
+
     #[test]
     fn the_density_of_all_places_is_one() {
-        for scene in [glowing_city(), bent(glowing_city())] {
-            let emitters = Emitters::new(&scene);
+        for (scene, asked_from) in [glowing_city(), bent(glowing_city())]
+            .iter()
+            .flat_map(|scene| ASKED_FROM.map(|from| (scene, from)))
+        {
+            let emitters = Emitters::new(scene);
             assert!(scene.models.iter().any(|model| !model.track.is_constant()), "or too little is tested");
             for frame in [1, 20] {
-                let pose = Pose::new(&scene, frame);
-                let shapes = deformations(&scene, &pose);
+                let pose = Pose::new(scene, frame);
+                let shapes = deformations(scene, &pose);
                 let mut sum = 0.0;
                 for (number, model) in scene.models.iter().enumerate() {
                     for (triangle, material) in (0..).zip(&model.mesh.material_of) {
-                        let (area, normal) = world_area(&scene, (&pose, &shapes), number, triangle);
+                        let (area, normal) = world_area(scene, (&pose, &shapes), number, triangle);
                         let primitive = (number as u32, triangle);
-                        let density = emitters.density(&scene, &pose, &shapes, primitive, normal);
+                        let density = emitters.density(scene, &pose, &shapes, asked_from, primitive, normal);
                         assert_eq!(density > 0.0, emitters.emits(*material));
                         sum += f64::from(area * density);
                     }
@@ -307,14 +356,18 @@ mod tests {
 
     #[test]
     fn places_are_as_dense_as_they_say() {
-        for scene in [glowing_city(), bent(glowing_city())] {
-            let (emitters, pose) = (Emitters::new(&scene), Pose::new(&scene, 20));
-            let shapes = deformations(&scene, &pose);
-            let mut counts = vec![0; scene.models.len()];
+        for (scene, asked_from) in [glowing_city(), bent(glowing_city())]
+            .iter()
+            .flat_map(|scene| ASKED_FROM.map(|from| (scene, from)))
+        {
+            let (emitters, pose) = (Emitters::new(scene), Pose::new(scene, 20));
+            let shapes = deformations(scene, &pose);
+            let (mut counts, mut sent) = (vec![0; scene.models.len()], Sent::NOWHERE);
             const DRAWN: u32 = 4096;
             for index in 0..DRAWN {
                 let [choice, along, above, _] = PathRandom { seed: 5, index }.four(0);
-                let place = emitters.choose(&scene, &pose, &shapes, [choice, along, above]);
+                let place =
+                    emitters.choose(scene, &pose, &shapes, (asked_from, &mut sent), [choice, along, above]);
                 let place = place.expect("much glows").expect("all are there");
                 counts[place.model as usize] += 1;
                 assert!(place.radiance.y == 1.0 && place.normal.is_normalized());
@@ -323,8 +376,9 @@ mod tests {
                 let glowing =
                     (0..).zip(&model.mesh.material_of).filter(|(_, material)| emitters.emits(**material));
                 let share = glowing.map(|(triangle, _)| {
-                    let (area, normal) = world_area(&scene, (&pose, &shapes), number, triangle);
-                    area * emitters.density(&scene, &pose, &shapes, (number as u32, triangle), normal)
+                    let (area, normal) = world_area(scene, (&pose, &shapes), number, triangle);
+                    let primitive = (number as u32, triangle);
+                    area * emitters.density(scene, &pose, &shapes, asked_from, primitive, normal)
                 });
                 let (expected, found) = (share.sum::<f32>(), counts[number] as f32 / DRAWN as f32);
                 assert!((expected - found).abs() < 0.01, "{}: {expected}, {found}", model.name);
@@ -339,9 +393,9 @@ mod tests {
             let (emitters, pose) = (Emitters::new(scene), Pose::new(scene, 20));
             let choose = |index| {
                 let [choice, along, above, _] = PathRandom { seed: 5, index }.four(0);
-                emitters
-                    .choose(scene, &pose, &Deformations::default(), [choice, along, above])
-                    .expect("much glows")
+                let asked_from = (ASKED_FROM[0], &mut Sent::default());
+                let rests = Deformations::default();
+                emitters.choose(scene, &pose, &rests, asked_from, [choice, along, above]).expect("much glows")
             };
             (0..1024).map(choose).map(|chosen| chosen.map(|place| place.model)).collect::<Vec<_>>()
         };
@@ -366,6 +420,7 @@ mod tests {
         };
         let emitters = Emitters::new(&dark);
         assert!(emitters.is_empty() && !emitters.emits(0));
-        assert_eq!(emitters.choose(&dark, &Pose::new(&dark, 1), &Deformations::default(), [0.5; 3]), None);
+        let (pose, rests) = (Pose::new(&dark, 1), Deformations::default());
+        assert_eq!(emitters.choose(&dark, &pose, &rests, (Vec3::ZERO, &mut Sent::default()), [0.5; 3]), None);
     }
 }

@@ -3,9 +3,11 @@
 pub mod area;
 pub mod coat;
 pub mod deformed;
+pub mod emitter_parts;
 pub mod emitters;
 pub mod ggx;
 pub mod light;
+pub mod light_chances;
 mod light_sample;
 pub mod mis;
 pub mod on_mesh;

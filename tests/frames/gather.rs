@@ -208,6 +208,41 @@ fn one_light_of_several_stands_for_all() {
     assert!((together / apart - Vec3::ONE).abs().max_element() < 0.02, "{together}, {apart}");
 }
 
+/// A row of forty lamps between a floor and a ceiling lights what is near each of them: a path that asked any of
+/// them alike would have more than twice the noise that is allowed here.
+#[test]
+fn of_many_lamps_those_are_asked_that_are_near() {
+    const LENGTH: f32 = 80.0;
+    let sheet = |y: f32, z: f32, x: [f32; 2], material: u16| {
+        let corners = [[x[0], y, -z], [x[1], y, -z], [x[1], y, z], [x[0], y, z]];
+        toy::mesh(&corners, &[[0, 1, 2], [0, 2, 3]], material, true)
+    };
+    let camera = toy::camera(rests(DVec3::new(18.0, 1.0, 0.0)), rests(DVec3::new(20.0, 0.0, 0.0)));
+    let walls = [("floor", 0.0), ("ceiling", 3.0)]
+        .map(|(name, y)| toy::still(name, sheet(y, 2.0, [0.0, LENGTH], 0), Vec3::ZERO));
+    let glowing = Material { emission: Vec3::splat(20.0), ..toy::matt(0.0) };
+    let at = |i: u16| 2.0 * f32::from(i) + 1.0;
+    let lamps = (0..40).map(|i| lamp(f64::from(at(i)), 1.5, 0.0)).collect();
+    let panels =
+        (0..40).map(|i| toy::still("panel", sheet(1.5, 0.05, [at(i) - 0.05, at(i) + 0.05], 1), Vec3::ZERO));
+    let shots = [(walls.to_vec(), lamps), (walls.iter().cloned().chain(panels).collect(), vec![])];
+    for (models, lights) in shots {
+        let scene = toy::scene(camera.clone(), models, vec![toy::matt(0.8), glowing.clone()], lights);
+        let dark = Scene { background: Background::uniform(Vec3::ZERO), ..scene };
+        let gathered = |paths: u32| -> Vec<f32> {
+            let small = |paths| Settings { width: 32, height: 24, audit: true, ..settings(paths, 1) };
+            let [all, direct] = [paths, 0].map(|paths| first(&dark, &small(paths)));
+            assert_eq!(toy::differing(&all), 0);
+            let [all, direct] = [&all, &direct].map(|of| of.film.values("G").expect("it is there").to_vec());
+            all.iter().zip(&direct).map(|(all, direct)| all - direct).collect()
+        };
+        let [few, many] = [16, 1024].map(gathered);
+        let squares = few.iter().zip(&many).map(|(few, many)| (few - many).powi(2)).sum::<f32>();
+        let relative = (squares / many.iter().map(|green| green * green).sum::<f32>()).sqrt();
+        assert!(relative < 0.3, "{} lights: {relative}", dark.lights.len());
+    }
+}
+
 /// More paths bring the same light with less noise.
 #[test]
 fn the_mean_does_not_depend_on_the_number_of_paths() {

@@ -17,12 +17,13 @@ use glam::Vec3;
 
 use super::light_choice::free_sets;
 use super::path_ends::{DrawnLayer, PathStart};
-use super::pdfs::Pdfs;
+use super::pdfs::{LightsAsked, Pdfs};
 use crate::changes::Until;
 use crate::frame::shot::frame_view::FrameView;
 use crate::scene::LightFrom;
 use crate::shade::coat::SeenCoat;
 use crate::shade::emitters::{EmitterPlace, NotThere};
+use crate::shade::light_chances::Sent;
 use crate::shade::sampling::PathRandom;
 use crate::shade::surface::off_surface;
 
@@ -68,8 +69,7 @@ impl DrawnLayer {
         Pdfs {
             asks_sky: of(frame.sky.is_uneven()),
             asks_emitter: of(frame.emitters.are_asked()),
-            asks_light: 1.0 / self.paths as f32,
-            asks_all_points: true,
+            lights: LightsAsked::ByAllPoints { share: 1.0 / self.paths as f32 },
             goes_on: density * PI,
         }
     }
@@ -113,7 +113,9 @@ impl DrawnLayer {
         start: &PathStart,
         random: [f32; 3],
     ) -> (Option<AskedLight>, Until) {
-        let Some(chosen) = frame.emitters.choose(frame.scene, frame.pose, frame.deformations, random) else {
+        let (scene, pose, deformations) = (frame.scene, frame.pose, frame.deformations);
+        let asked_from = (start.point, &mut Sent::default());
+        let Some(chosen) = frame.emitters.choose(scene, pose, deformations, asked_from, random) else {
             return (None, Until::FOREVER);
         };
         // the light of that point, be it none, depends on its model: on where that is, or will be when it

@@ -1,4 +1,9 @@
 //! Choice of the one light source that a surface on a path asks for light.
+//!
+//! The shot's lights, the sky and emitting surfaces are equally likely; among lights their
+//! [chances](crate::shade::light_chances::LightChances) decide.
+
+use glam::Vec3;
 
 use super::step::Step;
 use crate::frame::shot::frame_view::FrameView;
@@ -31,21 +36,49 @@ pub fn surfaces_on_paths(frame: &FrameView, is_reflected: bool) -> u32 {
     }
 }
 
-impl LightChoice {
-    /// Number of choices of a surface.
-    pub fn count(frame: &FrameView, step: Step) -> u32 {
-        let others = [asks_sky(frame, step), frame.emitters.are_asked()];
-        frame.pose.lights.len() as u32 + others.into_iter().map(u32::from).sum::<u32>()
+/// Kinds of light sources that the surfaces on paths choose among.
+#[derive(Debug, Clone, Copy)]
+pub struct Kinds {
+    lights: bool,
+    sky: bool,
+    emitters: bool,
+}
+
+impl Kinds {
+    /// Those of surfaces at this place of a path.
+    pub fn of(frame: &FrameView, step: Step) -> Self {
+        let (sky, emitters) = (asks_sky(frame, step), frame.emitters.are_asked());
+        Self { lights: !frame.pose.lights.is_empty(), sky, emitters }
     }
 
-    /// Light source for choice number `choice`.
-    pub fn new(frame: &FrameView, step: Step, choice: u32) -> Self {
-        let lights = frame.pose.lights.len() as u32;
-        match (choice.checked_sub(lights), asks_sky(frame, step), frame.emitters.are_asked()) {
-            (None, ..) => Self::Light(choice),
-            (Some(0), true, _) => Self::Sky,
-            (Some(_), _, true) => Self::Emitter,
-            (Some(_), ..) => Self::Nothing,
+    /// Probability of asking lights, the sky, and emitting surfaces.
+    pub fn chances(self) -> [f32; 3] {
+        let count = self.count();
+        [self.lights, self.sky, self.emitters].map(|is_asked| if is_asked { 1.0 / count as f32 } else { 0.0 })
+    }
+
+    fn count(self) -> u32 {
+        [self.lights, self.sky, self.emitters].into_iter().map(u32::from).sum()
+    }
+
+    /// Chooses a light source for a surface at `point` (world space) by a `random` number from 0 to below 1.
+    /// Returns also the probability of that choice.
+    pub fn choose(self, frame: &FrameView, point: Vec3, random: f32) -> (LightChoice, f32) {
+        let count = self.count();
+        if count == 0 {
+            return (LightChoice::Nothing, 1.0);
+        }
+        let at = random * count as f32;
+        let number = (at as u32).min(count - 1);
+        let chance = 1.0 / count as f32;
+        match number {
+            0 if self.lights => {
+                // the rest of the number that chose the kind is as random as the number was
+                let chosen = frame.light_chances.choose(point, at);
+                (LightChoice::Light(chosen.source as u32), chance * chosen.chance)
+            }
+            _ if self.sky && number == u32::from(self.lights) => (LightChoice::Sky, chance),
+            _ => (LightChoice::Emitter, chance),
         }
     }
 }

@@ -14,7 +14,7 @@
 use glam::Vec3;
 
 use super::clamp::limit_paths;
-use super::light_choice::{LightChoice, paths_go_on, surfaces_on_paths};
+use super::light_choice::{Kinds, LightChoice, paths_go_on, surfaces_on_paths};
 use super::lobes::Lobes;
 use super::next_event::{Asking, LightRays};
 use super::path_ends::{PathResult, PathStart};
@@ -130,6 +130,7 @@ fn begin(frame: &FrameView, is_reflected: bool, scratch: &mut PathScratch) {
     direct.clear();
     now.clear();
     last.clear();
+    light_rays.begin();
     let step = Step::first(surfaces_on_paths(frame, is_reflected));
     let first = if step.is_beyond() { last } else { now };
     for (path, start) in (0..).zip(&*starts) {
@@ -269,8 +270,7 @@ fn meet(frame: &FrameView, scratch: &mut PathScratch) {
                 let ray = some[lane];
                 let (step, random) = (ray.step, starts[ray.path as usize].random());
                 let [choice, along, above, triangle] = random.four(step.asking());
-                let choices = LightChoice::count(frame, step);
-                let choice = ((choice * choices as f32) as u32).min(choices.saturating_sub(1));
+                let (asks, chance) = Kinds::of(frame, step).choose(frame, surface.point, choice);
                 let primitive = (packet.model[from + lane], packet.triangle[from + lane]);
                 let distance = packet.t[from + lane];
                 let Surface { material, reflectance, normal, geometric_normal, .. } = surface;
@@ -285,8 +285,8 @@ fn meet(frame: &FrameView, scratch: &mut PathScratch) {
                     surface,
                     light: Vec3::ZERO,
                     emission_weight: ray.emission_weight(frame, primitive, &surface, distance),
-                    asks: LightChoice::new(frame, step, choice),
-                    choices,
+                    asks,
+                    chance,
                     place: [along, above, triangle],
                     lobes,
                     coat: number,
@@ -417,20 +417,23 @@ fn ask_light(
         let origins = off_surfaces(eight.point, eight.geometric_normal);
         queue.push_from(origins, &light_sample, asked, first);
         let albedo = frame.palette.albedo(&eight.materials, eight.reflectance);
-        let light = phong::diffuse(albedo, eight.normal, &light_sample) * eight.choices;
+        let light = phong::diffuse(albedo, eight.normal, &light_sample) / eight.chance;
         for (lane, vertex) in some.iter().enumerate() {
             let weight = match radiance.filter(|_| asked >> lane & 1 != 0) {
                 Some(radiance) => {
                     let (normal, direction) = (eight.normal.lane(lane), light_sample.direction.lane(lane));
                     let density = density_of(radiance.along(direction), light_sample.irradiance.lane(lane));
-                    vertices[*vertex as usize].chances(frame).of_asked_light(normal, direction, density)
+                    let chance = eight.chance.lane(lane);
+                    vertices[*vertex as usize]
+                        .chances(frame)
+                        .of_asked_light(chance, normal, direction, density)
                 }
                 None => 1.0,
             };
             let mut light = light.lane(lane) * weight;
             let vertex_of_lane = &vertices[*vertex as usize];
             if let Some(coat) = vertex_of_lane.seen_coat(coats) {
-                let irradiance = light_sample.irradiance.lane(lane) * eight.choices.lane(lane);
+                let irradiance = light_sample.irradiance.lane(lane) / eight.chance.lane(lane);
                 let arrives = (light_sample.direction.lane(lane), irradiance);
                 light = light * coat.through + vertex_of_lane.highlight(frame, coat, arrives, radiance);
             }

@@ -11,26 +11,26 @@ use crate::shade::area::{Glow, glow};
 use crate::shade::light::{LightSample, StratifiedPattern, light_sample};
 use crate::shade::phong::Gloss;
 
-/// Area lights that a ray (unit length) passes through within `far`, with their directions from `asked_from`,
-/// the point from which next-event estimation asked for light: their densities are those at that point. Area
-/// lights are light alone: no ray ends at them.
+/// Area lights that a ray (unit length) passes through within `far`, each with its number and its direction from
+/// `asked_from`, the point from which next-event estimation asked for light: their densities are those at that
+/// point. Area lights are light alone: no ray ends at them.
 pub fn lights_passed(
     lights: &[LightPose],
     asked_from: Vec3,
     (origin, direction): (Vec3, Vec3),
     far: f32,
-) -> impl Iterator<Item = (Glow, Vec3)> + '_ {
-    let areas = lights.iter().filter(|light| light.shape.is_area());
-    areas.filter_map(move |light| {
+) -> impl Iterator<Item = (usize, Glow, Vec3)> + '_ {
+    let areas = lights.iter().enumerate().filter(|(_, light)| light.shape.is_area());
+    areas.filter_map(move |(number, light)| {
         // if nothing is in the way, a light at infinity is seen, too
         let passed = glow(light, origin, direction).filter(|glow| glow.distance <= far)?;
         if asked_from == origin || passed.distance == f32::INFINITY {
-            return Some((passed, direction));
+            return Some((number, passed, direction));
         }
         let straight = (origin + direction * passed.distance - asked_from).normalize_or(direction);
         // from there the light's dark side may be seen, for which nobody asks
         let density = glow(light, asked_from, straight).map_or(0.0, |asked| asked.density);
-        Some((Glow { density, ..passed }, straight))
+        Some((number, Glow { density, ..passed }, straight))
     })
 }
 

@@ -23,6 +23,7 @@ use crate::frame::surface::ray_tally::RayTally;
 use crate::scene::LightFrom;
 use crate::shade::coat::SeenCoat;
 use crate::shade::emitters::{EmitterPlace, NotThere};
+use crate::shade::light_chances::Sent;
 use crate::shade::surface::off_surface;
 use crate::trace::{Coherence, Occluders, Purpose, RayBatch};
 
@@ -114,12 +115,19 @@ impl OfSky {
 #[derive(Debug, Default)]
 pub struct LightRays {
     waiting: Vec<LightRay>,
+    /// What emitting surfaces may send to the surface that has asked last.
+    sent: Sent,
     rays: RayBatch,
     by_still: Vec<u16>,
     blocked: Vec<u16>,
 }
 
 impl LightRays {
+    /// Begins with other paths, maybe of another scene.
+    pub fn begin(&mut self) {
+        self.sent = Sent::NOWHERE;
+    }
+
     /// Adds a ray to the sky if it leaves the surface; two `random` numbers choose its direction.
     pub fn ask_sky(&mut self, frame: &FrameView, asking: &Asking, random: [f32; 2]) {
         let Asking { path, point, normal, geometric_normal, weight, chances, coat } = *asking;
@@ -154,7 +162,9 @@ impl LightRays {
         brought: &mut PathResult,
     ) {
         let Asking { path, point, normal, geometric_normal, weight, chances, coat } = *asking;
-        let Some(chosen) = frame.emitters.choose(frame.scene, frame.pose, frame.deformations, random) else {
+        let (scene, pose, deformations) = (frame.scene, frame.pose, frame.deformations);
+        let Some(chosen) = frame.emitters.choose(scene, pose, deformations, (point, &mut self.sent), random)
+        else {
             return;
         };
         // the light of that point, be it none, depends on its model: on where that is, or will be when it
@@ -217,7 +227,7 @@ impl LightRays {
         brought: &mut [PathResult],
         tally: &mut RayTally,
     ) {
-        let Self { waiting, rays, by_still, blocked } = self;
+        let Self { waiting, rays, by_still, blocked, .. } = self;
         if waiting.is_empty() {
             return;
         }

@@ -58,6 +58,11 @@ impl PathRay {
             let offset = surface.point - self.asked_from;
             (offset.normalize_or(self.direction), offset.length())
         };
-        self.chances.of_path_to_emitter(frame, (self.normal, direction), (primitive, surface), distance)
+        self.chances.of_path_to_emitter(
+            frame,
+            (self.asked_from, self.normal, direction),
+            (primitive, surface),
+            distance,
+        )
     }
 }

@@ -17,18 +17,33 @@ pub struct Pdfs {
     pub asks_sky: f32,
     /// Probability of asking an emitting surface from there.
     pub asks_emitter: f32,
-    /// Probability of asking any one of the shot's lights from there; infinite where all of them are summed.
-    pub asks_light: f32,
-    /// True if a light with a size is asked by all of its points, and not by one.
-    pub asks_all_points: bool,
+    /// How the shot's lights are asked from there.
+    pub lights: LightsAsked,
     /// Probability with which a path goes on from there by the cosine law.
     pub goes_on: f32,
+}
+
+/// How the shot's lights are asked from a surface.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum LightsAsked {
+    /// All of them, in sums that no path is part of: what a path meets of them is not needed.
+    InSums,
+    /// All of them, by all of their points, of which each path has this share.
+    ByAllPoints {
+        /// 1 over the number of paths.
+        share: f32,
+    },
+    /// With this probability one of them, by [`LightChances`](crate::shade::light_chances::LightChances).
+    One {
+        /// 0 where none is asked.
+        chance: f32,
+    },
 }
 
 impl Pdfs {
     /// Pdfs at a surface where its path alone finds light.
     pub const PATH_ALONE: Self =
-        Self { asks_sky: 0.0, asks_emitter: 0.0, asks_light: 0.0, asks_all_points: false, goes_on: 1.0 };
+        Self { asks_sky: 0.0, asks_emitter: 0.0, lights: LightsAsked::One { chance: 0.0 }, goes_on: 1.0 };
 
     /// Pdfs at a sample's surface, where paths start.
     pub fn of_start(frame: &FrameView) -> Self {
@@ -36,8 +51,7 @@ impl Pdfs {
         Self {
             asks_sky: frame.sky.samples() as f32,
             asks_emitter: chance(frame.emitters.are_asked()),
-            asks_light: f32::INFINITY,
-            asks_all_points: false,
+            lights: LightsAsked::InSums,
             goes_on: 1.0,
         }
     }
@@ -54,7 +68,7 @@ impl Pdfs {
 
     /// Returns true if all of the shot's lights are summed where the path left.
     pub fn lights_are_summed(self) -> bool {
-        self.asks_light == f32::INFINITY
+        self.lights == LightsAsked::InSums
     }
 
     /// Weighted radiance of the area lights that a path passes through within `far` of `origin`. They are
@@ -67,26 +81,31 @@ impl Pdfs {
         (origin, direction): (Vec3, Vec3),
         far: f32,
     ) -> Vec3 {
-        let weighed = |(glow, direction): (Glow, Vec3)| {
+        let weighed = |(number, glow, direction): (usize, Glow, Vec3)| {
             let by_path = self.goes_on * cosine_density(normal, direction);
-            let points = if self.asks_all_points { glow.points as f32 } else { 1.0 };
-            glow.radiance * weight_of_path(by_path, self.asks_light * points * glow.density)
+            let asked = match self.lights {
+                LightsAsked::InSums => return Vec3::ZERO,
+                LightsAsked::ByAllPoints { share } => share * glow.points as f32,
+                LightsAsked::One { chance } => chance * frame.light_chances.of(asked_from, number),
+            };
+            glow.radiance * weight_of_path(by_path, asked * glow.density)
         };
         lights_passed(&frame.pose.lights, asked_from, (origin, direction), far).map(weighed).sum()
     }
 
-    /// Weight of light that was asked for and arrives in `direction`, where asking chooses that direction
-    /// with this `density`.
-    pub fn of_asked_light(self, normal: Vec3, direction: Vec3, density: f32) -> f32 {
-        mis_weight(self.asks_light * density, self.goes_on * cosine_density(normal, direction))
+    /// Weight of light of a source that is asked with a probability of `chance`, and arrives in `direction`,
+    /// where asking the source chooses that direction with this `density`.
+    pub fn of_asked_light(self, chance: f32, normal: Vec3, direction: Vec3, density: f32) -> f32 {
+        mis_weight(chance * density, self.goes_on * cosine_density(normal, direction))
     }
 
     /// Weight of the emission of `met`, a surface of a `primitive`, where a path finds it. It lies in this
-    /// `direction` (unit length) and at this `distance` from a surface with this `normal` that the path left.
+    /// `direction` (unit length) and at this `distance` from `asked_from`, on a surface with this `normal` that
+    /// the path left.
     pub fn of_path_to_emitter(
         self,
         frame: &FrameView,
-        (normal, direction): (Vec3, Vec3),
+        (asked_from, normal, direction): (Vec3, Vec3, Vec3),
         (primitive, met): ((u32, u32), &Surface),
         distance: f32,
     ) -> f32 {
@@ -95,7 +114,8 @@ impl Pdfs {
         }
         let by_path = self.goes_on * cosine_density(normal, direction);
         let normal = met.geometric_normal;
-        let of_area = frame.emitters.density(frame.scene, frame.pose, frame.deformations, primitive, normal);
+        let (scene, pose, deformations) = (frame.scene, frame.pose, frame.deformations);
+        let of_area = frame.emitters.density(scene, pose, deformations, asked_from, primitive, normal);
         let cos = met.geometric_normal.dot(direction).abs();
         // both in solid angle times the cosine: on edge neither way is likely
         let (by_path, by_asking) = (by_path * cos, self.asks_emitter * of_area * distance * distance);

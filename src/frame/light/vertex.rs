@@ -4,11 +4,11 @@ use std::f32::consts::PI;
 
 use glam::Vec3;
 
-use super::light_choice::{LightChoice, asks_sky, paths_go_on};
+use super::light_choice::{Kinds, LightChoice, paths_go_on};
 use super::lobes::Lobes;
 use super::next_event::AskingCoat;
 use super::path_ray::PathRay;
-use super::pdfs::Pdfs;
+use super::pdfs::{LightsAsked, Pdfs};
 use super::step::Step;
 use crate::frame::shot::frame_view::FrameView;
 use crate::lanes::{F32x8, LANES, Vec3x8};
@@ -30,8 +30,8 @@ pub struct Vertex {
     pub emission_weight: f32,
     /// Light source that it asks.
     pub asks: LightChoice,
-    /// Number of light sources that it chose among.
-    pub choices: u32,
+    /// Probability with which it chose that one.
+    pub chance: f32,
     /// Random numbers for the point on that light, in the sky, or on emitting surfaces.
     pub place: [f32; 3],
     /// Ways in which the path may go on.
@@ -46,12 +46,11 @@ pub const NO_COAT: u32 = u32::MAX;
 impl Vertex {
     /// Pdfs of the ways from this vertex to light.
     pub fn chances(&self, frame: &FrameView) -> Pdfs {
-        let chance = |is_asked| if is_asked { 1.0 / self.choices as f32 } else { 0.0 };
+        let [of_lights, asks_sky, asks_emitter] = Kinds::of(frame, self.ray.step).chances();
         Pdfs {
-            asks_sky: chance(asks_sky(frame, self.ray.step)),
-            asks_emitter: chance(frame.emitters.are_asked()),
-            asks_light: chance(!frame.pose.lights.is_empty()),
-            asks_all_points: false,
+            asks_sky,
+            asks_emitter,
+            lights: LightsAsked::One { chance: of_lights },
             goes_on: self.goes_on(frame, Lobes::DIFFUSE),
         }
     }
@@ -201,8 +200,8 @@ pub struct VertexLanes {
     pub geometric_normal: Vec3x8,
     pub reflectance: Vec3x8,
     pub place: [F32x8; 2],
-    /// Numbers of light sources that they chose among.
-    pub choices: F32x8,
+    /// Probabilities of the light sources that they chose.
+    pub chance: F32x8,
     pub materials: [u16; LANES],
     /// Bit mask of the lanes in use.
     pub used: u8,
@@ -216,19 +215,19 @@ impl VertexLanes {
             geometric_normal: Vec3x8::ZERO,
             reflectance: Vec3x8::ZERO,
             place: [F32x8::ZERO; 2],
-            choices: F32x8::ZERO,
+            chance: F32x8::ONE,
             materials: [0; LANES],
             used: u8::MAX >> (LANES - count),
         };
         for lane in 0..LANES {
-            let Vertex { surface, place, choices, .. } = vertex(if lane < count { lane } else { 0 });
+            let Vertex { surface, place, chance, .. } = vertex(if lane < count { lane } else { 0 });
             eight.point.set_lane(lane, surface.point);
             eight.normal.set_lane(lane, surface.normal);
             eight.geometric_normal.set_lane(lane, surface.geometric_normal);
             eight.reflectance.set_lane(lane, surface.reflectance);
             eight.place[0].set_lane(lane, place[0]);
             eight.place[1].set_lane(lane, place[1]);
-            eight.choices.set_lane(lane, *choices as f32);
+            eight.chance.set_lane(lane, *chance);
             eight.materials[lane] = surface.material;
         }
         eight

@@ -80,7 +80,7 @@ impl Bounce {
     /// Radiance of the area lights that it passes through within `far`.
     pub fn light_of_lights(&self, frame: &FrameView, far: f32) -> Vec3 {
         let passed = lights_passed(&frame.pose.lights, self.origin, (self.origin, self.direction), far);
-        passed.map(|(glow, _)| glow.radiance).sum()
+        passed.map(|(_, glow, _)| glow.radiance).sum()
     }
 
     /// Returns true if a ray of this weight is visible in the picture.

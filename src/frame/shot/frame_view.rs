@@ -26,6 +26,7 @@ use crate::scene::{LightGroups, Scene};
 use crate::settings::{Caustics, Settings};
 use crate::shade::deformed::Deformations;
 use crate::shade::emitters::Emitters;
+use crate::shade::light_chances::LightChances;
 use crate::shade::phong::Palette;
 use crate::shade::sampling::{SampleSeed, hash_of};
 use crate::shade::sky::SkyLight;
@@ -51,6 +52,8 @@ pub struct FrameView<'a> {
     pub sky: &'a SkyLight,
     /// Surfaces that emit light, if samples gather it.
     pub emitters: &'a Emitters,
+    /// Chances with which paths ask each of the shot's lights.
+    pub light_chances: &'a LightChances,
     /// Materials of the scene, ready for lighting.
     pub palette: &'a Palette,
     /// Camera, models and lights in this frame.

@@ -19,6 +19,7 @@ use crate::samples::saved::PictureName;
 use crate::scene::{LightGroups, Material, Mesh, Scene};
 use crate::settings::{Backdrop, Mode, Settings};
 use crate::shade::emitters::Emitters;
+use crate::shade::light_chances::{LightChances, Source};
 use crate::shade::phong::Palette;
 use crate::shade::sky::SkyLight;
 use crate::stereo::EyePlace;
@@ -29,6 +30,8 @@ pub struct Prepared<'s> {
     pub settings: Settings,
     pub sky: SkyLight,
     pub emitters: Emitters,
+    /// Chances with which paths ask each of the shot's lights.
+    pub light_chances: LightChances,
     pub palette: Palette,
     /// Layout of the store's tags.
     pub layout: TagLayout,
@@ -85,6 +88,7 @@ impl<'s> Prepared<'s> {
             settings: settings.clone(),
             sky: SkyLight::new(scene),
             emitters: if layout.paths > 0 { Emitters::new(scene) } else { Emitters::default() },
+            light_chances: LightChances::new(&scene.lights.iter().map(Source::of_light).collect::<Vec<_>>()),
             palette: Palette::of(scene),
             has_trees: settings.depth > 0 && scene.materials.iter().any(Material::is_followed),
             motion: if keeps_answers { motion() } else { Motion::default() },

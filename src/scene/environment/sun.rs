@@ -5,6 +5,7 @@ use std::f64::consts::TAU;
 use glam::Vec3;
 
 use super::light_from::LightFrom;
+use crate::geometry::angle;
 
 /// A round source of light, infinitely far away, of the same radiance all over. World space.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -37,9 +38,9 @@ impl Sun {
         // as `1 - cos`, and `1 - cos² = (1 - cos)(2 - (1 - cos))`: the cosine itself is too close to 1 for floats
         let off = self.one_minus_cos() * f64::from(random[0]);
         let radius = (off * (2.0 - off)).sqrt() as f32;
-        let (sin, cos) = (TAU * f64::from(random[1])).sin_cos();
+        let [sin, cos] = angle::turned(random[1]);
         let (across, up) = self.to_sun.any_orthonormal_pair();
-        let aside = (across * cos as f32 + up * sin as f32) * radius;
+        let aside = (across * cos + up * sin) * radius;
         (self.to_sun * (1.0 - off) as f32 + aside).normalize()
     }
 

@@ -8,7 +8,9 @@ use super::{color, numbers, place, table};
 use crate::dice::Dice;
 
 pub fn add(dice: &mut Dice, span: &Span, shot: &mut Table) {
-    let count = *dice.pick(&[0, 1, 1, 1, 2, 2, 3]);
+    let few = *dice.pick(&[0, 1, 1, 1, 2, 2, 3]);
+    // more than are weighed at once
+    let count = if few == 3 && dice.one_in(2) { 10 } else { few };
     if count == 0 {
         return;
     }

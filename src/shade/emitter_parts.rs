@@ -1,0 +1,227 @@
+//! Parts of a scene's emitting triangles: neighbours that are chosen together, by how near they are.
+//!
+//! A lamp far away lights a surface less than one beside it, and among thousands of triangles none can be weighed
+//! for each ray. So the triangles are divided where they lie apart, into a few parts, each a
+//! [source](Source) of its own (a flat form of Conty Estevez and Kulla, "Importance Sampling of Many Lights with
+//! Adaptive Tree Splitting", 2018). Like the triangles' probabilities, parts are those of the shot.
+
+use std::ops::Range;
+
+use glam::{DVec3, Vec3};
+
+use super::light_chances::{LightChances, Sent, Source};
+use crate::cumulative::Steps;
+use crate::scene::{Model, Scene};
+
+/// Greatest number of parts: each surface asks all of them how near they are.
+const MOST_PARTS: usize = Sent::MOST;
+
+/// Least length of a part that is divided, as a share of the scene's. A single lamp is one part, and costs
+/// nothing.
+const LEAST_LENGTH: f64 = 1.0 / 32.0;
+
+/// Triangle that emits light.
+#[derive(Debug, Clone, Copy)]
+pub struct EmitterTriangle {
+    pub model: u32,
+    pub triangle: u32,
+    /// Light that it sends, relative to others.
+    pub weight: f64,
+    /// Its middle, world space; of a model that moves, the middle of its way.
+    pub place: DVec3,
+    /// Distance from that place within which it is in some frame.
+    pub reach: f64,
+    /// Its normal, unit length, world space; zero if it turns.
+    pub normal: Vec3,
+}
+
+/// Triangles by part.
+#[derive(Debug, Clone, Default)]
+pub struct EmitterParts {
+    chances: LightChances,
+    parts: Vec<Part>,
+    /// Model and triangle, part by part.
+    triangles: Vec<(u32, u32)>,
+    /// Parts of each model's triangles; empty if there is one part alone.
+    of_models: Vec<PartsOfModel>,
+}
+
+#[derive(Debug, Clone)]
+struct Part {
+    /// Index of its first triangle.
+    first: usize,
+    /// Probability of each of its triangles.
+    choices: Steps,
+    /// Share of the light of all.
+    share: f32,
+}
+
+/// Parts of a model's triangles.
+#[derive(Debug, Clone, Default)]
+enum PartsOfModel {
+    #[default]
+    None,
+    /// All are of one.
+    One(usize),
+    /// Part by triangle, in rising order of these.
+    Each(Vec<(u32, usize)>),
+}
+
+impl EmitterParts {
+    /// Divides `triangles` of `scene`, all of which emit.
+    pub fn new(scene: &Scene, mut triangles: Vec<EmitterTriangle>) -> Self {
+        if triangles.is_empty() {
+            return Self::default();
+        }
+        let least_length = LEAST_LENGTH * length_of(scene, &triangles);
+        let ranges = divide(&mut triangles, least_length);
+        let weight = |triangles: &[EmitterTriangle]| triangles.iter().map(|each| each.weight).sum::<f64>();
+        let total = weight(&triangles);
+        let part = |range: &Range<usize>| {
+            let weights: Vec<f64> = triangles[range.clone()].iter().map(|each| each.weight).collect();
+            let (choices, sum) = Steps::new(&weights, 0.0);
+            Part { first: range.start, choices, share: (sum / total) as f32 }
+        };
+        let parts: Vec<Part> = ranges.iter().map(part).collect();
+        let source = |(range, part): (&Range<usize>, &Part)| {
+            let (low, high) = bounds(&triangles[range.clone()]);
+            let reach = triangles[range.clone()].iter().map(|each| each.reach).fold(0.0, f64::max);
+            let reach = reach + 0.25 * (high - low).length();
+            let source = Source::around((0.5 * (low + high)).as_vec3(), reach as f32, part.share);
+            match axis_of(&triangles[range.clone()]) {
+                Some(axis) => source.flat(axis),
+                None => source,
+            }
+        };
+        let sources: Vec<Source> = ranges.iter().zip(&parts).map(source).collect();
+        let of_models = if parts.len() < 2 {
+            Vec::new()
+        } else {
+            parts_of_models(scene.models.len(), &triangles, &ranges)
+        };
+        let triangles = triangles.iter().map(|each| (each.model, each.triangle)).collect();
+        Self { chances: LightChances::new(&sources), parts, triangles, of_models }
+    }
+
+    /// Returns true if there are none.
+    pub fn is_empty(&self) -> bool {
+        self.triangles.is_empty()
+    }
+
+    /// Chooses a triangle for a surface at `point` by a `random` number from 0 to below 1: its model and number,
+    /// and how many times as likely it is as by its light alone. There is at least one. `sent`: what is known of
+    /// the last surface that has chosen one of these.
+    pub fn choose(&self, point: Vec3, random: f32, sent: &mut Sent) -> ((u32, u32), f32) {
+        let chosen = self.chances.choose_again(point, random, sent);
+        let part = &self.parts[chosen.source];
+        let triangle = self.triangles[part.first + part.choices.find(chosen.rest).index];
+        (triangle, if self.parts.len() < 2 { 1.0 } else { chosen.chance / part.share })
+    }
+
+    /// How many times as likely a surface at `point` chooses a triangle of a model as by its light alone.
+    pub fn likelihood(&self, point: Vec3, model: u32, triangle: u32) -> f32 {
+        let part = match self.of_models.get(model as usize) {
+            None => return 1.0,
+            Some(PartsOfModel::None) => return 0.0,
+            Some(PartsOfModel::One(part)) => *part,
+            Some(PartsOfModel::Each(parts)) => match parts.binary_search_by_key(&triangle, |each| each.0) {
+                Ok(at) => parts[at].1,
+                Err(_) => return 0.0,
+            },
+        };
+        self.chances.of(point, part) / self.parts[part].share
+    }
+}
+
+/// Normal that all of `triangles` have, to either side, if they have one.
+fn axis_of(triangles: &[EmitterTriangle]) -> Option<Vec3> {
+    let axis = triangles.first()?.normal;
+    // of a slightly bent panel, too
+    let has = |each: &EmitterTriangle| each.normal.dot(axis).abs() > 0.95;
+    triangles.iter().all(has).then_some(axis)
+}
+
+/// Box around the places of `triangles`.
+fn bounds(triangles: &[EmitterTriangle]) -> (DVec3, DVec3) {
+    let places = triangles.iter().map(|each| each.place);
+    places
+        .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), place| (low.min(place), high.max(place)))
+}
+
+/// Length of the scene: the longest edge of a box around what is not endless.
+fn length_of(scene: &Scene, triangles: &[EmitterTriangle]) -> f64 {
+    let has_corners = |model: &&Model| model.mesh.quadric.is_none();
+    let all = scene.models.iter().filter(has_corners).fold(bounds(triangles), |(low, high), model| {
+        let (from, to) = model.mesh.bounds();
+        let map = model.track.map_at(model.track.key_frames().first().copied().unwrap_or(0.0));
+        (0..8).fold((low, high), |(low, high), i| {
+            let pick = |axis: usize| if i >> axis & 1 == 0 { from[axis] } else { to[axis] };
+            let corner = map.transform_point3(DVec3::new(pick(0), pick(1), pick(2)));
+            (low.min(corner), high.max(corner))
+        })
+    });
+    (all.1 - all.0).max_element()
+}
+
+/// Sorts `triangles` into parts, and returns these: again and again the part that sends most light from the
+/// largest box is divided in the middle of that.
+fn divide(triangles: &mut [EmitterTriangle], least_length: f64) -> Vec<Range<usize>> {
+    /// A part, how much it is worth to divide it, and where.
+    struct Candidate {
+        range: Range<usize>,
+        worth: f64,
+        axis: usize,
+        middle: f64,
+    }
+    let candidate = |triangles: &[EmitterTriangle], range: Range<usize>| {
+        let of_part = &triangles[range.clone()];
+        let (low, high) = bounds(of_part);
+        let size = high - low;
+        let axis = (1..3).fold(0, |longest, axis| if size[axis] > size[longest] { axis } else { longest });
+        let light: f64 = of_part.iter().map(|each| each.weight).sum();
+        let worth = if size[axis] > least_length { light * size[axis] * size[axis] } else { 0.0 };
+        Candidate { range, worth, axis, middle: 0.5 * (low[axis] + high[axis]) }
+    };
+    let mut parts = vec![candidate(triangles, 0..triangles.len())];
+    while parts.len() < MOST_PARTS {
+        let most = (0..parts.len()).max_by(|a, b| parts[*a].worth.total_cmp(&parts[*b].worth));
+        let Some(at) = most.filter(|at| parts[*at].worth > 0.0) else { break };
+        let Candidate { range, axis, middle, .. } = &parts[at];
+        let (range, is_below) = (range.clone(), |each: &EmitterTriangle| each.place[*axis] < *middle);
+        // stable: what a scene is told once it is told again
+        triangles[range.clone()].sort_by_key(|each| !is_below(each));
+        let border = range.start + triangles[range.clone()].partition_point(is_below);
+        if border == range.start || border == range.end {
+            // they lie apart by no more than a rounding
+            parts[at].worth = 0.0;
+            continue;
+        }
+        parts[at] = candidate(triangles, range.start..border);
+        parts.push(candidate(triangles, border..range.end));
+    }
+    parts.sort_by_key(|part| part.range.start);
+    parts.into_iter().map(|part| part.range).collect()
+}
+
+fn parts_of_models(
+    count: usize,
+    triangles: &[EmitterTriangle],
+    ranges: &[Range<usize>],
+) -> Vec<PartsOfModel> {
+    let mut each: Vec<Vec<(u32, usize)>> = vec![Vec::new(); count];
+    for (part, range) in ranges.iter().enumerate() {
+        for EmitterTriangle { model, triangle, .. } in &triangles[range.clone()] {
+            each[*model as usize].push((*triangle, part));
+        }
+    }
+    let of_model = |mut parts: Vec<(u32, usize)>| match parts.first() {
+        None => PartsOfModel::None,
+        Some((_, first)) if parts.iter().all(|(_, part)| part == first) => PartsOfModel::One(*first),
+        Some(_) => {
+            parts.sort_unstable();
+            parts.shrink_to_fit();
+            PartsOfModel::Each(parts)
+        }
+    };
+    each.into_iter().map(of_model).collect()
+}
