@@ -2,7 +2,7 @@
 
 use std::f32::consts::{PI, TAU};
 
-use afterimage::animation::TransformTrack;
+use afterimage::animation::{Track, TransformTrack};
 use afterimage::frame::{Finished, Renderer, Spoil};
 use afterimage::pose::{AreaShape, LightShape, Pose};
 use afterimage::scene::environment::Sky;
@@ -475,6 +475,8 @@ fn paths_that_asked_another_light_stay() {
     for (light, x) in scene.lights.iter_mut().zip([-0.3, 0.3]) {
         light.kind = LightKind::Point { position: rests(DVec3::new(x, 0.1, 0.0)) };
     }
+    // as strong as the other at first: paths ask both alike
+    scene.lights[0].power = Track::constant(9.0);
     let scene = with_camera(scene, rests(DVec3::new(0.1, 0.05, 0.0)), rests(DVec3::X));
     let frames = toy::render(&scene, &settings(8, 1), 4);
     let share =
