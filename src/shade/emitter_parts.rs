@@ -23,7 +23,9 @@ const LEAST_LENGTH: f64 = 1.0 / 32.0;
 /// Triangle that emits light.
 #[derive(Debug, Clone, Copy)]
 pub struct EmitterTriangle {
+    /// Number of its model.
     pub model: u32,
+    /// Its number in the model's mesh.
     pub triangle: u32,
     /// Light that it sends, relative to others.
     pub weight: f64,
