@@ -482,7 +482,8 @@ fn paths_that_asked_another_light_stay() {
     let share =
         |frame: usize| frames[frame].stats.rays.gathering as f64 / frames[0].stats.rays.gathering as f64;
     assert_eq!(share(2), 0.0, "it has not begun");
-    assert!((0.45..0.55).contains(&share(3)), "one of two lights: {}", share(3));
+    // more than a half: it is on the side to which the eye looks, where more paths begin
+    assert!((0.5..0.65).contains(&share(3)), "one of two lights: {}", share(3));
 }
 
 #[test]
