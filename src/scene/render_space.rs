@@ -28,7 +28,7 @@ pub struct RenderSpace {
     scale: f64,
 }
 
-/// The smallest box around points, space of the files.
+/// The smallest box around points.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Extent {
     low: DVec3,
@@ -49,9 +49,14 @@ impl Extent {
         self.low.abs().max(self.high.abs()).max_element()
     }
 
+    /// Lengths of its edges.
+    pub fn size(&self) -> DVec3 {
+        self.high - self.low
+    }
+
     /// Length of the diagonal.
     pub fn diagonal(&self) -> f64 {
-        (self.high - self.low).length()
+        self.size().length()
     }
 
     /// Centre of the box.

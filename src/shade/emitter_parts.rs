@@ -11,12 +11,14 @@ use glam::{DVec3, Vec3};
 
 use super::light_chances::{LightChances, Sent, Source};
 use crate::cumulative::Steps;
+use crate::geometry::Bounds;
+use crate::scene::render_space::Extent;
 use crate::scene::{Model, Scene};
 
 /// Greatest number of parts: each surface asks all of them how near they are.
 const MOST_PARTS: usize = Sent::MOST;
 
-/// Least length of a part that is divided, as a share of the scene's. A single lamp is one part, and costs
+/// Least length of a part that is divided, as a share of the scene's. A single small lamp is one part, and costs
 /// nothing.
 const LEAST_LENGTH: f64 = 1.0 / 32.0;
 
@@ -70,13 +72,12 @@ enum PartsOfModel {
 }
 
 impl EmitterParts {
-    /// Divides `triangles` of `scene`, all of which emit.
-    pub fn new(scene: &Scene, mut triangles: Vec<EmitterTriangle>) -> Self {
+    /// Divides `triangles` of `scene`, all of which emit. `bounds`: of its models, object space.
+    pub fn new(scene: &Scene, bounds: &[Bounds], mut triangles: Vec<EmitterTriangle>) -> Self {
         if triangles.is_empty() {
             return Self::default();
         }
-        let least_length = LEAST_LENGTH * length_of(scene, &triangles);
-        let ranges = divide(&mut triangles, least_length);
+        let ranges = divide(&mut triangles, LEAST_LENGTH * length_of(scene, bounds));
         let weight = |triangles: &[EmitterTriangle]| triangles.iter().map(|each| each.weight).sum::<f64>();
         let total = weight(&triangles);
         let part = |range: &Range<usize>| {
@@ -86,10 +87,10 @@ impl EmitterParts {
         };
         let parts: Vec<Part> = ranges.iter().map(part).collect();
         let source = |(range, part): (&Range<usize>, &Part)| {
-            let (low, high) = bounds(&triangles[range.clone()]);
+            let extent = extent_of(&triangles[range.clone()]);
             let reach = triangles[range.clone()].iter().map(|each| each.reach).fold(0.0, f64::max);
-            let reach = reach + 0.25 * (high - low).length();
-            let source = Source::around((0.5 * (low + high)).as_vec3(), reach as f32, part.share);
+            let reach = reach + 0.25 * extent.diagonal();
+            let source = Source::around(extent.center().as_vec3(), reach as f32, part.share);
             match axis_of(&triangles[range.clone()]) {
                 Some(axis) => source.flat(axis),
                 None => source,
@@ -144,25 +145,19 @@ fn axis_of(triangles: &[EmitterTriangle]) -> Option<Vec3> {
 }
 
 /// Box around the places of `triangles`.
-fn bounds(triangles: &[EmitterTriangle]) -> (DVec3, DVec3) {
-    let places = triangles.iter().map(|each| each.place);
-    places
-        .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), place| (low.min(place), high.max(place)))
+fn extent_of(triangles: &[EmitterTriangle]) -> Extent {
+    triangles.iter().fold(Extent::NONE, |extent, each| extent.with(each.place))
 }
 
-/// Length of the scene: the longest edge of a box around what is not endless.
-fn length_of(scene: &Scene, triangles: &[EmitterTriangle]) -> f64 {
-    let has_corners = |model: &&Model| model.mesh.quadric.is_none();
-    let all = scene.models.iter().filter(has_corners).fold(bounds(triangles), |(low, high), model| {
-        let (from, to) = model.mesh.bounds();
-        let map = model.track.map_at(model.track.key_frames().first().copied().unwrap_or(0.0));
-        (0..8).fold((low, high), |(low, high), i| {
-            let pick = |axis: usize| if i >> axis & 1 == 0 { from[axis] } else { to[axis] };
-            let corner = map.transform_point3(DVec3::new(pick(0), pick(1), pick(2)));
-            (low.min(corner), high.max(corner))
-        })
+/// Length of the scene where its models begin: the longest edge of a box around what is not endless. `bounds`: of
+/// the models, object space.
+fn length_of(scene: &Scene, bounds: &[Bounds]) -> f64 {
+    let has_size = |(model, bounds): &(&Model, &Bounds)| model.mesh.quadric.is_none() && !bounds.is_empty();
+    let all = scene.models.iter().zip(bounds).filter(has_size).fold(Extent::NONE, |all, (model, bounds)| {
+        let first = model.track.key_frames().into_iter().fold(f64::INFINITY, f64::min);
+        all.with_model_at((bounds.low.as_dvec3(), bounds.high.as_dvec3()), &model.track, first)
     });
-    (all.1 - all.0).max_element()
+    all.size().max_element()
 }
 
 /// Sorts `triangles` into parts, and returns these: again and again the part that sends most light from the
@@ -177,12 +172,12 @@ fn divide(triangles: &mut [EmitterTriangle], least_length: f64) -> Vec<Range<usi
     }
     let candidate = |triangles: &[EmitterTriangle], range: Range<usize>| {
         let of_part = &triangles[range.clone()];
-        let (low, high) = bounds(of_part);
-        let size = high - low;
+        let extent = extent_of(of_part);
+        let size = extent.size();
         let axis = (1..3).fold(0, |longest, axis| if size[axis] > size[longest] { axis } else { longest });
         let light: f64 = of_part.iter().map(|each| each.weight).sum();
         let worth = if size[axis] > least_length { light * size[axis] * size[axis] } else { 0.0 };
-        Candidate { range, worth, axis, middle: 0.5 * (low[axis] + high[axis]) }
+        Candidate { range, worth, axis, middle: extent.center()[axis] }
     };
     let mut parts = vec![candidate(triangles, 0..triangles.len())];
     while parts.len() < MOST_PARTS {

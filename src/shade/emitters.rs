@@ -11,6 +11,7 @@ use super::light_chances::Sent;
 use super::on_mesh::OnMesh;
 use super::surface::corners_of;
 use crate::animation::Track;
+use crate::geometry::Bounds;
 use crate::pose::Pose;
 use crate::scene::cutout::{Asks, CutoutTest};
 use crate::scene::render_space::Extent;
@@ -59,8 +60,8 @@ pub struct NotThere {
 }
 
 impl Emitters {
-    /// Collects the emitters of all models of `scene`.
-    pub fn new(scene: &Scene) -> Self {
+    /// Collects the emitters of all models of `scene`, of which these are the bounds, object space.
+    pub fn new(scene: &Scene, bounds: &[Bounds]) -> Self {
         let brightness: Vec<f32> =
             scene.materials.iter().map(|material| luminance(material.emission)).collect();
         if brightness.iter().all(|brightness| *brightness == 0.0) {
@@ -73,7 +74,10 @@ impl Emitters {
         for (model, number) in scene.models.iter().zip(0..).filter(|(model, _)| has_corners(model)) {
             let glowing =
                 known.entry(Arc::as_ptr(&model.mesh)).or_insert_with(|| glowing_of(&model.mesh, &brightness));
-            let (growth, stands) = (growth(model), Stand::of(model));
+            if glowing.is_empty() {
+                continue;
+            }
+            let (growth, stands) = (growth(model), Stand::of(model, &bounds[number as usize]));
             for triangle in glowing.iter().copied() {
                 let material = model.mesh.material_of[triangle as usize];
                 let brightness = f64::from(brightness[usize::from(material)]);
@@ -99,7 +103,7 @@ impl Emitters {
             tests.entry(Arc::as_ptr(&model.mesh)).or_insert_with(test).clone()
         };
         let cut = scene.models.iter().map(test_of).collect();
-        Self { parts: EmitterParts::new(scene, triangles), brightness, chance, cut, quadrics }
+        Self { parts: EmitterParts::new(scene, bounds, triangles), brightness, chance, cut, quadrics }
     }
 
     /// Returns true if nothing emits.
@@ -215,16 +219,15 @@ enum Stand {
 }
 
 impl Stand {
-    fn of(model: &Model) -> Self {
+    /// `bounds`: of the model, object space.
+    fn of(model: &Model, bounds: &Bounds) -> Self {
         let frames = model.track.key_frames();
         let map = |frame: &f64| model.track.map_at(*frame);
         if model.track.shapes.is_none() && frames.windows(2).all(|two| map(&two[0]) == map(&two[1])) {
             return Self::Still(frames.first().map_or(DAffine3::IDENTITY, map));
         }
-        let boxes = frames.iter().fold(Extent::NONE, |extent, frame| {
-            extent.with_model_at(model.mesh.bounds(), &model.track, *frame)
-        });
-        Self::Within(boxes.center(), 0.5 * boxes.diagonal())
+        let way = Extent::NONE.with_model((bounds.low.as_dvec3(), bounds.high.as_dvec3()), &model.track);
+        Self::Within(way.center(), 0.5 * way.diagonal())
     }
 
     /// Middle of a triangle, the distance from it within which it stays, and its normal, if that stays.
@@ -306,6 +309,11 @@ mod tests {
         scene
     }
 
+    fn emitters_of(scene: &Scene) -> Emitters {
+        let bounds: Vec<Bounds> = scene.models.iter().map(|model| Bounds::of(&model.mesh)).collect();
+        Emitters::new(scene, &bounds)
+    }
+
     fn deformations(scene: &Scene, pose: &Pose) -> Deformations {
         Deformations::new(scene, &pose.models, false)
     }
@@ -334,7 +342,7 @@ mod tests {
             .iter()
             .flat_map(|scene| ASKED_FROM.map(|from| (scene, from)))
         {
-            let emitters = Emitters::new(scene);
+            let emitters = emitters_of(scene);
             assert!(scene.models.iter().any(|model| !model.track.is_constant()), "or too little is tested");
             for frame in [1, 20] {
                 let pose = Pose::new(scene, frame);
@@ -360,7 +368,7 @@ mod tests {
             .iter()
             .flat_map(|scene| ASKED_FROM.map(|from| (scene, from)))
         {
-            let (emitters, pose) = (Emitters::new(scene), Pose::new(scene, 20));
+            let (emitters, pose) = (emitters_of(scene), Pose::new(scene, 20));
             let shapes = deformations(scene, &pose);
             let (mut counts, mut sent) = (vec![0; scene.models.len()], Sent::NOWHERE);
             const DRAWN: u32 = 4096;
@@ -390,7 +398,7 @@ mod tests {
     fn what_is_not_there_is_chosen_as_often_and_is_no_place() {
         let mut scene = glowing_city();
         let count = |scene: &Scene| {
-            let (emitters, pose) = (Emitters::new(scene), Pose::new(scene, 20));
+            let (emitters, pose) = (emitters_of(scene), Pose::new(scene, 20));
             let choose = |index| {
                 let [choice, along, above, _] = PathRandom { seed: 5, index }.four(0);
                 let asked_from = (ASKED_FROM[0], &mut Sent::default());
@@ -418,7 +426,7 @@ mod tests {
                 .collect(),
             ..scene
         };
-        let emitters = Emitters::new(&dark);
+        let emitters = emitters_of(&dark);
         assert!(emitters.is_empty() && !emitters.emits(0));
         let (pose, rests) = (Pose::new(&dark, 1), Deformations::default());
         assert_eq!(emitters.choose(&dark, &pose, &rests, (Vec3::ZERO, &mut Sent::default()), [0.5; 3]), None);

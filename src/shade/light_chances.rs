@@ -243,7 +243,7 @@ impl LightChances {
         let (mut source, mut rest) = evenly(random / EVEN_SHARE);
         if random >= EVEN_SHARE {
             let mut left = (random - EVEN_SHARE) / (1.0 - EVEN_SHARE) * sum;
-            // where rounding leads past the last one, the even choice stands
+            // where rounding leads past the last one, that one stands
             'all: for number in 0..self.eights.len() {
                 let sent = sent(number);
                 let of_eight = sum_of(sent);

@@ -81,13 +81,14 @@ impl<'s> Prepared<'s> {
             mattes.as_ref().map_or(Vec::new(), |mattes| mattes.attributes(settings.layers));
         about_layers.extend(settings.layers.has(Layers::MATERIAL).then(|| numbers_of_materials(scene)));
         let light_groups = LightGroups::new(&scene.lights);
+        let bounds = bounds_of_models(scene);
         let channels: Vec<Channel> = channels(settings.layers, &light_groups).collect();
         let is_mixed = |channel: &&Channel| MixRule::new(channel) != MixRule::Middle;
         Self {
             scene,
             settings: settings.clone(),
             sky: SkyLight::new(scene),
-            emitters: if layout.paths > 0 { Emitters::new(scene) } else { Emitters::default() },
+            emitters: if layout.paths > 0 { Emitters::new(scene, &bounds) } else { Emitters::default() },
             light_chances: LightChances::new(&scene.lights.iter().map(Source::of_light).collect::<Vec<_>>()),
             palette: Palette::of(scene),
             has_trees: settings.depth > 0 && scene.materials.iter().any(Material::is_followed),
@@ -105,7 +106,7 @@ impl<'s> Prepared<'s> {
             about_layers: about_layers.into(),
             channels,
             light_groups,
-            bounds: bounds_of_models(scene),
+            bounds,
             endless: endless(scene),
         }
     }
