@@ -75,11 +75,11 @@ fn make_anew(frame: &FrameView, store: &SampleStore, picture: &Picture, film: &m
         dirty.set(grid, kernel.halo(), std::iter::repeat_n(true, grid.tiles()));
     }
     let [mut now, mut before]: [Vec<TileFilm>; 2] = Default::default();
-    let columns = grid.axes[0].cuts(0..grid.tiles_x as usize, 1);
+    let columns = grid.axes[0].borders(0..=grid.tiles_x as usize);
     for rows in bands(grid, tiles_in_band(0)) {
         let [start, end] = [rows.start, rows.end].map(|row| (row * grid.tiles_x) as usize);
-        let lines = grid.axes[1].cuts(rows.start as usize..rows.end as usize, 1);
-        let windows = cut(&mut film.planes, &columns, &lines, |_, _| true);
+        let lines = grid.axes[1].borders(rows.start as usize..=rows.end as usize);
+        let windows = cut(&mut film.planes, &lines, |_| &columns, |_, _| true);
         now.resize_with(end - start, TileFilm::default);
         let tiles = store.tiles[start..end].par_iter().zip(&mut now).zip(windows).enumerate();
         tiles.for_each_init(ThreadScratch::default, |scratch, (place, ((tile, sums), mut window))| {

@@ -161,7 +161,8 @@ impl Developer {
             |plane: usize, window: usize| !some_rows[window].1 && picture.channels[plane].is_filtered();
         let (first, ends) = (some_rows.iter().map(|(rows, _)| rows.start).take(1), some_rows.iter());
         let cuts: Vec<usize> = first.chain(ends.map(|(rows, _)| rows.end)).collect();
-        let windows = cut(&mut film.planes, &[0, width], &cuts, is_wanted);
+        let whole = [0, width];
+        let windows = cut(&mut film.planes, &cuts, |_| &whole, is_wanted);
         let columns = axes[0].pieces(0..width, PIECE[0]);
         let write_rows = |(mut window, (rows, all_stands)): (Window, &(Range<usize>, bool))| {
             if *all_stands {

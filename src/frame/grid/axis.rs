@@ -70,15 +70,18 @@ impl Axis {
     /// that exists only for its neighbours' sake.
     #[inline]
     pub fn film_of(&self, tile: usize) -> Range<usize> {
-        let in_film = |pixel: i32| self.in_film(pixel.clamp(self.film.start, self.film.end)) as usize;
-        in_film(self.starts[tile])..in_film(self.starts[tile + 1])
+        self.border(tile)..self.border(tile + 1)
     }
 
-    /// Borders in the film of groups of `step` tiles: the first film pixel of each `step`-th of `tiles`, then
-    /// the end of the last tile. Counted from the film's first pixel.
-    pub fn cuts(&self, tiles: Range<usize>, step: usize) -> Vec<usize> {
-        let starts = tiles.clone().step_by(step).map(|tile| self.film_of(tile).start);
-        starts.chain(tiles.last().map(|last| self.film_of(last).end)).collect()
+    #[inline]
+    fn border(&self, tile: usize) -> usize {
+        self.in_film(self.starts[tile].clamp(self.film.start, self.film.end)) as usize
+    }
+
+    /// Where in the film these tiles begin, counted from its first pixel; one more than the last tile's number is where
+    /// that ends.
+    pub fn borders(&self, tiles: impl IntoIterator<Item = usize>) -> Vec<usize> {
+        tiles.into_iter().map(|tile| self.border(tile)).collect()
     }
 
     /// Divides pixels of the film, counted from its first, into pieces of up to `size`, none of which crosses
@@ -132,7 +135,7 @@ mod tests {
     fn a_whole_picture_has_tiles_from_its_first_pixel_on() {
         let axis = Axis::new(70, 0, 0..70, 32, 2);
         assert_eq!(tiles(&axis), [0..32, 32..64, 64..70]);
-        assert_eq!(axis.cuts(0..3, 2), [0, 64, 70]);
+        assert_eq!(axis.borders([0, 2, 3]), [0, 64, 70]);
         assert_eq!(axis.film_of(2), 64..70);
     }
 

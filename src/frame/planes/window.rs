@@ -24,30 +24,33 @@ enum Rows<'f> {
     Float(Vec<&'f mut [f32]>),
 }
 
-/// Cuts planes into windows, from left to right and down: one between each two successive `columns` (the last
-/// is the planes' width) and each two successive `rows`. A plane is present only in windows where
-/// `is_wanted(plane, window)`.
-pub fn cut<'f>(
+/// Cuts planes into windows, from left to right and down: a row of windows between each two successive `rows`, and in
+/// row number `row` one between each two successive `columns(row)`, of which the last is the planes' width. A plane is
+/// present only in windows where `is_wanted(plane, window)`.
+pub fn cut<'f, 'c>(
     planes: &'f mut [Plane],
-    columns: &[usize],
     rows: &[usize],
+    columns: impl Fn(usize) -> &'c [usize] + Sync,
     is_wanted: impl Fn(usize, usize) -> bool + Sync,
 ) -> Vec<Window<'f>> {
-    let (Some(width), [top, .., bottom]) = (columns.last(), rows) else { return Vec::new() };
-    let lefts = &columns[..columns.len() - 1];
-    let corners = rows[..rows.len() - 1].iter().flat_map(|y| lefts.iter().map(move |x| [*x, *y]));
+    let [top, .., bottom] = rows else { return Vec::new() };
+    let corners = rows[..rows.len() - 1].iter().enumerate().flat_map(|(row, y)| {
+        let columns = columns(row);
+        columns[..columns.len() - 1].iter().map(move |x| [*x, *y])
+    });
     let mut windows: Vec<Window> =
         corners.map(|corner| Window { corner, planes: Vec::with_capacity(planes.len()) }).collect();
+    let width = columns(0).last().copied().unwrap_or(0);
     let pixels = top * width..bottom * width;
     let rows_of = planes.par_iter_mut().enumerate().map(|(number, plane)| {
         let is_wanted = |window| is_wanted(number, window);
         match &mut plane.values {
             Values::Half(values) => {
-                let cut = cut_plane(&mut values[pixels.clone()], columns, rows, is_wanted);
+                let cut = cut_plane(&mut values[pixels.clone()], rows, &columns, is_wanted);
                 cut.into_iter().map(Rows::Half).collect::<Vec<_>>()
             }
             Values::Float(values) => {
-                let cut = cut_plane(&mut values[pixels.clone()], columns, rows, is_wanted);
+                let cut = cut_plane(&mut values[pixels.clone()], rows, &columns, is_wanted);
                 cut.into_iter().map(Rows::Float).collect()
             }
         }
@@ -59,16 +62,17 @@ pub fn cut<'f>(
 }
 
 /// Cuts some rows of a plane into windows; those that are not wanted stay empty.
-fn cut_plane<'f, T>(
+fn cut_plane<'f, 'c, T>(
     values: &'f mut [T],
-    columns: &[usize],
     rows: &[usize],
+    columns: impl Fn(usize) -> &'c [usize],
     is_wanted: impl Fn(usize) -> bool,
 ) -> Vec<Vec<&'f mut [T]>> {
-    let (across, width) = (columns.len() - 1, columns[columns.len() - 1]);
-    let mut all: Vec<Vec<&mut [T]>> = Vec::with_capacity(across * (rows.len() - 1));
+    let mut all: Vec<Vec<&mut [T]>> = Vec::new();
     let mut left = values;
-    for count in rows.windows(2).map(|pair| pair[1] - pair[0]) {
+    for (row, count) in rows.windows(2).map(|pair| pair[1] - pair[0]).enumerate() {
+        let columns = columns(row);
+        let (across, width) = (columns.len() - 1, columns[columns.len() - 1]);
         let (band, below) = left.split_at_mut(count * width);
         left = below;
         let first = all.len();
@@ -206,7 +210,7 @@ mod tests {
             .map(|(name, kind)| Plane::new(name, kind, &blank));
         // four windows; the third has the second plane alone
         let mut windows =
-            cut(&mut planes, &[0, 10, 20], &[0, 4, 8], |plane, window| window != 2 || plane == 1);
+            cut(&mut planes, &[0, 4, 8], |_| &[0, 10, 20], |plane, window| window != 2 || plane == 1);
         for (number, window) in windows.iter_mut().enumerate() {
             let [left, top] = window.corner;
             window.put(1, &[left..left + 10, top..top + 4], &[1.0; 40], 10);
@@ -221,7 +225,7 @@ mod tests {
         let blank = vec![0.0; 6 * 4];
         let mut planes = [("R", PlaneKind::Half), ("Z", PlaneKind::Float)]
             .map(|(name, kind)| Plane::new(name, kind, &blank));
-        let mut windows = cut(&mut planes, &[0, 2, 6], &[0, 4], |_, _| true);
+        let mut windows = cut(&mut planes, &[0, 4], |_| &[0, 2, 6], |_, _| true);
         // three columns and two rows in the second window, in rows of four
         let wanted = [true, false, true, true, false, true, false];
         for plane in [0, 1] {
@@ -235,6 +239,21 @@ mod tests {
     }
 
     #[test]
+    fn each_row_of_windows_has_borders_of_its_own() {
+        let blank = vec![0.0; 6 * 5];
+        let mut planes = [Plane::new("Z", PlaneKind::Float, &blank)];
+        let columns: [&[usize]; 2] = [&[0, 2, 6], &[0, 6]];
+        let mut windows = cut(&mut planes, &[0, 2, 5], |row| columns[row], |_, _| true);
+        let pixels = [[0..2, 0..2], [2..6, 0..2], [0..6, 2..5]];
+        assert_eq!(windows.len(), pixels.len());
+        for (value, (window, pixels)) in [1.0, 2.0, 3.0].into_iter().zip(windows.iter_mut().zip(&pixels)) {
+            window.put(0, pixels, &[value; 18], pixels[0].len());
+        }
+        let wanted = [[1.0, 1.0, 2.0, 2.0, 2.0, 2.0]; 2].into_iter().chain([[3.0; 6]; 3]);
+        assert_eq!(planes[0].values.to_floats().as_ref(), wanted.flatten().collect::<Vec<f32>>());
+    }
+
+    #[test]
     fn every_pixel_is_in_one_window() {
         let (width, height) = (21, 10);
         let blank = vec![0.0; width * height];
@@ -244,7 +263,7 @@ mod tests {
         for rows in [&[0, 4][..], &[4, 8, 10]] {
             let top = rows[0];
             for (number, mut window) in
-                cut(&mut planes, &[0, 8, 16, 21], rows, |_, _| true).into_iter().enumerate()
+                cut(&mut planes, rows, |_| &[0, 8, 16, 21], |_, _| true).into_iter().enumerate()
             {
                 let [x, y] = window.corner;
                 assert_eq!([x, y], [number % 3 * 8, top + number / 3 * 4]);

@@ -7,7 +7,7 @@ pub mod phases;
 pub mod runs;
 pub mod thread_scratch;
 
-use std::sync::Mutex;
+use std::sync::{Mutex, MutexGuard};
 use std::time::Instant;
 
 use rayon::prelude::*;
@@ -55,6 +55,8 @@ pub struct FrameBuffers {
     pub states: Vec<TileState>,
     /// Colours of each tile, if they are noted.
     pub colors: Vec<TileColors>,
+    /// Seconds that each tile took when it was rendered last.
+    seconds: Vec<f32>,
 }
 
 /// Memory in which frames are made, of whatever picture and level: nothing in it outlives a level of a frame.
@@ -71,13 +73,20 @@ pub struct TileScratch {
 impl FrameBuffers {
     /// Nothing in it yet; for stores with tags as `layout` says.
     pub fn new(layout: TagLayout) -> Self {
-        Self { pool: TilePool::new(layout.clone()), layout, states: Vec::new(), colors: Vec::new() }
+        Self {
+            pool: TilePool::new(layout.clone()),
+            layout,
+            states: Vec::new(),
+            colors: Vec::new(),
+            seconds: Vec::new(),
+        }
     }
 
     /// Has a state for each tile.
     pub fn begin_frame(&mut self, grid: &Grid) {
         self.states.resize_with(grid.tiles(), TileState::default);
         self.colors.resize_with(grid.tiles(), TileColors::new);
+        self.seconds.resize(grid.tiles(), 0.0);
     }
 
     /// Bytes of what is remembered of the tiles.
@@ -115,7 +124,7 @@ pub fn run_tiles(
     let mut sum = TileSum::default();
     let is_free = !is_wide && matches!(start.reused, Reused::InPlace(..));
     let bands = bands(grid, tiles_in_band(if is_free { TILES_IN_PLACE } else { 0 }));
-    let FrameBuffers { pool, layout, states, colors } = buffers;
+    let FrameBuffers { pool, layout, states, colors, seconds } = buffers;
     let TileScratch { threads, bands: [now, before], dirty } = scratch;
     dirty.clear();
     if let Some(kernel) = frame.kernel {
@@ -145,6 +154,7 @@ pub fn run_tiles(
             states: &mut states[done..end],
             colors: &mut colors[done..end],
             films: &mut now[..count],
+            seconds: &mut seconds[done..end],
         };
         let runs = runs(&work, rows.clone(), parts, film);
         sum = sum.plus(run_band(&work, runs, threads));
@@ -186,33 +196,41 @@ pub fn tiles_in_band(least: u32) -> u32 {
     least.max(TILES_A_THREAD * rayon::current_num_threads() as u32)
 }
 
-/// Takes tiles through all phases.
-fn run_band(work: &Work, runs: Vec<TileRun>, scratch: &Mutex<Vec<ThreadScratch>>) -> TileSum {
-    let lock = || scratch.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
-    // one by one: where much is new, a run takes as long as whole rows of others, and whoever has taken it must not keep more
-    runs.into_par_iter()
-        .with_max_len(1)
-        .fold(
-            || (lock().pop().unwrap_or_default(), SampleCounts::default(), NonZeroPlanes::default()),
-            |(mut scratch, mut samples, mut written), run| {
-                let TileRun { first, parts: Parts { tiles, states, colors, films }, mut window } = run;
-                let parts = tiles.iter_mut().zip(states).zip(colors).zip(films);
-                for (number, (((tile, state), colors), film)) in (first..).zip(parts) {
-                    let parts = TileParts { tile, state, colors, film };
-                    let (of_tile, of_window) = render_tile(work, number, parts, &mut window, &mut scratch);
-                    samples += of_tile;
-                    written = written.plus(of_window);
-                }
-                (scratch, samples, written)
-            },
-        )
-        .map(|(mut scratch, samples, written)| {
-            let rays = std::mem::take(&mut scratch.trace.tally.counts);
-            let phase_seconds = std::mem::take(&mut scratch.seconds);
-            lock().push(scratch);
-            TileSum { samples, rays, written, phase_seconds, ..TileSum::default() }
-        })
-        .reduce(TileSum::default, TileSum::plus)
+/// Takes tiles through all phases. Where much is new, a tile takes as long as whole rows of others: each worker takes the next
+/// run when it is done with one, and the dearest come first, or all would wait for a worker that begins with one at the end.
+fn run_band(work: &Work, mut runs: Vec<TileRun>, pool: &Mutex<Vec<ThreadScratch>>) -> TileSum {
+    // those that cost about the same stay in their order: neighbours read the same tiles of the frame before
+    runs.sort_by_cached_key(|run| std::cmp::Reverse(run.parts.expected_seconds().log2() as i32));
+    let runs = Mutex::new(runs.into_iter());
+    let worker = |_| {
+        let mut scratch = lock(pool).pop().unwrap_or_default();
+        let (mut samples, mut written) = (SampleCounts::default(), NonZeroPlanes::default());
+        // not in the condition of a loop, which would hold the lock until the run is done
+        let next = || lock(&runs).next();
+        while let Some(run) = next() {
+            let TileRun { first, parts: Parts { tiles, states, colors, films, seconds }, mut window } = run;
+            let parts = tiles.iter_mut().zip(states).zip(colors).zip(films).zip(seconds);
+            for (number, ((((tile, state), colors), film), seconds)) in (first..).zip(parts) {
+                let begin = Instant::now();
+                let parts = TileParts { tile, state, colors, film };
+                let (of_tile, of_window) = render_tile(work, number, parts, &mut window, &mut scratch);
+                samples += of_tile;
+                written = written.plus(of_window);
+                *seconds = begin.elapsed().as_secs_f32();
+            }
+        }
+        let rays = std::mem::take(&mut scratch.trace.tally.counts);
+        let phase_seconds = std::mem::take(&mut scratch.seconds);
+        lock(pool).push(scratch);
+        TileSum { samples, rays, written, phase_seconds, ..TileSum::default() }
+    };
+    let workers = (0..rayon::current_num_threads()).into_par_iter().with_max_len(1);
+    workers.map(worker).reduce(TileSum::default, TileSum::plus)
+}
+
+/// A worker that has panicked leaves nothing half-done behind these locks.
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(|poisoned| poisoned.into_inner())
 }
 
 impl TileSum {
