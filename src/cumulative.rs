@@ -8,9 +8,9 @@ pub const BELOW_ONE: f32 = 1.0 - f32::EPSILON / 2.0;
 pub struct Steps {
     /// Probability of each step and all before it; the last is exactly 1.
     ends: Vec<f32>,
-    /// First step that ends above each of evenly spread numbers, from 0 up to 1: a search begins and ends
-    /// there (Chen and Asau, "On Generating Random Variates from an Empirical Distribution", 1974). The
-    /// length is a power of two plus one: a random number times that power is not rounded.
+    /// First step that ends above each of evenly spread numbers, from 0 up to 1: a search begins there (Chen
+    /// and Asau, "On Generating Random Variates from an Empirical Distribution", 1974). The length is a power
+    /// of two plus one: a random number times that power is not rounded.
     guide: Vec<u32>,
 }
 
@@ -52,29 +52,98 @@ impl Steps {
         Self { ends, guide }
     }
 
+    fn view(&self) -> StepsView<'_> {
+        StepsView { ends: &self.ends, guide: &self.guide }
+    }
+
     /// Finds the step that `random` falls into: one of positive probability, whatever `random` is.
     pub fn find(&self, random: f32) -> Step {
-        // 0 for NaN
-        let random = if random > 0.0 { random.min(BELOW_ONE) } else { 0.0 };
-        let part = (random * (self.guide.len() - 1) as f32) as usize;
-        let [first, last] = [self.guide[part], self.guide[part + 1]].map(|step| step as usize);
-        // exists: the last step ends at 1
-        let index = first + self.ends[first..=last].partition_point(|end| *end <= random);
-        Step { index, within: (random - self.begin(index)) / self.probability(index) }
-    }
-
-    /// Probability of all steps before step `index`.
-    fn begin(&self, index: usize) -> f32 {
-        if index == 0 { 0.0 } else { self.ends[index - 1] }
-    }
-
-    /// Number of steps.
-    pub fn count(&self) -> usize {
-        self.ends.len()
+        self.view().find(random)
     }
 
     /// Probability of step `index`.
     pub fn probability(&self, index: usize) -> f32 {
+        self.view().probability(index)
+    }
+}
+
+/// Many distributions of as many steps each, beside each other in memory: who searches one of them waits for its numbers, and not for a
+/// pointer to them before.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct StepRows {
+    ends: Vec<f32>,
+    guides: Vec<u32>,
+    /// Steps of a row.
+    steps: usize,
+    /// Length of the guide of a row.
+    guide: usize,
+}
+
+impl StepRows {
+    /// Puts `rows`, which have as many steps each, beside each other.
+    pub fn new(rows: &[Steps]) -> Self {
+        let (steps, guide) = rows.first().map_or((0, 0), |row| (row.ends.len(), row.guide.len()));
+        debug_assert!(rows.iter().all(|row| row.ends.len() == steps));
+        Self {
+            ends: rows.iter().flat_map(|row| &row.ends).copied().collect(),
+            guides: rows.iter().flat_map(|row| &row.guide).copied().collect(),
+            steps,
+            guide,
+        }
+    }
+
+    fn row(&self, row: usize) -> StepsView<'_> {
+        StepsView {
+            ends: &self.ends[row * self.steps..][..self.steps],
+            guide: &self.guides[row * self.guide..][..self.guide],
+        }
+    }
+
+    /// Finds the step of row number `row` that `random` falls into, as [`Steps::find`] does.
+    pub fn find(&self, row: usize, random: f32) -> Step {
+        self.row(row).find(random)
+    }
+
+    /// Number of steps of each row.
+    pub fn count(&self) -> usize {
+        self.steps
+    }
+
+    /// Probability of step `index` of row number `row`.
+    pub fn probability(&self, row: usize, index: usize) -> f32 {
+        self.row(row).probability(index)
+    }
+}
+
+/// The numbers of [`Steps`], wherever they are.
+#[derive(Clone, Copy)]
+struct StepsView<'a> {
+    ends: &'a [f32],
+    guide: &'a [u32],
+}
+
+impl StepsView<'_> {
+    #[inline]
+    fn find(self, random: f32) -> Step {
+        // 0 for NaN
+        let random = if random > 0.0 { random.min(BELOW_ONE) } else { 0.0 };
+        let part = (random * (self.guide.len() - 1) as f32) as usize;
+        // one step of two, mostly, or the next; the last one ends at 1
+        let mut index = self.guide[part] as usize;
+        while self.ends[index] <= random {
+            index += 1;
+        }
+        Step { index, within: (random - self.begin(index)) / self.probability(index) }
+    }
+
+    /// Probability of all steps before step `index`.
+    #[inline]
+    fn begin(self, index: usize) -> f32 {
+        if index == 0 { 0.0 } else { self.ends[index - 1] }
+    }
+
+    #[inline]
+    fn probability(self, index: usize) -> f32 {
         self.ends[index] - self.begin(index)
     }
 }

@@ -257,7 +257,7 @@ mod tests {
         use crate::shade::sampling::PathRandom;
         for round in 0..500 {
             let three = |index: u32| {
-                let [x, y, z, _] = PathRandom { seed: round, index }.four(0);
+                let [x, y, z, _] = PathRandom::new(round, index).four(0);
                 (Vec3::new(x, y, z) * 2.0 - 1.0) * 10.0_f32.powi((round % 9) as i32 - 4)
             };
             let columns = [1, 2, 3].map(|index| three(index).as_dvec3());

@@ -80,7 +80,7 @@ mod tests {
     fn colors_are_rounded_to_the_nearest_step() {
         let mut sums = [Vec3::ZERO; 2];
         for index in 0..20_000 {
-            let [r, g, b, power] = PathRandom { seed: 5, index }.four(0);
+            let [r, g, b, power] = PathRandom::new(5, index).four(0);
             let color = Vec3::new(r, g, b) * (power * 24.0 - 10.0).exp2();
             let kept = PathColor::new(color, index % 2 == 0);
             assert_eq!((kept.flag(), kept != PathColor::UNKNOWN), (index % 2 == 0, true));

@@ -311,7 +311,7 @@ mod tests {
     }
 
     fn anywhere(light: &LightPose, index: u32) -> LightSample {
-        let [along, above, ..] = PathRandom { seed: 3, index }.four(0);
+        let [along, above, ..] = PathRandom::new(3, index).four(0);
         light_from_anywhere(light, [along, above].map(F32x8::splat), Vec3x8::ZERO)
     }
 

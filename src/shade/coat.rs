@@ -195,7 +195,7 @@ mod tests {
         const COUNT: u32 = 4096;
         let seen = seen(material, cos);
         let random = |index| {
-            let [along, above, ..] = PathRandom { seed: 99, index }.four(0);
+            let [along, above, ..] = PathRandom::new(99, index).four(0);
             [along, above]
         };
         let reflected: Vec3 =

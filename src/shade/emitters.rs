@@ -373,7 +373,7 @@ mod tests {
             let (mut counts, mut sent) = (vec![0; scene.models.len()], Sent::NOWHERE);
             const DRAWN: u32 = 4096;
             for index in 0..DRAWN {
-                let [choice, along, above, _] = PathRandom { seed: 5, index }.four(0);
+                let [choice, along, above, _] = PathRandom::new(5, index).four(0);
                 let place =
                     emitters.choose(scene, &pose, &shapes, (asked_from, &mut sent), [choice, along, above]);
                 let place = place.expect("much glows").expect("all are there");
@@ -400,7 +400,7 @@ mod tests {
         let count = |scene: &Scene| {
             let (emitters, pose) = (emitters_of(scene), Pose::new(scene, 20));
             let choose = |index| {
-                let [choice, along, above, _] = PathRandom { seed: 5, index }.four(0);
+                let [choice, along, above, _] = PathRandom::new(5, index).four(0);
                 let asked_from = (ASKED_FROM[0], &mut Sent::default());
                 let rests = Deformations::default();
                 emitters.choose(scene, &pose, &rests, asked_from, [choice, along, above]).expect("much glows")

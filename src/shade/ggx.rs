@@ -210,7 +210,7 @@ mod tests {
                 let eye = at(cos, 0.3);
                 let above = integral(alpha, eye, |light| f64::from(density(alpha, eye, light)));
                 let below = (0..16384).filter(|index| {
-                    let [a, b, ..] = PathRandom { seed: 3, index: *index }.four(0);
+                    let [a, b, ..] = PathRandom::new(3, *index).four(0);
                     sample(alpha, eye, [a, b]).z <= 0.0
                 });
                 let sum = above + below.count() as f64 / 16384.0;
@@ -238,7 +238,7 @@ mod tests {
                         integral(alpha, eye, |light| value(light) * f64::from(density(alpha, eye, light)));
                     let sum: f64 = (0..COUNT)
                         .map(|index| {
-                            let [a, b, ..] = PathRandom { seed: 11, index }.four(0);
+                            let [a, b, ..] = PathRandom::new(11, index).four(0);
                             value(sample(alpha, eye, [a, b]))
                         })
                         .sum();
@@ -276,7 +276,7 @@ mod tests {
             for (number, cos) in (0..).zip(COSINES) {
                 let eye = at(cos, 1.0);
                 for index in 0..64 {
-                    let [a, b, ..] = PathRandom { seed: number, index }.four(0);
+                    let [a, b, ..] = PathRandom::new(number, index).four(0);
                     let light = sample(alpha, eye, [a, b]);
                     assert!((light.length() - 1.0).abs() < 1e-4);
                     let weight = sample_weight(alpha, head_on, eye, light);

@@ -57,7 +57,7 @@ pub fn branch(
 /// Numbers for [`branch`] at a surface that a ray has met: they belong to its place.
 pub fn random_of_place(surface: &Surface) -> [f32; 2] {
     let seed = seed_of(surface.point, surface.material.into());
-    let [around, along, ..] = PathRandom { seed, index: 0 }.four(0);
+    let [around, along, ..] = PathRandom::new(seed, 0).four(0);
     [around, along]
 }
 
@@ -271,7 +271,7 @@ mod tests {
         const COUNT: u32 = 1 << 14;
         let mut sums = [(0.0, Vec3::ZERO); 2];
         for index in 0..COUNT {
-            let [around, along, ..] = PathRandom { seed: 5, index }.four(0);
+            let [around, along, ..] = PathRandom::new(5, index).four(0);
             let rays = super::branch(material, surface, incoming, || [around, along]);
             for (sum, ray) in sums.iter_mut().zip([rays.reflection, rays.refraction]) {
                 let Some(ray) = ray else { continue };
@@ -383,7 +383,7 @@ mod tests {
             let leaning = Surface { normal: (up * 0.2 + Vec3::X).normalize(), ..straight };
             let incoming = at_angle(80.0, !from_behind);
             for (index, material) in (0..256).zip([rough(0.3, 1.5), rough(0.3, 1.0)].iter().cycle()) {
-                let [around, along, ..] = PathRandom { seed: 5, index }.four(0);
+                let [around, along, ..] = PathRandom::new(5, index).four(0);
                 let rays = super::branch(material, &leaning, incoming, || [around, along]);
                 assert!(rays.reflection.is_none_or(|ray| ray.direction.dot(up) >= -1e-6), "{rays:?}");
                 assert!(rays.refraction.is_none_or(|ray| ray.direction.dot(up) <= 1e-6), "{rays:?}");

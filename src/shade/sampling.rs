@@ -10,19 +10,30 @@ use crate::scrambled::scrambled;
 /// Scrambling", 2020). The paths of one sequence are spread evenly; those of two are independent.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct PathRandom {
-    /// Seed of the sequence.
-    pub seed: u32,
-    /// Number of the point in the sequence.
-    pub index: u32,
+    seed: u32,
+    index: u32,
+    /// Place of the point in the sequence with that seed.
+    place: u32,
 }
 
 impl PathRandom {
+    /// Point number `index`, below 65,536, of the sequence with this `seed`.
+    #[inline]
+    pub fn new(seed: u32, index: u32) -> Self {
+        Self { seed, index, place: sobol::shuffled(index, seed) }
+    }
+
     /// Four numbers from 0 to below 1; each `set` has others.
     #[inline]
     pub fn four(self, set: u32) -> [f32; 4] {
-        // as many dimensions as the sequence has: beyond them, new seeds
-        let seed = self.seed.wrapping_add((set / sobol::SETS).wrapping_mul(0x9e37_79b9));
-        sobol::four(self.index, set % sobol::SETS, seed)
+        match set / sobol::SETS {
+            0 => sobol::four(self.place, set, self.seed),
+            // as many dimensions as the sequence has: beyond them, new seeds
+            beyond => {
+                let seed = self.seed.wrapping_add(beyond.wrapping_mul(0x9e37_79b9));
+                sobol::four(sobol::shuffled(self.index, seed), set % sobol::SETS, seed)
+            }
+        }
     }
 }
 
@@ -65,7 +76,7 @@ impl PathSequence {
     /// Random numbers of path number `index` of the surface.
     #[inline]
     pub fn path(self, index: u32) -> PathRandom {
-        PathRandom { seed: self.seed, index: self.first + index }
+        PathRandom::new(self.seed, self.first + index)
     }
 }
 
@@ -164,7 +175,7 @@ mod tests {
     #[test]
     fn directions_follow_the_cosine_law() {
         let [x, y] = orthonormal(Vec3::Y);
-        let random = |index| PathRandom { seed: 7, index }.four(0);
+        let random = |index| PathRandom::new(7, index).four(0);
         let directions = (0..4096).map(|index| {
             let [along, above, ..] = random(index);
             cosine_direction([along, above], [x, y, Vec3::Y])
@@ -218,7 +229,7 @@ mod tests {
         for (seed, index, set) in
             [(1, 0, 0), (2, 0, 0), (1, 1, 0), (1, 0, 1), (1, 0, sobol::SETS), (1, 0, sobol::SETS + 1)]
         {
-            let four = PathRandom { seed, index }.four(set);
+            let four = PathRandom::new(seed, index).four(set);
             assert!(four.iter().all(|number| (0.0..1.0).contains(number)));
             assert!(seen.insert(four.map(f32::to_bits)), "{seed} {index} {set}");
         }

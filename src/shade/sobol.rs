@@ -39,14 +39,19 @@ const fn shift_of(part: usize) -> usize {
     u32::BITS as usize - PART_BITS * (part + 1)
 }
 
-/// Four numbers from 0 to below 1: dimensions of set `set` of point `index`, of the sequence with this `seed`. An index below 65,536, a set
-/// below [`SETS`].
+/// Place of point `index`, below 65,536, in the sequence with this `seed`, with its bits reversed: the same for all sets.
 #[inline]
-pub fn four(index: u32, set: u32, seed: u32) -> [f32; 4] {
-    let shuffled = owen_scramble_rev(index.reverse_bits(), hash(seed ^ 0x79c6_8e4a));
+pub fn shuffled(index: u32, seed: u32) -> u32 {
+    owen_scramble_rev(index.reverse_bits(), hash(seed ^ 0x79c6_8e4a))
+}
+
+/// Four numbers from 0 to below 1: dimensions of set `set`, below [`SETS`], of the point at `place` as [`shuffled`] gives it, of the
+/// sequence with this `seed`.
+#[inline]
+pub fn four(place: u32, set: u32, seed: u32) -> [f32; 4] {
     let mut numbers = [0; 4];
     for (part, table) in TABLES[set as usize].iter().enumerate() {
-        let of_part = table[(shuffled >> shift_of(part)) as usize % (1 << PART_BITS)];
+        let of_part = table[(place >> shift_of(part)) as usize % (1 << PART_BITS)];
         numbers = std::array::from_fn(|dimension| numbers[dimension] ^ of_part[dimension]);
     }
     let of_set = seed.wrapping_mul(0x9c8f_2d3b) ^ set;
@@ -64,7 +69,7 @@ mod tests {
     fn numbers_are_those_of_the_crate() {
         for i in 0..20_000_u32 {
             let (index, set, seed) = (i.wrapping_mul(40_503) % (1 << 16), i % SETS, hash(i));
-            let ours = four(index, set, seed).map(f32::to_bits);
+            let ours = four(shuffled(index, seed), set, seed).map(f32::to_bits);
             assert_eq!(
                 ours,
                 sobol_burley::sample_4d(index, set, seed).map(f32::to_bits),

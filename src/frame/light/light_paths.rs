@@ -37,6 +37,7 @@ use crate::shade::area::{density_of, radiance};
 use crate::shade::coat::{SeenBy, SeenCoat};
 use crate::shade::light::light_from_anywhere;
 use crate::shade::phong;
+use crate::shade::sampling::PathRandom;
 use crate::shade::surface::{off_surface, off_surfaces};
 use crate::trace::{self, Coherence, HitBatch, NO_HIT, RayBatch, SceneSubset};
 
@@ -57,6 +58,8 @@ pub struct PathScratch {
     pub starts: Vec<PathStart>,
     /// Results of these paths, in the same order.
     pub brought: Vec<PathResult>,
+    /// Their random numbers.
+    random: Vec<PathRandom>,
     /// Direct light in these results, if the rest is limited.
     direct: Vec<Vec3>,
     rays: RayBatch,
@@ -108,13 +111,13 @@ pub fn trace_paths(frame: &FrameView, scratch: &mut PathScratch, tally: &mut Ray
 
 /// Adds what the vertices bring to the results of their paths, and makes the rays that go on from there.
 fn go_on_from_vertices(frame: &FrameView, scratch: &mut PathScratch) {
-    let PathScratch { starts, brought, now, next, last, vertices, coats, .. } = scratch;
+    let PathScratch { random, brought, now, next, last, vertices, coats, .. } = scratch;
     next.clear();
     for vertex in &*vertices {
         let (path, step) = (vertex.ray.path as usize, vertex.ray.step);
         brought[path].radiance += vertex.ray.weight * vertex.light;
         if paths_go_on(frame, step) || vertex.goes_on_at_all(frame) {
-            let numbers = starts[path].random().four(step.going_on());
+            let numbers = random[path].four(step.going_on());
             if let Some(ray) = go_on(frame, (vertex, vertex.seen_coat(coats)), numbers) {
                 (if ray.step.is_beyond() { &mut *last } else { &mut *next }).push(ray);
             }
@@ -125,7 +128,9 @@ fn go_on_from_vertices(frame: &FrameView, scratch: &mut PathScratch) {
 
 /// Makes the first rays of the paths, and asks for light at their starts.
 fn begin(frame: &FrameView, is_reflected: bool, scratch: &mut PathScratch) {
-    let PathScratch { starts, brought, direct, now, last, light_rays, .. } = scratch;
+    let PathScratch { starts, brought, random: all_random, direct, now, last, light_rays, .. } = scratch;
+    all_random.clear();
+    all_random.extend(starts.iter().map(PathStart::random));
     brought.clear();
     direct.clear();
     now.clear();
@@ -133,13 +138,13 @@ fn begin(frame: &FrameView, is_reflected: bool, scratch: &mut PathScratch) {
     light_rays.begin();
     let step = Step::first(surfaces_on_paths(frame, is_reflected));
     let first = if step.is_beyond() { last } else { now };
-    for (path, start) in (0..).zip(&*starts) {
+    for ((path, start), random) in (0..).zip(&*starts).zip(&*all_random) {
         let mut brings = PathResult { radiance: Vec3::ZERO, sees_light: false, until: Until::FOREVER };
         let ray = match &start.layer {
-            None => gathers(frame, (path, step), start, light_rays, &mut brings),
+            None => gathers(frame, (path, step), (start, *random), light_rays, &mut brings),
             Some(layer) => {
-                light_rays.ask_for_layer(frame, path, start, layer, &mut brings);
-                let [along, above, ..] = start.random().four(0);
+                light_rays.ask_for_layer(frame, path, (start, *random), layer, &mut brings);
+                let [along, above, ..] = random.four(0);
                 let drawn = layer.direction(start, [along, above]);
                 drawn.map(|(direction, density)| {
                     let origin = off_surface(start.point, start.geometric_normal);
@@ -164,11 +169,10 @@ fn begin(frame: &FrameView, is_reflected: bool, scratch: &mut PathScratch) {
 fn gathers(
     frame: &FrameView,
     (path, step): (u32, Step),
-    start: &PathStart,
+    (start, random): (&PathStart, PathRandom),
     light_rays: &mut LightRays,
     brings: &mut PathResult,
 ) -> Option<PathRay> {
-    let random = start.random();
     let [along, above, across, up] = random.four(0);
     let PathStart { point, normal, geometric_normal, .. } = *start;
     let (weight, chances) = (Vec3::ONE, Pdfs::of_start(frame));
@@ -242,7 +246,7 @@ fn cast(frame: &FrameView, is_reflection: bool, scratch: &mut PathScratch, tally
 
 /// Makes vertices of the hits of the current rays.
 fn meet(frame: &FrameView, scratch: &mut PathScratch) {
-    let PathScratch { starts, hits, now, vertices, coats, .. } = scratch;
+    let PathScratch { random, hits, now, vertices, coats, .. } = scratch;
     vertices.clear();
     coats.clear();
     let eights = now.len().div_ceil(LANES);
@@ -268,8 +272,8 @@ fn meet(frame: &FrameView, scratch: &mut PathScratch) {
             |lane| packet.t[from + lane] * SPREAD_OF_PATHS,
             |lane, surface| {
                 let ray = some[lane];
-                let (step, random) = (ray.step, starts[ray.path as usize].random());
-                let [choice, along, above, triangle] = random.four(step.asking());
+                let step = ray.step;
+                let [choice, along, above, triangle] = random[ray.path as usize].four(step.asking());
                 let (asks, chance) = Kinds::of(frame, step).choose(frame, surface.point, choice);
                 let primitive = (packet.model[from + lane], packet.triangle[from + lane]);
                 let distance = packet.t[from + lane];

@@ -12,6 +12,10 @@ use crate::shade::optics::{branch, random_of_place};
 pub struct Lobes {
     /// Weight of the light that each carries, and its direction where it has but one.
     pub all: [(Vec3, Option<Vec3>); 4],
+    /// Share of each, not normalized: the largest channel of its weight.
+    shares: [f32; 4],
+    /// Sum of the shares.
+    sum: f32,
 }
 
 impl Lobes {
@@ -43,30 +47,21 @@ impl Lobes {
                 }
             }
         }
-        Self { all }
-    }
-
-    /// Share of a lobe, not normalized: the largest channel of its weight.
-    fn share(&self, lobe: usize) -> f32 {
-        self.all[lobe].0.max_element().max(0.0)
-    }
-
-    fn sum(&self) -> f32 {
-        (0..self.all.len()).map(|lobe| self.share(lobe)).sum()
+        let shares = all.map(|(weight, _)| weight.max_element().max(0.0));
+        Self { all, shares, sum: shares.iter().sum() }
     }
 
     /// Probability with which a path samples a lobe.
     pub fn chance(&self, lobe: usize) -> f32 {
-        let sum = self.sum();
-        if sum > 0.0 && sum.is_finite() { self.share(lobe) / sum } else { 0.0 }
+        if self.sum > 0.0 && self.sum.is_finite() { self.shares[lobe] / self.sum } else { 0.0 }
     }
 
     /// Way that a random number from 0 to below 1 chooses.
     pub fn choose(&self, choice: f32) -> Option<usize> {
-        let mut at = choice * self.sum();
-        let chosen = (0..self.all.len()).find(|lobe| {
-            let is_here = at < self.share(*lobe);
-            at -= self.share(*lobe);
+        let mut at = choice * self.sum;
+        let chosen = self.shares.iter().position(|share| {
+            let is_here = at < *share;
+            at -= share;
             is_here
         });
         // rounding may lead past the last lobe that carries anything

@@ -24,6 +24,7 @@ use crate::scene::LightFrom;
 use crate::shade::coat::SeenCoat;
 use crate::shade::emitters::{EmitterPlace, NotThere};
 use crate::shade::light_chances::Sent;
+use crate::shade::sampling::PathRandom;
 use crate::shade::surface::off_surface;
 use crate::trace::{Coherence, Occluders, Purpose, RayBatch};
 
@@ -204,11 +205,11 @@ impl LightRays {
         &mut self,
         frame: &FrameView,
         path: u32,
-        start: &PathStart,
+        (start, random): (&PathStart, PathRandom),
         layer: &DrawnLayer,
         brought: &mut PathResult,
     ) {
-        let (asked, until) = layer.asks(frame, start, start.random());
+        let (asked, until) = layer.asks(frame, start, random);
         brought.until = brought.until.min(until);
         let Some(AskedLight { direction, place, .. }) = asked else { return };
         let origin = off_surface(start.point, start.geometric_normal);

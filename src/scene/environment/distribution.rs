@@ -5,7 +5,7 @@ use std::f64::consts::{PI, TAU};
 use glam::Vec3;
 use rayon::prelude::*;
 
-use crate::cumulative::Steps;
+use crate::cumulative::{StepRows, Steps};
 use crate::geometry::angle;
 
 /// Share of the samples that is spread evenly over all cells that are not black. It keeps each step of a
@@ -29,7 +29,7 @@ const RISE: f64 = 0.01;
 pub(super) struct Distribution {
     rows: Steps,
     /// Distribution of the columns within each row.
-    columns: Vec<Steps>,
+    columns: StepRows,
     /// Cosines of the angles to +Y of the rows' edges, from 1 to -1: one more than there are rows.
     edges: Vec<f64>,
     /// Density in solid angle for each row, over the probability of the column: that of the row over a cell's solid angle.
@@ -54,6 +54,7 @@ impl Distribution {
                 Steps::new(weights, EVEN_SHARE)
             })
             .unzip();
+        let columns = StepRows::new(&columns);
         let edges = edges(height / block);
         let areas = edges.windows(2).map(|edges| (edges[0] - edges[1]) * TAU / (width / block) as f64);
         let mut weights: Vec<f64> = sums.iter().zip(areas.clone()).map(|(sum, area)| sum * area).collect();
@@ -65,7 +66,7 @@ impl Distribution {
         }
         let (rows, _) = Steps::new(&weights, even_share);
         let density = |(row, edges): (usize, &[f64])| {
-            let solid_angle = (edges[0] - edges[1]) * TAU / columns[row].count() as f64;
+            let solid_angle = (edges[0] - edges[1]) * TAU / columns.count() as f64;
             f64::from(rows.probability(row)) / solid_angle
         };
         let densities = edges.windows(2).enumerate().map(density).collect();
@@ -81,13 +82,12 @@ impl Distribution {
     /// second the row.
     pub fn sample(&self, random: [f32; 2]) -> Vec3 {
         let row = self.rows.find(random[1]);
-        let columns = &self.columns[row.index];
-        let column = columns.find(random[0]);
+        let column = self.columns.find(row.index, random[0]);
         // in doubles: near a pole the cosine is too close to 1 for floats
         let [top, bottom] = [self.edges[row.index], self.edges[row.index + 1]];
         let y = top + (bottom - top) * f64::from(row.within);
         let radius = ((1.0 - y) * (1.0 + y)).max(0.0).sqrt();
-        let u = (column.index as f64 + f64::from(column.within)) / columns.count() as f64;
+        let u = (column.index as f64 + f64::from(column.within)) / self.columns.count() as f64;
         let [sin, cos] = angle::turned((u - 0.5) as f32);
         let radius = radius as f32;
         Vec3::new(radius * sin, y as f32, -radius * cos)
@@ -97,7 +97,7 @@ impl Distribution {
     /// and row.
     pub fn pdf(&self, column: usize, row: usize) -> f32 {
         let (column, row) = (column >> self.block_bits, row >> self.block_bits);
-        (self.densities[row] * f64::from(self.columns[row].probability(column))) as f32
+        (self.densities[row] * f64::from(self.columns.probability(row, column))) as f32
     }
 }
 

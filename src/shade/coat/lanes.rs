@@ -315,7 +315,7 @@ mod tests {
         for round in 0..200_u32 {
             let numbers: [u16; LANES] = std::array::from_fn(|lane| ((round + lane as u32 * 3) % 5) as u16);
             let any = |lane: usize, which: u32| {
-                let [x, y, z, _] = PathRandom { seed: round, index: lane as u32 * 4 + which }.four(0);
+                let [x, y, z, _] = PathRandom::new(round, lane as u32 * 4 + which).four(0);
                 (Vec3::new(x, y, z) * 2.0 - 1.0).normalize_or(Vec3::X)
             };
             let [mut normal, mut geometric, mut incoming] = [Vec3x8::ZERO; 3];

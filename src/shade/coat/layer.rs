@@ -66,7 +66,7 @@ impl Albedos {
 
     pub fn new(alpha: f32) -> Self {
         let random = |index| {
-            let [along, above, ..] = PathRandom { seed: 0, index }.four(0);
+            let [along, above, ..] = PathRandom::new(0, index).four(0);
             [along, above]
         };
         let randoms: Vec<[f32; 2]> = (0..Self::SAMPLES).map(random).collect();
