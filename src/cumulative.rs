@@ -128,8 +128,11 @@ impl StepsView<'_> {
         // 0 for NaN
         let random = if random > 0.0 { random.min(BELOW_ONE) } else { 0.0 };
         let part = (random * (self.guide.len() - 1) as f32) as usize;
-        // one step of two, mostly, or the next; the last one ends at 1
+        // mostly one of three steps: the processor cannot foresee which, and need not for the first two. The last one ends at 1
         let mut index = self.guide[part] as usize;
+        for _ in 0..2 {
+            index += usize::from(self.ends[index] <= random);
+        }
         while self.ends[index] <= random {
             index += 1;
         }

@@ -71,8 +71,8 @@ pub struct PathScratch {
     vertices: Vec<Vertex>,
     /// Layers of those vertices that have one.
     coats: Vec<SeenCoat>,
-    /// Numbers of vertices, sorted by the light that they ask.
-    by_light: Vec<u32>,
+    /// Numbers of the vertices that ask the sky, emitting surfaces, and lights, these sorted by light.
+    askers: [Vec<u32>; 3],
     /// Light that each of the vertices that ask one light reflects if nothing is in the way.
     reflected: Vec<Vec3>,
     /// Segments to that light, from those vertices that face it.
@@ -331,16 +331,7 @@ fn end(frame: &FrameView, scratch: &mut PathScratch) {
 /// Lights the vertices: emission and ambient light, and the light of the source that each has chosen.
 fn light(frame: &FrameView, scratch: &mut PathScratch, tally: &mut RayTally) {
     let PathScratch {
-        starts,
-        brought,
-        vertices,
-        coats,
-        by_light,
-        reflected,
-        segments,
-        light_rays,
-        queue,
-        ..
+        starts, brought, vertices, coats, askers, reflected, segments, light_rays, queue, ..
     } = scratch;
     let coats = &coats[..];
     for some in vertices.chunks_mut(LANES) {
@@ -354,28 +345,29 @@ fn light(frame: &FrameView, scratch: &mut PathScratch, tally: &mut RayTally) {
             vertex.light = (light - found_otherwise).max(Vec3::ZERO);
         }
     }
-    for vertex in &*vertices {
+    let [by_sky, by_emitter, by_light] = askers;
+    let asking = |vertex: &Vertex| {
         let Surface { point, normal, geometric_normal, .. } = vertex.surface;
         let (path, weight) = (vertex.ray.path, vertex.ray.weight * vertex.lobes.all[Lobes::DIFFUSE].0);
         let (chances, coat) = (vertex.chances(frame), vertex.asking_coat(frame, coats));
-        let asking = Asking { path, point, normal, geometric_normal, weight, chances, coat };
+        Asking { path, point, normal, geometric_normal, weight, chances, coat }
+    };
+    select(vertices, by_sky, |asks| asks == LightChoice::Sky);
+    for vertex in by_sky.iter().map(|number| &vertices[*number as usize]) {
+        let [along, above, _] = vertex.place;
+        light_rays.ask_sky(frame, &asking(vertex), [along, above]);
+    }
+    select(vertices, by_emitter, |asks| asks == LightChoice::Emitter);
+    for vertex in by_emitter.iter().map(|number| &vertices[*number as usize]) {
         let [along, above, triangle] = vertex.place;
-        match vertex.asks {
-            LightChoice::Sky => light_rays.ask_sky(frame, &asking, [along, above]),
-            LightChoice::Emitter => {
-                let brought = &mut brought[path as usize];
-                light_rays.ask_emitter(frame, &asking, [triangle, along, above], brought);
-            }
-            LightChoice::Light(_) | LightChoice::Nothing => {}
-        }
+        let brought = &mut brought[vertex.ray.path as usize];
+        light_rays.ask_emitter(frame, &asking(vertex), [triangle, along, above], brought);
     }
     light_rays.cast(frame, starts, brought, tally);
     if frame.pose.lights.is_empty() {
         return;
     }
-    by_light.clear();
-    let asks_light = |vertex: &u32| matches!(vertices[*vertex as usize].asks, LightChoice::Light(_));
-    by_light.extend((0..vertices.len() as u32).filter(asks_light));
+    select(vertices, by_light, |asks| matches!(asks, LightChoice::Light(_)));
     by_light.sort_by_key(|vertex| vertices[*vertex as usize].asks);
     let mut rest = &by_light[..];
     while let Some(LightChoice::Light(number)) = rest.first().map(|first| vertices[*first as usize].asks) {
@@ -398,6 +390,18 @@ fn light(frame: &FrameView, scratch: &mut PathScratch, tally: &mut RayTally) {
         );
         rest = after;
     }
+}
+
+/// Lists in `selected` the vertices that ask what `is_wanted`.
+fn select(vertices: &[Vertex], selected: &mut Vec<u32>, is_wanted: impl Fn(LightChoice) -> bool) {
+    // what a vertex asks is random: each number is written, and written over by the next one if it is not wanted
+    selected.resize(vertices.len(), 0);
+    let mut count = 0;
+    for (number, vertex) in (0..).zip(vertices) {
+        selected[count] = number;
+        count += usize::from(is_wanted(vertex.asks));
+    }
+    selected.truncate(count);
 }
 
 /// Adds the light that `light` sends to the vertices listed in `group`, all of which ask it.

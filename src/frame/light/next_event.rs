@@ -134,23 +134,23 @@ impl LightRays {
         let Asking { path, point, normal, geometric_normal, weight, chances, coat } = *asking;
         let direction = frame.sky.sample(random);
         let by_cosine = cosine_density(normal, direction);
-        let leads = by_cosine > 0.0 || coat.is_some();
-        if !leads || geometric_normal.dot(direction) <= 0.0 {
-            return;
-        }
+        let leaves = geometric_normal.dot(direction) > 0.0;
         let Pdfs { asks_sky, goes_on, .. } = chances;
         let of_sky = OfSky { weight, by_cosine, asks_sky, goes_on };
-        let mut brings = PathEnd::Sky(of_sky);
-        if let Some(coat) = coat {
-            let light = frame.sky.light(direction);
-            if light.pdf <= 0.0 {
-                return;
-            }
-            let reflected = light.radiance * coat.reflects(direction, asks_sky * light.pdf, 1.0);
-            brings = PathEnd::Light(of_sky.light(light) + reflected);
-        }
         let origin = off_surface(point, geometric_normal);
-        self.waiting.push(LightRay { path, origin, direction, far: f32::INFINITY, brings });
+        let ray = |brings| LightRay { path, origin, direction, far: f32::INFINITY, brings };
+        let Some(coat) = coat else {
+            // half of them lead nowhere, and no processor foresees which: the ray is added in any case, and taken away again
+            let count = self.waiting.len() + usize::from(leaves & (by_cosine > 0.0));
+            self.waiting.push(ray(PathEnd::Sky(of_sky)));
+            self.waiting.truncate(count);
+            return;
+        };
+        let light = if leaves { frame.sky.light(direction) } else { LightFrom::NONE };
+        if light.pdf > 0.0 {
+            let reflected = light.radiance * coat.reflects(direction, asks_sky * light.pdf, 1.0);
+            self.waiting.push(ray(PathEnd::Light(of_sky.light(light) + reflected)));
+        }
     }
 
     /// Adds a ray to a point that three `random` numbers choose on all emitting surfaces, if it leaves the
