@@ -21,7 +21,7 @@ const ARC_TANGENT: [f32; 9] = [
 /// angles that are small.
 pub fn of(y: f32, x: f32) -> f32 {
     let (wide, high) = (x.abs(), y.abs());
-    let (less, more) = if high > wide { (wide, high) } else { (high, wide) };
+    let (less, more) = (high.min(wide), high.max(wide));
     let t = if more > 0.0 { less / more } else { 0.0 };
     let z = t * t;
     // by pairs, so that no step waits for all others
@@ -50,10 +50,12 @@ pub fn turned(turns: f32) -> [f32; 2] {
     let sine = x * z.mul_add(z.mul_add(z.mul_add(s3, s2), s1), s0);
     let [c0, c1, c2, c3, c4] = COSINE;
     let cosine = z.mul_add(z.mul_add(z.mul_add(z.mul_add(c4, c3), c2), c1), c0);
-    let quarter = quarters as i32;
-    let [sine, cosine] = if quarter & 1 == 0 { [sine, cosine] } else { [cosine, sine] };
-    let signed = |value: f32, is_negative: bool| if is_negative { -value } else { value };
-    [signed(sine, quarter & 2 != 0), signed(cosine, (quarter + 1) & 2 != 0)]
+    // by bits: a choice between floats becomes a branch, and no processor foresees in which quarter a random angle is
+    let quarter = quarters as i32 as u32;
+    let [sine, cosine] = [sine, cosine].map(f32::to_bits);
+    let swapped = (sine ^ cosine) & (quarter & 1).wrapping_neg();
+    let signed = |value: u32, quarter: u32| f32::from_bits(value ^ (quarter & 2) << 30);
+    [signed(sine ^ swapped, quarter), signed(cosine ^ swapped, quarter.wrapping_add(1))]
 }
 
 #[cfg(test)]

@@ -71,15 +71,18 @@ impl Kinds {
         let at = random * count as f32;
         let number = (at as u32).min(count - 1);
         let chance = 1.0 / count as f32;
-        match number {
-            0 if self.lights => {
-                // the rest of the number that chose the kind is as random as the number was
-                let chosen = frame.light_chances.choose(point, at);
-                (LightChoice::Light(chosen.source as u32), chance * chosen.chance)
-            }
-            _ if self.sky && number == u32::from(self.lights) => (LightChoice::Sky, chance),
-            _ => (LightChoice::Emitter, chance),
+        // looked up: no processor foresees a random choice
+        let [first, second] =
+            [if self.sky { LightChoice::Sky } else { LightChoice::Emitter }, LightChoice::Emitter];
+        let kinds =
+            if self.lights { [LightChoice::Light(0), first, second] } else { [first, second, second] };
+        let kind = kinds[number as usize];
+        if frame.light_chances.are_many() && kind == LightChoice::Light(0) {
+            // the rest of the number that chose the kind is as random as the number was
+            let chosen = frame.light_chances.choose(point, at);
+            return (LightChoice::Light(chosen.source as u32), chance * chosen.chance);
         }
+        (kind, chance)
     }
 }
 

@@ -20,6 +20,7 @@ use super::next_event::{Asking, LightRays};
 use super::path_ends::{PathResult, PathStart};
 use super::path_ray::PathRay;
 use super::pdfs::Pdfs;
+use super::select::select;
 use super::shadow::ShadowQueue;
 use super::step::Step;
 use super::vertex::{NO_COAT, Vertex, VertexLanes, go_on};
@@ -73,12 +74,22 @@ pub struct PathScratch {
     coats: Vec<SeenCoat>,
     /// Numbers of the vertices that ask the sky, emitting surfaces, and lights, these sorted by light.
     askers: [Vec<u32>; 3],
-    /// Light that each of the vertices that ask one light reflects if nothing is in the way.
-    reflected: Vec<Vec3>,
-    /// Segments to that light, from those vertices that face it.
-    segments: Vec<LightSegment>,
+    one_light: OneLight,
     light_rays: LightRays,
+}
+
+/// Scratch memory for the vertices that ask one light.
+#[derive(Debug, Default)]
+struct OneLight {
+    /// Light that each of them reflects if nothing is in the way.
+    reflected: Vec<Vec3>,
+    /// Segments to the light, from those that face it.
+    segments: Vec<LightSegment>,
     queue: ShadowQueue,
+    /// For each segment its vertex' number among those that ask the light, and what is in the way.
+    answers: Vec<(u32, Tag)>,
+    /// Numbers of the segments in whose way nothing still is.
+    open: Vec<u32>,
 }
 
 /// Traces the paths in `scratch.starts`, and writes their results to `scratch.brought`. They are all gathered
@@ -330,9 +341,7 @@ fn end(frame: &FrameView, scratch: &mut PathScratch) {
 
 /// Lights the vertices: emission and ambient light, and the light of the source that each has chosen.
 fn light(frame: &FrameView, scratch: &mut PathScratch, tally: &mut RayTally) {
-    let PathScratch {
-        starts, brought, vertices, coats, askers, reflected, segments, light_rays, queue, ..
-    } = scratch;
+    let PathScratch { starts, brought, vertices, coats, askers, one_light, light_rays, .. } = scratch;
     let coats = &coats[..];
     for some in vertices.chunks_mut(LANES) {
         let surfaces = VertexLanes::of(some.len(), |lane| &some[lane]);
@@ -352,12 +361,12 @@ fn light(frame: &FrameView, scratch: &mut PathScratch, tally: &mut RayTally) {
         let (chances, coat) = (vertex.chances(frame), vertex.asking_coat(frame, coats));
         Asking { path, point, normal, geometric_normal, weight, chances, coat }
     };
-    select(vertices, by_sky, |asks| asks == LightChoice::Sky);
+    select(by_sky, vertices.len(), |number| vertices[number].asks == LightChoice::Sky);
     for vertex in by_sky.iter().map(|number| &vertices[*number as usize]) {
         let [along, above, _] = vertex.place;
         light_rays.ask_sky(frame, &asking(vertex), [along, above]);
     }
-    select(vertices, by_emitter, |asks| asks == LightChoice::Emitter);
+    select(by_emitter, vertices.len(), |number| vertices[number].asks == LightChoice::Emitter);
     for vertex in by_emitter.iter().map(|number| &vertices[*number as usize]) {
         let [along, above, triangle] = vertex.place;
         let brought = &mut brought[vertex.ray.path as usize];
@@ -367,7 +376,7 @@ fn light(frame: &FrameView, scratch: &mut PathScratch, tally: &mut RayTally) {
     if frame.pose.lights.is_empty() {
         return;
     }
-    select(vertices, by_light, |asks| matches!(asks, LightChoice::Light(_)));
+    select(by_light, vertices.len(), |number| matches!(vertices[number].asks, LightChoice::Light(_)));
     by_light.sort_by_key(|vertex| vertices[*vertex as usize].asks);
     let mut rest = &by_light[..];
     while let Some(LightChoice::Light(number)) = rest.first().map(|first| vertices[*first as usize].asks) {
@@ -379,29 +388,9 @@ fn light(frame: &FrameView, scratch: &mut PathScratch, tally: &mut RayTally) {
             brought.until = brought.until.min(change);
         }
         let light = &frame.pose.lights[number as usize];
-        ask_light(
-            frame,
-            light,
-            group,
-            starts,
-            (vertices, coats, brought),
-            (queue, reflected, segments),
-            tally,
-        );
+        ask_light(frame, light, group, starts, (vertices, coats, brought), one_light, tally);
         rest = after;
     }
-}
-
-/// Lists in `selected` the vertices that ask what `is_wanted`.
-fn select(vertices: &[Vertex], selected: &mut Vec<u32>, is_wanted: impl Fn(LightChoice) -> bool) {
-    // what a vertex asks is random: each number is written, and written over by the next one if it is not wanted
-    selected.resize(vertices.len(), 0);
-    let mut count = 0;
-    for (number, vertex) in (0..).zip(vertices) {
-        selected[count] = number;
-        count += usize::from(is_wanted(vertex.asks));
-    }
-    selected.truncate(count);
 }
 
 /// Adds the light that `light` sends to the vertices listed in `group`, all of which ask it.
@@ -411,9 +400,10 @@ fn ask_light(
     group: &[u32],
     starts: &[PathStart],
     (vertices, coats, brought): (&mut [Vertex], &[SeenCoat], &mut [PathResult]),
-    (queue, reflected, segments): (&mut ShadowQueue, &mut Vec<Vec3>, &mut Vec<LightSegment>),
+    one_light: &mut OneLight,
     tally: &mut RayTally,
 ) {
+    let OneLight { reflected, segments, queue, answers, open } = one_light;
     let radiance = radiance(light);
     queue.clear();
     reflected.clear();
@@ -446,27 +436,29 @@ fn ask_light(
                 light = light * coat.through + vertex_of_lane.highlight(frame, coat, arrives, radiance);
             }
             reflected.push(light);
-            if asked >> lane & 1 != 0 {
-                let path = vertices[*vertex as usize].ray.path as usize;
-                let counted = &mut tally.cells.shadow[starts[path].cell as usize];
-                *counted = counted.saturating_add(1);
-                segments.push((origins.lane(lane), light_sample.to_light.lane(lane), light_sample.far));
-            }
+            let asks = asked >> lane & 1;
+            let path = vertices[*vertex as usize].ray.path as usize;
+            let counted = &mut tally.cells.shadow[starts[path].cell as usize];
+            *counted = counted.saturating_add(u16::from(asks));
+            // added in any case, and taken away again: every other surface faces the light
+            let count = segments.len() + usize::from(asks);
+            segments.push((origins.lane(lane), light_sample.to_light.lane(lane), light_sample.far));
+            segments.truncate(count);
         }
     }
     tally.counts.shadow += queue.count();
     let (check, coherence) = (ShadowCheck::StillThenMovable, Coherence::Incoherent);
-    // segments in the order of the answers
-    let mut segments = segments.iter();
-    queue.answer(check, SceneSubset::All, coherence, frame.tracer, |member, tag| {
+    answers.clear();
+    queue.answer(check, SceneSubset::All, coherence, frame.tracer, |member, tag| answers.push((member, tag)));
+    // a still occluder stays in the way, whatever else comes there or goes
+    select(open, answers.len(), |number| answers[number].1 != Tag::StaticOccluder);
+    for number in open.iter().map(|number| *number as usize) {
+        let ((member, tag), (from, to, far)) = (answers[number], segments[number]);
         let vertex = &mut vertices[group[member as usize] as usize];
         if tag.is_lit() {
             vertex.light += reflected[member as usize];
         }
-        // a still occluder stays in the way, whatever else comes there or goes
-        if let Some((from, to, far)) = segments.next().filter(|_| tag != Tag::StaticOccluder) {
-            let brought = &mut brought[vertex.ray.path as usize];
-            brought.until = frame.first_touch_before(*from, *to, *far, brought.until);
-        }
-    });
+        let brought = &mut brought[vertex.ray.path as usize];
+        brought.until = frame.first_touch_before(from, to, far, brought.until);
+    }
 }

@@ -17,6 +17,7 @@ use glam::Vec3;
 use super::layer_paths::AskedLight;
 use super::path_ends::{DrawnLayer, PathResult, PathStart};
 use super::pdfs::{Pdfs, cosine_density};
+use super::select::select;
 use crate::frame::grid::bits::bit;
 use crate::frame::shot::frame_view::FrameView;
 use crate::frame::surface::ray_tally::RayTally;
@@ -121,6 +122,8 @@ pub struct LightRays {
     rays: RayBatch,
     by_still: Vec<u16>,
     blocked: Vec<u16>,
+    /// Numbers of the rays that nothing still blocks.
+    open: Vec<u32>,
 }
 
 impl LightRays {
@@ -228,7 +231,7 @@ impl LightRays {
         brought: &mut [PathResult],
         tally: &mut RayTally,
     ) {
-        let Self { waiting, rays, by_still, blocked, .. } = self;
+        let Self { waiting, rays, by_still, blocked, open, .. } = self;
         if waiting.is_empty() {
             return;
         }
@@ -247,12 +250,12 @@ impl LightRays {
         ask(Occluders::Still, by_still);
         blocked.clone_from(by_still);
         ask(Occluders::Movable, blocked);
-        for (number, ray) in waiting.drain(..).enumerate() {
+        // a still occluder stays in the way, whatever else comes there or goes
+        select(open, waiting.len(), |number| !bit(by_still, number));
+        for number in open.iter().map(|number| *number as usize) {
+            let ray = &waiting[number];
             let brought = &mut brought[ray.path as usize];
-            // a still occluder stays in the way, whatever else comes there or goes
-            if !bit(by_still, number) {
-                brought.until = frame.first_touch_before(ray.origin, ray.direction, ray.far, brought.until);
-            }
+            brought.until = frame.first_touch_before(ray.origin, ray.direction, ray.far, brought.until);
             if !bit(blocked, number) {
                 match ray.brings {
                     PathEnd::Light(light) => brought.radiance += light,
@@ -263,5 +266,6 @@ impl LightRays {
                 }
             }
         }
+        waiting.clear();
     }
 }
