@@ -8,9 +8,9 @@ pub const BELOW_ONE: f32 = 1.0 - f32::EPSILON / 2.0;
 pub struct Steps {
     /// Probability of each step and all before it; the last is exactly 1.
     ends: Vec<f32>,
-    /// First step that ends above each of evenly spread numbers, from 0 up to 1: a search begins there (Chen
+    /// First step that ends above each of evenly spread numbers, from 0 to below 1: a search begins there (Chen
     /// and Asau, "On Generating Random Variates from an Empirical Distribution", 1974). The length is a power
-    /// of two plus one: a random number times that power is not rounded.
+    /// of two: a random number times that power is not rounded.
     guide: Vec<u32>,
 }
 
@@ -41,7 +41,7 @@ impl Steps {
         // for two steps one, which costs an eighth of what the steps and texels take
         let parts = (ends.len().next_power_of_two() / 2).max(1);
         let mut first = 0;
-        let guide = (0..=parts).map(|part| {
+        let guide = (0..parts).map(|part| {
             let above = part as f32 / parts as f32;
             while first + 1 < ends.len() && ends[first] <= above {
                 first += 1;
@@ -127,7 +127,7 @@ impl StepsView<'_> {
     fn find(self, random: f32) -> Step {
         // 0 for NaN
         let random = if random > 0.0 { random.min(BELOW_ONE) } else { 0.0 };
-        let part = (random * (self.guide.len() - 1) as f32) as usize;
+        let part = (random * self.guide.len() as f32) as usize;
         // mostly one of three steps: the processor cannot foresee which, and need not for the first two. The last one ends at 1
         let mut index = self.guide[part] as usize;
         for _ in 0..2 {

@@ -72,10 +72,11 @@ impl Kinds {
         let number = (at as u32).min(count - 1);
         let chance = 1.0 / count as f32;
         // looked up: no processor foresees a random choice
-        let [first, second] =
-            [if self.sky { LightChoice::Sky } else { LightChoice::Emitter }, LightChoice::Emitter];
-        let kinds =
-            if self.lights { [LightChoice::Light(0), first, second] } else { [first, second, second] };
+        let first = if self.sky { LightChoice::Sky } else { LightChoice::Emitter };
+        let kinds = match self.lights {
+            true => [LightChoice::Light(0), first, LightChoice::Emitter],
+            false => [first, LightChoice::Emitter, LightChoice::Emitter],
+        };
         let kind = kinds[number as usize];
         if frame.light_chances.are_many() && kind == LightChoice::Light(0) {
             // the rest of the number that chose the kind is as random as the number was

@@ -92,7 +92,8 @@ impl FrameBuffers {
     /// Bytes of what is remembered of the tiles.
     pub fn state_bytes(&self) -> usize {
         let states = self.states.iter().map(|state| size_of_val(state) + state.trees.bytes()).sum::<usize>();
-        states + self.colors.iter().map(|colors| size_of_val(&colors[..])).sum::<usize>()
+        let colors = self.colors.iter().map(|colors| size_of_val(&colors[..])).sum::<usize>();
+        states + colors + size_of_val(&self.seconds[..])
     }
 
     /// Forgets what is known of the tiles, but for where in their cells their samples are.
