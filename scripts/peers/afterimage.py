@@ -147,20 +147,21 @@ def measured(place, folder, depth, truth, mode, setting, rounds):
 
 def measured_files(place, folder, depth, mode, setting, rounds):
     """The row of one setting: N, for N x N samples a pixel, paths of a new sample, paths that a kept one may get, rays to the panel
-    and as many reflected ones where materials are rough.
+    and as many reflected ones where materials are rough; quality of the denoiser, if not the highest.
 
     `mode` is "full", "inferred" or "filled", with "+denoise" behind it or not. Seconds are the mean over frames, of each
     the fastest round, without writing files; of a chain also the mean over a cycle of frames with its base frame.
     Returns the row and the files, by frame.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    *setting, light_samples = setting
+    grid, paths, most, light_samples, *quality = setting
     how, _, denoise = mode.partition("+")
     # the truth has a box; the trapezoid is one whose samples need not be in the centres of their cells
     pixel_filter = "box" if how == "full" else "trapezoid"
     shot, last = write_shot(folder / "shot.toml", place, light_samples, pixel_filter), last_frame(place)
-    options, frames = options_of(how, last, *setting)
-    options += ["--bounces", bounces(depth), "--reflections", light_samples, *(["--denoise"] if denoise else [])]
+    options, frames = options_of(how, last, grid, paths, most)
+    options += ["--bounces", bounces(depth), "--reflections", light_samples]
+    options += ["--denoise-quality", *(quality or ["high"])] if denoise else []
     taken = []
     for _ in range(rounds):
         with measure.timed_turn():
@@ -169,7 +170,8 @@ def measured_files(place, folder, depth, mode, setting, rounds):
     fastest = np.min(taken, axis=0)
     counted = [at for at, one in enumerate(made) if how == "full" or one["frame"] >= FIRST_MEASURED]
     seconds = float(fastest[counted].mean())
-    words = words_of(*setting, light_samples, "to the panel" if "panel" in place else "reflected")
+    words = words_of(grid, paths, most, light_samples, "to the panel" if "panel" in place else "reflected")
+    words += "".join(f"; {one}" for one in quality)
     row = {"renderer": f"Afterimage, {mode}", "depth": depth, "setting": words, "seconds": seconds}
     if how != "full":
         row["cycle"] = float(fastest[0] + (CYCLE - 1) * seconds) / CYCLE

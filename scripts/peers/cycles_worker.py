@@ -1,6 +1,6 @@
 """Renders with Cycles, in a process of its own: `python -m peers.cycles_worker JOB.json`.
 
-The job is that of `mitsuba_worker`, without a variant; `sampler` is "plain" or "denoised". Or it has `sequences`, a list of `{"path",
+The job is that of `mitsuba_worker`, without a variant; `sampler` is "plain" or one of `DENOISING`. Or it has `sequences`, a list of `{"path",
 "samples", "seeds", "name"}`, with `views` (pairs of eye and target), `depth`, `rounds` and `rows`. Depths are Mitsuba's; Cycles
 counts the bounces after direct light, two fewer. A scene's emission is not known here.
 """
@@ -17,6 +17,13 @@ import mathutils
 import numpy as np
 
 from . import measure, scene
+
+# ways to denoise: quality, and how its guides are denoised beforehand; the first is Cycles' own choice
+DENOISING = {
+    "denoised": ("HIGH", "ACCURATE"),
+    "denoised balanced": ("BALANCED", "ACCURATE"),
+    "denoised balanced, guides fast": ("BALANCED", "FAST"),
+}
 
 
 def main():
@@ -158,14 +165,15 @@ def sun(irradiance):
 # --- the work ---
 
 
-def render(file, depth, samples, seed, denoise=False):
-    """Seconds of one render, and its picture. Reading the picture takes a file, which is written after the clock stopped."""
+def render(file, depth, samples, seed, denoising=None):
+    """Seconds of one render, and its picture. `denoising`: one of `DENOISING`, or else none. Reading the picture takes a file, which is written after the clock stopped."""
     blender = bpy.context.scene
     cycles = blender.cycles
     cycles.max_bounces = cycles.diffuse_bounces = cycles.glossy_bounces = depth - 2
     cycles.samples, cycles.seed = samples, seed
-    cycles.use_denoising = denoise
-    if denoise:
+    cycles.use_denoising = denoising in DENOISING
+    if cycles.use_denoising:
+        cycles.denoising_quality, cycles.denoising_prefilter = DENOISING[denoising]
         cycles.denoiser = "OPENIMAGEDENOISE"
         cycles.denoising_input_passes = "RGB_ALBEDO_NORMAL"
     began = time.perf_counter()
@@ -189,14 +197,13 @@ def reference(file, depth, samples, parts, path):
 
 def measured(job, file, name, depth, sampler, reference):
     truth = measure.Reference(reference).picture
-    denoise = sampler == "denoised"
     with measure.timed_turn():
-        render(file, depth, 1, 0, denoise)  # builds
+        render(file, depth, 1, 0, sampler)  # builds
     for samples in job["samples"]:
         seconds, errors = [], []
         with measure.timed_turn():
             for seed in range(job["rounds"]):
-                took, picture = render(file, depth, samples, seed, denoise)
+                took, picture = render(file, depth, samples, seed, sampler)
                 seconds.append(took)
                 errors.append(measure.relative_rmse(picture, truth))
         row = {"renderer": name, "depth": depth, "setting": f"{samples} samples", "samples": samples}
@@ -212,8 +219,8 @@ def sequence(job, file, path, samples, seeds, name=""):
     with measure.timed_turn():
         for (eye, target), seed in zip(job["views"], seeds):
             bpy.context.scene.camera.matrix_world = looking(eye, target)
-            render(file, job["depth"], 1, 0, denoise=True)  # builds
-            taken = [render(file, job["depth"], samples, seed, denoise=True) for _ in range(job["rounds"])]
+            render(file, job["depth"], 1, 0, "denoised")  # builds
+            taken = [render(file, job["depth"], samples, seed, "denoised") for _ in range(job["rounds"])]
             seconds.append(min(took for took, _ in taken))
             pictures.append(taken[-1][1])
     np.save(path, np.array(pictures))

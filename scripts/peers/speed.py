@@ -8,30 +8,32 @@ SIZE, SMALL = [320, 180], [96, 54]
 DEPTHS = {3: "light that bounced once", 4: "light that bounced twice"}
 
 # what Afterimage is tried with: N, for N x N samples a pixel; paths of a new sample; paths that a kept one may get; shadow
-# rays of a sample to the panel: kept ones cost nothing
+# rays of a sample to the panel: kept ones cost nothing; quality of the denoiser, if not the highest
 GRIDS = {
     "full": [(4, 1, 1, 1), (5, 1, 1, 1), (6, 1, 1, 1), (7, 1, 1, 1), (8, 1, 1, 1), (5, 2, 2, 1)],
     "inferred": [(3, 16, 16, 16), (4, 4, 4, 16), (4, 8, 8, 16), (5, 4, 4, 4), (6, 2, 2, 4)],
     "filled": [(4, 1, 8, 16), (4, 1, 16, 16), (5, 1, 4, 4), (5, 1, 8, 4), (5, 1, 8, 16), (6, 1, 4, 4), (6, 1, 8, 4)],
     "full+denoise": [(2, 1, 1, 1), (3, 1, 1, 1), (3, 2, 2, 1), (4, 1, 1, 1), (5, 1, 1, 1)],
-    "inferred+denoise": [(3, 4, 4, 16), (4, 2, 2, 4), (5, 2, 2, 4)],
-    "filled+denoise": [(3, 1, 4, 16), (4, 1, 4, 4), (5, 1, 4, 4)],
+    "inferred+denoise": [(3, 4, 4, 16), (3, 4, 4, 16, "balanced"), (4, 2, 2, 4), (4, 2, 2, 4, "balanced"), (5, 2, 2, 4)],
+    "filled+denoise": [(3, 1, 4, 16), (3, 1, 4, 16, "balanced"), (4, 1, 4, 4), (5, 1, 4, 4)],
 }
 # of rough materials: the fourth number is that of reflections as well
 ROUGH_GRIDS = {
     "full": [(5, 1, 1, 1), (5, 2, 2, 1), (4, 2, 2, 1), (4, 4, 4, 4)],
     "inferred": [(3, 8, 8, 4), (4, 4, 4, 4), (4, 8, 8, 4), (4, 12, 12, 4), (5, 4, 4, 4), (6, 2, 2, 4)],
     "filled": [(3, 4, 16, 4), (4, 2, 16, 4), (5, 1, 8, 4)],
-    "full+denoise": [(2, 1, 1, 1), (3, 1, 1, 1), (3, 2, 2, 1)],
-    "inferred+denoise": [(2, 4, 4, 4), (2, 8, 8, 4), (3, 2, 2, 4), (3, 4, 4, 4), (4, 2, 2, 4), (4, 1, 1, 4)],
-    "filled+denoise": [(2, 4, 16, 4), (3, 2, 4, 4)],
+    "full+denoise": [(2, 2, 2, 4), (3, 1, 1, 1), (3, 1, 1, 4), (3, 1, 1, 4, "balanced"), (3, 2, 2, 4), (3, 2, 2, 4, "balanced")],
+    "inferred+denoise": [
+        (2, 4, 4, 4), (3, 2, 2, 4), (3, 4, 4, 4), (4, 2, 2, 4), (4, 1, 1, 4),
+        (3, 2, 2, 4, "balanced"), (3, 4, 4, 4, "balanced"), (3, 8, 8, 4, "balanced"), (4, 2, 2, 4, "balanced"), (4, 2, 2, 4, "fast"),
+    ],
+    "filled+denoise": [(2, 4, 16, 4), (3, 2, 4, 4), (3, 1, 4, 4, "balanced"), (3, 2, 8, 4, "balanced")],
 }
 REFERENCE_GRIDS, REFERENCE_PATHS = [13, 14, 15, 16], 2
 ROUGH_REFERENCE_GRIDS = [9, 10, 11, 12]
 # samples a pixel of each part of a reference, and how many parts; the parts' spread tells its error
 REFERENCES = {"mitsuba": (1024, 4), "cycles": (512, 4)}
 LADDER = [2**power for power in range(12)]  # samples a pixel, until the error is small enough
-
 
 
 def main(work, rounds, quick, depths, roughness=None):
@@ -54,7 +56,8 @@ def main(work, rounds, quick, depths, roughness=None):
         for variant, samplers in {"llvm": ["independent", "multijitter"], "scalar": ["multijitter"]}.items():
             measure_peer(work, place, references, rows_file, "mitsuba", samplers, rounds, depths, variant=variant)
     if "cycles" in found:
-        measure_peer(work, place, references, rows_file, "cycles", ["plain", "denoised"], rounds, depths)
+        denoising = ["denoised", "denoised balanced", "denoised balanced, guides fast"]
+        measure_peer(work, place, references, rows_file, "cycles", ["plain", *denoising], rounds, depths)
     return report(found, references, measure.read_rows(rows_file), depths)
 
 

@@ -16,7 +16,7 @@ use crate::layers::Layers;
 use crate::memory;
 use crate::output::{self, png};
 use crate::report::file::Destination;
-use crate::scene::{Light, Shot};
+use crate::scene::Shot;
 use crate::settings::{Filter, PixelRect, Settings};
 
 /// Limits of coarse pictures for settings that improve pictures at the cost of time.
@@ -75,14 +75,11 @@ impl CoarseArg {
     }
 }
 
-/// Estimates the rays of a frame whose samples are all traced: from the camera, to each light, along paths
-/// and from these to lights.
+/// Estimates the rays of a frame whose samples are all traced, in all of its exposures.
 pub fn rays(shot: &Shot, settings: &Settings) -> u64 {
-    let lights: u64 = shot.scene.lights.iter().map(|light: &Light| light.points() as u64).sum();
-    let of_paths = u64::from(settings.first_paths()) * (2 * u64::from(settings.bounces) + 1);
     let exposures = frame::exposures(&shot.scene, settings).map_or(1, |exposures| exposures.all.len() as u64);
     let samples = settings.data_window().pixels() * u64::from(settings.samples).pow(2);
-    samples * (1 + lights + of_paths) * exposures
+    shot.rays_of_sample(settings).times(samples * exposures).total()
 }
 
 /// Settings of a small version of the picture, sharp and with one sample a pixel.

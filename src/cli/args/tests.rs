@@ -4,7 +4,7 @@ use glam::DVec3;
 use super::*;
 use crate::animation::{Interpolation, Track, TransformTrack};
 use crate::scene::{Model, Scene};
-use crate::settings::{Build, Mode, Refinement};
+use crate::settings::{Build, Mode, RayEstimate, Refinement};
 
 #[derive(Parser)]
 struct Typed {
@@ -204,7 +204,11 @@ fn how_to_build_follows_from_the_shot() {
     let (still, moving) = (of(model), of(&Model { track, ..model.clone() }));
     assert_eq!([one.triangles(), still.triangles(), moving.triangles()], [1, 10, 1], "built once to move");
     let tiny = Settings { width: 1, height: 1, samples: 1, ..one.settings.clone() };
-    assert_eq!(one.rays(&tiny), Some(360), "120 frames; from the eye, and to two lights");
+    let rays = RayEstimate { coherent: 360, scattered: 0 };
+    assert_eq!(one.rays(&tiny), Some(rays), "120 frames; from the eye, and to two lights");
+    let tiny = Settings { paths: 3, bounces: 2, ..tiny };
+    let rays = RayEstimate { coherent: 3, scattered: 15 };
+    assert_eq!(one.rays_of_sample(&tiny), rays, "three segments of each path, and two rays to lights");
 
     let build = |options: &str, shot: &Shot| {
         let args = typed(&format!("a.obj --size 1x1 --samples 1 {options}")).expect("fine");

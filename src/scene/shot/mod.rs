@@ -34,8 +34,8 @@ use crate::scene::model::read_model::ReadBefore;
 use crate::scene::model::trim::trimmed;
 use crate::scene::render_space::{Extent, RenderSpace};
 use crate::scene::warnings::darkness;
-use crate::scene::{Background, Frames, Light, Mesh, Model, Scene, SceneError, Warning};
-use crate::settings::{Backdrop, DEFAULT_PATHS, DenoiseQuality, FileFormat, Look, Settings};
+use crate::scene::{Background, Frames, Light, Material, Mesh, Model, Scene, SceneError, Warning};
+use crate::settings::{Backdrop, DEFAULT_PATHS, DenoiseQuality, FileFormat, Look, RayEstimate, Settings};
 
 /// A shot: everything in a shot file, and in the files that it names.
 #[derive(Debug, Clone)]
@@ -88,17 +88,28 @@ pub struct Content {
 const FARTHEST: f64 = 1e18;
 
 impl Shot {
-    /// Counts the rays of all its frames with `settings` if each sample is traced once: one from the camera
-    /// and those to each light. (Secondary rays come on top, and reused samples need none.) `None` if the
-    /// shot does not say which frames it has.
-    pub fn rays(&self, settings: &Settings) -> Option<u64> {
+    /// Estimates the rays of all its frames with `settings` if each sample is traced once. (Reused samples need
+    /// none.) `None` if the shot does not say which frames it has.
+    pub fn rays(&self, settings: &Settings) -> Option<RayEstimate> {
         if !self.says_frames {
             return None;
         }
         let frames: u64 = self.frames.runs().iter().map(Run::count).sum();
+        Some(self.rays_of_sample(settings).times(frames.saturating_mul(settings.samples_a_frame())))
+    }
+
+    /// Estimates the rays of a sample that is traced: one from the camera and those to each light; those along
+    /// its first paths, and from the surfaces on these to lights. It counts too many, because many paths escape;
+    /// mirrors, glass and openness come on top.
+    pub fn rays_of_sample(&self, settings: &Settings) -> RayEstimate {
         let points = |light: &Light| light.points() as u64;
-        let a_sample = 1 + self.scene.lights.iter().map(points).sum::<u64>();
-        Some(frames.saturating_mul(settings.samples_a_frame()).saturating_mul(a_sample))
+        let is_rough = settings.depth > 0 && self.scene.materials.iter().any(Material::is_rough);
+        let reflected = if is_rough { settings.reflections } else { 0 };
+        let paths = u64::from(settings.first_paths()) + u64::from(reflected);
+        RayEstimate {
+            coherent: 1 + self.scene.lights.iter().map(points).sum::<u64>(),
+            scattered: paths * (2 * u64::from(settings.bounces) + 1),
+        }
     }
 
     /// Number of triangles that are built for it: those of a mesh that moves at several places count once.
