@@ -582,13 +582,18 @@ mod tests {
     #[test]
     fn a_careful_build_is_for_many_rays() {
         let sample = RayEstimate { coherent: 2, scattered: 0 };
-        let build = |sample: RayEstimate, samples, triangles| Build::that_pays(sample.times(samples), triangles);
+        let build =
+            |sample: RayEstimate, samples, triangles| Build::that_pays(sample.times(samples), triangles);
         let frame = 1280 * 720;
         assert_eq!(build(sample, frame, 10_000_000), Build::Quick, "a frame of a big model");
         assert_eq!(build(sample, 24 * 4 * frame, 1_000_000), Build::Best, "an animation");
         // a kitchen: 0.2 s a core are saved by a quick build, and 0.7 s lost in each frame
         let with_paths = RayEstimate { scattered: 15, ..sample };
-        assert_eq!(build(with_paths, 9 * 320 * 180, 1_009_572), Build::Best, "one small frame with light paths");
+        assert_eq!(
+            build(with_paths, 9 * 320 * 180, 1_009_572),
+            Build::Best,
+            "one small frame with light paths"
+        );
         assert_eq!(build(RayEstimate::default(), 1, u64::MAX), Build::Quick);
         assert_eq!(build(RayEstimate { coherent: 1, scattered: u64::MAX }, 2, u64::MAX), Build::Best);
     }

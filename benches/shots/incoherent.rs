@@ -10,7 +10,7 @@ use std::time::Instant;
 
 use afterimage::frame::Renderer;
 use afterimage::pose::Pose;
-use afterimage::scene::{Environment, Scene};
+use afterimage::scene::{Environment, Scene, SkyDensity};
 use afterimage::settings::{Build, Mode, Settings};
 use afterimage::shade::sampling::{PathSequence, cosine_direction, orthonormal, seed_of};
 use afterimage::trace::embree::EmbreeBackend;
@@ -156,7 +156,7 @@ fn bounced(ends: &[End], number: u32) -> Vec<RayBatch> {
 fn to_sky(ends: &[End], sky: &Environment, number: u32) -> Vec<RayBatch> {
     let ray = |(point, normal): &End| {
         let [along, above, ..] = PathSequence::of_seed(seed_of(*point, 0)).path(0).four(2 * number + 1);
-        let direction = sky.sample([along, above]);
+        let direction = sky.sample(SkyDensity::Peaks, [along, above]);
         (normal.dot(direction) > 0.0).then_some((*point, direction))
     };
     batches(ends.iter().filter_map(ray))

@@ -38,7 +38,7 @@ use std::sync::Arc;
 use glam::Vec3;
 
 pub use camera::CameraTrack;
-pub use environment::{Environment, LightFrom};
+pub use environment::{Environment, LightFrom, SkyDensity};
 pub use error::{SceneError, Warning};
 pub use frames::Frames;
 pub use keys::schema;

@@ -204,11 +204,6 @@ impl LightChances {
         Self { eights: sources.chunks(LANES).map(Eight::new).collect(), count: sources.len() }
     }
 
-    /// Returns true if there is anything to choose.
-    pub fn are_many(&self) -> bool {
-        self.count > 1
-    }
-
     /// Chooses a source for a surface at `point` (world space) by a `random` number from 0 to below 1. There is at
     /// least one.
     pub fn choose(&self, point: Vec3, random: f32) -> Chosen {

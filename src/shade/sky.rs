@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-use crate::scene::{Background, Environment, LightFrom, Scene};
+use crate::scene::{Background, Environment, LightFrom, Scene, SkyDensity};
 
 /// The sky of a scene: its environment, or else its background.
 #[derive(Debug, Clone)]
@@ -46,26 +46,27 @@ impl SkyLight {
     }
 
     /// Returns true if directions are worth sampling where paths leave by the cosine law in any case. A
-    /// gradient is so even that they would add nothing.
+    /// gradient without an environment counts as even.
     pub fn is_uneven(&self) -> bool {
         self.samples() > 0
     }
 
     /// Number of rays to the sky at the start of a path.
     pub fn samples(&self) -> u32 {
-        self.environment.as_ref().filter(|_| self.shines()).map_or(0, |environment| environment.samples)
+        let asked = self.environment.as_ref().filter(|environment| self.shines() && environment.has_peaks());
+        asked.map_or(0, |environment| environment.samples)
     }
 
-    /// Samples a direction (world space, unit length) in proportion to the light from there.
+    /// Samples a direction (world space, unit length) with this density.
     #[inline]
-    pub fn sample(&self, random: [f32; 2]) -> Vec3 {
-        self.sampled.as_ref().map_or(Vec3::Y, |sky| sky.sample(random))
+    pub fn sample(&self, density: SkyDensity, random: [f32; 2]) -> Vec3 {
+        self.sampled.as_ref().map_or(Vec3::Y, |sky| sky.sample(density, random))
     }
 
     /// Radiance from `direction`, and the density with which [`sample`](Self::sample) chooses it.
     #[inline]
-    pub fn light(&self, direction: Vec3) -> LightFrom {
-        let light = self.sampled.as_ref().map_or(LightFrom::NONE, |sky| sky.light(direction));
+    pub fn light(&self, density: SkyDensity, direction: Vec3) -> LightFrom {
+        let light = self.sampled.as_ref().map_or(LightFrom::NONE, |sky| sky.light(density, direction));
         match &self.environment {
             Some(_) => light,
             None => LightFrom { radiance: self.background.radiance(direction), ..light },

@@ -6,7 +6,7 @@ use afterimage::frame::{Finished, Renderer};
 use afterimage::layers::Layers;
 use afterimage::scene::environment::Sky;
 use afterimage::scene::material::{MetalRough, Optics};
-use afterimage::scene::{Background, Environment, LightKind, Material, Panel, Scene};
+use afterimage::scene::{Background, Environment, LightKind, Material, Panel, Scene, SkyDensity};
 use afterimage::settings::{Filter, Settings};
 use afterimage::shade::ggx;
 use afterimage::stats::FrameStats;
@@ -158,7 +158,7 @@ fn a_metal_floor_reflects_the_sky_as_its_integral_says() {
             let (turn, up) = ((i as f32 + 0.5) / STEPS as f32, (j as f32 + 0.5) / (STEPS / 4) as f32);
             let ((sin, cos), across) = ((TAU * turn).sin_cos(), (1.0 - up * up).sqrt());
             let direction = Vec3::new(across * sin, up, across * cos);
-            from_grid += environment.grid_light(direction).radiance * light(direction);
+            from_grid += environment.grid_light(SkyDensity::Whole, direction).radiance * light(direction);
         }
         let expected = sun + from_grid * TAU / (STEPS * STEPS / 4) as f32;
         scene.environment = Some(environment);

@@ -203,7 +203,7 @@ fn how_to_build_follows_from_the_shot() {
     let track = TransformTrack { scale: scale.expect("good keys"), ..TransformTrack::identity() };
     let (still, moving) = (of(model), of(&Model { track, ..model.clone() }));
     assert_eq!([one.triangles(), still.triangles(), moving.triangles()], [1, 10, 1], "built once to move");
-    let tiny = Settings { width: 1, height: 1, samples: 1, ..one.settings.clone() };
+    let tiny = Settings { width: 1, height: 1, samples: 1, paths: 0, ..one.settings.clone() };
     let rays = RayEstimate { coherent: 360, scattered: 0 };
     assert_eq!(one.rays(&tiny), Some(rays), "120 frames; from the eye, and to two lights");
     let tiny = Settings { paths: 3, bounces: 2, ..tiny };
@@ -211,13 +211,19 @@ fn how_to_build_follows_from_the_shot() {
     assert_eq!(one.rays_of_sample(&tiny), rays, "three segments of each path, and two rays to lights");
 
     let build = |options: &str, shot: &Shot| {
-        let args = typed(&format!("a.obj --size 1x1 --samples 1 {options}")).expect("fine");
+        let args = typed(&format!("a.obj --size 1x1 --samples 1 --paths 0 {options}")).expect("fine");
         args.build.for_shot(shot, &args.settled(&shot.settings).expect("fine"))
     };
     assert_eq!(build("", &one), Build::Best);
     assert_eq!(build("--build quick", &one), Build::Quick);
     assert_eq!(build("", &still), Build::Quick, "36 rays a triangle");
     assert_eq!(build("--build best", &still), Build::Best);
+    let of_paths = still.build_that_pays(&Settings { paths: 1, ..tiny });
+    assert_eq!(
+        of_paths,
+        Build::Best,
+        "with paths 96 rays a triangle, of which those of paths count eight times"
+    );
     assert_eq!(build("--frames 1-9999", &still), Build::Quick, "whatever frames are asked for");
     assert_eq!(build("", &Shot { says_frames: false, ..still }), Build::Best, "nobody knows how many");
     assert_eq!(build("", &moving), Build::Best);

@@ -20,7 +20,7 @@ use super::path_ends::{DrawnLayer, PathStart};
 use super::pdfs::{LightsAsked, Pdfs};
 use crate::changes::Until;
 use crate::frame::shot::frame_view::FrameView;
-use crate::scene::LightFrom;
+use crate::scene::{LightFrom, SkyDensity};
 use crate::shade::coat::SeenCoat;
 use crate::shade::emitters::{EmitterPlace, NotThere};
 use crate::shade::light_chances::Sent;
@@ -68,6 +68,7 @@ impl DrawnLayer {
         let of = |is_asked| if is_asked { chance } else { 0.0 };
         Pdfs {
             asks_sky: of(frame.sky.is_uneven()),
+            sky: SkyDensity::Peaks,
             asks_emitter: of(frame.emitters.are_asked()),
             lights: LightsAsked::ByAllPoints { share: 1.0 / self.paths as f32 },
             goes_on: density * PI,
@@ -97,11 +98,11 @@ impl DrawnLayer {
     }
 
     fn asks_sky(&self, frame: &FrameView, start: &PathStart, random: [f32; 2]) -> Option<AskedLight> {
-        let direction = frame.sky.sample(random);
+        let direction = frame.sky.sample(SkyDensity::Peaks, random);
         if !start.leaves(direction) {
             return None;
         }
-        let LightFrom { radiance, pdf } = frame.sky.light(direction);
+        let LightFrom { radiance, pdf } = frame.sky.light(SkyDensity::Peaks, direction);
         // by rounding, a direction may lie where none are chosen
         let light = radiance / (chance_of_asking(frame) * pdf + self.seen.density(direction));
         (pdf > 0.0).then_some(AskedLight { direction, place: None, light })

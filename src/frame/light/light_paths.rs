@@ -1,8 +1,8 @@
 //! Light paths: rays that leave surfaces in all directions and collect the light that arrives from there.
 //!
 //! A path starts at a surface in a direction by the cosine law. A ray that escapes brings the light of the
-//! sky. A ray that meets a surface brings the light that this surface emits, and its reflection of one light,
-//! of the sky or of an emitting surface, chosen at random ([next-event estimation](super::next_event)). From
+//! sky. A ray that meets a surface brings the light that this surface emits, and its reflection of a light, of
+//! the sky and of an emitting surface, each asked at random ([next-event estimation](super::next_event)). From
 //! there the path goes on, as many times as the shot says. A path is a function of its start and of the scene
 //! in this frame, and of no other path: rays are cast one by one ([`Coherence::Incoherent`]). So a path can
 //! be traced again, alone, with the same result to the bit.
@@ -14,7 +14,7 @@
 use glam::Vec3;
 
 use super::clamp::limit_paths;
-use super::light_choice::{Kinds, LightChoice, paths_go_on, surfaces_on_paths};
+use super::light_choice::{Kinds, paths_go_on, surfaces_on_paths};
 use super::lobes::Lobes;
 use super::next_event::{Asking, LightRays};
 use super::path_ends::{PathResult, PathStart};
@@ -72,8 +72,8 @@ pub struct PathScratch {
     vertices: Vec<Vertex>,
     /// Layers of those vertices that have one.
     coats: Vec<SeenCoat>,
-    /// Numbers of the vertices that ask the sky, emitting surfaces, and lights, these sorted by light.
-    askers: [Vec<u32>; 3],
+    /// Numbers of the vertices, sorted by the light that they ask.
+    by_light: Vec<u32>,
     one_light: OneLight,
     light_rays: LightRays,
 }
@@ -284,8 +284,8 @@ fn meet(frame: &FrameView, scratch: &mut PathScratch) {
             |lane, surface| {
                 let ray = some[lane];
                 let step = ray.step;
-                let [choice, along, above, triangle] = random[ray.path as usize].four(step.asking());
-                let (asks, chance) = Kinds::of(frame, step).choose(frame, surface.point, choice);
+                let random = random[ray.path as usize].four(step.asking());
+                let light = frame.light_chances.choose(surface.point, random[0]);
                 let primitive = (packet.model[from + lane], packet.triangle[from + lane]);
                 let distance = packet.t[from + lane];
                 let Surface { material, reflectance, normal, geometric_normal, .. } = surface;
@@ -300,9 +300,10 @@ fn meet(frame: &FrameView, scratch: &mut PathScratch) {
                     surface,
                     light: Vec3::ZERO,
                     emission_weight: ray.emission_weight(frame, primitive, &surface, distance),
-                    asks,
-                    chance,
-                    place: [along, above, triangle],
+                    asks: Kinds::of(frame, step),
+                    asked_light: light.source as u32,
+                    chance: light.chance,
+                    random,
                     lobes,
                     coat: number,
                 });
@@ -339,9 +340,9 @@ fn end(frame: &FrameView, scratch: &mut PathScratch) {
     }
 }
 
-/// Lights the vertices: emission and ambient light, and the light of the source that each has chosen.
+/// Lights the vertices: emission and ambient light, and light of the sources that each asks.
 fn light(frame: &FrameView, scratch: &mut PathScratch, tally: &mut RayTally) {
-    let PathScratch { starts, brought, vertices, coats, askers, one_light, light_rays, .. } = scratch;
+    let PathScratch { starts, brought, vertices, coats, by_light, one_light, light_rays, .. } = scratch;
     let coats = &coats[..];
     for some in vertices.chunks_mut(LANES) {
         let surfaces = VertexLanes::of(some.len(), |lane| &some[lane]);
@@ -354,34 +355,32 @@ fn light(frame: &FrameView, scratch: &mut PathScratch, tally: &mut RayTally) {
             vertex.light = (light - found_otherwise).max(Vec3::ZERO);
         }
     }
-    let [by_sky, by_emitter, by_light] = askers;
     let asking = |vertex: &Vertex| {
         let Surface { point, normal, geometric_normal, .. } = vertex.surface;
         let (path, weight) = (vertex.ray.path, vertex.ray.weight * vertex.lobes.all[Lobes::DIFFUSE].0);
         let (chances, coat) = (vertex.chances(frame), vertex.asking_coat(frame, coats));
         Asking { path, point, normal, geometric_normal, weight, chances, coat }
     };
-    select(by_sky, vertices.len(), |number| vertices[number].asks == LightChoice::Sky);
-    for vertex in by_sky.iter().map(|number| &vertices[*number as usize]) {
-        let [along, above, _] = vertex.place;
-        light_rays.ask_sky(frame, &asking(vertex), [along, above]);
-    }
-    select(by_emitter, vertices.len(), |number| vertices[number].asks == LightChoice::Emitter);
-    for vertex in by_emitter.iter().map(|number| &vertices[*number as usize]) {
-        let [along, above, triangle] = vertex.place;
-        let brought = &mut brought[vertex.ray.path as usize];
-        light_rays.ask_emitter(frame, &asking(vertex), [triangle, along, above], brought);
+    for vertex in &*vertices {
+        if vertex.asks.sky {
+            light_rays.ask_sky(frame, &asking(vertex), vertex.in_sky());
+        }
+        if vertex.asks.emitters {
+            let brought = &mut brought[vertex.ray.path as usize];
+            light_rays.ask_emitter(frame, &asking(vertex), vertex.on_emitters(), brought);
+        }
     }
     light_rays.cast(frame, starts, brought, tally);
     if frame.pose.lights.is_empty() {
         return;
     }
-    select(by_light, vertices.len(), |number| matches!(vertices[number].asks, LightChoice::Light(_)));
-    by_light.sort_by_key(|vertex| vertices[*vertex as usize].asks);
+    by_light.clear();
+    by_light.extend(0..vertices.len() as u32);
+    by_light.sort_by_key(|vertex| vertices[*vertex as usize].asked_light);
     let mut rest = &by_light[..];
-    while let Some(LightChoice::Light(number)) = rest.first().map(|first| vertices[*first as usize].asks) {
+    while let Some(number) = rest.first().map(|first| vertices[*first as usize].asked_light) {
         let change = frame.light_changes[number as usize];
-        let same = |vertex: &u32| vertices[*vertex as usize].asks == LightChoice::Light(number);
+        let same = |vertex: &u32| vertices[*vertex as usize].asked_light == number;
         let (group, after) = rest.split_at(rest.partition_point(same));
         for vertex in group {
             let brought = &mut brought[vertices[*vertex as usize].ray.path as usize];

@@ -21,7 +21,7 @@ use super::select::select;
 use crate::frame::grid::bits::bit;
 use crate::frame::shot::frame_view::FrameView;
 use crate::frame::surface::ray_tally::RayTally;
-use crate::scene::LightFrom;
+use crate::scene::{LightFrom, SkyDensity};
 use crate::shade::coat::SeenCoat;
 use crate::shade::emitters::{EmitterPlace, NotThere};
 use crate::shade::light_chances::Sent;
@@ -100,6 +100,8 @@ struct OfSky {
     by_cosine: f32,
     /// Chance of asking the sky, as in [`Pdfs`].
     asks_sky: f32,
+    /// Density with which it is asked, likewise.
+    density: SkyDensity,
     goes_on: f32,
 }
 
@@ -135,11 +137,11 @@ impl LightRays {
     /// Adds a ray to the sky if it leaves the surface; two `random` numbers choose its direction.
     pub fn ask_sky(&mut self, frame: &FrameView, asking: &Asking, random: [f32; 2]) {
         let Asking { path, point, normal, geometric_normal, weight, chances, coat } = *asking;
-        let direction = frame.sky.sample(random);
+        let direction = frame.sky.sample(chances.sky, random);
         let by_cosine = cosine_density(normal, direction);
         let leaves = geometric_normal.dot(direction) > 0.0;
-        let Pdfs { asks_sky, goes_on, .. } = chances;
-        let of_sky = OfSky { weight, by_cosine, asks_sky, goes_on };
+        let Pdfs { asks_sky, sky, goes_on, .. } = chances;
+        let of_sky = OfSky { weight, by_cosine, asks_sky, density: sky, goes_on };
         let origin = off_surface(point, geometric_normal);
         let ray = |brings| LightRay { path, origin, direction, far: f32::INFINITY, brings };
         let Some(coat) = coat else {
@@ -149,7 +151,7 @@ impl LightRays {
             self.waiting.truncate(count);
             return;
         };
-        let light = if leaves { frame.sky.light(direction) } else { LightFrom::NONE };
+        let light = if leaves { frame.sky.light(sky, direction) } else { LightFrom::NONE };
         if light.pdf > 0.0 {
             let reflected = light.radiance * coat.reflects(direction, asks_sky * light.pdf, 1.0);
             self.waiting.push(ray(PathEnd::Light(of_sky.light(light) + reflected)));
@@ -260,7 +262,7 @@ impl LightRays {
                 match ray.brings {
                     PathEnd::Light(light) => brought.radiance += light,
                     PathEnd::Sky(of_sky) => {
-                        brought.radiance += of_sky.light(frame.sky.light(ray.direction));
+                        brought.radiance += of_sky.light(frame.sky.light(of_sky.density, ray.direction));
                     }
                     PathEnd::Sight => brought.sees_light = true,
                 }

@@ -6,6 +6,7 @@ use glam::Vec3;
 
 use super::lighting::lights_passed;
 use crate::frame::shot::frame_view::FrameView;
+use crate::scene::SkyDensity;
 use crate::shade::Surface;
 use crate::shade::area::Glow;
 use crate::shade::mis::mis_weight;
@@ -15,6 +16,8 @@ use crate::shade::mis::mis_weight;
 pub struct Pdfs {
     /// Probability of asking the sky from there; the number of rays, where it is asked more than once.
     pub asks_sky: f32,
+    /// Density with which it is asked.
+    pub sky: SkyDensity,
     /// Probability of asking an emitting surface from there.
     pub asks_emitter: f32,
     /// How the shot's lights are asked from there.
@@ -42,14 +45,20 @@ pub enum LightsAsked {
 
 impl Pdfs {
     /// Pdfs at a surface where its path alone finds light.
-    pub const PATH_ALONE: Self =
-        Self { asks_sky: 0.0, asks_emitter: 0.0, lights: LightsAsked::One { chance: 0.0 }, goes_on: 1.0 };
+    pub const PATH_ALONE: Self = Self {
+        asks_sky: 0.0,
+        sky: SkyDensity::Peaks,
+        asks_emitter: 0.0,
+        lights: LightsAsked::One { chance: 0.0 },
+        goes_on: 1.0,
+    };
 
     /// Pdfs at a sample's surface, where paths start.
     pub fn of_start(frame: &FrameView) -> Self {
         let chance = |is_asked| if is_asked { 1.0 } else { 0.0 };
         Self {
             asks_sky: frame.sky.samples() as f32,
+            sky: SkyDensity::Peaks,
             asks_emitter: chance(frame.emitters.are_asked()),
             lights: LightsAsked::InSums,
             goes_on: 1.0,
@@ -61,7 +70,7 @@ impl Pdfs {
         if self.asks_sky == 0.0 {
             return frame.sky.radiance(direction);
         }
-        let light = frame.sky.light(direction);
+        let light = frame.sky.light(self.sky, direction);
         let by_path = self.goes_on * cosine_density(normal, direction);
         light.radiance * weight_of_path(by_path, self.asks_sky * light.pdf)
     }

@@ -4,7 +4,7 @@ use std::f32::consts::PI;
 
 use glam::Vec3;
 
-use super::light_choice::{Kinds, LightChoice, paths_go_on};
+use super::light_choice::{Kinds, paths_go_on, sky_density};
 use super::lobes::Lobes;
 use super::next_event::AskingCoat;
 use super::path_ray::PathRay;
@@ -24,16 +24,18 @@ use crate::shade::sampling::{cosine_direction, orthonormal};
 pub struct Vertex {
     pub ray: PathRay,
     pub surface: Surface,
-    /// Light towards the path: its emission, and its reflection of the light source that it has asked.
+    /// Light towards the path: its emission, and its reflection of the light that it has asked.
     pub light: Vec3,
     /// Weight of its emission, which next-event estimation finds, too.
     pub emission_weight: f32,
-    /// Light source that it asks.
-    pub asks: LightChoice,
+    /// Kinds of light sources that it asks.
+    pub asks: Kinds,
+    /// Number of the light that it asks, if it asks any.
+    pub asked_light: u32,
     /// Probability with which it chose that one.
     pub chance: f32,
-    /// Random numbers for the point on that light, in the sky, or on emitting surfaces.
-    pub place: [f32; 3],
+    /// Random numbers for that choice, and for the places that it asks.
+    pub random: [f32; 4],
     /// Ways in which the path may go on.
     pub lobes: Lobes,
     /// Number of its layer, as the path sees it, among those of all vertices; [`NO_COAT`] if it has none.
@@ -46,13 +48,30 @@ pub const NO_COAT: u32 = u32::MAX;
 impl Vertex {
     /// Pdfs of the ways from this vertex to light.
     pub fn chances(&self, frame: &FrameView) -> Pdfs {
-        let [of_lights, asks_sky, asks_emitter] = Kinds::of(frame, self.ray.step).chances();
+        let chance = |is_asked| if is_asked { 1.0 } else { 0.0 };
+        let Kinds { lights, sky, emitters } = self.asks;
         Pdfs {
-            asks_sky,
-            asks_emitter,
-            lights: LightsAsked::One { chance: of_lights },
+            asks_sky: chance(sky),
+            sky: sky_density(frame, self.ray.step),
+            asks_emitter: chance(emitters),
+            lights: LightsAsked::One { chance: chance(lights) },
             goes_on: self.goes_on(frame, Lobes::DIFFUSE),
         }
+    }
+
+    /// Random numbers for a point on the light that it asks.
+    pub fn on_light(&self) -> [f32; 2] {
+        [self.random[1], self.random[2]]
+    }
+
+    /// Random numbers for a direction to the sky: others than for lights, so that both do not err alike.
+    pub fn in_sky(&self) -> [f32; 2] {
+        [self.random[3], self.random[0]]
+    }
+
+    /// Random numbers for a point on emitting surfaces.
+    pub fn on_emitters(&self) -> [f32; 3] {
+        [self.random[3], self.random[1], self.random[2]]
     }
 
     /// Returns true if one of its ways brings light even if the path ends here: off mirrors and through
@@ -200,7 +219,7 @@ pub struct VertexLanes {
     pub geometric_normal: Vec3x8,
     pub reflectance: Vec3x8,
     pub place: [F32x8; 2],
-    /// Probabilities of the light sources that they chose.
+    /// Probabilities of the lights that they chose.
     pub chance: F32x8,
     pub materials: [u16; LANES],
     /// Bit mask of the lanes in use.
@@ -220,7 +239,8 @@ impl VertexLanes {
             used: u8::MAX >> (LANES - count),
         };
         for lane in 0..LANES {
-            let Vertex { surface, place, chance, .. } = vertex(if lane < count { lane } else { 0 });
+            let vertex = vertex(if lane < count { lane } else { 0 });
+            let (Vertex { surface, chance, .. }, place) = (vertex, vertex.on_light());
             eight.point.set_lane(lane, surface.point);
             eight.normal.set_lane(lane, surface.normal);
             eight.geometric_normal.set_lane(lane, surface.geometric_normal);

@@ -25,7 +25,7 @@ const FEW_CELLS: usize = 4096;
 const RISE: f64 = 0.01;
 
 /// A density over the sphere. Its space is the grid's: rows from +Y down to -Y, columns as in [`Grid`](super::grid::Grid).
-#[derive(Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub(super) struct Distribution {
     rows: Steps,
     /// Distribution of the columns within each row.

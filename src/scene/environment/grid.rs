@@ -1,4 +1,4 @@
-//! Radiance on a latitude-longitude grid, and the distribution that samples it by importance.
+//! Radiance on a latitude-longitude grid, and the distributions that sample it by importance.
 //!
 //! A grid has a space of its own: that of the environment before it is rotated. Rows go from +Y down to -Y, columns
 //! from +Z over -X, -Z (the middle) and +X back to +Z:
@@ -14,16 +14,12 @@ use super::picture_error::PictureError;
 use crate::geometry::angle;
 
 /// Texels of linear RGB, interpolated bilinearly. Columns wrap; beyond the rows at the poles they are repeated.
-///
-/// The density with which it is sampled follows the mean of the interpolated radiance in each texel. That is positive wherever
-/// the radiance is, because interpolation mixes into a texel what lies beside it, and the density counts the same.
 #[derive(Clone, PartialEq)]
 pub(super) struct Grid {
     width: usize,
     height: usize,
     /// Texels: three values each, row by row from the top.
     texels: Vec<f32>,
-    distribution: Distribution,
 }
 
 impl Grid {
@@ -33,19 +29,27 @@ impl Grid {
     pub fn new(width: u32, height: u32, texels: Vec<f32>) -> Result<Self, PictureError> {
         check(width, height, &texels)?;
         let (width, height) = (width as usize, height as usize);
-        let means = |row: usize, means: &mut Vec<f64>| interpolated_means(&texels, width, row, height, means);
-        let distribution = Distribution::new([width, height], &means);
-        Ok(Self { width, height, texels, distribution })
+        Ok(Self { width, height, texels })
+    }
+
+    /// A density that follows the mean over red, green and blue of the interpolated radiance in each texel. It is positive
+    /// wherever the radiance is, because interpolation mixes into a texel what lies beside it, and the density counts the same.
+    pub fn distribution(&self) -> Distribution {
+        Distribution::new(self.size(), &|row, means: &mut Vec<f64>| self.means(row, means))
+    }
+
+    /// A density that follows by how much that mean is above `level`.
+    pub fn distribution_above(&self, level: f64) -> Distribution {
+        let above = |row: usize, means: &mut Vec<f64>| {
+            self.means(row, means);
+            means.iter_mut().for_each(|mean| *mean = (*mean - level).max(0.0));
+        };
+        Distribution::new(self.size(), &above)
     }
 
     /// Numbers of columns and rows.
     pub fn size(&self) -> [usize; 2] {
         [self.width, self.height]
-    }
-
-    /// Integral over the sphere of the mean of red, green and blue.
-    pub fn power(&self) -> f64 {
-        self.distribution.integral()
     }
 
     /// Interpolates the radiance at a place, in texels from the left and from the top.
@@ -68,20 +72,14 @@ impl Grid {
         upper.lerp(lower, down).min(Vec3::MAX)
     }
 
-    /// Samples a direction (unit length). `random`: two numbers from 0 to 1; the first picks the column, the
-    /// second the row.
-    pub fn sample(&self, random: [f32; 2]) -> Vec3 {
-        self.distribution.sample(random)
-    }
-
-    /// Radiance from `direction`, and the probability density in solid angle with which [`Self::sample`]
-    /// returns it.
-    pub fn light(&self, direction: Vec3) -> LightFrom {
+    /// Radiance from `direction`, and the probability density in solid angle with which `distribution`, one of this
+    /// grid, returns it.
+    pub fn light(&self, distribution: &Distribution, direction: Vec3) -> LightFrom {
         let [x, y] = self.place(direction);
         // the last column ends where the first one begins
         let (column, row) = (x as usize, (y as usize).min(self.height - 1));
         let column = if column < self.width { column } else { 0 };
-        LightFrom { radiance: self.radiance_at([x, y]), pdf: self.distribution.pdf(column, row) }
+        LightFrom { radiance: self.radiance_at([x, y]), pdf: distribution.pdf(column, row) }
     }
 
     /// Position of `direction` (any length) on the grid, in texels from the left and from the top.
@@ -96,6 +94,24 @@ impl Grid {
 
     fn texel(&self, column: usize, row: usize) -> Vec3 {
         Vec3::from_slice(&self.texels[3 * (row * self.width + column)..])
+    }
+
+    /// Writes into `means` the average over each texel of `row` of the mean of red, green and blue, interpolated
+    /// bilinearly: along each axis three quarters of the texel's own and an eighth of each neighbour's.
+    fn means(&self, row: usize, means: &mut Vec<f64>) {
+        const OWN: f64 = 0.75;
+        const BESIDE: f64 = 0.125;
+        let Self { width, height, ref texels } = *self;
+        let row_of = |row: usize| texels[3 * row * width..].chunks_exact(3).take(width);
+        let mean = |rgb: &[f32]| rgb.iter().map(|value| f64::from(*value)).sum::<f64>() / 3.0;
+        let three = row_of(row.saturating_sub(1)).zip(row_of(row)).zip(row_of((row + 1).min(height - 1)));
+        let down = three.map(|((above, own), below)| BESIDE * (mean(above) + mean(below)) + OWN * mean(own));
+        let down: Vec<f64> = down.collect();
+        means.clear();
+        means.extend((0..width).map(|column| {
+            let (left, right) = (down[(column + width - 1) % width], down[(column + 1) % width]);
+            BESIDE * (left + right) + OWN * down[column]
+        }));
     }
 }
 
@@ -120,23 +136,6 @@ fn check(width: u32, height: u32, texels: &[f32]) -> Result<(), PictureError> {
             Err(PictureError::Value { pixel, channel: ['R', 'G', 'B'][at % 3], value: texels[at] })
         }
     }
-}
-
-/// Writes into `means` the average over each texel of `row` of the mean of red, green and blue, interpolated
-/// bilinearly: along each axis three quarters of the texel's own and an eighth of each neighbour's.
-fn interpolated_means(texels: &[f32], width: usize, row: usize, height: usize, means: &mut Vec<f64>) {
-    const OWN: f64 = 0.75;
-    const BESIDE: f64 = 0.125;
-    let row_of = |row: usize| texels[3 * row * width..].chunks_exact(3).take(width);
-    let mean = |rgb: &[f32]| rgb.iter().map(|value| f64::from(*value)).sum::<f64>() / 3.0;
-    let three = row_of(row.saturating_sub(1)).zip(row_of(row)).zip(row_of((row + 1).min(height - 1)));
-    let down = three.map(|((above, own), below)| BESIDE * (mean(above) + mean(below)) + OWN * mean(own));
-    let down: Vec<f64> = down.collect();
-    means.clear();
-    means.extend((0..width).map(|column| {
-        let (left, right) = (down[(column + width - 1) % width], down[(column + 1) % width]);
-        BESIDE * (left + right) + OWN * down[column]
-    }));
 }
 
 #[cfg(test)]
@@ -167,10 +166,10 @@ mod tests {
     #[test]
     fn the_weight_of_a_cell_is_the_mean_of_what_is_interpolated_in_it() {
         let texels: Vec<f32> = (0..3 * 5 * 4).map(|at| ((at * 37) % 11) as f32).collect();
-        let grid = Grid::new(5, 4, texels.clone()).unwrap();
-        let mut means = Vec::new();
+        let grid = Grid::new(5, 4, texels).unwrap();
+        let (distribution, mut means) = (grid.distribution(), Vec::new());
         for row in 0..4 {
-            interpolated_means(&texels, 5, row, 4, &mut means);
+            grid.means(row, &mut means);
             for (column, mean) in means.iter().enumerate() {
                 let n = 64;
                 let places = (0..n * n).map(|i| [(i % n) as f64 + 0.5, (i / n) as f64 + 0.5]);
@@ -180,7 +179,7 @@ mod tests {
                         let theta = PI * (row as f64 + y / n as f64) / 4.0;
                         let (sin, cos) = theta.sin_cos();
                         let direction = glam::DVec3::new(sin * phi.sin(), cos, -sin * phi.cos()).as_vec3();
-                        f64::from(grid.light(direction).radiance.element_sum()) / 3.0
+                        f64::from(grid.light(&distribution, direction).radiance.element_sum()) / 3.0
                     })
                     .sum();
                 let numeric = sum / f64::from(n * n);

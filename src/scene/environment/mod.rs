@@ -1,4 +1,4 @@
-//! Light from all around: radiance by direction, and directions sampled by importance.
+//! Light from all around: radiance by direction, and directions sampled by importance, in one of two ways ([`SkyDensity`]).
 //!
 //! An [`Environment`] is a latitude-longitude grid and, for a sky, the [`Sun`] beside it, whose disk would be smaller
 //! than a texel. World space, Y up. Before it is rotated, a direction falls on the grid at
@@ -10,6 +10,7 @@ mod grid;
 mod light_from;
 mod picture_error;
 mod read;
+mod sampler;
 mod sky;
 mod spectrum;
 mod sun;
@@ -25,11 +26,10 @@ pub use picture_error::PictureError;
 #[cfg(feature = "usd")]
 pub(super) use read::is_even;
 pub(super) use read::read;
+use sampler::Samplers;
+pub use sampler::SkyDensity;
 pub use sky::Sky;
 pub use sun::Sun;
-
-/// Minimum share of the samples for the sun and for the grid, if both shine.
-const LEAST_SHARE: f64 = 0.1;
 
 /// Number of rows of the grid made from a [`Background`].
 const BACKGROUND_ROWS: u32 = 1024;
@@ -37,19 +37,19 @@ const BACKGROUND_ROWS: u32 = 1024;
 /// Radiance from all directions, linear RGB, scene-referred. It does not change with time, and a clone shares the grid.
 ///
 /// [`Self::sample`] and [`Self::light`] treat grid and sun as one. [`Self::sample_grid`],
-/// [`Self::grid_light`] and [`Self::sun`] serve callers that sample them one by one.
+/// [`Self::grid_light`] and [`Self::sun`] serve callers that ask them one by one.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Environment {
     /// True if the camera sees the environment directly. Otherwise rays that hit nothing show the
     /// [`Background`].
     pub visible: bool,
-    /// Number of rays towards the environment where a path starts. 0: only paths that escape find it.
+    /// Number of rays towards the environment where a path starts, if it [has peaks](Self::has_peaks). 0: only
+    /// paths that escape find it.
     pub samples: u32,
     grid: Arc<Grid>,
     /// The sun, after rotation and with the radiance factor applied.
     sun: Option<Sun>,
-    /// Probability of sampling the sun rather than the grid.
-    sun_share: f32,
+    samplers: Arc<Samplers>,
     /// Rotation about Y, degrees.
     rotation: f64,
     /// Rotation from the space of the grid to world space.
@@ -92,13 +92,9 @@ impl Environment {
 
     fn new(grid: Grid, sun: Option<Sun>) -> Self {
         let sun = sun.filter(|sun| sun.radiance.max_element() > 0.0);
-        let sun_share = sun.map_or(0.0, |sun| {
-            let of_sun = f64::from(sun.radiance.element_sum() / 3.0 * sun.solid_angle());
-            let least = if grid.power() > 0.0 { LEAST_SHARE } else { 0.0 };
-            (of_sun / (of_sun + grid.power())).clamp(least, 1.0 - least) as f32
-        });
+        let samplers = Arc::new(Samplers::new(&grid, sun.as_ref()));
         let (visible, grid, turn) = (true, Arc::new(grid), Turn::new(0.0));
-        Self { visible, samples: 1, grid, sun, sun_share, rotation: 0.0, turn, power: 1.0 }
+        Self { visible, samples: 1, grid, sun, samplers, rotation: 0.0, turn, power: 1.0 }
     }
 
     /// Rotates the environment further by `degrees` about Y: counter-clockwise as seen from above, as models
@@ -118,18 +114,23 @@ impl Environment {
         Self { power: (self.power * factor).min(f32::MAX), sun, ..self }
     }
 
+    /// Returns true if there are [peaks](SkyDensity::Peaks) of its light, and rays to them are worth their cost.
+    pub fn has_peaks(&self) -> bool {
+        self.samplers.have_peaks()
+    }
+
     /// Radiance from `direction` (world space, unit length), as seen by a ray that leaves the scene.
     pub fn radiance(&self, direction: Vec3) -> Vec3 {
-        self.light(direction).radiance
+        self.light(SkyDensity::Whole, direction).radiance
     }
 
     /// Radiance from `direction` (world space, unit length), and the density with which [`Self::sample`]
     /// returns that direction. The integral of the density over the sphere is 1, also for a black
     /// environment.
-    pub fn light(&self, direction: Vec3) -> LightFrom {
-        let of_grid = self.grid_light(direction);
+    pub fn light(&self, density: SkyDensity, direction: Vec3) -> LightFrom {
+        let of_grid = self.grid_light(density, direction);
         let Some(sun) = self.sun else { return of_grid };
-        let (of_sun, share) = (sun.light(direction), self.sun_share);
+        let (of_sun, share) = (sun.light(direction), self.samplers.of(density).sun_share);
         LightFrom {
             radiance: (of_grid.radiance + of_sun.radiance).min(Vec3::MAX),
             pdf: share * of_sun.pdf + (1.0 - share) * of_grid.pdf,
@@ -139,15 +140,15 @@ impl Environment {
     /// Samples a direction from which light comes (world space, unit length). `random`: two numbers from 0 to
     /// 1; stratified numbers give stratified directions. At the rim of lit texels, rounding may give a
     /// direction without light.
-    pub fn sample(&self, random: [f32; 2]) -> Vec3 {
+    pub fn sample(&self, density: SkyDensity, random: [f32; 2]) -> Vec3 {
         let [choice, other] = random;
-        let Some(sun) = self.sun else { return self.sample_grid(random) };
-        let share = self.sun_share;
+        let Some(sun) = self.sun else { return self.sample_grid(density, random) };
+        let share = self.samplers.of(density).sun_share;
         // the rest of the number that chose is as random as the number was
         if choice < share {
             sun.sample([choice / share, other])
         } else {
-            self.sample_grid([(choice - share) / (1.0 - share), other])
+            self.sample_grid(density, [(choice - share) / (1.0 - share), other])
         }
     }
 
@@ -157,14 +158,14 @@ impl Environment {
     }
 
     /// [`Self::light`] without the sun.
-    pub fn grid_light(&self, direction: Vec3) -> LightFrom {
-        let light = self.grid.light(self.to_grid(direction));
+    pub fn grid_light(&self, density: SkyDensity, direction: Vec3) -> LightFrom {
+        let light = self.grid.light(&self.samplers.of(density).grid, self.to_grid(direction));
         LightFrom { radiance: scaled(light.radiance, self.power), ..light }
     }
 
     /// [`Self::sample`] without the sun.
-    pub fn sample_grid(&self, random: [f32; 2]) -> Vec3 {
-        self.turn.apply(self.grid.sample(random))
+    pub fn sample_grid(&self, density: SkyDensity, random: [f32; 2]) -> Vec3 {
+        self.turn.apply(self.samplers.of(density).grid.sample(random))
     }
 
     /// Numbers of columns and rows of the grid.
@@ -175,7 +176,7 @@ impl Environment {
     /// Returns true if no light comes from any direction.
     pub fn is_black(&self) -> bool {
         let is_sun_black = self.sun.is_none_or(|sun| sun.radiance == Vec3::ZERO);
-        is_sun_black && (self.power == 0.0 || self.grid.power() == 0.0)
+        is_sun_black && (self.power == 0.0 || self.samplers.is_grid_black())
     }
 
     fn to_grid(&self, direction: Vec3) -> Vec3 {

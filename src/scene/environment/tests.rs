@@ -62,20 +62,30 @@ fn mean(color: Vec3) -> f64 {
     f64::from(color.element_sum()) / 3.0
 }
 
+const DENSITIES: [SkyDensity; 2] = [SkyDensity::Whole, SkyDensity::Peaks];
+
+/// All environments with both densities.
+fn with_densities() -> impl Iterator<Item = (String, Environment, SkyDensity)> {
+    let both = |(name, environment): (&'static str, Environment)| {
+        DENSITIES.map(|density| (format!("{name}, {density:?}"), environment.clone(), density))
+    };
+    environments().into_iter().flat_map(both)
+}
+
 #[test]
 fn densities_integrate_to_one() {
-    for (name, environment) in environments() {
+    for (name, environment, density) in with_densities() {
+        let (light, grid_light) =
+            (|at| environment.light(density, at).pdf, |at| environment.grid_light(density, at).pdf);
         let (directions, solid_angle) = all_around(1000);
-        let of_grid: f64 =
-            directions.map(|at| f64::from(environment.grid_light(at).pdf)).sum::<f64>() * solid_angle;
+        let of_grid: f64 = directions.map(|at| f64::from(grid_light(at))).sum::<f64>() * solid_angle;
         assert!((of_grid - 1.0).abs() < 0.01, "{name}: {of_grid}");
         // the sun's part by itself: its disk is finer than these directions
         if let Some(sun) = environment.sun() {
-            let beside = (sun.to_sun + sun.to_sun.any_orthonormal_vector() * 0.1).normalize();
-            let pdf = f64::from(environment.light(beside).pdf / environment.grid_light(beside).pdf);
-            let of_sun = f64::from(
-                environment.light(sun.to_sun).pdf - environment.grid_light(sun.to_sun).pdf * pdf as f32,
-            );
+            let is_beside = |at: &Vec3| grid_light(*at) > 0.0 && sun.light(*at) == LightFrom::NONE;
+            let beside = all_around(100).0.find(is_beside).unwrap();
+            let pdf = f64::from(light(beside) / grid_light(beside));
+            let of_sun = f64::from(light(sun.to_sun) - grid_light(sun.to_sun) * pdf as f32);
             let whole = of_sun * f64::from(sun.solid_angle()) + pdf * of_grid;
             assert!((whole - 1.0).abs() < 0.01, "{name}: {whole}");
         }
@@ -88,16 +98,17 @@ fn samples_estimate_the_integral_of_what_shines() {
         let (directions, solid_angle) = all_around(1000);
         // smooth weights, so that wrong directions show
         let weight = |at: Vec3| f64::from(1.5 + at.x + 0.3 * at.y * at.z);
-        let mut expected: f64 =
-            directions.map(|at| mean(environment.grid_light(at).radiance) * weight(at)).sum::<f64>()
-                * solid_angle;
+        let mut expected: f64 = directions
+            .map(|at| mean(environment.grid_light(SkyDensity::Whole, at).radiance) * weight(at))
+            .sum::<f64>()
+            * solid_angle;
         if let Some(sun) = environment.sun() {
             expected += mean(sun.radiance * sun.solid_angle()) * weight(sun.to_sun);
         }
         let n = 400;
         let estimate = strata(n).map(|random| {
-            let direction = environment.sample(random);
-            let LightFrom { radiance, pdf } = environment.light(direction);
+            let direction = environment.sample(SkyDensity::Whole, random);
+            let LightFrom { radiance, pdf } = environment.light(SkyDensity::Whole, direction);
             assert!((direction.length() - 1.0).abs() < 1e-5 && pdf.is_finite() && pdf > 0.0, "{name}: {pdf}");
             mean(radiance) * weight(direction) / f64::from(pdf)
         });
@@ -113,15 +124,17 @@ fn samples_fall_where_the_density_says() {
         let around = (0.5 + f64::from(at.z.atan2(at.x)) / TAU) * 12.0;
         (around as usize).min(11) + 12 * ((f64::from(1.0 - at.y) * 3.0) as usize).min(5)
     };
-    for (name, environment) in environments() {
+    for (name, environment, density) in with_densities() {
         let mut expected = [0.0; 72];
         let (directions, solid_angle) = all_around(900);
         for at in directions {
-            expected[field(at)] += f64::from(environment.grid_light(at).pdf) * solid_angle;
+            expected[field(at)] += f64::from(environment.grid_light(density, at).pdf) * solid_angle;
         }
         let mut found = [0.0; 72];
         let n = 400;
-        strata(n).for_each(|random| found[field(environment.sample_grid(random))] += 1.0 / f64::from(n * n));
+        strata(n).for_each(|random| {
+            found[field(environment.sample_grid(density, random))] += 1.0 / f64::from(n * n)
+        });
         for (number, (found, expected)) in found.iter().zip(expected).enumerate() {
             // what is expected is a sum, and coarse where texels end
             assert!(
@@ -136,10 +149,35 @@ fn samples_fall_where_the_density_says() {
 fn what_shines_can_be_found() {
     for (name, environment) in environments() {
         let (directions, _) = all_around(300);
-        let lost = directions.map(|at| environment.light(at));
+        let lost = directions.map(|at| environment.light(SkyDensity::Whole, at));
         let lost = lost.filter(|light| light.radiance.max_element() > 0.0 && light.pdf <= 0.0);
         assert_eq!(lost.count(), 0, "{name}");
     }
+}
+
+/// Rays that paths accompany ask for what is brighter than the mean; for an even light, which paths find better, there are none.
+#[test]
+fn peaks_are_what_is_brighter_than_the_mean() {
+    let with_peaks = |environment: &Environment| environment.has_peaks();
+    let even = |sun: Option<Sun>| Environment::new(Grid::new(8, 4, vec![0.5; 96]).unwrap(), sun);
+    assert!(!with_peaks(&even(None)));
+    assert!(!with_peaks(&Environment::from_background(&Background::uniform(Vec3::ONE))));
+    let without: Vec<_> =
+        environments().into_iter().filter(|(_, environment)| !with_peaks(environment)).collect();
+    assert_eq!(without.iter().map(|(name, _)| *name).collect::<Vec<_>>(), ["black"]);
+
+    let sun = Sun::of_irradiance(Vec3::Y, 0.53, Vec3::ONE);
+    let sunny = even(Some(sun));
+    assert!(with_peaks(&sunny));
+    assert!(strata(9).all(|random| sunny.sample(SkyDensity::Peaks, random).distance(Vec3::Y) < 0.01));
+    assert_eq!(sunny.light(SkyDensity::Peaks, Vec3::X).pdf, 0.0);
+
+    // a dark half and a bright one, which a row of texels blends
+    let texel = |at: usize| if at < 16 * 8 { [3.0; 3] } else { [1.0; 3] };
+    let halves = Environment::from_picture(16, 16, (0..16 * 16).flat_map(texel).collect()).unwrap();
+    assert!(strata(9).all(|random| halves.sample(SkyDensity::Peaks, random).y > -0.2));
+    let [above, below] = [Vec3::Y, Vec3::NEG_Y].map(|at| halves.light(SkyDensity::Peaks, at).pdf);
+    assert!((above * TAU as f32 - 1.0).abs() < 0.1 && below == 0.0, "{above} {below}");
 }
 
 #[test]
@@ -154,12 +192,13 @@ fn one_bright_texel_of_a_large_map_is_found_by_every_sample() {
     let middle = glam::DVec3::new(theta.sin() * phi.sin(), theta.cos(), -theta.sin() * phi.cos()).as_vec3();
     assert!((environment.radiance(middle).y - 1000.0).abs() < 5.0, "{}", environment.radiance(middle));
     for random in strata(32).chain([[0.0, 0.0], [1.0, 1.0], [0.999_999_94, 0.0], [f32::NAN, 2.0]]) {
-        let direction = environment.sample(random);
+        let direction = environment.sample(SkyDensity::Whole, random);
         // within the texel and its neighbours
         assert!(direction.distance(middle) < 2.5 * PI as f32 / height as f32, "{random:?}: {direction}");
     }
     // in single floats places of so large a map are known to some thousandths of a texel: at its rim rounding decides
-    let is_lost = |random: &[f32; 2]| environment.light(environment.sample(*random)).pdf <= 1e4;
+    let light = |random| environment.light(SkyDensity::Whole, environment.sample(SkyDensity::Whole, random));
+    let is_lost = |random: &[f32; 2]| light(*random).pdf <= 1e4;
     let lost = strata(32).filter(is_lost).count();
     assert!(lost <= 3, "{lost} of 1,024");
 }
@@ -169,13 +208,13 @@ fn dim_and_bright_beside_each_other_stay_finite() {
     let texels = [[f32::MAX; 3], [0.0; 3], [f32::MIN_POSITIVE; 3], [1e-45, 0.0, 0.0]];
     let texels = texels.as_flattened().to_vec();
     let environment = Environment::from_picture(4, 1, texels).unwrap().times(f32::MAX);
-    for random in strata(16) {
-        let LightFrom { radiance, pdf } = environment.light(environment.sample(random));
+    for (random, density) in strata(16).flat_map(|random| DENSITIES.map(|density| (random, density))) {
+        let LightFrom { radiance, pdf } = environment.light(density, environment.sample(density, random));
         assert!(radiance.is_finite() && pdf.is_finite() && pdf > 0.0, "{radiance} {pdf}");
     }
     for odd in [Vec3::ZERO, Vec3::NAN, Vec3::INFINITY] {
         // of no meaning, but no panic
-        let _ = environment.light(odd);
+        let _ = DENSITIES.map(|density| environment.light(density, odd));
     }
 }
 
@@ -185,12 +224,17 @@ fn a_black_one_is_sampled_evenly() {
     assert!(black.is_black());
     let even = 1.0 / (4.0 * PI as f32);
     for random in strata(16) {
-        let LightFrom { radiance, pdf } = black.light(black.sample(random));
+        let LightFrom { radiance, pdf } =
+            black.light(SkyDensity::Whole, black.sample(SkyDensity::Whole, random));
         assert!((pdf / even - 1.0).abs() < 1e-4, "{pdf}");
         assert_eq!(radiance, Vec3::ZERO);
     }
     let dark = Environment::from_sky(&Sky::default()).times(0.0);
-    assert!(dark.is_black() && dark.radiance(Vec3::Y) == Vec3::ZERO && dark.light(Vec3::Y).pdf > 0.0);
+    assert!(
+        dark.is_black()
+            && dark.radiance(Vec3::Y) == Vec3::ZERO
+            && dark.light(SkyDensity::Whole, Vec3::Y).pdf > 0.0
+    );
     assert!(!Environment::from_sky(&Sky::default()).is_black());
 }
 
@@ -210,7 +254,11 @@ fn rotation_turns_as_models_do_and_power_multiplies() {
         "{}",
         turned.radiance(Vec3::NEG_X)
     );
-    assert!((turned.light(Vec3::NEG_X).pdf - plain.light(Vec3::NEG_Z).pdf).abs() < 1e-4);
+    assert!(
+        (turned.light(SkyDensity::Whole, Vec3::NEG_X).pdf - plain.light(SkyDensity::Whole, Vec3::NEG_Z).pdf)
+            .abs()
+            < 1e-4
+    );
     assert!(Arc::ptr_eq(&plain.grid, &turned.grid), "one grid for all");
     let back = turned.rotated(-90.0 + 36_000.0).times(1.0 / 3.0);
     assert!(back.radiance(Vec3::NEG_Z).abs_diff_eq(Vec3::X, 1e-4));
