@@ -190,12 +190,11 @@ pub enum Build {
 
 impl Build {
     /// Number of coherent rays for each triangle below which a careful build does not pay. It takes a quarter of
-    /// a microsecond a triangle longer, and makes such a ray 1 to 30 nanoseconds faster, the less the closer
-    /// together rays are (docs/performance.md, "Time to the first frame").
+    /// a microsecond a triangle longer, and makes such a ray 1 to 28 nanoseconds faster (docs/performance.md, "Time
+    /// to the first frame").
     const RAYS_A_TRIANGLE: u64 = 40;
 
-    /// Number of coherent rays that gain as much as a scattered one at least: that becomes 30 to 280 nanoseconds
-    /// faster.
+    /// Number of coherent rays for which a scattered one counts: it becomes 33 to 220 nanoseconds faster.
     const GAIN_OF_SCATTERED: u64 = 8;
 
     /// Chooses the build that pays for so many rays through so many triangles.

@@ -166,7 +166,9 @@ def sun(irradiance):
 
 
 def render(file, depth, samples, seed, denoising=None):
-    """Seconds of one render, and its picture. `denoising`: one of `DENOISING`, or else none. Reading the picture takes a file, which is written after the clock stopped."""
+    """Seconds of one render, and its picture. `denoising`: one of `DENOISING`, or else none.
+
+    Reading the picture takes a file, which is written after the clock stopped."""
     blender = bpy.context.scene
     cycles = blender.cycles
     cycles.max_bounces = cycles.diffuse_bounces = cycles.glossy_bounces = depth - 2

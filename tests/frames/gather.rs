@@ -6,7 +6,7 @@ use afterimage::animation::{Track, TransformTrack};
 use afterimage::frame::{Finished, Renderer, Spoil};
 use afterimage::pose::{AreaShape, LightShape, Pose};
 use afterimage::scene::environment::Sky;
-use afterimage::scene::{Background, Environment, LightKind, Material, Panel, Scene, SkyDensity};
+use afterimage::scene::{Background, Environment, LightKind, Material, Model, Panel, Scene, SkyDensity};
 use afterimage::settings::{Budget, Filter, Settings};
 use glam::{DVec3, Vec3};
 
@@ -218,6 +218,26 @@ fn one_light_of_several_stands_for_all() {
     let apart = with(&[0]) + with(&[1]) + with(&[2]);
     assert!(together.min_element() > 0.003, "or it is too dark to tell: {together}");
     assert!((together / apart - Vec3::ONE).abs().max_element() < 0.02, "{together}, {apart}");
+}
+
+/// Surfaces on paths ask each kind of light: a kind that is nowhere in sight takes no question from another, and changes no pixel.
+#[test]
+fn light_that_is_nowhere_in_sight_changes_nothing() {
+    let camera = toy::camera(rests(DVec3::new(0.1, 0.05, 0.0)), rests(DVec3::X));
+    let room = toy::still("room", toy::octahedron(0, true), Vec3::ZERO);
+    let outside = toy::still("outside", toy::octahedron(1, true), Vec3::new(9.0, 0.0, 0.0));
+    let glowing = Material { emission: Vec3::splat(5.0), ..toy::matt(0.0) };
+    let materials = vec![toy::matt(0.6), glowing];
+    let seen = |models: Vec<Model>, sky: Option<Environment>| {
+        let lights = vec![lamp(0.2, 0.1, 0.1)];
+        let scene = toy::scene(camera.clone(), models, materials.clone(), lights);
+        let finished = first(&Scene { environment: sky, ..scene }, &settings(4, 2));
+        ["R", "G", "B"].map(|plane| finished.film.values(plane).expect("it is there").to_vec())
+    };
+    let alone = seen(vec![room.clone()], None);
+    assert!(alone[0].iter().any(|value| *value != alone[0][0]), "the lamp lights it");
+    assert!(seen(vec![room.clone()], Some(patchy())) == alone, "a sky");
+    assert!(seen(vec![room, outside], None) == alone, "a surface that emits");
 }
 
 /// A row of forty lamps between a floor and a ceiling lights what is near each of them: a path that asked any of

@@ -18,7 +18,8 @@ pub enum SkyDensity {
     Peaks,
 }
 
-/// Share of an environment's light that must be above the mean for rays to ask for it.
+/// Share of an environment's light that must be above the mean for rays to ask for it: chosen, not measured. Where the sky is in
+/// sight a gradient is worth asking; an even map whose texels are rounded is not.
 const LEAST_PEAKS: f64 = 0.05;
 
 /// Minimum share of the samples of the [whole](SkyDensity::Whole) for the sun and for the grid, if both shine.

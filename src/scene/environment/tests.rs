@@ -158,17 +158,16 @@ fn what_shines_can_be_found() {
 /// Rays that paths accompany ask for what is brighter than the mean; for an even light, which paths find better, there are none.
 #[test]
 fn peaks_are_what_is_brighter_than_the_mean() {
-    let with_peaks = |environment: &Environment| environment.has_peaks();
     let even = |sun: Option<Sun>| Environment::new(Grid::new(8, 4, vec![0.5; 96]).unwrap(), sun);
-    assert!(!with_peaks(&even(None)));
-    assert!(!with_peaks(&Environment::from_background(&Background::uniform(Vec3::ONE))));
+    assert!(!even(None).has_peaks());
+    assert!(!Environment::from_background(&Background::uniform(Vec3::ONE)).has_peaks());
     let without: Vec<_> =
-        environments().into_iter().filter(|(_, environment)| !with_peaks(environment)).collect();
+        environments().into_iter().filter(|(_, environment)| !environment.has_peaks()).collect();
     assert_eq!(without.iter().map(|(name, _)| *name).collect::<Vec<_>>(), ["black"]);
 
     let sun = Sun::of_irradiance(Vec3::Y, 0.53, Vec3::ONE);
     let sunny = even(Some(sun));
-    assert!(with_peaks(&sunny));
+    assert!(sunny.has_peaks());
     assert!(strata(9).all(|random| sunny.sample(SkyDensity::Peaks, random).distance(Vec3::Y) < 0.01));
     assert_eq!(sunny.light(SkyDensity::Peaks, Vec3::X).pdf, 0.0);
 
