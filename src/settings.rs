@@ -83,9 +83,8 @@ pub enum Filter {
     /// The mean of a pixel's own samples.
     #[default]
     Box,
-    /// A pixel over which the cells of samples are spread out: level, and falls evenly over the width of a
-    /// cell.
-    Trapezoid,
+    /// The area that each sample stands for, as far as it lies in the pixel.
+    Area,
     /// Falls evenly to the radius.
     Tent,
     /// A normal distribution with a standard deviation of a third of the radius.
@@ -101,23 +100,23 @@ pub enum Filter {
 impl Filter {
     /// Filters that reach across pixels: all but the box.
     pub const WIDE: [Self; 6] =
-        [Self::Trapezoid, Self::Tent, Self::Gaussian, Self::Mitchell, Self::BlackmanHarris, Self::Lanczos];
+        [Self::Area, Self::Tent, Self::Gaussian, Self::Mitchell, Self::BlackmanHarris, Self::Lanczos];
     /// Least radius, in pixels.
     pub const LEAST_RADIUS: f32 = 0.5;
     /// Largest radius, in pixels.
     pub const LARGEST_RADIUS: f32 = 4.0;
 
-    /// Returns true if a sample in the centre of its cell counts in its own pixel alone.
+    /// Returns true if a sample in the centre of its cell counts in its own pixel alone. Such a filter has no other
+    /// radius.
     pub fn is_of_one_pixel(self) -> bool {
-        matches!(self, Self::Box | Self::Trapezoid)
+        matches!(self, Self::Box | Self::Area)
     }
 
-    /// Default radius with `samples` x `samples` samples a pixel, in pixels.
-    pub fn usual_radius(self, samples: u32) -> f32 {
+    /// Default radius, in pixels: of the area, how far a sample reaches at most.
+    pub fn usual_radius(self) -> f32 {
         match self {
             Self::Box => 0.5,
-            Self::Trapezoid => 0.5 + 0.5 / samples as f32,
-            Self::Tent => 1.0,
+            Self::Area | Self::Tent => 1.0,
             Self::Gaussian | Self::BlackmanHarris => 1.5,
             Self::Mitchell => 2.0,
             Self::Lanczos => 3.0,
@@ -362,7 +361,8 @@ pub struct Settings {
     pub refinement: Option<Refinement>,
     /// Filter from samples to pixels.
     pub filter: Filter,
-    /// Radius of the filter, in pixels; the filter's usual radius if `None`. The box has no other.
+    /// Radius of the filter, in pixels; the filter's usual radius if `None`. Filters [of one pixel](Filter::is_of_one_pixel) have no
+    /// other.
     pub filter_radius: Option<f32>,
     /// Largest number of bounces, at mirrors and glass, of a ray from the eye.
     pub depth: u32,
@@ -460,7 +460,7 @@ impl Settings {
 
     /// Radius of the filter, in pixels.
     pub fn filter_radius(&self) -> f32 {
-        self.filter_radius.unwrap_or(self.filter.usual_radius(self.samples))
+        self.filter_radius.unwrap_or(self.filter.usual_radius())
     }
 
     /// Number of paths that a new sample gets at once.

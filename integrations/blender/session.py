@@ -82,7 +82,7 @@ def settings_of(scene, view_layer, frames, warn):
     rate = rate.limit_denominator(1001)
     render = {"samples": own.samples, "depth": own.depth, "reflections": own.reflections, "mode": own.mode, "base_every": own.base_every}
     # as Blender's box of one pixel, but that samples need not lie in the centres of their cells
-    render.update(exposures=own.exposures, caustics="paths" if own.caustics else "none", filter="trapezoid")
+    render.update(exposures=own.exposures, caustics="paths" if own.caustics else "none", filter="area")
     if own.clamp > 0:
         render["clamp"] = own.clamp
     return Settings(

@@ -100,7 +100,7 @@ class Files(unittest.TestCase):
             ({"frames": 1.5}, "must be whole numbers"),
             ({"depth": object()}, "`depth`: a object is neither a number"),
             ({"rate": 25}, "is the shot's own"),
-            ({"filter": "box", "filter_radius": 2}, "means nothing for the box"),
+            ({"filter": "box", "filter_radius": 2}, "means nothing for `box` and `area`"),
         ]:
             with self.subTest(**settings), self.assertRaises(afterimage.Error) as caught:
                 afterimage.render(scene, **settings)

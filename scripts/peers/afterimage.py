@@ -156,8 +156,8 @@ def measured_files(place, folder, depth, mode, setting, rounds):
     folder.mkdir(parents=True, exist_ok=True)
     grid, paths, most, light_samples, *quality = setting
     how, _, denoise = mode.partition("+")
-    # the truth has a box; the trapezoid is one whose samples need not be in the centres of their cells
-    pixel_filter = "box" if how == "full" else "trapezoid"
+    # the truth has a box, which the area is where samples need not be in the centres of their cells
+    pixel_filter = "box" if how == "full" else "area"
     shot, last = write_shot(folder / "shot.toml", place, light_samples, pixel_filter), last_frame(place)
     options, frames = options_of(how, last, grid, paths, most)
     options += ["--bounces", bounces(depth), "--reflections", light_samples]

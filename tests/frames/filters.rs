@@ -32,9 +32,9 @@ fn reuse_is_exact_with_every_filter() {
 
 /// Their samples are in the centres of their cells; with a lens, in those of windows that are shifted.
 #[test]
-fn a_trapezoid_shows_frames_that_are_traced_in_full_as_the_box_does() {
+fn areas_show_frames_that_are_traced_in_full_as_the_box_does() {
     for (scene, samples) in [(world(), 1), (world(), 2), (with_lens(with_flyer(world()), 0.2), 2)] {
-        let [own, spread] = [Filter::Box, Filter::Trapezoid].map(|filter| {
+        let [own, spread] = [Filter::Box, Filter::Area].map(|filter| {
             let settings = Settings { filter, mode: Mode::Full, exposures: 4, ..toy::settings(samples) };
             toy::render(&scene, &settings, 1).remove(0).film.values("G").unwrap()
         });
@@ -47,10 +47,13 @@ fn a_trapezoid_shows_frames_that_are_traced_in_full_as_the_box_does() {
 #[test]
 fn a_film_at_rest_is_what_it_would_be_if_it_were_made_anew() {
     let scene = with_flyer(matt_world());
-    for (filter, radius) in
-        [(Filter::Trapezoid, 0.75), (Filter::Tent, 0.75), (Filter::Lanczos, 3.0), (Filter::Gaussian, 4.0)]
-    {
-        let settings = Settings { filter, filter_radius: Some(radius), ..toy::audited(2) };
+    for (filter, radius) in [
+        (Filter::Area, None),
+        (Filter::Tent, Some(0.75)),
+        (Filter::Lanczos, Some(3.0)),
+        (Filter::Gaussian, Some(4.0)),
+    ] {
+        let settings = Settings { filter, filter_radius: radius, ..toy::audited(2) };
         let kept = toy::render(&scene, &settings, 5);
         for kept in kept {
             assert_eq!(toy::differing(&kept), 0, "{filter:?}");

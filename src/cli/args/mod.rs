@@ -72,7 +72,7 @@ pub struct ShotArgs {
     #[arg(long, value_enum)]
     pub filter: Option<FilterArg>,
 
-    /// Radius of the filter, in pixels, 0.5 to 4; not for the box [default: the shot's, or by the filter]
+    /// Radius of the filter, in pixels, 0.5 to 4; not for box and area [default: the shot's, or by the filter]
     #[arg(long, value_name = "PIXELS", value_parser = filter_radius)]
     pub filter_radius: Option<f32>,
 
@@ -273,9 +273,9 @@ impl ShotArgs {
         let of_shot =
             settings.filter_radius.filter(|_| filter.is_none_or(|filter| filter == settings.filter));
         let filter = filter.unwrap_or(settings.filter);
-        if filter == Filter::Box && self.filter_radius.is_some() {
+        if filter.is_of_one_pixel() && self.filter_radius.is_some() {
             return Err(Failure::Usage(String::from(
-                "--filter-radius means nothing for the box, which is a pixel: add --filter",
+                "--filter-radius means nothing for the filters box and area, which are a pixel: add --filter",
             )));
         }
         let (samples, refinement) = samples::settled(self.samples, self.threshold, settings, filter)?;

@@ -16,8 +16,8 @@ use crate::trace::BackendKind;
 pub enum FilterArg {
     /// The mean of a pixel's own samples
     Box,
-    /// A pixel over which cells of samples are spread out: the least noise in animations with 2x2 samples or more
-    Trapezoid,
+    /// The area that each sample stands for, as far as it lies in the pixel: the least noise in animations
+    Area,
     /// Falls evenly
     Tent,
     /// A normal distribution
@@ -34,7 +34,7 @@ impl From<FilterArg> for Filter {
     fn from(filter: FilterArg) -> Self {
         match filter {
             FilterArg::Box => Self::Box,
-            FilterArg::Trapezoid => Self::Trapezoid,
+            FilterArg::Area => Self::Area,
             FilterArg::Tent => Self::Tent,
             FilterArg::Gaussian => Self::Gaussian,
             FilterArg::Mitchell => Self::Mitchell,

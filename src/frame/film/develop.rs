@@ -312,6 +312,8 @@ fn tiles_that_reach(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::frame::film::areas::Areas;
+    use crate::frame::film::reach::Spread;
     use crate::frame::film::spread::spread;
     use crate::frame::grid::{holds, tests::settings};
     use crate::frame::planes::channels::channels;
@@ -420,7 +422,9 @@ mod tests {
             let mut columns = columns;
             columns[sums::DIFFUSE + 1] = Some(&ramp);
             let mut film = TileFilm::default();
-            spread(kernel, grid, &tile, [&x, &y], &columns, &mut film);
+            let areas = Areas::default();
+            let by = Spread::new(kernel, grid, [&x, &y], &areas);
+            spread(by, &tile, &columns, &mut film);
             film
         };
         (0..grid.tiles()).map(film_of).collect()

@@ -6,8 +6,10 @@
 //!
 //! Only colours are filtered here; values that must not be mixed are in [`pixels`](super::pixels).
 
+use super::areas::Areas;
 use super::mattes::{ids_of_cells, rank_boxes};
 use super::pixels::{OLDEST, Planes, choose_nearest, count, reduce, take_data};
+use super::reach::Spread;
 use super::spread::{TileFilm, spread};
 use super::variance::pixel_variances;
 use crate::cryptomatte::{Id, Kind, Mattes};
@@ -41,6 +43,8 @@ pub struct Filtering {
     /// Place of the sample, in cells from the tile's corner.
     x: Column<f32>,
     y: Column<f32>,
+    /// Areas of samples, for a filter that is by area.
+    areas: Areas,
     /// Cell whose sample is nearest to the pixel's centre, for each pixel.
     nearest: Vec<u16>,
     /// Sums of the tile's pixels, for a filter without a halo.
@@ -66,6 +70,7 @@ impl Default for Filtering {
             variance: none,
             x: none,
             y: none,
+            areas: Areas::default(),
             nearest: Vec::new(),
             sums: Planes::default(),
             data: Planes::default(),
@@ -89,14 +94,18 @@ pub fn sum(
     let Some(kernel) = &frame.kernel else { return };
     prepare(frame, tile, radiance, filtering);
     locate(frame, number, tile, filtering);
-    let Filtering { alpha, albedo, openness, depth, variance, x, y, ids, .. } = filtering;
+    let Filtering { alpha, albedo, openness, depth, variance, x, y, areas, ids, .. } = filtering;
+    if kernel.is_by_area() {
+        areas.find(tile, [x, y]);
+    }
+    let by = Spread::new(kernel, &frame.view.grid, [x, y], areas);
     let mut columns = [None; sums::COUNT];
     let planes = filtered(frame, radiance, [alpha, openness, depth, variance], albedo);
     planes.for_each(|(plane, column)| columns[plane] = Some(column));
-    spread(kernel, &frame.view.grid, tile, [x, y], &columns, film);
+    spread(by, tile, &columns, film);
     for (kind, mattes) in shown_mattes(frame) {
         ids_of_cells(frame, mattes, tile, kind, ids);
-        film.mattes[kind as usize].spread(kernel, &frame.view.grid, [x, y], ids);
+        film.mattes[kind as usize].spread(by, ids);
     }
 }
 

@@ -6,12 +6,12 @@
 
 use std::ops::Range;
 
-use super::reach::{Reach, edge};
+use super::reach::Spread;
 use crate::cryptomatte::{Id, Kind, Mattes, RANKS};
 use crate::frame::grid::Grid;
-use crate::frame::planes::kernel::{Kernel, MOST_TAPS};
+use crate::frame::planes::kernel::MOST_TAPS;
 use crate::frame::shot::frame_view::FrameView;
-use crate::lanes::{F32x8, LANES};
+use crate::lanes::LANES;
 use crate::samples::{BACKGROUND, CELLS, Column, EMPTY, Tile};
 
 /// Mattes of one kind in a pixel, with their shares: the largest ones, largest first.
@@ -109,33 +109,25 @@ impl MatteSums {
         self.sums.clear();
     }
 
-    /// Spreads the weight of each sample of a tile over the pixels that it reaches by the `kernel`. `places`
-    /// are x and y of samples, in cells from the tile's corner.
-    pub fn spread(&mut self, kernel: &Kernel, grid: &Grid, places: [&Column<f32>; 2], ids: &Column<Id>) {
-        match kernel.halo() {
-            1 => self.spread_by::<2>(kernel, grid, places, ids),
-            2 => self.spread_by::<4>(kernel, grid, places, ids),
-            3 => self.spread_by::<6>(kernel, grid, places, ids),
-            _ => self.spread_by::<MOST_TAPS>(kernel, grid, places, ids),
+    /// Spreads the weight of each sample of a tile over the pixels that it reaches.
+    pub fn spread(&mut self, by: Spread, ids: &Column<Id>) {
+        match by.halo() {
+            1 => self.spread_by::<2>(by, ids),
+            2 => self.spread_by::<4>(by, ids),
+            3 => self.spread_by::<6>(by, ids),
+            _ => self.spread_by::<MOST_TAPS>(by, ids),
         }
     }
 
     /// [`spread`](Self::spread) with a kernel that reaches `N` pixels in a row.
-    fn spread_by<const N: usize>(
-        &mut self,
-        kernel: &Kernel,
-        grid: &Grid,
-        [x, y]: [&Column<f32>; 2],
-        ids: &Column<Id>,
-    ) {
+    fn spread_by<const N: usize>(&mut self, by: Spread, ids: &Column<Id>) {
         const NONE: u16 = u16::MAX;
         self.clear();
-        let (edge, scale) = (edge(grid, kernel.halo()), F32x8::splat((grid.samples as f32).recip()));
-        let reach = |first| Reach::<N>::new(kernel, [x, y].map(|at| F32x8::load(at, first) * scale), edge);
+        let edge = by.edge;
         let with_matte = |first: usize| (0..LANES).filter(move |lane| ids[first + lane] != Id::NONE);
         let mut patch_of = [NONE; CELLS];
         for first in (0..CELLS).step_by(LANES).filter(|first| with_matte(*first).next().is_some()) {
-            let reach = reach(first);
+            let reach = by.reach::<N>(first);
             for lane in with_matte(first) {
                 let [left, top] = reach.corner(lane, edge);
                 let number = self.patch(ids[first + lane], [left, top], N);
@@ -152,7 +144,7 @@ impl MatteSums {
         }
         self.sums.resize(end, 0.0);
         for first in (0..CELLS).step_by(LANES).filter(|first| with_matte(*first).next().is_some()) {
-            let reach = reach(first);
+            let reach = by.reach::<N>(first);
             for lane in with_matte(first) {
                 let Patch { pixels: [columns, rows], first: begin, .. } =
                     &self.patches[usize::from(patch_of[first + lane])];
@@ -246,7 +238,10 @@ impl<const N: usize> MattePlanes<N> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::frame::film::areas::Areas;
+    use crate::frame::film::reach::edge;
     use crate::frame::grid::tests::settings;
+    use crate::frame::planes::kernel::Kernel;
     use crate::settings::Filter;
 
     #[test]
@@ -279,7 +274,9 @@ mod tests {
                 std::array::from_fn(|cell| Id((cell as u32).wrapping_mul(2654435761) >> 8).at(6));
             let mut sums = MatteSums::default();
             let kernel = Kernel::new(Filter::Mitchell, 2.0).expect("it is wide");
-            sums.spread(&kernel, &grid, [&x, &y], &ids);
+            let areas = Areas::default();
+            let by = Spread::new(&kernel, &grid, [&x, &y], &areas);
+            sums.spread(by, &ids);
             let mut of_all = MattePlanes::<1600>::default();
             let edge = edge(&grid, kernel.halo());
             of_all.add(&sums, [0, 0], &[0..edge, 0..edge], 40);

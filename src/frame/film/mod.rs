@@ -1,5 +1,6 @@
 //! Samples to pixels: the paper's "Filtering", and all values of a pixel beside colour.
 
+pub mod areas;
 pub mod develop;
 pub mod filter;
 pub mod mattes;

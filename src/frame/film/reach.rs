@@ -2,13 +2,55 @@
 
 use wide::i32x8;
 
+use super::areas::Areas;
 use crate::frame::grid::Grid;
 use crate::frame::planes::kernel::Kernel;
 use crate::lanes::{F32x8, LANES};
+use crate::samples::Column;
 
 /// Number of pixels along an edge of a tile with its halo.
 pub fn edge(grid: &Grid, halo: u32) -> usize {
     (grid.tile_pixels + 2 * halo) as usize
+}
+
+/// A filter, and where the samples of a tile lie that it spreads.
+#[derive(Clone, Copy)]
+pub struct Spread<'a> {
+    kernel: &'a Kernel,
+    /// x and y of samples, in cells from the tile's corner.
+    places: [&'a Column<f32>; 2],
+    /// Areas of samples, for a filter that weighs by these.
+    areas: Option<&'a Areas>,
+    /// Edge of a cell, in pixels.
+    cell: F32x8,
+    /// Number of pixels along an edge of the tile with its halo.
+    pub edge: usize,
+}
+
+impl<'a> Spread<'a> {
+    /// Samples at these `places` of a tile: x and y, in cells from its corner. A filter that is not [by
+    /// area](Kernel::is_by_area) leaves their `areas` alone.
+    pub fn new(kernel: &'a Kernel, grid: &Grid, places: [&'a Column<f32>; 2], areas: &'a Areas) -> Self {
+        let cell = F32x8::splat((grid.samples as f32).recip());
+        let areas = Some(areas).filter(|_| kernel.is_by_area());
+        Self { kernel, places, areas, cell, edge: edge(grid, kernel.halo()) }
+    }
+
+    /// Number of pixels that a sample reaches beyond its own.
+    pub fn halo(&self) -> u32 {
+        self.kernel.halo()
+    }
+
+    /// Computes which pixels eight samples reach. The kernel reaches `N` pixels in a row.
+    #[inline(always)]
+    pub fn reach<const N: usize>(&self, first: usize) -> Reach<N> {
+        let at = self.places.map(|at| F32x8::load(at, first) * self.cell);
+        let sides = match self.areas {
+            Some(areas) => areas.sides(first).map(|sides| sides.map(|side| side * self.cell)),
+            None => [[F32x8::ZERO; 2]; 2],
+        };
+        Reach::new(self.kernel, at, sides, self.edge)
+    }
 }
 
 /// The N x N pixels that each of eight samples reaches, with the samples' weights there.
@@ -20,14 +62,15 @@ pub struct Reach<const N: usize> {
 }
 
 impl<const N: usize> Reach<N> {
-    /// Computes the reach of samples `at` these places, in pixels from the tile's corner.
+    /// Computes the reach of samples `at` these places, in pixels from the tile's corner, whose areas reach to these `sides`.
     #[inline(always)]
-    pub fn new(kernel: &Kernel, at: [F32x8; 2], edge: usize) -> Self {
+    fn new(kernel: &Kernel, at: [F32x8; 2], sides: [[F32x8; 2]; 2], edge: usize) -> Self {
         // the halo shifts places by N/2 pixels; the first pixel of a sample lies as many before it
         let [x, y] = at.map(|at| at + F32x8::splat(0.5));
         let whole = [x, y].map(F32x8::to_whole);
         let first = whole.map(F32x8::from_whole);
-        let (across, down) = (kernel.weights::<N>(x - first[0]), kernel.weights::<N>(y - first[1]));
+        let [across, down] = [(x - first[0], sides[0]), (y - first[1], sides[1])]
+            .map(|(at, sides)| kernel.weights::<N>(at, sides));
         Self {
             start: (whole[1] * i32x8::splat(edge as i32) + whole[0]).to_array(),
             weights: down.map(|down| across.map(|across| across * down)),

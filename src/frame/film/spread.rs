@@ -7,11 +7,11 @@
 use std::ops::Range;
 
 use super::mattes::MatteSums;
-use super::reach::{Reach, edge};
+use super::reach::{Spread, edge};
 use crate::cryptomatte::Kind;
 use crate::frame::grid::Grid;
 use crate::frame::planes::channels::sums;
-use crate::frame::planes::kernel::{Kernel, MOST_TAPS};
+use crate::frame::planes::kernel::MOST_TAPS;
 use crate::lanes::{F32x8, LANES};
 use crate::samples::{CELLS, Column, EMPTY, Tile};
 
@@ -85,38 +85,28 @@ impl TileFilm {
     }
 }
 
-/// Spreads each sample of a tile over the pixels that it reaches by the `kernel`. `places` are x and y of
-/// samples, in cells from the tile's corner; `columns` are the values to be summed, `None` where all are
-/// zero.
-pub fn spread(
-    kernel: &Kernel,
-    grid: &Grid,
-    tile: &Tile,
-    places: [&Column<f32>; 2],
-    columns: &[Option<&Column<f32>>; sums::COUNT],
-    film: &mut TileFilm,
-) {
-    match kernel.halo() {
-        1 => spread_by::<2>(kernel, grid, tile, places, columns, film),
-        2 => spread_by::<4>(kernel, grid, tile, places, columns, film),
-        3 => spread_by::<6>(kernel, grid, tile, places, columns, film),
-        _ => spread_by::<MOST_TAPS>(kernel, grid, tile, places, columns, film),
+/// Spreads each sample of a tile over the pixels that it reaches. `columns` are the values to be summed, `None` where all
+/// are zero.
+pub fn spread(by: Spread, tile: &Tile, columns: &[Option<&Column<f32>>; sums::COUNT], film: &mut TileFilm) {
+    match by.halo() {
+        1 => spread_by::<2>(by, tile, columns, film),
+        2 => spread_by::<4>(by, tile, columns, film),
+        3 => spread_by::<6>(by, tile, columns, film),
+        _ => spread_by::<MOST_TAPS>(by, tile, columns, film),
     }
 }
 
 /// [`spread`] with a kernel that reaches `N` pixels in a row.
 fn spread_by<const N: usize>(
-    kernel: &Kernel,
-    grid: &Grid,
+    by: Spread,
     tile: &Tile,
-    [x, y]: [&Column<f32>; 2],
     columns: &[Option<&Column<f32>>; sums::COUNT],
     film: &mut TileFilm,
 ) {
     static NOTHING: Column<f32> = [0.0; CELLS];
     static ONE: Column<f32> = [1.0; CELLS];
-    film.halo = kernel.halo();
-    let (edge, scale) = (edge(grid, film.halo), F32x8::splat((grid.samples as f32).recip()));
+    film.halo = by.halo();
+    let edge = by.edge;
     film.is_some = columns.map(|column| column.is_some());
     film.is_some[sums::WEIGHT] = true;
     let has_group: [bool; GROUPS] = std::array::from_fn(|group| film.has_group(group));
@@ -132,8 +122,7 @@ fn spread_by<const N: usize>(
         std::array::from_fn(|group| std::array::from_fn(|lane| column(group * LANES + lane)));
     for first in (0..CELLS).step_by(LANES) {
         let models = &tile.model[first..first + LANES];
-        let at = [x, y].map(|at| F32x8::load(at, first) * scale);
-        let reach = Reach::<N>::new(kernel, at, edge);
+        let reach = by.reach::<N>(first);
         for lane in (0..LANES).filter(|lane| models[*lane] != EMPTY) {
             for group in (0..GROUPS).filter(|group| has_group[*group]) {
                 let value = F32x8::new(columns[group].map(|column| column[first + lane]));
@@ -151,6 +140,8 @@ mod tests {
     #![allow(clippy::unwrap_used, reason = "a test stops where something is wrong")]
 
     use super::*;
+    use crate::frame::film::areas::Areas;
+    use crate::frame::planes::kernel::Kernel;
     use crate::settings::Filter;
 
     #[test]
@@ -166,9 +157,11 @@ mod tests {
         columns[sums::SPECULAR + 1] = Some(&value);
         let mut film = TileFilm::default();
         let kernel = Kernel::new(Filter::Mitchell, 2.0).unwrap();
-        spread(&kernel, &grid, &tile, [&x, &y], &columns, &mut film);
+        let areas = Areas::default();
+        let by = Spread::new(&kernel, &grid, [&x, &y], &areas);
+        spread(by, &tile, &columns, &mut film);
         assert!(film.has(&[sums::SPECULAR + 1]) && !film.has(&[sums::SPECULAR, sums::ALPHA]));
-        let weights = |beyond| kernel.weights::<4>(F32x8::splat(beyond));
+        let weights = |beyond| kernel.weights::<4>(F32x8::splat(beyond), [F32x8::ZERO; 2]);
         let (across, down) = (weights(0.25), weights(0.75));
         let mut reached = 0;
         film.for_each_run(&grid, 0, &[0..36, 0..36], |group, [left, y], run| {

@@ -29,10 +29,16 @@ impl Kernel {
         self.radius.ceil() as u32
     }
 
+    /// Returns true if samples weigh by their [areas](crate::frame::film::areas::Areas).
+    pub fn is_by_area(&self) -> bool {
+        self.shape == Filter::Area
+    }
+
     /// Weights of samples in the `N` pixels of a row around them. The samples lie `beyond` (0 to 1) the
-    /// centre of pixel N/2 - 1 of these. N is twice the halo.
+    /// centre of pixel N/2 - 1 of these. N is twice the halo. Of samples that weigh by their areas, these reach to
+    /// both `sides`, in pixels.
     #[inline(always)]
-    pub fn weights<const N: usize>(&self, beyond: F32x8) -> [F32x8; N] {
+    pub fn weights<const N: usize>(&self, beyond: F32x8, sides: [F32x8; 2]) -> [F32x8; N] {
         let at = |pixel: usize| {
             let center = F32x8::splat(pixel as f32 - (N / 2 - 1) as f32);
             (beyond - center).abs()
@@ -45,7 +51,7 @@ impl Kernel {
             }
             Filter::Mitchell => self.within(at, |x| mitchell(x * F32x8::splat(2.0 / self.radius))),
             Filter::Box => [F32x8::ZERO; N],
-            Filter::Trapezoid => self.within(at, |x| trapezoid(x, self.radius)),
+            Filter::Area => in_pixels(beyond, sides),
             Filter::Tent => self.within(at, |x| F32x8::ONE - x * F32x8::splat(self.radius.recip())),
             Filter::Gaussian => self.within(at, |x| gaussian(x, self.radius)),
             Filter::BlackmanHarris => {
@@ -94,13 +100,17 @@ fn mitchell_of_four(beyond: F32x8) -> [F32x8; 4] {
     [cubic(FAR, one + beyond), cubic(NEAR, beyond), cubic(NEAR, one - beyond), cubic(FAR, two - beyond)]
 }
 
-/// Convolution of a pixel with a box that reaches as far beyond it as the radius does: samples in rows that are
-/// `2 * radius - 1` apart weigh the same in sum, and so does what rises evenly across them, wherever the rows
-/// lie. From a radius of 1 on it is a tent.
+/// What of the areas that reach to these `sides` of samples lies in each of `N` pixels: to half a pixel at most,
+/// so that two pixels are enough.
 #[inline(always)]
-fn trapezoid(x: F32x8, radius: f32) -> F32x8 {
-    let falls_over = (2.0 * radius - 1.0).max(f32::EPSILON);
-    ((F32x8::splat(radius) - x) * F32x8::splat(falls_over.recip())).min(F32x8::ONE)
+fn in_pixels<const N: usize>(beyond: F32x8, sides: [F32x8; 2]) -> [F32x8; N] {
+    let half = F32x8::splat(0.5);
+    let [before, after] = sides.map(|side| side.min(half));
+    let [start, end] = [beyond - before, beyond + after];
+    std::array::from_fn(|pixel| {
+        let center = F32x8::splat(pixel as f32 - (N / 2 - 1) as f32);
+        (end.min(center + half) - start.max(center - half)).max(F32x8::ZERO)
+    })
 }
 
 /// A normal distribution whose standard deviation is a third of the radius, lowered so that it ends in 0.
@@ -139,14 +149,18 @@ mod tests {
     use super::*;
 
     fn weights(filter: Filter, radius: f32, beyond: f32) -> Vec<f32> {
+        weights_of_area(filter, radius, beyond, [0.5; 2])
+    }
+
+    fn weights_of_area(filter: Filter, radius: f32, beyond: f32, sides: [f32; 2]) -> Vec<f32> {
         let kernel = Kernel::new(filter, radius).expect("it is wide");
         let lane = |weights: &[F32x8]| weights.iter().map(|weight| weight.lane(3)).collect();
-        let beyond = F32x8::splat(beyond);
+        let (beyond, sides) = (F32x8::splat(beyond), sides.map(F32x8::splat));
         match kernel.halo() {
-            1 => lane(&kernel.weights::<2>(beyond)),
-            2 => lane(&kernel.weights::<4>(beyond)),
-            3 => lane(&kernel.weights::<6>(beyond)),
-            _ => lane(&kernel.weights::<8>(beyond)),
+            1 => lane(&kernel.weights::<2>(beyond, sides)),
+            2 => lane(&kernel.weights::<4>(beyond, sides)),
+            3 => lane(&kernel.weights::<6>(beyond, sides)),
+            _ => lane(&kernel.weights::<8>(beyond, sides)),
         }
     }
 
@@ -168,35 +182,36 @@ mod tests {
         assert!(on_a_centre.iter().zip(wanted).all(|(a, b)| (a - b).abs() < 1e-6), "{on_a_centre:?}");
     }
 
-    /// Rows of samples, beside the centres of their cells by the same amount: the mean of what rises evenly is its value in
-    /// the pixel's centre. In the centres they weigh as with a box.
+    /// Rows of samples, wherever they lie and however far they are apart: areas fill the pixel, and the mean of what rises evenly
+    /// is nearly its value in the pixel's centre. In the centres of cells samples weigh as with a box.
     #[test]
-    fn a_trapezoid_takes_rows_of_samples_wherever_they_lie() {
-        for samples in [1_u32, 2, 3, 4, 16] {
-            let radius = Filter::Trapezoid.usual_radius(samples);
-            let cell = 1.0 / samples as f32;
-            for step in 0..=16 {
-                let shift = cell * (step as f32 / 16.0 - 0.5);
-                let (mut sum, mut moment) = (0.0, 0.0);
-                for number in -2 * samples as i32..3 * samples as i32 {
-                    // from the pixel's left edge; pixels of the row begin half a pixel before the first centre
-                    let at = (number as f32 + 0.5) * cell + shift;
-                    let left_centre = (at - 0.5).floor();
-                    let of_row = weights(Filter::Trapezoid, radius, at - 0.5 - left_centre);
-                    let ours = -left_centre as i32;
-                    let weight =
-                        usize::try_from(ours).ok().and_then(|pixel| of_row.get(pixel)).unwrap_or(&0.0);
-                    sum += weight;
-                    moment += weight * (at - 0.5);
-                    let is_own = (0.0..1.0).contains(&at);
-                    assert!(
-                        step != 8 || (*weight - f32::from(u8::from(is_own))).abs() < 1e-5,
-                        "{samples}: {at}"
-                    );
-                }
-                assert!((sum - samples as f32).abs() < 1e-4, "{samples}, {shift}: {sum}");
-                assert!(moment.abs() < 1e-4 * samples as f32, "{samples}, {shift}: {moment}");
+    fn areas_of_rows_fill_each_pixel_once() {
+        let reached = Filter::Area.usual_radius();
+        for (samples, apart, shift) in [1.0, 2.0, 3.0, 4.0, 16.0_f32]
+            .into_iter()
+            .flat_map(|samples| [1.0, 0.9, 1.2_f32].map(|apart| (samples, apart)))
+            .flat_map(|(samples, apart)| (0..=16).map(move |step| (samples, apart, step as f32 / 16.0 - 0.5)))
+            // beyond half a pixel no area reaches
+            .filter(|(samples, apart, _)| *samples > 1.0 || *apart <= 1.0)
+        {
+            let (cell, cells) = (apart / samples, 3 * samples as i32);
+            let (mut sum, mut moment) = (0.0, 0.0);
+            for number in -cells..cells {
+                // from the pixel's left edge; pixels of the row begin half a pixel before the first centre
+                let at = (number as f32 + 0.5 + shift) * cell;
+                let left_centre = (at - 0.5).floor();
+                let of_row = weights_of_area(Filter::Area, reached, at - 0.5 - left_centre, [0.5 * cell; 2]);
+                let ours = -left_centre as i32;
+                let weight = usize::try_from(ours).ok().and_then(|pixel| of_row.get(pixel)).unwrap_or(&0.0);
+                sum += weight;
+                moment += weight * (at - 0.5);
+                let own = if (0.0..1.0).contains(&at) { cell } else { 0.0 };
+                assert!(shift != 0.0 || apart != 1.0 || (*weight - own).abs() < 1e-5, "{samples}: {at}");
             }
+            assert!((sum - 1.0).abs() < 1e-4, "{samples}, {apart}, {shift}: {sum}");
+            // the areas that edges of the pixel cut are off by no more than a quarter of themselves, each by its share
+            let most = if apart == 1.0 { 1e-4 } else { 0.25 * cell * cell };
+            assert!(moment.abs() < most, "{samples}, {apart}, {shift}: {moment}");
         }
     }
 
@@ -207,6 +222,7 @@ mod tests {
         {
             for step in 0..=8 {
                 let beyond = step as f32 / 8.0;
+                let radius = if filter.is_of_one_pixel() { filter.usual_radius() } else { radius };
                 let (left, mut right) =
                     (weights(filter, radius, beyond), weights(filter, radius, 1.0 - beyond));
                 right.reverse();
@@ -228,8 +244,7 @@ mod tests {
             weights(filter, radius, distance)[Kernel::new(filter, radius).expect("wide").halo() as usize - 1]
         };
         for (filter, radius, distance, wanted) in [
-            (Filter::Trapezoid, 0.75, 0.25, 1.0),
-            (Filter::Trapezoid, 0.75, 0.6, 0.3),
+            (Filter::Area, 1.0, 0.25, 0.75),
             (Filter::Tent, 1.0, 0.25, 0.75),
             (Filter::Gaussian, 1.5, 0.5, (-0.5_f32).exp() - (-4.5_f32).exp()),
             (Filter::BlackmanHarris, 1.5, 0.0, 1.0),

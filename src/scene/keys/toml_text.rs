@@ -254,7 +254,7 @@ mod tests {
         );
         assert_eq!(
             error("size = [1, 2, 3]\nfilter = \"bx\""),
-            "x.toml:2:10: `filter`: unknown value `bx`: did you mean `box`? (known here: box, trapezoid, tent, gaussian, mitchell, blackman-harris, lanczos)"
+            "x.toml:2:10: `filter`: unknown value `bx`: did you mean `box`? (known here: box, area, tent, gaussian, mitchell, blackman-harris, lanczos)"
         );
         assert!(error("").contains("the key `size` is missing"));
         let wrong_type = error("# ä\nsize = \"ä\"");

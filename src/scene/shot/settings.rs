@@ -212,11 +212,11 @@ fn filter_radius(
         // another filter has another radius
         return Ok(before.filter_radius.filter(|_| filter == before.filter));
     };
-    if filter == Filter::Box {
+    if filter.is_of_one_pixel() {
         return Err(text.bad(
             "filter_radius",
             radius,
-            "means nothing for the box, which is a pixel: choose another `filter`",
+            "means nothing for `box` and `area`, which are a pixel: choose another `filter`",
         ));
     }
     let range = f64::from(Filter::LEAST_RADIUS)..=f64::from(Filter::LARGEST_RADIUS);

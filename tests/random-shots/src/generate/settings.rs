@@ -44,7 +44,7 @@ pub fn add(dice: &mut Dice, span: &Span, camera: Choice, shot: &mut Table) {
     } else {
         render.insert("samples".into(), Value::Integer(*dice.pick(&[1, 1, 1, 1, 1, 2, 2, 3])));
         if dice.one_in(4) {
-            let filters = ["trapezoid", "tent", "gaussian", "mitchell", "blackman-harris", "lanczos"];
+            let filters = ["area", "tent", "gaussian", "mitchell", "blackman-harris", "lanczos"];
             render.insert("filter".into(), (*dice.pick(&filters)).into());
         }
     }
