@@ -11,7 +11,7 @@ DEPTHS = {3: "light that bounced once", 4: "light that bounced twice"}
 # rays of a sample to the panel: kept ones cost nothing; quality of the denoiser, if not the highest
 GRIDS = {
     "full": [(4, 1, 1, 1), (5, 1, 1, 1), (6, 1, 1, 1), (7, 1, 1, 1), (8, 1, 1, 1), (5, 2, 2, 1)],
-    "inferred": [(3, 16, 16, 16), (4, 4, 4, 16), (4, 8, 8, 16), (5, 4, 4, 4), (6, 2, 2, 4)],
+    "inferred": [(3, 16, 16, 16), (4, 3, 3, 16), (4, 4, 4, 16), (4, 8, 8, 16), (5, 4, 4, 4), (6, 2, 2, 4)],
     "filled": [(4, 1, 8, 16), (4, 1, 16, 16), (5, 1, 4, 4), (5, 1, 8, 4), (5, 1, 8, 16), (6, 1, 4, 4), (6, 1, 8, 4)],
     "full+denoise": [(2, 1, 1, 1), (3, 1, 1, 1), (3, 2, 2, 1), (4, 1, 1, 1), (5, 1, 1, 1)],
     "inferred+denoise": [(3, 4, 4, 16), (3, 4, 4, 16, "balanced"), (4, 2, 2, 4), (4, 2, 2, 4, "balanced"), (5, 2, 2, 4)],
