@@ -47,10 +47,12 @@ pub fn serve(frame: &FrameView, tile: &Tile, cell: usize, placed: &Placed, to_ey
     alpha.is_some_and(|alpha| serves(alpha, normal, drawn_for, to_eye, tile.gathered.seed(cell)))
 }
 
-/// Directions from eight samples to the eye; world space, unit length.
+/// Directions from eight samples to the eye; world space, unit length. Of a sample in the very place of the eye, which may lie in
+/// a surface, its normal.
 pub fn directions_to_eye(frame: &FrameView, placed: &Placed) -> Vec3x8 {
     let offsets = placed.point - Vec3x8::splat(frame.view.camera.eye);
-    -frame.view.sights(offsets).normalize()
+    let sights = frame.view.sights(offsets);
+    sights.is_some().select3(-sights.normalize(), placed.normal)
 }
 
 /// Start of the first reflected path of the sample in `cell`, as it was drawn; `placed` holds its group of
