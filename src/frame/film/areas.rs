@@ -70,6 +70,20 @@ impl Areas {
     }
 }
 
+/// What of the areas of samples lies in each of the `N` pixels of a row around them: their weights there. The samples lie
+/// `beyond` (0 to 1) the centre of pixel N/2 - 1 of these; areas reach to both `sides`, in pixels, and half a pixel at most, so that
+/// two pixels are enough.
+#[inline(always)]
+pub fn in_pixels<const N: usize>(beyond: F32x8, sides: [F32x8; 2]) -> [F32x8; N] {
+    let half = F32x8::splat(0.5);
+    let [before, after] = sides.map(|side| side.min(half));
+    let [start, end] = [beyond - before, beyond + after];
+    std::array::from_fn(|pixel| {
+        let center = F32x8::splat(pixel as f32 - (N / 2 - 1) as f32);
+        (end.min(center + half) - start.max(center - half)).max(F32x8::ZERO)
+    })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -92,6 +106,39 @@ mod tests {
 
     fn sides(areas: &Areas, at: [u32; 2]) -> [[f32; 2]; 2] {
         areas.sides.each_ref().map(|sides| sides.each_ref().map(|side| side[cell_number(at)]))
+    }
+
+    /// Rows of samples, wherever they lie and however far they are apart: areas fill the pixel, and the mean of what rises evenly
+    /// is nearly its value in the pixel's centre. In the centres of cells samples weigh as with a box.
+    #[test]
+    fn areas_of_rows_fill_each_pixel_once() {
+        for (samples, apart, shift) in [1.0, 2.0, 3.0, 4.0, 16.0_f32]
+            .into_iter()
+            .flat_map(|samples| [1.0, 0.9, 1.2_f32].map(|apart| (samples, apart)))
+            .flat_map(|(samples, apart)| (0..=16).map(move |step| (samples, apart, step as f32 / 16.0 - 0.5)))
+            // beyond half a pixel no area reaches
+            .filter(|(samples, apart, _)| *samples > 1.0 || *apart <= 1.0)
+        {
+            let (cell, cells) = (apart / samples, 3 * samples as i32);
+            let (mut sum, mut moment) = (0.0, 0.0);
+            for number in -cells..cells {
+                // from the pixel's left edge; pixels of the row begin half a pixel before the first centre
+                let at = (number as f32 + 0.5 + shift) * cell;
+                let left_centre = (at - 0.5).floor();
+                let [beyond, side] = [at - 0.5 - left_centre, 0.5 * cell].map(F32x8::splat);
+                let of_row = in_pixels::<2>(beyond, [side; 2]).map(|weight| weight.lane(3));
+                let ours = -left_centre as i32;
+                let weight = usize::try_from(ours).ok().and_then(|pixel| of_row.get(pixel)).unwrap_or(&0.0);
+                sum += weight;
+                moment += weight * (at - 0.5);
+                let own = if (0.0..1.0).contains(&at) { cell } else { 0.0 };
+                assert!(shift != 0.0 || apart != 1.0 || (*weight - own).abs() < 1e-5, "{samples}: {at}");
+            }
+            assert!((sum - 1.0).abs() < 1e-4, "{samples}, {apart}, {shift}: {sum}");
+            // the areas that edges of the pixel cut are off by no more than a quarter of themselves, each by its share
+            let most = if apart == 1.0 { 1e-4 } else { 0.25 * cell * cell };
+            assert!(moment.abs() < most, "{samples}, {apart}, {shift}: {moment}");
+        }
     }
 
     #[test]

@@ -2,7 +2,7 @@
 
 use wide::i32x8;
 
-use super::areas::Areas;
+use super::areas::{Areas, in_pixels};
 use crate::frame::grid::Grid;
 use crate::frame::planes::kernel::Kernel;
 use crate::lanes::{F32x8, LANES};
@@ -44,12 +44,21 @@ impl<'a> Spread<'a> {
     /// Computes which pixels eight samples reach. The kernel reaches `N` pixels in a row.
     #[inline(always)]
     pub fn reach<const N: usize>(&self, first: usize) -> Reach<N> {
-        let at = self.places.map(|at| F32x8::load(at, first) * self.cell);
-        let sides = match self.areas {
-            Some(areas) => areas.sides(first).map(|sides| sides.map(|side| side * self.cell)),
-            None => [[F32x8::ZERO; 2]; 2],
+        // the halo shifts places by N/2 pixels; the first pixel of a sample lies as many before it
+        let at = self.places.map(|at| F32x8::load(at, first) * self.cell + F32x8::splat(0.5));
+        let whole = at.map(F32x8::to_whole);
+        let [x, y] = [0, 1].map(|axis| at[axis] - F32x8::from_whole(whole[axis]));
+        let [across, down] = match self.areas {
+            Some(areas) => {
+                let [beside, above] = areas.sides(first).map(|sides| sides.map(|side| side * self.cell));
+                [in_pixels::<N>(x, beside), in_pixels(y, above)]
+            }
+            None => [self.kernel.weights::<N>(x), self.kernel.weights(y)],
         };
-        Reach::new(self.kernel, at, sides, self.edge)
+        Reach {
+            start: (whole[1] * i32x8::splat(self.edge as i32) + whole[0]).to_array(),
+            weights: down.map(|down| across.map(|across| across * down)),
+        }
     }
 }
 
@@ -62,21 +71,6 @@ pub struct Reach<const N: usize> {
 }
 
 impl<const N: usize> Reach<N> {
-    /// Computes the reach of samples `at` these places, in pixels from the tile's corner, whose areas reach to these `sides`.
-    #[inline(always)]
-    fn new(kernel: &Kernel, at: [F32x8; 2], sides: [[F32x8; 2]; 2], edge: usize) -> Self {
-        // the halo shifts places by N/2 pixels; the first pixel of a sample lies as many before it
-        let [x, y] = at.map(|at| at + F32x8::splat(0.5));
-        let whole = [x, y].map(F32x8::to_whole);
-        let first = whole.map(F32x8::from_whole);
-        let [across, down] = [(x - first[0], sides[0]), (y - first[1], sides[1])]
-            .map(|(at, sides)| kernel.weights::<N>(at, sides));
-        Self {
-            start: (whole[1] * i32x8::splat(edge as i32) + whole[0]).to_array(),
-            weights: down.map(|down| across.map(|across| across * down)),
-        }
-    }
-
     /// Column and row of the first pixel that sample `lane` reaches.
     #[inline(always)]
     pub fn corner(&self, lane: usize, edge: usize) -> [usize; 2] {

@@ -161,7 +161,7 @@ mod tests {
         let by = Spread::new(&kernel, &grid, [&x, &y], &areas);
         spread(by, &tile, &columns, &mut film);
         assert!(film.has(&[sums::SPECULAR + 1]) && !film.has(&[sums::SPECULAR, sums::ALPHA]));
-        let weights = |beyond| kernel.weights::<4>(F32x8::splat(beyond), [F32x8::ZERO; 2]);
+        let weights = |beyond| kernel.weights::<4>(F32x8::splat(beyond));
         let (across, down) = (weights(0.25), weights(0.75));
         let mut reached = 0;
         film.for_each_run(&grid, 0, &[0..36, 0..36], |group, [left, y], run| {

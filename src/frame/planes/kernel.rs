@@ -35,10 +35,9 @@ impl Kernel {
     }
 
     /// Weights of samples in the `N` pixels of a row around them. The samples lie `beyond` (0 to 1) the
-    /// centre of pixel N/2 - 1 of these. N is twice the halo. Of samples that weigh by their areas, these reach to
-    /// both `sides`, in pixels.
+    /// centre of pixel N/2 - 1 of these. N is twice the halo. All 0 where samples weigh [by area](Self::is_by_area).
     #[inline(always)]
-    pub fn weights<const N: usize>(&self, beyond: F32x8, sides: [F32x8; 2]) -> [F32x8; N] {
+    pub fn weights<const N: usize>(&self, beyond: F32x8) -> [F32x8; N] {
         let at = |pixel: usize| {
             let center = F32x8::splat(pixel as f32 - (N / 2 - 1) as f32);
             (beyond - center).abs()
@@ -50,8 +49,7 @@ impl Kernel {
                 std::array::from_fn(|pixel| of[pixel])
             }
             Filter::Mitchell => self.within(at, |x| mitchell(x * F32x8::splat(2.0 / self.radius))),
-            Filter::Box => [F32x8::ZERO; N],
-            Filter::Area => in_pixels(beyond, sides),
+            Filter::Box | Filter::Area => [F32x8::ZERO; N],
             Filter::Tent => self.within(at, |x| F32x8::ONE - x * F32x8::splat(self.radius.recip())),
             Filter::Gaussian => self.within(at, |x| gaussian(x, self.radius)),
             Filter::BlackmanHarris => {
@@ -100,19 +98,6 @@ fn mitchell_of_four(beyond: F32x8) -> [F32x8; 4] {
     [cubic(FAR, one + beyond), cubic(NEAR, beyond), cubic(NEAR, one - beyond), cubic(FAR, two - beyond)]
 }
 
-/// What of the areas that reach to these `sides` of samples lies in each of `N` pixels: to half a pixel at most,
-/// so that two pixels are enough.
-#[inline(always)]
-fn in_pixels<const N: usize>(beyond: F32x8, sides: [F32x8; 2]) -> [F32x8; N] {
-    let half = F32x8::splat(0.5);
-    let [before, after] = sides.map(|side| side.min(half));
-    let [start, end] = [beyond - before, beyond + after];
-    std::array::from_fn(|pixel| {
-        let center = F32x8::splat(pixel as f32 - (N / 2 - 1) as f32);
-        (end.min(center + half) - start.max(center - half)).max(F32x8::ZERO)
-    })
-}
-
 /// A normal distribution whose standard deviation is a third of the radius, lowered so that it ends in 0.
 #[inline(always)]
 fn gaussian(x: F32x8, radius: f32) -> F32x8 {
@@ -149,18 +134,14 @@ mod tests {
     use super::*;
 
     fn weights(filter: Filter, radius: f32, beyond: f32) -> Vec<f32> {
-        weights_of_area(filter, radius, beyond, [0.5; 2])
-    }
-
-    fn weights_of_area(filter: Filter, radius: f32, beyond: f32, sides: [f32; 2]) -> Vec<f32> {
         let kernel = Kernel::new(filter, radius).expect("it is wide");
         let lane = |weights: &[F32x8]| weights.iter().map(|weight| weight.lane(3)).collect();
-        let (beyond, sides) = (F32x8::splat(beyond), sides.map(F32x8::splat));
+        let beyond = F32x8::splat(beyond);
         match kernel.halo() {
-            1 => lane(&kernel.weights::<2>(beyond, sides)),
-            2 => lane(&kernel.weights::<4>(beyond, sides)),
-            3 => lane(&kernel.weights::<6>(beyond, sides)),
-            _ => lane(&kernel.weights::<8>(beyond, sides)),
+            1 => lane(&kernel.weights::<2>(beyond)),
+            2 => lane(&kernel.weights::<4>(beyond)),
+            3 => lane(&kernel.weights::<6>(beyond)),
+            _ => lane(&kernel.weights::<8>(beyond)),
         }
     }
 
@@ -182,47 +163,15 @@ mod tests {
         assert!(on_a_centre.iter().zip(wanted).all(|(a, b)| (a - b).abs() < 1e-6), "{on_a_centre:?}");
     }
 
-    /// Rows of samples, wherever they lie and however far they are apart: areas fill the pixel, and the mean of what rises evenly
-    /// is nearly its value in the pixel's centre. In the centres of cells samples weigh as with a box.
-    #[test]
-    fn areas_of_rows_fill_each_pixel_once() {
-        let reached = Filter::Area.usual_radius();
-        for (samples, apart, shift) in [1.0, 2.0, 3.0, 4.0, 16.0_f32]
-            .into_iter()
-            .flat_map(|samples| [1.0, 0.9, 1.2_f32].map(|apart| (samples, apart)))
-            .flat_map(|(samples, apart)| (0..=16).map(move |step| (samples, apart, step as f32 / 16.0 - 0.5)))
-            // beyond half a pixel no area reaches
-            .filter(|(samples, apart, _)| *samples > 1.0 || *apart <= 1.0)
-        {
-            let (cell, cells) = (apart / samples, 3 * samples as i32);
-            let (mut sum, mut moment) = (0.0, 0.0);
-            for number in -cells..cells {
-                // from the pixel's left edge; pixels of the row begin half a pixel before the first centre
-                let at = (number as f32 + 0.5 + shift) * cell;
-                let left_centre = (at - 0.5).floor();
-                let of_row = weights_of_area(Filter::Area, reached, at - 0.5 - left_centre, [0.5 * cell; 2]);
-                let ours = -left_centre as i32;
-                let weight = usize::try_from(ours).ok().and_then(|pixel| of_row.get(pixel)).unwrap_or(&0.0);
-                sum += weight;
-                moment += weight * (at - 0.5);
-                let own = if (0.0..1.0).contains(&at) { cell } else { 0.0 };
-                assert!(shift != 0.0 || apart != 1.0 || (*weight - own).abs() < 1e-5, "{samples}: {at}");
-            }
-            assert!((sum - 1.0).abs() < 1e-4, "{samples}, {apart}, {shift}: {sum}");
-            // the areas that edges of the pixel cut are off by no more than a quarter of themselves, each by its share
-            let most = if apart == 1.0 { 1e-4 } else { 0.25 * cell * cell };
-            assert!(moment.abs() < most, "{samples}, {apart}, {shift}: {moment}");
-        }
-    }
-
     #[test]
     fn weights_fall_from_the_centre_are_the_same_on_both_sides_and_end_at_the_radius() {
-        for (filter, radius) in
-            Filter::WIDE.into_iter().flat_map(|f| [0.5, 1.0, 1.5, 2.7, 4.0].map(|r| (f, r)))
+        for (filter, radius) in Filter::WIDE
+            .into_iter()
+            .filter(|f| !f.is_of_one_pixel())
+            .flat_map(|f| [0.5, 1.0, 1.5, 2.7, 4.0].map(|r| (f, r)))
         {
             for step in 0..=8 {
                 let beyond = step as f32 / 8.0;
-                let radius = if filter.is_of_one_pixel() { filter.usual_radius() } else { radius };
                 let (left, mut right) =
                     (weights(filter, radius, beyond), weights(filter, radius, 1.0 - beyond));
                 right.reverse();
@@ -244,7 +193,6 @@ mod tests {
             weights(filter, radius, distance)[Kernel::new(filter, radius).expect("wide").halo() as usize - 1]
         };
         for (filter, radius, distance, wanted) in [
-            (Filter::Area, 1.0, 0.25, 0.75),
             (Filter::Tent, 1.0, 0.25, 0.75),
             (Filter::Gaussian, 1.5, 0.5, (-0.5_f32).exp() - (-4.5_f32).exp()),
             (Filter::BlackmanHarris, 1.5, 0.0, 1.0),
