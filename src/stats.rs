@@ -114,6 +114,26 @@ pub struct AuditCounts {
     pub differing: u64,
     /// Number of samples that hold within the named tolerance only: on an edge, or where surfaces coincide.
     pub on_edge: u64,
+    /// Number of cells that show another surface than their target sees. The claim is that this is 0.
+    pub coverage: u64,
+    /// Number of cells whose target lies within the named tolerance of the surface that they show.
+    pub coverage_on_edge: u64,
+}
+
+impl AuditCounts {
+    /// Least number of cells of which one may be decided by rounding ([`coverage_on_edge`](Self::coverage_on_edge)). A ray is rounded by
+    /// some millionths of the distance, and a cell is a thousandth of it: edges cross one cell in ten, and of these the rays of one in
+    /// some hundred pass that near.
+    const CELLS_FOR_EACH_ON_EDGE: u64 = 500;
+
+    /// Number of such cells that small pictures may have besides.
+    const FEW_ON_EDGE: u64 = 8;
+
+    /// Number of findings against the claims.
+    pub fn wrong(&self) -> u64 {
+        let may_be_on_edge = Self::FEW_ON_EDGE + self.checked / Self::CELLS_FOR_EACH_ON_EDGE;
+        self.differing + self.coverage + self.coverage_on_edge.saturating_sub(may_be_on_edge)
+    }
 }
 
 /// Statistics of one frame.
@@ -427,7 +447,7 @@ sum_fields!(Seconds: total, reproject, verify, trace, light, filter, denoise, wr
 sum_fields!(SampleCounts: base, good, overlapped, missed, obscured, spare);
 sum_fields!(RayCounts: primary, verification, shadow, reflection, refraction, gathering);
 sum_fields!(TracingSeconds: primary, verification, shadow, bounced);
-sum_fields!(AuditCounts: checked, differing, on_edge);
+sum_fields!(AuditCounts: checked, differing, on_edge, coverage, coverage_on_edge);
 
 #[cfg(test)]
 mod tests {
@@ -447,7 +467,7 @@ mod tests {
     #[test]
     fn totals_sum_every_field() {
         let mut audited = frame(2, 0, 10, 3);
-        audited.audit = Some(AuditCounts { checked: 10, differing: 1, on_edge: 2 });
+        audited.audit = Some(AuditCounts { checked: 10, differing: 1, on_edge: 2, ..Default::default() });
         let totals = Totals::new(&[frame(1, 10, 0, 5), audited]);
         assert_eq!((totals.samples.base, totals.samples.good, totals.rays.total()), (10, 10, 28));
         assert_eq!(totals.audit.map(|audit| audit.differing), Some(1));
@@ -537,7 +557,7 @@ mod tests {
             sorted("primary verification shadow reflection refraction gathering")
         );
         assert_eq!(keys("/totals/tracing"), sorted("primary verification shadow bounced"));
-        assert_eq!(keys("/totals/audit"), sorted("checked differing on_edge"));
+        assert_eq!(keys("/totals/audit"), sorted("checked differing on_edge coverage coverage_on_edge"));
         assert_eq!(keys("/memory"), sorted("peak_bytes store_bytes bytes_per_sample"));
         assert_eq!(json["settings"]["width"], 4);
         assert_eq!(json["settings"]["filter"], "mitchell");

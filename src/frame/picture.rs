@@ -248,7 +248,7 @@ impl<'a> Setup<'a> {
             displaced: &self.displaced,
             hidden: &self.hidden,
             slots: &prepared.layout.slots,
-            endless: &prepared.endless,
+            quadrics: &prepared.quadrics,
             view: &self.views[0],
             wanted: None,
             notes_colors: self.views.len() > 1,

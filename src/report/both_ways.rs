@@ -147,7 +147,7 @@ pub(crate) mod tests {
                 ..SampleCounts::default()
             },
             rays: RayCounts { primary: traced, verification: reused, ..RayCounts::default() },
-            audit: Some(AuditCounts { checked: 100, differing: 0, on_edge: 1 }),
+            audit: Some(AuditCounts { checked: 100, on_edge: 1, ..Default::default() }),
             ..full.clone()
         };
         ComparedFrame {

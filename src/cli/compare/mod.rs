@@ -279,8 +279,7 @@ fn denoising(job: &Job, terminal: &Terminal) -> Denoising {
 /// Fails if the audit of any tracer found samples that differ, or if tracers disagree; `paths`: those of each
 /// sample.
 fn verdict(runs: &[BackendRun], paths: u32) -> Result<(), Failure> {
-    runs.iter()
-        .try_for_each(|run| audit_verdict(run.totals.reprojected.audit.map(|audit| audit.differing)))?;
+    runs.iter().try_for_each(|run| audit_verdict(run.totals.reprojected.audit))?;
     match runs.iter().find(|run| !run.agrees(paths)) {
         None => Ok(()),
         Some(run) => Err(Failure::Failed(format!(

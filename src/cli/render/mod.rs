@@ -39,7 +39,7 @@ use crate::scene::warnings::{caustics, limits};
 use crate::schedule::steps::Walk;
 use crate::schedule::{self, Origin, Rule, Saved, Step};
 use crate::settings::{DenoiseQuality, Mode, Settings};
-use crate::stats::{Eyes, Memory, RunSettings, RunStats, Totals};
+use crate::stats::{AuditCounts, Eyes, Memory, RunSettings, RunStats, Totals};
 
 /// Examples, printed below the options in `--help`.
 pub const EXAMPLES: &str = "\
@@ -426,11 +426,7 @@ fn render(options: &Options, pool: &ThreadPool, terminal: &mut Terminal) -> Resu
     let stats = write_stats(options, &record, memory);
     outcome?;
     let extras = options.extras.write(target, job.denoise.is_some(), terminal);
-    target
-        .check_all_there()
-        .and(extras)
-        .and(stats)
-        .and_then(|()| audit_verdict(record.totals().audit.map(|audit| audit.differing)))
+    target.check_all_there().and(extras).and(stats).and_then(|()| audit_verdict(record.totals().audit))
 }
 
 /// Renders the frames of a part, gives each to `take`, and writes checkpoints. `check` fails if the run is to stop.
@@ -532,15 +528,26 @@ fn write_stats(options: &Options, record: &Record, memory: Memory) -> Result<(),
     write_json(path, &stats).map_err(Failure::of)
 }
 
-/// Fails if samples differ from traced ones: that breaks the program's promise.
-pub fn audit_verdict(differing: Option<u64>) -> Result<(), Failure> {
-    match differing {
-        None | Some(0) => Ok(()),
-        Some(count) => Err(Failure::Failed(format!(
-            "audit: {count} samples differ from what their rays see now; please report this with the shot; \
-             --mode full renders without reuse"
-        ))),
+/// Fails if samples differ from traced ones, or cells show what their targets do not see: that breaks the program's promise.
+pub fn audit_verdict(audit: Option<AuditCounts>) -> Result<(), Failure> {
+    let Some(audit) = audit.filter(|audit| audit.wrong() > 0) else { return Ok(()) };
+    let AuditCounts { differing, coverage, coverage_on_edge, .. } = audit;
+    let mut found = Vec::new();
+    if differing > 0 {
+        found.push(format!("{differing} samples differ from what their rays see now"));
     }
+    if coverage > 0 {
+        found.push(format!("{coverage} cells show another surface than their targets see"));
+    }
+    if found.is_empty() {
+        found.push(format!(
+            "rounding decides what the targets of {coverage_on_edge} cells see, which is too often"
+        ));
+    }
+    Err(Failure::Failed(format!(
+        "audit: {}; please report this with the shot; --mode full renders without reuse",
+        found.join(", and ")
+    )))
 }
 
 #[cfg(test)]
@@ -549,8 +556,16 @@ mod tests {
 
     #[test]
     fn an_audit_that_finds_something_fails_the_run() {
+        let nothing = AuditCounts { checked: 1000, on_edge: 5, coverage_on_edge: 3, ..Default::default() };
         assert_eq!(audit_verdict(None), Ok(()));
-        assert_eq!(audit_verdict(Some(0)), Ok(()));
-        assert!(matches!(audit_verdict(Some(3)), Err(Failure::Failed(text)) if text.contains("3 samples")));
+        assert_eq!(audit_verdict(Some(nothing)), Ok(()));
+        for (found, says) in [
+            (AuditCounts { differing: 3, ..nothing }, "3 samples"),
+            (AuditCounts { coverage: 4, ..nothing }, "4 cells show another surface"),
+            (AuditCounts { coverage_on_edge: 200, ..nothing }, "200 cells"),
+        ] {
+            let verdict = audit_verdict(Some(found));
+            assert!(matches!(verdict, Err(Failure::Failed(text)) if text.contains(says)), "{says}");
+        }
     }
 }

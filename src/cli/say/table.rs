@@ -90,7 +90,8 @@ pub fn short_millions(rays: u64) -> String {
 pub fn audit(counts: Option<AuditCounts>) -> String {
     match counts {
         None => String::from("-"),
-        Some(AuditCounts { differing: 0, .. }) => String::from("ok"),
+        Some(audit) if audit.wrong() == 0 => String::from("ok"),
+        Some(AuditCounts { differing: 0, coverage, .. }) => format!("{coverage} elsewhere"),
         Some(AuditCounts { differing, .. }) => format!("{differing} differ"),
     }
 }
@@ -203,8 +204,9 @@ pub fn rays_text(rays: &RayCounts) -> String {
 /// Formats the result of the audit over all frames.
 pub fn audit_line(audit: AuditCounts) -> String {
     format!(
-        "{:<9}{} samples traced again: {} differ; {} hold within the tolerance for edges",
-        "audit", audit.checked, audit.differing, audit.on_edge
+        "{:<9}{} samples traced again: {} differ; {} hold within the tolerance for edges\n\
+         {:<9}{} cells show another surface than their targets see; {} within the tolerance",
+        "audit", audit.checked, audit.differing, audit.on_edge, "", audit.coverage, audit.coverage_on_edge
     )
 }
 
@@ -250,7 +252,7 @@ mod tests {
             seconds: Seconds { total: 0.5, write: 0.1, ..Seconds::default() },
             samples: SampleCounts { good: 900, overlapped: 50, missed: 50, ..SampleCounts::default() },
             rays: RayCounts { primary: 50, verification: 950, shadow: 1_234_000, ..RayCounts::default() },
-            audit: Some(AuditCounts { checked: 1000, differing: 0, on_edge: 1 }),
+            audit: Some(AuditCounts { checked: 1000, on_edge: 1, ..Default::default() }),
             ..FrameStats::default()
         }
     }

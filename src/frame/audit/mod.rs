@@ -11,6 +11,9 @@
 //! 6. of its rays of ambient occlusion, all cast anew, as many must get away as is stored
 //!    ([`check_openness`]).
 //!
+//! And for each cell the ray through its target is traced: it must meet the surface that the cell shows ([`coverage`]). That is
+//! counted by itself, and the paper's rule for serving, which does not promise it, is not asked.
+//!
 //! Highlights, reflections and refractions are not kept with samples. Where the film of the frame before
 //! shows them still they are not made anew; that this is right, as is all else in the film, is checked by
 //! making the film again ([`film`]).
@@ -21,6 +24,7 @@
 //! the shadow ray grazes an edge. Stored colours, normals and positions may differ from fresh ones by the
 //! rounding that the store does ([`COLOR_TOLERANCE`], [`NORMAL_COSINE`], [`CELL_TOLERANCE`]).
 
+mod coverage;
 pub mod film;
 mod kept_light;
 pub mod tolerances;
@@ -30,6 +34,7 @@ use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 use wide::u32x8;
 
+use coverage::check_coverage;
 use kept_light::{check_gathered, check_openness, check_reflected};
 use tolerances::{
     CELL_TOLERANCE, COLOR_TOLERANCE, COORDINATE_TOLERANCE, DARKEST, DISPLACEMENTS, EDGE_ON_COSINE,
@@ -116,10 +121,13 @@ fn audit(frame: &FrameView, number: usize, tile: &Tile, differs: &[bool]) -> Aud
         points.for_each(|point| check_shadows(frame, tile, LightPoint { light, point }, &mut raise));
     }
     let count = |wanted| verdicts.iter().filter(|verdict| **verdict == wanted).count() as u64;
+    let [coverage, coverage_on_edge] = check_coverage(frame, number, tile);
     AuditCounts {
         checked: sampled().count() as u64,
         differing: count(Verdict::Differs),
         on_edge: count(Verdict::OnEdge),
+        coverage,
+        coverage_on_edge,
     }
 }
 
@@ -218,26 +226,31 @@ fn around(axis: Vec3) -> [Vec3; 8] {
 /// Checks that the camera meets the sample first, on the line of `sight`.
 fn check_sight(frame: &FrameView, sample: &Sample, sight: Sight, met: Option<Hit>) -> Verdict {
     Verdict::new(meets(frame, sample, sight, met)).or_on_edge(|| {
-        let Sight { origin, direction } = sight;
-        let reach = reach(frame, sample);
-        let aside = DISPLACEMENTS.iter().flat_map(|share| around(direction).map(|aside| aside * *share));
-        let beside: Vec<Sight> = match frame.view.camera.projection {
-            Projection::Perspective => {
-                // as long relative to the sight as `reach` is to the offset, up to all but sideways: the
-                // offset may be rounded to zero
-                let far = offset(frame, sample).length().max(f32::MIN_POSITIVE);
-                let reach = (reach * direction.length() / far).min(1e3 * direction.length());
-                aside.map(|aside| Sight { origin, direction: direction + aside * reach }).collect()
-            }
-            Projection::Orthographic => {
-                aside.map(|aside| Sight { origin: origin + aside * reach, direction }).collect()
-            }
-        };
-        let beside = [beside, around_eye(frame, sight, met)].concat();
+        let beside = beside(frame, sight, met, (reach(frame, sample), offset(frame, sample).length()));
         let met = trace_all(frame, beside.iter().copied());
         let holds = |sight, met| meets(frame, sample, sight, met) || coincides(frame, sample, sight, met);
         (0..).zip(&beside).any(|(ray, sight)| holds(*sight, met.get(ray)))
     })
+}
+
+/// Lines of sight to all sides of that of `sight`, which met `met`: `reach` away from it at `distance` from the eye, and nearer; and as far as
+/// rounding may move the eye.
+fn beside(frame: &FrameView, sight: Sight, met: Option<Hit>, (reach, distance): (f32, f32)) -> Vec<Sight> {
+    let Sight { origin, direction } = sight;
+    let aside = DISPLACEMENTS.iter().flat_map(|share| around(direction).map(|aside| aside * *share));
+    let mut beside: Vec<Sight> = match frame.view.camera.projection {
+        Projection::Perspective => {
+            // as long relative to the sight as `reach` is to the distance, up to all but sideways: that may be rounded to zero
+            let far = distance.max(f32::MIN_POSITIVE);
+            let reach = (reach * direction.length() / far).min(1e3 * direction.length());
+            aside.map(|aside| Sight { origin, direction: direction + aside * reach }).collect()
+        }
+        Projection::Orthographic => {
+            aside.map(|aside| Sight { origin: origin + aside * reach, direction }).collect()
+        }
+    };
+    beside.extend(around_eye(frame, sight, met));
+    beside
 }
 
 /// Lines of sight that begin as far from that of `sight`, to all sides, as rounding may move the eye against

@@ -196,13 +196,6 @@ impl Grid {
         [tile % self.tiles_x as usize, tile / self.tiles_x as usize]
     }
 
-    /// Rendered part of tile number `tile` and of its surroundings.
-    pub fn extent_of(&self, tile: usize) -> Extent {
-        let (tile_x, tile_y) = (tile as u32 % self.tiles_x, tile as u32 / self.tiles_x);
-        let goes_on = [tile_x > 0, tile_y > 0, tile_x + 1 < self.tiles_x, tile_y + 1 < self.tiles_y];
-        Extent { cells: self.extent(tile), goes_on }
-    }
-
     /// Number for the pixel in this column and row of the picture: pixels of the picture count in rows; those
     /// of the overscan get a hash, which differs from these but for chance. The number does not depend on
     /// which part is rendered.
@@ -280,15 +273,6 @@ impl Grid {
     pub fn all_cells(&self) -> u64 {
         u64::from(self.cells[0]) * u64::from(self.cells[1])
     }
-}
-
-/// Rendered part of a tile and of its surroundings.
-#[derive(Debug, Clone, Copy)]
-pub struct Extent {
-    /// Number of columns and rows, from the tile's corner.
-    pub cells: [u32; 2],
-    /// True where there is a tile: to the left, above, to the right and below.
-    pub goes_on: [bool; 4],
 }
 
 /// Returns true if a cell of a tile lies within its `extent`.

@@ -11,10 +11,6 @@ use crate::pose::CameraPose;
 use crate::samples::TILE;
 use crate::scene::camera::Projection;
 
-/// Step in depth, as a share of the distance from the eye, from which on one of two adjacent surfaces counts
-/// as before the other.
-pub const DEPTH_STEP: f32 = 0.1;
-
 /// Camera and grid of one frame.
 #[derive(Debug, Clone, PartialEq)]
 pub struct View {
@@ -108,18 +104,7 @@ impl View {
         }
     }
 
-    /// Step in depth at `depth` from which on one of two adjacent surfaces counts as before the other: a
-    /// share of the distance, or of the height of an orthographic picture. World units.
-    #[inline(always)]
-    pub fn depth_step(&self, depth: f32) -> f32 {
-        match self.camera.projection {
-            Projection::Perspective => DEPTH_STEP * depth,
-            Projection::Orthographic => DEPTH_STEP * 2.0 * self.camera.half_height,
-        }
-    }
-
-    /// Depths as keys that order samples and tell surfaces apart: equal ratios of keys are equal
-    /// [steps](Self::depth_step).
+    /// Depths as keys that order samples.
     #[inline(always)]
     pub fn ranked_depth(&self, depth: F32x8) -> F32x8 {
         match self.camera.projection {
@@ -274,7 +259,6 @@ pub(crate) mod tests {
         // the picture is 2 high
         assert_eq!(ranked(2.0 * 21.0) / ranked(2.0 * 20.0), 2.0);
         assert!(ranked(1e-3) < ranked(1.0) && ranked(1e30).is_finite() && ranked(0.0) >= 0.0);
-        assert_eq!(view.depth_step(1e6), 0.2);
     }
 
     #[test]

@@ -10,9 +10,8 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use super::around::{ROW, around};
+use super::Grid;
 use super::cells::CellSet;
-use super::{Grid, holds};
 use crate::samples::saved::CellMask;
 
 /// A flag for each pixel of the picture and of its overscan.
@@ -105,25 +104,6 @@ impl Wanted {
         &self.tiles[number]
     }
 
-    /// Calls `each` for every cell in or beside tile number `number` of `grid` that exists and is not wanted,
-    /// with its number [among the cells in and around](super::around::AROUND) the tile.
-    pub fn unwanted_around(&self, grid: &Grid, number: usize, mut each: impl FnMut(usize)) {
-        // cells beyond the extent are not the tile's own; the next tile's are in the same place
-        let extent = grid.extent(number);
-        let own = CellSet::ALL.without(&self.tiles[number]);
-        own.numbers().filter(|cell| holds(extent, *cell)).for_each(|cell| each(around(cell)));
-        let cells = extent.map(|count| count as usize);
-        let mut beside = |column: usize, row: usize| {
-            if grid.cell_around(number, [column, row]).is_some_and(|(tile, cell)| !self.tiles[tile].has(cell))
-            {
-                each(row * ROW + column);
-            }
-        };
-        (0..=cells[0] + 1)
-            .for_each(|column| [0, cells[1] + 1].into_iter().for_each(|row| beside(column, row)));
-        (1..=cells[1]).for_each(|row| [0, cells[0] + 1].into_iter().for_each(|column| beside(column, row)));
-    }
-
     /// Adds the cells that were wanted `before`. Calls `each`, for tiles with newly wanted cells, with the
     /// tile's number and these cells.
     pub fn keep(&mut self, before: &Self, mut each: impl FnMut(usize, &CellSet)) {
@@ -139,12 +119,9 @@ impl Wanted {
 
 #[cfg(test)]
 mod tests {
-    use std::collections::HashSet;
-
     use super::*;
     use crate::frame::grid::tests::settings;
     use crate::samples::CELLS;
-    use crate::settings::{PixelRect, Settings};
 
     #[test]
     fn the_cells_of_flagged_pixels_are_wanted() {
@@ -187,42 +164,5 @@ mod tests {
         now.keep(&before, |number, cells| new.push((number, *cells)));
         assert_eq!(new, [(1, *with(20).tile(1))]);
         assert_eq!((now.tile(0), now.tile(1)), (before.tile(0), with(20).tile(1)));
-    }
-
-    #[test]
-    fn cells_around_a_tile_that_nobody_asks_for_are_those_that_a_search_finds() {
-        let crop = Some(PixelRect { x: 5, y: 3, width: 60, height: 30 });
-        // three: tiles of 30 cells
-        for settings in
-            [settings(70, 40, 2), settings(47, 23, 3), Settings { overscan: 5, crop, ..settings(70, 40, 3) }]
-        {
-            let grid = Grid::new(&settings);
-            let mut flags = PixelFlags::none(&grid);
-            (0..).zip(&mut flags.flags).for_each(|(pixel, flag)| *flag = pixel * pixel % 7 < 3);
-            let wanted = Wanted::new(&flags, &grid);
-            let places = |tile: usize| {
-                let (corner, extent, wanted) = (grid.tile_corner(tile), grid.extent(tile), wanted.tile(tile));
-                let cells = (0..CELLS).filter(move |cell| holds(extent, *cell) && !wanted.has(*cell));
-                cells.map(move |cell| {
-                    let place = super::super::place(cell);
-                    [0, 1].map(|axis| corner[axis] + place[axis] as i32)
-                })
-            };
-            let unwanted: HashSet<[i32; 2]> = (0..grid.tiles()).flat_map(|tile| places(tile)).collect();
-            for tile in 0..grid.tiles() {
-                let (corner, [columns, rows]) = (grid.tile_corner(tile), grid.extent(tile));
-                let all = (0..=rows as usize + 1)
-                    .flat_map(|row| (0..=columns as usize + 1).map(move |column| [column, row]));
-                let is_unwanted = |[column, row]: &[usize; 2]| {
-                    unwanted.contains(&[corner[0] + *column as i32 - 1, corner[1] + *row as i32 - 1])
-                };
-                let expected: Vec<usize> =
-                    all.filter(is_unwanted).map(|[column, row]| row * ROW + column).collect();
-                let mut found = Vec::new();
-                wanted.unwanted_around(&grid, tile, |cell| found.push(cell));
-                found.sort_unstable();
-                assert_eq!(found, expected, "tile {tile} of {:?}", grid.cells);
-            }
-        }
     }
 }

@@ -66,13 +66,6 @@ impl Binned {
         [place(Self::SLOT_BITS), place(Self::SLOT_BITS + Self::PLACE_BITS)]
     }
 
-    /// Quarter of its cell in which it lies: 1 left above, 2 right above, 4 left below, 8 right below.
-    #[inline(always)]
-    pub fn quarter(self) -> u8 {
-        let [right, below] = self.place().map(|at| at / (STEPS / 2) % 2);
-        1 << (right + 2 * below)
-    }
-
     /// Depth in steps: a step is at most a millionth of the depth.
     #[inline(always)]
     pub fn depth(self) -> u32 {

@@ -3,7 +3,6 @@
 
 pub mod bins;
 pub mod candidates;
-pub mod edges;
 pub mod estimate;
 pub mod invalidate_spares;
 pub mod project;
@@ -12,5 +11,6 @@ pub mod serve;
 #[cfg(test)]
 mod serve_tests;
 pub mod sight;
+pub mod target;
 pub mod trace_missed;
 pub mod verify;

@@ -57,18 +57,14 @@ pub fn resolve(
         runs.iter().for_each(|(source, run)| serving.add(*source, run, old.tile(*source)));
     });
     let (grid, tiles) = (&frame.view.grid, |source| old.tile(source));
-    let extent = grid.extent_of(number);
+    let extent = grid.extent(number);
     let wanted = frame.wanted_of(number);
-    serving.serve(frame.settings.reuse, (extent, wanted), frame.endless, &tiles, tile, |each| {
-        if let Some(wanted) = frame.wanted {
-            wanted.unwanted_around(grid, number, each);
-        }
-    });
+    serving.serve(frame.settings.reuse, (extent, wanted), tile);
     let most_kept = if frame.wanted.is_some() { KEPT_OF_SOME } else { KEPT };
     serving.fill(frame.settings.reuse, extent, most_kept, tile, &tiles);
     invalidate_spares(frame, &mut tile.spares);
     mark_unwanted(wanted, tile);
-    mark_outside(grid.extent(number), tile);
+    mark_outside(extent, tile);
     let reused = tile.status.iter().filter(|status| status.is_reused()).count();
     if frame.settings.mode == Mode::Auto && reused < wanted.count() / LEAST_REUSED {
         for cell in 0..CELLS {

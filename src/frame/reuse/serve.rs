@@ -4,28 +4,22 @@
 //! cell that sample lies, if it is within [`REACH`](super::candidates::REACH). One sample may serve two
 //! cells; samples that serve none are kept as spare samples, up to [`KEPT`] in a cell.
 //!
-//! At an [edge](super::edges) the nearest sample need not show the surface at the target: silhouettes would
-//! lag behind, or grow. An edge is where the samples in the cell and the eight around it show different
-//! surfaces, or where one of the four quadrants around the target has none: there something new may have come
-//! into sight. There the target itself is *probed*, by a ray from the eye
-//! ([`trace_missed`](super::trace_missed)): the server stays if the ray meets its surface; otherwise the hit
-//! takes its place. So each surface has the cells whose targets it covers, as in a frame that is traced in
-//! full, however long a chain of inferred frames is and however densely the surface happens to be sampled.
+//! The nearest sample need not show the surface at the target: so each target is [asked](super::trace_missed) what it sees, and of the
+//! samples near enough the nearest one that [shows it](super::target) serves. If there is none, what the target sees is traced.
 //!
 //! The paper's own rule, for comparison, is [`nearest_to_eye`](Candidates::nearest_to_eye): among the samples
-//! in a cell the one nearest to the eye serves it, and the others are dropped. Samples drift against the
+//! in a cell the one nearest to the eye serves it, and the others are dropped. It asks no target. Samples drift against the
 //! grid; two share a cell while the cell beside it is empty, and a fifth of all valid samples are lost that
 //! way every frame.
 
 use super::bins::{Binned, STEPS};
 use super::candidates::{Candidate, Candidates, Rank, Server, Sources};
-use super::edges::Edges;
 use crate::frame::grid::around::{AROUND, ROW};
 use crate::frame::grid::bits::set_bits;
+use crate::frame::grid::cell_number;
 use crate::frame::grid::cells::CellSet;
-use crate::frame::grid::{Extent, cell_number};
 use crate::lanes::LANES;
-use crate::samples::{CELLS, EMPTY, Flags, MOST_SPARES, Move, Status, Tile};
+use crate::samples::{CELLS, EMPTY, Flags, MOST_SPARES, Move, Sample, Status, Tile};
 use crate::settings::Reuse;
 
 /// Largest number of samples in a cell that are kept, unless they serve: enough for those that share a cell
@@ -41,7 +35,6 @@ pub const KEPT_OF_SOME: u8 = 1;
 #[derive(Debug, Default)]
 pub struct Serving {
     candidates: Candidates,
-    edges: Edges,
     /// Server of each cell, or the candidate that was tried last.
     servers: Vec<Server>,
     /// Bit mask of the candidates that serve a cell.
@@ -73,19 +66,10 @@ impl Serving {
         self.flags
     }
 
-    /// Chooses a server for each `wanted` cell of the tile; `unwanted` names the others, in and around it.
-    /// Candidates are in the tiles that `sources` has. `endless`: true for each model that is an endless
-    /// plane. `tile` is the one to be filled.
-    pub fn serve<'t>(
-        &mut self,
-        reuse: Reuse,
-        (extent, wanted): (Extent, &CellSet),
-        endless: &[bool],
-        sources: &impl Sources<'t>,
-        tile: &Tile,
-        unwanted: impl FnOnce(&mut dyn FnMut(usize)),
-    ) {
-        let Self { candidates, edges, servers, unused, .. } = self;
+    /// Chooses a server for each `wanted` cell of the tile, of which `extent` is in the picture.
+    /// `tile` is the one to be filled.
+    pub fn serve(&mut self, reuse: Reuse, (extent, wanted): ([u32; 2], &CellSet), tile: &Tile) {
+        let Self { candidates, servers, unused, .. } = self;
         servers.clear();
         servers.resize(CELLS, Server::NOBODY);
         unused.clear();
@@ -93,10 +77,7 @@ impl Serving {
             return;
         }
         match reuse {
-            Reuse::Target => {
-                edges.find(candidates, extent, endless, sources, unwanted);
-                nearest_to_targets(candidates, extent, servers, tile);
-            }
+            Reuse::Target => nearest_to_targets(candidates, extent, servers, tile),
             Reuse::Paper => {
                 candidates.sort();
                 for cell in cells(extent) {
@@ -117,7 +98,7 @@ impl Serving {
     pub fn fill<'t>(
         &mut self,
         reuse: Reuse,
-        extent: Extent,
+        extent: [u32; 2],
         most_kept: u8,
         tile: &mut Tile,
         sources: &impl Sources<'t>,
@@ -145,7 +126,7 @@ impl Serving {
     }
 
     /// Gives each cell its status, and lists the samples to copy.
-    fn assign(&mut self, extent: Extent, tile: &mut Tile) {
+    fn assign(&mut self, extent: [u32; 2], tile: &mut Tile) {
         let Self { candidates, servers, serving, kept, moves, .. } = self;
         kept.clear();
         kept.resize(AROUND, 0);
@@ -226,19 +207,51 @@ impl Serving {
         (!next.is_empty()).then_some(next)
     }
 
-    /// Cells at edges that are served: their targets are to be probed.
-    pub fn probes(&self, tile: &Tile) -> CellSet {
+    /// Replaces the sample of `cell` by the nearest candidate that `shows` what the cell's target sees, if there is one: it has to be
+    /// verified. Returns true if there is.
+    pub fn replace<'t>(
+        &mut self,
+        cell: usize,
+        tile: &mut Tile,
+        moved: impl Fn(u32) -> bool,
+        sources: &impl Sources<'t>,
+        shows: impl Fn(&Sample) -> bool,
+    ) -> bool {
+        let Self { candidates, servers, .. } = self;
+        if candidates.len() == 0 {
+            return false;
+        }
+        candidates.sort();
+        let mut last = None;
+        loop {
+            let server = candidates.nearest(cell, last);
+            let Some(rank) = server.rank() else { return false };
+            last = Some(rank);
+            let (from, slot) =
+                (sources(candidates.source(rank.number())), candidates.get(rank.number()).word.slot());
+            let Some(from) = from.filter(|from| shows(&from.sample(slot))) else { continue };
+            tile.make_spare(cell, moved(tile.model[cell]));
+            tile.copy_slot(cell, from, slot);
+            // another cell or tile keeps the sample, if any does
+            tile.set_copy(cell, true);
+            tile.status[cell] = Status::Overlapped;
+            servers[cell] = server;
+            return true;
+        }
+    }
+
+    /// Cells of the tile that have been given another sample in this frame.
+    pub fn given(&self, tile: &Tile) -> CellSet {
         if self.candidates.len() == 0 {
             return CellSet::default();
         }
-        let reused = CellSet::new(|cell| tile.status[cell].is_reused());
-        self.edges.cells.and(&reused)
+        CellSet::new(|cell| self.servers[cell] != Server::OWN && tile.status[cell].is_reused())
     }
 }
 
 /// Finds the candidate nearest to each cell's target. Meanwhile prefetches `tile`, to which they are copied.
-fn nearest_to_targets(candidates: &mut Candidates, extent: Extent, servers: &mut [Server], tile: &Tile) {
-    let [columns, rows] = extent.cells;
+fn nearest_to_targets(candidates: &mut Candidates, extent: [u32; 2], servers: &mut [Server], tile: &Tile) {
+    let [columns, rows] = extent;
     for row in 0..rows {
         for first in (0..columns).step_by(LANES) {
             tile.prefetch_eight(cell_number([first, row]));
@@ -286,15 +299,15 @@ fn unset(bits: &[u64], count: usize) -> impl Iterator<Item = usize> {
 }
 
 /// Cells of a tile that are in the picture.
-fn cells(extent: Extent) -> impl Iterator<Item = usize> {
-    let [columns, rows] = extent.cells;
+fn cells(extent: [u32; 2]) -> impl Iterator<Item = usize> {
+    let [columns, rows] = extent;
     (0..rows).flat_map(move |row| (0..columns).map(move |column| cell_number([column, row])))
 }
 
 /// Returns true if a candidate lies in the tile, and in the picture.
 #[inline(always)]
-fn is_within(extent: Extent, word: Binned) -> bool {
+fn is_within(extent: [u32; 2], word: Binned) -> bool {
     let [x, y] = word.place().map(|at| (at - STEPS) as u32);
-    let [columns, rows] = extent.cells.map(|count| count * STEPS as u32);
+    let [columns, rows] = extent.map(|count| count * STEPS as u32);
     (x < columns) & (y < rows)
 }

@@ -7,7 +7,7 @@ use super::candidates::{Candidate, Candidates, REACH, Rank, Server};
 use super::serve::{KEPT, Serving};
 use crate::frame::grid::around::ROW;
 use crate::frame::grid::cells::CellSet;
-use crate::frame::grid::{Extent, holds, place};
+use crate::frame::grid::{holds, place};
 use crate::lanes::LANES;
 use crate::samples::{CELLS, EMPTY, MOST_SPARES, Status, TILE, TagLayout, Tile};
 use crate::settings::Reuse;
@@ -74,6 +74,13 @@ const THROWS: [Throw; 6] = [
     Throw { one_in: 1, coarse: 8, heap: 20 },
     Throw { one_in: u64::MAX, coarse: 1, heap: u64::MAX },
 ];
+
+/// Rendered part of a tile, and where there are tiles beside it: to the left, above, to the right and below.
+#[derive(Debug, Clone, Copy)]
+struct Extent {
+    cells: [u32; 2],
+    goes_on: [bool; 4],
+}
 
 /// Extents of a tile within the picture, and of one in which it ends.
 const EXTENTS: [Extent; 2] = [
@@ -196,9 +203,9 @@ fn each_sample_is_kept_once_and_the_nearest_one_serves() {
         let thrown = strew(throw, extent, &mut dice);
         serving.begin();
         for_each_run(&thrown, |source, run| serving.add(source, run, None));
-        serving.serve(Reuse::Target, (extent, &CellSet::ALL), &[], &tiles, &tile, |_| ());
+        serving.serve(Reuse::Target, (extent.cells, &CellSet::ALL), &tile);
         // over what the tile had before
-        serving.fill(Reuse::Target, extent, KEPT, &mut tile, &tiles);
+        serving.fill(Reuse::Target, extent.cells, KEPT, &mut tile, &tiles);
 
         // by mark: the cells that show a sample, and how often it is kept
         let (mut shown, mut kept) = (HashMap::<u32, usize>::new(), HashMap::<u32, usize>::new());
@@ -260,8 +267,8 @@ fn by_the_papers_rule_what_would_serve_cells_that_nobody_asks_for_stays_as_a_spa
         let (thrown, wanted) = (strew(throw, extent, &mut dice), CellSet::new(|cell| cell % 3 == 0));
         serving.begin();
         for_each_run(&thrown, |source, run| serving.add(source, run, None));
-        serving.serve(Reuse::Paper, (extent, &wanted), &[], &tiles, &tile, |_| ());
-        serving.fill(Reuse::Paper, extent, KEPT, &mut tile, &tiles);
+        serving.serve(Reuse::Paper, (extent.cells, &wanted), &tile);
+        serving.fill(Reuse::Paper, extent.cells, KEPT, &mut tile, &tiles);
         let mut unused = Vec::new();
         for cell in (0..CELLS).filter(|cell| holds(extent.cells, *cell)) {
             let lies_in = place(cell).map(|at| at as i32 + 1);

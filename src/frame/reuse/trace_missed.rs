@@ -1,5 +1,11 @@
-//! Primary rays: through the centre of every cell that has no sample, or a hidden one.
+//! Primary rays: through the centre of every cell that has no sample, or a hidden one; and through the target of every cell that a
+//! sample serves, unless it is known what is seen there.
+//!
+//! Where a target sees [another surface](super::target) than the server shows, another sample may show it: then that one serves, if
+//! it is not hidden. Otherwise what the ray met takes the server's place, and the server becomes a spare sample.
 
+use super::target::Seen;
+use super::verify::{self, Request};
 use crate::frame::grid::bits::{set_bits, status_bits};
 use crate::frame::grid::cells::{CellSet, is_traced};
 use crate::frame::shot::frame_view::FrameView;
@@ -10,7 +16,7 @@ use crate::lanes::{F32x8, LANES, Mask, Vec3x8};
 use crate::samples::{
     BACKGROUND, Column, Flags, Footprint, Octahedral, Record, Sample, Status, Tile, half_colors,
 };
-use crate::trace::{self, Coherence, HitPacket, NO_HIT, RayBatch, RayPacket, SceneSubset};
+use crate::trace::{self, Coherence, Hit, HitPacket, NO_HIT, RayBatch, RayPacket, SceneSubset};
 
 /// Largest distance of a hit point from its ray, as a share of its distance from the eye. It is below the
 /// audit's tolerance by enough that a later ray through the point meets the same surface as this one.
@@ -19,29 +25,52 @@ const OFF_RAY: f32 = 2.5e-6;
 /// Number of rays that are traced at once: with their results they stay in a first-level cache meanwhile.
 const AT_ONCE: usize = 4 * trace::LANES;
 
-/// Traces the cells of tile number `number` that are `Missed`, `Obscured` or `Base`, and the cells in
-/// `probes`. Their rays can meet nothing but models `among` these.
+/// Gives a cell of a tile another sample that shows what its target sees. Returns true if there is one.
+pub type Replace<'a> = &'a mut dyn FnMut(&mut Tile, usize, &Seen) -> bool;
+
+/// Traces the cells of tile number `number` that are `Missed`, `Obscured` or `Base`, and asks the targets of the cells in `asked`.
+/// Their rays can meet nothing but models `among` these. Where a target sees another surface than its cell shows, `replace` is
+/// asked for a sample that shows it.
 pub fn trace_missed(
     frame: &FrameView,
     number: usize,
     among: SceneSubset,
-    tile: &mut Tile,
-    probes: &CellSet,
+    (tile, asked): (&mut Tile, &CellSet),
+    replace: Replace,
     scratch: &mut TraceScratch,
 ) {
     scratch.begin_rays();
     for (first, status) in (0..).step_by(LANES).zip(tile.status.chunks_exact(LANES)) {
         let traced = status_bits(status, is_traced);
         tile.copies[first / LANES] &= !traced;
-        let probed = probes.eight(first);
-        for lane in set_bits(probed) {
+        let asked = asked.eight(first) & !traced;
+        for lane in set_bits(asked) {
             scratch.tally.cells.probes[first + lane] += 1;
         }
-        scratch.owners.extend(set_bits(traced | probed).map(|lane| (first + lane) as u32));
+        scratch.owners.extend(set_bits(traced | asked).map(|lane| (first + lane) as u32));
     }
-    if scratch.owners.is_empty() {
-        return;
+    let replaced = trace_owners(frame, number, among, (tile, asked), replace, scratch);
+    if !replaced.is_empty() {
+        let request = Request { number, cells: &replaced, bounds: None, flags: Flags::UNSEEN };
+        verify::verify(frame, among, tile, &request, scratch);
+        scratch.begin_rays();
+        let hidden = replaced.numbers().filter(|cell| tile.status[*cell] == Status::Obscured);
+        scratch.owners.extend(hidden.map(|cell| cell as u32));
+        trace_owners(frame, number, among, (tile, &CellSet::default()), &mut |_, _, _| false, scratch);
     }
+}
+
+/// Casts a ray through the target of each cell in `scratch.owners`, and stores what is met in those that are traced, and in those that
+/// show another surface. Returns the cells that were given another sample by `replace`.
+fn trace_owners(
+    frame: &FrameView,
+    number: usize,
+    among: SceneSubset,
+    (tile, asked): (&mut Tile, &CellSet),
+    replace: Replace,
+    scratch: &mut TraceScratch,
+) -> CellSet {
+    let mut replaced = CellSet::default();
     let TraceScratch { owners, rays, hits, tally, .. } = &mut *scratch;
     tally.counts.primary += owners.len() as u64;
     let mut found = Found8::NONE;
@@ -53,35 +82,43 @@ pub fn trace_missed(
         for (((rays, _), hits), owners) in answers {
             for (half, owners) in owners.chunks(LANES).enumerate() {
                 let answers = Answers8::new(rays, hits, half * LANES, owners);
-                if probes.is_empty() {
+                if asked.is_empty() {
                     answers.keep(frame, tile);
                 } else {
-                    found.take_unconfirmed(frame, &answers, tile);
+                    found.take_unconfirmed(frame, &answers, tile, replace, &mut replaced);
                 }
             }
         }
     }
     found.keep(frame, tile);
-    // samples that were confirmed keep their tags
-    scratch.owners.retain(|cell| is_traced(tile.status[*cell as usize]));
-    tile.tags.forget(&scratch.owners);
+    // samples that were confirmed keep their tags, and so do those that replace others
+    owners.retain(|cell| is_traced(tile.status[*cell as usize]));
+    tile.tags.forget(owners);
     if tile.gathered.is_seeded() {
-        for cell in scratch.owners.iter().map(|cell| *cell as usize) {
+        for cell in owners.iter().map(|cell| *cell as usize) {
             tile.gathered.begin(cell, frame.new_seed(number, cell, tile.model[cell]));
         }
     }
+    replaced
 }
 
 /// Adds a ray through the centre of each cell in `owners`.
 fn push_rays(frame: &FrameView, number: usize, owners: &[u32], rays: &mut RayBatch) {
     let grid = &frame.view.grid;
-    let centre = grid.tile_corner(number).map(|at| F32x8::splat(at as f32 + 0.5));
     let far = F32x8::splat(f32::INFINITY);
     for owners in owners.chunks(LANES) {
-        let (x, y) = (values_of(&grid.place_x, owners), values_of(&grid.place_y, owners));
-        let [origins, directions] = frame.view.rays(x + centre[0], y + centre[1]);
+        let places = [values_of(&grid.place_x, owners), values_of(&grid.place_y, owners)];
+        let [origins, directions] = through_targets(frame, number, places);
         rays.push_lanes(origins, directions, far, u8::MAX >> (LANES - owners.len()));
     }
+}
+
+/// Rays through the targets of eight cells of tile number `number`, from the cells' columns and rows in the tile: origins and
+/// directions.
+#[inline(always)]
+pub fn through_targets(frame: &FrameView, number: usize, [x, y]: [F32x8; 2]) -> [Vec3x8; 2] {
+    let centre = frame.view.grid.tile_corner(number).map(|at| F32x8::splat(at as f32 + 0.5));
+    frame.view.rays(x + centre[0], y + centre[1])
 }
 
 /// Values of `column` for up to eight cells.
@@ -139,16 +176,33 @@ impl Found8 {
     };
 
     /// Takes those of `answers` that must be stored: all but those that confirm the samples which serve their
-    /// cells. Whenever there are eight they are stored: finding surfaces takes the same time for one and for
-    /// eight.
-    fn take_unconfirmed(&mut self, frame: &FrameView, answers: &Answers8, tile: &mut Tile) {
-        for (lane, cell) in answers.owners.iter().enumerate() {
-            if is_traced(tile.status[*cell as usize]) || !answers.confirms(frame, tile, *cell as usize, lane)
-            {
-                self.take(answers, lane);
-                if self.count == LANES {
-                    self.keep(frame, tile);
+    /// cells, and those for which `replace` has another sample. Whenever there are eight they are stored: finding surfaces takes the
+    /// same time for one and for eight.
+    fn take_unconfirmed(
+        &mut self,
+        frame: &FrameView,
+        answers: &Answers8,
+        tile: &mut Tile,
+        replace: Replace,
+        replaced: &mut CellSet,
+    ) {
+        for (lane, cell) in answers.owners.iter().map(|cell| *cell as usize).enumerate() {
+            if !is_traced(tile.status[cell]) {
+                if answers.is_of_server(frame, tile, cell, lane) {
+                    continue;
                 }
+                let seen = answers.seen(frame, lane);
+                if seen.is_shown_by(frame, &tile.sample(cell), 0.0) {
+                    continue;
+                }
+                if replace(tile, cell, &seen) {
+                    replaced.insert(cell);
+                    continue;
+                }
+            }
+            self.take(answers, lane);
+            if self.count == LANES {
+                self.keep(frame, tile);
             }
         }
     }
@@ -187,21 +241,23 @@ impl<'a> Answers8<'a> {
         Self { owners, origin, direction, met: Hits8::new(hits, from), t: &hits.t[from..from + LANES] }
     }
 
-    /// Returns true if the ray through the centre of a cell met the surface of the sample that serves the
-    /// cell.
-    fn confirms(&self, frame: &FrameView, tile: &Tile, cell: usize, lane: usize) -> bool {
-        let model = self.met.models[lane];
-        if model == NO_HIT || tile.model[cell] != model {
-            return model == NO_HIT && tile.model[cell] == BACKGROUND;
-        }
-        let server = &tile.record[cell];
-        if server.triangle == self.met.triangles[lane] {
-            return true;
-        }
-        let offset = frame.offset(tile.point(cell), model, server.triangle);
-        let (far, depth) = (offset.dot(frame.view.camera.forward), self.t[lane]);
-        frame.is_of(server.material, self.met.material(frame, lane))
-            && (far - depth).abs() <= frame.view.depth_step(far.min(depth))
+    /// Returns true if the ray through the target of a cell met the triangle on which the cell's server lies. A `false` is to be looked
+    /// into, and so are quadrics, whose pieces a ray meets on either side.
+    #[inline(always)]
+    fn is_of_server(&self, frame: &FrameView, tile: &Tile, cell: usize, lane: usize) -> bool {
+        let (model, triangle) = (self.met.models[lane], self.met.triangles[lane]);
+        model == tile.model[cell]
+            && triangle == tile.record[cell].triangle
+            && frame.quadrics.get(model as usize) != Some(&true)
+    }
+
+    /// What the ray in a lane met.
+    fn seen(&self, frame: &FrameView, lane: usize) -> Seen {
+        let Self { met, t, .. } = self;
+        let [u, v] = met.weights.map(|weight| weight.lane(lane));
+        let (model, triangle) = (met.models[lane], met.triangles[lane]);
+        let hit = met.is_hit(lane).then_some(Hit { t: t[lane], u, v, model, triangle });
+        Seen::new(frame, self.origin.lane(lane), self.direction.lane(lane), hit)
     }
 
     /// Places that the new samples stand for, where surfaces have textures: with `points` in object space and normals in world

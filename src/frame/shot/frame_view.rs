@@ -74,8 +74,8 @@ pub struct FrameView<'a> {
     pub view_hash: u32,
     /// Place of the tags of each light.
     pub slots: &'a [TagSlot],
-    /// True for each model that is an endless plane; empty if there is none.
-    pub endless: &'a [bool],
+    /// True for each model that is a quadric; empty if there is none.
+    pub quadrics: &'a [bool],
     /// Changes since the frame before.
     pub plan: &'a Plan,
     /// Boxes around the models that moved since the frame before.

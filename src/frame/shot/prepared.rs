@@ -49,8 +49,8 @@ pub struct Prepared<'s> {
     pub light_groups: LightGroups,
     /// Bounds of each model, object space.
     pub bounds: Vec<Bounds>,
-    /// True for each model that is an endless plane; empty if there is none.
-    pub endless: Vec<bool>,
+    /// True for each model that is a quadric; empty if there is none.
+    pub quadrics: Vec<bool>,
     /// True if rays follow mirrors or glass of the shot.
     pub has_trees: bool,
     /// The exposures of each frame: one where frames are sharp.
@@ -107,7 +107,7 @@ impl<'s> Prepared<'s> {
             channels,
             light_groups,
             bounds,
-            endless: endless(scene),
+            quadrics: quadrics(scene),
         }
     }
 
@@ -147,9 +147,9 @@ impl<'s> Prepared<'s> {
     }
 }
 
-/// True for each model that is an endless plane; an empty list if there is none.
-fn endless(scene: &Scene) -> Vec<bool> {
-    let all: Vec<bool> = scene.models.iter().map(|model| is_endless(&model.mesh)).collect();
+/// True for each model that is a quadric; an empty list if there is none.
+fn quadrics(scene: &Scene) -> Vec<bool> {
+    let all: Vec<bool> = scene.models.iter().map(|model| model.mesh.quadric.is_some()).collect();
     if all.contains(&true) { all } else { Vec::new() }
 }
 
@@ -158,10 +158,6 @@ fn bounds_of_models(scene: &Scene) -> Vec<Bounds> {
     let mut known: HashMap<*const Mesh, Bounds> = HashMap::new();
     let mut bounds = |mesh: &Arc<Mesh>| *known.entry(Arc::as_ptr(mesh)).or_insert_with(|| Bounds::of(mesh));
     scene.models.iter().map(|model| bounds(&model.mesh)).collect()
-}
-
-fn is_endless(mesh: &Mesh) -> bool {
-    mesh.quadric.as_ref().is_some_and(|quadric| quadric.is_endless())
 }
 
 /// Settings of ambient occlusion for samples of `scene`, if anything needs it.

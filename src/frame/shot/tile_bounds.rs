@@ -21,6 +21,19 @@ pub struct TileBounds {
 }
 
 impl TileBounds {
+    /// Bounds of nothing.
+    pub const NONE: Self = Self { surfaces: Bounds::EMPTY, sky: Bounds::EMPTY };
+
+    /// Bounds of surfaces, world space, and of directions to the background.
+    pub fn new(surfaces: Bounds, sky: Bounds) -> Self {
+        Self { surfaces, sky }
+    }
+
+    /// Bounds of the samples of both.
+    pub fn union(&self, other: &Self) -> Self {
+        Self { surfaces: self.surfaces.union(other.surfaces), sky: self.sky.union(other.sky) }
+    }
+
     /// Computes the bounds of the samples of `tile`.
     pub fn samples(frame: &FrameView, tile: &Tile) -> Self {
         let [surfaces, sky] = bounds_of_samples(frame, tile);

@@ -6,6 +6,7 @@
 //! samples would be of little use: they are dropped when the camera comes to rest.
 
 pub mod remake;
+pub mod sight;
 pub mod tile_state;
 
 use rayon::prelude::*;
@@ -125,8 +126,8 @@ pub fn keep_all(tile: &mut Tile) {
 const ITSELF: u32 = u32::MAX;
 
 /// Looks up the tile that holds a candidate, by its source: the tile as it was, or one of the detached.
-pub fn tiles<'t>(detached: &'t Detached, before: Option<&'t Tile>) -> impl Fn(u32) -> Option<&'t Tile> {
-    move |source| if source == ITSELF { before } else { Some(detached.tile(source)) }
+pub fn tile<'t>(detached: &'t Detached, before: Option<&'t Tile>, source: u32) -> Option<&'t Tile> {
+    if source == ITSELF { before } else { Some(detached.tile(source)) }
 }
 
 /// Makes tile number `number` that of this frame: its samples stay, and cells without one are served by
@@ -168,9 +169,9 @@ pub fn merge(
         }
         runs.iter().for_each(|(source, run)| serving.add(*source, run, None));
         serving.add(ITSELF, &own, None);
-        let tiles = tiles(detached, Some(before));
-        let (extent, wanted) = (grid.extent_of(number), frame.wanted_of(number));
-        serving.serve(frame.settings.reuse, (extent, wanted), frame.endless, &tiles, tile, |_| ());
+        let tiles = |source| self::tile(detached, Some(&*before), source);
+        let (extent, wanted) = (grid.extent(number), frame.wanted_of(number));
+        serving.serve(frame.settings.reuse, (extent, wanted), tile);
         serving.merge(before, tile, &tiles);
         true
     })

@@ -5,6 +5,7 @@
 use rayon::prelude::*;
 
 use super::remake::{SampleFacts, TileFacts};
+use super::sight;
 use crate::changes::Until;
 use crate::frame::reuse::bins::Bins;
 use crate::frame::secondary::ray_trees::TileTrees;
@@ -13,6 +14,7 @@ use crate::frame::shot::moved_bounds::ModelSet;
 use crate::frame::shot::plan::Term;
 use crate::frame::shot::tile_bounds::TileBounds;
 use crate::samples::{EMPTY, SampleStore, Status, Tile};
+use crate::settings::Reuse;
 
 /// State of a tile that is kept from frame to frame while the camera does not move. Unknown by default.
 #[derive(Debug)]
@@ -38,6 +40,8 @@ pub struct TileState {
     pub bounds: Option<TileBounds>,
     /// Summary of its samples; reset when it is not true any more.
     pub content: Option<Content>,
+    /// Bounds of what its targets see of the models at rest, once they are known.
+    pub behind: Option<TileBounds>,
 }
 
 impl Default for TileState {
@@ -53,6 +57,7 @@ impl Default for TileState {
             until: Until::UNKNOWN,
             bounds: None,
             content: None,
+            behind: None,
         }
     }
 }
@@ -95,24 +100,42 @@ impl TileState {
 }
 
 /// Determines, for each tile, if models that moved concern it, when their samples have been taken out of
-/// `store` and put into the bins of the tiles that they fall into. The camera must not have moved.
-pub fn find_reached(store: &SampleStore, frame: &FrameView, bins: &Bins, states: &mut [TileState]) {
+/// `store` and put into the bins of the tiles that they fall into. The camera must not have moved. Returns the number of primary
+/// rays that it took.
+pub fn find_reached(store: &SampleStore, frame: &FrameView, bins: &Bins, states: &mut [TileState]) -> u64 {
     let light_changed = !frame.plan.keeps_all(Term::Specular, false);
-    states.par_iter_mut().zip(&store.tiles).enumerate().for_each(|(number, (state, tile))| {
+    let asks = frame.settings.reuse == Reuse::Target;
+    let tiles = states.par_iter_mut().zip(&store.tiles).enumerate();
+    let find = |(number, (state, tile)): (usize, (&mut TileState, &Box<Tile>))| {
+        let mut rays = 0;
         state.may_be_reached = frame.plan.any_moved && {
+            let behind = match state.behind.take() {
+                Some(behind) => behind,
+                None if asks => {
+                    let (behind, asked) = sight::behind(frame, number, tile);
+                    rays = asked;
+                    behind
+                }
+                None => TileBounds::NONE,
+            };
             let bounds = state.bounds.take();
-            let content = state.content.get_or_insert_with(|| Content::of(frame, tile, bounds));
+            let content = state.content.get_or_insert_with(|| Content::of(frame, tile, bounds, &behind));
+            state.behind = Some(behind);
             !content.is_out_of_reach(frame, number) || bins.any(number)
         };
         let any_changed = light_changed || frame.plan.any_moved;
         state.trees_may_differ = any_changed && frame.has_expired(state.trees.until);
-    });
+        rays
+    };
+    tiles.map(find).sum()
 }
 
 /// Summary of a tile, valid as long as its samples stay the same, in place and in light.
 #[derive(Debug)]
 pub struct Content {
     pub bounds: TileBounds,
+    /// Bounds of the samples and of what the targets see of the models at rest.
+    pub sight: TileBounds,
     models: ModelSet,
     /// True if some cell has no sample, or some tag is in doubt whenever anything moves: see
     /// [`Tags::any_doubtful`](crate::samples::Tags).
@@ -120,11 +143,14 @@ pub struct Content {
 }
 
 impl Content {
-    /// Summarizes a tile as it is. `bounds` are around all its samples, if they are known.
-    fn of(frame: &FrameView, tile: &Tile, bounds: Option<TileBounds>) -> Self {
+    /// Summarizes a tile as it is. `bounds` are around all its samples, if they are known; `behind` are around what its targets see
+    /// of the models at rest.
+    fn of(frame: &FrameView, tile: &Tile, bounds: Option<TileBounds>, behind: &TileBounds) -> Self {
         let any_doubtful = || frame.slots.iter().any(|slot| tile.tags.any_doubtful(*slot, &tile.model));
+        let bounds = bounds.unwrap_or_else(|| TileBounds::samples(frame, tile));
         Self {
-            bounds: bounds.unwrap_or_else(|| TileBounds::samples(frame, tile)),
+            sight: bounds.union(behind),
+            bounds,
             models: ModelSet::new(&tile.model),
             is_doubtful: has_gaps(tile) || any_doubtful(),
         }
@@ -141,7 +167,7 @@ impl Content {
         let may_be_in_shadow = |light| self.bounds.may_be_in_shadow(frame.moved_bounds, light);
         !self.is_doubtful
             && !self.may_have_moved(frame)
-            && !self.bounds.may_be_hidden(frame, number)
+            && !self.sight.may_be_hidden(frame, number)
             && !frame.pose.lights.iter().any(may_be_in_shadow)
     }
 }

@@ -5,10 +5,10 @@ use crate::frame::planes::channels::Picture;
 use crate::frame::reuse::bins::Bins;
 use crate::frame::reuse::estimate::Estimate;
 use crate::frame::shot::frame_view::FrameView;
-use crate::frame::static_camera::Detached;
 use crate::frame::static_camera::remake::TileFacts;
 use crate::frame::static_camera::tile_state::TileState;
-use crate::samples::{OldStore, TagLayout};
+use crate::frame::static_camera::{self, Detached};
+use crate::samples::{OldStore, TagLayout, Tile};
 
 /// The samples of the frame before, as far as this frame reuses them.
 pub enum Reused<'c> {
@@ -18,6 +18,17 @@ pub enum Reused<'c> {
     InPlace(&'c Detached, &'c Bins),
     /// Samples of an earlier picture, projected into bins.
     Projected(OldStore<'c>, &'c Bins),
+}
+
+impl<'c> Reused<'c> {
+    /// Lookup of the tiles with candidates, by number. `before`: the tile at work as it was in the frame before.
+    pub fn sources<'t>(&'t self, before: Option<&'t Tile>) -> impl Fn(u32) -> Option<&'t Tile> {
+        move |source| match self {
+            Self::None => None,
+            Self::InPlace(detached, _) => static_camera::tile(detached, before, source),
+            Self::Projected(old, _) => old.tile(source),
+        }
+    }
 }
 
 /// Input of a frame's tiles.

@@ -110,42 +110,43 @@ impl Level {
             self.buffers.states.clear();
         }
         self.buffers.begin_frame(&self.grid);
-        let (mut now, reused) = self.begin(frame, lent, bins, detached);
+        let (mut now, reused, asked) = self.begin(frame, lent, bins, detached);
         let mut start = Start { reused, estimate };
-        let sum = run_tiles(frame, &mut start, &mut now, (&mut self.buffers, tiles), film, shows);
+        let mut sum = run_tiles(frame, &mut start, &mut now, (&mut self.buffers, tiles), film, shows);
+        sum.rays.primary += asked;
         self.store = Some(now);
         sum
     }
 
-    /// The store of this frame as far as it exists already, and the samples that it reuses.
+    /// The store of this frame as far as it exists already, and the samples that it reuses; and the number of primary rays that this took.
     fn begin<'c>(
         &mut self,
         frame: &FrameView,
         lent: Option<&'c SampleStore>,
         bins: &'c mut Bins,
         detached: &'c mut Detached,
-    ) -> (SampleStore, Reused<'c>) {
+    ) -> (SampleStore, Reused<'c>, u64) {
         let tiles = frame.view.grid.tiles();
         match (self.store.take(), lent) {
             (_, Some(lent)) => {
                 bins.open(tiles);
                 reproject::scatter(lent, frame, bins);
-                (SampleStore::default(), Reused::Projected(OldStore::Lent(lent), bins))
+                (SampleStore::default(), Reused::Projected(OldStore::Lent(lent), bins), 0)
             }
-            (None, None) => (SampleStore::default(), Reused::None),
+            (None, None) => (SampleStore::default(), Reused::None, 0),
             (Some(mut store), None) if frame.plan.camera == CameraChange::None => {
                 let states = &mut self.buffers.states;
                 bins.open(tiles);
                 static_camera::detach(&mut store, states, frame, &self.layout, detached);
                 static_camera::scatter(detached, frame, bins);
-                tile_state::find_reached(&store, frame, bins, states);
-                (store, Reused::InPlace(detached, bins))
+                let asked = tile_state::find_reached(&store, frame, bins, states);
+                (store, Reused::InPlace(detached, bins), asked)
             }
             (Some(old), None) => {
                 bins.open(tiles);
                 let until = reproject::scatter(&old, frame, bins);
                 let old = OldStore::Leaving(LeavingStore::new(old, &until));
-                (SampleStore::default(), Reused::Projected(old, bins))
+                (SampleStore::default(), Reused::Projected(old, bins), 0)
             }
         }
     }

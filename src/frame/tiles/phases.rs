@@ -23,12 +23,14 @@ use crate::frame::grid::cells::CellSet;
 use crate::frame::light::{direct, indirect, occlusion, reflected};
 use crate::frame::planes::channels::NonZeroPlanes;
 use crate::frame::planes::window::Window;
+use crate::frame::reuse::target::Seen;
 use crate::frame::reuse::verify::{self, Request};
 use crate::frame::reuse::{reproject, trace_missed};
 use crate::frame::secondary::enhance;
 use crate::frame::shot::frame_view::FrameView;
 use crate::frame::static_camera;
 use crate::frame::static_camera::remake::{Change, DirtyLevel};
+use crate::frame::static_camera::sight;
 use crate::frame::static_camera::tile_state::TileState;
 use crate::samples::{Flags, Status, Tile};
 use crate::settings::Reuse;
@@ -137,12 +139,12 @@ fn update_samples(
     }
 
     let among = frame.in_sight(number);
-    let probes = verify_servers(work, number, among, tile, state, scratch);
-    let flags = scratch.serving.flags();
+    let asked = verify_servers(work, number, among, tile, state, scratch);
     clock.lap(&mut scratch.seconds.verify);
 
-    let ThreadScratch { trace, seconds, lighting, placed, paths, occlusion, roots, .. } = scratch;
-    trace_missed::trace_missed(frame, number, among, tile, &probes, trace);
+    trace_cells(work, number, among, (tile, &asked), scratch);
+    let ThreadScratch { trace, seconds, lighting, placed, paths, occlusion, roots, serving, .. } = scratch;
+    let flags = serving.flags();
     tile.spares.trim();
     state.trees.forget_others(tile, roots);
     clock.lap(&mut seconds.trace);
@@ -192,8 +194,8 @@ fn resolve(work: &Work, number: usize, tile: &mut Tile, scratch: &mut ThreadScra
 /// Candidates that a cell asks at most, one after the other.
 const MOST_ASKED: usize = 4;
 
-/// Verifies the samples that serve cells; where one is hidden, the next candidate is asked. Returns the cells whose server is to be confirmed
-/// by a primary ray.
+/// Verifies the samples that serve cells; where one is hidden, the next candidate is asked. Returns the cells whose targets are to be asked
+/// what they see.
 fn verify_servers(
     work: &Work,
     number: usize,
@@ -207,29 +209,46 @@ fn verify_servers(
     if matches!(reused, Reused::None) {
         return CellSet::default();
     }
-    let bounds = state.content.as_ref().map(|content| &content.bounds);
+    let content = state.content.as_ref();
     let mut cells = CellSet::ALL;
     for asked in 1.. {
+        let bounds = content.map(|content| &content.bounds);
         let request = Request { number, cells: &cells, bounds, flags: serving.flags() };
         verify::verify(frame, among, tile, &request, trace);
-        let next = match reused {
-            _ if asked == MOST_ASKED => None,
-            Reused::None => None,
-            Reused::InPlace(detached, _) => serving.ask_next(
-                frame.settings.reuse,
-                tile,
-                &static_camera::tiles(detached, before.as_deref()),
-            ),
-            Reused::Projected(old, _) => {
-                serving.ask_next(frame.settings.reuse, tile, &|source| old.tile(source))
-            }
-        };
-        match next {
+        if asked == MOST_ASKED {
+            break;
+        }
+        match serving.ask_next(frame.settings.reuse, tile, &reused.sources(before.as_deref())) {
             Some(next) => cells = next,
             None => break,
         }
     }
-    if frame.settings.reuse == Reuse::Target { serving.probes(tile) } else { CellSet::default() }
+    if frame.settings.reuse == Reuse::Paper {
+        return CellSet::default();
+    }
+    let given = serving.given(tile);
+    let may_see_moved = frame.plan.any_moved
+        && matches!(reused, Reused::InPlace(..))
+        && content.is_none_or(|content| content.sight.may_be_hidden(frame, number));
+    if may_see_moved { given.or(&sight::in_doubt(frame, number, tile, trace)) } else { given }
+}
+
+/// Traces what is missing, and asks the targets of the cells in `asked` what they see.
+fn trace_cells(
+    work: &Work,
+    number: usize,
+    among: SceneSubset,
+    (tile, asked): (&mut Tile, &CellSet),
+    scratch: &mut ThreadScratch,
+) {
+    let Work { frame, start: Start { reused, .. }, .. } = *work;
+    let ThreadScratch { serving, before, trace, .. } = scratch;
+    let sources = reused.sources(before.as_deref());
+    let moved = |model: u32| frame.moved(model);
+    let mut replace = |tile: &mut Tile, cell: usize, seen: &Seen| {
+        serving.replace(cell, tile, moved, &sources, |sample| seen.is_shown_by(frame, sample, 0.0))
+    };
+    trace_missed::trace_missed(frame, number, among, (tile, asked), &mut replace, trace);
 }
 
 /// Writes of a tile what the film does not show yet.

@@ -80,11 +80,16 @@ fn cards(comparison: &Comparison) -> String {
         ),
     ];
     if let Some(audit) = comparison.totals.reprojected.audit {
-        let class = if audit.differing == 0 { "" } else { " bad" };
+        let class = |count: u64| if count == 0 { "" } else { " bad" };
         cards.push(card(
-            class,
+            class(audit.differing),
             audit.differing.to_string(),
             format!("of {} samples differ when traced again (audit)", grouped(audit.checked)),
+        ));
+        cards.push(card(
+            class(audit.coverage),
+            audit.coverage.to_string(),
+            String::from("cells show another surface than their targets see (audit)"),
         ));
     }
     format!("<div class=\"cards\">{}</div>", cards.concat())

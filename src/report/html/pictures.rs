@@ -109,14 +109,15 @@ fn what_differs(comparison: &Comparison) -> String {
         None => String::from(
             "<code>--audit</code> would trace every sample again, and tell whether one is wrong.",
         ),
-        Some(audit) if audit.differing == 0 => {
+        Some(audit) if audit.wrong() == 0 => {
             let samples = grouped(audit.checked);
             format!(
-                "The audit has traced all {samples} samples of the reprojected frames again: <b>none is wrong</b>."
+                "The audit has traced all {samples} samples of the reprojected frames again: <b>none is wrong</b>, and \
+                 each shows the surface that the centre of its cell sees."
             )
         }
         Some(audit) => {
-            let (wrong, samples) = (grouped(audit.differing), grouped(audit.checked));
+            let (wrong, samples) = (grouped(audit.wrong()), grouped(audit.checked));
             format!("The audit has traced {samples} samples again: <b>{wrong} of them are wrong</b>.")
         }
     };
@@ -291,7 +292,7 @@ mod tests {
     #[test]
     fn what_the_audit_finds_is_not_called_noise() {
         let mut wrong = frame(2, 90);
-        wrong.reprojected.audit = Some(AuditCounts { checked: 1000, differing: 7, on_edge: 0 });
+        wrong.reprojected.audit = Some(AuditCounts { checked: 1000, differing: 7, ..Default::default() });
         assert!(what_differs(&comparison(vec![wrong.clone()])).contains("<b>7 of them are wrong</b>"));
         wrong.reprojected.audit = None;
         assert!(what_differs(&comparison(vec![wrong])).contains("<code>--audit</code> would"));

@@ -110,7 +110,7 @@ pub fn frames_table(comparison: &Comparison) -> String {
     let rows: Vec<String> = (comparison.frames.iter())
         .map(|frame| {
             let (ours, full) = (&frame.reprojected, &frame.full);
-            let audit = ours.audit.map_or_else(|| String::from("–"), |audit| audit.differing.to_string());
+            let audit = ours.audit.map_or_else(|| String::from("–"), |audit| audit.wrong().to_string());
             let apart = match frame.error {
                 Some(error) => [error.reprojected, error.full].map(|error| format!("{:.5}", error.display)),
                 None => [

@@ -1,0 +1,95 @@
+//! The rule by which a sample may serve a cell: *a cell shows a sample of the surface that its target sees*.
+//!
+//! The target is the cell's centre; what it sees is what a ray from the eye through it meets first. A sample shows the same
+//! surface if it is of the same model and material, on the same side, and on the same *layer*: no further from the tangent plane at
+//! the point that was met than a share of a cell's width there ([`LAYER`]). All of it is measured in cells, so that slats before a
+//! wall are told from the wall whenever anybody could see that they are apart, however far away they are.
+//!
+//! So surfaces have the cells whose targets they cover, as in a frame that is traced in full, however small they are, however long a
+//! chain of inferred frames is, and however densely they happen to be sampled.
+
+use glam::Vec3;
+
+use crate::frame::shot::frame_view::FrameView;
+use crate::samples::{BACKGROUND, Sample};
+use crate::scene::Mesh;
+use crate::shade::surface::corners_of;
+use crate::trace::Hit;
+
+/// Largest distance of a sample from the tangent plane of what a target sees, as a share of a cell's width there: where a layer ends,
+/// the picture of what lies this much behind it is wrong by no more than this share of a cell, from whatever side it is seen.
+pub const LAYER: f32 = 0.25;
+
+/// What a cell's target sees.
+#[derive(Debug, Clone, Copy)]
+pub struct Seen {
+    /// Index into [`Scene::models`](crate::scene::Scene::models), or [`BACKGROUND`].
+    model: u32,
+    triangle: u32,
+    /// Index into [`Scene::materials`](crate::scene::Scene::materials); of several variants, the first.
+    material: u16,
+    /// True if the mesh is made of curved pieces instead of triangles.
+    is_quadric: bool,
+    is_from_behind: bool,
+    /// From the eye to the point that was met, world space.
+    offset: Vec3,
+    /// Normal of the surface there, world space, unit length; zero where it has none.
+    normal: Vec3,
+    /// Thickness of the layer, to either side: world units.
+    layer: f32,
+}
+
+impl Seen {
+    /// Finds what was seen along `origin + t * direction`, from the hit of that ray.
+    pub fn new(frame: &FrameView, origin: Vec3, direction: Vec3, hit: Option<Hit>) -> Self {
+        let Some(Hit { t, u, v, model, triangle }) = hit else {
+            return Self {
+                model: BACKGROUND,
+                triangle: 0,
+                material: 0,
+                is_quadric: false,
+                is_from_behind: false,
+                offset: direction,
+                normal: Vec3::ZERO,
+                layer: 0.0,
+            };
+        };
+        let mesh: &Mesh = &frame.scene.models[model as usize].mesh;
+        let way = t * direction;
+        let in_object = match &mesh.quadric {
+            Some(quadric) => quadric.normal(triangle, [u, v]),
+            None => {
+                let [a, b, c] = corners_of(mesh, triangle);
+                (b - a).cross(c - a).normalize_or_zero().as_vec3()
+            }
+        };
+        let normal = frame.place(model).geometric_normal(triangle, in_object).normalize_or_zero();
+        let spread = frame.view.spread();
+        Self {
+            model,
+            triangle,
+            material: mesh.material_of[triangle as usize],
+            is_quadric: mesh.quadric.is_some(),
+            is_from_behind: normal.dot(direction) > 0.0,
+            offset: origin - frame.view.camera.eye + way,
+            normal,
+            layer: LAYER * (spread.by_distance * way.length() + spread.fixed),
+        }
+    }
+
+    /// Returns true if a sample shows this surface. `slack`: added to the layer, world units.
+    pub fn is_shown_by(&self, frame: &FrameView, sample: &Sample, slack: f32) -> bool {
+        let Sample { point, model, record } = sample;
+        if *model != self.model || *model == BACKGROUND {
+            return *model == self.model;
+        }
+        if record.triangle == self.triangle {
+            // a plane has one side towards the eye, and rounding alone may say otherwise
+            return !self.is_quadric || record.is_from_behind() == self.is_from_behind;
+        }
+        let offset = || frame.offset(*point, *model, record.triangle);
+        record.is_from_behind() == self.is_from_behind
+            && frame.is_of(record.material, self.material)
+            && (offset() - self.offset).dot(self.normal).abs() <= self.layer + slack
+    }
+}
