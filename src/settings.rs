@@ -116,9 +116,9 @@ impl Filter {
     pub fn usual_radius(self) -> f32 {
         match self {
             Self::Box => 0.5,
-            Self::Area | Self::Tent => 1.0,
+            Self::Tent => 1.0,
             Self::Gaussian | Self::BlackmanHarris => 1.5,
-            Self::Mitchell => 2.0,
+            Self::Area | Self::Mitchell => 2.0,
             Self::Lanczos => 3.0,
         }
     }

@@ -1,13 +1,15 @@
 //! Size of the place on a surface that a sample stands for.
 
 use glam::Vec3;
+use wide::u32x8;
 
+use crate::lanes::{F32x8, LANES, Vec3x8, unsigned};
 use crate::logarithm::rough_log2;
-use crate::scrambled::scrambled;
+use crate::scrambled::{scrambled, scrambled_lanes};
 
-/// Width, in object space, of the place that a sample stands for: textures are filtered over it. It belongs to the sample, so that
-/// the colour of the sample does not change with the eye; when the eye is so much nearer or farther that the place has
-/// [another width](Self::serves), the sample ends.
+/// Width, in object space, of the place that a sample stands for: textures are filtered over it. It follows from where the sample is
+/// and from how wide its place is now, whoever traced it and when: where the eye comes nearer or goes away, kept samples are
+/// looked up anew in their textures, so that they are as sharp as samples that are traced.
 ///
 /// A byte: steps of the square root of 2 from 2^-63 on; 0 for samples of surfaces without textures.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -19,27 +21,42 @@ const ONE: f32 = 128.0;
 /// Steps by which the logarithm to the base 2 is divided.
 const STEPS: f32 = 2.0;
 
-/// Largest change of the width: a factor of 2. Textures are filtered too much or too little by as much, at most.
-const MOST_STEPS: f32 = 1.0 * STEPS;
-
 /// Bits of a float's exponent: with no others it is the power of 2 below.
 const EXPONENT: u32 = 0x7f80_0000;
 
 /// Parts of a place's width, about, in which the same chance decides.
 const PARTS: f32 = 8.0;
 
+/// Share of 1 of each step of 24 bits.
+const OF_24_BITS: f32 = 1.0 / (1 << 24) as f32;
+
 impl Footprint {
     /// No place: textures are shown texel by texel.
     pub const NONE: Self = Self(0);
 
-    /// Creates the footprint of a width above 0, rounded to one of the nearest steps by chance: so a surface does not lose all of its
-    /// samples in one frame. Nothing but the `place` of the sample decides, in the space of the width: which cell it was found for
+    /// Creates the footprint of a width above 0, rounded to one of the nearest steps by chance: so the samples of a surface do not
+    /// all change in one frame. Nothing but the `place` of the sample decides, in the space of the width: which cell it was found for
     /// does not matter. Where it lies in a part of the width does not, either: tracers find places that differ in their last bits.
     pub fn new(width: f32, place: Vec3) -> Self {
-        let part = (place * (f32::from_bits(width.to_bits() & EXPONENT) / PARTS).recip()).floor();
+        let part = place * (f32::from_bits(width.to_bits() & EXPONENT) / PARTS).recip();
         let hash = part.to_array().iter().fold(0, |hash, axis| scrambled(hash ^ (*axis as i32) as u32));
-        let chance = (hash >> 8) as f32 / (1 << 24) as f32;
+        let chance = (hash >> 8) as f32 * OF_24_BITS;
         Self((steps_of(width) + chance).clamp(1.0, 255.0) as u8)
+    }
+
+    /// [`new`](Self::new) of eight places, to the bit.
+    #[inline(always)]
+    pub fn eight(widths: F32x8, places: Vec3x8) -> [Self; LANES] {
+        let power = F32x8::from_bits(widths.to_bits() & u32x8::splat(EXPONENT));
+        let parts = places * (F32x8::ONE / (power / F32x8::splat(PARTS)));
+        let hash = [parts.x, parts.y, parts.z]
+            .into_iter()
+            .fold(u32x8::splat(0), |hash, axis| scrambled_lanes(hash ^ unsigned(axis.to_whole())));
+        let chances = (hash >> 8_u32).to_array();
+        std::array::from_fn(|lane| {
+            let chance = chances[lane] as f32 * OF_24_BITS;
+            Self((steps_of(widths.lane(lane)) + chance).clamp(1.0, 255.0) as u8)
+        })
     }
 
     /// Width, object space; 0 for none.
@@ -56,12 +73,6 @@ impl Footprint {
     #[inline]
     pub fn is_some(self) -> bool {
         self.0 != 0
-    }
-
-    /// Returns true if this still serves where the place has `width` now.
-    #[inline]
-    pub fn serves(self, width: f32) -> bool {
-        (steps_of(width) - f32::from(self.0)).abs() <= MOST_STEPS
     }
 
     /// Converts the footprint to a byte, to be saved.
@@ -92,25 +103,42 @@ mod tests {
     }
 
     #[test]
-    fn a_footprint_serves_up_to_twice_and_half_its_width() {
+    fn a_footprint_is_one_of_the_steps_beside_its_width() {
         for (number, width) in [1e-6_f32, 0.01, 1.0, 3.7, 1e9].into_iter().enumerate() {
             for place in 0..50 {
                 let footprint = Footprint::new(width, Vec3::new(place as f32, number as f32, 0.3) * width);
                 let ratio = footprint.width() / width;
                 assert!((0.65..1.5).contains(&ratio), "{width}: {ratio}");
-                assert!([0.75, 1.0, 1.4].iter().all(|factor| footprint.serves(width * factor)));
-                assert!([0.3, 3.0].iter().all(|factor| !footprint.serves(width * factor)));
             }
         }
     }
 
+    /// Where the eye comes nearer evenly, about as many change in each frame.
     #[test]
-    fn samples_of_one_surface_end_one_after_the_other() {
-        let ended =
-            |factor: f32| places().filter(|place| !Footprint::new(1.3, *place).serves(1.3 * factor)).count();
-        let counts = [1.5, 1.75, 2.0, 2.25, 2.5].map(ended);
-        assert!(counts.windows(2).all(|pair| pair[0] <= pair[1]), "{counts:?}");
-        assert!(counts[0] == 0 && (100..900).contains(&counts[2]) && counts[4] == 1000, "{counts:?}");
+    fn samples_of_one_surface_change_one_after_the_other() {
+        let widths = (0..=20).map(|step| 1.02 * 2.0_f32.powf(step as f32 / 25.0));
+        let of = |width: f32| places().map(|place| Footprint::new(width, place)).collect::<Vec<_>>();
+        let all: Vec<_> = widths.map(of).collect();
+        for pair in all.windows(2) {
+            let changed = pair[0].iter().zip(&pair[1]).filter(|(a, b)| a != b).count();
+            assert!((20..180).contains(&changed), "{changed} of a thousand");
+        }
+    }
+
+    #[test]
+    fn eight_at_once_are_what_each_is_alone() {
+        let odd = [0.0, -1.0, f32::NAN, f32::INFINITY, 1e-42, 1e30, 3.0, 1e-6];
+        let at: Vec<Vec3> = places().collect();
+        for (number, places) in at.chunks_exact(LANES).enumerate() {
+            let widths = F32x8::new(match number {
+                0 => odd,
+                _ => std::array::from_fn(|lane| 0.01 * (number * LANES + lane) as f32),
+            });
+            let mut all = Vec3x8::ZERO;
+            (0..LANES).for_each(|lane| all.set_lane(lane, places[lane] * 100.0));
+            let alone = std::array::from_fn(|lane| Footprint::new(widths.lane(lane), all.lane(lane)));
+            assert_eq!(Footprint::eight(widths, all), alone, "{number}");
+        }
     }
 
     /// As those that two tracers find.

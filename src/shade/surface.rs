@@ -245,6 +245,16 @@ pub struct SurfacePoint {
 }
 
 impl SurfacePoint {
+    /// Weights of the second and third corner of `triangle`, or of the piece with that number, at `point`, at rest.
+    pub fn weights(mesh: &Mesh, triangle: u32, point: Vec3) -> [f32; 2] {
+        match &mesh.quadric {
+            Some(quadric) => quadric.weights(triangle, point),
+            None => {
+                Corners::all(mesh, triangle).weights_at(Vec3x8::splat(point)).map(|weight| weight.lane(0))
+            }
+        }
+    }
+
     /// Computes the surface at `point` of `triangle`, or of the piece with that number, of `mesh`, at rest. `width`: of the part of
     /// the surface over which textures are filtered.
     pub fn at(scene: &Scene, (mesh, triangle): (&Mesh, u32), point: Vec3, width: f32) -> Self {

@@ -2,6 +2,8 @@
 
 use std::path::Path;
 
+use afterimage::frame::Finished;
+use afterimage::layers::Layers;
 use afterimage::scene;
 use afterimage::settings::{Filter, Mode, Settings};
 use glam::{DVec3, Vec3};
@@ -58,6 +60,43 @@ fn a_film_at_rest_is_what_it_would_be_if_it_were_made_anew() {
         for kept in kept {
             assert_eq!(toy::differing(&kept), 0, "{filter:?}");
         }
+    }
+}
+
+/// Bright wires of little more than a pixel before a wall, which the camera passes: frames that reuse samples show as much of them as those
+/// that are traced in full, whatever the filter; also where a silhouette lies at the border of two tiles.
+#[test]
+fn silhouettes_are_where_frames_in_full_have_them() {
+    let size = [96.0, 72.0_f32];
+    let pixel = 2.0 * 6.0 * 30.0_f32.to_radians().tan() / size[1];
+    let (mut corners, mut triangles) = (Vec::new(), Vec::new());
+    for number in -12..=12 {
+        let (x, lean, half) =
+            (number as f32 * 0.71, [0.0, 0.4, -0.7][number.rem_euclid(3) as usize], 0.55 * pixel);
+        let first = corners.len() as u32;
+        corners.extend([[x - lean - half, -6.0, 0.0], [x - lean + half, -6.0, 0.0]]);
+        corners.extend([[x + lean + half, 6.0, 0.0], [x + lean - half, 6.0, 0.0]]);
+        triangles.extend([[first, first + 1, first + 2], [first, first + 2, first + 3]]);
+    }
+    let wall = [[-30.0, -20.0, -2.0], [30.0, -20.0, -2.0], [30.0, 20.0, -2.0], [-30.0, 20.0, -2.0]];
+    let models = vec![
+        toy::still("wall", toy::mesh(&wall, &[[0, 1, 2], [0, 2, 3]], 0, true), Vec3::ZERO),
+        toy::still("wires", toy::mesh(&corners, &triangles, 1, true), Vec3::ZERO),
+    ];
+    let bright = afterimage::scene::Material { emission: Vec3::ONE, ..toy::matt(0.0) };
+    let along = |z: f64| toy::keys(&[(1.0, DVec3::new(0.0, 0.0, z)), (25.0, DVec3::new(1.1, 0.1, z))]);
+    let camera = toy::camera(along(6.0), along(0.0));
+    let scene = toy::scene(camera, models, vec![toy::matt(0.0), bright], vec![]);
+    for filter in [Filter::Box, Filter::Area, Filter::Tent, Filter::Gaussian, Filter::Mitchell] {
+        let of = |mode| {
+            let settings = Settings { filter, mode, layers: Layers::NONE, ..toy::settings(2) };
+            let light = |frame: &Finished| frame.film.values("R").unwrap().iter().sum::<f32>();
+            toy::render(&scene, &settings, 16).iter().map(light).collect::<Vec<f32>>()
+        };
+        let (inferred, full) = (of(Mode::Reproject), of(Mode::Full));
+        let ratios: Vec<f32> = inferred.iter().zip(full).map(|(inferred, full)| inferred / full).collect();
+        println!("{filter:?}: {ratios:.4?}");
+        assert!(ratios.iter().all(|ratio| (ratio - 1.0).abs() < 0.01), "{filter:?}: {ratios:.4?}");
     }
 }
 

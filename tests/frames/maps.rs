@@ -5,7 +5,7 @@ use std::path::Path;
 
 use afterimage::frame::{Finished, Renderer};
 use afterimage::scene::{self, Shot};
-use afterimage::settings::Settings;
+use afterimage::settings::{Filter, Mode, Settings};
 use afterimage::trace::BackendKind;
 use tempfile::TempDir;
 
@@ -247,22 +247,74 @@ fn both_tracers_filter_alike() {
     assert!(differ <= 2 && greys > 300, "{differ} differ, {greys} are filtered");
 }
 
+/// Heights from which the eye comes twice as near or goes twice as far away.
+const NEARER: [f64; 8] = [0.8, 0.65, 0.53, 0.43, 0.35, 0.28, 0.23, 0.19];
+const FARTHER: [f64; 8] = [0.3, 0.37, 0.46, 0.57, 0.7, 0.87, 1.1, 1.4];
+
+/// Primary rays of the frames after the first one, and the share of their samples that were traced anew.
+fn traced(folder: &TempDir, heights: &[f64]) -> Vec<(u64, u64)> {
+    let scene = load_as_it_is(folder, &from_heights(heights)).scene;
+    let frames = toy::render(&scene, &toy::audited(1), heights.len() as i32);
+    assert!(frames.iter().all(|frame| toy::differing(frame) == 0), "{heights:?}");
+    let of = |frame: &Finished| {
+        (frame.stats.rays.primary, frame.stats.samples.missed + frame.stats.samples.obscured)
+    };
+    frames.iter().skip(1).map(of).collect()
+}
+
+/// What is kept is looked up anew, which takes no ray.
 #[test]
-fn samples_end_when_the_eye_is_twice_as_near_or_as_far() {
-    let folder = chequered();
-    let plain = self::folder("Kd 0 0 0\nKa 1 1 1\nillum 1\n");
-    for heights in
-        [[0.8, 0.65, 0.53, 0.43, 0.35, 0.28, 0.23, 0.19], [0.3, 0.37, 0.46, 0.57, 0.7, 0.87, 1.1, 1.4]]
-    {
-        let traced = [&plain, &folder].map(|folder| {
-            let scene = load_as_it_is(folder, &from_heights(&heights)).scene;
-            let frames = toy::render(&scene, &toy::audited(1), heights.len() as i32);
-            assert!(frames.iter().all(|frame| toy::differing(frame) == 0), "{heights:?}");
-            frames.iter().skip(1).map(|frame| frame.stats.rays.primary).collect::<Vec<u64>>()
-        });
-        let more: Vec<bool> =
-            traced[1].iter().zip(&traced[0]).map(|(with, without)| with > without).collect();
-        assert!(!more[0] && more[3..].iter().any(|more| *more), "{traced:?}");
+fn colours_follow_the_eye_without_a_ray() {
+    let (plain, textured) = (folder("Kd 0 0 0\nKa 1 1 1\nillum 1\n"), chequered());
+    for heights in [NEARER, FARTHER] {
+        assert_eq!(traced(&plain, &heights), traced(&textured, &heights), "{heights:?}");
+    }
+}
+
+/// Light depends on normals: where the place changes over which a picture of normals is filtered, samples end.
+#[test]
+fn samples_with_bent_normals_end_one_after_the_other() {
+    let bent = folder("Kd 0.5 0.5 0.5\nillum 1\nmap_Kd c.png\nnorm n.png\n");
+    picture(&bent, "c.png", 2, &[[50; 3], [200; 3], [90; 3], [10; 3]]);
+    picture(&bent, "n.png", 2, &[[128, 128, 255], [140, 120, 250], [110, 128, 255], [128, 150, 250]]);
+    let plain = folder("Kd 0 0 0\nKa 1 1 1\nillum 1\n");
+    let (with, without) = (traced(&bent, &NEARER), traced(&plain, &NEARER));
+    for ((_, with), (_, without)) in with.iter().zip(&without) {
+        // of all samples; in the end each is traced again where the eye is nearer by the root of 2
+        assert!(*with > without + 96 * 72 / 8 && *with < 96 * 72, "{with}, {without}");
+    }
+}
+
+/// Mean square of the difference to the pixel on the right and to the one below.
+fn sharpness(frame: &Finished) -> f32 {
+    let red = frame.film.values("R").unwrap();
+    let at = |x: usize, y: usize| red[y * 96 + x];
+    let pixels = (8..87).flat_map(|x| (8..63).map(move |y| (x, y)));
+    pixels.map(|(x, y)| (at(x, y) - at(x + 1, y)).powi(2) + (at(x, y) - at(x, y + 1)).powi(2)).sum()
+}
+
+/// A texture as fine as pixels, to which the eye comes nearer: no frame is less sharp than one that is traced in full.
+#[test]
+fn inferred_frames_are_as_sharp_as_those_that_are_traced_in_full() {
+    let folder = folder("Kd 0 0 0\nKa 1 1 1\nillum 1\nmap_Kd c.png\n");
+    let greys = (0..128 * 128_u32)
+        .map(|at| at.wrapping_mul(0x9e37_79b9) ^ at << 7)
+        .map(|at| at.wrapping_mul(0x85eb_ca6b) >> 24);
+    picture(&folder, "c.png", 128, &greys.map(|grey| [grey as u8; 3]).collect::<Vec<_>>());
+    let heights: Vec<f64> = (0..24).map(|frame| 4.0 * 0.985_f64.powi(frame)).collect();
+    let scene = load_as_it_is(&folder, &from_heights(&heights)).scene;
+    for (filter, samples) in [(Filter::Box, 2), (Filter::Area, 2), (Filter::Area, 4), (Filter::Gaussian, 2)] {
+        let of = |mode| {
+            let settings = Settings { filter, mode, ..toy::settings(samples) };
+            toy::render(&scene, &settings, 24).iter().map(sharpness).collect::<Vec<f32>>()
+        };
+        let (inferred, full) = (of(Mode::Reproject), of(Mode::Full));
+        let ratios: Vec<f32> = inferred.iter().zip(full).map(|(inferred, full)| inferred / full).collect();
+        println!("{filter:?}, {samples}: {ratios:.3?}");
+        assert!(
+            ratios.iter().all(|ratio| (0.95..1.05).contains(ratio)),
+            "{filter:?}, {samples}: {ratios:.3?}"
+        );
     }
 }
 

@@ -72,7 +72,7 @@ fn make_anew(frame: &FrameView, store: &SampleStore, picture: &Picture, film: &m
     let is_wide = frame.kernel.is_some();
     let (mut developer, mut dirty) = (Developer::default(), DirtyTiles::default());
     if let Some(kernel) = frame.kernel {
-        dirty.set(grid, kernel.halo(), std::iter::repeat_n(true, grid.tiles()));
+        dirty.set(grid, kernel.halo(), std::iter::repeat_n(true, grid.tiles()), |_| false);
     }
     let [mut now, mut before]: [Vec<TileFilm>; 2] = Default::default();
     let columns = grid.axes[0].borders(0..=grid.tiles_x as usize);
@@ -88,7 +88,7 @@ fn make_anew(frame: &FrameView, store: &SampleStore, picture: &Picture, film: &m
             let ThreadScratch { radiance, bounces, placed, trace, filtering, .. } = scratch;
             enhance::enhance(frame, tile, radiance, bounces, None, placed, trace);
             if is_wide {
-                filter::sum(frame, number, tile, filtering, radiance, sums);
+                filter::sum(frame, number, tile, filtering, radiance, trace, sums);
             }
             let shown = filter::FilterInput { radiance, placed, cell_rays: &trace.tally.cells };
             filter::filter(frame, number, tile, filtering, shown, picture, &mut window);

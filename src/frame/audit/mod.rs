@@ -54,7 +54,9 @@ use crate::frame::shot::plan::ShadowCheck;
 use crate::frame::surface::footprints::{cell_widths, has_textures};
 use crate::frame::surface::placed::Placed;
 use crate::lanes::{F32x8, LANES, Vec3x8};
-use crate::samples::{BACKGROUND, CELLS, EMPTY, Record, Sample, SampleStore, Tag, Tile, full_color};
+use crate::samples::{
+    BACKGROUND, CELLS, EMPTY, Footprint, Record, Sample, SampleStore, Tag, Tile, full_color,
+};
 use crate::scene::camera::Projection;
 use crate::shade::light::{StratifiedPattern, light_sample};
 use crate::shade::on_mesh::OnMesh;
@@ -327,7 +329,7 @@ fn check_surface(frame: &FrameView, sample: &Sample, sight: Vec3, kept: Vec3) ->
     )
 }
 
-/// Returns true if the sample's footprint serves where it is seen now.
+/// Returns true if the sample's footprint is that of a sample that is traced there now.
 fn check_footprint(frame: &FrameView, sample: &Sample) -> bool {
     let Record { footprint, material, .. } = sample.record;
     if !footprint.is_some() {
@@ -337,7 +339,7 @@ fn check_footprint(frame: &FrameView, sample: &Sample) -> bool {
     let sights = frame.view.sights(Vec3x8::splat(offset(frame, sample)));
     let widths = cell_widths(frame.view, sights, Vec3x8::splat(normal));
     let width = widths.lane(0) * frame.scale_to_object(sample.model);
-    WIDTH_TOLERANCES.iter().any(|factor| footprint.serves(width * factor))
+    WIDTH_TOLERANCES.iter().any(|factor| footprint == Footprint::new(width * factor, sample.point))
 }
 
 /// Checks that the stored light of eight samples is that which the tags and lights give.

@@ -68,10 +68,26 @@ impl DirtyTiles {
         self.is_needed.clear();
     }
 
-    /// Sets the state of all tiles, in their order, for a filter that reaches `halo` pixels beyond them.
-    pub fn set(&mut self, grid: &Grid, halo: u32, is_changed: impl Iterator<Item = bool>) {
+    /// Sets the state of all tiles, in their order, for a filter that reaches `halo` pixels beyond them. What a tile contributes of
+    /// which `asks_beside` is true depends on what the tiles beside it show.
+    pub fn set(
+        &mut self,
+        grid: &Grid,
+        halo: u32,
+        is_changed: impl Iterator<Item = bool>,
+        asks_beside: impl Fn(usize) -> bool,
+    ) {
         self.is_changed.clear();
         self.is_changed.extend(is_changed);
+        self.is_needed.clone_from(&self.is_changed);
+        let [columns, rows] = grid.tile_counts().map(|count| count as usize);
+        for tile in (0..grid.tiles()).filter(|tile| !self.is_needed[*tile] && asks_beside(*tile)) {
+            let [x, y] = grid.place_of_tile(tile);
+            self.is_changed[tile] = x > 0 && self.is_needed[tile - 1]
+                || y > 0 && self.is_needed[tile - columns]
+                || x + 1 < columns && self.is_needed[tile + 1]
+                || y + 1 < rows && self.is_needed[tile + columns];
+        }
         self.is_needed.clone_from(&self.is_changed);
         // two tiles that reach the same piece have pixels no farther apart than this
         let apart = PIECE.map(|size| 2 * halo as i32 + size as i32 - 1);
@@ -336,7 +352,7 @@ mod tests {
             let kernel = Kernel::new(settings.filter, 2.0);
             let films = films(&grid, kernel.as_ref().expect("it is wide"));
             let mut dirty = DirtyTiles::default();
-            dirty.set(&grid, 2, std::iter::repeat_n(true, grid.tiles()));
+            dirty.set(&grid, 2, std::iter::repeat_n(true, grid.tiles()), |_| false);
             // in one band, and in bands of rows of tiles that hold eight pixels at least
             for least in [u32::MAX, 0] {
                 let channels: Vec<Channel> = channels(settings.layers, &LightGroups::default()).collect();
@@ -378,7 +394,7 @@ mod tests {
             let [tiles_x, tiles_y] = [grid.tiles_x, grid.tiles_y].map(|count| count as usize);
             let mut dirty = DirtyTiles::default();
             let changed = tiles_y / 2 * tiles_x + tiles_x / 2;
-            dirty.set(&grid, 2, (0..grid.tiles()).map(|tile| tile == changed));
+            dirty.set(&grid, 2, (0..grid.tiles()).map(|tile| tile == changed), |_| false);
             // pieces may begin in any row
             for (left, top) in
                 (0..300).step_by(PIECE[0]).flat_map(|left| (0..200).map(move |top| (left, top)))

@@ -9,7 +9,8 @@
 use super::areas::Areas;
 use super::mattes::{ids_of_cells, rank_boxes};
 use super::pixels::{OLDEST, Planes, choose_nearest, count, reduce, take_data};
-use super::reach::Spread;
+use super::reach::{Spread, Weighing};
+use super::rims::Rims;
 use super::spread::{TileFilm, spread};
 use super::variance::pixel_variances;
 use crate::cryptomatte::{Id, Kind, Mattes};
@@ -22,6 +23,7 @@ use crate::frame::shot::frame_view::FrameView;
 use crate::frame::surface::placed::PlacedTile;
 use crate::frame::surface::radiance::{Light, Radiance};
 use crate::frame::surface::ray_tally::CellRays;
+use crate::frame::surface::trace_scratch::TraceScratch;
 use crate::lanes::{F32x8, LANES, Mask, Vec3x8};
 use crate::layers::Layers;
 use crate::samples::{BACKGROUND, CELLS, Column, EMPTY, Tile};
@@ -43,6 +45,8 @@ pub struct Filtering {
     /// Place of the sample, in cells from the tile's corner.
     x: Column<f32>,
     y: Column<f32>,
+    /// Where samples count, for a filter wider than a pixel.
+    rims: Rims,
     /// Areas of samples, for a filter that is by area.
     areas: Areas,
     /// Cell whose sample is nearest to the pixel's centre, for each pixel.
@@ -70,6 +74,7 @@ impl Default for Filtering {
             variance: none,
             x: none,
             y: none,
+            rims: Rims::default(),
             areas: Areas::default(),
             nearest: Vec::new(),
             sums: Planes::default(),
@@ -82,23 +87,35 @@ impl Default for Filtering {
 }
 
 /// Sums into `film` what the samples of tile number `number` contribute to the pixels that they reach, pixels
-/// of other tiles included. For a filter wider than a pixel.
+/// of other tiles included. For a filter wider than a pixel. Returns true if that depends on what is beside the tile.
 pub fn sum(
     frame: &FrameView,
     number: usize,
     tile: &Tile,
     filtering: &mut Filtering,
     radiance: &Radiance,
+    trace: &mut TraceScratch,
     film: &mut TileFilm,
-) {
-    let Some(kernel) = &frame.kernel else { return };
+) -> bool {
+    let Some(kernel) = &frame.kernel else { return false };
     prepare(frame, tile, radiance, filtering);
     locate(frame, number, tile, filtering);
-    let Filtering { alpha, albedo, openness, depth, variance, x, y, areas, ids, .. } = filtering;
-    if kernel.is_by_area() {
-        areas.find(tile, [x, y]);
-    }
-    let by = Spread::new(kernel, &frame.view.grid, [x, y], areas);
+    let Filtering { alpha, albedo, openness, depth, variance, x, y, rims, areas, ids, .. } = filtering;
+    let (grid, lie) = (&*frame.view.grid, [&*x, &*y]);
+    let are_beside = rims.find(frame, number, tile, lie, trace);
+    let count = if are_beside { rims.places.each_ref() } else { lie };
+    let weighing = match kernel.is_by_area() {
+        false => Weighing::Distance,
+        true if are_beside => {
+            areas.find_sloped(grid, tile, lie, rims);
+            Weighing::SlopedArea(areas)
+        }
+        true => {
+            areas.find(tile, lie);
+            Weighing::Area(areas)
+        }
+    };
+    let by = Spread::new(kernel, grid, count, weighing);
     let mut columns = [None; sums::COUNT];
     let planes = filtered(frame, radiance, [alpha, openness, depth, variance], albedo);
     planes.for_each(|(plane, column)| columns[plane] = Some(column));
@@ -107,6 +124,7 @@ pub fn sum(
         ids_of_cells(frame, mattes, tile, kind, ids);
         film.mattes[kind as usize].spread(by, ids);
     }
+    rims.has_asked()
 }
 
 /// Results of earlier phases for a tile.

@@ -111,10 +111,10 @@ impl MatteSums {
 
     /// Spreads the weight of each sample of a tile over the pixels that it reaches.
     pub fn spread(&mut self, by: Spread, ids: &Column<Id>) {
-        match by.halo() {
-            1 => self.spread_by::<2>(by, ids),
-            2 => self.spread_by::<4>(by, ids),
-            3 => self.spread_by::<6>(by, ids),
+        match by.taps() {
+            2 => self.spread_by::<2>(by, ids),
+            4 => self.spread_by::<4>(by, ids),
+            6 => self.spread_by::<6>(by, ids),
             _ => self.spread_by::<MOST_TAPS>(by, ids),
         }
     }
@@ -238,7 +238,7 @@ impl<const N: usize> MattePlanes<N> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::frame::film::areas::Areas;
+    use crate::frame::film::reach::Weighing;
     use crate::frame::film::reach::edge;
     use crate::frame::grid::tests::settings;
     use crate::frame::planes::kernel::Kernel;
@@ -274,8 +274,7 @@ mod tests {
                 std::array::from_fn(|cell| Id((cell as u32).wrapping_mul(2654435761) >> 8).at(6));
             let mut sums = MatteSums::default();
             let kernel = Kernel::new(Filter::Mitchell, 2.0).expect("it is wide");
-            let areas = Areas::default();
-            let by = Spread::new(&kernel, &grid, [&x, &y], &areas);
+            let by = Spread::new(&kernel, &grid, [&x, &y], Weighing::Distance);
             sums.spread(by, &ids);
             let mut of_all = MattePlanes::<1600>::default();
             let edge = edge(&grid, kernel.halo());

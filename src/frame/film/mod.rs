@@ -7,5 +7,6 @@ pub mod mattes;
 pub mod mean;
 pub mod pixels;
 pub mod reach;
+pub mod rims;
 pub mod spread;
 pub mod variance;

@@ -2,7 +2,7 @@
 
 use wide::i32x8;
 
-use super::areas::{Areas, in_pixels};
+use super::areas::{Areas, SLOPED_TAPS, in_pixels};
 use crate::frame::grid::Grid;
 use crate::frame::planes::kernel::Kernel;
 use crate::lanes::{F32x8, LANES};
@@ -13,14 +13,24 @@ pub fn edge(grid: &Grid, halo: u32) -> usize {
     (grid.tile_pixels + 2 * halo) as usize
 }
 
+/// What samples weigh by.
+#[derive(Clone, Copy)]
+pub enum Weighing<'a> {
+    /// By their distances.
+    Distance,
+    /// By their areas: samples that lie at their targets.
+    Area(&'a Areas),
+    /// By their areas, which slope.
+    SlopedArea(&'a Areas),
+}
+
 /// A filter, and where the samples of a tile lie that it spreads.
 #[derive(Clone, Copy)]
 pub struct Spread<'a> {
     kernel: &'a Kernel,
-    /// x and y of samples, in cells from the tile's corner.
+    /// x and y of the places where samples count, in cells from the tile's corner.
     places: [&'a Column<f32>; 2],
-    /// Areas of samples, for a filter that weighs by these.
-    areas: Option<&'a Areas>,
+    by: Weighing<'a>,
     /// Edge of a cell, in pixels.
     cell: F32x8,
     /// Number of pixels along an edge of the tile with its halo.
@@ -28,37 +38,44 @@ pub struct Spread<'a> {
 }
 
 impl<'a> Spread<'a> {
-    /// Samples at these `places` of a tile: x and y, in cells from its corner. A filter that is not [by
-    /// area](Kernel::is_by_area) leaves their `areas` alone.
-    pub fn new(kernel: &'a Kernel, grid: &Grid, places: [&'a Column<f32>; 2], areas: &'a Areas) -> Self {
+    /// Samples that count at these `places` of a tile: x and y, in cells from its corner.
+    pub fn new(kernel: &'a Kernel, grid: &Grid, places: [&'a Column<f32>; 2], by: Weighing<'a>) -> Self {
         let cell = F32x8::splat((grid.samples as f32).recip());
-        let areas = Some(areas).filter(|_| kernel.is_by_area());
-        Self { kernel, places, areas, cell, edge: edge(grid, kernel.halo()) }
+        Self { kernel, places, by, cell, edge: edge(grid, kernel.halo()) }
     }
 
-    /// Number of pixels that a sample reaches beyond its own.
+    /// Number of pixels that a sample reaches beyond its own, at most.
     pub fn halo(&self) -> u32 {
         self.kernel.halo()
     }
 
-    /// Computes which pixels eight samples reach. The kernel reaches `N` pixels in a row.
+    /// Number of pixels in a row that each sample reaches.
+    pub fn taps(&self) -> usize {
+        match self.by {
+            Weighing::Distance => 2 * self.kernel.halo() as usize,
+            Weighing::Area(_) => 2,
+            Weighing::SlopedArea(_) => SLOPED_TAPS,
+        }
+    }
+
+    /// Computes which pixels eight samples reach: `N` in a row, as [`taps`](Self::taps) says.
     #[inline(always)]
     pub fn reach<const N: usize>(&self, first: usize) -> Reach<N> {
-        // the halo shifts places by N/2 pixels; the first pixel of a sample lies as many before it
+        // the halo shifts places by as many pixels; the first pixel of a sample lies N/2 before it
         let at = self.places.map(|at| F32x8::load(at, first) * self.cell + F32x8::splat(0.5));
         let whole = at.map(F32x8::to_whole);
         let [x, y] = [0, 1].map(|axis| at[axis] - F32x8::from_whole(whole[axis]));
-        let [across, down] = match self.areas {
-            Some(areas) => {
+        let [across, down] = match self.by {
+            Weighing::Distance => [self.kernel.weights::<N>(x), self.kernel.weights(y)],
+            Weighing::Area(areas) => {
                 let [beside, above] = areas.sides(first).map(|sides| sides.map(|side| side * self.cell));
                 [in_pixels::<N>(x, beside), in_pixels(y, above)]
             }
-            None => [self.kernel.weights::<N>(x), self.kernel.weights(y)],
+            Weighing::SlopedArea(areas) => areas.sloped::<N>(first),
         };
-        Reach {
-            start: (whole[1] * i32x8::splat(self.edge as i32) + whole[0]).to_array(),
-            weights: down.map(|down| across.map(|across| across * down)),
-        }
+        let shift = (self.halo() as usize - N / 2) * (self.edge + 1);
+        let start = whole[1] * i32x8::splat(self.edge as i32) + whole[0] + i32x8::splat(shift as i32);
+        Reach { start: start.to_array(), weights: down.map(|down| across.map(|across| across * down)) }
     }
 }
 

@@ -88,15 +88,15 @@ impl TileFilm {
 /// Spreads each sample of a tile over the pixels that it reaches. `columns` are the values to be summed, `None` where all
 /// are zero.
 pub fn spread(by: Spread, tile: &Tile, columns: &[Option<&Column<f32>>; sums::COUNT], film: &mut TileFilm) {
-    match by.halo() {
-        1 => spread_by::<2>(by, tile, columns, film),
-        2 => spread_by::<4>(by, tile, columns, film),
-        3 => spread_by::<6>(by, tile, columns, film),
+    match by.taps() {
+        2 => spread_by::<2>(by, tile, columns, film),
+        4 => spread_by::<4>(by, tile, columns, film),
+        6 => spread_by::<6>(by, tile, columns, film),
         _ => spread_by::<MOST_TAPS>(by, tile, columns, film),
     }
 }
 
-/// [`spread`] with a kernel that reaches `N` pixels in a row.
+/// [`spread`] where each sample reaches `N` pixels in a row.
 fn spread_by<const N: usize>(
     by: Spread,
     tile: &Tile,
@@ -140,7 +140,7 @@ mod tests {
     #![allow(clippy::unwrap_used, reason = "a test stops where something is wrong")]
 
     use super::*;
-    use crate::frame::film::areas::Areas;
+    use crate::frame::film::reach::Weighing;
     use crate::frame::planes::kernel::Kernel;
     use crate::settings::Filter;
 
@@ -157,8 +157,7 @@ mod tests {
         columns[sums::SPECULAR + 1] = Some(&value);
         let mut film = TileFilm::default();
         let kernel = Kernel::new(Filter::Mitchell, 2.0).unwrap();
-        let areas = Areas::default();
-        let by = Spread::new(&kernel, &grid, [&x, &y], &areas);
+        let by = Spread::new(&kernel, &grid, [&x, &y], Weighing::Distance);
         spread(by, &tile, &columns, &mut film);
         assert!(film.has(&[sums::SPECULAR + 1]) && !film.has(&[sums::SPECULAR, sums::ALPHA]));
         let weights = |beyond| kernel.weights::<4>(F32x8::splat(beyond));

@@ -9,7 +9,7 @@ use rayon::prelude::*;
 
 use super::bins::STEPS;
 use super::project::project_lanes;
-use super::sight::{outdated_bits, segments};
+use super::sight::{Outdated, segments};
 use crate::frame::grid::Grid;
 use crate::frame::grid::bits::{bit, set_bits, surface_bits};
 use crate::frame::shot::frame_view::FrameView;
@@ -181,7 +181,7 @@ fn ask_tiles(number: usize, tiles: &[Box<Tile>], of: usize, frame: &FrameView, a
             let [x, y] = field(&frame.view.grid, frame.view.grid.tile_at(at));
             sum.fallen[y][x] += 1;
         }
-        let inside = projected.which & !outdated_bits(frame, tile, first, Flags::default());
+        let inside = projected.which & !Outdated::find(frame, tile, first, Flags::default()).ended;
         let models = &tile.model[first..first + LANES];
         let (surfaces, moved) = (surface_bits(models), frame.moved_bits(models));
         let shown = |lane: usize| match (surfaces >> lane & 1, moved >> lane & 1) {

@@ -6,7 +6,10 @@ use crate::frame::shot::frame_view::FrameView;
 use crate::frame::shot::plan::CameraChange;
 use crate::frame::surface::footprints::cell_widths;
 use crate::lanes::{F32x8, LANES, Mask, Vec3x8};
-use crate::samples::{BACKGROUND, Flags, Octahedral, Tile};
+use crate::samples::{BACKGROUND, Flags, Footprint, Octahedral, Record, Tile, half_colors};
+use crate::scene::Mesh;
+use crate::shade::on_mesh::OnMesh;
+use crate::shade::surface::SurfacePoint;
 use crate::trace::RayBatch;
 
 /// End of a verification segment, as a share of the distance from the eye to the sample.
@@ -40,48 +43,108 @@ pub fn segment_ends(models: &[u32]) -> F32x8 {
     background.select(F32x8::splat(f32::INFINITY), F32x8::splat(SEGMENT_END))
 }
 
-/// Bit mask of those of eight cells whose samples do not hold as they are seen now: from the other side, since they were shaded for
-/// the side that the eye was on; or from so near or so far that their textures were filtered over [another
-/// place](crate::samples::Footprint).
-#[inline]
-pub fn outdated_bits(frame: &FrameView, tile: &Tile, first: usize, flags: Flags) -> u8 {
-    let models = &tile.model[first..first + LANES];
-    let surfaces = surface_bits(models);
-    let is_doubtful = frame.plan.camera == CameraChange::Moved || flags.has(Flags::UNSEEN);
-    let moved = if is_doubtful { u8::MAX } else { frame.moved_bits(models) };
-    let may_have_turned = moved & surfaces;
-    let is_resized =
-        frame.palette.has_textures && (may_have_turned != 0 || frame.plan.camera != CameraChange::None);
-    if may_have_turned == 0 && !is_resized {
-        return 0;
+/// Samples of eight cells that do not hold as they are seen now.
+#[derive(Debug, Clone, Copy)]
+pub struct Outdated {
+    /// Bits of those that end: they are seen from the other side than that for which they were shaded; or the picture that bends
+    /// their normals is to be filtered over another place, so that all of their light is another one.
+    pub ended: u8,
+    /// Bits of those that are seen from so near or so far that their colours are to be filtered over another place.
+    pub resized: u8,
+    /// These places.
+    pub footprints: [Footprint; LANES],
+}
+
+impl Outdated {
+    /// None of the samples.
+    const NONE: Self = Self { ended: 0, resized: 0, footprints: [Footprint::NONE; LANES] };
+
+    /// Finds them among the samples from cell `first` on; `flags`: those that any sample of the tile has.
+    #[inline]
+    pub fn find(frame: &FrameView, tile: &Tile, first: usize, flags: Flags) -> Self {
+        let models = &tile.model[first..first + LANES];
+        let surfaces = surface_bits(models);
+        let is_doubtful = frame.plan.camera == CameraChange::Moved || flags.has(Flags::UNSEEN);
+        let moved = if is_doubtful { u8::MAX } else { frame.moved_bits(models) };
+        let may_have_turned = moved & surfaces;
+        let may_be_resized =
+            frame.palette.has_textures && (may_have_turned != 0 || frame.plan.camera != CameraChange::None);
+        if may_have_turned == 0 && !may_be_resized {
+            return Self::NONE;
+        }
+        // the side needs no unit length
+        let mut geometric_normals = Octahedral::directions(tile.geometric_normals(first));
+        frame.each_displaced(models, |place, of_model| {
+            place.geometric_normals(
+                of_model,
+                |lane| tile.record[first + lane].triangle,
+                &mut geometric_normals,
+            );
+        });
+        let sights = frame.view.sights(frame.offsets(tile, first));
+        let before = geometric_normals.dot(sights).lt(F32x8::ZERO);
+        let turned = may_have_turned & !before.bits();
+        let resized = if may_be_resized {
+            Self::resized(frame, tile, first, surfaces, [sights, geometric_normals])
+        } else {
+            Self::NONE
+        };
+        Self { ended: turned | resized.ended, resized: resized.resized & !turned, ..resized }
     }
-    // the side needs no unit length
-    let mut geometric_normals = Octahedral::directions(tile.geometric_normals(first));
-    frame.each_displaced(models, |place, of_model| {
-        place.geometric_normals(of_model, |lane| tile.record[first + lane].triangle, &mut geometric_normals);
-    });
-    let sights = frame.view.sights(frame.offsets(tile, first));
-    let before = geometric_normals.dot(sights).lt(F32x8::ZERO);
-    let turned = may_have_turned & !before.bits();
-    if is_resized {
-        turned | resized_bits(frame, tile, first, surfaces, [sights, geometric_normals])
-    } else {
-        turned
+
+    /// Finds those among `surfaces` with other places along these `sights` than their own. Normals: world space.
+    fn resized(
+        frame: &FrameView,
+        tile: &Tile,
+        first: usize,
+        surfaces: u8,
+        [sights, normals]: [Vec3x8; 2],
+    ) -> Self {
+        let records = &tile.record[first..first + LANES];
+        let textured = surfaces & Mask::new(|lane| records[lane].footprint.is_some()).bits();
+        if textured == 0 {
+            return Self::NONE;
+        }
+        let mut widths = cell_widths(frame.view, sights, normals);
+        if frame.displaced_bits(&tile.model[first..first + LANES]) != 0 {
+            for lane in set_bits(textured) {
+                let scale = frame.scale_to_object(tile.model[first + lane]);
+                widths.set_lane(lane, widths.lane(lane) * scale);
+            }
+        }
+        let footprints = Footprint::eight(widths, tile.points(first));
+        let is_other = Mask::new(|lane| records[lane].footprint != footprints[lane]);
+        let resized = textured & is_other.bits();
+        let is_bent = |lane: &usize| has_bent_normal(frame, &records[*lane], tile.model[first + lane]);
+        let ended = match frame.palette.bends_normals {
+            true => set_bits(resized).filter(is_bent).fold(0, |bits, lane| bits | 1 << lane),
+            false => 0,
+        };
+        Self { ended, resized: resized & !ended, footprints }
     }
 }
 
-/// Bit mask of those of eight samples, among `surfaces`, whose footprints do not serve along these `sights`. Normals: world space.
-fn resized_bits(
-    frame: &FrameView,
-    tile: &Tile,
-    first: usize,
-    surfaces: u8,
-    [sights, normals]: [Vec3x8; 2],
-) -> u8 {
-    let widths = cell_widths(frame.view, sights, normals);
-    let is_resized = |lane: &usize| {
-        let (footprint, model) = (tile.record[first + lane].footprint, tile.model[first + lane]);
-        footprint.is_some() && !footprint.serves(widths.lane(*lane) * frame.scale_to_object(model))
-    };
-    set_bits(surfaces).filter(is_resized).fold(0, |bits, lane| bits | 1 << lane)
+/// Returns true if a picture bends the normal of a sample of `model`.
+fn has_bent_normal(frame: &FrameView, record: &Record, model: u32) -> bool {
+    let mesh = &frame.scene.models[model as usize].mesh;
+    let material = mesh.material_of[record.triangle as usize];
+    frame.scene.materials[usize::from(material)].normal_map.is_some()
+}
+
+/// Looks the colour of the sample in `cell` up anew, over the place `footprint`: of the point that is kept, as when it was traced, so
+/// that it is what would be traced there now. No ray is cast; the light of the sample is summed anew from what is kept.
+pub fn look_up(frame: &FrameView, tile: &mut Tile, cell: usize, footprint: Footprint) {
+    let (record, model, point) = (tile.record[cell], tile.model[cell], tile.point(cell));
+    let mesh: &Mesh = &frame.scene.models[model as usize].mesh;
+    let weights = SurfacePoint::weights(mesh, record.triangle, point);
+    let place = OnMesh::new(mesh, record.triangle, weights).with_width(footprint.width());
+    let color = place.reflectance(frame.scene, &frame.scene.materials[usize::from(record.material)]);
+    let reflectance = half_colors(Vec3x8::splat(color))[0];
+    let is_other = reflectance != record.reflectance;
+    let flags = record.flags.with(Flags::STALE.when(is_other));
+    tile.record[cell] = Record { footprint, reflectance, flags, ..record };
+    if is_other && frame.palette.coats.is_rough(record.material) {
+        // how many paths a layer draws, and where to, may follow from its colour
+        tile.gathered.reflected.forget_one(cell);
+    }
 }

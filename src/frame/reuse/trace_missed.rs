@@ -271,11 +271,14 @@ impl<'a> Answers8<'a> {
         for lane in (0..owners.len()).filter(|lane| met.is_hit(*lane)) {
             offsets.set_lane(lane, frame.offset(points.lane(lane), met.models[lane], met.triangles[lane]));
         }
-        let widths = cell_widths(frame.view, frame.view.sights(offsets), normals);
+        let mut widths = cell_widths(frame.view, frame.view.sights(offsets), normals);
+        for lane in (0..owners.len()).filter(|lane| met.is_hit(*lane)) {
+            widths.set_lane(lane, widths.lane(lane) * frame.scale_to_object(met.models[lane]));
+        }
+        let all = Footprint::eight(widths, *points);
         for lane in (0..owners.len()).filter(|lane| met.is_hit(*lane)) {
             if has_textures(frame.scene, met.material(frame, lane)) {
-                let width = widths.lane(lane) * frame.scale_to_object(met.models[lane]);
-                footprints[lane] = Footprint::new(width, points.lane(lane));
+                footprints[lane] = all[lane];
             }
         }
         footprints

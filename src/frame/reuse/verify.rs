@@ -4,7 +4,7 @@
 //! and stay together. The models that a segment is tested against are chosen by the
 //! [plan](crate::frame::shot::plan::Plan).
 
-use super::sight::{outdated_bits, segment_ends, segments, sights};
+use super::sight::{Outdated, look_up, segment_ends, segments, sights};
 use crate::frame::grid::bits::{count_bits, set_bits, status_bits, surface_bits};
 use crate::frame::grid::cells::{BLOCK, CellSet};
 use crate::frame::shot::frame_view::FrameView;
@@ -29,7 +29,7 @@ pub struct Request<'a> {
 }
 
 /// Turns cells of a `request` whose samples are hidden now into `Obscured`; only models `among` these can
-/// hide them.
+/// hide them. Samples whose textures are to be filtered over another place are looked up anew.
 pub fn verify(
     frame: &FrameView,
     among: SceneSubset,
@@ -42,8 +42,13 @@ pub fn verify(
         let reused = status_bits(&tile.status[first..first + LANES], Status::is_reused);
         let asked = reused & cells.eight(first);
         if asked != 0 {
-            for lane in set_bits(asked & outdated_bits(frame, tile, first, flags)) {
+            let Outdated { ended, resized, footprints } = Outdated::find(frame, tile, first, flags);
+            for lane in set_bits(asked & ended) {
                 tile.status[first + lane] = Status::Obscured;
+            }
+            for lane in set_bits(asked & resized) {
+                look_up(frame, tile, first + lane, footprints[lane]);
+                scratch.has_looked_up = true;
             }
         }
     }

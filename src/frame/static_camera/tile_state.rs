@@ -27,6 +27,8 @@ pub struct TileState {
     pub was_quiet: bool,
     /// True if rays went on from the tile when it was shown last.
     pub goes_on: bool,
+    /// True if what it contributed to pixels when it was shown last depends on what the tiles beside it show.
+    pub asks_beside: bool,
     /// Ray trees of the tile.
     pub trees: TileTrees,
     /// True if their light may differ.
@@ -51,6 +53,7 @@ impl Default for TileState {
             was_written: false,
             was_quiet: false,
             goes_on: false,
+            asks_beside: false,
             trees: TileTrees::default(),
             trees_may_differ: false,
             may_be_reached: false,

@@ -15,6 +15,8 @@ pub struct TraceScratch {
     pub blocked: Vec<u16>,
     /// Cell of each of `rays`.
     pub owners: Vec<u32>,
+    /// True if samples of the tile at work were looked up in their textures anew: their light may be stale.
+    pub has_looked_up: bool,
     /// Counts of the rays that were cast.
     pub tally: RayTally,
 }

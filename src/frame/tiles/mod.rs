@@ -135,6 +135,7 @@ pub fn run_tiles(
             states.iter().enumerate().map(|(number, state)| {
                 state.facts(frame, shows.is_last(number), false).remake() >= DirtyLevel::Picture
             }),
+            |number| states[number].asks_beside,
         );
     }
     let mut above = 0;

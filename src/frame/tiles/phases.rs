@@ -73,7 +73,7 @@ pub fn render_tile(
         note_colors(&scratch.radiance, colors);
     }
     let mut clock = Clock(Instant::now());
-    let written = write_pixels(work, number, remake, (tile, film), window, scratch);
+    let written = write_pixels(work, number, remake, (tile, film, state), window, scratch);
     clock.lap(&mut scratch.seconds.filter);
     (samples_of(work.frame, number, remake, tile), written)
 }
@@ -153,7 +153,8 @@ fn update_samples(
     let (reflected_changed, reflected_until) = reflected::renew(frame, tile, placed, paths, &mut trace.tally);
     let (openness_changed, open_until) =
         occlusion::find_openness(frame, tile, placed, occlusion, &mut trace.tally);
-    let flags = flags.with(Flags::STALE.when(indirect_changed || openness_changed));
+    let is_stale = indirect_changed || openness_changed || trace.has_looked_up;
+    let flags = flags.with(Flags::STALE.when(is_stale));
     let (light_changed, bounds) = direct::light(frame, tile, flags, lighting, placed, &mut trace.tally);
     tile.compact();
     (state.until, state.bounds) = (until.min(open_until).min(reflected_until), bounds);
@@ -256,17 +257,22 @@ fn write_pixels(
     work: &Work,
     number: usize,
     remake: DirtyLevel,
-    (tile, film): (&Tile, &mut TileFilm),
+    (tile, film, state): (&Tile, &mut TileFilm, &mut TileState),
     window: &mut Window,
     scratch: &mut ThreadScratch,
 ) -> NonZeroPlanes {
     let Work { frame, picture, dirty, .. } = *work;
     let ThreadScratch { filtering, radiance, placed, trace, .. } = scratch;
-    let cell_rays = &*trace.tally.cells;
     if dirty.is_needed(number) {
-        filter::sum(frame, number, tile, filtering, radiance, film);
+        state.asks_beside = filter::sum(frame, number, tile, filtering, radiance, trace, film);
+        // which took rays
+        state.was_quiet &= !state.asks_beside;
     }
+    let cell_rays = &*trace.tally.cells;
     match remake {
+        DirtyLevel::Age if dirty.is_needed(number) && state.asks_beside => {
+            filter::recount(frame, number, tile, filtering, cell_rays, picture, window)
+        }
         DirtyLevel::Age => filter::stay(frame, number, picture, window),
         DirtyLevel::Counts => filter::recount(frame, number, tile, filtering, cell_rays, picture, window),
         DirtyLevel::Picture | DirtyLevel::Samples => {

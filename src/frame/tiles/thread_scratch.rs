@@ -67,6 +67,7 @@ impl ThreadScratch {
     /// Clears what belongs to a tile.
     pub fn begin_tile(&mut self) {
         self.trace.tally.cells.begin_tile();
+        self.trace.has_looked_up = false;
         self.placed.begin_tile();
     }
 }
