@@ -105,6 +105,10 @@ pub fn sum(
     let are_beside = rims.find(frame, number, tile, lie, trace);
     let count = if are_beside { rims.places.each_ref() } else { lie };
     let weighing = match kernel.is_by_area() {
+        false if are_beside => {
+            areas.find(tile, count);
+            Weighing::DistanceAndArea(areas)
+        }
         false => Weighing::Distance,
         true if are_beside => {
             areas.find_sloped(grid, tile, lie, rims);

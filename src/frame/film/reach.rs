@@ -16,8 +16,11 @@ pub fn edge(grid: &Grid, halo: u32) -> usize {
 /// What samples weigh by.
 #[derive(Clone, Copy)]
 pub enum Weighing<'a> {
-    /// By their distances.
+    /// By their distances: samples that lie at their targets.
     Distance,
+    /// By their distances and by their areas: where samples lie close together each counts less, so that the silhouette between two surfaces
+    /// does not depend on how closely they are sampled.
+    DistanceAndArea(&'a Areas),
     /// By their areas: samples that lie at their targets.
     Area(&'a Areas),
     /// By their areas, which slope.
@@ -52,7 +55,7 @@ impl<'a> Spread<'a> {
     /// Number of pixels in a row that each sample reaches.
     pub fn taps(&self) -> usize {
         match self.by {
-            Weighing::Distance => 2 * self.kernel.halo() as usize,
+            Weighing::Distance | Weighing::DistanceAndArea(_) => 2 * self.kernel.halo() as usize,
             Weighing::Area(_) => 2,
             Weighing::SlopedArea(_) => SLOPED_TAPS,
         }
@@ -67,6 +70,13 @@ impl<'a> Spread<'a> {
         let [x, y] = [0, 1].map(|axis| at[axis] - F32x8::from_whole(whole[axis]));
         let [across, down] = match self.by {
             Weighing::Distance => [self.kernel.weights::<N>(x), self.kernel.weights(y)],
+            Weighing::DistanceAndArea(areas) => {
+                let [width, height] = areas.extents(first);
+                [
+                    self.kernel.weights::<N>(x).map(|weight| weight * width),
+                    self.kernel.weights::<N>(y).map(|weight| weight * height),
+                ]
+            }
             Weighing::Area(areas) => {
                 let [beside, above] = areas.sides(first).map(|sides| sides.map(|side| side * self.cell));
                 [in_pixels::<N>(x, beside), in_pixels(y, above)]
