@@ -38,7 +38,7 @@ impl Footprint {
     /// all change in one frame. Nothing but the `place` of the sample decides, in the space of the width: which cell it was found for
     /// does not matter. Where it lies in a part of the width does not, either: tracers find places that differ in their last bits.
     pub fn new(width: f32, place: Vec3) -> Self {
-        let part = place * (f32::from_bits(width.to_bits() & EXPONENT) / PARTS).recip();
+        let part = (place * (f32::from_bits(width.to_bits() & EXPONENT) / PARTS).recip()).floor();
         let hash = part.to_array().iter().fold(0, |hash, axis| scrambled(hash ^ (*axis as i32) as u32));
         let chance = (hash >> 8) as f32 * OF_24_BITS;
         Self((steps_of(width) + chance).clamp(1.0, 255.0) as u8)
@@ -49,9 +49,11 @@ impl Footprint {
     pub fn eight(widths: F32x8, places: Vec3x8) -> [Self; LANES] {
         let power = F32x8::from_bits(widths.to_bits() & u32x8::splat(EXPONENT));
         let parts = places * (F32x8::ONE / (power / F32x8::splat(PARTS)));
-        let hash = [parts.x, parts.y, parts.z]
-            .into_iter()
-            .fold(u32x8::splat(0), |hash, axis| scrambled_lanes(hash ^ unsigned(axis.to_whole())));
+        let hash = [parts.x, parts.y, parts.z].into_iter().fold(u32x8::splat(0), |hash, axis| {
+            let to_zero = F32x8::from_whole(axis.to_whole());
+            let floor = to_zero.gt(axis).select(to_zero - F32x8::ONE, to_zero);
+            scrambled_lanes(hash ^ unsigned(floor.to_whole()))
+        });
         let chances = (hash >> 8_u32).to_array();
         std::array::from_fn(|lane| {
             let chance = chances[lane] as f32 * OF_24_BITS;
