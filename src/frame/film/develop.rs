@@ -328,8 +328,8 @@ fn tiles_that_reach(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::frame::film::areas::Areas;
     use crate::frame::film::reach::Spread;
+    use crate::frame::film::reach::Weighing;
     use crate::frame::film::spread::spread;
     use crate::frame::grid::{holds, tests::settings};
     use crate::frame::planes::channels::channels;
@@ -438,8 +438,7 @@ mod tests {
             let mut columns = columns;
             columns[sums::DIFFUSE + 1] = Some(&ramp);
             let mut film = TileFilm::default();
-            let areas = Areas::default();
-            let by = Spread::new(kernel, grid, [&x, &y], &areas);
+            let by = Spread::new(kernel, grid, [&x, &y], Weighing::Distance);
             spread(by, &tile, &columns, &mut film);
             film
         };
