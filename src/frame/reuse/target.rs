@@ -2,8 +2,10 @@
 //!
 //! The target is the cell's centre; what it sees is what a ray from the eye through it meets first. A sample shows the same
 //! surface if it is of the same model and material, on the same side, and on the same *layer*: no further from the tangent plane at
-//! the point that was met than a share of a cell's width there ([`LAYER`]). All of it is measured in cells, so that slats before a
-//! wall are told from the wall whenever anybody could see that they are apart, however far away they are.
+//! the point that was met than a share of a cell's width there ([`LAYER`]), and that point no further from the tangent plane at the
+//! sample. (By one of the two planes alone, faces that are seen at an angle would lose cells to those beside them, frame by frame.) All
+//! of it is measured in cells, so that slats before a wall are told from the wall whenever anybody could see that they are apart,
+//! however far away they are.
 //!
 //! So surfaces have the cells whose targets they cover, as in a frame that is traced in full, however small they are, however long a
 //! chain of inferred frames is, and however densely they happen to be sampled.
@@ -87,9 +89,15 @@ impl Seen {
             // a plane has one side towards the eye, and rounding alone may say otherwise
             return !self.is_quadric || record.is_from_behind() == self.is_from_behind;
         }
-        let offset = || frame.offset(*point, *model, record.triangle);
-        record.is_from_behind() == self.is_from_behind
-            && frame.is_of(record.material, self.material)
-            && (offset() - self.offset).dot(self.normal).abs() <= self.layer + slack
+        if record.is_from_behind() != self.is_from_behind || !frame.is_of(record.material, self.material) {
+            return false;
+        }
+        let apart = frame.offset(*point, *model, record.triangle) - self.offset;
+        let most = self.layer + slack;
+        apart.dot(self.normal).abs() <= most && {
+            let kept = record.geometric_normal.unfold();
+            let normal = frame.place(*model).geometric_normal(record.triangle, kept);
+            apart.dot(normal).abs() <= most * normal.length()
+        }
     }
 }

@@ -51,7 +51,8 @@ pub fn trace_missed(
     }
     let replaced = trace_owners(frame, number, among, (tile, asked), replace, scratch);
     if !replaced.is_empty() {
-        let request = Request { number, cells: &replaced, bounds: None, flags: Flags::UNSEEN };
+        let proven = &CellSet::default();
+        let request = Request { number, cells: &replaced, proven, bounds: None, flags: Flags::UNSEEN };
         verify::verify(frame, among, tile, &request, scratch);
         scratch.begin_rays();
         let hidden = replaced.numbers().filter(|cell| tile.status[*cell] == Status::Obscured);

@@ -17,6 +17,7 @@ use crate::frame::grid::view::View;
 use crate::frame::grid::wanted::Wanted;
 use crate::frame::planes::channels::Channel;
 use crate::frame::planes::kernel::Kernel;
+use crate::frame::reuse::proofs::{EyePath, Proofs};
 use crate::frame::watcher::{Stop, Watcher};
 use crate::lanes::{LANES, Mask, Vec3x8};
 use crate::layers::Layers;
@@ -76,6 +77,10 @@ pub struct FrameView<'a> {
     pub slots: &'a [TagSlot],
     /// True for each model that is a quadric; empty if there is none.
     pub quadrics: &'a [bool],
+    /// Places of the eye in this frame and in some that follow.
+    pub eye_path: &'a EyePath,
+    /// Proofs of what need not be asked, in a frame whose camera is not where it was.
+    pub proofs: Option<&'a Proofs<'a>>,
     /// Changes since the frame before.
     pub plan: &'a Plan,
     /// Boxes around the models that moved since the frame before.

@@ -1,10 +1,11 @@
 //! A shot made ready: data that all of its frames read.
 
 use std::collections::HashMap;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use super::frame_view::Occlusion;
 use crate::changes::{Direction, Motion};
+use crate::clear::Obstacles;
 use crate::cryptomatte::Mattes;
 use crate::exposure::Exposures;
 use crate::frame::grid::Grid;
@@ -51,6 +52,8 @@ pub struct Prepared<'s> {
     pub bounds: Vec<Bounds>,
     /// True for each model that is a quadric; empty if there is none.
     pub quadrics: Vec<bool>,
+    /// The models at rest, for proofs; built when they are needed first.
+    pub obstacles: OnceLock<Obstacles>,
     /// True if rays follow mirrors or glass of the shot.
     pub has_trees: bool,
     /// The exposures of each frame: one where frames are sharp.
@@ -108,6 +111,7 @@ impl<'s> Prepared<'s> {
             light_groups,
             bounds,
             quadrics: quadrics(scene),
+            obstacles: OnceLock::new(),
         }
     }
 
@@ -123,6 +127,11 @@ impl<'s> Prepared<'s> {
         let cells = settings.levels().last().unwrap_or(settings.samples);
         let size = ([settings.width, settings.height], cells);
         Pose::exposed(self.scene, frame, (&self.exposures, picture.exposure), place, size)
+    }
+
+    /// The models at rest, for proofs.
+    pub fn obstacles(&self) -> &Obstacles {
+        self.obstacles.get_or_init(|| Obstacles::new(self.scene))
     }
 
     /// Has [`motion`](Self::motion) know the shot, if ray trees are to be kept.

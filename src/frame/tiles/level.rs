@@ -2,23 +2,26 @@
 //! one; otherwise each is twice as fine as the one before ([`wanted`](crate::frame::grid::wanted)).
 
 use std::sync::Arc;
+use std::time::Instant;
 
 use rayon::prelude::*;
 
 use super::{FilmContents, FrameBuffers, Reused, Start, TileScratch, TileSum, contrast, run_tiles};
 use crate::changes::Until;
+use crate::clear::Obstacles;
 use crate::film::Film;
 use crate::frame::grid::Grid;
 use crate::frame::grid::wanted::{PixelFlags, Wanted};
 use crate::frame::reuse::bins::Bins;
 use crate::frame::reuse::estimate::Estimate;
+use crate::frame::reuse::proofs::Proofs;
 use crate::frame::reuse::reproject;
 use crate::frame::shot::frame_view::FrameView;
 use crate::frame::shot::plan::CameraChange;
 use crate::frame::static_camera::tile_state;
 use crate::frame::static_camera::{self, Detached};
 use crate::samples::saved::LevelSamples;
-use crate::samples::{LeavingStore, OldStore, SampleStore, Status, TagLayout};
+use crate::samples::{ClearRegions, LeavingStore, OldStore, SampleStore, Status, TagLayout};
 
 /// See the module's documentation.
 pub struct Level {
@@ -100,7 +103,7 @@ impl Level {
         &mut self,
         frame: &FrameView,
         estimate: Estimate,
-        lent: Option<&SampleStore>,
+        (lent, obstacles): (Option<&SampleStore>, Option<&Obstacles>),
         scratch: &mut LevelScratch,
         film: &mut Film,
         shows: FilmContents,
@@ -109,11 +112,23 @@ impl Level {
         if frame.plan.camera != CameraChange::None {
             self.buffers.states.clear();
         }
+        let begin = Instant::now();
         self.buffers.begin_frame(&self.grid);
+        let before = lent.or(self.store.as_ref());
+        let mut regions = before.map_or_else(ClearRegions::default, |before| before.regions);
+        let is_projected = frame.plan.camera != CameraChange::None;
+        let proofs = before
+            .zip(obstacles)
+            .filter(|_| is_projected)
+            .and_then(|(before, obstacles)| Proofs::new(frame, obstacles, before, &mut regions));
+        let frame = &FrameView { proofs: proofs.as_ref(), ..*frame };
         let (mut now, reused, asked) = self.begin(frame, lent, bins, detached);
         let mut start = Start { reused, estimate };
+        let projecting = begin.elapsed().as_secs_f64();
         let mut sum = run_tiles(frame, &mut start, &mut now, (&mut self.buffers, tiles), film, shows);
         sum.rays.primary += asked;
+        sum.projecting = projecting;
+        now.regions = regions;
         self.store = Some(now);
         sum
     }
