@@ -77,8 +77,8 @@ impl Seen {
         }
     }
 
-    /// Returns true if a sample shows this surface. `slack`: added to the layer, world units.
-    pub fn is_shown_by(&self, frame: &FrameView, sample: &Sample, slack: f32) -> bool {
+    /// Returns true if a sample shows this surface.
+    pub fn is_shown_by(&self, frame: &FrameView, sample: &Sample) -> bool {
         let Sample { point, model, record } = sample;
         if *model != self.model || *model == BACKGROUND {
             return *model == self.model;
@@ -90,6 +90,6 @@ impl Seen {
         let offset = || frame.offset(*point, *model, record.triangle);
         record.is_from_behind() == self.is_from_behind
             && frame.is_of(record.material, self.material)
-            && (offset() - self.offset).dot(self.normal).abs() <= self.layer + slack
+            && (offset() - self.offset).dot(self.normal).abs() <= self.layer
     }
 }
