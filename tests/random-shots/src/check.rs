@@ -228,7 +228,7 @@ fn try_all(
             renderer(trial, shot, &Settings { mode: Mode::Full, audit: false, ..shot.settings.clone() })?;
         // where single floats are too coarse for what is shown, the program says so, and the audit is not asked
         let is_fine = limits::of_camera(&shot.scene, &shot.settings).is_empty();
-        let asked = Asked { is_fine, is_defined: !trial.has_coinciding_movers() };
+        let asked = Asked { is_fine, is_defined: !trial.has_coinciding_models() };
         let mut renderer = renderer(trial, shot, &audited)?;
         let run = run(
             &mut renderer,
@@ -431,7 +431,8 @@ fn compare_with_full(
 ) -> Result<(), Failure> {
     // an eye or an exposure may be made of the samples of another one in base frames as well
     let is_base = !frames.iter().any(|frame| frame.is_inferred);
-    if is_base && frames.len() == 1 && shot.settings.exposures == 1 {
+    let exposures = renderer.shape().exposures;
+    if is_base && frames.len() == 1 && exposures == 1 {
         return Ok(());
     }
     let (Some((moment, samples)), Some(first)) = (renderer.samples(), frames.first()) else { return Ok(()) };
@@ -446,15 +447,16 @@ fn compare_with_full(
         full.push(Frame::new(frame.number, frame.eye, &finished)?);
     }
     let Some((_, samples_in_full)) = in_full.samples() else { return Ok(()) };
-    let made = Made { samples: &samples, frames };
-    let compared = pictures::compare(shot, asked, made, Made { samples: &samples_in_full, frames: &full })?;
+    let inferred = Made { samples: &samples, frames, exposures };
+    let full = Made { samples: &samples_in_full, frames: &full, exposures };
+    let compared = pictures::compare(shot, asked, inferred, full)?;
     counts.compared += compared.samples;
     counts.cells += compared.cells;
     counts.elsewhere += compared.elsewhere;
     counts.surfaces += compared.surfaces;
     counts.pixels += compared.pixels;
     if asked.is_fine && shot.settings.reuse == Reuse::Target && shot.settings.budget == Budget::None {
-        let both = frames.iter().zip(&full).map(|(frame, full)| [frame.light(), full.light()]);
+        let both = frames.iter().zip(full.frames).map(|(frame, full)| [frame.light(), full.light()]);
         brighter.extend(both.filter_map(relative_difference));
     }
     Ok(())
