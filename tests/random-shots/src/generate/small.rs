@@ -26,6 +26,9 @@ const GAPS: [f64; 4] = [0.05, 0.3, 1.0, 4.0];
 /// Sizes of pictures of small things: enough cells for shares of them to say something.
 const SIZES: [[i64; 2]; 2] = [[24, 16], [34, 11]];
 
+/// Frames of a long shot, after its first.
+const CHAIN: i64 = 11;
+
 /// A cell's width where the shot says nothing that could be used.
 const USUAL_WIDTH: f64 = 0.1;
 
@@ -36,6 +39,10 @@ pub fn add(dice: &mut Dice, span: &Span, shot: &mut Table) {
     }
     if let Some(Value::Table(render)) = shot.get_mut("render").filter(|_| dice.one_in(2)) {
         render.insert("size".into(), Value::from(dice.pick(&SIZES).to_vec()));
+        // what is lost a little in each frame shows in long chains; and after its last key all comes to rest
+        if dice.one_in(3) {
+            render.insert("frames".into(), format!("{}-{}", span.first, span.first + CHAIN).into());
+        }
     }
     let cell = cell_width(shot).unwrap_or(USUAL_WIDTH);
     let eye = first_key(shot).and_then(|key| vector(key, "eye")).unwrap_or([0.0, 0.0, 5.0]);
