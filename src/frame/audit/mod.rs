@@ -120,8 +120,8 @@ fn audit(frame: &FrameView, number: usize, tile: &Tile, differs: &[bool]) -> Aud
         let points = 0..pose.points;
         points.for_each(|point| check_shadows(frame, tile, LightPoint { light, point }, &mut raise));
     }
+    let [coverage, coverage_on_edge] = check_coverage(frame, number, tile, &mut raise);
     let count = |wanted| verdicts.iter().filter(|verdict| **verdict == wanted).count() as u64;
-    let [coverage, coverage_on_edge] = check_coverage(frame, number, tile);
     AuditCounts {
         checked: sampled().count() as u64,
         differing: count(Verdict::Differs),

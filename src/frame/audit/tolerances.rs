@@ -37,3 +37,8 @@ pub const COLOR_TOLERANCE: f32 = 1e-3;
 
 /// Least light to which [`COLOR_TOLERANCE`] is relative: darker light counts as black.
 pub const DARKEST: f32 = 1e-4;
+
+/// Largest distance of a sample from the tangent plane of what its cell's target sees, as a share of a cell's width there. It is the
+/// renderer's promise ([`target::LAYER`](crate::frame::reuse::target::LAYER)), and stands here for itself: a promise is not to be
+/// kept by promising less.
+pub const LAYER: f32 = 0.25;

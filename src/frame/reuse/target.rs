@@ -79,8 +79,8 @@ impl Seen {
         }
     }
 
-    /// Returns true if a sample shows this surface. `slack`: added to the layer, world units.
-    pub fn is_shown_by(&self, frame: &FrameView, sample: &Sample, slack: f32) -> bool {
+    /// Returns true if a sample shows this surface.
+    pub fn is_shown_by(&self, frame: &FrameView, sample: &Sample) -> bool {
         let Sample { point, model, record } = sample;
         if *model != self.model || *model == BACKGROUND {
             return *model == self.model;
@@ -93,11 +93,10 @@ impl Seen {
             return false;
         }
         let apart = frame.offset(*point, *model, record.triangle) - self.offset;
-        let most = self.layer + slack;
-        apart.dot(self.normal).abs() <= most && {
+        apart.dot(self.normal).abs() <= self.layer && {
             let kept = record.geometric_normal.unfold();
             let normal = frame.place(*model).geometric_normal(record.triangle, kept);
-            apart.dot(normal).abs() <= most * normal.length()
+            apart.dot(normal).abs() <= self.layer * normal.length()
         }
     }
 }

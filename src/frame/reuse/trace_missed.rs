@@ -193,7 +193,7 @@ impl Found8 {
                     continue;
                 }
                 let seen = answers.seen(frame, lane);
-                if seen.is_shown_by(frame, &tile.sample(cell), 0.0) {
+                if seen.is_shown_by(frame, &tile.sample(cell)) {
                     continue;
                 }
                 if replace(tile, cell, &seen) {

@@ -253,7 +253,7 @@ fn trace_cells(
     let sources = reused.sources(before.as_deref());
     let moved = |model: u32| frame.moved(model);
     let mut replace = |tile: &mut Tile, cell: usize, seen: &Seen| {
-        serving.replace(cell, tile, moved, &sources, |sample| seen.is_shown_by(frame, sample, 0.0))
+        serving.replace(cell, tile, moved, &sources, |sample| seen.is_shown_by(frame, sample))
     };
     trace_missed::trace_missed(frame, number, among, (tile, asked), &mut replace, trace);
 }
