@@ -14,7 +14,7 @@ use super::planes::channels::Channel;
 use super::planes::kernel::Kernel;
 use super::render_error::RenderError;
 use super::reuse::estimate::{Estimate, estimate};
-use super::reuse::proofs::{EyePath, FRAMES_AHEAD};
+use super::reuse::proofs::{self, EyePath, FRAMES_AHEAD};
 use super::secondary::ray_trees::{self, TileTrees};
 use super::secondary::surroundings;
 use super::shot::frame_view::FrameView;
@@ -118,7 +118,9 @@ pub fn render(
     let film_is_last = shown.is_some();
     let mut film = shown.unwrap_or_else(|| develop::blank(&history.levels[0].grid, frame.channels));
     let first_shows = if film_is_last { FilmContents::Last } else { FilmContents::Nothing };
-    let obstacles = (reuses && plan.camera != CameraChange::None).then(|| prepared.obstacles());
+    let begin = Instant::now();
+    let obstacles = (reuses && proofs::are_of_use(&frame)).then(|| prepared.obstacles());
+    seconds.reproject += begin.elapsed().as_secs_f64();
     let lent = |level: usize| lender.and_then(|lender| lender.levels[level].store.as_ref());
     let mut sum =
         history.levels[0].render(&frame, estimate, (lent(0), obstacles), scratch, &mut film, first_shows);
@@ -305,12 +307,14 @@ impl<'a> Setup<'a> {
 /// Places that the eye of a picture takes in the frames that are inferred from it.
 fn eye_path(prepared: &Prepared, valid: ValidDirection, request: &PictureRequest) -> EyePath {
     let PictureRequest { pose, place, .. } = request;
-    let step = if valid.direction() == Direction::Backward { -1.0 } else { 1.0 };
-    let camera_at = |ahead: i32| {
-        let time = f64::from(pose.frame) + step * f64::from(ahead);
-        CameraPose::seen_from(&prepared.scene.camera, time, place.as_ref())
-    };
-    let cameras: Vec<CameraPose> = (0..=FRAMES_AHEAD).map(camera_at).collect();
+    let step = if valid.direction() == Direction::Backward { -1 } else { 1 };
+    let exposures = prepared.exposures.all.len();
+    // exposures go from point to point of the lens: all of them are in the region, which then is left the sooner
+    let frames = if exposures == 1 { FRAMES_AHEAD } else { 1 };
+    let cameras: Vec<CameraPose> = (0..=frames)
+        .flat_map(|ahead| (0..exposures).map(move |exposure| (pose.frame + step * ahead, exposure)))
+        .map(|(frame, exposure)| prepared.camera(frame, exposure, place.as_ref()))
+        .collect();
     let around = |cameras: &[CameraPose]| {
         cameras.iter().fold(Bounds::at(pose.camera.eye), |all, camera| all.with(camera.eye))
     };

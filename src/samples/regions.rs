@@ -74,9 +74,12 @@ impl ClearRegions {
             .map(|(number, _)| number)
     }
 
-    /// Adds a region. Returns its number; `None` if there are enough.
-    pub fn add(&mut self, region: ClearRegion) -> Option<u8> {
-        let (number, free) = (1..).zip(&mut self.0).find(|(_, region)| region.is_none())?;
+    /// Adds a region, under a number that none of the regions `before` has: samples that were not looked at yet may keep that. Returns its
+    /// number; `None` if there are enough.
+    pub fn add(&mut self, region: ClearRegion, before: &Self) -> Option<u8> {
+        let places = (1..).zip(&mut self.0).zip(&before.0);
+        let ((number, free), _) =
+            places.into_iter().find(|((_, now), before)| now.is_none() && before.is_none())?;
         *free = Some(region);
         Some(number)
     }
@@ -96,15 +99,19 @@ mod tests {
         let mut regions = ClearRegions::default();
         for number in 1..=ClearRegions::MOST as u8 {
             let at = f32::from(number);
-            assert_eq!(regions.add(region(at, at + 1.0, 0.1)), Some(number));
+            let before = regions;
+            assert_eq!(regions.add(region(at, at + 1.0, 0.1), &before), Some(number));
         }
-        assert_eq!(regions.add(region(0.0, 1.0, 0.1)), None);
+        let before = regions;
+        assert_eq!(regions.add(region(0.0, 1.0, 0.1), &before), None);
         assert_eq!(regions.that_holds(&region(4.2, 4.5, 0.1)), Some(4));
         assert_eq!(regions.that_holds(&region(4.2, 5.5, 0.1)), None, "no region has all of it");
         assert_eq!(regions.that_holds(&region(4.2, 4.5, 0.2)), None, "cells are larger");
         let mut left = regions.that_hold(&region(4.5, 4.5, 0.05));
         assert_eq!(left.numbers(), 1 << 4);
-        assert_eq!(left.add(region(0.0, 1.0, 0.1)), Some(1));
+        let before = left;
+        assert_eq!(left.add(region(0.0, 1.0, 0.1), &regions), None, "samples may still keep all numbers");
+        assert_eq!(left.add(region(0.0, 1.0, 0.1), &before), Some(1));
         assert_eq!(left.get(1), Some(&region(0.0, 1.0, 0.1)));
         assert_eq!((left.get(0), left.get(2)), (None, None));
         assert_eq!(ClearRegions::from_numbers(&left.to_numbers()), Some(left));

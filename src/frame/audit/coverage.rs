@@ -17,18 +17,19 @@ use crate::settings::Reuse;
 use crate::shade::surface::corners_of;
 use crate::trace::Hit;
 
-/// Counts the cells of tile number `number` that show another surface than their targets see, and those where a displacement by rounding
+/// Counts the cells of tile number `number` whose targets are asked, those of them that show another surface than their targets see, and those where a displacement by rounding
 /// decides what the target sees.
 pub fn check_coverage(
     frame: &FrameView,
     number: usize,
     tile: &Tile,
     raise: &mut impl FnMut(usize, Verdict),
-) -> [u64; 2] {
+) -> [u64; 3] {
     if frame.settings.reuse == Reuse::Paper {
-        return [0; 2];
+        return [0; 3];
     }
     let sampled: Vec<usize> = (0..CELLS).filter(|cell| tile.model[*cell] != EMPTY).collect();
+    let asked = sampled.len() as u64;
     let sight = |cell: usize| sight_of_cell(frame, number, cell);
     let met = trace_all(frame, sampled.iter().map(|cell| sight(*cell)));
     let (mut wrong, mut on_edge) = (0, 0);
@@ -46,7 +47,7 @@ pub fn check_coverage(
             wrong += 1;
         }
     }
-    [wrong, on_edge]
+    [asked, wrong, on_edge]
 }
 
 /// Returns true if a ray along `sight`, with the hit `met`, met the surface that the sample shows, or one in the same place.

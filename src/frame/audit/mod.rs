@@ -120,12 +120,13 @@ fn audit(frame: &FrameView, number: usize, tile: &Tile, differs: &[bool]) -> Aud
         let points = 0..pose.points;
         points.for_each(|point| check_shadows(frame, tile, LightPoint { light, point }, &mut raise));
     }
-    let [coverage, coverage_on_edge] = check_coverage(frame, number, tile, &mut raise);
+    let [targets, coverage, coverage_on_edge] = check_coverage(frame, number, tile, &mut raise);
     let count = |wanted| verdicts.iter().filter(|verdict| **verdict == wanted).count() as u64;
     AuditCounts {
         checked: sampled().count() as u64,
         differing: count(Verdict::Differs),
         on_edge: count(Verdict::OnEdge),
+        targets,
         coverage,
         coverage_on_edge,
     }

@@ -11,6 +11,7 @@ use crate::frame::grid::cells::{BLOCK, CellSet};
 use crate::frame::grid::view::View;
 use crate::frame::reuse::candidates::REACH;
 use crate::frame::shot::frame_view::FrameView;
+use crate::frame::shot::plan::CameraChange;
 use crate::geometry::Bounds;
 use crate::lanes::{LANES, Vec3x8};
 use crate::samples::{
@@ -48,7 +49,7 @@ pub struct EyePath {
 #[derive(Clone, Copy)]
 pub struct Proofs<'a> {
     obstacles: &'a Obstacles,
-    /// Bit mask of the numbers of regions that hold now.
+    /// Bit mask of the numbers of regions that samples of the frame before keep, and that hold now.
     holding: u16,
     /// The region for which proofs are looked for, with its number.
     now: Option<(u8, ClearRegion)>,
@@ -64,6 +65,13 @@ pub struct ProofScratch {
     shows: Vec<Option<Shows>>,
 }
 
+/// Returns true if proofs spare rays in a frame that reuses samples: its camera is not where it was, and its lines of sight meet in the
+/// eye.
+pub fn are_of_use(frame: &FrameView) -> bool {
+    let is_projected = frame.plan.camera != CameraChange::None;
+    is_projected && frame.settings.reuse == Reuse::Target && !frame.view.camera.is_orthographic()
+}
+
 impl<'a> Proofs<'a> {
     /// Chooses the region for this frame, among those that samples of `before` keep; `regions` become those of this frame's store.
     pub fn new(
@@ -71,31 +79,27 @@ impl<'a> Proofs<'a> {
         obstacles: &'a Obstacles,
         before: &SampleStore,
         regions: &mut ClearRegions,
-    ) -> Option<Self> {
+    ) -> Self {
         let (view, path) = (frame.view, frame.eye_path);
-        if frame.settings.reuse != Reuse::Target || view.camera.is_orthographic() {
-            return None;
-        }
         let spread = view.spread().by_distance;
         let here = ClearRegion { eyes: Bounds::at(view.camera.eye), spread };
         *regions = before.regions.that_hold(&here);
+        let holding = regions.numbers();
         let soon = ClearRegion { eyes: path.soon.union(here.eyes), spread };
         let number = regions.that_holds(&soon).or_else(|| {
             let spread = spread * path.zoom.max(1.0) * ROOM_TO_ZOOM;
-            regions.add(ClearRegion { eyes: path.ahead.union(here.eyes), spread })
+            regions.add(ClearRegion { eyes: path.ahead.union(here.eyes), spread }, &before.regions)
         });
         let now = number.and_then(|number| Some((number, *regions.get(number)?)));
-        Some(Self { obstacles, holding: regions.numbers(), now })
+        Self { obstacles, holding, now }
     }
-}
 
-impl Proofs<'_> {
     /// The region for which the samples of a block of 4 x 4 cells are not tried, where there was no proof for another: each block has its turn
     /// once in a few regions. `first`: one of its cells.
     fn given_up(&self, first: usize) -> Option<u8> {
         const TURNS: usize = 4;
         let (number, _) = self.now?;
-        (!(first / BLOCK + usize::from(number)).is_multiple_of(TURNS)).then_some(number)
+        ((first / BLOCK + usize::from(number)) % TURNS != 0).then_some(number)
     }
 }
 

@@ -199,6 +199,7 @@ impl Serving {
             let number = rank.number();
             let Some(from) = sources(candidates.source(number)) else { continue };
             *flags = flags.with(tile.copy_slot(cell, from, candidates.get(number).word.slot()));
+            tile.record[cell].flags = tile.record[cell].flags.with_proof(None);
             // another cell or tile keeps the sample, if any does
             tile.set_copy(cell, true);
             tile.status[cell] = Status::Overlapped;
@@ -232,6 +233,7 @@ impl Serving {
             let Some(from) = from.filter(|from| shows(&from.sample(slot))) else { continue };
             tile.make_spare(cell, moved(tile.model[cell]));
             tile.copy_slot(cell, from, slot);
+            tile.record[cell].flags = tile.record[cell].flags.with_proof(None);
             // another cell or tile keeps the sample, if any does
             tile.set_copy(cell, true);
             tile.status[cell] = Status::Overlapped;

@@ -14,7 +14,7 @@ use crate::frame::planes::mixing::MixRule;
 use crate::frame::watcher::{Stop, Watcher};
 use crate::geometry::Bounds;
 use crate::layers::Layers;
-use crate::pose::Pose;
+use crate::pose::{CameraPose, Pose};
 use crate::samples::TagLayout;
 use crate::samples::saved::PictureName;
 use crate::scene::{LightGroups, Material, Mesh, Scene};
@@ -123,10 +123,18 @@ impl<'s> Prepared<'s> {
 
     /// The state of the shot in one of the pictures of `frame`; `place`: of its eye beside the camera, if there are two.
     pub fn pose(&self, frame: i32, picture: PictureName, place: Option<&EyePlace>) -> Pose {
+        Pose::exposed(self.scene, frame, (&self.exposures, picture.exposure), place, self.size())
+    }
+
+    /// The camera of an exposure of `frame`; `place`: as of [`pose`](Self::pose).
+    pub fn camera(&self, frame: i32, exposure: usize, place: Option<&EyePlace>) -> CameraPose {
+        CameraPose::exposed(&self.scene.camera, frame, (&self.exposures, exposure), place, self.size())
+    }
+
+    /// Pixels of the picture, and cells along the edge of each in the finest level.
+    fn size(&self) -> ([u32; 2], u32) {
         let settings = &self.settings;
-        let cells = settings.levels().last().unwrap_or(settings.samples);
-        let size = ([settings.width, settings.height], cells);
-        Pose::exposed(self.scene, frame, (&self.exposures, picture.exposure), place, size)
+        ([settings.width, settings.height], settings.levels().last().unwrap_or(settings.samples))
     }
 
     /// The models at rest, for proofs.

@@ -116,11 +116,8 @@ impl Level {
         self.buffers.begin_frame(&self.grid);
         let before = lent.or(self.store.as_ref());
         let mut regions = before.map_or_else(ClearRegions::default, |before| before.regions);
-        let is_projected = frame.plan.camera != CameraChange::None;
-        let proofs = before
-            .zip(obstacles)
-            .filter(|_| is_projected)
-            .and_then(|(before, obstacles)| Proofs::new(frame, obstacles, before, &mut regions));
+        let both = before.zip(obstacles);
+        let proofs = both.map(|(before, obstacles)| Proofs::new(frame, obstacles, before, &mut regions));
         let frame = &FrameView { proofs: proofs.as_ref(), ..*frame };
         let (mut now, reused, asked) = self.begin(frame, lent, bins, detached);
         let mut start = Start { reused, estimate };

@@ -262,7 +262,7 @@ fn check_audit(is_fine: bool, frames: &[Frame], counts: &mut Counts) -> Result<(
     for frame in frames {
         counts.inferred += u64::from(frame.is_inferred);
         let Some(audit) = frame.audit else { continue };
-        let AuditCounts { checked, differing, on_edge, coverage, coverage_on_edge } = audit;
+        let AuditCounts { checked, differing, on_edge, coverage, coverage_on_edge, .. } = audit;
         counts.audited += checked;
         counts.on_edge += on_edge;
         counts.coverage_on_edge += coverage_on_edge;

@@ -7,7 +7,8 @@
 //!   the area of no surface, as a share of the cells, differs by more than theirs.
 //! - **Light.** Each cell's light is that of a point of the same surface, somewhere about the target: two samplings of one function.
 //!   [`Surface::is_fair`] derives how far their sums may be apart.
-//! - **Pixels.** Where all samples that a pixel is made of are those of the frame traced in full, the pixel is the same to the bit.
+//! - **Pixels.** Where all samples that a pixel is made of are those of the frame traced in full, the pixel is the same to the bit; with a filter that is wider than a pixel, but for
+//!   rounding.
 
 use std::collections::BTreeMap;
 
@@ -273,6 +274,10 @@ fn surface_of(scene: &Scene, tile: &Tile, cell: usize) -> Option<[u32; 2]> {
     Some([model, u32::from(scene.materials[usize::from(material)].variant_of.unwrap_or(material))])
 }
 
+/// Share of a value by which pixels of filters wider than a pixel may differ: in a tile of which some sample lies beside its target weights
+/// are computed in another way, which is rounded otherwise, and so are half floats.
+const WIDE_ROUNDING: f32 = 2e-3;
+
 /// Compares the pixels of which both frames have all samples: how many.
 fn compare_pixels(
     shot: &Shot,
@@ -302,12 +307,13 @@ fn compare_pixels(
         }
     }
     let pixels: Vec<usize> = (0..is_same.len()).filter(|pixel| is_same[*pixel]).collect();
-    let differs = |pixel: &&usize| first_difference(frame, in_full, **pixel).is_some();
+    let rounding = if shot.settings.filter_reach() > 0 { WIDE_ROUNDING } else { 0.0 };
+    let differs = |pixel: &&usize| first_difference(frame, in_full, **pixel, rounding).is_some();
     let differing = pixels.iter().filter(differs).count() as u64;
     // a shadow that grazes an edge shows in all pixels that its sample reaches
     let may_differ = frame.audit.map_or(0, |audit| audit.on_edge) * (2 * reach as u64 + 1).pow(2);
     if differing > may_differ {
-        let first = pixels.iter().find_map(|pixel| first_difference(frame, in_full, *pixel));
+        let first = pixels.iter().find_map(|pixel| first_difference(frame, in_full, *pixel, rounding));
         let detail = format!(
             "frame {}, eye {:?}: {differing} of {} pixels whose samples are those of the frame in full: {}",
             frame.number,
@@ -343,10 +349,16 @@ fn rule_out(grid: &Grid, stores: [&SampleStore; 2], reach: usize, is_same: &mut 
     }
 }
 
-/// The first plane in which a pixel differs.
-fn first_difference(frame: &Frame, full: &Frame, pixel: usize) -> Option<String> {
+/// The first plane in which a pixel differs by more than `rounding`, a share of its value.
+fn first_difference(frame: &Frame, full: &Frame, pixel: usize, rounding: f32) -> Option<String> {
     let planes = frame.planes.iter().zip(&full.planes);
-    let differs = |((name, a), (_, b)): &(&Plane, &Plane)| !tells_how(name) && a[pixel] != b[pixel];
+    let is_rounding = |a: u32, b: u32| {
+        let [a, b] = [a, b].map(f32::from_bits);
+        (a - b).abs() <= rounding * a.abs().max(b.abs()).max(1e-3)
+    };
+    let differs = |((name, a), (_, b)): &(&Plane, &Plane)| {
+        !tells_how(name) && a[pixel] != b[pixel] && !is_rounding(a[pixel], b[pixel])
+    };
     let ((name, a), (_, b)) = planes.into_iter().find(differs)?;
     Some(format!("{name}, pixel {pixel}: {} and {}", f32::from_bits(a[pixel]), f32::from_bits(b[pixel])))
 }
