@@ -8,9 +8,9 @@
 
 use glam::{DVec3, Vec3};
 
+use super::sights::{Sight, beside, geometric_normal, offset, reach, rounding, sight_of_cell, trace_all};
 use super::tolerances::{COORDINATE_TOLERANCE, LAYER, TOLERANCE};
 use super::verdict::Verdict;
-use super::{Sight, beside, geometric_normal, offset, reach, rounding, sight_of_cell, trace_all};
 use crate::frame::shot::frame_view::FrameView;
 use crate::samples::{BACKGROUND, CELLS, EMPTY, Sample, Tile};
 use crate::settings::Reuse;

@@ -12,15 +12,13 @@ use crate::frame::grid::view::View;
 use crate::frame::reuse::candidates::REACH;
 use crate::frame::shot::frame_view::FrameView;
 use crate::frame::shot::plan::CameraChange;
+use crate::frame::shot::proofs::Proofs;
 use crate::geometry::Bounds;
 use crate::lanes::{LANES, Vec3x8};
 use crate::samples::{
     BACKGROUND, CELLS, ClearRegion, ClearRegions, EMPTY, Flags, Octahedral, SampleStore, Status, Tile,
 };
 use crate::settings::Reuse;
-
-/// Frames that a region looks ahead.
-pub const FRAMES_AHEAD: i32 = 8;
 
 /// Factor by which cells may become larger than they are now until a proof ends, by a zoom.
 const ROOM_TO_ZOOM: f32 = 1.01;
@@ -33,27 +31,6 @@ const LARGEST: usize = 4;
 
 /// Samples of a block of 4 x 4 that make it worth trying.
 const LEAST: u32 = 4;
-
-/// Places that the eye takes.
-#[derive(Debug, Clone, Copy)]
-pub struct EyePath {
-    /// Now and in half of the frames ahead.
-    pub soon: Bounds,
-    /// Now and in all of [`FRAMES_AHEAD`].
-    pub ahead: Bounds,
-    /// Largest angle of view in these frames over that of now, as tangents.
-    pub zoom: f32,
-}
-
-/// What proofs need in a frame.
-#[derive(Clone, Copy)]
-pub struct Proofs<'a> {
-    obstacles: &'a Obstacles,
-    /// Bit mask of the numbers of regions that samples of the frame before keep, and that hold now.
-    holding: u16,
-    /// The region for which proofs are looked for, with its number.
-    now: Option<(u8, ClearRegion)>,
-}
 
 /// Memory of a worker for proofs.
 #[derive(Debug, Default)]
@@ -72,35 +49,33 @@ pub fn are_of_use(frame: &FrameView) -> bool {
     is_projected && frame.settings.reuse == Reuse::Target && !frame.view.camera.is_orthographic()
 }
 
-impl<'a> Proofs<'a> {
-    /// Chooses the region for this frame, among those that samples of `before` keep; `regions` become those of this frame's store.
-    pub fn new(
-        frame: &FrameView,
-        obstacles: &'a Obstacles,
-        before: &SampleStore,
-        regions: &mut ClearRegions,
-    ) -> Self {
-        let (view, path) = (frame.view, frame.eye_path);
-        let spread = view.spread().by_distance;
-        let here = ClearRegion { eyes: Bounds::at(view.camera.eye), spread };
-        *regions = before.regions.that_hold(&here);
-        let holding = regions.numbers();
-        let soon = ClearRegion { eyes: path.soon.union(here.eyes), spread };
-        let number = regions.that_holds(&soon).or_else(|| {
-            let spread = spread * path.zoom.max(1.0) * ROOM_TO_ZOOM;
-            regions.add(ClearRegion { eyes: path.ahead.union(here.eyes), spread }, &before.regions)
-        });
-        let now = number.and_then(|number| Some((number, *regions.get(number)?)));
-        Self { obstacles, holding, now }
-    }
+/// Chooses the region for this frame, among those that samples of `before` keep; `regions` become those of this frame's store.
+pub fn choose<'a>(
+    frame: &FrameView,
+    obstacles: &'a Obstacles,
+    before: &SampleStore,
+    regions: &mut ClearRegions,
+) -> Proofs<'a> {
+    let (view, path) = (frame.view, frame.eye_path);
+    let spread = view.spread().by_distance;
+    let here = ClearRegion { eyes: Bounds::at(view.camera.eye), spread };
+    *regions = before.regions.that_hold(&here);
+    let holding = regions.numbers();
+    let soon = ClearRegion { eyes: path.soon.union(here.eyes), spread };
+    let number = regions.that_holds(&soon).or_else(|| {
+        let spread = spread * path.zoom.max(1.0) * ROOM_TO_ZOOM;
+        regions.add(ClearRegion { eyes: path.ahead.union(here.eyes), spread }, &before.regions)
+    });
+    let now = number.and_then(|number| Some((number, *regions.get(number)?)));
+    Proofs { obstacles, holding, now }
+}
 
-    /// The region for which the samples of a block of 4 x 4 cells are not tried, where there was no proof for another: each block has its turn
-    /// once in a few regions. `first`: one of its cells.
-    fn given_up(&self, first: usize) -> Option<u8> {
-        const TURNS: usize = 4;
-        let (number, _) = self.now?;
-        ((first / BLOCK + usize::from(number)) % TURNS != 0).then_some(number)
-    }
+/// The region for which the samples of a block of 4 x 4 cells are not tried, where there was no proof for another: each block has its turn
+/// once in a few regions. `first`: one of its cells.
+fn given_up(proofs: &Proofs, first: usize) -> Option<u8> {
+    const TURNS: usize = 4;
+    let (number, _) = proofs.now?;
+    ((first / BLOCK + usize::from(number)) % TURNS != 0).then_some(number)
 }
 
 /// Finds the cells of a tile whose servers are proven to be seen at their targets; samples forget proofs that do not hold any more. `asks`: true
@@ -116,7 +91,7 @@ pub fn find(
     for first in (0..CELLS).step_by(LANES) {
         let reused = status_bits(&tile.status[first..first + LANES], Status::is_reused);
         let (mut proven_bits, mut untried_bits) = (0, 0);
-        let gives_up = proofs.given_up(first);
+        let gives_up = given_up(proofs, first);
         for (lane, record) in tile.record[first..first + LANES].iter_mut().enumerate() {
             match settle(&mut record.flags, proofs.holding, gives_up) {
                 None => untried_bits |= 1 << lane,

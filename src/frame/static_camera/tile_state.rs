@@ -106,14 +106,14 @@ pub fn find_reached(store: &SampleStore, frame: &FrameView, bins: &Bins, states:
     let light_changed = !frame.plan.keeps_all(Term::Specular, false);
     let asks = frame.settings.reuse == Reuse::Target;
     let tiles = states.par_iter_mut().zip(&store.tiles).enumerate();
-    let find = |(number, (state, tile)): (usize, (&mut TileState, &Box<Tile>))| {
-        let mut rays = 0;
+    let rays = tiles.map(|(number, (state, tile))| {
+        let mut asked_rays = 0_u64;
         state.may_be_reached = frame.plan.any_moved && {
             let behind = match state.behind.take() {
                 Some(behind) => behind,
                 None if asks => {
                     let (behind, asked) = sight::behind(frame, number, tile);
-                    rays = asked;
+                    asked_rays = asked;
                     behind
                 }
                 None => TileBounds::NONE,
@@ -125,9 +125,9 @@ pub fn find_reached(store: &SampleStore, frame: &FrameView, bins: &Bins, states:
         };
         let any_changed = light_changed || frame.plan.any_moved;
         state.trees_may_differ = any_changed && frame.has_expired(state.trees.until);
-        rays
-    };
-    tiles.map(find).sum()
+        asked_rays
+    });
+    rays.sum()
 }
 
 /// Summary of a tile, valid as long as its samples stay the same, in place and in light.

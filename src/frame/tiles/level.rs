@@ -14,7 +14,7 @@ use crate::frame::grid::Grid;
 use crate::frame::grid::wanted::{PixelFlags, Wanted};
 use crate::frame::reuse::bins::Bins;
 use crate::frame::reuse::estimate::Estimate;
-use crate::frame::reuse::proofs::Proofs;
+use crate::frame::reuse::proofs;
 use crate::frame::reuse::reproject;
 use crate::frame::shot::frame_view::FrameView;
 use crate::frame::shot::plan::CameraChange;
@@ -117,7 +117,7 @@ impl Level {
         let before = lent.or(self.store.as_ref());
         let mut regions = before.map_or_else(ClearRegions::default, |before| before.regions);
         let both = before.zip(obstacles);
-        let proofs = both.map(|(before, obstacles)| Proofs::new(frame, obstacles, before, &mut regions));
+        let proofs = both.map(|(before, obstacles)| proofs::choose(frame, obstacles, before, &mut regions));
         let frame = &FrameView { proofs: proofs.as_ref(), ..*frame };
         let (mut now, reused, asked) = self.begin(frame, lent, bins, detached);
         let mut start = Start { reused, estimate };
