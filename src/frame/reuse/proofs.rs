@@ -265,8 +265,11 @@ impl Search<'_> {
     /// Returns true if most of what a block of 4 x 4 cells shows is known to have no proof: new samples there have none either.
     fn was_tried_in_vain(&self, first: usize) -> bool {
         let first = first / BLOCK * BLOCK;
-        let is_unproven =
-            |cell: &usize| self.tile.record[*cell].flags.proof().is_some_and(|(_, proven)| !proven);
+        let is_unproven = |cell: &usize| {
+            let is_known = self.tile.record[*cell].flags.proof();
+            // cells without a sample have what was there before
+            self.tile.model[*cell] != EMPTY && is_known.is_some_and(|(_, is_proven)| !is_proven)
+        };
         (first..first + BLOCK).filter(is_unproven).count() * 2 >= BLOCK
     }
 
