@@ -55,8 +55,10 @@ pub fn trace_missed(
         let request = Request { number, cells: &replaced, proven, bounds: None, flags: Flags::UNSEEN };
         verify::verify(frame, among, tile, &request, scratch);
         scratch.begin_rays();
-        let hidden = replaced.numbers().filter(|cell| tile.status[*cell] == Status::Obscured);
-        scratch.owners.extend(hidden.map(|cell| cell as u32));
+        for cell in replaced.numbers().filter(|cell| tile.status[*cell] == Status::Obscured) {
+            scratch.tally.cells.probes[cell] += 1;
+            scratch.owners.push(cell as u32);
+        }
         trace_owners(frame, number, among, (tile, &CellSet::default()), &mut |_, _, _| false, scratch);
     }
 }

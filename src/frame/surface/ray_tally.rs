@@ -3,8 +3,8 @@
 use crate::samples::{CELLS, Column};
 use crate::stats::RayCounts;
 
-/// Rays cast for each cell of a tile in this frame, by kind. Each traced cell has cost one primary ray; for
-/// cells that were probed before, that ray is counted as a probe.
+/// Rays cast for each cell of a tile in this frame, by kind. Each traced cell has cost one primary ray; where
+/// the target of a cell was asked what it sees, its primary rays are all counted as probes.
 #[derive(Debug)]
 #[allow(missing_docs, reason = "one count a kind, by name")]
 pub struct CellRays {

@@ -119,46 +119,45 @@ impl Level {
         let both = before.zip(obstacles);
         let proofs = both.map(|(before, obstacles)| proofs::choose(frame, obstacles, before, &mut regions));
         let frame = &FrameView { proofs: proofs.as_ref(), ..*frame };
-        let (mut now, reused, asked) = self.begin(frame, lent, bins, detached);
+        let (mut now, reused) = self.begin(frame, lent, bins, detached);
         let mut start = Start { reused, estimate };
         let projecting = begin.elapsed().as_secs_f64();
         let mut sum = run_tiles(frame, &mut start, &mut now, (&mut self.buffers, tiles), film, shows);
-        sum.rays.primary += asked;
         sum.projecting = projecting;
         now.regions = regions;
         self.store = Some(now);
         sum
     }
 
-    /// The store of this frame as far as it exists already, and the samples that it reuses; and the number of primary rays that this took.
+    /// The store of this frame as far as it exists already, and the samples that it reuses.
     fn begin<'c>(
         &mut self,
         frame: &FrameView,
         lent: Option<&'c SampleStore>,
         bins: &'c mut Bins,
         detached: &'c mut Detached,
-    ) -> (SampleStore, Reused<'c>, u64) {
+    ) -> (SampleStore, Reused<'c>) {
         let tiles = frame.view.grid.tiles();
         match (self.store.take(), lent) {
             (_, Some(lent)) => {
                 bins.open(tiles);
                 reproject::scatter(lent, frame, bins);
-                (SampleStore::default(), Reused::Projected(OldStore::Lent(lent), bins), 0)
+                (SampleStore::default(), Reused::Projected(OldStore::Lent(lent), bins))
             }
-            (None, None) => (SampleStore::default(), Reused::None, 0),
+            (None, None) => (SampleStore::default(), Reused::None),
             (Some(mut store), None) if frame.plan.camera == CameraChange::None => {
                 let states = &mut self.buffers.states;
                 bins.open(tiles);
                 static_camera::detach(&mut store, states, frame, &self.layout, detached);
                 static_camera::scatter(detached, frame, bins);
-                let asked = tile_state::find_reached(&store, frame, bins, states);
-                (store, Reused::InPlace(detached, bins), asked)
+                tile_state::find_reached(&store, frame, bins, states);
+                (store, Reused::InPlace(detached, bins))
             }
             (Some(old), None) => {
                 bins.open(tiles);
                 let until = reproject::scatter(&old, frame, bins);
                 let old = OldStore::Leaving(LeavingStore::new(old, &until));
-                (SampleStore::default(), Reused::Projected(old, bins), 0)
+                (SampleStore::default(), Reused::Projected(old, bins))
             }
         }
     }
