@@ -117,6 +117,6 @@ fn push_segments(
     );
     for cell in set_bits(within).map(|lane| first + lane) {
         scratch.owners.push(cell as u32);
-        scratch.tally.cells.probes[cell] += 1;
+        scratch.tally.cells.primary[cell] += 1;
     }
 }

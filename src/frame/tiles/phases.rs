@@ -133,7 +133,7 @@ fn update_samples(
     estimate.count(number, &mut scratch.trace.tally);
     let asked = std::mem::take(&mut state.asked);
     scratch.trace.tally.counts.primary += asked.count() as u64;
-    asked.numbers().for_each(|cell| scratch.trace.tally.cells.probes[cell] += 1);
+    asked.numbers().for_each(|cell| scratch.trace.tally.cells.primary[cell] += 1);
     state.trees.note_roots(tile, &mut scratch.roots);
 
     let took_cells = resolve(work, number, tile, scratch);
