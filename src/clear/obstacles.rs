@@ -182,7 +182,7 @@ fn push_met(mut met: u32, children: &[Child; WIDTH], open: &mut Vec<Child>) {
 
 impl MeshTree {
     /// Triangles that follow each other in a file mostly lie side by side: runs of them are leaves. So the tree has fewer boxes, and takes
-    /// less time to build than a picture.
+    /// less time to build.
     fn new(mesh: Arc<Mesh>) -> Self {
         let (mut boxes, mut leaves): (Vec<Box3>, Vec<(u32, u32)>) = Default::default();
         let mut run = (Box3::EMPTY, 0.0, (0, 0));

@@ -232,7 +232,7 @@ impl<'a> Setup<'a> {
             base_plan: Plan::of_base_frame(pose),
             area_light_change: areas.fold(Until::FOREVER, |least, (_, until)| least.min(*until)),
             motions,
-            eye_path: eye_path(prepared, lineage.valid, request),
+            eye_path: eye_path(prepared, lineage, request),
             light_changes,
             channels: prepared.channels_of(*picture),
         }
@@ -305,10 +305,14 @@ impl<'a> Setup<'a> {
     }
 }
 
-/// Places that the eye of a picture takes in the frames that are inferred from it.
-fn eye_path(prepared: &Prepared, valid: ValidDirection, request: &PictureRequest) -> EyePath {
+/// Places that the eye of a picture takes in the frames that are inferred from it; where no samples are projected, nobody asks.
+fn eye_path(prepared: &Prepared, lineage: &Lineage, request: &PictureRequest) -> EyePath {
     let PictureRequest { pose, place, .. } = request;
-    let step = if valid.direction() == Direction::Backward { -1 } else { 1 };
+    let here = Bounds::at(pose.camera.eye);
+    if lineage.from.is_none() || lineage.plan.camera == CameraChange::None {
+        return EyePath { soon: here, ahead: here, zoom: 1.0 };
+    }
+    let step = if lineage.valid.direction() == Direction::Backward { -1 } else { 1 };
     let exposures = prepared.exposures.all.len();
     // exposures go from point to point of the lens: all of them are in the region, which then is left the sooner
     let frames = if exposures == 1 { FRAMES_AHEAD } else { 1 };
@@ -316,9 +320,7 @@ fn eye_path(prepared: &Prepared, valid: ValidDirection, request: &PictureRequest
         .flat_map(|ahead| (0..exposures).map(move |exposure| (pose.frame + step * ahead, exposure)))
         .map(|(frame, exposure)| prepared.camera(frame, exposure, place.as_ref()))
         .collect();
-    let around = |cameras: &[CameraPose]| {
-        cameras.iter().fold(Bounds::at(pose.camera.eye), |all, camera| all.with(camera.eye))
-    };
+    let around = |cameras: &[CameraPose]| cameras.iter().fold(here, |all, camera| all.with(camera.eye));
     let widest = cameras.iter().fold(pose.camera.half_height, |most, camera| most.max(camera.half_height));
     EyePath {
         soon: around(&cameras[..cameras.len() / 2]),

@@ -1,5 +1,5 @@
-//! Targets that see the triangle on which the server lies: most of those that are asked. Where the ray through the target meets that
-//! triangle is a matter of arithmetic; whether anything hides the place is one segment, which costs half of a search for the first hit.
+//! Targets that see the triangle on which the server lies. Where the ray through the target meets that triangle is a matter of
+//! arithmetic; whether anything hides the place is one segment, which costs less than a search for the first hit.
 
 use glam::Vec3;
 

@@ -53,9 +53,11 @@ pub fn trace_missed(
         let request = Request { number, cells: &replaced, proven, bounds: None, flags: Flags::UNSEEN };
         verify::verify(frame, among, tile, &request, scratch);
         scratch.begin_rays();
-        for cell in replaced.numbers().filter(|cell| tile.status[*cell] == Status::Obscured) {
+        let hidden = CellSet::new(|cell| tile.status[cell] == Status::Obscured).and(&replaced);
+        for cell in hidden.numbers() {
             scratch.tally.cells.primary[cell] += 1;
             scratch.owners.push(cell as u32);
+            tile.set_copy(cell, false);
         }
         trace_owners(frame, number, among, (tile, &CellSet::default()), &mut |_, _, _| false, scratch);
     }
