@@ -32,6 +32,7 @@ pub enum Shows {
         model: u32,
         /// Index into [`Scene::materials`](crate::scene::Scene::materials); of several variants, the first.
         material: u16,
+        /// True if the samples see the back of their triangles.
         is_from_behind: bool,
     },
 }
@@ -45,6 +46,7 @@ pub struct Lanes {
     pub normals: Vec3x8,
     /// Numbers of the triangles.
     pub triangles: [u32; LANES],
+    /// A bit for each sample that counts.
     pub used: u8,
 }
 
@@ -57,6 +59,7 @@ impl Lanes {
 /// Samples of a patch.
 #[derive(Debug, Clone, Copy)]
 pub struct Patch<'a> {
+    /// What all of the samples show.
     pub shows: Shows,
     /// At least one of the samples is used.
     pub lanes: &'a [Lanes],

@@ -7,7 +7,7 @@
 //! when the shape changes. An instance takes the rays into its own space; directions keep their length there,
 //! so that t means the same in both.
 //!
-//! - [`tree`]: boxes, eight a node, from a binary tree that the crate `obvhs` builds;
+//! - [`Tree`]: boxes, eight a node, from a binary tree that the crate `obvhs` builds;
 //! - [`triangles`]: leaves, eight triangles each, and a test that lets no ray through between two triangles;
 //! - [`beam`]: rays that go about the same way pass through the tree as one;
 //! - [`rays`]: a packet's rays, and which of them make a beam;

@@ -1,7 +1,7 @@
 //! Check of which samples there are: every cell shows a sample of the surface that its target sees.
 //!
 //! What a surface is, is said here once more, without asking [`target`](crate::frame::reuse::target), which decides it for the
-//! renderer: the same model and material, the same side, and the same layer, by the planes of both. Whatever is wrong there is found here.
+//! renderer: the same model and material, the same side, the same layer, by the planes of both, and planes that are about parallel. Whatever is wrong there is found here.
 //!
 //! Which of two surfaces in one place a ray meets is not defined, so a cell may show either of them ([`is_in_one_place`]). Its sample
 //! counts as one that holds within the tolerance.
@@ -9,7 +9,7 @@
 use glam::{DVec3, Vec3};
 
 use super::sights::{Sight, beside, geometric_normal, offset, reach, rounding, sight_of_cell, trace_all};
-use super::tolerances::{COORDINATE_TOLERANCE, LAYER, TOLERANCE};
+use super::tolerances::{ABOUT_PARALLEL, COORDINATE_TOLERANCE, LAYER, TOLERANCE};
 use super::verdict::Verdict;
 use crate::frame::shot::frame_view::FrameView;
 use crate::samples::{BACKGROUND, CELLS, EMPTY, Sample, Tile};
@@ -120,8 +120,12 @@ fn is_covered(frame: &FrameView, sample: &Sample, sight: Sight, met: Option<Hit>
     let layer = LAYER * (spread.by_distance * way.length() + spread.fixed);
     let from_eye = sight.origin - frame.view.camera.eye + way;
     let apart = offset(frame, sample) - from_eye;
-    let off = apart.dot(normal).abs().max(apart.dot(geometric_normal(frame, sample)).abs());
+    let of_sample = geometric_normal(frame, sample);
+    let off = apart.dot(normal).abs().max(apart.dot(of_sample).abs());
+    // the normals of samples are on their side
+    let on_side = if sample.record.is_from_behind() { -normal } else { normal };
     is_same_side
+        && on_side.dot(of_sample) >= ABOUT_PARALLEL
         && frame.is_of(sample.record.material, mesh.material_of[met.triangle as usize])
         && off <= layer + reach(frame, sample) + rounding(frame, sample)
 }

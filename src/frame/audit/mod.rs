@@ -19,7 +19,7 @@
 //! making the film again ([`film`]).
 //!
 //! **Tolerances** all stand in [`tolerances`]. A sample holds *on an edge*, and is counted as such, where a
-//! displacement by [`TOLERANCE`] of the distance (and [`COORDINATE_TOLERANCE`]) decides: the ray meets a
+//! displacement by [`TOLERANCE`] of the distance (and [`COORDINATE_TOLERANCE`](tolerances::COORDINATE_TOLERANCE)) decides: the ray meets a
 //! neighbouring or coinciding surface at the same place, or slips past a silhouette; the eye is in a surface;
 //! the shadow ray grazes an edge. Stored colours, normals and positions may differ from fresh ones by the
 //! rounding that the store does ([`COLOR_TOLERANCE`], [`NORMAL_COSINE`], [`CELL_TOLERANCE`]).

@@ -2,10 +2,11 @@
 //!
 //! The target is the cell's centre; what it sees is what a ray from the eye through it meets first. A sample shows the same
 //! surface if it is of the same model and material, on the same side, and on the same *layer*: no further from the tangent plane at
-//! the point that was met than a share of a cell's width there ([`LAYER`]), and that point no further from the tangent plane at the
-//! sample. (By one of the two planes alone, faces that are seen at an angle would lose cells to those beside them, frame by frame.) All
-//! of it is measured in cells, so that slats before a wall are told from the wall whenever anybody could see that they are apart,
-//! however far away they are.
+//! the point that was met than a share of a cell's width there ([`LAYER`]), that point no further from the tangent plane at the
+//! sample, and the two planes about parallel ([`ABOUT_PARALLEL`]). (By one of the planes alone, faces that are seen at an angle would lose
+//! cells to those beside them, frame by frame; and where a face is narrower than a layer, as a bevel is that is seen from afar, it is the
+//! angle that tells it from its neighbours.) Lengths are measured in cells, so that slats before a wall are told from the wall whenever
+//! anybody could see that they are apart, however far away they are.
 //!
 //! So surfaces have the cells whose targets they cover, as in a frame that is traced in full, however small they are, however long a
 //! chain of inferred frames is, and however densely they happen to be sampled.
@@ -21,6 +22,10 @@ use crate::trace::Hit;
 /// Largest distance of a sample from the tangent plane of what a target sees, as a share of a cell's width there: where a layer ends,
 /// the picture of what lies this much behind it is wrong by no more than this share of a cell, from whatever side it is seen.
 pub const LAYER: f32 = 0.25;
+
+/// Least cosine of the angle between the normals of a sample and of what a target sees: 26 degrees, so that curved meshes keep samples, and
+/// what is kept has the light of what is seen within a tenth.
+pub const ABOUT_PARALLEL: f32 = 0.9;
 
 /// What a cell's target sees.
 #[derive(Debug, Clone, Copy)]
@@ -96,7 +101,11 @@ impl Seen {
         apart.dot(self.normal).abs() <= self.layer && {
             let kept = record.geometric_normal.unfold();
             let normal = frame.place(*model).geometric_normal(record.triangle, kept);
-            apart.dot(normal).abs() <= self.layer * normal.length()
+            let length = normal.length();
+            // kept normals are on the side of the eye
+            let towards_eye = if self.is_from_behind { -self.normal } else { self.normal };
+            apart.dot(normal).abs() <= self.layer * length
+                && normal.dot(towards_eye) >= ABOUT_PARALLEL * length
         }
     }
 }

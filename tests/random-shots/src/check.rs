@@ -3,7 +3,7 @@
 //! 1. It is refused with a reason, or rendered: never a panic, and no value that is not finite.
 //! 2. The audit finds nothing in any frame: no sample that differs, no cell that shows another surface than its target sees.
 //! 3. A second run that must give the same ([`Variation`]) gives the same pictures to the bit.
-//! 4. Every frame is laid over the same one traced in full, which does not depend on how the audit asks ([`pictures`](crate::pictures)):
+//! 4. Every frame is laid over the same one traced in full, which does not depend on how the audit asks ([`pictures`]):
 //!    a sample that both have, in the same cell, of the same seed and at the same place, keeps the same light; surfaces have the
 //!    same areas, and their light is as bright; and pixels of the same samples are the same to the bit.
 
