@@ -57,6 +57,8 @@ pub mod aligned;
 #[cfg_attr(not(internals), doc(hidden))]
 pub mod changes;
 #[cfg_attr(not(internals), doc(hidden))]
+pub mod clear;
+#[cfg_attr(not(internals), doc(hidden))]
 #[cfg(feature = "cli")]
 pub mod cli;
 #[cfg_attr(not(internals), doc(hidden))]

@@ -42,12 +42,10 @@ impl Pose {
         frame: i32,
         (exposures, index): (&Exposures, usize),
         eye: Option<&EyePlace>,
-        (size, cells): ([u32; 2], u32),
+        picture: ([u32; 2], u32),
     ) -> Self {
         let moment = exposures.clock.moment(frame, index);
-        let time = exposures.clock.time(moment);
-        let of_lens = LensPose::place(scene.camera.lens_at(time), &exposures.all[index], size, cells);
-        let place = of_lens.in_eye(eye);
+        let (time, place) = exposure(&scene.camera, frame, (exposures, index), eye, picture);
         Self::at(scene, (frame, moment), time, Some(&place))
     }
 
@@ -60,6 +58,19 @@ impl Pose {
             lights: scene.lights.iter().map(|light| LightPose::new(light, at)).collect(),
         }
     }
+}
+
+/// Time of exposure number `index` of a frame, and the place of its point of the lens.
+fn exposure(
+    camera: &CameraTrack,
+    frame: i32,
+    (exposures, index): (&Exposures, usize),
+    eye: Option<&EyePlace>,
+    (size, cells): ([u32; 2], u32),
+) -> (f64, EyePlace) {
+    let time = exposures.clock.time(exposures.clock.moment(frame, index));
+    let of_lens = LensPose::place(camera.lens_at(time), &exposures.all[index], size, cells);
+    (time, of_lens.in_eye(eye))
 }
 
 /// Camera at one frame. Its axes have unit length and stand at right angles.
@@ -86,6 +97,18 @@ impl CameraPose {
     /// Camera at `frame`.
     pub fn new(track: &CameraTrack, frame: f64) -> Self {
         Self::seen_from(track, frame, None)
+    }
+
+    /// Camera of exposure number `index` of a frame: see [`Pose::exposed`].
+    pub fn exposed(
+        track: &CameraTrack,
+        frame: i32,
+        exposures: (&Exposures, usize),
+        eye: Option<&EyePlace>,
+        picture: ([u32; 2], u32),
+    ) -> Self {
+        let (time, place) = exposure(track, frame, exposures, eye, picture);
+        Self::seen_from(track, time, Some(&place))
     }
 
     /// Camera at `frame` in one eye's place beside it, if that is given: it looks along the same axis,

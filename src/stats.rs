@@ -114,6 +114,8 @@ pub struct AuditCounts {
     pub differing: u64,
     /// Number of samples that hold within the named tolerance only: on an edge, or where surfaces coincide.
     pub on_edge: u64,
+    /// Number of cells whose targets were asked what they see; none with the paper's rule, which promises nothing of them.
+    pub targets: u64,
     /// Number of cells that show another surface than their target sees. The claim is that this is 0.
     pub coverage: u64,
     /// Number of cells whose target lies within the named tolerance of the surface that they show.
@@ -447,7 +449,7 @@ sum_fields!(Seconds: total, reproject, verify, trace, light, filter, denoise, wr
 sum_fields!(SampleCounts: base, good, overlapped, missed, obscured, spare);
 sum_fields!(RayCounts: primary, verification, shadow, reflection, refraction, gathering);
 sum_fields!(TracingSeconds: primary, verification, shadow, bounced);
-sum_fields!(AuditCounts: checked, differing, on_edge, coverage, coverage_on_edge);
+sum_fields!(AuditCounts: checked, differing, on_edge, targets, coverage, coverage_on_edge);
 
 #[cfg(test)]
 mod tests {
@@ -557,7 +559,10 @@ mod tests {
             sorted("primary verification shadow reflection refraction gathering")
         );
         assert_eq!(keys("/totals/tracing"), sorted("primary verification shadow bounced"));
-        assert_eq!(keys("/totals/audit"), sorted("checked differing on_edge coverage coverage_on_edge"));
+        assert_eq!(
+            keys("/totals/audit"),
+            sorted("checked differing on_edge targets coverage coverage_on_edge")
+        );
         assert_eq!(keys("/memory"), sorted("peak_bytes store_bytes bytes_per_sample"));
         assert_eq!(json["settings"]["width"], 4);
         assert_eq!(json["settings"]["filter"], "mitchell");

@@ -107,7 +107,8 @@ class Arrays(unittest.TestCase):
         scene = still(frames="1-4", paths=4)
         scene.set_camera(keys={1: {"eye": (4, 3, 6)}, 4: {"eye": (4.5, 3, 5.6)}}, target=(0, 1, 0))
         frames = list(afterimage.render(scene, mode="reproject", audit=True))
-        self.assertEqual(sum(frame.stats["audit"]["differing"] for frame in frames), 0)
+        for key in ["differing", "coverage"]:
+            self.assertEqual(sum(frame.stats["audit"][key] for frame in frames), 0)
         self.assertGreater(frames[-1].stats["samples"]["good"], 1000)
 
     def test_every_kind_of_light_shines(self):

@@ -110,17 +110,17 @@ pub fn bent(dice: &mut Dice, count: usize, thick: f64) -> Mesh {
         [(); 3].map(|()| middle + dice.point(0.5 * thick))
     });
     let corners = corners.map(|corner| corner.as_vec3().to_array()).collect();
-    mesh(corners, (0..count as u32).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect())
+    triangles(corners, (0..count as u32).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect())
 }
 
 /// One triangle around the origin, at a right angle to the z axis.
 pub fn pane() -> Mesh {
-    mesh(vec![[-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [0.0, 1.0, 0.0]], vec![[0, 1, 2]])
+    triangles(vec![[-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [0.0, 1.0, 0.0]], vec![[0, 1, 2]])
 }
 
 /// Two triangles side by side.
 pub fn mesh_of_two() -> Mesh {
-    mesh(
+    triangles(
         vec![[-1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, -1.0, 0.0]],
         vec![[0, 1, 3], [1, 2, 3]],
     )
@@ -140,10 +140,11 @@ pub fn ball(radius: f32, rings: u32) -> Mesh {
         let at = |i: u32, j: u32| i * columns + j % columns;
         [[at(i, j), at(i + 1, j), at(i, j + 1)], [at(i, j + 1), at(i + 1, j), at(i + 1, j + 1)]]
     };
-    mesh(corners, (0..rings).flat_map(|i| (0..columns).flat_map(move |j| quad(i, j))).collect())
+    triangles(corners, (0..rings).flat_map(|i| (0..columns).flat_map(move |j| quad(i, j))).collect())
 }
 
-fn mesh(corners: Vec<[f32; 3]>, triangles: Vec<[u32; 3]>) -> Mesh {
+/// A mesh of these triangles, of material 0.
+pub fn triangles(corners: Vec<[f32; 3]>, triangles: Vec<[u32; 3]>) -> Mesh {
     Mesh {
         positions: Arc::new(VertexBuffer::new(corners)),
         shadow_casting: triangles.len(),

@@ -2,6 +2,9 @@
 //! within a fifth of it. Samples that fall far from where they were are kept longer than is estimated here:
 //! a picture that turns upside down at once needs up to twice the samples.
 
+use std::collections::HashSet;
+use std::sync::Arc;
+
 use super::grid::Grid;
 use super::planes::channels::{Channel, channels};
 use super::planes::mixing::MixRule;
@@ -10,6 +13,7 @@ use super::shot::exposed;
 use crate::layers::Layers;
 use crate::memory::{Need, Part};
 use crate::samples::{CELLS, Sample, TagLayout, Tile};
+use crate::scene::camera::Projection;
 use crate::scene::{CameraTrack, LightGroups, Material, Model, Scene, Shot};
 use crate::settings::{Mode, Reuse, Settings};
 use crate::trace::{BackendKind, held_twice};
@@ -111,9 +115,11 @@ fn need_of_chain(shot: &Shot, settings: &Settings, kind: BackendKind, inferred: 
     };
     let trees = trees(&shot.scene, settings, stores * samples);
     let deforming = deforming(&shot.scene, settings, kind);
+    let proofs = obstacles(&shot.scene, settings, inferred);
     let parts = parts
         .into_iter()
         .chain(trees.map(|bytes| Part::new("what mirrors and glass show", bytes, "a smaller --tree-memory")))
+        .chain(proofs.map(|bytes| Part::new("proofs of what is seen", bytes, "a smaller model")))
         .chain(
             deforming
                 .map(|bytes| Part::new("a frame's shapes of models that deform", bytes, "smaller models")),
@@ -183,6 +189,20 @@ fn trees(scene: &Scene, settings: &Settings, samples: u64) -> Option<u64> {
         moves && goes_on && settings.depth > 0 && settings.mode != Mode::Full && may_rest(&scene.camera);
     let all = samples / 2 * bytes_of_tree(settings.layers) as u64;
     can.then_some(all.min(u64::from(settings.tree_memory) << 20)).filter(|bytes| *bytes > 0)
+}
+
+/// Bytes of the models at rest, as [proofs](crate::clear) need them, while they are built; if frames are inferred of samples that are
+/// projected.
+fn obstacles(scene: &Scene, settings: &Settings, inferred: f64) -> Option<u64> {
+    const OF_TRIANGLE: u64 = 100;
+    let mut seen = HashSet::new();
+    let at_rest = scene.models.iter().filter(|model| model.track.is_constant());
+    let meshes = at_rest.map(|model| &model.mesh).filter(|mesh| seen.insert(Arc::as_ptr(mesh)));
+    let triangles: u64 = meshes.map(|mesh| mesh.triangles.len() as u64).sum();
+    let asks = inferred > 0.0
+        && settings.reuse == Reuse::Target
+        && scene.camera.projection() == Projection::Perspective;
+    Some(triangles * OF_TRIANGLE).filter(|bytes| asks && *bytes > 0)
 }
 
 /// Bytes of models that deform, if there are any: a shape as it is placed and as it is traced, and what is traced while the one before

@@ -14,6 +14,7 @@ use super::planes::channels::Channel;
 use super::planes::kernel::Kernel;
 use super::render_error::RenderError;
 use super::reuse::estimate::{Estimate, estimate};
+use super::reuse::proofs;
 use super::secondary::ray_trees::{self, TileTrees};
 use super::secondary::surroundings;
 use super::shot::frame_view::FrameView;
@@ -21,6 +22,7 @@ use super::shot::motion_vectors::MotionVectors;
 use super::shot::moved_bounds::MovedBounds;
 use super::shot::plan::{CameraChange, Plan};
 use super::shot::prepared::Prepared;
+use super::shot::proofs::{EyePath, FRAMES_AHEAD};
 use super::shot::reflection_maps::{NO_MAPS, ReflectionMaps};
 use super::tiles::TileSum;
 use super::tiles::input::FilmContents;
@@ -28,6 +30,7 @@ use super::tiles::level::{Level, LevelScratch};
 use super::validity::ValidDirection;
 use crate::changes::{Direction, Motion, Until};
 use crate::film::Film;
+use crate::geometry::Bounds;
 use crate::layers::Layers;
 use crate::pose::{CameraPose, Pose};
 use crate::samples::SampleStore;
@@ -116,8 +119,12 @@ pub fn render(
     let film_is_last = shown.is_some();
     let mut film = shown.unwrap_or_else(|| develop::blank(&history.levels[0].grid, frame.channels));
     let first_shows = if film_is_last { FilmContents::Last } else { FilmContents::Nothing };
+    let begin = Instant::now();
+    let obstacles = (reuses && proofs::are_of_use(&frame)).then(|| prepared.obstacles());
+    seconds.reproject += begin.elapsed().as_secs_f64();
     let lent = |level: usize| lender.and_then(|lender| lender.levels[level].store.as_ref());
-    let mut sum = history.levels[0].render(&frame, estimate, lent(0), scratch, &mut film, first_shows);
+    let mut sum =
+        history.levels[0].render(&frame, estimate, (lent(0), obstacles), scratch, &mut film, first_shows);
     if sum.is_stopped {
         return Err(RenderError::Stopped);
     }
@@ -134,7 +141,8 @@ pub fn render(
         let frame = setup.of_level(&frame, finer, &all_wanted);
         seconds.reproject += begin.elapsed().as_secs_f64();
         let shows = FilmContents::Coarser { is_last: film_is_last, written: &written };
-        let of_level = level.render(&frame, Estimate::default(), lent(finer), scratch, &mut film, shows);
+        let of_level =
+            level.render(&frame, Estimate::default(), (lent(finer), obstacles), scratch, &mut film, shows);
         if of_level.is_stopped {
             return Err(RenderError::Stopped);
         }
@@ -185,6 +193,7 @@ struct Setup<'a> {
     hidden: Vec<bool>,
     base_plan: Plan,
     motions: (&'a Motion, Option<&'a Motion>),
+    eye_path: EyePath,
     channels: &'a [Channel],
     light_changes: Vec<Until>,
     area_light_change: Until,
@@ -223,6 +232,7 @@ impl<'a> Setup<'a> {
             base_plan: Plan::of_base_frame(pose),
             area_light_change: areas.fold(Until::FOREVER, |least, (_, until)| least.min(*until)),
             motions,
+            eye_path: eye_path(prepared, lineage, request),
             light_changes,
             channels: prepared.channels_of(*picture),
         }
@@ -253,6 +263,8 @@ impl<'a> Setup<'a> {
             wanted: None,
             notes_colors: self.views.len() > 1,
             view_hash: view_hash(&request.pose.camera),
+            eye_path: &self.eye_path,
+            proofs: None,
             plan: &lineage.plan,
             moved_bounds: &self.moved_bounds,
             dynamic_bounds: &self.dynamic_bounds,
@@ -290,6 +302,30 @@ impl<'a> Setup<'a> {
             notes_colors: level + 1 < self.views.len(),
             ..*frame
         }
+    }
+}
+
+/// Places that the eye of a picture takes in the frames that are inferred from it; where no samples are projected, nobody asks.
+fn eye_path(prepared: &Prepared, lineage: &Lineage, request: &PictureRequest) -> EyePath {
+    let PictureRequest { pose, place, .. } = request;
+    let here = Bounds::at(pose.camera.eye);
+    if lineage.from.is_none() || lineage.plan.camera == CameraChange::None {
+        return EyePath { soon: here, ahead: here, zoom: 1.0 };
+    }
+    let step = if lineage.valid.direction() == Direction::Backward { -1 } else { 1 };
+    let exposures = prepared.exposures.all.len();
+    // exposures go from point to point of the lens: all of them are in the region, which then is left the sooner
+    let frames = if exposures == 1 { FRAMES_AHEAD } else { 1 };
+    let cameras: Vec<CameraPose> = (0..=frames)
+        .flat_map(|ahead| (0..exposures).map(move |exposure| (pose.frame + step * ahead, exposure)))
+        .map(|(frame, exposure)| prepared.camera(frame, exposure, place.as_ref()))
+        .collect();
+    let around = |cameras: &[CameraPose]| cameras.iter().fold(here, |all, camera| all.with(camera.eye));
+    let widest = cameras.iter().fold(pose.camera.half_height, |most, camera| most.max(camera.half_height));
+    EyePath {
+        soon: around(&cameras[..cameras.len() / 2]),
+        ahead: around(&cameras),
+        zoom: widest / pose.camera.half_height,
     }
 }
 

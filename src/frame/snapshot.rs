@@ -32,7 +32,7 @@ impl Snapshot {
     pub fn new(moment: Moment, pictures: &[PictureSamples<&SampleStore>]) -> Self {
         let copy = |LevelSamples { store, wanted }: &LevelSamples<&SampleStore>| {
             let tiles: Vec<Box<Tile>> = store.tiles.par_iter().cloned().collect();
-            LevelSamples { store: SampleStore { tiles }, wanted: wanted.clone() }
+            LevelSamples { store: SampleStore { tiles, regions: store.regions }, wanted: wanted.clone() }
         };
         let pictures = pictures.iter().map(|PictureSamples { picture, levels }| PictureSamples {
             picture: *picture,

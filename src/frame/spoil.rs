@@ -42,6 +42,8 @@ pub enum Spoil {
     Tags,
     /// The radiance of a sample's first path is brightened.
     Gathered,
+    /// The last path of a sample is lost.
+    Fewer,
     /// The radiance of paths is taken to be valid for a frame longer than it is.
     Until,
     /// The radiance of a sample's first reflected path is brightened.
@@ -150,6 +152,15 @@ fn spoil_cell(what: Spoil, slots: &[TagSlot], scene: &Scene, tile: &mut Tile, ce
             tile.gathered.paths.set(cell, 0, bright());
             tile.gathered.update_mean(cell);
             true
+        }
+        Spoil::Fewer => {
+            let last = tile.gathered.paths.paths().checked_sub(1);
+            if let Some(last) = last {
+                let lost = KeptPath { light: PathColor::UNKNOWN, until: Until::FOREVER };
+                tile.gathered.paths.set(cell, last, lost);
+                tile.gathered.update_mean(cell);
+            }
+            last.is_some()
         }
         Spoil::Reflected => {
             let reflected = &mut tile.gathered.reflected;

@@ -21,17 +21,17 @@ use super::staged::{WriteError, write_whole};
 use crate::digest::Digest;
 use crate::input::{self, InputError, Kind};
 use crate::samples::saved::{self, CellMask, LevelSamples, Named, PictureName, PictureSamples, StoreShape};
-use crate::samples::{SampleStore, TagLayout, Tile};
+use crate::samples::{ClearRegions, SampleStore, TagLayout, Tile};
 use crate::scene::Scene;
 
 /// The first bytes of a store.
 pub const MAGIC: &[u8; 16] = b"afterimage store";
 
 /// Version of the format. It counts up whenever the data that a sample keeps changes, or its meaning.
-pub const VERSION: u32 = 7;
+pub const VERSION: u32 = 8;
 
 /// Maximum length of a header, bytes.
-const MOST_HEADER: u32 = 1 << 16;
+const MOST_HEADER: u32 = 1 << 20;
 
 /// Bytes of tiles that are encoded, or decoded, at once.
 const AT_ONCE: usize = 32 << 20;
@@ -69,7 +69,12 @@ struct HeaderText {
     pictures: Vec<PictureName>,
     /// Number of tiles of each level of each of them.
     tiles: Vec<u32>,
+    /// Regions of each level of each of them, in which proofs hold that samples keep.
+    regions: Vec<SavedRegions>,
 }
+
+/// See [`ClearRegions::to_numbers`].
+type SavedRegions = Vec<(u8, [f32; 7])>;
 
 /// A store that cannot be used. The text says why and what to do.
 #[derive(Debug)]
@@ -156,6 +161,9 @@ fn write_to(
         rendered: header.rendered,
         pictures: pictures.iter().map(|picture| picture.picture).collect(),
         tiles: levels.iter().map(|level| level.store.tiles.len() as u32).collect(),
+        regions: (pictures.iter().flat_map(|picture| &picture.levels))
+            .map(|level| level.store.regions.to_numbers())
+            .collect(),
     };
     let text = serde_json::to_vec(&text)?;
     let mut before = Vec::from(MAGIC);
@@ -208,8 +216,19 @@ pub struct StoreFile {
     pictures: Vec<PictureName>,
     /// Number of tiles of each level of each of them.
     tiles: Vec<u32>,
+    /// Regions of the levels that have not been read yet.
+    regions: std::vec::IntoIter<SavedRegions>,
     rest: BufReader<File>,
     /// Checksum of everything read so far.
+    sum: Digest,
+}
+
+/// All that stands before the samples.
+struct Beginning {
+    header: Header,
+    pictures: Vec<PictureName>,
+    tiles: Vec<u32>,
+    regions: Vec<SavedRegions>,
     sum: Digest,
 }
 
@@ -224,8 +243,8 @@ impl StoreFile {
             })
         })?;
         let mut rest = BufReader::new(input.file);
-        let (header, pictures, tiles, sum) = read_header(&mut rest).map_err(told)?;
-        Ok(Self { path: path.to_owned(), header, pictures, tiles, rest, sum })
+        let Beginning { header, pictures, tiles, regions, sum } = read_header(&mut rest).map_err(told)?;
+        Ok(Self { path: path.to_owned(), header, pictures, tiles, regions: regions.into_iter(), rest, sum })
     }
 
     /// Description of its content.
@@ -305,6 +324,8 @@ impl StoreFile {
                 wanted.iter_mut().for_each(|wanted| wanted.extend(mask));
             }
         }
+        let regions = self.regions.next().ok_or(StoreErrorKind::Unfit)?;
+        store.regions = ClearRegions::from_numbers(&regions).ok_or(StoreErrorKind::Unfit)?;
         Ok(LevelSamples { store, wanted })
     }
 
@@ -330,9 +351,8 @@ fn take<const N: usize>(file: &mut impl Read) -> Result<[u8; N], StoreErrorKind>
     Ok(bytes)
 }
 
-/// Reads the header, the names of the pictures whose samples follow, the number of tiles of each level, and
-/// the checksum so far.
-fn read_header(file: &mut impl Read) -> Result<(Header, Vec<PictureName>, Vec<u32>, Digest), StoreErrorKind> {
+/// Reads all that stands before the samples.
+fn read_header(file: &mut impl Read) -> Result<Beginning, StoreErrorKind> {
     let magic: [u8; MAGIC.len()] = match take(file) {
         Err(StoreErrorKind::Short) => return Err(StoreErrorKind::NoStore),
         magic => magic?,
@@ -360,6 +380,7 @@ fn read_header(file: &mut impl Read) -> Result<(Header, Vec<PictureName>, Vec<u3
     if !(1..MOST_RENDERED).contains(&text.rendered) {
         return Err(StoreErrorKind::Damaged);
     }
-    let HeaderText { frame, sampling, ancestry, rendered, pictures, tiles, .. } = text;
-    Ok((Header { fingerprint, frame, sampling, ancestry, rendered }, pictures, tiles, sum))
+    let HeaderText { frame, sampling, ancestry, rendered, pictures, tiles, regions, .. } = text;
+    let header = Header { fingerprint, frame, sampling, ancestry, rendered };
+    Ok(Beginning { header, pictures, tiles, regions, sum })
 }

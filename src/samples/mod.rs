@@ -15,6 +15,7 @@ mod openness;
 mod path_color;
 mod path_list;
 mod pool;
+mod regions;
 mod sample;
 pub mod saved;
 mod spare;
@@ -28,6 +29,7 @@ pub use openness::Openness;
 pub use path_color::PathColor;
 pub use path_list::{KeptPath, PathList};
 pub use pool::{LeavingStore, OldStore, TilePool};
+pub use regions::{ClearRegion, ClearRegions};
 pub use sample::{Flags, HalfColor, Record, Sample};
 pub use spare::{MOST_SPARES, Spares};
 pub use store::{

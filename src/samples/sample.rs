@@ -3,7 +3,7 @@
 use glam::Vec3;
 use half::f16;
 
-use super::{Footprint, Octahedral};
+use super::{ClearRegions, Footprint, Octahedral};
 
 /// A sample without its tags and what it has gathered.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -61,6 +61,29 @@ impl Flags {
     /// The stored light must be summed anew.
     pub const STALE: Self = Self(4);
 
+    /// Number of low bits that are flags.
+    const BITS: u32 = 3;
+    /// Number of a [region](super::ClearRegions), 0 for none, above the flags.
+    const REGION: u8 = ClearRegions::MOST as u8;
+    /// Bit above that number: there is no proof for that region.
+    const UNPROVEN: Self = Self(0x80);
+
+    /// Proof that the sample, and all that is around it, is seen by any eye in a region: the region's number, and whether there is such
+    /// a proof or it is known that there is none.
+    #[inline(always)]
+    pub fn proof(self) -> Option<(u8, bool)> {
+        let region = self.0 >> Self::BITS & Self::REGION;
+        (region != 0).then_some((region, !self.has(Self::UNPROVEN)))
+    }
+
+    /// These flags with this [`proof`](Self::proof) instead of any other.
+    #[inline(always)]
+    pub fn with_proof(self, proof: Option<(u8, bool)>) -> Self {
+        let flags = self.0 & ((1 << Self::BITS) - 1);
+        let Some((region, is_proven)) = proof else { return Self(flags) };
+        Self(flags | region << Self::BITS).with(Self::UNPROVEN.when(!is_proven))
+    }
+
     /// These flags if `holds`, else none.
     pub fn when(self, holds: bool) -> Self {
         if holds { self } else { Self(0) }
@@ -73,8 +96,8 @@ impl Flags {
 
     /// Inverse of [`to_bits`](Self::to_bits); `None` for other bits.
     pub fn from_bits(bits: u8) -> Option<Self> {
-        let all = Self::FROM_BEHIND.with(Self::UNSEEN).with(Self::STALE);
-        (bits & !all.0 == 0).then_some(Self(bits))
+        let flags = Self(bits);
+        (flags.proof().is_some() || !flags.has(Self::UNPROVEN)).then_some(flags)
     }
 
     /// Returns true if all flags of `other` are set.

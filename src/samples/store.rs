@@ -5,7 +5,8 @@ use half::f16;
 use half::slice::HalfFloatSliceExt;
 
 use super::{
-    Flags, GatheredLight, HalfColor, MOST_SPARES, Octahedral, Record, Sample, Spares, Status, TagLayout, Tags,
+    ClearRegions, Flags, GatheredLight, HalfColor, MOST_SPARES, Octahedral, Record, Sample, Spares, Status,
+    TagLayout, Tags,
 };
 use crate::changes::Until;
 use crate::lanes::{F32x8, LANES, Vec3x8};
@@ -375,6 +376,8 @@ impl Tile {
 pub struct SampleStore {
     /// Tiles, in rows from the top left.
     pub tiles: Vec<Box<Tile>>,
+    /// Regions in which proofs hold that samples keep.
+    pub regions: ClearRegions,
 }
 
 impl SampleStore {

@@ -7,7 +7,7 @@
 //! when the shape changes. An instance takes the rays into its own space; directions keep their length there,
 //! so that t means the same in both.
 //!
-//! - [`tree`]: boxes, eight a node, from a binary tree that the crate `obvhs` builds;
+//! - [`Tree`]: boxes, eight a node, from a binary tree that the crate `obvhs` builds;
 //! - [`triangles`]: leaves, eight triangles each, and a test that lets no ray through between two triangles;
 //! - [`beam`]: rays that go about the same way pass through the tree as one;
 //! - [`rays`]: a packet's rays, and which of them make a beam;
@@ -29,7 +29,6 @@ mod beam;
 mod quadrics;
 mod rays;
 mod search;
-mod tree;
 mod triangles;
 
 use std::collections::HashMap;
@@ -42,6 +41,7 @@ use super::{
     SceneSubset, TraceError, Tracer, has_many_clear,
 };
 use crate::animation::{Shape, Transform};
+use crate::geometry::tree::{Box3, Tree};
 use crate::pose::Pose;
 use crate::scene::{Mesh, Model, Scene};
 use crate::settings::Caustics;
@@ -49,7 +49,6 @@ use beam::{Beam, Open, Probe, Visitor, walk};
 use quadrics::{Quadrics, Standing};
 use rays::{Pace, Rays, first_of, open_lanes};
 use search::{Exempt, block_beam, block_ray, closest_of_beam, closest_of_ray};
-use tree::{Box3, Tree};
 use triangles::{OF_INSTANCE, Triangles};
 
 /// Least number of rays of one direction that make a beam; fewer are traced one by one.

@@ -28,7 +28,7 @@ fn audited(scene: &Scene, settings: &Settings) -> Vec<Finished> {
     let frames = toy::render(scene, &Settings { audit: true, ..settings.clone() }, FRAMES);
     for frame in &frames {
         let audit = frame.stats.audit.expect("asked for");
-        assert_eq!(audit.differing, 0, "frame {}: {audit:?}", frame.stats.frame);
+        assert_eq!(audit.wrong(), 0, "frame {}: {audit:?}", frame.stats.frame);
         assert_eq!(audit.checked, samples(frame), "frame {}", frame.stats.frame);
     }
     frames

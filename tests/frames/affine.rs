@@ -32,7 +32,7 @@ fn audited(scene: &Scene, settings: &Settings) -> Vec<Finished> {
     let cells = u64::from(settings.width * settings.height * settings.samples.pow(2));
     for finished in &frames {
         let audit = finished.stats.audit.unwrap();
-        assert_eq!(audit.differing, 0, "frame {}: {audit:?}", finished.stats.frame);
+        assert_eq!(audit.wrong(), 0, "frame {}: {audit:?}", finished.stats.frame);
         assert!(audit.on_edge * 200 < cells, "frame {}: {audit:?}", finished.stats.frame);
     }
     frames
@@ -99,7 +99,7 @@ fn reuse_is_exact_on_copies_at_rest() {
             });
             for (a, b) in alone.iter().zip(&together) {
                 let audit = a.stats.audit.unwrap();
-                assert_eq!(audit.differing, 0, "{kind:?}, frame {}: {audit:?}", a.stats.frame);
+                assert_eq!(audit.wrong(), 0, "{kind:?}, frame {}: {audit:?}", a.stats.frame);
                 assert!(a.film == b.film, "{kind:?}, frame {}", a.stats.frame);
             }
             let shown = alone[3].film.values("object.V").unwrap();

@@ -44,7 +44,7 @@ fn audited(name: &str, scene: &Scene, settings: &Settings) -> f64 {
     for Finished { stats, .. } in toy::render(scene, &Settings { audit: true, ..settings.clone() }, 4) {
         let audit = stats.audit.unwrap();
         assert_eq!(audit.checked, stats.samples.total());
-        assert_eq!(audit.differing, 0, "{name}, frame {}: {audit:?}", stats.frame);
+        assert_eq!(audit.wrong(), 0, "{name}, frame {}: {audit:?}", stats.frame);
         assert!(audit.on_edge * 100 < audit.checked, "{name}, frame {}: {audit:?}", stats.frame);
         if stats.frame > 1 {
             (reused, all) = (reused + stats.samples.reused(), all + stats.samples.total());

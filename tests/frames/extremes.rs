@@ -53,7 +53,7 @@ fn audited_in(size: [u32; 2], folder: &TempDir, shot: &str, kind: BackendKind, w
     let frames = (1..=FRAMES).map(|frame| {
         let finished = renderer.render(frame, frame > 1).unwrap();
         let audit = finished.stats.audit.unwrap();
-        assert_eq!(audit.differing, 0, "{what}, {}, frame {frame}: {audit:?}", kind.name());
+        assert_eq!(audit.wrong(), 0, "{what}, {}, frame {frame}: {audit:?}", kind.name());
         assert!(
             audit.on_edge as f64 <= MOST_ON_EDGE * audit.checked as f64,
             "{what}, {}: {audit:?}",

@@ -556,12 +556,14 @@ fn an_audit_finds_what_is_kept_a_frame_too_long() {
 }
 
 #[test]
-fn an_audit_finds_spoilt_paths() {
+fn an_audit_finds_spoilt_and_lost_paths() {
     let mut scene = world();
     scene.models.truncate(2);
-    let mut renderer = Renderer::new(&scene, &audited(4, 2)).expect("the scene builds");
-    renderer.render(1, true).expect("renders");
-    let spoilt = renderer.spoil(Spoil::Gathered).expect("no rays are cast");
-    let found = toy::differing(&renderer.render(2, true).expect("renders"));
-    assert!(spoilt > 50 && found == spoilt, "{spoilt}, {found}");
+    for what in [Spoil::Gathered, Spoil::Fewer] {
+        let mut renderer = Renderer::new(&scene, &audited(4, 2)).expect("the scene builds");
+        renderer.render(1, true).expect("renders");
+        let spoilt = renderer.spoil(what).expect("no rays are cast");
+        let found = toy::differing(&renderer.render(2, true).expect("renders"));
+        assert!(spoilt > 50 && found == spoilt, "{what:?}: {spoilt}, {found}");
+    }
 }

@@ -27,7 +27,7 @@ fn full(scene: &Scene, settings: &Settings, frame: i32) -> Finished {
     let mut renderer = Renderer::new(scene, &settings).expect("the scene builds");
     let finished = renderer.render(frame, false).expect("the frame renders");
     let audit = finished.stats.audit.expect("asked for");
-    assert_eq!(audit.differing, 0, "{audit:?}");
+    assert_eq!(audit.wrong(), 0, "{audit:?}");
     finished
 }
 
@@ -115,7 +115,7 @@ fn audited(scene: &Scene, settings: &Settings) -> f64 {
     let (mut reused, mut all) = (0, 0);
     for frame in &frames {
         let (audit, samples) = (frame.stats.audit.expect("asked for"), frame.stats.samples);
-        assert_eq!(audit.differing, 0, "frame {}: {audit:?}", frame.stats.frame);
+        assert_eq!(audit.wrong(), 0, "frame {}: {audit:?}", frame.stats.frame);
         assert!(audit.on_edge * 200 < audit.checked, "frame {}: {audit:?}", frame.stats.frame);
         reused += samples.good + samples.overlapped;
         all += audit.checked;

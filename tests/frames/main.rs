@@ -17,6 +17,7 @@ mod analytic;
 mod audit;
 mod blur;
 mod caustics;
+mod coverage;
 mod cutouts;
 mod deforming;
 mod extremes;

@@ -45,7 +45,7 @@ fn camera_goes(scene: Scene) -> Scene {
 
 fn check(finished: &Finished, what: &str) {
     let audit = finished.stats.audit.unwrap();
-    assert_eq!(audit.differing, 0, "{what}, frame {}: {audit:?}", finished.stats.frame);
+    assert_eq!(audit.wrong(), 0, "{what}, frame {}: {audit:?}", finished.stats.frame);
 }
 
 #[test]

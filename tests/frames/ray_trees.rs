@@ -86,7 +86,7 @@ fn pixels_are_the_same_whatever_is_kept_and_by_how_many_threads() {
         // the others have the same samples and the same film
         let kept = run(&scene, &Settings { tree_memory: 256, audit: true, ..settings.clone() }, 1);
         for (_, stats) in &kept {
-            assert_eq!(stats.audit.expect("asked for").differing, 0, "case {number}, frame {}", stats.frame);
+            assert_eq!(stats.audit.expect("asked for").wrong(), 0, "case {number}, frame {}", stats.frame);
         }
         for (other, is_same) in [(with(256, 2), true), (with(256, 5), true), (with(0, 2), false)] {
             for ((a, stats), (b, other_stats)) in kept.iter().zip(&other) {

@@ -30,7 +30,7 @@ fn ball_in(mut scene: Scene, radius: f64) -> Scene {
 
 fn check(finished: &Finished, what: &str) {
     let audit = finished.stats.audit.unwrap();
-    assert_eq!(audit.differing, 0, "{what}, frame {}: {audit:?}", finished.stats.frame);
+    assert_eq!(audit.wrong(), 0, "{what}, frame {}: {audit:?}", finished.stats.frame);
 }
 
 fn plane(finished: &Finished, name: &str) -> Vec<f32> {

@@ -21,7 +21,7 @@ fn audited(scene: &Scene) -> (Vec<Finished>, f64) {
     for frame in &frames {
         let (audit, samples) = (frame.stats.audit.expect("asked for"), frame.stats.samples);
         assert_eq!(audit.checked, cells, "frame {}", frame.stats.frame);
-        assert_eq!(audit.differing, 0, "frame {}: {audit:?}", frame.stats.frame);
+        assert_eq!(audit.wrong(), 0, "frame {}: {audit:?}", frame.stats.frame);
         // the tolerance is for edges: it must not swallow surfaces
         assert!(audit.on_edge * 200 < cells, "frame {}: {audit:?}", frame.stats.frame);
         let sum = samples.base + samples.good + samples.overlapped + samples.missed + samples.obscured;
@@ -365,7 +365,7 @@ fn what_a_film_shows_already_is_what_would_be_rendered() {
         };
         let (mut beyond, mut beyond_fresh) = (0, 0);
         for ((at, (kept, stats)), (_, (fresh, fresh_stats))) in run(true).zip(run(false)) {
-            assert_eq!(stats.audit.expect("asked for").differing, 0);
+            assert_eq!(stats.audit.expect("asked for").wrong(), 0);
             beyond += stats.rays.reflection + stats.rays.refraction;
             beyond_fresh += fresh_stats.rays.reflection + fresh_stats.rays.refraction;
             // what a film shows in mirrors and glass casts no rays

@@ -54,7 +54,7 @@ fn check(finished: &Finished, what: &str) {
     let Finished { film, stats, .. } = finished;
     let audit = stats.audit.expect("asked for");
     assert_eq!(audit.checked, stats.samples.total(), "{what}");
-    assert_eq!(audit.differing, 0, "{what}: {audit:?}");
+    assert_eq!(audit.wrong(), 0, "{what}: {audit:?}");
     assert!(audit.on_edge as f64 <= MOST_ON_EDGE * audit.checked as f64, "{what}: {audit:?}");
     check_planes(film, what);
     check_status(film, stats, what);

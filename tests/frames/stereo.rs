@@ -46,7 +46,7 @@ fn audited(scene: &Scene, settings: &Settings) -> f64 {
     for finished in frames.iter().flatten() {
         let (stats, audit) = (&finished.stats, finished.stats.audit.unwrap());
         let (frame, eye) = (stats.frame, stats.eye.unwrap());
-        assert_eq!(audit.differing, 0, "frame {frame}, {eye:?}: {audit:?}");
+        assert_eq!(audit.wrong(), 0, "frame {frame}, {eye:?}: {audit:?}");
         assert!(audit.on_edge * 200 < audit.checked, "frame {frame}, {eye:?}: {audit:?}");
         if stats.from_left {
             assert_eq!(eye, Eye::Right);

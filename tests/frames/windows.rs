@@ -34,7 +34,7 @@ fn film(settings: &Settings, kind: BackendKind) -> Film {
     let mut renderer = Renderer::with(kind, &scene, settings).expect("the scene builds");
     let finished = renderer.render(3, false).expect("the frame renders");
     let audit = finished.stats.audit.expect("asked for");
-    assert_eq!(audit.differing, 0, "{:?}: {audit:?}", settings.data_window());
+    assert_eq!(audit.wrong(), 0, "{:?}: {audit:?}", settings.data_window());
     Film::clone(&finished.film)
 }
 
@@ -161,7 +161,7 @@ fn chains_are_exact_with_any_window_and_any_number_of_threads() {
             let frames = pool.install(|| toy::render(&scene, &settings, FRAMES));
             for frame in &frames {
                 let audit = frame.stats.audit.expect("asked for");
-                assert_eq!(audit.differing, 0, "{overscan} {crop:?}: frame {}: {audit:?}", frame.stats.frame);
+                assert_eq!(audit.wrong(), 0, "{overscan} {crop:?}: frame {}: {audit:?}", frame.stats.frame);
                 assert!(audit.on_edge * 100 < audit.checked, "{audit:?}");
             }
             let reused: u64 = frames.iter().map(|frame| frame.stats.samples.good).sum();
@@ -185,7 +185,7 @@ fn a_camera_at_rest_keeps_what_stays_the_same_in_any_window() {
         for frame in 1..=FRAMES {
             let finished = renderer.render(frame, true).expect("the frame renders");
             let audit = finished.stats.audit.expect("asked for");
-            assert_eq!(audit.differing, 0, "{overscan} {crop:?}: frame {frame}: {audit:?}");
+            assert_eq!(audit.wrong(), 0, "{overscan} {crop:?}: frame {frame}: {audit:?}");
         }
     }
 }

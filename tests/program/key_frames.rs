@@ -156,7 +156,7 @@ fn gathered_light_is_kept_on_the_way_back() {
             let mut gathered = Vec::new();
             for frame in [FRAMES, 5, 4, 3, 2, 1, 2, 3] {
                 let stats = renderer.render(frame, true).unwrap().stats;
-                assert_eq!(stats.audit.unwrap().differing, 0, "{name}, frame {frame}");
+                assert_eq!(stats.audit.unwrap().wrong(), 0, "{name}, frame {frame}");
                 gathered.push(stats.rays.gathering as f64);
             }
             let share = |at: usize| gathered[at] / gathered[0];
@@ -183,7 +183,7 @@ fn what_a_base_frame_in_the_middle_gathers_serves_both_sides() {
             let mut renderer = Renderer::new(&scene, &settings).unwrap();
             let render = |renderer: &mut Renderer<'_>, frame| {
                 let stats = renderer.render(frame, true).unwrap().stats;
-                assert_eq!(stats.audit.unwrap().differing, 0, "{name}, frame {frame}");
+                assert_eq!(stats.audit.unwrap().wrong(), 0, "{name}, frame {frame}");
                 stats.rays.gathering as f64
             };
             let base = render(&mut renderer, 3);
@@ -224,7 +224,7 @@ fn what_exposures_of_a_base_frame_gather_serves_both_sides() {
         let mut renderer = Renderer::new(&scene, &settings).unwrap();
         let render = |renderer: &mut Renderer<'_>, frame| {
             let stats = renderer.render(frame, true).unwrap().stats;
-            assert_eq!(stats.audit.unwrap().differing, 0, "{name}, frame {frame}");
+            assert_eq!(stats.audit.unwrap().wrong(), 0, "{name}, frame {frame}");
             stats.rays.gathering as f64
         };
         let base = render(&mut renderer, 3);
@@ -367,7 +367,7 @@ fn what_moves_for_days_is_exact_on_both_sides() {
         let mut render = |frame, kept: Option<_>| {
             kept.into_iter().for_each(|kept| renderer.restore(kept));
             let finished = renderer.render(frame, true).unwrap();
-            assert_eq!(finished.stats.audit.unwrap().differing, 0, "frame {frame}");
+            assert_eq!(finished.stats.audit.unwrap().wrong(), 0, "frame {frame}");
             renderer.snapshot()
         };
         let base = render(3, None);
@@ -394,7 +394,7 @@ fn backwards_is_as_exact_as_forwards() {
             for frame in (1..FRAMES).rev() {
                 let finished = renderer.render(frame, true).unwrap();
                 let alone = Renderer::new(&scene, &settings).unwrap().render(frame, false).unwrap();
-                assert_eq!(finished.stats.audit.unwrap().differing, 0, "{name}, frame {frame}");
+                assert_eq!(finished.stats.audit.unwrap().wrong(), 0, "{name}, frame {frame}");
                 assert!(finished.stats.samples.reused() > finished.stats.samples.total() / 2);
                 for plane in ["motion.X", "motion.Y", "motion.Z", "motion.W"] {
                     let apart = toy::mean_difference(&finished, &alone, plane);

@@ -183,7 +183,7 @@ fn frames_after_a_store_are_those_of_one_run() {
         for frame in 1..=FRAMES {
             for (uninterrupted, finished) in seen(&mut one, frame).iter().zip(seen(&mut other, frame)) {
                 assert_same_film(name, uninterrupted, &finished, moves);
-                assert_eq!(finished.stats.audit.unwrap().differing, 0, "{name}");
+                assert_eq!(finished.stats.audit.unwrap().wrong(), 0, "{name}");
                 if moves {
                     assert_eq!(finished.stats.rays, uninterrupted.stats.rays, "{name}");
                 }
@@ -206,7 +206,7 @@ fn answers_that_hold_backwards_come_back_as_such() {
             for frame in (1..=FRAMES).rev() {
                 for (uninterrupted, finished) in seen(&mut one, frame).iter().zip(seen(&mut other, frame)) {
                     assert_same_film("backwards", uninterrupted, &finished, moves);
-                    assert_eq!(finished.stats.audit.unwrap().differing, 0, "frame {frame}");
+                    assert_eq!(finished.stats.audit.unwrap().wrong(), 0, "frame {frame}");
                 }
                 let direction = if frame == FRAMES { Direction::Forward } else { Direction::Backward };
                 assert_eq!(

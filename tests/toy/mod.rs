@@ -192,9 +192,15 @@ pub fn render(scene: &Scene, settings: &Settings, last: i32) -> Vec<Finished> {
     (1..=last).map(|frame| renderer.render(frame, true).expect("the frame renders")).collect()
 }
 
-/// Number of samples of a frame that its audit found to differ from what is traced anew.
+/// Number of findings of a frame's audit: samples that differ from what is traced anew, and cells that show what their targets do not see.
 pub fn differing(finished: &Finished) -> u64 {
-    finished.stats.audit.expect("asked for").differing
+    finished.stats.audit.expect("asked for").wrong()
+}
+
+/// Number of samples that an inferred frame has traced anew.
+pub fn traced(finished: &Finished) -> u64 {
+    let samples = finished.stats.samples;
+    samples.missed + samples.obscured
 }
 
 /// One pixel of a plane.

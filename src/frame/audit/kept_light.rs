@@ -1,5 +1,7 @@
 //! Checks of light that samples keep: of paths and of ambient occlusion.
 
+use std::ops::RangeInclusive;
+
 use glam::Vec3;
 
 use super::tolerances::{COLOR_TOLERANCE, DARKEST};
@@ -17,8 +19,8 @@ use crate::lanes::LANES;
 use crate::samples::{CELLS, Tile, mean_of};
 
 /// Checks that samples have gathered the light that all of their paths bring when they are traced again,
-/// against everything, and that the stored mean is that of these paths. Paths are cast ray by ray, each a
-/// function of its start alone: no tolerance but that of stored colours is needed.
+/// against everything, that they are as many as they have to be, and that the stored mean is that of these paths. Paths are cast ray
+/// by ray, each a function of its start alone: no tolerance but that of stored colours is needed.
 pub fn check_gathered(frame: &FrameView, tile: &Tile, raise: &mut impl FnMut(usize, Verdict)) {
     if frame.paths == 0 {
         return;
@@ -30,10 +32,11 @@ pub fn check_gathered(frame: &FrameView, tile: &Tile, raise: &mut impl FnMut(usi
         for lane in set_bits(surface_bits(&tile.model[first..first + LANES])) {
             let (cell, gathered) = (first + lane, &tile.gathered);
             let start = start_at(frame, tile, cell, &placed, frame.paths);
-            if frame.palette.is_diffuse(tile.record[cell].material) {
-                let known = 0..gathered.paths.known(cell).count() as u32;
-                raise(cell, Verdict::new(known.end > 0));
-                scratch.starts.extend(known.map(|index| PathStart { index, ..start }));
+            let known = gathered.paths.known(cell).count();
+            let is_diffuse = frame.palette.is_diffuse(tile.record[cell].material);
+            raise(cell, Verdict::new(paths_demanded(frame, is_diffuse).contains(&known)));
+            if is_diffuse {
+                scratch.starts.extend((0..known as u32).map(|index| PathStart { index, ..start }));
             }
             let mean = mean_of(gathered.paths.known(cell));
             raise(cell, Verdict::new(mean.radiance == gathered.mean(cell).radiance));
@@ -48,6 +51,14 @@ pub fn check_gathered(frame: &FrameView, tile: &Tile, raise: &mut impl FnMut(usi
             raise(cell, Verdict::new((known - fresh).abs().max_element() <= slack));
         }
     }
+}
+
+/// How many paths a sample has to know after any frame. Without a budget it is given all of them at once, and so are those that bring
+/// nothing to what is not diffuse. With one it has its first ones at least, in its first frame and ever after; how many more follows
+/// from what its tile has had to trace in all frames since.
+fn paths_demanded(frame: &FrameView, is_diffuse: bool) -> RangeInclusive<usize> {
+    let least = if is_diffuse { frame.first_paths } else { frame.paths };
+    least..=frame.paths
 }
 
 /// Checks that the paths by which samples reflect serve the eye, and that each brings the stored light when it is

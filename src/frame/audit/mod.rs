@@ -19,7 +19,7 @@
 //! making the film again ([`film`]).
 //!
 //! **Tolerances** all stand in [`tolerances`]. A sample holds *on an edge*, and is counted as such, where a
-//! displacement by [`TOLERANCE`] of the distance (and [`COORDINATE_TOLERANCE`]) decides: the ray meets a
+//! displacement by [`TOLERANCE`] of the distance (and [`COORDINATE_TOLERANCE`](tolerances::COORDINATE_TOLERANCE)) decides: the ray meets a
 //! neighbouring or coinciding surface at the same place, or slips past a silhouette; the eye is in a surface;
 //! the shadow ray grazes an edge. Stored colours, normals and positions may differ from fresh ones by the
 //! rounding that the store does ([`COLOR_TOLERANCE`], [`NORMAL_COSINE`], [`CELL_TOLERANCE`]).
@@ -27,6 +27,7 @@
 mod coverage;
 pub mod film;
 mod kept_light;
+mod sights;
 pub mod tolerances;
 mod verdict;
 
@@ -36,16 +37,18 @@ use wide::u32x8;
 
 use coverage::check_coverage;
 use kept_light::{check_gathered, check_openness, check_reflected};
+use sights::{
+    Sight, around, beside, geometric_normal, is_of_its_cell, is_uncertain, offset, reach, rounding, sight,
+    sight_of_cell, trace_all,
+};
 use tolerances::{
-    CELL_TOLERANCE, COLOR_TOLERANCE, COORDINATE_TOLERANCE, DARKEST, DISPLACEMENTS, EDGE_ON_COSINE,
-    NORMAL_COSINE, TOLERANCE, WIDTH_TOLERANCES,
+    CELL_TOLERANCE, COLOR_TOLERANCE, DARKEST, EDGE_ON_COSINE, NORMAL_COSINE, TOLERANCE, WIDTH_TOLERANCES,
 };
 use verdict::Verdict;
 
 use crate::frame::grid::bits::{set_bits, surface_bits};
 use crate::frame::grid::cells::is_traced;
 use crate::frame::grid::place;
-use crate::frame::grid::view::View;
 use crate::frame::light::direct::sum_light;
 use crate::frame::light::shadow::ShadowQueue;
 use crate::frame::reuse::candidates::REACH;
@@ -53,17 +56,16 @@ use crate::frame::shot::frame_view::FrameView;
 use crate::frame::shot::plan::ShadowCheck;
 use crate::frame::surface::footprints::{cell_widths, has_textures};
 use crate::frame::surface::placed::Placed;
-use crate::lanes::{F32x8, LANES, Vec3x8};
+use crate::lanes::{LANES, Vec3x8};
 use crate::samples::{
     BACKGROUND, CELLS, EMPTY, Footprint, Record, Sample, SampleStore, Tag, Tile, full_color,
 };
-use crate::scene::camera::Projection;
 use crate::shade::light::{StratifiedPattern, light_sample};
 use crate::shade::on_mesh::OnMesh;
 use crate::shade::phong;
 use crate::shade::surface::SurfacePoint;
 use crate::stats::AuditCounts;
-use crate::trace::{Coherence, Hit, HitBatch, RayBatch, SceneSubset};
+use crate::trace::{Coherence, Hit, SceneSubset};
 
 /// Audits every sample of a finished frame. `differs` flags the pixels in which the film differs from the
 /// samples; empty if it is known that none does.
@@ -122,107 +124,16 @@ fn audit(frame: &FrameView, number: usize, tile: &Tile, differs: &[bool]) -> Aud
         let points = 0..pose.points;
         points.for_each(|point| check_shadows(frame, tile, LightPoint { light, point }, &mut raise));
     }
+    let [targets, coverage, coverage_on_edge] = check_coverage(frame, number, tile, &mut raise);
     let count = |wanted| verdicts.iter().filter(|verdict| **verdict == wanted).count() as u64;
-    let [coverage, coverage_on_edge] = check_coverage(frame, number, tile);
     AuditCounts {
         checked: sampled().count() as u64,
         differing: count(Verdict::Differs),
         on_edge: count(Verdict::OnEdge),
+        targets,
         coverage,
         coverage_on_edge,
     }
-}
-
-/// A line of sight, of any length.
-#[derive(Debug, Clone, Copy)]
-struct Sight {
-    origin: Vec3,
-    direction: Vec3,
-}
-
-fn trace_all(frame: &FrameView, sights: impl Iterator<Item = Sight>) -> HitBatch {
-    let (mut batch, mut hits) = (RayBatch::default(), HitBatch::default());
-    sights.for_each(|sight| batch.push(sight.origin, sight.direction, 0.0, f32::INFINITY));
-    frame.tracer.closest(&batch, SceneSubset::All, Coherence::Coherent, &mut hits);
-    hits
-}
-
-/// Line of sight on which the sample of `cell` is seen. A sample that was traced in this frame was seen on
-/// the ray through the centre of its cell, and is checked on that ray: right before the eye, its point is
-/// rounded by more than a cell.
-fn sight(frame: &FrameView, number: usize, tile: &Tile, cell: usize) -> Sight {
-    let (sample, camera) = (tile.sample(cell), &frame.view.camera);
-    if !is_traced(tile.status[cell]) && !is_of_its_cell(frame, &sample) {
-        let offset = offset(frame, &sample);
-        return Sight { origin: camera.origin(offset), direction: camera.sight(offset) };
-    }
-    sight_of_cell(frame, number, cell)
-}
-
-/// Line of sight through the centre of `cell`.
-fn sight_of_cell(frame: &FrameView, number: usize, cell: usize) -> Sight {
-    let (corner, place) = (frame.view.grid.tile_corner(number), place(cell));
-    let centre = [0, 1].map(|axis| F32x8::splat((corner[axis] + place[axis] as i32) as f32 + 0.5));
-    let [origin, direction] = frame.view.rays(centre[0], centre[1]).map(|all| all.lane(0));
-    Sight { origin, direction }
-}
-
-/// Returns true if the sample shows the background of an orthographic view, which has no place of its own: it
-/// is seen at its cell.
-fn is_of_its_cell(frame: &FrameView, sample: &Sample) -> bool {
-    sample.model == BACKGROUND && frame.view.camera.is_orthographic()
-}
-
-/// Returns true if rounding of the sample's coordinates moves it by more than the tolerance of places in
-/// cells.
-fn is_uncertain(frame: &FrameView, sample: &Sample) -> bool {
-    let View { camera, grid, .. } = frame.view;
-    let cell = 2.0 * camera.half_height / grid.height as f32;
-    let distance = if camera.is_orthographic() { 1.0 } else { offset(frame, sample).length() };
-    rounding(frame, sample) >= CELL_TOLERANCE * cell * distance
-}
-
-/// Largest displacement of a sample by rounding, world units.
-fn reach(frame: &FrameView, sample: &Sample) -> f32 {
-    let (offset, eye) = (offset(frame, sample), frame.view.camera.eye);
-    frame.view.camera.sight(offset).length() * TOLERANCE
-        + eye.abs().max(offset.abs()).max_element() * COORDINATE_TOLERANCE
-}
-
-/// Largest distance, along the ray, by which rounding of coordinates may separate the sample from the point
-/// in which the ray meets its triangle. The triangle's corners count here, and here alone: if they did for
-/// displacements sideways, any model that hides a sample on a wide ground would be on an edge. Quadrics have
-/// no corners: for these the sample's own coordinates are rounded.
-fn rounding(frame: &FrameView, sample: &Sample) -> f32 {
-    let (offset, eye) = (offset(frame, sample), frame.view.camera.eye);
-    let mut largest = eye.abs().max(offset.abs());
-    if sample.model != BACKGROUND {
-        let mesh = &frame.scene.models[sample.model as usize].mesh;
-        if mesh.quadric.is_some() {
-            let of_object = frame.transform(sample.model).direction(sample.point).abs();
-            return largest.max(of_object).max_element() * COORDINATE_TOLERANCE;
-        }
-        for corner in frame.place(sample.model).corners(mesh, sample.record.triangle) {
-            largest = largest.max((corner - eye).abs());
-        }
-    }
-    largest.max_element() * COORDINATE_TOLERANCE
-}
-
-fn offset(frame: &FrameView, sample: &Sample) -> Vec3 {
-    frame.offset(sample.point, sample.model, sample.record.triangle)
-}
-
-/// Normal of the sample's triangle, on the sample's side: world space, unit length.
-fn geometric_normal(frame: &FrameView, sample: &Sample) -> Vec3 {
-    let Record { triangle, geometric_normal, .. } = sample.record;
-    frame.place(sample.model).geometric_normal(triangle, geometric_normal.unfold()).normalize_or_zero()
-}
-
-/// Directions (any unit) at right angles to `axis`, all around it.
-fn around(axis: Vec3) -> [Vec3; 8] {
-    let (a, b) = axis.normalize_or(Vec3::X).any_orthonormal_pair();
-    [a, -a, b, -b, a + b, a - b, b - a, -a - b]
 }
 
 /// Checks that the camera meets the sample first, on the line of `sight`.
@@ -233,36 +144,6 @@ fn check_sight(frame: &FrameView, sample: &Sample, sight: Sight, met: Option<Hit
         let holds = |sight, met| meets(frame, sample, sight, met) || coincides(frame, sample, sight, met);
         (0..).zip(&beside).any(|(ray, sight)| holds(*sight, met.get(ray)))
     })
-}
-
-/// Lines of sight to all sides of that of `sight`, which met `met`: `reach` away from it at `distance` from the eye, and nearer; and as far as
-/// rounding may move the eye.
-fn beside(frame: &FrameView, sight: Sight, met: Option<Hit>, (reach, distance): (f32, f32)) -> Vec<Sight> {
-    let Sight { origin, direction } = sight;
-    let aside = DISPLACEMENTS.iter().flat_map(|share| around(direction).map(|aside| aside * *share));
-    let mut beside: Vec<Sight> = match frame.view.camera.projection {
-        Projection::Perspective => {
-            // as long relative to the sight as `reach` is to the distance, up to all but sideways: that may be rounded to zero
-            let far = distance.max(f32::MIN_POSITIVE);
-            let reach = (reach * direction.length() / far).min(1e3 * direction.length());
-            aside.map(|aside| Sight { origin, direction: direction + aside * reach }).collect()
-        }
-        Projection::Orthographic => {
-            aside.map(|aside| Sight { origin: origin + aside * reach, direction }).collect()
-        }
-    };
-    beside.extend(around_eye(frame, sight, met));
-    beside
-}
-
-/// Lines of sight that begin as far from that of `sight`, to all sides, as rounding may move the eye against
-/// the model that it `met`. Where the eye is in a surface, rounding decides whether rays begin before it.
-fn around_eye(frame: &FrameView, sight: Sight, met: Option<Hit>) -> Vec<Sight> {
-    let Some(met) = met else { return Vec::new() };
-    let (eye, origin) = (frame.view.camera.eye, frame.transform(met.model).point(Vec3::ZERO));
-    let reach = eye.abs().max(origin.abs()).max_element() * COORDINATE_TOLERANCE;
-    let aside = Vec3::AXES.into_iter().flat_map(|axis| [axis * reach, axis * -reach]);
-    aside.map(|aside| Sight { origin: sight.origin + aside, ..sight }).collect()
 }
 
 /// Returns true if a ray along `sight`, with the hit `met`, met the sample.

@@ -37,3 +37,12 @@ pub const COLOR_TOLERANCE: f32 = 1e-3;
 
 /// Least light to which [`COLOR_TOLERANCE`] is relative: darker light counts as black.
 pub const DARKEST: f32 = 1e-4;
+
+/// Largest distance of a sample from the tangent plane of what its cell's target sees, as a share of a cell's width there. It is the
+/// renderer's promise ([`target::LAYER`](crate::frame::reuse::target::LAYER)), and stands here for itself: a promise is not to be
+/// kept by promising less.
+pub const LAYER: f32 = 0.25;
+
+/// Least cosine of the angle between the normals of a sample and of what its cell's target sees: the renderer's promise
+/// ([`target::ABOUT_PARALLEL`](crate::frame::reuse::target::ABOUT_PARALLEL)), less what rounding makes of an angle of 26 degrees.
+pub const ABOUT_PARALLEL: f32 = 0.9 - 1e-3;

@@ -4,7 +4,6 @@
 use glam::{Vec2, Vec3};
 
 use crate::frame::grid::Grid;
-use crate::frame::grid::cells::is_traced;
 use crate::frame::planes::channels::data;
 use crate::frame::shot::frame_view::FrameView;
 use crate::frame::shot::motion_vectors::MotionVectors;
@@ -337,11 +336,8 @@ pub fn count(frame: &FrameView, tile: &Tile, rays: &CellRays, data: &mut Planes<
         sum(&column, data.open(number));
         data.columns[number].iter_mut().for_each(|count| *count *= share);
     }
-    let primary: Column<u16> = std::array::from_fn(|cell| {
-        let is_traced = u16::from(is_traced(tile.status[cell]));
-        is_traced.max(rays.probes[cell])
-    });
-    for (number, counts) in (data::RAYS..).zip([&primary, &rays.verification, &rays.shadow, &rays.secondary])
+    for (number, counts) in
+        (data::RAYS..).zip([&rays.primary, &rays.verification, &rays.shadow, &rays.secondary])
     {
         if counts.iter().fold(0, |any, count| any | count) != 0 {
             for (count, rays) in column.iter_mut().zip(counts) {

@@ -7,7 +7,7 @@
 //! places of targets on both sides of it a silhouette is where frames have it that are traced in full.
 
 use crate::frame::grid::{cell_number, place};
-use crate::frame::reuse::target::{LAYER, Seen};
+use crate::frame::reuse::target::{ABOUT_PARALLEL, LAYER, Seen};
 use crate::frame::reuse::trace_missed::through_targets;
 use crate::frame::shot::frame_view::FrameView;
 use crate::frame::surface::trace_scratch::TraceScratch;
@@ -178,7 +178,7 @@ impl Rims {
                     triangle,
                 });
                 let seen = Seen::new(frame, of(&rays.origin), of(&rays.direction), hit);
-                is_rim[*cell] |= !seen.is_shown_by(frame, &tile.sample(*cell), 0.0);
+                is_rim[*cell] |= !seen.is_shown_by(frame, &tile.sample(*cell));
             }
         }
     }
@@ -270,8 +270,14 @@ impl Shown {
             Vec3x8 { x, y, z }
         };
         let between = load(offset, next) - load(offset, at);
-        let is_beyond = |at: usize| between.dot(load(normal, at)).abs().gt(F32x8::load(layer, at));
-        (is_some & (is_other | is_beyond(at) | is_beyond(next))).bits()
+        let normals = [at, next].map(|at| load(normal, at));
+        let is_beyond =
+            |normal: Vec3x8, at: usize| between.dot(normal).abs().gt(F32x8::load(layer, at));
+        let is_beyond = is_beyond(normals[0], at) | is_beyond(normals[1], next);
+        // what has no normal is the background, or a model of which the next sample is not
+        let is_bent = normals[0].dot(normals[1]).lt(F32x8::splat(ABOUT_PARALLEL));
+        let has_normals = normals[0].dot(normals[0]).gt(F32x8::ZERO) & normals[1].dot(normals[1]).gt(F32x8::ZERO);
+        (is_some & (is_other | is_beyond | is_bent & has_normals)).bits()
     }
 }
 

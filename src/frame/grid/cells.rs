@@ -73,6 +73,12 @@ impl CellSet {
         self.0[cell / BLOCK] |= 1 << (cell % BLOCK);
     }
 
+    /// Adds those of the eight cells from `first` on whose bit is set.
+    #[inline(always)]
+    pub fn insert_eight(&mut self, first: usize, bits: u8) {
+        self.0[first / BLOCK] |= u16::from(bits) << (first % BLOCK);
+    }
+
     /// Bit mask of those of the eight cells from `first` on that are in the set.
     #[inline(always)]
     pub fn eight(&self, first: usize) -> u8 {

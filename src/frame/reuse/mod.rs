@@ -5,7 +5,9 @@ pub mod bins;
 pub mod candidates;
 pub mod estimate;
 pub mod invalidate_spares;
+pub mod own_triangle;
 pub mod project;
+pub mod proofs;
 pub mod reproject;
 pub mod serve;
 #[cfg(test)]

@@ -198,10 +198,7 @@ impl Serving {
             let Some(rank) = server.rank() else { continue };
             let number = rank.number();
             let Some(from) = sources(candidates.source(number)) else { continue };
-            *flags = flags.with(tile.copy_slot(cell, from, candidates.get(number).word.slot()));
-            // another cell or tile keeps the sample, if any does
-            tile.set_copy(cell, true);
-            tile.status[cell] = Status::Overlapped;
+            *flags = flags.with(give(tile, cell, from, candidates.get(number).word.slot()));
             next.insert(cell);
         }
         (!next.is_empty()).then_some(next)
@@ -217,7 +214,7 @@ impl Serving {
         sources: &impl Sources<'t>,
         shows: impl Fn(&Sample) -> bool,
     ) -> bool {
-        let Self { candidates, servers, .. } = self;
+        let Self { candidates, servers, flags, .. } = self;
         if candidates.len() == 0 {
             return false;
         }
@@ -231,10 +228,7 @@ impl Serving {
                 (sources(candidates.source(rank.number())), candidates.get(rank.number()).word.slot());
             let Some(from) = from.filter(|from| shows(&from.sample(slot))) else { continue };
             tile.make_spare(cell, moved(tile.model[cell]));
-            tile.copy_slot(cell, from, slot);
-            // another cell or tile keeps the sample, if any does
-            tile.set_copy(cell, true);
-            tile.status[cell] = Status::Overlapped;
+            *flags = flags.with(give(tile, cell, from, slot));
             servers[cell] = server;
             return true;
         }
@@ -247,6 +241,17 @@ impl Serving {
         }
         CellSet::new(|cell| self.servers[cell] != Server::OWN && tile.status[cell].is_reused())
     }
+}
+
+/// Gives a cell the sample in a slot of `from`, which has to be verified. Returns the sample's flags.
+fn give(tile: &mut Tile, cell: usize, from: &Tile, slot: usize) -> Flags {
+    let flags = tile.copy_slot(cell, from, slot);
+    // it was not looked at which of its proofs still hold
+    tile.record[cell].flags = flags.with_proof(None);
+    // another cell or tile keeps the sample, if any does
+    tile.set_copy(cell, true);
+    tile.status[cell] = Status::Overlapped;
+    flags
 }
 
 /// Finds the candidate nearest to each cell's target. Meanwhile prefetches `tile`, to which they are copied.

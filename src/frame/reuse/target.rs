@@ -2,8 +2,11 @@
 //!
 //! The target is the cell's centre; what it sees is what a ray from the eye through it meets first. A sample shows the same
 //! surface if it is of the same model and material, on the same side, and on the same *layer*: no further from the tangent plane at
-//! the point that was met than a share of a cell's width there ([`LAYER`]). All of it is measured in cells, so that slats before a
-//! wall are told from the wall whenever anybody could see that they are apart, however far away they are.
+//! the point that was met than a share of a cell's width there ([`LAYER`]), that point no further from the tangent plane at the
+//! sample, and the two planes about parallel ([`ABOUT_PARALLEL`]). (By one of the planes alone, faces that are seen at an angle would lose
+//! cells to those beside them, frame by frame; and where a face is narrower than a layer, as a bevel is that is seen from afar, it is the
+//! angle that tells it from its neighbours.) Lengths are measured in cells, so that slats before a wall are told from the wall whenever
+//! anybody could see that they are apart, however far away they are.
 //!
 //! So surfaces have the cells whose targets they cover, as in a frame that is traced in full, however small they are, however long a
 //! chain of inferred frames is, and however densely they happen to be sampled.
@@ -19,6 +22,10 @@ use crate::trace::Hit;
 /// Largest distance of a sample from the tangent plane of what a target sees, as a share of a cell's width there: where a layer ends,
 /// the picture of what lies this much behind it is wrong by no more than this share of a cell, from whatever side it is seen.
 pub const LAYER: f32 = 0.25;
+
+/// Least cosine of the angle between the normals of a sample and of what a target sees: 26 degrees, so that curved meshes keep samples, and
+/// what is kept has the light of what is seen within a tenth.
+pub const ABOUT_PARALLEL: f32 = 0.9;
 
 /// What a cell's target sees.
 #[derive(Debug, Clone, Copy)]
@@ -77,8 +84,8 @@ impl Seen {
         }
     }
 
-    /// Returns true if a sample shows this surface. `slack`: added to the layer, world units.
-    pub fn is_shown_by(&self, frame: &FrameView, sample: &Sample, slack: f32) -> bool {
+    /// Returns true if a sample shows this surface.
+    pub fn is_shown_by(&self, frame: &FrameView, sample: &Sample) -> bool {
         let Sample { point, model, record } = sample;
         if *model != self.model || *model == BACKGROUND {
             return *model == self.model;
@@ -87,9 +94,18 @@ impl Seen {
             // a plane has one side towards the eye, and rounding alone may say otherwise
             return !self.is_quadric || record.is_from_behind() == self.is_from_behind;
         }
-        let offset = || frame.offset(*point, *model, record.triangle);
-        record.is_from_behind() == self.is_from_behind
-            && frame.is_of(record.material, self.material)
-            && (offset() - self.offset).dot(self.normal).abs() <= self.layer + slack
+        if record.is_from_behind() != self.is_from_behind || !frame.is_of(record.material, self.material) {
+            return false;
+        }
+        let apart = frame.offset(*point, *model, record.triangle) - self.offset;
+        apart.dot(self.normal).abs() <= self.layer && {
+            let kept = record.geometric_normal.unfold();
+            let normal = frame.place(*model).geometric_normal(record.triangle, kept);
+            let length = normal.length();
+            // kept normals are on the side of the eye
+            let towards_eye = if self.is_from_behind { -self.normal } else { self.normal };
+            apart.dot(normal).abs() <= self.layer * length
+                && normal.dot(towards_eye) >= ABOUT_PARALLEL * length
+        }
     }
 }

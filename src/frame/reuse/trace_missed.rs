@@ -6,7 +6,7 @@
 
 use super::target::Seen;
 use super::verify::{self, Request};
-use crate::frame::grid::bits::{set_bits, status_bits};
+use crate::frame::grid::bits::{count_bits, set_bits, status_bits};
 use crate::frame::grid::cells::{CellSet, is_traced};
 use crate::frame::shot::frame_view::FrameView;
 use crate::frame::surface::footprints::{cell_widths, has_textures};
@@ -43,19 +43,22 @@ pub fn trace_missed(
     for (first, status) in (0..).step_by(LANES).zip(tile.status.chunks_exact(LANES)) {
         let traced = status_bits(status, is_traced);
         tile.copies[first / LANES] &= !traced;
-        let asked = asked.eight(first) & !traced;
-        for lane in set_bits(asked) {
-            scratch.tally.cells.probes[first + lane] += 1;
-        }
-        scratch.owners.extend(set_bits(traced | asked).map(|lane| (first + lane) as u32));
+        let cast = traced | asked.eight(first);
+        count_bits(cast, &mut scratch.tally.cells.primary[first..first + LANES]);
+        scratch.owners.extend(set_bits(cast).map(|lane| (first + lane) as u32));
     }
     let replaced = trace_owners(frame, number, among, (tile, asked), replace, scratch);
     if !replaced.is_empty() {
-        let request = Request { number, cells: &replaced, bounds: None, flags: Flags::UNSEEN };
+        let proven = &CellSet::default();
+        let request = Request { number, cells: &replaced, proven, bounds: None, flags: Flags::UNSEEN };
         verify::verify(frame, among, tile, &request, scratch);
         scratch.begin_rays();
-        let hidden = replaced.numbers().filter(|cell| tile.status[*cell] == Status::Obscured);
-        scratch.owners.extend(hidden.map(|cell| cell as u32));
+        let hidden = CellSet::new(|cell| tile.status[cell] == Status::Obscured).and(&replaced);
+        for cell in hidden.numbers() {
+            scratch.tally.cells.primary[cell] += 1;
+            scratch.owners.push(cell as u32);
+            tile.set_copy(cell, false);
+        }
         trace_owners(frame, number, among, (tile, &CellSet::default()), &mut |_, _, _| false, scratch);
     }
 }
@@ -192,7 +195,7 @@ impl Found8 {
                     continue;
                 }
                 let seen = answers.seen(frame, lane);
-                if seen.is_shown_by(frame, &tile.sample(cell), 0.0) {
+                if seen.is_shown_by(frame, &tile.sample(cell)) {
                     continue;
                 }
                 if replace(tile, cell, &seen) {

@@ -22,6 +22,8 @@ pub struct Request<'a> {
     pub number: usize,
     /// Cells whose samples are verified.
     pub cells: &'a CellSet,
+    /// Those of them that are proven to be seen.
+    pub proven: &'a CellSet,
     /// Bounds of at least the samples of models that did not move, if they are known.
     pub bounds: Option<&'a TileBounds>,
     /// Flags that any sample of the tile has.
@@ -101,7 +103,7 @@ fn verify_against(
     request: &Request,
     scratch: &mut TraceScratch,
 ) {
-    let Request { cells, flags, .. } = *request;
+    let Request { cells, proven, flags, .. } = *request;
     let [for_still, for_moved] = [false, true].map(|moved| frame.plan.sight_check(moved) == check);
     let any_unseen = flags.has(Flags::UNSEEN);
     let for_unseen = any_unseen && check == SightCheck::Everything;
@@ -124,7 +126,8 @@ fn verify_against(
                 checked & surface_bits(&tile.model[first..first + LANES])
             };
             let reused = checked & status_bits(&tile.status[first..first + LANES], Status::is_reused);
-            may_be_hidden_bits(check, frame, tile, first, reused & cells.eight(first))
+            let asked = cells.eight(first) & !proven.eight(first);
+            may_be_hidden_bits(check, frame, tile, first, reused & asked)
         };
         u16::from_le_bytes([bits(0), bits(LANES)])
     });

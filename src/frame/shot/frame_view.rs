@@ -6,6 +6,7 @@ use super::motion_vectors::MotionVectors;
 use super::moved_bounds::MovedBounds;
 use super::place::Place;
 use super::plan::Plan;
+use super::proofs::{EyePath, Proofs};
 use super::reflection_maps::ReflectionMaps;
 use crate::animation::{Shape, Transform};
 use crate::changes::{Motion, Until};
@@ -76,6 +77,10 @@ pub struct FrameView<'a> {
     pub slots: &'a [TagSlot],
     /// True for each model that is a quadric; empty if there is none.
     pub quadrics: &'a [bool],
+    /// Places of the eye in this frame and in some that follow.
+    pub eye_path: &'a EyePath,
+    /// Proofs of what need not be asked, in a frame whose camera is not where it was.
+    pub proofs: Option<&'a Proofs<'a>>,
     /// Changes since the frame before.
     pub plan: &'a Plan,
     /// Boxes around the models that moved since the frame before.

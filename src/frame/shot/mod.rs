@@ -7,5 +7,6 @@ pub mod moved_bounds;
 pub mod place;
 pub mod plan;
 pub mod prepared;
+pub mod proofs;
 pub mod reflection_maps;
 pub mod tile_bounds;

@@ -1,10 +1,11 @@
 //! A shot made ready: data that all of its frames read.
 
 use std::collections::HashMap;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use super::frame_view::Occlusion;
 use crate::changes::{Direction, Motion};
+use crate::clear::Obstacles;
 use crate::cryptomatte::Mattes;
 use crate::exposure::Exposures;
 use crate::frame::grid::Grid;
@@ -13,7 +14,7 @@ use crate::frame::planes::mixing::MixRule;
 use crate::frame::watcher::{Stop, Watcher};
 use crate::geometry::Bounds;
 use crate::layers::Layers;
-use crate::pose::Pose;
+use crate::pose::{CameraPose, Pose};
 use crate::samples::TagLayout;
 use crate::samples::saved::PictureName;
 use crate::scene::{LightGroups, Material, Mesh, Scene};
@@ -51,6 +52,8 @@ pub struct Prepared<'s> {
     pub bounds: Vec<Bounds>,
     /// True for each model that is a quadric; empty if there is none.
     pub quadrics: Vec<bool>,
+    /// The models at rest, for proofs; built when they are needed first.
+    pub obstacles: OnceLock<Obstacles>,
     /// True if rays follow mirrors or glass of the shot.
     pub has_trees: bool,
     /// The exposures of each frame: one where frames are sharp.
@@ -108,6 +111,7 @@ impl<'s> Prepared<'s> {
             light_groups,
             bounds,
             quadrics: quadrics(scene),
+            obstacles: OnceLock::new(),
         }
     }
 
@@ -119,10 +123,23 @@ impl<'s> Prepared<'s> {
 
     /// The state of the shot in one of the pictures of `frame`; `place`: of its eye beside the camera, if there are two.
     pub fn pose(&self, frame: i32, picture: PictureName, place: Option<&EyePlace>) -> Pose {
+        Pose::exposed(self.scene, frame, (&self.exposures, picture.exposure), place, self.size())
+    }
+
+    /// The camera of an exposure of `frame`; `place`: as of [`pose`](Self::pose).
+    pub fn camera(&self, frame: i32, exposure: usize, place: Option<&EyePlace>) -> CameraPose {
+        CameraPose::exposed(&self.scene.camera, frame, (&self.exposures, exposure), place, self.size())
+    }
+
+    /// Pixels of the picture, and cells along the edge of each in the finest level.
+    fn size(&self) -> ([u32; 2], u32) {
         let settings = &self.settings;
-        let cells = settings.levels().last().unwrap_or(settings.samples);
-        let size = ([settings.width, settings.height], cells);
-        Pose::exposed(self.scene, frame, (&self.exposures, picture.exposure), place, size)
+        ([settings.width, settings.height], settings.levels().last().unwrap_or(settings.samples))
+    }
+
+    /// The models at rest, for proofs.
+    pub fn obstacles(&self) -> &Obstacles {
+        self.obstacles.get_or_init(|| Obstacles::new(self.scene))
     }
 
     /// Has [`motion`](Self::motion) know the shot, if ray trees are to be kept.

@@ -126,7 +126,7 @@ pub fn keep_all(tile: &mut Tile) {
 const ITSELF: u32 = u32::MAX;
 
 /// Looks up the tile that holds a candidate, by its source: the tile as it was, or one of the detached.
-pub fn tile<'t>(detached: &'t Detached, before: Option<&'t Tile>, source: u32) -> Option<&'t Tile> {
+pub fn source_tile<'t>(detached: &'t Detached, before: Option<&'t Tile>, source: u32) -> Option<&'t Tile> {
     if source == ITSELF { before } else { Some(detached.tile(source)) }
 }
 
@@ -169,7 +169,7 @@ pub fn merge(
         }
         runs.iter().for_each(|(source, run)| serving.add(*source, run, None));
         serving.add(ITSELF, &own, None);
-        let tiles = |source| self::tile(detached, Some(&*before), source);
+        let tiles = |source| source_tile(detached, Some(&*before), source);
         let (extent, wanted) = (grid.extent(number), frame.wanted_of(number));
         serving.serve(frame.settings.reuse, (extent, wanted), tile);
         serving.merge(before, tile, &tiles);

@@ -37,16 +37,17 @@ fn beside_targets(frame: &FrameView, number: usize, tile: &Tile, first: usize) -
     ([origins, directions], (may_be_beside & !is_on).bits())
 }
 
-/// Bounds of what those targets of tile number `number` see of the models at rest beside which the samples lie; and the number of rays that
-/// this took.
-pub fn behind(frame: &FrameView, number: usize, tile: &Tile) -> (TileBounds, u64) {
-    let (mut rays, mut hits) = (RayBatch::default(), HitBatch::default());
+/// Bounds of what those targets of tile number `number` see of the models at rest beside which the samples lie; and the cells for which this
+/// took a ray.
+pub fn behind(frame: &FrameView, number: usize, tile: &Tile) -> (TileBounds, CellSet) {
+    let (mut rays, mut hits, mut asked) = (RayBatch::default(), HitBatch::default(), CellSet::default());
     for first in (0..CELLS).step_by(LANES) {
         let ([origins, directions], beside) = beside_targets(frame, number, tile, first);
         rays.push_lanes(origins, directions, F32x8::splat(f32::INFINITY), beside);
+        asked.insert_eight(first, beside);
     }
     if rays.is_empty() {
-        return (TileBounds::NONE, 0);
+        return (TileBounds::NONE, asked);
     }
     frame.tracer.closest(&rays, SceneSubset::Still, Coherence::Coherent, &mut hits);
     let (mut surfaces, mut sky) = (Bounds::EMPTY, Bounds::EMPTY);
@@ -61,7 +62,7 @@ pub fn behind(frame: &FrameView, number: usize, tile: &Tile) -> (TileBounds, u64
             }
         }
     }
-    (TileBounds::new(surfaces, sky), rays.count())
+    (TileBounds::new(surfaces, sky), asked)
 }
 
 /// Cells of tile number `number` whose targets may see something that moved, where their samples do not say so.

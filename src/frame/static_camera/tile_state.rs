@@ -7,6 +7,7 @@ use rayon::prelude::*;
 use super::remake::{SampleFacts, TileFacts};
 use super::sight;
 use crate::changes::Until;
+use crate::frame::grid::cells::CellSet;
 use crate::frame::reuse::bins::Bins;
 use crate::frame::secondary::ray_trees::TileTrees;
 use crate::frame::shot::frame_view::FrameView;
@@ -44,6 +45,8 @@ pub struct TileState {
     pub content: Option<Content>,
     /// Bounds of what its targets see of the models at rest, once they are known.
     pub behind: Option<TileBounds>,
+    /// Cells for which a primary ray was cast to find these: not counted yet.
+    pub asked: CellSet,
 }
 
 impl Default for TileState {
@@ -61,6 +64,7 @@ impl Default for TileState {
             bounds: None,
             content: None,
             behind: None,
+            asked: CellSet::default(),
         }
     }
 }
@@ -103,20 +107,16 @@ impl TileState {
 }
 
 /// Determines, for each tile, if models that moved concern it, when their samples have been taken out of
-/// `store` and put into the bins of the tiles that they fall into. The camera must not have moved. Returns the number of primary
-/// rays that it took.
-pub fn find_reached(store: &SampleStore, frame: &FrameView, bins: &Bins, states: &mut [TileState]) -> u64 {
+/// `store` and put into the bins of the tiles that they fall into. The camera must not have moved.
+pub fn find_reached(store: &SampleStore, frame: &FrameView, bins: &Bins, states: &mut [TileState]) {
     let light_changed = !frame.plan.keeps_all(Term::Specular, false);
-    let asks = frame.settings.reuse == Reuse::Target;
-    let tiles = states.par_iter_mut().zip(&store.tiles).enumerate();
-    let find = |(number, (state, tile)): (usize, (&mut TileState, &Box<Tile>))| {
-        let mut rays = 0;
+    states.par_iter_mut().zip(&store.tiles).enumerate().for_each(|(number, (state, tile))| {
         state.may_be_reached = frame.plan.any_moved && {
             let behind = match state.behind.take() {
                 Some(behind) => behind,
-                None if asks => {
+                None if frame.settings.reuse == Reuse::Target => {
                     let (behind, asked) = sight::behind(frame, number, tile);
-                    rays = asked;
+                    state.asked = asked;
                     behind
                 }
                 None => TileBounds::NONE,
@@ -124,13 +124,12 @@ pub fn find_reached(store: &SampleStore, frame: &FrameView, bins: &Bins, states:
             let bounds = state.bounds.take();
             let content = state.content.get_or_insert_with(|| Content::of(frame, tile, bounds, &behind));
             state.behind = Some(behind);
-            !content.is_out_of_reach(frame, number) || bins.any(number)
+            // rays that were cast are shown, too
+            !content.is_out_of_reach(frame, number) || bins.any(number) || !state.asked.is_empty()
         };
         let any_changed = light_changed || frame.plan.any_moved;
         state.trees_may_differ = any_changed && frame.has_expired(state.trees.until);
-        rays
-    };
-    tiles.map(find).sum()
+    });
 }
 
 /// Summary of a tile, valid as long as its samples stay the same, in place and in light.

@@ -3,12 +3,11 @@
 use crate::samples::{CELLS, Column};
 use crate::stats::RayCounts;
 
-/// Rays cast for each cell of a tile in this frame, by kind. Each traced cell has cost one primary ray; for
-/// cells that were probed before, that ray is counted as a probe.
+/// Rays cast for each cell of a tile in this frame, by kind.
 #[derive(Debug)]
 #[allow(missing_docs, reason = "one count a kind, by name")]
 pub struct CellRays {
-    pub probes: Column<u16>,
+    pub primary: Column<u16>,
     pub verification: Column<u16>,
     pub shadow: Column<u16>,
     pub secondary: Column<u16>,
@@ -16,14 +15,14 @@ pub struct CellRays {
 
 impl Default for CellRays {
     fn default() -> Self {
-        Self { probes: [0; CELLS], verification: [0; CELLS], shadow: [0; CELLS], secondary: [0; CELLS] }
+        Self { primary: [0; CELLS], verification: [0; CELLS], shadow: [0; CELLS], secondary: [0; CELLS] }
     }
 }
 
 impl CellRays {
     /// Clears the counts for a new tile.
     pub fn begin_tile(&mut self) {
-        self.probes.fill(0);
+        self.primary.fill(0);
         self.verification.fill(0);
         self.shadow.fill(0);
         self.secondary.fill(0);

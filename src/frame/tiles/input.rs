@@ -7,7 +7,7 @@ use crate::frame::reuse::estimate::Estimate;
 use crate::frame::shot::frame_view::FrameView;
 use crate::frame::static_camera::remake::TileFacts;
 use crate::frame::static_camera::tile_state::TileState;
-use crate::frame::static_camera::{self, Detached};
+use crate::frame::static_camera::{Detached, source_tile};
 use crate::samples::{OldStore, TagLayout, Tile};
 
 /// The samples of the frame before, as far as this frame reuses them.
@@ -25,7 +25,7 @@ impl<'c> Reused<'c> {
     pub fn sources<'t>(&'t self, before: Option<&'t Tile>) -> impl Fn(u32) -> Option<&'t Tile> {
         move |source| match self {
             Self::None => None,
-            Self::InPlace(detached, _) => static_camera::tile(detached, before, source),
+            Self::InPlace(detached, _) => source_tile(detached, before, source),
             Self::Projected(old, _) => old.tile(source),
         }
     }

@@ -2,23 +2,26 @@
 //! one; otherwise each is twice as fine as the one before ([`wanted`](crate::frame::grid::wanted)).
 
 use std::sync::Arc;
+use std::time::Instant;
 
 use rayon::prelude::*;
 
 use super::{FilmContents, FrameBuffers, Reused, Start, TileScratch, TileSum, contrast, run_tiles};
 use crate::changes::Until;
+use crate::clear::Obstacles;
 use crate::film::Film;
 use crate::frame::grid::Grid;
 use crate::frame::grid::wanted::{PixelFlags, Wanted};
 use crate::frame::reuse::bins::Bins;
 use crate::frame::reuse::estimate::Estimate;
+use crate::frame::reuse::proofs;
 use crate::frame::reuse::reproject;
 use crate::frame::shot::frame_view::FrameView;
 use crate::frame::shot::plan::CameraChange;
 use crate::frame::static_camera::tile_state;
 use crate::frame::static_camera::{self, Detached};
 use crate::samples::saved::LevelSamples;
-use crate::samples::{LeavingStore, OldStore, SampleStore, Status, TagLayout};
+use crate::samples::{ClearRegions, LeavingStore, OldStore, SampleStore, Status, TagLayout};
 
 /// See the module's documentation.
 pub struct Level {
@@ -100,7 +103,7 @@ impl Level {
         &mut self,
         frame: &FrameView,
         estimate: Estimate,
-        lent: Option<&SampleStore>,
+        (lent, obstacles): (Option<&SampleStore>, Option<&Obstacles>),
         scratch: &mut LevelScratch,
         film: &mut Film,
         shows: FilmContents,
@@ -109,44 +112,52 @@ impl Level {
         if frame.plan.camera != CameraChange::None {
             self.buffers.states.clear();
         }
+        let begin = Instant::now();
         self.buffers.begin_frame(&self.grid);
-        let (mut now, reused, asked) = self.begin(frame, lent, bins, detached);
+        let before = lent.or(self.store.as_ref());
+        let mut regions = before.map_or_else(ClearRegions::default, |before| before.regions);
+        let both = before.zip(obstacles);
+        let proofs = both.map(|(before, obstacles)| proofs::choose(frame, obstacles, before, &mut regions));
+        let frame = &FrameView { proofs: proofs.as_ref(), ..*frame };
+        let (mut now, reused) = self.begin(frame, lent, bins, detached);
         let mut start = Start { reused, estimate };
+        let projecting = begin.elapsed().as_secs_f64();
         let mut sum = run_tiles(frame, &mut start, &mut now, (&mut self.buffers, tiles), film, shows);
-        sum.rays.primary += asked;
+        sum.projecting = projecting;
+        now.regions = regions;
         self.store = Some(now);
         sum
     }
 
-    /// The store of this frame as far as it exists already, and the samples that it reuses; and the number of primary rays that this took.
+    /// The store of this frame as far as it exists already, and the samples that it reuses.
     fn begin<'c>(
         &mut self,
         frame: &FrameView,
         lent: Option<&'c SampleStore>,
         bins: &'c mut Bins,
         detached: &'c mut Detached,
-    ) -> (SampleStore, Reused<'c>, u64) {
+    ) -> (SampleStore, Reused<'c>) {
         let tiles = frame.view.grid.tiles();
         match (self.store.take(), lent) {
             (_, Some(lent)) => {
                 bins.open(tiles);
                 reproject::scatter(lent, frame, bins);
-                (SampleStore::default(), Reused::Projected(OldStore::Lent(lent), bins), 0)
+                (SampleStore::default(), Reused::Projected(OldStore::Lent(lent), bins))
             }
-            (None, None) => (SampleStore::default(), Reused::None, 0),
+            (None, None) => (SampleStore::default(), Reused::None),
             (Some(mut store), None) if frame.plan.camera == CameraChange::None => {
                 let states = &mut self.buffers.states;
                 bins.open(tiles);
                 static_camera::detach(&mut store, states, frame, &self.layout, detached);
                 static_camera::scatter(detached, frame, bins);
-                let asked = tile_state::find_reached(&store, frame, bins, states);
-                (store, Reused::InPlace(detached, bins), asked)
+                tile_state::find_reached(&store, frame, bins, states);
+                (store, Reused::InPlace(detached, bins))
             }
             (Some(old), None) => {
                 bins.open(tiles);
                 let until = reproject::scatter(&old, frame, bins);
                 let old = OldStore::Leaving(LeavingStore::new(old, &until));
-                (SampleStore::default(), Reused::Projected(old, bins), 0)
+                (SampleStore::default(), Reused::Projected(old, bins))
             }
         }
     }

@@ -39,6 +39,8 @@ pub struct TileSum {
     pub is_stopped: bool,
     written: NonZeroPlanes,
     phase_seconds: PhaseSeconds,
+    /// Wall-clock seconds of projecting the samples of the frame before, ahead of all tiles.
+    pub projecting: f64,
     /// Wall-clock seconds of the tiles.
     wall: f64,
     /// Wall-clock seconds of writing rows.
@@ -250,7 +252,7 @@ impl TileSum {
         let PhaseSeconds { resolve, verify, trace, light, filter } = self.phase_seconds;
         let spent = resolve + verify + trace + light + filter;
         let scale = if spent > 0.0 { self.wall / spent } else { 0.0 };
-        seconds.reproject += resolve * scale;
+        seconds.reproject += self.projecting + resolve * scale;
         seconds.verify += verify * scale;
         seconds.trace += trace * scale;
         seconds.light += light * scale;

@@ -23,6 +23,8 @@ use crate::frame::grid::cells::CellSet;
 use crate::frame::light::{direct, indirect, occlusion, reflected};
 use crate::frame::planes::channels::NonZeroPlanes;
 use crate::frame::planes::window::Window;
+use crate::frame::reuse::own_triangle;
+use crate::frame::reuse::proofs;
 use crate::frame::reuse::target::Seen;
 use crate::frame::reuse::verify::{self, Request};
 use crate::frame::reuse::{reproject, trace_missed};
@@ -129,6 +131,9 @@ fn update_samples(
     let mut clock = Clock(Instant::now());
     let counts_before = scratch.trace.tally.counts;
     estimate.count(number, &mut scratch.trace.tally);
+    let asked = std::mem::take(&mut state.asked);
+    scratch.trace.tally.counts.primary += asked.count() as u64;
+    asked.numbers().for_each(|cell| scratch.trace.tally.cells.primary[cell] += 1);
     state.trees.note_roots(tile, &mut scratch.roots);
 
     let took_cells = resolve(work, number, tile, scratch);
@@ -206,28 +211,32 @@ fn verify_servers(
     scratch: &mut ThreadScratch,
 ) -> CellSet {
     let Work { frame, start: Start { reused, .. }, .. } = *work;
-    let ThreadScratch { serving, before, trace, .. } = scratch;
+    let ThreadScratch { serving, before, trace, proofs, .. } = scratch;
     if matches!(reused, Reused::None) {
         return CellSet::default();
     }
+    let is_still = among == SceneSubset::Still;
+    let mut proven = frame
+        .proofs
+        .map_or(CellSet::default(), |of_frame| proofs::find(frame, of_frame, is_still, tile, proofs));
     let content = state.content.as_ref();
     let mut cells = CellSet::ALL;
     for asked in 1.. {
         let bounds = content.map(|content| &content.bounds);
-        let request = Request { number, cells: &cells, bounds, flags: serving.flags() };
+        let request = Request { number, cells: &cells, proven: &proven, bounds, flags: serving.flags() };
         verify::verify(frame, among, tile, &request, trace);
         if asked == MOST_ASKED {
             break;
         }
         match serving.ask_next(frame.settings.reuse, tile, &reused.sources(before.as_deref())) {
-            Some(next) => cells = next,
+            Some(next) => (cells, proven) = (next, proven.without(&next)),
             None => break,
         }
     }
     if frame.settings.reuse == Reuse::Paper {
         return CellSet::default();
     }
-    let given = serving.given(tile);
+    let given = serving.given(tile).without(&proven);
     let may_see_moved = frame.plan.any_moved
         && matches!(reused, Reused::InPlace(..))
         && content.is_none_or(|content| content.sight.may_be_hidden(frame, number));
@@ -244,10 +253,11 @@ fn trace_cells(
 ) {
     let Work { frame, start: Start { reused, .. }, .. } = *work;
     let ThreadScratch { serving, before, trace, .. } = scratch;
+    let asked = &asked.without(&own_triangle::confirmed(frame, number, among, (tile, asked), trace));
     let sources = reused.sources(before.as_deref());
     let moved = |model: u32| frame.moved(model);
     let mut replace = |tile: &mut Tile, cell: usize, seen: &Seen| {
-        serving.replace(cell, tile, moved, &sources, |sample| seen.is_shown_by(frame, sample, 0.0))
+        serving.replace(cell, tile, moved, &sources, |sample| seen.is_shown_by(frame, sample))
     };
     trace_missed::trace_missed(frame, number, among, (tile, asked), &mut replace, trace);
 }

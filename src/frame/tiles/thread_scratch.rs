@@ -4,6 +4,7 @@ use crate::frame::film::filter::Filtering;
 use crate::frame::light::direct::Lighting;
 use crate::frame::light::light_paths::PathScratch;
 use crate::frame::light::occlusion::OcclusionScratch;
+use crate::frame::reuse::proofs::ProofScratch;
 use crate::frame::reuse::serve::Serving;
 use crate::frame::secondary::bounce::Bounces;
 use crate::frame::secondary::ray_trees::Root;
@@ -43,6 +44,8 @@ pub struct ThreadScratch {
     pub before: Option<Box<Tile>>,
     /// Rays of all phases that trace any.
     pub trace: TraceScratch,
+    /// Scratch of proofs.
+    pub proofs: ProofScratch,
     /// Scratch of light paths.
     pub paths: PathScratch,
     /// Scratch of ambient occlusion.

@@ -111,9 +111,13 @@ fn what_differs(comparison: &Comparison) -> String {
         ),
         Some(audit) if audit.wrong() == 0 => {
             let samples = grouped(audit.checked);
+            // the paper's rule asks no target
+            let cells = match audit.targets {
+                0 => "",
+                _ => ", and each cell shows the surface that its centre sees",
+            };
             format!(
-                "The audit has traced all {samples} samples of the reprojected frames again: <b>none is wrong</b>, and \
-                 each shows the surface that the centre of its cell sees."
+                "The audit has traced all {samples} samples of the reprojected frames again: <b>none is wrong</b>{cells}."
             )
         }
         Some(audit) => {

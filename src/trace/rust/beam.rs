@@ -9,8 +9,8 @@
 //! Boxes may be met for nothing, but never missed: origins are widened by the displacement that shearing the
 //! rays for triangles may cause ([`SLACK`]), and distances by their rounding ([`ROUNDING`]).
 
-use super::tree::{Box3, Child, Node, Planes, Tree, WIDTH};
 use super::triangles::axes_for;
+use crate::geometry::tree::{Box3, Child, Node, Planes, Tree, WIDTH};
 use crate::lanes::F32x8;
 
 /// Largest sideways displacement of a ray by rounding, when a triangle is sheared for it or a slope is

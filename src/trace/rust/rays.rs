@@ -8,8 +8,8 @@
 use glam::Affine3A;
 
 use super::beam::{Common, Ray};
-use super::tree::{Box3, WIDTH};
 use super::triangles::{Axes, Shear, axes_for, longest_axis};
+use crate::geometry::tree::{Box3, WIDTH};
 use crate::lanes::F32x8;
 use crate::trace::LANES;
 

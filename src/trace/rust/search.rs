@@ -2,8 +2,8 @@
 
 use super::beam::{Beam, Open, Probe, Ray, Visitor, walk};
 use super::rays::{HALVES, Pace, Rays, eight_of};
-use super::tree::WIDTH;
 use super::triangles::{Axes, Block, Meeting, OF_INSTANCE, Shear, Triangles};
+use crate::geometry::tree::WIDTH;
 use crate::lanes::F32x8;
 use crate::scene::cutout::Asks;
 use crate::trace::{HitPacket, LANES, NO_HIT};

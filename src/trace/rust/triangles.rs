@@ -10,7 +10,7 @@
 
 use glam::DVec3;
 
-use super::tree::{Box3, Planes, Tree, WIDTH};
+use crate::geometry::tree::{Box3, Planes, Tree, WIDTH};
 use crate::lanes::{F32x8, Mask};
 use crate::scene::Mesh;
 use crate::scene::cutout::{Asks, CutoutTest};

@@ -1,10 +1,11 @@
 //! Tries a shot in every way that its claims can be tried.
 //!
 //! 1. It is refused with a reason, or rendered: never a panic, and no value that is not finite.
-//! 2. The audit finds nothing in any frame.
+//! 2. The audit finds nothing in any frame: no sample that differs, no cell that shows another surface than its target sees.
 //! 3. A second run that must give the same ([`Variation`]) gives the same pictures to the bit.
-//! 4. Where a sample of the last frame is one that a frame traced in full has as well, in the same cell, of the same seed and at
-//!    the same place, both keep the same light. That does not depend on how the audit asks.
+//! 4. Every frame is laid over the same one traced in full, which does not depend on how the audit asks ([`pictures`]):
+//!    a sample that both have, in the same cell, of the same seed and at the same place, keeps the same light; surfaces have the
+//!    same areas, and their light is as bright; and pixels of the same samples are the same to the bit.
 
 use std::any::Any;
 use std::cell::RefCell;
@@ -13,24 +14,19 @@ use std::panic::{self, AssertUnwindSafe};
 use std::path::Path;
 use std::sync::Once;
 
-use afterimage::frame::{Renderer, Snapshot};
-use afterimage::lanes::LANES;
-use afterimage::samples::{EMPTY, SampleStore, Tile};
+use afterimage::frame::{Finished, Renderer, Snapshot};
 use afterimage::scene::warnings::limits;
 use afterimage::scene::{self, Shot};
 use afterimage::schedule::steps::{StepError, Walk};
 use afterimage::schedule::{self, Rule, Step};
-use afterimage::settings::{Budget, Mode, Settings};
+use afterimage::settings::{Budget, Mode, Reuse, Settings};
+use afterimage::stats::AuditCounts;
 use rayon::ThreadPool;
 
+use crate::fairness::relative_difference;
+use crate::pictures::{self, Asked, Made, tells_how};
 use crate::store::through_file;
 use crate::trial::{Trial, Variation};
-
-/// Of a colour's largest part: how far kept light may be from that of a frame traced in full. Both are rounded to half floats.
-const COLOR_TOLERANCE: f32 = 2e-3;
-
-/// Light below this is black.
-const DARKEST: f32 = 1e-3;
 
 /// How a trial ended.
 #[derive(Debug, Clone)]
@@ -52,8 +48,47 @@ pub struct Counts {
     pub audited: u64,
     /// Those of them that held within a tolerance alone.
     pub on_edge: u64,
+    /// Cells whose targets rounding decides.
+    pub coverage_on_edge: u64,
     /// Samples that a frame traced in full had as well.
     pub compared: u64,
+    /// Cells that were laid over those of a frame in full.
+    pub cells: u64,
+    /// Those of them that showed another surface, where rounding decides.
+    pub elsewhere: u64,
+    /// Surfaces of frames whose light was compared with that in full.
+    pub surfaces: u64,
+    /// Pixels that had to be those of a frame in full to the bit.
+    pub pixels: u64,
+    /// Mean over the shot's frames of how much brighter they were than in full, relative to both; 0 where none was compared.
+    pub brighter: f64,
+}
+
+impl Counts {
+    /// Adds those of another shot, but for what is no count.
+    pub fn add(&mut self, other: &Self) {
+        let Self {
+            inferred,
+            audited,
+            on_edge,
+            coverage_on_edge,
+            compared,
+            cells,
+            elsewhere,
+            surfaces,
+            pixels,
+            brighter: _,
+        } = self;
+        *inferred += other.inferred;
+        *audited += other.audited;
+        *on_edge += other.on_edge;
+        *coverage_on_edge += other.coverage_on_edge;
+        *compared += other.compared;
+        *cells += other.cells;
+        *elsewhere += other.elsewhere;
+        *surfaces += other.surfaces;
+        *pixels += other.pixels;
+    }
 }
 
 /// What did not hold.
@@ -70,10 +105,20 @@ pub enum Kind {
     Panic,
     /// A renderer failed in a shot that was loaded.
     Render,
+    /// Samples differ from what their rays see.
     Audit,
+    /// Cells show another surface than their targets see.
+    Coverage,
     NotFinite,
     Variation,
+    /// A sample keeps other light than in full.
     Full,
+    /// A surface has another area than in full.
+    Area,
+    /// It is brighter or darker than in full.
+    Light,
+    /// A pixel of the same samples is another one than in full.
+    Pixels,
 }
 
 impl fmt::Display for Failure {
@@ -83,7 +128,8 @@ impl fmt::Display for Failure {
 }
 
 impl Failure {
-    fn new(kind: Kind, detail: impl fmt::Display) -> Self {
+    /// What did not hold, and where.
+    pub fn new(kind: Kind, detail: impl fmt::Display) -> Self {
         Self { kind, detail: detail.to_string() }
     }
 }
@@ -177,10 +223,23 @@ fn try_all(
     let audited = Settings { audit: true, ..shot.settings.clone() };
     let mut counts = Counts::default();
     let first = pools.three.install(|| {
+        let mut brighter = vec![];
+        let mut in_full =
+            renderer(trial, shot, &Settings { mode: Mode::Full, audit: false, ..shot.settings.clone() })?;
+        // where single floats are too coarse for what is shown, the program says so, and the audit is not asked
+        let is_fine = limits::of_camera(&shot.scene, &shot.settings).is_empty();
+        let asked = Asked { is_fine, is_defined: !trial.has_coinciding_models() };
         let mut renderer = renderer(trial, shot, &audited)?;
-        let run = run(&mut renderer, steps, |_, _| Ok(()))?;
-        check_audit(shot, &run, &mut counts)?;
-        counts.compared = compare_with_full(trial, shot, &renderer)?;
+        let run = run(
+            &mut renderer,
+            steps,
+            |_, _| Ok(()),
+            |renderer, frames| {
+                check_audit(is_fine, frames, &mut counts)?;
+                compare_with_full(shot, asked, (renderer, frames), &mut in_full, (&mut counts, &mut brighter))
+            },
+        )?;
+        counts.brighter = brighter.iter().sum::<f64>() / brighter.len().max(1) as f64;
         Ok(run)
     })?;
     if trial.has_coinciding_movers() {
@@ -199,17 +258,22 @@ fn try_all(
 }
 
 /// Whether the audit has found nothing in any of `frames`, and adds what it has looked at to `counts`.
-fn check_audit(shot: &Shot, frames: &[Frame], counts: &mut Counts) -> Result<(), Failure> {
-    // where single floats are too coarse for what is shown, the program says so, and the audit is not asked
-    let is_coarse = !limits::of_camera(&shot.scene, &shot.settings).is_empty();
+fn check_audit(is_fine: bool, frames: &[Frame], counts: &mut Counts) -> Result<(), Failure> {
     for frame in frames {
         counts.inferred += u64::from(frame.is_inferred);
         let Some(audit) = frame.audit else { continue };
-        counts.audited += audit.checked;
-        counts.on_edge += audit.on_edge;
-        if audit.differing > 0 && !is_coarse {
-            let detail = format!("frame {}: {} of {} samples", frame.number, audit.differing, audit.checked);
-            return Err(Failure::new(Kind::Audit, detail));
+        let AuditCounts { checked, differing, on_edge, coverage, coverage_on_edge, .. } = audit;
+        counts.audited += checked;
+        counts.on_edge += on_edge;
+        counts.coverage_on_edge += coverage_on_edge;
+        if audit.wrong() > 0 && is_fine {
+            let kind = if differing > 0 { Kind::Audit } else { Kind::Coverage };
+            let detail = format!(
+                "frame {}: of {checked} samples {differing} differ; {coverage} cells show another surface than their targets see, \
+                 {coverage_on_edge} where rounding decides",
+                frame.number
+            );
+            return Err(Failure::new(kind, detail));
         }
     }
     Ok(())
@@ -220,51 +284,74 @@ fn renderer<'s>(trial: &Trial, shot: &'s Shot, settings: &Settings) -> Result<Re
 }
 
 /// A frame as one eye has seen it.
-struct Frame {
-    number: i32,
-    eye: usize,
-    is_inferred: bool,
-    audit: Option<afterimage::stats::AuditCounts>,
-    planes: Vec<Plane>,
+#[derive(Debug)]
+pub struct Frame {
+    pub number: i32,
+    /// Number of the eye.
+    pub eye: usize,
+    pub is_inferred: bool,
+    pub audit: Option<AuditCounts>,
+    pub planes: Vec<Plane>,
 }
 
 /// A name, and the bits of the values of all pixels.
-type Plane = (String, Vec<u32>);
+pub type Plane = (String, Vec<u32>);
 
-/// Renders the frames of `steps`. `before` is called before each, with its number in the list.
+impl Frame {
+    /// # Errors
+    /// If a value is not finite.
+    fn new(frame: i32, eye: usize, finished: &Finished) -> Result<Self, Failure> {
+        let pixels = (finished.film.width * finished.film.height) as usize;
+        let mut planes = vec![];
+        for plane in &finished.film.planes {
+            let values: Vec<f32> = (0..pixels).map(|pixel| plane.values.get(pixel)).collect();
+            if let Some(pixel) = values.iter().position(|value| !value.is_finite()) {
+                let detail = format!("frame {frame}: {} is {} in pixel {pixel}", plane.name, values[pixel]);
+                return Err(Failure::new(Kind::NotFinite, detail));
+            }
+            planes.push((plane.name.to_string(), values.into_iter().map(f32::to_bits).collect()));
+        }
+        let stats = &finished.stats;
+        Ok(Self { number: frame, eye, is_inferred: stats.mode == "reproject", audit: stats.audit, planes })
+    }
+
+    /// Light of the whole picture.
+    fn light(&self) -> f64 {
+        let colors = self.planes.iter().filter(|(name, _)| ["R", "G", "B"].contains(&name.as_str()));
+        colors.flat_map(|(_, bits)| bits).map(|bits| f64::from(f32::from_bits(*bits))).sum()
+    }
+}
+
+/// Renders the frames of `steps`. `before` is called before each, with its number in the list; `after` after each, with what the eyes
+/// have seen.
 fn run(
     renderer: &mut Renderer<'_>,
     steps: &[Step],
     mut before: impl FnMut(&mut Renderer<'_>, usize) -> Result<(), Failure>,
+    mut after: impl FnMut(&Renderer<'_>, &[Frame]) -> Result<(), Failure>,
 ) -> Result<Vec<Frame>, Failure> {
     let mut walk = Walk::default();
     let mut frames = vec![];
     for (number, step) in steps.iter().enumerate() {
         before(renderer, number)?;
+        let first = frames.len();
         for eye in renderer.eyes() {
             let finished = walk.render(renderer, *eye, *step, |_| Ok::<(), StepError>(()));
             let finished = finished.map_err(|failure| Failure::new(Kind::Render, failure))?;
-            let pixels = (finished.film.width * finished.film.height) as usize;
-            let mut planes = vec![];
-            for plane in &finished.film.planes {
-                let values: Vec<f32> = (0..pixels).map(|pixel| plane.values.get(pixel)).collect();
-                if let Some(pixel) = values.iter().position(|value| !value.is_finite()) {
-                    let detail =
-                        format!("frame {}: {} is {} in pixel {pixel}", step.frame, plane.name, values[pixel]);
-                    return Err(Failure::new(Kind::NotFinite, detail));
-                }
-                planes.push((plane.name.to_string(), values.into_iter().map(f32::to_bits).collect()));
-            }
-            frames.push(Frame {
-                number: step.frame,
-                eye: *eye as usize,
-                is_inferred: finished.stats.mode == "reproject",
-                audit: finished.stats.audit,
-                planes,
-            });
+            frames.push(Frame::new(step.frame, *eye as usize, &finished)?);
         }
+        after(renderer, &frames[first..])?;
     }
     Ok(frames)
+}
+
+/// Renders `steps`, and looks at nothing meanwhile.
+fn run_through(
+    renderer: &mut Renderer<'_>,
+    steps: &[Step],
+    before: impl FnMut(&mut Renderer<'_>, usize) -> Result<(), Failure>,
+) -> Result<Vec<Frame>, Failure> {
+    run(renderer, steps, before, |_, _| Ok(()))
 }
 
 /// The second run. It is not audited, so that it also tells whether the audit changes anything.
@@ -276,19 +363,19 @@ fn vary(
     let mut settings = shot.settings.clone();
     let turn = trial.turn.min(steps.len().saturating_sub(1));
     match trial.variation {
-        Variation::Threads => run(&mut renderer(trial, shot, &settings)?, steps, |_, _| Ok(())),
-        Variation::NoTags => run(&mut renderer(trial, shot, &settings)?, steps, |renderer, _| {
+        Variation::Threads => run_through(&mut renderer(trial, shot, &settings)?, steps, |_, _| Ok(())),
+        Variation::NoTags => run_through(&mut renderer(trial, shot, &settings)?, steps, |renderer, _| {
             renderer.forget_tags();
             Ok(())
         }),
         Variation::NoTrees => {
             settings.tree_memory = 0;
-            run(&mut renderer(trial, shot, &settings)?, steps, |_, _| Ok(()))
+            run_through(&mut renderer(trial, shot, &settings)?, steps, |_, _| Ok(()))
         }
         Variation::Store => {
             // what is kept for later lies in memory, and not in the file
             let turn = if steps[..turn].iter().any(|step| step.keep) { usize::MAX } else { turn };
-            run(&mut renderer(trial, shot, &settings)?, steps, |renderer, number| {
+            run_through(&mut renderer(trial, shot, &settings)?, steps, |renderer, number| {
                 if number == turn {
                     let again = through_file(renderer, &shot.scene, folder);
                     let snapshot: Option<Snapshot> =
@@ -308,7 +395,7 @@ fn vary(
             let finished = |frame| frame < from;
             let later = schedule::schedule(shot.frames.runs(), rule, None, finished);
             let later = later.map_err(|error| Failure::new(Kind::Render, error))?;
-            run(&mut renderer(trial, shot, &settings)?, &later, |_, _| Ok(()))
+            run_through(&mut renderer(trial, shot, &settings)?, &later, |_, _| Ok(()))
         }
     }
 }
@@ -316,14 +403,10 @@ fn vary(
 /// The first plane that is not the same to the bit. What counts rays, or when something was asked, may be otherwise where the
 /// variation says so.
 fn first_difference(a: &Frame, b: &Frame, variation: Variation) -> Option<String> {
-    let counts_alone = |name: &str| {
-        let counts_rays = name.starts_with("rays");
-        let counts_reuse = name.starts_with("status");
-        match variation {
-            Variation::Threads => false,
-            Variation::NoTags | Variation::NoTrees => counts_rays,
-            Variation::Store | Variation::Chunk => counts_rays || counts_reuse,
-        }
+    let counts_alone = |name: &str| match variation {
+        Variation::Threads => false,
+        Variation::NoTags | Variation::NoTrees => tells_how(name) && name.starts_with("rays"),
+        Variation::Store | Variation::Chunk => tells_how(name),
     };
     let differs = |((name, a), (other, b)): (&Plane, &Plane)| {
         let at = a.iter().zip(b).position(|(a, b)| a != b);
@@ -338,38 +421,45 @@ fn first_difference(a: &Frame, b: &Frame, variation: Variation) -> Option<String
     a.planes.iter().zip(&b.planes).find_map(differs)
 }
 
-/// Compares the samples of the last frame with those of the same frame traced in full: how many could be compared.
-fn compare_with_full(trial: &Trial, shot: &Shot, inferred: &Renderer<'_>) -> Result<u64, Failure> {
-    let Some((moment, pictures)) = inferred.samples() else { return Ok(0) };
-    // with a budget samples have as many paths as they have had time for
-    if shot.settings.budget != Budget::None {
-        return Ok(0);
+/// Compares a frame that has just been rendered with the same one traced in full. `brighter` gets how much brighter it is.
+fn compare_with_full(
+    shot: &Shot,
+    asked: Asked,
+    (renderer, frames): (&Renderer<'_>, &[Frame]),
+    in_full: &mut Renderer<'_>,
+    (counts, brighter): (&mut Counts, &mut Vec<f64>),
+) -> Result<(), Failure> {
+    // an eye or an exposure may be made of the samples of another one in base frames as well
+    let is_base = !frames.iter().any(|frame| frame.is_inferred);
+    let exposures = renderer.shape().exposures;
+    if is_base && frames.len() == 1 && exposures == 1 {
+        return Ok(());
     }
-    let settings = Settings { mode: Mode::Full, audit: false, ..shot.settings.clone() };
-    let mut full = renderer(trial, shot, &settings)?;
-    render_all(&mut full, moment.frame)?;
-    let Some((_, in_full)) = full.samples() else { return Ok(0) };
-    let mut compared = 0;
-    let mut differing = 0;
-    for picture in &pictures {
-        let Some(same) = in_full.iter().find(|other| other.picture == picture.picture) else { continue };
-        for (level, other) in picture.levels.iter().zip(&same.levels) {
-            let stores: [&SampleStore; 2] = [level.store, other.store];
-            for (tile, other) in stores[0].tiles.iter().zip(&stores[1].tiles) {
-                for cell in 0..tile.model.len() {
-                    if is_same_sample(tile, other, cell) {
-                        compared += 1;
-                        differing += u64::from(!keeps_same_light(tile, other, cell));
-                    }
-                }
-            }
-        }
+    let (Some((moment, samples)), Some(first)) = (renderer.samples(), frames.first()) else { return Ok(()) };
+    if moment.frame != first.number {
+        return Ok(());
     }
-    if differing > 0 {
-        let detail = format!("frame {}: {differing} of {compared} samples", moment.frame);
-        return Err(Failure::new(Kind::Full, detail));
+    let mut full = vec![];
+    for frame in frames {
+        let eye = in_full.eyes()[frame.eye];
+        let finished = in_full.render_eye(eye, frame.number, false);
+        let finished = finished.map_err(|error| Failure::new(Kind::Render, error))?;
+        full.push(Frame::new(frame.number, frame.eye, &finished)?);
     }
-    Ok(compared)
+    let Some((_, samples_in_full)) = in_full.samples() else { return Ok(()) };
+    let inferred = Made { samples: &samples, frames, exposures };
+    let full = Made { samples: &samples_in_full, frames: &full, exposures };
+    let compared = pictures::compare(shot, asked, inferred, full)?;
+    counts.compared += compared.samples;
+    counts.cells += compared.cells;
+    counts.elsewhere += compared.elsewhere;
+    counts.surfaces += compared.surfaces;
+    counts.pixels += compared.pixels;
+    if asked.is_fine && shot.settings.reuse == Reuse::Target && shot.settings.budget == Budget::None {
+        let both = frames.iter().zip(full.frames).map(|(frame, full)| [frame.light(), full.light()]);
+        brighter.extend(both.filter_map(relative_difference));
+    }
+    Ok(())
 }
 
 /// Renders a frame in full, as each eye sees it.
@@ -379,26 +469,4 @@ fn render_all(renderer: &mut Renderer<'_>, frame: i32) -> Result<(), Failure> {
         rendered.map_err(|error| Failure::new(Kind::Render, error))?;
     }
     Ok(())
-}
-
-/// Whether both tiles have one and the same sample in `cell`.
-fn is_same_sample(tile: &Tile, other: &Tile, cell: usize) -> bool {
-    let place = |tile: &Tile| [tile.x[cell], tile.y[cell], tile.z[cell]].map(f32::to_bits);
-    let what =
-        |tile: &Tile| (tile.model[cell], tile.record[cell].triangle, tile.record[cell].is_from_behind());
-    tile.model[cell] < EMPTY
-        && what(tile) == what(other)
-        && place(tile) == place(other)
-        && seed(tile, cell) == seed(other, cell)
-}
-
-/// Of its random numbers.
-fn seed(tile: &Tile, cell: usize) -> u32 {
-    tile.gathered.seeds(cell / LANES * LANES).to_array()[cell % LANES]
-}
-
-fn keeps_same_light(tile: &Tile, other: &Tile, cell: usize) -> bool {
-    let [a, b] = [tile, other].map(|tile| tile.record[cell].direct_diffuse.map(|part| part.to_f32()));
-    let largest = b.into_iter().fold(DARKEST, f32::max);
-    a.into_iter().zip(b).all(|(a, b)| (a - b).abs() <= COLOR_TOLERANCE * largest)
 }

@@ -4,7 +4,12 @@ use std::collections::BTreeSet;
 
 use toml::{Table, Value};
 
+use crate::files::SMALL_SHAPES;
+use crate::generate::small::cell_width;
 use crate::trial::Trial;
+
+/// Movers that are a crowd.
+const CROWD: usize = 6;
 
 /// The features of a shot and of how it is tried.
 pub fn features(trial: &Trial) -> BTreeSet<String> {
@@ -71,6 +76,17 @@ pub fn features(trial: &Trial) -> BTreeSet<String> {
     if models.iter().any(is_copied) {
         add("copies at rest".into());
     }
+    if models.iter().filter(|model| shape_of(model) == "speck").count() >= CROWD {
+        add("crowd of small movers".into());
+    }
+    let width = cell_width(shot).unwrap_or_default();
+    let is_small = |model: &&Table| {
+        let scale = model.get("scale").and_then(Value::as_float);
+        model.contains_key("obj") && scale.is_some_and(|scale| scale < width)
+    };
+    if !models.is_empty() && models.iter().all(is_small) {
+        add("all is smaller than a cell".into());
+    }
     for model in models {
         of_model(model, shot, &mut add);
     }
@@ -89,6 +105,13 @@ pub fn features(trial: &Trial) -> BTreeSet<String> {
     found
 }
 
+/// Shape of the file of a model, without the sizes in its name.
+fn shape_of(model: &Table) -> &str {
+    let file = ["obj", "gltf"].into_iter().find_map(|key| model.get(key)).and_then(Value::as_str);
+    let shape = file.and_then(|file| file.split('-').next()).unwrap_or_default();
+    shape.trim_end_matches(|character: char| character.is_ascii_digit() || character == 'x')
+}
+
 fn of_model(model: &Table, shot: &Table, add: &mut impl FnMut(String)) {
     let quadric = model.get("quadric").and_then(Value::as_table);
     let file = ["obj", "gltf"].into_iter().find_map(|key| model.get(key)).and_then(Value::as_str);
@@ -105,12 +128,24 @@ fn of_model(model: &Table, shot: &Table, add: &mut impl FnMut(String)) {
         }
         None => named.unwrap_or_default(),
     };
+    let shape = if quadric.is_some() { shape } else { shape_of(model) };
     add(format!("model: {shape}"));
     let moves = motion(model, &["translate", "rotate", "scale", "matrix"]);
     add(format!("model {moves}"));
     let passes = model.contains_key("visible");
     if passes {
         add("model comes or goes".into());
+    }
+    if SMALL_SHAPES.contains(&shape) {
+        let deforms = model.contains_key("shapes") || by_file.is_some();
+        let way = if passes {
+            "come or go"
+        } else if deforms {
+            "deform"
+        } else {
+            moves
+        };
+        add(format!("small things: {way}"));
     }
     for key in ["shapes", "matrix", "reflection_map"] {
         if model.contains_key(key) {

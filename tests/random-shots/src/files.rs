@@ -1,9 +1,11 @@
 //! The files that shots name: small meshes, textures and maps, each made of its own name. A mesh is called
 //! `SHAPE-MATERIAL.obj`, and one of its deformed shapes `SHAPE-MATERIAL.NUMBER.obj`; as [glTF](crate::glb) it is
-//! `SHAPE-MATERIAL.MOTION.glb`.
+//! `SHAPE-MATERIAL.MOTION.glb`. Shapes of small things have their sizes in their names: `SHAPE<WIDTH>x<GAP>`, both in thousandths of how far
+//! the things are strewn.
 
 use std::fmt::Write;
 
+use crate::dice::Dice;
 use crate::glb;
 
 /// Shapes that a mesh may have, with what each of them is for.
@@ -19,6 +21,17 @@ pub const SHAPES: [&str; 11] = [
     "double",  // two quads in the same place
     "leaning", // a quad that no axis is parallel to
     "crossed", // three quads that pass through each other
+];
+
+/// Shapes of many small things, with what each of them is for.
+pub const SMALL_SHAPES: [&str; 7] = [
+    "dots",    // squares in one plane, each as wide as high
+    "streaks", // upright ones, ten times as high as wide
+    "slats",   // upright bars close before a wall of the same mesh
+    "grate",   // bars across each other, open between them
+    "foliage", // triangles that look to all sides
+    "layers",  // squares one behind the other, some in the same place
+    "rods",    // square rods that stand out of a wall of the same mesh, towards +Z
 ];
 
 /// Materials that meshes name: the last part of a mesh's name.
@@ -116,9 +129,86 @@ impl Mesh {
                 mesh.add_quad([[0., -1., -1.], [0., -1., 1.], [0., 1., 1.], [0., 1., -1.]]);
                 mesh.add_quad([[-1., 0., 1.], [1., 0., 1.], [1., 0., -1.], [-1., 0., -1.]]);
             }
-            _ => return None,
+            "speck" => mesh.add_box(0.5),
+            "brink" => mesh.add_quad([[-4., 0., 4.], [4., 0., 4.], [4., 0., -4.], [-4., 0., -4.]]),
+            _ => {
+                let digits = shape.find(|character: char| character.is_ascii_digit())?;
+                let (shape, sizes) = shape.split_at(digits);
+                let (width, gap) = sizes.split_once('x')?;
+                let [width, gap] = [width, gap].map(|size| size.parse::<f64>().ok());
+                mesh.add_small(shape, width? / 1000.0, gap? / 1000.0)?;
+            }
         }
         Some(mesh)
+    }
+
+    /// Things as wide as `width`, from -1 to 1, `gap` before what is behind them.
+    fn add_small(&mut self, shape: &str, width: f64, gap: f64) -> Option<()> {
+        const MOST_BARS: usize = 40;
+        let mut dice = Dice::new(0x0005_0A11);
+        // as many bars as there is room for with twice their width between them
+        let bars = ((2.0 / (3.0 * width)) as usize).clamp(1, MOST_BARS);
+        let bar = |number: usize| (2 * number + 1) as f64 / bars as f64 - 1.0;
+        match shape {
+            "dots" => (0..40).for_each(|_| {
+                let at = [dice.between(-1.0, 1.0), dice.between(-1.0, 1.0), 0.0];
+                self.add_upright(at, [width, width]);
+            }),
+            "streaks" => (0..24).for_each(|_| {
+                let at = [0; 3].map(|_| dice.between(-1.0, 1.0));
+                self.add_upright(at, [width, 10.0 * width]);
+            }),
+            "slats" => {
+                self.add_upright([0.0; 3], [2.0, 2.0]);
+                (0..bars).for_each(|number| self.add_upright([bar(number), 0.0, gap], [width, 2.0]));
+            }
+            "grate" => (0..bars).for_each(|number| {
+                self.add_upright([bar(number), 0.0, 0.0], [width, 2.0]);
+                self.add_upright([0.0, bar(number), gap], [2.0, width]);
+            }),
+            "foliage" => (0..60).for_each(|_| {
+                let middle = [0; 3].map(|_| dice.between(-1.0, 1.0));
+                let corners = [0; 3].map(|_| {
+                    let aside = [0; 3].map(|_| dice.between(-1.0, 1.0));
+                    [0, 1, 2].map(|axis| middle[axis] + width * aside[axis])
+                });
+                self.add(&corners);
+            }),
+            "layers" => {
+                for (number, behind) in [0.0, 0.0, gap, gap, 2.0 * gap].into_iter().enumerate() {
+                    self.add_upright([0.1 * number as f64, 0.05 * number as f64, -behind], [1.5, 1.5]);
+                }
+            }
+            "rods" => {
+                self.add_upright([0.0; 3], [2.0, 2.0]);
+                (0..20).for_each(|_| {
+                    let at = [dice.between(-1.0, 1.0), dice.between(-1.0, 1.0), 0.5 * gap];
+                    let rod = Self::cuboid(at, [width, width, gap]);
+                    let first = self.corners.len();
+                    self.corners.extend(rod.corners);
+                    let faces = rod.faces.into_iter();
+                    self.faces.extend(faces.map(|face| face.iter().map(|corner| corner + first).collect()));
+                });
+            }
+            _ => return None,
+        }
+        Some(())
+    }
+
+    /// A rectangle that looks to +Z, about `middle`.
+    fn add_upright(&mut self, [x, y, z]: [f64; 3], [width, height]: [f64; 2]) {
+        let [w, h] = [width / 2.0, height / 2.0];
+        self.add_quad([[x - w, y - h, z], [x + w, y - h, z], [x + w, y + h, z], [x - w, y + h, z]]);
+    }
+
+    /// A box of that size, about `middle`.
+    fn cuboid(middle: [f64; 3], size: [f64; 3]) -> Self {
+        let mut mesh = Self::default();
+        mesh.add_box(0.5);
+        for corner in &mut mesh.corners {
+            *corner = [0, 1, 2].map(|axis| middle[axis] + size[axis] * corner[axis]);
+        }
+        mesh
     }
 
     /// Normals of a smooth mesh, one for each corner; not all of them have unit length.

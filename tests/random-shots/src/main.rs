@@ -77,7 +77,7 @@ fn main() -> ExitCode {
     if args.table {
         print_table(&tally);
     }
-    if tally.failed.is_empty() { ExitCode::SUCCESS } else { ExitCode::FAILURE }
+    if tally.failed.is_empty() && tally.fairness.is_fair() { ExitCode::SUCCESS } else { ExitCode::FAILURE }
 }
 
 fn try_kept(folder: &Path) -> ExitCode {
@@ -147,8 +147,18 @@ fn summarize(tally: &Tally) {
     println!("{all} shots: {} held, {refused} were refused, {failed} failed", tally.passed);
     let counts = tally.counts;
     println!(
-        "{} inferred frames, {} samples audited ({} on an edge), {} compared with full tracing",
-        counts.inferred, counts.audited, counts.on_edge, counts.compared
+        "{} inferred frames, {} samples audited ({} on an edge; {} targets on an edge)",
+        counts.inferred, counts.audited, counts.on_edge, counts.coverage_on_edge
+    );
+    println!(
+        "laid over frames in full: {} cells, of which {} show another surface where rounding decides; the light of {} surfaces; \
+         {} samples and {} pixels that are the same",
+        counts.cells, counts.elsewhere, counts.surfaces, counts.compared, counts.pixels
+    );
+    println!(
+        "a shot is brighter than in full by {:+.5} in the mean, where {:.5} is chance",
+        2.0 * tally.fairness.mean(),
+        2.0 * tally.fairness.allowed()
     );
     for (reason, count) in &tally.refused {
         println!("refused {count} times: {reason}");

@@ -11,6 +11,7 @@ use std::{fs, io, thread};
 use afterimage::trace::BackendKind;
 
 use crate::check::{Counts, Failure, Outcome, Pools, check};
+use crate::fairness::Fairness;
 use crate::features::features;
 use crate::shrink::shrink;
 use crate::trial::{Trial, Variation};
@@ -20,6 +21,8 @@ use crate::trial::{Trial, Variation};
 pub struct Tally {
     pub passed: u64,
     pub counts: Counts,
+    /// Whether shots are as bright as in full.
+    pub fairness: Fairness,
     /// By reason, without what changes from shot to shot.
     pub refused: BTreeMap<String, u64>,
     /// By seed.
@@ -130,10 +133,8 @@ impl Tally {
         match outcome {
             Outcome::Passed(counts) => {
                 self.passed += 1;
-                self.counts.inferred += counts.inferred;
-                self.counts.audited += counts.audited;
-                self.counts.on_edge += counts.on_edge;
-                self.counts.compared += counts.compared;
+                self.counts.add(&counts);
+                self.fairness.add(counts.brighter);
             }
             Outcome::Refused(reason) => {
                 *self.refused.entry(without_numbers(&reason)).or_default() += 1;

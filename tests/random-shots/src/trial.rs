@@ -95,6 +95,29 @@ impl Trial {
         (1..models.len()).any(|number| moves(models[number]) && models[..number].contains(&models[number]))
     }
 
+    /// Whether two models may be in the same place in some frame. Which of their surfaces a ray meets is not defined: each is right.
+    pub fn has_coinciding_models(&self) -> bool {
+        // the same shape in the same place, whatever moves it away from there, and back
+        let rest = |model: &Table| -> Table {
+            let mut rest = model.clone();
+            for key in ["key", "shapes", "visible", "interpolation", "reflection_map"] {
+                rest.remove(key);
+            }
+            for key in ["obj", "gltf"] {
+                let shape = rest.get(key).and_then(Value::as_str).and_then(|name| name.split('-').next());
+                if let Some(shape) = shape.map(String::from) {
+                    rest.insert(key.into(), shape.into());
+                }
+            }
+            if let Some(Value::Table(quadric)) = rest.get_mut("quadric") {
+                quadric.remove("material");
+            }
+            rest
+        };
+        let models: Vec<Table> = self.models().map(rest).collect();
+        (1..models.len()).any(|number| models[..number].contains(&models[number]))
+    }
+
     fn models(&self) -> impl Iterator<Item = &Table> {
         self.shot.get("model").and_then(Value::as_array).into_iter().flatten().filter_map(Value::as_table)
     }

@@ -19,4 +19,6 @@ fn a_thousand_random_shots_are_exact() {
         tally.refused
     );
     assert!(tally.counts.inferred > 3000 && tally.counts.compared > 10_000, "{:?}", tally.counts);
+    assert!(tally.counts.cells > 100_000 && tally.counts.pixels > 10_000, "{:?}", tally.counts);
+    assert!(tally.fairness.is_fair(), "brighter or darker than in full: {:?}", tally.fairness);
 }

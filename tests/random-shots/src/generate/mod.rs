@@ -10,6 +10,7 @@ mod lights;
 mod materials;
 mod models;
 mod settings;
+pub mod small;
 mod tracks;
 
 use toml::{Table, Value};
@@ -24,6 +25,9 @@ const COPIES: u64 = 0x00C0_71E5;
 
 /// So have the meshes that come from glTF files.
 const GLTF: u64 = 0x0061_7F00;
+
+/// And small things.
+const SMALL: u64 = 0x0005_0A11;
 
 /// The shot of this seed.
 pub fn generate(seed: u64) -> Table {
@@ -45,6 +49,7 @@ pub fn generate(seed: u64) -> Table {
     // at the end, so that all else stays what a seed has always given
     settings::add_caustics(dice, &mut shot);
     settings::add_clamp(dice, &mut shot);
+    small::add(&mut Dice::new(seed ^ SMALL), &span, &mut shot);
     shot
 }
 

@@ -1,0 +1,212 @@
+//! All models at rest, in trees of boxes that are searched for what reaches into a volume.
+
+use std::collections::HashMap;
+use std::sync::Arc;
+
+use glam::Vec3;
+use rayon::prelude::*;
+
+use super::volume::Volume;
+use crate::animation::Transform;
+use crate::geometry::tree::{Box3, Child, Tree, WIDTH};
+use crate::scene::{Mesh, Scene};
+
+/// Triangles of a leaf, at most.
+const LEAF: u32 = 8;
+
+/// Factor by which the box around some triangles may have more surface than their own boxes together.
+const LOOSE: f32 = 0.7;
+
+/// The models that never move in the shot. A mesh that stands at several places is held once.
+pub struct Obstacles {
+    meshes: Vec<MeshTree>,
+    placed: Vec<Placed>,
+    /// Tree of the models' boxes, world space. A leaf is an index into `placed`.
+    models: Tree,
+    /// True for each model of the scene whose surfaces may be proven to be clear.
+    is_provable: Vec<bool>,
+}
+
+/// The triangles of a mesh, object space.
+struct MeshTree {
+    mesh: Arc<Mesh>,
+    tree: Tree,
+    /// Triangles that follow each other in the mesh: the first, and how many.
+    leaves: Vec<(u32, u32)>,
+}
+
+/// A model at its place.
+struct Placed {
+    /// Index into [`Scene::models`].
+    model: u32,
+    /// Index into [`Obstacles::meshes`].
+    mesh: usize,
+    transform: Transform,
+}
+
+/// A triangle that may reach into a volume.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Piece {
+    /// Index into [`Scene::models`].
+    pub model: u32,
+    /// Index into [`Mesh::triangles`].
+    pub triangle: u32,
+    /// Its corners, world space. Triangles of one model that share a vertex have the same corner there, to the bit.
+    pub corners: [Vec3; 3],
+}
+
+/// Memory of a search.
+#[derive(Debug, Default)]
+pub(super) struct SearchStack(Vec<Child>, Vec<Child>);
+
+/// End of a search that has found more than it may, what may not be there, or something of which it cannot be said where it is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct TooMuch;
+
+impl Obstacles {
+    /// Builds the trees of all models of `scene` that never move.
+    pub fn new(scene: &Scene) -> Self {
+        let at_rest = |model: &u32| scene.models[*model as usize].track.is_constant();
+        let models: Vec<u32> = (0..scene.models.len() as u32).filter(at_rest).collect();
+        let mut known: HashMap<*const Mesh, usize> = HashMap::new();
+        let (mut meshes, mut placed): (Vec<Arc<Mesh>>, Vec<Placed>) = Default::default();
+        for model in models {
+            let one = &scene.models[model as usize];
+            let transform = one.track.at(0.0);
+            if !transform.is_visible {
+                continue;
+            }
+            let mesh = *known.entry(Arc::as_ptr(&one.mesh)).or_insert_with(|| {
+                meshes.push(Arc::clone(&one.mesh));
+                meshes.len() - 1
+            });
+            placed.push(Placed { model, mesh, transform });
+        }
+        let meshes: Vec<MeshTree> = meshes.into_par_iter().map(MeshTree::new).collect();
+        let boxes: Vec<Box3> =
+            placed.iter().map(|one| meshes[one.mesh].tree.bounds.placed(&one.transform)).collect();
+        let models = Tree::quick(&boxes, 1, |ids| ids[0]);
+        let mut is_provable = vec![false; scene.models.len()];
+        for one in &placed {
+            let mesh = &scene.models[one.model as usize].mesh;
+            is_provable[one.model as usize] =
+                mesh.quadric.is_none() && mesh.cut.is_none() && mesh.shapes.is_none();
+        }
+        Self { meshes, placed, models, is_provable }
+    }
+
+    /// Returns true if `model` is at rest, made of triangles, and has no parts cut out of it: then its surfaces may be proven to be clear.
+    #[inline(always)]
+    pub fn is_provable(&self, model: u32) -> bool {
+        self.is_provable[model as usize]
+    }
+
+    /// Collects the triangles that may reach into `volume`, `most` at most, each of which `may` be there.
+    pub(super) fn find(
+        &self,
+        volume: &Volume,
+        (most, may): (usize, &impl Fn(&Piece) -> bool),
+        SearchStack(open_models, open): &mut SearchStack,
+        found: &mut Vec<Piece>,
+    ) -> Result<(), TooMuch> {
+        found.clear();
+        if self.models.nodes.is_empty() {
+            return Ok(());
+        }
+        let test = volume.box_test();
+        open_models.clear();
+        open_models.push(Child::ROOT);
+        while let Some(child) = open_models.pop() {
+            match child.open() {
+                Ok(placed) => {
+                    self.find_in(&self.placed[placed as usize], volume, (most, may), open, found)?
+                }
+                Err(node) => {
+                    let node = &self.models.nodes[node];
+                    push_met(test.met(&node.planes), &node.children, open_models);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn find_in(
+        &self,
+        placed: &Placed,
+        volume: &Volume,
+        (most, may): (usize, &impl Fn(&Piece) -> bool),
+        open: &mut Vec<Child>,
+        found: &mut Vec<Piece>,
+    ) -> Result<(), TooMuch> {
+        let MeshTree { mesh, tree, leaves } = &self.meshes[placed.mesh];
+        if mesh.quadric.is_some() {
+            return Err(TooMuch);
+        }
+        let test = volume.in_object(&placed.transform).box_test();
+        open.clear();
+        open.push(Child::ROOT);
+        while let Some(child) = open.pop() {
+            match child.open() {
+                Err(node) => {
+                    let node = &tree.nodes[node];
+                    push_met(test.met(&node.planes), &node.children, open);
+                }
+                Ok(leaf) => {
+                    let (first, count) = leaves[leaf as usize];
+                    for triangle in first..first + count {
+                        let corners = corners_of(mesh, triangle).map(|corner| placed.transform.point(corner));
+                        if volume.misses(&corners) {
+                            continue;
+                        }
+                        let piece = Piece { model: placed.model, triangle, corners };
+                        if found.len() == most || !may(&piece) {
+                            return Err(TooMuch);
+                        }
+                        found.push(piece);
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Adds the children whose bit in `met` is set.
+#[inline(always)]
+fn push_met(mut met: u32, children: &[Child; WIDTH], open: &mut Vec<Child>) {
+    while met != 0 {
+        open.push(children[met.trailing_zeros() as usize % WIDTH]);
+        met &= met - 1;
+    }
+}
+
+impl MeshTree {
+    /// Triangles that follow each other in a file mostly lie side by side: runs of them are leaves. So the tree has fewer boxes, and takes
+    /// less time to build.
+    fn new(mesh: Arc<Mesh>) -> Self {
+        let (mut boxes, mut leaves): (Vec<Box3>, Vec<(u32, u32)>) = Default::default();
+        let mut run = (Box3::EMPTY, 0.0, (0, 0));
+        for triangle in 0..mesh.triangles.len() as u32 {
+            let own = Box3::around(corners_of(&mesh, triangle).map(|corner| corner.to_array()));
+            let (around, sum, (first, count)) = run;
+            let (joined, all) = (around.union(&own), sum + own.half_area());
+            run = if count > 0 && (count == LEAF || joined.half_area() > all * LOOSE) {
+                boxes.push(around);
+                leaves.push((first, count));
+                (own, own.half_area(), (triangle, 1))
+            } else {
+                (joined, all, (first, count + 1))
+            };
+        }
+        boxes.push(run.0);
+        leaves.push(run.2);
+        let tree = Tree::quick(&boxes, 1, |ids| ids[0]);
+        Self { mesh, tree, leaves }
+    }
+}
+
+/// Corners of a triangle, object space.
+fn corners_of(mesh: &Mesh, triangle: u32) -> [Vec3; 3] {
+    let positions = mesh.positions.as_slice();
+    mesh.triangles[triangle as usize].map(|corner| Vec3::from_array(positions[corner as usize]))
+}

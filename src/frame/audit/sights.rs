@@ -1,0 +1,140 @@
+//! Lines of sight that the audit traces, and by how much rounding may move them and the samples on them.
+
+use glam::Vec3;
+
+use super::tolerances::{CELL_TOLERANCE, COORDINATE_TOLERANCE, DISPLACEMENTS, TOLERANCE};
+use crate::frame::grid::cells::is_traced;
+use crate::frame::grid::place;
+use crate::frame::grid::view::View;
+use crate::frame::shot::frame_view::FrameView;
+use crate::lanes::F32x8;
+use crate::samples::{BACKGROUND, Record, Sample, Tile};
+use crate::scene::camera::Projection;
+use crate::trace::{Coherence, Hit, HitBatch, RayBatch, SceneSubset};
+
+/// A line of sight, of any length.
+#[derive(Debug, Clone, Copy)]
+pub struct Sight {
+    pub origin: Vec3,
+    pub direction: Vec3,
+}
+
+pub fn trace_all(frame: &FrameView, sights: impl Iterator<Item = Sight>) -> HitBatch {
+    let (mut batch, mut hits) = (RayBatch::default(), HitBatch::default());
+    sights.for_each(|sight| batch.push(sight.origin, sight.direction, 0.0, f32::INFINITY));
+    frame.tracer.closest(&batch, SceneSubset::All, Coherence::Coherent, &mut hits);
+    hits
+}
+
+/// Line of sight on which the sample of `cell` is seen. A sample that was traced in this frame was seen on
+/// the ray through the centre of its cell, and is checked on that ray: right before the eye, its point is
+/// rounded by more than a cell.
+pub fn sight(frame: &FrameView, number: usize, tile: &Tile, cell: usize) -> Sight {
+    let (sample, camera) = (tile.sample(cell), &frame.view.camera);
+    if !is_traced(tile.status[cell]) && !is_of_its_cell(frame, &sample) {
+        let offset = offset(frame, &sample);
+        return Sight { origin: camera.origin(offset), direction: camera.sight(offset) };
+    }
+    sight_of_cell(frame, number, cell)
+}
+
+/// Line of sight through the centre of `cell`.
+pub fn sight_of_cell(frame: &FrameView, number: usize, cell: usize) -> Sight {
+    let (corner, place) = (frame.view.grid.tile_corner(number), place(cell));
+    let centre = [0, 1].map(|axis| F32x8::splat((corner[axis] + place[axis] as i32) as f32 + 0.5));
+    let [origin, direction] = frame.view.rays(centre[0], centre[1]).map(|all| all.lane(0));
+    Sight { origin, direction }
+}
+
+/// Returns true if the sample shows the background of an orthographic view, which has no place of its own: it
+/// is seen at its cell.
+pub fn is_of_its_cell(frame: &FrameView, sample: &Sample) -> bool {
+    sample.model == BACKGROUND && frame.view.camera.is_orthographic()
+}
+
+/// Returns true if rounding of the sample's coordinates moves it by more than the tolerance of places in
+/// cells.
+pub fn is_uncertain(frame: &FrameView, sample: &Sample) -> bool {
+    let View { camera, grid, .. } = frame.view;
+    let cell = 2.0 * camera.half_height / grid.height as f32;
+    let distance = if camera.is_orthographic() { 1.0 } else { offset(frame, sample).length() };
+    rounding(frame, sample) >= CELL_TOLERANCE * cell * distance
+}
+
+/// Largest displacement of a sample by rounding, world units.
+pub fn reach(frame: &FrameView, sample: &Sample) -> f32 {
+    let (offset, eye) = (offset(frame, sample), frame.view.camera.eye);
+    frame.view.camera.sight(offset).length() * TOLERANCE
+        + eye.abs().max(offset.abs()).max_element() * COORDINATE_TOLERANCE
+}
+
+/// Largest distance, along the ray, by which rounding of coordinates may separate the sample from the point
+/// in which the ray meets its triangle. The triangle's corners count here, and here alone: if they did for
+/// displacements sideways, any model that hides a sample on a wide ground would be on an edge. Quadrics have
+/// no corners: for these the sample's own coordinates are rounded.
+pub fn rounding(frame: &FrameView, sample: &Sample) -> f32 {
+    let (offset, eye) = (offset(frame, sample), frame.view.camera.eye);
+    let mut largest = eye.abs().max(offset.abs());
+    if sample.model != BACKGROUND {
+        let mesh = &frame.scene.models[sample.model as usize].mesh;
+        if mesh.quadric.is_some() {
+            let of_object = frame.transform(sample.model).direction(sample.point).abs();
+            return largest.max(of_object).max_element() * COORDINATE_TOLERANCE;
+        }
+        for corner in frame.place(sample.model).corners(mesh, sample.record.triangle) {
+            largest = largest.max((corner - eye).abs());
+        }
+    }
+    largest.max_element() * COORDINATE_TOLERANCE
+}
+
+pub fn offset(frame: &FrameView, sample: &Sample) -> Vec3 {
+    frame.offset(sample.point, sample.model, sample.record.triangle)
+}
+
+/// Normal of the sample's triangle, on the sample's side: world space, unit length.
+pub fn geometric_normal(frame: &FrameView, sample: &Sample) -> Vec3 {
+    let Record { triangle, geometric_normal, .. } = sample.record;
+    frame.place(sample.model).geometric_normal(triangle, geometric_normal.unfold()).normalize_or_zero()
+}
+
+/// Directions (any unit) at right angles to `axis`, all around it.
+pub fn around(axis: Vec3) -> [Vec3; 8] {
+    let (a, b) = axis.normalize_or(Vec3::X).any_orthonormal_pair();
+    [a, -a, b, -b, a + b, a - b, b - a, -a - b]
+}
+
+/// Lines of sight to all sides of that of `sight`, which met `met`: `reach` away from it at `distance` from the eye, and nearer; and as far as
+/// rounding may move the eye.
+pub fn beside(
+    frame: &FrameView,
+    sight: Sight,
+    met: Option<Hit>,
+    (reach, distance): (f32, f32),
+) -> Vec<Sight> {
+    let Sight { origin, direction } = sight;
+    let aside = DISPLACEMENTS.iter().flat_map(|share| around(direction).map(|aside| aside * *share));
+    let mut beside: Vec<Sight> = match frame.view.camera.projection {
+        Projection::Perspective => {
+            // as long relative to the sight as `reach` is to the distance, up to all but sideways: that may be rounded to zero
+            let far = distance.max(f32::MIN_POSITIVE);
+            let reach = (reach * direction.length() / far).min(1e3 * direction.length());
+            aside.map(|aside| Sight { origin, direction: direction + aside * reach }).collect()
+        }
+        Projection::Orthographic => {
+            aside.map(|aside| Sight { origin: origin + aside * reach, direction }).collect()
+        }
+    };
+    beside.extend(around_eye(frame, sight, met));
+    beside
+}
+
+/// Lines of sight that begin as far from that of `sight`, to all sides, as rounding may move the eye against
+/// the model that it `met`. Where the eye is in a surface, rounding decides whether rays begin before it.
+pub fn around_eye(frame: &FrameView, sight: Sight, met: Option<Hit>) -> Vec<Sight> {
+    let Some(met) = met else { return Vec::new() };
+    let (eye, origin) = (frame.view.camera.eye, frame.transform(met.model).point(Vec3::ZERO));
+    let reach = eye.abs().max(origin.abs()).max_element() * COORDINATE_TOLERANCE;
+    let aside = Vec3::AXES.into_iter().flat_map(|axis| [axis * reach, axis * -reach]);
+    aside.map(|aside| Sight { origin: sight.origin + aside, ..sight }).collect()
+}
