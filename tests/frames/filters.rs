@@ -70,7 +70,7 @@ fn silhouettes_are_where_frames_in_full_have_them() {
     let size = [96.0, 72.0_f32];
     let pixel = 2.0 * 6.0 * 30.0_f32.to_radians().tan() / size[1];
     let (mut corners, mut triangles) = (Vec::new(), Vec::new());
-    for number in -12..=12 {
+    for number in -12..=12_i32 {
         let (x, lean, half) =
             (number as f32 * 0.71, [0.0, 0.4, -0.7][number.rem_euclid(3) as usize], 0.55 * pixel);
         let first = corners.len() as u32;

@@ -297,10 +297,10 @@ fn sharpness(frame: &Finished) -> f32 {
 #[test]
 fn inferred_frames_are_as_sharp_as_those_that_are_traced_in_full() {
     let folder = folder("Kd 0 0 0\nKa 1 1 1\nillum 1\nmap_Kd c.png\n");
-    let greys = (0..128 * 128_u32)
+    let greys = (0..32 * 32_u32)
         .map(|at| at.wrapping_mul(0x9e37_79b9) ^ at << 7)
         .map(|at| at.wrapping_mul(0x85eb_ca6b) >> 24);
-    picture(&folder, "c.png", 128, &greys.map(|grey| [grey as u8; 3]).collect::<Vec<_>>());
+    picture(&folder, "c.png", 32, &greys.map(|grey| [grey as u8; 3]).collect::<Vec<_>>());
     let heights: Vec<f64> = (0..24).map(|frame| 4.0 * 0.985_f64.powi(frame)).collect();
     let scene = load_as_it_is(&folder, &from_heights(&heights)).scene;
     for (filter, samples) in [(Filter::Box, 2), (Filter::Area, 2), (Filter::Area, 4), (Filter::Gaussian, 2)] {

@@ -1,10 +1,11 @@
-//! Rims: cells beside whose cell another surface is shown. A sample of a rim counts in the place of its target.
+//! Rims: cells beside which another surface is shown, and those beside these. A sample of a rim counts in the place of its target.
 //!
 //! A cell shows a sample of the surface that its [target](crate::frame::reuse::target) sees. So where a silhouette lies is said by
 //! targets, and to within a cell: beyond the border between the cells of two surfaces. Samples say less. Of a thing that moves before
 //! another one those of what is behind are hidden as soon as it reaches them, and its own lie within it: the samples beside a silhouette lie off it,
 //! to either side, and by how much depends on where things move. What is filtered by their true places has silhouettes of its own. With the
-//! places of targets on both sides of it a silhouette is where frames have it that are traced in full.
+//! places of targets on both sides of it, two cells wide, a silhouette is where frames have it that are traced in full, and looks as it does there: what lies
+//! next to it is as dense on either side.
 
 use crate::frame::grid::{cell_number, place};
 use crate::frame::reuse::target::{ABOUT_PARALLEL, LAYER, Seen};
@@ -44,7 +45,7 @@ struct Shown {
 pub struct Rims {
     /// x and y of the places where samples count, in cells from the tile's corner.
     pub places: [Column<f32>; 2],
-    /// True for each cell beside whose cell another surface is shown.
+    /// True for each cell of a rim.
     pub is_rim: [bool; CELLS],
     shown: Box<Shown>,
     /// Cells of the outermost ring that ask what is beside the tile, and what they ask: a column and a row beside the tile's.
@@ -100,6 +101,7 @@ impl Rims {
             }
         }
         self.ask_beside(frame, number, tile, off, scratch);
+        self.widen();
         for (places, (of, target)) in self
             .places
             .iter_mut()
@@ -115,6 +117,24 @@ impl Rims {
             }
         }
         true
+    }
+
+    /// Adds the cells beside those of rims.
+    fn widen(&mut self) {
+        const LAST: usize = TILE - 1;
+        let narrow = self.is_rim;
+        for (x, y) in (0..TILE).flat_map(|y| (0..TILE).map(move |x| (x, y))) {
+            if narrow[cell_at([x, y])] {
+                for beside in [
+                    [x.saturating_sub(1), y],
+                    [LAST.min(x + 1), y],
+                    [x, y.saturating_sub(1)],
+                    [x, LAST.min(y + 1)],
+                ] {
+                    self.is_rim[cell_at(beside)] = true;
+                }
+            }
+        }
     }
 
     /// Asks the targets of the cells beside the tile what they see, where it is not known already that a cell of the outermost
@@ -165,7 +185,7 @@ impl Rims {
         let answers = rays.packets().zip(&hits.packets).zip(asked.chunks(trace::LANES));
         for (((rays, _), hits), asked) in answers {
             for (lane, (cell, _)) in asked.iter().enumerate() {
-                tally.cells.probes[*cell] += 1;
+                tally.cells.primary[*cell] += 1;
                 let of = |all: &[[f32; trace::LANES]; 3]| {
                     glam::Vec3::from_array(all.each_ref().map(|axis| axis[lane]))
                 };
@@ -271,12 +291,12 @@ impl Shown {
         };
         let between = load(offset, next) - load(offset, at);
         let normals = [at, next].map(|at| load(normal, at));
-        let is_beyond =
-            |normal: Vec3x8, at: usize| between.dot(normal).abs().gt(F32x8::load(layer, at));
+        let is_beyond = |normal: Vec3x8, at: usize| between.dot(normal).abs().gt(F32x8::load(layer, at));
         let is_beyond = is_beyond(normals[0], at) | is_beyond(normals[1], next);
         // what has no normal is the background, or a model of which the next sample is not
         let is_bent = normals[0].dot(normals[1]).lt(F32x8::splat(ABOUT_PARALLEL));
-        let has_normals = normals[0].dot(normals[0]).gt(F32x8::ZERO) & normals[1].dot(normals[1]).gt(F32x8::ZERO);
+        let has_normals =
+            normals[0].dot(normals[0]).gt(F32x8::ZERO) & normals[1].dot(normals[1]).gt(F32x8::ZERO);
         (is_some & (is_other | is_beyond | is_bent & has_normals)).bits()
     }
 }
