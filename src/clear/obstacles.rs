@@ -23,8 +23,8 @@ pub struct Obstacles {
     placed: Vec<Placed>,
     /// Tree of the models' boxes, world space. A leaf is an index into `placed`.
     models: Tree,
-    /// True for each model of the scene whose surfaces may be proven to be clear.
-    is_provable: Vec<bool>,
+    /// For each model of the scene whose surfaces proofs may be about, its index in `placed`.
+    provable: Vec<Option<u32>>,
 }
 
 /// The triangles of a mesh, object space.
@@ -42,6 +42,16 @@ struct Placed {
     /// Index into [`Obstacles::meshes`].
     mesh: usize,
     transform: Transform,
+    /// True if the transform mirrors.
+    is_mirrored: bool,
+}
+
+impl Placed {
+    /// Corners of a triangle, world space, in an order by which its normal is on the outside, which a mirror would turn.
+    fn corners(&self, mesh: &Mesh, triangle: u32) -> [Vec3; 3] {
+        let [a, b, c] = corners_of(mesh, triangle).map(|corner| self.transform.point(corner));
+        if self.is_mirrored { [a, c, b] } else { [a, b, c] }
+    }
 }
 
 /// A triangle that may reach into a volume.
@@ -80,25 +90,32 @@ impl Obstacles {
                 meshes.push(Arc::clone(&one.mesh));
                 meshes.len() - 1
             });
-            placed.push(Placed { model, mesh, transform });
+            let is_mirrored = transform.to_world.matrix3.determinant() < 0.0;
+            placed.push(Placed { model, mesh, transform, is_mirrored });
         }
         let meshes: Vec<MeshTree> = meshes.into_par_iter().map(MeshTree::new).collect();
         let boxes: Vec<Box3> =
             placed.iter().map(|one| meshes[one.mesh].tree.bounds.placed(&one.transform)).collect();
         let models = Tree::quick(&boxes, 1, |ids| ids[0]);
-        let mut is_provable = vec![false; scene.models.len()];
-        for one in &placed {
+        let mut provable = vec![None; scene.models.len()];
+        for (number, one) in (0..).zip(&placed) {
             let mesh = &scene.models[one.model as usize].mesh;
-            is_provable[one.model as usize] =
-                mesh.quadric.is_none() && mesh.cut.is_none() && mesh.shapes.is_none();
+            let is_provable = mesh.quadric.is_none() && mesh.cut.is_none() && mesh.shapes.is_none();
+            provable[one.model as usize] = is_provable.then_some(number);
         }
-        Self { meshes, placed, models, is_provable }
+        Self { meshes, placed, models, provable }
     }
 
-    /// Returns true if `model` is at rest, made of triangles, and has no parts cut out of it: then its surfaces may be proven to be clear.
+    /// Returns true if `model` is at rest, made of triangles, and has no parts cut out of it: then proofs may be about its surfaces.
     #[inline(always)]
     pub fn is_provable(&self, model: u32) -> bool {
-        self.is_provable[model as usize]
+        self.provable[model as usize].is_some()
+    }
+
+    /// Corners of a triangle of a model that [is provable](Self::is_provable), world space.
+    pub(super) fn corners(&self, model: u32, triangle: u32) -> Option<[Vec3; 3]> {
+        let placed = &self.placed[self.provable[model as usize]? as usize];
+        Some(placed.corners(&self.meshes[placed.mesh].mesh, triangle))
     }
 
     /// Collects the triangles that may reach into `volume`, `most` at most, each of which `may` be there.
@@ -154,7 +171,7 @@ impl Obstacles {
                 Ok(leaf) => {
                     let (first, count) = leaves[leaf as usize];
                     for triangle in first..first + count {
-                        let corners = corners_of(mesh, triangle).map(|corner| placed.transform.point(corner));
+                        let corners = placed.corners(mesh, triangle);
                         if volume.misses(&corners) {
                             continue;
                         }
