@@ -3,8 +3,7 @@
 //! A [`Patch`] is a few samples that lie beside each other, each with the room around it that rays through targets may need. It is
 //! *clear* for all eyes in a [box](EyeBox) if every ray from such an eye through the room of a sample meets one sheet of one model
 //! first, and nothing else ([`sheet`]). Then the samples are seen, and so is their surface at the targets that they serve: neither has
-//! to be asked, for as long as the eye stays in the box. It is *unhidden* if nothing is before its triangles ([`front`]): then targets on these need
-//! not be asked.
+//! to be asked, for as long as the eye stays in the box.
 //!
 //! The proof is about models at rest alone. Of them it has a tree of boxes ([`Obstacles`]), which is searched for what reaches into a
 //! [`volume`] that holds all these rays. Everything is rounded towards "not proven", which costs a ray and no error.
@@ -12,7 +11,6 @@
 //! (Beams are traced through trees by A. Reshetov and others, "Multi-Level Ray Tracing Algorithm", 2005. They look for where rays may
 //! begin; here the answer is that none is needed.)
 
-mod front;
 mod obstacles;
 mod patch;
 mod sheet;
@@ -24,7 +22,6 @@ use glam::Vec3;
 
 use crate::geometry::Bounds;
 
-pub use front::IN_PLANE;
 pub use obstacles::Obstacles;
 pub use patch::{Lanes, Patch, Shows};
 pub use sheet::Prover;

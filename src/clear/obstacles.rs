@@ -23,8 +23,8 @@ pub struct Obstacles {
     placed: Vec<Placed>,
     /// Tree of the models' boxes, world space. A leaf is an index into `placed`.
     models: Tree,
-    /// For each model of the scene whose surfaces proofs may be about, its index in `placed`.
-    provable: Vec<Option<u32>>,
+    /// True for each model of the scene whose surfaces may be proven to be clear.
+    is_provable: Vec<bool>,
 }
 
 /// The triangles of a mesh, object space.
@@ -97,25 +97,19 @@ impl Obstacles {
         let boxes: Vec<Box3> =
             placed.iter().map(|one| meshes[one.mesh].tree.bounds.placed(&one.transform)).collect();
         let models = Tree::quick(&boxes, 1, |ids| ids[0]);
-        let mut provable = vec![None; scene.models.len()];
-        for (number, one) in (0..).zip(&placed) {
+        let mut is_provable = vec![false; scene.models.len()];
+        for one in &placed {
             let mesh = &scene.models[one.model as usize].mesh;
-            let is_provable = mesh.quadric.is_none() && mesh.cut.is_none() && mesh.shapes.is_none();
-            provable[one.model as usize] = is_provable.then_some(number);
+            is_provable[one.model as usize] =
+                mesh.quadric.is_none() && mesh.cut.is_none() && mesh.shapes.is_none();
         }
-        Self { meshes, placed, models, provable }
+        Self { meshes, placed, models, is_provable }
     }
 
-    /// Returns true if `model` is at rest, made of triangles, and has no parts cut out of it: then proofs may be about its surfaces.
+    /// Returns true if `model` is at rest, made of triangles, and has no parts cut out of it: then its surfaces may be proven to be clear.
     #[inline(always)]
     pub fn is_provable(&self, model: u32) -> bool {
-        self.provable[model as usize].is_some()
-    }
-
-    /// Corners of a triangle of a model that [is provable](Self::is_provable), world space.
-    pub(super) fn corners(&self, model: u32, triangle: u32) -> Option<[Vec3; 3]> {
-        let placed = &self.placed[self.provable[model as usize]? as usize];
-        Some(placed.corners(&self.meshes[placed.mesh].mesh, triangle))
+        self.is_provable[model as usize]
     }
 
     /// Collects the triangles that may reach into `volume`, `most` at most, each of which `may` be there.

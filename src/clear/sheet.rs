@@ -22,10 +22,10 @@ use crate::lanes::{F32x8, LANES, Vec3x8};
 use crate::scene::Scene;
 
 /// Triangles of a sheet, at most: where there are more, rays cost less.
-pub(super) const MOST: usize = 64;
+const MOST: usize = 64;
 
 /// Share of the coordinates by which rounding may move a point against the plane of a triangle.
-pub(super) const ROUNDING: f32 = 4e-6;
+const ROUNDING: f32 = 4e-6;
 
 /// Planes of a volume beside what is seen; the others are behind it and behind the eyes.
 const LATERAL: usize = 4;
@@ -33,9 +33,9 @@ const LATERAL: usize = 4;
 /// Memory of a worker for proofs.
 #[derive(Debug, Default)]
 pub struct Prover {
-    pub(super) found: Vec<Piece>,
-    pub(super) stack: SearchStack,
-    pub(super) balls: Vec<(Vec3x8, F32x8, u8)>,
+    found: Vec<Piece>,
+    stack: SearchStack,
+    balls: Vec<(Vec3x8, F32x8, u8)>,
     edges: Vec<Edge>,
 }
 
@@ -68,7 +68,7 @@ impl Prover {
 const TRIED: usize = 4;
 
 /// Lanes whose bit is set.
-pub(super) fn lanes_in(used: u8) -> impl Iterator<Item = usize> {
+fn lanes_in(used: u8) -> impl Iterator<Item = usize> {
     (0..LANES).filter(move |lane| used >> lane & 1 != 0)
 }
 

@@ -58,16 +58,18 @@ impl Volume {
         Self { sides: self.sides.each_ref().map(|side| side.in_object(transform)) }
     }
 
-    /// Returns true if all of `points` are beyond one of the planes: so is what lies between them.
-    #[inline(always)]
-    pub fn excludes(&self, points: &[Vec3]) -> bool {
-        self.sides.iter().any(|side| points.iter().all(|point| side.excludes(*point)))
-    }
-
-    /// Returns true if nothing of a triangle is inside. Corners alone do not show that of a triangle that is much larger than the volume:
-    /// it is cut.
+    /// Returns true if nothing of a triangle is inside. It is if all corners are beyond one of the planes, and is not if one of them is
+    /// inside. Of a triangle that is much larger than the volume neither shows: it is cut.
     pub fn misses(&self, corners: &[Vec3; 3]) -> bool {
-        self.excludes(corners) || cut(corners, &self.sides).1 == 0
+        let mut are_inside = [true; 3];
+        for side in &self.sides {
+            let are_beyond = corners.map(|corner| side.excludes(corner));
+            if are_beyond == [true; 3] {
+                return true;
+            }
+            are_inside.iter_mut().zip(are_beyond).for_each(|(is_inside, is_beyond)| *is_inside &= !is_beyond);
+        }
+        !are_inside.contains(&true) && cut(corners, &self.sides).1 == 0
     }
 
     /// Returns true if nothing of a segment is inside.

@@ -53,22 +53,6 @@ const _: () = assert!(size_of::<Record>() == 32);
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Flags(u8);
 
-/// What is known of a sample for all eyes in a [region](super::ClearRegions).
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Proof {
-    /// It is seen, and so is its surface at every target that it may serve.
-    Clear,
-    /// Nothing hides it, nor its triangle at any target that it may serve and that lies on that triangle.
-    Unhidden,
-    /// There is no proof.
-    None,
-}
-
-impl Proof {
-    /// By their numbers in [`Flags`], which have two bits.
-    const ALL: [Self; 4] = [Self::Clear, Self::Unhidden, Self::None, Self::None];
-}
-
 impl Flags {
     /// The eye sees the back of the triangle.
     pub const FROM_BEHIND: Self = Self(1);
@@ -81,22 +65,23 @@ impl Flags {
     const BITS: u32 = 3;
     /// Number of a [region](super::ClearRegions), 0 for none, above the flags.
     const REGION: u8 = ClearRegions::MOST as u8;
-    /// Place of what is known for that region.
-    const KNOWN: u32 = 6;
+    /// Bit above that number: there is no proof for that region.
+    const UNPROVEN: Self = Self(0x80);
 
-    /// What is known of the sample for all eyes in a region: the region's number, and that.
+    /// Proof that the sample, and all that is around it, is seen by any eye in a region: the region's number, and whether there is such
+    /// a proof or it is known that there is none.
     #[inline(always)]
-    pub fn proof(self) -> Option<(u8, Proof)> {
+    pub fn proof(self) -> Option<(u8, bool)> {
         let region = self.0 >> Self::BITS & Self::REGION;
-        (region != 0).then_some((region, Proof::ALL[usize::from(self.0 >> Self::KNOWN)]))
+        (region != 0).then_some((region, !self.has(Self::UNPROVEN)))
     }
 
     /// These flags with this [`proof`](Self::proof) instead of any other.
     #[inline(always)]
-    pub fn with_proof(self, proof: Option<(u8, Proof)>) -> Self {
+    pub fn with_proof(self, proof: Option<(u8, bool)>) -> Self {
         let flags = self.0 & ((1 << Self::BITS) - 1);
-        let (region, known) = proof.map_or((0, 0), |(region, proof)| (region, proof as u8));
-        Self(flags | region << Self::BITS | known << Self::KNOWN)
+        let Some((region, is_proven)) = proof else { return Self(flags) };
+        Self(flags | region << Self::BITS).with(Self::UNPROVEN.when(!is_proven))
     }
 
     /// These flags if `holds`, else none.
@@ -111,8 +96,8 @@ impl Flags {
 
     /// Inverse of [`to_bits`](Self::to_bits); `None` for other bits.
     pub fn from_bits(bits: u8) -> Option<Self> {
-        let (region, known) = (bits >> Self::BITS & Self::REGION, bits >> Self::KNOWN);
-        (if region == 0 { known == 0 } else { known <= Proof::None as u8 }).then_some(Self(bits))
+        let flags = Self(bits);
+        (flags.proof().is_some() || !flags.has(Self::UNPROVEN)).then_some(flags)
     }
 
     /// Returns true if all flags of `other` are set.

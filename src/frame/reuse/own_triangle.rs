@@ -18,12 +18,12 @@ use crate::trace::{self, Coherence, Occluders, Purpose, SceneSubset};
 const WITHIN: f32 = 1e-4;
 
 /// Finds those of the cells in `asked` whose targets see the triangle on which their servers lie, as far as that is easily said.
-/// Nothing but models `among` these can hide it, and nothing does where it is [`unhidden`](crate::samples::Proof::Unhidden).
+/// Nothing but models `among` these can hide it.
 pub fn confirmed(
     frame: &FrameView,
     number: usize,
     among: SceneSubset,
-    (tile, asked, unhidden): (&Tile, &CellSet, &CellSet),
+    (tile, asked): (&Tile, &CellSet),
     scratch: &mut TraceScratch,
 ) -> CellSet {
     let mut confirmed = CellSet::default();
@@ -31,9 +31,7 @@ pub fn confirmed(
     for first in (0..CELLS).step_by(LANES) {
         let asked = asked.eight(first);
         if asked != 0 {
-            let unhidden = unhidden.eight(first);
-            let seen = push_segments(frame, number, tile, (first, asked, unhidden), scratch);
-            confirmed.insert_eight(first, seen);
+            push_segments(frame, number, tile, (first, asked), scratch);
         }
     }
     if scratch.owners.is_empty() {
@@ -56,16 +54,15 @@ pub fn confirmed(
     confirmed
 }
 
-/// Adds the segments from the eye to where the targets of eight cells see their servers' triangles, for those in `asked` that do. Returns those that do and
-/// need none, as they are `unhidden`.
+/// Adds the segments from the eye to where the targets of eight cells see their servers' triangles, for those in `asked` that do.
 #[inline(always)]
 fn push_segments(
     frame: &FrameView,
     number: usize,
     tile: &Tile,
-    (first, asked, unhidden): (usize, u8, u8),
+    (first, asked): (usize, u8),
     scratch: &mut TraceScratch,
-) -> u8 {
+) {
     let (models, triangles) = (&tile.model[first..first + LANES], tile.triangles(first));
     let asked = asked & !frame.displaced_bits(models);
     let mesh = |lane: usize| {
@@ -80,7 +77,7 @@ fn push_segments(
     };
     let (mut corners, mut within) = ([Vec3x8::ZERO; 3], 0);
     if are_same(models) && are_same(&triangles) {
-        let Some(mesh) = mesh(0) else { return 0 };
+        let Some(mesh) = mesh(0) else { return };
         (corners, within) = (corners_of(mesh, triangles[0]).map(Vec3x8::splat), asked);
     } else {
         for lane in set_bits(asked) {
@@ -91,7 +88,7 @@ fn push_segments(
         }
     }
     if within == 0 {
-        return 0;
+        return;
     }
     let grid = &frame.view.grid;
     let places = [F32x8::load(&grid.place_x, first), F32x8::load(&grid.place_y, first)];
@@ -107,10 +104,8 @@ fn push_segments(
     let is_within: Mask =
         least.le(u) & least.le(v) & (u + v).le(F32x8::splat(1.0 - WITHIN)) & F32x8::ZERO.lt(t);
     within &= is_within.bits();
-    let seen = within & unhidden;
-    within &= !seen;
     if within == 0 {
-        return seen;
+        return;
     }
     let to_surface = directions * t;
     scratch.rays.push_lanes_to_samples(
@@ -124,5 +119,4 @@ fn push_segments(
         scratch.owners.push(cell as u32);
         scratch.tally.cells.primary[cell] += 1;
     }
-    seen
 }

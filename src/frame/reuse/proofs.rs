@@ -3,22 +3,20 @@
 //!
 //! A proof holds for all eyes in a region: the places of the camera in this frame and in some that follow. The sample keeps the
 //! region's number, and goes with it from cell to cell; so does the news that there is no proof for a region. Proofs are looked for block by
-//! block, for large blocks first: that a block is [clear](Proof::Clear), and in the smallest ones, where they are not, that nothing is
-//! [before](Proof::Unhidden) what of one surface lies in them.
+//! block, for large blocks first.
 
-use crate::clear::{EyeBox, IN_PLANE, Lanes, Obstacles, Patch, Prover, Shows};
+use crate::clear::{EyeBox, Lanes, Obstacles, Patch, Prover, Shows};
 use crate::frame::grid::bits::{set_bits, status_bits};
 use crate::frame::grid::cells::{BLOCK, CellSet};
 use crate::frame::grid::view::View;
 use crate::frame::reuse::candidates::REACH;
-use crate::frame::reuse::sight::SEGMENT_END;
 use crate::frame::shot::frame_view::FrameView;
 use crate::frame::shot::plan::CameraChange;
 use crate::frame::shot::proofs::Proofs;
 use crate::geometry::Bounds;
 use crate::lanes::{LANES, Vec3x8};
 use crate::samples::{
-    BACKGROUND, CELLS, ClearRegion, ClearRegions, EMPTY, Flags, Octahedral, Proof, SampleStore, Status, Tile,
+    BACKGROUND, CELLS, ClearRegion, ClearRegions, EMPTY, Flags, Octahedral, SampleStore, Status, Tile,
 };
 use crate::settings::Reuse;
 
@@ -28,18 +26,11 @@ const ROOM_TO_ZOOM: f32 = 1.01;
 /// Room around a sample in which its surface is asked: that in which it serves, and some for rounding. Cells.
 const ROOM: f32 = REACH + 0.05;
 
-// what counts as lying in a plane lies beyond the end of segments to it
-const _: () = assert!(IN_PLANE < 0.5 * (1.0 - SEGMENT_END));
-
 /// Cells along the edge of the largest block that is tried, in blocks of 4 x 4.
 const LARGEST: usize = 4;
 
 /// Samples of a block of 4 x 4 that make it worth trying.
 const LEAST: u32 = 4;
-
-/// Least cosine of the angle between the normals of samples that are tried together in the smallest blocks: 4 degrees. At larger ones faces
-/// meet.
-const ALIKE: f32 = 0.9976;
 
 /// Memory of a worker for proofs.
 #[derive(Debug, Default)]
@@ -87,28 +78,7 @@ fn given_up(proofs: &Proofs, first: usize) -> Option<u8> {
     ((first / BLOCK + usize::from(number)) % TURNS != 0).then_some(number)
 }
 
-/// Cells of a tile by what is proven of their servers.
-#[derive(Debug, Default)]
-pub struct Proven {
-    /// Those that are clear.
-    pub clear: CellSet,
-    /// Those of which no more is proven than that they are unhidden.
-    pub unhidden: CellSet,
-}
-
-impl Proven {
-    /// Cells whose servers are seen.
-    pub fn seen(&self) -> CellSet {
-        self.clear.or(&self.unhidden)
-    }
-
-    /// Leaves out the `cells`.
-    pub fn forget(&mut self, cells: &CellSet) {
-        *self = Self { clear: self.clear.without(cells), unhidden: self.unhidden.without(cells) };
-    }
-}
-
-/// Finds what is proven of the servers of a tile's cells; samples forget proofs that do not hold any more. `asks`: true
+/// Finds the cells of a tile whose servers are proven to be seen at their targets; samples forget proofs that do not hold any more. `asks`: true
 /// if proofs are of use here.
 pub fn find(
     frame: &FrameView,
@@ -116,29 +86,27 @@ pub fn find(
     asks: bool,
     tile: &mut Tile,
     scratch: &mut ProofScratch,
-) -> Proven {
-    let (mut proven, mut untried) = (Proven::default(), CellSet::default());
+) -> CellSet {
+    let (mut proven, mut untried) = (CellSet::default(), CellSet::default());
     for first in (0..CELLS).step_by(LANES) {
         let reused = status_bits(&tile.status[first..first + LANES], Status::is_reused);
-        let (mut clear, mut unhidden, mut untried_bits) = (0, 0, 0);
+        let (mut proven_bits, mut untried_bits) = (0, 0);
         let gives_up = given_up(proofs, first);
         for (lane, record) in tile.record[first..first + LANES].iter_mut().enumerate() {
             match settle(&mut record.flags, proofs.holding, gives_up) {
                 None => untried_bits |= 1 << lane,
-                Some(Proof::Clear) => clear |= 1 << lane,
-                Some(Proof::Unhidden) => unhidden |= 1 << lane,
-                Some(Proof::None) => (),
+                Some(true) => proven_bits |= 1 << lane,
+                Some(false) => (),
             }
         }
-        proven.clear.insert_eight(first, clear & reused);
-        proven.unhidden.insert_eight(first, unhidden & reused);
+        proven.insert_eight(first, proven_bits & reused);
         untried.insert_eight(first, untried_bits & reused);
     }
     for spare in &mut tile.spares.samples {
         settle(&mut spare.record.flags, proofs.holding, None);
     }
     if !asks {
-        return Proven::default();
+        return CellSet::default();
     }
     if let (Some((number, region)), false) = (proofs.now, untried.is_empty()) {
         let eyes = EyeBox::new(&region.eyes);
@@ -148,23 +116,22 @@ pub fn find(
         let steps = LARGEST * LARGEST * GROUPS;
         (0..scratch.lanes.len()).step_by(steps).for_each(|first| search.try_block(scratch, first, steps));
     }
-    for cell in proven.seen().numbers() {
+    for cell in proven.numbers() {
         tile.record[cell].flags = tile.record[cell].flags.without(Flags::UNSEEN);
     }
     proven
 }
 
-/// Has a sample forget a proof that does not hold any more; if there was none, it `gives_up` for another region as well. Returns what is
-/// known.
+/// Has a sample forget a proof that does not hold any more; if there was none, it `gives_up` for another region as well. Returns whether it
+/// is proven or known not to be, if that is known.
 #[inline(always)]
-fn settle(flags: &mut Flags, holding: u16, gives_up: Option<u8>) -> Option<Proof> {
-    let (region, proof) = flags.proof()?;
+fn settle(flags: &mut Flags, holding: u16, gives_up: Option<u8>) -> Option<bool> {
+    let (region, is_proven) = flags.proof()?;
     if holding >> region & 1 == 0 {
-        let given_up = gives_up.filter(|_| proof == Proof::None);
-        *flags = flags.with_proof(given_up.map(|region| (region, Proof::None)));
-        return given_up.map(|_| Proof::None);
+        *flags = flags.with_proof(gives_up.filter(|_| !is_proven).map(|region| (region, false)));
+        return flags.proof().map(|_| false);
     }
-    Some(proof)
+    Some(is_proven)
 }
 
 /// Groups of eight samples in a block of 4 x 4.
@@ -218,20 +185,6 @@ impl ProofScratch {
     }
 }
 
-/// What the sample in a cell shows, if proofs may be about it.
-fn surface_of(frame: &FrameView, obstacles: &Obstacles, tile: &Tile, cell: usize) -> Option<Shows> {
-    let (model, record) = (tile.model[cell], &tile.record[cell]);
-    if model == BACKGROUND {
-        return Some(Shows::Background);
-    }
-    let is_provable = model != EMPTY && obstacles.is_provable(model);
-    is_provable.then(|| Shows::Surface {
-        model,
-        material: frame.scene.models[model as usize].mesh.material_of[record.triangle as usize],
-        is_from_behind: record.is_from_behind(),
-    })
-}
-
 /// The one surface that those of eight samples show whose bit is set in `used`. `None` if there are several, or none for which there are
 /// proofs.
 fn one_surface(
@@ -241,7 +194,18 @@ fn one_surface(
     first: usize,
     used: u8,
 ) -> Option<Shows> {
-    let shows = |lane: usize| surface_of(frame, obstacles, tile, first + lane);
+    let shows = |lane: usize| {
+        let (model, record) = (tile.model[first + lane], &tile.record[first + lane]);
+        if model == BACKGROUND {
+            return Some(Shows::Background);
+        }
+        let is_provable = model != EMPTY && obstacles.is_provable(model);
+        is_provable.then(|| Shows::Surface {
+            model,
+            material: frame.scene.models[model as usize].mesh.material_of[record.triangle as usize],
+            is_from_behind: record.is_from_behind(),
+        })
+    };
     let mut lanes = set_bits(used);
     let of_first = shows(lanes.next()?)?;
     lanes.all(|lane| shows(lane) == Some(of_first)).then_some(of_first)
@@ -256,7 +220,7 @@ struct Search<'a> {
     /// Number of the region.
     number: u8,
     tile: &'a mut Tile,
-    proven: &'a mut Proven,
+    proven: &'a mut CellSet,
 }
 
 impl Search<'_> {
@@ -269,9 +233,9 @@ impl Search<'_> {
         }
         let is_dense = used as usize * 4 >= count * LANES;
         if count == GROUPS && self.was_tried_in_vain(cell_of_group(first)) {
-            self.note(scratch, range, Proof::None);
+            self.note(scratch, range, false);
         } else if is_dense && self.is_clear(scratch, range.clone()) {
-            self.note(scratch, range, Proof::Clear);
+            self.note(scratch, range, true);
         } else if count > GROUPS {
             let quarter = count / 4;
             (0..4).for_each(|part| self.try_block(scratch, first + part * quarter, quarter));
@@ -280,54 +244,31 @@ impl Search<'_> {
         }
     }
 
-    /// Tries to prove the samples of a group, surface by surface.
+    /// Tries to prove the samples of a group, or of either half of it.
     fn try_group(&mut self, scratch: &mut ProofScratch, group: usize) {
         let used = scratch.lanes[group].used;
-        let mut left = used;
-        while left != 0 {
-            let (shows, alike) = self.alike(&scratch.lanes[group], group, left);
-            left &= !alike;
-            scratch.shows[group] = shows;
-            scratch.lanes[group].used = alike;
-            if self.is_clear(scratch, group..group + 1) {
-                self.note(scratch, group..group + 1, Proof::Clear);
-                continue;
-            }
-            // the left and the right one: two by two cells each
-            for half in [0x33, 0xcc].map(|half| alike & half).into_iter().filter(|half| *half != 0) {
-                scratch.lanes[group].used = half;
-                let is_clear = half != alike && self.is_clear(scratch, group..group + 1);
-                let proof = match is_clear {
-                    true => Proof::Clear,
-                    false if self.is_unhidden(scratch, group) => Proof::Unhidden,
-                    false => Proof::None,
-                };
-                self.note(scratch, group..group + 1, proof);
-            }
+        if used == 0 {
+            return;
+        }
+        if self.is_clear(scratch, group..group + 1) {
+            return self.note(scratch, group..group + 1, true);
+        }
+        // the left and the right one: two by two cells each
+        for half in [0x33, 0xcc].map(|half| used & half).into_iter().filter(|half| *half != 0) {
+            scratch.lanes[group].used = half;
+            let is_clear = half != used && self.is_clear(scratch, group..group + 1);
+            self.note(scratch, group..group + 1, is_clear);
         }
         scratch.lanes[group].used = used;
-    }
-
-    /// What the first sample of a group that is `left` shows; and those that show the same, facing about the same way.
-    fn alike(&self, lanes: &Lanes, group: usize, left: u8) -> (Option<Shows>, u8) {
-        let shows = |lane: usize| {
-            surface_of(self.frame, self.proofs.obstacles, self.tile, cell_of_group(group) + lane)
-        };
-        let first = left.trailing_zeros() as usize % LANES;
-        let (of_first, normal) = (shows(first), lanes.normals.lane(first));
-        let is_alike =
-            |lane: &usize| shows(*lane) == of_first && lanes.normals.lane(*lane).dot(normal) >= ALIKE;
-        let others = set_bits(left).filter(|lane| *lane != first).filter(is_alike);
-        (of_first, others.fold(1 << first, |bits, lane| bits | 1 << lane))
     }
 
     /// Returns true if most of what a block of 4 x 4 cells shows is known to have no proof: new samples there have none either.
     fn was_tried_in_vain(&self, first: usize) -> bool {
         let first = first / BLOCK * BLOCK;
         let is_unproven = |cell: &usize| {
-            let known = self.tile.record[*cell].flags.proof();
+            let is_known = self.tile.record[*cell].flags.proof();
             // cells without a sample have what was there before
-            self.tile.model[*cell] != EMPTY && known.is_some_and(|(_, proof)| proof == Proof::None)
+            self.tile.model[*cell] != EMPTY && is_known.is_some_and(|(_, is_proven)| !is_proven)
         };
         (first..first + BLOCK).filter(is_unproven).count() * 2 >= BLOCK
     }
@@ -340,32 +281,19 @@ impl Search<'_> {
         if of_used.any(|(other, _)| *other != Some(*shows)) {
             return false;
         }
-        prover.is_clear(self.frame.scene, self.proofs.obstacles, &self.eyes, &self.patch(*shows, lanes))
-    }
-
-    /// Of a group with one surface.
-    fn is_unhidden(&self, scratch: &mut ProofScratch, group: usize) -> bool {
-        let ProofScratch { prover, lanes, shows } = scratch;
-        let Some(shows) = shows[group] else { return false };
-        let patch = self.patch(shows, std::slice::from_ref(&lanes[group]));
-        prover.is_unhidden(self.proofs.obstacles, &self.eyes, &patch)
-    }
-
-    fn patch<'l>(&self, shows: Shows, lanes: &'l [Lanes]) -> Patch<'l> {
         let camera = &self.frame.view.camera;
-        Patch { shows, lanes, axes: [camera.right, camera.up], reach: self.reach }
+        let patch = Patch { shows: *shows, lanes, axes: [camera.right, camera.up], reach: self.reach };
+        prover.is_clear(self.frame.scene, self.proofs.obstacles, &self.eyes, &patch)
     }
 
-    /// Has samples keep what is proven of them.
-    fn note(&mut self, scratch: &ProofScratch, range: std::ops::Range<usize>, proof: Proof) {
+    /// Has samples keep whether they are proven.
+    fn note(&mut self, scratch: &ProofScratch, range: std::ops::Range<usize>, is_proven: bool) {
         for group in range {
             for cell in set_bits(scratch.lanes[group].used).map(|lane| cell_of_group(group) + lane) {
                 let flags = &mut self.tile.record[cell].flags;
-                *flags = flags.with_proof(Some((self.number, proof)));
-                match proof {
-                    Proof::Clear => self.proven.clear.insert(cell),
-                    Proof::Unhidden => self.proven.unhidden.insert(cell),
-                    Proof::None => (),
+                *flags = flags.with_proof(Some((self.number, is_proven)));
+                if is_proven {
+                    self.proven.insert(cell);
                 }
             }
         }

@@ -4,8 +4,8 @@ use crate::clear::Obstacles;
 use crate::geometry::Bounds;
 use crate::samples::ClearRegion;
 
-/// Frames that a region looks ahead.
-pub const FRAMES_AHEAD: i32 = 8;
+/// Frames that a region looks ahead: with more, fewer samples are clear; with fewer, all are tried anew more often.
+pub const FRAMES_AHEAD: i32 = 16;
 
 /// Places that the eye takes.
 #[derive(Debug, Clone, Copy)]

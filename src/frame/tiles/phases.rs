@@ -24,7 +24,7 @@ use crate::frame::light::{direct, indirect, occlusion, reflected};
 use crate::frame::planes::channels::NonZeroPlanes;
 use crate::frame::planes::window::Window;
 use crate::frame::reuse::own_triangle;
-use crate::frame::reuse::proofs::{self, Proven};
+use crate::frame::reuse::proofs;
 use crate::frame::reuse::target::Seen;
 use crate::frame::reuse::verify::{self, Request};
 use crate::frame::reuse::{reproject, trace_missed};
@@ -200,14 +200,6 @@ fn resolve(work: &Work, number: usize, tile: &mut Tile, scratch: &mut ThreadScra
 /// Candidates that a cell asks at most, one after the other.
 const MOST_ASKED: usize = 4;
 
-/// Cells whose targets are to be asked what they see.
-#[derive(Default)]
-struct Asked {
-    targets: CellSet,
-    /// Those of whose servers it is proven that nothing hides their triangles.
-    unhidden: CellSet,
-}
-
 /// Verifies the samples that serve cells; where one is hidden, the next candidate is asked. Returns the cells whose targets are to be asked
 /// what they see.
 fn verify_servers(
@@ -217,58 +209,51 @@ fn verify_servers(
     tile: &mut Tile,
     state: &TileState,
     scratch: &mut ThreadScratch,
-) -> Asked {
+) -> CellSet {
     let Work { frame, start: Start { reused, .. }, .. } = *work;
     let ThreadScratch { serving, before, trace, proofs, .. } = scratch;
     if matches!(reused, Reused::None) {
-        return Asked::default();
+        return CellSet::default();
     }
     let is_still = among == SceneSubset::Still;
     let mut proven = frame
         .proofs
-        .map_or(Proven::default(), |of_frame| proofs::find(frame, of_frame, is_still, tile, proofs));
+        .map_or(CellSet::default(), |of_frame| proofs::find(frame, of_frame, is_still, tile, proofs));
     let content = state.content.as_ref();
     let mut cells = CellSet::ALL;
     for asked in 1.. {
         let bounds = content.map(|content| &content.bounds);
-        let seen = proven.seen();
-        let request = Request { number, cells: &cells, proven: &seen, bounds, flags: serving.flags() };
+        let request = Request { number, cells: &cells, proven: &proven, bounds, flags: serving.flags() };
         verify::verify(frame, among, tile, &request, trace);
         if asked == MOST_ASKED {
             break;
         }
         match serving.ask_next(frame.settings.reuse, tile, &reused.sources(before.as_deref())) {
-            Some(next) => {
-                proven.forget(&next);
-                cells = next;
-            }
+            Some(next) => (cells, proven) = (next, proven.without(&next)),
             None => break,
         }
     }
     if frame.settings.reuse == Reuse::Paper {
-        return Asked::default();
+        return CellSet::default();
     }
-    let given = serving.given(tile).without(&proven.clear);
+    let given = serving.given(tile).without(&proven);
     let may_see_moved = frame.plan.any_moved
         && matches!(reused, Reused::InPlace(..))
         && content.is_none_or(|content| content.sight.may_be_hidden(frame, number));
-    let targets = if may_see_moved { given.or(&sight::in_doubt(frame, number, tile, trace)) } else { given };
-    Asked { targets, unhidden: proven.unhidden }
+    if may_see_moved { given.or(&sight::in_doubt(frame, number, tile, trace)) } else { given }
 }
 
-/// Traces what is missing, and asks the targets that are `asked` what they see.
+/// Traces what is missing, and asks the targets of the cells in `asked` what they see.
 fn trace_cells(
     work: &Work,
     number: usize,
     among: SceneSubset,
-    (tile, asked): (&mut Tile, &Asked),
+    (tile, asked): (&mut Tile, &CellSet),
     scratch: &mut ThreadScratch,
 ) {
     let Work { frame, start: Start { reused, .. }, .. } = *work;
     let ThreadScratch { serving, before, trace, .. } = scratch;
-    let Asked { targets, unhidden } = asked;
-    let confirmed = own_triangle::confirmed(frame, number, among, (tile, targets, unhidden), trace);
-    let asked = &targets.without(&confirmed);
+    let asked = &asked.without(&own_triangle::confirmed(frame, number, among, (tile, asked), trace));
     let sources = reused.sources(before.as_deref());
     let moved = |model: u32| frame.moved(model);
     let mut replace = |tile: &mut Tile, cell: usize, seen: &Seen| {
