@@ -170,7 +170,7 @@ class MeshStore:
         """Returns true if nothing can change the mesh: all objects with its data show the same at all times."""
         original = item.original
         data = original.data
-        if item.type != "MESH" or data is None or original.modifiers or original.mode == "EDIT":
+        if item.type != "MESH" or data is None or original.modifiers or data.is_editmode:
             return False
         # geometry nodes make meshes of their own, whose originals are not those of the object
         if item.data.original is None or item.data.original.as_pointer() != data.as_pointer():
@@ -179,7 +179,15 @@ class MeshStore:
 
     def _read(self, instance, item, materials, before):
         """Reads a mesh, or notes the shape of one that is known already."""
-        return self._read_mesh(item.data, instance, item, materials, before) if item.data else None
+        if item.data is None:
+            return None
+        if not item.data.is_editmode:
+            return self._read_mesh(item.data, instance, item, materials, before)
+        # what is being edited, by whichever object, is a mesh only once it is asked for: until then its data has no faces
+        try:
+            return self._read_mesh(item.to_mesh(), instance, item, materials, before)
+        finally:
+            item.to_mesh_clear()
 
     def _read_mesh(self, mesh, instance, item, materials, before):
         if not len(mesh.polygons):

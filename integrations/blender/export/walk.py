@@ -13,6 +13,11 @@ from .warnings import Cancelled, ExportError
 STEPS_A_FRAME = 4
 """Places of what moves in each frame with motion blur. They are evenly spaced, as samples of point caches must be."""
 
+LEAST_SCALE = 1e-8
+"""What is smaller by more is not there: the renderer takes factors down to 1e-9."""
+LEAST_THICKNESS = 1e-6
+"""Of flat things, beside their largest scale."""
+
 
 def times_of(frames, shutter):
     """Times at which the scene is evaluated, rising: the frames, or steps around them where the shutter is open."""
@@ -24,6 +29,14 @@ def times_of(frames, shutter):
         steps.update(range(first, last + 1))
         steps.add(frame * STEPS_A_FRAME)
     return [step / STEPS_A_FRAME for step in sorted(steps)]
+
+
+def thickened(linear):
+    """A linear map that is not flat: the renderer takes no other. What Blender shows flat becomes next to flat."""
+    if abs(np.linalg.det(linear)) > 1e-12 * np.linalg.norm(linear) ** 3:
+        return linear
+    out, sizes, back = np.linalg.svd(linear)
+    return out @ np.diag(np.maximum(sizes, max(sizes[0] * LEAST_THICKNESS, LEAST_SCALE))) @ back
 
 
 class Placed:
@@ -106,8 +119,9 @@ class Walk:
         if not np.isfinite(matrix).all():
             self.warnings.add(f"object `{item.name}` is left out: its place is not a finite number (check its drivers and constraints)")
             return
-        if abs(np.linalg.det(matrix[:3, :3])) < 1e-30:
+        if np.linalg.norm(matrix[:3, :3]) < LEAST_SCALE:
             return  # scaled to nothing: not there at this time
+        matrix[:3, :3] = thickened(matrix[:3, :3])
         key = self._key(instance, item, seen)
         mesh = self.meshes.of(instance, item)
         if mesh is None:

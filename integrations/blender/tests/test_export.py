@@ -55,12 +55,43 @@ class Export(unittest.TestCase):
         support.add(self.scene, "Floor", support.grid())
         self.assertEqual([model["name"] for model in self.export()["model"]], ["Floor"])
 
+    def test_what_is_in_edit_mode_is_there_as_it_is_being_edited(self):
+        support.add_camera(self.scene)
+        edited = support.add(self.scene, "Edited", support.grid())
+        support.add(self.scene, "Twin", edited.data)
+        layers = support.add(self.scene, "Layers", support.grid("Layers"))
+        layers.modifiers.new("Array", "ARRAY")
+        bpy.context.view_layer.objects.active = edited
+        for item in (edited, layers):
+            item.select_set(True)
+        bpy.ops.object.mode_set(mode="EDIT")
+        import bmesh  # bpy brings it
+
+        next(iter(bmesh.from_edit_mesh(edited.data).verts)).co.z = 2
+        models = {model["name"]: model for model in self.export()["model"]}
+        self.assertEqual(set(models), {"Edited", "Twin", "Layers"})
+        for name in ("Edited", "Twin"):
+            with open(os.path.join(self.folder, models[name]["ply"]), "rb") as file:
+                self.assertEqual(np.frombuffer(file.read().split(b"end_header\n")[1][:12], dtype="<f4")[2], 2)
+
     def test_an_object_at_nan_is_left_out_and_told(self):
         support.add_camera(self.scene)
         support.add(self.scene, "Floor", support.grid())
         support.add(self.scene, "Lost", support.grid("Other"), (float("nan"), 0, 0))
         self.assertEqual([model["name"] for model in self.export()["model"]], ["Floor"])
         self.assertIn("`Lost`", self.warnings())
+
+    def test_what_is_scaled_flat_is_there(self):
+        support.add_camera(self.scene)
+        flat = support.add(self.scene, "Flat", support.grid())
+        flat.scale = (2, 1, 0)
+        support.add(self.scene, "Gone", flat.data).scale = (0, 0, 0)
+        models = self.export()["model"]
+        self.assertEqual([model["name"] for model in models], ["Flat"])
+        matrix = np.array(models[0]["matrix"])[:, :3]
+        # X is X, Y is -Z, and Z, which would be Y, is next to nothing
+        np.testing.assert_allclose(matrix, [[2, 0, 0], [0, 0, 0], [0, -1, 0]], atol=1e-5)
+        self.assertGreater(abs(np.linalg.det(matrix)), 0)
 
     def test_vertices_at_nan_are_told(self):
         support.add_camera(self.scene)
