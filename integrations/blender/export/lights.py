@@ -79,7 +79,8 @@ def sun(data, _lengths, rays, _say):
     angle = math.degrees(data.angle)
     fixed = {"type": "directional"}
     if angle > 0:
-        fixed.update(angle=min(angle, 180.0), samples=rays)
+        # half of the sky and more is refused
+        fixed.update(angle=min(angle, 179.9), samples=rays)
     return fixed, data.energy, 1 / math.pi
 
 
@@ -90,7 +91,8 @@ def spot(data, _lengths, rays, say):
         say("its cone is wider than 179.8 degrees, and is made so wide")
         half = math.radians(89.9)
     inner = math.acos(min(1.0, math.cos(half) + (1 - math.cos(half)) * data.spot_blend))
-    fixed = {"type": "spot", "cone": math.degrees(2 * half), "soft": 1 - inner / half}
+    # without blend the arc of the cosine may come out beyond the rim by a rounding
+    fixed = {"type": "spot", "cone": math.degrees(2 * half), "soft": max(0.0, 1 - inner / half)}
     if data.shadow_soft_size > 0:
         fixed.update(radius=data.shadow_soft_size, samples=rays)
     return fixed, data.energy, 1 / (4 * math.pi**2)

@@ -13,6 +13,9 @@ from .surfaces import BLENDED, Surface, surface_of
 LEAST_ALPHA = 1e-3
 """Alpha below which what a surface shows is not known from the light that is left."""
 
+MOST_BENDING = 100.0
+"""The largest index of refraction that the renderer takes."""
+
 SOFT_SHARE = 0.1
 """Share of a picture's alpha that is neither there nor gone from which on its surface is a veil."""
 
@@ -150,7 +153,7 @@ class Materials:
         tint = np.clip(surface.tint.mean(axis=(0, 1)), 0, 1) * share
         rest = max(1 - float(tint.max()), 1e-6)
         scattered = np.clip(surface.base.mean(axis=(0, 1)) * (1 - share) / rest, 0, 1)
-        values.update(illum=7, kd=scattered.tolist(), ks=[1.0, 1.0, 1.0], tf=tint.tolist(), ni=float(surface.ior.mean()))
+        values.update(illum=7, kd=scattered.tolist(), ks=[1.0, 1.0, 1.0], tf=tint.tolist(), ni=min(max(0.0, float(surface.ior.mean())), MOST_BENDING))
         self._number(name, "roughness", surface.roughness, "pr", evaluator, values)
 
     @staticmethod

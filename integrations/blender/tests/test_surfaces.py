@@ -228,6 +228,24 @@ class Surfaces(unittest.TestCase):
         light = self.export()["light"][0]
         self.assertEqual((light["type"], light["radius"], self.warnings()), ("spot", 0.5, []))
 
+    def test_the_softness_of_spots_is_that_of_the_shot_whatever_their_cone(self):
+        data = bpy.data.lights.new("Spot", "SPOT")
+        lights = support.extension().export.lights
+        for degrees in range(1, 181):
+            data.spot_size = np.radians(degrees)
+            for blend, least, most in ((0.0, 0.0, 1e-9), (0.5, 0.2, 0.4), (1.0, 1.0, 1.0)):
+                data.spot_blend = blend
+                soft = lights.spot(data, None, 4, lambda message: None)[0]["soft"]
+                self.assertTrue(least <= soft <= most, (degrees, blend, soft))
+
+    def test_values_beyond_the_ranges_of_shots_are_brought_into_them(self):
+        data = bpy.data.lights.new("Sun", "SUN")
+        data.angle = np.pi
+        support.add(self.scene, "Sun", data)
+        shot = self.exported(principled("Glass", Transmission_Weight=1.0, IOR=1000.0)[0])
+        self.assertLess(shot["light"][0]["angle"], 180)
+        self.assertEqual(shot["material"][0]["ni"], 100)
+
     def leaf(self, alpha):
         """Keys of a glowing material with this picture of its alpha."""
         image = bpy.data.images.new("Leaf", 8, 8, alpha=True)
