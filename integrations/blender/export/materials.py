@@ -8,8 +8,6 @@ from .images import safe
 from .nodes import Evaluator, alike, constant
 from .surfaces import BLENDED, Surface, surface_of
 
-"""Largest roughness of what is shown as smooth without a word."""
-
 LEAST_ALPHA = 1e-3
 """Alpha below which what a surface shows is not known from the light that is left."""
 
@@ -63,6 +61,17 @@ class Materials:
         if set(differs) - {"base", "tint"}:
             evaluator.say("colour attributes count for its base colour alone")
 
+    def is_there(self, material):
+        """Returns true if faces of a material are drawn. If not, that is told."""
+        surface, evaluator = self.surface(material)
+        if not surface.is_there:
+            self._tell(material, evaluator)
+        return surface.is_there
+
+    def _tell(self, material, evaluator):
+        """Tells what was replaced of a material."""
+        self.warnings.add_for(f"material `{material.name if material else 'default'}`", evaluator.said)
+
     def attributes(self, materials):
         """Names of the colour attributes that meshes of these materials need."""
         return {name for material in materials if material and self.surface(material)[1].painted for name in self.surface(material)[1].asked}
@@ -107,7 +116,7 @@ class Materials:
         surface, evaluator = self.surface(material)
         values = {"name": name, **self._values(name, surface, evaluator, density)}
         self.tables[name] = toml.table("[[material]]", values)
-        self.warnings.add_for(f"material `{material.name if material else 'default'}`", evaluator.said)
+        self._tell(material, evaluator)
 
     def _values(self, name, surface, evaluator, density):
         """Keys of the [[material]]."""

@@ -47,15 +47,14 @@ class Stored:
         return self._ply(parts, uvs, colors)
 
     def _slots(self):
-        """Pairs of a material and the triangles that have it."""
-        geometry, materials = self.geometry, self.materials or [None]
-        slots = np.clip(geometry.slots, 0, len(materials) - 1)
+        """Pairs of a material and the triangles that have it, of those that are drawn."""
+        materials, slots = self.materials, self.geometry.slots
         groups = {}
         for slot in np.unique(slots):
-            groups.setdefault(materials[slot].name_full if materials[slot] else "", []).append(slot)
+            if self.store.materials.is_there(materials[slot]):
+                groups.setdefault(materials[slot].name_full if materials[slot] else "", []).append(slot)
         for same in groups.values():
-            rows = np.flatnonzero(np.isin(slots, same)) if len(groups) > 1 else np.arange(len(slots))
-            yield materials[same[0]], rows
+            yield materials[same[0]], np.flatnonzero(np.isin(slots, same))
 
     def _uvs(self, material):
         """Texture coordinates of a material, moved by the mapping of its pictures; None if it has no pictures."""
@@ -202,6 +201,11 @@ class MeshStore:
                     return before
         geometry = meshes.read_geometry(mesh, topology, self.materials.attributes(materials))
         if geometry is None or not len(geometry.triangles):
+            return None
+        materials = materials or [None]
+        geometry.slots = np.clip(geometry.slots, 0, len(materials) - 1)
+        # all are asked, so that each is told
+        if not any([self.materials.is_there(materials[slot]) for slot in np.unique(geometry.slots)]):
             return None
         if not meshes.is_finite(geometry):
             self.warnings.add(f"object `{name}` is left out where vertices of its mesh are not at finite numbers")

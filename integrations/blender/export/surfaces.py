@@ -31,6 +31,8 @@ class Surface:
     """Directions from 0 to 1 as normal maps have them."""
     bump: tuple | None = None
     """Heights, and the slope's factor (strength times distance)."""
+    is_there: bool = True
+    """False where a material has no surface: what lies in it is a volume alone."""
 
 
 BLENDED = ("base", "metallic", "roughness", "ior", "specular", "transmission", "tint", "coat", "coat_roughness", "coat_ior")
@@ -47,15 +49,17 @@ def surface_of(evaluator, material):
     outputs.sort(key=lambda node: not node.is_active_output)
     if not outputs:
         return Surface(base=constant(0.0, 0.0, 0.0), specular=constant(0.0))
-    output = outputs[0]
-    if output.inputs["Volume"].is_linked:
+    surface, volume, displacement = (evaluator.link(outputs[0].inputs[name]) for name in ("Surface", "Volume", "Displacement"))
+    if surface is None and volume:
+        evaluator.say("it has a volume and no surface, and its faces are left out")
+        return Surface(is_there=False)
+    if volume:
         evaluator.say("its volume is left out")
-    if output.inputs["Displacement"].is_linked:
+    if displacement:
         evaluator.say("its displacement is left out")
-    link = evaluator.link(output.inputs["Surface"])
-    if link is None:
+    if surface is None:
         return Surface(base=constant(0.0, 0.0, 0.0), specular=constant(0.0))
-    return shader(evaluator, link.from_node, link.from_socket)
+    return shader(evaluator, surface.from_node, surface.from_socket)
 
 
 def shader(evaluator, node, socket):

@@ -246,6 +246,43 @@ class Surfaces(unittest.TestCase):
         self.assertLess(shot["light"][0]["angle"], 180)
         self.assertEqual(shot["material"][0]["ni"], 100)
 
+    def smoke(self):
+        """A material with a volume and no surface."""
+        material, node = principled("Smoke")
+        volume = material.node_tree.nodes.new("ShaderNodeVolumePrincipled")
+        material.node_tree.links.new(volume.outputs[0], material.node_tree.nodes["Material Output"].inputs["Volume"])
+        material.node_tree.nodes.remove(node)
+        return material
+
+    def test_faces_of_a_volume_alone_are_left_out_and_told_once(self):
+        smoke = self.smoke()
+        shot = self.exported(principled("Stone")[0], smoke, count=2)
+        self.assertEqual([material["name"] for material in shot["material"]], ["Stone"])
+        _, vertices, faces = read_ply(os.path.join(self.folder, shot["model"][0]["ply"]))
+        self.assertEqual((len(faces), len(vertices)), (4, 8 - 2))
+        told = [line for line in self.warnings() if "`Smoke`" in line]
+        self.assertEqual(len(told), 1)
+        self.assertRegex(told[0], "volume and no surface")
+
+    def test_an_object_of_a_volume_alone_is_left_out_and_told_once(self):
+        support.add(self.scene, "Floor", support.grid("Floor"))
+        self.scene.frame_end = 3
+        shot = self.exported(self.smoke())
+        self.assertEqual([model["name"] for model in shot["model"]], ["Floor"])
+        self.assertEqual(len([line for line in self.warnings() if "`Smoke`" in line]), 1)
+
+    def test_a_volume_alone_in_a_mesh_that_deforms_is_left_out(self):
+        self.scene.frame_end = 2
+        mesh = support.grid(count=2)
+        for material in (principled("Stone")[0], self.smoke()):
+            mesh.materials.append(material)
+        mesh.polygons[0].material_index = 1
+        support.add(self.scene, "Sea", mesh).modifiers.new("Wave", "WAVE")
+        shot = self.export()
+        with open(os.path.join(self.folder, shot["model"][0]["obj"]), encoding="utf-8") as file:
+            kinds = [line.split()[0] for line in file]
+        self.assertEqual((kinds.count("f"), kinds.count("v"), kinds.count("usemtl")), (6, 9, 1))
+
     def leaf(self, alpha):
         """Keys of a glowing material with this picture of its alpha."""
         image = bpy.data.images.new("Leaf", 8, 8, alpha=True)
