@@ -46,6 +46,16 @@ def light_of(instance, data, shadow_rays, warnings):
     return {"name": name, **fixed}, key
 
 
+AT_REST = {"radius": "radius", "size": "size", "spread": "spread", "cone": "spot size", "soft": "blend", "angle": "angle"}
+"""Keys that have no track, and what Blender calls them."""
+
+
+def at_rest(instance, fixed, time):
+    """What of a light must not change, for AtRest.see."""
+    item = instance.object
+    return f"{item.data.type.lower()} light `{item.name}`", time, {name: fixed[key] for key, name in AT_REST.items() if key in fixed}
+
+
 def color_of(data, warnings):
     """Linear colour, and its factor: colour, temperature, exposure, and the emission of a light's nodes."""
     color = np.array(data.color, dtype=float)

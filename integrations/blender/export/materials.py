@@ -23,11 +23,13 @@ class Materials:
 
     def __init__(self, images, warnings):
         self.images, self.warnings = images, warnings
-        self.names, self.read, self.tables = {}, {}, {}
+        self.names, self.read, self.tables, self.seen = {}, {}, {}, {}
 
     def surface(self, material):
         """The surface of a material, and its evaluator. None is Blender's default grey."""
         key = material.name_full if material else ""
+        if material:
+            self.seen[key] = material.original
         if key not in self.read:
             evaluator = Evaluator(self.images)
             if material is None:
@@ -41,10 +43,12 @@ class Materials:
                     evaluator.said = [f"cannot be read ({type(error).__name__}: {error}) and is shown in grey"]
                 if evaluator.asked:
                     self._probe(material, surface, evaluator)
-                if material.node_tree and material.node_tree.animation_data:
-                    evaluator.say("its animation is left out: it is shown as at the first frame")
             self.read[key] = (surface, evaluator)
         return self.read[key]
+
+    def originals(self):
+        """All materials that were asked for, as they are saved: those that are evaluated do not outlive a frame."""
+        return self.seen.values()
 
     def _probe(self, material, surface, evaluator):
         """Finds out what depends on colour attributes: how a surface with others differs. The base colour alone may."""

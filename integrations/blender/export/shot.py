@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from . import camera, lights, toml, world
+from . import camera, lights, toml
 from .images import Images
 from .materials import Materials
 from .mesh_store import MeshStore
@@ -59,8 +59,7 @@ def export_shot(scene, depsgraph, folder, settings, set_frame, progress):
     shot = os.path.join(folder, "shot.toml")
     if os.path.exists(shot):
         os.remove(shot)
-    images = Images(folder, warnings)
-    materials = Materials(images, warnings)
+    materials = Materials(Images(folder, warnings), warnings)
     times = times_of(settings.frames, settings.shutter)
     step = 1 / STEPS_A_FRAME if settings.shutter else step_of(times)
     store = MeshStore(folder, materials, step, warnings)
@@ -68,8 +67,7 @@ def export_shot(scene, depsgraph, folder, settings, set_frame, progress):
         walk = Walk(scene, depsgraph, store, settings, warnings)
         walk.over(times, set_frame, lambda share: progress(share * 0.8))
         cameras = camera.tables(walk.camera_keys, scene, warnings)
-        text = world.tables(scene.world, images, not settings.transparent, warnings, lambda: progress(0.8))
-        text += lights.tables(walk.light_tracks())
+        text = walk.world + lights.tables(walk.light_tracks())
         models, names = model_tables(walk, warnings, lambda share: progress(0.8 + share * 0.2))
         if not names:
             warnings.add("the scene shows no mesh: the picture has nothing but the world")

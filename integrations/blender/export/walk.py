@@ -6,7 +6,8 @@ import math
 import numpy as np
 
 from . import camera as cameras
-from . import lights
+from . import lights, world
+from .at_rest import AtRest, may_change, values_of
 from .camera import TO_Y_UP
 from .warnings import Cancelled, ExportError
 
@@ -55,20 +56,23 @@ class Walk:
         self.scene, self.depsgraph, self.meshes = scene, depsgraph, meshes
         self.settings, self.warnings = settings, warnings
         self.placed, self.lights, self.camera_keys, self.times = {}, {}, [], []
+        self.world, self.rest = None, AtRest(warnings)
 
     def over(self, times, set_frame, progress):
         """Evaluates the scene at each time. `progress(share)` returns false to cancel."""
         for index, time in enumerate(times):
-            if not progress(index / len(times)):
+            share, whole = index / len(times), math.floor(time)
+            if not progress(share):
                 raise Cancelled()
-            whole = math.floor(time)
             set_frame(whole, time - whole)
-            self.at(time)
+            self.at(time, lambda share=share: progress(share))
+        self.rest.tell()
         return self
 
-    def at(self, time):
-        """Notes the scene as it is now."""
+    def at(self, time, goes_on):
+        """Notes the scene as it is now. `goes_on()` returns false to cancel."""
         self.times.append(time)
+        self._world(time, goes_on)
         self.camera_keys.append((time, *self._camera(time)))
         seen, seen_lights = set(), set()
         self.meshes.begin(time)
@@ -82,6 +86,17 @@ class Walk:
             elif item.type in {"CURVES", "VOLUME", "POINTCLOUD", "GPENCIL", "GREASEPENCIL"}:
                 self.warnings.add(f"object `{item.name}` is left out: {item.type.lower()} is not rendered. Convert it to a mesh")
         self.meshes.end()
+        for material in self.meshes.materials.originals():
+            if may_change(material):
+                self.rest.see(f"material `{material.name}`", time, {"": values_of(material.evaluated_get(self.depsgraph))})
+
+    def _world(self, time, goes_on):
+        """Notes the world. The original does not change from frame to frame."""
+        found = self.scene.world and self.scene.world.evaluated_get(self.depsgraph)
+        if self.world is None:
+            self.world = world.tables(found, self.meshes.materials.images, not self.settings.transparent, self.warnings, goes_on)
+        if found and may_change(found):
+            self.rest.see(f"world `{found.name}`", time, {"": values_of(found)})
 
     def _camera(self, time):
         """Name of the camera, its projection, and the values of its key."""
@@ -109,6 +124,7 @@ class Walk:
         found = lights.light_of(instance, instance.object.data, self.settings.shadow_rays, self.warnings)
         if found:
             fixed, values = found
+            self.rest.see(*lights.at_rest(instance, fixed, time))
             self.lights.setdefault(key, (fixed, {}))[1][time] = values
 
     def _mesh(self, time, instance, item, seen):

@@ -283,6 +283,76 @@ class Surfaces(unittest.TestCase):
             kinds = [line.split()[0] for line in file]
         self.assertEqual((kinds.count("f"), kinds.count("v"), kinds.count("usemtl")), (6, 9, 1))
 
+    def animate(self, holder, path, *values):
+        """Gives a property a value in each frame from the first one on."""
+        self.scene.frame_end = len(values)
+        for frame, value in enumerate(values, 1):
+            setattr(holder, path, value)
+            holder.keyframe_insert(path, frame=frame)
+
+    def world(self):
+        """Gives the scene a world, and returns its Background node."""
+        self.scene.world = bpy.data.worlds.new("Dusk")
+        self.scene.world.use_nodes = True
+        return self.scene.world.node_tree.nodes["Background"]
+
+    def test_an_animated_world_is_that_of_the_first_frame_and_told_once(self):
+        node = self.world()
+        node.inputs["Color"].default_value = (1, 1, 1, 1)
+        self.animate(node.inputs["Strength"], "default_value", 1.0, 2.0, 3.0)
+        self.assertEqual(self.export()["background"]["color"], [1, 1, 1])
+        self.assertEqual([line for line in self.warnings() if "Dusk" in line], ["world `Dusk` is animated: frame 1 is shown"])
+        # the frame itself, where there is one alone, whatever the frame that is shown in the window
+        self.scene.frame_start = 3
+        self.assertEqual(self.export()["background"]["color"], [3, 3, 3])
+        self.assertEqual([line for line in self.warnings() if "Dusk" in line], [])
+
+    def test_a_world_at_rest_is_not_told(self):
+        self.animate(self.world().inputs["Strength"], "default_value", 1.0, 1.0)
+        self.export()
+        self.assertEqual([line for line in self.warnings() if "Dusk" in line], [])
+
+    def test_animated_materials_are_told_once_also_within_groups_and_by_drivers(self):
+        ramp, node = principled("Ramp", Emission_Color=(1, 1, 1, 1))
+        self.animate(node.inputs["Emission Strength"], "default_value", 1.0, 2.0, 3.0)
+        group = bpy.data.node_groups.new("Inner", "ShaderNodeTree")
+        group.interface.new_socket("Shader", in_out="OUTPUT", socket_type="NodeSocketShader")
+        inner, output = group.nodes.new("ShaderNodeBsdfDiffuse"), group.nodes.new("NodeGroupOutput")
+        group.links.new(inner.outputs[0], output.inputs[0])
+        self.animate(inner.inputs["Color"], "default_value", (1, 0, 0, 1), (0, 1, 0, 1), (0, 0, 1, 1))
+        grouped, node = principled("Grouped")
+        outer = grouped.node_tree.nodes.new("ShaderNodeGroup")
+        outer.node_tree = group
+        grouped.node_tree.links.new(outer.outputs[0], grouped.node_tree.nodes["Material Output"].inputs["Surface"])
+        driven, node = principled("Driven")
+        node.inputs["Roughness"].driver_add("default_value").driver.expression = "frame / 10"
+        still, node = principled("Still")
+        self.animate(node.inputs["Roughness"], "default_value", 0.5, 0.5, 0.5)
+        shot = self.exported(ramp, grouped, driven, still, count=2)
+        materials = {material["name"]: material for material in shot["material"]}
+        self.assertEqual(materials["Ramp"]["ke"], [1, 1, 1])
+        self.assertEqual(materials["Grouped"]["kd"], [1, 0, 0])
+        told = {f"material `{name}` is animated: frame 1 is shown" for name in ("Ramp", "Grouped", "Driven")}
+        self.assertEqual((len(self.warnings()), set(self.warnings())), (3, told))
+
+    def test_what_lights_have_no_tracks_for_is_told(self):
+        spot = bpy.data.lights.new("Spot", "SPOT")
+        self.animate(spot, "spot_size", 0.5, 1.0)
+        self.animate(spot, "spot_blend", 0.0, 1.0)
+        support.add(self.scene, "Spot", spot)
+        panel = bpy.data.lights.new("Panel", "AREA")
+        self.animate(support.add(self.scene, "Panel", panel), "scale", (1, 1, 1), (3, 1, 1))
+        sun = bpy.data.lights.new("Sun", "SUN")
+        self.animate(sun, "energy", 1.0, 2.0)
+        support.add(self.scene, "Sun", sun)
+        support.add(self.scene, "Floor", support.grid())
+        lights = {light["name"]: light for light in self.export()["light"]}
+        self.assertAlmostEqual(lights["Spot"]["cone"], np.degrees(0.5), places=4)
+        self.assertEqual(lights["Panel"]["size"][0], lights["Panel"]["size"][1])
+        self.assertEqual(len(lights["Sun"]["key"]), 2)
+        told = ["spot light `Spot`: its spot size and blend are animated: frame 1 is shown"]
+        self.assertEqual(sorted(self.warnings()), ["area light `Panel`: its size is animated: frame 1 is shown", *told])
+
     def leaf(self, alpha):
         """Keys of a glowing material with this picture of its alpha."""
         image = bpy.data.images.new("Leaf", 8, 8, alpha=True)
