@@ -83,8 +83,10 @@ def settings_of(scene, view_layer, frames, warn):
     render = {"samples": own.samples, "depth": own.depth, "reflections": own.reflections, "mode": own.mode, "base_every": own.base_every}
     # as Blender's box of one pixel, but that samples need not lie in the centres of their cells
     render.update(exposures=own.exposures, caustics="paths" if own.caustics else "none", filter="area")
-    if own.clamp > 0:
-        render["clamp"] = own.clamp
+    # the exposure of the film is a setting of Cycles, which counts for its limits as well
+    exposure = getattr(getattr(scene, "cycles", None), "film_exposure", 1.0)
+    if own.clamp > 0 and exposure > 0:
+        render["clamp"] = own.clamp * exposure
     return Settings(
         frames=frames,
         size=size_of(scene),
@@ -95,6 +97,7 @@ def settings_of(scene, view_layer, frames, warn):
         shutter=shutter_of(scene),
         transparent=scene.render.film_transparent,
         shadow_rays=int(own.shadow_rays),
+        exposure=exposure,
     )
 
 

@@ -15,8 +15,10 @@ SHADOW_RAYS = (1, 4, 16)
 LEAST_SPREAD, WIDEST_SPREAD = math.radians(1), math.radians(179.9)  # of area lights
 
 
-def light_of(instance, data, shadow_rays, warnings):
+def light_of(instance, data, settings, warnings):
     """The values of a [[light]]: those that stay, and those of a key. None where it gives no light."""
+    if getattr(getattr(data, "cycles", None), "is_portal", False):
+        return None  # it only tells Cycles where the world shines in
     matrix = np.array(instance.matrix_world)
     name = instance.object.name
     if not np.isfinite(matrix).all():
@@ -32,9 +34,9 @@ def light_of(instance, data, shadow_rays, warnings):
     color, strength = color_of(data, warnings)
     kind = {"POINT": point, "SUN": sun, "SPOT": spot, "AREA": area}[data.type]
     said = []
-    fixed, power, factor = kind(data, lengths, shadow_rays, said.append)
+    fixed, power, factor = kind(data, lengths, settings.shadow_rays, said.append)
     warnings.add_for(f"{data.type.lower()} light `{name}`", said)
-    key = {"color": [float(part) for part in color], "power": max(0.0, strength * factor * power)}
+    key = {"color": [float(part) for part in color], "power": max(0.0, strength * factor * power * settings.exposure)}
     if data.type == "SUN":
         key["direction"] = ahead.tolist()
     else:

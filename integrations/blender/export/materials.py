@@ -21,8 +21,8 @@ SOFT_SHARE = 0.1
 class Materials:
     """The materials of an export. Each is written when a mesh uses it first."""
 
-    def __init__(self, images, warnings):
-        self.images, self.warnings = images, warnings
+    def __init__(self, images, warnings, exposure=1.0):
+        self.images, self.warnings, self.exposure = images, warnings, exposure
         self.names, self.read, self.tables, self.seen = {}, {}, {}, {}
 
     def surface(self, material):
@@ -217,7 +217,7 @@ class Materials:
         light = surface.emission
         if values.get("alpha_mode") == "blend":
             light = undimmed(*alike(light, surface.alpha))
-        light = np.clip(light, 0, 60000)
+        light = np.clip(light * self.exposure, 0, 60000)
         if light.shape[:2] == (1, 1):
             values["ke"] = light[0, 0].tolist() if float(light.max()) > 0 else None
             return

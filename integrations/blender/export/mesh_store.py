@@ -21,6 +21,7 @@ class Stored:
         self.folder, self.first, self.last_time = None, time, time
         self.scale = users_scale
         self.shapes, self.pending, self.deforms = None, 0, False
+        self.bounds = geometry.positions.min(axis=0), geometry.positions.max(axis=0)
 
     def add_shape(self, time, positions):
         """Notes the shape at a later time."""
@@ -133,6 +134,8 @@ class MeshStore:
 
     def __init__(self, folder, materials, step, warnings):
         self.folder, self.materials, self.step, self.warnings = folder, materials, step, warnings
+        self.override = None
+        """The material of all meshes, if a view layer has one."""
         self.known, self.stored, self.folders = {}, [], set()
         self.time = 0.0
 
@@ -148,6 +151,8 @@ class MeshStore:
         """The mesh of an instance at this time; None if it has no faces."""
         data = item.data
         materials = [slot.material for slot in item.material_slots] or list(getattr(data, "materials", ()) or ())
+        if self.override:
+            materials = [self.override]
         pointer = (data.as_pointer() if data else 0, tuple(material.name_full if material else "" for material in materials))
         if pointer in self.here:
             return self.here[pointer]

@@ -154,6 +154,12 @@ class Evaluator:
         self.say(f"node `{node.name}` (Blackbody) is an approximation")
         return constant(*blackbody(kelvin))
 
+    # rays
+
+    def node_light_path(self, node, socket):
+        self.say("rays of all kinds see what the camera sees (Light Path)")
+        return constant(1.0 if socket.name in {"Is Camera Ray"} else 0.0)
+
     # attributes
 
     def node_vertex_color(self, node, socket):

@@ -30,6 +30,8 @@ class Settings:
     """When it opens and closes, in frames; None without motion blur."""
     transparent: bool = False
     shadow_rays: int = 4
+    exposure: float = 1.0
+    """Factor on all light."""
     camera: tuple | None = None
     """Projection and values of a camera at rest, instead of the scene's."""
 
@@ -59,7 +61,7 @@ def export_shot(scene, depsgraph, folder, settings, set_frame, progress):
     shot = os.path.join(folder, "shot.toml")
     if os.path.exists(shot):
         os.remove(shot)
-    materials = Materials(Images(folder, warnings), warnings)
+    materials = Materials(Images(folder, warnings), warnings, settings.exposure)
     times = times_of(settings.frames, settings.shutter)
     step = 1 / STEPS_A_FRAME if settings.shutter else step_of(times)
     store = MeshStore(folder, materials, step, warnings)

@@ -234,11 +234,7 @@ def blend(first, second, share):
 def mix(evaluator, node):
     """A Mix Shader."""
     link = evaluator.link(node.inputs[0])
-    if link and link.from_node.type == "LIGHT_PATH":
-        # what the camera sees counts
-        share = constant(1.0 if link.from_socket.name == "Is Camera Ray" else 0.0)
-        evaluator.say("rays of all kinds see what the camera sees (Light Path)")
-    elif link and link.from_node.type in {"FRESNEL", "LAYER_WEIGHT"}:
+    if link and link.from_node.type in {"FRESNEL", "LAYER_WEIGHT"}:
         share = constant(0.04)
         evaluator.say(f"mixing by {link.from_node.bl_label} is replaced by a factor of 0.04")
     else:

@@ -9,6 +9,8 @@ from . import camera as cameras
 from . import lights, world
 from .at_rest import AtRest, may_change, values_of
 from .camera import TO_Y_UP
+from .clipping import Clipping
+from .visibility import Visibility
 from .warnings import Cancelled, ExportError
 
 STEPS_A_FRAME = 4
@@ -56,7 +58,9 @@ class Walk:
         self.scene, self.depsgraph, self.meshes = scene, depsgraph, meshes
         self.settings, self.warnings = settings, warnings
         self.placed, self.lights, self.camera_keys, self.times = {}, {}, [], []
-        self.world, self.rest = None, AtRest(warnings)
+        self.world, self.rest, self.clipping = None, AtRest(warnings), Clipping(warnings)
+        self.layer = depsgraph.view_layer
+        self.visibility = Visibility(self.layer, warnings)
 
     def over(self, times, set_frame, progress):
         """Evaluates the scene at each time. `progress(share)` returns false to cancel."""
@@ -67,12 +71,15 @@ class Walk:
             set_frame(whole, time - whole)
             self.at(time, lambda share=share: progress(share))
         self.rest.tell()
+        self.clipping.tell()
         return self
 
     def at(self, time, goes_on):
         """Notes the scene as it is now. `goes_on()` returns false to cancel."""
         self.times.append(time)
         self._world(time, goes_on)
+        override = self.layer.material_override
+        self.meshes.override = override and override.evaluated_get(self.depsgraph)
         self.camera_keys.append((time, *self._camera(time)))
         seen, seen_lights = set(), set()
         self.meshes.begin(time)
@@ -80,21 +87,26 @@ class Walk:
             item = instance.object
             if item.type == "LIGHT":
                 self._light(time, instance, seen_lights)
-            elif item.type == "MESH" and instance.show_self:
+            elif item.type == "MESH" and instance.show_self and self.layer.use_solid:
                 # curves, text and metaballs come twice: as themselves, and as an instance of what is shown of them, a mesh
                 self._mesh(time, instance, item, seen)
             elif item.type in {"CURVES", "VOLUME", "POINTCLOUD", "GPENCIL", "GREASEPENCIL"}:
                 self.warnings.add(f"object `{item.name}` is left out: {item.type.lower()} is not rendered. Convert it to a mesh")
         self.meshes.end()
+        if self.settings.camera is None:
+            camera = cameras.camera_at(self.scene, time).evaluated_get(self.depsgraph)
+            self.clipping.see(camera, self.settings.size, self.placed.values(), time)
         for material in self.meshes.materials.originals():
             if may_change(material):
                 self.rest.see(f"material `{material.name}`", time, {"": values_of(material.evaluated_get(self.depsgraph))})
 
     def _world(self, time, goes_on):
-        """Notes the world. The original does not change from frame to frame."""
-        found = self.scene.world and self.scene.world.evaluated_get(self.depsgraph)
+        """Notes the world. The original does not change from frame to frame. A view layer may have another one, or none."""
+        found = (getattr(self.layer, "world_override", None) or self.scene.world) if self.layer.use_sky else None
+        found = found and found.evaluated_get(self.depsgraph)
         if self.world is None:
-            self.world = world.tables(found, self.meshes.materials.images, not self.settings.transparent, self.warnings, goes_on)
+            settings, images = self.settings, self.meshes.materials.images
+            self.world = world.tables(found, images, not settings.transparent, settings.exposure, self.warnings, goes_on)
         if found and may_change(found):
             self.rest.see(f"world `{found.name}`", time, {"": values_of(found)})
 
@@ -121,15 +133,15 @@ class Walk:
 
     def _light(self, time, instance, seen):
         key = self._key(instance, instance.object, seen)
-        found = lights.light_of(instance, instance.object.data, self.settings.shadow_rays, self.warnings)
+        found = lights.light_of(instance, instance.object.data, self.settings, self.warnings)
         if found:
+            self.visibility.light(instance.object)
             fixed, values = found
             self.rest.see(*lights.at_rest(instance, fixed, time))
             self.lights.setdefault(key, (fixed, {}))[1][time] = values
 
     def _mesh(self, time, instance, item, seen):
-        if not item.visible_camera and not instance.is_instance:
-            self.warnings.add(f"object `{item.name}` is hidden from the camera alone, and is left out: rays of all kinds see the same here")
+        if not self.visibility.of(item) or (instance.is_instance and not self.visibility.of(instance.parent)):
             return
         matrix = np.array(instance.matrix_world, dtype=float)
         if not np.isfinite(matrix).all():

@@ -10,14 +10,14 @@ from . import sky_bake, toml
 from .nodes import Evaluator, constant
 
 
-def tables(world, images, visible, warnings, goes_on=lambda: True):
-    """[background] and [environment] of a scene's world."""
+def tables(world, images, visible, exposure, warnings, goes_on=lambda: True):
+    """[background] and [environment] of a scene's world, which is brighter by the factor `exposure`."""
     if world is None:
         return []
     evaluator = Evaluator(images)
     light = constant(*world.color) if not world.use_nodes or not world.node_tree else None
     try:
-        out = [uniform(light)] if light is not None else of_tree(world, evaluator, images, visible, goes_on)
+        out = [uniform(light * exposure)] if light is not None else of_tree(world, evaluator, images, visible, exposure, goes_on)
     except (AttributeError, IndexError, KeyError, TypeError, ValueError) as error:
         evaluator.say(f"cannot be read ({type(error).__name__}: {error}), and is black")
         out = []
@@ -27,13 +27,21 @@ def tables(world, images, visible, warnings, goes_on=lambda: True):
 
 def uniform(light):
     """A world of one colour; nothing where it is black."""
-    light = np.clip(light.reshape(-1)[:3], 0, 60000).tolist()
-    if max(light) == 0:
-        return ""
-    return toml.table("[background]", {"color": light}) + "[environment]\n"
+    return background(light) + "[environment]\n" if float(light.max()) > 0 else ""
 
 
-def of_tree(world, evaluator, images, visible, goes_on):
+def background(light):
+    """What the camera sees where there is nothing else."""
+    return toml.table("[background]", {"color": np.clip(light.reshape(-1)[:3], 0, 60000).tolist()})
+
+
+def unlike(light, seen, images):
+    """A world of one colour, and another one that the camera sees."""
+    name = images.write_light("world", np.broadcast_to(light.reshape(-1)[:3], (2, 4, 3)))
+    return background(seen) + toml.table("[environment]", {"map": name, "visible": False})
+
+
+def of_tree(world, evaluator, images, visible, exposure, goes_on):
     """The tables of a world's node tree."""
     outputs = [node for node in world.node_tree.nodes if node.type == "OUTPUT_WORLD"]
     outputs.sort(key=lambda node: not node.is_active_output)
@@ -43,24 +51,51 @@ def of_tree(world, evaluator, images, visible, goes_on):
         return []
     if outputs[0].inputs["Volume"].is_linked:
         evaluator.say("its volume is left out")
+    seen = None
     if node.type == "MIX_SHADER":
-        # the common set-up: what the camera sees differs from what lights
-        behind = evaluator.link(node.inputs[1]) or evaluator.link(node.inputs[2])
-        evaluator.say("of its mixed backgrounds the first one is shown")
-        node = behind.from_node if behind else None
-    if node is None or node.type not in {"BACKGROUND", "EMISSION"}:
+        factor = evaluator.link(node.inputs[0])
+        lights, camera = (evaluator.link(node.inputs[index]) for index in (1, 2))
+        if factor and factor.from_node.type == "LIGHT_PATH" and factor.from_socket.name == "Is Camera Ray":
+            # the common set-up: what the camera sees differs from what lights
+            seen = plain(camera and camera.from_node, evaluator, exposure)
+            if seen is None:
+                evaluator.say("what the camera sees of it is no plain colour: it sees what lights")
+        else:
+            evaluator.say("of its mixed backgrounds the first one is shown")
+            lights = lights or camera
+        node = lights.from_node if lights else None
+        if node is None and seen is not None:
+            return [unlike(constant(0.0, 0.0, 0.0), seen, images)]
+    if node is None or node.type not in KINDS:
         evaluator.say(f"its shader ({node.bl_label if node else 'none'}) is left out")
         return []
-    strength = float(evaluator.input(node, "Strength").mean())
+    light = plain(node, evaluator, exposure)
+    if light is not None:
+        return [uniform(light) if seen is None else unlike(light, seen, images)]
+    visible = visible and seen is None
+    strength = float(evaluator.input(node, "Strength").mean()) * exposure
+    source = evaluator.link(node.inputs["Color"]).from_node
+    if source.type == "TEX_ENVIRONMENT":
+        out = [environment_map(source, strength, evaluator, images, visible)]
+    else:
+        out = sky(source, strength, evaluator, images, visible, goes_on)
+    return out if seen is None else [background(seen), *out]
+
+
+KINDS = {"BACKGROUND", "EMISSION"}
+
+
+def plain(node, evaluator, exposure):
+    """The colour of a shader that is the same all around; None where it has a picture. No shader is black."""
+    if node is None or node.type not in KINDS:
+        return constant(0.0, 0.0, 0.0) if node is None else None
     source = evaluator.link(node.inputs["Color"])
-    if source and source.from_node.type == "TEX_ENVIRONMENT":
-        return [environment_map(source.from_node, strength, evaluator, images, visible)]
-    if source and source.from_node.type == "TEX_SKY":
-        return sky(source.from_node, strength, evaluator, images, visible, goes_on)
+    if source and source.from_node.type in {"TEX_ENVIRONMENT", "TEX_SKY"}:
+        return None
     light = evaluator.input(node, "Color")
     if light.shape[:2] != (1, 1):
         evaluator.say("its picture is not an environment texture: its mean is shown")
-    return [uniform(light.mean(axis=(0, 1)) * strength)]
+    return light.mean(axis=(0, 1)) * float(evaluator.input(node, "Strength").mean()) * exposure
 
 
 def environment_map(node, strength, evaluator, images, visible):

@@ -353,6 +353,34 @@ class Surfaces(unittest.TestCase):
         told = ["spot light `Spot`: its spot size and blend are animated: frame 1 is shown"]
         self.assertEqual(sorted(self.warnings()), ["area light `Panel`: its size is animated: frame 1 is shown", *told])
 
+    def seen_by_the_camera(self, color):
+        """Gives the scene a world that lights as its Background node does, and which the camera sees in another colour."""
+        node = self.world()
+        tree = self.scene.world.node_tree
+        mix, path, other = (tree.nodes.new(f"ShaderNode{kind}") for kind in ("MixShader", "LightPath", "Background"))
+        other.inputs["Color"].default_value = color
+        tree.links.new(path.outputs["Is Camera Ray"], mix.inputs[0])
+        tree.links.new(node.outputs[0], mix.inputs[1])
+        tree.links.new(other.outputs[0], mix.inputs[2])
+        tree.links.new(mix.outputs[0], tree.nodes["World Output"].inputs["Surface"])
+        return node
+
+    def test_a_world_that_the_camera_sees_otherwise(self):
+        self.seen_by_the_camera((1, 0, 0, 1)).inputs["Color"].default_value = (0, 0, 1, 1)
+        shot = self.export()
+        self.assertEqual((shot["background"]["color"], shot["environment"]["visible"]), ([1, 0, 0], False))
+        np.testing.assert_allclose(support.read_exr(os.path.join(self.folder, shot["environment"]["map"]))[:, :, :3], [[[0, 0, 1]] * 4] * 2)
+        self.assertEqual([line for line in self.warnings() if "Dusk" in line], [])
+
+    def test_a_map_that_the_camera_does_not_see(self):
+        node = self.seen_by_the_camera((1, 0, 0, 1))
+        tree = self.scene.world.node_tree
+        source = tree.nodes.new("ShaderNodeTexEnvironment")
+        source.image = bpy.data.images.new("Studio", 8, 4, float_buffer=True)
+        tree.links.new(source.outputs[0], node.inputs["Color"])
+        shot = self.export()
+        self.assertEqual((shot["background"]["color"], shot["environment"]["visible"]), ([1, 0, 0], False))
+
     def leaf(self, alpha):
         """Keys of a glowing material with this picture of its alpha."""
         image = bpy.data.images.new("Leaf", 8, 8, alpha=True)
