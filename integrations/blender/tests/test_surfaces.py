@@ -381,6 +381,60 @@ class Surfaces(unittest.TestCase):
         shot = self.export()
         self.assertEqual((shot["background"]["color"], shot["environment"]["visible"]), ([1, 0, 0], False))
 
+    def test_normals_shaders_and_coordinates_come_into_groups_through_their_inputs(self):
+        group = bpy.data.node_groups.new("Inner", "ShaderNodeTree")
+        for name, kind in (("Normal", "Vector"), ("Below", "Shader"), ("Place", "Vector")):
+            group.interface.new_socket(name, in_out="INPUT", socket_type=f"NodeSocket{kind}")
+        group.interface.new_socket("Out", in_out="OUTPUT", socket_type="NodeSocketShader")
+        inside = {kind: group.nodes.new(kind) for kind in ("NodeGroupInput", "NodeGroupOutput")}
+        diffuse, mix, source = (group.nodes.new(f"ShaderNode{kind}") for kind in ("BsdfDiffuse", "MixShader", "TexImage"))
+        source.image = bpy.data.images.new("Colors", 4, 4)
+        enters = inside["NodeGroupInput"].outputs
+        mix.inputs[0].default_value = 0.0
+        for output, socket in (
+            (enters["Place"], source.inputs["Vector"]),
+            (source.outputs["Color"], diffuse.inputs["Color"]),
+            (enters["Normal"], diffuse.inputs["Normal"]),
+            (diffuse.outputs[0], mix.inputs[1]),
+            (enters["Below"], mix.inputs[2]),
+            (mix.outputs[0], inside["NodeGroupOutput"].inputs[0]),
+        ):
+            group.links.new(output, socket)
+        material, node = principled("Grouped")
+        tree = material.node_tree
+        outer = tree.nodes.new("ShaderNodeGroup")
+        outer.node_tree = group
+        normals, uvs, picture, place = (tree.nodes.new(f"ShaderNode{kind}") for kind in ("NormalMap", "UVMap", "TexImage", "Mapping"))
+        picture.image = bpy.data.images.new("Normals", 4, 4)
+        picture.image.colorspace_settings.name = "Non-Color"
+        uvs.uv_map = "Second"
+        place.inputs["Scale"].default_value = (3, 3, 3)
+        for output, socket in (
+            (uvs.outputs[0], place.inputs["Vector"]),
+            (place.outputs[0], outer.inputs["Place"]),
+            (place.outputs[0], picture.inputs["Vector"]),
+            (picture.outputs["Color"], normals.inputs["Color"]),
+            (normals.outputs[0], outer.inputs["Normal"]),
+            (node.outputs[0], outer.inputs["Below"]),
+            (outer.outputs[0], tree.nodes["Material Output"].inputs["Surface"]),
+        ):
+            tree.links.new(output, socket)
+        mesh = support.grid()
+        for name in ("First", "Second"):
+            mesh.uv_layers.new(name=name)
+        mesh.materials.append(material)
+        support.add(self.scene, "Square", mesh)
+        shot = self.export()
+        values = shot["material"][0]
+        self.assertEqual(("norm" in values, "map_kd" in values, self.warnings()), (True, True, []))
+        _, vertices, _ = read_ply(os.path.join(self.folder, shot["model"][0]["ply"]))
+        self.assertAlmostEqual(float(np.ptp(vertices["s"])), 3.0, places=5)
+        # the shader that comes in is shown where the mix says so
+        mix.inputs[0].default_value = 1.0
+        node.inputs["Metallic"].default_value = 1.0
+        self.assertEqual(self.export()["material"][0]["pm"], 1)
+        self.assertEqual(self.warnings(), [])
+
     def leaf(self, alpha):
         """Keys of a glowing material with this picture of its alpha."""
         image = bpy.data.images.new("Leaf", 8, 8, alpha=True)
