@@ -34,6 +34,9 @@ class Settings:
     """Factor on all light."""
     camera: tuple | None = None
     """Projection and values of a camera at rest, instead of the scene's."""
+    view: str = ""
+    """One view of several, such as that of the left eye, whose place `eye` tells: see camera.key_of."""
+    eye: object = None
 
 
 @dataclass
@@ -68,7 +71,7 @@ def export_shot(scene, depsgraph, folder, settings, set_frame, progress):
     try:
         walk = Walk(scene, depsgraph, store, settings, warnings)
         walk.over(times, set_frame, lambda share: progress(share * 0.8))
-        cameras = camera.tables(walk.camera_keys, scene, warnings)
+        cameras = camera.tables(walk.camera_keys, warnings)
         text = walk.world + lights.tables(walk.light_tracks())
         models, names = model_tables(walk, warnings, lambda share: progress(0.8 + share * 0.2))
         if not names:

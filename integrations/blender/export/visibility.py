@@ -42,6 +42,13 @@ class Visibility:
             said.append("its light linking is left out: it shines on everything")
         self.warnings.add_for(f"{item.data.type.lower()} light `{item.name}`", said)
 
+    def hair(self, item):
+        """Tells of hair that particle systems draw, which is no mesh."""
+        for modifier in item.modifiers:
+            system = modifier.particle_system if modifier.type == "PARTICLE_SYSTEM" and modifier.show_render else None
+            if system and system.settings.type == "HAIR" and system.settings.render_type == "PATH":
+                self.warnings.add(f"object `{item.name}`: the hair of its particle system `{system.name}` is left out. Convert it to a mesh")
+
     def _is_indirect(self, item):
         """Returns true if the collections of an object show it to indirect rays alone. Holdouts are told."""
         name = item.name_full

@@ -87,14 +87,16 @@ class Walk:
             item = instance.object
             if item.type == "LIGHT":
                 self._light(time, instance, seen_lights)
-            elif item.type == "MESH" and instance.show_self and self.layer.use_solid:
+            elif item.type == "MESH":
+                self.visibility.hair(item)
                 # curves, text and metaballs come twice: as themselves, and as an instance of what is shown of them, a mesh
-                self._mesh(time, instance, item, seen)
+                if instance.show_self and self.layer.use_solid:
+                    self._mesh(time, instance, item, seen)
             elif item.type in {"CURVES", "VOLUME", "POINTCLOUD", "GPENCIL", "GREASEPENCIL"}:
                 self.warnings.add(f"object `{item.name}` is left out: {item.type.lower()} is not rendered. Convert it to a mesh")
         self.meshes.end()
         if self.settings.camera is None:
-            camera = cameras.camera_at(self.scene, time).evaluated_get(self.depsgraph)
+            camera = self._camera_at(time).evaluated_get(self.depsgraph)
             self.clipping.see(camera, self.settings.size, self.placed.values(), time)
         for material in self.meshes.materials.originals():
             if may_change(material):
@@ -114,10 +116,16 @@ class Walk:
         """Name of the camera, its projection, and the values of its key."""
         if self.settings.camera is not None:
             return "", *self.settings.camera
-        camera = cameras.camera_at(self.scene, time)
+        camera = self._camera_at(time)
         if camera is None:
             raise ExportError("the scene has no camera: add one, and make it the active camera (Ctrl Numpad 0)")
-        return camera.name_full, *cameras.key_of(camera, self.scene, self.depsgraph, self.settings.size, self.warnings)
+        return camera.name_full, *cameras.key_of(camera, self.scene, self.depsgraph, self.settings.size, self.warnings, self.settings.eye)
+
+    def _camera_at(self, time):
+        """The camera of a time. A shutter that is open before the first frame sees by the camera of that frame."""
+        frames = self.settings.frames
+        camera = cameras.camera_at(self.scene, min(max(time, min(frames)), max(frames)))
+        return camera and cameras.camera_of_view(self.scene, camera, self.settings.view)
 
     @staticmethod
     def _key(instance, item, seen):

@@ -107,6 +107,18 @@ class Visibility(unittest.TestCase):
         self.assertEqual(len(self.export()["light"]), 1)
         self.told_once("`Lamp`", "glossy rays.*casts shadows.*light linking")
 
+    def test_hair_of_particles_is_told(self):
+        modifier = self.floor.modifiers.new("Fur", "PARTICLE_SYSTEM")
+        modifier.particle_system.settings.type = "HAIR"
+        modifier.particle_system.settings.count = 10
+        modifier.particle_system.name = "Fur"
+        self.scene.frame_end = 2
+        self.assertEqual(self.names(), ["Floor"])
+        self.told_once("`Floor`", "hair of its particle system `Fur`")
+        modifier.show_render = False
+        self.export()
+        self.assertEqual(self.warnings(), [])
+
     def test_a_portal_of_cycles_is_no_light(self):
         data = bpy.data.lights.new("Window", "AREA")
         support.add(self.scene, "Window", data)
