@@ -2,7 +2,6 @@
 """The world: a colour, a picture all around, or a sky."""
 
 import math
-import subprocess
 
 import numpy as np
 
@@ -57,7 +56,7 @@ def of_tree(world, evaluator, images, visible, exposure, goes_on):
         lights, camera = (evaluator.link(node.inputs[index]) for index in (1, 2))
         if factor and factor.from_node.type == "LIGHT_PATH" and factor.from_socket.name == "Is Camera Ray":
             # the common set-up: what the camera sees differs from what lights
-            seen = plain(camera and camera.from_node, evaluator, exposure)
+            seen = even_light(camera and camera.from_node, evaluator, exposure)
             if seen is None:
                 evaluator.say("what the camera sees of it is no plain colour: it sees what lights")
         else:
@@ -69,7 +68,7 @@ def of_tree(world, evaluator, images, visible, exposure, goes_on):
     if node is None or node.type not in KINDS:
         evaluator.say(f"its shader ({node.bl_label if node else 'none'}) is left out")
         return []
-    light = plain(node, evaluator, exposure)
+    light = even_light(node, evaluator, exposure)
     if light is not None:
         return [uniform(light) if seen is None else unlike(light, seen, images)]
     visible = visible and seen is None
@@ -85,7 +84,7 @@ def of_tree(world, evaluator, images, visible, exposure, goes_on):
 KINDS = {"BACKGROUND", "EMISSION"}
 
 
-def plain(node, evaluator, exposure):
+def even_light(node, evaluator, exposure):
     """The colour of a shader that is the same all around; None where it has a picture. No shader is black."""
     if node is None or node.type not in KINDS:
         return constant(0.0, 0.0, 0.0) if node is None else None
@@ -126,12 +125,8 @@ def environment_map(node, strength, evaluator, images, visible):
 
 
 def sky(node, strength, evaluator, images, visible, goes_on):
-    """A sky texture: a picture of it that Cycles makes, and its sun as a light. Where that fails, the renderer's own sky."""
-    try:
-        pixels, sun = sky_bake.bake(node, goes_on)
-    except (OSError, ValueError, subprocess.SubprocessError) as error:
-        evaluator.say(f"its sky cannot be baked ({type(error).__name__}), and is replaced by another model with the same sun, of another brightness")
-        return [other_sky(node, strength, visible)]
+    """A sky texture: a picture of it that Cycles makes, and its sun as a light."""
+    pixels, sun = sky_bake.bake(node, goes_on)
     name = images.write_light("sky", pixels)
     out = [toml.table("[environment]", {"map": name, "rotation": -90.0, "power": max(0.0, strength), "visible": visible})]
     top = float(sun.max())
@@ -142,16 +137,3 @@ def sky(node, strength, evaluator, images, visible, goes_on):
         # a white surface shows the radiance that the renderer calls a power
         out.append(toml.table("[[light]]", {**light, "color": (sun / top).tolist(), "power": top * max(0.0, strength), "samples": 4}))
     return out
-
-
-def other_sky(node, strength, visible):
-    """The renderer's own sky, which is that of Preetham."""
-    if node.sky_type not in {"PREETHAM", "HOSEK_WILKIE"}:
-        elevation, azimuth = math.degrees(node.sun_elevation), math.degrees(node.sun_rotation)
-    else:
-        east, north, up = node.sun_direction
-        elevation, azimuth = math.degrees(math.asin(max(-1, min(1, up)))), math.degrees(math.atan2(east, north))
-    values = {"elevation": max(-6.0, min(90.0, elevation)), "azimuth": azimuth % 360}
-    if node.sky_type in {"PREETHAM", "HOSEK_WILKIE"}:
-        values["turbidity"] = max(2.0, min(10.0, node.turbidity))
-    return toml.table("[environment]", {"sky": values, "power": max(0.0, strength), "visible": visible})

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Exports of small scenes, good and bad. Needs bpy; the renderer is not asked."""
 
+import itertools
 import os
 import re
 import stat
@@ -8,6 +9,7 @@ import sys
 import tempfile
 import time
 import tomllib
+import types
 import unittest
 
 import bpy
@@ -186,6 +188,33 @@ class Export(unittest.TestCase):
             self.assertEqual(len(runs), 2)
         finally:
             bake._run = run
+            bake._baked.clear()
+
+    def test_a_sky_that_cannot_be_baked_ends_the_export_with_its_error(self):
+        support.add_camera(self.scene)
+        self.sky()
+        bake = support.extension().export.world.sky_bake
+        popen = bake.subprocess.Popen
+        text = "print('about to fail'); raise MemoryError('no room for a sky')"
+        bake.subprocess.Popen = lambda command, **more: popen([sys.executable, "-c", text], **more)
+        try:
+            self.refused("sky texture cannot be rendered.*code 1.*no room for a sky")
+        finally:
+            bake.subprocess.Popen = popen
+
+    def test_a_sky_is_waited_for_however_long_it_takes(self):
+        support.add_camera(self.scene)
+        self.sky()
+        bake = support.extension().export.world.sky_bake
+        popen, clock, hours = bake.subprocess.Popen, bake.time, itertools.count(0, 3600)
+        text = "import sys, numpy; numpy.savez(sys.argv[1], sky=numpy.ones((2, 4, 3)), sun=numpy.zeros(3))"
+        bake.subprocess.Popen = lambda command, **more: popen([sys.executable, "-c", text, command[-1]], **more)
+        bake.time = types.SimpleNamespace(sleep=time.sleep, monotonic=lambda: next(hours))
+        try:
+            self.assertIn("map", self.export()["environment"])
+            self.assertEqual(self.warnings().count("sky"), 0)
+        finally:
+            bake.subprocess.Popen, bake.time = popen, clock
             bake._baked.clear()
 
     def test_cancelling_while_the_sky_is_baked_ends_its_process(self):
