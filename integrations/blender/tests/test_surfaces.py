@@ -369,7 +369,7 @@ class Surfaces(unittest.TestCase):
         self.seen_by_the_camera((1, 0, 0, 1)).inputs["Color"].default_value = (0, 0, 1, 1)
         shot = self.export()
         self.assertEqual((shot["background"]["color"], shot["environment"]["visible"]), ([1, 0, 0], False))
-        np.testing.assert_allclose(support.read_exr(os.path.join(self.folder, shot["environment"]["map"]))[:, :, :3], [[[0, 0, 1]] * 4] * 2)
+        np.testing.assert_allclose(support.read_pixels(os.path.join(self.folder, shot["environment"]["map"]))[:, :, :3], [[[0, 0, 1]] * 4] * 2)
         self.assertEqual([line for line in self.warnings() if "Dusk" in line], [])
 
     def test_a_map_that_the_camera_does_not_see(self):
