@@ -44,57 +44,63 @@ def of_tree(world, evaluator, images, visible, exposure, goes_on):
     """The tables of a world's node tree."""
     outputs = [node for node in world.node_tree.nodes if node.type == "OUTPUT_WORLD"]
     outputs.sort(key=lambda node: not node.is_active_output)
-    link = evaluator.link(outputs[0].inputs["Surface"]) if outputs else None
-    node = link.from_node if link else None
-    if node is None:
+    if not outputs:
         return []
     if outputs[0].inputs["Volume"].is_linked:
         evaluator.say("its volume is left out")
-    seen = None
-    if node.type == "MIX_SHADER":
-        factor = evaluator.link(node.inputs[0])
-        lights, camera = (evaluator.link(node.inputs[index]) for index in (1, 2))
-        if factor and factor.from_node.type == "LIGHT_PATH" and factor.from_socket.name == "Is Camera Ray":
-            # the common set-up: what the camera sees differs from what lights
-            seen = even_light(camera and camera.from_node, evaluator, exposure)
-            if seen is None:
-                evaluator.say("what the camera sees of it is no plain colour: it sees what lights")
-        else:
-            evaluator.say("of its mixed backgrounds the first one is shown")
-            lights = lights or camera
-        node = lights.from_node if lights else None
-        if node is None and seen is not None:
-            return [unlike(constant(0.0, 0.0, 0.0), seen, images)]
-    if node is None or node.type not in KINDS:
-        evaluator.say(f"its shader ({node.bl_label if node else 'none'}) is left out")
-        return []
-    light = even_light(node, evaluator, exposure)
+    surface, seen = outputs[0].inputs["Surface"], None
+    with evaluator.source(surface) as (node, _):
+        if node and node.type == "MIX_SHADER":
+            with evaluator.source(node.inputs[0]) as (factor, output):
+                is_of_camera = factor and factor.type == "LIGHT_PATH" and output.name == "Is Camera Ray"
+            surface = node.inputs[1]
+            if is_of_camera:
+                # the common set-up: what the camera sees differs from what lights
+                seen = even_light(evaluator, node.inputs[2], exposure)
+                if seen is None:
+                    evaluator.say("what the camera sees of it is no plain colour: it sees what lights")
+            else:
+                evaluator.say("of its mixed backgrounds the first one is shown")
+                surface = surface if surface.is_linked else node.inputs[2]
+        return of_shader(evaluator, surface, seen, images, visible, exposure, goes_on)
+
+
+def of_shader(evaluator, socket, seen, images, visible, exposure, goes_on):
+    """The tables of what is linked to a shader input. `seen`: the colour that the camera sees instead, or None."""
+    light = even_light(evaluator, socket, exposure)
     if light is not None:
         return [uniform(light) if seen is None else unlike(light, seen, images)]
-    visible = visible and seen is None
-    strength = float(evaluator.input(node, "Strength").mean()) * exposure
-    source = evaluator.link(node.inputs["Color"]).from_node
-    if source.type == "TEX_ENVIRONMENT":
-        out = [environment_map(source, strength, evaluator, images, visible)]
-    else:
-        out = sky(source, strength, evaluator, images, visible, goes_on)
+    with evaluator.source(socket) as (node, _):
+        if node.type not in KINDS:
+            evaluator.say(f"its shader ({node.bl_label}) is left out")
+            return []
+        strength = float(evaluator.input(node, "Strength").mean()) * exposure
+        visible = visible and seen is None
+        with evaluator.source(node.inputs["Color"]) as (source, _):
+            if source.type == "TEX_ENVIRONMENT":
+                out = [environment_map(source, strength, evaluator, images, visible)]
+            else:
+                out = sky(source, strength, evaluator, images, visible, goes_on)
     return out if seen is None else [background(seen), *out]
 
 
 KINDS = {"BACKGROUND", "EMISSION"}
 
 
-def even_light(node, evaluator, exposure):
-    """The colour of a shader that is the same all around; None where it has a picture. No shader is black."""
-    if node is None or node.type not in KINDS:
-        return constant(0.0, 0.0, 0.0) if node is None else None
-    source = evaluator.link(node.inputs["Color"])
-    if source and source.from_node.type in {"TEX_ENVIRONMENT", "TEX_SKY"}:
-        return None
-    light = evaluator.input(node, "Color")
-    if light.shape[:2] != (1, 1):
-        evaluator.say("its picture is not an environment texture: its mean is shown")
-    return light.mean(axis=(0, 1)) * float(evaluator.input(node, "Strength").mean()) * exposure
+def even_light(evaluator, socket, exposure):
+    """The colour of a shader input that is the same all around, black without a shader; None where it has a picture, or is another shader."""
+    with evaluator.source(socket) as (node, _):
+        if node is None:
+            return constant(0.0, 0.0, 0.0)
+        if node.type not in KINDS:
+            return None
+        with evaluator.source(node.inputs["Color"]) as (source, _):
+            if source and source.type in {"TEX_ENVIRONMENT", "TEX_SKY"}:
+                return None
+        light = evaluator.input(node, "Color")
+        if light.shape[:2] != (1, 1):
+            evaluator.say("its picture is not an environment texture: its mean is shown")
+        return light.mean(axis=(0, 1)) * float(evaluator.input(node, "Strength").mean()) * exposure
 
 
 def environment_map(node, strength, evaluator, images, visible):
@@ -105,16 +111,15 @@ def environment_map(node, strength, evaluator, images, visible):
     if node.projection != "EQUIRECTANGULAR":
         evaluator.say("its mirror ball is shown as an equirectangular map")
     turn = 0.0
-    link = evaluator.link(node.inputs["Vector"])
-    if link and link.from_node.type == "MAPPING":
-        mapping = link.from_node
-        angles = evaluator.input(mapping, "Rotation").mean(axis=(0, 1))
-        turn = math.degrees(float(angles[2])) * (-1 if mapping.vector_type == "TEXTURE" else 1)
-        if max(abs(float(angles[0])), abs(float(angles[1]))) > 1e-4:
-            evaluator.say("its map is turned about Z alone")
-        scale = evaluator.input(mapping, "Scale").mean(axis=(0, 1)) if mapping.inputs.get("Scale") else np.ones(3)
-        if not np.allclose(scale, 1, atol=1e-4):
-            evaluator.say("the scale of its mapping is left out")
+    with evaluator.source(node.inputs["Vector"]) as (mapping, _):
+        if mapping and mapping.type == "MAPPING":
+            angles = evaluator.input(mapping, "Rotation").mean(axis=(0, 1))
+            turn = math.degrees(float(angles[2])) * (-1 if mapping.vector_type == "TEXTURE" else 1)
+            if max(abs(float(angles[0])), abs(float(angles[1]))) > 1e-4:
+                evaluator.say("its map is turned about Z alone")
+            scale = evaluator.input(mapping, "Scale").mean(axis=(0, 1)) if mapping.inputs.get("Scale") else np.ones(3)
+            if not np.allclose(scale, 1, atol=1e-4):
+                evaluator.say("the scale of its mapping is left out")
     pixels = images.pixels(node.image)
     if pixels is None:
         return uniform(constant(1.0, 0.0, 1.0) * strength)

@@ -381,6 +381,26 @@ class Surfaces(unittest.TestCase):
         shot = self.export()
         self.assertEqual((shot["background"]["color"], shot["environment"]["visible"]), ([1, 0, 0], False))
 
+    def test_a_world_within_a_group(self):
+        group = bpy.data.node_groups.new("Studio", "ShaderNodeTree")
+        group.interface.new_socket("Strength", in_out="INPUT", socket_type="NodeSocketFloat")
+        group.interface.new_socket("Out", in_out="OUTPUT", socket_type="NodeSocketShader")
+        enters, leaves = group.nodes.new("NodeGroupInput"), group.nodes.new("NodeGroupOutput")
+        shader, source = group.nodes.new("ShaderNodeBackground"), group.nodes.new("ShaderNodeTexEnvironment")
+        source.image = bpy.data.images.new("Studio", 8, 4, float_buffer=True)
+        group.links.new(source.outputs[0], shader.inputs["Color"])
+        group.links.new(enters.outputs[0], shader.inputs["Strength"])
+        group.links.new(shader.outputs[0], leaves.inputs[0])
+        self.world()
+        tree = self.scene.world.node_tree
+        outer = tree.nodes.new("ShaderNodeGroup")
+        outer.node_tree = group
+        outer.inputs["Strength"].default_value = 3.0
+        tree.links.new(outer.outputs[0], tree.nodes["World Output"].inputs["Surface"])
+        shot = self.export()
+        self.assertEqual(shot["environment"]["power"], 3)
+        self.assertEqual([line for line in self.warnings() if "Dusk" in line], [])
+
     def test_normals_shaders_and_coordinates_come_into_groups_through_their_inputs(self):
         group = bpy.data.node_groups.new("Inner", "ShaderNodeTree")
         for name, kind in (("Normal", "Vector"), ("Below", "Shader"), ("Place", "Vector")):
