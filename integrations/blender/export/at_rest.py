@@ -12,18 +12,19 @@ class AtRest:
     def __init__(self, warnings):
         self.warnings, self.first, self.changed = warnings, {}, {}
 
-    def see(self, subject, time, values):
-        """Notes values at a time, each by what it is called ("": the subject itself)."""
-        _, before = self.first.setdefault(subject, (time, values))
+    def see(self, key, subject, time, values):
+        """Notes values of what has this key at a time, each by what it is called ("": the subject itself)."""
+        _, _, before = self.first.setdefault(key, (subject, time, values))
         for name in {**before, **values}:
             if not alike(before.get(name), values.get(name)):
-                self.changed.setdefault(subject, {}).setdefault(name)
+                self.changed.setdefault(key, {}).setdefault(name)
 
     def tell(self):
         """Warns of what has changed, once for each subject."""
-        for subject, names in self.changed.items():
+        for key, names in self.changed.items():
+            subject, time, _ = self.first[key]
             of = f": its {' and '.join(names)}" if all(names) else ""
-            self.warnings.add(f"{subject}{of} {'are' if len(names) > 1 else 'is'} animated: frame {self.first[subject][0]:g} is shown")
+            self.warnings.add(f"{subject}{of} {'are' if len(names) > 1 else 'is'} animated: frame {time:g} is shown")
 
 
 def alike(before, now):

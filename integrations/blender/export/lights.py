@@ -35,7 +35,7 @@ def light_of(instance, data, settings, warnings):
     kind = {"POINT": point, "SUN": sun, "SPOT": spot, "AREA": area}[data.type]
     said = []
     fixed, power, factor = kind(data, lengths, settings.shadow_rays, said.append)
-    warnings.add_for(f"{data.type.lower()} light `{name}`", said)
+    warnings.add_for(subject_of(instance.object), said)
     key = {"color": [float(part) for part in color], "power": max(0.0, strength * factor * power * settings.exposure)}
     if data.type == "SUN":
         key["direction"] = ahead.tolist()
@@ -52,10 +52,14 @@ AT_REST = {"radius": "radius", "size": "size", "spread": "spread", "cone": "spot
 """Keys that have no track, and what Blender calls them."""
 
 
-def at_rest(instance, fixed, time):
-    """What of a light must not change, for AtRest.see."""
-    item = instance.object
-    return f"{item.data.type.lower()} light `{item.name}`", time, {name: fixed[key] for key, name in AT_REST.items() if key in fixed}
+def at_rest(fixed):
+    """What of a light must not change, by what Blender calls it."""
+    return {name: fixed[key] for key, name in AT_REST.items() if key in fixed}
+
+
+def subject_of(item):
+    """What messages call a light."""
+    return f"{item.data.type.lower()} light `{item.name}`"
 
 
 def color_of(data, warnings):

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What is shown to some kinds of rays alone, or in another way than as itself. Here rays of all kinds see the same."""
 
+from .lights import subject_of
+
 RAYS = {
     "visible_diffuse": "diffuse",
     "visible_glossy": "glossy",
@@ -40,7 +42,7 @@ class Visibility:
         linking = getattr(item, "light_linking", None)
         if linking and (linking.receiver_collection or linking.blocker_collection):
             said.append("its light linking is left out: it shines on everything")
-        self.warnings.add_for(f"{item.data.type.lower()} light `{item.name}`", said)
+        self.warnings.add_for(subject_of(item), said)
 
     def hair(self, item):
         """Tells of hair that particle systems draw, which is no mesh."""

@@ -100,7 +100,7 @@ class Walk:
             self.clipping.see(camera, self.settings.size, self.placed.values(), time)
         for material in self.meshes.materials.originals():
             if may_change(material):
-                self.rest.see(f"material `{material.name}`", time, {"": values_of(material.evaluated_get(self.depsgraph))})
+                self.rest.see(material.name_full, f"material `{material.name}`", time, {"": values_of(material.evaluated_get(self.depsgraph))})
 
     def _world(self, time, goes_on):
         """Notes the world. The original does not change from frame to frame. A view layer may have another one, or none."""
@@ -110,7 +110,7 @@ class Walk:
             settings, images = self.settings, self.meshes.materials.images
             self.world = world.tables(found, images, not settings.transparent, settings.exposure, self.warnings, goes_on)
         if found and may_change(found):
-            self.rest.see(f"world `{found.name}`", time, {"": values_of(found)})
+            self.rest.see(None, f"world `{found.name}`", time, {"": values_of(found)})
 
     def _camera(self, time):
         """Name of the camera, its projection, and the values of its key."""
@@ -145,7 +145,7 @@ class Walk:
         if found:
             self.visibility.light(instance.object)
             fixed, values = found
-            self.rest.see(*lights.at_rest(instance, fixed, time))
+            self.rest.see(key, lights.subject_of(instance.object), time, lights.at_rest(fixed))
             self.lights.setdefault(key, (fixed, {}))[1][time] = values
 
     def _mesh(self, time, instance, item, seen):

@@ -246,6 +246,16 @@ class Surfaces(unittest.TestCase):
         self.assertLess(shot["light"][0]["angle"], 180)
         self.assertEqual(shot["material"][0]["ni"], 100)
 
+    def test_copies_of_a_light_in_several_sizes_are_at_rest(self):
+        self.scene.frame_end = 2
+        collection = bpy.data.collections.new("Lamps")
+        collection.objects.link(bpy.data.objects.new("Panel", bpy.data.lights.new("Panel", "AREA")))
+        for index in range(2):
+            copy = support.add(self.scene, f"Copy {index}", None)
+            copy.instance_type, copy.instance_collection, copy.scale = "COLLECTION", collection, (1 + index,) * 3
+        self.assertEqual(sorted(light["size"][0] for light in self.export()["light"]), [0.25, 0.5])
+        self.assertEqual([line for line in self.warnings() if "Panel" in line], [])
+
     def smoke(self):
         """A material with a volume and no surface."""
         material, node = principled("Smoke")
