@@ -61,8 +61,9 @@ def reaches(stored, matrix, corners):
     """Returns true if triangles of a mesh reach into a box: its corners are columns in the world."""
     inside = np.linalg.solve(matrix[:, :3], corners[:3] - matrix[:, 3:])
     low, high = inside.min(axis=1), inside.max(axis=1)
-    points = stored.geometry.positions[stored.geometry.triangles]
-    points = points[((points.min(axis=1) <= high) & (points.max(axis=1) >= low)).all(axis=1)].astype(float)
+    lowest, highest = stored.boxes
+    near = np.flatnonzero(np.logical_and.reduce([lowest[axis] <= high[axis] for axis in range(3)] + [highest[axis] >= low[axis] for axis in range(3)]))
+    points = stored.geometry.positions[stored.geometry.triangles[near]].astype(float)
     normals = np.cross(points[:, 1] - points[:, 0], points[:, 2] - points[:, 0])
     apart = np.abs(np.einsum("ni,ni->n", normals, points[:, 0] - (low + high) / 2))
     return bool((apart <= np.abs(normals) @ ((high - low) / 2)).any())

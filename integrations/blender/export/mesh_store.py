@@ -5,6 +5,7 @@ A mesh that cannot change is read once. One that might (modifiers, shape keys, g
 faces stay the same it is one mesh with a point cache; when they change, another mesh begins.
 """
 
+import functools
 import os
 
 import numpy as np
@@ -22,6 +23,11 @@ class Stored:
         self.scale = users_scale
         self.shapes, self.pending, self.deforms = None, 0, False
         self.bounds = geometry.positions.min(axis=0), geometry.positions.max(axis=0)
+
+    @functools.cached_property
+    def boxes(self):
+        """Lowest and highest coordinates of all triangles, (3, triangles) each."""
+        return meshes.boxes_of(self.geometry)
 
     def add_shape(self, time, positions):
         """Notes the shape at a later time."""
