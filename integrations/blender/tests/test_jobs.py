@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Render jobs, with a renderer that shows which shot and frame it was asked for. Needs bpy alone."""
 
+import builtins
 import os
 import tempfile
 import tomllib
@@ -17,7 +18,7 @@ class Jobs(unittest.TestCase):
         self.scratch = tempfile.TemporaryDirectory()
         self.scene = support.empty(16, 12)
         self.camera = support.add_camera(self.scene)
-        support.add(self.scene, "Floor", support.grid())
+        self.floor = support.add(self.scene, "Floor", support.grid())
         self.session = support.extension().session
         self.kept = self.session.renderer
         self.shots, self.frames = [], []
@@ -57,6 +58,22 @@ class Jobs(unittest.TestCase):
         # off axis: both see the same at the distance at which they converge
         shift = 0.25 * self.camera.data.lens / self.camera.data.sensor_width / 4
         np.testing.assert_allclose([shot["camera"]["key"][0]["shift"][0] for shot in self.shots], [shift, -shift], atol=1e-5)
+
+    def test_each_eye_is_exported_once_for_all_frames(self):
+        self.scene.frame_end = 3
+        self.scene.render.use_multiview = True
+        # a warning of both is told once
+        self.floor.visible_shadow = False
+        told, print_of = [], builtins.print
+        builtins.print = lambda *values, **more: told.append(values)
+        self.scene.render.filepath = os.path.join(self.scratch.name, "f.####")
+        try:
+            bpy.ops.render.render(animation=True)
+        finally:
+            builtins.print = print_of
+        self.assertEqual([shot["render"]["frames"] for shot in self.shots], ["1-3", "1-3"])
+        self.assertEqual([number for number, _ in self.frames], [1, 1, 2, 2, 3, 3])
+        self.assertEqual(len([values for values in told if "`Floor`" in str(values)]), 1)
 
     def test_views_of_two_cameras_are_theirs(self):
         self.scene.render.views_format = "MULTIVIEW"
