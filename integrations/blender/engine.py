@@ -59,12 +59,19 @@ class AfterimageEngine(bpy.types.RenderEngine):
             session.exported = session.export(self, scene, depsgraph, view_layer, session.export_folder, frames)
             return
         session.renderer()
+        for view in session.views_of(scene):
+            self.active_view_set(view)
+            self._render_view(scene, depsgraph, view)
+
+    def _render_view(self, scene, depsgraph, view):
+        """Renders one frame of one view, whose name is empty where there is one alone."""
+        view_layer = depsgraph.view_layer
         self.update_stats("", "Afterimage | exporting")
-        job = session.job_of(self, scene, depsgraph, view_layer)
+        job = session.job_of(self, scene, depsgraph, view_layer, view)
         self.update_stats("", f"Afterimage | frame {scene.frame_current}")
         frame = job.frame(self, scene)
         height, width = frame.layers["RGBA"].shape[:2]
-        result = self.begin_result(0, 0, width, height, layer=view_layer.name)
+        result = self.begin_result(0, 0, width, height, layer=view_layer.name, view=view)
         passes.add_manifests(self.get_result(), scene, view_layer, job.objects, job.exported.materials)
         passes.fill(result, frame, scene, view_layer)
         self.end_result(result)

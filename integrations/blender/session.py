@@ -5,7 +5,9 @@ Blender asks an engine for one frame at a time, and makes a new engine for each.
 `render_init`, which begins a job, to `render_complete` or `render_cancel`. So a scene that changes between jobs is exported anew.
 """
 
+import dataclasses
 import fractions
+import itertools
 import shutil
 import tempfile
 
@@ -13,8 +15,11 @@ import bpy
 
 from . import passes
 from .export import Settings, export_shot
+from .export.camera import camera_at
 
 _jobs = {}
+_told = set()
+"""Warnings of these jobs: each is told once, and not for each eye again."""
 export_folder = None
 """Where "Export shot" wants the shot: then the engine exports and renders nothing."""
 exported = None
@@ -83,8 +88,10 @@ def settings_of(scene, view_layer, frames, warn):
     render = {"samples": own.samples, "depth": own.depth, "reflections": own.reflections, "mode": own.mode, "base_every": own.base_every}
     # as Blender's box of one pixel, but that samples need not lie in the centres of their cells
     render.update(exposures=own.exposures, caustics="paths" if own.caustics else "none", filter="area")
-    if own.clamp > 0:
-        render["clamp"] = own.clamp
+    # the exposure of the film is a setting of Cycles, which counts for its limits as well
+    exposure = getattr(getattr(scene, "cycles", None), "film_exposure", 1.0)
+    if own.clamp > 0 and exposure > 0:
+        render["clamp"] = own.clamp * exposure
     return Settings(
         frames=frames,
         size=size_of(scene),
@@ -95,6 +102,7 @@ def settings_of(scene, view_layer, frames, warn):
         shutter=shutter_of(scene),
         transparent=scene.render.film_transparent,
         shadow_rays=int(own.shadow_rays),
+        exposure=exposure,
     )
 
 
@@ -105,17 +113,36 @@ def frames_of(scene, is_animation):
     return list(range(scene.frame_start, scene.frame_end + 1, scene.frame_step)) or [scene.frame_current]
 
 
-class Job:
-    """The frames of one scene and view layer that are rendered one after the other."""
+def views_of(scene):
+    """Names of the pictures of a frame, such as those of two eyes; one without a name if there is one alone."""
+    render = scene.render
+    if not render.use_multiview:
+        return [""]
+    return [each.name for each in (render.stereo_views if render.views_format == "STEREO_3D" else render.views) if each.use]
 
-    def __init__(self, engine, scene, depsgraph, view_layer):
-        self.frames = frames_of(scene, engine.is_animation)
-        if scene.frame_current not in self.frames:
-            self.frames = [scene.frame_current]
+
+def of_one_projection(scene, frames):
+    """The first of these frames that follow each other and have cameras of one projection, as a shot has."""
+
+    def projection(frame):
+        camera = camera_at(scene, frame)
+        return camera and camera.type == "CAMERA" and camera.data.type == "ORTHO"
+
+    return list(itertools.takewhile(lambda frame: projection(frame) == projection(frames[0]), frames))
+
+
+class Job:
+    """The frames of one scene, view layer and view that are rendered one after the other."""
+
+    def __init__(self, engine, scene, depsgraph, view_layer, view):
+        frames = [frame for frame in frames_of(scene, engine.is_animation) if frame >= scene.frame_current]
+        if scene.frame_current not in frames:
+            frames = [scene.frame_current]
+        self.frames = of_one_projection(scene, frames)
         self.folder = tempfile.mkdtemp(prefix="afterimage-")
         self.render, self.next = None, 0
         try:
-            self.exported = export(engine, scene, depsgraph, view_layer, self.folder, self.frames)
+            self.exported = export(engine, scene, depsgraph, view_layer, self.folder, self.frames, view)
             self.module = renderer()
             self.scene = self.module.load(self.exported.path)
         except BaseException:
@@ -159,10 +186,16 @@ class Job:
         shutil.rmtree(self.folder, ignore_errors=True)
 
 
-def export(engine, scene, depsgraph, view_layer, folder, frames):
-    """Exports frames through a render engine, which evaluates the scene as it is rendered."""
+def export(engine, scene, depsgraph, view_layer, folder, frames, view=""):
+    """Exports frames through a render engine, which evaluates the scene as it is rendered. `view`: the engine's active one of several."""
     messages = []
     settings = settings_of(scene, view_layer, frames, messages.append)
+    if view:
+        # by the engine, which knows how far the eyes are apart and where they converge
+        eye = lambda camera: (engine.camera_model_matrix(camera), engine.camera_shift_x(camera))  # noqa: E731
+        settings = dataclasses.replace(settings, view=view, eye=eye)
+    elif scene.render.use_multiview:
+        messages.append("stereoscopy: the shot has the camera's own view alone")
 
     def progress(share):
         engine.update_progress(share)
@@ -176,20 +209,22 @@ def export(engine, scene, depsgraph, view_layer, folder, frames):
         engine.frame_set(current, subframe=part)
     done.warnings[:0] = messages
     for message in done.warnings:
-        engine.report({"WARNING"}, message)
-        print(f"Afterimage: {message}")
+        if message not in _told:
+            _told.add(message)
+            engine.report({"WARNING"}, message)
+            print(f"Afterimage: {message}")
     return done
 
 
-def job_of(engine, scene, depsgraph, view_layer):
-    """The job at work for a scene and a view layer, which begins with its first frame."""
-    key = (scene.name_full, view_layer.name)
+def job_of(engine, scene, depsgraph, view_layer, view):
+    """The job at work for a scene, a view layer and a view, which begins with its first frame."""
+    key = (scene.name_full, view_layer.name, view)
     job = _jobs.get(key)
     if job is None or scene.frame_current not in job.frames:
         if job is not None:
             job.close()
             del _jobs[key]
-        job = _jobs[key] = Job(engine, scene, depsgraph, view_layer)
+        job = _jobs[key] = Job(engine, scene, depsgraph, view_layer, view)
     return job
 
 
@@ -198,6 +233,7 @@ def end(*_):
     for job in _jobs.values():
         job.close()
     _jobs.clear()
+    _told.clear()
 
 
 HANDLERS = ("render_init", "render_complete", "render_cancel")

@@ -43,21 +43,32 @@ def fit_of(data, width, height, aspect=(1.0, 1.0)):
     return max(across, up), data.sensor_width
 
 
-def key_of(camera, scene, depsgraph, size, warnings):
-    """The projection, and the values of a [[camera.key]]."""
+def camera_of_view(scene, camera, view):
+    """The camera of one view of several, which may be cameras that differ by the ends of their names."""
+    views = {each.name: each.camera_suffix for each in scene.render.views if each.use}
+    if scene.render.views_format != "MULTIVIEW" or view not in views:
+        return camera
+    own = next((suffix for suffix in views.values() if suffix and camera.name.endswith(suffix)), None)
+    return (scene.objects.get(camera.name.removesuffix(own) + views[view]) if own else None) or camera
+
+
+def key_of(camera, scene, depsgraph, size, warnings, eye=None):
+    """The projection, and the values of a [[camera.key]]. `eye`: matrix and horizontal shift of an evaluated camera, if they are not its own."""
     evaluated = camera.evaluated_get(depsgraph)
     data = evaluated.data
     if camera.type != "CAMERA":
         raise ExportError(f"`{camera.name}` is not a camera: choose one in the scene's properties, or render from a camera")
-    matrix = TO_Y_UP[:3, :3] @ np.array(evaluated.matrix_world)[:3, :3]
+    place, shift = eye(evaluated) if eye else (evaluated.matrix_world, data.shift_x)
+    place = np.array(place, dtype=float)
+    matrix = TO_Y_UP[:3, :3] @ place[:3, :3]
     lengths = np.linalg.norm(matrix, axis=0)
-    if not np.isfinite(np.array(evaluated.matrix_world)).all() or not (lengths > 0).all():
+    if not np.isfinite(place).all() or not (lengths > 0).all():
         raise ExportError(f"camera `{camera.name}` has no place: its matrix is flat or not finite. Check its constraints and drivers")
     width, height = size
     fit, sensor = fit_of(data, width, height)
-    eye = TO_Y_UP @ np.array(evaluated.matrix_world)[:, 3]
+    at = (TO_Y_UP @ place[:, 3])[:3]
     longer = fit / max(width, height)
-    key = {"eye": eye[:3].tolist(), "rotation": rotation_of(matrix / lengths)}
+    key = {"eye": at.tolist(), "rotation": rotation_of(matrix / lengths)}
     if data.type == "ORTHO":
         projection = "orthographic"
         key["height"] = data.ortho_scale * height / fit
@@ -68,10 +79,10 @@ def key_of(camera, scene, depsgraph, size, warnings):
         key["fov"] = math.degrees(2 * math.atan(sensor / 2 / data.lens * height / fit))
         if data.dof.use_dof and data.dof.aperture_fstop > 0:
             key["aperture"] = data.lens * 1e-3 / (2 * data.dof.aperture_fstop) / scene.unit_settings.scale_length
-            key["focus"] = focus_of(data, eye[:3], -matrix[:, 2] / lengths[2], depsgraph)
+            key["focus"] = focus_of(data, at, -matrix[:, 2] / lengths[2], depsgraph)
             # the renderer has no wider lens
             key["aperture"] = min(key["aperture"], 10 * key["focus"])
-    key["shift"] = [data.shift_x * longer, data.shift_y * longer]
+    key["shift"] = [shift * longer, data.shift_y * longer]
     return projection, key
 
 
@@ -84,13 +95,13 @@ def focus_of(data, eye, forward, depsgraph):
     return max(focus, 1e-5)
 
 
-def tables(keys, scene, warnings):
+def tables(keys, warnings):
     """[camera] and its keys: `keys` are (time, name of the camera, projection, values)."""
     from . import toml
 
     projection = keys[0][2]
     if any(key[2] != projection for key in keys):
-        warnings.add("perspective and orthographic cameras in one shot: all are shown as the first one")
+        warnings.add("perspective and orthographic cameras in one shot: all are shown as the first one. Export the frames of each by themselves")
     out = [toml.table("[camera]", {"projection": projection})]
     last_name, last_values = None, None
     for index, (time, name, kind, values) in enumerate(keys):

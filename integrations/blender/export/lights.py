@@ -15,8 +15,10 @@ SHADOW_RAYS = (1, 4, 16)
 LEAST_SPREAD, WIDEST_SPREAD = math.radians(1), math.radians(179.9)  # of area lights
 
 
-def light_of(instance, data, shadow_rays, warnings):
+def light_of(instance, data, settings, warnings):
     """The values of a [[light]]: those that stay, and those of a key. None where it gives no light."""
+    if getattr(getattr(data, "cycles", None), "is_portal", False):
+        return None  # it only tells Cycles where the world shines in
     matrix = np.array(instance.matrix_world)
     name = instance.object.name
     if not np.isfinite(matrix).all():
@@ -32,9 +34,9 @@ def light_of(instance, data, shadow_rays, warnings):
     color, strength = color_of(data, warnings)
     kind = {"POINT": point, "SUN": sun, "SPOT": spot, "AREA": area}[data.type]
     said = []
-    fixed, power, factor = kind(data, lengths, shadow_rays, said.append)
-    warnings.add_for(f"{data.type.lower()} light `{name}`", said)
-    key = {"color": [float(part) for part in color], "power": max(0.0, strength * factor * power)}
+    fixed, power, factor = kind(data, lengths, settings.shadow_rays, said.append)
+    warnings.add_for(subject_of(instance.object), said)
+    key = {"color": [float(part) for part in color], "power": max(0.0, strength * factor * power * settings.exposure)}
     if data.type == "SUN":
         key["direction"] = ahead.tolist()
     else:
@@ -44,6 +46,20 @@ def light_of(instance, data, shadow_rays, warnings):
         if data.type == "AREA":
             key["up"] = (axes[:, 1] / lengths[1]).tolist()
     return {"name": name, **fixed}, key
+
+
+AT_REST = {"radius": "radius", "size": "size", "spread": "spread", "cone": "spot size", "soft": "blend", "angle": "angle"}
+"""Keys that have no track, and what Blender calls them."""
+
+
+def at_rest(fixed):
+    """What of a light must not change, by what Blender calls it."""
+    return {name: fixed[key] for key, name in AT_REST.items() if key in fixed}
+
+
+def subject_of(item):
+    """What messages call a light."""
+    return f"{item.data.type.lower()} light `{item.name}`"
 
 
 def color_of(data, warnings):
@@ -79,7 +95,8 @@ def sun(data, _lengths, rays, _say):
     angle = math.degrees(data.angle)
     fixed = {"type": "directional"}
     if angle > 0:
-        fixed.update(angle=min(angle, 180.0), samples=rays)
+        # half of the sky and more is refused
+        fixed.update(angle=min(angle, 179.9), samples=rays)
     return fixed, data.energy, 1 / math.pi
 
 
@@ -90,7 +107,8 @@ def spot(data, _lengths, rays, say):
         say("its cone is wider than 179.8 degrees, and is made so wide")
         half = math.radians(89.9)
     inner = math.acos(min(1.0, math.cos(half) + (1 - math.cos(half)) * data.spot_blend))
-    fixed = {"type": "spot", "cone": math.degrees(2 * half), "soft": 1 - inner / half}
+    # without blend the arc of the cosine may come out beyond the rim by a rounding
+    fixed = {"type": "spot", "cone": math.degrees(2 * half), "soft": max(0.0, 1 - inner / half)}
     if data.shadow_soft_size > 0:
         fixed.update(radius=data.shadow_soft_size, samples=rays)
     return fixed, data.energy, 1 / (4 * math.pi**2)

@@ -8,10 +8,11 @@ from .images import safe
 from .nodes import Evaluator, alike, constant
 from .surfaces import BLENDED, Surface, surface_of
 
-"""Largest roughness of what is shown as smooth without a word."""
-
 LEAST_ALPHA = 1e-3
 """Alpha below which what a surface shows is not known from the light that is left."""
+
+MOST_BENDING = 100.0
+"""The largest index of refraction that the renderer takes."""
 
 SOFT_SHARE = 0.1
 """Share of a picture's alpha that is neither there nor gone from which on its surface is a veil."""
@@ -20,13 +21,15 @@ SOFT_SHARE = 0.1
 class Materials:
     """The materials of an export. Each is written when a mesh uses it first."""
 
-    def __init__(self, images, warnings):
-        self.images, self.warnings = images, warnings
-        self.names, self.read, self.tables = {}, {}, {}
+    def __init__(self, images, warnings, exposure=1.0):
+        self.images, self.warnings, self.exposure = images, warnings, exposure
+        self.names, self.read, self.tables, self.seen = {}, {}, {}, {}
 
     def surface(self, material):
         """The surface of a material, and its evaluator. None is Blender's default grey."""
         key = material.name_full if material else ""
+        if material:
+            self.seen[key] = material.original
         if key not in self.read:
             evaluator = Evaluator(self.images)
             if material is None:
@@ -40,10 +43,12 @@ class Materials:
                     evaluator.said = [f"cannot be read ({type(error).__name__}: {error}) and is shown in grey"]
                 if evaluator.asked:
                     self._probe(material, surface, evaluator)
-                if material.node_tree and material.node_tree.animation_data:
-                    evaluator.say("its animation is left out: it is shown as at the first frame")
             self.read[key] = (surface, evaluator)
         return self.read[key]
+
+    def originals(self):
+        """All materials that were asked for, as they are saved: those that are evaluated do not outlive a frame."""
+        return self.seen.values()
 
     def _probe(self, material, surface, evaluator):
         """Finds out what depends on colour attributes: how a surface with others differs. The base colour alone may."""
@@ -59,6 +64,17 @@ class Materials:
                 surface.base = constant(1.0, 1.0, 1.0)
         if set(differs) - {"base", "tint"}:
             evaluator.say("colour attributes count for its base colour alone")
+
+    def is_there(self, material):
+        """Returns true if faces of a material are drawn. If not, that is told."""
+        surface, evaluator = self.surface(material)
+        if not surface.is_there:
+            self._tell(material, evaluator)
+        return surface.is_there
+
+    def _tell(self, material, evaluator):
+        """Tells what was replaced of a material."""
+        self.warnings.add_for(f"material `{material.name if material else 'default'}`", evaluator.said)
 
     def attributes(self, materials):
         """Names of the colour attributes that meshes of these materials need."""
@@ -104,7 +120,7 @@ class Materials:
         surface, evaluator = self.surface(material)
         values = {"name": name, **self._values(name, surface, evaluator, density)}
         self.tables[name] = toml.table("[[material]]", values)
-        self.warnings.add_for(f"material `{material.name if material else 'default'}`", evaluator.said)
+        self._tell(material, evaluator)
 
     def _values(self, name, surface, evaluator, density):
         """Keys of the [[material]]."""
@@ -150,7 +166,7 @@ class Materials:
         tint = np.clip(surface.tint.mean(axis=(0, 1)), 0, 1) * share
         rest = max(1 - float(tint.max()), 1e-6)
         scattered = np.clip(surface.base.mean(axis=(0, 1)) * (1 - share) / rest, 0, 1)
-        values.update(illum=7, kd=scattered.tolist(), ks=[1.0, 1.0, 1.0], tf=tint.tolist(), ni=float(surface.ior.mean()))
+        values.update(illum=7, kd=scattered.tolist(), ks=[1.0, 1.0, 1.0], tf=tint.tolist(), ni=min(max(0.0, float(surface.ior.mean())), MOST_BENDING))
         self._number(name, "roughness", surface.roughness, "pr", evaluator, values)
 
     @staticmethod
@@ -201,7 +217,7 @@ class Materials:
         light = surface.emission
         if values.get("alpha_mode") == "blend":
             light = undimmed(*alike(light, surface.alpha))
-        light = np.clip(light, 0, 60000)
+        light = np.clip(light * self.exposure, 0, 60000)
         if light.shape[:2] == (1, 1):
             values["ke"] = light[0, 0].tolist() if float(light.max()) > 0 else None
             return

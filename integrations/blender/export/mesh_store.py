@@ -5,6 +5,7 @@ A mesh that cannot change is read once. One that might (modifiers, shape keys, g
 faces stay the same it is one mesh with a point cache; when they change, another mesh begins.
 """
 
+import functools
 import os
 
 import numpy as np
@@ -21,6 +22,12 @@ class Stored:
         self.folder, self.first, self.last_time = None, time, time
         self.scale = users_scale
         self.shapes, self.pending, self.deforms = None, 0, False
+        self.bounds = geometry.positions.min(axis=0), geometry.positions.max(axis=0)
+
+    @functools.cached_property
+    def boxes(self):
+        """Lowest and highest coordinates of all triangles, (3, triangles) each."""
+        return meshes.boxes_of(self.geometry)
 
     def add_shape(self, time, positions):
         """Notes the shape at a later time."""
@@ -47,15 +54,14 @@ class Stored:
         return self._ply(parts, uvs, colors)
 
     def _slots(self):
-        """Pairs of a material and the triangles that have it."""
-        geometry, materials = self.geometry, self.materials or [None]
-        slots = np.clip(geometry.slots, 0, len(materials) - 1)
+        """Pairs of a material and the triangles that have it, of those that are drawn."""
+        materials, slots = self.materials, self.geometry.slots
         groups = {}
         for slot in np.unique(slots):
-            groups.setdefault(materials[slot].name_full if materials[slot] else "", []).append(slot)
+            if self.store.materials.is_there(materials[slot]):
+                groups.setdefault(materials[slot].name_full if materials[slot] else "", []).append(slot)
         for same in groups.values():
-            rows = np.flatnonzero(np.isin(slots, same)) if len(groups) > 1 else np.arange(len(slots))
-            yield materials[same[0]], rows
+            yield materials[same[0]], np.flatnonzero(np.isin(slots, same))
 
     def _uvs(self, material):
         """Texture coordinates of a material, moved by the mapping of its pictures; None if it has no pictures."""
@@ -134,6 +140,8 @@ class MeshStore:
 
     def __init__(self, folder, materials, step, warnings):
         self.folder, self.materials, self.step, self.warnings = folder, materials, step, warnings
+        self.override = None
+        """The material of all meshes, if a view layer has one."""
         self.known, self.stored, self.folders = {}, [], set()
         self.time = 0.0
 
@@ -149,6 +157,8 @@ class MeshStore:
         """The mesh of an instance at this time; None if it has no faces."""
         data = item.data
         materials = [slot.material for slot in item.material_slots] or list(getattr(data, "materials", ()) or ())
+        if self.override:
+            materials = [self.override]
         pointer = (data.as_pointer() if data else 0, tuple(material.name_full if material else "" for material in materials))
         if pointer in self.here:
             return self.here[pointer]
@@ -170,7 +180,7 @@ class MeshStore:
         """Returns true if nothing can change the mesh: all objects with its data show the same at all times."""
         original = item.original
         data = original.data
-        if item.type != "MESH" or data is None or original.modifiers or original.mode == "EDIT":
+        if item.type != "MESH" or data is None or original.modifiers or data.is_editmode:
             return False
         # geometry nodes make meshes of their own, whose originals are not those of the object
         if item.data.original is None or item.data.original.as_pointer() != data.as_pointer():
@@ -179,7 +189,15 @@ class MeshStore:
 
     def _read(self, instance, item, materials, before):
         """Reads a mesh, or notes the shape of one that is known already."""
-        return self._read_mesh(item.data, instance, item, materials, before) if item.data else None
+        if item.data is None:
+            return None
+        if not item.data.is_editmode:
+            return self._read_mesh(item.data, instance, item, materials, before)
+        # what is being edited, by whichever object, is a mesh only once it is asked for: until then its data has no faces
+        try:
+            return self._read_mesh(item.to_mesh(), instance, item, materials, before)
+        finally:
+            item.to_mesh_clear()
 
     def _read_mesh(self, mesh, instance, item, materials, before):
         if not len(mesh.polygons):
@@ -194,6 +212,11 @@ class MeshStore:
                     return before
         geometry = meshes.read_geometry(mesh, topology, self.materials.attributes(materials))
         if geometry is None or not len(geometry.triangles):
+            return None
+        materials = materials or [None]
+        geometry.slots = np.clip(geometry.slots, 0, len(materials) - 1)
+        # all are asked, so that each is told
+        if not any([self.materials.is_there(materials[slot]) for slot in np.unique(geometry.slots)]):
             return None
         if not meshes.is_finite(geometry):
             self.warnings.add(f"object `{name}` is left out where vertices of its mesh are not at finite numbers")

@@ -114,6 +114,12 @@ def is_finite(geometry):
     return bool(np.isfinite(geometry.positions).all())
 
 
+def boxes_of(geometry):
+    """Lowest and highest coordinates of all triangles, (3, triangles) each."""
+    a, b, c = (geometry.positions.T[:, corner] for corner in geometry.triangles.T)
+    return np.minimum(np.minimum(a, b), c), np.maximum(np.maximum(a, b), c)
+
+
 def uv_density(geometry, uvs):
     """Units of the mesh in one unit of the texture, on the mean over its triangles. Bump maps need it."""
     points, places = geometry.positions[geometry.triangles], uvs[geometry.loops]

@@ -6,6 +6,8 @@ rule serves constants and pictures: nodes are evaluated texel by texel. What dep
 view, position) is replaced by a constant, and said.
 """
 
+from contextlib import contextmanager
+
 import numpy as np
 
 LUMINANCE = np.array([0.2126, 0.7152, 0.0722], dtype=np.float32)
@@ -113,6 +115,39 @@ class Evaluator:
             socket = link.from_node.inputs[0]
         return None
 
+    @contextmanager
+    def source(self, socket):
+        """The node that a socket is linked to, and its output, through reroutes and into and out of groups; None for both if there is none.
+
+        Its inputs may be read as long as the context lasts: they may be those of a group.
+        """
+        parents = list(self.parents)
+        try:
+            yield self._source(socket)
+        finally:
+            self.parents = parents
+
+    def _source(self, socket):
+        link = self.link(socket)
+        while link is not None:
+            node, inner = link.from_node, link.from_socket
+            if node.type == "GROUP" and not node.mute:
+                inner = self.within(node, inner)
+                self.parents.append(node)
+            elif node.type == "GROUP_INPUT" and self.parents:
+                inner = same_socket(self.parents.pop().inputs, inner)
+            else:
+                return node, inner
+            link = self.link(inner) if inner else None
+        return None, None
+
+    @staticmethod
+    def within(node, socket):
+        """The input of a group's active output that an output of its node shows; None where it has none."""
+        nodes = node.node_tree.nodes if node.node_tree else ()
+        output = next((entry for entry in nodes if entry.type == "GROUP_OUTPUT" and entry.is_active_output), None)
+        return same_socket(output.inputs, socket) if output else None
+
     @staticmethod
     def default(socket):
         """The value that a socket has without a link."""
@@ -153,6 +188,12 @@ class Evaluator:
         kelvin = float(self.input(node, 0).mean())
         self.say(f"node `{node.name}` (Blackbody) is an approximation")
         return constant(*blackbody(kelvin))
+
+    # rays
+
+    def node_light_path(self, node, socket):
+        self.say("rays of all kinds see what the camera sees (Light Path)")
+        return constant(1.0 if socket.name in {"Is Camera Ray"} else 0.0)
 
     # attributes
 
@@ -199,28 +240,28 @@ class Evaluator:
 
     def place(self, node):
         """Notes the UV map and the mapping of an image node: all pictures of a material share one."""
-        name, matrix = self.mapping(self.link(node.inputs["Vector"]), node)
+        name, matrix = self.mapping(node.inputs["Vector"], node)
         if self.uv is None:
             self.uv = (name, matrix)
         elif self.uv[0] != name or not np.allclose(self.uv[1], matrix, atol=1e-6):
             self.say(f"image node `{node.name}`: has the UV map and the mapping of the material's first picture")
 
-    def mapping(self, link, node):
-        """Name of the UV map ("": the active one), and the 3x3 matrix for (u, v, 1)."""
-        if link is None:
+    def mapping(self, socket, node):
+        """Name of the UV map ("": the active one), and the 3x3 matrix for (u, v, 1), of a vector input."""
+        with self.source(socket) as (source, output):
+            if source is None:
+                return "", np.eye(3)
+            if source.type == "UVMAP":
+                return source.uv_map, np.eye(3)
+            if source.type == "TEX_COORD":
+                if output.name != "UV":
+                    self.say(f"image node `{node.name}`: {output.name} coordinates are replaced by the UV map")
+                return "", np.eye(3)
+            if source.type == "MAPPING":
+                name, matrix = self.mapping(source.inputs["Vector"], node)
+                return name, mapping_matrix(self, source) @ matrix
+            self.say(f"image node `{node.name}`: its coordinates ({source.bl_label}) are replaced by the UV map")
             return "", np.eye(3)
-        source = link.from_node
-        if source.type == "UVMAP":
-            return source.uv_map, np.eye(3)
-        if source.type == "TEX_COORD":
-            if link.from_socket.name != "UV":
-                self.say(f"image node `{node.name}`: {link.from_socket.name} coordinates are replaced by the UV map")
-            return "", np.eye(3)
-        if source.type == "MAPPING":
-            name, matrix = self.mapping(self.link(source.inputs["Vector"]), node)
-            return name, mapping_matrix(self, source) @ matrix
-        self.say(f"image node `{node.name}`: its coordinates ({source.bl_label}) are replaced by the UV map")
-        return "", np.eye(3)
 
     # arithmetic
 
@@ -300,10 +341,7 @@ class Evaluator:
     node_combrgb = node_combxyz = node_combine_color
 
     def node_group(self, node, socket):
-        if not node.node_tree:
-            return constant(0.0)
-        outputs = [entry for entry in node.node_tree.nodes if entry.type == "GROUP_OUTPUT" and entry.is_active_output]
-        inner = next((entry for entry in outputs[0].inputs if entry.identifier == socket.identifier), None) if outputs else None
+        inner = self.within(node, socket)
         if inner is None:
             return constant(0.0)
         link = self.link(inner)
@@ -318,10 +356,15 @@ class Evaluator:
     def node_group_input(self, node, socket):
         parent = self.parents.pop()
         try:
-            names = [entry.identifier for entry in parent.inputs]
-            return self.input(parent, names.index(socket.identifier)) if socket.identifier in names else constant(0.0)
+            outer = same_socket(parent.inputs, socket)
+            return self.input(parent, list(parent.inputs).index(outer)) if outer else constant(0.0)
         finally:
             self.parents.append(parent)
+
+
+def same_socket(sockets, socket):
+    """That one of some sockets of a group which is the same as a socket on its other side; None where there is none."""
+    return next((entry for entry in sockets if entry.identifier == socket.identifier), None)
 
 
 def mapping_matrix(evaluator, node):

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from . import camera, lights, toml, world
+from . import camera, lights, toml
 from .images import Images
 from .materials import Materials
 from .mesh_store import MeshStore
@@ -30,8 +30,13 @@ class Settings:
     """When it opens and closes, in frames; None without motion blur."""
     transparent: bool = False
     shadow_rays: int = 4
+    exposure: float = 1.0
+    """Factor on all light."""
     camera: tuple | None = None
     """Projection and values of a camera at rest, instead of the scene's."""
+    view: str = ""
+    """One view of several, such as that of the left eye, whose place `eye` tells: see camera.key_of."""
+    eye: object = None
 
 
 @dataclass
@@ -59,17 +64,15 @@ def export_shot(scene, depsgraph, folder, settings, set_frame, progress):
     shot = os.path.join(folder, "shot.toml")
     if os.path.exists(shot):
         os.remove(shot)
-    images = Images(folder, warnings)
-    materials = Materials(images, warnings)
+    materials = Materials(Images(folder, warnings), warnings, settings.exposure)
     times = times_of(settings.frames, settings.shutter)
     step = 1 / STEPS_A_FRAME if settings.shutter else step_of(times)
     store = MeshStore(folder, materials, step, warnings)
     try:
         walk = Walk(scene, depsgraph, store, settings, warnings)
         walk.over(times, set_frame, lambda share: progress(share * 0.8))
-        cameras = camera.tables(walk.camera_keys, scene, warnings)
-        text = world.tables(scene.world, images, not settings.transparent, warnings, lambda: progress(0.8))
-        text += lights.tables(walk.light_tracks())
+        cameras = camera.tables(walk.camera_keys, warnings)
+        text = walk.world + lights.tables(walk.light_tracks())
         models, names = model_tables(walk, warnings, lambda share: progress(0.8 + share * 0.2))
         if not names:
             warnings.add("the scene shows no mesh: the picture has nothing but the world")

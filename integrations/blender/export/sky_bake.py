@@ -16,7 +16,6 @@ import time
 import numpy as np
 
 WIDTH = 1024
-TIMEOUT = 120
 
 
 def properties_of(node):
@@ -37,8 +36,8 @@ _baked = {}
 def bake(node, goes_on=lambda: True):
     """Pixels of the sky, (height, width, 3) with row 0 at the bottom, and the radiance of a white surface that faces the sun alone.
 
-    `goes_on` is asked some times a second, and returns false to cancel. Raises Cancelled, OSError, ValueError and
-    subprocess.SubprocessError.
+    However long that takes: another sky would be another picture. `goes_on` is asked some times a second, and returns false to cancel.
+    Raises Cancelled, and ExportError if there is no sky.
     """
     values = json.dumps(properties_of(node))
     if values not in _baked:
@@ -52,31 +51,40 @@ def _run(values, goes_on):
     """Bakes the sky of these properties in a process of its own."""
     import bpy
 
-    from .warnings import Cancelled
+    from .warnings import Cancelled, ExportError
 
     with tempfile.TemporaryDirectory(prefix="afterimage-sky-") as folder:
-        result = os.path.join(folder, "sky.npz")
+        result, said = os.path.join(folder, "sky.npz"), os.path.join(folder, "said.txt")
         command = [bpy.app.binary_path, "-b", "--factory-startup", "--python-exit-code", "1", "--python", __file__, "--"]
         if not bpy.app.binary_path or not os.path.isfile(bpy.app.binary_path):
             # -P: modules of this folder must not stand in for those of Python
             command = [sys.executable, "-P", __file__]
-        process = subprocess.Popen([*command, values, result], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-        ends = time.monotonic() + TIMEOUT
         try:
-            while process.poll() is None:
-                if not goes_on():
-                    raise Cancelled()
-                if time.monotonic() > ends:
-                    raise subprocess.TimeoutExpired(command, TIMEOUT)
-                time.sleep(0.05)
-        finally:
-            if process.poll() is None:
-                process.kill()
-                process.wait()
-        if process.returncode:
-            raise subprocess.CalledProcessError(process.returncode, command)
-        with np.load(result) as found:
-            return found["sky"], found["sun"]
+            with open(said, "wb") as output:
+                process = subprocess.Popen([*command, values, result], stdout=output, stderr=output, stdin=subprocess.DEVNULL)
+            try:
+                while process.poll() is None:
+                    if not goes_on():
+                        raise Cancelled()
+                    time.sleep(0.05)
+            finally:
+                if process.poll() is None:
+                    process.kill()
+                    process.wait()
+            if process.returncode == 0:
+                with np.load(result) as found:
+                    return found["sky"], found["sun"]
+            why = f"its process ended with code {process.returncode} ({last_words(said)})"
+        except (OSError, ValueError) as error:
+            why = f"{type(error).__name__}: {error}"
+        raise ExportError(f"the world's sky texture cannot be rendered by Cycles: {why}. Try again, or give the world an environment texture instead")
+
+
+def last_words(path):
+    """The last error that a process has written, or its last line."""
+    with open(path, encoding="utf-8", errors="replace") as file:
+        lines = [line.strip() for line in file if line.strip()]
+    return next((line for line in reversed(lines) if "Error" in line), lines[-1] if lines else "it said nothing")
 
 
 def direction_of(values):

@@ -31,6 +31,8 @@ class Surface:
     """Directions from 0 to 1 as normal maps have them."""
     bump: tuple | None = None
     """Heights, and the slope's factor (strength times distance)."""
+    is_there: bool = True
+    """False where a material has no surface: what lies in it is a volume alone."""
 
 
 BLENDED = ("base", "metallic", "roughness", "ior", "specular", "transmission", "tint", "coat", "coat_roughness", "coat_ior")
@@ -47,52 +49,43 @@ def surface_of(evaluator, material):
     outputs.sort(key=lambda node: not node.is_active_output)
     if not outputs:
         return Surface(base=constant(0.0, 0.0, 0.0), specular=constant(0.0))
-    output = outputs[0]
-    if output.inputs["Volume"].is_linked:
+    volume, displacement = (evaluator.link(outputs[0].inputs[name]) for name in ("Volume", "Displacement"))
+    with evaluator.source(outputs[0].inputs["Surface"]) as (surface, _):
+        pass
+    if surface is None and volume:
+        evaluator.say("it has a volume and no surface, and its faces are left out")
+        return Surface(is_there=False)
+    if volume:
         evaluator.say("its volume is left out")
-    if output.inputs["Displacement"].is_linked:
+    if displacement:
         evaluator.say("its displacement is left out")
-    link = evaluator.link(output.inputs["Surface"])
-    if link is None:
-        return Surface(base=constant(0.0, 0.0, 0.0), specular=constant(0.0))
-    return shader(evaluator, link.from_node, link.from_socket)
-
-
-def shader(evaluator, node, socket):
-    """The surface of a shader node."""
-    method = SHADERS.get(node.type)
-    if node.type == "GROUP" and node.node_tree:
-        outputs = [entry for entry in node.node_tree.nodes if entry.type == "GROUP_OUTPUT" and entry.is_active_output]
-        inner = next((entry for entry in outputs[0].inputs if entry.identifier == socket.identifier), None) if outputs else None
-        link = evaluator.link(inner) if inner else None
-        if link:
-            evaluator.parents.append(node)
-            try:
-                return shader(evaluator, link.from_node, link.from_socket)
-            finally:
-                evaluator.parents.pop()
-    if method is None:
-        evaluator.say(f"shader `{node.name}` ({node.bl_label}) is shown as matt grey")
-        return Surface(specular=constant(0.0))
-    return method(evaluator, node)
+    return behind(evaluator, outputs[0], "Surface")
 
 
 def behind(evaluator, node, name):
-    """The surface of a shader's shader input."""
-    socket = node.inputs[name]
-    link = evaluator.link(socket)
-    if link is None:
-        return Surface(base=constant(0.0, 0.0, 0.0), specular=constant(0.0))
-    return shader(evaluator, link.from_node, link.from_socket)
+    """The surface of a shader input of a node, by its name or number."""
+    with evaluator.source(node.inputs[name]) as (source, _):
+        if source is None:
+            return Surface(base=constant(0.0, 0.0, 0.0), specular=constant(0.0))
+        method = SHADERS.get(source.type)
+        if method is None:
+            evaluator.say(f"shader `{source.name}` ({source.bl_label}) is shown as matt grey")
+            return Surface(specular=constant(0.0))
+        return method(evaluator, source)
 
 
 def read_normal(evaluator, node, surface):
     """Sets the surface's normal map or bump map of the node's Normal input."""
     socket = node.inputs.get("Normal")
-    link = evaluator.link(socket) if socket else None
-    if link is None:
-        return surface
-    source = link.from_node
+    if socket is not None:
+        with evaluator.source(socket) as (source, _):
+            if source is not None:
+                set_normal(evaluator, source, surface)
+    return surface
+
+
+def set_normal(evaluator, source, surface):
+    """Sets what a node says of normals."""
     if source.type == "BUMP":
         height = evaluator.input(source, "Height")
         if height.shape[:2] != (1, 1):
@@ -105,7 +98,7 @@ def read_normal(evaluator, node, surface):
     elif source.type == "NORMAL_MAP":
         if source.space != "TANGENT":
             evaluator.say(f"normal map `{source.name}`: only those in tangent space are shown")
-            return surface
+            return
         normal = color(evaluator.input(source, "Color"))
         strength = float(evaluator.input(source, "Strength").mean())
         if normal.shape[:2] != (1, 1):
@@ -116,7 +109,6 @@ def read_normal(evaluator, node, surface):
             surface.normal = normal
     else:
         evaluator.say(f"normals by node `{source.name}` ({source.bl_label}) are left out")
-    return surface
 
 
 def principled(evaluator, node):
@@ -230,11 +222,7 @@ def blend(first, second, share):
 def mix(evaluator, node):
     """A Mix Shader."""
     link = evaluator.link(node.inputs[0])
-    if link and link.from_node.type == "LIGHT_PATH":
-        # what the camera sees counts
-        share = constant(1.0 if link.from_socket.name == "Is Camera Ray" else 0.0)
-        evaluator.say("rays of all kinds see what the camera sees (Light Path)")
-    elif link and link.from_node.type in {"FRESNEL", "LAYER_WEIGHT"}:
+    if link and link.from_node.type in {"FRESNEL", "LAYER_WEIGHT"}:
         share = constant(0.04)
         evaluator.say(f"mixing by {link.from_node.bl_label} is replaced by a factor of 0.04")
     else:

@@ -6,12 +6,20 @@ import math
 import numpy as np
 
 from . import camera as cameras
-from . import lights
+from . import lights, world
+from .at_rest import AtRest, may_change, values_of
 from .camera import TO_Y_UP
+from .clipping import Clipping
+from .visibility import Visibility
 from .warnings import Cancelled, ExportError
 
 STEPS_A_FRAME = 4
 """Places of what moves in each frame with motion blur. They are evenly spaced, as samples of point caches must be."""
+
+LEAST_SCALE = 1e-8
+"""What is smaller by more is not there: the renderer takes factors down to 1e-9."""
+LEAST_THICKNESS = 1e-6
+"""Of flat things, beside their largest scale."""
 
 
 def times_of(frames, shutter):
@@ -24,6 +32,19 @@ def times_of(frames, shutter):
         steps.update(range(first, last + 1))
         steps.add(frame * STEPS_A_FRAME)
     return [step / STEPS_A_FRAME for step in sorted(steps)]
+
+
+def thickened(linear):
+    """A linear map that is not flat, for the renderer takes no other: what Blender shows flat becomes next to flat. None where nothing is left."""
+    # some thousand of them a frame: plain numbers take a tenth of the time of arrays
+    (a, b, c), (d, e, f), (g, h, i) = linear.tolist()
+    size = math.sqrt(a * a + b * b + c * c + d * d + e * e + f * f + g * g + h * h + i * i)
+    if size < LEAST_SCALE:
+        return None
+    if abs(a * (e * i - f * h) - b * (d * i - f * g) + c * (d * h - e * g)) > 1e-12 * size**3:
+        return linear
+    out, sizes, back = np.linalg.svd(linear)
+    return out @ np.diag(np.maximum(sizes, max(sizes[0] * LEAST_THICKNESS, LEAST_SCALE))) @ back
 
 
 class Placed:
@@ -42,20 +63,28 @@ class Walk:
         self.scene, self.depsgraph, self.meshes = scene, depsgraph, meshes
         self.settings, self.warnings = settings, warnings
         self.placed, self.lights, self.camera_keys, self.times = {}, {}, [], []
+        self.world, self.rest, self.clipping = None, AtRest(warnings), Clipping(warnings)
+        self.layer = depsgraph.view_layer
+        self.visibility = Visibility(self.layer, warnings)
 
     def over(self, times, set_frame, progress):
         """Evaluates the scene at each time. `progress(share)` returns false to cancel."""
         for index, time in enumerate(times):
-            if not progress(index / len(times)):
+            share, whole = index / len(times), math.floor(time)
+            if not progress(share):
                 raise Cancelled()
-            whole = math.floor(time)
             set_frame(whole, time - whole)
-            self.at(time)
+            self.at(time, lambda share=share: progress(share))
+        self.rest.tell()
+        self.clipping.tell()
         return self
 
-    def at(self, time):
-        """Notes the scene as it is now."""
+    def at(self, time, goes_on):
+        """Notes the scene as it is now. `goes_on()` returns false to cancel."""
         self.times.append(time)
+        self._world(time, goes_on)
+        override = self.layer.material_override
+        self.meshes.override = override and override.evaluated_get(self.depsgraph)
         self.camera_keys.append((time, *self._camera(time)))
         seen, seen_lights = set(), set()
         self.meshes.begin(time)
@@ -63,21 +92,45 @@ class Walk:
             item = instance.object
             if item.type == "LIGHT":
                 self._light(time, instance, seen_lights)
-            elif item.type == "MESH" and instance.show_self:
+            elif item.type == "MESH":
+                self.visibility.hair(item)
                 # curves, text and metaballs come twice: as themselves, and as an instance of what is shown of them, a mesh
-                self._mesh(time, instance, item, seen)
+                if instance.show_self and self.layer.use_solid:
+                    self._mesh(time, instance, item, seen)
             elif item.type in {"CURVES", "VOLUME", "POINTCLOUD", "GPENCIL", "GREASEPENCIL"}:
                 self.warnings.add(f"object `{item.name}` is left out: {item.type.lower()} is not rendered. Convert it to a mesh")
         self.meshes.end()
+        if self.settings.camera is None:
+            camera = self._camera_at(time).evaluated_get(self.depsgraph)
+            self.clipping.see(camera, self.settings.size, self.placed.values(), time)
+        for material in self.meshes.materials.originals():
+            if may_change(material):
+                self.rest.see(material.name_full, f"material `{material.name}`", time, {"": values_of(material.evaluated_get(self.depsgraph))})
+
+    def _world(self, time, goes_on):
+        """Notes the world. The original does not change from frame to frame. A view layer may have another one, or none."""
+        found = (getattr(self.layer, "world_override", None) or self.scene.world) if self.layer.use_sky else None
+        found = found and found.evaluated_get(self.depsgraph)
+        if self.world is None:
+            settings, images = self.settings, self.meshes.materials.images
+            self.world = world.tables(found, images, not settings.transparent, settings.exposure, self.warnings, goes_on)
+        if found and may_change(found):
+            self.rest.see(None, f"world `{found.name}`", time, {"": values_of(found)})
 
     def _camera(self, time):
         """Name of the camera, its projection, and the values of its key."""
         if self.settings.camera is not None:
             return "", *self.settings.camera
-        camera = cameras.camera_at(self.scene, time)
+        camera = self._camera_at(time)
         if camera is None:
             raise ExportError("the scene has no camera: add one, and make it the active camera (Ctrl Numpad 0)")
-        return camera.name_full, *cameras.key_of(camera, self.scene, self.depsgraph, self.settings.size, self.warnings)
+        return camera.name_full, *cameras.key_of(camera, self.scene, self.depsgraph, self.settings.size, self.warnings, self.settings.eye)
+
+    def _camera_at(self, time):
+        """The camera of a time. A shutter that is open before the first frame sees by the camera of that frame."""
+        frames = self.settings.frames
+        camera = cameras.camera_at(self.scene, min(max(time, min(frames)), max(frames)))
+        return camera and cameras.camera_of_view(self.scene, camera, self.settings.view)
 
     @staticmethod
     def _key(instance, item, seen):
@@ -93,21 +146,24 @@ class Walk:
 
     def _light(self, time, instance, seen):
         key = self._key(instance, instance.object, seen)
-        found = lights.light_of(instance, instance.object.data, self.settings.shadow_rays, self.warnings)
+        found = lights.light_of(instance, instance.object.data, self.settings, self.warnings)
         if found:
+            self.visibility.light(instance.object)
             fixed, values = found
+            self.rest.see(key, lights.subject_of(instance.object), time, lights.at_rest(fixed))
             self.lights.setdefault(key, (fixed, {}))[1][time] = values
 
     def _mesh(self, time, instance, item, seen):
-        if not item.visible_camera and not instance.is_instance:
-            self.warnings.add(f"object `{item.name}` is hidden from the camera alone, and is left out: rays of all kinds see the same here")
+        if not self.visibility.of(item) or (instance.is_instance and not self.visibility.of(instance.parent)):
             return
         matrix = np.array(instance.matrix_world, dtype=float)
         if not np.isfinite(matrix).all():
             self.warnings.add(f"object `{item.name}` is left out: its place is not a finite number (check its drivers and constraints)")
             return
-        if abs(np.linalg.det(matrix[:3, :3])) < 1e-30:
+        linear = thickened(matrix[:3, :3])
+        if linear is None:
             return  # scaled to nothing: not there at this time
+        matrix[:3, :3] = linear
         key = self._key(instance, item, seen)
         mesh = self.meshes.of(instance, item)
         if mesh is None:

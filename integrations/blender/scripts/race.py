@@ -102,7 +102,7 @@ def run(scene, folder, engine, quality, is_denoised, right):
     start, start_of_all = time.perf_counter(), time.process_time()
     bpy.ops.render.render(animation=True)
     seconds, of_all = time.perf_counter() - start, time.process_time() - start_of_all
-    found = [support.read_exr(os.path.join(folder, f"{name}.{frame:04d}.exr"))[:, :, :3] for frame in CHECKED]
+    found = [support.read_pixels(os.path.join(folder, f"{name}.{frame:04d}.exr"))[:, :, :3] for frame in CHECKED]
     return seconds, of_all, error_of(found, right)
 
 

@@ -25,9 +25,20 @@ class BesideCycles(unittest.TestCase):
         return os.path.join(self.scratch.name, name)
 
     def both(self, samples=64):
-        """The picture of Afterimage, and that of Cycles."""
+        """The picture of Afterimage, and that of Cycles. `self.exported` is what was exported for it."""
         self.scene.render.engine = "AFTERIMAGE"
-        ours = support.render(self.scene, self.path("ours.exr"))
+        session = support.extension().session
+        export = session.export
+
+        def noted(*values):
+            self.exported = export(*values)
+            return self.exported
+
+        session.export = noted
+        try:
+            ours = support.render(self.scene, self.path("ours.exr"))
+        finally:
+            session.export = export
         self.scene.render.engine = "CYCLES"
         self.scene.cycles.samples = samples
         self.scene.cycles.use_denoising = False

@@ -91,11 +91,11 @@ def render(scene, path):
     scene.render.image_settings.color_depth = "32"
     scene.render.filepath = path
     bpy.ops.render.render(write_still=True)
-    return read_exr(path)
+    return read_pixels(path)
 
 
-def read_exr(path):
-    """Pixels of an EXR, the top row first."""
+def read_pixels(path):
+    """Linear pixels of a file, the top row first."""
     image = bpy.data.images.load(path, check_existing=False)
     image.colorspace_settings.name = "Linear Rec.709"
     values = np.empty(image.size[0] * image.size[1] * 4, dtype=np.float32)

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Exports of small scenes, good and bad. Needs bpy; the renderer is not asked."""
 
+import itertools
 import os
 import re
 import stat
@@ -8,6 +9,7 @@ import sys
 import tempfile
 import time
 import tomllib
+import types
 import unittest
 
 import bpy
@@ -55,12 +57,43 @@ class Export(unittest.TestCase):
         support.add(self.scene, "Floor", support.grid())
         self.assertEqual([model["name"] for model in self.export()["model"]], ["Floor"])
 
+    def test_what_is_in_edit_mode_is_there_as_it_is_being_edited(self):
+        support.add_camera(self.scene)
+        edited = support.add(self.scene, "Edited", support.grid())
+        support.add(self.scene, "Twin", edited.data)
+        layers = support.add(self.scene, "Layers", support.grid("Layers"))
+        layers.modifiers.new("Array", "ARRAY")
+        bpy.context.view_layer.objects.active = edited
+        for item in (edited, layers):
+            item.select_set(True)
+        bpy.ops.object.mode_set(mode="EDIT")
+        import bmesh  # bpy brings it
+
+        next(iter(bmesh.from_edit_mesh(edited.data).verts)).co.z = 2
+        models = {model["name"]: model for model in self.export()["model"]}
+        self.assertEqual(set(models), {"Edited", "Twin", "Layers"})
+        for name in ("Edited", "Twin"):
+            with open(os.path.join(self.folder, models[name]["ply"]), "rb") as file:
+                self.assertEqual(np.frombuffer(file.read().split(b"end_header\n")[1][:12], dtype="<f4")[2], 2)
+
     def test_an_object_at_nan_is_left_out_and_told(self):
         support.add_camera(self.scene)
         support.add(self.scene, "Floor", support.grid())
         support.add(self.scene, "Lost", support.grid("Other"), (float("nan"), 0, 0))
         self.assertEqual([model["name"] for model in self.export()["model"]], ["Floor"])
         self.assertIn("`Lost`", self.warnings())
+
+    def test_what_is_scaled_flat_is_there(self):
+        support.add_camera(self.scene)
+        flat = support.add(self.scene, "Flat", support.grid())
+        flat.scale = (2, 1, 0)
+        support.add(self.scene, "Gone", flat.data).scale = (0, 0, 0)
+        models = self.export()["model"]
+        self.assertEqual([model["name"] for model in models], ["Flat"])
+        matrix = np.array(models[0]["matrix"])[:, :3]
+        # X is X, Y is -Z, and Z, which would be Y, is next to nothing
+        np.testing.assert_allclose(matrix, [[2, 0, 0], [0, 0, 0], [0, -1, 0]], atol=1e-5)
+        self.assertGreater(abs(np.linalg.det(matrix)), 0)
 
     def test_vertices_at_nan_are_told(self):
         support.add_camera(self.scene)
@@ -157,6 +190,33 @@ class Export(unittest.TestCase):
             bake._run = run
             bake._baked.clear()
 
+    def test_a_sky_that_cannot_be_baked_ends_the_export_with_its_error(self):
+        support.add_camera(self.scene)
+        self.sky()
+        bake = support.extension().export.world.sky_bake
+        popen = bake.subprocess.Popen
+        text = "print('about to fail'); raise MemoryError('no room for a sky')"
+        bake.subprocess.Popen = lambda command, **more: popen([sys.executable, "-c", text], **more)
+        try:
+            self.refused("sky texture cannot be rendered.*code 1.*no room for a sky")
+        finally:
+            bake.subprocess.Popen = popen
+
+    def test_a_sky_is_waited_for_however_long_it_takes(self):
+        support.add_camera(self.scene)
+        self.sky()
+        bake = support.extension().export.world.sky_bake
+        popen, clock, hours = bake.subprocess.Popen, bake.time, itertools.count(0, 3600)
+        text = "import sys, numpy; numpy.savez(sys.argv[1], sky=numpy.ones((2, 4, 3)), sun=numpy.zeros(3))"
+        bake.subprocess.Popen = lambda command, **more: popen([sys.executable, "-c", text, command[-1]], **more)
+        bake.time = types.SimpleNamespace(sleep=time.sleep, monotonic=lambda: next(hours))
+        try:
+            self.assertIn("map", self.export()["environment"])
+            self.assertEqual(self.warnings().count("sky"), 0)
+        finally:
+            bake.subprocess.Popen, bake.time = popen, clock
+            bake._baked.clear()
+
     def test_cancelling_while_the_sky_is_baked_ends_its_process(self):
         shot, bake = support.extension().export, support.extension().export.world.sky_bake
         support.add_camera(self.scene)
@@ -166,7 +226,7 @@ class Export(unittest.TestCase):
 
         def progress(share):
             asked.append(share)
-            return not started or asked.count(0.8) < 4
+            return not started or len(asked) < 4
 
         graph = bpy.context.evaluated_depsgraph_get()
         settings = shot.Settings(frames=[1], size=(64, 48), rate=24)

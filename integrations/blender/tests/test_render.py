@@ -98,6 +98,44 @@ class Render(beside_cycles.BesideCycles):
         ours, cycles = self.both(256)
         np.testing.assert_allclose(ours[:, :, :3].mean(axis=(0, 1)) / cycles[:, :, :3].mean(axis=(0, 1)), 1, atol=0.03)
 
+    def test_both_eyes_are_those_of_cycles(self):
+        stereo = support.add_camera(self.scene, shift_x=0.05).data.stereo
+        stereo.pivot, stereo.interocular_distance, stereo.convergence_distance = "CENTER", 0.5, 3
+        self.bright("near", 0.5, (0.2, 0, 0.2))
+        self.bright("far", 0.3, (-0.6, 1, -0.3))
+        self.scene.afterimage.samples = 8
+        render = self.scene.render
+        render.use_multiview, render.image_settings.views_format = True, "INDIVIDUAL"
+        render.image_settings.file_format = "HDR"  # see test_jobs
+        self.scene.cycles.samples, self.scene.cycles.use_denoising = 64, False
+        self.scene.cycles.pixel_filter_type, self.scene.cycles.filter_width = "BOX", 1.0
+        for mode in ("OFFAXIS", "TOE"):
+            stereo.convergence_mode = mode
+            for engine in ("AFTERIMAGE", "CYCLES"):
+                render.engine, render.filepath = engine, self.path(f"{engine}.hdr")
+                bpy.ops.render.render(write_still=True)
+            for side in "LR":
+                ours, cycles = (support.read_pixels(self.path(f"{engine}_{side}.hdr")) for engine in ("AFTERIMAGE", "CYCLES"))
+                np.testing.assert_allclose(middle_of(ours), middle_of(cycles), atol=0.05, err_msg=f"{mode} {side}")
+
+    def test_exposure_and_a_world_for_the_camera_are_those_of_cycles(self):
+        support.add_camera(self.scene, (0, 0, 5), (0, 0, 0))
+        support.add(self.scene, "Floor", support.grid(size=1.0))
+        self.scene.world = bpy.data.worlds.new("World")
+        self.scene.world.use_nodes = True
+        tree = self.scene.world.node_tree
+        lights, mix, path, camera = tree.nodes["Background"], *(tree.nodes.new(f"ShaderNode{kind}") for kind in ("MixShader", "LightPath", "Background"))
+        lights.inputs["Color"].default_value, camera.inputs["Color"].default_value = (0, 0, 1, 1), (1, 0, 0, 1)
+        for output, socket in ((path.outputs["Is Camera Ray"], mix.inputs[0]), (lights.outputs[0], mix.inputs[1]), (camera.outputs[0], mix.inputs[2])):
+            tree.links.new(output, socket)
+        tree.links.new(mix.outputs[0], tree.nodes["World Output"].inputs["Surface"])
+        self.scene.cycles.film_exposure = 1.5
+        self.scene.afterimage.paths = 64
+        ours, cycles = self.both(64)
+        np.testing.assert_allclose(ours[0, 0], [1.5, 0, 0, 1], atol=1e-3)
+        for place in (np.s_[:4, :4], np.s_[20:28, 28:36]):
+            np.testing.assert_allclose(ours[place].mean(axis=(0, 1)), cycles[place].mean(axis=(0, 1)), atol=0.02)
+
     def test_an_animation_reuses_samples_and_is_exported_once(self):
         self.scene.frame_end = 4
         camera = support.add_camera(self.scene, (0, -5, 1))

@@ -228,6 +228,243 @@ class Surfaces(unittest.TestCase):
         light = self.export()["light"][0]
         self.assertEqual((light["type"], light["radius"], self.warnings()), ("spot", 0.5, []))
 
+    def test_the_softness_of_spots_is_that_of_the_shot_whatever_their_cone(self):
+        data = bpy.data.lights.new("Spot", "SPOT")
+        lights = support.extension().export.lights
+        for degrees in range(1, 181):
+            data.spot_size = np.radians(degrees)
+            for blend, least, most in ((0.0, 0.0, 1e-9), (0.5, 0.2, 0.4), (1.0, 1.0, 1.0)):
+                data.spot_blend = blend
+                soft = lights.spot(data, None, 4, lambda message: None)[0]["soft"]
+                self.assertTrue(least <= soft <= most, (degrees, blend, soft))
+
+    def test_values_beyond_the_ranges_of_shots_are_brought_into_them(self):
+        data = bpy.data.lights.new("Sun", "SUN")
+        data.angle = np.pi
+        support.add(self.scene, "Sun", data)
+        shot = self.exported(principled("Glass", Transmission_Weight=1.0, IOR=1000.0)[0])
+        self.assertLess(shot["light"][0]["angle"], 180)
+        self.assertEqual(shot["material"][0]["ni"], 100)
+
+    def test_copies_of_a_light_in_several_sizes_are_at_rest(self):
+        self.scene.frame_end = 2
+        collection = bpy.data.collections.new("Lamps")
+        collection.objects.link(bpy.data.objects.new("Panel", bpy.data.lights.new("Panel", "AREA")))
+        for index in range(2):
+            copy = support.add(self.scene, f"Copy {index}", None)
+            copy.instance_type, copy.instance_collection, copy.scale = "COLLECTION", collection, (1 + index,) * 3
+        self.assertEqual(sorted(light["size"][0] for light in self.export()["light"]), [0.25, 0.5])
+        self.assertEqual([line for line in self.warnings() if "Panel" in line], [])
+
+    def smoke(self):
+        """A material with a volume and no surface."""
+        material, node = principled("Smoke")
+        volume = material.node_tree.nodes.new("ShaderNodeVolumePrincipled")
+        material.node_tree.links.new(volume.outputs[0], material.node_tree.nodes["Material Output"].inputs["Volume"])
+        material.node_tree.nodes.remove(node)
+        return material
+
+    def test_faces_of_a_volume_alone_are_left_out_and_told_once(self):
+        smoke = self.smoke()
+        shot = self.exported(principled("Stone")[0], smoke, count=2)
+        self.assertEqual([material["name"] for material in shot["material"]], ["Stone"])
+        _, vertices, faces = read_ply(os.path.join(self.folder, shot["model"][0]["ply"]))
+        self.assertEqual((len(faces), len(vertices)), (4, 8 - 2))
+        told = [line for line in self.warnings() if "`Smoke`" in line]
+        self.assertEqual(len(told), 1)
+        self.assertRegex(told[0], "volume and no surface")
+
+    def test_an_object_of_a_volume_alone_is_left_out_and_told_once(self):
+        support.add(self.scene, "Floor", support.grid("Floor"))
+        self.scene.frame_end = 3
+        shot = self.exported(self.smoke())
+        self.assertEqual([model["name"] for model in shot["model"]], ["Floor"])
+        self.assertEqual(len([line for line in self.warnings() if "`Smoke`" in line]), 1)
+
+    def test_a_volume_alone_in_a_mesh_that_deforms_is_left_out(self):
+        self.scene.frame_end = 2
+        mesh = support.grid(count=2)
+        for material in (principled("Stone")[0], self.smoke()):
+            mesh.materials.append(material)
+        mesh.polygons[0].material_index = 1
+        support.add(self.scene, "Sea", mesh).modifiers.new("Wave", "WAVE")
+        shot = self.export()
+        with open(os.path.join(self.folder, shot["model"][0]["obj"]), encoding="utf-8") as file:
+            kinds = [line.split()[0] for line in file]
+        self.assertEqual((kinds.count("f"), kinds.count("v"), kinds.count("usemtl")), (6, 9, 1))
+
+    def animate(self, holder, path, *values):
+        """Gives a property a value in each frame from the first one on."""
+        self.scene.frame_end = len(values)
+        for frame, value in enumerate(values, 1):
+            setattr(holder, path, value)
+            holder.keyframe_insert(path, frame=frame)
+
+    def world(self):
+        """Gives the scene a world, and returns its Background node."""
+        self.scene.world = bpy.data.worlds.new("Dusk")
+        self.scene.world.use_nodes = True
+        return self.scene.world.node_tree.nodes["Background"]
+
+    def test_an_animated_world_is_that_of_the_first_frame_and_told_once(self):
+        node = self.world()
+        node.inputs["Color"].default_value = (1, 1, 1, 1)
+        self.animate(node.inputs["Strength"], "default_value", 1.0, 2.0, 3.0)
+        self.assertEqual(self.export()["background"]["color"], [1, 1, 1])
+        self.assertEqual([line for line in self.warnings() if "Dusk" in line], ["world `Dusk` is animated: frame 1 is shown"])
+        # the frame itself, where there is one alone, whatever the frame that is shown in the window
+        self.scene.frame_start = 3
+        self.assertEqual(self.export()["background"]["color"], [3, 3, 3])
+        self.assertEqual([line for line in self.warnings() if "Dusk" in line], [])
+
+    def test_a_world_at_rest_is_not_told(self):
+        self.animate(self.world().inputs["Strength"], "default_value", 1.0, 1.0)
+        self.export()
+        self.assertEqual([line for line in self.warnings() if "Dusk" in line], [])
+
+    def test_animated_materials_are_told_once_also_within_groups_and_by_drivers(self):
+        ramp, node = principled("Ramp", Emission_Color=(1, 1, 1, 1))
+        self.animate(node.inputs["Emission Strength"], "default_value", 1.0, 2.0, 3.0)
+        group = bpy.data.node_groups.new("Inner", "ShaderNodeTree")
+        group.interface.new_socket("Shader", in_out="OUTPUT", socket_type="NodeSocketShader")
+        inner, output = group.nodes.new("ShaderNodeBsdfDiffuse"), group.nodes.new("NodeGroupOutput")
+        group.links.new(inner.outputs[0], output.inputs[0])
+        self.animate(inner.inputs["Color"], "default_value", (1, 0, 0, 1), (0, 1, 0, 1), (0, 0, 1, 1))
+        grouped, node = principled("Grouped")
+        outer = grouped.node_tree.nodes.new("ShaderNodeGroup")
+        outer.node_tree = group
+        grouped.node_tree.links.new(outer.outputs[0], grouped.node_tree.nodes["Material Output"].inputs["Surface"])
+        driven, node = principled("Driven")
+        node.inputs["Roughness"].driver_add("default_value").driver.expression = "frame / 10"
+        still, node = principled("Still")
+        self.animate(node.inputs["Roughness"], "default_value", 0.5, 0.5, 0.5)
+        shot = self.exported(ramp, grouped, driven, still, count=2)
+        materials = {material["name"]: material for material in shot["material"]}
+        self.assertEqual(materials["Ramp"]["ke"], [1, 1, 1])
+        self.assertEqual(materials["Grouped"]["kd"], [1, 0, 0])
+        told = {f"material `{name}` is animated: frame 1 is shown" for name in ("Ramp", "Grouped", "Driven")}
+        self.assertEqual((len(self.warnings()), set(self.warnings())), (3, told))
+
+    def test_what_lights_have_no_tracks_for_is_told(self):
+        spot = bpy.data.lights.new("Spot", "SPOT")
+        self.animate(spot, "spot_size", 0.5, 1.0)
+        self.animate(spot, "spot_blend", 0.0, 1.0)
+        support.add(self.scene, "Spot", spot)
+        panel = bpy.data.lights.new("Panel", "AREA")
+        self.animate(support.add(self.scene, "Panel", panel), "scale", (1, 1, 1), (3, 1, 1))
+        sun = bpy.data.lights.new("Sun", "SUN")
+        self.animate(sun, "energy", 1.0, 2.0)
+        support.add(self.scene, "Sun", sun)
+        support.add(self.scene, "Floor", support.grid())
+        lights = {light["name"]: light for light in self.export()["light"]}
+        self.assertAlmostEqual(lights["Spot"]["cone"], np.degrees(0.5), places=4)
+        self.assertEqual(lights["Panel"]["size"][0], lights["Panel"]["size"][1])
+        self.assertEqual(len(lights["Sun"]["key"]), 2)
+        told = ["spot light `Spot`: its spot size and blend are animated: frame 1 is shown"]
+        self.assertEqual(sorted(self.warnings()), ["area light `Panel`: its size is animated: frame 1 is shown", *told])
+
+    def seen_by_the_camera(self, color):
+        """Gives the scene a world that lights as its Background node does, and which the camera sees in another colour."""
+        node = self.world()
+        tree = self.scene.world.node_tree
+        mix, path, other = (tree.nodes.new(f"ShaderNode{kind}") for kind in ("MixShader", "LightPath", "Background"))
+        other.inputs["Color"].default_value = color
+        tree.links.new(path.outputs["Is Camera Ray"], mix.inputs[0])
+        tree.links.new(node.outputs[0], mix.inputs[1])
+        tree.links.new(other.outputs[0], mix.inputs[2])
+        tree.links.new(mix.outputs[0], tree.nodes["World Output"].inputs["Surface"])
+        return node
+
+    def test_a_world_that_the_camera_sees_otherwise(self):
+        self.seen_by_the_camera((1, 0, 0, 1)).inputs["Color"].default_value = (0, 0, 1, 1)
+        shot = self.export()
+        self.assertEqual((shot["background"]["color"], shot["environment"]["visible"]), ([1, 0, 0], False))
+        np.testing.assert_allclose(support.read_pixels(os.path.join(self.folder, shot["environment"]["map"]))[:, :, :3], [[[0, 0, 1]] * 4] * 2)
+        self.assertEqual([line for line in self.warnings() if "Dusk" in line], [])
+
+    def test_a_map_that_the_camera_does_not_see(self):
+        node = self.seen_by_the_camera((1, 0, 0, 1))
+        tree = self.scene.world.node_tree
+        source = tree.nodes.new("ShaderNodeTexEnvironment")
+        source.image = bpy.data.images.new("Studio", 8, 4, float_buffer=True)
+        tree.links.new(source.outputs[0], node.inputs["Color"])
+        shot = self.export()
+        self.assertEqual((shot["background"]["color"], shot["environment"]["visible"]), ([1, 0, 0], False))
+
+    def test_a_world_within_a_group(self):
+        group = bpy.data.node_groups.new("Studio", "ShaderNodeTree")
+        group.interface.new_socket("Strength", in_out="INPUT", socket_type="NodeSocketFloat")
+        group.interface.new_socket("Out", in_out="OUTPUT", socket_type="NodeSocketShader")
+        enters, leaves = group.nodes.new("NodeGroupInput"), group.nodes.new("NodeGroupOutput")
+        shader, source = group.nodes.new("ShaderNodeBackground"), group.nodes.new("ShaderNodeTexEnvironment")
+        source.image = bpy.data.images.new("Studio", 8, 4, float_buffer=True)
+        group.links.new(source.outputs[0], shader.inputs["Color"])
+        group.links.new(enters.outputs[0], shader.inputs["Strength"])
+        group.links.new(shader.outputs[0], leaves.inputs[0])
+        self.world()
+        tree = self.scene.world.node_tree
+        outer = tree.nodes.new("ShaderNodeGroup")
+        outer.node_tree = group
+        outer.inputs["Strength"].default_value = 3.0
+        tree.links.new(outer.outputs[0], tree.nodes["World Output"].inputs["Surface"])
+        shot = self.export()
+        self.assertEqual(shot["environment"]["power"], 3)
+        self.assertEqual([line for line in self.warnings() if "Dusk" in line], [])
+
+    def test_normals_shaders_and_coordinates_come_into_groups_through_their_inputs(self):
+        group = bpy.data.node_groups.new("Inner", "ShaderNodeTree")
+        for name, kind in (("Normal", "Vector"), ("Below", "Shader"), ("Place", "Vector")):
+            group.interface.new_socket(name, in_out="INPUT", socket_type=f"NodeSocket{kind}")
+        group.interface.new_socket("Out", in_out="OUTPUT", socket_type="NodeSocketShader")
+        inside = {kind: group.nodes.new(kind) for kind in ("NodeGroupInput", "NodeGroupOutput")}
+        diffuse, mix, source = (group.nodes.new(f"ShaderNode{kind}") for kind in ("BsdfDiffuse", "MixShader", "TexImage"))
+        source.image = bpy.data.images.new("Colors", 4, 4)
+        enters = inside["NodeGroupInput"].outputs
+        mix.inputs[0].default_value = 0.0
+        for output, socket in (
+            (enters["Place"], source.inputs["Vector"]),
+            (source.outputs["Color"], diffuse.inputs["Color"]),
+            (enters["Normal"], diffuse.inputs["Normal"]),
+            (diffuse.outputs[0], mix.inputs[1]),
+            (enters["Below"], mix.inputs[2]),
+            (mix.outputs[0], inside["NodeGroupOutput"].inputs[0]),
+        ):
+            group.links.new(output, socket)
+        material, node = principled("Grouped")
+        tree = material.node_tree
+        outer = tree.nodes.new("ShaderNodeGroup")
+        outer.node_tree = group
+        normals, uvs, picture, place = (tree.nodes.new(f"ShaderNode{kind}") for kind in ("NormalMap", "UVMap", "TexImage", "Mapping"))
+        picture.image = bpy.data.images.new("Normals", 4, 4)
+        picture.image.colorspace_settings.name = "Non-Color"
+        uvs.uv_map = "Second"
+        place.inputs["Scale"].default_value = (3, 3, 3)
+        for output, socket in (
+            (uvs.outputs[0], place.inputs["Vector"]),
+            (place.outputs[0], outer.inputs["Place"]),
+            (place.outputs[0], picture.inputs["Vector"]),
+            (picture.outputs["Color"], normals.inputs["Color"]),
+            (normals.outputs[0], outer.inputs["Normal"]),
+            (node.outputs[0], outer.inputs["Below"]),
+            (outer.outputs[0], tree.nodes["Material Output"].inputs["Surface"]),
+        ):
+            tree.links.new(output, socket)
+        mesh = support.grid()
+        for name in ("First", "Second"):
+            mesh.uv_layers.new(name=name)
+        mesh.materials.append(material)
+        support.add(self.scene, "Square", mesh)
+        shot = self.export()
+        values = shot["material"][0]
+        self.assertEqual(("norm" in values, "map_kd" in values, self.warnings()), (True, True, []))
+        _, vertices, _ = read_ply(os.path.join(self.folder, shot["model"][0]["ply"]))
+        self.assertAlmostEqual(float(np.ptp(vertices["s"])), 3.0, places=5)
+        # the shader that comes in is shown where the mix says so
+        mix.inputs[0].default_value = 1.0
+        node.inputs["Metallic"].default_value = 1.0
+        self.assertEqual(self.export()["material"][0]["pm"], 1)
+        self.assertEqual(self.warnings(), [])
+
     def leaf(self, alpha):
         """Keys of a glowing material with this picture of its alpha."""
         image = bpy.data.images.new("Leaf", 8, 8, alpha=True)

@@ -87,7 +87,7 @@ class SurfacesBesideCycles(beside_cycles.BesideCycles):
             np.testing.assert_allclose(rows[0], rows[1], atol=0.06)
             changes.append(np.abs(np.diff(rows[0])).max())
         self.assertGreater(changes[0], 2 * changes[1], "one side is clearer than the other")
-        self.assertEqual(support.extension().session.exported.warnings, [])
+        self.assertEqual(self.exported.warnings, [])
 
     def half_a_world(self):
         """A world that is bright at one side of the scene's YZ plane, below it."""

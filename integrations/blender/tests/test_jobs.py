@@ -1,0 +1,119 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Render jobs, with a renderer that shows which shot and frame it was asked for. Needs bpy alone."""
+
+import builtins
+import os
+import tempfile
+import tomllib
+import types
+import unittest
+
+import bpy
+import numpy as np
+import support
+
+
+class Jobs(unittest.TestCase):
+    def setUp(self):
+        self.scratch = tempfile.TemporaryDirectory()
+        self.scene = support.empty(16, 12)
+        self.camera = support.add_camera(self.scene)
+        self.floor = support.add(self.scene, "Floor", support.grid())
+        self.session = support.extension().session
+        self.kept = self.session.renderer
+        self.shots, self.frames = [], []
+        self.session.renderer = lambda: types.SimpleNamespace(load=self.load, render=self.render)
+
+    def tearDown(self):
+        self.session.renderer = self.kept
+        self.scratch.cleanup()
+
+    def load(self, path):
+        with open(path, "rb") as file:
+            self.shots.append(tomllib.load(file))
+        return self.shots[-1]
+
+    def render(self, shot, frames, **_):
+        """Pictures as red as the eye is far to the right of 4 units to the left."""
+        width, height = shot["render"]["size"]
+        for number in frames:
+            self.frames.append((number, shot["camera"]["projection"]))
+            pixels = np.ones((height, width, 4), dtype=np.float32)
+            pixels[:, :, 0] = shot["camera"]["key"][0]["eye"][0] + 4
+            yield types.SimpleNamespace(number=number, layers={"RGBA": pixels}, stats={}, seconds=0.0)
+
+    def eyes(self):
+        """How far to the right each eye is, by the middle of its picture. Radiance: Blender 4 does not read its own OpenEXR files of one eye."""
+        render = self.scene.render
+        render.use_multiview = True
+        render.image_settings.file_format, render.image_settings.views_format = "HDR", "INDIVIDUAL"
+        render.filepath = os.path.join(self.scratch.name, "eye.hdr")
+        bpy.ops.render.render(write_still=True)
+        return [support.read_pixels(os.path.join(self.scratch.name, f"eye_{side}.hdr"))[6, 8, 0] - 4 for side in "LR"]
+
+    def test_both_eyes_have_pictures(self):
+        stereo = self.camera.data.stereo
+        stereo.convergence_mode, stereo.pivot, stereo.interocular_distance, stereo.convergence_distance = "OFFAXIS", "CENTER", 0.5, 4
+        np.testing.assert_allclose(self.eyes(), [-0.25, 0.25], atol=0.05)
+        # off axis: both see the same at the distance at which they converge
+        shift = 0.25 * self.camera.data.lens / self.camera.data.sensor_width / 4
+        np.testing.assert_allclose([shot["camera"]["key"][0]["shift"][0] for shot in self.shots], [shift, -shift], atol=1e-5)
+
+    def test_each_eye_is_exported_once_for_all_frames(self):
+        self.scene.frame_end = 3
+        self.scene.render.use_multiview = True
+        # a warning of both is told once
+        self.floor.visible_shadow = False
+        told, print_of = [], builtins.print
+        builtins.print = lambda *values, **more: told.append(values)
+        self.scene.render.filepath = os.path.join(self.scratch.name, "f.####")
+        try:
+            bpy.ops.render.render(animation=True)
+        finally:
+            builtins.print = print_of
+        self.assertEqual([shot["render"]["frames"] for shot in self.shots], ["1-3", "1-3"])
+        self.assertEqual([number for number, _ in self.frames], [1, 1, 2, 2, 3, 3])
+        self.assertEqual(len([values for values in told if "`Floor`" in str(values)]), 1)
+
+    def test_views_of_two_cameras_are_theirs(self):
+        self.scene.render.views_format = "MULTIVIEW"
+        for suffix, x in (("_L", -2.0), ("_R", 3.0)):
+            camera = support.add(self.scene, f"Camera{suffix}", self.camera.data, (x, -5, 0), (np.pi / 2, 0, 0))
+            self.scene.camera = self.scene.camera if suffix == "_R" else camera
+        np.testing.assert_allclose(self.eyes(), [-2, 3], atol=0.05)
+
+    def test_an_export_of_two_eyes_is_told(self):
+        self.scene.render.use_multiview = True
+        bpy.ops.afterimage.export_shot(directory=self.scratch.name)
+        self.assertIn("stereoscopy", "\n".join(self.session.exported.warnings))
+
+    def test_cameras_of_both_projections_have_shots_of_their_own(self):
+        self.scene.frame_end = 6
+        flat = support.add(self.scene, "Flat", bpy.data.cameras.new("Flat"), (1, -5, 0), (np.pi / 2, 0, 0))
+        flat.data.type = "ORTHO"
+        for frame, camera in ((1, self.camera), (3, flat), (5, self.camera)):
+            self.scene.timeline_markers.new(f"cut {frame}", frame=frame).camera = camera
+        # exposures before the first frame of each must not see by the camera before
+        self.scene.render.use_motion_blur = True
+        self.scene.render.filepath = os.path.join(self.scratch.name, "f.####")
+        bpy.ops.render.render(animation=True)
+        kinds = ["perspective"] * 2 + ["orthographic"] * 2 + ["perspective"] * 2
+        self.assertEqual(self.frames, list(zip(range(1, 7), kinds)))
+        self.assertEqual([shot["render"]["frames"] for shot in self.shots], ["1-2", "3-4", "5-6"])
+        for shot in self.shots:
+            self.assertFalse([key for key in shot["camera"]["key"] if key.get("cut")])
+            size = "height" if shot["camera"]["projection"] == "orthographic" else "fov"
+            self.assertTrue(all(size in key for key in shot["camera"]["key"]))
+
+    def test_cameras_of_both_projections_in_one_export_are_told(self):
+        self.scene.frame_end = 2
+        flat = support.add(self.scene, "Flat", bpy.data.cameras.new("Flat"))
+        flat.data.type = "ORTHO"
+        for frame, camera in ((1, self.camera), (2, flat)):
+            self.scene.timeline_markers.new(f"cut {frame}", frame=frame).camera = camera
+        bpy.ops.afterimage.export_shot(directory=self.scratch.name)
+        self.assertIn("perspective and orthographic cameras in one shot", "\n".join(self.session.exported.warnings))
+
+
+if __name__ == "__main__":
+    unittest.main()
