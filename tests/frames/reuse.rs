@@ -368,8 +368,10 @@ fn what_a_film_shows_already_is_what_would_be_rendered() {
             assert_eq!(stats.audit.expect("asked for").wrong(), 0);
             beyond += stats.rays.reflection + stats.rays.refraction;
             beyond_fresh += fresh_stats.rays.reflection + fresh_stats.rays.refraction;
-            // what a film shows in mirrors and glass casts no rays
-            let may_differ = |name: &str| has_mirrors && name.starts_with("rays_");
+            // what a film shows in mirrors and glass casts no rays; with a wide filter what it shows beside the borders of tiles casts none
+            let is_wide = settings.filter != Filter::Box;
+            let may_differ =
+                |name: &str| has_mirrors && name.starts_with("rays_") || is_wide && name == "rays_primary.V";
             for plane in kept.planes.iter().filter(|plane| !may_differ(&plane.name)) {
                 let other = fresh.values(&plane.name).expect("the same planes");
                 let differ = plane.values.to_floats().iter().zip(&other).filter(|(a, b)| a != b).count();
