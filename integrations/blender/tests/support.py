@@ -4,6 +4,9 @@
 import importlib.util
 import os
 import sys
+import tempfile
+import tomllib
+import unittest
 
 import bpy
 import numpy as np
@@ -103,3 +106,27 @@ def read_pixels(path):
     pixels = values.reshape(image.size[1], image.size[0], 4)[::-1].copy()
     bpy.data.images.remove(image)
     return pixels
+
+
+class ExportCase(unittest.TestCase):
+    """Tests that export an empty scene, to which they add something."""
+
+    def setUp(self):
+        self.scratch = tempfile.TemporaryDirectory()
+        self.folder = os.path.join(self.scratch.name, "shot")
+        self.scene = empty()
+
+    def tearDown(self):
+        self.scratch.cleanup()
+
+    def export(self):
+        """Exports the scene. Returns the shot."""
+        self.assertEqual(bpy.ops.afterimage.export_shot(directory=self.folder), {"FINISHED"})
+        return self.shot()
+
+    def shot(self):
+        with open(os.path.join(self.folder, "shot.toml"), "rb") as file:
+            return tomllib.load(file)
+
+    def warnings(self):
+        return list(extension().session.exported.warnings)

@@ -6,9 +6,7 @@ import os
 import re
 import stat
 import sys
-import tempfile
 import time
-import tomllib
 import types
 import unittest
 
@@ -17,23 +15,7 @@ import numpy as np
 import support
 
 
-class Export(unittest.TestCase):
-    def setUp(self):
-        self.scratch = tempfile.TemporaryDirectory()
-        self.folder = os.path.join(self.scratch.name, "shot")
-        self.scene = support.empty()
-
-    def tearDown(self):
-        self.scratch.cleanup()
-
-    def export(self):
-        self.assertEqual(bpy.ops.afterimage.export_shot(directory=self.folder), {"FINISHED"})
-        return self.shot()
-
-    def shot(self):
-        with open(os.path.join(self.folder, "shot.toml"), "rb") as file:
-            return tomllib.load(file)
-
+class Export(support.ExportCase):
     def warnings(self):
         return "\n".join(support.extension().session.exported.warnings)
 

@@ -2,8 +2,6 @@
 """Exports of materials, colour attributes, and lights. Needs bpy; the renderer is not asked."""
 
 import os
-import tempfile
-import tomllib
 import unittest
 
 import bpy
@@ -43,23 +41,10 @@ def read_ply(path):
     return header, vertices, np.frombuffer(data, dtype=fields, count=faces, offset=end + vertices.nbytes)
 
 
-class Surfaces(unittest.TestCase):
+class Surfaces(support.ExportCase):
     def setUp(self):
-        self.scratch = tempfile.TemporaryDirectory()
-        self.folder = os.path.join(self.scratch.name, "shot")
-        self.scene = support.empty()
+        super().setUp()
         support.add_camera(self.scene)
-
-    def tearDown(self):
-        self.scratch.cleanup()
-
-    def export(self):
-        self.assertEqual(bpy.ops.afterimage.export_shot(directory=self.folder), {"FINISHED"})
-        with open(os.path.join(self.folder, "shot.toml"), "rb") as file:
-            return tomllib.load(file)
-
-    def warnings(self):
-        return list(support.extension().session.exported.warnings)
 
     def exported(self, *materials, count=1):
         """Exports a square of these materials, in turn, and returns the shot."""

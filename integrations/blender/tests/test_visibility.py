@@ -2,8 +2,6 @@
 """What view layers, objects, films and lenses say of what is seen. Needs bpy; the renderer is not asked."""
 
 import os
-import tempfile
-import tomllib
 import unittest
 
 import bpy
@@ -12,25 +10,12 @@ import support
 from test_surfaces import principled
 
 
-class Visibility(unittest.TestCase):
+class Visibility(support.ExportCase):
     def setUp(self):
-        self.scratch = tempfile.TemporaryDirectory()
-        self.folder = os.path.join(self.scratch.name, "shot")
-        self.scene = support.empty()
+        super().setUp()
         self.layer = self.scene.view_layers[0]
         self.camera = support.add_camera(self.scene)
         self.floor = support.add(self.scene, "Floor", support.grid())
-
-    def tearDown(self):
-        self.scratch.cleanup()
-
-    def export(self):
-        self.assertEqual(bpy.ops.afterimage.export_shot(directory=self.folder), {"FINISHED"})
-        with open(os.path.join(self.folder, "shot.toml"), "rb") as file:
-            return tomllib.load(file)
-
-    def warnings(self):
-        return support.extension().session.exported.warnings
 
     def names(self):
         return [model["name"] for model in self.export()["model"]]
