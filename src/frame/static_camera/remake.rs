@@ -56,7 +56,8 @@ impl TileFacts {
         match self.samples {
             Change::Samples => DirtyLevel::Samples,
             _ if !shows_samples || casts_rays => DirtyLevel::Picture,
-            Change::None if self.was_quiet => DirtyLevel::Age,
+            // colours for a neighbour may take rays beside the borders, and these are counted as well
+            Change::None if self.was_quiet && !self.is_needed => DirtyLevel::Age,
             Change::None | Change::Rays => DirtyLevel::Counts,
         }
     }
@@ -129,7 +130,7 @@ mod tests {
             (None, [YES, YES, YES, YES, NO], Picture),
             (Rays, [YES, NO, YES, YES, NO], Picture),
             // a neighbour is made again
-            (None, [YES, YES, NO, NO, YES], Age),
+            (None, [YES, YES, NO, NO, YES], Counts),
             (None, [YES, NO, NO, NO, YES], Counts),
             (None, [YES, YES, YES, NO, YES], Picture),
             (Rays, [YES, YES, YES, NO, YES], Picture),

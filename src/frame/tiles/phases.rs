@@ -90,7 +90,7 @@ fn infer_tile(
 ) -> DirtyLevel {
     let Work { frame, .. } = *work;
     let mut facts = work.facts(number, state);
-    if facts.remake() == DirtyLevel::Age && !facts.is_needed {
+    if facts.remake() == DirtyLevel::Age {
         return DirtyLevel::Age;
     }
     scratch.begin_tile();
@@ -280,9 +280,6 @@ fn write_pixels(
     }
     let cell_rays = &*trace.tally.cells;
     match remake {
-        DirtyLevel::Age if dirty.is_needed(number) && state.asks_beside => {
-            filter::recount(frame, number, tile, filtering, cell_rays, picture, window)
-        }
         DirtyLevel::Age => filter::stay(frame, number, picture, window),
         DirtyLevel::Counts => filter::recount(frame, number, tile, filtering, cell_rays, picture, window),
         DirtyLevel::Picture | DirtyLevel::Samples => {
