@@ -66,11 +66,6 @@ fn is_in_one_place(frame: &FrameView, sample: &Sample, sight: Sight, met: Hit) -
     let layer = LAYER * (spread.by_distance * way.length() + spread.fixed);
     let from_eye = sight.origin - frame.view.camera.eye + way;
     let tolerance = reach(frame, sample) + rounding(frame, sample);
-    // mostly it is elsewhere, which the sample's own plane says; otherwise all triangles of its model are looked at
-    let off = (from_eye - offset(frame, sample)).dot(geometric_normal(frame, sample)).abs();
-    if off > layer + tolerance {
-        return false;
-    }
     let mesh = &frame.scene.models[sample.model as usize].mesh;
     let place = frame.place(sample.model);
     let there = sight.origin + way;
@@ -83,6 +78,11 @@ fn is_in_one_place(frame: &FrameView, sample: &Sample, sight: Sight, met: Hit) -
         let hits =
             (0..quadric.count()).filter(is_near).map(|piece| as_met(piece, quadric.weights(piece, point)));
         return hits.into_iter().any(|met| is_covered(frame, sample, sight, Some(met)));
+    }
+    // mostly it is elsewhere, which the sample's own plane says; otherwise all triangles of its model are looked at
+    let off = (from_eye - offset(frame, sample)).dot(geometric_normal(frame, sample)).abs();
+    if off > layer + tolerance {
+        return false;
     }
     (0..mesh.triangles.len() as u32).any(|triangle| {
         let corners = place.corners(mesh, triangle);
