@@ -307,6 +307,13 @@ impl<'s> Renderer<'s> {
         self.pictures.levels().for_each(Level::forget_tags);
     }
 
+    /// Has proofs that samples are seen hold for the eyes of this many frames, from the next frame on, instead of some more. Changes no
+    /// pixel: for tests of short chains, in which proofs are to end.
+    #[doc(hidden)]
+    pub fn prove_ahead(&mut self, frames: i32) {
+        self.prepared.frames_ahead = frames;
+    }
+
     /// Makes kept reflection maps wrong: for a test of the audit.
     #[doc(hidden)]
     pub fn spoil_maps(&mut self) {

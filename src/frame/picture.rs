@@ -22,7 +22,7 @@ use super::shot::motion_vectors::MotionVectors;
 use super::shot::moved_bounds::MovedBounds;
 use super::shot::plan::{CameraChange, Plan};
 use super::shot::prepared::Prepared;
-use super::shot::proofs::{EyePath, FRAMES_AHEAD};
+use super::shot::proofs::EyePath;
 use super::shot::reflection_maps::{NO_MAPS, ReflectionMaps};
 use super::tiles::TileSum;
 use super::tiles::input::FilmContents;
@@ -315,7 +315,7 @@ fn eye_path(prepared: &Prepared, lineage: &Lineage, request: &PictureRequest) ->
     let step = if lineage.valid.direction() == Direction::Backward { -1 } else { 1 };
     let exposures = prepared.exposures.all.len();
     // exposures go from point to point of the lens: all of them are in the region, which then is left the sooner
-    let frames = if exposures == 1 { FRAMES_AHEAD } else { 1 };
+    let frames = if exposures == 1 { prepared.frames_ahead } else { 1 };
     let cameras: Vec<CameraPose> = (0..=frames)
         .flat_map(|ahead| (0..exposures).map(move |exposure| (pose.frame + step * ahead, exposure)))
         .map(|(frame, exposure)| prepared.camera(frame, exposure, place.as_ref()))

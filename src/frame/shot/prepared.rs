@@ -4,6 +4,7 @@ use std::collections::HashMap;
 use std::sync::{Arc, OnceLock};
 
 use super::frame_view::Occlusion;
+use super::proofs::FRAMES_AHEAD;
 use crate::changes::{Direction, Motion};
 use crate::clear::Obstacles;
 use crate::cryptomatte::Mattes;
@@ -54,6 +55,8 @@ pub struct Prepared<'s> {
     pub quadrics: Vec<bool>,
     /// The models at rest, for proofs; built when they are needed first.
     pub obstacles: OnceLock<Obstacles>,
+    /// Frames that regions of proofs look ahead.
+    pub frames_ahead: i32,
     /// True if rays follow mirrors or glass of the shot.
     pub has_trees: bool,
     /// The exposures of each frame: one where frames are sharp.
@@ -112,6 +115,7 @@ impl<'s> Prepared<'s> {
             bounds,
             quadrics: quadrics(scene),
             obstacles: OnceLock::new(),
+            frames_ahead: FRAMES_AHEAD,
         }
     }
 

@@ -4,7 +4,8 @@ use crate::clear::Obstacles;
 use crate::geometry::Bounds;
 use crate::samples::ClearRegion;
 
-/// Frames that a region looks ahead: with more, fewer samples are clear; with fewer, all are tried anew more often.
+/// Frames that a region looks ahead, unless tests have it look [less far](crate::frame::Renderer::prove_ahead): with more, fewer samples are clear; with
+/// fewer, all are tried anew more often.
 pub const FRAMES_AHEAD: i32 = 16;
 
 /// Places that the eye takes.
@@ -12,7 +13,7 @@ pub const FRAMES_AHEAD: i32 = 16;
 pub struct EyePath {
     /// Now and in half of the frames ahead.
     pub soon: Bounds,
-    /// Now and in all of [`FRAMES_AHEAD`].
+    /// Now and in all frames ahead.
     pub ahead: Bounds,
     /// Largest angle of view in these frames over that of now, as tangents.
     pub zoom: f32,

@@ -280,7 +280,10 @@ fn check_audit(is_fine: bool, frames: &[Frame], counts: &mut Counts) -> Result<(
 }
 
 fn renderer<'s>(trial: &Trial, shot: &'s Shot, settings: &Settings) -> Result<Renderer<'s>, Failure> {
-    Renderer::with(trial.backend, &shot.scene, settings).map_err(|error| Failure::new(Kind::Render, error))
+    let mut renderer = Renderer::with(trial.backend, &shot.scene, settings)
+        .map_err(|error| Failure::new(Kind::Render, error))?;
+    renderer.prove_ahead(trial.ahead);
+    Ok(renderer)
 }
 
 /// A frame as one eye has seen it.

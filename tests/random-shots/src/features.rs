@@ -152,6 +152,10 @@ fn of_model(model: &Table, shot: &Table, add: &mut impl FnMut(String)) {
             add(format!("model: {key}"));
         }
     }
+    if material.contains('+') {
+        add("small things: of two materials".into());
+    }
+    let material = material.split('+').next().unwrap_or_default();
     let of_name = |table: &&Table| table.get("name").and_then(Value::as_str) == Some(material);
     let kind = list(shot, "material").find(of_name).map_or("matt", kind_of_material);
     add(format!("material: {kind}"));

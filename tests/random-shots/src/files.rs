@@ -24,17 +24,18 @@ pub const SHAPES: [&str; 11] = [
 ];
 
 /// Shapes of many small things, with what each of them is for.
-pub const SMALL_SHAPES: [&str; 7] = [
+pub const SMALL_SHAPES: [&str; 8] = [
     "dots",    // squares in one plane, each as wide as high
     "streaks", // upright ones, ten times as high as wide
     "slats",   // upright bars close before a wall of the same mesh
     "grate",   // bars across each other, open between them
     "foliage", // triangles that look to all sides
     "layers",  // squares one behind the other, some in the same place
+    "tiles",   // squares that share their edges, as wide as high
     "rods",    // square rods that stand out of a wall of the same mesh, towards +Z
 ];
 
-/// Materials that meshes name: the last part of a mesh's name.
+/// Materials that meshes name: the last part of a mesh's name. Those of two, as in `m0+m3`, have them in turn.
 pub const MATERIALS: [&str; 6] = ["m0", "m1", "m2", "m3", "m4", "m5"];
 
 /// Textures that materials may name.
@@ -145,6 +146,7 @@ impl Mesh {
     /// Things as wide as `width`, from -1 to 1, `gap` before what is behind them.
     fn add_small(&mut self, shape: &str, width: f64, gap: f64) -> Option<()> {
         const MOST_BARS: usize = 40;
+        const MOST_TILES: usize = 21;
         let mut dice = Dice::new(0x0005_0A11);
         // as many bars as there is room for with twice their width between them
         let bars = ((2.0 / (3.0 * width)) as usize).clamp(1, MOST_BARS);
@@ -166,6 +168,21 @@ impl Mesh {
                 self.add_upright([bar(number), 0.0, 0.0], [width, 2.0]);
                 self.add_upright([0.0, bar(number), gap], [2.0, width]);
             }),
+            "tiles" => {
+                // an odd number, so that tiles that share an edge have not the same material
+                let count = ((2.0 / width) as usize).clamp(1, MOST_TILES) | 1;
+                let at = |number: usize| (number as f64 - count as f64 / 2.0) * width;
+                for (row, column) in (0..count).flat_map(|row| (0..count).map(move |column| (row, column))) {
+                    let [[left, right], [low, high]] =
+                        [column, row].map(|number| [at(number), at(number + 1)]);
+                    self.add_quad([
+                        [left, low, 0.0],
+                        [right, low, 0.0],
+                        [right, high, 0.0],
+                        [left, high, 0.0],
+                    ]);
+                }
+            }
             "foliage" => (0..60).for_each(|_| {
                 let middle = [0; 3].map(|_| dice.between(-1.0, 1.0));
                 let corners = [0; 3].map(|_| {
@@ -285,8 +302,11 @@ fn obj(mesh: &Mesh, material: &str, bend: u32) -> String {
             let _ = writeln!(text, "vn {x} {y} {z}");
         }
     }
-    let _ = writeln!(text, "usemtl {material}");
-    for face in &mesh.faces {
+    let materials: Vec<&str> = material.split('+').collect();
+    for (number, face) in mesh.faces.iter().enumerate() {
+        if number < materials.len() || materials.len() > 1 {
+            let _ = writeln!(text, "usemtl {}", materials[number % materials.len()]);
+        }
         text.push('f');
         for corner in face.iter().map(|corner| corner + 1) {
             let _ = match mesh.is_smooth {

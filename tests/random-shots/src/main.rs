@@ -128,7 +128,8 @@ fn show(args: &Args) -> ExitCode {
 fn tell(args: &Args, seed: u64, failure: &Failure) {
     let trial = smallest(seed, failure, args.shrink).unwrap_or_else(|_| Trial::of_seed(seed));
     println!("# seed {seed}: {failure}");
-    println!("# {:?}, from step {}; {}", trial.variation, trial.turn, trial.command());
+    let Trial { variation, turn, ahead, .. } = &trial;
+    println!("# {variation:?}, from step {turn}; proofs look {ahead} frames ahead; {}", trial.command());
     println!("{}", trial.text());
     if let Some(folder) = &args.keep {
         let folder = folder.join(format!("seed-{seed}"));

@@ -14,7 +14,7 @@ use crate::check::{Counts, Failure, Outcome, Pools, check};
 use crate::fairness::Fairness;
 use crate::features::features;
 use crate::shrink::shrink;
-use crate::trial::{Trial, Variation};
+use crate::trial::{AHEAD, Trial, Variation};
 
 /// What came out.
 #[derive(Debug, Default)]
@@ -99,8 +99,8 @@ pub fn run_kept(
     for path in paths {
         let text = fs::read_to_string(&path)?;
         for backend in [BackendKind::Embree, BackendKind::Rust] {
-            for variation in Variation::ALL {
-                let trial = Trial { variation, backend, ..Trial::of_text(&text)? };
+            for (variation, ahead) in Variation::ALL.into_iter().zip(AHEAD.into_iter().cycle()) {
+                let trial = Trial { variation, backend, ahead, ..Trial::of_text(&text)? };
                 told(&path, &trial, &check(&trial, folder.path(), &pools));
                 count += 1;
             }

@@ -32,12 +32,17 @@ impl Variation {
     pub const ALL: [Self; 5] = [Self::Threads, Self::NoTags, Self::NoTrees, Self::Store, Self::Chunk];
 }
 
+/// Frames that proofs look ahead: as many as usual, or so few that proofs end within a shot.
+pub const AHEAD: [i32; 4] = [16, 1, 2, 4];
+
 /// A shot, and how it is tried.
 #[derive(Debug, Clone)]
 pub struct Trial {
     pub shot: Table,
     pub backend: BackendKind,
     pub variation: Variation,
+    /// Frames that [proofs](afterimage::frame::Renderer::prove_ahead) look ahead.
+    pub ahead: i32,
     /// Before which frame, counted from the first, the variation begins.
     pub turn: usize,
 }
@@ -51,6 +56,7 @@ impl Trial {
             backend: if dice.one_in(4) { BackendKind::Rust } else { BackendKind::Embree },
             variation: *dice.pick(&Variation::ALL),
             turn: 1 + dice.below(4),
+            ahead: *dice.pick(&AHEAD),
         }
     }
 
@@ -64,6 +70,7 @@ impl Trial {
             backend: BackendKind::Embree,
             variation: Variation::Threads,
             turn: 1,
+            ahead: AHEAD[0],
         })
     }
 

@@ -108,10 +108,13 @@ fn small_mesh(dice: &mut Dice, span: &Span, cell: f64) -> Table {
     let thousandths = |length: f64| (length / reach * 1000.0).round().clamp(1.0, 900.0);
     let shape = *dice.pick(&SMALL_SHAPES);
     let gap = width * dice.pick(&GAPS);
-    let material = dice.pick(&MATERIALS);
-    let name = format!("{shape}{}x{}-{material}", thousandths(width), thousandths(gap));
+    let material = *dice.pick(&MATERIALS);
+    let name = |material: &str| format!("{shape}{}x{}-{material}", thousandths(width), thousandths(gap));
     let mut model = Table::new();
-    match dice.below(8) {
+    let way = dice.below(8);
+    let second = (way > 0 && dice.one_in(3)).then(|| dice.pick(&MATERIALS));
+    let name = second.map_or_else(|| name(material), |second| name(&format!("{material}+{second}")));
+    match way {
         0 => drop(model.insert("gltf".into(), format!("{name}.{}.glb", dice.pick(&MOTIONS)).into())),
         number => {
             if number == 1 {
