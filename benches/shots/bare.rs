@@ -72,7 +72,8 @@ struct Parts {
 impl Bare {
     /// Builds both scenes.
     pub fn new(scene: &Scene) -> Result<Self, embree::Error> {
-        let device = Device::new(&device_config())?;
+        let config = device_config().expect("the program checks it at its start, too");
+        let device = Device::new(&config)?;
         let mut bare = Self {
             still: EmbreeScene::new(&device, BuildQuality::High, true)?,
             movable: EmbreeScene::new(&device, BuildQuality::Low, true)?,

@@ -1,6 +1,8 @@
 //! From numpy's arrays to plain lists, whatever their type and layout.
 
+use afterimage::memory::{self, Need, Part};
 use numpy::{PyArrayDyn, PyArrayMethods, PyUntypedArrayMethods};
+use pyo3::exceptions::{PyException, PyMemoryError};
 use pyo3::prelude::*;
 
 use crate::errors::error;
@@ -14,7 +16,9 @@ pub fn rows<const N: usize>(object: &Bound<'_, PyAny>, what: &str) -> PyResult<V
     }
     let array = array.try_readonly().map_err(|cause| error(format!("`{what}`: {cause}")))?;
     let numbers = array.as_slice().map_err(|cause| error(format!("`{what}`: {cause}")))?;
-    Ok(numbers.chunks_exact(N).map(|row| std::array::from_fn(|i| row[i])).collect())
+    let mut rows = room(numbers.len() / N, what)?;
+    rows.extend(numbers.chunks_exact(N).map(|row| std::array::from_fn(|i| row[i])));
+    Ok(rows)
 }
 
 /// Reads whole numbers that are not negative, in one dimension, or in rows of `row`.
@@ -45,7 +49,27 @@ pub fn numbers(object: &Bound<'_, PyAny>, row: Option<usize>, what: &str) -> PyR
         u32::try_from(*number)
             .map_err(|_| error(format!("`{what}` has {number}: numbers from 0 to 4294967295 are wanted")))
     };
-    all.iter().map(number).collect()
+    let mut numbers = room(all.len(), what)?;
+    for all in all {
+        numbers.push(number(all)?);
+    }
+    Ok(numbers)
+}
+
+/// An empty list with room for so many entries.
+fn room<T>(count: usize, what: &str) -> PyResult<Vec<T>> {
+    /// Bytes from which on the memory that is left is asked for: that takes as long as copying as many.
+    const MANY: usize = 1 << 24;
+    let bytes = count.saturating_mul(size_of::<T>());
+    if bytes >= MANY {
+        // where the system promises more than it has, it ends the process that takes it
+        let need = Need::new(Part::new(format!("a copy of `{what}`"), bytes as u64, "smaller meshes"));
+        need.check(&memory::left()).map_err(error)?;
+    }
+    let mut list = Vec::new();
+    let reserved = list.try_reserve_exact(count);
+    reserved.map_err(|_| PyMemoryError::new_err(format!("`{what}`: {bytes} bytes are not left")))?;
+    Ok(list)
 }
 
 /// Reads a matrix of 4 x 4 numbers, for column vectors: its last column is the translation.
@@ -72,10 +96,11 @@ pub fn matrix(object: &Bound<'_, PyAny>, what: &str) -> PyResult<[[f64; 4]; 4]> 
 /// The object as an array of numpy, without a copy if it is one.
 fn of_numpy<'py>(object: &Bound<'py, PyAny>, what: &str) -> PyResult<Bound<'py, PyAny>> {
     let made = object.py().import("numpy")?.call_method1("asarray", (object,));
-    made.map_err(|cause| error(format!("`{what}` is no array of numbers: {}", cause.value(object.py()))))
+    made.map_err(|cause| refused(object.py(), cause, what))
 }
 
-/// An array of this type, one row behind the other: itself if it is one already, otherwise a copy.
+/// An array of this type, one row behind the other, each number where the processor wants it: itself if it is one already, otherwise a
+/// copy.
 fn converted<'py, T: numpy::Element>(
     object: &Bound<'py, PyAny>,
     dtype: &str,
@@ -84,12 +109,24 @@ fn converted<'py, T: numpy::Element>(
     let py = object.py();
     let array = of_numpy(object, what)?;
     let kind: String = array.getattr("dtype")?.getattr("kind")?.extract()?;
-    let refuse = |why: String| error(format!("`{what}` is no array of numbers: {why}"));
     if !matches!(kind.as_str(), "f" | "i" | "u") && array.getattr("size")?.extract::<usize>()? > 0 {
-        return Err(refuse(format!("its dtype is {}", array.getattr("dtype")?)));
+        return Err(no_array(format!("its dtype is {}", array.getattr("dtype")?), what));
     }
-    let made = py.import("numpy")?.call_method1("ascontiguousarray", (&array, dtype));
-    let made = made.map_err(|cause| refuse(cause.value(py).to_string()))?;
-    let array = made.cast_into::<PyArrayDyn<T>>();
-    array.map_err(|_| refuse(String::from("numpy gave something else")))
+    let wanted = ["C_CONTIGUOUS", "ALIGNED", "ENSUREARRAY"];
+    let made = py.import("numpy")?.call_method1("require", (&array, dtype, wanted));
+    let array = made.map_err(|cause| refused(py, cause, what))?.cast_into::<PyArrayDyn<T>>();
+    array.map_err(|_| no_array("numpy gave something else", what))
+}
+
+/// The error for what numpy raises. What says that there is too little memory, and what is no exception that a program handles, such as
+/// an interrupt, stays as it is.
+fn refused(py: Python<'_>, cause: PyErr, what: &str) -> PyErr {
+    if cause.is_instance_of::<PyMemoryError>(py) || !cause.is_instance_of::<PyException>(py) {
+        return cause;
+    }
+    no_array(cause.value(py), what)
+}
+
+fn no_array(why: impl std::fmt::Display, what: &str) -> PyErr {
+    error(format!("`{what}` is no array of numbers: {why}"))
 }

@@ -9,19 +9,25 @@ use std::time::Duration;
 use pyo3::prelude::*;
 
 use crate::errors::{error, fault_of_ours};
+use crate::forked::Owner;
 
 /// Time between two looks at signals and at progress.
 pub const LOOK: Duration = Duration::from_millis(40);
 
+/// The process that has the pool of threads that all such work shares.
+static OWNER: Owner = Owner::nobody();
+
 /// Does `work` on another thread, without the interpreter's lock.
 ///
 /// # Errors
-/// The message that `work` ends with, or that of its panic, as an `Error`; an exception that a signal raises, such as
-/// `KeyboardInterrupt`: then nobody waits for the work any more, and its result is dropped when it is done.
+/// The message that `work` ends with, or that of its panic, as an `Error`; a process that was forked from one that did such work; an
+/// exception that a signal raises, such as `KeyboardInterrupt`: then nobody waits for the work any more, and its result is dropped when it
+/// is done.
 pub fn aside<T: Send + 'static>(
     py: Python<'_>,
     work: impl FnOnce() -> Result<T, String> + Send + 'static,
 ) -> PyResult<T> {
+    OWNER.claim("a scene was loaded or made")?;
     let (send, receive) = sync_channel(1);
     let guarded = move || {
         let done = catch_unwind(AssertUnwindSafe(work));

@@ -1,6 +1,7 @@
 //! Arguments in the forms in which Python has them.
 
 use afterimage::scene::Frames;
+use afterimage::scene::frames::MOST_FRAMES;
 use pyo3::prelude::*;
 use pyo3::types::{PyRange, PyRangeMethods};
 use toml::Value;
@@ -16,16 +17,27 @@ pub fn frames(object: &Bound<'_, PyAny>) -> PyResult<Frames> {
     } else if let Ok(number) = object.extract::<i32>() {
         number.to_string()
     } else {
-        let numbers = object.try_iter().and_then(|all| all.map(|one| one?.extract::<i32>()).collect());
-        let numbers: Vec<i32> = numbers.map_err(|_| {
-            error("`frames` must be whole numbers: a list, a range, or a text like \"1-48\" or \"1-48x2\"")
-        })?;
-        numbers.iter().map(i32::to_string).collect::<Vec<_>>().join(",")
+        one_by_one(object)?.iter().map(i32::to_string).collect::<Vec<_>>().join(",")
     };
     if text.is_empty() {
         return Err(error("`frames` is empty: name one frame at least"));
     }
     guarded(|| Frames::parse(&text).map_err(|cause| format!("`frames`: {cause}")))
+}
+
+fn one_by_one(object: &Bound<'_, PyAny>) -> PyResult<Vec<i32>> {
+    let wrong =
+        || error("`frames` must be whole numbers: a list, a range, or a text like \"1-48\" or \"1-48x2\"");
+    let mut numbers = Vec::new();
+    for number in object.try_iter().map_err(|_| wrong())? {
+        if numbers.len() as u64 == MOST_FRAMES {
+            return Err(error(format!(
+                "`frames`: more than {MOST_FRAMES} numbers: has the iterator an end?"
+            )));
+        }
+        numbers.push(number?.extract().map_err(|_| wrong())?);
+    }
+    Ok(numbers)
 }
 
 fn text_of_range(range: &Bound<'_, PyRange>) -> PyResult<String> {

@@ -7,6 +7,7 @@ use numpy::IntoPyArray;
 use numpy::ndarray::{Array3, ShapeError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use pyo3::{PyTraverseError, PyVisit};
 use rayon::prelude::*;
 
 use crate::errors::error;
@@ -147,5 +148,12 @@ impl Frame {
 impl Frame {
     fn __repr__(&self) -> String {
         format!("<afterimage.Frame {}, {:.3} s>", self.number, self.seconds)
+    }
+
+    /// What the garbage collector must know: a caller may put anything into these dicts, the frame itself, too. They are what it clears
+    /// then.
+    fn __traverse__(&self, visit: PyVisit<'_>) -> Result<(), PyTraverseError> {
+        visit.call(&self.layers)?;
+        visit.call(&self.stats)
     }
 }

@@ -9,6 +9,7 @@ mod arrays;
 mod aside;
 mod convert;
 mod errors;
+mod forked;
 mod frame;
 mod keys;
 mod motion;
@@ -47,5 +48,6 @@ mod _afterimage {
 /// Ends all renders that are under way, and waits for their threads.
 #[pyfunction]
 fn end_all(py: Python<'_>) {
-    py.detach(worker::end_all);
+    let wait = worker::end_all();
+    py.detach(wait);
 }

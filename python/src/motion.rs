@@ -13,7 +13,8 @@ use crate::keys;
 /// Reads a dict from frames to values, in the order of the frames.
 pub fn by_frame<'py>(dict: &Bound<'py, PyDict>, what: &str) -> PyResult<Vec<(f64, Bound<'py, PyAny>)>> {
     let mut all = Vec::with_capacity(dict.len());
-    for (frame, value) in dict {
+    // reading a key may call functions of the caller, which may change the dict: its values are those of now
+    for (frame, value) in &dict.copy()? {
         let frame = frame.extract::<f64>().ok().filter(|frame| frame.is_finite());
         let frame = frame
             .ok_or_else(|| error(format!("`{what}`: the keys of the dict must be numbers of frames")))?;

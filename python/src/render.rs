@@ -2,21 +2,23 @@
 
 use std::num::NonZeroUsize;
 use std::sync::atomic::Ordering;
-use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, channel, sync_channel};
-use std::sync::{Arc, Mutex, TryLockError};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
+use std::sync::{Arc, Mutex, PoisonError, TryLockError};
 
 use afterimage::frame::BackendKind;
 use afterimage::settings::{Build, PixelRect, Settings, limits};
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict};
+use pyo3::{PyTraverseError, PyVisit};
 
 use crate::aside::wait;
 use crate::convert;
 use crate::errors::{Cancelled, error, guarded};
+use crate::forked::{self, Owner};
 use crate::frame::Frame;
 use crate::keys;
 use crate::scene::Scene;
-use crate::worker::{self, Answer, Failure, Job, Progress};
+use crate::worker::{self, Answer, Failure, Job, Progress, Request};
 
 /// Settings of a render that no shot file has.
 struct Own {
@@ -106,24 +108,31 @@ fn take_own(settings: &Bound<'_, PyDict>) -> PyResult<Own> {
 #[pyclass(frozen, module = "afterimage")]
 pub struct Render {
     progress: Arc<Progress>,
-    callback: Option<Py<PyAny>>,
-    /// The way to the thread that renders; none once all is over.
-    link: Mutex<Option<Link>>,
+    /// Progress function; none any more if the garbage collector has cleared it.
+    callback: Mutex<Option<Py<PyAny>>>,
+    requests: Sender<Request>,
+    /// The way back from the thread that renders; none once all is over.
+    answers: Mutex<Option<Answers>>,
+    /// The process that has that thread.
+    owner: Owner,
 }
 
-struct Link {
-    requests: std::sync::mpsc::Sender<()>,
-    answers: Mutex<Receiver<Answer>>,
-}
+type Answers = Mutex<Receiver<Answer>>;
 
 impl Render {
     fn start(job: Job, callback: Option<Py<PyAny>>) -> PyResult<Self> {
         let progress = Arc::new(Progress::default());
         let (requests, requested) = channel();
-        let (answer, answers): (SyncSender<Answer>, _) = sync_channel(1);
-        worker::start(job, &progress, requested, answer).map_err(raised)?;
-        let link = Link { requests, answers: Mutex::new(answers) };
-        Ok(Self { progress, callback, link: Mutex::new(Some(link)) })
+        // nobody may take an answer any more: the thread must not wait for that
+        let (answer, answers) = channel();
+        worker::start(job, &progress, (requests.clone(), requested), answer)?;
+        Ok(Self {
+            progress,
+            callback: Mutex::new(callback),
+            requests,
+            answers: Mutex::new(Some(Mutex::new(answers))),
+            owner: Owner::this(),
+        })
     }
 
     fn is_cancelled(&self) -> bool {
@@ -131,10 +140,10 @@ impl Render {
     }
 
     /// Waits for the answer to a request.
-    fn answer(&self, py: Python<'_>, link: &Link) -> PyResult<Option<Frame>> {
+    fn answer(&self, py: Python<'_>, answers: &Answers) -> PyResult<Option<Frame>> {
         let mut told = None;
         loop {
-            let answer = wait(py, &link.answers);
+            let answer = wait(py, answers);
             if self.is_cancelled() {
                 return Err(raised(Failure::Cancelled));
             }
@@ -160,9 +169,15 @@ impl Render {
         }
     }
 
+    /// The progress function, if there is one. It is not called under the lock: it may do anything with this render.
+    fn callback(&self, py: Python<'_>) -> Option<Py<PyAny>> {
+        let callback = self.callback.lock().unwrap_or_else(PoisonError::into_inner);
+        callback.as_ref().map(|callback| callback.clone_ref(py))
+    }
+
     /// Calls the callback if there is something new to tell.
     fn tell(&self, py: Python<'_>, now: (i32, f64), told: &mut Option<(i32, f64)>) -> PyResult<()> {
-        let Some(callback) = &self.callback else { return Ok(()) };
+        let Some(callback) = self.callback(py) else { return Ok(()) };
         if self.progress.tiles.load(Ordering::Relaxed) == 0 || *told == Some(now) {
             return Ok(());
         }
@@ -190,30 +205,51 @@ impl Render {
     }
 
     fn __next__(&self, py: Python<'_>) -> PyResult<Option<Frame>> {
-        let mut link = match self.link.try_lock() {
-            Ok(link) => link,
+        if !self.owner.is_here() {
+            return Err(forked::elsewhere("this render was begun"));
+        }
+        let mut answers = match self.answers.try_lock() {
+            Ok(answers) => answers,
             Err(TryLockError::WouldBlock) => {
                 return Err(error("another thread waits for a frame of this render: frames come one by one"));
             }
-            Err(TryLockError::Poisoned(link)) => link.into_inner(),
+            Err(TryLockError::Poisoned(answers)) => answers.into_inner(),
         };
         if self.is_cancelled() {
-            *link = None;
+            *answers = None;
             return Err(raised(Failure::Cancelled));
         }
-        let Some(open) = &*link else { return Ok(None) };
+        let Some(open) = &*answers else { return Ok(None) };
         // if nobody is there to hear it, the answer says so
-        let _ = open.requests.send(());
+        let _ = self.requests.send(Request::Frame);
         let answer = self.answer(py, open);
         if !matches!(answer, Ok(Some(_))) {
-            *link = None;
+            *answers = None;
+            let _ = self.requests.send(Request::End);
         }
         answer
+    }
+
+    /// What the garbage collector must know: a progress function may hold the render that it belongs to.
+    fn __traverse__(&self, visit: PyVisit<'_>) -> Result<(), PyTraverseError> {
+        // whoever has the lock holds the function, too
+        let Ok(callback) = self.callback.try_lock() else { return Ok(()) };
+        visit.call(callback.as_ref())
+    }
+
+    fn __clear__(&self) {
+        let callback = self.callback.try_lock().ok().and_then(|mut callback| callback.take());
+        // it may be the last one that holds this render: the lock is not held meanwhile
+        drop(callback);
     }
 
     /// Cancels the render, from any thread: whoever waits for a frame gets `Cancelled` within a second.
     fn cancel(&self) {
         self.progress.is_cancelled.store(true, Ordering::Relaxed);
+        if self.owner.is_here() {
+            // one that rests between two frames waits for this
+            let _ = self.requests.send(Request::End);
+        }
     }
 }
 
@@ -221,5 +257,10 @@ impl Drop for Render {
     fn drop(&mut self) {
         // the thread ends by itself, and frees the scene
         self.cancel();
+        if !self.owner.is_here() {
+            // at the moment of the fork that thread may have had the lock of the channel, which nobody gives back here
+            let answers = self.answers.get_mut().unwrap_or_else(PoisonError::into_inner);
+            std::mem::forget(answers.take());
+        }
     }
 }

@@ -6,7 +6,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use afterimage::scene::given::{self, Given, GivenMesh, GivenModel};
 use afterimage::scene::{Frames, Shot};
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyTuple};
+use pyo3::types::{PyDict, PyString, PyTuple};
 use toml::{Table, Value};
 
 use crate::aside::aside;
@@ -75,6 +75,9 @@ const OF_CAMERA: [&str; 4] = ["projection", "interpolation", "from", "animation"
 
 /// Keys that a light may have at each of its keys.
 const OF_LIGHT_KEY: [&str; 6] = ["position", "direction", "target", "up", "color", "power"];
+
+/// Most materials of a mesh: as many as a scene has.
+const MOST_MATERIALS: usize = 1 << 16;
 
 impl Scene {
     fn lock(&self) -> MutexGuard<'_, Content> {
@@ -201,7 +204,7 @@ impl Scene {
         colors: Option<&Bound<'_, PyAny>>,
         material: Option<&Bound<'_, PyAny>>,
         face_materials: Option<&Bound<'_, PyAny>>,
-        materials: Option<Vec<Bound<'_, PyAny>>>,
+        materials: Option<&Bound<'_, PyAny>>,
         transform: Option<&Bound<'_, PyAny>>,
         vertices_by_frame: Option<&Bound<'_, PyDict>>,
         visible: Option<&Bound<'_, PyAny>>,
@@ -212,7 +215,7 @@ impl Scene {
         let materials = match (material, materials) {
             (Some(_), Some(_)) => return Err(error(in_mesh("give `material` or `materials`, and not both"))),
             (Some(material), None) => vec![name_of(material)?],
-            (None, Some(materials)) => materials.iter().map(name_of).collect::<PyResult<_>>()?,
+            (None, Some(materials)) => names_of(materials)?,
             (None, None) => Vec::new(),
         };
         let shapes = vertices_by_frame.map(|dict| {
@@ -470,6 +473,21 @@ fn name_of(material: &Bound<'_, PyAny>) -> PyResult<String> {
         return Ok(material.get().name.clone());
     }
     material.extract().map_err(|_| error("a material is what add_material() gives, its name, or None"))
+}
+
+/// Names of a list of materials.
+fn names_of(materials: &Bound<'_, PyAny>) -> PyResult<Vec<String>> {
+    let list = materials.try_iter().ok().filter(|_| !materials.is_instance_of::<PyString>());
+    let list =
+        list.ok_or_else(|| error("`materials` must be a list of materials, of their names, or None"))?;
+    let mut names = Vec::new();
+    for material in list {
+        if names.len() == MOST_MATERIALS {
+            return Err(error(format!("`materials`: more than {MOST_MATERIALS} of them")));
+        }
+        names.push(name_of(&material?)?);
+    }
+    Ok(names)
 }
 
 /// A model of the mesh 0.

@@ -2,8 +2,8 @@
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicBool, AtomicI32, AtomicUsize, Ordering};
-use std::sync::mpsc::{Receiver, SyncSender};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::mpsc::{Receiver, Sender};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::{self, JoinHandle};
 use std::time::Instant;
 
@@ -15,8 +15,10 @@ use afterimage::scene::Shot;
 use afterimage::schedule::steps::{StepError, Walk};
 use afterimage::schedule::{Rule, Step, schedule};
 use afterimage::settings::{DenoiseQuality, Settings};
+use pyo3::PyResult;
 
-use crate::errors::fault_of_ours;
+use crate::errors::{error, fault_of_ours};
+use crate::forked::Owner;
 use crate::frame::Picture;
 
 /// All that a render is made of.
@@ -68,63 +70,100 @@ impl From<StepError> for Failure {
     }
 }
 
-/// Threads of all renders, with the flag that ends each.
-static ALL: Mutex<Vec<(Arc<Progress>, JoinHandle<()>)>> = Mutex::new(Vec::new());
+/// What the thread of a render is told.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Request {
+    /// The next frame is wanted.
+    Frame,
+    /// No more frames are wanted, though the iterator is still held.
+    End,
+}
 
-/// Cancels all renders and waits until their threads have ended.
-pub fn end_all() {
-    let all = std::mem::take(&mut *ALL.lock().unwrap_or_else(PoisonError::into_inner));
-    all.iter().for_each(|(progress, _)| progress.is_cancelled.store(true, Ordering::Relaxed));
-    for (_, thread) in all {
-        // its panics were caught
-        let _ = thread.join();
+/// The threads of all renders, each with the flag that cancels it and the way to wake it.
+struct All {
+    owner: Owner,
+    threads: Vec<(Arc<Progress>, Sender<Request>, JoinHandle<()>)>,
+    /// True once the interpreter ends: nobody would wait for a thread that is started now.
+    is_over: bool,
+}
+
+static ALL: Mutex<All> = Mutex::new(All { owner: Owner::nobody(), threads: Vec::new(), is_over: false });
+
+/// Only threads that hold the interpreter's lock come here: so no process is forked while it is locked.
+fn all() -> MutexGuard<'static, All> {
+    ALL.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Cancels all renders, and returns what waits until their threads have ended. None are started any more.
+pub fn end_all() -> impl FnOnce() + Send {
+    let mut all = all();
+    all.is_over = true;
+    let mut threads = std::mem::take(&mut all.threads);
+    if !all.owner.is_here() {
+        // those of the process that this one was forked from: nothing of them is here
+        threads.drain(..).for_each(std::mem::forget);
+    }
+    for (progress, requests, _) in &threads {
+        progress.is_cancelled.store(true, Ordering::Relaxed);
+        // one that rests between two frames waits for this
+        let _ = requests.send(Request::End);
+    }
+    move || {
+        for (.., thread) in threads {
+            // its panics were caught
+            let _ = thread.join();
+        }
     }
 }
 
-/// Starts the thread. For each message that `requests` brings it answers with one frame; it ends with the last one, with an error, or
-/// when the other ends are dropped.
+/// Starts the thread. For each [`Request::Frame`] it answers with one frame; it ends with the last one, with an error, or when it is
+/// told to, or the other ends are dropped. It waits for nobody to take its answers.
 pub fn start(
     job: Job,
     progress: &Arc<Progress>,
-    requests: Receiver<()>,
-    answers: SyncSender<Answer>,
-) -> Result<(), Failure> {
+    (requests, requested): (Sender<Request>, Receiver<Request>),
+    answers: Sender<Answer>,
+) -> PyResult<()> {
+    let mut all = all();
+    if all.is_over {
+        return Err(error("Python is about to end: nothing is rendered any more"));
+    }
+    all.owner.claim("a render was begun")?;
     let shared = Arc::clone(progress);
     let work = move || {
-        let run = AssertUnwindSafe(|| work(&job, &shared, requests, &answers));
+        let run = AssertUnwindSafe(|| work(&job, &shared, requested, &answers));
         let ended = catch_unwind(run).unwrap_or_else(|panic| Err(Failure::Failed(fault_of_ours(&*panic))));
         // the scene goes first: whoever has the answer may count on its memory
         drop(job);
         let _ = answers.send(ended.map(|()| None));
     };
     let thread = thread::Builder::new().name(String::from("afterimage")).spawn(work);
-    let thread = thread.map_err(cannot_start)?;
-    let mut all = ALL.lock().unwrap_or_else(PoisonError::into_inner);
-    all.retain(|(_, thread)| !thread.is_finished());
-    all.push((Arc::clone(progress), thread));
+    let thread = thread.map_err(|cause| error(no_threads(cause)))?;
+    all.threads.retain(|(.., thread)| !thread.is_finished());
+    all.threads.push((Arc::clone(progress), requests, thread));
     Ok(())
 }
 
 fn work(
     job: &Job,
     progress: &Arc<Progress>,
-    requests: Receiver<()>,
-    answers: &SyncSender<Answer>,
+    requests: Receiver<Request>,
+    answers: &Sender<Answer>,
 ) -> Result<(), Failure> {
     // nothing is built before a frame is asked for
-    if requests.recv().is_err() {
+    if requests.recv() != Ok(Request::Frame) {
         return Ok(());
     }
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(job.threads)
         .thread_name(|index| format!("afterimage-{index}"))
         .build()
-        .map_err(cannot_start)?;
+        .map_err(|cause| failed(no_threads(cause)))?;
     pool.install(move || frames(job, progress, requests, answers))
 }
 
-fn cannot_start(cause: impl std::fmt::Display) -> Failure {
-    Failure::Failed(format!("cannot start threads: {cause}; try fewer `threads`"))
+fn no_threads(cause: impl std::fmt::Display) -> String {
+    format!("cannot start threads: {cause}; try fewer `threads`")
 }
 
 fn failed(cause: impl std::fmt::Display) -> Failure {
@@ -135,8 +174,8 @@ fn failed(cause: impl std::fmt::Display) -> Failure {
 fn frames(
     job: &Job,
     progress: &Arc<Progress>,
-    requests: Receiver<()>,
-    answers: &SyncSender<Answer>,
+    requests: Receiver<Request>,
+    answers: &Sender<Answer>,
 ) -> Result<(), Failure> {
     let rule = Rule::new(&job.shot, &job.settings);
     let steps = schedule(job.frames.runs(), &rule, None, |_| false).map_err(failed)?;
@@ -162,7 +201,7 @@ fn frames(
         }
         let pictures = all.into_iter().map(|finished| picture(finished, job, denoiser.as_mut()));
         let pictures = pictures.collect::<Result<Vec<_>, _>>()?;
-        if answers.send(Ok(Some(pictures))).is_err() || requests.recv().is_err() {
+        if answers.send(Ok(Some(pictures))).is_err() || requests.recv() != Ok(Request::Frame) {
             return Ok(());
         }
     }

@@ -96,7 +96,7 @@ impl BareModelArgs {
     }
 }
 
-/// Note on the angle by which the camera goes around a model in these frames. None for a full turn, and for
+/// Note on the angle by which the camera goes around a model from the first of these frames to the last. None for a full turn, and for
 /// one frame alone.
 pub fn turn_note(frames: &[i32]) -> Option<String> {
     let last = |frame: i32| frame.clamp(1, turntable::FRAMES + 1);
@@ -104,10 +104,10 @@ pub fn turn_note(frames: &[i32]) -> Option<String> {
     at.sort_unstable();
     at.dedup();
     let step = at.windows(2).map(|pair| pair[1] - pair[0]).min()?;
-    // a turn of n frames ends where the next one begins
-    let turned = at[at.len() - 1] - at[0] + step;
+    let turned = at[at.len() - 1] - at[0];
     let degrees = 360 * turned / turntable::FRAMES;
-    (turned < turntable::FRAMES).then(|| {
+    // the last frame of a full turn is a step before the first one of the next
+    (turned + step < turntable::FRAMES).then(|| {
         format!(
             "these frames go {degrees} of 360 degrees around the model: all of the turn is --frames 1-{}",
             turntable::FRAMES
@@ -126,14 +126,16 @@ mod tests {
             let text = note.strip_prefix("these frames go ")?.split(' ').next()?;
             text.parse::<i32>().ok()
         };
-        assert_eq!(degrees((1..=24).collect()), Some(72));
-        assert_eq!(degrees((31..=60).collect()), Some(90));
-        assert_eq!(degrees((1..=60).step_by(4).collect()), Some(180));
+        assert_eq!(degrees((1..=24).collect()), Some(69));
+        assert_eq!(degrees((31..=61).collect()), Some(90));
+        assert_eq!(degrees((1..=60).step_by(4).collect()), Some(168));
+        assert_eq!(degrees(vec![1, 31]), Some(90));
+        assert_eq!(degrees(vec![1, 2, 61]), Some(180));
         assert_eq!(degrees((1..=120).collect()), None);
         assert_eq!(degrees((1..=120).step_by(2).collect()), None);
         assert_eq!(degrees((1..=1000).collect()), None);
         // the camera rests after the turn
-        assert_eq!(degrees((112..=200).collect()), Some(30));
+        assert_eq!(degrees((112..=200).collect()), Some(27));
         assert_eq!(degrees(vec![7]), None);
     }
 }

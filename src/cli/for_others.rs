@@ -28,7 +28,8 @@ impl CompletionsArgs {
     pub fn execute(&self, mut program: Command, terminal: &mut Terminal) -> Result<(), Failure> {
         let mut text = Vec::new();
         clap_complete::generate(self.shell, &mut program, "afterimage", &mut text);
-        terminal.raw(&text).map_err(Failure::of)
+        terminal.raw(&text);
+        Ok(())
     }
 }
 
@@ -49,7 +50,8 @@ impl ManArgs {
     pub fn execute(&self, program: Command, terminal: &mut Terminal) -> Result<(), Failure> {
         let Some(folder) = &self.output else {
             let text = page(program.disable_help_subcommand(true)).map_err(Failure::of)?;
-            return terminal.raw(&text).map_err(Failure::of);
+            terminal.raw(&text);
+            return Ok(());
         };
         for command in commands(program) {
             let name = command.get_display_name().unwrap_or(command.get_name());
@@ -90,6 +92,7 @@ impl SchemaArgs {
     /// Prints it.
     pub fn execute(&self, terminal: &mut Terminal) -> Result<(), Failure> {
         let text = serde_json::to_string_pretty(&scene::schema()).map_err(Failure::of)?;
-        terminal.raw(format!("{text}\n").as_bytes()).map_err(Failure::of)
+        terminal.raw(format!("{text}\n").as_bytes());
+        Ok(())
     }
 }

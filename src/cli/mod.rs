@@ -22,15 +22,17 @@ pub mod stop;
 pub mod verify;
 
 use std::ffi::{OsStr, OsString};
+use std::io::ErrorKind;
 use std::process::ExitCode;
 use std::sync::Arc;
 
 use clap::{CommandFactory, Parser, Subcommand};
 
 use crate::report::versions::AFTERIMAGE;
+use crate::trace::embree;
 use crate::visible::visible;
 use failure::Failure;
-use say::terminal::{ProgressKind, Terminal};
+use say::terminal::{ProgressKind, Terminal, unprinted};
 
 /// A ray tracer for animations that reuses the previous frame's samples, exactly.
 ///
@@ -82,10 +84,18 @@ pub fn run(words: impl IntoIterator<Item = OsString>) -> ExitCode {
         Err(error) => {
             // help and version are results and end with 0; a closed pipe is no error
             let error = harmless(error, &words);
-            let _ = error.print();
-            return ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(2));
+            let printed = error.print();
+            return match printed {
+                Err(why) if !error.use_stderr() && why.kind() != ErrorKind::BrokenPipe => {
+                    fail(&unprinted(&why))
+                }
+                _ => ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(2)),
+            };
         }
     };
+    if let Err(error) = embree::check_config() {
+        return fail(&Failure::Usage(error.0));
+    }
     match cli.command {
         Command::Render(args) => {
             let mut terminal = args.terminal();
@@ -99,7 +109,7 @@ pub fn run(words: impl IntoIterator<Item = OsString>) -> ExitCode {
         }
         Command::Diff(args) => {
             let mut terminal = args.terminal();
-            match args.execute(&mut terminal) {
+            match args.execute(&mut terminal).and_then(|differs| terminal.printed().map(|()| differs)) {
                 Ok(differs) => ExitCode::from(u8::from(differs)),
                 Err(failure) => {
                     terminal.error(&failure.to_string());
@@ -161,13 +171,20 @@ pub(crate) fn quoted(word: &OsStr) -> String {
 }
 
 fn conclude(outcome: Result<(), Failure>, terminal: &Terminal) -> ExitCode {
-    match outcome {
+    // who fails otherwise has a better reason
+    match outcome.and_then(|()| terminal.printed()) {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {
             terminal.error(&failure.to_string());
             failure.exit_code()
         }
     }
+}
+
+/// Ends with a failure before any command has begun.
+fn fail(failure: &Failure) -> ExitCode {
+    Terminal::new(ProgressKind::None, false).error(&failure.to_string());
+    failure.exit_code()
 }
 
 #[cfg(test)]

@@ -11,7 +11,7 @@ use rayon::ThreadPool;
 use openexr::{Attribute, Channel, Compression, Data, Image, Placed, SampleType};
 
 use super::fingerprint::{self, Fingerprint};
-use super::metadata::{FrameMeta, attributes};
+use super::metadata::{FRAME_KEY, FrameMeta, attributes};
 use super::staged::{WriteError, write_whole};
 use crate::film::{Film, Plane, PlaneKind, Values};
 use crate::settings::{self, FileFormat, PixelRect, Settings};
@@ -225,27 +225,38 @@ pub fn is_whole(path: &Path) -> bool {
     openexr::part_count(path).is_ok_and(|parts| (0..parts).all(is_whole))
 }
 
-/// Reads the fingerprint of the frame at `path` from its header: `None` inside if it has none. The pixels are
-/// not read.
-///
-/// # Errors It is no EXR file that can be read.
-pub fn fingerprint(path: &Path) -> Result<Option<Fingerprint>, openexr::Error> {
-    fingerprint_at(path, fingerprint::KEY)
+/// What the header of a frame says about it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Head {
+    /// Number of the frame.
+    pub frame: Option<i32>,
+    /// What the frame was made from.
+    pub made_from: Option<Fingerprint>,
+    /// Fingerprint of the run that made it.
+    pub run: Option<Fingerprint>,
 }
 
-/// Reads the fingerprint of the run that made the frame at `path`, like [`fingerprint()`].
-///
-/// # Errors It is no EXR file that can be read.
-pub fn run_fingerprint(path: &Path) -> Result<Option<Fingerprint>, openexr::Error> {
-    fingerprint_at(path, fingerprint::RUN_KEY)
-}
+impl Head {
+    /// Reads the header of the frame at `path`. The pixels are not read.
+    ///
+    /// # Errors It is no EXR file that can be read.
+    pub fn read(path: &Path) -> Result<Self, openexr::Error> {
+        let head = openexr::read_header(path)?;
+        let fingerprint = |key: &str| match head.attribute(key) {
+            Some(Attribute::Text(text)) => text.parse().ok(),
+            _ => None,
+        };
+        let frame = match head.attribute(FRAME_KEY) {
+            Some(Attribute::Int(frame)) => Some(*frame),
+            _ => None,
+        };
+        Ok(Self { frame, made_from: fingerprint(fingerprint::KEY), run: fingerprint(fingerprint::RUN_KEY) })
+    }
 
-fn fingerprint_at(path: &Path, key: &str) -> Result<Option<Fingerprint>, openexr::Error> {
-    let head = openexr::read_header(path)?;
-    Ok(match head.attribute(key) {
-        Some(Attribute::Text(text)) => text.parse().ok(),
-        _ => None,
-    })
+    /// Number of another frame than `frame`, if the file has that under the name of this one.
+    pub fn other_frame(&self, frame: i32) -> Option<i32> {
+        self.frame.filter(|number| *number != frame)
+    }
 }
 
 #[cfg(test)]
@@ -313,11 +324,13 @@ mod tests {
         let matrix = Attribute::M44f(meta().world_to_camera);
         assert_eq!(back.attribute("worldToCamera"), Some(&matrix));
         assert!(matches!(back.attribute("chromaticities"), Some(Attribute::Chromaticities(_))));
-        assert_eq!(fingerprint(&path).unwrap(), meta().fingerprint);
+        let head = Head { frame: Some(1042), made_from: meta().fingerprint, run: None };
+        assert_eq!(Head::read(&path).unwrap(), head);
+        assert_eq!((head.other_frame(1042), head.other_frame(7)), (None, Some(1042)));
         write_exr(&path, &film(), &FrameMeta { fingerprint: None, ..meta() }).unwrap();
-        assert_eq!(fingerprint(&path).unwrap(), None);
+        assert_eq!(Head::read(&path).unwrap(), Head { made_from: None, ..head });
         std::fs::write(&path, "no picture").unwrap();
-        assert!(fingerprint(&path).is_err() && !is_whole(&path));
+        assert!(Head::read(&path).is_err() && !is_whole(&path));
     }
 
     #[test]
@@ -331,7 +344,7 @@ mod tests {
         assert_eq!(openexr::part_count(&path).unwrap(), 4);
         assert_eq!(openexr::read(&path).unwrap().channels[0].name, "R");
         assert_eq!(openexr::read(&path).unwrap().compression, Some(Compression::Piz));
-        assert_eq!(fingerprint(&path).unwrap(), meta().fingerprint);
+        assert_eq!(Head::read(&path).unwrap().made_from, meta().fingerprint);
         assert!(is_whole(&path));
         // the last part alone lacks something
         let bytes = std::fs::read(&path).unwrap();

@@ -4,13 +4,13 @@
 //! The file itself is removed by the holder. One that a killed process left is no lock.
 
 use std::fs::{self, File, OpenOptions};
-use std::io::{ErrorKind, Write};
-use std::os::unix::fs::MetadataExt;
+use std::io::{self, ErrorKind, Write};
+use std::os::unix::fs::{MetadataExt, OpenOptionsExt};
 use std::path::{Path, PathBuf};
 
-use rustix::fs::{FlockOperation, flock};
+use rustix::fs::{FlockOperation, OFlags, flock};
 
-use super::WriteError;
+use super::{WriteError, folder_of};
 
 /// Maximum number of attempts to lock a file that its holder does not remove meanwhile.
 const MOST_ATTEMPTS: usize = 100;
@@ -26,12 +26,19 @@ pub struct Lock {
 impl Lock {
     /// Takes the lock at `path`: `None` if another process, or another part of this one, has it.
     ///
-    /// # Errors The file cannot be created, or the file system has no locks.
+    /// Nothing is ever written into a file that is there already, whatever it is: a leftover is removed, and a symbolic link is not
+    /// followed.
+    ///
+    /// # Errors The file cannot be created, the file system has no locks, or something else than a file has its name
+    /// ([`ErrorKind::AlreadyExists`]).
     pub fn take(path: &Path) -> Result<Option<Self>, WriteError> {
         let failed = |error| WriteError { path: path.to_owned(), source: error };
         for _ in 0..MOST_ATTEMPTS {
-            let open = OpenOptions::new().read(true).write(true).create(true).truncate(false).open(path);
-            let file = open.map_err(failed)?;
+            let (file, is_new) = match open(path) {
+                // its holder has removed it meanwhile
+                Err(error) if error.kind() == ErrorKind::NotFound && folder_of(path).is_dir() => continue,
+                opened => opened.map_err(failed)?,
+            };
             match flock(&file, FlockOperation::NonBlockingLockExclusive) {
                 Ok(()) => {}
                 Err(rustix::io::Errno::WOULDBLOCK) => return Ok(None),
@@ -42,14 +49,36 @@ impl Lock {
             // between its opening and its lock, the holder may have removed it, and somebody else made another
             let own = file.metadata().map_err(failed)?;
             let is_there = |found: fs::Metadata| (found.dev(), found.ino()) == (own.dev(), own.ino());
-            if fs::metadata(path).is_ok_and(is_there) {
+            if !fs::symlink_metadata(path).is_ok_and(is_there) {
+                continue;
+            }
+            if is_new {
                 // for people who wonder who has it
-                let _ = file.set_len(0).and_then(|()| (&file).write_all(holder().as_bytes()));
+                let _ = (&file).write_all(holder().as_bytes());
                 return Ok(Some(Self { path: path.to_owned(), _file: file }));
             }
+            fs::remove_file(path).map_err(failed)?;
         }
         Err(failed(ErrorKind::ResourceBusy.into()))
     }
+}
+
+/// Opens the file of a lock, and tells whether it was not there before.
+fn open(path: &Path) -> io::Result<(File, bool)> {
+    let mut options = OpenOptions::new();
+    options.read(true).write(true);
+    match options.clone().create_new(true).open(path) {
+        Err(error) if error.kind() == ErrorKind::AlreadyExists => {}
+        made => return made.map(|file| (file, true)),
+    }
+    let in_the_way =
+        |what: &str| io::Error::new(ErrorKind::AlreadyExists, format!("{what} has the lock's name"));
+    let opened = options.custom_flags(OFlags::NOFOLLOW.bits() as i32).open(path);
+    let file = opened.map_err(|error| match rustix::io::Errno::from_io_error(&error) {
+        Some(rustix::io::Errno::LOOP) => in_the_way("a symbolic link"),
+        _ => error,
+    })?;
+    if file.metadata()?.is_file() { Ok((file, false)) } else { Err(in_the_way("something that is no file")) }
 }
 
 impl Drop for Lock {
@@ -85,6 +114,27 @@ mod tests {
         assert!(!path.exists());
         assert!(Lock::take(&path).unwrap().is_some());
         assert!(Lock::take(&folder.path().join("no/such")).unwrap_err().to_string().contains("no/such"));
+    }
+
+    #[test]
+    fn what_a_link_with_the_name_of_a_lock_points_to_stays_as_it_was() {
+        let folder = tempfile::tempdir().unwrap();
+        let (path, victim) = (folder.path().join(".a.lock"), folder.path().join("victim"));
+        fs::write(&victim, "of somebody else").unwrap();
+        let kept = || fs::read_to_string(&victim).unwrap() == "of somebody else";
+        std::os::unix::fs::symlink("victim", &path).unwrap();
+        let told = Lock::take(&path).unwrap_err();
+        assert_eq!(told.source.kind(), ErrorKind::AlreadyExists);
+        assert!(told.to_string().contains("a symbolic link has the lock's name"), "{told}");
+        assert!(kept() && path.is_symlink());
+        fs::remove_file(&path).unwrap();
+        fs::hard_link(&victim, &path).unwrap();
+        let held = Lock::take(&path).unwrap().unwrap();
+        assert!(kept(), "a second name of the same file");
+        drop(held);
+        assert!(kept() && !path.exists());
+        fs::create_dir(&path).unwrap();
+        Lock::take(&path).unwrap_err();
     }
 
     #[test]

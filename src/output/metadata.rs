@@ -10,6 +10,9 @@ use super::fingerprint::{self, Fingerprint};
 /// CIE xy of Rec. 709's red, green, blue and of D65: the primaries and the white of `R G B`.
 const REC_709: [f32; 8] = [0.64, 0.33, 0.30, 0.60, 0.15, 0.06, 0.3127, 0.3290];
 
+/// Key of the frame's number in headers.
+pub const FRAME_KEY: &str = "imageCounter";
+
 /// Metadata of a frame, beside its planes.
 ///
 /// Matrices are for row vectors, `p' = p * M`, rows one after the other, as in Imath, Nuke and all
@@ -46,7 +49,7 @@ pub(super) fn attributes(meta: &FrameMeta, now: SystemTime) -> Vec<(String, Attr
         ("worldToCamera", Attribute::M44f(meta.world_to_camera)),
         ("worldToNDC", Attribute::M44f(meta.world_to_ndc)),
         ("framesPerSecond", Attribute::Rational { numerator, denominator }),
-        ("imageCounter", Attribute::Int(meta.frame)),
+        (FRAME_KEY, Attribute::Int(meta.frame)),
         ("timeCode", Attribute::TimeCode { time_and_flags, user_data: 0 }),
         ("capDate", text(&date(now))),
         ("utcOffset", Attribute::Float(0.0)), // `capDate` is told in UTC

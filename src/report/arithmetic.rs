@@ -9,7 +9,7 @@ use std::sync::LazyLock;
 
 use crate::digest::Digest;
 use crate::trace::BackendKind;
-use crate::trace::embree::{CONFIG_VARIABLE, device_config};
+use crate::trace::embree::{check_config, device_config, settings};
 
 /// Settings of Embree's device that change no answer.
 const WITHOUT_EFFECT: [&str; 7] =
@@ -28,7 +28,8 @@ pub fn name(kind: BackendKind) -> String {
 
 /// Lanes of the packets that Embree prefers here.
 static LANES: LazyLock<Result<usize, String>> = LazyLock::new(|| {
-    let device = embree::Device::new(&device_config()).map_err(|error| error.to_string())?;
+    let config = device_config().map_err(|error| error.0)?;
+    let device = embree::Device::new(&config).map_err(|error| error.to_string())?;
     let lanes = device.native_width().lanes();
     // a device that is released right after it was made waits for ever where memory is limited (seen with Embree 4.4 and `ulimit -v`)
     std::mem::forget(device);
@@ -41,8 +42,9 @@ fn embree() -> String {
         Ok(lanes) => *lanes,
         Err(error) => return format!("does not start: {error}"),
     };
-    let config = std::env::var_os(CONFIG_VARIABLE).unwrap_or_default();
-    named(lanes, &config.to_string_lossy().to_lowercase(), &detected())
+    // the device would not have started
+    let config = check_config().unwrap_or_default();
+    named(lanes, &config.to_lowercase(), &detected())
 }
 
 /// Names of the instruction sets that this processor has, of those that Embree knows.
@@ -73,7 +75,7 @@ fn detected() -> Vec<&'static str> {
 /// Name of the set of a device with packets of so many `lanes`, on a processor that has `sets`, the best of them last, with a
 /// configuration in lower case.
 fn named(lanes: usize, config: &str, sets: &[&str]) -> String {
-    let settings = || config.split([',', ' ']).map(str::trim).filter(|setting| !setting.is_empty());
+    let settings = || settings(config);
     let key = |setting: &str| setting.split('=').next().unwrap_or_default().to_owned();
     let is_set = |setting: &&str| matches!(key(setting).as_str(), "isa" | "max_isa");
     let asked = settings().rfind(is_set).and_then(|setting| setting.split('=').nth(1));

@@ -23,6 +23,7 @@
 //! *Casters*. Where there are [many clear triangles](has_many_clear), two more scenes hold the triangles that
 //! cast shadows and nothing else, and shadow rays are traced in these.
 
+mod config;
 mod frozen;
 mod mask;
 mod one_by_one;
@@ -45,6 +46,7 @@ use crate::lanes::{F32x8, are_same};
 use crate::pose::Pose;
 use crate::scene::{Mesh, Model, Scene};
 use crate::settings::{Build, Caustics};
+pub use config::{CONFIG_VARIABLE, check_config, device_config, settings};
 use frozen::{Deforming, Frozen, MOST_PARTS, Part, ROBUST, freeze, parts_of};
 use places::set_places;
 
@@ -96,19 +98,6 @@ pub struct EmbreeBackend {
     shadow_mask: u32,
 }
 
-/// Environment variable with further settings of Embree's device, in Embree's syntax. `isa=avx2` makes any
-/// processor one that has no packets of 16, for tests and measurements.
-pub const CONFIG_VARIABLE: &str = "AFTERIMAGE_EMBREE_CONFIG";
-
-/// Configuration of Embree's device: as many threads as rayon has, and the settings in [`CONFIG_VARIABLE`].
-pub fn device_config() -> String {
-    let threads = format!("threads={}", rayon::current_num_threads());
-    match std::env::var_os(CONFIG_VARIABLE) {
-        Some(more) => format!("{threads},{}", more.to_string_lossy()),
-        None => threads,
-    }
-}
-
 impl EmbreeBackend {
     /// Builds all scenes. Call it while rayon's threads are idle: Embree builds with threads of its own, as
     /// many as rayon has.
@@ -118,7 +107,7 @@ impl EmbreeBackend {
 
     /// Builds all scenes, where clear glass blocks shadow rays or lets them pass by `caustics`.
     pub fn of(scene: &Scene, build: Build, caustics: Caustics) -> Result<Self, TraceError> {
-        Self::made(scene, build, caustics, &device_config())
+        Self::made(scene, build, caustics, &device_config()?)
     }
 
     /// Builds all scenes with a device of this configuration.

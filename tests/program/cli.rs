@@ -170,3 +170,64 @@ fn a_closed_pipe_is_no_error() {
     let output = child.wait_with_output().unwrap();
     assert_eq!((code(&output), stderr(&output)), (0, String::new()));
 }
+
+#[test]
+fn a_result_that_cannot_be_printed_is_a_failure_of_each_command() {
+    let folder = tempfile::tempdir().unwrap();
+    let shot = crate::runs::analytic().display().to_string();
+    let render = format!("render {shot} --frames 1-2 --size 16x9 --mode full -o f.####.exr");
+    assert_eq!(code(&in_folder(folder.path(), &render.split(' ').collect::<Vec<_>>())), 0);
+    let obj = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+    fs::write(folder.path().join("m.obj"), obj).unwrap();
+    for (words, expected) in [
+        ("--help", 1),
+        ("--version", 1),
+        ("render --help", 1),
+        ("info", 1),
+        (&format!("info {shot}"), 1),
+        ("info f.0001.exr", 1),
+        ("verify f.####.exr", 1),
+        ("diff f.0001.exr f.0001.exr", 2),
+        ("completions bash", 1),
+        ("man", 1),
+        ("man -o pages", 1),
+        ("schema", 1),
+        ("init m.obj", 1),
+        (&format!("farm {shot} --engine slurm"), 1),
+        ("preview m.obj --port 0", 1),
+        (&render, 1),
+    ] {
+        let full = fs::OpenOptions::new().write(true).open("/dev/full").unwrap();
+        let mut command = Command::new(env!("CARGO_BIN_EXE_afterimage"));
+        let output = command
+            .current_dir(folder.path())
+            .args(words.split(' '))
+            .stdout(full)
+            .stderr(Stdio::piped())
+            .output()
+            .unwrap();
+        let said = stderr(&output);
+        assert_eq!(code(&output), expected, "{words}: {said}");
+        let last = said.lines().last().unwrap_or_default();
+        assert!(last.starts_with("error: cannot print the result: No space left"), "{words}: {said}");
+    }
+}
+
+#[test]
+fn settings_of_embree_that_would_be_passed_over_are_told() {
+    for (settings, words) in
+        [("ISA=AVX2", "write `isa`"), ("isa=avx3", "`isa=avx3`"), ("verbose", "NAME=VALUE")]
+    {
+        for command in ["info", "render no/such.toml"] {
+            let mut program = Command::new(env!("CARGO_BIN_EXE_afterimage"));
+            program.args(command.split(' ')).env("AFTERIMAGE_EMBREE_CONFIG", settings);
+            let output = program.output().unwrap();
+            let said = stderr(&output);
+            assert_eq!(code(&output), 2, "{said}");
+            assert!(said.starts_with("error: AFTERIMAGE_EMBREE_CONFIG: ") && said.contains(words), "{said}");
+        }
+    }
+    let mut program = Command::new(env!("CARGO_BIN_EXE_afterimage"));
+    let output = program.arg("info").env("AFTERIMAGE_EMBREE_CONFIG", "isa=SSE2").output().unwrap();
+    assert!(stdout(&output).contains("sse2"), "{}", stdout(&output));
+}

@@ -91,6 +91,14 @@ fn scenes_that_do_not_fit_and_options_that_a_job_has_itself_are_refused() {
     }
 }
 
+#[test]
+fn a_folder_in_whose_path_a_task_would_look_for_the_number_is_refused() {
+    let place = Place::new();
+    let ran = farm(&place, "--engine slurm -o job -- -o shot#3/");
+    assert!(ran.code == 2 && ran.stderr.contains("shot#3: tasks name frames"), "{}", ran.stderr);
+    assert!(!place.path("job").exists());
+}
+
 /// MiB of memory that a task asks for.
 fn memory_of_a_task(place: &Place, shot: &str) -> u64 {
     let mut command = Command::new(env!("CARGO_BIN_EXE_afterimage"));

@@ -72,7 +72,7 @@ fn a_bare_model_looks_as_its_shot() {
     let options = "--frames 1-3 --size 64x36 --samples 1 --paths 2 --audit --stats s.json";
     for (shot, output) in [("a.toml", "shot.####.exr"), ("a.obj", "bare.####.exr")] {
         let ran = Ran::new(place.command(shot, &format!("{options} -o {output}")).output().unwrap()).done();
-        for note in ["up is y", "go 9 of 360 degrees around"] {
+        for note in ["up is y", "go 6 of 360 degrees around"] {
             assert_eq!(ran.stderr.contains(note), shot == "a.obj", "{}", ran.stderr);
         }
     }

@@ -1,5 +1,7 @@
 //! Do several processes on one folder divide a shot, whatever becomes of them, into the frames of one run?
 
+use std::fs;
+use std::os::unix::fs::symlink;
 use std::process::{Child, Stdio};
 use std::time::{Duration, Instant};
 
@@ -81,4 +83,17 @@ fn a_process_that_waits_for_others_can_be_stopped_and_one_that_comes_late_has_no
     assert_complete(&place, 8);
     let ran = Ran::new(start(&place, "--save-store s.store").wait_with_output().unwrap());
     assert!(ran.code == 2 && ran.stderr.contains("--save-store"), "{}", ran.stderr);
+}
+
+#[test]
+fn a_link_with_the_name_of_a_lock_is_an_error_and_what_it_points_to_stays_as_it_was() {
+    let place = Place::new();
+    let victim = place.path("victim");
+    fs::create_dir(place.path("parts")).unwrap();
+    fs::write(&victim, "of somebody else").unwrap();
+    symlink("../victim", place.path("parts/.analytic.1-2.lock")).unwrap();
+    let ran = Ran::new(start(&place, "").wait_with_output().unwrap());
+    let ran = ran.failed(&[".analytic.1-2.lock", "a symbolic link has the lock's name", "remove it"]);
+    assert!(!ran.stderr.contains("flock"), "{}", ran.stderr);
+    assert_eq!(fs::read_to_string(&victim).unwrap(), "of somebody else");
 }

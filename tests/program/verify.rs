@@ -43,6 +43,37 @@ fn all_that_is_wrong_is_found_and_what_is_printed_brings_it_back() {
 }
 
 #[test]
+fn frames_under_the_name_of_another_one_are_found() {
+    let place = Place::new();
+    // all are made in the same way: nothing but their numbers tells them apart
+    let options = "-o out/ --mode full --size 16x9 --frames 1-9 --png";
+    place.render(options).done();
+    let path = |frame: i32, kind: &str| place.path(&format!("out/analytic.{frame:04}.{kind}"));
+    let copy = |from: i32, to: i32, kind: &str| fs::copy(path(from, kind), path(to, kind)).unwrap();
+    let bytes = fs::read(path(5, "exr")).unwrap();
+    copy(3, 4, "exr");
+    copy(9, 5, "exr");
+    fs::write(path(9, "exr"), bytes).unwrap();
+    let shot = analytic().display().to_string();
+    let by_shot = format!("out --shot {shot} --frames 1-9 -- --mode full --size 16x9");
+    for words in ["out", &by_shot] {
+        let ran = verify(&place, words).failed(&["3 of 9 frames", "--frames 4-5,9"]);
+        for line in ["4 (the picture of frame 3)", "5 (the picture of frame 9)", "9 (the picture of frame 5)"]
+        {
+            assert!(ran.stdout.contains(line), "{line}: {}", ran.stdout);
+        }
+    }
+    let ran = place.render(&format!("{options} --resume")).done();
+    assert!(ran.stderr.contains("frame 4 (the picture of frame 3)"), "{}", ran.stderr);
+    verify(&place, "out").done();
+    // previews have numbers as well
+    copy(3, 4, "png");
+    let ran = place.render(&format!("{options} --resume")).done();
+    assert!(ran.stderr.contains("rendering again frame 4 (without the preview"), "{}", ran.stderr);
+    assert_ne!(fs::read(path(3, "png")).unwrap(), fs::read(path(4, "png")).unwrap());
+}
+
+#[test]
 fn a_shot_tells_which_frames_there_must_be_and_of_what() {
     let place = Place::new();
     place.render("-o out/ --base-every 3 --frames 2-8").done();

@@ -3,7 +3,7 @@
 use crate::cutout::{Cutout, Filter};
 use crate::device::Device;
 use crate::error::Error;
-use crate::primitives::{Callbacks, Primitives};
+use crate::primitives::{Boxed, Callbacks, Primitives};
 use crate::quality::BuildQuality;
 use embree4_sys as sys;
 use std::sync::Arc;
@@ -41,7 +41,7 @@ pub struct Geometry {
 #[derive(Clone, Debug)]
 enum Kind {
     Triangles { vertices: Arc<VertexBuffer>, indices: Arc<Vec<[u32; 3]>>, cutout: Option<Arc<dyn Cutout>> },
-    Primitives(Arc<dyn Primitives>),
+    Primitives(Boxed),
 }
 
 impl Geometry {
@@ -92,10 +92,10 @@ impl Geometry {
     /// # Errors
     /// [`InvalidArgument`](crate::ErrorCode::InvalidArgument) if there are 2^32 - 1 or more.
     pub fn primitives(device: &Device, primitives: Arc<dyn Primitives>, mask: u32) -> Result<Self, Error> {
-        if primitives.count() == u32::MAX {
+        let Some(boxed) = Boxed::new(primitives) else {
             return Err(Error::invalid_argument("a geometry has 2^32 - 2 primitives at most"));
-        }
-        Ok(Self { device: device.clone(), kind: Kind::Primitives(primitives), mask })
+        };
+        Ok(Self { device: device.clone(), kind: Kind::Primitives(boxed), mask })
     }
 
     pub(crate) fn device(&self) -> &Device {
@@ -120,9 +120,9 @@ impl Geometry {
                 }
                 (handle, None, filter)
             }
-            Kind::Primitives(primitives) => {
+            Kind::Primitives(boxed) => {
                 let handle = Handle::new(&self.device, sys::RTC_GEOMETRY_TYPE_USER)?;
-                let callbacks = Callbacks::new(Arc::clone(primitives));
+                let callbacks = Callbacks::new(boxed.clone());
                 // SAFETY: the geometry is live and of the type for callbacks, and `MeshHandle` keeps them longer.
                 unsafe { callbacks.set(handle.raw) };
                 (handle, Some(callbacks), None)

@@ -9,13 +9,14 @@ use std::sync::Arc;
 
 /// Primitives that compute their intersections with rays, in object space: Embree's user geometry.
 ///
-/// Embree asks from all threads, and a panic of any method ends the program.
+/// Count and boxes are asked for once, when a [`Geometry`](crate::Geometry) is made of them. Rays are asked about from all threads, and a
+/// panic of these methods ends the program. Whatever they answer, and if it is another answer each time, a scene has wrong hits at worst.
 pub trait Primitives: Debug + Send + Sync {
-    /// Number of primitives; always the same.
+    /// Number of primitives.
     fn count(&self) -> u32;
 
-    /// Bounding box of a primitive. One that is not finite, or reaches beyond 1.8e18, takes the primitive out
-    /// of the scene.
+    /// Bounding box of a primitive, which is less than the count. One that is not finite, or reaches beyond 1.8e18, takes the primitive
+    /// out of the scene.
     fn bounds(&self, primitive: u32) -> Bounds;
 
     /// Finds the first intersection of `ray`, from `near` on and up to `far`, with a primitive. `ends_here`:
@@ -44,14 +45,31 @@ pub struct PrimitiveHit {
     pub v: f32,
 }
 
+/// Primitives, and their boxes as they were when the geometry was made. Embree asks for a box several times while it builds a scene, counts
+/// those that are finite, and has room for as many: the answers must not differ.
+#[derive(Clone, Debug)]
+pub(crate) struct Boxed {
+    primitives: Arc<dyn Primitives>,
+    boxes: Arc<[Bounds]>,
+}
+
+impl Boxed {
+    /// `None` if there are 2^32 - 1 or more: the last number means "no hit".
+    pub fn new(primitives: Arc<dyn Primitives>) -> Option<Self> {
+        let count = primitives.count();
+        let boxes = || (0..count).map(|primitive| primitives.bounds(primitive)).collect();
+        (count < u32::MAX).then(boxes).map(|boxes| Self { boxes, primitives })
+    }
+}
+
 /// The primitives that Embree's callbacks ask. It lives at one address, which Embree knows, longer than the
 /// geometry.
 #[derive(Debug)]
-pub(crate) struct Callbacks(Box<Arc<dyn Primitives>>);
+pub(crate) struct Callbacks(Box<Boxed>);
 
 impl Callbacks {
-    pub fn new(primitives: Arc<dyn Primitives>) -> Self {
-        Self(Box::new(primitives))
+    pub fn new(boxed: Boxed) -> Self {
+        Self(Box::new(boxed))
     }
 
     /// Makes `geometry` ask for these primitives.
@@ -62,7 +80,8 @@ impl Callbacks {
         let address = (&raw const *self.0).cast_mut().cast::<c_void>();
         // SAFETY: by contract; the callbacks get this address, and read what is there.
         unsafe {
-            sys::rtcSetGeometryUserPrimitiveCount(geometry, self.0.count());
+            // `Boxed` has fewer than 2^32 - 1
+            sys::rtcSetGeometryUserPrimitiveCount(geometry, self.0.boxes.len() as u32);
             sys::rtcSetGeometryUserData(geometry, address);
             sys::rtcSetGeometryBoundsFunction(geometry, Some(say_bounds), address);
             sys::rtcSetGeometryIntersectFunction(geometry, Some(intersect));
@@ -75,9 +94,9 @@ impl Callbacks {
 ///
 /// # Safety
 /// `address` is what [`Callbacks::set`] has told Embree, of a geometry that lives during `'a`.
-unsafe fn primitives_at<'a>(address: *mut c_void) -> &'a dyn Primitives {
+unsafe fn boxed_at<'a>(address: *mut c_void) -> &'a Boxed {
     // SAFETY: by contract.
-    unsafe { &**address.cast::<Arc<dyn Primitives>>() }
+    unsafe { &*address.cast::<Boxed>() }
 }
 
 /// # Safety
@@ -86,8 +105,8 @@ unsafe extern "C" fn say_bounds(arguments: *const sys::RTCBoundsFunctionArgument
     // SAFETY: Embree passes live arguments.
     let arguments = unsafe { &*arguments };
     // SAFETY: by contract.
-    let Bounds { lower, upper } =
-        unsafe { primitives_at(arguments.geometryUserPtr) }.bounds(arguments.primID);
+    let boxed = unsafe { boxed_at(arguments.geometryUserPtr) };
+    let Bounds { lower, upper } = boxed.boxes[arguments.primID as usize];
     // SAFETY: Embree passes room for one box.
     let bounds = unsafe { &mut *arguments.bounds_o };
     [bounds.lower_x, bounds.lower_y, bounds.lower_z] = lower;
@@ -159,7 +178,7 @@ pub(crate) unsafe fn intersect_if(
     mut end_at: impl FnMut(u32, f32, [u32; 3]) -> Option<f32>,
 ) {
     // SAFETY: by contract.
-    let primitives = unsafe { primitives_at(arguments.geometryUserPtr) };
+    let primitives = &*unsafe { boxed_at(arguments.geometryUserPtr) }.primitives;
     let count = arguments.N as usize;
     let rays = RaysN { values: arguments.rayhit.cast(), count };
     // SAFETY: the hits stand behind the rays.
@@ -205,7 +224,7 @@ pub(crate) unsafe fn occlude(
     ends_here: impl Fn(&RaysN, usize) -> bool,
 ) {
     // SAFETY: by contract.
-    let primitives = unsafe { primitives_at(arguments.geometryUserPtr) };
+    let primitives = &*unsafe { boxed_at(arguments.geometryUserPtr) }.primitives;
     let count = arguments.N as usize;
     let rays = RaysN { values: arguments.ray.cast(), count };
     let end = |lane: usize, _: &Segment, _: PrimitiveHit| {

@@ -9,6 +9,7 @@ use embree::{
 };
 use scenes::moved;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicU32, Ordering};
 
 /// Slabs: from y = 4 i up to 4 i + 1, where -1 < x, z < 1. A ray along -Y meets the upper side, and then the lower one.
 #[derive(Debug)]
@@ -161,4 +162,45 @@ fn primitives_live_as_long_as_their_scene() {
     drop(scene);
     assert_eq!(Arc::strong_count(&slabs), 1);
     assert!(Geometry::primitives(&device, Arc::new(Slabs(u32::MAX)), 1).is_err());
+}
+
+/// Primitives that answer in another way each time: what Embree counts in one pass over their boxes, it must have room for in the next.
+#[derive(Debug, Default)]
+struct Fickle {
+    boxes: AtomicU32,
+    counts: AtomicU32,
+}
+
+impl Primitives for Fickle {
+    fn count(&self) -> u32 {
+        1000 * (1 + self.counts.fetch_add(1, Ordering::Relaxed))
+    }
+
+    fn bounds(&self, primitive: u32) -> Bounds {
+        let asked = self.boxes.fetch_add(1, Ordering::Relaxed);
+        // all the same for a while, and then none of them
+        let upper = if asked % 2500 < 1500 { 1.0 } else { f32::NAN };
+        Bounds { lower: [primitive as f32, 0.0, 0.0], upper: [primitive as f32 + upper, upper, upper] }
+    }
+
+    fn meet(&self, primitive: u32, ray: &Segment, _: bool) -> Option<PrimitiveHit> {
+        Some(PrimitiveHit { t: ray.near, u: primitive as f32, v: 0.0 })
+    }
+}
+
+#[test]
+fn boxes_that_differ_from_time_to_time_are_asked_once() {
+    for quality in [BuildQuality::Low, BuildQuality::Medium, BuildQuality::High] {
+        let device = Device::new("threads=1").unwrap();
+        let fickle = Arc::new(Fickle::default());
+        let geometry = Geometry::primitives(&device, fickle.clone(), u32::MAX).unwrap();
+        let mut scenes = [0, 1].map(|_| Scene::new(&device, quality, true).unwrap());
+        for scene in &mut scenes {
+            scene.attach(&geometry).unwrap();
+            let bounds = scene.commit().unwrap().bounds();
+            assert_eq!(bounds.map(|bounds| bounds.upper[0]), Some(1000.0), "{quality:?}");
+        }
+        let asked = [&fickle.boxes, &fickle.counts].map(|count| count.load(Ordering::Relaxed));
+        assert_eq!(asked, [1000, 1]);
+    }
 }

@@ -60,6 +60,10 @@ impl Denoiser {
     /// Loads the library at `path`; a name without a slash is looked for as programs' libraries are. It works on so many
     /// threads of its own.
     ///
+    /// **Trust**: what is at `path` runs with all rights of this program, from the moment it is loaded, and nobody can see from outside
+    /// whether its functions are those of Open Image Denoise, which their names and their version alone tell. Take the path from whoever
+    /// may run programs here, and not from a document.
+    ///
     /// # Errors
     /// The library cannot be loaded or is not of version 2, or it does not support this processor.
     pub fn load(path: &Path, threads: usize, quality: Quality) -> Result<Self, Error> {
@@ -70,6 +74,12 @@ impl Denoiser {
         let mut denoiser = Self { functions, device, filter: ptr::null_mut(), quality };
         if device.is_null() {
             return Err(denoiser.error().unwrap_or_else(|| failed("it gives no device for this processor")));
+        }
+        // the types of all that follows are those of version 2
+        let [major, minor, patch] = denoiser.version();
+        if major != 2 {
+            let why = format!("it is Open Image Denoise {major}.{minor}.{patch}, and version 2 is needed");
+            return Err(Error::Load { path: path.to_owned(), why });
         }
         let functions = &denoiser.functions;
         let threads = c_int::try_from(threads).unwrap_or(c_int::MAX);

@@ -35,7 +35,8 @@ macro_rules! functions {
                 // program. Who names a path vouches for what is there.
                 let library = unsafe { Library::new(path) }.map_err(failed)?;
                 $(
-                    // SAFETY: the type is that of the function of this name in oidn.h, in all of version 2.
+                    // SAFETY: the type is that of the function of this name in oidn.h, in all of version 2. That it is of this version
+                    // `Denoiser::load` asks before it calls more of them than it takes to ask.
                     let $field = *unsafe {
                         library.get::<unsafe extern "C" fn($($argument),*) $(-> $result)?>($name)
                     }

@@ -107,3 +107,35 @@ fn another_library_is_refused() {
     let error = Denoiser::load(Path::new("libm.so.6"), 1, Quality::High).unwrap_err().to_string();
     assert!(error.contains("libm.so.6") && error.contains("oidnNewDevice"), "{error}");
 }
+
+/// A library with the functions of Open Image Denoise, of a version in which they may have other types.
+#[test]
+#[cfg(target_os = "linux")]
+fn a_library_of_another_version_is_refused_before_its_other_functions_are_called() {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR"));
+    let (source, library) = (folder.join("version-3.c"), folder.join("libversion-3.so"));
+    let others = [
+        "oidnSetDeviceInt",
+        "oidnSetDeviceBool",
+        "oidnCommitDevice",
+        "oidnNewFilter",
+        "oidnSetSharedFilterImage",
+        "oidnSetFilterBool",
+        "oidnSetFilterInt",
+        "oidnCommitFilter",
+        "oidnExecuteFilter",
+        "oidnReleaseFilter",
+    ];
+    let others: String = others.iter().map(|name| format!("void {name}(void) {{ abort(); }}\n")).collect();
+    let text = format!(
+        "#include <stdlib.h>\n#include <string.h>\nstatic int device;\nvoid *oidnNewDevice(int type) {{ return &device; }}\n\
+         void oidnReleaseDevice(void *device) {{}}\nint oidnGetDeviceError(void *device, const char **text) {{ return 0; }}\n\
+         int oidnGetDeviceInt(void *device, const char *name) {{ return strcmp(name, \"versionMajor\") ? 1 : 3; }}\n{others}"
+    );
+    std::fs::write(&source, text).unwrap();
+    let mut compiler = std::process::Command::new("cc");
+    let status = compiler.args(["-shared", "-fPIC", "-w", "-o"]).arg(&library).arg(&source).status().unwrap();
+    assert!(status.success());
+    let error = Denoiser::load(&library, 1, Quality::High).unwrap_err().to_string();
+    assert!(error.contains("libversion-3.so") && error.contains("3.1.1, and version 2 is needed"), "{error}");
+}

@@ -324,6 +324,24 @@ fn read_pixels(
     outcome
 }
 
+/// [`check`]s a step of reading these lines, counted from the top. The library's own words say which step of its work failed: what is
+/// wrong, and what to do, stands before them.
+fn check_lines(path: &Path, lines: &Range<usize>, code: sys::exr_result_t) -> Result<(), Error> {
+    check(path, "read the pixels", code).map_err(|error| {
+        let Error::Library { path, doing, message } = error else { return error };
+        let why = match code as sys::exr_error_code_t {
+            sys::EXR_ERR_OUT_OF_MEMORY => "there is too little memory",
+            _ => "the file is damaged or cut short, make it again",
+        };
+        let which = match lines.len() {
+            1 => format!("line {}", lines.end),
+            _ => format!("lines {} to {}", lines.start + 1, lines.end),
+        };
+        let message = format!("{which}: {why} ({message})");
+        Error::Library { path, doing, message }
+    })
+}
+
 /// The part whose chunks are read.
 struct Chunks<'a> {
     path: &'a Path,
@@ -355,7 +373,8 @@ unsafe fn read_chunk(
     check(path, DOING, code)?;
     let line = corners[1] + lines.start as i32;
     // SAFETY: the context is open, and `chunk` lives through the call.
-    check(path, DOING, unsafe { sys::exr_read_scanline_chunk_info(raw, part, line, &mut chunk) })?;
+    let code = unsafe { sys::exr_read_scanline_chunk_info(raw, part, line, &mut chunk) };
+    check_lines(path, &lines, code)?;
     if usize::try_from(chunk.height) != Ok(lines.len()) || usize::try_from(chunk.width) != Ok(width) {
         return Err(refuse(path, "a chunk has other lines than its place says"));
     }
@@ -385,7 +404,8 @@ unsafe fn read_chunk(
         check(path, DOING, code)?;
     }
     // SAFETY: every target has room for the chunk's lines: they are as many, and as wide, as was checked.
-    check(path, DOING, unsafe { sys::exr_decoding_run(raw, part, pipeline) })
+    let code = unsafe { sys::exr_decoding_run(raw, part, pipeline) };
+    check_lines(path, &lines, code)
 }
 
 #[cfg(test)]

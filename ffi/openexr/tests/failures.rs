@@ -149,3 +149,18 @@ fn files_that_are_no_images_are_refused() {
     let text = read(&folder.path().join("absent.exr")).unwrap_err().to_string();
     assert!(text.contains("check the name"), "{text}");
 }
+
+#[test]
+fn pixels_that_are_damaged_are_told_by_file_and_line_and_what_to_do() {
+    let folder = tempdir().unwrap();
+    let path = folder.path().join("frame.exr");
+    attempt(&path, &["R"], &plane()).unwrap();
+    let mut bytes = fs::read(&path).unwrap();
+    let last = bytes.len() - 1;
+    bytes[last] ^= 1;
+    fs::write(&path, bytes).unwrap();
+    let text = read(&path).unwrap_err().to_string();
+    for words in ["frame.exr: ", "line 300: the file is damaged or cut short, make it again"] {
+        assert!(text.contains(words), "{text}");
+    }
+}

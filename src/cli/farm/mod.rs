@@ -286,6 +286,13 @@ impl FarmArgs {
         };
         let pattern = path(&target.exr_pattern())?;
         let (folder, names) = (output::folder_of(&pattern).to_owned(), pattern.file_name());
+        if folder.to_string_lossy().contains('#') {
+            return Err(Failure::Usage(format!(
+                "{}: tasks name frames by their whole path, in which # would stand for the frame's number: give another folder with -o, \
+                 after `--`",
+                folder.display()
+            )));
+        }
         let engine =
             self.engine.to_possible_value().map_or_else(String::new, |value| value.get_name().to_owned());
         let name = target.shot().to_owned();

@@ -11,7 +11,7 @@ use crate::cli::failure::Failure;
 use crate::denoise;
 use crate::digest::Digest;
 use crate::layers::Layers;
-use crate::output::exr::{Packing, Windows};
+use crate::output::exr::{Head, Packing, Windows};
 use crate::output::fingerprint::{self, Kind, MadeFrom};
 use crate::output::picture::Picture;
 use crate::output::{self, Fingerprint, FrameMeta, OutputPattern, exr, png};
@@ -45,6 +45,8 @@ pub enum FileState {
     Damaged,
     /// A picture that does not say what it was made from.
     Unknown,
+    /// Another frame of this number, under the name of this one.
+    OtherFrame(i32),
     /// A frame that was made from something else.
     Other(Vec<Kind>),
     /// The frame, but not its preview, or not with the look that is asked for.
@@ -62,6 +64,7 @@ impl fmt::Display for FileState {
             Self::Damaged => "not whole",
             Self::NoPreview => "without the preview that is asked for",
             Self::Unknown => "without a fingerprint: another version made them, or another program",
+            Self::OtherFrame(frame) => return write!(f, "the picture of frame {frame}"),
             Self::Other(kinds) => {
                 let kinds: Vec<&str> = kinds.iter().map(|kind| kind.other()).collect();
                 return write!(f, "made with {}", kinds.join(", and "));
@@ -247,7 +250,8 @@ impl Target {
 
     /// Returns true if the header of `frame`'s EXR says that it was made from `wanted`. Pixels are not read.
     pub fn is_made(&self, frame: i32, wanted: &Fingerprint) -> bool {
-        exr::fingerprint(&self.exr(frame)).is_ok_and(|found| found == Some(*wanted))
+        Head::read(&self.exr(frame))
+            .is_ok_and(|head| head.made_from == Some(*wanted) && head.other_frame(frame).is_none())
     }
 
     /// State of `frame`'s files after an earlier run; `wanted` is the fingerprint of the frame to make.
@@ -257,13 +261,14 @@ impl Target {
         if path.symlink_metadata().is_err() {
             return FileState::Nothing;
         }
-        match exr::fingerprint(&path) {
-            Err(_) => return FileState::Damaged,
-            Ok(None) => return FileState::Unknown,
-            Ok(Some(found)) if found != *wanted => return FileState::Other(wanted.changes(&found)),
-            Ok(Some(_)) => {}
+        let Ok(head) = Head::read(&path) else { return FileState::Damaged };
+        match (head.made_from, head.other_frame(frame)) {
+            (None, _) => return FileState::Unknown,
+            (_, Some(other)) => return FileState::OtherFrame(other),
+            (Some(found), _) if found != *wanted => return FileState::Other(wanted.changes(&found)),
+            _ => {}
         }
-        let of_preview = self.of_preview(*wanted);
+        let of_preview = self.of_preview(frame, *wanted);
         let is_wanted = |preview: &OutputPattern| png::fingerprint(&preview.at(frame)) == Some(of_preview);
         if !self.previews.iter().all(is_wanted) {
             return FileState::NoPreview;
@@ -310,20 +315,17 @@ impl Target {
             Some(planes) => planes.each_ref(),
             None => png::colors(&finished.film).map_err(Failure::of)?,
         };
-        let size = [finished.film.width, finished.film.height];
-        let made_from = made_from.map(|made_from| self.of_preview(made_from));
-        png::write_colors(&preview.at(finished.stats.frame), size, planes, self.look, made_from)
-            .map_err(Failure::of)
+        let (frame, size) = (finished.stats.frame, [finished.film.width, finished.film.height]);
+        let made_from = made_from.map(|made_from| self.of_preview(frame, made_from));
+        png::write_colors(&preview.at(frame), size, planes, self.look, made_from).map_err(Failure::of)
     }
 
-    /// Fingerprint of the previews of a frame with the fingerprint `made_from`. The default look adds nothing
-    /// to it.
-    fn of_preview(&self, made_from: Fingerprint) -> Fingerprint {
-        if self.look == Look::default() {
-            return made_from;
-        }
-        let look = Digest::new(format!("{:?}", self.look).as_bytes());
-        Fingerprint { settings: Digest::of_all([made_from.settings, look]), ..made_from }
+    /// Fingerprint of the previews of `frame`, which has the fingerprint `made_from`: the number is in it, because a PNG file says it
+    /// nowhere else. The default look adds nothing to it.
+    fn of_preview(&self, frame: i32, made_from: Fingerprint) -> Fingerprint {
+        let look = if self.look == Look::default() { String::new() } else { format!("{:?}", self.look) };
+        let own = Digest::new(format!("{frame} {look}").as_bytes());
+        Fingerprint { settings: Digest::of_all([made_from.settings, own]), ..made_from }
     }
 
     /// Content of a frame's file for one eye.

@@ -5,7 +5,7 @@ use std::path::Path;
 use glam::{DVec3, Vec3};
 
 use super::{line, list};
-use crate::cli::bare_model::{is_gltf, is_model};
+use crate::cli::bare_model::{is_gltf, is_model, is_usd};
 use crate::pose::Pose;
 use crate::scene::turntable::text::number;
 use crate::scene::{Light, Model, Scene, Shot};
@@ -25,15 +25,16 @@ pub fn tell(text: &mut String, shot: &Shot, path: &Path) {
         };
         line(text, "bounds", format!("{} to {}, size {}{at}", point(low), point(high), point(size)));
     }
-    line(text, "up", up(shot, path));
+    line(text, "up", up(&shot.notes, path));
 }
 
-/// Axis of the file that points up: what is guessed of a bare OBJ or PLY file, and otherwise what the format says.
-fn up(shot: &Shot, path: &Path) -> String {
-    let guess = shot.notes.iter().find_map(|note| note.strip_prefix("up is "));
+/// Axis of the file that points up: what is guessed of a bare OBJ or PLY file, as `notes` say, and otherwise what the format says.
+fn up(notes: &[String], path: &Path) -> String {
+    let guess = notes.iter().find_map(|note| note.strip_prefix("up is "));
     match guess {
         Some(guess) => guess.to_string(),
         None if is_gltf(path) => String::from("y, as in all glTF files"),
+        None if is_usd(path) => String::from("y, to which what the stage says (upAxis) is turned"),
         None if is_model(path) => String::from("as --up says"),
         None => String::from("y, as in all shots"),
     }
@@ -103,4 +104,20 @@ pub fn groups(model: &Model) -> Option<String> {
         let more = if more > 0 { format!(" and {more} more") } else { String::new() };
         format!("{} groups ({}{more})", used.len(), list(names))
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn nobody_has_said_what_is_up_but_who_did() {
+        let note = String::from("up is z, by what the model stands on");
+        assert_eq!(up(&[note], Path::new("a.obj")), "z, by what the model stands on");
+        assert_eq!(up(&[], Path::new("a.obj")), "as --up says");
+        for file in ["a.usda", "a.usdz", "a.glb", "a.toml"] {
+            let told = up(&[], Path::new(file));
+            assert!(told.starts_with("y, ") && !told.contains("--up"), "{file}: {told}");
+        }
+    }
 }

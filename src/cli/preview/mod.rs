@@ -46,12 +46,14 @@ impl PreviewArgs {
         let address = listener.local_addr().map_err(Failure::of)?;
         let token = Token::random()
             .map_err(|error| Failure::Failed(format!("no random numbers for the page's address: {error}")))?;
+        terminal.result(&format!("preview at http://{address}/{token}/ (Ctrl-C ends it)"));
+        // nobody could find it
+        terminal.printed()?;
         let board = Arc::new(Board::new(&self.shot));
         let worker = Worker { args: self, board: board.clone() };
         let thread = thread::Builder::new().name("afterimage-preview".to_owned());
         let cannot_start = |error| Failure::Failed(format!("cannot start a thread: {error}"));
         thread.spawn(move || pool.install(|| worker.work())).map_err(cannot_start)?;
-        terminal.result(&format!("preview at http://{address}/{token}/ (Ctrl-C ends it)"));
         http::serve(&listener, Door { port: address.port(), token }, board);
         Ok(())
     }

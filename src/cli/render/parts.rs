@@ -1,6 +1,7 @@
 //! Parts of a run: all of it, or the segments that no other process has taken (`--shared`).
 
 use std::collections::HashSet;
+use std::io::ErrorKind;
 use std::num::NonZeroU32;
 use std::thread;
 use std::time::Duration;
@@ -117,6 +118,9 @@ impl<'a> Shared<'a> {
             let frames = frames_of(segment);
             let ends = (frames[0], frames[frames.len() - 1]);
             let lock = Lock::take(&self.target.lock(ends.0, ends.1)).map_err(|error| {
+                if error.source.kind() == ErrorKind::AlreadyExists {
+                    return Failure::of(error);
+                }
                 Failure::Failed(format!(
                     "{error}; --shared needs a file system with locks (flock): without one, give each process its own --frames"
                 ))

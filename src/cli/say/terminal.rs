@@ -11,7 +11,7 @@ use clap::ValueEnum;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 use serde_json::{Value, json};
 
-use crate::cli::failure::one_line;
+use crate::cli::failure::{Failure, one_line};
 use crate::frame::Watcher;
 use crate::stats::FrameStats;
 use crate::visible::visible;
@@ -41,14 +41,23 @@ enum Progress {
 }
 
 /// The two streams. Results are silently dropped once nobody reads them any more: a closed pipe is no error,
-/// because the frames are the real result.
+/// because the frames are the real result. Whatever else keeps them from being printed fails the run at its end.
 pub struct Terminal {
     progress: Progress,
     quiet: bool,
-    stdout_open: bool,
+    stdout: Stdout,
     started: Instant,
     done: usize,
     of: usize,
+}
+
+/// State of stdout.
+enum Stdout {
+    Open,
+    /// Nobody reads it any more.
+    Closed,
+    /// Something could not be printed, for this reason.
+    Failed(io::Error),
 }
 
 impl Terminal {
@@ -62,31 +71,45 @@ impl Terminal {
             ProgressKind::Plain => Progress::Plain,
             ProgressKind::Auto | ProgressKind::None => Progress::Silent,
         };
-        Self { progress, quiet, stdout_open: true, started: Instant::now(), done: 0, of: 0 }
+        Self { progress, quiet, stdout: Stdout::Open, started: Instant::now(), done: 0, of: 0 }
     }
 
     /// Prints lines of the result.
     pub fn result(&mut self, text: &str) {
-        if self.quiet || !self.stdout_open {
+        if !self.quiet {
+            self.print(format!("{}\n", visible(text)).as_bytes());
+        }
+    }
+
+    /// Prints our own text unchanged, to be redirected into files.
+    pub fn raw(&mut self, text: &[u8]) {
+        self.print(text);
+    }
+
+    fn print(&mut self, text: &[u8]) {
+        if !matches!(self.stdout, Stdout::Open) {
             return;
         }
         let write = || {
             let mut stdout = io::stdout().lock();
-            writeln!(stdout, "{}", visible(text)).and_then(|()| stdout.flush())
+            stdout.write_all(text).and_then(|()| stdout.flush())
         };
         let outcome = match &self.progress {
             Progress::Bar(bar) => bar.suspend(write),
             _ => write(),
         };
-        self.stdout_open = outcome.is_ok();
+        self.stdout = match outcome {
+            Ok(()) => Stdout::Open,
+            Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Stdout::Closed,
+            Err(error) => Stdout::Failed(error),
+        };
     }
 
-    /// Prints our own text unchanged, to be redirected into files.
-    pub fn raw(&mut self, text: &[u8]) -> io::Result<()> {
-        let mut stdout = io::stdout().lock();
-        match stdout.write_all(text).and_then(|()| stdout.flush()) {
-            Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(()),
-            outcome => outcome,
+    /// Fails if a part of the result could not be printed.
+    pub fn printed(&self) -> Result<(), Failure> {
+        match &self.stdout {
+            Stdout::Open | Stdout::Closed => Ok(()),
+            Stdout::Failed(error) => Err(unprinted(error)),
         }
     }
 
@@ -205,6 +228,13 @@ impl Terminal {
         let mean = self.elapsed() / self.done.max(1) as f64;
         mean * self.of.saturating_sub(self.done) as f64
     }
+}
+
+/// The failure of a result that is not on stdout, though somebody may read it.
+pub fn unprinted(error: &io::Error) -> Failure {
+    Failure::Failed(format!(
+        "cannot print the result: {error}; see what stdout is redirected to, and whether there is room"
+    ))
 }
 
 /// Formats a duration: `0.42 s`, `12 s`, `3 min 05 s`, `2 h 07 min`.

@@ -14,6 +14,7 @@ use crate::cli::frames::resume::Fingerprints;
 use crate::cli::frames::target::FileState;
 use crate::cli::render;
 use crate::cli::say::terminal::Terminal;
+use crate::output::exr::Head;
 use crate::output::{Fingerprint, OutputPattern, exr};
 use crate::scene::frames::Frames;
 use crate::settings::Mode;
@@ -96,7 +97,7 @@ impl VerifyArgs {
             _ => Vec::new(),
         };
         let files: Vec<(i32, Found)> =
-            frames.par_iter().map(|&frame| (frame, Found::at(&pattern.at(frame)))).collect();
+            frames.par_iter().map(|&frame| (frame, Found::at(&pattern.at(frame), frame))).collect();
         let run = commonest(files.iter().filter_map(|(_, found)| found.run()));
         let states = files.into_iter().map(|(frame, found)| (frame, found.state(run)));
         Ok(Verdict::new(pattern.to_string(), states.collect()))
@@ -107,18 +108,23 @@ impl VerifyArgs {
 enum Found {
     Nothing,
     Damaged,
+    /// The frame of this number, which is another one.
+    OtherFrame(i32),
     /// Fingerprint of its run, if it says.
     Whole(Option<Fingerprint>),
 }
 
 impl Found {
-    fn at(path: &Path) -> Self {
+    fn at(path: &Path, frame: i32) -> Self {
         if path.symlink_metadata().is_err() {
             return Self::Nothing;
         }
-        match exr::run_fingerprint(path) {
-            Ok(run) if exr::is_whole(path) => Self::Whole(run),
-            _ => Self::Damaged,
+        let head = Head::read(path).ok().filter(|_| exr::is_whole(path));
+        match head.map(|head| (head.run, head.other_frame(frame))) {
+            None => Self::Damaged,
+            // other programs count as they like
+            Some((Some(_), Some(other))) => Self::OtherFrame(other),
+            Some((run, _)) => Self::Whole(run),
         }
     }
 
@@ -131,6 +137,7 @@ impl Found {
         match (self, run) {
             (Self::Nothing, _) => FileState::Nothing,
             (Self::Damaged, _) => FileState::Damaged,
+            (Self::OtherFrame(other), _) => FileState::OtherFrame(other),
             (Self::Whole(Some(own)), Some(run)) if own == run => FileState::Finished,
             (Self::Whole(Some(own)), Some(run)) => FileState::Other(run.changes(&own)),
             (Self::Whole(_), _) => FileState::Unknown,

@@ -67,6 +67,30 @@ impl GivenMesh {
         self.counts.as_ref().map_or(self.corners.len() / 3, Vec::len)
     }
 
+    /// Number of bytes that the renderer's mesh takes while it is made of this one, at most.
+    pub(super) fn bytes_while_made(&self) -> u64 {
+        /// Point and first corner of a vertex, and its position.
+        const OF_VERTEX: usize = 4 + 4 + 12;
+        /// Values of a vertex, if there are any.
+        const VALUES: [usize; 3] = [12, 8, 12];
+        /// Vertex of a corner.
+        const OF_CORNER: usize = 4;
+        /// Entry of the table that finds equal corners: it doubles as it grows, and is copied then.
+        const OF_KNOWN_CORNER: usize = 3 * 44;
+        /// Triangle, its material, and two copies of it where the list doubles.
+        const OF_TRIANGLE: usize = 3 * 12 + 2;
+        let (points, corners) = (self.points.len(), self.corners.len());
+        let lists = [self.normals.len(), self.uvs.len(), self.colors.len()];
+        let of_corners = lists.iter().any(|count| ![0, points].contains(count));
+        let (vertices, of_corner) =
+            if of_corners { (corners, OF_CORNER + OF_KNOWN_CORNER) } else { (points, OF_CORNER) };
+        let values = lists.iter().zip(VALUES).filter(|(count, _)| **count > 0).map(|(_, bytes)| bytes);
+        let of_vertex = OF_VERTEX + values.sum::<usize>() + 12 * self.shapes.len();
+        let triangles = corners.saturating_sub(2 * self.faces());
+        let counts = [(vertices, of_vertex), (corners, of_corner), (triangles, OF_TRIANGLE)];
+        counts.iter().map(|(count, bytes)| *count as u64 * *bytes as u64).sum()
+    }
+
     /// Checks that all numbers fit together.
     ///
     /// # Errors

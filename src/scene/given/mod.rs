@@ -17,6 +17,7 @@ use super::model::copies::MOST_ADDED;
 use super::model::read_model::ReadBefore;
 use super::shot::{self, Shot};
 use super::{SceneError, Warning};
+use crate::memory::{self, Need, Part};
 
 /// Checks tables of a shot file as far as they can be checked without the rest of it: names and types of keys, and the values of
 /// `[[material]]` and `[[light]]` tables.
@@ -31,13 +32,16 @@ pub fn check(text: &str) -> Result<(), SceneError> {
 /// Makes the shot of `given` models and of `text`, the other tables of a shot file: paths in it are relative to the working folder.
 ///
 /// # Errors
-/// Those of a shot file and of the pictures that it names; in a `strict` load also anything that a stand-in would replace. They name
+/// Those of a shot file and of the pictures that it names; meshes that do not fit into memory; in a `strict` load also anything that a stand-in would replace. They name
 /// the material or the light, and no line: nobody has seen the text.
 ///
 /// # Panics
 /// If a mesh does not pass its [check](GivenMesh::check), or a model names a mesh that is not there.
 pub fn shot(text: &str, given: Given, strict: bool) -> Result<Shot, SceneError> {
     let path = Path::new(NAME);
+    let bytes = given.meshes.iter().map(|mesh| mesh.bytes_while_made()).sum();
+    let need = Need::new(Part::new("the meshes of the scene", bytes, "smaller meshes"));
+    need.check(&memory::left()).map_err(|error| SceneError::new(path, error.to_string()))?;
     // one empty table stands for all models
     let text = if given.models.is_empty() { String::from(text) } else { format!("{text}\n[[model]]\n") };
     let toml = TomlText { path, text: &text };
