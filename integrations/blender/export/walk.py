@@ -6,12 +6,13 @@ import math
 import numpy as np
 
 from . import camera as cameras
-from . import lights, world
-from .at_rest import AtRest, may_change, values_of
+from . import lights
+from .at_rest import AtRest, may_change, surroundings_of, values_of
 from .camera import TO_Y_UP
 from .clipping import Clipping
 from .visibility import Visibility
 from .warnings import Cancelled, ExportError
+from .world import World
 
 STEPS_A_FRAME = 4
 """Places of what moves in each frame with motion blur. They are evenly spaced, as samples of point caches must be."""
@@ -113,9 +114,11 @@ class Walk:
         found = found and found.evaluated_get(self.depsgraph)
         if self.world is None:
             settings, images = self.settings, self.meshes.materials.images
-            self.world = world.tables(found, images, not settings.transparent, settings.exposure, self.warnings, goes_on)
-        if found and may_change(found):
-            self.rest.see(None, f"world `{found.name}`", time, {"": values_of(found)})
+            self.world = World(images, not settings.transparent, settings.exposure, time, goes_on).tables(found, self.warnings)
+        if found:
+            around = surroundings_of(found, time)
+            if around or may_change(found):
+                self.rest.see(None, f"world `{found.name}`", time, {"": [*values_of(found), *around]})
 
     def _camera(self, time):
         """Name of the camera, its projection, and the values of its key."""

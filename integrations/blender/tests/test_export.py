@@ -158,9 +158,10 @@ class Export(support.ExportCase):
 
     def test_a_sky_is_baked_again_only_when_it_has_changed(self):
         support.add_camera(self.scene)
-        node, bake = self.sky(), support.extension().export.world.sky_bake
+        node, bake = self.sky(), support.extension().export.world.world_bake
         runs, run = [], bake._run
-        bake._run = lambda values, goes_on: runs.append(values) or (np.ones((2, 4, 3), dtype=np.float32), np.ones(3))
+        light = np.ones((2, 4, 3), dtype=np.float32)
+        bake._run = lambda request, what, goes_on: runs.append(request) or bake.Baked(light, None, [])
         try:
             self.export()
             self.export()
@@ -175,7 +176,7 @@ class Export(support.ExportCase):
     def test_a_sky_that_cannot_be_baked_ends_the_export_with_its_error(self):
         support.add_camera(self.scene)
         self.sky()
-        bake = support.extension().export.world.sky_bake
+        bake = support.extension().export.world.world_bake
         popen = bake.subprocess.Popen
         text = "print('about to fail'); raise MemoryError('no room for a sky')"
         bake.subprocess.Popen = lambda command, **more: popen([sys.executable, "-c", text], **more)
@@ -187,9 +188,9 @@ class Export(support.ExportCase):
     def test_a_sky_is_waited_for_however_long_it_takes(self):
         support.add_camera(self.scene)
         self.sky()
-        bake = support.extension().export.world.sky_bake
+        bake = support.extension().export.world.world_bake
         popen, clock, hours = bake.subprocess.Popen, bake.time, itertools.count(0, 3600)
-        text = "import sys, numpy; numpy.savez(sys.argv[1], sky=numpy.ones((2, 4, 3)), sun=numpy.zeros(3))"
+        text = "import sys, numpy; numpy.savez(sys.argv[1], light=numpy.ones((2, 4, 3)), suns=numpy.zeros((0, 7)))"
         bake.subprocess.Popen = lambda command, **more: popen([sys.executable, "-c", text, command[-1]], **more)
         bake.time = types.SimpleNamespace(sleep=time.sleep, monotonic=lambda: next(hours))
         try:
@@ -200,7 +201,7 @@ class Export(support.ExportCase):
             bake._baked.clear()
 
     def test_cancelling_while_the_sky_is_baked_ends_its_process(self):
-        shot, bake = support.extension().export, support.extension().export.world.sky_bake
+        shot, bake = support.extension().export, support.extension().export.world.world_bake
         support.add_camera(self.scene)
         self.sky()
         started, popen, asked = [], bake.subprocess.Popen, []
