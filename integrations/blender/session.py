@@ -142,7 +142,8 @@ class Job:
         self.folder = tempfile.mkdtemp(prefix="afterimage-")
         self.render, self.next = None, 0
         try:
-            self.exported = export(engine, scene, depsgraph, view_layer, self.folder, self.frames, view)
+            self.exported = export(engine, scene, depsgraph, view_layer, self.folder, self.frames, view, True)
+            self.frames = self.exported.frames
             self.module = renderer()
             self.scene = self.module.load(self.exported.path)
         except BaseException:
@@ -186,10 +187,13 @@ class Job:
         shutil.rmtree(self.folder, ignore_errors=True)
 
 
-def export(engine, scene, depsgraph, view_layer, folder, frames, view=""):
-    """Exports frames through a render engine, which evaluates the scene as it is rendered. `view`: the engine's active one of several."""
+def export(engine, scene, depsgraph, view_layer, folder, frames, view="", ends_at_changes=False):
+    """Exports frames through a render engine, which evaluates the scene as it is rendered.
+
+    `view`: the engine's active one of several. `ends_at_changes`: see export.Settings.
+    """
     messages = []
-    settings = settings_of(scene, view_layer, frames, messages.append)
+    settings = dataclasses.replace(settings_of(scene, view_layer, frames, messages.append), ends_at_changes=ends_at_changes)
     if view:
         # by the engine, which knows how far the eyes are apart and where they converge
         eye = lambda camera: (engine.camera_model_matrix(camera), engine.camera_shift_x(camera))  # noqa: E731

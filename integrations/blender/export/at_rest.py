@@ -23,12 +23,13 @@ class AtRest:
             if not alike(before.get(name), values.get(name)):
                 self.changed.setdefault(key, {}).setdefault(name)
 
-    def tell(self):
-        """Warns of what has changed, once for each subject."""
+    def tell(self, is_rendered_anew=False):
+        """Warns of what has changed, once for each subject. `is_rendered_anew`: a shot of its own shows what it has become."""
         for key, names in self.changed.items():
             subject, time, _ = self.first[key]
             of = f": its {' and '.join(names)}" if all(names) else ""
-            self.warnings.add(f"{subject}{of} {'are' if len(names) > 1 else 'is'} animated: frame {time:g} is shown")
+            shown = "frames in which it changes reuse nothing of those before" if is_rendered_anew else f"frame {time:g} is shown"
+            self.warnings.add(f"{subject}{of} {'are' if len(names) > 1 else 'is'} animated: {shown}")
 
 
 def alike(before, now):

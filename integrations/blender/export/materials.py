@@ -48,7 +48,11 @@ class Materials:
 
     def originals(self):
         """All materials that were asked for, as they are saved: those that are evaluated do not outlive a frame."""
-        return self.seen.values()
+        return list(self.seen.values())
+
+    def forget(self):
+        """Forgets what surfaces are like, so that they are read again."""
+        self.read.clear()
 
     def _probe(self, material, surface, evaluator):
         """Finds out what depends on colour attributes: how a surface with others differs. The base colour alone may."""

@@ -37,6 +37,8 @@ class Settings:
     view: str = ""
     """One view of several, such as that of the left eye, whose place `eye` tells: see camera.key_of."""
     eye: object = None
+    ends_at_changes: bool = False
+    """True if the shot is to end before the first frame in which something has changed that shots have no tracks for."""
 
 
 @dataclass
@@ -47,6 +49,8 @@ class Exported:
     """The shot file."""
     parts: tuple
     """Its text before the camera and behind it."""
+    frames: list
+    """Those of it that the shot has: all, unless it ends at changes."""
     names: list
     """Names of models, and of materials, in the shot."""
     materials: list
@@ -79,14 +83,13 @@ def export_shot(scene, depsgraph, folder, settings, set_frame, progress):
             models = [empty_model()]
             materials.use(None)
         text += [materials.tables[name] for name in materials.tables] + models
-    except BaseException:
+    finally:
         store.abandon()
-        raise
     from .files import whole
 
-    parts = head(scene, settings), "\n".join(part for part in text if part)
+    parts = head(scene, settings, walk.frames), "\n".join(part for part in text if part)
     whole(shot, lambda file: file.write("\n".join([parts[0], *cameras, parts[1]]).encode()))
-    return Exported(shot, parts, names, list(materials.tables), list(warnings))
+    return Exported(shot, parts, walk.frames, names, list(materials.tables), list(warnings))
 
 
 def with_camera(parts, projection, key):
@@ -109,9 +112,9 @@ def is_run(frames):
     return len(frames) > 1 and frames == list(range(frames[0], frames[-1] + 1)) and frames[0] >= 0
 
 
-def head(scene, settings):
-    """The file's beginning."""
-    keys = {"size": list(settings.size), "frames": frame_range(sorted(settings.frames)), **settings.render}
+def head(scene, settings, frames):
+    """The beginning of the file of these frames."""
+    keys = {"size": list(settings.size), "frames": frame_range(frames), **settings.render}
     if settings.rate is not None:
         keys["rate"] = settings.rate
     parts = [toml.table("# Exported from Blender", {"title": scene.name}), toml.table("[render]", keys)]

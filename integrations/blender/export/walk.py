@@ -63,6 +63,8 @@ class Walk:
     def __init__(self, scene, depsgraph, meshes, settings, warnings):
         self.scene, self.depsgraph, self.meshes = scene, depsgraph, meshes
         self.settings, self.warnings = settings, warnings
+        self.frames = sorted(settings.frames)
+        self.whole = set(self.frames)
         self.placed, self.lights, self.camera_keys, self.times = {}, {}, [], []
         self.world, self.rest, self.clipping = None, AtRest(warnings), Clipping(warnings)
         self.layer = depsgraph.view_layer
@@ -76,14 +78,29 @@ class Walk:
                 raise Cancelled()
             set_frame(whole, time - whole)
             self.at(time, lambda share=share: progress(share))
-        self.rest.tell()
+            if self.settings.ends_at_changes and self.rest.changed:
+                self._end_before(time)
+                break
+        self.rest.tell(self.settings.ends_at_changes)
         self.clipping.tell()
         return self
+
+    def _end_before(self, time):
+        """Forgets the frames from a time on, and what no other frame needs."""
+        self.frames = [frame for frame in self.frames if frame < time]
+        kept = set(times_of(self.frames, self.settings.shutter))
+        self.times = [time for time in self.times if time in kept]
+        self.camera_keys = [key for key in self.camera_keys if key[0] in kept]
 
     def at(self, time, goes_on):
         """Notes the scene as it is now. `goes_on()` returns false to cancel."""
         self.times.append(time)
-        self._world(time, goes_on)
+        # what has no tracks is as it is at frames, and not as it is when the shutter opens
+        is_frame, materials = time in self.whole, self.meshes.materials
+        if time == self.frames[0]:
+            materials.forget()
+        if is_frame:
+            self._world(time, goes_on)
         override = self.layer.material_override
         self.meshes.override = override and override.evaluated_get(self.depsgraph)
         self.camera_keys.append((time, *self._camera(time)))
@@ -104,9 +121,11 @@ class Walk:
         if self.settings.camera is None:
             camera = self._camera_at(time).evaluated_get(self.depsgraph)
             self.clipping.see(camera, self.settings.size, self.placed.values(), time)
-        for material in self.meshes.materials.originals():
+        for material in materials.originals() if is_frame else ():
+            evaluated = material.evaluated_get(self.depsgraph)
+            materials.surface(evaluated)
             if may_change(material):
-                self.rest.see(material.name_full, f"material `{material.name}`", time, {"": values_of(material.evaluated_get(self.depsgraph))})
+                self.rest.see(material.name_full, f"material `{material.name}`", time, {"": values_of(evaluated)})
 
     def _world(self, time, goes_on):
         """Notes the world. The original does not change from frame to frame. A view layer may have another one, or none."""
@@ -153,8 +172,12 @@ class Walk:
         if found:
             self.visibility.light(instance.object)
             fixed, values = found
-            self.rest.see(key, lights.subject_of(instance.object), time, lights.at_rest(fixed))
-            self.lights.setdefault(key, (fixed, {}))[1][time] = values
+            if time in self.whole:
+                self.rest.see(key, lights.subject_of(instance.object), time, lights.at_rest(fixed))
+            track = self.lights.setdefault(key, [fixed, {}])
+            if time == self.frames[0]:
+                track[0] = fixed
+            track[1][time] = values
 
     def _mesh(self, time, instance, item, seen):
         if not self.visibility.of(item) or (instance.is_instance and not self.visibility.of(instance.parent)):
