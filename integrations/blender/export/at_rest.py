@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What shots have no tracks for, such as materials: it rests as it was when it was seen first, and is told if it does not in Blender."""
 
+import hashlib
 import os
 
 import numpy as np
@@ -104,7 +105,12 @@ def state_of_image(image):
     path = path_of(image)
     status = os.stat(path) if os.path.isfile(path) else None
     saved = (path, status.st_size, status.st_mtime_ns) if status else path
-    return [image.name_full, settings_of(image), image.colorspace_settings.name, saved, [len(packed.data) for packed in image.packed_files]]
+    painted = ""
+    if image.is_dirty:
+        pixels = np.empty(len(image.pixels), dtype=np.float32)
+        image.pixels.foreach_get(pixels)
+        painted = hashlib.blake2b(pixels.data, digest_size=16).hexdigest()
+    return [image.name_full, settings_of(image), image.colorspace_settings.name, saved, painted, [len(packed.data) for packed in image.packed_files]]
 
 
 def plain(value):

@@ -22,6 +22,9 @@ class Stored:
         self.folder, self.first, self.last_time = None, time, time
         self.scale = users_scale
         self.shapes, self.pending, self.deforms = None, 0, False
+        self.key, self.watched = None, {}
+        if store.is_watched:
+            self.watch(time, geometry.positions)
         self.bounds = geometry.positions.min(axis=0), geometry.positions.max(axis=0)
 
     @functools.cached_property
@@ -29,8 +32,31 @@ class Stored:
         """Lowest and highest coordinates of all triangles, (3, triangles) each."""
         return meshes.boxes_of(self.geometry)
 
+    def watch(self, time, positions):
+        """Notes a digest of the shape at a time."""
+        self.watched[time] = meshes.digest_of(positions)
+
+    def shape_at(self, time):
+        """Digest of the shape at a time; a mesh that was not looked at again has its first one."""
+        return self.watched.get(time) or self.watched[self.first]
+
+    @functools.cached_property
+    def looks(self):
+        """Digest of what is no shape: faces, their materials, texture coordinates, colours."""
+        geometry = self.geometry
+        tables = [values for table in (geometry.uvs, geometry.colors) for _, values in sorted(table.items())]
+        names = repr([material.name_full if material else "" for material in self.materials])
+        return geometry.topology + meshes.digest_of(np.frombuffer(names.encode(), dtype=np.uint8), geometry.slots, *tables)
+
+    @functools.cached_property
+    def normals(self):
+        """Digest of the normals of the first shape."""
+        return meshes.digest_of(self.geometry.normals)
+
     def add_shape(self, time, positions):
         """Notes the shape at a later time."""
+        if self.store.is_watched:
+            self.watch(time, positions)
         same = np.array_equal(positions, self.last_positions if self.deforms else self.geometry.positions)
         if not self.deforms and same:
             self.pending += 1
@@ -138,6 +164,9 @@ def with_values(all_values, values, at, count, default):
 class MeshStore:
     """All meshes of an export."""
 
+    is_watched = False
+    """True if what each frame shows is noted: see glance.py."""
+
     def __init__(self, folder, materials, step, warnings):
         self.folder, self.materials, self.step, self.warnings = folder, materials, step, warnings
         self.override = None
@@ -172,6 +201,8 @@ class MeshStore:
             count = self.counts[owner] = self.counts.get(owner, -1) + 1
             key = (*owner, count)
             found = self.known[key] = self._read(instance, item, materials, self.known.get(key))
+        if found is not None:
+            found.key = key
         self.here[pointer] = found
         return found
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from . import camera, lights, toml
+from .glance import Noted
 from .images import Images
 from .materials import Materials
 from .mesh_store import MeshStore
@@ -39,6 +40,8 @@ class Settings:
     eye: object = None
     ends_at_changes: bool = False
     """True if the shot is to end before the first frame in which something has changed that shots have no tracks for."""
+    is_watched: bool = False
+    """True if it is to be noted what each frame shows."""
 
 
 @dataclass
@@ -55,6 +58,9 @@ class Exported:
     """Names of models, and of materials, in the shot."""
     materials: list
     warnings: list
+    settings: Settings
+    noted: Noted | None
+    """What frames show, if that is watched."""
 
 
 def export_shot(scene, depsgraph, folder, settings, set_frame, progress):
@@ -72,9 +78,11 @@ def export_shot(scene, depsgraph, folder, settings, set_frame, progress):
     times = times_of(settings.frames, settings.shutter)
     step = 1 / STEPS_A_FRAME if settings.shutter else step_of(times)
     store = MeshStore(folder, materials, step, warnings)
+    store.is_watched = settings.is_watched
     try:
         walk = Walk(scene, depsgraph, store, settings, warnings)
         walk.over(times, set_frame, lambda share: progress(share * 0.8))
+        noted = Noted.of(walk) if settings.is_watched else None
         cameras = camera.tables(walk.camera_keys, warnings)
         text = walk.world + lights.tables(walk.light_tracks())
         models, names = model_tables(walk, warnings, lambda share: progress(0.8 + share * 0.2))
@@ -89,7 +97,7 @@ def export_shot(scene, depsgraph, folder, settings, set_frame, progress):
 
     parts = head(scene, settings, walk.frames), "\n".join(part for part in text if part)
     whole(shot, lambda file: file.write("\n".join([parts[0], *cameras, parts[1]]).encode()))
-    return Exported(shot, parts, walk.frames, names, list(materials.tables), list(warnings))
+    return Exported(shot, parts, walk.frames, names, list(materials.tables), list(warnings), settings, noted)
 
 
 def with_camera(parts, projection, key):
@@ -104,12 +112,18 @@ def step_of(times):
 
 def frame_range(frames):
     """Frames as [render] has them."""
-    return ",".join(str(frame) for frame in frames) if not is_run(frames) else f"{frames[0]}-{frames[-1]}"
+    run = run_of(frames)
+    if len(frames) == 1 or not isinstance(run, range):
+        return ",".join(map(str, frames))
+    ends = f"{run[0]}{'-' if run[0] >= 0 else ':'}{run[-1]}"
+    return ends if run.step == 1 else f"{ends}x{run.step}"
 
 
-def is_run(frames):
-    """Returns true if the frames follow each other, and there are two of them at least."""
-    return len(frames) > 1 and frames == list(range(frames[0], frames[-1] + 1)) and frames[0] >= 0
+def run_of(frames):
+    """Frames as a range if they follow each other in even steps: each is then made of the one before, and not of those between as well."""
+    step = frames[1] - frames[0] if len(frames) > 1 else 1
+    run = range(frames[0], frames[-1] + 1, step)
+    return run if list(run) == list(frames) else frames
 
 
 def head(scene, settings, frames):

@@ -7,7 +7,7 @@ import numpy as np
 
 from . import camera as cameras
 from . import lights
-from .at_rest import AtRest, may_change, surroundings_of, values_of
+from .at_rest import AtRest, may_change, state_of, surroundings_of, values_of
 from .camera import TO_Y_UP
 from .clipping import Clipping
 from .visibility import Visibility
@@ -67,6 +67,7 @@ class Walk:
         self.whole = set(self.frames)
         self.placed, self.lights, self.camera_keys, self.times = {}, {}, [], []
         self.world, self.rest, self.clipping = None, AtRest(warnings), Clipping(warnings)
+        self.states, self.settled = {}, {}
         self.layer = depsgraph.view_layer
         self.visibility = Visibility(self.layer, warnings)
 
@@ -96,9 +97,9 @@ class Walk:
         """Notes the scene as it is now. `goes_on()` returns false to cancel."""
         self.times.append(time)
         # what has no tracks is as it is at frames, and not as it is when the shutter opens
-        is_frame, materials = time in self.whole, self.meshes.materials
+        is_frame = time in self.whole
         if time == self.frames[0]:
-            materials.forget()
+            self.meshes.materials.forget()
         if is_frame:
             self._world(time, goes_on)
         override = self.layer.material_override
@@ -121,23 +122,41 @@ class Walk:
         if self.settings.camera is None:
             camera = self._camera_at(time).evaluated_get(self.depsgraph)
             self.clipping.see(camera, self.settings.size, self.placed.values(), time)
-        for material in materials.originals() if is_frame else ():
+        if is_frame:
+            self._materials(time)
+
+    def _materials(self, time):
+        """Notes what materials are like at a frame."""
+        materials = self.meshes.materials
+        for material in materials.originals():
             evaluated = material.evaluated_get(self.depsgraph)
             materials.surface(evaluated)
             if may_change(material):
                 self.rest.see(material.name_full, f"material `{material.name}`", time, {"": values_of(evaluated)})
+            if self.meshes.is_watched:
+                self._watch(time, evaluated, may_change(material))
 
     def _world(self, time, goes_on):
         """Notes the world. The original does not change from frame to frame. A view layer may have another one, or none."""
         found = (getattr(self.layer, "world_override", None) or self.scene.world) if self.layer.use_sky else None
         found = found and found.evaluated_get(self.depsgraph)
-        if self.world is None:
-            settings, images = self.settings, self.meshes.materials.images
+        settings, images = self.settings, self.meshes.materials.images
+        if self.world is None and images:
             self.world = World(images, not settings.transparent, settings.exposure, time, goes_on).tables(found, self.warnings)
         if found:
             around = surroundings_of(found, time)
             if around or may_change(found):
                 self.rest.see(None, f"world `{found.name}`", time, {"": [*values_of(found), *around]})
+            if self.meshes.is_watched:
+                self._watch(time, found, may_change(found))
+                self.states[time].append(around)
+
+    def _watch(self, time, owner, changes):
+        """Notes all that a material or world is at a frame, once where nothing changes it."""
+        name = (type(owner).__name__, owner.name_full)
+        state = state_of(owner) if changes or name not in self.settled else self.settled[name]
+        self.settled[name] = state
+        self.states.setdefault(time, []).append([name, state])
 
     def _camera(self, time):
         """Name of the camera, its projection, and the values of its key."""

@@ -13,7 +13,9 @@ import numpy as np
 import support
 
 
-class Jobs(unittest.TestCase):
+class FakeRenderer(unittest.TestCase):
+    """A scene with a camera and a floor, and a renderer that notes shots and frames."""
+
     def setUp(self):
         self.scratch = tempfile.TemporaryDirectory()
         self.scene = support.empty(16, 12)
@@ -21,11 +23,12 @@ class Jobs(unittest.TestCase):
         self.floor = support.add(self.scene, "Floor", support.grid())
         self.session = support.extension().session
         self.kept = self.session.renderer
-        self.shots, self.frames, self.files = [], [], []
+        self.shots, self.frames, self.files, self.ranges, self.asked = [], [], [], [], []
         self.session.renderer = lambda: types.SimpleNamespace(load=self.load, render=self.render)
 
     def tearDown(self):
         self.session.renderer = self.kept
+        self.session.end()
         self.scratch.cleanup()
 
     def load(self, path):
@@ -34,15 +37,19 @@ class Jobs(unittest.TestCase):
         self.files += [name for _, _, names in os.walk(os.path.dirname(path)) for name in names]
         return self.shots[-1]
 
-    def render(self, shot, frames, **_):
-        """Pictures as red as the eye is far to the right of 4 units to the left."""
-        width, height = shot["render"]["size"]
+    def render(self, shot, frames, **more):
+        """Pictures as red as the eye is far to the right of 4 units to the left, at its first key."""
+        self.ranges.append(frames)
+        self.asked.append(list(frames))
+        width, height = more["crop"][2:] if "crop" in more else shot["render"]["size"]
         for number in frames:
             self.frames.append((number, shot["camera"]["projection"]))
             pixels = np.ones((height, width, 4), dtype=np.float32)
             pixels[:, :, 0] = shot["camera"]["key"][0]["eye"][0] + 4
-            yield types.SimpleNamespace(number=number, layers={"RGBA": pixels}, stats={}, seconds=0.0)
+            yield types.SimpleNamespace(number=number, layers={"RGBA": pixels, "N": pixels[:, :, :3]}, stats={}, seconds=0.0)
 
+
+class Jobs(FakeRenderer):
     def eyes(self):
         """How far to the right each eye is, by the middle of its picture. Radiance: Blender 4 does not read its own OpenEXR files of one eye."""
         render = self.scene.render
@@ -105,6 +112,13 @@ class Jobs(unittest.TestCase):
             self.assertFalse([key for key in shot["camera"]["key"] if key.get("cut")])
             size = "height" if shot["camera"]["projection"] == "orthographic" else "fov"
             self.assertTrue(all(size in key for key in shot["camera"]["key"]))
+
+    def test_every_second_frame_is_made_of_the_one_before_it(self):
+        self.scene.frame_start, self.scene.frame_end, self.scene.frame_step = 3, 8, 2
+        self.scene.render.filepath = os.path.join(self.scratch.name, "f.####")
+        bpy.ops.render.render(animation=True)
+        self.assertEqual([shot["render"]["frames"] for shot in self.shots], ["3-7x2"])
+        self.assertEqual(self.ranges, [range(3, 8, 2)])
 
     def animate(self, holder, path, *values):
         """Gives a property a value in each frame, without passage from one to the next."""
