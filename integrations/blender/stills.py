@@ -3,6 +3,8 @@
 
 import bpy
 
+from .export.mesh_store import has_handlers
+
 AHEAD = (16, 64)
 """Frames that are exported at once when stills begin to follow each other, and when these are rendered."""
 MOST_MISSES = 2
@@ -44,8 +46,3 @@ class Stills:
     def _is_row(self):
         """Returns true if stills seem to follow each other: three of them, or the first two of a script without a window."""
         return self.row > 1 or (self.count == 2 and self.step is not None and self.step > 0 and bpy.app.background)
-
-
-def has_handlers():
-    """Returns true if something listens to changes of frames: it may count on them coming in order."""
-    return bool(bpy.app.handlers.frame_change_pre or bpy.app.handlers.frame_change_post)

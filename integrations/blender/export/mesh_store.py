@@ -161,6 +161,13 @@ def with_values(all_values, values, at, count, default):
     return all_values
 
 
+def has_handlers():
+    """Returns true if something listens to changes of frames: it may change meshes, and may count on frames coming in order."""
+    import bpy
+
+    return bool(bpy.app.handlers.frame_change_pre or bpy.app.handlers.frame_change_post)
+
+
 class MeshStore:
     """All meshes of an export."""
 
@@ -211,10 +218,11 @@ class MeshStore:
         """Returns true if nothing can change the mesh: all objects with its data show the same at all times."""
         original = item.original
         data = original.data
-        if item.type != "MESH" or data is None or original.modifiers or data.is_editmode:
+        if item.type != "MESH" or original.type != "MESH" or data is None or original.modifiers or data.is_editmode or has_handlers():
             return False
-        # geometry nodes make meshes of their own, whose originals are not those of the object
-        if item.data.original is None or item.data.original.as_pointer() != data.as_pointer():
+        # geometry nodes make meshes of their own, whose originals are not those of the object; Blender 5 says of all that they are their own originals
+        known = {data.as_pointer(), item.data.as_pointer()}
+        if item.data.original is None or item.data.original.as_pointer() not in known or item.data.name != data.name:
             return False
         return not data.shape_keys and not data.animation_data and not item.is_instancer
 

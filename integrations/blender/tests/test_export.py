@@ -127,6 +127,30 @@ class Export(support.ExportCase):
         self.assertEqual(len(models), 10000)
         self.assertEqual(len({model["ply"] for model in models}), 1)
 
+    def test_a_mesh_that_nothing_changes_is_read_once_for_all_frames(self):
+        self.scene.frame_end = 4
+        support.add_camera(self.scene)
+        item = support.add(self.scene, "Moves", support.grid())
+        for frame, x in ((1, 0.0), (4, 1.0)):
+            item.location.x = x
+            item.keyframe_insert("location", frame=frame)
+        support.add(self.scene, "Copy", item.data)
+        store, reads = support.extension().export.shot.MeshStore, []
+        read = store._read
+        store._read = lambda *values: reads.append(values[2].name) or read(*values)
+        try:
+            self.assertEqual(len(self.export()["model"]), 2)
+            self.assertEqual(len(reads), 1)
+            # what listens to frames may change meshes
+            bpy.app.handlers.frame_change_post.append(lambda scene, graph: setattr(item.data.vertices[0], "co", (scene.frame_current, 0, 0)))
+            shapes = self.export()["model"][0]["shapes"]
+            with open(os.path.join(self.folder, shapes["cache"]), "rb") as file:
+                points = np.frombuffer(file.read()[32:], dtype="<f4").reshape(4, 4, 3)
+            np.testing.assert_allclose(points[:, 0, 0], [1, 2, 3, 4])
+        finally:
+            store._read = read
+            bpy.app.handlers.frame_change_post.clear()
+
     def test_an_output_folder_that_cannot_be_written_is_told(self):
         support.add_camera(self.scene)
         support.add(self.scene, "Floor", support.grid())
