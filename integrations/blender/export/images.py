@@ -96,7 +96,11 @@ class Images:
         if source not in self.sources:
             stem, ending = os.path.splitext(os.path.basename(source))
             target = self._target(stem, ending.lower())
-            shutil.copyfile(source, os.path.join(self.folder, target))
+            path = os.path.join(self.folder, target)
+            # a picture may lie there already: that of a scene beside its shot. Never truncated, for Blender may be reading it
+            if not (os.path.exists(path) and os.path.samefile(source, path)):
+                with open(source, "rb") as picture:
+                    files.whole(path, lambda file: shutil.copyfileobj(picture, file))
             self.sources[source] = target
         return self.sources[source]
 

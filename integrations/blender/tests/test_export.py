@@ -101,6 +101,30 @@ class Export(support.ExportCase):
         self.export()
         self.assertIn("Find Missing Files", self.warnings())
 
+    def test_pictures_that_lie_in_the_folder_of_the_shot_stay_as_they_are(self):
+        support.add_camera(self.scene)
+        mesh = support.grid()
+        mesh.uv_layers.new()
+        material = bpy.data.materials.new("Wood")
+        material.use_nodes = True
+        tree = material.node_tree
+        os.makedirs(os.path.join(self.folder, "textures"))
+        for name, socket in (("wood", "Base Color"), ("rough", "Roughness")):
+            image = bpy.data.images.new(name, 8, 8)
+            image.filepath_raw, image.file_format = os.path.join(self.folder, "textures", f"{name}.png"), "PNG"
+            image.save()
+            node = tree.nodes.new("ShaderNodeTexImage")
+            node.image = image
+            tree.links.new(node.outputs[0], tree.nodes["Principled BSDF"].inputs[socket])
+        mesh.materials.append(material)
+        support.add(self.scene, "Floor", mesh)
+        path = os.path.join(self.folder, "textures", "wood.png")
+        with open(path, "rb") as file:
+            before, kept = file.read(), os.stat(path)
+        self.assertEqual(self.export()["material"][0]["map_kd"], "textures/wood.png")
+        with open(path, "rb") as file:
+            self.assertEqual((file.read(), os.stat(path).st_ino, os.stat(path).st_mtime_ns), (before, kept.st_ino, kept.st_mtime_ns))
+
     def test_a_missing_library_leaves_the_rest(self):
         support.add_camera(self.scene)
         library = os.path.join(self.scratch.name, "library.blend")
