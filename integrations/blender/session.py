@@ -151,8 +151,9 @@ class Job:
         self.kept_at = None
         """When it was kept for another still; None while it is at work."""
         is_watched = not engine.is_animation and len(self.frames) > 1
+        ends_at_changes = not engine.is_animation or not scene.afterimage.hold
         try:
-            self.exported = export(engine, scene, depsgraph, view_layer, self.folder, self.frames, view, True, is_watched)
+            self.exported = export(engine, scene, depsgraph, view_layer, self.folder, self.frames, view, ends_at_changes, is_watched)
             self.frames = self.exported.frames
             self.module = renderer()
             self.scene = self.module.load(self.exported.path)
@@ -195,6 +196,7 @@ class Job:
         if engine.is_animation or self.frames[self.next] != scene.frame_current or self.extra != extra_of(scene):
             return False
         settings = settings_for(engine, scene, view_layer, self.frames, view, lambda message: None)
+        settings = dataclasses.replace(settings, ends_at_changes=True)
         if unbound(settings) != unbound(self.exported.settings):
             return False
         with at_frame_of(engine, scene) as set_frame:
@@ -220,7 +222,7 @@ def extra_of(scene):
 
 def unbound(settings):
     """Settings without what belongs to one engine or job."""
-    return dataclasses.replace(settings, eye=None, frames=[], ends_at_changes=True, is_watched=True)
+    return dataclasses.replace(settings, eye=None, frames=[], is_watched=True)
 
 
 def settings_for(engine, scene, view_layer, frames, view, warn):

@@ -92,7 +92,8 @@ def settings_of(data, but=frozenset()):
 
 def state_of(owner):
     """All that the nodes of a material or world show depends on, as text: what they are set to, their links and their pictures."""
-    found = [values_of(owner)]
+    of_cycles = getattr(owner, "cycles_visibility", None)
+    found = [values_of(owner), settings_of(of_cycles) if of_cycles else []]
     for tree in trees_of(owner):
         ends = [(link.from_node.name, link.from_socket.identifier, link.to_node.name, link.to_socket.identifier, link.is_muted) for link in tree.links]
         found.append([[(node.name, node.bl_idname) for node in tree.nodes], sorted(ends)])

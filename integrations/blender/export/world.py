@@ -19,18 +19,33 @@ class World:
         self.images, self.visible, self.exposure = images, visible, exposure
         self.time, self.goes_on = time, goes_on
         self.evaluator = Evaluator(images)
+        self.is_seen, self.lights = True, True
+        """What its settings of ray visibility say: whether the camera sees it, and whether it lights anything."""
 
     def tables(self, world, warnings):
         """[background], [environment] and the suns of a scene's world."""
         if world is None:
             return []
         try:
-            out = self._of_tree(world) if world.use_nodes and world.node_tree else uniform(constant(*world.color) * self.exposure)
+            self._visibility(world)
+            if world.use_nodes and world.node_tree:
+                out = self._of_tree(world)
+            else:
+                out = self._uniform(constant(*world.color) * self.exposure, None if self.is_seen else BLACK)
         except (AttributeError, IndexError, KeyError, TypeError, ValueError) as error:
             self.evaluator.say(f"cannot be read ({type(error).__name__}: {error}), and is black")
             out = []
         warnings.add_for(f"world `{world.name}`", self.evaluator.said)
         return out
+
+    def _visibility(self, world):
+        """Reads which rays see the world."""
+        of_cycles = getattr(world, "cycles_visibility", None)
+        self.is_seen = getattr(of_cycles, "camera", True)
+        hidden = [kind for kind in ("diffuse", "glossy", "transmission") if not getattr(of_cycles, kind, True)]
+        self.lights = len(hidden) < 3
+        if hidden and self.lights:
+            self.evaluator.say(f"it is hidden from {' and '.join(hidden)} rays in Blender, and rays of all kinds see it here")
 
     def _of_tree(self, world):
         outputs = [node for node in world.node_tree.nodes if node.type == "OUTPUT_WORLD" and node.target in {"ALL", "CYCLES"}]
@@ -60,9 +75,9 @@ class World:
                     is_of_camera = factor and factor.type == "LIGHT_PATH" and output.name == "Is Camera Ray"
                 if is_of_camera:
                     # the common set-up: what the camera sees differs from what lights
-                    seen = self._even(node.inputs[2])
+                    seen = self._even(node.inputs[2]) if self.is_seen else BLACK
                     return None if seen is None else self._of_shader(node.inputs[1], seen)
-        return self._of_shader(surface, None)
+        return self._of_shader(surface, None if self.is_seen else BLACK)
 
     def _even(self, socket):
         """The colour of a shader input that is the same all around; None of others."""
@@ -73,7 +88,7 @@ class World:
         """The tables of what is linked to a shader input, or None. `seen`: the colour that the camera sees instead, or None."""
         light, evaluator = self._even(socket), self.evaluator
         if light is not None:
-            return uniform(light) if seen is None else self._unlike(light, seen)
+            return self._uniform(light, seen)
         out = None
         with evaluator.source(socket) as (node, _):
             if node.type not in {"BACKGROUND", "EMISSION"} or node.mute:
@@ -91,8 +106,12 @@ class World:
                     out = self._map("sky", world_bake.of_sky(source, self.goes_on), factor, seen is None)
         return out if seen is None or out is None else [background(seen), *out]
 
-    def _unlike(self, light, seen):
-        """A world of one colour, and another one that the camera sees."""
+    def _uniform(self, light, seen):
+        """A world of one colour, nothing where it is black. `seen`: another colour that the camera sees, or None."""
+        if seen is None or np.allclose(seen, light, rtol=1e-3, atol=1e-5):
+            return [background(light), *(["[environment]\n"] if self.lights else [])] if float(light.max()) > 0 else []
+        if not self.lights or float(light.max()) <= 0:
+            return [background(seen)]
         name = self.images.write_light("world", np.broadcast_to(light.reshape(-1)[:3], (2, 4, 3)))
         return [background(seen), toml.table("[environment]", {"map": name, "visible": False})]
 
@@ -100,21 +119,27 @@ class World:
         """An equirectangular picture, which may be turned about Z. None if there is more to it."""
         if node.image is None:
             self.evaluator.say("its environment texture has no image")
-            return uniform(constant(1.0, 0.0, 1.0) * strength)
+            return self._uniform(constant(1.0, 0.0, 1.0) * strength, None)
         turn = self._exactly(lambda: turn_of(self.evaluator, node.inputs["Vector"]))
         if turn is None or node.projection != "EQUIRECTANGULAR" or node.image.source in {"MOVIE", "SEQUENCE"}:
             return None
         pixels = self.images.pixels(node.image)
         if pixels is None:
-            return uniform(constant(1.0, 0.0, 1.0) * strength)
+            return self._uniform(constant(1.0, 0.0, 1.0) * strength, None)
         plain = path_of(node.image).lower().endswith(".hdr") and node.image.source == "FILE" and not node.image.packed_file and not node.image.is_dirty
         name = self.images.copy(node.image) if plain else self.images.write_light(node.image.name, pixels)
+        self._tell_that_it_lights()
         return [environment(name, strength, self.visible and is_seen, -90.0 - turn)]
+
+    def _tell_that_it_lights(self):
+        """Tells that a picture which the camera alone sees lights as well."""
+        if not self.lights:
+            self.evaluator.say("it lights nothing in Blender: here a picture is not seen without")
 
     def _map(self, name, baked, strength, is_seen):
         """A picture that Cycles has made, and its suns as lights."""
-        file = self.images.write_light(name, baked.light)
-        out = [environment(file, strength, self.visible and is_seen)]
+        self._tell_that_it_lights()
+        out = [environment(self.images.write_light(name, baked.light), strength, self.visible and is_seen)]
         for sun in baked.suns:
             top = float(sun.light.max())
             if top > 0:
@@ -130,9 +155,9 @@ class World:
         self._tell_what_bakes_lack(world)
         baked = world_bake.of_world(world, repr([state_of(world), surroundings_of(world, self.time)]), self.time, self.goes_on)
         light, seen = even(baked.light), None if baked.seen is None else even(baked.seen)
+        seen = seen if self.is_seen else BLACK
         if light is not None and baked.suns == [] and (baked.seen is None or seen is not None):
-            same = seen is None or np.allclose(seen, light, rtol=1e-3, atol=1e-5)
-            return uniform(light * self.exposure) if same else self._unlike(light * self.exposure, seen * self.exposure)
+            return self._uniform(light * self.exposure, seen if seen is None else seen * self.exposure)
         if seen is not None:
             return [background(seen * self.exposure), *self._map(world.name, baked, self.exposure, False)]
         if baked.seen is not None and not np.allclose(baked.seen, baked.light, rtol=1e-2, atol=1e-4):
@@ -149,9 +174,7 @@ class World:
                     self.evaluator.say("coordinates of the camera are those of one that looks along X")
 
 
-def uniform(light):
-    """A world of one colour; nothing where it is black."""
-    return [background(light), "[environment]\n"] if float(light.max()) > 0 else []
+BLACK = constant(0.0, 0.0, 0.0)
 
 
 def background(light):

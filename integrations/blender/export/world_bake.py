@@ -201,7 +201,11 @@ def _loaded_world(path, name):
 
     with bpy.data.libraries.load(path) as (_, into):
         into.worlds = [name]
-    return into.worlds[0]
+    world = into.worlds[0]
+    # who sees it is not a matter of the picture
+    for kind in ("camera", "diffuse", "glossy", "transmission"):
+        setattr(world.cycles_visibility, kind, True)
+    return world
 
 
 def _trees(world):

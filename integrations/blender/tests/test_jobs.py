@@ -155,6 +155,13 @@ class Jobs(FakeRenderer):
         self.assertEqual([shot["material"][0]["ke"] for shot in self.shots], [[1, 1, 1], [2, 2, 2], [3, 3, 3]])
         self.assertEqual(told, ["Afterimage: material `Glow` is animated: frames in which it changes reuse nothing of those before"])
 
+    def test_materials_that_are_held_stay_as_they_are_in_the_first_frame(self):
+        self.scene.afterimage.hold = True
+        self.animate(self.glow(), "default_value", 1.0, 2.0, 3.0)
+        frames, told = self.rendered()
+        self.assertEqual((frames, self.shots[0]["material"][0]["ke"]), (["1-3"], [1, 1, 1]))
+        self.assertEqual(told, ["Afterimage: material `Glow` is animated: frame 1 is shown"])
+
     def test_a_material_that_changes_under_motion_blur_is_what_it_is_at_the_frame_itself(self):
         self.scene.render.use_motion_blur = True
         self.scene.render.motion_blur_position, self.scene.render.motion_blur_shutter = "CENTER", 1.0

@@ -119,6 +119,7 @@ class Stills(test_jobs.FakeRenderer):
             "lamp": lambda: setattr(lamp.data, "energy", 500),
             "size": lambda: setattr(lamp.data, "shadow_soft_size", 0.7),
             "world": lambda: setattr(sky.inputs["Color"], "default_value", (0.5, 0, 0, 1)),
+            "rays": lambda: setattr(scene.world.cycles_visibility, "camera", False),
             "visibility": lambda: setattr(lamp, "hide_render", True),
             "lens": lambda: setattr(self.camera.data, "lens", 20),
             "object": lambda: support.add(scene, "New", floor.data, (0, 0, 1)),
