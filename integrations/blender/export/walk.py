@@ -90,7 +90,7 @@ class Walk:
         """Forgets the frames from a time on, and what no other frame needs."""
         self.frames = [frame for frame in self.frames if frame < time]
         kept = set(times_of(self.frames, self.settings.shutter))
-        self.times = [time for time in self.times if time in kept]
+        self.times = [each for each in self.times if each in kept]
         self.camera_keys = [key for key in self.camera_keys if key[0] in kept]
 
     def at(self, time, goes_on):

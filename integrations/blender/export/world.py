@@ -89,7 +89,6 @@ class World:
         light, evaluator = self._even(socket), self.evaluator
         if light is not None:
             return self._uniform(light, seen)
-        out = None
         with evaluator.source(socket) as (node, _):
             if node.type not in {"BACKGROUND", "EMISSION"} or node.mute:
                 return None
@@ -101,10 +100,10 @@ class World:
                 if source.mute:
                     return None
                 if source.type == "TEX_ENVIRONMENT":
-                    out = self._picture(source, factor, seen is None)
-                elif source.type == "TEX_SKY" and not any(entry.is_linked for entry in source.inputs):
-                    out = self._map("sky", world_bake.of_sky(source, self.goes_on), factor, seen is None)
-        return out if seen is None or out is None else [background(seen), *out]
+                    return self._picture(source, factor, seen)
+                if source.type == "TEX_SKY" and not any(entry.is_linked for entry in source.inputs):
+                    return self._map("sky", world_bake.of_sky(source, self.goes_on), factor, seen)
+        return None
 
     def _uniform(self, light, seen):
         """A world of one colour, nothing where it is black. `seen`: another colour that the camera sees, or None."""
@@ -115,31 +114,32 @@ class World:
         name = self.images.write_light("world", np.broadcast_to(light.reshape(-1)[:3], (2, 4, 3)))
         return [background(seen), toml.table("[environment]", {"map": name, "visible": False})]
 
-    def _picture(self, node, strength, is_seen):
+    def _environment(self, name, strength, seen, rotation=-90.0):
+        """A picture all around. `seen`: a colour that the camera sees instead, or None."""
+        if not self.lights:
+            self.evaluator.say("it lights nothing in Blender: here a picture is not seen without")
+        keys = {"map": name, "rotation": rotation, "power": strength, "visible": self.visible and seen is None}
+        return [*([] if seen is None else [background(seen)]), toml.table("[environment]", keys)]
+
+    def _picture(self, node, strength, seen):
         """An equirectangular picture, which may be turned about Z. None if there is more to it."""
+        missing = constant(1.0, 0.0, 1.0) * strength
         if node.image is None:
             self.evaluator.say("its environment texture has no image")
-            return self._uniform(constant(1.0, 0.0, 1.0) * strength, None)
+            return self._uniform(missing, seen)
         turn = self._exactly(lambda: turn_of(self.evaluator, node.inputs["Vector"]))
         if turn is None or node.projection != "EQUIRECTANGULAR" or node.image.source in {"MOVIE", "SEQUENCE"}:
             return None
         pixels = self.images.pixels(node.image)
         if pixels is None:
-            return self._uniform(constant(1.0, 0.0, 1.0) * strength, None)
+            return self._uniform(missing, seen)
         plain = path_of(node.image).lower().endswith(".hdr") and node.image.source == "FILE" and not node.image.packed_file and not node.image.is_dirty
         name = self.images.copy(node.image) if plain else self.images.write_light(node.image.name, pixels)
-        self._tell_that_it_lights()
-        return [environment(name, strength, self.visible and is_seen, -90.0 - turn)]
+        return self._environment(name, strength, seen, -90.0 - turn)
 
-    def _tell_that_it_lights(self):
-        """Tells that a picture which the camera alone sees lights as well."""
-        if not self.lights:
-            self.evaluator.say("it lights nothing in Blender: here a picture is not seen without")
-
-    def _map(self, name, baked, strength, is_seen):
+    def _map(self, name, baked, strength, seen):
         """A picture that Cycles has made, and its suns as lights."""
-        self._tell_that_it_lights()
-        out = [environment(self.images.write_light(name, baked.light), strength, self.visible and is_seen)]
+        out = self._environment(self.images.write_light(name, baked.light), strength, seen)
         for sun in baked.suns:
             top = float(sun.light.max())
             if top > 0:
@@ -159,10 +159,10 @@ class World:
         if light is not None and baked.suns == [] and (baked.seen is None or seen is not None):
             return self._uniform(light * self.exposure, seen if seen is None else seen * self.exposure)
         if seen is not None:
-            return [background(seen * self.exposure), *self._map(world.name, baked, self.exposure, False)]
+            return self._map(world.name, baked, self.exposure, seen * self.exposure)
         if baked.seen is not None and not np.allclose(baked.seen, baked.light, rtol=1e-2, atol=1e-4):
             self.evaluator.say("what the camera sees of it is no plain colour: it sees what lights")
-        return self._map(world.name, baked, self.exposure, True)
+        return self._map(world.name, baked, self.exposure, None)
 
     def _tell_what_bakes_lack(self, world):
         """Tells what differs where Cycles bakes a world by itself."""
@@ -180,11 +180,6 @@ BLACK = constant(0.0, 0.0, 0.0)
 def background(light):
     """What the camera sees where there is nothing else."""
     return toml.table("[background]", {"color": np.clip(light.reshape(-1)[:3], 0, 60000).tolist()})
-
-
-def environment(name, strength, visible, rotation=-90.0):
-    """A picture all around."""
-    return toml.table("[environment]", {"map": name, "rotation": rotation, "power": strength, "visible": visible})
 
 
 def even(pixels):

@@ -151,6 +151,15 @@ class Worlds(support.ExportCase, Nodes):
         np.testing.assert_allclose(self.map(shot).mean(axis=(0, 1)), [0, 0, 1], atol=1e-3)
         self.assertEqual(self.said(), ["world `Dusk`: what the camera sees of it is no plain colour: it sees what lights"])
 
+    def test_a_picture_that_is_missing_is_magenta_behind_what_the_camera_sees(self):
+        self.world()
+        path, shader = self.node("LightPath"), self.background()
+        self.link(self.node("TexEnvironment").outputs[0], shader.inputs["Color"])
+        self.mixed(path.outputs["Is Camera Ray"], shader.outputs[0], self.background((0, 1, 0, 1)).outputs[0])
+        shot = self.export()
+        self.assertEqual((shot["background"]["color"], self.map(shot)[0, 0].tolist()), ([0, 1, 0], [1, 0, 1]))
+        self.assertEqual(self.said(), ["world `Dusk`: its environment texture has no image"])
+
     def picture(self, **turn):
         """A world of a picture whose upper half is white, behind a Mapping node."""
         tree = self.world()
