@@ -71,6 +71,10 @@ class Recalled:
         """See Materials."""
         return {name for material in materials if material for name in self.surface(material)[1]}
 
+    def shown(self, material):
+        """Digests tell whether that has changed."""
+        return []
+
     def originals(self):
         """See Materials."""
         return list(self.seen.values())

@@ -132,7 +132,7 @@ class Walk:
             evaluated = material.evaluated_get(self.depsgraph)
             materials.surface(evaluated)
             if may_change(material):
-                self.rest.see(material.name_full, f"material `{material.name}`", time, {"": values_of(evaluated)})
+                self.rest.see(material.name_full, f"material `{material.name}`", time, {"": materials.shown(evaluated)})
             if self.meshes.is_watched:
                 self._watch(time, evaluated, may_change(material))
 

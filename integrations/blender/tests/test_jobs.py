@@ -155,6 +155,30 @@ class Jobs(FakeRenderer):
         self.assertEqual([shot["material"][0]["ke"] for shot in self.shots], [[1, 1, 1], [2, 2, 2], [3, 3, 3]])
         self.assertEqual(told, ["Afterimage: material `Glow` is animated: frames in which it changes reuse nothing of those before"])
 
+    def test_what_is_replaced_by_a_constant_is_no_change(self):
+        self.animate(self.glow(), "default_value", 1.0, 1.0, 1.0, 1.0)
+        tree = self.floor.data.materials[0].node_tree
+        noise, shader = tree.nodes.new("ShaderNodeTexNoise"), tree.nodes["Principled BSDF"]
+        noise.noise_dimensions = "4D"
+        tree.links.new(noise.outputs[0], shader.inputs["Roughness"])
+        self.animate(noise.inputs["W"], "default_value", 0.0, 1.0, 2.0, 3.0)
+        self.animate(tree.nodes.new("ShaderNodeValue").outputs[0], "default_value", 0.0, 1.0, 2.0, 3.0)
+        self.assertEqual(self.rendered(), (["1-4"], []))
+
+    def test_pictures_that_move_or_are_mixed_anew_are_changes(self):
+        self.floor.data.uv_layers.new()
+        self.glow()
+        tree = self.floor.data.materials[0].node_tree
+        source, mapping, place, bright = (tree.nodes.new(f"ShaderNode{kind}") for kind in ("TexImage", "Mapping", "TexCoord", "Gamma"))
+        source.image = bpy.data.images.new("Picture", 4, 4)
+        source.image.pixels.foreach_set(np.linspace(0, 1, 64, dtype=np.float32))
+        links = ((place.outputs["UV"], mapping.inputs["Vector"]), (mapping.outputs[0], source.inputs["Vector"]), (source.outputs[0], bright.inputs[0]))
+        for output, socket in (*links, (bright.outputs[0], tree.nodes["Principled BSDF"].inputs["Base Color"])):
+            tree.links.new(output, socket)
+        self.animate(mapping.inputs["Location"], "default_value", (0, 0, 0), (0, 0, 0), (0.5, 0, 0), (0.5, 0, 0))
+        self.animate(bright.inputs["Gamma"], "default_value", 1.0, 1.0, 1.0, 2.0)
+        self.assertEqual(self.rendered()[0], ["1-2", "3", "4"])
+
     def test_materials_that_are_held_stay_as_they_are_in_the_first_frame(self):
         self.scene.afterimage.hold = True
         self.animate(self.glow(), "default_value", 1.0, 2.0, 3.0)
