@@ -109,6 +109,32 @@ class Worlds(support.ExportCase, Nodes):
         self.export()
         self.assertEqual(len(self.runs), 3)
 
+    def test_a_bake_is_that_of_the_frame(self):
+        strength = self.gradient().inputs["Strength"]
+        for frame, value in ((1, 1.0), (3, 3.0)):
+            strength.default_value = value
+            strength.keyframe_insert("default_value", frame=frame)
+        self.scene.frame_start, self.scene.frame_end = 3, 4
+        np.testing.assert_allclose(self.map(self.export()).max(), 3, atol=0.03)
+        self.assertEqual(self.said(), [])
+        self.scene.frame_start = 1
+        np.testing.assert_allclose(self.map(self.export()).max(), 1, atol=0.01)
+        self.assertEqual((self.said(), len(self.runs)), (["world `Dusk` is animated: frame 1 is shown"], 2))
+
+    def test_coordinates_of_an_object_are_those_of_where_it_is(self):
+        self.gradient()
+        compass = support.add(self.scene, "Compass", None)
+        self.scene.world.node_tree.nodes["Texture Coordinate"].object = compass
+        links = self.scene.world.node_tree.links
+        links.new(self.scene.world.node_tree.nodes["Texture Coordinate"].outputs["Object"], self.scene.world.node_tree.nodes["Separate XYZ"].inputs[0])
+        for turn in (0.0, np.pi):
+            compass.rotation_euler.z = turn
+            pixels = self.map(self.export())
+            # red where its X points to
+            ahead, behind = pixels[256, 512, 0], pixels[256, 2, 0]
+            np.testing.assert_allclose((ahead, behind), (1, 0) if turn == 0 else (0, 1), atol=0.05)
+        self.assertEqual((len(self.runs), self.said()), (2, []))
+
     def test_mixes_of_colours_are_colours_without_a_bake(self):
         self.world()
         self.mixed(0.25, self.background((1, 0, 0, 1), 2.0).outputs[0], self.background((0, 1, 0, 1)).outputs[0])
