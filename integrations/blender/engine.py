@@ -55,7 +55,7 @@ class AfterimageEngine(bpy.types.RenderEngine):
     def _render(self, depsgraph):
         scene, view_layer = bpy.data.scenes.get(depsgraph.scene.name) or depsgraph.scene, depsgraph.view_layer
         if session.export_folder is not None:
-            frames = session.frames_of(scene, True)
+            frames = session.frames_of(scene)
             session.exported = session.export(self, scene, depsgraph, view_layer, session.export_folder, frames)
             return
         session.renderer()

@@ -48,7 +48,7 @@ class AFTERIMAGE_PT_reuse(SettingsPanel, bpy.types.Panel):
     """Reuse from frame to frame."""
 
     bl_label = "Reuse"
-    NAMES = ("mode", "base_every")
+    NAMES = ("mode", "base_every", "hold")
 
 
 class AFTERIMAGE_PT_film(Panel, bpy.types.Panel):

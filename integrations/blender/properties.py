@@ -34,6 +34,11 @@ class AfterimageSettings(bpy.types.PropertyGroup):
     base_every: IntProperty(
         name="Base Every", description="Frames from one that is traced in full to the next one; 0: the first one alone", default=48, min=0, max=100000
     )
+    hold: BoolProperty(
+        name="Hold Materials",
+        description="Show materials, worlds and sizes of lights that are animated as they are in the first frame: all frames reuse samples",
+        default=False,
+    )
     exposures: IntProperty(
         name="Exposures", description="Pictures of which a frame is the mean, with motion blur or depth of field", default=16, min=1, max=256
     )

@@ -3,21 +3,33 @@
 
 Blender asks an engine for one frame at a time, and makes a new engine for each. What is reused lives here, from the handler
 `render_init`, which begins a job, to `render_complete` or `render_cancel`. So a scene that changes between jobs is exported anew.
+
+Scripts render animations still by still. Where stills follow each other, the job of one has frames of the next ones as well, and is kept for
+them. Whether each shows what it was expected to show is looked up when it is rendered.
 """
 
+import atexit
+import contextlib
 import dataclasses
 import fractions
 import itertools
 import shutil
 import tempfile
+import time
 
 import bpy
 
 from . import passes
-from .export import Settings, export_shot
+from .export import Settings, export_shot, run_of
 from .export.camera import camera_at
+from .stills import Stills
+
+LONGEST_WAIT = 60.0
+"""Seconds for which a job is kept for another still."""
 
 _jobs = {}
+_stills = {}
+"""By scene, view layer and view, as jobs."""
 _told = set()
 """Warnings of these jobs: each is told once, and not for each eye again."""
 export_folder = None
@@ -106,10 +118,8 @@ def settings_of(scene, view_layer, frames, warn):
     )
 
 
-def frames_of(scene, is_animation):
-    """Frames of the job, rising."""
-    if not is_animation:
-        return [scene.frame_current]
+def frames_of(scene):
+    """Frames of the animation, rising."""
     return list(range(scene.frame_start, scene.frame_end + 1, scene.frame_step)) or [scene.frame_current]
 
 
@@ -134,20 +144,23 @@ def of_one_projection(scene, frames):
 class Job:
     """The frames of one scene, view layer and view that are rendered one after the other."""
 
-    def __init__(self, engine, scene, depsgraph, view_layer, view):
-        frames = [frame for frame in frames_of(scene, engine.is_animation) if frame >= scene.frame_current]
-        if scene.frame_current not in frames:
-            frames = [scene.frame_current]
+    def __init__(self, engine, scene, depsgraph, view_layer, view, frames):
         self.frames = of_one_projection(scene, frames)
         self.folder = tempfile.mkdtemp(prefix="afterimage-")
-        self.render, self.next = None, 0
+        self.render, self.next, self.engine = None, 0, None
+        self.kept_at = None
+        """When it was kept for another still; None while it is at work."""
+        is_watched = not engine.is_animation and len(self.frames) > 1
+        ends_at_changes = not engine.is_animation or not scene.afterimage.hold
         try:
-            self.exported = export(engine, scene, depsgraph, view_layer, self.folder, self.frames, view)
+            self.exported = export(engine, scene, depsgraph, view_layer, self.folder, self.frames, view, ends_at_changes, is_watched)
+            self.frames = self.exported.frames
             self.module = renderer()
             self.scene = self.module.load(self.exported.path)
         except BaseException:
             self.close()
             raise
+        self.extra = extra_of(scene)
         objects = passes.numbered(self.exported.names)
         self.objects = objects + ([] if scene.render.film_transparent else ["background"])
 
@@ -156,18 +169,13 @@ class Job:
         number = scene.frame_current
         if self.render is None or self.next >= len(self.frames) or self.frames[self.next] != number:
             self.next = self.frames.index(number)
-            extra = {}
-            crop = crop_of(scene)
-            if crop:
-                extra["crop"] = crop
-            if scene.render.threads_mode == "FIXED":
-                extra["threads"] = scene.render.threads
 
             def progress(_frame, done):
                 self.engine.update_progress(done)
                 return not is_cancelled(self.engine)
 
-            self.render = iter(self.module.render(self.scene, frames=self.frames[self.next :], progress=progress, **extra))
+            frames = run_of(self.frames[self.next :])
+            self.render = iter(self.module.render(self.scene, frames=frames, progress=progress, **self.extra))
         self.engine = engine
         try:
             frame = next(self.render)
@@ -179,6 +187,21 @@ class Job:
         self.next += 1
         return frame
 
+    def is_worth_keeping(self):
+        """Returns true if there are frames that stills to come may want."""
+        return self.exported.noted is not None and self.next < len(self.frames)
+
+    def goes_on(self, engine, scene, depsgraph, view_layer, view):
+        """Returns true if the next frame of a job that was kept is the one at which the scene is, and shows what was exported for it."""
+        if engine.is_animation or self.frames[self.next] != scene.frame_current or self.extra != extra_of(scene):
+            return False
+        settings = settings_for(engine, scene, view_layer, self.frames, view, lambda message: None)
+        settings = dataclasses.replace(settings, ends_at_changes=True)
+        if unbound(settings) != unbound(self.exported.settings):
+            return False
+        with at_frame_of(engine, scene) as set_frame:
+            return self.exported.noted.is_still(scene, depsgraph, settings, scene.frame_current, set_frame)
+
     def close(self):
         """Ends the render and removes the shot."""
         self.render = None
@@ -186,27 +209,62 @@ class Job:
         shutil.rmtree(self.folder, ignore_errors=True)
 
 
-def export(engine, scene, depsgraph, view_layer, folder, frames, view=""):
-    """Exports frames through a render engine, which evaluates the scene as it is rendered. `view`: the engine's active one of several."""
-    messages = []
-    settings = settings_of(scene, view_layer, frames, messages.append)
+def extra_of(scene):
+    """What the renderer is told beside the shot."""
+    extra = {}
+    crop = crop_of(scene)
+    if crop:
+        extra["crop"] = crop
+    if scene.render.threads_mode == "FIXED":
+        extra["threads"] = scene.render.threads
+    return extra
+
+
+def unbound(settings):
+    """Settings without what belongs to one engine or job."""
+    return dataclasses.replace(settings, eye=None, frames=[], is_watched=True)
+
+
+def settings_for(engine, scene, view_layer, frames, view, warn):
+    """The export's settings through a render engine. `view`: the engine's active one of several."""
+    settings = settings_of(scene, view_layer, frames, warn)
     if view:
         # by the engine, which knows how far the eyes are apart and where they converge
-        eye = lambda camera: (engine.camera_model_matrix(camera), engine.camera_shift_x(camera))  # noqa: E731
-        settings = dataclasses.replace(settings, view=view, eye=eye)
-    elif scene.render.use_multiview:
-        messages.append("stereoscopy: the shot has the camera's own view alone")
+        def eye(camera):
+            return engine.camera_model_matrix(camera), engine.camera_shift_x(camera)
+
+        return dataclasses.replace(settings, view=view, eye=eye)
+    if scene.render.use_multiview:
+        warn("stereoscopy: the shot has the camera's own view alone")
+    return settings
+
+
+@contextlib.contextmanager
+def at_frame_of(engine, scene):
+    """Gives a function that evaluates the scene at a frame and a part of one, and goes back to where the scene is."""
+    current, part = scene.frame_current, scene.frame_subframe
+    try:
+        yield lambda frame, subframe: engine.frame_set(frame, subframe=subframe)
+    finally:
+        engine.frame_set(current, subframe=part)
+
+
+def export(engine, scene, depsgraph, view_layer, folder, frames, view="", ends_at_changes=False, is_watched=False):
+    """Exports frames through a render engine, which evaluates the scene as it is rendered.
+
+    `view`: the engine's active one of several. `ends_at_changes`, `is_watched`: see export.Settings.
+    """
+    messages = []
+    settings = settings_for(engine, scene, view_layer, frames, view, messages.append)
+    settings = dataclasses.replace(settings, ends_at_changes=ends_at_changes, is_watched=is_watched)
 
     def progress(share):
         engine.update_progress(share)
         engine.update_stats("", f"Afterimage | exporting motion, {share:.0%}")
         return not is_cancelled(engine)
 
-    current, part = scene.frame_current, scene.frame_subframe
-    try:
-        done = export_shot(scene, depsgraph, folder, settings, lambda frame, subframe: engine.frame_set(frame, subframe=subframe), progress)
-    finally:
-        engine.frame_set(current, subframe=part)
+    with at_frame_of(engine, scene) as set_frame:
+        done = export_shot(scene, depsgraph, folder, settings, set_frame, progress)
     done.warnings[:0] = messages
     for message in done.warnings:
         if message not in _told:
@@ -219,37 +277,79 @@ def export(engine, scene, depsgraph, view_layer, folder, frames, view=""):
 def job_of(engine, scene, depsgraph, view_layer, view):
     """The job at work for a scene, a view layer and a view, which begins with its first frame."""
     key = (scene.name_full, view_layer.name, view)
-    job = _jobs.get(key)
-    if job is None or scene.frame_current not in job.frames:
-        if job is not None:
-            job.close()
-            del _jobs[key]
-        job = _jobs[key] = Job(engine, scene, depsgraph, view_layer, view)
+    job, number = _jobs.get(key), scene.frame_current
+    if job is not None and job.kept_at is None and number in job.frames:
+        return job
+    stills = _stills.setdefault(key, Stills())
+    if engine.is_animation:
+        stills.forget()
+    else:
+        stills.note(number)
+    if job is not None:
+        is_expected = job.kept_at is not None and job.frames[job.next] == number
+        if job.kept_at is not None and job.goes_on(engine, scene, depsgraph, view_layer, view):
+            job.kept_at = None
+            return job
+        if is_expected and not engine.is_animation:
+            stills.miss()
+        job.close()
+        del _jobs[key]
+    frames = [frame for frame in frames_of(scene) if frame >= number] if engine.is_animation else stills.frames(scene)
+    job = _jobs[key] = Job(engine, scene, depsgraph, view_layer, view, frames if number in frames else [number])
     return job
+
+
+def begin(*_):
+    """Begins with a render: other jobs than those that are kept are over."""
+    _told.clear()
+    close_jobs(lambda job: job.kept_at is None)
+
+
+def complete(*_):
+    """Ends the jobs of a render, but for those that have frames of stills to come."""
+    _told.clear()
+    close_jobs(lambda job: job.kept_at is None and not job.is_worth_keeping())
+    for job in _jobs.values():
+        job.kept_at = job.kept_at or time.monotonic()
+    if _jobs and not bpy.app.timers.is_registered(release):
+        bpy.app.timers.register(release, first_interval=LONGEST_WAIT)
+
+
+def release():
+    """Ends jobs that nobody has wanted for a while. A timer calls it, as long as there are any."""
+    latest = time.monotonic() - LONGEST_WAIT
+    close_jobs(lambda job: job.kept_at is not None and job.kept_at <= latest and not bpy.app.is_job_running("RENDER"))
+    return LONGEST_WAIT if _jobs else None
 
 
 def end(*_):
     """Ends all jobs."""
-    for job in _jobs.values():
-        job.close()
-    _jobs.clear()
+    close_jobs(lambda job: True)
     _told.clear()
+    _stills.clear()
 
 
-HANDLERS = ("render_init", "render_complete", "render_cancel")
+def close_jobs(which):
+    """Ends some of the jobs."""
+    for key in [key for key, job in _jobs.items() if which(job)]:
+        _jobs.pop(key).close()
+
+
+HANDLERS = {"render_init": begin, "render_complete": complete, "render_cancel": end, "load_pre": end}
 
 
 def register():
     """Listens to the beginning and the end of render jobs."""
-    persistent = bpy.app.handlers.persistent(end)
-    for name in HANDLERS:
-        getattr(bpy.app.handlers, name).append(persistent)
+    for name, handler in HANDLERS.items():
+        getattr(bpy.app.handlers, name).append(bpy.app.handlers.persistent(handler))
+    atexit.register(end)
 
 
 def unregister():
     """Ends what is at work, and listens no more."""
     end()
-    for name in HANDLERS:
+    atexit.unregister(end)
+    for name, handler in HANDLERS.items():
         handlers = getattr(bpy.app.handlers, name)
-        if end in handlers:
-            handlers.remove(end)
+        if handler in handlers:
+            handlers.remove(handler)

@@ -1,7 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What shots have no tracks for, such as materials: it rests as it was when it was seen first, and is told if it does not in Blender."""
 
+import hashlib
+import os
+
 import numpy as np
+
+from .images import path_of
 
 PLAIN = {"BOOLEAN", "INT", "FLOAT", "ENUM", "STRING"}
 
@@ -19,12 +24,13 @@ class AtRest:
             if not alike(before.get(name), values.get(name)):
                 self.changed.setdefault(key, {}).setdefault(name)
 
-    def tell(self):
-        """Warns of what has changed, once for each subject."""
+    def tell(self, is_rendered_anew=False):
+        """Warns of what has changed, once for each subject. `is_rendered_anew`: a shot of its own shows what it has become."""
         for key, names in self.changed.items():
             subject, time, _ = self.first[key]
             of = f": its {' and '.join(names)}" if all(names) else ""
-            self.warnings.add(f"{subject}{of} {'are' if len(names) > 1 else 'is'} animated: frame {time:g} is shown")
+            shown = "frames in which it changes reuse nothing of those before" if is_rendered_anew else f"frame {time:g} is shown"
+            self.warnings.add(f"{subject}{of} {'are' if len(names) > 1 else 'is'} animated: {shown}")
 
 
 def alike(before, now):
@@ -53,21 +59,59 @@ def may_change(owner):
     return any(holder.animation_data for holder in (owner, *trees_of(owner)))
 
 
+def surroundings_of(world, time):
+    """What a world depends on beside its own values: where the objects are that it refers to, and the time, if it shows movies."""
+    nodes = [node for tree in trees_of(world) for node in tree.nodes]
+    places = [plain(row) for node in nodes if getattr(node, "object", None) for row in node.object.matrix_world]
+    return [*places, time] if any(node.image.source in {"MOVIE", "SEQUENCE"} for node in nodes if getattr(node, "image", None)) else places
+
+
 def values_of(owner):
     """All that nodes of a material or world are set to, or its own settings without nodes, as one list."""
     found = []
     for tree in trees_of(owner):
         for node in tree.nodes:
-            found.append(settings_of(node))
+            found.append(settings_of(node, OF_EDITORS))
             found += [plain(entry.default_value) for entry in (*node.inputs, *node.outputs) if hasattr(entry, "default_value")]
             if node.type == "VALTORGB":
                 found += [[element.position, *element.color] for element in node.color_ramp.elements]
+            if getattr(node, "mapping", None):
+                found += [plain(point.location) for curve in node.mapping.curves for point in curve.points]
     return found or settings_of(owner)
 
 
-def settings_of(data):
+OF_EDITORS = {"location", "location_absolute", "width", "height", "dimensions", "select", "hide", "color", "use_custom_color", "label", "warning_propagation"}
+"""Settings of nodes that say how editors draw them, beside those that begin with `show_`."""
+
+
+def settings_of(data, but=frozenset()):
     """Values of a struct of Blender's."""
-    return [plain(getattr(data, entry.identifier)) for entry in data.bl_rna.properties if entry.type in PLAIN and not entry.is_readonly]
+    names = [entry.identifier for entry in data.bl_rna.properties if entry.type in PLAIN and not entry.is_readonly]
+    return [plain(getattr(data, name)) for name in names if name not in but and not name.startswith("show_")]
+
+
+def state_of(owner):
+    """All that the nodes of a material or world show depends on, as text: what they are set to, their links and their pictures."""
+    of_cycles = getattr(owner, "cycles_visibility", None)
+    found = [values_of(owner), settings_of(of_cycles) if of_cycles else []]
+    for tree in trees_of(owner):
+        ends = [(link.from_node.name, link.from_socket.identifier, link.to_node.name, link.to_socket.identifier, link.is_muted) for link in tree.links]
+        found.append([[(node.name, node.bl_idname) for node in tree.nodes], sorted(ends)])
+        found.append([state_of_image(node.image) for node in tree.nodes if getattr(node, "image", None)])
+    return repr(found)
+
+
+def state_of_image(image):
+    """What tells whether an image is the one that it was."""
+    path = path_of(image)
+    status = os.stat(path) if os.path.isfile(path) else None
+    saved = (path, status.st_size, status.st_mtime_ns) if status else path
+    painted = ""
+    if image.is_dirty:
+        pixels = np.empty(len(image.pixels), dtype=np.float32)
+        image.pixels.foreach_get(pixels)
+        painted = hashlib.blake2b(pixels.data, digest_size=16).hexdigest()
+    return [image.name_full, settings_of(image), image.colorspace_settings.name, saved, painted, [len(packed.data) for packed in image.packed_files]]
 
 
 def plain(value):

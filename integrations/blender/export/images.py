@@ -72,7 +72,7 @@ class Images:
 
     def is_plain(self, image, colorspace):
         """Returns true if the file itself means what the nodes mean: it need only be copied."""
-        path = self.path_of(image)
+        path = path_of(image)
         return (
             image.source == "FILE"
             and not image.packed_file
@@ -81,13 +81,6 @@ class Images:
             and path.lower().endswith(READ_AS_THEY_ARE)
             and os.path.isfile(path)
         )
-
-    @staticmethod
-    def path_of(image):
-        """The file of an image, wherever the library lies that it comes from."""
-        import bpy
-
-        return os.path.normpath(bpy.path.abspath(image.filepath_raw, library=image.library)) if image.filepath_raw else ""
 
     def _target(self, name, ending):
         """A name in the folder that no other picture has, relative to the shot."""
@@ -99,11 +92,15 @@ class Images:
 
     def copy(self, image):
         """Copies the file of an image, and returns its name relative to the shot."""
-        source = self.path_of(image)
+        source = path_of(image)
         if source not in self.sources:
             stem, ending = os.path.splitext(os.path.basename(source))
             target = self._target(stem, ending.lower())
-            shutil.copyfile(source, os.path.join(self.folder, target))
+            path = os.path.join(self.folder, target)
+            # a picture may lie there already: that of a scene beside its shot. Never truncated, for Blender may be reading it
+            if not (os.path.exists(path) and os.path.samefile(source, path)):
+                with open(source, "rb") as picture:
+                    files.whole(path, lambda file: shutil.copyfileobj(picture, file))
             self.sources[source] = target
         return self.sources[source]
 
@@ -129,6 +126,13 @@ class Images:
         light = np.nan_to_num(np.clip(pixels[:, :, :3], 0, 1e30), nan=0.0, posinf=1e30)
         files.write_exr(os.path.join(self.folder, target), np.ascontiguousarray(light[::-1], dtype="<f4"))
         return target
+
+
+def path_of(image):
+    """The file of an image, wherever the library lies that it comes from."""
+    import bpy
+
+    return os.path.normpath(bpy.path.abspath(image.filepath_raw, library=image.library)) if image.filepath_raw else ""
 
 
 def safe(name):

@@ -1,10 +1,14 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Materials: surfaces to [[material]] tables and their pictures."""
 
+from dataclasses import fields
+
 import numpy as np
 
 from . import toml
+from .at_rest import values_of
 from .images import safe
+from .meshes import digest_of
 from .nodes import Evaluator, alike, constant
 from .surfaces import BLENDED, Surface, surface_of
 
@@ -31,24 +35,38 @@ class Materials:
         if material:
             self.seen[key] = material.original
         if key not in self.read:
-            evaluator = Evaluator(self.images)
-            if material is None:
-                surface = Surface()
-            else:
-                try:
-                    surface = surface_of(evaluator, material)
-                except (AttributeError, IndexError, KeyError, TypeError, ValueError, RuntimeError) as error:
-                    # a node of an unknown version must not end the export
-                    surface = Surface()
-                    evaluator.said = [f"cannot be read ({type(error).__name__}: {error}) and is shown in grey"]
-                if evaluator.asked:
-                    self._probe(material, surface, evaluator)
-            self.read[key] = (surface, evaluator)
+            self.read[key] = self._read(material)
         return self.read[key]
+
+    def _read(self, material):
+        """Reads the surface of a material, as it is now."""
+        evaluator = Evaluator(self.images)
+        if material is None:
+            return Surface(), evaluator
+        try:
+            surface = surface_of(evaluator, material)
+        except (AttributeError, IndexError, KeyError, TypeError, ValueError, RuntimeError) as error:
+            # a node of an unknown version must not end the export
+            surface = Surface()
+            evaluator.said = [f"cannot be read ({type(error).__name__}: {error}) and is shown in grey"]
+        if evaluator.asked:
+            self._probe(material, surface, evaluator)
+        return surface, evaluator
+
+    def shown(self, material):
+        """What is shown of a material as it is now, as one list to compare. What is replaced by a constant is no change."""
+        surface, evaluator = self._read(material)
+        found = [summary(getattr(surface, each.name)) for each in fields(surface)]
+        found.append([evaluator.uv[0], summary(evaluator.uv[1])] if evaluator.uv else [])
+        return [*found, values_of(material)] if evaluator.painted else found
 
     def originals(self):
         """All materials that were asked for, as they are saved: those that are evaluated do not outlive a frame."""
-        return self.seen.values()
+        return list(self.seen.values())
+
+    def forget(self):
+        """Forgets what surfaces are like, so that they are read again."""
+        self.read.clear()
 
     def _probe(self, material, surface, evaluator):
         """Finds out what depends on colour attributes: how a surface with others differs. The base colour alone may."""
@@ -244,6 +262,15 @@ class Materials:
                 values["norm"] = self.images.copy(image)
             else:
                 values["norm"] = self.images.write_numbers(f"{name} normal", surface.normal)
+
+
+def summary(value):
+    """Numbers as a list, and a digest of pictures."""
+    if isinstance(value, tuple):
+        return [summary(each) for each in value]
+    if not isinstance(value, np.ndarray):
+        return "" if value is None else value
+    return value.ravel().tolist() if value.size <= 9 else digest_of(value).hex()
 
 
 def is_soft(alpha):

@@ -22,6 +22,9 @@ class Stored:
         self.folder, self.first, self.last_time = None, time, time
         self.scale = users_scale
         self.shapes, self.pending, self.deforms = None, 0, False
+        self.key, self.watched = None, {}
+        if store.is_watched:
+            self.watch(time, geometry.positions)
         self.bounds = geometry.positions.min(axis=0), geometry.positions.max(axis=0)
 
     @functools.cached_property
@@ -29,8 +32,31 @@ class Stored:
         """Lowest and highest coordinates of all triangles, (3, triangles) each."""
         return meshes.boxes_of(self.geometry)
 
+    def watch(self, time, positions):
+        """Notes a digest of the shape at a time."""
+        self.watched[time] = meshes.digest_of(positions)
+
+    def shape_at(self, time):
+        """Digest of the shape at a time; a mesh that was not looked at again has its first one."""
+        return self.watched.get(time) or self.watched[self.first]
+
+    @functools.cached_property
+    def looks(self):
+        """Digest of what is no shape: faces, their materials, texture coordinates, colours."""
+        geometry = self.geometry
+        tables = [values for table in (geometry.uvs, geometry.colors) for _, values in sorted(table.items())]
+        names = repr([material.name_full if material else "" for material in self.materials])
+        return geometry.topology + meshes.digest_of(np.frombuffer(names.encode(), dtype=np.uint8), geometry.slots, *tables)
+
+    @functools.cached_property
+    def normals(self):
+        """Digest of the normals of the first shape."""
+        return meshes.digest_of(self.geometry.normals)
+
     def add_shape(self, time, positions):
         """Notes the shape at a later time."""
+        if self.store.is_watched:
+            self.watch(time, positions)
         same = np.array_equal(positions, self.last_positions if self.deforms else self.geometry.positions)
         if not self.deforms and same:
             self.pending += 1
@@ -135,8 +161,18 @@ def with_values(all_values, values, at, count, default):
     return all_values
 
 
+def has_handlers():
+    """Returns true if something listens to changes of frames: it may change meshes, and may count on frames coming in order."""
+    import bpy
+
+    return bool(bpy.app.handlers.frame_change_pre or bpy.app.handlers.frame_change_post)
+
+
 class MeshStore:
     """All meshes of an export."""
+
+    is_watched = False
+    """True if what each frame shows is noted: see glance.py."""
 
     def __init__(self, folder, materials, step, warnings):
         self.folder, self.materials, self.step, self.warnings = folder, materials, step, warnings
@@ -172,6 +208,8 @@ class MeshStore:
             count = self.counts[owner] = self.counts.get(owner, -1) + 1
             key = (*owner, count)
             found = self.known[key] = self._read(instance, item, materials, self.known.get(key))
+        if found is not None:
+            found.key = key
         self.here[pointer] = found
         return found
 
@@ -180,10 +218,11 @@ class MeshStore:
         """Returns true if nothing can change the mesh: all objects with its data show the same at all times."""
         original = item.original
         data = original.data
-        if item.type != "MESH" or data is None or original.modifiers or data.is_editmode:
+        if item.type != "MESH" or original.type != "MESH" or data is None or original.modifiers or data.is_editmode or has_handlers():
             return False
-        # geometry nodes make meshes of their own, whose originals are not those of the object
-        if item.data.original is None or item.data.original.as_pointer() != data.as_pointer():
+        # geometry nodes make meshes of their own, whose originals are not those of the object; Blender 5 says of all that they are their own originals
+        known = {data.as_pointer(), item.data.as_pointer()}
+        if item.data.original is None or item.data.original.as_pointer() not in known or item.data.name != data.name:
             return False
         return not data.shape_keys and not data.animation_data and not item.is_instancer
 

@@ -28,7 +28,6 @@ class Geometry:
     topology: bytes
     """Digest of everything but positions: two times of one digest may be shapes of one mesh."""
 
-
     @property
     def corners(self):
         """Number of corners."""
@@ -57,6 +56,14 @@ def topology_of(mesh):
     digest.update(np.array([len(mesh.vertices), len(mesh.loops), len(mesh.polygons)]).tobytes())
     digest.update(read_array(mesh.loops, "vertex_index", 1, np.int32).tobytes())
     digest.update(read_array(mesh.polygons, "loop_total", 1, np.int32).tobytes())
+    return digest.digest()
+
+
+def digest_of(*arrays):
+    """Digest of arrays, of which any may be None."""
+    digest = hashlib.blake2b(digest_size=16)
+    for array in arrays:
+        digest.update(b"-" if array is None else np.ascontiguousarray(array).data)
     return digest.digest()
 
 

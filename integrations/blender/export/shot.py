@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from . import camera, lights, toml
+from .glance import Noted
 from .images import Images
 from .materials import Materials
 from .mesh_store import MeshStore
@@ -37,6 +38,10 @@ class Settings:
     view: str = ""
     """One view of several, such as that of the left eye, whose place `eye` tells: see camera.key_of."""
     eye: object = None
+    ends_at_changes: bool = False
+    """True if the shot is to end before the first frame in which something has changed that shots have no tracks for."""
+    is_watched: bool = False
+    """True if it is to be noted what each frame shows."""
 
 
 @dataclass
@@ -47,10 +52,15 @@ class Exported:
     """The shot file."""
     parts: tuple
     """Its text before the camera and behind it."""
+    frames: list
+    """Those of it that the shot has: all, unless it ends at changes."""
     names: list
     """Names of models, and of materials, in the shot."""
     materials: list
     warnings: list
+    settings: Settings
+    noted: Noted | None
+    """What frames show, if that is watched."""
 
 
 def export_shot(scene, depsgraph, folder, settings, set_frame, progress):
@@ -68,9 +78,11 @@ def export_shot(scene, depsgraph, folder, settings, set_frame, progress):
     times = times_of(settings.frames, settings.shutter)
     step = 1 / STEPS_A_FRAME if settings.shutter else step_of(times)
     store = MeshStore(folder, materials, step, warnings)
+    store.is_watched = settings.is_watched
     try:
         walk = Walk(scene, depsgraph, store, settings, warnings)
         walk.over(times, set_frame, lambda share: progress(share * 0.8))
+        noted = Noted.of(walk) if settings.is_watched else None
         cameras = camera.tables(walk.camera_keys, warnings)
         text = walk.world + lights.tables(walk.light_tracks())
         models, names = model_tables(walk, warnings, lambda share: progress(0.8 + share * 0.2))
@@ -79,14 +91,13 @@ def export_shot(scene, depsgraph, folder, settings, set_frame, progress):
             models = [empty_model()]
             materials.use(None)
         text += [materials.tables[name] for name in materials.tables] + models
-    except BaseException:
+    finally:
         store.abandon()
-        raise
     from .files import whole
 
-    parts = head(scene, settings), "\n".join(part for part in text if part)
+    parts = head(scene, settings, walk.frames), "\n".join(part for part in text if part)
     whole(shot, lambda file: file.write("\n".join([parts[0], *cameras, parts[1]]).encode()))
-    return Exported(shot, parts, names, list(materials.tables), list(warnings))
+    return Exported(shot, parts, walk.frames, names, list(materials.tables), list(warnings), settings, noted)
 
 
 def with_camera(parts, projection, key):
@@ -101,17 +112,23 @@ def step_of(times):
 
 def frame_range(frames):
     """Frames as [render] has them."""
-    return ",".join(str(frame) for frame in frames) if not is_run(frames) else f"{frames[0]}-{frames[-1]}"
+    run = run_of(frames)
+    if len(frames) == 1 or not isinstance(run, range):
+        return ",".join(map(str, frames))
+    ends = f"{run[0]}{'-' if run[0] >= 0 else ':'}{run[-1]}"
+    return ends if run.step == 1 else f"{ends}x{run.step}"
 
 
-def is_run(frames):
-    """Returns true if the frames follow each other, and there are two of them at least."""
-    return len(frames) > 1 and frames == list(range(frames[0], frames[-1] + 1)) and frames[0] >= 0
+def run_of(frames):
+    """Frames as a range if they follow each other in even steps: each is then made of the one before, and not of those between as well."""
+    step = frames[1] - frames[0] if len(frames) > 1 else 1
+    run = range(frames[0], frames[-1] + 1, step)
+    return run if list(run) == list(frames) else frames
 
 
-def head(scene, settings):
-    """The file's beginning."""
-    keys = {"size": list(settings.size), "frames": frame_range(sorted(settings.frames)), **settings.render}
+def head(scene, settings, frames):
+    """The beginning of the file of these frames."""
+    keys = {"size": list(settings.size), "frames": frame_range(frames), **settings.render}
     if settings.rate is not None:
         keys["rate"] = settings.rate
     parts = [toml.table("# Exported from Blender", {"title": scene.name}), toml.table("[render]", keys)]

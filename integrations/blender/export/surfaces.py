@@ -64,9 +64,12 @@ def surface_of(evaluator, material):
 
 def behind(evaluator, node, name):
     """The surface of a shader input of a node, by its name or number."""
-    with evaluator.source(node.inputs[name]) as (source, _):
+    with evaluator.source(node.inputs[name]) as (source, output):
         if source is None:
             return Surface(base=constant(0.0, 0.0, 0.0), specular=constant(0.0))
+        if output.type != "SHADER":
+            # as Cycles reads it
+            return Surface(base=constant(0.0, 0.0, 0.0), specular=constant(0.0), emission=color(evaluator.output(source, output)))
         method = SHADERS.get(source.type)
         if method is None:
             evaluator.say(f"shader `{source.name}` ({source.bl_label}) is shown as matt grey")
@@ -240,6 +243,29 @@ def add(evaluator, node):
             return rest
     evaluator.say("of two added shaders the mean is shown")
     return blend(first, second, constant(0.5))
+
+
+def light_of(evaluator, socket):
+    """The light of a shader input of a world; None if it is no background, no mix of some and no colour."""
+    with evaluator.source(socket) as (node, output):
+        if node is None:
+            return constant(0.0, 0.0, 0.0)
+        if output.type != "SHADER":
+            return color(evaluator.output(node, output))
+        if node.mute:
+            return None
+        if node.type in {"BACKGROUND", "EMISSION"}:
+            light, strength = alike(color(evaluator.input(node, "Color")), evaluator.input(node, "Strength"))
+            return light * strength
+        if node.type not in {"MIX_SHADER", "ADD_SHADER"}:
+            return None
+        parts = [light_of(evaluator, entry) for entry in list(node.inputs)[-2:]]
+        if any(part is None for part in parts):
+            return None
+        if node.type == "ADD_SHADER":
+            return np.add(*alike(*parts))
+        share, one, other = alike(np.clip(evaluator.input(node, 0), 0, 1), *parts)
+        return one * (1 - share) + other * share
 
 
 SHADERS = {

@@ -37,6 +37,8 @@ class Visibility:
         """Tells what of a light is not shown."""
         hidden = [RAYS[key] for key in ("visible_diffuse", "visible_glossy", "visible_transmission") if not getattr(item, key)]
         said = [f"it is hidden from {' and '.join(hidden)} rays in Blender, and rays of all kinds see it here"] if hidden else []
+        if item.visible_camera and has_size(item.data):
+            said.append("the camera does not see it here, as it does in Blender")
         if not item.data.use_shadow:
             said.append("it casts shadows here")
         linking = getattr(item, "light_linking", None)
@@ -60,3 +62,8 @@ class Visibility:
                 self.warnings.add(f"object `{item.name}` is a holdout in Blender: it is shown as itself")
             self.indirect[name] = original.indirect_only_get(view_layer=self.layer)
         return self.indirect[name]
+
+
+def has_size(data):
+    """Returns true if a light can be seen by its size."""
+    return data.type == "AREA" or (data.type in {"POINT", "SPOT"} and data.shadow_soft_size > 0)

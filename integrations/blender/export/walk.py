@@ -6,12 +6,13 @@ import math
 import numpy as np
 
 from . import camera as cameras
-from . import lights, world
-from .at_rest import AtRest, may_change, values_of
+from . import lights
+from .at_rest import AtRest, may_change, state_of, surroundings_of, values_of
 from .camera import TO_Y_UP
 from .clipping import Clipping
 from .visibility import Visibility
 from .warnings import Cancelled, ExportError
+from .world import World
 
 STEPS_A_FRAME = 4
 """Places of what moves in each frame with motion blur. They are evenly spaced, as samples of point caches must be."""
@@ -62,8 +63,11 @@ class Walk:
     def __init__(self, scene, depsgraph, meshes, settings, warnings):
         self.scene, self.depsgraph, self.meshes = scene, depsgraph, meshes
         self.settings, self.warnings = settings, warnings
+        self.frames = sorted(settings.frames)
+        self.whole = set(self.frames)
         self.placed, self.lights, self.camera_keys, self.times = {}, {}, [], []
         self.world, self.rest, self.clipping = None, AtRest(warnings), Clipping(warnings)
+        self.states, self.settled = {}, {}
         self.layer = depsgraph.view_layer
         self.visibility = Visibility(self.layer, warnings)
 
@@ -75,14 +79,29 @@ class Walk:
                 raise Cancelled()
             set_frame(whole, time - whole)
             self.at(time, lambda share=share: progress(share))
-        self.rest.tell()
+            if self.settings.ends_at_changes and self.rest.changed:
+                self._end_before(time)
+                break
+        self.rest.tell(self.settings.ends_at_changes)
         self.clipping.tell()
         return self
+
+    def _end_before(self, time):
+        """Forgets the frames from a time on, and what no other frame needs."""
+        self.frames = [frame for frame in self.frames if frame < time]
+        kept = set(times_of(self.frames, self.settings.shutter))
+        self.times = [each for each in self.times if each in kept]
+        self.camera_keys = [key for key in self.camera_keys if key[0] in kept]
 
     def at(self, time, goes_on):
         """Notes the scene as it is now. `goes_on()` returns false to cancel."""
         self.times.append(time)
-        self._world(time, goes_on)
+        # what has no tracks is as it is at frames, and not as it is when the shutter opens
+        is_frame = time in self.whole
+        if time == self.frames[0]:
+            self.meshes.materials.forget()
+        if is_frame:
+            self._world(time, goes_on)
         override = self.layer.material_override
         self.meshes.override = override and override.evaluated_get(self.depsgraph)
         self.camera_keys.append((time, *self._camera(time)))
@@ -103,19 +122,41 @@ class Walk:
         if self.settings.camera is None:
             camera = self._camera_at(time).evaluated_get(self.depsgraph)
             self.clipping.see(camera, self.settings.size, self.placed.values(), time)
-        for material in self.meshes.materials.originals():
+        if is_frame:
+            self._materials(time)
+
+    def _materials(self, time):
+        """Notes what materials are like at a frame."""
+        materials = self.meshes.materials
+        for material in materials.originals():
+            evaluated = material.evaluated_get(self.depsgraph)
+            materials.surface(evaluated)
             if may_change(material):
-                self.rest.see(material.name_full, f"material `{material.name}`", time, {"": values_of(material.evaluated_get(self.depsgraph))})
+                self.rest.see(material.name_full, f"material `{material.name}`", time, {"": materials.shown(evaluated)})
+            if self.meshes.is_watched:
+                self._watch(time, evaluated, may_change(material))
 
     def _world(self, time, goes_on):
         """Notes the world. The original does not change from frame to frame. A view layer may have another one, or none."""
         found = (getattr(self.layer, "world_override", None) or self.scene.world) if self.layer.use_sky else None
         found = found and found.evaluated_get(self.depsgraph)
-        if self.world is None:
-            settings, images = self.settings, self.meshes.materials.images
-            self.world = world.tables(found, images, not settings.transparent, settings.exposure, self.warnings, goes_on)
-        if found and may_change(found):
-            self.rest.see(None, f"world `{found.name}`", time, {"": values_of(found)})
+        settings, images = self.settings, self.meshes.materials.images
+        if self.world is None and images:
+            self.world = World(images, not settings.transparent, settings.exposure, time, goes_on).tables(found, self.warnings)
+        if found:
+            around = surroundings_of(found, time)
+            if around or may_change(found):
+                self.rest.see(None, f"world `{found.name}`", time, {"": [*values_of(found), *around]})
+            if self.meshes.is_watched:
+                self._watch(time, found, may_change(found))
+                self.states[time].append(around)
+
+    def _watch(self, time, owner, changes):
+        """Notes all that a material or world is at a frame, once where nothing changes it."""
+        name = (type(owner).__name__, owner.name_full)
+        state = state_of(owner) if changes or name not in self.settled else self.settled[name]
+        self.settled[name] = state
+        self.states.setdefault(time, []).append([name, state])
 
     def _camera(self, time):
         """Name of the camera, its projection, and the values of its key."""
@@ -150,8 +191,12 @@ class Walk:
         if found:
             self.visibility.light(instance.object)
             fixed, values = found
-            self.rest.see(key, lights.subject_of(instance.object), time, lights.at_rest(fixed))
-            self.lights.setdefault(key, (fixed, {}))[1][time] = values
+            if time in self.whole:
+                self.rest.see(key, lights.subject_of(instance.object), time, lights.at_rest(fixed))
+            track = self.lights.setdefault(key, [fixed, {}])
+            if time == self.frames[0]:
+                track[0] = fixed
+            track[1][time] = values
 
     def _mesh(self, time, instance, item, seen):
         if not self.visibility.of(item) or (instance.is_instance and not self.visibility.of(instance.parent)):

@@ -1,32 +1,180 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The world: a colour, a picture all around, or a sky."""
+"""The world: a colour, a picture all around, a sky, or whatever else its nodes make, as Cycles bakes it."""
 
 import math
 
 import numpy as np
 
-from . import sky_bake, toml
+from . import toml, world_bake
+from .at_rest import state_of, surroundings_of, trees_of
+from .images import path_of
 from .nodes import Evaluator, constant
+from .surfaces import light_of
 
 
-def tables(world, images, visible, exposure, warnings, goes_on=lambda: True):
-    """[background] and [environment] of a scene's world, which is brighter by the factor `exposure`."""
-    if world is None:
-        return []
-    evaluator = Evaluator(images)
-    light = constant(*world.color) if not world.use_nodes or not world.node_tree else None
-    try:
-        out = [uniform(light * exposure)] if light is not None else of_tree(world, evaluator, images, visible, exposure, goes_on)
-    except (AttributeError, IndexError, KeyError, TypeError, ValueError) as error:
-        evaluator.say(f"cannot be read ({type(error).__name__}: {error}), and is black")
-        out = []
-    warnings.add_for(f"world `{world.name}`", evaluator.said)
-    return out
+class World:
+    """Reads the world of one time. `exposure` is a factor on all of its light."""
+
+    def __init__(self, images, visible, exposure, time=1.0, goes_on=lambda: True):
+        self.images, self.visible, self.exposure = images, visible, exposure
+        self.time, self.goes_on = time, goes_on
+        self.evaluator = Evaluator(images)
+        self.is_seen, self.lights = True, True
+        """What its settings of ray visibility say: whether the camera sees it, and whether it lights anything."""
+
+    def tables(self, world, warnings):
+        """[background], [environment] and the suns of a scene's world."""
+        if world is None:
+            return []
+        try:
+            self._visibility(world)
+            if world.use_nodes and world.node_tree:
+                out = self._of_tree(world)
+            else:
+                out = self._uniform(constant(*world.color) * self.exposure, None if self.is_seen else BLACK)
+        except (AttributeError, IndexError, KeyError, TypeError, ValueError) as error:
+            self.evaluator.say(f"cannot be read ({type(error).__name__}: {error}), and is black")
+            out = []
+        warnings.add_for(f"world `{world.name}`", self.evaluator.said)
+        return out
+
+    def _visibility(self, world):
+        """Reads which rays see the world."""
+        of_cycles = getattr(world, "cycles_visibility", None)
+        self.is_seen = getattr(of_cycles, "camera", True)
+        hidden = [kind for kind in ("diffuse", "glossy", "transmission") if not getattr(of_cycles, kind, True)]
+        self.lights = len(hidden) < 3
+        if hidden and self.lights:
+            self.evaluator.say(f"it is hidden from {' and '.join(hidden)} rays in Blender, and rays of all kinds see it here")
+
+    def _of_tree(self, world):
+        outputs = [node for node in world.node_tree.nodes if node.type == "OUTPUT_WORLD" and node.target in {"ALL", "CYCLES"}]
+        outputs.sort(key=lambda node: not node.is_active_output)
+        if not outputs:
+            return []
+        if outputs[0].inputs["Volume"].is_linked:
+            self.evaluator.say("its volume is left out")
+        found = self._plain(outputs[0].inputs["Surface"])
+        return self._baked(world) if found is None else found
+
+    def _exactly(self, read):
+        """What `read` returns, if nothing was replaced for it; None otherwise."""
+        before = len(self.evaluator.said)
+        value = read()
+        if len(self.evaluator.said) == before:
+            return value
+        del self.evaluator.said[before:]
+        return None
+
+    def _plain(self, surface):
+        """The tables of a world that needs no bake: a colour, a picture or a sky, and for the camera maybe another colour. None for others."""
+        evaluator = self.evaluator
+        with evaluator.source(surface) as (node, _):
+            if node and node.type == "MIX_SHADER" and not node.mute:
+                with evaluator.source(node.inputs[0]) as (factor, output):
+                    is_of_camera = factor and factor.type == "LIGHT_PATH" and output.name == "Is Camera Ray"
+                if is_of_camera:
+                    # the common set-up: what the camera sees differs from what lights
+                    seen = self._even(node.inputs[2]) if self.is_seen else BLACK
+                    return None if seen is None else self._of_shader(node.inputs[1], seen)
+        return self._of_shader(surface, None if self.is_seen else BLACK)
+
+    def _even(self, socket):
+        """The colour of a shader input that is the same all around; None of others."""
+        light = self._exactly(lambda: light_of(self.evaluator, socket))
+        return light * self.exposure if light is not None and light.shape[:2] == (1, 1) else None
+
+    def _of_shader(self, socket, seen):
+        """The tables of what is linked to a shader input, or None. `seen`: the colour that the camera sees instead, or None."""
+        light, evaluator = self._even(socket), self.evaluator
+        if light is not None:
+            return self._uniform(light, seen)
+        with evaluator.source(socket) as (node, _):
+            if node.type not in {"BACKGROUND", "EMISSION"} or node.mute:
+                return None
+            strength = self._exactly(lambda: evaluator.input(node, "Strength"))
+            if strength is None or strength.shape[:2] != (1, 1):
+                return None
+            factor = max(0.0, float(strength.mean()) * self.exposure)
+            with evaluator.source(node.inputs["Color"]) as (source, _):
+                if source.mute:
+                    return None
+                if source.type == "TEX_ENVIRONMENT":
+                    return self._picture(source, factor, seen)
+                if source.type == "TEX_SKY" and not any(entry.is_linked for entry in source.inputs):
+                    return self._map("sky", world_bake.of_sky(source, self.goes_on), factor, seen)
+        return None
+
+    def _uniform(self, light, seen):
+        """A world of one colour, nothing where it is black. `seen`: another colour that the camera sees, or None."""
+        if seen is None or np.allclose(seen, light, rtol=1e-3, atol=1e-5):
+            return [background(light), *(["[environment]\n"] if self.lights else [])] if float(light.max()) > 0 else []
+        if not self.lights or float(light.max()) <= 0:
+            return [background(seen)]
+        name = self.images.write_light("world", np.broadcast_to(light.reshape(-1)[:3], (2, 4, 3)))
+        return [background(seen), toml.table("[environment]", {"map": name, "visible": False})]
+
+    def _environment(self, name, strength, seen, rotation=-90.0):
+        """A picture all around. `seen`: a colour that the camera sees instead, or None."""
+        if not self.lights:
+            self.evaluator.say("it lights nothing in Blender: here a picture is not seen without")
+        keys = {"map": name, "rotation": rotation, "power": strength, "visible": self.visible and seen is None}
+        return [*([] if seen is None else [background(seen)]), toml.table("[environment]", keys)]
+
+    def _picture(self, node, strength, seen):
+        """An equirectangular picture, which may be turned about Z. None if there is more to it."""
+        missing = constant(1.0, 0.0, 1.0) * strength
+        if node.image is None:
+            self.evaluator.say("its environment texture has no image")
+            return self._uniform(missing, seen)
+        turn = self._exactly(lambda: turn_of(self.evaluator, node.inputs["Vector"]))
+        if turn is None or node.projection != "EQUIRECTANGULAR" or node.image.source in {"MOVIE", "SEQUENCE"}:
+            return None
+        pixels = self.images.pixels(node.image)
+        if pixels is None:
+            return self._uniform(missing, seen)
+        plain = path_of(node.image).lower().endswith(".hdr") and node.image.source == "FILE" and not node.image.packed_file and not node.image.is_dirty
+        name = self.images.copy(node.image) if plain else self.images.write_light(node.image.name, pixels)
+        return self._environment(name, strength, seen, -90.0 - turn)
+
+    def _map(self, name, baked, strength, seen):
+        """A picture that Cycles has made, and its suns as lights."""
+        out = self._environment(self.images.write_light(name, baked.light), strength, seen)
+        for sun in baked.suns:
+            top = float(sun.light.max())
+            if top > 0:
+                self.evaluator.say("the sun of its sky is a light: the camera does not see its disk")
+                x, y, z = sun.toward.tolist()
+                light = {"type": "directional", "name": "Sun of the sky", "direction": [-x, -z, y], "angle": math.degrees(sun.angle)}
+                # a white surface shows the radiance that the renderer calls a power
+                out.append(toml.table("[[light]]", {**light, "color": (sun.light / top).tolist(), "power": top * strength, "samples": 4}))
+        return out
+
+    def _baked(self, world):
+        """A world that Cycles has to bake."""
+        self._tell_what_bakes_lack(world)
+        baked = world_bake.of_world(world, repr([state_of(world), surroundings_of(world, self.time)]), self.time, self.goes_on)
+        light, seen = even(baked.light), None if baked.seen is None else even(baked.seen)
+        seen = seen if self.is_seen else BLACK
+        if light is not None and baked.suns == [] and (baked.seen is None or seen is not None):
+            return self._uniform(light * self.exposure, seen if seen is None else seen * self.exposure)
+        if seen is not None:
+            return self._map(world.name, baked, self.exposure, seen * self.exposure)
+        if baked.seen is not None and not np.allclose(baked.seen, baked.light, rtol=1e-2, atol=1e-4):
+            self.evaluator.say("what the camera sees of it is no plain colour: it sees what lights")
+        return self._map(world.name, baked, self.exposure, None)
+
+    def _tell_what_bakes_lack(self, world):
+        """Tells what differs where Cycles bakes a world by itself."""
+        for tree in trees_of(world):
+            for node in tree.nodes:
+                if getattr(node, "image", None) and node.image.is_dirty:
+                    self.evaluator.say(f"image `{node.image.name}` is shown as it was saved last: save or pack it")
+                if node.type == "TEX_COORD" and any(node.outputs[name].is_linked for name in ("Camera", "Window")):
+                    self.evaluator.say("coordinates of the camera are those of one that looks along X")
 
 
-def uniform(light):
-    """A world of one colour; nothing where it is black."""
-    return background(light) + "[environment]\n" if float(light.max()) > 0 else ""
+BLACK = constant(0.0, 0.0, 0.0)
 
 
 def background(light):
@@ -34,111 +182,26 @@ def background(light):
     return toml.table("[background]", {"color": np.clip(light.reshape(-1)[:3], 0, 60000).tolist()})
 
 
-def unlike(light, seen, images):
-    """A world of one colour, and another one that the camera sees."""
-    name = images.write_light("world", np.broadcast_to(light.reshape(-1)[:3], (2, 4, 3)))
-    return background(seen) + toml.table("[environment]", {"map": name, "visible": False})
+def even(pixels):
+    """The colour of a picture that is one colour all over; None of others."""
+    low, high = pixels.min(axis=(0, 1)), pixels.max(axis=(0, 1))
+    return constant(*pixels.mean(axis=(0, 1))) if (high - low).max() <= 1e-4 * max(float(high.max()), 1e-6) else None
 
 
-def of_tree(world, evaluator, images, visible, exposure, goes_on):
-    """The tables of a world's node tree."""
-    outputs = [node for node in world.node_tree.nodes if node.type == "OUTPUT_WORLD"]
-    outputs.sort(key=lambda node: not node.is_active_output)
-    if not outputs:
-        return []
-    if outputs[0].inputs["Volume"].is_linked:
-        evaluator.say("its volume is left out")
-    surface, seen = outputs[0].inputs["Surface"], None
-    with evaluator.source(surface) as (node, _):
-        if node and node.type == "MIX_SHADER":
-            with evaluator.source(node.inputs[0]) as (factor, output):
-                is_of_camera = factor and factor.type == "LIGHT_PATH" and output.name == "Is Camera Ray"
-            surface = node.inputs[1]
-            if is_of_camera:
-                # the common set-up: what the camera sees differs from what lights
-                seen = even_light(evaluator, node.inputs[2], exposure)
-                if seen is None:
-                    evaluator.say("what the camera sees of it is no plain colour: it sees what lights")
-            else:
-                evaluator.say("of its mixed backgrounds the first one is shown")
-                surface = surface if surface.is_linked else node.inputs[2]
-        return of_shader(evaluator, surface, seen, images, visible, exposure, goes_on)
-
-
-def of_shader(evaluator, socket, seen, images, visible, exposure, goes_on):
-    """The tables of what is linked to a shader input. `seen`: the colour that the camera sees instead, or None."""
-    light = even_light(evaluator, socket, exposure)
-    if light is not None:
-        return [uniform(light) if seen is None else unlike(light, seen, images)]
-    with evaluator.source(socket) as (node, _):
-        if node.type not in KINDS:
-            evaluator.say(f"its shader ({node.bl_label}) is left out")
-            return []
-        strength = float(evaluator.input(node, "Strength").mean()) * exposure
-        visible = visible and seen is None
-        with evaluator.source(node.inputs["Color"]) as (source, _):
-            if source.type == "TEX_ENVIRONMENT":
-                out = [environment_map(source, strength, evaluator, images, visible)]
-            else:
-                out = sky(source, strength, evaluator, images, visible, goes_on)
-    return out if seen is None else [background(seen), *out]
-
-
-KINDS = {"BACKGROUND", "EMISSION"}
-
-
-def even_light(evaluator, socket, exposure):
-    """The colour of a shader input that is the same all around, black without a shader; None where it has a picture, or is another shader."""
-    with evaluator.source(socket) as (node, _):
+def turn_of(evaluator, socket):
+    """By how many degrees about Z a vector input turns the directions of a world. None if it does anything else."""
+    with evaluator.source(socket) as (node, output):
         if node is None:
-            return constant(0.0, 0.0, 0.0)
-        if node.type not in KINDS:
+            return 0.0
+        if node.type == "TEX_COORD":
+            return 0.0 if output.name == "Generated" else None
+        if node.type != "MAPPING" or node.mute or evaluator.link(node.inputs["Vector"]) is None or turn_of(evaluator, node.inputs["Vector"]) != 0:
             return None
-        with evaluator.source(node.inputs["Color"]) as (source, _):
-            if source and source.type in {"TEX_ENVIRONMENT", "TEX_SKY"}:
-                return None
-        light = evaluator.input(node, "Color")
-        if light.shape[:2] != (1, 1):
-            evaluator.say("its picture is not an environment texture: its mean is shown")
-        return light.mean(axis=(0, 1)) * float(evaluator.input(node, "Strength").mean()) * exposure
-
-
-def environment_map(node, strength, evaluator, images, visible):
-    """An equirectangular picture, with the rotation of a Mapping node about Z."""
-    if node.image is None:
-        evaluator.say("its environment texture has no image")
-        return uniform(constant(1.0, 0.0, 1.0) * strength)
-    if node.projection != "EQUIRECTANGULAR":
-        evaluator.say("its mirror ball is shown as an equirectangular map")
-    turn = 0.0
-    with evaluator.source(node.inputs["Vector"]) as (mapping, _):
-        if mapping and mapping.type == "MAPPING":
-            angles = evaluator.input(mapping, "Rotation").mean(axis=(0, 1))
-            turn = math.degrees(float(angles[2])) * (-1 if mapping.vector_type == "TEXTURE" else 1)
-            if max(abs(float(angles[0])), abs(float(angles[1]))) > 1e-4:
-                evaluator.say("its map is turned about Z alone")
-            scale = evaluator.input(mapping, "Scale").mean(axis=(0, 1)) if mapping.inputs.get("Scale") else np.ones(3)
-            if not np.allclose(scale, 1, atol=1e-4):
-                evaluator.say("the scale of its mapping is left out")
-    pixels = images.pixels(node.image)
-    if pixels is None:
-        return uniform(constant(1.0, 0.0, 1.0) * strength)
-    path = images.path_of(node.image)
-    plain = path.lower().endswith(".hdr") and node.image.source == "FILE" and not node.image.packed_file and not node.image.is_dirty
-    name = images.copy(node.image) if plain else images.write_light(node.image.name, pixels)
-    return toml.table("[environment]", {"map": name, "rotation": -90.0 - turn, "power": max(0.0, strength), "visible": visible})
-
-
-def sky(node, strength, evaluator, images, visible, goes_on):
-    """A sky texture: a picture of it that Cycles makes, and its sun as a light."""
-    pixels, sun = sky_bake.bake(node, goes_on)
-    name = images.write_light("sky", pixels)
-    out = [toml.table("[environment]", {"map": name, "rotation": -90.0, "power": max(0.0, strength), "visible": visible})]
-    top = float(sun.max())
-    if top > 0:
-        x, y, z = sky_bake.direction_of(sky_bake.properties_of(node))
-        evaluator.say("the sun of its sky is a light: the camera does not see its disk")
-        light = {"type": "directional", "name": "Sun of the sky", "direction": [float(-x), float(-z), float(y)], "angle": math.degrees(node.sun_size)}
-        # a white surface shows the radiance that the renderer calls a power
-        out.append(toml.table("[[light]]", {**light, "color": (sun / top).tolist(), "power": top * max(0.0, strength), "samples": 4}))
-    return out
+        values = {name: evaluator.input(node, name) for name in ("Location", "Rotation", "Scale") if node.inputs.get(name)}
+        if any(value.shape[:2] != (1, 1) for value in values.values()):
+            return None
+        place, angles, scale = (values.get(name, constant(*rest))[0, 0] for name, rest in (("Location", [0] * 3), ("Rotation", [0] * 3), ("Scale", [1] * 3)))
+        is_moved = node.vector_type in {"POINT", "TEXTURE"} and np.abs(place).max() > 1e-4
+        if is_moved or max(abs(float(angles[0])), abs(float(angles[1]))) > 1e-4 or not np.allclose(scale, 1, atol=1e-4):
+            return None
+        return math.degrees(float(angles[2])) * (-1 if node.vector_type == "TEXTURE" else 1)

@@ -101,6 +101,30 @@ class Export(support.ExportCase):
         self.export()
         self.assertIn("Find Missing Files", self.warnings())
 
+    def test_pictures_that_lie_in_the_folder_of_the_shot_stay_as_they_are(self):
+        support.add_camera(self.scene)
+        mesh = support.grid()
+        mesh.uv_layers.new()
+        material = bpy.data.materials.new("Wood")
+        material.use_nodes = True
+        tree = material.node_tree
+        os.makedirs(os.path.join(self.folder, "textures"))
+        for name, socket in (("wood", "Base Color"), ("rough", "Roughness")):
+            image = bpy.data.images.new(name, 8, 8)
+            image.filepath_raw, image.file_format = os.path.join(self.folder, "textures", f"{name}.png"), "PNG"
+            image.save()
+            node = tree.nodes.new("ShaderNodeTexImage")
+            node.image = image
+            tree.links.new(node.outputs[0], tree.nodes["Principled BSDF"].inputs[socket])
+        mesh.materials.append(material)
+        support.add(self.scene, "Floor", mesh)
+        path = os.path.join(self.folder, "textures", "wood.png")
+        with open(path, "rb") as file:
+            before, kept = file.read(), os.stat(path)
+        self.assertEqual(self.export()["material"][0]["map_kd"], "textures/wood.png")
+        with open(path, "rb") as file:
+            self.assertEqual((file.read(), os.stat(path).st_ino, os.stat(path).st_mtime_ns), (before, kept.st_ino, kept.st_mtime_ns))
+
     def test_a_missing_library_leaves_the_rest(self):
         support.add_camera(self.scene)
         library = os.path.join(self.scratch.name, "library.blend")
@@ -126,6 +150,30 @@ class Export(support.ExportCase):
         models = self.export()["model"]
         self.assertEqual(len(models), 10000)
         self.assertEqual(len({model["ply"] for model in models}), 1)
+
+    def test_a_mesh_that_nothing_changes_is_read_once_for_all_frames(self):
+        self.scene.frame_end = 4
+        support.add_camera(self.scene)
+        item = support.add(self.scene, "Moves", support.grid())
+        for frame, x in ((1, 0.0), (4, 1.0)):
+            item.location.x = x
+            item.keyframe_insert("location", frame=frame)
+        support.add(self.scene, "Copy", item.data)
+        store, reads = support.extension().export.shot.MeshStore, []
+        read = store._read
+        store._read = lambda *values: reads.append(values[2].name) or read(*values)
+        try:
+            self.assertEqual(len(self.export()["model"]), 2)
+            self.assertEqual(len(reads), 1)
+            # what listens to frames may change meshes
+            bpy.app.handlers.frame_change_post.append(lambda scene, graph: setattr(item.data.vertices[0], "co", (scene.frame_current, 0, 0)))
+            shapes = self.export()["model"][0]["shapes"]
+            with open(os.path.join(self.folder, shapes["cache"]), "rb") as file:
+                points = np.frombuffer(file.read()[32:], dtype="<f4").reshape(4, 4, 3)
+            np.testing.assert_allclose(points[:, 0, 0], [1, 2, 3, 4])
+        finally:
+            store._read = read
+            bpy.app.handlers.frame_change_post.clear()
 
     def test_an_output_folder_that_cannot_be_written_is_told(self):
         support.add_camera(self.scene)
@@ -158,9 +206,10 @@ class Export(support.ExportCase):
 
     def test_a_sky_is_baked_again_only_when_it_has_changed(self):
         support.add_camera(self.scene)
-        node, bake = self.sky(), support.extension().export.world.sky_bake
+        node, bake = self.sky(), support.extension().export.world.world_bake
         runs, run = [], bake._run
-        bake._run = lambda values, goes_on: runs.append(values) or (np.ones((2, 4, 3), dtype=np.float32), np.ones(3))
+        light = np.ones((2, 4, 3), dtype=np.float32)
+        bake._run = lambda request, what, goes_on: runs.append(request) or bake.Baked(light, None, [])
         try:
             self.export()
             self.export()
@@ -175,7 +224,7 @@ class Export(support.ExportCase):
     def test_a_sky_that_cannot_be_baked_ends_the_export_with_its_error(self):
         support.add_camera(self.scene)
         self.sky()
-        bake = support.extension().export.world.sky_bake
+        bake = support.extension().export.world.world_bake
         popen = bake.subprocess.Popen
         text = "print('about to fail'); raise MemoryError('no room for a sky')"
         bake.subprocess.Popen = lambda command, **more: popen([sys.executable, "-c", text], **more)
@@ -187,9 +236,9 @@ class Export(support.ExportCase):
     def test_a_sky_is_waited_for_however_long_it_takes(self):
         support.add_camera(self.scene)
         self.sky()
-        bake = support.extension().export.world.sky_bake
+        bake = support.extension().export.world.world_bake
         popen, clock, hours = bake.subprocess.Popen, bake.time, itertools.count(0, 3600)
-        text = "import sys, numpy; numpy.savez(sys.argv[1], sky=numpy.ones((2, 4, 3)), sun=numpy.zeros(3))"
+        text = "import sys, numpy; numpy.savez(sys.argv[1], light=numpy.ones((2, 4, 3)), suns=numpy.zeros((0, 7)))"
         bake.subprocess.Popen = lambda command, **more: popen([sys.executable, "-c", text, command[-1]], **more)
         bake.time = types.SimpleNamespace(sleep=time.sleep, monotonic=lambda: next(hours))
         try:
@@ -200,7 +249,7 @@ class Export(support.ExportCase):
             bake._baked.clear()
 
     def test_cancelling_while_the_sky_is_baked_ends_its_process(self):
-        shot, bake = support.extension().export, support.extension().export.world.sky_bake
+        shot, bake = support.extension().export, support.extension().export.world.world_bake
         support.add_camera(self.scene)
         self.sky()
         started, popen, asked = [], bake.subprocess.Popen, []

@@ -13,7 +13,9 @@ import numpy as np
 import support
 
 
-class Jobs(unittest.TestCase):
+class FakeRenderer(unittest.TestCase):
+    """A scene with a camera and a floor, and a renderer that notes shots and frames."""
+
     def setUp(self):
         self.scratch = tempfile.TemporaryDirectory()
         self.scene = support.empty(16, 12)
@@ -21,27 +23,33 @@ class Jobs(unittest.TestCase):
         self.floor = support.add(self.scene, "Floor", support.grid())
         self.session = support.extension().session
         self.kept = self.session.renderer
-        self.shots, self.frames = [], []
+        self.shots, self.frames, self.files, self.ranges, self.asked = [], [], [], [], []
         self.session.renderer = lambda: types.SimpleNamespace(load=self.load, render=self.render)
 
     def tearDown(self):
         self.session.renderer = self.kept
+        self.session.end()
         self.scratch.cleanup()
 
     def load(self, path):
         with open(path, "rb") as file:
             self.shots.append(tomllib.load(file))
+        self.files += [name for _, _, names in os.walk(os.path.dirname(path)) for name in names]
         return self.shots[-1]
 
-    def render(self, shot, frames, **_):
-        """Pictures as red as the eye is far to the right of 4 units to the left."""
-        width, height = shot["render"]["size"]
+    def render(self, shot, frames, **more):
+        """Pictures as red as the eye is far to the right of 4 units to the left, at its first key."""
+        self.ranges.append(frames)
+        self.asked.append(list(frames))
+        width, height = more["crop"][2:] if "crop" in more else shot["render"]["size"]
         for number in frames:
             self.frames.append((number, shot["camera"]["projection"]))
             pixels = np.ones((height, width, 4), dtype=np.float32)
             pixels[:, :, 0] = shot["camera"]["key"][0]["eye"][0] + 4
-            yield types.SimpleNamespace(number=number, layers={"RGBA": pixels}, stats={}, seconds=0.0)
+            yield types.SimpleNamespace(number=number, layers={"RGBA": pixels, "N": pixels[:, :, :3]}, stats={}, seconds=0.0)
 
+
+class Jobs(FakeRenderer):
     def eyes(self):
         """How far to the right each eye is, by the middle of its picture. Radiance: Blender 4 does not read its own OpenEXR files of one eye."""
         render = self.scene.render
@@ -104,6 +112,119 @@ class Jobs(unittest.TestCase):
             self.assertFalse([key for key in shot["camera"]["key"] if key.get("cut")])
             size = "height" if shot["camera"]["projection"] == "orthographic" else "fov"
             self.assertTrue(all(size in key for key in shot["camera"]["key"]))
+
+    def test_every_second_frame_is_made_of_the_one_before_it(self):
+        self.scene.frame_start, self.scene.frame_end, self.scene.frame_step = 3, 8, 2
+        self.scene.render.filepath = os.path.join(self.scratch.name, "f.####")
+        bpy.ops.render.render(animation=True)
+        self.assertEqual([shot["render"]["frames"] for shot in self.shots], ["3-7x2"])
+        self.assertEqual(self.ranges, [range(3, 8, 2)])
+
+    def animate(self, holder, path, *values):
+        """Gives a property a value in each frame, without passage from one to the next."""
+        self.scene.frame_end = len(values)
+        for frame, value in enumerate(values, 1):
+            setattr(holder, path, value)
+            holder.keyframe_insert(path, frame=frame)
+
+    def rendered(self):
+        """Renders the animation. Returns the frames of each shot, and what was told."""
+        self.scene.render.filepath = os.path.join(self.scratch.name, "f.####")
+        told, print_of = [], builtins.print
+        builtins.print = lambda *values, **more: told.append(str(values[0]))
+        try:
+            bpy.ops.render.render(animation=True)
+        finally:
+            builtins.print = print_of
+        self.assertEqual([number for number, _ in self.frames], list(range(1, self.scene.frame_end + 1)))
+        return [shot["render"]["frames"] for shot in self.shots], [line for line in told if "animated" in line]
+
+    def glow(self):
+        """Gives the floor a material that emits. Returns the socket of its strength."""
+        material = bpy.data.materials.new("Glow")
+        material.use_nodes = True
+        self.floor.data.materials.append(material)
+        shader = material.node_tree.nodes["Principled BSDF"]
+        shader.inputs["Emission Color"].default_value = (1, 1, 1, 1)
+        return shader.inputs["Emission Strength"]
+
+    def test_a_material_that_changes_is_in_each_frame_what_it_is_there(self):
+        self.animate(self.glow(), "default_value", 1.0, 1.0, 2.0, 3.0, 3.0)
+        frames, told = self.rendered()
+        self.assertEqual(frames, ["1-2", "3", "4-5"])
+        self.assertEqual([shot["material"][0]["ke"] for shot in self.shots], [[1, 1, 1], [2, 2, 2], [3, 3, 3]])
+        self.assertEqual(told, ["Afterimage: material `Glow` is animated: frames in which it changes reuse nothing of those before"])
+
+    def test_what_is_replaced_by_a_constant_is_no_change(self):
+        self.animate(self.glow(), "default_value", 1.0, 1.0, 1.0, 1.0)
+        tree = self.floor.data.materials[0].node_tree
+        noise, shader = tree.nodes.new("ShaderNodeTexNoise"), tree.nodes["Principled BSDF"]
+        noise.noise_dimensions = "4D"
+        tree.links.new(noise.outputs[0], shader.inputs["Roughness"])
+        self.animate(noise.inputs["W"], "default_value", 0.0, 1.0, 2.0, 3.0)
+        self.animate(tree.nodes.new("ShaderNodeValue").outputs[0], "default_value", 0.0, 1.0, 2.0, 3.0)
+        self.assertEqual(self.rendered(), (["1-4"], []))
+
+    def test_pictures_that_move_or_are_mixed_anew_are_changes(self):
+        self.floor.data.uv_layers.new()
+        self.glow()
+        tree = self.floor.data.materials[0].node_tree
+        source, mapping, place, bright = (tree.nodes.new(f"ShaderNode{kind}") for kind in ("TexImage", "Mapping", "TexCoord", "Gamma"))
+        source.image = bpy.data.images.new("Picture", 4, 4)
+        source.image.pixels.foreach_set(np.linspace(0, 1, 64, dtype=np.float32))
+        links = ((place.outputs["UV"], mapping.inputs["Vector"]), (mapping.outputs[0], source.inputs["Vector"]), (source.outputs[0], bright.inputs[0]))
+        for output, socket in (*links, (bright.outputs[0], tree.nodes["Principled BSDF"].inputs["Base Color"])):
+            tree.links.new(output, socket)
+        self.animate(mapping.inputs["Location"], "default_value", (0, 0, 0), (0, 0, 0), (0.5, 0, 0), (0.5, 0, 0))
+        self.animate(bright.inputs["Gamma"], "default_value", 1.0, 1.0, 1.0, 2.0)
+        self.assertEqual(self.rendered()[0], ["1-2", "3", "4"])
+
+    def test_materials_that_are_held_stay_as_they_are_in_the_first_frame(self):
+        self.scene.afterimage.hold = True
+        self.animate(self.glow(), "default_value", 1.0, 2.0, 3.0)
+        frames, told = self.rendered()
+        self.assertEqual((frames, self.shots[0]["material"][0]["ke"]), (["1-3"], [1, 1, 1]))
+        self.assertEqual(told, ["Afterimage: material `Glow` is animated: frame 1 is shown"])
+
+    def test_a_material_that_changes_under_motion_blur_is_what_it_is_at_the_frame_itself(self):
+        self.scene.render.use_motion_blur = True
+        self.scene.render.motion_blur_position, self.scene.render.motion_blur_shutter = "CENTER", 1.0
+        self.animate(self.glow(), "default_value", 1.0, 1.0, 2.0, 4.0)
+        self.animate(self.camera, "location", (0, -5, 0), (1, -5, 0), (2, -5, 0), (3, -5, 0))
+        frames, _ = self.rendered()
+        self.assertEqual(frames, ["1-2", "3", "4"])
+        self.assertEqual([shot["material"][0]["ke"][0] for shot in self.shots], [1, 2, 4])
+        # and what moves is known for as long as the shutter is open
+        times = [[key["frame"] for key in shot["camera"]["key"]] for shot in self.shots]
+        self.assertEqual([(each[0], each[-1]) for each in times], [(0.5, 2.5), (2.5, 3.5), (3.5, 4.5)])
+
+    def test_what_lights_have_no_tracks_for_is_in_each_frame_what_it_is_there(self):
+        spot = bpy.data.lights.new("Spot", "SPOT")
+        self.animate(spot, "spot_size", 0.5, 1.0, 1.0)
+        support.add(self.scene, "Spot", spot)
+        panel = support.add(self.scene, "Panel", bpy.data.lights.new("Panel", "AREA"))
+        self.animate(panel, "scale", (1, 1, 1), (1, 1, 1), (3, 1, 1))
+        frames, told = self.rendered()
+        self.assertEqual((frames, len(told)), (["1", "2", "3"], 2))
+        lights = [{light["name"]: light for light in shot["light"]} for shot in self.shots]
+        np.testing.assert_allclose([each["Spot"]["cone"] for each in lights], np.degrees([0.5, 1, 1]), atol=1e-4)
+        np.testing.assert_allclose([each["Panel"]["size"][0] for each in lights], np.array([1, 1, 3]) * panel.data.size)
+
+    def test_a_world_that_changes_is_in_each_frame_what_it_is_there(self):
+        self.scene.world = bpy.data.worlds.new("Dusk")
+        self.scene.world.use_nodes = True
+        self.animate(self.scene.world.node_tree.nodes["Background"].inputs["Color"], "default_value", (0, 0, 1, 1), (1, 0, 0, 1))
+        frames, _ = self.rendered()
+        self.assertEqual(frames, ["1", "2"])
+        self.assertEqual([shot["background"]["color"] for shot in self.shots], [[0, 0, 1], [1, 0, 0]])
+
+    def test_a_mesh_that_deforms_goes_on_where_a_material_changes(self):
+        self.animate(self.glow(), "default_value", 1.0, 1.0, 2.0)
+        self.floor.modifiers.new("Wave", "WAVE").speed = 1.0
+        frames, _ = self.rendered()
+        self.assertEqual(frames, ["1-2", "3"])
+        self.assertEqual(["shapes" in shot["model"][0] for shot in self.shots], [True, False])
+        self.assertEqual([name for name in self.files if name.endswith(".part")], [])
 
     def test_cameras_of_both_projections_in_one_export_are_told(self):
         self.scene.frame_end = 2

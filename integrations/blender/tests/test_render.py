@@ -136,7 +136,8 @@ class Render(beside_cycles.BesideCycles):
         for place in (np.s_[:4, :4], np.s_[20:28, 28:36]):
             np.testing.assert_allclose(ours[place].mean(axis=(0, 1)), cycles[place].mean(axis=(0, 1)), atol=0.02)
 
-    def test_an_animation_reuses_samples_and_is_exported_once(self):
+    def travel(self):
+        """A camera that moves to the side over a floor, in four frames."""
         self.scene.frame_end = 4
         camera = support.add_camera(self.scene, (0, -5, 1))
         for frame, x in ((1, 0.0), (4, 0.2)):
@@ -145,6 +146,9 @@ class Render(beside_cycles.BesideCycles):
         support.add(self.scene, "Floor", support.grid(size=6, count=4))
         self.scene.world = bpy.data.worlds.new("World")
         self.scene.afterimage.mode = "reproject"
+
+    def noted(self, render):
+        """Calls a function that renders. Returns the number of exports, and of each frame its number and how many samples it has kept."""
         session = support.extension().session
         exports, frames = [], []
         export, frame = session.export, session.Job.frame
@@ -157,15 +161,39 @@ class Render(beside_cycles.BesideCycles):
 
         session.Job.frame = noted
         try:
-            self.scene.render.filepath = self.path("f.####")
-            bpy.ops.render.render(animation=True)
+            render()
         finally:
             session.export, session.Job.frame = export, frame
-        self.assertEqual(len(exports), 1)
+        return len(exports), frames
+
+    def test_an_animation_reuses_samples_and_is_exported_once(self):
+        self.travel()
+        self.scene.render.filepath = self.path("f.####")
+        exports, frames = self.noted(lambda: bpy.ops.render.render(animation=True))
+        self.assertEqual(exports, 1)
         self.assertEqual([number for number, _ in frames], [1, 2, 3, 4])
         self.assertEqual(frames[0][1], 0)
         self.assertTrue(all(kept > 1000 for _, kept in frames[1:]), frames)
-        self.assertEqual(session._jobs, {})
+        self.assertEqual(support.extension().session._jobs, {})
+
+    def test_stills_in_a_row_reuse_samples_and_show_what_each_shows_by_itself(self):
+        self.travel()
+        self.bright("square", 0.6, (0, 0, 0.4), 2.0)
+        pictures = []
+
+        def stills():
+            for frame in range(1, 5):
+                self.scene.frame_set(frame)
+                pictures.append(support.render(self.scene, self.path("still.exr")))
+
+        exports, frames = self.noted(stills)
+        self.assertEqual((exports, [number for number, _ in frames]), (2, [1, 2, 3, 4]))
+        self.assertEqual([kept > 1000 for _, kept in frames], [False, False, True, True])
+        self.scene.afterimage.mode = "full"
+        alone = support.render(self.scene, self.path("alone.exr"))
+        np.testing.assert_allclose(pictures[-1].mean(axis=(0, 1)), alone.mean(axis=(0, 1)), atol=2e-3)
+        self.assertGreater(np.abs(pictures[0] - alone).max(), 0.1)
+        self.assertLess(np.abs(pictures[-1] - alone).mean(), 0.2 * np.abs(pictures[0] - alone).mean())
 
     def test_a_render_region_shows_a_part_of_the_picture(self):
         support.add_camera(self.scene)

@@ -92,6 +92,44 @@ class Visibility(support.ExportCase):
         self.assertEqual(len(self.export()["light"]), 1)
         self.told_once("`Lamp`", "glossy rays.*casts shadows.*light linking")
 
+    def test_a_lamp_that_the_camera_sees_in_blender_is_told(self):
+        lamp = support.add(self.scene, "Lamp", bpy.data.lights.new("Lamp", "AREA"))
+        self.export()
+        self.assertEqual(self.warnings(), [])
+        lamp.visible_camera = True
+        self.export()
+        self.told_once("`Lamp`", "camera does not see it")
+
+    def test_a_world_that_the_camera_does_not_see_lights_alone(self):
+        self.scene.world = self.world((0, 0, 1, 1))
+        self.scene.world.cycles_visibility.camera = False
+        shot = self.export()
+        self.assertEqual((shot["background"]["color"], shot["environment"]["visible"]), ([0, 0, 0], False))
+        self.assertEqual(self.warnings(), [])
+
+    def test_a_world_that_the_camera_alone_sees_lights_nothing(self):
+        self.scene.world = self.world((0, 0, 1, 1))
+        of_cycles = self.scene.world.cycles_visibility
+        of_cycles.diffuse = of_cycles.glossy = of_cycles.transmission = False
+        shot = self.export()
+        self.assertEqual((shot["background"]["color"], "environment" in shot), ([0, 0, 1], False))
+        of_cycles.glossy = True
+        self.assertIn("environment", self.export())
+        self.told_once("`World`", "diffuse and transmission rays")
+
+    def test_a_picture_that_the_camera_alone_sees_lights_and_is_told(self):
+        self.scene.world = self.world()
+        tree = self.scene.world.node_tree
+        source = tree.nodes.new("ShaderNodeTexEnvironment")
+        source.image = bpy.data.images.new("Studio", 8, 4, float_buffer=True)
+        tree.links.new(source.outputs[0], tree.nodes["Background"].inputs["Color"])
+        of_cycles = self.scene.world.cycles_visibility
+        of_cycles.diffuse = of_cycles.glossy = of_cycles.transmission = False
+        self.assertTrue(self.export()["environment"]["visible"])
+        self.told_once("`World`", "lights nothing in Blender")
+        of_cycles.camera = False
+        self.assertFalse(self.export()["environment"]["visible"])
+
     def test_hair_of_particles_is_told(self):
         modifier = self.floor.modifiers.new("Fur", "PARTICLE_SYSTEM")
         modifier.particle_system.settings.type = "HAIR"
