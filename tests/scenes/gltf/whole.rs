@@ -40,8 +40,11 @@ fn a_whole_file_is_a_shot() {
     assert!(lights[0].2.abs_diff_eq(Vec3::new(40.0, 20.0, 10.0) / PI, 1e-4));
     let scene::LightKind::Directional { direction } = &shot.scene.lights[1].kind else { panic!("the sun") };
     assert_near(direction.at(1.0), DVec3::NEG_Y);
-    let scene::LightKind::Spot { cone, soft, .. } = &shot.scene.lights[2].kind else { panic!("the spot") };
+    let scene::LightKind::Spot { cone, soft, fall, .. } = &shot.scene.lights[2].kind else {
+        panic!("the spot")
+    };
     assert!((cone - 0.8_f64.to_degrees()).abs() < 1e-4 && (soft - 0.5).abs() < 1e-6);
+    assert_eq!(*fall, scene::SpotFall::Square, "as the extension recommends");
     // of Blender: watts, made lumens
     file.json["asset"]["generator"] = json!("Khronos glTF Blender I/O v5");
     fs::write(folder.path().join("m.gltf"), file.text()).unwrap();
