@@ -17,6 +17,12 @@ use crate::c_text::text;
 use crate::library::{Context, check};
 use crate::{Error, SampleType};
 
+/// Edge of a block of cosines, pixels.
+const BLOCK: usize = 8;
+
+/// Numbers at the beginning of a chunk of DWA that count something; the first is a version.
+const DWA_COUNTS: usize = 10;
+
 /// Unpacks the chunks of a part.
 pub(crate) struct Unpacker {
     header: Header,
@@ -77,6 +83,7 @@ impl Unpacker {
         lines: usize,
         buffers: &mut [Vec<f32>],
     ) -> Result<(), String> {
+        self.check_counts(&packed, lines)?;
         let place = IntegerBounds::from_dimensions((self.width, lines));
         let unpacked =
             self.header.compression.decompress_image_section_from_le(&self.header, packed, place, false);
@@ -91,6 +98,28 @@ impl Unpacker {
             }
         }
         Ok(())
+    }
+}
+
+impl Unpacker {
+    /// Refuses a chunk of DWA whose counts of bytes and coefficients are beyond what its pixels can have: memory is taken for them.
+    fn check_counts(&self, packed: &[u8], lines: usize) -> Result<(), String> {
+        let is_dwa = matches!(self.header.compression, Compression::DWAA(_) | Compression::DWAB(_));
+        let pixel: usize = self.stored.iter().map(|stored| stored.bytes()).sum();
+        if !is_dwa || packed.len() == self.width * lines * pixel {
+            return Ok(());
+        }
+        let blocks = self.width.next_multiple_of(BLOCK) * lines.next_multiple_of(BLOCK) * self.stored.len();
+        // no sample has more than 4 bytes, and runs of bytes no more than one count a byte
+        let most = 8 * blocks as u64 + 4096;
+        let counts = packed.chunks_exact(8).take(DWA_COUNTS).skip(1);
+        let counts = counts.filter_map(|bytes| bytes.try_into().ok()).map(u64::from_le_bytes);
+        match counts.max() {
+            Some(count) if count > most => {
+                Err(format!("a chunk states a count of {count}, which its pixels cannot have: it is damaged"))
+            }
+            _ => Ok(()),
+        }
     }
 }
 
