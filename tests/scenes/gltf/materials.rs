@@ -425,7 +425,7 @@ fn specular_and_glossiness_become_metal_and_roughness() {
         json!({"diffuseFactor": [0, 0, 0, 1], "specularFactor": [1, 0.77, 0.34], "glossinessFactor": 1});
     let layer = gloss(gold).0.metal_rough.unwrap();
     assert!(layer.base.abs_diff_eq(Vec3::new(1.0, 0.77, 0.34), 0.03) && layer.metallic > 0.98, "{layer:?}");
-    let veil = json!({"diffuseFactor": [1, 1, 1, 0.25]});
+    let veil = json!({"diffuseFactor": [1, 1, 1, 0.25], "specularFactor": [0, 0, 0]});
     let (veil, _) =
         material(json!({"alphaMode": "BLEND", "extensions": {"KHR_materials_pbrSpecularGlossiness": veil}}));
     assert!((veil.metal_rough.unwrap().solid - 0.25).abs() < 1e-6, "alpha is that of the diffuse colour");
