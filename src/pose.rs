@@ -275,6 +275,8 @@ pub struct Cone {
     pub cos_outer: f32,
     /// Cosine of the half angle up to which it is full.
     pub cos_inner: f32,
+    /// Numbers a and b of the curve between them, from 0 to 1: t²(a - bt).
+    pub curve: [f32; 2],
 }
 
 /// How the radiance of a panel falls with the angle to its axis: by its tangent, to nothing at half of the spread.
@@ -423,13 +425,14 @@ impl LightPose {
             LightKind::Directional { direction } => LightShape::Directional {
                 to_light: -direction.at(frame).try_normalize().unwrap_or(DVec3::NEG_Y).as_vec3(),
             },
-            LightKind::Spot { position, target, cone, soft, radius } => {
+            LightKind::Spot { position, target, cone, soft, fall, radius } => {
                 let (position, target) = (position.at(frame), target.at(frame));
                 let half = (cone * 0.5).to_radians();
                 let cone = Cone {
                     axis: (target - position).try_normalize().unwrap_or(DVec3::NEG_Y).as_vec3(),
                     cos_outer: half.cos() as f32,
                     cos_inner: (half * (1.0 - soft)).cos() as f32,
+                    curve: fall.curve(),
                 };
                 let (position, radius) = (position.as_vec3(), *radius as f32);
                 match radius > 0.0 {

@@ -1,6 +1,8 @@
 //! Lights: keyed place, direction, colour and power.
 
 use glam::{DVec3, Vec3};
+use schemars::JsonSchema;
+use serde::Deserialize;
 
 use crate::animation::Track;
 
@@ -21,6 +23,27 @@ pub struct Light {
     pub samples: u32,
     /// Name of the light group, whose layer shows the contribution of its lights.
     pub group: Option<String>,
+}
+
+/// Curve by which a spot fades from where it is full to its rim, by the cosine of the angle to its axis.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum SpotFall {
+    /// Smoothstep, as in Blender and USD.
+    #[default]
+    Smooth,
+    /// The square, as glTF's KHR_lights_punctual recommends.
+    Square,
+}
+
+impl SpotFall {
+    /// Numbers a and b of the curve t²(a - bt), from 0 at the rim to 1.
+    pub fn curve(self) -> [f32; 2] {
+        match self {
+            Self::Smooth => [3.0, 2.0],
+            Self::Square => [1.0, 0.0],
+        }
+    }
 }
 
 /// Lights by group: in the order in which the shot names them first, and at last those of no group.
@@ -96,6 +119,8 @@ pub enum LightKind {
         cone: f64,
         /// The share of the cone's half angle, from its rim inwards, over which the light fades; 0..=1.
         soft: f64,
+        /// Curve by which it fades there.
+        fall: SpotFall,
         /// World units; 0 for a point.
         radius: f64,
     },
@@ -197,11 +222,12 @@ impl LightKind {
         let place = |track: Track<DVec3>| track.map(&point);
         let kind = match self {
             Self::Point { position } => Self::Point { position: place(position) },
-            Self::Spot { position, target, cone, soft, radius } => Self::Spot {
+            Self::Spot { position, target, cone, soft, fall, radius } => Self::Spot {
                 position: place(position),
                 target: place(target),
                 cone,
                 soft,
+                fall,
                 radius: radius * scale,
             },
             Self::Rectangle(panel) => Self::Rectangle(panel.converted(point, scale)),

@@ -42,7 +42,7 @@ pub use environment::{Environment, LightFrom, SkyDensity};
 pub use error::{SceneError, Warning};
 pub use frames::Frames;
 pub use keys::schema;
-pub use light::{Light, LightGroups, LightKind, Panel};
+pub use light::{Light, LightGroups, LightKind, Panel, SpotFall};
 #[doc(hidden)]
 pub use loader::load_sharing;
 pub use loader::{load, load_turntable};

@@ -299,7 +299,7 @@ mod tests {
             AreaShape::Sphere {
                 center,
                 radius: 0.4,
-                cone: Some(Cone { axis: Vec3::NEG_Y, cos_outer: 0.7, cos_inner: 0.99 }),
+                cone: Some(Cone { axis: Vec3::NEG_Y, cos_outer: 0.7, cos_inner: 0.99, curve: [3.0, 2.0] }),
             },
             AreaShape::Sun { to_light: -axis, across, up, versine: 0.02 },
         ];

@@ -131,8 +131,8 @@ pub fn to_light(light: &LightPose, points: Vec3x8) -> (Vec3x8, f32) {
 /// Light that point number `point` of `light` sends to `points` if nothing is in its way. Lights that have no
 /// area have point 0 alone.
 ///
-/// Light falls with the square of the distance; a spot fades from its inner to its outer cone by the
-/// smoothstep of the cosine. Each point of an area light stands for one field of a grid and sends its share
+/// Light falls with the square of the distance; a spot fades from its inner to its outer cone by a curve
+/// of the cosine. Each point of an area light stands for one field of a grid and sends its share
 /// of the light.
 #[inline(always)]
 pub fn light_sample(
@@ -225,7 +225,7 @@ mod tests {
 
     #[test]
     fn a_spot_is_full_inside_and_dark_outside() {
-        let cone = Cone { axis: Vec3::NEG_Y, cos_outer: 0.5, cos_inner: 0.9 };
+        let cone = Cone { axis: Vec3::NEG_Y, cos_outer: 0.5, cos_inner: 0.9, curve: [3.0, 2.0] };
         let shape = LightShape::Spot { position: Vec3::Y, cone };
         let light = LightPose { shape, strength: Vec3::ONE, points: 1 };
         let at = |point: Vec3| {

@@ -301,7 +301,7 @@ mod tests {
 
     use super::*;
     use crate::animation::{Interpolation, Track};
-    use crate::scene::{LightKind, Panel};
+    use crate::scene::{LightKind, Panel, SpotFall};
 
     fn light(kind: LightKind, power: f64) -> Light {
         let (color, power) = (Track::constant(Vec3::ONE), Track::constant(power));
@@ -331,6 +331,7 @@ mod tests {
                     target: constant(below),
                     cone: 40.0,
                     soft: 0.2,
+                    fall: SpotFall::Smooth,
                     radius: 0.0,
                 },
                 5.0,

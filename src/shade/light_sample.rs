@@ -50,7 +50,7 @@ pub fn within(cone: &Cone, light_sample: LightSample) -> LightSample {
 /// Share of the full light that a cone lets through to where these directions, unit length, lead to the light.
 #[inline(always)]
 pub fn share_of(cone: &Cone, to_light: Vec3x8) -> F32x8 {
-    fade(-to_light.dot(Vec3x8::splat(cone.axis)), cone.cos_outer, cone.cos_inner)
+    fade(-to_light.dot(Vec3x8::splat(cone.axis)), [cone.cos_outer, cone.cos_inner], cone.curve)
 }
 
 /// Share of the light along its axis that a panel sends to where these directions, unit length, lead to it: 1 less the tangent of
@@ -63,18 +63,19 @@ pub fn share_of_spread(spread: &Spread, to_light: Vec3x8) -> F32x8 {
     cos.gt(F32x8::ZERO).select(share.max(F32x8::ZERO), F32x8::ZERO)
 }
 
-/// Smoothstep of a cosine: 0 at `outer` and beyond, 1 from `inner` on.
+/// Share by a cosine: 0 at `outer` and beyond, 1 from `inner` on, and t²(a - bt) between them.
 #[inline(always)]
-fn fade(cos: F32x8, outer: f32, inner: f32) -> F32x8 {
+fn fade(cos: F32x8, [outer, inner]: [f32; 2], [a, b]: [f32; 2]) -> F32x8 {
     let (outer, inner, one) = (F32x8::splat(outer), F32x8::splat(inner), F32x8::splat(1.0));
     let t = (cos - outer) / (inner - outer);
-    let between = t * t * (F32x8::splat(3.0) - (t + t));
+    let between = t * t * (F32x8::splat(a) - t * F32x8::splat(b));
     cos.le(outer).select(F32x8::ZERO, cos.lt(inner).select(between, one))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scene::SpotFall;
 
     #[test]
     fn panels_dim_by_the_tangent() {
@@ -91,7 +92,9 @@ mod tests {
 
     #[test]
     fn spots_fade_by_the_smoothstep() {
-        assert_eq!(fade(F32x8::splat(0.7), 0.5, 0.9).lane(0), 0.5);
-        assert_eq!(fade(F32x8::splat(0.7), 0.7, 0.7).lane(0), 0.0, "a cone without a soft rim");
+        let [smooth, square] = [SpotFall::Smooth, SpotFall::Square].map(SpotFall::curve);
+        assert_eq!(fade(F32x8::splat(0.7), [0.5, 0.9], smooth).lane(0), 0.5);
+        assert_eq!(fade(F32x8::splat(0.7), [0.5, 0.9], square).lane(0), 0.25);
+        assert_eq!(fade(F32x8::splat(0.7), [0.7, 0.7], smooth).lane(0), 0.0, "a cone without a soft rim");
     }
 }

@@ -5,7 +5,7 @@ use afterimage::film::{Film, Values};
 use afterimage::frame::{Finished, Renderer};
 use afterimage::layers::Layers;
 use afterimage::scene::camera::Aim;
-use afterimage::scene::{Light, LightKind, Scene};
+use afterimage::scene::{Light, LightKind, Scene, SpotFall};
 use afterimage::settings::{Filter, Mode, Settings};
 use glam::{DVec3, Vec3};
 
@@ -173,6 +173,7 @@ fn turning_spots() {
             target: goes(DVec3::new(-2.0, 0.0, 0.0), DVec3::new(2.0, 0.0, 0.0)),
             cone: 40.0,
             soft: 0.5,
+            fall: if radius > 0.0 { SpotFall::Square } else { SpotFall::Smooth },
             radius,
         };
         scene.lights.push(Light { ..toy::light("spot", kind, 20.0) });

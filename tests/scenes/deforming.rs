@@ -256,3 +256,16 @@ fn a_model_is_as_large_as_all_its_shapes() {
     let (low, high) = shot.scene.models[0].mesh.bounds();
     assert_eq!((low.z, high.z), (1.0, 50.0), "the shape at rest is seen nowhere");
 }
+
+#[test]
+fn numbers_of_shapes_may_be_negative() {
+    let folder = folder();
+    for (number, by) in [("-002", 5.0), ("-0001", 7.0), ("0000", 3.0)] {
+        fs::write(folder.path().join(format!("shapes/flag.{number}.obj")), moved(by)).unwrap();
+    }
+    let shot = load(folder.path(), "shapes = { obj = \"shapes/flag.####.obj\" }").unwrap();
+    assert_eq!([-3, -2, -1, 0, 3].map(|frame| height(&shot, frame)), [5.0, 5.0, 7.0, 3.0, 1.0]);
+    fs::write(folder.path().join("shapes/flag.-001.obj"), moved(1.0)).unwrap();
+    let error = load(folder.path(), "shapes = { obj = \"shapes/flag.####.obj\" }").unwrap_err();
+    assert!(error.contains("s.toml:7") && error.contains("the number -1, `flag.-00"), "{error}");
+}

@@ -431,3 +431,25 @@ fn other_files_are_refused() {
     assert!(message("none.obj").contains("none.obj: the OBJ file cannot be read"));
     assert!(message("none.toml").contains("none.toml: the shot file cannot be read"));
 }
+
+/// Models that were renamed with their materials name what was there before; some programs put names between quotes.
+#[test]
+fn the_material_file_beside_a_model_stands_in_for_one_that_is_not_there() {
+    let folder = folder();
+    for (line, told) in [
+        ("mtllib gone.mtl", Some("m.obj:1: the material file `gone.mtl` cannot be found: `m.mtl` is read")),
+        ("mtllib \"m.mtl\"", None),
+        ("", Some("m.obj: it names no material file (mtllib): `m.mtl`, which is beside it, is read")),
+        ("mtllib gone.mtl m.mtl", None),
+    ] {
+        std::fs::write(folder.path().join("m.obj"), OBJ.replace("mtllib m.mtl", line)).unwrap();
+        let shot = load_in(folder.path(), REST, false).unwrap();
+        let wood = shot.scene.materials.iter().find(|one| one.name == "wood").unwrap();
+        assert_eq!(wood.diffuse, glam::Vec3::new(0.5, 0.25, 0.125), "{line}");
+        if let Some(told) = told {
+            let is_told = shot.warnings.iter().any(|warning| warning.to_string().contains(told));
+            assert!(is_told, "{line}: {:?}", shot.warnings);
+            assert!(load_in(folder.path(), REST, true).is_ok(), "the colours are there");
+        }
+    }
+}

@@ -113,3 +113,50 @@ fn odd_floats_are_numbers_in_textures() {
     let message = load_in(folder.path(), REST, true).unwrap_err().to_string();
     assert!(message.contains("must have the channels R, G and B, or Y, and has X"), "{message}");
 }
+
+/// `DWAA` and `B44`, which OpenEXR 3.1 cannot unpack by itself, with a gradient: see ffi/openexr/tests/packed.rs.
+const PACKED: [(&str, &[u8]); 3] = [
+    ("dwaa.exr", include_bytes!("../../ffi/openexr/tests/packed/dwaa.exr")),
+    ("dwab.exr", include_bytes!("../../ffi/openexr/tests/packed/dwab.exr")),
+    ("b44.exr", include_bytes!("../../ffi/openexr/tests/packed/b44.exr")),
+];
+
+#[test]
+fn textures_in_dwa_and_b44_have_the_colours_of_their_files() {
+    let folder = folder();
+    for (name, bytes) in PACKED {
+        fs::write(folder.path().join(name), bytes).unwrap();
+        let picture = texture(folder.path(), &format!("map_Kd {name}"));
+        assert_eq!(picture.size(), [21, 37], "{name}");
+        for (x, y) in [(0, 0), (5, 9), (10, 30), (20, 16)] {
+            let color = picture.texels().get(y * 21 + x).color().truncate();
+            let [across, down, both] = [x as f32 / 21.0, y as f32 / 37.0, (x + y) as f32 / 29.0];
+            let expected = Vec3::new(across, down, both).min(Vec3::ONE);
+            assert!(
+                (color - expected).abs().max_element() < 0.011,
+                "{name} {x} {y}: {color}, not {expected}"
+            );
+        }
+    }
+}
+
+#[test]
+fn light_of_a_picture_may_be_brighter_than_white() {
+    let folder = folder();
+    write_exr(&folder.path().join("a.exr"), &[("R", [20.0, 0.0]), ("G", [5.0, 0.5]), ("B", [0.0, 1.0])]);
+    fs::write(folder.path().join("m.mtl"), "newmtl wood\nmap_Ke a.exr\nnewmtl clear\n").unwrap();
+    let scene = load_in(folder.path(), REST, true).unwrap().scene;
+    let wood = scene.materials.iter().position(|one| one.name == "wood" && one.variants.is_some()).unwrap();
+    let shown: Vec<Vec3> = scene
+        .materials
+        .iter()
+        .filter(|one| one.variant_of == Some(wood as u16))
+        .map(|one| one.emission)
+        .collect();
+    for expected in [Vec3::new(20.0, 5.0, 0.0), Vec3::new(0.0, 0.5, 1.0)] {
+        // within a step of eight bits of the brightest
+        let near = |emission: &Vec3| (*emission - expected).abs().max_element() < 0.06;
+        assert!(shown.iter().any(near), "{shown:?} has no {expected}");
+    }
+    assert!((scene.materials[wood].emission - Vec3::new(10.0, 2.75, 0.5)).abs().max_element() < 0.06);
+}

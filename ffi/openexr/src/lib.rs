@@ -3,7 +3,7 @@
 //! [`write()`] makes one scanline part, [`write_parts()`] one for each layer. Their chunks are packed and compressed on all threads of rayon's
 //! pool; OpenEXR's C library makes the header and the file's structure. The caller opens the file, and
 //! gives it its name when it is complete. [`read()`] takes every scanline file's first part,
-//! [`scan()`] goes through it line by line, [`scan_part()`] through any part.
+//! [`scan()`] goes through it line by line, [`scan_part()`] through any part. Chunks of B44 and DWA are unpacked in Rust.
 //!
 //! Planes are `f32` or halves, row-major, top row first, `width * height` long. No NaN and no infinity goes into
 //! a file.
@@ -15,6 +15,7 @@ mod compress;
 mod error;
 mod header;
 mod library;
+mod lossy;
 mod pack;
 mod parts;
 mod piz;

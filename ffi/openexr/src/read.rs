@@ -11,6 +11,7 @@ use openexr_sys as sys;
 
 use crate::c_text::text;
 use crate::library::{Context, check, initializer};
+use crate::lossy::Unpacker;
 use crate::source::{open_regular, read_from};
 use crate::{Attribute, Compression, Error, SampleType};
 
@@ -160,8 +161,7 @@ fn open_file(path: &Path) -> Result<(Context<'static>, u64), Error> {
 /// Checks whether a file of `length` bytes can be whole if its header is right.
 fn check_length(length: u64, image: &ReadImage, lines_per_chunk: u64) -> Result<(), String> {
     let (width, height) = (u64::from(image.width), u64::from(image.height));
-    let bytes = |channel: &ReadChannel| if channel.stored == SampleType::Half { 2 } else { 4 };
-    let pixel: u64 = image.channels.iter().map(bytes).sum();
+    let pixel: u64 = image.channels.iter().map(|channel| channel.stored.bytes() as u64).sum();
     let unpacked = width.saturating_mul(height).saturating_mul(pixel);
     let least = (height.div_ceil(lines_per_chunk) * CHUNK_BYTES).max(unpacked / MOST_PACKED);
     if length < least {
@@ -279,12 +279,7 @@ unsafe fn describe_channels(
         if (entry.x_sampling, entry.y_sampling) != (1, 1) {
             return Err(refuse(path, format!("channel {name:?} is subsampled")));
         }
-        let stored = match entry.pixel_type {
-            sys::EXR_PIXEL_HALF => SampleType::Half,
-            sys::EXR_PIXEL_FLOAT => SampleType::Float,
-            _ => SampleType::Uint,
-        };
-        Ok(ReadChannel { name, stored, data: Vec::new() })
+        Ok(ReadChannel { name, stored: SampleType::of(entry.pixel_type), data: Vec::new() })
     };
     entries.iter().map(describe).collect()
 }
@@ -307,11 +302,16 @@ fn read_pixels(
     let mut pipeline = sys::decode_pipeline();
     let mut outcome = Ok(());
     let source = Chunks { path, context, part, width };
+    let unpacker = Unpacker::of(path, context, part, [image.width, image.height])?;
     for first in (0..height).step_by(step) {
         let lines = step.min(height - first);
-        // SAFETY: the pipeline is empty the first time and of this context and part afterwards, and every
-        // buffer has `width * step` values.
-        outcome = unsafe { read_chunk(&source, first..first + lines, &mut buffers, &mut pipeline) };
+        let range = first..first + lines;
+        outcome = match &unpacker {
+            Some(unpacker) => source.read_packed(range, unpacker, &mut buffers),
+            // SAFETY: the pipeline is empty the first time and of this context and part afterwards, and every
+            // buffer has `width * step` values.
+            None => unsafe { read_chunk(&source, range, &mut buffers, &mut pipeline) },
+        };
         if outcome.is_err() {
             break;
         }
@@ -351,6 +351,54 @@ struct Chunks<'a> {
     width: usize,
 }
 
+/// The step that reads them, for errors.
+const DOING: &str = "read the pixels";
+
+impl Chunks<'_> {
+    /// Finds the chunk of these lines, counted from the top.
+    fn find(&self, lines: &Range<usize>) -> Result<sys::exr_chunk_info_t, Error> {
+        let &Self { path, context, part, width } = self;
+        let raw = context.raw();
+        let mut corners = [0_i32; 4];
+        // SAFETY: a chunk's description is plain numbers; for the window see `describe`.
+        let (mut chunk, code) = unsafe {
+            let chunk: sys::exr_chunk_info_t = std::mem::zeroed();
+            (chunk, sys::exr_get_data_window(raw, part, corners.as_mut_ptr().cast()))
+        };
+        check(path, DOING, code)?;
+        let line = corners[1] + lines.start as i32;
+        // SAFETY: the context is open, and `chunk` lives through the call.
+        let code = unsafe { sys::exr_read_scanline_chunk_info(raw, part, line, &mut chunk) };
+        check_lines(path, lines, code)?;
+        if usize::try_from(chunk.height) != Ok(lines.len()) || usize::try_from(chunk.width) != Ok(width) {
+            return Err(refuse(path, "a chunk has other lines than its place says"));
+        }
+        Ok(chunk)
+    }
+
+    /// Reads the chunk of these lines, counted from the top, as it is packed, and unpacks it into the beginning of `buffers`.
+    fn read_packed(
+        &self,
+        lines: Range<usize>,
+        unpacker: &Unpacker,
+        buffers: &mut [Vec<f32>],
+    ) -> Result<(), Error> {
+        let &Self { path, context, part, .. } = self;
+        let chunk = self.find(&lines)?;
+        // what would not become smaller is not packed
+        if chunk.packed_size > chunk.unpacked_size {
+            return Err(refuse(path, "a chunk is longer than its pixels"));
+        }
+        let mut packed = Vec::new();
+        let room = usize::try_from(chunk.packed_size).ok().filter(|n| packed.try_reserve_exact(*n).is_ok());
+        packed.resize(room.ok_or_else(|| refuse(path, "a chunk does not fit into memory"))?, 0_u8);
+        // SAFETY: the context is open, and the buffer has room for the packed bytes of this chunk.
+        let code = unsafe { sys::exr_read_chunk(context.raw(), part, &chunk, packed.as_mut_ptr().cast()) };
+        check(path, DOING, code)?;
+        unpacker.unpack(packed, lines.len(), buffers).map_err(|what| refuse(path, what))
+    }
+}
+
 /// Reads the chunk of these lines, counted from the top, into the beginning of `buffers`.
 ///
 /// # Safety
@@ -361,23 +409,9 @@ unsafe fn read_chunk(
     buffers: &mut [Vec<f32>],
     pipeline: &mut sys::exr_decode_pipeline_t,
 ) -> Result<(), Error> {
-    const DOING: &str = "read the pixels";
     let &Chunks { path, context, part, width } = source;
     let raw = context.raw();
-    let mut corners = [0_i32; 4];
-    // SAFETY: a chunk's description is plain numbers; for the window see `describe`.
-    let (mut chunk, code) = unsafe {
-        let chunk: sys::exr_chunk_info_t = std::mem::zeroed();
-        (chunk, sys::exr_get_data_window(raw, part, corners.as_mut_ptr().cast()))
-    };
-    check(path, DOING, code)?;
-    let line = corners[1] + lines.start as i32;
-    // SAFETY: the context is open, and `chunk` lives through the call.
-    let code = unsafe { sys::exr_read_scanline_chunk_info(raw, part, line, &mut chunk) };
-    check_lines(path, &lines, code)?;
-    if usize::try_from(chunk.height) != Ok(lines.len()) || usize::try_from(chunk.width) != Ok(width) {
-        return Err(refuse(path, "a chunk has other lines than its place says"));
-    }
+    let chunk = source.find(&lines)?;
     let is_first = pipeline.channels.is_null();
     // SAFETY: the pipeline is empty, or of this context and part (the caller's promise).
     let code = unsafe {

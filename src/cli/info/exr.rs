@@ -7,6 +7,7 @@ use std::path::Path;
 use glam::{Mat4, Vec3, Vec4};
 use openexr::{Attribute, ReadImage};
 
+use super::in_line;
 use crate::cli::failure::Failure;
 use crate::report::values::{Values, layer_of, name_in_layer, reading_order};
 
@@ -20,7 +21,7 @@ pub fn describe(path: &Path) -> Result<String, Failure> {
         match image {
             Ok(image) => {
                 if parts > 1 {
-                    let _ = writeln!(text, "part {} of {parts}: {}", number + 1, image.part_name);
+                    let _ = writeln!(text, "part {} of {parts}: {}", number + 1, in_line(&image.part_name));
                 }
                 text += &part(&image, &values);
             }
@@ -66,7 +67,7 @@ fn part(image: &ReadImage, values: &[Values]) -> String {
     let _ = writeln!(text, "  {:<13}{}", "attributes", image.attributes.len());
     let longest = image.attributes.iter().map(|(name, _)| name.len() + 1).max().unwrap_or(0).max(24);
     for (name, value) in &image.attributes {
-        let _ = writeln!(text, "    {name:<longest$}{}", attribute(value));
+        let _ = writeln!(text, "    {:<longest$}{}", in_line(name), in_line(&attribute(value)));
     }
     text
 }
@@ -155,10 +156,10 @@ fn channels(image: &ReadImage, values: &[Values]) -> String {
     let mut last = None;
     for (channel, values) in channels {
         let layer = layer_of(&channel.name);
-        let shown = if last == Some(layer) { "" } else { layer };
+        let shown = in_line(if last == Some(layer) { "" } else { layer });
         last = Some(layer);
         let stored = format!("{:?}", channel.stored).to_lowercase();
-        let name = name_in_layer(&channel.name);
+        let name = in_line(name_in_layer(&channel.name));
         let _ = write!(text, "    {shown:<layers$}{name:<names$}{stored:<6}");
         match values.mean() {
             Some(mean) => {

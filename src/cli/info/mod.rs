@@ -103,7 +103,7 @@ fn described(shot: &Shot, path: &Path) -> String {
             format!("{samples}x{samples} to {most}x{most} (contrast {threshold})")
         }
     };
-    let mut text = format!("{}\n", shot.title);
+    let mut text = format!("{}\n", in_line(&shot.title));
     line(&mut text, "picture", format!("{}x{}, {samples} samples a pixel", settings.width, settings.height));
     if settings.overscan > 0 {
         line(&mut text, "overscan", format!("{} pixels on each side", settings.overscan));
@@ -196,7 +196,7 @@ fn model(shot: &Shot, path: &Path) -> String {
     let mut text = String::new();
     // the first one is the file's; the other is the floor of its turntable
     if let Some(model) = scene.models.first() {
-        let _ = writeln!(text, "{}", model.path.display());
+        let _ = writeln!(text, "{}", in_line(&model.path.display().to_string()));
         let mesh = &model.mesh;
         line(&mut text, "triangles", mesh.triangles.len().to_string());
         line(
@@ -268,7 +268,12 @@ fn list(parts: impl Iterator<Item = String>) -> String {
 }
 
 fn line(text: &mut String, name: &str, value: String) {
-    let _ = writeln!(text, "  {name:<12}{value}");
+    let _ = writeln!(text, "  {name:<12}{}", in_line(&value));
+}
+
+/// Text with its line feeds as characters: files, and what is in them, may have names with such.
+fn in_line(text: &str) -> String {
+    text.replace('\n', "\\n")
 }
 
 #[cfg(test)]
@@ -299,6 +304,13 @@ mod tests {
             assert!(text.contains(models) && text.matches(copy).count() == 3, "{text}");
             assert_eq!(text.contains("shared"), most_added == 1);
         }
+    }
+
+    #[test]
+    fn names_with_line_feeds_stay_in_their_line() {
+        let mut text = String::new();
+        line(&mut text, "", "a\nb: 1 triangles".into());
+        assert_eq!(text, "              a\\nb: 1 triangles\n");
     }
 
     #[test]

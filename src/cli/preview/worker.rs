@@ -19,6 +19,7 @@ use crate::frame::{self, RenderError, Renderer};
 use crate::layers::Layers;
 use crate::memory;
 use crate::output::png;
+use crate::scene::warnings::kinds;
 use crate::scene::{self, Shot};
 use crate::settings::{Build, Settings};
 use crate::trace::BackendKind;
@@ -51,8 +52,8 @@ impl Worker {
                 Ok((shot, settings)) => {
                     let files = shot.files.iter().cloned().chain([self.args.shot.clone()]);
                     let watch = Watch::new(files, &before);
-                    let warnings = shot.warnings.iter().map(|warning| warning.0.to_string());
-                    let notes = warnings.chain(shot.notes.iter().cloned()).collect();
+                    let warnings = kinds::told(&shot.warnings);
+                    let notes = warnings.into_iter().chain(shot.notes.iter().cloned()).collect();
                     let window = settings.data_window();
                     self.board.loaded(Loaded {
                         title: &shot.title,

@@ -35,7 +35,7 @@ use crate::denoise;
 use crate::frame::{self, Finished, Renderer};
 use crate::memory::{self, Need};
 use crate::report::file::write_json;
-use crate::scene::warnings::{caustics, limits};
+use crate::scene::warnings::{caustics, kinds, limits};
 use crate::schedule::steps::Walk;
 use crate::schedule::{self, Origin, Rule, Saved, Step};
 use crate::settings::{DenoiseQuality, Mode, Settings};
@@ -281,8 +281,8 @@ pub fn plan(
 
 /// Prints the loader's warnings.
 pub fn warn_about(job: &Job, terminal: &Terminal) {
-    for warning in &job.shot.warnings {
-        terminal.warn(&warning.0.to_string());
+    for warning in kinds::told(&job.shot.warnings) {
+        terminal.warn(&warning);
     }
     let turned =
         (is_model(&job.path) && job.shot.says_orbit).then(|| turn_note(&job.frames.list())).flatten();

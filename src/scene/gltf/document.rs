@@ -9,6 +9,7 @@ use memchr::memchr_iter;
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
 
+use super::gloss;
 use super::json::{Asset, Extensions, Json, View};
 use super::uri::Uri;
 use crate::digest::Digest;
@@ -18,19 +19,21 @@ use crate::scene::SceneError;
 use crate::scene::paths::find_beside;
 
 /// Extensions that files may require.
-const KNOWN: [&str; 14] = [
+const KNOWN: [&str; 16] = [
     "EXT_mesh_gpu_instancing",
     "EXT_texture_webp",
     "KHR_lights_punctual",
     "KHR_materials_clearcoat",
     "KHR_materials_emissive_strength",
     "KHR_materials_ior",
+    "KHR_materials_pbrSpecularGlossiness",
     "KHR_materials_specular",
     "KHR_materials_transmission",
     "KHR_materials_unlit",
     "KHR_materials_variants",
     "KHR_materials_volume",
     "KHR_mesh_quantization",
+    "KHR_texture_basisu",
     "KHR_texture_transform",
     "KHR_xmp_json_ld",
 ];
@@ -40,6 +43,9 @@ pub const LARGEST_COORDINATE: f64 = 1e18;
 
 /// Memory for an object in the JSON, bytes: a node, the largest, with its place and what is computed of it.
 const OBJECT_BYTES: u64 = 1024;
+
+/// First bytes of a text that some programs mark as UTF-8.
+const BYTE_ORDER_MARK: &[u8] = b"\xEF\xBB\xBF";
 
 /// Header of a GLB file, and of each chunk in it, bytes.
 const GLB_HEADER: usize = 12;
@@ -71,7 +77,7 @@ impl Document {
         let mut digests = vec![Digest::new(&bytes)];
         let (text, blob) = split(bytes).map_err(|what| SceneError::new(path, what))?;
         check_memory(path, &text)?;
-        let json: Json = serde_json::from_slice(&text).map_err(|error| {
+        let mut json: Json = serde_json::from_slice(&text).map_err(|error| {
             // files of another version are made otherwise: the version is what is wrong with them
             let other = serde_json::from_slice(&text).ok().and_then(|Versioned { asset }| {
                 // version 1 may be a number
@@ -89,6 +95,7 @@ impl Document {
         drop(text);
         check_version(path, &json.asset)?;
         check_extensions(path, &json)?;
+        gloss::state_base_colors(&mut json).map_err(|what| SceneError::new(path, what))?;
         let mut files = vec![path.to_path_buf()];
         let buffers = buffers(path, &json, blob, &mut files, &mut digests)?;
         let digest = Digest::of_all(digests);
@@ -185,7 +192,8 @@ fn read(path: &Path, asking: &Path) -> Result<Vec<u8>, SceneError> {
 /// Splits a file into its JSON and its binary chunk. The error says what is wrong.
 fn split(bytes: Vec<u8>) -> Result<(Vec<u8>, Option<Vec<u8>>), String> {
     if !bytes.starts_with(b"glTF") {
-        return Ok((bytes, None));
+        let text = bytes.strip_prefix(BYTE_ORDER_MARK).map(<[u8]>::to_vec);
+        return Ok((text.unwrap_or(bytes), None));
     }
     let number = |at: usize| {
         let four: Option<[u8; 4]> = bytes.get(at..at + 4).and_then(|four| four.try_into().ok());
@@ -243,9 +251,6 @@ fn check_extensions(path: &Path, json: &Json) -> Result<(), SceneError> {
     unknown.map_or(Ok(()), |name| {
         let message = match name.as_str() {
             "KHR_draco_mesh_compression" | "EXT_meshopt_compression" => packed(name),
-            "KHR_texture_basisu" => String::from(
-                "its pictures are packed with `KHR_texture_basisu`, which cannot be unpacked here: export with PNG or JPEG pictures",
-            ),
             _ => {
                 let name: String = name.chars().take(80).collect();
                 format!("it requires the extension `{name}`, which is not supported: export it without")

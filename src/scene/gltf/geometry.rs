@@ -8,7 +8,7 @@ use half::f16;
 
 use super::document::{Document, packed};
 use super::json::{Json, Primitive};
-use super::materials::{UvSets, VertexAlpha, uv_sets};
+use super::materials::{UvSets, VertexAlpha, is_absent, uv_sets};
 use crate::scene::SceneError;
 use crate::scene::details::vertex_color;
 use crate::scene::model::deformed::remove_closed;
@@ -83,6 +83,9 @@ pub fn read(document: &Document, mesh: usize) -> Result<Geometry, SceneError> {
     let mut known: HashMap<Attributes, u32> = HashMap::new();
     for primitive in primitives {
         let Some(mode) = mode(document, primitive, mesh)? else { continue };
+        if is_absent(document, primitive.material)? {
+            continue;
+        }
         let sets = uv_sets(document, primitive.material)?;
         let list = |map: &BTreeMap<String, usize>| -> Vec<(String, usize)> {
             map.iter().map(|(name, accessor)| (name.clone(), *accessor)).collect()

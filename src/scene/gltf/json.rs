@@ -117,7 +117,7 @@ pub struct Texture {
     pub extensions: Extensions,
 }
 
-#[derive(Debug, Default, Deserialize)]
+#[derive(Debug, Default, Clone, Deserialize)]
 #[serde(rename_all = "camelCase", default)]
 pub struct Material {
     pub name: Option<String>,
@@ -131,7 +131,7 @@ pub struct Material {
     pub extensions: Extensions,
 }
 
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Clone, Deserialize)]
 #[serde(rename_all = "camelCase", default)]
 pub struct MetallicRoughness {
     pub base_color_factor: [f64; 4],
@@ -153,7 +153,7 @@ impl Default for MetallicRoughness {
     }
 }
 
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Clone, Deserialize)]
 #[serde(rename_all = "camelCase")]
 pub struct TextureInfo {
     pub index: usize,

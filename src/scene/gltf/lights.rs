@@ -82,6 +82,10 @@ pub fn text(document: &Document, light: usize, name: &str, track: &NodeTrack) ->
         let cone = (2.0 * outer.to_degrees()).min(WIDEST);
         let soft = (1.0 - inner / outer).clamp(0.0, 1.0);
         let _ = writeln!(text, "cone = {}\nsoft = {}", number(cone), number(soft));
+        // Blender makes its own curve these angles
+        if soft > 0.0 && !is_of_blender(document) {
+            text += "fall = \"square\"\n";
+        }
     }
     let keys: Vec<(f64, DAffine3)> = track.map.frames().zip(track.map.values()).collect();
     if let (true, Some((_, map))) = (track.map.is_constant(), keys.first()) {

@@ -6,7 +6,6 @@ use serde::Deserialize;
 use super::coat::note_coat_of_glass;
 use super::document::{Document, extension};
 use super::json::{Material as Json, TextureInfo, TextureTransform};
-use super::pictures::image_of;
 use crate::scene::cutout::{Cutout, LEAST_OPACITY};
 use crate::scene::keys::material::AlphaMode;
 use crate::scene::material::{LARGEST_COLOR, head_on};
@@ -124,6 +123,15 @@ pub fn takes_alpha(document: &Document, material: Option<usize>) -> Result<bool,
     Ok(matches!(json.alpha_mode.as_deref(), Some("BLEND" | "MASK")))
 }
 
+/// Returns true if a material is nowhere there: its alpha is below what cuts it out, whatever a texture or vertices take off.
+pub fn is_absent(document: &Document, material: Option<usize>) -> Result<bool, SceneError> {
+    let Some(material) = material else { return Ok(false) };
+    let json = document.get(&document.json.materials, material, "material")?;
+    let [.., alpha] = json.pbr_metallic_roughness.base_color_factor;
+    let is_masked = json.alpha_mode.as_deref() == Some("MASK");
+    Ok(is_masked && alpha < json.alpha_cutoff.unwrap_or(DEFAULT_CUTOFF))
+}
+
 /// Numbers of the texture coordinates that a material's textures take.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub struct UvSets {
@@ -172,6 +180,7 @@ impl Assembly {
             return self.add_material_of(&document.path, Material::fallback().into());
         };
         let json = document.get(&document.json.materials, number, "material")?;
+        let json = &*self.as_metal_rough(document, json)?;
         let Read { mut stated, alpha: of_file, by_vertices, is_textured, of_texture } =
             self.read_material(document, number, json, vertices)?;
         self.known_names.push(stated.name.clone());
@@ -349,8 +358,7 @@ impl Assembly {
         used: PictureUse,
     ) -> Result<u32, SceneError> {
         let texture = document.get(&document.json.textures, info.index, "texture")?;
-        let image = image_of(document, texture, info.index)?;
-        let (path, decoded) = self.image(document, image, used)?;
+        let (path, decoded) = self.picture_of(document, info, used)?;
         let TextureTransform { offset, rotation, scale, .. } = transform(document, info)?;
         let (wrap, is_nearest) = match texture.sampler {
             Some(sampler) => {

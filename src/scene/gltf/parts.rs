@@ -253,7 +253,7 @@ impl Assembly {
 }
 
 /// Places of a node's copies, if it has any (EXT_mesh_gpu_instancing).
-fn copies(document: &Document, node: &Node) -> Result<Option<Vec<DAffine3>>, SceneError> {
+pub(super) fn copies(document: &Document, node: &Node) -> Result<Option<Vec<DAffine3>>, SceneError> {
     let read: Option<Instancing> = extension(document, &node.extensions, "EXT_mesh_gpu_instancing")?;
     let Some(Instancing { attributes }) = read else { return Ok(None) };
     let three =

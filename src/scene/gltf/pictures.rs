@@ -13,17 +13,38 @@ use crate::scene::model::decoded::Decoded;
 use crate::scene::model::pictures::{Content, PictureUse, Wanted};
 use crate::scene::{SceneError, texture};
 
-/// Number of the image that a texture shows.
-pub fn image_of(document: &Document, texture: &Texture, number: usize) -> Result<usize, SceneError> {
+/// Number of the image that a texture shows. `None` if it has none that can be read.
+fn image_of(texture: &Texture) -> Option<usize> {
     let webp = texture.extensions.get("EXT_texture_webp").and_then(|webp| webp.get("source"));
-    let webp = webp.and_then(Value::as_u64).map(|source| source as usize);
-    webp.or(texture.source).ok_or_else(|| {
-        let message = "has no picture that can be read: export it with PNG or JPEG pictures";
-        document.fault(format!("texture {number} {message}"))
-    })
+    webp.and_then(Value::as_u64).map(|source| source as usize).or(texture.source)
 }
 
 impl Assembly {
+    /// Reads the picture that a texture shows. Returns the path by which it is known, and its texels.
+    ///
+    /// # Errors Those of [`image`](Self::image).
+    pub(super) fn picture_of(
+        &mut self,
+        document: &Document,
+        info: &TextureInfo,
+        used: PictureUse,
+    ) -> Result<(PathBuf, Decoded), SceneError> {
+        let texture = document.get(&document.json.textures, info.index, "texture")?;
+        if let Some(image) = image_of(texture) {
+            return self.image(document, image, used);
+        }
+        let why = if texture.extensions.contains_key("KHR_texture_basisu") {
+            "is packed with KHR_texture_basisu, which cannot be unpacked here: export it as PNG or JPEG"
+        } else {
+            "has no picture that can be read: export it as PNG or JPEG"
+        };
+        let (path, name) = (known_as(document, "texture", info.index), format!("texture {}", info.index));
+        let asking = document.path.as_path();
+        let content = Content::Unreadable(why);
+        let wanted = Wanted { path: path.clone(), content, name: &name, asking, line: None, used };
+        Ok((path, self.pictures.decoded(wanted, &mut self.findings)?))
+    }
+
     /// Reads an image of a file. Returns the path by which it is known, and its texels.
     ///
     /// # Errors An image that is nowhere, or outside of the file's folder; in a strict load also one that is missing or unreadable.
@@ -35,9 +56,7 @@ impl Assembly {
     ) -> Result<(PathBuf, Decoded), SceneError> {
         let image = document.get(&document.json.images, number, "image")?;
         let fault = |what: String| document.fault(format!("image {number} {what}"));
-        let mut known = document.path.clone().into_os_string();
-        known.push(format!("#image {number}"));
-        let (known, label) = (PathBuf::from(known), format!("image {number}"));
+        let (known, label) = (known_as(document, "image", number), format!("image {number}"));
         let name = image.name.as_ref().map_or(label.clone(), |name| format!("{name} ({label})"));
         let asking = document.path.as_path();
         let wanted = |path, content, name| Wanted { path, content, name, asking, line: None, used };
@@ -72,25 +91,46 @@ impl Assembly {
         document: &Document,
         info: &TextureInfo,
     ) -> Result<DVec3, SceneError> {
-        self.mean_of(document, info, |byte| f64::from(byte) / 255.0)
+        let means = self.means_of(document, info, |_, byte| f64::from(byte) / 255.0)?;
+        Ok(DVec3::from_slice(&means))
     }
 
     /// The mean of the colours of a texture's texels, linear RGB.
     ///
     /// # Errors Those of [`image`](Self::image).
     pub(super) fn mean(&mut self, document: &Document, info: &TextureInfo) -> Result<DVec3, SceneError> {
-        self.mean_of(document, info, |byte| f64::from(texture::linear(byte)))
+        Ok(DVec3::from_slice(&self.mean_and_alpha(document, info)?))
     }
 
-    fn mean_of(
+    /// The mean of the colours of a texture's texels, linear RGB, and that of their alphas.
+    ///
+    /// # Errors Those of [`image`](Self::image).
+    pub(super) fn mean_and_alpha(
         &mut self,
         document: &Document,
         info: &TextureInfo,
-        value: impl Fn(u8) -> f64,
-    ) -> Result<DVec3, SceneError> {
-        let texture = document.get(&document.json.textures, info.index, "texture")?;
-        let image = image_of(document, texture, info.index)?;
-        let (_, decoded) = self.image(document, image, PictureUse::Color)?;
-        Ok(DVec3::from_slice(&decoded.means(|_, byte| value(byte))))
+    ) -> Result<[f64; 4], SceneError> {
+        const ALPHA: usize = 3;
+        self.means_of(document, info, |channel, byte| match channel {
+            ALPHA => f64::from(byte) / 255.0,
+            _ => f64::from(texture::linear(byte)),
+        })
     }
+
+    fn means_of(
+        &mut self,
+        document: &Document,
+        info: &TextureInfo,
+        value: impl Fn(usize, u8) -> f64,
+    ) -> Result<[f64; 4], SceneError> {
+        let (_, decoded) = self.picture_of(document, info, PictureUse::Color)?;
+        Ok(decoded.means(value))
+    }
+}
+
+/// Path by which the part of a file with this number is known.
+fn known_as(document: &Document, what: &str, number: usize) -> PathBuf {
+    let mut known = document.path.clone().into_os_string();
+    known.push(format!("#{what} {number}"));
+    PathBuf::from(known)
 }

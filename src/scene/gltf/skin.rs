@@ -3,7 +3,7 @@
 use glam::{Affine3A, DAffine3, DMat4, Vec3, Vec3A};
 use rayon::prelude::*;
 
-use super::animation::{Clip, Property};
+use super::animation::{Channel, Clip, Property};
 use super::document::Document;
 use super::geometry::{Geometry, Influences};
 use super::nodes::Tree;
@@ -30,7 +30,7 @@ pub fn shapes(
     a_frame: u32,
 ) -> Result<Distinct, SceneError> {
     let pose = Pose::new(document, number, geometry)?;
-    let frames = match is_animated(tree, clip, number, pose.skin.as_ref()) {
+    let frames = match pose.is_animated(tree, clip) {
         true => clip.moments(a_frame),
         false => vec![1.0],
     };
@@ -71,6 +71,17 @@ impl Pose {
         Ok(Self { node: number, skin, weights: node.weights.clone().unwrap_or(of_mesh) })
     }
 
+    /// Returns true if the shape of the mesh may change in the animation.
+    pub fn is_animated(&self, tree: &Tree, clip: &Clip) -> bool {
+        let is_morphing =
+            |channel: &Channel| channel.node == self.node && channel.property == Property::Weights;
+        let bends = |skin: &Skin| {
+            let moved = moved(tree, clip);
+            skin.joints.iter().any(|joint| moved[*joint])
+        };
+        self.skin.as_ref().is_some_and(bends) || clip.channels.iter().any(is_morphing)
+    }
+
     /// Positions of the vertices at a frame: in the space of the scene if the node has a skin, otherwise in that of the mesh.
     pub fn positions(
         &self,
@@ -90,16 +101,12 @@ impl Pose {
     }
 }
 
-/// Returns true if the shape of a node's mesh may change in the animation.
-fn is_animated(tree: &Tree, clip: &Clip, number: usize, skin: Option<&Skin>) -> bool {
+/// Tells for each node whether it, or a node above it, moves in the animation.
+pub fn moved(tree: &Tree, clip: &Clip) -> Vec<bool> {
     let mut moved = vec![false; tree.parents.len()];
     let places = clip.channels.iter().filter(|channel| channel.property != Property::Weights);
     places.for_each(|channel| moved[channel.node] = true);
-    let moved = tree.inherited(moved);
-    let is_morphed = || {
-        clip.channels.iter().any(|channel| channel.node == number && channel.property == Property::Weights)
-    };
-    skin.is_some_and(|skin| skin.joints.iter().any(|joint| moved[*joint])) || is_morphed()
+    tree.inherited(moved)
 }
 
 fn morphed(geometry: &Geometry, weights: &[f64]) -> Vec<[f32; 3]> {

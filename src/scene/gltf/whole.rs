@@ -3,24 +3,21 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use glam::{DAffine3, Vec3};
 use toml::Value;
 
 use super::animation::Clip;
 use super::bake;
 use super::document::Document;
-use super::geometry;
+use super::framing::fit;
 use super::nodes::Tree;
-use super::skin::Pose;
+use super::surrounded;
 use super::{cameras, lights};
 use crate::scene::SceneError;
 use crate::scene::model::read_model::ReadBefore;
-use crate::scene::obj::are_within_reach;
 use crate::scene::part_of_file::NodeTrack;
 use crate::scene::shot::Shot;
-use crate::scene::turntable::corners::Corners;
+use crate::scene::turntable::Options;
 use crate::scene::turntable::text::{HEAD, INDIRECT, LIGHT, around, floor};
-use crate::scene::turntable::{Fit, Options, Up};
 use crate::scene::written::{self, Written};
 
 /// Frames in a second.
@@ -68,6 +65,15 @@ fn written(document: &Document, model: &str, options: &Options) -> Result<Writte
                 "of {count} cameras the first is shown: `{shown}` (--camera NAME shows another)"
             ));
         }
+        let eye = track.map.values().next().map(|map| map.translation);
+        if let (true, Some(eye)) = (lights.is_empty(), eye)
+            && let Some(around) = surrounded::by(document, (&tree, &clip), eye)?
+        {
+            notes.push(format!(
+                "`{around}` lies all around the camera, and may keep out the sky and lights that stand in for those of the file: if it \
+                 is dark in there, `afterimage init` writes the shot, for a [[light]] within or `ke` in a [[material]]"
+            ));
+        }
         own_camera(document, (camera, track), clip.end, options.size)?
     } else {
         let fit = fit(document, (&tree, &clip), options.size)?;
@@ -110,33 +116,4 @@ fn own_camera(
     Ok(format!(
         "\n[render]\nsize = [{width}, {height}]\nsamples = 2\nframes = \"1-{last}\"\nrate = {RATE}\n{keys}"
     ))
-}
-
-/// Fits a camera around all that is shown at the first frame.
-fn fit(document: &Document, (tree, clip): (&Tree, &Clip), size: [u32; 2]) -> Result<Fit, SceneError> {
-    let (mut positions, mut triangles) = (Vec::new(), Vec::new());
-    let globals = tree.globals(&clip.locals(tree, 1.0));
-    for number in &tree.shown {
-        let node = &document.json.nodes[*number];
-        let Some(mesh) = node.mesh else { continue };
-        let mut geometry = geometry::read(document, mesh)?;
-        if node.skin.is_none() && geometry.targets.is_empty() {
-            geometry = geometry.without_closed(None);
-        }
-        let pose = Pose::new(document, *number, &geometry)?;
-        let first = positions.len() as u32;
-        let of_node = pose.positions(document, (tree, clip), &geometry, 1.0);
-        let map = if node.skin.is_some() { DAffine3::IDENTITY } else { globals[*number] };
-        let place =
-            |position: [f32; 3]| map.transform_point3(Vec3::from(position).as_dvec3()).as_vec3().to_array();
-        positions.extend(of_node.into_iter().map(place));
-        triangles.extend(geometry.triangles.iter().map(|triangle| triangle.map(|corner| corner + first)));
-    }
-    if triangles.is_empty() || !are_within_reach(&positions) {
-        let message = "it shows no triangles within 1e18 of the origin: points, lines and empty nodes alone cannot be rendered";
-        return Err(document.fault(message));
-    }
-    let [width, height] = size.map(f64::from);
-    let corners = Corners { positions: &positions, triangles: &triangles };
-    Ok(Fit::new(&corners, Up::Y, width / height))
 }

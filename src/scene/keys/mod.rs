@@ -28,6 +28,7 @@ use self::toml_text::{At, List, Three};
 use crate::animation::Interpolation;
 use crate::exposure::MOST_EXPOSURES;
 use crate::layers::Layers;
+use crate::scene::SpotFall;
 use crate::settings::{
     Backdrop, BasePlace, Caustics, Compression, DenoiseQuality, Filter, LONGEST_SIDE, Look,
     MOST_OCCLUSION_RAYS, MOST_OVERSCAN, MOST_PATHS, MOST_REFLECTIONS, MOST_TREE_MEMORY, Mode, Reuse, View,
@@ -322,6 +323,8 @@ pub(crate) struct LightTable {
     /// Spot: falloff at the rim, as a fraction of the half angle (0)
     #[schemars(range(min = 0, max = 1))]
     pub soft: Option<At<f64>>,
+    /// Spot: curve of that falloff, from the rim inwards, by cosines ("smooth")
+    pub fall: Option<At<SpotFall>>,
     /// Rectangle, disk: direction in which its height points, as far as the target lets it [0, 1, 0]
     pub up: Option<Three>,
     /// Rectangle: width and height [1, 1]. Disk: those of an ellipse, instead of `radius`

@@ -245,31 +245,56 @@ impl Assembly {
         // some writers repeat the line before every object
         let (mut names, mut files) = (HashSet::new(), HashSet::new());
         for library in obj.libraries.iter().filter(|library| names.insert(library.name.as_str())) {
-            let (found, missing) = library_files(folder, &library.name);
-            complete &= missing.is_empty();
+            let (mut found, missing) = library_files(folder, &library.name);
+            // models are renamed together with their materials, and then name what was there before
+            let own = (!missing.is_empty()).then(|| own_library(path)).flatten();
+            let own = own.filter(|own| !files.contains(own) && !found.contains(own));
+            complete &= missing.is_empty() || own.is_some();
             for name in missing {
-                let message =
-                    format!("the material file `{name}` cannot be found; faces that need it are drawn grey");
-                self.findings.stand_in(SceneError::new(path, message).at_line(library.line))?;
+                let place = |message| SceneError::new(path, message).at_line(library.line);
+                let message = format!("the material file `{name}` cannot be found");
+                match &own {
+                    Some(own) => {
+                        let own = own.file_name().unwrap_or_default().to_string_lossy();
+                        self.findings.note(place(format!("{message}: `{own}` is read in its place")));
+                    }
+                    None => {
+                        let message = format!("{message}; faces that need it are drawn grey");
+                        self.findings.stand_in(place(message))?;
+                    }
+                }
             }
+            found.extend(own);
             for file in found {
-                if !files.insert(file.clone()) {
-                    continue;
+                if files.insert(file.clone()) {
+                    self.read_library(file, &mut defined)?;
                 }
-                let MtlFile { materials, oddities, unused, digest } = mtl::read(&file)?;
-                self.files.push(file.clone());
-                self.digests.push(digest);
-                self.report_oddities(oddities, &file)?;
-                self.note_contradictions(&materials, &file);
-                for (line, message) in unused {
-                    self.findings.note(SceneError::new(&file, message).at_line(line));
-                }
-                self.known_names.extend(materials.iter().map(|material| material.name.clone()));
-                defined
-                    .extend(materials.into_iter().map(|material| Defined { material, path: file.clone() }));
             }
         }
+        let names_materials = obj.materials.iter().any(|material| !material.name.is_empty());
+        if let (true, true, Some(own)) = (obj.libraries.is_empty(), names_materials, own_library(path)) {
+            let name = own.file_name().unwrap_or_default().to_string_lossy().into_owned();
+            let message =
+                format!("it names no material file (mtllib): `{name}`, which is beside it, is read");
+            self.findings.note(SceneError::new(path, message));
+            self.read_library(own, &mut defined)?;
+        }
         Ok((defined, complete))
+    }
+
+    /// Reads an MTL file, and adds what it defines.
+    fn read_library(&mut self, file: PathBuf, defined: &mut Vec<Defined>) -> Result<(), SceneError> {
+        let MtlFile { materials, oddities, unused, digest } = mtl::read(&file)?;
+        self.files.push(file.clone());
+        self.digests.push(digest);
+        self.report_oddities(oddities, &file)?;
+        self.note_contradictions(&materials, &file);
+        for (line, message) in unused {
+            self.findings.note(SceneError::new(&file, message).at_line(line));
+        }
+        self.known_names.extend(materials.iter().map(|material| material.name.clone()));
+        defined.extend(materials.into_iter().map(|material| Defined { material, path: file.clone() }));
+        Ok(())
     }
 
     fn report_oddities(&mut self, oddities: Vec<(usize, String)>, file: &Path) -> Result<(), SceneError> {
@@ -444,9 +469,22 @@ impl Assembly {
     }
 }
 
+/// The MTL file beside an OBJ file that has its name, if there is one.
+fn own_library(obj: &Path) -> Option<PathBuf> {
+    if is_ply(obj) {
+        return None;
+    }
+    let name = obj.with_extension("mtl");
+    find_beside(obj.parent().unwrap_or(Path::new("")), &name.file_name()?.to_string_lossy())
+}
+
 /// The files that a `mtllib` line means: one name that may hold spaces, or several, or several that may
-/// hold spaces. Then the names for which there is no file.
+/// hold spaces. Then the names for which there is no file. A name may stand between quotes.
 fn library_files(folder: &Path, text: &str) -> (Vec<PathBuf>, Vec<String>) {
+    let quoted = text.strip_prefix('"').and_then(|text| text.strip_suffix('"'));
+    if let Some(path) = quoted.and_then(|name| find_beside(folder, name)) {
+        return (vec![path], Vec::new());
+    }
     let words: Vec<String> =
         words(text.as_bytes()).map(|word| String::from_utf8_lossy(word).into_owned()).collect();
     let (mut found, mut missing) = (Vec::new(), Vec::new());

@@ -85,13 +85,13 @@ impl Decoded {
         })
     }
 
-    /// Returns the colours, which were encoded as `space` says: sRGB-encoded bytes, or linear half floats. A surface reflects no more
-    /// than all light: what is brighter than 1 is cut.
-    pub fn as_colors(&self, space: ColorSpace) -> Arc<Image> {
+    /// Returns the colours, which were encoded as `space` says: sRGB-encoded bytes, or linear half floats. What is brighter than `most` is
+    /// cut: a surface reflects no more than all light.
+    pub fn as_colors(&self, space: ColorSpace, most: f32) -> Arc<Image> {
         let finest = self.image.finest();
         let linear = |value: f32| match space {
             ColorSpace::Srgb => linear_share(f64::from(value.clamp(0.0, 1.0))),
-            ColorSpace::Linear => value.clamp(0.0, 1.0),
+            ColorSpace::Linear => value.clamp(0.0, most),
         };
         if finest.texels.are_bytes() && space == ColorSpace::Srgb {
             return Arc::clone(&self.image);

@@ -9,7 +9,7 @@ use super::decoded::{ColorSpace, Decoded, Unusable, checker, decode_bytes, decod
 use super::map_statement::MapStatement;
 use crate::digest::Digest;
 use crate::scene::error::Findings;
-use crate::scene::material::NormalMap;
+use crate::scene::material::{LARGEST_COLOR, NormalMap};
 use crate::scene::paths::find_beside;
 use crate::scene::texture::{Image, Mapping, Pager, UvSet, Wrap};
 use crate::scene::{SceneError, Texture};
@@ -29,6 +29,8 @@ pub(crate) enum PictureUse {
     Parameter,
     /// Colours that are parameters of a material.
     ColorParameter,
+    /// Colours of light, which may be brighter than 1.
+    Light,
 }
 
 impl PictureUse {
@@ -37,7 +39,7 @@ impl PictureUse {
         match self {
             Self::Color | Self::Opacity => "a checker stands in for it",
             Self::Normals | Self::Heights => "the surface is smooth without it",
-            Self::Parameter | Self::ColorParameter => "the numbers of the material count alone",
+            Self::Parameter | Self::ColorParameter | Self::Light => "the numbers of the material count alone",
         }
     }
 }
@@ -61,6 +63,8 @@ pub(crate) enum Content<'a> {
     File(Option<&'a Path>),
     /// A part of a file that was read.
     Bytes(&'a [u8]),
+    /// A part of a file that cannot be read, and why: the end of a sentence about it.
+    Unreadable(&'a str),
 }
 
 /// Memory for textures: half of it for pictures that are held whole, and half for pages of the others.
@@ -153,7 +157,10 @@ impl Pictures {
         }
         let mut derived = match used {
             PictureUse::Color | PictureUse::ColorParameter => {
-                Derived { image: picture.as_colors(space), cuts: picture.cuts, slope: 1.0 }
+                Derived { image: picture.as_colors(space, 1.0), cuts: picture.cuts, slope: 1.0 }
+            }
+            PictureUse::Light => {
+                Derived { image: picture.as_colors(space, LARGEST_COLOR), cuts: picture.cuts, slope: 1.0 }
             }
             PictureUse::Normals | PictureUse::Parameter => {
                 Derived { image: picture.as_numbers(), cuts: picture.cuts, slope: 1.0 }
@@ -220,6 +227,10 @@ impl Pictures {
             Content::Bytes(bytes) => {
                 self.embedded.insert(path.clone());
                 decode_bytes(bytes)
+            }
+            Content::Unreadable(why) => {
+                self.embedded.insert(path.clone());
+                Err(Unusable::AsItIs(why.into()))
             }
         };
         let picture = match read {

@@ -13,7 +13,7 @@ use crate::scene::{Mesh, SceneError, Shapes};
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
 pub(crate) struct Numbered {
     /// Number in its name.
-    pub number: u64,
+    pub number: i64,
     /// Path of the file.
     pub path: PathBuf,
 }

@@ -8,6 +8,7 @@ use glam::{Vec2, Vec3};
 use super::map_statement::{ByUse, Channel, MapUse};
 use super::pictures::PictureUse;
 use crate::scene::cutout::ALL_BUT_OPAQUE;
+use crate::scene::material::LARGEST_COLOR;
 use crate::scene::texture::{Placement, UvSet, linear_color};
 use crate::scene::variants::{TexelNumbers, Variants};
 use crate::scene::{Material, Texture};
@@ -41,8 +42,8 @@ impl From<Material> for Settled {
     }
 }
 
-/// Numbers that make a variant, as bytes: roughness, metal, exponent of the highlight, emission, reflectance of highlights, and
-/// opacity.
+/// Numbers that make a variant, as bytes: roughness, metal, exponent of the highlight, emission (of the brightest), reflectance of
+/// highlights, and opacity.
 const NUMBERS: usize = 10;
 const ROUGHNESS: usize = 0;
 const METAL: usize = 1;
@@ -80,7 +81,8 @@ pub(crate) fn is_of_use(material: &Material, used: MapUse) -> bool {
 /// Use of a picture that gives a parameter.
 pub(crate) fn picture_use(used: MapUse) -> PictureUse {
     match used {
-        MapUse::Emission | MapUse::Specular => PictureUse::ColorParameter,
+        MapUse::Specular => PictureUse::ColorParameter,
+        MapUse::Emission => PictureUse::Light,
         _ => PictureUse::Parameter,
     }
 }
@@ -126,7 +128,8 @@ pub(crate) fn make(
     let other_kinds = of_other.as_ref().map_or(vec![WHITE], |of_other| of_other.kinds.clone());
     let both = |other: &Numbers| of_own.kinds.iter().map(|own| product(own, other)).collect::<Vec<_>>();
     let kinds = other_kinds.iter().flat_map(both);
-    let materials: Vec<Material> = kinds.map(|kind| variant(material, maps, kind)).collect();
+    let emitting = Material { emission: material.emission * brightest(maps, textures), ..material.clone() };
+    let materials: Vec<Material> = kinds.map(|kind| variant(&emitting, maps, kind)).collect();
     let own_shares = of_own.shares();
     let other_shares = of_other.as_ref().map_or(vec![1.0], Numbered::shares);
     let shares: Vec<f64> =
@@ -162,9 +165,23 @@ impl Group {
         let placement = finest.placement();
         let pictures: Vec<Picture> =
             pictures().map(|(used, map)| Picture::new(used, map, texture(map), &placement)).collect();
-        let numbers = (0..finest.texels().count()).map(|texel| numbers_of(&pictures, texel)).collect();
+        let brightest = brightest(maps, textures);
+        let numbers =
+            (0..finest.texels().count()).map(|texel| numbers_of(&pictures, brightest, texel)).collect();
         Some(Self { placement, numbers })
     }
+}
+
+/// Brightest channel of the picture of emission, at least 1: the numbers of emission are shares of it.
+fn brightest(maps: &ByUse<ParameterMap>, textures: &[Texture]) -> f32 {
+    maps[MapUse::Emission].map_or(1.0, |ParameterMap { map, .. }| {
+        let texels = textures[map as usize].texels();
+        // bytes are not brighter
+        if texels.are_bytes() {
+            return 1.0;
+        }
+        texels.iter().map(|texel| texel.color().truncate().max_element()).fold(1.0, f32::max)
+    })
 }
 
 /// Numbers that leave all parameters as they are.
@@ -192,11 +209,13 @@ impl<'a> Picture<'a> {
         Self { used, channel: map.channel, texture, asked: *asked, is_same }
     }
 
-    /// Texel of this picture at the centre of number `texel` of those asked for; colours sRGB-encoded.
-    fn texel(&self, texel: usize) -> [u8; 4] {
+    /// Texel of this picture at the centre of number `texel` of those asked for; colours sRGB-encoded, and light as a share of the
+    /// `brightest`.
+    fn texel(&self, texel: usize, brightest: f32) -> [u8; 4] {
         let texels = self.texture.texels();
         let of_picture = |texel: usize| match picture_use(self.used) {
-            PictureUse::ColorParameter => texels.get(texel).srgb(),
+            PictureUse::ColorParameter => texels.get(texel).srgb(1.0),
+            PictureUse::Light => texels.get(texel).srgb(brightest),
             _ => texels.get(texel).bytes(),
         };
         if self.is_same {
@@ -210,10 +229,10 @@ impl<'a> Picture<'a> {
     }
 }
 
-fn numbers_of(pictures: &[Picture<'_>], texel: usize) -> Numbers {
+fn numbers_of(pictures: &[Picture<'_>], brightest: f32, texel: usize) -> Numbers {
     let mut numbers = WHITE;
     for picture in pictures {
-        let bytes = picture.texel(texel);
+        let bytes = picture.texel(texel, brightest);
         let colors = [bytes[0], bytes[1], bytes[2]];
         match picture.used {
             MapUse::Roughness => numbers[ROUGHNESS] = picture.channel.of(bytes),
@@ -297,7 +316,7 @@ fn variant(material: &Material, maps: &ByUse<ParameterMap>, numbers: Numbers) ->
         }
     }
     if maps.has(MapUse::Emission) {
-        variant.emission *= color(EMISSION);
+        variant.emission = (variant.emission * color(EMISSION)).min(Vec3::splat(LARGEST_COLOR));
     }
     if maps.has(MapUse::Specular) {
         variant.specular *= color(SPECULAR);

@@ -59,7 +59,8 @@ impl Header {
         let (elements, materials) = (Vec::new(), Vec::new());
         let mut header = Self { is_big: None, elements, lines: 0, materials, names_texture: false };
         let mut format = None;
-        if header.line(bytes)? != "ply" {
+        // some programs mark texts as UTF-8
+        if header.line(bytes)?.trim_start_matches('\u{feff}') != "ply" {
             return Err(Fault::whole("this is no PLY file: it does not begin with `ply`"));
         }
         loop {
@@ -236,7 +237,10 @@ impl Element {
                 )));
             }
             let is_wanted = wanted == Some(number);
-            list.clear();
+            // lists may follow the wanted one
+            if is_wanted {
+                list.clear();
+            }
             for _ in 0..count as u64 {
                 let value = values.next(property.kind)?;
                 if is_wanted {

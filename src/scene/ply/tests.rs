@@ -126,3 +126,17 @@ fn whatever_a_byte_becomes_nothing_panics() {
         }
     }
 }
+
+#[test]
+fn lists_after_that_of_the_corners_take_nothing_from_it() {
+    let head = "element face 2\nproperty list uchar int vertex_indices\nproperty list uchar float texcoord\nend_header\n";
+    let values = SQUARE.replace("3 0 1 2", "3 0 1 2 6 0 0 1 0 1 1").replace("3 0 2 3", "3 0 2 3 0");
+    let read = surface(text(&format!("{HEAD}{head}"), &values).as_bytes());
+    assert_eq!(read.triangles, [[0, 1, 2], [0, 2, 3]]);
+}
+
+#[test]
+fn a_byte_order_mark_is_passed_over() {
+    let file = format!("\u{feff}{}", text(&format!("{HEAD}{FACES}"), SQUARE));
+    assert_eq!(surface(file.as_bytes()).triangles.len(), 2);
+}

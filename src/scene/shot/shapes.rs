@@ -12,6 +12,9 @@ use crate::scene::model::assemble::Assembly;
 use crate::scene::model::shape_files::{Numbered, ReadShapes, ShapeSource};
 use crate::scene::{Mesh, SceneError};
 
+/// Largest number in a name: it is exact as a time.
+const MOST_NUMBER: i64 = 1 << 53;
+
 /// Range of the frames from a shape's number to the next one.
 const STEPS: RangeInclusive<f64> = 1e-6..=1e6;
 
@@ -82,14 +85,20 @@ fn numbered_files(text: TomlText<'_>, name: &At<String>) -> Result<Vec<Numbered>
     })?;
     let numbered = |file: String| {
         let number = file.strip_prefix(before)?.strip_suffix(after)?;
-        // as wide as the group, or wider without zeros in front: no two files have one number
-        let fits = number.len() == digits || number.len() > digits && !number.starts_with('0');
-        let number = number.bytes().all(|byte| byte.is_ascii_digit()).then(|| number.parse().ok())??;
-        fits.then(|| Numbered { number, path: folder.join(file) })
+        Some(Numbered { number: number_of(number, digits)?, path: folder.join(file) })
     };
     let names = entries.filter_map(Result::ok).filter_map(|entry| entry.file_name().into_string().ok());
     let mut files: Vec<Numbered> = names.filter_map(numbered).collect();
     files.sort_by_key(|file| file.number);
+    // programs count the sign of a negative number as a digit, or not
+    if let Some(pair) = files.windows(2).find(|pair| pair[0].number == pair[1].number) {
+        let [one, other] =
+            [0, 1].map(|i| pair[i].path.file_name().unwrap_or_default().to_string_lossy().into_owned());
+        let number = pair[0].number;
+        return Err(bad(&format!(
+            "means two files with the number {number}, `{one}` and `{other}`: take one of them away"
+        )));
+    }
     if files.is_empty() {
         let wanted = format!("{before}{:0digits$}{after}", 1);
         return Err(bad(&format!(
@@ -98,4 +107,41 @@ fn numbered_files(text: TomlText<'_>, name: &At<String>) -> Result<Vec<Numbered>
         )));
     }
     Ok(files)
+}
+
+/// Number that a name states with so many `digits`: as wide as that, or wider without zeros in front, so that no two files have one
+/// number. The sign of a negative one may take the place of a digit.
+fn number_of(text: &str, digits: usize) -> Option<i64> {
+    let of_digits = |text: &str, widths: &[usize]| {
+        let is_whole = !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit());
+        let is_wider = text.len() > digits && !text.starts_with('0');
+        let number = text.parse().ok().filter(|_| is_whole && (widths.contains(&text.len()) || is_wider));
+        number.filter(|number: &i64| *number <= MOST_NUMBER)
+    };
+    match text.strip_prefix('-') {
+        Some(text) => of_digits(text, &[digits, digits.saturating_sub(1)])
+            .filter(|number| *number > 0)
+            .map(|number| -number),
+        None => of_digits(text, &[digits]),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_as_wide_as_the_pattern_or_wider() {
+        for (text, number) in [("0007", 7), ("0000", 0), ("12345", 12345), ("-010", -10), ("-0010", -10)] {
+            assert_eq!(number_of(text, 4), Some(number), "{text}");
+        }
+        assert_eq!(
+            [number_of("-3", 1), number_of("-12", 1), number_of("-12", 2)],
+            [Some(-3), Some(-12), Some(-12)]
+        );
+        for text in ["7", "00007", "-10", "-00010", "--10", "-0000", "", "-", "1-23", "99999999999999999999"]
+        {
+            assert_eq!(number_of(text, 4), None, "{text}");
+        }
+    }
 }

@@ -10,7 +10,7 @@ use crate::scene::camera::{Aim, Lens, Projection};
 use crate::scene::keys::camera::{CameraKey, CameraTable};
 use crate::scene::keys::toml_text::{At, List, Three, TomlText};
 use crate::scene::keys::{LightKey, LightTable, LightType};
-use crate::scene::{CameraTrack, Light, LightGroups, LightKind, Panel, SceneError};
+use crate::scene::{CameraTrack, Light, LightGroups, LightKind, Panel, SceneError, SpotFall};
 
 /// Default vertical field of view if no key states one, degrees.
 const DEFAULT_FOV: f64 = 40.0;
@@ -273,6 +273,7 @@ pub(crate) fn light(text: TomlText<'_>, table: &At<LightTable>, number: usize) -
             soft: or(&light.soft, "soft", 0.0, |key, value| {
                 text.number(key, value, "from 0 to 1", |soft| (0.0..=1.0).contains(&soft))
             })?,
+            fall: light.fall.as_ref().map_or(SpotFall::default(), |fall| *fall.get_ref()),
             radius: or(&light.radius, "radius", 0.0, |key, value| {
                 let wanted = "0, or a length from 1e-9 to 1e9";
                 text.number(key, value, wanted, |radius| radius == 0.0 || (1e-9..=1e9).contains(&radius))
@@ -389,7 +390,7 @@ fn refuse_foreign_keys(text: TomlText<'_>, light: &LightTable) -> Result<(), Sce
     let (kind, allowed): (_, &[&str]) = match light.kind {
         LightType::Directional => ("directional", &["direction", "angle", "samples"]),
         LightType::Point => ("point", &["position"]),
-        LightType::Spot => ("spot", &["position", "target", "cone", "soft", "radius", "samples"]),
+        LightType::Spot => ("spot", &["position", "target", "cone", "soft", "fall", "radius", "samples"]),
         LightType::Rectangle => ("rectangle", &["position", "target", "up", "size", "spread", "samples"]),
         LightType::Disk => ("disk", &["position", "target", "up", "radius", "size", "spread", "samples"]),
         LightType::Sphere => ("sphere", &["position", "radius", "samples"]),
@@ -403,6 +404,7 @@ fn refuse_foreign_keys(text: TomlText<'_>, light: &LightTable) -> Result<(), Sce
         ("up", span(&light.up)),
         ("cone", number(&light.cone)),
         ("soft", number(&light.soft)),
+        ("fall", light.fall.as_ref().map(At::span)),
         ("size", light.size.as_ref().map(At::span)),
         ("radius", number(&light.radius)),
         ("spread", number(&light.spread)),

@@ -2,4 +2,5 @@
 
 pub mod caustics;
 pub(crate) mod darkness;
+pub mod kinds;
 pub mod limits;

@@ -244,3 +244,21 @@ fn both_tracers_see_through_what_is_cut_out() {
         assert_eq!([28, 35, 42].map(shows), [(true, false), (false, true), (false, true)], "{backend:?}");
     }
 }
+
+/// Alpha of a material with the mode MASK counts without a texture and without vertices, too.
+#[test]
+fn what_the_factor_cuts_is_absent() {
+    for (factor, cutoff, is_there) in
+        [(0.3, 0.5, false), (0.3, 0.2, true), (0.5, 0.5, true), (1.0, 1.1, false)]
+    {
+        let mut file = File::new();
+        file.add("materials", masked(factor, cutoff));
+        let cut = file.triangle();
+        file.json["meshes"][cut]["primitives"][0]["material"] = json!(0);
+        let plain = file.triangle();
+        file.root(json!({"mesh": plain}));
+        file.root(json!({"mesh": cut}));
+        let shot = load(&file, "");
+        assert_eq!(shot.scene.models.len(), 1 + usize::from(is_there), "{factor} {cutoff}");
+    }
+}

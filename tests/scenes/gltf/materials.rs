@@ -382,3 +382,51 @@ fn alpha_cuts_out_what_is_below_the_cutoff() {
         assert_eq!(cutout(alpha, json.clone()), expected, "{alpha:?} {json}");
     }
 }
+
+/// A whole file is not lost for a picture that is packed in another way.
+#[test]
+fn a_stand_in_shows_where_a_texture_is_packed_and_that_is_told_once() {
+    let mut file = File::new();
+    let mesh = file.triangle();
+    file.json["meshes"][mesh]["primitives"][0]["material"] = json!(0);
+    file.json["extensionsUsed"] = json!(["KHR_texture_basisu"]);
+    file.json["extensionsRequired"] = json!(["KHR_texture_basisu"]);
+    file.json["images"] = json!([{"uri": "a.ktx2"}]);
+    file.json["textures"] = json!([{"extensions": {"KHR_texture_basisu": {"source": 0}}}]);
+    let pbr = json!({"baseColorTexture": {"index": 0}, "metallicRoughnessTexture": {"index": 0}});
+    file.add("materials", json!({"pbrMetallicRoughness": pbr}));
+    file.root(json!({"mesh": mesh}));
+    let shot = load(&file, "[[light]]\ntype = \"directional\"\ndirection = [0, 0, -1]\n");
+    let told: Vec<String> = shot.warnings.iter().map(|warning| warning.0.to_string()).collect();
+    assert_eq!(told.len(), 1, "{told:?}");
+    for part in ["texture 0", "KHR_texture_basisu", "PNG or JPEG", "a checker stands in for it"] {
+        assert!(told[0].contains(part), "{told:?}");
+    }
+    assert!(shot.scene.materials.iter().any(|material| material.diffuse_map.is_some()), "the checker");
+    let text = format!("{CAMERA}[[model]]\ngltf = \"m.gltf\"\n");
+    let strict = load_in(folder(&file).path(), &text, true).map(|_| ()).unwrap_err();
+    assert!(strict.contains("KHR_texture_basisu"), "{strict}");
+}
+
+#[test]
+fn specular_and_glossiness_become_metal_and_roughness() {
+    let gloss =
+        |values: Value| material(json!({"extensions": {"KHR_materials_pbrSpecularGlossiness": values}}));
+    let (paint, told) =
+        gloss(json!({"diffuseFactor": [1, 0, 0, 1], "specularFactor": [0, 0, 0], "glossinessFactor": 0.2}));
+    let layer = paint.metal_rough.unwrap();
+    assert!(
+        layer.base.x > 0.95 && layer.base.y == 0.0 && layer.base.z == 0.0 && layer.metallic == 0.0,
+        "{layer:?}"
+    );
+    assert!((layer.roughness - 0.8).abs() < 1e-6 && layer.head_on < 1e-6);
+    assert!(!told.iter().any(|text| text.contains("KHR_")), "{told:?}");
+    let gold =
+        json!({"diffuseFactor": [0, 0, 0, 1], "specularFactor": [1, 0.77, 0.34], "glossinessFactor": 1});
+    let layer = gloss(gold).0.metal_rough.unwrap();
+    assert!(layer.base.abs_diff_eq(Vec3::new(1.0, 0.77, 0.34), 0.03) && layer.metallic > 0.98, "{layer:?}");
+    let veil = json!({"diffuseFactor": [1, 1, 1, 0.25], "specularFactor": [0, 0, 0]});
+    let (veil, _) =
+        material(json!({"alphaMode": "BLEND", "extensions": {"KHR_materials_pbrSpecularGlossiness": veil}}));
+    assert!((veil.metal_rough.unwrap().solid - 0.25).abs() < 1e-6, "alpha is that of the diffuse colour");
+}

@@ -40,8 +40,11 @@ fn a_whole_file_is_a_shot() {
     assert!(lights[0].2.abs_diff_eq(Vec3::new(40.0, 20.0, 10.0) / PI, 1e-4));
     let scene::LightKind::Directional { direction } = &shot.scene.lights[1].kind else { panic!("the sun") };
     assert_near(direction.at(1.0), DVec3::NEG_Y);
-    let scene::LightKind::Spot { cone, soft, .. } = &shot.scene.lights[2].kind else { panic!("the spot") };
+    let scene::LightKind::Spot { cone, soft, fall, .. } = &shot.scene.lights[2].kind else {
+        panic!("the spot")
+    };
     assert!((cone - 0.8_f64.to_degrees()).abs() < 1e-4 && (soft - 0.5).abs() < 1e-6);
+    assert_eq!(*fall, scene::SpotFall::Square, "as the extension recommends");
     // of Blender: watts, made lumens
     file.json["asset"]["generator"] = json!("Khronos glTF Blender I/O v5");
     fs::write(folder.path().join("m.gltf"), file.text()).unwrap();
@@ -88,4 +91,90 @@ fn a_file_without_camera_and_lights_goes_on_a_turntable() {
         assert!(across.length() < 1.0, "{looked_at:?}");
         assert_eq!(shot.files.len(), 1);
     }
+}
+
+/// Places of points in the picture at a frame: 1 is the edge.
+fn seen(shot: &Shot, frame: i32, points: &[Vec3]) -> Vec<Vec2> {
+    let camera = Pose::new(&shot.scene, frame).camera;
+    let aspect = shot.settings.width as f32 / shot.settings.height as f32;
+    let right = camera.forward.cross(camera.up);
+    let place = |point: &Vec3| {
+        let to = *point - camera.eye;
+        let depth = to.dot(camera.forward) * camera.half_height;
+        Vec2::new(to.dot(right) / (depth * aspect), to.dot(camera.up) / depth)
+    };
+    points.iter().map(place).collect()
+}
+
+#[test]
+fn a_bare_file_is_framed_for_all_that_it_shows_at_any_time() {
+    let corners = [Vec3::ZERO, Vec3::X, Vec3::Y];
+    let [far, turned] = [Vec3::new(0.0, 12.0, 0.0), Vec3::new(-20.0, 3.0, 1.0)];
+    let mut moving = File::new();
+    let mesh = moving.triangle();
+    let node = moving.root(json!({"mesh": mesh}));
+    let way = moving.vectors(&[[0.0; 3], far.to_array()]);
+    moving.animate(node, "translation", "LINEAR", &[0.0, 0.5], way);
+    let mut copied = File::new();
+    let mesh = copied.triangle();
+    let places = copied.vectors(&[[0.0; 3], far.to_array(), turned.to_array()]);
+    let attributes = json!({"TRANSLATION": places});
+    copied.root(json!({"mesh": mesh, "extensions": {"EXT_mesh_gpu_instancing": {"attributes": attributes}}}));
+    let at = |place: Vec3| corners.map(|corner| corner + place).to_vec();
+    for (file, all) in
+        [(moving, [at(Vec3::ZERO), at(far)].concat()), (copied, [at(far), at(turned)].concat())]
+    {
+        let shot = scene::load(&folder(&file).path().join("m.gltf"), true).unwrap();
+        for frame in [1, 13, 40, 77, 120] {
+            let places = seen(&shot, frame, &all);
+            assert!(places.iter().all(|at| at.abs().max_element() < 1.0), "frame {frame}: {places:?}");
+        }
+    }
+    // what bends is framed by its shapes: the joint swings the tip from the top to the left
+    let shot = scene::load(&folder(&bent()).path().join("m.gltf"), true).unwrap();
+    let last = shot.scene.models[0].track.shapes.as_ref().unwrap().ends()[1] as i32;
+    for frame in [1, last] {
+        let points: Vec<Vec3> = deformed(&shot, 0, frame).into_iter().map(Vec3::from).collect();
+        for turn in [1, 31, 61, 91] {
+            let places = seen(&shot, turn, &points);
+            assert!(places.iter().all(|at| at.abs().max_element() < 1.0), "{frame} {turn}: {places:?}");
+        }
+    }
+}
+
+#[test]
+fn a_camera_in_a_closed_box_is_told_of_it() {
+    let mut file = File::new();
+    let corner = |i: u8| [0, 1, 2].map(|axis| if i >> axis & 1 == 1 { 5.0 } else { -5.0 });
+    let positions = file.vectors(&std::array::from_fn::<_, 8, _>(|i| corner(i as u8)));
+    let faces = [[0, 1, 3, 2], [4, 5, 7, 6], [0, 1, 5, 4], [2, 3, 7, 6], [0, 2, 6, 4], [1, 3, 7, 5]];
+    let triangles: Vec<u16> = faces.iter().flat_map(|[a, b, c, d]| [*a, *b, *c, *a, *c, *d]).collect();
+    file.add("materials", json!({}));
+    file.json["cameras"] = json!([{"type": "perspective", "perspective": {"yfov": 1, "znear": 0.1}}]);
+    let shown = |mut file: File, triangles: &[u16], emits: f32, eye: f32| {
+        file.json["materials"][0]["emissiveFactor"] = json!([emits, emits, emits]);
+        let indices = file.indices(triangles);
+        let mesh =
+            file.mesh(json!({"attributes": {"POSITION": positions}, "indices": indices, "material": 0}));
+        file.root(json!({"mesh": mesh, "name": "sky box"}));
+        file.root(json!({"camera": 0, "translation": [eye, 0, 1]}));
+        let shot = scene::load(&folder(&file).path().join("m.gltf"), true).unwrap();
+        shot.notes.iter().filter(|note| note.contains("`sky box` lies all around the camera")).count()
+    };
+    let again = || File { json: file.json.clone(), bytes: file.bytes.clone() };
+    assert_eq!(shown(again(), &triangles, 0.0, 2.0), 1);
+    assert_eq!(shown(again(), &triangles, 0.0, 7.0), 0, "from without");
+    assert_eq!(shown(again(), &triangles, 0.5, 2.0), 0, "it gives light itself");
+    assert_eq!(shown(again(), &triangles[6..], 0.0, 2.0), 0, "one side is open");
+}
+
+#[test]
+fn a_byte_order_mark_is_passed_over() {
+    let mut file = File::new();
+    let mesh = file.triangle();
+    file.root(json!({"mesh": mesh}));
+    let folder = folder(&file);
+    let path = folder.path().join("m.gltf");
+    fs::write(&path, format!("\u{feff}{}", file.text())).unwrap();
+    assert_eq!(scene::load(&path, true).unwrap().scene.models[0].mesh.triangles.len(), 1);
 }
