@@ -1,12 +1,10 @@
 //! Networks of shaders: UsdPreviewSurface, and the pictures that lead to it.
 
 use std::collections::{BTreeSet, HashMap};
-use std::io::Read;
 use std::path::PathBuf;
 use std::sync::Arc;
 
 use glam::{DAffine2, DVec2, DVec3};
-use openusd::ar::{ResolvedPath, Resolver};
 use openusd::sdf::{Path, Value};
 use openusd::usd::{Prim, Stage};
 
@@ -18,9 +16,6 @@ use crate::scene::texture::{Mapping, UvSet, Wrap};
 
 /// Most steps from an input to the shader that computes it: nothing honest is as deep, and what is connected to itself has no end.
 const MOST_STEPS: usize = 32;
-
-/// Largest size of a picture in a package, bytes.
-const MOST_PICTURE_BYTES: u64 = 1 << 30;
 
 /// Reads materials of a stage, each picture once.
 pub struct Shaders<'a> {
@@ -321,13 +316,8 @@ impl<'a> Shaders<'a> {
         if let Some(known) = self.packed.get(resolved) {
             return Ok(Some((path, name, Some(known.clone()))));
         }
-        let opened = said(Checked::default().open_asset(&ResolvedPath::new(resolved)));
-        let mut bytes = Vec::new();
         // what cannot be read is empty, which decoding reports
-        if let Ok(asset) = opened {
-            let _ = asset.take(MOST_PICTURE_BYTES).read_to_end(&mut bytes);
-        }
-        let bytes = Arc::new(bytes);
+        let bytes = Arc::new(Checked::bytes(resolved).unwrap_or_default());
         self.packed.insert(resolved.to_string(), bytes.clone());
         Ok(Some((path, name, Some(bytes))))
     }

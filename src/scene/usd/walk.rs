@@ -12,6 +12,7 @@ use super::binding::Bindings;
 use super::file::{Clock, Content, ShownMesh, Surface, Units, UsdMesh};
 use super::geometry::{self, FaceSurfaces};
 use super::instancer::{self, Copy};
+use super::resolver::Record;
 use super::shader::{self, ReadSurface, Shaders, UvNames};
 use super::skeleton::{self, Skeleton};
 use super::skin::{self, Skin};
@@ -26,7 +27,8 @@ const MOST_DEPTH: usize = 8;
 /// Most prims above one another: the time to compose them grows with the cube of their number.
 const MOST_LEVELS: usize = 256;
 
-/// Most models of a file.
+/// Most prims of a file, with those that references bring, and most models.
+const MOST_PRIMS: usize = 4_000_000;
 const MOST_SHOWN: usize = 4_000_000;
 
 /// Metres in a unit, if the file does not say.
@@ -63,6 +65,9 @@ struct Walk<'a> {
     skeletons: HashMap<String, Option<Rc<Skeleton>>>,
     /// Instancers that are being walked through.
     within: Vec<Path>,
+    record: &'a Record,
+    /// Prims that were walked over.
+    prims: usize,
     /// Prim below which places are sought: the root, or what is above the prototype that is being walked through.
     base: Path,
 }
@@ -70,7 +75,7 @@ struct Walk<'a> {
 /// Collects all that a stage shows.
 ///
 /// # Errors What the library says, and damaged meshes.
-pub fn content(stage: &Stage) -> Answer<Content> {
+pub fn content(stage: &Stage, record: &Record) -> Answer<Content> {
     let clock = clock(stage)?;
     let unit = metadata_number(stage, "metersPerUnit")?.filter(|unit| *unit > 0.0).unwrap_or(DEFAULT_UNIT);
     let is_z_up =
@@ -90,6 +95,8 @@ pub fn content(stage: &Stage) -> Answer<Content> {
         known: HashMap::new(),
         skeletons: HashMap::new(),
         within: Vec::new(),
+        record,
+        prims: 0,
         base: Path::abs_root(),
     };
     let context = Context { map, visible: Visibility::ALWAYS, is_rendered: true, is_skinned: false };
@@ -154,6 +161,13 @@ impl Walk<'_> {
         let mut waiting: Vec<(Prim, Rc<Context>)> =
             roots.into_iter().rev().map(|prim| (prim, context.clone())).collect();
         while let Some((prim, above)) = waiting.pop() {
+            self.record.next_prim()?;
+            self.prims += 1;
+            if self.prims > MOST_PRIMS {
+                return Err(format!(
+                    "it has more than {MOST_PRIMS} prims, with those that references bring: copy by point instancers, or render parts of it"
+                ));
+            }
             if !predicate.matches(said(self.stage.prim_status(prim.path().clone()))?) {
                 continue;
             }

@@ -1,0 +1,660 @@
+//! Rewrites text layers (`.usda`) into spellings that the library reads, line by line.
+//!
+//! The library's grammar is narrower than that of the format: it knows no `.5`, no `//`, no arrays of unsigned numbers, and stops at metadata
+//! that nobody here asks for. So a layer is read here first. What has another spelling gets it, what has no effect is left out, and each line
+//! stays where it is, so that whatever is wrong has the number of its line.
+
+use std::fmt;
+
+mod token;
+mod types;
+
+use token::{Token, Tokens, What};
+use types::{Kind, Type};
+
+/// Most prims above one another, as for all files.
+pub const MOST_LEVELS: usize = 256;
+
+/// Most brackets within each other in a value, and most dictionaries: the library calls itself for each.
+const MOST_BRACKETS: usize = 32;
+
+/// Metadata that is kept, of layers, prims and properties; the rest has no effect.
+const OF_LAYERS: [&str; 12] = [
+    "defaultPrim",
+    "doc",
+    "endTimeCode",
+    "expressionVariables",
+    "framesPerSecond",
+    "metersPerUnit",
+    "relocates",
+    "renderSettingsPrimPath",
+    "startTimeCode",
+    "subLayers",
+    "timeCodesPerSecond",
+    "upAxis",
+];
+const OF_PRIMS: [&str; 11] = [
+    "active",
+    "apiSchemas",
+    "clipSets",
+    "clips",
+    "inherits",
+    "instanceable",
+    "payload",
+    "references",
+    "relocates",
+    "specializes",
+    "variantSets",
+];
+const OF_PROPERTIES: [&str; 4] = ["bindMaterialAs", "colorSpace", "elementSize", "interpolation"];
+const OF_ARCS: [&str; 2] = ["offset", "scale"];
+
+/// Words before a property that edit a list.
+const EDITS: [&str; 5] = ["add", "append", "delete", "prepend", "reorder"];
+
+/// A layer as the library reads it.
+pub struct Rewritten {
+    pub text: String,
+    /// True if splines were left out.
+    pub has_splines: bool,
+}
+
+/// What is wrong with a layer.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Fault {
+    /// Number of its line, from 1, if it is in one.
+    pub line: Option<usize>,
+    pub message: String,
+}
+
+impl fmt::Display for Fault {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if let Some(line) = self.line {
+            write!(f, "line {line}: ")?;
+        }
+        f.write_str(&self.message)
+    }
+}
+
+type Step<T = ()> = Result<T, Fault>;
+
+/// Rewrites a layer.
+///
+/// # Errors A line that is no USD.
+pub fn rewrite(text: &str) -> Step<Rewritten> {
+    let mut writer =
+        Writer { tokens: Tokens::new(text), out: String::with_capacity(text.len() + 16), has_splines: false };
+    writer.layer()?;
+    Ok(Rewritten { text: writer.out, has_splines: writer.has_splines })
+}
+
+/// Reads a layer and writes it.
+struct Writer<'a> {
+    tokens: Tokens<'a>,
+    out: String,
+    has_splines: bool,
+}
+
+impl<'a> Writer<'a> {
+    // tokens
+
+    fn peek(&mut self) -> Step<Token<'a>> {
+        self.tokens.peek()
+    }
+
+    fn is_next(&mut self, sign: char) -> Step<bool> {
+        Ok(self.peek()?.what == What::Sign(sign))
+    }
+
+    /// True if the next token is this word.
+    fn is_word(&mut self, word: &str) -> Step<bool> {
+        let token = self.peek()?;
+        Ok(token.what == What::Word && token.text == word)
+    }
+
+    /// Takes the next token without writing it, but for its line ends.
+    fn skip(&mut self) -> Step<Token<'a>> {
+        let token = self.tokens.next()?;
+        self.gap(&token);
+        self.lines(token.text);
+        Ok(token)
+    }
+
+    /// Takes the next token and writes it.
+    fn put(&mut self) -> Step<Token<'a>> {
+        let token = self.tokens.next()?;
+        self.gap(&token);
+        self.out.push_str(&token.spelled());
+        Ok(token)
+    }
+
+    /// Takes the next token and writes something else for it, without line ends.
+    fn put_as(&mut self, text: &str) -> Step {
+        let token = self.tokens.next()?;
+        self.gap(&token);
+        self.out.push_str(text);
+        self.lines(token.text);
+        Ok(())
+    }
+
+    /// Writes what is before a token: a comment is left out.
+    fn gap(&mut self, token: &Token<'a>) {
+        if token.gap.bytes().all(|byte| byte.is_ascii_whitespace()) {
+            self.out.push_str(token.gap);
+        } else {
+            // no space before the line's end: the first line has none
+            self.lines(token.gap);
+            self.out.push(' ');
+        }
+    }
+
+    fn lines(&mut self, text: &str) {
+        self.out.extend(text.bytes().filter(|byte| *byte == b'\n').map(char::from));
+    }
+
+    /// Leaves out what was written since `mark`, but for its line ends.
+    fn blank(&mut self, mark: usize) {
+        let ends = self.out[mark..].bytes().filter(|byte| *byte == b'\n').count();
+        self.out.truncate(mark);
+        self.out.push(' ');
+        self.out.extend(std::iter::repeat_n('\n', ends));
+    }
+
+    /// Takes commas and semicolons, which the library does not need between statements.
+    fn separators(&mut self) -> Step {
+        while self.is_next(',')? || self.is_next(';')? {
+            self.skip()?;
+        }
+        Ok(())
+    }
+
+    fn expect(&mut self, sign: char, after: &str) -> Step {
+        if self.is_next(sign)? {
+            self.put()?;
+            return Ok(());
+        }
+        let token = self.peek()?;
+        Err(self.tokens.wrong(&token, &format!("`{sign}` after {after}")))
+    }
+
+    fn expect_word(&mut self, what: &str) -> Step<Token<'a>> {
+        let token = self.peek()?;
+        match token.what {
+            What::Word => self.put(),
+            _ => Err(self.tokens.wrong(&token, what)),
+        }
+    }
+
+    fn expect_text(&mut self, what: &str) -> Step {
+        let token = self.peek()?;
+        match token.what {
+            What::Text => self.put().map(|_| ()),
+            _ => Err(self.tokens.wrong(&token, what)),
+        }
+    }
+
+    // prims
+
+    fn layer(&mut self) -> Step {
+        self.tokens.header()?;
+        self.out.push_str("#usda 1.0");
+        if self.is_next('(')? {
+            self.metadata(&OF_LAYERS)?;
+        }
+        loop {
+            self.separators()?;
+            let token = self.peek()?;
+            match (token.what, token.text) {
+                (What::End, _) => {
+                    self.gap(&token);
+                    return Ok(());
+                }
+                (What::Word, "reorder") => self.order()?,
+                _ => self.prim(1)?,
+            }
+        }
+    }
+
+    /// `reorder nameChildren = [...]`: an order of what is below.
+    fn order(&mut self) -> Step {
+        self.put()?;
+        self.expect_word("what is ordered")?;
+        self.expect('=', "what is ordered")?;
+        self.value(Type::plain(Kind::Text), 0)
+    }
+
+    fn prim(&mut self, level: usize) -> Step {
+        let token = self.peek()?;
+        if level > MOST_LEVELS {
+            let message = format!("its prims are nested more than {MOST_LEVELS} deep: flatten it");
+            return Err(self.tokens.fault(&token, message));
+        }
+        if !matches!((token.what, token.text), (What::Word, "def" | "over" | "class")) {
+            return Err(self.tokens.wrong(&token, "`def`, `over` or `class`"));
+        }
+        self.put()?;
+        if self.peek()?.what == What::Word {
+            self.put()?;
+            // of a plug-in: nothing that is known here
+            while self.is_next('.')? {
+                self.skip()?;
+                self.skip()?;
+            }
+        }
+        self.expect_text("the name of a prim in quotes")?;
+        if self.is_next('(')? {
+            self.metadata(&OF_PRIMS)?;
+        }
+        self.body(level)
+    }
+
+    /// All between the braces of a prim or a variant.
+    fn body(&mut self, level: usize) -> Step {
+        self.expect('{', "the name of a prim")?;
+        loop {
+            self.separators()?;
+            if self.is_next('}')? {
+                self.put()?;
+                return Ok(());
+            }
+            let token = self.peek()?;
+            match (token.what, token.text) {
+                (What::Word, "def" | "over" | "class") => self.prim(level + 1)?,
+                (What::Word, "variantSet") => self.variants(level)?,
+                (What::Word, "reorder") if self.tokens.is_order() => self.order()?,
+                (What::Word, _) => self.property()?,
+                (What::End, _) => return Err(self.tokens.wrong(&token, "`}`")),
+                _ => return Err(self.tokens.wrong(&token, "a property, a prim or `}`")),
+            }
+        }
+    }
+
+    fn variants(&mut self, level: usize) -> Step {
+        if level > MOST_LEVELS {
+            let token = self.peek()?;
+            let message = format!("its variants are nested more than {MOST_LEVELS} deep: flatten it");
+            return Err(self.tokens.fault(&token, message));
+        }
+        self.put()?;
+        self.expect_text("the name of a set of variants in quotes")?;
+        self.expect('=', "a set of variants")?;
+        self.expect('{', "a set of variants")?;
+        loop {
+            self.separators()?;
+            if self.is_next('}')? {
+                self.put()?;
+                return Ok(());
+            }
+            self.expect_text("the name of a variant in quotes")?;
+            if self.is_next('(')? {
+                self.metadata(&OF_PRIMS)?;
+            }
+            self.body(level + 1)?;
+        }
+    }
+
+    // properties
+
+    fn property(&mut self) -> Step {
+        let mark = self.out.len();
+        let (mut edit, mut is_custom, mut is_uniform) = (None, false, false);
+        loop {
+            let token = self.peek()?;
+            match (token.what, token.text) {
+                (What::Word, word) if EDITS.contains(&word) => edit = Some(word),
+                (What::Word, "custom") => is_custom = true,
+                (What::Word, "uniform") => is_uniform = true,
+                (What::Word, "varying" | "config") => {}
+                _ => break,
+            }
+            self.skip()?;
+        }
+        for (word, is_there) in
+            [(edit.unwrap_or_default(), edit.is_some()), ("custom", is_custom), ("uniform", is_uniform)]
+        {
+            // relationships are uniform by themselves
+            if is_there && !(word == "uniform" && self.is_word("rel")?) {
+                self.out.push(' ');
+                self.out.push_str(word);
+            }
+        }
+        self.out.push(' ');
+        if self.is_word("rel")? {
+            return self.relationship(mark, edit);
+        }
+        self.attribute(mark, edit)
+    }
+
+    fn relationship(&mut self, mark: usize, edit: Option<&str>) -> Step {
+        self.put()?;
+        self.expect_word("the name of a relationship")?;
+        let suffix = self.suffix()?;
+        if self.is_next('(')? {
+            self.metadata(&OF_PROPERTIES)?;
+        }
+        if self.is_next('=')? {
+            self.put()?;
+            if EDITS.contains(&self.peek()?.text) {
+                self.put()?;
+            }
+            self.value(Type::plain(Kind::Path), 0)?;
+        }
+        if self.is_next('(')? {
+            self.metadata(&OF_PROPERTIES)?;
+        }
+        // what is where nothing is targeted, and an order of targets
+        if suffix.is_some() || edit == Some("reorder") {
+            self.blank(mark);
+        }
+        Ok(())
+    }
+
+    /// `.connect`, `.timeSamples` and the like after a name.
+    fn suffix(&mut self) -> Step<Option<&'a str>> {
+        if !self.is_next('.')? {
+            return Ok(None);
+        }
+        self.put()?;
+        Ok(Some(self.expect_word("`connect` or `timeSamples`")?.text))
+    }
+
+    fn attribute(&mut self, mark: usize, edit: Option<&str>) -> Step {
+        let name = self.peek()?;
+        if name.what != What::Word {
+            return Err(self.tokens.wrong(&name, "the type of an attribute"));
+        }
+        self.skip()?;
+        let of_type = self.out.len();
+        let mut is_array = false;
+        if self.is_next('[')? {
+            self.skip()?;
+            let token = self.peek()?;
+            if token.what != What::Sign(']') {
+                return Err(self.tokens.wrong(&token, "`]`"));
+            }
+            self.skip()?;
+            is_array = true;
+        }
+        let mut of_values = Type { is_array, ..Type::named(name.text) };
+        self.expect_word("the name of an attribute")?;
+        let suffix = self.suffix()?;
+        let is_timed = suffix == Some("timeSamples");
+        if is_timed && of_values.kind == Kind::Asset {
+            // samples of one file are no values there: lists of one are
+            of_values.is_array = true;
+        }
+        self.out.insert_str(of_type, &of_values.spelled(name.text));
+        if self.is_next('(')? {
+            self.metadata(&OF_PROPERTIES)?;
+        }
+        if self.is_next('=')? {
+            self.put()?;
+            match suffix {
+                Some("connect") => {
+                    if EDITS.contains(&self.peek()?.text) {
+                        self.put()?;
+                    }
+                    self.value(Type::plain(Kind::Path), 0)?;
+                }
+                Some("timeSamples") => self.samples(of_values, is_array)?,
+                Some("spline") => self.leave_out()?,
+                _ => self.value(of_values, 0)?,
+            }
+        }
+        let is_metadata = self.is_next('(')?;
+        if is_metadata {
+            let before = self.out.len();
+            self.metadata(&OF_PROPERTIES)?;
+            if suffix.is_some() {
+                self.blank(before);
+            }
+        }
+        let is_unknown = of_values.kind == Kind::Unknown && !matches!(suffix, Some("connect"));
+        if edit == Some("reorder") || is_unknown || !matches!(suffix, None | Some("connect" | "timeSamples")) {
+            self.has_splines |= suffix == Some("spline");
+            self.blank(mark);
+        }
+        Ok(())
+    }
+
+    /// Values by their times. `is_array`: as the file says.
+    fn samples(&mut self, of_values: Type, is_array: bool) -> Step {
+        self.expect('{', "`timeSamples =`")?;
+        loop {
+            self.separators()?;
+            if self.is_next('}')? {
+                self.put()?;
+                return Ok(());
+            }
+            let token = self.peek()?;
+            if token.what != What::Number {
+                return Err(self.tokens.wrong(&token, "a time"));
+            }
+            self.put()?;
+            self.expect(':', "a time")?;
+            let is_none = matches!(self.peek()?.text, "None" | "AnimationBlock");
+            if of_values.is_array && !is_array && !is_none {
+                self.out.push_str(" [");
+                self.value(of_values, 0)?;
+                self.out.push(']');
+            } else {
+                self.value(of_values, 0)?;
+            }
+            self.out.push(' ');
+        }
+    }
+
+    // values
+
+    /// Writes a value.
+    fn value(&mut self, of: Type, depth: usize) -> Step {
+        let token = self.peek()?;
+        if depth > MOST_BRACKETS {
+            let message = format!("it has more than {MOST_BRACKETS} brackets within each other");
+            return Err(self.tokens.fault(&token, message));
+        }
+        match (token.what, token.text) {
+            (What::Sign('{'), _) => return self.dictionary(depth),
+            (What::Sign(open @ ('(' | '[')), _) => {
+                let close = if open == '(' { ')' } else { ']' };
+                self.put()?;
+                while !self.is_next(close)? {
+                    if self.is_next(',')? || self.is_next(';')? {
+                        self.put_as(",")?;
+                        continue;
+                    }
+                    self.value(of, depth + 1)?;
+                }
+                self.put()?;
+            }
+            (What::Word, "None") => drop(self.put()?),
+            (What::Word, "AnimationBlock") => self.put_as("None")?,
+            (What::Sign(_) | What::End, _) => return Err(self.tokens.wrong(&token, "a value")),
+            _ => match of.value(&token) {
+                Some(text) if text == token.text => drop(self.put()?),
+                Some(text) => self.put_as(&text)?,
+                None => return Err(self.tokens.wrong(&token, of.expected())),
+            },
+        }
+        Ok(())
+    }
+
+    fn dictionary(&mut self, depth: usize) -> Step {
+        self.expect('{', "a name")?;
+        loop {
+            self.separators()?;
+            if self.is_next('}')? {
+                self.put()?;
+                return Ok(());
+            }
+            let mark = self.out.len();
+            let first = self.peek()?;
+            let of = match first.what {
+                What::Word => {
+                    self.skip()?;
+                    let of_type = self.out.len();
+                    let is_array = self.is_next('[')?;
+                    if is_array {
+                        self.skip()?;
+                        self.skip()?;
+                    }
+                    let of = Type { is_array, ..Type::named(first.text) };
+                    self.out.insert_str(of_type, &of.spelled(first.text));
+                    of
+                }
+                What::Text => Type::plain(Kind::Any),
+                _ => return Err(self.tokens.wrong(&first, "a type or a name in quotes")),
+            };
+            let name = self.peek()?;
+            if !matches!(name.what, What::Word | What::Text) {
+                return Err(self.tokens.wrong(&name, "a name"));
+            }
+            self.put()?;
+            self.expect('=', "a name")?;
+            self.value(of, depth + 1)?;
+            if of.kind == Kind::Unknown {
+                self.blank(mark);
+            }
+            self.out.push(' ');
+        }
+    }
+
+    /// Takes a value of any kind, and writes nothing.
+    fn leave_out(&mut self) -> Step {
+        let mut open = 0_usize;
+        loop {
+            let token = self.peek()?;
+            match token.what {
+                What::End => return Err(self.tokens.wrong(&token, "the end of a value")),
+                What::Sign(')' | ';') if open == 0 => return Ok(()),
+                What::Sign('(' | '[' | '{') => open += 1,
+                What::Sign(')' | ']' | '}') => open = open.saturating_sub(1),
+                _ => {}
+            }
+            self.skip()?;
+            if open > 0 {
+                continue;
+            }
+            // a layer may have a path behind it, and both may have an offset
+            let is_layer = matches!(token.what, What::Asset | What::Path);
+            let after = self.peek()?.what;
+            if !(is_layer && (after == What::Path && token.what == What::Asset || after == What::Sign('('))) {
+                return Ok(());
+            }
+        }
+    }
+
+    // metadata
+
+    /// All between the parentheses of a layer, prim or property: that of these names is kept.
+    fn metadata(&mut self, kept: &[&str]) -> Step {
+        self.expect('(', "a name")?;
+        loop {
+            self.separators()?;
+            if self.is_next(')')? {
+                self.put()?;
+                return Ok(());
+            }
+            let mark = self.out.len();
+            let token = self.peek()?;
+            match token.what {
+                // a comment
+                What::Text => {
+                    self.skip()?;
+                    continue;
+                }
+                What::Word => {}
+                _ => return Err(self.tokens.wrong(&token, "the name of metadata or `)`")),
+            }
+            let is_edit = EDITS.contains(&token.text) && !self.tokens.is_assigned();
+            if is_edit {
+                self.put()?;
+            }
+            let name = self.expect_word("the name of metadata")?.text;
+            self.expect('=', "the name of metadata")?;
+            if kept.contains(&name) || name == "variants" && kept == OF_PRIMS {
+                self.entry(name)?;
+                self.out.push(' ');
+            } else {
+                self.leave_out()?;
+                self.blank(mark);
+            }
+        }
+    }
+
+    /// Value of metadata that is kept.
+    fn entry(&mut self, name: &str) -> Step {
+        match name {
+            "active" | "instanceable" => self.value(Type::plain(Kind::Bool), 0),
+            "subLayers" | "references" | "payload" => self.arcs(),
+            "relocates" => self.relocates(),
+            "inherits" | "specializes" => self.value(Type::plain(Kind::Path), 0),
+            _ => self.value(Type::plain(Kind::Any), 0),
+        }
+    }
+
+    /// Layers and prims that are brought in, one or a list.
+    fn arcs(&mut self) -> Step {
+        if self.is_word("None")? {
+            self.put()?;
+            return Ok(());
+        }
+        let is_list = self.is_next('[')?;
+        if is_list {
+            self.put()?;
+        }
+        loop {
+            self.separators()?;
+            if is_list && self.is_next(']')? {
+                self.put()?;
+                return Ok(());
+            }
+            let token = self.peek()?;
+            if !matches!(token.what, What::Asset | What::Path) {
+                return Err(self.tokens.wrong(&token, "a layer between @, or a path between < and >"));
+            }
+            self.put()?;
+            let path = self.peek()?;
+            if token.what == What::Asset && path.what == What::Path {
+                if path.text == "<>" {
+                    self.skip()?
+                } else {
+                    self.put()?
+                };
+            }
+            if self.is_next('(')? {
+                self.metadata(&OF_ARCS)?;
+            }
+            if !is_list {
+                return Ok(());
+            }
+            self.out.push(' ');
+        }
+    }
+
+    /// Paths that are moved: `{ <from>: <to>, ... }`.
+    fn relocates(&mut self) -> Step {
+        self.expect('{', "`relocates =`")?;
+        loop {
+            self.separators()?;
+            if self.is_next('}')? {
+                self.put()?;
+                return Ok(());
+            }
+            for after in [Some("a path"), None] {
+                let token = self.peek()?;
+                if token.what != What::Path {
+                    return Err(self.tokens.wrong(&token, "a path between < and >"));
+                }
+                self.put()?;
+                if let Some(after) = after {
+                    self.expect(':', after)?;
+                }
+            }
+            self.out.push(' ');
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;
