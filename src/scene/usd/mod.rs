@@ -45,6 +45,8 @@ mod temperature;
 #[cfg(feature = "usd")]
 mod text;
 #[cfg(feature = "usd")]
+mod tiles;
+#[cfg(feature = "usd")]
 mod value;
 #[cfg(feature = "usd")]
 mod walk;

@@ -5,8 +5,8 @@ use std::collections::BTreeMap;
 use std::io::{self, Cursor};
 use std::panic;
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 use openusd::ar::{
     Asset, DefaultResolver, ResolvedPath, Resolver, is_package_relative_path,
@@ -35,6 +35,10 @@ pub struct Record {
     /// What is wrong with layers.
     faults: Mutex<BTreeMap<PathBuf, Fault>>,
     has_splines: AtomicBool,
+    /// Time codes in a second of the first layer, once it was opened; none: it is a binary one.
+    rate: OnceLock<Option<f64>>,
+    /// Bytes of all layers that were opened.
+    bytes: AtomicU64,
     /// The layer that was opened last: the library opens most of them twice.
     last: Mutex<Option<(PathBuf, Arc<Vec<u8>>)>>,
 }
@@ -70,6 +74,11 @@ impl Record {
     /// True if a layer has splines, which are left out.
     pub fn has_splines(&self) -> bool {
         self.has_splines.load(Ordering::Relaxed)
+    }
+
+    /// Bytes of all layers so far.
+    pub fn bytes(&self) -> u64 {
+        self.bytes.load(Ordering::Relaxed)
     }
 
     /// Forgets the layer that was opened last.
@@ -115,6 +124,15 @@ impl Checked {
         Ok(opened.read_all()?)
     }
 
+    /// Time codes in a second of the first layer, if it is a text layer.
+    fn rate(&self, text: &str) -> Result<Option<f64>, Fault> {
+        if let Some(rate) = self.record.rate.get() {
+            return Ok(*rate);
+        }
+        let rate = text::rate(text)?;
+        Ok(*self.record.rate.get_or_init(|| Some(rate)))
+    }
+
     /// Bytes of a layer as the library reads them.
     fn layer(&self, resolved: &str) -> io::Result<Vec<u8>> {
         let bytes = Self::bytes(resolved)?;
@@ -125,6 +143,8 @@ impl Checked {
             io::Error::new(io::ErrorKind::InvalidData, said)
         };
         if bytes.starts_with(binary::MAGIC) {
+            // times of layers below a binary one stay as they are
+            self.record.rate.get_or_init(|| None);
             let left = memory::left().iter().map(|(_, bytes)| *bytes).min().unwrap_or(u64::MAX);
             return match binary::check(&bytes, left) {
                 Ok(()) => Ok(bytes),
@@ -137,7 +157,9 @@ impl Checked {
         if !bytes.starts_with(b"#usda") && !resolved.trim_end_matches(']').ends_with(".usda") {
             return Ok(bytes);
         }
-        let rewritten = text::rewrite(&String::from_utf8_lossy(&bytes)).map_err(wrong)?;
+        let text = String::from_utf8_lossy(&bytes);
+        let rate = self.rate(&text).map_err(wrong)?;
+        let rewritten = text::rewrite(&text, rate).map_err(wrong)?;
         self.record.has_splines.fetch_or(rewritten.has_splines, Ordering::Relaxed);
         Ok(rewritten.text.into_bytes())
     }
@@ -146,7 +168,7 @@ impl Checked {
 /// What the library does not read in a text layer, with the number of its line.
 pub fn unread(resolved: &str) -> Option<Fault> {
     let bytes = Checked::bytes(resolved).ok()?;
-    let text = match text::rewrite(&String::from_utf8_lossy(&bytes)) {
+    let text = match text::rewrite(&String::from_utf8_lossy(&bytes), None) {
         Ok(rewritten) => rewritten.text,
         Err(fault) => return Some(fault),
     };
@@ -179,7 +201,11 @@ impl Resolver for Checked {
         let mut last = self.record.last.lock().unwrap_or_else(PoisonError::into_inner);
         let bytes = match last.as_ref() {
             Some((own, bytes)) if *own == known => bytes.clone(),
-            _ => Arc::new(self.layer(&path)?),
+            _ => {
+                let bytes = Arc::new(self.layer(&path)?);
+                self.record.bytes.fetch_add(bytes.len() as u64, Ordering::Relaxed);
+                bytes
+            }
         };
         *last = Some((known, bytes.clone()));
         Ok(Box::new(Cursor::new(bytes.to_vec())))

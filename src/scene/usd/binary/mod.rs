@@ -221,6 +221,3 @@ impl Layer<'_> {
         Ok(())
     }
 }
-
-#[cfg(test)]
-mod tests;

@@ -78,12 +78,33 @@ impl fmt::Display for Fault {
 
 type Step<T = ()> = Result<T, Fault>;
 
-/// Rewrites a layer.
+/// Time codes in a second where a layer says nothing.
+const DEFAULT_RATE: f64 = 24.0;
+
+/// Time codes in a second of a layer.
 ///
 /// # Errors A line that is no USD.
-pub fn rewrite(text: &str) -> Step<Rewritten> {
-    let mut writer =
-        Writer { tokens: Tokens::new(text), out: String::with_capacity(text.len() + 16), has_splines: false };
+pub fn rate(text: &str) -> Step<f64> {
+    let mut writer = Writer::new(text);
+    writer.tokens.header()?;
+    if writer.is_next('(')? {
+        writer.metadata(&OF_LAYERS)?;
+    }
+    Ok(writer.codes.or(writer.frames).unwrap_or(DEFAULT_RATE))
+}
+
+/// Rewrites a layer. `rate`: time codes in a second that its times are to have, if it has others. (The library converts times of layers
+/// within a layer, and does so twice where these refer to their own prims.)
+///
+/// # Errors A line that is no USD.
+pub fn rewrite(text: &str, rate: Option<f64>) -> Step<Rewritten> {
+    let mut writer = Writer::new(text);
+    // clips have times as well, and values may be times: these stay as they are
+    let is_converted = !["clips", "timecode"].iter().any(|word| text.contains(word));
+    if let Some(rate) = rate.filter(|_| is_converted) {
+        let own = self::rate(text)?;
+        writer.to_rate = (own != rate).then_some([own, rate]);
+    }
     writer.layer()?;
     Ok(Rewritten { text: writer.out, has_splines: writer.has_splines })
 }
@@ -93,9 +114,19 @@ struct Writer<'a> {
     tokens: Tokens<'a>,
     out: String,
     has_splines: bool,
+    /// Time codes and frames in a second, as the layer says.
+    codes: Option<f64>,
+    frames: Option<f64>,
+    /// Time codes in a second as it has them, and as it is to have them.
+    to_rate: Option<[f64; 2]>,
 }
 
 impl<'a> Writer<'a> {
+    fn new(text: &'a str) -> Self {
+        let out = String::with_capacity(text.len() + 16);
+        Self { tokens: Tokens::new(text), out, has_splines: false, codes: None, frames: None, to_rate: None }
+    }
+
     // tokens
 
     fn peek(&mut self) -> Step<Token<'a>> {
@@ -200,6 +231,10 @@ impl<'a> Writer<'a> {
         self.out.push_str("#usda 1.0");
         if self.is_next('(')? {
             self.metadata(&OF_LAYERS)?;
+        } else if let Some([_, rate]) = self.to_rate {
+            let gap = self.tokens.take_gap()?;
+            self.out.push_str(gap);
+            self.out.push_str(&format!("(timeCodesPerSecond = {rate}) "));
         }
         loop {
             self.separators()?;
@@ -376,7 +411,7 @@ impl<'a> Writer<'a> {
             is_array = true;
         }
         let mut of_values = Type { is_array, ..Type::named(name.text) };
-        self.expect_word("the name of an attribute")?;
+        let is_primvar = self.expect_word("the name of an attribute")?.text.starts_with("primvars:");
         let suffix = self.suffix()?;
         let is_timed = suffix == Some("timeSamples");
         if is_timed && of_values.kind == Kind::Asset {
@@ -398,6 +433,8 @@ impl<'a> Writer<'a> {
                 }
                 Some("timeSamples") => self.samples(of_values, is_array)?,
                 Some("spline") => self.leave_out()?,
+                // what ends what is inherited, which the library does not tell from nothing
+                None if is_primvar && is_array && self.is_word("None")? => self.put_as("[]")?,
                 _ => self.value(of_values, 0)?,
             }
         }
@@ -410,7 +447,8 @@ impl<'a> Writer<'a> {
             }
         }
         let is_unknown = of_values.kind == Kind::Unknown && !matches!(suffix, Some("connect"));
-        if edit == Some("reorder") || is_unknown || !matches!(suffix, None | Some("connect" | "timeSamples")) {
+        if edit == Some("reorder") || is_unknown || !matches!(suffix, None | Some("connect" | "timeSamples"))
+        {
             self.has_splines |= suffix == Some("spline");
             self.blank(mark);
         }
@@ -430,7 +468,7 @@ impl<'a> Writer<'a> {
             if token.what != What::Number {
                 return Err(self.tokens.wrong(&token, "a time"));
             }
-            self.put()?;
+            self.put_time()?;
             self.expect(':', "a time")?;
             let is_none = matches!(self.peek()?.text, "None" | "AnimationBlock");
             if of_values.is_array && !is_array && !is_none {
@@ -445,6 +483,17 @@ impl<'a> Writer<'a> {
     }
 
     // values
+
+    /// Takes a time and writes it, at the rate that is asked for.
+    fn put_time(&mut self) -> Step {
+        let token = self.peek()?;
+        let time = token.spelled().parse::<f64>().ok().filter(|_| token.what == What::Number);
+        let Some(time) = time else { return Err(self.tokens.wrong(&token, "a time")) };
+        match self.to_rate {
+            Some([own, rate]) => self.put_as(&format!("{:?}", time * rate / own)),
+            None => self.put().map(|_| ()),
+        }
+    }
 
     /// Writes a value.
     fn value(&mut self, of: Type, depth: usize) -> Step {
@@ -549,6 +598,9 @@ impl<'a> Writer<'a> {
     /// All between the parentheses of a layer, prim or property: that of these names is kept.
     fn metadata(&mut self, kept: &[&str]) -> Step {
         self.expect('(', "a name")?;
+        if let Some([_, rate]) = self.to_rate.filter(|_| kept == OF_LAYERS) {
+            self.out.push_str(&format!("timeCodesPerSecond = {rate} "));
+        }
         loop {
             self.separators()?;
             if self.is_next(')')? {
@@ -572,7 +624,14 @@ impl<'a> Writer<'a> {
             }
             let name = self.expect_word("the name of metadata")?.text;
             self.expect('=', "the name of metadata")?;
-            if kept.contains(&name) || name == "variants" && kept == OF_PRIMS {
+            let is_rate = matches!(name, "timeCodesPerSecond" | "framesPerSecond");
+            if is_rate && kept == OF_LAYERS {
+                let rate = self.peek()?.spelled().parse::<f64>().ok().filter(|rate| *rate > 0.0);
+                let of = if name == "framesPerSecond" { &mut self.frames } else { &mut self.codes };
+                *of = rate;
+            }
+            let is_replaced = is_rate && self.to_rate.is_some();
+            if !is_replaced && (kept.contains(&name) || name == "variants" && kept == OF_PRIMS) {
                 self.entry(name)?;
                 self.out.push(' ');
             } else {
@@ -589,6 +648,7 @@ impl<'a> Writer<'a> {
             "subLayers" | "references" | "payload" => self.arcs(),
             "relocates" => self.relocates(),
             "inherits" | "specializes" => self.value(Type::plain(Kind::Path), 0),
+            "offset" => self.put_time(),
             _ => self.value(Type::plain(Kind::Any), 0),
         }
     }

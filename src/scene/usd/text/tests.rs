@@ -5,7 +5,7 @@ use super::*;
 
 fn of(statement: &str) -> String {
     let text = format!("#usda 1.0\ndef \"A\"\n{{\n{statement}\n}}\n");
-    let written = rewrite(&text).unwrap().text;
+    let written = rewrite(&text, None).unwrap().text;
     assert_eq!(written.lines().count(), text.lines().count(), "{written}");
     let lines: Vec<&str> = written.lines().skip(3).collect();
     let words = |line: &str| line.split_whitespace().collect::<Vec<_>>().join(" ");
@@ -51,7 +51,7 @@ fn spellings_of_the_format_become_those_of_the_library() {
 fn metadata_that_has_no_effect_is_left_out_and_the_rest_stays() {
     let text = "#usda 1.1 here\n(\n \"note\"\n customData = { int a = 1 }\n metersPerUnit = .01\n)\n\
         def \"A\" (\n kind = \"group\", active = 1; prepend references = [@a@<>, </B> (scale = .5; customData = {})]\n)\n{\n}\n";
-    let written = rewrite(text).unwrap().text;
+    let written = rewrite(text, None).unwrap().text;
     for kept in ["#usda 1.0\n", "metersPerUnit = 0.01", "active = true", "@a@", "</B> (scale = 0.5"] {
         assert!(written.contains(kept), "{kept}: {written}");
     }
@@ -73,11 +73,29 @@ fn what_is_wrong_has_its_line() {
         ("hello\n", 1, "#usda 1.0"),
         ("#usda 1.0\ndef \"A\" {\n int x = \"a\"\n}\n", 3, "a whole number"),
     ] {
-        let fault = rewrite(text).err().unwrap();
+        let fault = rewrite(text, None).err().unwrap();
         assert_eq!((fault.line, fault.message.contains(words)), (Some(line), true), "{text}: {fault:?}");
     }
     let deep = format!("#usda 1.0\n{}", "def \"A\" {\n".repeat(300));
-    assert!(rewrite(&deep).err().unwrap().message.contains("nested more than 256 deep"));
+    assert!(rewrite(&deep, None).err().unwrap().message.contains("nested more than 256 deep"));
     let brackets = format!("#usda 1.0\ndef \"A\" {{ int x = {}", "[".repeat(1_000_000));
-    assert!(rewrite(&brackets).err().unwrap().message.contains("brackets within each other"));
+    assert!(rewrite(&brackets, None).err().unwrap().message.contains("brackets within each other"));
+}
+
+#[test]
+fn times_and_offsets_become_those_of_another_rate() {
+    let layer = "#usda 1.0\n(\n timeCodesPerSecond = 48\n subLayers = [@a@ (offset = 12; scale = 2)]\n)\n\
+        def \"A\" (references = </B> (offset = 6)) {\n double x.timeSamples = { 0: 1, 24: 2 }\n}\n";
+    let written = rewrite(layer, Some(24.0)).unwrap().text;
+    for expected in
+        ["timeCodesPerSecond = 24", "offset = 6.0", "scale = 2", "offset = 3.0", "0.0: 1  12.0: 2"]
+    {
+        assert!(written.contains(expected), "{expected}: {written}");
+    }
+    assert!(!written.contains("48") && written.lines().count() == layer.lines().count(), "{written}");
+    // a layer that says nothing has 24
+    let written =
+        rewrite("#usda 1.0\n\ndef \"A\" { double x.timeSamples = { 24: 2 } }\n", Some(48.0)).unwrap().text;
+    assert!(written.contains("(timeCodesPerSecond = 48)") && written.contains("48.0: 2"), "{written}");
+    assert_eq!(written.lines().count(), 3);
 }

@@ -72,6 +72,13 @@ impl<'a> Tokens<'a> {
         Ok(token)
     }
 
+    /// Takes what is before the next token, so that it is there no more.
+    pub fn take_gap(&mut self) -> Step<&'a str> {
+        let token = self.peek()?;
+        self.peeked = Some(Token { gap: "", ..token });
+        Ok(token.gap)
+    }
+
     pub fn next(&mut self) -> Step<Token<'a>> {
         let token = self.peek()?;
         self.peeked = None;

@@ -125,9 +125,7 @@ impl Type {
         let same = Some(Cow::Borrowed(token.text));
         match (self.kind, token.what) {
             (Kind::Any | Kind::Unknown, _) => same,
-            (Kind::Bool, _) => {
-                truth(token).map(|truth| Cow::Borrowed(if truth { "true" } else { "false" }))
-            }
+            (Kind::Bool, _) => truth(token).map(|truth| Cow::Borrowed(if truth { "true" } else { "false" })),
             (Kind::Int | Kind::Unsigned, What::Number) => {
                 let is_whole = !token.text.contains(['.', 'e', 'E', 'n']);
                 if is_whole && (self.kind == Kind::Int || token.text.parse::<i64>().is_ok()) {
