@@ -167,7 +167,7 @@ impl Checked {
 
 /// What the library does not read in a text layer, with the number of its line.
 pub fn unread(resolved: &str) -> Option<Fault> {
-    let bytes = Checked::bytes(resolved).ok()?;
+    let bytes = Checked::bytes(resolved).ok().filter(|bytes| bytes.starts_with(b"#usda"))?;
     let text = match text::rewrite(&String::from_utf8_lossy(&bytes), None) {
         Ok(rewritten) => rewritten.text,
         Err(fault) => return Some(fault),

@@ -210,8 +210,11 @@ impl Walk<'_> {
             }
         };
         if has_nested {
-            let opened = said(self.stage.override_prim(prim.path().clone()))?;
-            said(opened.set_instanceable(false))?;
+            let opened = said(self.stage.override_prim(prim.path().clone()));
+            if opened.and_then(|prim| said(prim.set_instanceable(false))).is_err() {
+                let message = format!("instances within {} are not shown: make it a plain prim", prim.path());
+                self.content.defects.insert(message);
+            }
         }
         Ok(())
     }
