@@ -22,8 +22,9 @@ use crate::memory::{self, Need, Part};
 /// Memory for each byte of a layer: the file, and what is made of it.
 const BYTES_A_BYTE: u64 = 4;
 
-/// Most references and the like that are followed for one prim, as in Pixar's library, about.
-const MOST_ARCS: u32 = 1 << 16;
+/// Most references and the like that are followed for one prim, counted twice each: the time to compose them grows with the square of their
+/// number.
+const MOST_ARCS: u32 = 1 << 13;
 
 /// What happens while a file is read, for the thread that reads and for the one that waits.
 #[derive(Default)]
@@ -101,8 +102,9 @@ pub struct TooLarge;
 /// Words for what composes too much.
 pub fn too_large() -> String {
     format!(
-        "what it refers to grows beyond the memory, or beyond {MOST_ARCS} references for one prim: references that refer twice each double \
-         it; refer to each layer once, or make instances of it"
+        "what it refers to grows beyond the memory, or beyond {} references for one prim: references that refer twice each double it; refer \
+         to each layer once, or make instances of it",
+        MOST_ARCS / 2
     )
 }
 

@@ -27,10 +27,12 @@ const MOST_DEPTH: usize = 8;
 /// Most prims above one another: the time to compose them grows with the cube of their number.
 const MOST_LEVELS: usize = 256;
 
-/// Most prims of a file, with those that references bring, and bytes of its layers for each one more: some bytes that refer twice each
-/// compose more than fits into any memory.
-const MOST_PRIMS: u64 = 500_000;
-const BYTES_A_PRIM: u64 = 8;
+/// Most places of layers (nodes) of which a file's prims are composed, some kilobytes each, and bytes of its layers for each one more: a few
+/// bytes that refer twice each compose more than fits into any memory. Those of a prim that has more than usual count several times.
+const MOST_NODES: u64 = 1_000_000;
+const BYTES_A_NODE: u64 = 2;
+const USUAL_NODES: u64 = 16;
+const TIMES: u64 = 5;
 
 /// Most models of a file.
 const MOST_SHOWN: usize = 4_000_000;
@@ -75,8 +77,8 @@ struct Walk<'a> {
     record: &'a Record,
     /// For prototypes: true if there are instances below.
     has_nested: HashMap<String, bool>,
-    /// Prims that were walked over.
-    prims: u64,
+    /// Places of layers of which the prims so far are composed, see [`MOST_NODES`].
+    nodes: u64,
     /// Prim below which places are sought: the root, or what is above the prototype that is being walked through.
     base: Path,
 }
@@ -106,7 +108,7 @@ pub fn content(stage: &Stage, record: &Record) -> Answer<Content> {
         within: Vec::new(),
         record,
         has_nested: HashMap::new(),
-        prims: 0,
+        nodes: 0,
         base: Path::abs_root(),
     };
     let context = Context { map, visible: Visibility::ALWAYS, is_rendered: true, is_skinned: false };
@@ -171,7 +173,7 @@ impl Walk<'_> {
         let mut waiting: Vec<(Prim, Rc<Context>)> =
             roots.into_iter().rev().map(|prim| (prim, context.clone())).collect();
         while let Some((prim, above)) = waiting.pop() {
-            self.count_prim()?;
+            self.count_prim(&prim)?;
             let status = said(self.stage.prim_status(prim.path().clone()))?;
             if !predicate.matches(status) {
                 continue;
@@ -222,7 +224,7 @@ impl Walk<'_> {
     /// True if there are instances among prims or below them.
     fn has_instances(&mut self, mut waiting: Vec<Prim>) -> Answer<bool> {
         while let Some(prim) = waiting.pop() {
-            self.count_prim()?;
+            self.count_prim(&prim)?;
             if said(prim.is_instance())? {
                 return Ok(true);
             }
@@ -232,14 +234,14 @@ impl Walk<'_> {
     }
 
     /// Counts a prim that is looked at.
-    fn count_prim(&mut self) -> Answer<()> {
+    fn count_prim(&mut self, prim: &Prim) -> Answer<()> {
         self.record.next_prim()?;
-        self.prims += 1;
-        let most = MOST_PRIMS + self.record.bytes() / BYTES_A_PRIM;
-        if self.prims > most {
-            return Err(format!(
-                "it has more than {most} prims with those that references bring, too many for layers of this size: refer to each layer once, \
-                 or copy by point instancers"
+        let nodes = prim.prim_index().graph().map_or(1, |graph| graph.all_nodes().count() as u64);
+        self.nodes += nodes + (TIMES - 1) * nodes.saturating_sub(USUAL_NODES);
+        if self.nodes > MOST_NODES + self.record.bytes() / BYTES_A_NODE {
+            return Err(String::from(
+                "its references compose more prims than make sense for layers of this size: refer to each layer once, or copy by point \
+                 instancers",
             ));
         }
         Ok(())
