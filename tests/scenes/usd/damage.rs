@@ -76,7 +76,7 @@ fn no_number_of_a_binary_layer_ends_the_program() {
     };
     assert_eq!(load(&good).unwrap().scene.models.len(), 3, "two meshes and a floor");
     let mut told = 0;
-    for at in (0..good.len()).step_by(3) {
+    for at in (0..good.len()).step_by(7) {
         for (bytes, with) in [(8, 0x7f), (4, 0xff), (1, 0x40)] {
             let mut bad = good.clone();
             let end = (at + bytes).min(bad.len());
