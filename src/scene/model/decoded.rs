@@ -61,6 +61,12 @@ impl Decoded {
         Self { image: Arc::new(Image::new(width, height, texels, Values::Colors)), space, cuts }
     }
 
+    /// Creates a picture of bytes, colours in sRGB.
+    #[cfg(feature = "usd")]
+    pub fn of_bytes(size: [u32; 2], texels: Arc<[[u8; 4]]>) -> Self {
+        Self::new(size, Texels::Bytes(texels), ColorSpace::Srgb)
+    }
+
     /// Width and height in texels.
     pub fn size(&self) -> [u32; 2] {
         [self.image.finest().width, self.image.finest().height]
@@ -164,13 +170,14 @@ pub(super) fn decode_file(path: Option<&Path>) -> Result<Decoded, Unusable> {
     decode(BufReader::new(file), file_bytes, ImageFormat::from_path(path).ok())
 }
 
-/// Decodes a picture that is a part of another file.
-pub(super) fn decode_bytes(bytes: &[u8]) -> Result<Decoded, Unusable> {
+/// Decodes a picture that is a part of another file, where it is called `name`.
+pub(super) fn decode_bytes(bytes: &[u8], name: &str) -> Result<Decoded, Unusable> {
     if bytes.starts_with(&OPEN_EXR) {
         let why = "is an OpenEXR file within another file: only files of their own are read";
         return Err(Unusable::AsItIs(why.into()));
     }
-    decode(Cursor::new(bytes), bytes.len() as u64, None)
+    // as for files
+    decode(Cursor::new(bytes), bytes.len() as u64, ImageFormat::from_path(name).ok())
 }
 
 fn unreadable(error: &dyn std::fmt::Display) -> Unusable {

@@ -226,7 +226,7 @@ impl Pictures {
             Content::File(path) => decode_file(path),
             Content::Bytes(bytes) => {
                 self.embedded.insert(path.clone());
-                decode_bytes(bytes)
+                decode_bytes(bytes, name)
             }
             Content::Unreadable(why) => {
                 self.embedded.insert(path.clone());
@@ -249,6 +249,20 @@ impl Pictures {
         let picture = Decoded { image, ..picture };
         self.decoded.insert(path, picture.clone());
         Ok(picture)
+    }
+
+    /// The picture that is known by a path.
+    #[cfg(feature = "usd")]
+    pub fn known(&self, path: &Path) -> Option<Decoded> {
+        self.decoded.get(path).cloned()
+    }
+
+    /// Keeps a picture that was made of others, by a path that no file has.
+    #[cfg(feature = "usd")]
+    pub fn keep(&mut self, path: PathBuf, picture: Decoded) -> Decoded {
+        self.embedded.insert(path.clone());
+        self.decoded.insert(path, picture.clone());
+        picture
     }
 
     /// Digest of the texels of all pictures.

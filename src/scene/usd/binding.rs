@@ -2,13 +2,16 @@
 
 use std::collections::HashMap;
 
-use openusd::sdf::Path;
+use openusd::sdf::{Path, Value};
 use openusd::usd::{Prim, Stage};
 
 use super::value::{Answer, said, targets};
 
 /// Relationships that bind a material, the stronger one first: a preview is what is rendered here.
 const DIRECT: [&str; 2] = ["material:binding:preview", "material:binding"];
+
+/// Strength of a binding that goes before those below.
+const STRONG: &str = "strongerThanDescendants";
 
 /// Bindings of prims, looked up once each.
 #[derive(Default)]
@@ -52,11 +55,13 @@ impl Bindings {
         self.has_collections |= names.iter().any(|name| is_collection(name.as_str()));
         for name in DIRECT.into_iter().filter(|name| names.iter().any(|own| own.as_str() == *name)) {
             if let Some(material) = targets(prim, name)?.into_iter().next() {
-                let strength = prim.attribute(name).get_metadata::<openusd::sdf::Value>("bindMaterialAs");
-                let is_strong = matches!(
-                    said(strength)?,
-                    Some(openusd::sdf::Value::Token(strength)) if strength.as_str() == "strongerThanDescendants"
-                );
+                let strength = prim.attribute(name).get_metadata::<Value>("bindMaterialAs");
+                // a token in binary layers, and a text in others
+                let is_strong = match said(strength)? {
+                    Some(Value::Token(strength)) => strength.as_str() == STRONG,
+                    Some(Value::String(strength)) => strength == STRONG,
+                    _ => false,
+                };
                 return Ok(Some((material, is_strong)));
             }
         }

@@ -67,6 +67,7 @@ pub fn read(prim: &Prim, map: &Track<DAffine3>, clock: &Clock, unit: f64) -> Ans
     let name = prim.path().name().unwrap_or_default().to_string();
     Ok(UsdCamera {
         name,
+        path: prim.path().to_string(),
         is_orthographic,
         ratio,
         keys,
@@ -109,9 +110,15 @@ fn key(
     Ok((key, across / up))
 }
 
-/// Writes the settings and keys of a camera; `size`: of a picture whose ratio makes no sense.
-pub fn text(camera: &UsdCamera, size: [u32; 2], frames: &str, rate: &str) -> String {
-    let [width, height] = size_of_ratio(camera.ratio).unwrap_or(size);
+/// Writes the settings and keys of a camera; `size`: of a picture whose ratio makes no sense; `stated`: that which the file says.
+pub fn text(
+    camera: &UsdCamera,
+    (size, stated): ([u32; 2], Option<[u32; 2]>),
+    frames: &str,
+    rate: &str,
+) -> String {
+    let [width, height] = stated.or_else(|| size_of_ratio(camera.ratio)).unwrap_or(size);
+    let ratio = stated.map_or(camera.ratio, |[width, height]| f64::from(width) / f64::from(height));
     let mut text = format!(
         "\n[render]\nsize = [{width}, {height}]\nsamples = 2\nframes = \"{frames}\"\nrate = {rate}\n"
     );
@@ -122,13 +129,31 @@ pub fn text(camera: &UsdCamera, size: [u32; 2], frames: &str, rate: &str) -> Str
     if camera.is_orthographic {
         text += "\n[camera]\nprojection = \"orthographic\"\n";
     }
-    let mut before: Option<&LensKey> = None;
+    let mut before: Option<LensKey> = None;
     let keys = camera.keys.iter().map(|key| {
-        let lens = lens(key, before, camera.is_orthographic);
-        before = Some(key);
+        let key = conformed(key, camera, ratio);
+        let lens = lens(&key, before.as_ref(), camera.is_orthographic);
+        before = Some(key.clone());
         CameraKey { frame: key.frame, map: key.map, lens }
     });
     text + &camera_keys(keys, &[])
+}
+
+/// A key for a picture of another shape than the camera's: the aperture grows in one direction, as in Pixar's library (UsdRender,
+/// `aspectRatioConformPolicy`, "expandAperture").
+fn conformed(key: &LensKey, camera: &UsdCamera, ratio: f64) -> LensKey {
+    let grown = (camera.ratio / ratio).max(1.0);
+    let fov_or_height = match camera.is_orthographic {
+        true => key.fov_or_height * grown,
+        false => 2.0 * ((key.fov_or_height.to_radians() / 2.0).tan() * grown).atan().to_degrees(),
+    };
+    // shifts are in the longer side, here of a camera of height 1
+    let longer = |height: f64, ratio: f64| (height * ratio).max(height);
+    let shift = key.shift * longer(1.0, camera.ratio) / longer(grown, ratio);
+    match ratio == camera.ratio {
+        true => key.clone(),
+        false => LensKey { fov_or_height, shift, ..key.clone() },
+    }
 }
 
 /// Lines of a key that say what has changed since the one before.

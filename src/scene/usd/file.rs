@@ -7,6 +7,7 @@ use std::sync::Arc;
 use glam::{DAffine3, DVec2, DVec3, Vec2, Vec3};
 use half::f16;
 
+use super::tiles::Tiles;
 use crate::animation::{Track, Visibility};
 use crate::digest::Digest;
 use crate::scene::SceneError;
@@ -36,11 +37,25 @@ pub struct Content {
     pub surfaces: Vec<Surface>,
     pub shown: Vec<ShownMesh>,
     pub cameras: Vec<UsdCamera>,
+    /// Lights that shine at some frame.
     pub lights: Vec<UsdLight>,
+    /// True if there are lights, whether or not they shine.
+    pub has_lights: bool,
+    /// What the file says about its picture.
+    pub render: Option<RenderSettings>,
     /// Defects for which something else is shown, in whole sentences.
     pub defects: BTreeSet<String>,
     /// Parts of the file that have no effect here, in whole sentences.
     pub unused: BTreeSet<String>,
+}
+
+/// Picture of a file (RenderSettings).
+#[derive(Debug, Default)]
+pub struct RenderSettings {
+    /// Path of the camera.
+    pub camera: Option<String>,
+    /// Width and height, pixels.
+    pub size: Option<[u32; 2]>,
 }
 
 /// Frames of a file. Frame and time code are the same where a second has as many of both.
@@ -155,12 +170,16 @@ pub struct Picture {
     pub is_raw: bool,
     /// From texture coordinates to places of the picture.
     pub mapping: Mapping,
+    /// Its tiles, if it has some: the mapping is that of all of them.
+    pub tiles: Option<Tiles>,
 }
 
 /// A camera.
 #[derive(Debug)]
 pub struct UsdCamera {
     pub name: String,
+    /// Path of its prim.
+    pub path: String,
     pub is_orthographic: bool,
     /// Ratio of its width to its height.
     pub ratio: f64,

@@ -8,6 +8,7 @@
 use std::collections::BTreeSet;
 use std::f64::consts::PI;
 use std::fmt::Write;
+use std::path::Path;
 
 use glam::{DAffine3, DVec3};
 use openusd::usd::Prim;
@@ -17,7 +18,7 @@ use super::file::{Clock, LightKey, Picture, Units, UsdLight, UsdLightKind};
 use super::shader::Shaders;
 use super::temperature;
 use super::value::{Answer, codes, flag, number, three, word};
-use crate::animation::Track;
+use crate::animation::{Track, Visibility};
 use crate::scene::environment;
 use crate::scene::texture::Mapping;
 use crate::scene::written::{list, number as written};
@@ -27,6 +28,16 @@ const WIDEST: f64 = 179.9;
 
 /// Cosine of the angle to its level axes, about, up to which a rectangle counts as level.
 const LEVEL: f64 = 0.999;
+
+/// Frames before a light goes on or off in which it does so: less than the shutter of any camera is open.
+const SWITCH: f64 = 1e-4;
+
+/// Returns true for files that are maps of light from all around, by their endings.
+fn is_map(path: &Path) -> bool {
+    let ending =
+        path.to_string_lossy().trim_end_matches(']').rsplit('.').next().unwrap_or_default().to_lowercase();
+    matches!(ending.as_str(), "exr" | "hdr")
+}
 
 /// Returns true for types of prims that are lights here.
 pub fn is_light(kind: &str) -> bool {
@@ -38,7 +49,7 @@ pub fn is_light(kind: &str) -> bool {
 /// # Errors What the library says.
 pub fn read(
     (prim, kind): (&Prim, &str),
-    map: &Track<DAffine3>,
+    (map, visible): (&Track<DAffine3>, &Visibility),
     (clock, units): (&Clock, Units),
     shaders: &mut Shaders<'_>,
 ) -> Answer<Option<UsdLight>> {
@@ -70,12 +81,16 @@ pub fn read(
         _ => {
             let file = shaders.file(prim)?.filter(|(path, name, packed)| {
                 let is_there = packed.is_some() || path.is_file();
-                if !is_there {
-                    shaders.missing.insert(format!(
-                        "the picture `{name}` of the light from all around cannot be found: its light is even; copy it to where it is named"
-                    ));
+                let is_read = is_map(path);
+                if !is_there || !is_read {
+                    let why = if is_there {
+                        "is no map that is read: its light is even; save it as OpenEXR (.exr) or Radiance (.hdr)"
+                    } else {
+                        "cannot be found: its light is even; copy it to where it is named"
+                    };
+                    shaders.missing.insert(format!("the picture `{name}` of the light from all around {why}"));
                 }
-                is_there
+                is_there && is_read
             });
             let picture = file.map(|(path, name, packed)| Picture {
                 path,
@@ -86,6 +101,7 @@ pub fn read(
                 bias: [0.0; 4],
                 is_raw: false,
                 mapping: Mapping::default(),
+                tiles: None,
             });
             (UsdLightKind::Dome { picture }, 1.0)
         }
@@ -104,6 +120,10 @@ pub fn read(
     if !map.is_constant() {
         frames.extend(map.frames().map(f64::to_bits));
     }
+    if let Some(track) = visible.track() {
+        // it goes on and off at once: a key where it does, and one before, as lights change evenly between keys
+        frames.extend(track.frames().flat_map(|frame| [frame, frame - SWITCH]).map(f64::to_bits));
+    }
     let mut frames: Vec<f64> = frames.into_iter().map(f64::from_bits).collect();
     frames.sort_by(f64::total_cmp);
     if frames.is_empty() {
@@ -121,6 +141,7 @@ pub fn read(
         let kelvin = number_at(prim, "colorTemperature", code)?.filter(|_| has_temperature);
         let color = color * kelvin.map_or(DVec3::ONE, temperature::color);
         let power = intensity * exposure.exp2() * factor;
+        let power = if visible.at(frame) { power } else { 0.0 };
         let fits = (0.0..=1e30).contains(&power) && color.min_element() >= 0.0 && color.max_element() <= 1e30;
         match fits {
             true => Ok(LightKey { frame, map: map.at(frame), color, power }),

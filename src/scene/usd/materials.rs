@@ -5,6 +5,8 @@ use std::path::PathBuf;
 use glam::{DVec3, Vec3};
 
 use super::file::{Input, Picture, Surface, UsdFile};
+use super::tiles::Tiles;
+use crate::memory::{self, Need, Part};
 use crate::scene::keys::material::AlphaMode;
 use crate::scene::material::{LARGEST_COLOR, head_on};
 use crate::scene::model::assemble::Assembly;
@@ -73,7 +75,14 @@ impl Assembly {
     ) -> Result<(), SceneError> {
         if let Some(picture) = surface.normal.as_ref().filter(|_| material.normal_map.is_none()) {
             let index = self.usd_picture(file, picture, PictureUse::Normals)?;
-            material.normal_map = self.pictures.normal_map(index, slope_of(picture));
+            material.normal_map = match slope_of(picture) {
+                Some(slope) => self.pictures.normal_map(index, slope),
+                None if self.pictures.is_stand_in(index) => None,
+                None => {
+                    let index = self.usd_normals(file, picture)?;
+                    self.pictures.normal_map(index, 1.0)
+                }
+            };
         }
         let is_metal_rough = material.metal_rough.is_some() && surface.specular.is_none();
         for (used, input, is_there) in [
@@ -225,6 +234,62 @@ impl Assembly {
         Ok(Some((map, alpha)))
     }
 
+    /// Texture of the normals that a picture's scale and bias make of its numbers. Returns its index.
+    fn usd_normals(&mut self, file: &UsdFile, picture: &Picture) -> Result<u32, SceneError> {
+        let decoded = self.usd_decoded(file, picture, PictureUse::Normals)?;
+        let finest = decoded.image.finest();
+        let byte = |texel: [u8; 4], channel: usize| {
+            let number = f64::from(texel[channel]) / 255.0 * picture.scale[channel] + picture.bias[channel];
+            (127.5 * (number.clamp(-1.0, 1.0) + 1.0)).round() as u8
+        };
+        let texels = (0..finest.texels.count()).map(|texel| finest.texels.get(texel).bytes());
+        let texels = texels.map(|texel| [byte(texel, 0), byte(texel, 1), byte(texel, 2), texel[3]]).collect();
+        let image = Decoded::of_bytes(decoded.size(), texels).as_numbers();
+        let mut path = picture.path.clone().into_os_string();
+        path.push(format!("#normals {:?} {:?}", picture.scale, picture.bias));
+        Ok(self.pictures.place(Texture { path: PathBuf::from(path), image, mapping: picture.mapping }))
+    }
+
+    /// A picture of all tiles, beside and above each other, each as large as the largest one.
+    fn usd_tiles(
+        &mut self,
+        file: &UsdFile,
+        (picture, tiles): (&Picture, &Tiles),
+        used: PictureUse,
+    ) -> Result<Decoded, SceneError> {
+        let mut read = Vec::with_capacity(tiles.files.len());
+        for (place, path) in &tiles.files {
+            let tile = Picture { path: path.clone(), tiles: None, ..picture.clone() };
+            read.push((*place, self.usd_decoded(file, &tile, used)?));
+        }
+        let edge = |axis: usize| read.iter().map(|(_, tile)| tile.size()[axis]).max().unwrap_or(1);
+        let of_tile = [edge(0), edge(1)];
+        let size = [0, 1].map(|axis| u64::from(of_tile[axis]) * u64::from(tiles.size[axis]));
+        let fault = |why: String| file.fault(format!("the tiles of `{}` are too large: {why}", picture.name));
+        let need =
+            Need::new(Part::new("a texture of tiles", 8 * size[0] * size[1], "smaller tiles, fewer tiles"));
+        need.check(&memory::left()).map_err(|error| fault(error.to_string()))?;
+        let [Ok(width), Ok(height)] = size.map(u32::try_from) else {
+            return Err(fault(String::from("use fewer or smaller ones")));
+        };
+        let mut texels = vec![[0, 0, 0, u8::MAX]; (size[0] * size[1]) as usize];
+        for ([column, row], tile) in &read {
+            let (finest, [across, down]) = (tile.image.finest(), tile.size());
+            // rows of tiles are from the bottom, and those of pictures from the top
+            let (left, top) = (column * of_tile[0], (tiles.size[1] - 1 - row) * of_tile[1]);
+            for y in 0..of_tile[1] {
+                let from = u64::from(y) * u64::from(down) / u64::from(of_tile[1]);
+                let line = (u64::from(top + y) * u64::from(width) + u64::from(left)) as usize;
+                for x in 0..of_tile[0] {
+                    let texel =
+                        from * u64::from(across) + u64::from(x) * u64::from(across) / u64::from(of_tile[0]);
+                    texels[line + x as usize] = finest.texels.get(texel as usize).bytes();
+                }
+            }
+        }
+        Ok(Decoded::of_bytes([width, height], texels.into()))
+    }
+
     /// Texture whose alpha is a channel of a picture. Returns its index.
     fn usd_opacity_texture(
         &mut self,
@@ -277,6 +342,13 @@ impl Assembly {
         picture: &Picture,
         used: PictureUse,
     ) -> Result<Decoded, SceneError> {
+        if let Some(tiles) = &picture.tiles {
+            if let Some(known) = self.pictures.known(&picture.path) {
+                return Ok(known);
+            }
+            let all = self.usd_tiles(file, (picture, tiles), used)?;
+            return Ok(self.pictures.keep(picture.path.clone(), all));
+        }
         let content = match &picture.packed {
             Some(bytes) => Content::Bytes(bytes),
             None => Content::File(picture.path.is_file().then_some(picture.path.as_path())),
@@ -301,11 +373,14 @@ fn picture_of_parameter(input: &Input, used: MapUse) -> Option<&Picture> {
     (fits && picture.bias == [0.0; 4]).then_some(picture)
 }
 
-/// Factor on the slopes of a normal map. Its bytes are to be spread from -1 to 1, by a scale of 2 and a bias of -1 (UsdPreviewSurface,
-/// "normal"); files with other numbers mean steeper or flatter slopes.
-fn slope_of(picture: &Picture) -> f32 {
-    let [across, up, out, _] = picture.scale;
-    if out > 0.0 { ((across + up) / (2.0 * out)) as f32 } else { 1.0 }
+/// Factor on the slopes of a normal map, if they are those of its picture. Its bytes are to be spread from -1 to 1, by a scale of 2 and a
+/// bias of -1 (UsdPreviewSurface, "normal"); files that say nothing mean the same.
+fn slope_of(picture: &Picture) -> Option<f32> {
+    let ([across, up, out, _], bias) = (picture.scale, &picture.bias[..3]);
+    let is_even = across == up && across > 0.0 && out > 0.0;
+    let is_centred = bias.iter().all(|bias| *bias == 0.0)
+        || bias.iter().zip(&picture.scale).all(|(bias, scale)| (2.0 * bias + scale).abs() < 1e-6);
+    (is_even && is_centred).then(|| (across / out) as f32)
 }
 
 fn color(color: DVec3) -> Vec3 {

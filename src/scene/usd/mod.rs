@@ -7,6 +7,8 @@
 #[cfg(not(feature = "usd"))]
 mod absent;
 #[cfg(feature = "usd")]
+mod binary;
+#[cfg(feature = "usd")]
 mod binding;
 #[cfg(feature = "usd")]
 mod cameras;
@@ -23,6 +25,8 @@ mod lights;
 #[cfg(feature = "usd")]
 mod materials;
 #[cfg(feature = "usd")]
+mod package;
+#[cfg(feature = "usd")]
 mod parts;
 #[cfg(feature = "usd")]
 mod place;
@@ -38,6 +42,10 @@ mod skin;
 mod stage;
 #[cfg(feature = "usd")]
 mod temperature;
+#[cfg(feature = "usd")]
+mod text;
+#[cfg(feature = "usd")]
+mod tiles;
 #[cfg(feature = "usd")]
 mod value;
 #[cfg(feature = "usd")]

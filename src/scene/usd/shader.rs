@@ -1,26 +1,22 @@
 //! Networks of shaders: UsdPreviewSurface, and the pictures that lead to it.
 
 use std::collections::{BTreeSet, HashMap};
-use std::io::Read;
 use std::path::PathBuf;
 use std::sync::Arc;
 
 use glam::{DAffine2, DVec2, DVec3};
-use openusd::ar::{ResolvedPath, Resolver};
 use openusd::sdf::{Path, Value};
 use openusd::usd::{Prim, Stage};
 
 use super::file::{Input, Picture, Surface};
 use super::resolver::Checked;
-use super::value::{Answer, codes, is_name, number, numbers, said, three, value, word};
+use super::tiles::{self, Tiles};
+use super::value::{Answer, codes, is_name, number, numbers, said, value, word};
 use crate::scene::model::dielectric::Coat;
 use crate::scene::texture::{Mapping, UvSet, Wrap};
 
 /// Most steps from an input to the shader that computes it: nothing honest is as deep, and what is connected to itself has no end.
 const MOST_STEPS: usize = 32;
-
-/// Largest size of a picture in a package, bytes.
-const MOST_PICTURE_BYTES: u64 = 1 << 30;
 
 /// Reads materials of a stage, each picture once.
 pub struct Shaders<'a> {
@@ -28,6 +24,8 @@ pub struct Shaders<'a> {
     /// Time code at which values are read.
     code: f64,
     packed: HashMap<String, Arc<Vec<u8>>>,
+    /// Values of primvars, by path and name, for what is below.
+    of_parents: HashMap<(String, &'static str), Vec<f64>>,
     pub unused: BTreeSet<String>,
     /// Pictures that are nowhere, in whole sentences.
     pub missing: BTreeSet<String>,
@@ -35,6 +33,9 @@ pub struct Shaders<'a> {
 
 /// Names of a material's sets of texture coordinates: that of its colour, or else of its first picture, and another one.
 pub type UvNames = [Option<String>; 2];
+
+/// Colour of a transparent mesh that states none.
+const GREY: f64 = 0.6;
 
 /// Name of texture coordinates that are not named.
 const USUAL_UVS: &str = "st";
@@ -58,7 +59,14 @@ struct Source {
 impl<'a> Shaders<'a> {
     /// Prepares to read at a time code.
     pub fn new(stage: &'a Stage, code: f64) -> Self {
-        Self { stage, code, packed: HashMap::new(), unused: BTreeSet::new(), missing: BTreeSet::new() }
+        Self {
+            stage,
+            code,
+            packed: HashMap::new(),
+            of_parents: HashMap::new(),
+            unused: BTreeSet::new(),
+            missing: BTreeSet::new(),
+        }
     }
 
     /// Reads the material at `path`. `None` if it has no surface that is known here.
@@ -239,15 +247,29 @@ impl<'a> Shaders<'a> {
             "outputs:a" => Some(3),
             _ => None,
         };
-        let Some((path, name, packed)) = self.file(prim)? else {
-            return Ok((Input::Constant(default), None));
-        };
-        let four = |name: &str, default: [f64; 4]| -> Answer<[f64; 4]> {
-            let numbers = value(prim, name, self.code)?.as_ref().and_then(numbers);
+        let code = self.code;
+        let four = |name: &str| -> Answer<Option<[f64; 4]>> {
+            let numbers = value(prim, name, code)?.as_ref().and_then(numbers);
             let four = numbers.and_then(|numbers| <[f64; 4]>::try_from(numbers).ok());
-            Ok(four.filter(|four| four.iter().all(|number| number.is_finite())).unwrap_or(default))
+            Ok(four.filter(|four| four.iter().all(|number| number.is_finite())))
         };
-        let (scale, bias) = (four("inputs:scale", [1.0; 4])?, four("inputs:bias", [0.0; 4])?);
+        let fallback = four("inputs:fallback")?.map(|four| match channel {
+            Some(channel) => DVec3::splat(four[channel]),
+            None => DVec3::from_slice(&four),
+        });
+        let Some((path, name, packed)) = self.file(prim)? else {
+            return Ok((Input::Constant(fallback.unwrap_or(default)), None));
+        };
+        let tiles = if packed.is_none() { Tiles::find(&path) } else { None };
+        let is_there = tiles.is_some() || packed.as_ref().map_or(path.is_file(), |bytes| !bytes.is_empty());
+        if let (false, Some(fallback)) = (is_there, fallback) {
+            self.missing.insert(format!(
+                "the texture `{name}` cannot be found: the value that the file states for it (fallback) is shown; copy it to where it is named"
+            ));
+            return Ok((Input::Constant(fallback), None));
+        }
+        let scale = four("inputs:scale")?.unwrap_or([1.0; 4]);
+        let bias = four("inputs:bias")?.unwrap_or([0.0; 4]);
         let wraps = [word(prim, "inputs:wrapS", self.code)?, word(prim, "inputs:wrapT", self.code)?];
         if wraps.iter().flatten().any(|wrap| wrap == "black") {
             self.leave_out("textures whose wrapping is black are clamped");
@@ -261,7 +283,8 @@ impl<'a> Shaders<'a> {
         let (uvs, place) = self.coordinates(prim)?;
         let (linear, offset) = (place.matrix2.as_mat2(), place.translation.as_vec2());
         let mapping = Mapping { linear, offset, wrap, ..Mapping::default() };
-        let picture = Picture { path, name, packed, channel, scale, bias, is_raw, mapping };
+        let mapping = tiles.as_ref().map_or(mapping, |tiles| tiles.mapping(mapping));
+        let picture = Picture { path, name, packed, channel, scale, bias, is_raw, mapping, tiles };
         Ok((Input::Picture(picture), uvs))
     }
 
@@ -306,7 +329,13 @@ impl<'a> Shaders<'a> {
             Some(value) => Some(value),
             None => value(prim, "inputs:texture:file", self.code)?,
         };
-        let Some(Value::AssetPath(asset)) = asset else { return Ok(None) };
+        let asset = match asset {
+            Some(Value::AssetPath(asset)) => Some(asset),
+            // samples of one file, see `text`
+            Some(Value::AssetPathVec(list)) => list.into_iter().next(),
+            _ => None,
+        };
+        let Some(asset) = asset else { return Ok(None) };
         if asset.is_empty() {
             return Ok(None);
         }
@@ -321,42 +350,95 @@ impl<'a> Shaders<'a> {
         if let Some(known) = self.packed.get(resolved) {
             return Ok(Some((path, name, Some(known.clone()))));
         }
-        let opened = said(Checked::default().open_asset(&ResolvedPath::new(resolved)));
-        let mut bytes = Vec::new();
         // what cannot be read is empty, which decoding reports
-        if let Ok(asset) = opened {
-            let _ = asset.take(MOST_PICTURE_BYTES).read_to_end(&mut bytes);
-        }
-        let bytes = Arc::new(bytes);
+        let bytes = Arc::new(Checked::bytes(resolved).unwrap_or_default());
         self.packed.insert(resolved.to_string(), bytes.clone());
         Ok(Some((path, name, Some(bytes))))
     }
 
-    /// Path of a picture that the library does not find under its name: with backslashes, as programs on Windows write them.
+    /// Path of a picture that the library does not find under its name: in tiles, or with backslashes, as programs on Windows write
+    /// them.
     fn beside_the_file(&self, name: &str) -> PathBuf {
         let path = name.replace('\\', "/");
-        let root = PathBuf::from(self.stage.root_layer().identifier());
-        let beside = root.parent().map(|folder| folder.join(path));
-        beside.filter(|path| path.is_file()).unwrap_or_else(|| PathBuf::from(name))
+        let is_there = |path: &PathBuf| match tiles::are_named(name) {
+            true => Tiles::find(path).is_some(),
+            false => path.is_file(),
+        };
+        let root = self.stage.root_layer().identifier().to_string();
+        let layers = std::iter::once(root).chain(self.stage.layer_identifiers());
+        let beside = layers.filter_map(|layer| Some(PathBuf::from(layer).parent()?.join(&path)));
+        beside.into_iter().find(is_there).unwrap_or_else(|| PathBuf::from(name))
     }
 
-    /// Surface of a mesh without a material: its displayColor, or grey.
+    /// Values of a primvar of a prim, or those of the nearest prim above that has some for all that is below it, and whether they are
+    /// its own.
+    fn inherited(&mut self, prim: &Prim, name: &'static str) -> Answer<(Vec<f64>, bool)> {
+        if let Some(own) = value(prim, name, self.code)? {
+            return Ok((numbers(&own).unwrap_or_default(), true));
+        }
+        match prim.path().parent() {
+            Some(parent) => Ok((self.above(&parent, name)?, false)),
+            None => Ok((Vec::new(), false)),
+        }
+    }
+
+    /// Values of a primvar at a path or above it that are constant: others are not inherited.
+    fn above(&mut self, path: &Path, name: &'static str) -> Answer<Vec<f64>> {
+        let (mut passed, mut at, mut found) = (Vec::new(), Some(path.clone()), Vec::new());
+        while let Some(path) = at.filter(|path| path.as_str() != "/") {
+            let key = (path.to_string(), name);
+            if let Some(known) = self.of_parents.get(&key) {
+                found.clone_from(known);
+                break;
+            }
+            passed.push(key);
+            let prim = self.stage.prim(path.clone());
+            if let Some(own) = value(&prim, name, self.code)? {
+                let spread = said(prim.attribute(name).get_metadata::<Value>("interpolation"))?;
+                let is_constant = match spread {
+                    Some(Value::Token(spread)) => spread.as_str() == "constant",
+                    _ => true,
+                };
+                if is_constant {
+                    found = numbers(&own).unwrap_or_default();
+                    break;
+                }
+            }
+            at = path.parent();
+        }
+        self.of_parents.extend(passed.into_iter().map(|key| (key, found.clone())));
+        Ok(found)
+    }
+
+    /// Surface of a mesh without a material: its displayColor and displayOpacity, or grey.
     pub fn display_color(&mut self, prim: &Prim) -> Answer<Option<Surface>> {
-        let name = "primvars:displayColor";
-        let Some(read) = value(prim, name, self.code)? else { return Ok(None) };
-        let Some(list) = numbers(&read).filter(|list| list.len() >= 3) else { return Ok(None) };
+        let (list, is_own) = self.inherited(prim, "primvars:displayColor")?;
+        for name in ["primvars:displayColor", "primvars:displayOpacity"] {
+            if codes(prim, name)?.len() > 1 {
+                self.leave_out(
+                    "colours of meshes (displayColor, displayOpacity) do not change with time: they are as at the first frame",
+                );
+            }
+        }
+        let (opacities, _) = self.inherited(prim, "primvars:displayOpacity")?;
+        let opacity = opacities.first().copied().filter(|opacity| opacity.is_finite()).unwrap_or(1.0);
+        if opacities.iter().any(|other| *other != opacity) {
+            self.leave_out("displayOpacity does not change over a mesh: its first value is used");
+        }
+        let list = match list.len() < 3 {
+            true if opacity < 1.0 => vec![GREY; 3],
+            true => return Ok(None),
+            false => list,
+        };
         let colors: Vec<DVec3> = list.chunks_exact(3).map(DVec3::from_slice).collect();
-        let is_tinted = colors.windows(2).any(|pair| pair[0] != pair[1]);
+        let is_tinted = is_own && colors.windows(2).any(|pair| pair[0] != pair[1]);
         let color = if is_tinted { DVec3::ONE } else { colors[0] };
         if !color.is_finite() {
             return Ok(None);
         }
-        let opacity = three(prim, "primvars:displayOpacity", self.code)?;
-        if opacity.is_some_and(|opacity| opacity.min_element() < 1.0) {
-            self.leave_out("displayOpacity is not used");
-        }
         let surface = plain("displayColor", color);
-        Ok(Some(Surface { is_tinted, roughness: Input::number(0.5), ior: 1.5, ..surface }))
+        let opacity = Input::number(opacity.clamp(0.0, 1.0));
+        Ok(Some(Surface { is_tinted, opacity, roughness: Input::number(0.5), ior: 1.5, ..surface }))
     }
 }
 

@@ -92,6 +92,8 @@ pub fn word(prim: &Prim, name: &str, code: f64) -> Answer<Option<String>> {
 pub fn flag(prim: &Prim, name: &str, code: f64) -> Answer<Option<bool>> {
     Ok(match value(prim, name, code)? {
         Some(Value::Bool(flag)) => Some(flag),
+        // with times in text layers
+        Some(Value::Token(flag)) => Some(flag.as_str() == "true"),
         _ => None,
     })
 }
@@ -123,6 +125,7 @@ pub fn numbers(value: &Value) -> Option<Vec<f64>> {
         Value::HalfVec(list) => list.iter().copied().map(f64::from).collect(),
         Value::Vec2h(vector) => flat!([vector], x, y),
         Value::Vec2f(vector) => flat!([vector], x, y),
+        Value::Vec2i(vector) => flat!([vector], x, y),
         Value::Vec2d(vector) => flat!([vector], x, y),
         Value::Vec3h(vector) => flat!([vector], x, y, z),
         Value::Vec3f(vector) => flat!([vector], x, y, z),

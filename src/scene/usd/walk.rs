@@ -9,13 +9,14 @@ use openusd::sdf::{Path, Value};
 use openusd::usd::{Prim, PrimPredicate, PrimStatus, Stage};
 
 use super::binding::Bindings;
-use super::file::{Clock, Content, ShownMesh, Surface, Units, UsdMesh};
+use super::file::{Clock, Content, RenderSettings, ShownMesh, Surface, Units, UsdMesh};
 use super::geometry::{self, FaceSurfaces};
 use super::instancer::{self, Copy};
+use super::resolver::Record;
 use super::shader::{self, ReadSurface, Shaders, UvNames};
 use super::skeleton::{self, Skeleton};
 use super::skin::{self, Skin};
-use super::value::{Answer, codes, said, value, whole_numbers, word};
+use super::value::{Answer, codes, numbers, said, targets, value, whole_numbers, word};
 use super::{cameras, implicit, lights, place};
 use crate::animation::{Track, Visibility};
 use crate::digest::Digest;
@@ -26,8 +27,18 @@ const MOST_DEPTH: usize = 8;
 /// Most prims above one another: the time to compose them grows with the cube of their number.
 const MOST_LEVELS: usize = 256;
 
+/// Most places of layers (nodes) of which a file's prims are composed, some kilobytes each, and bytes of its layers for each one more: a few
+/// bytes that refer twice each compose more than fits into any memory. Those of a prim that has more than usual count several times.
+const MOST_NODES: u64 = 1_000_000;
+const BYTES_A_NODE: u64 = 2;
+const USUAL_NODES: u64 = 16;
+const TIMES: u64 = 5;
+
 /// Most models of a file.
 const MOST_SHOWN: usize = 4_000_000;
+
+/// Most pixels along an edge of a picture that a file asks for.
+const MOST_PIXELS: f64 = 32_768.0;
 
 /// Metres in a unit, if the file does not say.
 const DEFAULT_UNIT: f64 = 0.01;
@@ -53,8 +64,8 @@ struct Walk<'a> {
     root: Track<DAffine3>,
     shaders: Shaders<'a>,
     bindings: Bindings,
-    /// Meshes of prototypes' prims, which their instances share.
-    of_prototypes: HashMap<String, Option<usize>>,
+    /// Meshes of prototypes' prims with their surfaces, which instances share that have the same.
+    of_prototypes: HashMap<(String, Vec<Option<usize>>), Option<usize>>,
     /// Surfaces by path of their material, and names of their texture coordinates.
     of_materials: HashMap<String, Option<(usize, UvNames)>>,
     /// Numbers of the meshes by their digest.
@@ -63,6 +74,11 @@ struct Walk<'a> {
     skeletons: HashMap<String, Option<Rc<Skeleton>>>,
     /// Instancers that are being walked through.
     within: Vec<Path>,
+    record: &'a Record,
+    /// For prototypes: true if there are instances below.
+    has_nested: HashMap<String, bool>,
+    /// Places of layers of which the prims so far are composed, see [`MOST_NODES`].
+    nodes: u64,
     /// Prim below which places are sought: the root, or what is above the prototype that is being walked through.
     base: Path,
 }
@@ -70,7 +86,7 @@ struct Walk<'a> {
 /// Collects all that a stage shows.
 ///
 /// # Errors What the library says, and damaged meshes.
-pub fn content(stage: &Stage) -> Answer<Content> {
+pub fn content(stage: &Stage, record: &Record) -> Answer<Content> {
     let clock = clock(stage)?;
     let unit = metadata_number(stage, "metersPerUnit")?.filter(|unit| *unit > 0.0).unwrap_or(DEFAULT_UNIT);
     let is_z_up =
@@ -90,6 +106,9 @@ pub fn content(stage: &Stage) -> Answer<Content> {
         known: HashMap::new(),
         skeletons: HashMap::new(),
         within: Vec::new(),
+        record,
+        has_nested: HashMap::new(),
+        nodes: 0,
         base: Path::abs_root(),
     };
     let context = Context { map, visible: Visibility::ALWAYS, is_rendered: true, is_skinned: false };
@@ -154,8 +173,13 @@ impl Walk<'_> {
         let mut waiting: Vec<(Prim, Rc<Context>)> =
             roots.into_iter().rev().map(|prim| (prim, context.clone())).collect();
         while let Some((prim, above)) = waiting.pop() {
-            if !predicate.matches(said(self.stage.prim_status(prim.path().clone()))?) {
+            self.count_prim(&prim)?;
+            let status = said(self.stage.prim_status(prim.path().clone()))?;
+            if !predicate.matches(status) {
                 continue;
+            }
+            if status.contains(PrimStatus::INSTANCE) {
+                self.open_nested(&prim)?;
             }
             if prim.path().as_str().bytes().filter(|byte| *byte == b'/').count() > MOST_LEVELS {
                 return Err(format!("its prims are nested more than {MOST_LEVELS} deep: flatten it"));
@@ -174,6 +198,53 @@ impl Walk<'_> {
             }
         }
         Ok(shown)
+    }
+
+    /// Makes a plain prim of an instance within which there are others: the library composes nothing in these.
+    fn open_nested(&mut self, prim: &Prim) -> Answer<()> {
+        let Some(prototype) = said(prim.prototype())? else { return Ok(()) };
+        let has_nested = match self.has_nested.get(prototype.as_str()) {
+            Some(known) => *known,
+            None => {
+                let found = self.has_instances(said(prim.children())?)?;
+                self.has_nested.insert(prototype.to_string(), found);
+                found
+            }
+        };
+        if has_nested {
+            let opened = said(self.stage.override_prim(prim.path().clone()));
+            if opened.and_then(|prim| said(prim.set_instanceable(false))).is_err() {
+                let message = format!("instances within {} are not shown: make it a plain prim", prim.path());
+                self.content.defects.insert(message);
+            }
+        }
+        Ok(())
+    }
+
+    /// True if there are instances among prims or below them.
+    fn has_instances(&mut self, mut waiting: Vec<Prim>) -> Answer<bool> {
+        while let Some(prim) = waiting.pop() {
+            self.count_prim(&prim)?;
+            if said(prim.is_instance())? {
+                return Ok(true);
+            }
+            waiting.extend(said(prim.children())?);
+        }
+        Ok(false)
+    }
+
+    /// Counts a prim that is looked at.
+    fn count_prim(&mut self, prim: &Prim) -> Answer<()> {
+        self.record.next_prim()?;
+        let nodes = prim.prim_index().graph().map_or(1, |graph| graph.all_nodes().count() as u64);
+        self.nodes += nodes + (TIMES - 1) * nodes.saturating_sub(USUAL_NODES);
+        if self.nodes > MOST_NODES + self.record.bytes() / BYTES_A_NODE {
+            return Err(String::from(
+                "its references compose more prims than make sense for layers of this size: refer to each layer once, or copy by point \
+                 instancers",
+            ));
+        }
+        Ok(())
     }
 
     /// Records prims that references and payloads of a prim without children name, and that are nowhere: the library reports payloads
@@ -280,20 +351,47 @@ impl Walk<'_> {
                     self.units.metres,
                 )?);
             }
-            kind if lights::is_light(kind) && self.within.is_empty() && is_seen => {
+            kind if lights::is_light(kind) && self.within.is_empty() => {
+                self.content.has_lights = true;
                 let file = (&self.content.clock, self.units);
-                self.content.lights.extend(lights::read(
-                    (prim, kind),
-                    &context.map,
-                    file,
-                    &mut self.shaders,
-                )?);
+                if is_seen {
+                    let place = (&context.map, visible);
+                    self.content.lights.extend(lights::read((prim, kind), place, file, &mut self.shaders)?);
+                }
+            }
+            "RenderSettings" if self.is_settings(prim)? => {
+                self.content.render = Some(self.render_settings(prim)?);
             }
             // materials are read when they are bound
             "Material" | "Shader" | "NodeGraph" | "GeomSubset" => return Ok(false),
             kind => self.note_unused(kind, is_seen),
         }
         Ok(true)
+    }
+
+    /// True for the settings that the file names, or for the first ones.
+    fn is_settings(&self, prim: &Prim) -> Answer<bool> {
+        let named = match said(self.stage.stage_metadata("renderSettingsPrimPath"))? {
+            Some(Value::String(path)) => Some(path),
+            Some(Value::Token(path)) => Some(path.to_string()),
+            _ => None,
+        };
+        Ok(named.map_or(self.content.render.is_none(), |path| path == prim.path().as_str()))
+    }
+
+    fn render_settings(&mut self, prim: &Prim) -> Answer<RenderSettings> {
+        let code = self.content.clock.code(self.content.clock.first());
+        let camera = targets(prim, "camera")?.into_iter().next().map(|path| path.to_string());
+        let size = value(prim, "resolution", code)?.as_ref().and_then(numbers);
+        let size = size.and_then(|size| <[f64; 2]>::try_from(size).ok());
+        let is_size = |size: &[f64; 2]| size.iter().all(|edge| (1.0..=MOST_PIXELS).contains(edge));
+        let policy = word(prim, "aspectRatioConformPolicy", code)?;
+        if policy.is_some_and(|policy| policy != "expandAperture") {
+            self.shaders.leave_out(
+                "aspectRatioConformPolicy is not used: apertures of cameras grow to the picture's shape",
+            );
+        }
+        Ok(RenderSettings { camera, size: size.filter(is_size).map(|size| size.map(|edge| edge as u32)) })
     }
 
     fn note_unused(&mut self, kind: &str, is_seen: bool) {
@@ -327,14 +425,23 @@ impl Walk<'_> {
             let map = if skin.has_joints() { of_skeleton } else { map.clone() };
             return Ok(mesh.map(|mesh| (mesh, map)));
         }
-        let prototype = said(prim.prim_in_prototype())?.map(|prim| prim.path().to_string());
-        if let Some(known) = prototype.as_ref().and_then(|path| self.of_prototypes.get(path)) {
-            return Ok(known.map(|known| (known, map.clone())));
+        let Some(prototype) = said(prim.prim_in_prototype())? else {
+            let number = self.read_mesh(prim, None)?;
+            return Ok(number.map(|number| (number, map.clone())));
+        };
+        let mut surfaces = vec![self.surface_of_mesh(prim)?.of_mesh];
+        for (subset, _) in self.subsets(prim)? {
+            surfaces.push(self.surface(subset.path())?.map(|(surface, _)| surface));
         }
-        let number = self.read_mesh(prim, None)?;
-        if let Some(path) = prototype {
-            self.of_prototypes.insert(path, number);
-        }
+        let key = (prototype.path().to_string(), surfaces);
+        let number = match self.of_prototypes.get(&key) {
+            Some(known) => *known,
+            None => {
+                let number = self.read_mesh(prim, None)?;
+                self.of_prototypes.insert(key, number);
+                number
+            }
+        };
         Ok(number.map(|number| (number, map.clone())))
     }
 
@@ -387,7 +494,8 @@ impl Walk<'_> {
         self.content.meshes.len() - 1
     }
 
-    fn surfaces(&mut self, prim: &Prim) -> Answer<FaceSurfaces> {
+    /// Surface of all faces of a mesh that no subset has.
+    fn surface_of_mesh(&mut self, prim: &Prim) -> Answer<FaceSurfaces> {
         let mut surfaces = FaceSurfaces::default();
         let bound = self.surface(prim.path())?;
         if bound.is_none() {
@@ -400,16 +508,28 @@ impl Walk<'_> {
             surfaces.of_mesh = Some(surface);
             surfaces.uvs.insert(surface, uvs);
         }
+        Ok(surfaces)
+    }
+
+    /// Subsets of a mesh's faces that have materials, and the time code at which they are read.
+    fn subsets(&self, prim: &Prim) -> Answer<Vec<(Prim, f64)>> {
+        let code = self.content.clock.code(self.content.clock.first());
+        let mut subsets = Vec::new();
         for child in said(prim.children())? {
-            if said(child.type_name())?.is_none_or(|kind| kind.as_str() != "GeomSubset") {
-                continue;
+            let is_subset = said(child.type_name())?.is_some_and(|kind| kind.as_str() == "GeomSubset");
+            if is_subset
+                && matches!(word(&child, "familyName", code)?.as_deref(), Some("materialBind") | None)
+            {
+                subsets.push((child, code));
             }
-            let code = self.content.clock.code(self.content.clock.first());
-            let family = word(&child, "familyName", code)?;
-            let own = self.surface(child.path())?;
-            let (Some((surface, uvs)), Some("materialBind") | None) = (own, family.as_deref()) else {
-                continue;
-            };
+        }
+        Ok(subsets)
+    }
+
+    fn surfaces(&mut self, prim: &Prim) -> Answer<FaceSurfaces> {
+        let mut surfaces = self.surface_of_mesh(prim)?;
+        for (child, code) in self.subsets(prim)? {
+            let Some((surface, uvs)) = self.surface(child.path())? else { continue };
             let faces = value(&child, "indices", code)?.as_ref().and_then(whole_numbers).unwrap_or_default();
             let faces = faces.into_iter().filter_map(|face| u32::try_from(face).ok());
             surfaces.of_face.extend(faces.map(|face| (face, Some(surface))));

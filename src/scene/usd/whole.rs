@@ -6,7 +6,7 @@ use std::sync::Arc;
 use glam::Vec3;
 use toml::Value;
 
-use super::file::{Clock, UsdFile, UsdLightKind};
+use super::file::{Clock, Content, UsdCamera, UsdFile, UsdLightKind};
 use super::{cameras, lights};
 use crate::scene::SceneError;
 use crate::scene::model::read_model::ReadBefore;
@@ -37,18 +37,20 @@ pub fn text(path: &Path, model: &str, options: &Options) -> Result<Written, Scen
 fn written(file: &UsdFile, model: &str, options: &Options) -> Result<Written, SceneError> {
     let content = &file.content;
     let (mut notes, mut stage) = (Vec::new(), String::new());
-    let camera = match content.cameras.first() {
+    let camera = match chosen(content) {
         Some(camera) => {
-            if content.cameras.len() > 1 {
+            let is_named = content.render.as_ref().is_some_and(|render| render.camera.is_some());
+            if content.cameras.len() > 1 && !is_named {
                 let count = content.cameras.len();
                 notes.push(format!("of {count} cameras the first is shown: `{}`", camera.name));
             }
-            cameras::text(camera, options.size, &frames(file), &rate(&content.clock))
+            let stated = content.render.as_ref().and_then(|render| render.size);
+            cameras::text(camera, (options.size, stated), &frames(file), &rate(&content.clock))
         }
         None => {
             let fit = fit(file, options.size)?;
             notes.push(String::from("the file has no camera: one goes once around all of it"));
-            if content.lights.is_empty() {
+            if !content.has_lights {
                 stage = floor(&fit);
             }
             around(&fit, options.size)
@@ -63,21 +65,29 @@ fn written(file: &UsdFile, model: &str, options: &Options) -> Result<Written, Sc
     if domes.len() > 1 {
         notes.push(String::from("of several lights from all around (DomeLight) the first one shines"));
     }
-    if content.lights.is_empty() {
+    if !content.has_lights {
         light = String::from(LIGHT);
         notes.push(String::from("the file has no lights: a sky and two soft lights stand in for them"));
+    } else if content.lights.is_empty() {
+        notes.push(String::from("none of the file's lights shines, so it is dark"));
     }
     let model = Value::from(model);
     let text = format!("{HEAD}{camera}\n[[model]]\nusd = {model}\n{stage}{light}{INDIRECT}");
     Ok(Written { text, notes })
 }
 
+/// The camera that the file's settings name, or else the first one.
+fn chosen(content: &Content) -> Option<&UsdCamera> {
+    let named = content.render.as_ref().and_then(|render| render.camera.as_ref());
+    let found = named.and_then(|path| content.cameras.iter().find(|camera| camera.path == *path));
+    found.or_else(|| content.cameras.first())
+}
+
 /// Frames of a file: those that it states, or those between its first and last key.
 fn frames(file: &UsdFile) -> String {
     let content = &file.content;
     let keys = || {
-        let cameras =
-            content.cameras.first().into_iter().flat_map(|camera| camera.keys.iter().map(|key| key.frame));
+        let cameras = chosen(content).into_iter().flat_map(|camera| camera.keys.iter().map(|key| key.frame));
         let maps = content.shown.iter().filter(|shown| !shown.map.is_constant());
         let shapes = content.meshes.iter().flat_map(|mesh| mesh.shapes.iter().map(|(frame, _)| *frame));
         maps.flat_map(|shown| shown.map.frames()).chain(cameras).chain(shapes)

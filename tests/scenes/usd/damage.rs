@@ -49,6 +49,64 @@ fn what_is_damaged_is_told() {
     }
 }
 
+/// A binary layer of a mesh, with arrays, a dictionary, times and references.
+fn binary() -> Vec<u8> {
+    let text = format!(
+        "#usda 1.0\n({METRES})\ndef Xform \"X\" (customData = {{ int a = 1\n dictionary d = {{ string b = \"c\"\n }} }}) {{\n\
+         double3 xformOp:translate.timeSamples = {{ 1: (0, 0, 0), 2: (0.5, 0, 0) }}\n uniform token[] xformOpOrder = [\"xformOp:translate\"]\n\
+         int[] many = [{}]\n float[] more = [{}]\n def Mesh \"M\" {{ {TRIANGLE} }} }}\n\
+         def \"R\" (references = </X>) {{}}\n",
+        "1, 2, 3, 900, ".repeat(50),
+        "0.5, 1, ".repeat(50)
+    );
+    let mut bytes = std::io::Cursor::new(Vec::new());
+    let data = openusd::usda::parse(&text).unwrap();
+    openusd::usdc::CrateWriter::write(&data, &mut bytes).unwrap();
+    bytes.into_inner()
+}
+
+#[test]
+fn no_number_of_a_binary_layer_ends_the_program() {
+    let good = binary();
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("m.usdc");
+    let load = |bytes: &[u8]| {
+        fs::write(&path, bytes).unwrap();
+        scene::load(&path, false)
+    };
+    assert_eq!(load(&good).unwrap().scene.models.len(), 3, "two meshes and a floor");
+    let mut told = 0;
+    for at in (0..good.len()).step_by(7) {
+        for (bytes, with) in [(8, 0x7f), (4, 0xff), (1, 0x40)] {
+            let mut bad = good.clone();
+            let end = (at + bytes).min(bad.len());
+            bad[at..end].fill(with);
+            told += usize::from(load(&bad).is_err_and(|error| error.message.contains("damaged")));
+        }
+    }
+    assert!(told > 100, "{told} of {}", good.len());
+    for length in (0..good.len()).step_by(17) {
+        assert!(load(&good[..length]).is_err());
+    }
+}
+
+#[test]
+fn references_that_double_each_other_have_an_end() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |number: usize| folder.path().join(format!("{number}.usda"));
+    for number in 0..31 {
+        let next = number + 1;
+        let twice = format!("[@./{next}.usda@</A>, @./{next}.usda@</A> (offset = {next})]");
+        fs::write(path(number), format!("#usda 1.0\n({METRES})\ndef \"A\" (references = {twice}) {{}}\n"))
+            .unwrap();
+    }
+    fs::write(path(31), format!("#usda 1.0\n({METRES})\ndef \"A\" {{ def Mesh \"M\" {{ {TRIANGLE} }} }}\n"))
+        .unwrap();
+    let error = scene::load(&path(0), false).err().unwrap();
+    assert!(error.message.contains("references that refer twice each double it"), "{error}");
+    assert!(scene::load(&path(28), false).is_ok());
+}
+
 /// The library would look for the parents of such a name for ever (found by `scripts/fuzz`).
 #[test]
 fn operations_with_names_that_no_attribute_has_do_nothing() {

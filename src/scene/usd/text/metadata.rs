@@ -1,0 +1,158 @@
+//! Metadata of a text layer, in parentheses: that which has an effect is kept.
+
+use super::token::What;
+use super::types::{Kind, Type};
+use super::{EDITS, Step, Writer};
+
+/// Metadata that is kept, of layers, prims and properties; the rest has no effect.
+pub const OF_LAYERS: [&str; 12] = [
+    "defaultPrim",
+    "doc",
+    "endTimeCode",
+    "expressionVariables",
+    "framesPerSecond",
+    "metersPerUnit",
+    "relocates",
+    "renderSettingsPrimPath",
+    "startTimeCode",
+    "subLayers",
+    "timeCodesPerSecond",
+    "upAxis",
+];
+pub const OF_PRIMS: [&str; 11] = [
+    "active",
+    "apiSchemas",
+    "clipSets",
+    "clips",
+    "inherits",
+    "instanceable",
+    "payload",
+    "references",
+    "relocates",
+    "specializes",
+    "variantSets",
+];
+pub const OF_PROPERTIES: [&str; 4] = ["bindMaterialAs", "colorSpace", "elementSize", "interpolation"];
+const OF_ARCS: [&str; 2] = ["offset", "scale"];
+
+impl Writer<'_> {
+    /// All between the parentheses of a layer, prim or property: that of these names is kept.
+    pub(super) fn metadata(&mut self, kept: &[&str]) -> Step {
+        self.expect('(', "a name")?;
+        if let Some([_, rate]) = self.to_rate.filter(|_| kept == OF_LAYERS) {
+            self.out.push_str(&format!("timeCodesPerSecond = {rate} "));
+        }
+        loop {
+            self.separators()?;
+            if self.is_next(')')? {
+                self.put()?;
+                return Ok(());
+            }
+            let mark = self.out.len();
+            let token = self.peek()?;
+            match token.what {
+                // a comment
+                What::Text => {
+                    self.skip()?;
+                    continue;
+                }
+                What::Word => {}
+                _ => return Err(self.tokens.wrong(&token, "the name of metadata or `)`")),
+            }
+            let is_edit = EDITS.contains(&token.text) && !self.tokens.is_assigned();
+            if is_edit {
+                self.put()?;
+            }
+            let name = self.expect_word("the name of metadata")?.text;
+            self.expect('=', "the name of metadata")?;
+            let is_rate = matches!(name, "timeCodesPerSecond" | "framesPerSecond");
+            if is_rate && kept == OF_LAYERS {
+                let rate = self.peek()?.spelled().parse::<f64>().ok().filter(|rate| *rate > 0.0);
+                let of = if name == "framesPerSecond" { &mut self.frames } else { &mut self.codes };
+                *of = rate;
+            }
+            let is_replaced = is_rate && self.to_rate.is_some();
+            if !is_replaced && (kept.contains(&name) || name == "variants" && kept == OF_PRIMS) {
+                self.entry(name)?;
+                self.out.push(' ');
+            } else {
+                self.leave_out()?;
+                self.blank(mark);
+            }
+        }
+    }
+
+    /// Value of metadata that is kept.
+    fn entry(&mut self, name: &str) -> Step {
+        match name {
+            "active" | "instanceable" => self.value(Type::plain(Kind::Bool), 0),
+            "subLayers" | "references" | "payload" => self.arcs(),
+            "relocates" => self.relocates(),
+            "inherits" | "specializes" => self.value(Type::plain(Kind::Path), 0),
+            "offset" => self.put_time(),
+            _ => self.value(Type::plain(Kind::Any), 0),
+        }
+    }
+
+    /// Layers and prims that are brought in, one or a list.
+    fn arcs(&mut self) -> Step {
+        if self.is_word("None")? {
+            self.put()?;
+            return Ok(());
+        }
+        let is_list = self.is_next('[')?;
+        if is_list {
+            self.put()?;
+        }
+        loop {
+            self.separators()?;
+            if is_list && self.is_next(']')? {
+                self.put()?;
+                return Ok(());
+            }
+            let token = self.peek()?;
+            if !matches!(token.what, What::Asset | What::Path) {
+                return Err(self.tokens.wrong(&token, "a layer between @, or a path between < and >"));
+            }
+            self.put()?;
+            let path = self.peek()?;
+            if token.what == What::Asset && path.what == What::Path {
+                if path.text == "<>" {
+                    self.skip()?
+                } else {
+                    self.put()?
+                };
+            }
+            if self.is_next('(')? {
+                self.metadata(&OF_ARCS)?;
+            }
+            if !is_list {
+                return Ok(());
+            }
+            self.out.push(' ');
+        }
+    }
+
+    /// Paths that are moved: `{ <from>: <to>, ... }`.
+    fn relocates(&mut self) -> Step {
+        self.expect('{', "`relocates =`")?;
+        loop {
+            self.separators()?;
+            if self.is_next('}')? {
+                self.put()?;
+                return Ok(());
+            }
+            for after in [Some("a path"), None] {
+                let token = self.peek()?;
+                if token.what != What::Path {
+                    return Err(self.tokens.wrong(&token, "a path between < and >"));
+                }
+                self.put()?;
+                if let Some(after) = after {
+                    self.expect(':', after)?;
+                }
+            }
+            self.out.push(' ');
+        }
+    }
+}
