@@ -427,14 +427,14 @@ impl LightPose {
             },
             LightKind::Spot { position, target, cone, soft, fall, radius } => {
                 let (position, target) = (position.at(frame), target.at(frame));
-                let half = (cone * 0.5).to_radians();
+                let half = (cone.at(frame) * 0.5).to_radians();
                 let cone = Cone {
                     axis: (target - position).try_normalize().unwrap_or(DVec3::NEG_Y).as_vec3(),
                     cos_outer: half.cos() as f32,
-                    cos_inner: (half * (1.0 - soft)).cos() as f32,
+                    cos_inner: (half * (1.0 - soft.at(frame))).cos() as f32,
                     curve: fall.curve(),
                 };
-                let (position, radius) = (position.as_vec3(), *radius as f32);
+                let (position, radius) = (position.as_vec3(), radius.at(frame) as f32);
                 match radius > 0.0 {
                     true => {
                         LightShape::Area(AreaShape::Sphere { center: position, radius, cone: Some(cone) })
@@ -443,22 +443,22 @@ impl LightPose {
                 }
             }
             LightKind::Rectangle(panel) => {
-                let (center, [across, up, axis], spread) = placed(panel, panel.size, frame);
+                let (center, [across, up, axis], spread) = placed(panel, panel.size.at(frame), frame);
                 LightShape::Area(AreaShape::Rectangle { center, across, up, axis, spread })
             }
             LightKind::Disk(panel) => {
-                let radii = panel.size.map(|diameter| 0.5 * diameter);
+                let radii = panel.size.at(frame).map(|diameter| 0.5 * diameter);
                 let (center, [across, up, axis], spread) = placed(panel, radii, frame);
                 LightShape::Area(AreaShape::Disk { center, across, up, axis, spread })
             }
             LightKind::Sphere { position, radius } => LightShape::Area(AreaShape::Sphere {
                 center: position.at(frame).as_vec3(),
-                radius: *radius as f32,
+                radius: radius.at(frame) as f32,
                 cone: None,
             }),
             LightKind::Sun { direction, angle } => {
                 let axes = looking_at(-direction.at(frame), 0.0);
-                let half_sine = (angle * 0.25).to_radians().sin();
+                let half_sine = (angle.at(frame) * 0.25).to_radians().sin();
                 LightShape::Area(AreaShape::Sun {
                     to_light: -axes.z_axis.as_vec3(),
                     across: axes.x_axis.as_vec3(),
@@ -476,8 +476,9 @@ fn placed(panel: &Panel, [width, height]: [f64; 2], frame: f64) -> (Vec3, [Vec3;
     let center = panel.position.at(frame);
     let axes = upright(panel.target.at(frame) - center, panel.up.at(frame));
     let axis = -axes.z_axis.as_vec3();
-    let spread = (panel.spread < Panel::ALL_OF_ITS_SIDE)
-        .then(|| Spread { axis, fall: (0.5 * panel.spread).to_radians().tan().recip() as f32 });
+    let spread = panel.spread.at(frame);
+    let spread = (spread < Panel::ALL_OF_ITS_SIDE)
+        .then(|| Spread { axis, fall: (0.5 * spread).to_radians().tan().recip() as f32 });
     let edges = [(axes.x_axis * width).as_vec3(), (axes.y_axis * height).as_vec3(), axis];
     (center.as_vec3(), edges, spread)
 }

@@ -31,6 +31,16 @@ impl Keyed for f64 {
     }
 }
 
+/// Each number is interpolated by itself.
+impl Keyed for [f64; 2] {
+    fn scaled(self, k: f64) -> Self {
+        self.map(|number| number * k)
+    }
+    fn plus(self, other: Self) -> Self {
+        [self[0] + other[0], self[1] + other[1]]
+    }
+}
+
 impl Keyed for DVec3 {
     fn scaled(self, k: f64) -> Self {
         self * k
@@ -62,6 +72,13 @@ impl Keyed for DAffine3 {
 /// Parts of a frame after which the product of two maps that both change has keys.
 const STEPS_A_FRAME: f64 = 4.0;
 
+/// A track that never changes.
+impl<T: Keyed> From<T> for Track<T> {
+    fn from(value: T) -> Self {
+        Self::constant(value)
+    }
+}
+
 impl Track<DAffine3> {
     /// Computes the map of `part`, and after it this one. Where both change, it has keys at each quarter of a frame: the product of two
     /// maps does not change evenly then.
@@ -87,7 +104,7 @@ impl Track<DAffine3> {
         let keys = frames.into_iter().map(|frame| (frame, self.at(frame) * part.at(frame))).collect();
         let track =
             Self::through(keys, Interpolation::Linear).expect("frames are finite, and each is there once");
-        track.cut_at(&part.cut_frames())
+        track.cut_at(&[self.cut_frames(), part.cut_frames()].concat())
     }
 }
 

@@ -1,7 +1,7 @@
 //! Moments at which something differs from the moment before. These are frames, if each is seen at its own
 //! time alone.
 
-use crate::animation::{Keyed, ShapeTrack, Track, TransformTrack};
+use crate::animation::{Keys, TransformTrack};
 use crate::exposure::Clock;
 use crate::pose::LightPose;
 use crate::scene::{Light, Scene};
@@ -31,45 +31,6 @@ impl Direction {
     }
 }
 
-/// Timing of a track, which does not depend on the type of its values.
-trait Keys {
-    /// Frames of the first and the last key.
-    fn span(&self) -> (f64, f64);
-    /// See [`Track::rests_until`].
-    fn rests_until(&self, frame: f64) -> f64;
-    /// See [`Track::rests_since`].
-    fn rests_since(&self, frame: f64) -> f64;
-}
-
-impl<T: Keyed> Keys for Track<T> {
-    fn span(&self) -> (f64, f64) {
-        let ends = (self.frames().next(), self.frames().last());
-        (ends.0.unwrap_or(f64::INFINITY), ends.1.unwrap_or(f64::NEG_INFINITY))
-    }
-
-    fn rests_until(&self, frame: f64) -> f64 {
-        Track::rests_until(self, frame)
-    }
-
-    fn rests_since(&self, frame: f64) -> f64 {
-        Track::rests_since(self, frame)
-    }
-}
-
-impl Keys for ShapeTrack {
-    fn span(&self) -> (f64, f64) {
-        ShapeTrack::span(self)
-    }
-
-    fn rests_until(&self, frame: f64) -> f64 {
-        ShapeTrack::rests_until(self, frame)
-    }
-
-    fn rests_since(&self, frame: f64) -> f64 {
-        ShapeTrack::rests_since(self, frame)
-    }
-}
-
 /// Moments of `clock` at which a model's transform or shape differs from that of the moment that comes before
 /// it in `direction`, or at which it appears or disappears: rising, as [counts](Direction::count).
 pub fn of_model<'a>(
@@ -84,25 +45,19 @@ pub fn of_model<'a>(
     changes(tracks, clock, direction, |time| track.at(time))
 }
 
-fn tracks_of_light(light: &Light) -> Vec<&dyn Keys> {
-    let places = light.kind.tracks().into_iter().map(|track| track as &dyn Keys);
-    [&light.color as &dyn Keys, &light.power].into_iter().chain(places).collect()
-}
-
 /// Moments at which a light's pose differs in anything, as [`of_model`] gives them.
 pub fn of_light<'a>(
     light: &'a Light,
     clock: &'a Clock,
     direction: Direction,
 ) -> impl Iterator<Item = i64> + 'a {
-    changes(tracks_of_light(light), clock, direction, |time| LightPose::new(light, time))
+    changes(light.keys(), clock, direction, |time| LightPose::new(light, time))
 }
 
 /// Returns true if anything in the scene but the camera changes between two moments, as far as tracks tell.
 pub fn anything_changes(scene: &Scene) -> bool {
-    let rests = |track: &dyn Keys| track.span().0 >= track.span().1;
-    let light_rests = |light: &Light| tracks_of_light(light).into_iter().all(rests);
-    !scene.models.iter().all(|model| model.track.is_constant()) || !scene.lights.iter().all(light_rests)
+    !scene.models.iter().all(|model| model.track.is_constant())
+        || !scene.lights.iter().all(Light::is_constant)
 }
 
 /// Counts of moments at which `at(time)`, a function of the values of `tracks`, differs from that of the
@@ -155,7 +110,7 @@ fn changes<'a, T: PartialEq + 'a>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::animation::{Interpolation, Visibility};
+    use crate::animation::{Interpolation, Track, Visibility};
     use crate::scene::LightKind;
     use glam::{DAffine3, DVec3, Vec3};
 

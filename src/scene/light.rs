@@ -4,7 +4,7 @@ use glam::{DVec3, Vec3};
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use crate::animation::Track;
+use crate::animation::{Keyed, Keys, Track};
 
 /// One light of a shot.
 #[derive(Debug, Clone, PartialEq)]
@@ -88,11 +88,27 @@ impl Light {
 
     /// Frames of all of its keys, in rising order; at least one.
     pub fn frames(&self) -> Vec<f64> {
-        let places = self.kind.tracks().into_iter().flat_map(Track::frames);
-        let mut frames: Vec<f64> = self.color.frames().chain(self.power.frames()).chain(places).collect();
+        let mut frames: Vec<f64> = self.color.frames().chain(self.power.frames()).collect();
+        frames.extend(self.kind.tracks().into_iter().flat_map(Track::frames));
+        frames.extend(self.kind.lengths().into_iter().flat_map(Track::frames));
+        frames.extend(self.kind.size().into_iter().flat_map(Track::frames));
         frames.sort_by(f64::total_cmp);
         frames.dedup();
         frames
+    }
+
+    /// Timing of everything that may change.
+    pub fn keys(&self) -> Vec<&dyn Keys> {
+        let mut keys: Vec<&dyn Keys> = vec![&self.color, &self.power];
+        keys.extend(self.kind.tracks().into_iter().map(|track| track as &dyn Keys));
+        keys.extend(self.kind.lengths().into_iter().map(|track| track as &dyn Keys));
+        keys.extend(self.kind.size().map(|track| track as &dyn Keys));
+        keys
+    }
+
+    /// Returns true if nothing of it ever changes.
+    pub fn is_constant(&self) -> bool {
+        self.keys().into_iter().all(|keys| keys.span().0 >= keys.span().1)
     }
 }
 
@@ -116,13 +132,13 @@ pub enum LightKind {
         /// World space.
         target: Track<DVec3>,
         /// Degrees of the whole cone, 0..180.
-        cone: f64,
+        cone: Track<f64>,
         /// The share of the cone's half angle, from its rim inwards, over which the light fades; 0..=1.
-        soft: f64,
+        soft: Track<f64>,
         /// Curve by which it fades there.
         fall: SpotFall,
-        /// World units; 0 for a point.
-        radius: f64,
+        /// World units; always 0 for a point, and never for a sphere.
+        radius: Track<f64>,
     },
     /// A rectangle that shines to one side. Like all areas it casts soft shadows and is seen in mirrors, but
     /// not by the camera.
@@ -134,14 +150,14 @@ pub enum LightKind {
         /// Its centre; world space.
         position: Track<DVec3>,
         /// World units.
-        radius: f64,
+        radius: Track<f64>,
     },
     /// Light from infinitely far away, from all directions within a cone.
     Sun {
         /// Direction in which the light travels in the middle of the cone; world space, any length but zero.
         direction: Track<DVec3>,
         /// Degrees of the whole cone, 0..180.
-        angle: f64,
+        angle: Track<f64>,
     },
 }
 
@@ -155,9 +171,9 @@ pub struct Panel {
     /// Direction in which its height points, as far as the target lets it; world space, any length but zero.
     pub up: Track<DVec3>,
     /// Width and height, world units.
-    pub size: [f64; 2],
+    pub size: Track<[f64; 2]>,
     /// Degrees of the whole cone in which it shines, above 0; at [`ALL_OF_ITS_SIDE`](Self::ALL_OF_ITS_SIDE) nothing dims it.
-    pub spread: f64,
+    pub spread: Track<f64>,
 }
 
 impl Panel {
@@ -167,14 +183,14 @@ impl Panel {
     /// A panel at rest that shines to all of its side, its height upwards.
     pub fn at_rest(position: DVec3, target: DVec3, size: [f64; 2]) -> Self {
         let [position, target, up] = [position, target, DVec3::Y].map(Track::constant);
-        Self { position, target, up, size, spread: Self::ALL_OF_ITS_SIDE }
+        Self { position, target, up, size: size.into(), spread: Self::ALL_OF_ITS_SIDE.into() }
     }
 
     fn converted(self, point: impl Fn(DVec3) -> DVec3, scale: f64) -> Self {
         Self {
             position: self.position.map(&point),
             target: self.target.map(&point),
-            size: self.size.map(|edge| edge * scale),
+            size: self.size.map(|size| size.scaled(scale)),
             ..self
         }
     }
@@ -198,7 +214,7 @@ impl LightKind {
     pub fn is_area(&self) -> bool {
         match self {
             Self::Rectangle(_) | Self::Disk(_) | Self::Sphere { .. } | Self::Sun { .. } => true,
-            Self::Spot { radius, .. } => *radius > 0.0,
+            Self::Spot { radius, .. } => radius.values().any(|radius| radius > 0.0),
             Self::Point { .. } | Self::Directional { .. } => false,
         }
     }
@@ -216,6 +232,25 @@ impl LightKind {
         }
     }
 
+    /// Tracks of the lengths and angles of the light.
+    fn lengths(&self) -> Vec<&Track<f64>> {
+        match self {
+            Self::Point { .. } | Self::Directional { .. } => vec![],
+            Self::Spot { cone, soft, radius, .. } => vec![cone, soft, radius],
+            Self::Rectangle(panel) | Self::Disk(panel) => vec![&panel.spread],
+            Self::Sphere { radius, .. } => vec![radius],
+            Self::Sun { angle, .. } => vec![angle],
+        }
+    }
+
+    /// Track of the width and height of a panel.
+    fn size(&self) -> Option<&Track<[f64; 2]>> {
+        match self {
+            Self::Rectangle(panel) | Self::Disk(panel) => Some(&panel.size),
+            _ => None,
+        }
+    }
+
     /// Converts the light to another space, in which a point is `point` of itself and lengths are `scale` times as long. Returns also the
     /// factor on its power there: what falls with the square of the distance is stronger at larger ones.
     pub(crate) fn converted(self, point: impl Fn(DVec3) -> DVec3, scale: f64) -> (Self, f64) {
@@ -228,12 +263,12 @@ impl LightKind {
                 cone,
                 soft,
                 fall,
-                radius: radius * scale,
+                radius: radius.map(|radius| radius * scale),
             },
             Self::Rectangle(panel) => Self::Rectangle(panel.converted(point, scale)),
             Self::Disk(panel) => Self::Disk(panel.converted(point, scale)),
             Self::Sphere { position, radius } => {
-                Self::Sphere { position: place(position), radius: radius * scale }
+                Self::Sphere { position: place(position), radius: radius.map(|radius| radius * scale) }
             }
             directional @ (Self::Directional { .. } | Self::Sun { .. }) => return (directional, 1.0),
         };

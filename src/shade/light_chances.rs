@@ -320,19 +320,19 @@ mod tests {
         let panel = Panel::at_rest(here, below, [0.5, 0.25]);
         let mut lights = vec![
             light(LightKind::Directional { direction: constant(DVec3::NEG_Y) }, 0.5),
-            light(LightKind::Sun { direction: constant(DVec3::NEG_X), angle: 2.0 }, 1.0),
+            light(LightKind::Sun { direction: constant(DVec3::NEG_X), angle: 2.0.into() }, 1.0),
             light(LightKind::Rectangle(panel.clone()), 3.0),
             light(LightKind::Disk(panel), 1.0),
-            light(LightKind::Sphere { position: constant(-here), radius: 0.3 }, 2.0),
+            light(LightKind::Sphere { position: constant(-here), radius: 0.3.into() }, 2.0),
             light(LightKind::Point { position: way.unwrap() }, 1.0),
             light(
                 LightKind::Spot {
                     position: constant(here),
                     target: constant(below),
-                    cone: 40.0,
-                    soft: 0.2,
+                    cone: 40.0.into(),
+                    soft: 0.2.into(),
                     fall: SpotFall::Smooth,
-                    radius: 0.0,
+                    radius: 0.0.into(),
                 },
                 5.0,
             ),

@@ -136,9 +136,8 @@ fn a_glowing_panel_lights_as_a_panel_does() {
         (scene.ambient, scene.background) = (Vec3::ZERO, Background::uniform(Vec3::ZERO));
         scene.lights = vec![panel(rests(DVec3::new(1.0, 5.0, 2.0)))];
         let lit = mean(&first(&scene, &settings(64, bounces)));
-        let LightKind::Rectangle(Panel { size: [width, height], .. }) = scene.lights[0].kind else {
-            unreachable!()
-        };
+        let LightKind::Rectangle(Panel { size, .. }) = &scene.lights[0].kind else { unreachable!() };
+        let [width, height] = size.at(1.0);
         let radiance = 20.0 * PI / (width * height) as f32;
         let LightShape::Area(AreaShape::Rectangle { center, across, up, .. }) =
             Pose::new(&scene, 1).lights[0].shape

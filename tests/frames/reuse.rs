@@ -5,7 +5,7 @@ use afterimage::film::{Film, Values};
 use afterimage::frame::{Finished, Renderer};
 use afterimage::layers::Layers;
 use afterimage::scene::camera::Aim;
-use afterimage::scene::{Light, LightKind, Scene, SpotFall};
+use afterimage::scene::{Light, LightKind, Panel, Scene, SpotFall};
 use afterimage::settings::{Filter, Mode, Settings};
 use glam::{DVec3, Vec3};
 
@@ -171,13 +171,40 @@ fn turning_spots() {
         let kind = LightKind::Spot {
             position: rests(DVec3::new(0.0, 5.0, 2.0)),
             target: goes(DVec3::new(-2.0, 0.0, 0.0), DVec3::new(2.0, 0.0, 0.0)),
-            cone: 40.0,
-            soft: 0.5,
+            cone: 40.0.into(),
+            soft: 0.5.into(),
             fall: if radius > 0.0 { SpotFall::Square } else { SpotFall::Smooth },
-            radius,
+            radius: radius.into(),
         };
         scene.lights.push(Light { ..toy::light("spot", kind, 20.0) });
         audited(&scene);
+    }
+}
+
+#[test]
+fn lights_that_grow_widen_and_sharpen() {
+    let keyed = |from: f64, to: f64| toy::keys(&[(1.0, from), (f64::from(FRAMES), to)]);
+    let (above, below) = (DVec3::new(0.0, 5.0, 2.0), DVec3::ZERO);
+    let spot = LightKind::Spot {
+        position: rests(above),
+        target: rests(below),
+        cone: keyed(20.0, 70.0),
+        soft: keyed(1.0, 0.0),
+        fall: SpotFall::Smooth,
+        radius: keyed(0.05, 0.6),
+    };
+    let panel = Panel {
+        size: toy::keys(&[(1.0, [0.2, 2.0]), (f64::from(FRAMES), [2.0, 0.5])]),
+        spread: keyed(180.0, 40.0),
+        ..Panel::at_rest(above, below, [1.0; 2])
+    };
+    let ball = LightKind::Sphere { position: rests(above), radius: keyed(0.1, 1.0) };
+    let sun = LightKind::Sun { direction: rests(below - above), angle: keyed(1.0, 30.0) };
+    for kind in [spot, LightKind::Rectangle(panel.clone()), LightKind::Disk(panel), ball, sun] {
+        let mut scene = world();
+        scene.lights = vec![toy::light("changes", kind, 20.0)];
+        let (frames, _) = audited(&scene);
+        assert!(frames[2].stats.rays.shadow > 0, "its shadows change");
     }
 }
 

@@ -74,7 +74,8 @@ fn every_key_is_read() {
     let [spot, sun] = shot.scene.lights.as_slice() else { unreachable!("two lights") };
     assert_eq!((spot.name.as_str(), sun.name.as_str()), ("light 1", "sun"));
     assert_eq!((spot.power.at(1.0), spot.power.at(2.0), spot.power.at(3.0)), (2.0, 3.0, 4.0));
-    assert!(matches!(spot.kind, LightKind::Spot { cone: 30.0, soft: 0.5, .. }));
+    let LightKind::Spot { cone, soft, .. } = &spot.kind else { unreachable!("a spot") };
+    assert_eq!((cone.at(1.0), soft.at(1.0)), (30.0, 0.5));
     assert_eq!(shot.scene.ambient, Vec3::splat(0.5));
     assert!(shot.scene.ambient_is_occluded);
     assert_eq!((shot.settings.occlusion_radius, shot.settings.occlusion_rays), (0.5, 32));

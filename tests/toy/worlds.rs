@@ -112,15 +112,15 @@ pub fn seen_in_a_mirror() -> (DVec3, Light) {
 pub fn with_area_lights(mut scene: Scene) -> Scene {
     let disk = LightKind::Disk(Panel {
         position: goes(DVec3::new(-3.0, 4.0, 1.0), DVec3::new(-2.5, 4.2, 1.0)),
-        spread: 120.0,
+        spread: 120.0.into(),
         ..Panel::at_rest(DVec3::ZERO, DVec3::ZERO, [1.4, 0.9])
     });
     let sphere = LightKind::Sphere {
         position: goes(DVec3::new(2.0, 3.0, 2.0), DVec3::new(2.2, 2.6, 2.5)),
-        radius: 0.4,
+        radius: 0.4.into(),
     };
     let direction = goes(DVec3::new(0.5, -1.0, -0.3), DVec3::new(0.6, -1.0, -0.2));
-    let sun = LightKind::Sun { direction, angle: 4.0 };
+    let sun = LightKind::Sun { direction, angle: 4.0.into() };
     scene.lights = vec![
         super::light("disk", disk, 5.0),
         super::light("sphere", sphere, 6.0),

@@ -45,16 +45,19 @@ def light_of(instance, data, settings, warnings):
             key["target"] = (place + ahead).tolist()
         if data.type == "AREA":
             key["up"] = (axes[:, 1] / lengths[1]).tolist()
+    key.update({name: fixed.pop(name) for name in SIZES if name in fixed})
     return {"name": name, **fixed}, key
 
 
-AT_REST = {"radius": "radius", "size": "size", "spread": "spread", "cone": "spot size", "soft": "blend", "angle": "angle"}
-"""Keys that have no track, and what Blender calls them."""
+SIZES = ("radius", "size", "spread", "cone", "soft", "angle")
+"""Keys of lights that may change, beside their places, colours and powers."""
+LEAST_RADIUS = 1e-6
+"""Of a sphere at times at which Blender has a point."""
 
 
-def at_rest(fixed):
-    """What of a light must not change, by what Blender calls it."""
-    return {name: fixed[key] for key, name in AT_REST.items() if key in fixed}
+def has_size(fixed):
+    """Returns true if a light is more than a point, so that what it is at other times, too, has samples."""
+    return "samples" in fixed
 
 
 def subject_of(item):
@@ -147,6 +150,9 @@ def tables(tracks):
         there = [values for values in keys.values() if values]
         if not there:
             continue
+        if fixed["type"] == "sphere":
+            for values in there:
+                values.setdefault("radius", LEAST_RADIUS)
         first = there[0]
         # a light that is not there has no power
         values = {time: values or {**first, "power": 0.0} for time, values in keys.items()}

@@ -191,10 +191,8 @@ class Walk:
         if found:
             self.visibility.light(instance.object)
             fixed, values = found
-            if time in self.whole:
-                self.rest.see(key, lights.subject_of(instance.object), time, lights.at_rest(fixed))
             track = self.lights.setdefault(key, [fixed, {}])
-            if time == self.frames[0]:
+            if lights.has_size(fixed):
                 track[0] = fixed
             track[1][time] = values
 

@@ -198,18 +198,6 @@ class Jobs(FakeRenderer):
         times = [[key["frame"] for key in shot["camera"]["key"]] for shot in self.shots]
         self.assertEqual([(each[0], each[-1]) for each in times], [(0.5, 2.5), (2.5, 3.5), (3.5, 4.5)])
 
-    def test_what_lights_have_no_tracks_for_is_in_each_frame_what_it_is_there(self):
-        spot = bpy.data.lights.new("Spot", "SPOT")
-        self.animate(spot, "spot_size", 0.5, 1.0, 1.0)
-        support.add(self.scene, "Spot", spot)
-        panel = support.add(self.scene, "Panel", bpy.data.lights.new("Panel", "AREA"))
-        self.animate(panel, "scale", (1, 1, 1), (1, 1, 1), (3, 1, 1))
-        frames, told = self.rendered()
-        self.assertEqual((frames, len(told)), (["1", "2", "3"], 2))
-        lights = [{light["name"]: light for light in shot["light"]} for shot in self.shots]
-        np.testing.assert_allclose([each["Spot"]["cone"] for each in lights], np.degrees([0.5, 1, 1]), atol=1e-4)
-        np.testing.assert_allclose([each["Panel"]["size"][0] for each in lights], np.array([1, 1, 3]) * panel.data.size)
-
     def test_a_world_that_changes_is_in_each_frame_what_it_is_there(self):
         self.scene.world = bpy.data.worlds.new("Dusk")
         self.scene.world.use_nodes = True

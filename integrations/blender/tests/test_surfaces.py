@@ -330,7 +330,7 @@ class Surfaces(support.ExportCase):
         told = {f"material `{name}` is animated: frame 1 is shown" for name in ("Ramp", "Grouped", "Driven")}
         self.assertEqual((len(self.warnings()), set(self.warnings())), (3, told))
 
-    def test_what_lights_have_no_tracks_for_is_told(self):
+    def test_sizes_of_lights_have_keys(self):
         spot = bpy.data.lights.new("Spot", "SPOT")
         self.animate(spot, "spot_size", 0.5, 1.0)
         self.animate(spot, "spot_blend", 0.0, 1.0)
@@ -342,11 +342,22 @@ class Surfaces(support.ExportCase):
         support.add(self.scene, "Sun", sun)
         support.add(self.scene, "Floor", support.grid())
         lights = {light["name"]: light for light in self.export()["light"]}
-        self.assertAlmostEqual(lights["Spot"]["cone"], np.degrees(0.5), places=4)
-        self.assertEqual(lights["Panel"]["size"][0], lights["Panel"]["size"][1])
+        np.testing.assert_allclose([key["cone"] for key in lights["Spot"]["key"]], np.degrees([0.5, 1.0]), atol=1e-4)
+        self.assertEqual(lights["Spot"]["key"][0]["soft"], 0)
+        self.assertGreater(lights["Spot"]["key"][1]["soft"], 0.1)
+        widths = [key["size"][0] for key in lights["Panel"]["key"]]
+        self.assertAlmostEqual(widths[1], 3 * widths[0], places=5)
         self.assertEqual(len(lights["Sun"]["key"]), 2)
-        told = ["spot light `Spot`: its spot size and blend are animated: frame 1 is shown"]
-        self.assertEqual(sorted(self.warnings()), ["area light `Panel`: its size is animated: frame 1 is shown", *told])
+        self.assertEqual(self.warnings(), [])
+
+    def test_a_point_that_becomes_a_sphere_is_a_small_one_before(self):
+        lamp = bpy.data.lights.new("Lamp", "POINT")
+        self.animate(lamp, "shadow_soft_size", 0.0, 0.5)
+        support.add(self.scene, "Lamp", lamp)
+        support.add(self.scene, "Floor", support.grid())
+        light = self.export()["light"][0]
+        self.assertEqual((light["type"], light["samples"]), ("sphere", 4))
+        np.testing.assert_allclose([key["radius"] for key in light["key"]], [1e-6, 0.5])
 
     def seen_by_the_camera(self, color):
         """Gives the scene a world that lights as its Background node does, and which the camera sees in another colour."""

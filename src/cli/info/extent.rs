@@ -8,7 +8,7 @@ use super::{line, list};
 use crate::cli::bare_model::{is_gltf, is_model, is_usd};
 use crate::pose::Pose;
 use crate::scene::turntable::text::number;
-use crate::scene::{Light, Model, Scene, Shot};
+use crate::scene::{Model, Scene, Shot};
 
 /// Maximum number of names that a line lists.
 const MOST_LISTED: usize = 12;
@@ -76,7 +76,7 @@ pub fn tell_motion(text: &mut String, scene: &Scene) {
     let moving =
         models.iter().filter(|model| !model.track.is_constant() && model.track.shapes.is_none()).count();
     let deforming = models.iter().filter(|model| model.mesh.shapes.is_some()).count();
-    let lights = scene.lights.iter().filter(|light| !rests(light)).count();
+    let lights = scene.lights.iter().filter(|light| !light.is_constant()).count();
     let camera = (!scene.camera.is_constant()).then(|| String::from("the camera moves"));
     let parts = [
         camera,
@@ -87,11 +87,6 @@ pub fn tell_motion(text: &mut String, scene: &Scene) {
     let parts: Vec<String> = parts.into_iter().flatten().collect();
     let none = || String::from("nothing moves");
     line(text, "motion", if parts.is_empty() { none() } else { list(parts.into_iter()) });
-}
-
-fn rests(light: &Light) -> bool {
-    let places = light.kind.tracks();
-    places.iter().all(|place| place.is_constant()) && light.color.is_constant() && light.power.is_constant()
 }
 
 /// Names of the groups of a model of several, as the end of its line.

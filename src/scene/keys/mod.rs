@@ -381,6 +381,22 @@ pub(crate) struct LightKey {
     /// As of the light, at this frame
     pub up: Option<Three>,
     /// As of the light, at this frame
+    #[schemars(extend("exclusiveMinimum" = 0, "exclusiveMaximum" = 180))]
+    pub cone: Option<At<f64>>,
+    /// As of the light, at this frame
+    #[schemars(range(min = 0, max = 1))]
+    pub soft: Option<At<f64>>,
+    /// As of the light, at this frame
+    pub size: Option<At<List<f64, 2>>>,
+    /// As of the light, at this frame
+    #[schemars(range(min = 1, max = 180))]
+    pub spread: Option<At<f64>>,
+    /// As of the light, at this frame
+    pub radius: Option<At<f64>>,
+    /// As of the light, at this frame
+    #[schemars(range(min = 0, max = 180))]
+    pub angle: Option<At<f64>>,
+    /// As of the light, at this frame
     pub color: Option<Three>,
     /// As of the light, at this frame
     pub power: Option<At<f64>>,

@@ -221,6 +221,49 @@ fn aim_of(text: TomlText<'_>, key: &CameraKey, by_target: bool) -> Result<DVec3,
 /// differ by less than rounding.
 const LEAST_ANGLE: f64 = 1e-3;
 
+/// Minimum length of a light's edge or radius.
+const LEAST_LENGTH: f64 = 1e-9;
+
+/// Numbers that a key of a light may have.
+#[derive(Clone, Copy)]
+struct Range {
+    key: &'static str,
+    /// The range, for messages.
+    wanted: &'static str,
+    fits: fn(f64) -> bool,
+}
+
+impl Range {
+    /// Message about a curve that leaves the range between keys that are within.
+    fn overshoots(&self, frame: f64) -> String {
+        format!(
+            "the smooth curve of `{}` leaves what is allowed ({}) at frame {frame}: add a key there",
+            self.key, self.wanted
+        )
+    }
+}
+
+const ANGLE: Range = Range {
+    key: "angle",
+    wanted: "from 0 to below 180 degrees",
+    fits: |angle| (0.0..180.0).contains(&angle),
+};
+const CONE: Range =
+    Range { key: "cone", wanted: "between 0 and 180 degrees", fits: |cone| cone > 0.0 && cone < 180.0 };
+const SOFT: Range = Range { key: "soft", wanted: "from 0 to 1", fits: |soft| (0.0..=1.0).contains(&soft) };
+const SPREAD: Range =
+    Range { key: "spread", wanted: "from 1 to 180 degrees", fits: |spread| (1.0..=180.0).contains(&spread) };
+const RADIUS: Range = Range {
+    key: "radius",
+    wanted: "a length from 1e-9 to 1e9",
+    fits: |radius| (LEAST_LENGTH..=1e9).contains(&radius),
+};
+const RADIUS_OR_POINT: Range = Range {
+    key: "radius",
+    wanted: "0, or a length from 1e-9 to 1e9",
+    fits: |radius| radius == 0.0 || (RADIUS.fits)(radius),
+};
+
 /// Maximum power of a light: in any colour it is finite in single floats, and so is the radiance of a small
 /// light.
 const MOST_POWER: f64 = 1e30;
@@ -248,45 +291,47 @@ pub(crate) fn light(text: TomlText<'_>, table: &At<LightTable>, number: usize) -
         let rest = or(constant, key, DVec3::ZERO, vector)?;
         through_or(rest, &keys, how, |entry| or(keyed(entry), key, rest, vector))
     };
+    let keyed_number = |range: &Range,
+                        constant: &Option<At<f64>>,
+                        default: f64,
+                        keyed: fn(&LightKey) -> &Option<At<f64>>| {
+        let read = |key: &str, value: &At<f64>| text.number(key, value, range.wanted, range.fits);
+        let rest = or(constant, range.key, default, read)?;
+        let track = through_or(rest, &keys, how, |entry| or(keyed(entry), range.key, rest, read))?;
+        match frames_between(&keys).find(|frame| !(range.fits)(track.at(*frame))) {
+            Some(frame) => Err(text.fault(span.clone(), range.overshoots(frame))),
+            None => Ok(track),
+        }
+    };
     let kind = match light.kind {
         LightType::Directional => {
             let keyed = light.key.iter().filter_map(|key| key.get_ref().direction.as_ref());
             refuse_zeros(text, "direction", light.direction.iter().chain(keyed))?;
             let direction = place("direction", &light.direction, |key| &key.direction)?;
-            match or(&light.angle, "angle", 0.0, |key, value| {
-                text.number(key, value, "from 0 to below 180 degrees", |angle| (0.0..180.0).contains(&angle))
-            })? {
-                // narrower angles cannot be told from a point
-                angle if angle > LEAST_ANGLE => LightKind::Sun { direction, angle },
-                _ => LightKind::Directional { direction },
+            let angle = keyed_number(&ANGLE, &light.angle, 0.0, |key| &key.angle)?;
+            // narrower angles cannot be told from a point
+            let has_size = angle.values().any(|angle| angle > LEAST_ANGLE);
+            match has_size {
+                true => LightKind::Sun { direction, angle: angle.map(|angle| angle.max(LEAST_ANGLE)) },
+                false => LightKind::Directional { direction },
             }
         }
         LightType::Point => {
             LightKind::Point { position: place("position", &light.position, |key| &key.position)? }
         }
-        LightType::Spot => LightKind::Spot {
-            position: place("position", &light.position, |key| &key.position)?,
-            target: place("target", &light.target, |key| &key.target)?,
-            cone: or(&light.cone, "cone", 45.0, |key, value| {
-                text.number(key, value, "between 0 and 180 degrees", |cone| cone > 0.0 && cone < 180.0)
-            })?,
-            soft: or(&light.soft, "soft", 0.0, |key, value| {
-                text.number(key, value, "from 0 to 1", |soft| (0.0..=1.0).contains(&soft))
-            })?,
-            fall: light.fall.as_ref().map_or(SpotFall::default(), |fall| *fall.get_ref()),
-            radius: or(&light.radius, "radius", 0.0, |key, value| {
-                let wanted = "0, or a length from 1e-9 to 1e9";
-                text.number(key, value, wanted, |radius| radius == 0.0 || (1e-9..=1e9).contains(&radius))
-            })?,
-        },
-        LightType::Rectangle | LightType::Disk => {
-            if let (Some(size), Some(_)) = (&light.size, &light.radius) {
-                return Err(text.bad("size", size, "and `radius` exclude each other: keep one of them"));
+        LightType::Spot => {
+            let radius = keyed_number(&RADIUS_OR_POINT, &light.radius, 0.0, |key| &key.radius)?;
+            let is_point = radius.values().all(|radius| radius == 0.0);
+            LightKind::Spot {
+                position: place("position", &light.position, |key| &key.position)?,
+                target: place("target", &light.target, |key| &key.target)?,
+                cone: keyed_number(&CONE, &light.cone, 45.0, |key| &key.cone)?,
+                soft: keyed_number(&SOFT, &light.soft, 0.0, |key| &key.soft)?,
+                fall: light.fall.as_ref().map_or(SpotFall::default(), |fall| *fall.get_ref()),
+                radius: if is_point { radius } else { radius.map(|radius| radius.max(LEAST_LENGTH)) },
             }
-            let diameter = match &light.radius {
-                Some(radius) => 2.0 * length(text, "radius", radius)?,
-                None => 1.0,
-            };
+        }
+        LightType::Rectangle | LightType::Disk => {
             let panel = Panel {
                 position: place("position", &light.position, |key| &key.position)?,
                 target: place("target", &light.target, |key| &key.target)?,
@@ -296,16 +341,14 @@ pub(crate) fn light(text: TomlText<'_>, table: &At<LightTable>, number: usize) -
                     let rest = or(&light.up, "up", DVec3::Y, vector)?;
                     through_or(rest, &keys, how, |key| or(&key.up, "up", rest, vector))?
                 },
-                size: or(&light.size, "size", [diameter; 2], |key, value| edges(text, key, value))?,
-                spread: or(&light.spread, "spread", Panel::ALL_OF_ITS_SIDE, |key, value| {
-                    text.number(key, value, "from 1 to 180 degrees", |spread| (1.0..=180.0).contains(&spread))
-                })?,
+                size: size(text, light, &keys)?,
+                spread: keyed_number(&SPREAD, &light.spread, Panel::ALL_OF_ITS_SIDE, |key| &key.spread)?,
             };
             if light.kind == LightType::Disk { LightKind::Disk(panel) } else { LightKind::Rectangle(panel) }
         }
         LightType::Sphere => LightKind::Sphere {
             position: place("position", &light.position, |key| &key.position)?,
-            radius: or(&light.radius, "radius", 0.5, |key, value| length(text, key, value))?,
+            radius: keyed_number(&RADIUS, &light.radius, 0.5, |key| &key.radius)?,
         },
     };
     if let LightKind::Spot { position, target, .. }
@@ -374,15 +417,38 @@ pub(crate) fn check_groups(
     Ok(())
 }
 
-/// Reads the width and height of a light.
-fn edges(text: TomlText<'_>, key: &str, value: &At<List<f64, 2>>) -> Result<[f64; 2], SceneError> {
-    let List(edges) = *value.get_ref();
-    let fits = edges.iter().all(|edge| (1e-9..=1e9).contains(edge));
-    fits.then_some(edges).ok_or_else(|| text.bad(key, value, "must be two lengths from 1e-9 to 1e9"))
+/// Reads the width and height of a panel, at rest or at each key.
+fn size(
+    text: TomlText<'_>,
+    light: &LightTable,
+    keys: &[(f64, &At<LightKey>)],
+) -> Result<Track<[f64; 2]>, SceneError> {
+    let either = |size: &Option<At<List<f64, 2>>>, radius: &Option<At<f64>>| match (size, radius) {
+        (Some(size), Some(_)) => {
+            Err(text.bad("size", size, "and `radius` exclude each other: keep one of them"))
+        }
+        (Some(size), None) => edges(text, "size", size).map(Some),
+        (None, Some(radius)) => {
+            let radius = text.number(RADIUS.key, radius, RADIUS.wanted, RADIUS.fits)?;
+            Ok(Some([2.0 * radius; 2]))
+        }
+        (None, None) => Ok(None),
+    };
+    let rest = either(&light.size, &light.radius)?.unwrap_or([1.0; 2]);
+    let track = through_or(rest, keys, light.interpolation, |key| {
+        Ok(either(&key.size, &key.radius)?.unwrap_or(rest))
+    })?;
+    match frames_between(keys).find(|frame| !track.at(*frame).iter().all(|edge| (RADIUS.fits)(*edge))) {
+        Some(frame) => Err(text.fault(keys[0].1.span(), Range { key: "size", ..RADIUS }.overshoots(frame))),
+        None => Ok(track),
+    }
 }
 
-fn length(text: TomlText<'_>, key: &str, value: &At<f64>) -> Result<f64, SceneError> {
-    text.number(key, value, "a length from 1e-9 to 1e9", |length| (1e-9..=1e9).contains(&length))
+/// Reads the edges of a panel.
+fn edges(text: TomlText<'_>, key: &str, value: &At<List<f64, 2>>) -> Result<[f64; 2], SceneError> {
+    let List(edges) = *value.get_ref();
+    let fits = edges.iter().all(|edge| (RADIUS.fits)(*edge));
+    fits.then_some(edges).ok_or_else(|| text.bad(key, value, "must be two lengths from 1e-9 to 1e9"))
 }
 
 /// Refuses keys that the light's type does not use: they are probably a mistake about the type.
@@ -419,6 +485,15 @@ fn refuse_foreign_keys(text: TomlText<'_>, light: &LightTable) -> Result<(), Sce
             ("up", &key.up),
         ];
         stated.extend(places.map(|(name, value)| (name, span(value))));
+        let numbers = [
+            ("cone", &key.cone),
+            ("soft", &key.soft),
+            ("radius", &key.radius),
+            ("spread", &key.spread),
+            ("angle", &key.angle),
+        ];
+        stated.extend(numbers.map(|(name, value)| (name, number(value))));
+        stated.push(("size", key.size.as_ref().map(At::span)));
     }
     let foreign = |(name, span): (&'static str, Option<_>)| span.map(|span| (name, span));
     match stated.into_iter().filter_map(foreign).find(|(name, _)| !allowed.contains(name)) {
@@ -505,8 +580,14 @@ pub fn through_or<K, T: Keyed>(
 
 /// Whole frames from the first key to the last; of very long tracks the first ones.
 pub fn frames_between<K>(keys: &[(f64, K)]) -> impl Iterator<Item = f64> {
-    let first = keys.first().map_or(0.0, |(frame, _)| frame.floor());
-    let last = keys.last().map_or(-1.0, |(frame, _)| frame.ceil());
+    let (first, last) =
+        (keys.first().map_or(0.0, |(frame, _)| *frame), keys.last().map_or(-1.0, |(frame, _)| *frame));
+    whole_frames(first, last)
+}
+
+/// Whole frames about `first` to `last`; of very many the first ones.
+pub fn whole_frames(first: f64, last: f64) -> impl Iterator<Item = f64> {
+    let (first, last) = (first.floor(), last.ceil());
     let count = (last - first + 1.0).clamp(0.0, MOST_FRAMES_LOOKED_AT);
     (0..count as u32).map(move |i| first + f64::from(i))
 }

@@ -101,6 +101,10 @@ pub fn features(trial: &Trial) -> BTreeSet<String> {
         if keys_of(light).any(|key| key.contains_key("color")) {
             add("light changes colour".into());
         }
+        let sizes = ["size", "radius", "spread", "angle", "cone", "soft"];
+        if keys_of(light).any(|key| sizes.iter().any(|size| key.contains_key(*size))) {
+            add("light changes its size".into());
+        }
     }
     found
 }

@@ -43,7 +43,7 @@ fn a_whole_file_is_a_shot() {
     let scene::LightKind::Spot { cone, soft, fall, .. } = &shot.scene.lights[2].kind else {
         panic!("the spot")
     };
-    assert!((cone - 0.8_f64.to_degrees()).abs() < 1e-4 && (soft - 0.5).abs() < 1e-6);
+    assert!((cone.at(1.0) - 0.8_f64.to_degrees()).abs() < 1e-4 && (soft.at(1.0) - 0.5).abs() < 1e-6);
     assert_eq!(*fall, scene::SpotFall::Square, "as the extension recommends");
     // of Blender: watts, made lumens
     file.json["asset"]["generator"] = json!("Khronos glTF Blender I/O v5");

@@ -56,7 +56,7 @@ fn lights_are_as_bright_as_the_file_says() {
     let kinds: Vec<&str> = shot.scene.lights.iter().map(|light| light.kind.name()).collect();
     assert_eq!(kinds, ["rectangle", "rectangle", "disk", "sphere", "spot", "directional, soft"]);
     let LightKind::Spot { cone, soft, .. } = &shot.scene.lights[4].kind else { panic!("the spot") };
-    assert!((cone - 60.0).abs() < 1e-4 && (soft - 0.5).abs() < 1e-6);
+    assert!((cone.at(1.0) - 60.0).abs() < 1e-4 && (soft.at(1.0) - 0.5).abs() < 1e-6);
     let told: Vec<String> = shot.warnings.iter().map(ToString::to_string).collect();
     assert!(told.len() == 1 && told[0].contains("CylinderLight"), "{told:?}");
 }

@@ -71,10 +71,11 @@ fn light(dice: &mut Dice, span: &Span) -> Table {
     if dice.one_in(8) {
         set("group", (*dice.pick(&["key", "fill"])).into());
     }
-    let what = dice.below(6);
+    let what = dice.below(7);
     let keys = Way::roll(dice).keys(dice, span);
     if !keys.is_empty() {
         let powers = *dice.pick(&POWERS);
+        let sizes = sizes(dice, kind, &light);
         let colors = [color(dice), if dice.one_in(2) { [0.0; 3] } else { color(dice) }];
         add_keys(&mut light, &keys, |number| {
             let at = [from, to][number];
@@ -84,9 +85,33 @@ fn light(dice: &mut Dice, span: &Span) -> Table {
                 0 | 1 => vec![place],
                 2 | 3 => vec![("power", Value::Float(powers[number]))],
                 4 => vec![("color", numbers(colors[number]))],
+                6 if !sizes.is_empty() => {
+                    sizes.iter().map(|(key, ends)| (*key, ends[number].clone())).collect()
+                }
                 _ => vec![place, ("power", Value::Float(powers[number]))],
             }
         });
     }
     light
+}
+
+/// What else may change of a light of a kind: keys, and two values of each.
+fn sizes(dice: &mut Dice, kind: &str, light: &Table) -> Vec<(&'static str, [Value; 2])> {
+    let mut between = |low: f64, high: f64| [0, 1].map(|_| Value::Float(dice.between(low, high)));
+    match kind {
+        "spot" => vec![
+            ("cone", between(5.0, 150.0)),
+            ("soft", between(0.0, 1.0)),
+            // one of them may be a point now and then
+            ("radius", [light.get("radius").cloned().unwrap_or(Value::Float(0.0)), Value::Float(0.3)]),
+        ],
+        "rectangle" => vec![
+            ("size", [0, 1].map(|_| numbers(between(0.1, 2.0).map(|edge| edge.as_float().unwrap_or(1.0))))),
+            ("spread", between(10.0, 170.0)),
+        ],
+        "disk" => vec![("radius", between(0.05, 0.8)), ("spread", between(10.0, 170.0))],
+        "sphere" => vec![("radius", between(0.05, 0.8))],
+        "sun" => vec![("angle", between(0.0, 90.0))],
+        _ => vec![],
+    }
 }
