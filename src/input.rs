@@ -33,6 +33,10 @@ pub(crate) enum Kind {
     Picture,
     /// Shapes of a model.
     PointCache,
+    /// Numbers of many models, such as their places.
+    Array,
+    /// Names of many models.
+    Names,
     /// Samples of an earlier run.
     Store,
 }
@@ -44,10 +48,10 @@ impl Kind {
             // some hundred thousand keys
             Self::Shot => Some(16 << 20),
             // a million materials
-            Self::Materials => Some(256 << 20),
+            Self::Materials | Self::Names => Some(256 << 20),
             // more than the largest picture that is accepted, uncompressed, with floats for colours
             Self::Picture => Some(16 << 30),
-            Self::Model | Self::PointCache | Self::Store => None,
+            Self::Model | Self::PointCache | Self::Array | Self::Store => None,
         }
     }
 
@@ -58,6 +62,8 @@ impl Kind {
             Self::Model => "an OBJ file",
             Self::Picture => "a picture",
             Self::PointCache => "a point cache",
+            Self::Array => "an array",
+            Self::Names => "a list of names",
             Self::Store => "a sample store",
         }
     }

@@ -271,8 +271,8 @@ fn odd_values_of_materials_are_one_warning_each_and_strictly_errors() {
 
     fs::write(place.path("m.mtl"), format!("newmtl a\n{}", "Ni -1\n".repeat(300))).unwrap();
     let ran = render(&place, "s.toml", "").done();
-    assert_eq!(ran.stderr.lines().count(), 11, "{}", ran.stderr);
-    assert!(ran.stderr.contains("290 more"), "{}", ran.stderr);
+    assert_eq!(ran.stderr.lines().count(), 2, "{}", ran.stderr);
+    assert!(ran.stderr.contains("and 9 more") && ran.stderr.contains("290 more"), "{}", ran.stderr);
 }
 
 /// What is extreme but means something renders, exactly and to finite values (the writer takes no others).

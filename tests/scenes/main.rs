@@ -15,6 +15,7 @@ mod mistakes;
 mod model;
 mod mutated;
 mod objects;
+mod places;
 mod ply;
 mod quadrics;
 mod schema;

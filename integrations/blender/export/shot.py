@@ -4,13 +4,12 @@
 import os
 from dataclasses import dataclass, field
 
-import numpy as np
-
 from . import camera, lights, toml
 from .glance import Noted
 from .images import Images
 from .materials import Materials
 from .mesh_store import MeshStore
+from .places import model_tables
 from .walk import STEPS_A_FRAME, Walk, times_of
 from .warnings import Warnings
 
@@ -85,7 +84,7 @@ def export_shot(scene, depsgraph, folder, settings, set_frame, progress):
         noted = Noted.of(walk) if settings.is_watched else None
         cameras = camera.tables(walk.camera_keys, warnings)
         text = walk.world + lights.tables(walk.light_tracks())
-        models, names = model_tables(walk, warnings, lambda share: progress(0.8 + share * 0.2))
+        models, names = model_tables(walk, folder, lambda share: progress(0.8 + share * 0.2))
         if not names:
             warnings.add("the scene shows no mesh: the picture has nothing but the world")
             models = [empty_model()]
@@ -143,74 +142,3 @@ def head(scene, settings, frames):
 def empty_model():
     """A shot needs a model: one that is never there."""
     return toml.table("[[model]]", {"name": "nothing", "quadric": {"type": "sphere"}, "visible": False})
-
-
-def model_tables(walk, warnings, progress):
-    """[[model]] tables of all that was seen, and their names."""
-    out, names, files = [], [], {}
-    count = max(1, len(walk.placed))
-    for index, placed in enumerate(walk.placed.values()):
-        if index % 256 == 0 and not progress(index / count):
-            from .warnings import Cancelled
-
-            raise Cancelled()
-        for stored, runs in runs_of(placed, walk.times):
-            if id(stored) not in files:
-                files[id(stored)] = stored.model()
-            names.append(placed.name)
-            out.append(model(placed.name, files[id(stored)], runs, placed.matrices, walk.times))
-    return out, names
-
-
-def runs_of(placed, times):
-    """Pairs of a mesh, and the runs of times in which an object shows it without being turned inside out."""
-    found = {}
-    before = None
-    for index, time in enumerate(times):
-        stored = placed.mesh.get(time)
-        if stored is None:
-            before = None
-            continue
-        matrix = placed.matrices[time]
-        side = np.linalg.det(matrix.reshape(3, 4)[:, :3]) > 0
-        key = (id(stored), bool(side))
-        runs = found.setdefault(key, (stored, []))[1]
-        if before == key:
-            runs[-1].append(time)
-        else:
-            runs.append([time])
-        before = key
-    return found.values()
-
-
-def rows(matrix):
-    """A matrix as [[model]] has it."""
-    values = [float(value) for value in matrix]
-    return [values[0:4], values[4:8], values[8:12]]
-
-
-def model(name, source, runs, matrices, times):
-    """One [[model]] with its keys."""
-    first = matrices[runs[0][0]]
-    always = len(runs) == 1 and len(runs[0]) == len(times)
-    rests = all(np.array_equal(matrices[time], first) for run in runs for time in run)
-    table = {"name": name, **source}
-    if rests:
-        table["matrix"] = rows(first)
-    if not always:
-        table["visible"] = False
-    out = [toml.table("[[model]]", table)]
-    ends = {time: after for time, after in zip(times, times[1:])}
-    for run in runs:
-        for index, time in enumerate(run):
-            key = {"frame": time}
-            if not rests:
-                key["matrix"] = rows(matrices[time])
-            if not always and index == 0:
-                key["visible"] = True
-            if len(key) > 1:
-                out.append(toml.table("[[model.key]]", key))
-        after = ends.get(run[-1])
-        if not always and after is not None and all(after != other[0] for other in runs):
-            out.append(toml.table("[[model.key]]", {"frame": after, "visible": False}))
-    return "".join(out)

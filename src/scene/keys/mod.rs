@@ -4,6 +4,7 @@
 pub mod camera;
 pub mod material;
 pub mod model;
+pub mod places;
 pub mod quadric;
 pub mod samples;
 pub mod shapes;

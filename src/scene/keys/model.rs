@@ -8,6 +8,7 @@ use serde::Deserialize;
 use serde::de::value::SeqAccessDeserializer;
 use serde::de::{self, Deserializer, SeqAccess, Visitor};
 
+use super::places::PlacesTable;
 use super::quadric::QuadricTable;
 use super::shapes::ShapesTable;
 use super::toml_text::{At, List, Three};
@@ -54,6 +55,8 @@ pub(crate) struct ModelTable {
     /// approximation (rays)
     #[schemars(range(min = LEAST_MAP, max = LARGEST_MAP))]
     pub reflection_map: Option<At<i64>>,
+    /// File of the places of many copies of the model, instead of `matrix` and keys
+    pub places: Option<At<PlacesTable>>,
     /// True if the model is there, before the first key that says it (true)
     pub visible: Option<bool>,
     /// Between keys

@@ -1,6 +1,7 @@
 //! Assembles meshes from files: each OBJ once, with its materials looked up, overridden and settled.
 
 use std::collections::{HashMap, HashSet};
+use std::fmt::Display;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -8,12 +9,14 @@ use glam::Vec3;
 
 use super::map_statement::{ByUse, MapStatement, MapUse};
 use super::mtl::{self, MtlFile, MtlMaterial};
+use super::npy::{self, Array};
 use super::objects::ObjectFiles;
 use super::pictures::{PictureUse, Pictures};
 use super::read_model::{ReadBefore, ReadModel, is_ply, name_material};
 use super::shape_files::{self, Origins, ReadShapes, ShapeSource};
 use super::varying::{ParameterMap, Settled};
 use crate::digest::Digest;
+use crate::input::{self, Input, Kind};
 use crate::scene::error::Findings;
 use crate::scene::given::meshes::Given;
 use crate::scene::gltf::GltfFiles;
@@ -231,6 +234,32 @@ impl Assembly {
         self.digests.push(read.digest);
         self.deforming.insert((key, source), read.clone());
         Ok(read)
+    }
+
+    /// Reads an array.
+    ///
+    /// # Errors
+    /// Those of [`npy::read`].
+    pub fn array(&mut self, path: &Path) -> Result<Array, SceneError> {
+        let array = npy::read(path)?;
+        self.files.push(path.to_path_buf());
+        self.digests.push(array.digest);
+        Ok(array)
+    }
+
+    /// Reads the lines of a text.
+    ///
+    /// # Errors
+    /// Where it cannot be read, or is no text.
+    pub fn lines(&mut self, path: &Path) -> Result<Vec<String>, SceneError> {
+        let unreadable =
+            |error: &dyn Display| SceneError::new(path, format!("the names cannot be read: {error}"));
+        let bytes =
+            input::open(path, Kind::Names).and_then(Input::read_all).map_err(|error| unreadable(&error))?;
+        let text = std::str::from_utf8(&bytes).map_err(|_| unreadable(&"they must be UTF-8 text"))?;
+        self.files.push(path.to_path_buf());
+        self.digests.push(Digest::new(&bytes));
+        Ok(text.lines().map(String::from).collect())
     }
 
     /// Reads the MTL files of `obj`. The flag says whether all were found.

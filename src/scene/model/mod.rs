@@ -13,6 +13,7 @@ pub mod map_statement;
 mod meaning;
 pub mod mtl;
 mod normals;
+pub mod npy;
 mod obj_parts;
 pub mod objects;
 mod ordered;

@@ -8,6 +8,7 @@ mod model;
 mod models;
 mod orbit;
 mod overrides;
+mod places;
 mod quadric;
 mod settings;
 mod shapes;

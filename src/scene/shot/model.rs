@@ -5,7 +5,7 @@ use std::ops::Range;
 use glam::{DAffine3, DMat3, DVec3};
 
 use super::tracks::{frames_between, in_order, or, through_or};
-use crate::animation::{TransformTrack, Visibility};
+use crate::animation::{Track, TransformTrack, Visibility};
 use crate::scene::SceneError;
 use crate::scene::keys::toml_text::{At, Three, TomlText};
 use crate::scene::keys::{ModelKey, ModelTable, Rows, Scale};
@@ -88,9 +88,7 @@ fn refuse_flat(
         return Err(text.fault(place(), message));
     }
     let Some(matrix) = &track.matrix else { return Ok(()) };
-    let side = |frame| matrix.at(frame).matrix3.determinant().signum();
-    let flat = |frame| fault(matrix.at(frame)).is_some() || side(frame) != side(*first);
-    if let Some(frame) = frames_between(keys).find(|frame| flat(*frame)) {
+    if let Some(frame) = flat_at(matrix, frames_between(keys)) {
         let message = format!(
             "the `matrix` of this model makes it flat at frame {frame}, or between it and the frame before: elements are \
              interpolated one by one, so add a key there, or turn the model with `rotate`"
@@ -98,6 +96,14 @@ fn refuse_flat(
         return Err(text.fault(place(), message));
     }
     Ok(())
+}
+
+/// The first of `frames` at which a matrix is flat, or on the other side than at the first of all.
+pub fn flat_at(matrix: &Track<DAffine3>, frames: impl Iterator<Item = f64>) -> Option<f64> {
+    let mut frames = frames.peekable();
+    let first = *frames.peek()?;
+    let side = |frame| matrix.at(frame).matrix3.determinant().signum();
+    frames.find(|frame| fault(matrix.at(*frame)).is_some() || side(*frame) != side(first))
 }
 
 fn scale(text: TomlText<'_>, key: &str, value: &At<Scale>) -> Result<DVec3, SceneError> {
@@ -117,23 +123,32 @@ fn matrix(text: TomlText<'_>, key: &str, value: &Rows) -> Result<DAffine3, Scene
             rows.len()
         ));
     };
-    if !rows.as_flattened().iter().all(|number| (*number as f32).is_finite()) {
-        return bad("must have finite numbers alone");
-    }
     let last = [0.0, 0.0, 0.0, 1.0];
-    if rows.get(3).is_some_and(|row| *row != last) {
+    // what is not finite is told below
+    if rows.get(3).is_some_and(|row| *row != last && row.iter().all(|number| number.is_finite())) {
         return bad(if [x[3], y[3], z[3]] == [0.0; 3] {
             "has its translation in the last row: it must be in the last column, and the last row [0, 0, 0, 1]; transpose it"
         } else {
             "must have [0, 0, 0, 1] as its last row: there is no perspective in a model's place"
         });
     }
-    let linear = [x, y, z].map(|[a, b, c, _]| DVec3::new(a, b, c));
+    matrix_of([x, y, z].as_flattened()).or_else(bad)
+}
+
+/// Makes an affine map of the twelve numbers of its rows.
+///
+/// # Errors
+/// What a map must be that places a model.
+pub fn matrix_of(rows: &[f64]) -> Result<DAffine3, &'static str> {
+    if !rows.iter().all(|number| (*number as f32).is_finite()) {
+        return Err("must have finite numbers alone");
+    }
+    let row = |number: usize| DVec3::from_slice(&rows[4 * number..]);
     let map = DAffine3 {
-        matrix3: DMat3::from_cols_array_2d(&linear.map(|row| row.to_array())).transpose(),
-        translation: DVec3::new(x[3], y[3], z[3]),
+        matrix3: DMat3::from_cols(row(0), row(1), row(2)).transpose(),
+        translation: DVec3::new(rows[3], rows[7], rows[11]),
     };
-    fault(map).map_or(Ok(map), bad)
+    fault(map).map_or(Ok(map), Err)
 }
 
 /// Reason why `map` cannot place a model.

@@ -7,8 +7,10 @@ use std::sync::Arc;
 
 use glam::DAffine3;
 
-use super::{model, quadric, shapes};
+use super::places::Place;
+use super::{model, places, quadric, shapes};
 use crate::animation::{Track, TransformTrack};
+use crate::scene::keys::places::PlacesTable;
 use crate::scene::keys::toml_text::{At, TomlText};
 use crate::scene::keys::values::file_of;
 use crate::scene::keys::{LARGEST_MAP, LEAST_MAP, ModelTable};
@@ -38,6 +40,8 @@ pub fn of_table(
     refuse_keys_together(text, table, assembly.path_read_before().is_some())?;
     refuse_beside_ply(text, keys)?;
     refuse_parts_of_others(text, keys)?;
+    let places = keys.places.as_ref();
+    let places = places.map(|places| places_of(text, keys, places, assembly)).transpose()?;
     let models = match (&keys.gltf, &keys.usd, &keys.obj) {
         (Some(gltf), ..) => {
             let path = file_of(text, "gltf", gltf)?;
@@ -62,7 +66,30 @@ pub fn of_table(
         let message = "means nothing for a plane, which has no middle: take it out";
         return Err(text.bad("reflection_map", size, message));
     }
-    Ok(models.into_iter().map(|model| Model { reflection_map, ..model }).collect())
+    let models: Vec<Model> = models.into_iter().map(|model| Model { reflection_map, ..model }).collect();
+    match places {
+        Some(_) if models.iter().any(quadric::is_endless) => {
+            Err(text.fault(table.span(), "a plane has no end: it has no copies; take `places` out"))
+        }
+        Some(places) => Ok(places::copies(&models, &places)),
+        None => Ok(models),
+    }
+}
+
+/// Reads the places of a model's copies, which say all that keys could say.
+fn places_of(
+    text: TomlText<'_>,
+    keys: &ModelTable,
+    places: &At<PlacesTable>,
+    assembly: &mut Assembly,
+) -> Result<Vec<Place>, SceneError> {
+    let other = keys.matrix.as_ref().map(|matrix| ("matrix", matrix.span()));
+    if let Some((key, span)) = other.or_else(|| keys.key.first().map(|key| ("key", key.span()))) {
+        let message =
+            format!("`{key}` and `places` exclude each other: the file of `places` has all matrices");
+        return Err(text.fault(span, message));
+    }
+    places::of_table(text, places.get_ref(), keys.interpolation, assembly)
 }
 
 /// Refuses what excludes each other. `is_read`: the model's file was read before, and need not be named.

@@ -15,8 +15,8 @@ use crate::scene::{Mesh, SceneError};
 /// Largest number in a name: it is exact as a time.
 const MOST_NUMBER: i64 = 1 << 53;
 
-/// Range of the frames from a shape's number to the next one.
-const STEPS: RangeInclusive<f64> = 1e-6..=1e6;
+/// Range of the frames from a shape's number to the next one, or from key to key.
+pub const STEPS: RangeInclusive<f64> = 1e-6..=1e6;
 
 /// Reads the mesh of the OBJ file at `path` with the shapes that `table` names, and the times of the shapes.
 ///
