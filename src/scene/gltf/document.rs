@@ -9,8 +9,8 @@ use memchr::memchr_iter;
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
 
-use super::gloss;
 use super::json::{Asset, Extensions, Json, View};
+use super::stated_gloss;
 use super::uri::Uri;
 use crate::digest::Digest;
 use crate::input::{self, InputError, Kind};
@@ -95,7 +95,7 @@ impl Document {
         drop(text);
         check_version(path, &json.asset)?;
         check_extensions(path, &json)?;
-        gloss::state_base_colors(&mut json).map_err(|what| SceneError::new(path, what))?;
+        stated_gloss::state_base_colors(&mut json).map_err(|what| SceneError::new(path, what))?;
         let mut files = vec![path.to_path_buf()];
         let buffers = buffers(path, &json, blob, &mut files, &mut digests)?;
         let digest = Digest::of_all(digests);

@@ -20,6 +20,7 @@ mod nodes;
 mod parts;
 mod pictures;
 mod skin;
+mod stated_gloss;
 mod surrounded;
 mod tints;
 mod uri;

@@ -1,6 +1,10 @@
 //! Bytes of a file, read one after the other.
 
-use super::Check;
+/// What is wrong, as a part of a sentence.
+pub type Check<T = ()> = Result<T, String>;
+
+/// Bytes that a byte of an LZ4 block can stand for, at most.
+pub const MOST_RATIO: u64 = 255;
 
 /// What is left of a file.
 #[derive(Clone, Copy)]
@@ -73,7 +77,7 @@ impl<'a> Bytes<'a> {
     /// Takes a number of things, of which each takes a quarter of a byte or more of what is packed.
     pub fn count(&mut self) -> Check<u64> {
         let count = self.u64()?;
-        if count > self.left().saturating_mul(4 * super::packed::MOST_RATIO) {
+        if count > self.left().saturating_mul(4 * MOST_RATIO) {
             return Err(format!("states {count} things, and {} bytes are left of the file", self.left()));
         }
         Ok(count)

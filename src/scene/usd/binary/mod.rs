@@ -8,11 +8,8 @@ mod bytes;
 mod packed;
 mod values;
 
-use bytes::Bytes;
+use bytes::{Bytes, Check};
 use packed::{integers, unpacked};
-
-/// What is wrong, as a part of a sentence.
-type Check<T = ()> = Result<T, String>;
 
 /// First bytes of a binary layer.
 pub const MAGIC: &[u8] = b"PXR-USDC";

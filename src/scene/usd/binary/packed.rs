@@ -1,10 +1,6 @@
 //! Packed data of binary layers: LZ4 blocks, and whole numbers as differences from one to the next.
 
-use super::Check;
-use super::bytes::Bytes;
-
-/// Bytes that a byte of an LZ4 block can stand for, at most.
-pub const MOST_RATIO: u64 = 255;
+use super::bytes::{Bytes, Check, MOST_RATIO};
 
 /// Shortest run that an LZ4 block copies.
 const LEAST_RUN: usize = 4;

@@ -1,8 +1,8 @@
 //! Values of a binary layer: how much memory they take, and that they end.
 
-use super::bytes::Bytes;
+use super::Layer;
+use super::bytes::{Bytes, Check};
 use super::packed::skip_integers;
-use super::{Check, Layer};
 
 /// Most values within each other: the library calls itself for each.
 const MOST_DEPTH: usize = 64;

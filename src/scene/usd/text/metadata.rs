@@ -1,38 +1,11 @@
 //! Metadata of a text layer, in parentheses: that which has an effect is kept.
 
-use super::token::What;
-use super::types::{Kind, Type};
-use super::{EDITS, Step, Writer};
+use super::Writer;
+use super::fault::Step;
+use super::token::{EDITS, What};
+use super::types::{Kind, OF_LAYERS, OF_PRIMS, Type};
 
-/// Metadata that is kept, of layers, prims and properties; the rest has no effect.
-pub const OF_LAYERS: [&str; 12] = [
-    "defaultPrim",
-    "doc",
-    "endTimeCode",
-    "expressionVariables",
-    "framesPerSecond",
-    "metersPerUnit",
-    "relocates",
-    "renderSettingsPrimPath",
-    "startTimeCode",
-    "subLayers",
-    "timeCodesPerSecond",
-    "upAxis",
-];
-pub const OF_PRIMS: [&str; 11] = [
-    "active",
-    "apiSchemas",
-    "clipSets",
-    "clips",
-    "inherits",
-    "instanceable",
-    "payload",
-    "references",
-    "relocates",
-    "specializes",
-    "variantSets",
-];
-pub const OF_PROPERTIES: [&str; 4] = ["bindMaterialAs", "colorSpace", "elementSize", "interpolation"];
+/// Metadata of references and sublayers that is kept.
 const OF_ARCS: [&str; 2] = ["offset", "scale"];
 
 impl Writer<'_> {

@@ -4,15 +4,15 @@
 //! that nobody here asks for. So a layer is read here first. What has another spelling gets it, what has no effect is left out, and each line
 //! stays where it is, so that whatever is wrong has the number of its line.
 
-use std::fmt;
-
+mod fault;
 mod metadata;
 mod token;
 mod types;
 
-use metadata::{OF_LAYERS, OF_PRIMS, OF_PROPERTIES};
-use token::{Token, Tokens, What};
-use types::{Kind, Type};
+pub use fault::Fault;
+use fault::Step;
+use token::{EDITS, Token, Tokens, What};
+use types::{Kind, OF_LAYERS, OF_PRIMS, OF_PROPERTIES, Type};
 
 /// Most prims above one another, as for all files.
 pub const MOST_LEVELS: usize = 256;
@@ -20,34 +20,12 @@ pub const MOST_LEVELS: usize = 256;
 /// Most brackets within each other in a value, and most dictionaries: the library calls itself for each.
 const MOST_BRACKETS: usize = 32;
 
-/// Words before a property that edit a list.
-const EDITS: [&str; 5] = ["add", "append", "delete", "prepend", "reorder"];
-
 /// A layer as the library reads it.
 pub struct Rewritten {
     pub text: String,
     /// True if splines were left out.
     pub has_splines: bool,
 }
-
-/// What is wrong with a layer.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Fault {
-    /// Number of its line, from 1, if it is in one.
-    pub line: Option<usize>,
-    pub message: String,
-}
-
-impl fmt::Display for Fault {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        if let Some(line) = self.line {
-            write!(f, "line {line}: ")?;
-        }
-        f.write_str(&self.message)
-    }
-}
-
-type Step<T = ()> = Result<T, Fault>;
 
 /// Time codes in a second where a layer says nothing.
 const DEFAULT_RATE: f64 = 24.0;

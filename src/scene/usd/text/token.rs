@@ -2,7 +2,10 @@
 
 use std::borrow::Cow;
 
-use super::{Fault, Step};
+use super::fault::{Fault, Step};
+
+/// Words before a property that edit a list.
+pub const EDITS: [&str; 5] = ["add", "append", "delete", "prepend", "reorder"];
 
 /// Kinds of tokens.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -4,6 +4,36 @@ use std::borrow::Cow;
 
 use super::token::{Token, What};
 
+/// Metadata that is kept, of layers, prims and properties; the rest has no effect.
+pub const OF_LAYERS: [&str; 12] = [
+    "defaultPrim",
+    "doc",
+    "endTimeCode",
+    "expressionVariables",
+    "framesPerSecond",
+    "metersPerUnit",
+    "relocates",
+    "renderSettingsPrimPath",
+    "startTimeCode",
+    "subLayers",
+    "timeCodesPerSecond",
+    "upAxis",
+];
+pub const OF_PRIMS: [&str; 11] = [
+    "active",
+    "apiSchemas",
+    "clipSets",
+    "clips",
+    "inherits",
+    "instanceable",
+    "payload",
+    "references",
+    "relocates",
+    "specializes",
+    "variantSets",
+];
+pub const OF_PROPERTIES: [&str; 4] = ["bindMaterialAs", "colorSpace", "elementSize", "interpolation"];
+
 /// What a value is made of.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
