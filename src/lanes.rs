@@ -247,6 +247,45 @@ impl F32x8 {
     }
 }
 
+/// One float, or eight: a formula of such numbers stands once.
+pub trait Real:
+    Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self>
+{
+    /// A constant.
+    fn of(value: f32) -> Self;
+    /// Square root.
+    fn sqrt(self) -> Self;
+    /// Smaller of the two.
+    fn min(self, other: Self) -> Self;
+    /// Greater of the two.
+    fn max(self, other: Self) -> Self;
+}
+
+macro_rules! real {
+    ($type:ty, $of:expr) => {
+        impl Real for $type {
+            #[inline(always)]
+            fn of(value: f32) -> Self {
+                $of(value)
+            }
+            #[inline(always)]
+            fn sqrt(self) -> Self {
+                self.sqrt()
+            }
+            #[inline(always)]
+            fn min(self, other: Self) -> Self {
+                self.min(other)
+            }
+            #[inline(always)]
+            fn max(self, other: Self) -> Self {
+                self.max(other)
+            }
+        }
+    };
+}
+real!(f32, std::convert::identity);
+real!(F32x8, F32x8::splat);
+
 /// Converts to the same bits with a sign.
 #[inline(always)]
 pub fn signed(bits: u32x8) -> i32x8 {
@@ -402,6 +441,20 @@ impl Not for Mask {
     #[inline(always)]
     fn not(self) -> Self {
         Self(!self.0)
+    }
+}
+
+impl From<[F32x8; 3]> for Vec3x8 {
+    #[inline(always)]
+    fn from([x, y, z]: [F32x8; 3]) -> Self {
+        Self { x, y, z }
+    }
+}
+
+impl From<Vec3x8> for [F32x8; 3] {
+    #[inline(always)]
+    fn from(Vec3x8 { x, y, z }: Vec3x8) -> Self {
+        [x, y, z]
     }
 }
 

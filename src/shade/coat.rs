@@ -1,32 +1,40 @@
 //! The reflecting layer of metal-rough surfaces, as rays see it: [microfacets](super::ggx), with the light
 //! that is reflected between them, above a surface that scatters the light that the layer lets through.
 //!
-//! - *Light reflected several times* between microfacets is added in the colour of the first reflection, so
-//!   that a white metal reflects all light however rough it is: Turquin, "Practical multiple scattering
-//!   compensation for microfacet models", 2019.
+//! - *Each microfacet* reflects what Fresnel's equations say of a dielectric, or Schlick's formula of a metal:
+//!   [`fresnel`](super::fresnel).
+//! - *Light reflected several times* between microfacets is added to the lobe of the first reflection, as a
+//!   factor (Turquin, "Practical multiple scattering compensation for microfacet models", 2019), so that a
+//!   white metal reflects all light however rough it is. How much it is of a colour, `albedos.rs` says.
 //! - *The surface beneath* scatters the light that the layer does not reflect: one less the layer's albedo in
 //!   the direction of the ray (albedo scaling, as the OpenPBR and MaterialX specifications have it). It is a
 //!   factor for all light that was scattered, wherever that came from. So the light that samples store does not
 //!   depend on the eye, and the factor is applied when it is shown.
 
+mod albedos;
 #[cfg(test)]
 mod furnace;
 mod lanes;
 mod layer;
+#[cfg(test)]
+mod walk;
 
-use std::collections::BTreeSet;
+use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use glam::Vec3;
 use rayon::prelude::*;
 
+use albedos::{Albedos, Layer};
 use lanes::CoatLanes;
 pub use lanes::{LayerRays, SeenCoats};
-use layer::{Albedos, Coat, LEAST_ALPHA_OF_PATHS};
+use layer::{Coat, LEAST_ALPHA_OF_PATHS};
 pub use layer::{Reflected, SeenBy, SeenCoat};
 
 use crate::lanes::{LANES, Vec3x8};
 use crate::scene::Material;
 use crate::scene::material::MetalRough;
+use crate::shade::fresnel;
 
 /// Layers of a scene's materials.
 #[derive(Debug, Clone, Default)]
@@ -45,26 +53,28 @@ fn regularized(alpha: f32) -> f32 {
     if alpha < ROUGH_ENOUGH { (2.0 * alpha).clamp(LEAST_ALPHA_OF_PATHS, ROUGH_ENOUGH) } else { alpha }
 }
 
+/// Layers of a material as the eye and as paths see it, if it has one.
+fn layers(material: &Material) -> Option<[Layer; 2]> {
+    let metal_rough = material.metal_rough?;
+    let (alpha, index) = (metal_rough.alpha(), fresnel::index_of(metal_rough.head_on));
+    let is_glass = material.is_rough_glass();
+    // its rays bend by microfacets of its own width, and let through what such a layer does not reflect
+    let of_paths = if is_glass { alpha } else { regularized(alpha) };
+    Some([alpha, of_paths].map(|alpha| Layer { alpha, index, is_glass }))
+}
+
 impl Coats {
     /// Creates the layers of all `materials`.
     pub fn new(materials: &[Material]) -> Self {
-        // most materials share their widths with others, above all the variants of one
-        let widths = |material: &Material| {
-            let alpha = material.metal_rough?.alpha();
-            Some([alpha, regularized(alpha)])
-        };
-        let distinct: BTreeSet<u32> =
-            materials.iter().filter_map(widths).flatten().map(f32::to_bits).collect();
-        let distinct: Vec<u32> = distinct.into_iter().collect();
-        let albedos: Vec<Albedos> =
-            distinct.par_iter().map(|alpha| Albedos::new(f32::from_bits(*alpha))).collect();
-        let known = |alpha: f32| {
-            let at = distinct.binary_search(&alpha.to_bits()).expect("it was collected above");
-            (alpha, albedos[at])
-        };
+        // most materials share their tables with others, above all the variants of one
+        let key = |layer: &Layer| [layer.alpha.to_bits(), layer.index.to_bits(), layer.is_glass.into()];
+        let all = materials.iter().filter_map(layers).flatten();
+        let distinct: BTreeMap<[u32; 3], Layer> = all.map(|layer| (key(&layer), layer)).collect();
+        let tables: BTreeMap<[u32; 3], Arc<Albedos>> =
+            distinct.into_par_iter().map(|(key, layer)| (key, Arc::new(Albedos::new(layer)))).collect();
         let coats = materials.iter().map(|material| {
-            let [of_eye, of_paths] = widths(material)?.map(known);
-            Some(coat(material, material.metal_rough.as_ref()?, of_eye, of_paths))
+            let tables = layers(material)?.map(|layer| (layer, Arc::clone(&tables[&key(&layer)])));
+            Some(coat(material, material.metal_rough.as_ref()?, tables))
         });
         let coats: Vec<Option<Coat>> = coats.collect();
         let mut has: Vec<bool> = coats.iter().map(Option::is_some).collect();
@@ -145,10 +155,9 @@ impl Coats {
 fn coat(
     material: &Material,
     metal_rough: &MetalRough,
-    (alpha, albedos): (f32, Albedos),
-    (alpha_of_paths, albedos_of_paths): (f32, Albedos),
+    [(layer, albedos), (layer_of_paths, albedos_of_paths)]: [(Layer, Arc<Albedos>); 2],
 ) -> Coat {
-    let MetalRough { base, metallic, head_on: clear, solid, .. } = *metal_rough;
+    let MetalRough { base, metallic, solid, .. } = *metal_rough;
     let (metal, metal_of_kept) = if material.is_painted() {
         // what paints it colours the metal, which is computed from the reflectance that samples store
         (Vec3::ZERO, base / material.painted().max(Vec3::splat(f32::MIN_POSITIVE)))
@@ -156,15 +165,15 @@ fn coat(
         (base, Vec3::ZERO)
     };
     Coat {
-        alpha,
+        alpha: layer.alpha,
         metallic,
         metal,
         metal_of_kept,
-        clear,
+        index: layer.index,
         solid,
         emission: material.emission,
         albedos,
-        alpha_of_paths,
+        alpha_of_paths: layer_of_paths.alpha,
         albedos_of_paths,
     }
 }
@@ -236,9 +245,9 @@ mod tests {
         let texel = Vec3::new(1.0, 0.5, 0.0);
         let coats = Coats::new(std::slice::from_ref(&textured));
         let of_texture = coats.seen(0, textured.painted() * texel, [Vec3::Z; 2], -at(0.8), SeenBy::Eye);
-        assert_eq!(of_texture.expect("it has one").head_on, texel * 0.5);
+        assert_eq!(of_texture.expect("it has one").fresnel.metal, (texel * 0.5).to_array());
         let dark = coats.seen(0, Vec3::ZERO, [Vec3::Z; 2], -at(0.8), SeenBy::Eye).expect("it has one");
-        assert_eq!(dark.head_on, Vec3::ZERO);
+        assert_eq!(dark.fresnel.metal, [0.0; 3]);
     }
 
     #[test]

@@ -4,7 +4,7 @@
 //!   Surfaces", 2007, who call it GGX.
 //! - Masking and shadowing: height-correlated Smith; Heitz, "Understanding the Masking-Shadowing Function in
 //!   Microfacet-Based BRDFs", 2014, equations 72 and 99.
-//! - Fresnel: Schlick, "An Inexpensive BRDF Model for Physically-based Rendering", 1994.
+//! - Reflectance of each microfacet: [`Fresnel`].
 //! - Sampling of visible normals: Dupuy and Benyoub, "Sampling Visible GGX Normals with Spherical Caps",
 //!   2023.
 //!
@@ -17,21 +17,7 @@ use glam::Vec3;
 
 use crate::geometry::angle;
 use crate::lanes::{F32x8, Vec3x8};
-
-/// Schlick's Fresnel term: reflectance `head_on` at right angles, up to white at grazing angles. `cos` is the
-/// cosine between half vector and direction.
-#[inline]
-pub fn schlick(head_on: Vec3, cos: f32) -> Vec3 {
-    head_on + (Vec3::ONE - head_on) * grazing(cos)
-}
-
-/// Share of white in Schlick's formula.
-#[inline]
-pub fn grazing(cos: f32) -> f32 {
-    let rest = (1.0 - cos).clamp(0.0, 1.0);
-    let square = rest * rest;
-    square * square * rest
-}
+use crate::shade::fresnel::Fresnel;
 
 /// Density of microfacet normals about `half`, for each unit of area and of solid angle.
 #[inline]
@@ -55,17 +41,16 @@ fn stretch(alpha: f32, cos: f32) -> f32 {
     (square + (1.0 - square) * cos * cos).sqrt()
 }
 
-/// Reflectance from `to_light` to `to_eye` (BRDF, 1/sr) times the cosine to the light, where the surface
-/// reflects `head_on` at right angles.
+/// Reflectance from `to_light` to `to_eye` (BRDF, 1/sr) times the cosine to the light.
 #[inline]
-pub fn reflected(alpha: f32, head_on: Vec3, to_eye: Vec3, to_light: Vec3) -> Vec3 {
+pub fn reflected(alpha: f32, fresnel: &Fresnel<f32>, to_eye: Vec3, to_light: Vec3) -> Vec3 {
     if to_eye.z <= 0.0 || to_light.z <= 0.0 {
         return Vec3::ZERO;
     }
     let half = (to_eye + to_light).normalize();
     let shape = distribution(alpha, half) * to_light.z
         / (2.0 * (stretch(alpha, to_eye.z) * to_light.z + stretch(alpha, to_light.z) * to_eye.z));
-    schlick(head_on, half.dot(to_eye)) * shape
+    Vec3::from(fresnel.at(half.dot(to_eye))) * shape
 }
 
 /// Density with which [`sample`] chooses `to_light`, in solid angle.
@@ -108,19 +93,19 @@ pub fn unmasked(alpha: f32, of_eye: f32, of_light: f32) -> f32 {
 
 /// Weight of the light from a sampled direction: [`reflected`] over [`density`].
 #[inline]
-pub fn sample_weight(alpha: f32, head_on: Vec3, to_eye: Vec3, to_light: Vec3) -> Vec3 {
+pub fn sample_weight(alpha: f32, fresnel: &Fresnel<f32>, to_eye: Vec3, to_light: Vec3) -> Vec3 {
     if to_light.z <= 0.0 {
         return Vec3::ZERO;
     }
     let half = (to_eye + to_light).normalize();
-    schlick(head_on, half.dot(to_eye)) * unmasked(alpha, to_eye.z, to_light.z)
+    Vec3::from(fresnel.at(half.dot(to_eye))) * unmasked(alpha, to_eye.z, to_light.z)
 }
 
 /// [`reflected`] for eight surfaces, in world space.
 #[inline(always)]
 pub fn reflected_lanes(
     alpha: F32x8,
-    head_on: Vec3x8,
+    fresnel: &Fresnel<F32x8>,
     normal: Vec3x8,
     to_eye: Vec3x8,
     to_light: Vec3x8,
@@ -134,10 +119,7 @@ pub fn reflected_lanes(
     let stretch = |cos: F32x8| (square + rest_of_square * cos * cos).sqrt();
     let below = F32x8::splat(2.0) * (stretch(of_eye) * of_light + stretch(of_light) * of_eye);
     let shape = square * F32x8::splat(FRAC_1_PI) * of_light / (spread * spread * below);
-    let rest = (F32x8::ONE - half.dot(to_eye)).max(F32x8::ZERO).min(F32x8::ONE);
-    let fourth = (rest * rest) * (rest * rest);
-    let white = Vec3x8::splat(Vec3::ONE);
-    let color = head_on + (white - head_on) * (fourth * rest);
+    let color = Vec3x8::from(fresnel.at(half.dot(to_eye)));
     let is_above = of_eye.gt(F32x8::ZERO) & of_light.gt(F32x8::ZERO);
     is_above.select3(color * shape, Vec3x8::ZERO)
 }
@@ -163,6 +145,9 @@ mod tests {
     use super::*;
     use crate::scene::material::LEAST_ALPHA;
     use crate::shade::sampling::PathRandom;
+
+    /// Metal in part, so that both formulas count.
+    const MIXTURE: Fresnel<f32> = Fresnel { metal: [0.9, 0.5, 0.04], metallic: 0.7, index: 1.5 };
 
     const ALPHAS: [f32; 6] = [LEAST_ALPHA, 0.01, 0.09, 0.25, 0.6, 1.0];
 
@@ -254,13 +239,13 @@ mod tests {
 
     #[test]
     fn light_goes_either_way() {
-        let head_on = Vec3::new(0.9, 0.5, 0.04);
+        let fresnel = MIXTURE;
         for alpha in ALPHAS {
             for (a, b) in [(0.9, 0.2), (0.5, 0.6), (0.05, 0.8)] {
                 let (eye, light) = (at(a, 0.4), at(b, 2.9));
                 // without the cosines
-                let there = reflected(alpha, head_on, eye, light) / light.z;
-                let back = reflected(alpha, head_on, light, eye) / eye.z;
+                let there = reflected(alpha, &fresnel, eye, light) / light.z;
+                let back = reflected(alpha, &fresnel, light, eye) / eye.z;
                 assert!(
                     (there - back).abs().max_element() <= 1e-4 * there.max_element(),
                     "{alpha}: {there}, {back}"
@@ -271,7 +256,7 @@ mod tests {
 
     #[test]
     fn weights_are_the_reflectance_over_the_density() {
-        let head_on = Vec3::new(0.9, 0.5, 0.04);
+        let fresnel = MIXTURE;
         for alpha in ALPHAS {
             for (number, cos) in (0..).zip(COSINES) {
                 let eye = at(cos, 1.0);
@@ -279,9 +264,9 @@ mod tests {
                     let [a, b, ..] = PathRandom::new(number, index).four(0);
                     let light = sample(alpha, eye, [a, b]);
                     assert!((light.length() - 1.0).abs() < 1e-4);
-                    let weight = sample_weight(alpha, head_on, eye, light);
+                    let weight = sample_weight(alpha, &fresnel, eye, light);
                     let product = weight * density(alpha, eye, light);
-                    let wanted = reflected(alpha, head_on, eye, light);
+                    let wanted = reflected(alpha, &fresnel, eye, light);
                     let slack = 2e-3 * wanted.max_element() + 1e-6;
                     assert!(
                         (product - wanted).abs().max_element() <= slack,
@@ -299,13 +284,14 @@ mod tests {
         for alpha in ALPHAS {
             for cos in COSINES {
                 let eye = at(cos, 0.0);
+                let white = Fresnel::of_metal(Vec3::ONE);
                 let of_white =
-                    integral(alpha, eye, |light| f64::from(reflected(alpha, Vec3::ONE, eye, light).x));
+                    integral(alpha, eye, |light| f64::from(reflected(alpha, &white, eye, light).x));
                 assert!(of_white < 1.002, "{alpha} {cos}: {of_white}");
                 assert!(alpha > 0.01 || cos < 0.1 || of_white > 0.99, "{alpha} {cos}: {of_white}");
-                let of_glass = integral(alpha, eye, |light| {
-                    f64::from(reflected(alpha, Vec3::splat(0.04), eye, light).x)
-                });
+                let glass = Fresnel { metallic: 0.0, ..MIXTURE };
+                let of_glass =
+                    integral(alpha, eye, |light| f64::from(reflected(alpha, &glass, eye, light).x));
                 assert!(of_glass > 0.0 && of_glass < of_white);
             }
         }
@@ -313,16 +299,20 @@ mod tests {
 
     #[test]
     fn eight_at_once_are_as_one_by_one() {
-        let head_on = Vec3::new(0.9, 0.5, 0.04);
+        let fresnel = MIXTURE;
         for alpha in ALPHAS {
             for (a, b, turn) in [(0.9, 0.2, 0.1), (0.5, 0.5, 3.1), (0.05, 0.8, 2.0), (0.4, -0.1, 1.0)] {
                 let (eye, light) = (at(a, 0.0), at(b, turn));
-                let wanted = reflected(alpha, head_on, eye, light);
+                let wanted = reflected(alpha, &fresnel, eye, light);
                 // again with X for Z
                 let turned = |v: Vec3| Vec3x8::splat(Vec3::new(v.z, v.x, v.y));
-                let all = [head_on].map(Vec3x8::splat)[0];
+                let all = Fresnel {
+                    metal: fresnel.metal.map(F32x8::splat),
+                    metallic: F32x8::splat(fresnel.metallic),
+                    index: F32x8::splat(fresnel.index),
+                };
                 let got =
-                    reflected_lanes(F32x8::splat(alpha), all, turned(Vec3::Z), turned(eye), turned(light));
+                    reflected_lanes(F32x8::splat(alpha), &all, turned(Vec3::Z), turned(eye), turned(light));
                 let dense = density_lanes(F32x8::splat(alpha), turned(Vec3::Z), turned(eye), turned(light));
                 let wanted_density = density(alpha, eye, light);
                 assert!((dense.lane(1) - wanted_density).abs() <= 1e-3 * wanted_density, "{alpha} {a} {b}");
@@ -341,12 +331,12 @@ mod tests {
             for eye in [Vec3::Z, at(1e-6, 0.0)] {
                 for random in [[0.0, 0.0], [0.999_999_9, 0.999_999_9], [0.5, 0.0]] {
                     let light = sample(alpha, eye, random);
-                    let weight = sample_weight(alpha, Vec3::splat(0.5), eye, light);
+                    let weight = sample_weight(alpha, &MIXTURE, eye, light);
                     assert!(
                         light.is_finite() && weight.is_finite() && weight.max_element() <= 1.0001,
                         "{light} {weight}"
                     );
-                    assert!(reflected(alpha, Vec3::ONE, eye, light).is_finite());
+                    assert!(reflected(alpha, &MIXTURE, eye, light).is_finite());
                     assert!(density(alpha, eye, light).is_finite());
                 }
             }

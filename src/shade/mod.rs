@@ -5,6 +5,7 @@ pub mod coat;
 pub mod deformed;
 pub mod emitter_parts;
 pub mod emitters;
+pub mod fresnel;
 pub mod ggx;
 pub mod light;
 pub mod light_chances;

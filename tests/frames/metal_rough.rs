@@ -8,6 +8,8 @@ use afterimage::scene::environment::Sky;
 use afterimage::scene::material::{MetalRough, Optics};
 use afterimage::scene::{Background, Environment, LightKind, Material, Panel, Scene, SkyDensity};
 use afterimage::settings::{Filter, Settings};
+use afterimage::shade::coat::{Coats, SeenBy};
+use afterimage::shade::fresnel::Fresnel;
 use afterimage::shade::ggx;
 use afterimage::stats::FrameStats;
 use glam::{DVec3, Vec3};
@@ -108,21 +110,23 @@ fn patchy() -> Environment {
     Environment::from_picture(64, 32, (0..64 * 32).flat_map(texel).collect()).expect("it is good")
 }
 
-/// What rough metal reflects of the light of a direction, seen from `to_eye`, Y up; with what is reflected several times,
-/// as Turquin has it.
+/// What rough metal reflects of the light of a direction, seen from `to_eye`, Y up: once, and by as much more as the layer says that it
+/// reflects several times.
 fn of_metal(roughness: f32, base: f32, to_eye: Vec3) -> impl Fn(Vec3) -> Vec3 {
     const STEPS: usize = 64;
     let turned = |v: Vec3| Vec3::new(v.z, v.x, v.y);
-    let layer = metal_rough(base, roughness, 1.0).metal_rough.expect("it has a layer");
-    let (alpha, to_eye) = (layer.alpha(), turned(to_eye));
+    let material = metal_rough(base, roughness, 1.0);
+    let alpha = material.metal_rough.expect("it has a layer").alpha();
+    let (fresnel, to_eye) = (Fresnel::of_metal(Vec3::splat(base)), turned(to_eye));
     let place = |step: usize| (step as f32 + 0.5) / STEPS as f32;
-    let all = (0..STEPS * STEPS).map(|step| {
+    let once = (0..STEPS * STEPS).map(|step| {
         let to_light = ggx::sample(alpha, to_eye, [place(step / STEPS), place(step % STEPS)]);
-        ggx::sample_weight(alpha, Vec3::ONE, to_eye, to_light).x
+        ggx::sample_weight(alpha, &fresnel, to_eye, to_light).x
     });
-    let white = all.sum::<f32>() / (STEPS * STEPS) as f32;
-    let several_times = 1.0 + base * (1.0 - white) / white;
-    move |direction| ggx::reflected(alpha, Vec3::splat(base), to_eye, turned(direction)) * several_times
+    let once = once.sum::<f32>() / (STEPS * STEPS) as f32;
+    let seen = Coats::new(&[material]).seen(0, Vec3::ZERO, [Vec3::Z; 2], -to_eye, SeenBy::Eye);
+    let several_times = seen.expect("it has a layer").albedo / once;
+    move |direction| ggx::reflected(alpha, &fresnel, to_eye, turned(direction)) * several_times
 }
 
 /// The [world](world) of these materials, none of which is glass.

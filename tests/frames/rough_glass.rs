@@ -27,17 +27,26 @@ fn before(background: Vec3, material: Material) -> Scene {
     scene
 }
 
-/// Within an even sky of 1, rough glass shows 1.
+/// Within an even sky of 1, rough glass shows 1, as far as its rays are followed: within dense glass they are reflected often.
 #[test]
 fn rough_glass_in_a_furnace_is_hardly_seen() {
-    for (roughness, index) in [(0.1, 1.5), (0.3, 1.5), (0.6, 1.3), (0.4, 1.0)] {
+    for (roughness, index, depth) in [
+        (0.1, 1.5, 12),
+        (0.3, 1.5, 12),
+        (1.0, 1.5, 12),
+        (0.6, 1.3, 12),
+        (0.4, 1.0, 12),
+        (0.2, 2.2, 60),
+        (0.4, 2.2, 60),
+        (1.0, 2.2, 60),
+    ] {
         let settings = Settings {
             audit: true,
-            depth: 12,
-            bounces: 12,
+            depth,
+            bounces: depth,
             samples: 4,
             reflections: 16,
-            paths: 16,
+            paths: 4,
             ..toy::settings(1)
         };
         let finished = toy::render(&before(Vec3::ONE, glass(roughness, index)), &settings, 1).remove(0);
@@ -47,7 +56,7 @@ fn rough_glass_in_a_furnace_is_hardly_seen() {
         let both = object.iter().copied().zip(green.iter().copied());
         let body: Vec<f32> = both.filter(is_body).map(|(_, green)| green).collect();
         let mean = body.iter().sum::<f32>() / body.len() as f32;
-        assert!(body.len() > 500 && mean > 0.98 && mean < 1.015, "{roughness} {index}: {mean}");
+        assert!(body.len() > 500 && (mean - 1.0).abs() < 0.008, "{roughness} {index}: {mean}");
         assert_eq!(toy::differing(&finished), 0);
     }
 }

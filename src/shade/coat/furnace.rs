@@ -1,4 +1,4 @@
-//! Reflection of light from all around by rough metal, computed in another way than the renderer's: textbook
+//! Reflection of light from all around by rough surfaces, computed in another way than the renderer's: textbook
 //! formulas in double floats, summed over even steps of microfacets' slopes instead of sampled normals.
 //! docs/quality.md has figures from here.
 
@@ -6,8 +6,11 @@ use std::f64::consts::PI;
 
 use glam::{DVec3, Vec3};
 
-use super::layer::{Albedos, albedo, reflected_once};
+use super::albedos::{Albedos, Layer, Shares};
 use super::tests::{at, material, seen};
+use crate::scene::Material;
+use crate::scene::material::{MetalRough, head_on};
+use crate::shade::fresnel::Fresnel;
 
 /// Number of steps of slopes; half as many around, by symmetry. Twice as many change albedos by less than
 /// 1e-3.
@@ -64,9 +67,9 @@ fn integral(alpha: f64, to_eye: DVec3, value: impl Fn(DVec3, DVec3) -> f64) -> f
     sum * 2.0 * PI / f64::from(STEPS * around)
 }
 
-/// Light from all around that white microfacets reflect once: GGX, Smith, no Fresnel term (Walter et al.
-/// 2007, equations 20, 33 and 34); and the part of it that is the share of white in Schlick's formula.
-fn once(alpha: f64, cos: f64, masking: Masking) -> [f64; 2] {
+/// Light from all around that microfacets reflect once, each the share that `reflectance` gives for its cosine: GGX, Smith
+/// (Walter et al. 2007, equations 20, 33 and 34).
+fn once(alpha: f64, cos: f64, masking: Masking, reflectance: impl Fn(f64) -> f64) -> f64 {
     let square = alpha * alpha;
     let lambda = |cos: f64| 0.5 * ((1.0 + square * (1.0 / (cos * cos) - 1.0)).sqrt() - 1.0);
     let to_eye = DVec3::new((1.0 - cos * cos).sqrt(), 0.0, cos);
@@ -79,10 +82,34 @@ fn once(alpha: f64, cos: f64, masking: Masking) -> [f64; 2] {
         };
         distribution * seen / (4.0 * cos)
     };
-    let white = |to_light, normal: DVec3| {
-        brdf_times_cosine(to_light, normal) * (1.0 - normal.dot(to_eye)).max(0.0).powi(5)
-    };
-    [integral(alpha, to_eye, brdf_times_cosine), integral(alpha, to_eye, white)]
+    integral(alpha, to_eye, |to_light, normal| {
+        brdf_times_cosine(to_light, normal) * reflectance(normal.dot(to_eye).min(1.0))
+    })
+}
+
+fn white(_: f64) -> f64 {
+    1.0
+}
+
+/// Share of white in Schlick's formula.
+fn grazing(cos: f64) -> f64 {
+    (1.0 - cos).powi(5)
+}
+
+/// Fresnel's equations by the angles on both sides.
+fn dielectric(index: f64) -> impl Fn(f64) -> f64 {
+    move |cos| {
+        let outside = cos.min(1.0 - 1e-9).acos();
+        let inside = (outside.sin() / index).asin();
+        let across = (outside - inside).sin() / (outside + inside).sin();
+        let along = (outside - inside).tan() / (outside + inside).tan();
+        0.5 * (across * across + along * along)
+    }
+}
+
+/// Shares that a surface of this width reflects at a cosine; the part that is no metal bends light by `index`.
+fn shares(alpha: f32, index: f64, cos: f32) -> Shares<f32> {
+    Shares::new(Albedos::new(Layer { alpha, index: index as f32, is_glass: false }).at(cos))
 }
 
 /// Mean over a ball that is seen from afar.
@@ -99,13 +126,46 @@ fn mean_of_ball(value: impl Fn(f64) -> f64) -> f64 {
 fn what_is_reflected_once_is_what_the_integral_says() {
     for roughness in ROUGHNESSES {
         let alpha = alpha_of(roughness);
-        let albedos = Albedos::new(alpha);
-        for cos in COSINES {
-            let wanted = once(alpha.into(), cos.into(), Masking::Correlated);
-            for (got, wanted) in albedos.at(cos).into_iter().zip(wanted) {
+        for (cos, index) in COSINES.into_iter().zip([1.2, 1.5, 2.2].into_iter().cycle()) {
+            let shares = shares(alpha, index, cos);
+            let wanted = |reflectance: &dyn Fn(f64) -> f64| {
+                once(alpha.into(), cos.into(), Masking::Correlated, reflectance)
+            };
+            for (got, wanted) in [
+                (shares.white, wanted(&white)),
+                (shares.grazing, wanted(&grazing)),
+                (shares.clear_once, wanted(&dielectric(index))),
+            ] {
                 let off = f64::from(got) - wanted;
                 assert!(off.abs() < ALBEDO_BOUND, "roughness {roughness}, cosine {cos}: {got}, {wanted}");
             }
+        }
+    }
+}
+
+/// Plastic whose base is black, of this index of refraction.
+fn plastic(roughness: f32, index: f64) -> Material {
+    let plain = material(roughness, 0.0, 0.0);
+    let layer = plain.metal_rough.map(|layer| MetalRough { head_on: head_on(index) as f32, ..layer });
+    Material { metal_rough: layer, ..plain }
+}
+
+/// Checks the layer of plastic as rays see it, by its reflectance towards each light: at all angles as bright as Fresnel's
+/// equations have it, and a little more by what is reflected several times.
+#[test]
+fn plastic_reflects_what_fresnels_equations_say() {
+    /// Most that is reflected several times, of all light.
+    const SEVERAL_TIMES: f64 = 0.035;
+    for roughness in [0.05, 0.3, 0.5, 0.8, 1.0] {
+        for (index, cos) in [1.33, 1.5, 2.2].into_iter().flat_map(|index| COSINES.map(|cos| (index, cos))) {
+            let alpha = f64::from(alpha_of(roughness));
+            let wanted = once(alpha, cos.into(), Masking::Correlated, dielectric(index));
+            let seen = seen(&plastic(roughness, index), cos);
+            let reflected = |to_light: DVec3, _| f64::from(seen.towards(to_light.as_vec3()).0.x);
+            let got = integral(alpha, at(cos).as_dvec3(), reflected);
+            let name = format!("roughness {roughness}, index {index}, cosine {cos}: {got}, {wanted}");
+            assert!(got > wanted - ALBEDO_BOUND && got < wanted + SEVERAL_TIMES, "{name}");
+            assert!((got - f64::from(seen.albedo.x)).abs() < ALBEDO_BOUND, "{name}, {}", seen.albedo);
         }
     }
 }
@@ -124,27 +184,25 @@ fn a_white_metal_of_any_roughness_reflects_all_light() {
     }
 }
 
-/// Checks the light that is added to a ball in a furnace, compared with a renderer that reflects it once: the
-/// light that a metal reflects several times, in proportion to its reflectance, and next to nothing by the
-/// kind of masking.
+/// Checks the light that is added to a ball in a furnace, compared with a renderer that reflects it once: the light that a
+/// metal reflects several times, less of it where it reflects less, and next to nothing by the kind of masking.
 #[test]
 fn rough_metal_is_brighter_by_what_it_reflects_several_times() {
-    for (roughness, several_times, by_masking) in [(0.3, 0.0241, 0.0004), (0.5, 0.1334, 0.0033)] {
-        let alpha = f64::from(alpha_of(roughness));
-        let of = |masking| mean_of_ball(|cos| once(alpha, cos, masking)[0]);
+    for (roughness, several_times, by_masking) in
+        [(0.3, [0.0241, 0.0187], 0.0004), (0.5, [0.1334, 0.0816], 0.0033)]
+    {
+        let alpha = alpha_of(roughness);
+        let of = |masking| mean_of_ball(|cos| once(alpha.into(), cos, masking, white));
         let [correlated, separable] = [Masking::Correlated, Masking::Separable].map(of);
         let masking = correlated / separable - 1.0;
         assert!((masking - by_masking).abs() < 3e-4, "roughness {roughness}: {masking}");
-        let albedos = Albedos::new(alpha as f32);
-        for base in [1.0, 0.5] {
-            let mean = |of: fn(Vec3, [f32; 2]) -> Vec3, albedos: &dyn Fn(f64) -> [f32; 2]| {
-                mean_of_ball(|cos| f64::from(of(Vec3::splat(base), albedos(cos)).x))
-            };
-            let in_all = mean(albedo, &|cos| albedos.at(cos as f32));
-            let once =
-                mean(reflected_once, &|cos| once(alpha, cos, Masking::Correlated).map(|share| share as f32));
-            let added = in_all / once - 1.0;
-            let wanted = several_times * f64::from(base);
+        let albedos = Albedos::new(Layer { alpha, index: 1.5, is_glass: false });
+        for (base, wanted) in [1.0, 0.5].into_iter().zip(several_times) {
+            let metal = Fresnel::of_metal(Vec3::splat(base));
+            let in_all = |cos: f64| f64::from(Shares::new(albedos.at(cos as f32)).in_all(&metal)[0]);
+            let reflectance = |cos: f64| f64::from(metal.at(cos as f32)[0]);
+            let once = |cos| once(alpha.into(), cos, Masking::Correlated, reflectance);
+            let added = mean_of_ball(in_all) / mean_of_ball(once) - 1.0;
             assert!((added - wanted).abs() < 2e-3, "roughness {roughness}, {base}: {added}, not {wanted}");
         }
     }

@@ -4,9 +4,11 @@ use std::f32::consts::{FRAC_1_PI, PI};
 
 use glam::Vec3;
 
-use super::layer::{Albedos, Coat, LEAST_ALBEDO, LEAST_COSINE};
+use super::albedos::{Albedos, Shares};
+use super::layer::{Coat, LEAST_ALBEDO, LEAST_COSINE};
 use crate::lanes::{F32x8, LANES, Mask, Vec3x8, are_same};
 use crate::shade::area::AreaRadiance;
+use crate::shade::fresnel::Fresnel;
 use crate::shade::ggx;
 use crate::shade::light::LightSample;
 use crate::shade::mis::mis_weight;
@@ -27,7 +29,7 @@ pub struct SeenCoats {
     normal: Vec3x8,
     to_eye: Vec3x8,
     alpha: F32x8,
-    head_on: Vec3x8,
+    fresnel: Fresnel<F32x8>,
     gain: Vec3x8,
     /// Share of scattered light that the layer lets through to the eye.
     pub through: F32x8,
@@ -53,9 +55,9 @@ impl SeenCoats {
     /// rays see it.
     #[inline(always)]
     pub fn highlight(&self, light_sample: &LightSample, radiance: Option<AreaRadiance>) -> Vec3x8 {
-        let Self { alpha, head_on, normal, to_eye, gain, drawn_for, .. } = *self;
+        let Self { alpha, fresnel, normal, to_eye, gain, drawn_for, .. } = *self;
         let LightSample { direction, irradiance, .. } = *light_sample;
-        let reflected = ggx::reflected_lanes(alpha, head_on, normal, to_eye, direction);
+        let reflected = ggx::reflected_lanes(alpha, &fresnel, normal, to_eye, direction);
         let mut light = reflected * gain * irradiance;
         if let Some(radiance) = radiance {
             // both densities times the irradiance: they would be infinite where it is next to nothing
@@ -117,7 +119,7 @@ pub(super) struct CoatLanes<'a> {
     metallic: F32x8,
     metal: Vec3x8,
     metal_of_kept: Vec3x8,
-    clear: F32x8,
+    index: F32x8,
     solid: F32x8,
     emission: Vec3x8,
     albedos: [Option<&'a Albedos>; LANES],
@@ -130,7 +132,7 @@ impl<'a> CoatLanes<'a> {
         metallic: F32x8::ZERO,
         metal: Vec3x8::ZERO,
         metal_of_kept: Vec3x8::ZERO,
-        clear: F32x8::ZERO,
+        index: F32x8::ONE,
         solid: F32x8::ZERO,
         emission: Vec3x8::ZERO,
         albedos: [None; LANES],
@@ -162,7 +164,7 @@ impl<'a> CoatLanes<'a> {
             metallic: F32x8::splat(coat.metallic),
             metal: Vec3x8::splat(coat.metal),
             metal_of_kept: Vec3x8::splat(coat.metal_of_kept),
-            clear: F32x8::splat(coat.clear),
+            index: F32x8::splat(coat.index),
             solid: F32x8::splat(coat.solid),
             emission: Vec3x8::splat(coat.emission),
             albedos: [Some(&coat.albedos); LANES],
@@ -175,7 +177,7 @@ impl<'a> CoatLanes<'a> {
         self.metallic.set_lane(lane, coat.metallic);
         self.metal.set_lane(lane, coat.metal);
         self.metal_of_kept.set_lane(lane, coat.metal_of_kept);
-        self.clear.set_lane(lane, coat.clear);
+        self.index.set_lane(lane, coat.index);
         self.solid.set_lane(lane, coat.solid);
         self.emission.set_lane(lane, coat.emission);
         self.albedos[lane] = Some(&coat.albedos);
@@ -190,27 +192,23 @@ impl<'a> CoatLanes<'a> {
         [normal, geometric_normal]: [Vec3x8; 2],
         incoming: Vec3x8,
     ) -> SeenCoats {
-        let Self { alpha, metallic, clear, solid, has, .. } = *self;
-        let one = Vec3x8::splat(Vec3::ONE);
+        let Self { alpha, metallic, index, solid, has, .. } = *self;
         let [normal, to_eye] = seen_from(normal, geometric_normal, incoming);
-        let albedos = self.albedos_at(normal.dot(to_eye));
-        let clear = Vec3x8 { x: clear, y: clear, z: clear };
-        let metal = (self.metal + self.metal_of_kept * reflectance).min(one);
-        let head_on = clear + (metal - clear) * metallic;
-        let [of_clear, of_metal] = [clear, metal].map(|head_on| albedo_lanes(head_on, albedos));
-        let albedo = of_clear + (of_metal - of_clear) * metallic;
-        let once = reflected_once_lanes(head_on, albedos);
+        let metal = (self.metal + self.metal_of_kept * reflectance).min(Vec3x8::splat(Vec3::ONE));
+        let fresnel = Fresnel { metal: metal.into(), metallic, index };
+        let shares = self.shares_at(normal.dot(to_eye));
+        let [once, albedo] = [shares.once(&fresnel), shares.in_all(&fresnel)].map(Vec3x8::from);
         let gain = |albedo: F32x8, once: F32x8| {
             // a surface that reflects nothing needs no factor
             once.gt(F32x8::splat(LEAST_ALBEDO)).select(albedo / once, F32x8::ONE) * solid * F32x8::splat(PI)
         };
         let gain = Vec3x8 { x: gain(albedo.x, once.x), y: gain(albedo.y, once.y), z: gain(albedo.z, once.z) };
-        let through = (F32x8::ONE - of_clear.x).max(F32x8::ZERO).min(F32x8::ONE);
+        let through = (F32x8::ONE - shares.clear).max(F32x8::ZERO).min(F32x8::ONE);
         SeenCoats {
             normal,
             to_eye,
             alpha,
-            head_on,
+            fresnel,
             gain: has.select3(gain, Vec3x8::ZERO),
             through: has.select(through, F32x8::ONE),
             added: has.select3(self.emission * (F32x8::ONE - through), Vec3x8::ZERO),
@@ -222,27 +220,15 @@ impl<'a> CoatLanes<'a> {
 
     /// [`Albedos::at`] the cosines of eight surfaces.
     #[inline]
-    fn albedos_at(&self, cos: F32x8) -> [F32x8; 2] {
-        let mut all = [F32x8::ZERO; 2];
+    fn shares_at(&self, cos: F32x8) -> Shares<F32x8> {
+        let mut all = Shares::<F32x8>::none();
         for (lane, albedos) in self.albedos.iter().enumerate() {
-            let of_lane = albedos.map_or([1.0, 0.0], |albedos| albedos.at(cos.lane(lane)));
+            let Some(albedos) = albedos else { continue };
+            let of_lane = albedos.at(cos.lane(lane));
             all.iter_mut().zip(of_lane).for_each(|(all, value)| all.set_lane(lane, value));
         }
-        all
+        Shares::new(all)
     }
-}
-
-/// [`reflected_once`](super::layer::reflected_once) for eight surfaces.
-#[inline(always)]
-fn reflected_once_lanes(head_on: Vec3x8, [all, white]: [F32x8; 2]) -> Vec3x8 {
-    head_on * all + (Vec3x8::splat(Vec3::ONE) - head_on) * white
-}
-
-/// [`albedo`](fn@super::layer::albedo) for eight surfaces.
-#[inline(always)]
-fn albedo_lanes(head_on: Vec3x8, [all, white]: [F32x8; 2]) -> Vec3x8 {
-    let several_times = head_on * ((F32x8::ONE - all).max(F32x8::ZERO) / all);
-    reflected_once_lanes(head_on, [all, white]) * (Vec3x8::splat(Vec3::ONE) + several_times)
 }
 
 /// [`facing`](super::layer::facing) for eight surfaces.

@@ -1,12 +1,15 @@
 //! The layer of one surface, as one ray sees it.
 
 use std::f32::consts::PI;
+use std::sync::Arc;
 
 use glam::Vec3;
 
+use super::albedos::{Albedos, Shares};
 use crate::scene::material::LEAST_ALPHA;
+use crate::shade::fresnel::Fresnel;
 use crate::shade::ggx;
-use crate::shade::sampling::{PathRandom, orthonormal};
+use crate::shade::sampling::orthonormal;
 
 /// Least cosine to the eye that is used in formulas: below it, a direction counts as lying in the surface.
 pub const LEAST_COSINE: f32 = 1e-4;
@@ -27,16 +30,16 @@ pub struct Coat {
     /// that samples store.
     pub metal: Vec3,
     pub metal_of_kept: Vec3,
-    /// Reflectance, at right angles, of the part that is not metal; it lets light through.
-    pub clear: f32,
+    /// Index of refraction of the part that is not metal, 1 or more; it lets light through.
+    pub index: f32,
     /// Share of light that does not pass straight through.
     pub solid: f32,
     /// Emission (`Ke`), which the layer does not dim.
     pub emission: Vec3,
-    pub albedos: Albedos,
+    pub albedos: Arc<Albedos>,
     /// Alpha as paths see it that have been scattered before.
     pub alpha_of_paths: f32,
-    pub albedos_of_paths: Albedos,
+    pub albedos_of_paths: Arc<Albedos>,
 }
 
 /// Kind of ray that sees a surface.
@@ -47,66 +50,6 @@ pub enum SeenBy {
     /// A path that has been scattered before. Smooth surfaces focus lights and the sun; few paths find such
     /// light, each of which is a spark. To paths these surfaces are rougher.
     Path,
-}
-
-/// Reflection of light from all around by microfacets of one roughness, by the cosine to the eye.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Albedos {
-    /// Albedos in even steps of the cosine from 0 to 1: the share that white microfacets reflect, and the
-    /// part of it that is white in Schlick's formula.
-    pub steps: [[f32; 2]; Albedos::STEPS + 1],
-}
-
-impl Albedos {
-    /// Number of steps: with 64, lines are within 1e-3 of the fifth power in Schlick's formula.
-    const STEPS: usize = 64;
-
-    /// Number of directions by which each is measured: the error of an evenly spread sequence is below 1e-3.
-    const SAMPLES: u32 = 1024;
-
-    pub fn new(alpha: f32) -> Self {
-        let random = |index| {
-            let [along, above, ..] = PathRandom::new(0, index).four(0);
-            [along, above]
-        };
-        let randoms: Vec<[f32; 2]> = (0..Self::SAMPLES).map(random).collect();
-        let steps = std::array::from_fn(|step| {
-            let cos = (step as f32 / Self::STEPS as f32).max(LEAST_COSINE);
-            let to_eye = Vec3::new((1.0 - cos * cos).max(0.0).sqrt(), 0.0, cos);
-            let (mut all, mut white) = (0.0, 0.0);
-            for random in &randoms {
-                let to_light = ggx::sample(alpha, to_eye, *random);
-                let weight = ggx::sample_weight(alpha, Vec3::ONE, to_eye, to_light).x;
-                all += weight;
-                white += weight * ggx::grazing((to_eye + to_light).normalize().dot(to_eye));
-            }
-            [all, white].map(|sum| sum / Self::SAMPLES as f32)
-        });
-        Self { steps }
-    }
-
-    /// Interpolates both between the steps.
-    #[inline]
-    pub fn at(&self, cos: f32) -> [f32; 2] {
-        let at = cos.clamp(0.0, 1.0) * Self::STEPS as f32;
-        let step = (at as usize).min(Self::STEPS - 1);
-        let rest = at - step as f32;
-        let [low, high] = [self.steps[step], self.steps[step + 1]];
-        [0, 1].map(|of| low[of] + (high[of] - low[of]) * rest)
-    }
-}
-
-/// Share of light from all around that microfacets reflect once.
-#[inline]
-pub fn reflected_once(head_on: Vec3, [all, white]: [f32; 2]) -> Vec3 {
-    head_on * all + (Vec3::ONE - head_on) * white
-}
-
-/// Share of light from all around that microfacets reflect once or several times.
-#[inline]
-pub fn albedo(head_on: Vec3, [all, white]: [f32; 2]) -> Vec3 {
-    let several_times = head_on * ((1.0 - all).max(0.0) / all);
-    reflected_once(head_on, [all, white]) * (Vec3::ONE + several_times)
 }
 
 impl Coat {
@@ -135,21 +78,18 @@ impl Coat {
         let to_eye = Vec3::new(to_eye[0], to_eye[1], to_eye[2].max(LEAST_COSINE));
         // an eye in the surface sees it from no direction: treated as if above
         let to_eye = to_eye.try_normalize().unwrap_or(Vec3::Z);
-        let (clear, metallic) = (Vec3::splat(self.clear), self.metallic);
         let metal = (self.metal + self.metal_of_kept * reflectance).min(Vec3::ONE);
-        let head_on = clear + (metal - clear) * metallic;
-        let albedos = albedos.at(to_eye.z);
-        let [of_clear, of_metal] = [clear, metal].map(|head_on| albedo(head_on, albedos));
-        let albedo = of_clear + (of_metal - of_clear) * metallic;
-        let once = reflected_once(head_on, albedos);
+        let fresnel = Fresnel { metal: metal.to_array(), metallic: self.metallic, index: self.index };
+        let shares = Shares::new(albedos.at(to_eye.z));
+        let [once, albedo] = [shares.once(&fresnel), shares.in_all(&fresnel)].map(Vec3::from);
         // a surface that reflects nothing needs no factor
         let gain = Vec3::select(once.cmpgt(Vec3::splat(LEAST_ALBEDO)), albedo / once, Vec3::ONE);
-        let through = (1.0 - of_clear.x).clamp(0.0, 1.0);
+        let through = (1.0 - shares.clear).clamp(0.0, 1.0);
         SeenCoat {
             axes,
             to_eye,
             alpha,
-            head_on,
+            fresnel,
             gain: gain * self.solid,
             albedo: albedo * self.solid,
             through,
@@ -175,7 +115,7 @@ pub struct SeenCoat {
     /// Direction to the eye in the surface's space.
     to_eye: Vec3,
     pub(super) alpha: f32,
-    pub(super) head_on: Vec3,
+    pub(super) fresnel: Fresnel<f32>,
     /// Factor for the light that microfacets reflect once.
     pub(super) gain: Vec3,
     /// Share of light from all around that is reflected to the eye.
@@ -207,7 +147,7 @@ impl SeenCoat {
     pub fn reflect(&self, random: [f32; 2]) -> Option<Reflected> {
         if self.is_smooth() {
             let Vec3 { x, y, z } = self.to_eye;
-            let weight = ggx::schlick(self.head_on, z) * self.gain;
+            let weight = Vec3::from(self.fresnel.at(z)) * self.gain;
             return Some(Reflected { direction: self.to_world(Vec3::new(-x, -y, z)), weight, density: None });
         }
         let to_light = ggx::sample(self.alpha, self.to_eye, random);
@@ -216,7 +156,7 @@ impl SeenCoat {
         }
         Some(Reflected {
             direction: self.to_world(to_light),
-            weight: ggx::sample_weight(self.alpha, self.head_on, self.to_eye, to_light) * self.gain,
+            weight: ggx::sample_weight(self.alpha, &self.fresnel, self.to_eye, to_light) * self.gain,
             density: Some(ggx::density(self.alpha, self.to_eye, to_light)),
         })
     }
@@ -226,7 +166,7 @@ impl SeenCoat {
     /// smooth.
     pub fn towards(&self, direction: Vec3) -> (Vec3, f32) {
         let to_light = self.to_local(direction);
-        let reflected = ggx::reflected(self.alpha, self.head_on, self.to_eye, to_light) * self.gain;
+        let reflected = ggx::reflected(self.alpha, &self.fresnel, self.to_eye, to_light) * self.gain;
         (reflected, ggx::density(self.alpha, self.to_eye, to_light))
     }
 
@@ -249,7 +189,7 @@ impl SeenCoat {
     }
 
     /// Returns true if the lobe is so narrow that what it shows is seen as in a mirror. Paths see no narrower
-    /// one.
+    /// one, but for glass.
     pub fn is_narrow(&self) -> bool {
         self.alpha < LEAST_ALPHA_OF_PATHS
     }
