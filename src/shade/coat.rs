@@ -2,7 +2,7 @@
 //! that is reflected between them, above a surface that scatters the light that the layer lets through.
 //!
 //! - *Each microfacet* reflects what Fresnel's equations say of a dielectric, or Schlick's formula of a metal:
-//!   [`fresnel`](super::fresnel).
+//!   [`fresnel`].
 //! - *Light reflected several times* between microfacets is added to the lobe of the first reflection, as a
 //!   factor (Turquin, "Practical multiple scattering compensation for microfacet models", 2019), so that a
 //!   white metal reflects all light however rough it is. How much it is of a colour, `albedos.rs` says.
