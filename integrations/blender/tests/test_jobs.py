@@ -71,7 +71,7 @@ class Jobs(FakeRenderer):
         self.scene.frame_end = 3
         self.scene.render.use_multiview = True
         # a warning of both is told once
-        self.floor.visible_shadow = False
+        self.floor.is_shadow_catcher = True
         told, print_of = [], builtins.print
         builtins.print = lambda *values, **more: told.append(values)
         self.scene.render.filepath = os.path.join(self.scratch.name, "f.####")
