@@ -51,6 +51,11 @@ class Materials:
             evaluator.said = [f"cannot be read ({type(error).__name__}: {error}) and is shown in grey"]
         if evaluator.asked:
             self._probe(material, surface, evaluator)
+        for each in fields(surface):
+            value = getattr(surface, each.name)
+            if isinstance(value, np.ndarray) and value.shape[:2] == (1, 1) and np.isnan(value).any():
+                evaluator.say("values of it that are not numbers are 0 (check its drivers)")
+                setattr(surface, each.name, np.nan_to_num(value, nan=0.0))
         return surface, evaluator
 
     def shown(self, material):

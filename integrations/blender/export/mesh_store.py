@@ -26,6 +26,7 @@ class Stored:
         if store.is_watched:
             self.watch(time, geometry.positions)
         self.bounds = geometry.positions.min(axis=0), geometry.positions.max(axis=0)
+        self.reach = meshes.reach_of(geometry.positions)
 
     @functools.cached_property
     def boxes(self):
@@ -250,8 +251,10 @@ class MeshStore:
         if before is not None and before.geometry.topology == topology:
             if abs(self.time - before.last_time - self.step) < 1e-6:
                 positions = meshes.read_positions(mesh)
-                if np.isfinite(positions).all():
+                reach = meshes.reach_of(positions)
+                if np.isfinite(reach):
                     before.add_shape(self.time, positions)
+                    before.reach = max(before.reach, reach)
                     return before
         geometry = meshes.read_geometry(mesh, topology, self.materials.attributes(materials))
         if geometry is None or not len(geometry.triangles):
@@ -261,8 +264,8 @@ class MeshStore:
         # all are asked, so that each is told
         if not any([self.materials.is_there(materials[slot]) for slot in np.unique(geometry.slots)]):
             return None
-        if not meshes.is_finite(geometry):
-            self.warnings.add(f"object `{name}` is left out where vertices of its mesh are not at finite numbers")
+        if not np.isfinite(meshes.reach_of(geometry.positions)):
+            self.warnings.add(f"object `{name}` is left out where vertices of its mesh are not at finite numbers, or farther than {meshes.FARTHEST:g} away")
             return None
         if before is not None and np.array_equal(before.geometry.positions, geometry.positions) and before.geometry.topology == topology:
             if not before.deforms:

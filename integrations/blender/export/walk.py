@@ -10,6 +10,7 @@ from . import lights
 from .at_rest import AtRest, may_change, state_of, surroundings_of, values_of
 from .camera import TO_Y_UP
 from .clipping import Clipping
+from .meshes import FARTHEST
 from .visibility import Visibility
 from .warnings import Cancelled, ExportError
 from .world import World
@@ -19,6 +20,8 @@ STEPS_A_FRAME = 4
 
 LEAST_SCALE = 1e-8
 """What is smaller by more is not there: the renderer takes factors down to 1e-9."""
+LARGEST_SCALE = 1e9
+"""What is scaled by more the renderer refuses."""
 LEAST_THICKNESS = 1e-6
 """Of flat things, beside their largest scale."""
 
@@ -216,6 +219,9 @@ class Walk:
         key = self._key(instance, item, seen)
         mesh = self.meshes.of(instance, item)
         if mesh is None:
+            return
+        if np.linalg.norm(linear) > LARGEST_SCALE or np.abs(linear).sum() * mesh.reach + np.abs(matrix[:3, 3]).max() > FARTHEST:
+            self.warnings.add(f"object `{item.name}` is left out where it is too large or too far away to be shown (check its drivers and constraints)")
             return
         placed = self.placed.get(key)
         if placed is None:
