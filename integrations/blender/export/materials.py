@@ -54,7 +54,7 @@ class Materials:
         for each in fields(surface):
             value = getattr(surface, each.name)
             if isinstance(value, np.ndarray) and value.shape[:2] == (1, 1) and np.isnan(value).any():
-                evaluator.say("values of it that are not numbers are 0 (check its drivers)")
+                evaluator.say("its values that are not numbers are 0 (check its drivers)")
                 setattr(surface, each.name, np.nan_to_num(value, nan=0.0))
         return surface, evaluator
 

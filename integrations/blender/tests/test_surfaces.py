@@ -77,7 +77,7 @@ class Surfaces(support.ExportCase):
     def test_a_value_at_nan_is_told_by_the_name_of_its_material(self):
         values = self.exported(principled("Odd", Roughness=float("nan"))[0])["material"][0]
         self.assertEqual((values["pr"], len(self.warnings())), (0, 1))
-        self.assertRegex(self.warnings()[0], "material `Odd`: values of it that are not numbers")
+        self.assertRegex(self.warnings()[0], "material `Odd`: its values that are not numbers")
 
     def test_rough_glass_is_as_rough(self):
         rough, _ = principled("Rough", Transmission_Weight=1.0, Roughness=0.4)
