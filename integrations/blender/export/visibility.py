@@ -5,6 +5,9 @@ from .lights import subject_of
 from .rays import KINDS, Seen, in_order
 
 
+VISIBLE = {kind: f"visible_{kind}" for kind in KINDS}
+
+
 class Visibility:
     """What a view layer and its objects say of it. What is left out is told once."""
 
@@ -27,7 +30,8 @@ class Visibility:
         return self.known[key]
 
     def _of(self, item, parent):
-        hidden = {kind for kind in KINDS if not (getattr(item, f"visible_{kind}") and getattr(parent, f"visible_{kind}"))}
+        both = (item,) if parent is item else (item, parent)
+        hidden = {kind for each in both for kind, key in VISIBLE.items() if not getattr(each, key)}
         # layers know what makes instances, which may not be in them; a holdout is seen by the camera
         holdout = parent.original.holdout_get(view_layer=self.layer)
         if not holdout and parent.original.indirect_only_get(view_layer=self.layer):

@@ -51,6 +51,13 @@ def thickened(linear):
     return out @ np.diag(np.maximum(sizes, max(sizes[0] * LEAST_THICKNESS, LEAST_SCALE))) @ back
 
 
+def is_taken(matrix, reach):
+    """Returns true if the renderer takes a mesh whose coordinates reach so far, where a matrix puts it."""
+    rows = matrix.tolist()
+    largest = 3 * max(abs(value) for row in rows[:3] for value in row[:3])
+    return largest <= LARGEST_SCALE and largest * reach + max(abs(row[3]) for row in rows[:3]) <= FARTHEST
+
+
 class Placed:
     """One copy of a mesh, where it is and to which rays it shows itself: `matrices` from times to row-major 4x4 matrices in the shot's axes."""
 
@@ -220,7 +227,7 @@ class Walk:
         mesh = self.meshes.of(instance, item)
         if mesh is None:
             return
-        if np.linalg.norm(linear) > LARGEST_SCALE or np.abs(linear).sum() * mesh.reach + np.abs(matrix[:3, 3]).max() > FARTHEST:
+        if not is_taken(matrix, mesh.reach):
             self.warnings.add(f"object `{item.name}` is left out where it is too large or too far away to be shown (check its drivers and constraints)")
             return
         placed = self.placed.get(key)
