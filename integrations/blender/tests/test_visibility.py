@@ -2,6 +2,7 @@
 """What view layers, objects, films and lenses say of what is seen. Needs bpy; the renderer is not asked."""
 
 import os
+import types
 import unittest
 
 import bpy
@@ -55,6 +56,19 @@ class Visibility(support.ExportCase):
         self.floor.visible_shadow = self.floor.visible_diffuse = False
         self.assertEqual(self.hidden(), {"Floor": [["diffuse", "shadow"]]})
         self.assertEqual(self.warnings(), [])
+
+    def test_what_has_surfaces_or_instances_has_a_panel_of_rays(self):
+        panel = bpy.types.AFTERIMAGE_PT_ray_visibility
+        lamp = support.add(self.scene, "Lamp", bpy.data.lights.new("Lamp", "POINT"))
+        copy = support.add(self.scene, "Copy", None)
+        copy.instance_type = "COLLECTION"
+        context = lambda item, engine="AFTERIMAGE": types.SimpleNamespace(object=item, engine=engine)
+        self.assertEqual([panel.poll(context(item)) for item in (self.floor, copy, lamp, None)], [True, True, False, False])
+        self.assertFalse(panel.poll(context(self.floor, "CYCLES")))
+        drawn = []
+        layout = types.SimpleNamespace(prop=lambda item, name, text: drawn.append((item.name, name)))
+        support.extension().panels.AFTERIMAGE_PT_ray_visibility.draw(types.SimpleNamespace(layout=layout), context(self.floor))
+        self.assertEqual(drawn, [("Floor", f"visible_{kind}") for kind in ("camera", "diffuse", "glossy", "transmission", "shadow")])
 
     def test_there_are_no_rays_that_volumes_scatter(self):
         self.floor.visible_volume_scatter = False
@@ -396,6 +410,12 @@ class LightPaths(support.ExportCase):
         self.mixed(either.outputs[0], self.node("BsdfGlass", IOR=1.25), self.node("BsdfTransparent"))
         hidden, values = self.found()
         self.assertEqual((hidden, values["illum"], values["ni"], self.warnings()), (["diffuse", "shadow"], 7, 1.25, []))
+
+    def test_the_colour_of_what_is_clear_to_shadow_rays_is_told(self):
+        self.material()
+        self.mixed("Is Shadow Ray", self.node("BsdfGlass"), self.node("BsdfTransparent", Color=(0.5, 0, 0, 1)))
+        self.assertEqual(self.found()[0], ["shadow"])
+        self.assertEqual(self.warnings(), ["material `Trick`: the colour of its transparent shader is left out"])
 
     def test_alpha_and_groups_tell_rays_apart_as_well(self):
         self.material()
