@@ -79,7 +79,8 @@ class Evaluator:
     """Evaluates the sockets of one material. `said` lists what was replaced; `uv` is the map and the mapping of its pictures.
 
     `attribute` gives the values of colour attributes by their names, as values of height n and width 1 for n corners; without it they are
-    white. `asked` has the names that were asked for. `ray`: the kind of rays for which nodes are evaluated (any other name: for none of them); None for all at once.
+    white. `asked` has the names that were asked for. `ray`: the kind of rays for which nodes are evaluated (any other name: for none of
+    them); None for all at once.
     """
 
     def __init__(self, images, attribute=None, ray=None):

@@ -111,7 +111,8 @@ class VisibilityBesideCycles(beside_cycles.BesideCycles):
 
     def test_rays_do_not_meet_materials_that_are_clear_to_them(self):
         # what lights the floor is what shines without a ray, so that no diffuse ray counts
-        for output, places in (("Is Camera Ray", {"itself"}), ("Is Glossy Ray", {"mirror", "pane"}), ("Is Transmission Ray", {"pane"}), ("Is Shadow Ray", {"shadow"})):
+        places_of = {"Is Camera Ray": {"itself"}, "Is Glossy Ray": {"mirror", "pane"}, "Is Transmission Ray": {"pane"}, "Is Shadow Ray": {"shadow"}}
+        for output, places in places_of.items():
             with self.subTest(output):
                 self.scene = support.empty()
                 subject = self.stage()
