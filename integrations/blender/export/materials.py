@@ -56,6 +56,8 @@ class Materials:
             if isinstance(value, np.ndarray) and value.shape[:2] == (1, 1) and np.isnan(value).any():
                 evaluator.say("its values that are not numbers are 0 (check its drivers)")
                 setattr(surface, each.name, np.nan_to_num(value, nan=0.0))
+        if surface.seen.holdout and is_veil(surface):
+            evaluator.say("its holdout is a whole one also where it is clear in part")
         return surface, evaluator
 
     def shown(self, material):
@@ -98,6 +100,10 @@ class Materials:
     def visibility(self, material):
         """To which rays faces of a material show themselves."""
         return self.surface(material)[0].seen
+
+    def is_veil(self, material):
+        """Returns true if a material is clear in part."""
+        return is_veil(self.surface(material)[0])
 
     def _tell(self, material, evaluator):
         """Tells what was replaced of a material."""
@@ -287,6 +293,12 @@ def summary(value):
 def is_soft(alpha):
     """Returns true if more than a tenth of what is there is so in part: more than the edges of leaves."""
     return int(((alpha > 0.1) & (alpha < 0.9)).sum()) > SOFT_SHARE * int((alpha > 0.1).sum())
+
+
+def is_veil(surface):
+    """Returns true if a surface is clear in part, and not cut out alone."""
+    alpha = surface.alpha
+    return float(alpha.max()) < 1 if alpha.shape[:2] == (1, 1) else is_soft(alpha)
 
 
 def undimmed(light, alpha):

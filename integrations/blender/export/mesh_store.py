@@ -92,6 +92,10 @@ class Stored:
         for same in groups.values():
             yield materials[same[0]], np.flatnonzero(np.isin(slots, same))
 
+    def has_veils(self):
+        """Returns true if faces of it are clear in part."""
+        return any(self.store.materials.is_veil(material) for material, _ in self._slots())
+
     def _uvs(self, material):
         """Texture coordinates of a material, moved by the mapping of its pictures; None if it has no pictures."""
         uv = self.store.materials.uv(material)

@@ -79,6 +79,7 @@ def model_tables(walk, folder, progress):
             groups = by_mesh.setdefault(id(stored), (stored, {}))[1]
             groups.setdefault(seen, []).append(Copy(placed.name, runs, placed.matrices, walk.times))
     grid = Grid(walk.times)
+    tell_whole_holdouts(by_mesh, walk.warnings)
     for stored, groups in by_mesh.values():
         count = itertools.count(1)
         for (source, of_faces), (of_copies, copies) in itertools.product(stored.models(), groups.items()):
@@ -91,6 +92,15 @@ def model_tables(walk, folder, progress):
                 names += [copy.name for copy in copies]
                 out += write(arrays, copies) if write else [model(copy, source, walk.times) for copy in copies]
     return out, names
+
+
+def tell_whole_holdouts(by_mesh, warnings):
+    """Tells of objects that are holes to the camera as a whole, where Blender has a hole in part."""
+    for stored, groups in by_mesh.values():
+        names = dict.fromkeys(copy.name for seen, copies in groups.items() if seen.keys().get("holdout") for copy in copies)
+        if names and stored.has_veils():
+            for name in names:
+                warnings.add(f"object `{name}`: its holdout is a whole one also where its materials are clear in part")
 
 
 def divided(copies, grid, times):

@@ -139,6 +139,16 @@ class Visibility(support.ExportCase):
         self.floor.visible_camera = False
         self.assertNotIn("holdout", self.model("Floor"))
 
+    def test_a_holdout_of_a_veil_is_told(self):
+        material, node = principled("Veil", Alpha=0.5)
+        self.floor.data.materials.append(material)
+        self.floor.is_holdout = True
+        self.assertTrue(self.model("Floor")["holdout"])
+        self.told_once("`Floor`", "holdout is a whole one")
+        node.inputs["Alpha"].default_value = 1
+        self.export()
+        self.assertEqual(self.warnings(), [])
+
     def test_a_collection_may_be_a_holdout(self):
         collection = self.within(self.floor)
         collection.holdout = True
@@ -510,13 +520,13 @@ class LightPaths(support.ExportCase):
         self.assertEqual((shot["model"][0]["holdout"], shot["model"][0].get("hidden_from")), (True, None))
         self.assertEqual((shot["material"][0]["kd"], self.warnings()), ([1, 0, 0], []))
 
-    def test_a_holdout_that_is_cut_out_is_a_hole_and_one_that_is_mixed_is_told(self):
+    def test_a_holdout_that_is_clear_in_part_or_mixed_is_told(self):
         self.material()
         share = self.node("Value")
         share.outputs[0].default_value = 0.5
         self.mixed(share.outputs[0], self.node("BsdfTransparent"), self.node("Holdout"))
-        shot = self.export()
-        self.assertEqual((shot["model"][0]["holdout"], shot["material"][0]["d"], self.warnings()), (True, 0.5, []))
+        self.assertTrue(self.export()["model"][0]["holdout"])
+        self.assertEqual(self.warnings(), ["material `Trick`: its holdout is a whole one also where it is clear in part"])
         self.mixed(share.outputs[0], self.node("BsdfDiffuse"), self.node("Holdout"))
         self.assertNotIn("holdout", self.export()["model"][0])
         self.assertEqual(self.warnings(), ["material `Trick`: its holdout is black beside other shaders"])
