@@ -19,9 +19,15 @@ PLACES = {
     "pane": (-0.16, -5.5, 1.35),
 }
 """Points of a stage: of a green subject; of the floor beside it, which it lights; of its shadow; of a mirror and a pane of glass, in which it is seen."""
+HALVES = {"left": (-1.6, -0.08, 1.1), "right": (-0.98, 0.04, 1.1)}
+"""Points of both halves of the subject."""
 
 
 class VisibilityBesideCycles(beside_cycles.BesideCycles):
+    def setUp(self):
+        super().setUp()
+        self.places = dict(PLACES)
+
     def stage(self):
         """The subject, and all ways in which it is seen. Returns its object."""
         scene = self.scene
@@ -48,7 +54,7 @@ class VisibilityBesideCycles(beside_cycles.BesideCycles):
     def colors(self, picture):
         """Mean colours of a few pixels around each place."""
         found, (height, width) = {}, picture.shape[:2]
-        for name, place in PLACES.items():
+        for name, place in self.places.items():
             across, up, _ = world_to_camera_view(self.scene, self.camera, Vector(place))
             row, column = round((1 - up) * height), round(across * width)
             found[name] = picture[row - 2 : row + 2, column - 2 : column + 2].mean(axis=(0, 1))
@@ -131,13 +137,9 @@ class VisibilityBesideCycles(beside_cycles.BesideCycles):
             polygon.material_index = (index + 1) % 2
         subject.data = mesh
         self.clear_to("Is Camera Ray", subject)
-        PLACES["left"] = (-1.6, -0.08, 1.1)
-        PLACES["right"] = (-0.98, 0.04, 1.1)
-        try:
-            after = self.alike()
-        finally:
-            del PLACES["left"], PLACES["right"]
-        self.assertEqual([after[name][1] > 1 for name in ("left", "right")], [True, False])
+        self.places.update(HALVES)
+        after = self.alike()
+        self.assertEqual([after[name][1] > 1 for name in HALVES], [True, False])
         self.assertGreater(before["itself"][1], 1)
 
     def test_a_mesh_lamp_that_the_camera_does_not_see_shines_as_in_cycles(self):
@@ -166,6 +168,35 @@ class VisibilityBesideCycles(beside_cycles.BesideCycles):
                 after = self.alike()
                 self.assert_changes(before, after, {"itself"})
                 self.assertEqual(after["itself"].tolist(), [0, 0, 0, 0])
+
+    def test_a_holdout_that_is_cut_out_is_a_hole_where_it_is(self):
+        subject = self.stage()
+        subject.is_holdout = True
+        subject.data.uv_layers.new().data.foreach_set("uv", np.array([0, 0, 1, 0, 1, 1, 0, 1], dtype=np.float32))
+        tree = subject.data.materials[0].node_tree
+        source = tree.nodes.new("ShaderNodeTexImage")
+        source.image, source.interpolation = bpy.data.images.new("Right", 16, 16), "Closest"
+        source.image.colorspace_settings.name = "Non-Color"
+        pixels = np.ones((16, 16, 4), dtype=np.float32)
+        pixels[:, :8, :3] = 0
+        source.image.pixels.foreach_set(pixels.ravel())
+        tree.links.new(source.outputs["Color"], tree.nodes["Principled BSDF"].inputs["Alpha"])
+        # its edge lies in the mirror as well, where pixels are of both halves
+        del self.places["mirror"]
+        self.places.update(HALVES)
+        found = self.alike()
+        np.testing.assert_allclose([found[name] for name in HALVES], [[0.1, 0.1, 0.2, 1], [0, 0, 0, 0]], atol=1e-3)
+
+    def test_glass_that_is_clear_to_shadow_rays_casts_none_with_caustics_either(self):
+        for caustics in (False, True):
+            with self.subTest(caustics=caustics):
+                self.scene = support.empty()
+                self.scene.afterimage.caustics = caustics
+                subject = self.stage()
+                subject.data.materials[0] = principled("Clear", Transmission_Weight=1.0, Roughness=0.0, IOR=1.0001, Base_Color=(1, 1, 1, 1))[0]
+                self.clear_to("Is Shadow Ray", subject)
+                found = self.alike()
+                self.assertGreater(found["shadow"][0], 0.3)
 
     def test_a_holdout_shader_is_a_hole_to_the_camera_and_black_to_others(self):
         subject = self.stage()
