@@ -3,6 +3,8 @@
 
 import bpy
 
+from .export.rays import KINDS
+
 
 class Panel:
     """What all panels of the engine have in common."""
@@ -85,7 +87,28 @@ class AFTERIMAGE_PT_passes(Panel, bpy.types.Panel):
         layout.prop(context.scene.afterimage, "denoising_data")
 
 
-CLASSES = (AFTERIMAGE_PT_sampling, AFTERIMAGE_PT_reuse, AFTERIMAGE_PT_film, AFTERIMAGE_PT_passes)
+class AFTERIMAGE_PT_ray_visibility(Panel, bpy.types.Panel):
+    """Kinds of rays that meet an object."""
+
+    bl_label = "Ray Visibility"
+    bl_context = "object"
+    bl_parent_id = "OBJECT_PT_visibility"
+
+    @classmethod
+    def poll(cls, context):
+        """Shows it for what has surfaces, or makes instances of them."""
+        item = context.object
+        has_surfaces = item and (item.type in {"MESH", "CURVE", "SURFACE", "FONT", "META"} or item.instance_type == "COLLECTION")
+        return bool(has_surfaces) and super().poll(context)
+
+    def draw(self, context):
+        """Draws it."""
+        layout = columns(self.layout)
+        for kind in KINDS:
+            layout.prop(context.object, f"visible_{kind}", text=kind.capitalize())
+
+
+CLASSES = (AFTERIMAGE_PT_sampling, AFTERIMAGE_PT_reuse, AFTERIMAGE_PT_film, AFTERIMAGE_PT_passes, AFTERIMAGE_PT_ray_visibility)
 NOT_OURS = {
     "VIEWLAYER_PT_filter",
     "VIEWLAYER_PT_layer_passes",

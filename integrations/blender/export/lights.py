@@ -24,6 +24,9 @@ def light_of(instance, data, settings, warnings):
     if not np.isfinite(matrix).all():
         warnings.add(f"light `{name}` is left out: its place is not a finite number")
         return None
+    if not math.isfinite(data.energy):
+        warnings.add(f"light `{name}` is left out: its power is not a finite number")
+        return None
     matrix = TO_Y_UP @ matrix
     place = matrix[:3, 3]
     axes = matrix[:3, :3]

@@ -10,7 +10,8 @@ from .at_rest import values_of
 from .images import safe
 from .meshes import digest_of
 from .nodes import Evaluator, alike, constant
-from .surfaces import BLENDED, Surface, surface_of
+from .rays import Seen
+from .surfaces import BLENDED, Surface, surface_of, surface_to_all
 
 LEAST_ALPHA = 1e-3
 """Alpha below which what a surface shows is not known from the light that is left."""
@@ -40,17 +41,23 @@ class Materials:
 
     def _read(self, material):
         """Reads the surface of a material, as it is now."""
-        evaluator = Evaluator(self.images)
         if material is None:
-            return Surface(), evaluator
+            return Surface(), Evaluator(self.images)
         try:
-            surface = surface_of(evaluator, material)
+            surface, evaluator = surface_to_all(lambda ray: Evaluator(self.images, ray=ray), material)
         except (AttributeError, IndexError, KeyError, TypeError, ValueError, RuntimeError) as error:
             # a node of an unknown version must not end the export
-            surface = Surface()
+            surface, evaluator = Surface(), Evaluator(self.images)
             evaluator.said = [f"cannot be read ({type(error).__name__}: {error}) and is shown in grey"]
         if evaluator.asked:
             self._probe(material, surface, evaluator)
+        for each in fields(surface):
+            value = getattr(surface, each.name)
+            if isinstance(value, np.ndarray) and value.shape[:2] == (1, 1) and np.isnan(value).any():
+                evaluator.say("its values that are not numbers are 0 (check its drivers)")
+                setattr(surface, each.name, np.nan_to_num(value, nan=0.0))
+        if surface.seen.holdout and is_veil(surface):
+            evaluator.say("its holdout is a whole one also where it is clear in part")
         return surface, evaluator
 
     def shown(self, material):
@@ -70,7 +77,7 @@ class Materials:
 
     def _probe(self, material, surface, evaluator):
         """Finds out what depends on colour attributes: how a surface with others differs. The base colour alone may."""
-        other = surface_of(Evaluator(self.images, lambda name: constant(0.25, 0.5, 0.75)), material)
+        other = surface_of(Evaluator(self.images, lambda name: constant(0.25, 0.5, 0.75), evaluator.ray), material)
         differs = [part for part in (*BLENDED, "emission", "alpha") if not np.array_equal(getattr(surface, part), getattr(other, part))]
         if "base" in differs:
             if surface.base.shape[:2] != (1, 1):
@@ -90,6 +97,14 @@ class Materials:
             self._tell(material, evaluator)
         return surface.is_there
 
+    def visibility(self, material):
+        """To which rays faces of a material show themselves."""
+        return self.surface(material)[0].seen
+
+    def is_veil(self, material):
+        """Returns true if a material is clear in part."""
+        return is_veil(self.surface(material)[0])
+
     def _tell(self, material, evaluator):
         """Tells what was replaced of a material."""
         self.warnings.add_for(f"material `{material.name if material else 'default'}`", evaluator.said)
@@ -106,7 +121,7 @@ class Materials:
         for name in sorted(evaluator.asked - set(geometry.colors)):
             self.warnings.add(f"mesh `{mesh}` has no colour attribute `{name}`, which material `{material.name}` wants: it is black there")
         black = np.zeros((geometry.corners, 3), dtype=np.float32)
-        base = surface_of(Evaluator(self.images, lambda name: geometry.colors.get(name, black)[:, None, :]), material).base
+        base = surface_of(Evaluator(self.images, lambda name: geometry.colors.get(name, black)[:, None, :], evaluator.ray), material).base
         return np.clip(np.broadcast_to(base[:, 0, :], black.shape), 0, 1)
 
     def name(self, material):
@@ -268,6 +283,8 @@ def summary(value):
     """Numbers as a list, and a digest of pictures."""
     if isinstance(value, tuple):
         return [summary(each) for each in value]
+    if isinstance(value, Seen):
+        return sorted(value.keys().items())
     if not isinstance(value, np.ndarray):
         return "" if value is None else value
     return value.ravel().tolist() if value.size <= 9 else digest_of(value).hex()
@@ -276,6 +293,12 @@ def summary(value):
 def is_soft(alpha):
     """Returns true if more than a tenth of what is there is so in part: more than the edges of leaves."""
     return int(((alpha > 0.1) & (alpha < 0.9)).sum()) > SOFT_SHARE * int((alpha > 0.1).sum())
+
+
+def is_veil(surface):
+    """Returns true if a surface is clear in part, and not cut out alone."""
+    alpha = surface.alpha
+    return float(alpha.max()) < 1 if alpha.shape[:2] == (1, 1) else is_soft(alpha)
 
 
 def undimmed(light, alpha):

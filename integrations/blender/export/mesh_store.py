@@ -26,6 +26,7 @@ class Stored:
         if store.is_watched:
             self.watch(time, geometry.positions)
         self.bounds = geometry.positions.min(axis=0), geometry.positions.max(axis=0)
+        self.reach = meshes.reach_of(geometry.positions)
 
     @functools.cached_property
     def boxes(self):
@@ -70,14 +71,16 @@ class Stored:
             self.last_positions = positions
         self.last_time = time
 
-    def model(self):
-        """Writes the files, and returns what [[model]] tables say of them."""
-        parts, uvs, colors = self._parts()
+    def models(self):
+        """Writes the files. Returns pairs of what [[model]] tables say of them, and to which rays the materials show themselves: a pair for
+        all faces, unless their materials do not agree."""
+        groups, uvs, colors = self._parts()
         if self.deforms:
             self.shapes.close(keep=True)
             self.shapes = None
-            return self._obj(parts, uvs, colors)
-        return self._ply(parts, uvs, colors)
+        write = self._obj if self.deforms else self._ply
+        endings = [f"-{index}" for index in range(1, len(groups) + 1)] if len(groups) > 1 else [""]
+        return [(write(parts, uvs, colors, ending), seen) for ending, (seen, parts) in zip(endings, groups.items())]
 
     def _slots(self):
         """Pairs of a material and the triangles that have it, of those that are drawn."""
@@ -88,6 +91,10 @@ class Stored:
                 groups.setdefault(materials[slot].name_full if materials[slot] else "", []).append(slot)
         for same in groups.values():
             yield materials[same[0]], np.flatnonzero(np.isin(slots, same))
+
+    def has_veils(self):
+        """Returns true if faces of it are clear in part."""
+        return any(self.store.materials.is_veil(material) for material, _ in self._slots())
 
     def _uvs(self, material):
         """Texture coordinates of a material, moved by the mapping of its pictures; None if it has no pictures."""
@@ -116,34 +123,36 @@ class Stored:
         store.materials.use(material, density)
 
     def _parts(self):
-        """Pairs of a material's name and its triangles, and the texture coordinates and colours of all corners (None: there are none)."""
+        """From the rays that meet them to pairs of a material's name and its triangles; texture coordinates and colours of all corners (None:
+        there are none)."""
         geometry, materials = self.geometry, self.store.materials
-        parts, places, paint = [], None, None
+        groups, places, paint = {}, None, None
         for material, rows in self._slots():
             uvs, colors = self._uvs(material), materials.colors(material, geometry, self.name)
             self._use(material, uvs)
-            parts.append((materials.name(material), rows))
+            groups.setdefault(materials.visibility(material), []).append((materials.name(material), rows))
             at = geometry.loops[rows].ravel()
             places = with_values(places, uvs, at, geometry.corners, 0)
             paint = with_values(paint, colors, at, geometry.corners, 1)
-        return parts, places, paint
+        return groups, places, paint
 
-    def _ply(self, parts, uvs, colors):
+    def _ply(self, parts, uvs, colors, ending):
         geometry = self.geometry
         rows = np.concatenate([rows for _, rows in parts]) if len(parts) > 1 else parts[0][1]
         values = meshes.split_vertices(geometry, rows, uvs, colors)
         # a file of one material has its name
-        path = self.store.path(self, f"{parts[0][0]}.ply" if len(parts) == 1 else "mesh.ply")
-        files.write_ply(path, *values, [(name, len(rows)) for name, rows in parts] if len(parts) > 1 else ())
+        is_named = len(parts) == 1 and not ending
+        path = self.store.path(self, f"{parts[0][0]}.ply" if is_named else f"mesh{ending}.ply")
+        files.write_ply(path, *values, () if is_named else [(name, len(rows)) for name, rows in parts])
         return {"ply": self.store.relative(path)}
 
-    def _obj(self, parts, uvs, colors):
+    def _obj(self, parts, uvs, colors, ending):
         geometry = self.geometry
         corners = geometry.loops.ravel()
         normals = geometry.normals[corners] if geometry.normals is not None else None
         if colors is not None:
             colors = to_srgb(meshes.means_of_vertices(geometry, colors))
-        path = self.store.path(self, "mesh.obj")
+        path = self.store.path(self, f"mesh{ending}.obj")
         files.write_obj(path, geometry.positions, geometry.triangles, parts, normals, uvs[corners] if uvs is not None else None, colors)
         cache = self.store.relative(self.store.path(self, "shapes.pc2"))
         # what a point cache says of its frames is a single float: say it in full
@@ -246,8 +255,10 @@ class MeshStore:
         if before is not None and before.geometry.topology == topology:
             if abs(self.time - before.last_time - self.step) < 1e-6:
                 positions = meshes.read_positions(mesh)
-                if np.isfinite(positions).all():
+                reach = meshes.reach_of(positions)
+                if np.isfinite(reach):
                     before.add_shape(self.time, positions)
+                    before.reach = max(before.reach, reach)
                     return before
         geometry = meshes.read_geometry(mesh, topology, self.materials.attributes(materials))
         if geometry is None or not len(geometry.triangles):
@@ -257,8 +268,8 @@ class MeshStore:
         # all are asked, so that each is told
         if not any([self.materials.is_there(materials[slot]) for slot in np.unique(geometry.slots)]):
             return None
-        if not meshes.is_finite(geometry):
-            self.warnings.add(f"object `{name}` is left out where vertices of its mesh are not at finite numbers")
+        if not np.isfinite(meshes.reach_of(geometry.positions)):
+            self.warnings.add(f"object `{name}` is left out where vertices of its mesh are not at finite numbers, or farther than {meshes.FARTHEST:g} away")
             return None
         if before is not None and np.array_equal(before.geometry.positions, geometry.positions) and before.geometry.topology == topology:
             if not before.deforms:

@@ -116,9 +116,14 @@ def read_geometry(mesh, topology=b"", colors=()):
     return Geometry(read_positions(mesh), corners[loops], loops, slots, normals, uvs, found, topology)
 
 
-def is_finite(geometry):
-    """Returns true if no vertex is at NaN or infinity."""
-    return bool(np.isfinite(geometry.positions).all())
+FARTHEST = 1e18
+"""The largest coordinate that the renderer takes."""
+
+
+def reach_of(positions):
+    """The largest coordinate of some vertices; infinity if one of them is nowhere that can be shown."""
+    reach = float(np.abs(positions).max())
+    return reach if reach <= FARTHEST else np.inf
 
 
 def boxes_of(geometry):

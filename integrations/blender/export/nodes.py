@@ -10,6 +10,10 @@ from contextlib import contextmanager
 
 import numpy as np
 
+from .rays import IS_OF
+
+SAME_TO_ALL = "rays of all kinds see what {} (Light Path)"
+
 LUMINANCE = np.array([0.2126, 0.7152, 0.0722], dtype=np.float32)
 
 
@@ -75,12 +79,15 @@ class Evaluator:
     """Evaluates the sockets of one material. `said` lists what was replaced; `uv` is the map and the mapping of its pictures.
 
     `attribute` gives the values of colour attributes by their names, as values of height n and width 1 for n corners; without it they are
-    white. `asked` has the names that were asked for.
+    white. `asked` has the names that were asked for. `ray`: the kind of rays for which nodes are evaluated (any other name: for none of
+    them); None for all at once.
     """
 
-    def __init__(self, images, attribute=None):
+    def __init__(self, images, attribute=None, ray=None):
         self.images, self.said = images, []
         self.attribute, self.asked = attribute or (lambda name: constant(1.0, 1.0, 1.0)), set()
+        self.ray, self.tells_rays_apart = ray, False
+        """What Light Path nodes are asked for, and whether one was."""
         self.painted = False
         """True if the base colour depends on a colour attribute."""
         self.uv = None
@@ -192,8 +199,12 @@ class Evaluator:
     # rays
 
     def node_light_path(self, node, socket):
-        self.say("rays of all kinds see what the camera sees (Light Path)")
-        return constant(1.0 if socket.name in {"Is Camera Ray"} else 0.0)
+        self.tells_rays_apart = True
+        if self.ray is None:
+            self.say(SAME_TO_ALL.format("the camera sees"))
+        elif socket.name not in IS_OF:
+            self.say(f"{socket.name} of Light Path is 0")
+        return constant(float((self.ray or "camera") in IS_OF.get(socket.name, ())))
 
     # attributes
 

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Models of a shot, and where their copies are: in the shot file where there are few, in arrays beside it where there are many."""
 
+import itertools
 import math
 import os
 
@@ -52,7 +53,7 @@ class Grid:
 
 
 class Copy:
-    """A copy of a mesh: its name, runs of times at which it is there, and its matrices by time."""
+    """A copy of a mesh: its name, runs of times at which it is there, and its matrices by time. Each shows itself to the same rays at all times."""
 
     __slots__ = ("name", "runs", "matrices", "is_always", "rests")
 
@@ -74,16 +75,32 @@ def model_tables(walk, folder, progress):
     for index, placed in enumerate(walk.placed.values()):
         if index % 256 == 0 and not progress(index / count):
             raise Cancelled()
-        for stored, runs in runs_of(placed, walk.times):
-            by_mesh.setdefault(id(stored), (stored, []))[1].append(Copy(placed.name, runs, placed.matrices, walk.times))
+        for stored, seen, runs in runs_of(placed, walk.times):
+            groups = by_mesh.setdefault(id(stored), (stored, {}))[1]
+            groups.setdefault(seen, []).append(Copy(placed.name, runs, placed.matrices, walk.times))
     grid = Grid(walk.times)
-    for stored, copies in by_mesh.values():
-        source = stored.model()
-        arrays = Arrays(folder, stored.folder, source)
-        for copies, write in divided(copies, grid, len(walk.times)):
-            names += [copy.name for copy in copies]
-            out += write(arrays, copies) if write else [model(copy, source, walk.times) for copy in copies]
+    tell_whole_holdouts(by_mesh, walk.warnings)
+    for stored, groups in by_mesh.values():
+        count = itertools.count(1)
+        for (source, of_faces), (of_copies, copies) in itertools.product(stored.models(), groups.items()):
+            seen = of_faces.and_of(of_copies)
+            if seen.is_nowhere():
+                continue
+            source = {**source, **seen.keys()}
+            arrays = Arrays(folder, stored.folder, source, next(count))
+            for copies, write in divided(copies, grid, len(walk.times)):
+                names += [copy.name for copy in copies]
+                out += write(arrays, copies) if write else [model(copy, source, walk.times) for copy in copies]
     return out, names
+
+
+def tell_whole_holdouts(by_mesh, warnings):
+    """Tells of objects that are holes to the camera as a whole, where Blender has a hole in part."""
+    for stored, groups in by_mesh.values():
+        names = dict.fromkeys(copy.name for seen, copies in groups.items() if seen.keys().get("holdout") for copy in copies)
+        if names and stored.has_veils():
+            for name in names:
+                warnings.add(f"object `{name}`: its holdout is a whole one also where its materials are clear in part")
 
 
 def divided(copies, grid, times):
@@ -97,10 +114,14 @@ def divided(copies, grid, times):
 
 
 class Arrays:
-    """Arrays of the places of a mesh's copies, in the folder `beside` of the mesh's own files. `source`: what [[model]] tables say of the mesh."""
+    """Arrays of the places of a mesh's copies, in the folder `beside` of the mesh's own files. `source`: what [[model]] tables say of the mesh.
 
-    def __init__(self, folder, beside, source):
+    `number`: counts the arrays of one mesh, whose copies do not all show themselves to the same rays.
+    """
+
+    def __init__(self, folder, beside, source, number):
         self.folder, self.beside, self.source = folder, beside, source
+        self.ending = f"-{number}" if number > 1 else ""
 
     def at_rest(self, copies):
         """The table of copies at rest."""
@@ -116,7 +137,7 @@ class Arrays:
 
     def _table(self, kind, copies, shape, parts, more):
         """Writes an array that comes in parts, and the names; returns the table."""
-        base = os.path.join(self.beside, kind)
+        base = os.path.join(self.beside, kind + self.ending)
 
         def write(file):
             header = {"descr": "<f8", "fortran_order": False, "shape": tuple(int(extent) for extent in shape)}
@@ -133,7 +154,7 @@ class Arrays:
 
 
 def runs_of(placed, times):
-    """Pairs of a mesh, and the runs of times in which an object shows it without being turned inside out."""
+    """Meshes, the rays to which an object shows them, and the runs of times in which it does so without being turned inside out."""
     found = {}
     before = None
     for time in times:
@@ -143,8 +164,9 @@ def runs_of(placed, times):
             continue
         matrix = placed.matrices[time]
         side = np.linalg.det(matrix.reshape(3, 4)[:, :3]) > 0
-        key = (id(stored), bool(side))
-        runs = found.setdefault(key, (stored, []))[1]
+        seen = placed.seen[time]
+        key = (id(stored), seen, bool(side))
+        runs = found.setdefault(key, (stored, seen, []))[2]
         if before == key:
             runs[-1].append(time)
         else:

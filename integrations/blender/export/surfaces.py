@@ -1,11 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Shaders to one surface: what a material's node tree reflects, lets through and emits, as parameters."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 
 import numpy as np
 
-from .nodes import alike, color, constant, number
+from .nodes import SAME_TO_ALL, alike, color, constant, number
+from .rays import KINDS, Seen
 
 
 @dataclass
@@ -33,6 +34,8 @@ class Surface:
     """Heights, and the slope's factor (strength times distance)."""
     is_there: bool = True
     """False where a material has no surface: what lies in it is a volume alone."""
+    seen: Seen = Seen()
+    """To which rays it shows itself."""
 
 
 BLENDED = ("base", "metallic", "roughness", "ior", "specular", "transmission", "tint", "coat", "coat_roughness", "coat_ior")
@@ -60,6 +63,50 @@ def surface_of(evaluator, material):
     if displacement:
         evaluator.say("its displacement is left out")
     return behind(evaluator, outputs[0], "Surface")
+
+
+def surface_to_all(evaluator_of, material):
+    """The surface of a material to all rays that see it, and its evaluator. `evaluator_of(ray)`: a new one for a kind of rays, or for all."""
+
+    def read(ray):
+        evaluator = evaluator_of(ray)
+        return surface_of(evaluator, material), evaluator
+
+    surface, evaluator = read(None)
+    if not evaluator.tells_rays_apart:
+        return surface, evaluator
+    found = {kind: read(kind) for kind in KINDS}
+    # Cycles asks what lights matt surfaces without a ray, and not what their rays meet
+    light = read("light")
+    if any(float(surface.emission.max()) > 0 for surface, _ in (light, found["diffuse"])):
+        found["diffuse"] = light
+    there = [kind for kind in KINDS if not is_nothing(found[kind][0])]
+    # where the camera alone sees a hole, it is one of what all others see
+    holdout = "camera" in there and found["camera"][0].seen.holdout
+    shown = [kind for kind in there if not (holdout and kind == "camera")] or ["camera"]
+    surface, evaluator = found[shown[0]]
+    if not all(are_alike(found[kind][0], surface) for kind in shown[1:]):
+        evaluator.say(SAME_TO_ALL.format("the camera sees" if shown[0] == "camera" else f"{shown[0]} rays see"))
+    # nothing to anyone is shown as Blender has it: as what is clear
+    surface.seen = Seen(frozenset(KINDS) - set(there) if there else frozenset(), holdout or surface.seen.holdout)
+    return surface, evaluator
+
+
+def is_nothing(surface):
+    """Returns true if light passes a surface as if it were not there."""
+    return not surface.is_there or (float(surface.alpha.max()) <= 0 and float(surface.emission.max()) <= 0)
+
+
+def are_alike(one, other):
+    """Returns true if two surfaces are the same to whoever sees them."""
+    return all(is_same(getattr(one, each.name), getattr(other, each.name)) for each in fields(Surface) if each.name != "seen")
+
+
+def is_same(one, other):
+    """Returns true if values of two surfaces are the same."""
+    if isinstance(one, tuple) and isinstance(other, tuple):
+        return all(map(is_same, one, other))
+    return np.array_equal(one, other)
 
 
 def behind(evaluator, node, name):
@@ -193,6 +240,11 @@ def emission(evaluator, node):
     return Surface(base=constant(0.0, 0.0, 0.0), specular=constant(0.0), emission=light * strength)
 
 
+def holdout(evaluator, node):
+    """A Holdout: a hole to the camera, and black to all others."""
+    return Surface(base=constant(0.0, 0.0, 0.0), specular=constant(0.0), seen=Seen(holdout=True))
+
+
 def blend(first, second, share):
     """Mixes two surfaces: `share` of the second."""
     alpha_a, alpha_b, share = alike(first.alpha, second.alpha, number(share))
@@ -211,6 +263,8 @@ def blend(first, second, share):
         return one * (1 - by) + other * by
 
     values = {name: mixed(name, of_second) for name in BLENDED}
+    # what is clear has no part in it
+    parts = [surface for surface, weight in ((first, weight_a), (second, weight_b)) if float(weight.max()) > 0]
     larger = second if float(of_second.mean()) > 0.5 else first
     smaller = first if larger is second else second
     return Surface(
@@ -219,7 +273,16 @@ def blend(first, second, share):
         emission=mixed("emission", share),
         normal=larger.normal if larger.normal is not None else smaller.normal,
         bump=larger.bump or smaller.bump,
+        seen=Seen(holdout=bool(parts) and all(surface.seen.holdout for surface in parts)),
     )
+
+
+def joined(evaluator, first, second, share):
+    """A blend of two surfaces, one of which may be a holdout."""
+    surface = blend(first, second, share)
+    if any(part.seen.holdout and (share != end).any() for part, end in ((first, 1), (second, 0))) and not surface.seen.holdout:
+        evaluator.say("its holdout is black beside other shaders")
+    return surface
 
 
 def mix(evaluator, node):
@@ -230,19 +293,19 @@ def mix(evaluator, node):
         evaluator.say(f"mixing by {link.from_node.bl_label} is replaced by a factor of 0.04")
     else:
         share = evaluator.input(node, 0)
-    return blend(behind(evaluator, node, 1), behind(evaluator, node, 2), share)
+    return joined(evaluator, behind(evaluator, node, 1), behind(evaluator, node, 2), share)
 
 
 def add(evaluator, node):
     """An Add Shader. What only emits is added; of others the mean is shown."""
     first, second = behind(evaluator, node, 0), behind(evaluator, node, 1)
     for light, rest in ((first, second), (second, first)):
-        if float(light.base.max()) == 0 and float(light.specular.max()) == 0:
+        if float(light.base.max()) == 0 and float(light.specular.max()) == 0 and not (light.seen.holdout or rest.seen.holdout):
             one, other = alike(light.emission, rest.emission)
             rest.emission = one + other
             return rest
     evaluator.say("of two added shaders the mean is shown")
-    return blend(first, second, constant(0.5))
+    return joined(evaluator, first, second, constant(0.5))
 
 
 def light_of(evaluator, socket):
@@ -282,6 +345,7 @@ SHADERS = {
     "BSDF_REFRACTION": glass,
     "BSDF_TRANSPARENT": transparent,
     "EMISSION": emission,
+    "HOLDOUT": holdout,
     "MIX_SHADER": mix,
     "ADD_SHADER": add,
 }

@@ -1,43 +1,52 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What is shown to some kinds of rays alone, or in another way than as itself. Here rays of all kinds see the same."""
+"""To which kinds of rays objects show themselves, and what is shown in another way than as itself."""
 
 from .lights import subject_of
+from .rays import KINDS, Seen, in_order
 
-RAYS = {
-    "visible_diffuse": "diffuse",
-    "visible_glossy": "glossy",
-    "visible_transmission": "transmission",
-    "visible_volume_scatter": "volume scatter",
-    "visible_shadow": "shadow",
-}
+
+VISIBLE = {kind: f"visible_{kind}" for kind in KINDS}
 
 
 class Visibility:
-    """What a view layer and its objects say of it. Each is told once."""
+    """What a view layer and its objects say of it. What is left out is told once."""
 
     def __init__(self, layer, warnings):
         self.layer, self.warnings = layer, warnings
-        self.indirect = {}
+        self.known = {}
 
-    def of(self, item):
-        """Returns true if an object is to be seen."""
-        hidden = [name for key, name in RAYS.items() if not getattr(item, key)]
-        if not item.visible_camera or self._is_indirect(item):
-            # what no ray sees is hidden in Blender as well
-            if len(hidden) < len(RAYS):
-                self.warnings.add(f"object `{item.name}` is hidden from the camera alone, and is left out: rays of all kinds see the same here")
+    def begin(self):
+        """Begins with another time: all of it may be animated."""
+        self.known.clear()
+
+    def of(self, instance, item):
+        """To which rays an instance shows itself, as in Cycles: to those that see both the object and what makes its instances."""
+        parent = instance.parent if instance.is_instance else item
+        key = item.name_full, parent.name_full
+        if key not in self.known:
+            seen = self.known[key] = self._of(item, parent)
+            if (item.is_shadow_catcher or parent.is_shadow_catcher) and not seen.is_nowhere():
+                self.warnings.add(f"object `{item.name}` is a shadow catcher in Blender: it is shown as itself")
+        return self.known[key]
+
+    def _of(self, item, parent):
+        both = (item,) if parent is item else (item, parent)
+        hidden = {kind for each in both for kind, key in VISIBLE.items() if not getattr(each, key)}
+        # layers know what makes instances, which may not be in them; a holdout is seen by the camera
+        holdout = parent.original.holdout_get(view_layer=self.layer)
+        if not holdout and parent.original.indirect_only_get(view_layer=self.layer):
+            hidden.add("camera")
+        return Seen(frozenset(hidden), holdout)
+
+    def light(self, instance):
+        """Returns true if a light lights anything. Tells what of it is not shown."""
+        item = instance.object
+        hidden = self._of(item, instance.parent if instance.is_instance else item).hidden
+        others = in_order(hidden - {"camera", "shadow"})
+        if len(others) == len(KINDS) - 2:
             return False
-        if hidden:
-            self.warnings.add(f"object `{item.name}` is hidden from {' and '.join(hidden)} rays in Blender: rays of all kinds see it here")
-        if item.is_shadow_catcher:
-            self.warnings.add(f"object `{item.name}` is a shadow catcher in Blender: it is shown as itself")
-        return True
-
-    def light(self, item):
-        """Tells what of a light is not shown."""
-        hidden = [RAYS[key] for key in ("visible_diffuse", "visible_glossy", "visible_transmission") if not getattr(item, key)]
-        said = [f"it is hidden from {' and '.join(hidden)} rays in Blender, and rays of all kinds see it here"] if hidden else []
-        if item.visible_camera and has_size(item.data):
+        said = [f"it is hidden from {' and '.join(others)} rays in Blender, and rays of all kinds see it here"] if others else []
+        if "camera" not in hidden and has_size(item.data):
             said.append("the camera does not see it here, as it does in Blender")
         if not item.data.use_shadow:
             said.append("it casts shadows here")
@@ -45,6 +54,7 @@ class Visibility:
         if linking and (linking.receiver_collection or linking.blocker_collection):
             said.append("its light linking is left out: it shines on everything")
         self.warnings.add_for(subject_of(item), said)
+        return True
 
     def hair(self, item):
         """Tells of hair that particle systems draw, which is no mesh."""
@@ -52,16 +62,6 @@ class Visibility:
             system = modifier.particle_system if modifier.type == "PARTICLE_SYSTEM" and modifier.show_render else None
             if system and system.settings.type == "HAIR" and system.settings.render_type == "PATH":
                 self.warnings.add(f"object `{item.name}`: the hair of its particle system `{system.name}` is left out. Convert it to a mesh")
-
-    def _is_indirect(self, item):
-        """Returns true if the collections of an object show it to indirect rays alone. Holdouts are told."""
-        name = item.name_full
-        if name not in self.indirect:
-            original = item.original
-            if original.holdout_get(view_layer=self.layer):
-                self.warnings.add(f"object `{item.name}` is a holdout in Blender: it is shown as itself")
-            self.indirect[name] = original.indirect_only_get(view_layer=self.layer)
-        return self.indirect[name]
 
 
 def has_size(data):

@@ -10,6 +10,7 @@ from . import lights
 from .at_rest import AtRest, may_change, state_of, surroundings_of, values_of
 from .camera import TO_Y_UP
 from .clipping import Clipping
+from .meshes import FARTHEST
 from .visibility import Visibility
 from .warnings import Cancelled, ExportError
 from .world import World
@@ -19,6 +20,8 @@ STEPS_A_FRAME = 4
 
 LEAST_SCALE = 1e-8
 """What is smaller by more is not there: the renderer takes factors down to 1e-9."""
+LARGEST_SCALE = 1e9
+"""What is scaled by more the renderer refuses."""
 LEAST_THICKNESS = 1e-6
 """Of flat things, beside their largest scale."""
 
@@ -48,13 +51,24 @@ def thickened(linear):
     return out @ np.diag(np.maximum(sizes, max(sizes[0] * LEAST_THICKNESS, LEAST_SCALE))) @ back
 
 
-class Placed:
-    """One copy of a mesh, and where it is: `matrices` from times to row-major 4x4 matrices in the shot's axes."""
+def is_taken(matrix, reach):
+    """Returns true if the renderer takes a mesh whose coordinates reach so far, where a matrix puts it."""
+    rows = matrix.tolist()
+    largest = 3 * max(abs(value) for row in rows[:3] for value in row[:3])
+    return largest <= LARGEST_SCALE and largest * reach + max(abs(row[3]) for row in rows[:3]) <= FARTHEST
 
-    __slots__ = ("name", "mesh", "matrices")
+
+class Placed:
+    """One copy of a mesh, where it is and to which rays it shows itself: `matrices` from times to row-major 4x4 matrices in the shot's axes."""
+
+    __slots__ = ("name", "mesh", "matrices", "seen")
 
     def __init__(self, name):
-        self.name, self.mesh, self.matrices = name, {}, {}
+        self.name, self.mesh, self.matrices, self.seen = name, {}, {}, {}
+
+    def is_before_the_camera(self, time):
+        """Returns true if it is there at a time, and the camera is to see it."""
+        return time in self.mesh and "camera" not in self.seen[time].hidden
 
 
 class Walk:
@@ -107,6 +121,7 @@ class Walk:
         self.camera_keys.append((time, *self._camera(time)))
         seen, seen_lights = set(), set()
         self.meshes.begin(time)
+        self.visibility.begin()
         for instance in self.depsgraph.object_instances:
             item = instance.object
             if item.type == "LIGHT":
@@ -121,7 +136,8 @@ class Walk:
         self.meshes.end()
         if self.settings.camera is None:
             camera = self._camera_at(time).evaluated_get(self.depsgraph)
-            self.clipping.see(camera, self.settings.size, self.placed.values(), time)
+            before = [placed for placed in self.placed.values() if placed.is_before_the_camera(time)]
+            self.clipping.see(camera, self.settings.size, before, time)
         if is_frame:
             self._materials(time)
 
@@ -188,8 +204,7 @@ class Walk:
     def _light(self, time, instance, seen):
         key = self._key(instance, instance.object, seen)
         found = lights.light_of(instance, instance.object.data, self.settings, self.warnings)
-        if found:
-            self.visibility.light(instance.object)
+        if found and self.visibility.light(instance):
             fixed, values = found
             track = self.lights.setdefault(key, [fixed, {}])
             if lights.has_size(fixed):
@@ -197,7 +212,8 @@ class Walk:
             track[1][time] = values
 
     def _mesh(self, time, instance, item, seen):
-        if not self.visibility.of(item) or (instance.is_instance and not self.visibility.of(instance.parent)):
+        shown = self.visibility.of(instance, item)
+        if shown.is_nowhere():
             return
         matrix = np.array(instance.matrix_world, dtype=float)
         if not np.isfinite(matrix).all():
@@ -211,10 +227,13 @@ class Walk:
         mesh = self.meshes.of(instance, item)
         if mesh is None:
             return
+        if not is_taken(matrix, mesh.reach):
+            self.warnings.add(f"object `{item.name}` is left out where it is too large or too far away to be shown (check its drivers and constraints)")
+            return
         placed = self.placed.get(key)
         if placed is None:
             placed = self.placed[key] = Placed(item.name)
-        placed.mesh[time] = mesh
+        placed.mesh[time], placed.seen[time] = mesh, shown
         placed.matrices[time] = (TO_Y_UP @ matrix)[:3].ravel()
 
     def light_tracks(self):

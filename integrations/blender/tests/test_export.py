@@ -77,13 +77,46 @@ class Export(support.ExportCase):
         np.testing.assert_allclose(matrix, [[2, 0, 0], [0, 0, 0], [0, -1, 0]], atol=1e-5)
         self.assertGreater(abs(np.linalg.det(matrix)), 0)
 
-    def test_vertices_at_nan_are_told(self):
+    def test_vertices_at_nan_or_infinity_are_told_by_the_name_of_their_object(self):
+        for value in (float("nan"), float("inf"), 1e30):
+            for deforms in (False, True):
+                with self.subTest(value=value, deforms=deforms):
+                    self.scene = support.empty()
+                    support.add_camera(self.scene)
+                    support.add(self.scene, "Floor", support.grid())
+                    torn = support.add(self.scene, "Torn", support.grid())
+                    if deforms:
+                        self.scene.frame_end = 3
+                        torn.shape_key_add(name="Basis")
+                        key = torn.shape_key_add(name="Torn")
+                        key.data[0].co.x = value
+                        for frame, share in ((1, 0.0), (2, 0.0), (3, 1.0)):
+                            key.value = share
+                            key.keyframe_insert("value", frame=frame)
+                    else:
+                        torn.data.vertices[0].co.x = value
+                    models = self.export()["model"]
+                    self.assertEqual([model["name"] for model in models if model["name"] != "Floor"], ["Torn"] * deforms)
+                    self.assertRegex(self.warnings(), "`Torn` is left out where vertices")
+                    if deforms:
+                        self.assertEqual([key["frame"] for key in models[-1]["key"] if not key["visible"]], [3])
+
+    def test_what_is_too_large_or_too_far_away_is_told_by_its_name(self):
         support.add_camera(self.scene)
-        mesh = support.grid()
-        mesh.vertices[0].co.x = float("nan")
-        support.add(self.scene, "Torn", mesh)
-        self.export()
-        self.assertIn("`Torn`", self.warnings())
+        support.add(self.scene, "Floor", support.grid())
+        support.add(self.scene, "Huge", support.grid()).scale = (1e10, 1e10, 1e10)
+        support.add(self.scene, "Far", support.grid(), (1e19, 0, 0))
+        self.assertEqual([model["name"] for model in self.export()["model"]], ["Floor"])
+        for name in ("Huge", "Far"):
+            self.assertIn(f"`{name}` is left out", self.warnings())
+
+    def test_a_light_without_a_finite_power_is_told_by_its_name(self):
+        support.add_camera(self.scene)
+        data = bpy.data.lights.new("Lamp", "POINT")
+        data.energy = float("inf")
+        support.add(self.scene, "Lamp", data)
+        self.assertNotIn("light", self.export())
+        self.assertIn("light `Lamp` is left out", self.warnings())
 
     def test_a_missing_picture_is_told_with_its_remedy(self):
         support.add_camera(self.scene)

@@ -71,7 +71,7 @@ class Jobs(FakeRenderer):
         self.scene.frame_end = 3
         self.scene.render.use_multiview = True
         # a warning of both is told once
-        self.floor.visible_shadow = False
+        self.floor.is_shadow_catcher = True
         told, print_of = [], builtins.print
         builtins.print = lambda *values, **more: told.append(values)
         self.scene.render.filepath = os.path.join(self.scratch.name, "f.####")
@@ -154,6 +154,18 @@ class Jobs(FakeRenderer):
         self.assertEqual(frames, ["1-2", "3", "4-5"])
         self.assertEqual([shot["material"][0]["ke"] for shot in self.shots], [[1, 1, 1], [2, 2, 2], [3, 3, 3]])
         self.assertEqual(told, ["Afterimage: material `Glow` is animated: frames in which it changes reuse nothing of those before"])
+
+    def test_a_material_that_becomes_clear_to_some_rays_is_a_change(self):
+        self.glow()
+        tree = self.floor.data.materials[0].node_tree
+        path, share, turned = (tree.nodes.new(f"ShaderNode{kind}") for kind in ("LightPath", "Math", "Math"))
+        share.operation, turned.operation, turned.inputs[0].default_value = "MULTIPLY", "SUBTRACT", 1.0
+        for output, socket in ((path.outputs["Is Camera Ray"], share.inputs[0]), (share.outputs[0], turned.inputs[1])):
+            tree.links.new(output, socket)
+        tree.links.new(turned.outputs[0], tree.nodes["Principled BSDF"].inputs["Alpha"])
+        self.animate(share.inputs[1], "default_value", 0.0, 0.0, 1.0)
+        self.assertEqual(self.rendered()[0], ["1-2", "3"])
+        self.assertEqual([shot["model"][0].get("hidden_from") for shot in self.shots], [None, ["camera"]])
 
     def test_what_is_replaced_by_a_constant_is_no_change(self):
         self.animate(self.glow(), "default_value", 1.0, 1.0, 1.0, 1.0)

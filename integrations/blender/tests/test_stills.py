@@ -121,6 +121,8 @@ class Stills(test_jobs.FakeRenderer):
             "world": lambda: setattr(sky.inputs["Color"], "default_value", (0.5, 0, 0, 1)),
             "rays": lambda: setattr(scene.world.cycles_visibility, "camera", False),
             "visibility": lambda: setattr(lamp, "hide_render", True),
+            "shadow": lambda: setattr(floor, "visible_shadow", False),
+            "hole": lambda: setattr(floor, "is_holdout", True),
             "lens": lambda: setattr(self.camera.data, "lens", 20),
             "object": lambda: support.add(scene, "New", floor.data, (0, 0, 1)),
             "setting": lambda: setattr(scene.afterimage, "samples", 5),

@@ -74,6 +74,11 @@ class Surfaces(support.ExportCase):
         # the renderer scatters kd of the share that the filter keeps back, here 0.6: Blender's half of 0.64
         np.testing.assert_allclose(np.array(values["kd"]) * 0.6, [0.32] * 3, atol=1e-6)
 
+    def test_a_value_at_nan_is_told_by_the_name_of_its_material(self):
+        values = self.exported(principled("Odd", Roughness=float("nan"))[0])["material"][0]
+        self.assertEqual((values["pr"], len(self.warnings())), (0, 1))
+        self.assertRegex(self.warnings()[0], "material `Odd`: its values that are not numbers")
+
     def test_rough_glass_is_as_rough(self):
         rough, _ = principled("Rough", Transmission_Weight=1.0, Roughness=0.4)
         values = self.exported(rough)["material"][0]

@@ -1,0 +1,50 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Kinds of rays: which of them meet an object, and what Light Path nodes say of each."""
+
+from dataclasses import dataclass
+
+KINDS = ("camera", "diffuse", "glossy", "transmission", "shadow")
+"""As shots call them. Those of Blender's objects are `visible_` and this. There is no scatter in volumes here."""
+
+IS_OF = {
+    "Is Camera Ray": {"camera"},
+    "Is Shadow Ray": {"shadow"},
+    "Is Diffuse Ray": {"diffuse"},
+    # Cycles counts the light that passes glass among what a layer bends or reflects
+    "Is Glossy Ray": {"glossy", "transmission"},
+    "Is Reflection Ray": {"diffuse", "glossy"},
+    "Is Transmission Ray": {"transmission"},
+}
+"""From an output of Light Path to the rays for which it is 1; it is 0 for all others."""
+
+
+@dataclass(frozen=True)
+class Seen:
+    """To which rays something shows itself."""
+
+    hidden: frozenset = frozenset()
+    """Kinds of rays that do not meet it."""
+    holdout: bool = False
+    """True if it is a hole to rays of the camera."""
+
+    def is_nowhere(self):
+        """Returns true if no ray meets it."""
+        return len(self.hidden) == len(KINDS)
+
+    def and_of(self, other):
+        """What is left for rays where both count."""
+        return Seen(self.hidden | other.hidden, self.holdout or other.holdout)
+
+    def keys(self):
+        """Keys of a [[model]]."""
+        keys = {}
+        if self.hidden:
+            keys["hidden_from"] = in_order(self.hidden)
+        if self.holdout and "camera" not in self.hidden:
+            keys["holdout"] = True
+        return keys
+
+
+def in_order(kinds):
+    """Kinds of rays in the order in which they are told."""
+    return [kind for kind in KINDS if kind in kinds]
