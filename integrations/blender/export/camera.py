@@ -83,6 +83,7 @@ def key_of(camera, scene, depsgraph, size, warnings, eye=None):
             # the renderer has no wider lens
             key["aperture"] = min(key["aperture"], 10 * key["focus"])
     key["shift"] = [shift * longer, data.shift_y * longer]
+    key.update(near=data.clip_start, far=data.clip_end)
     return projection, key
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The clipping distances of cameras, which shots do not have: what they cut off in Blender is shown, and told."""
+"""The clipping distances of cameras. Shots have those that cut anything off: frames take more time with them."""
 
 import numpy as np
 
@@ -9,11 +9,10 @@ CORNERS = np.array([[x, y, z, 1] for x in (0, 1) for y in (0, 1) for z in (0, 1)
 
 
 class Clipping:
-    """What cameras would cut off, by their names."""
+    """Which distances cut anything off."""
 
-    def __init__(self, warnings):
-        self.warnings = warnings
-        self.near, self.far = {}, {}
+    def __init__(self):
+        self.cuts = {"near": False, "far": False}
 
     def see(self, camera, size, placed, time):
         """Looks at what is placed at a time. `camera` is evaluated."""
@@ -27,24 +26,18 @@ class Clipping:
         corners = low[:, None, :] + CORNERS[None, :, :3] * (high - low)[:, None, :]
         world = np.einsum("nij,nkj->nki", matrices[:, :, :3], corners) + matrices[:, None, :, 3]
         depths = -(world @ view[2, :3] + view[2, 3])
-        far, near = self.far.setdefault(camera.name, {}), self.near.setdefault(camera.name, {})
-        for index in np.flatnonzero(depths.max(axis=1) > data.clip_end):
-            far.setdefault(placed[index].name)
+        self.cuts["far"] |= bool((depths.max(axis=1) > data.clip_end).any())
         eyes = np.linalg.inv(view) @ box(data, size)
         for index in np.flatnonzero((depths.min(axis=1) < data.clip_start) & (depths.max(axis=1) > 0)):
-            name = placed[index].name
-            if name not in near and reaches(placed[index].mesh[time], matrices[index], eyes):
-                near.setdefault(name)
+            if self.cuts["near"]:
+                break
+            self.cuts["near"] = reaches(placed[index].mesh[time], matrices[index], eyes)
 
-    def tell(self):
-        """Warns of what cameras would cut off."""
-        for what, found in (("start", self.near), ("end", self.far)):
-            for camera, names in found.items():
-                names = list(names)
-                if names:
-                    more = f" and {len(names) - 3} more" if len(names) > 3 else ""
-                    shown = ", ".join(f"`{name}`" for name in names[:3])
-                    self.warnings.add(f"camera `{camera}`: its clip {what} is left out: it cuts {shown}{more} off in Blender")
+    def drop(self, keys):
+        """Takes the distances that cut nothing off in any frame out of keys of cameras, as they are in `camera.tables`."""
+        for *_, values in keys:
+            for plane in [plane for plane, cuts in self.cuts.items() if not cuts]:
+                values.pop(plane, None)
 
 
 def box(data, size):

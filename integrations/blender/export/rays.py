@@ -26,6 +26,8 @@ class Seen:
     """Kinds of rays that do not meet it."""
     holdout: bool = False
     """True if it is a hole to rays of the camera."""
+    catcher: bool = False
+    """True if rays of the camera see the shadows on it and nothing else of it."""
 
     def is_nowhere(self):
         """Returns true if no ray meets it."""
@@ -33,15 +35,15 @@ class Seen:
 
     def and_of(self, other):
         """What is left for rays where both count."""
-        return Seen(self.hidden | other.hidden, self.holdout or other.holdout)
+        return Seen(self.hidden | other.hidden, self.holdout or other.holdout, self.catcher or other.catcher)
 
     def keys(self):
         """Keys of a [[model]]."""
         keys = {}
         if self.hidden:
             keys["hidden_from"] = in_order(self.hidden)
-        if self.holdout and "camera" not in self.hidden:
-            keys["holdout"] = True
+        if (self.holdout or self.catcher) and "camera" not in self.hidden:
+            keys["holdout" if self.holdout else "shadow_catcher"] = True
         return keys
 
 

@@ -24,9 +24,7 @@ class Visibility:
         parent = instance.parent if instance.is_instance else item
         key = item.name_full, parent.name_full
         if key not in self.known:
-            seen = self.known[key] = self._of(item, parent)
-            if (item.is_shadow_catcher or parent.is_shadow_catcher) and not seen.is_nowhere():
-                self.warnings.add(f"object `{item.name}` is a shadow catcher in Blender: it is shown as itself")
+            self.known[key] = self._of(item, parent)
         return self.known[key]
 
     def _of(self, item, parent):
@@ -36,7 +34,7 @@ class Visibility:
         holdout = parent.original.holdout_get(view_layer=self.layer)
         if not holdout and parent.original.indirect_only_get(view_layer=self.layer):
             hidden.add("camera")
-        return Seen(frozenset(hidden), holdout)
+        return Seen(frozenset(hidden), holdout, item.is_shadow_catcher or parent.is_shadow_catcher)
 
     def light(self, instance):
         """Returns true if a light lights anything. Tells what of it is not shown."""

@@ -80,7 +80,7 @@ class Walk:
         self.frames = sorted(settings.frames)
         self.whole = set(self.frames)
         self.placed, self.lights, self.camera_keys, self.times = {}, {}, [], []
-        self.world, self.rest, self.clipping = None, AtRest(warnings), Clipping(warnings)
+        self.world, self.rest, self.clipping = None, AtRest(warnings), Clipping()
         self.states, self.settled = {}, {}
         self.layer = depsgraph.view_layer
         self.visibility = Visibility(self.layer, warnings)
@@ -97,7 +97,7 @@ class Walk:
                 self._end_before(time)
                 break
         self.rest.tell(self.settings.ends_at_changes)
-        self.clipping.tell()
+        self.clipping.drop(self.camera_keys)
         return self
 
     def _end_before(self, time):

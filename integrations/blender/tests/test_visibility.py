@@ -170,10 +170,17 @@ class Visibility(support.ExportCase):
         ghost.is_holdout, copy.is_holdout = False, True
         self.assertEqual(sorted(holes()), [(4, True), (9, False)])
 
-    def test_a_shadow_catcher_is_told(self):
+    def test_a_shadow_catcher_shows_its_shadows_to_the_camera(self):
+        self.assertNotIn("shadow_catcher", self.model("Floor"))
         self.floor.is_shadow_catcher = True
-        self.assertEqual(self.names(), ["Floor"])
-        self.told_once("`Floor`", "shadow catcher")
+        self.assertTrue(self.model("Floor")["shadow_catcher"])
+        # a hole shows no shadows, and what the camera does not see shows nothing
+        self.floor.is_holdout = True
+        floor = self.model("Floor")
+        self.assertEqual((floor["holdout"], "shadow_catcher" in floor), (True, False))
+        self.floor.is_holdout, self.floor.visible_camera = False, False
+        self.assertNotIn("shadow_catcher", self.model("Floor"))
+        self.assertEqual(self.warnings(), [])
 
     def test_a_collection_for_indirect_rays_alone_is_hidden_from_the_camera(self):
         support.add(self.scene, "Other", support.grid("Other"))
@@ -318,27 +325,38 @@ class Visibility(support.ExportCase):
         self.scene.cycles.film_exposure = 2.5
         self.assertEqual(self.export()["environment"]["power"], 2.5)
 
-    def test_what_the_clipping_of_a_camera_cuts_off_is_told_once(self):
+    def clip(self):
+        """Clipping distances of the camera's keys."""
+        shot = self.export()
+        self.assertEqual(self.warnings(), [])
+        return [(key.get("near"), key.get("far")) for key in shot["camera"]["key"]]
+
+    def test_a_camera_has_the_clipping_distances_that_cut_anything_off(self):
         self.scene.frame_end = 2
         self.camera.data.clip_start, self.camera.data.clip_end = 1.0, 50.0
-        # around the camera, and reaching into what it sees before the clip start; beside that; beyond the end
-        support.add(self.scene, "Near", support.grid("Near"), (0, -4.5, 0))
+        # beside what the camera sees before the clip start, and behind it
         support.add(self.scene, "Below", support.grid("Below", 20), (0, -5, -1.7))
         support.add(self.scene, "Behind", support.grid("Behind"), (0, -6.5, 0))
-        for index in range(4):
-            support.add(self.scene, f"Far {index}", support.grid("Far"), (0, 60, 0))
-        self.assertEqual(len(self.names()), 8)
-        told = [line for line in self.warnings() if "clip" in line]
-        self.assertEqual(told, [
-            "camera `Camera`: its clip start is left out: it cuts `Near` off in Blender",
-            "camera `Camera`: its clip end is left out: it cuts `Far 0`, `Far 1`, `Far 2` and 1 more off in Blender",
-        ])
+        self.assertEqual(set(self.clip()), {(None, None)})
+        far = support.add(self.scene, "Far", support.grid("Far"), (0, 60, 0))
+        self.assertEqual(set(self.clip()), {(None, 50)})
+        # around the camera, and reaching into what it sees
+        support.add(self.scene, "Near", support.grid("Near"), (0, -4.5, 0))
+        self.assertEqual(set(self.clip()), {(1, 50)})
+        bpy.data.objects.remove(far)
+        self.assertEqual(set(self.clip()), {(1, None)})
 
-    def test_clipping_that_cuts_nothing_off_is_not_told(self):
+    def test_clipping_distances_are_keyed_where_they_are_animated(self):
         self.scene.frame_end = 2
+        support.add(self.scene, "Far", support.grid("Far"), (0, 60, 0))
+        for frame, end in ((1, 50), (2, 40)):
+            self.camera.data.clip_end = end
+            self.camera.data.keyframe_insert("clip_end", frame=frame)
+        self.assertEqual(self.clip(), [(None, 50), (None, 40)])
+
+    def test_a_room_around_the_camera_is_not_cut_off(self):
         support.add(self.scene, "Room", support.grid("Room", 30, 3), (0, 0, -1))
-        self.export()
-        self.assertEqual(self.warnings(), [])
+        self.assertEqual(set(self.clip()), {(None, None)})
 
 
 class LightPaths(support.ExportCase):
