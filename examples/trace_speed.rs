@@ -16,7 +16,9 @@ use afterimage::scene;
 use afterimage::settings::Build;
 use afterimage::trace::embree::EmbreeBackend;
 use afterimage::trace::rust::RustBackend;
-use afterimage::trace::{Backend, Coherence, HitBatch, Occluders, Purpose, RayBatch, SceneSubset, Tracer};
+use afterimage::trace::{
+    Backend, Coherence, HitBatch, Occluders, OfKind, Purpose, RayBatch, SceneSubset, Tracer,
+};
 use glam::Vec3;
 use rayon::prelude::*;
 
@@ -98,7 +100,7 @@ fn report(
 fn closest(tracer: &dyn Tracer, rays: &[RayBatch], coherence: Coherence) -> Vec<HitBatch> {
     let trace = |batch: &RayBatch| {
         let mut hits = HitBatch::default();
-        tracer.closest(batch, SceneSubset::All, coherence, &mut hits);
+        tracer.closest(batch, OfKind::CAMERA, SceneSubset::All, coherence, &mut hits);
         hits
     };
     rays.par_iter().map(trace).collect()

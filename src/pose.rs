@@ -2,9 +2,9 @@
 
 use glam::{DMat3, DVec3, EulerRot, Mat4, Vec3, Vec4};
 
-use crate::animation::Transform;
+use crate::animation::{Track, Transform};
 use crate::exposure::{Exposures, LensPose};
-use crate::scene::camera::{Aim, Projection};
+use crate::scene::camera::{Aim, Lens, Projection};
 use crate::scene::{CameraTrack, Light, LightKind, Panel, RenderSpace, Scene};
 use crate::stereo::EyePlace;
 
@@ -91,6 +91,22 @@ pub struct CameraPose {
     pub half_height: f32,
     /// Offset of the picture from the view axis, to the right and up, as shares of its longer side.
     pub shift: [f32; 2],
+    /// Distances along the view axis between which the eye sees anything.
+    pub clip: Clip,
+}
+
+/// Distances of clipping planes from the eye along the view axis, world units.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Clip {
+    /// Nothing nearer is seen; 0 or above.
+    pub near: f32,
+    /// Nothing farther is seen.
+    pub far: f32,
+}
+
+impl Clip {
+    /// No planes: everything before the eye is seen.
+    pub const NONE: Self = Self { near: 0.0, far: f32::INFINITY };
 }
 
 impl CameraPose {
@@ -121,6 +137,10 @@ impl CameraPose {
         };
         let half_height = track.half_height(frame);
         let mut shift = track.lens.shift.each_ref().map(|shift| shift.at(frame));
+        let plane = |plane: &Option<Track<f64>>| plane.as_ref().map(|depth| depth.at(frame) as f32);
+        let Lens { near, far, .. } = &track.lens;
+        let clip =
+            Clip { near: plane(near).unwrap_or(Clip::NONE.near), far: plane(far).unwrap_or(Clip::NONE.far) };
         if let Some(place) = place {
             eye += axes.x_axis * place.aside[0] + axes.y_axis * place.aside[1];
             let more = place.shift(f64::from(half_height));
@@ -134,6 +154,7 @@ impl CameraPose {
             projection: track.projection(),
             half_height,
             shift: shift.map(|shift| shift as f32),
+            clip,
         }
     }
 
@@ -205,7 +226,9 @@ impl RenderSpace {
             Projection::Perspective => camera.half_height,
             Projection::Orthographic => self.length_of_files(camera.half_height),
         };
-        CameraPose { eye: self.point_of_files(camera.eye).as_vec3(), half_height, ..*camera }
+        let Clip { near, far } = camera.clip;
+        let clip = Clip { near: self.length_of_files(near), far: self.length_of_files(far) };
+        CameraPose { eye: self.point_of_files(camera.eye).as_vec3(), half_height, clip, ..*camera }
     }
 }
 
@@ -526,6 +549,7 @@ mod tests {
             projection: Projection::Perspective,
             half_height: 0.5,
             shift: [0.0; 2],
+            clip: Clip::NONE,
         };
         let point = camera.eye + camera.forward * 4.0 + camera.up * 2.0 + camera.right;
         let seen = camera.world_to_camera().transform_point3(point);
@@ -554,6 +578,7 @@ mod tests {
             projection: Projection::Perspective,
             half_height: 0.5,
             shift: [0.0; 2],
+            clip: Clip::NONE,
         };
         let offset = perspective.forward * 4.0 + perspective.up * 2.0 + perspective.right;
         for camera in [perspective, CameraPose { projection: Projection::Orthographic, ..perspective }] {

@@ -234,6 +234,7 @@ fn add_ball(scene: &mut Scene, place: &Place, radius: f64) {
         mesh: Arc::new(ball()),
         track,
         reflection_map: None,
+        ray_visibility: Default::default(),
     });
 }
 

@@ -103,6 +103,20 @@ class Arrays(unittest.TestCase):
         self.assertLess(soft[0], soft[1])
         self.assertLess(soft[1], soft[2])
 
+    def test_rays_see_what_they_are_to_see(self):
+        scene = afterimage.Scene(frames="1", size=(32, 24), samples=1, background="transparent")
+        scene.add_mesh("hidden", CUBE, CUBE_FACES, transform=moved(x=-3), hidden_from=["camera", "shadow"])
+        cube = scene.add_mesh("shown", CUBE, CUBE_FACES)
+        scene.add_instance(cube, moved(x=3), holdout=True)
+        scene.set_camera(transform=moved(z=14), fov=50)
+        frame = next(iter(afterimage.render(scene)))
+        self.assertEqual(set(np.unique(frame.layers["object"])), {0, 2, 3})
+        alpha = frame.layers["RGBA"][:, :, 3]
+        self.assertGreater(alpha[:, 13:19].sum(), 5)
+        self.assertEqual(alpha[:, :13].sum() + alpha[:, 19:].sum(), 0)
+        with self.assertRaisesRegex(afterimage.Error, "there are no rays `eye`"):
+            scene.add_instance(cube, hidden_from=["eye"])
+
     def test_reuse_is_exact(self):
         scene = still(frames="1-4", paths=4)
         scene.set_camera(keys={1: {"eye": (4, 3, 6)}, 4: {"eye": (4.5, 3, 5.6)}}, target=(0, 1, 0))

@@ -161,7 +161,14 @@ pub fn triangles(corners: Vec<[f32; 3]>, triangles: Vec<[u32; 3]>) -> Mesh {
 }
 
 pub fn model(mesh: Mesh, track: TransformTrack) -> Model {
-    Model { name: "mover".into(), path: "mover".into(), mesh: Arc::new(mesh), track, reflection_map: None }
+    Model {
+        name: "mover".into(),
+        path: "mover".into(),
+        mesh: Arc::new(mesh),
+        track,
+        reflection_map: None,
+        ray_visibility: Default::default(),
+    }
 }
 
 /// A model of `mesh` with a few shapes, in which it is elsewhere or bent, some of them twice in a row.

@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use super::volume::Volume;
 use crate::animation::Transform;
 use crate::geometry::tree::{Box3, Child, Tree, WIDTH};
-use crate::scene::{Mesh, Scene};
+use crate::scene::{Mesh, RayKind, Scene};
 
 /// Triangles of a leaf, at most.
 const LEAF: u32 = 8;
@@ -74,7 +74,7 @@ pub(super) struct SearchStack(Vec<Child>, Vec<Child>);
 pub(super) struct TooMuch;
 
 impl Obstacles {
-    /// Builds the trees of all models of `scene` that never move.
+    /// Builds the trees of all models of `scene` that never move and that rays from the eye see.
     pub fn new(scene: &Scene) -> Self {
         let at_rest = |model: &u32| scene.models[*model as usize].track.is_constant();
         let models: Vec<u32> = (0..scene.models.len() as u32).filter(at_rest).collect();
@@ -83,7 +83,7 @@ impl Obstacles {
         for model in models {
             let one = &scene.models[model as usize];
             let transform = one.track.at(0.0);
-            if !transform.is_visible {
+            if !transform.is_visible || one.ray_visibility.hidden_from.has(RayKind::Camera) {
                 continue;
             }
             let mesh = *known.entry(Arc::as_ptr(&one.mesh)).or_insert_with(|| {

@@ -32,14 +32,15 @@ use crate::changes::{Direction, Motion, Until};
 use crate::film::Film;
 use crate::geometry::Bounds;
 use crate::layers::Layers;
-use crate::pose::{CameraPose, Pose};
+use crate::pose::{CameraPose, Clip, Pose};
 use crate::samples::SampleStore;
 use crate::samples::saved::PictureName;
-use crate::settings::{Mode, Settings};
+use crate::settings::{Backdrop, Mode, Settings};
 use crate::shade::deformed::Deformations;
 use crate::shade::sampling::hash_of;
 use crate::stats::{AuditCounts, Seconds, TracingSeconds};
 use crate::stereo::EyePlace;
+use crate::trace::clipped::Clipped;
 use crate::trace::timed::Timed;
 use crate::trace::{Backend, Tracer};
 
@@ -88,7 +89,10 @@ pub fn render(
     let setup = Setup::of(prepared, history, lineage, request);
     let tracer = backend.commit(&request.pose, &lineage.plan.moved)?;
     let timed = Timed::new(&*tracer);
-    let frame = setup.frame_view(prepared, lineage, request, &timed);
+    let clipped = Clipped::new(&timed, &request.pose.camera);
+    let is_whole = request.pose.camera.clip == Clip::NONE;
+    let tracer: &dyn Tracer = if is_whole { &timed } else { &clipped };
+    let frame = setup.frame_view(prepared, lineage, request, tracer);
 
     // what will not pay is not begun
     let coarsest = lender.unwrap_or(history).levels[0].store.as_ref();
@@ -104,7 +108,9 @@ pub fn render(
     let keeps_trees = stays
         && prepared.has_trees
         && !frame.motion.is_none()
-        && !frame.motion.expires_next(frame.light_change, request.pose.moment);
+        && !frame.motion.expires_next(frame.light_change, request.pose.moment)
+        // the background that veils show in its own layer is not kept with their trees
+        && !shows_background_apart(&frame);
     let frame = FrameView { plan, keeps_trees, ..frame };
     if keeps_trees {
         allow_trees(&mut history.levels, &prepared.settings, request.sharers);
@@ -257,6 +263,8 @@ impl<'a> Setup<'a> {
             deformations: &self.deformations,
             displaced: &self.displaced,
             hidden: &self.hidden,
+            hides_from_some: prepared.hides_from_some,
+            roles: &prepared.roles,
             slots: &prepared.layout.slots,
             quadrics: &prepared.quadrics,
             view: &self.views[0],
@@ -303,6 +311,13 @@ impl<'a> Setup<'a> {
             ..*frame
         }
     }
+}
+
+/// Returns true if a layer has the background that veils show.
+fn shows_background_apart(frame: &FrameView) -> bool {
+    frame.settings.background == Backdrop::Transparent
+        && frame.layers.has(Layers::BACKGROUND)
+        && frame.scene.materials.iter().any(|material| material.optics.is_straight())
 }
 
 /// Places that the eye of a picture takes in the frames that are inferred from it; where no samples are projected, nobody asks.

@@ -34,12 +34,17 @@ pub struct Lens {
     pub aperture: Option<Track<f64>>,
     /// Distance of the plane in focus along the view axis, world units. None: the distance of the target.
     pub focus: Option<Track<f64>>,
+    /// Distance along the view axis nearer than which nothing is seen, world units. None: all is seen.
+    pub near: Option<Track<f64>>,
+    /// Distance along the view axis farther than which nothing is seen, world units. None: all is seen.
+    pub far: Option<Track<f64>>,
 }
 
 impl Default for Lens {
     /// A pinhole, with the view axis in the middle of the picture.
     fn default() -> Self {
-        Self { height: None, shift: [0.0; 2].map(Track::constant), aperture: None, focus: None }
+        let shift = [0.0; 2].map(Track::constant);
+        Self { height: None, shift, aperture: None, focus: None, near: None, far: None }
     }
 }
 
@@ -71,12 +76,12 @@ impl CameraTrack {
 
     /// Returns true if the camera is the same in all frames.
     pub fn is_constant(&self) -> bool {
-        let Lens { height, shift, aperture, focus } = &self.lens;
+        let Lens { height, shift, aperture, focus, near, far } = &self.lens;
         let is_aim_constant = match &self.aim {
             Aim::Target { target, roll } => target.is_constant() && roll.is_constant(),
             Aim::Rotation(rotation) => rotation.is_constant(),
         };
-        let optional = [height, aperture, focus].into_iter().flatten();
+        let optional = [height, aperture, focus, near, far].into_iter().flatten();
         self.eye.is_constant()
             && is_aim_constant
             && self.fov.is_constant()

@@ -21,6 +21,7 @@ pub mod obj;
 pub(crate) mod part_of_file;
 mod paths;
 pub mod ply;
+pub mod ray_kinds;
 pub mod render_space;
 pub mod shapes;
 pub(crate) mod shot;
@@ -48,6 +49,7 @@ pub use loader::load_sharing;
 pub use loader::{load, load_turntable};
 pub use material::Material;
 pub use mesh::Mesh;
+pub use ray_kinds::{RayKind, RayKinds, RayVisibility, Role};
 pub use render_space::RenderSpace;
 pub use shapes::Shapes;
 pub use shot::{Content, Shot};
@@ -97,12 +99,19 @@ pub struct Model {
     /// Resolution of the reflection map in which its mirrors and glass look up their reflections, texels
     /// along an edge. None: they send rays.
     pub reflection_map: Option<u32>,
+    /// What rays of each kind see of it.
+    pub ray_visibility: RayVisibility,
 }
 
 impl Scene {
     /// Pager of the textures that are in pages, if there are some.
     pub fn pager(&self) -> Option<&Pager> {
         self.textures.iter().find_map(|texture| texture.image.pager()).map(Arc::as_ref)
+    }
+
+    /// Returns true if any model is hidden from some kinds of rays.
+    pub fn hides_from_some(&self) -> bool {
+        self.models.iter().any(|model| model.ray_visibility.hidden_from != RayKinds::NONE)
     }
 
     /// Returns true if occlusion dims ambient light that any material reflects.

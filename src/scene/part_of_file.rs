@@ -8,10 +8,10 @@ use embree::VertexBuffer;
 use glam::{DAffine3, Vec2, Vec3};
 use half::f16;
 
-use super::Mesh;
 use super::cutout::VertexData;
 use super::details::Details;
 use super::model::assemble::Assembly;
+use super::{Mesh, RayVisibility};
 use crate::animation::{Interpolation, ShapeTrack, Track, Visibility};
 
 /// Ratio of the volume of a map to that of a cube of its largest stretch below which it makes things flat.
@@ -29,6 +29,8 @@ pub struct PartOfFile {
     pub visible: Visibility,
     /// Shapes over time, if it deforms.
     pub shapes: Option<ShapeTrack>,
+    /// What rays of each kind see of it.
+    pub ray_visibility: RayVisibility,
 }
 
 /// Place of a node over time.

@@ -167,9 +167,10 @@ impl RenderSpace {
             rotation => rotation,
         };
         let height = camera.lens.height.map(|track| track.map(|height| height * self.scale));
-        let [aperture, focus] = [camera.lens.aperture, camera.lens.focus]
+        let Lens { aperture, focus, near, far, .. } = camera.lens;
+        let [aperture, focus, near, far] = [aperture, focus, near, far]
             .map(|track| track.map(|track| track.map(|length| length * self.scale)));
-        let lens = Lens { height, aperture, focus, ..camera.lens };
+        let lens = Lens { height, aperture, focus, near, far, shift: camera.lens.shift };
         CameraTrack { eye: camera.eye.converted(|eye| self.point(eye), self.scale), aim, lens, ..camera }
     }
 

@@ -15,7 +15,7 @@ use crate::geometry::Bounds;
 use crate::pose::Pose;
 use crate::scene::cutout::{Asks, CutoutTest};
 use crate::scene::render_space::Extent;
-use crate::scene::{Mesh, Model, Scene};
+use crate::scene::{Mesh, Model, RayKind, Scene};
 
 /// Triangles of a scene that emit light (`Ke`). Quadrics are not among them: paths that meet one bring its
 /// light. They are chosen by [parts](EmitterParts), by how near these are; within its part each triangle in
@@ -33,8 +33,8 @@ pub struct Emitters {
     chance: Vec<f32>,
     /// Test of each model for places that are cut out, if it emits and any are.
     cut: Vec<Option<Arc<CutoutTest>>>,
-    /// True if there are quadrics that emit.
-    quadrics: bool,
+    /// True if surfaces emit of which no points are chosen.
+    are_met_alone: bool,
 }
 
 /// Point on an emitting surface.
@@ -59,6 +59,15 @@ pub struct NotThere {
     pub model: u32,
 }
 
+/// Returns true if points are chosen on the emitting surfaces of a model. The light of others is found by the rays
+/// alone that meet them: of quadrics, and of models that are hidden from rays by which surfaces would find what they
+/// ask for. (A model that is hidden from glossy rays is asked, and layers reflect none of its light.)
+fn is_asked(model: &Model) -> bool {
+    let hidden_from = model.ray_visibility.hidden_from;
+    let is_hidden = [RayKind::Diffuse, RayKind::Transmission].iter().any(|kind| hidden_from.has(*kind));
+    model.mesh.quadric.is_none() && !is_hidden
+}
+
 impl Emitters {
     /// Collects the emitters of all models of `scene`, of which these are the bounds, object space.
     pub fn new(scene: &Scene, bounds: &[Bounds]) -> Self {
@@ -70,8 +79,7 @@ impl Emitters {
         let mut triangles = Vec::new();
         // models may share a mesh: it is searched once
         let mut known: HashMap<*const Mesh, Vec<u32>> = HashMap::new();
-        let has_corners = |model: &Model| model.mesh.quadric.is_none();
-        for (model, number) in scene.models.iter().zip(0..).filter(|(model, _)| has_corners(model)) {
+        for (model, number) in scene.models.iter().zip(0..).filter(|(model, _)| is_asked(model)) {
             let glowing =
                 known.entry(Arc::as_ptr(&model.mesh)).or_insert_with(|| glowing_of(&model.mesh, &brightness));
             if glowing.is_empty() {
@@ -93,9 +101,9 @@ impl Emitters {
         let emits = |model: &Model| {
             model.mesh.material_of.iter().any(|material| brightness[usize::from(*material)] > 0.0)
         };
-        let quadrics = scene.models.iter().any(|model| !has_corners(model) && emits(model));
+        let are_met_alone = scene.models.iter().any(|model| !is_asked(model) && emits(model));
         let chance_of =
-            |model: &Model| if has_corners(model) && total > 0.0 { growth(model) / total } else { 0.0 };
+            |model: &Model| if is_asked(model) && total > 0.0 { growth(model) / total } else { 0.0 };
         let chance = scene.models.iter().map(|model| chance_of(model) as f32).collect();
         let mut tests: HashMap<*const Mesh, Option<Arc<CutoutTest>>> = HashMap::new();
         let test_of = |model: &Model| {
@@ -103,12 +111,12 @@ impl Emitters {
             tests.entry(Arc::as_ptr(&model.mesh)).or_insert_with(test).clone()
         };
         let cut = scene.models.iter().map(test_of).collect();
-        Self { parts: EmitterParts::new(scene, bounds, triangles), brightness, chance, cut, quadrics }
+        Self { parts: EmitterParts::new(scene, bounds, triangles), brightness, chance, cut, are_met_alone }
     }
 
     /// Returns true if nothing emits.
     pub fn is_empty(&self) -> bool {
-        self.parts.is_empty() && !self.quadrics
+        self.parts.is_empty() && !self.are_met_alone
     }
 
     /// Returns true if there are points to choose.

@@ -241,6 +241,13 @@ impl RayBatch {
         }
     }
 
+    /// Copies the batch, with each packet as `change` leaves it; it gets the bit mask of the lanes in use as well.
+    pub fn changed(&self, mut change: impl FnMut(&mut RayPacket, u16)) -> Self {
+        let mut packets = self.packets[..self.packet_count()].to_vec();
+        packets.iter_mut().enumerate().for_each(|(i, packet)| change(packet, self.lanes_in_use(i)));
+        Self { packets, len: self.len, whole: self.whole.clone() }
+    }
+
     /// Packets, each with the bit mask of its lanes in use.
     pub fn packets(&self) -> impl Iterator<Item = (&RayPacket, u16)> {
         let used = self.len.div_ceil(LANES);

@@ -39,16 +39,16 @@ use embree::{
 };
 
 use super::{
-    Backend, Coherence, HitBatch, HitPacket, LANES, NO_HIT, Occluders, Purpose, RayBatch, RayPacket,
+    Backend, Coherence, HitBatch, HitPacket, LANES, NO_HIT, Occluders, OfKind, Purpose, RayBatch, RayPacket,
     SceneSubset, TraceError, Tracer, has_many_clear,
 };
 use crate::lanes::{F32x8, are_same};
 use crate::pose::Pose;
-use crate::scene::{Mesh, Model, Scene};
+use crate::scene::{Mesh, Model, RayKind, RayKinds, Scene};
 use crate::settings::{Build, Caustics};
 pub use config::{CONFIG_VARIABLE, check_config, device_config, settings};
 use frozen::{Deforming, Frozen, MOST_PARTS, Part, ROBUST, freeze, parts_of};
-use places::set_places;
+use places::{Instance, set_places};
 
 /// Least t of rays. Embree counts t = tnear as met: an eye in a surface, at t = 0, would see nothing else.
 /// Large enough that products with it are not subnormal in scenes of usual size, which would be slow.
@@ -74,8 +74,8 @@ struct InstanceParts {
 struct Casters {
     still: EmbreeScene,
     movable: EmbreeScene,
-    /// Models in `movable`, each with its instance.
-    instances: Vec<(usize, GeometryId)>,
+    /// Instances in `movable`.
+    instances: Vec<Instance>,
 }
 
 /// All Embree scenes of a shot.
@@ -87,15 +87,15 @@ pub struct EmbreeBackend {
     still_parts: Vec<GeometryPart>,
     /// Parts by instance, of both scenes.
     instance_parts: Vec<InstanceParts>,
-    /// Movable models, each with its instance.
-    instances: Vec<(usize, GeometryId)>,
+    /// Instances of movable models.
+    instances: Vec<Instance>,
     /// Movable models that deform.
     deforming: Vec<Deforming>,
     device: Device,
     /// Width of the packets that Embree gets.
     width: PacketWidth,
-    /// Mask of the triangles that block shadow rays.
-    shadow_mask: u32,
+    /// True if triangles that cast no shadows let shadow rays pass.
+    clear_passes: bool,
 }
 
 impl EmbreeBackend {
@@ -139,10 +139,7 @@ impl EmbreeBackend {
             deforming: Vec::new(),
             width: device.native_width(),
             device: device.clone(),
-            shadow_mask: match caustics {
-                Caustics::None => mask::CASTS_SHADOW,
-                Caustics::Paths => mask::CASTS_SHADOW | mask::CLEAR,
-            },
+            clear_passes: caustics == Caustics::None,
         };
         backend.add_models(scene, quality)?;
         // still scenes are built here; in every frame they are found unchanged
@@ -176,14 +173,14 @@ impl EmbreeBackend {
                 continue;
             }
             if model.track.is_constant() {
-                self.add_still(number, &model.mesh)?;
+                self.add_still(number, model)?;
             } else if model.mesh.shapes.is_some() {
                 let (deforming, parts) =
                     Deforming::new(&self.device, number as usize, &model.mesh, with_casters)?;
-                let instances = self.add_movable(number, &parts)?;
+                let instances = self.add_movable(number, model, &parts)?;
                 self.deforming.push(deforming.placed(instances));
             } else {
-                self.add_movable(number, &*shared(&model.mesh)?)?;
+                self.add_movable(number, model, &*shared(&model.mesh)?)?;
             }
         }
         for (model, number) in scene.models.iter().zip(0..).filter(|(model, _)| model.is_placed_at_rest()) {
@@ -192,11 +189,13 @@ impl EmbreeBackend {
         Ok(())
     }
 
-    fn add_still(&mut self, model: u32, mesh: &Mesh) -> Result<(), TraceError> {
-        for Part { geometry, first, casts_shadow } in parts_of(&self.device, mesh, &mesh.positions)? {
+    fn add_still(&mut self, number: u32, model: &Model) -> Result<(), TraceError> {
+        let mesh = &model.mesh;
+        let parts = parts_of(&self.device, mesh, &mesh.positions, seen_by(model))?;
+        for Part { geometry, first, casts_shadow } in parts {
             let GeometryId(id) = self.still.attach(&geometry)?;
             debug_assert_eq!(id as usize, self.still_parts.len());
-            self.still_parts.push(GeometryPart { model, first });
+            self.still_parts.push(GeometryPart { model: number, first });
             if let Some(casters) = self.casters.as_mut().filter(|_| casts_shadow) {
                 casters.still.attach(&geometry)?;
             }
@@ -207,30 +206,38 @@ impl EmbreeBackend {
     /// Adds a copy that stands still. Called after all models that move, so that its instance has another id
     /// than theirs.
     fn add_at_rest(&mut self, number: u32, model: &Model, frozen: &Frozen) -> Result<(), TraceError> {
-        let place = model.track.at(0.0).columns();
+        let (place, mask) = (model.track.at(0.0).columns(), mask::of_instance(seen_by(model), false));
         self.still.skip_ids_to(GeometryId(self.instance_parts.len() as u32));
-        let GeometryId(id) = self.still.attach_instance(&frozen.scene, place, mask::RESTS)?;
+        let GeometryId(id) = self.still.attach_instance(&frozen.scene, place, mask)?;
         // ids of triangles in world space are not those of instances
         let nobody = InstanceParts { model: NO_HIT, firsts: [0; MOST_PARTS] };
         self.instance_parts.resize(id as usize, nobody);
         self.instance_parts.push(InstanceParts { model: number, firsts: frozen.firsts });
         if let (Some(casters), Some(scene)) = (&mut self.casters, &frozen.casters) {
-            casters.still.attach_instance(scene, place, mask::RESTS)?;
+            casters.still.attach_instance(scene, place, mask)?;
         }
         Ok(())
     }
 
     /// Adds the instances of a model: one among all models, and one among those that cast shadows.
-    fn add_movable(&mut self, model: u32, frozen: &Frozen) -> Result<[Option<GeometryId>; 2], TraceError> {
+    fn add_movable(
+        &mut self,
+        number: u32,
+        model: &Model,
+        frozen: &Frozen,
+    ) -> Result<[Option<GeometryId>; 2], TraceError> {
         let identity = crate::animation::Transform::IDENTITY.columns();
-        let instance = self.movable.attach_instance(&frozen.scene, identity, mask::MOVED)?;
+        let seen_by = seen_by(model);
+        let mask = mask::of_instance(seen_by, true);
+        let placed = |id| Instance { id, model: number as usize, seen_by };
+        let instance = self.movable.attach_instance(&frozen.scene, identity, mask)?;
         debug_assert_eq!(instance.0 as usize, self.instance_parts.len());
-        self.instance_parts.push(InstanceParts { model, firsts: frozen.firsts });
-        self.instances.push((model as usize, instance));
+        self.instance_parts.push(InstanceParts { model: number, firsts: frozen.firsts });
+        self.instances.push(placed(instance));
         let mut of_caster = None;
         if let (Some(casters), Some(scene)) = (&mut self.casters, &frozen.casters) {
-            let id = casters.movable.attach_instance(scene, identity, mask::MOVED)?;
-            casters.instances.push((model as usize, id));
+            let id = casters.movable.attach_instance(scene, identity, mask)?;
+            casters.instances.push(placed(id));
             of_caster = Some(id);
         }
         Ok([Some(instance), of_caster])
@@ -252,7 +259,7 @@ impl Backend for EmbreeBackend {
             still_parts: &self.still_parts,
             instance_parts: &self.instance_parts,
             width: self.width,
-            shadow_mask: self.shadow_mask,
+            clear_passes: self.clear_passes,
         }))
     }
 }
@@ -284,25 +291,41 @@ struct EmbreeTracer<'a> {
     still_parts: &'a [GeometryPart],
     instance_parts: &'a [InstanceParts],
     width: PacketWidth,
-    shadow_mask: u32,
+    clear_passes: bool,
 }
 
 impl Tracer for EmbreeTracer<'_> {
-    fn closest(&self, rays: &RayBatch, among: SceneSubset, coherence: Coherence, hits: &mut HitBatch) {
+    fn closest(
+        &self,
+        rays: &RayBatch,
+        kinds: OfKind,
+        among: SceneSubset,
+        coherence: Coherence,
+        hits: &mut HitBatch,
+    ) {
         hits.packets.resize(rays.packet_count(), HitPacket::NONE);
         if coherence == Coherence::Incoherent {
             let both = [self.still, self.movable.unwrap_or(self.still)];
             let has_movable = among == SceneSubset::All && self.movable.is_some();
             let scenes = &both[..1 + usize::from(has_movable)];
-            return one_by_one::closest(scenes, rays, (mask::ALL, LEAST_T), hits, |met| {
+            let name = |met: PrimId| {
                 let part = self.part(met.inst_id, met.geom_id);
                 (part.model, part.first + met.prim_id)
-            });
+            };
+            return match kinds {
+                OfKind::All(kind) => {
+                    let mask = mask_of(kind);
+                    one_by_one::closest(scenes, rays, |_| mask, LEAST_T, hits, name)
+                }
+                OfKind::Each(kinds) => {
+                    one_by_one::closest(scenes, rays, |ray| mask_of(kinds[ray]), LEAST_T, hits, name)
+                }
+            };
         }
         match self.width {
-            PacketWidth::Four => self.closest_by::<4>(rays, among, coherence, hits),
-            PacketWidth::Eight => self.closest_by::<8>(rays, among, coherence, hits),
-            PacketWidth::Sixteen => self.closest_by::<16>(rays, among, coherence, hits),
+            PacketWidth::Four => self.closest_by::<4>(rays, kinds, among, coherence, hits),
+            PacketWidth::Eight => self.closest_by::<8>(rays, kinds, among, coherence, hits),
+            PacketWidth::Sixteen => self.closest_by::<16>(rays, kinds, among, coherence, hits),
         }
     }
 
@@ -349,6 +372,7 @@ impl EmbreeTracer<'_> {
     fn closest_by<const N: usize>(
         &self,
         rays: &RayBatch,
+        kinds: OfKind,
         among: SceneSubset,
         coherence: Coherence,
         hits: &mut HitBatch,
@@ -357,8 +381,10 @@ impl EmbreeTracer<'_> {
         let [way, movable_way] =
             [Occluders::Still, Occluders::Movable].map(|by| to_embree_coherence(coherence, by));
         let mut both = RayHit::<N>::default();
-        both.ray.mask = [mask::ALL; N];
-        for ((packet, lanes), out) in rays.packets().zip(&mut hits.packets) {
+        if let OfKind::All(kind) = kinds {
+            both.ray.mask = [mask_of(kind); N];
+        }
+        for (number, ((packet, lanes), out)) in rays.packets().zip(&mut hits.packets).enumerate() {
             for part in 0..LANES / N {
                 let (first, in_part) = (part * N, part_of::<N>(lanes, part));
                 if in_part == 0 {
@@ -366,6 +392,10 @@ impl EmbreeTracer<'_> {
                     continue;
                 }
                 load(&mut both.ray, packet, first);
+                if let OfKind::Each(kinds) = kinds {
+                    let kinds = &kinds[number * LANES + first..];
+                    both.ray.mask.iter_mut().zip(kinds).for_each(|(mask, kind)| *mask = mask_of(*kind));
+                }
                 let valid = Valid::from_bits(in_part);
                 both.hit.clear();
                 (both.hit.u, both.hit.v) = ([0.0; N], [0.0; N]);
@@ -448,15 +478,7 @@ impl EmbreeTracer<'_> {
     }
 
     fn ray_mask(&self, by: Occluders, purpose: Purpose) -> u32 {
-        let models = match by {
-            Occluders::Still | Occluders::Movable => mask::RESTS | mask::MOVED,
-            Occluders::Moved => mask::MOVED,
-        };
-        let triangles = match purpose {
-            Purpose::Sight => mask::CASTS_SHADOW | mask::CLEAR,
-            Purpose::Shadow => self.shadow_mask,
-        };
-        models | triangles
+        mask::of_ray(purpose.kind(), by == Occluders::Moved, self.clear_passes)
     }
 
     /// Returns true if a ray of `packet` has met the triangle that its own sample is on.
@@ -464,6 +486,16 @@ impl EmbreeTracer<'_> {
         let part = self.part(met.inst_id, met.geom_id);
         part.model == packet.own_model[lane] && part.first + met.prim_id == packet.own_triangle[lane]
     }
+}
+
+/// Rays that see a model.
+fn seen_by(model: &Model) -> RayKinds {
+    model.ray_visibility.hidden_from.others()
+}
+
+/// Mask of a ray that finds its first hit.
+fn mask_of(kind: RayKind) -> u32 {
+    mask::of_ray(kind, false, false)
 }
 
 /// Bits of lanes `part * N..(part + 1) * N`.
@@ -550,7 +582,7 @@ mod tests {
             backend.width = width;
             let tracer = backend.commit(&pose, &moved).expect("it builds");
             let mut hits = HitBatch::default();
-            tracer.closest(&rays, SceneSubset::All, Coherence::Coherent, &mut hits);
+            tracer.closest(&rays, OfKind::CAMERA, SceneSubset::All, Coherence::Coherent, &mut hits);
             let hits: Vec<_> = (0..rays.len()).map(|ray| hits.get(ray).map(|hit| hit.t.to_bits())).collect();
             let blocked = [Purpose::Sight, Purpose::Shadow].map(|purpose| {
                 let mut blocked = vec![0b100; rays.packet_count()];

@@ -9,6 +9,7 @@
 //! as its tracer lives: the compiler keeps changes and tracing apart.
 
 mod batch;
+pub mod clipped;
 pub mod embree;
 pub mod rust;
 pub mod timed;
@@ -16,7 +17,7 @@ pub mod timed;
 pub use batch::{Coherence, Hit, HitBatch, HitPacket, LANES, NO_HIT, RayBatch, RayPacket};
 
 use crate::pose::Pose;
-use crate::scene::{Mesh, Scene};
+use crate::scene::{Mesh, RayKind, Scene};
 use crate::settings::{Build, Caustics};
 
 /// Models that may block a ray.
@@ -39,21 +40,58 @@ pub enum SceneSubset {
     Still,
 }
 
+/// Kinds of the rays of a batch.
+#[derive(Debug, Clone, Copy)]
+pub enum OfKind<'a> {
+    /// All rays are of one kind.
+    All(RayKind),
+    /// Kind of each ray, in their order.
+    Each(&'a [RayKind]),
+}
+
+impl<'a> OfKind<'a> {
+    /// Rays from the eye.
+    pub const CAMERA: Self = Self::All(RayKind::Camera);
+
+    /// Kinds of rays that go on from surfaces, of which `each` has its own; an empty list stands for a scene that hides
+    /// nothing from any, where it makes no difference what they come from, as long as it is not the eye.
+    pub fn of(each: &'a [RayKind]) -> Self {
+        if each.is_empty() { Self::All(RayKind::Diffuse) } else { Self::Each(each) }
+    }
+}
+
 /// Purpose of a segment, which decides what blocks it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Purpose {
-    /// Segment from the eye to a sample. Everything blocks but the sample's own primitive: its triangle, or
-    /// that place of a quadric's piece.
+    /// Segment from the eye to a sample, of the kind [`RayKind::Camera`]. Everything that such rays see blocks, but the
+    /// sample's own primitive: its triangle, or that place of a quadric's piece.
     Sight,
-    /// Segment from a sample to a light. Surfaces that cast shadows block (see
+    /// Segment from a sample to a light, of the kind [`RayKind::Shadow`]. Surfaces that cast shadows block (see
     /// [`Material::casts_shadow`](crate::scene::Material::casts_shadow)); under [`Caustics::Paths`] all do.
     Shadow,
 }
 
+impl Purpose {
+    /// Kind of the segments.
+    pub fn kind(self) -> RayKind {
+        match self {
+            Self::Sight => RayKind::Camera,
+            Self::Shadow => RayKind::Shadow,
+        }
+    }
+}
+
 /// Ray tracer for the scene as it was committed.
 pub trait Tracer: Sync {
-    /// Finds the first hit of each ray of `rays`, `among` these models.
-    fn closest(&self, rays: &RayBatch, among: SceneSubset, coherence: Coherence, hits: &mut HitBatch);
+    /// Finds the first hit of each ray of `rays`, `among` those of these models that rays of its kind see.
+    fn closest(
+        &self,
+        rays: &RayBatch,
+        kinds: OfKind,
+        among: SceneSubset,
+        coherence: Coherence,
+        hits: &mut HitBatch,
+    );
 
     /// Sets the bit of each ray of `rays` that models of the kind `by` block; rays whose bit is set already
     /// are not traced. `blocked` has one word a packet.

@@ -37,13 +37,13 @@ use std::sync::Arc;
 use glam::Affine3A;
 
 use super::{
-    Backend, Coherence, HitBatch, HitPacket, LANES, NO_HIT, Occluders, Purpose, RayBatch, RayPacket,
+    Backend, Coherence, HitBatch, HitPacket, LANES, NO_HIT, Occluders, OfKind, Purpose, RayBatch, RayPacket,
     SceneSubset, TraceError, Tracer, has_many_clear,
 };
 use crate::animation::{Shape, Transform};
 use crate::geometry::tree::{Box3, Tree};
 use crate::pose::Pose;
-use crate::scene::{Mesh, Model, Scene};
+use crate::scene::{Mesh, Model, RayKind, Scene};
 use crate::settings::Caustics;
 use beam::{Beam, Open, Probe, Visitor, walk};
 use quadrics::{Quadrics, Standing};
@@ -56,12 +56,17 @@ const LEAST_BEAM: u32 = 3;
 
 /// All trees of a shot.
 pub struct RustBackend {
-    all: Trees,
+    /// Trees of the models that rays see: one set, unless some models are hidden from some kinds of rays.
+    seen: Vec<Trees>,
+    of_kind: TreesOfKind,
     /// Trees of the triangles that cast shadows, where [many are clear](has_many_clear).
     casters: Option<Trees>,
     /// True if triangles that cast no shadow let shadow rays pass.
     clear_passes: bool,
 }
+
+/// Number of the trees, among those of a backend, that rays of each kind see.
+type TreesOfKind = [usize; RayKind::ALL.len()];
 
 /// Trees of all triangles, or of some.
 struct Trees {
@@ -97,9 +102,21 @@ impl RustBackend {
 
     /// Builds all trees, where clear glass blocks shadow rays or lets them pass by `caustics`.
     pub fn of(scene: &Scene, caustics: Caustics) -> Self {
-        let casters = || Trees::new(scene, |mesh| mesh.shadow_casting, Quadrics::new(scene, true));
+        let casters = || {
+            Trees::new(
+                scene,
+                RayKind::Shadow,
+                |mesh| mesh.shadow_casting,
+                Quadrics::new(scene, RayKind::Shadow, true),
+            )
+        };
+        let (kinds, of_kind) = distinct(scene);
+        let seen = |kind: RayKind| {
+            Trees::new(scene, kind, |mesh| mesh.triangles.len(), Quadrics::new(scene, kind, false))
+        };
         Self {
-            all: Trees::new(scene, |mesh| mesh.triangles.len(), Quadrics::new(scene, false)),
+            seen: kinds.into_iter().map(seen).collect(),
+            of_kind,
             casters: has_many_clear(scene, caustics).then(casters),
             clear_passes: caustics == Caustics::None,
         }
@@ -112,13 +129,34 @@ impl RustBackend {
     }
 }
 
+/// Kinds of rays no two of which see the same models, and for each kind of all the number of the one that sees the
+/// same as it.
+fn distinct(scene: &Scene) -> (Vec<RayKind>, TreesOfKind) {
+    let mut kinds: Vec<RayKind> = Vec::new();
+    let of_kind = RayKind::ALL.map(|kind| {
+        let sees_alike =
+            |other: &RayKind| scene.models.iter().all(|model| is_seen(model, kind) == is_seen(model, *other));
+        kinds.iter().position(sees_alike).unwrap_or_else(|| {
+            kinds.push(kind);
+            kinds.len() - 1
+        })
+    });
+    (kinds, of_kind)
+}
+
+/// Returns true if rays of this kind see a model.
+fn is_seen(model: &Model, kind: RayKind) -> bool {
+    !model.ray_visibility.hidden_from.has(kind)
+}
+
 impl Trees {
-    /// Builds trees of the first `count` triangles of each mesh, and of `quadrics`.
-    fn new(scene: &Scene, count: fn(&Mesh) -> usize, quadrics: Quadrics) -> Self {
+    /// Builds trees of the first `count` triangles of each mesh that rays of this kind see, and of `quadrics`.
+    fn new(scene: &Scene, kind: RayKind, count: fn(&Mesh) -> usize, quadrics: Quadrics) -> Self {
         let (mut still, mut meshes, mut movable, mut deforming) =
             (Vec::new(), Vec::new(), Vec::new(), Vec::new());
         let (mut known, mut at_rest) = (HashMap::new(), Vec::new());
-        let has_triangles = |model: &Model| model.mesh.quadric.is_none() && count(&model.mesh) > 0;
+        let has_triangles =
+            |model: &Model| model.mesh.quadric.is_none() && count(&model.mesh) > 0 && is_seen(model, kind);
         for (number, model) in scene.models.iter().enumerate().filter(|(_, model)| has_triangles(model)) {
             if model.track.is_constant() && !model.is_placed_at_rest() {
                 still.push((number as u32, &*model.mesh));
@@ -178,8 +216,9 @@ fn deformed(mesh: &Mesh, shape: &Shape, count: fn(&Mesh) -> usize) -> Triangles 
 impl Backend for RustBackend {
     fn commit<'a>(&'a mut self, pose: &Pose, moved: &[bool]) -> Result<Box<dyn Tracer + 'a>, TraceError> {
         let casters = self.casters.as_mut().map(|trees| trees.open(pose, moved));
-        let clear_passes = self.clear_passes;
-        Ok(Box::new(RustTracer { all: self.all.open(pose, moved), casters, clear_passes }))
+        let seen = self.seen.iter_mut().map(|trees| trees.open(pose, moved)).collect();
+        let (of_kind, clear_passes) = (self.of_kind, self.clear_passes);
+        Ok(Box::new(RustTracer { seen, of_kind, casters, clear_passes }))
     }
 }
 
@@ -225,7 +264,8 @@ impl Instances {
 
 /// All trees, as they are in one frame.
 struct RustTracer<'a> {
-    all: OpenTrees<'a>,
+    seen: Vec<OpenTrees<'a>>,
+    of_kind: TreesOfKind,
     casters: Option<OpenTrees<'a>>,
     clear_passes: bool,
 }
@@ -243,9 +283,37 @@ struct OpenTrees<'a> {
 }
 
 impl Tracer for RustTracer<'_> {
-    fn closest(&self, rays: &RayBatch, among: SceneSubset, coherence: Coherence, hits: &mut HitBatch) {
+    fn closest(
+        &self,
+        rays: &RayBatch,
+        kinds: OfKind,
+        among: SceneSubset,
+        coherence: Coherence,
+        hits: &mut HitBatch,
+    ) {
         hits.packets.resize(rays.packet_count(), HitPacket::NONE);
-        find_closest(&self.all, rays, among, coherence, &mut hits.packets);
+        for ((packet, _), best) in rays.packets().zip(&mut hits.packets) {
+            best.t = packet.far;
+            best.model = [NO_HIT; LANES];
+            best.triangle = [NO_HIT; LANES];
+        }
+        let hits = &mut hits.packets;
+        match kinds {
+            OfKind::All(kind) => {
+                find_closest(self.seen_by(kind), rays, |_| u16::MAX, among, coherence, hits);
+            }
+            OfKind::Each(kinds) => {
+                for (number, trees) in self.seen.iter().enumerate() {
+                    let see = |packet: usize| {
+                        let lanes = kinds[packet * LANES..].iter().take(LANES).enumerate();
+                        lanes.fold(0, |see, (lane, kind)| {
+                            see | u16::from(self.of_kind[*kind as usize] == number) << lane
+                        })
+                    };
+                    find_closest(trees, rays, see, among, coherence, hits);
+                }
+            }
+        }
     }
 
     fn blocked(
@@ -258,12 +326,19 @@ impl Tracer for RustTracer<'_> {
     ) {
         let trees = match (&self.casters, purpose) {
             (Some(casters), Purpose::Shadow) => casters,
-            _ => &self.all,
+            _ => self.seen_by(purpose.kind()),
         };
         if by == Occluders::Still || !trees.movable.is_empty() || !trees.quadrics.is_empty() {
             let clear_passes = self.clear_passes && purpose == Purpose::Shadow;
             find_blocked(trees, rays, Blockers { by, purpose, clear_passes, coherence }, blocked);
         }
+    }
+}
+
+impl<'a> RustTracer<'a> {
+    /// Trees of what rays of this kind see.
+    fn seen_by(&self, kind: RayKind) -> &OpenTrees<'a> {
+        &self.seen[self.of_kind[kind as usize]]
     }
 }
 
@@ -281,20 +356,18 @@ fn next_beam(rays: &Rays, rest: u16, coherence: Coherence) -> u16 {
     }
 }
 
-/// Finds the first hits of all rays.
+/// Shortens the rays to their first hits: those of which `see` returns the bit, by the number of their packet.
 fn find_closest(
     trees: &OpenTrees<'_>,
     rays: &RayBatch,
+    see: impl Fn(usize) -> u16,
     among: SceneSubset,
     coherence: Coherence,
     hits: &mut [HitPacket],
 ) {
     let mut stack = Vec::new();
-    for ((packet, used), best) in rays.packets().zip(hits) {
-        best.t = packet.far;
-        best.model = [NO_HIT; LANES];
-        best.triangle = [NO_HIT; LANES];
-        let rays = rays_of(packet);
+    for (number, ((packet, used), best)) in rays.packets().zip(hits).enumerate() {
+        let (rays, used) = (rays_of(packet), used & see(number));
         if !trees.still.is_empty() {
             closest_of(trees.still, OF_INSTANCE, &rays, used, coherence, best, &mut stack);
         }

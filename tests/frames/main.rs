@@ -36,6 +36,7 @@ mod passing;
 mod quadrics;
 mod quality;
 mod ray_trees;
+mod ray_visibility;
 mod reflected;
 mod reflection_maps;
 mod reuse;

@@ -103,6 +103,29 @@ fn lenses_have_an_opening_and_a_focus() {
 }
 
 #[test]
+fn clipping_planes_have_keys() {
+    let shot = |[first, second, third]: [&str; 3]| {
+        let key = |frame: u32, more: &str| {
+            format!("[[camera.key]]\nframe = {frame}\neye = [0, 0, 5]\ntarget = [0, 0, 0]\n{more}\n")
+        };
+        load(&format!("{}{}{}[[model]]\nobj = \"m.obj\"\n", key(1, first), key(3, second), key(5, third)))
+    };
+    let at = |shot: &afterimage::scene::Shot| {
+        let clip = |frame| afterimage::pose::Pose::new(&shot.scene, frame).camera.clip;
+        [1, 2, 3, 4, 5].map(|frame| (clip(frame).near, clip(frame).far))
+    };
+    assert_eq!(at(&shot(["", "", ""])), [(0.0, f32::INFINITY); 5]);
+    let keyed = shot(["near = 1", "near = 2\nfar = 8", "far = 4"]);
+    assert_eq!(at(&keyed), [(1.0, 8.0), (1.5, 8.0), (2.0, 8.0), (2.0, 6.0), (2.0, 4.0)]);
+    // what is tiny is rendered at another scale, with its planes
+    let tiny = load(
+        "[[camera.key]]\nframe = 1\neye = [0, 0, 5e-7]\ntarget = [0, 0, 0]\nfar = 1e-6\n\
+         [[model]]\nobj = \"m.obj\"\nscale = 1e-7\n",
+    );
+    assert!((at(&tiny)[0].1 / tiny.scene.space.length(1e-6) - 1.0).abs() < 1e-5);
+}
+
+#[test]
 fn lenses_and_shutters_that_make_no_sense_are_told_with_their_place() {
     let key = |more: &str| {
         let text = format!("[[camera.key]]\nframe = 1\neye = [0, 0, 5]\ntarget = [0, 0, 0]\n{more}\n");
@@ -115,6 +138,10 @@ fn lenses_and_shutters_that_make_no_sense_are_told_with_their_place() {
         ("focus = 3", ["s.toml:5:", "goes with `aperture`"]),
         ("aperture = 51", ["s.toml:5:", "10 times the distance at most"]),
         ("aperture = 1\nfocus = 0.05", ["s.toml:5:", "10 times"]),
+        ("near = -1", ["s.toml:5:", "a distance of up to 1e18"]),
+        ("far = 0", ["s.toml:5:", "a distance of up to 1e18"]),
+        ("far = nan", ["s.toml:5:", "a distance of up to 1e18"]),
+        ("near = 2\nfar = 2", ["s.toml:2:", "must be below `far`"]),
     ] {
         let error = key(more);
         assert!(words.iter().all(|word| error.contains(word)), "{more}: {error}");

@@ -37,8 +37,8 @@ fn defaults_are_as_documented() {
     assert_eq!(shot.scene.environment, None);
     assert_eq!(shot.scene.models[0].name, "m");
     assert_eq!(shot.scene.camera.fov.at(1.0), 40.0);
-    let Lens { height, shift, aperture, focus } = &shot.scene.camera.lens;
-    assert!(height.is_none() && aperture.is_none() && focus.is_none());
+    let Lens { height, shift, aperture, focus, near, far } = &shot.scene.camera.lens;
+    assert!([height, aperture, focus, near, far].into_iter().all(Option::is_none));
     assert!(shift.iter().all(|shift| shift.at(1.0) == 0.0));
     assert_eq!(shot.scene.camera.projection(), Projection::Perspective);
 }

@@ -82,7 +82,14 @@ pub fn still(name: &str, mesh: Mesh, at: Vec3) -> Model {
 
 /// `mesh`, at the places that `track` says.
 pub fn moving(name: &str, mesh: Mesh, track: TransformTrack) -> Model {
-    Model { name: name.into(), path: name.into(), mesh: Arc::new(mesh), track, reflection_map: None }
+    Model {
+        name: name.into(),
+        path: name.into(),
+        mesh: Arc::new(mesh),
+        track,
+        reflection_map: None,
+        ray_visibility: Default::default(),
+    }
 }
 
 /// A quadric that never moves, in world space: as the loader leaves it.

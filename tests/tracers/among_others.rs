@@ -5,7 +5,9 @@ use afterimage::pose::Pose;
 use afterimage::scene::Scene;
 use afterimage::settings::Build;
 use afterimage::trace::embree::EmbreeBackend;
-use afterimage::trace::{Backend, BackendKind, Coherence, Hit, HitBatch, RayBatch, SceneSubset, Tracer};
+use afterimage::trace::{
+    Backend, BackendKind, Coherence, Hit, HitBatch, OfKind, RayBatch, SceneSubset, Tracer,
+};
 use glam::{DVec3, Vec3};
 
 use crate::toy;
@@ -37,7 +39,7 @@ fn scene_of(models: Vec<afterimage::scene::Model>) -> Scene {
 
 fn closest(tracer: &dyn Tracer, way: Coherence, rays: &RayBatch) -> Vec<Option<Hit>> {
     let mut hits = HitBatch::default();
-    tracer.closest(rays, SceneSubset::All, way, &mut hits);
+    tracer.closest(rays, OfKind::CAMERA, SceneSubset::All, way, &mut hits);
     (0..rays.len()).map(|ray| hits.get(ray)).collect()
 }
 

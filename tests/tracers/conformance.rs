@@ -8,7 +8,9 @@ use afterimage::geometry::quadric::QuadricShape;
 use afterimage::pose::Pose;
 use afterimage::scene::{self, Mesh, Model, Scene};
 use afterimage::settings::Build;
-use afterimage::trace::{BackendKind, Coherence, HitBatch, Occluders, Purpose, RayBatch, SceneSubset};
+use afterimage::trace::{
+    BackendKind, Coherence, HitBatch, Occluders, OfKind, Purpose, RayBatch, SceneSubset,
+};
 use glam::{DAffine3, DVec3, Vec2, Vec3};
 
 use crate::collection;
@@ -284,7 +286,7 @@ fn halves_answer_for_themselves_and_moved_ones_apart() {
             }
             for (among, is_met) in [(SceneSubset::All, true), (SceneSubset::Still, answers[0])] {
                 let mut hits = HitBatch::default();
-                tracer.closest(&rays, among, way, &mut hits);
+                tracer.closest(&rays, OfKind::CAMERA, among, way, &mut hits);
                 assert_eq!(hits.get(0).is_some(), is_met, "{x} {among:?}");
             }
         }
@@ -326,6 +328,7 @@ fn models_that_share_a_mesh_keep_their_numbers() {
             ..TransformTrack::identity()
         },
         reflection_map: None,
+        ray_visibility: Default::default(),
     };
     on_each(&scene_of((0..20).map(|i| at(f64::from(i) * 3.0)).collect()), |tracer, way| {
         let mut rays = RayBatch::default();

@@ -8,5 +8,6 @@ mod toy;
 
 mod among_others;
 mod conformance;
+mod hidden;
 mod kinds;
 mod places;

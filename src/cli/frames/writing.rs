@@ -205,6 +205,7 @@ pub(crate) mod tests {
                 projection: Projection::Perspective,
                 half_height: 1.0,
                 shift: [0.0; 2],
+                clip: crate::pose::Clip::NONE,
             },
             backend: BackendKind::Embree,
             about_layers: Vec::new().into(),

@@ -276,6 +276,7 @@ mod tests {
             projection: Projection::Perspective,
             half_height: 1.0,
             shift: [0.0; 2],
+            clip: crate::pose::Clip::NONE,
         };
         let (to_camera, to_picture) = (pose.world_to_camera(), pose.world_to_ndc(2.0));
         for (name, matrix) in [("worldToCamera", to_camera), ("worldToNDC", to_picture)] {

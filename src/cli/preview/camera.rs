@@ -173,7 +173,13 @@ impl ShotCamera {
         if of_lens.shift.iter().any(|shift| shift.values().any(|shift| shift != 0.0)) {
             line("shift", list(&shift, 1.0));
         }
-        for (key, track) in [("aperture", &of_lens.aperture), ("focus", &of_lens.focus)] {
+        let lengths = [
+            ("aperture", &of_lens.aperture),
+            ("focus", &of_lens.focus),
+            ("near", &of_lens.near),
+            ("far", &of_lens.far),
+        ];
+        for (key, track) in lengths {
             if let Some(track) = track {
                 let length = track.at(time) / self.space.scale();
                 line(key, number(length, length.max(LEAST)));

@@ -32,7 +32,7 @@ use crate::settings::Backdrop;
 /// Scratch memory of a worker for this phase, by cell where nothing else is said.
 #[derive(Debug)]
 pub struct Filtering {
-    /// 1 where a surface is seen, 0 elsewhere.
+    /// Share of what is behind the picture that is hidden.
     alpha: Column<f32>,
     /// Albedo; 0 for the background.
     albedo: Light,
@@ -329,7 +329,8 @@ fn prepare(frame: &FrameView, tile: &Tile, radiance: &Radiance, filtering: &mut 
         // a background that is shown covers what the picture is put over, as surfaces do
         let hides =
             if frame.settings.background == Backdrop::Visible { F32x8::splat(1.0) } else { F32x8::ZERO };
-        is_surface.select(F32x8::splat(1.0), hides).store(&mut filtering.alpha, first);
+        let clear = if radiance.has_secondary { F32x8::load(&radiance.clear, first) } else { F32x8::ZERO };
+        is_surface.select(F32x8::ONE - clear, hides).store(&mut filtering.alpha, first);
         if frame.layers.has(Layers::ALBEDO) {
             let [r, g, b] = &mut filtering.albedo;
             let kept = frame.palette.albedo(&tile.materials(first), tile.reflectances(first));

@@ -20,7 +20,7 @@ use super::path_ends::{DrawnLayer, PathStart};
 use super::pdfs::{LightsAsked, Pdfs};
 use crate::changes::Until;
 use crate::frame::shot::frame_view::FrameView;
-use crate::scene::{LightFrom, SkyDensity};
+use crate::scene::{LightFrom, RayKind, SkyDensity};
 use crate::shade::coat::SeenCoat;
 use crate::shade::emitters::{EmitterPlace, NotThere};
 use crate::shade::light_chances::Sent;
@@ -122,7 +122,8 @@ impl DrawnLayer {
         // the light of that point, be it none, depends on its model: on where that is, or will be when it
         // appears
         let (Ok(EmitterPlace { model, .. }) | Err(NotThere { model })) = chosen;
-        let asked = chosen.ok().and_then(|place| self.asks_place(frame, start, &place));
+        let place = chosen.ok().filter(|_| !frame.is_hidden_from(model, RayKind::Glossy));
+        let asked = place.and_then(|place| self.asks_place(frame, start, &place));
         (asked, frame.first_change_of(model))
     }
 

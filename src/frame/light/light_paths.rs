@@ -33,6 +33,7 @@ use crate::frame::surface::ray_tally::RayTally;
 use crate::lanes::LANES;
 use crate::pose::LightPose;
 use crate::samples::Tag;
+use crate::scene::RayKind;
 use crate::shade::Surface;
 use crate::shade::area::{density_of, radiance};
 use crate::shade::coat::{SeenBy, SeenCoat};
@@ -40,7 +41,7 @@ use crate::shade::light::light_from_anywhere;
 use crate::shade::phong;
 use crate::shade::sampling::PathRandom;
 use crate::shade::surface::{off_surface, off_surfaces};
-use crate::trace::{self, Coherence, HitBatch, NO_HIT, RayBatch, SceneSubset};
+use crate::trace::{self, Coherence, HitBatch, NO_HIT, OfKind, RayBatch, SceneSubset};
 
 /// Paths that are traced at once: their rays fit into a second-level cache.
 pub const AT_ONCE: usize = 256;
@@ -64,6 +65,8 @@ pub struct PathScratch {
     /// Direct light in these results, if the rest is limited.
     direct: Vec<Vec3>,
     rays: RayBatch,
+    /// Their kinds, if any model is hidden from some.
+    kinds: Vec<RayKind>,
     hits: HitBatch,
     now: Vec<PathRay>,
     next: Vec<PathRay>,
@@ -162,7 +165,19 @@ fn begin(frame: &FrameView, is_reflected: bool, scratch: &mut PathScratch) {
                     let (weight, asked_from, normal) = (Vec3::ONE, origin, direction);
                     let chances = layer.chances(frame, density);
                     let seen_by = if layer.seen.is_narrow() { SeenBy::Eye } else { SeenBy::Path };
-                    PathRay { path, step, weight, origin, direction, asked_from, normal, chances, seen_by }
+                    let kind = RayKind::Glossy;
+                    PathRay {
+                        path,
+                        step,
+                        weight,
+                        origin,
+                        direction,
+                        asked_from,
+                        normal,
+                        chances,
+                        seen_by,
+                        kind,
+                    }
                 })
             }
         };
@@ -184,19 +199,11 @@ fn gathers(
     light_rays: &mut LightRays,
     brings: &mut PathResult,
 ) -> Option<PathRay> {
-    let [along, above, across, up] = random.four(0);
+    let [along, above, ..] = random.four(0);
     let PathStart { point, normal, geometric_normal, .. } = *start;
     let (weight, chances) = (Vec3::ONE, Pdfs::of_start(frame));
     let asking = Asking { path, point, normal, geometric_normal, weight, chances, coat: None };
-    for number in 0..frame.sky.samples() {
-        // further rays use sets of random numbers of their own, after those of emitters and of all vertices
-        let place = match number {
-            0 => [across, up],
-            _ => {
-                let [across, up, ..] = random.four(2 * frame.settings.bounces + 1 + number);
-                [across, up]
-            }
-        };
+    for place in places_in_sky(frame, &random) {
         light_rays.ask_sky(frame, &asking, place);
     }
     if chances.asks_emitter > 0.0 {
@@ -207,8 +214,38 @@ fn gathers(
     let direction = start.direction([along, above]);
     start.leaves(direction).then(|| {
         let origin = off_surface(point, geometric_normal);
-        let (asked_from, seen_by) = (origin, SeenBy::Path);
-        PathRay { path, step, weight, origin, direction, asked_from, normal, chances, seen_by }
+        let (asked_from, seen_by, kind) = (origin, SeenBy::Path, RayKind::Diffuse);
+        PathRay { path, step, weight, origin, direction, asked_from, normal, chances, seen_by, kind }
+    })
+}
+
+/// Light of the sky that a path by the cosine law would bring by its first rays if nothing were in their way.
+pub fn light_of_open_sky(frame: &FrameView, start: &PathStart) -> Vec3 {
+    let (random, chances) = (start.random(), Pdfs::of_start(frame));
+    let mut light = Vec3::ZERO;
+    for place in places_in_sky(frame, &random) {
+        light += chances.of_asked_sky(frame, start, place);
+    }
+    let [along, above, ..] = random.four(0);
+    let direction = start.direction([along, above]);
+    if start.leaves(direction) {
+        light += chances.of_sky(frame, start.normal, direction);
+    }
+    light
+}
+
+/// Random numbers for the directions in which the start of a path asks the sky. Further rays use sets of numbers of their
+/// own, after those of emitters and of all vertices.
+fn places_in_sky(frame: &FrameView, random: &PathRandom) -> impl Iterator<Item = [f32; 2]> {
+    (0..frame.sky.samples()).map(move |number| match number {
+        0 => {
+            let [.., across, up] = random.four(0);
+            [across, up]
+        }
+        _ => {
+            let [across, up, ..] = random.four(2 * frame.settings.bounces + 1 + number);
+            [across, up]
+        }
     })
 }
 
@@ -226,8 +263,12 @@ fn note_direct(frame: &FrameView, scratch: &mut PathScratch) {
 /// Casts the current rays. Rays that escape bring the light of the sky. The paths expire when something that
 /// moves touches these rays, if not before. `is_reflection`: they leave the layers of surfaces.
 fn cast(frame: &FrameView, is_reflection: bool, scratch: &mut PathScratch, tally: &mut RayTally) {
-    let PathScratch { starts, brought, rays, hits, now, .. } = scratch;
+    let PathScratch { starts, brought, rays, kinds, hits, now, .. } = scratch;
     rays.clear();
+    kinds.clear();
+    if frame.hides_from_some {
+        kinds.extend(now.iter().map(|ray| ray.kind));
+    }
     for ray in &*now {
         rays.push(ray.origin, ray.direction, 0.0, f32::INFINITY);
         let counted = &mut tally.cells.secondary[starts[ray.path as usize].cell as usize];
@@ -235,7 +276,7 @@ fn cast(frame: &FrameView, is_reflection: bool, scratch: &mut PathScratch, tally
     }
     let counts = &mut tally.counts;
     *(if is_reflection { &mut counts.reflection } else { &mut counts.gathering }) += now.len() as u64;
-    frame.tracer.closest(rays, SceneSubset::All, Coherence::Incoherent, hits);
+    frame.tracer.closest(rays, OfKind::of(kinds), SceneSubset::All, Coherence::Incoherent, hits);
     for (packet, some) in hits.packets.iter().zip(now.chunks(trace::LANES)) {
         for (lane, ray) in some.iter().enumerate() {
             let model = packet.model[lane];

@@ -21,7 +21,7 @@ use super::select::select;
 use crate::frame::grid::bits::bit;
 use crate::frame::shot::frame_view::FrameView;
 use crate::frame::surface::ray_tally::RayTally;
-use crate::scene::{LightFrom, SkyDensity};
+use crate::scene::{LightFrom, RayKind, SkyDensity};
 use crate::shade::coat::SeenCoat;
 use crate::shade::emitters::{EmitterPlace, NotThere};
 use crate::shade::light_chances::Sent;
@@ -115,6 +115,21 @@ impl OfSky {
     }
 }
 
+impl Pdfs {
+    /// Light of the sky that the start of a path by the cosine law would ask for, with two random numbers, if nothing were
+    /// in the way.
+    pub fn of_asked_sky(self, frame: &FrameView, start: &PathStart, random: [f32; 2]) -> Vec3 {
+        let direction = frame.sky.sample(self.sky, random);
+        let by_cosine = cosine_density(start.normal, direction);
+        if !start.leaves(direction) || by_cosine <= 0.0 {
+            return Vec3::ZERO;
+        }
+        let Self { asks_sky, sky: density, goes_on, .. } = self;
+        let of_sky = OfSky { weight: Vec3::ONE, by_cosine, asks_sky, density, goes_on };
+        of_sky.light(frame.sky.light(density, direction))
+    }
+}
+
 /// Queue of rays to be cast.
 #[derive(Debug, Default)]
 pub struct LightRays {
@@ -178,6 +193,7 @@ impl LightRays {
         let (Ok(EmitterPlace { model, .. }) | Err(NotThere { model })) = chosen;
         brought.until = brought.until.min(frame.first_change_of(model));
         let Ok(place) = chosen else { return };
+        let coat = coat.filter(|_| !frame.is_hidden_from(model, RayKind::Glossy));
         let to_place = place.point - point;
         let squared = to_place.length_squared();
         let direction = to_place / squared.sqrt();

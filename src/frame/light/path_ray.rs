@@ -5,6 +5,7 @@ use glam::Vec3;
 use super::pdfs::Pdfs;
 use super::step::Step;
 use crate::frame::shot::frame_view::FrameView;
+use crate::scene::RayKind;
 use crate::shade::Surface;
 use crate::shade::coat::SeenBy;
 
@@ -30,6 +31,8 @@ pub struct PathRay {
     pub chances: Pdfs,
     /// Kind of ray as which it sees the layers of surfaces.
     pub seen_by: SeenBy,
+    /// Kind of ray by what it comes from.
+    pub kind: RayKind,
 }
 
 impl PathRay {

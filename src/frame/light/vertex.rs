@@ -12,6 +12,7 @@ use super::pdfs::{LightsAsked, Pdfs};
 use super::step::Step;
 use crate::frame::shot::frame_view::FrameView;
 use crate::lanes::{F32x8, LANES, Vec3x8};
+use crate::scene::RayKind;
 use crate::settings::Caustics;
 use crate::shade::Surface;
 use crate::shade::area::{AreaRadiance, density_of};
@@ -118,6 +119,21 @@ impl Vertex {
         if is_narrow { self.ray.seen_by } else { SeenBy::Path }
     }
 
+    /// Kind of ray as which the path goes on by `way`, by what it comes from: as before through veils.
+    fn next_kind(&self, frame: &FrameView, lobe: usize) -> RayKind {
+        match lobe {
+            Lobes::DIFFUSE => RayKind::Diffuse,
+            Lobes::THROUGH if self.is_veil(frame) => self.ray.kind,
+            Lobes::THROUGH => RayKind::Transmission,
+            _ => RayKind::Glossy,
+        }
+    }
+
+    /// Returns true if light goes straight through the surface.
+    fn is_veil(&self, frame: &FrameView) -> bool {
+        frame.scene.materials[usize::from(self.surface.material)].optics.is_straight()
+    }
+
     /// Highlight on its layer `coat` of a light that it has asked, which sends an irradiance from a
     /// direction. `radiance` is that of an area light, which the path itself may meet, too.
     pub fn highlight(
@@ -158,8 +174,7 @@ impl Vertex {
 
     /// Place of the surface to which one of its ways leads.
     fn next_step(&self, frame: &FrameView, lobe: usize) -> Step {
-        let is_veil = || frame.scene.materials[usize::from(self.surface.material)].optics.is_straight();
-        self.ray.step.next(lobe == Lobes::THROUGH && is_veil())
+        self.ray.step.next(lobe == Lobes::THROUGH && self.is_veil(frame))
     }
 
     /// Returns true if paths go on by this way. Where surfaces gather no light, none is scattered onwards.
@@ -209,7 +224,8 @@ pub fn go_on(
     let (weight, origin) = (ray.weight * weight / lobes.chance(chosen), surface.leave(direction));
     let asked_from = asked_from.unwrap_or(origin);
     let (step, seen_by) = (vertex.next_step(frame, chosen), vertex.next_sees_as(coat, chosen));
-    Some(PathRay { path: ray.path, step, weight, origin, direction, asked_from, normal, chances, seen_by })
+    let (path, kind) = (ray.path, vertex.next_kind(frame, chosen));
+    Some(PathRay { path, step, weight, origin, direction, asked_from, normal, chances, seen_by, kind })
 }
 
 /// Up to eight vertices side by side. Lanes without one repeat the first.

@@ -15,6 +15,7 @@ use crate::frame::shot::plan::CameraChange;
 use crate::frame::shot::proofs::Proofs;
 use crate::geometry::Bounds;
 use crate::lanes::{LANES, Vec3x8};
+use crate::pose::Clip;
 use crate::samples::{
     BACKGROUND, CELLS, ClearRegion, ClearRegions, EMPTY, Flags, Octahedral, SampleStore, Status, Tile,
 };
@@ -45,8 +46,10 @@ pub struct ProofScratch {
 /// Returns true if proofs spare rays in a frame that reuses samples: its camera is not where it was, and its lines of sight meet in the
 /// eye.
 pub fn are_of_use(frame: &FrameView) -> bool {
-    let is_projected = frame.plan.camera != CameraChange::None;
-    is_projected && frame.settings.reuse == Reuse::Target && !frame.view.camera.is_orthographic()
+    let (is_projected, camera) = (frame.plan.camera != CameraChange::None, &frame.view.camera);
+    // what they prove to be seen may be beyond a clipping plane
+    let is_whole = camera.clip == Clip::NONE;
+    is_projected && is_whole && frame.settings.reuse == Reuse::Target && !camera.is_orthographic()
 }
 
 /// Chooses the region for this frame, among those that samples of `before` keep; `regions` become those of this frame's store.

@@ -18,10 +18,12 @@ use crate::frame::surface::ray_tally::RayTally;
 use crate::frame::surface::trace_scratch::TraceScratch;
 use crate::lanes::LANES;
 use crate::layers::Layers;
+use crate::scene::{RayKind, Role};
+use crate::settings::Backdrop;
 use crate::shade::Surface;
 use crate::shade::coat::{Reflected, SeenCoat};
 use crate::shade::optics::{Branches, branch, random_of_place};
-use crate::trace::{self, Coherence, HitPacket, NO_HIT, SceneSubset};
+use crate::trace::{self, Coherence, HitPacket, NO_HIT, OfKind, SceneSubset};
 
 /// Scratch memory of a worker for this phase.
 #[derive(Debug, Default)]
@@ -29,6 +31,8 @@ pub struct Bounces {
     now: Vec<Bounce>,
     next: Vec<Bounce>,
     met: MetSurfaces,
+    /// Kinds of the rays at work, if any model is hidden from some.
+    kinds: Vec<RayKind>,
     /// Light that the rough layers of samples reflect, with the cell.
     pub reflected: Vec<(u32, Vec3)>,
     /// Validity of the rays of the current tile, if it is asked for.
@@ -58,7 +62,14 @@ impl Bounces {
     pub fn start_from(&mut self, frame: &FrameView, cell: u32, origin: Vec3, direction: Vec3) {
         let step = step_of_sample(frame).next(false);
         if !step.is_beyond() {
-            self.next.push(Bounce { step, origin, direction, ..Bounce::from_sample(cell, Kind::Reflection) });
+            let ray_kind = RayKind::Glossy;
+            self.next.push(Bounce {
+                step,
+                ray_kind,
+                origin,
+                direction,
+                ..Bounce::from_sample(cell, Kind::Reflection)
+            });
         }
     }
 
@@ -131,8 +142,8 @@ fn mirror(
         reflected.filter(|reflected| surface.geometric_normal.dot(reflected.direction) > 0.0)
     {
         let origin = surface.leave(direction);
-        let (weight, width) = (bounce.weight * weight, surface.width);
-        next.push(Bounce { step, weight, origin, direction, width, ..bounce });
+        let (weight, width, ray_kind) = (bounce.weight * weight, surface.width, RayKind::Glossy);
+        next.push(Bounce { step, ray_kind, weight, origin, direction, width, ..bounce });
     }
 }
 
@@ -167,29 +178,56 @@ fn group(rays: &mut [Bounce]) {
 /// Finds the surfaces that the rays meet; rays that meet nothing see the background.
 fn meet(frame: &FrameView, bounces: &mut Bounces, radiance: &mut Radiance, scratch: &mut TraceScratch) {
     scratch.begin_rays();
+    bounces.kinds.clear();
+    if frame.hides_from_some {
+        bounces.kinds.extend(bounces.now.iter().map(|bounce| bounce.ray_kind));
+    }
     for bounce in &bounces.now {
         scratch.rays.push(bounce.origin, bounce.direction, 0.0, f32::INFINITY);
         count(bounce, &mut scratch.tally);
     }
-    frame.tracer.closest(&scratch.rays, SceneSubset::All, Coherence::Bounced, &mut scratch.hits);
+    let kinds = OfKind::of(&bounces.kinds);
+    frame.tracer.closest(&scratch.rays, kinds, SceneSubset::All, Coherence::Bounced, &mut scratch.hits);
     bounces.met.all.clear();
     for (number, bounce) in bounces.now.chunks(LANES).enumerate() {
         let (packet, from) =
             (&scratch.hits.packets[number * LANES / trace::LANES], number * LANES % trace::LANES);
         let models = &packet.model[from..from + LANES];
         for (lane, (bounce, model)) in bounce.iter().zip(models).enumerate() {
-            let is_hit = *model != NO_HIT;
+            let is_hit = *model != NO_HIT && !is_behind_catcher(frame, bounce, *model);
             let far = if is_hit { packet.t[from + lane] } else { f32::INFINITY };
             bounces.times.note_met(frame, bounce.cell, *model);
             bounces.times.note_segment(frame, bounce.cell, bounce.origin, bounce.direction, far);
             let of_lights = bounce.light_of_lights(frame, far);
-            let of_sky = if is_hit { Vec3::ZERO } else { frame.sky.radiance(bounce.direction) };
+            let mut of_sky = if is_hit { Vec3::ZERO } else { frame.sky.radiance(bounce.direction) };
+            if is_hole(frame, bounce, *model) {
+                radiance.clear[bounce.cell as usize] += bounce.weight.element_sum() / 3.0;
+                if frame.layers.has(Layers::BACKGROUND) {
+                    radiance.add_sky(bounce.cell as usize, bounce.weight * of_sky);
+                }
+                of_sky = Vec3::ZERO;
+            }
             if !is_hit || of_lights != Vec3::ZERO {
                 add(radiance, bounce, bounce.weight * (of_lights + of_sky));
             }
         }
         meet_surfaces(frame, packet, from, bounce, &mut bounces.met.all);
     }
+}
+
+/// Returns true if a ray has come straight from the eye, through veils, to a catcher of shadows: what is behind the picture is
+/// seen there.
+fn is_behind_catcher(frame: &FrameView, bounce: &Bounce, model: u32) -> bool {
+    bounce.ray_kind == RayKind::Camera && frame.role(model) == Role::ShadowCatcher
+}
+
+/// Returns true if a ray sees a hole in the picture: it has come straight from the eye, through veils, to a model that is one, or
+/// to a background that is not shown.
+fn is_hole(frame: &FrameView, bounce: &Bounce, model: u32) -> bool {
+    let is_background = model == NO_HIT || is_behind_catcher(frame, bounce, model);
+    let is_transparent = frame.settings.background == Backdrop::Transparent;
+    bounce.ray_kind == RayKind::Camera
+        && (is_background && is_transparent || frame.role(model) == Role::Holdout)
 }
 
 /// Adds the surfaces that up to eight rays met; their hits are in lanes `from` onwards of a packet.
@@ -204,6 +242,10 @@ fn meet_surfaces(
     let direction = |lane: usize| bounces[lane].direction;
     let beam = |lane: usize| bounces[lane].width + bounces[lane].spread * packet.t[from + lane];
     surfaces(frame, &hits, bounces.len(), direction, beam, |lane, surface| {
+        let is_sight = bounces[lane].ray_kind == RayKind::Camera;
+        if is_sight && frame.role(packet.model[from + lane]) != Role::Itself {
+            return;
+        }
         met.push(MetSurface { bounce: bounces[lane], surface, light: Vec3::ZERO });
     });
 }
@@ -244,8 +286,14 @@ fn grow(
         let bounce = bounce(kind);
         let weight = ray.weight * bounce.weight;
         if bounce.is_worth(weight) {
+            let ray_kind = match kind {
+                Kind::Reflection => RayKind::Glossy,
+                Kind::Refraction if is_straight => bounce.ray_kind,
+                Kind::Refraction => RayKind::Transmission,
+            };
             next.push(Bounce {
                 step,
+                ray_kind,
                 weight,
                 origin: surface.leave(ray.direction),
                 direction: ray.direction,

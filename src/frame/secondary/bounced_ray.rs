@@ -6,6 +6,7 @@ use crate::frame::light::lighting::lights_passed;
 use crate::frame::light::step::Step;
 use crate::frame::shot::frame_view::FrameView;
 use crate::frame::surface::radiance::Layer;
+use crate::scene::RayKind;
 
 /// Least weight in the picture of a ray that is followed: half the step of an 8-bit picture at full
 /// brightness. Rays that are below it in all three channels end.
@@ -27,6 +28,8 @@ pub struct Bounce {
     pub cell: u32,
     /// Event that it comes from.
     pub kind: Kind,
+    /// Kind of ray by what it comes from: as before through veils.
+    pub ray_kind: RayKind,
     /// Layer of the first ray that left the sample.
     pub layer: Layer,
     /// Place of the surface that it will meet.
@@ -59,6 +62,8 @@ impl Bounce {
         Self {
             cell,
             kind,
+            // that to the sample
+            ray_kind: RayKind::Camera,
             layer,
             step,
             path,
@@ -71,8 +76,8 @@ impl Bounce {
         }
     }
 
-    /// Creates a ray that goes on from where this one meets a surface; step, origin and direction are still to
-    /// be set.
+    /// Creates a ray that goes on from where this one meets a surface; step, origin, direction and kind of ray are still
+    /// to be set.
     pub fn onwards(&self, kind: Kind) -> Self {
         Self { kind, path: self.path << 1 | kind as u64, ..*self }
     }

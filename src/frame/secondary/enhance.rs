@@ -7,6 +7,7 @@ use glam::Vec3;
 use super::bounce::{self, Bounces};
 use super::parts;
 use super::ray_trees::TileTrees;
+use super::roles;
 use super::tree_times::TreeGrain;
 use crate::frame::grid::bits::{set_bits, surface_bits};
 use crate::frame::light::lighting::{Places, add_light, shows_highlight};
@@ -116,6 +117,9 @@ pub fn enhance(
         bounces.trees.keep(frame, kept, &bounces.times, radiance);
     }
     show_reflected(&mut bounces.reflected, radiance);
+    if !frame.roles.is_empty() {
+        roles::show(frame, tile, placed, radiance);
+    }
     any_traced
 }
 

@@ -7,5 +7,6 @@ pub mod enhance;
 pub mod met_surfaces;
 pub mod parts;
 pub mod ray_trees;
+pub mod roles;
 pub mod surroundings;
 pub mod tree_times;

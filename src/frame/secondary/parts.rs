@@ -7,7 +7,7 @@ use crate::frame::surface::placed::PlacedTile;
 use crate::frame::surface::radiance::{DARK, Light, Parts, Radiance, cut};
 use crate::lanes::{F32x8, LANES, Mask, Vec3x8};
 use crate::layers::Layers;
-use crate::samples::{EMPTY, Tile};
+use crate::samples::{EMPTY, TagSlot, Tile};
 use crate::shade::{Surface, phong};
 
 /// Layers that are made of single samples' light.
@@ -33,14 +33,16 @@ pub fn split(frame: &FrameView, tile: &Tile, first: usize, placed: &mut PlacedTi
             write(albedo * tile.gathered.means(first), &mut parts.indirect);
         }
         if layers.has(Layers::DIRECT) {
-            write(direct(frame, tile, first, placed, albedo, |_| true), &mut parts.direct);
+            let lit = |slot, point| tile.tags.lit(slot, point, first);
+            write(direct(frame, tile, first, placed, albedo, |_| true, lit), &mut parts.direct);
         }
         if layers.has(Layers::LIGHT) {
             let groups = frame.light_groups;
             parts.groups.resize(groups.names.len(), DARK);
             for (group, light) in parts.groups.iter_mut().enumerate() {
                 let of_group = |light: usize| groups.of[light] == group;
-                write(direct(frame, tile, first, placed, albedo, of_group), light);
+                let lit = |slot, point| tile.tags.lit(slot, point, first);
+                write(direct(frame, tile, first, placed, albedo, of_group, lit), light);
             }
         }
         if layers.has(Layers::BACKGROUND) {
@@ -56,16 +58,17 @@ pub fn split(frame: &FrameView, tile: &Tile, first: usize, placed: &mut PlacedTi
     }
 }
 
-/// Diffuse light on eight samples of the lights that reach them and are `among` these, by number. It is
-/// summed anew, and not taken as a difference from the light that samples store: that is rounded as a whole,
+/// Diffuse light on eight samples of the lights that are `among` these, by number, as far as their points have
+/// `reached` the samples. It is summed anew, and not taken as a difference from the light that samples store: that is rounded as a whole,
 /// and in a shadow the rounding of the other parts would show.
-fn direct(
+pub fn direct(
     frame: &FrameView,
     tile: &Tile,
     first: usize,
     placed: &mut PlacedTile,
     albedo: Vec3x8,
     among: impl Fn(usize) -> bool,
+    reached: impl Fn(TagSlot, usize) -> Mask,
 ) -> Vec3x8 {
     if frame.pose.lights.is_empty() || !tile.model[first..first + LANES].iter().any(|model| *model < EMPTY) {
         return Vec3x8::ZERO;
@@ -74,10 +77,13 @@ fn direct(
     let lights = frame.pose.lights.iter().zip(frame.slots).enumerate();
     lights.filter(|(number, _)| among(*number)).fold(Vec3x8::ZERO, |sum, (_, (light, slot))| {
         let places = Places { point: placed.point, seeds: tile.gathered.seeds(first) };
-        let reached = |point| tile.tags.lit(*slot, point, first);
-        add_light(sum, light, places, reached, |light_sample| {
-            phong::diffuse(albedo, placed.normal, light_sample)
-        })
+        add_light(
+            sum,
+            light,
+            places,
+            |point| reached(*slot, point),
+            |light_sample| phong::diffuse(albedo, placed.normal, light_sample),
+        )
     })
 }
 

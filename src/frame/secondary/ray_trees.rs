@@ -1,9 +1,9 @@
 //! The ray trees of samples before a camera at rest (Adelson and Hodges, "Storage Details": "Static camera
 //! animations could use the information to reuse rays and colors to any depth").
 //!
-//! For the tree of rays that leaves a sample of mirrors or glass only its light is stored, and the first
-//! frame in which that may differ ([`tree_times`](super::tree_times)): 28 bytes, however many rays the tree
-//! has. As long as the camera rests, the sample stays in its cell and that frame is not reached, none of the
+//! For the tree of rays that leaves a sample of mirrors or glass only its light is stored, the share of what is behind
+//! the picture that it shows, and the first frame in which these may differ ([`tree_times`](super::tree_times)): 32 bytes,
+//! however many rays the tree has. As long as the camera rests, the sample stays in its cell and that frame is not reached, none of the
 //! tree's rays is cast. Otherwise all are.
 //!
 //! Trees are stored as far as the [budget](crate::settings::Settings::tree_memory) goes, tile by tile in
@@ -28,6 +28,15 @@ struct RayTree {
     until: Until,
     /// Reflected and refracted light. Linear RGB.
     light: [[f32; 3]; 2],
+    /// Share of what is behind the picture, seen through veils.
+    clear: f32,
+}
+
+impl RayTree {
+    /// Creates a tree without light.
+    fn new(cell: u16, until: Until) -> Self {
+        Self { cell, until, light: [[0.0; 3]; 2], clear: 0.0 }
+    }
 }
 
 /// Guides for denoisers that a sample has by way of its tree: albedo and normal.
@@ -188,6 +197,7 @@ impl TreeScratch {
             let guides = kept.guides.get(self.next);
             if let Some(tree) = own.filter(|tree| !frame.has_expired(tree.until)) {
                 radiance.set_secondary(cell, tree.light);
+                radiance.clear[cell] = tree.clear;
                 self.trees.push(*tree);
                 if let Some(guides) = guides {
                     radiance.set_guides(cell, *guides);
@@ -197,7 +207,7 @@ impl TreeScratch {
             }
             traced |= 1 << lane;
             self.traced.push(cell as u16);
-            self.trees.push(RayTree { cell: cell as u16, until: Until::UNKNOWN, light: [[0.0; 3]; 2] });
+            self.trees.push(RayTree::new(cell as u16, Until::UNKNOWN));
             if frame.layers.has(Layers::GUIDES) {
                 self.guides.push(Guides::default());
             }
@@ -214,6 +224,7 @@ impl TreeScratch {
             let cell = usize::from(tree.cell);
             if traced.next_if_eq(&&tree.cell).is_some() {
                 (tree.until, tree.light) = (times.of(cell), radiance.secondary(cell));
+                tree.clear = radiance.clear[cell];
                 if let Some(guides) = self.guides.get_mut(number) {
                     *guides = radiance.guides(cell);
                 }
@@ -243,7 +254,7 @@ mod tests {
         let shared = |wanted: &[u16], trees: u64| {
             let of = |wanted: &u16| TileTrees { wanted: *wanted, ..TileTrees::default() };
             let mut tiles: Vec<TileTrees> = wanted.iter().map(of).collect();
-            allow(&mut tiles.iter_mut().collect::<Vec<_>>(), trees * 28 + 27, 28);
+            allow(&mut tiles.iter_mut().collect::<Vec<_>>(), trees * 32 + 31, 32);
             tiles.iter().map(|trees| trees.allowed).collect::<Vec<_>>()
         };
         assert_eq!(shared(&[100, 0, 50], 0), [0, 0, 0]);
@@ -251,16 +262,16 @@ mod tests {
         assert_eq!(shared(&[100, 0, 50], 150), [100, 0, 50]);
         assert_eq!(shared(&[100, 0, 50], 1100), [1024, 26, 50]);
         assert_eq!(shared(&[100, 0, 50], 1 << 40), [1024; 3]);
-        assert_eq!(bytes_of_tree(Layers::NONE), 28);
+        assert_eq!(bytes_of_tree(Layers::NONE), 32);
     }
 
     #[test]
     fn what_is_allowed_no_more_is_given_back() {
-        let tree = RayTree { cell: 0, until: Until::FOREVER, light: [[0.0; 3]; 2] };
+        let tree = RayTree::new(0, Until::FOREVER);
         let mut trees =
             TileTrees { kept: vec![tree; 64], guides: vec![Guides::default(); 64], ..TileTrees::default() };
         trees.allow(10);
-        assert_eq!((trees.kept.len(), trees.guides.len(), trees.bytes()), (10, 10, 10 * (28 + 24)));
+        assert_eq!((trees.kept.len(), trees.guides.len(), trees.bytes()), (10, 10, 10 * (32 + 24)));
         trees.allow(100);
         assert_eq!(trees.kept.len(), 10);
     }
@@ -269,7 +280,7 @@ mod tests {
     fn a_tree_goes_with_its_sample() {
         let mut tile = Tile::empty(&crate::samples::TagLayout::default());
         tile.model[3..9].fill(2);
-        let tree = |cell| RayTree { cell, until: Until::FOREVER, light: [[0.0; 3]; 2] };
+        let tree = |cell| RayTree::new(cell, Until::FOREVER);
         let mut trees = TileTrees { kept: (3..9).map(tree).collect(), ..TileTrees::default() };
         let cells = |trees: &TileTrees| trees.kept.iter().map(|tree| tree.cell).collect::<Vec<_>>();
         // one sample has been taken away, one is replaced by another, one changes its triangle

@@ -12,9 +12,9 @@ use crate::geometry::Bounds;
 use crate::layers::Layers;
 use crate::samples::CELLS;
 use crate::scene::material::Optics;
-use crate::scene::{Model, Scene};
+use crate::scene::{Model, RayKind, Scene};
 use crate::stats::RayCounts;
-use crate::trace::{Coherence, SceneSubset};
+use crate::trace::{Coherence, OfKind, SceneSubset};
 
 /// Largest number of surfaces of a model that are passed on the way out of it; nothing is seen behind more of
 /// them.
@@ -114,7 +114,13 @@ impl Scratch {
             }
             self.trace.tally.counts.reflection += open.len() as u64;
             let TraceScratch { rays, hits, .. } = &mut self.trace;
-            frame.tracer.closest(rays, SceneSubset::All, Coherence::Bounced, hits);
+            frame.tracer.closest(
+                rays,
+                OfKind::All(RayKind::Glossy),
+                SceneSubset::All,
+                Coherence::Bounced,
+                hits,
+            );
             let mut number = 0;
             open.retain(|ray| {
                 let own = hits.get(number).filter(|hit| hit.model == model);

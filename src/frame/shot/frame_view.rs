@@ -23,7 +23,7 @@ use crate::lanes::{LANES, Mask, Vec3x8};
 use crate::layers::Layers;
 use crate::pose::Pose;
 use crate::samples::{BACKGROUND, EMPTY, TagSlot, Tile};
-use crate::scene::{LightGroups, Scene};
+use crate::scene::{LightGroups, RayKind, Role, Scene};
 use crate::settings::{Caustics, Settings};
 use crate::shade::deformed::Deformations;
 use crate::shade::emitters::Emitters;
@@ -65,6 +65,10 @@ pub struct FrameView<'a> {
     pub displaced: &'a [bool],
     /// True for each model that is not there; empty if all are.
     pub hidden: &'a [bool],
+    /// True if any model is hidden from some kinds of rays.
+    pub hides_from_some: bool,
+    /// What the eye sees of each model; empty if it sees all as themselves.
+    pub roles: &'a [Role],
     /// Camera and grid.
     pub view: &'a View,
     /// Cells to be made, in a level of refinement; `None`, in the coarsest, for all.
@@ -307,6 +311,18 @@ impl<'a> FrameView<'a> {
             return 0;
         }
         bits_of_models(models, |model| self.hidden.get(model as usize) == Some(&true))
+    }
+
+    /// Returns true if rays of this kind do not meet a model.
+    #[inline]
+    pub fn is_hidden_from(&self, model: u32, kind: RayKind) -> bool {
+        self.hides_from_some && self.scene.models[model as usize].ray_visibility.hidden_from.has(kind)
+    }
+
+    /// What the eye sees of a model; the background is itself.
+    #[inline]
+    pub fn role(&self, model: u32) -> Role {
+        self.roles.get(model as usize).copied().unwrap_or_default()
     }
 
     /// Models that rays from the eye through the cells of tile number `number` may meet.

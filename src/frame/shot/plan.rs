@@ -5,7 +5,7 @@
 //! the half of the scene (still or movable) that the object is in: so the tag is one byte, and the answer is
 //! the same.
 
-use crate::pose::{CameraPose, LightPose, Pose};
+use crate::pose::{CameraPose, Clip, LightPose, Pose};
 use crate::samples::{Flags, Tag};
 
 /// Change of the camera since the frame before.
@@ -170,7 +170,11 @@ impl Plan {
 fn camera_change(before: &CameraPose, now: &CameraPose) -> CameraChange {
     if before == now {
         CameraChange::None
-    } else if before.eye == now.eye && (!now.is_orthographic() || before.forward == now.forward) {
+    } else if before.eye == now.eye
+        && (!now.is_orthographic() || before.forward == now.forward)
+        // clipping planes turn with the camera, and hide or show other things
+        && [before, now].iter().all(|camera| camera.clip == Clip::NONE)
+    {
         CameraChange::SamePlace
     } else {
         CameraChange::Moved
@@ -242,6 +246,17 @@ mod tests {
             assert_eq!(plan.camera, CameraChange::SamePlace);
             assert_eq!(plan.sight_check(false), SightCheck::Nothing);
         }
+    }
+
+    #[test]
+    fn a_turned_camera_with_clipping_planes_may_hide_anything() {
+        let clip = Clip { near: 0.0, far: 9.0 };
+        let (mut before, mut now) = (pose(), pose());
+        (before.camera.clip, now.camera.clip) = (clip, clip);
+        assert_eq!(Plan::between(&before, &now).camera, CameraChange::None);
+        (now.camera.right, now.camera.forward) = (Vec3::Z, Vec3::X);
+        assert_eq!(Plan::between(&before, &now).camera, CameraChange::Moved);
+        assert_eq!(change(|now| now.camera.clip = clip).camera, CameraChange::Moved);
     }
 
     #[test]

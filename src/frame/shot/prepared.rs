@@ -18,7 +18,7 @@ use crate::layers::Layers;
 use crate::pose::{CameraPose, Pose};
 use crate::samples::TagLayout;
 use crate::samples::saved::PictureName;
-use crate::scene::{LightGroups, Material, Mesh, Scene};
+use crate::scene::{LightGroups, Material, Mesh, Model, Role, Scene};
 use crate::settings::{Backdrop, Mode, Settings};
 use crate::shade::emitters::Emitters;
 use crate::shade::light_chances::{LightChances, Source};
@@ -53,6 +53,10 @@ pub struct Prepared<'s> {
     pub bounds: Vec<Bounds>,
     /// True for each model that is a quadric; empty if there is none.
     pub quadrics: Vec<bool>,
+    /// True if any model is hidden from some kinds of rays.
+    pub hides_from_some: bool,
+    /// What the eye sees of each model; empty if it sees all as themselves.
+    pub roles: Vec<Role>,
     /// The models at rest, for proofs; built when they are needed first.
     pub obstacles: OnceLock<Obstacles>,
     /// Frames that regions of proofs look ahead.
@@ -113,7 +117,9 @@ impl<'s> Prepared<'s> {
             channels,
             light_groups,
             bounds,
-            quadrics: quadrics(scene),
+            quadrics: of_models(scene, |model| model.mesh.quadric.is_some()),
+            roles: of_models(scene, |model| model.ray_visibility.role),
+            hides_from_some: scene.hides_from_some(),
             obstacles: OnceLock::new(),
             frames_ahead: FRAMES_AHEAD,
         }
@@ -168,10 +174,10 @@ impl<'s> Prepared<'s> {
     }
 }
 
-/// True for each model that is a quadric; an empty list if there is none.
-fn quadrics(scene: &Scene) -> Vec<bool> {
-    let all: Vec<bool> = scene.models.iter().map(|model| model.mesh.quadric.is_some()).collect();
-    if all.contains(&true) { all } else { Vec::new() }
+/// A value for each model; an empty list if all have the default.
+fn of_models<T: Default + PartialEq>(scene: &Scene, value: impl Fn(&Model) -> T) -> Vec<T> {
+    let all: Vec<T> = scene.models.iter().map(value).collect();
+    if all.iter().all(|value| *value == T::default()) { Vec::new() } else { all }
 }
 
 /// Boxes around the meshes of all models. Each mesh is read once, however many models share it.

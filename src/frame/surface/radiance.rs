@@ -34,6 +34,8 @@ pub struct Radiance {
     pub reflection: Light,
     /// Light through glass. Means nothing where `has_secondary` is not set.
     pub refraction: Light,
+    /// Share of what is behind the picture that shows: through veils, in holes and on catchers of shadows. Means nothing where `has_secondary` is not set.
+    pub clear: Column<f32>,
     /// Parts of `diffuse`, and guides for denoisers. Columns that no layer shows mean nothing.
     pub parts: Parts,
     /// True if any cell has a highlight.
@@ -85,6 +87,7 @@ impl Default for Radiance {
             specular: DARK,
             reflection: DARK,
             refraction: DARK,
+            clear: [0.0; CELLS],
             parts: Parts::default(),
             has_specular: false,
             has_secondary: false,
@@ -111,7 +114,7 @@ impl Radiance {
     pub fn open_secondary(&mut self) {
         if !self.has_secondary {
             self.has_secondary = true;
-            (self.reflection, self.refraction) = (DARK, DARK);
+            (self.reflection, self.refraction, self.clear) = (DARK, DARK, [0.0; CELLS]);
         }
     }
 
@@ -124,6 +127,33 @@ impl Radiance {
         };
         for (column, light) in layer.iter_mut().zip(light.to_array()) {
             column[cell] += light;
+        }
+    }
+
+    /// Adds light of a background that is not shown, seen through veils, to the layer that has it.
+    pub fn add_sky(&mut self, cell: usize, light: Vec3) {
+        for (column, light) in self.parts.sky.iter_mut().zip(light.to_array()) {
+            column[cell] += light;
+        }
+    }
+
+    /// Removes all that a cell shows: it is a hole in the picture. Its guides stay. The layers of rays beyond the first
+    /// surface must be [open](Self::open_secondary).
+    pub fn hold_out(&mut self, cell: usize) {
+        let Self { diffuse, specular, reflection, refraction, clear, parts, .. } = self;
+        clear[cell] = 1.0;
+        let Parts { direct, indirect, emission, sky, groups, .. } = parts;
+        let all = [diffuse, specular, reflection, refraction, direct, indirect, emission, sky];
+        for column in all.into_iter().chain(groups).flatten() {
+            column[cell] = 0.0;
+        }
+    }
+
+    /// Shows the light of what is behind the picture in a cell, as far as that is clear: it covers all then.
+    pub fn show_behind(&mut self, cell: usize, light: Vec3) {
+        let light = light * std::mem::take(&mut self.clear[cell]);
+        for (column, light) in self.diffuse.iter_mut().zip(light.to_array()) {
+            column[cell] = light;
         }
     }
 
@@ -153,10 +183,13 @@ impl Radiance {
         }
     }
 
-    /// Clamps the light of rays beyond the first surface: it is neither negative nor infinite.
+    /// Clamps the light of rays beyond the first surface: it is neither negative nor infinite; and shares of what is behind.
     pub fn cut_secondary(&mut self) {
         for value in self.reflection.iter_mut().chain(&mut self.refraction).flatten() {
             *value = value.clamp(0.0, MOST_LIGHT);
+        }
+        for share in &mut self.clear {
+            *share = share.clamp(0.0, 1.0);
         }
     }
 }

@@ -89,7 +89,8 @@ fn digests(given: &GivenMesh) -> impl Iterator<Item = Digest> {
 fn part(model: &GivenModel, mesh: Arc<Mesh>, shapes: Option<ShapeTrack>) -> Option<PartOfFile> {
     let NodeTrack { map, visible } = NodeTrack::through(model.places.clone(), &[])?;
     let stated = Visibility::through(model.is_visible, model.visible.clone())?;
-    Some(PartOfFile { name: model.name.clone(), mesh, map, visible: visible.and(&stated), shapes })
+    let (name, visible, ray_visibility) = (model.name.clone(), visible.and(&stated), model.ray_visibility);
+    Some(PartOfFile { name, mesh, map, visible, shapes, ray_visibility })
 }
 
 /// Gives a mesh its shapes.

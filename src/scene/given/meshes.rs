@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use glam::DAffine3;
 
+use crate::scene::RayVisibility;
 use crate::scene::obj::are_within_reach;
 
 /// Path of the shot in messages about the whole of it.
@@ -50,6 +51,8 @@ pub struct GivenModel {
     pub is_visible: bool,
     /// True or false from these frames on.
     pub visible: Vec<(f64, bool)>,
+    /// What rays of each kind see of it.
+    pub ray_visibility: RayVisibility,
 }
 
 /// All models of a scene.

@@ -29,6 +29,7 @@ fn one(mesh: GivenMesh) -> Given {
         mesh: 0,
         places: at(0.0),
         is_visible: true,
+        ray_visibility: Default::default(),
         visible: Vec::new(),
     };
     Given { meshes: vec![Arc::new(mesh)], models: vec![model] }

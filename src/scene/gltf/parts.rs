@@ -137,13 +137,27 @@ impl Assembly {
             };
             let name = node.name.clone().unwrap_or_else(|| format!("node {number}"));
             let Some(copies) = copies(document, node)? else {
-                parts.push(PartOfFile { name, mesh, map, visible, shapes });
+                parts.push(PartOfFile {
+                    name,
+                    mesh,
+                    map,
+                    visible,
+                    shapes,
+                    ray_visibility: Default::default(),
+                });
                 continue;
             };
             for (i, copy) in copies.into_iter().enumerate() {
                 let (map, mesh) = (map.clone().map(|map| map * copy), mesh.clone());
                 let (visible, shapes) = (visible.clone(), shapes.clone());
-                parts.push(PartOfFile { name: format!("{name}/{i}"), mesh, map, visible, shapes });
+                parts.push(PartOfFile {
+                    name: format!("{name}/{i}"),
+                    mesh,
+                    map,
+                    visible,
+                    shapes,
+                    ray_visibility: Default::default(),
+                });
             }
         }
         Ok(parts)

@@ -59,6 +59,13 @@ pub(crate) struct CameraKey {
     /// target's distance)
     #[schemars(range(min = 1e-18, max = 1e18))]
     pub focus: Option<At<f64>>,
+    /// Distance along the view axis nearer than which the camera sees nothing, in the units of the models (the previous key's; the
+    /// next key's in keys before the first that has one)
+    #[schemars(range(min = 0, max = 1e18))]
+    pub near: Option<At<f64>>,
+    /// Distance along the view axis farther than which the camera sees nothing, in the units of the models (as of `near`)
+    #[schemars(extend("exclusiveMinimum" = 0, "maximum" = 1e18))]
+    pub far: Option<At<f64>>,
     /// A camera cut: no interpolation from the previous key
     #[serde(default)]
     pub cut: bool,

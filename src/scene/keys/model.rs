@@ -13,6 +13,7 @@ use super::quadric::QuadricTable;
 use super::shapes::ShapesTable;
 use super::toml_text::{At, List, Three};
 use crate::animation::Interpolation;
+use crate::scene::RayKind;
 
 /// Bounds of the resolution of a reflection map, texels along an edge.
 pub(crate) const LEAST_MAP: u32 = 8;
@@ -55,6 +56,13 @@ pub(crate) struct ModelTable {
     /// approximation (rays)
     #[schemars(range(min = LEAST_MAP, max = LARGEST_MAP))]
     pub reflection_map: Option<At<i64>>,
+    /// Kinds of rays that do not meet the model ([]). A surface that is hidden from the camera still shines and casts shadows
+    #[schemars(extend("uniqueItems" = true))]
+    pub hidden_from: Option<At<Vec<At<RayKind>>>>,
+    /// True: rays from the eye see a hole in the picture where the model is, without light or coverage; all other rays see the model (false)
+    pub holdout: Option<bool>,
+    /// True: rays from the eye see what is behind the picture where the model is, dimmed by the shadows on it (false)
+    pub shadow_catcher: Option<At<bool>>,
     /// File of the places of many copies of the model, instead of `matrix` and keys
     pub places: Option<At<PlacesTable>>,
     /// True if the model is there, before the first key that says it (true)

@@ -92,6 +92,7 @@ impl Floor {
             mesh: Arc::new(mesh),
             track,
             reflection_map: None,
+            ray_visibility: Default::default(),
         }
     }
 }

@@ -66,6 +66,44 @@ pub fn opening(
     Ok(Opening { aperture: Some(radii), focus: focused.map(|_| distances) })
 }
 
+/// Keys of the distance of a clipping plane. None: there is no such plane.
+type Plane = Option<Vec<(f64, f64)>>;
+
+/// Reads the distances of the near and the far clipping plane at each of `keys`.
+pub fn clip(text: TomlText<'_>, keys: &[(f64, &At<CameraKey>)]) -> Result<[Plane; 2], SceneError> {
+    let near = plane(text, keys, "near", |key| key.near.as_ref(), |depth| (0.0..=GREATEST).contains(&depth))?;
+    let far = plane(text, keys, "far", |key| key.far.as_ref(), |depth| depth > 0.0 && depth <= GREATEST)?;
+    if let (Some(near), Some(far)) = (&near, &far) {
+        let crossed = keys.iter().zip(near.iter().zip(far)).find(|(_, ((_, near), (_, far)))| near >= far);
+        if let Some(((_, key), ((_, near), (_, far)))) = crossed {
+            let message = format!("`near` ({near}) must be below `far` ({far}): nothing would be seen");
+            return Err(text.fault(key.get_ref().frame.span(), message));
+        }
+    }
+    Ok([near, far])
+}
+
+/// Reads the distance of a clipping plane at each of `keys`: the last that was stated, or the first.
+fn plane<'k>(
+    text: TomlText<'_>,
+    keys: &[(f64, &'k At<CameraKey>)],
+    name: &str,
+    of: impl Fn(&'k CameraKey) -> Option<&'k At<f64>>,
+    fits: impl Fn(f64) -> bool,
+) -> Result<Plane, SceneError> {
+    let wanted = "a distance of up to 1e18, in the units of the models";
+    let stated = |key: &'k At<CameraKey>| {
+        of(key.get_ref()).map(|depth| text.number(name, depth, wanted, &fits)).transpose()
+    };
+    let all: Vec<Option<f64>> = keys.iter().map(|(_, key)| stated(key)).collect::<Result<_, _>>()?;
+    let Some(mut last) = all.iter().find_map(|depth| *depth) else { return Ok(None) };
+    let depths = keys.iter().zip(all).map(|((frame, _), depth)| {
+        last = depth.unwrap_or(last);
+        (*frame, last)
+    });
+    Ok(Some(depths.collect()))
+}
+
 /// Distance from the key's eye to its target.
 fn distance_of_target(key: &CameraKey) -> Option<f64> {
     let target = key.target.as_ref()?.get_ref().0;

@@ -17,12 +17,48 @@ use crate::scene::keys::{LARGEST_MAP, LEAST_MAP, ModelTable};
 use crate::scene::model::assemble::Assembly;
 use crate::scene::model::read_model::is_ply;
 use crate::scene::part_of_file::PartOfFile;
-use crate::scene::{Mesh, Model, SceneError};
+use crate::scene::{Mesh, Model, RayKinds, RayVisibility, Role, SceneError};
 
 /// Makes the models of a table; `rate`: frames in a second.
 ///
 /// # Errors With line and column: keys that make no sense together. Errors of the files that it names.
 pub fn of_table(
+    text: TomlText<'_>,
+    table: &At<ModelTable>,
+    assembly: &mut Assembly,
+    rate: f64,
+) -> Result<Vec<Model>, SceneError> {
+    let ray_visibility = ray_visibility(text, table.get_ref())?;
+    let models = placed(text, table, assembly, rate)?;
+    let seen = |model: Model| Model { ray_visibility: model.ray_visibility.and(ray_visibility), ..model };
+    Ok(models.into_iter().map(seen).collect())
+}
+
+/// Reads what rays see of the models of a table.
+fn ray_visibility(text: TomlText<'_>, keys: &ModelTable) -> Result<RayVisibility, SceneError> {
+    let kinds = keys.hidden_from.as_ref().map_or(&[][..], |kinds| kinds.get_ref());
+    let mut hidden_from = RayKinds::NONE;
+    for kind in kinds {
+        if hidden_from.has(*kind.get_ref()) {
+            return Err(text.bad("hidden_from", kind, "names this kind of rays twice: take one out"));
+        }
+        hidden_from = hidden_from.with(*kind.get_ref());
+    }
+    let is_catcher = keys.shadow_catcher.as_ref().filter(|is_catcher| *is_catcher.get_ref());
+    let role = match (keys.holdout.unwrap_or(false), is_catcher) {
+        (true, Some(catcher)) => {
+            let message = "and `holdout` exclude each other: a hole shows no shadows; take one out";
+            return Err(text.bad("shadow_catcher", catcher, message));
+        }
+        (true, None) => Role::Holdout,
+        (false, Some(_)) => Role::ShadowCatcher,
+        (false, None) => Role::Itself,
+    };
+    Ok(RayVisibility { hidden_from, role })
+}
+
+/// Makes the models of a table, in their places.
+fn placed(
     text: TomlText<'_>,
     table: &At<ModelTable>,
     assembly: &mut Assembly,
@@ -200,6 +236,7 @@ fn parts(
         mesh: mesh.clone(),
         track: track.clone(),
         reflection_map: None,
+        ray_visibility: Default::default(),
     };
     if let Some(group) = group {
         let part = assembly.part_of_obj(&path, group.get_ref())?;
@@ -246,7 +283,14 @@ fn one(
             (path, mesh, stem)
         }
     };
-    Ok(Model { name: name.clone().unwrap_or(own_name), path, mesh, track, reflection_map: None })
+    Ok(Model {
+        name: name.clone().unwrap_or(own_name),
+        path,
+        mesh,
+        track,
+        reflection_map: None,
+        ray_visibility: Default::default(),
+    })
 }
 
 /// Makes the models of a file that holds several, which `track` moves together.
@@ -269,6 +313,7 @@ fn of_part(part: &PartOfFile, name: String, path: &Path, track: &TransformTrack)
             ..track.clone()
         },
         reflection_map: None,
+        ray_visibility: part.ray_visibility,
     }
 }
 

@@ -42,6 +42,7 @@ pub(crate) fn camera(
     let shift = shifts(text, &keys)?;
     refuse_other_lens(text, &keys, is_orthographic)?;
     let opening = lens::opening(text, &keys, is_orthographic)?;
+    let [near, far] = lens::clip(text, &keys)?;
     let cut_frames: Vec<f64> = cuts.iter().map(|frame| f64::from(*frame)).collect();
     let aim = each(&keys, |key| aim_of(text, key, by_target))?;
     let roll = each(&keys, |key| key.roll.as_ref().map_or(Ok(0.0), |roll| any_number(text, "roll", roll)))?;
@@ -73,6 +74,8 @@ pub(crate) fn camera(
             shift: shift.map(|shift| through(shift, interpolation).cut_at(&cut_frames)),
             aperture: opening.aperture.map(|keys| through(keys, interpolation).cut_at(&cut_frames)),
             focus: opening.focus.map(|keys| through(keys, interpolation).cut_at(&cut_frames)),
+            near: near.map(|keys| through(keys, interpolation).cut_at(&cut_frames)),
+            far: far.map(|keys| through(keys, interpolation).cut_at(&cut_frames)),
         },
         cuts,
     };

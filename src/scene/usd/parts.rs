@@ -136,5 +136,12 @@ fn part(shown: &ShownMesh, built: &[Option<BuiltMesh>]) -> Option<PartOfFile> {
     let NodeTrack { map, visible } = NodeTrack::through(keys, &[])?;
     let (mesh, shapes) = built[shown.mesh].clone()?;
     let visible = visible.and(&shown.visible);
-    Some(PartOfFile { name: shown.name.clone(), mesh, map, visible, shapes })
+    Some(PartOfFile {
+        name: shown.name.clone(),
+        mesh,
+        map,
+        visible,
+        shapes,
+        ray_visibility: Default::default(),
+    })
 }

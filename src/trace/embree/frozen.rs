@@ -11,7 +11,7 @@ use crate::animation::Shape;
 use crate::geometry::Bounds;
 use crate::pose::Pose;
 use crate::scene::cutout::{Asks, CutoutTest};
-use crate::scene::{Mesh, Shapes};
+use crate::scene::{Mesh, RayKinds, Shapes};
 use crate::trace::TraceError;
 
 /// Flag of all scenes, so that closed surfaces have no cracks: without it a few rays slip between two
@@ -37,7 +37,8 @@ pub fn freeze(
 ) -> Result<Frozen, TraceError> {
     let mut scene = EmbreeScene::new(device, quality, ROBUST)?;
     let mut firsts = [0; MOST_PARTS];
-    let parts = parts_of(device, mesh, positions)?;
+    // who sees a model, its instance says
+    let parts = parts_of(device, mesh, positions, RayKinds::ALL)?;
     for Part { geometry, first, .. } in &parts {
         let GeometryId(id) = scene.attach(geometry)?;
         firsts[id as usize] = *first;
@@ -100,14 +101,15 @@ pub struct Part {
     pub casts_shadow: bool,
 }
 
-/// Parts of `mesh` that have triangles, with its vertices at `positions`.
+/// Parts of `mesh` that have triangles, with its vertices at `positions`, for rays of the kinds that it is `seen_by`.
 pub fn parts_of(
     device: &Device,
     mesh: &Mesh,
     positions: &Arc<VertexBuffer>,
+    seen_by: RayKinds,
 ) -> Result<Vec<Part>, TraceError> {
     let (all, split) = (&mesh.triangles, mesh.shadow_casting);
-    let mask_of = |casts_shadow| if casts_shadow { mask::CASTS_SHADOW } else { mask::CLEAR };
+    let mask_of = |casts_shadow| mask::of_geometry(seen_by, casts_shadow);
     if let Some(quadric) = &mesh.quadric {
         let (pieces, casts_shadow) = (Arc::new(Pieces(Arc::clone(quadric))), split > 0);
         let geometry = Geometry::primitives(device, pieces, mask_of(casts_shadow))?;
@@ -144,7 +146,7 @@ struct CutPart {
 impl embree::Cutout for CutPart {
     fn retain(&self, candidates: embree::Candidates<'_>) {
         candidates.retain(|primitive, weights, of_ray| {
-            let asks = if of_ray & mask::CLEAR == 0 { Asks::Shadow } else { Asks::Sight };
+            let asks = if mask::clear_passes(of_ray) { Asks::Shadow } else { Asks::Sight };
             self.test.is_there(self.first + primitive, weights, asks)
         });
     }

@@ -6,18 +6,20 @@ use embree::{Coherence, Committed, PrimId, Segment};
 use crate::trace::{HitBatch, LANES, NO_HIT, RayBatch, RayPacket};
 
 /// Finds the first hit of each ray in `scenes`; the later scenes are searched up to the hit found before.
-/// `name` looks up the model and the triangle. Rays begin at `least_t` at least.
+/// `mask_of` gives the mask of a ray by its number, and `name` looks up the model and the triangle. Rays begin at `least_t`
+/// at least.
 pub fn closest(
     scenes: &[Committed],
     rays: &RayBatch,
-    (mask, least_t): (u32, f32),
+    mask_of: impl Fn(usize) -> u32,
+    least_t: f32,
     hits: &mut HitBatch,
     name: impl Fn(PrimId) -> (u32, u32),
 ) {
-    for ((packet, lanes), out) in rays.packets().zip(&mut hits.packets) {
+    for (number, ((packet, lanes), out)) in rays.packets().zip(&mut hits.packets).enumerate() {
         out.model = [NO_HIT; LANES];
         for lane in (0..LANES).filter(|lane| lanes >> lane & 1 != 0) {
-            let mut ray = segment(packet, lane, mask, least_t);
+            let mut ray = segment(packet, lane, mask_of(number * LANES + lane), least_t);
             for hit in scenes.iter().filter_map(|scene| {
                 let hit = scene.intersect_one(&ray, Coherence::Incoherent);
                 ray.far = hit.map_or(ray.far, |hit| hit.t);

@@ -4,23 +4,29 @@ use embree::{GeometryId, Scene as EmbreeScene};
 
 use super::mask;
 use crate::pose::Pose;
+use crate::scene::RayKinds;
 use crate::trace::TraceError;
 
-/// Sets the transforms of `instances` in `scene` (models with their instances) to those of `pose`, and their
-/// masks.
+/// Instance of a model that moves in some frame.
+pub struct Instance {
+    pub id: GeometryId,
+    /// Number of the model.
+    pub model: usize,
+    /// Rays that see it.
+    pub seen_by: RayKinds,
+}
+
+/// Sets the transforms of `instances` in `scene` to those of `pose`, and their masks.
 pub fn set_places(
     scene: &mut EmbreeScene,
-    instances: &[(usize, GeometryId)],
+    instances: &[Instance],
     pose: &Pose,
     moved: &[bool],
 ) -> Result<(), TraceError> {
-    for (model, id) in instances {
+    for Instance { id, model, seen_by } in instances {
         let transform = &pose.models[*model];
-        let mask = match (transform.is_visible, moved[*model]) {
-            (false, _) => mask::HIDDEN,
-            (true, true) => mask::MOVED,
-            (true, false) => mask::RESTS,
-        };
+        let mask =
+            if transform.is_visible { mask::of_instance(*seen_by, moved[*model]) } else { mask::HIDDEN };
         scene.set_instance_transform(*id, transform.columns())?;
         scene.set_mask(*id, mask)?;
     }

@@ -6,13 +6,14 @@ use std::sync::Arc;
 use glam::{Affine3A, Vec3};
 
 use super::beam::{Open, Probe, Ray as Line, Visitor, walk};
+use super::is_seen;
 use super::rays::{Rays, first_of, open_lanes};
 use super::search::{Exempt, put};
 use crate::geometry::Quadric;
 use crate::geometry::quadric::Ray;
 use crate::geometry::tree::{Box3, Tree};
 use crate::pose::Pose;
-use crate::scene::Scene;
+use crate::scene::{RayKind, Scene};
 use crate::trace::{HitPacket, LANES};
 
 /// A piece of a quadric in a scene.
@@ -49,10 +50,10 @@ struct Place {
 }
 
 impl Quadrics {
-    /// Collects the quadrics of `scene`; `casters`: only those that cast shadows.
-    pub fn new(scene: &Scene, casters: bool) -> Self {
+    /// Collects the quadrics of `scene` that rays of this kind see; `casters`: only those that cast shadows.
+    pub fn new(scene: &Scene, kind: RayKind, casters: bool) -> Self {
         let (mut still, mut movable) = (Vec::new(), Vec::new());
-        for (model, number) in scene.models.iter().zip(0..) {
+        for (model, number) in scene.models.iter().zip(0..).filter(|(model, _)| is_seen(model, kind)) {
             let casts_shadow = model.mesh.shadow_casting > 0;
             let Some(quadric) = model.mesh.quadric.as_ref().filter(|_| casts_shadow || !casters) else {
                 continue;

@@ -21,7 +21,7 @@ pub fn features(trial: &Trial) -> BTreeSet<String> {
     add(format!("backend {}", trial.backend.name()));
     let shot = &trial.shot;
     for (table, keys) in [
-        ("render", &["mode", "filter", "reuse", "base_place", "caustics"][..]),
+        ("render", &["mode", "filter", "reuse", "base_place", "caustics", "background"][..]),
         ("camera", &["projection"][..]),
     ] {
         for key in keys {
@@ -63,8 +63,12 @@ pub fn features(trial: &Trial) -> BTreeSet<String> {
     }
     if let Some(camera) = shot.get("camera").and_then(Value::as_table) {
         add(format!("camera {}", motion(camera, &["eye", "target", "rotation", "fov", "height", "shift"])));
-        if keys_of(camera).any(|key| key.contains_key("cut")) {
-            add("camera cut".into());
+        for (key, name) in
+            [("cut", "camera cut"), ("near", "near clipping plane"), ("far", "far clipping plane")]
+        {
+            if keys_of(camera).any(|table| table.contains_key(key)) {
+                add(name.into());
+            }
         }
     }
     let models: Vec<&Table> = list(shot, "model").collect();
@@ -155,6 +159,12 @@ fn of_model(model: &Table, shot: &Table, add: &mut impl FnMut(String)) {
         if model.contains_key(key) {
             add(format!("model: {key}"));
         }
+    }
+    for kind in model.get("hidden_from").and_then(Value::as_array).into_iter().flatten() {
+        add(format!("model: hidden from {} rays", kind.as_str().unwrap_or_default()));
+    }
+    for role in ["holdout", "shadow_catcher"].into_iter().filter(|role| model.contains_key(*role)) {
+        add(format!("model: {role}"));
     }
     if material.contains('+') {
         add("small things: of two materials".into());

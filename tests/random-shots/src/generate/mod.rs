@@ -9,6 +9,7 @@ mod hostile;
 mod lights;
 mod materials;
 mod models;
+pub mod rays;
 mod settings;
 pub mod small;
 mod tracks;
@@ -28,6 +29,9 @@ const GLTF: u64 = 0x0061_7F00;
 
 /// And small things.
 const SMALL: u64 = 0x0005_0A11;
+
+/// And what rays of each kind see.
+const RAYS: u64 = 0x0002_A5EE;
 
 /// The shot of this seed.
 pub fn generate(seed: u64) -> Table {
@@ -50,6 +54,7 @@ pub fn generate(seed: u64) -> Table {
     settings::add_caustics(dice, &mut shot);
     settings::add_clamp(dice, &mut shot);
     small::add(&mut Dice::new(seed ^ SMALL), &span, &mut shot);
+    rays::add(&mut Dice::new(seed ^ RAYS), &mut shot);
     shot
 }
 

@@ -1,0 +1,115 @@
+//! Models that the eye does not see as themselves: holes in the picture, and catchers, of which it sees no more than the
+//! shadows on them. Their samples are kept and lit as all others are; only what is shown of them differs.
+//!
+//! A catcher covers what is behind the picture by the share of light that is kept from it: one minus the light that
+//! arrives over the light that would arrive if nothing were in the way, channels added up. Both are of the shot's lights,
+//! of ambient light, and of the sky. Of the sky both are the means of the same kept paths, so that an open place covers
+//! exactly nothing, however few paths there are.
+
+use glam::Vec3;
+
+use super::parts::direct;
+use crate::frame::grid::bits::set_bits;
+use crate::frame::light::indirect::start_at;
+use crate::frame::light::light_paths::light_of_open_sky;
+use crate::frame::light::path_ends::PathStart;
+use crate::frame::shot::frame_view::FrameView;
+use crate::frame::surface::placed::PlacedTile;
+use crate::frame::surface::radiance::Radiance;
+use crate::lanes::{F32x8, LANES, Mask, Vec3x8};
+use crate::samples::{CELLS, PathColor, Tile};
+use crate::scene::Role;
+use crate::settings::Backdrop;
+
+/// Replaces what `radiance` has of the samples of such models.
+pub fn show(frame: &FrameView, tile: &Tile, placed: &mut PlacedTile, radiance: &mut Radiance) {
+    for first in (0..CELLS).step_by(LANES) {
+        let models = &tile.model[first..first + LANES];
+        let of_role = |role: Role| Mask::new(|lane| frame.role(models[lane]) == role).bits();
+        let [holes, catchers] = [Role::Holdout, Role::ShadowCatcher].map(of_role);
+        if holes | catchers == 0 {
+            continue;
+        }
+        radiance.open_secondary();
+        for lane in set_bits(holes | catchers) {
+            radiance.hold_out(first + lane);
+        }
+        if catchers != 0 {
+            let light = light(frame, tile, (first, catchers), placed);
+            for lane in set_bits(catchers) {
+                radiance.clear[first + lane] = clear(light.map(|light| light.lane(lane)));
+            }
+        }
+        if frame.settings.background == Backdrop::Visible {
+            let offsets = frame.offsets(tile, first);
+            for cell in set_bits(catchers).map(|lane| first + lane) {
+                let sight = frame.view.sights(offsets).lane(cell - first);
+                radiance.show_behind(cell, frame.sky.seen(sight.normalize_or_zero()));
+            }
+        }
+    }
+}
+
+/// Share of light that is not kept from a place, from that which arrives and that which would.
+fn clear([arrives, would]: [Vec3; 2]) -> f32 {
+    let [arrives, would] = [arrives, would].map(Vec3::element_sum);
+    // a place that no light could reach is in no shadow
+    if would > 0.0 && arrives.is_finite() { (arrives / would).clamp(0.0, 1.0) } else { 1.0 }
+}
+
+/// Light that arrives at those of eight samples whose bit is set, and that which would if nothing were in the way.
+fn light(
+    frame: &FrameView,
+    tile: &Tile,
+    (first, wanted): (usize, u8),
+    placed: &mut PlacedTile,
+) -> [Vec3x8; 2] {
+    let white = Vec3x8::splat(Vec3::ONE);
+    let ambient = Vec3x8::splat(frame.scene.ambient);
+    let openness = if frame.scene.ambient_is_occluded { tile.gathered.opennesses(first) } else { F32x8::ONE };
+    let lit = |slot, point| tile.tags.lit(slot, point, first);
+    let all = |_, _| Mask::from_bits(u8::MAX);
+    let mut arrives = ambient * openness + direct(frame, tile, first, placed, white, |_| true, lit);
+    let mut would = ambient + direct(frame, tile, first, placed, white, |_| true, all);
+    if frame.paths > 0 {
+        let placed = placed.get(frame, tile, first);
+        for lane in set_bits(wanted) {
+            let cell = first + lane;
+            if !frame.palette.is_diffuse(tile.record[cell].material) {
+                continue;
+            }
+            let start = start_at(frame, tile, cell, &placed, frame.paths);
+            let (mut sums, mut count) = ([Vec3::ZERO; 2], 0);
+            for (path, index) in tile.gathered.paths.known(cell).zip(0..) {
+                let open = light_of_open_sky(frame, &PathStart { index, ..start });
+                sums[0] += path.light.color();
+                // rounded as what is kept
+                sums[1] += PathColor::new(open, false).color();
+                count += 1;
+            }
+            let mean = |sum: Vec3| sum / count.max(1) as f32;
+            arrives.set_lane(lane, arrives.lane(lane) + mean(sums[0]));
+            would.set_lane(lane, would.lane(lane) + mean(sums[1]));
+        }
+    }
+    [arrives, would]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_place_covers_by_the_light_that_is_kept_from_it() {
+        let white = Vec3::ONE;
+        for (arrives, would, expected) in [
+            (white, white, 1.0),
+            (white * 0.25, white, 0.25),
+            (white * 2.0, white, 1.0),
+            (Vec3::ZERO, Vec3::ZERO, 1.0),
+            (Vec3::NAN, white, 1.0),
+        ] {
+            assert_eq!(clear([arrives, would]), expected, "{arrives} of {would}");
+        }
+    }
+}
