@@ -14,6 +14,7 @@ use crate::animation::Track;
 use crate::geometry::Bounds;
 use crate::pose::Pose;
 use crate::scene::cutout::{Asks, CutoutTest};
+use crate::scene::material::Optics;
 use crate::scene::render_space::Extent;
 use crate::scene::{Mesh, Model, RayKind, Scene};
 
@@ -61,11 +62,16 @@ pub struct NotThere {
 
 /// Returns true if points are chosen on the emitting surfaces of a model. The light of others is found by the rays
 /// alone that meet them: of quadrics, and of models that are hidden from rays by which surfaces would find what they
-/// ask for. (A model that is hidden from glossy rays is asked, and layers reflect none of its light.)
-fn is_asked(model: &Model) -> bool {
-    let hidden_from = model.ray_visibility.hidden_from;
-    let is_hidden = [RayKind::Diffuse, RayKind::Transmission].iter().any(|kind| hidden_from.has(*kind));
-    model.mesh.quadric.is_none() && !is_hidden
+/// ask for. (A model that is hidden from glossy rays is asked, and layers reflect none of its light; but not where glass
+/// may show it to a path that a layer has reflected.)
+fn is_asked(scene: &Scene) -> impl Fn(&Model) -> bool + use<> {
+    let has_glass = scene.materials.iter().any(|material| matches!(material.optics, Optics::Glass { .. }));
+    move |model| {
+        let hidden_from = model.ray_visibility.hidden_from;
+        let is_hidden = [RayKind::Diffuse, RayKind::Transmission].iter().any(|kind| hidden_from.has(*kind))
+            || has_glass && hidden_from.has(RayKind::Glossy);
+        model.mesh.quadric.is_none() && !is_hidden
+    }
 }
 
 impl Emitters {
@@ -76,6 +82,7 @@ impl Emitters {
         if brightness.iter().all(|brightness| *brightness == 0.0) {
             return Self::default();
         }
+        let is_asked = is_asked(scene);
         let mut triangles = Vec::new();
         // models may share a mesh: it is searched once
         let mut known: HashMap<*const Mesh, Vec<u32>> = HashMap::new();

@@ -1,7 +1,7 @@
 //! Clipping planes before a tracer: rays from the eye begin at the near one and end at the far one.
 //!
-//! A sample that lies beyond either counts as hidden. All other rays pass unchanged; so do those that go on straight
-//! through veils, which no longer begin at the eye.
+//! A sample that lies beyond either counts as hidden. What goes on straight through veils ends at the far one as well. All
+//! other rays pass unchanged.
 
 use glam::Vec3;
 
@@ -23,11 +23,13 @@ impl<'a> Clipped<'a> {
         Self { tracer, camera: *camera }
     }
 
-    /// The same rays between the planes; and bits of those that end in samples beyond them.
-    fn clip(&self, rays: &RayBatch) -> (RayBatch, Vec<u16>) {
+    /// The same rays, those that are `from_eye` by their number between the planes; and bits of those that end in samples
+    /// beyond them.
+    fn clip(&self, rays: &RayBatch, from_eye: impl Fn(usize) -> bool) -> (RayBatch, Vec<u16>) {
         let mut beyond = Vec::with_capacity(rays.packet_count());
         let clipped = rays.changed(|packet, used| {
-            let lanes = (0..LANES).filter(|lane| used >> lane & 1 != 0);
+            let first = beyond.len() * LANES;
+            let lanes = (0..LANES).filter(|lane| used >> lane & 1 != 0 && from_eye(first + lane));
             let bits = lanes.map(|lane| u16::from(self.clip_lane(packet, lane)) << lane);
             beyond.push(bits.fold(0, |all, bit| all | bit));
         });
@@ -63,7 +65,12 @@ impl Tracer for Clipped<'_> {
     ) {
         match kinds {
             OfKind::All(RayKind::Camera) => {
-                self.tracer.closest(&self.clip(rays).0, kinds, among, coherence, hits);
+                let (clipped, _) = self.clip(rays, |_| true);
+                self.tracer.closest(&clipped, kinds, among, coherence, hits);
+            }
+            OfKind::Each(each) if each.contains(&RayKind::Camera) => {
+                let (clipped, _) = self.clip(rays, |ray| each[ray] == RayKind::Camera);
+                self.tracer.closest(&clipped, kinds, among, coherence, hits);
             }
             _ => self.tracer.closest(rays, kinds, among, coherence, hits),
         }
@@ -80,7 +87,7 @@ impl Tracer for Clipped<'_> {
         if purpose != Purpose::Sight {
             return self.tracer.blocked(rays, by, purpose, coherence, blocked);
         }
-        let (rays, beyond) = self.clip(rays);
+        let (rays, beyond) = self.clip(rays, |_| true);
         blocked.iter_mut().zip(beyond).for_each(|(blocked, beyond)| *blocked |= beyond);
         self.tracer.blocked(&rays, by, purpose, coherence, blocked);
     }

@@ -1,11 +1,12 @@
 //! Does each kind of ray see what a shot says it sees?
 
 use afterimage::frame::Finished;
+use afterimage::layers::Layers;
 use afterimage::scene::material::Optics;
 use afterimage::scene::{
     Background, Environment, Material, Model, RayKind, RayKinds, RayVisibility, Role, Scene,
 };
-use afterimage::settings::{Backdrop, Caustics, Mode, Settings};
+use afterimage::settings::{Backdrop, Budget, Caustics, Mode, Settings};
 use glam::{DVec3, Vec3};
 
 use crate::metal_rough::{camera_goes, under_a_sky, with_metal_flyer};
@@ -420,4 +421,70 @@ fn a_catcher_under_a_sky_covers_where_the_sky_is_hidden() {
     let quarter = (side / root * (side / root).atan() * 2.0) / (2.0 * std::f32::consts::PI);
     let alpha = toy::pixel(&finished, "A", 48, 36);
     assert!((alpha - 4.0 * quarter).abs() < 0.03, "{alpha}, not {}", 4.0 * quarter);
+}
+
+/// Below a dark roof the mean of a catcher's paths stays nothing while more of them come, and what they would bring does not.
+#[test]
+fn a_catcher_shows_each_path_that_comes() {
+    let mut scene = caught(under_a_sky(world()), "floor");
+    let number = scene.materials.len() as u16;
+    scene.materials.push(toy::matt(0.0));
+    scene.models.retain(|model| model.name == "floor");
+    scene.models.push(hidden(toy::still("roof", toy::floor(300.0, number), Vec3::Y), &[RayKind::Camera]));
+    scene.lights.truncate(1);
+    scene.lights[0].kind = afterimage::scene::LightKind::Point { position: rests(DVec3::new(0.0, 0.5, 0.0)) };
+    let settings = Settings {
+        paths: 32,
+        budget: Budget::Full,
+        background: Backdrop::Transparent,
+        base_every: 0,
+        ..toy::audited(1)
+    };
+    let frames = toy::render(&scene, &settings, FRAMES);
+    for finished in &frames {
+        assert_eq!(toy::differing(finished), 0, "frame {}: {:?}", finished.stats.frame, finished.stats.audit);
+    }
+    let alphas = |finished: &Finished| finished.film.values("A").unwrap();
+    assert!(alphas(&frames[1]) != alphas(&frames[5]), "more paths come, frame by frame");
+}
+
+/// What a catcher's material reflects of ambient light, be it nothing, casts no shadow where nothing hides it.
+#[test]
+fn occluded_ambient_light_covers_nothing_in_the_open() {
+    for (ambient, of_catcher) in [(Vec3::ZERO, 0.5), (Vec3::splat(0.3), 0.0), (Vec3::splat(0.3), 0.5)] {
+        let camera = toy::camera(rests(DVec3::new(0.0, 6.0, 0.01)), rests(DVec3::ZERO));
+        let floor = toy::still("floor", toy::floor(400.0, 0), Vec3::ZERO);
+        let other = toy::still("other", toy::floor(0.1, 1), Vec3::NEG_Y);
+        let material = Material { ambient: Vec3::splat(of_catcher), ..toy::matt(0.5) };
+        let lights = vec![toy::sun_overhead(1.0)];
+        let mut scene =
+            caught(toy::scene(camera, vec![floor, other], vec![material, toy::matt(0.5)], lights), "floor");
+        (scene.ambient, scene.ambient_is_occluded) = (ambient, true);
+        let settings =
+            Settings { background: Backdrop::Transparent, layers: Layers::NONE, ..toy::audited(1) };
+        let finished = toy::render(&scene, &settings, 1).remove(0);
+        assert!(
+            finished.film.values("A").unwrap().iter().all(|alpha| *alpha == 0.0),
+            "{ambient}, {of_catcher}"
+        );
+    }
+}
+
+/// Veils show the background that is beside them, and nothing beyond the far plane.
+#[test]
+fn veils_show_what_the_eye_would_see_without_them() {
+    let veil = Material { optics: Optics::veil(Vec3::splat(CLEAR)), ..toy::matt(0.0) };
+    let mut scene = between(veil, glowing(), &[]);
+    scene.background = Background::uniform(Vec3::splat(0.5));
+    scene.camera.lens.far = Some(rests_at(4.0));
+    assert_eq!(shown(&scene, &toy::audited(1)), half(0.5 * CLEAR), "what glows is beyond the plane");
+    scene.models.retain(|model| model.name == "sheet");
+    let mut light = Environment::from_background(&Background::uniform(Vec3::ONE));
+    light.visible = false;
+    scene.environment = Some(light);
+    assert_eq!(shown(&scene, &toy::audited(1)), half(0.5 * CLEAR), "the eye does not see the environment");
+}
+
+fn half(value: f32) -> f32 {
+    half::f16::from_f32(value).to_f32()
 }

@@ -117,6 +117,12 @@ fn clipping_planes_have_keys() {
     assert_eq!(at(&shot(["", "", ""])), [(0.0, f32::INFINITY); 5]);
     let keyed = shot(["near = 1", "near = 2\nfar = 8", "far = 4"]);
     assert_eq!(at(&keyed), [(1.0, 8.0), (1.5, 8.0), (2.0, 8.0), (2.0, 6.0), (2.0, 4.0)]);
+    let crossed = error(
+        "[camera]\ninterpolation = \"smooth\"\n[[camera.key]]\nframe = 1\neye = [0, 0, 5]\ntarget = [0, 0, 0]\nnear = 1\nfar = 9\n\
+         [[camera.key]]\nframe = 2\neye = [0, 0, 5]\ntarget = [0, 0, 0]\nfar = 1.1\n\
+         [[camera.key]]\nframe = 5\neye = [0, 0, 5]\ntarget = [0, 0, 0]\nfar = 1.2\n[[model]]\nobj = \"m.obj\"\n",
+    );
+    assert!(crossed.contains("leave nothing between them at frame"), "{crossed}");
     // what is tiny is rendered at another scale, with its planes
     let tiny = load(
         "[[camera.key]]\nframe = 1\neye = [0, 0, 5e-7]\ntarget = [0, 0, 0]\nfar = 1e-6\n\

@@ -17,6 +17,7 @@ use crate::frame::surface::placed::{Placed, PlacedTile};
 use crate::frame::surface::ray_tally::RayTally;
 use crate::lanes::LANES;
 use crate::samples::{CELLS, Flags, KeptPath, PathColor, Record, Tile};
+use crate::scene::Role;
 use crate::settings::Budget;
 use crate::shade::sampling::{PathSequence, orthonormal};
 
@@ -197,7 +198,9 @@ fn renew(frame: &FrameView, tile: &mut Tile, scratch: &mut PathScratch, tally: &
     let mut any = false;
     for same in scratch.starts.chunk_by(|a, b| a.owner == b.owner) {
         let cell = same[0].owner as usize;
-        if tile.gathered.update_mean(cell) {
+        // what a catcher covers depends on each path, and on how many there are
+        let is_catcher = frame.role(tile.model[cell]) == Role::ShadowCatcher;
+        if tile.gathered.update_mean(cell) | is_catcher {
             any = true;
             tile.record[cell].flags = tile.record[cell].flags.with(Flags::STALE);
         }

@@ -18,6 +18,7 @@ use crate::frame::surface::ray_tally::RayTally;
 use crate::frame::surface::trace_scratch::TraceScratch;
 use crate::lanes::LANES;
 use crate::layers::Layers;
+use crate::pose::Clip;
 use crate::scene::{RayKind, Role};
 use crate::settings::Backdrop;
 use crate::shade::Surface;
@@ -179,7 +180,8 @@ fn group(rays: &mut [Bounce]) {
 fn meet(frame: &FrameView, bounces: &mut Bounces, radiance: &mut Radiance, scratch: &mut TraceScratch) {
     scratch.begin_rays();
     bounces.kinds.clear();
-    if frame.hides_from_some {
+    // clipping planes cut off what the eye sees through veils as well
+    if frame.hides_from_some || frame.view.camera.clip != Clip::NONE {
         bounces.kinds.extend(bounces.now.iter().map(|bounce| bounce.ray_kind));
     }
     for bounce in &bounces.now {
@@ -199,7 +201,11 @@ fn meet(frame: &FrameView, bounces: &mut Bounces, radiance: &mut Radiance, scrat
             bounces.times.note_met(frame, bounce.cell, *model);
             bounces.times.note_segment(frame, bounce.cell, bounce.origin, bounce.direction, far);
             let of_lights = bounce.light_of_lights(frame, far);
-            let mut of_sky = if is_hit { Vec3::ZERO } else { frame.sky.radiance(bounce.direction) };
+            let mut of_sky = match (is_hit, bounce.ray_kind) {
+                (true, _) => Vec3::ZERO,
+                (false, RayKind::Camera) => frame.sky.seen(bounce.direction),
+                (false, _) => frame.sky.radiance(bounce.direction),
+            };
             if is_hole(frame, bounce, *model) {
                 radiance.clear[bounce.cell as usize] += bounce.weight.element_sum() / 3.0;
                 if frame.layers.has(Layers::BACKGROUND) {

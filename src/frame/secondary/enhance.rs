@@ -69,6 +69,8 @@ pub fn enhance(
             let gloss = frame.palette.gloss(&materials);
             let has_coats = frame.palette.coats.any(&materials);
             let followed = if frame.settings.depth > 0 { gloss.is_followed.bits() & surfaces } else { 0 };
+            // what is not shown of holes and catchers is not traced
+            let followed = followed & !roles::bits(frame, models);
             if gloss.is_any || has_coats || followed != 0 {
                 let placed = placed.get(frame, tile, first);
                 let incoming = -directions_to_eye(frame, &placed);

@@ -9,7 +9,7 @@
 use glam::Vec3;
 
 use super::parts::direct;
-use crate::frame::grid::bits::set_bits;
+use crate::frame::grid::bits::{bits_of_models, set_bits};
 use crate::frame::light::indirect::start_at;
 use crate::frame::light::light_paths::light_of_open_sky;
 use crate::frame::light::path_ends::PathStart;
@@ -17,9 +17,19 @@ use crate::frame::shot::frame_view::FrameView;
 use crate::frame::surface::placed::PlacedTile;
 use crate::frame::surface::radiance::Radiance;
 use crate::lanes::{F32x8, LANES, Mask, Vec3x8};
+use crate::layers::Layers;
 use crate::samples::{CELLS, PathColor, Tile};
 use crate::scene::Role;
 use crate::settings::Backdrop;
+
+/// Bit mask of those of eight samples of such models.
+#[inline(always)]
+pub fn bits(frame: &FrameView, models: &[u32]) -> u8 {
+    if frame.roles.is_empty() {
+        return 0;
+    }
+    bits_of_models(models, |model| frame.role(model) != Role::Itself)
+}
 
 /// Replaces what `radiance` has of the samples of such models.
 pub fn show(frame: &FrameView, tile: &Tile, placed: &mut PlacedTile, radiance: &mut Radiance) {
@@ -34,17 +44,21 @@ pub fn show(frame: &FrameView, tile: &Tile, placed: &mut PlacedTile, radiance: &
         for lane in set_bits(holes | catchers) {
             radiance.hold_out(first + lane);
         }
-        if catchers != 0 {
-            let light = light(frame, tile, (first, catchers), placed);
-            for lane in set_bits(catchers) {
-                radiance.clear[first + lane] = clear(light.map(|light| light.lane(lane)));
-            }
+        if catchers == 0 {
+            continue;
         }
-        if frame.settings.background == Backdrop::Visible {
-            let offsets = frame.offsets(tile, first);
-            for cell in set_bits(catchers).map(|lane| first + lane) {
-                let sight = frame.view.sights(offsets).lane(cell - first);
-                radiance.show_behind(cell, frame.sky.seen(sight.normalize_or_zero()));
+        let (light, sights) = (light(frame, tile, (first, catchers), placed), frame.offsets(tile, first));
+        let sights = frame.view.sights(sights);
+        for (cell, lane) in set_bits(catchers).map(|lane| (first + lane, lane)) {
+            let clear = clear(light.map(|light| light.lane(lane)));
+            let background = frame.sky.seen(sights.lane(lane).normalize_or_zero()) * clear;
+            if frame.layers.has(Layers::BACKGROUND) {
+                radiance.add_sky(cell, background);
+            }
+            if frame.settings.background == Backdrop::Visible {
+                radiance.show_behind(cell, background);
+            } else {
+                radiance.clear[cell] = clear;
             }
         }
     }
@@ -65,8 +79,11 @@ fn light(
     placed: &mut PlacedTile,
 ) -> [Vec3x8; 2] {
     let white = Vec3x8::splat(Vec3::ONE);
-    let ambient = Vec3x8::splat(frame.scene.ambient);
-    let openness = if frame.scene.ambient_is_occluded { tile.gathered.opennesses(first) } else { F32x8::ONE };
+    let materials = tile.materials(first);
+    let has_ambient = Mask::new(|lane| frame.palette.has_ambient(materials[lane]));
+    let ambient = has_ambient.select3(Vec3x8::splat(frame.scene.ambient), Vec3x8::ZERO);
+    let is_occluded = frame.occlusion.is_some_and(|occlusion| occlusion.dims_ambient);
+    let openness = if is_occluded { tile.gathered.opennesses(first) } else { F32x8::ONE };
     let lit = |slot, point| tile.tags.lit(slot, point, first);
     let all = |_, _| Mask::from_bits(u8::MAX);
     let mut arrives = ambient * openness + direct(frame, tile, first, placed, white, |_| true, lit);

@@ -130,7 +130,7 @@ impl Radiance {
         }
     }
 
-    /// Adds light of a background that is not shown, seen through veils, to the layer that has it.
+    /// Adds light of the background, seen through veils or on catchers, to the layer that has it.
     pub fn add_sky(&mut self, cell: usize, light: Vec3) {
         for (column, light) in self.parts.sky.iter_mut().zip(light.to_array()) {
             column[cell] += light;
@@ -149,9 +149,9 @@ impl Radiance {
         }
     }
 
-    /// Shows the light of what is behind the picture in a cell, as far as that is clear: it covers all then.
+    /// Shows the light of what is behind the picture in a cell, which covers all then.
     pub fn show_behind(&mut self, cell: usize, light: Vec3) {
-        let light = light * std::mem::take(&mut self.clear[cell]);
+        self.clear[cell] = 0.0;
         for (column, light) in self.diffuse.iter_mut().zip(light.to_array()) {
             column[cell] = light;
         }

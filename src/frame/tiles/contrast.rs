@@ -10,6 +10,7 @@
 //!
 //! The pixels of both are flagged. What differs inside a pixel is found as soon as the level has several samples in it.
 
+use glam::Vec3;
 use half::f16;
 use rayon::prelude::*;
 
@@ -17,7 +18,7 @@ use crate::frame::grid::wanted::PixelFlags;
 use crate::frame::grid::{Grid, cell_number};
 use crate::frame::shot::frame_view::FrameView;
 use crate::frame::surface::radiance::{Light, Radiance};
-use crate::lanes::{LANES, Vec3x8};
+use crate::lanes::{F32x8, LANES, Vec3x8};
 use crate::pose::LightPose;
 use crate::samples::{
     BACKGROUND, CELLS, EMPTY, HalfColor, Octahedral, SampleStore, TILE, Tag, TagSlot, Tile, half_colors,
@@ -29,12 +30,13 @@ const NORMAL_COSINE: f32 = 0.906;
 /// Two colours below this, added up, are compared as if they added up to it: linear, where 1 is white.
 const DARK: f32 = 0.04;
 
-/// Colours of the cells of a tile, all layers of light together. Empty before they were shown first.
+/// Colours of the cells of a tile, all layers of light together, over white where veils, holes and catchers let it through. Empty before they were shown first.
 pub type TileColors = Vec<HalfColor>;
 
 /// Notes what a tile shows.
 pub fn note_colors(radiance: &Radiance, colors: &mut TileColors) {
-    let Radiance { diffuse, specular, reflection, refraction, has_specular, has_secondary, .. } = radiance;
+    let Radiance { diffuse, specular, reflection, refraction, clear, has_specular, has_secondary, .. } =
+        radiance;
     colors.resize(CELLS, [f16::ZERO; 3]);
     let load =
         |light: &Light, first: usize| Vec3x8::load(light.each_ref().map(|column| column.as_slice()), first);
@@ -44,7 +46,9 @@ pub fn note_colors(radiance: &Radiance, colors: &mut TileColors) {
             sum = sum + load(specular, first);
         }
         if *has_secondary {
-            sum = sum + load(reflection, first) + load(refraction, first);
+            // over a plate of white
+            let clear = Vec3x8::splat(Vec3::ONE) * F32x8::load(clear, first);
+            sum = sum + load(reflection, first) + load(refraction, first) + clear;
         }
         colors.copy_from_slice(&half_colors(sum));
     }

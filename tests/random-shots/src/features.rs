@@ -21,7 +21,8 @@ pub fn features(trial: &Trial) -> BTreeSet<String> {
     add(format!("backend {}", trial.backend.name()));
     let shot = &trial.shot;
     for (table, keys) in [
-        ("render", &["mode", "filter", "reuse", "base_place", "caustics", "background"][..]),
+        ("render", &["mode", "filter", "reuse", "base_place", "caustics"][..]),
+        ("output", &["background"][..]),
         ("camera", &["projection"][..]),
     ] {
         for key in keys {

@@ -37,8 +37,9 @@ pub fn add(dice: &mut Dice, shot: &mut Table) {
         }
     }
     if dice.one_in(2) {
-        if let Some(render) = shot.get_mut("render").and_then(Value::as_table_mut) {
-            render.insert("background".into(), "transparent".into());
+        let output = shot.entry("output").or_insert_with(|| Value::Table(Table::new()));
+        if let Some(output) = output.as_table_mut() {
+            output.insert("background".into(), "transparent".into());
         }
     }
 }
