@@ -83,7 +83,7 @@ impl Obstacles {
         for model in models {
             let one = &scene.models[model as usize];
             let transform = one.track.at(0.0);
-            if !transform.is_visible || one.ray_visibility.hidden_from.has(RayKind::Camera) {
+            if !transform.is_visible || !one.ray_visibility.is_seen_by(RayKind::Camera) {
                 continue;
             }
             let mesh = *known.entry(Arc::as_ptr(&one.mesh)).or_insert_with(|| {

@@ -95,6 +95,11 @@ pub enum Role {
 }
 
 impl RayVisibility {
+    /// Returns true if rays of this kind meet the model.
+    pub const fn is_seen_by(self, kind: RayKind) -> bool {
+        !self.hidden_from.has(kind)
+    }
+
     /// What rays see of a part of a whole of which they see `other`.
     pub fn and(self, other: Self) -> Self {
         Self {

@@ -134,8 +134,12 @@ impl RustBackend {
 fn distinct(scene: &Scene) -> (Vec<RayKind>, TreesOfKind) {
     let mut kinds: Vec<RayKind> = Vec::new();
     let of_kind = RayKind::ALL.map(|kind| {
-        let sees_alike =
-            |other: &RayKind| scene.models.iter().all(|model| is_seen(model, kind) == is_seen(model, *other));
+        let sees_alike = |other: &RayKind| {
+            scene
+                .models
+                .iter()
+                .all(|model| model.ray_visibility.is_seen_by(kind) == model.ray_visibility.is_seen_by(*other))
+        };
         kinds.iter().position(sees_alike).unwrap_or_else(|| {
             kinds.push(kind);
             kinds.len() - 1
@@ -144,19 +148,15 @@ fn distinct(scene: &Scene) -> (Vec<RayKind>, TreesOfKind) {
     (kinds, of_kind)
 }
 
-/// Returns true if rays of this kind see a model.
-fn is_seen(model: &Model, kind: RayKind) -> bool {
-    !model.ray_visibility.hidden_from.has(kind)
-}
-
 impl Trees {
     /// Builds trees of the first `count` triangles of each mesh that rays of this kind see, and of `quadrics`.
     fn new(scene: &Scene, kind: RayKind, count: fn(&Mesh) -> usize, quadrics: Quadrics) -> Self {
         let (mut still, mut meshes, mut movable, mut deforming) =
             (Vec::new(), Vec::new(), Vec::new(), Vec::new());
         let (mut known, mut at_rest) = (HashMap::new(), Vec::new());
-        let has_triangles =
-            |model: &Model| model.mesh.quadric.is_none() && count(&model.mesh) > 0 && is_seen(model, kind);
+        let has_triangles = |model: &Model| {
+            model.mesh.quadric.is_none() && count(&model.mesh) > 0 && model.ray_visibility.is_seen_by(kind)
+        };
         for (number, model) in scene.models.iter().enumerate().filter(|(_, model)| has_triangles(model)) {
             if model.track.is_constant() && !model.is_placed_at_rest() {
                 still.push((number as u32, &*model.mesh));

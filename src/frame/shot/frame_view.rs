@@ -316,7 +316,7 @@ impl<'a> FrameView<'a> {
     /// Returns true if rays of this kind do not meet a model.
     #[inline]
     pub fn is_hidden_from(&self, model: u32, kind: RayKind) -> bool {
-        self.hides_from_some && self.scene.models[model as usize].ray_visibility.hidden_from.has(kind)
+        self.hides_from_some && !self.scene.models[model as usize].ray_visibility.is_seen_by(kind)
     }
 
     /// What the eye sees of a model; the background is itself.

@@ -14,11 +14,13 @@
 
 use glam::Vec3;
 
-use super::layer::LEAST_COSINE;
 use crate::lanes::Real;
 use crate::shade::fresnel::{Fresnel, dielectric, grazing};
 use crate::shade::ggx;
 use crate::shade::sampling::PathRandom;
+
+/// Least cosine to the eye that is used in formulas: below it, a direction counts as lying in the surface.
+pub const LEAST_COSINE: f32 = 1e-4;
 
 /// Exponent by which the share of light that gets away from further microfacets follows from the share that
 /// gets away from the first one: it is larger, as light that was reflected upwards is higher up. Fitted to

@@ -4,8 +4,8 @@ use std::f32::consts::{FRAC_1_PI, PI};
 
 use glam::Vec3;
 
-use super::albedos::{Albedos, Shares};
-use super::layer::{Coat, LEAST_ALBEDO, LEAST_COSINE};
+use super::albedos::{Albedos, LEAST_COSINE, Shares};
+use super::layer::{Coat, LEAST_ALBEDO};
 use crate::lanes::{F32x8, LANES, Mask, Vec3x8, are_same};
 use crate::shade::area::AreaRadiance;
 use crate::shade::fresnel::Fresnel;

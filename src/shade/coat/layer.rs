@@ -5,14 +5,11 @@ use std::sync::Arc;
 
 use glam::Vec3;
 
-use super::albedos::{Albedos, Shares};
+use super::albedos::{Albedos, LEAST_COSINE, Shares};
 use crate::scene::material::LEAST_ALPHA;
 use crate::shade::fresnel::Fresnel;
 use crate::shade::ggx;
 use crate::shade::sampling::orthonormal;
-
-/// Least cosine to the eye that is used in formulas: below it, a direction counts as lying in the surface.
-pub const LEAST_COSINE: f32 = 1e-4;
 
 /// Least albedo; anything below it is taken for black.
 pub const LEAST_ALBEDO: f32 = 1e-6;

@@ -6,7 +6,6 @@ use std::sync::Arc;
 use glam::{Affine3A, Vec3};
 
 use super::beam::{Open, Probe, Ray as Line, Visitor, walk};
-use super::is_seen;
 use super::rays::{Rays, first_of, open_lanes};
 use super::search::{Exempt, put};
 use crate::geometry::Quadric;
@@ -53,7 +52,9 @@ impl Quadrics {
     /// Collects the quadrics of `scene` that rays of this kind see; `casters`: only those that cast shadows.
     pub fn new(scene: &Scene, kind: RayKind, casters: bool) -> Self {
         let (mut still, mut movable) = (Vec::new(), Vec::new());
-        for (model, number) in scene.models.iter().zip(0..).filter(|(model, _)| is_seen(model, kind)) {
+        for (model, number) in
+            scene.models.iter().zip(0..).filter(|(model, _)| model.ray_visibility.is_seen_by(kind))
+        {
             let casts_shadow = model.mesh.shadow_casting > 0;
             let Some(quadric) = model.mesh.quadric.as_ref().filter(|_| casts_shadow || !casters) else {
                 continue;
