@@ -260,6 +260,7 @@ impl Scene {
     /// Shows a mesh at one more place. transform, visible, hidden_from, holdout, shadow_catcher: as in add_mesh(). name: the mesh's without it.
     #[pyo3(signature = (mesh, transform = None, *, name = None, visible = None, hidden_from = None, holdout = false,
                         shadow_catcher = false))]
+    #[allow(clippy::too_many_arguments, reason = "they have names in Python")]
     fn add_instance(
         &self,
         mesh: &Bound<'_, Mesh>,
