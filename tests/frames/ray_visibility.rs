@@ -436,6 +436,7 @@ fn a_catcher_shows_each_path_that_comes() {
     let settings = Settings {
         paths: 32,
         budget: Budget::Full,
+        paths_per_frame: 4,
         background: Backdrop::Transparent,
         base_every: 0,
         ..toy::audited(1)
