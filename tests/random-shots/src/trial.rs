@@ -35,6 +35,15 @@ impl Variation {
 /// Frames that proofs look ahead: as many as usual, or so few that proofs end within a shot.
 pub const AHEAD: [i32; 4] = [16, 1, 2, 4];
 
+/// Keys of a model that say what rays see of it, and nothing of its place.
+const OF_RAYS: [&str; 3] = ["hidden_from", "holdout", "shadow_catcher"];
+
+/// A model without some of its keys.
+fn without(model: &Table, keys: &[&str]) -> Table {
+    let kept = model.iter().filter(|(key, _)| !keys.contains(&key.as_str()));
+    kept.map(|(key, value)| (key.clone(), value.clone())).collect()
+}
+
 /// A shot, and how it is tried.
 #[derive(Debug, Clone)]
 pub struct Trial {
@@ -96,20 +105,18 @@ impl Trial {
     /// Whether two models that move are always in the same place. Which of them a ray meets is not defined: each run is right, and
     /// may differ from another.
     pub fn has_coinciding_movers(&self) -> bool {
-        let models: Vec<&Table> = self.models().collect();
+        let models: Vec<Table> = self.models().map(|model| without(model, &OF_RAYS)).collect();
         let keys = ["key", "shapes", "visible", "gltf"];
         let moves = |model: &Table| keys.iter().any(|key| model.contains_key(*key));
-        (1..models.len()).any(|number| moves(models[number]) && models[..number].contains(&models[number]))
+        (1..models.len()).any(|number| moves(&models[number]) && models[..number].contains(&models[number]))
     }
 
     /// Whether two models may be in the same place in some frame. Which of their surfaces a ray meets is not defined: each is right.
     pub fn has_coinciding_models(&self) -> bool {
         // the same shape in the same place, whatever moves it away from there, and back
         let rest = |model: &Table| -> Table {
-            let mut rest = model.clone();
-            for key in ["key", "shapes", "visible", "interpolation", "reflection_map"] {
-                rest.remove(key);
-            }
+            let of_motion = ["key", "shapes", "visible", "interpolation", "reflection_map"];
+            let mut rest = without(&without(model, &OF_RAYS), &of_motion);
             for key in ["obj", "gltf"] {
                 let shape = rest.get(key).and_then(Value::as_str).and_then(|name| name.split('-').next());
                 if let Some(shape) = shape.map(String::from) {
