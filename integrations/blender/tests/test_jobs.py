@@ -70,8 +70,8 @@ class Jobs(FakeRenderer):
     def test_each_eye_is_exported_once_for_all_frames(self):
         self.scene.frame_end = 3
         self.scene.render.use_multiview = True
-        # a warning of both is told once
-        self.floor.is_shadow_catcher = True
+        # a warning of both is told once: of hair that is left out
+        self.floor.modifiers.new("Hair", "PARTICLE_SYSTEM").particle_system.settings.type = "HAIR"
         told, print_of = [], builtins.print
         builtins.print = lambda *values, **more: told.append(values)
         self.scene.render.filepath = os.path.join(self.scratch.name, "f.####")
