@@ -40,6 +40,15 @@ pub struct Lens {
     pub far: Option<Track<f64>>,
 }
 
+impl Lens {
+    /// Returns true if the clipping planes leave nothing between them at `frame`.
+    pub fn sees_nothing(&self, frame: f64) -> bool {
+        let at = |plane: &Option<Track<f64>>, none| plane.as_ref().map_or(none, |plane| plane.at(frame));
+        let (near, far) = (at(&self.near, 0.0), at(&self.far, f64::INFINITY));
+        far <= 0.0 || near >= far
+    }
+}
+
 impl Default for Lens {
     /// A pinhole, with the view axis in the middle of the picture.
     fn default() -> Self {

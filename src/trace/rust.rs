@@ -11,6 +11,7 @@
 //! - [`triangles`]: leaves, eight triangles each, and a test that lets no ray through between two triangles;
 //! - [`beam`]: rays that go about the same way pass through the tree as one;
 //! - [`rays`]: a packet's rays, and which of them make a beam;
+//! - [`of_kind`]: which rays share their trees;
 //! - [`quadrics`]: tests of quadrics, each ray by itself;
 //! - [`search`]: both queries, for beams and for single rays.
 //!
@@ -26,6 +27,7 @@
 //! (`examples/trace_speed.rs`, which compares this tracer with Embree).
 
 mod beam;
+mod of_kind;
 mod quadrics;
 mod rays;
 mod search;
@@ -46,6 +48,7 @@ use crate::pose::Pose;
 use crate::scene::{Mesh, Model, RayKind, Scene};
 use crate::settings::Caustics;
 use beam::{Beam, Open, Probe, Visitor, walk};
+use of_kind::{TreesOfKind, distinct};
 use quadrics::{Quadrics, Standing};
 use rays::{Pace, Rays, first_of, open_lanes};
 use search::{Exempt, block_beam, block_ray, closest_of_beam, closest_of_ray};
@@ -64,9 +67,6 @@ pub struct RustBackend {
     /// True if triangles that cast no shadow let shadow rays pass.
     clear_passes: bool,
 }
-
-/// Number of the trees, among those of a backend, that rays of each kind see.
-type TreesOfKind = [usize; RayKind::ALL.len()];
 
 /// Trees of all triangles, or of some.
 struct Trees {
@@ -127,25 +127,6 @@ impl RustBackend {
     pub fn keeps_casters_apart(&self) -> bool {
         self.casters.is_some()
     }
-}
-
-/// Kinds of rays no two of which see the same models, and for each kind of all the number of the one that sees the
-/// same as it.
-fn distinct(scene: &Scene) -> (Vec<RayKind>, TreesOfKind) {
-    let mut kinds: Vec<RayKind> = Vec::new();
-    let of_kind = RayKind::ALL.map(|kind| {
-        let sees_alike = |other: &RayKind| {
-            scene
-                .models
-                .iter()
-                .all(|model| model.ray_visibility.is_seen_by(kind) == model.ray_visibility.is_seen_by(*other))
-        };
-        kinds.iter().position(sees_alike).unwrap_or_else(|| {
-            kinds.push(kind);
-            kinds.len() - 1
-        })
-    });
-    (kinds, of_kind)
 }
 
 impl Trees {

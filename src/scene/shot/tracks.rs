@@ -84,13 +84,7 @@ pub(crate) fn camera(
         let message = format!("the smooth curve of `fov` leaves 0..180 at frame {frame}: add a key there");
         return Err(text.fault(table.span(), message));
     }
-    let Lens { near, far, .. } = &track.lens;
-    let at = |plane: &Option<Track<f64>>, frame, none| plane.as_ref().map_or(none, |plane| plane.at(frame));
-    let is_crossed = |frame| {
-        let far = at(far, frame, f64::INFINITY);
-        far <= 0.0 || at(near, frame, 0.0) >= far
-    };
-    if let Some(frame) = frames_between(&keys).find(|frame| is_crossed(*frame)) {
+    if let Some(frame) = frames_between(&keys).find(|frame| track.lens.sees_nothing(*frame)) {
         let message = format!(
             "the smooth curves of `near` and `far` leave nothing between them at frame {frame}: add a key there"
         );
