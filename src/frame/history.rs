@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::lineage::Ancestor;
 use super::shot::prepared::Prepared;
-use super::tiles::level::Level;
+use super::tiles::level::{Level, LevelScratch};
 use super::validity::{self, ValidDirection};
 use crate::changes::Direction;
 use crate::film::Film;
@@ -35,9 +35,9 @@ impl PictureHistory {
     }
 
     /// Drops the samples. Their tiles are used again.
-    pub fn drop_samples(&mut self) {
+    pub fn drop_samples(&mut self, scratch: &mut LevelScratch) {
         self.pose = None;
-        self.levels.iter_mut().for_each(Level::drop_samples);
+        self.levels.iter_mut().for_each(|level| level.drop_samples(scratch));
     }
 
     /// The picture, if its samples exist.

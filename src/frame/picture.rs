@@ -100,7 +100,7 @@ pub fn render(
     let lender = lender.filter(|_| reuses);
     let is_cut = estimate.is_cut;
     if !reuses {
-        history.levels.iter_mut().for_each(Level::drop_samples);
+        history.levels.iter_mut().for_each(|level| level.drop_samples(scratch));
     }
     let plan = if reuses { &lineage.plan } else { &setup.base_plan };
     // not in frames that are traced in full: few are followed by one with the same camera

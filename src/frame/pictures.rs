@@ -29,7 +29,8 @@ impl Pictures {
     /// Begins `frame` of `eye`: without `reuse`, samples of earlier frames are dropped.
     pub fn begin(&mut self, eye: Eye, reuse: bool) {
         if !reuse {
-            self.all.iter_mut().filter(|one| one.picture.eye == eye).for_each(PictureHistory::drop_samples);
+            let of_eye = self.all.iter_mut().filter(|one| one.picture.eye == eye);
+            of_eye.for_each(|one| one.drop_samples(&mut self.scratch));
         }
     }
 
@@ -96,7 +97,7 @@ impl Pictures {
             history.film = history.film.filter(|film| film.planes.len() == planes);
         }
         if ancestor.is_none() {
-            history.drop_samples();
+            history.drop_samples(&mut self.scratch);
         }
         history
     }
@@ -156,6 +157,6 @@ impl Pictures {
     pub fn size(&self, prepared: &Prepared) -> (u64, u64) {
         let levels = || self.all.iter().flat_map(|one| &one.levels).filter(|level| level.store.is_some());
         let bytes: usize = levels().map(|level| level.bytes(&prepared.layout)).sum();
-        ((bytes + self.scratch.bytes()) as u64, levels().map(Level::samples).sum())
+        ((bytes + self.scratch.bytes(&prepared.layout)) as u64, levels().map(Level::samples).sum())
     }
 }

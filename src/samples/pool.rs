@@ -6,35 +6,29 @@ use rayon::prelude::*;
 use super::{SampleStore, TagLayout, Tile};
 
 /// Tiles whose samples are not needed any more, to be written over.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub struct TilePool {
     tiles: Vec<Box<Tile>>,
-    layout: TagLayout,
 }
 
 impl TilePool {
-    /// Creates an empty pool, for stores with this `layout`.
-    pub fn new(layout: TagLayout) -> Self {
-        Self { tiles: Vec::new(), layout }
-    }
-
     /// Takes all tiles of a store.
     pub fn take(&mut self, store: SampleStore) {
         self.tiles.extend(store.tiles);
     }
 
-    /// Adds tiles to `store` until it has `count`; their contents mean nothing.
-    pub fn grow(&mut self, store: &mut SampleStore, count: usize) {
+    /// Adds tiles to `store` until it has `count`; their contents mean nothing. All stores have one `layout`.
+    pub fn grow(&mut self, store: &mut SampleStore, count: usize, layout: &TagLayout) {
         let wanted = count.saturating_sub(store.tiles.len());
         store.tiles.extend(self.tiles.drain(self.tiles.len().saturating_sub(wanted)..));
         // fresh memory costs time when it is touched first: all threads share it
         let fresh = store.tiles.len()..count;
-        store.tiles.par_extend(fresh.into_par_iter().map(|_| Box::new(Tile::empty(&self.layout))));
+        store.tiles.par_extend(fresh.into_par_iter().map(|_| Box::new(Tile::empty(layout))));
     }
 
     /// Memory held, in bytes.
-    pub fn bytes(&self) -> usize {
-        self.tiles.iter().map(|tile| tile.bytes(&self.layout)).sum()
+    pub fn bytes(&self, layout: &TagLayout) -> usize {
+        self.tiles.iter().map(|tile| tile.bytes(layout)).sum()
     }
 }
 
@@ -108,9 +102,9 @@ mod tests {
 
     #[test]
     fn tiles_go_when_nothing_is_wanted_of_them() {
-        let mut pool = TilePool::new(TagLayout::new(std::iter::empty()));
+        let (mut pool, layout) = (TilePool::default(), TagLayout::new(std::iter::empty()));
         let mut old = SampleStore::default();
-        pool.grow(&mut old, 4);
+        pool.grow(&mut old, 4, &layout);
         for (tile, mark) in old.tiles.iter_mut().zip(100..) {
             tile.record[7].triangle = mark;
         }
@@ -127,21 +121,21 @@ mod tests {
         );
         old.let_go(3, &mut pool);
         assert_eq!(there(&old), [false; 4]);
-        assert_eq!(pool.bytes(), 4 * Tile::bytes_of_cells(&pool.layout));
+        assert_eq!(pool.bytes(&layout), 4 * Tile::bytes_of_cells(&layout));
         let mut new = SampleStore::default();
-        pool.grow(&mut new, 3);
-        pool.grow(&mut new, 5);
-        assert_eq!((new.tiles.len(), pool.bytes()), (5, 0), "four are used again, one is new");
+        pool.grow(&mut new, 3, &layout);
+        pool.grow(&mut new, 5, &layout);
+        assert_eq!((new.tiles.len(), pool.bytes(&layout)), (5, 0), "four are used again, one is new");
     }
 
     #[test]
     fn a_store_that_is_lent_keeps_its_tiles() {
-        let mut pool = TilePool::new(TagLayout::new(std::iter::empty()));
+        let (mut pool, layout) = (TilePool::default(), TagLayout::new(std::iter::empty()));
         let mut store = SampleStore::default();
-        pool.grow(&mut store, 3);
+        pool.grow(&mut store, 3, &layout);
         let mut lent = OldStore::Lent(&store);
         lent.let_go(3, &mut pool);
-        assert_eq!(pool.bytes(), 0);
+        assert_eq!(pool.bytes(&layout), 0);
         assert!((0..3).all(|number| lent.tile(number).is_some()) && lent.tile(3).is_none());
     }
 }

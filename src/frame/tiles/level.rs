@@ -43,9 +43,9 @@ pub struct LevelScratch {
 }
 
 impl LevelScratch {
-    /// Bytes of what is projected, which grow with the picture.
-    pub fn bytes(&self) -> usize {
-        self.bins.bytes()
+    /// Bytes of what is projected, which grow with the picture, and of tiles that belong to no store.
+    pub fn bytes(&self, layout: &TagLayout) -> usize {
+        self.bins.bytes() + self.tiles.pool.bytes(layout)
     }
 }
 
@@ -57,8 +57,8 @@ impl Level {
     }
 
     /// Drops the samples of the frame before, and what was known of them. Their tiles are used again.
-    pub fn drop_samples(&mut self) {
-        self.store.take().into_iter().for_each(|store| self.buffers.pool.take(store));
+    pub fn drop_samples(&mut self, scratch: &mut LevelScratch) {
+        self.store.take().into_iter().for_each(|store| scratch.tiles.pool.take(store));
         self.buffers.states.clear();
     }
 
@@ -223,6 +223,6 @@ impl Level {
     /// Bytes in use.
     pub fn bytes(&self, layout: &TagLayout) -> usize {
         let store = self.store.as_ref().map_or(0, |store| store.bytes(layout));
-        store + self.buffers.pool.bytes() + self.buffers.state_bytes()
+        store + self.buffers.state_bytes()
     }
 }

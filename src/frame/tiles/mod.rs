@@ -49,9 +49,7 @@ pub struct TileSum {
 
 /// Memory of a renderer for the tiles of its frames. Kept from frame to frame.
 pub struct FrameBuffers {
-    /// Tiles for the store to grow out of.
-    pub pool: TilePool,
-    /// Layout of their tags.
+    /// Layout of the tiles' tags.
     layout: TagLayout,
     /// One for each tile.
     pub states: Vec<TileState>,
@@ -61,9 +59,12 @@ pub struct FrameBuffers {
     seconds: Vec<f32>,
 }
 
-/// Memory in which frames are made, of whatever picture and level: nothing in it outlives a level of a frame.
+/// Memory in which frames are made, of whatever picture and level: nothing in it outlives a level of a frame, but tiles whose contents
+/// mean nothing.
 #[derive(Default)]
 pub struct TileScratch {
+    /// Tiles for stores to grow out of.
+    pub pool: TilePool,
     /// One for each thread that has been at work.
     threads: Mutex<Vec<ThreadScratch>>,
     /// Sums of the band of tiles at work, and of the band before.
@@ -75,13 +76,7 @@ pub struct TileScratch {
 impl FrameBuffers {
     /// Nothing in it yet; for stores with tags as `layout` says.
     pub fn new(layout: TagLayout) -> Self {
-        Self {
-            pool: TilePool::new(layout.clone()),
-            layout,
-            states: Vec::new(),
-            colors: Vec::new(),
-            seconds: Vec::new(),
-        }
+        Self { layout, states: Vec::new(), colors: Vec::new(), seconds: Vec::new() }
     }
 
     /// Has a state for each tile.
@@ -127,8 +122,8 @@ pub fn run_tiles(
     let mut sum = TileSum::default();
     let is_free = !is_wide && matches!(start.reused, Reused::InPlace(..));
     let bands = bands(grid, tiles_in_band(if is_free { TILES_IN_PLACE } else { 0 }));
-    let FrameBuffers { pool, layout, states, colors, seconds } = buffers;
-    let TileScratch { threads, bands: [now, before], dirty } = scratch;
+    let FrameBuffers { layout, states, colors, seconds } = buffers;
+    let TileScratch { pool, threads, bands: [now, before], dirty } = scratch;
     dirty.clear();
     if let Some(kernel) = frame.kernel {
         dirty.set(
@@ -147,7 +142,7 @@ pub fn run_tiles(
         if let Reused::Projected(old, _) = &mut start.reused {
             old.let_go(done, pool);
         }
-        pool.grow(store, end);
+        pool.grow(store, end, layout);
         let count = end - done;
         if now.len() < count {
             now.resize_with(count, TileFilm::default);
