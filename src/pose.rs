@@ -13,8 +13,7 @@ use crate::stereo::EyePlace;
 pub struct Pose {
     /// Number of the frame.
     pub frame: i32,
-    /// Number of the [moment](crate::exposure::Clock) in the shot: the frame's number, where each frame has
-    /// one moment.
+    /// Number of the [moment](crate::exposure::Clock) on the clock of its exposure: the frame's.
     pub moment: i64,
     /// Camera of the frame.
     pub camera: CameraPose,
@@ -32,7 +31,7 @@ impl Pose {
 
     /// Pose of `scene` at `frame`, with the camera in one eye's place, if it is given.
     pub fn seen_from(scene: &Scene, frame: i32, eye: Option<&EyePlace>) -> Self {
-        Self::at(scene, (frame, frame.into()), f64::from(frame), eye)
+        Self::at(scene, frame, f64::from(frame), eye)
     }
 
     /// Pose of exposure number `index` of the frame, in a picture of `size` pixels of `cells` x `cells`
@@ -44,15 +43,14 @@ impl Pose {
         eye: Option<&EyePlace>,
         picture: ([u32; 2], u32),
     ) -> Self {
-        let moment = exposures.clock.moment(frame, index);
         let (time, place) = exposure(&scene.camera, frame, (exposures, index), eye, picture);
-        Self::at(scene, (frame, moment), time, Some(&place))
+        Self::at(scene, frame, time, Some(&place))
     }
 
-    fn at(scene: &Scene, (frame, moment): (i32, i64), at: f64, eye: Option<&EyePlace>) -> Self {
+    fn at(scene: &Scene, frame: i32, at: f64, eye: Option<&EyePlace>) -> Self {
         Self {
             frame,
-            moment,
+            moment: frame.into(),
             camera: CameraPose::seen_from(&scene.camera, at, eye),
             models: scene.models.iter().map(|model| model.track.at(at)).collect(),
             lights: scene.lights.iter().map(|light| LightPose::new(light, at)).collect(),
@@ -68,7 +66,7 @@ fn exposure(
     eye: Option<&EyePlace>,
     (size, cells): ([u32; 2], u32),
 ) -> (f64, EyePlace) {
-    let time = exposures.clock.time(exposures.clock.moment(frame, index));
+    let time = exposures.time(frame, index);
     let of_lens = LensPose::place(camera.lens_at(time), &exposures.all[index], size, cells);
     (time, of_lens.in_eye(eye))
 }

@@ -394,7 +394,7 @@ pub struct Settings {
     /// Shutter, if there is one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub shutter: Option<Shutter>,
-    /// Number of exposures of a frame, if there is a shutter or a lens.
+    /// Largest number of exposures that divide the samples of a pixel among them, if there is a shutter or a lens.
     pub exposures: u32,
     /// Source of the frames' samples.
     pub mode: Mode,

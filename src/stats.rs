@@ -167,9 +167,6 @@ pub struct FrameStats {
     /// Findings of the audit, if there was one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub audit: Option<AuditCounts>,
-    /// Estimate from the first of several exposures, if that one was traced in full.
-    #[serde(skip)]
-    pub full: Option<FullEstimate>,
 }
 
 fn is_false(holds: &bool) -> bool {
@@ -289,8 +286,14 @@ pub(crate) fn entry(status: &str, name: &str) -> Option<u64> {
 }
 
 impl FrameStats {
-    /// Adds an exposure after the first one, of the same frame.
+    /// Adds an exposure after the first one, of the same frame. Each decides for itself if it is traced in full: a frame is a base frame if
+    /// all of its exposures are.
     pub fn add_exposure(&mut self, other: &Self) {
+        if self.mode == "base" {
+            self.mode = other.mode;
+        }
+        self.cut &= other.cut;
+        self.from_left &= other.from_left;
         self.seconds += other.seconds;
         self.samples += other.samples;
         self.rays += other.rays;
@@ -342,7 +345,7 @@ impl FullEstimate {
         let samples = frame.samples.total();
         let full = samples > 0 && frame.samples.base == samples;
         let lighting = (frame.rays.shadow + frame.rays.gathering) as f64;
-        full.then(|| Self { lighting_per_sample: lighting / samples as f64 }).or(frame.full)
+        full.then(|| Self { lighting_per_sample: lighting / samples as f64 })
     }
 
     /// Estimated number of rays of `frame`, had it been traced in full.

@@ -71,7 +71,7 @@ fn changes<'a, T: PartialEq + 'a>(
     let first = tracks.iter().fold(f64::INFINITY, |least, track| least.min(track.span().0));
     let last = tracks.iter().fold(f64::NEG_INFINITY, |most, track| most.max(track.span().1));
     // outside of these all tracks rest
-    let [earliest, latest] = clock.bounds();
+    let [earliest, latest] = Clock::bounds();
     let ends = [clock.at_or_before(first), clock.at_or_after(last)]
         .map(|moment| direction.count(moment.clamp(earliest, latest)));
     let (mut count, last) = (ends[0].min(ends[1]), ends[0].max(ends[1]));

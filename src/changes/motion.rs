@@ -18,8 +18,8 @@ const MOST_LEAVES: usize = 1 << 20;
 const BEYOND_END: f32 = 1.0 + 1e-5;
 
 /// Frames in which models that move touch a segment, and in which lights change. Time runs forwards or
-/// backwards: "later" is later in its direction, and "before" is earlier in it. Where frames are seen at
-/// several times, it counts their [moments](Clock) instead of frames.
+/// backwards: "later" is later in its direction, and "before" is earlier in it. A frame is seen at its
+/// [moment](Clock).
 ///
 /// Results are never later than the truth. They are earlier where a box around a part of a model is touched
 /// and the model is not, and in shots with so much motion that boxes are shared by parts, or by places of
@@ -54,12 +54,12 @@ struct Changes {
 impl Motion {
     /// Motion of all models and lights of `scene`; time runs forwards.
     pub fn of(scene: &Scene) -> Self {
-        Self::in_direction(scene, &Clock::FRAMES, Direction::Forward)
+        Self::in_direction(scene, &Clock::FRAMES, Direction::Forward, 1)
     }
 
-    /// Motion of all models and lights of `scene`, at the moments of `clock`.
-    pub fn in_direction(scene: &Scene, clock: &Clock, direction: Direction) -> Self {
-        Self::with_limit(scene, clock, direction, MOST_LEAVES)
+    /// Motion of all models and lights of `scene`, at the moments of `clock`: one of `count` that are kept.
+    pub fn in_direction(scene: &Scene, clock: &Clock, direction: Direction, count: usize) -> Self {
+        Self::with_limit(scene, clock, direction, MOST_LEAVES / count.max(1))
     }
 
     /// Motion with not many more than `limit` leaves.

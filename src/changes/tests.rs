@@ -9,7 +9,7 @@ use super::parts::{MOST_BOXES, PartBoxes, boxes_of};
 use super::world::*;
 use super::{Direction, Motion, Until};
 use crate::animation::{Interpolation, ShapeTrack, Track, Transform, TransformTrack};
-use crate::exposure::{Clock, Exposures, Shutter};
+use crate::exposure::{Clock, Exposures, Shutter, Strata};
 use crate::geometry::Bounds;
 use crate::pose::Pose;
 use crate::scene::{Mesh, Scene, Shapes};
@@ -25,15 +25,9 @@ fn count(direction: Direction, frame: i32) -> i32 {
     direction.count(frame.into()) as i32
 }
 
-/// The number of a frame's first moment.
-fn first_moment(clock: &Clock, frame: i32) -> i32 {
-    clock.moment(frame, 0) as i32
-}
-
-/// The counts of the moments of these frames, rising.
-fn counts(clock: &Clock, direction: Direction) -> Vec<i32> {
-    let moments = first_moment(clock, *FRAMES.start())..first_moment(clock, FRAMES.end() + 1);
-    let mut counts: Vec<i32> = moments.map(|moment| count(direction, moment)).collect();
+/// The counts of all frames, rising.
+fn counts(direction: Direction) -> Vec<i32> {
+    let mut counts: Vec<i32> = FRAMES.map(|frame| count(direction, frame)).collect();
     counts.sort_unstable();
     counts
 }
@@ -97,7 +91,7 @@ fn poses(scene: &Scene, clock: &Clock, direction: Direction) -> Vec<Pose> {
         let models = scene.models.iter().map(|model| model.track.at(time)).collect();
         Pose { frame: counted, models, ..Pose::new(scene, 0) }
     };
-    counts(clock, direction).into_iter().map(pose).collect()
+    counts(direction).into_iter().map(pose).collect()
 }
 
 /// Boxes of all models, object space.
@@ -144,7 +138,7 @@ fn frame_of(motion: &Motion, until: Until) -> Option<i32> {
 
 /// Its count.
 fn count_of(motion: &Motion, clock: &Clock, direction: Direction, until: Until) -> Option<i32> {
-    counts(clock, direction).into_iter().find(|frame| motion.has_expired(until, count(direction, *frame)))
+    counts(direction).into_iter().find(|frame| motion.has_expired(until, count(direction, *frame)))
 }
 
 /// Frames in their order, never last.
@@ -185,7 +179,7 @@ impl Tally {
         let mut tally = Self::default();
         for _ in 0..60 {
             let segment = random_segment(dice);
-            let after = count(direction, first_moment(clock, segment.after));
+            let after = count(direction, segment.after);
             let segment = Segment { after, ..segment };
             let got = rank(answer(&segment));
             let by_box = |room: f64| {
@@ -247,13 +241,14 @@ fn answers_are_those_of_looking_at_each_frame_and_box() {
     }
 }
 
-/// Frames that are exposed several times: half of the time between them, all of it, and with cuts.
+/// Frames that are exposed before and after their own time, and with cuts.
 #[test]
 fn answers_are_those_of_looking_at_each_moment_and_box() {
-    let clock = |count, open, close, cuts: &[i32]| {
-        Exposures::new(count, Some(Shutter { open, close }), cuts, false).clock
+    let clock = |number: usize, open, close, cuts: &[i32]| {
+        let exposures = Exposures::new(Strata { across: 2 }, Some(Shutter { open, close }), cuts);
+        exposures.clocks()[number].clone()
     };
-    for clock in [clock(4, -0.25, 0.25, &[]), clock(3, -1.0, 0.0, &[4, 20]), clock(2, 0.0, 1.0, &[7])] {
+    for clock in [clock(0, -0.25, 0.25, &[]), clock(1, -1.0, 0.0, &[4, 20]), clock(3, 0.0, 1.0, &[7])] {
         for direction in [Direction::Forward, Direction::Backward] {
             let tally = Tally::at_moments(1 << 20, &clock, direction, |moment| moment);
             assert_eq!((tally.late, tally.spent, tally.early), (0, 0, 0), "{clock:?}, {direction:?}");
@@ -370,7 +365,7 @@ fn an_answer_can_be_told_in_the_other_direction() {
     let keys = [(100.0, 0.0), (110.0, 50.0), (300.0, 50.0), (301.0, 90.0), (400.0, 90.0), (401.0, 0.0)];
     let world = slider(&keys);
     let (forward, back) =
-        (Motion::of(&world), Motion::in_direction(&world, &Clock::FRAMES, Direction::Backward));
+        (Motion::of(&world), Motion::in_direction(&world, &Clock::FRAMES, Direction::Backward, 1));
     let length = |motion: &Motion, direction: Direction, until, frame: i32| {
         let holds = |ahead: &i32| !motion.has_expired(until, frame + ahead * count(direction, 1));
         (0..500).take_while(holds).count()
@@ -414,7 +409,7 @@ fn changes_of_lights_are_told_one_after_the_other() {
     assert_eq!(after(0), [Some(21), Some(21), Some(21), Some(21), Some(21), None, None]);
     assert_eq!(after(1), [Some(8), Some(8), Some(9), None, None, None, None]);
     assert_eq!(across(&motion, 0.0, 0), Until::FOREVER, "lights have no size");
-    let back = Motion::in_direction(&world, &Clock::FRAMES, Direction::Backward);
+    let back = Motion::in_direction(&world, &Clock::FRAMES, Direction::Backward, 1);
     let before = |light| {
         let count = |frame| {
             count_of(&back, &Clock::FRAMES, Direction::Backward, back.first_light_change(light, frame))

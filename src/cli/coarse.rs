@@ -75,11 +75,10 @@ impl CoarseArg {
     }
 }
 
-/// Estimates the rays of a frame whose samples are all traced, in all of its exposures.
+/// Estimates the rays of a frame whose samples are all traced.
 pub fn rays(shot: &Shot, settings: &Settings) -> u64 {
-    let exposures = frame::exposures(&shot.scene, settings).map_or(1, |exposures| exposures.all.len() as u64);
     let samples = settings.data_window().pixels() * u64::from(settings.samples).pow(2);
-    shot.rays_of_sample(settings).times(samples * exposures).total()
+    shot.rays_of_sample(settings).times(samples).total()
 }
 
 /// Settings of a small version of the picture, sharp and with one sample a pixel.

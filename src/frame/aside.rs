@@ -55,13 +55,14 @@ impl<'s> Renderer<'s> {
         let request = PictureRequest {
             picture,
             pose: Pose { camera, ..Pose::new(scene, frame) },
+            seed_pose: None,
             place: None,
             at_frame: None,
             rendered: *rendered + 1,
             sharers: 1,
             start,
         };
-        let rule = Rule { reuse, is_full, exposures: 1, rests: false, has_two_sides: false };
+        let rule = Rule { reuse, is_full, has_two_sides: false };
         pictures.begin(picture.eye, reuse);
         let made = pictures.render(prepared, &mut *self.backend, &request, &rule);
         let made = made.inspect_err(|_| pictures.forget())?;
@@ -150,7 +151,8 @@ mod tests {
         let refinement = Some(crate::settings::Refinement { most: 2, threshold: 0.1 });
         let blurred = Settings {
             shutter: Some(crate::exposure::Shutter { open: 0.0, close: 0.5 }),
-            exposures: 2,
+            samples: 2,
+            exposures: 4,
             ..settings.clone()
         };
         let camera = shot.scene.camera.clone();

@@ -60,7 +60,8 @@ impl PictureHistory {
     /// Makes the answers of its samples hold in the direction of `wanted`.
     pub fn reverse(&mut self, prepared: &Prepared, wanted: ValidDirection) {
         let Some(pose) = &self.pose else { return };
-        let motions = (&prepared.motion, prepared.motion_back());
+        let exposure = self.picture.exposure;
+        let motions = (prepared.motion(exposure), prepared.motion_back(exposure));
         validity::reverse(&mut self.levels, self.valid, wanted, pose, motions);
         if self.valid.direction() != wanted.direction() {
             self.valid = wanted;

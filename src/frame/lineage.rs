@@ -5,22 +5,23 @@
 //!
 //! 1. *In place.* Where its camera is exactly where it was in its own picture of an earlier frame, a picture goes on with its own samples:
 //!    what does not move costs nothing.
-//! 2. *The latest.* Otherwise it is made of the samples of the latest picture that it may use: of its own eye, or for the right eye of
-//!    a frame with one exposure, of the left eye in the same frame. Between the two eyes nothing has moved: all that samples keep, light and
-//!    tags, holds as it is. Exposures of one eye are a chain through all frames, in which each step is small.
-//! 3. *Nothing.* A base frame begins without samples: all of its first picture is traced.
+//! 2. *The latest.* Otherwise it is made of the samples of the latest picture that it may use: its own of an earlier frame, or for the
+//!    right eye, that of the left eye in the same frame. Between the two eyes nothing has moved: all that samples keep, light and tags,
+//!    holds as it is.
+//! 3. *Nothing.* A base frame begins without samples: all of its pictures are traced, but for what the right eye takes from the left one.
 //!
-//! Samples go over to the new picture, unless the picture that has them will go on with them in place: then they are only lent, and
-//! projected. That is so between the two eyes, and between exposures before a camera at rest.
+//! Samples go over to the new picture, but between the two eyes they are only lent, and projected: the left one goes on with them.
+//! An exposure never takes those of another. Each has its own time, point of the lens and part of the pixel in every frame, so that what
+//! it keeps is as new to the others' parts as what is traced, and the samples of a pixel stay as many different ones as in a sharp frame.
 //!
 //! ```text
 //! two eyes           L1 ──► L2 ──► L3        one goes on with its own samples,
 //!                     ┊      ┊      ┊
 //!                    R1     R2     R3        the other is lent them (rule 2)
 //!
-//! three exposures    1a ► 1b ► 1c ► 2a ► 2b ► 2c           the camera moves: one chain
-//!                    1a ┄ 1b ┄ 1c   each one keeps them    it rests: lent once,
-//!                    2a   2b   2c   ▲ in place (rule 1)     then in place
+//! three exposures    1a ──► 2a ──► 3a        each goes on with its own
+//!                    1b ──► 2b ──► 3b
+//!                    1c ──► 2c ──► 3c
 //! ```
 
 use super::shot::plan::{CameraChange, Plan};
@@ -47,10 +48,6 @@ pub struct Rule {
     pub reuse: bool,
     /// Every picture is traced in full.
     pub is_full: bool,
-    /// Number of exposures of a frame.
-    pub exposures: usize,
-    /// The camera is in one place for all exposures of this frame and the next one: each keeps its samples.
-    pub rests: bool,
     /// Frames are inferred from a base frame in both directions of time: its answers are to hold in both.
     pub has_two_sides: bool,
 }
@@ -78,7 +75,7 @@ impl Lineage {
         let Some(Ancestor { picture: name, pose: seen, .. }) = from else {
             return Self { from: None, is_lent: false, plan: Plan::of_base_frame(pose), valid };
         };
-        let is_lent = name.eye != picture.eye || rule.rests && name != picture;
+        let is_lent = name.eye != picture.eye;
         let mut plan = Plan::between(seen, pose);
         // samples that are lent are never changed in place, however near the pictures are
         if is_lent && plan.camera == CameraChange::None {
@@ -98,7 +95,7 @@ fn ancestor<'a>(
     let is_usable = |one: &&Ancestor| rule.reuse || one.pose.frame == pose.frame && one.picture != picture;
     let is_reachable = |one: &&Ancestor| {
         let is_left_eye_of_frame = one.picture.eye == Eye::Left && one.pose.frame == pose.frame;
-        one.picture.eye == picture.eye || rule.exposures == 1 && is_left_eye_of_frame
+        one.picture.exposure == picture.exposure && (one.picture.eye == picture.eye || is_left_eye_of_frame)
     };
     let is_in_place = |one: &&Ancestor| one.picture == picture && one.pose.camera == pose.camera;
     let candidates = || made.iter().filter(is_usable).filter(is_reachable);
@@ -113,9 +110,9 @@ mod tests {
     use crate::changes::Direction;
     use crate::frame::grid::view::tests::camera;
 
-    fn pose(frame: i32, exposure: usize, x: f32) -> Pose {
-        let moment = i64::from(frame) * 3 + exposure as i64;
-        Pose { frame, moment, camera: camera(Vec3::X * x), models: Vec::new(), lights: Vec::new() }
+    fn pose(frame: i32, x: f32) -> Pose {
+        let (camera, moment) = (camera(Vec3::X * x), i64::from(frame));
+        Pose { frame, moment, camera, models: Vec::new(), lights: Vec::new() }
     }
 
     /// The picture called `L1b` is exposure 1 of the left eye in frame 1, with the camera at `x`.
@@ -123,14 +120,12 @@ mod tests {
         let [eye, frame, exposure] = [0, 1, 2].map(|at| name.as_bytes()[at]);
         let eye = if eye == b'L' { Eye::Left } else { Eye::Right };
         let (frame, exposure) = (i32::from(frame - b'0'), usize::from(exposure - b'a'));
-        (PictureName { eye, exposure }, pose(frame, exposure, x))
+        (PictureName { eye, exposure }, pose(frame, x))
     }
 
-    const RULE: Rule = Rule { reuse: true, is_full: false, exposures: 1, rests: false, has_two_sides: false };
+    const RULE: Rule = Rule { reuse: true, is_full: false, has_two_sides: false };
     const BASE: Rule = Rule { reuse: false, ..RULE };
     const FULL: Rule = Rule { is_full: true, ..RULE };
-    const BLUR: Rule = Rule { exposures: 3, ..RULE };
-    const REST: Rule = Rule { rests: true, ..BLUR };
 
     /// Like `L1a`, `L1a lent` or `-`, and the change of the camera: for `now`, after `made`, each with the place of its camera.
     fn lineage(made: &[(&str, f32)], (now, x): (&str, f32), rule: &Rule) -> (String, CameraChange) {
@@ -151,7 +146,7 @@ mod tests {
         use CameraChange::{Moved, None as Rests, SamePlace};
         type Seen<'a> = (&'a str, f32);
         type Case<'a> = (&'a str, &'a [Seen<'a>], Seen<'a>, Rule, &'a str, CameraChange);
-        let table: [Case; 21] = [
+        let table: [Case; 22] = [
             ("a first frame", &[], ("L1a", 0.0), RULE, "-", Moved),
             ("one eye goes on", &[("L1a", 0.0)], ("L2a", 9.0), RULE, "L1a", Moved),
             ("and in place", &[("L1a", 0.0)], ("L2a", 0.0), RULE, "L1a", Rests),
@@ -173,27 +168,14 @@ mod tests {
             ),
             ("the right eye alone", &[("L1a", 0.0)], ("R2a", 1.0), RULE, "-", Moved),
             ("the left eye alone", &[("L1a", 0.0), ("R1a", 1.0)], ("L2a", 2.0), RULE, "L1a", Moved),
-            ("a chain of exposures", &[("L1a", 0.0)], ("L1b", 1.0), BLUR, "L1a", Moved),
-            ("from frame to frame", &[("L1c", 2.0)], ("L2a", 3.0), BLUR, "L1c", Moved),
-            (
-                "in a base frame, too",
-                &[("L2a", 3.0)],
-                ("L2b", 4.0),
-                Rule { reuse: false, ..BLUR },
-                "L2a",
-                Moved,
-            ),
-            ("lent at rest", &[("L1a", 0.0), ("L1b", 1.0)], ("L1c", 2.0), REST, "L1b lent", Moved),
-            ("then in place", &[("L1a", 0.0), ("L1b", 1.0), ("L1c", 2.0)], ("L2a", 0.0), REST, "L1a", Rests),
-            (
-                "and on when it moves",
-                &[("L1b", 1.0), ("L1c", 2.0), ("L2a", 3.0)],
-                ("L2b", 4.0),
-                BLUR,
-                "L2a",
-                Moved,
-            ),
-            ("blurred eyes have chains of their own", &[("L2c", 2.0)], ("R2a", 1.0), BLUR, "-", Moved),
+            ("never from another exposure", &[("L1a", 0.0)], ("L1b", 1.0), RULE, "-", Moved),
+            ("nor in a base frame", &[("L2a", 3.0)], ("L2b", 4.0), BASE, "-", Moved),
+            ("each goes on", &[("L1a", 0.0), ("L1b", 1.0)], ("L2a", 3.0), RULE, "L1a", Moved),
+            ("also when others have", &[("L1b", 1.0), ("L2a", 3.0)], ("L2b", 4.0), RULE, "L1b", Moved),
+            ("and in place", &[("L1b", 1.0), ("L2a", 0.0)], ("L2b", 1.0), RULE, "L1b", Rests),
+            ("lent to the same one", &[("L2a", 2.0), ("L2b", 3.0)], ("R2a", 1.0), RULE, "L2a lent", Moved),
+            ("not to another", &[("R1b", 1.0), ("L2a", 2.0)], ("R2b", 1.5), RULE, "R1b", Moved),
+            ("not even where that rests", &[("L2b", 0.0)], ("R2a", 0.0), RULE, "-", Moved),
         ];
         for (case, made, now, rule, from, camera) in table {
             let (found, change) = lineage(made, now, &rule);
@@ -217,10 +199,10 @@ mod tests {
             (Some(4), Both, 5, two_sides, forward),
             (Some(6), Both, 5, two_sides, backward),
         ] {
-            let seen = from.map(|frame| pose(frame, 0, 0.0));
+            let seen = from.map(|frame| pose(frame, 0.0));
             let picture = PictureName { eye: Eye::Left, exposure: 0 };
             let made: Vec<Ancestor> = seen.iter().map(|pose| Ancestor { picture, pose, valid }).collect();
-            let lineage = Lineage::new(picture, &pose(now, 0, 0.0), &made, &rule);
+            let lineage = Lineage::new(picture, &pose(now, 0.0), &made, &rule);
             assert_eq!(lineage.valid, expected, "from {from:?}, {valid:?}");
         }
     }

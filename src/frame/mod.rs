@@ -36,15 +36,15 @@ mod watcher;
 use std::sync::Arc;
 use std::time::Instant;
 
-use crate::changes::Direction;
 use crate::exposure::Exposures;
 use crate::film::Film;
+use crate::pose::Pose;
 use crate::samples::SampleStore;
 use crate::samples::saved::{PictureName, PictureSamples, StoreShape};
 use crate::scene::Scene;
 use crate::scene::texture::Pager;
 use crate::settings::{Mode, Settings};
-use crate::stats::{FrameStats, FullEstimate, Memory};
+use crate::stats::{FrameStats, Memory};
 use crate::stereo::{Eye, EyePlace};
 use crate::trace::Backend;
 
@@ -58,8 +58,8 @@ pub use need::{need, need_of_aside, with_kept, with_writing};
 use picture::{PictureRequest, RenderedPicture};
 use pictures::Pictures;
 pub use render_error::RenderError;
-pub use shot::exposed::exposures;
-use shot::exposed::{has_two_sides, rests};
+use shot::exposed::{divided, has_two_sides};
+pub use shot::exposed::{exposures, picture_settings};
 use shot::prepared::Prepared;
 pub use snapshot::{Moment, Snapshot};
 #[doc(hidden)]
@@ -109,7 +109,8 @@ impl<'s> Renderer<'s> {
         let start = Instant::now();
         let backend = kind.build_for(scene, settings.build, settings.caustics)?;
         let exposures = exposures(scene, settings).unwrap_or_else(Exposures::sharp);
-        let prepared = Prepared::new(scene, settings, exposures);
+        let of_picture = divided(settings, exposures.strata);
+        let prepared = Prepared::new(scene, &of_picture, exposures);
         let to_world = |length| f64::from(scene.space.length(length));
         let size = [settings.width, settings.height];
         let places = Eye::BOTH.map(|eye| settings.stereo.map(|stereo| stereo.place(eye, to_world, size)));
@@ -165,7 +166,10 @@ impl<'s> Renderer<'s> {
         let start = Instant::now();
         // both eyes count as one frame
         self.rendered += u32::from(eye == Eye::Left);
-        let (rule, direction) = self.begin(eye, frame, reuse);
+        self.pictures.begin(eye, reuse);
+        let settings = &self.prepared.settings;
+        let is_full = settings.mode == Mode::Full;
+        let rule = Rule { reuse, is_full, has_two_sides: has_two_sides(settings) };
         let count = self.prepared.exposures.all.len();
         let place = self.places[eye as usize];
         let mut sum: Option<FrameStats> = None;
@@ -176,29 +180,27 @@ impl<'s> Renderer<'s> {
         let mut film = None;
         // seconds
         let mut mixing = 0.0;
-        for number in 0..count {
-            let exposure = if direction == Direction::Forward { number } else { count - 1 - number };
+        for exposure in 0..count {
             let picture = PictureName { eye, exposure };
+            let seed_pose = || Pose::seen_from(self.prepared.scene, frame, place.as_ref());
             let request = PictureRequest {
                 picture,
                 pose: self.prepared.pose(frame, picture, place.as_ref()),
+                seed_pose: (count > 1).then(seed_pose),
                 place,
                 at_frame: (exposure == self.prepared.exposures.middle()).then_some(frame),
                 rendered: self.rendered,
                 sharers: self.eyes().len() * count,
-                start: if number == 0 { start } else { Instant::now() },
+                start: if exposure == 0 { start } else { Instant::now() },
             };
             let made = self.pictures.render(&mut self.prepared, &mut *self.backend, &request, &rule)?;
             let stats = FrameStats {
                 eye: self.prepared.settings.stereo.map(|_| eye),
-                from_left: eye == Eye::Right && made.is_lent && count == 1,
+                from_left: eye == Eye::Right && made.is_lent,
                 ..stats(&self.prepared, frame, &made)
             };
             match &mut sum {
                 Some(sum) => sum.add_exposure(&stats),
-                None if count > 1 => {
-                    sum = Some(FrameStats { full: FullEstimate::from_base(&stats), ..stats })
-                }
                 None => sum = Some(stats),
             }
             match &mut mean {
@@ -219,26 +221,6 @@ impl<'s> Renderer<'s> {
         stats.seconds.total += mixing;
         let camera = CameraPose::seen_from(&self.prepared.scene.camera, f64::from(frame), place.as_ref());
         Ok(self.finished(film.expect("a frame has an exposure"), stats, &camera))
-    }
-
-    /// Begins a frame that `eye` sees: the rule for lineages in it, and the direction in which its exposures are rendered.
-    ///
-    /// Where frames are inferred backwards in time, exposures come in the reverse order: the first one of the frame after is nearest
-    /// to the last one of this, so that steps stay small. Those of a base frame come forwards in any case.
-    fn begin(&mut self, eye: Eye, frame: i32, reuse: bool) -> (Rule, Direction) {
-        let Prepared { exposures, scene, settings, .. } = &self.prepared;
-        let (count, is_full) = (exposures.all.len(), settings.mode == Mode::Full);
-        let last = self.pictures.last_frame(eye).filter(|_| reuse && !is_full);
-        // the first of a frame's exposures is not made of the last one of the same frame
-        let reuse = reuse && (count == 1 || last.is_some_and(|last| last != frame));
-        let direction = match last {
-            Some(last) if reuse && last > frame => Direction::Backward,
-            _ => Direction::Forward,
-        };
-        let rests = count > 1 && !is_full && rests(exposures, scene, frame, direction);
-        let has_two_sides = has_two_sides(settings);
-        self.pictures.begin(eye, reuse);
-        (Rule { reuse, is_full, exposures: count, rests, has_two_sides }, direction)
     }
 
     /// Makes the result of a frame that `camera` has seen.
@@ -273,12 +255,8 @@ impl<'s> Renderer<'s> {
     /// Goes on from `snapshot`, as if its frame were the one rendered last; it must be of a renderer of the same scene and settings.
     /// Later frames are the same to the bit, but that more may be made anew where the camera rests.
     pub fn restore(&mut self, snapshot: Snapshot) {
-        let Snapshot { moment, mut pictures } = snapshot;
+        let Snapshot { moment, pictures } = snapshot;
         self.forget();
-        // in the order in which they were made
-        if moment.valid.direction() == Direction::Backward {
-            pictures.sort_by_key(|one| std::cmp::Reverse(one.picture.exposure));
-        }
         for PictureSamples { picture, levels } in pictures {
             let pose = self.prepared.pose(moment.frame, picture, self.places[picture.eye as usize].as_ref());
             self.pictures.restore((picture, pose), moment.valid, levels, &self.prepared);

@@ -43,8 +43,9 @@ pub fn need(shot: &Shot, settings: &Settings, kind: BackendKind, frames: usize, 
 }
 
 /// Like [`need`], with samples of each store projected for so many pictures.
-fn need_of_chain(shot: &Shot, settings: &Settings, kind: BackendKind, inferred: f64, threads: usize) -> Need {
+fn need_of_chain(shot: &Shot, of_shot: &Settings, kind: BackendKind, inferred: f64, threads: usize) -> Need {
     let Scene { lights, .. } = &shot.scene;
+    let settings = &exposed::picture_settings(&shot.scene, of_shot).0;
     let grids = || settings.levels().map(|samples| Grid::new(&Settings { samples, ..settings.clone() }));
     let tiles: u64 = grids().map(|grid| grid.tiles() as u64).sum();
     let samples: u64 = grids().map(|grid| grid.all_cells()).sum();
@@ -57,16 +58,15 @@ fn need_of_chain(shot: &Shot, settings: &Settings, kind: BackendKind, inferred: 
     let spares_of = |bytes: usize| (spares * bytes as f64) as u64;
     let workers = (threads as u64).min(tiles);
     let lists = if inferred == 0.0 { 0 } else { LIST_BYTES * samples };
-    // of exposures that keep samples of their own none is there twice
-    let twice = eyes(settings) * (BAND_TILES * workers).min(tiles);
+    // all pictures are made of the same spare tiles
+    let twice = (BAND_TILES * workers).min(tiles);
     let film = settings.data_window();
-    let edge = settings.levels().last().unwrap_or(settings.samples);
+    let edge = of_shot.levels().last().unwrap_or(of_shot.samples);
     let (pixels, width, height) = (film.pixels(), film.width, film.height);
-    let exposures = exposed::exposures(&shot.scene, settings);
-    let of_eye = stores_of_eye(shot, settings);
+    let exposures = exposed::exposures(&shot.scene, of_shot);
+    let of_eye = stores_of_eye(shot, of_shot);
     let stores = eyes(settings) * of_eye;
 
-    const SMALLER: &str = "a smaller --size, fewer --samples";
     let parts = vec![
         Part::new(
             format!(
@@ -74,16 +74,12 @@ fn need_of_chain(shot: &Shot, settings: &Settings, kind: BackendKind, inferred: 
                 match (of_eye, eyes(settings)) {
                     (1, 1) => String::new(),
                     (1, _) => String::from(" for two eyes"),
-                    (_, 1) => format!(" for {of_eye} exposures"),
-                    (_, _) => format!(" for {of_eye} exposures of two eyes"),
+                    (_, 1) => format!(" in {of_eye} exposures"),
+                    (_, _) => format!(" in {of_eye} exposures for two eyes"),
                 }
             ),
-            (stores * tiles + twice) * untagged + stores * (lists + spares_of(size_of::<Sample>())),
-            if exposures.is_some() {
-                "fewer --exposures, a smaller --size, fewer --samples"
-            } else {
-                SMALLER
-            },
+            (stores * tiles + twice) * untagged + lists + stores * spares_of(size_of::<Sample>()),
+            "a smaller --size, fewer --samples",
         ),
         Part::new(
             format!("what they keep of {}", kept(&shot.scene, &layout).join(" and ")),
@@ -98,7 +94,12 @@ fn need_of_chain(shot: &Shot, settings: &Settings, kind: BackendKind, inferred: 
             "planes of the picture",
             eyes(settings)
                 * pixels
-                * bytes_of_films(&shot.scene, settings.layers, exposures.is_some(), of_eye),
+                * bytes_of_films(
+                    &shot.scene,
+                    settings.layers,
+                    exposures.is_some(),
+                    films_of_eye(shot, of_eye),
+                ),
             "a smaller --size, fewer --layers",
         ),
         tracing(shot, settings, kind),
@@ -142,15 +143,12 @@ fn kept(scene: &Scene, layout: &TagLayout) -> Vec<String> {
 
 /// Pictures that are made, one from the other, of the samples of one store, where these are projected, at most in so many frames.
 fn most_projected(shot: &Shot, settings: &Settings, frames: usize) -> f64 {
-    let exposures = exposed::exposures(&shot.scene, settings).map_or(1, |exposures| exposures.all.len());
-    let is_alone = exposures == 1 && settings.stereo.is_none();
-    if settings.mode == Mode::Full || (is_alone && shot.scene.camera.is_constant()) {
+    if settings.mode == Mode::Full || (settings.stereo.is_none() && shot.scene.camera.is_constant()) {
         return 0.0;
     }
-    let of_frame = eyes(settings) as usize * exposures / stores_of_eye(shot, settings) as usize;
-    let pictures = frames.max(1).saturating_mul(of_frame);
-    // the first one of all is traced, and of a second store none
-    if stores_of_eye(shot, settings) == 1 { pictures as f64 - 1.0 } else { pictures as f64 }
+    // the first one of all is traced, and of a second eye none
+    let pictures = frames.max(1).saturating_mul(eyes(settings) as usize);
+    pictures as f64 - 1.0
 }
 
 /// Foresees what pictures with `settings` [beside](super::Aside) the frames of a renderer of `shot` need.
@@ -235,10 +233,14 @@ pub fn with_writing(need: Need, scene: &Scene, settings: &Settings) -> Need {
     both
 }
 
-/// Number of sample stores of each eye in the worst frame of `shot`.
+/// Number of sample stores of each eye: one for each exposure.
 fn stores_of_eye(shot: &Shot, settings: &Settings) -> u64 {
-    let frames = shot.frames.runs().iter().flat_map(|run| run.first..=run.last);
-    exposed::most_stores(&shot.scene, settings, frames) as u64
+    exposed::exposures(&shot.scene, settings).map_or(1, |exposures| exposures.all.len() as u64)
+}
+
+/// Number of films of each eye: of several exposures those are kept whose cameras rest.
+fn films_of_eye(shot: &Shot, stores: u64) -> u64 {
+    if may_rest(&shot.scene.camera) { stores } else { 1 }
 }
 
 /// Number of eyes: each has samples and planes of its own.
@@ -249,7 +251,8 @@ fn eyes(settings: &Settings) -> u64 {
 /// `need` and that of a copy of a base frame's samples, to which rendering returns: of all of its eyes and exposures.
 pub fn with_kept(need: Need, shot: &Shot, settings: &Settings) -> Need {
     let layout = TagLayout::for_scene(&shot.scene, settings);
-    let grids = settings.levels().map(|samples| Grid::new(&Settings { samples, ..settings.clone() }));
+    let (of_picture, _) = exposed::picture_settings(&shot.scene, settings);
+    let grids = of_picture.levels().map(|samples| Grid::new(&Settings { samples, ..of_picture.clone() }));
     let tiles: u64 = grids.map(|grid| grid.tiles() as u64).sum();
     let bytes = eyes(settings) * stores_of_eye(shot, settings) * tiles * Tile::bytes_of_cells(&layout) as u64;
     need.and(Need::new(Part::new("a copy of a base frame's samples", bytes, "--base-place first")))

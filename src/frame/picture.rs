@@ -17,7 +17,7 @@ use super::reuse::estimate::{Estimate, estimate};
 use super::reuse::proofs;
 use super::secondary::ray_trees::{self, TileTrees};
 use super::secondary::surroundings;
-use super::shot::frame_view::FrameView;
+use super::shot::frame_view::{FrameView, SeedPlace};
 use super::shot::motion_vectors::MotionVectors;
 use super::shot::moved_bounds::MovedBounds;
 use super::shot::plan::{CameraChange, Plan};
@@ -50,6 +50,8 @@ pub struct PictureRequest {
     pub picture: PictureName,
     /// The state of the shot in it.
     pub pose: Pose,
+    /// The state of the shot from which seeds follow, if it is another one: that at the frame's own time, which all exposures share.
+    pub seed_pose: Option<Pose>,
     /// The place of its eye beside the camera, if there are two.
     pub place: Option<EyePlace>,
     /// The frame whose motion vectors it shows, if it shows any.
@@ -214,15 +216,16 @@ impl<'a> Setup<'a> {
     ) -> Self {
         let Prepared { scene, bounds, settings, .. } = prepared;
         let PictureRequest { picture, pose, place, at_frame, .. } = request;
-        let views: Vec<View> =
-            history.levels.iter().map(|level| View::new(&level.grid, pose.camera)).collect();
+        let strata = prepared.exposures.strata;
+        let view = |level: &Level| View::of_exposure(&level.grid, pose.camera, strata);
+        let views: Vec<View> = history.levels.iter().map(view).collect();
         let has_motion = at_frame.filter(|_| settings.layers.has(Layers::ALL_MOTION));
         // what the film shows, which goes over with the samples
         let last = history.pose.as_ref().map(|shown| shown.frame);
         let motion_vectors = |view: &View| {
             has_motion.map(|frame| MotionVectors::about(scene, frame, &view.grid, place.as_ref(), last))
         };
-        let motions = motions(prepared, lineage.valid);
+        let motions = motions(prepared, picture.exposure, lineage.valid);
         let light_changes = light_changes(pose, motions);
         let areas = pose.lights.iter().zip(&light_changes).filter(|(light, _)| light.shape.is_area());
         Self {
@@ -270,7 +273,12 @@ impl<'a> Setup<'a> {
             view: &self.views[0],
             wanted: None,
             notes_colors: self.views.len() > 1,
-            view_hash: view_hash(&request.pose.camera),
+            seeds: SeedPlace {
+                pose: request.seed_pose.as_ref().unwrap_or(&request.pose),
+                view: view_hash(&request.seed_pose.as_ref().unwrap_or(&request.pose).camera),
+                strata: prepared.exposures.strata,
+                stratum: prepared.exposures.all[request.picture.exposure].stratum,
+            },
             eye_path: &self.eye_path,
             proofs: None,
             plan: &lineage.plan,
@@ -290,7 +298,8 @@ impl<'a> Setup<'a> {
             light_change: self.light_changes.iter().fold(Until::FOREVER, |least, until| least.min(*until)),
             layers: settings.layers,
             motion_vectors: self.motion_vectors[0].as_ref(),
-            kernel: Kernel::new(settings.filter, settings.filter_radius()),
+            kernel: Kernel::new(settings.filter, settings.filter_radius())
+                .map(|kernel| kernel.shifted(shift_in_pixels(prepared, request.picture))),
             channels: self.channels,
             light_groups: &prepared.light_groups,
             mattes: prepared.mattes.as_ref(),
@@ -313,6 +322,13 @@ impl<'a> Setup<'a> {
     }
 }
 
+/// Shift of the window of a picture, to the right and down, in pixels.
+fn shift_in_pixels(prepared: &Prepared, picture: PictureName) -> [f32; 2] {
+    let [right, up] = prepared.exposures.all[picture.exposure].shift;
+    let finest = prepared.grids.last().map_or(1, |grid| grid.samples);
+    [right, -up].map(|cells| (cells / f64::from(finest)) as f32)
+}
+
 /// Returns true if a layer has the background that veils show.
 fn shows_background_apart(frame: &FrameView) -> bool {
     frame.settings.background == Backdrop::Transparent
@@ -322,18 +338,14 @@ fn shows_background_apart(frame: &FrameView) -> bool {
 
 /// Places that the eye of a picture takes in the frames that are inferred from it; where no samples are projected, nobody asks.
 fn eye_path(prepared: &Prepared, lineage: &Lineage, request: &PictureRequest) -> EyePath {
-    let PictureRequest { pose, place, .. } = request;
+    let PictureRequest { picture, pose, place, .. } = request;
     let here = Bounds::at(pose.camera.eye);
     if lineage.from.is_none() || lineage.plan.camera == CameraChange::None {
         return EyePath { soon: here, ahead: here, zoom: 1.0 };
     }
     let step = if lineage.valid.direction() == Direction::Backward { -1 } else { 1 };
-    let exposures = prepared.exposures.all.len();
-    // exposures go from point to point of the lens: all of them are in the region, which then is left the sooner
-    let frames = if exposures == 1 { prepared.frames_ahead } else { 1 };
-    let cameras: Vec<CameraPose> = (0..=frames)
-        .flat_map(|ahead| (0..exposures).map(move |exposure| (pose.frame + step * ahead, exposure)))
-        .map(|(frame, exposure)| prepared.camera(frame, exposure, place.as_ref()))
+    let cameras: Vec<CameraPose> = (0..=prepared.frames_ahead)
+        .map(|ahead| prepared.camera(pose.frame + step * ahead, picture.exposure, place.as_ref()))
         .collect();
     let around = |cameras: &[CameraPose]| cameras.iter().fold(here, |all, camera| all.with(camera.eye));
     let widest = cameras.iter().fold(pose.camera.half_height, |most, camera| most.max(camera.half_height));
@@ -344,9 +356,14 @@ fn eye_path(prepared: &Prepared, lineage: &Lineage, request: &PictureRequest) ->
     }
 }
 
-/// Motion of the whole shot in the direction of time in which answers are to be valid; and in the opposite one, if they are to be in both.
-fn motions<'a>(prepared: &'a Prepared, valid: ValidDirection) -> (&'a Motion, Option<&'a Motion>) {
-    let (motion, back) = (&prepared.motion, prepared.motion_back());
+/// Motion of the whole shot, at the moments of an exposure, in the direction of time in which answers are to be valid; and in the opposite
+/// one, if they are to be in both.
+fn motions<'a>(
+    prepared: &'a Prepared,
+    exposure: usize,
+    valid: ValidDirection,
+) -> (&'a Motion, Option<&'a Motion>) {
+    let (motion, back) = (prepared.motion(exposure), prepared.motion_back(exposure));
     match valid {
         ValidDirection::To(Direction::Forward) => (motion, None),
         ValidDirection::To(Direction::Backward) => (back, None),

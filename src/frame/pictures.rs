@@ -34,11 +34,6 @@ impl Pictures {
         }
     }
 
-    /// The frame that `eye` saw last, if there are samples of it.
-    pub fn last_frame(&self, eye: Eye) -> Option<i32> {
-        self.ancestors().iter().rev().find(|one| one.picture.eye == eye).map(|one| one.pose.frame)
-    }
-
     /// Renders the picture that `request` names, and keeps its samples and its film. An error leaves nothing of the picture.
     pub fn render(
         &mut self,
@@ -57,7 +52,7 @@ impl Pictures {
         if let Some(ancestor) = self.all.iter_mut().find(|one| Some(one.picture) == lineage.from) {
             ancestor.reverse(prepared, lineage.valid);
         }
-        let mut history = self.take(&lineage, request.picture, prepared, rule);
+        let mut history = self.take(&lineage, request.picture, prepared);
         let lender = self.all.iter().find(|one| lineage.is_lent && Some(one.picture) == lineage.from);
         let made = picture::render(
             prepared,
@@ -66,37 +61,25 @@ impl Pictures {
             &lineage,
             request,
         )?;
-        (history.picture, history.valid) = (request.picture, lineage.valid);
+        history.valid = lineage.valid;
         history.pose = Some(request.pose.clone());
+        // of many exposures films would take as much memory as samples, and are of use where they can be left as they are
+        if prepared.exposures.all.len() > 1
+            && !prepared.rests(&request.pose, request.picture.exposure, request.place.as_ref())
+        {
+            history.forget_film();
+        }
         self.all.push(history);
         Ok(made)
     }
 
-    /// Takes out the history in which a picture of that lineage is made: that of its ancestor, its own if samples are lent to it or it
-    /// begins anew, or a new one.
-    fn take(
-        &mut self,
-        lineage: &Lineage,
-        picture: PictureName,
-        prepared: &Prepared,
-        rule: &Rule,
-    ) -> PictureHistory {
-        let own = self.all.iter().position(|one| one.picture == picture);
-        let ancestor = self.all.iter().position(|one| Some(one.picture) == lineage.from && !lineage.is_lent);
-        // where no exposure keeps samples of its own, there is one history of each eye
-        let of_eye = self.all.iter().rposition(|one| one.picture.eye == picture.eye && !rule.rests);
-        let taken = if lineage.is_lent { own } else { ancestor.or(own).or(of_eye) };
-        let mut history = match taken {
+    /// Takes out the history in which a picture of that lineage is made: its own, or a new one.
+    fn take(&mut self, lineage: &Lineage, picture: PictureName, prepared: &Prepared) -> PictureHistory {
+        let mut history = match self.all.iter().position(|one| one.picture == picture) {
             Some(index) => self.all.remove(index),
             None => PictureHistory::new(picture, prepared),
         };
-        if history.picture != picture {
-            // its own are left from a time when the camera was at rest
-            self.all.retain(|one| one.picture != picture);
-            let planes = prepared.channels_of(picture).len();
-            history.film = history.film.filter(|film| film.planes.len() == planes);
-        }
-        if ancestor.is_none() {
+        if lineage.from != Some(picture) {
             history.drop_samples(&mut self.scratch);
         }
         history

@@ -134,7 +134,6 @@ pub(crate) mod tests {
             rays: RayCounts { primary: 100, shadow: 100, ..RayCounts::default() },
             tracing: TracingSeconds::default(),
             audit: None,
-            full: None,
         };
         let traced = 100 - reused;
         let reprojected = FrameStats {

@@ -77,12 +77,11 @@ pub struct StoreShape<'a> {
 }
 
 impl StoreShape<'_> {
-    /// Returns true if `pictures`, in order, may be the saved ones of a frame: some of each eye, none twice.
+    /// Returns true if `pictures`, in order, are those of a frame, of all eyes and exposures: none is there twice.
     pub fn fits(&self, pictures: &[PictureName]) -> bool {
         let is_there = |name: &PictureName| self.eyes.contains(&name.eye) && name.exposure < self.exposures;
         let rises = pictures.windows(2).all(|pair| pair[0] < pair[1]);
-        let has_some = |eye: &Eye| pictures.iter().any(|name| name.eye == *eye);
-        rises && pictures.iter().all(is_there) && self.eyes.iter().all(has_some)
+        rises && pictures.iter().all(is_there) && pictures.len() == self.eyes.len() * self.exposures
     }
 }
 

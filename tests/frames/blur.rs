@@ -17,8 +17,9 @@ use crate::toy::worlds::*;
 /// Half of the time, about each frame's own.
 const HALF: Option<Shutter> = Some(Shutter { open: -0.25, close: 0.25 });
 
+/// Four exposures.
 fn settings(samples: u32) -> Settings {
-    Settings { shutter: HALF, exposures: 5, ..toy::settings(samples) }
+    Settings { shutter: HALF, exposures: 4, ..toy::settings(samples) }
 }
 
 /// With a lens of that radius, focused on the camera's target.
@@ -62,13 +63,13 @@ fn every_exposure_is_exact_whatever_moves() {
     let cameras: [(&str, Change); 3] = [("at rest", |scene| scene), ("dolly", dolly), ("turns", turns)];
     let small = |samples| Settings { width: 64, height: 48, ..settings(samples) };
     let ways = [
-        small(1),
-        Settings { filter: Filter::Mitchell, ..small(2) },
+        small(2),
+        Settings { filter: Filter::Mitchell, ..small(4) },
         // in a smaller picture tracing would pay
-        Settings { mode: Mode::Auto, exposures: 4, ..settings(1) },
-        Settings { reuse: Reuse::Paper, exposures: 3, ..small(2) },
-        Settings { shutter: None, ..small(1) },
-        Settings { refinement: Some(Refinement { most: 2, threshold: 0.1 }), ..small(1) },
+        Settings { mode: Mode::Auto, exposures: 9, ..settings(3) },
+        Settings { reuse: Reuse::Paper, ..small(4) },
+        Settings { shutter: None, ..small(2) },
+        Settings { refinement: Some(Refinement { most: 4, threshold: 0.1 }), ..small(2) },
     ];
     for (way, settings) in ways.iter().enumerate() {
         for (number, (name, camera)) in cameras.into_iter().enumerate() {
@@ -107,8 +108,7 @@ fn what_samples_gather_is_exact_at_every_moment() {
                 budget,
                 occlusion_rays: 4,
                 occlusion_radius: 1.5,
-                exposures: 3,
-                ..settings(1)
+                ..settings(2)
             };
             audited(name, &scene, &settings);
             audited(name, &with_lens(scene.clone(), 0.15), &Settings { shutter: None, ..settings });
@@ -116,14 +116,14 @@ fn what_samples_gather_is_exact_at_every_moment() {
     }
 }
 
-/// A camera that rests, moves and rests again, and cuts: all ways in which samples go from exposure to exposure.
+/// A camera that rests, moves and rests again within a shutter, and cuts.
 #[test]
-fn samples_change_hands_when_the_camera_starts_and_stops() {
+fn exposures_are_exact_when_the_camera_starts_and_stops() {
     let away = EYE + DVec3::new(0.3, 0.0, -0.2);
     let eye = toy::keys(&[(1.0, EYE), (3.25, EYE), (4.5, away), (20.0, away)]);
     for radius in [0.0, 0.1] {
         let mut scene = with_lens(with_camera(with_flyer(world()), eye.clone(), rests(TARGET)), radius);
-        let settings = Settings { audit: true, ..settings(1) };
+        let settings = Settings { audit: true, ..settings(2) };
         let frames = toy::render(&scene, &settings, 8);
         assert!(frames.iter().all(|frame| toy::differing(frame) == 0));
         let verified = |frame: usize| frames[frame - 1].stats.rays.verification;
@@ -140,7 +140,7 @@ fn samples_change_hands_when_the_camera_starts_and_stops() {
 fn the_audit_finds_spoilt_samples_of_an_exposure() {
     for scene in [dolly(with_flyer(matt_world())), with_flyer(matt_world())] {
         for what in [Spoil::Place, Spoil::Reflectance, Spoil::Tags] {
-            let settings = Settings { audit: true, ..settings(1) };
+            let settings = Settings { audit: true, ..settings(2) };
             let mut renderer = Renderer::new(&scene, &settings).unwrap();
             renderer.render(1, true).unwrap();
             assert!(renderer.spoil(what).unwrap() > 0);
@@ -213,17 +213,55 @@ fn pictures_agree_with_those_that_are_traced_in_full() {
         ("at rest", with_lens(with_flyer(matt_world()), 0.2)),
         ("dolly", with_lens(dolly(with_flyer(matt_world())), 0.2)),
     ] {
-        let render = |mode, exposures| {
-            let settings = Settings { mode, exposures, ..settings(1) };
+        let render = |mode, samples| {
+            let settings = Settings { mode, exposures: samples * samples, ..settings(samples) };
             // what is traced in full depends on no frame before it
             let first = if mode == Mode::Full { FRAMES } else { 1 };
             let mut renderer = Renderer::new(&scene, &settings).unwrap();
             (first..=FRAMES).map(|frame| renderer.render(frame, true).unwrap()).last().unwrap()
         };
-        let truth = render(Mode::Full, 128);
-        let [full, inferred] = [Mode::Full, Mode::Reproject].map(|mode| render(mode, 16));
+        let truth = render(Mode::Full, 12);
+        let [full, inferred] = [Mode::Full, Mode::Reproject].map(|mode| render(mode, 4));
         let [off, own] = [&inferred, &full].map(|frame| toy::mean_difference(frame, &truth, "G"));
         assert!(off < own * 2.5 && off < 0.003, "{name}: {off} {own}");
+    }
+}
+
+/// Where nothing moves, exposures have the samples of a sharp frame among them: in the same places, with the same random numbers.
+#[test]
+fn a_still_world_is_as_in_a_sharp_frame() {
+    let mut scene = world();
+    scene.ambient_is_occluded = true;
+    for (samples, exposures) in [(2, 4), (4, 4), (4, 16), (6, 9)] {
+        let settings = Settings { paths: 2, occlusion_rays: 4, exposures, ..settings(samples) };
+        let sharp = Settings { shutter: None, ..settings.clone() };
+        let [blurred, sharp] = [settings, sharp].map(|settings| toy::render(&scene, &settings, 1).remove(0));
+        assert_eq!(blurred.stats.samples, sharp.stats.samples);
+        assert_eq!(blurred.stats.rays.primary, sharp.stats.rays.primary);
+        for plane in ["R", "G", "A", "occlusion.V"] {
+            let [one, other] = [&blurred, &sharp].map(|frame| frame.film.values(plane).unwrap());
+            let off = one.iter().zip(&other).filter(|(one, other)| (*one - *other).abs() > 2e-3).count();
+            // rounding decides where a sample meets an edge
+            assert!(off * 200 < one.len(), "{samples}, {exposures}, {plane}: {off} of {}", one.len());
+        }
+    }
+}
+
+/// The same, frame after frame, before a camera that moves.
+#[test]
+fn a_blurred_frame_costs_what_a_sharp_one_costs() {
+    let scene = dolly(with_flyer(matt_world()));
+    for (samples, exposures, most) in [(4, 4, 1.1), (4, 16, 1.5)] {
+        let settings = Settings { paths: 2, exposures, ..settings(samples) };
+        let sharp = Settings { shutter: None, ..settings.clone() };
+        let [blurred, sharp] = [settings, sharp].map(|settings| {
+            let mut renderer = Renderer::new(&scene, &settings).unwrap();
+            let frames = (1..=4).map(|frame| renderer.render(frame, true).unwrap().stats);
+            let rays: u64 = frames.map(|stats| stats.rays.total()).sum();
+            (rays as f64, renderer.memory().bytes_per_sample)
+        });
+        let (rays, bytes) = (blurred.0 / sharp.0, blurred.1 / sharp.1);
+        assert!(rays < most && bytes < most, "{samples}, {exposures}: {rays} rays, {bytes} bytes");
     }
 }
 
@@ -232,10 +270,10 @@ fn a_resting_camera_pays_only_for_what_moves() {
     let still = with_lens(matt_world(), 0.2);
     let mut scene = still.clone();
     scene.models.retain(|model| model.name != "flyer");
-    let frames = toy::render(&scene, &Settings { shutter: None, ..settings(1) }, 3);
+    let frames = toy::render(&scene, &Settings { shutter: None, ..settings(2) }, 3);
     assert_eq!(frames[2].stats.rays.total(), 0);
     assert_eq!(toy::mean_difference(&frames[1], &frames[2], "R"), 0.0);
-    let frames = toy::render(&still, &settings(1), 4);
+    let frames = toy::render(&still, &settings(2), 4);
     let rays = |frame: usize| frames[frame].stats.rays.total();
     assert!(rays(3) * 3 < rays(0), "{} {}", rays(0), rays(3));
 }
@@ -273,16 +311,16 @@ fn covered(x: f64, wide: f64, far: f64) -> f64 {
 fn what_moves_evenly_leaves_a_ramp() {
     // 20 pixels a frame, of which the shutter sees half
     let scene = square(toy::keys(&[(0.0, DVec3::X * -5.0), (5.0, DVec3::X * 5.0)]));
-    for (mode, exposures, tolerance) in
-        [(Mode::Reproject, 16, 0.07), (Mode::Reproject, 64, 0.02), (Mode::Full, 64, 0.02)]
+    for (mode, samples, tolerance) in
+        [(Mode::Reproject, 4, 0.07), (Mode::Reproject, 8, 0.02), (Mode::Full, 8, 0.02)]
     {
         let settings = Settings {
             shutter: Some(Shutter { open: 0.0, close: 0.5 }),
-            exposures,
+            exposures: samples * samples,
             mode,
             background: Backdrop::Transparent,
             audit: true,
-            ..settings(1)
+            ..settings(samples)
         };
         let frame = toy::render(&scene, &settings, 2).pop().unwrap();
         assert_eq!(toy::differing(&frame), 0);
@@ -297,7 +335,7 @@ fn what_moves_evenly_leaves_a_ramp() {
             let id = toy::pixel(&frame, "CryptoObject00.G", x, 36);
             assert!((id - toy::pixel(&frame, "A", x, 36)).abs() < 2e-3, "mattes add up to alpha");
         }
-        assert!(worst < tolerance, "{mode:?}, {exposures}: {worst}");
+        assert!(worst < tolerance, "{mode:?}, {samples}: {worst}");
         // motion vectors are those of the frame's own time, whenever samples were seen: pixel by pixel of the middle exposure
         for (plane, expected) in [("forward.U", 20.0), ("backward.U", -20.0)] {
             let pixels = toy::pixel(&frame, plane, 40, 36);
@@ -324,14 +362,15 @@ fn pixels_per_unit() -> f64 {
     36.0 / 30.0_f64.to_radians().tan()
 }
 
-fn alpha(scene: &Scene, exposures: u32) -> Vec<f32> {
+/// With as many exposures as samples.
+fn alpha(scene: &Scene, samples: u32) -> Vec<f32> {
     let settings = Settings {
         shutter: None,
-        exposures,
+        exposures: samples * samples,
         background: Backdrop::Transparent,
         mode: Mode::Reproject,
         audit: true,
-        ..settings(1)
+        ..settings(samples)
     };
     let frame = toy::render(scene, &settings, 1).pop().unwrap();
     assert_eq!(toy::differing(&frame), 0);
@@ -340,7 +379,7 @@ fn alpha(scene: &Scene, exposures: u32) -> Vec<f32> {
 
 #[test]
 fn what_is_in_focus_is_sharp() {
-    let shown = alpha(&before_a_lens(1.5, 4.0), 32);
+    let shown = alpha(&before_a_lens(1.5, 4.0), 6);
     let edge = 0.75 / 4.0 * pixels_per_unit();
     for (number, shown) in shown.iter().enumerate() {
         let (x, y) = (number % 96, number / 96);
@@ -357,7 +396,7 @@ fn what_is_in_focus_is_sharp() {
 fn what_is_out_of_focus_is_a_disc_of_the_thin_lens() {
     for distance in [2.0, 2.5, 8.0, 40.0] {
         let size = 0.05 * distance as f32;
-        let shown = alpha(&before_a_lens(size, distance), 128);
+        let shown = alpha(&before_a_lens(size, distance), 12);
         // on the plane in focus, through the point: see the thin lens formula
         let radius = 0.3 * (1.0 - 4.0 / distance).abs() / 4.0 * pixels_per_unit();
         let half = 0.025 * pixels_per_unit();
@@ -379,14 +418,14 @@ fn what_is_out_of_focus_is_a_disc_of_the_thin_lens() {
     }
 }
 
-/// Every pixel has one sample of every exposure: a thing that comes and goes in an instant shows in its share of the pixels.
+/// Every pixel has a sample of every exposure: a thing that comes and goes in an instant shows in its share of the pixels.
 #[test]
 fn every_pixel_sees_every_time() {
-    // a wall that stands before the camera in one of eight parts of the shutter only
+    // a wall that stands before the camera in one of nine parts of the shutter only
     let away = DVec3::Y * 50.0;
     let near = DVec3::ZERO;
-    for part in 0..8 {
-        let (begin, end) = (3.0 + f64::from(part) / 8.0 - 0.5, 3.0 + f64::from(part + 1) / 8.0 - 0.5);
+    for part in 0..9 {
+        let (begin, end) = (3.0 + f64::from(part) / 9.0 - 0.5, 3.0 + f64::from(part + 1) / 9.0 - 0.5);
         let jump = 1e-3;
         let track =
             toy::keys(&[(begin - jump, away), (begin + jump, near), (end - jump, near), (end + jump, away)]);
@@ -394,13 +433,13 @@ fn every_pixel_sees_every_time() {
         scene.camera.lens.height = Some(Track::constant(1.0));
         let settings = Settings {
             shutter: Some(Shutter { open: -0.5, close: 0.5 }),
-            exposures: 8,
+            exposures: 9,
             background: Backdrop::Transparent,
-            ..settings(1)
+            ..settings(3)
         };
         let frame = toy::render(&scene, &settings, 3).pop().unwrap();
         let alpha = frame.film.values("A").unwrap();
-        assert!(alpha.iter().all(|alpha| *alpha == 0.125), "{part}");
+        assert!(alpha.iter().all(|alpha| (alpha - 1.0 / 9.0).abs() < 1e-4), "{part}");
     }
 }
 
@@ -431,7 +470,7 @@ fn run(place: &Place, options: &str) -> runs::Ran {
 #[test]
 fn chunks_and_resumed_runs_are_blurred_alike() {
     let place = Place::new();
-    let blurred = "--shutter -0.25,0.25 --exposures 3 --base-every 4 --layers all";
+    let blurred = "--shutter -0.25,0.25 --samples 4 --exposures 4 --base-every 4 --layers all";
     run(&place, &format!("{blurred} --frames 1-8 --audit -o whole/f.####.exr")).done();
     for chunk in ["7-8", "1-2", "3-6"] {
         run(&place, &format!("{blurred} --frames {chunk} -o chunks/f.####.exr")).done();
@@ -445,7 +484,7 @@ fn chunks_and_resumed_runs_are_blurred_alike() {
         run(&place, &format!("{options} --frames 1-8 --resume -o whole/f.####.exr")).done().stderr
     };
     assert!(again(blurred).contains("8 frames are there"));
-    assert!(again(&blurred.replace("3", "4")).contains("settings"));
+    assert!(again(&blurred.replace("exposures 4", "exposures 16")).contains("settings"));
 }
 
 #[test]
@@ -464,9 +503,15 @@ fn the_shot_says_how_it_is_blurred_and_the_command_line_beats_it() {
         json["totals"]["rays"]["primary"].as_u64().unwrap()
     };
     let sharp = rays("--sharp");
-    assert_eq!(rays(""), 16 * sharp);
-    assert_eq!((rays("--exposures 5"), rays("--exposures 1")), (5 * sharp, sharp));
-    assert_eq!(rays("--shutter 0.25,0.25"), sharp, "it does not open");
+    for options in ["", "--exposures 4", "--exposures 1", "--shutter 0.25,0.25"] {
+        assert_eq!(rays(options), sharp, "{options}: exposures divide the samples");
+    }
+    let told = |options: &str| {
+        let options = format!("--size 48x27 --frames 2 --progress none {options}");
+        runs::Ran::new(place.command("s.toml", &options).output().unwrap()).done().stderr
+    };
+    assert!(told("--samples 1").contains("take --samples 2 or more"));
+    assert!(!told("--samples 1 --sharp").contains("take --samples") && !told("").contains("take --samples"));
 }
 
 #[test]
@@ -491,7 +536,7 @@ fn what_does_not_go_with_exposures_is_refused_with_a_way_out() {
 fn a_lens_as_large_as_the_scene_is_exact() {
     for radius in [3.0, 12.0] {
         let scene = with_lens(with_flyer(world()), radius);
-        for finished in toy::render(&scene, &Settings { mode: Mode::Auto, audit: true, ..settings(1) }, 3) {
+        for finished in toy::render(&scene, &Settings { mode: Mode::Auto, audit: true, ..settings(2) }, 3) {
             assert_eq!(toy::differing(&finished), 0, "{radius}");
             assert!(finished.film.values("R").unwrap().iter().all(|value| value.is_finite()));
         }

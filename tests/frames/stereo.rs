@@ -219,21 +219,21 @@ fn each_eye_sees_what_a_camera_in_its_place_sees() {
 fn blurred(mut scene: Scene, samples: u32) -> (Scene, Settings) {
     scene.camera.lens.aperture = Some(Track::constant(0.1));
     let shutter = Some(Shutter { open: -0.25, close: 0.25 });
-    (scene, Settings { shutter, exposures: 5, ..settings(samples) })
+    (scene, Settings { shutter, exposures: 4, ..settings(samples) })
 }
 
 #[test]
-fn blurred_eyes_are_exact_and_each_goes_on_with_its_own() {
+fn blurred_eyes_are_exact_and_the_right_one_is_lent_what_the_left_one_sees() {
     let still = with_flyer(world());
     let moves = with_camera(still.clone(), goes(EYE, EYE + DVec3::new(0.4, -0.2, -0.5)), rests(TARGET));
     for (name, scene) in [("at rest", still), ("moves", moves)] {
-        let (scene, settings) = blurred(scene, 1);
+        let (scene, settings) = blurred(scene, 2);
         let small = Settings { width: 64, height: 48, ..settings.clone() };
         for settings in [
             small.clone(),
             // in a smaller picture tracing would pay
             Settings { mode: Mode::Auto, filter: Filter::Mitchell, ..settings },
-            Settings { refinement: Some(Refinement { most: 2, threshold: 0.1 }), ..small },
+            Settings { refinement: Some(Refinement { most: 4, threshold: 0.1 }), ..small },
         ] {
             let settings = Settings { audit: true, ..settings };
             for finished in render(&scene, &settings).iter().flatten() {
@@ -244,7 +244,10 @@ fn blurred_eyes_are_exact_and_each_goes_on_with_its_own() {
                     (0, samples.total()),
                     "{name}, {frame}, {eye:?}"
                 );
-                assert!(!from_left, "{name}, frame {frame}, {eye:?}");
+                let is_lent = eye == Some(Eye::Right) && (frame == 1 || name == "moves");
+                // tracing may pay in an exposure
+                let may_be_traced = settings.mode == Mode::Auto && is_lent;
+                assert!(from_left == is_lent || may_be_traced, "{name}, frame {frame}, {eye:?}");
                 let share = samples.reused() as f64 / samples.total() as f64;
                 assert!(frame == 1 || share > 0.7, "{name}, frame {frame}, {eye:?}: {share}");
             }

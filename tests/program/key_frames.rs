@@ -215,11 +215,11 @@ fn what_exposures_of_a_base_frame_gather_serves_both_sides() {
             paths: 8,
             bounces: 2,
             shutter: HALF,
-            exposures: 3,
+            exposures: 4,
             occlusion_rays: 4,
             occlusion_radius: 1.0,
             layers: Layers::ALL,
-            ..toy::audited(1)
+            ..toy::audited(2)
         };
         let mut renderer = Renderer::new(&scene, &settings).unwrap();
         let render = |renderer: &mut Renderer<'_>, frame| {
@@ -283,9 +283,9 @@ fn blurred_frames_are_as_exact_backwards_as_forwards() {
         scene.camera.lens.aperture = Some(Track::constant(0.1));
         scene
     };
-    let small = Settings { width: 64, height: 48, ..toy::audited(1) };
+    let small = Settings { width: 64, height: 48, ..toy::audited(2) };
     let exposed = Settings { base_place: BasePlace::Middle, shutter: HALF, exposures: 4, ..small };
-    let refinement = Some(Refinement { most: 2, threshold: 0.1 });
+    let refinement = Some(Refinement { most: 4, threshold: 0.1 });
     let stereo = Some(Stereo { separation: 0.25, convergence: Some(6.0) });
     let worlds = [
         ("at rest", with_flyer(world()), exposed.clone()),

@@ -142,7 +142,7 @@ fn frames_after_a_store_are_those_of_one_run() {
         bounces: 1,
         ..small(1)
     };
-    let exposed = Settings { shutter: HALF, exposures: 3, ..small(1) };
+    let exposed = Settings { shutter: HALF, exposures: 4, ..small(2) };
     let of_all =
         Settings { paths: 3, bounces: 1, budget: Budget::Full, paths_per_frame: 1, ..exposed.clone() };
     let through_a_lens = Settings { refinement: adaptive.refinement, exposures: 2, ..small(1) };
@@ -196,7 +196,7 @@ fn frames_after_a_store_are_those_of_one_run() {
 #[test]
 fn answers_that_hold_backwards_come_back_as_such() {
     let sharp = Settings { paths: 4, bounces: 1, ..small(1) };
-    let blurred = Settings { shutter: HALF, exposures: 3, ..sharp.clone() };
+    let blurred = Settings { shutter: HALF, exposures: 4, samples: 2, ..sharp.clone() };
     let of_two = Settings { stereo: STEREO, ..blurred.clone() };
     let folder = tempfile::tempdir().unwrap();
     for settings in [sharp, blurred, of_two] {
@@ -476,37 +476,38 @@ fn a_damaged_store_is_refused() {
 #[test]
 fn a_store_of_other_pictures_is_refused() {
     let scene = with_flyer(world());
-    let settings = Settings { stereo: STEREO, shutter: HALF, exposures: 2, ..toy::settings(1) };
+    let settings = Settings { stereo: STEREO, shutter: HALF, exposures: 4, ..toy::settings(2) };
     let mut renderer = Renderer::new(&scene, &settings).unwrap();
     seen(&mut renderer, 1);
     let (_, pictures) = renderer.samples().unwrap();
     let shape = renderer.shape();
     let names: Vec<PictureName> = pictures.iter().map(|picture| picture.picture).collect();
     let name = |eye, exposure| PictureName { eye, exposure };
-    let all = [name(Eye::Left, 0), name(Eye::Left, 1), name(Eye::Right, 0), name(Eye::Right, 1)];
+    let all: [PictureName; 8] =
+        std::array::from_fn(|at| name(if at < 4 { Eye::Left } else { Eye::Right }, at % 4));
     assert_eq!(names, all);
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.store");
-    let kind = |names: [PictureName; 4], count: usize| {
+    let kind = |names: [PictureName; 8], count: usize| {
         let renamed = pictures.iter().zip(names).take(count);
         let renamed: Vec<_> =
             renamed.map(|(of, picture)| PictureSamples { picture, levels: of.levels.clone() }).collect();
         store_file::write(&path, &header(1, 1), &renamed, shape.layout).unwrap();
         StoreFile::open(&path).unwrap().read(&shape, &scene).map(|read| read.len())
     };
-    assert_eq!(kind(all, 4).unwrap(), 4);
-    let mut bad = vec![(all, 2), (all, 0)];
-    for (at, other) in [(3, name(Eye::Right, 2)), (1, all[0]), (2, all[3])] {
+    assert_eq!(kind(all, 8).unwrap(), 8);
+    let mut bad = vec![(all, 7), (all, 4), (all, 0)];
+    for (at, other) in [(7, name(Eye::Right, 4)), (1, all[0]), (2, all[3]), (3, all[4])] {
         let mut names = all;
         names[at] = other;
-        bad.push((names, 4));
+        bad.push((names, 8));
     }
     for (names, count) in bad {
         let error = kind(names, count).expect_err("they are not those of the shot");
         assert!(matches!(error.kind, StoreErrorKind::Unfit), "{error}");
     }
     // where one picture ends and the next one begins
-    kind(all, 4).unwrap();
+    kind(all, 8).unwrap();
     let whole = fs::read(&path).unwrap();
     for end in (1..8).map(|eighth| whole.len() * eighth / 8) {
         fs::write(&path, &whole[..end]).unwrap();
@@ -520,14 +521,14 @@ fn a_store_of_frames_that_are_exposed_otherwise_is_refused() {
     let place = Place::new();
     let blurred = "--shutter -0.25,0.25 --exposures 3";
     render(&place, &format!("-o a/a.####.exr --frames 1-2 {blurred} --save-store a.store")).done();
-    let theirs = "2x2 samples a pixel, 3 exposures, a shutter from -0.25 to 0.25";
+    let theirs = "2x2 samples a pixel, 4 exposures, a shutter from -0.25 to 0.25";
     for (options, ours) in [
         (
-            "--shutter -0.25,0.25 --exposures 4",
-            "this run has 2x2 samples a pixel, 4 exposures, a shutter from -0.25",
+            "--shutter -0.25,0.25 --exposures 1",
+            "this run has 2x2 samples a pixel, 1 exposure, a shutter from -0.25",
         ),
         ("--shutter 0,0.5 --exposures 3", "a shutter from 0 to 0.5"),
-        ("--samples 1 --shutter -0.25,0.25 --exposures 3", "this run has 1x1 samples a pixel, 3 exposures"),
+        ("--samples 3 --shutter -0.25,0.25 --exposures 3", "this run has 3x3 samples a pixel, 9 exposures"),
         ("--stereo --separation 0.1 --shutter -0.25,0.25 --exposures 3", "two eyes 0.1 apart"),
         ("--sharp", "this run has 2x2 samples a pixel)"),
     ] {

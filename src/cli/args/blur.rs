@@ -9,8 +9,8 @@ use crate::settings::Settings;
 /// Arguments as typed.
 #[derive(Debug, Clone, Args)]
 pub struct BlurArgs {
-    /// Pictures of which each frame is the mean, each at its own time within the shutter and from its own point of the lens; in
-    /// shots with a shutter or a lens [default: the shot's]
+    /// Largest number of exposures, each at its own time within the shutter and from its own point of the lens, among which the
+    /// samples of a pixel are divided; in shots with a shutter or a lens [default: the shot's]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(MOST_EXPOSURES)))]
     exposures: Option<u32>,
 

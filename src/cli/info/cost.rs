@@ -85,16 +85,15 @@ fn seconds(shot: &Shot, threads: usize) -> Option<(f64, f64)> {
     let mut renderer = Renderer::new(&shot.scene, &small).ok()?;
     let start = Instant::now();
     renderer.render(shot.frames.first(), false).ok()?;
-    let share = samples(shot, &shot.settings) as f64 / samples(shot, &small) as f64;
+    let share = samples(&shot.settings) as f64 / samples(&small) as f64;
     Some((renderer.build_seconds(), start.elapsed().as_secs_f64() * share))
 }
 
-/// Samples of a frame: of all eyes and exposures.
-fn samples(shot: &Shot, settings: &Settings) -> u64 {
-    let exposures = frame::exposures(&shot.scene, settings).map_or(1, |exposures| exposures.all.len() as u64);
+/// Samples of a frame: of all eyes.
+fn samples(settings: &Settings) -> u64 {
     let eyes = if settings.stereo.is_some() { 2 } else { 1 };
     let fewest = u64::from(settings.samples).pow(2);
-    settings.data_window().pixels() * fewest * exposures * eyes
+    settings.data_window().pixels() * fewest * eyes
 }
 
 /// Settings of a small picture whose samples are as those of the shot.

@@ -134,7 +134,10 @@ fn described(shot: &Shot, path: &Path) -> String {
             settings.shutter.map(|Shutter { open, close }| format!("a shutter from {open} to {close}"));
         let lens = scene.camera.has_lens().then(|| String::from("a lens"));
         let what: Vec<String> = shutter.into_iter().chain(lens).collect();
-        line(&mut text, "exposures", format!("{} a frame, with {}", exposures.all.len(), what.join(" and ")));
+        let (count, what) = (exposures.all.len(), what.join(" and "));
+        let own = frame::picture_settings(scene, settings).0.levels().last().unwrap_or(1);
+        let share = if count > 1 { format!(" of {own}x{own} samples") } else { String::new() };
+        line(&mut text, "exposures", format!("{count} a frame{share}, with {what}"));
     }
     if !scene.camera.cuts.is_empty() {
         line(&mut text, "cuts", list(scene.camera.cuts.iter().map(|cut| format!("before frame {cut}"))));

@@ -116,7 +116,8 @@ impl DirtyTiles {
 /// Divides the rows of tiles into bands of at least `tiles` tiles. A band has more rows of pixels than any
 /// filter reaches, so that two bands at most reach a row of pixels; only the last may have fewer.
 pub fn bands(grid: &Grid, tiles: u32) -> Vec<Range<u32>> {
-    const LEAST_PIXELS: usize = MOST_TAPS;
+    // with the margin of a window that is shifted on either side
+    const LEAST_PIXELS: usize = MOST_TAPS + 2;
     let rows = tiles.div_ceil(grid.tiles_x);
     let (mut bands, mut start, mut pixels) = (Vec::new(), 0, 0);
     for row in 0..grid.tiles_y {

@@ -55,7 +55,7 @@ impl<'a> Spread<'a> {
     /// Number of pixels in a row that each sample reaches.
     pub fn taps(&self) -> usize {
         match self.by {
-            Weighing::Distance | Weighing::DistanceAndArea(_) => 2 * self.kernel.halo() as usize,
+            Weighing::Distance | Weighing::DistanceAndArea(_) => self.kernel.taps(),
             Weighing::Area(_) => 2,
             Weighing::SlopedArea(_) => SLOPED_TAPS,
         }
@@ -65,7 +65,11 @@ impl<'a> Spread<'a> {
     #[inline(always)]
     pub fn reach<const N: usize>(&self, first: usize) -> Reach<N> {
         // the halo shifts places by as many pixels; the first pixel of a sample lies N/2 before it
-        let at = self.places.map(|at| F32x8::load(at, first) * self.cell + F32x8::splat(0.5));
+        let margin = self.kernel.margin() as f32;
+        let at = [0, 1].map(|axis| {
+            let shift = F32x8::splat(0.5 + (self.kernel.shift[axis] + margin));
+            F32x8::load(self.places[axis], first) * self.cell + shift
+        });
         let whole = at.map(F32x8::to_whole);
         let [x, y] = [0, 1].map(|axis| at[axis] - F32x8::from_whole(whole[axis]));
         let [across, down] = match self.by {
@@ -83,7 +87,7 @@ impl<'a> Spread<'a> {
             }
             Weighing::SlopedArea(areas) => areas.sloped::<N>(first),
         };
-        let shift = (self.halo() as usize - N / 2) * (self.edge + 1);
+        let shift = ((self.halo() - self.kernel.margin()) as usize - N / 2) * (self.edge + 1);
         let start = whole[1] * i32x8::splat(self.edge as i32) + whole[0] + i32x8::splat(shift as i32);
         Reach { start: start.to_array(), weights: down.map(|down| across.map(|across| across * down)) }
     }

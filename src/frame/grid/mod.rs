@@ -20,6 +20,7 @@ use std::ops::Range;
 use wide::i32x8;
 
 use self::axis::Axis;
+use crate::exposure::Strata;
 use crate::lanes::{F32x8, LANES, Mask};
 use crate::samples::{CELLS, Column, TILE};
 use crate::settings::Settings;
@@ -72,12 +73,14 @@ impl Grid {
         Self::reaching(settings, settings.filter_reach())
     }
 
-    /// The grids of all levels of samples, the coarsest first. What finer levels are asked for depends on a pixel more around each.
-    pub fn levels(settings: &Settings) -> impl Iterator<Item = Self> {
+    /// The grids of all levels of samples, the coarsest first, of each picture of frames with these `strata`. What finer levels are asked for
+    /// depends on a pixel more around each; and a window that is shifted by a part of a pixel reaches one more.
+    pub fn levels(settings: &Settings, strata: Strata) -> impl Iterator<Item = Self> {
         let all: Vec<u32> = settings.levels().collect();
         let finer = (0..all.len() as u32).rev();
-        all.into_iter().zip(finer).map(|(samples, finer)| {
-            let reach = settings.filter_reach().max(finer);
+        let shifted = u32::from(strata != Strata::ONE && !settings.filter.is_of_one_pixel());
+        all.into_iter().zip(finer).map(move |(samples, finer)| {
+            let reach = (settings.filter_reach() + shifted).max(finer);
             Self::reaching(&Settings { samples, ..settings.clone() }, reach)
         })
     }

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use glam::Vec3;
 
 use super::Grid;
+use crate::exposure::Strata;
 use crate::geometry::{Bounds, SweptBox};
 use crate::lanes::{F32x8, LANES, Vec3x8};
 use crate::pose::CameraPose;
@@ -23,6 +24,8 @@ pub struct View {
     axis: [f32; 2],
     /// Cells per unit of `axis`, across and down.
     scale: [f32; 2],
+    /// Division of the samples among exposures, each of which has such a grid.
+    strata: Strata,
 }
 
 /// Eight points in cell space, with their depths.
@@ -47,14 +50,19 @@ pub struct Spread {
 }
 
 impl View {
-    /// Creates the view of `camera` through `grid`.
+    /// Creates the view of `camera` through `grid`, which has all samples.
     pub fn new(grid: &Arc<Grid>, camera: CameraPose) -> Self {
+        Self::of_exposure(grid, camera, Strata::ONE)
+    }
+
+    /// Creates the view of `camera` through the `grid` of one of several exposures.
+    pub fn of_exposure(grid: &Arc<Grid>, camera: CameraPose, strata: Strata) -> Self {
         let aspect = grid.width as f32 / grid.height as f32;
         let [half, middle] = camera.frustum(aspect);
         let scale = [(grid.width, half[0]), (grid.height, half[1])]
             .map(|(pixels, half)| 0.5 * (pixels * grid.samples) as f32 / half);
         let axis = [half[0] - middle[0], half[1] + middle[1]];
-        Self { camera, grid: Arc::clone(grid), axis, scale }
+        Self { camera, grid: Arc::clone(grid), axis, scale, strata }
     }
 
     /// Lines of sight through points of cell space: origins and directions. Directions have the length 1
@@ -102,6 +110,13 @@ impl View {
             Projection::Perspective => Spread { by_distance: cell, fixed: 0.0 },
             Projection::Orthographic => Spread { by_distance: 0.0, fixed: cell },
         }
+    }
+
+    /// Growth with the distance from the eye of what a sample stands for: a cell as wide as if all exposures had one grid.
+    pub fn spread_of_sample(&self) -> Spread {
+        let Spread { by_distance, fixed } = self.spread();
+        let across = self.strata.across as f32;
+        Spread { by_distance: by_distance / across, fixed: fixed / across }
     }
 
     /// Depths as keys that order samples.

@@ -15,18 +15,35 @@ pub struct Kernel {
     shape: Filter,
     /// Radius, in pixels; beyond it a sample has no weight.
     radius: f32,
+    /// Shift of the samples' window, to the right and down, in pixels: half of one at most.
+    pub shift: [f32; 2],
 }
 
 impl Kernel {
     /// Creates the kernel of a filter with that radius, in pixels. `None` for the box filter, which takes a
     /// pixel's own samples alone.
     pub fn new(filter: Filter, radius: f32) -> Option<Self> {
-        (filter != Filter::Box).then_some(Self { shape: filter, radius })
+        (filter != Filter::Box).then_some(Self { shape: filter, radius, shift: [0.0; 2] })
     }
 
-    /// Number of pixels that a sample reaches beyond its own.
+    /// The kernel for samples whose window is shifted, as if it were not. Areas stay those in the pixels of the window.
+    pub fn shifted(self, shift: [f32; 2]) -> Self {
+        if self.is_by_area() { self } else { Self { shift, ..self } }
+    }
+
+    /// Number of pixels that a sample reaches beyond its own, or that of the window.
     pub fn halo(&self) -> u32 {
-        self.radius.ceil() as u32
+        self.taps() as u32 / 2 + self.margin()
+    }
+
+    /// Number of pixels in a row that a sample reaches.
+    pub fn taps(&self) -> usize {
+        2 * self.radius.ceil() as usize
+    }
+
+    /// Number of pixels by which a sample may lie beside its own.
+    pub fn margin(&self) -> u32 {
+        u32::from(self.shift != [0.0; 2])
     }
 
     /// Returns true if samples weigh by their [areas](crate::frame::film::areas::Areas).
@@ -35,7 +52,7 @@ impl Kernel {
     }
 
     /// Weights of samples in the `N` pixels of a row around them. The samples lie `beyond` (0 to 1) the
-    /// centre of pixel N/2 - 1 of these. N is twice the halo. All 0 where samples weigh [by area](Self::is_by_area).
+    /// centre of pixel N/2 - 1 of these. N: see [`taps`](Self::taps). All 0 where samples weigh [by area](Self::is_by_area).
     #[inline(always)]
     pub fn weights<const N: usize>(&self, beyond: F32x8) -> [F32x8; N] {
         let at = |pixel: usize| {

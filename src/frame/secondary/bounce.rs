@@ -53,7 +53,7 @@ impl Bounces {
         guides: bool,
         branches: Branches,
     ) {
-        let spread = frame.view.spread().by_distance;
+        let spread = frame.view.spread_of_sample().by_distance;
         let bounce = |kind| Bounce { guides, spread, ..Bounce::from_sample(cell, kind) };
         grow(frame, step_of_sample(frame), surface, branches, bounce, &mut self.next);
     }
@@ -108,7 +108,7 @@ impl Bounces {
         surface: &Surface,
         seen: &SeenCoat,
     ) {
-        let spread = frame.view.spread().by_distance;
+        let spread = frame.view.spread_of_sample().by_distance;
         let bounce = Bounce { guides, spread, ..Bounce::from_sample(cell, Kind::Reflection) };
         mirror(frame, step_of_sample(frame), bounce, surface, seen, &mut self.next);
     }

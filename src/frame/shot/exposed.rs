@@ -1,38 +1,50 @@
-//! The exposures of a shot's frames, and whether the camera is at rest through them.
+//! The exposures of a shot's frames, and how they divide the samples.
 
-use crate::changes::Direction;
-use crate::exposure::Exposures;
-use crate::pose::CameraPose;
+use crate::exposure::{Exposures, Strata};
 use crate::scene::Scene;
-use crate::settings::{BasePlace, Mode, Settings};
+use crate::settings::{BasePlace, Budget, Mode, Refinement, Settings};
 
 /// The exposures of a frame of `scene`, if it has more to it than one picture at its own time.
 pub fn exposures(scene: &Scene, settings: &Settings) -> Option<Exposures> {
-    let Settings { shutter, exposures, filter, .. } = settings;
+    let Settings { shutter, exposures, .. } = settings;
     let has_lens = scene.camera.has_lens();
     if shutter.is_none() && !has_lens {
         return None;
     }
     let is_open = shutter.is_some_and(|shutter| shutter.close > shutter.open);
-    let count = if is_open || has_lens { *exposures } else { 1 };
-    // a wider filter weighs samples by where they are, and would be made wider still
-    Some(Exposures::new(count, *shutter, &scene.camera.cuts, filter.is_of_one_pixel()))
+    let strata =
+        if is_open || has_lens { Strata::new(fewest_samples(settings), *exposures) } else { Strata::ONE };
+    Some(Exposures::new(strata, *shutter, &scene.camera.cuts))
 }
 
-/// Returns true if the camera is in one place for all exposures of `frame` and of the next frame of the shot in `direction`.
-pub fn rests(exposures: &Exposures, scene: &Scene, frame: i32, direction: Direction) -> bool {
-    let clock = &exposures.clock;
-    let at = |moment| {
-        let time = clock.time(moment);
-        (CameraPose::new(&scene.camera, time), scene.camera.lens_at(time))
+/// Samples along a pixel's edge of the coarsest level: more than one, if there are finer ones, or nothing could be divided.
+fn fewest_samples(settings: &Settings) -> u32 {
+    match settings.refinement {
+        Some(Refinement { most, .. }) if settings.samples == 1 && most > 1 => 2,
+        _ => settings.samples,
+    }
+}
+
+/// Settings of each picture of a frame of `scene`: of its exposures each has its part of the samples. And how these are divided. What is said
+/// of a shot, in words or in files, follows from the shot's own `settings` instead.
+pub fn picture_settings(scene: &Scene, settings: &Settings) -> (Settings, Strata) {
+    let strata = exposures(scene, settings).map_or(Strata::ONE, |exposures| exposures.strata);
+    (divided(settings, strata), strata)
+}
+
+/// `settings` of one of several exposures.
+pub fn divided(settings: &Settings, strata: Strata) -> Settings {
+    if strata == Strata::ONE {
+        return settings.clone();
+    }
+    let samples = fewest_samples(settings) / strata.across;
+    let part = |refinement: Refinement| Refinement { most: refinement.most / strata.across, ..refinement };
+    let budget = match settings.budget {
+        Budget::Rays(rays) => Budget::Rays((rays / u64::from(strata.count())).max(1)),
+        other => other,
     };
-    let next = match direction {
-        Direction::Forward => frame.saturating_add(1),
-        Direction::Backward => frame.saturating_sub(1),
-    };
-    let [first, last] = [clock.moment(frame.min(next), 0), clock.moment(frame.max(next), usize::MAX >> 1)];
-    let camera = at(first);
-    (first..=last).all(|moment| at(moment) == camera)
+    let refinement = settings.refinement.map(part).filter(|refinement| refinement.most > samples);
+    Settings { samples, refinement, budget, ..settings.clone() }
 }
 
 /// Returns true if frames before base frames are inferred from them, as those after them are.
@@ -40,16 +52,26 @@ pub fn has_two_sides(settings: &Settings) -> bool {
     settings.base_place == BasePlace::Middle && settings.mode != Mode::Full
 }
 
-/// Number of sample stores of one eye in the worst of `frames`: one for each exposure where the camera rests.
-pub fn most_stores(scene: &Scene, settings: &Settings, frames: impl Iterator<Item = i32>) -> usize {
-    /// So many are looked at; of others the worst is assumed.
-    const MOST_FRAMES: usize = 10_000;
-    let Some(exposures) = exposures(scene, settings).filter(|_| settings.mode != Mode::Full) else {
-        return 1;
-    };
-    let both = [Direction::Forward, Direction::Backward];
-    let directions = if has_two_sides(settings) { &both[..] } else { &both[..1] };
-    let rests = |frame| directions.iter().any(|direction| rests(&exposures, scene, frame, *direction));
-    let mut rest = frames.enumerate().map(|(number, frame)| number >= MOST_FRAMES || rests(frame));
-    if rest.any(|rests| rests) { exposures.all.len() } else { 1 }
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn exposures_have_their_part_of_the_samples() {
+        let settings = |samples, most: Option<u32>| {
+            let refinement = most.map(|most| Refinement { most, threshold: 0.1 });
+            Settings { samples, refinement, budget: Budget::Rays(900), ..Settings::default() }
+        };
+        let levels = |settings: &Settings, exposures| {
+            let strata = Strata::new(fewest_samples(settings), exposures);
+            divided(settings, strata).levels().map(|samples| samples * strata.across).collect::<Vec<_>>()
+        };
+        assert_eq!(levels(&settings(6, None), 9), [6]);
+        assert_eq!(levels(&settings(3, Some(12)), 9), [3, 6, 12]);
+        assert_eq!(levels(&settings(1, Some(4)), 9), [2, 4]);
+        assert_eq!(levels(&settings(1, Some(2)), 9), [2]);
+        assert_eq!(levels(&settings(1, Some(4)), 1), [1, 2, 4]);
+        let part = divided(&settings(3, Some(12)), Strata { across: 3 });
+        assert_eq!((part.budget, part.samples_a_pixel()), (Budget::Rays(100), 1 + 4 + 16));
+    }
 }

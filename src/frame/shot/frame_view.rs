@@ -11,6 +11,7 @@ use super::reflection_maps::ReflectionMaps;
 use crate::animation::{Shape, Transform};
 use crate::changes::{Motion, Until};
 use crate::cryptomatte::Mattes;
+use crate::exposure::Strata;
 use crate::frame::grid::bits::bits_of_models;
 use crate::frame::grid::cells::CellSet;
 use crate::frame::grid::place;
@@ -44,6 +45,20 @@ pub struct Occlusion {
     pub dims_ambient: bool,
 }
 
+/// What the seeds of new samples follow from, beside their cells: the same for all exposures of a frame, whose samples have one sequence of
+/// random numbers a pixel.
+#[derive(Clone, Copy)]
+pub struct SeedPlace<'a> {
+    /// The state of the shot at the frame's own time.
+    pub pose: &'a Pose,
+    /// A hash that changes when its camera does.
+    pub view: u32,
+    /// Division of the samples among exposures.
+    pub strata: Strata,
+    /// Place of the exposure's first sample among those of a pixel, across and down.
+    pub stratum: [u32; 2],
+}
+
 /// The scene in one frame. Built once a frame; no phase writes to it.
 #[derive(Clone, Copy)]
 pub struct FrameView<'a> {
@@ -75,8 +90,8 @@ pub struct FrameView<'a> {
     pub wanted: Option<&'a Wanted>,
     /// True if the cells' colours are noted, for a finer level.
     pub notes_colors: bool,
-    /// Hash of the camera's pose.
-    pub view_hash: u32,
+    /// What seeds of new samples follow from.
+    pub seeds: SeedPlace<'a>,
     /// Place of the tags of each light.
     pub slots: &'a [TagSlot],
     /// True for each model that is a quadric; empty if there is none.
@@ -197,8 +212,12 @@ impl<'a> FrameView<'a> {
     #[inline]
     pub fn new_seed(&self, tile: usize, cell: usize, model: u32) -> SampleSeed {
         let grid = &self.view.grid;
-        let ([left, top], [x, y], samples) = (grid.tile_corner(tile), place(cell), grid.samples as i32);
-        let at = [left + x as i32, top + y as i32];
+        let ([left, top], [x, y]) = (grid.tile_corner(tile), place(cell));
+        let SeedPlace { pose, view, strata, stratum } = self.seeds;
+        // among the samples of all exposures
+        let samples = (grid.samples * strata.across) as i32;
+        let at = [(left, x, stratum[0]), (top, y, stratum[1])]
+            .map(|(first, cell, stratum)| (first + cell as i32) * strata.across as i32 + stratum as i32);
         let (pixel, number) = match samples {
             // without divisions, which take longer than all else here
             1 => (grid.number_of_pixel(at), 0),
@@ -207,21 +226,22 @@ impl<'a> FrameView<'a> {
                 (grid.number_of_pixel(at.map(|at| at.div_euclid(samples))), y * samples + x)
             }
         };
-        let pose = match self.displaced.get(model as usize) {
+        let moved = match self.displaced.get(model as usize) {
             Some(true) => {
-                hash_of(&self.transform(model).to_world.to_cols_array()) ^ self.hash_of_shape(model)
+                let transform = &pose.models[model as usize];
+                hash_of(&transform.to_world.to_cols_array()) ^ self.hash_of_shape(model, transform)
             }
             _ => 0,
         };
-        SampleSeed::new(pixel, number as u32, self.view_hash, pose)
+        SampleSeed::new(pixel, number as u32, view, moved)
     }
 
     /// Hash that changes when the shape of a model does; 0 for a model that does not deform.
-    fn hash_of_shape(&self, model: u32) -> u32 {
+    fn hash_of_shape(&self, model: u32, transform: &Transform) -> u32 {
         if self.deformations.of_model(model).is_none() {
             return 0;
         }
-        let Shape { from, to, share } = self.transform(model).shape;
+        let Shape { from, to, share } = transform.shape;
         hash_of(&[from as f32, to as f32, share as f32])
     }
 

@@ -3,6 +3,8 @@
 use std::collections::HashMap;
 use std::sync::{Arc, OnceLock};
 
+use rayon::prelude::*;
+
 use super::frame_view::Occlusion;
 use super::proofs::FRAMES_AHEAD;
 use crate::changes::{Direction, Motion};
@@ -65,12 +67,13 @@ pub struct Prepared<'s> {
     pub has_trees: bool,
     /// The exposures of each frame: one where frames are sharp.
     pub exposures: Exposures,
-    /// Motion of the whole shot. Empty until [`look_ahead`](Self::look_ahead) builds it, unless samples need it from the start.
-    pub motion: Motion,
-    /// True once `motion` is built. It is built at once where samples keep paths or their openness from frame to frame.
+    /// Motion of the whole shot, one for each clock of `exposures`. Empty ones until [`look_ahead`](Self::look_ahead) builds them, unless samples
+    /// need them from the start.
+    motions: Vec<Motion>,
+    /// True once `motions` are built. They are built at once where samples keep paths or their openness from frame to frame.
     knows_motion: bool,
-    /// Motion with time running backwards, once a frame was inferred so.
-    motion_back: Option<Motion>,
+    /// Motions with time running backwards, once a frame was inferred so.
+    motions_back: Option<Vec<Motion>>,
     /// Receiver of the frames' progress.
     pub watcher: Option<Watcher>,
     /// Request to stop.
@@ -78,9 +81,9 @@ pub struct Prepared<'s> {
 }
 
 impl<'s> Prepared<'s> {
-    /// Prepares frames of `scene` with `settings`, each of which has these `exposures`.
+    /// Prepares frames of `scene`, each of which has these `exposures`, with `settings` that are [those of one
+    /// picture](super::exposed::picture_settings).
     pub fn new(scene: &'s Scene, settings: &Settings, exposures: Exposures) -> Self {
-        let motion = || Motion::in_direction(scene, &exposures.clock, Direction::Forward);
         let layout = TagLayout::for_scene(scene, settings);
         let occlusion = occlusion(scene, settings, &layout);
         let has_answers = layout.paths > 0 || layout.reflections > 0 || occlusion.is_some();
@@ -102,12 +105,16 @@ impl<'s> Prepared<'s> {
             light_chances: LightChances::new(&scene.lights.iter().map(Source::of_light).collect::<Vec<_>>()),
             palette: Palette::of(scene),
             has_trees: settings.depth > 0 && scene.materials.iter().any(Material::is_followed),
-            motion: if keeps_answers { motion() } else { Motion::default() },
+            motions: if keeps_answers {
+                motions(scene, &exposures, Direction::Forward)
+            } else {
+                vec![Motion::default(); exposures.clocks().len()]
+            },
             knows_motion: keeps_answers,
-            exposures,
             mixed_channels: channels.iter().filter(is_mixed).cloned().collect(),
-            grids: Grid::levels(settings).map(Arc::new).collect(),
-            motion_back: None,
+            grids: Grid::levels(settings, exposures.strata).map(Arc::new).collect(),
+            exposures,
+            motions_back: None,
             watcher: None,
             stop: None,
             layout,
@@ -152,10 +159,10 @@ impl<'s> Prepared<'s> {
         self.obstacles.get_or_init(|| Obstacles::new(self.scene))
     }
 
-    /// Has [`motion`](Self::motion) know the shot, if ray trees are to be kept.
+    /// Has [motions](Self::motion) know the shot, if ray trees are to be kept.
     pub fn look_ahead(&mut self) {
         if self.has_trees && !self.knows_motion {
-            self.motion = Motion::in_direction(self.scene, &self.exposures.clock, Direction::Forward);
+            self.motions = motions(self.scene, &self.exposures, Direction::Forward);
             self.knows_motion = true;
         }
     }
@@ -163,15 +170,33 @@ impl<'s> Prepared<'s> {
     /// Builds [`motion_back`](Self::motion_back), if `motion` is built.
     pub fn look_back(&mut self) {
         if self.knows_motion {
-            let motion = || Motion::in_direction(self.scene, &self.exposures.clock, Direction::Backward);
-            self.motion_back.get_or_insert_with(motion);
+            let motions = || motions(self.scene, &self.exposures, Direction::Backward);
+            self.motions_back.get_or_insert_with(motions);
         }
     }
 
-    /// Motion of the shot with time running backwards, if it was [built](Self::look_back); else `motion`.
-    pub fn motion_back(&self) -> &Motion {
-        self.motion_back.as_ref().unwrap_or(&self.motion)
+    /// Motion of the shot at the moments of an exposure.
+    pub fn motion(&self, exposure: usize) -> &Motion {
+        &self.motions[self.exposures.clock_of(exposure)]
     }
+
+    /// Motion at the moments of an exposure with time running backwards, if it was [built](Self::look_back); else
+    /// [`motion`](Self::motion).
+    pub fn motion_back(&self, exposure: usize) -> &Motion {
+        &self.motions_back.as_ref().unwrap_or(&self.motions)[self.exposures.clock_of(exposure)]
+    }
+
+    /// Returns true if the camera of an exposure, at `pose` in its frame, is in the same place in the frame before or the frame after.
+    pub fn rests(&self, pose: &Pose, exposure: usize, place: Option<&EyePlace>) -> bool {
+        let beside = [pose.frame.saturating_sub(1), pose.frame.saturating_add(1)];
+        beside.into_iter().any(|frame| self.camera(frame, exposure, place) == pose.camera)
+    }
+}
+
+/// Motion of the shot at the moments of each clock of `exposures`. All of them together are as large as that of one may be.
+fn motions(scene: &Scene, exposures: &Exposures, direction: Direction) -> Vec<Motion> {
+    let clocks = exposures.clocks();
+    clocks.par_iter().map(|clock| Motion::in_direction(scene, clock, direction, clocks.len())).collect()
 }
 
 /// A value for each model; an empty list if all have the default.

@@ -1,6 +1,6 @@
 //! Places on surfaces that samples and beams stand for: textures are filtered over them.
 //!
-//! A sample stands for its cell. The width of that place follows the distance, and the root of the angle at which the surface is
+//! A sample stands for its cell, or for its part of a cell that exposures share. The width of that place follows the distance, and the root of the angle at which the surface is
 //! seen: a filter that is as wide in all directions is a little too sharp across the line of sight and a little too blurred along
 //! it. Beams that mirrors and glass send on become wider as they go, as if surfaces were flat. Light paths stand for parts of all
 //! directions; their width depends on nothing but the way that they have gone, so that what they bring can be kept.
@@ -20,7 +20,7 @@ pub const SPREAD_OF_PATHS: f32 = 1.0 / 16.0;
 /// have these normals, of any length.
 #[inline(always)]
 pub fn cell_widths(view: &View, sights: Vec3x8, normals: Vec3x8) -> F32x8 {
-    let (spread, squared) = (view.spread(), sights.dot(sights));
+    let (spread, squared) = (view.spread_of_sample(), sights.dot(sights));
     let cosine = sights.dot(normals).abs() / (squared * normals.dot(normals)).sqrt();
     // of NaN, where a length is 0, this is the least one
     let cosine = cosine.max(F32x8::splat(LEAST_COSINE));

@@ -132,7 +132,7 @@ pub(crate) struct RenderTable {
     pub overscan: Option<At<i64>>,
     /// N, for N x N samples a pixel, or a table of the fewest and the most (2)
     pub samples: Option<At<SamplesValue>>,
-    /// With a shutter or a lens: pictures of which each frame is the mean (16)
+    /// With a shutter or a lens: the most exposures among which the samples of a pixel are divided (16)
     #[schemars(range(min = 1, max = MOST_EXPOSURES))]
     pub exposures: Option<At<i64>>,
     /// "1-100", "1-100x2" (every second frame), "1-10,150" ("1")

@@ -432,10 +432,9 @@ fn compare_with_full(
     in_full: &mut Renderer<'_>,
     (counts, brighter): (&mut Counts, &mut Vec<f64>),
 ) -> Result<(), Failure> {
-    // an eye or an exposure may be made of the samples of another one in base frames as well
+    // an eye may be made of the samples of another one in base frames as well
     let is_base = !frames.iter().any(|frame| frame.is_inferred);
-    let exposures = renderer.shape().exposures;
-    if is_base && frames.len() == 1 && exposures == 1 {
+    if is_base && frames.len() == 1 {
         return Ok(());
     }
     let (Some((moment, samples)), Some(first)) = (renderer.samples(), frames.first()) else { return Ok(()) };
@@ -450,8 +449,8 @@ fn compare_with_full(
         full.push(Frame::new(frame.number, frame.eye, &finished)?);
     }
     let Some((_, samples_in_full)) = in_full.samples() else { return Ok(()) };
-    let inferred = Made { samples: &samples, frames, exposures };
-    let full = Made { samples: &samples_in_full, frames: &full, exposures };
+    let inferred = Made { samples: &samples, frames };
+    let full = Made { samples: &samples_in_full, frames: &full };
     let compared = pictures::compare(shot, asked, inferred, full)?;
     counts.compared += compared.samples;
     counts.cells += compared.cells;

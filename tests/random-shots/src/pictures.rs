@@ -12,7 +12,9 @@
 
 use std::collections::BTreeMap;
 
+use afterimage::exposure::Strata;
 use afterimage::frame::grid::{Grid, place};
+use afterimage::frame::picture_settings;
 use afterimage::lanes::LANES;
 use afterimage::samples::saved::PictureSamples;
 use afterimage::samples::{CELLS, EMPTY, SampleStore, Tile};
@@ -40,8 +42,6 @@ pub struct Made<'m> {
     pub samples: &'m [PictureSamples<&'m SampleStore>],
     /// What each eye sees.
     pub frames: &'m [Frame],
-    /// Exposures that each eye sees.
-    pub exposures: usize,
 }
 
 /// How much was compared.
@@ -74,7 +74,8 @@ pub fn compare(shot: &Shot, asked: Asked, inferred: Made, full: Made) -> Result<
     let mut compared = Compared::default();
     // with a budget samples have as many paths as they have had time for
     let is_lit_alike = settings.budget == Budget::None;
-    let grids: Vec<Grid> = Grid::levels(settings).collect();
+    let (of_picture, strata) = picture_settings(&shot.scene, settings);
+    let grids: Vec<Grid> = Grid::levels(&of_picture, strata).collect();
     for frame in inferred.frames {
         // where surfaces of two models are in one place, their samples count among those on an edge
         let may_be_elsewhere = frame.audit.map_or(0, |audit| audit.coverage_on_edge + audit.on_edge);
@@ -293,13 +294,10 @@ fn compare_pixels(
     let Some(in_full) = full.frames.iter().find(|other| other.eye == frame.eye) else { return Ok(0) };
     let [width, height] = grids[0].film.map(|count| count as usize);
     // beside its own samples a pixel shows those that its filter reaches; and which level it shows follows from the pixels beside it
-    let reach = shot.settings.filter_reach() as usize + grids.len() - 1;
+    let is_divided = picture_settings(&shot.scene, &shot.settings).1 != Strata::ONE;
+    let reach = shot.settings.filter_reach() as usize + usize::from(is_divided) + grids.len() - 1;
     let mut is_same = vec![true; width * height];
     let pictures = || inferred.samples.iter().filter(|one| one.picture.eye as usize == frame.eye);
-    // one exposure may be made of the samples of another, whose own are gone then
-    if pictures().count() != inferred.exposures {
-        return Ok(0);
-    }
     for picture in pictures() {
         let same = full.samples.iter().find(|other| other.picture == picture.picture);
         let levels = same.map_or(&[][..], |same| &same.levels);

@@ -69,7 +69,11 @@ pub fn add(dice: &mut Dice, span: &Span, camera: Choice, shot: &mut Table) {
         render.insert("cuts".into(), Value::from(vec![cut]));
     }
     if camera.is_blurred || dice.one_in(8) {
-        render.insert("exposures".into(), Value::Integer(*dice.pick(&[1, 2, 3, 4])));
+        // exposures divide samples: of one each, of several, and none
+        if !is_adaptive {
+            render.insert("samples".into(), Value::Integer(*dice.pick(&[1, 2, 2, 2, 3, 4, 4, 6])));
+        }
+        render.insert("exposures".into(), Value::Integer(*dice.pick(&[1, 4, 4, 9, 16])));
         if !camera.is_blurred || dice.one_in(2) {
             let open = dice.between(-0.6, 0.3);
             let close = open + *dice.pick(&[0.0, 0.25, 0.5, 1.0]);
