@@ -3,10 +3,14 @@
 use rayon::prelude::*;
 
 use super::mattes::{add_share, rank};
+use super::variance::{MOST_LIGHT, UNKNOWN};
 use crate::cryptomatte::{Id, Kind, RANKS};
 use crate::film::{Film, Plane, Values};
 use crate::frame::planes::channels::{Channel, PlaneSource, matte_planes};
 use crate::frame::planes::mixing::MixRule;
+
+/// Planes of the picture's colours.
+const COLORS: [&str; 3] = ["R", "G", "B"];
 
 /// Running sums over the exposures of a frame.
 #[derive(Debug)]
@@ -15,6 +19,8 @@ pub struct Mean {
     height: u32,
     /// State of each of the picture's planes.
     planes: Vec<Gathered>,
+    /// Sums of the squares of the colours' components, if there is a plane of variance.
+    squares: Option<Vec<f32>>,
     /// Rows of mattes, by kind; empty for kinds that no layer shows.
     mattes: [Vec<Row>; Kind::ALL.len()],
     /// Number of exposures that were added.
@@ -48,6 +54,8 @@ impl Mean {
             width,
             height,
             planes: channels.iter().map(|_| Gathered::Nothing).collect(),
+            squares: (channels.iter().any(|channel| MixRule::new(channel) == MixRule::Variance))
+                .then(|| vec![0.0; width as usize * height as usize]),
             mattes: Default::default(),
             count: 0,
         }
@@ -60,12 +68,17 @@ impl Mean {
         self.planes.par_iter_mut().zip(channels).for_each(|(gathered, channel)| {
             let Some(plane) = film.plane(&channel.name) else { return };
             match MixRule::new(channel) {
-                MixRule::Mean | MixRule::Sum => gathered.add(plane),
+                MixRule::Mean | MixRule::Sum | MixRule::Variance => gathered.add(plane),
                 MixRule::Least => gathered.least(plane, first),
                 MixRule::Middle => *gathered = Gathered::Plane(plane.clone()),
                 MixRule::Matte => {}
             }
         });
+        if let Some(squares) = &mut self.squares {
+            for plane in COLORS.iter().filter_map(|name| film.plane(name)).filter(|plane| !plane.is_zero) {
+                each(squares, &plane.values, |sum, value| *sum += value.min(MOST_LIGHT).powi(2));
+            }
+        }
         for kind in Kind::ALL {
             if let Some(planes) = planes_of(kind, film, channels) {
                 self.add_mattes(kind, &planes);
@@ -104,6 +117,7 @@ impl Mean {
         let share = (self.count.max(1) as f32).recip();
         let mattes: Vec<Vec<Vec<f32>>> =
             self.mattes.iter().map(|rows| ranked(rows, self.width as usize, share)).collect();
+        let spread = self.squares.map(|squares| spread(squares, &self.planes, channels, self.count));
         let planes = self.planes.into_par_iter().zip(channels).map(|(gathered, channel)| {
             let mut plane = Plane {
                 name: channel.name.clone(),
@@ -114,8 +128,15 @@ impl Mean {
             match (gathered, channel.source) {
                 (Gathered::Plane(plane), _) => return plane,
                 (Gathered::Values(mut sums), _) => {
-                    if MixRule::new(channel) == MixRule::Mean {
-                        sums.iter_mut().for_each(|sum| *sum *= share);
+                    match MixRule::new(channel) {
+                        MixRule::Mean => sums.iter_mut().for_each(|sum| *sum *= share),
+                        MixRule::Variance => {
+                            sums.iter_mut().zip(spread.iter().flatten()).for_each(|(sum, spread)| {
+                                // where the exposures' own samples do not tell, the exposures do
+                                *sum = if *sum < UNKNOWN { *sum * share * share } else { *spread };
+                            })
+                        }
+                        _ => {}
                     }
                     plane.values.put(0, &sums);
                 }
@@ -156,6 +177,25 @@ impl Gathered {
             Self::Nothing | Self::Plane(_) => &mut [],
         }
     }
+}
+
+/// For each pixel the variance of the mean of `count` exposures, averaged over the three components, as they differ from each other: what
+/// moves or is out of focus counts as noise. `squares`: sums of the components' squares; `planes` have their sums.
+fn spread(mut squares: Vec<f32>, planes: &[Gathered], channels: &[Channel], count: u32) -> Vec<f32> {
+    if count <= 3 {
+        squares.fill(UNKNOWN);
+        return squares;
+    }
+    let n = count as f32;
+    for (plane, _) in planes.iter().zip(channels).filter(|(_, channel)| COLORS.contains(&&*channel.name)) {
+        if let Gathered::Values(sums) = plane {
+            squares.iter_mut().zip(sums).for_each(|(square, sum)| *square -= sum * sum / n);
+        }
+    }
+    // as of the samples of a pixel, few of them know little of their variance
+    let scale = 1.0 / (3.0 * (n - 1.0)) / n * (n - 1.0) / (n - 3.0);
+    squares.iter_mut().for_each(|square| *square = square.max(0.0) * scale);
+    squares
 }
 
 /// Calls `with` for each value and the one of `all` that it is joined to.
@@ -274,6 +314,20 @@ mod tests {
             let values = ["R", "A", "Z", "rays_shadow.V", "status_good.V", "P.X", "G"].map(mean);
             assert_eq!(values, [2.5, 0.25, 5.0, 7.0, 0.5, 9.0, 0.0]);
         }
+    }
+
+    #[test]
+    fn variance_is_that_of_the_mean() {
+        const NAME: &str = "denoise_variance.V";
+        let known = [0.0; 4].map(|_| film(&[("R", 1.0), (NAME, 0.5)]));
+        assert_eq!(mean(&known)(NAME), 0.125, "of samples that differ by nothing but chance");
+        // of the components one differs, by 2 from exposure to exposure
+        let unknown =
+            [1.0, 3.0, 1.0, 3.0, 1.0, 3.0, 1.0, 3.0].map(|red| film(&[("R", red), (NAME, UNKNOWN)]));
+        let expected = 8.0 / 7.0 / 3.0 / 8.0 * 7.0 / 5.0;
+        assert!((mean(&unknown)(NAME) - expected).abs() < 1e-6);
+        let few = [1.0, 3.0].map(|red| film(&[("R", red), (NAME, UNKNOWN)]));
+        assert_eq!(mean(&few)(NAME), UNKNOWN);
     }
 
     #[test]

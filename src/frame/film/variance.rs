@@ -9,7 +9,7 @@ use crate::samples::Column;
 pub const UNKNOWN: f32 = 1e18;
 
 /// Limit to which brighter samples are lowered, so that no square is infinite. Half floats end at 65504.
-const MOST_LIGHT: f32 = 1e8;
+pub const MOST_LIGHT: f32 = 1e8;
 
 /// Writes, for each cell of a pixel, the variance of the pixel's mean, averaged over the three channels, in
 /// units of radiance squared.
