@@ -40,7 +40,11 @@ class AfterimageSettings(bpy.types.PropertyGroup):
         default=False,
     )
     exposures: IntProperty(
-        name="Exposures", description="Pictures of which a frame is the mean, with motion blur or depth of field", default=16, min=1, max=256
+        name="Exposures",
+        description="With motion blur or depth of field: the most times and points of the lens among which the samples of a pixel are divided",
+        default=16,
+        min=1,
+        max=256,
     )
     clamp: FloatProperty(name="Clamp", description="The most that a path may bring by indirect ways. 0: no limit", default=0.0, min=0.0, soft_max=100.0)
     caustics: BoolProperty(

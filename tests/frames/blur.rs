@@ -251,7 +251,7 @@ fn a_still_world_is_as_in_a_sharp_frame() {
 #[test]
 fn a_blurred_frame_costs_what_a_sharp_one_costs() {
     let scene = dolly(with_flyer(matt_world()));
-    for (samples, exposures, most) in [(4, 4, 1.1), (4, 16, 1.5)] {
+    for (samples, exposures, most) in [(4, 4, 1.2), (4, 16, 1.5)] {
         let settings = Settings { paths: 2, exposures, ..settings(samples) };
         let sharp = Settings { shutter: None, ..settings.clone() };
         let [blurred, sharp] = [settings, sharp].map(|settings| {
