@@ -43,7 +43,7 @@ impl Strata {
     pub fn new(samples: u32, exposures: u32) -> Self {
         let divisors = || (2..=samples).filter(|across| samples % across == 0);
         let fits = |across: &u32| across * across <= exposures;
-        let across = divisors().filter(fits).next_back().or_else(|| divisors().find(|_| exposures > 1));
+        let across = divisors().rfind(fits).or_else(|| divisors().find(|_| exposures > 1));
         Self { across: across.unwrap_or(1) }
     }
 
@@ -253,14 +253,15 @@ fn lattice(Strata { across }: Strata) -> Vec<[f64; 2]> {
 }
 
 /// Finds walks through both lists that give time, lens and window the least correlation: the greatest between
-/// any two of their coordinates is minimized. The middle exposure gets the centre of the lens. In windows a step
-/// goes to the next column and to another row, so that each K times in a row are in K columns and K rows.
+/// any two of their coordinates is minimized. The middle exposure gets the centre of the lens. In windows each
+/// step goes on by about the golden ratio of the columns, and of the rows: from column to column, window and
+/// edges that move would go along with each other.
 fn walks(lens: &[[f64; 2]], windows: &[[f64; 2]], Strata { across }: Strata) -> [Walk; 2] {
     /// Steps in which correlations are compared: nothing may depend on rounding.
     const EQUAL: f64 = 1e-6;
     /// Largest number of walks that are tried.
     const MOST_WAYS: usize = 512;
-    let count = lens.len();
+    let (count, across) = (lens.len(), across as usize);
     let coordinates = |points: &[[f64; 2]], walk: Walk| -> Vec<Vec<f64>> {
         let at = |number: usize| points[walk.at(number, count)];
         let column = |of: fn([f64; 2]) -> f64| (0..count).map(|number| of(at(number))).collect();
@@ -270,19 +271,22 @@ fn walks(lens: &[[f64; 2]], windows: &[[f64; 2]], Strata { across }: Strata) -> 
         let pairs = ones.iter().flat_map(|one| others.iter().map(move |other| correlation(one, other).abs()));
         (pairs.fold(0.0, f64::max) / EQUAL).round() as u64
     };
-    let across = across as usize;
-    let steps_on = (1..=count).filter(|step| greatest_common_divisor(*step, count) == 1);
-    let is_free = |rows: &usize| greatest_common_divisor(*rows, across) == 1;
-    let steps_beside = (1..=across).filter(is_free).map(|rows| (rows * across + 1) % count.max(2));
-    let best = |points: &[[f64; 2]], beside: &[Vec<f64>], steps: &mut dyn Iterator<Item = usize>, middles| {
-        let walks = steps.flat_map(|step| (0..middles).map(move |middle| Walk { step, middle }));
+    let best = |points: &[[f64; 2]], beside: &[Vec<f64>], walks: &mut dyn Iterator<Item = Walk>| {
         let best = walks.take(MOST_WAYS).min_by_key(|walk| worst(beside, &coordinates(points, *walk)));
-        best.expect("1 has no divisor in common with anything")
+        best.expect("there is a walk by steps of 1")
     };
+    let nearest = |steps: &mut dyn Iterator<Item = usize>, to: usize| {
+        let off = |step: &usize| ((*step as f64 - GOLDEN * to as f64).abs() / EQUAL).round() as u64;
+        steps.min_by_key(off).expect("1 has no divisor in common with anything")
+    };
+    let is_free = |step: &usize, of: usize| greatest_common_divisor(*step, of) == 1;
+    let columns = nearest(&mut (1..=across).filter(|step| is_free(step, across)), across);
+    let step = nearest(&mut (1..=count).filter(|step| step % across == columns % across), count);
     let times = vec![(0..count).map(|number| number as f64).collect()];
-    let by_lens = best(lens, &times, &mut { steps_on }, 1);
-    let beside: Vec<Vec<f64>> = times.into_iter().chain(coordinates(lens, by_lens)).collect();
-    [by_lens, best(windows, &beside, &mut { steps_beside }, count.min(16))]
+    let by_window = best(windows, &times, &mut (0..count.min(16)).map(|middle| Walk { step, middle }));
+    let beside: Vec<Vec<f64>> = times.into_iter().chain(coordinates(windows, by_window)).collect();
+    let steps = (1..=count).filter(|step| is_free(step, count));
+    [best(lens, &beside, &mut steps.map(|step| Walk { step, middle: 0 })), by_window]
 }
 
 fn greatest_common_divisor(one: usize, other: usize) -> usize {

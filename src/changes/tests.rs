@@ -133,11 +133,11 @@ fn meets_triangle([a, b, c]: [DVec3; 3], segment: &Segment) -> bool {
 
 /// The frame of an answer; none if it holds forever.
 fn frame_of(motion: &Motion, until: Until) -> Option<i32> {
-    count_of(motion, &Clock::FRAMES, Direction::Forward, until)
+    count_of(motion, Direction::Forward, until)
 }
 
 /// Its count.
-fn count_of(motion: &Motion, clock: &Clock, direction: Direction, until: Until) -> Option<i32> {
+fn count_of(motion: &Motion, direction: Direction, until: Until) -> Option<i32> {
     counts(direction).into_iter().find(|frame| motion.has_expired(until, count(direction, *frame)))
 }
 
@@ -223,7 +223,7 @@ impl Tally {
             Self::of(&scene, (clock, direction), &mut dice, |segment| {
                 let after = count(direction, segment.after);
                 let until = motion.first_touch(segment.origin, segment.direction, segment.far, after);
-                count_of(&motion, clock, direction, until).map(&change)
+                count_of(&motion, direction, until).map(&change)
             })
         });
         tallies.fold(Self::default(), Self::and)
@@ -411,9 +411,7 @@ fn changes_of_lights_are_told_one_after_the_other() {
     assert_eq!(across(&motion, 0.0, 0), Until::FOREVER, "lights have no size");
     let back = Motion::in_direction(&world, &Clock::FRAMES, Direction::Backward, 1);
     let before = |light| {
-        let count = |frame| {
-            count_of(&back, &Clock::FRAMES, Direction::Backward, back.first_light_change(light, frame))
-        };
+        let count = |frame| count_of(&back, Direction::Backward, back.first_light_change(light, frame));
         [i32::MAX, 21, 20, 9, 8, 7, i32::MIN].map(|frame| count(frame).map(|count| -count))
     };
     assert_eq!(before(0), [Some(20), Some(20), None, None, None, None, None]);

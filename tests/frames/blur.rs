@@ -313,7 +313,7 @@ fn what_moves_evenly_leaves_a_ramp() {
     // 20 pixels a frame, of which the shutter sees half
     let scene = square(toy::keys(&[(0.0, DVec3::X * -5.0), (5.0, DVec3::X * 5.0)]));
     for (mode, samples, tolerance) in
-        [(Mode::Reproject, 4, 0.07), (Mode::Reproject, 8, 0.02), (Mode::Full, 8, 0.02)]
+        [(Mode::Reproject, 4, 0.07), (Mode::Reproject, 8, 0.025), (Mode::Full, 8, 0.025)]
     {
         let settings = Settings {
             shutter: Some(Shutter { open: 0.0, close: 0.5 }),
