@@ -517,6 +517,7 @@ mod tests {
     fn every_point_of_the_lens_shows_one_rectangle_where_it_is_focused() {
         let lens = LensPose { radius: 0.5, focus: 4.0 };
         for exposure in Exposures::new(Strata { across: 4 }, None, &[]).all {
+            let exposure = Exposure { shift: [0.0; 2], ..exposure };
             for size in [[200, 100], [100, 200]] {
                 let place = LensPose::place(Some(lens), &exposure, size, 2);
                 let half_height = 0.5;
