@@ -167,9 +167,12 @@ pub struct Between {
 }
 
 impl Between {
-    /// Numbers of the part, to the right and down, that the place is in, of `count` between the centres in each direction.
-    pub fn parts(&self, count: u32) -> [u32; 2] {
-        self.shares.map(|share| ((share * count as f32) as u32).min(count - 1))
+    /// Column and row of the part that the place is in, of `count` between the centres of texels in each direction, in a picture of
+    /// this `width`.
+    pub fn part(&self, count: u32, width: u32) -> [u32; 2] {
+        let first = self.texels[0] as u32;
+        let [right, down] = self.shares.map(|share| ((share * count as f32) as u32).min(count - 1));
+        [first % width * count + right, first / width * count + down]
     }
 
     /// Interpolates what texels have, bilinearly.
@@ -179,11 +182,6 @@ impl Between {
         let above = texel(a).lerp(texel(b), across);
         let below = texel(c).lerp(texel(d), across);
         above.lerp(below, down)
-    }
-
-    /// Index of the texel to the left above.
-    pub fn first(&self) -> usize {
-        self.texels[0]
     }
 
     /// Index of one of the texels, each as likely as interpolation weighs it: by two numbers below 1 and not
