@@ -18,5 +18,6 @@ pub mod sampling;
 pub mod sky;
 mod sobol;
 pub mod surface;
+pub mod terminator;
 
 pub use surface::Surface;

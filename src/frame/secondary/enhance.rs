@@ -27,6 +27,7 @@ use crate::shade::light::{LightSample, to_light};
 use crate::shade::optics::branch;
 use crate::shade::phong::Gloss;
 use crate::shade::sampling::PathSequence;
+use crate::shade::terminator::Horizon;
 use crate::shade::{Surface, phong};
 
 /// Writes the light of each cell of `tile` into `radiance`. The tags must be up to date. `kept` are the
@@ -216,6 +217,8 @@ fn start_rays(
             point: placed.point.lane(lane),
             normal: placed.normal.lane(lane),
             geometric_normal: placed.geometric_normal.lane(lane),
+            // rays off mirrors and through glass ask for no light here
+            horizon: Horizon::flat(placed.geometric_normal.lane(lane)),
             reflectance: full_color(tile.record[cell].reflectance),
             material: tile.record[cell].material,
             from_behind: tile.record[cell].is_from_behind(),

@@ -82,7 +82,7 @@ pub fn direct(
             light,
             places,
             |point| reached(*slot, point),
-            |light_sample| phong::diffuse(albedo, placed.normal, light_sample),
+            |light_sample| phong::diffuse(albedo, placed.normal, placed.smooth, light_sample),
         )
     })
 }

@@ -62,7 +62,7 @@ pub fn behind(frame: &FrameView, number: usize, tile: &Tile) -> (TileBounds, Cel
             }
         }
     }
-    (TileBounds::new(surfaces, sky), asked)
+    (TileBounds::seen(surfaces, sky), asked)
 }
 
 /// Cells of tile number `number` whose targets may see something that moved, where their samples do not say so.
