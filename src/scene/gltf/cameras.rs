@@ -4,15 +4,13 @@ use super::document::Document;
 use super::json::Camera;
 use super::nodes::Tree;
 use crate::scene::SceneError;
+use crate::scene::camera::FARTHEST_PLANE;
 use crate::scene::keys::spelling;
 use crate::scene::part_of_file::NodeTrack;
 use crate::scene::written::{CameraKey, camera_keys, number, size_of_ratio};
 
 /// Maximum number of names that an error lists.
 const MOST_LISTED: usize = 20;
-
-/// Greatest distance of a clipping plane in shot files: nothing is farther.
-const FARTHEST_PLANE: f64 = 1e18;
 
 /// Size of the picture that a camera asks for: width and height, pixels.
 pub fn size(camera: &Camera) -> Option<[u32; 2]> {

@@ -309,12 +309,9 @@ impl Walk<'_> {
                 return Ok(false);
             }
             "Camera" if self.within.is_empty() => {
-                self.content.cameras.push(cameras::read(
-                    prim,
-                    &context.map,
-                    &self.content.clock,
-                    self.units.metres,
-                )?);
+                let file = (&self.content.clock, self.units.metres);
+                let camera = cameras::read(prim, &context.map, file, &mut self.content.unused)?;
+                self.content.cameras.push(camera);
             }
             kind if lights::is_light(kind) && self.within.is_empty() => {
                 self.content.has_lights = true;
