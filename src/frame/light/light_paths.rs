@@ -42,7 +42,7 @@ use crate::shade::phong;
 use crate::shade::sampling::PathRandom;
 use crate::shade::surface::off_surface;
 use crate::shade::terminator::ToLight;
-use crate::trace::{self, Coherence, HitBatch, NO_HIT, OfKind, RayBatch, SceneSubset};
+use crate::trace::{self, Coherence, HitBatch, NO_HIT, OfKind, RayBatch, SceneSubset, Search};
 
 /// Paths that are traced at once: their rays fit into a second-level cache.
 pub const AT_ONCE: usize = 256;
@@ -280,7 +280,9 @@ fn cast(frame: &FrameView, is_reflection: bool, scratch: &mut PathScratch, tally
     }
     let counts = &mut tally.counts;
     *(if is_reflection { &mut counts.reflection } else { &mut counts.gathering }) += now.len() as u64;
-    frame.tracer.closest(rays, OfKind::of(kinds), SceneSubset::All, Coherence::Incoherent, hits);
+    let search =
+        Search { kinds: OfKind::of(kinds), among: SceneSubset::All, coherence: Coherence::Incoherent };
+    frame.tracer.closest(rays, search, hits);
     for (packet, some) in hits.packets.iter().zip(now.chunks(trace::LANES)) {
         for (lane, ray) in some.iter().enumerate() {
             let model = packet.model[lane];
