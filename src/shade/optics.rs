@@ -203,7 +203,7 @@ mod tests {
     use super::*;
     use crate::scene::material::head_on;
     use crate::shade::coat::{Coats, SeenBy};
-    use crate::shade::terminator::Horizon;
+    use crate::shade::horizon::Horizon;
 
     fn floor(from_behind: bool) -> Surface {
         let up = if from_behind { Vec3::NEG_Y } else { Vec3::Y };

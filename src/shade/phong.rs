@@ -8,8 +8,8 @@ use crate::lanes::{F32x8, Mask, Vec3x8};
 use crate::scene::{Material, Scene};
 
 use super::coat::Coats;
+use super::horizon;
 use super::light::LightSample;
-use super::terminator;
 
 /// Material as lighting needs it.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -221,12 +221,12 @@ fn paint(material: &Material, light: Vec3) -> Paint {
 }
 
 /// Diffuse light by Lambert's cosine law. `smooth`: normals of the curved surfaces, where a normal map bends any; light
-/// [fades](terminator::fading) towards their horizons.
+/// [fades](horizon::fading) towards their horizons.
 #[inline(always)]
 pub fn diffuse(albedo: Vec3x8, normal: Vec3x8, smooth: Option<Vec3x8>, light_sample: &LightSample) -> Vec3x8 {
     let light = albedo * light_sample.irradiance * normal.dot(light_sample.direction).max(F32x8::ZERO);
     match smooth {
-        Some(smooth) => light * terminator::fading(normal, smooth, light_sample.direction),
+        Some(smooth) => light * horizon::fading(normal, smooth, light_sample.direction),
         None => light,
     }
 }

@@ -3,8 +3,8 @@
 use glam::{DVec3, Vec3};
 use wide::{CmpGt, f64x4};
 
+use super::horizon::Horizon;
 use super::on_mesh::OnMesh;
-use super::terminator::Horizon;
 use crate::animation::Transform;
 use crate::geometry::{Bounds, Quadric};
 use crate::lanes::{F32x8, LANES, Mask, Vec3x8, unsigned};

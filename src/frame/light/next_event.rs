@@ -24,10 +24,10 @@ use crate::frame::surface::ray_tally::RayTally;
 use crate::scene::{LightFrom, RayKind, SkyDensity};
 use crate::shade::coat::SeenCoat;
 use crate::shade::emitters::{EmitterPlace, NotThere};
+use crate::shade::horizon::Horizon;
 use crate::shade::light_chances::Sent;
 use crate::shade::sampling::PathRandom;
 use crate::shade::surface::off_surface;
-use crate::shade::terminator::Horizon;
 use crate::trace::{Coherence, Occluders, Purpose, RayBatch};
 
 /// A surface that asks for light.

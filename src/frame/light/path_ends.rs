@@ -4,9 +4,9 @@ use glam::Vec3;
 
 use crate::changes::Until;
 use crate::shade::coat::SeenCoat;
+use crate::shade::horizon::Horizon;
 use crate::shade::sampling::{PathRandom, PathSequence, cosine_direction};
 use crate::shade::surface::off_surface;
-use crate::shade::terminator::Horizon;
 
 /// Start of a path.
 #[derive(Debug, Clone, Copy)]

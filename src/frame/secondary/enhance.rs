@@ -23,11 +23,11 @@ use crate::samples::{BACKGROUND, CELLS, Column, EMPTY, Tile, full_color};
 use crate::settings::Backdrop;
 use crate::shade::area;
 use crate::shade::coat::{LayerRays, SeenBy, SeenCoats};
+use crate::shade::horizon::Horizon;
 use crate::shade::light::{LightSample, to_light};
 use crate::shade::optics::branch;
 use crate::shade::phong::Gloss;
 use crate::shade::sampling::PathSequence;
-use crate::shade::terminator::Horizon;
 use crate::shade::{Surface, phong};
 
 /// Writes the light of each cell of `tile` into `radiance`. The tags must be up to date. `kept` are the

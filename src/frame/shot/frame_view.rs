@@ -27,11 +27,11 @@ use crate::scene::{LightGroups, RayKind, Role, Scene};
 use crate::settings::{Caustics, Settings};
 use crate::shade::deformed::Deformations;
 use crate::shade::emitters::Emitters;
+use crate::shade::horizon::Horizon;
 use crate::shade::light_chances::LightChances;
 use crate::shade::phong::Palette;
 use crate::shade::sampling::{SampleSeed, hash_of};
 use crate::shade::sky::SkyLight;
-use crate::shade::terminator::Horizon;
 use crate::trace::{NO_HIT, SceneSubset, Tracer};
 
 /// Settings of ambient occlusion.

@@ -7,8 +7,9 @@ use crate::frame::grid::bits::set_bits;
 use crate::lanes::{Mask, Vec3x8};
 use crate::scene::{Mesh, Scene};
 use crate::shade::deformed::{Deformations, Deformed, DeformedPlace};
+use crate::shade::horizon::Horizon;
 use crate::shade::surface::{corners_of, meet_exactly};
-use crate::shade::terminator::{Horizon, SmoothPoint};
+use crate::shade::terminator::SmoothPoint;
 
 /// Place and shape of a model at one time. The object space of a model that deforms is that of its shape at
 /// rest: a point on one of its triangles goes to the point with the same weights of the corners in the shape

@@ -7,9 +7,9 @@ use crate::lanes::{F32x8, LANES, Vec3x8, are_same};
 use crate::prefetch::prefetch;
 use crate::scene::Mesh;
 use crate::shade::Surface;
+use crate::shade::horizon::Horizon;
 use crate::shade::on_mesh::OnMesh;
 use crate::shade::surface::{Corners, of_quadrics};
-use crate::shade::terminator::Horizon;
 use crate::trace::{HitPacket, NO_HIT};
 
 /// Eight hits. The values of a lane without a hit mean nothing.

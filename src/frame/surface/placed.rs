@@ -7,7 +7,8 @@ use crate::frame::grid::bits::{set_bits, surface_bits};
 use crate::frame::shot::frame_view::FrameView;
 use crate::lanes::{LANES, Vec3x8};
 use crate::samples::{CELLS, Column, Octahedral, Tile};
-use crate::shade::terminator::{Horizon, Receivers};
+use crate::shade::horizon::Horizon;
+use crate::shade::terminator::Receivers;
 
 /// Surfaces of eight samples in world space. Normals have unit length and point to the eye's side. The values
 /// of a lane without a surface mean nothing.
