@@ -264,7 +264,8 @@ mod tests {
         }
         let white = coats.rough_over(&[1; LANES], Vec3x8::splat(Vec3::ONE), Vec3x8::splat(Vec3::ONE));
         assert!((white.lane(0) - 1.0).abs().max_element() < 1e-5, "white stays white");
-        let none = Coats::new(&[Material::fallback()]).rough_over(&[0; LANES], Vec3x8::ZERO, Vec3x8::splat(Vec3::X));
+        let none =
+            Coats::new(&[Material::fallback()]).rough_over(&[0; LANES], Vec3x8::ZERO, Vec3x8::splat(Vec3::X));
         assert_eq!(none.lane(7), Vec3::X);
     }
 

@@ -221,7 +221,10 @@ fn denoisers_are_told_what_rough_metal_reflects_head_on() {
         Material { diffuse: Vec3::ZERO, ambient: Vec3::ZERO, metal_rough: Some(layer), ..toy::matt(0.1) }
     };
     let (albedo, normal) = guides_of(metal(0.5));
-    assert!((albedo - base).abs().max_element() < 1e-3 && (normal - Vec3::Z).length() < 2e-3, "{albedo} {normal}");
+    assert!(
+        (albedo - base).abs().max_element() < 1e-3 && (normal - Vec3::Z).length() < 2e-3,
+        "{albedo} {normal}"
+    );
     let (albedo, normal) = guides_of(metal(0.0));
     // by Schlick's formula it reflects a little more where it is not seen head-on
     assert!((albedo - 0.6 * base).abs().max_element() < 5e-3 && normal.z < 0.0, "{albedo} {normal}");
