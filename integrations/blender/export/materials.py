@@ -19,6 +19,9 @@ LEAST_ALPHA = 1e-3
 MOST_BENDING = 100.0
 """The largest index of refraction that the renderer takes."""
 
+VEIL_TEXELS = 256
+"""Edge of the picture of an even veil. Shadow rays pass or are stopped by chance, once for a part of a texel."""
+
 SOFT_SHARE = 0.1
 """Share of a picture's alpha that is neither there nor gone from which on its surface is a veil."""
 
@@ -105,6 +108,10 @@ class Materials:
         """Returns true if a material is clear in part."""
         return is_veil(self.surface(material)[0])
 
+    def is_even_veil(self, material):
+        """Returns true if a material is clear in part, and without a picture of its own as much so everywhere."""
+        return is_even_veil(self.surface(material)[0])
+
     def _tell(self, material, evaluator):
         """Tells what was replaced of a material."""
         self.warnings.add_for(f"material `{material.name if material else 'default'}`", evaluator.said)
@@ -158,13 +165,13 @@ class Materials:
     def _values(self, name, surface, evaluator, density):
         """Keys of the [[material]]."""
         values = {}
-        self._alpha(name, surface, values)
-        self._emission(name, surface, values)
         through = self._through(surface, evaluator)
+        if through == 0 or surface.alpha.shape[:2] != (1, 1):
+            self._alpha(name, surface, values)
+        self._emission(name, surface, values)
         if through > 0:
-            alpha = values.pop("d", None)
             self._glass(name, surface, through, evaluator, values)
-            if alpha is not None:
+            if surface.alpha.shape[:2] == (1, 1) and float(surface.alpha.max()) < 1:
                 evaluator.say("the alpha of glass is left out")
             self._normal(name, surface, evaluator, density, values)
             return values
@@ -240,8 +247,12 @@ class Materials:
     def _alpha(self, name, surface, values):
         alpha = surface.alpha
         if alpha.shape[:2] == (1, 1):
-            if float(alpha.mean()) < 1:
-                values["d"] = max(0.0, float(alpha.mean()))
+            if is_even_veil(surface):
+                # a picture, for shadows of `d` alone are full ones or none: see mesh_store.anywhere
+                values["map_d"] = self.images.write_numbers(f"{name} alpha", np.broadcast_to(alpha, (VEIL_TEXELS, VEIL_TEXELS, 1)))
+                values["alpha_mode"] = "blend"
+            elif float(alpha.mean()) <= 0:
+                values["d"] = 0.0
         elif float(alpha.min()) < 0.999:
             values["map_d"] = self.images.write_numbers(f"{name} alpha", alpha)
             values["alpha_mode"] = "blend" if is_soft(alpha) else "cut"
@@ -299,6 +310,11 @@ def is_veil(surface):
     """Returns true if a surface is clear in part, and not cut out alone."""
     alpha = surface.alpha
     return float(alpha.max()) < 1 if alpha.shape[:2] == (1, 1) else is_soft(alpha)
+
+
+def is_even_veil(surface):
+    """Returns true if a surface is as clear everywhere, and neither gone nor whole."""
+    return surface.alpha.shape[:2] == (1, 1) and 0 < float(surface.alpha.mean()) < 1
 
 
 def undimmed(light, alpha):

@@ -131,6 +131,31 @@ class SurfacesBesideCycles(beside_cycles.BesideCycles):
         inside = np.s_[12:36, 16:48]
         np.testing.assert_allclose(ours[inside][:, :, :3], cycles[inside][:, :, :3], atol=0.06)
 
+    def test_an_even_veil_casts_a_shadow_as_dark_as_it_is_opaque(self):
+        matt, _ = principled("Matt", Roughness=1.0, Specular_IOR_level=0.0)
+        self.look_down(matt)
+        support.add(self.scene, "Sun", self.light("SUN", energy=3, angle=0.1), (0, 0, 5), (0, 0.7, 0))
+        self.scene.afterimage.shadow_rays, self.scene.afterimage.samples = "16", 4
+        # neither of them has a UV map that tells places apart
+        for name, place, turn in (("Lying", (0.7, 0.8, 1), (0, 0, 0.3)), ("Standing", (0.8, -0.8, 0.6), (0, np.pi / 2, 0))):
+            veil, _ = principled(name, Alpha=0.5, Roughness=1.0, Specular_IOR_level=0.0)
+            mesh = support.grid(name, 1)
+            mesh.uv_layers.new()
+            mesh.uv_layers[0].uv.foreach_set("vector", np.zeros(8, dtype=np.float32))
+            mesh.materials.append(veil)
+            item = support.add(self.scene, name, mesh, place, turn)
+            item.visible_camera = False
+        for opacity in (0.3, 0.7):
+            with self.subTest(opacity=opacity):
+                for name in ("Lying", "Standing"):
+                    bpy.data.materials[name].node_tree.nodes["Principled BSDF"].inputs["Alpha"].default_value = opacity
+                ours, cycles = self.both(256)
+                for picture in (ours, cycles):
+                    lit = picture[24, 60, 0]
+                    shadows = [picture[rows, columns, 0].mean() / lit for rows, columns in (np.s_[10:14, 28:32], np.s_[34:38, 34:38])]
+                    np.testing.assert_allclose(shadows, 1 - opacity, atol=0.06)
+                self.assertEqual(self.exported.warnings, [])
+
     def test_an_object_of_several_materials_has_one_matte(self):
         red, _ = principled("Red", Base_Color=(1, 0, 0, 1), Emission_Color=(1, 0, 0, 1), Emission_Strength=1.0)
         blue, _ = principled("Blue", Base_Color=(0, 0, 1, 1), Emission_Color=(0, 0, 1, 1), Emission_Strength=1.0)
