@@ -11,7 +11,7 @@ from .images import safe
 from .meshes import digest_of
 from .nodes import Evaluator, alike, constant
 from .rays import Seen
-from .surfaces import BLENDED, Surface, surface_of, surface_to_all
+from .surfaces import BLENDED, Surface, is_colored, surface_of, surface_to_all
 
 LEAST_ALPHA = 1e-3
 """Alpha below which what a surface shows is not known from the light that is left."""
@@ -81,7 +81,7 @@ class Materials:
     def _probe(self, material, surface, evaluator):
         """Finds out what depends on colour attributes: how a surface with others differs. The base colour alone may."""
         other = surface_of(Evaluator(self.images, lambda name: constant(0.25, 0.5, 0.75), evaluator.ray), material)
-        differs = [part for part in (*BLENDED, "emission", "alpha") if not np.array_equal(getattr(surface, part), getattr(other, part))]
+        differs = [part for part in (*BLENDED, "emission", "alpha", "veil") if not np.array_equal(getattr(surface, part), getattr(other, part))]
         if "base" in differs:
             if surface.base.shape[:2] != (1, 1):
                 evaluator.say("its colour attribute is left out beside pictures")
@@ -167,7 +167,7 @@ class Materials:
         values = {}
         through = self._through(surface, evaluator)
         if through == 0 or surface.alpha.shape[:2] != (1, 1):
-            self._alpha(name, surface, values)
+            self._alpha(name, surface, evaluator, values)
         self._emission(name, surface, values)
         if through > 0:
             self._glass(name, surface, through, evaluator, values)
@@ -244,10 +244,16 @@ class Materials:
         name = evaluator.image_of(value)
         return next((image for image in bpy.data.images if image.name_full == name), None) if name else None
 
-    def _alpha(self, name, surface, values):
+    def _alpha(self, name, surface, evaluator, values):
         alpha = surface.alpha
         if alpha.shape[:2] == (1, 1):
-            if is_even_veil(surface):
+            if is_colored(surface):
+                # the renderer has no colour of veils that are pictures
+                values.update(d=max(0.0, float(alpha.mean())), tf=np.clip(surface.veil.mean(axis=(0, 1)), 0, 1).tolist())
+                evaluator.say("its shadow is a full one or none, as it lets light through in a colour")
+                if surface.veil.shape[:2] != (1, 1):
+                    evaluator.say("the picture of the colour of its transparent shader counts by its mean")
+            elif is_even_veil(surface):
                 # a picture, for shadows of `d` alone are full ones or none: see mesh_store.anywhere
                 values["map_d"] = self.images.write_numbers(f"{name} alpha", np.broadcast_to(alpha, (VEIL_TEXELS, VEIL_TEXELS, 1)))
                 values["alpha_mode"] = "blend"
@@ -256,6 +262,8 @@ class Materials:
         elif float(alpha.min()) < 0.999:
             values["map_d"] = self.images.write_numbers(f"{name} alpha", alpha)
             values["alpha_mode"] = "blend" if is_soft(alpha) else "cut"
+            if is_colored(surface):
+                evaluator.say("the colour of its transparent shader is left out")
 
     def _emission(self, name, surface, values):
         light = surface.emission

@@ -28,6 +28,8 @@ class Surface:
     coat_ior: np.ndarray = field(default_factory=lambda: constant(1.5))
     emission: np.ndarray = field(default_factory=lambda: constant(0.0, 0.0, 0.0))
     """Radiance, alpha included."""
+    veil: np.ndarray = field(default_factory=lambda: constant(1.0, 1.0, 1.0))
+    """Colour of the light that passes where alpha lets it."""
     normal: np.ndarray | None = None
     """Directions from 0 to 1 as normal maps have them."""
     bump: tuple | None = None
@@ -87,6 +89,8 @@ def surface_to_all(evaluator_of, material):
     surface, evaluator = found[shown[0]]
     if not all(are_alike(found[kind][0], surface) for kind in shown[1:]):
         evaluator.say(SAME_TO_ALL.format("the camera sees" if shown[0] == "camera" else f"{shown[0]} rays see"))
+    if any(is_colored(found[kind][0]) for kind in KINDS if kind not in there) and there:
+        evaluator.say("the colour of its transparent shader is left out")
     # nothing to anyone is shown as Blender has it: as what is clear
     surface.seen = Seen(frozenset(KINDS) - set(there) if there else frozenset(), holdout or surface.seen.holdout)
     return surface, evaluator
@@ -95,6 +99,11 @@ def surface_to_all(evaluator_of, material):
 def is_nothing(surface):
     """Returns true if light passes a surface as if it were not there."""
     return not surface.is_there or (float(surface.alpha.max()) <= 0 and float(surface.emission.max()) <= 0)
+
+
+def is_colored(surface):
+    """Returns true if what passes a surface where it is not there has its colour."""
+    return float(surface.veil.min()) < 0.99 and float(surface.alpha.min()) < 0.999
 
 
 def are_alike(one, other):
@@ -228,10 +237,8 @@ def glass(evaluator, node):
 
 
 def transparent(evaluator, node):
-    """A Transparent BSDF: nothing of the surface is there."""
-    if float(evaluator.input(node, "Color").min()) < 0.99:
-        evaluator.say("the colour of its transparent shader is left out")
-    return Surface(alpha=constant(0.0))
+    """A Transparent BSDF: nothing of the surface is there, and light passes in its colour."""
+    return Surface(alpha=constant(0.0), veil=np.clip(color(evaluator.input(node, "Color")), 0, 1))
 
 
 def emission(evaluator, node):
@@ -245,13 +252,19 @@ def holdout(evaluator, node):
     return Surface(base=constant(0.0, 0.0, 0.0), specular=constant(0.0), seen=Seen(holdout=True))
 
 
+def share_of_second(first, second, otherwise):
+    """The share that the second one of two weights has of both, where there is any."""
+    both = first + second
+    return np.where(both > 1e-6, second / np.maximum(both, 1e-6), otherwise)
+
+
 def blend(first, second, share):
     """Mixes two surfaces: `share` of the second."""
     alpha_a, alpha_b, share = alike(first.alpha, second.alpha, number(share))
     share = np.clip(share, 0, 1)
     weight_a, weight_b = alpha_a * (1 - share), alpha_b * share
     alpha = weight_a + weight_b
-    of_second = np.where(alpha > 1e-6, weight_b / np.maximum(alpha, 1e-6), share)
+    of_second = share_of_second(weight_a, weight_b, share)
 
     def mixed(name, by):
         one, other, by = alike(getattr(first, name), getattr(second, name), by)
@@ -270,6 +283,7 @@ def blend(first, second, share):
     return Surface(
         **values,
         alpha=alpha,
+        veil=mixed("veil", share_of_second((1 - alpha_a) * (1 - share), (1 - alpha_b) * share, share)),
         emission=mixed("emission", share),
         normal=larger.normal if larger.normal is not None else smaller.normal,
         bump=larger.bump or smaller.bump,

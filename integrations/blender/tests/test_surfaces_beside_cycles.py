@@ -156,6 +156,22 @@ class SurfacesBesideCycles(beside_cycles.BesideCycles):
                     np.testing.assert_allclose(shadows, 1 - opacity, atol=0.06)
                 self.assertEqual(self.exported.warnings, [])
 
+    def test_transparency_has_its_colour(self):
+        self.world((1, 1, 1))
+        stained, node = principled("Stained", Base_Color=(0.1, 0.5, 0.1, 1), Roughness=1.0, Specular_IOR_level=0.0)
+        tree = stained.node_tree
+        clear, mix = (tree.nodes.new(f"ShaderNode{kind}") for kind in ("BsdfTransparent", "MixShader"))
+        clear.inputs["Color"].default_value = (0.9, 0.4, 0.1, 1)
+        for source, socket in zip((clear, node), list(mix.inputs)[1:]):
+            tree.links.new(source.outputs[0], socket)
+        tree.links.new(mix.outputs[0], tree.nodes["Material Output"].inputs["Surface"])
+        self.look_down(stained, 3)
+        self.scene.afterimage.paths = 64
+        for share in (0.0, 0.3, 0.8):
+            with self.subTest(share=share):
+                mix.inputs[0].default_value = share
+                self.assert_same_colors(0.02)
+
     def test_an_object_of_several_materials_has_one_matte(self):
         red, _ = principled("Red", Base_Color=(1, 0, 0, 1), Emission_Color=(1, 0, 0, 1), Emission_Strength=1.0)
         blue, _ = principled("Blue", Base_Color=(0, 0, 1, 1), Emission_Color=(0, 0, 1, 1), Emission_Strength=1.0)
