@@ -15,6 +15,9 @@ from .rays import IS_OF
 
 SAME_TO_ALL = "rays of all kinds see what {} (Light Path)"
 
+ASLANT = 0.5**0.5
+"""Cosine of the angle at which what depends on the eye is looked up."""
+
 LUMINANCE = np.array([0.2126, 0.7152, 0.0722], dtype=np.float32)
 
 
@@ -167,6 +170,20 @@ class Evaluator:
         kelvin = float(self.input(node, 0).mean())
         self.say(f"node `{node.name}` (Blackbody) is an approximation")
         return constant(*blackbody(kelvin))
+
+    # the eye
+
+    def node_fresnel(self, node, socket):
+        self.say(f"node `{node.name}` ({node.bl_label}) is what it is at 45 degrees")
+        return constant(reflected(float(self.input(node, "IOR").mean())))
+
+    def node_layer_weight(self, node, socket):
+        self.say(f"node `{node.name}` ({node.bl_label}) is what it is at 45 degrees")
+        blend = float(self.input(node, "Blend").mean())
+        if socket.name == "Fresnel":
+            return constant(reflected(index_of_weight(blend)))
+        blend = min(max(blend, 0.0), 1 - 1e-5)
+        return constant(1 - ASLANT ** (2 * blend if blend < 0.5 else 0.5 / (1 - blend)))
 
     # rays
 
@@ -357,6 +374,22 @@ class Evaluator:
             return self.input(parent, list(parent.inputs).index(outer)) if outer else constant(0.0)
         finally:
             self.parents.append(parent)
+
+
+def index_of_weight(blend):
+    """The index of refraction that the Fresnel output of a Layer Weight has for its blend."""
+    return 1 / max(1 - blend, 1e-5)
+
+
+def reflected(index):
+    """Share of the light that a surface of some index of refraction reflects at 45 degrees."""
+    squared = index * index - 1 + ASLANT * ASLANT
+    if squared < 0:
+        return 1.0
+    root = squared**0.5
+    one = (root - ASLANT) / (root + ASLANT)
+    other = (ASLANT * (root + ASLANT) - 1) / (ASLANT * (root - ASLANT) + 1)
+    return 0.5 * one * one * (1 + other * other)
 
 
 def through(mapping, curve, values):

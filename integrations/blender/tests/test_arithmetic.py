@@ -93,6 +93,25 @@ class Arithmetic(unittest.TestCase):
                 self.case("HueSaturation", f"hue and saturation {values}", values)
         self.assert_as_cycles()
 
+    def test_what_depends_on_the_eye_is_what_it_is_at_45_degrees(self):
+        cases = [("Fresnel", "IOR", 0, 1.45), ("Fresnel", "IOR", 0, 2.2), ("Fresnel", "IOR", 0, 0.6), ("LayerWeight", "Blend", 0, 0.3)]
+        cases += [("LayerWeight", "Blend", 1, blend) for blend in (0.0, 0.3, 0.5, 0.8)]
+        for kind, name, output, value in cases:
+            with self.subTest(kind, output=output, value=value):
+                self.scene, self.cases = support.empty(engine="CYCLES"), []
+                node = self.case(kind, kind, {name: value})
+                tree = node.id_data
+                tree.links.new(node.outputs[output], next(each for each in tree.nodes if each.type == "MIX_RGB").inputs[1])
+                self.cases[0] = (*self.cases[0][:3], node.outputs[output])
+                support.add(self.scene, "Aslant", support.grid("Aslant", 20), turn=(np.pi / 4, 0, 0)).data.materials.append(self.cases[0][1])
+                support.add_camera(self.scene, (0, 0, 9), (0, 0, 0), type="ORTHO", ortho_scale=2)
+                self.scene.cycles.samples, self.scene.cycles.use_denoising = 1, False
+                with tempfile.TemporaryDirectory() as folder:
+                    shown = support.render(self.scene, os.path.join(folder, "case.exr"))[24, 32, 0] - LIFT
+                evaluator = support.extension().export.nodes.Evaluator(types.SimpleNamespace())
+                np.testing.assert_allclose(evaluator.output(node, node.outputs[output])[0, 0, 0], shown, atol=1e-4)
+                self.assertEqual(len(evaluator.said), 1)
+
     def test_curves(self):
         for factor in (0.5, 1.0):
             for color in {color for pair in PAIRS for color in pair} | {(1.6, 0.5, 3.0)}:
