@@ -108,6 +108,12 @@ class Materials:
         """Returns true if a material is clear in part."""
         return is_veil(self.surface(material)[0])
 
+    def reflects_nothing(self, material):
+        """Returns true if a material is black or clear."""
+        surface, evaluator = self.surface(material)
+        is_black = all(float(part.max()) <= 0 for part in (surface.base, surface.specular)) and not evaluator.painted
+        return is_black or float(surface.alpha.max()) <= 0
+
     def is_even_veil(self, material):
         """Returns true if a material is clear in part, and without a picture of its own as much so everywhere."""
         return is_even_veil(self.surface(material)[0])

@@ -96,6 +96,10 @@ class Stored:
         """Returns true if faces of it are clear in part."""
         return any(self.store.materials.is_veil(material) for material, _ in self._slots())
 
+    def reflects_nothing(self):
+        """Returns true if all faces of it are black or clear."""
+        return all(self.store.materials.reflects_nothing(material) for material, _ in self._slots())
+
     def _uvs(self, material):
         """Texture coordinates of a material, moved by the mapping of its pictures; None if it has no pictures."""
         uv = self.store.materials.uv(material)
