@@ -143,7 +143,9 @@ fn kept(camera: &str, more: &str) -> [Option<f64>; 2] {
     fs::write(folder.path().join("room.obj"), room).unwrap();
     fs::write(folder.path().join("one.obj"), "v -1 0 0\nv 1 0 0\nv 0 2 0\nf 1 2 3\n").unwrap();
     let key = "[[camera.key]]\nframe = 1\neye = [0, 1, 8]\nrotation = [0, 0, 0]";
-    let lens = load_in(folder.path(), &format!("{key}\n{camera}\n{more}"), true).unwrap().scene.camera.lens;
+    let kind = if camera.contains("height") { "orthographic" } else { "perspective" };
+    let text = format!("[camera]\nprojection = \"{kind}\"\n{key}\n{camera}\n{more}");
+    let lens = load_in(folder.path(), &text, true).unwrap().scene.camera.lens;
     [lens.near, lens.far].map(|plane| plane.map(|plane| plane.at(1.0)))
 }
 
@@ -172,8 +174,7 @@ fn clipping_planes_stay_where_they_cut_anything_off() {
     ] {
         assert_eq!(kept(camera, models), wanted, "{camera}\n{models}");
     }
-    let parallel =
-        |planes: &str| kept(&format!("height = 4\n{planes}\n[camera]\nprojection = \"orthographic\""), one);
+    let parallel = |planes: &str| kept(&format!("height = 4\n{planes}"), one);
     assert_eq!(parallel("near = 0.1\nfar = 100"), [None, None]);
     assert_eq!(parallel("near = 8.5\nfar = 100"), [Some(8.5), None]);
 }
