@@ -188,8 +188,8 @@ class SurfacesBesideCycles(beside_cycles.BesideCycles):
                 self.assertEqual(self.exported.warnings, [])
 
     def test_what_is_matt_and_a_mirror_in_parts_scatters_one_colour_and_reflects_another(self):
-        cases = (("MixShader", 0.35, (0.8, 0.8, 0.8)), ("MixShader", 0.7, (0.6, 0.6, 0.6)), ("MixShader", 0.5, (0.8, 0.1, 0.05)), ("AddShader", None, (0.3, 0.3, 0.3)))
-        for kind, share, reflected in cases:
+        grey, pale, red, dim = (0.8, 0.8, 0.8), (0.6, 0.6, 0.6), (0.8, 0.1, 0.05), (0.3, 0.3, 0.3)
+        for kind, share, reflected in (("MixShader", 0.35, grey), ("MixShader", 0.7, pale), ("MixShader", 0.5, red), ("AddShader", None, dim)):
             with self.subTest(kind, share=share, reflected=reflected):
                 self.scene = support.empty()
                 both = bpy.data.materials.new("Both")
