@@ -70,7 +70,7 @@ mod tests {
         let bent = at(40.0);
         let shares = [0.0, 30.0, 60.0, 80.0, 89.0].map(|degrees| horizon.fading(bent, at(degrees)));
         assert!(shares[0] > 0.99 && shares.is_sorted_by(|a, b| a >= b), "{shares:?}");
-        assert!(shares[4] < 0.03 && horizon.fading(bent, at(91.0)) == 0.0, "{shares:?}");
+        assert!(shares[4] < 0.05 && horizon.fading(bent, at(91.0)) == 0.0, "{shares:?}");
         assert_eq!(horizon.fading(bent, at(-30.0)), 1.0, "away from the light nothing is lost");
         assert_eq!(
             Horizon::flat(smooth).fading(smooth, at(91.0)),
