@@ -98,7 +98,7 @@ impl Placement {
         Between { texels: [index(x0, y0), index(x1, y0), index(x0, y1), index(x1, y1)], shares }
     }
 
-    /// [`Between::first`] of a place in the picture, which takes a part of the time.
+    /// Index of the texel to the left above a place in the picture: what [`between_at`](Self::between_at) finds first, in a part of the time.
     #[inline]
     pub fn first_at(&self, place: Vec2) -> usize {
         let [across, down] = self.mapping.wrap;
