@@ -20,7 +20,7 @@ use afterimage::samples::CELLS;
 use afterimage::scene::{self, Scene, obj};
 use afterimage::settings::{Build, Settings};
 use afterimage::trace::embree::EmbreeBackend;
-use afterimage::trace::{Backend, Coherence, HitBatch, Occluders, OfKind, Purpose, RayBatch, SceneSubset};
+use afterimage::trace::{Backend, Coherence, HitBatch, Occluders, Purpose, RayBatch, SceneSubset, Search};
 use divan::Bencher;
 use divan::counter::ItemsCount;
 use glam::{DVec3, Vec3};
@@ -111,7 +111,7 @@ fn trace_closest(bencher: Bencher) {
     let tracer = backend.commit(&Pose::new(&scene, 1), &[false]).expect("nothing moves");
     let (rays, mut hits) = (rays(&scene, &settings), HitBatch::default());
     bencher.counter(ItemsCount::new(rays.len())).bench_local(|| {
-        tracer.closest(&rays, OfKind::CAMERA, SceneSubset::All, Coherence::Coherent, &mut hits)
+        tracer.closest(&rays, Search::from_eye(SceneSubset::All, Coherence::Coherent), &mut hits)
     });
 }
 
@@ -140,7 +140,7 @@ fn push_and_block(bencher: Bencher, run: usize) {
     let mut backend = EmbreeBackend::new(&scene, Build::Best).expect("a small scene fits into memory");
     let tracer = backend.commit(&Pose::new(&scene, 1), &[false]).expect("nothing moves");
     let (primary, mut hits) = (rays(&scene, &settings), HitBatch::default());
-    tracer.closest(&primary, OfKind::CAMERA, SceneSubset::All, Coherence::Coherent, &mut hits);
+    tracer.closest(&primary, Search::from_eye(SceneSubset::All, Coherence::Coherent), &mut hits);
     let eye = Vec3x8::splat(Pose::new(&scene, 1).camera.eye);
     let segments: Vec<_> = primary
         .packets()
@@ -190,7 +190,7 @@ fn first_touch(bencher: Bencher) {
     let mut backend = EmbreeBackend::new(&scene, Build::Best).expect("a small scene fits into memory");
     let tracer = backend.commit(&Pose::new(&scene, 1), &[false, true]).expect("nothing is out of reach");
     let (primary, mut hits) = (rays(&scene, &settings), HitBatch::default());
-    tracer.closest(&primary, OfKind::CAMERA, SceneSubset::All, Coherence::Coherent, &mut hits);
+    tracer.closest(&primary, Search::from_eye(SceneSubset::All, Coherence::Coherent), &mut hits);
     let eye = Pose::new(&scene, 1).camera.eye;
     let segments: Vec<(Vec3, f32)> = primary
         .packets()

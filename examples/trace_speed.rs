@@ -17,7 +17,7 @@ use afterimage::settings::Build;
 use afterimage::trace::embree::EmbreeBackend;
 use afterimage::trace::rust::RustBackend;
 use afterimage::trace::{
-    Backend, Coherence, HitBatch, Occluders, OfKind, Purpose, RayBatch, SceneSubset, Tracer,
+    Backend, Coherence, HitBatch, Occluders, Purpose, RayBatch, SceneSubset, Search, Tracer,
 };
 use glam::Vec3;
 use rayon::prelude::*;
@@ -100,7 +100,7 @@ fn report(
 fn closest(tracer: &dyn Tracer, rays: &[RayBatch], coherence: Coherence) -> Vec<HitBatch> {
     let trace = |batch: &RayBatch| {
         let mut hits = HitBatch::default();
-        tracer.closest(batch, OfKind::CAMERA, SceneSubset::All, coherence, &mut hits);
+        tracer.closest(batch, Search::from_eye(SceneSubset::All, coherence), &mut hits);
         hits
     };
     rays.par_iter().map(trace).collect()

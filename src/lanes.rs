@@ -284,6 +284,7 @@ macro_rules! real {
     };
 }
 real!(f32, std::convert::identity);
+real!(f64, f64::from);
 real!(F32x8, F32x8::splat);
 
 /// Converts to the same bits with a sign.

@@ -19,8 +19,9 @@ use afterimage::pose::{LightPose, Pose};
 use afterimage::samples::CELLS;
 use afterimage::scene::{Mesh, Scene};
 use afterimage::settings::Settings;
-use afterimage::shade::light::{StratifiedPattern, light_sample, light_samples, seeds_of_places};
-use afterimage::shade::phong::faces;
+use afterimage::shade::light::{
+    LightSample, StratifiedPattern, light_sample, light_samples, seeds_of_places,
+};
 use afterimage::shade::surface::{Corners, off_surfaces};
 use afterimage::trace::embree::device_config;
 use afterimage::trace::{LANES, RayBatch, RayPacket};
@@ -356,6 +357,12 @@ fn push_tile(view: &View, number: usize, rays: &mut RayBatch) {
         let [origins, directions] = view.rays(x, y);
         rays.push_lanes(origins, directions, far, wanted);
     }
+}
+
+/// Mask of surfaces with these normals whose front a light reaches if nothing is in its way.
+fn faces(normal: Vec3x8, geometric_normal: Vec3x8, light_sample: &LightSample) -> Mask {
+    let before = |normal: Vec3x8| normal.dot(light_sample.direction).gt(F32x8::ZERO);
+    before(normal) & before(geometric_normal) & light_sample.reaches
 }
 
 /// Creates the rays from a tile's surfaces to a light that they face.

@@ -15,7 +15,7 @@ use afterimage::settings::{Build, Mode, Settings};
 use afterimage::shade::sampling::{PathSequence, cosine_direction, orthonormal, seed_of};
 use afterimage::trace::embree::EmbreeBackend;
 use afterimage::trace::{
-    Backend, Coherence as How, HitBatch, LANES, Occluders, OfKind, Purpose, RayBatch, SceneSubset, Tracer,
+    Backend, Coherence as How, HitBatch, LANES, Occluders, Purpose, RayBatch, SceneSubset, Search, Tracer,
 };
 use embree::{Coherence, Committed, PacketWidth, RayHit, Segment};
 use glam::Vec3;
@@ -119,7 +119,7 @@ type End = (Vec3, Vec3);
 fn ends(scene: &Scene, pose: &Pose, tracer: &dyn Tracer, batches: &[RayBatch], how: How) -> Vec<End> {
     let of_batch = |rays: &RayBatch| {
         let mut hits = HitBatch::default();
-        tracer.closest(rays, OfKind::CAMERA, SceneSubset::All, how, &mut hits);
+        tracer.closest(rays, Search::from_eye(SceneSubset::All, how), &mut hits);
         let packets = rays.packets().enumerate();
         let hits = packets.flat_map(|(packet, (ray, _))| {
             let hits = &hits;
@@ -261,7 +261,7 @@ fn by_tracer(rays: &Rays, tracer: &dyn Tracer) -> f64 {
                     tracer.blocked(batch, by, Purpose::Shadow, How::Incoherent, blocked);
                 }
             } else {
-                tracer.closest(batch, OfKind::CAMERA, SceneSubset::All, How::Incoherent, hits);
+                tracer.closest(batch, Search::from_eye(SceneSubset::All, How::Incoherent), hits);
             }
         });
     })

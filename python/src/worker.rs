@@ -185,7 +185,8 @@ fn frames(
     let mut denoiser = quality
         .map(|quality| Denoiser::new(rayon::current_num_threads(), quality))
         .transpose()
-        .map_err(failed)?;
+        .map_err(failed)?
+        .map(|new| new.filtering_guides(denoise::has_rough_guides(&job.shot.scene, &job.settings)));
     let mut renderer = Renderer::with(job.backend, &job.shot.scene, &settings).map_err(failed)?;
     watch(&mut renderer, progress);
     let mut walk = Walk::default();

@@ -157,6 +157,16 @@ impl Transform {
         reach.abs().dot(Vec3::from_array(lengths))
     }
 
+    /// Upper bound of a length in the world for each unit of length in object space.
+    pub fn most_stretch(&self) -> f32 {
+        if self.is_identity {
+            return 1.0;
+        }
+        let axes = self.to_world.matrix3;
+        let squares = [axes.x_axis, axes.y_axis, axes.z_axis].map(|axis| axis.length_squared());
+        squares.into_iter().sum::<f32>().sqrt()
+    }
+
     /// Length in object space for each unit of length in the world: the mean over all directions, in so far as volumes tell it.
     pub fn scale_to_object(&self) -> f32 {
         if self.is_identity { 1.0 } else { self.to_object.matrix3.determinant().abs().cbrt() }

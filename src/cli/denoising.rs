@@ -17,7 +17,9 @@ impl Denoising {
     /// Loads the library if `job` asks for it.
     pub fn new(job: &Job) -> Result<Self, DenoiseError> {
         let threads = rayon::current_num_threads();
-        job.denoise.map(|quality| Denoiser::new(threads, quality)).transpose().map(Self)
+        let filters_guides = denoise::has_rough_guides(&job.shot.scene, &job.settings);
+        let new = |quality| Denoiser::new(threads, quality).map(|new| new.filtering_guides(filters_guides));
+        job.denoise.map(new).transpose().map(Self)
     }
 
     /// Settings of `job`, with the layers that guide the denoiser.

@@ -11,8 +11,10 @@ use std::{env, fmt};
 use blend::Blend;
 
 use crate::film::{Film, Plane, PlaneKind, Values};
+use crate::frame;
 use crate::layers::Layers;
 use crate::memory::Part;
+use crate::scene::Scene;
 use crate::settings::{DenoiseQuality, Settings};
 
 /// Planes of a denoised picture.
@@ -84,6 +86,7 @@ pub struct Denoiser {
     normal: Vec<[f32; 3]>,
     output: Vec<[f32; 3]>,
     blend: Blend,
+    filters_guides: bool,
 }
 
 impl Denoiser {
@@ -106,12 +109,18 @@ impl Denoiser {
             match oidn::Denoiser::load(place, threads, of_library(quality)) {
                 Ok(library) => {
                     let [color, albedo, normal, output] = Default::default();
-                    return Ok(Self { library, color, albedo, normal, output, blend: Blend::default() });
+                    let (blend, filters_guides) = (Blend::default(), false);
+                    return Ok(Self { library, color, albedo, normal, output, blend, filters_guides });
                 }
                 Err(error) => tried.push(error),
             }
         }
         Err(DenoiseError::Missing { tried, is_named: named.is_some() })
+    }
+
+    /// Has the guides denoised first, each by itself, or not, which is the default. See [`has_rough_guides`].
+    pub fn filtering_guides(self, filters_guides: bool) -> Self {
+        Self { filters_guides, ..self }
     }
 
     /// Version of the library that is loaded.
@@ -125,13 +134,20 @@ impl Denoiser {
     ///
     /// # Errors A plane is not there, or the library fails: it may run out of memory.
     pub fn denoise(&mut self, film: &Film) -> Result<[Plane; 3], DenoiseError> {
-        let Self { library, color, albedo, normal, output, blend } = self;
+        let Self { library, color, albedo, normal, output, blend, filters_guides } = self;
         interleave(film, ["R", "G", "B"], color)?;
         interleave(film, ["denoise_albedo.R", "denoise_albedo.G", "denoise_albedo.B"], albedo)?;
         interleave(film, ["denoise_normal.X", "denoise_normal.Y", "denoise_normal.Z"], normal)?;
         output.clear();
         output.resize(color.len(), [0.0; 3]);
         let size = [film.width as usize, film.height as usize];
+        if *filters_guides {
+            for (guide, pixels) in [(oidn::Guide::Albedo, &mut *albedo), (oidn::Guide::Normal, &mut *normal)]
+            {
+                library.denoise_guide(size, guide, pixels, output).map_err(DenoiseError::Failed)?;
+                std::mem::swap(pixels, output);
+            }
+        }
         library
             .denoise(size, color, oidn::Guides { albedo, normal }, output)
             .map_err(DenoiseError::Failed)?;
@@ -180,6 +196,14 @@ fn interleave(film: &Film, names: [&'static str; 3], pixels: &mut Vec<[f32; 3]>)
 /// Adds the layers that denoising needs to `settings`.
 pub fn with_guides(settings: &Settings) -> Settings {
     Settings { layers: settings.layers.with(Layers::GUIDES).with(Layers::VARIANCE), ..settings.clone() }
+}
+
+/// Returns true if guides of the frames of `scene` gain from being denoised first: where one sample shows each pixel, edges are jagged, and
+/// kept samples lie beside the middle of their pixels. With more samples it blurs more of textures than it takes away from noise
+/// (docs/experiments.md).
+pub fn has_rough_guides(scene: &Scene, settings: &Settings) -> bool {
+    settings.samples_a_pixel() == 1
+        && frame::exposures(scene, settings).is_none_or(|exposures| exposures.all.len() == 1)
 }
 
 /// Memory that denoising takes: our pixels, the library's working memory up to its limit, and the library

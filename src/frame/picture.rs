@@ -270,6 +270,7 @@ impl<'a> Setup<'a> {
             roles: &prepared.roles,
             slots: &prepared.layout.slots,
             quadrics: &prepared.quadrics,
+            lifts: &prepared.lifts,
             view: &self.views[0],
             wanted: None,
             notes_colors: self.views.len() > 1,

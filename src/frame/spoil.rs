@@ -19,7 +19,7 @@ use crate::scene::Scene;
 use crate::shade::on_mesh::OnMesh;
 use crate::shade::surface::SurfacePoint;
 use crate::stereo::Eye;
-use crate::trace::{Backend, Coherence, HitBatch, OfKind, RayBatch, SceneSubset};
+use crate::trace::{Backend, Coherence, HitBatch, RayBatch, SceneSubset, Search};
 
 /// Class of failure. But for [`Trees`](Spoil::Trees) it is broken for every seventh cell that shows a surface, and in
 /// nothing else: other things that are kept stay as they are or are found out anew.
@@ -230,7 +230,7 @@ fn hide<'t>(
         for (origin, sight) in cells.iter().map(|cell| line_of_sight(tile.point(*cell))) {
             rays.push(origin, sight, BEHIND, f32::INFINITY);
         }
-        tracer.closest(&rays, OfKind::CAMERA, SceneSubset::All, Coherence::Coherent, &mut hits);
+        tracer.closest(&rays, Search::from_eye(SceneSubset::All, Coherence::Coherent), &mut hits);
         for (ray, cell) in cells.into_iter().enumerate() {
             let Some(hit) = hits.get(ray).filter(|hit| is_placed(hit.model)) else { continue };
             let (origin, sight) = line_of_sight(tile.point(cell));

@@ -7,6 +7,9 @@ use serde::{Deserialize, Serialize};
 use crate::animation::Track;
 use crate::exposure::LensPose;
 
+/// Greatest distance of a clipping plane that files may state, in their units.
+pub const FARTHEST_PLANE: f64 = 1e18;
+
 /// A camera whose place, direction and lens are keyed: a pinhole, or an orthographic one.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CameraTrack {

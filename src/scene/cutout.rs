@@ -5,8 +5,8 @@
 //!
 //! A surface whose alpha is *blended* is there wherever it shows at all, and each place of it is a veil as clear as its alpha says:
 //! one of its material's [variants](super::variants). Shadows stay a yes or no there, too: a shadow ray is stopped as often as a place
-//! is opaque, by a number that belongs to a small part of the surface. So the shadow is right in the mean over many samples, and the
-//! same ray always has the same answer.
+//! is opaque, by a number that belongs to a small part of the surface. So the shadow is right in the mean over many samples, the
+//! sooner as the numbers of neighbouring parts are even, and the same ray always has the same answer.
 
 pub mod outline;
 
@@ -15,7 +15,7 @@ use std::sync::Arc;
 
 use glam::Vec2;
 
-use super::texture::{Between, Placement};
+use super::texture::Placement;
 use super::{Mesh, Texture};
 use crate::scrambled::scrambled;
 
@@ -192,22 +192,41 @@ impl Mask {
         match self.blended {
             Some(solid) if asks == Asks::Shadow => {
                 let alpha = if alpha < ALL_BUT_OPAQUE { alpha } else { 1.0 };
-                alpha * solid > chance_of(triangle, &between)
+                alpha * solid > chance_of(triangle, between.part(PARTS, texture.size()[0]))
             }
             _ => alpha >= self.least,
         }
     }
 }
 
-/// A number from 0 to below 1 that belongs to a part of a triangle, as large as a quarter of a texel in each direction. Tracers find
-/// places that differ in their last bits, and hardly ever another part.
-fn chance_of(triangle: u32, between: &Between) -> f32 {
-    let [right, down] = between.parts(4);
-    let hash = [between.first() as u32, right + 4 * down]
-        .into_iter()
-        .fold(scrambled(triangle), |hash, part| scrambled(hash ^ part));
-    (hash >> 8) as f32 / (1 << 24) as f32
+/// Parts of a texel in each direction that have a number of their own: tracers find places that differ in their last bits, and hardly
+/// ever another part.
+const PARTS: u32 = 4;
+
+/// A number from 0 to below 1 that belongs to a part of a triangle's picture, by the part's column and row.
+///
+/// The numbers of each square of 2ⁿ x 2ⁿ parts, n up to [`LEVELS`], lie in the 4ⁿ equal ranges from 0 to 1, one in each: rays that
+/// pass near each other are stopped in nearly the right proportion, and shadows have less grain than by numbers that know nothing of
+/// each other. The order is random: for each square and each size, by Owen's scrambling along the Morton curve (Ahmed and Wonka,
+/// "Screen-Space Blue-Noise Diffusion of Monte Carlo Sampling Error via Hierarchical Ordering of Pixels", 2020).
+fn chance_of(triangle: u32, [mut column, mut row]: [u32; 2]) -> f32 {
+    let mut number = 0;
+    for level in 0..LEVELS {
+        let quarter = column & 1 | (row & 1) << 1;
+        [column, row] = [column >> 1, row >> 1];
+        let hash = scrambled(scrambled(scrambled(triangle ^ level << 28) ^ column) ^ row);
+        number = number << 2 | (quarter ^ hash & 3);
+        if level + 1 == LEVELS {
+            number = number << BITS_BELOW | hash >> (32 - BITS_BELOW);
+        }
+    }
+    number as f32 / (1 << (2 * LEVELS + BITS_BELOW)) as f32
 }
+
+/// Sizes of squares whose numbers are even: up to eight texels.
+const LEVELS: u32 = 5;
+/// Bits of the numbers that are left to chance.
+const BITS_BELOW: u32 = 14;
 
 /// State of the squares of a texture, where places are there whose alpha is at least `least`.
 fn squares_of(texture: &Texture, least: f32) -> Arc<[Square]> {
@@ -348,6 +367,27 @@ mod tests {
                 assert!(share * solid < 1.0 || count == 1e4, "{alpha}: {count}");
                 // four times the standard deviation
                 assert!((count - expected).abs() <= 200.0, "{alpha} of {solid}: {count}");
+            }
+        }
+    }
+
+    /// Half of a picture that is half opaque is there, in any small part of it.
+    #[test]
+    fn shadows_of_blended_places_are_even() {
+        let texture =
+            Texture::of_bytes(PathBuf::new(), [16, 16], Arc::from([[0, 0, 0, 128]; 256]), Mapping::default());
+        let mask = Mask::new(Cutout::blended(0, 1.0), Some(texture));
+        // squares of four texels by as many: 256 parts, of which by chance alone 8 more or fewer would be there
+        for triangle in 0..20 {
+            for (x, y) in (0..3).flat_map(|x| (0..3).map(move |y| (x, y))) {
+                let parts = (0..16).flat_map(|right| (0..16).map(move |down| (right, down)));
+                let is_there = |(right, down): &(u32, u32)| {
+                    let at = |texel: u32, part: u32| (4 * texel) as f32 + 0.5 + (part as f32 + 0.5) / 4.0;
+                    let uv = Vec2::new(at(x, *right) / 16.0, 1.0 - at(y, *down) / 16.0);
+                    mask.is_there((triangle, uv), Asks::Shadow, || 1.0)
+                };
+                let count = parts.filter(is_there).count();
+                assert!(count.abs_diff(128) <= 1, "triangle {triangle}, {x} {y}: {count}");
             }
         }
     }

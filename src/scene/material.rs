@@ -6,6 +6,7 @@ use glam::Vec3;
 
 use super::cutout::Cutout;
 use super::variants::Variants;
+use crate::lanes::Real;
 
 /// MTL's Phong material, with the meaning of `illum` settled.
 #[derive(Debug, Clone, PartialEq)]
@@ -59,6 +60,14 @@ pub const LEAST_ALPHA: f32 = 0.002;
 /// Reflectance at right angles of a surface with this index of refraction, by Fresnel's equations.
 pub fn head_on(index: f64) -> f64 {
     ((index - 1.0) / (index + 1.0)).powi(2)
+}
+
+/// Index of refraction of a surface that reflects this share of light at right angles, from 0 to 1: the inverse of [`head_on`], from 1 to
+/// infinity.
+#[inline(always)]
+pub fn index_of<T: Real>(head_on: T) -> T {
+    let (one, root) = (T::of(1.0), head_on.sqrt());
+    (one + root) / (one - root)
 }
 
 /// Metal-rough reflection: diffuse beneath a dielectric layer, or metallic, or a mixture of both.

@@ -130,6 +130,19 @@ impl Coats {
         self.get(material).map(|coat| coat.seen(reflectance, normals, incoming, seen_by))
     }
 
+    /// Albedo at normal incidence of eight surfaces whose diffuse albedo is `diffuse`, with that of their layers where these are rough.
+    pub fn rough_over(&self, materials: &[u16; LANES], reflectance: Vec3x8, diffuse: Vec3x8) -> Vec3x8 {
+        let mut albedo = diffuse;
+        if self.any(materials) {
+            for (lane, material) in materials.iter().enumerate() {
+                if let Some(coat) = self.get(*material).filter(|coat| !coat.is_smooth()) {
+                    albedo.set_lane(lane, coat.head_on_over(reflectance.lane(lane), diffuse.lane(lane)));
+                }
+            }
+        }
+        albedo
+    }
+
     /// Layers of eight surfaces that are seen along `incoming`, if any has one. `rays`: the rays by which they
     /// reflect, where any do.
     pub fn seen_lanes(
@@ -236,6 +249,24 @@ mod tests {
             let reflected = in_a_furnace(&material, cos) - material.diffuse * seen.through;
             assert!((reflected - seen.albedo).abs().max_element() < 4e-3, "{reflected}, {}", seen.albedo);
         }
+    }
+
+    #[test]
+    fn head_on_rough_layers_add_what_they_reflect_and_dim_what_is_beneath() {
+        // metal, plastic, half of both, and a mirror, whose rays bring what they show
+        let materials = [(0.5, 1.0), (0.5, 0.0), (0.5, 0.5), (0.0, 1.0)]
+            .map(|(roughness, metallic)| material(roughness, metallic, 0.7));
+        let coats = Coats::new(&materials);
+        for (number, wanted) in [(0, 0.7), (1, 0.04 + 0.7 * 0.96), (2, 0.02 + 0.35 + 0.35 * 0.96), (3, 0.0)] {
+            let diffuse = materials[usize::from(number)].diffuse;
+            let all = coats.rough_over(&[number; LANES], Vec3x8::splat(diffuse), Vec3x8::splat(diffuse));
+            assert!((all.lane(5) - wanted).abs().max_element() < 1e-5, "{number}: {}", all.lane(5));
+        }
+        let white = coats.rough_over(&[1; LANES], Vec3x8::splat(Vec3::ONE), Vec3x8::splat(Vec3::ONE));
+        assert!((white.lane(0) - 1.0).abs().max_element() < 1e-5, "white stays white");
+        let none =
+            Coats::new(&[Material::fallback()]).rough_over(&[0; LANES], Vec3x8::ZERO, Vec3x8::splat(Vec3::X));
+        assert_eq!(none.lane(7), Vec3::X);
     }
 
     #[test]

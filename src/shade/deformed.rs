@@ -4,6 +4,7 @@ use glam::{DVec3, Vec3};
 
 use super::on_mesh::OnMesh;
 use super::surface::{corners_of, nearest_point, weights_of};
+use super::terminator::{SmoothPoint, most_lift};
 use crate::animation::{Shape, Transform};
 use crate::scene::{Mesh, Scene};
 
@@ -14,6 +15,8 @@ pub struct Deformed {
     positions: Vec<[f32; 3]>,
     /// Normals by vertex, unit length or zero; empty for flat meshes, or where they are not needed.
     normals: Vec<Vec3>,
+    /// See [`most_lift`].
+    most_lift: f32,
 }
 
 /// A point on a deformed mesh, object space.
@@ -34,7 +37,8 @@ impl Deformed {
         let shapes = mesh.shapes.as_ref()?;
         let positions = shapes.positions(shape);
         let normals = if normals { shapes.normals(&positions, &mesh.triangles) } else { Vec::new() };
-        Some(Self { positions, normals })
+        let most_lift = most_lift(&positions, &normals, &mesh.triangles);
+        Some(Self { positions, normals, most_lift })
     }
 
     /// Corners of `triangle` of `mesh`, in this shape.
@@ -69,6 +73,25 @@ impl Deformed {
             place.bent_normal(scene, normal, corners.map(|corner| corner.as_vec3()))
         };
         DeformedPlace { point: at_weights(corners, [u, v]).as_vec3(), normal, geometric_normal }
+    }
+
+    /// The `point` of `triangle` that is there at rest, on the curved surface that the triangle stands for; `None` for flat meshes.
+    pub fn smooth_point(&self, mesh: &Mesh, triangle: u32, point: Vec3) -> Option<SmoothPoint> {
+        let weights = weights_of(corners_of(mesh, triangle), point.as_dvec3());
+        let corners = self.corners(mesh, triangle);
+        let vertices = mesh.triangles[triangle as usize];
+        let [a, b, c] = vertices.map(|vertex| self.normals.get(vertex as usize).copied());
+        Some(SmoothPoint {
+            corners: corners.map(|corner| corner.as_vec3()),
+            normals: [a?, b?, c?],
+            weights: weights.map(|weight| weight as f32),
+            point: at_weights(corners, weights).as_vec3(),
+        })
+    }
+
+    /// Upper bound of the length of any [lift](SmoothPoint::lift), object space.
+    pub fn most_lift(&self) -> f32 {
+        self.most_lift
     }
 
     /// Normal of the outside of `triangle`; unit length, or zero where it has no area.

@@ -8,6 +8,7 @@
 use glam::Vec3;
 
 use crate::lanes::Real;
+use crate::scene::material;
 
 /// Largest index of refraction here: so large a one reflects 99.8 % at right angles.
 const GREATEST_INDEX: f32 = 1000.0;
@@ -17,8 +18,7 @@ const LEAST_COSINE: f32 = 1e-4;
 
 /// Index of refraction, from 1 on, of a dielectric that reflects this share of light at right angles.
 pub fn index_of(head_on: f32) -> f32 {
-    let root = head_on.max(0.0).sqrt().min(1.0);
-    ((1.0 + root) / (1.0 - root)).min(GREATEST_INDEX)
+    material::index_of(head_on.clamp(0.0, 1.0)).min(GREATEST_INDEX)
 }
 
 /// Share of unpolarised light that a dielectric of this index of refraction, 1 or more, reflects; seen from

@@ -21,6 +21,25 @@ pub struct LightSample {
     pub reaches: Mask,
 }
 
+impl LightSample {
+    /// Ways to the light from points by `lift` away from those for which this was computed.
+    #[inline(always)]
+    pub fn all_from_lifted(&self, lift: Vec3) -> Vec3x8 {
+        self.from_points_beside(Vec3x8::splat(lift))
+    }
+
+    /// Ways to the light from points beside those for which this was computed: a light at infinity is in the same direction.
+    #[inline(always)]
+    pub fn from_points_beside(&self, offsets: Vec3x8) -> Vec3x8 {
+        if self.far.is_finite() { self.to_light - offsets } else { self.to_light }
+    }
+
+    /// [`all_from_lifted`](Self::all_from_lifted) of one lane.
+    pub fn from_lifted(&self, lane: usize, lift: Vec3) -> Vec3 {
+        self.all_from_lifted(lift).lane(lane)
+    }
+}
+
 /// Light of `strength` from these places, falling with the square of the distance.
 #[inline(always)]
 pub fn from_place(strength: Vec3, places: Vec3x8, points: Vec3x8) -> LightSample {

@@ -7,6 +7,7 @@ pub mod emitter_parts;
 pub mod emitters;
 pub mod fresnel;
 pub mod ggx;
+pub mod horizon;
 pub mod light;
 pub mod light_chances;
 mod light_sample;
@@ -18,5 +19,6 @@ pub mod sampling;
 pub mod sky;
 mod sobol;
 pub mod surface;
+pub mod terminator;
 
 pub use surface::Surface;

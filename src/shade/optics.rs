@@ -203,6 +203,7 @@ mod tests {
     use super::*;
     use crate::scene::material::head_on;
     use crate::shade::coat::{Coats, SeenBy};
+    use crate::shade::horizon::Horizon;
 
     fn floor(from_behind: bool) -> Surface {
         let up = if from_behind { Vec3::NEG_Y } else { Vec3::Y };
@@ -210,6 +211,7 @@ mod tests {
             point: Vec3::ZERO,
             normal: up,
             geometric_normal: up,
+            horizon: Horizon::flat(up),
             reflectance: Vec3::ZERO,
             material: 0,
             from_behind,

@@ -8,6 +8,7 @@ use crate::lanes::{F32x8, Mask, Vec3x8};
 use crate::scene::{Material, Scene};
 
 use super::coat::Coats;
+use super::horizon;
 use super::light::LightSample;
 
 /// Material as lighting needs it.
@@ -219,25 +220,15 @@ fn paint(material: &Material, light: Vec3) -> Paint {
     }
 }
 
-/// Mask of surfaces with these normals whose front a light reaches if nothing is in its way. It depends on
-/// geometry alone, since the answer is kept while the light's colour and power change. A shading normal that
-/// leans beyond the triangle's horizon does not make the light reach.
+/// Diffuse light by Lambert's cosine law. `smooth`: normals of the curved surfaces, where a normal map bends any; light
+/// [fades](horizon::fading) towards their horizons.
 #[inline(always)]
-pub fn faces(normal: Vec3x8, geometric_normal: Vec3x8, light_sample: &LightSample) -> Mask {
-    let before = |normal: Vec3x8| normal.dot(light_sample.direction).gt(F32x8::ZERO);
-    before(normal) & before(geometric_normal) & light_sample.reaches
-}
-
-/// Mask of such surfaces to which the light, at its present strength, brings anything.
-#[inline(always)]
-pub fn receives(normal: Vec3x8, geometric_normal: Vec3x8, light_sample: &LightSample) -> Mask {
-    faces(normal, geometric_normal, light_sample) & light_sample.irradiance.is_some()
-}
-
-/// Diffuse light by Lambert's cosine law.
-#[inline(always)]
-pub fn diffuse(albedo: Vec3x8, normal: Vec3x8, light_sample: &LightSample) -> Vec3x8 {
-    albedo * light_sample.irradiance * normal.dot(light_sample.direction).max(F32x8::ZERO)
+pub fn diffuse(albedo: Vec3x8, normal: Vec3x8, smooth: Option<Vec3x8>, light_sample: &LightSample) -> Vec3x8 {
+    let light = albedo * light_sample.irradiance * normal.dot(light_sample.direction).max(F32x8::ZERO);
+    match smooth {
+        Some(smooth) => light * horizon::fading(normal, smooth, light_sample.direction),
+        None => light,
+    }
 }
 
 /// Logarithm (base 2) of the share of a light below which a highlight is left out: half floats end at 2^-24,
@@ -297,7 +288,7 @@ mod tests {
     fn diffuse_follows_the_cosine() {
         let slanted = from(Vec3::new(0.6, 0.8, 0.0));
         let lit = |albedo: f32, normal| {
-            diffuse(Vec3x8::splat(Vec3::splat(albedo)), Vec3x8::splat(normal), &slanted)
+            diffuse(Vec3x8::splat(Vec3::splat(albedo)), Vec3x8::splat(normal), None, &slanted)
         };
         assert!((lit(0.5, Vec3::Y).lane(0) - Vec3::splat(0.8)).length() < 1e-6);
         assert_eq!(lit(1.0, Vec3::NEG_Y).lane(0), Vec3::ZERO);

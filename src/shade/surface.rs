@@ -3,6 +3,7 @@
 use glam::{DVec3, Vec3};
 use wide::{CmpGt, f64x4};
 
+use super::horizon::Horizon;
 use super::on_mesh::OnMesh;
 use crate::animation::Transform;
 use crate::geometry::{Bounds, Quadric};
@@ -19,6 +20,8 @@ pub struct Surface {
     pub normal: Vec3,
     /// Normal of the triangle itself; of a quadric the same as `normal`.
     pub geometric_normal: Vec3,
+    /// The curved surface that the triangle stands for.
+    pub horizon: Horizon,
     /// Reflectance that its material's diffuse and ambient ones are shares of, texture included: see
     /// [`Material::painted`](crate::scene::Material::painted).
     pub reflectance: Vec3,
@@ -96,6 +99,12 @@ impl Corners {
     #[inline(always)]
     pub fn of_lane(&self, lane: usize) -> [Vec3; 3] {
         [&self.first, &self.second, &self.third].map(|corner| corner.lane(lane))
+    }
+
+    /// Returns true if a lane holds a triangle whose mesh has normals.
+    #[inline(always)]
+    pub fn is_smooth(&self, lane: usize) -> bool {
+        self.is_smooth.lane(lane)
     }
 
     /// Bit mask of the lanes that hold pieces of quadrics.

@@ -6,7 +6,7 @@
 use glam::Vec3;
 
 use super::{
-    Coherence, HitBatch, LANES, NO_HIT, Occluders, OfKind, Purpose, RayBatch, RayPacket, SceneSubset, Tracer,
+    Coherence, HitBatch, LANES, NO_HIT, Occluders, OfKind, Purpose, RayBatch, RayPacket, Search, Tracer,
 };
 use crate::pose::CameraPose;
 use crate::scene::RayKind;
@@ -55,24 +55,17 @@ impl<'a> Clipped<'a> {
 }
 
 impl Tracer for Clipped<'_> {
-    fn closest(
-        &self,
-        rays: &RayBatch,
-        kinds: OfKind,
-        among: SceneSubset,
-        coherence: Coherence,
-        hits: &mut HitBatch,
-    ) {
-        match kinds {
+    fn closest(&self, rays: &RayBatch, search: Search, hits: &mut HitBatch) {
+        match search.kinds {
             OfKind::All(RayKind::Camera) => {
                 let (clipped, _) = self.clip(rays, |_| true);
-                self.tracer.closest(&clipped, kinds, among, coherence, hits);
+                self.tracer.closest(&clipped, search, hits);
             }
             OfKind::Each(each) if each.contains(&RayKind::Camera) => {
                 let (clipped, _) = self.clip(rays, |ray| each[ray] == RayKind::Camera);
-                self.tracer.closest(&clipped, kinds, among, coherence, hits);
+                self.tracer.closest(&clipped, search, hits);
             }
-            _ => self.tracer.closest(rays, kinds, among, coherence, hits),
+            _ => self.tracer.closest(rays, search, hits),
         }
     }
 

@@ -40,7 +40,7 @@ use embree::{
 
 use super::{
     Backend, Coherence, HitBatch, HitPacket, LANES, NO_HIT, Occluders, OfKind, Purpose, RayBatch, RayPacket,
-    SceneSubset, TraceError, Tracer, has_many_clear,
+    SceneSubset, Search, TraceError, Tracer, has_many_clear,
 };
 use crate::lanes::{F32x8, are_same};
 use crate::pose::Pose;
@@ -295,14 +295,8 @@ struct EmbreeTracer<'a> {
 }
 
 impl Tracer for EmbreeTracer<'_> {
-    fn closest(
-        &self,
-        rays: &RayBatch,
-        kinds: OfKind,
-        among: SceneSubset,
-        coherence: Coherence,
-        hits: &mut HitBatch,
-    ) {
+    fn closest(&self, rays: &RayBatch, search: Search, hits: &mut HitBatch) {
+        let Search { kinds, among, coherence } = search;
         hits.packets.resize(rays.packet_count(), HitPacket::NONE);
         if coherence == Coherence::Incoherent {
             let both = [self.still, self.movable.unwrap_or(self.still)];
@@ -323,9 +317,9 @@ impl Tracer for EmbreeTracer<'_> {
             };
         }
         match self.width {
-            PacketWidth::Four => self.closest_by::<4>(rays, kinds, among, coherence, hits),
-            PacketWidth::Eight => self.closest_by::<8>(rays, kinds, among, coherence, hits),
-            PacketWidth::Sixteen => self.closest_by::<16>(rays, kinds, among, coherence, hits),
+            PacketWidth::Four => self.closest_by::<4>(rays, search, hits),
+            PacketWidth::Eight => self.closest_by::<8>(rays, search, hits),
+            PacketWidth::Sixteen => self.closest_by::<16>(rays, search, hits),
         }
     }
 
@@ -369,14 +363,8 @@ struct Question<'a> {
 
 impl EmbreeTracer<'_> {
     /// [`Tracer::closest`] in Embree's packets of N rays.
-    fn closest_by<const N: usize>(
-        &self,
-        rays: &RayBatch,
-        kinds: OfKind,
-        among: SceneSubset,
-        coherence: Coherence,
-        hits: &mut HitBatch,
-    ) {
+    fn closest_by<const N: usize>(&self, rays: &RayBatch, search: Search, hits: &mut HitBatch) {
+        let Search { kinds, among, coherence } = search;
         let movable = self.movable.filter(|_| among == SceneSubset::All);
         let [way, movable_way] =
             [Occluders::Still, Occluders::Movable].map(|by| to_embree_coherence(coherence, by));
@@ -582,7 +570,7 @@ mod tests {
             backend.width = width;
             let tracer = backend.commit(&pose, &moved).expect("it builds");
             let mut hits = HitBatch::default();
-            tracer.closest(&rays, OfKind::CAMERA, SceneSubset::All, Coherence::Coherent, &mut hits);
+            tracer.closest(&rays, Search::from_eye(SceneSubset::All, Coherence::Coherent), &mut hits);
             let hits: Vec<_> = (0..rays.len()).map(|ray| hits.get(ray).map(|hit| hit.t.to_bits())).collect();
             let blocked = [Purpose::Sight, Purpose::Shadow].map(|purpose| {
                 let mut blocked = vec![0b100; rays.packet_count()];

@@ -50,13 +50,28 @@ pub enum OfKind<'a> {
 }
 
 impl<'a> OfKind<'a> {
-    /// Rays from the eye.
-    pub const CAMERA: Self = Self::All(RayKind::Camera);
-
     /// Kinds of rays that go on from surfaces, of which `each` has its own; an empty list stands for a scene that hides
     /// nothing from any, where it makes no difference what they come from, as long as it is not the eye.
     pub fn of(each: &'a [RayKind]) -> Self {
         if each.is_empty() { Self::All(RayKind::Diffuse) } else { Self::Each(each) }
+    }
+}
+
+/// Search for the first hits of a batch of rays.
+#[derive(Debug, Clone, Copy)]
+pub struct Search<'a> {
+    /// Kinds of the rays, which meet what they see.
+    pub kinds: OfKind<'a>,
+    /// Models that they may meet.
+    pub among: SceneSubset,
+    /// What the rays have in common.
+    pub coherence: Coherence,
+}
+
+impl Search<'_> {
+    /// Search of rays from the eye.
+    pub fn from_eye(among: SceneSubset, coherence: Coherence) -> Self {
+        Self { kinds: OfKind::All(RayKind::Camera), among, coherence }
     }
 }
 
@@ -83,15 +98,8 @@ impl Purpose {
 
 /// Ray tracer for the scene as it was committed.
 pub trait Tracer: Sync {
-    /// Finds the first hit of each ray of `rays`, `among` those of these models that rays of its kind see.
-    fn closest(
-        &self,
-        rays: &RayBatch,
-        kinds: OfKind,
-        among: SceneSubset,
-        coherence: Coherence,
-        hits: &mut HitBatch,
-    );
+    /// Finds the first hit of each ray of `rays`.
+    fn closest(&self, rays: &RayBatch, search: Search, hits: &mut HitBatch);
 
     /// Sets the bit of each ray of `rays` that models of the kind `by` block; rays whose bit is set already
     /// are not traced. `blocked` has one word a packet.

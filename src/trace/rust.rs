@@ -40,7 +40,7 @@ use glam::Affine3A;
 
 use super::{
     Backend, Coherence, HitBatch, HitPacket, LANES, NO_HIT, Occluders, OfKind, Purpose, RayBatch, RayPacket,
-    SceneSubset, TraceError, Tracer, has_many_clear,
+    SceneSubset, Search, TraceError, Tracer, has_many_clear,
 };
 use crate::animation::{Shape, Transform};
 use crate::geometry::tree::{Box3, Tree};
@@ -264,14 +264,8 @@ struct OpenTrees<'a> {
 }
 
 impl Tracer for RustTracer<'_> {
-    fn closest(
-        &self,
-        rays: &RayBatch,
-        kinds: OfKind,
-        among: SceneSubset,
-        coherence: Coherence,
-        hits: &mut HitBatch,
-    ) {
+    fn closest(&self, rays: &RayBatch, search: Search, hits: &mut HitBatch) {
+        let Search { kinds, among, coherence } = search;
         hits.packets.resize(rays.packet_count(), HitPacket::NONE);
         for ((packet, _), best) in rays.packets().zip(&mut hits.packets) {
             best.t = packet.far;

@@ -3,7 +3,7 @@
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Instant;
 
-use super::{Coherence, HitBatch, Occluders, OfKind, Purpose, RayBatch, SceneSubset, Tracer};
+use super::{Coherence, HitBatch, Occluders, Purpose, RayBatch, Search, Tracer};
 use crate::stats::TracingSeconds;
 
 /// Passes rays to another tracer and adds up the time. The kind of a ray is inferred from the frame loop's
@@ -45,19 +45,12 @@ fn clocked(nanoseconds: &AtomicU64, work: impl FnOnce()) {
 }
 
 impl Tracer for Timed<'_> {
-    fn closest(
-        &self,
-        rays: &RayBatch,
-        kinds: OfKind,
-        among: SceneSubset,
-        coherence: Coherence,
-        hits: &mut HitBatch,
-    ) {
-        let kind = match coherence {
+    fn closest(&self, rays: &RayBatch, search: Search, hits: &mut HitBatch) {
+        let kind = match search.coherence {
             Coherence::Coherent => &self.primary,
             Coherence::Bounced | Coherence::SharedOrigin | Coherence::Incoherent => &self.bounced,
         };
-        clocked(kind, || self.tracer.closest(rays, kinds, among, coherence, hits));
+        clocked(kind, || self.tracer.closest(rays, search, hits));
     }
 
     fn blocked(

@@ -5,7 +5,7 @@ use std::path::Path;
 use afterimage::film::Film;
 use afterimage::frame::Renderer;
 use afterimage::layers::Layers;
-use afterimage::scene::material::Optics;
+use afterimage::scene::material::{MetalRough, Optics};
 use afterimage::scene::{self, Background, LightKind, Material, Mesh, Scene};
 use afterimage::settings::{Backdrop, Filter, Mode, Settings};
 use glam::{DVec3, Vec2, Vec3};
@@ -176,10 +176,15 @@ fn a_shadow_has_no_direct_light_however_bright_the_rest_is() {
 
 /// A wall before the camera with a screen behind it: what the wall is made of decides what denoisers are told.
 fn guides(optics: Optics, diffuse: f32) -> (Vec3, Vec3) {
+    let color = Vec3::splat(diffuse);
+    guides_of(Material { optics, diffuse: color, ambient: color, ..toy::matt(0.1) })
+}
+
+/// What denoisers are told of a wall of this material.
+fn guides_of(material: Material) -> (Vec3, Vec3) {
     let light = toy::light("lamp", LightKind::Point { position: rests(DVec3::new(0.0, 1.5, 3.0)) }, 1.0);
     let mut scene = before_a_mirror(DVec3::new(0.0, 1.5, 30.0), light);
-    let color = Vec3::splat(diffuse);
-    scene.materials[0] = Material { optics, diffuse: color, ambient: color, ..scene.materials[0].clone() };
+    scene.materials[0] = material;
     // a screen in front of the wall, seen by way of mirrors, and one behind it, seen through glass
     let back = [[-9.0, -9.0, -3.0], [9.0, -9.0, -3.0], [9.0, 9.0, -3.0], [-9.0, 9.0, -3.0]];
     let back = toy::mesh(&back, &[[0, 1, 2], [0, 2, 3]], 2, true);
@@ -205,6 +210,24 @@ fn denoisers_are_told_what_is_seen_by_way_of_mirrors_and_glass() {
     near(guides(mirror, 0.2), [Vec3::splat(0.68), Vec3::Z]);
     let pane = Optics::Glass { transmission: Vec3::ONE, index: 1.0, reflection: Vec3::ONE, is_rough: false };
     near(guides(pane, 0.0), [Vec3::splat(0.3), Vec3::Z]);
+}
+
+/// Rough metal has the colour that it reflects, which is all that it has; a smooth one shows the screen before it.
+#[test]
+fn denoisers_are_told_what_rough_metal_reflects_head_on() {
+    let base = Vec3::new(0.9, 0.6, 0.3);
+    let metal = |roughness| {
+        let layer = MetalRough { base, roughness, metallic: 1.0, head_on: 0.04, solid: 1.0 };
+        Material { diffuse: Vec3::ZERO, ambient: Vec3::ZERO, metal_rough: Some(layer), ..toy::matt(0.1) }
+    };
+    let (albedo, normal) = guides_of(metal(0.5));
+    assert!(
+        (albedo - base).abs().max_element() < 1e-3 && (normal - Vec3::Z).length() < 2e-3,
+        "{albedo} {normal}"
+    );
+    let (albedo, normal) = guides_of(metal(0.0));
+    // by Schlick's formula it reflects a little more where it is not seen head-on
+    assert!((albedo - 0.6 * base).abs().max_element() < 5e-3 && normal.z < 0.0, "{albedo} {normal}");
 }
 
 #[test]

@@ -43,5 +43,6 @@ mod reuse;
 mod rough_glass;
 mod shots;
 mod stereo;
+mod terminator;
 mod veils;
 mod windows;

@@ -4,7 +4,7 @@
 use std::path::Path;
 use std::process::Command;
 
-use afterimage::denoise::{Denoiser, PLANES, with_guides};
+use afterimage::denoise::{Denoiser, PLANES, has_rough_guides, with_guides};
 use afterimage::film::{Film, Plane};
 use afterimage::frame::Renderer;
 use afterimage::layers::Layers;
@@ -160,6 +160,36 @@ fn a_denoised_picture_is_nearer_to_the_truth() {
     let before = error(["R", "G", "B"].map(|name| noisy.plane(name).unwrap()), &truth);
     let after = error(&denoised, &truth);
     assert!(after < before / 2.0, "{before} {after}");
+}
+
+/// One sample a pixel makes jagged guides, of which a denoiser that takes them for exact keeps each step.
+#[test]
+#[cfg_attr(not(open_image_denoise), ignore = "needs Open Image Denoise: make setup")]
+fn guides_of_single_samples_are_denoised_first() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/city/sky.toml");
+    let shot = scene::load(&path, true).unwrap();
+    let small = Settings {
+        width: 160,
+        height: 90,
+        paths: 4,
+        filter: Filter::Box,
+        mode: Mode::Full,
+        layers: Layers::NONE,
+        ..shot.settings.clone()
+    };
+    let with = |samples| Settings { samples, ..small.clone() };
+    assert!(has_rough_guides(&shot.scene, &with(1)) && !has_rough_guides(&shot.scene, &with(2)));
+    let render = |samples| {
+        let mut renderer = Renderer::new(&shot.scene, &with_guides(&with(samples))).unwrap();
+        Film::clone(&renderer.render(1, false).unwrap().film)
+    };
+    let (noisy, truth) = (render(1), render(4));
+    let off = |filters_guides| {
+        let denoiser = Denoiser::new(2, DenoiseQuality::High).unwrap();
+        error(&denoiser.filtering_guides(filters_guides).denoise(&noisy).unwrap(), &truth)
+    };
+    let (as_they_are, filtered) = (off(false), off(true));
+    assert!(filtered < 0.97 * as_they_are, "{as_they_are} {filtered}");
 }
 
 /// A floor with chequers under a panel that few rays ask, and a wall with lamps that are smaller than a pixel: the light on

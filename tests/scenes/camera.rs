@@ -1,5 +1,7 @@
 //! Is every key of cameras read, and what does it do?
 
+use std::fs;
+
 use afterimage::pose::Pose;
 use afterimage::scene::camera::Projection;
 use glam::Vec3;
@@ -108,7 +110,9 @@ fn clipping_planes_have_keys() {
         let key = |frame: u32, more: &str| {
             format!("[[camera.key]]\nframe = {frame}\neye = [0, 0, 5]\ntarget = [0, 0, 0]\n{more}\n")
         };
-        load(&format!("{}{}{}[[model]]\nobj = \"m.obj\"\n", key(1, first), key(3, second), key(5, third)))
+        // planes that cut nothing off would be taken out
+        let model = "[[model]]\nquadric = { type = \"sphere\", radius = 9 }\n";
+        load(&format!("{}{}{}{model}", key(1, first), key(3, second), key(5, third)))
     };
     let at = |shot: &afterimage::scene::Shot| {
         let clip = |frame| afterimage::pose::Pose::new(&shot.scene, frame).camera.clip;
@@ -126,9 +130,53 @@ fn clipping_planes_have_keys() {
     // what is tiny is rendered at another scale, with its planes
     let tiny = load(
         "[[camera.key]]\nframe = 1\neye = [0, 0, 5e-7]\ntarget = [0, 0, 0]\nfar = 1e-6\n\
-         [[model]]\nobj = \"m.obj\"\nscale = 1e-7\n",
+         [[model]]\nquadric = { type = \"sphere\", radius = 9 }\nscale = 1e-7\n",
     );
     assert!((at(&tiny)[0].1 / tiny.scene.space.length(1e-6) - 1.0).abs() < 1e-5);
+}
+
+/// Distances of the planes that are kept, of a camera at (0, 1, 8) that looks along -Z.
+fn kept(camera: &str, more: &str) -> [Option<f64>; 2] {
+    let folder = folder();
+    // a room with an open top, and a triangle that stands in the middle
+    let room = "v -9 0 -9\nv 9 0 -9\nv 9 0 9\nv -9 0 9\nv -9 5 -9\nv 9 5 -9\nv 9 5 9\nv -9 5 9\nf 4 3 2 1\nf 1 2 6 5\nf 3 4 8 7\n";
+    fs::write(folder.path().join("room.obj"), room).unwrap();
+    fs::write(folder.path().join("one.obj"), "v -1 0 0\nv 1 0 0\nv 0 2 0\nf 1 2 3\n").unwrap();
+    let key = "[[camera.key]]\nframe = 1\neye = [0, 1, 8]\nrotation = [0, 0, 0]";
+    let kind = if camera.contains("height") { "orthographic" } else { "perspective" };
+    let text = format!("[camera]\nprojection = \"{kind}\"\n{key}\n{camera}\n{more}");
+    let lens = load_in(folder.path(), &text, true).unwrap().scene.camera.lens;
+    [lens.near, lens.far].map(|plane| plane.map(|plane| plane.at(1.0)))
+}
+
+#[test]
+fn clipping_planes_stay_where_they_cut_anything_off() {
+    let one = "[[model]]\nobj = \"one.obj\"\n";
+    let room = "[[model]]\nobj = \"room.obj\"\n";
+    let moving = format!(
+        "{one}[[model.key]]\nframe = 1\ntranslate = [0, 0, 0]\n[[model.key]]\nframe = 9\ntranslate = [0, 0, 7.95]\n"
+    );
+    let ball = "[[model]]\nquadric = { type = \"sphere\" }\ntranslate = [0, 1, 8]\n";
+    let plane = "[[model]]\nquadric = { type = \"plane\" }\n";
+    let to = |z: f64| format!("\n[[camera.key]]\nframe = 40\neye = [0, 1, {z}]\nrotation = [0, 0, 0]\n");
+    for (camera, models, wanted) in [
+        ("near = 0.1\nfar = 100", one, [None, None]),
+        ("near = 0.1\nfar = 7", one, [None, Some(7.0)]),
+        ("near = 8.1\nfar = 100", one, [Some(8.1), None]),
+        // the box around the room holds the eye, and no wall is near it
+        ("near = 0.1\nfar = 100", room, [None, None]),
+        ("near = 4\nfar = 16", room, [Some(4.0), Some(16.0)]),
+        ("near = 0.1\nfar = 9", &moving, [Some(0.1), None]),
+        ("near = 0.1", ball, [Some(0.1), None]),
+        ("near = 0.1\nfar = 1000", plane, [None, Some(1000.0)]),
+        (&format!("near = 0.1\nfar = 20{}", to(21.0)), one, [None, Some(20.0)]),
+        (&format!("near = 0.3\nfar = 90{}", to(-1.0)), one, [Some(0.3), None]),
+    ] {
+        assert_eq!(kept(camera, models), wanted, "{camera}\n{models}");
+    }
+    let parallel = |planes: &str| kept(&format!("height = 4\n{planes}"), one);
+    assert_eq!(parallel("near = 0.1\nfar = 100"), [None, None]);
+    assert_eq!(parallel("near = 8.5\nfar = 100"), [Some(8.5), None]);
 }
 
 #[test]

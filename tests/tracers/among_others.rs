@@ -6,7 +6,7 @@ use afterimage::scene::Scene;
 use afterimage::settings::Build;
 use afterimage::trace::embree::EmbreeBackend;
 use afterimage::trace::{
-    Backend, BackendKind, Coherence, Hit, HitBatch, OfKind, RayBatch, SceneSubset, Tracer,
+    Backend, BackendKind, Coherence, Hit, HitBatch, RayBatch, SceneSubset, Search, Tracer,
 };
 use glam::{DVec3, Vec3};
 
@@ -39,7 +39,7 @@ fn scene_of(models: Vec<afterimage::scene::Model>) -> Scene {
 
 fn closest(tracer: &dyn Tracer, way: Coherence, rays: &RayBatch) -> Vec<Option<Hit>> {
     let mut hits = HitBatch::default();
-    tracer.closest(rays, OfKind::CAMERA, SceneSubset::All, way, &mut hits);
+    tracer.closest(rays, Search::from_eye(SceneSubset::All, way), &mut hits);
     (0..rays.len()).map(|ray| hits.get(ray)).collect()
 }
 

@@ -9,7 +9,7 @@ use afterimage::pose::Pose;
 use afterimage::scene::{self, Mesh, Model, Scene};
 use afterimage::settings::Build;
 use afterimage::trace::{
-    BackendKind, Coherence, HitBatch, Occluders, OfKind, Purpose, RayBatch, SceneSubset,
+    BackendKind, Coherence, HitBatch, Occluders, Purpose, RayBatch, SceneSubset, Search,
 };
 use glam::{DAffine3, DVec3, Vec2, Vec3};
 
@@ -286,7 +286,7 @@ fn halves_answer_for_themselves_and_moved_ones_apart() {
             }
             for (among, is_met) in [(SceneSubset::All, true), (SceneSubset::Still, answers[0])] {
                 let mut hits = HitBatch::default();
-                tracer.closest(&rays, OfKind::CAMERA, among, way, &mut hits);
+                tracer.closest(&rays, Search::from_eye(among, way), &mut hits);
                 assert_eq!(hits.get(0).is_some(), is_met, "{x} {among:?}");
             }
         }

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use afterimage::animation::{Track, TransformTrack};
 use afterimage::scene::{Mesh, Model, RayKind, RayKinds, RayVisibility, Role, Scene};
-use afterimage::trace::{HitBatch, Occluders, OfKind, Purpose, RayBatch, SceneSubset};
+use afterimage::trace::{HitBatch, Occluders, OfKind, Purpose, RayBatch, SceneSubset, Search};
 use glam::{DVec3, Vec3};
 
 use crate::kinds::{WAYS, blocks, down, kinds, on_each, scene_of};
@@ -69,7 +69,8 @@ fn rays_meet_what_their_kind_sees_and_nothing_else() {
     on_each(&scene, |tracer, way| {
         let met = |kinds: OfKind| {
             let mut hits = HitBatch::default();
-            tracer.closest(&rays, kinds, SceneSubset::All, way, &mut hits);
+            let search = Search { kinds, among: SceneSubset::All, coherence: way };
+            tracer.closest(&rays, search, &mut hits);
             (0..rays.len()).map(|ray| hits.get(ray).expect("the floor, at least")).collect::<Vec<_>>()
         };
         let of_each = RayKind::ALL.map(|kind| met(OfKind::All(kind)));
@@ -124,7 +125,8 @@ fn what_is_hidden_from_all_is_met_by_none() {
         for way in WAYS {
             for kind in RayKind::ALL {
                 let mut hits = HitBatch::default();
-                tracer.closest(&down(0.1, 0.2, 9.0), OfKind::All(kind), SceneSubset::All, way, &mut hits);
+                let search = Search { kinds: OfKind::All(kind), among: SceneSubset::All, coherence: way };
+                tracer.closest(&down(0.1, 0.2, 9.0), search, &mut hits);
                 assert_eq!(hits.get(0), None, "{kind:?}");
             }
         }

@@ -7,7 +7,7 @@ use afterimage::scene::{Model, Scene};
 use afterimage::settings::Build;
 use afterimage::trace::embree::EmbreeBackend;
 use afterimage::trace::{
-    Backend, BackendKind, Coherence, Hit, HitBatch, Occluders, OfKind, Purpose, RayBatch, SceneSubset, Tracer,
+    Backend, BackendKind, Coherence, Hit, HitBatch, Occluders, Purpose, RayBatch, SceneSubset, Search, Tracer,
 };
 use glam::{DVec3, Vec3};
 
@@ -87,7 +87,7 @@ pub fn on_each_moved(scene: &Scene, moved: &[bool], check: impl Fn(&dyn Tracer, 
 
 pub fn closest(tracer: &dyn Tracer, way: Coherence, rays: &RayBatch) -> Vec<Option<Hit>> {
     let mut hits = HitBatch::default();
-    tracer.closest(rays, OfKind::CAMERA, SceneSubset::All, way, &mut hits);
+    tracer.closest(rays, Search::from_eye(SceneSubset::All, way), &mut hits);
     (0..rays.len()).map(|ray| hits.get(ray)).collect()
 }
 

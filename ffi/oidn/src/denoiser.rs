@@ -38,6 +38,25 @@ pub struct Guides<'a> {
     pub normal: &'a [[f32; 3]],
 }
 
+/// Kind of a guide.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Guide {
+    /// [`Guides::albedo`].
+    Albedo,
+    /// [`Guides::normal`].
+    Normal,
+}
+
+impl Guide {
+    /// Name of its image.
+    fn name(self) -> &'static CStr {
+        match self {
+            Self::Albedo => c"albedo",
+            Self::Normal => c"normal",
+        }
+    }
+}
+
 /// Approximate limit of the library's working memory, in units of 2^20 bytes: larger pictures are cut into
 /// pieces that overlap. The limit is fixed here, so that all machines cut at the same places.
 pub const MOST_MEGABYTES: i32 = 2048;
@@ -91,12 +110,7 @@ impl Denoiser {
             (functions.commit_device)(device);
         }
         denoiser.check()?;
-        // SAFETY: the device is committed; what comes is null or a filter that belongs to us.
-        denoiser.filter = unsafe { (denoiser.functions.new_filter)(device, c"RT".as_ptr()) };
-        denoiser.check()?;
-        if denoiser.filter.is_null() {
-            return Err(failed("it has no filter for ray tracing"));
-        }
+        denoiser.filter = denoiser.new_filter()?;
         Ok(denoiser)
     }
 
@@ -125,37 +139,79 @@ impl Denoiser {
         guides: Guides,
         output: &mut [[f32; 3]],
     ) -> Result<(), Error> {
-        let pixels = size[0].saturating_mul(size[1]);
-        let lengths = [
-            ("the picture", color.len()),
-            ("the albedo", guides.albedo.len()),
-            ("the normals", guides.normal.len()),
-            ("the output", output.len()),
+        let inputs = [
+            ("the picture", c"color", color),
+            ("the albedo", c"albedo", guides.albedo),
+            ("the normals", c"normal", guides.normal),
         ];
-        for (what, length) in lengths {
+        self.apply(self.filter, size, &inputs, output, self.quality)
+    }
+
+    /// Denoises a guide by itself: one that is noisy, too, is better for [`denoise`](Self::denoise) then. As good as it gets is
+    /// [`Quality::Balanced`] already. The result is the same to the bit as there.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn denoise_guide(
+        &mut self,
+        size: [usize; 2],
+        guide: Guide,
+        noisy: &[[f32; 3]],
+        output: &mut [[f32; 3]],
+    ) -> Result<(), Error> {
+        let quality = if self.quality == Quality::High { Quality::Balanced } else { self.quality };
+        // a filter of its own: the other one keeps its images
+        let filter = self.new_filter()?;
+        let result = self.apply(filter, size, &[("the guide", guide.name(), noisy)], output, quality);
+        // SAFETY: the filter belongs to us, and nobody has it any more.
+        unsafe { (self.functions.release_filter)(filter) };
+        result
+    }
+
+    /// Creates a filter for ray tracing, which belongs to the caller.
+    fn new_filter(&self) -> Result<Filter, Error> {
+        // SAFETY: the device is committed; what comes is null or a filter that belongs to us.
+        let filter = unsafe { (self.functions.new_filter)(self.device, c"RT".as_ptr()) };
+        self.check()?;
+        if filter.is_null() { Err(failed("it has no filter for ray tracing")) } else { Ok(filter) }
+    }
+
+    /// Applies `filter`, one of this device's, to these images: what each is, its name and its pixels.
+    fn apply(
+        &self,
+        filter: Filter,
+        size: [usize; 2],
+        inputs: &[(&'static str, &CStr, &[[f32; 3]])],
+        output: &mut [[f32; 3]],
+        quality: Quality,
+    ) -> Result<(), Error> {
+        let pixels = size[0].saturating_mul(size[1]);
+        let lengths = inputs.iter().map(|(what, _, list)| (*what, list.len()));
+        for (what, length) in lengths.chain([("the output", output.len())]) {
             if length != pixels {
                 return Err(Error::Size { what, length, pixels });
             }
         }
-        let (filter, functions) = (self.filter, &self.functions);
+        let functions = &self.functions;
         let set_image = |name: &CStr, data: *mut c_void| {
             // SAFETY: the filter is there; `data` has three floats for each pixel, in rows without gaps (strides of 0
             // say that). The filter keeps the address, and uses it in `execute_filter` alone: below, while the lists
-            // are borrowed, after all four were set anew.
+            // are borrowed, after all of its images were set anew.
             unsafe {
                 (functions.set_image)(filter, name.as_ptr(), data, FORMAT_FLOAT3, size[0], size[1], 0, 0, 0);
             }
         };
         // the library reads these, and writes the output alone
-        set_image(c"color", color.as_ptr().cast_mut().cast());
-        set_image(c"albedo", guides.albedo.as_ptr().cast_mut().cast());
-        set_image(c"normal", guides.normal.as_ptr().cast_mut().cast());
+        for (_, name, list) in inputs {
+            set_image(name, list.as_ptr().cast_mut().cast());
+        }
         set_image(c"output", output.as_mut_ptr().cast());
+        let is_picture = inputs.len() > 1;
         // SAFETY: the filter is there, the names end with a zero; for the images see above.
         unsafe {
-            (functions.set_filter_bool)(filter, c"hdr".as_ptr(), true);
-            (functions.set_filter_bool)(filter, c"cleanAux".as_ptr(), true);
-            (functions.set_filter_int)(filter, c"quality".as_ptr(), self.quality.number());
+            (functions.set_filter_bool)(filter, c"hdr".as_ptr(), is_picture);
+            (functions.set_filter_bool)(filter, c"cleanAux".as_ptr(), is_picture);
+            (functions.set_filter_int)(filter, c"quality".as_ptr(), quality.number());
             (functions.set_filter_int)(filter, c"maxMemoryMB".as_ptr(), MOST_MEGABYTES);
             (functions.commit_filter)(filter);
         }

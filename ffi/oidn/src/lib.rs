@@ -19,5 +19,5 @@ mod denoiser;
 mod error;
 mod functions;
 
-pub use denoiser::{Denoiser, Guides, MOST_MEGABYTES, Quality};
+pub use denoiser::{Denoiser, Guide, Guides, MOST_MEGABYTES, Quality};
 pub use error::{Error, Kind};

@@ -4,7 +4,7 @@
 
 use std::path::{Path, PathBuf};
 
-use oidn::{Denoiser, Error, Guides, Quality};
+use oidn::{Denoiser, Error, Guide, Guides, Quality};
 
 const SIZE: [usize; 2] = [80, 48];
 
@@ -42,6 +42,23 @@ fn denoised(threads: usize, quality: Quality) -> Pixels {
     let mut denoiser = Denoiser::load(&library(), threads, quality).unwrap();
     denoiser.denoise(SIZE, &color, Guides { albedo: &albedo, normal: &normal }, &mut output).unwrap();
     output
+}
+
+#[test]
+#[cfg_attr(not(open_image_denoise), ignore = "needs Open Image Denoise: make setup")]
+fn guides_lose_their_noise_and_keep_their_range() {
+    let [lowest, highest] = [0.3, 0.7];
+    let noisy: Pixels =
+        (0..SIZE[0] * SIZE[1]).map(|pixel| [lowest + (highest - lowest) * random(pixel); 3]).collect();
+    let mut denoiser = Denoiser::load(&library(), 2, Quality::High).unwrap();
+    for guide in [Guide::Albedo, Guide::Normal] {
+        let mut output = vec![[-9.0; 3]; noisy.len()];
+        denoiser.denoise_guide(SIZE, guide, &noisy, &mut output).unwrap();
+        let off = |picture: &Pixels| picture.iter().map(|color| (color[0] - 0.5).abs()).sum::<f32>();
+        assert!(off(&output) < off(&noisy) / 4.0, "{guide:?}: {} {}", off(&output), off(&noisy));
+    }
+    let error = denoiser.denoise_guide(SIZE, Guide::Albedo, &noisy[1..], &mut vec![[0.0; 3]; noisy.len()]);
+    assert!(matches!(error, Err(Error::Size { what: "the guide", .. })), "{error:?}");
 }
 
 /// The mean, and how far values are from it on average, of the red of the left half and the green of the right one.

@@ -52,7 +52,12 @@ class Images:
         values = np.empty(width * height * image.channels, dtype=np.float32)
         image.pixels.foreach_get(values)
         values = values.reshape(height, width, image.channels)
-        pixels = np.ones((height, width, 4), dtype=np.float32)
+        if max(width, height) > LARGEST:
+            step = -(-max(width, height) // LARGEST)
+            self.warnings.add(f"image `{image.name}`: {width}x{height} is made smaller where nodes change it")
+            # at once, and as a copy, so that nothing of its whole size is kept
+            values = values[::step, ::step].copy()
+        pixels = np.ones((*values.shape[:2], 4), dtype=np.float32)
         if image.channels >= 3:
             pixels[:, :, : image.channels] = values
         else:
@@ -64,10 +69,6 @@ class Images:
         # pixels of byte images are as the file has them; those of float images are linear already
         if not image.is_float and image.colorspace_settings.name == "sRGB":
             pixels[:, :, :3] = to_linear(pixels[:, :, :3])
-        if max(width, height) > LARGEST:
-            step = -(-max(width, height) // LARGEST)
-            self.warnings.add(f"image `{image.name}`: {width}x{height} is made smaller where nodes change it")
-            pixels = pixels[::step, ::step]
         return pixels
 
     def is_plain(self, image, colorspace):

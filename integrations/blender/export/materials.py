@@ -11,13 +11,16 @@ from .images import safe
 from .meshes import digest_of
 from .nodes import Evaluator, alike, constant
 from .rays import Seen
-from .surfaces import BLENDED, Surface, surface_of, surface_to_all
+from .surfaces import BLENDED, Surface, is_colored, surface_of, surface_to_all
 
 LEAST_ALPHA = 1e-3
 """Alpha below which what a surface shows is not known from the light that is left."""
 
 MOST_BENDING = 100.0
 """The largest index of refraction that the renderer takes."""
+
+VEIL_TEXELS = 256
+"""Edge of the picture of an even veil. Shadow rays pass or are stopped by chance, once for a part of a texel."""
 
 SOFT_SHARE = 0.1
 """Share of a picture's alpha that is neither there nor gone from which on its surface is a veil."""
@@ -78,7 +81,7 @@ class Materials:
     def _probe(self, material, surface, evaluator):
         """Finds out what depends on colour attributes: how a surface with others differs. The base colour alone may."""
         other = surface_of(Evaluator(self.images, lambda name: constant(0.25, 0.5, 0.75), evaluator.ray), material)
-        differs = [part for part in (*BLENDED, "emission", "alpha") if not np.array_equal(getattr(surface, part), getattr(other, part))]
+        differs = [part for part in (*BLENDED, "emission", "alpha", "veil") if not np.array_equal(getattr(surface, part), getattr(other, part))]
         if "base" in differs:
             if surface.base.shape[:2] != (1, 1):
                 evaluator.say("its colour attribute is left out beside pictures")
@@ -104,6 +107,16 @@ class Materials:
     def is_veil(self, material):
         """Returns true if a material is clear in part."""
         return is_veil(self.surface(material)[0])
+
+    def reflects_nothing(self, material):
+        """Returns true if a material is black or clear."""
+        surface, evaluator = self.surface(material)
+        is_black = all(float(part.max()) <= 0 for part in (surface.base, surface.specular)) and not evaluator.painted
+        return is_black or float(surface.alpha.max()) <= 0
+
+    def is_even_veil(self, material):
+        """Returns true if a material is clear in part, and without a picture of its own as much so everywhere."""
+        return is_even_veil(self.surface(material)[0])
 
     def _tell(self, material, evaluator):
         """Tells what was replaced of a material."""
@@ -158,13 +171,13 @@ class Materials:
     def _values(self, name, surface, evaluator, density):
         """Keys of the [[material]]."""
         values = {}
-        self._alpha(name, surface, values)
-        self._emission(name, surface, values)
         through = self._through(surface, evaluator)
+        if through == 0 or surface.alpha.shape[:2] != (1, 1):
+            self._alpha(name, surface, evaluator, values)
+        self._emission(name, surface, values)
         if through > 0:
-            alpha = values.pop("d", None)
             self._glass(name, surface, through, evaluator, values)
-            if alpha is not None:
+            if surface.alpha.shape[:2] == (1, 1) and float(surface.alpha.max()) < 1:
                 evaluator.say("the alpha of glass is left out")
             self._normal(name, surface, evaluator, density, values)
             return values
@@ -237,14 +250,26 @@ class Materials:
         name = evaluator.image_of(value)
         return next((image for image in bpy.data.images if image.name_full == name), None) if name else None
 
-    def _alpha(self, name, surface, values):
+    def _alpha(self, name, surface, evaluator, values):
         alpha = surface.alpha
         if alpha.shape[:2] == (1, 1):
-            if float(alpha.mean()) < 1:
-                values["d"] = max(0.0, float(alpha.mean()))
+            if is_colored(surface):
+                # the renderer has no colour of veils that are pictures
+                values.update(d=max(0.0, float(alpha.mean())), tf=np.clip(surface.veil.mean(axis=(0, 1)), 0, 1).tolist())
+                evaluator.say("its shadow is a full one or none, as it lets light through in a colour")
+                if surface.veil.shape[:2] != (1, 1):
+                    evaluator.say("the picture of the colour of its transparent shader counts by its mean")
+            elif is_even_veil(surface):
+                # a picture, for shadows of `d` alone are full ones or none: see mesh_store.anywhere
+                values["map_d"] = self.images.write_numbers(f"{name} alpha", np.broadcast_to(alpha, (VEIL_TEXELS, VEIL_TEXELS, 1)))
+                values["alpha_mode"] = "blend"
+            elif float(alpha.mean()) <= 0:
+                values["d"] = 0.0
         elif float(alpha.min()) < 0.999:
             values["map_d"] = self.images.write_numbers(f"{name} alpha", alpha)
             values["alpha_mode"] = "blend" if is_soft(alpha) else "cut"
+            if is_colored(surface):
+                evaluator.say("the colour of its transparent shader is left out")
 
     def _emission(self, name, surface, values):
         light = surface.emission
@@ -299,6 +324,11 @@ def is_veil(surface):
     """Returns true if a surface is clear in part, and not cut out alone."""
     alpha = surface.alpha
     return float(alpha.max()) < 1 if alpha.shape[:2] == (1, 1) else is_soft(alpha)
+
+
+def is_even_veil(surface):
+    """Returns true if a surface is as clear everywhere, and neither gone nor whole."""
+    return surface.alpha.shape[:2] == (1, 1) and 0 < float(surface.alpha.mean()) < 1
 
 
 def undimmed(light, alpha):

@@ -96,11 +96,15 @@ class Stored:
         """Returns true if faces of it are clear in part."""
         return any(self.store.materials.is_veil(material) for material, _ in self._slots())
 
+    def reflects_nothing(self):
+        """Returns true if all faces of it are black or clear."""
+        return all(self.store.materials.reflects_nothing(material) for material, _ in self._slots())
+
     def _uvs(self, material):
         """Texture coordinates of a material, moved by the mapping of its pictures; None if it has no pictures."""
         uv = self.store.materials.uv(material)
         if uv is None:
-            return None
+            return anywhere(self.geometry) if self.store.materials.is_even_veil(material) else None
         name, matrix = uv
         values = self.geometry.uvs.get(name)
         if values is None:
@@ -158,6 +162,19 @@ class Stored:
         # what a point cache says of its frames is a single float: say it in full
         shapes = {"cache": cache, "first": float(self.first), "every": float(self.store.step)}
         return {"obj": self.store.relative(path), "shapes": shapes}
+
+
+ASKEW = np.array([[1, 0], [0, 1], [0.618, 0.731]])
+"""Flattens a mesh onto a plane on edge to none of the directions in which faces usually lie."""
+
+
+def anywhere(geometry):
+    """Texture coordinates of a picture that is the same all over: they need only differ from place to place, which UV maps need not."""
+    flat = geometry.positions @ ASKEW
+    flat = flat - flat.min(axis=0)
+    values = np.zeros((geometry.corners, 2), dtype=np.float32)
+    values[geometry.loops.ravel()] = (flat / max(float(flat.max()), 1e-12))[geometry.triangles.ravel()]
+    return values
 
 
 def with_values(all_values, values, at, count, default):

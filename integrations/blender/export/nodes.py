@@ -10,9 +10,13 @@ from contextlib import contextmanager
 
 import numpy as np
 
+from .arithmetic import BLENDS, MATHS, shifted
 from .rays import IS_OF
 
 SAME_TO_ALL = "rays of all kinds see what {} (Light Path)"
+
+ASLANT = 0.5**0.5
+"""Cosine of the angle at which what depends on the eye is looked up."""
 
 LUMINANCE = np.array([0.2126, 0.7152, 0.0722], dtype=np.float32)
 
@@ -44,35 +48,6 @@ def alike(*values):
         return value[rows][:, columns]
 
     return [sized(value) for value in values]
-
-
-BLENDS = {
-    "MIX": lambda a, b: b,
-    "ADD": lambda a, b: a + b,
-    "MULTIPLY": lambda a, b: a * b,
-    "SUBTRACT": lambda a, b: a - b,
-    "SCREEN": lambda a, b: 1 - (1 - a) * (1 - b),
-    "DIVIDE": lambda a, b: np.where(b != 0, a / np.where(b == 0, 1, b), a),
-    "DIFFERENCE": lambda a, b: np.abs(a - b),
-    "DARKEN": np.minimum,
-    "LIGHTEN": np.maximum,
-    "OVERLAY": lambda a, b: np.where(a < 0.5, 2 * a * b, 1 - 2 * (1 - a) * (1 - b)),
-}
-
-MATHS = {
-    "ADD": lambda a, b, c: a + b,
-    "SUBTRACT": lambda a, b, c: a - b,
-    "MULTIPLY": lambda a, b, c: a * b,
-    "DIVIDE": lambda a, b, c: np.where(b != 0, a / np.where(b == 0, 1, b), 0),
-    "MULTIPLY_ADD": lambda a, b, c: a * b + c,
-    "POWER": lambda a, b, c: np.power(np.maximum(a, 0), b),
-    "SQRT": lambda a, b, c: np.sqrt(np.maximum(a, 0)),
-    "ABSOLUTE": lambda a, b, c: np.abs(a),
-    "MINIMUM": lambda a, b, c: np.minimum(a, b),
-    "MAXIMUM": lambda a, b, c: np.maximum(a, b),
-    "LESS_THAN": lambda a, b, c: (a < b) * 1.0,
-    "GREATER_THAN": lambda a, b, c: (a > b) * 1.0,
-}
 
 
 class Evaluator:
@@ -196,6 +171,20 @@ class Evaluator:
         self.say(f"node `{node.name}` (Blackbody) is an approximation")
         return constant(*blackbody(kelvin))
 
+    # the eye
+
+    def node_fresnel(self, node, socket):
+        self.say(f"node `{node.name}` ({node.bl_label}) is what it is at 45 degrees")
+        return constant(reflected(float(self.input(node, "IOR").mean())))
+
+    def node_layer_weight(self, node, socket):
+        self.say(f"node `{node.name}` ({node.bl_label}) is what it is at 45 degrees")
+        blend = float(self.input(node, "Blend").mean())
+        if socket.name == "Fresnel":
+            return constant(reflected(index_of_weight(blend)))
+        blend = min(max(blend, 0.0), 1 - 1e-5)
+        return constant(1 - ASLANT ** (2 * blend if blend < 0.5 else 0.5 / (1 - blend)))
+
     # rays
 
     def node_light_path(self, node, socket):
@@ -292,7 +281,7 @@ class Evaluator:
     def blend(self, node, factor, a, b, kind, clamp):
         if kind not in BLENDS:
             self.say(f"node `{node.name}`: blending by {kind.lower()} is replaced by mixing")
-        mixed = a * (1 - factor) + BLENDS.get(kind, BLENDS["MIX"])(a, b) * factor
+        mixed = BLENDS.get(kind, BLENDS["MIX"])(factor, a, b).astype(np.float32)
         return np.clip(mixed, 0, 1) if clamp else mixed
 
     def node_math(self, node, socket):
@@ -301,6 +290,20 @@ class Evaluator:
             self.say(f"node `{node.name}` (Math, {node.operation.lower()}) passes its first input on")
         value = MATHS.get(node.operation, lambda a, b, c: a)(a, b, c).astype(np.float32)
         return np.clip(value, 0, 1) if node.use_clamp else value
+
+    def node_hue_sat(self, node, socket):
+        hue, saturation, value, factor, plain = alike(*(self.input(node, index) for index in range(5)))
+        return np.maximum(plain * (1 - factor) + shifted(plain, hue, saturation, value) * factor, 0).astype(np.float32)
+
+    def node_curve_rgb(self, node, socket):
+        factor, plain = alike(self.input(node, 0), self.input(node, 1))
+        mapping = node.mapping
+        mapping.initialize()
+        curves = list(mapping.curves)
+        # the last curve is that of all channels, and comes first
+        value = through(mapping, curves[3], plain)
+        value = np.concatenate([through(mapping, curve, value[:, :, index : index + 1]) for index, curve in enumerate(curves[:3])], axis=2)
+        return (plain * (1 - factor) + value * factor).astype(np.float32)
 
     def node_invert(self, node, socket):
         factor, value = alike(self.input(node, 0), self.input(node, 1))
@@ -371,6 +374,29 @@ class Evaluator:
             return self.input(parent, list(parent.inputs).index(outer)) if outer else constant(0.0)
         finally:
             self.parents.append(parent)
+
+
+def index_of_weight(blend):
+    """The index of refraction that the Fresnel output of a Layer Weight has for its blend."""
+    return 1 / max(1 - blend, 1e-5)
+
+
+def reflected(index):
+    """Share of the light that a surface of some index of refraction reflects at 45 degrees."""
+    squared = index * index - 1 + ASLANT * ASLANT
+    if squared < 0:
+        return 1.0
+    root = squared**0.5
+    one = (root - ASLANT) / (root + ASLANT)
+    other = (ASLANT * (root + ASLANT) - 1) / (ASLANT * (root - ASLANT) + 1)
+    return 0.5 * one * one * (1 + other * other)
+
+
+def through(mapping, curve, values):
+    """Values as a curve maps them."""
+    low, high = min(float(values.min()), 0.0), max(float(values.max()), 1.0)
+    steps = np.linspace(low, high, 1025)
+    return np.interp(values, steps, [mapping.evaluate(curve, step) for step in steps])
 
 
 def same_socket(sockets, socket):

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Models of a shot, and where their copies are: in the shot file where there are few, in arrays beside it where there are many."""
 
+import dataclasses
 import itertools
 import math
 import os
@@ -80,10 +81,14 @@ def model_tables(walk, folder, progress):
             groups.setdefault(seen, []).append(Copy(placed.name, runs, placed.matrices, walk.times))
     grid = Grid(walk.times)
     tell_whole_holdouts(by_mesh, walk.warnings)
+    tell_catchers(by_mesh, walk.warnings)
     for stored, groups in by_mesh.values():
         count = itertools.count(1)
         for (source, of_faces), (of_copies, copies) in itertools.product(stored.models(), groups.items()):
             seen = of_faces.and_of(of_copies)
+            if seen.catcher and stored.reflects_nothing():
+                # no light arrives on it of which any could be missing
+                seen = dataclasses.replace(seen, hidden=seen.hidden | {"camera"})
             if seen.is_nowhere():
                 continue
             source = {**source, **seen.keys()}
@@ -101,6 +106,15 @@ def tell_whole_holdouts(by_mesh, warnings):
         if names and stored.has_veils():
             for name in names:
                 warnings.add(f"object `{name}`: its holdout is a whole one also where its materials are clear in part")
+
+
+def tell_catchers(by_mesh, warnings):
+    """Tells of catchers of shadows beside each other: in Blender they keep no light from each other."""
+    groups = [(stored, seen, copies) for stored, groups in by_mesh.values() for seen, copies in groups.items()]
+    names = [copy.name for stored, seen, copies in groups if "shadow_catcher" in seen.keys() and not stored.reflects_nothing() for copy in copies]
+    if len(names) > 1:
+        shown = ", ".join(f"`{name}`" for name in list(dict.fromkeys(names))[:4])
+        warnings.add(f"shadow catchers {shown}{' and others' if len(set(names)) > 4 else ''} cast shadows on each other, as they do not in Blender")
 
 
 def divided(copies, grid, times):

@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Shaders to one surface: what a material's node tree reflects, lets through and emits, as parameters."""
 
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 
 import numpy as np
 
-from .nodes import SAME_TO_ALL, alike, color, constant, number
+from .nodes import SAME_TO_ALL, alike, color, constant, index_of_weight, number
 from .rays import KINDS, Seen
 
 
@@ -28,6 +28,8 @@ class Surface:
     coat_ior: np.ndarray = field(default_factory=lambda: constant(1.5))
     emission: np.ndarray = field(default_factory=lambda: constant(0.0, 0.0, 0.0))
     """Radiance, alpha included."""
+    veil: np.ndarray = field(default_factory=lambda: constant(1.0, 1.0, 1.0))
+    """Colour of the light that passes where alpha lets it."""
     normal: np.ndarray | None = None
     """Directions from 0 to 1 as normal maps have them."""
     bump: tuple | None = None
@@ -87,6 +89,8 @@ def surface_to_all(evaluator_of, material):
     surface, evaluator = found[shown[0]]
     if not all(are_alike(found[kind][0], surface) for kind in shown[1:]):
         evaluator.say(SAME_TO_ALL.format("the camera sees" if shown[0] == "camera" else f"{shown[0]} rays see"))
+    if any(is_colored(found[kind][0]) for kind in KINDS if kind not in there) and there:
+        evaluator.say("the colour of its transparent shader is left out")
     # nothing to anyone is shown as Blender has it: as what is clear
     surface.seen = Seen(frozenset(KINDS) - set(there) if there else frozenset(), holdout or surface.seen.holdout)
     return surface, evaluator
@@ -95,6 +99,11 @@ def surface_to_all(evaluator_of, material):
 def is_nothing(surface):
     """Returns true if light passes a surface as if it were not there."""
     return not surface.is_there or (float(surface.alpha.max()) <= 0 and float(surface.emission.max()) <= 0)
+
+
+def is_colored(surface):
+    """Returns true if what passes a surface where it is not there has its colour."""
+    return float(surface.veil.min()) < 0.99 and float(surface.alpha.min()) < 0.999
 
 
 def are_alike(one, other):
@@ -228,10 +237,8 @@ def glass(evaluator, node):
 
 
 def transparent(evaluator, node):
-    """A Transparent BSDF: nothing of the surface is there."""
-    if float(evaluator.input(node, "Color").min()) < 0.99:
-        evaluator.say("the colour of its transparent shader is left out")
-    return Surface(alpha=constant(0.0))
+    """A Transparent BSDF: nothing of the surface is there, and light passes in its colour."""
+    return Surface(alpha=constant(0.0), veil=np.clip(color(evaluator.input(node, "Color")), 0, 1))
 
 
 def emission(evaluator, node):
@@ -245,13 +252,27 @@ def holdout(evaluator, node):
     return Surface(base=constant(0.0, 0.0, 0.0), specular=constant(0.0), seen=Seen(holdout=True))
 
 
+def strength_of(surface):
+    """How much a surface reflects head-on, as one number."""
+    head_on = ((surface.ior - 1) / (surface.ior + 1)) ** 2 * surface.specular
+    metallic, head_on, base, coat = (float(part.mean()) for part in (surface.metallic, head_on, surface.base, surface.coat))
+    return metallic * base + (1 - metallic) * head_on + 0.04 * coat
+
+
+def share_of_second(first, second, otherwise):
+    """The share that the second one of two weights has of both, where there is any."""
+    first, second, otherwise = alike(first, second, otherwise)
+    both = first + second
+    return np.where(both > 1e-6, second / np.maximum(both, 1e-6), otherwise)
+
+
 def blend(first, second, share):
     """Mixes two surfaces: `share` of the second."""
     alpha_a, alpha_b, share = alike(first.alpha, second.alpha, number(share))
     share = np.clip(share, 0, 1)
     weight_a, weight_b = alpha_a * (1 - share), alpha_b * share
     alpha = weight_a + weight_b
-    of_second = np.where(alpha > 1e-6, weight_b / np.maximum(alpha, 1e-6), share)
+    of_second = share_of_second(weight_a, weight_b, share)
 
     def mixed(name, by):
         one, other, by = alike(getattr(first, name), getattr(second, name), by)
@@ -262,7 +283,10 @@ def blend(first, second, share):
             return getattr(second, name)
         return one * (1 - by) + other * by
 
-    values = {name: mixed(name, of_second) for name in BLENDED}
+    values = {name: mixed(name, of_second) for name in BLENDED if name != "roughness"}
+    # what reflects nothing has no part in how rough reflections are
+    shines = (weight * strength_of(surface) for surface, weight in ((first, weight_a), (second, weight_b)))
+    values["roughness"] = mixed("roughness", share_of_second(*alike(*shines), of_second))
     # what is clear has no part in it
     parts = [surface for surface, weight in ((first, weight_a), (second, weight_b)) if float(weight.max()) > 0]
     larger = second if float(of_second.mean()) > 0.5 else first
@@ -270,6 +294,7 @@ def blend(first, second, share):
     return Surface(
         **values,
         alpha=alpha,
+        veil=mixed("veil", share_of_second((1 - alpha_a) * (1 - share), (1 - alpha_b) * share, share)),
         emission=mixed("emission", share),
         normal=larger.normal if larger.normal is not None else smaller.normal,
         bump=larger.bump or smaller.bump,
@@ -285,15 +310,72 @@ def joined(evaluator, first, second, share):
     return surface
 
 
+def index_of_edge(evaluator, socket):
+    """The index of refraction by which a mixing factor grows towards the edges of things; None if it does not do so."""
+    with evaluator.source(socket) as (source, output):
+        if source is not None and source.type == "FRESNEL":
+            return float(evaluator.input(source, "IOR").mean())
+        if source is not None and source.type == "LAYER_WEIGHT" and output.name == "Fresnel":
+            return index_of_weight(float(evaluator.input(source, "Blend").mean()))
+    return None
+
+
+def is_mirror(surface):
+    """Returns true if a surface reflects and does nothing else."""
+    return float(surface.metallic.min()) > 0.99 and float(surface.alpha.min()) > 0.99 and float(surface.emission.max()) == 0
+
+
+def has_no_layer(surface):
+    """Returns true if a surface scatters light, without anything on top of it."""
+    return all(float(part.max()) == 0 for part in (surface.specular, surface.metallic, surface.transmission, surface.coat)) and not is_nothing(surface)
+
+
 def mix(evaluator, node):
     """A Mix Shader."""
-    link = evaluator.link(node.inputs[0])
-    if link and link.from_node.type in {"FRESNEL", "LAYER_WEIGHT"}:
-        share = constant(0.04)
-        evaluator.say(f"mixing by {link.from_node.bl_label} is replaced by a factor of 0.04")
-    else:
-        share = evaluator.input(node, 0)
-    return joined(evaluator, behind(evaluator, node, 1), behind(evaluator, node, 2), share)
+    first, second = behind(evaluator, node, 1), behind(evaluator, node, 2)
+    index = index_of_edge(evaluator, node.inputs[0])
+    if index is not None and index > 1 and is_mirror(second) and has_no_layer(first) and float(first.alpha.min()) > 0.99:
+        # what shines on top of what is matt, and does so more towards its edges: a layer
+        shine = second.base.mean(axis=(0, 1))
+        if float(np.ptp(shine)) > 0.05:
+            evaluator.say("the colour of its reflection is left out")
+        normal = {} if first.normal is not None or first.bump else {"normal": second.normal, "bump": second.bump}
+        return replace(first, specular=constant(float(shine.mean())), ior=constant(index), roughness=second.roughness, **normal)
+    share = evaluator.input(node, 0)
+    if share.shape[:2] == (1, 1):
+        of_second = float(np.clip(share, 0, 1).mean())
+        both = glazed(evaluator, first, second, 1 - of_second, of_second) or glazed(evaluator, second, first, of_second, 1 - of_second)
+        if both:
+            return both
+    return joined(evaluator, first, second, share)
+
+
+EDGES = 1 / 21
+"""What a layer reflects from all around beyond what it reflects head-on, of the rest (Schlick's approximation of Fresnel's equations)."""
+
+
+def glazed(evaluator, matt, mirror, of_matt, of_mirror):
+    """What is matt and a mirror in parts, of which there are so much: a surface that scatters one colour and reflects another one. None if
+    they are something else, or of one colour, which is a metal in part."""
+    if not (is_mirror(mirror) and has_no_layer(matt) and float(matt.alpha.min()) > 0.99 and mirror.base.shape[:2] == (1, 1)):
+        return None
+    shine = mirror.base[0, 0] * of_mirror
+    if of_matt <= 0 or shine.max() <= 0 or np.allclose(matt.base, mirror.base, atol=0.02):
+        return None
+    emission = matt.emission * of_matt
+    normal = {} if matt.normal is not None or matt.bump else {"normal": mirror.normal, "bump": mirror.bump}
+    shine_mean = float(shine.mean())
+    if float(np.ptp(shine)) <= 0.1 * float(shine.max()) and EDGES < shine_mean < 0.85:
+        # a layer reflects more towards the edges of things: as much from all around
+        head_on = (shine_mean - EDGES) / (1 - EDGES)
+        root = head_on**0.5
+        base = np.clip(matt.base * of_matt / (1 - shine_mean), 0, 1)
+        layer = {"specular": constant(1.0), "ior": constant((1 + root) / (1 - root))}
+        return replace(matt, base=base, roughness=mirror.roughness, emission=emission, **layer, **normal)
+    base = matt.base * of_matt + shine
+    part = float(number(constant(*shine)).mean()) / max(float(number(base).mean()), 1e-6)
+    evaluator.say("what it scatters and what it reflects are of one colour")
+    return replace(matt, base=np.clip(base, 0, 1), metallic=constant(part), roughness=mirror.roughness, emission=emission, **normal)
 
 
 def add(evaluator, node):
@@ -304,6 +386,9 @@ def add(evaluator, node):
             one, other = alike(light.emission, rest.emission)
             rest.emission = one + other
             return rest
+    both = glazed(evaluator, first, second, 1, 1) or glazed(evaluator, second, first, 1, 1)
+    if both:
+        return both
     evaluator.say("of two added shaders the mean is shown")
     return joined(evaluator, first, second, constant(0.5))
 

@@ -59,6 +59,23 @@ class Surfaces(support.ExportCase):
     def ply(self, shot):
         return read_ply(os.path.join(self.folder, shot["model"][0]["ply"]))
 
+    def test_a_huge_picture_is_made_smaller_before_it_is_worked_on(self):
+        images = support.extension().export.images
+        image = bpy.data.images.new("Wide", 64, 16)
+        texels = np.zeros((16, 64, 4), dtype=np.float32)
+        texels[:, :, 0], texels[:, :, 1], texels[:, :, 3] = np.arange(64) / 63, (np.arange(16) / 15)[:, None], 1
+        image.pixels.foreach_set(texels.ravel())
+        whole = images.Images(self.folder, support.extension().export.warnings.Warnings()).pixels(image)
+        warnings = support.extension().export.warnings.Warnings()
+        largest, images.LARGEST = images.LARGEST, 16
+        try:
+            smaller = images.Images(self.folder, warnings).pixels(image)
+        finally:
+            images.LARGEST = largest
+        np.testing.assert_array_equal(smaller, whole[::4, ::4])
+        self.assertIsNone(smaller.base, "the whole picture is kept")
+        self.assertEqual(list(warnings), ["image `Wide`: 64x16 is made smaller where nodes change it"])
+
     def test_glass_has_the_tint_and_the_share_that_it_lets_through(self):
         clear, _ = principled("Clear", Transmission_Weight=1.0, Base_Color=(0.25, 1, 0.64, 1), Roughness=0.0, IOR=1.4)
         values = self.exported(clear)["material"][0]

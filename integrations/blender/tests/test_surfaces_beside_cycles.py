@@ -131,6 +131,106 @@ class SurfacesBesideCycles(beside_cycles.BesideCycles):
         inside = np.s_[12:36, 16:48]
         np.testing.assert_allclose(ours[inside][:, :, :3], cycles[inside][:, :, :3], atol=0.06)
 
+    def test_an_even_veil_casts_a_shadow_as_dark_as_it_is_opaque(self):
+        matt, _ = principled("Matt", Roughness=1.0, Specular_IOR_level=0.0)
+        self.look_down(matt)
+        support.add(self.scene, "Sun", self.light("SUN", energy=3, angle=0.1), (0, 0, 5), (0, 0.7, 0))
+        self.scene.afterimage.shadow_rays, self.scene.afterimage.samples = "16", 4
+        # neither of them has a UV map that tells places apart
+        for name, place, turn in (("Lying", (0.7, 0.8, 1), (0, 0, 0.3)), ("Standing", (0.8, -0.8, 0.6), (0, np.pi / 2, 0))):
+            veil, _ = principled(name, Alpha=0.5, Roughness=1.0, Specular_IOR_level=0.0)
+            mesh = support.grid(name, 1)
+            mesh.uv_layers.new()
+            mesh.uv_layers[0].uv.foreach_set("vector", np.zeros(8, dtype=np.float32))
+            mesh.materials.append(veil)
+            item = support.add(self.scene, name, mesh, place, turn)
+            item.visible_camera = False
+        for opacity in (0.3, 0.7):
+            with self.subTest(opacity=opacity):
+                for name in ("Lying", "Standing"):
+                    bpy.data.materials[name].node_tree.nodes["Principled BSDF"].inputs["Alpha"].default_value = opacity
+                ours, cycles = self.both(256)
+                for picture in (ours, cycles):
+                    lit = picture[24, 60, 0]
+                    shadows = [picture[rows, columns, 0].mean() / lit for rows, columns in (np.s_[10:14, 28:32], np.s_[34:38, 34:38])]
+                    np.testing.assert_allclose(shadows, 1 - opacity, atol=0.06)
+                self.assertEqual(self.exported.warnings, [])
+
+    def test_a_mirror_that_is_mixed_in_towards_the_edges_is_a_layer(self):
+        self.world((1, 1, 1))
+        shiny = bpy.data.materials.new("Shiny")
+        shiny.use_nodes = True
+        tree = shiny.node_tree
+        mix, matt, mirror = (tree.nodes.new(f"ShaderNode{kind}") for kind in ("MixShader", "BsdfDiffuse", "BsdfGlossy"))
+        matt.inputs["Color"].default_value = (0.2, 0.02, 0.02, 1)
+        mirror.inputs["Color"].default_value, mirror.inputs["Roughness"].default_value = (1, 1, 1, 1), 0.1
+        tree.links.new(matt.outputs[0], mix.inputs[1])
+        tree.links.new(mirror.outputs[0], mix.inputs[2])
+        tree.links.new(mix.outputs[0], tree.nodes["Material Output"].inputs["Surface"])
+        bpy.ops.mesh.primitive_uv_sphere_add(segments=64, ring_count=32, radius=1)
+        bpy.context.object.data.shade_smooth()
+        bpy.context.object.data.materials.append(shiny)
+        support.add_camera(self.scene, (0, 0, 4.5), (0, 0, 0))
+        self.scene.render.film_transparent = True
+        self.scene.afterimage.paths, self.scene.afterimage.reflections = 64, 16
+        for kind, name, output, value in (("Fresnel", "IOR", "Factor", 1.45), ("Fresnel", "IOR", "Factor", 1.8), ("LayerWeight", "Blend", "Fresnel", 0.4)):
+            with self.subTest(kind, value=value):
+                edge = tree.nodes.new(f"ShaderNode{kind}")
+                edge.inputs[name].default_value = value
+                socket = next(each for each in edge.outputs if each.name in {output, "Fac"})
+                tree.links.new(socket, mix.inputs[0])
+                ours, cycles = self.assert_same_colors(0.05)
+                # a disc in the middle, and a ring at the rim
+                rows, columns = np.mgrid[0:48, 0:64]
+                away = np.hypot(rows - 23.5, columns - 31.5) / 20.3
+                for part in (away < 0.4, (away > 0.75) & (away < 0.93)):
+                    np.testing.assert_allclose(ours[part, 1].mean(), cycles[part, 1].mean(), rtol=0.12)
+                self.assertEqual(self.exported.warnings, [])
+
+    def test_what_is_matt_and_a_mirror_in_parts_scatters_one_colour_and_reflects_another(self):
+        grey, pale, red, dim = (0.8, 0.8, 0.8), (0.6, 0.6, 0.6), (0.8, 0.1, 0.05), (0.3, 0.3, 0.3)
+        for kind, share, reflected in (("MixShader", 0.35, grey), ("MixShader", 0.7, pale), ("MixShader", 0.5, red), ("AddShader", None, dim)):
+            with self.subTest(kind, share=share, reflected=reflected):
+                self.scene = support.empty()
+                both = bpy.data.materials.new("Both")
+                both.use_nodes = True
+                tree = both.node_tree
+                mix, matt, mirror = (tree.nodes.new(f"ShaderNode{each}") for each in (kind, "BsdfDiffuse", "BsdfGlossy"))
+                matt.inputs["Color"].default_value = (0.6, 0.08, 0.04, 1)
+                mirror.inputs["Color"].default_value, mirror.inputs["Roughness"].default_value = (*reflected, 1), 0.3
+                for source, socket in zip((matt, mirror), list(mix.inputs)[-2:]):
+                    tree.links.new(source.outputs[0], socket)
+                if share:
+                    mix.inputs[0].default_value = share
+                tree.links.new(mix.outputs[0], tree.nodes["Material Output"].inputs["Surface"])
+                square = self.look_down(both)
+                self.scene.afterimage.paths, self.scene.afterimage.reflections, self.scene.afterimage.shadow_rays = 64, 16, "16"
+                # it scatters towards the camera, and reflects away from it
+                support.add(self.scene, "Sun", self.light("SUN", energy=3, angle=0.02), (0, 0, 5), (0, 1.0, 0))
+                self.assert_same_colors(0.06)
+                # and shows a panel in itself
+                bpy.data.objects["Sun"].data.energy = 0
+                square.rotation_euler = (0, 0.4, 0)
+                support.add(self.scene, "Panel", self.light("AREA", energy=100, size=2.5), (4.5, 0, 4), (0, 0.84, 0))
+                # less head-on than Cycles, and more towards edges
+                self.assert_same_colors(0.14)
+
+    def test_transparency_has_its_colour(self):
+        self.world((1, 1, 1))
+        stained, node = principled("Stained", Base_Color=(0.1, 0.5, 0.1, 1), Roughness=1.0, Specular_IOR_level=0.0)
+        tree = stained.node_tree
+        clear, mix = (tree.nodes.new(f"ShaderNode{kind}") for kind in ("BsdfTransparent", "MixShader"))
+        clear.inputs["Color"].default_value = (0.9, 0.4, 0.1, 1)
+        for source, socket in zip((clear, node), list(mix.inputs)[1:]):
+            tree.links.new(source.outputs[0], socket)
+        tree.links.new(mix.outputs[0], tree.nodes["Material Output"].inputs["Surface"])
+        self.look_down(stained, 3)
+        self.scene.afterimage.paths = 64
+        for share in (0.0, 0.3, 0.8):
+            with self.subTest(share=share):
+                mix.inputs[0].default_value = share
+                self.assert_same_colors(0.02)
+
     def test_an_object_of_several_materials_has_one_matte(self):
         red, _ = principled("Red", Base_Color=(1, 0, 0, 1), Emission_Color=(1, 0, 0, 1), Emission_Strength=1.0)
         blue, _ = principled("Blue", Base_Color=(0, 0, 1, 1), Emission_Color=(0, 0, 1, 1), Emission_Strength=1.0)

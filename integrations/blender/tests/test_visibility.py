@@ -182,6 +182,27 @@ class Visibility(support.ExportCase):
         self.assertNotIn("shadow_catcher", self.model("Floor"))
         self.assertEqual(self.warnings(), [])
 
+    def test_a_shadow_catcher_that_reflects_nothing_shows_nothing(self):
+        self.floor.is_shadow_catcher = True
+        material = bpy.data.materials.new("Dark")
+        material.use_nodes = True
+        tree = material.node_tree
+        self.floor.data.materials.append(material)
+        shaders = {kind: tree.nodes.new(f"ShaderNode{kind}") for kind in ("BsdfTransparent", "Emission", "BsdfDiffuse")}
+        for kind, shows in (("BsdfTransparent", False), ("Emission", False), ("BsdfDiffuse", True)):
+            tree.links.new(shaders[kind].outputs[0], tree.nodes["Material Output"].inputs["Surface"])
+            floor = self.model("Floor")
+            self.assertEqual((floor.get("shadow_catcher", False), floor.get("hidden_from")), (shows, None if shows else ["camera"]), kind)
+
+    def test_catchers_beside_each_other_are_told(self):
+        other = support.add(self.scene, "Wall", support.grid("Wall"), (0, 3, 0), (1.5, 0, 0))
+        self.floor.is_shadow_catcher = other.is_shadow_catcher = True
+        self.model("Floor")
+        self.assertEqual(self.warnings(), ["shadow catchers `Floor`, `Wall` cast shadows on each other, as they do not in Blender"])
+        other.is_holdout = True
+        self.model("Floor")
+        self.assertEqual(self.warnings(), [])
+
     def test_a_collection_for_indirect_rays_alone_is_hidden_from_the_camera(self):
         support.add(self.scene, "Other", support.grid("Other"))
         self.within(self.floor).indirect_only = True

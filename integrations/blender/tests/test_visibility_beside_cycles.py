@@ -23,7 +23,9 @@ HALVES = {"left": (-1.6, -0.08, 1.1), "right": (-0.98, 0.04, 1.1)}
 """Points of both halves of the subject."""
 
 
-class VisibilityBesideCycles(beside_cycles.BesideCycles):
+class Stage(beside_cycles.BesideCycles):
+    """Objects before a camera, and the colours of both pictures at points of them."""
+
     def setUp(self):
         super().setUp()
         self.places = dict(PLACES)
@@ -82,6 +84,8 @@ class VisibilityBesideCycles(beside_cycles.BesideCycles):
         changed = {name for name in PLACES if np.abs(before[name] - after[name]).max() > 0.05}
         self.assertEqual(changed, names)
 
+
+class VisibilityBesideCycles(Stage):
     KINDS = (("camera", {"itself"}), ("diffuse", {"floor", "shadow"}), ("glossy", {"mirror"}), ("transmission", {"pane"}), ("shadow", {"shadow"}))
     """Of rays, and the places that look otherwise where these do not meet the subject."""
 
@@ -212,6 +216,189 @@ class VisibilityBesideCycles(beside_cycles.BesideCycles):
         holdout = subject.data.materials[0].node_tree.nodes.new("ShaderNodeHoldout")
         self.clear_to("Is Camera Ray", subject, holdout)
         self.assert_changes(before, self.alike(), {"itself"})
+
+CATCHER = {
+    "cube": (0.0, -0.5, 0.5),
+    "foot": (0.95, -0.1, 0),
+    "shadow": (1.3, 0.3, 0),
+    "rim": (1.75, 0.1, 0),
+    "lit": (-1.6, -1.4, 0),
+    "sky": (0.0, 0.0, 3.2),
+}
+"""Points of a cube; of its shadow beside it, in its middle and at its soft rim; of a floor that is lit; of what is behind the picture."""
+
+
+class CatchersBesideCycles(Stage):
+    """A cube on a catcher of shadows, in a picture whose background is transparent."""
+
+    def ground(self, transparent=True):
+        """A floor that catches shadows, and a cube on it. Returns both objects."""
+        scene = self.scene
+        self.places = dict(CATCHER)
+        scene.render.film_transparent = transparent
+        scene.afterimage.samples, scene.afterimage.paths, scene.afterimage.shadow_rays = 3, 64, "16"
+        self.camera = support.add_camera(scene, (0, -8, 2.5), (1.36, 0, 0), lens=35)
+        matt = principled("Matt", Base_Color=(0.8, 0.8, 0.8, 1), Specular_IOR_level=0.0, Roughness=1.0)[0]
+        red = principled("Red", Base_Color=(0.7, 0.2, 0.1, 1), Specular_IOR_level=0.0, Roughness=1.0)[0]
+        floor = self.square("Floor", 30, matt, (0, 0, 0), (0, 0, 0))
+        floor.is_shadow_catcher = True
+        bpy.ops.mesh.primitive_cube_add(size=1, location=(0, 0, 0.5), rotation=(0, 0, 0.15))
+        cube = bpy.context.object
+        cube.data.materials.append(red)
+        return floor, cube
+
+    def sun(self):
+        support.add(self.scene, "Sun", self.light("SUN", energy=3, angle=0.25), (0, 0, 9), (0.0, -0.85, 0.1))
+
+    def panel(self):
+        support.add(self.scene, "Panel", self.light("AREA", energy=300, size=1.5), (-3.0, -0.5, 3.5), (0.12, -0.75, 0))
+
+    def sky(self, *color):
+        self.scene.world = bpy.data.worlds.new("World")
+        self.scene.world.use_nodes = True
+        self.scene.world.node_tree.nodes["Background"].inputs["Color"].default_value = (*color, 1)
+
+    def assert_caught(self, found, name="shadow"):
+        """The floor is clear where it is lit, and black where it is not; the cube is there."""
+        self.assertLess(found["lit"][3], 0.1)
+        self.assertGreater(found[name][3], found["lit"][3] + 0.08)
+        self.assertLess(found[name][:3].max(), 0.02)
+        np.testing.assert_allclose([found["cube"][3], found["sky"][3]], [1, 0], atol=1e-6)
+
+    def test_shadows_of_a_sun_are_caught(self):
+        self.ground()
+        self.sun()
+        found = self.alike(256)
+        self.assert_caught(found)
+        self.assertEqual(self.exported.warnings, [])
+
+    def test_shadows_of_a_panel_are_caught(self):
+        self.ground()
+        self.panel()
+        self.assert_caught(self.alike(256))
+
+    def test_shadows_of_a_sky_are_caught(self):
+        self.ground()
+        self.sky(0.3, 0.5, 0.8)
+        self.assert_caught(self.alike(512), "foot")
+
+    def test_shadows_of_both_lamps_and_a_sky_are_caught(self):
+        self.ground()
+        self.sun(), self.panel(), self.sky(0.2, 0.2, 0.3)
+        self.assert_caught(self.alike(512), "foot")
+
+    def test_a_visible_background_is_dimmed_where_shadows_are_caught(self):
+        self.ground(transparent=False)
+        self.sun(), self.sky(0.3, 0.4, 0.6)
+        found = self.alike(256)
+        self.assertLess(found["shadow"][2], 0.8 * found["sky"][2])
+        self.assertEqual(found["shadow"][3], 1)
+
+    def test_a_hole_casts_a_shadow_that_is_caught(self):
+        _, cube = self.ground()
+        self.sun()
+        cube.is_holdout = True
+        found = self.alike(256)
+        self.assertEqual(found["cube"].tolist(), [0, 0, 0, 0])
+        self.assertGreater(found["shadow"][3], 0.3)
+
+    def test_a_hole_in_a_transparent_picture_hides_what_is_behind_it(self):
+        _, cube = self.ground()
+        self.panel()
+        bpy.data.objects["Floor"].is_shadow_catcher = False
+        cube.is_holdout = True
+        found = self.alike(256)
+        self.assertEqual(found["cube"].tolist(), [0, 0, 0, 0])
+        self.assertEqual([found["lit"][3], found["sky"][3]], [1, 0])
+
+    def test_a_veil_before_a_hole_shows_itself_alone(self):
+        _, cube = self.ground()
+        self.panel()
+        bpy.data.objects["Floor"].is_shadow_catcher = False
+        cube.is_holdout = True
+        veil = principled("Veil", Base_Color=(0.1, 0.2, 0.7, 1), Specular_IOR_level=0.0, Roughness=1.0, Alpha=0.5)[0]
+        self.square("Veil", 1.2, veil, (0, -2.0, 1.0), (np.pi / 2 - 0.3, 0, 0))
+        found = self.alike(512)
+        np.testing.assert_allclose(found["cube"][3], 0.5, atol=0.01)
+
+
+class ClippingBesideCycles(Stage):
+    """What the clipping planes of a camera cut off."""
+
+    def stand(self):
+        """Three squares behind each other before the camera, at depths of 2, 5 and 9, on a floor, with a mirror that sees the first. Returns the camera."""
+        scene = self.scene
+        scene.afterimage.samples, scene.afterimage.paths, scene.afterimage.reflections = 3, 64, 16
+        camera = self.camera = support.add_camera(scene, (0, -8, 1.5), (np.pi / 2, 0, 0), lens=35)
+        scene.world = bpy.data.worlds.new("World")
+        scene.world.use_nodes = True
+        scene.world.node_tree.nodes["Background"].inputs["Color"].default_value = (0.2, 0.3, 0.5, 1)
+        colors = {"Near": (0.8, 0.1, 0.1, 1), "Middle": (0.1, 0.8, 0.1, 1), "Far": (0.8, 0.8, 0.1, 1), "Floor": (0.8, 0.8, 0.8, 1)}
+        matts = {name: principled(name, Base_Color=color, Specular_IOR_level=0.0, Roughness=1.0)[0] for name, color in colors.items()}
+        upright = (np.pi / 2, 0, 0)
+        self.square("Near", 0.7, matts["Near"], (-0.45, -6, 1.0), upright)
+        self.square("Middle", 1.4, matts["Middle"], (0.9, -3, 1.4), upright)
+        self.square("Far", 3.0, matts["Far"], (-1.5, 1, 1.5), upright)
+        self.square("Floor", 30, matts["Floor"], (0, 0, 0), (0, 0, 0))
+        support.add(scene, "Sun", self.light("SUN", energy=2, angle=0.0), (0, 0, 9), (1.2, 0.2, 0))
+        self.places = {
+            "near": (-0.45, -6, 1.2),
+            "middle": (0.9, -3, 1.4),
+            "far": (-2.4, 1, 2.4),
+            "floor": (0.6, -3.5, 0),
+            "far floor": (3.5, 1.5, 0),
+            "shadow": (-0.65, -3.37, 0),
+        }
+        return camera
+
+    def changed(self, before, after):
+        """Names of the places whose colours have changed."""
+        return {name for name in self.places if np.abs(before[name] - after[name]).max() > 0.03}
+
+    def test_nothing_before_the_clip_start_is_seen_but_its_shadow(self):
+        camera = self.stand()
+        before = self.alike()
+        camera.data.clip_start = 2.5
+        after = self.alike()
+        # it hid its own shadow
+        self.assertEqual(self.changed(before, after), {"near", "shadow"})
+        self.assertLess(after["shadow"][0], 0.8 * after["floor"][0])
+
+    def test_nothing_behind_the_clip_end_is_seen(self):
+        camera = self.stand()
+        before = self.alike()
+        camera.data.clip_end = 7
+        after = self.alike()
+        self.assertEqual(self.changed(before, after), {"far", "far floor"})
+        np.testing.assert_allclose(after["far"][:3], [0.2, 0.3, 0.5], atol=0.01)
+
+    def test_what_is_cut_off_is_clear_in_a_transparent_picture(self):
+        camera = self.stand()
+        self.scene.render.film_transparent = True
+        camera.data.clip_start, camera.data.clip_end = 2.5, 7
+        found = self.alike()
+        self.assertEqual([found[name][3] for name in ("near", "middle", "far", "far floor")], [0, 1, 0, 0])
+
+    def test_clipping_is_along_the_view_axis_to_the_corners_of_the_picture(self):
+        # a wall at right angles to the axis is there whole or not at all
+        camera = self.stand()
+        self.scene.render.film_transparent = True
+        for name in ("Near", "Middle", "Far", "Floor"):
+            bpy.data.objects.remove(bpy.data.objects[name])
+        wall = principled("Wall", Base_Color=(0.5, 0.5, 0.5, 1), Specular_IOR_level=0.0, Roughness=1.0)[0]
+        self.square("Wall", 30, wall, (0, -3, 1.5), (np.pi / 2, 0, 0))
+        camera.data.lens = 18
+        for end, alpha in ((5.05, 1), (4.95, 0)):
+            camera.data.clip_end = end
+            ours, cycles = self.both(16)
+            self.assertEqual([ours[:, :, 3].min(), ours[:, :, 3].max(), cycles[:, :, 3].min(), cycles[:, :, 3].max()], [alpha] * 4)
+
+    def test_an_orthographic_camera_has_clipping_distances_as_well(self):
+        camera = self.stand()
+        camera.data.type, camera.data.ortho_scale = "ORTHO", 6
+        camera.data.clip_start, camera.data.clip_end = 2.5, 7
+        self.places = {name: self.places[name] for name in ("near", "middle", "far")}
+        self.alike()
 
 
 if __name__ == "__main__":

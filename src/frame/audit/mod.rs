@@ -55,15 +55,15 @@ use crate::frame::reuse::candidates::REACH;
 use crate::frame::shot::frame_view::FrameView;
 use crate::frame::shot::plan::ShadowCheck;
 use crate::frame::surface::footprints::{cell_widths, has_textures};
-use crate::frame::surface::placed::Placed;
-use crate::lanes::{LANES, Vec3x8};
+use crate::frame::surface::placed::{Placed, lift};
+use crate::lanes::{F32x8, LANES, Vec3x8};
 use crate::samples::{
     BACKGROUND, CELLS, EMPTY, Footprint, Record, Sample, SampleStore, Tag, Tile, full_color,
 };
-use crate::shade::light::{StratifiedPattern, light_sample};
+use crate::shade::light::{StratifiedPattern, light_sample, light_samples};
 use crate::shade::on_mesh::OnMesh;
-use crate::shade::phong;
 use crate::shade::surface::SurfacePoint;
+use crate::shade::terminator::ToLight;
 use crate::stats::AuditCounts;
 use crate::trace::{Coherence, Hit, SceneSubset};
 
@@ -266,7 +266,8 @@ fn check_shadows(frame: &FrameView, tile: &Tile, source: LightPoint, raise: &mut
         }
         let placed = Placed::of(frame, tile, first);
         let seeds = tile.gathered.seeds(first);
-        let faces = ask(frame, source, &placed, seeds, surfaces, first as u32, &mut queue);
+        let lift = |lane: usize| lift(frame, tile, first + lane);
+        let faces = ask(frame, source, (&placed, seeds), lift, surfaces, first as u32, &mut queue);
         for lane in set_bits(surfaces & !faces) {
             raise(first + lane, Verdict::new(!is_lit(first + lane)));
         }
@@ -284,18 +285,18 @@ fn check_shadows(frame: &FrameView, tile: &Tile, source: LightPoint, raise: &mut
         let (placed, lane) = (Placed::of(frame, tile, cell / LANES * LANES), cell % LANES);
         let reach = reach(frame, &tile.sample(cell));
         // the same surface eight times, displaced in eight directions
-        let [point, normal, geometric_normal] =
-            [&placed.point, &placed.normal, &placed.geometric_normal].map(|all| all.lane(lane));
+        let one = |all: Vec3x8| Vec3x8::splat(all.lane(lane));
         let mut beside = Placed {
-            point: Vec3x8::ZERO,
-            normal: Vec3x8::splat(normal),
-            geometric_normal: Vec3x8::splat(geometric_normal),
+            point: one(placed.point),
+            normal: one(placed.normal),
+            geometric_normal: one(placed.geometric_normal),
+            smooth: placed.smooth.map(one),
         };
-        for (lane, aside) in around(geometric_normal).into_iter().enumerate() {
-            beside.point.set_lane(lane, point + aside * reach);
+        for (aside_lane, aside) in around(placed.geometric_normal.lane(lane)).into_iter().enumerate() {
+            beside.point.set_lane(aside_lane, placed.point.lane(lane) + aside * reach);
         }
         queue.clear();
-        ask(frame, source, &beside, seeds, u8::MAX, 0, &mut queue);
+        ask(frame, source, (&beside, seeds), |_| lift(frame, tile, cell), u8::MAX, 0, &mut queue);
         let mut grazes = false;
         answer(frame, &mut queue, |_, tag| grazes |= tag.is_lit() == lit);
         raise(cell, Verdict::Differs.or_on_edge(|| grazes));
@@ -303,21 +304,35 @@ fn check_shadows(frame: &FrameView, tile: &Tile, source: LightPoint, raise: &mut
 }
 
 /// Queues shadow rays to `source` from those of eight samples whose bit is set. Returns the bit mask of
-/// samples that face it. `seeds`: for the points of the light that they ask.
+/// samples that face it. `seeds`: for the points of the light that they ask; `lift`: the ways from them to the curved surfaces
+/// that their triangles stand for.
 fn ask(
     frame: &FrameView,
     source: LightPoint,
-    placed: &Placed,
-    seeds: u32x8,
+    (placed, seeds): (&Placed, u32x8),
+    lift: impl Fn(usize) -> Vec3,
     wanted: u8,
     owner: u32,
     queue: &mut ShadowQueue,
 ) -> u8 {
     let light = &frame.pose.lights[source.light];
-    let light_sample =
-        light_sample(light, source.point, &StratifiedPattern::of_seeds(light, seeds), placed.point);
-    let faces = phong::faces(placed.normal, placed.geometric_normal, &light_sample).bits();
-    queue.push(placed.point, placed.geometric_normal, &light_sample, wanted & faces, owner);
+    let pattern = StratifiedPattern::of_seeds(light, seeds);
+    let light_sample = light_sample(light, source.point, &pattern, placed.point);
+    let mut rays = placed.receivers().to_light(&light_sample, wanted, &lift);
+    if light.points > 1 {
+        // all rays to its points start in one
+        for lane in set_bits(wanted) {
+            let light_samples = light_samples(light, &pattern, lane, placed.point.lane(lane));
+            let sixteen = placed.receivers().to_sixteen(lane, &light_samples, || lift(lane));
+            let (half, point) = (source.point / LANES, source.point % LANES);
+            rays.faces &= !(1 << lane);
+            rays.faces |= ((sixteen.faces >> source.point & 1) as u8) << lane;
+            rays.origins.set_lane(lane, sixteen.origin);
+            rays.to_light.set_lane(lane, sixteen.light_samples[half].to_light.lane(point));
+        }
+    }
+    let ToLight { faces, origins, to_light } = rays;
+    queue.push(origins, to_light, F32x8::splat(light_sample.far), wanted & faces, owner);
     faces
 }
 

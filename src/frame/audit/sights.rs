@@ -10,7 +10,7 @@ use crate::frame::shot::frame_view::FrameView;
 use crate::lanes::F32x8;
 use crate::samples::{BACKGROUND, Record, Sample, Tile};
 use crate::scene::camera::Projection;
-use crate::trace::{Coherence, Hit, HitBatch, OfKind, RayBatch, SceneSubset};
+use crate::trace::{Coherence, Hit, HitBatch, RayBatch, SceneSubset, Search};
 
 /// A line of sight, of any length.
 #[derive(Debug, Clone, Copy)]
@@ -22,7 +22,7 @@ pub struct Sight {
 pub fn trace_all(frame: &FrameView, sights: impl Iterator<Item = Sight>) -> HitBatch {
     let (mut batch, mut hits) = (RayBatch::default(), HitBatch::default());
     sights.for_each(|sight| batch.push(sight.origin, sight.direction, 0.0, f32::INFINITY));
-    frame.tracer.closest(&batch, OfKind::CAMERA, SceneSubset::All, Coherence::Coherent, &mut hits);
+    frame.tracer.closest(&batch, Search::from_eye(SceneSubset::All, Coherence::Coherent), &mut hits);
     hits
 }
 

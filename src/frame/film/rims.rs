@@ -14,7 +14,7 @@ use crate::frame::shot::frame_view::FrameView;
 use crate::frame::surface::trace_scratch::TraceScratch;
 use crate::lanes::{F32x8, LANES, Mask, Vec3x8};
 use crate::samples::{CELLS, Column, EMPTY, Octahedral, TILE, Tile};
-use crate::trace::{self, Coherence, Hit, NO_HIT, OfKind};
+use crate::trace::{self, Coherence, Hit, NO_HIT, Search};
 
 /// Distance from the target, across or down in cells, up to which a sample counts as if it lay there: more than rounding puts between a
 /// sample that was traced and the target of its cell.
@@ -180,7 +180,7 @@ impl Rims {
             let far = F32x8::splat(f32::INFINITY);
             rays.push_lanes(origins, directions, far, u8::MAX >> (LANES - asked.len()));
         }
-        frame.tracer.closest(rays, OfKind::CAMERA, frame.in_sight(number), Coherence::Coherent, hits);
+        frame.tracer.closest(rays, Search::from_eye(frame.in_sight(number), Coherence::Coherent), hits);
         tally.counts.primary += asked.len() as u64;
         let answers = rays.packets().zip(&hits.packets).zip(asked.chunks(trace::LANES));
         for (((rays, _), hits), asked) in answers {

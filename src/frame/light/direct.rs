@@ -2,18 +2,18 @@
 //! not depend on the eye (the paper's "Verification Phase" for shadows, and its "Color Calculation").
 
 use super::lighting::{Places, add_light, emitted_and_ambient};
-use super::shadow::{CHECKS, Checks, ShadowQueue, Shadows, facing};
+use super::shadow::{CHECKS, Checks, ShadowQueue, Shadows};
 use crate::frame::grid::bits::{count_bits, set_bits, status_bits, surface_bits};
 use crate::frame::shot::frame_view::FrameView;
 use crate::frame::shot::plan::{LightChange, ShadowCheck};
 use crate::frame::shot::tile_bounds::TileBounds;
-use crate::frame::surface::placed::{Placed, PlacedTile};
+use crate::frame::surface::placed::{Placed, PlacedTile, lift};
 use crate::frame::surface::ray_tally::RayTally;
 use crate::lanes::{F32x8, LANES, Vec3x8};
 use crate::samples::{AREA_POINTS, CELLS, Flags, Status, Tag, TagSlot, Tile};
 use crate::shade::light::{StratifiedPattern, light_sample, light_samples};
 use crate::shade::phong;
-use crate::shade::surface::off_surfaces;
+use crate::shade::terminator::{ToLight, ToSixteen};
 use crate::trace::{Coherence, SceneSubset};
 
 /// Scratch memory of a worker for this phase.
@@ -163,22 +163,23 @@ fn ask_light(
         let placed = placed.get(frame, tile, first);
         let pattern = StratifiedPattern::of_seeds(pose, tile.gathered.seeds(first));
         let light_sample = light_sample(pose, 0, &pattern, placed.point);
-        let origins = off_surfaces(placed.point, placed.geometric_normal);
+        let wanted = asked[0] | asked[1] | asked[2];
+        let ToLight { faces, origins, to_light } =
+            placed.receivers().to_light(&light_sample, wanted, |lane| lift(frame, tile, first + lane));
+        let far = F32x8::splat(light_sample.far);
         if asked[0] != 0 {
-            let far = F32x8::splat(light_sample.far);
-            asked[0] &= frame.moved_bounds.may_meet(origins, light_sample.to_light, far);
+            asked[0] &= frame.moved_bounds.may_meet(origins, to_light, far);
             if asked == [0; CHECKS.len()] {
                 continue;
             }
         }
-        let faces = phong::faces(placed.normal, placed.geometric_normal, &light_sample).bits();
         let tags = &mut tile.tags.single_mut(slot)[first..first + LANES];
         for lane in set_bits(!faces & (asked[0] | asked[1] | asked[2])) {
             lighting.stale[first / LANES] |= u8::from(tags[lane].changes_light_to(Tag::BackFacing)) << lane;
             tags[lane] = Tag::BackFacing;
         }
         for (queue, asked) in lighting.queues.iter_mut().zip(asked) {
-            queue.push_from(origins, &light_sample, asked & faces, first as u32);
+            queue.push(origins, to_light, far, asked & faces, first as u32);
             count_bits(asked & faces, &mut tally.cells.shadow[first..first + LANES]);
         }
     }
@@ -237,15 +238,19 @@ fn ask_area_light(
         }
         let placed = placed.get(frame, tile, first);
         let pattern = StratifiedPattern::of_seeds(pose, tile.gathered.seeds(first));
-        let origins = off_surfaces(placed.point, placed.geometric_normal);
+        let receivers = placed.receivers();
+        let (mut origins, mut lifts) = (Vec3x8::ZERO, Vec3x8::ZERO);
         let mut to_points = [[0; LANES]; CHECKS.len()];
         for (lane, mut asked) in asked.into_iter().enumerate().filter(|(_, asked)| *asked != [0; 3]) {
             let cell = first + lane;
             let point = placed.point.lane(lane);
             let light_samples = light_samples(pose, &pattern, lane, point);
-            let faces = facing(placed.normal.lane(lane), placed.geometric_normal.lane(lane), &light_samples);
+            let ToSixteen { faces, origin, lift, light_samples } =
+                receivers.to_sixteen(lane, &light_samples, || lift(frame, tile, cell));
+            origins.set_lane(lane, origin);
+            lifts.set_lane(lane, lift);
             if asked[0] != 0 {
-                let ([low, high], origin) = (asked[0].to_le_bytes(), Vec3x8::splat(origins.lane(lane)));
+                let ([low, high], origin) = (asked[0].to_le_bytes(), Vec3x8::splat(origin));
                 let far = F32x8::splat(light_samples[0].far);
                 let meets =
                     |half: usize| frame.moved_bounds.may_meet(origin, light_samples[half].to_light, far);
@@ -261,12 +266,7 @@ fn ask_area_light(
             for (check, asked) in asked.into_iter().enumerate() {
                 let asked = asked & faces;
                 if asks_all_points(CHECKS[check]) {
-                    lighting.queues[check].push_sixteen(
-                        origins.lane(lane),
-                        &light_samples,
-                        asked,
-                        cell as u32,
-                    );
+                    lighting.queues[check].push_sixteen(origin, &light_samples, asked, cell as u32);
                 } else {
                     to_points[check][lane] = asked;
                 }
@@ -281,7 +281,9 @@ fn ask_area_light(
                 let wanted = (0..)
                     .zip(asked)
                     .fold(0, |bits, (lane, asked)| bits | ((asked >> point & 1) as u8) << lane);
-                queue.push_from(origins, &light_sample, wanted, (point * CELLS + first) as u32);
+                let (to_light, far) =
+                    (light_sample.from_points_beside(lifts), F32x8::splat(light_sample.far));
+                queue.push(origins, to_light, far, wanted, (point * CELLS + first) as u32);
             }
         }
     }
@@ -330,7 +332,7 @@ pub fn sum_light(frame: &FrameView, tile: &Tile, first: usize, placed: &Placed) 
         let places = Places { point: placed.point, seeds: tile.gathered.seeds(first) };
         let reached = |point| tile.tags.lit(*slot, point, first);
         sum = add_light(sum, light, places, reached, |light_sample| {
-            phong::diffuse(albedo, placed.normal, light_sample)
+            phong::diffuse(albedo, placed.normal, placed.smooth, light_sample)
         });
     }
     if tile.gathered.is_some() {

@@ -13,7 +13,7 @@ use super::path_ends::{PathResult, PathStart};
 use crate::changes::Until;
 use crate::frame::grid::bits::{set_bits, surface_bits};
 use crate::frame::shot::frame_view::FrameView;
-use crate::frame::surface::placed::{Placed, PlacedTile};
+use crate::frame::surface::placed::{Placed, PlacedTile, horizon};
 use crate::frame::surface::ray_tally::RayTally;
 use crate::lanes::LANES;
 use crate::samples::{CELLS, Flags, KeptPath, PathColor, Record, Tile};
@@ -175,6 +175,7 @@ pub fn start_at(frame: &FrameView, tile: &Tile, cell: usize, placed: &Placed, pa
         normal,
         tangent: tangent(frame, model, &tile.record[cell], normal),
         geometric_normal: placed.geometric_normal.lane(lane),
+        horizon: horizon(frame, tile, cell, placed),
         layer: None,
     }
 }

@@ -30,7 +30,7 @@ use crate::frame::shot::plan::ShadowCheck;
 use crate::frame::surface::footprints::SPREAD_OF_PATHS;
 use crate::frame::surface::hits::{Hits8, surfaces};
 use crate::frame::surface::ray_tally::RayTally;
-use crate::lanes::LANES;
+use crate::lanes::{F32x8, LANES};
 use crate::pose::LightPose;
 use crate::samples::Tag;
 use crate::scene::RayKind;
@@ -40,8 +40,9 @@ use crate::shade::coat::{SeenBy, SeenCoat};
 use crate::shade::light::light_from_anywhere;
 use crate::shade::phong;
 use crate::shade::sampling::PathRandom;
-use crate::shade::surface::{off_surface, off_surfaces};
-use crate::trace::{self, Coherence, HitBatch, NO_HIT, OfKind, RayBatch, SceneSubset};
+use crate::shade::surface::off_surface;
+use crate::shade::terminator::ToLight;
+use crate::trace::{self, Coherence, HitBatch, NO_HIT, OfKind, RayBatch, SceneSubset, Search};
 
 /// Paths that are traced at once: their rays fit into a second-level cache.
 pub const AT_ONCE: usize = 256;
@@ -161,7 +162,7 @@ fn begin(frame: &FrameView, is_reflected: bool, scratch: &mut PathScratch) {
                 let [along, above, ..] = random.four(0);
                 let drawn = layer.direction(start, [along, above]);
                 drawn.map(|(direction, density)| {
-                    let origin = off_surface(start.point, start.geometric_normal);
+                    let origin = start.origin(direction);
                     let (weight, asked_from, normal) = (Vec3::ONE, origin, direction);
                     let chances = layer.chances(frame, density);
                     let seen_by = if layer.seen.is_narrow() { SeenBy::Eye } else { SeenBy::Path };
@@ -200,9 +201,10 @@ fn gathers(
     brings: &mut PathResult,
 ) -> Option<PathRay> {
     let [along, above, ..] = random.four(0);
-    let PathStart { point, normal, geometric_normal, .. } = *start;
+    let PathStart { point, normal, geometric_normal, horizon, .. } = *start;
     let (weight, chances) = (Vec3::ONE, Pdfs::of_start(frame));
-    let asking = Asking { path, point, normal, geometric_normal, weight, chances, coat: None };
+    let (origin, coat) = (off_surface(point, geometric_normal), None);
+    let asking = Asking { path, point, origin, normal, geometric_normal, horizon, weight, chances, coat };
     for place in places_in_sky(frame, &random) {
         light_rays.ask_sky(frame, &asking, place);
     }
@@ -213,7 +215,8 @@ fn gathers(
     }
     let direction = start.direction([along, above]);
     start.leaves(direction).then(|| {
-        let origin = off_surface(point, geometric_normal);
+        let origin = horizon.origin(origin, direction, geometric_normal);
+        let weight = weight * horizon.fading(normal, direction);
         let (asked_from, seen_by, kind) = (origin, SeenBy::Path, RayKind::Diffuse);
         PathRay { path, step, weight, origin, direction, asked_from, normal, chances, seen_by, kind }
     })
@@ -229,7 +232,8 @@ pub fn light_of_open_sky(frame: &FrameView, start: &PathStart) -> Vec3 {
     let [along, above, ..] = random.four(0);
     let direction = start.direction([along, above]);
     if start.leaves(direction) {
-        light += chances.of_sky(frame, start.normal, direction);
+        let shown = start.horizon.fading(start.normal, direction);
+        light += shown * chances.of_sky(frame, start.normal, direction);
     }
     light
 }
@@ -276,7 +280,9 @@ fn cast(frame: &FrameView, is_reflection: bool, scratch: &mut PathScratch, tally
     }
     let counts = &mut tally.counts;
     *(if is_reflection { &mut counts.reflection } else { &mut counts.gathering }) += now.len() as u64;
-    frame.tracer.closest(rays, OfKind::of(kinds), SceneSubset::All, Coherence::Incoherent, hits);
+    let search =
+        Search { kinds: OfKind::of(kinds), among: SceneSubset::All, coherence: Coherence::Incoherent };
+    frame.tracer.closest(rays, search, hits);
     for (packet, some) in hits.packets.iter().zip(now.chunks(trace::LANES)) {
         for (lane, ray) in some.iter().enumerate() {
             let model = packet.model[lane];
@@ -397,10 +403,11 @@ fn light(frame: &FrameView, scratch: &mut PathScratch, tally: &mut RayTally) {
         }
     }
     let asking = |vertex: &Vertex| {
-        let Surface { point, normal, geometric_normal, .. } = vertex.surface;
+        let Surface { point, normal, geometric_normal, horizon, .. } = vertex.surface;
         let (path, weight) = (vertex.ray.path, vertex.ray.weight * vertex.lobes.all[Lobes::DIFFUSE].0);
         let (chances, coat) = (vertex.chances(frame), vertex.asking_coat(frame, coats));
-        Asking { path, point, normal, geometric_normal, weight, chances, coat }
+        let origin = off_surface(point, geometric_normal);
+        Asking { path, point, origin, normal, geometric_normal, horizon, weight, chances, coat }
     };
     for vertex in &*vertices {
         if vertex.asks.sky {
@@ -450,12 +457,15 @@ fn ask_light(
     segments.clear();
     for (first, some) in (0..).step_by(LANES).zip(group.chunks(LANES)) {
         let eight = VertexLanes::of(some.len(), |lane| &vertices[some[lane] as usize]);
+        let horizon = |lane: usize| &vertices[some[lane] as usize].surface.horizon;
+        let receivers = eight.receivers(frame, |lane| horizon(lane).normal);
         let light_sample = light_from_anywhere(light, eight.place, eight.point);
-        let asked = phong::receives(eight.normal, eight.geometric_normal, &light_sample).bits() & eight.used;
-        let origins = off_surfaces(eight.point, eight.geometric_normal);
-        queue.push_from(origins, &light_sample, asked, first);
+        let ToLight { faces, origins, to_light } =
+            receivers.to_light(&light_sample, eight.used, |lane| horizon(lane).lift);
+        let asked = faces & light_sample.irradiance.is_some().bits() & eight.used;
+        queue.push(origins, to_light, F32x8::splat(light_sample.far), asked, first);
         let albedo = frame.palette.albedo(&eight.materials, eight.reflectance);
-        let light = phong::diffuse(albedo, eight.normal, &light_sample) / eight.chance;
+        let light = phong::diffuse(albedo, eight.normal, receivers.smooth, &light_sample) / eight.chance;
         for (lane, vertex) in some.iter().enumerate() {
             let weight = match radiance.filter(|_| asked >> lane & 1 != 0) {
                 Some(radiance) => {
@@ -482,7 +492,7 @@ fn ask_light(
             *counted = counted.saturating_add(u16::from(asks));
             // added in any case, and taken away again: every other surface faces the light
             let count = segments.len() + usize::from(asks);
-            segments.push((origins.lane(lane), light_sample.to_light.lane(lane), light_sample.far));
+            segments.push((origins.lane(lane), to_light.lane(lane), light_sample.far));
             segments.truncate(count);
         }
     }

@@ -24,6 +24,7 @@ use crate::frame::surface::ray_tally::RayTally;
 use crate::scene::{LightFrom, RayKind, SkyDensity};
 use crate::shade::coat::SeenCoat;
 use crate::shade::emitters::{EmitterPlace, NotThere};
+use crate::shade::horizon::Horizon;
 use crate::shade::light_chances::Sent;
 use crate::shade::sampling::PathRandom;
 use crate::shade::surface::off_surface;
@@ -38,8 +39,12 @@ pub struct Asking {
     pub point: Vec3,
     /// Shading normal.
     pub normal: Vec3,
+    /// The point off the surface.
+    pub origin: Vec3,
     /// Normal of the triangle.
     pub geometric_normal: Vec3,
+    /// The curved surface that it stands for.
+    pub horizon: Horizon,
     /// Weight, in the path's result, of the light that a white surface would reflect.
     pub weight: Vec3,
     /// Pdfs of the ways to light.
@@ -125,7 +130,8 @@ impl Pdfs {
             return Vec3::ZERO;
         }
         let Self { asks_sky, sky: density, goes_on, .. } = self;
-        let of_sky = OfSky { weight: Vec3::ONE, by_cosine, asks_sky, density, goes_on };
+        let weight = Vec3::splat(start.horizon.fading(start.normal, direction));
+        let of_sky = OfSky { weight, by_cosine, asks_sky, density, goes_on };
         of_sky.light(frame.sky.light(density, direction))
     }
 }
@@ -151,13 +157,14 @@ impl LightRays {
 
     /// Adds a ray to the sky if it leaves the surface; two `random` numbers choose its direction.
     pub fn ask_sky(&mut self, frame: &FrameView, asking: &Asking, random: [f32; 2]) {
-        let Asking { path, point, normal, geometric_normal, weight, chances, coat } = *asking;
+        let Asking { path, origin, normal, geometric_normal, horizon, weight, chances, coat, .. } = *asking;
         let direction = frame.sky.sample(chances.sky, random);
         let by_cosine = cosine_density(normal, direction);
-        let leaves = geometric_normal.dot(direction) > 0.0;
+        let leaves = horizon.is_below(direction, geometric_normal);
+        let weight = weight * horizon.fading(normal, direction);
         let Pdfs { asks_sky, sky, goes_on, .. } = chances;
         let of_sky = OfSky { weight, by_cosine, asks_sky, density: sky, goes_on };
-        let origin = off_surface(point, geometric_normal);
+        let origin = horizon.origin(origin, direction, geometric_normal);
         let ray = |brings| LightRay { path, origin, direction, far: f32::INFINITY, brings };
         let Some(coat) = coat else {
             // half of them lead nowhere, and no processor foresees which: the ray is added in any case, and taken away again
@@ -182,7 +189,8 @@ impl LightRays {
         random: [f32; 3],
         brought: &mut PathResult,
     ) {
-        let Asking { path, point, normal, geometric_normal, weight, chances, coat } = *asking;
+        let Asking { path, point, origin, normal, geometric_normal, horizon, weight, chances, coat } =
+            *asking;
         let (scene, pose, deformations) = (frame.scene, frame.pose, frame.deformations);
         let Some(chosen) = frame.emitters.choose(scene, pose, deformations, (point, &mut self.sent), random)
         else {
@@ -200,7 +208,7 @@ impl LightRays {
         let (by_cosine, cos) = (cosine_density(normal, direction), place.normal.dot(direction));
         // a NaN leads nowhere, nor does a triangle that has shrunk to nothing
         let leads = (by_cosine > 0.0 || coat.is_some())
-            && geometric_normal.dot(direction) > 0.0
+            && horizon.is_below(direction, geometric_normal)
             && place.density > 0.0
             && cos != 0.0
             && squared.is_normal();
@@ -209,12 +217,13 @@ impl LightRays {
         }
         let by_cosine_of_area = by_cosine * cos.abs() / squared;
         let densities = chances.asks_emitter * place.density + chances.goes_on * by_cosine_of_area;
-        let mut light = weight * place.radiance * (by_cosine_of_area / densities);
+        let shown = by_cosine_of_area * horizon.fading(normal, direction);
+        let mut light = weight * place.radiance * (shown / densities);
         if let Some(coat) = coat {
             let (by_asking, measure) = (chances.asks_emitter * place.density, cos.abs() / squared);
             light += place.radiance * coat.reflects(direction, by_asking, measure);
         }
-        let origin = off_surface(point, geometric_normal);
+        let origin = horizon.origin(origin, direction, geometric_normal);
         let facing = if cos > 0.0 { -place.normal } else { place.normal };
         let direction = off_surface(place.point, facing) - origin;
         self.waiting.push(LightRay { path, origin, direction, far: 1.0, brings: PathEnd::Light(light) });
@@ -233,7 +242,7 @@ impl LightRays {
         let (asked, until) = layer.asks(frame, start, random);
         brought.until = brought.until.min(until);
         let Some(AskedLight { direction, place, .. }) = asked else { return };
-        let origin = off_surface(start.point, start.geometric_normal);
+        let origin = start.origin(direction);
         let (direction, far) = match place {
             Some(place) => (place - origin, 1.0),
             None => (direction, f32::INFINITY),

@@ -18,7 +18,6 @@ use crate::frame::surface::ray_tally::RayTally;
 use crate::lanes::LANES;
 use crate::layers::Layers;
 use crate::samples::{CELLS, Flags, Openness, Tile};
-use crate::shade::surface::off_surface;
 use crate::trace::{Coherence, Occluders, Purpose, RayBatch};
 
 /// A surface whose openness is computed, and the number of its rays.
@@ -64,14 +63,14 @@ impl OcclusionScratch {
         waiting.clear();
         rays.clear();
         for (number, OpenSurface { start, rays: count }) in (0..).zip(&*looks) {
-            let origin = off_surface(start.point, start.geometric_normal);
             let before = waiting.len();
             let directions = (0..*count).map(|index| {
                 let [along, above, ..] = PathStart { index, ..*start }.random().four(RANDOM_SET);
                 start.direction([along, above])
             });
             // directions below the surface are closed
-            for direction in directions.filter(|direction| start.geometric_normal.dot(*direction) > 0.0) {
+            for direction in directions.filter(|direction| start.leaves(*direction)) {
+                let origin = start.origin(direction);
                 rays.push(origin, direction, 0.0, radius);
                 waiting.push(OcclusionRay { look: number, origin, direction });
             }

@@ -4,7 +4,9 @@ use glam::Vec3;
 
 use crate::changes::Until;
 use crate::shade::coat::SeenCoat;
+use crate::shade::horizon::Horizon;
 use crate::shade::sampling::{PathRandom, PathSequence, cosine_direction};
+use crate::shade::surface::off_surface;
 
 /// Start of a path.
 #[derive(Debug, Clone, Copy)]
@@ -25,6 +27,8 @@ pub struct PathStart {
     pub tangent: Vec3,
     /// Normal of the triangle, world space, unit length, on the same side.
     pub geometric_normal: Vec3,
+    /// The curved surface that the triangle stands for.
+    pub horizon: Horizon,
     /// Rough layer by which the path is reflected; without one it leaves by the cosine law.
     pub layer: Option<DrawnLayer>,
 }
@@ -48,7 +52,13 @@ impl PathStart {
     /// Returns true if the path leaves the surface in `direction`, and not into it.
     #[inline]
     pub fn leaves(&self, direction: Vec3) -> bool {
-        self.geometric_normal.dot(direction) > 0.0
+        self.horizon.is_below(direction, self.geometric_normal)
+    }
+
+    /// Origin of a ray that leaves the surface in `direction`.
+    #[inline]
+    pub fn origin(&self, direction: Vec3) -> Vec3 {
+        self.horizon.origin(off_surface(self.point, self.geometric_normal), direction, self.geometric_normal)
     }
 
     /// Direction by the cosine law about the normal, from two random numbers. Unit length.

@@ -14,7 +14,7 @@ use super::path_ends::{DrawnLayer, PathStart};
 use crate::changes::Until;
 use crate::frame::grid::bits::{set_bits, surface_bits};
 use crate::frame::shot::frame_view::FrameView;
-use crate::frame::surface::placed::{Placed, PlacedTile};
+use crate::frame::surface::placed::{Placed, PlacedTile, horizon};
 use crate::frame::surface::ray_tally::RayTally;
 use crate::lanes::{LANES, Vec3x8};
 use crate::samples::{CELLS, Octahedral, Tile, full_color};
@@ -83,6 +83,7 @@ pub fn start_at(frame: &FrameView, tile: &Tile, cell: usize, placed: &Placed) ->
         normal,
         tangent: Vec3::ZERO,
         geometric_normal,
+        horizon: horizon(frame, tile, cell, placed),
         layer: Some(DrawnLayer { seen, paths: paths_of_layer(frame, &seen) }),
     })
 }

@@ -10,8 +10,6 @@ use crate::lanes::{F32x8, LANES, Vec3x8, are_same};
 use crate::samples::{AREA_POINTS, AreaTag, Tag};
 use crate::scene::Light;
 use crate::shade::light::LightSample;
-use crate::shade::phong;
-use crate::shade::surface::off_surfaces;
 use crate::trace::{Coherence, Occluders, Purpose, RayBatch, SceneSubset, Tracer};
 
 // a bit of a sample's word for each point of a light
@@ -65,27 +63,14 @@ impl ShadowQueue {
         self.rays.count()
     }
 
-    /// Adds rays to a light, which they face, from those of eight surfaces whose bit in `wanted` is set.
+    /// Adds rays from those of eight `origins`, off their surfaces, whose bit in `wanted` is set: `to_light`, which is at `far`.
     /// Their owners' numbers count up from `owner`.
     #[inline(always)]
-    pub fn push(
-        &mut self,
-        point: Vec3x8,
-        geometric_normal: Vec3x8,
-        light_sample: &LightSample,
-        wanted: u8,
-        owner: u32,
-    ) {
-        self.push_from(off_surfaces(point, geometric_normal), light_sample, wanted, owner);
-    }
-
-    /// Like [`push`](Self::push), from `origins` that are off their surfaces already.
-    #[inline(always)]
-    pub fn push_from(&mut self, origins: Vec3x8, light_sample: &LightSample, wanted: u8, owner: u32) {
+    pub fn push(&mut self, origins: Vec3x8, to_light: Vec3x8, far: F32x8, wanted: u8, owner: u32) {
         if wanted == 0 {
             return;
         }
-        self.rays.push_lanes(origins, light_sample.to_light, F32x8::splat(light_sample.far), wanted);
+        self.rays.push_lanes(origins, to_light, far, wanted);
         if wanted == u8::MAX {
             self.owners.extend(owner..owner + LANES as u32);
         } else {
@@ -254,15 +239,6 @@ impl Checks {
         }
         asked
     }
-}
-
-/// Bit mask of the points of an area light that a surface faces.
-#[inline(always)]
-pub fn facing(normal: Vec3, geometric_normal: Vec3, light_samples: &[LightSample; 2]) -> u16 {
-    let [normal, geometric_normal] = [normal, geometric_normal].map(Vec3x8::splat);
-    let [low, high] = light_samples;
-    let faces = |half: &LightSample| phong::faces(normal, geometric_normal, half).bits();
-    u16::from_le_bytes([faces(low), faces(high)])
 }
 
 #[cfg(test)]

@@ -10,6 +10,7 @@ use super::next_event::AskingCoat;
 use super::path_ray::PathRay;
 use super::pdfs::{LightsAsked, Pdfs};
 use super::step::Step;
+use crate::frame::grid::bits::set_bits;
 use crate::frame::shot::frame_view::FrameView;
 use crate::lanes::{F32x8, LANES, Vec3x8};
 use crate::scene::RayKind;
@@ -19,6 +20,8 @@ use crate::shade::area::{AreaRadiance, density_of};
 use crate::shade::coat::{SeenBy, SeenCoat};
 use crate::shade::mis::mis_weight;
 use crate::shade::sampling::{cosine_direction, orthonormal};
+use crate::shade::surface::off_surface;
+use crate::shade::terminator::Receivers;
 
 /// A surface that a path has met.
 #[derive(Debug, Clone, Copy)]
@@ -203,7 +206,7 @@ pub fn go_on(
         Some(direction) => (weight, direction, surface.normal, Pdfs::PATH_ALONE),
         None if chosen == Lobes::COAT => {
             let reflected = coat?.reflect([along, above])?;
-            if surface.geometric_normal.dot(reflected.direction) <= 0.0 {
+            if !surface.horizon.is_below(reflected.direction, surface.geometric_normal) {
                 return None;
             }
             let chances = match reflected.density {
@@ -215,13 +218,21 @@ pub fn go_on(
         None => {
             let [tangent, bitangent] = orthonormal(surface.normal);
             let direction = cosine_direction([along, above], [tangent, bitangent, surface.normal]);
-            if surface.geometric_normal.dot(direction) <= 0.0 {
+            if !surface.horizon.is_below(direction, surface.geometric_normal) {
                 return None;
             }
+            let weight = weight * surface.horizon.fading(surface.normal, direction);
             (weight, direction, surface.normal, vertex.chances(frame))
         }
     };
-    let (weight, origin) = (ray.weight * weight / lobes.chance(chosen), surface.leave(direction));
+    let weight = ray.weight * weight / lobes.chance(chosen);
+    let origin = match chosen {
+        Lobes::DIFFUSE | Lobes::COAT => {
+            let origin = off_surface(surface.point, surface.geometric_normal);
+            surface.horizon.origin(origin, direction, surface.geometric_normal)
+        }
+        _ => surface.leave(direction),
+    };
     let asked_from = asked_from.unwrap_or(origin);
     let (step, seen_by) = (vertex.next_step(frame, chosen), vertex.next_sees_as(coat, chosen));
     let (path, kind) = (ray.path, vertex.next_kind(frame, chosen));
@@ -243,6 +254,17 @@ pub struct VertexLanes {
 }
 
 impl VertexLanes {
+    /// The surfaces as light sees them; `smooth` gives the normals of the curved surfaces of the lanes in use.
+    pub fn receivers(&self, frame: &FrameView, smooth: impl Fn(usize) -> Vec3) -> Receivers {
+        let Self { point, normal, geometric_normal, used, .. } = *self;
+        let smooth = frame.palette.bends_normals.then(|| {
+            let mut normals = normal;
+            set_bits(used).for_each(|lane| normals.set_lane(lane, smooth(lane)));
+            normals
+        });
+        Receivers { point, normal, smooth, geometric_normal }
+    }
+
     pub fn of<'v>(count: usize, vertex: impl Fn(usize) -> &'v Vertex) -> Self {
         let mut eight = Self {
             point: Vec3x8::ZERO,

@@ -51,7 +51,11 @@ pub fn invalidate_spares(frame: &FrameView, spares: &mut Spares) {
 const GROUPS: usize = MOST_SPARES.div_ceil(LANES);
 
 /// Bounds of each group of spare samples, world space.
-struct Places([Bounds; GROUPS]);
+struct Places {
+    groups: [Bounds; GROUPS],
+    /// Longest way to where shadow rays start.
+    lift: f32,
+}
 
 impl Places {
     fn of(frame: &FrameView, spares: &[Sample]) -> Self {
@@ -62,7 +66,8 @@ impl Places {
                 *bounds = bounds.with(point);
             }
         }
-        Self(groups)
+        let lift = spares.iter().fold(0.0_f32, |most, spare| most.max(frame.most_lift(&[spare.model])));
+        Self { groups, lift }
     }
 
     /// Returns true for each group in which anything that moved may lie between one of the samples and light
@@ -72,8 +77,8 @@ impl Places {
         if frame.plan.lights[light] == LightChange::Moved {
             return [true; GROUPS];
         }
-        let may_be = |bounds: &Bounds| TileBounds::surfaces(*bounds).may_be_in_shadow(moved, pose);
-        let all = self.0.iter().fold(Bounds::EMPTY, |all, bounds| all.union(*bounds));
-        if may_be(&all) { self.0.each_ref().map(may_be) } else { [false; GROUPS] }
+        let may_be = |bounds: &Bounds| TileBounds::surfaces(*bounds, self.lift).may_be_in_shadow(moved, pose);
+        let all = self.groups.iter().fold(Bounds::EMPTY, |all, bounds| all.union(*bounds));
+        if may_be(&all) { self.groups.each_ref().map(may_be) } else { [false; GROUPS] }
     }
 }

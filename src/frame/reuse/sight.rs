@@ -115,20 +115,13 @@ impl Outdated {
         let footprints = Footprint::eight(widths, tile.points(first));
         let is_other = Mask::new(|lane| records[lane].footprint != footprints[lane]);
         let resized = textured & is_other.bits();
-        let is_bent = |lane: &usize| has_bent_normal(frame, &records[*lane], tile.model[first + lane]);
+        let is_bent = |lane: &usize| frame.is_bent(tile.model[first + lane], records[*lane].triangle);
         let ended = match frame.palette.bends_normals {
             true => set_bits(resized).filter(is_bent).fold(0, |bits, lane| bits | 1 << lane),
             false => 0,
         };
         Self { ended, resized: resized & !ended, footprints }
     }
-}
-
-/// Returns true if a picture bends the normal of a sample of `model`.
-fn has_bent_normal(frame: &FrameView, record: &Record, model: u32) -> bool {
-    let mesh = &frame.scene.models[model as usize].mesh;
-    let material = mesh.material_of[record.triangle as usize];
-    frame.scene.materials[usize::from(material)].normal_map.is_some()
 }
 
 /// Looks the colour of the sample in `cell` up anew, over the place `footprint`: of the point that is kept, as when it was traced, so

@@ -16,7 +16,7 @@ use crate::lanes::{F32x8, LANES, Mask, Vec3x8};
 use crate::samples::{
     BACKGROUND, Column, Flags, Footprint, Octahedral, Record, Sample, Status, Tile, half_colors,
 };
-use crate::trace::{self, Coherence, Hit, HitPacket, NO_HIT, OfKind, RayBatch, RayPacket, SceneSubset};
+use crate::trace::{self, Coherence, Hit, HitPacket, NO_HIT, RayBatch, RayPacket, SceneSubset, Search};
 
 /// Largest distance of a hit point from its ray, as a share of its distance from the eye. It is below the
 /// audit's tolerance by enough that a later ray through the point meets the same surface as this one.
@@ -80,7 +80,7 @@ fn trace_owners(
     for owners in owners.chunks(AT_ONCE) {
         rays.clear();
         push_rays(frame, number, owners, rays);
-        frame.tracer.closest(rays, OfKind::CAMERA, among, Coherence::Coherent, hits);
+        frame.tracer.closest(rays, Search::from_eye(among, Coherence::Coherent), hits);
         let answers = rays.packets().zip(&hits.packets).zip(owners.chunks(trace::LANES));
         for (((rays, _), hits), owners) in answers {
             for (half, owners) in owners.chunks(LANES).enumerate() {

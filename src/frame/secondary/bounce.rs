@@ -24,7 +24,7 @@ use crate::settings::Backdrop;
 use crate::shade::Surface;
 use crate::shade::coat::{Reflected, SeenCoat};
 use crate::shade::optics::{Branches, branch, random_of_place};
-use crate::trace::{self, Coherence, HitPacket, NO_HIT, OfKind, SceneSubset};
+use crate::trace::{self, Coherence, HitPacket, NO_HIT, OfKind, SceneSubset, Search};
 
 /// Scratch memory of a worker for this phase.
 #[derive(Debug, Default)]
@@ -189,7 +189,8 @@ fn meet(frame: &FrameView, bounces: &mut Bounces, radiance: &mut Radiance, scrat
         count(bounce, &mut scratch.tally);
     }
     let kinds = OfKind::of(&bounces.kinds);
-    frame.tracer.closest(&scratch.rays, kinds, SceneSubset::All, Coherence::Bounced, &mut scratch.hits);
+    let search = Search { kinds, among: SceneSubset::All, coherence: Coherence::Bounced };
+    frame.tracer.closest(&scratch.rays, search, &mut scratch.hits);
     bounces.met.all.clear();
     for (number, bounce) in bounces.now.chunks(LANES).enumerate() {
         let (packet, from) =

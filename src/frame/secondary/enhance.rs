@@ -23,6 +23,7 @@ use crate::samples::{BACKGROUND, CELLS, Column, EMPTY, Tile, full_color};
 use crate::settings::Backdrop;
 use crate::shade::area;
 use crate::shade::coat::{LayerRays, SeenBy, SeenCoats};
+use crate::shade::horizon::Horizon;
 use crate::shade::light::{LightSample, to_light};
 use crate::shade::optics::branch;
 use crate::shade::phong::Gloss;
@@ -216,6 +217,8 @@ fn start_rays(
             point: placed.point.lane(lane),
             normal: placed.normal.lane(lane),
             geometric_normal: placed.geometric_normal.lane(lane),
+            // rays off mirrors and through glass ask for no light here
+            horizon: Horizon::flat(placed.geometric_normal.lane(lane)),
             reflectance: full_color(tile.record[cell].reflectance),
             material: tile.record[cell].material,
             from_behind: tile.record[cell].is_from_behind(),

@@ -11,7 +11,7 @@ use crate::frame::light::light_paths::{PathScratch, trace_paths};
 use crate::frame::light::lighting::{Places, add_light, emitted_and_ambient, shows_highlight};
 use crate::frame::light::occlusion::{self, OcclusionScratch, OpenSurface};
 use crate::frame::light::path_ends::{DrawnLayer, PathStart};
-use crate::frame::light::shadow::{ShadowQueue, facing};
+use crate::frame::light::shadow::ShadowQueue;
 use crate::frame::shot::frame_view::FrameView;
 use crate::frame::shot::plan::ShadowCheck;
 use crate::frame::surface::ray_tally::RayTally;
@@ -22,7 +22,7 @@ use crate::shade::area;
 use crate::shade::coat::{LayerRays, SeenBy, SeenCoat, SeenCoats};
 use crate::shade::light::{StratifiedPattern, light_sample, light_samples, seeds_of_places, to_light};
 use crate::shade::sampling::{PathSequence, orthonormal, seed_of};
-use crate::shade::surface::off_surfaces;
+use crate::shade::terminator::{Receivers, ToSixteen};
 use crate::shade::{Surface, phong};
 use crate::trace::{Coherence, SceneSubset};
 
@@ -39,10 +39,21 @@ pub struct MetSurface {
 impl MetSurface {
     /// Start of the first path by which it gathers light; `owner` is its number.
     fn start(&self, owner: u32) -> PathStart {
-        let Surface { point, normal, geometric_normal, material, .. } = self.surface;
+        let Surface { point, normal, geometric_normal, horizon, material, .. } = self.surface;
         let sequence = PathSequence::of_seed(seed_of(point, material.into()));
-        let ([tangent, _], cell) = (orthonormal(normal), self.bounce.cell);
-        PathStart { owner, cell, index: 0, sequence, point, normal, tangent, geometric_normal, layer: None }
+        let ([tangent, _], cell, layer) = (orthonormal(normal), self.bounce.cell, None);
+        PathStart {
+            owner,
+            cell,
+            index: 0,
+            sequence,
+            point,
+            normal,
+            tangent,
+            geometric_normal,
+            horizon,
+            layer,
+        }
     }
 
     /// Layer of the surface as the ray sees it, if it has one.
@@ -90,9 +101,9 @@ impl MetSurfaces {
 /// Eight of the surfaces that were met, side by side. Lanes without one repeat the first.
 #[derive(Debug)]
 struct MetLanes {
-    point: Vec3x8,
-    normal: Vec3x8,
-    geometric_normal: Vec3x8,
+    receivers: Receivers,
+    /// Ways to the curved surfaces that the triangles stand for.
+    lifts: Vec3x8,
     reflectance: Vec3x8,
     view: Vec3x8,
     /// Seeds for the points on area lights that they ask.
@@ -107,7 +118,7 @@ struct MetLanes {
 }
 
 impl MetLanes {
-    fn new(met: &[MetSurface]) -> Self {
+    fn new(frame: &FrameView, met: &[MetSurface]) -> Self {
         let at = |lane: usize| &met[if lane < met.len() { lane } else { 0 }];
         let each = |value: fn(&MetSurface) -> Vec3| {
             let mut all = Vec3x8::ZERO;
@@ -115,11 +126,16 @@ impl MetLanes {
             all
         };
         let point = each(|met| met.surface.point);
-        Self {
+        let receivers = Receivers {
             point,
-            seeds: seeds_of_places(point),
             normal: each(|met| met.surface.normal),
+            smooth: frame.palette.bends_normals.then(|| each(|met| met.surface.horizon.normal)),
             geometric_normal: each(|met| met.surface.geometric_normal),
+        };
+        Self {
+            receivers,
+            lifts: each(|met| met.surface.horizon.lift),
+            seeds: seeds_of_places(point),
             reflectance: each(|met| met.surface.reflectance),
             view: each(|met| -met.bounce.direction),
             materials: std::array::from_fn(|lane| at(lane).surface.material),
@@ -133,15 +149,15 @@ impl MetLanes {
 /// Computes the light that comes to the surfaces straight from lights, highlights included.
 fn light(frame: &FrameView, met: &mut MetSurfaces, times: &mut TreeTimes, tally: &mut RayTally) {
     met.eights.clear();
-    met.eights.extend(met.all.chunks(LANES).map(MetLanes::new));
+    met.eights.extend(met.all.chunks(LANES).map(|some| MetLanes::new(frame, some)));
     met.coats.clear();
     look_around(frame, met, times, tally);
     for (first, (eight, some)) in (0..).step_by(LANES).zip(met.eights.iter_mut().zip(met.all.chunks(LANES))) {
         let share = |lane: usize| if lane < some.len() { met.occlusion.share(first + lane) } else { 0.0 };
         let openness = || F32x8::new(std::array::from_fn(share));
         eight.light = emitted_and_ambient(frame, (&eight.materials, eight.reflectance), openness);
-        let MetLanes { reflectance, normal, geometric_normal, view, .. } = *eight;
-        let normals = [normal, geometric_normal];
+        let MetLanes { reflectance, view, receivers, .. } = *eight;
+        let normals = [receivers.normal, receivers.geometric_normal];
         let rays = |lane: usize| some.get(lane).map_or(0, |met| rays_onwards(frame, met));
         let has_coats = frame.palette.coats.any(&eight.materials);
         let rays = has_coats.then(|| LayerRays { count: std::array::from_fn(rays), incoming: -view });
@@ -257,28 +273,29 @@ fn ask_light(
     };
     for (eight, first) in eights.iter().zip((0..).step_by(LANES)) {
         let pattern = StratifiedPattern::of_seeds(light, eight.seeds);
-        let origins = off_surfaces(eight.point, eight.geometric_normal);
+        let MetLanes { receivers, lifts, used, .. } = eight;
         if light.points == 1 {
-            let light_sample = light_sample(light, 0, &pattern, eight.point);
-            let asked =
-                phong::receives(eight.normal, eight.geometric_normal, &light_sample).bits() & eight.used;
-            queue.push_from(origins, &light_sample, asked, first as u32);
+            let light_sample = light_sample(light, 0, &pattern, receivers.point);
+            let rays = receivers.to_light(&light_sample, *used, |lane| lifts.lane(lane));
+            let asked = rays.faces & light_sample.irradiance.is_some().bits() & used;
+            queue.push(rays.origins, rays.to_light, F32x8::splat(light_sample.far), asked, first as u32);
             for lane in set_bits(asked) {
                 count(first + lane, 1);
                 if times.are_asked() {
-                    to_light.push((origins.lane(lane), light_sample.to_light.lane(lane), light_sample.far));
+                    to_light.push((rays.origins.lane(lane), rays.to_light.lane(lane), light_sample.far));
                 }
             }
             continue;
         }
-        for lane in set_bits(eight.used) {
-            let light_samples = light_samples(light, &pattern, lane, eight.point.lane(lane));
-            let asked = facing(eight.normal.lane(lane), eight.geometric_normal.lane(lane), &light_samples);
-            queue.push_sixteen(origins.lane(lane), &light_samples, asked, (first + lane) as u32);
+        for lane in set_bits(*used) {
+            let light_samples = light_samples(light, &pattern, lane, receivers.point.lane(lane));
+            let ToSixteen { faces: asked, origin, light_samples, .. } =
+                receivers.to_sixteen(lane, &light_samples, || lifts.lane(lane));
+            queue.push_sixteen(origin, &light_samples, asked, (first + lane) as u32);
             count(first + lane, asked.count_ones());
             for point in set_bits(if times.are_asked() { asked } else { 0 }) {
                 let way = light_samples[point / LANES].to_light.lane(point % LANES);
-                to_light.push((origins.lane(lane), way, light_samples[0].far));
+                to_light.push((origin, way, light_samples[0].far));
             }
         }
     }
@@ -318,24 +335,25 @@ fn shine(frame: &FrameView, light: &LightPose, met: &mut MetSurfaces) {
     for (eight, lit) in eights.filter(|(_, lit)| lit.iter().any(|points| *points != 0)) {
         let gloss = frame.palette.gloss(&eight.materials);
         let coats = eight.coats.map(|number| &met.coats[number]);
-        let (to_centre, reach) = (to_light(light, eight.point).0, light.shape.reach());
+        let Receivers { point, normal, smooth, .. } = eight.receivers;
+        let (to_centre, reach) = (to_light(light, point).0, light.shape.reach());
         let albedo = frame.palette.albedo(&eight.materials, eight.reflectance);
         let stands_for = shows_highlight(frame, light, &gloss);
         let radiance = area::radiance(light);
-        let may_shine = gloss.is_any && phong::may_shine(&gloss, eight.normal, eight.view, to_centre, reach);
+        let may_shine = gloss.is_any && phong::may_shine(&gloss, normal, eight.view, to_centre, reach);
         let mut points = [0; LANES];
         points[..lit.len()].copy_from_slice(lit);
-        let places = Places { point: eight.point, seeds: eight.seeds };
+        let places = Places { point, seeds: eight.seeds };
         let reached = |point: usize| Mask::new(|lane| points[lane] >> point & 1 != 0);
         eight.light = add_light(eight.light, light, places, reached, |light_sample| {
-            let mut light = phong::diffuse(albedo, eight.normal, light_sample);
+            let mut light = phong::diffuse(albedo, normal, smooth, light_sample);
             if let Some(coats) = coats {
                 light = light * coats.through + coats.highlight(light_sample, radiance);
             }
             if !may_shine {
                 return light;
             }
-            let highlight = phong::specular(&gloss, eight.normal, eight.view, light_sample);
+            let highlight = phong::specular(&gloss, normal, eight.view, light_sample);
             light + stands_for.select3(highlight, Vec3x8::ZERO)
         });
     }

@@ -82,12 +82,12 @@ pub fn direct(
             light,
             places,
             |point| reached(*slot, point),
-            |light_sample| phong::diffuse(albedo, placed.normal, light_sample),
+            |light_sample| phong::diffuse(albedo, placed.normal, placed.smooth, light_sample),
         )
     })
 }
 
-/// Computes albedo and normals of eight samples, for denoisers. Mirrors and glass have none of their own:
+/// Computes albedo and normals of eight samples, for denoisers. Smooth mirrors and glass have none of their own:
 /// rays that go on bring those of surfaces [seen by way of them](see).
 fn guide(frame: &FrameView, tile: &Tile, first: usize, placed: &mut PlacedTile, parts: &mut Parts) {
     let models = &tile.model[first..first + LANES];
@@ -95,7 +95,7 @@ fn guide(frame: &FrameView, tile: &Tile, first: usize, placed: &mut PlacedTile, 
     let (mut albedo, mut normal) = (Vec3x8::ZERO, Vec3x8::ZERO);
     if is_surface.any() {
         let materials = tile.materials(first);
-        albedo = frame.palette.albedo(&materials, tile.reflectances(first));
+        albedo = own_albedo(frame, &materials, tile.reflectances(first));
         let shows_itself = Mask::new(|lane| shows_itself(frame, materials[lane])) & is_surface;
         normal = shows_itself.select3(placed.get(frame, tile, first).normal, Vec3x8::ZERO);
         albedo = is_surface.select3(most_is_one(albedo), Vec3x8::ZERO);
@@ -104,6 +104,13 @@ fn guide(frame: &FrameView, tile: &Tile, first: usize, placed: &mut PlacedTile, 
     albedo.store([r, g, b], first);
     let [x, y, z] = &mut parts.guide_normal;
     normal.store([x, y, z], first);
+}
+
+/// Albedo of eight surfaces for denoisers: the diffuse one, and the reflectance of rough layers at normal incidence. No ray goes on
+/// from these, and metal has no other albedo.
+fn own_albedo(frame: &FrameView, materials: &[u16; LANES], reflectance: Vec3x8) -> Vec3x8 {
+    let diffuse = frame.palette.albedo(materials, reflectance);
+    frame.palette.coats.rough_over(materials, reflectance, diffuse)
 }
 
 fn most_is_one(color: Vec3x8) -> Vec3x8 {
@@ -131,7 +138,7 @@ pub fn see(
     with_normal: bool,
 ) {
     let materials = [surface.material; LANES];
-    let albedo = frame.palette.albedo(&materials, Vec3x8::splat(surface.reflectance)).lane(0);
+    let albedo = own_albedo(frame, &materials, Vec3x8::splat(surface.reflectance)).lane(0);
     for (column, share) in parts.guide_albedo.iter_mut().zip((albedo * weight).to_array()) {
         column[cell] = (column[cell] + share).clamp(0.0, 1.0);
     }

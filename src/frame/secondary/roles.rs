@@ -64,11 +64,15 @@ pub fn show(frame: &FrameView, tile: &Tile, placed: &mut PlacedTile, radiance: &
     }
 }
 
-/// Share of light that is not kept from a place, from that which arrives and that which would.
+/// Share of light that is not kept from a place, from that which arrives and that which would: the mean of the shares of those
+/// channels that have any, as in Cycles.
 fn clear([arrives, would]: [Vec3; 2]) -> f32 {
-    let [arrives, would] = [arrives, would].map(Vec3::element_sum);
+    let shares = arrives.to_array().into_iter().zip(would.to_array()).filter(|(_, would)| *would > 0.0);
+    let (sum, count) =
+        shares.fold((0.0, 0.0), |(sum, count), (arrives, would)| (sum + arrives / would, count + 1.0));
+    let share: f32 = sum / count;
     // a place that no light could reach is in no shadow
-    if would > 0.0 && arrives.is_finite() { (arrives / would).clamp(0.0, 1.0) } else { 1.0 }
+    if share.is_finite() { share.clamp(0.0, 1.0) } else { 1.0 }
 }
 
 /// Light that arrives at those of eight samples whose bit is set, and that which would if nothing were in the way.
@@ -122,6 +126,7 @@ mod tests {
         for (arrives, would, expected) in [
             (white, white, 1.0),
             (white * 0.25, white, 0.25),
+            (Vec3::new(0.0, 3.0, 0.0), Vec3::new(1.0, 3.0, 0.0), 0.5),
             (white * 2.0, white, 1.0),
             (Vec3::ZERO, Vec3::ZERO, 1.0),
             (Vec3::NAN, white, 1.0),

@@ -14,7 +14,7 @@ use crate::samples::CELLS;
 use crate::scene::material::Optics;
 use crate::scene::{Model, RayKind, Scene};
 use crate::stats::RayCounts;
-use crate::trace::{Coherence, OfKind, SceneSubset};
+use crate::trace::{Coherence, OfKind, SceneSubset, Search};
 
 /// Largest number of surfaces of a model that are passed on the way out of it; nothing is seen behind more of
 /// them.
@@ -114,13 +114,9 @@ impl Scratch {
             }
             self.trace.tally.counts.reflection += open.len() as u64;
             let TraceScratch { rays, hits, .. } = &mut self.trace;
-            frame.tracer.closest(
-                rays,
-                OfKind::All(RayKind::Glossy),
-                SceneSubset::All,
-                Coherence::Bounced,
-                hits,
-            );
+            let kinds = OfKind::All(RayKind::Glossy);
+            let search = Search { kinds, among: SceneSubset::All, coherence: Coherence::Bounced };
+            frame.tracer.closest(rays, search, hits);
             let mut number = 0;
             open.retain(|ray| {
                 let own = hits.get(number).filter(|hit| hit.model == model);

@@ -28,6 +28,7 @@ use crate::scene::{LightGroups, RayKind, Role, Scene};
 use crate::settings::{Caustics, Settings};
 use crate::shade::deformed::Deformations;
 use crate::shade::emitters::Emitters;
+use crate::shade::horizon::Horizon;
 use crate::shade::light_chances::LightChances;
 use crate::shade::phong::Palette;
 use crate::shade::sampling::{SampleSeed, hash_of};
@@ -96,6 +97,9 @@ pub struct FrameView<'a> {
     pub slots: &'a [TagSlot],
     /// True for each model that is a quadric; empty if there is none.
     pub quadrics: &'a [bool],
+    /// Upper bound, for each model, of the way from its triangles at rest to the curved surfaces that they stand for, object space;
+    /// empty if all are flat.
+    pub lifts: &'a [f32],
     /// Places of the eye in this frame and in some that follow.
     pub eye_path: &'a EyePath,
     /// Proofs of what need not be asked, in a frame whose camera is not where it was.
@@ -258,6 +262,39 @@ impl<'a> FrameView<'a> {
         } else {
             1.0
         }
+    }
+
+    /// Upper bound of the way from any of these models' triangles to the curved surfaces that they stand for, world space.
+    pub fn most_lift(&self, models: &[u32]) -> f32 {
+        if self.lifts.is_empty() {
+            return 0.0;
+        }
+        let (mut last, mut most) = (EMPTY, 0.0_f32);
+        for model in models.iter().copied().filter(|model| *model < EMPTY) {
+            if model != last {
+                most = most.max(self.place(model).most_lift(self.lifts[model as usize]));
+                last = model;
+            }
+        }
+        most
+    }
+
+    /// Returns true if a normal map bends the normals of a triangle of a model.
+    #[inline]
+    pub fn is_bent(&self, model: u32, triangle: u32) -> bool {
+        let mesh = &self.scene.models[model as usize].mesh;
+        let material = || usize::from(mesh.material_of[triangle as usize]);
+        !mesh.details.tangents.is_empty() && self.scene.materials[material()].normal_map.is_some()
+    }
+
+    /// The curved surface that a triangle of a model stands for at a point (object space), on its outside or `from_behind`; `None`
+    /// where it stands for itself.
+    pub fn horizon(&self, model: u32, triangle: u32, point: Vec3, from_behind: bool) -> Option<Horizon> {
+        if self.lifts.is_empty() {
+            return None;
+        }
+        let mesh = &self.scene.models[model as usize].mesh;
+        self.place(model).horizon(mesh, triangle, point, if from_behind { -1.0 } else { 1.0 })
     }
 
     /// Place and shape of a model.

@@ -7,7 +7,9 @@ use crate::frame::grid::bits::set_bits;
 use crate::lanes::{Mask, Vec3x8};
 use crate::scene::{Mesh, Scene};
 use crate::shade::deformed::{Deformations, Deformed, DeformedPlace};
+use crate::shade::horizon::Horizon;
 use crate::shade::surface::{corners_of, meet_exactly};
+use crate::shade::terminator::SmoothPoint;
 
 /// Place and shape of a model at one time. The object space of a model that deforms is that of its shape at
 /// rest: a point on one of its triangles goes to the point with the same weights of the corners in the shape
@@ -63,6 +65,24 @@ impl<'a> Place<'a> {
                 self.transform.geometric_normal(deformed.geometric_normal(mesh, triangle) * side)
             }
         }
+    }
+
+    /// The curved surface that `triangle` of `mesh`, the model's, stands for at a point (object space, at rest), on the side on
+    /// which `side` is 1, its outside, or -1; `None` where it stands for itself, for want of usable normals. A normal map may bend it.
+    pub fn horizon(&self, mesh: &Mesh, triangle: u32, point: Vec3, side: f32) -> Option<Horizon> {
+        let smooth = match self.deformed {
+            None => SmoothPoint::at_rest(mesh, triangle, point)?,
+            Some((deformed, mesh)) => deformed.smooth_point(mesh, triangle, point)?,
+        };
+        let normal = smooth.normal().try_normalize()? * side;
+        let [normal, lift] = [self.transform.normal(normal), self.transform.direction(smooth.lift(side))];
+        Some(Horizon { normal, lift, is_bent: true })
+    }
+
+    /// Upper bound of the length of the way to the curved surface from any point, world space; `at_rest` is that of the model's mesh
+    /// in object space.
+    pub fn most_lift(&self, at_rest: f32) -> f32 {
+        self.deformed.map_or(at_rest, |(deformed, _)| deformed.most_lift()) * self.transform.most_stretch()
     }
 
     /// [`point`](Self::point) for those of eight points that are `of_model`; `triangle` gives that of a lane.

@@ -26,6 +26,7 @@ use crate::shade::emitters::Emitters;
 use crate::shade::light_chances::{LightChances, Source};
 use crate::shade::phong::Palette;
 use crate::shade::sky::SkyLight;
+use crate::shade::terminator::most_lift_at_rest;
 use crate::stereo::EyePlace;
 
 /// Data made of a scene and settings once, before the first frame.
@@ -55,6 +56,8 @@ pub struct Prepared<'s> {
     pub bounds: Vec<Bounds>,
     /// True for each model that is a quadric; empty if there is none.
     pub quadrics: Vec<bool>,
+    /// See [`FrameView::lifts`](super::frame_view::FrameView::lifts).
+    pub lifts: Vec<f32>,
     /// True if any model is hidden from some kinds of rays.
     pub hides_from_some: bool,
     /// What the eye sees of each model; empty if it sees all as themselves.
@@ -125,6 +128,7 @@ impl<'s> Prepared<'s> {
             light_groups,
             bounds,
             quadrics: of_models(scene, |model| model.mesh.quadric.is_some()),
+            lifts: lifts(scene),
             roles: of_models(scene, |model| model.ray_visibility.role),
             hides_from_some: scene.hides_from_some(),
             obstacles: OnceLock::new(),
@@ -203,6 +207,17 @@ fn motions(scene: &Scene, exposures: &Exposures, direction: Direction) -> Vec<Mo
 fn of_models<T: Default + PartialEq>(scene: &Scene, value: impl Fn(&Model) -> T) -> Vec<T> {
     let all: Vec<T> = scene.models.iter().map(value).collect();
     if all.iter().all(|value| *value == T::default()) { Vec::new() } else { all }
+}
+
+/// Upper bounds of the ways to the curved surfaces of all models. Each mesh is read once, however many models share it; where one
+/// deforms, each of its shapes is asked, and here it only counts whether it is smooth.
+fn lifts(scene: &Scene) -> Vec<f32> {
+    let mut known: HashMap<*const Mesh, f32> = HashMap::new();
+    let mut lift =
+        |mesh: &Arc<Mesh>| *known.entry(Arc::as_ptr(mesh)).or_insert_with(|| most_lift_at_rest(mesh));
+    let lifts: Vec<f32> = scene.models.iter().map(|model| lift(&model.mesh)).collect();
+    let is_smooth = |model: &Model| !model.mesh.normals.is_empty() && model.mesh.quadric.is_none();
+    if scene.models.iter().any(is_smooth) { lifts } else { Vec::new() }
 }
 
 /// Boxes around the meshes of all models. Each mesh is read once, however many models share it.

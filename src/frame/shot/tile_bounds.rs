@@ -18,37 +18,43 @@ pub struct TileBounds {
     surfaces: Bounds,
     /// Box around the directions to the background.
     sky: Bounds,
+    /// Upper bound of the way from the surfaces to those that their triangles stand for, on which shadow rays may start.
+    lift: f32,
 }
 
 impl TileBounds {
     /// Bounds of nothing.
-    pub const NONE: Self = Self { surfaces: Bounds::EMPTY, sky: Bounds::EMPTY };
+    pub const NONE: Self = Self { surfaces: Bounds::EMPTY, sky: Bounds::EMPTY, lift: 0.0 };
 
-    /// Bounds of surfaces, world space, and of directions to the background.
-    pub fn new(surfaces: Bounds, sky: Bounds) -> Self {
-        Self { surfaces, sky }
+    /// Bounds of what the eye sees: surfaces, world space, and directions to the background.
+    pub fn seen(surfaces: Bounds, sky: Bounds) -> Self {
+        Self { surfaces, sky, lift: 0.0 }
     }
 
     /// Bounds of the samples of both.
     pub fn union(&self, other: &Self) -> Self {
-        Self { surfaces: self.surfaces.union(other.surfaces), sky: self.sky.union(other.sky) }
+        Self {
+            surfaces: self.surfaces.union(other.surfaces),
+            sky: self.sky.union(other.sky),
+            lift: self.lift.max(other.lift),
+        }
     }
 
     /// Computes the bounds of the samples of `tile`.
     pub fn samples(frame: &FrameView, tile: &Tile) -> Self {
         let [surfaces, sky] = bounds_of_samples(frame, tile);
-        Self { surfaces, sky }
+        Self { surfaces, sky, lift: frame.most_lift(&tile.model) }
     }
 
-    /// Creates bounds of surfaces alone, world space.
-    pub fn surfaces(surfaces: Bounds) -> Self {
-        Self { surfaces, sky: Bounds::EMPTY }
+    /// Creates bounds of surfaces alone, world space, with the [longest way](FrameView::most_lift) to where shadow rays start.
+    pub fn surfaces(surfaces: Bounds, lift: f32) -> Self {
+        Self { surfaces, sky: Bounds::EMPTY, lift }
     }
 
     /// Returns true if anything that moved may lie between the eye and any sample. The samples are those of
     /// tile number `number`. A `false` is certain.
     pub fn may_be_hidden(&self, frame: &FrameView, number: usize) -> bool {
-        let Self { surfaces, sky } = self;
+        let Self { surfaces, sky, .. } = self;
         let CameraPose { eye, forward, projection, .. } = frame.view.camera;
         let hides = |bounds: &Bounds, sweep: SweptBox| {
             !bounds.is_empty() && frame.moved_bounds.may_meet_sweep(&sweep)
@@ -69,7 +75,8 @@ impl TileBounds {
     /// Returns true if anything in `moved` may lie between a light and any surface. A `false` is certain.
     pub fn may_be_in_shadow(&self, moved: &MovedBounds, light: &LightPose) -> bool {
         // boxes of tiny models are smaller than the distance from a surface at which rays begin
-        let surfaces = &around_origins(&self.surfaces);
+        let Bounds { low, high } = self.surfaces;
+        let surfaces = &around_origins(&Bounds { low: low - self.lift, high: high + self.lift });
         let half = light.shape.half_extent();
         let around = |middle: Vec3| Bounds { low: middle - half, high: middle + half };
         let sweep = match light.shape.source() {

@@ -13,7 +13,7 @@ use crate::frame::surface::trace_scratch::TraceScratch;
 use crate::geometry::Bounds;
 use crate::lanes::{F32x8, LANES, Mask, Vec3x8};
 use crate::samples::{BACKGROUND, CELLS, EMPTY, Status, Tile};
-use crate::trace::{Coherence, HitBatch, NO_HIT, Occluders, OfKind, Purpose, RayBatch, SceneSubset};
+use crate::trace::{Coherence, HitBatch, NO_HIT, Occluders, Purpose, RayBatch, SceneSubset, Search};
 
 /// Largest distance of a sample from the ray through its cell's target at which it counts as the target itself, as a share of the
 /// distance from the eye: what the points of hits are rounded by, and those of models when they are placed.
@@ -49,7 +49,7 @@ pub fn behind(frame: &FrameView, number: usize, tile: &Tile) -> (TileBounds, Cel
     if rays.is_empty() {
         return (TileBounds::NONE, asked);
     }
-    frame.tracer.closest(&rays, OfKind::CAMERA, SceneSubset::Still, Coherence::Coherent, &mut hits);
+    frame.tracer.closest(&rays, Search::from_eye(SceneSubset::Still, Coherence::Coherent), &mut hits);
     let (mut surfaces, mut sky) = (Bounds::EMPTY, Bounds::EMPTY);
     for ((packet, lanes), hits) in rays.packets().zip(&hits.packets) {
         for lane in set_bits(lanes) {
@@ -62,7 +62,7 @@ pub fn behind(frame: &FrameView, number: usize, tile: &Tile) -> (TileBounds, Cel
             }
         }
     }
-    (TileBounds::new(surfaces, sky), asked)
+    (TileBounds::seen(surfaces, sky), asked)
 }
 
 /// Cells of tile number `number` whose targets may see something that moved, where their samples do not say so.

@@ -7,6 +7,7 @@ use crate::lanes::{F32x8, LANES, Vec3x8, are_same};
 use crate::prefetch::prefetch;
 use crate::scene::Mesh;
 use crate::shade::Surface;
+use crate::shade::horizon::Horizon;
 use crate::shade::on_mesh::OnMesh;
 use crate::shade::surface::{Corners, of_quadrics};
 use crate::trace::{HitPacket, NO_HIT};
@@ -199,6 +200,7 @@ pub fn surfaces(
 ) {
     let corners = hits.corners(frame);
     let mut point = corners.point(hits.weights);
+    let in_object = point;
     let [mut normal, mut geometric_normal] = corners.normals(hits.weights);
     hits.put_quadric_points(frame, corners.quadrics(), &mut point);
     let mut widths = [0.0; LANES];
@@ -216,16 +218,45 @@ pub fn surfaces(
     for lane in (0..count).filter(|lane| hits.is_hit(*lane)) {
         let from_behind = geometric_normal.lane(lane).dot(directions(lane)) > 0.0;
         let side = if from_behind { -1.0 } else { 1.0 };
+        let [normal, geometric_normal] = [&normal, &geometric_normal].map(|normal| normal.lane(lane) * side);
+        let is_curved = corners.is_smooth(lane) && normal.dot(geometric_normal) < NEARLY_FLAT;
+        let at = |lane: usize| (hits.models[lane], hits.triangles[lane]);
+        let horizon = if is_curved || frame.palette.bends_normals {
+            horizon(frame, at(lane), in_object.lane(lane), from_behind, [normal, geometric_normal])
+        } else {
+            Horizon::flat(normal)
+        };
         let surface = Surface {
             point: point.lane(lane),
-            normal: normal.lane(lane) * side,
-            geometric_normal: geometric_normal.lane(lane) * side,
+            normal,
+            geometric_normal,
+            horizon,
             reflectance: reflectances.lane(lane),
             material: materials[lane],
             from_behind,
             width: if frame.palette.has_textures { beams(lane) } else { 0.0 },
         };
         each(lane, surface);
+    }
+}
+
+/// Cosine between a shading normal and the triangle's above which the curved surface need not be told from it: less than a degree.
+const NEARLY_FLAT: f32 = 0.9999;
+
+/// The curved surface that a triangle stands for at a point (object space, at rest) with these normals, world space.
+fn horizon(
+    frame: &FrameView,
+    (model, triangle): (u32, u32),
+    in_object: Vec3,
+    from_behind: bool,
+    [normal, geometric_normal]: [Vec3; 2],
+) -> Horizon {
+    let is_bent = frame.is_bent(model, triangle);
+    match frame.horizon(model, triangle, in_object, from_behind) {
+        Some(horizon) if is_bent => horizon,
+        Some(Horizon { lift, .. }) => Horizon { lift, ..Horizon::flat(normal) },
+        None if is_bent => Horizon { is_bent, ..Horizon::flat(geometric_normal) },
+        None => Horizon::flat(normal),
     }
 }
 

@@ -1,9 +1,14 @@
 //! Samples in world space.
 
+use glam::Vec3;
+
 use super::hits::place;
+use crate::frame::grid::bits::{set_bits, surface_bits};
 use crate::frame::shot::frame_view::FrameView;
 use crate::lanes::{LANES, Vec3x8};
 use crate::samples::{CELLS, Column, Octahedral, Tile};
+use crate::shade::horizon::Horizon;
+use crate::shade::terminator::Receivers;
 
 /// Surfaces of eight samples in world space. Normals have unit length and point to the eye's side. The values
 /// of a lane without a surface mean nothing.
@@ -15,6 +20,8 @@ pub struct Placed {
     pub normal: Vec3x8,
     /// Normals of the triangles.
     pub geometric_normal: Vec3x8,
+    /// Normals of the curved surfaces that the triangles stand for, where the shot has normal maps; else they are the shading ones.
+    pub smooth: Option<Vec3x8>,
 }
 
 impl Placed {
@@ -28,12 +35,51 @@ impl Placed {
         // flat meshes: both normals are the same
         let normal =
             if normals == geometric_normals { geometric_normal } else { Octahedral::unfold_lanes(normals) };
-        let mut placed = Self { point, normal, geometric_normal };
-        let Self { point, normal, geometric_normal } = &mut placed;
+        let mut placed = Self { point, normal, geometric_normal, smooth: None };
+        let Self { point, normal, geometric_normal, .. } = &mut placed;
         let triangle = |lane: usize| tile.record[first + lane].triangle;
         place(frame, &tile.model[first..first + LANES], triangle, [point, normal, geometric_normal]);
+        if frame.palette.bends_normals {
+            placed.smooth = Some(unbent(frame, tile, first, &placed));
+        }
         placed
     }
+
+    /// The surfaces as light sees them.
+    #[inline(always)]
+    pub fn receivers(&self) -> Receivers {
+        let Self { point, normal, geometric_normal, smooth } = *self;
+        Receivers { point, normal, smooth, geometric_normal }
+    }
+}
+
+/// Normals of the curved surfaces at eight samples: the shading normals, where no normal map bends them.
+fn unbent(frame: &FrameView, tile: &Tile, first: usize, placed: &Placed) -> Vec3x8 {
+    let mut normals = placed.normal;
+    for lane in set_bits(surface_bits(&tile.model[first..first + LANES])) {
+        let cell = first + lane;
+        if frame.is_bent(tile.model[cell], tile.record[cell].triangle) {
+            let flat = Horizon::flat(placed.geometric_normal.lane(lane));
+            normals.set_lane(lane, of_sample(frame, tile, cell).unwrap_or(flat).normal);
+        }
+    }
+    normals
+}
+
+/// The curved surface that a triangle stands for at the sample in `cell`, world space; `placed` holds its group of eight cells.
+pub fn horizon(frame: &FrameView, tile: &Tile, cell: usize, placed: &Placed) -> Horizon {
+    let normal = placed.smooth.unwrap_or(placed.normal).lane(cell % LANES);
+    Horizon { normal, lift: lift(frame, tile, cell), is_bent: placed.smooth.is_some() }
+}
+
+/// Way from the sample in `cell` to the curved surface that its triangle stands for, world space.
+pub fn lift(frame: &FrameView, tile: &Tile, cell: usize) -> Vec3 {
+    of_sample(frame, tile, cell).map_or(Vec3::ZERO, |horizon| horizon.lift)
+}
+
+fn of_sample(frame: &FrameView, tile: &Tile, cell: usize) -> Option<Horizon> {
+    let record = &tile.record[cell];
+    frame.horizon(tile.model[cell], record.triangle, tile.point(cell), record.is_from_behind())
 }
 
 /// Samples of one tile in world space. Each is placed once a frame, when a phase first asks for it.
@@ -44,6 +90,8 @@ pub struct PlacedTile {
     /// Shading normals, world space.
     pub normal: [Column<f32>; 3],
     geometric_normal: [Column<f32>; 3],
+    /// See [`Placed::smooth`].
+    smooth: [Column<f32>; 3],
     /// True for each eight cells that are placed.
     is_ready: [bool; CELLS / LANES],
 }
@@ -55,19 +103,28 @@ impl PlacedTile {
     }
 
     /// Samples in the eight cells from `first` on, which must not change until the next tile.
-    #[inline]
+    #[inline(always)]
     pub fn get(&mut self, frame: &FrameView, tile: &Tile, first: usize) -> Placed {
         if self.is_ready[first / LANES] {
             return Placed {
                 point: load(&self.point, first),
                 normal: load(&self.normal, first),
                 geometric_normal: load(&self.geometric_normal, first),
+                smooth: frame.palette.bends_normals.then(|| load(&self.smooth, first)),
             };
         }
+        self.place(frame, tile, first)
+    }
+
+    #[inline(never)]
+    fn place(&mut self, frame: &FrameView, tile: &Tile, first: usize) -> Placed {
         let placed = Placed::of(frame, tile, first);
         store(placed.point, &mut self.point, first);
         store(placed.normal, &mut self.normal, first);
         store(placed.geometric_normal, &mut self.geometric_normal, first);
+        if let Some(smooth) = placed.smooth {
+            store(smooth, &mut self.smooth, first);
+        }
         self.is_ready[first / LANES] = true;
         placed
     }
@@ -85,7 +142,13 @@ impl PlacedTile {
 impl Default for PlacedTile {
     fn default() -> Self {
         let columns = [[0.0; CELLS]; 3];
-        Self { point: columns, normal: columns, geometric_normal: columns, is_ready: [false; CELLS / LANES] }
+        Self {
+            point: columns,
+            normal: columns,
+            geometric_normal: columns,
+            smooth: columns,
+            is_ready: [false; CELLS / LANES],
+        }
     }
 }
 

@@ -4,9 +4,10 @@ use super::document::Document;
 use super::json::Camera;
 use super::nodes::Tree;
 use crate::scene::SceneError;
+use crate::scene::camera::FARTHEST_PLANE;
 use crate::scene::keys::spelling;
 use crate::scene::part_of_file::NodeTrack;
-use crate::scene::written::{CameraKey, camera_keys, size_of_ratio};
+use crate::scene::written::{CameraKey, camera_keys, number, size_of_ratio};
 
 /// Maximum number of names that an error lists.
 const MOST_LISTED: usize = 20;
@@ -52,18 +53,20 @@ pub fn chosen(document: &Document, tree: &Tree, name_of_it: Option<&str>) -> Res
     })
 }
 
-/// Writes `[camera]` and its keys.
+/// Writes `[camera]` and its keys. Clipping planes that make no sense are left out.
 ///
 /// # Errors A lens that makes no sense.
 pub fn text(document: &Document, camera: &Camera, track: &NodeTrack) -> Result<String, SceneError> {
     let lens = match (camera.kind.as_str(), &camera.perspective, &camera.orthographic) {
         ("perspective", Some(lens), _) => {
             let fov = lens.yfov.to_degrees();
-            (0.001..179.9).contains(&fov).then(|| format!("fov = {fov}\n"))
+            let view = (0.001..179.9).contains(&fov).then(|| format!("fov = {fov}\n"));
+            view.map(|view| view + &planes(document, lens.znear, lens.zfar))
         }
         ("orthographic", _, Some(lens)) => {
             let height = 2.0 * lens.ymag.abs();
-            (1e-9..1e9).contains(&height).then(|| format!("height = {height}\n"))
+            let view = (1e-9..1e9).contains(&height).then(|| format!("height = {height}\n"));
+            view.map(|view| view + &planes(document, lens.znear, lens.zfar))
         }
         _ => None,
     };
@@ -80,4 +83,21 @@ pub fn text(document: &Document, camera: &Camera, track: &NodeTrack) -> Result<S
         lens: if i == 0 { lens.clone() } else { String::new() },
     });
     Ok(text + &camera_keys(keys, &track.map.cut_frames()))
+}
+
+/// Writes the clipping planes of a camera. Those that cut nothing off are taken out again when the shot is loaded, with all others of shots.
+fn planes(document: &Document, near: Option<f64>, far: Option<f64>) -> String {
+    // some programs write 0, others a distance behind the eye: nothing is cut off there
+    let near = near.filter(|near| *near > 0.0);
+    if far.is_some_and(|far| far <= near.unwrap_or(0.0)) || near.is_some_and(|near| near > FARTHEST_PLANE) {
+        document.leave_out(
+            "clipping planes of a camera (znear, zfar) leave nothing between them, and are not used",
+        );
+        return String::new();
+    }
+    let far = far.filter(|far| *far <= FARTHEST_PLANE);
+    let line = |name: &str, depth: Option<f64>| {
+        depth.map_or(String::new(), |depth| format!("{name} = {}\n", number(depth)))
+    };
+    line("near", near) + &line("far", far)
 }

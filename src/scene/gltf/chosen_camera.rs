@@ -51,6 +51,10 @@ impl Assembly {
                 "its camera `{name}` is scaled to nothing, and looks nowhere: export it again"
             ))
         })?;
-        cameras::text(&document, camera, track).map(Ok)
+        let text = cameras::text(&document, camera, track)?;
+        for message in document.take_unused() {
+            self.findings.note(document.fault(message));
+        }
+        Ok(Ok(text))
     }
 }

@@ -220,12 +220,16 @@ pub struct Camera {
 pub struct Perspective {
     pub yfov: f64,
     pub aspect_ratio: Option<f64>,
+    pub znear: Option<f64>,
+    pub zfar: Option<f64>,
 }
 
 #[derive(Debug, Deserialize)]
 pub struct Orthographic {
     pub xmag: f64,
     pub ymag: f64,
+    pub znear: Option<f64>,
+    pub zfar: Option<f64>,
 }
 
 #[derive(Debug, Default, Deserialize)]

@@ -2,7 +2,7 @@
 //!
 //! glTF's clear coats and USD's follow this rule, and so do exports from Blender.
 
-use crate::scene::material::head_on;
+use crate::scene::material::{self, head_on};
 
 /// Bounds of the index of refraction: an index of 1 stands for "not stated" in MTL files.
 const LEAST_INDEX: f64 = 1.0001;
@@ -80,8 +80,7 @@ pub(crate) fn stated_index(index: f64) -> f64 {
     index.clamp(LEAST_INDEX, GREATEST_INDEX)
 }
 
-/// Index of refraction of a surface that reflects so much at normal incidence.
+/// Index of refraction, of those that MTL's statements can hold, of a surface that reflects so much at normal incidence.
 pub(crate) fn index_of(head_on: f64) -> f64 {
-    let root = head_on.clamp(0.0, MOST_HEAD_ON).sqrt();
-    stated_index((1.0 + root) / (1.0 - root))
+    stated_index(material::index_of(head_on.clamp(0.0, MOST_HEAD_ON)))
 }

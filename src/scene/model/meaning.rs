@@ -11,6 +11,7 @@ use super::exporter::Exporter;
 use super::map_statement::MapUse;
 use super::mtl::MtlMaterial;
 use crate::scene::keys::material::KdBesideMap;
+use crate::scene::material::index_of;
 
 /// `Ns` of a surface without roughness, as Blender writes it.
 const SMOOTH_NS: f32 = 1000.0;
@@ -73,7 +74,8 @@ impl MtlMaterial {
         Self {
             pr: self.pr.or(Some(roughness)),
             pm: self.pm.or(Some(if is_metal { metallic } else { 0.0 })),
-            ni: Some(index_of((HEAD_ON_OF_KS * level).min(0.999))),
+            // an index of 1 means that none is stated; so little more reflects nothing that is seen
+            ni: Some(index_of((HEAD_ON_OF_KS * level).clamp(1e-7, 0.999))),
             illum: Some(2),
             ka: None,
             ks: None,
@@ -81,13 +83,6 @@ impl MtlMaterial {
             ..self
         }
     }
-}
-
-/// Index of refraction of a surface that reflects so much at normal incidence.
-fn index_of(head_on: f32) -> f32 {
-    // an index of 1 means that none is stated; so little more reflects nothing that is seen
-    let root = head_on.max(1e-7).sqrt();
-    (1.0 + root) / (1.0 - root)
 }
 
 #[cfg(test)]

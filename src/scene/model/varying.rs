@@ -4,12 +4,13 @@ use std::collections::HashMap;
 use std::sync::Arc;
 
 use glam::{Vec2, Vec3};
+use half::f16;
 
 use super::map_statement::{ByUse, Channel, MapUse};
 use super::pictures::PictureUse;
 use crate::scene::cutout::ALL_BUT_OPAQUE;
 use crate::scene::material::LARGEST_COLOR;
-use crate::scene::texture::{Placement, UvSet, linear_color};
+use crate::scene::texture::{Placement, Texel, UvSet, linear_color, linear_share, srgb_share};
 use crate::scene::variants::{TexelNumbers, Variants};
 use crate::scene::{Material, Texture};
 use crate::scrambled::scrambled;
@@ -19,7 +20,8 @@ const MOST_VARIANTS: usize = 4096;
 
 /// Numbers of levels between which values are rounded, finest first: of roughness, and of each other number. The first is taken
 /// with which there are few enough variants. More than 64 widths of a lobe are not told apart, and each takes time to prepare.
-const LEVELS: [[u32; 2]; 5] = [[64, 256], [64, 32], [32, 16], [16, 8], [8, 4]];
+/// Emission of pictures with more than 8 bits has more than 256 levels.
+const LEVELS: [[u32; 2]; 7] = [[64, 1 << 16], [64, 1024], [64, 256], [64, 32], [32, 16], [16, 8], [8, 4]];
 
 /// Picture that gives a parameter of a material.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -42,17 +44,24 @@ impl From<Material> for Settled {
     }
 }
 
-/// Numbers that make a variant, as bytes: roughness, metal, exponent of the highlight, emission (of the brightest), reflectance of
-/// highlights, and opacity.
-const NUMBERS: usize = 10;
+/// Numbers that make a variant.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+struct Numbers {
+    /// Roughness, metal, exponent of the highlight, reflectance of highlights, and opacity: 255 leaves a parameter as it is.
+    bytes: [u8; BYTES],
+    /// Emission, sRGB-encoded: 65535 is the brightest.
+    emission: [u16; 3],
+}
+
+const BYTES: usize = 7;
 const ROUGHNESS: usize = 0;
 const METAL: usize = 1;
 const SHININESS: usize = 2;
-const EMISSION: usize = 3;
-const SPECULAR: usize = 6;
-const OPACITY: usize = 9;
+const SPECULAR: usize = 3;
+const OPACITY: usize = 6;
 
-type Numbers = [u8; NUMBERS];
+/// Numbers that leave all parameters as they are.
+const WHITE: Numbers = Numbers { bytes: [u8::MAX; BYTES], emission: [u16::MAX; 3] };
 
 /// Uses of pictures that give parameters of a material.
 pub(crate) const PARAMETERS: [MapUse; 5] =
@@ -163,11 +172,10 @@ impl Group {
         let finest =
             pictures().map(|(_, map)| texture(map)).max_by_key(|texture| texture.texels().count())?;
         let placement = finest.placement();
-        let pictures: Vec<Picture> =
-            pictures().map(|(used, map)| Picture::new(used, map, texture(map), &placement)).collect();
         let brightest = brightest(maps, textures);
-        let numbers =
-            (0..finest.texels().count()).map(|texel| numbers_of(&pictures, brightest, texel)).collect();
+        let pictures: Vec<Picture> =
+            pictures().map(|stated| Picture::new(stated, texture(stated.1), &placement, brightest)).collect();
+        let numbers = (0..finest.texels().count()).map(|texel| numbers_of(&pictures, texel)).collect();
         Some(Self { placement, numbers })
     }
 }
@@ -184,12 +192,12 @@ fn brightest(maps: &ByUse<ParameterMap>, textures: &[Texture]) -> f32 {
     })
 }
 
-/// Numbers that leave all parameters as they are.
-const WHITE: Numbers = [u8::MAX; NUMBERS];
-
 /// Numbers of both, of which at most one says something of each parameter.
 fn product(one: &Numbers, other: &Numbers) -> Numbers {
-    std::array::from_fn(|i| one[i].min(other[i]))
+    Numbers {
+        bytes: std::array::from_fn(|i| one.bytes[i].min(other.bytes[i])),
+        emission: std::array::from_fn(|i| one.emission[i].min(other.emission[i])),
+    }
 }
 
 /// A picture, looked up at the texels of another one.
@@ -201,49 +209,74 @@ struct Picture<'a> {
     asked: Placement,
     /// True if its texels are those for which it is asked.
     is_same: bool,
+    /// Number of emission for the bits of each half float, if texels are such.
+    of_half: Vec<u16>,
 }
 
 impl<'a> Picture<'a> {
-    fn new(used: MapUse, map: ParameterMap, texture: &'a Texture, asked: &Placement) -> Self {
+    /// `brightest`: channel that the numbers of light are shares of.
+    fn new(
+        (used, map): (MapUse, ParameterMap),
+        texture: &'a Texture,
+        asked: &Placement,
+        brightest: f32,
+    ) -> Self {
         let is_same = texture.placement() == *asked;
-        Self { used, channel: map.channel, texture, asked: *asked, is_same }
+        let of_bits = |bits: u16| encoded(f16::from_bits(bits).to_f32() / brightest);
+        let has_halves = picture_use(used) == PictureUse::Light && !texture.texels().are_bytes();
+        let of_half = if has_halves { (0..=u16::MAX).map(of_bits).collect() } else { Vec::new() };
+        Self { used, channel: map.channel, texture, asked: *asked, is_same, of_half }
     }
 
-    /// Texel of this picture at the centre of number `texel` of those asked for; colours sRGB-encoded, and light as a share of the
-    /// `brightest`.
-    fn texel(&self, texel: usize, brightest: f32) -> [u8; 4] {
-        let texels = self.texture.texels();
-        let of_picture = |texel: usize| match picture_use(self.used) {
-            PictureUse::ColorParameter => texels.get(texel).srgb(1.0),
-            PictureUse::Light => texels.get(texel).srgb(brightest),
-            _ => texels.get(texel).bytes(),
-        };
+    /// Bytes of this picture at the centre of number `texel` of those asked for; colours sRGB-encoded.
+    fn bytes(&self, texel: usize) -> [u8; 4] {
+        let texel = self.texture.texels().get(self.own_texel(texel));
+        if picture_use(self.used) == PictureUse::ColorParameter { texel.srgb() } else { texel.bytes() }
+    }
+
+    /// Numbers of emission there.
+    fn emission(&self, texel: usize) -> [u16; 3] {
+        match self.texture.texels().get(self.own_texel(texel)) {
+            Texel::Bytes([r, g, b, _]) => [r, g, b].map(|byte| 257 * u16::from(byte)),
+            Texel::Halves([r, g, b, _]) => [r, g, b].map(|value| self.of_half[usize::from(value.to_bits())]),
+        }
+    }
+
+    /// Texel of this picture at the centre of number `texel` of those asked for.
+    fn own_texel(&self, texel: usize) -> usize {
         if self.is_same {
-            return of_picture(texel);
+            return texel;
         }
         let (x, y) = (texel as u32 % self.asked.width, texel as u32 / self.asked.width);
         let at = |i: u32, count: u32| (i as f32 + 0.5) / count as f32;
         let in_picture = Vec2::new(at(x, self.asked.width), 1.0 - at(y, self.asked.height));
         let uv = self.asked.mapping.uv_of(in_picture);
-        of_picture(self.texture.between(uv).chosen([0.5; 2]))
+        self.texture.between(uv).chosen([0.5; 2])
     }
 }
 
-fn numbers_of(pictures: &[Picture<'_>], brightest: f32, texel: usize) -> Numbers {
+/// Number of a linear share of the brightest.
+fn encoded(share: f32) -> u16 {
+    // a cast of NaN is 0
+    (srgb_share(f64::from(share.clamp(0.0, 1.0))) * f64::from(u16::MAX) + 0.5) as u16
+}
+
+fn numbers_of(pictures: &[Picture<'_>], texel: usize) -> Numbers {
     let mut numbers = WHITE;
     for picture in pictures {
-        let bytes = picture.texel(texel, brightest);
-        let colors = [bytes[0], bytes[1], bytes[2]];
+        let value = || picture.channel.of(picture.bytes(texel));
         match picture.used {
-            MapUse::Roughness => numbers[ROUGHNESS] = picture.channel.of(bytes),
-            MapUse::Metal => numbers[METAL] = picture.channel.of(bytes),
-            MapUse::Shininess => numbers[SHININESS] = picture.channel.of(bytes),
-            MapUse::Emission => numbers[EMISSION..EMISSION + 3].copy_from_slice(&colors),
-            MapUse::Specular => numbers[SPECULAR..SPECULAR + 3].copy_from_slice(&colors),
+            MapUse::Roughness => numbers.bytes[ROUGHNESS] = value(),
+            MapUse::Metal => numbers.bytes[METAL] = value(),
+            MapUse::Shininess => numbers.bytes[SHININESS] = value(),
+            MapUse::Emission => numbers.emission = picture.emission(texel),
+            MapUse::Specular => {
+                numbers.bytes[SPECULAR..SPECULAR + 3].copy_from_slice(&picture.bytes(texel)[..3])
+            }
             MapUse::Opacity => {
-                let alpha = picture.channel.of(bytes);
+                let alpha = value();
                 let is_opaque = f32::from(alpha) / 255.0 >= ALL_BUT_OPAQUE;
-                numbers[OPACITY] = if is_opaque { u8::MAX } else { alpha };
+                numbers.bytes[OPACITY] = if is_opaque { u8::MAX } else { alpha };
             }
             MapUse::Color | MapUse::Normal | MapUse::Bump => {}
         }
@@ -294,19 +327,26 @@ fn numbered(numbers: &[Numbers], levels: [u32; 2], most: usize) -> Option<Number
 /// Rounds to one of the two nearest levels, by chance, so that the mean over many texels stays; the least and the greatest stay as
 /// they are.
 fn rounded(numbers: &Numbers, [of_roughness, of_others]: [u32; 2], texel: u32) -> Numbers {
-    std::array::from_fn(|i| {
+    const DRAWS: u32 = 10;
+    let drawn = |draw: usize| scrambled(texel * DRAWS + draw as u32) % 255;
+    // emission draws in between
+    let of_byte = |i: usize| {
         let steps = if i == ROUGHNESS { of_roughness } else { of_others } - 1;
-        let (value, chance) =
-            (u32::from(numbers[i]) * steps, scrambled(texel * NUMBERS as u32 + i as u32) % 255);
-        let level = (value + chance) / 255;
+        let level = (u32::from(numbers.bytes[i]) * steps + drawn(if i < SPECULAR { i } else { i + 3 })) / 255;
         ((level * 255 + steps / 2) / steps) as u8
-    })
+    };
+    let of_light = |i: usize| {
+        let steps = u64::from(of_others - 1);
+        let chance = 257 * u64::from(drawn(SPECULAR + i));
+        let level = (u64::from(numbers.emission[i]) * steps + chance) / 65535;
+        ((level * 65535 + steps / 2) / steps) as u16
+    };
+    Numbers { bytes: std::array::from_fn(of_byte), emission: std::array::from_fn(of_light) }
 }
 
 /// The material with the parameters that these numbers stand for.
 fn variant(material: &Material, maps: &ByUse<ParameterMap>, numbers: Numbers) -> Material {
-    let share = |number: usize| f32::from(numbers[number]) / 255.0;
-    let color = |first: usize| linear_color([numbers[first], numbers[first + 1], numbers[first + 2], 0]);
+    let share = |number: usize| f32::from(numbers.bytes[number]) / 255.0;
     let mut variant = material.clone();
     if let Some(layer) = &mut variant.metal_rough {
         layer.roughness *= share(ROUGHNESS);
@@ -316,10 +356,12 @@ fn variant(material: &Material, maps: &ByUse<ParameterMap>, numbers: Numbers) ->
         }
     }
     if maps.has(MapUse::Emission) {
-        variant.emission = (variant.emission * color(EMISSION)).min(Vec3::splat(LARGEST_COLOR));
+        let share = numbers.emission.map(|number| linear_share(f64::from(number) / 65535.0));
+        variant.emission = (variant.emission * Vec3::from(share)).min(Vec3::splat(LARGEST_COLOR));
     }
     if maps.has(MapUse::Specular) {
-        variant.specular *= color(SPECULAR);
+        let [.., r, g, b, _] = numbers.bytes;
+        variant.specular *= linear_color([r, g, b, 0]);
     }
     variant.shininess = (variant.shininess * share(SHININESS)).max(1.0);
     if maps.has(MapUse::Opacity) { variant.blended(share(OPACITY)) } else { variant }
@@ -355,7 +397,7 @@ mod tests {
 
     use super::*;
     use crate::scene::material::MetalRough;
-    use crate::scene::texture::Mapping;
+    use crate::scene::texture::{Image, Mapping, Texels, Values};
 
     fn texture(width: u32, texels: Vec<[u8; 4]>) -> Texture {
         let height = texels.len() as u32 / width;
@@ -423,6 +465,22 @@ mod tests {
         assert!(made.materials.len() <= MOST_VARIANTS, "{}", made.materials.len());
         let difference = (made.mean.emission / 2.0 - exact).abs().max_element();
         assert!(difference < 0.02, "{difference} of {exact}");
+    }
+
+    /// A dark picture of halves beside one bright texel: bytes would know two values of it.
+    #[test]
+    fn emission_of_deep_pictures_is_not_rounded_to_bytes() {
+        let lights: Vec<f32> = (0..256).map(|i| if i == 0 { 100.0 } else { 0.01 * i as f32 }).collect();
+        let texels = lights.iter().map(|light| [*light, *light, *light, 1.0].map(f16::from_f32));
+        let image = Image::new(16, 16, Texels::Halves(texels.collect()), Values::Colors);
+        let picture = Texture { path: PathBuf::new(), image: image.into(), mapping: Mapping::default() };
+        let glowing = Material { emission: Vec3::ONE, ..Material::fallback() };
+        let maps = maps(&[(MapUse::Emission, Channel::Mean)]);
+        let made = make(&glowing, &maps, &[picture], usize::MAX).unwrap();
+        for (light, number) in lights.iter().zip(&made.numbers.of_texel[..]) {
+            let shown = made.materials[usize::from(*number)].emission.x;
+            assert!((shown - light).abs() <= 0.01 * light, "{shown} and not {light}");
+        }
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! Reads the exposure of the camera: the keys of a lens with an aperture, the shutter, and two eyes.
 
 use crate::exposure::{LensPose, Shutter};
-use crate::scene::camera::Projection;
+use crate::scene::camera::{FARTHEST_PLANE, Projection};
 use crate::scene::keys::camera::{CameraKey, ShutterTable, StereoTable};
 use crate::scene::keys::toml_text::{At, TomlText};
 use crate::scene::{CameraTrack, SceneError};
@@ -71,8 +71,10 @@ type Plane = Option<Vec<(f64, f64)>>;
 
 /// Reads the distances of the near and the far clipping plane at each of `keys`.
 pub fn clip(text: TomlText<'_>, keys: &[(f64, &At<CameraKey>)]) -> Result<[Plane; 2], SceneError> {
-    let near = plane(text, keys, "near", |key| key.near.as_ref(), |depth| (0.0..=GREATEST).contains(&depth))?;
-    let far = plane(text, keys, "far", |key| key.far.as_ref(), |depth| depth > 0.0 && depth <= GREATEST)?;
+    let near =
+        plane(text, keys, "near", |key| key.near.as_ref(), |depth| (0.0..=FARTHEST_PLANE).contains(&depth))?;
+    let far =
+        plane(text, keys, "far", |key| key.far.as_ref(), |depth| depth > 0.0 && depth <= FARTHEST_PLANE)?;
     if let (Some(near), Some(far)) = (&near, &far) {
         let crossed = keys.iter().zip(near.iter().zip(far)).find(|(_, ((_, near), (_, far)))| near >= far);
         if let Some(((_, key), ((_, near), (_, far)))) = crossed {

@@ -1,7 +1,9 @@
 //! A shot, made from a shot file (`.toml`) and all files that it names.
 
 mod camera;
+mod clipping;
 mod environment;
+mod extents;
 mod floor;
 mod lens;
 mod model;
@@ -14,9 +16,7 @@ mod settings;
 mod shapes;
 mod tracks;
 
-use std::collections::HashMap;
 use std::path::PathBuf;
-use std::sync::Arc;
 
 use glam::{DVec3, Vec3};
 
@@ -35,7 +35,7 @@ use crate::scene::model::read_model::ReadBefore;
 use crate::scene::model::trim::trimmed;
 use crate::scene::render_space::{Extent, RenderSpace};
 use crate::scene::warnings::darkness;
-use crate::scene::{Background, Frames, Light, Material, Mesh, Model, Scene, SceneError, Warning};
+use crate::scene::{Background, Frames, Light, Material, Model, Scene, SceneError, Warning};
 use crate::settings::{Backdrop, DEFAULT_PATHS, DenoiseQuality, FileFormat, Look, RayEstimate, Settings};
 
 /// A shot: everything in a shot file, and in the files that it names.
@@ -84,9 +84,6 @@ pub struct Content {
     /// Digest of the files that it names, and of those that these name.
     pub inputs: Digest,
 }
-
-/// Maximum distance of models from the origin, in the units of the files.
-const FARTHEST: f64 = 1e18;
 
 impl Shot {
     /// Estimates the rays of all its frames with `settings` if each sample is traced once. (Reused samples need
@@ -188,9 +185,9 @@ pub fn from_text_with(
         models.extend(models::of_table(text, table, &mut assembly, frames_a_second(rate))?);
         tables.resize(models.len(), table);
     }
-    let bounds = bounds_of_meshes(&models);
-    let extent = extent(text, &tables, &models, &bounds)?;
-    let at_first = extent_at(&models, &bounds, frames.first());
+    let bounds = extents::bounds_of_meshes(&models);
+    let extent = extents::over_time(text, &tables, &models, &bounds)?;
+    let at_first = extents::at_frame(&models, &bounds, frames.first());
     if file.occlusion.radius.is_none() {
         settings.occlusion_radius = settings::usual_occlusion_radius(&at_first);
     }
@@ -209,8 +206,9 @@ pub fn from_text_with(
     if let Some(table) = &file.floor {
         models.push(floor_model(text, table, &at_first, &mut assembly, &space)?);
     }
-    let (camera, lights) =
-        (space.camera(camera), lights.into_iter().map(|light| space.light(light)).collect());
+    let camera =
+        clipping::without_idle(space.camera(camera), &models, &clipping::Picture::of(&settings, &space));
+    let lights = lights.into_iter().map(|light| space.light(light)).collect();
     assembly.report_unused_overrides()?;
     if file.ambient.everywhere {
         assembly.reflect_ambient_light_as_diffuse();
@@ -417,49 +415,4 @@ fn settled(
         return Ok(model);
     }
     model.settled().ok_or_else(|| text.fault(model::place_of(table), "the model is too far from all others"))
-}
-
-/// Extent of all models as they stand at a frame, in the space of the files.
-fn extent_at(models: &[Model], bounds: &MeshBounds, frame: i32) -> Extent {
-    models.iter().filter(|model| counts(models, model)).fold(Extent::NONE, |all, model| {
-        all.with_model_at(bounds[&Arc::as_ptr(&model.mesh)], &model.track, frame.into())
-    })
-}
-
-/// Boxes around meshes, object space, by the meshes' addresses: models may share one.
-type MeshBounds = HashMap<*const Mesh, (DVec3, DVec3)>;
-
-fn bounds_of_meshes(models: &[Model]) -> MeshBounds {
-    let mut bounds = HashMap::new();
-    for model in models {
-        bounds.entry(Arc::as_ptr(&model.mesh)).or_insert_with(|| model.mesh.bounds());
-    }
-    bounds
-}
-
-/// Returns true if a model counts for the size of the shot: planes have no size, and count only if there is
-/// nothing else.
-fn counts(models: &[Model], model: &Model) -> bool {
-    !quadric::is_endless(model) || models.iter().all(quadric::is_endless)
-}
-
-/// Extent of all models, in the space of the files.
-fn extent(
-    text: TomlText<'_>,
-    tables: &[&At<ModelTable>],
-    models: &[Model],
-    bounds: &MeshBounds,
-) -> Result<Extent, SceneError> {
-    let mut all = Extent::NONE;
-    for (table, model) in tables.iter().zip(models) {
-        let bounds = bounds[&Arc::as_ptr(&model.mesh)];
-        if Extent::NONE.with_model(bounds, &model.track).reach() > FARTHEST {
-            let message = "moved and scaled like this the model reaches too far from the origin (1e18)";
-            return Err(text.fault(model::place_of(table), message));
-        }
-        if counts(models, model) {
-            all = all.with_model(bounds, &model.track);
-        }
-    }
-    Ok(all)
 }

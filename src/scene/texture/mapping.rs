@@ -98,7 +98,7 @@ impl Placement {
         Between { texels: [index(x0, y0), index(x1, y0), index(x0, y1), index(x1, y1)], shares }
     }
 
-    /// [`Between::first`] of a place in the picture, which takes a part of the time.
+    /// Index of the texel to the left above a place in the picture: what [`between_at`](Self::between_at) finds first, in a part of the time.
     #[inline]
     pub fn first_at(&self, place: Vec2) -> usize {
         let [across, down] = self.mapping.wrap;
@@ -167,9 +167,12 @@ pub struct Between {
 }
 
 impl Between {
-    /// Numbers of the part, to the right and down, that the place is in, of `count` between the centres in each direction.
-    pub fn parts(&self, count: u32) -> [u32; 2] {
-        self.shares.map(|share| ((share * count as f32) as u32).min(count - 1))
+    /// Column and row of the part that the place is in, of `count` between the centres of texels in each direction, in a picture of
+    /// this `width`.
+    pub fn part(&self, count: u32, width: u32) -> [u32; 2] {
+        let first = self.texels[0] as u32;
+        let [right, down] = self.shares.map(|share| ((share * count as f32) as u32).min(count - 1));
+        [first % width * count + right, first / width * count + down]
     }
 
     /// Interpolates what texels have, bilinearly.
@@ -179,11 +182,6 @@ impl Between {
         let above = texel(a).lerp(texel(b), across);
         let below = texel(c).lerp(texel(d), across);
         above.lerp(below, down)
-    }
-
-    /// Index of the texel to the left above.
-    pub fn first(&self) -> usize {
-        self.texels[0]
     }
 
     /// Index of one of the texels, each as likely as interpolation weighs it: by two numbers below 1 and not

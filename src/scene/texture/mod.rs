@@ -38,6 +38,11 @@ pub(crate) fn linear_share(encoded: f64) -> f32 {
     linear as f32
 }
 
+/// sRGB value of a linear value from 0 to 1.
+pub(crate) fn srgb_share(linear: f64) -> f64 {
+    if linear <= 0.0031308 { linear * 12.92 } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 }
+}
+
 /// Linear value of each sRGB byte.
 #[inline]
 fn linear_bytes() -> &'static [f32; 256] {

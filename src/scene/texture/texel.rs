@@ -26,13 +26,13 @@ impl Texel {
         }
     }
 
-    /// Colour as sRGB-encoded bytes, where 255 is the light `white`; what is brighter is cut. Bytes stay as they are.
-    pub fn srgb(self, white: f32) -> [u8; 4] {
+    /// Colour as sRGB-encoded bytes; what is brighter than 1 is cut. Bytes stay as they are.
+    pub fn srgb(self) -> [u8; 4] {
         match self {
             Self::Bytes(bytes) => bytes,
             Self::Halves(values) => {
                 let [r, g, b, a] = values.map(f16::to_f32);
-                srgb_texel([r / white, g / white, b / white, a.clamp(0.0, 1.0)])
+                srgb_texel([r, g, b, a.clamp(0.0, 1.0)])
             }
         }
     }

@@ -7,8 +7,9 @@ use glam::{DAffine3, DVec2};
 use openusd::usd::Prim;
 
 use super::file::{Clock, LensKey, UsdCamera};
-use super::value::{Answer, codes, number, word};
+use super::value::{Answer, codes, number, numbers, value, word};
 use crate::animation::Track;
+use crate::scene::camera::FARTHEST_PLANE;
 use crate::scene::written::{self, CameraKey, camera_keys, size_of_ratio};
 
 /// Lengths of cameras are in tenths of a unit.
@@ -25,10 +26,18 @@ const LENS: [(&str, f64); 7] = [
     ("focusDistance", 0.0),
 ];
 
-/// Reads a camera at the place `map`; `unit`: metres in a unit.
+/// Attribute of the distances of clipping planes.
+const PLANES: &str = "clippingRange";
+
+/// Reads a camera at the place `map`; `unit`: metres in a unit. What has no effect is told in `unused`.
 ///
 /// # Errors What the library says, and a lens that makes no sense.
-pub fn read(prim: &Prim, map: &Track<DAffine3>, clock: &Clock, unit: f64) -> Answer<UsdCamera> {
+pub fn read(
+    prim: &Prim,
+    map: &Track<DAffine3>,
+    (clock, unit): (&Clock, f64),
+    unused: &mut BTreeSet<String>,
+) -> Answer<UsdCamera> {
     let start = clock.code(clock.first());
     let is_orthographic = word(prim, "projection", start)?.as_deref() == Some("orthographic");
     let mut frames: BTreeSet<u64> = BTreeSet::new();
@@ -44,6 +53,10 @@ pub fn read(prim: &Prim, map: &Track<DAffine3>, clock: &Clock, unit: f64) -> Ans
     if let (Some(first), Some(last)) = (zooms.first().copied(), zooms.last().copied()) {
         let whole = (first.ceil() as i64..=last.floor() as i64).take(1 << 20);
         zooms.extend(whole.map(|frame| frame as f64));
+    }
+    let times = codes(prim, PLANES)?;
+    if times.len() > 1 {
+        frames.extend(times.iter().map(|code| clock.frame(*code).to_bits()));
     }
     if !map.is_constant() {
         frames.extend(map.frames().map(f64::to_bits));
@@ -61,7 +74,14 @@ pub fn read(prim: &Prim, map: &Track<DAffine3>, clock: &Clock, unit: f64) -> Ans
         if keys.is_empty() {
             ratio = own_ratio;
         }
-        keys.push(key);
+        let planes = planes(prim, clock.code(frame))?.map(|planes| planes.map(|depth| depth * unit));
+        let is_range = |[near, far]: &[f64; 2]| *near >= 0.0 && near < far && *far <= FARTHEST_PLANE;
+        if planes.as_ref().is_some_and(|planes| !is_range(planes)) {
+            unused.insert(String::from(
+                "a clippingRange of a camera leaves nothing between its ends, and is not used",
+            ));
+        }
+        keys.push(LensKey { planes: planes.filter(is_range), ..key });
     }
     let shutter = |name: &str| -> Answer<f64> { Ok(clock.frame(number(prim, name, start)?.unwrap_or(0.0))) };
     let name = prim.path().name().unwrap_or_default().to_string();
@@ -106,8 +126,15 @@ fn key(
         fov_or_height: if is_orthographic { height } else { fov },
         shift: DVec2::new(right, above) / across.max(up),
         focus,
+        planes: None,
     };
     Ok((key, across / up))
+}
+
+/// Distances of the clipping planes, in the units of the file.
+fn planes(prim: &Prim, code: f64) -> Answer<Option<[f64; 2]>> {
+    let stated = value(prim, PLANES, code)?.as_ref().and_then(numbers);
+    Ok(stated.and_then(|range| range.try_into().ok()))
 }
 
 /// Writes the settings and keys of a camera; `size`: of a picture whose ratio makes no sense; `stated`: that which the file says.
@@ -175,6 +202,10 @@ fn lens(key: &LensKey, before: Option<&LensKey>, is_orthographic: bool) -> Strin
         }
         None if !pinhole() => text += "aperture = 0\n",
         _ => {}
+    }
+    if let Some([near, far]) = key.planes.filter(|_| before.is_none_or(|before| before.planes != key.planes))
+    {
+        let _ = write!(text, "near = {}\nfar = {}\n", number(near), number(far));
     }
     text
 }

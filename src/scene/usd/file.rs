@@ -201,6 +201,8 @@ pub struct LensKey {
     pub shift: DVec2,
     /// Radius of the lens and distance that is in focus, metres, if it is no pinhole.
     pub focus: Option<[f64; 2]>,
+    /// Distances of the clipping planes, metres, if the file states any.
+    pub planes: Option<[f64; 2]>,
 }
 
 /// A light.

@@ -1,5 +1,9 @@
 //! Walks over the prims of a stage, and collects what they show.
 
+mod instances;
+mod meshes;
+mod surfaces;
+
 use std::collections::HashMap;
 use std::rc::Rc;
 
@@ -9,20 +13,14 @@ use openusd::sdf::{Path, Value};
 use openusd::usd::{Prim, PrimPredicate, PrimStatus, Stage};
 
 use super::binding::Bindings;
-use super::file::{Clock, Content, RenderSettings, ShownMesh, Surface, Units, UsdMesh};
-use super::geometry::{self, FaceSurfaces};
-use super::instancer::{self, Copy};
+use super::file::{Clock, Content, RenderSettings, ShownMesh, Units};
 use super::resolver::Record;
-use super::shader::{self, ReadSurface, Shaders, UvNames};
-use super::skeleton::{self, Skeleton};
-use super::skin::{self, Skin};
-use super::value::{Answer, codes, numbers, said, targets, value, whole_numbers, word};
+use super::shader::{Shaders, UvNames};
+use super::skeleton::Skeleton;
+use super::value::{Answer, codes, numbers, said, targets, value, word};
 use super::{cameras, implicit, lights, place};
 use crate::animation::{Track, Visibility};
 use crate::digest::Digest;
-
-/// Most point instancers within each other.
-const MOST_DEPTH: usize = 8;
 
 /// Most prims above one another: the time to compose them grows with the cube of their number.
 const MOST_LEVELS: usize = 256;
@@ -200,39 +198,6 @@ impl Walk<'_> {
         Ok(shown)
     }
 
-    /// Makes a plain prim of an instance within which there are others: the library composes nothing in these.
-    fn open_nested(&mut self, prim: &Prim) -> Answer<()> {
-        let Some(prototype) = said(prim.prototype())? else { return Ok(()) };
-        let has_nested = match self.has_nested.get(prototype.as_str()) {
-            Some(known) => *known,
-            None => {
-                let found = self.has_instances(said(prim.children())?)?;
-                self.has_nested.insert(prototype.to_string(), found);
-                found
-            }
-        };
-        if has_nested {
-            let opened = said(self.stage.override_prim(prim.path().clone()));
-            if opened.and_then(|prim| said(prim.set_instanceable(false))).is_err() {
-                let message = format!("instances within {} are not shown: make it a plain prim", prim.path());
-                self.content.defects.insert(message);
-            }
-        }
-        Ok(())
-    }
-
-    /// True if there are instances among prims or below them.
-    fn has_instances(&mut self, mut waiting: Vec<Prim>) -> Answer<bool> {
-        while let Some(prim) = waiting.pop() {
-            self.count_prim(&prim)?;
-            if said(prim.is_instance())? {
-                return Ok(true);
-            }
-            waiting.extend(said(prim.children())?);
-        }
-        Ok(false)
-    }
-
     /// Counts a prim that is looked at.
     fn count_prim(&mut self, prim: &Prim) -> Answer<()> {
         self.record.next_prim()?;
@@ -344,12 +309,9 @@ impl Walk<'_> {
                 return Ok(false);
             }
             "Camera" if self.within.is_empty() => {
-                self.content.cameras.push(cameras::read(
-                    prim,
-                    &context.map,
-                    &self.content.clock,
-                    self.units.metres,
-                )?);
+                let file = (&self.content.clock, self.units.metres);
+                let camera = cameras::read(prim, &context.map, file, &mut self.content.unused)?;
+                self.content.cameras.push(camera);
             }
             kind if lights::is_light(kind) && self.within.is_empty() => {
                 self.content.has_lights = true;
@@ -412,214 +374,6 @@ impl Walk<'_> {
                 .unused
                 .insert(format!("{what} not shown: only meshes, spheres, cubes and the like are"));
         }
-    }
-
-    /// Number and map of the mesh that a prim shows, if it has triangles.
-    fn mesh(&mut self, prim: &Prim, context: &Context) -> Answer<Option<(usize, Track<DAffine3>)>> {
-        let map = &context.map;
-        if context.is_skinned
-            && skin::is_bound(prim)?
-            && let Some((skin, of_skeleton)) = self.skin(prim)?
-        {
-            let mesh = self.read_mesh(prim, Some(&skin))?;
-            let map = if skin.has_joints() { of_skeleton } else { map.clone() };
-            return Ok(mesh.map(|mesh| (mesh, map)));
-        }
-        let Some(prototype) = said(prim.prim_in_prototype())? else {
-            let number = self.read_mesh(prim, None)?;
-            return Ok(number.map(|number| (number, map.clone())));
-        };
-        let mut surfaces = vec![self.surface_of_mesh(prim)?.of_mesh];
-        for (subset, _) in self.subsets(prim)? {
-            surfaces.push(self.surface(subset.path())?.map(|(surface, _)| surface));
-        }
-        let key = (prototype.path().to_string(), surfaces);
-        let number = match self.of_prototypes.get(&key) {
-            Some(known) => *known,
-            None => {
-                let number = self.read_mesh(prim, None)?;
-                self.of_prototypes.insert(key, number);
-                number
-            }
-        };
-        Ok(number.map(|number| (number, map.clone())))
-    }
-
-    fn read_mesh(&mut self, prim: &Prim, skin: Option<&Skin>) -> Answer<Option<usize>> {
-        let surfaces = self.surfaces(prim)?;
-        let clock = self.content.clock;
-        let mesh = geometry::mesh(prim, &clock, &surfaces, skin, &mut self.content.unused)?;
-        Ok(mesh.map(|mesh| self.number_of(mesh)))
-    }
-
-    /// Binding of a mesh to its skeleton, and the map of that. `None` if the skeleton is nowhere.
-    fn skin(&mut self, prim: &Prim) -> Answer<Option<(Skin, Track<DAffine3>)>> {
-        let clock = self.content.clock;
-        let path = skeleton::inherited(self.stage, prim.path(), "skel:skeleton")?;
-        let known = path.as_ref().map(|path| self.skeleton(path)).transpose()?.flatten();
-        let map = path.as_ref().map(|path| self.map_of(path)).transpose()?.flatten();
-        let (Some(skeleton), Some(map)) = (known, map) else {
-            let message = format!("the skeleton of {} is nowhere: it stands as it was bound", prim.path());
-            self.content.defects.insert(message);
-            return Ok(None);
-        };
-        let code = clock.code(clock.first());
-        let skin = Skin::read(self.stage, prim, skeleton, code, &mut self.content.unused)?;
-        Ok(Some((skin, map)))
-    }
-
-    fn skeleton(&mut self, path: &Path) -> Answer<Option<Rc<Skeleton>>> {
-        if let Some(known) = self.skeletons.get(path.as_str()) {
-            return Ok(known.clone());
-        }
-        let is_there = said_type(self.stage, path)?.as_deref() == Some("Skeleton");
-        let read = is_there.then(|| Skeleton::read(self.stage, path, &self.content.clock)).transpose()?;
-        let read = read.map(Rc::new);
-        self.skeletons.insert(path.to_string(), read.clone());
-        Ok(read)
-    }
-
-    /// Number of a mesh: that of an equal one, if there is one. Exporters write copies.
-    fn number_of(&mut self, mesh: UsdMesh) -> usize {
-        let digest = Digest::of_all([
-            Digest::new(bytemuck::cast_slice(&mesh.positions)),
-            Digest::new(bytemuck::cast_slice(mesh.triangles.as_flattened())),
-        ]);
-        let same = self.known.entry(digest).or_default();
-        if let Some(known) = same.iter().find(|number| self.content.meshes[**number] == mesh) {
-            return *known;
-        }
-        same.push(self.content.meshes.len());
-        self.content.meshes.push(mesh);
-        self.content.meshes.len() - 1
-    }
-
-    /// Surface of all faces of a mesh that no subset has.
-    fn surface_of_mesh(&mut self, prim: &Prim) -> Answer<FaceSurfaces> {
-        let mut surfaces = FaceSurfaces::default();
-        let bound = self.surface(prim.path())?;
-        if bound.is_none() {
-            let color = self.shaders.display_color(prim)?;
-            surfaces.is_tinted = color.as_ref().is_some_and(|color| color.is_tinted);
-            let color = color.or_else(|| self.units.is_of_blender.then(shader::plain_of_blender));
-            surfaces.of_mesh = color.map(|color| self.number_of_surface(color));
-        }
-        if let Some((surface, uvs)) = bound {
-            surfaces.of_mesh = Some(surface);
-            surfaces.uvs.insert(surface, uvs);
-        }
-        Ok(surfaces)
-    }
-
-    /// Subsets of a mesh's faces that have materials, and the time code at which they are read.
-    fn subsets(&self, prim: &Prim) -> Answer<Vec<(Prim, f64)>> {
-        let code = self.content.clock.code(self.content.clock.first());
-        let mut subsets = Vec::new();
-        for child in said(prim.children())? {
-            let is_subset = said(child.type_name())?.is_some_and(|kind| kind.as_str() == "GeomSubset");
-            if is_subset
-                && matches!(word(&child, "familyName", code)?.as_deref(), Some("materialBind") | None)
-            {
-                subsets.push((child, code));
-            }
-        }
-        Ok(subsets)
-    }
-
-    fn surfaces(&mut self, prim: &Prim) -> Answer<FaceSurfaces> {
-        let mut surfaces = self.surface_of_mesh(prim)?;
-        for (child, code) in self.subsets(prim)? {
-            let Some((surface, uvs)) = self.surface(child.path())? else { continue };
-            let faces = value(&child, "indices", code)?.as_ref().and_then(whole_numbers).unwrap_or_default();
-            let faces = faces.into_iter().filter_map(|face| u32::try_from(face).ok());
-            surfaces.of_face.extend(faces.map(|face| (face, Some(surface))));
-            surfaces.uvs.insert(surface, uvs);
-        }
-        Ok(surfaces)
-    }
-
-    /// Number of the surface that is bound at a path, and the names of its texture coordinates.
-    fn surface(&mut self, path: &Path) -> Answer<Option<(usize, UvNames)>> {
-        let Some(material) = self.bindings.material(self.stage, path)? else { return Ok(None) };
-        if let Some(known) = self.of_materials.get(material.as_str()) {
-            return Ok(known.clone());
-        }
-        let number = match self.shaders.material(&material)? {
-            Some(ReadSurface { surface, uvs }) => {
-                self.content.surfaces.push(surface);
-                Some((self.content.surfaces.len() - 1, uvs))
-            }
-            None => {
-                let message = if said_type(self.stage, &material)?.is_some() {
-                    format!(
-                        "the material {material} has no UsdPreviewSurface: what it is bound to is drawn in its displayColor, or grey"
-                    )
-                } else {
-                    format!(
-                        "the material {material} is nowhere: what it is bound to is drawn in its displayColor, or grey"
-                    )
-                };
-                self.content.defects.insert(message);
-                None
-            }
-        };
-        self.of_materials.insert(material.to_string(), number.clone());
-        Ok(number)
-    }
-
-    fn number_of_surface(&mut self, surface: Surface) -> usize {
-        let surfaces = &mut self.content.surfaces;
-        surfaces.iter().position(|known| *known == surface).unwrap_or_else(|| {
-            surfaces.push(surface);
-            surfaces.len() - 1
-        })
-    }
-
-    /// Collects the copies that a point instancer makes.
-    fn copies(&mut self, prim: &Prim, context: &Context, shown: &mut Vec<ShownMesh>) -> Answer<()> {
-        let path = prim.path().clone();
-        if self.within.len() >= MOST_DEPTH || self.within.contains(&path) {
-            let message = format!("the point instancer {path} copies itself: these copies are left out");
-            self.content.defects.insert(message);
-            return Ok(());
-        }
-        let copies = instancer::copies(prim, &self.content.clock, &mut self.content.unused)?;
-        self.within.push(path.clone());
-        let mut of_prototypes = Vec::with_capacity(copies.prototypes.len());
-        for prototype in &copies.prototypes {
-            let context = Context {
-                map: Track::constant(DAffine3::IDENTITY),
-                visible: Visibility::ALWAYS,
-                is_rendered: true,
-                is_skinned: false,
-            };
-            // prototypes may be `over`, so that they are not shown by themselves
-            let is_there =
-                PrimPredicate::new(PrimStatus::ACTIVE.union(PrimStatus::LOADED), PrimStatus::empty())
-                    .with_instance_proxies(true);
-            let parent = prototype.parent().unwrap_or_else(Path::abs_root);
-            let before = parent.as_str().trim_start_matches('/').len();
-            let base = std::mem::replace(&mut self.base, parent);
-            let meshes = self.below(vec![self.stage.prim(prototype.clone())], context, is_there)?;
-            self.base = base;
-            of_prototypes.push((meshes, before));
-        }
-        self.within.pop();
-        let name = path.as_str().trim_start_matches('/');
-        for Copy { number, prototype, map } in copies.list {
-            let map = context.map.after(&map);
-            let (meshes, before) = &of_prototypes[prototype];
-            if shown.len() + meshes.len() > MOST_SHOWN {
-                return Err(format!("it shows more than {MOST_SHOWN} models"));
-            }
-            shown.extend(meshes.iter().map(|mesh| ShownMesh {
-                name: format!("{name}/{number}/{}", mesh.name[*before..].trim_start_matches('/')),
-                mesh: mesh.mesh,
-                map: map.after(&mesh.map),
-                visible: context.visible.and(&mesh.visible),
-            }));
-        }
-        Ok(())
     }
 }
 

@@ -7,7 +7,7 @@ use glam::Vec3;
 
 use super::albedos::{Albedos, LEAST_COSINE, Shares};
 use crate::scene::material::LEAST_ALPHA;
-use crate::shade::fresnel::Fresnel;
+use crate::shade::fresnel::{Fresnel, dielectric};
 use crate::shade::ggx;
 use crate::shade::sampling::orthonormal;
 
@@ -56,6 +56,18 @@ impl Coat {
         self.alpha <= LEAST_ALPHA
     }
 
+    /// Reflectance of its microfacets; `reflectance` is what samples store.
+    fn fresnel(&self, reflectance: Vec3) -> Fresnel<f32> {
+        let metal = (self.metal + self.metal_of_kept * reflectance).min(Vec3::ONE);
+        Fresnel { metal: metal.to_array(), metallic: self.metallic, index: self.index }
+    }
+
+    /// Albedo at normal incidence, with that of the surface beneath, which is `diffuse`, as far as the layer lets light through.
+    pub fn head_on_over(&self, reflectance: Vec3, diffuse: Vec3) -> Vec3 {
+        let through = 1.0 - dielectric(self.index, 1.0);
+        Vec3::from(self.fresnel(reflectance).at(1.0)) * self.solid + diffuse * through
+    }
+
     /// Layer as a ray sees it: see [`Coats::seen`](super::Coats::seen).
     pub fn seen(
         &self,
@@ -75,8 +87,7 @@ impl Coat {
         let to_eye = Vec3::new(to_eye[0], to_eye[1], to_eye[2].max(LEAST_COSINE));
         // an eye in the surface sees it from no direction: treated as if above
         let to_eye = to_eye.try_normalize().unwrap_or(Vec3::Z);
-        let metal = (self.metal + self.metal_of_kept * reflectance).min(Vec3::ONE);
-        let fresnel = Fresnel { metal: metal.to_array(), metallic: self.metallic, index: self.index };
+        let fresnel = self.fresnel(reflectance);
         let shares = Shares::new(albedos.at(to_eye.z));
         let [once, albedo] = [shares.once(&fresnel), shares.in_all(&fresnel)].map(Vec3::from);
         // a surface that reflects nothing needs no factor

@@ -95,3 +95,42 @@ fn a_bare_file_is_seen_through_the_camera_that_is_asked_for() {
     let message = load(None, Some("Faar")).unwrap_err();
     assert!(message.starts_with("it has no animation `Faar`: did you mean `Far`?"), "{message}");
 }
+
+#[test]
+fn clipping_planes_are_those_of_the_file() {
+    let clip = |planes: Value, moves_to: f32| {
+        let mut file = File::new();
+        let mesh = file.triangle();
+        file.root(json!({"mesh": mesh}));
+        let mut camera = json!({"type": "perspective", "perspective": {"yfov": 1.0}});
+        if planes.get("xmag").is_some() {
+            camera = json!({"type": "orthographic", "orthographic": {}});
+        }
+        let kind = camera["type"].as_str().unwrap().to_string();
+        let lens = camera[&kind].as_object_mut().unwrap();
+        lens.extend(planes.as_object().unwrap().clone());
+        file.json["cameras"] = json!([camera]);
+        let eye = file.root(json!({"camera": 0, "translation": [0, 0, 8]}));
+        let there = file.vectors(&[[0.0, 0.0, 8.0], [0.0, 0.0, moves_to]]);
+        file.animate(eye, "translation", "LINEAR", &[0.0, 1.0], there);
+        let shot = scene::load(&folder(&file).path().join("m.gltf"), false).unwrap();
+        let told = shot.warnings.iter().any(|warning| warning.0.message.contains("znear, zfar"));
+        let clip = Pose::new(&shot.scene, 25).camera.clip;
+        (clip.near, clip.far, told)
+    };
+    let none = f32::INFINITY;
+    for (planes, moves_to, wanted) in [
+        // what exporters write cuts nothing off
+        (json!({"znear": 0.1, "zfar": 1000}), 8.0, (0.0, none, false)),
+        (json!({"znear": 0.1}), 8.0, (0.0, none, false)),
+        (json!({"znear": 9, "zfar": 1000}), 8.0, (9.0, none, false)),
+        (json!({"znear": 0.1, "zfar": 10}), 8.0, (0.0, none, false)),
+        (json!({"znear": 0.1, "zfar": 10}), 12.0, (0.0, 10.0, false)),
+        (json!({"xmag": 1, "ymag": 1, "znear": 0, "zfar": 7}), 8.0, (0.0, 7.0, false)),
+        (json!({"xmag": 1, "ymag": 1, "znear": -5, "zfar": 70}), 8.0, (0.0, none, false)),
+        (json!({"znear": 0.1, "zfar": 0}), 8.0, (0.0, none, true)),
+        (json!({"znear": 3, "zfar": 2}), 8.0, (0.0, none, true)),
+    ] {
+        assert_eq!(clip(planes.clone(), moves_to), wanted, "{planes}");
+    }
+}

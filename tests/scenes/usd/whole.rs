@@ -34,6 +34,26 @@ fn cameras_have_their_lens_shift_focus_and_shutter() {
 }
 
 #[test]
+fn clipping_ranges_count_where_they_cut_anything_off() {
+    let clip = |range: &str, header: &str| {
+        let camera = format!(
+            "def Camera \"C\" {{\n double3 xformOp:translate = (0, 0, 8)\n uniform token[] xformOpOrder = [\"xformOp:translate\"]\n\
+             float2 clippingRange{range}\n}}\n"
+        );
+        let shot = load(header, &with_mesh(&camera)).unwrap();
+        [1, 5].map(|frame| {
+            let clip = Pose::new(&shot.scene, frame).camera.clip;
+            (clip.near, clip.far)
+        })
+    };
+    let all = (0.0, f32::INFINITY);
+    assert_eq!(clip(" = (0.1, 1000)", METRES), [all; 2]);
+    assert_eq!(clip(" = (0.1, 7)", METRES), [(0.0, 7.0); 2]);
+    assert_eq!(clip(".timeSamples = { 1: (0.1, 7), 5: (0.1, 5) }", METRES), [(0.0, 7.0), (0.0, 5.0)]);
+    assert_eq!(clip(" = (7, 1)", METRES), [all; 2]);
+}
+
+#[test]
 fn lights_are_as_bright_as_the_file_says() {
     let lights = "def RectLight \"R\" {\n float inputs:intensity = 8\n float inputs:exposure = 1\n float inputs:width = 2\n\
         float inputs:height = 3\n}\n\

@@ -9,18 +9,22 @@ use super::types::{Kind, OF_LAYERS, OF_PRIMS, Type};
 const OF_ARCS: [&str; 2] = ["offset", "scale"];
 
 impl Writer<'_> {
+    /// Metadata, if they are next. Returns true if they were.
+    pub fn metadata_if_any(&mut self, kept: &[&str]) -> Step<bool> {
+        let is_there = self.is_next('(')?;
+        if is_there {
+            self.metadata(kept)?;
+        }
+        Ok(is_there)
+    }
+
     /// All between the parentheses of a layer, prim or property: that of these names is kept.
     pub(super) fn metadata(&mut self, kept: &[&str]) -> Step {
         self.expect('(', "a name")?;
         if let Some([_, rate]) = self.to_rate.filter(|_| kept == OF_LAYERS) {
             self.out.push_str(&format!("timeCodesPerSecond = {rate} "));
         }
-        loop {
-            self.separators()?;
-            if self.is_next(')')? {
-                self.put()?;
-                return Ok(());
-            }
+        while !self.closes(')')? {
             let mark = self.out.len();
             let token = self.peek()?;
             match token.what {
@@ -53,6 +57,7 @@ impl Writer<'_> {
                 self.blank(mark);
             }
         }
+        Ok(())
     }
 
     /// Value of metadata that is kept.
@@ -96,9 +101,7 @@ impl Writer<'_> {
                     self.put()?
                 };
             }
-            if self.is_next('(')? {
-                self.metadata(&OF_ARCS)?;
-            }
+            self.metadata_if_any(&OF_ARCS)?;
             if !is_list {
                 return Ok(());
             }
@@ -109,12 +112,7 @@ impl Writer<'_> {
     /// Paths that are moved: `{ <from>: <to>, ... }`.
     fn relocates(&mut self) -> Step {
         self.expect('{', "`relocates =`")?;
-        loop {
-            self.separators()?;
-            if self.is_next('}')? {
-                self.put()?;
-                return Ok(());
-            }
+        while !self.closes('}')? {
             for after in [Some("a path"), None] {
                 let token = self.peek()?;
                 if token.what != What::Path {
@@ -127,5 +125,6 @@ impl Writer<'_> {
             }
             self.out.push(' ');
         }
+        Ok(())
     }
 }

@@ -8,6 +8,7 @@ mod fault;
 mod metadata;
 mod token;
 mod types;
+mod values;
 
 pub use fault::Fault;
 use fault::Step;
@@ -16,9 +17,6 @@ use types::{Kind, OF_LAYERS, OF_PRIMS, OF_PROPERTIES, Type};
 
 /// Most prims above one another, as for all files.
 pub const MOST_LEVELS: usize = 256;
-
-/// Most brackets within each other in a value, and most dictionaries: the library calls itself for each.
-const MOST_BRACKETS: usize = 32;
 
 /// A layer as the library reads it.
 pub struct Rewritten {
@@ -148,6 +146,16 @@ impl<'a> Writer<'a> {
         Ok(())
     }
 
+    /// Takes the sign that ends a list of statements, if it is next.
+    fn closes(&mut self, end: char) -> Step<bool> {
+        self.separators()?;
+        let is_end = self.is_next(end)?;
+        if is_end {
+            self.put()?;
+        }
+        Ok(is_end)
+    }
+
     fn expect(&mut self, sign: char, after: &str) -> Step {
         if self.is_next(sign)? {
             self.put()?;
@@ -209,10 +217,7 @@ impl<'a> Writer<'a> {
 
     fn prim(&mut self, level: usize) -> Step {
         let token = self.peek()?;
-        if level > MOST_LEVELS {
-            let message = format!("its prims are nested more than {MOST_LEVELS} deep: flatten it");
-            return Err(self.tokens.fault(&token, message));
-        }
+        self.check_level(level, "prims")?;
         if !matches!((token.what, token.text), (What::Word, "def" | "over" | "class")) {
             return Err(self.tokens.wrong(&token, "`def`, `over` or `class`"));
         }
@@ -226,21 +231,23 @@ impl<'a> Writer<'a> {
             }
         }
         self.expect_text("the name of a prim in quotes")?;
-        if self.is_next('(')? {
-            self.metadata(&OF_PRIMS)?;
-        }
+        self.metadata_if_any(&OF_PRIMS)?;
         self.body(level)
+    }
+
+    fn check_level(&mut self, level: usize, what: &str) -> Step {
+        if level <= MOST_LEVELS {
+            return Ok(());
+        }
+        let token = self.peek()?;
+        let message = format!("its {what} are nested more than {MOST_LEVELS} deep: flatten it");
+        Err(self.tokens.fault(&token, message))
     }
 
     /// All between the braces of a prim or a variant.
     fn body(&mut self, level: usize) -> Step {
         self.expect('{', "the name of a prim")?;
-        loop {
-            self.separators()?;
-            if self.is_next('}')? {
-                self.put()?;
-                return Ok(());
-            }
+        while !self.closes('}')? {
             let token = self.peek()?;
             match (token.what, token.text) {
                 (What::Word, "def" | "over" | "class") => self.prim(level + 1)?,
@@ -251,30 +258,21 @@ impl<'a> Writer<'a> {
                 _ => return Err(self.tokens.wrong(&token, "a property, a prim or `}`")),
             }
         }
+        Ok(())
     }
 
     fn variants(&mut self, level: usize) -> Step {
-        if level > MOST_LEVELS {
-            let token = self.peek()?;
-            let message = format!("its variants are nested more than {MOST_LEVELS} deep: flatten it");
-            return Err(self.tokens.fault(&token, message));
-        }
+        self.check_level(level, "variants")?;
         self.put()?;
         self.expect_text("the name of a set of variants in quotes")?;
         self.expect('=', "a set of variants")?;
         self.expect('{', "a set of variants")?;
-        loop {
-            self.separators()?;
-            if self.is_next('}')? {
-                self.put()?;
-                return Ok(());
-            }
+        while !self.closes('}')? {
             self.expect_text("the name of a variant in quotes")?;
-            if self.is_next('(')? {
-                self.metadata(&OF_PRIMS)?;
-            }
+            self.metadata_if_any(&OF_PRIMS)?;
             self.body(level + 1)?;
         }
+        Ok(())
     }
 
     // properties
@@ -313,24 +311,25 @@ impl<'a> Writer<'a> {
         self.put()?;
         self.expect_word("the name of a relationship")?;
         let suffix = self.suffix()?;
-        if self.is_next('(')? {
-            self.metadata(&OF_PROPERTIES)?;
-        }
+        self.metadata_if_any(&OF_PROPERTIES)?;
         if self.is_next('=')? {
             self.put()?;
-            if EDITS.contains(&self.peek()?.text) {
-                self.put()?;
-            }
-            self.value(Type::plain(Kind::Path), 0)?;
+            self.targets()?;
         }
-        if self.is_next('(')? {
-            self.metadata(&OF_PROPERTIES)?;
-        }
+        self.metadata_if_any(&OF_PROPERTIES)?;
         // what is where nothing is targeted, and an order of targets
         if suffix.is_some() || edit == Some("reorder") {
             self.blank(mark);
         }
         Ok(())
+    }
+
+    /// Paths that a relationship or a connection names.
+    fn targets(&mut self) -> Step {
+        if EDITS.contains(&self.peek()?.text) {
+            self.put()?;
+        }
+        self.value(Type::plain(Kind::Path), 0)
     }
 
     /// `.connect`, `.timeSamples` and the like after a name.
@@ -368,18 +367,11 @@ impl<'a> Writer<'a> {
             of_values.is_array = true;
         }
         self.out.insert_str(of_type, &of_values.spelled(name.text));
-        if self.is_next('(')? {
-            self.metadata(&OF_PROPERTIES)?;
-        }
+        self.metadata_if_any(&OF_PROPERTIES)?;
         if self.is_next('=')? {
             self.put()?;
             match suffix {
-                Some("connect") => {
-                    if EDITS.contains(&self.peek()?.text) {
-                        self.put()?;
-                    }
-                    self.value(Type::plain(Kind::Path), 0)?;
-                }
+                Some("connect") => self.targets()?,
                 Some("timeSamples") => self.samples(of_values, is_array)?,
                 Some("spline") => self.leave_out()?,
                 // what ends what is inherited, which the library does not tell from nothing
@@ -387,13 +379,9 @@ impl<'a> Writer<'a> {
                 _ => self.value(of_values, 0)?,
             }
         }
-        let is_metadata = self.is_next('(')?;
-        if is_metadata {
-            let before = self.out.len();
-            self.metadata(&OF_PROPERTIES)?;
-            if suffix.is_some() {
-                self.blank(before);
-            }
+        let before = self.out.len();
+        if self.metadata_if_any(&OF_PROPERTIES)? && suffix.is_some() {
+            self.blank(before);
         }
         let is_unknown = of_values.kind == Kind::Unknown && !matches!(suffix, Some("connect"));
         if edit == Some("reorder") || is_unknown || !matches!(suffix, None | Some("connect" | "timeSamples"))
@@ -407,12 +395,7 @@ impl<'a> Writer<'a> {
     /// Values by their times. `is_array`: as the file says.
     fn samples(&mut self, of_values: Type, is_array: bool) -> Step {
         self.expect('{', "`timeSamples =`")?;
-        loop {
-            self.separators()?;
-            if self.is_next('}')? {
-                self.put()?;
-                return Ok(());
-            }
+        while !self.closes('}')? {
             let token = self.peek()?;
             if token.what != What::Number {
                 return Err(self.tokens.wrong(&token, "a time"));
@@ -429,117 +412,7 @@ impl<'a> Writer<'a> {
             }
             self.out.push(' ');
         }
-    }
-
-    // values
-
-    /// Takes a time and writes it, at the rate that is asked for.
-    fn put_time(&mut self) -> Step {
-        let token = self.peek()?;
-        let time = token.spelled().parse::<f64>().ok().filter(|_| token.what == What::Number);
-        let Some(time) = time else { return Err(self.tokens.wrong(&token, "a time")) };
-        match self.to_rate {
-            Some([own, rate]) => self.put_as(&format!("{:?}", time * rate / own)),
-            None => self.put().map(|_| ()),
-        }
-    }
-
-    /// Writes a value.
-    fn value(&mut self, of: Type, depth: usize) -> Step {
-        let token = self.peek()?;
-        if depth > MOST_BRACKETS {
-            let message = format!("it has more than {MOST_BRACKETS} brackets within each other");
-            return Err(self.tokens.fault(&token, message));
-        }
-        match (token.what, token.text) {
-            (What::Sign('{'), _) => return self.dictionary(depth),
-            (What::Sign(open @ ('(' | '[')), _) => {
-                let close = if open == '(' { ')' } else { ']' };
-                self.put()?;
-                while !self.is_next(close)? {
-                    if self.is_next(',')? || self.is_next(';')? {
-                        self.put_as(",")?;
-                        continue;
-                    }
-                    self.value(of, depth + 1)?;
-                }
-                self.put()?;
-            }
-            (What::Word, "None") => drop(self.put()?),
-            (What::Word, "AnimationBlock") => self.put_as("None")?,
-            (What::Sign(_) | What::End, _) => return Err(self.tokens.wrong(&token, "a value")),
-            _ => match of.value(&token) {
-                Some(text) if text == token.text => drop(self.put()?),
-                Some(text) => self.put_as(&text)?,
-                None => return Err(self.tokens.wrong(&token, of.expected())),
-            },
-        }
         Ok(())
-    }
-
-    fn dictionary(&mut self, depth: usize) -> Step {
-        self.expect('{', "a name")?;
-        loop {
-            self.separators()?;
-            if self.is_next('}')? {
-                self.put()?;
-                return Ok(());
-            }
-            let mark = self.out.len();
-            let first = self.peek()?;
-            let of = match first.what {
-                What::Word => {
-                    self.skip()?;
-                    let of_type = self.out.len();
-                    let is_array = self.is_next('[')?;
-                    if is_array {
-                        self.skip()?;
-                        self.skip()?;
-                    }
-                    let of = Type { is_array, ..Type::named(first.text) };
-                    self.out.insert_str(of_type, &of.spelled(first.text));
-                    of
-                }
-                What::Text => Type::plain(Kind::Any),
-                _ => return Err(self.tokens.wrong(&first, "a type or a name in quotes")),
-            };
-            let name = self.peek()?;
-            if !matches!(name.what, What::Word | What::Text) {
-                return Err(self.tokens.wrong(&name, "a name"));
-            }
-            self.put()?;
-            self.expect('=', "a name")?;
-            self.value(of, depth + 1)?;
-            if of.kind == Kind::Unknown {
-                self.blank(mark);
-            }
-            self.out.push(' ');
-        }
-    }
-
-    /// Takes a value of any kind, and writes nothing.
-    fn leave_out(&mut self) -> Step {
-        let mut open = 0_usize;
-        loop {
-            let token = self.peek()?;
-            match token.what {
-                What::End => return Err(self.tokens.wrong(&token, "the end of a value")),
-                What::Sign(')' | ';') if open == 0 => return Ok(()),
-                What::Sign('(' | '[' | '{') => open += 1,
-                What::Sign(')' | ']' | '}') => open = open.saturating_sub(1),
-                _ => {}
-            }
-            self.skip()?;
-            if open > 0 {
-                continue;
-            }
-            // a layer may have a path behind it, and both may have an offset
-            let is_layer = matches!(token.what, What::Asset | What::Path);
-            let after = self.peek()?.what;
-            if !(is_layer && (after == What::Path && token.what == What::Asset || after == What::Sign('('))) {
-                return Ok(());
-            }
-        }
     }
 }
 
