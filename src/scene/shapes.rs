@@ -6,7 +6,7 @@ use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
 use crate::animation::Shape;
-use crate::geometry::vertex_normal;
+use crate::geometry::vertex_normal::Face;
 use crate::memory::{self, Need, Part, TooLittle};
 
 /// Number for vertices that have no normal.
@@ -77,15 +77,13 @@ impl Shapes {
 
     /// Computes the normals of the vertices at these `positions`: unit length, or zero if there is none.
     /// Empty for a flat mesh. Each is the mean of the normals of the triangles around it, weighted by their
-    /// [angles](vertex_normal::share) there.
+    /// [angles](Face) there.
     pub fn normals(&self, positions: &[[f32; 3]], triangles: &[[u32; 3]]) -> Vec<Vec3> {
         let Some(shared) = &self.normals else { return Vec::new() };
         let place = |corner: u32| Vec3::from_array(positions[corner as usize]).as_dvec3();
-        let share = |(triangle, corner): &(u32, u8)| {
-            let mut corners = triangles[*triangle as usize].map(place);
-            corners.rotate_left((*corner).into());
-            vertex_normal::share(corners)
-        };
+        // each triangle once, in order: around a vertex they are all over the memory
+        let faces: Vec<Face> = triangles.par_iter().map(|corners| Face::new(corners.map(place))).collect();
+        let share = |(triangle, corner): &(u32, u8)| faces[*triangle as usize].share((*corner).into());
         let mean = |ends: &[u32]| {
             let around = &shared.corners[ends[0] as usize..ends[1] as usize];
             around.iter().map(share).sum::<DVec3>().normalize_or_zero().as_vec3()

@@ -7,6 +7,7 @@
 //! - What a normal map bends to the light [fades out](super::horizon::fading) towards that horizon.
 
 use glam::Vec3;
+use rayon::prelude::*;
 
 use super::light::LightSample;
 use super::surface::{corners_of, off_surface, off_surfaces, weights_of};
@@ -165,13 +166,14 @@ pub fn most_lift(positions: &[[f32; 3]], normals: &[Vec3], triangles: &[[u32; 3]
     if normals.is_empty() {
         return 0.0;
     }
-    let largest = triangles.iter().fold(0.0_f32, |largest, triangle| {
+    let highest = |triangle: &[u32; 3]| {
         let [a, b, c] = triangle.map(|corner| Vec3::from_array(positions[corner as usize]));
         let [at_a, at_b, at_c] = triangle.map(|corner| normals[corner as usize]);
         let [ab, bc, ca] = [b - a, c - b, a - c];
         let of_corners = [ab.dot(at_a), ca.dot(at_a), ab.dot(at_b), bc.dot(at_b), bc.dot(at_c), ca.dot(at_c)];
-        of_corners.into_iter().fold(largest, |largest, height| largest.max(height.abs()))
-    });
+        of_corners.into_iter().fold(0.0_f32, |largest, height| largest.max(height.abs()))
+    };
+    let largest = triangles.par_iter().map(highest).reduce(|| 0.0, f32::max);
     // a little more for rounding
     largest * (2.0 / 3.0 * 1.001)
 }

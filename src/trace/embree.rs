@@ -4,7 +4,7 @@
 //! loader has put them there), built once; of meshes of which many copies stand still, an instance for each
 //! copy. *Movable* holds an instance of each model that moves in some frame; a frame only sets transforms and
 //! masks and rebuilds the tiny tree above the instances. A model that deforms has an instance of a scene of
-//! its own, which is built anew when its shape changes.
+//! its own, which is [refitted](deforming) when its shape changes.
 //!
 //! Quadrics are geometries of their own kind, for which Embree calls back ([`Pieces`](pieces::Pieces)).
 //!
@@ -24,6 +24,7 @@
 //! cast shadows and nothing else, and shadow rays are traced in these.
 
 mod config;
+mod deforming;
 mod frozen;
 mod mask;
 mod one_by_one;
@@ -47,7 +48,8 @@ use crate::pose::Pose;
 use crate::scene::{Mesh, Model, RayKind, RayKinds, Scene};
 use crate::settings::{Build, Caustics};
 pub use config::{CONFIG_VARIABLE, check_config, device_config, settings};
-use frozen::{Deforming, Frozen, MOST_PARTS, Part, ROBUST, freeze, parts_of};
+use deforming::Deforming;
+use frozen::{Frozen, MOST_PARTS, Part, ROBUST, freeze, parts_of};
 use places::{Instance, set_places};
 
 /// Least t of rays. Embree counts t = tnear as met: an eye in a surface, at t = 0, would see nothing else.
@@ -175,9 +177,8 @@ impl EmbreeBackend {
             if model.track.is_constant() {
                 self.add_still(number, model)?;
             } else if model.mesh.shapes.is_some() {
-                let (deforming, parts) =
-                    Deforming::new(&self.device, number as usize, &model.mesh, with_casters)?;
-                let instances = self.add_movable(number, model, &parts)?;
+                let mut deforming = Deforming::new(&device, number as usize, &model.mesh, with_casters)?;
+                let instances = self.add_movable(number, model, deforming.first(&device)?)?;
                 self.deforming.push(deforming.placed(instances));
             } else {
                 self.add_movable(number, model, &*shared(&model.mesh)?)?;

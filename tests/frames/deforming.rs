@@ -52,6 +52,25 @@ fn folding(mesh: Mesh) -> Scene {
     scene
 }
 
+/// Puts each vertex where another may have been.
+fn mixed(at: Vec3) -> Vec3 {
+    let within = |x: f32| x.rem_euclid(3.0) - 1.5;
+    Vec3::new(within(13.7 * at.x), 0.3 * (5.0 * at.x * at.z).sin(), within(9.3 * (at.z + at.x)))
+}
+
+/// The world with a sheet that waves, is mixed up, waves again and lies flat; beside it much glass, so that what casts shadows is apart.
+fn shuffled(mesh: Mesh) -> Scene {
+    let track = TransformTrack { translate: rests(DVec3::new(-0.3, 2.2, 1.6)), ..TransformTrack::identity() };
+    let [one, other] = [0.0, 0.7].map(wave);
+    let flat: &dyn Fn(Vec3) -> Vec3 = &|at| at;
+    let shapes = [(1.0, &one as _), (2.0, &mixed as _), (3.0, &other as _), (4.0, flat), (6.0, &mixed as _)];
+    let mut scene = world();
+    scene.models.push(toy::deforming("sheet", mesh, track, &shapes));
+    let pane = Mesh { shadow_casting: 0, ..toy::sheet(1.0, 16, 2, false) };
+    scene.models.push(toy::still("pane", pane, Vec3::new(2.5, 0.3, 2.0)));
+    scene
+}
+
 fn audited(scene: &Scene, settings: &Settings) -> Vec<Finished> {
     audited_with(BackendKind::Embree, scene, settings)
 }
@@ -142,25 +161,51 @@ fn bits(film: &Film) -> Vec<u32> {
     film.planes.iter().flat_map(|plane| (0..96 * 72).map(|at| plane.values.get(at).to_bits())).collect()
 }
 
-/// A shape is built from nothing: what was rendered before, and by how many threads, changes no bit.
 #[test]
-fn frames_depend_neither_on_threads_nor_on_the_frames_before() {
-    let scene = waving(toy::sheet(1.5, 30, 1, true));
-    let settings = Settings { mode: Mode::Full, paths: 1, ..toy::settings(1) };
-    for kind in [BackendKind::Embree, BackendKind::Rust] {
-        let render = |threads: usize, frames: &[i32]| {
-            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads start");
-            pool.install(|| {
-                let mut renderer = Renderer::with(kind, &scene, &settings).unwrap();
-                let films = frames.iter().map(|frame| bits(&renderer.render(*frame, false).unwrap().film));
-                films.last().unwrap()
-            })
-        };
-        let alone = render(2, &[4]);
-        for (threads, frames) in [(1, &[4][..]), (2, &[1, 3, 4]), (3, &[6, 5, 4]), (2, &[4, 4])] {
-            assert!(alone == render(threads, frames), "{kind:?}, {threads} threads, frames {frames:?}");
+fn reuse_is_exact_on_a_sheet_that_is_mixed_up_and_lies_flat() {
+    for is_smooth in [false, true] {
+        let scene = passed_by(shuffled(toy::sheet(1.5, 12, 0, is_smooth)));
+        let settings = Settings { width: 64, height: 48, ..toy::settings(2) };
+        let both = [BackendKind::Embree, BackendKind::Rust].map(|kind| audited_with(kind, &scene, &settings));
+        let [embree, rust] = both;
+        for (one, other) in embree.iter().zip(&rust) {
+            for plane in ["R", "Z"] {
+                let apart = toy::mean_difference(one, other, plane);
+                assert!(apart < 2e-3, "frame {}, {plane}: {apart}", one.stats.frame);
+            }
         }
     }
+}
+
+/// What is traced follows from the first shape and the present one: what was rendered before, and by how many threads, changes no bit.
+#[test]
+fn frames_depend_neither_on_threads_nor_on_the_frames_before() {
+    let settings = Settings { mode: Mode::Full, paths: 1, ..toy::settings(1) };
+    let sheet = || toy::sheet(1.5, 30, 1, true);
+    // one that waves, and one that is mixed up, waves again and is flat
+    for (scene, last) in
+        [(waving(sheet()), 4), (shuffled(sheet()), 2), (shuffled(sheet()), 3), (shuffled(sheet()), 4)]
+    {
+        for kind in [BackendKind::Embree, BackendKind::Rust] {
+            let render = |threads: usize, before: &[i32]| {
+                let pool =
+                    rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads start");
+                pool.install(|| {
+                    let mut renderer = Renderer::with(kind, &scene, &settings).unwrap();
+                    for frame in before {
+                        renderer.render(*frame, false).unwrap();
+                    }
+                    bits(&renderer.render(last, false).unwrap().film)
+                })
+            };
+            let alone = render(2, &[]);
+            for (threads, before) in [(1, &[][..]), (2, &[1, 3]), (3, &[6, 5, 2]), (2, &[last])] {
+                let is_same = alone == render(threads, before);
+                assert!(is_same, "{kind:?}, {threads} threads, frame {last} after {before:?}");
+            }
+        }
+    }
+    let scene = waving(sheet());
     let chain = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads start");
         let films = pool.install(|| toy::render(&scene, &toy::settings(2), FRAMES));

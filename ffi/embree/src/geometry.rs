@@ -2,7 +2,7 @@
 
 use crate::cutout::{Cutout, Filter};
 use crate::device::Device;
-use crate::error::Error;
+use crate::error::{Error, ErrorCode};
 use crate::primitives::{Boxed, Callbacks, Primitives};
 use crate::quality::BuildQuality;
 use embree4_sys as sys;
@@ -129,28 +129,19 @@ impl Geometry {
             }
         };
         // SAFETY: the geometry is live.
-        unsafe { sys::rtcSetGeometryBuildQuality(handle.raw, quality.raw()) };
+        unsafe { sys::rtcSetGeometryBuildQuality(handle.raw, quality.of_mesh()) };
         handle.set_mask(self.mask);
         handle.commit();
         self.device.take_error()?;
-        Ok(MeshHandle { handle, _callbacks: callbacks, _filter: filter, _geometry: self.clone() })
+        Ok(MeshHandle { handle, _callbacks: callbacks, _filter: filter, geometry: self.clone() })
     }
 
     fn share(&self, vertices: &VertexBuffer, indices: &[[u32; 3]]) -> Result<Handle, Error> {
         let handle = Handle::new(&self.device, sys::RTC_GEOMETRY_TYPE_TRIANGLE)?;
-        // SAFETY: the geometry is live. Both buffers have the stated format, stride and count, and `MeshHandle`
-        // keeps them alive and unchanged until the geometry is gone; behind the last vertex are 12 more bytes.
+        // SAFETY: the geometry is a live mesh, and `MeshHandle` keeps both buffers alive and unchanged for as long as the
+        // geometry has them. The indices have the stated format, stride and count.
         unsafe {
-            sys::rtcSetSharedGeometryBuffer(
-                handle.raw,
-                sys::RTC_BUFFER_TYPE_VERTEX,
-                0,
-                sys::RTC_FORMAT_FLOAT3,
-                vertices.padded.as_ptr().cast(),
-                0,
-                size_of::<[f32; 3]>(),
-                vertices.as_slice().len(),
-            );
+            handle.share_vertices(vertices);
             sys::rtcSetSharedGeometryBuffer(
                 handle.raw,
                 sys::RTC_BUFFER_TYPE_INDEX,
@@ -172,7 +163,29 @@ pub(crate) struct MeshHandle {
     pub(crate) handle: Handle,
     _callbacks: Option<Callbacks>,
     _filter: Option<Filter>,
-    _geometry: Geometry,
+    geometry: Geometry,
+}
+
+impl MeshHandle {
+    /// Has a triangle mesh read other vertices.
+    pub(crate) fn set_vertices(&mut self, vertices: &Arc<VertexBuffer>) -> Result<(), Error> {
+        let Kind::Triangles { vertices: old, .. } = &mut self.geometry.kind else {
+            return Err(Error::new(ErrorCode::InvalidOperation, "only triangles have vertices"));
+        };
+        let [count, had] = [vertices, &*old].map(|buffer| buffer.as_slice().len());
+        if count != had {
+            return Err(Error::invalid_argument(format!("the mesh has {had} vertices, and not {count}")));
+        }
+        // SAFETY: the geometry is a live mesh whose indices fit as many vertices. It has let go of the old buffer before that is
+        // replaced, and the new one is kept from then on.
+        unsafe {
+            self.handle.share_vertices(vertices);
+            sys::rtcUpdateGeometryBuffer(self.handle.raw, sys::RTC_BUFFER_TYPE_VERTEX, 0);
+        }
+        *old = Arc::clone(vertices);
+        self.handle.commit();
+        Ok(())
+    }
 }
 
 /// Owns one reference to an Embree geometry.
@@ -206,6 +219,27 @@ impl Handle {
     pub(crate) fn set_mask(&mut self, mask: u32) {
         // SAFETY: the geometry is live.
         unsafe { sys::rtcSetGeometryMask(self.raw, mask) };
+    }
+
+    /// Has a triangle mesh read these vertices.
+    ///
+    /// # Safety
+    /// The geometry is a triangle mesh. The buffer must live, unchanged, for as long as the geometry has it.
+    unsafe fn share_vertices(&self, vertices: &VertexBuffer) {
+        // SAFETY: the geometry is live. The buffer has the stated format, stride and count, and behind the last vertex are 12
+        // more bytes.
+        unsafe {
+            sys::rtcSetSharedGeometryBuffer(
+                self.raw,
+                sys::RTC_BUFFER_TYPE_VERTEX,
+                0,
+                sys::RTC_FORMAT_FLOAT3,
+                vertices.padded.as_ptr().cast(),
+                0,
+                size_of::<[f32; 3]>(),
+                vertices.as_slice().len(),
+            );
+        }
     }
 
     /// Sets an instance's transform: 3 rows, 4 columns, column after column.

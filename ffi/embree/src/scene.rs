@@ -2,7 +2,7 @@
 
 use crate::device::Device;
 use crate::error::{Error, ErrorCode};
-use crate::geometry::{Geometry, Handle, MeshHandle};
+use crate::geometry::{Geometry, Handle, MeshHandle, VertexBuffer};
 use crate::quality::BuildQuality;
 use crate::query::Committed;
 use embree4_sys as sys;
@@ -31,7 +31,7 @@ enum Attached {
     Instance { handle: Handle, transform: [f32; 12], mask: u32, of: Arc<FrozenScene> },
 }
 
-/// A scene that was committed for good. Instances place it in other scenes.
+/// A scene that was committed, and cannot be changed while anybody has it. Instances place it in other scenes.
 #[derive(Debug)]
 pub struct FrozenScene {
     scene: Scene,
@@ -54,9 +54,10 @@ impl Scene {
         let robust = if robust { sys::RTC_SCENE_FLAG_ROBUST } else { sys::RTC_SCENE_FLAG_NONE };
         // SAFETY: the scene is live.
         unsafe {
-            sys::rtcSetSceneBuildQuality(raw.0, quality.raw());
+            sys::rtcSetSceneBuildQuality(raw.0, quality.of_scene());
             // `Committed::occluded16_past_own` passes a filter; an instanced scene needs the flag as well.
-            sys::rtcSetSceneFlags(raw.0, robust | sys::RTC_SCENE_FLAG_FILTER_FUNCTION_IN_ARGUMENTS);
+            let filter = sys::RTC_SCENE_FLAG_FILTER_FUNCTION_IN_ARGUMENTS;
+            sys::rtcSetSceneFlags(raw.0, robust | filter | quality.scene_flags());
         }
         device.take_error()?;
         Ok(Self { raw, attached: Vec::new(), device: device.clone(), quality, changed: true })
@@ -150,6 +151,22 @@ impl Scene {
         self.device.take_error()
     }
 
+    /// Moves the vertices of a triangle mesh, of this scene alone. The scene shares the buffer and keeps it alive.
+    ///
+    /// In scenes of the quality [`Refit`](BuildQuality::Refit) the mesh keeps its tree; others are built anew.
+    ///
+    /// # Errors
+    /// If this scene has no such mesh, or there are more or fewer vertices than it has.
+    pub fn set_vertices(&mut self, id: GeometryId, vertices: &Arc<VertexBuffer>) -> Result<(), Error> {
+        let Attached::Mesh { mesh, .. } = self.find(id)? else {
+            let text = format!("geometry {} is an instance, and only meshes have vertices", id.0);
+            return Err(Error::new(ErrorCode::InvalidOperation, text));
+        };
+        mesh.set_vertices(vertices)?;
+        self.changed = true;
+        self.device.take_error()
+    }
+
     /// Changes the mask of a mesh or an instance in this scene alone. The same mask again is no change.
     ///
     /// # Errors
@@ -186,7 +203,7 @@ impl Scene {
         Ok(unsafe { Committed::new(self.raw.0) })
     }
 
-    /// Commits the scene for good, so that it can be instanced.
+    /// Commits the scene, and ends its changes, so that it can be instanced.
     ///
     /// # Errors
     /// As [`commit`](Self::commit).
@@ -238,6 +255,17 @@ impl FrozenScene {
     pub fn committed(&self) -> Committed<'_> {
         // SAFETY: `Scene::freeze` committed it, nothing can change it since, and the result borrows it.
         unsafe { Committed::new(self.scene.raw.0) }
+    }
+
+    /// Takes the scene back to be changed, and [frozen](Scene::freeze) again.
+    ///
+    /// # Errors
+    /// If anybody else holds it: an instance that places it may be traced.
+    pub fn thaw(self: Arc<Self>) -> Result<Scene, Error> {
+        let alone = Arc::try_unwrap(self);
+        alone.map(|frozen| frozen.scene).map_err(|_| {
+            Error::new(ErrorCode::InvalidOperation, "a scene that is placed by an instance cannot be changed")
+        })
     }
 }
 

@@ -75,6 +75,10 @@ fn misuse_of_a_scene_is_an_error() {
     assert_eq!(code(&|s| s.attach_instance(&child, nan, 1).map(drop)), ErrorCode::InvalidArgument);
     assert_eq!(code(&|s| s.set_instance_transform(plain, IDENTITY)), ErrorCode::InvalidOperation);
     assert_eq!(code(&|s| s.set_mask(GeometryId(2), 1)), ErrorCode::InvalidArgument);
+    let few = Arc::new(VertexBuffer::new(UNIT_TRIANGLE[..2].to_vec()));
+    assert_eq!(code(&|s| s.set_vertices(plain, &few)), ErrorCode::InvalidArgument);
+    assert_eq!(code(&|s| s.set_vertices(placed, &few)), ErrorCode::InvalidOperation);
+    assert_eq!(code(&|s| s.set_vertices(GeometryId(2), &few)), ErrorCode::InvalidArgument);
     assert_eq!(code(&|s| s.set_instance_scene(plain, &child)), ErrorCode::InvalidOperation);
     assert_eq!(code(&|s| s.set_instance_scene(GeometryId(2), &child)), ErrorCode::InvalidArgument);
     let foreign = scenes::device();

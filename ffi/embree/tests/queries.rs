@@ -3,8 +3,12 @@
 
 mod scenes;
 
-use embree::{Bounds, Coherence, Device, GeometryId, INVALID, PrimId, Ray, RayHit, Scene, Valid};
+use embree::{
+    Bounds, BuildQuality, Coherence, Device, ErrorCode, Geometry, GeometryId, INVALID, PrimId, Ray, RayHit,
+    Scene, Valid, VertexBuffer,
+};
 use scenes::{IDENTITY, UNIT_TRIANGLE, down, medium, mesh, moved};
+use std::sync::Arc;
 
 /// Runs a test with packets of each width, native or not, within each instruction set.
 macro_rules! in_each_width {
@@ -139,6 +143,70 @@ fn an_instance_shows_the_scene_that_it_places_now() {
         assert_eq!(drop_ray(&mut scene, 5.25, 0.25, 0b101).0, f32::INFINITY);
     }
     assert_eq!(std::sync::Arc::strong_count(&first), 1, "let go");
+}
+
+/// Hundred triangles in a row along x, at these heights.
+fn row(heights: impl Fn(usize) -> f32) -> Arc<VertexBuffer> {
+    let corners = |at: usize| UNIT_TRIANGLE.map(|[x, y, _]| [x + at as f32, y, heights(at)]);
+    Arc::new(VertexBuffer::new((0..100).flat_map(corners).collect()))
+}
+
+#[test]
+fn vertices_that_move_are_met_where_they_are() {
+    let device = scenes::device();
+    let rest = row(|_| 0.0);
+    let indices = Arc::new((0..100).map(|at| [3 * at, 3 * at + 1, 3 * at + 2]).collect());
+    let geometry = Geometry::triangles(&device, Arc::clone(&rest), indices, 1).unwrap();
+    for quality in [BuildQuality::Refit, BuildQuality::Low, BuildQuality::Medium, BuildQuality::High] {
+        let mut scene = Scene::new(&device, quality, true).unwrap();
+        let (first, second) = (scene.attach(&geometry).unwrap(), scene.attach(&geometry).unwrap());
+        let met = |scene: &mut Scene, at: usize| drop_ray(scene, at as f32 + 0.25, 0.25, 1).0;
+        assert_eq!(met(&mut scene, 7), 1.0);
+        for depth in [3.0, 1000.0, 0.0, 0.5] {
+            let moved = row(|at| -depth - at as f32);
+            for id in [first, second] {
+                scene.set_vertices(id, &moved).unwrap();
+            }
+            drop(moved);
+            for at in [0, 7, 42, 99] {
+                let (t, wanted) = (met(&mut scene, at), 1.0 + depth + at as f32);
+                assert!((t - wanted).abs() <= 1e-6 * wanted, "{quality:?}, {depth}, {at}: {t}");
+            }
+        }
+        // of the geometry, which others may have
+        let mut other = Scene::new(&device, quality, true).unwrap();
+        other.attach(&geometry).unwrap();
+        assert_eq!(met(&mut other, 99), 1.0);
+    }
+    drop(geometry);
+    assert_eq!(Arc::strong_count(&rest), 1, "let go");
+}
+
+#[test]
+fn a_scene_is_thawed_moved_and_placed_again() {
+    let device = scenes::device();
+    let indices = Arc::new((0..100).map(|at| [3 * at, 3 * at + 1, 3 * at + 2]).collect());
+    let geometry = Geometry::triangles(&device, row(|_| 0.0), indices, 1).unwrap();
+    let mut child = Scene::new(&device, BuildQuality::Refit, true).unwrap();
+    let mesh = child.attach(&geometry).unwrap();
+    let mut child = child.freeze().unwrap();
+    let nothing = Scene::new(&device, BuildQuality::Low, true).unwrap().freeze().unwrap();
+    let mut scene = Scene::new(&device, BuildQuality::Low, true).unwrap();
+    let id = scene.attach_instance(&child, moved(0.0, 5.0, 0.0), 1).unwrap();
+    for depth in [2.0, 500.0, 0.0] {
+        assert_eq!(Arc::clone(&child).thaw().unwrap_err().code(), ErrorCode::InvalidOperation);
+        scene.set_instance_scene(id, &nothing).unwrap();
+        let mut open = child.thaw().unwrap();
+        open.set_vertices(mesh, &row(|at| -depth - at as f32)).unwrap();
+        child = open.freeze().unwrap();
+        scene.set_instance_scene(id, &child).unwrap();
+        let (t, ids, _) = drop_ray(&mut scene, 42.25, 5.25, 1);
+        assert!((t - 43.0 - depth).abs() <= 1e-6 * t, "{depth}: {t}");
+        assert_eq!(ids, [42, 0, id.0]);
+        assert_eq!(drop_ray(&mut scene, 42.25, 0.25, 1).0, f32::INFINITY);
+    }
+    scene.set_instance_scene(id, &nothing).unwrap();
+    assert_eq!(drop_ray(&mut scene, 42.25, 5.25, 1).0, f32::INFINITY);
 }
 
 #[test]

@@ -11,7 +11,7 @@ use super::file::{Clock, UsdMesh};
 use super::shader::UvNames;
 use super::skin::Skin;
 use super::value::{Answer, codes, pairs, points, said, value, whole_numbers, word};
-use crate::geometry::vertex_normal;
+use crate::geometry::vertex_normal::Face;
 use crate::scene::Shapes;
 use crate::scene::details::vertex_color;
 use crate::scene::model::deformed::remove_closed;
@@ -342,10 +342,9 @@ fn smooth_normals(mesh: &UsdMesh) -> Vec<Vec3> {
     let count = mesh.point_of.iter().max().map_or(0, |most| *most as usize + 1);
     let mut sums = vec![DVec3::ZERO; count];
     for triangle in &mesh.triangles {
-        let mut corners = triangle.map(|corner| Vec3::from(mesh.positions[corner as usize]).as_dvec3());
-        for corner in triangle {
-            sums[mesh.point_of[*corner as usize] as usize] += vertex_normal::share(corners);
-            corners.rotate_left(1);
+        let face = Face::new(triangle.map(|corner| Vec3::from(mesh.positions[corner as usize]).as_dvec3()));
+        for (number, corner) in triangle.iter().enumerate() {
+            sums[mesh.point_of[*corner as usize] as usize] += face.share(number);
         }
     }
     mesh.point_of.iter().map(|point| sums[*point as usize].normalize_or_zero().as_vec3()).collect()

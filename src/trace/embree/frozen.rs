@@ -1,4 +1,4 @@
-//! Scenes that instances place: built once, or anew for each shape of a model that deforms.
+//! Scenes that instances place: built once, and refitted where a mesh deforms.
 
 use std::sync::Arc;
 
@@ -7,11 +7,9 @@ use glam::Vec3;
 
 use super::mask;
 use super::pieces::Pieces;
-use crate::animation::Shape;
 use crate::geometry::Bounds;
-use crate::pose::Pose;
 use crate::scene::cutout::{Asks, CutoutTest};
-use crate::scene::{Mesh, RayKinds, Shapes};
+use crate::scene::{Mesh, RayKinds};
 use crate::trace::TraceError;
 
 /// Flag of all scenes, so that closed surfaces have no cracks: without it a few rays slip between two
@@ -25,6 +23,11 @@ pub struct Frozen {
     pub firsts: [u32; MOST_PARTS],
     /// Scene of the triangles that cast shadows, if it is wanted and there are any.
     pub casters: Option<Arc<FrozenScene>>,
+    /// Number of the mesh's parts, and of those that cast shadows: the first geometries of `scene`, and of `casters`.
+    parts: u32,
+    casting: u32,
+    /// True if the geometry after these is a [`spacer`].
+    pub has_spacer: bool,
 }
 
 /// Builds the scene of `mesh` with its vertices at `positions`.
@@ -43,7 +46,8 @@ pub fn freeze(
         let GeometryId(id) = scene.attach(geometry)?;
         firsts[id as usize] = *first;
     }
-    let spacer = if mesh.quadric.is_none() { spacer(device, positions)? } else { None };
+    let is_flat = mesh.quadric.is_none() && is_flat(positions);
+    let spacer = is_flat.then(|| spacer(device, positions)).transpose()?;
     if let Some(spacer) = &spacer {
         scene.attach(spacer)?;
     }
@@ -63,11 +67,45 @@ pub fn freeze(
         }
         Some(casters.freeze()?)
     };
-    Ok(Frozen { scene, firsts, casters })
+    let [parts, casting] = [parts.len(), casting].map(|count| count as u32);
+    Ok(Frozen { scene, firsts, casters, parts, casting, has_spacer: spacer.is_some() })
+}
+
+impl Frozen {
+    /// Moves the vertices of scenes that were built to be [refitted](BuildQuality::Refit), and refits them. No instance may place
+    /// them meanwhile.
+    pub fn refit(self, positions: &Arc<VertexBuffer>) -> Result<Self, TraceError> {
+        let Self { scene, casters, .. } = self;
+        let is_one = casters.as_ref().is_some_and(|casters| Arc::ptr_eq(casters, &scene));
+        // the same scene may be held once
+        let casters = casters.filter(|_| !is_one);
+        let ends = self.has_spacer.then(|| spacer_ends(positions));
+        let refit = |scene: Arc<FrozenScene>, parts: u32| -> Result<Arc<FrozenScene>, TraceError> {
+            let mut scene = scene.thaw()?;
+            for part in 0..parts {
+                scene.set_vertices(GeometryId(part), positions)?;
+            }
+            if let Some(ends) = &ends {
+                scene.set_vertices(GeometryId(parts), ends)?;
+            }
+            Ok(scene.freeze()?)
+        };
+        let scene = refit(scene, self.parts)?;
+        let own = casters.map(|casters| refit(casters, self.casting)).transpose()?;
+        let casters = if is_one { Some(Arc::clone(&scene)) } else { own };
+        Ok(Self { scene, casters, ..self })
+    }
 }
 
 /// Least thickness of a mesh, relative to its extent; a flatter one gets a [`spacer`] of this size.
 const FLAT: f32 = 1e-4;
+
+/// Returns true if a mesh with these vertices needs a [`spacer`].
+pub fn is_flat(positions: &VertexBuffer) -> bool {
+    let around = around(positions);
+    let extent = around.high - around.low;
+    !around.is_empty() && extent.min_element() < FLAT * extent.max_element()
+}
 
 /// Creates a geometry that gives a mesh that is flat along an axis a box that is not: a triangle without an
 /// area, which no ray meets.
@@ -76,18 +114,22 @@ const FLAT: f32 = 1e-4;
 /// whatever the scene's flags: where rays are nearly parallel (an orthographic camera's, refracted) the
 /// nearest and the farthest distance to a box without thickness differ by less than rounding, and the whole
 /// packet misses it (Embree 4.4, `kernels/bvh/node_intersector_frustum.h`).
-fn spacer(device: &Device, positions: &Arc<VertexBuffer>) -> Result<Option<Geometry>, TraceError> {
-    let corners = positions.as_slice().iter().map(|at| Vec3::from_array(*at));
-    let around = corners.fold(Bounds::EMPTY, Bounds::with);
+fn spacer(device: &Device, positions: &VertexBuffer) -> Result<Geometry, TraceError> {
+    Ok(Geometry::triangles(device, spacer_ends(positions), Arc::new(vec![[0, 1, 1]]), mask::HIDDEN)?)
+}
+
+/// Ends of the [`spacer`] of a mesh, in its middle: as far apart along each axis as the mesh is too flat there.
+fn spacer_ends(positions: &VertexBuffer) -> Arc<VertexBuffer> {
+    let around = around(positions);
     let extent = around.high - around.low;
     let least = FLAT * extent.max_element();
-    if around.is_empty() || extent.min_element() >= least {
-        return Ok(None);
-    }
     let reach = Vec3::from_array(extent.to_array().map(|along| if along < least { least } else { 0.0 }));
     let middle = (around.low + around.high) * 0.5;
-    let ends = Arc::new(VertexBuffer::new(vec![(middle - reach).to_array(), (middle + reach).to_array()]));
-    Ok(Some(Geometry::triangles(device, ends, Arc::new(vec![[0, 1, 1]]), mask::HIDDEN)?))
+    Arc::new(VertexBuffer::new(vec![(middle - reach).to_array(), (middle + reach).to_array()]))
+}
+
+fn around(positions: &VertexBuffer) -> Bounds {
+    positions.as_slice().iter().map(|at| Vec3::from_array(*at)).fold(Bounds::EMPTY, Bounds::with)
 }
 
 /// Maximum number of parts of a mesh.
@@ -149,67 +191,5 @@ impl embree::Cutout for CutPart {
             let asks = if mask::clear_passes(of_ray) { Asks::Shadow } else { Asks::Sight };
             self.test.is_there(self.first + primitive, weights, asks)
         });
-    }
-}
-
-/// Model whose scene is built anew for each of its shapes.
-pub struct Deforming {
-    model: usize,
-    mesh: Arc<Mesh>,
-    /// Instances among all movable models, and among those that cast shadows, if it has one there.
-    instances: [Option<GeometryId>; 2],
-    /// Shape of its scenes.
-    shape: Shape,
-}
-
-impl Deforming {
-    /// Creates model number `model`, with its scenes in the first of its shapes.
-    pub fn new(
-        device: &Device,
-        model: usize,
-        mesh: &Arc<Mesh>,
-        with_casters: bool,
-    ) -> Result<(Self, Frozen), TraceError> {
-        let shape = Shape::FIRST;
-        let deforming = Self { model, mesh: Arc::clone(mesh), instances: [None; 2], shape };
-        let frozen = deforming.freeze(device, with_casters)?;
-        Ok((deforming, frozen))
-    }
-
-    /// Sets the instances that place the model.
-    pub fn placed(self, instances: [Option<GeometryId>; 2]) -> Self {
-        Self { instances, ..self }
-    }
-
-    /// Builds the scenes of the present shape. Nothing of the scenes before is kept, and none is refitted:
-    /// frames do not depend on which others were rendered.
-    fn freeze(&self, device: &Device, with_casters: bool) -> Result<Frozen, TraceError> {
-        let of_shape = |shapes: &Arc<Shapes>| Arc::new(VertexBuffer::new(shapes.positions(&self.shape)));
-        let positions = self.mesh.shapes.as_ref().map_or_else(|| Arc::clone(&self.mesh.positions), of_shape);
-        freeze(device, &self.mesh, &positions, BuildQuality::Low, with_casters)
-    }
-
-    /// Builds the model's scenes anew if it has another shape in `pose`, and is there.
-    pub fn deform(
-        &mut self,
-        device: &Device,
-        movable: &mut EmbreeScene,
-        casters: Option<&mut EmbreeScene>,
-        pose: &Pose,
-    ) -> Result<(), TraceError> {
-        let place = &pose.models[self.model];
-        if !place.is_visible || place.shape == self.shape {
-            return Ok(());
-        }
-        self.shape = place.shape;
-        let frozen = self.freeze(device, casters.is_some())?;
-        let scenes =
-            [Some((movable, Some(&frozen.scene))), casters.map(|scene| (scene, frozen.casters.as_ref()))];
-        for (id, scenes) in self.instances.into_iter().zip(scenes) {
-            if let (Some(id), Some((scene, Some(of)))) = (id, scenes) {
-                scene.set_instance_scene(id, of)?;
-            }
-        }
-        Ok(())
     }
 }
