@@ -14,15 +14,17 @@
 //!                c d c d                     m n o p
 //! ```
 //!
-//! Times are the middles of equal parts of the shutter. Points of the lens lie on Vogel's spiral (1979), in
+//! Times are the middles of equal parts of the [shutter](Shutter), equal by the light that it lets in. Points of the lens lie on Vogel's spiral (1979), in
 //! rings of equal area. A walk through each list pairs points and places in the pixel with times, chosen so
 //! that the three have the least correlation. All of it follows from the number of exposures alone.
 
 use std::f64::consts::TAU;
 
-use serde::Serialize;
-
 use crate::stereo::EyePlace;
+
+mod shutter;
+
+pub use shutter::{Curve, Shutter};
 
 /// Largest number of exposures of a frame: one for each sample of a pixel.
 pub const MOST_EXPOSURES: u32 = 256;
@@ -50,46 +52,6 @@ impl Strata {
     /// Number of exposures.
     pub fn count(self) -> u32 {
         self.across * self.across
-    }
-}
-
-/// Time in which the shutter is open, in frames from the frame's own time.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Shutter {
-    /// Opening time.
-    pub open: f64,
-    /// Closing time.
-    pub close: f64,
-}
-
-impl Default for Shutter {
-    /// Opens the shutter for half of the time from frame to frame (180 degrees), about the frame's own.
-    fn default() -> Self {
-        Self { open: -0.25, close: 0.25 }
-    }
-}
-
-impl Shutter {
-    /// Describes the error in the shutter's times, if there is one, and how to correct it.
-    pub fn fault(&self) -> Option<String> {
-        let Self { open, close } = *self;
-        let within = |time: f64| (-1.0..=1.0).contains(&time);
-        if !within(open) || !within(close) {
-            return Some(format!(
-                "the shutter is open from {open} to {close}: both are times from -1 to 1, in frames from the frame's own"
-            ));
-        }
-        if close < open {
-            return Some(format!(
-                "the shutter closes at {close}, before it opens at {open}: give the earlier time as `open`"
-            ));
-        }
-        (close - open > 1.0).then(|| {
-            format!(
-                "the shutter is open from {open} to {close}, longer than it takes to the next frame: at most 1 (360 degrees) may \
-                 lie between"
-            )
-        })
     }
 }
 
@@ -169,13 +131,14 @@ pub struct Exposures {
 
 impl Exposures {
     /// Creates the exposures of `strata`, with a `shutter` if the shot has one; `cuts`: see [`Clock`].
-    pub fn new(strata: Strata, shutter: Option<Shutter>, cuts: &[i32]) -> Self {
+    pub fn new(strata: Strata, shutter: Option<&Shutter>, cuts: &[i32]) -> Self {
         let count = strata.count() as usize;
-        let Shutter { open, close } = shutter.unwrap_or(Shutter { open: 0.0, close: 0.0 });
-        let clocks = if close > open { count } else { 1 };
+        let closed = Shutter::new(0.0, 0.0);
+        let shutter = shutter.unwrap_or(&closed);
+        let clocks = if shutter.is_open() { count } else { 1 };
         let clock = |number: usize| {
-            let within = (number as f64 + 0.5) / clocks as f64;
-            Clock { after: open + (close - open) * within, cuts: cuts.to_vec() }
+            let share = (number as f64 + 0.5) / clocks as f64;
+            Clock { after: shutter.time_of(share), cuts: cuts.to_vec() }
         };
         let (lens, windows) = (spiral(count), lattice(strata));
         let [by_lens, by_window] = walks(&lens, &windows, strata);
@@ -382,9 +345,9 @@ mod tests {
 
     #[test]
     fn times_are_the_middles_of_equal_parts_of_the_shutter() {
-        let shutter = Shutter { open: -0.25, close: 0.75 };
+        let shutter = Shutter::new(-0.25, 0.75);
         for strata in ALL {
-            let exposures = Exposures::new(strata, Some(shutter), &[]);
+            let exposures = Exposures::new(strata, Some(&shutter), &[]);
             let count = exposures.all.len();
             for (index, frame) in (0..count).flat_map(|index| [-7, 0, 12].map(|frame| (index, frame))) {
                 let expected = f64::from(frame) - 0.25 + (index as f64 + 0.5) / count as f64;
@@ -434,7 +397,7 @@ mod tests {
     #[test]
     fn time_lens_and_window_have_little_to_do_with_each_other() {
         for strata in ALL.into_iter().filter(|strata| strata.across >= 3) {
-            let (all, count) = (Exposures::new(strata, Some(Shutter::default()), &[]).all, strata.count());
+            let (all, count) = (Exposures::new(strata, Some(&Shutter::default()), &[]).all, strata.count());
             let times: Vec<f64> = (0..count).map(f64::from).collect();
             let column = |of: fn(&Exposure) -> f64| all.iter().map(of).collect::<Vec<f64>>();
             let lens = [column(|one| one.lens[0]), column(|one| one.lens[1])];
@@ -456,20 +419,20 @@ mod tests {
     fn the_middle_one_is_near_the_middle_of_everything() {
         for strata in ALL {
             let (exposures, count) =
-                (Exposures::new(strata, Some(Shutter::default()), &[]), f64::from(strata.count()));
+                (Exposures::new(strata, Some(&Shutter::default()), &[]), f64::from(strata.count()));
             let middle = exposures.all[exposures.middle()];
             assert!(exposures.time(0, exposures.middle()).abs() <= 0.25 / count + 1e-12, "{count}");
             let least = (0.5 / count).sqrt();
             assert!(glam::DVec2::from(middle.lens).length() <= least + 1e-12, "{count}");
         }
-        let one = Exposures::new(Strata::ONE, Some(Shutter::default()), &[]);
+        let one = Exposures::new(Strata::ONE, Some(&Shutter::default()), &[]);
         assert_eq!(one.all, [Exposure { lens: [0.0; 2], stratum: [0; 2], shift: [0.0; 2] }]);
     }
 
     #[test]
     fn no_time_is_that_of_another_take() {
-        let shutter = Shutter { open: -0.5, close: 0.5 };
-        let exposures = Exposures::new(Strata { across: 2 }, Some(shutter), &[3, 8]);
+        let shutter = Shutter::new(-0.5, 0.5);
+        let exposures = Exposures::new(Strata { across: 2 }, Some(&shutter), &[3, 8]);
         let times = |frame| [0, 1, 2, 3].map(|index| exposures.time(frame, index));
         assert_eq!(times(3), [3.0, 3.0, 3.125, 3.375]);
         assert_eq!(times(7)[..2], [6.625, 6.875]);
@@ -481,7 +444,7 @@ mod tests {
     #[test]
     fn moments_are_found_by_their_times() {
         let clocks = |across, open, close, cuts: &[i32]| {
-            Exposures::new(Strata { across }, Some(Shutter { open, close }), cuts).clocks
+            Exposures::new(Strata { across }, Some(&Shutter::new(open, close)), cuts).clocks
         };
         let all = [vec![Clock::FRAMES], clocks(4, -1.0, 0.0, &[2]), clocks(2, 0.25, 0.5, &[])];
         for clock in all.into_iter().flatten() {
@@ -497,7 +460,7 @@ mod tests {
 
     #[test]
     fn wrong_shutters_are_told() {
-        let fault = |open, close| Shutter { open, close }.fault();
+        let fault = |open, close| Shutter::new(open, close).fault();
         for (open, close) in [(-0.25, 0.25), (0.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.5, 0.5)] {
             assert_eq!(fault(open, close), None);
         }

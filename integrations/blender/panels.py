@@ -67,6 +67,7 @@ class AFTERIMAGE_PT_film(Panel, bpy.types.Panel):
         column.active = render.use_motion_blur
         column.prop(render, "motion_blur_position")
         column.prop(render, "motion_blur_shutter")
+        column.template_curve_mapping(render, "motion_blur_shutter_curve")
         layout.operator("afterimage.export_shot")
 
 

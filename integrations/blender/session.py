@@ -88,6 +88,24 @@ def shutter_of(scene):
     return begins, begins + length
 
 
+CURVE_STEPS = 32
+"""Pieces of a shutter's curve: it goes straight along each."""
+
+
+def curve_of(scene, warn):
+    """How far the shutter is open over its time, as pairs of time and openness, both from 0 to 1; None if it is all open."""
+    mapping = scene.render.motion_blur_shutter_curve
+    mapping.initialize()
+    curve = mapping.curves[0]
+    times = sorted({step / CURVE_STEPS for step in range(CURVE_STEPS + 1)} | {min(max(point.location[0], 0.0), 1.0) for point in curve.points})
+    points = [(round(time, 6), round(min(max(mapping.evaluate(curve, time), 0.0), 1.0), 6)) for time in times]
+    if len({openness for _, openness in points}) > 1:
+        return tuple(points)
+    if points[0][1] <= 0:
+        warn("the shutter curve never opens the shutter: it is taken to be all open")
+    return None
+
+
 def settings_of(scene, view_layer, frames, warn):
     """The export's settings of a scene."""
     own = scene.afterimage
@@ -112,6 +130,7 @@ def settings_of(scene, view_layer, frames, warn):
         indirect={"paths": own.paths, "bounces": own.bounces},
         output={"layers": passes.layers(scene, view_layer), "denoise": own.denoise},
         shutter=shutter_of(scene),
+        curve=curve_of(scene, warn) if shutter_of(scene) else None,
         transparent=scene.render.film_transparent,
         shadow_rays=int(own.shadow_rays),
         exposure=exposure,

@@ -245,7 +245,7 @@ fn answers_are_those_of_looking_at_each_frame_and_box() {
 #[test]
 fn answers_are_those_of_looking_at_each_moment_and_box() {
     let clock = |number: usize, open, close, cuts: &[i32]| {
-        let exposures = Exposures::new(Strata { across: 2 }, Some(Shutter { open, close }), cuts);
+        let exposures = Exposures::new(Strata { across: 2 }, Some(&Shutter::new(open, close)), cuts);
         exposures.clocks()[number].clone()
     };
     for clock in [clock(0, -0.25, 0.25, &[]), clock(1, -1.0, 0.0, &[4, 20]), clock(3, 0.0, 1.0, &[7])] {

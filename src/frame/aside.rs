@@ -150,7 +150,7 @@ mod tests {
             Settings { width: 256, height: 144, samples: 1, mode, audit: true, ..shot.settings.clone() };
         let refinement = Some(crate::settings::Refinement { most: 2, threshold: 0.1 });
         let blurred = Settings {
-            shutter: Some(crate::exposure::Shutter { open: 0.0, close: 0.5 }),
+            shutter: Some(crate::exposure::Shutter::new(0.0, 0.5)),
             samples: 2,
             exposures: 4,
             ..settings.clone()

@@ -1,7 +1,7 @@
 //! Motion blur and depth of field: are all exposures exact, is their mean what formulas say, and does it depend on nothing else?
 
 use afterimage::animation::{Track, TransformTrack, Visibility};
-use afterimage::exposure::Shutter;
+use afterimage::exposure::{Curve, Shutter};
 use afterimage::film::Film;
 use afterimage::frame::{Finished, Renderer, Spoil};
 use afterimage::scene::camera::{EyeTrack, Lens};
@@ -15,7 +15,7 @@ use crate::toy;
 use crate::toy::worlds::*;
 
 /// Half of the time, about each frame's own.
-const HALF: Option<Shutter> = Some(Shutter { open: -0.25, close: 0.25 });
+const HALF: Option<Shutter> = Some(Shutter::new(-0.25, 0.25));
 
 /// Four exposures.
 fn settings(samples: u32) -> Settings {
@@ -191,7 +191,7 @@ fn frames_are_the_same_for_any_number_of_threads_and_in_any_chunk() {
 fn a_shutter_that_does_not_open_takes_a_sharp_frame() {
     let scene = dolly(with_flyer(world()));
     let render = |shutter| toy::render(&scene, &Settings { shutter, ..settings(2) }, 3);
-    let (sharp, closed) = (render(None), render(Some(Shutter { open: 0.0, close: 0.0 })));
+    let (sharp, closed) = (render(None), render(Some(Shutter::new(0.0, 0.0))));
     for (one, other) in sharp.iter().zip(&closed) {
         assert_same(one, other, "closed");
         assert_eq!((one.camera, one.stats.rays), (other.camera, other.stats.rays));
@@ -200,7 +200,7 @@ fn a_shutter_that_does_not_open_takes_a_sharp_frame() {
         let settings = Settings { shutter, ..settings(2) };
         Renderer::new(&scene, &settings).unwrap().render(frame, false).unwrap()
     };
-    let later = traced(2, Some(Shutter { open: 1.0, close: 1.0 }));
+    let later = traced(2, Some(Shutter::new(1.0, 1.0)));
     for plane in ["R", "Z", "P.X", "CryptoObject00.G"] {
         assert_eq!(toy::mean_difference(&later, &traced(3, None), plane), 0.0, "{plane}");
     }
@@ -297,26 +297,39 @@ fn square(track: Track<DVec3>) -> Scene {
     scene
 }
 
-/// How much of the time what is `wide` pixels wide and moves by `far` pixels to the right covers a pixel whose left edge is at `x`
-/// from where its left edge begins: a box, moved evenly.
-fn covered(x: f64, wide: f64, far: f64) -> f64 {
+/// How far a shutter is open at times from 0 to 1.
+type Openness = fn(f64) -> f64;
+
+/// How much of the light of what is `wide` pixels wide and moves by `far` pixels to the right comes in where the left edge of a pixel
+/// is at `x` from where its own begins: a box, moved evenly.
+fn covered(x: f64, [wide, far]: [f64; 2], open: Openness) -> f64 {
     let steps = 4000;
     let at = |time: f64| {
         let (low, high) = (time * far, time * far + wide);
         (high.min(x + 1.0) - low.max(x)).max(0.0)
     };
-    (0..steps).map(|step| at((f64::from(step) + 0.5) / f64::from(steps))).sum::<f64>() / f64::from(steps)
+    let times = || (0..steps).map(|step| (f64::from(step) + 0.5) / f64::from(steps));
+    times().map(|time| at(time) * open(time)).sum::<f64>() / times().map(open).sum::<f64>()
 }
 
 #[test]
 fn what_moves_evenly_leaves_a_ramp() {
     // 20 pixels a frame, of which the shutter sees half
     let scene = square(toy::keys(&[(0.0, DVec3::X * -5.0), (5.0, DVec3::X * 5.0)]));
-    for (mode, samples, tolerance) in
-        [(Mode::Reproject, 4, 0.07), (Mode::Reproject, 8, 0.025), (Mode::Full, 8, 0.025)]
-    {
+    let curve = |points: &[[f64; 2]]| Curve::through(points.to_vec()).unwrap();
+    let rising: (Curve, Openness) = (curve(&[[0.0, 0.0], [1.0, 1.0]]), |time| time);
+    let late: (Curve, Openness) =
+        (curve(&[[0.5, 0.25], [0.5, 1.0]]), |time| if time < 0.5 { 0.25 } else { 1.0 });
+    let even: (Curve, Openness) = (Curve::CONSTANT, |_| 1.0);
+    for (mode, samples, tolerance, (curve, open)) in [
+        (Mode::Reproject, 4, 0.07, even.clone()),
+        (Mode::Reproject, 8, 0.025, even.clone()),
+        (Mode::Full, 8, 0.025, even),
+        (Mode::Reproject, 8, 0.035, rising),
+        (Mode::Reproject, 8, 0.035, late),
+    ] {
         let settings = Settings {
-            shutter: Some(Shutter { open: 0.0, close: 0.5 }),
+            shutter: Some(Shutter { curve, ..Shutter::new(0.0, 0.5) }),
             exposures: samples * samples,
             mode,
             background: Backdrop::Transparent,
@@ -328,7 +341,7 @@ fn what_moves_evenly_leaves_a_ramp() {
         // at frame 2 the square reaches from -2 to 0, and the picture from -4.8 to 4.8
         let mut worst: f64 = 0.0;
         for x in 0..96 {
-            let expected = covered(f64::from(x) - 28.0, 20.0, 10.0);
+            let expected = covered(f64::from(x) - 28.0, [20.0, 10.0], open);
             for plane in ["A", "G"] {
                 let shown = f64::from(toy::pixel(&frame, plane, x, 36));
                 worst = worst.max((shown - expected).abs());
@@ -433,7 +446,7 @@ fn every_pixel_sees_every_time() {
         let mut scene = square(track);
         scene.camera.lens.height = Some(Track::constant(1.0));
         let settings = Settings {
-            shutter: Some(Shutter { open: -0.5, close: 0.5 }),
+            shutter: Some(Shutter::new(-0.5, 0.5)),
             exposures: 9,
             background: Backdrop::Transparent,
             ..settings(3)

@@ -217,6 +217,6 @@ fn every_exposure_sees_dots() {
         ..TransformTrack::identity()
     };
     let scene = with_way(dotted(falls, 0.6), turns, LAST);
-    let shutter = Some(Shutter { open: -0.25, close: 0.25 });
+    let shutter = Some(Shutter::new(-0.25, 0.25));
     check("exposures", &scene, &Settings { shutter, exposures: 3, ..settings() }, 4);
 }

@@ -125,7 +125,7 @@ fn reuse_is_exact_for_both_tracers_and_for_light_from_all_around() {
 fn reuse_is_exact_in_exposures_levels_and_both_eyes() {
     let mesh = toy::sheet(1.5, 10, 1, true);
     for scene in [waving(mesh.clone()), passed_by(folding(mesh))] {
-        let shutter = Some(Shutter { open: -0.25, close: 0.25 });
+        let shutter = Some(Shutter::new(-0.25, 0.25));
         audited(&scene, &Settings { shutter, exposures: 4, ..toy::settings(2) });
         let refinement = Some(Refinement { most: 4, threshold: 0.1 });
         audited(&scene, &Settings { refinement, ..toy::settings(1) });

@@ -61,7 +61,7 @@ fn audited(scene: &Scene, settings: &Settings) -> f64 {
 #[test]
 fn a_watcher_is_told_of_each_tile_once_a_frame() {
     let refinement = Some(Refinement { most: 4, threshold: 0.1 });
-    let shutter = Some(Shutter { open: -0.25, close: 0.25 });
+    let shutter = Some(Shutter::new(-0.25, 0.25));
     for settings in [
         toy::settings(2),
         settings(1),
@@ -218,7 +218,7 @@ fn each_eye_sees_what_a_camera_in_its_place_sees() {
 /// With a shutter and a lens that is focused on the camera's target.
 fn blurred(mut scene: Scene, samples: u32) -> (Scene, Settings) {
     scene.camera.lens.aperture = Some(Track::constant(0.1));
-    let shutter = Some(Shutter { open: -0.25, close: 0.25 });
+    let shutter = Some(Shutter::new(-0.25, 0.25));
     (scene, Settings { shutter, exposures: 4, ..settings(samples) })
 }
 

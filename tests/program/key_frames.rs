@@ -200,7 +200,7 @@ fn what_a_base_frame_in_the_middle_gathers_serves_both_sides() {
 }
 
 /// Half of the time, about each frame's own.
-const HALF: Option<Shutter> = Some(Shutter { open: -0.25, close: 0.25 });
+const HALF: Option<Shutter> = Some(Shutter::new(-0.25, 0.25));
 
 /// The same where frames are exposed several times: an exposure's answers hold for exposures of frames on both sides.
 #[test]

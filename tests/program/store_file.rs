@@ -26,7 +26,7 @@ use crate::toy::worlds::*;
 const OPTIONS: &str = "--mode reproject --progress none";
 
 /// Half of the time, about each frame's own.
-const HALF: Option<Shutter> = Some(Shutter { open: -0.25, close: 0.25 });
+const HALF: Option<Shutter> = Some(Shutter::new(-0.25, 0.25));
 
 const STEREO: Option<Stereo> = Some(Stereo { separation: 0.25, convergence: Some(6.0) });
 

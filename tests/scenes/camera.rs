@@ -2,6 +2,7 @@
 
 use std::fs;
 
+use afterimage::exposure::Curve;
 use afterimage::pose::Pose;
 use afterimage::scene::camera::Projection;
 use glam::Vec3;
@@ -214,6 +215,23 @@ fn lenses_and_shutters_that_make_no_sense_are_told_with_their_place() {
         let error = error(&format!("[shutter]\n{keys}\n{REST}"));
         assert!(error.starts_with("s.toml:1:") && error.contains(word), "{keys}: {error}");
     }
+    for (curve, word) in [
+        ("[]", "two points"),
+        ("[[0.5, 1]]", "two points"),
+        ("[[0, 0], [1, 0]]", "never opens"),
+        ("[[0, 1], [1, -1]]", "[1, -1]"),
+        ("[[0, 1], [1, nan]]", "NaN"),
+        ("[[0, 1], [2, 1]]", "[2, 1]"),
+        ("[[1, 1], [0, 0.5]]", "in the order of time"),
+        ("[[0, 1, 2], [1, 1, 2]]", "a list of 2 numbers"),
+        ("1", "sequence"),
+    ] {
+        let error = error(&format!("[shutter]\nopen = 0\ncurve = {curve}\n{REST}"));
+        assert!(error.starts_with("s.toml:3:") && error.contains(word), "{curve}: {error}");
+    }
+    let curved = load(&format!("[shutter]\ncurve = [[0, 1], [1, 0]]\n{REST}")).settings.shutter.unwrap();
+    assert_eq!(curved.curve, Curve::through(vec![[0.0, 1.0], [1.0, 0.0]]).unwrap());
+    assert!(!curved.curve.is_constant() && (curved.open, curved.close) == (-0.25, 0.25));
     for exposures in ["0", "257", "1.5"] {
         let error = error(&format!("[render]\nexposures = {exposures}\n{REST}"));
         assert!(error.starts_with("s.toml:2:"), "{error}");

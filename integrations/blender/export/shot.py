@@ -27,7 +27,9 @@ class Settings:
     indirect: dict = field(default_factory=dict)
     output: dict = field(default_factory=dict)
     shutter: tuple | None = None
-    """When it opens and closes, in frames; None without motion blur."""
+    """When the shutter opens and closes, in frames from each frame's own time; None without motion blur."""
+    curve: tuple | None = None
+    """How far it is open meanwhile, as pairs of time and openness; None if it is all open."""
     transparent: bool = False
     shadow_rays: int = 4
     exposure: float = 1.0
@@ -135,7 +137,10 @@ def head(scene, settings, frames):
         parts.append(toml.table("[indirect]", settings.indirect))
     parts.append(toml.table("[output]", {"background": "transparent" if settings.transparent else "visible", **settings.output}))
     if settings.shutter:
-        parts.append(toml.table("[shutter]", {"open": settings.shutter[0], "close": settings.shutter[1]}))
+        keys = {"open": settings.shutter[0], "close": settings.shutter[1]}
+        if settings.curve:
+            keys["curve"] = [list(point) for point in settings.curve]
+        parts.append(toml.table("[shutter]", keys))
     return "\n".join(parts)
 
 

@@ -210,6 +210,27 @@ class Jobs(FakeRenderer):
         times = [[key["frame"] for key in shot["camera"]["key"]] for shot in self.shots]
         self.assertEqual([(each[0], each[-1]) for each in times], [(0.5, 2.5), (2.5, 3.5), (3.5, 4.5)])
 
+    def test_the_shutter_has_its_position_and_curve(self):
+        render = self.scene.render
+        render.use_motion_blur, render.motion_blur_shutter = True, 0.5
+
+        def shutter():
+            self.shots.clear()
+            self.frames.clear()
+            self.rendered()
+            return self.shots[0]["shutter"]
+
+        for position, times in (("START", [0.0, 0.5]), ("CENTER", [-0.25, 0.25]), ("END", [-0.5, 0.0])):
+            render.motion_blur_position = position
+            self.assertEqual(shutter(), {"open": times[0], "close": times[1]})
+        mapping = render.motion_blur_shutter_curve
+        for point, openness in zip(mapping.curves[0].points, (0, 1, 0)):
+            point.location[1], point.handle_type = openness, "VECTOR"
+        mapping.update()
+        curve = np.array(shutter()["curve"])
+        np.testing.assert_allclose(curve[:, 1], 1 - np.abs(2 * curve[:, 0] - 1), atol=1e-3)
+        self.assertEqual((curve[0, 0], curve[-1, 0]), (0, 1))
+
     def test_a_world_that_changes_is_in_each_frame_what_it_is_there(self):
         self.scene.world = bpy.data.worlds.new("Dusk")
         self.scene.world.use_nodes = True

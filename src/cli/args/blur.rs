@@ -2,7 +2,7 @@
 
 use clap::Args;
 
-use crate::exposure::{MOST_EXPOSURES, Shutter};
+use crate::exposure::{Curve, MOST_EXPOSURES, Shutter};
 use crate::scene::Scene;
 use crate::settings::Settings;
 
@@ -14,7 +14,8 @@ pub struct BlurArgs {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(MOST_EXPOSURES)))]
     exposures: Option<u32>,
 
-    /// When the shutter is open, in frames from each frame's own time, as -0.25,0.25 (180 degrees) [default: the shot's]
+    /// When the shutter is open, in frames from each frame's own time, as -0.25,0.25 (180 degrees); a curve of the shot's stays
+    /// [default: the shot's]
     #[arg(long, value_name = "OPEN,CLOSE", value_parser = shutter, allow_hyphen_values = true)]
     shutter: Option<Shutter>,
 
@@ -30,11 +31,11 @@ impl BlurArgs {
             scene.camera.lens.aperture = None;
             return Settings { shutter: None, ..settings };
         }
-        Settings {
-            exposures: self.exposures.unwrap_or(settings.exposures),
-            shutter: self.shutter.or(settings.shutter),
-            ..settings
-        }
+        // the curve goes over to other times
+        let curve = settings.shutter.as_ref().map_or(Curve::CONSTANT, |shutter| shutter.curve.clone());
+        let stated = self.shutter.clone().map(|shutter| Shutter { curve, ..shutter });
+        let shutter = stated.or(settings.shutter);
+        Settings { exposures: self.exposures.unwrap_or(settings.exposures), shutter, ..settings }
     }
 }
 
@@ -45,6 +46,6 @@ fn shutter(text: &str) -> Result<Shutter, String> {
             "must be two times with a comma between them, in frames from the frame's own, like -0.25,0.25",
         ));
     };
-    let shutter = Shutter { open, close };
+    let shutter = Shutter::new(open, close);
     shutter.fault().map_or(Ok(shutter), Err)
 }

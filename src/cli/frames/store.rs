@@ -229,7 +229,7 @@ fn sampling(job: &Job) -> String {
             1 => String::from("1 exposure"),
             count => format!("{count} exposures"),
         });
-        parts.extend(shutter.map(|Shutter { open, close }| format!("a shutter from {open} to {close}")));
+        parts.extend(shutter.as_ref().map(Shutter::to_string));
         parts.extend(job.shot.scene.camera.has_lens().then(|| String::from("a lens")));
     }
     parts.extend(stereo.map(|Stereo { separation, .. }| format!("two eyes {separation} apart")));

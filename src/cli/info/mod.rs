@@ -130,8 +130,7 @@ fn described(shot: &Shot, path: &Path) -> String {
         line(&mut text, "stereo", format!("two eyes {separation} apart, {where_to}"));
     }
     if let Some(exposures) = frame::exposures(scene, settings) {
-        let shutter =
-            settings.shutter.map(|Shutter { open, close }| format!("a shutter from {open} to {close}"));
+        let shutter = settings.shutter.as_ref().map(Shutter::to_string);
         let lens = scene.camera.has_lens().then(|| String::from("a lens"));
         let what: Vec<String> = shutter.into_iter().chain(lens).collect();
         let (count, what) = (exposures.all.len(), what.join(" and "));

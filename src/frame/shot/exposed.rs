@@ -1,6 +1,6 @@
 //! The exposures of a shot's frames, and how they divide the samples.
 
-use crate::exposure::{Exposures, Strata};
+use crate::exposure::{Exposures, Shutter, Strata};
 use crate::scene::Scene;
 use crate::settings::{BasePlace, Budget, Mode, Refinement, Settings};
 
@@ -11,10 +11,10 @@ pub fn exposures(scene: &Scene, settings: &Settings) -> Option<Exposures> {
     if shutter.is_none() && !has_lens {
         return None;
     }
-    let is_open = shutter.is_some_and(|shutter| shutter.close > shutter.open);
+    let is_open = shutter.as_ref().is_some_and(Shutter::is_open);
     let strata =
         if is_open || has_lens { Strata::new(fewest_samples(settings), *exposures) } else { Strata::ONE };
-    Some(Exposures::new(strata, *shutter, &scene.camera.cuts))
+    Some(Exposures::new(strata, shutter.as_ref(), &scene.camera.cuts))
 }
 
 /// Samples along a pixel's edge of the coarsest level: more than one, if there are finer ones, or nothing could be divided.

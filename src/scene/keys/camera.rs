@@ -92,4 +92,7 @@ pub(crate) struct ShutterTable {
     /// When it closes; at most 1 after it opens (0.25)
     #[schemars(range(min = -1, max = 1))]
     pub close: Option<At<f64>>,
+    /// How far it is open over its time (all the time all open): points [time, openness], both from 0 to 1, in the order of time
+    #[schemars(extend("minItems" = 2))]
+    pub curve: Option<At<Vec<List<f64, 2>>>>,
 }

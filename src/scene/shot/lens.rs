@@ -1,9 +1,9 @@
 //! Reads the exposure of the camera: the keys of a lens with an aperture, the shutter, and two eyes.
 
-use crate::exposure::{LensPose, Shutter};
+use crate::exposure::{Curve, LensPose, Shutter};
 use crate::scene::camera::{FARTHEST_PLANE, Projection};
 use crate::scene::keys::camera::{CameraKey, ShutterTable, StereoTable};
-use crate::scene::keys::toml_text::{At, TomlText};
+use crate::scene::keys::toml_text::{At, List, TomlText};
 use crate::scene::{CameraTrack, SceneError};
 use crate::stereo::Stereo;
 
@@ -140,12 +140,17 @@ pub fn stereo(
     }
 }
 
-/// Reads the times at which the shutter opens and closes.
+/// Reads when the shutter is open, and how far.
 pub fn shutter(text: TomlText<'_>, table: &At<ShutterTable>) -> Result<Shutter, SceneError> {
-    let ShutterTable { open, close } = table.get_ref();
+    let ShutterTable { open, close, curve } = table.get_ref();
     let usual = Shutter::default();
     let number = |value: &Option<At<f64>>, usual| value.as_ref().map_or(usual, |value| *value.get_ref());
-    let shutter = Shutter { open: number(open, usual.open), close: number(close, usual.close) };
+    let stated = curve.as_ref().map(|points| {
+        let curve = Curve::through(points.get_ref().iter().map(|List(point)| *point).collect());
+        curve.map_err(|fault| text.fault(points.span(), format!("[shutter]: the `curve` {fault}")))
+    });
+    let curve = stated.transpose()?.unwrap_or(usual.curve);
+    let shutter = Shutter { open: number(open, usual.open), close: number(close, usual.close), curve };
     match shutter.fault() {
         Some(fault) => Err(text.fault(table.span(), format!("[shutter]: {fault}"))),
         None => Ok(shutter),
