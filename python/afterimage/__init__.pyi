@@ -194,6 +194,8 @@ def render(
 ) -> Render:
     """Renders frames of a scene, in the order in which they are made of one another.
 
+    Renders that follow each other go on with the samples of the one before, where neither the scene nor settings have changed.
+
     frames: "1-48", "1-48x2", a number, a range, or numbers (the scene's). mode: when samples are reused (the scene's). progress: called
     with the frame's number and its share that is done, 0 to 1, by the thread that waits for the frame; an exception in it, or False as
     its result, cancels. settings: keys of [render], [indirect] and [output] in shot files, as size, samples, paths, layers, denoise;

@@ -6,6 +6,7 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::sync::{Arc, Mutex, PoisonError, TryLockError};
 
 use afterimage::frame::BackendKind;
+use afterimage::scene::Frames;
 use afterimage::settings::{Build, PixelRect, Settings, limits};
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict};
@@ -18,7 +19,7 @@ use crate::forked::{self, Owner};
 use crate::frame::Frame;
 use crate::keys;
 use crate::scene::Scene;
-use crate::worker::{self, Answer, Failure, Job, Progress, Request};
+use crate::worker::{self, Answer, Failure, Job, Order, Progress, Request};
 
 /// Settings of a render that no shot file has.
 struct Own {
@@ -56,8 +57,8 @@ pub fn render(
     let build = own.build.unwrap_or_else(|| shot.build_that_pays(&chosen));
     let settings = Settings { build, ..chosen };
     let frames = frames.unwrap_or_else(|| shot.frames.clone());
-    let job = Job { shot, settings, denoise, frames, backend: own.backend, threads: own.threads };
-    Render::start(job, progress)
+    let job = Job { shot, settings, denoise, backend: own.backend, threads: own.threads };
+    Render::start(job, frames, progress)
 }
 
 /// Takes the settings that no shot file has out of `settings`.
@@ -120,12 +121,13 @@ pub struct Render {
 type Answers = Mutex<Receiver<Answer>>;
 
 impl Render {
-    fn start(job: Job, callback: Option<Py<PyAny>>) -> PyResult<Self> {
+    fn start(job: Job, frames: Frames, callback: Option<Py<PyAny>>) -> PyResult<Self> {
         let progress = Arc::new(Progress::default());
         let (requests, requested) = channel();
         // nobody may take an answer any more: the thread must not wait for that
         let (answer, answers) = channel();
-        worker::start(job, &progress, (requests.clone(), requested), answer)?;
+        let order = Order { frames, progress: Arc::clone(&progress), requested, answers: answer };
+        worker::start(job, order, requests.clone())?;
         Ok(Self {
             progress,
             callback: Mutex::new(callback),
@@ -133,6 +135,15 @@ impl Render {
             answers: Mutex::new(Some(Mutex::new(answers))),
             owner: Owner::this(),
         })
+    }
+
+    /// Lets the thread go on with other frames.
+    fn end(&self) {
+        self.progress.is_over.store(true, Ordering::Relaxed);
+        if self.owner.is_here() {
+            // one that rests between two frames waits for this
+            let _ = self.requests.send(Request::End);
+        }
     }
 
     fn is_cancelled(&self) -> bool {
@@ -225,7 +236,7 @@ impl Render {
         let answer = self.answer(py, open);
         if !matches!(answer, Ok(Some(_))) {
             *answers = None;
-            let _ = self.requests.send(Request::End);
+            self.end();
         }
         answer
     }
@@ -246,16 +257,13 @@ impl Render {
     /// Cancels the render, from any thread: whoever waits for a frame gets `Cancelled` within a second.
     fn cancel(&self) {
         self.progress.is_cancelled.store(true, Ordering::Relaxed);
-        if self.owner.is_here() {
-            // one that rests between two frames waits for this
-            let _ = self.requests.send(Request::End);
-        }
+        self.end();
     }
 }
 
 impl Drop for Render {
     fn drop(&mut self) {
-        // the thread ends by itself, and frees the scene
+        // the thread ends by itself and frees the scene, or goes on with it
         self.cancel();
         if !self.owner.is_here() {
             // at the moment of the fork that thread may have had the lock of the channel, which nobody gives back here

@@ -13,7 +13,7 @@ use crate::aside::aside;
 use crate::errors::{error, guarded};
 use crate::keys::{self, told};
 use crate::stated::{Stated, check};
-use crate::{arrays, convert, motion};
+use crate::{arrays, convert, motion, worker};
 
 /// A shot: models, lights, camera, and how they are rendered.
 #[pyclass(frozen, module = "afterimage")]
@@ -92,7 +92,9 @@ impl Scene {
             )),
             Content::Stated(stated) => {
                 let changed = change(stated)?;
-                stated.built = None;
+                if let Some(shot) = stated.built.take() {
+                    worker::let_go(&shot);
+                }
                 Ok(changed)
             }
         }
@@ -117,6 +119,18 @@ impl Scene {
             stated.built = is_same.then(|| Arc::clone(&shot));
         }
         Ok(shot)
+    }
+}
+
+impl Drop for Scene {
+    fn drop(&mut self) {
+        let shot = match &*self.lock() {
+            Content::Loaded(shot) => Some(Arc::clone(shot)),
+            Content::Stated(stated) => stated.built.clone(),
+        };
+        if let Some(shot) = shot {
+            worker::let_go(&shot);
+        }
     }
 }
 
