@@ -77,7 +77,7 @@ fn rays(scene: &Scene, settings: &Settings) -> RayBatch {
         for first in (0..CELLS).step_by(LANES) {
             let x = corner[0] + F32x8::load(&view.grid.place_x, first);
             let y = corner[1] + F32x8::load(&view.grid.place_y, first);
-            let [origins, directions] = view.rays(x, y);
+            let [origins, directions] = view.middle().rays(x, y);
             rays.push_lanes(origins, directions, far, u8::MAX);
         }
     }

@@ -14,20 +14,31 @@
 //!                c d c d                     m n o p
 //! ```
 //!
-//! Times are the middles of equal parts of the [shutter](Shutter), equal by the light that it lets in. Points of the lens lie on Vogel's spiral (1979), in
-//! rings of equal area. A walk through each list pairs points and places in the pixel with times, chosen so
-//! that the three have the least correlation. All of it follows from the number of exposures alone.
+//! Each exposure has an equal part of the [shutter](Shutter), equal by the light that it lets in, and of the lens, and its samples are spread over both: a
+//! part has [`TICKS`] moments, each with a point of the lens, and each cell has one of them, so that
+//! neighbours see others (Cook, Porter and Carpenter, "Distributed Ray Tracing", 1984). So what moves
+//! leaves a ramp and no steps, and what is out of focus a disc and no points. A walk through the parts of the lens, and
+//! one through the places in the pixel, pairs them with times, chosen so that the three have the least
+//! correlation. All of it follows from the number of exposures alone.
 
-use std::f64::consts::TAU;
-
-use crate::stereo::EyePlace;
-
+mod lens;
 mod shutter;
 
+use lens::lens_parts;
+pub use lens::{LensPart, LensPose};
 pub use shutter::{Curve, Shutter};
 
 /// Largest number of exposures of a frame: one for each sample of a pixel.
 pub const MOST_EXPOSURES: u32 = 256;
+
+/// Number of moments, and of points of the lens, of an exposure: a power of two, so that they are exact shares of its time.
+pub const TICKS: usize = 16;
+
+/// Number of one of an exposure's [`TICKS`].
+pub type Tick = u8;
+
+/// The tick in the middle of an exposure, for what has none of its own.
+pub const MIDDLE_TICK: Tick = TICKS as Tick / 2;
 
 /// Division of a pixel's samples among exposures.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -59,30 +70,51 @@ impl Strata {
 /// in the longest shots.
 const JUST: f64 = 1e-6;
 
+/// Number of equal parts of a moment's light whose times are known: two for each tick.
+const PARTS: usize = 2 * TICKS;
+
 /// Moments at which a shot is seen, one a frame, with the frame's number.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Clock {
-    /// Time from a frame's own to its moment, in frames: from -1 to 1.
-    after: f64,
+    /// Times from a frame's own, in frames from -1 to 1, between equal parts of the light that comes in during a moment.
+    after: [f64; PARTS + 1],
     /// Frames at which the shot cuts, rising: no frame is seen at a time of another take.
     cuts: Vec<i32>,
 }
 
 impl Clock {
     /// Clock that sees each frame at its own time.
-    pub const FRAMES: Self = Self { after: 0.0, cuts: Vec::new() };
+    pub const FRAMES: Self = Self { after: [0.0; PARTS + 1], cuts: Vec::new() };
 
     /// Time of a moment, in frames.
     pub fn time(&self, moment: i64) -> f64 {
-        let time = moment as f64 + self.after;
+        self.time_within(moment, 0.5)
+    }
+
+    /// Time of one of the ticks about a moment, in frames.
+    pub fn time_of_tick(&self, moment: i64, tick: Tick) -> f64 {
+        self.time_within(moment, (f64::from(tick) + 0.5) / TICKS as f64)
+    }
+
+    /// Time within a moment's part of the shutter, when a `share` of its light has come in.
+    pub fn time_within(&self, moment: i64, share: f64) -> f64 {
+        // shares of ticks, and of groups of them, are among the parts
+        let part = (share * PARTS as f64).clamp(0.0, PARTS as f64);
+        let (before, after) = (self.after[part.floor() as usize], self.after[part.ceil() as usize]);
+        let time = moment as f64 + before + (after - before) * part.fract();
         let next = self.cuts.partition_point(|cut| i64::from(*cut) <= moment);
         let begin = next.checked_sub(1).map_or(f64::NEG_INFINITY, |last| f64::from(self.cuts[last]));
         let end = self.cuts.get(next).map_or(f64::INFINITY, |cut| f64::from(*cut) - JUST);
         time.clamp(begin, end)
     }
 
-    /// First moment that is not before `time`.
-    pub fn at_or_after(&self, time: f64) -> i64 {
+    /// True if the shutter is closed at once: no moment has any length.
+    pub fn is_instant(&self) -> bool {
+        self.after[0] == self.after[PARTS]
+    }
+
+    /// First moment of which a `share` is not over before `time`.
+    pub fn at_or_after(&self, time: f64, share: f64) -> i64 {
         /// Frame beyond which there are no others.
         const FAR: f64 = 4e9;
         let around = time.clamp(-FAR, FAR).floor() as i64;
@@ -90,15 +122,15 @@ impl Clock {
         let (mut low, mut high) = (around - 1, around + 3);
         while low < high {
             let middle = (low + high).div_euclid(2);
-            if self.time(middle) < time { low = middle + 1 } else { high = middle }
+            if self.time_within(middle, share) < time { low = middle + 1 } else { high = middle }
         }
         low
     }
 
-    /// Last moment before `time`, or the first one at it.
-    pub fn at_or_before(&self, time: f64) -> i64 {
-        let next = self.at_or_after(time);
-        if self.time(next) > time { next - 1 } else { next }
+    /// Last moment of which a `share` is over before `time`, or the first one at it.
+    pub fn at_or_before(&self, time: f64, share: f64) -> i64 {
+        let next = self.at_or_after(time, share);
+        if self.time_within(next, share) > time { next - 1 } else { next }
     }
 
     /// First and last moment of all frames that have numbers.
@@ -110,8 +142,8 @@ impl Clock {
 /// One exposure of each frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Exposure {
-    /// Point from which it sees the scene, in a lens of radius 1: to the right, and up.
-    pub lens: [f64; 2],
+    /// Part of the lens through which it sees the scene.
+    pub lens: LensPart,
     /// Place of its first sample among those of the pixel: column from the left, and row from the top.
     pub stratum: [u32; 2],
     /// Shift of its window, in its own cells: to the right, and up.
@@ -137,11 +169,12 @@ impl Exposures {
         let shutter = shutter.unwrap_or(&closed);
         let clocks = if shutter.is_open() { count } else { 1 };
         let clock = |number: usize| {
-            let share = (number as f64 + 0.5) / clocks as f64;
-            Clock { after: shutter.time_of(share), cuts: cuts.to_vec() }
+            let within = |part: usize| (number as f64 + part as f64 / PARTS as f64) / clocks as f64;
+            Clock { after: std::array::from_fn(|part| shutter.time_of(within(part))), cuts: cuts.to_vec() }
         };
-        let (lens, windows) = (spiral(count), lattice(strata));
-        let [by_lens, by_window] = walks(&lens, &windows, strata);
+        let (lens, windows) = (lens_parts(strata), lattice(strata));
+        let middles: Vec<[f64; 2]> = lens.iter().map(LensPart::middle).collect();
+        let [by_lens, by_window] = walks(&middles, &windows, strata);
         let all = (0..count).map(|number| {
             let at = by_window.at(number, count);
             let stratum = [at as u32 % strata.across, at as u32 / strata.across];
@@ -165,14 +198,29 @@ impl Exposures {
         &self.clocks
     }
 
+    /// Clock of exposure number `index`.
+    pub fn clock(&self, index: usize) -> &Clock {
+        &self.clocks[self.clock_of(index)]
+    }
+
     /// Number of the clock of exposure number `index`.
     pub fn clock_of(&self, index: usize) -> usize {
         index.min(self.clocks.len() - 1)
     }
 
-    /// Time of exposure number `index` of a frame, in frames.
-    pub fn time(&self, frame: i32, index: usize) -> f64 {
-        self.clocks[self.clock_of(index)].time(frame.into())
+    /// Time of exposure number `index` of a frame, in frames: of one of its ticks, or else of its middle.
+    pub fn time(&self, frame: i32, index: usize, tick: Option<Tick>) -> f64 {
+        let clock = self.clock(index);
+        match tick {
+            Some(tick) => clock.time_of_tick(frame.into(), tick),
+            None => clock.time(frame.into()),
+        }
+    }
+
+    /// Point of the lens of exposure number `index`, of radius 1: at one of its ticks, or else in its middle.
+    pub fn lens(&self, index: usize, tick: Option<Tick>) -> [f64; 2] {
+        let part = self.all[index].lens;
+        tick.map_or_else(|| part.middle(), |tick| part.at_tick(tick))
     }
 }
 
@@ -190,19 +238,6 @@ impl Walk {
     fn at(self, number: usize, count: usize) -> usize {
         ((number + count - count / 2) * self.step + self.middle) % count
     }
-}
-
-/// Points of a disc of radius 1, from its centre outwards: in rings of equal area, a golden angle apart.
-fn spiral(count: usize) -> Vec<[f64; 2]> {
-    if count == 1 {
-        return vec![[0.0; 2]];
-    }
-    let point = |number: usize| {
-        let radius = ((number as f64 + 0.5) / count as f64).sqrt();
-        let (up, right) = (number as f64 * (1.0 - GOLDEN) * TAU).sin_cos();
-        [radius * right, radius * up]
-    };
-    (0..count).map(point).collect()
 }
 
 /// Golden ratio, less 1.
@@ -268,43 +303,10 @@ fn correlation(ones: &[f64], others: &[f64]) -> f64 {
     if own * other > 0.0 { both / (own * other).sqrt() } else { 0.0 }
 }
 
-/// Lens at one time, in world units.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct LensPose {
-    /// Radius of the opening.
-    pub radius: f64,
-    /// Distance of the plane of focus along the view axis.
-    pub focus: f64,
-}
-
-impl LensPose {
-    /// Largest ratio of radius to focus distance: beyond it, no window is left before the lens.
-    pub const WIDEST: f64 = 10.0;
-
-    /// Message for a camera that has no place for a lens.
-    pub const ORTHOGRAPHIC: &'static str = "goes with a perspective camera: lines of sight of an orthographic one do not meet in a lens; \
-                                            leave `aperture` out";
-
-    /// Place of the eye of `exposure` beside the camera, in a picture of `width` x `height` pixels of `cells`
-    /// x `cells` cells.
-    pub fn place(lens: Option<Self>, exposure: &Exposure, [width, height]: [u32; 2], cells: u32) -> EyePlace {
-        let [width, height] = [width, height].map(f64::from);
-        let Self { radius, focus } = lens.unwrap_or(Self { radius: 0.0, focus: 1.0 });
-        let aside = exposure.lens.map(|at| at * radius);
-        // between keys a curve may fall below the values that keys may have
-        let focus = focus.max(radius / Self::WIDEST).max(f64::MIN_POSITIVE);
-        let pixels = width.max(height) * f64::from(cells);
-        EyePlace {
-            aside,
-            window: aside.map(|aside| -aside / focus),
-            longer: (width / height).max(1.0),
-            shift: exposure.shift.map(|cells| cells / pixels),
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
+    use std::f64::consts::TAU;
+
     use super::*;
 
     const ALL: [Strata; 16] = {
@@ -316,6 +318,10 @@ mod tests {
         }
         all
     };
+
+    fn length([x, y]: [f64; 2]) -> f64 {
+        (x * x + y * y).sqrt()
+    }
 
     /// Largest error of the share of `values` in each of `parts` equal parts of the unit interval, in numbers
     /// of values.
@@ -351,11 +357,11 @@ mod tests {
             let count = exposures.all.len();
             for (index, frame) in (0..count).flat_map(|index| [-7, 0, 12].map(|frame| (index, frame))) {
                 let expected = f64::from(frame) - 0.25 + (index as f64 + 0.5) / count as f64;
-                assert!((exposures.time(frame, index) - expected).abs() < 1e-12);
+                assert!((exposures.time(frame, index, None) - expected).abs() < 1e-12);
             }
         }
         let frames = Exposures::new(Strata { across: 4 }, None, &[]);
-        assert_eq!((frames.clocks(), frames.time(5, 9)), (&[Clock::FRAMES][..], 5.0));
+        assert_eq!((frames.clocks(), frames.time(5, 9, Some(3))), (&[Clock::FRAMES][..], 5.0));
     }
 
     /// The places of all exposures' samples are those of a sharp frame, each once.
@@ -379,18 +385,67 @@ mod tests {
         }
     }
 
+    /// Each exposure's ticks go evenly over its part of the shutter, and those of all over the whole of it.
+    #[test]
+    fn steps_are_the_middles_of_equal_parts_of_an_exposure() {
+        for strata in ALL {
+            let exposures = Exposures::new(strata, Some(&Shutter::new(-0.5, 0.25)), &[]);
+            let all =
+                (0..exposures.all.len()).flat_map(|index| (0..TICKS as Tick).map(move |tick| (index, tick)));
+            for (number, (index, tick)) in all.enumerate() {
+                let share = (number as f64 + 0.5) / (exposures.all.len() * TICKS) as f64;
+                let expected = 7.0 - 0.5 + 0.75 * share;
+                assert!((exposures.time(7, index, Some(tick)) - expected).abs() < 1e-12);
+            }
+        }
+    }
+
     #[test]
     fn the_lens_is_covered_evenly() {
         for strata in ALL {
-            let (all, count) = (Exposures::new(strata, None, &[]).all, strata.count());
-            let rings = all.iter().map(|one| one.lens[0].powi(2) + one.lens[1].powi(2));
-            // one of each ring of equal area
-            assert!(count == 1 || worst_share(rings, count as usize) == 0.0, "{count}");
-            let sectors = all.iter().map(|one| (one.lens[1].atan2(one.lens[0]) / TAU).rem_euclid(1.0));
-            assert!(count < 4 || worst_share(sectors, 4) <= 1.0 + f64::from(count) / 16.0, "{count}");
-            let mean = |axis: usize| all.iter().map(|one| one.lens[axis]).sum::<f64>() / f64::from(count);
-            let off = glam::DVec2::new(mean(0), mean(1)).length();
-            assert!(off < 0.5 / f64::from(count).sqrt(), "{count}: {off}");
+            let all = Exposures::new(strata, None, &[]).all;
+            let points: Vec<[f64; 2]> = (0..TICKS as Tick)
+                .flat_map(|tick| all.iter().map(move |one| one.lens.at_tick(tick)))
+                .collect();
+            let count = points.len() as f64;
+            let rings = points.iter().map(|[x, y]| (x * x + y * y).min(0.999));
+            assert!(worst_share(rings, 4) <= f64::max(0.1 * count, 2.0), "{strata:?}");
+            let sectors = points.iter().map(|[x, y]| (y.atan2(*x) / TAU).rem_euclid(1.0));
+            assert!(worst_share(sectors, 4) < 1e-9, "{strata:?}");
+            let mean = [0, 1].map(|axis| points.iter().map(|at| at[axis]).sum::<f64>() / count);
+            assert!(length(mean) < 0.5 / count.sqrt(), "{strata:?}: {mean:?}");
+        }
+    }
+
+    /// Whatever the shares of a part's time and of its lens, each box with a volume of a tick has one.
+    #[test]
+    fn steps_are_a_net_in_time_and_lens() {
+        let part = LensPart { corner: [0.0; 2], edge: 1.0 };
+        let of_square = |tick: Tick| {
+            // back from the disc to the square
+            let [x, y] = part.at_tick(tick);
+            let (radius, angle) = (length([x, y]), y.atan2(x).rem_euclid(TAU) * 8.0 / TAU);
+            let [x, y] = match (angle + 1.0).rem_euclid(8.0) {
+                0.0..2.0 => [radius, radius * ((angle + 1.0).rem_euclid(8.0) - 1.0)],
+                2.0..4.0 => [radius * (2.0 - angle), radius],
+                4.0..6.0 => [-radius, radius * (4.0 - angle)],
+                _ => [radius * (angle - 6.0), -radius],
+            };
+            [x, y].map(|at| (at + 1.0) / 2.0)
+        };
+        let points: Vec<[f64; 3]> = (0..TICKS as Tick)
+            .map(|tick| {
+                let [x, y] = of_square(tick);
+                [(f64::from(tick) + 0.5) / TICKS as f64, x, y]
+            })
+            .collect();
+        for (a, b) in (0..=4_u32).flat_map(|a| (0..=4 - a).map(move |b| (a, b))) {
+            let boxes = [a, b, 4 - a - b].map(|bits| f64::from(1_u32 << bits));
+            let mut seen: Vec<[u32; 3]> =
+                points.iter().map(|at| [0, 1, 2].map(|axis| (at[axis] * boxes[axis]) as u32)).collect();
+            seen.sort_unstable();
+            seen.dedup();
+            assert_eq!(seen.len(), TICKS, "{boxes:?}: {points:?}");
         }
     }
 
@@ -400,7 +455,7 @@ mod tests {
             let (all, count) = (Exposures::new(strata, Some(&Shutter::default()), &[]).all, strata.count());
             let times: Vec<f64> = (0..count).map(f64::from).collect();
             let column = |of: fn(&Exposure) -> f64| all.iter().map(of).collect::<Vec<f64>>();
-            let lens = [column(|one| one.lens[0]), column(|one| one.lens[1])];
+            let lens = [column(|one| one.lens.middle()[0]), column(|one| one.lens.middle()[1])];
             let shifts = [column(|one| one.shift[0]), column(|one| one.shift[1])];
             for (one, other) in lens
                 .iter()
@@ -421,19 +476,21 @@ mod tests {
             let (exposures, count) =
                 (Exposures::new(strata, Some(&Shutter::default()), &[]), f64::from(strata.count()));
             let middle = exposures.all[exposures.middle()];
-            assert!(exposures.time(0, exposures.middle()).abs() <= 0.25 / count + 1e-12, "{count}");
-            let least = (0.5 / count).sqrt();
-            assert!(glam::DVec2::from(middle.lens).length() <= least + 1e-12, "{count}");
+            assert!(exposures.time(0, exposures.middle(), None).abs() <= 0.25 / count + 1e-12, "{count}");
+            // of an even number of parts none is in the middle
+            let [x, y] = middle.lens.middle();
+            assert!(length([x, y]) <= (1.0 / count).sqrt() + 1e-12, "{count}");
         }
         let one = Exposures::new(Strata::ONE, Some(&Shutter::default()), &[]);
-        assert_eq!(one.all, [Exposure { lens: [0.0; 2], stratum: [0; 2], shift: [0.0; 2] }]);
+        let [Exposure { lens, stratum, shift }] = one.all[..] else { panic!("{one:?}") };
+        assert_eq!((lens.middle(), stratum, shift), ([0.0; 2], [0; 2], [0.0; 2]));
     }
 
     #[test]
     fn no_time_is_that_of_another_take() {
         let shutter = Shutter::new(-0.5, 0.5);
         let exposures = Exposures::new(Strata { across: 2 }, Some(&shutter), &[3, 8]);
-        let times = |frame| [0, 1, 2, 3].map(|index| exposures.time(frame, index));
+        let times = |frame| [0, 1, 2, 3].map(|index| exposures.time(frame, index, None));
         assert_eq!(times(3), [3.0, 3.0, 3.125, 3.375]);
         assert_eq!(times(7)[..2], [6.625, 6.875]);
         assert!(times(7)[2..].iter().all(|time| *time < 8.0) && times(8)[0] == 8.0);
@@ -449,12 +506,15 @@ mod tests {
         let all = [vec![Clock::FRAMES], clocks(4, -1.0, 0.0, &[2]), clocks(2, 0.25, 0.5, &[])];
         for clock in all.into_iter().flatten() {
             for time in (-40..80).map(|time| f64::from(time) * 0.125).chain([1e9 + 0.25]) {
-                let [first, last] = [clock.at_or_after(time), clock.at_or_before(time)];
-                assert!(clock.time(first) >= time && clock.time(first - 1) < time, "{time}");
-                assert!(clock.time(last) == time || clock.time(last) < time && clock.time(last + 1) > time);
+                for share in [0.0, 0.5, 1.0] {
+                    let at = |moment| clock.time_within(moment, share);
+                    let [first, last] = [clock.at_or_after(time, share), clock.at_or_before(time, share)];
+                    assert!(at(first) >= time && at(first - 1) < time, "{time}");
+                    assert!(at(last) == time || at(last) < time && at(last + 1) > time);
+                }
             }
-            assert!(clock.at_or_after(f64::INFINITY) > Clock::bounds()[1]);
-            assert!(clock.at_or_after(f64::NEG_INFINITY) < Clock::bounds()[0]);
+            assert!(clock.at_or_after(f64::INFINITY, 0.5) > Clock::bounds()[1]);
+            assert!(clock.at_or_after(f64::NEG_INFINITY, 0.5) < Clock::bounds()[0]);
         }
     }
 
@@ -479,10 +539,12 @@ mod tests {
     #[test]
     fn every_point_of_the_lens_shows_one_rectangle_where_it_is_focused() {
         let lens = LensPose { radius: 0.5, focus: 4.0 };
-        for exposure in Exposures::new(Strata { across: 4 }, None, &[]).all {
-            let exposure = Exposure { shift: [0.0; 2], ..exposure };
+        let exposures = Exposures::new(Strata { across: 4 }, None, &[]);
+        let all =
+            (0..exposures.all.len()).flat_map(|index| [None, Some(0), Some(11)].map(|tick| (index, tick)));
+        for (index, tick) in all {
             for size in [[200, 100], [100, 200]] {
-                let place = LensPose::place(Some(lens), &exposure, size, 2);
+                let place = LensPose::place(Some(lens), (exposures.lens(index, tick), [0.0; 2]), (size, 2));
                 let half_height = 0.5;
                 let longer = 4.0 * f64::max(f64::from(size[0]) / f64::from(size[1]), 1.0);
                 let shift = place.shift(half_height);
@@ -492,8 +554,7 @@ mod tests {
                 }
             }
         }
-        let moved = Exposure { lens: [0.0; 2], stratum: [0; 2], shift: [0.5, -0.25] };
-        let place = LensPose::place(None, &moved, [200, 100], 2);
+        let place = LensPose::place(None, ([0.0; 2], [0.5, -0.25]), ([200, 100], 2));
         assert_eq!((place.aside, place.shift(1.0)), ([0.0; 2], [0.5 / 400.0, -0.25 / 400.0]));
     }
 }

@@ -3,10 +3,11 @@
 use glam::{DMat3, DVec3, EulerRot, Mat4, Vec3, Vec4};
 
 use crate::animation::{Track, Transform};
-use crate::exposure::{Exposures, LensPose};
+use crate::exposure::{Exposures, LensPose, TICKS, Tick};
 use crate::scene::camera::{Aim, Lens, Projection};
 use crate::scene::{CameraTrack, Light, LightKind, Panel, RenderSpace, Scene};
 use crate::stereo::EyePlace;
+use crate::sweep::Sweeps;
 
 /// Everything that moves, at one frame. Two poses compare exactly: equal parts did not move.
 #[derive(Debug, Clone, PartialEq)]
@@ -15,10 +16,14 @@ pub struct Pose {
     pub frame: i32,
     /// Number of the [moment](crate::exposure::Clock) on the clock of its exposure: the frame's.
     pub moment: i64,
-    /// Camera of the frame.
+    /// Camera of the frame; of an exposure, that in its middle.
     pub camera: CameraPose,
-    /// Transforms from object to world space, one for each of [`Scene::models`].
+    /// The cameras at the exposure's [`TICKS`]; empty where all are `camera`.
+    pub cameras: Vec<CameraPose>,
+    /// Transforms from object to world space, one for each of [`Scene::models`]; of an exposure, those in its middle.
     pub models: Vec<Transform>,
+    /// Transforms of the models that move within the exposure.
+    pub sweeps: Sweeps,
     /// Lights, one for each of [`Scene::lights`].
     pub lights: Vec<LightPose>,
 }
@@ -43,8 +48,37 @@ impl Pose {
         eye: Option<&EyePlace>,
         picture: ([u32; 2], u32),
     ) -> Self {
-        let (time, place) = exposure(&scene.camera, frame, (exposures, index), eye, picture);
-        Self::at(scene, frame, time, Some(&place))
+        let (camera, cameras) = CameraPose::exposed(&scene.camera, frame, (exposures, index), eye, picture);
+        let clock = exposures.clock(index);
+        let middle = Self::at(scene, frame, clock.time(frame.into()), None);
+        let sweeps = Sweeps::new(scene, clock, frame.into(), &middle.models);
+        Self { camera, cameras, sweeps, ..middle }
+    }
+
+    /// Transform of a model at one of the exposure's ticks.
+    #[inline(always)]
+    pub fn transform(&self, model: usize, tick: Tick) -> &Transform {
+        self.sweeps.at(model, tick).unwrap_or(&self.models[model])
+    }
+
+    /// All transforms of a model within the exposure, some maybe twice.
+    pub fn transforms(&self, model: usize) -> impl Iterator<Item = &Transform> {
+        self.sweeps.of(model).unwrap_or_default().iter().chain([&self.models[model]])
+    }
+
+    /// The camera at one of the exposure's ticks.
+    pub fn camera_at(&self, tick: Tick) -> &CameraPose {
+        self.cameras.get(usize::from(tick)).unwrap_or(&self.camera)
+    }
+
+    /// Returns true if rays must know at which tick they are: models move within the exposure, or clipping planes do.
+    pub fn has_ticks(&self) -> bool {
+        !self.sweeps.is_empty() || !self.cameras.is_empty() && self.camera.clip != Clip::NONE
+    }
+
+    /// The cameras at all ticks: one, where all are the same.
+    pub fn all_cameras(&self) -> &[CameraPose] {
+        if self.cameras.is_empty() { std::slice::from_ref(&self.camera) } else { &self.cameras }
     }
 
     fn at(scene: &Scene, frame: i32, at: f64, eye: Option<&EyePlace>) -> Self {
@@ -52,23 +86,12 @@ impl Pose {
             frame,
             moment: frame.into(),
             camera: CameraPose::seen_from(&scene.camera, at, eye),
+            cameras: Vec::new(),
             models: scene.models.iter().map(|model| model.track.at(at)).collect(),
+            sweeps: Sweeps::default(),
             lights: scene.lights.iter().map(|light| LightPose::new(light, at)).collect(),
         }
     }
-}
-
-/// Time of exposure number `index` of a frame, and the place of its point of the lens.
-fn exposure(
-    camera: &CameraTrack,
-    frame: i32,
-    (exposures, index): (&Exposures, usize),
-    eye: Option<&EyePlace>,
-    (size, cells): ([u32; 2], u32),
-) -> (f64, EyePlace) {
-    let time = exposures.time(frame, index);
-    let of_lens = LensPose::place(camera.lens_at(time), &exposures.all[index], size, cells);
-    (time, of_lens.in_eye(eye))
 }
 
 /// Camera at one frame. Its axes have unit length and stand at right angles.
@@ -113,16 +136,38 @@ impl CameraPose {
         Self::seen_from(track, frame, None)
     }
 
-    /// Camera of exposure number `index` of a frame: see [`Pose::exposed`].
+    /// Camera of exposure number `index` of a frame: see [`Pose::camera`] and [`Pose::cameras`].
     pub fn exposed(
         track: &CameraTrack,
         frame: i32,
-        exposures: (&Exposures, usize),
+        (exposures, index): (&Exposures, usize),
+        eye: Option<&EyePlace>,
+        picture: ([u32; 2], u32),
+    ) -> (Self, Vec<Self>) {
+        let at = |tick| Self::exposed_at(track, (frame, tick), (exposures, index), eye, picture);
+        let middle = at(None);
+        if track.is_constant() && !track.has_lens() {
+            return (middle, Vec::new());
+        }
+        let mut ticks: Vec<Self> = (0..TICKS as Tick).map(|tick| at(Some(tick))).collect();
+        if ticks.iter().all(|tick| *tick == middle) {
+            ticks.clear();
+        }
+        (middle, ticks)
+    }
+
+    /// Camera of exposure number `index` of a frame at one of its ticks, or else in its middle.
+    pub fn exposed_at(
+        track: &CameraTrack,
+        (frame, tick): (i32, Option<Tick>),
+        (exposures, index): (&Exposures, usize),
         eye: Option<&EyePlace>,
         picture: ([u32; 2], u32),
     ) -> Self {
-        let (time, place) = exposure(track, frame, exposures, eye, picture);
-        Self::seen_from(track, time, Some(&place))
+        let time = exposures.time(frame, index, tick);
+        let (lens, shift) = (exposures.lens(index, tick), exposures.all[index].shift);
+        let place = LensPose::place(track.lens_at(time), (lens, shift), picture);
+        Self::seen_from(track, time, Some(&place.in_eye(eye)))
     }
 
     /// Camera at `frame` in one eye's place beside it, if that is given: it looks along the same axis,

@@ -394,8 +394,9 @@ pub struct Settings {
     /// Shutter, if there is one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub shutter: Option<Shutter>,
-    /// Largest number of exposures that divide the samples of a pixel among them, if there is a shutter or a lens.
-    pub exposures: u32,
+    /// Largest number of exposures that divide the samples of a pixel among them, if there is a shutter or a lens; `None` for as many as suit
+    /// [the scene](crate::frame::exposures).
+    pub exposures: Option<u32>,
     /// Source of the frames' samples.
     pub mode: Mode,
     /// Rule by which kept samples serve the cells of an inferred frame.
@@ -439,7 +440,7 @@ impl Default for Settings {
             tree_memory: DEFAULT_TREE_MEMORY,
             stereo: None,
             shutter: None,
-            exposures: 16,
+            exposures: None,
             mode: Mode::default(),
             reuse: Reuse::default(),
             base_every: 48,

@@ -130,7 +130,7 @@ impl Bare {
         let pose = Pose::new(scene, frame);
         for (instance, model) in self.instances.iter().enumerate() {
             let columns = pose.models[*model as usize].columns();
-            self.movable.set_instance_transform(GeometryId(instance as u32), columns)?;
+            self.movable.set_instance_transforms(GeometryId(instance as u32), &[columns])?;
         }
         let scenes = Scenes {
             still: self.still.commit()?,
@@ -354,7 +354,7 @@ fn push_tile(view: &View, number: usize, rays: &mut RayBatch) {
         let x = corner[0] + F32x8::load(&grid.place_x, first);
         let y = corner[1] + F32x8::load(&grid.place_y, first);
         let wanted = Mask::new(|lane| holds(extent, first + lane)).bits();
-        let [origins, directions] = view.rays(x, y);
+        let [origins, directions] = view.middle().rays(x, y);
         rays.push_lanes(origins, directions, far, wanted);
     }
 }

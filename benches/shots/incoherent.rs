@@ -217,7 +217,14 @@ fn segments(batch: &RayBatch) -> impl Iterator<Item = Segment> {
         (0..LANES).filter(move |lane| lanes >> lane & 1 != 0).map(move |lane| {
             let of = |rows: &[[f32; LANES]; 3]| [0, 1, 2].map(|axis| rows[axis][lane]);
             let (near, far, mask) = (packet.near[lane], packet.far[lane], bare::SIGHT);
-            Segment { origin: of(&packet.origin), direction: of(&packet.direction), near, far, mask }
+            Segment {
+                origin: of(&packet.origin),
+                direction: of(&packet.direction),
+                near,
+                far,
+                mask,
+                time: 0.0,
+            }
         })
     })
 }

@@ -41,9 +41,9 @@ class AfterimageSettings(bpy.types.PropertyGroup):
     )
     exposures: IntProperty(
         name="Exposures",
-        description="With motion blur or depth of field: the most times and points of the lens among which the samples of a pixel are divided",
-        default=16,
-        min=1,
+        description="With motion blur or depth of field: the most exposures among which the samples of a pixel are divided. 0: as many as suit the scene",
+        default=0,
+        min=0,
         max=256,
     )
     clamp: FloatProperty(name="Clamp", description="The most that a path may bring by indirect ways. 0: no limit", default=0.0, min=0.0, soft_max=100.0)

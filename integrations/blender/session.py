@@ -117,7 +117,9 @@ def settings_of(scene, view_layer, frames, warn):
     rate = rate.limit_denominator(1001)
     render = {"samples": own.samples, "depth": own.depth, "reflections": own.reflections, "mode": own.mode, "base_every": own.base_every}
     # as Blender's box of one pixel, but that samples need not lie in the centres of their cells
-    render.update(exposures=own.exposures, caustics="paths" if own.caustics else "none", filter="area")
+    if own.exposures > 0:
+        render["exposures"] = own.exposures
+    render.update(caustics="paths" if own.caustics else "none", filter="area")
     # the exposure of the film is a setting of Cycles, which counts for its limits as well
     exposure = getattr(getattr(scene, "cycles", None), "film_exposure", 1.0)
     if own.clamp > 0 and exposure > 0:

@@ -60,6 +60,13 @@ impl TransformTrack {
         self.matrix.as_ref().map_or(placed, |matrix| placed * matrix.at(frame))
     }
 
+    /// Returns true if the place is the same from one frame to another, both included.
+    pub fn rests(&self, from: f64, to: f64) -> bool {
+        let tracks = [&self.translate, &self.rotate, &self.scale];
+        tracks.into_iter().all(|track| track.rests_until(from) > to)
+            && self.matrix.as_ref().is_none_or(|matrix| matrix.rests_until(from) > to)
+    }
+
     /// Frames of all keys for the place.
     pub fn key_frames(&self) -> Vec<f64> {
         let frames = self.translate.frames().chain(self.rotate.frames()).chain(self.scale.frames());
@@ -126,6 +133,11 @@ impl Transform {
             is_visible: true,
             shape: Shape::FIRST,
         }
+    }
+
+    /// Returns true if all of its numbers are finite: it has an inverse.
+    pub fn is_finite(&self) -> bool {
+        self.to_world.is_finite() && self.to_object.is_finite()
     }
 
     /// Transforms a point from object to world space.

@@ -5,6 +5,7 @@ use crate::animation::{Keys, TransformTrack};
 use crate::exposure::Clock;
 use crate::pose::LightPose;
 use crate::scene::{Light, Scene};
+use crate::sweep::all_places;
 
 /// Number of moments in a row without a change of a value, although its tracks change, after which it counts
 /// as changed: frame by frame the search would take too long.
@@ -31,18 +32,18 @@ impl Direction {
     }
 }
 
-/// Moments of `clock` at which a model's transform or shape differs from that of the moment that comes before
-/// it in `direction`, or at which it appears or disappears: rising, as [counts](Direction::count).
+/// Moments of `clock` at which a model's shape, or any of its transforms, of which it has `each` at a moment, differs from that of the moment
+/// that comes before it in `direction`, or at which it appears or disappears: rising, as [counts](Direction::count).
 pub fn of_model<'a>(
     track: &'a TransformTrack,
-    clock: &'a Clock,
+    (clock, each): (&'a Clock, usize),
     direction: Direction,
 ) -> impl Iterator<Item = i64> + 'a {
     let mut tracks: Vec<&dyn Keys> = vec![&track.translate, &track.rotate, &track.scale];
     tracks.extend(track.matrix.iter().map(|matrix| matrix as &dyn Keys));
     tracks.extend(track.visible.track().map(|visible| visible as &dyn Keys));
     tracks.extend(track.shapes.iter().map(|shapes| shapes as &dyn Keys));
-    changes(tracks, clock, direction, |time| track.at(time))
+    changes(tracks, clock, direction, move |moment| all_places(track, (clock, moment), each))
 }
 
 /// Moments at which a light's pose differs in anything, as [`of_model`] gives them.
@@ -51,7 +52,7 @@ pub fn of_light<'a>(
     clock: &'a Clock,
     direction: Direction,
 ) -> impl Iterator<Item = i64> + 'a {
-    changes(light.keys(), clock, direction, |time| LightPose::new(light, time))
+    changes(light.keys(), clock, direction, |moment| LightPose::new(light, clock.time(moment)))
 }
 
 /// Returns true if anything in the scene but the camera changes between two moments, as far as tracks tell.
@@ -60,42 +61,42 @@ pub fn anything_changes(scene: &Scene) -> bool {
         || !scene.lights.iter().all(Light::is_constant)
 }
 
-/// Counts of moments at which `at(time)`, a function of the values of `tracks`, differs from that of the
+/// Counts of moments at which `at(moment)`, a function of the values of `tracks` within the moment, differs from that of the
 /// count before.
 fn changes<'a, T: PartialEq + 'a>(
     tracks: Vec<&'a dyn Keys>,
     clock: &'a Clock,
     direction: Direction,
-    at: impl Fn(f64) -> T + 'a,
+    at: impl Fn(i64) -> T + 'a,
 ) -> impl Iterator<Item = i64> + 'a {
     let first = tracks.iter().fold(f64::INFINITY, |least, track| least.min(track.span().0));
     let last = tracks.iter().fold(f64::NEG_INFINITY, |most, track| most.max(track.span().1));
     // outside of these all tracks rest
     let [earliest, latest] = Clock::bounds();
-    let ends = [clock.at_or_before(first), clock.at_or_after(last)]
+    let ends = [clock.at_or_before(first, 1.0), clock.at_or_after(last, 0.0)]
         .map(|moment| direction.count(moment.clamp(earliest, latest)));
     let (mut count, last) = (ends[0].min(ends[1]), ends[0].max(ends[1]));
     // conversion is its own inverse: this gives a count's moment
-    let time = move |count: i64| clock.time(direction.count(count));
-    let mut value = at(time(count));
+    let time = move |count: i64, share: f64| clock.time_within(direction.count(count), share);
+    let mut value = at(direction.count(count));
     std::iter::from_fn(move || {
         for equal in 1.. {
             // the value is the same at all moments before this
             let rest = match direction {
                 Direction::Forward => {
-                    let ends = tracks.iter().map(|track| track.rests_until(time(count)));
-                    clock.at_or_after(ends.fold(f64::INFINITY, f64::min))
+                    let ends = tracks.iter().map(|track| track.rests_until(time(count, 0.0)));
+                    clock.at_or_after(ends.fold(f64::INFINITY, f64::min), 1.0)
                 }
                 Direction::Backward => {
-                    let begins = tracks.iter().map(|track| track.rests_since(time(count)));
-                    1 - clock.at_or_after(begins.fold(f64::NEG_INFINITY, f64::max))
+                    let begins = tracks.iter().map(|track| track.rests_since(time(count, 1.0)));
+                    1 - clock.at_or_after(begins.fold(f64::NEG_INFINITY, f64::max), 0.0)
                 }
             };
             let next = (count + 1).max(rest);
             if next > last {
                 break;
             }
-            let new = at(time(next));
+            let new = at(direction.count(next));
             let differs = new != value;
             (count, value) = (next, new);
             if differs || equal == MOST_EQUAL {
@@ -124,12 +125,15 @@ mod tests {
     fn rests_are_skipped_and_fractions_round_outwards() {
         let track = sliding(&[(-3.5, 0.0), (-1.5, 1.0), (6.0, 1.0), (8.25, 2.0)]);
         assert_eq!(
-            of_model(&track, &Clock::FRAMES, Direction::Forward).collect::<Vec<_>>(),
+            of_model(&track, (&Clock::FRAMES, 1), Direction::Forward).collect::<Vec<_>>(),
             [-3, -2, -1, 7, 8, 9]
         );
-        assert_eq!(of_model(&TransformTrack::identity(), &Clock::FRAMES, Direction::Forward).count(), 0);
+        assert_eq!(of_model(&TransformTrack::identity(), (&Clock::FRAMES, 1), Direction::Forward).count(), 0);
         let jump = TransformTrack { translate: track.translate.cut_at(&[8.25]), ..track };
-        assert_eq!(of_model(&jump, &Clock::FRAMES, Direction::Forward).collect::<Vec<_>>(), [-3, -2, -1, 9]);
+        assert_eq!(
+            of_model(&jump, (&Clock::FRAMES, 1), Direction::Forward).collect::<Vec<_>>(),
+            [-3, -2, -1, 9]
+        );
     }
 
     #[test]
@@ -146,7 +150,10 @@ mod tests {
         for track in tracks.iter().cloned().chain(tracks.iter().map(cut)) {
             let differs = |count: &i64| track.at(-*count as f64) != track.at((-*count + 1) as f64);
             let expected: Vec<i64> = (-40..40).filter(differs).collect();
-            assert_eq!(of_model(&track, &Clock::FRAMES, Direction::Backward).collect::<Vec<_>>(), expected);
+            assert_eq!(
+                of_model(&track, (&Clock::FRAMES, 1), Direction::Backward).collect::<Vec<_>>(),
+                expected
+            );
         }
     }
 
@@ -157,12 +164,12 @@ mod tests {
             ..sliding(&[(2.0, 0.0), (10.0, 1.0)])
         };
         assert_eq!(
-            of_model(&track, &Clock::FRAMES, Direction::Forward).collect::<Vec<_>>(),
+            of_model(&track, (&Clock::FRAMES, 1), Direction::Forward).collect::<Vec<_>>(),
             [3, 4, 8, 9, 10, 20]
         );
         let differs = |count: &i64| track.at(-*count as f64) != track.at((-*count + 1) as f64);
         let expected: Vec<i64> = (-40..40).filter(differs).collect();
-        assert_eq!(of_model(&track, &Clock::FRAMES, Direction::Backward).collect::<Vec<_>>(), expected);
+        assert_eq!(of_model(&track, (&Clock::FRAMES, 1), Direction::Backward).collect::<Vec<_>>(), expected);
     }
 
     #[test]
@@ -170,7 +177,7 @@ mod tests {
         let keys = vec![(2.0, DAffine3::IDENTITY), (4.0, DAffine3::from_scale(DVec3::new(-1.0, 1.0, 2.0)))];
         let matrix = Track::through(keys, Interpolation::Linear).expect("keys are good");
         let track = TransformTrack { matrix: Some(matrix), ..TransformTrack::identity() };
-        assert_eq!(of_model(&track, &Clock::FRAMES, Direction::Forward).collect::<Vec<_>>(), [3, 4]);
+        assert_eq!(of_model(&track, (&Clock::FRAMES, 1), Direction::Forward).collect::<Vec<_>>(), [3, 4]);
     }
 
     #[test]
@@ -178,22 +185,22 @@ mod tests {
         let (early, late) = (f64::from(i32::MIN), f64::from(i32::MAX));
         let track = sliding(&[(early, 0.0), (late - 2.0, 0.0), (late, 1.0)]);
         assert_eq!(
-            of_model(&track, &Clock::FRAMES, Direction::Forward).collect::<Vec<_>>(),
+            of_model(&track, (&Clock::FRAMES, 1), Direction::Forward).collect::<Vec<_>>(),
             [i64::from(i32::MAX) - 1, i64::from(i32::MAX)]
         );
         let track = sliding(&[(early, 0.0), (late, 1.0)]);
         assert_eq!(
-            of_model(&track, &Clock::FRAMES, Direction::Forward).next(),
+            of_model(&track, (&Clock::FRAMES, 1), Direction::Forward).next(),
             Some(i64::from(i32::MIN) + 1)
         );
         let back = sliding(&[(early, 1.0), (late, 0.0)]);
         assert_eq!(
-            of_model(&back, &Clock::FRAMES, Direction::Backward).next(),
+            of_model(&back, (&Clock::FRAMES, 1), Direction::Backward).next(),
             Some(1 - i64::from(i32::MAX))
         );
         let track = sliding(&[(early, 1.0), (early + 2.0, 0.0), (late, 0.0)]);
         let ends = [-1 - i64::from(i32::MIN), -i64::from(i32::MIN)];
-        assert_eq!(of_model(&track, &Clock::FRAMES, Direction::Backward).collect::<Vec<_>>(), ends);
+        assert_eq!(of_model(&track, (&Clock::FRAMES, 1), Direction::Backward).collect::<Vec<_>>(), ends);
     }
 
     #[test]

@@ -31,13 +31,13 @@ struct Grain {
 }
 
 /// Creates all leaves of `movers`: `limit` at most, or one a mover if these are more. `at` gives the
-/// transform of a mover in a frame, counted as [`Until`](super::Until) counts.
+/// transforms of a mover in a frame, counted as [`Until`](super::Until) counts.
 ///
 /// Beyond the limit meshes have fewer boxes, and successive places share leaves. The frames of such a leaf
 /// are never later than the true ones.
 pub fn leaves(
     movers: &[Mover<'_>],
-    at: impl Fn(&Mover<'_>, i64) -> Transform + Sync,
+    at: impl Fn(&Mover<'_>, i64) -> Vec<Transform> + Sync,
     limit: usize,
 ) -> Vec<Leaf> {
     let grain = Grain::for_limit(movers, limit);
@@ -97,7 +97,12 @@ impl Mover<'_> {
     }
 
     /// Creates a leaf for each of `boxes` at each group of `together` successive places.
-    fn leaves(&self, boxes: &PartBoxes, at: impl Fn(&Self, i64) -> Transform, together: usize) -> Vec<Leaf> {
+    fn leaves(
+        &self,
+        boxes: &PartBoxes,
+        at: impl Fn(&Self, i64) -> Vec<Transform>,
+        together: usize,
+    ) -> Vec<Leaf> {
         let mut leaves = Vec::with_capacity(self.places().div_ceil(together) * boxes.count());
         for from in (0..self.places()).step_by(together) {
             let to = self.places().min(from + together);
@@ -110,9 +115,10 @@ impl Mover<'_> {
             let group = leaves.len();
             leaves.resize(group + boxes.count(), frames);
             for place in from..to {
-                let transform = at(self, self.frame_at(place));
-                for (leaf, bounds) in leaves[group..].iter_mut().zip(boxes.in_shape(&transform.shape)) {
-                    leaf.bounds = leaf.bounds.union(bounds.placed(&transform));
+                for transform in at(self, self.frame_at(place)) {
+                    for (leaf, bounds) in leaves[group..].iter_mut().zip(boxes.in_shape(&transform.shape)) {
+                        leaf.bounds = leaf.bounds.union(bounds.placed(&transform));
+                    }
                 }
             }
         }

@@ -9,6 +9,7 @@ use super::tree::Tree;
 use super::until::Until;
 use crate::exposure::Clock;
 use crate::scene::{Light, Model, Scene};
+use crate::sweep::{Sweeps, all_places};
 
 /// Largest number of leaves: some 60 MB of nodes.
 const MOST_LEAVES: usize = 1 << 20;
@@ -66,8 +67,9 @@ impl Motion {
     pub(super) fn with_limit(scene: &Scene, clock: &Clock, direction: Direction, limit: usize) -> Self {
         let moving = (0..).zip(&scene.models).filter(|(_, model)| !model.track.is_constant());
         let models: Vec<(u32, &Model)> = moving.collect();
+        let each = Sweeps::places_of_each(scene);
         let first_of_model =
-            |(_, model): &(u32, &Model)| frames::of_model(&model.track, clock, direction).next();
+            |(_, model): &(u32, &Model)| frames::of_model(&model.track, (clock, each), direction).next();
         let first_of_light = |light: &Light| frames::of_light(light, clock, direction).next();
         let first_changes = (
             models.par_iter().filter_map(first_of_model).min(),
@@ -79,7 +81,7 @@ impl Motion {
         // counted from two frames before it: the first two numbers of `Until` are not frames
         let start = start - 2;
         let of_model = |(_, model): &(u32, &Model)| {
-            Changes::new(frames::of_model(&model.track, clock, direction), start)
+            Changes::new(frames::of_model(&model.track, (clock, each), direction), start)
         };
         let changes: Vec<Changes> = models.par_iter().map(of_model).collect();
         let moves_later = changes.iter().any(|changes| changes.changes_later);
@@ -90,12 +92,13 @@ impl Motion {
         let movers = models.into_iter().zip(changes);
         let movers = movers.map(|((_, model), changes)| Mover { model, changes: changes.frames });
         let movers: Vec<Mover<'_>> = movers.filter(|mover| !mover.changes.is_empty()).collect();
-        let place =
-            |mover: &Mover<'_>, count: i64| mover.model.track.at(clock.time(direction.count(start + count)));
+        let places = |mover: &Mover<'_>, count: i64| {
+            all_places(&mover.model.track, (clock, direction.count(start + count)), each)
+        };
         Self {
             start,
             direction,
-            tree: Tree::of(leaves(&movers, place, limit)),
+            tree: Tree::of(leaves(&movers, places, limit)),
             moves_later,
             lights: (scene.lights.iter())
                 .map(|light| Changes::new(frames::of_light(light, clock, direction), start))

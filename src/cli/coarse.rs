@@ -97,7 +97,7 @@ pub fn smaller(settings: &Settings, divisor: u32) -> Settings {
         paths_per_frame: settings.paths_per_frame.min(MOST_PATHS),
         reflections: settings.reflections.min(MOST_RAYS),
         occlusion_rays: settings.occlusion_rays.min(MOST_RAYS),
-        exposures: 1,
+        exposures: Some(1),
         shutter: None,
         stereo: None,
         layers: Layers::NONE,

@@ -152,7 +152,7 @@ mod tests {
         let blurred = Settings {
             shutter: Some(crate::exposure::Shutter::new(0.0, 0.5)),
             samples: 2,
-            exposures: 4,
+            exposures: Some(4),
             ..settings.clone()
         };
         let camera = shot.scene.camera.clone();

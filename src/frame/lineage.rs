@@ -97,7 +97,8 @@ fn ancestor<'a>(
         let is_left_eye_of_frame = one.picture.eye == Eye::Left && one.pose.frame == pose.frame;
         one.picture.exposure == picture.exposure && (one.picture.eye == picture.eye || is_left_eye_of_frame)
     };
-    let is_in_place = |one: &&Ancestor| one.picture == picture && one.pose.camera == pose.camera;
+    let is_in_place =
+        |one: &&Ancestor| one.picture == picture && one.pose.all_cameras() == pose.all_cameras();
     let candidates = || made.iter().filter(is_usable).filter(is_reachable);
     candidates().find(is_in_place).or_else(|| candidates().next_back()).copied()
 }
@@ -109,10 +110,19 @@ mod tests {
     use super::*;
     use crate::changes::Direction;
     use crate::frame::grid::view::tests::camera;
+    use crate::sweep::Sweeps;
 
     fn pose(frame: i32, x: f32) -> Pose {
         let (camera, moment) = (camera(Vec3::X * x), i64::from(frame));
-        Pose { frame, moment, camera, models: Vec::new(), lights: Vec::new() }
+        Pose {
+            frame,
+            moment,
+            camera,
+            cameras: Vec::new(),
+            models: Vec::new(),
+            sweeps: Sweeps::default(),
+            lights: Vec::new(),
+        }
     }
 
     /// The picture called `L1b` is exposure 1 of the left eye in frame 1, with the camera at `x`.

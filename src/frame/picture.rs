@@ -91,7 +91,7 @@ pub fn render(
     let setup = Setup::of(prepared, history, lineage, request);
     let tracer = backend.commit(&request.pose, &lineage.plan.moved)?;
     let timed = Timed::new(&*tracer);
-    let clipped = Clipped::new(&timed, &request.pose.camera);
+    let clipped = Clipped::new(&timed, &request.pose);
     let is_whole = request.pose.camera.clip == Clip::NONE;
     let tracer: &dyn Tracer = if is_whole { &timed } else { &clipped };
     let frame = setup.frame_view(prepared, lineage, request, tracer);
@@ -217,7 +217,7 @@ impl<'a> Setup<'a> {
         let Prepared { scene, bounds, settings, .. } = prepared;
         let PictureRequest { picture, pose, place, at_frame, .. } = request;
         let strata = prepared.exposures.strata;
-        let view = |level: &Level| View::of_exposure(&level.grid, pose.camera, strata);
+        let view = |level: &Level| View::of_exposure(&level.grid, pose, (strata, picture.exposure));
         let views: Vec<View> = history.levels.iter().map(view).collect();
         let has_motion = at_frame.filter(|_| settings.layers.has(Layers::ALL_MOTION));
         // what the film shows, which goes over with the samples
@@ -235,7 +235,8 @@ impl<'a> Setup<'a> {
             moved_bounds: MovedBounds::new(scene, bounds, pose, &lineage.plan),
             dynamic_bounds: MovedBounds::ever(scene, bounds, pose),
             displaced: flagged(pose, |model| {
-                !pose.models[model].is_identity || scene.models[model].mesh.shapes.is_some()
+                let rests = pose.models[model].is_identity && pose.sweeps.of(model).is_none();
+                !rests || scene.models[model].mesh.shapes.is_some()
             }),
             hidden: flagged(pose, |model| !pose.models[model].is_visible),
             base_plan: Plan::of_base_frame(pose),
@@ -264,6 +265,7 @@ impl<'a> Setup<'a> {
             palette: &prepared.palette,
             pose: &request.pose,
             deformations: &self.deformations,
+            ticks: None,
             displaced: &self.displaced,
             hidden: &self.hidden,
             hides_from_some: prepared.hides_from_some,
@@ -346,7 +348,7 @@ fn eye_path(prepared: &Prepared, lineage: &Lineage, request: &PictureRequest) ->
     }
     let step = if lineage.valid.direction() == Direction::Backward { -1 } else { 1 };
     let cameras: Vec<CameraPose> = (0..=prepared.frames_ahead)
-        .map(|ahead| prepared.camera(pose.frame + step * ahead, picture.exposure, place.as_ref()))
+        .map(|ahead| prepared.middle_camera(pose.frame + step * ahead, picture.exposure, place.as_ref()))
         .collect();
     let around = |cameras: &[CameraPose]| cameras.iter().fold(here, |all, camera| all.with(camera.eye));
     let widest = cameras.iter().fold(pose.camera.half_height, |most, camera| most.max(camera.half_height));

@@ -217,23 +217,29 @@ fn hide<'t>(
     /// Share of the distance from the eye within which a hit is the sample itself.
     const BEHIND: f32 = 1.001;
     let tracer = backend.commit(pose, &vec![false; pose.models.len()])?;
-    let camera = &pose.camera;
     let is_placed = |model: u32| {
         pose.models[model as usize].is_identity && scene.models[model as usize].mesh.shapes.is_none()
     };
-    let line_of_sight = |point: Vec3| (camera.origin(point - camera.eye), camera.sight(point - camera.eye));
+    let line_of_sight = |tile: &Tile, cell: usize| {
+        let camera = pose.camera_at(tile.record[cell].traced.tick());
+        let offset = tile.point(cell) - camera.eye;
+        (camera.origin(offset), camera.sight(offset))
+    };
     let mut count = 0;
     for tile in tiles {
         let mut cells = spoilt_cells(tile);
         cells.retain(|cell| is_placed(tile.model[*cell]));
         let (mut rays, mut hits) = (RayBatch::default(), HitBatch::default());
-        for (origin, sight) in cells.iter().map(|cell| line_of_sight(tile.point(*cell))) {
+        for (origin, sight) in cells.iter().map(|cell| line_of_sight(tile, *cell)) {
             rays.push(origin, sight, BEHIND, f32::INFINITY);
+        }
+        if pose.has_ticks() {
+            rays.set_ticks(cells.iter().map(|cell| tile.record[*cell].traced.tick()));
         }
         tracer.closest(&rays, Search::from_eye(SceneSubset::All, Coherence::Coherent), &mut hits);
         for (ray, cell) in cells.into_iter().enumerate() {
             let Some(hit) = hits.get(ray).filter(|hit| is_placed(hit.model)) else { continue };
-            let (origin, sight) = line_of_sight(tile.point(cell));
+            let (origin, sight) = line_of_sight(tile, cell);
             let point = origin + hit.t * sight;
             let mesh = &scene.models[hit.model as usize].mesh;
             let width = tile.record[cell].footprint.width();

@@ -28,7 +28,7 @@ use crate::scene::Scene;
 pub const MAGIC: &[u8; 16] = b"afterimage store";
 
 /// Version of the format. It counts up whenever the data that a sample keeps changes, or its meaning.
-pub const VERSION: u32 = 8;
+pub const VERSION: u32 = 9;
 
 /// Maximum length of a header, bytes.
 const MOST_HEADER: u32 = 1 << 20;
@@ -74,7 +74,7 @@ struct HeaderText {
 }
 
 /// See [`ClearRegions::to_numbers`].
-type SavedRegions = Vec<(u8, [f32; 7])>;
+type SavedRegions = Vec<(u8, [f32; 8])>;
 
 /// A store that cannot be used. The text says why and what to do.
 #[derive(Debug)]

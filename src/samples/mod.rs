@@ -30,7 +30,7 @@ pub use path_color::PathColor;
 pub use path_list::{KeptPath, PathList};
 pub use pool::{LeavingStore, OldStore, TilePool};
 pub use regions::{ClearRegion, ClearRegions};
-pub use sample::{Flags, HalfColor, Record, Sample};
+pub use sample::{Flags, HalfColor, Record, Sample, Traced};
 pub use spare::{MOST_SPARES, Spares};
 pub use store::{
     BACKGROUND, CELLS, Column, EMPTY, Move, SampleStore, Slot, TILE, Tile, full_color, half_colors,

@@ -10,8 +10,11 @@ use crate::geometry::Bounds;
 pub struct ClearRegion {
     /// Places of eyes, world space.
     pub eyes: Bounds,
-    /// Largest width of a cell at a right angle to its line of sight, for each unit of distance.
+    /// Largest width of a cell at a right angle to its line of sight, for each unit of distance, with as much as lines of sight turn
+    /// within an exposure.
     pub spread: f32,
+    /// Largest way of the eye within an exposure, world units.
+    pub way: f32,
 }
 
 impl ClearRegion {
@@ -20,6 +23,7 @@ impl ClearRegion {
         self.eyes.low.cmple(other.eyes.low).all()
             && self.eyes.high.cmpge(other.eyes.high).all()
             && self.spread >= other.spread
+            && self.way >= other.way
     }
 }
 
@@ -42,21 +46,22 @@ impl ClearRegions {
         self.0.get(usize::from(number).wrapping_sub(1))?.as_ref()
     }
 
-    /// Converts the regions to numbers, to be saved: of each its number, the least and the greatest coordinates, and the width.
-    pub fn to_numbers(self) -> Vec<(u8, [f32; 7])> {
-        let numbers = |ClearRegion { eyes: Bounds { low, high }, spread }: ClearRegion| {
-            [low.x, low.y, low.z, high.x, high.y, high.z, spread]
+    /// Converts the regions to numbers, to be saved: of each its number, the least and the greatest coordinates, the width and the way.
+    pub fn to_numbers(self) -> Vec<(u8, [f32; 8])> {
+        let numbers = |ClearRegion { eyes: Bounds { low, high }, spread, way }: ClearRegion| {
+            [low.x, low.y, low.z, high.x, high.y, high.z, spread, way]
         };
         (1..).zip(self.0).filter_map(|(number, region)| Some((number, numbers(region?)))).collect()
     }
 
     /// Inverse of [`to_numbers`](Self::to_numbers); `None` for other numbers.
-    pub fn from_numbers(all: &[(u8, [f32; 7])]) -> Option<Self> {
+    pub fn from_numbers(all: &[(u8, [f32; 8])]) -> Option<Self> {
         let mut regions = Self::default();
         for (number, numbers) in all {
             let place = regions.0.get_mut(usize::from(*number).wrapping_sub(1))?;
             let [low, high] = [0, 3].map(|first| Vec3::from_slice(&numbers[first..first + 3]));
-            *place = Some(ClearRegion { eyes: Bounds { low, high }, spread: numbers[6] });
+            let [spread, way] = [numbers[6], numbers[7]];
+            *place = Some(ClearRegion { eyes: Bounds { low, high }, spread, way });
         }
         all.iter().flat_map(|(_, numbers)| numbers).all(|number| number.is_finite()).then_some(regions)
     }
@@ -91,7 +96,8 @@ mod tests {
     use crate::samples::Flags;
 
     fn region(low: f32, high: f32, spread: f32) -> ClearRegion {
-        ClearRegion { eyes: Bounds { low: Vec3::splat(low), high: Vec3::splat(high) }, spread }
+        let way = 0.5 * spread;
+        ClearRegion { eyes: Bounds { low: Vec3::splat(low), high: Vec3::splat(high) }, spread, way }
     }
 
     #[test]
@@ -115,8 +121,8 @@ mod tests {
         assert_eq!(left.get(1), Some(&region(0.0, 1.0, 0.1)));
         assert_eq!((left.get(0), left.get(2)), (None, None));
         assert_eq!(ClearRegions::from_numbers(&left.to_numbers()), Some(left));
-        assert_eq!(ClearRegions::from_numbers(&[(0, [1.0; 7])]), None);
-        assert_eq!(ClearRegions::from_numbers(&[(1, [f32::NAN; 7])]), None);
+        assert_eq!(ClearRegions::from_numbers(&[(0, [1.0; 8])]), None);
+        assert_eq!(ClearRegions::from_numbers(&[(1, [f32::NAN; 8])]), None);
     }
 
     #[test]

@@ -4,6 +4,7 @@ use glam::Vec3;
 use half::f16;
 
 use super::{ClearRegions, Footprint, Octahedral};
+use crate::exposure::{TICKS, Tick};
 
 /// A sample without its tags and what it has gathered.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -37,8 +38,8 @@ pub struct Record {
     pub reflectance: HalfColor,
     /// Light that does not depend on the eye: emission, ambient and diffuse light. Radiance, linear RGB.
     pub direct_diffuse: HalfColor,
-    /// Number of the rendered frame in which the sample was traced, counted from the renderer's first.
-    pub traced: u32,
+    /// When it was traced, and at what tick of its exposure it is seen.
+    pub traced: Traced,
     /// Index into [`Scene::materials`](crate::scene::Scene::materials).
     pub material: u16,
     /// Flags of the sample.
@@ -48,6 +49,43 @@ pub struct Record {
 }
 
 const _: () = assert!(size_of::<Record>() == 32);
+
+/// The frame in which a sample was traced, and the tick of the exposure that goes with it from then on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Traced(u32);
+
+impl Traced {
+    /// Number of the low bits that are the tick.
+    const TICK_BITS: u32 = 8;
+
+    /// In rendered frame number `frame`, counted from the renderer's first; those that no bits are left for count as one.
+    #[inline(always)]
+    pub fn new(frame: u32, tick: Tick) -> Self {
+        Self(frame.min(u32::MAX >> Self::TICK_BITS) << Self::TICK_BITS | u32::from(tick))
+    }
+
+    /// Number of the frame.
+    pub fn frame(self) -> u32 {
+        self.0 >> Self::TICK_BITS
+    }
+
+    /// The tick.
+    #[inline(always)]
+    pub fn tick(self) -> Tick {
+        self.0 as Tick
+    }
+
+    /// Converts it to bits, to be saved.
+    pub fn to_bits(self) -> u32 {
+        self.0
+    }
+
+    /// Inverse of [`to_bits`](Self::to_bits); `None` for other bits.
+    pub fn from_bits(bits: u32) -> Option<Self> {
+        let traced = Self(bits);
+        (usize::from(traced.tick()) < TICKS).then_some(traced)
+    }
+}
 
 /// Set of flags, a bit each.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

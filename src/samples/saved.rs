@@ -26,6 +26,7 @@ use serde::{Deserialize, Serialize};
 use super::{
     AreaTag, BACKGROUND, CELLS, EMPTY, Flags, Footprint, GatheredLight, HalfColor, KeptPath, MOST_SPARES,
     Octahedral, Openness, PathColor, PathLight, PathList, Record, Sample, Status, Tag, TagLayout, Tile,
+    Traced,
 };
 use crate::changes::Until;
 use crate::lanes::LANES;
@@ -138,7 +139,7 @@ fn encode_sample(sample: &Sample, bytes: &mut Vec<u8>) {
         bytes.extend(word.to_le_bytes());
     }
     bytes.extend(reflectance.iter().chain(direct_diffuse).flat_map(|half| half.to_le_bytes()));
-    bytes.extend(traced.to_le_bytes());
+    bytes.extend(traced.to_bits().to_le_bytes());
     bytes.extend(material.to_le_bytes());
     bytes.extend([flags.to_bits(), footprint.to_byte()]);
 }
@@ -229,7 +230,7 @@ fn decode_sample(bytes: &mut Bytes<'_>, named: &Named<'_>) -> Option<Sample> {
         geometric_normal: Octahedral::from_bits(bytes.word()?),
         reflectance: bytes.color()?,
         direct_diffuse: bytes.color()?,
-        traced: bytes.word()?,
+        traced: Traced::from_bits(bytes.word()?)?,
         material: bytes.half_word()?,
         flags: Flags::from_bits(bytes.byte()?)?,
         footprint: Footprint::from_byte(bytes.byte()?),
@@ -243,7 +244,7 @@ fn decode_sample(bytes: &mut Bytes<'_>, named: &Named<'_>) -> Option<Sample> {
         }
     };
     let materials = named.scene.materials.len().max(1);
-    let is_good = is_there && point.is_finite() && record.traced <= named.rendered;
+    let is_good = is_there && point.is_finite() && record.traced.frame() <= named.rendered;
     (is_good && usize::from(record.material) < materials).then_some(Sample { point, model, record })
 }
 
@@ -323,6 +324,7 @@ mod tests {
     use super::*;
     use crate::animation::TransformTrack;
     use crate::changes::world::{mesh_of_two, model, scene};
+    use crate::exposure::{TICKS, Tick};
 
     fn layout() -> TagLayout {
         TagLayout::new([1, 16, 1].into_iter()).with_paths(2).with_reflections(3).with_occlusion(8)
@@ -346,7 +348,7 @@ mod tests {
                 geometric_normal: Octahedral::fold(Vec3::X),
                 reflectance: [f16::from_f32(0.5); 3],
                 direct_diffuse: [f16::from_f32(cell as f32); 3],
-                traced: cell as u32,
+                traced: Traced::new(cell as u32, (cell % TICKS) as Tick),
                 material: 0,
                 flags: Flags::STALE.when(cell % 7 == 0).with(Flags::FROM_BEHIND.when(cell % 11 == 0)),
                 footprint: Footprint::from_byte(cell as u8),
@@ -418,7 +420,7 @@ mod tests {
         assert!(!spoilt(&|tile| tile.model[7] = 2));
         assert!(!spoilt(&|tile| (tile.model[7], tile.record[7].triangle) = (1, 2)));
         assert!(!spoilt(&|tile| tile.record[7].material = 900));
-        assert!(!spoilt(&|tile| tile.record[7].traced = 1025));
+        assert!(!spoilt(&|tile| tile.record[7].traced = Traced::new(1025, 0)));
         assert!(!spoilt(&|tile| tile.x[7] = f32::NAN));
         assert!(!spoilt(&|tile| tile.record[7].reflectance[1] = f16::INFINITY));
         assert!(!spoilt(&|tile| tile.spares.samples[0].model = EMPTY));

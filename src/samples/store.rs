@@ -9,6 +9,7 @@ use super::{
     TagLayout, Tags,
 };
 use crate::changes::Until;
+use crate::exposure::Tick;
 use crate::lanes::{F32x8, LANES, Vec3x8};
 use crate::prefetch::prefetch;
 
@@ -271,6 +272,13 @@ impl Tile {
     pub fn materials(&self, first: usize) -> [u16; LANES] {
         let records = self.records(first);
         std::array::from_fn(|lane| records[lane].material)
+    }
+
+    /// Ticks of the exposure at which eight samples are seen, from `first` on.
+    #[inline(always)]
+    pub fn ticks(&self, first: usize) -> [Tick; LANES] {
+        let records = self.records(first);
+        std::array::from_fn(|lane| records[lane].traced.tick())
     }
 
     /// Triangles of eight samples, from `first` on.

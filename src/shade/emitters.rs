@@ -11,6 +11,7 @@ use super::light_chances::Sent;
 use super::on_mesh::OnMesh;
 use super::surface::corners_of;
 use crate::animation::Track;
+use crate::exposure::Tick;
 use crate::geometry::Bounds;
 use crate::pose::Pose;
 use crate::scene::cutout::{Asks, CutoutTest};
@@ -142,7 +143,7 @@ impl Emitters {
     pub fn choose(
         &self,
         scene: &Scene,
-        pose: &Pose,
+        (pose, tick): (&Pose, Tick),
         deformations: &Deformations,
         (asked_from, sent): (Vec3, &mut Sent),
         random: [f32; 3],
@@ -153,7 +154,7 @@ impl Emitters {
         }
         let ((model, triangle), likelihood) = self.parts.choose(asked_from, choice, sent);
         let mesh = &scene.models[model as usize].mesh;
-        let transform = &pose.models[model as usize];
+        let transform = pose.transform(model as usize, tick);
         if !transform.is_visible {
             return Some(Err(NotThere { model }));
         }
@@ -175,7 +176,8 @@ impl Emitters {
             point: a * (1.0 - root) + b * weights[0] + c * weights[1],
             normal,
             radiance: if is_there { scene.materials[usize::from(material)].emission } else { Vec3::ZERO },
-            density: likelihood * self.density_by_light(scene, pose, deformations, (model, triangle), normal),
+            density: likelihood
+                * self.density_by_light(scene, (pose, tick), deformations, (model, triangle), normal),
         }))
     }
 
@@ -184,13 +186,13 @@ impl Emitters {
     pub fn density(
         &self,
         scene: &Scene,
-        pose: &Pose,
+        (pose, tick): (&Pose, Tick),
         deformations: &Deformations,
         asked_from: Vec3,
         (model, triangle): (u32, u32),
         normal: Vec3,
     ) -> f32 {
-        let by_light = self.density_by_light(scene, pose, deformations, (model, triangle), normal);
+        let by_light = self.density_by_light(scene, (pose, tick), deformations, (model, triangle), normal);
         if by_light == 0.0 { 0.0 } else { by_light * self.parts.likelihood(asked_from, model, triangle) }
     }
 
@@ -198,7 +200,7 @@ impl Emitters {
     fn density_by_light(
         &self,
         scene: &Scene,
-        pose: &Pose,
+        (pose, tick): (&Pose, Tick),
         deformations: &Deformations,
         (model, triangle): (u32, u32),
         normal: Vec3,
@@ -210,7 +212,7 @@ impl Emitters {
         else {
             return 0.0;
         };
-        let transform = &pose.models[model as usize];
+        let transform = pose.transform(model as usize, tick);
         let mut of_object = brightness * self.chance[model as usize];
         if let Some(deformed) = deformations.of_model(model) {
             of_object *= deformed.shrinks(mesh, triangle) as f32;
@@ -291,6 +293,7 @@ mod tests {
 
     use super::*;
     use crate::animation::{ShapeTrack, Visibility};
+    use crate::exposure::MIDDLE_TICK;
     use crate::scene::{self, Shapes};
     use crate::shade::sampling::PathRandom;
 
@@ -367,7 +370,14 @@ mod tests {
                     for (triangle, material) in (0..).zip(&model.mesh.material_of) {
                         let (area, normal) = world_area(scene, (&pose, &shapes), number, triangle);
                         let primitive = (number as u32, triangle);
-                        let density = emitters.density(scene, &pose, &shapes, asked_from, primitive, normal);
+                        let density = emitters.density(
+                            scene,
+                            (&pose, MIDDLE_TICK),
+                            &shapes,
+                            asked_from,
+                            primitive,
+                            normal,
+                        );
                         assert_eq!(density > 0.0, emitters.emits(*material));
                         sum += f64::from(area * density);
                     }
@@ -389,8 +399,13 @@ mod tests {
             const DRAWN: u32 = 4096;
             for index in 0..DRAWN {
                 let [choice, along, above, _] = PathRandom::new(5, index).four(0);
-                let place =
-                    emitters.choose(scene, &pose, &shapes, (asked_from, &mut sent), [choice, along, above]);
+                let place = emitters.choose(
+                    scene,
+                    (&pose, MIDDLE_TICK),
+                    &shapes,
+                    (asked_from, &mut sent),
+                    [choice, along, above],
+                );
                 let place = place.expect("much glows").expect("all are there");
                 counts[place.model as usize] += 1;
                 assert!(place.radiance.y == 1.0 && place.normal.is_normalized());
@@ -401,7 +416,14 @@ mod tests {
                 let share = glowing.map(|(triangle, _)| {
                     let (area, normal) = world_area(scene, (&pose, &shapes), number, triangle);
                     let primitive = (number as u32, triangle);
-                    area * emitters.density(scene, &pose, &shapes, asked_from, primitive, normal)
+                    area * emitters.density(
+                        scene,
+                        (&pose, MIDDLE_TICK),
+                        &shapes,
+                        asked_from,
+                        primitive,
+                        normal,
+                    )
                 });
                 let (expected, found) = (share.sum::<f32>(), counts[number] as f32 / DRAWN as f32);
                 assert!((expected - found).abs() < 0.01, "{}: {expected}, {found}", model.name);
@@ -418,7 +440,9 @@ mod tests {
                 let [choice, along, above, _] = PathRandom::new(5, index).four(0);
                 let asked_from = (ASKED_FROM[0], &mut Sent::default());
                 let rests = Deformations::default();
-                emitters.choose(scene, &pose, &rests, asked_from, [choice, along, above]).expect("much glows")
+                emitters
+                    .choose(scene, (&pose, MIDDLE_TICK), &rests, asked_from, [choice, along, above])
+                    .expect("much glows")
             };
             (0..1024).map(choose).map(|chosen| chosen.map(|place| place.model)).collect::<Vec<_>>()
         };
@@ -444,6 +468,15 @@ mod tests {
         let emitters = emitters_of(&dark);
         assert!(emitters.is_empty() && !emitters.emits(0));
         let (pose, rests) = (Pose::new(&dark, 1), Deformations::default());
-        assert_eq!(emitters.choose(&dark, &pose, &rests, (Vec3::ZERO, &mut Sent::default()), [0.5; 3]), None);
+        assert_eq!(
+            emitters.choose(
+                &dark,
+                (&pose, MIDDLE_TICK),
+                &rests,
+                (Vec3::ZERO, &mut Sent::default()),
+                [0.5; 3]
+            ),
+            None
+        );
     }
 }

@@ -2,6 +2,7 @@
 
 use glam::Vec3;
 
+use crate::exposure::{MIDDLE_TICK, Tick};
 use crate::lanes::{F32x8, LANES as HALF, Vec3x8};
 
 /// Number of rays in a packet: the width that Embree's widest kernels take.
@@ -81,6 +82,8 @@ pub struct RayBatch {
     len: usize,
     /// Bit masks of the lanes in use of packets that were pushed whole.
     whole: Vec<u16>,
+    /// Ticks of the rays of each packet, if they were [set](Self::set_ticks).
+    ticks: Vec<[Tick; LANES]>,
 }
 
 impl RayBatch {
@@ -88,6 +91,21 @@ impl RayBatch {
     pub fn clear(&mut self) {
         self.len = 0;
         self.whole.clear();
+        self.ticks.clear();
+    }
+
+    /// Sets the ticks of the exposure at which the rays, all that there are, in their order, meet what moves within it; in packets that were
+    /// pushed whole, lanes that are not in use count, too. Rays meet it in the middle otherwise.
+    pub fn set_ticks(&mut self, ticks: impl Iterator<Item = Tick>) {
+        self.ticks.clear();
+        self.ticks.resize(self.packet_count(), [MIDDLE_TICK; LANES]);
+        self.ticks.as_flattened_mut().iter_mut().zip(ticks).for_each(|(to, tick)| *to = tick);
+    }
+
+    /// Ticks of the rays of packet number `packet`.
+    #[inline(always)]
+    pub fn ticks(&self, packet: usize) -> &[Tick; LANES] {
+        self.ticks.get(packet).unwrap_or(&[MIDDLE_TICK; LANES])
     }
 
     /// Number of rays; in packets that were pushed whole, lanes that are not in use count, too.
@@ -241,11 +259,14 @@ impl RayBatch {
         }
     }
 
-    /// Copies the batch, with each packet as `change` leaves it; it gets the bit mask of the lanes in use as well.
-    pub fn changed(&self, mut change: impl FnMut(&mut RayPacket, u16)) -> Self {
+    /// Copies the batch, with each packet as `change` leaves it; it gets the bit mask of the lanes in use and their ticks as well.
+    pub fn changed(&self, mut change: impl FnMut(&mut RayPacket, u16, &[Tick; LANES])) -> Self {
         let mut packets = self.packets[..self.packet_count()].to_vec();
-        packets.iter_mut().enumerate().for_each(|(i, packet)| change(packet, self.lanes_in_use(i)));
-        Self { packets, len: self.len, whole: self.whole.clone() }
+        packets
+            .iter_mut()
+            .enumerate()
+            .for_each(|(i, packet)| change(packet, self.lanes_in_use(i), self.ticks(i)));
+        Self { packets, len: self.len, whole: self.whole.clone(), ticks: self.ticks.clone() }
     }
 
     /// Packets, each with the bit mask of its lanes in use.

@@ -8,38 +8,39 @@ use glam::Vec3;
 use super::{
     Coherence, HitBatch, LANES, NO_HIT, Occluders, OfKind, Purpose, RayBatch, RayPacket, Search, Tracer,
 };
-use crate::pose::CameraPose;
+use crate::exposure::Tick;
+use crate::pose::{CameraPose, Pose};
 use crate::scene::RayKind;
 
 /// Cuts off what rays from the eye see of another tracer's scene.
 pub struct Clipped<'a> {
     tracer: &'a dyn Tracer,
-    camera: CameraPose,
+    pose: &'a Pose,
 }
 
 impl<'a> Clipped<'a> {
-    /// Puts the planes of `camera` before a tracer.
-    pub fn new(tracer: &'a dyn Tracer, camera: &CameraPose) -> Self {
-        Self { tracer, camera: *camera }
+    /// Puts the planes of the cameras of `pose` before a tracer.
+    pub fn new(tracer: &'a dyn Tracer, pose: &'a Pose) -> Self {
+        Self { tracer, pose }
     }
 
     /// The same rays, those that are `from_eye` by their number between the planes; and bits of those that end in samples
     /// beyond them.
     fn clip(&self, rays: &RayBatch, from_eye: impl Fn(usize) -> bool) -> (RayBatch, Vec<u16>) {
         let mut beyond = Vec::with_capacity(rays.packet_count());
-        let clipped = rays.changed(|packet, used| {
+        let clipped = rays.changed(|packet, used, ticks| {
             let first = beyond.len() * LANES;
             let lanes = (0..LANES).filter(|lane| used >> lane & 1 != 0 && from_eye(first + lane));
-            let bits = lanes.map(|lane| u16::from(self.clip_lane(packet, lane)) << lane);
+            let bits = lanes.map(|lane| u16::from(self.clip_lane(packet, lane, ticks[lane])) << lane);
             beyond.push(bits.fold(0, |all, bit| all | bit));
         });
         (clipped, beyond)
     }
 
     /// Shortens a ray to what is between the planes. Returns true if it ends in a sample that is not.
-    fn clip_lane(&self, packet: &mut RayPacket, lane: usize) -> bool {
+    fn clip_lane(&self, packet: &mut RayPacket, lane: usize, tick: Tick) -> bool {
         let of = |rows: &[[f32; LANES]; 3]| Vec3::from_array(rows.map(|row| row[lane]));
-        let CameraPose { eye, forward, clip, .. } = self.camera;
+        let CameraPose { eye, forward, clip, .. } = *self.pose.camera_at(tick);
         let (start, pace) = ((of(&packet.origin) - eye).dot(forward), of(&packet.direction).dot(forward));
         // rounding has such rays where the eye is in a surface
         if pace <= 0.0 || !pace.is_finite() {

@@ -43,6 +43,7 @@ use super::{
     Backend, Coherence, HitBatch, HitPacket, LANES, NO_HIT, Occluders, OfKind, Purpose, RayBatch, RayPacket,
     SceneSubset, Search, TraceError, Tracer, has_many_clear,
 };
+use crate::exposure::{TICKS, Tick};
 use crate::lanes::{F32x8, are_same};
 use crate::pose::Pose;
 use crate::scene::{Mesh, Model, RayKind, RayKinds, Scene};
@@ -50,7 +51,7 @@ use crate::settings::{Build, Caustics};
 pub use config::{CONFIG_VARIABLE, check_config, device_config, settings};
 use deforming::Deforming;
 use frozen::{Frozen, MOST_PARTS, Part, ROBUST, freeze, parts_of};
-use places::{Instance, set_places};
+use places::{Instance, set_places, times};
 
 /// Least t of rays. Embree counts t = tnear as met: an eye in a surface, at t = 0, would see nothing else.
 /// Large enough that products with it are not subnormal in scenes of usual size, which would be slow.
@@ -261,6 +262,7 @@ impl Backend for EmbreeBackend {
             instance_parts: &self.instance_parts,
             width: self.width,
             clear_passes: self.clear_passes,
+            times: times(pose),
         }))
     }
 }
@@ -293,6 +295,8 @@ struct EmbreeTracer<'a> {
     instance_parts: &'a [InstanceParts],
     width: PacketWidth,
     clear_passes: bool,
+    /// Times of rays by their ticks, if it matters.
+    times: Option<[f32; TICKS]>,
 }
 
 impl Tracer for EmbreeTracer<'_> {
@@ -310,10 +314,11 @@ impl Tracer for EmbreeTracer<'_> {
             return match kinds {
                 OfKind::All(kind) => {
                     let mask = mask_of(kind);
-                    one_by_one::closest(scenes, rays, |_| mask, LEAST_T, hits, name)
+                    one_by_one::closest(scenes, rays, |_| mask, (self.times.as_ref(), LEAST_T), hits, name)
                 }
                 OfKind::Each(kinds) => {
-                    one_by_one::closest(scenes, rays, |ray| mask_of(kinds[ray]), LEAST_T, hits, name)
+                    let mask = |ray: usize| mask_of(kinds[ray]);
+                    one_by_one::closest(scenes, rays, mask, (self.times.as_ref(), LEAST_T), hits, name)
                 }
             };
         }
@@ -338,7 +343,8 @@ impl Tracer for EmbreeTracer<'_> {
         };
         let Some(scene) = (if by == Occluders::Still { Some(still) } else { movable }) else { return };
         if coherence == Coherence::Incoherent && purpose == Purpose::Shadow {
-            return one_by_one::blocked(scene, rays, (self.ray_mask(by, purpose), LEAST_T), blocked);
+            let mask = self.ray_mask(by, purpose);
+            return one_by_one::blocked(scene, rays, mask, (self.times.as_ref(), LEAST_T), blocked);
         }
         let question = Question {
             scene,
@@ -381,6 +387,7 @@ impl EmbreeTracer<'_> {
                     continue;
                 }
                 load(&mut both.ray, packet, first);
+                self.set_times(&mut both.ray, rays.ticks(number), first);
                 if let OfKind::Each(kinds) = kinds {
                     let kinds = &kinds[number * LANES + first..];
                     both.ray.mask.iter_mut().zip(kinds).for_each(|(mask, kind)| *mask = mask_of(*kind));
@@ -409,7 +416,7 @@ impl EmbreeTracer<'_> {
     fn blocked_by<const N: usize>(&self, rays: &RayBatch, question: &Question, blocked: &mut [u16]) {
         let Question { scene, purpose, coherence, .. } = *question;
         let mut ray = Ray { mask: [question.mask; N], ..Ray::<N>::default() };
-        for ((packet, lanes), blocked) in rays.packets().zip(blocked) {
+        for (number, ((packet, lanes), blocked)) in rays.packets().zip(blocked).enumerate() {
             let open = lanes & !*blocked;
             let mut ends = [0.0; LANES];
             for part in 0..LANES / N {
@@ -418,6 +425,7 @@ impl EmbreeTracer<'_> {
                     continue;
                 }
                 load(&mut ray, packet, first);
+                self.set_times(&mut ray, rays.ticks(number), first);
                 let valid = Valid::from_bits(in_part);
                 match purpose {
                     Purpose::Shadow => scene.occluded(&valid, &mut ray, coherence),
@@ -431,6 +439,15 @@ impl EmbreeTracer<'_> {
             let is_set = |end: F32x8| end.le(F32x8::splat(f32::NEG_INFINITY)).bits();
             let set = [0, LANES / 2].map(|first| is_set(F32x8::load(&ends, first)));
             *blocked |= open & u16::from_le_bytes(set);
+        }
+    }
+
+    /// Sets the times of N rays, from lane `first` of their packet on.
+    #[inline(always)]
+    fn set_times<const N: usize>(&self, ray: &mut Ray<N>, ticks: &[Tick; LANES], first: usize) {
+        let Some(times) = &self.times else { return };
+        for (time, tick) in ray.time.iter_mut().zip(&ticks[first..first + N]) {
+            *time = times[usize::from(*tick)];
         }
     }
 

@@ -43,6 +43,7 @@ use super::{
     SceneSubset, Search, TraceError, Tracer, has_many_clear,
 };
 use crate::animation::{Shape, Transform};
+use crate::exposure::{TICKS, Tick};
 use crate::geometry::tree::{Box3, Tree};
 use crate::pose::Pose;
 use crate::scene::{Mesh, Model, RayKind, Scene};
@@ -178,12 +179,23 @@ impl Trees {
     fn open(&mut self, pose: &Pose, moved: &[bool]) -> OpenTrees<'_> {
         self.deform(pose);
         let this = &*self;
-        let place = |model: u32| pose.models[model as usize];
-        let there = this.movable.iter().copied().filter(|(model, _)| place(*model).is_visible);
-        let movable = Instances::new(there, &this.meshes, place, |model| moved[model as usize]);
-        let (still_quadrics, quadrics) = (this.quadrics.still(), this.quadrics.open(pose, moved));
-        let (still, meshes, at_rest) = (&this.still, &this.meshes, &this.at_rest);
-        OpenTrees { still, meshes, at_rest, movable, still_quadrics, quadrics }
+        // the places of one tick of each group
+        let ticks = (0..TICKS as Tick).step_by(TICKS / pose.sweeps.groups());
+        let is_there = |model: u32| pose.models[model as usize].is_visible;
+        let movable = |tick: Tick| {
+            let there = this.movable.iter().copied().filter(|(model, _)| is_there(*model));
+            let place = |model: u32| *pose.transform(model as usize, tick);
+            Instances::new(there, &this.meshes, place, |model| moved[model as usize])
+        };
+        let quadrics = |tick: Tick| this.quadrics.open((pose, tick), moved);
+        OpenTrees {
+            still: &this.still,
+            meshes: &this.meshes,
+            at_rest: &this.at_rest,
+            movable: ticks.clone().map(movable).collect(),
+            still_quadrics: this.quadrics.still(),
+            quadrics: ticks.map(quadrics).collect(),
+        }
     }
 }
 
@@ -257,10 +269,30 @@ struct OpenTrees<'a> {
     /// Triangles that the instances place.
     meshes: &'a [Triangles],
     at_rest: &'a Instances,
-    movable: Instances,
+    /// Models that move, at the places of each group of ticks.
+    movable: Vec<Instances>,
     still_quadrics: &'a Standing,
-    /// Quadrics that move.
-    quadrics: Standing,
+    /// Quadrics that move, as `movable`.
+    quadrics: Vec<Standing>,
+}
+
+impl OpenTrees<'_> {
+    /// Returns true if no model moves in any frame.
+    fn are_all_still(&self) -> bool {
+        self.movable[0].is_empty() && self.quadrics[0].is_empty()
+    }
+
+    /// Those of the rays `used` that meet models that move at the places of each group of ticks, with the number of the group.
+    fn by_group(&self, ticks: [Tick; LANES], used: u16) -> impl Iterator<Item = (usize, u16)> {
+        let each = TICKS / self.movable.len();
+        let of_group = move |group: usize| match each {
+            TICKS => used,
+            _ => (0..LANES)
+                .filter(|lane| usize::from(ticks[*lane]) / each == group)
+                .fold(0, |bits, lane| bits | 1 << lane & used),
+        };
+        (0..self.movable.len()).map(move |group| (group, of_group(group))).filter(|(_, rays)| *rays != 0)
+    }
 }
 
 impl Tracer for RustTracer<'_> {
@@ -303,7 +335,7 @@ impl Tracer for RustTracer<'_> {
             (Some(casters), Purpose::Shadow) => casters,
             _ => self.seen_by(purpose.kind()),
         };
-        if by == Occluders::Still || !trees.movable.is_empty() || !trees.quadrics.is_empty() {
+        if by == Occluders::Still || !trees.are_all_still() {
             let clear_passes = self.clear_passes && purpose == Purpose::Shadow;
             find_blocked(trees, rays, Blockers { by, purpose, clear_passes, coherence }, blocked);
         }
@@ -342,22 +374,26 @@ fn find_closest(
 ) {
     let mut stack = Vec::new();
     for (number, ((packet, used), best)) in rays.packets().zip(hits).enumerate() {
+        let ticks = rays.ticks(number);
         let (rays, used) = (rays_of(packet), used & see(number));
         if !trees.still.is_empty() {
             closest_of(trees.still, OF_INSTANCE, &rays, used, coherence, best, &mut stack);
         }
-        let movable = (among == SceneSubset::All).then_some(&trees.movable);
-        for instances in [Some(trees.at_rest), movable].into_iter().flatten() {
+        let asks_movable = among == SceneSubset::All && !trees.are_all_still();
+        let groups: Vec<(usize, u16)> =
+            if asks_movable { trees.by_group(*ticks, used).collect() } else { Vec::new() };
+        let movable = groups.iter().map(|(group, used)| (&trees.movable[*group], *used));
+        for (instances, used) in std::iter::once((trees.at_rest, used)).chain(movable) {
             if !instances.is_empty() {
                 let placed = Placed { meshes: trees.meshes, instances };
                 placed.closest(&rays, used, coherence, best, &mut stack);
             }
         }
-        if !trees.still_quadrics.is_empty() {
-            trees.still_quadrics.closest(&rays, used, best, &mut stack);
-        }
-        if among == SceneSubset::All && !trees.quadrics.is_empty() {
-            trees.quadrics.closest(&rays, used, best, &mut stack);
+        let movable = groups.iter().map(|(group, used)| (&trees.quadrics[*group], *used));
+        for (quadrics, used) in std::iter::once((trees.still_quadrics, used)).chain(movable) {
+            if !quadrics.is_empty() {
+                quadrics.closest(&rays, used, best, &mut stack);
+            }
         }
     }
 }
@@ -401,28 +437,33 @@ struct Blockers {
 fn find_blocked(trees: &OpenTrees<'_>, rays: &RayBatch, asked: Blockers, blocked: &mut [u16]) {
     let Blockers { by, purpose, clear_passes, coherence } = asked;
     let mut stack = Vec::new();
-    for ((packet, used), blocked) in rays.packets().zip(blocked) {
+    for (number, ((packet, used), blocked)) in rays.packets().zip(blocked).enumerate() {
         let open = used & !*blocked;
+        let ticks = *rays.ticks(number);
         let own = (purpose == Purpose::Sight).then_some((&packet.own_model, &packet.own_triangle));
         let exempt = Exempt { clear: clear_passes, own };
         let (rays, mut far) = (rays_of(packet), packet.far);
         let moved_alone = by == Occluders::Moved;
-        let (instances, quadrics) = match by {
-            Occluders::Still => {
-                if !trees.still.is_empty() {
-                    block(trees.still, OF_INSTANCE, &rays, open, coherence, exempt, &mut far, &mut stack);
-                }
-                (trees.at_rest, trees.still_quadrics)
-            }
-            Occluders::Movable | Occluders::Moved => (&trees.movable, &trees.quadrics),
-        };
-        if !instances.is_empty() {
-            let open = open & open_lanes(&far);
-            let placed = Placed { meshes: trees.meshes, instances };
-            placed.block(moved_alone, &rays, open, coherence, exempt, &mut far, &mut stack);
+        if by == Occluders::Still && !trees.still.is_empty() {
+            block(trees.still, OF_INSTANCE, &rays, open, coherence, exempt, &mut far, &mut stack);
         }
-        if !quadrics.is_empty() {
-            quadrics.block(moved_alone, &rays, open, exempt, &mut far, &mut stack);
+        let mut block_placed = |instances: &Instances, quadrics: &Standing, open: u16| {
+            if !instances.is_empty() {
+                let open = open & open_lanes(&far);
+                let placed = Placed { meshes: trees.meshes, instances };
+                placed.block(moved_alone, &rays, open, coherence, exempt, &mut far, &mut stack);
+            }
+            if !quadrics.is_empty() {
+                quadrics.block(moved_alone, &rays, open, exempt, &mut far, &mut stack);
+            }
+        };
+        match by {
+            Occluders::Still => block_placed(trees.at_rest, trees.still_quadrics, open),
+            Occluders::Movable | Occluders::Moved => {
+                for (group, open) in trees.by_group(ticks, open) {
+                    block_placed(&trees.movable[group], &trees.quadrics[group], open);
+                }
+            }
         }
         *blocked |= open & !open_lanes(&far);
     }

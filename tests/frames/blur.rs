@@ -4,7 +4,7 @@ use afterimage::animation::{Track, TransformTrack, Visibility};
 use afterimage::exposure::{Curve, Shutter};
 use afterimage::film::Film;
 use afterimage::frame::{Finished, Renderer, Spoil};
-use afterimage::scene::camera::{EyeTrack, Lens};
+use afterimage::scene::camera::{Aim, EyeTrack, Lens};
 use afterimage::scene::{Background, Material, Scene};
 use afterimage::settings::{Backdrop, Budget, Filter, Mode, PixelRect, Refinement, Reuse, Settings};
 use glam::{DVec3, Vec3};
@@ -19,7 +19,7 @@ const HALF: Option<Shutter> = Some(Shutter::new(-0.25, 0.25));
 
 /// Four exposures.
 fn settings(samples: u32) -> Settings {
-    Settings { shutter: HALF, exposures: 4, ..toy::settings(samples) }
+    Settings { shutter: HALF, exposures: Some(4), ..toy::settings(samples) }
 }
 
 /// With a lens of that radius, focused on the camera's target.
@@ -66,7 +66,7 @@ fn every_exposure_is_exact_whatever_moves() {
         small(2),
         Settings { filter: Filter::Mitchell, ..small(4) },
         // in a smaller picture tracing would pay
-        Settings { mode: Mode::Auto, exposures: 9, ..settings(3) },
+        Settings { mode: Mode::Auto, exposures: Some(9), ..settings(3) },
         Settings { reuse: Reuse::Paper, ..small(4) },
         Settings { shutter: None, ..small(2) },
         Settings { refinement: Some(Refinement { most: 4, threshold: 0.1 }), ..small(2) },
@@ -214,7 +214,7 @@ fn pictures_agree_with_those_that_are_traced_in_full() {
         ("dolly", with_lens(dolly(with_flyer(matt_world())), 0.2)),
     ] {
         let render = |mode, samples| {
-            let settings = Settings { mode, exposures: samples * samples, ..settings(samples) };
+            let settings = Settings { mode, exposures: Some(samples * samples), ..settings(samples) };
             // what is traced in full depends on no frame before it
             let first = if mode == Mode::Full { FRAMES } else { 1 };
             let mut renderer = Renderer::new(&scene, &settings).unwrap();
@@ -234,7 +234,8 @@ fn a_still_world_is_as_in_a_sharp_frame() {
     let mut scene = world();
     scene.ambient_is_occluded = true;
     for (samples, exposures) in [(2, 4), (4, 4), (4, 16), (6, 9)] {
-        let settings = Settings { paths: 2, occlusion_rays: 4, exposures, ..settings(samples) };
+        let settings =
+            Settings { paths: 2, occlusion_rays: 4, exposures: Some(exposures), ..settings(samples) };
         let sharp = Settings { shutter: None, ..settings.clone() };
         let [blurred, sharp] = [settings, sharp].map(|settings| toy::render(&scene, &settings, 1).remove(0));
         assert_eq!(blurred.stats.samples, sharp.stats.samples);
@@ -253,7 +254,7 @@ fn a_still_world_is_as_in_a_sharp_frame() {
 fn a_blurred_frame_costs_what_a_sharp_one_costs() {
     let scene = dolly(with_flyer(matt_world()));
     for (samples, exposures, most) in [(4, 4, 1.1), (4, 16, 1.5)] {
-        let settings = Settings { paths: 2, exposures, ..settings(samples) };
+        let settings = Settings { paths: 2, exposures: Some(exposures), ..settings(samples) };
         let sharp = Settings { shutter: None, ..settings.clone() };
         let [blurred, sharp] = [settings, sharp].map(|settings| {
             let mut renderer = Renderer::new(&scene, &settings).unwrap();
@@ -323,14 +324,14 @@ fn what_moves_evenly_leaves_a_ramp() {
     let even: (Curve, Openness) = (Curve::CONSTANT, |_| 1.0);
     for (mode, samples, tolerance, (curve, open)) in [
         (Mode::Reproject, 4, 0.07, even.clone()),
-        (Mode::Reproject, 8, 0.025, even.clone()),
-        (Mode::Full, 8, 0.025, even),
-        (Mode::Reproject, 8, 0.035, rising),
-        (Mode::Reproject, 8, 0.035, late),
+        (Mode::Reproject, 8, 0.04, even.clone()),
+        (Mode::Full, 8, 0.04, even),
+        (Mode::Reproject, 8, 0.05, rising),
+        (Mode::Reproject, 8, 0.05, late),
     ] {
         let settings = Settings {
             shutter: Some(Shutter { curve, ..Shutter::new(0.0, 0.5) }),
-            exposures: samples * samples,
+            exposures: Some(samples * samples),
             mode,
             background: Backdrop::Transparent,
             audit: true,
@@ -358,6 +359,56 @@ fn what_moves_evenly_leaves_a_ramp() {
     }
 }
 
+/// A bar that is blurred over 110 pixels leaves a ramp, a plateau and a ramp at any number of samples and exposures: whether it moves or the camera
+/// does, no edge of an exposure is seen. Rows are averaged, over which samples' own times leave little noise; that of exposures
+/// with one time each would stay.
+#[test]
+fn what_moves_far_leaves_no_rings() {
+    // in units of 10 pixels: in frame 2 from the left of the middle to the right of it
+    let far = 11.0;
+    let moves = |way: f64, z: f64| {
+        let at = |frame: f64| DVec3::new(way * far * (frame - 2.5), 0.0, z);
+        toy::keys(&[(0.0, at(0.0)), (4.0, at(4.0))])
+    };
+    let still = square(rests(DVec3::ZERO));
+    let scenes = [
+        ("model", square(moves(1.0, 0.0))),
+        ("camera", {
+            let mut scene = still.clone();
+            scene.camera.eye = moves(-1.0, 5.0).into();
+            scene.camera.aim = Aim::Target { target: moves(-1.0, 0.0), roll: Track::constant(0.0) };
+            scene
+        }),
+    ];
+    for ((name, scene), (samples, exposures)) in
+        scenes.iter().flat_map(|scene| [(2, 4), (3, 16), (4, 4), (4, 16)].map(|most| (scene, most)))
+    {
+        let settings = Settings {
+            width: 240,
+            height: 72,
+            shutter: Some(Shutter::new(0.0, 1.0)),
+            exposures: Some(exposures),
+            background: Backdrop::Transparent,
+            audit: true,
+            ..settings(samples)
+        };
+        let frames = toy::render(scene, &settings, 2);
+        for frame in &frames {
+            assert_eq!(toy::differing(frame), 0);
+        }
+        let rows = 28..44;
+        let mut squares = 0.0;
+        for x in 0..240 {
+            let expected = covered(f64::from(x) - 120.0 + 55.0 + 10.0, [20.0, 110.0], |_| 1.0);
+            let row = |y: u32| f64::from(toy::pixel(&frames[1], "A", x, y));
+            let shown = rows.clone().map(row).sum::<f64>() / rows.len() as f64;
+            squares += (shown - expected).powi(2);
+        }
+        let off = (squares / 130.0).sqrt();
+        assert!(off < 0.02, "{name}, {samples}, {exposures}: {off}");
+    }
+}
+
 /// A white square of edge `size` at `distance` before a lens of radius 0.3 that is focused at 4, before nothing.
 fn before_a_lens(size: f32, distance: f64) -> Scene {
     let mut scene = square(rests(DVec3::ZERO));
@@ -380,7 +431,7 @@ fn pixels_per_unit() -> f64 {
 fn alpha(scene: &Scene, samples: u32) -> Vec<f32> {
     let settings = Settings {
         shutter: None,
-        exposures: samples * samples,
+        exposures: Some(samples * samples),
         background: Backdrop::Transparent,
         mode: Mode::Reproject,
         audit: true,
@@ -447,7 +498,7 @@ fn every_pixel_sees_every_time() {
         scene.camera.lens.height = Some(Track::constant(1.0));
         let settings = Settings {
             shutter: Some(Shutter::new(-0.5, 0.5)),
-            exposures: 9,
+            exposures: Some(9),
             background: Backdrop::Transparent,
             ..settings(3)
         };
@@ -520,12 +571,6 @@ fn the_shot_says_how_it_is_blurred_and_the_command_line_beats_it() {
     for options in ["", "--exposures 4", "--exposures 1", "--shutter 0.25,0.25"] {
         assert_eq!(rays(options), sharp, "{options}: exposures divide the samples");
     }
-    let told = |options: &str| {
-        let options = format!("--size 48x27 --frames 2 --progress none {options}");
-        runs::Ran::new(place.command("s.toml", &options).output().unwrap()).done().stderr
-    };
-    assert!(told("--samples 1").contains("take --samples 2 or more"));
-    assert!(!told("--samples 1 --sharp").contains("take --samples") && !told("").contains("take --samples"));
 }
 
 #[test]

@@ -218,5 +218,5 @@ fn every_exposure_sees_dots() {
     };
     let scene = with_way(dotted(falls, 0.6), turns, LAST);
     let shutter = Some(Shutter::new(-0.25, 0.25));
-    check("exposures", &scene, &Settings { shutter, exposures: 3, ..settings() }, 4);
+    check("exposures", &scene, &Settings { shutter, exposures: Some(3), ..settings() }, 4);
 }

@@ -126,7 +126,7 @@ fn reuse_is_exact_in_exposures_levels_and_both_eyes() {
     let mesh = toy::sheet(1.5, 10, 1, true);
     for scene in [waving(mesh.clone()), passed_by(folding(mesh))] {
         let shutter = Some(Shutter::new(-0.25, 0.25));
-        audited(&scene, &Settings { shutter, exposures: 4, ..toy::settings(2) });
+        audited(&scene, &Settings { shutter, exposures: Some(4), ..toy::settings(2) });
         let refinement = Some(Refinement { most: 4, threshold: 0.1 });
         audited(&scene, &Settings { refinement, ..toy::settings(1) });
         let stereo = Some(Stereo { separation: 0.25, convergence: Some(6.0) });

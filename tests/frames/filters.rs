@@ -37,7 +37,8 @@ fn reuse_is_exact_with_every_filter() {
 fn areas_show_frames_that_are_traced_in_full_as_the_box_does() {
     for (scene, samples) in [(world(), 1), (world(), 2), (with_lens(with_flyer(world()), 0.2), 2)] {
         let [own, spread] = [Filter::Box, Filter::Area].map(|filter| {
-            let settings = Settings { filter, mode: Mode::Full, exposures: 4, ..toy::settings(samples) };
+            let settings =
+                Settings { filter, mode: Mode::Full, exposures: Some(4), ..toy::settings(samples) };
             toy::render(&scene, &settings, 1).remove(0).film.values("G").unwrap()
         });
         let off = own.iter().zip(&spread).map(|(own, spread)| (own - spread).abs()).fold(0.0, f32::max);

@@ -144,7 +144,7 @@ fn a_flag_in_the_wind() {
 #[test]
 fn a_lens_and_a_shutter() {
     let mut shot = own("blur/blur.toml");
-    shot.settings.exposures = 4;
+    shot.settings.exposures = Some(4);
     // the camera rests, starts to move, and moves
     let share = audited(&shot, (96, 54), &[10, 11, 12, 13, 14]);
     assert!(share > 0.6, "{share}");

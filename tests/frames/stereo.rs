@@ -67,7 +67,7 @@ fn a_watcher_is_told_of_each_tile_once_a_frame() {
         settings(1),
         Settings { filter: Filter::Mitchell, ..toy::settings(1) },
         Settings { refinement, ..toy::settings(1) },
-        Settings { shutter, exposures: 3, refinement, ..settings(1) },
+        Settings { shutter, exposures: Some(3), refinement, ..settings(1) },
     ] {
         let mut scene = world();
         for rests in [false, true] {
@@ -219,7 +219,7 @@ fn each_eye_sees_what_a_camera_in_its_place_sees() {
 fn blurred(mut scene: Scene, samples: u32) -> (Scene, Settings) {
     scene.camera.lens.aperture = Some(Track::constant(0.1));
     let shutter = Some(Shutter::new(-0.25, 0.25));
-    (scene, Settings { shutter, exposures: 4, ..settings(samples) })
+    (scene, Settings { shutter, exposures: Some(4), ..settings(samples) })
 }
 
 #[test]

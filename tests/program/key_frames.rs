@@ -215,7 +215,7 @@ fn what_exposures_of_a_base_frame_gather_serves_both_sides() {
             paths: 8,
             bounces: 2,
             shutter: HALF,
-            exposures: 4,
+            exposures: Some(4),
             occlusion_rays: 4,
             occlusion_radius: 1.0,
             layers: Layers::ALL,
@@ -284,7 +284,7 @@ fn blurred_frames_are_as_exact_backwards_as_forwards() {
         scene
     };
     let small = Settings { width: 64, height: 48, ..toy::audited(2) };
-    let exposed = Settings { base_place: BasePlace::Middle, shutter: HALF, exposures: 4, ..small };
+    let exposed = Settings { base_place: BasePlace::Middle, shutter: HALF, exposures: Some(4), ..small };
     let refinement = Some(Refinement { most: 4, threshold: 0.1 });
     let stereo = Some(Stereo { separation: 0.25, convergence: Some(6.0) });
     let worlds = [

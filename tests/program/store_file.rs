@@ -11,8 +11,8 @@ use afterimage::exposure::Shutter;
 use afterimage::frame::{Finished, Moment, Renderer, Snapshot, ValidDirection};
 use afterimage::output::Fingerprint;
 use afterimage::output::store_file::{self, Header, MAGIC, StoreErrorKind, StoreFile, VERSION};
-use afterimage::samples::SampleStore;
 use afterimage::samples::saved::{LevelSamples, PictureName, PictureSamples, StoreShape};
+use afterimage::samples::{SampleStore, Traced};
 use afterimage::scene::{Environment, Scene};
 use afterimage::settings::{Budget, Filter, Mode, Refinement, Reuse, Settings};
 use afterimage::stereo::{Eye, Stereo};
@@ -142,10 +142,10 @@ fn frames_after_a_store_are_those_of_one_run() {
         bounces: 1,
         ..small(1)
     };
-    let exposed = Settings { shutter: HALF, exposures: 4, ..small(2) };
+    let exposed = Settings { shutter: HALF, exposures: Some(4), ..small(2) };
     let of_all =
         Settings { paths: 3, bounces: 1, budget: Budget::Full, paths_per_frame: 1, ..exposed.clone() };
-    let through_a_lens = Settings { refinement: adaptive.refinement, exposures: 2, ..small(1) };
+    let through_a_lens = Settings { refinement: adaptive.refinement, exposures: Some(2), ..small(1) };
     let of_two = Settings { stereo: STEREO, ..small(1) };
     let of_two_exposed = Settings { stereo: STEREO, ..exposed.clone() };
     let kinds: [(&str, Scene, &Settings); 22] = [
@@ -196,7 +196,7 @@ fn frames_after_a_store_are_those_of_one_run() {
 #[test]
 fn answers_that_hold_backwards_come_back_as_such() {
     let sharp = Settings { paths: 4, bounces: 1, ..small(1) };
-    let blurred = Settings { shutter: HALF, exposures: 4, samples: 2, ..sharp.clone() };
+    let blurred = Settings { shutter: HALF, exposures: Some(4), samples: 2, ..sharp.clone() };
     let of_two = Settings { stereo: STEREO, ..blurred.clone() };
     let folder = tempfile::tempdir().unwrap();
     for settings in [sharp, blurred, of_two] {
@@ -453,7 +453,7 @@ fn a_damaged_store_is_refused() {
                 .for_each(|record| record.triangle = 1 << 30)
         },
         &|snapshot| snapshot.pictures[0].levels[0].store.tiles[1].record[5].material = 999,
-        &|snapshot| snapshot.pictures[0].levels[0].store.tiles[1].record[5].traced = 3,
+        &|snapshot| snapshot.pictures[0].levels[0].store.tiles[1].record[5].traced = Traced::new(3, 0),
         &|snapshot| snapshot.pictures[0].levels[0].store.tiles[1].y[5] = f32::NAN,
     ];
     for lie in lies {
@@ -476,7 +476,7 @@ fn a_damaged_store_is_refused() {
 #[test]
 fn a_store_of_other_pictures_is_refused() {
     let scene = with_flyer(world());
-    let settings = Settings { stereo: STEREO, shutter: HALF, exposures: 4, ..toy::settings(2) };
+    let settings = Settings { stereo: STEREO, shutter: HALF, exposures: Some(4), ..toy::settings(2) };
     let mut renderer = Renderer::new(&scene, &settings).unwrap();
     seen(&mut renderer, 1);
     let (_, pictures) = renderer.samples().unwrap();

@@ -242,16 +242,20 @@ impl Handle {
         }
     }
 
-    /// Sets an instance's transform: 3 rows, 4 columns, column after column.
-    pub(crate) fn set_transform(&mut self, transform: &[f32; 12]) {
-        // SAFETY: the geometry is live, and Embree copies the 12 floats.
-        unsafe {
-            sys::rtcSetGeometryTransform(
-                self.raw,
-                0,
-                sys::RTC_FORMAT_FLOAT3X4_COLUMN_MAJOR,
-                transform.as_ptr().cast(),
-            );
+    /// Sets an instance's transforms at equal steps of time, 129 at most: 3 rows, 4 columns, column after column.
+    pub(crate) fn set_transforms(&mut self, transforms: &[[f32; 12]]) {
+        // SAFETY: the geometry is live.
+        unsafe { sys::rtcSetGeometryTimeStepCount(self.raw, transforms.len() as u32) };
+        for (step, transform) in (0..).zip(transforms) {
+            // SAFETY: the geometry is live and has this step, and Embree copies the 12 floats.
+            unsafe {
+                sys::rtcSetGeometryTransform(
+                    self.raw,
+                    step,
+                    sys::RTC_FORMAT_FLOAT3X4_COLUMN_MAJOR,
+                    transform.as_ptr().cast(),
+                );
+            }
         }
     }
 

@@ -146,7 +146,7 @@ impl RaysN {
         let [near, far, mask] = [sys::RTC_RAY_N_TNEAR_ROW, sys::RTC_RAY_N_TFAR_ROW, sys::RTC_RAY_N_MASK_ROW]
             .map(|row| unsafe { self.get(row, lane) });
         let (origin, direction) = (three(sys::RTC_RAY_N_ORG_ROW), three(sys::RTC_RAY_N_DIR_ROW));
-        Segment { origin, direction, near, far, mask: mask.to_bits() }
+        Segment { origin, direction, near, far, mask: mask.to_bits(), time: 0.0 }
     }
 
     /// # Safety
@@ -249,7 +249,8 @@ unsafe fn for_each_met(
     ends_here: impl Fn(usize) -> bool,
     mut then: impl FnMut(usize, &Segment, PrimitiveHit),
 ) {
-    const NONE: Segment = Segment { origin: [0.0; 3], direction: [0.0; 3], near: 0.0, far: 0.0, mask: 0 };
+    const NONE: Segment =
+        Segment { origin: [0.0; 3], direction: [0.0; 3], near: 0.0, far: 0.0, mask: 0, time: 0.0 };
     // SAFETY: by contract.
     let mut open = unsafe { valid_lanes(valid, rays.count) };
     loop {

@@ -28,7 +28,7 @@ pub struct Scene {
 #[derive(Debug)]
 enum Attached {
     Mesh { mesh: MeshHandle, mask: u32 },
-    Instance { handle: Handle, transform: [f32; 12], mask: u32, of: Arc<FrozenScene> },
+    Instance { handle: Handle, transforms: Vec<[f32; 12]>, mask: u32, of: Arc<FrozenScene> },
 }
 
 /// A scene that was committed, and cannot be changed while anybody has it. Instances place it in other scenes.
@@ -103,27 +103,36 @@ impl Scene {
         // SAFETY: both are live and of one device; `of` in `attached` keeps the child alive longer than this scene.
         unsafe { sys::rtcSetGeometryInstancedScene(handle.raw(), of.scene.raw.0) };
         handle.set_mask(mask);
-        handle.set_transform(&transform);
+        handle.set_transforms(&[transform]);
         handle.commit();
         self.device.take_error()?;
         let id = self.attach_handle(&handle)?;
-        self.attached.push(Some(Attached::Instance { handle, transform, mask, of: Arc::clone(of) }));
+        let (transforms, of) = (vec![transform], Arc::clone(of));
+        self.attached.push(Some(Attached::Instance { handle, transforms, mask, of }));
         Ok(id)
     }
 
-    /// Moves an instance; see [`attach_instance`](Self::attach_instance). The same transform again is no change.
+    /// Moves an instance; see [`attach_instance`](Self::attach_instance). The same transforms again are no change.
+    ///
+    /// Of several transforms the first is that at time 0 of rays and the last that at time 1, with equal steps between
+    /// them. At a step an instance is exactly where its transform says if the number of steps is a power of two.
     ///
     /// # Errors
-    /// If `id` is no instance of this scene or the transform is not finite.
-    pub fn set_instance_transform(&mut self, id: GeometryId, transform: [f32; 12]) -> Result<(), Error> {
-        check_transform(&transform)?;
-        let Attached::Instance { handle, transform: old, .. } = self.find(id)? else {
+    /// If `id` is no instance of this scene, if a transform is not finite, or if there are none or more than 129.
+    pub fn set_instance_transforms(&mut self, id: GeometryId, transforms: &[[f32; 12]]) -> Result<(), Error> {
+        const MOST: usize = sys::RTC_MAX_TIME_STEP_COUNT as usize;
+        if transforms.is_empty() || transforms.len() > MOST {
+            let text = format!("an instance has 1 to {MOST} transforms, not {}", transforms.len());
+            return Err(Error::invalid_argument(text));
+        }
+        transforms.iter().try_for_each(check_transform)?;
+        let Attached::Instance { handle, transforms: old, .. } = self.find(id)? else {
             let text = format!("geometry {} is a mesh, and only instances have a transform", id.0);
             return Err(Error::new(ErrorCode::InvalidOperation, text));
         };
-        if *old != transform {
-            *old = transform;
-            handle.set_transform(&transform);
+        if *old != transforms {
+            transforms.clone_into(old);
+            handle.set_transforms(transforms);
             handle.commit();
             self.changed = true;
         }

@@ -24,26 +24,15 @@ pub struct Segment {
     pub far: f32,
     /// Meets geometries and instances whose mask has a bit in common.
     pub mask: u32,
+    /// From 0 to 1: see [`Ray::time`](crate::Ray::time).
+    pub time: f32,
 }
 
 impl Segment {
     #[inline]
     pub(crate) fn to_embree(self) -> sys::RTCRay {
         let ([org_x, org_y, org_z], [dir_x, dir_y, dir_z]) = (self.origin, self.direction);
-        let (tnear, tfar, mask) = (self.near, self.far, self.mask);
-        sys::RTCRay {
-            org_x,
-            org_y,
-            org_z,
-            tnear,
-            dir_x,
-            dir_y,
-            dir_z,
-            time: 0.0,
-            tfar,
-            mask,
-            id: 0,
-            flags: 0,
-        }
+        let (tnear, tfar, mask, time) = (self.near, self.far, self.mask, self.time);
+        sys::RTCRay { org_x, org_y, org_z, tnear, dir_x, dir_y, dir_z, time, tfar, mask, id: 0, flags: 0 }
     }
 }

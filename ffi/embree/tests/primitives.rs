@@ -99,7 +99,8 @@ fn check<const N: usize>(device: &Device, quality: BuildQuality) {
             assert_eq!(rays.tfar[1] == f32::NEG_INFINITY, is_blocked, "{far} {mask}");
             let by_one = |lane: usize| {
                 let origin = [lane as f32 * 0.1, 9.0, 0.25];
-                let segment = Segment { origin, direction: [0.0, -1.0, 0.0], near: 0.0, far, mask };
+                let segment =
+                    Segment { origin, direction: [0.0, -1.0, 0.0], near: 0.0, far, mask, time: 0.0 };
                 tracer.occluded_one(&segment, coherence)
             };
             assert_eq!(by_one(1), is_blocked);

@@ -9,8 +9,8 @@ use crate::settings::Settings;
 /// Arguments as typed.
 #[derive(Debug, Clone, Args)]
 pub struct BlurArgs {
-    /// Largest number of exposures, each at its own time within the shutter and from its own point of the lens, among which the
-    /// samples of a pixel are divided; in shots with a shutter or a lens [default: the shot's]
+    /// Largest number of exposures, each with its own part of the shutter and of the lens, among which the
+    /// samples of a pixel are divided; in shots with a shutter or a lens [default: the shot's, or as many as suit it]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(MOST_EXPOSURES)))]
     exposures: Option<u32>,
 
@@ -35,7 +35,7 @@ impl BlurArgs {
         let curve = settings.shutter.as_ref().map_or(Curve::CONSTANT, |shutter| shutter.curve.clone());
         let stated = self.shutter.clone().map(|shutter| Shutter { curve, ..shutter });
         let shutter = stated.or(settings.shutter);
-        Settings { exposures: self.exposures.unwrap_or(settings.exposures), shutter, ..settings }
+        Settings { exposures: self.exposures.or(settings.exposures), shutter, ..settings }
     }
 }
 

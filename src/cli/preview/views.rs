@@ -38,7 +38,7 @@ struct Size<'s> {
 impl<'s> Views<'s> {
     /// Creates views of `shot`, with the `settings` of its frames.
     pub fn new(shot: &'s Shot, settings: &Settings) -> Self {
-        let settings = Settings { exposures: 1, shutter: None, ..settings.clone() };
+        let settings = Settings { exposures: Some(1), shutter: None, ..settings.clone() };
         let is_quick = |divisor: &u32| smaller(&settings, *divisor).data_window().pixels() <= FIRST_SAMPLES;
         let first = DIVISORS[1..].iter().position(is_quick).map_or(DIVISORS.len() - 1, |place| place + 1);
         Self { shot, settings, sizes: [const { None }; DIVISORS.len()], coarse: first }

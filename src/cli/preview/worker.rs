@@ -91,30 +91,26 @@ impl Worker {
             scene::load(path, false)
         };
         let shot = shot.map_err(|error| (error.to_string(), Some(error.path)))?;
-        let settings = self.settings(&shot);
+        let settings = self.settings(&shot.settings);
         check_samples(&settings, "--samples").map_err(other)?;
         Ok((shot, settings))
     }
 
     /// Settings of quick pictures.
-    fn settings(&self, shot: &Shot) -> Settings {
+    fn settings(&self, of_shot: &Settings) -> Settings {
         let PreviewArgs { size, samples, paths, .. } = &self.args;
-        let of_shot = &shot.settings;
-        // one sample a pixel shows no blur
-        let is_blurred = frame::exposures(&shot.scene, of_shot).is_some_and(|all| all.all.len() > 1);
-        let fewest = if is_blurred { 2 } else { 1 };
         let [width, height] = size.map_or_else(|| small(of_shot), |(width, height)| [width, height]);
         Settings {
             width,
             height,
-            samples: (*samples).max(fewest),
+            samples: *samples,
             paths: of_shot.paths.min(*paths),
             paths_per_frame: of_shot.paths_per_frame.min(*paths).max(1),
             reflections: of_shot.reflections.min(MOST_RAYS),
             occlusion_rays: of_shot.occlusion_rays.min(MOST_RAYS),
             // the shot's camera, between its eyes
             stereo: None,
-            exposures: of_shot.exposures.min(MOST_EXPOSURES),
+            exposures: of_shot.exposures.map(|most| most.min(MOST_EXPOSURES)),
             layers: Layers::NONE,
             audit: false,
             build: Build::Quick,

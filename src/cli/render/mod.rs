@@ -35,7 +35,7 @@ use crate::denoise;
 use crate::frame::{self, Finished, Renderer};
 use crate::memory::{self, Need};
 use crate::report::file::write_json;
-use crate::scene::warnings::{blur, caustics, kinds, limits};
+use crate::scene::warnings::{caustics, kinds, limits};
 use crate::schedule::steps::Walk;
 use crate::schedule::{self, Origin, Rule, Saved, Step};
 use crate::settings::{DenoiseQuality, Mode, Settings};
@@ -290,8 +290,7 @@ pub fn warn_about(job: &Job, terminal: &Terminal) {
         terminal.note(note);
     }
     let (scene, settings) = (&job.shot.scene, &job.settings);
-    let of_light = caustics::warning(scene, settings).into_iter().chain(blur::warning(scene, settings));
-    for warning in limits::of_camera(scene, settings).into_iter().chain(of_light) {
+    for warning in limits::of_camera(scene, settings).into_iter().chain(caustics::warning(scene, settings)) {
         terminal.warn(&warning);
     }
 }

@@ -8,9 +8,10 @@
 
 use glam::{DVec3, Vec3};
 
-use super::sights::{Sight, beside, geometric_normal, offset, reach, rounding, sight_of_cell, trace_all};
+use super::sights::{Sight, beside, geometric_normal, reach, rounding, sight_of_cell, trace_all};
 use super::tolerances::{ABOUT_PARALLEL, COORDINATE_TOLERANCE, LAYER, TOLERANCE};
 use super::verdict::Verdict;
+use crate::exposure::Tick;
 use crate::frame::shot::frame_view::FrameView;
 use crate::samples::{BACKGROUND, CELLS, EMPTY, Sample, Tile};
 use crate::settings::Reuse;
@@ -64,14 +65,14 @@ fn is_in_one_place(frame: &FrameView, sample: &Sample, sight: Sight, met: Hit) -
     let way = met.t * sight.direction;
     let spread = frame.view.spread();
     let layer = LAYER * (spread.by_distance * way.length() + spread.fixed);
-    let from_eye = sight.origin - frame.view.camera.eye + way;
+    let from_eye = sight.offset_at(frame, met.t);
     let tolerance = reach(frame, sample) + rounding(frame, sample);
     let mesh = &frame.scene.models[sample.model as usize].mesh;
-    let place = frame.place(sample.model);
+    let place = frame.place(sample.model, sight.tick);
     let there = sight.origin + way;
     let as_met = |triangle: u32, [u, v]: [f32; 2]| Hit { t: met.t, u, v, model: sample.model, triangle };
     if let Some(quadric) = &mesh.quadric {
-        let transform = frame.transform(sample.model);
+        let transform = frame.pose.transform(sample.model as usize, sight.tick);
         let (point, tolerance) =
             (transform.to_object.transform_point3(there), transform.length_in_object(Vec3::splat(tolerance)));
         let is_near = |piece: &u32| quadric.distance(*piece, point) <= f64::from(tolerance);
@@ -80,7 +81,9 @@ fn is_in_one_place(frame: &FrameView, sample: &Sample, sight: Sight, met: Hit) -
         return hits.into_iter().any(|met| is_covered(frame, sample, sight, Some(met)));
     }
     // mostly it is elsewhere, which the sample's own plane says; otherwise all triangles of its model are looked at
-    let off = (from_eye - offset(frame, sample)).dot(geometric_normal(frame, sample)).abs();
+    let off = (from_eye - frame.offset_of(sample, sight.tick))
+        .dot(geometric_normal(frame, sample, sight.tick))
+        .abs();
     if off > layer + tolerance {
         return false;
     }
@@ -109,7 +112,7 @@ fn is_covered(frame: &FrameView, sample: &Sample, sight: Sight, met: Option<Hit>
         return false;
     }
     let mesh = &frame.scene.models[met.model as usize].mesh;
-    let normal = normal_of(frame, met);
+    let normal = normal_of(frame, met, sight.tick);
     let is_same_side = (normal.dot(sight.direction) > 0.0) == sample.record.is_from_behind();
     if met.triangle == sample.record.triangle {
         // a plane has one side towards the eye, and rounding alone may say otherwise
@@ -118,9 +121,8 @@ fn is_covered(frame: &FrameView, sample: &Sample, sight: Sight, met: Option<Hit>
     let way = met.t * sight.direction;
     let spread = frame.view.spread();
     let layer = LAYER * (spread.by_distance * way.length() + spread.fixed);
-    let from_eye = sight.origin - frame.view.camera.eye + way;
-    let apart = offset(frame, sample) - from_eye;
-    let of_sample = geometric_normal(frame, sample);
+    let apart = frame.offset_of(sample, sight.tick) - sight.offset_at(frame, met.t);
+    let of_sample = geometric_normal(frame, sample, sight.tick);
     let off = apart.dot(normal).abs().max(apart.dot(of_sample).abs());
     // the normals of samples are on their side
     let on_side = if sample.record.is_from_behind() { -normal } else { normal };
@@ -130,8 +132,8 @@ fn is_covered(frame: &FrameView, sample: &Sample, sight: Sight, met: Option<Hit>
         && off <= layer + reach(frame, sample) + rounding(frame, sample)
 }
 
-/// Normal of what a ray met: world space, unit length; zero where it has none.
-fn normal_of(frame: &FrameView, met: Hit) -> Vec3 {
+/// Normal of what a ray met at a `tick`: world space, unit length; zero where it has none.
+fn normal_of(frame: &FrameView, met: Hit, tick: Tick) -> Vec3 {
     let mesh = &frame.scene.models[met.model as usize].mesh;
     let in_object = match &mesh.quadric {
         Some(quadric) => quadric.normal(met.triangle, [met.u, met.v]),
@@ -140,7 +142,7 @@ fn normal_of(frame: &FrameView, met: Hit) -> Vec3 {
             (b - a).cross(c - a).normalize_or_zero().as_vec3()
         }
     };
-    frame.place(met.model).geometric_normal(met.triangle, in_object).normalize_or_zero()
+    frame.place(met.model, tick).geometric_normal(met.triangle, in_object).normalize_or_zero()
 }
 
 /// Returns true if the surface is met when the target is displaced by rounding, to some side.

@@ -71,7 +71,7 @@ pub fn check_reflected(frame: &FrameView, tile: &Tile, raise: &mut impl FnMut(us
     for first in (0..CELLS).step_by(LANES) {
         scratch.starts.clear();
         let placed = Placed::of(frame, tile, first);
-        let to_eye = reflected::directions_to_eye(frame, &placed);
+        let to_eye = reflected::directions_to_eye(frame, tile, first, &placed);
         for lane in set_bits(surface_bits(&tile.model[first..first + LANES])) {
             let cell = first + lane;
             let known = tile.gathered.reflected.known(cell).count();

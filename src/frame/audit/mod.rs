@@ -80,6 +80,8 @@ pub fn audit_tiles(frame: &FrameView, store: &SampleStore, differs: &[bool]) -> 
 
 /// Checks all samples of tile number `number`. Samples of pixels that `differs` flags fail: see [`film`].
 fn audit(frame: &FrameView, number: usize, tile: &Tile, differs: &[bool]) -> AuditCounts {
+    let ticks = frame.ticks_of(tile);
+    let frame = &FrameView { ticks: ticks.as_ref(), ..*frame };
     let sampled = || (0..CELLS).filter(|cell| tile.model[*cell] != EMPTY);
     let mut verdicts = vec![Verdict::Holds; CELLS];
     let mut raise = |cell: usize, verdict: Verdict| verdicts[cell] = verdicts[cell].max(verdict);
@@ -162,14 +164,17 @@ fn meets(frame: &FrameView, sample: &Sample, sight: Sight, met: Option<Hit>) -> 
 fn coincides(frame: &FrameView, sample: &Sample, sight: Sight, met: Option<Hit>) -> bool {
     let Some(met) = met.filter(|_| sample.model != BACKGROUND) else { return false };
     let tolerance = reach(frame, sample) + rounding(frame, sample);
-    let from_eye = sight.origin - frame.view.camera.eye + met.t * sight.direction;
-    (from_eye - offset(frame, sample)).dot(geometric_normal(frame, sample)).abs() <= tolerance
+    let from_eye = sight.offset_at(frame, met.t);
+    (from_eye - frame.offset_of(sample, sight.tick)).dot(geometric_normal(frame, sample, sight.tick)).abs()
+        <= tolerance
 }
 
 /// Checks that the sample is as near to the centre of its cell as a server must be.
 fn check_position(frame: &FrameView, number: usize, cell: usize, sample: &Sample) -> Verdict {
     let (corner, place) = (frame.view.grid.tile_corner(number), place(cell));
-    let Some(seen) = frame.view.project_one(offset(frame, sample)) else { return Verdict::Differs };
+    let Some(seen) = frame.view.project_one(offset(frame, sample), sample.record.traced.tick()) else {
+        return Verdict::Differs;
+    };
     let aside = |axis: usize, at: f32| at - (corner[axis] + place[axis] as i32) as f32 - 0.5;
     let off = Vec2::new(aside(0, seen.x), aside(1, seen.y));
     Verdict::new(off.length() <= REACH + CELL_TOLERANCE)
@@ -177,7 +182,7 @@ fn check_position(frame: &FrameView, number: usize, cell: usize, sample: &Sample
 
 /// Returns true if the sample is off the ray along `sight` by no more than rounding of its coordinates.
 fn is_on(frame: &FrameView, sample: &Sample, sight: Sight) -> bool {
-    let from_origin = frame.view.camera.eye - sight.origin + offset(frame, sample);
+    let from_origin = frame.offset_of(sample, sight.tick) - sight.offset_at(frame, 0.0);
     from_origin.cross(sight.direction).length() <= rounding(frame, sample) * sight.direction.length()
 }
 
@@ -193,6 +198,7 @@ fn check_surface(frame: &FrameView, sample: &Sample, sight: Vec3, kept: Vec3) ->
     let distance = in_object(offset(frame, sample)).max(sample.point.length());
     let reach = f64::from(TOLERANCE * distance + in_object(Vec3::splat(rounding(frame, sample))));
 
+    let tick = sample.record.traced.tick();
     // cosine up to which the eye may be on the other side
     let edge_on = EDGE_ON_COSINE + rounding(frame, sample) / offset(frame, sample).length();
     let side = if sample.record.is_from_behind() { -1.0 } else { 1.0 };
@@ -206,7 +212,7 @@ fn check_surface(frame: &FrameView, sample: &Sample, sight: Vec3, kept: Vec3) ->
             && sample.record.normal.unfold().dot(there.normal * side) >= NORMAL_COSINE
             && sample.record.geometric_normal.unfold().dot(there.geometric_normal * side) >= NORMAL_COSINE
             && (fresh - kept).abs().max_element() <= COLOR_TOLERANCE * kept.max_element().max(1.0)
-            && geometric_normal(frame, sample).dot(sight.normalize_or_zero()) < edge_on,
+            && geometric_normal(frame, sample, tick).dot(sight.normalize_or_zero()) < edge_on,
     )
 }
 
@@ -216,8 +222,9 @@ fn check_footprint(frame: &FrameView, sample: &Sample) -> bool {
     if !footprint.is_some() {
         return !has_textures(frame.scene, material);
     }
-    let normal = geometric_normal(frame, sample);
-    let sights = frame.view.sights(Vec3x8::splat(offset(frame, sample)));
+    let normal = geometric_normal(frame, sample, sample.record.traced.tick());
+    let sights =
+        Vec3x8::splat(frame.view.camera_at(sample.record.traced.tick()).sight(offset(frame, sample)));
     let widths = cell_widths(frame.view, sights, Vec3x8::splat(normal));
     let width = widths.lane(0) * frame.scale_to_object(sample.model);
     WIDTH_TOLERANCES.iter().any(|factor| footprint == Footprint::new(width * factor, sample.point))
@@ -273,6 +280,7 @@ fn check_shadows(frame: &FrameView, tile: &Tile, source: LightPoint, raise: &mut
         }
     }
     let mut doubtful = Vec::new();
+    queue.set_ticks(frame, |cell| cell);
     answer(frame, &mut queue, |cell, tag| {
         if tag.is_lit() != is_lit(cell as usize) {
             doubtful.push(cell as usize);
@@ -297,6 +305,7 @@ fn check_shadows(frame: &FrameView, tile: &Tile, source: LightPoint, raise: &mut
         }
         queue.clear();
         ask(frame, source, (&beside, seeds), |_| lift(frame, tile, cell), u8::MAX, 0, &mut queue);
+        queue.set_ticks(frame, |_| cell as u32);
         let mut grazes = false;
         answer(frame, &mut queue, |_, tag| grazes |= tag.is_lit() == lit);
         raise(cell, Verdict::Differs.or_on_edge(|| grazes));

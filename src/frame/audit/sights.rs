@@ -3,11 +3,12 @@
 use glam::Vec3;
 
 use super::tolerances::{CELL_TOLERANCE, COORDINATE_TOLERANCE, DISPLACEMENTS, TOLERANCE};
+use crate::exposure::Tick;
 use crate::frame::grid::cells::is_traced;
 use crate::frame::grid::place;
 use crate::frame::grid::view::View;
 use crate::frame::shot::frame_view::FrameView;
-use crate::lanes::F32x8;
+use crate::lanes::{F32x8, LANES};
 use crate::samples::{BACKGROUND, Record, Sample, Tile};
 use crate::scene::camera::Projection;
 use crate::trace::{Coherence, Hit, HitBatch, RayBatch, SceneSubset, Search};
@@ -17,11 +18,26 @@ use crate::trace::{Coherence, Hit, HitBatch, RayBatch, SceneSubset, Search};
 pub struct Sight {
     pub origin: Vec3,
     pub direction: Vec3,
+    /// Tick of the exposure at which the eye sees along it.
+    pub tick: Tick,
+}
+
+impl Sight {
+    /// Vector from the eye to the point at `t` on it.
+    pub fn offset_at(&self, frame: &FrameView, t: f32) -> Vec3 {
+        self.origin - frame.view.eye(self.tick) + t * self.direction
+    }
 }
 
 pub fn trace_all(frame: &FrameView, sights: impl Iterator<Item = Sight>) -> HitBatch {
-    let (mut batch, mut hits) = (RayBatch::default(), HitBatch::default());
-    sights.for_each(|sight| batch.push(sight.origin, sight.direction, 0.0, f32::INFINITY));
+    let (mut batch, mut hits, mut ticks) = (RayBatch::default(), HitBatch::default(), Vec::new());
+    for sight in sights {
+        batch.push(sight.origin, sight.direction, 0.0, f32::INFINITY);
+        ticks.push(sight.tick);
+    }
+    if frame.pose.has_ticks() {
+        batch.set_ticks(ticks.into_iter());
+    }
     frame.tracer.closest(&batch, Search::from_eye(SceneSubset::All, Coherence::Coherent), &mut hits);
     hits
 }
@@ -30,10 +46,11 @@ pub fn trace_all(frame: &FrameView, sights: impl Iterator<Item = Sight>) -> HitB
 /// the ray through the centre of its cell, and is checked on that ray: right before the eye, its point is
 /// rounded by more than a cell.
 pub fn sight(frame: &FrameView, number: usize, tile: &Tile, cell: usize) -> Sight {
-    let (sample, camera) = (tile.sample(cell), &frame.view.camera);
+    let sample = tile.sample(cell);
     if !is_traced(tile.status[cell]) && !is_of_its_cell(frame, &sample) {
-        let offset = offset(frame, &sample);
-        return Sight { origin: camera.origin(offset), direction: camera.sight(offset) };
+        let tick = sample.record.traced.tick();
+        let (offset, camera) = (offset(frame, &sample), frame.view.camera_at(tick));
+        return Sight { origin: camera.origin(offset), direction: camera.sight(offset), tick };
     }
     sight_of_cell(frame, number, cell)
 }
@@ -42,8 +59,10 @@ pub fn sight(frame: &FrameView, number: usize, tile: &Tile, cell: usize) -> Sigh
 pub fn sight_of_cell(frame: &FrameView, number: usize, cell: usize) -> Sight {
     let (corner, place) = (frame.view.grid.tile_corner(number), place(cell));
     let centre = [0, 1].map(|axis| F32x8::splat((corner[axis] + place[axis] as i32) as f32 + 0.5));
-    let [origin, direction] = frame.view.rays(centre[0], centre[1]).map(|all| all.lane(0));
-    Sight { origin, direction }
+    let tick = frame.view.tick_in_tile(number, cell);
+    let cameras = frame.view.cameras_at(|| [tick; LANES]);
+    let [origin, direction] = cameras.rays(centre[0], centre[1]).map(|all| all.lane(0));
+    Sight { origin, direction, tick }
 }
 
 /// Returns true if the sample shows the background of an orthographic view, which has no place of its own: it
@@ -81,21 +100,25 @@ pub fn rounding(frame: &FrameView, sample: &Sample) -> f32 {
             let of_object = frame.transform(sample.model).direction(sample.point).abs();
             return largest.max(of_object).max_element() * COORDINATE_TOLERANCE;
         }
-        for corner in frame.place(sample.model).corners(mesh, sample.record.triangle) {
+        for corner in
+            frame.place(sample.model, sample.record.traced.tick()).corners(mesh, sample.record.triangle)
+        {
             largest = largest.max((corner - eye).abs());
         }
     }
     largest.max_element() * COORDINATE_TOLERANCE
 }
 
+/// Vector from the eye to a sample, at the sample's own tick.
 pub fn offset(frame: &FrameView, sample: &Sample) -> Vec3 {
-    frame.offset(sample.point, sample.model, sample.record.triangle)
+    frame.offset_of(sample, sample.record.traced.tick())
 }
 
-/// Normal of the sample's triangle, on the sample's side: world space, unit length.
-pub fn geometric_normal(frame: &FrameView, sample: &Sample) -> Vec3 {
+/// Normal of the sample's triangle at a `tick`, on the sample's side: world space, unit length.
+pub fn geometric_normal(frame: &FrameView, sample: &Sample, tick: Tick) -> Vec3 {
     let Record { triangle, geometric_normal, .. } = sample.record;
-    frame.place(sample.model).geometric_normal(triangle, geometric_normal.unfold()).normalize_or_zero()
+    let place = frame.place(sample.model, tick);
+    place.geometric_normal(triangle, geometric_normal.unfold()).normalize_or_zero()
 }
 
 /// Directions (any unit) at right angles to `axis`, all around it.
@@ -112,17 +135,17 @@ pub fn beside(
     met: Option<Hit>,
     (reach, distance): (f32, f32),
 ) -> Vec<Sight> {
-    let Sight { origin, direction } = sight;
+    let Sight { origin, direction, .. } = sight;
     let aside = DISPLACEMENTS.iter().flat_map(|share| around(direction).map(|aside| aside * *share));
     let mut beside: Vec<Sight> = match frame.view.camera.projection {
         Projection::Perspective => {
             // as long relative to the sight as `reach` is to the distance, up to all but sideways: that may be rounded to zero
             let far = distance.max(f32::MIN_POSITIVE);
             let reach = (reach * direction.length() / far).min(1e3 * direction.length());
-            aside.map(|aside| Sight { origin, direction: direction + aside * reach }).collect()
+            aside.map(|aside| Sight { direction: direction + aside * reach, ..sight }).collect()
         }
         Projection::Orthographic => {
-            aside.map(|aside| Sight { origin: origin + aside * reach, direction }).collect()
+            aside.map(|aside| Sight { origin: origin + aside * reach, ..sight }).collect()
         }
     };
     beside.extend(around_eye(frame, sight, met));

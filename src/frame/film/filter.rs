@@ -341,7 +341,9 @@ fn prepare(frame: &FrameView, tile: &Tile, radiance: &Radiance, filtering: &mut 
             is_surface.select(kept, F32x8::ONE).store(&mut filtering.openness, first);
         }
         if frame.layers.has(Layers::DEPTH) {
-            let depth = frame.offsets(tile, first).dot(Vec3x8::splat(frame.view.camera.forward));
+            let cameras = frame.cameras(tile, first);
+            let depth =
+                frame.offsets_from(cameras.eye, (tile, first), || tile.ticks(first)).dot(cameras.forward);
             let depth = depth * F32x8::splat(frame.scene.space.length_of_files(1.0));
             is_surface.select(depth, F32x8::ZERO).store(&mut filtering.depth, first);
         }
@@ -355,7 +357,8 @@ fn locate(frame: &FrameView, number: usize, tile: &Tile, filtering: &mut Filteri
     let [left, top] = grid.tile_corner(number).map(|at| F32x8::splat(at as f32));
     let reach = F32x8::splat(REACH);
     for first in (0..CELLS).step_by(LANES) {
-        let seen = frame.view.project(frame.offsets(tile, first));
+        let cameras = frame.cameras(tile, first);
+        let seen = cameras.project(frame.offsets_from(cameras.eye, (tile, first), || tile.ticks(first)));
         let near = |at: F32x8, cell: F32x8| {
             let target = cell + F32x8::splat(0.5);
             at.max(target - reach).min(target + reach)

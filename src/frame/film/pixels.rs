@@ -140,10 +140,10 @@ pub fn take_data(
     let grid = &frame.view.grid;
     let [has_place, has_normal] = [Layers::POSITION, Layers::NORMAL].map(|layer| frame.layers.has(layer));
     let has_depth = frame.layers.has(Layers::Z);
-    if has_place || has_normal || has_depth {
+    if has_place || has_normal {
         placed.complete(frame, tile);
     }
-    if has_place || has_depth {
+    if has_place {
         for (axis, column) in placed.point.iter().enumerate() {
             take(grid, nearest, column, data.open(data::POSITION + axis));
         }
@@ -157,15 +157,19 @@ pub fn take_data(
     take(grid, nearest, &tile.model, &mut models);
     let is_surface = |first: usize| Mask::less(&models[first..first + LANES], EMPTY);
     if has_depth {
-        let camera = &frame.view.camera;
-        let [eye, forward] = [camera.eye, camera.forward].map(Vec3x8::splat);
-        let [z, x, y, w] = &mut data.columns[data::Z..data::NORMAL] else { return };
+        let mut depths = [0.0; CELLS];
         for first in (0..CELLS).step_by(LANES) {
-            let depth = (Vec3x8::load([x, y, w], first) - eye).dot(forward);
-            let depth = depth * F32x8::splat(frame.scene.space.length_of_files(1.0));
+            let cameras = frame.cameras(tile, first);
+            let depth =
+                frame.offsets_from(cameras.eye, (tile, first), || tile.ticks(first)).dot(cameras.forward);
+            (depth * F32x8::splat(frame.scene.space.length_of_files(1.0))).store(&mut depths, first);
+        }
+        let z = data.open(data::Z);
+        take(grid, nearest, &depths, z);
+        for first in (0..CELLS).step_by(LANES) {
+            let depth = F32x8::load(z, first);
             is_surface(first).select(depth, F32x8::splat(BACKGROUND_Z)).store(z, first);
         }
-        data.is_some[data::Z] = true;
     }
     convert_to_files(&frame.scene.space, data);
     // the background has no position and no normal
@@ -198,7 +202,7 @@ pub fn take_data(
     }
     if frame.layers.has(Layers::STATUS) {
         let ages: Column<u32> = std::array::from_fn(|cell| match tile.status[cell].is_reused() {
-            true => (frame.rendered - tile.record[cell].traced).min(OLDEST),
+            true => (frame.rendered - tile.record[cell].traced.frame()).min(OLDEST),
             false => 0,
         });
         if ages.iter().fold(0, |any, age| any | age) != 0 {

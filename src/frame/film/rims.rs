@@ -7,6 +7,7 @@
 //! places of targets on both sides of it, two cells wide, a silhouette is where frames have it that are traced in full, and looks as it does there: what lies
 //! next to it is as dense on either side.
 
+use crate::exposure::MIDDLE_TICK;
 use crate::frame::grid::{cell_number, place};
 use crate::frame::reuse::target::{ABOUT_PARALLEL, LAYER, Seen};
 use crate::frame::reuse::trace_missed::through_targets;
@@ -180,11 +181,14 @@ impl Rims {
             let far = F32x8::splat(f32::INFINITY);
             rays.push_lanes(origins, directions, far, u8::MAX >> (LANES - asked.len()));
         }
+        if frame.pose.has_ticks() {
+            rays.set_ticks(asked.iter().map(|(_, beside)| frame.view.tick_beside(number, *beside)));
+        }
         frame.tracer.closest(rays, Search::from_eye(frame.in_sight(number), Coherence::Coherent), hits);
         tally.counts.primary += asked.len() as u64;
         let answers = rays.packets().zip(&hits.packets).zip(asked.chunks(trace::LANES));
         for (((rays, _), hits), asked) in answers {
-            for (lane, (cell, _)) in asked.iter().enumerate() {
+            for (lane, (cell, beside)) in asked.iter().enumerate() {
                 tally.cells.primary[*cell] += 1;
                 let of = |all: &[[f32; trace::LANES]; 3]| {
                     glam::Vec3::from_array(all.each_ref().map(|axis| axis[lane]))
@@ -197,7 +201,8 @@ impl Rims {
                     model,
                     triangle,
                 });
-                let seen = Seen::new(frame, of(&rays.origin), of(&rays.direction), hit);
+                let tick = frame.view.tick_beside(number, *beside);
+                let seen = Seen::new(frame, [of(&rays.origin), of(&rays.direction)], tick, hit);
                 is_rim[*cell] |= !seen.is_shown_by(frame, &tile.sample(*cell));
             }
         }
@@ -237,9 +242,11 @@ impl Shown {
         for first in (0..CELLS).step_by(LANES) {
             let models = &tile.model[first..first + LANES];
             let records = &tile.record[first..first + LANES];
-            let offsets = frame.offsets(tile, first);
+            // neighbours may be seen at other ticks: they are compared at one, from one place
+            let ticks = || [MIDDLE_TICK; LANES];
+            let offsets = frame.offsets_from(Vec3x8::splat(frame.view.camera.eye), (tile, first), ticks);
             let mut normals = Octahedral::directions(tile.geometric_normals(first));
-            frame.each_displaced(models, |place, of_model| {
+            frame.each_displaced(models, ticks, |place, of_model| {
                 place.geometric_normals(of_model, |lane| records[lane].triangle, &mut normals);
             });
             let length = normals.dot(normals).sqrt();

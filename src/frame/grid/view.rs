@@ -4,28 +4,65 @@ use std::sync::Arc;
 
 use glam::Vec3;
 
-use super::Grid;
-use crate::exposure::Strata;
+use super::{Grid, place};
+use crate::exposure::{Strata, TICKS, Tick};
 use crate::geometry::{Bounds, SweptBox};
 use crate::lanes::{F32x8, LANES, Vec3x8};
-use crate::pose::CameraPose;
+use crate::pose::{CameraPose, Pose};
 use crate::samples::TILE;
 use crate::scene::camera::Projection;
+
+/// 2^32 over the golden ratio.
+const GOLDEN: u32 = 2_654_435_769;
 
 /// Camera and grid of one frame.
 #[derive(Debug, Clone, PartialEq)]
 pub struct View {
-    /// Camera of the frame.
+    /// Camera of the frame; of an exposure, that in its middle.
     pub camera: CameraPose,
     /// Cells of the picture.
     pub grid: Arc<Grid>,
+    /// The picture before `camera`.
+    window: Window,
+    /// Cameras at the ticks of an exposure, with the pictures before them; empty where all are `camera`.
+    ticks: Vec<(CameraPose, Window)>,
+    /// Number that the ticks of cells follow from: each exposure has another.
+    pattern: u32,
+    /// Division of the samples among exposures, each of which has such a grid.
+    strata: Strata,
+}
+
+/// Place and scale of a picture before a camera.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Window {
     /// Offset from the picture's left edge and from its top to the view axis: lengths at distance 1, or world
     /// units with an orthographic camera.
     axis: [f32; 2],
     /// Cells per unit of `axis`, across and down.
     scale: [f32; 2],
-    /// Division of the samples among exposures, each of which has such a grid.
-    strata: Strata,
+}
+
+impl Window {
+    fn new(grid: &Grid, camera: &CameraPose) -> Self {
+        let [half, middle] = camera.frustum(grid.width as f32 / grid.height as f32);
+        let scale = [(grid.width, half[0]), (grid.height, half[1])]
+            .map(|(pixels, half)| 0.5 * (pixels * grid.samples) as f32 / half);
+        Self { axis: [half[0] - middle[0], half[1] + middle[1]], scale }
+    }
+}
+
+/// The camera as eight cells, or samples, see with it: each at its own tick.
+#[derive(Debug, Clone, Copy)]
+pub struct Cameras8 {
+    /// Positions of the eye, world space.
+    pub eye: Vec3x8,
+    right: Vec3x8,
+    up: Vec3x8,
+    /// Axes into the picture.
+    pub forward: Vec3x8,
+    axis: [F32x8; 2],
+    scale: [F32x8; 2],
+    projection: Projection,
 }
 
 /// Eight points in cell space, with their depths.
@@ -52,60 +89,115 @@ pub struct Spread {
 impl View {
     /// Creates the view of `camera` through `grid`, which has all samples.
     pub fn new(grid: &Arc<Grid>, camera: CameraPose) -> Self {
-        Self::of_exposure(grid, camera, Strata::ONE)
-    }
-
-    /// Creates the view of `camera` through the `grid` of one of several exposures.
-    pub fn of_exposure(grid: &Arc<Grid>, camera: CameraPose, strata: Strata) -> Self {
-        let aspect = grid.width as f32 / grid.height as f32;
-        let [half, middle] = camera.frustum(aspect);
-        let scale = [(grid.width, half[0]), (grid.height, half[1])]
-            .map(|(pixels, half)| 0.5 * (pixels * grid.samples) as f32 / half);
-        let axis = [half[0] - middle[0], half[1] + middle[1]];
-        Self { camera, grid: Arc::clone(grid), axis, scale, strata }
-    }
-
-    /// Lines of sight through points of cell space: origins and directions. Directions have the length 1
-    /// along the view axis, so that a ray's parameter is a distance along that axis.
-    #[inline(always)]
-    pub fn rays(&self, x: F32x8, y: F32x8) -> [Vec3x8; 2] {
-        let across = x / F32x8::splat(self.scale[0]) - F32x8::splat(self.axis[0]);
-        let down = y / F32x8::splat(self.scale[1]) - F32x8::splat(self.axis[1]);
-        let camera = &self.camera;
-        let (right, down) = (Vec3x8::splat(camera.right) * across, Vec3x8::splat(camera.up) * down);
-        let (eye, forward) = (Vec3x8::splat(camera.eye), Vec3x8::splat(camera.forward));
-        match camera.projection {
-            Projection::Perspective => [eye, forward + right - down],
-            Projection::Orthographic => [eye + right - down, forward],
+        Self {
+            camera,
+            grid: Arc::clone(grid),
+            window: Window::new(grid, &camera),
+            ticks: Vec::new(),
+            pattern: 0,
+            strata: Strata::ONE,
         }
     }
 
-    /// Vectors from the origins of lines of sight to the points at `offsets` from the eye. In an orthographic
-    /// view the background is not a point: all of it is seen along the view axis.
-    #[inline(always)]
-    pub fn sights(&self, offsets: Vec3x8) -> Vec3x8 {
-        match self.camera.projection {
-            Projection::Perspective => offsets,
-            Projection::Orthographic => {
-                let forward = Vec3x8::splat(self.camera.forward);
-                forward * offsets.dot(forward)
-            }
+    /// Creates the view at `pose` through the `grid` of one of several exposures, number `exposure`.
+    pub fn of_exposure(grid: &Arc<Grid>, pose: &Pose, (strata, exposure): (Strata, usize)) -> Self {
+        let tick = |camera: &CameraPose| (*camera, Window::new(grid, camera));
+        Self {
+            ticks: pose.cameras.iter().map(tick).collect(),
+            pattern: (exposure as u32).wrapping_mul(GOLDEN),
+            strata,
+            ..Self::new(grid, pose.camera)
         }
     }
 
-    /// Origins of the lines of sight to the points at `offsets` from the eye.
+    /// The cameras at all ticks: one, where all are the same.
+    pub fn cameras(&self) -> impl Iterator<Item = &CameraPose> {
+        let one = self.ticks.is_empty().then_some(&self.camera);
+        self.ticks.iter().map(|(camera, _)| camera).chain(one)
+    }
+
+    /// Position of the eye at a tick.
     #[inline(always)]
-    pub fn origins(&self, offsets: Vec3x8) -> Vec3x8 {
-        let eye = Vec3x8::splat(self.camera.eye);
-        match self.camera.projection {
-            Projection::Perspective => eye,
-            Projection::Orthographic => eye + (offsets - self.sights(offsets)),
+    pub fn eye(&self, tick: Tick) -> Vec3 {
+        self.camera_at(tick).eye
+    }
+
+    /// The camera at a tick.
+    #[inline(always)]
+    pub fn camera_at(&self, tick: Tick) -> &CameraPose {
+        self.ticks.get(usize::from(tick)).map_or(&self.camera, |(camera, _)| camera)
+    }
+
+    /// The camera at the ticks that `ticks` gives for eight lanes: it is only called where that says which.
+    #[inline(always)]
+    pub fn cameras_at(&self, ticks: impl FnOnce() -> [Tick; LANES]) -> Cameras8 {
+        if self.ticks.is_empty() { self.middle() } else { self.gathered(ticks()) }
+    }
+
+    /// The camera in the middle of the exposure, for eight lanes.
+    #[inline(always)]
+    pub fn middle(&self) -> Cameras8 {
+        let Self { camera, window: Window { axis, scale }, .. } = self;
+        let CameraPose { eye, right, up, forward, projection, .. } = *camera;
+        let [eye, right, up, forward] = [eye, right, up, forward].map(Vec3x8::splat);
+        let [axis, scale] = [axis, scale].map(|of| of.map(F32x8::splat));
+        Cameras8 { eye, right, up, forward, axis, scale, projection }
+    }
+
+    #[inline(always)]
+    fn gathered(&self, ticks: [Tick; LANES]) -> Cameras8 {
+        let all: [&(CameraPose, Window); LANES] = ticks.map(|tick| &self.ticks[usize::from(tick)]);
+        let number = |of: &dyn Fn(&(CameraPose, Window)) -> f32| F32x8::new(all.map(of));
+        let vector = |of: fn(&CameraPose) -> Vec3| Vec3x8 {
+            x: F32x8::new(all.map(|(camera, _)| of(camera).x)),
+            y: F32x8::new(all.map(|(camera, _)| of(camera).y)),
+            z: F32x8::new(all.map(|(camera, _)| of(camera).z)),
+        };
+        Cameras8 {
+            eye: vector(|camera| camera.eye),
+            right: vector(|camera| camera.right),
+            up: vector(|camera| camera.up),
+            forward: vector(|camera| camera.forward),
+            axis: [0, 1].map(|at| number(&|(_, window)| window.axis[at])),
+            scale: [0, 1].map(|at| number(&|(_, window)| window.scale[at])),
+            projection: self.camera.projection,
         }
+    }
+
+    /// Ticks of the cells in these columns and rows of the picture.
+    #[inline(always)]
+    pub fn ticks_of_cells(&self, [x, y]: [[i32; LANES]; 2]) -> [Tick; LANES] {
+        std::array::from_fn(|lane| self.tick_of_cell([x[lane], y[lane]]))
+    }
+
+    /// Tick of a cell of tile number `tile`.
+    #[inline(always)]
+    pub fn tick_in_tile(&self, tile: usize, cell: usize) -> Tick {
+        self.tick_beside(tile, place(cell).map(|at| at as i32))
+    }
+
+    /// Tick of the cell in this column and row of tile number `tile`, or beside it.
+    #[inline(always)]
+    pub fn tick_beside(&self, tile: usize, place: [i32; 2]) -> Tick {
+        let corner = self.grid.tile_corner(tile);
+        self.tick_of_cell([0, 1].map(|axis| corner[axis] + place[axis]))
+    }
+
+    /// Tick of the cell in this column and row of the picture: whole shares of the plastic number apart, so that cells
+    /// near each other have ticks that are spread as evenly as can be (M. Roberts, "The Unreasonable Effectiveness of
+    /// Quasirandom Sequences", 2018).
+    #[inline(always)]
+    pub fn tick_of_cell(&self, [x, y]: [i32; 2]) -> Tick {
+        /// 2^32 over the plastic number, and over its square.
+        const SHARES: [u32; 2] = [3_242_174_889, 2_447_445_414];
+        let [x, y] = [(x, SHARES[0]), (y, SHARES[1])].map(|(at, share)| (at as u32).wrapping_mul(share));
+        let all = self.pattern.wrapping_add(x).wrapping_add(y);
+        (all >> (u32::BITS - TICKS.ilog2())) as Tick
     }
 
     /// Growth of a cell with the distance from the eye.
     pub fn spread(&self) -> Spread {
-        let cell = 1.0 / self.scale[1];
+        let cell = 1.0 / self.window.scale[1];
         match self.camera.projection {
             Projection::Perspective => Spread { by_distance: cell, fixed: 0.0 },
             Projection::Orthographic => Spread { by_distance: 0.0, fixed: cell },
@@ -117,6 +209,26 @@ impl View {
         let Spread { by_distance, fixed } = self.spread();
         let across = self.strata.across as f32;
         Spread { by_distance: by_distance / across, fixed: fixed / across }
+    }
+
+    /// Upper bound of how far any line of sight turns within an exposure: as a share of its length.
+    pub fn turn(&self) -> f32 {
+        if self.ticks.is_empty() {
+            return 0.0;
+        }
+        // lines of sight change evenly over the picture, so most at a corner; and they are at least 1 long
+        let [right, bottom] = self.grid.cells.map(|cells| cells as f32);
+        let [left, top] = self.grid.first.map(|first| first as f32);
+        let side =
+            |ends: [f32; 2], shift: usize| F32x8::new(std::array::from_fn(|lane| ends[lane >> shift & 1]));
+        let corners = [side([left - 1.0, left + right + 1.0], 0), side([top - 1.0, top + bottom + 1.0], 1)];
+        let directions = |cameras: Cameras8| cameras.rays(corners[0], corners[1])[1];
+        let middle = directions(self.middle());
+        let most = (0..TICKS as Tick).fold(0.0_f32, |most, tick| {
+            let apart = directions(self.cameras_at(|| [tick; LANES])) - middle;
+            (0..LANES).fold(most, |most, lane| most.max(apart.lane(lane).length()))
+        });
+        2.0 * most
     }
 
     /// Depths as keys that order samples.
@@ -147,31 +259,66 @@ impl View {
             (0..LANES).for_each(|lane| all.set_lane(lane, sides[axis][lane >> shift & 1]));
             all
         };
-        let [origins, directions] = self.rays(side(0, 0), side(1, 1)).map(Bounds::of_lanes);
+        let at_tick =
+            |tick: Tick| self.cameras_at(|| [tick; LANES]).rays(side(0, 0), side(1, 1)).map(Bounds::of_lanes);
+        let [origins, directions] =
+            (1..self.ticks.len() as Tick).map(at_tick).fold(at_tick(0), |[origins, directions], more| {
+                [origins.union(more[0]), directions.union(more[1])]
+            });
         SweptBox::fans(&origins, &directions)
+    }
+
+    /// Projects one offset from the eye at a tick: x, y and depth. `None` behind the eye.
+    pub fn project_one(&self, offset: Vec3, tick: Tick) -> Option<Vec3> {
+        let Projected { x, y, depth } = self.cameras_at(|| [tick; LANES]).project(Vec3x8::splat(offset));
+        // false for NaN as well
+        (depth.lane(0) > f32::MIN_POSITIVE).then(|| Vec3::new(x.lane(0), y.lane(0), depth.lane(0)))
+    }
+}
+
+impl Cameras8 {
+    /// Lines of sight through points of cell space: origins and directions. Directions have the length 1
+    /// along the view axis, so that a ray's parameter is a distance along that axis.
+    #[inline(always)]
+    pub fn rays(&self, x: F32x8, y: F32x8) -> [Vec3x8; 2] {
+        let Self { eye, right, up, forward, axis, scale, projection } = *self;
+        let (across, down) = (x / scale[0] - axis[0], y / scale[1] - axis[1]);
+        let (right, down) = (right * across, up * down);
+        match projection {
+            Projection::Perspective => [eye, forward + right - down],
+            Projection::Orthographic => [eye + right - down, forward],
+        }
+    }
+
+    /// Vectors from the origins of lines of sight to the points at `offsets` from the eye. In an orthographic
+    /// view the background is not a point: all of it is seen along the view axis.
+    #[inline(always)]
+    pub fn sights(&self, offsets: Vec3x8) -> Vec3x8 {
+        match self.projection {
+            Projection::Perspective => offsets,
+            Projection::Orthographic => self.forward * offsets.dot(self.forward),
+        }
+    }
+
+    /// Origins of the lines of sight to the points at `offsets` from the eye.
+    #[inline(always)]
+    pub fn origins(&self, offsets: Vec3x8) -> Vec3x8 {
+        match self.projection {
+            Projection::Perspective => self.eye,
+            Projection::Orthographic => self.eye + (offsets - self.sights(offsets)),
+        }
     }
 
     /// Projects offsets from the eye (world space) into cell space.
     #[inline(always)]
     pub fn project(&self, offset: Vec3x8) -> Projected {
-        let depth = offset.dot(Vec3x8::splat(self.camera.forward));
-        let mut across = offset.dot(Vec3x8::splat(self.camera.right));
-        let mut up = offset.dot(Vec3x8::splat(self.camera.up));
-        if self.camera.projection == Projection::Perspective {
+        let Self { right, up, forward, axis, scale, projection, .. } = self;
+        let depth = offset.dot(*forward);
+        let (mut across, mut up) = (offset.dot(*right), offset.dot(*up));
+        if *projection == Projection::Perspective {
             (across, up) = (across / depth, up / depth);
         }
-        Projected {
-            x: (across + F32x8::splat(self.axis[0])) * F32x8::splat(self.scale[0]),
-            y: (-up + F32x8::splat(self.axis[1])) * F32x8::splat(self.scale[1]),
-            depth,
-        }
-    }
-
-    /// Projects one offset: x, y and depth. `None` behind the eye.
-    pub fn project_one(&self, offset: Vec3) -> Option<Vec3> {
-        let Projected { x, y, depth } = self.project(Vec3x8::splat(offset));
-        // false for NaN as well
-        (depth.lane(0) > f32::MIN_POSITIVE).then(|| Vec3::new(x.lane(0), y.lane(0), depth.lane(0)))
+        Projected { x: (across + axis[0]) * scale[0], y: (-up + axis[1]) * scale[1], depth }
     }
 }
 
@@ -213,14 +360,16 @@ pub(crate) mod tests {
             for y in 0..view.grid.cells[1] {
                 for x in 0..view.grid.cells[0] {
                     let centre = [x, y].map(|at| F32x8::splat(at as f32 + 0.5));
-                    let [origin, direction] = view.rays(centre[0], centre[1]).map(|all| all.lane(4));
+                    let [origin, direction] = view.middle().rays(centre[0], centre[1]).map(|all| all.lane(4));
                     let offset = origin + direction * 7.3;
-                    let seen = view.project_one(offset).expect("before the camera");
+                    let seen = view.project_one(offset, 0).expect("before the camera");
                     let cells = view.grid.cells_at(F32x8::splat(seen.x), F32x8::splat(seen.y));
                     assert_eq!(cells[0], view.grid.index_of([x, y]));
                     assert!((seen.z - 7.3).abs() < 1e-5);
-                    let [from, sight] =
-                        [view.origins(Vec3x8::splat(offset)), view.sights(Vec3x8::splat(offset))];
+                    let [from, sight] = [
+                        view.middle().origins(Vec3x8::splat(offset)),
+                        view.middle().sights(Vec3x8::splat(offset)),
+                    ];
                     assert!(
                         from.lane(1).abs_diff_eq(origin, 1e-5)
                             && sight.lane(1).abs_diff_eq(direction * 7.3, 1e-5)
@@ -232,8 +381,9 @@ pub(crate) mod tests {
 
     #[test]
     fn a_shift_moves_the_picture_by_a_share_of_its_longer_side() {
-        let at =
-            |view: &View| view.project_one(Vec3::new(0.1, 0.2, -1.0)).expect("before the camera").truncate();
+        let at = |view: &View| {
+            view.project_one(Vec3::new(0.1, 0.2, -1.0), 0).expect("before the camera").truncate()
+        };
         for pair in views(50, 37, 3).chunks(2) {
             let moved = at(&pair[1]) - at(&pair[0]);
             assert!(moved.abs_diff_eq(glam::Vec2::new(-0.25, -0.75) * 150.0, 1e-3), "{moved}");
@@ -257,7 +407,7 @@ pub(crate) mod tests {
                     let is_own = (left..left + edge).contains(&x) && (top..top + edge).contains(&y);
                     for (across, down) in [(-1.0, 0.5), (0.5, -1.0), (2.0, 1.5), (1.5, 2.0)] {
                         let at = [x as f32 + across, y as f32 + down].map(F32x8::splat);
-                        let [origin, direction] = view.rays(at[0], at[1]).map(|all| all.lane(0));
+                        let [origin, direction] = view.middle().rays(at[0], at[1]).map(|all| all.lane(0));
                         let is_in = around.meets(&Bounds::at(origin + 5.0 * direction));
                         assert!(is_in || !is_own, "{}: {x} {y} of {tile}", grid.samples);
                         *if is_in { &mut inside } else { &mut outside } += 1;
@@ -280,9 +430,9 @@ pub(crate) mod tests {
     #[test]
     fn up_is_the_top_and_right_is_the_right() {
         for view in views(64, 64, 1).into_iter().step_by(2) {
-            let seen = view.project_one(Vec3::new(0.5, 0.25, -1.0)).expect("before the camera");
+            let seen = view.project_one(Vec3::new(0.5, 0.25, -1.0), 0).expect("before the camera");
             assert_eq!((seen.x, seen.y), (48.0, 24.0));
-            assert_eq!(view.project_one(Vec3::Z), None);
+            assert_eq!(view.project_one(Vec3::Z, 0), None);
         }
     }
 }

@@ -186,6 +186,7 @@ fn ask_light(
     let tags = tile.tags.single_mut(slot);
     for (check, queue) in CHECKS.into_iter().zip(&mut lighting.queues) {
         tally.counts.shadow += queue.count();
+        queue.set_ticks(frame, |cell| cell);
         queue.answer_packets(check, among, Coherence::Coherent, frame.tracer, |cells, now| {
             let first = cells[0] as usize;
             // whole blocks, which is the case in every frame that is traced in full
@@ -291,10 +292,12 @@ fn ask_area_light(
     for (check, queue) in CHECKS.into_iter().zip(&mut queues) {
         tally.counts.shadow += queue.count();
         if asks_all_points(check) {
+            queue.set_ticks_of_sixteen(frame, |cell| cell);
             queue.answer_sixteen(check, among, Coherence::SharedOrigin, frame.tracer, |cell, shadows| {
                 lighting.learn(tile, slot, cell as usize, shadows);
             });
         } else {
+            queue.set_ticks(frame, |owner| owner % CELLS as u32);
             queue.answer(check, among, Coherence::SharedOrigin, frame.tracer, |owner, tag| {
                 let (point, cell) = (owner as usize / CELLS, owner as usize % CELLS);
                 lighting.learn(tile, slot, cell, Shadows::of_point(point, tag));

@@ -184,7 +184,7 @@ pub fn start_at(frame: &FrameView, tile: &Tile, cell: usize, placed: &Placed, pa
 /// triangle where the model deforms: it is the tangent of the normal in object space, transformed.
 fn tangent(frame: &FrameView, model: u32, record: &Record, normal: Vec3) -> Vec3 {
     let [tangent, _] = orthonormal(record.normal.unfold());
-    let turned = frame.place(model).direction(record.triangle, tangent);
+    let turned = frame.place(model, record.traced.tick()).direction(record.triangle, tangent);
     let across = turned - normal * normal.dot(turned);
     across.try_normalize().unwrap_or_else(|| orthonormal(normal)[0])
 }

@@ -114,9 +114,10 @@ impl DrawnLayer {
         start: &PathStart,
         random: [f32; 3],
     ) -> (Option<AskedLight>, Until) {
-        let (scene, pose, deformations) = (frame.scene, frame.pose, frame.deformations);
+        let (scene, deformations) = (frame.scene, frame.deformations);
+        let at = (frame.pose, frame.tick_of(start.cell));
         let asked_from = (start.point, &mut Sent::default());
-        let Some(chosen) = frame.emitters.choose(scene, pose, deformations, asked_from, random) else {
+        let Some(chosen) = frame.emitters.choose(scene, at, deformations, asked_from, random) else {
             return (None, Until::FOREVER);
         };
         // the light of that point, be it none, depends on its model: on where that is, or will be when it

@@ -169,6 +169,7 @@ fn begin(frame: &FrameView, is_reflected: bool, scratch: &mut PathScratch) {
                     let kind = RayKind::Glossy;
                     PathRay {
                         path,
+                        tick: frame.tick_of(start.cell),
                         step,
                         weight,
                         origin,
@@ -204,7 +205,9 @@ fn gathers(
     let PathStart { point, normal, geometric_normal, horizon, .. } = *start;
     let (weight, chances) = (Vec3::ONE, Pdfs::of_start(frame));
     let (origin, coat) = (off_surface(point, geometric_normal), None);
-    let asking = Asking { path, point, origin, normal, geometric_normal, horizon, weight, chances, coat };
+    let tick = frame.tick_of(start.cell);
+    let asking =
+        Asking { path, tick, point, origin, normal, geometric_normal, horizon, weight, chances, coat };
     for place in places_in_sky(frame, &random) {
         light_rays.ask_sky(frame, &asking, place);
     }
@@ -218,7 +221,7 @@ fn gathers(
         let origin = horizon.origin(origin, direction, geometric_normal);
         let weight = weight * horizon.fading(normal, direction);
         let (asked_from, seen_by, kind) = (origin, SeenBy::Path, RayKind::Diffuse);
-        PathRay { path, step, weight, origin, direction, asked_from, normal, chances, seen_by, kind }
+        PathRay { path, tick, step, weight, origin, direction, asked_from, normal, chances, seen_by, kind }
     })
 }
 
@@ -278,6 +281,9 @@ fn cast(frame: &FrameView, is_reflection: bool, scratch: &mut PathScratch, tally
         let counted = &mut tally.cells.secondary[starts[ray.path as usize].cell as usize];
         *counted = counted.saturating_add(1);
     }
+    if frame.ticks.is_some() {
+        rays.set_ticks(now.iter().map(|ray| ray.tick));
+    }
     let counts = &mut tally.counts;
     *(if is_reflection { &mut counts.reflection } else { &mut counts.gathering }) += now.len() as u64;
     let search =
@@ -328,6 +334,7 @@ fn meet(frame: &FrameView, scratch: &mut PathScratch) {
             some.len(),
             |lane| some[lane].direction,
             |lane| packet.t[from + lane] * SPREAD_OF_PATHS,
+            |lane| some[lane].tick,
             |lane, surface| {
                 let ray = some[lane];
                 let step = ray.step;
@@ -375,6 +382,7 @@ fn end(frame: &FrameView, scratch: &mut PathScratch) {
             some.len(),
             |lane| some[lane].direction,
             |lane| packet.t[from + lane] * SPREAD_OF_PATHS,
+            |lane| some[lane].tick,
             |lane, surface| {
                 let ray = some[lane];
                 let primitive = (packet.model[from + lane], packet.triangle[from + lane]);
@@ -404,10 +412,11 @@ fn light(frame: &FrameView, scratch: &mut PathScratch, tally: &mut RayTally) {
     }
     let asking = |vertex: &Vertex| {
         let Surface { point, normal, geometric_normal, horizon, .. } = vertex.surface;
-        let (path, weight) = (vertex.ray.path, vertex.ray.weight * vertex.lobes.all[Lobes::DIFFUSE].0);
+        let PathRay { path, tick, weight, .. } = vertex.ray;
+        let weight = weight * vertex.lobes.all[Lobes::DIFFUSE].0;
         let (chances, coat) = (vertex.chances(frame), vertex.asking_coat(frame, coats));
         let origin = off_surface(point, geometric_normal);
-        Asking { path, point, origin, normal, geometric_normal, horizon, weight, chances, coat }
+        Asking { path, tick, point, origin, normal, geometric_normal, horizon, weight, chances, coat }
     };
     for vertex in &*vertices {
         if vertex.asks.sky {
@@ -499,6 +508,11 @@ fn ask_light(
     tally.counts.shadow += queue.count();
     let (check, coherence) = (ShadowCheck::StillThenMovable, Coherence::Incoherent);
     answers.clear();
+    let cell = |member: u32| {
+        let path = vertices[group[member as usize] as usize].ray.path;
+        starts[path as usize].cell
+    };
+    queue.set_ticks(frame, cell);
     queue.answer(check, SceneSubset::All, coherence, frame.tracer, |member, tag| answers.push((member, tag)));
     // a still occluder stays in the way, whatever else comes there or goes
     select(open, answers.len(), |number| answers[number].1 != Tag::StaticOccluder);

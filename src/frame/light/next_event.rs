@@ -18,6 +18,7 @@ use super::layer_paths::AskedLight;
 use super::path_ends::{DrawnLayer, PathResult, PathStart};
 use super::pdfs::{Pdfs, cosine_density};
 use super::select::select;
+use crate::exposure::Tick;
 use crate::frame::grid::bits::bit;
 use crate::frame::shot::frame_view::FrameView;
 use crate::frame::surface::ray_tally::RayTally;
@@ -35,6 +36,8 @@ use crate::trace::{Coherence, Occluders, Purpose, RayBatch};
 pub struct Asking {
     /// Number of its path.
     pub path: u32,
+    /// Tick of the exposure at which it asks.
+    pub tick: Tick,
     /// Point on the surface, world space.
     pub point: Vec3,
     /// Shading normal.
@@ -189,10 +192,10 @@ impl LightRays {
         random: [f32; 3],
         brought: &mut PathResult,
     ) {
-        let Asking { path, point, origin, normal, geometric_normal, horizon, weight, chances, coat } =
+        let Asking { path, tick, point, origin, normal, geometric_normal, horizon, weight, chances, coat } =
             *asking;
-        let (scene, pose, deformations) = (frame.scene, frame.pose, frame.deformations);
-        let Some(chosen) = frame.emitters.choose(scene, pose, deformations, (point, &mut self.sent), random)
+        let (scene, at, deformations) = (frame.scene, (frame.pose, tick), frame.deformations);
+        let Some(chosen) = frame.emitters.choose(scene, at, deformations, (point, &mut self.sent), random)
         else {
             return;
         };
@@ -268,6 +271,7 @@ impl LightRays {
             let counted = &mut tally.cells.shadow[starts[ray.path as usize].cell as usize];
             *counted = counted.saturating_add(1);
         }
+        frame.set_ticks(rays, waiting.iter().map(|ray| starts[ray.path as usize].cell));
         tally.counts.shadow += waiting.len() as u64;
         by_still.clear();
         by_still.resize(rays.packet_count(), 0);

@@ -159,7 +159,8 @@ pub fn look_around(frame: &FrameView, scratch: &mut OcclusionScratch, tally: &mu
     scratch.found.resize(scratch.looks.len(), Openness::CLOSED);
     let Some(occlusion) = frame.occlusion else { return };
     scratch.queue(occlusion.radius, tally);
-    let OcclusionScratch { found, waiting, rays, by_still, blocked, .. } = scratch;
+    let OcclusionScratch { looks, found, waiting, rays, by_still, blocked, .. } = scratch;
+    frame.set_ticks(rays, waiting.iter().map(|ray| looks[ray.look as usize].start.cell));
     by_still.clear();
     by_still.resize(rays.packet_count(), 0);
     let ask = |by: Occluders, blocked: &mut [u16]| {

@@ -4,6 +4,7 @@ use glam::Vec3;
 
 use super::pdfs::Pdfs;
 use super::step::Step;
+use crate::exposure::Tick;
 use crate::frame::shot::frame_view::FrameView;
 use crate::scene::RayKind;
 use crate::shade::Surface;
@@ -14,6 +15,8 @@ use crate::shade::coat::SeenBy;
 pub struct PathRay {
     /// Number of its path in the batch.
     pub path: u32,
+    /// Tick of the exposure at which it meets what moves.
+    pub tick: Tick,
     /// Place of the surface that it will meet.
     pub step: Step,
     /// Weight of its light in the path's result.
@@ -63,7 +66,7 @@ impl PathRay {
         };
         self.chances.of_path_to_emitter(
             frame,
-            (self.asked_from, self.normal, direction),
+            (self.asked_from, self.normal, direction, self.tick),
             (primitive, surface),
             distance,
         )

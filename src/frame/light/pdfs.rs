@@ -5,6 +5,7 @@ use std::f32::consts::FRAC_1_PI;
 use glam::Vec3;
 
 use super::lighting::lights_passed;
+use crate::exposure::Tick;
 use crate::frame::shot::frame_view::FrameView;
 use crate::scene::SkyDensity;
 use crate::shade::Surface;
@@ -109,12 +110,12 @@ impl Pdfs {
     }
 
     /// Weight of the emission of `met`, a surface of a `primitive`, where a path finds it. It lies in this
-    /// `direction` (unit length) and at this `distance` from `asked_from`, on a surface with this `normal` that
+    /// `direction` (unit length) at a `tick`, and at this `distance` from `asked_from`, on a surface with this `normal` that
     /// the path left.
     pub fn of_path_to_emitter(
         self,
         frame: &FrameView,
-        (asked_from, normal, direction): (Vec3, Vec3, Vec3),
+        (asked_from, normal, direction, tick): (Vec3, Vec3, Vec3, Tick),
         (primitive, met): ((u32, u32), &Surface),
         distance: f32,
     ) -> f32 {
@@ -123,8 +124,8 @@ impl Pdfs {
         }
         let by_path = self.goes_on * cosine_density(normal, direction);
         let normal = met.geometric_normal;
-        let (scene, pose, deformations) = (frame.scene, frame.pose, frame.deformations);
-        let of_area = frame.emitters.density(scene, pose, deformations, asked_from, primitive, normal);
+        let (scene, at, deformations) = (frame.scene, (frame.pose, tick), frame.deformations);
+        let of_area = frame.emitters.density(scene, at, deformations, asked_from, primitive, normal);
         let cos = met.geometric_normal.dot(direction).abs();
         // both in solid angle times the cosine: on edge neither way is likely
         let (by_path, by_asking) = (by_path * cos, self.asks_emitter * of_area * distance * distance);

@@ -47,11 +47,11 @@ pub fn serve(frame: &FrameView, tile: &Tile, cell: usize, placed: &Placed, to_ey
     alpha.is_some_and(|alpha| serves(alpha, normal, drawn_for, to_eye, tile.gathered.seed(cell)))
 }
 
-/// Directions from eight samples to the eye; world space, unit length. Of a sample in the very place of the eye, which may lie in
+/// Directions from eight samples, in the cells of `tile` from `first` on, to the eye; world space, unit length. Of a sample in the very place of the eye, which may lie in
 /// a surface, its normal.
-pub fn directions_to_eye(frame: &FrameView, placed: &Placed) -> Vec3x8 {
-    let offsets = placed.point - Vec3x8::splat(frame.view.camera.eye);
-    let sights = frame.view.sights(offsets);
+pub fn directions_to_eye(frame: &FrameView, tile: &Tile, first: usize, placed: &Placed) -> Vec3x8 {
+    let cameras = frame.cameras(tile, first);
+    let sights = cameras.sights(placed.point - cameras.eye);
     sights.is_some().select3(-sights.normalize(), placed.normal)
 }
 
@@ -108,7 +108,7 @@ pub fn renew(
             continue;
         }
         let placed = placed.get(frame, tile, first);
-        let to_eye = directions_to_eye(frame, &placed);
+        let to_eye = directions_to_eye(frame, tile, first, &placed);
         for lane in set_bits(surfaces) {
             if frame.palette.coats.is_rough(materials[lane]) {
                 let cell = first + lane;

@@ -89,6 +89,18 @@ impl ShadowQueue {
         }
     }
 
+    /// Has the rays meet what moves at the ticks of the cells of their owners.
+    pub fn set_ticks(&mut self, frame: &FrameView, cell: impl Fn(u32) -> u32) {
+        let Self { rays, owners, .. } = self;
+        frame.set_ticks(rays, owners.iter().map(|owner| cell(*owner)));
+    }
+
+    /// [`set_ticks`](Self::set_ticks) for sixteen rays from each owner.
+    pub fn set_ticks_of_sixteen(&mut self, frame: &FrameView, cell: impl Fn(u32) -> u32) {
+        let Self { rays, owners, .. } = self;
+        frame.set_ticks(rays, owners.iter().flat_map(|owner| [cell(*owner); PACKET]));
+    }
+
     /// Traces the rays, which can meet nothing but models `among` these, and calls `say` for each with its
     /// owner and its tag.
     pub fn answer(

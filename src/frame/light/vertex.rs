@@ -235,8 +235,8 @@ pub fn go_on(
     };
     let asked_from = asked_from.unwrap_or(origin);
     let (step, seen_by) = (vertex.next_step(frame, chosen), vertex.next_sees_as(coat, chosen));
-    let (path, kind) = (ray.path, vertex.next_kind(frame, chosen));
-    Some(PathRay { path, step, weight, origin, direction, asked_from, normal, chances, seen_by, kind })
+    let (path, tick, kind) = (ray.path, ray.tick, vertex.next_kind(frame, chosen));
+    Some(PathRay { path, tick, step, weight, origin, direction, asked_from, normal, chances, seen_by, kind })
 }
 
 /// Up to eight vertices side by side. Lanes without one repeat the first.

@@ -170,7 +170,7 @@ impl Asked {
 /// `asked` which samples needed a ray.
 fn ask_tiles(number: usize, tiles: &[Box<Tile>], of: usize, frame: &FrameView, asked: &mut [u8]) -> Asked {
     let casts = frame.plan.camera == CameraChange::Moved;
-    let (mut rays, mut shown_by_ray) = (RayBatch::default(), Vec::new());
+    let (mut rays, mut shown_by_ray, mut ticks) = (RayBatch::default(), Vec::new(), Vec::new());
     let mut sum = Asked::default();
     let all = tiles.iter().zip(asked).enumerate();
     for (i, (tile, asked)) in all.filter(|(i, _)| is_asked(number + i, of)) {
@@ -194,8 +194,12 @@ fn ask_tiles(number: usize, tiles: &[Box<Tile>], of: usize, frame: &FrameView, a
         if casts {
             segments(frame, tile, first, inside, &mut rays);
             shown_by_ray.extend(set_bits(inside).map(shown));
+            ticks.extend(set_bits(inside).map(|lane| tile.record[first + lane].traced.tick()));
             *asked = inside;
         }
+    }
+    if frame.pose.has_ticks() {
+        rays.set_ticks(ticks.into_iter());
     }
     let mut blocked = vec![0; rays.packet_count()];
     for by in [Occluders::Still, Occluders::Movable] {

@@ -62,7 +62,9 @@ impl Places {
         let mut groups = [Bounds::EMPTY; GROUPS];
         for (bounds, spares) in groups.iter_mut().zip(spares.chunks(LANES)) {
             for spare in spares.iter().filter(|spare| spare.model != BACKGROUND) {
-                let point = frame.place(spare.model).point(|| spare.record.triangle, spare.point);
+                let point = frame
+                    .place(spare.model, spare.record.traced.tick())
+                    .point(|| spare.record.triangle, spare.point);
                 *bounds = bounds.with(point);
             }
         }

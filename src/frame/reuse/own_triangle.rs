@@ -37,6 +37,7 @@ pub fn confirmed(
     if scratch.owners.is_empty() {
         return confirmed;
     }
+    frame.set_ticks_of_targets(&mut scratch.rays, number, scratch.owners.iter().map(|cell| *cell as usize));
     scratch.tally.counts.primary += scratch.rays.count();
     scratch.begin_answers();
     let TraceScratch { rays, blocked, owners, .. } = scratch;

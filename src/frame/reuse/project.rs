@@ -1,6 +1,7 @@
 //! Projection of samples of the frame before into this frame.
 
 use super::bins::{Projected8, STEPS};
+use crate::frame::grid::view::Cameras8;
 use crate::frame::shot::frame_view::FrameView;
 use crate::lanes::{F32x8, LANES, Mask, Vec3x8};
 use crate::samples::{BACKGROUND, EMPTY, Spares, Tile};
@@ -8,25 +9,29 @@ use crate::samples::{BACKGROUND, EMPTY, Spares, Tile};
 /// Projects eight samples of `tile`, from cell `first` on.
 #[inline(always)]
 pub fn project_lanes(frame: &FrameView, tile: &Tile, first: usize) -> Projected8 {
-    project(frame, &tile.model[first..first + LANES], frame.offsets(tile, first))
+    let cameras = frame.cameras(tile, first);
+    let offsets = frame.offsets_from(cameras.eye, (tile, first), || tile.ticks(first));
+    project(frame, &cameras, &tile.model[first..first + LANES], offsets)
 }
 
 /// Projects up to eight spare samples, from number `first` on.
 pub fn project_spares(frame: &FrameView, spares: &Spares, first: usize) -> Projected8 {
     let mut models = [EMPTY; LANES];
     let mut offsets = Vec3x8::ZERO;
+    let mut ticks = [0; LANES];
     for (lane, spare) in spares.samples[first..].iter().take(LANES).enumerate() {
         models[lane] = spare.model;
-        offsets.set_lane(lane, frame.offset(spare.point, spare.model, spare.record.triangle));
+        ticks[lane] = spare.record.traced.tick();
+        offsets.set_lane(lane, frame.offset_of(spare, ticks[lane]));
     }
-    project(frame, &models, offsets)
+    project(frame, &frame.view.cameras_at(|| ticks), &models, offsets)
 }
 
 /// Projects samples at `offsets` from the eye. The background is infinitely deep; samples of models that have
 /// disappeared are in no tile.
 #[inline(always)]
-fn project(frame: &FrameView, models: &[u32], offsets: Vec3x8) -> Projected8 {
-    let seen = frame.view.project(offsets);
+fn project(frame: &FrameView, cameras: &Cameras8, models: &[u32], offsets: Vec3x8) -> Projected8 {
+    let seen = cameras.project(offsets);
     let grid = &frame.view.grid;
     let [mut is_sample, is_background] = [!Mask::equal(models, EMPTY), Mask::equal(models, BACKGROUND)];
     if frame.view.camera.is_orthographic() {

@@ -8,7 +8,6 @@
 use crate::clear::{EyeBox, Lanes, Obstacles, Patch, Prover, Shows};
 use crate::frame::grid::bits::{set_bits, status_bits};
 use crate::frame::grid::cells::{BLOCK, CellSet};
-use crate::frame::grid::view::View;
 use crate::frame::reuse::candidates::REACH;
 use crate::frame::shot::frame_view::FrameView;
 use crate::frame::shot::plan::CameraChange;
@@ -23,6 +22,9 @@ use crate::settings::Reuse;
 
 /// Factor by which cells may become larger than they are now until a proof ends, by a zoom.
 const ROOM_TO_ZOOM: f32 = 1.01;
+
+/// Factor by which the camera may go faster until a proof ends.
+const ROOM_TO_MOVE: f32 = 1.25;
 
 /// Room around a sample in which its surface is asked: that in which it serves, and some for rounding. Cells.
 const ROOM: f32 = REACH + 0.05;
@@ -60,14 +62,20 @@ pub fn choose<'a>(
     regions: &mut ClearRegions,
 ) -> Proofs<'a> {
     let (view, path) = (frame.view, frame.eye_path);
-    let spread = view.spread().by_distance;
-    let here = ClearRegion { eyes: Bounds::at(view.camera.eye), spread };
+    let eyes = view.cameras().fold(Bounds::EMPTY, |all, camera| all.with(camera.eye));
+    // a target looks from another place, and another way, than the eye that sees the sample which serves it
+    let [turn, way] = [view.turn(), (eyes.high - eyes.low).length()];
+    let spread = view.spread().by_distance + turn / ROOM;
+    let here = ClearRegion { eyes, spread, way };
     *regions = before.regions.that_hold(&here);
     let holding = regions.numbers();
-    let soon = ClearRegion { eyes: path.soon.union(here.eyes), spread };
+    // the places of the path are those of the middles of exposures
+    let around = |eyes: Bounds| Bounds { low: eyes.low - way, high: eyes.high + way }.union(here.eyes);
+    let soon = ClearRegion { eyes: around(path.soon), ..here };
     let number = regions.that_holds(&soon).or_else(|| {
-        let spread = spread * path.zoom.max(1.0) * ROOM_TO_ZOOM;
-        regions.add(ClearRegion { eyes: path.ahead.union(here.eyes), spread }, &before.regions)
+        let spread = view.spread().by_distance * path.zoom.max(1.0) * ROOM_TO_ZOOM;
+        let (spread, way) = (spread + turn * ROOM_TO_MOVE / ROOM, way * ROOM_TO_MOVE);
+        regions.add(ClearRegion { eyes: around(path.ahead), spread, way }, &before.regions)
     });
     let now = number.and_then(|number| Some((number, *regions.get(number)?)));
     Proofs { obstacles, holding, now }
@@ -114,8 +122,7 @@ pub fn find(
     if let (Some((number, region)), false) = (proofs.now, untried.is_empty()) {
         let eyes = EyeBox::new(&region.eyes);
         scratch.take(frame, proofs.obstacles, &eyes, tile, &untried);
-        let mut search =
-            Search { frame, proofs, eyes, reach: ROOM * region.spread, number, tile, proven: &mut proven };
+        let mut search = Search { frame, proofs, eyes, region, number, tile, proven: &mut proven };
         let steps = LARGEST * LARGEST * GROUPS;
         (0..scratch.lanes.len()).step_by(steps).for_each(|first| search.try_block(scratch, first, steps));
     }
@@ -163,8 +170,7 @@ impl ProofScratch {
     ) {
         self.lanes.resize(CELLS / LANES, Lanes::NONE);
         self.shows.resize(CELLS / LANES, None);
-        let View { camera, .. } = frame.view;
-        let from_middle = Vec3x8::splat(camera.eye - eyes.middle);
+        let middle = Vec3x8::splat(eyes.middle);
         for (group, (lanes, of_lanes)) in self.lanes.iter_mut().zip(&mut self.shows).enumerate() {
             let first = cell_of_group(group);
             lanes.used = untried.eight(first);
@@ -173,16 +179,25 @@ impl ProofScratch {
             }
             *of_lanes = one_surface(frame, obstacles, tile, first, lanes.used);
             lanes.triangles = tile.triangles(first);
-            let offsets = frame.offsets(tile, first);
+            let offsets = frame.offsets_from(middle, (tile, first), || tile.ticks(first));
             if *of_lanes == Some(Shows::Background) {
                 lanes.offsets = offsets.normalize();
                 continue;
             }
-            lanes.offsets = offsets + from_middle;
+            lanes.offsets = offsets;
             let mut normals = Octahedral::directions(tile.geometric_normals(first));
-            frame.each_displaced(&tile.model[first..first + LANES], |place, of_model| {
-                place.geometric_normals(of_model, |lane| tile.record[first + lane].triangle, &mut normals);
-            });
+            let models = &tile.model[first..first + LANES];
+            frame.each_displaced(
+                models,
+                || tile.ticks(first),
+                |place, of_model| {
+                    place.geometric_normals(
+                        of_model,
+                        |lane| tile.record[first + lane].triangle,
+                        &mut normals,
+                    );
+                },
+            );
             lanes.normals = normals.normalize();
         }
     }
@@ -219,7 +234,7 @@ struct Search<'a> {
     frame: &'a FrameView<'a>,
     proofs: &'a Proofs<'a>,
     eyes: EyeBox,
-    reach: f32,
+    region: ClearRegion,
     /// Number of the region.
     number: u8,
     tile: &'a mut Tile,
@@ -285,8 +300,22 @@ impl Search<'_> {
             return false;
         }
         let camera = &self.frame.view.camera;
-        let patch = Patch { shows: *shows, lanes, axes: [camera.right, camera.up], reach: self.reach };
+        let Some(reach) = self.reach(*shows, lanes) else { return false };
+        let patch = Patch { shows: *shows, lanes, axes: [camera.right, camera.up], reach };
         prover.is_clear(self.frame.scene, self.proofs.obstacles, &self.eyes, &patch)
+    }
+
+    /// How far from samples their surface is asked, for each unit of distance; `None` where the eye goes by right before them.
+    fn reach(&self, shows: Shows, lanes: &[Lanes]) -> Option<f32> {
+        let ClearRegion { spread, way, .. } = self.region;
+        if way == 0.0 || shows == Shows::Background {
+            return Some(ROOM * spread);
+        }
+        let used = |lanes: &Lanes| {
+            set_bits(lanes.used).map(|lane| lanes.offsets.lane(lane).length()).fold(f32::INFINITY, f32::min)
+        };
+        let nearest = lanes.iter().map(used).fold(f32::INFINITY, f32::min);
+        (nearest > way).then(|| ROOM * spread + way / nearest)
     }
 
     /// Has samples keep whether they are proven.

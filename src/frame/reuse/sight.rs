@@ -20,20 +20,13 @@ use crate::trace::RayBatch;
 /// and no error. The [audit](crate::frame::audit) tolerates no more.
 pub const SEGMENT_END: f32 = 1.0 - 1e-5;
 
-/// Lines of sight to eight samples of a tile: origins, and vectors from there to the samples.
-#[inline(always)]
-pub fn sights(frame: &FrameView, tile: &Tile, first: usize) -> [Vec3x8; 2] {
-    let offsets = frame.offsets(tile, first);
-    [frame.view.origins(offsets), frame.view.sights(offsets)]
-}
-
 /// Adds the segments from the eye to those of eight samples whose bit is set.
 pub fn segments(frame: &FrameView, tile: &Tile, first: usize, wanted: u8, rays: &mut RayBatch) {
     let models = &tile.model[first..first + LANES];
     // the background has no triangle of its own: its number is that of no hit
     let triangles = tile.triangles(first);
     let own = [models, &triangles[..]];
-    let [origins, sights] = sights(frame, tile, first);
+    let [origins, sights] = frame.sights(tile, first);
     rays.push_lanes_to_samples(origins, sights, segment_ends(models), own, wanted);
 }
 
@@ -74,14 +67,18 @@ impl Outdated {
         }
         // the side needs no unit length
         let mut geometric_normals = Octahedral::directions(tile.geometric_normals(first));
-        frame.each_displaced(models, |place, of_model| {
-            place.geometric_normals(
-                of_model,
-                |lane| tile.record[first + lane].triangle,
-                &mut geometric_normals,
-            );
-        });
-        let sights = frame.view.sights(frame.offsets(tile, first));
+        frame.each_displaced(
+            models,
+            || tile.ticks(first),
+            |place, of_model| {
+                place.geometric_normals(
+                    of_model,
+                    |lane| tile.record[first + lane].triangle,
+                    &mut geometric_normals,
+                );
+            },
+        );
+        let [_, sights] = frame.sights(tile, first);
         let before = geometric_normals.dot(sights).lt(F32x8::ZERO);
         let turned = may_have_turned & !before.bits();
         let resized = if may_be_resized {

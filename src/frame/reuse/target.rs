@@ -13,6 +13,7 @@
 
 use glam::Vec3;
 
+use crate::exposure::Tick;
 use crate::frame::shot::frame_view::FrameView;
 use crate::samples::{BACKGROUND, Sample};
 use crate::scene::Mesh;
@@ -38,7 +39,9 @@ pub struct Seen {
     /// True if the mesh is made of curved pieces instead of triangles.
     is_quadric: bool,
     is_from_behind: bool,
-    /// From the eye to the point that was met, world space.
+    /// Tick of the exposure at which the cell sees it.
+    tick: Tick,
+    /// From the eye at that tick to the point that was met, world space.
     offset: Vec3,
     /// Normal of the surface there, world space, unit length; zero where it has none.
     normal: Vec3,
@@ -47,8 +50,8 @@ pub struct Seen {
 }
 
 impl Seen {
-    /// Finds what was seen along `origin + t * direction`, from the hit of that ray.
-    pub fn new(frame: &FrameView, origin: Vec3, direction: Vec3, hit: Option<Hit>) -> Self {
+    /// Finds what was seen along `origin + t * direction` at a `tick` of the exposure, from the hit of that ray.
+    pub fn new(frame: &FrameView, [origin, direction]: [Vec3; 2], tick: Tick, hit: Option<Hit>) -> Self {
         let Some(Hit { t, u, v, model, triangle }) = hit else {
             return Self {
                 model: BACKGROUND,
@@ -56,6 +59,7 @@ impl Seen {
                 material: 0,
                 is_quadric: false,
                 is_from_behind: false,
+                tick,
                 offset: direction,
                 normal: Vec3::ZERO,
                 layer: 0.0,
@@ -70,7 +74,7 @@ impl Seen {
                 (b - a).cross(c - a).normalize_or_zero().as_vec3()
             }
         };
-        let normal = frame.place(model).geometric_normal(triangle, in_object).normalize_or_zero();
+        let normal = frame.place(model, tick).geometric_normal(triangle, in_object).normalize_or_zero();
         let spread = frame.view.spread();
         Self {
             model,
@@ -78,7 +82,8 @@ impl Seen {
             material: mesh.material_of[triangle as usize],
             is_quadric: mesh.quadric.is_some(),
             is_from_behind: normal.dot(direction) > 0.0,
-            offset: origin - frame.view.camera.eye + way,
+            tick,
+            offset: origin - frame.view.eye(tick) + way,
             normal,
             layer: LAYER * (spread.by_distance * way.length() + spread.fixed),
         }
@@ -86,7 +91,7 @@ impl Seen {
 
     /// Returns true if a sample shows this surface.
     pub fn is_shown_by(&self, frame: &FrameView, sample: &Sample) -> bool {
-        let Sample { point, model, record } = sample;
+        let Sample { model, record, .. } = sample;
         if *model != self.model || *model == BACKGROUND {
             return *model == self.model;
         }
@@ -97,10 +102,11 @@ impl Seen {
         if record.is_from_behind() != self.is_from_behind || !frame.is_of(record.material, self.material) {
             return false;
         }
-        let apart = frame.offset(*point, *model, record.triangle) - self.offset;
+        // where the sample is when the target looks
+        let apart = frame.offset_of(sample, self.tick) - self.offset;
         apart.dot(self.normal).abs() <= self.layer && {
             let kept = record.geometric_normal.unfold();
-            let normal = frame.place(*model).geometric_normal(record.triangle, kept);
+            let normal = frame.place(*model, self.tick).geometric_normal(record.triangle, kept);
             let length = normal.length();
             // kept normals are on the side of the eye
             let towards_eye = if self.is_from_behind { -self.normal } else { self.normal };

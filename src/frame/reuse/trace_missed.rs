@@ -6,6 +6,7 @@
 
 use super::target::Seen;
 use super::verify::{self, Request};
+use crate::exposure::{MIDDLE_TICK, Tick};
 use crate::frame::grid::bits::{count_bits, set_bits, status_bits};
 use crate::frame::grid::cells::{CellSet, is_traced};
 use crate::frame::shot::frame_view::FrameView;
@@ -14,7 +15,7 @@ use crate::frame::surface::hits::Hits8;
 use crate::frame::surface::trace_scratch::TraceScratch;
 use crate::lanes::{F32x8, LANES, Mask, Vec3x8};
 use crate::samples::{
-    BACKGROUND, Column, Flags, Footprint, Octahedral, Record, Sample, Status, Tile, half_colors,
+    BACKGROUND, Column, Flags, Footprint, Octahedral, Record, Sample, Status, Tile, Traced, half_colors,
 };
 use crate::trace::{self, Coherence, Hit, HitPacket, NO_HIT, RayBatch, RayPacket, SceneSubset, Search};
 
@@ -80,11 +81,12 @@ fn trace_owners(
     for owners in owners.chunks(AT_ONCE) {
         rays.clear();
         push_rays(frame, number, owners, rays);
+        frame.set_ticks_of_targets(rays, number, owners.iter().map(|cell| *cell as usize));
         frame.tracer.closest(rays, Search::from_eye(among, Coherence::Coherent), hits);
         let answers = rays.packets().zip(&hits.packets).zip(owners.chunks(trace::LANES));
         for (((rays, _), hits), owners) in answers {
             for (half, owners) in owners.chunks(LANES).enumerate() {
-                let answers = Answers8::new(rays, hits, half * LANES, owners);
+                let answers = Answers8::new((rays, hits), half * LANES, (number, owners));
                 if asked.is_empty() {
                     answers.keep(frame, tile);
                 } else {
@@ -120,8 +122,13 @@ fn push_rays(frame: &FrameView, number: usize, owners: &[u32], rays: &mut RayBat
 /// directions.
 #[inline(always)]
 pub fn through_targets(frame: &FrameView, number: usize, [x, y]: [F32x8; 2]) -> [Vec3x8; 2] {
-    let centre = frame.view.grid.tile_corner(number).map(|at| F32x8::splat(at as f32 + 0.5));
-    frame.view.rays(x + centre[0], y + centre[1])
+    let corner = frame.view.grid.tile_corner(number).map(|at| F32x8::splat(at as f32));
+    let (x, y, half) = (x + corner[0], y + corner[1], F32x8::splat(0.5));
+    let cameras = frame.view.cameras_at(|| {
+        let whole = |at: F32x8| at.values().map(|at| at as i32);
+        frame.view.ticks_of_cells([whole(x), whole(y)])
+    });
+    cameras.rays(x + half, y + half)
 }
 
 /// Values of `column` for up to eight cells.
@@ -146,6 +153,8 @@ fn are_neighbours(cells: &[u32]) -> bool {
 struct Answers8<'a> {
     /// Cells that the rays are for, from the first lane on.
     owners: &'a [u32],
+    /// Number of their tile.
+    tile: usize,
     origin: Vec3x8,
     direction: Vec3x8,
     met: Hits8<'a>,
@@ -157,6 +166,7 @@ struct Answers8<'a> {
 #[derive(Debug, Clone)]
 struct Found8 {
     count: usize,
+    tile: usize,
     owners: [u32; LANES],
     origin: Vec3x8,
     direction: Vec3x8,
@@ -169,6 +179,7 @@ struct Found8 {
 impl Found8 {
     const NONE: Self = Self {
         count: 0,
+        tile: 0,
         owners: [0; LANES],
         origin: Vec3x8::ZERO,
         direction: Vec3x8::ZERO,
@@ -212,6 +223,7 @@ impl Found8 {
 
     fn take(&mut self, from: &Answers8, lane: usize) {
         let to = self.count;
+        self.tile = from.tile;
         self.owners[to] = from.owners[lane];
         self.origin.set_lane(to, from.origin.lane(lane));
         self.direction.set_lane(to, from.direction.lane(lane));
@@ -227,9 +239,10 @@ impl Found8 {
         if self.count == 0 {
             return;
         }
-        let Self { count, owners, origin, direction, t, models, triangles, weights } = &*self;
+        let Self { count, tile: number, owners, origin, direction, t, models, triangles, weights } = &*self;
         let met = Hits8 { models, triangles, weights: *weights };
-        let answers = Answers8 { owners: &owners[..*count], origin: *origin, direction: *direction, met, t };
+        let (owners, origin, direction) = (&owners[..*count], *origin, *direction);
+        let answers = Answers8 { owners, tile: *number, origin, direction, met, t };
         answers.keep(frame, tile);
         (self.count, self.models) = (0, [NO_HIT; LANES]);
     }
@@ -238,10 +251,26 @@ impl Found8 {
 impl<'a> Answers8<'a> {
     /// Rays and hits of a packet from lane `from` on, for the cells `owners`.
     #[inline(always)]
-    fn new(rays: &RayPacket, hits: &'a HitPacket, from: usize, owners: &'a [u32]) -> Self {
+    fn new(
+        (rays, hits): (&RayPacket, &'a HitPacket),
+        from: usize,
+        (tile, owners): (usize, &'a [u32]),
+    ) -> Self {
         let of_rays = |[x, y, z]: &[[f32; trace::LANES]; 3]| Vec3x8::load([x, y, z], from);
         let (origin, direction) = (of_rays(&rays.origin), of_rays(&rays.direction));
-        Self { owners, origin, direction, met: Hits8::new(hits, from), t: &hits.t[from..from + LANES] }
+        let (met, t) = (Hits8::new(hits, from), &hits.t[from..from + LANES]);
+        Self { owners, tile, origin, direction, met, t }
+    }
+
+    /// [`tick`](Self::tick) of all lanes.
+    fn ticks(&self, frame: &FrameView) -> [Tick; LANES] {
+        let count = self.owners.len();
+        std::array::from_fn(|lane| if lane < count { self.tick(frame, lane) } else { MIDDLE_TICK })
+    }
+
+    /// Tick of the exposure at which the cell in a lane sees.
+    fn tick(&self, frame: &FrameView, lane: usize) -> Tick {
+        frame.view.tick_in_tile(self.tile, self.owners[lane] as usize)
     }
 
     /// Returns true if the ray through the target of a cell met the triangle on which the cell's server lies. A `false` is to be looked
@@ -260,7 +289,7 @@ impl<'a> Answers8<'a> {
         let [u, v] = met.weights.map(|weight| weight.lane(lane));
         let (model, triangle) = (met.models[lane], met.triangles[lane]);
         let hit = met.is_hit(lane).then_some(Hit { t: t[lane], u, v, model, triangle });
-        Seen::new(frame, self.origin.lane(lane), self.direction.lane(lane), hit)
+        Seen::new(frame, [self.origin.lane(lane), self.direction.lane(lane)], self.tick(frame, lane), hit)
     }
 
     /// Places that the new samples stand for, where surfaces have textures: with `points` in object space and normals in world
@@ -272,9 +301,11 @@ impl<'a> Answers8<'a> {
         // as far as the samples are, not as the rays say: of triangles that are much larger than their distance these find it badly
         let mut offsets = Vec3x8::ZERO;
         for lane in (0..owners.len()).filter(|lane| met.is_hit(*lane)) {
-            offsets.set_lane(lane, frame.offset(points.lane(lane), met.models[lane], met.triangles[lane]));
+            let (of, tick) = ((met.models[lane], met.triangles[lane]), self.tick(frame, lane));
+            offsets.set_lane(lane, frame.offset(points.lane(lane), of, tick));
         }
-        let mut widths = cell_widths(frame.view, frame.view.sights(offsets), normals);
+        let cameras = frame.view.cameras_at(|| self.ticks(frame));
+        let mut widths = cell_widths(frame.view, cameras.sights(offsets), normals);
         for lane in (0..owners.len()).filter(|lane| met.is_hit(*lane)) {
             widths.set_lane(lane, widths.lane(lane) * frame.scale_to_object(met.models[lane]));
         }
@@ -295,12 +326,12 @@ impl<'a> Answers8<'a> {
         let corners = met.corners(frame);
         let (mut point, quadrics) = (corners.point(met.weights), corners.quadrics());
         met.put_quadric_points(frame, quadrics, &mut point);
-        put_on_ray(frame, [origin, direction], &met, &mut point);
+        put_on_ray(frame, [origin, direction], &met, || self.ticks(frame), &mut point);
         let mut weights = corners.weights_at(point);
         met.put_quadric_weights(frame, quadrics, &point, &mut weights);
         let [mut normal, mut geometric_normal] = corners.normals(weights);
         met.put_quadric_normals(frame, quadrics, weights, [&mut normal, &mut geometric_normal]);
-        let in_world = geometric_normals_in_world(frame, geometric_normal, &met);
+        let in_world = geometric_normals_in_world(frame, geometric_normal, &met, || self.ticks(frame));
         let behind = in_world.dot(direction).gt(F32x8::ZERO);
         let (mut footprints, mut widths) = ([Footprint::NONE; LANES], [0.0; LANES]);
         if frame.palette.has_textures {
@@ -318,7 +349,7 @@ impl<'a> Answers8<'a> {
             geometric_normal: geometric_normals[lane],
             reflectance: colors[lane],
             direct_diffuse: Default::default(),
-            traced: frame.rendered,
+            traced: Traced::new(frame.rendered, self.tick(frame, lane)),
             material: numbers[lane],
             flags: Flags::FROM_BEHIND.when(behind.lane(lane)),
             footprint: footprints[lane],
@@ -355,10 +386,16 @@ impl<'a> Answers8<'a> {
 /// single floats, and the point may lie away from the ray, behind something else: there ray and triangle are
 /// intersected again in double floats. So are quadrics that are much larger than their distance.
 #[inline(always)]
-fn put_on_ray(frame: &FrameView, [origin, direction]: [Vec3x8; 2], met: &Hits8, point: &mut Vec3x8) {
+fn put_on_ray(
+    frame: &FrameView,
+    [origin, direction]: [Vec3x8; 2],
+    met: &Hits8,
+    ticks: impl Fn() -> [Tick; LANES],
+    point: &mut Vec3x8,
+) {
     let models = met.models;
     let mut world = *point;
-    frame.each_displaced(models, |place, of_model| {
+    frame.each_displaced(models, &ticks, |place, of_model| {
         place.points(of_model, |lane| met.triangles[lane], &mut world);
     });
     let offset = world - origin;
@@ -366,7 +403,7 @@ fn put_on_ray(frame: &FrameView, [origin, direction]: [Vec3x8; 2], met: &Hits8, 
     let most = F32x8::splat(OFF_RAY * OFF_RAY) * offset.dot(offset) * direction.dot(direction);
     let is_beside = !(aside.dot(aside).le(most) | Mask::equal(models, NO_HIT));
     for lane in set_bits(is_beside.bits()) {
-        let (place, mesh) = (frame.place(models[lane]), met.mesh(frame, lane));
+        let (place, mesh) = (frame.place(models[lane], ticks()[lane]), met.mesh(frame, lane));
         let (origin, direction) = (origin.lane(lane), direction.lane(lane));
         let (primitive, about) = ((mesh, met.triangles[lane]), point.lane(lane));
         let exact = place.meet_exactly(primitive, (origin, direction), about);
@@ -378,9 +415,14 @@ fn put_on_ray(frame: &FrameView, [origin, direction]: [Vec3x8; 2], met: &Hits8, 
 
 /// Normals of the triangles that were `met`, object to world space, of any length.
 #[inline(always)]
-fn geometric_normals_in_world(frame: &FrameView, geometric_normal: Vec3x8, met: &Hits8) -> Vec3x8 {
+fn geometric_normals_in_world(
+    frame: &FrameView,
+    geometric_normal: Vec3x8,
+    met: &Hits8,
+    ticks: impl FnOnce() -> [Tick; LANES],
+) -> Vec3x8 {
     let mut world = geometric_normal;
-    frame.each_displaced(met.models, |place, of_model| {
+    frame.each_displaced(met.models, ticks, |place, of_model| {
         place.geometric_normals(of_model, |lane| met.triangles[lane], &mut world);
     });
     world

@@ -4,7 +4,7 @@
 //! and stay together. The models that a segment is tested against are chosen by the
 //! [plan](crate::frame::shot::plan::Plan).
 
-use super::sight::{Outdated, look_up, segment_ends, segments, sights};
+use super::sight::{Outdated, look_up, segment_ends, segments};
 use crate::frame::grid::bits::{count_bits, set_bits, status_bits, surface_bits};
 use crate::frame::grid::cells::{BLOCK, CellSet};
 use crate::frame::shot::frame_view::FrameView;
@@ -132,6 +132,7 @@ fn verify_against(
         u16::from_le_bytes([bits(0), bits(LANES)])
     });
     push_segments(frame, tile, &asked, scratch);
+    frame.set_ticks_of_samples(&mut scratch.rays, tile, &scratch.owners);
     scratch.tally.counts.verification += scratch.rays.count();
     scratch.begin_answers();
     for by in occluders {
@@ -159,7 +160,7 @@ fn may_be_hidden_bits(check: SightCheck, frame: &FrameView, tile: &Tile, first: 
         return asked;
     }
     let ([origins, sights], far) =
-        (sights(frame, tile, first), segment_ends(&tile.model[first..first + LANES]));
+        (frame.sights(tile, first), segment_ends(&tile.model[first..first + LANES]));
     asked & frame.moved_bounds.may_meet(origins, sights, far)
 }
 
@@ -175,7 +176,7 @@ fn push_segments(frame: &FrameView, tile: &Tile, asked: &[u16; CELLS / BLOCK], s
         }
         if asked.count_ones() >= LEAST_WHOLE {
             let segments = [first, first + LANES].map(|first| {
-                let [origins, sights] = sights(frame, tile, first);
+                let [origins, sights] = frame.sights(tile, first);
                 (origins, sights, segment_ends(&tile.model[first..first + LANES]))
             });
             let triangles = std::array::from_fn::<_, BLOCK, _>(|lane| tile.record[first + lane].triangle);

@@ -188,6 +188,7 @@ fn meet(frame: &FrameView, bounces: &mut Bounces, radiance: &mut Radiance, scrat
         scratch.rays.push(bounce.origin, bounce.direction, 0.0, f32::INFINITY);
         count(bounce, &mut scratch.tally);
     }
+    frame.set_ticks(&mut scratch.rays, bounces.now.iter().map(|bounce| bounce.cell));
     let kinds = OfKind::of(&bounces.kinds);
     let search = Search { kinds, among: SceneSubset::All, coherence: Coherence::Bounced };
     frame.tracer.closest(&scratch.rays, search, &mut scratch.hits);
@@ -248,7 +249,8 @@ fn meet_surfaces(
     let hits = Hits8::new(packet, from);
     let direction = |lane: usize| bounces[lane].direction;
     let beam = |lane: usize| bounces[lane].width + bounces[lane].spread * packet.t[from + lane];
-    surfaces(frame, &hits, bounces.len(), direction, beam, |lane, surface| {
+    let tick = |lane: usize| frame.tick_of(bounces[lane].cell);
+    surfaces(frame, &hits, bounces.len(), direction, beam, tick, |lane, surface| {
         let is_sight = bounces[lane].ray_kind == RayKind::Camera;
         if is_sight && frame.role(packet.model[from + lane]) != Role::Itself {
             return;

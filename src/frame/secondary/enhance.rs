@@ -42,6 +42,8 @@ pub fn enhance(
     placed: &mut PlacedTile,
     scratch: &mut TraceScratch,
 ) -> bool {
+    let ticks = frame.ticks_of(tile);
+    let frame = &FrameView { ticks: ticks.as_ref(), ..*frame };
     radiance.begin_tile();
     bounces.times.begin(frame, kept.as_ref().map_or(TreeGrain::Nothing, |kept| kept.asks(frame)));
     bounces.trees.begin();
@@ -74,7 +76,7 @@ pub fn enhance(
             let followed = followed & !roles::bits(frame, models);
             if gloss.is_any || has_coats || followed != 0 {
                 let placed = placed.get(frame, tile, first);
-                let incoming = -directions_to_eye(frame, &placed);
+                let incoming = -directions_to_eye(frame, tile, first, &placed);
                 let normals = [placed.normal, placed.geometric_normal];
                 let reflectance = tile.reflectances(first);
                 let rays = (has_coats && frame.settings.depth > 0)
@@ -206,7 +208,7 @@ fn start_rays(
     (bounces, radiance): (&mut Bounces, &mut Radiance),
 ) {
     let widths = if frame.palette.has_textures && followed != 0 {
-        let sights = frame.view.sights(frame.offsets(tile, first));
+        let [_, sights] = frame.sights(tile, first);
         cell_widths(frame.view, sights, placed.geometric_normal)
     } else {
         F32x8::ZERO

@@ -309,7 +309,9 @@ fn ask_light(
             times.note_segment(frame, met[owner as usize].bounce.cell, *origin, *way, *far);
         }
     };
+    let cell = |owner: u32| met[owner as usize].bounce.cell;
     if light.points > 1 {
+        queue.set_ticks_of_sixteen(frame, cell);
         queue.answer_sixteen(
             check,
             SceneSubset::All,
@@ -322,6 +324,7 @@ fn ask_light(
             },
         );
     } else {
+        queue.set_ticks(frame, cell);
         queue.answer(check, SceneSubset::All, Coherence::Bounced, frame.tracer, |owner, tag| {
             lit[owner as usize] = u16::from(tag.is_lit());
             note(owner, tag == Tag::StaticOccluder);

@@ -47,8 +47,8 @@ pub fn show(frame: &FrameView, tile: &Tile, placed: &mut PlacedTile, radiance: &
         if catchers == 0 {
             continue;
         }
-        let (light, sights) = (light(frame, tile, (first, catchers), placed), frame.offsets(tile, first));
-        let sights = frame.view.sights(sights);
+        let light = light(frame, tile, (first, catchers), placed);
+        let [_, sights] = frame.sights(tile, first);
         for (cell, lane) in set_bits(catchers).map(|lane| (first + lane, lane)) {
             let clear = clear(light.map(|light| light.lane(lane)));
             let background = frame.sky.seen(sights.lane(lane).normalize_or_zero()) * clear;

@@ -11,11 +11,11 @@ use super::reflection_maps::ReflectionMaps;
 use crate::animation::{Shape, Transform};
 use crate::changes::{Motion, Until};
 use crate::cryptomatte::Mattes;
-use crate::exposure::Strata;
+use crate::exposure::{MIDDLE_TICK, Strata, Tick};
 use crate::frame::grid::bits::bits_of_models;
 use crate::frame::grid::cells::CellSet;
 use crate::frame::grid::place;
-use crate::frame::grid::view::View;
+use crate::frame::grid::view::{Cameras8, View};
 use crate::frame::grid::wanted::Wanted;
 use crate::frame::planes::channels::Channel;
 use crate::frame::planes::kernel::Kernel;
@@ -23,7 +23,7 @@ use crate::frame::watcher::{Stop, Watcher};
 use crate::lanes::{LANES, Mask, Vec3x8};
 use crate::layers::Layers;
 use crate::pose::Pose;
-use crate::samples::{BACKGROUND, EMPTY, TagSlot, Tile};
+use crate::samples::{BACKGROUND, Column, EMPTY, Sample, TagSlot, Tile};
 use crate::scene::{LightGroups, RayKind, Role, Scene};
 use crate::settings::{Caustics, Settings};
 use crate::shade::deformed::Deformations;
@@ -33,7 +33,7 @@ use crate::shade::light_chances::LightChances;
 use crate::shade::phong::Palette;
 use crate::shade::sampling::{SampleSeed, hash_of};
 use crate::shade::sky::SkyLight;
-use crate::trace::{NO_HIT, SceneSubset, Tracer};
+use crate::trace::{NO_HIT, RayBatch, SceneSubset, Tracer};
 
 /// Settings of ambient occlusion.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -77,6 +77,8 @@ pub struct FrameView<'a> {
     pub pose: &'a Pose,
     /// Shapes of the models that deform.
     pub deformations: &'a Deformations,
+    /// Ticks of the cells of the tile at work, for rays that leave its samples; `None` where no ray [needs](Pose::has_ticks) one.
+    pub ticks: Option<&'a Column<Tick>>,
     /// True for each model that deforms or is not where its file puts it; empty if there is none.
     pub displaced: &'a [bool],
     /// True for each model that is not there; empty if all are.
@@ -249,9 +251,49 @@ impl<'a> FrameView<'a> {
         hash_of(&[from as f32, to as f32, share as f32])
     }
 
-    /// Transform of a model's place.
+    /// Transform of a model's place in the middle of the exposure.
     pub fn transform(&self, model: u32) -> &'a Transform {
         &self.pose.models[model as usize]
+    }
+
+    /// Ticks of the samples of `tile`, for [`ticks`](Self::ticks), if rays need them.
+    pub fn ticks_of(&self, tile: &Tile) -> Option<Column<Tick>> {
+        self.pose.has_ticks().then(|| std::array::from_fn(|cell| tile.record[cell].traced.tick()))
+    }
+
+    /// Tick of the sample in a cell of the tile at work.
+    #[inline(always)]
+    pub fn tick_of(&self, cell: u32) -> Tick {
+        self.ticks.map_or(MIDDLE_TICK, |ticks| ticks[cell as usize])
+    }
+
+    /// Has `rays` meet what moves at the ticks of these cells of the tile at work, one for each ray.
+    #[inline]
+    pub fn set_ticks(&self, rays: &mut RayBatch, cells: impl Iterator<Item = u32>) {
+        if self.ticks.is_some() {
+            rays.set_ticks(cells.map(|cell| self.tick_of(cell)));
+        }
+    }
+
+    /// Has `rays` meet what moves at the ticks of the samples in these cells of `tile`, one for each ray.
+    #[inline]
+    pub fn set_ticks_of_samples(&self, rays: &mut RayBatch, tile: &Tile, cells: &[u32]) {
+        if self.pose.has_ticks() {
+            rays.set_ticks(cells.iter().map(|cell| tile.record[*cell as usize].traced.tick()));
+        }
+    }
+
+    /// Has `rays` meet what moves at the ticks of the targets of these cells of tile number `number`, one for each ray.
+    #[inline]
+    pub fn set_ticks_of_targets(
+        &self,
+        rays: &mut RayBatch,
+        number: usize,
+        cells: impl Iterator<Item = usize>,
+    ) {
+        if self.pose.has_ticks() {
+            rays.set_ticks(cells.map(|cell| self.view.tick_in_tile(number, cell)));
+        }
     }
 
     /// Length in the object space of `model` for each unit of length in the world.
@@ -272,7 +314,10 @@ impl<'a> FrameView<'a> {
         let (mut last, mut most) = (EMPTY, 0.0_f32);
         for model in models.iter().copied().filter(|model| *model < EMPTY) {
             if model != last {
-                most = most.max(self.place(model).most_lift(self.lifts[model as usize]));
+                let at_rest = self.lifts[model as usize];
+                let places =
+                    self.pose.transforms(model as usize).map(|transform| self.placed(model, transform));
+                most = places.map(|place| place.most_lift(at_rest)).fold(most, f32::max);
                 last = model;
             }
         }
@@ -288,19 +333,30 @@ impl<'a> FrameView<'a> {
     }
 
     /// The curved surface that a triangle of a model stands for at a point (object space), on its outside or `from_behind`; `None`
-    /// where it stands for itself.
-    pub fn horizon(&self, model: u32, triangle: u32, point: Vec3, from_behind: bool) -> Option<Horizon> {
+    /// where it stands for itself. World space, at a `tick`.
+    pub fn horizon(
+        &self,
+        (model, triangle): (u32, u32),
+        point: Vec3,
+        from_behind: bool,
+        tick: Tick,
+    ) -> Option<Horizon> {
         if self.lifts.is_empty() {
             return None;
         }
         let mesh = &self.scene.models[model as usize].mesh;
-        self.place(model).horizon(mesh, triangle, point, if from_behind { -1.0 } else { 1.0 })
+        self.place(model, tick).horizon(mesh, triangle, point, if from_behind { -1.0 } else { 1.0 })
     }
 
-    /// Place and shape of a model.
+    /// Place and shape of a model at a `tick`.
     #[inline(always)]
-    pub fn place(&self, model: u32) -> Place<'a> {
-        Place::of(self.scene, &self.pose.models, self.deformations, model)
+    pub fn place(&self, model: u32, tick: Tick) -> Place<'a> {
+        self.placed(model, self.pose.transform(model as usize, tick))
+    }
+
+    #[inline(always)]
+    fn placed(&self, model: u32, transform: &'a Transform) -> Place<'a> {
+        Place::of(self.scene, transform, self.deformations, model)
     }
 
     /// Returns true if `material` is `head`, or one of its variants.
@@ -316,38 +372,81 @@ impl<'a> FrameView<'a> {
         self.settings.caustics != Caustics::Paths && (!material.casts_shadow() || by_chance)
     }
 
-    /// Vector from the eye to a sample at `point` of a triangle of `model`: an offset for a surface, a
+    /// Vector from the eye, at a `tick` of the exposure, to a sample at `point` of a triangle of `model`: an offset for a surface, a
     /// direction for the background.
     #[inline]
-    pub fn offset(&self, point: Vec3, model: u32, triangle: u32) -> Vec3 {
+    pub fn offset(&self, point: Vec3, (model, triangle): (u32, u32), tick: Tick) -> Vec3 {
         if model == BACKGROUND {
             return point;
         }
-        self.place(model).point(|| triangle, point) - self.view.camera.eye
+        self.place(model, tick).point(|| triangle, point) - self.view.eye(tick)
     }
 
-    /// [`offset`](Self::offset) of the samples in eight cells of `tile`, from `first` on.
+    /// [`offset`](Self::offset) of a sample.
+    #[inline]
+    pub fn offset_of(&self, sample: &Sample, tick: Tick) -> Vec3 {
+        self.offset(sample.point, (sample.model, sample.record.triangle), tick)
+    }
+
+    /// The camera as the samples in eight cells of `tile`, from `first` on, are seen with it: each at its own tick.
     #[inline(always)]
-    pub fn offsets(&self, tile: &Tile, first: usize) -> Vec3x8 {
+    pub fn cameras(&self, tile: &Tile, first: usize) -> Cameras8 {
+        self.view.cameras_at(|| tile.ticks(first))
+    }
+
+    /// [`offset`](Self::offset), from `eyes`, of the samples in eight cells of `tile`, from `first` on, where they are at these `ticks`.
+    #[inline(always)]
+    pub fn offsets_from(
+        &self,
+        eyes: Vec3x8,
+        (tile, first): (&Tile, usize),
+        ticks: impl FnOnce() -> [Tick; LANES],
+    ) -> Vec3x8 {
         let models = &tile.model[first..first + LANES];
         let mut points = tile.points(first);
-        self.each_displaced(models, |place, of_model| {
+        self.each_displaced(models, ticks, |place, of_model| {
             place.points(of_model, |lane| tile.record[first + lane].triangle, &mut points);
         });
         let background = Mask::equal(models, BACKGROUND);
-        background.select3(points, points - Vec3x8::splat(self.view.camera.eye))
+        background.select3(points, points - eyes)
     }
 
-    /// Calls `each` for those of eight samples' models that are displaced, with the model's place and the
-    /// mask of its samples: neighbours mostly share one model.
+    /// Lines of sight to the samples in eight cells of `tile`, from `first` on: origins, and vectors from there to the samples.
     #[inline(always)]
-    pub fn each_displaced(&self, models: &[u32], mut each: impl FnMut(Place<'a>, Mask)) {
+    pub fn sights(&self, tile: &Tile, first: usize) -> [Vec3x8; 2] {
+        let cameras = self.cameras(tile, first);
+        let offsets = self.offsets_from(cameras.eye, (tile, first), || tile.ticks(first));
+        [cameras.origins(offsets), cameras.sights(offsets)]
+    }
+
+    /// Calls `each` for those of eight samples' models that are displaced, with the model's place at the samples' `ticks` and the
+    /// mask of its samples that have this place: neighbours mostly share one model.
+    #[inline(always)]
+    pub fn each_displaced(
+        &self,
+        models: &[u32],
+        ticks: impl FnOnce() -> [Tick; LANES],
+        mut each: impl FnMut(Place<'a>, Mask),
+    ) {
         let mut left = self.displaced_bits(models);
+        if left == 0 {
+            return;
+        }
+        let sweeps = &self.pose.sweeps;
+        let groups = if sweeps.is_empty() { [0; LANES] } else { ticks().map(|tick| sweeps.group(tick)) };
         while left != 0 {
-            let model = models[left.trailing_zeros() as usize];
-            let of_model = Mask::equal(models, model);
-            each(self.place(model), of_model);
-            left &= !of_model.bits();
+            let lane = left.trailing_zeros() as usize;
+            let model = models[lane];
+            let mut of_place = Mask::equal(models, model);
+            let transform = match sweeps.of(model as usize) {
+                None => &self.pose.models[model as usize],
+                Some(places) => {
+                    of_place = of_place & Mask::new(|other| groups[other] == groups[lane]);
+                    &places[groups[lane]]
+                }
+            };
+            each(self.placed(model, transform), of_place);
+            left &= !of_place.bits();
         }
     }
 

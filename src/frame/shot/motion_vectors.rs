@@ -131,11 +131,11 @@ impl Seen {
             BACKGROUND => point,
             _ if !models[model as usize].is_visible => return None,
             _ => {
-                let place = Place::of(scene, models, deformations, model);
+                let place = Place::of(scene, &models[model as usize], deformations, model);
                 place.point(|| triangle, point) - view.camera.eye
             }
         };
-        view.project_one(offset).map(Vec3::truncate)
+        view.project_one(offset, 0).map(Vec3::truncate)
     }
 }
 

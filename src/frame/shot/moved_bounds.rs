@@ -54,7 +54,10 @@ impl MovedBounds {
 
     fn around_models(scene: &Scene, bounds: &[Bounds], pose: &Pose, moves: impl Fn(usize) -> bool) -> Self {
         let models = || (0..scene.models.len()).filter(|model| moves(*model));
-        let places = models().map(|model| bounds[model].placed(&pose.models[model]));
+        let places = models().map(|model| {
+            let transforms = pose.transforms(model);
+            transforms.fold(Bounds::EMPTY, |all, transform| all.union(bounds[model].placed(transform)))
+        });
         // a model that has disappeared is in nobody's way, but it counts among the models: its samples are
         // still there
         let boxes = places.filter(|bounds| !bounds.is_empty()).collect();

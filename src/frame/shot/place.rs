@@ -22,11 +22,11 @@ pub struct Place<'a> {
 }
 
 impl<'a> Place<'a> {
-    /// Place of `model`, one of the `places` of all models, with its shape.
+    /// Place of `model` by this `transform`, with its shape.
     #[inline]
-    pub fn of(scene: &'a Scene, places: &'a [Transform], shapes: &'a Deformations, model: u32) -> Self {
+    pub fn of(scene: &'a Scene, transform: &'a Transform, shapes: &'a Deformations, model: u32) -> Self {
         let deformed = shapes.of_model(model).map(|deformed| (deformed, &*scene.models[model as usize].mesh));
-        Self { transform: &places[model as usize], deformed, scene }
+        Self { transform, deformed, scene }
     }
 
     /// Transforms a point of a triangle, object to world. `triangle` is only called where the model deforms:

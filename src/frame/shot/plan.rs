@@ -5,6 +5,7 @@
 //! the half of the scene (still or movable) that the object is in: so the tag is one byte, and the answer is
 //! the same.
 
+use crate::exposure::{TICKS, Tick};
 use crate::pose::{CameraPose, Clip, LightPose, Pose};
 use crate::samples::{Flags, Tag};
 
@@ -83,9 +84,12 @@ pub struct Plan {
 impl Plan {
     /// Compares the poses of two frames, exactly.
     pub fn between(before: &Pose, now: &Pose) -> Self {
-        let moved: Vec<bool> = before.models.iter().zip(&now.models).map(|(old, new)| old != new).collect();
+        let places = before.models.iter().zip(&now.models).enumerate();
+        let moved: Vec<bool> = places
+            .map(|(model, (old, new))| old != new || before.sweeps.of(model) != now.sweeps.of(model))
+            .collect();
         Self {
-            camera: camera_change(&before.camera, &now.camera),
+            camera: camera_change(before, now),
             any_moved: moved.contains(&true),
             moved,
             lights: before.lights.iter().zip(&now.lights).map(|(old, new)| light_change(old, new)).collect(),
@@ -167,14 +171,17 @@ impl Plan {
     }
 }
 
-fn camera_change(before: &CameraPose, now: &CameraPose) -> CameraChange {
-    if before == now {
+/// Samples go on from frame to frame at their own ticks, so cameras are compared tick by tick.
+fn camera_change(before: &Pose, now: &Pose) -> CameraChange {
+    let is_in_place = |before: &CameraPose, now: &CameraPose| {
+        before.eye == now.eye
+            && (!now.is_orthographic() || before.forward == now.forward)
+            // clipping planes turn with the camera, and hide or show other things
+            && [before, now].iter().all(|camera| camera.clip == Clip::NONE)
+    };
+    if before.camera == now.camera && before.cameras == now.cameras {
         CameraChange::None
-    } else if before.eye == now.eye
-        && (!now.is_orthographic() || before.forward == now.forward)
-        // clipping planes turn with the camera, and hide or show other things
-        && [before, now].iter().all(|camera| camera.clip == Clip::NONE)
-    {
+    } else if (0..TICKS as Tick).all(|tick| is_in_place(before.camera_at(tick), now.camera_at(tick))) {
         CameraChange::SamePlace
     } else {
         CameraChange::Moved
@@ -197,6 +204,7 @@ mod tests {
     use crate::animation::{Transform, TransformTrack};
     use crate::frame::grid::view::tests::camera;
     use crate::pose::LightShape;
+    use crate::sweep::Sweeps;
     use glam::Vec3;
 
     fn pose() -> Pose {
@@ -209,7 +217,9 @@ mod tests {
             frame: 1,
             moment: 1,
             camera: camera(Vec3::ZERO),
+            cameras: Vec::new(),
             models: vec![Transform::IDENTITY; 2],
+            sweeps: Sweeps::default(),
             lights: vec![lamp(0.0), lamp(5.0)],
         }
     }

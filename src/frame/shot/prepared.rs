@@ -147,9 +147,20 @@ impl<'s> Prepared<'s> {
         Pose::exposed(self.scene, frame, (&self.exposures, picture.exposure), place, self.size())
     }
 
-    /// The camera of an exposure of `frame`; `place`: as of [`pose`](Self::pose).
-    pub fn camera(&self, frame: i32, exposure: usize, place: Option<&EyePlace>) -> CameraPose {
+    /// The camera of an exposure of `frame`, in its middle and at its ticks: see [`CameraPose::exposed`]. `place`: as of [`pose`](Self::pose).
+    pub fn camera(
+        &self,
+        frame: i32,
+        exposure: usize,
+        place: Option<&EyePlace>,
+    ) -> (CameraPose, Vec<CameraPose>) {
         CameraPose::exposed(&self.scene.camera, frame, (&self.exposures, exposure), place, self.size())
+    }
+
+    /// The camera in the middle of an exposure of `frame`; `place`: as of [`pose`](Self::pose).
+    pub fn middle_camera(&self, frame: i32, exposure: usize, place: Option<&EyePlace>) -> CameraPose {
+        let exposures = (&self.exposures, exposure);
+        CameraPose::exposed_at(&self.scene.camera, (frame, None), exposures, place, self.size())
     }
 
     /// Pixels of the picture, and cells along the edge of each in the finest level.
@@ -193,7 +204,10 @@ impl<'s> Prepared<'s> {
     /// Returns true if the camera of an exposure, at `pose` in its frame, is in the same place in the frame before or the frame after.
     pub fn rests(&self, pose: &Pose, exposure: usize, place: Option<&EyePlace>) -> bool {
         let beside = [pose.frame.saturating_sub(1), pose.frame.saturating_add(1)];
-        beside.into_iter().any(|frame| self.camera(frame, exposure, place) == pose.camera)
+        beside.into_iter().any(|frame| {
+            let (camera, cameras) = self.camera(frame, exposure, place);
+            camera == pose.camera && cameras == pose.cameras
+        })
     }
 }
 

@@ -13,6 +13,7 @@ use glam::Vec3;
 
 use crate::animation::Transform;
 use crate::pose::{LightPose, Pose};
+use crate::sweep::Sweeps;
 
 /// Maps of a shot's models.
 #[derive(Debug, Default)]
@@ -20,7 +21,7 @@ pub struct ReflectionMaps {
     /// Map of each model that has one; empty before the first frame.
     maps: Vec<Option<CubeMap>>,
     /// Places of models, and lights, with which the maps were made.
-    seen: Option<(Vec<Transform>, Vec<LightPose>)>,
+    seen: Option<(Vec<Transform>, Sweeps, Vec<LightPose>)>,
 }
 
 /// Light around a point.
@@ -65,12 +66,14 @@ impl ReflectionMaps {
 
     /// Returns true if models and lights are as when the maps were made.
     pub fn holds(&self, pose: &Pose) -> bool {
-        self.seen.as_ref().is_some_and(|(models, lights)| *models == pose.models && *lights == pose.lights)
+        self.seen.as_ref().is_some_and(|(models, sweeps, lights)| {
+            *models == pose.models && *sweeps == pose.sweeps && *lights == pose.lights
+        })
     }
 
     /// Creates maps that were made with the models and lights of `pose`.
     pub fn new(maps: Vec<Option<CubeMap>>, pose: &Pose) -> Self {
-        Self { maps, seen: Some((pose.models.clone(), pose.lights.clone())) }
+        Self { maps, seen: Some((pose.models.clone(), pose.sweeps.clone(), pose.lights.clone())) }
     }
 }
 

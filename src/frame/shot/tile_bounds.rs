@@ -6,7 +6,7 @@ use super::frame_view::FrameView;
 use super::moved_bounds::MovedBounds;
 use crate::geometry::{Bounds, SweptBox};
 use crate::lanes::{LANES, Mask, Vec3x8};
-use crate::pose::{CameraPose, LightPose, LightSource};
+use crate::pose::{LightPose, LightSource};
 use crate::samples::{BACKGROUND, CELLS, EMPTY, Tile};
 use crate::scene::camera::Projection;
 use crate::shade::surface::around_origins;
@@ -55,18 +55,19 @@ impl TileBounds {
     /// tile number `number`. A `false` is certain.
     pub fn may_be_hidden(&self, frame: &FrameView, number: usize) -> bool {
         let Self { surfaces, sky, .. } = self;
-        let CameraPose { eye, forward, projection, .. } = frame.view.camera;
+        let eyes = frame.view.cameras().fold(Bounds::EMPTY, |all, camera| all.with(camera.eye));
         let hides = |bounds: &Bounds, sweep: SweptBox| {
             !bounds.is_empty() && frame.moved_bounds.may_meet_sweep(&sweep)
         };
-        match projection {
+        match frame.view.camera.projection {
             Projection::Perspective => {
-                hides(surfaces, SweptBox::between(&Bounds::at(eye), surfaces))
-                    || hides(sky, SweptBox::fan(eye, sky))
+                hides(surfaces, SweptBox::between(&eyes, surfaces)) || hides(sky, SweptBox::fans(&eyes, sky))
             }
             // includes the part behind the camera, which does no harm
             Projection::Orthographic => {
-                hides(surfaces, SweptBox::along(surfaces, -forward))
+                let backwards =
+                    frame.view.cameras().fold(Bounds::EMPTY, |all, camera| all.with(-camera.forward));
+                hides(surfaces, SweptBox::fans(surfaces, &backwards))
                     || hides(sky, frame.view.sights_of_tile(number))
             }
         }
@@ -96,9 +97,10 @@ fn bounds_of_samples(frame: &FrameView, tile: &Tile) -> [Bounds; 2] {
         *low = low.min(wanted.select3(offsets, *low));
         *high = high.max(wanted.select3(offsets, *high));
     };
+    let eye = Vec3x8::splat(frame.view.camera.eye);
     for first in (0..CELLS).step_by(LANES) {
         let models = &tile.model[first..first + LANES];
-        let offsets = frame.offsets(tile, first);
+        let offsets = frame.offsets_from(eye, (tile, first), || tile.ticks(first));
         widen(&mut surfaces, Mask::less(models, EMPTY), offsets);
         let is_sky = Mask::equal(models, BACKGROUND);
         if is_sky.any() {

@@ -5,7 +5,6 @@
 
 use crate::frame::grid::bits::{set_bits, status_bits};
 use crate::frame::grid::cells::CellSet;
-use crate::frame::reuse::sight::sights;
 use crate::frame::reuse::trace_missed::through_targets;
 use crate::frame::shot::frame_view::FrameView;
 use crate::frame::shot::tile_bounds::TileBounds;
@@ -26,7 +25,7 @@ fn beside_targets(frame: &FrameView, number: usize, tile: &Tile, first: usize) -
     let places = [F32x8::load(&grid.place_x, first), F32x8::load(&grid.place_y, first)];
     let [origins, directions] = through_targets(frame, number, places);
     let models = &tile.model[first..first + LANES];
-    let [from, sights] = sights(frame, tile, first);
+    let [from, sights] = frame.sights(tile, first);
     let aside = (from + sights - origins).cross(directions);
     let most = sights.dot(sights) * directions.dot(directions) * F32x8::splat(ON_RAY * ON_RAY);
     let is_on = aside.dot(aside).le(most);
@@ -49,6 +48,7 @@ pub fn behind(frame: &FrameView, number: usize, tile: &Tile) -> (TileBounds, Cel
     if rays.is_empty() {
         return (TileBounds::NONE, asked);
     }
+    frame.set_ticks_of_targets(&mut rays, number, asked.numbers());
     frame.tracer.closest(&rays, Search::from_eye(SceneSubset::Still, Coherence::Coherent), &mut hits);
     let (mut surfaces, mut sky) = (Bounds::EMPTY, Bounds::EMPTY);
     for ((packet, lanes), hits) in rays.packets().zip(&hits.packets) {
@@ -86,6 +86,7 @@ pub fn in_doubt(frame: &FrameView, number: usize, tile: &Tile, scratch: &mut Tra
     if scratch.owners.is_empty() {
         return in_doubt;
     }
+    frame.set_ticks_of_targets(&mut scratch.rays, number, scratch.owners.iter().map(|cell| *cell as usize));
     scratch.tally.counts.verification += scratch.rays.count();
     scratch.begin_answers();
     let TraceScratch { rays, blocked, owners, .. } = scratch;

@@ -2,6 +2,7 @@
 
 use glam::Vec3;
 
+use crate::exposure::{MIDDLE_TICK, Tick};
 use crate::frame::shot::frame_view::FrameView;
 use crate::lanes::{F32x8, LANES, Vec3x8, are_same};
 use crate::prefetch::prefetch;
@@ -188,7 +189,8 @@ impl<'a> Hits8<'a> {
 }
 
 /// Calls `each` with lane and surface for those of the first `count` lanes that have a hit, seen along
-/// `directions` (world space) by beams of these widths (world space): their normals point to the side from which they are seen.
+/// `directions` (world space) by beams of these widths (world space), at these `ticks`: their normals point to the side from which they
+/// are seen.
 #[inline(always)]
 pub fn surfaces(
     frame: &FrameView,
@@ -196,6 +198,7 @@ pub fn surfaces(
     count: usize,
     directions: impl Fn(usize) -> Vec3,
     beams: impl Fn(usize) -> f32,
+    ticks: impl Fn(usize) -> Tick,
     mut each: impl FnMut(usize, Surface),
 ) {
     let corners = hits.corners(frame);
@@ -213,7 +216,9 @@ pub fn surfaces(
     let normals = [&mut normal, &mut geometric_normal];
     hits.put_quadric_normals(frame, corners.quadrics(), hits.weights, normals);
     let triangle = |lane: usize| hits.triangles[lane];
-    place(frame, hits.models, triangle, [&mut point, &mut normal, &mut geometric_normal]);
+    let in_use = |lane: usize| if lane < count { ticks(lane) } else { MIDDLE_TICK };
+    let of_lanes = || std::array::from_fn(in_use);
+    place(frame, (hits.models, triangle), of_lanes, [&mut point, &mut normal, &mut geometric_normal]);
     let (materials, reflectances) = hits.reflectances(frame, hits.weights, &widths);
     for lane in (0..count).filter(|lane| hits.is_hit(*lane)) {
         let from_behind = geometric_normal.lane(lane).dot(directions(lane)) > 0.0;
@@ -222,7 +227,8 @@ pub fn surfaces(
         let is_curved = corners.is_smooth(lane) && normal.dot(geometric_normal) < NEARLY_FLAT;
         let at = |lane: usize| (hits.models[lane], hits.triangles[lane]);
         let horizon = if is_curved || frame.palette.bends_normals {
-            horizon(frame, at(lane), in_object.lane(lane), from_behind, [normal, geometric_normal])
+            let normals = [normal, geometric_normal];
+            horizon(frame, at(lane), (in_object.lane(lane), ticks(lane)), from_behind, normals)
         } else {
             Horizon::flat(normal)
         };
@@ -247,12 +253,12 @@ const NEARLY_FLAT: f32 = 0.9999;
 fn horizon(
     frame: &FrameView,
     (model, triangle): (u32, u32),
-    in_object: Vec3,
+    (in_object, tick): (Vec3, Tick),
     from_behind: bool,
     [normal, geometric_normal]: [Vec3; 2],
 ) -> Horizon {
     let is_bent = frame.is_bent(model, triangle);
-    match frame.horizon(model, triangle, in_object, from_behind) {
+    match frame.horizon((model, triangle), in_object, from_behind, tick) {
         Some(horizon) if is_bent => horizon,
         Some(Horizon { lift, .. }) => Horizon { lift, ..Horizon::flat(normal) },
         None if is_bent => Horizon { is_bent, ..Horizon::flat(geometric_normal) },
@@ -260,16 +266,16 @@ fn horizon(
     }
 }
 
-/// Transforms eight surfaces of `models` from object to world space; `triangle` gives that of a lane. Normals
+/// Transforms eight surfaces of `models` from object to world space, at these `ticks`; `triangle` gives that of a lane. Normals
 /// get unit length. Lanes without a surface stay as they are.
 #[inline(always)]
 pub fn place(
     frame: &FrameView,
-    models: &[u32],
-    triangle: impl Fn(usize) -> u32,
+    (models, triangle): (&[u32], impl Fn(usize) -> u32),
+    ticks: impl FnOnce() -> [Tick; LANES],
     [point, normal, geometric_normal]: [&mut Vec3x8; 3],
 ) {
-    frame.each_displaced(models, |place, of_model| {
+    frame.each_displaced(models, ticks, |place, of_model| {
         place.surfaces(of_model, &triangle, [&mut *point, &mut *normal, &mut *geometric_normal]);
     });
 }

@@ -38,7 +38,8 @@ impl Placed {
         let mut placed = Self { point, normal, geometric_normal, smooth: None };
         let Self { point, normal, geometric_normal, .. } = &mut placed;
         let triangle = |lane: usize| tile.record[first + lane].triangle;
-        place(frame, &tile.model[first..first + LANES], triangle, [point, normal, geometric_normal]);
+        let of = (&tile.model[first..first + LANES], triangle);
+        place(frame, of, || tile.ticks(first), [point, normal, geometric_normal]);
         if frame.palette.bends_normals {
             placed.smooth = Some(unbent(frame, tile, first, &placed));
         }
@@ -79,7 +80,8 @@ pub fn lift(frame: &FrameView, tile: &Tile, cell: usize) -> Vec3 {
 
 fn of_sample(frame: &FrameView, tile: &Tile, cell: usize) -> Option<Horizon> {
     let record = &tile.record[cell];
-    frame.horizon(tile.model[cell], record.triangle, tile.point(cell), record.is_from_behind())
+    let (of, tick) = ((tile.model[cell], record.triangle), record.traced.tick());
+    frame.horizon(of, tile.point(cell), record.is_from_behind(), tick)
 }
 
 /// Samples of one tile in world space. Each is placed once a frame, when a phase first asks for it.

@@ -118,7 +118,7 @@ fn normal_of(frame: &FrameView, tile: &Tile, cell: usize) -> Octahedral {
         return record.normal;
     }
     let kept = [tile.point(cell), record.normal.unfold(), record.geometric_normal.unfold()];
-    let [_, normal, _] = frame.place(model).surface(record.triangle, kept);
+    let [_, normal, _] = frame.place(model, record.traced.tick()).surface(record.triangle, kept);
     Octahedral::fold(normal)
 }
 

@@ -154,6 +154,8 @@ fn update_samples(
     state.trees.forget_others(tile, roots);
     clock.lap(&mut seconds.trace);
 
+    let ticks = frame.ticks_of(tile);
+    let frame = &FrameView { ticks: ticks.as_ref(), ..*frame };
     let (indirect_changed, until) = indirect::gather(frame, tile, placed, paths, &mut trace.tally);
     let (reflected_changed, reflected_until) = reflected::renew(frame, tile, placed, paths, &mut trace.tally);
     let (openness_changed, open_until) =

@@ -79,7 +79,10 @@ pub fn settings(text: TomlText<'_>, tables: &Tables<'_>, before: &Settings) -> R
             1..i64::from(MOST_OCCLUSION_RAYS) + 1,
         )?,
         occlusion_radius: occlusion_radius(text, occlusion)?.unwrap_or(before.occlusion_radius),
-        exposures: whole("exposures", &table.exposures, before.exposures, 1..i64::from(MOST_EXPOSURES) + 1)?,
+        exposures: match &table.exposures {
+            Some(most) => Some(text.whole("exposures", most, 1..i64::from(MOST_EXPOSURES) + 1)?),
+            None => before.exposures,
+        },
         mode: table.mode.unwrap_or(before.mode),
         reuse: table.reuse.unwrap_or(before.reuse),
         base_every: whole("base_every", &table.base_every, before.base_every, 0..1_000_001)?,

@@ -1,6 +1,5 @@
 //! Warnings before rendering about shots that will not look as intended.
 
-pub mod blur;
 pub mod caustics;
 pub(crate) mod darkness;
 pub mod kinds;

@@ -3,6 +3,8 @@
 use embree::{GeometryId, Scene as EmbreeScene};
 
 use super::mask;
+use crate::animation::Transform;
+use crate::exposure::{TICKS, Tick};
 use crate::pose::Pose;
 use crate::scene::RayKinds;
 use crate::trace::TraceError;
@@ -16,6 +18,13 @@ pub struct Instance {
     pub seen_by: RayKinds,
 }
 
+/// Times of rays at each tick, if anything moves: those of Embree's keys, at which an instance is exactly where the key says.
+pub fn times(pose: &Pose) -> Option<[f32; TICKS]> {
+    let groups = pose.sweeps.groups() as f32;
+    let time = |tick| pose.sweeps.group(tick as Tick) as f32 / groups;
+    (!pose.sweeps.is_empty()).then(|| std::array::from_fn(time))
+}
+
 /// Sets the transforms of `instances` in `scene` to those of `pose`, and their masks.
 pub fn set_places(
     scene: &mut EmbreeScene,
@@ -25,9 +34,18 @@ pub fn set_places(
 ) -> Result<(), TraceError> {
     for Instance { id, model, seen_by } in instances {
         let transform = &pose.models[*model];
+        let sweep: Vec<[f32; 12]> =
+            pose.sweeps.of(*model).unwrap_or_default().iter().map(Transform::columns).collect();
         let mask =
             if transform.is_visible { mask::of_instance(*seen_by, moved[*model]) } else { mask::HIDDEN };
-        scene.set_instance_transform(*id, transform.columns())?;
+        match sweep.last() {
+            // of the last key nothing is seen: no ray is that late
+            Some(last) => {
+                let keys: Vec<[f32; 12]> = sweep.iter().chain([last]).copied().collect();
+                scene.set_instance_transforms(*id, &keys)?;
+            }
+            None => scene.set_instance_transforms(*id, &[transform.columns()])?,
+        }
         scene.set_mask(*id, mask)?;
     }
     Ok(())

@@ -8,6 +8,7 @@ use glam::{Affine3A, Vec3};
 use super::beam::{Open, Probe, Ray as Line, Visitor, walk};
 use super::rays::{Rays, first_of, open_lanes};
 use super::search::{Exempt, put};
+use crate::exposure::Tick;
 use crate::geometry::Quadric;
 use crate::geometry::quadric::Ray;
 use crate::geometry::tree::{Box3, Tree};
@@ -78,13 +79,13 @@ impl Quadrics {
     }
 
     /// Quadrics that move, as they are in one frame.
-    pub fn open(&self, pose: &Pose, moved: &[bool]) -> Standing {
-        let transform = |piece: &Piece| &pose.models[piece.model as usize];
+    pub fn open(&self, (pose, tick): (&Pose, Tick), moved: &[bool]) -> Standing {
+        let transform = |piece: &Piece| pose.transform(piece.model as usize, tick);
         let place = |piece: &Piece| Place {
             to_object: transform(piece).to_object,
             moved: moved[piece.model as usize],
         };
-        let is_there = |piece: &&Piece| transform(piece).is_visible;
+        let is_there = |piece: &&Piece| pose.models[piece.model as usize].is_visible;
         let pieces: Vec<Piece> = self.movable.iter().filter(is_there).cloned().collect();
         let boxes: Vec<Box3> = pieces.iter().map(|piece| piece.bounds.placed(transform(piece))).collect();
         let tree = Tree::new(&boxes, 1, |ids| ids[0]);
