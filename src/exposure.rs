@@ -409,7 +409,8 @@ mod tests {
                 .collect();
             let count = points.len() as f64;
             let rings = points.iter().map(|[x, y]| (x * x + y * y).min(0.999));
-            assert!(worst_share(rings, 4) <= f64::max(0.1 * count, 2.0), "{strata:?}");
+            // sixteen points alone are a net in the square, and less of one in rings
+            assert!(worst_share(rings, 4) <= f64::max(0.1 * count, 4.0), "{strata:?}");
             let sectors = points.iter().map(|[x, y]| (y.atan2(*x) / TAU).rem_euclid(1.0));
             assert!(worst_share(sectors, 4) < 1e-9, "{strata:?}");
             let mean = [0, 1].map(|axis| points.iter().map(|at| at[axis]).sum::<f64>() / count);
