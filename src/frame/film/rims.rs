@@ -14,7 +14,7 @@ use crate::frame::reuse::trace_missed::through_targets;
 use crate::frame::shot::frame_view::FrameView;
 use crate::frame::surface::trace_scratch::TraceScratch;
 use crate::lanes::{F32x8, LANES, Mask, Vec3x8};
-use crate::samples::{CELLS, Column, EMPTY, Octahedral, TILE, Tile};
+use crate::samples::{CELLS, Column, EMPTY, TILE, Tile};
 use crate::trace::{self, Coherence, Hit, NO_HIT, Search};
 
 /// Distance from the target, across or down in cells, up to which a sample counts as if it lay there: more than rounding puts between a
@@ -245,10 +245,7 @@ impl Shown {
             // neighbours may be seen at other ticks: they are compared at one, from one place
             let ticks = || [MIDDLE_TICK; LANES];
             let offsets = frame.offsets_from(Vec3x8::splat(frame.view.camera.eye), (tile, first), ticks);
-            let mut normals = Octahedral::directions(tile.geometric_normals(first));
-            frame.each_displaced(models, ticks, |place, of_model| {
-                place.geometric_normals(of_model, |lane| records[lane].triangle, &mut normals);
-            });
+            let normals = frame.geometric_normals((tile, first), ticks);
             let length = normals.dot(normals).sqrt();
             let is_surface = Mask::less(models, EMPTY);
             let has_normal = is_surface & length.gt(F32x8::ZERO);

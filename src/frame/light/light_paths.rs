@@ -281,9 +281,7 @@ fn cast(frame: &FrameView, is_reflection: bool, scratch: &mut PathScratch, tally
         let counted = &mut tally.cells.secondary[starts[ray.path as usize].cell as usize];
         *counted = counted.saturating_add(1);
     }
-    if frame.ticks.is_some() {
-        rays.set_ticks(now.iter().map(|ray| ray.tick));
-    }
+    frame.set_ticks(rays, now.iter().map(|ray| starts[ray.path as usize].cell));
     let counts = &mut tally.counts;
     *(if is_reflection { &mut counts.reflection } else { &mut counts.gathering }) += now.len() as u64;
     let search =

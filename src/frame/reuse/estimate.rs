@@ -194,7 +194,9 @@ fn ask_tiles(number: usize, tiles: &[Box<Tile>], of: usize, frame: &FrameView, a
         if casts {
             segments(frame, tile, first, inside, &mut rays);
             shown_by_ray.extend(set_bits(inside).map(shown));
-            ticks.extend(set_bits(inside).map(|lane| tile.record[first + lane].traced.tick()));
+            if frame.pose.has_ticks() {
+                ticks.extend(set_bits(inside).map(|lane| tile.record[first + lane].traced.tick()));
+            }
             *asked = inside;
         }
     }

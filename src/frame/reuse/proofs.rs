@@ -15,9 +15,7 @@ use crate::frame::shot::proofs::Proofs;
 use crate::geometry::Bounds;
 use crate::lanes::{LANES, Vec3x8};
 use crate::pose::Clip;
-use crate::samples::{
-    BACKGROUND, CELLS, ClearRegion, ClearRegions, EMPTY, Flags, Octahedral, SampleStore, Status, Tile,
-};
+use crate::samples::{BACKGROUND, CELLS, ClearRegion, ClearRegions, EMPTY, Flags, SampleStore, Status, Tile};
 use crate::settings::Reuse;
 
 /// Factor by which cells may become larger than they are now until a proof ends, by a zoom.
@@ -185,19 +183,7 @@ impl ProofScratch {
                 continue;
             }
             lanes.offsets = offsets;
-            let mut normals = Octahedral::directions(tile.geometric_normals(first));
-            let models = &tile.model[first..first + LANES];
-            frame.each_displaced(
-                models,
-                || tile.ticks(first),
-                |place, of_model| {
-                    place.geometric_normals(
-                        of_model,
-                        |lane| tile.record[first + lane].triangle,
-                        &mut normals,
-                    );
-                },
-            );
+            let normals = frame.geometric_normals((tile, first), || tile.ticks(first));
             lanes.normals = normals.normalize();
         }
     }

@@ -6,7 +6,7 @@ use crate::frame::shot::frame_view::FrameView;
 use crate::frame::shot::plan::CameraChange;
 use crate::frame::surface::footprints::cell_widths;
 use crate::lanes::{F32x8, LANES, Mask, Vec3x8};
-use crate::samples::{BACKGROUND, Flags, Footprint, Octahedral, Record, Tile, half_colors};
+use crate::samples::{BACKGROUND, Flags, Footprint, Record, Tile, half_colors};
 use crate::scene::Mesh;
 use crate::shade::on_mesh::OnMesh;
 use crate::shade::surface::SurfacePoint;
@@ -66,18 +66,7 @@ impl Outdated {
             return Self::NONE;
         }
         // the side needs no unit length
-        let mut geometric_normals = Octahedral::directions(tile.geometric_normals(first));
-        frame.each_displaced(
-            models,
-            || tile.ticks(first),
-            |place, of_model| {
-                place.geometric_normals(
-                    of_model,
-                    |lane| tile.record[first + lane].triangle,
-                    &mut geometric_normals,
-                );
-            },
-        );
+        let geometric_normals = frame.geometric_normals((tile, first), || tile.ticks(first));
         let [_, sights] = frame.sights(tile, first);
         let before = geometric_normals.dot(sights).lt(F32x8::ZERO);
         let turned = may_have_turned & !before.bits();

@@ -23,7 +23,7 @@ use crate::frame::watcher::{Stop, Watcher};
 use crate::lanes::{LANES, Mask, Vec3x8};
 use crate::layers::Layers;
 use crate::pose::Pose;
-use crate::samples::{BACKGROUND, Column, EMPTY, Sample, TagSlot, Tile};
+use crate::samples::{BACKGROUND, Column, EMPTY, Octahedral, Sample, TagSlot, Tile};
 use crate::scene::{LightGroups, RayKind, Role, Scene};
 use crate::settings::{Caustics, Settings};
 use crate::shade::deformed::Deformations;
@@ -409,6 +409,21 @@ impl<'a> FrameView<'a> {
         });
         let background = Mask::equal(models, BACKGROUND);
         background.select3(points, points - eyes)
+    }
+
+    /// Normals of the triangles of the samples in eight cells of `tile`, from `first` on, at these `ticks`: world space, of any length,
+    /// on the sides from which they are seen.
+    #[inline(always)]
+    pub fn geometric_normals(
+        &self,
+        (tile, first): (&Tile, usize),
+        ticks: impl FnOnce() -> [Tick; LANES],
+    ) -> Vec3x8 {
+        let mut normals = Octahedral::directions(tile.geometric_normals(first));
+        self.each_displaced(&tile.model[first..first + LANES], ticks, |place, of_model| {
+            place.geometric_normals(of_model, |lane| tile.record[first + lane].triangle, &mut normals);
+        });
+        normals
     }
 
     /// Lines of sight to the samples in eight cells of `tile`, from `first` on: origins, and vectors from there to the samples.
