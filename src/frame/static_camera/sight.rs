@@ -1,7 +1,8 @@
 //! What the targets of a tile see while the camera rests. Each sees the surface that its cell shows, as it did when it was
 //! [asked](crate::frame::reuse::trace_missed); so nothing but what has moved since can be seen there instead.
 //!
-//! A sample that was traced for its cell lies on the ray through the target: whether it is still seen says all. Others lie beside.
+//! A sample that was traced for its cell lies on the ray through the target, and is seen at the target's tick: whether it is still seen says all. Others lie
+//! beside, or are seen at other ticks.
 
 use crate::frame::grid::bits::{set_bits, status_bits};
 use crate::frame::grid::cells::CellSet;
@@ -19,7 +20,7 @@ use crate::trace::{Coherence, HitBatch, NO_HIT, Occluders, Purpose, RayBatch, Sc
 const ON_RAY: f32 = 1e-5;
 
 /// Rays through the targets of eight cells of tile number `number`, from cell `first` on; and a bit mask of those of their samples that lie
-/// beside these rays.
+/// beside these rays, or are seen on them at other ticks.
 fn beside_targets(frame: &FrameView, number: usize, tile: &Tile, first: usize) -> ([Vec3x8; 2], u8) {
     let grid = &frame.view.grid;
     let places = [F32x8::load(&grid.place_x, first), F32x8::load(&grid.place_y, first)];
@@ -28,7 +29,14 @@ fn beside_targets(frame: &FrameView, number: usize, tile: &Tile, first: usize) -
     let [from, sights] = frame.sights(tile, first);
     let aside = (from + sights - origins).cross(directions);
     let most = sights.dot(sights) * directions.dot(directions) * F32x8::splat(ON_RAY * ON_RAY);
-    let is_on = aside.dot(aside).le(most);
+    let mut is_on = aside.dot(aside).le(most);
+    if frame.pose.has_ticks() {
+        // the target may see what moves at another time than the eye that sees the sample, on the same ray
+        is_on = is_on
+            & Mask::new(|lane| {
+                tile.record[first + lane].traced.tick() == frame.view.tick_in_tile(number, first + lane)
+            });
+    }
     let is_sample = !Mask::equal(models, EMPTY);
     // what is seen of the background in an orthographic view has no place beside which it could lie
     let has_place = !Mask::equal(models, BACKGROUND);
