@@ -7,6 +7,8 @@ from .export.mesh_store import has_handlers
 
 AHEAD = (16, 64)
 """Frames that are exported at once when stills begin to follow each other, and when these are rendered."""
+MOST_OBJECTS_AT_FIRST = 200
+"""Objects of a scene that moves, up to which a script's first still has frames ahead: more take long, and the script may want none of them."""
 MOST_MISSES = 2
 """Exports that are found to be out of date, after which none is made ahead: something else than the frame changes from still to still."""
 
@@ -37,7 +39,11 @@ class Stills:
 
     def frames(self, scene):
         """Frames to export with the still that was noted last, which is the first of them."""
-        if not self._is_row() or self.misses >= MOST_MISSES or scene.afterimage.mode == "full" or has_handlers():
+        if self.count == 1:
+            self.step = self._likely_step(scene)
+        elif not self._is_row():
+            return [self.last]
+        if not self.step or self.misses >= MOST_MISSES or scene.afterimage.mode == "full" or has_handlers():
             return [self.last]
         count = AHEAD[min(self.rounds, len(AHEAD) - 1)]
         self.rounds += 1
@@ -46,3 +52,8 @@ class Stills:
     def _is_row(self):
         """Returns true if stills seem to follow each other: three of them, or the first two of a script without a window."""
         return self.row > 1 or (self.count == 2 and self.step is not None and self.step > 0 and bpy.app.background)
+
+    def _likely_step(self, scene):
+        """The step by which a script without a window goes on from its first still, if that is likely."""
+        is_likely = bpy.app.background and bpy.data.actions and len(scene.objects) <= MOST_OBJECTS_AT_FIRST
+        return scene.frame_step if is_likely else None

@@ -1,13 +1,21 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Times 48 frames with a moving camera at several qualities: Cycles with persistent data, and Afterimage, export and files included.
+"""Times a shot at several qualities: Cycles with persistent data, and Afterimage, export and files included.
 
-    python integrations/blender/scripts/race.py FOLDER [WIDTH [REFERENCE]]
+    python integrations/blender/scripts/race.py FOLDER [--shot SHOT] [--blur] [--width WIDTH] [--reference SAMPLES]
 
-The scene is that of compare_cycles.py without its glass, which both render differently, and both have a filter of one pixel. The error is
-that of three frames against Cycles with REFERENCE samples (1024): root of the mean square difference, over the mean, of the three on the
-mean. Between the measured qualities time and error are interpolated by their logarithms. Needs a Python with bpy and afterimage.
+Shots:
+    room        a camera that travels past things that rest, 48 frames: the scene of compare_cycles.py, without its glass
+    cubes       27 cubes that turn, and two lamps, 10 frames
+    character   a body that bends by its bones, two lamps, and a world, 10 frames
+    flock       300 instances that fly, 10 frames
+
+--blur: with motion blur, half a frame long. Both renderers have a filter of one pixel. The error is that of three frames against a picture of
+the same renderer that has next to none, with REFERENCE samples in Cycles (1024): root of the mean square difference, over the mean, of the three
+on the mean. How far apart these pictures are is said first. Between the measured qualities time and error are interpolated by their
+logarithms. Needs a Python with bpy and afterimage.
 """
 
+import argparse
 import os
 import sys
 import time
@@ -17,33 +25,45 @@ sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 import bpy
 import compare_cycles
 import numpy as np
+import subjects
 import support
 
-FRAMES, CHECKED = 48, (8, 24, 40)
 CYCLES = {False: (16, 32, 64), True: (16, 32)}
 """Samples a pixel, of raw and of denoised pictures."""
 OURS = ((2, 4, 4), (4, 1, 1), (4, 4, 4))
 """Samples (N x N), paths, reflected paths."""
-CONVERGED = (4, 32, 16)
-"""A quality whose error is rather that of other methods than noise."""
+REFERENCE = (12, 8, 8)
+"""The same, of a picture whose error is next to none."""
 
 
-def build(width):
-    """The scene, with a camera that travels 1.2 m to the side."""
+def room(width, frames):
+    """The scene of compare_cycles.py without its glass, which both render differently, and with a camera that travels 1.2 m to the side."""
     scene = compare_cycles.build(width)
     bpy.data.objects.remove(bpy.data.objects["Glass"])
-    scene.frame_end = FRAMES
-    for frame, x in ((1, -0.6), (FRAMES, 0.6)):
+    scene.frame_end = frames
+    for frame, x in ((1, -0.6), (frames, 0.6)):
         scene.camera.location.x = x
         scene.camera.keyframe_insert("location", frame=frame)
+    return scene
+
+
+SHOTS = {"room": (room, 48), "cubes": (subjects.cubes, 10), "character": (subjects.character, 10), "flock": (subjects.flock, 10)}
+"""Functions that build the scenes, and their numbers of frames."""
+
+
+def build(options):
+    """The scene, and the frames in which it is checked."""
+    make, frames = SHOTS[options.shot]
+    scene = make(options.width, frames)
     scene.afterimage.shadow_rays = "1"
     scene.cycles.max_bounces = scene.afterimage.bounces + 1
     scene.cycles.pixel_filter_type, scene.cycles.filter_width = "BOX", 1.0
     scene.cycles.use_adaptive_sampling = False
     scene.render.use_persistent_data = True
+    scene.render.use_motion_blur = options.blur
     image = scene.render.image_settings
     image.file_format, image.color_depth = "OPEN_EXR", "32"
-    return scene
+    return scene, [frames // 6, frames // 2, frames * 5 // 6]
 
 
 def choose(scene, engine, quality, is_denoised=False):
@@ -57,13 +77,15 @@ def choose(scene, engine, quality, is_denoised=False):
         (own.samples, own.paths, own.reflections), own.denoise = quality, is_denoised
 
 
-def pictures(scene, folder, engine, quality):
+def pictures(scene, folder, engine, quality, checked):
     """Checked frames of this quality, each rendered by itself."""
     choose(scene, engine, quality)
+    scene.afterimage.mode = "full"
     found = []
-    for frame in CHECKED:
+    for frame in checked:
         scene.frame_set(frame)
         found.append(support.render(scene, os.path.join(folder, f"right.{frame}.exr"))[:, :, :3])
+    scene.afterimage.mode = "auto"
     return found
 
 
@@ -102,8 +124,8 @@ def run(scene, folder, engine, quality, is_denoised, right):
     start, start_of_all = time.perf_counter(), time.process_time()
     bpy.ops.render.render(animation=True)
     seconds, of_all = time.perf_counter() - start, time.process_time() - start_of_all
-    found = [support.read_pixels(os.path.join(folder, f"{name}.{frame:04d}.exr"))[:, :, :3] for frame in CHECKED]
-    return seconds, of_all, error_of(found, right)
+    found = [support.read_pixels(os.path.join(folder, f"{name}.{frame:04d}.exr"))[:, :, :3] for frame in right]
+    return seconds, of_all, error_of(found, right.values())
 
 
 def time_at(points, error):
@@ -116,18 +138,24 @@ def time_at(points, error):
 
 
 def main():
-    folder = os.path.abspath(sys.argv[1])
-    width, reference = [int(value) for value in sys.argv[2:]] + [240, 1024][len(sys.argv) - 2 :]
-    scene = build(width)
-    right = pictures(scene, folder, "CYCLES", reference)
-    own = pictures(scene, folder, "AFTERIMAGE", CONVERGED)
-    print(f"AFTERIMAGE {CONVERGED}: error {100 * error_of(own, right):.1f} %: the least that is told apart from other methods", flush=True)
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("folder", type=os.path.abspath)
+    parser.add_argument("--shot", choices=SHOTS, default="room")
+    parser.add_argument("--blur", action="store_true")
+    parser.add_argument("--width", type=int, default=240)
+    parser.add_argument("--reference", type=int, default=1024)
+    options = parser.parse_args()
+    folder = options.folder
+    scene, checked = build(options)
+    right = {engine: dict(zip(checked, pictures(scene, folder, engine, quality, checked))) for engine, quality in (("CYCLES", options.reference), ("AFTERIMAGE", REFERENCE))}
+    apart = error_of(right["AFTERIMAGE"].values(), right["CYCLES"].values())
+    print(f"{options.shot}{', blur' if options.blur else ''}: what both have next to no error of is {100 * apart:.1f} % apart", flush=True)
     watch, points = Stopwatch(), {}
     for is_denoised in (False, True):
         for engine, qualities in (("AFTERIMAGE", OURS), ("CYCLES", CYCLES[is_denoised])):
             for quality in qualities:
                 watch.frames.clear(), watch.exports.clear()
-                seconds, of_all, error = run(scene, folder, engine, quality, is_denoised, right)
+                seconds, of_all, error = run(scene, folder, engine, quality, is_denoised, right[engine])
                 points.setdefault((engine, is_denoised), []).append((seconds, error))
                 kind = "denoised" if is_denoised else "raw"
                 print(f"{engine} {quality} {kind}: {seconds:.1f} s, {of_all:.1f} processor seconds, error {100 * error:.1f} %", flush=True)

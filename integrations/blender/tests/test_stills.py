@@ -37,10 +37,10 @@ class Stills(test_jobs.FakeRenderer):
         self.assertEqual([number for number, _ in self.frames], list(frames))
         return [shot["render"]["frames"] for shot in self.shots]
 
-    def test_stills_in_a_row_go_on_from_the_second_one(self):
-        self.assertEqual(self.stills(*range(1, 25)), ["1", "2-17", "18-40"])
+    def test_stills_in_a_row_go_on_from_the_first_one(self):
+        self.assertEqual(self.stills(*range(1, 25)), ["1-16", "17-40"])
         # the renderer was asked for all frames of a shot at once, and went on from one to the next
-        self.assertEqual(self.asked, [[1], list(range(2, 18)), list(range(18, 41))])
+        self.assertEqual(self.asked, [list(range(1, 17)), list(range(17, 41))])
 
     def test_in_a_window_it_takes_three_stills_in_a_row(self):
         stills = support.extension().stills
@@ -52,25 +52,29 @@ class Stills(test_jobs.FakeRenderer):
 
     def test_stills_in_steps_go_on_as_well(self):
         self.scene.frame_end = 12
-        self.assertEqual(self.stills(1, 3, 5, 7, 9), ["1", "3-11x2"])
+        self.assertEqual(self.stills(1, 3, 5, 7, 9), ["1-12", "3-11x2"])
 
     def test_stills_here_and_there_are_exported_by_themselves(self):
-        self.assertEqual(self.stills(1, 2, 9, 5, 6, 6, 5, 4), ["1", "2-17", "9", "5", "6", "6", "5", "4"])
+        self.assertEqual(self.stills(1, 2, 9, 5, 6, 6, 5, 4), ["1-16", "9", "5", "6", "6", "5", "4"])
 
     def test_a_still_again_is_exported_again(self):
-        self.assertEqual(self.stills(1, 2, 3, 4, 4, 5), ["1", "2-17", "4", "5"])
+        self.assertEqual(self.stills(1, 2, 3, 4, 4, 5), ["1-16", "4", "5"])
 
     def test_what_deforms_and_motion_blur_go_on_as_well(self):
         self.scene.render.use_motion_blur = True
         self.floor.modifiers.new("Wave", "WAVE")
         self.scene.frame_end = 5
-        self.assertEqual(self.stills(1, 2, 3, 4, 5), ["1", "2-5"])
+        self.assertEqual(self.stills(1, 2, 3, 4, 5), ["1-5"])
 
-    def test_copies_go_on_as_well(self):
+    def test_copies_go_on_from_the_second_one(self):
         for index in range(1000):
             self.move(support.add(self.scene, f"Copy {index}", self.floor.data), (index, 0, 0), (index, 1, 0))
         self.scene.frame_end = 6
         self.assertEqual(self.stills(1, 2, 3, 4, 5, 6), ["1", "2-6"])
+
+    def test_the_first_still_of_what_rests_is_exported_by_itself(self):
+        bpy.data.batch_remove(bpy.data.actions)
+        self.assertEqual(self.stills(1, 2, 3, 4), ["1", "2-17"])
 
     def test_handlers_of_frames_are_not_called_out_of_order(self):
         called = []
@@ -137,17 +141,17 @@ class Stills(test_jobs.FakeRenderer):
                 self.tearDown()
                 self.setUp()
                 change = self.changes()[name]
-                self.assertEqual(self.stills(1, 2, 3), ["1", "2-17"])
+                self.assertEqual(self.stills(1, 2, 3), ["1-16"])
                 change()
                 self.still(4)
-                self.assertEqual([shot["render"]["frames"] for shot in self.shots], ["1", "2-17", "4"])
+                self.assertEqual([shot["render"]["frames"] for shot in self.shots], ["1-16", "4"])
 
     def test_a_script_that_changes_something_in_each_still_is_not_exported_ahead_for_long(self):
         for frame in range(1, 13):
             self.floor.location.x = frame
             self.still(frame)
         shots = [shot["render"]["frames"] for shot in self.shots]
-        self.assertEqual(shots, ["1", "2-17", "3", "4", "5-20", *map(str, range(6, 13))])
+        self.assertEqual(shots, ["1-16", "2-17", *map(str, range(3, 13))])
         self.assertEqual([shot["model"][0]["matrix"][0][3] for shot in self.shots], list(range(1, 13)))
 
     def test_a_material_that_changes_by_keys_is_in_each_still(self):
@@ -159,8 +163,8 @@ class Stills(test_jobs.FakeRenderer):
             socket.default_value = value
             socket.keyframe_insert("default_value", frame=frame)
         self.scene.frame_end = 8
-        self.assertEqual(self.stills(*range(1, 9)), ["1", "2-4", "5-8"])
-        self.assertEqual([shot["material"][0]["pr"] for shot in self.shots], [0.25, 0.25, 0.5])
+        self.assertEqual(self.stills(*range(1, 9)), ["1-4", "5-8"])
+        self.assertEqual([shot["material"][0]["pr"] for shot in self.shots], [0.25, 0.5])
 
     def test_no_files_are_left_of_stills_once_another_scene_is_loaded(self):
         self.stills(1, 2, 3, 4)
@@ -183,7 +187,7 @@ class Stills(test_jobs.FakeRenderer):
         self.scene.frame_start, self.scene.frame_end = 4, 6
         self.scene.render.filepath = os.path.join(self.scratch.name, "f.####")
         bpy.ops.render.render(animation=True)
-        self.assertEqual([shot["render"]["frames"] for shot in self.shots], ["1", "2-17", "4-6"])
+        self.assertEqual([shot["render"]["frames"] for shot in self.shots], ["1-16", "4-6"])
         self.assertEqual(self.session._jobs, {})
 
 
