@@ -43,7 +43,9 @@ use super::{
     Backend, Coherence, HitBatch, HitPacket, LANES, NO_HIT, Occluders, OfKind, Purpose, RayBatch, RayPacket,
     SceneSubset, Search, TraceError, Tracer, has_many_clear,
 };
+use crate::animation::Transform;
 use crate::exposure::{TICKS, Tick};
+use crate::geometry::Bounds;
 use crate::lanes::{F32x8, are_same};
 use crate::pose::Pose;
 use crate::scene::{Mesh, Model, RayKind, RayKinds, Scene};
@@ -51,7 +53,7 @@ use crate::settings::{Build, Caustics};
 pub use config::{CONFIG_VARIABLE, check_config, device_config, settings};
 use deforming::Deforming;
 use frozen::{Frozen, MOST_PARTS, Part, ROBUST, freeze, parts_of};
-use places::{Instance, set_places, times};
+use places::{Instance, are_twins, has_twins, set_places, times};
 
 /// Least t of rays. Embree counts t = tnear as met: an eye in a surface, at t = 0, would see nothing else.
 /// Large enough that products with it are not subnormal in scenes of usual size, which would be slow.
@@ -99,6 +101,8 @@ pub struct EmbreeBackend {
     width: PacketWidth,
     /// True if triangles that cast no shadows let shadow rays pass.
     clear_passes: bool,
+    /// True if models that stand still [lie in each other](are_twins), where it matters.
+    has_still_twins: bool,
 }
 
 impl EmbreeBackend {
@@ -143,6 +147,8 @@ impl EmbreeBackend {
             width: device.native_width(),
             device: device.clone(),
             clear_passes: caustics == Caustics::None,
+            // a careful build has one tree of all triangles
+            has_still_twins: quality == BuildQuality::Low && has_still_twins(scene),
         };
         backend.add_models(scene, quality)?;
         // still scenes are built here; in every frame they are found unchanged
@@ -167,7 +173,8 @@ impl EmbreeBackend {
             if let Some(frozen) = known.get(&Arc::as_ptr(mesh)) {
                 return Ok(Arc::clone(frozen));
             }
-            let frozen = Arc::new(freeze(&device, mesh, &mesh.positions, quality, with_casters)?);
+            let frozen =
+                Arc::new(freeze(&device, mesh, &mesh.positions, quality, with_casters)?);
             known.insert(Arc::as_ptr(mesh), Arc::clone(&frozen));
             Ok(frozen)
         };
@@ -228,10 +235,11 @@ impl EmbreeBackend {
         model: &Model,
         frozen: &Frozen,
     ) -> Result<[Option<GeometryId>; 2], TraceError> {
-        let identity = crate::animation::Transform::IDENTITY.columns();
+        let identity = Transform::IDENTITY.columns();
         let seen_by = seen_by(model);
         let mask = mask::of_instance(seen_by, true);
-        let placed = |id| Instance { id, model: number as usize, seen_by };
+        let bounds = Bounds::of(&model.mesh);
+        let placed = |id| Instance { id, model: number as usize, seen_by, bounds };
         let instance = self.movable.attach_instance(&frozen.scene, identity, mask)?;
         debug_assert_eq!(instance.0 as usize, self.instance_parts.len());
         self.instance_parts.push(InstanceParts { model: number, firsts: frozen.firsts });
@@ -263,6 +271,7 @@ impl Backend for EmbreeBackend {
             width: self.width,
             clear_passes: self.clear_passes,
             times: times(pose),
+            twins: [self.has_still_twins, has_twins(&self.instances, pose)],
         }))
     }
 }
@@ -297,13 +306,18 @@ struct EmbreeTracer<'a> {
     clear_passes: bool,
     /// Times of rays by their ticks, if it matters.
     times: Option<[f32; TICKS]>,
+    /// True if models that stand still, or that move, [lie in each other](are_twins): of these the least is met.
+    twins: [bool; 2],
 }
 
 impl Tracer for EmbreeTracer<'_> {
     fn closest(&self, rays: &RayBatch, search: Search, hits: &mut HitBatch) {
         let Search { kinds, among, coherence } = search;
         hits.packets.resize(rays.packet_count(), HitPacket::NONE);
-        if coherence == Coherence::Incoherent {
+        let is_alone = coherence == Coherence::Incoherent;
+        let [of_still, of_movable] = self.twins;
+        let has_twins = of_still || of_movable && among == SceneSubset::All;
+        if is_alone && !has_twins {
             let both = [self.still, self.movable.unwrap_or(self.still)];
             let has_movable = among == SceneSubset::All && self.movable.is_some();
             let scenes = &both[..1 + usize::from(has_movable)];
@@ -360,6 +374,24 @@ impl Tracer for EmbreeTracer<'_> {
     }
 }
 
+/// Returns true if models that stand still lie in each other.
+fn has_still_twins(scene: &Scene) -> bool {
+    let still = scene.models.iter().filter(|model| model.track.is_constant());
+    let placed: Vec<(Bounds, Transform)> =
+        still.map(|model| (Bounds::of(&model.mesh), model.track.at(0.0))).collect();
+    are_twins(placed.iter().map(|(bounds, place)| (*bounds, place)))
+}
+
+/// Lanes of a packet, as bit masks, that are traced together: each ray by itself where no result may depend on other rays.
+fn together(lanes: u16, coherence: Coherence) -> impl Iterator<Item = u16> {
+    let mut left = lanes;
+    std::iter::from_fn(move || {
+        let next = if coherence == Coherence::Incoherent { left & left.wrapping_neg() } else { left };
+        left &= !next;
+        (next != 0).then_some(next)
+    })
+}
+
 /// Query of [`Tracer::blocked`], in Embree's terms.
 struct Question<'a> {
     scene: Committed<'a>,
@@ -375,6 +407,12 @@ impl EmbreeTracer<'_> {
         let movable = self.movable.filter(|_| among == SceneSubset::All);
         let [way, movable_way] =
             [Occluders::Still, Occluders::Movable].map(|by| to_embree_coherence(coherence, by));
+        let is_bounced = coherence == Coherence::Bounced;
+        let [of_still, of_movable] = self.twins.map(|has_twins| has_twins || is_bounced);
+        let asked = || {
+            let movable = movable.map(|scene| (scene, movable_way, of_movable));
+            std::iter::once((self.still, way, of_still)).chain(movable)
+        };
         let mut both = RayHit::<N>::default();
         if let OfKind::All(kind) = kinds {
             both.ray.mask = [mask_of(kind); N];
@@ -392,15 +430,16 @@ impl EmbreeTracer<'_> {
                     let kinds = &kinds[number * LANES + first..];
                     both.ray.mask.iter_mut().zip(kinds).for_each(|(mask, kind)| *mask = mask_of(*kind));
                 }
-                let valid = Valid::from_bits(in_part);
                 both.hit.clear();
                 (both.hit.u, both.hit.v) = ([0.0; N], [0.0; N]);
-                for (scene, way) in
-                    std::iter::once((self.still, way)).chain(movable.map(|scene| (scene, movable_way)))
-                {
-                    match coherence {
-                        Coherence::Bounced => scene.intersect_least(&valid, &mut both),
-                        _ => scene.intersect(&valid, &mut both, way),
+                for bits in together(in_part, coherence) {
+                    let valid = Valid::from_bits(bits);
+                    for (scene, way, is_least) in asked() {
+                        if is_least {
+                            scene.intersect_least(&valid, &mut both);
+                        } else {
+                            scene.intersect(&valid, &mut both, way);
+                        }
                     }
                 }
                 out.t[first..first + N].copy_from_slice(&both.ray.tfar);

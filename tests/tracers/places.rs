@@ -1,10 +1,13 @@
 //! Do tracers meet models where their transforms put them, whatever these are, and only while they are there?
 
 use std::cell::RefCell;
+use std::sync::Arc;
 
 use afterimage::animation::{Track, TransformTrack, Visibility};
-use afterimage::scene::{self, Mesh, Scene};
-use afterimage::trace::{Hit, Occluders, Purpose, RayBatch};
+use afterimage::pose::Pose;
+use afterimage::scene::{self, Mesh, Model, Scene};
+use afterimage::settings::Build;
+use afterimage::trace::{BackendKind, Hit, Occluders, Purpose, RayBatch};
 use glam::{DAffine3, DMat3, DVec3, Vec3};
 
 use crate::kinds::*;
@@ -53,6 +56,50 @@ fn instances_shear_and_mirror() {
             assert!(met >= 3, "{met}");
             assert_eq!(first(tracer, way, Vec3::new(6.0, 9.0, -2.0), Vec3::NEG_Y), None);
         });
+    }
+}
+
+/// Copies that were forgotten in one place, among many others: each ray meets the first of them, however often the trees are built, and by however
+/// many threads.
+#[test]
+fn of_copies_in_one_place_the_first_is_met() {
+    let at = |number: usize| DVec3::new((number % 20) as f64 * 3.0, 0.0, 0.0);
+    let track = |number: usize| TransformTrack {
+        translate: keys(&[(1.0, at(number)), (2.0, DVec3::Y)]),
+        ..TransformTrack::identity()
+    };
+    // each with its own mesh, or all with one
+    let meshes: Vec<Arc<Mesh>> = (0..60).map(|_| Arc::new(octahedron(0, true))).collect();
+    let rays = {
+        let mut rays = RayBatch::default();
+        (0..20).for_each(|i| rays.push(Vec3::new(i as f32 * 3.0 + 0.1, 5.0, 0.1), Vec3::NEG_Y, 0.0, 9.0));
+        rays
+    };
+    let scenes = [(true, false), (true, true), (false, false)].map(|(moves, is_shared)| {
+        let model = |number: usize| {
+            let mesh = meshes[if is_shared { 0 } else { number }].clone();
+            let place = at(number);
+            match moves {
+                true => Model { mesh, ..moving("copy", octahedron(0, true), track(number)) },
+                false => still("copy", Mesh::clone(&mesh), place.as_vec3()),
+            }
+        };
+        scene_of((0..60).map(model).collect())
+    });
+    for (scene, build) in scenes.iter().flat_map(|scene| [(scene, Build::Quick), (scene, Build::Best)]) {
+        let pose = Pose::new(scene, 1);
+        // one tree of all triangles is built alike each time, and meets whichever of them it likes
+        let is_any = scene.models[0].track.is_constant() && build == Build::Best;
+        let mut expected = (!is_any).then(|| (0..20).collect::<Vec<u32>>());
+        for _ in 0..20 {
+            let mut backend = BackendKind::Embree.build(scene, build).unwrap();
+            let tracer = backend.commit(&pose, &[true; 60]).unwrap();
+            for way in if is_any { &WAYS[..1] } else { &WAYS[..] } {
+                let hits = closest(&*tracer, *way, &rays);
+                let models: Vec<u32> = hits.iter().map(|hit| hit.unwrap().model).collect();
+                assert_eq!(*expected.get_or_insert_with(|| models.clone()), models, "{build:?}, {way:?}");
+            }
+        }
     }
 }
 

@@ -1,10 +1,13 @@
 //! Transforms and masks of instances in a frame.
 
+use std::collections::HashSet;
+
 use embree::{GeometryId, Scene as EmbreeScene};
 
 use super::mask;
 use crate::animation::Transform;
 use crate::exposure::{TICKS, Tick};
+use crate::geometry::Bounds;
 use crate::pose::Pose;
 use crate::scene::RayKinds;
 use crate::trace::TraceError;
@@ -16,6 +19,26 @@ pub struct Instance {
     pub model: usize,
     /// Rays that see it.
     pub seen_by: RayKinds,
+    /// Box around its mesh at rest, object space.
+    pub bounds: Bounds,
+}
+
+/// Returns true if any two of the instances lie in each other in `pose`: see [`are_twins`].
+pub fn has_twins(instances: &[Instance], pose: &Pose) -> bool {
+    let visible = instances.iter().filter(|instance| pose.models[instance.model].is_visible);
+    are_twins(visible.map(|instance| (instance.bounds, &pose.models[instance.model])))
+}
+
+/// Returns true if any two models with these boxes, object space, lie in each other, to the bit: copies that were forgotten in one place.
+///
+/// A tree above several meshes or instances is built by several threads, which put equal boxes into the order in which they come (Embree
+/// 4.4, `kernels/bvh/bvh_builder_twolevel.cpp`); and where a ray meets both at the same t, that order decides. So it is not left to it.
+pub fn are_twins<'a>(placed: impl Iterator<Item = (Bounds, &'a Transform)>) -> bool {
+    let mut known = HashSet::new();
+    placed.into_iter().any(|(Bounds { low, high }, place)| {
+        let corners = [low, high].map(|end| end.to_array().map(f32::to_bits));
+        !known.insert((place.columns().map(f32::to_bits), corners))
+    })
 }
 
 /// Times of rays at each tick, if anything moves: those of Embree's keys, at which an instance is exactly where the key says.
@@ -32,7 +55,7 @@ pub fn set_places(
     pose: &Pose,
     moved: &[bool],
 ) -> Result<(), TraceError> {
-    for Instance { id, model, seen_by } in instances {
+    for Instance { id, model, seen_by, .. } in instances {
         let transform = &pose.models[*model];
         let sweep: Vec<[f32; 12]> =
             pose.sweeps.of(*model).unwrap_or_default().iter().map(Transform::columns).collect();
