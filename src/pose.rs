@@ -54,8 +54,8 @@ impl Pose {
     ) -> Self {
         let (camera, cameras) = CameraPose::exposed(&scene.camera, frame, (exposures, index), eye, picture);
         let clock = exposures.clock(index);
-        let middle = Self::at(scene, frame, clock.time(frame.into()), None);
-        let sweeps = Sweeps::new(scene, clock, frame.into(), &middle.models);
+        let mut middle = Self::at(scene, frame, clock.time(frame.into()), None);
+        let sweeps = Sweeps::new(scene, clock, frame.into(), &mut middle.models);
         Self { camera, cameras, sweeps, ..middle }
     }
 

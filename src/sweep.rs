@@ -1,11 +1,14 @@
 //! Places of models that move within an exposure.
 //!
 //! A model that moves has a place for each of the exposure's [`TICKS`], or for groups of successive ones where many models
-//! move: [`Sweeps::places_of_each`]. Whether it is there at all, and its shape, are those of the exposure's middle.
+//! move: [`Sweeps::places_of_each`]. Whether it is there at all follows from the exposure's middle.
+//!
+//! A model that deforms goes straight from its shape when the exposure begins to that when it is over ([`Chord`]): what tracers take as
+//! two steps of one geometry.
 
 use rayon::prelude::*;
 
-use crate::animation::{Transform, TransformTrack};
+use crate::animation::{Chord, Shape, Transform, TransformTrack};
 use crate::exposure::{Clock, TICKS, Tick};
 use crate::scene::Scene;
 
@@ -26,8 +29,9 @@ pub struct Sweeps {
 }
 
 impl Sweeps {
-    /// Places of the models of `scene` that move within a `moment` of `clock`. `middles`: places of all models in its middle.
-    pub fn new(scene: &Scene, clock: &Clock, moment: i64, middles: &[Transform]) -> Self {
+    /// Places of the models of `scene` that move within a `moment` of `clock`. `middles`: places of all models in its middle; those of
+    /// models that deform get their shapes on the way.
+    pub fn new(scene: &Scene, clock: &Clock, moment: i64, middles: &mut [Transform]) -> Self {
         let each = Self::places_of_each(scene);
         if each <= 1 || clock.is_instant() {
             return Self::default();
@@ -41,8 +45,9 @@ impl Sweeps {
             return Self::default();
         }
         let mut firsts = vec![RESTS; middles.len()];
-        for (number, (model, _)) in swept.iter().enumerate() {
+        for (number, (model, sweep)) in swept.iter().enumerate() {
             firsts[*model] = (number * each) as u32;
+            middles[*model].shape = shape_in_middle(&middles[*model], sweep);
         }
         Self { firsts, each, places: swept.into_iter().flat_map(|(_, places)| places).collect() }
     }
@@ -94,26 +99,40 @@ fn places(
     middle: &Transform,
     each: usize,
 ) -> Option<Vec<Transform>> {
-    let [open, close] = [0.0, 1.0].map(|share| clock.time_within(moment, share));
-    if !middle.is_visible || track.rests(open, close) {
+    let ends = [0.0, 1.0].map(|share| clock.time_within(moment, share));
+    let shapes = track.shapes.as_ref().map(|shapes| ends.map(|time| shapes.at(time)));
+    let shapes: Option<[Shape; 2]> = shapes.filter(|[open, close]| open != close);
+    if !middle.is_visible || track.rests(ends[0], ends[1]) && shapes.is_none() {
         return None;
     }
     let place = |number: usize| {
-        let time = clock.time_within(moment, (number as f64 + 0.5) / each as f64);
-        let place = Transform { shape: middle.shape, ..Transform::new(track.map_at(time)) };
+        let share = (number as f64 + 0.5) / each as f64;
+        let time = clock.time_within(moment, share);
+        let shape = shapes.map_or(middle.shape, |ends| Chord::between(ends, share as f32));
+        let place = Transform::new(track.map_at(time));
         // between keys a scale may pass through nothing
-        if place.is_finite() { place } else { *middle }
+        Transform { shape, ..if place.is_finite() { place } else { *middle } }
     };
     let places: Vec<Transform> = (0..each).map(place).collect();
     places.iter().any(|place| place != middle).then_some(places)
 }
 
+/// Shape of a model in the middle of an exposure in which it has these places.
+fn shape_in_middle(middle: &Transform, places: &[Transform]) -> Chord {
+    match places.first() {
+        Some(Transform { shape, .. }) if !shape.is_still() => Chord { share: 0.5, ..*shape },
+        _ => middle.shape,
+    }
+}
+
 /// All places of a model at a `moment` of `clock`: that of its middle, and those of groups of ticks if it moves.
 pub fn all_places(track: &TransformTrack, (clock, moment): (&Clock, i64), each: usize) -> Vec<Transform> {
-    let middle = track.at(clock.time(moment));
+    let mut middle = track.at(clock.time(moment));
     let swept =
         if each > 1 && !clock.is_instant() { places(track, (clock, moment), &middle, each) } else { None };
-    std::iter::once(middle).chain(swept.into_iter().flatten()).collect()
+    let swept = swept.unwrap_or_default();
+    middle.shape = shape_in_middle(&middle, &swept);
+    std::iter::once(middle).chain(swept).collect()
 }
 
 #[cfg(test)]
@@ -144,9 +163,9 @@ mod tests {
         let exposures = exposures();
         for (moment, index, moves) in [(1, 3, true), (2, 0, true), (2, 2, false), (3, 1, false)] {
             let clock = exposures.clock(index);
-            let middles: Vec<Transform> =
+            let mut middles: Vec<Transform> =
                 scene.models.iter().map(|model| model.track.at(clock.time(moment))).collect();
-            let sweeps = Sweeps::new(&scene, clock, moment, &middles);
+            let sweeps = Sweeps::new(&scene, clock, moment, &mut middles);
             assert_eq!(sweeps.of(1).is_some(), moves, "{moment} {index}");
             assert_eq!(sweeps.of(0), None);
             for tick in 0..TICKS as Tick {

@@ -7,7 +7,7 @@ pub mod transform;
 pub mod visibility;
 
 pub use keys::Keys;
-pub use shape::{Shape, ShapeTrack};
+pub use shape::{Chord, Shape, ShapeTrack};
 pub use track::{Interpolation, Keyed, Track};
 pub use transform::{Transform, TransformTrack};
 pub use visibility::Visibility;

@@ -37,6 +37,42 @@ impl Shape {
     }
 }
 
+/// The shape of a model at one time: on the straight way between two shapes, by which it deforms within an exposure. Equal values are the
+/// same shape, to the bit.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Chord {
+    /// The shapes at its ends: when an exposure begins and when it is over, or twice the one shape.
+    pub ends: [Shape; 2],
+    /// Position on the way: 0 to below 1.
+    pub share: f32,
+}
+
+impl Chord {
+    /// The first shape. Models that do not deform have no other.
+    pub const FIRST: Self = Self::still(Shape::FIRST);
+
+    /// Creates what has one shape.
+    pub const fn still(shape: Shape) -> Self {
+        Self { ends: [shape; 2], share: 0.0 }
+    }
+
+    /// Creates a shape between two.
+    pub fn between(ends: [Shape; 2], share: f32) -> Self {
+        if ends[0] == ends[1] { Self::still(ends[0]) } else { Self { ends, share } }
+    }
+
+    /// Returns true if it has one shape.
+    pub fn is_still(&self) -> bool {
+        self.ends[0] == self.ends[1]
+    }
+
+    /// Interpolates what is at one place in the one shape and at another in the other. Equal ones stay equal, to the bit.
+    #[inline]
+    pub fn point(&self, [open, close]: [Vec3; 2]) -> Vec3 {
+        open + (close - open) * self.share
+    }
+}
+
 /// Keyed shapes of a model. Before the first key the shape is the first one; after the last it stays, or all
 /// shapes repeat.
 #[derive(Debug, Clone, PartialEq)]

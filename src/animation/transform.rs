@@ -3,7 +3,7 @@
 
 use glam::{Affine3A, DAffine3, DMat3, DQuat, DVec3, EulerRot, Mat3A, Vec3, Vec3A};
 
-use super::{Shape, ShapeTrack, Track, Visibility};
+use super::{Chord, Shape, ShapeTrack, Track, Visibility};
 use crate::lanes::{F32x8, Vec3x8};
 
 /// Keyed placement of a model.
@@ -44,7 +44,7 @@ impl TransformTrack {
             return Transform::HIDDEN;
         }
         let shape = self.shapes.as_ref().map_or(Shape::FIRST, |shapes| shapes.at(frame));
-        Transform { shape, ..Transform::new(self.map_at(frame)) }
+        Transform { shape: Chord::still(shape), ..Transform::new(self.map_at(frame)) }
     }
 
     /// Exact map from object to world space at `frame`, whether the model is visible or not.
@@ -100,7 +100,7 @@ pub struct Transform {
     /// True if the model is visible. An invisible model has no place, and all its transforms are equal.
     pub is_visible: bool,
     /// Shape of the model, if it deforms: the map applies to this shape.
-    pub shape: Shape,
+    pub shape: Chord,
 }
 
 impl Transform {
@@ -111,7 +111,7 @@ impl Transform {
         to_object: Affine3A::IDENTITY,
         is_identity: true,
         is_visible: true,
-        shape: Shape::FIRST,
+        shape: Chord::FIRST,
     };
 
     /// Transform of an invisible model: no ray meets it, and it has no samples.
@@ -131,7 +131,7 @@ impl Transform {
             to_object: affine(inverse),
             is_identity: map == DAffine3::IDENTITY,
             is_visible: true,
-            shape: Shape::FIRST,
+            shape: Chord::FIRST,
         }
     }
 

@@ -116,7 +116,7 @@ impl Mover<'_> {
             leaves.resize(group + boxes.count(), frames);
             for place in from..to {
                 for transform in at(self, self.frame_at(place)) {
-                    for (leaf, bounds) in leaves[group..].iter_mut().zip(boxes.in_shape(&transform.shape)) {
+                    for (leaf, bounds) in leaves[group..].iter_mut().zip(boxes.on(&transform.shape)) {
                         leaf.bounds = leaf.bounds.union(bounds.placed(&transform));
                     }
                 }

@@ -5,7 +5,7 @@ use glam::Vec3;
 use rayon::prelude::*;
 
 use super::split::{Around, Leaf, Split, parts};
-use crate::animation::Shape;
+use crate::animation::{Chord, Shape};
 use crate::geometry::Bounds;
 use crate::scene::{Mesh, Shapes};
 
@@ -42,11 +42,20 @@ impl PartBoxes {
         self.in_shapes[0].len()
     }
 
+    /// Boxes around the parts at a place on the way between two shapes.
+    pub fn on(&self, chord: &Chord) -> impl Iterator<Item = Bounds> + '_ {
+        let [open, close] = chord.ends.map(|shape| self.in_shape(shape));
+        let chord = *chord;
+        open.zip(close).map(move |(open, close)| Bounds {
+            low: moved(chord.point([open.low, close.low]), -f32::EPSILON),
+            high: moved(chord.point([open.high, close.high]), f32::EPSILON),
+        })
+    }
+
     /// Boxes around the parts in `shape`. Corners move straight from shape to shape, and so do boxes: in
     /// between, corners are within the interpolated boxes, but for a rounding by one float.
-    pub fn in_shape(&self, shape: &Shape) -> impl Iterator<Item = Bounds> + '_ {
+    fn in_shape(&self, shape: Shape) -> impl Iterator<Item = Bounds> + '_ {
         let [from, to] = [shape.from, shape.to].map(|number| &self.in_shapes[number as usize]);
-        let shape = *shape;
         from.iter().zip(to).map(move |(from, to)| Bounds {
             low: moved(shape.between(from.low, to.low), -f32::EPSILON),
             high: moved(shape.between(from.high, to.high), f32::EPSILON),

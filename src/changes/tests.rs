@@ -65,10 +65,13 @@ struct Placed {
 
 impl Placed {
     fn new(mesh: &Mesh, boxes: &PartBoxes, place: &Transform) -> Self {
-        let boxes: Vec<Bounds> = boxes.in_shape(&place.shape).map(|bounds| bounds.placed(place)).collect();
-        let deformed = mesh.shapes.as_ref().map(|shapes| shapes.positions(&place.shape));
-        let positions = deformed.as_deref().unwrap_or(mesh.positions.as_slice());
-        let corner = |i: u32| place.point(Vec3::from_array(positions[i as usize]));
+        let boxes: Vec<Bounds> = boxes.on(&place.shape).map(|bounds| bounds.placed(place)).collect();
+        let deformed = mesh.shapes.as_ref().map(|shapes| place.shape.ends.map(|end| shapes.positions(&end)));
+        let corner = |i: u32| {
+            let at = |positions: &[[f32; 3]]| Vec3::from_array(positions[i as usize]);
+            let ends = deformed.as_ref().map(|ends| place.shape.point([at(&ends[0]), at(&ends[1])]));
+            place.point(ends.unwrap_or_else(|| at(mesh.positions.as_slice())))
+        };
         let triangles: Vec<[Vec3; 3]> = mesh.triangles.iter().map(|triangle| triangle.map(corner)).collect();
         let around = boxes.iter().fold(Bounds::EMPTY, |all, bounds| all.union(*bounds));
         let around = triangles.iter().flatten().copied().fold(around, Bounds::with);
@@ -93,9 +96,9 @@ impl Placed {
 fn poses(scene: &Scene, clock: &Clock, direction: Direction) -> Vec<Pose> {
     let pose = |counted: i32| {
         let moment = count(direction, counted).into();
-        let models: Vec<Transform> =
+        let mut models: Vec<Transform> =
             scene.models.iter().map(|model| model.track.at(clock.time(moment))).collect();
-        let sweeps = Sweeps::new(scene, clock, moment, &models);
+        let sweeps = Sweeps::new(scene, clock, moment, &mut models);
         Pose { frame: counted, models, sweeps, ..Pose::new(scene, 0) }
     };
     counts(direction).into_iter().map(pose).collect()

@@ -204,16 +204,19 @@ fn obstacles(scene: &Scene, settings: &Settings, inferred: f64) -> Option<u64> {
 }
 
 /// Bytes of models that deform, if there are any: a shape as it is placed and as it is traced, and what is traced while the one before
-/// is still there. All shapes themselves are read by then.
+/// is still there; within an exposure with a shutter two shapes. All shapes themselves are read by then.
 fn deforming(scene: &Scene, settings: &Settings, kind: BackendKind) -> Option<u64> {
     const POSITION: usize = size_of::<[f32; 3]>();
     // positions twice, and normals; positions in three frames for the motion vectors of each level
     let of_motion = if settings.layers.has(Layers::ALL_MOTION) { 3 * settings.levels().count() } else { 0 };
-    let bytes_of_vertex = (3 + of_motion) * POSITION;
+    let exposures = exposed::exposures(scene, settings);
+    let is_swept = exposures.is_some_and(|all| all.clocks().iter().any(|clock| !clock.is_instant()));
+    let shapes = if is_swept { 2 } else { 1 };
+    let bytes_of_vertex = (3 * shapes + of_motion) * POSITION;
     let of_model = |model: &Model| {
         let (vertices, triangles) =
             (model.mesh.positions.as_slice().len(), model.mesh.triangles.len() as u64);
-        (vertices * bytes_of_vertex) as u64 + triangles * bytes_of_triangle(kind)
+        (vertices * bytes_of_vertex) as u64 + triangles * bytes_of_triangle(kind) * shapes as u64
     };
     let deforming = scene.models.iter().filter(|model| model.mesh.shapes.is_some());
     Some(deforming.map(of_model).sum()).filter(|bytes| *bytes > 0)

@@ -1,22 +1,39 @@
 //! Deforming meshes at one time: maps points on the shape at rest to their places in the shape of that time.
+//!
+//! Within an exposure vertices go straight from one shape to another ([`Chord`]), and their normals with them.
 
 use glam::{DVec3, Vec3};
 
 use super::on_mesh::OnMesh;
 use super::surface::{corners_of, nearest_point, weights_of};
 use super::terminator::{SmoothPoint, most_lift};
-use crate::animation::{Shape, Transform};
+use crate::animation::{Chord, Shape, Transform};
 use crate::scene::{Mesh, Scene};
 
-/// A mesh in one of its shapes.
+/// Vertices of a mesh in one of its shapes.
 #[derive(Debug, Clone)]
-pub struct Deformed {
+struct Vertices {
     /// Positions by vertex, object space.
     positions: Vec<[f32; 3]>,
     /// Normals by vertex, unit length or zero; empty for flat meshes, or where they are not needed.
     normals: Vec<Vec3>,
+}
+
+/// A mesh in the shapes at both ends of an exposure, or in its one shape.
+#[derive(Debug, Clone)]
+struct DeformedMesh {
+    open: Vertices,
+    /// `None` where it has one shape.
+    close: Option<Vertices>,
     /// See [`most_lift`].
     most_lift: f32,
+}
+
+/// A mesh that deforms, at one time.
+#[derive(Debug, Clone, Copy)]
+pub struct Deformed<'a> {
+    of: &'a DeformedMesh,
+    chord: Chord,
 }
 
 /// A point on a deformed mesh, object space.
@@ -30,21 +47,45 @@ pub struct DeformedPlace {
     pub geometric_normal: Vec3,
 }
 
-impl Deformed {
-    /// Creates `mesh` in `shape`; `None` if it does not deform. Without `normals` the result serves for
+impl DeformedMesh {
+    /// Creates `mesh` with the shapes of `chord`; `None` if it does not deform. Without `normals` the result serves for
     /// points alone.
-    pub fn new(mesh: &Mesh, shape: &Shape, normals: bool) -> Option<Self> {
+    fn new(mesh: &Mesh, chord: &Chord, normals: bool) -> Option<Self> {
         let shapes = mesh.shapes.as_ref()?;
-        let positions = shapes.positions(shape);
-        let normals = if normals { shapes.normals(&positions, &mesh.triangles) } else { Vec::new() };
-        let most_lift = most_lift(&positions, &normals, &mesh.triangles);
-        Some(Self { positions, normals, most_lift })
+        let vertices = |shape: &Shape| {
+            let positions = shapes.positions(shape);
+            let normals = if normals { shapes.normals(&positions, &mesh.triangles) } else { Vec::new() };
+            Vertices { positions, normals }
+        };
+        let [open, close] = &chord.ends;
+        let (open, close) = (vertices(open), (!chord.is_still()).then(|| vertices(close)));
+        // in between, the heights of corners above each other's planes are means of these
+        let ends = || std::iter::once(&open).chain(&close);
+        let pairs = ends().flat_map(|at| ends().map(|other| (&at.positions, &other.normals)));
+        let lifts = pairs.map(|(positions, normals)| most_lift(positions, normals, &mesh.triangles));
+        let most_lift = lifts.fold(0.0, f32::max);
+        Some(Self { open, close, most_lift })
+    }
+}
+
+impl Deformed<'_> {
+    /// What is at one place in the one shape and at another in the other.
+    #[inline(always)]
+    fn between(&self, of: impl Fn(&Vertices) -> Vec3) -> Vec3 {
+        let open = of(&self.of.open);
+        self.of.close.as_ref().map_or(open, |close| self.chord.point([open, of(close)]))
     }
 
     /// Corners of `triangle` of `mesh`, in this shape.
     pub fn corners(&self, mesh: &Mesh, triangle: u32) -> [DVec3; 3] {
-        let place = |corner: u32| Vec3::from_array(self.positions[corner as usize]).as_dvec3();
-        mesh.triangles[triangle as usize].map(place)
+        let place = |corner: u32| self.between(|all| Vec3::from_array(all.positions[corner as usize]));
+        mesh.triangles[triangle as usize].map(|corner| place(corner).as_dvec3())
+    }
+
+    /// Normals of the vertices of `triangle` of `mesh`, of any length; `None` for flat meshes.
+    fn normals(&self, mesh: &Mesh, triangle: u32) -> Option<[Vec3; 3]> {
+        let normal = |corner: u32| self.between(|all| all.normals[corner as usize]);
+        (!self.of.open.normals.is_empty()).then(|| mesh.triangles[triangle as usize].map(normal))
     }
 
     /// Place of the `point` of `triangle` that is there at rest.
@@ -58,10 +99,9 @@ impl Deformed {
         let [u, v] = weights_of(corners_of(mesh, triangle), point.as_dvec3());
         let corners = self.corners(mesh, triangle);
         let geometric_normal = normal_of(corners);
-        let normal = match self.normals.as_slice() {
-            [] => geometric_normal,
-            normals => {
-                let [a, b, c] = mesh.triangles[triangle as usize].map(|corner| normals[corner as usize]);
+        let normal = match self.normals(mesh, triangle) {
+            None => geometric_normal,
+            Some([a, b, c]) => {
                 let mean = a.as_dvec3() * (1.0 - u - v) + b.as_dvec3() * u + c.as_dvec3() * v;
                 mean.try_normalize().map_or(geometric_normal, |normal| normal.as_vec3())
             }
@@ -79,11 +119,9 @@ impl Deformed {
     pub fn smooth_point(&self, mesh: &Mesh, triangle: u32, point: Vec3) -> Option<SmoothPoint> {
         let weights = weights_of(corners_of(mesh, triangle), point.as_dvec3());
         let corners = self.corners(mesh, triangle);
-        let vertices = mesh.triangles[triangle as usize];
-        let [a, b, c] = vertices.map(|vertex| self.normals.get(vertex as usize).copied());
         Some(SmoothPoint {
             corners: corners.map(|corner| corner.as_vec3()),
-            normals: [a?, b?, c?],
+            normals: self.normals(mesh, triangle)?,
             weights: weights.map(|weight| weight as f32),
             point: at_weights(corners, weights).as_vec3(),
         })
@@ -91,7 +129,7 @@ impl Deformed {
 
     /// Upper bound of the length of any [lift](SmoothPoint::lift), object space.
     pub fn most_lift(&self) -> f32 {
-        self.most_lift
+        self.of.most_lift
     }
 
     /// Normal of the outside of `triangle`; unit length, or zero where it has no area.
@@ -138,12 +176,12 @@ impl Deformed {
 #[derive(Debug, Clone, Default)]
 pub struct Deformations {
     /// Shape of each model; empty if none deforms.
-    all: Vec<Option<Deformed>>,
+    all: Vec<Option<DeformedMesh>>,
 }
 
 impl Deformations {
-    /// Creates the shapes of `scene` with its models at these places. Without `normals` they serve for points
-    /// alone.
+    /// Creates the shapes of `scene` with its models at these places, and at all others of the same exposure. Without `normals` they serve
+    /// for points alone.
     pub fn new(scene: &Scene, places: &[Transform], normals: bool) -> Self {
         if scene.models.iter().all(|model| model.mesh.shapes.is_none()) {
             return Self::default();
@@ -151,15 +189,22 @@ impl Deformations {
         let models = scene.models.iter().zip(places);
         // a model that is not there has no samples, and is met by no ray
         let deformed = models.map(|(model, place)| {
-            if place.is_visible { Deformed::new(&model.mesh, &place.shape, normals) } else { None }
+            if place.is_visible { DeformedMesh::new(&model.mesh, &place.shape, normals) } else { None }
         });
         Self { all: deformed.collect() }
     }
 
-    /// Shape of a model, if it deforms.
+    /// Shape of a model with this transform, if it deforms.
     #[inline]
-    pub fn of_model(&self, model: u32) -> Option<&Deformed> {
-        self.all.get(model as usize)?.as_ref()
+    pub fn of_model(&self, model: u32, transform: &Transform) -> Option<Deformed<'_>> {
+        let of = self.all.get(model as usize)?.as_ref()?;
+        Some(Deformed { of, chord: transform.shape })
+    }
+
+    /// Returns true if a model that is there deforms.
+    #[inline]
+    pub fn has(&self, model: u32) -> bool {
+        self.all.get(model as usize).is_some_and(Option::is_some)
     }
 }
 

@@ -158,7 +158,7 @@ impl Emitters {
         if !transform.is_visible {
             return Some(Err(NotThere { model }));
         }
-        let deformed = deformations.of_model(model);
+        let deformed = deformations.of_model(model, transform);
         let corners =
             deformed.map_or_else(|| corners_of(mesh, triangle), |deformed| deformed.corners(mesh, triangle));
         let normal = transform.normal(normal_of(corners));
@@ -214,7 +214,7 @@ impl Emitters {
         };
         let transform = pose.transform(model as usize, tick);
         let mut of_object = brightness * self.chance[model as usize];
-        if let Some(deformed) = deformations.of_model(model) {
+        if let Some(deformed) = deformations.of_model(model, transform) {
             of_object *= deformed.shrinks(mesh, triangle) as f32;
         }
         if transform.is_identity {
@@ -344,7 +344,7 @@ mod tests {
     ) -> (f32, Vec3) {
         let mesh = &scene.models[model].mesh;
         let corners = shapes
-            .of_model(model as u32)
+            .of_model(model as u32, &pose.models[model])
             .map_or_else(|| corners_of(mesh, triangle), |deformed| deformed.corners(mesh, triangle));
         let [a, b, c] = corners.map(|corner| pose.models[model].point(corner.as_vec3()).as_dvec3());
         let across = (b - a).cross(c - a);

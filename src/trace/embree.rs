@@ -52,7 +52,7 @@ use crate::scene::{Mesh, Model, RayKind, RayKinds, Scene};
 use crate::settings::{Build, Caustics};
 pub use config::{CONFIG_VARIABLE, check_config, device_config, settings};
 use deforming::Deforming;
-use frozen::{Frozen, MOST_PARTS, Part, ROBUST, freeze, parts_of};
+use frozen::{Frozen, MOST_PARTS, Part, ROBUST, Vertices, freeze, parts_of};
 use places::{Instance, are_twins, has_twins, set_places, times};
 
 /// Least t of rays. Embree counts t = tnear as met: an eye in a surface, at t = 0, would see nothing else.
@@ -174,7 +174,7 @@ impl EmbreeBackend {
                 return Ok(Arc::clone(frozen));
             }
             let frozen =
-                Arc::new(freeze(&device, mesh, &mesh.positions, quality, with_casters)?);
+                Arc::new(freeze(&device, mesh, &Vertices::Still(&mesh.positions), quality, with_casters)?);
             known.insert(Arc::as_ptr(mesh), Arc::clone(&frozen));
             Ok(frozen)
         };
@@ -200,7 +200,7 @@ impl EmbreeBackend {
 
     fn add_still(&mut self, number: u32, model: &Model) -> Result<(), TraceError> {
         let mesh = &model.mesh;
-        let parts = parts_of(&self.device, mesh, &mesh.positions, seen_by(model))?;
+        let parts = parts_of(&self.device, mesh, &Vertices::Still(&mesh.positions), seen_by(model))?;
         for Part { geometry, first, casts_shadow } in parts {
             let GeometryId(id) = self.still.attach(&geometry)?;
             debug_assert_eq!(id as usize, self.still_parts.len());

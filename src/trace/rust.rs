@@ -42,7 +42,7 @@ use super::{
     Backend, Coherence, HitBatch, HitPacket, LANES, NO_HIT, Occluders, OfKind, Purpose, RayBatch, RayPacket,
     SceneSubset, Search, TraceError, Tracer, has_many_clear,
 };
-use crate::animation::{Shape, Transform};
+use crate::animation::{Chord, Shape, Transform};
 use crate::exposure::{TICKS, Tick};
 use crate::geometry::tree::{Box3, Tree};
 use crate::pose::Pose;
@@ -53,7 +53,7 @@ use of_kind::{TreesOfKind, distinct};
 use quadrics::{Quadrics, Standing};
 use rays::{Pace, Rays, first_of, open_lanes};
 use search::{Exempt, block_beam, block_ray, closest_of_beam, closest_of_ray};
-use triangles::{OF_INSTANCE, Triangles};
+use triangles::{OF_INSTANCE, Shown, Triangles};
 
 /// Least number of rays of one direction that make a beam; fewer are traced one by one.
 const LEAST_BEAM: u32 = 3;
@@ -91,8 +91,8 @@ struct Deforming {
     mesh: Arc<Mesh>,
     /// Index of its triangles among the meshes.
     at: usize,
-    /// Shape of these triangles.
-    shape: Shape,
+    /// Shapes between which these triangles go, or twice their one shape.
+    shapes: [Shape; 2],
 }
 
 impl RustBackend {
@@ -143,10 +143,10 @@ impl Trees {
             if model.track.is_constant() && !model.is_placed_at_rest() {
                 still.push((number as u32, &*model.mesh));
             } else if model.mesh.shapes.is_some() {
-                let (mesh, shape) = (Arc::clone(&model.mesh), Shape::FIRST);
-                deforming.push(Deforming { model: number as u32, at: meshes.len(), shape, mesh });
+                let (mesh, shapes) = (Arc::clone(&model.mesh), Chord::FIRST.ends);
+                deforming.push(Deforming { model: number as u32, at: meshes.len(), shapes, mesh });
                 movable.push((number as u32, meshes.len()));
-                meshes.push(deformed(&model.mesh, &shape, count));
+                meshes.push(deformed(&model.mesh, &shapes, count));
             } else {
                 let mesh: &Mesh = &model.mesh;
                 let at = *known.entry(Arc::as_ptr(&model.mesh)).or_insert_with(|| {
@@ -166,11 +166,11 @@ impl Trees {
     /// which others were rendered.
     fn deform(&mut self, pose: &Pose) {
         let Self { meshes, deforming, count, .. } = self;
-        for Deforming { model, mesh, at, shape } in deforming {
+        for Deforming { model, mesh, at, shapes } in deforming {
             let place = &pose.models[*model as usize];
-            if place.is_visible && place.shape != *shape {
-                *shape = place.shape;
-                meshes[*at] = deformed(mesh, shape, *count);
+            if place.is_visible && place.shape.ends != *shapes {
+                *shapes = place.shape.ends;
+                meshes[*at] = deformed(mesh, shapes, *count);
             }
         }
     }
@@ -199,11 +199,15 @@ impl Trees {
     }
 }
 
-/// Triangles of a mesh in one of its shapes.
-fn deformed(mesh: &Mesh, shape: &Shape, count: fn(&Mesh) -> usize) -> Triangles {
-    let positions = mesh.shapes.as_ref().map(|shapes| shapes.positions(shape));
-    let positions = positions.as_deref().unwrap_or(mesh.positions.as_slice());
-    Triangles::at(&[(OF_INSTANCE, mesh, positions)], count)
+/// Triangles of a mesh between two of its shapes.
+fn deformed(mesh: &Mesh, [open, close]: &[Shape; 2], count: fn(&Mesh) -> usize) -> Triangles {
+    let positions = |shape: &Shape| mesh.shapes.as_ref().map(|shapes| shapes.positions(shape));
+    let positions = |shape: &Shape| positions(shape).unwrap_or_else(|| mesh.positions.as_slice().to_vec());
+    let first = positions(open);
+    match open == close {
+        true => Triangles::at(&[(OF_INSTANCE, mesh, &first)], count),
+        false => Triangles::moving(mesh, [&first, &positions(close)], count),
+    }
 }
 
 impl Backend for RustBackend {
@@ -223,6 +227,15 @@ struct Instance {
     /// True if it moved since the frame before.
     moved: bool,
     to_object: Affine3A,
+    /// Position of a model that deforms between its shapes.
+    share: f32,
+}
+
+impl Instance {
+    #[inline(always)]
+    fn shown<'a>(&self, meshes: &'a [Triangles]) -> Shown<'a> {
+        Shown { triangles: &meshes[self.mesh], model: self.model, share: self.share }
+    }
 }
 
 /// Placed models.
@@ -245,7 +258,8 @@ impl Instances {
         for (model, mesh) in models {
             let transform = place(model);
             boxes.push(meshes[mesh].tree.bounds.placed(&transform));
-            all.push(Instance { mesh, model, moved: moved(model), to_object: transform.to_object });
+            let (to_object, share) = (transform.to_object, transform.shape.share);
+            all.push(Instance { mesh, model, moved: moved(model), to_object, share });
         }
         Self { all, above: Tree::new(&boxes, 1, |ids| ids[0]) }
     }
@@ -377,7 +391,7 @@ fn find_closest(
         let ticks = rays.ticks(number);
         let (rays, used) = (rays_of(packet), used & see(number));
         if !trees.still.is_empty() {
-            closest_of(trees.still, OF_INSTANCE, &rays, used, coherence, best, &mut stack);
+            closest_of(Shown::of_models(trees.still), &rays, used, coherence, best, &mut stack);
         }
         let asks_movable = among == SceneSubset::All && !trees.are_all_still();
         let groups: Vec<(usize, u16)> =
@@ -398,11 +412,10 @@ fn find_closest(
     }
 }
 
-/// Shortens the rays `used` to their first hits in `triangles`.
+/// Shortens the rays `used` to their first hits among what is `shown`.
 #[inline(always)]
 fn closest_of(
-    triangles: &Triangles,
-    instance: u32,
+    shown: Shown<'_>,
     rays: &Rays,
     used: u16,
     coherence: Coherence,
@@ -413,11 +426,11 @@ fn closest_of(
     while rest != 0 {
         let mut beam = next_beam(rays, rest, coherence);
         rest &= !beam;
-        if beam.count_ones() >= LEAST_BEAM && closest_of_beam(triangles, instance, rays, beam, best, stack) {
+        if beam.count_ones() >= LEAST_BEAM && closest_of_beam(shown, rays, beam, best, stack) {
             continue;
         }
         while beam != 0 {
-            closest_of_ray(triangles, instance, rays, first_of(beam), best, stack);
+            closest_of_ray(shown, rays, first_of(beam), best, stack);
             beam &= beam - 1;
         }
     }
@@ -445,7 +458,7 @@ fn find_blocked(trees: &OpenTrees<'_>, rays: &RayBatch, asked: Blockers, blocked
         let (rays, mut far) = (rays_of(packet), packet.far);
         let moved_alone = by == Occluders::Moved;
         if by == Occluders::Still && !trees.still.is_empty() {
-            block(trees.still, OF_INSTANCE, &rays, open, coherence, exempt, &mut far, &mut stack);
+            block(Shown::of_models(trees.still), &rays, open, coherence, exempt, &mut far, &mut stack);
         }
         let mut block_placed = |instances: &Instances, quadrics: &Standing, open: u16| {
             if !instances.is_empty() {
@@ -469,12 +482,11 @@ fn find_blocked(trees: &OpenTrees<'_>, rays: &RayBatch, asked: Blockers, blocked
     }
 }
 
-/// Ends those of the rays `used` that `triangles` block.
+/// Ends those of the rays `used` that what is `shown` blocks.
 #[inline(always)]
 #[expect(clippy::too_many_arguments, reason = "each is a thing by itself, and what they make is only called")]
 fn block(
-    triangles: &Triangles,
-    instance: u32,
+    shown: Shown<'_>,
     rays: &Rays,
     used: u16,
     coherence: Coherence,
@@ -486,13 +498,12 @@ fn block(
     while rest != 0 {
         let mut beam = next_beam(rays, rest, coherence);
         rest &= !beam;
-        if beam.count_ones() >= LEAST_BEAM && block_beam(triangles, instance, rays, beam, exempt, far, stack)
-        {
+        if beam.count_ones() >= LEAST_BEAM && block_beam(shown, rays, beam, exempt, far, stack) {
             continue;
         }
         beam &= open_lanes(far);
         while beam != 0 {
-            block_ray(triangles, instance, rays, first_of(beam), exempt, far, stack);
+            block_ray(shown, rays, first_of(beam), exempt, far, stack);
             beam &= beam - 1;
         }
     }
@@ -586,9 +597,9 @@ impl<P: Probe> Visitor<P> for ClosestInstance<'_> {
     #[inline(always)]
     fn visit(&mut self, probe: &mut P, leaf: u32, stack: &mut Vec<Open>) {
         let Self { used, coherence, .. } = *self;
-        let Instance { mesh, model, to_object, .. } = &self.among.instances.all[leaf as usize];
-        let inside = self.rays.transformed(to_object, used);
-        closest_of(&self.among.meshes[*mesh], *model, &inside, used, coherence, self.best, stack);
+        let instance = &self.among.instances.all[leaf as usize];
+        let inside = self.rays.transformed(&instance.to_object, used);
+        closest_of(instance.shown(self.among.meshes), &inside, used, coherence, self.best, stack);
         probe.end_at(self.pace.greatest(&self.best.t, used));
     }
 }
@@ -608,13 +619,13 @@ impl<P: Probe> Visitor<P> for BlockByInstances<'_> {
     #[inline(always)]
     fn visit(&mut self, probe: &mut P, leaf: u32, stack: &mut Vec<Open>) {
         let Self { used, coherence, exempt, .. } = *self;
-        let Instance { mesh, model, to_object, moved } = &self.among.instances.all[leaf as usize];
-        if self.moved_alone && !moved {
+        let instance = &self.among.instances.all[leaf as usize];
+        if self.moved_alone && !instance.moved {
             return;
         }
-        let inside = self.rays.transformed(to_object, used);
+        let inside = self.rays.transformed(&instance.to_object, used);
         let open = used & open_lanes(self.far);
-        block(&self.among.meshes[*mesh], *model, &inside, open, coherence, exempt, self.far, stack);
+        block(instance.shown(self.among.meshes), &inside, open, coherence, exempt, self.far, stack);
         probe.end_at(self.pace.greatest(self.far, used));
     }
 }

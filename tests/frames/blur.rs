@@ -5,7 +5,7 @@ use afterimage::exposure::{Curve, Shutter, Strata};
 use afterimage::film::Film;
 use afterimage::frame::{Finished, Renderer, Spoil};
 use afterimage::scene::camera::{Aim, EyeTrack, Lens};
-use afterimage::scene::{Background, Material, Scene};
+use afterimage::scene::{Background, Material, Mesh, Scene};
 use afterimage::settings::{Backdrop, Budget, Filter, Mode, PixelRect, Refinement, Reuse, Settings};
 use glam::{DVec3, Vec3};
 
@@ -371,8 +371,8 @@ fn staircase(count: u32, [wide, far]: [f64; 2]) -> f64 {
     ((0..pixels).map(|x| off(f64::from(x)).powi(2)).sum::<f64>() / f64::from(pixels)).sqrt()
 }
 
-/// A bar that is blurred over 110 pixels leaves a ramp, a plateau and a ramp at any number of samples and exposures: whether it moves or the camera
-/// does, no edge of an exposure is seen. Rows are averaged, over which samples' own times leave little noise; that of exposures
+/// A bar that is blurred over 110 pixels leaves a ramp, a plateau and a ramp at any number of samples and exposures: whether it moves, its shape or
+/// the camera does, no edge of an exposure is seen. Rows are averaged, over which samples' own times leave little noise; that of exposures
 /// with one time each would stay.
 #[test]
 fn what_moves_far_leaves_no_rings() {
@@ -385,6 +385,14 @@ fn what_moves_far_leaves_no_rings() {
     let still = square(rests(DVec3::ZERO));
     let scenes = [
         ("model", square(moves(1.0, 0.0))),
+        ("shape", {
+            let mut scene = still.clone();
+            let mesh = Mesh::clone(&scene.models[0].mesh);
+            let at = |frame: f32| move |place: Vec3| place + Vec3::X * far as f32 * (frame - 2.5);
+            let shapes: [(f64, &dyn Fn(Vec3) -> Vec3); 2] = [(0.0, &at(0.0)), (4.0, &at(4.0))];
+            scene.models = vec![toy::deforming("square", mesh, TransformTrack::identity(), &shapes)];
+            scene
+        }),
         ("camera", {
             let mut scene = still.clone();
             scene.camera.eye = moves(-1.0, 5.0).into();

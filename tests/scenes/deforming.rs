@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::Path;
 
-use afterimage::animation::Shape;
+use afterimage::animation::Chord;
 use afterimage::pose::Pose;
 use afterimage::scene::{self, Shot};
 use tempfile::TempDir;
@@ -41,7 +41,7 @@ fn load(folder: &Path, shapes: &str) -> Result<Shot, String> {
 fn height(shot: &Shot, frame: i32) -> f32 {
     let mesh = &shot.scene.models[0].mesh;
     let shape = Pose::new(&shot.scene, frame).models[0].shape;
-    let heights = mesh.shapes.as_ref().unwrap().positions(&shape);
+    let heights = mesh.shapes.as_ref().unwrap().positions(&shape.ends[0]);
     assert_eq!((heights.len(), mesh.positions.as_slice().len()), (6, 6));
     assert!(heights.iter().all(|at| at[2] == heights[0][2]));
     heights[0][2]
@@ -88,7 +88,7 @@ fn a_group_of_digits_means_files_as_wide_as_it() {
     let shot = load(folder.path(), "shapes = { obj = \"w_##.obj\" }").unwrap();
     let ends = shot.scene.models[0].track.shapes.as_ref().unwrap().ends();
     assert_eq!((ends, shot.files.len()), ([9.0, 100.0], 5));
-    assert_eq!(Pose::new(&shot.scene, 50).models[0].shape, Shape::FIRST);
+    assert_eq!(Pose::new(&shot.scene, 50).models[0].shape, Chord::FIRST);
 }
 
 #[test]

@@ -40,8 +40,26 @@ pub struct Geometry {
 
 #[derive(Clone, Debug)]
 enum Kind {
-    Triangles { vertices: Arc<VertexBuffer>, indices: Arc<Vec<[u32; 3]>>, cutout: Option<Arc<dyn Cutout>> },
+    Triangles { vertices: Steps, indices: Arc<Vec<[u32; 3]>>, cutout: Option<Arc<dyn Cutout>> },
     Primitives(Boxed),
+}
+
+/// Vertices of a mesh over time.
+#[derive(Clone, Debug)]
+enum Steps {
+    /// They stay where they are.
+    One(Arc<VertexBuffer>),
+    /// They go straight from one place to another between two times.
+    Two([Arc<VertexBuffer>; 2], [f32; 2]),
+}
+
+impl Steps {
+    fn all(&self) -> &[Arc<VertexBuffer>] {
+        match self {
+            Self::One(vertices) => std::slice::from_ref(vertices),
+            Self::Two(vertices, _) => vertices,
+        }
+    }
 }
 
 impl Geometry {
@@ -59,7 +77,41 @@ impl Geometry {
         indices: Arc<Vec<[u32; 3]>>,
         mask: u32,
     ) -> Result<Self, Error> {
-        let count = vertices.as_slice().len();
+        Self::with_steps(device, Steps::One(vertices), indices, mask)
+    }
+
+    /// A mesh as in [`triangles`](Self::triangles) whose vertices go straight from the first places to the second between two `times` of rays:
+    /// rising ones, which need not be within 0 and 1. Rays at other times do not meet it.
+    ///
+    /// # Errors
+    /// As in [`triangles`](Self::triangles), if the numbers of vertices differ, and if the times do not rise.
+    pub fn moving_triangles(
+        device: &Device,
+        vertices: [Arc<VertexBuffer>; 2],
+        times: [f32; 2],
+        indices: Arc<Vec<[u32; 3]>>,
+        mask: u32,
+    ) -> Result<Self, Error> {
+        let [first, second] = vertices.each_ref().map(|vertices| vertices.as_slice().len());
+        if first != second {
+            return Err(Error::invalid_argument(format!(
+                "a mesh has {first} vertices at its first step, and {second} at its second"
+            )));
+        }
+        if !times.iter().all(|time| time.is_finite()) || times[0] >= times[1] {
+            return Err(Error::invalid_argument(format!("times of steps rise, and {times:?} do not")));
+        }
+        Self::with_steps(device, Steps::Two(vertices, times), indices, mask)
+    }
+
+    /// `vertices` has as many of them at each step.
+    fn with_steps(
+        device: &Device,
+        vertices: Steps,
+        indices: Arc<Vec<[u32; 3]>>,
+        mask: u32,
+    ) -> Result<Self, Error> {
+        let count = vertices.all()[0].as_slice().len();
         let is_bad = |corner: &u32| *corner as usize >= count;
         // without an early end, several are looked at at once
         let highest = indices.as_flattened().iter().fold(0, |highest, corner| highest.max(*corner));
@@ -136,12 +188,21 @@ impl Geometry {
         Ok(MeshHandle { handle, _callbacks: callbacks, _filter: filter, geometry: self.clone() })
     }
 
-    fn share(&self, vertices: &VertexBuffer, indices: &[[u32; 3]]) -> Result<Handle, Error> {
+    fn share(&self, vertices: &Steps, indices: &[[u32; 3]]) -> Result<Handle, Error> {
         let handle = Handle::new(&self.device, sys::RTC_GEOMETRY_TYPE_TRIANGLE)?;
-        // SAFETY: the geometry is a live mesh, and `MeshHandle` keeps both buffers alive and unchanged for as long as the
-        // geometry has them. The indices have the stated format, stride and count.
+        if let Steps::Two(_, [first, last]) = vertices {
+            // SAFETY: the geometry is live.
+            unsafe {
+                sys::rtcSetGeometryTimeStepCount(handle.raw, 2);
+                sys::rtcSetGeometryTimeRange(handle.raw, *first, *last);
+            }
+        }
+        // SAFETY: the geometry is a live mesh with as many steps, and `MeshHandle` keeps all buffers alive and unchanged for as
+        // long as the geometry has them. The indices have the stated format, stride and count.
         unsafe {
-            handle.share_vertices(vertices);
+            for (step, vertices) in (0..).zip(vertices.all()) {
+                handle.share_vertices(step, vertices);
+            }
             sys::rtcSetSharedGeometryBuffer(
                 handle.raw,
                 sys::RTC_BUFFER_TYPE_INDEX,
@@ -169,8 +230,11 @@ pub(crate) struct MeshHandle {
 impl MeshHandle {
     /// Has a triangle mesh read other vertices.
     pub(crate) fn set_vertices(&mut self, vertices: &Arc<VertexBuffer>) -> Result<(), Error> {
-        let Kind::Triangles { vertices: old, .. } = &mut self.geometry.kind else {
-            return Err(Error::new(ErrorCode::InvalidOperation, "only triangles have vertices"));
+        let Kind::Triangles { vertices: Steps::One(old), .. } = &mut self.geometry.kind else {
+            return Err(Error::new(
+                ErrorCode::InvalidOperation,
+                "only triangles that stay where they are have other vertices",
+            ));
         };
         let [count, had] = [vertices, &*old].map(|buffer| buffer.as_slice().len());
         if count != had {
@@ -179,7 +243,7 @@ impl MeshHandle {
         // SAFETY: the geometry is a live mesh whose indices fit as many vertices. It has let go of the old buffer before that is
         // replaced, and the new one is kept from then on.
         unsafe {
-            self.handle.share_vertices(vertices);
+            self.handle.share_vertices(0, vertices);
             sys::rtcUpdateGeometryBuffer(self.handle.raw, sys::RTC_BUFFER_TYPE_VERTEX, 0);
         }
         *old = Arc::clone(vertices);
@@ -221,18 +285,18 @@ impl Handle {
         unsafe { sys::rtcSetGeometryMask(self.raw, mask) };
     }
 
-    /// Has a triangle mesh read these vertices.
+    /// Has a triangle mesh read these vertices at one of its steps.
     ///
     /// # Safety
-    /// The geometry is a triangle mesh. The buffer must live, unchanged, for as long as the geometry has it.
-    unsafe fn share_vertices(&self, vertices: &VertexBuffer) {
+    /// The geometry is a triangle mesh with this step. The buffer must live, unchanged, for as long as the geometry has it.
+    unsafe fn share_vertices(&self, step: u32, vertices: &VertexBuffer) {
         // SAFETY: the geometry is live. The buffer has the stated format, stride and count, and behind the last vertex are 12
         // more bytes.
         unsafe {
             sys::rtcSetSharedGeometryBuffer(
                 self.raw,
                 sys::RTC_BUFFER_TYPE_VERTEX,
-                0,
+                step,
                 sys::RTC_FORMAT_FLOAT3,
                 vertices.padded.as_ptr().cast(),
                 0,

@@ -5,7 +5,7 @@ mod scenes;
 
 use embree::{
     Bounds, BuildQuality, Coherence, Device, ErrorCode, Geometry, GeometryId, INVALID, PrimId, Ray, RayHit,
-    Scene, Valid, VertexBuffer,
+    Scene, Segment, Valid, VertexBuffer,
 };
 use scenes::{IDENTITY, UNIT_TRIANGLE, down, medium, mesh, moved};
 use std::sync::Arc;
@@ -180,6 +180,51 @@ fn vertices_that_move_are_met_where_they_are() {
     }
     drop(geometry);
     assert_eq!(Arc::strong_count(&rest), 1, "let go");
+}
+
+#[test]
+fn vertices_between_two_steps_are_where_a_ray_s_time_says() {
+    let device = scenes::device();
+    let indices: Arc<Vec<[u32; 3]>> = Arc::new((0..100).map(|at| [3 * at, 3 * at + 1, 3 * at + 2]).collect());
+    let (first, second) = (row(|at| -(at as f32)), row(|at| -(at as f32) - 64.0));
+    let moving = |times| {
+        let ends = [&first, &second].map(Arc::clone);
+        Geometry::moving_triangles(&device, ends, times, Arc::clone(&indices), 1)
+    };
+    for (quality, is_placed) in [BuildQuality::Low, BuildQuality::Medium, BuildQuality::High]
+        .into_iter()
+        .flat_map(|q| [(q, false), (q, true)])
+    {
+        // half a step of 16 ahead of the rays
+        let geometry = moving([-1.0 / 32.0, 31.0 / 32.0]).unwrap();
+        let mut scene = Scene::new(&device, quality, true).unwrap();
+        let id = scene.attach(&geometry).unwrap();
+        assert_eq!(scene.set_vertices(id, &first).unwrap_err().code(), ErrorCode::InvalidOperation);
+        let mut above = Scene::new(&device, BuildQuality::Low, true).unwrap();
+        if is_placed {
+            above.attach_instance(&scene.freeze().unwrap(), moved(0.0, 0.0, 0.0), 1).unwrap();
+            scene = above;
+        }
+        let scene = scene.commit().unwrap();
+        for (tick, at) in (0..16).flat_map(|tick| [(tick, 3), (tick, 98)]) {
+            let segment = Segment {
+                origin: [at as f32 + 0.25, 0.25, 1.0],
+                direction: [0.0, 0.0, -1.0],
+                near: 0.0,
+                far: f32::INFINITY,
+                mask: 1,
+                time: tick as f32 / 16.0,
+            };
+            let hit = scene.intersect_one(&segment, Coherence::Incoherent).unwrap();
+            assert_eq!(hit.t, 3.0 + at as f32 + 4.0 * tick as f32, "{quality:?}, {is_placed}, {tick}");
+        }
+    }
+    for times in [[0.5, 0.5], [1.0, 0.0], [0.0, f32::NAN]] {
+        assert_eq!(moving(times).unwrap_err().code(), ErrorCode::InvalidArgument);
+    }
+    let few = Arc::new(VertexBuffer::new(vec![[0.0; 3]; 3]));
+    let uneven = Geometry::moving_triangles(&device, [first, few], [0.0, 1.0], indices, 1);
+    assert_eq!(uneven.unwrap_err().code(), ErrorCode::InvalidArgument);
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! The exposures of a shot's frames, and how they divide the samples.
 
 use crate::exposure::{Exposures, Shutter, Strata};
-use crate::scene::{Light, Model, Scene};
+use crate::scene::{Light, Scene};
 use crate::settings::{BasePlace, Budget, Mode, Refinement, Settings};
 
 /// The exposures of a frame of `scene`, if it has more to it than one picture at its own time.
@@ -24,11 +24,9 @@ const FEW: u32 = 4;
 /// Largest number where anything has no more moments than there are exposures.
 const MANY: u32 = 16;
 
-/// Largest number of exposures with an open shutter that suits a scene: many where shapes or lights change, which are those of the exposure's middle.
+/// Largest number of exposures with an open shutter that suits a scene: many where lights change, which are those of the exposure's middle.
 fn that_suit(scene: &Scene) -> u32 {
-    let deforms = |model: &Model| model.track.shapes.as_ref().is_some_and(|shapes| !shapes.is_constant());
-    let rests = scene.lights.iter().all(Light::is_constant) && !scene.models.iter().any(deforms);
-    if rests { FEW } else { MANY }
+    if scene.lights.iter().all(Light::is_constant) { FEW } else { MANY }
 }
 
 /// Samples along a pixel's edge of the coarsest level: more than one, if there are finer ones, or nothing could be divided.

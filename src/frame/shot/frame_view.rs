@@ -244,10 +244,11 @@ impl<'a> FrameView<'a> {
 
     /// Hash that changes when the shape of a model does; 0 for a model that does not deform.
     fn hash_of_shape(&self, model: u32, transform: &Transform) -> u32 {
-        if self.deformations.of_model(model).is_none() {
+        if !self.deformations.has(model) {
             return 0;
         }
-        let Shape { from, to, share } = transform.shape;
+        // at the frame's own time a model has one shape
+        let Shape { from, to, share } = transform.shape.ends[0];
         hash_of(&[from as f32, to as f32, share as f32])
     }
 

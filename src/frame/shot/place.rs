@@ -17,7 +17,7 @@ use crate::shade::terminator::SmoothPoint;
 #[derive(Debug, Clone, Copy)]
 pub struct Place<'a> {
     transform: &'a Transform,
-    deformed: Option<(&'a Deformed, &'a Mesh)>,
+    deformed: Option<(Deformed<'a>, &'a Mesh)>,
     scene: &'a Scene,
 }
 
@@ -25,7 +25,8 @@ impl<'a> Place<'a> {
     /// Place of `model` by this `transform`, with its shape.
     #[inline]
     pub fn of(scene: &'a Scene, transform: &'a Transform, shapes: &'a Deformations, model: u32) -> Self {
-        let deformed = shapes.of_model(model).map(|deformed| (deformed, &*scene.models[model as usize].mesh));
+        let deformed = shapes.of_model(model, transform);
+        let deformed = deformed.map(|deformed| (deformed, &*scene.models[model as usize].mesh));
         Self { transform, deformed, scene }
     }
 

@@ -114,7 +114,7 @@ impl CellValues {
 /// The shading normal of a sample: see [`CellValues::normal`].
 fn normal_of(frame: &FrameView, tile: &Tile, cell: usize) -> Octahedral {
     let (model, record) = (tile.model[cell], &tile.record[cell]);
-    if frame.deformations.of_model(model).is_none() {
+    if !frame.deformations.has(model) {
         return record.normal;
     }
     let kept = [tile.point(cell), record.normal.unfold(), record.geometric_normal.unfold()];

@@ -3,14 +3,17 @@
 //! Refitting keeps the tree and makes its boxes anew, from the triangles upwards. So the scene of a shape follows from the first shape
 //! and this one, whatever was rendered before. Where triangles that lay together in the first shape no longer do, boxes become large
 //! ([`Groups`]): then a scene of this shape is built from nothing.
+//!
+//! Within an exposure in which the model deforms it goes straight from one shape to another: then its scene is built of both, for Embree
+//! cannot refit such a tree.
 
 use std::sync::Arc;
 
 use embree::{BuildQuality, Device, FrozenScene, GeometryId, Scene as EmbreeScene, VertexBuffer};
 use glam::Vec3;
 
-use super::frozen::{Frozen, ROBUST, freeze, is_flat};
-use crate::animation::Shape;
+use super::frozen::{Frozen, ROBUST, Vertices, freeze, is_flat};
+use crate::animation::{Chord, Shape};
 use crate::geometry::Bounds;
 use crate::pose::Pose;
 use crate::scene::{Mesh, Shapes};
@@ -26,8 +29,8 @@ pub struct Deforming {
     with_casters: bool,
     /// Instances among all movable models, and among those that cast shadows, if it has one there.
     instances: [Option<GeometryId>; 2],
-    /// Shape that the instances show; none after an error.
-    shape: Option<Shape>,
+    /// Shapes between which the instances go, or twice the one that they show; none after an error.
+    shapes: Option<[Shape; 2]>,
     /// Scenes with the trees of the first shape, refitted to the last shape that these suit; none after an error.
     refitted: Option<Frozen>,
     groups: Groups,
@@ -51,7 +54,7 @@ impl Deforming {
             mesh: Arc::clone(mesh),
             with_casters,
             instances: [None; 2],
-            shape: None,
+            shapes: None,
             refitted: None,
             groups: Groups::new(&mesh.triangles, positions.as_slice()),
             is_flat: is_flat(&positions),
@@ -61,8 +64,9 @@ impl Deforming {
 
     /// Scenes of the first shape, for the instances that place the model.
     pub fn first(&mut self, device: &Device) -> Result<&Frozen, TraceError> {
-        let first = self.freeze(device, &positions(&self.mesh, &Shape::FIRST), BuildQuality::Refit)?;
-        self.shape = Some(Shape::FIRST);
+        let positions = positions(&self.mesh, &Shape::FIRST);
+        let first = self.freeze(device, &Vertices::Still(&positions), BuildQuality::Refit)?;
+        self.shapes = Some(Chord::FIRST.ends);
         Ok(self.refitted.insert(first))
     }
 
@@ -71,7 +75,7 @@ impl Deforming {
         Self { instances, ..self }
     }
 
-    /// Takes the model to the shape that it has in `pose`, if it is there. `movable`, `casters`: the scenes of its instances.
+    /// Takes the model to the shapes that it has in `pose`, if it is there. `movable`, `casters`: the scenes of its instances.
     pub fn deform(
         &mut self,
         device: &Device,
@@ -80,10 +84,11 @@ impl Deforming {
         pose: &Pose,
     ) -> Result<(), TraceError> {
         let place = &pose.models[self.model];
-        if !place.is_visible || self.shape == Some(place.shape) {
+        let chord = &place.shape;
+        if !place.is_visible || self.shapes == Some(chord.ends) {
             return Ok(());
         }
-        self.shape = None;
+        self.shapes = None;
         let mut scenes = [Some(movable), casters];
         let mut show = |instances: [Option<GeometryId>; 2], of: [Option<&Arc<FrozenScene>>; 2]| {
             for ((id, scene), of) in instances.into_iter().zip(&mut scenes).zip(of) {
@@ -95,9 +100,14 @@ impl Deforming {
         };
         // a scene that an instance places cannot be changed
         show(self.instances, [Some(&self.nothing); 2])?;
-        let positions = positions(&self.mesh, &place.shape);
+        let positions = positions(&self.mesh, &chord.ends[0]);
         let anew;
-        let shown = if self.suits(&positions) {
+        let shown = if !chord.is_still() {
+            let later = self::positions(&self.mesh, &chord.ends[1]);
+            let vertices = Vertices::Moving([positions, later], pose.sweeps.groups());
+            anew = self.freeze(device, &vertices, BuildQuality::Low)?;
+            Some(&anew)
+        } else if self.suits(&positions) {
             if self.refitted.is_none() {
                 self.first(device)?;
             }
@@ -105,13 +115,13 @@ impl Deforming {
             self.refitted = refitted;
             self.refitted.as_ref()
         } else {
-            anew = self.freeze(device, &positions, BuildQuality::Low)?;
+            anew = self.freeze(device, &Vertices::Still(&positions), BuildQuality::Low)?;
             Some(&anew)
         };
         if let Some(Frozen { scene, casters, .. }) = shown {
             show(self.instances, [Some(scene), casters.as_ref()])?;
         }
-        self.shape = Some(place.shape);
+        self.shapes = Some(chord.ends);
         Ok(())
     }
 
@@ -125,10 +135,10 @@ impl Deforming {
     fn freeze(
         &self,
         device: &Device,
-        positions: &Arc<VertexBuffer>,
+        vertices: &Vertices<'_>,
         quality: BuildQuality,
     ) -> Result<Frozen, TraceError> {
-        freeze(device, &self.mesh, positions, quality, self.with_casters)
+        freeze(device, &self.mesh, vertices, quality, self.with_casters)
     }
 }
 

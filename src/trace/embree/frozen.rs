@@ -16,6 +16,41 @@ use crate::trace::TraceError;
 /// triangles that share an edge and show what is behind them, and the audit rightly complains.
 pub const ROBUST: bool = true;
 
+/// Vertex positions of a mesh.
+pub enum Vertices<'a> {
+    /// They stay where they are.
+    Still(&'a Arc<VertexBuffer>),
+    /// They go straight from one place to another while the exposure lasts, as rays of so many groups of ticks see them.
+    Moving([Arc<VertexBuffer>; 2], usize),
+}
+
+impl Vertices<'_> {
+    fn geometry(
+        &self,
+        device: &Device,
+        triangles: Arc<Vec<[u32; 3]>>,
+        mask: u32,
+    ) -> Result<Geometry, TraceError> {
+        Ok(match self {
+            Self::Still(positions) => Geometry::triangles(device, Arc::clone(positions), triangles, mask)?,
+            Self::Moving(ends, groups) => {
+                // a group's rays have the time when it begins, and see what is there in its middle: both are exact
+                let ahead = 0.5 / *groups as f32;
+                Geometry::moving_triangles(device, ends.clone(), [-ahead, 1.0 - ahead], triangles, mask)?
+            }
+        })
+    }
+
+    /// Positions at one of their times at which the mesh is flat, if it ever is.
+    fn flat(&self) -> Option<&Arc<VertexBuffer>> {
+        let all = match self {
+            Self::Still(positions) => std::slice::from_ref(*positions),
+            Self::Moving(ends, _) => ends,
+        };
+        all.iter().find(|positions| is_flat(positions))
+    }
+}
+
 /// A mesh's own scene.
 pub struct Frozen {
     pub scene: Arc<FrozenScene>,
@@ -30,24 +65,25 @@ pub struct Frozen {
     pub has_spacer: bool,
 }
 
-/// Builds the scene of `mesh` with its vertices at `positions`.
+/// Builds the scene of `mesh` with these vertices.
 pub fn freeze(
     device: &Device,
     mesh: &Mesh,
-    positions: &Arc<VertexBuffer>,
+    vertices: &Vertices<'_>,
     quality: BuildQuality,
     with_casters: bool,
 ) -> Result<Frozen, TraceError> {
     let mut scene = EmbreeScene::new(device, quality, ROBUST)?;
     let mut firsts = [0; MOST_PARTS];
     // who sees a model, its instance says
-    let parts = parts_of(device, mesh, positions, RayKinds::ALL)?;
+    let parts = parts_of(device, mesh, vertices, RayKinds::ALL)?;
     for Part { geometry, first, .. } in &parts {
         let GeometryId(id) = scene.attach(geometry)?;
         firsts[id as usize] = *first;
     }
-    let is_flat = mesh.quadric.is_none() && is_flat(positions);
-    let spacer = is_flat.then(|| spacer(device, positions)).transpose()?;
+    // between two times boxes go straight from one to the other: none is flatter than the flatter of them
+    let flat = vertices.flat().filter(|_| mesh.quadric.is_none());
+    let spacer = flat.map(|positions| spacer(device, positions)).transpose()?;
     if let Some(spacer) = &spacer {
         scene.attach(spacer)?;
     }
@@ -143,11 +179,11 @@ pub struct Part {
     pub casts_shadow: bool,
 }
 
-/// Parts of `mesh` that have triangles, with its vertices at `positions`, for rays of the kinds that it is `seen_by`.
+/// Parts of `mesh` that have triangles, with these vertices, for rays of the kinds that it is `seen_by`.
 pub fn parts_of(
     device: &Device,
     mesh: &Mesh,
-    positions: &Arc<VertexBuffer>,
+    vertices: &Vertices<'_>,
     seen_by: RayKinds,
 ) -> Result<Vec<Part>, TraceError> {
     let (all, split) = (&mesh.triangles, mesh.shadow_casting);
@@ -167,7 +203,7 @@ pub fn parts_of(
             (range.start as u32, range.start < split, cut.contains(&range.start));
         let triangles =
             if range.len() == all.len() { Arc::clone(all) } else { Arc::new(all[range].to_vec()) };
-        let geometry = Geometry::triangles(device, Arc::clone(positions), triangles, mask_of(casts_shadow))?;
+        let geometry = vertices.geometry(device, triangles, mask_of(casts_shadow))?;
         let geometry = match cutout.as_ref().filter(|_| is_cut) {
             Some(test) => geometry.cut_by(Arc::new(CutPart { test: Arc::clone(test), first })),
             None => geometry,

@@ -2,7 +2,7 @@
 
 use super::beam::{Beam, Open, Probe, Ray, Visitor, walk};
 use super::rays::{HALVES, Pace, Rays, eight_of};
-use super::triangles::{Axes, Block, Meeting, OF_INSTANCE, Shear, Triangles};
+use super::triangles::{Axes, Block, Meeting, OF_INSTANCE, Shear, Shown};
 use crate::geometry::tree::WIDTH;
 use crate::lanes::F32x8;
 use crate::scene::cutout::Asks;
@@ -49,13 +49,12 @@ fn all_corners(block: &Block, axes: Axes) -> [[F32x8; 3]; 3] {
     [block.corner(0, axes), block.corner(1, axes), block.corner(2, axes)]
 }
 
-/// Shortens the rays `used` of `best`, all of one kind, to their first hits in `triangles`. Triangles without
-/// a model belong to `instance`. Returns true if the search was completed; otherwise the rays are to be
+/// Shortens the rays `used` of `best`, all of one kind, to their first hits among what is
+/// `shown`. Returns true if the search was completed; otherwise the rays are to be
 /// traced one by one.
 #[inline(always)]
 pub fn closest_of_beam(
-    triangles: &Triangles,
-    instance: u32,
+    shown: Shown<'_>,
     rays: &Rays,
     used: u16,
     best: &mut HitPacket,
@@ -63,15 +62,14 @@ pub fn closest_of_beam(
 ) -> bool {
     let (common, pace) = rays.common(used, &best.t);
     let (axes, shears) = rays.shears(used);
-    let mut beam = Beam::new(&common, &triangles.tree.bounds);
-    let mut visitor = ClosestOfBeam { triangles, instance, axes, shears, used, pace, tested: 0, best };
-    walk::<true, _>(&mut beam, &triangles.tree, stack, &mut visitor);
+    let mut beam = Beam::new(&common, &shown.triangles.tree.bounds);
+    let mut visitor = ClosestOfBeam { shown, axes, shears, used, pace, tested: 0, best };
+    walk::<true, _>(&mut beam, &shown.triangles.tree, stack, &mut visitor);
     visitor.tested <= MOST_TRIANGLES
 }
 
 struct ClosestOfBeam<'a> {
-    triangles: &'a Triangles,
-    instance: u32,
+    shown: Shown<'a>,
     axes: Axes,
     shears: [Shear; HALVES],
     used: u16,
@@ -84,7 +82,8 @@ struct ClosestOfBeam<'a> {
 impl Visitor<Beam> for ClosestOfBeam<'_> {
     #[inline(always)]
     fn visit(&mut self, beam: &mut Beam, leaf: u32, _: &mut Vec<Open>) {
-        let block = &self.triangles.blocks[leaf as usize];
+        let mut room = None;
+        let block = self.shown.block(leaf, &mut room);
         let (mut met, _) = beam.meet(&block.planes());
         self.tested += met.count_ones();
         let mut closer = false;
@@ -95,11 +94,11 @@ impl Visitor<Beam> for ClosestOfBeam<'_> {
                 let far = eight_of(&self.best.t, half);
                 let Some(meeting) = self.shears[half].meet(corners, far) else { continue };
                 let (t, u, v) = (*meeting.t.values(), *meeting.u.values(), *meeting.v.values());
-                let name = name_of(block, at, self.instance);
+                let name = name_of(block, at, self.shown.model);
                 let mut hits = u32::from(meeting.mask.bits());
                 while hits != 0 {
                     let i = take(&mut hits);
-                    if self.triangles.is_there(block, at, [u[i], v[i]], Asks::Sight) {
+                    if self.shown.triangles.is_there(block, at, [u[i], v[i]], Asks::Sight) {
                         closer |= put(self.best, half * WIDTH + i, [t[i], u[i], v[i]], name);
                     }
                 }
@@ -116,21 +115,19 @@ impl Visitor<Beam> for ClosestOfBeam<'_> {
 /// [`closest_of_beam`] for ray number `lane` alone.
 #[inline(always)]
 pub fn closest_of_ray(
-    triangles: &Triangles,
-    instance: u32,
+    shown: Shown<'_>,
     rays: &Rays,
     lane: usize,
     best: &mut HitPacket,
     stack: &mut Vec<Open>,
 ) {
-    let (mut ray, axes, shear) = rays.one(lane, best.t[lane], &triangles.tree.bounds);
-    let mut visitor = ClosestOfRay { triangles, instance, axes, shear, lane, best };
-    walk::<true, _>(&mut ray, &triangles.tree, stack, &mut visitor);
+    let (mut ray, axes, shear) = rays.one(lane, best.t[lane], &shown.triangles.tree.bounds);
+    let mut visitor = ClosestOfRay { shown, axes, shear, lane, best };
+    walk::<true, _>(&mut ray, &shown.triangles.tree, stack, &mut visitor);
 }
 
 struct ClosestOfRay<'a> {
-    triangles: &'a Triangles,
-    instance: u32,
+    shown: Shown<'a>,
     axes: Axes,
     shear: Shear,
     lane: usize,
@@ -140,15 +137,16 @@ struct ClosestOfRay<'a> {
 impl Visitor<Ray> for ClosestOfRay<'_> {
     #[inline(always)]
     fn visit(&mut self, ray: &mut Ray, leaf: u32, _: &mut Vec<Open>) {
-        let (lane, block) = (self.lane, &self.triangles.blocks[leaf as usize]);
+        let mut room = None;
+        let (lane, block) = (self.lane, self.shown.block(leaf, &mut room));
         let far = F32x8::splat(self.best.t[lane]);
         let Some(meeting) = self.shear.meet(all_corners(block, self.axes), far) else { return };
         let (t, u, v) = (*meeting.t.values(), *meeting.u.values(), *meeting.v.values());
         let mut hits = u32::from(meeting.mask.bits());
         while hits != 0 {
             let i = take(&mut hits);
-            if self.triangles.is_there(block, i, [u[i], v[i]], Asks::Sight) {
-                put(self.best, lane, [t[i], u[i], v[i]], name_of(block, i, self.instance));
+            if self.shown.triangles.is_there(block, i, [u[i], v[i]], Asks::Sight) {
+                put(self.best, lane, [t[i], u[i], v[i]], name_of(block, i, self.shown.model));
             }
         }
         ray.end_at(self.best.t[lane]);
@@ -199,13 +197,12 @@ impl Exempt<'_> {
     }
 }
 
-/// Ends those of the rays `used`, all of one kind, that `triangles` block: `far` becomes minus infinity.
-/// Triangles without a model belong to `instance`. Returns true if the search was completed, like
+/// Ends those of the rays `used`, all of one kind, that what is `shown` blocks: `far` becomes minus infinity.
+/// Returns true if the search was completed, like
 /// [`closest_of_beam`].
 #[inline(always)]
 pub fn block_beam(
-    triangles: &Triangles,
-    instance: u32,
+    shown: Shown<'_>,
     rays: &Rays,
     used: u16,
     exempt: Exempt<'_>,
@@ -214,15 +211,14 @@ pub fn block_beam(
 ) -> bool {
     let (common, pace) = rays.common(used, far);
     let (axes, shears) = rays.shears(used);
-    let mut beam = Beam::new(&common, &triangles.tree.bounds);
-    let mut visitor = BlockBeam { triangles, instance, axes, shears, used, pace, tested: 0, exempt, far };
-    walk::<false, _>(&mut beam, &triangles.tree, stack, &mut visitor);
+    let mut beam = Beam::new(&common, &shown.triangles.tree.bounds);
+    let mut visitor = BlockBeam { shown, axes, shears, used, pace, tested: 0, exempt, far };
+    walk::<false, _>(&mut beam, &shown.triangles.tree, stack, &mut visitor);
     visitor.tested <= MOST_TRIANGLES
 }
 
 struct BlockBeam<'a> {
-    triangles: &'a Triangles,
-    instance: u32,
+    shown: Shown<'a>,
     axes: Axes,
     shears: [Shear; HALVES],
     used: u16,
@@ -236,7 +232,8 @@ struct BlockBeam<'a> {
 impl Visitor<Beam> for BlockBeam<'_> {
     #[inline(always)]
     fn visit(&mut self, beam: &mut Beam, leaf: u32, _: &mut Vec<Open>) {
-        let block = &self.triangles.blocks[leaf as usize];
+        let mut room = None;
+        let block = self.shown.block(leaf, &mut room);
         let (met, _) = beam.meet(&block.planes());
         // triangles that cannot block show all the same how wide the beam is
         self.tested += met.count_ones();
@@ -252,8 +249,8 @@ impl Visitor<Beam> for BlockBeam<'_> {
                 while hits != 0 {
                     let i = take(&mut hits);
                     let lane = half * WIDTH + i;
-                    if !self.exempt.is_own(lane, name_of(block, at, self.instance))
-                        && self.triangles.is_there(block, at, weights(&meeting, i), self.exempt.asks())
+                    if !self.exempt.is_own(lane, name_of(block, at, self.shown.model))
+                        && self.shown.triangles.is_there(block, at, weights(&meeting, i), self.exempt.asks())
                     {
                         self.far[lane] = f32::NEG_INFINITY;
                         any = true;
@@ -272,26 +269,24 @@ impl Visitor<Beam> for BlockBeam<'_> {
 /// [`block_beam`] for ray number `lane` alone.
 #[inline(always)]
 pub fn block_ray(
-    triangles: &Triangles,
-    instance: u32,
+    shown: Shown<'_>,
     rays: &Rays,
     lane: usize,
     exempt: Exempt<'_>,
     far: &mut [f32; LANES],
     stack: &mut Vec<Open>,
 ) {
-    let (mut ray, axes, shear) = rays.one(lane, far[lane], &triangles.tree.bounds);
+    let (mut ray, axes, shear) = rays.one(lane, far[lane], &shown.triangles.tree.bounds);
     let end = F32x8::splat(far[lane]);
-    let mut visitor = BlockRay { triangles, instance, axes, shear, lane, end, exempt, blocked: false };
-    walk::<false, _>(&mut ray, &triangles.tree, stack, &mut visitor);
+    let mut visitor = BlockRay { shown, axes, shear, lane, end, exempt, blocked: false };
+    walk::<false, _>(&mut ray, &shown.triangles.tree, stack, &mut visitor);
     if visitor.blocked {
         far[lane] = f32::NEG_INFINITY;
     }
 }
 
 struct BlockRay<'a> {
-    triangles: &'a Triangles,
-    instance: u32,
+    shown: Shown<'a>,
     axes: Axes,
     shear: Shear,
     lane: usize,
@@ -303,14 +298,15 @@ struct BlockRay<'a> {
 impl Visitor<Ray> for BlockRay<'_> {
     #[inline(always)]
     fn visit(&mut self, ray: &mut Ray, leaf: u32, _: &mut Vec<Open>) {
-        let block = &self.triangles.blocks[leaf as usize];
+        let mut room = None;
+        let block = self.shown.block(leaf, &mut room);
         let corners = all_corners(block, self.axes);
         let Some(meeting) = self.shear.meet(corners, self.end) else { return };
         let mut hits = u32::from(meeting.mask.bits()) & self.exempt.candidates(block);
         while hits != 0 {
             let at = take(&mut hits);
-            if !self.exempt.is_own(self.lane, name_of(block, at, self.instance))
-                && self.triangles.is_there(block, at, weights(&meeting, at), self.exempt.asks())
+            if !self.exempt.is_own(self.lane, name_of(block, at, self.shown.model))
+                && self.shown.triangles.is_there(block, at, weights(&meeting, at), self.exempt.asks())
             {
                 self.blocked = true;
                 ray.end_at(f32::NEG_INFINITY);

@@ -22,12 +22,15 @@ pub const OF_INSTANCE: u32 = u32::MAX;
 /// ones its normal is wrong by 6e-8 over this.
 const SLIVER: f32 = 0.02;
 
+/// Corners of eight triangles: by corner, axis and triangle.
+type Corners = [[[f32; WIDTH]; 3]; 3];
+
 /// Up to eight triangles.
 #[derive(Debug, Clone)]
 #[repr(C, align(64))]
 pub struct Block {
-    /// Corners, by corner, axis and triangle. Those of missing triangles are NaN: nothing meets them.
-    pub corners: [[[f32; WIDTH]; 3]; 3],
+    /// Corners of the triangles. Those of missing ones are NaN: nothing meets them.
+    pub corners: Corners,
     /// Indices into [`Scene::models`](crate::scene::Scene::models), or [`OF_INSTANCE`].
     pub model: [u32; WIDTH],
     /// Indices into [`Mesh::triangles`].
@@ -43,9 +46,41 @@ pub struct Triangles {
     /// Tree whose leaves are blocks.
     pub tree: Tree,
     /// Blocks, by leaf.
-    pub blocks: Vec<Block>,
+    blocks: Vec<Block>,
+    /// Corners when the exposure is over, by leaf, if they move within it; `blocks` have those at its beginning.
+    later: Vec<Corners>,
     /// Tests for meshes with triangles that are cut out, by the model that is stored; in rising order.
     cut: Vec<(u32, CutoutTest)>,
+}
+
+/// Triangles as a model shows them.
+#[derive(Clone, Copy)]
+pub struct Shown<'a> {
+    pub triangles: &'a Triangles,
+    /// Model of triangles that have none; else [`OF_INSTANCE`].
+    pub model: u32,
+    /// Position of those that move on their way: see [`Chord`](crate::animation::Chord).
+    pub share: f32,
+}
+
+impl<'a> Shown<'a> {
+    /// Triangles that have their own models.
+    pub fn of_models(triangles: &'a Triangles) -> Self {
+        Self { triangles, model: OF_INSTANCE, share: 0.0 }
+    }
+
+    /// Block of a leaf, which is put into `room` if it moves.
+    #[inline(always)]
+    pub fn block<'b>(&self, leaf: u32, room: &'b mut Option<Block>) -> &'b Block
+    where
+        'a: 'b,
+    {
+        let block = &self.triangles.blocks[leaf as usize];
+        match self.triangles.later.get(leaf as usize) {
+            None => block,
+            Some(later) => room.insert(block.on_way(later, self.share)),
+        }
+    }
 }
 
 impl Triangles {
@@ -54,6 +89,33 @@ impl Triangles {
     pub fn new(meshes: &[(u32, &Mesh)], count: fn(&Mesh) -> usize) -> Self {
         let placed = meshes.iter().map(|(model, mesh)| (*model, *mesh, mesh.positions.as_slice()));
         Self::at(&placed.collect::<Vec<_>>(), count)
+    }
+
+    /// Builds a tree of the first `count` triangles of a mesh of an instance whose vertices go from the one of these positions to the other.
+    pub fn moving(mesh: &Mesh, [open, close]: [&[[f32; 3]]; 2], count: fn(&Mesh) -> usize) -> Self {
+        let corners = |triangle: u32, positions: &[[f32; 3]]| {
+            mesh.triangles[triangle as usize].map(|corner| positions[corner as usize])
+        };
+        let around = |triangle: u32| {
+            let [open, close] = [open, close].map(|positions| Box3::around(corners(triangle, positions)));
+            open.union(&close)
+        };
+        let (mut blocks, mut later) = (Vec::new(), Vec::new());
+        let boxes: Vec<Box3> = (0..count(mesh) as u32).map(around).collect();
+        let tree = Tree::new(&boxes, WIDTH as u32, |ids| {
+            let mut ends = [Block::EMPTY, Block::EMPTY];
+            for (end, positions) in ends.iter_mut().zip([open, close]) {
+                for (lane, id) in ids.iter().enumerate() {
+                    end.put(lane, corners(*id, positions), (OF_INSTANCE, *id), mesh);
+                }
+            }
+            let [open, close] = ends;
+            blocks.push(open);
+            later.push(close.corners);
+            blocks.len() as u32 - 1
+        });
+        let cut = CutoutTest::new(mesh).map(|test| (OF_INSTANCE, test)).into_iter().collect();
+        Self { tree, blocks, later, cut }
     }
 
     /// Builds a tree like [`new`](Self::new), with each mesh's vertices at these positions.
@@ -80,7 +142,7 @@ impl Triangles {
         let tests = meshes.iter().filter_map(|(model, mesh, _)| Some((*model, CutoutTest::new(mesh)?)));
         let mut cut: Vec<(u32, CutoutTest)> = tests.collect();
         cut.sort_by_key(|(model, _)| *model);
-        Self { tree, blocks, cut }
+        Self { tree, blocks, later: Vec::new(), cut }
     }
 
     /// Returns true if triangle number `at` of a block is there in the place with these weights of its second
@@ -122,6 +184,18 @@ impl Block {
         let is_cut = mesh.cut.as_ref().is_some_and(|cut| cut.range().contains(&(triangle as usize)));
         self.casts_shadow |= u32::from(casts_shadow) << lane;
         self.is_cut |= u32::from(is_cut) << lane;
+    }
+
+    /// The block with its corners a `share` of the way to where they are `later`.
+    #[inline(always)]
+    fn on_way(&self, later: &Corners, share: f32) -> Self {
+        let mut block = self.clone();
+        let share = F32x8::splat(share);
+        for (corner, later) in block.corners.iter_mut().flatten().zip(later.iter().flatten()) {
+            let open = F32x8::new(*corner);
+            *corner = *(open + (F32x8::new(*later) - open) * share).values();
+        }
+        block
     }
 
     /// Boxes around the triangles.

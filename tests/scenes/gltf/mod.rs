@@ -479,7 +479,7 @@ fn bent() -> File {
 /// Positions of a model's vertices at a frame, as its shapes are.
 fn deformed(shot: &Shot, model: usize, frame: i32) -> Vec<[f32; 3]> {
     let shapes = shot.scene.models[model].mesh.shapes.as_ref().unwrap();
-    shapes.positions(&Pose::new(&shot.scene, frame).models[model].shape)
+    shapes.positions(&Pose::new(&shot.scene, frame).models[model].shape.ends[0])
 }
 
 #[test]
