@@ -45,6 +45,7 @@ pub mod film;
 pub mod frame;
 pub mod layers;
 pub mod output;
+pub mod pilot;
 pub mod scene;
 pub mod schedule;
 pub mod settings;

@@ -43,7 +43,19 @@ class AFTERIMAGE_PT_sampling(SettingsPanel, bpy.types.Panel):
     """Samples and light."""
 
     bl_label = "Sampling"
-    NAMES = ("samples", "paths", "bounces", "depth", "reflections", "shadow_rays", "exposures", "clamp", "caustics", "denoise")
+    COUNTS = ("samples", "paths", "reflections", "shadow_rays")
+    """Counts that follow from the noise threshold while nobody has set them."""
+    NAMES = ("bounces", "depth", "exposures", "clamp", "caustics", "denoise")
+
+    def draw(self, context):
+        """Draws it."""
+        layout, own = columns(self.layout), context.scene.afterimage
+        layout.prop(own, "error")
+        for name in self.COUNTS:
+            row = layout.row()
+            row.active = own.error <= 0 or own.is_property_set(name)
+            row.prop(own, name)
+        super().draw(context)
 
 
 class AFTERIMAGE_PT_reuse(SettingsPanel, bpy.types.Panel):

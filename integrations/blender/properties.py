@@ -8,6 +8,17 @@ from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty
 class AfterimageSettings(bpy.types.PropertyGroup):
     """How Afterimage renders a scene."""
 
+    error: FloatProperty(
+        name="Noise Threshold",
+        description="Noise that a frame may have before it is denoised, in percent of its mean brightness: samples, paths, reflections and shadow rays that "
+        "are not set follow from it. 0: none do",
+        default=5.0,
+        min=0.0,
+        max=90.0,
+        soft_min=0.5,
+        soft_max=20.0,
+        subtype="PERCENTAGE",
+    )
     samples: IntProperty(name="Samples", description="N, for N x N samples in a pixel", default=3, min=1, max=16)
     paths: IntProperty(
         name="Paths", description="Paths by which each sample gathers light of other surfaces and of the world", default=4, min=0, max=1024

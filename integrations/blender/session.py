@@ -88,6 +88,8 @@ def shutter_of(scene):
     return begins, begins + length
 
 
+LEAST_ERROR = 0.001
+"""Least error that the renderer takes."""
 CURVE_STEPS = 32
 """Pieces of a shutter's curve: it goes straight along each."""
 
@@ -106,8 +108,8 @@ def curve_of(scene, warn):
     return None
 
 
-def settings_of(scene, view_layer, frames, warn):
-    """The export's settings of a scene."""
+def settings_of(scene, view_layer, frames, warn, has_error=True):
+    """The export's settings of a scene. Without `has_error` its counts are as they are set, or by default, whatever its noise threshold."""
     own = scene.afterimage
     if abs(scene.render.pixel_aspect_x - scene.render.pixel_aspect_y) > 1e-4:
         warn("pixels that are not square are rendered square: set the aspect to 1")
@@ -115,7 +117,15 @@ def settings_of(scene, view_layer, frames, warn):
         warn("a shutter longer than a frame is made one frame long")
     rate = fractions.Fraction(scene.render.fps) / fractions.Fraction(scene.render.fps_base).limit_denominator(100000)
     rate = rate.limit_denominator(1001)
-    render = {"samples": own.samples, "depth": own.depth, "reflections": own.reflections, "mode": own.mode, "base_every": own.base_every}
+    render = {"depth": own.depth, "mode": own.mode, "base_every": own.base_every}
+    indirect = {"bounces": own.bounces}
+    has_error = has_error and own.error > 0
+    if has_error:
+        render["error"] = max(own.error / 100, LEAST_ERROR)
+    stated = {name for name in ("samples", "paths", "reflections", "shadow_rays") if not has_error or own.is_property_set(name)}
+    render.update({name: getattr(own, name) for name in ("samples", "reflections") if name in stated})
+    if "paths" in stated:
+        indirect["paths"] = own.paths
     # as Blender's box of one pixel, but that samples need not lie in the centres of their cells
     if own.exposures > 0:
         render["exposures"] = own.exposures
@@ -129,12 +139,12 @@ def settings_of(scene, view_layer, frames, warn):
         size=size_of(scene),
         rate=rate.numerator if rate.denominator == 1 else f"{rate.numerator}/{rate.denominator}",
         render=render,
-        indirect={"paths": own.paths, "bounces": own.bounces},
+        indirect=indirect,
         output={"layers": passes.layers(scene, view_layer), "denoise": own.denoise},
         shutter=shutter_of(scene),
         curve=curve_of(scene, warn) if shutter_of(scene) else None,
         transparent=scene.render.film_transparent,
-        shadow_rays=int(own.shadow_rays),
+        shadow_rays=int(own.shadow_rays) if "shadow_rays" in stated else None,
         exposure=exposure,
     )
 

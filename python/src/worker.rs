@@ -12,6 +12,7 @@ use afterimage::denoise::{self, Denoiser};
 use afterimage::film::Plane;
 use afterimage::frame::{self, BackendKind, Finished, Need, RenderError, Renderer};
 use afterimage::memory;
+use afterimage::pilot;
 use afterimage::scene::{Frames, Shot};
 use afterimage::schedule::steps::{StepError, Walk};
 use afterimage::schedule::{Origin, Rule, Step, schedule};
@@ -299,7 +300,20 @@ fn work(
         .thread_name(|index| format!("afterimage-{index}"))
         .build()
         .map_err(|cause| failed(no_threads(cause)))?;
-    pool.install(move || all_orders(job, first, orders, answers))
+    pool.install(move || {
+        let settled = settled(job)?;
+        all_orders(settled.as_ref().unwrap_or(job), first, orders, answers)
+    })
+}
+
+/// The job with the counts that follow from the error that its frames may have, if that is stated.
+fn settled(job: &Job) -> Result<Option<Job>, Failure> {
+    let choice = pilot::choose(job.backend, &job.shot, &job.settings).map_err(failed)?;
+    Ok(choice.map(|choice| {
+        let (mut shot, mut settings) = (Shot::clone(&job.shot), job.settings.clone());
+        choice.apply(&mut shot.scene, &mut settings);
+        Job { shot: Arc::new(shot), settings, ..job.clone() }
+    }))
 }
 
 /// Makes orders. The first frame of the first one is asked for already.

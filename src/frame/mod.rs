@@ -60,7 +60,7 @@ use pictures::Pictures;
 pub use render_error::RenderError;
 use shot::exposed::{divided, has_two_sides};
 pub use shot::exposed::{exposures, picture_settings};
-use shot::prepared::Prepared;
+use shot::prepared::{KnownMotion, Prepared};
 pub use snapshot::{Moment, Snapshot};
 #[doc(hidden)]
 pub use spoil::Spoil;
@@ -80,6 +80,15 @@ pub struct Renderer<'s> {
     pictures: Pictures,
     /// Number of frames rendered so far.
     rendered: u32,
+}
+
+/// What takes long to build for a scene.
+pub(crate) struct Built {
+    kind: BackendKind,
+    /// The acceleration structures.
+    backend: Box<dyn Backend>,
+    /// The motion of the shot, where it was asked for.
+    motion: Option<KnownMotion>,
 }
 
 /// A frame that is done.
@@ -108,15 +117,31 @@ impl<'s> Renderer<'s> {
     pub fn with(kind: BackendKind, scene: &'s Scene, settings: &Settings) -> Result<Self, RenderError> {
         let start = Instant::now();
         let backend = kind.build_for(scene, settings.build, settings.caustics)?;
+        let renderer = Self::through(Built { kind, backend, motion: None }, scene, settings);
+        Ok(Self { build_seconds: start.elapsed().as_secs_f64(), ..renderer })
+    }
+
+    /// Renders through what was `built` for this scene, or for one that differs in lights alone.
+    pub(crate) fn through(built: Built, scene: &'s Scene, settings: &Settings) -> Self {
+        let Built { kind, backend, motion } = built;
         let exposures = exposures(scene, settings).unwrap_or_else(Exposures::sharp);
         let of_picture = divided(settings, exposures.strata);
-        let prepared = Prepared::new(scene, &of_picture, exposures);
+        let prepared = Prepared::with_motion(scene, &of_picture, exposures, motion);
         let to_world = |length| f64::from(scene.space.length(length));
         let size = [settings.width, settings.height];
         let places = Eye::BOTH.map(|eye| settings.stereo.map(|stereo| stereo.place(eye, to_world, size)));
-        let build_seconds = start.elapsed().as_secs_f64();
         let pictures = Pictures::default();
-        Ok(Self { prepared, kind, backend, build_seconds, places, pictures, rendered: 0 })
+        Self { prepared, kind, backend, build_seconds: 0.0, places, pictures, rendered: 0 }
+    }
+
+    /// What was built, for [`through`](Self::through).
+    pub(crate) fn into_built(self) -> Built {
+        Built { kind: self.kind, backend: self.backend, motion: self.prepared.into_motion() }
+    }
+
+    /// Has samples draw other random numbers than with any other `salt`; 0: those of the shot.
+    pub(crate) fn set_salt(&mut self, salt: u32) {
+        self.prepared.salt = salt;
     }
 
     /// Has `watcher` be told after each band of tiles, from now on.

@@ -278,7 +278,7 @@ impl<'a> Setup<'a> {
             notes_colors: self.views.len() > 1,
             seeds: SeedPlace {
                 pose: request.seed_pose.as_ref().unwrap_or(&request.pose),
-                view: view_hash(&request.seed_pose.as_ref().unwrap_or(&request.pose).camera),
+                view: view_hash(&request.seed_pose.as_ref().unwrap_or(&request.pose).camera) ^ prepared.salt,
                 strata: prepared.exposures.strata,
                 stratum: prepared.exposures.all[request.picture.exposure].stratum,
             },

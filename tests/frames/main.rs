@@ -33,6 +33,7 @@ mod metal_rough;
 mod motion_vectors;
 mod occlusion;
 mod passing;
+mod pilot;
 mod quadrics;
 mod quality;
 mod ray_trees;

@@ -31,7 +31,8 @@ class Settings:
     curve: tuple | None = None
     """How far it is open meanwhile, as pairs of time and openness; None if it is all open."""
     transparent: bool = False
-    shadow_rays: int = 4
+    shadow_rays: int | None = 4
+    """Rays from each sample to a light that has a size; None: as many as follow from the error of [render]."""
     exposure: float = 1.0
     """Factor on all light."""
     camera: tuple | None = None

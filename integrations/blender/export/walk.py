@@ -158,7 +158,7 @@ class Walk:
         found = found and found.evaluated_get(self.depsgraph)
         settings, images = self.settings, self.meshes.materials.images
         if self.world is None and images:
-            self.world = World(images, not settings.transparent, settings.exposure, time, goes_on).tables(found, self.warnings)
+            self.world = World(images, not settings.transparent, settings.exposure, time, goes_on, settings.shadow_rays and 4).tables(found, self.warnings)
         if found:
             around = surroundings_of(found, time)
             if around or may_change(found):

@@ -15,8 +15,8 @@ from .surfaces import light_of
 class World:
     """Reads the world of one time. `exposure` is a factor on all of its light."""
 
-    def __init__(self, images, visible, exposure, time=1.0, goes_on=lambda: True):
-        self.images, self.visible, self.exposure = images, visible, exposure
+    def __init__(self, images, visible, exposure, time=1.0, goes_on=lambda: True, sun_rays=4):
+        self.images, self.visible, self.exposure, self.sun_rays = images, visible, exposure, sun_rays
         self.time, self.goes_on = time, goes_on
         self.evaluator = Evaluator(images)
         self.is_seen, self.lights = True, True
@@ -147,7 +147,7 @@ class World:
                 x, y, z = sun.toward.tolist()
                 light = {"type": "directional", "name": "Sun of the sky", "direction": [-x, -z, y], "angle": math.degrees(sun.angle)}
                 # a white surface shows the radiance that the renderer calls a power
-                out.append(toml.table("[[light]]", {**light, "color": (sun.light / top).tolist(), "power": top * strength, "samples": 4}))
+                out.append(toml.table("[[light]]", {**light, "color": (sun.light / top).tolist(), "power": top * strength, "samples": self.sun_rays}))
         return out
 
     def _baked(self, world):

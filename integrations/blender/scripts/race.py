@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Times a shot at several qualities: Cycles with persistent data, and Afterimage, export and files included.
 
-    python integrations/blender/scripts/race.py FOLDER [--shot SHOT] [--blur] [--width WIDTH] [--reference SAMPLES]
+    python integrations/blender/scripts/race.py FOLDER [--shot SHOT] [--blur] [--error] [--width WIDTH] [--reference SAMPLES]
 
 Shots:
     room        a camera that travels past things that rest, 48 frames: the scene of compare_cycles.py, without its glass
@@ -9,7 +9,7 @@ Shots:
     character   a body that bends by its bones, two lamps, and a world, 10 frames
     flock       300 instances that fly, 10 frames
 
---blur: with motion blur, half a frame long. Both renderers have a filter of one pixel. The error is that of three frames against a picture of
+--blur: with motion blur, half a frame long. --error: counts of ours follow from noise thresholds. Both renderers have a filter of one pixel. The error is that of three frames against a picture of
 the same renderer that has next to none, with REFERENCE samples in Cycles (1024): root of the mean square difference, over the mean, of the three
 on the mean. How far apart these pictures are is said first. Between the measured qualities time and error are interpolated by their
 logarithms. Needs a Python with bpy and afterimage.
@@ -32,6 +32,8 @@ CYCLES = {False: (16, 32, 64), True: (16, 32)}
 """Samples a pixel, of raw and of denoised pictures."""
 OURS = ((2, 4, 4), (4, 1, 1), (4, 4, 4))
 """Samples (N x N), paths, reflected paths."""
+THRESHOLDS = (15.0, 8.0, 4.0)
+"""Noise thresholds, in percent."""
 REFERENCE = (12, 8, 8)
 """The same, of a picture whose error is next to none."""
 
@@ -55,7 +57,8 @@ def build(options):
     """The scene, and the frames in which it is checked."""
     make, frames = SHOTS[options.shot]
     scene = make(options.width, frames)
-    scene.afterimage.shadow_rays = "1"
+    if not options.error:
+        scene.afterimage.shadow_rays = "1"
     scene.cycles.max_bounces = scene.afterimage.bounces + 1
     scene.cycles.pixel_filter_type, scene.cycles.filter_width = "BOX", 1.0
     scene.cycles.use_adaptive_sampling = False
@@ -74,7 +77,12 @@ def choose(scene, engine, quality, is_denoised=False):
         scene.cycles.denoiser = "OPENIMAGEDENOISE"
     else:
         own = scene.afterimage
-        (own.samples, own.paths, own.reflections), own.denoise = quality, is_denoised
+        own.denoise, own.error = is_denoised, 0 if isinstance(quality, tuple) else quality
+        for at, name in enumerate(("samples", "paths", "reflections")):
+            if own.error > 0:
+                own.property_unset(name)
+            else:
+                setattr(own, name, quality[at])
 
 
 def pictures(scene, folder, engine, quality, checked):
@@ -142,6 +150,7 @@ def main():
     parser.add_argument("folder", type=os.path.abspath)
     parser.add_argument("--shot", choices=SHOTS, default="room")
     parser.add_argument("--blur", action="store_true")
+    parser.add_argument("--error", action="store_true")
     parser.add_argument("--width", type=int, default=240)
     parser.add_argument("--reference", type=int, default=1024)
     options = parser.parse_args()
@@ -152,7 +161,7 @@ def main():
     print(f"{options.shot}{', blur' if options.blur else ''}: what both have next to no error of is {100 * apart:.1f} % apart", flush=True)
     watch, points = Stopwatch(), {}
     for is_denoised in (False, True):
-        for engine, qualities in (("AFTERIMAGE", OURS), ("CYCLES", CYCLES[is_denoised])):
+        for engine, qualities in (("AFTERIMAGE", THRESHOLDS if options.error else OURS), ("CYCLES", CYCLES[is_denoised])):
             for quality in qualities:
                 watch.frames.clear(), watch.exports.clear()
                 seconds, of_all, error = run(scene, folder, engine, quality, is_denoised, right[engine])

@@ -25,6 +25,28 @@ class Export(support.ExportCase):
             bpy.ops.afterimage.export_shot(directory=self.folder)
         self.assertFalse(os.path.exists(os.path.join(self.folder, "shot.toml")))
 
+    def test_counts_that_nobody_has_set_follow_from_the_noise_threshold(self):
+        lamp = bpy.data.lights.new("Lamp", "POINT")
+        lamp.shadow_soft_size = 0.5
+        support.add(self.scene, "Lamp", lamp)
+        support.add_camera(self.scene)
+        support.add(self.scene, "Floor", support.grid())
+        own = self.scene.afterimage
+        own.error = 4.0
+        shot = self.export()
+        self.assertAlmostEqual(shot["render"]["error"], 0.04)
+        self.assertFalse({"samples", "reflections"} & shot["render"].keys())
+        self.assertNotIn("paths", shot["indirect"])
+        self.assertNotIn("samples", shot["light"][0])
+        own.samples, own.shadow_rays = 5, "16"
+        shot = self.export()
+        self.assertEqual((shot["render"]["samples"], shot["light"][0]["samples"]), (5, 16))
+        self.assertNotIn("paths", shot["indirect"])
+        own.error = 0
+        shot = self.export()
+        self.assertNotIn("error", shot["render"])
+        self.assertEqual((shot["render"]["reflections"], shot["indirect"]["paths"]), (own.reflections, own.paths))
+
     def test_a_scene_without_anything_but_a_camera_is_a_shot(self):
         support.add_camera(self.scene)
         self.assertEqual([model["visible"] for model in self.export()["model"]], [False])

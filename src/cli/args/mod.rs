@@ -24,12 +24,13 @@ use crate::cli::frames::target::Target;
 use crate::cli::say::terminal::ProgressKind;
 use crate::layers::Layers;
 use crate::memory::{self, Need, Part};
+use crate::pilot::{self, Choice};
 use crate::scene::frames::Frames;
 use crate::scene::{self, Shot, load_turntable, turntable};
 use crate::settings::{
-    Backdrop, BasePlace, Budget, Caustics, Compression, DenoiseQuality, FileFormat, Filter, Look,
-    MOST_OCCLUSION_RAYS, MOST_OVERSCAN, MOST_PATHS, MOST_REFLECTIONS, MOST_TREE_MEMORY, PixelRect, Reuse,
-    Settings,
+    Backdrop, BasePlace, Budget, Caustics, Compression, DenoiseQuality, FileFormat, Filter, Free, Look,
+    MOST_OCCLUSION_RAYS, MOST_OVERSCAN, MOST_PATHS, MOST_REFLECTIONS, MOST_TREE_MEMORY, Mode, PixelRect,
+    Reuse, Settings, Wanted,
 };
 use crate::trace::BackendKind;
 
@@ -62,6 +63,11 @@ pub struct ShotArgs {
     /// [default: the shot's]
     #[arg(long, value_name = "N|MIN-MAX", value_parser = samples::samples)]
     pub samples: Option<SamplesArg>,
+
+    /// Noise that a frame may have, before any denoiser, relative to its mean: 0.03, or 3%. Samples, paths, reflections and shadow rays
+    /// that are not given follow from it [default: the shot's]
+    #[arg(long, value_name = "SHARE", value_parser = Wanted::parse)]
+    pub error: Option<f32>,
 
     /// Contrast of colours from which on pixels with adaptive samples get more, above 0 and below 1 [default: the shot's,
     /// or 0.1]
@@ -227,6 +233,8 @@ pub struct Job {
     pub look: Look,
     /// Ray-tracing backend, if one was given.
     pub backend: Option<BackendKind>,
+    /// The counts of `settings` that follow from an error, if one is wanted.
+    pub choice: Option<Choice>,
     /// Quality of the denoised pictures; none if frames are not denoised.
     pub denoise: Option<DenoiseQuality>,
 }
@@ -242,10 +250,17 @@ fn layers_help() -> String {
 }
 
 impl ShotArgs {
-    /// Loads the shot. The command line beats the file.
-    pub fn load(&self) -> Result<Job, Failure> {
+    /// Loads the shot. The command line beats the file. `mode`: see [`Settings::mode`].
+    pub fn load(&self, mode: Option<Mode>) -> Result<Job, Failure> {
         let mut shot = open(&self.shot, self.strict, &self.bare.options(&self.shot, self.size)?)?;
-        let settings = self.blur.settle(self.settled(&shot.settings)?, &mut shot.scene);
+        let mut settings = self.blur.settle(self.settled(&shot.settings)?, &mut shot.scene);
+        let kind = self.backend.map(BackendKind::from);
+        settings.mode = mode.unwrap_or(settings.mode);
+        let choice = pilot::choose(kind.unwrap_or_default(), &shot, &settings).map_err(Failure::of)?;
+        if let Some(choice) = &choice {
+            choice.apply(&mut shot.scene, &mut settings);
+            samples::check_samples(&settings, "--error")?;
+        }
         two_eyes::check(&settings, &shot.scene, self.multipart || shot.format.multipart)?;
         let settings = Settings { build: self.build.for_shot(&shot, &settings), ..settings };
         let frames = self.frames.clone().unwrap_or_else(|| shot.frames.clone());
@@ -260,8 +275,22 @@ impl ShotArgs {
             shot,
             settings,
             frames,
-            backend: self.backend.map(BackendKind::from),
+            backend: kind,
+            choice,
         })
+    }
+
+    /// The error that is wanted. One that is typed counts for all that is not typed beside it, whatever the shot states.
+    fn wanted(&self, of_shot: Option<Wanted>) -> Option<Wanted> {
+        let error = self.error.map(|error| Wanted { error, free: Free::ALL });
+        let Wanted { error, free } = error.or(of_shot)?;
+        let free = Free {
+            samples: free.samples && self.samples.is_none(),
+            paths: free.paths && self.paths.is_none(),
+            reflections: free.reflections && self.reflections.is_none(),
+            shadow_rays: free.shadow_rays,
+        };
+        Some(Wanted { error, free })
     }
 
     /// Settings of the shot, changed by the command line. The build quality stays: it depends on the shot,
@@ -306,6 +335,7 @@ impl ShotArgs {
             background: self.background.map_or(settings.background, Backdrop::from),
             audit: self.audit || settings.audit,
             reuse: self.reuse.map_or(settings.reuse, Reuse::from),
+            wanted: self.wanted(settings.wanted),
             ..settings.clone()
         };
         samples::check_window(&settled)?;
@@ -315,6 +345,11 @@ impl ShotArgs {
 }
 
 impl Job {
+    /// Shadow rays that follow from an error, if they do: else the shot states them.
+    pub fn shadow_rays(&self) -> Option<u32> {
+        self.choice.as_ref().and_then(|choice| choice.counts.shadow_rays)
+    }
+
     /// The files that `pattern` names, or the shot's `output`, or `out/NAME/NAME.####.exr`.
     pub fn target(&self, pattern: Option<&str>, png: bool) -> Result<Target, Failure> {
         let text = pattern.map(String::from).or_else(|| self.shot.output.clone());

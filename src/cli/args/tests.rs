@@ -49,6 +49,7 @@ fn of_file() -> Settings {
         background: Backdrop::Visible,
         audit: false,
         build: Build::Best,
+        wanted: Some(Wanted { error: 0.2, free: Free { paths: false, ..Free::ALL } }),
     }
 }
 
@@ -60,7 +61,7 @@ fn the_file_holds_where_the_command_line_is_silent() {
 
 #[test]
 fn the_command_line_beats_the_file() {
-    let line = "a.toml --size 8x4 --crop 9x3-2+1 --overscan 2 --samples 2 --filter tent --filter-radius 1.25 --depth 1 --reflections 9 --paths 16 --caustics paths --clamp 2.5 --paths-per-frame 4 --budget full --occlusion-rays 32 --occlusion-radius 0.25 --tree-memory 0 --reuse target --base-every 0 --base-place middle --layers Z --background transparent --audit";
+    let line = "a.toml --size 8x4 --crop 9x3-2+1 --overscan 2 --samples 2 --filter tent --filter-radius 1.25 --depth 1 --reflections 9 --paths 16 --caustics paths --clamp 2.5 --paths-per-frame 4 --budget full --occlusion-rays 32 --occlusion-radius 0.25 --tree-memory 0 --reuse target --base-every 0 --base-place middle --layers Z --background transparent --audit --error 3%";
     let settled = typed(line).expect("fine").settled(&of_file()).expect("fine");
     let expected = Settings {
         width: 8,
@@ -93,6 +94,10 @@ fn the_command_line_beats_the_file() {
         background: Backdrop::Transparent,
         audit: true,
         build: Build::Best,
+        wanted: Some(Wanted {
+            error: 0.03,
+            free: Free { samples: false, paths: false, reflections: false, shadow_rays: true },
+        }),
     };
     assert_eq!(settled, expected);
 }
@@ -111,6 +116,10 @@ fn what_makes_no_sense_is_refused_with_a_way_out() {
         ("--samples 1-17", "1..=16"),
         ("--samples -4", "unexpected"),
         ("--samples 1-", "1..=16"),
+        ("--error 0", "0.001 to 0.9"),
+        ("--error 100%", "0.001 to 0.9"),
+        ("--error nan", "0.001 to 0.9"),
+        ("--error few", "3%"),
         ("--threshold 0", "above 0"),
         ("--threshold 1", "above 0"),
         ("--threshold nan", "above 0"),

@@ -132,7 +132,7 @@ impl CompareArgs {
                 "--png writes previews beside EXR files: name them with -o",
             )));
         }
-        let mut job = self.shot.load()?;
+        let mut job = self.shot.load(None)?;
         // a shot that asks for full tracing would be compared with itself
         if job.settings.mode == Mode::Full {
             job.settings.mode = Mode::Auto;

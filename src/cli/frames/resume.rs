@@ -118,7 +118,9 @@ fn settings(job: &Job) -> Digest {
         background,
         audit: _, // looks, and changes nothing
         build,
+        wanted: _, // the counts that follow from it stand here
     } = &job.settings;
+    let shadow_rays = job.shadow_rays();
     let backend = job.backend.unwrap_or_default().name();
     let FileFormat { multipart, compression } = job.format;
     // without reuse its rule does not matter
@@ -132,7 +134,7 @@ fn settings(job: &Job) -> Digest {
     let (radius, window) = (job.settings.filter_radius(), job.settings.data_window());
     let text = format!(
         "{width}x{height} {window} {samples} {refinement:?} {filter:?} {radius} {depth} {reflections} {paths} {paths_per_frame} {budget:?} {bounces} {caustics:?} {clamp:?} \
-         {occlusion:?} {mode:?} {reuse:?} {layers:?} {background:?} {build:?} {backend} {multipart} {compression:?} {stereo:?} {:?} {:?} {exposures:?} {base_place:?}",
+         {occlusion:?} {mode:?} {reuse:?} {layers:?} {background:?} {build:?} {backend} {multipart} {compression:?} {stereo:?} {:?} {:?} {exposures:?} {base_place:?} {shadow_rays:?}",
         job.denoise, job.shot.rate
     );
     Digest::new(text.as_bytes())

@@ -270,14 +270,16 @@ fn settings(job: &Job) -> Digest {
         exposures: _,
         audit: _,
         build,
+        wanted: _, // the counts that follow from it stand here
     } = &job.settings;
+    let shadow_rays = job.shadow_rays();
     let backend = job.backend.unwrap_or_default().name();
     let occlusion = job.shot.scene.asks_openness(*layers).then_some((occlusion_rays, occlusion_radius));
     let window = job.settings.data_window();
     let exposures = frame::exposures(&job.shot.scene, &job.settings);
     let text = format!(
         "{width}x{height} {window} {samples} {refinement:?} {depth} {reflections} {paths} {paths_per_frame} {budget:?} \
-         {bounces} {caustics:?} {clamp:?} {occlusion:?} {mode:?} {reuse:?} {base_place:?} {build:?} {backend} {stereo:?} {exposures:?}"
+         {bounces} {caustics:?} {clamp:?} {occlusion:?} {mode:?} {reuse:?} {base_place:?} {build:?} {backend} {stereo:?} {exposures:?} {shadow_rays:?}"
     );
     Digest::new(text.as_bytes())
 }

@@ -19,12 +19,14 @@ use crate::cli::say::terminal::Terminal;
 use crate::denoise::Denoiser;
 use crate::exposure::Shutter;
 use crate::frame;
+use crate::pilot;
 use crate::report::versions::Versions;
 use crate::scene::camera::Projection;
 use crate::scene::shot::Shot;
 use crate::scene::{Material, Model, Warning};
 use crate::settings::{DenoiseQuality, Refinement};
 use crate::stereo::Stereo;
+use crate::trace::BackendKind;
 
 /// Arguments as typed.
 #[derive(Debug, Clone, Args)]
@@ -66,7 +68,12 @@ impl InfoArgs {
         let text = match kind.as_str() {
             "exr" => exr::describe(path)?,
             "obj" | "ply" | "gltf" | "glb" | "usd" | "usda" | "usdc" | "usdz" | "toml" => {
-                let shot = open(path, false, &self.bare.options(path, None)?)?;
+                let mut shot = open(path, false, &self.bare.options(path, None)?)?;
+                let choice =
+                    pilot::choose(BackendKind::default(), &shot, &shot.settings).map_err(Failure::of)?;
+                if let Some(choice) = &choice {
+                    choice.apply(&mut shot.scene, &mut shot.settings);
+                }
                 shot.notes.iter().for_each(|note| terminal.note(note));
                 // what has no effect is a part of the description
                 for warning in shot.warnings.iter().filter(|warning| !is_unused(warning)) {
@@ -78,6 +85,9 @@ impl InfoArgs {
                     described(&shot, path)
                 };
                 unused(&mut text, &shot.warnings);
+                if let Some(choice) = &choice {
+                    line(&mut text, "counts", format!("follow from {choice}"));
+                }
                 cost::tell(&mut text, &shot);
                 text
             }

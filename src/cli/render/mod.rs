@@ -211,10 +211,7 @@ impl RenderArgs {
     }
 
     fn settle(self) -> Result<Options, Failure> {
-        let mut job = self.shot.load()?;
-        if let Some(mode) = self.mode {
-            job.settings.mode = mode.into();
-        }
+        let mut job = self.shot.load(self.mode.map(Mode::from))?;
         if self.denoise {
             job.denoise = Some(job.shot.denoise_quality);
         }
@@ -288,6 +285,11 @@ pub fn warn_about(job: &Job, terminal: &Terminal) {
         (is_model(&job.path) && job.shot.says_orbit).then(|| turn_note(&job.frames.list())).flatten();
     for note in job.shot.notes.iter().chain(&turned) {
         terminal.note(note);
+    }
+    match &job.choice {
+        Some(choice) if choice.is_reached() => terminal.note(&choice.to_string()),
+        Some(choice) => terminal.warn(&choice.to_string()),
+        None => {}
     }
     let (scene, settings) = (&job.shot.scene, &job.settings);
     for warning in limits::of_camera(scene, settings).into_iter().chain(caustics::warning(scene, settings)) {

@@ -10,7 +10,7 @@ use super::proofs::FRAMES_AHEAD;
 use crate::changes::{Direction, Motion};
 use crate::clear::Obstacles;
 use crate::cryptomatte::Mattes;
-use crate::exposure::Exposures;
+use crate::exposure::{Clock, Exposures};
 use crate::frame::grid::Grid;
 use crate::frame::planes::channels::{Channel, channels};
 use crate::frame::planes::mixing::MixRule;
@@ -66,6 +66,8 @@ pub struct Prepared<'s> {
     pub obstacles: OnceLock<Obstacles>,
     /// Frames that regions of proofs look ahead.
     pub frames_ahead: i32,
+    /// What random numbers follow from beside cells and cameras.
+    pub salt: u32,
     /// True if rays follow mirrors or glass of the shot.
     pub has_trees: bool,
     /// The exposures of each frame: one where frames are sharp.
@@ -83,10 +85,27 @@ pub struct Prepared<'s> {
     pub stop: Option<Stop>,
 }
 
+/// Motion of a shot, and the clocks of the exposures that see it.
+pub struct KnownMotion {
+    clocks: Vec<Clock>,
+    motions: Vec<Motion>,
+}
+
 impl<'s> Prepared<'s> {
     /// Prepares frames of `scene`, each of which has these `exposures`, with `settings` that are [those of one
     /// picture](super::exposed::picture_settings).
     pub fn new(scene: &'s Scene, settings: &Settings, exposures: Exposures) -> Self {
+        Self::with_motion(scene, settings, exposures, None)
+    }
+
+    /// [`new`](Self::new), for a scene whose motion is `known` already, if exposures have the same clocks.
+    pub fn with_motion(
+        scene: &'s Scene,
+        settings: &Settings,
+        exposures: Exposures,
+        known: Option<KnownMotion>,
+    ) -> Self {
+        let known = known.filter(|known| known.clocks == exposures.clocks()).map(|known| known.motions);
         let layout = TagLayout::for_scene(scene, settings);
         let occlusion = occlusion(scene, settings, &layout);
         let has_answers = layout.paths > 0 || layout.reflections > 0 || occlusion.is_some();
@@ -108,12 +127,12 @@ impl<'s> Prepared<'s> {
             light_chances: LightChances::new(&scene.lights.iter().map(Source::of_light).collect::<Vec<_>>()),
             palette: Palette::of(scene),
             has_trees: settings.depth > 0 && scene.materials.iter().any(Material::is_followed),
-            motions: if keeps_answers {
-                motions(scene, &exposures, Direction::Forward)
-            } else {
-                vec![Motion::default(); exposures.clocks().len()]
+            knows_motion: keeps_answers || known.is_some(),
+            motions: match known {
+                Some(motions) => motions,
+                None if keeps_answers => motions(scene, &exposures, Direction::Forward),
+                None => vec![Motion::default(); exposures.clocks().len()],
             },
-            knows_motion: keeps_answers,
             mixed_channels: channels.iter().filter(is_mixed).cloned().collect(),
             grids: Grid::levels(settings, exposures.strata).map(Arc::new).collect(),
             exposures,
@@ -133,7 +152,14 @@ impl<'s> Prepared<'s> {
             hides_from_some: scene.hides_from_some(),
             obstacles: OnceLock::new(),
             frames_ahead: FRAMES_AHEAD,
+            salt: 0,
         }
+    }
+
+    /// What is known of the shot's motion.
+    pub fn into_motion(self) -> Option<KnownMotion> {
+        self.knows_motion
+            .then(|| KnownMotion { clocks: self.exposures.clocks().to_vec(), motions: self.motions })
     }
 
     /// The planes of one of a frame's pictures: what cannot be mixed is in the middle one alone.

@@ -132,7 +132,11 @@ pub(crate) struct RenderTable {
     pub overscan: Option<At<i64>>,
     /// N, for N x N samples a pixel, or a table of the fewest and the most (2)
     pub samples: Option<At<SamplesValue>>,
-    /// With a shutter or a lens: the most exposures among which the samples of a pixel are divided (16)
+    /// Noise that a frame may have, before any denoiser, relative to its mean, such as 0.03: counts that are not stated (`samples`,
+    /// `paths`, `reflections`, `samples` of lights) follow from it
+    #[schemars(range(min = 0.001, max = 0.9))]
+    pub error: Option<At<f64>>,
+    /// With a shutter or a lens: the most exposures among which the samples of a pixel are divided (4; 16 where lights change)
     #[schemars(range(min = 1, max = MOST_EXPOSURES))]
     pub exposures: Option<At<i64>>,
     /// "1-100", "1-100x2" (every second frame), "1-10,150" ("1")

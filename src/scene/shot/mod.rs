@@ -133,11 +133,14 @@ pub fn from_text_with(
 ) -> Result<Shot, SceneError> {
     let file: ShotFile = text.read()?;
     let ShotFile { render, indirect, occlusion, output, .. } = &file;
-    let tables = settings::Tables { render, indirect, occlusion, output };
+    let lights_state_rays = file.light.iter().any(|light| light.get_ref().samples.is_some());
+    let tables = settings::Tables { render, indirect, occlusion, output, lights_state_rays };
     let mut settings = settings::settings(text, &tables, &Settings::default())?;
     let frames = settings::frames(text, render)?.unwrap_or(Frames::between(1, 1));
     let rate = settings::rate(text, render)?.unwrap_or((24, 1));
-    if file.environment.is_some() && file.indirect.paths.is_none() {
+    let is_gathered =
+        file.environment.is_some() || settings.wanted.is_some() && file.indirect.bounces.is_some();
+    if is_gathered && file.indirect.paths.is_none() {
         // without any the environment would light nothing
         settings.paths = DEFAULT_PATHS;
     }

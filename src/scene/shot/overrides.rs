@@ -41,7 +41,7 @@ impl Shot {
         let file: SettingsFile = text.read()?;
         let SettingsFile { render, indirect, occlusion, output, stereo, shutter } = &file;
         refuse_others(text, render, output)?;
-        let tables = Tables { render, indirect, occlusion, output };
+        let tables = Tables { render, indirect, occlusion, output, lights_state_rays: false };
         let mut settings = settings(text, &tables, &self.settings)?;
         if let Some(table) = stereo {
             settings.stereo = Some(lens::stereo(text, table, &self.scene.camera)?);

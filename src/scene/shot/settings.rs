@@ -9,8 +9,8 @@ use crate::scene::keys::{BudgetValue, IndirectTable, OcclusionTable, OutputTable
 use crate::scene::render_space::Extent;
 use crate::scene::{Frames, SceneError};
 use crate::settings::{
-    Budget, Filter, LONGEST_SIDE, MOST_OCCLUSION_RAYS, MOST_OVERSCAN, MOST_PATHS, MOST_REFLECTIONS,
-    MOST_SAMPLES, MOST_TREE_MEMORY, Refinement, RefinementError, Settings,
+    Budget, Filter, Free, LONGEST_SIDE, MOST_OCCLUSION_RAYS, MOST_OVERSCAN, MOST_PATHS, MOST_REFLECTIONS,
+    MOST_SAMPLES, MOST_TREE_MEMORY, Refinement, RefinementError, Settings, Wanted,
 };
 
 /// Tables of settings, as they are written.
@@ -23,11 +23,13 @@ pub struct Tables<'a> {
     pub occlusion: &'a OcclusionTable,
     /// `[output]`
     pub output: &'a OutputTable,
+    /// True if any light states its shadow rays.
+    pub lights_state_rays: bool,
 }
 
 /// Reads settings. Those whose keys are not there stay as they are `before`.
 pub fn settings(text: TomlText<'_>, tables: &Tables<'_>, before: &Settings) -> Result<Settings, SceneError> {
-    let Tables { render: table, indirect, occlusion, output } = tables;
+    let Tables { render: table, indirect, occlusion, output, .. } = tables;
     let whole = |key, value: &Option<At<i64>>, before, range| {
         value.as_ref().map_or(Ok(before), |value| text.whole(key, value, range))
     };
@@ -89,6 +91,7 @@ pub fn settings(text: TomlText<'_>, tables: &Tables<'_>, before: &Settings) -> R
         base_place: table.base_place.unwrap_or(before.base_place),
         layers: layers(text, output)?.unwrap_or(before.layers),
         background: output.background.unwrap_or(before.background),
+        wanted: wanted(text, tables, before)?,
         ..before.clone()
     };
     if let Some(overscan) = table.overscan.as_ref().filter(|_| !settings.fits()) {
@@ -97,6 +100,24 @@ pub fn settings(text: TomlText<'_>, tables: &Tables<'_>, before: &Settings) -> R
         return Err(text.bad("overscan", overscan, &message));
     }
     Ok(settings)
+}
+
+/// Reads the error that is wanted. Counts that are stated beside it stay as they are.
+fn wanted(text: TomlText<'_>, tables: &Tables<'_>, before: &Settings) -> Result<Option<Wanted>, SceneError> {
+    let Tables { render, indirect, lights_state_rays, .. } = tables;
+    let is_error = |error: f64| Wanted::RANGE.contains(&(error as f32));
+    let error =
+        |error: &At<f64>| text.number("error", error, "a share from 0.001 to 0.9, such as 0.03", is_error);
+    let stated = render.error.as_ref().map(error).transpose()?.map(|error| error as f32);
+    let Some(error) = stated.or(before.wanted.map(|wanted| wanted.error)) else { return Ok(None) };
+    let free = before.wanted.map_or(Free::ALL, |wanted| wanted.free);
+    let free = Free {
+        samples: free.samples && render.samples.is_none(),
+        paths: free.paths && indirect.paths.is_none(),
+        reflections: free.reflections && render.reflections.is_none(),
+        shadow_rays: free.shadow_rays && !lights_state_rays,
+    };
+    Ok(Some(Wanted { error, free }))
 }
 
 /// Reads the frames to render, if they are stated.

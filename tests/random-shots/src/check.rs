@@ -15,6 +15,7 @@ use std::path::Path;
 use std::sync::Once;
 
 use afterimage::frame::{Finished, Renderer, Snapshot};
+use afterimage::pilot;
 use afterimage::scene::warnings::limits;
 use afterimage::scene::{self, Shot};
 use afterimage::schedule::steps::{StepError, Walk};
@@ -199,10 +200,13 @@ fn check_unguarded(trial: &Trial, folder: &Path, pools: &Pools) -> Outcome {
         return Outcome::Failed(Failure::new(Kind::Render, error));
     }
     // all copies that rest share their mesh: those of a shot as small would be put into world space otherwise
-    let shot = match pools.one.install(|| scene::load_sharing(&folder.join("shot.toml"), false, 0)) {
+    let mut shot = match pools.one.install(|| scene::load_sharing(&folder.join("shot.toml"), false, 0)) {
         Ok(shot) => shot,
         Err(error) => return Outcome::Refused(error.to_string()),
     };
+    if let Err(failure) = choose_counts(trial, &mut shot, pools) {
+        return Outcome::Failed(failure);
+    }
     let rule = Rule { full: false, shot_last: Some(shot.frames.last()), ..Rule::new(&shot, &shot.settings) };
     let steps = match schedule::schedule(shot.frames.runs(), &rule, None, |_| false) {
         Ok(steps) => steps,
@@ -212,6 +216,33 @@ fn check_unguarded(trial: &Trial, folder: &Path, pools: &Pools) -> Outcome {
         Ok(counts) => Outcome::Passed(counts),
         Err(failure) => Outcome::Failed(failure),
     }
+}
+
+/// Has the shot be of the counts that follow from its error, if it states one and if they are few enough to be tried. They do not depend on
+/// threads.
+fn choose_counts(trial: &Trial, shot: &mut Shot, pools: &Pools) -> Result<(), Failure> {
+    const MOST: Counted = Counted { samples: 3, paths: 6 };
+    let choose = |pool: &ThreadPool| {
+        let choice = pool.install(|| pilot::choose(trial.backend, shot, &shot.settings));
+        choice.map_err(|error| Failure::new(Kind::Render, error))
+    };
+    let choices = [choose(&pools.one)?, choose(&pools.three)?];
+    let [Some(one), Some(three)] = choices else { return Ok(()) };
+    if one != three {
+        return Err(Failure::new(Kind::Variation, format!("counts by one thread: {one}; by three: {three}")));
+    }
+    if one.counts.samples <= MOST.samples && one.counts.paths <= MOST.paths {
+        let mut settings = shot.settings.clone();
+        one.apply(&mut shot.scene, &mut settings);
+        shot.settings = settings;
+    }
+    Ok(())
+}
+
+/// Counts above which a shot takes too long.
+struct Counted {
+    samples: u32,
+    paths: u32,
 }
 
 fn try_all(

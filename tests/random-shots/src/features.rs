@@ -31,7 +31,7 @@ pub fn features(trial: &Trial) -> BTreeSet<String> {
             }
         }
     }
-    for key in ["base_every", "cuts", "tree_memory", "overscan", "depth", "reflections", "clamp"] {
+    for key in ["base_every", "cuts", "tree_memory", "overscan", "depth", "reflections", "clamp", "error"] {
         if get(shot, &["render", key]).is_some() {
             add(key.to_string());
         }

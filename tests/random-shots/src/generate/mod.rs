@@ -33,6 +33,9 @@ const SMALL: u64 = 0x0005_0A11;
 /// And what rays of each kind see.
 const RAYS: u64 = 0x0002_A5EE;
 
+/// And the error that is wanted.
+const ERROR: u64 = 0x000E_2202;
+
 /// The shot of this seed.
 pub fn generate(seed: u64) -> Table {
     let mut dice = Dice::new(seed);
@@ -55,6 +58,7 @@ pub fn generate(seed: u64) -> Table {
     settings::add_clamp(dice, &mut shot);
     small::add(&mut Dice::new(seed ^ SMALL), &span, &mut shot);
     rays::add(&mut Dice::new(seed ^ RAYS), &mut shot);
+    settings::add_error(&mut Dice::new(seed ^ ERROR), &mut shot);
     shot
 }
 

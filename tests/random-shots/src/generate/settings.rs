@@ -111,6 +111,16 @@ pub fn add_clamp(dice: &mut Dice, shot: &mut Table) {
     }
 }
 
+/// An error from which counts follow: all of them, or those beside the stated samples.
+pub fn add_error(dice: &mut Dice, shot: &mut Table) {
+    if let Some(Value::Table(render)) = shot.get_mut("render").filter(|_| dice.one_in(16)) {
+        render.insert("error".into(), (*dice.pick(&[0.1, 0.3, 0.9])).into());
+        if dice.one_in(2) {
+            render.remove("samples");
+        }
+    }
+}
+
 fn layers(dice: &mut Dice) -> Value {
     match dice.below(4) {
         0 => Value::from(vec!["all"]),

@@ -1,0 +1,468 @@
+//! Chooses samples, paths, reflected paths and shadow rays by one number: the error that frames may have.
+//!
+//! Small pictures of the shot tell what noise each of the four brings, and how many rays it takes, in frames that are traced in full and in
+//! inferred ones. From these follow the counts that reach the error with the fewest rays a frame. All of it follows from the shot alone: every
+//! machine that renders a part of it chooses the same.
+//!
+//! The model, with n samples a pixel, of which each has p paths, r reflected paths and l shadow rays to a light with a size:
+//!
+//! ```text
+//! variance of a pixel = A / n^e + (B / p + C / r + D / l) / n      A: edges and textures
+//! ```
+//!
+//! e is 1.5 for samples that are spread evenly, and less for those that were kept.
+//!
+//! In the small picture pixels are wider, and as much more of them lie on edges: A falls with the width of a pixel.
+
+use serde::Serialize;
+
+use crate::film::Film;
+use crate::frame::{Built, RenderError, Renderer};
+use crate::layers::Layers;
+use crate::scene::{Material, Scene, Shot};
+use crate::settings::{Budget, Filter, MOST_PATHS, MOST_REFLECTIONS, MOST_SAMPLES, Mode, Settings, Wanted};
+use crate::stats::FrameStats;
+use crate::trace::BackendKind;
+
+/// Pixels of a small picture, at most: so that all of them take about as long as a frame of a small shot.
+const MOST_PIXELS: u64 = 2500;
+
+/// Samples along a pixel's edge of the pictures that are compared, and of that with which they are.
+const COMPARED: u32 = 2;
+const REFERENCE: u32 = 4;
+
+/// Number of rays by which the pictures have more than one of something.
+const MORE: u32 = 4;
+
+/// Exponent by which noise of edges and textures falls with the number of samples: of even ones (Mitchell, "Consequences of Stratified
+/// Sampling in Graphics", 1996), and as measured of those that were kept.
+const EVEN: f64 = 1.5;
+const KEPT: f64 = 1.25;
+
+/// Frames that follow each other, of which the last one is looked at: kept samples come to rest.
+const CHAIN: usize = 3;
+
+/// Rays for which the work on a sample counts that is none of rays.
+const RAYS_OF_SAMPLE: f64 = 1.0;
+
+/// Share of the pixels that differ most which tell nothing: a small picture has one spark or another.
+const SPARKS: f64 = 0.002;
+
+/// What makes noise, and what more rays of it are called.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Source {
+    Paths,
+    Reflections,
+    ShadowRays,
+}
+
+impl Source {
+    const ALL: [Self; 3] = [Self::Paths, Self::Reflections, Self::ShadowRays];
+
+    /// Counts that are tried.
+    fn counts(self) -> &'static [u32] {
+        match self {
+            Self::Paths => &[1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64, 96, 128],
+            Self::Reflections => &[1, 2, 4, 8, 16, 32, 64],
+            Self::ShadowRays => &[1, 4, 16],
+        }
+    }
+}
+
+const _: () = assert!(MOST_PATHS >= 128 && MOST_REFLECTIONS >= 64);
+
+/// Counts of a frame's samples, and of what each of them casts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+pub struct Counts {
+    /// N, for N x N samples a pixel.
+    pub samples: u32,
+    /// Paths of each sample by which it gathers light; 0: none.
+    pub paths: u32,
+    /// Paths of each sample by which a rough surface reflects; 0: none.
+    pub reflections: u32,
+    /// Shadow rays of each sample to each light that has a size; `None`: as many as each light says.
+    pub shadow_rays: Option<u32>,
+}
+
+/// What was chosen for a shot, and why.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Choice {
+    /// The error that was wanted, relative to the mean of the picture.
+    pub wanted: f32,
+    /// The counts.
+    pub counts: Counts,
+    /// Error that a frame will have: root of the mean square, relative to the mean.
+    pub expected: f64,
+    /// Shares of this error's square: of edges and textures, of paths, of reflected paths, and of shadow rays.
+    pub shares: [f64; 4],
+    /// Rays of a frame, in the mean over base frames and inferred ones.
+    pub rays: u64,
+}
+
+/// What small pictures have shown.
+#[derive(Debug, Clone, PartialEq)]
+struct Measured {
+    /// Variance of one sample by edges and textures, in a pixel of the shot's size, over the square of the mean.
+    edges: f64,
+    /// Exponent by which it falls with the number of samples.
+    even: f64,
+    /// Variance of one sample by one path of each source.
+    noise: [f64; 3],
+    /// Rays of a sample without any of these, and of one of each.
+    fixed: f64,
+    rays: [f64; 3],
+}
+
+/// Chooses counts for `shot` with these settings, of which those that are not free stay. `None` if the settings want no error.
+///
+/// # Errors
+/// If a small picture cannot be rendered.
+pub fn choose(kind: BackendKind, shot: &Shot, settings: &Settings) -> Result<Option<Choice>, RenderError> {
+    let Some(wanted) = settings.wanted else { return Ok(None) };
+    let sources = sources(&shot.scene, settings, &wanted);
+    let measured = measure(kind, shot, settings, &sources)?;
+    Ok(Some(best(&measured, &wanted, settings, &sources)))
+}
+
+impl Choice {
+    /// Returns true if the wanted error is expected.
+    pub fn is_reached(&self) -> bool {
+        // as far as singles tell
+        self.expected <= f64::from(self.wanted) * 1.000_001
+    }
+
+    /// Has a shot's scene and settings be of these counts.
+    pub fn apply(&self, scene: &mut Scene, settings: &mut Settings) {
+        let Counts { samples, paths, reflections, shadow_rays } = self.counts;
+        (settings.samples, settings.reflections) = (samples, reflections);
+        if settings.wanted.is_some_and(|wanted| wanted.free.samples) {
+            settings.refinement = None;
+        }
+        if settings.paths != paths {
+            (settings.paths, settings.paths_per_frame) = (paths, paths);
+        }
+        set_shadow_rays(scene, shadow_rays);
+    }
+}
+
+/// As `4x4 samples, 8 paths, 2 reflected paths, 4 shadow rays`.
+impl std::fmt::Display for Counts {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Self { samples, paths, reflections, shadow_rays } = *self;
+        write!(f, "{samples}x{samples} samples")?;
+        let more =
+            [(Some(paths), "path"), (Some(reflections), "reflected path"), (shadow_rays, "shadow ray")];
+        for (count, name) in
+            more.into_iter().filter_map(|(count, name)| Some((count.filter(|count| *count > 0)?, name)))
+        {
+            write!(f, ", {count} {name}{}", if count == 1 { "" } else { "s" })?;
+        }
+        Ok(())
+    }
+}
+
+/// As `an error of 3 %: 4x4 samples, 8 paths; 2.9 % is expected, of its square edges and textures make 40 %, paths 60 %`.
+impl std::fmt::Display for Choice {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Self { wanted, counts, expected, shares, .. } = self;
+        let percent = |share: f64| (share * 1000.0).round() / 10.0;
+        write!(f, "an error of {} %: {counts}; ", percent(f64::from(*wanted)))?;
+        if !self.is_reached() {
+            f.write_str("more is out of reach, ")?;
+        }
+        write!(f, "{} % is expected", percent(*expected))?;
+        let names = ["edges and textures", "paths", "reflected paths", "shadow rays"];
+        let told = names.iter().zip(shares).filter(|(_, share)| **share >= 0.005);
+        for (number, (name, share)) in told.enumerate() {
+            let before = if number == 0 { ", of its square" } else { "," };
+            let makes = if number == 0 { " make" } else { "" };
+            write!(f, "{before} {name}{makes} {} %", (share * 100.0).round())?;
+        }
+        Ok(())
+    }
+}
+
+/// Sources that the shot has and whose counts are free.
+fn sources(scene: &Scene, settings: &Settings, wanted: &Wanted) -> Vec<Source> {
+    let is_there = |source: &Source| match source {
+        Source::Paths => wanted.free.paths && settings.paths > 0,
+        Source::Reflections => {
+            let is_rough = scene.materials.iter().any(Material::is_rough);
+            wanted.free.reflections && settings.reflections > 0 && is_rough
+        }
+        Source::ShadowRays => {
+            wanted.free.shadow_rays && scene.lights.iter().any(|light| light.kind.is_area())
+        }
+    };
+    Source::ALL.into_iter().filter(is_there).collect()
+}
+
+fn set_shadow_rays(scene: &mut Scene, count: Option<u32>) {
+    let Some(count) = count else { return };
+    scene.lights.iter_mut().filter(|light| light.kind.is_area()).for_each(|light| light.samples = count);
+}
+
+/// Renders the small pictures.
+fn measure(
+    kind: BackendKind,
+    shot: &Shot,
+    settings: &Settings,
+    sources: &[Source],
+) -> Result<Measured, RenderError> {
+    let divisor = (settings.data_window().pixels() as f64 / MOST_PIXELS as f64).sqrt().ceil().max(1.0);
+    let frames = pilot_frames(shot);
+    let mut pictures = Pictures { kind, frames: &frames, built: None };
+    let with_more = |source: Option<Source>, samples: u32| {
+        let count = |of: Source| if source == Some(of) { MORE } else { 1 };
+        let mut small = small(settings, divisor as u32, samples);
+        let mut scene = shot.scene.clone();
+        for of in sources {
+            match of {
+                Source::Paths => (small.paths, small.paths_per_frame) = (count(*of), count(*of)),
+                Source::Reflections => small.reflections = count(*of),
+                Source::ShadowRays => set_shadow_rays(&mut scene, Some(count(*of))),
+            }
+        }
+        (scene, small)
+    };
+    let (scene, reference) = with_more(None, REFERENCE);
+    let reference = pictures.render(&scene, &Settings { mode: Mode::Full, ..reference }, true)?;
+    let mut of = |source: Option<Source>| {
+        let (scene, small) = with_more(source, COMPARED);
+        pictures.render(&scene, &small, false)
+    };
+    let first = of(None)?;
+    let base_every = if settings.base_every == 0 { u32::MAX } else { settings.base_every };
+    let length = shot.frames.list().len().min(base_every as usize).max(1) as f64;
+    let cost = |made: &[Made]| -> f64 {
+        let of_frames = made.iter().map(|made| (made.base + made.inferred * (length - 1.0)) / length);
+        of_frames.sum::<f64>() / made.len() as f64
+    };
+    let [n, reference_n] = [COMPARED, REFERENCE].map(|samples| f64::from(samples.pow(2)));
+    let of_first = difference(&first, &reference);
+    let (mut noise, mut rays) = ([0.0; 3], [0.0; 3]);
+    for source in sources {
+        let more = of(Some(*source))?;
+        let gained = of_first - difference(&more, &reference);
+        let count = f64::from(MORE);
+        noise[*source as usize] = (gained * n / (1.0 - 1.0 / count)).max(0.0);
+        rays[*source as usize] = ((cost(&more) - cost(&first)) / (count - 1.0)).max(0.0);
+    }
+    let of_noise = noise.iter().sum::<f64>() * (1.0 / n + 1.0 / reference_n);
+    let even = if settings.mode == Mode::Full || length <= 1.0 { EVEN } else { KEPT };
+    let edges = (of_first - of_noise).max(0.0) / (n.powf(-even) + reference_n.powf(-EVEN));
+    let fixed = (cost(&first) - rays.iter().sum::<f64>()).max(0.0) + RAYS_OF_SAMPLE;
+    Ok(Measured { edges: edges / divisor, even, noise, fixed, rays })
+}
+
+/// Frames of the shot of which small pictures are made: two chains without a cut, which begin after a third of them and after two thirds.
+fn pilot_frames(shot: &Shot) -> Vec<Vec<i32>> {
+    let all = shot.frames.list();
+    let mut begins = [all.len() / 3, all.len() * 2 / 3].to_vec();
+    begins.dedup();
+    let chain = |begin: usize| {
+        let later = all[begin..].iter().skip(1).take(CHAIN - 1);
+        let whole = later.take_while(|frame| !shot.scene.camera.cuts.contains(frame));
+        std::iter::once(&all[begin]).chain(whole).copied().collect()
+    };
+    begins.into_iter().map(chain).collect()
+}
+
+/// Settings of a small picture of one eye.
+fn small(settings: &Settings, divisor: u32, samples: u32) -> Settings {
+    Settings {
+        width: settings.width.div_ceil(divisor),
+        height: settings.height.div_ceil(divisor),
+        overscan: 0,
+        crop: None,
+        samples,
+        refinement: None,
+        filter: Filter::Box,
+        filter_radius: None,
+        budget: Budget::None,
+        stereo: None,
+        mode: if settings.mode == Mode::Full { Mode::Full } else { Mode::Reproject },
+        layers: Layers::NONE,
+        audit: false,
+        wanted: None,
+        ..settings.clone()
+    }
+}
+
+/// The last picture of a chain, and the rays of a sample in its base frame, and in the picture.
+struct Made {
+    film: std::sync::Arc<Film>,
+    base: f64,
+    inferred: f64,
+}
+
+/// Renders small pictures through the same acceleration structures.
+struct Pictures<'a> {
+    kind: BackendKind,
+    frames: &'a [Vec<i32>],
+    built: Option<Built>,
+}
+
+impl Pictures<'_> {
+    fn render(
+        &mut self,
+        scene: &Scene,
+        settings: &Settings,
+        is_reference: bool,
+    ) -> Result<Vec<Made>, RenderError> {
+        let mut renderer = match self.built.take() {
+            Some(built) => Renderer::through(built, scene, settings),
+            None => Renderer::with(self.kind, scene, settings)?,
+        };
+        // noise of its own, or the two would differ by less than they do from the truth
+        renderer.set_salt(u32::from(is_reference));
+        let samples = settings.data_window().pixels() as f64 * f64::from(settings.samples.pow(2));
+        let rays = |stats: &FrameStats| stats.rays.total() as f64 / samples;
+        let mut all = Vec::new();
+        for chain in self.frames {
+            let reuses = !is_reference && settings.mode != Mode::Full;
+            // what is not made of samples of frames before is looked at by itself
+            let chain = if reuses { &chain[..] } else { &chain[chain.len() - 1..] };
+            let mut made = renderer.render(chain[0], false)?;
+            let base = rays(&made.stats);
+            for frame in &chain[1..] {
+                made = renderer.render(*frame, true)?;
+            }
+            all.push(Made { inferred: rays(&made.stats), film: made.film, base });
+        }
+        self.built = Some(renderer.into_built());
+        Ok(all)
+    }
+}
+
+/// Mean of the squares of what pictures differ from their references by, over that of the references' means: without the pixels that differ
+/// most.
+fn difference(pictures: &[Made], references: &[Made]) -> f64 {
+    let of_pair = |(picture, reference): (&Made, &Made)| {
+        let [picture, reference] = [picture, reference].map(|made| colors(&made.film));
+        let mean = reference.iter().flatten().sum::<f64>() / (3 * reference.len()) as f64;
+        let square =
+            |(a, b): (&[f64; 3], &[f64; 3])| a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum::<f64>() / 3.0;
+        let mut squares: Vec<f64> = picture.iter().zip(&reference).map(square).collect();
+        squares.sort_unstable_by(f64::total_cmp);
+        let kept = squares.len() - (squares.len() as f64 * SPARKS).ceil() as usize;
+        let kept = &squares[..kept.max(1)];
+        if mean > 0.0 { kept.iter().sum::<f64>() / kept.len() as f64 / mean.powi(2) } else { 0.0 }
+    };
+    pictures.iter().zip(references).map(of_pair).sum::<f64>() / pictures.len() as f64
+}
+
+/// Colours of all pixels.
+fn colors(film: &Film) -> Vec<[f64; 3]> {
+    let planes = ["R", "G", "B"].map(|name| film.values(name).unwrap_or_default());
+    (0..planes[0].len()).map(|at| planes.each_ref().map(|plane| f64::from(plane[at]))).collect()
+}
+
+/// The counts that reach the wanted error with the fewest rays, or that come closest to it.
+fn best(measured: &Measured, wanted: &Wanted, settings: &Settings, sources: &[Source]) -> Choice {
+    let has_exposures = settings.shutter.is_some() || settings.exposures.is_some();
+    // an even number can be divided among few exposures
+    let step = if has_exposures { 2 } else { 1 };
+    let samples: Vec<u32> = match wanted.free.samples {
+        true => (2..=MOST_SAMPLES).step_by(step).collect(),
+        false => vec![settings.samples],
+    };
+    let choices = |source: Source| if sources.contains(&source) { source.counts() } else { &[1][..] };
+    let [paths, reflections, shadow_rays] = Source::ALL.map(choices);
+    let combined = samples.iter().flat_map(|samples| {
+        paths.iter().flat_map(move |p| {
+            reflections.iter().flat_map(move |r| shadow_rays.iter().map(move |l| (*samples, [*p, *r, *l])))
+        })
+    });
+    let of = |(samples, counts): (u32, [u32; 3])| {
+        let n = f64::from(samples.pow(2));
+        let noise = [0, 1, 2].map(|at| measured.noise[at] / (n * f64::from(counts[at])));
+        let shares = [measured.edges / n.powf(measured.even), noise[0], noise[1], noise[2]];
+        let rays = measured.fixed + (0..3).map(|at| measured.rays[at] * f64::from(counts[at])).sum::<f64>();
+        (shares, n * rays)
+    };
+    let square = f64::from(wanted.error).powi(2);
+    let rank = |(shares, rays): ([f64; 4], f64)| {
+        let variance: f64 = shares.iter().sum();
+        // those that reach it by their rays, and others by how far they are from it
+        if variance <= square { (0, rays) } else { (1, variance) }
+    };
+    let chosen = combined.min_by(|a, b| {
+        let ([(kind, one), (other_kind, other)], counts) = ([rank(of(*a)), rank(of(*b))], a.cmp(b));
+        kind.cmp(&other_kind).then(one.total_cmp(&other)).then(counts)
+    });
+    let (samples, counts) = chosen.unwrap_or((settings.samples, [1; 3]));
+    let (shares, rays) = of((samples, counts));
+    let variance: f64 = shares.iter().sum();
+    let count_of = |source: Source, stated: u32| {
+        if sources.contains(&source) { counts[source as usize] } else { stated }
+    };
+    Choice {
+        wanted: wanted.error,
+        counts: Counts {
+            samples,
+            paths: count_of(Source::Paths, settings.paths),
+            reflections: count_of(Source::Reflections, settings.reflections),
+            shadow_rays: sources.contains(&Source::ShadowRays).then_some(counts[Source::ShadowRays as usize]),
+        },
+        expected: variance.sqrt(),
+        shares: shares.map(|share| if variance > 0.0 { share / variance } else { 0.0 }),
+        rays: (rays * settings.data_window().pixels() as f64) as u64,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::settings::Free;
+
+    fn chosen(error: f32, free: Free, measured: &Measured) -> Choice {
+        let settings = Settings { samples: 3, paths: 5, reflections: 6, ..Settings::default() };
+        let wanted = Wanted { error, free };
+        let sources: Vec<Source> = Source::ALL
+            .into_iter()
+            .filter(|source| [free.paths, free.reflections, free.shadow_rays][*source as usize])
+            .collect();
+        best(measured, &wanted, &settings, &sources)
+    }
+
+    const NOISY: Measured =
+        Measured { edges: 0.5, even: EVEN, noise: [4.0, 0.5, 0.2], fixed: 3.0, rays: [0.5, 1.0, 1.0] };
+
+    #[test]
+    fn what_is_chosen_reaches_the_error_and_costs_more_the_less_of_it_is_wanted() {
+        let mut before = 0;
+        for error in [0.5, 0.2, 0.1, 0.05, 0.03] {
+            let choice = chosen(error, Free::ALL, &NOISY);
+            assert!(choice.expected <= f64::from(error), "{choice:?}");
+            assert!((choice.shares.iter().sum::<f64>() - 1.0).abs() < 1e-9);
+            assert!(choice.rays >= before, "{choice:?}");
+            before = choice.rays;
+        }
+    }
+
+    #[test]
+    fn rays_go_where_the_noise_is_and_where_they_are_cheap() {
+        let choice = chosen(0.05, Free::ALL, &NOISY);
+        assert!(choice.counts.paths > choice.counts.reflections, "{choice:?}");
+        let dear = Measured { rays: [30.0, 1.0, 1.0], ..NOISY };
+        assert!(chosen(0.05, Free::ALL, &dear).counts.paths < choice.counts.paths);
+        let edges = Measured { noise: [0.0; 3], ..NOISY };
+        let counts = chosen(0.05, Free::ALL, &edges).counts;
+        assert_eq!((counts.paths, counts.reflections, counts.shadow_rays), (1, 1, Some(1)));
+    }
+
+    #[test]
+    fn counts_that_are_stated_stay() {
+        let free = Free { samples: false, reflections: false, shadow_rays: false, ..Free::ALL };
+        let counts = chosen(0.05, free, &NOISY).counts;
+        assert_eq!((counts.samples, counts.reflections, counts.shadow_rays), (3, 6, None));
+        assert!(counts.paths > 1);
+    }
+
+    #[test]
+    fn an_error_that_is_out_of_reach_gets_all_there_is() {
+        let counts = chosen(1e-4, Free::ALL, &NOISY).counts;
+        assert_eq!((counts.samples, counts.paths, counts.reflections), (16, 128, 64));
+    }
+}
