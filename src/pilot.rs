@@ -25,7 +25,7 @@ use crate::stats::FrameStats;
 use crate::trace::BackendKind;
 
 /// Pixels of a small picture, at most: so that all of them take about as long as a frame of a small shot.
-const MOST_PIXELS: u64 = 2500;
+const MOST_PIXELS: u64 = 1600;
 
 /// Samples along a pixel's edge of the pictures that are compared, and of that with which they are.
 const COMPARED: u32 = 2;
@@ -41,6 +41,9 @@ const KEPT: f64 = 1.25;
 
 /// Frames that follow each other, of which the last one is looked at: kept samples come to rest.
 const CHAIN: usize = 3;
+
+/// Frames from which on a shot is looked at twice.
+const LONG: usize = 48;
 
 /// Rays for which the work on a sample counts that is none of rays.
 const RAYS_OF_SAMPLE: f64 = 1.0;
@@ -255,11 +258,11 @@ fn measure(
     Ok(Measured { edges: edges / divisor, even, noise, fixed, rays })
 }
 
-/// Frames of the shot of which small pictures are made: two chains without a cut, which begin after a third of them and after two thirds.
+/// Frames of the shot of which small pictures are made: chains without a cut, which begin after a third of them and after two thirds, or
+/// in the middle of a short one.
 fn pilot_frames(shot: &Shot) -> Vec<Vec<i32>> {
     let all = shot.frames.list();
-    let mut begins = [all.len() / 3, all.len() * 2 / 3].to_vec();
-    begins.dedup();
+    let begins = if all.len() < LONG { vec![all.len() / 2] } else { vec![all.len() / 3, all.len() * 2 / 3] };
     let chain = |begin: usize| {
         let later = all[begin..].iter().skip(1).take(CHAIN - 1);
         let whole = later.take_while(|frame| !shot.scene.camera.cuts.contains(frame));
@@ -280,6 +283,8 @@ fn small(settings: &Settings, divisor: u32, samples: u32) -> Settings {
         filter: Filter::Box,
         filter_radius: None,
         budget: Budget::None,
+        // each sample has its own moment all the same, and models are placed once
+        exposures: Some(1),
         stereo: None,
         mode: if settings.mode == Mode::Full { Mode::Full } else { Mode::Reproject },
         layers: Layers::NONE,

@@ -231,7 +231,7 @@ impl<'a> Setup<'a> {
         Self {
             motion_vectors: views.iter().map(motion_vectors).collect(),
             views,
-            deformations: Deformations::new(scene, &pose.models, true),
+            deformations: prepared.deformations(pose),
             moved_bounds: MovedBounds::new(scene, bounds, pose, &lineage.plan),
             dynamic_bounds: MovedBounds::ever(scene, bounds, pose),
             displaced: flagged(pose, |model| {

@@ -2,6 +2,8 @@
 //!
 //! Within an exposure vertices go straight from one shape to another ([`Chord`]), and their normals with them.
 
+use std::sync::Arc;
+
 use glam::{DVec3, Vec3};
 
 use super::on_mesh::OnMesh;
@@ -11,8 +13,9 @@ use crate::animation::{Chord, Shape, Transform};
 use crate::scene::{Mesh, Scene};
 
 /// Vertices of a mesh in one of its shapes.
-#[derive(Debug, Clone)]
+#[derive(Debug)]
 struct Vertices {
+    shape: Shape,
     /// Positions by vertex, object space.
     positions: Vec<[f32; 3]>,
     /// Normals by vertex, unit length or zero; empty for flat meshes, or where they are not needed.
@@ -22,9 +25,9 @@ struct Vertices {
 /// A mesh in the shapes at both ends of an exposure, or in its one shape.
 #[derive(Debug, Clone)]
 struct DeformedMesh {
-    open: Vertices,
+    open: Arc<Vertices>,
     /// `None` where it has one shape.
-    close: Option<Vertices>,
+    close: Option<Arc<Vertices>>,
     /// See [`most_lift`].
     most_lift: f32,
 }
@@ -49,18 +52,23 @@ pub struct DeformedPlace {
 
 impl DeformedMesh {
     /// Creates `mesh` with the shapes of `chord`; `None` if it does not deform. Without `normals` the result serves for
-    /// points alone.
-    fn new(mesh: &Mesh, chord: &Chord, normals: bool) -> Option<Self> {
+    /// points alone. `before`: the same mesh at another time, made in the same way, of which shapes are taken that it has.
+    fn new(mesh: &Mesh, chord: &Chord, normals: bool, before: Option<&Self>) -> Option<Self> {
         let shapes = mesh.shapes.as_ref()?;
         let vertices = |shape: &Shape| {
+            let known =
+                before.into_iter().flat_map(|before| std::iter::once(&before.open).chain(&before.close));
+            if let Some(known) = known.into_iter().find(|known| known.shape == *shape) {
+                return Arc::clone(known);
+            }
             let positions = shapes.positions(shape);
             let normals = if normals { shapes.normals(&positions, &mesh.triangles) } else { Vec::new() };
-            Vertices { positions, normals }
+            Arc::new(Vertices { shape: *shape, positions, normals })
         };
         let [open, close] = &chord.ends;
         let (open, close) = (vertices(open), (!chord.is_still()).then(|| vertices(close)));
         // in between, the heights of corners above each other's planes are means of these
-        let ends = || std::iter::once(&open).chain(&close);
+        let ends = || std::iter::once(&open).chain(&close).map(|end| &**end);
         let pairs = ends().flat_map(|at| ends().map(|other| (&at.positions, &other.normals)));
         let lifts = pairs.map(|(positions, normals)| most_lift(positions, normals, &mesh.triangles));
         let most_lift = lifts.fold(0.0, f32::max);
@@ -183,13 +191,23 @@ impl Deformations {
     /// Creates the shapes of `scene` with its models at these places, and at all others of the same exposure. Without `normals` they serve
     /// for points alone.
     pub fn new(scene: &Scene, places: &[Transform], normals: bool) -> Self {
+        Self::after(scene, places, normals, &Self::default())
+    }
+
+    /// The same, of which shapes are taken from what was made in the same way `before`: where one exposure ends the next one begins.
+    pub fn after(scene: &Scene, places: &[Transform], normals: bool, before: &Self) -> Self {
         if scene.models.iter().all(|model| model.mesh.shapes.is_none()) {
             return Self::default();
         }
         let models = scene.models.iter().zip(places);
         // a model that is not there has no samples, and is met by no ray
-        let deformed = models.map(|(model, place)| {
-            if place.is_visible { DeformedMesh::new(&model.mesh, &place.shape, normals) } else { None }
+        let deformed = models.enumerate().map(|(number, (model, place))| {
+            let before = before.all.get(number).and_then(Option::as_ref);
+            if place.is_visible {
+                DeformedMesh::new(&model.mesh, &place.shape, normals, before)
+            } else {
+                None
+            }
         });
         Self { all: deformed.collect() }
     }

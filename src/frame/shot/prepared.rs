@@ -1,7 +1,7 @@
 //! A shot made ready: data that all of its frames read.
 
 use std::collections::HashMap;
-use std::sync::{Arc, OnceLock};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 use rayon::prelude::*;
 
@@ -22,6 +22,7 @@ use crate::samples::TagLayout;
 use crate::samples::saved::PictureName;
 use crate::scene::{LightGroups, Material, Mesh, Model, Role, Scene};
 use crate::settings::{Backdrop, Mode, Settings};
+use crate::shade::deformed::Deformations;
 use crate::shade::emitters::Emitters;
 use crate::shade::light_chances::{LightChances, Source};
 use crate::shade::phong::Palette;
@@ -66,6 +67,8 @@ pub struct Prepared<'s> {
     pub obstacles: OnceLock<Obstacles>,
     /// Frames that regions of proofs look ahead.
     pub frames_ahead: i32,
+    /// Shapes of the picture that was made last.
+    shapes: Mutex<Deformations>,
     /// What random numbers follow from beside cells and cameras.
     pub salt: u32,
     /// True if rays follow mirrors or glass of the shot.
@@ -153,6 +156,7 @@ impl<'s> Prepared<'s> {
             obstacles: OnceLock::new(),
             frames_ahead: FRAMES_AHEAD,
             salt: 0,
+            shapes: Mutex::default(),
         }
     }
 
@@ -193,6 +197,13 @@ impl<'s> Prepared<'s> {
     fn size(&self) -> ([u32; 2], u32) {
         let settings = &self.settings;
         ([settings.width, settings.height], settings.levels().last().unwrap_or(settings.samples))
+    }
+
+    /// The shapes of a picture. Those that it has in common with the one before are not made again.
+    pub fn deformations(&self, pose: &Pose) -> Deformations {
+        let mut shapes = self.shapes.lock().unwrap_or_else(PoisonError::into_inner);
+        *shapes = Deformations::after(self.scene, &pose.models, true, &shapes);
+        shapes.clone()
     }
 
     /// The models at rest, for proofs.

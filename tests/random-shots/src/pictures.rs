@@ -280,8 +280,9 @@ fn surface_of(scene: &Scene, tile: &Tile, cell: usize) -> Option<[u32; 2]> {
 /// first, and whether one without a share is named: then shares are compared alone.
 const WIDE_ROUNDING: f32 = 2e-3;
 
-/// Least value to which [`WIDE_ROUNDING`] is relative: what the share of a sample at the end of a filter's reach may be instead of none.
-const LEAST_SHARE: f32 = 1e-2;
+/// Least value to which [`WIDE_ROUNDING`] is relative: what the share of a sample at the end of a filter's reach may be instead of none. In pictures of a
+/// few pixels places are rounded by a ten-thousandth of a cell or two.
+const LEAST_SHARE: f32 = 0.1;
 
 /// Compares the pixels of which both frames have all samples: how many.
 fn compare_pixels(
