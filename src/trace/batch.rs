@@ -275,6 +275,12 @@ impl RayBatch {
         self.packets[..used].iter().enumerate().map(|(i, packet)| (packet, self.lanes_in_use(i)))
     }
 
+    /// Packet by its number.
+    #[inline(always)]
+    pub fn packet(&self, number: usize) -> &RayPacket {
+        &self.packets[number]
+    }
+
     /// Number of packets in use.
     pub fn packet_count(&self) -> usize {
         self.len.div_ceil(LANES)

@@ -23,6 +23,7 @@
 //! *Casters*. Where there are [many clear triangles](has_many_clear), two more scenes hold the triangles that
 //! cast shadows and nothing else, and shadow rays are traced in these.
 
+mod by_time;
 mod config;
 mod deforming;
 mod frozen;
@@ -366,10 +367,16 @@ impl Tracer for EmbreeTracer<'_> {
             purpose,
             coherence: to_embree_coherence(coherence, by),
         };
-        match self.width {
-            PacketWidth::Four => self.blocked_by::<4>(rays, &question, blocked),
-            PacketWidth::Eight => self.blocked_by::<8>(rays, &question, blocked),
-            PacketWidth::Sixteen => self.blocked_by::<16>(rays, &question, blocked),
+        let times = self.times.as_ref().filter(|_| by != Occluders::Still);
+        match (self.width, times) {
+            (PacketWidth::Four, None) => self.blocked_by::<4>(rays, &question, blocked),
+            (PacketWidth::Eight, None) => self.blocked_by::<8>(rays, &question, blocked),
+            (PacketWidth::Sixteen, None) => self.blocked_by::<16>(rays, &question, blocked),
+            (PacketWidth::Four, Some(times)) => self.blocked_by_time::<4>((rays, times), &question, blocked),
+            (PacketWidth::Eight, Some(times)) => self.blocked_by_time::<8>((rays, times), &question, blocked),
+            (PacketWidth::Sixteen, Some(times)) => {
+                self.blocked_by_time::<16>((rays, times), &question, blocked)
+            }
         }
     }
 }
@@ -409,6 +416,10 @@ impl EmbreeTracer<'_> {
             [Occluders::Still, Occluders::Movable].map(|by| to_embree_coherence(coherence, by));
         let is_bounced = coherence == Coherence::Bounced;
         let [of_still, of_movable] = self.twins.map(|has_twins| has_twins || is_bounced);
+        // single rays are of one time in any case
+        let times = self.times.as_ref().filter(|_| coherence != Coherence::Incoherent);
+        let later = movable.zip(times);
+        let movable = movable.filter(|_| later.is_none());
         let asked = || {
             let movable = movable.map(|scene| (scene, movable_way, of_movable));
             std::iter::once((self.still, way, of_still)).chain(movable)
@@ -448,6 +459,9 @@ impl EmbreeTracer<'_> {
                 let triangles = (&mut out.model[first..first + N], &mut out.triangle[first..first + N]);
                 self.name_triangles(&both.hit, triangles);
             }
+        }
+        if let Some((scene, times)) = later {
+            self.closest_by_time::<N>((scene, movable_way, of_movable), (rays, times), search, hits);
         }
     }
 

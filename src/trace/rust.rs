@@ -484,7 +484,6 @@ fn find_blocked(trees: &OpenTrees<'_>, rays: &RayBatch, asked: Blockers, blocked
 
 /// Ends those of the rays `used` that what is `shown` blocks.
 #[inline(always)]
-#[expect(clippy::too_many_arguments, reason = "each is a thing by itself, and what they make is only called")]
 fn block(
     shown: Shown<'_>,
     rays: &Rays,

@@ -12,6 +12,9 @@ use crate::pose::Pose;
 use crate::scene::RayKinds;
 use crate::trace::TraceError;
 
+/// Number of different times of rays, at most: multiples of a share of 1.
+pub const TIMES: usize = TICKS;
+
 /// Instance of a model that moves in some frame.
 pub struct Instance {
     pub id: GeometryId,
