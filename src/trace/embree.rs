@@ -322,10 +322,7 @@ impl Tracer for EmbreeTracer<'_> {
             let both = [self.still, self.movable.unwrap_or(self.still)];
             let has_movable = among == SceneSubset::All && self.movable.is_some();
             let scenes = &both[..1 + usize::from(has_movable)];
-            let name = |met: PrimId| {
-                let part = self.part(met.inst_id, met.geom_id);
-                (part.model, part.first + met.prim_id)
-            };
+            let name = |met: PrimId| self.name(met);
             return match kinds {
                 OfKind::All(kind) => {
                     let mask = mask_of(kind);
@@ -367,16 +364,10 @@ impl Tracer for EmbreeTracer<'_> {
             purpose,
             coherence: to_embree_coherence(coherence, by),
         };
-        let times = self.times.as_ref().filter(|_| by != Occluders::Still);
-        match (self.width, times) {
-            (PacketWidth::Four, None) => self.blocked_by::<4>(rays, &question, blocked),
-            (PacketWidth::Eight, None) => self.blocked_by::<8>(rays, &question, blocked),
-            (PacketWidth::Sixteen, None) => self.blocked_by::<16>(rays, &question, blocked),
-            (PacketWidth::Four, Some(times)) => self.blocked_by_time::<4>((rays, times), &question, blocked),
-            (PacketWidth::Eight, Some(times)) => self.blocked_by_time::<8>((rays, times), &question, blocked),
-            (PacketWidth::Sixteen, Some(times)) => {
-                self.blocked_by_time::<16>((rays, times), &question, blocked)
-            }
+        match self.width {
+            PacketWidth::Four => self.blocked_by::<4>(rays, by, &question, blocked),
+            PacketWidth::Eight => self.blocked_by::<8>(rays, by, &question, blocked),
+            PacketWidth::Sixteen => self.blocked_by::<16>(rays, by, &question, blocked),
         }
     }
 }
@@ -461,14 +452,30 @@ impl EmbreeTracer<'_> {
             }
         }
         if let Some((scene, times)) = later {
-            self.closest_by_time::<N>((scene, movable_way, of_movable), (rays, times), search, hits);
+            let asked = by_time::Asked { scene, way: movable_way, is_least: of_movable };
+            let mask = |ray: usize| match kinds {
+                OfKind::All(kind) => mask_of(kind),
+                OfKind::Each(kinds) => mask_of(kinds[ray]),
+            };
+            by_time::closest::<N>(asked, rays, mask, (times, LEAST_T), hits, |met| self.name(met));
         }
     }
 
     /// [`Tracer::blocked`] in Embree's packets of N rays.
-    fn blocked_by<const N: usize>(&self, rays: &RayBatch, question: &Question, blocked: &mut [u16]) {
-        let Question { scene, purpose, coherence, .. } = *question;
-        let mut ray = Ray { mask: [question.mask; N], ..Ray::<N>::default() };
+    fn blocked_by<const N: usize>(
+        &self,
+        rays: &RayBatch,
+        by: Occluders,
+        question: &Question,
+        blocked: &mut [u16],
+    ) {
+        let Question { scene, mask, purpose, coherence } = *question;
+        if let Some(times) = self.times.as_ref().filter(|_| by != Occluders::Still) {
+            let is_own = |packet: &RayPacket, lane: usize, met: PrimId| self.is_own(packet, lane, met);
+            let (asked, of_ray) = ((scene, coherence), (mask, purpose));
+            return by_time::blocked::<N>(asked, rays, of_ray, (times, LEAST_T), blocked, is_own);
+        }
+        let mut ray = Ray { mask: [mask; N], ..Ray::<N>::default() };
         for (number, ((packet, lanes), blocked)) in rays.packets().zip(blocked).enumerate() {
             let open = lanes & !*blocked;
             let mut ends = [0.0; LANES];
@@ -525,6 +532,13 @@ impl EmbreeTracer<'_> {
         }
     }
 
+    /// Model and triangle of a primitive.
+    #[inline(always)]
+    fn name(&self, met: PrimId) -> (u32, u32) {
+        let part = self.part(met.inst_id, met.geom_id);
+        (part.model, part.first + met.prim_id)
+    }
+
     #[inline(always)]
     fn part(&self, instance: u32, geometry: u32) -> GeometryPart {
         match instance {
@@ -542,8 +556,7 @@ impl EmbreeTracer<'_> {
 
     /// Returns true if a ray of `packet` has met the triangle that its own sample is on.
     fn is_own(&self, packet: &RayPacket, lane: usize, met: PrimId) -> bool {
-        let part = self.part(met.inst_id, met.geom_id);
-        part.model == packet.own_model[lane] && part.first + met.prim_id == packet.own_triangle[lane]
+        self.name(met) == (packet.own_model[lane], packet.own_triangle[lane])
     }
 }
 

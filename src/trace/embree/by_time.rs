@@ -4,11 +4,10 @@
 //! of one time, and twice as long as single rays (300 instances with 17 keys, Embree 4.4). So rays are sorted by their times here, and packets are made of
 //! those of each. What stands still is asked before, by the packets as they come.
 
-use embree::{Coherence as EmbreeCoherence, Committed, Ray, RayHit, Valid};
+use embree::{Coherence as EmbreeCoherence, Committed, INVALID, PrimId, Ray, RayHit, Valid};
 
 use super::places::TIMES;
-use super::{EmbreeTracer, LEAST_T, Question, mask_of};
-use crate::trace::{HitBatch, LANES, NO_HIT, OfKind, Purpose, RayBatch, Search};
+use crate::trace::{HitBatch, LANES, NO_HIT, Purpose, RayBatch, RayPacket};
 
 /// Least number of rays of one time that are traced as a bundle.
 const LEAST_BUNDLE: usize = 4;
@@ -45,7 +44,7 @@ impl ByTime {
 
 /// Loads these rays, which have one time, and leaves their masks and ends.
 #[inline(always)]
-fn gather<const N: usize>(ray: &mut Ray<N>, rays: &RayBatch, (numbers, time): (&[u32], f32)) {
+fn gather<const N: usize>(ray: &mut Ray<N>, rays: &RayBatch, (numbers, time): (&[u32], f32), least_t: f32) {
     ray.time = [time; N];
     for (to, number) in numbers.iter().enumerate() {
         let (packet, lane) = (rays.packet(*number as usize / LANES), *number as usize % LANES);
@@ -53,7 +52,7 @@ fn gather<const N: usize>(ray: &mut Ray<N>, rays: &RayBatch, (numbers, time): (&
         (ray.org_x[to], ray.org_y[to], ray.org_z[to]) = (x[lane], y[lane], z[lane]);
         let [x, y, z] = &packet.direction;
         (ray.dir_x[to], ray.dir_y[to], ray.dir_z[to]) = (x[lane], y[lane], z[lane]);
-        ray.tnear[to] = packet.near[lane].max(LEAST_T);
+        ray.tnear[to] = packet.near[lane].max(least_t);
     }
 }
 
@@ -62,80 +61,85 @@ fn way_of(count: usize, way: EmbreeCoherence) -> EmbreeCoherence {
     if count < LEAST_BUNDLE { EmbreeCoherence::Incoherent } else { way }
 }
 
-impl EmbreeTracer<'_> {
-    /// Shortens rays to their first hits in the `scene` of models that move; `hits` has those in the other one. `is_least`: of several at the same t
-    /// the least is met.
-    pub(super) fn closest_by_time<const N: usize>(
-        &self,
-        (scene, way, is_least): (Committed, EmbreeCoherence, bool),
-        (rays, times): (&RayBatch, &[f32; TIMES]),
-        search: Search,
-        hits: &mut HitBatch,
-    ) {
-        let mut both = RayHit::<N>::default();
-        if let OfKind::All(kind) = search.kinds {
-            both.ray.mask = [mask_of(kind); N];
+/// Scene of models that move, and how it is asked.
+#[derive(Clone, Copy)]
+pub struct Asked<'a> {
+    pub scene: Committed<'a>,
+    pub way: EmbreeCoherence,
+    /// True if of several primitives at the same t the least is met.
+    pub is_least: bool,
+}
+
+/// Shortens rays to their first hits in the scene; `hits` has those in another one. `mask_of` gives the mask of a ray by its number, and `name` looks up
+/// the model and the triangle. Rays begin at `least_t` at least.
+pub fn closest<const N: usize>(
+    Asked { scene, way, is_least }: Asked<'_>,
+    rays: &RayBatch,
+    mask_of: impl Fn(usize) -> u32,
+    (times, least_t): (&[f32; TIMES], f32),
+    hits: &mut HitBatch,
+    name: impl Fn(PrimId) -> (u32, u32),
+) {
+    let mut both = RayHit::<N>::default();
+    for (numbers, time) in ByTime::new(rays, times, |_, lanes| lanes).packets::<N>() {
+        gather(&mut both.ray, rays, (numbers, time), least_t);
+        both.hit.clear();
+        for (lane, number) in numbers.iter().enumerate() {
+            let (packet, at) = (&hits.packets[*number as usize / LANES], *number as usize % LANES);
+            (both.ray.tfar[lane], both.ray.mask[lane]) = (packet.t[at], mask_of(*number as usize));
+            if packet.model[at] != NO_HIT {
+                both.hit.geom_id[lane] = ELSEWHERE;
+            }
         }
-        for (numbers, time) in ByTime::new(rays, times, |_, lanes| lanes).packets::<N>() {
-            gather(&mut both.ray, rays, (numbers, time));
-            both.hit.clear();
-            for (lane, number) in numbers.iter().enumerate() {
-                let (packet, at) = (&hits.packets[*number as usize / LANES], *number as usize % LANES);
-                both.ray.tfar[lane] = packet.t[at];
-                if packet.model[at] != NO_HIT {
-                    both.hit.geom_id[lane] = ELSEWHERE;
-                }
-                if let OfKind::Each(kinds) = search.kinds {
-                    both.ray.mask[lane] = mask_of(kinds[*number as usize]);
-                }
-            }
-            let valid = Valid::first(numbers.len());
-            if is_least {
-                scene.intersect_least(&valid, &mut both);
-            } else {
-                scene.intersect(&valid, &mut both, way_of(numbers.len(), way));
-            }
-            for (lane, number) in numbers.iter().enumerate() {
-                let instance = both.hit.inst_id[lane];
-                if instance == embree::INVALID {
-                    continue;
-                }
+        let valid = Valid::first(numbers.len());
+        if is_least {
+            scene.intersect_least(&valid, &mut both);
+        } else {
+            scene.intersect(&valid, &mut both, way_of(numbers.len(), way));
+        }
+        for (lane, number) in numbers.iter().enumerate() {
+            let hit = &both.hit;
+            let met =
+                PrimId { inst_id: hit.inst_id[lane], geom_id: hit.geom_id[lane], prim_id: hit.prim_id[lane] };
+            // what moves is met in an instance
+            if met.inst_id != INVALID {
                 let (out, at) = (&mut hits.packets[*number as usize / LANES], *number as usize % LANES);
-                let part = self.part(instance, both.hit.geom_id[lane]);
-                (out.t[at], out.u[at], out.v[at]) = (both.ray.tfar[lane], both.hit.u[lane], both.hit.v[lane]);
-                (out.model[at], out.triangle[at]) = (part.model, part.first + both.hit.prim_id[lane]);
+                (out.t[at], out.u[at], out.v[at]) = (both.ray.tfar[lane], hit.u[lane], hit.v[lane]);
+                (out.model[at], out.triangle[at]) = name(met);
             }
         }
     }
+}
 
-    /// Sets the bits of rays that models which move block: those that are set already are not traced.
-    pub(super) fn blocked_by_time<const N: usize>(
-        &self,
-        (rays, times): (&RayBatch, &[f32; TIMES]),
-        question: &Question,
-        blocked: &mut [u16],
-    ) {
-        let Question { scene, mask, purpose, coherence } = *question;
-        let mut ray = Ray { mask: [mask; N], ..Ray::<N>::default() };
-        let sorted = ByTime::new(rays, times, |number, lanes| lanes & !blocked[number]);
-        for (numbers, time) in sorted.packets::<N>() {
-            gather(&mut ray, rays, (numbers, time));
-            for (end, number) in ray.tfar.iter_mut().zip(numbers) {
-                *end = rays.packet(*number as usize / LANES).far[*number as usize % LANES];
-            }
-            let (valid, way) = (Valid::first(numbers.len()), way_of(numbers.len(), coherence));
-            match purpose {
-                Purpose::Shadow => scene.occluded(&valid, &mut ray, way),
-                Purpose::Sight => scene.occluded_past(&valid, &mut ray, way, &|lane, met| {
-                    let number = numbers[lane] as usize;
-                    self.is_own(rays.packet(number / LANES), number % LANES, met)
-                }),
-            }
-            for (end, number) in ray.tfar.iter().zip(numbers) {
-                // Embree sets the end of a ray that is blocked to minus infinity
-                let is_blocked = u16::from(*end == f32::NEG_INFINITY);
-                blocked[*number as usize / LANES] |= is_blocked << (*number as usize % LANES);
-            }
+/// Sets the bits of rays that the scene blocks: those that are set already are not traced. `is_own` tells whether a ray of a packet has met its own
+/// sample, where that counts for nothing.
+pub fn blocked<const N: usize>(
+    (scene, way): (Committed<'_>, EmbreeCoherence),
+    rays: &RayBatch,
+    (mask, purpose): (u32, Purpose),
+    (times, least_t): (&[f32; TIMES], f32),
+    blocked: &mut [u16],
+    is_own: impl Fn(&RayPacket, usize, PrimId) -> bool,
+) {
+    let mut ray = Ray { mask: [mask; N], ..Ray::<N>::default() };
+    let sorted = ByTime::new(rays, times, |number, lanes| lanes & !blocked[number]);
+    for (numbers, time) in sorted.packets::<N>() {
+        gather(&mut ray, rays, (numbers, time), least_t);
+        for (end, number) in ray.tfar.iter_mut().zip(numbers) {
+            *end = rays.packet(*number as usize / LANES).far[*number as usize % LANES];
+        }
+        let (valid, way) = (Valid::first(numbers.len()), way_of(numbers.len(), way));
+        match purpose {
+            Purpose::Shadow => scene.occluded(&valid, &mut ray, way),
+            Purpose::Sight => scene.occluded_past(&valid, &mut ray, way, &|lane, met| {
+                let number = numbers[lane] as usize;
+                is_own(rays.packet(number / LANES), number % LANES, met)
+            }),
+        }
+        for (end, number) in ray.tfar.iter().zip(numbers) {
+            // Embree sets the end of a ray that is blocked to minus infinity
+            let is_blocked = u16::from(*end == f32::NEG_INFINITY);
+            blocked[*number as usize / LANES] |= is_blocked << (*number as usize % LANES);
         }
     }
 }

@@ -48,7 +48,7 @@ impl Deforming {
         mesh: &Arc<Mesh>,
         with_casters: bool,
     ) -> Result<Self, TraceError> {
-        let positions = positions(mesh, &Shape::FIRST);
+        let positions = vertices_in(mesh, &Shape::FIRST);
         Ok(Self {
             model,
             mesh: Arc::clone(mesh),
@@ -64,7 +64,7 @@ impl Deforming {
 
     /// Scenes of the first shape, for the instances that place the model.
     pub fn first(&mut self, device: &Device) -> Result<&Frozen, TraceError> {
-        let positions = positions(&self.mesh, &Shape::FIRST);
+        let positions = vertices_in(&self.mesh, &Shape::FIRST);
         let first = self.freeze(device, &Vertices::Still(&positions), BuildQuality::Refit)?;
         self.shapes = Some(Chord::FIRST.ends);
         Ok(self.refitted.insert(first))
@@ -100,10 +100,10 @@ impl Deforming {
         };
         // a scene that an instance places cannot be changed
         show(self.instances, [Some(&self.nothing); 2])?;
-        let positions = positions(&self.mesh, &chord.ends[0]);
+        let positions = vertices_in(&self.mesh, &chord.ends[0]);
         let anew;
         let shown = if !chord.is_still() {
-            let later = self::positions(&self.mesh, &chord.ends[1]);
+            let later = vertices_in(&self.mesh, &chord.ends[1]);
             let vertices = Vertices::Moving([positions, later], pose.sweeps.groups());
             anew = self.freeze(device, &vertices, BuildQuality::Low)?;
             Some(&anew)
@@ -142,7 +142,7 @@ impl Deforming {
     }
 }
 
-fn positions(mesh: &Mesh, shape: &Shape) -> Arc<VertexBuffer> {
+fn vertices_in(mesh: &Mesh, shape: &Shape) -> Arc<VertexBuffer> {
     let of_shape = |shapes: &Arc<Shapes>| Arc::new(VertexBuffer::new(shapes.positions(shape)));
     mesh.shapes.as_ref().map_or_else(|| Arc::clone(&mesh.positions), of_shape)
 }
