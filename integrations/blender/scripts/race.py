@@ -32,7 +32,7 @@ CYCLES = {False: (16, 32, 64), True: (16, 32)}
 """Samples a pixel, of raw and of denoised pictures."""
 OURS = ((2, 4, 4), (4, 1, 1), (4, 4, 4))
 """Samples (N x N), paths, reflected paths."""
-THRESHOLDS = (4.0, 2.0, 1.0)
+THRESHOLDS = (8.0, 4.0, 2.0)
 """Noise thresholds, in percent."""
 REFERENCE = (12, 8, 8)
 """The same, of a picture whose error is next to none."""

@@ -99,6 +99,7 @@ class Stills(test_jobs.FakeRenderer):
         shader = material.node_tree.nodes["Principled BSDF"]
         picture = material.node_tree.nodes.new("ShaderNodeTexImage")
         picture.image = bpy.data.images.new("Picture", 4, 4)
+        picture.image.pack()
         material.node_tree.links.new(picture.outputs[0], shader.inputs["Base Color"])
         lamp = support.add(scene, "Lamp", bpy.data.lights.new("Lamp", "POINT"))
         scene.world = bpy.data.worlds.new("World")
