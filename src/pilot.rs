@@ -17,8 +17,9 @@
 use serde::Serialize;
 
 use crate::film::Film;
-use crate::frame::{Built, RenderError, Renderer};
+use crate::frame::{self, Built, RenderError, Renderer};
 use crate::layers::Layers;
+use crate::memory;
 use crate::scene::{Material, Scene, Shot};
 use crate::settings::{Budget, Filter, MOST_PATHS, MOST_REFLECTIONS, MOST_SAMPLES, Mode, Settings, Wanted};
 use crate::stats::FrameStats;
@@ -151,12 +152,19 @@ impl Measured {
     }
 }
 
-/// Chooses counts for `shot` with these settings, of which those that are not free stay. `None` if the settings want no error.
+/// Chooses counts for `shot` with these settings, of which those that are not free stay. `None` if the settings want no error, or if there is no
+/// memory for a small picture.
 ///
 /// # Errors
 /// If a small picture cannot be rendered.
 pub fn choose(kind: BackendKind, shot: &Shot, settings: &Settings) -> Result<Option<Choice>, RenderError> {
     let Some(wanted) = settings.wanted else { return Ok(None) };
+    let small = small(settings, divisor(settings), REFERENCE);
+    let need = frame::need(shot, &small, kind, CHAIN, rayon::current_num_threads());
+    if need.check(&memory::left()).is_err() {
+        // the shot itself has no room either, and who renders it says what would help
+        return Ok(None);
+    }
     let sources = sources(&shot.scene, settings, &wanted);
     let measured = measure(kind, shot, settings, &sources)?;
     Ok(Some(best(&measured, &wanted, settings, &sources)))
@@ -253,12 +261,12 @@ fn measure(
     settings: &Settings,
     sources: &[Source],
 ) -> Result<Measured, RenderError> {
-    let divisor = (settings.data_window().pixels() as f64 / MOST_PIXELS as f64).sqrt().ceil().max(1.0);
+    let divisor = divisor(settings);
     let frames = pilot_frames(shot);
     let mut pictures = Pictures { kind, frames: &frames, built: None };
     let with_more = |source: Option<Source>, samples: u32| {
         let count = |of: Source| if source == Some(of) { MORE } else { 1 };
-        let mut small = small(settings, divisor as u32, samples);
+        let mut small = small(settings, divisor, samples);
         let mut scene = shot.scene.clone();
         for of in sources {
             match of {
@@ -303,7 +311,7 @@ fn measure(
         let fixed = (rays_of_first[kind] - rays[kind].iter().sum::<f64>()).max(0.0) + work[kind];
         Cost { fixed, rays: rays[kind] }
     };
-    Ok(Measured { edges: edges / divisor, even, noise, costs: [cost(0), cost(1)], length })
+    Ok(Measured { edges: edges / f64::from(divisor), even, noise, costs: [cost(0), cost(1)], length })
 }
 
 /// Frames of the shot of which small pictures are made: chains without a cut, which begin after a third of them and after two thirds, or
@@ -317,6 +325,12 @@ fn pilot_frames(shot: &Shot) -> Vec<Vec<i32>> {
         std::iter::once(&all[begin]).chain(whole).copied().collect()
     };
     begins.into_iter().map(chain).collect()
+}
+
+/// Divisor of the sides of small pictures.
+fn divisor(settings: &Settings) -> u32 {
+    let times_too_large = settings.data_window().pixels() as f64 / MOST_PIXELS as f64;
+    times_too_large.sqrt().ceil().max(1.0) as u32
 }
 
 /// Settings of a small picture of one eye.

@@ -239,7 +239,7 @@ impl EmbreeBackend {
         let identity = Transform::IDENTITY.columns();
         let seen_by = seen_by(model);
         let mask = mask::of_instance(seen_by, true);
-        let bounds = Bounds::of(&model.mesh);
+        let bounds = frozen.bounds;
         let placed = |id| Instance { id, model: number as usize, seen_by, bounds };
         let instance = self.movable.attach_instance(&frozen.scene, identity, mask)?;
         debug_assert_eq!(instance.0 as usize, self.instance_parts.len());
@@ -375,8 +375,12 @@ impl Tracer for EmbreeTracer<'_> {
 /// Returns true if models that stand still lie in each other.
 fn has_still_twins(scene: &Scene) -> bool {
     let still = scene.models.iter().filter(|model| model.track.is_constant());
+    // copies share their mesh
+    let mut bounds = HashMap::new();
+    let mut bounds_of =
+        |mesh: &Arc<Mesh>| *bounds.entry(Arc::as_ptr(mesh)).or_insert_with(|| Bounds::of(mesh));
     let placed: Vec<(Bounds, Transform)> =
-        still.map(|model| (Bounds::of(&model.mesh), model.track.at(0.0))).collect();
+        still.map(|model| (bounds_of(&model.mesh), model.track.at(0.0))).collect();
     are_twins(placed.iter().map(|(bounds, place)| (*bounds, place)))
 }
 

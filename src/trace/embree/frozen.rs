@@ -41,6 +41,13 @@ impl Vertices<'_> {
         })
     }
 
+    fn first(&self) -> &Arc<VertexBuffer> {
+        match self {
+            Self::Still(positions) => positions,
+            Self::Moving([first, _], _) => first,
+        }
+    }
+
     /// Positions at one of their times at which the mesh is flat, if it ever is.
     fn flat(&self) -> Option<&Arc<VertexBuffer>> {
         let all = match self {
@@ -56,6 +63,8 @@ pub struct Frozen {
     pub scene: Arc<FrozenScene>,
     /// First triangle by geometry id.
     pub firsts: [u32; MOST_PARTS],
+    /// Box around the mesh when it was built, object space.
+    pub bounds: Bounds,
     /// Scene of the triangles that cast shadows, if it is wanted and there are any.
     pub casters: Option<Arc<FrozenScene>>,
     /// Number of the mesh's parts, and of those that cast shadows: the first geometries of `scene`, and of `casters`.
@@ -104,7 +113,8 @@ pub fn freeze(
         Some(casters.freeze()?)
     };
     let [parts, casting] = [parts.len(), casting].map(|count| count as u32);
-    Ok(Frozen { scene, firsts, casters, parts, casting, has_spacer: spacer.is_some() })
+    let bounds = around(vertices.first());
+    Ok(Frozen { scene, firsts, bounds, casters, parts, casting, has_spacer: spacer.is_some() })
 }
 
 impl Frozen {

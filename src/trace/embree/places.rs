@@ -1,7 +1,5 @@
 //! Transforms and masks of instances in a frame.
 
-use std::collections::HashSet;
-
 use embree::{GeometryId, Scene as EmbreeScene};
 
 use super::mask;
@@ -37,11 +35,18 @@ pub fn has_twins(instances: &[Instance], pose: &Pose) -> bool {
 /// A tree above several meshes or instances is built by several threads, which put equal boxes into the order in which they come (Embree
 /// 4.4, `kernels/bvh/bvh_builder_twolevel.cpp`); and where a ray meets both at the same t, that order decides. So it is not left to it.
 pub fn are_twins<'a>(placed: impl Iterator<Item = (Bounds, &'a Transform)>) -> bool {
-    let mut known = HashSet::new();
-    placed.into_iter().any(|(Bounds { low, high }, place)| {
-        let corners = [low, high].map(|end| end.to_array().map(f32::to_bits));
-        !known.insert((place.columns().map(f32::to_bits), corners))
-    })
+    // two that are taken for twins by chance are met more slowly, and nothing else
+    let digest = |(Bounds { low, high }, place): (Bounds, &Transform)| {
+        let corners = [low, high].map(|end| end.to_array());
+        let numbers = place.columns();
+        let all = numbers.iter().chain(corners.as_flattened());
+        all.fold(0_u64, |digest, number| {
+            (digest ^ u64::from(number.to_bits())).wrapping_mul(0x9e37_79b9_7f4a_7c15).rotate_left(29)
+        })
+    };
+    let mut digests: Vec<u64> = placed.map(digest).collect();
+    digests.sort_unstable();
+    digests.windows(2).any(|pair| pair[0] == pair[1])
 }
 
 /// Times of rays at each tick, if anything moves: those of Embree's keys, at which an instance is exactly where the key says.
