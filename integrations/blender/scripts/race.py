@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Times a shot at several qualities: Cycles with persistent data, and Afterimage, export and files included.
 
-    python integrations/blender/scripts/race.py FOLDER [--shot SHOT] [--blur] [--error] [--width WIDTH] [--reference SAMPLES]
+    python integrations/blender/scripts/race.py FOLDER [--shot SHOT] [--blur] [--error] [--stills] [--width WIDTH] [--reference SAMPLES]
 
 Shots:
     room        a camera that travels past things that rest, 48 frames: the scene of compare_cycles.py, without its glass
@@ -9,7 +9,8 @@ Shots:
     character   a body that bends by its bones, two lamps, and a world, 10 frames
     flock       300 instances that fly, 10 frames
 
---blur: with motion blur, half a frame long. --error: counts of ours follow from noise thresholds. Both renderers have a filter of one pixel. The error is that of three frames against a picture of
+--blur: with motion blur, half a frame long. --error: counts of ours follow from noise thresholds.
+--stills: instead, how long the first ten frames take as an animation, and one by one as scripts render them. Both renderers have a filter of one pixel. The error is that of three frames against a picture of
 the same renderer that has next to none, with REFERENCE samples in Cycles (1024): root of the mean square difference, over the mean, of the three
 on the mean. How far apart these pictures are is said first. Between the measured qualities time and error are interpolated by their
 logarithms. Needs a Python with bpy and afterimage.
@@ -145,17 +146,46 @@ def time_at(points, error):
     return float(np.exp(times[pick] + share * (times[pick + 1] - times[pick])))
 
 
+def stills(scene, folder):
+    """Seconds of the first ten frames as an animation and one by one, each the lesser of two."""
+    scene.frame_end, scene.render.engine = min(scene.frame_end, 10), "AFTERIMAGE"
+
+    def animation():
+        scene.render.filepath = os.path.join(folder, "animation.####")
+        bpy.ops.render.render(animation=True)
+
+    def one_by_one():
+        for frame in range(1, scene.frame_end + 1):
+            scene.frame_set(frame)
+            scene.render.filepath = os.path.join(folder, f"still.{frame}")
+            bpy.ops.render.render(write_still=True)
+
+    taken = {}
+    for way in (animation, one_by_one, animation, one_by_one):
+        support.extension().session.end()
+        start = time.perf_counter()
+        way()
+        taken.setdefault(way, []).append(time.perf_counter() - start)
+    return min(taken[animation]), min(taken[one_by_one])
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("folder", type=os.path.abspath)
     parser.add_argument("--shot", choices=SHOTS, default="room")
     parser.add_argument("--blur", action="store_true")
     parser.add_argument("--error", action="store_true")
+    parser.add_argument("--stills", action="store_true")
     parser.add_argument("--width", type=int, default=240)
     parser.add_argument("--reference", type=int, default=1024)
     options = parser.parse_args()
     folder = options.folder
     scene, checked = build(options)
+    if options.stills:
+        animation, one_by_one = stills(scene, folder)
+        print(f"{options.shot}: animation {animation:.2f} s, one by one {one_by_one:.2f} s: {one_by_one / animation:.2f} times")
+        sys.stdout.flush()
+        os._exit(0)
     right = {engine: dict(zip(checked, pictures(scene, folder, engine, quality, checked))) for engine, quality in (("CYCLES", options.reference), ("AFTERIMAGE", REFERENCE))}
     apart = error_of(right["AFTERIMAGE"].values(), right["CYCLES"].values())
     print(f"{options.shot}{', blur' if options.blur else ''}: what both have next to no error of is {100 * apart:.1f} % apart", flush=True)
