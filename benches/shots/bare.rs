@@ -130,7 +130,7 @@ impl Bare {
         let pose = Pose::new(scene, frame);
         for (instance, model) in self.instances.iter().enumerate() {
             let columns = pose.models[*model as usize].columns();
-            self.movable.set_instance_transforms(GeometryId(instance as u32), &[columns])?;
+            self.movable.set_instance_transforms(GeometryId(instance as u32), &[columns], [0.0, 1.0])?;
         }
         let scenes = Scenes {
             still: self.still.commit()?,

@@ -272,6 +272,7 @@ impl Backend for EmbreeBackend {
             width: self.width,
             clear_passes: self.clear_passes,
             times: times(pose),
+            is_by_time: !pose.sweeps.are_straight(),
             twins: [self.has_still_twins, has_twins(&self.instances, pose)],
         }))
     }
@@ -307,6 +308,8 @@ struct EmbreeTracer<'a> {
     clear_passes: bool,
     /// Times of rays by their ticks, if it matters.
     times: Option<[f32; TICKS]>,
+    /// True if rays of different times do not go [together](by_time).
+    is_by_time: bool,
     /// True if models that stand still, or that move, [lie in each other](are_twins): of these the least is met.
     twins: [bool; 2],
 }
@@ -412,7 +415,7 @@ impl EmbreeTracer<'_> {
         let is_bounced = coherence == Coherence::Bounced;
         let [of_still, of_movable] = self.twins.map(|has_twins| has_twins || is_bounced);
         // single rays are of one time in any case
-        let times = self.times.as_ref().filter(|_| coherence != Coherence::Incoherent);
+        let times = self.times.as_ref().filter(|_| self.is_by_time && coherence != Coherence::Incoherent);
         let later = movable.zip(times);
         let movable = movable.filter(|_| later.is_none());
         let asked = || {
@@ -474,7 +477,7 @@ impl EmbreeTracer<'_> {
         blocked: &mut [u16],
     ) {
         let Question { scene, mask, purpose, coherence } = *question;
-        if let Some(times) = self.times.as_ref().filter(|_| by != Occluders::Still) {
+        if let Some(times) = self.times.as_ref().filter(|_| self.is_by_time && by != Occluders::Still) {
             let is_own = |packet: &RayPacket, lane: usize, met: PrimId| self.is_own(packet, lane, met);
             let (asked, of_ray) = ((scene, coherence), (mask, purpose));
             return by_time::blocked::<N>(asked, rays, of_ray, (times, LEAST_T), blocked, is_own);

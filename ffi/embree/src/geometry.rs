@@ -98,9 +98,7 @@ impl Geometry {
                 "a mesh has {first} vertices at its first step, and {second} at its second"
             )));
         }
-        if !times.iter().all(|time| time.is_finite()) || times[0] >= times[1] {
-            return Err(Error::invalid_argument(format!("times of steps rise, and {times:?} do not")));
-        }
+        check_times(times)?;
         Self::with_steps(device, Steps::Two(vertices, times), indices, mask)
     }
 
@@ -252,6 +250,14 @@ impl MeshHandle {
     }
 }
 
+/// Times of rays at which steps of motion may be.
+pub(crate) fn check_times(times: [f32; 2]) -> Result<(), Error> {
+    if times.iter().all(|time| time.is_finite()) && times[0] < times[1] {
+        return Ok(());
+    }
+    Err(Error::invalid_argument(format!("times of steps rise, and {times:?} do not")))
+}
+
 /// Owns one reference to an Embree geometry.
 #[derive(Debug)]
 pub(crate) struct Handle {
@@ -306,10 +312,14 @@ impl Handle {
         }
     }
 
-    /// Sets an instance's transforms at equal steps of time, 129 at most: 3 rows, 4 columns, column after column.
-    pub(crate) fn set_transforms(&mut self, transforms: &[[f32; 12]]) {
+    /// Sets an instance's transforms at equal steps from the first of the `times` to the last, 129 at most: 3 rows, 4 columns, column after
+    /// column.
+    pub(crate) fn set_transforms(&mut self, transforms: &[[f32; 12]], [first, last]: [f32; 2]) {
         // SAFETY: the geometry is live.
-        unsafe { sys::rtcSetGeometryTimeStepCount(self.raw, transforms.len() as u32) };
+        unsafe {
+            sys::rtcSetGeometryTimeStepCount(self.raw, transforms.len() as u32);
+            sys::rtcSetGeometryTimeRange(self.raw, first, last);
+        }
         for (step, transform) in (0..).zip(transforms) {
             // SAFETY: the geometry is live and has this step, and Embree copies the 12 floats.
             unsafe {

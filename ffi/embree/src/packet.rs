@@ -104,7 +104,7 @@ pub struct Ray<const N: usize> {
     pub dir_y: [f32; N],
     /// Directions, world space, of any length.
     pub dir_z: [f32; N],
-    /// Times, from 0 to 1, at which instances are met that have [several transforms](crate::Scene::set_instance_transforms).
+    /// Times at which instances are met that have [several transforms](crate::Scene::set_instance_transforms).
     pub time: [f32; N],
     /// End of the segment. `intersect` moves it to the hit, `occluded` sets it to minus infinity.
     pub tfar: [f32; N],

@@ -2,7 +2,7 @@
 
 use crate::device::Device;
 use crate::error::{Error, ErrorCode};
-use crate::geometry::{Geometry, Handle, MeshHandle, VertexBuffer};
+use crate::geometry::{Geometry, Handle, MeshHandle, VertexBuffer, check_times};
 use crate::quality::BuildQuality;
 use crate::query::Committed;
 use embree4_sys as sys;
@@ -12,6 +12,9 @@ use std::sync::Arc;
 /// [left out](Scene::skip_ids_to). It is `geom_id` of a hit in a mesh of the scene itself, and `inst_id` of a hit in an instance.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct GeometryId(pub u32);
+
+/// Times of all rays.
+const ALL_TIMES: [f32; 2] = [0.0, 1.0];
 
 /// A scene that can be changed. It answers rays only through [`Committed`], which borrows it.
 #[derive(Debug)]
@@ -28,7 +31,7 @@ pub struct Scene {
 #[derive(Debug)]
 enum Attached {
     Mesh { mesh: MeshHandle, mask: u32 },
-    Instance { handle: Handle, transforms: Vec<[f32; 12]>, mask: u32, of: Arc<FrozenScene> },
+    Instance { handle: Handle, transforms: Vec<[f32; 12]>, times: [f32; 2], mask: u32, of: Arc<FrozenScene> },
 }
 
 /// A scene that was committed, and cannot be changed while anybody has it. Instances place it in other scenes.
@@ -103,36 +106,44 @@ impl Scene {
         // SAFETY: both are live and of one device; `of` in `attached` keeps the child alive longer than this scene.
         unsafe { sys::rtcSetGeometryInstancedScene(handle.raw(), of.scene.raw.0) };
         handle.set_mask(mask);
-        handle.set_transforms(&[transform]);
+        handle.set_transforms(&[transform], ALL_TIMES);
         handle.commit();
         self.device.take_error()?;
         let id = self.attach_handle(&handle)?;
         let (transforms, of) = (vec![transform], Arc::clone(of));
-        self.attached.push(Some(Attached::Instance { handle, transforms, mask, of }));
+        self.attached.push(Some(Attached::Instance { handle, transforms, times: ALL_TIMES, mask, of }));
         Ok(id)
     }
 
     /// Moves an instance; see [`attach_instance`](Self::attach_instance). The same transforms again are no change.
     ///
-    /// Of several transforms the first is that at time 0 of rays and the last that at time 1, with equal steps between
-    /// them. At a step an instance is exactly where its transform says if the number of steps is a power of two.
+    /// Of several transforms the first is that at the first of the `times` of rays, and the last that at the last, with equal steps between
+    /// them; rays before and after meet nothing. At a step between 0 and 1 an instance is exactly where its transform says if the number of
+    /// steps is a power of two.
     ///
     /// # Errors
-    /// If `id` is no instance of this scene, if a transform is not finite, or if there are none or more than 129.
-    pub fn set_instance_transforms(&mut self, id: GeometryId, transforms: &[[f32; 12]]) -> Result<(), Error> {
+    /// If `id` is no instance of this scene, if a transform is not finite, if there are none or more than 129, or if `times` do not rise.
+    pub fn set_instance_transforms(
+        &mut self,
+        id: GeometryId,
+        transforms: &[[f32; 12]],
+        times: [f32; 2],
+    ) -> Result<(), Error> {
         const MOST: usize = sys::RTC_MAX_TIME_STEP_COUNT as usize;
         if transforms.is_empty() || transforms.len() > MOST {
             let text = format!("an instance has 1 to {MOST} transforms, not {}", transforms.len());
             return Err(Error::invalid_argument(text));
         }
         transforms.iter().try_for_each(check_transform)?;
-        let Attached::Instance { handle, transforms: old, .. } = self.find(id)? else {
+        check_times(times)?;
+        let Attached::Instance { handle, transforms: old, times: old_times, .. } = self.find(id)? else {
             let text = format!("geometry {} is a mesh, and only instances have a transform", id.0);
             return Err(Error::new(ErrorCode::InvalidOperation, text));
         };
-        if *old != transforms {
+        if *old != transforms || *old_times != times {
             transforms.clone_into(old);
-            handle.set_transforms(transforms);
+            *old_times = times;
+            handle.set_transforms(transforms, times);
             handle.commit();
             self.changed = true;
         }

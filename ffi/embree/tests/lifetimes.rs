@@ -71,9 +71,12 @@ fn misuse_of_a_scene_is_an_error() {
         |act: &dyn Fn(&mut Scene) -> Result<(), embree::Error>| act(&mut scene).unwrap_err().code();
 
     let nan = moved(f32::NAN, 0.0, 0.0);
-    assert_eq!(code(&|s| s.set_instance_transforms(placed, &[nan])), ErrorCode::InvalidArgument);
+    assert_eq!(code(&|s| s.set_instance_transforms(placed, &[nan], [0.0, 1.0])), ErrorCode::InvalidArgument);
     assert_eq!(code(&|s| s.attach_instance(&child, nan, 1).map(drop)), ErrorCode::InvalidArgument);
-    assert_eq!(code(&|s| s.set_instance_transforms(plain, &[IDENTITY])), ErrorCode::InvalidOperation);
+    assert_eq!(
+        code(&|s| s.set_instance_transforms(plain, &[IDENTITY], [0.0, 1.0])),
+        ErrorCode::InvalidOperation
+    );
     assert_eq!(code(&|s| s.set_mask(GeometryId(2), 1)), ErrorCode::InvalidArgument);
     let few = Arc::new(VertexBuffer::new(UNIT_TRIANGLE[..2].to_vec()));
     assert_eq!(code(&|s| s.set_vertices(plain, &few)), ErrorCode::InvalidArgument);
@@ -158,7 +161,7 @@ fn threads_build_and_trace_at_the_same_time() {
                     scene.attach(&shared).unwrap();
                     let id = scene.attach_instance(&child, moved(3.0, 0.0, 0.0), 1).unwrap();
                     assert_eq!(hits(scene.commit().unwrap()), 16);
-                    scene.set_instance_transforms(id, &[moved(i as f32, 0.0, 0.0)]).unwrap();
+                    scene.set_instance_transforms(id, &[moved(i as f32, 0.0, 0.0)], [0.0, 1.0]).unwrap();
                     let tracer = scene.commit().unwrap();
                     std::thread::scope(|more| {
                         more.spawn(move || assert_eq!(hits(tracer), 16));

@@ -1,7 +1,7 @@
-//! Queries of models that move within an exposure: rays of one time together.
+//! Queries of models whose ways through an exposure bend: rays of one time together.
 //!
-//! Neighbours see at times that lie far apart, and Embree takes such rays through different nodes: packets of them take seven times as long as packets
-//! of one time, and twice as long as single rays (300 instances with 17 keys, Embree 4.4). So rays are sorted by their times here, and packets are made of
+//! Neighbours see at times that lie far apart, and where an instance has a key for each of them Embree takes such rays through different nodes: packets of
+//! them take seven times as long as packets with two keys, and twice as long as single rays (300 instances with 17 keys, Embree 4.4). So rays are sorted by their times here, and packets are made of
 //! those of each. What stands still is asked before, by the packets as they come.
 
 use embree::{Coherence as EmbreeCoherence, Committed, INVALID, PrimId, Ray, RayHit, Valid};

@@ -7,6 +7,7 @@ use glam::Vec3;
 
 use super::mask;
 use super::pieces::Pieces;
+use super::places::times_of_ends;
 use crate::geometry::Bounds;
 use crate::scene::cutout::{Asks, CutoutTest};
 use crate::scene::{Mesh, RayKinds};
@@ -34,9 +35,7 @@ impl Vertices<'_> {
         Ok(match self {
             Self::Still(positions) => Geometry::triangles(device, Arc::clone(positions), triangles, mask)?,
             Self::Moving(ends, groups) => {
-                // a group's rays have the time when it begins, and see what is there in its middle: both are exact
-                let ahead = 0.5 / *groups as f32;
-                Geometry::moving_triangles(device, ends.clone(), [-ahead, 1.0 - ahead], triangles, mask)?
+                Geometry::moving_triangles(device, ends.clone(), times_of_ends(*groups), triangles, mask)?
             }
         })
     }

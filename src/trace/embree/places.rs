@@ -8,7 +8,11 @@ use crate::exposure::{TICKS, Tick};
 use crate::geometry::Bounds;
 use crate::pose::Pose;
 use crate::scene::RayKinds;
+use crate::sweep::Way;
 use crate::trace::TraceError;
+
+/// Times of the first and the last of several keys.
+const ALL_TIMES: [f32; 2] = [0.0, 1.0];
 
 /// Number of different times of rays, at most: multiples of a share of 1.
 pub const TIMES: usize = TICKS;
@@ -49,7 +53,14 @@ pub fn are_twins<'a>(placed: impl Iterator<Item = (Bounds, &'a Transform)>) -> b
     digests.windows(2).any(|pair| pair[0] == pair[1])
 }
 
-/// Times of rays at each tick, if anything moves: those of Embree's keys, at which an instance is exactly where the key says.
+/// Times at which an exposure begins and is over. A group's rays have the time when it begins, and see what is there in its middle.
+pub fn times_of_ends(groups: usize) -> [f32; 2] {
+    let ahead = 0.5 / groups as f32;
+    [-ahead, 1.0 - ahead]
+}
+
+/// Times of rays at each tick, if anything moves: those of Embree's keys where there is one for each group, so that an instance is exactly
+/// where the key says.
 pub fn times(pose: &Pose) -> Option<[f32; TICKS]> {
     let groups = pose.sweeps.groups() as f32;
     let time = |tick| pose.sweeps.group(tick as Tick) as f32 / groups;
@@ -65,17 +76,23 @@ pub fn set_places(
 ) -> Result<(), TraceError> {
     for Instance { id, model, seen_by, .. } in instances {
         let transform = &pose.models[*model];
-        let sweep: Vec<[f32; 12]> =
-            pose.sweeps.of(*model).unwrap_or_default().iter().map(Transform::columns).collect();
         let mask =
             if transform.is_visible { mask::of_instance(*seen_by, moved[*model]) } else { mask::HIDDEN };
-        match sweep.last() {
-            // of the last key nothing is seen: no ray is that late
-            Some(last) => {
-                let keys: Vec<[f32; 12]> = sweep.iter().chain([last]).copied().collect();
-                scene.set_instance_transforms(*id, &keys)?;
+        match pose.sweeps.way(*model) {
+            Some(Way::Straight([open, close])) if open.to_world != close.to_world => {
+                let keys = [open, close].map(Transform::columns);
+                scene.set_instance_transforms(*id, &keys, times_of_ends(pose.sweeps.groups()))?;
             }
-            None => scene.set_instance_transforms(*id, &[transform.columns()])?,
+            Some(Way::Straight([rests, _])) => {
+                scene.set_instance_transforms(*id, &[rests.columns()], ALL_TIMES)?;
+            }
+            Some(Way::Bent(places)) => {
+                // of the last key nothing is seen: no ray is that late
+                let keys: Vec<[f32; 12]> =
+                    places.iter().chain(places.last()).map(Transform::columns).collect();
+                scene.set_instance_transforms(*id, &keys, ALL_TIMES)?;
+            }
+            None => scene.set_instance_transforms(*id, &[transform.columns()], ALL_TIMES)?,
         }
         scene.set_mask(*id, mask)?;
     }
