@@ -47,6 +47,11 @@ class AfterimageEngine(bpy.types.RenderEngine):
                 traceback.print_exc()
                 self._fail(f"{kind}: {error}")
 
+    def render_frame_finish(self):
+        """Ends a frame, all its view layers. Blender says before each frame of an animation that it is one, and never takes it back: an
+        engine that persistent data keeps would take the stills that follow for more of the animation, and each would be exported by itself."""
+        self.is_animation = False
+
     def _fail(self, message):
         """Ends the render with an error, in the picture's header and in the reports of whoever called for it."""
         self.report({"ERROR"}, f"Afterimage: {message}")

@@ -59,6 +59,12 @@ def may_change(owner):
     return any(holder.animation_data for holder in (owner, *trees_of(owner)))
 
 
+def ray_visibility_of(owner):
+    """Settings of Cycles that say which rays see a world; None if there are none. They are those of the original unless something animates it:
+    Blender 4.2 does not notice that they are set, so that what persistent data keeps has them as they were."""
+    return getattr(owner if may_change(owner) else owner.original, "cycles_visibility", None)
+
+
 def surroundings_of(world, time):
     """What a world depends on beside its own values: where the objects are that it refers to, and the time, if it shows movies."""
     nodes = [node for tree in trees_of(world) for node in tree.nodes]
@@ -92,7 +98,7 @@ def settings_of(data, but=frozenset()):
 
 def state_of(owner):
     """All that the nodes of a material or world show depends on, as text: what they are set to, their links and their pictures."""
-    of_cycles = getattr(owner, "cycles_visibility", None)
+    of_cycles = ray_visibility_of(owner)
     found = [values_of(owner), settings_of(of_cycles) if of_cycles else []]
     for tree in trees_of(owner):
         ends = [(link.from_node.name, link.from_socket.identifier, link.to_node.name, link.to_socket.identifier, link.is_muted) for link in tree.links]

@@ -6,7 +6,7 @@ import math
 import numpy as np
 
 from . import toml, world_bake
-from .at_rest import state_of, surroundings_of, trees_of
+from .at_rest import ray_visibility_of, state_of, surroundings_of, trees_of
 from .images import path_of
 from .nodes import Evaluator, constant
 from .surfaces import light_of
@@ -40,7 +40,7 @@ class World:
 
     def _visibility(self, world):
         """Reads which rays see the world."""
-        of_cycles = getattr(world, "cycles_visibility", None)
+        of_cycles = ray_visibility_of(world)
         self.is_seen = getattr(of_cycles, "camera", True)
         hidden = [kind for kind in ("diffuse", "glossy", "transmission") if not getattr(of_cycles, kind, True)]
         self.lights = len(hidden) < 3

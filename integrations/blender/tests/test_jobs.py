@@ -120,6 +120,17 @@ class Jobs(FakeRenderer):
         self.assertEqual([shot["render"]["frames"] for shot in self.shots], ["3-7x2"])
         self.assertEqual(self.ranges, [range(3, 8, 2)])
 
+    def test_each_view_layer_is_exported_once_for_all_frames(self):
+        self.scene.frame_end = 3
+        self.scene.view_layers.new("Other")
+        for is_kept in (False, True):
+            with self.subTest(is_kept=is_kept):
+                self.scene.render.use_persistent_data = is_kept
+                self.shots.clear()
+                self.scene.render.filepath = os.path.join(self.scratch.name, "f.####")
+                bpy.ops.render.render(animation=True)
+                self.assertEqual([shot["render"]["frames"] for shot in self.shots], ["1-3", "1-3"])
+
     def animate(self, holder, path, *values):
         """Gives a property a value in each frame, without passage from one to the next."""
         self.scene.frame_end = len(values)

@@ -42,6 +42,31 @@ class Stills(test_jobs.FakeRenderer):
         # the renderer was asked for all frames of a shot at once, and went on from one to the next
         self.assertEqual(self.asked, [list(range(1, 17)), list(range(17, 41))])
 
+    def animation(self, first, last):
+        """Renders an animation, of which nothing is counted."""
+        frames = self.scene.frame_start, self.scene.frame_end
+        self.scene.frame_start, self.scene.frame_end = first, last
+        self.scene.render.filepath = os.path.join(self.scratch.name, "f.####")
+        try:
+            bpy.ops.render.render(animation=True)
+        except RuntimeError:
+            pass  # one that fails
+        self.scene.frame_start, self.scene.frame_end = frames
+        self.shots.clear()
+        self.frames.clear()
+
+    def test_stills_after_an_animation_go_on_where_persistent_data_keeps_the_engine(self):
+        self.scene.render.use_persistent_data = True
+        self.animation(1, 3)
+        self.assertEqual(self.stills(1, 2, 3, 4, 5), ["1-16"])
+
+    def test_stills_after_an_animation_that_fails_go_on_as_well(self):
+        self.scene.render.use_persistent_data = True
+        kept, self.session.renderer = self.session.renderer, lambda: 1 / 0
+        self.animation(1, 3)
+        self.session.renderer = kept
+        self.assertEqual(self.stills(1, 2, 3, 4, 5), ["1-16"])
+
     def test_in_a_window_it_takes_three_stills_in_a_row(self):
         stills = support.extension().stills
         kept, stills.bpy = stills.bpy, types.SimpleNamespace(app=types.SimpleNamespace(background=False, handlers=bpy.app.handlers))
@@ -137,10 +162,20 @@ class Stills(test_jobs.FakeRenderer):
         }
 
     def test_whatever_a_script_changes_is_in_the_next_still(self):
+        self.check_changes()
+
+    def test_whatever_a_script_changes_is_in_the_next_still_where_persistent_data_keeps_the_scene(self):
+        self.check_changes(is_kept=True)
+
+    def check_changes(self, is_kept=False):
+        """Checks that a still shows each change. `is_kept`: with persistent data, which an animation has used before."""
         for name in self.changes():
             with self.subTest(name):
                 self.tearDown()
                 self.setUp()
+                if is_kept:
+                    self.scene.render.use_persistent_data = True
+                    self.animation(1, 2)
                 change = self.changes()[name]
                 self.assertEqual(self.stills(1, 2, 3), ["1-16"])
                 change()
