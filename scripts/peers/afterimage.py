@@ -8,7 +8,7 @@ import subprocess
 
 import numpy as np
 
-from . import measure
+from . import measure, places
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 FIRST_MEASURED = 5  # frame of a chain of inferred frames: before, the chain has only begun
@@ -56,6 +56,9 @@ def write_shot(path, place, light_samples=16, pixel_filter="box"):
     width, height = place["size"]
     lines = ["[render]", f"size = [{width}, {height}]", "samples = 1", f'filter = "{pixel_filter}"', "depth = 1"]
     lines += [f'frames = "1-{last_frame(place)}"', "[indirect]", "paths = 1", "[camera]", *keys(place)]
+    if "turn" in place:
+        half = place["turn"]["shutter"] / 2
+        lines += ["[shutter]", f"open = {-half}", f"close = {half}"]
     lines += ["[[model]]", f"obj = {json.dumps(place['scene'] + '/scene.obj')}"]
     if "sun" in place:
         # all light of MTL's convention is divided by pi
@@ -71,15 +74,21 @@ def write_shot(path, place, light_samples=16, pixel_filter="box"):
 
 def last_frame(place):
     """The frame that is compared, in which the camera stands as in the other renderers."""
-    return place["dolly"]["frames"] if "dolly" in place else 1
+    return next((place[move]["frames"] for move in ("dolly", "turn") if move in place), 1)
 
 
 def keys(place):
+    if "turn" in place:
+        for frame in places.turn_ends(place):
+            pitch, yaw = places.heading(place, frame)
+            yield f"[[camera.key]]\nframe = {frame}\neye = {place['eye']}\nrotation = {[pitch, yaw, 0.0]}\nfov = {place['fov']}"
+        return
+    lens = f"\naperture = {place['lens']['radius']}\nfocus = {place['lens']['focus']}" if "lens" in place else ""
     ends = [(last_frame(place), place["eye"], place["target"])]
     if "dolly" in place:
         ends.insert(0, (1, place["dolly"]["eye"], place["dolly"]["target"]))
     for frame, eye, target in ends:
-        yield f"[[camera.key]]\nframe = {frame}\neye = {eye}\ntarget = {target}\nfov = {place['fov']}"
+        yield f"[[camera.key]]\nframe = {frame}\neye = {eye}\ntarget = {target}\nfov = {place['fov']}{lens}"
 
 
 def panel(center, size, radiance, samples):

@@ -16,7 +16,7 @@ import bpy
 import mathutils
 import numpy as np
 
-from . import measure, scene
+from . import measure, places, scene
 
 # ways to denoise: quality, and how its guides are denoised beforehand; the first is Cycles' own choice
 DENOISING = {
@@ -52,6 +52,10 @@ def load(place):
     blender = bpy.context.scene
     blender.camera = add("camera", camera(place["fov"]))
     blender.camera.matrix_world = looking(place["eye"], place["target"])
+    if "turn" in place:
+        turn(blender, place)
+    if "lens" in place:
+        focus(blender.camera.data, **place["lens"])
     if "panel" in place:
         light = add("panel", panel(**place["panel"]))
         light.visible_camera = False
@@ -145,6 +149,26 @@ def looking(eye, target):
     columns = [right, back.cross(right), back, mathutils.Vector(eye)]
     rows = [[*(column[row] for column in columns)] for row in range(3)]
     return mathutils.Matrix([*rows, [0, 0, 0, 1]])
+
+
+def turn(blender, place):
+    """Lets the camera turn, with a shutter about the last frame, which becomes the scene's."""
+    blender.camera.rotation_mode = "XYZ"  # pitch first, then yaw: linear in yaw, it turns about the vertical axis
+    for frame in places.turn_ends(place):
+        blender.camera.rotation_euler = (*(math.radians(angle) for angle in places.heading(place, frame)), 0)
+        blender.camera.keyframe_insert("rotation_euler", frame=frame)
+    for curve in blender.camera.animation_data.action.layers[0].strips[0].channelbags[0].fcurves:
+        for key in curve.keyframe_points:
+            key.interpolation = "LINEAR"
+    blender.frame_set(place["turn"]["frames"])
+    render = blender.render
+    render.use_motion_blur, render.motion_blur_shutter, render.motion_blur_position = True, place["turn"]["shutter"], "CENTER"
+
+
+def focus(camera, focus, radius):
+    """Depth of field of a lens of this radius, in the scene's units, which are metres there; a lens's length is in millimetres."""
+    camera.dof.use_dof, camera.dof.focus_distance = True, focus
+    camera.dof.aperture_fstop = camera.lens / 1000 / (2 * radius)
 
 
 def panel(center, size, radiance):

@@ -56,8 +56,10 @@ def sensor(place, sampler):
     look_at = mi.ScalarTransform4f().look_at(origin=place["eye"], target=place["target"], up=[0, 1, 0])
     film = {"type": "hdrfilm", "width": width, "height": height, "pixel_format": "rgb", "component_format": "float32"}
     film["rfilter"] = {"type": "box"}
-    return {
-        "type": "perspective",
+    kind = {"type": "perspective"}
+    if "lens" in place:
+        kind = {"type": "thinlens", "aperture_radius": place["lens"]["radius"], "focus_distance": place["lens"]["focus"]}
+    return kind | {
         "fov": place["fov"],
         "fov_axis": "y",
         "near_clip": 1e-3,

@@ -11,11 +11,15 @@ import numpy as np
 from . import scene
 
 FRAMES = 24  # of the moves of the camera
+TURN, SHUTTER = 2.0, 0.5  # of a camera that turns: degrees a frame, and how much of a frame the shutter is open
+DISC = 5 / 180  # of a lens: the disc of a point twice as far away as what is in focus, as a share of the picture's height
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 
 
-def kitchen(folder, size, *, plate=False, roughness=None):
+def kitchen(folder, size, *, plate=False, roughness=None, camera="sharp"):
     """The kitchen under a panel at its ceiling, with a dolly into it of a centimetre a frame.
+
+    The `camera` may have a "lens" on this way; or it "turns" instead, where the dolly ends, with a shutter.
 
     With a `roughness` its materials reflect, and an even white sky shines in through its windows.
 
@@ -27,7 +31,7 @@ def kitchen(folder, size, *, plate=False, roughness=None):
     eye, target = np.array([1.211, 1.80475, 3.85239]), np.array([0.335, 1.72, 2.056])
     way = FRAMES - 1
     lit = {} if roughness is None else {"sky": [1.0, 1.0, 1.0]}
-    return lit | {
+    made = lit | {
         "name": "kitchen",
         "scene": str(scene.real("kitchen", folder, above if plate else (), roughness)),
         "size": size,
@@ -38,6 +42,19 @@ def kitchen(folder, size, *, plate=False, roughness=None):
         "dolly": {"frames": FRAMES, "eye": eye.tolist(), "target": target.tolist()},
         "panel": {"center": [0.3, 2.3, 1.2], "size": [1.0, 0.6], "radiance": 15.0},
     }
+    if camera == "lens":
+        made["lens"] = lens(made)
+    elif camera == "turns":
+        del made["dolly"]
+        made["turn"] = {"frames": FRAMES, "degrees": TURN, "shutter": SHUTTER}
+    return made
+
+
+def lens(place):
+    """A lens that is focused on what the camera looks at."""
+    focus = math.dist(place["eye"], place["target"])
+    # twice as far away as the focus, discs are as wide as the lens's radius is at the focus
+    return {"focus": focus, "radius": DISC * 2 * focus * math.tan(math.radians(place["fov"]) / 2)}
 
 
 def city(folder, size, *, roughness):
@@ -67,6 +84,19 @@ def dolly_view(place, frame):
     return [
         (np.array(dolly[end]) * (1 - share) + np.array(place[end]) * share).tolist() for end in ("eye", "target")
     ]
+
+
+def heading(place, frame):
+    """Pitch and yaw, in degrees, of a camera that turns: up, and left of -Z. In the last frame it looks at its target."""
+    right, up, back = np.array(place["target"]) - place["eye"]
+    yaw = math.degrees(math.atan2(-right, -back))
+    to_come = place["turn"]["frames"] - frame
+    return math.degrees(math.atan2(up, math.hypot(right, back))), yaw - to_come * place["turn"]["degrees"]
+
+
+def turn_ends(place):
+    """The frames between which a camera turns: beyond its first and last, as the shutter opens before them and closes after."""
+    return 0, place["turn"]["frames"] + 1
 
 
 def bathroom(folder, size):

@@ -1,9 +1,16 @@
 """Seconds a frame to a relative error of 10 %, in all renderers that are there: the matt kitchen under a panel, or with rough materials
-under a panel and a sky."""
+under a panel and a sky; frames are sharp, or blurred as the camera turns or has a lens."""
 
 from . import afterimage, measure, places, workers
 from .report import markdown, rounded, say
 
+# how frames are blurred
+CAMERAS = {
+    "sharp": "",
+    "turns": f"The camera turns by {places.TURN:g} degrees a frame; the shutter is open for {360 * places.SHUTTER:g} degrees about the frame's own time.",
+    "lens": f"The camera has a lens, in focus where it looks; a point twice as far away is a disc of {places.DISC:.1%} of the picture's height.",
+}
+UNMOVED = {"mitsuba": "Mitsuba is left out: its camera does not move here."}  # renderers without a camera that turns
 SIZE, SMALL = [320, 180], [96, 54]
 DEPTHS = {3: "light that bounced once", 4: "light that bounced twice"}
 
@@ -29,26 +36,61 @@ ROUGH_GRIDS = {
     ],
     "filled+denoise": [(2, 4, 16, 4), (3, 2, 4, 4), (3, 1, 4, 4, "balanced"), (3, 2, 8, 4, "balanced")],
 }
+# of blurred frames: N that 2 or 3 divides, as with 5 or 7 each sample of a pixel is an exposure of its own, which takes more time
+BLURRED_GRIDS = {
+    "full": [(4, 1, 1, 1), (6, 1, 1, 1), (6, 2, 2, 1), (8, 1, 1, 1), (8, 2, 2, 1)],
+    "inferred": [
+        (4, 4, 4, 16), (4, 8, 8, 16), (4, 16, 16, 16), (6, 1, 1, 4), (6, 2, 2, 4), (6, 4, 4, 4), (8, 1, 1, 4), (8, 2, 2, 4),
+    ],
+    "filled": [(4, 1, 16, 16), (6, 1, 4, 4), (6, 1, 8, 4)],
+    "full+denoise": [(2, 2, 2, 4), (4, 1, 1, 1), (4, 2, 2, 1), (6, 1, 1, 1)],
+    "inferred+denoise": [(4, 2, 2, 4), (4, 2, 2, 4, "balanced"), (4, 4, 4, 16), (4, 4, 4, 16, "balanced"), (6, 2, 2, 4)],
+    "filled+denoise": [(4, 1, 4, 4), (4, 1, 4, 4, "balanced"), (6, 1, 4, 4)],
+}
+BLURRED_ROUGH_GRIDS = {
+    "full": [(4, 2, 2, 1), (4, 4, 4, 4), (6, 1, 1, 1), (6, 2, 2, 1)],
+    "inferred": [(4, 4, 4, 4), (4, 8, 8, 4), (4, 12, 12, 4), (6, 2, 2, 4), (6, 4, 4, 4), (6, 8, 8, 4)],
+    "filled": [(4, 2, 16, 4), (6, 1, 8, 4)],
+    "full+denoise": [(2, 2, 2, 4), (2, 4, 4, 4, "balanced"), (4, 1, 1, 1), (4, 1, 1, 1, "balanced"), (4, 2, 2, 4, "balanced")],
+    "inferred+denoise": [
+        (2, 4, 4, 4), (4, 1, 1, 4), (4, 2, 2, 4), (4, 4, 4, 4), (6, 2, 2, 4),
+        (4, 1, 1, 4, "balanced"), (4, 2, 2, 4, "balanced"), (4, 4, 4, 4, "balanced"), (4, 2, 2, 4, "fast"),
+    ],
+    "filled+denoise": [(2, 4, 16, 4), (4, 1, 4, 4, "balanced"), (4, 2, 8, 4, "balanced")],
+}
 REFERENCE_GRIDS, REFERENCE_PATHS = [13, 14, 15, 16], 2
 ROUGH_REFERENCE_GRIDS = [9, 10, 11, 12]
+BLURRED_REFERENCE_GRIDS, BLURRED_ROUGH_REFERENCE_GRIDS = [10, 14, 15, 16], [8, 9, 10, 12]
 # samples a pixel of each part of a reference, and how many parts; the parts' spread tells its error
 REFERENCES = {"mitsuba": (1024, 4), "cycles": (512, 4)}
 LADDER = [2**power for power in range(12)]  # samples a pixel, until the error is small enough
 
 
-def main(work, rounds, quick, depths, roughness=None):
+def main(work, rounds, quick, depths, roughness=None, camera="sharp"):
     """Measures, and returns the table and what it needs to be understood, in Markdown."""
     size = SMALL if quick else SIZE
     if roughness is not None:
         work /= f"rough-{roughness}"
         work.mkdir(parents=True, exist_ok=True)
-    place = places.kitchen(work / "kitchen", size, roughness=roughness)
+    place = places.kitchen(work / "kitchen", size, roughness=roughness, camera=camera)
     found = workers.found()
+    if camera != "sharp":
+        work /= camera
+        work.mkdir(exist_ok=True)
+    if camera == "turns":
+        for renderer, why in UNMOVED.items():
+            say(why)
+            found.pop(renderer, None)
+    if camera == "sharp":
+        grids, reference_grids = (GRIDS, REFERENCE_GRIDS) if roughness is None else (ROUGH_GRIDS, ROUGH_REFERENCE_GRIDS)
+    elif roughness is None:
+        grids, reference_grids = BLURRED_GRIDS, BLURRED_REFERENCE_GRIDS
+    else:
+        grids, reference_grids = BLURRED_ROUGH_GRIDS, BLURRED_ROUGH_REFERENCE_GRIDS
     rows_file = work / "speed.jsonl"
     rows_file.unlink(missing_ok=True)
-    references = make_references(work, place, found, quick, depths, roughness is not None)
+    references = make_references(work, place, found, depths, quick, reference_grids)
     if "afterimage" in found:
-        grids = GRIDS if roughness is None else ROUGH_GRIDS
         grids = {mode: settings[:2] for mode, settings in grids.items()} if quick else grids
         measure_afterimage(work, place, references, rows_file, grids, rounds, depths)
     if "mitsuba" in found:
@@ -58,21 +100,20 @@ def main(work, rounds, quick, depths, roughness=None):
     if "cycles" in found:
         denoising = ["denoised", "denoised balanced", "denoised balanced, guides fast"]
         measure_peer(work, place, references, rows_file, "cycles", ["plain", *denoising], rounds, depths)
-    return report(found, references, measure.read_rows(rows_file), depths)
+    return report(found, references, measure.read_rows(rows_file), depths, camera)
 
 
 # --- work ---
 
 
-def make_references(work, place, found, quick, depths, is_rough):
+def make_references(work, place, found, depths, quick, grids):
     """The references of each renderer, by renderer and depth; those that have been made of the same are kept."""
-    references = {}
+    references, grids = {}, [4, 5] if quick else grids
     for renderer in found:
         for depth in depths:
             path = work / f"{renderer}-{depth}.npy"
             references[renderer, depth] = path
             if renderer == "afterimage":
-                grids = [4, 5] if quick else ROUGH_REFERENCE_GRIDS if is_rough else REFERENCE_GRIDS
                 plan = [found[renderer], str(afterimage.program().stat().st_mtime), place, grids, REFERENCE_PATHS]
                 with workers.kept(path, plan) as missing:
                     if missing:
@@ -113,8 +154,9 @@ def measure_peer(work, place, references, rows_file, renderer, samplers, rounds,
 # --- report ---
 
 
-def report(found, references, rows, depths):
-    parts = []
+def report(found, references, rows, depths, camera):
+    parts = [CAMERAS[camera]] if CAMERAS[camera] else []
+    parts += UNMOVED.values() if camera == "turns" else []
     for depth in depths:
         meaning = DEPTHS[depth]
         parts.append(f"**Direct light and {meaning}** (`bounces = {depth - 2}`; Mitsuba `max_depth` {depth}; "

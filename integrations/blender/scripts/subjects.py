@@ -126,7 +126,10 @@ def box(size):
     half = size / 2
     points = np.array([(x, y, z) for z in (-half, half) for y in (-half, half) for x in (-half, half)])
     faces = np.array([(0, 2, 3, 1), (4, 5, 7, 6), (0, 1, 5, 4), (2, 6, 7, 3), (0, 4, 6, 2), (1, 3, 7, 5)])
-    return support.mesh_of("Box", points, faces)
+    mesh = support.mesh_of("Box", points, faces)
+    # a mesh that a script makes is smooth
+    mesh.shade_flat()
+    return mesh
 
 
 def key(item, name, frames, value):
