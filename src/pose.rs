@@ -8,6 +8,7 @@ pub use light::{AreaShape, Cone, LightPose, LightShape, LightSource, Spread};
 
 use crate::animation::{Track, Transform};
 use crate::exposure::{Exposures, LensPose, TICKS, Tick};
+use crate::lanes::LANES;
 use crate::scene::camera::{Aim, Lens, Projection};
 use crate::scene::{CameraTrack, RenderSpace, Scene};
 use crate::stereo::EyePlace;
@@ -28,8 +29,10 @@ pub struct Pose {
     pub models: Vec<Transform>,
     /// Transforms of the models that move within the exposure.
     pub sweeps: Sweeps,
-    /// Lights, one for each of [`Scene::lights`].
+    /// Lights, one for each of [`Scene::lights`]; of an exposure, those in its middle.
     pub lights: Vec<LightPose>,
+    /// The lights at the exposure's [`TICKS`]; empty where all are `lights`.
+    pub lights_at_ticks: Vec<Vec<LightPose>>,
 }
 
 impl Pose {
@@ -56,7 +59,8 @@ impl Pose {
         let clock = exposures.clock(index);
         let mut middle = Self::at(scene, frame, clock.time(frame.into()), None);
         let sweeps = Sweeps::new(scene, clock, frame.into(), &mut middle.models);
-        Self { camera, cameras, sweeps, ..middle }
+        let lights_at_ticks = LightPose::at_ticks(&scene.lights, clock, frame.into(), &middle.lights);
+        Self { camera, cameras, sweeps, lights_at_ticks, ..middle }
     }
 
     /// Transform of a model at one of the exposure's ticks.
@@ -75,9 +79,52 @@ impl Pose {
         self.cameras.get(usize::from(tick)).unwrap_or(&self.camera)
     }
 
-    /// Returns true if rays must know at which tick they are: models move within the exposure, or clipping planes do.
+    /// Returns true if rays must know at which tick they are: models move within the exposure, lights change, or clipping planes move.
     pub fn has_ticks(&self) -> bool {
-        !self.sweeps.is_empty() || !self.cameras.is_empty() && self.camera.clip != Clip::NONE
+        !self.sweeps.is_empty()
+            || !self.lights_at_ticks.is_empty()
+            || !self.cameras.is_empty() && self.camera.clip != Clip::NONE
+    }
+
+    /// All lights at one of the exposure's ticks.
+    #[inline(always)]
+    pub fn lights_at(&self, tick: Tick) -> &[LightPose] {
+        self.lights_at_ticks.get(usize::from(tick)).unwrap_or(&self.lights)
+    }
+
+    /// A light at all times of the exposure, some maybe twice.
+    pub fn all_of_light(&self, light: usize) -> impl Iterator<Item = &LightPose> {
+        self.lights_at_ticks.iter().chain([&self.lights]).map(move |lights| &lights[light])
+    }
+
+    /// Returns true if a light sends no light as long as the exposure lasts: no ray to it is worth casting.
+    pub fn is_dark(&self, light: usize) -> bool {
+        self.all_of_light(light).all(LightPose::is_dark)
+    }
+
+    /// Calls `each` for a light as eight surfaces see it at their `ticks`, with the bit mask of those that see this: once, where it does
+    /// not change.
+    #[inline(always)]
+    pub fn each_of_light(
+        &self,
+        light: usize,
+        ticks: impl FnOnce() -> [Tick; LANES],
+        mut each: impl FnMut(&LightPose, u8),
+    ) {
+        let changes = !self.lights_at_ticks.is_empty();
+        let ticks = if changes { ticks() } else { [0; LANES] };
+        let mut left = u8::MAX;
+        while left != 0 {
+            let (mut pose, mut bits) = (&self.lights[light], left);
+            if changes {
+                let at = |lane: usize| &self.lights_at(ticks[lane])[light];
+                pose = at(left.trailing_zeros() as usize);
+                let sees = |lane: &usize| left >> lane & 1 != 0 && at(*lane) == pose;
+                bits = (0..LANES).filter(sees).fold(0, |bits, lane| bits | 1 << lane);
+            }
+            each(pose, bits);
+            left &= !bits;
+        }
     }
 
     /// The cameras at all ticks: one, where all are the same.
@@ -94,6 +141,7 @@ impl Pose {
             models: scene.models.iter().map(|model| model.track.at(at)).collect(),
             sweeps: Sweeps::default(),
             lights: scene.lights.iter().map(|light| LightPose::new(light, at)).collect(),
+            lights_at_ticks: Vec::new(),
         }
     }
 }

@@ -257,6 +257,7 @@ mod tests {
 
     #[test]
     fn ways_that_bend_little_are_straight_and_others_are_exact() {
+        const MOMENT: i64 = 2;
         let exposures = Exposures::new(Strata { across: 2 }, Some(&Shutter::new(-0.25, 0.25)), &[]);
         let clock = exposures.clock(1);
         for (track, goes_straight) in [
@@ -269,10 +270,10 @@ mod tests {
             (turning(360.0), false),
         ] {
             let scene = scene(vec![model(mesh_of_two(), track.clone())], vec![]);
-            let mut middles = vec![track.at(clock.time(1))];
-            let sweeps = Sweeps::new(&scene, clock, 1, &mut middles);
+            let mut middles = vec![track.at(clock.time(MOMENT))];
+            let sweeps = Sweeps::new(&scene, clock, MOMENT, &mut middles);
             assert_eq!(sweeps.are_straight(), goes_straight, "{track:?}");
-            let exact = |share| Transform::new(track.map_at(clock.time_within(1, share)));
+            let exact = |share| Transform::new(track.map_at(clock.time_within(MOMENT, share)));
             let (point, tick) = (glam::Vec3::new(0.5, 0.25, -0.5), 5);
             let share = (f64::from(tick) + 0.5) / TICKS as f64;
             let there = sweeps.at(0, tick as Tick).expect("it moves").point(point);

@@ -46,13 +46,17 @@ pub fn of_model<'a>(
     changes(tracks, clock, direction, move |moment| all_places(track, (clock, moment), each))
 }
 
-/// Moments at which a light's pose differs in anything, as [`of_model`] gives them.
+/// Moments at which a light differs in anything at any tick, as [`of_model`] gives them.
 pub fn of_light<'a>(
     light: &'a Light,
     clock: &'a Clock,
     direction: Direction,
 ) -> impl Iterator<Item = i64> + 'a {
-    changes(light.keys(), clock, direction, |moment| LightPose::new(light, clock.time(moment)))
+    changes(light.keys(), clock, direction, |moment| {
+        let middle = LightPose::new(light, clock.time(moment));
+        let at_ticks = LightPose::at_ticks(std::slice::from_ref(light), clock, moment, &[middle]);
+        (middle, at_ticks)
+    })
 }
 
 /// Returns true if anything in the scene but the camera changes between two moments, as far as tracks tell.

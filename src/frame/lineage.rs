@@ -122,6 +122,7 @@ mod tests {
             models: Vec::new(),
             sweeps: Sweeps::default(),
             lights: Vec::new(),
+            lights_at_ticks: Vec::new(),
         }
     }
 

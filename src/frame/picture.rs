@@ -227,7 +227,8 @@ impl<'a> Setup<'a> {
         };
         let motions = motions(prepared, picture.exposure, lineage.valid);
         let light_changes = light_changes(pose, motions);
-        let areas = pose.lights.iter().zip(&light_changes).filter(|(light, _)| light.shape.is_area());
+        let is_area = |light: usize| pose.all_of_light(light).any(|light| light.shape.is_area());
+        let areas = light_changes.iter().enumerate().filter(|(light, _)| is_area(*light));
         Self {
             motion_vectors: views.iter().map(motion_vectors).collect(),
             views,

@@ -3,6 +3,7 @@
 use glam::{DVec3, Vec3};
 
 use super::{looking_at, upright};
+use crate::exposure::{Clock, TICKS, Tick};
 use crate::scene::{Light, LightKind, Panel};
 
 /// Light at one frame, world space.
@@ -191,6 +192,19 @@ impl LightPose {
     /// Returns true if it sends no light, for want of power or colour: no ray to it is worth casting.
     pub fn is_dark(&self) -> bool {
         self.strength == Vec3::ZERO
+    }
+
+    /// Lights at the ticks of a `moment` of `clock`, one list for each tick; none if all are as in its middle.
+    pub fn at_ticks(lights: &[Light], clock: &Clock, moment: i64, middle: &[Self]) -> Vec<Vec<Self>> {
+        if clock.is_instant() || lights.iter().all(Light::is_constant) {
+            return Vec::new();
+        }
+        let at = |tick| {
+            let time = clock.time_of_tick(moment, tick);
+            lights.iter().map(|light| Self::new(light, time)).collect()
+        };
+        let ticks: Vec<Vec<Self>> = (0..TICKS as Tick).map(at).collect();
+        if ticks.iter().all(|lights| lights == middle) { Vec::new() } else { ticks }
     }
 
     /// Light at `frame`.

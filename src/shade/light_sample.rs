@@ -34,6 +34,17 @@ impl LightSample {
         if self.far.is_finite() { self.to_light - offsets } else { self.to_light }
     }
 
+    /// This one in the lanes of `mask`, and `other` in the rest: both of one light, which is near or at infinity.
+    pub fn where_set(&self, mask: Mask, other: &Self) -> Self {
+        Self {
+            to_light: mask.select3(self.to_light, other.to_light),
+            direction: mask.select3(self.direction, other.direction),
+            far: self.far,
+            irradiance: mask.select3(self.irradiance, other.irradiance),
+            reaches: self.reaches & mask | other.reaches & !mask,
+        }
+    }
+
     /// [`all_from_lifted`](Self::all_from_lifted) of one lane.
     pub fn from_lifted(&self, lane: usize, lift: Vec3) -> Vec3 {
         self.all_from_lifted(lift).lane(lane)

@@ -16,6 +16,7 @@ mod affine;
 mod analytic;
 mod audit;
 mod blur;
+mod blurred_lights;
 mod caustics;
 mod coverage;
 mod cutouts;

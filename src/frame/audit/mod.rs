@@ -46,10 +46,12 @@ use tolerances::{
 };
 use verdict::Verdict;
 
+use crate::exposure::Tick;
 use crate::frame::grid::bits::{set_bits, surface_bits};
 use crate::frame::grid::cells::is_traced;
 use crate::frame::grid::place;
 use crate::frame::light::direct::sum_light;
+use crate::frame::light::lighting::sample_of_light;
 use crate::frame::light::shadow::ShadowQueue;
 use crate::frame::reuse::candidates::REACH;
 use crate::frame::shot::frame_view::FrameView;
@@ -60,7 +62,7 @@ use crate::lanes::{F32x8, LANES, Vec3x8};
 use crate::samples::{
     BACKGROUND, CELLS, EMPTY, Footprint, Record, Sample, SampleStore, Tag, Tile, full_color,
 };
-use crate::shade::light::{StratifiedPattern, light_sample, light_samples};
+use crate::shade::light::{StratifiedPattern, light_samples};
 use crate::shade::on_mesh::OnMesh;
 use crate::shade::surface::SurfacePoint;
 use crate::shade::terminator::ToLight;
@@ -261,7 +263,7 @@ fn check_shadows(frame: &FrameView, tile: &Tile, source: LightPoint, raise: &mut
     let is_lit = |cell: usize| tag(cell).is_lit();
     // tags of a light without power may be unknown; those that are known must be right, or they would be
     // wrong when the light returns
-    let is_dark = frame.pose.lights[source.light].is_dark();
+    let is_dark = frame.pose.is_dark(source.light);
     let is_known = |cell: usize| !is_dark || tag(cell) != Tag::Unknown;
     let mut queue = ShadowQueue::default();
     for first in (0..CELLS).step_by(LANES) {
@@ -274,7 +276,8 @@ fn check_shadows(frame: &FrameView, tile: &Tile, source: LightPoint, raise: &mut
         let placed = Placed::of(frame, tile, first);
         let seeds = tile.gathered.seeds(first);
         let lift = |lane: usize| lift(frame, tile, first + lane);
-        let faces = ask(frame, source, (&placed, seeds), lift, surfaces, first as u32, &mut queue);
+        let ticks = tile.ticks(first);
+        let faces = ask(frame, source, (&placed, seeds, ticks), lift, surfaces, first as u32, &mut queue);
         for lane in set_bits(surfaces & !faces) {
             raise(first + lane, Verdict::new(!is_lit(first + lane)));
         }
@@ -304,7 +307,8 @@ fn check_shadows(frame: &FrameView, tile: &Tile, source: LightPoint, raise: &mut
             beside.point.set_lane(aside_lane, placed.point.lane(lane) + aside * reach);
         }
         queue.clear();
-        ask(frame, source, (&beside, seeds), |_| lift(frame, tile, cell), u8::MAX, 0, &mut queue);
+        let ticks = [tile.record[cell].traced.tick(); LANES];
+        ask(frame, source, (&beside, seeds, ticks), |_| lift(frame, tile, cell), u8::MAX, 0, &mut queue);
         queue.set_ticks(frame, |_| cell as u32);
         let mut grazes = false;
         answer(frame, &mut queue, |_, tag| grazes |= tag.is_lit() == lit);
@@ -313,24 +317,25 @@ fn check_shadows(frame: &FrameView, tile: &Tile, source: LightPoint, raise: &mut
 }
 
 /// Queues shadow rays to `source` from those of eight samples whose bit is set. Returns the bit mask of
-/// samples that face it. `seeds`: for the points of the light that they ask; `lift`: the ways from them to the curved surfaces
-/// that their triangles stand for.
+/// samples that face it. `seeds`: for the points of the light that they ask; `ticks`: at which they see it; `lift`: the ways from them to
+/// the curved surfaces that their triangles stand for.
 fn ask(
     frame: &FrameView,
     source: LightPoint,
-    (placed, seeds): (&Placed, u32x8),
+    (placed, seeds, ticks): (&Placed, u32x8, [Tick; LANES]),
     lift: impl Fn(usize) -> Vec3,
     wanted: u8,
     owner: u32,
     queue: &mut ShadowQueue,
 ) -> u8 {
-    let light = &frame.pose.lights[source.light];
-    let pattern = StratifiedPattern::of_seeds(light, seeds);
-    let light_sample = light_sample(light, source.point, &pattern, placed.point);
+    let number = (source.light, source.point);
+    let light_sample = sample_of_light(frame, number, || ticks, (placed.point, seeds));
     let mut rays = placed.receivers().to_light(&light_sample, wanted, &lift);
-    if light.points > 1 {
+    if frame.pose.lights[source.light].points > 1 {
         // all rays to its points start in one
         for lane in set_bits(wanted) {
+            let light = &frame.pose.lights_at(ticks[lane])[source.light];
+            let pattern = StratifiedPattern::of_seeds(light, seeds);
             let light_samples = light_samples(light, &pattern, lane, placed.point.lane(lane));
             let sixteen = placed.receivers().to_sixteen(lane, &light_samples, || lift(lane));
             let (half, point) = (source.point / LANES, source.point % LANES);

@@ -1,7 +1,7 @@
 //! Direct light on samples: shadow rays where a tag is no longer valid, and the part of the colour that does
 //! not depend on the eye (the paper's "Verification Phase" for shadows, and its "Color Calculation").
 
-use super::lighting::{Places, add_light, emitted_and_ambient};
+use super::lighting::{Places, add_light, emitted_and_ambient, sample_of_light};
 use super::shadow::{CHECKS, Checks, ShadowQueue, Shadows};
 use crate::frame::grid::bits::{count_bits, set_bits, status_bits, surface_bits};
 use crate::frame::shot::frame_view::FrameView;
@@ -9,9 +9,9 @@ use crate::frame::shot::plan::{LightChange, ShadowCheck};
 use crate::frame::shot::tile_bounds::TileBounds;
 use crate::frame::surface::placed::{Placed, PlacedTile, lift};
 use crate::frame::surface::ray_tally::RayTally;
-use crate::lanes::{F32x8, LANES, Vec3x8};
+use crate::lanes::{F32x8, LANES, Mask, Vec3x8};
 use crate::samples::{AREA_POINTS, CELLS, Flags, Status, Tag, TagSlot, Tile};
-use crate::shade::light::{StratifiedPattern, light_sample, light_samples};
+use crate::shade::light::{StratifiedPattern, light_samples};
 use crate::shade::phong;
 use crate::shade::terminator::{ToLight, ToSixteen};
 use crate::trace::{Coherence, SceneSubset};
@@ -54,23 +54,21 @@ pub fn light(
     let may_hold = frame.plan.any_moved && frame.plan.lights.iter().any(|light| *light != LightChange::Moved);
     let mut bounds = may_hold.then(|| TileBounds::samples(frame, tile));
     for (light, pose) in frame.pose.lights.iter().enumerate() {
+        let may_be_in_shadow = |bounds: &TileBounds, of| bounds.may_be_in_shadow(of, frame.pose, light);
         let may_be_met = frame.plan.any_moved
-            && bounds.as_ref().is_none_or(|bounds| bounds.may_be_in_shadow(frame.moved_bounds, pose));
+            && bounds.as_ref().is_none_or(|bounds| may_be_in_shadow(bounds, frame.moved_bounds));
         if !may_be_met && all_tags_hold(frame, light, tile) {
             continue;
         }
         let checks = [false, true].map(|moved| Checks::new(frame, light, moved, may_be_met));
-        if pose.is_dark() {
+        if frame.pose.is_dark(light) {
             forget_doubtful(frame, &checks, tile, frame.slots[light]);
             continue;
         }
         lighting.queues.iter_mut().for_each(ShadowQueue::clear);
         let bounds = bounds.get_or_insert_with(|| TileBounds::samples(frame, tile));
-        let among = if bounds.may_be_in_shadow(frame.dynamic_bounds, pose) {
-            SceneSubset::All
-        } else {
-            SceneSubset::Still
-        };
+        let is_among_all = may_be_in_shadow(bounds, frame.dynamic_bounds);
+        let among = if is_among_all { SceneSubset::All } else { SceneSubset::Still };
         let query = LightQuery { light, among, checks };
         let ask = if pose.points == 1 { ask_light } else { ask_area_light };
         ask(frame, &query, tile, lighting, placed, tally);
@@ -146,7 +144,7 @@ fn ask_light(
     tally: &mut RayTally,
 ) {
     let LightQuery { light, among, ref checks } = *query;
-    let (pose, slot) = (&frame.pose.lights[light], frame.slots[light]);
+    let slot = frame.slots[light];
     for first in (0..CELLS).step_by(LANES) {
         let models = &tile.model[first..first + LANES];
         let tags = &tile.tags.single(slot)[first..first + LANES];
@@ -161,8 +159,8 @@ fn ask_light(
             continue;
         }
         let placed = placed.get(frame, tile, first);
-        let pattern = StratifiedPattern::of_seeds(pose, tile.gathered.seeds(first));
-        let light_sample = light_sample(pose, 0, &pattern, placed.point);
+        let places = (placed.point, tile.gathered.seeds(first));
+        let light_sample = sample_of_light(frame, (light, 0), || tile.ticks(first), places);
         let wanted = asked[0] | asked[1] | asked[2];
         let ToLight { faces, origins, to_light } =
             placed.receivers().to_light(&light_sample, wanted, |lane| lift(frame, tile, first + lane));
@@ -226,7 +224,7 @@ fn ask_area_light(
     tally: &mut RayTally,
 ) {
     let LightQuery { light, among, ref checks } = *query;
-    let (pose, slot) = (&frame.pose.lights[light], frame.slots[light]);
+    let slot = frame.slots[light];
     for first in (0..CELLS).step_by(LANES) {
         let models = &tile.model[first..first + LANES];
         let moved = frame.moved_bits(models);
@@ -238,13 +236,15 @@ fn ask_area_light(
             continue;
         }
         let placed = placed.get(frame, tile, first);
-        let pattern = StratifiedPattern::of_seeds(pose, tile.gathered.seeds(first));
+        let seeds = tile.gathered.seeds(first);
         let receivers = placed.receivers();
         let (mut origins, mut lifts) = (Vec3x8::ZERO, Vec3x8::ZERO);
         let mut to_points = [[0; LANES]; CHECKS.len()];
         for (lane, mut asked) in asked.into_iter().enumerate().filter(|(_, asked)| *asked != [0; 3]) {
             let cell = first + lane;
             let point = placed.point.lane(lane);
+            let pose = &frame.pose.lights_at(tile.record[cell].traced.tick())[light];
+            let pattern = StratifiedPattern::of_seeds(pose, seeds);
             let light_samples = light_samples(pose, &pattern, lane, point);
             let ToSixteen { faces, origin, lift, light_samples } =
                 receivers.to_sixteen(lane, &light_samples, || lift(frame, tile, cell));
@@ -278,7 +278,8 @@ fn ask_area_light(
         for (queue, asked) in lighting.queues.iter_mut().zip(&to_points) {
             let points = asked.iter().fold(0, |points, asked| points | asked);
             for point in (0..AREA_POINTS).filter(|point| points >> point & 1 != 0) {
-                let light_sample = light_sample(pose, point, &pattern, placed.point);
+                let places = (placed.point, seeds);
+                let light_sample = sample_of_light(frame, (light, point), || tile.ticks(first), places);
                 let wanted = (0..)
                     .zip(asked)
                     .fold(0, |bits, (lane, asked)| bits | ((asked >> point & 1) as u8) << lane);
@@ -331,12 +332,18 @@ pub fn sum_light(frame: &FrameView, tile: &Tile, first: usize, placed: &Placed) 
     let (reflectance, materials) = (tile.reflectances(first), tile.materials(first));
     let albedo = frame.palette.albedo(&materials, reflectance);
     let mut sum = emitted_and_ambient(frame, (&materials, reflectance), || tile.gathered.opennesses(first));
-    for (light, slot) in frame.pose.lights.iter().zip(frame.slots).filter(|(light, _)| !light.is_dark()) {
-        let places = Places { point: placed.point, seeds: tile.gathered.seeds(first) };
-        let reached = |point| tile.tags.lit(*slot, point, first);
-        sum = add_light(sum, light, places, reached, |light_sample| {
-            phong::diffuse(albedo, placed.normal, placed.smooth, light_sample)
-        });
+    for (light, slot) in (0..).zip(frame.slots).filter(|(light, _)| !frame.pose.is_dark(*light)) {
+        frame.pose.each_of_light(
+            light,
+            || tile.ticks(first),
+            |light, bits| {
+                let places = Places { point: placed.point, seeds: tile.gathered.seeds(first) };
+                let reached = |point| tile.tags.lit(*slot, point, first) & Mask::from_bits(bits);
+                sum = add_light(sum, light, places, reached, |light_sample| {
+                    phong::diffuse(albedo, placed.normal, placed.smooth, light_sample)
+                });
+            },
+        );
     }
     if tile.gathered.is_some() {
         sum = sum + albedo * tile.gathered.means(first);

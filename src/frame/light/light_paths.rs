@@ -431,17 +431,20 @@ fn light(frame: &FrameView, scratch: &mut PathScratch, tally: &mut RayTally) {
     }
     by_light.clear();
     by_light.extend(0..vertices.len() as u32);
-    by_light.sort_by_key(|vertex| vertices[*vertex as usize].asked_light);
+    // where lights change within the exposure those of one tick ask together
+    let changes = !frame.pose.lights_at_ticks.is_empty();
+    let asked = |vertex: &Vertex| (vertex.asked_light, if changes { vertex.ray.tick } else { 0 });
+    by_light.sort_by_key(|vertex| asked(&vertices[*vertex as usize]));
     let mut rest = &by_light[..];
-    while let Some(number) = rest.first().map(|first| vertices[*first as usize].asked_light) {
+    while let Some((number, tick)) = rest.first().map(|first| asked(&vertices[*first as usize])) {
         let change = frame.light_changes[number as usize];
-        let same = |vertex: &u32| vertices[*vertex as usize].asked_light == number;
+        let same = |vertex: &u32| asked(&vertices[*vertex as usize]) == (number, tick);
         let (group, after) = rest.split_at(rest.partition_point(same));
         for vertex in group {
             let brought = &mut brought[vertices[*vertex as usize].ray.path as usize];
             brought.until = brought.until.min(change);
         }
-        let light = &frame.pose.lights[number as usize];
+        let light = &frame.pose.lights_at(tick)[number as usize];
         ask_light(frame, light, group, starts, (vertices, coats, brought), one_light, tally);
         rest = after;
     }

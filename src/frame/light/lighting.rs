@@ -4,8 +4,9 @@
 use glam::Vec3;
 use wide::u32x8;
 
+use crate::exposure::Tick;
 use crate::frame::shot::frame_view::{FrameView, Occlusion};
-use crate::lanes::{F32x8, Mask, Vec3x8};
+use crate::lanes::{F32x8, LANES, Mask, Vec3x8};
 use crate::pose::LightPose;
 use crate::shade::area::{Glow, glow};
 use crate::shade::light::{LightSample, StratifiedPattern, light_sample};
@@ -55,6 +56,22 @@ pub fn emitted_and_ambient(
         }
         _ => frame.palette.emitted_and_ambient(materials, reflectance),
     }
+}
+
+/// Light of a point, by number, of a light that eight surfaces at `points` see at their `ticks`. `seeds`: as of [`Places`].
+#[inline(always)]
+pub fn sample_of_light(
+    frame: &FrameView,
+    (light, point): (usize, usize),
+    ticks: impl FnOnce() -> [Tick; LANES],
+    (points, seeds): (Vec3x8, u32x8),
+) -> LightSample {
+    let mut all: Option<LightSample> = None;
+    frame.pose.each_of_light(light, ticks, |light, bits| {
+        let of_pose = light_sample(light, point, &StratifiedPattern::of_seeds(light, seeds), points);
+        all = Some(all.map_or(of_pose, |others| of_pose.where_set(Mask::from_bits(bits), &others)));
+    });
+    all.expect("eight surfaces see the light at some tick")
 }
 
 /// Places of eight surfaces.

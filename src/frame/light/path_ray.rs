@@ -46,8 +46,8 @@ impl PathRay {
 
     /// Light that it brings of the area lights that it passes through within `far`.
     pub fn light_of_lights(&self, frame: &FrameView, far: f32) -> Vec3 {
-        let Self { asked_from, normal, origin, direction, .. } = *self;
-        self.weight * self.chances.of_lights(frame, (asked_from, normal), (origin, direction), far)
+        let Self { asked_from, normal, origin, direction, tick, .. } = *self;
+        self.weight * self.chances.of_lights(frame, (asked_from, normal), (origin, direction, tick), far)
     }
 
     /// Weight of the emission of `surface`, of a `primitive`, which the ray has met at this distance.

@@ -88,7 +88,7 @@ impl Pdfs {
         self,
         frame: &FrameView,
         (asked_from, normal): (Vec3, Vec3),
-        (origin, direction): (Vec3, Vec3),
+        (origin, direction, tick): (Vec3, Vec3, Tick),
         far: f32,
     ) -> Vec3 {
         let weighed = |(number, glow, direction): (usize, Glow, Vec3)| {
@@ -100,7 +100,8 @@ impl Pdfs {
             };
             glow.radiance * weight_of_path(by_path, asked * glow.density)
         };
-        lights_passed(&frame.pose.lights, asked_from, (origin, direction), far).map(weighed).sum()
+        let lights = frame.pose.lights_at(tick);
+        lights_passed(lights, asked_from, (origin, direction), far).map(weighed).sum()
     }
 
     /// Weight of light of a source that is asked with a probability of `chance`, and arrives in `direction`,

@@ -75,11 +75,13 @@ impl Places {
     /// Returns true for each group in which anything that moved may lie between one of the samples and light
     /// number `light`. A `false` is certain.
     fn may_be_in_shadow(&self, frame: &FrameView, light: usize) -> [bool; GROUPS] {
-        let (moved, pose) = (frame.moved_bounds, &frame.pose.lights[light]);
+        let moved = frame.moved_bounds;
         if frame.plan.lights[light] == LightChange::Moved {
             return [true; GROUPS];
         }
-        let may_be = |bounds: &Bounds| TileBounds::surfaces(*bounds, self.lift).may_be_in_shadow(moved, pose);
+        let may_be = |bounds: &Bounds| {
+            TileBounds::surfaces(*bounds, self.lift).may_be_in_shadow(moved, frame.pose, light)
+        };
         let all = self.groups.iter().fold(Bounds::EMPTY, |all, bounds| all.union(*bounds));
         if may_be(&all) { self.groups.each_ref().map(may_be) } else { [false; GROUPS] }
     }

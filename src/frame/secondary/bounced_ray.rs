@@ -84,7 +84,8 @@ impl Bounce {
 
     /// Radiance of the area lights that it passes through within `far`.
     pub fn light_of_lights(&self, frame: &FrameView, far: f32) -> Vec3 {
-        let passed = lights_passed(&frame.pose.lights, self.origin, (self.origin, self.direction), far);
+        let lights = frame.pose.lights_at(frame.tick_of(self.cell));
+        let passed = lights_passed(lights, self.origin, (self.origin, self.direction), far);
         passed.map(|(_, glow, _)| glow.radiance).sum()
     }
 

@@ -262,28 +262,36 @@ fn highlights(
     let models = &tile.model[first..first + LANES];
     let is_surface = Mask::less(models, EMPTY);
     let mut sum = Vec3x8::ZERO;
-    let lights = frame.pose.lights.iter().zip(frame.slots).enumerate();
-    for (_, (light, slot)) in lights.filter(|(number, (light, _))| !light.is_dark() && among(*number)) {
-        let to_centre = to_light(light, placed.point).0;
-        let shines = phong::may_shine(gloss, placed.normal, -incoming, to_centre, light.shape.reach());
-        if !shines && coats.is_none() {
-            continue;
-        }
-        let places = Places { point: placed.point, seeds: tile.gathered.seeds(first) };
-        let (shows, radiance) = (shows_highlight(frame, light, gloss), area::radiance(light));
-        let shown_by = if coats.is_some() { is_surface } else { is_surface & shows };
-        let reached = |point| tile.tags.lit(*slot, point, first) & shown_by;
-        let shade = |light_sample: &LightSample| {
-            let highlight = || phong::specular(gloss, placed.normal, -incoming, light_sample);
-            match coats {
-                None => highlight(),
-                Some(coats) if !shines => coats.highlight(light_sample, radiance),
-                Some(coats) => {
-                    shows.select3(highlight(), Vec3x8::ZERO) + coats.highlight(light_sample, radiance)
+    let is_shown = |light: usize| !frame.pose.is_dark(light) && among(light);
+    for (light, slot) in (0..).zip(frame.slots).filter(|(light, _)| is_shown(*light)) {
+        frame.pose.each_of_light(
+            light,
+            || tile.ticks(first),
+            |light, bits| {
+                let to_centre = to_light(light, placed.point).0;
+                let shines =
+                    phong::may_shine(gloss, placed.normal, -incoming, to_centre, light.shape.reach());
+                if !shines && coats.is_none() {
+                    return;
                 }
-            }
-        };
-        sum = add_light(sum, light, places, reached, shade);
+                let places = Places { point: placed.point, seeds: tile.gathered.seeds(first) };
+                let (shows, radiance) = (shows_highlight(frame, light, gloss), area::radiance(light));
+                let sees = is_surface & Mask::from_bits(bits);
+                let shown_by = if coats.is_some() { sees } else { sees & shows };
+                let reached = |point| tile.tags.lit(*slot, point, first) & shown_by;
+                let shade = |light_sample: &LightSample| {
+                    let highlight = || phong::specular(gloss, placed.normal, -incoming, light_sample);
+                    match coats {
+                        None => highlight(),
+                        Some(coats) if !shines => coats.highlight(light_sample, radiance),
+                        Some(coats) => {
+                            shows.select3(highlight(), Vec3x8::ZERO) + coats.highlight(light_sample, radiance)
+                        }
+                    }
+                };
+                sum = add_light(sum, light, places, reached, shade);
+            },
+        );
     }
     sum
 }

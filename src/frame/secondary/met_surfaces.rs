@@ -6,9 +6,12 @@ use wide::u32x8;
 
 use super::bounced_ray::Bounce;
 use super::tree_times::TreeTimes;
+use crate::exposure::Tick;
 use crate::frame::grid::bits::set_bits;
 use crate::frame::light::light_paths::{PathScratch, trace_paths};
-use crate::frame::light::lighting::{Places, add_light, emitted_and_ambient, shows_highlight};
+use crate::frame::light::lighting::{
+    Places, add_light, emitted_and_ambient, sample_of_light, shows_highlight,
+};
 use crate::frame::light::occlusion::{self, OcclusionScratch, OpenSurface};
 use crate::frame::light::path_ends::{DrawnLayer, PathStart};
 use crate::frame::light::shadow::ShadowQueue;
@@ -16,11 +19,10 @@ use crate::frame::shot::frame_view::FrameView;
 use crate::frame::shot::plan::ShadowCheck;
 use crate::frame::surface::ray_tally::RayTally;
 use crate::lanes::{F32x8, LANES, Mask, Vec3x8};
-use crate::pose::LightPose;
 use crate::samples::Tag;
 use crate::shade::area;
 use crate::shade::coat::{LayerRays, SeenBy, SeenCoat, SeenCoats};
-use crate::shade::light::{StratifiedPattern, light_sample, light_samples, seeds_of_places, to_light};
+use crate::shade::light::{StratifiedPattern, light_samples, seeds_of_places, to_light};
 use crate::shade::sampling::{PathSequence, orthonormal, seed_of};
 use crate::shade::terminator::{Receivers, ToSixteen};
 use crate::shade::{Surface, phong};
@@ -113,6 +115,8 @@ struct MetLanes {
     light: Vec3x8,
     /// Index of their layers, if any has one.
     coats: Option<usize>,
+    /// Ticks at which they are seen.
+    ticks: [Tick; LANES],
     /// Bit mask of the lanes in use.
     used: u8,
 }
@@ -141,6 +145,7 @@ impl MetLanes {
             materials: std::array::from_fn(|lane| at(lane).surface.material),
             light: Vec3x8::ZERO,
             coats: None,
+            ticks: std::array::from_fn(|lane| frame.tick_of(at(lane).bounce.cell)),
             used: u8::MAX >> (LANES - met.len()),
         }
     }
@@ -168,7 +173,7 @@ fn light(frame: &FrameView, met: &mut MetSurfaces, times: &mut TreeTimes, tally:
             met.coats.push(coats);
         }
     }
-    for light in frame.pose.lights.iter().filter(|light| !light.is_dark()) {
+    for light in (0..frame.pose.lights.len()).filter(|light| !frame.pose.is_dark(*light)) {
         ask_light(frame, light, met, times, tally);
         shine(frame, light, met);
     }
@@ -253,15 +258,16 @@ const SHARE_OF_PATHS: u32 = 4;
 /// Number of surfaces that gather light at once.
 const GATHER_AT_ONCE: usize = 256;
 
-/// Finds the points of `light` that reach each surface that was met.
+/// Finds the points of light number `light` that reach each surface that was met.
 fn ask_light(
     frame: &FrameView,
-    light: &LightPose,
+    light: usize,
     met: &mut MetSurfaces,
     times: &mut TreeTimes,
     tally: &mut RayTally,
 ) {
     let MetSurfaces { all: met, eights, queue, lit, to_light, .. } = met;
+    let points = frame.pose.lights[light].points;
     queue.clear();
     to_light.clear();
     lit.clear();
@@ -272,10 +278,10 @@ fn ask_light(
         *counted = counted.saturating_add(rays as u16);
     };
     for (eight, first) in eights.iter().zip((0..).step_by(LANES)) {
-        let pattern = StratifiedPattern::of_seeds(light, eight.seeds);
-        let MetLanes { receivers, lifts, used, .. } = eight;
-        if light.points == 1 {
-            let light_sample = light_sample(light, 0, &pattern, receivers.point);
+        let MetLanes { receivers, lifts, used, ticks, seeds, .. } = eight;
+        if points == 1 {
+            let places = (receivers.point, *seeds);
+            let light_sample = sample_of_light(frame, (light, 0), || *ticks, places);
             let rays = receivers.to_light(&light_sample, *used, |lane| lifts.lane(lane));
             let asked = rays.faces & light_sample.irradiance.is_some().bits() & used;
             queue.push(rays.origins, rays.to_light, F32x8::splat(light_sample.far), asked, first as u32);
@@ -288,6 +294,8 @@ fn ask_light(
             continue;
         }
         for lane in set_bits(*used) {
+            let light = &frame.pose.lights_at(ticks[lane])[light];
+            let pattern = StratifiedPattern::of_seeds(light, *seeds);
             let light_samples = light_samples(light, &pattern, lane, receivers.point.lane(lane));
             let ToSixteen { faces: asked, origin, light_samples, .. } =
                 receivers.to_sixteen(lane, &light_samples, || lifts.lane(lane));
@@ -310,7 +318,7 @@ fn ask_light(
         }
     };
     let cell = |owner: u32| met[owner as usize].bounce.cell;
-    if light.points > 1 {
+    if points > 1 {
         queue.set_ticks_of_sixteen(frame, cell);
         queue.answer_sixteen(
             check,
@@ -332,33 +340,43 @@ fn ask_light(
     }
 }
 
-/// Adds the light of those points of `light` that reach the surfaces that were met.
-fn shine(frame: &FrameView, light: &LightPose, met: &mut MetSurfaces) {
+/// Adds the light of those points of light number `light` that reach the surfaces that were met.
+fn shine(frame: &FrameView, light: usize, met: &mut MetSurfaces) {
     let eights = met.eights.iter_mut().zip(met.lit.chunks(LANES));
     for (eight, lit) in eights.filter(|(_, lit)| lit.iter().any(|points| *points != 0)) {
         let gloss = frame.palette.gloss(&eight.materials);
         let coats = eight.coats.map(|number| &met.coats[number]);
         let Receivers { point, normal, smooth, .. } = eight.receivers;
-        let (to_centre, reach) = (to_light(light, point).0, light.shape.reach());
         let albedo = frame.palette.albedo(&eight.materials, eight.reflectance);
-        let stands_for = shows_highlight(frame, light, &gloss);
-        let radiance = area::radiance(light);
-        let may_shine = gloss.is_any && phong::may_shine(&gloss, normal, eight.view, to_centre, reach);
         let mut points = [0; LANES];
         points[..lit.len()].copy_from_slice(lit);
         let places = Places { point, seeds: eight.seeds };
-        let reached = |point: usize| Mask::new(|lane| points[lane] >> point & 1 != 0);
-        eight.light = add_light(eight.light, light, places, reached, |light_sample| {
-            let mut light = phong::diffuse(albedo, normal, smooth, light_sample);
-            if let Some(coats) = coats {
-                light = light * coats.through + coats.highlight(light_sample, radiance);
-            }
-            if !may_shine {
-                return light;
-            }
-            let highlight = phong::specular(&gloss, normal, eight.view, light_sample);
-            light + stands_for.select3(highlight, Vec3x8::ZERO)
-        });
+        let (ticks, view, mut sum) = (eight.ticks, eight.view, eight.light);
+        frame.pose.each_of_light(
+            light,
+            || ticks,
+            |light, bits| {
+                let (to_centre, reach) = (to_light(light, point).0, light.shape.reach());
+                let stands_for = shows_highlight(frame, light, &gloss);
+                let radiance = area::radiance(light);
+                let may_shine = gloss.is_any && phong::may_shine(&gloss, normal, view, to_centre, reach);
+                let reached = |point: usize| {
+                    Mask::new(|lane| (bits >> lane & 1 != 0) & (points[lane] >> point & 1 != 0))
+                };
+                sum = add_light(sum, light, places, reached, |light_sample| {
+                    let mut light = phong::diffuse(albedo, normal, smooth, light_sample);
+                    if let Some(coats) = coats {
+                        light = light * coats.through + coats.highlight(light_sample, radiance);
+                    }
+                    if !may_shine {
+                        return light;
+                    }
+                    let highlight = phong::specular(&gloss, normal, view, light_sample);
+                    light + stands_for.select3(highlight, Vec3x8::ZERO)
+                });
+            },
+        );
+        eight.light = sum;
     }
 }
 

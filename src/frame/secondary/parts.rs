@@ -74,17 +74,21 @@ pub fn direct(
         return Vec3x8::ZERO;
     }
     let placed = placed.get(frame, tile, first);
-    let lights = frame.pose.lights.iter().zip(frame.slots).enumerate();
-    lights.filter(|(number, _)| among(*number)).fold(Vec3x8::ZERO, |sum, (_, (light, slot))| {
-        let places = Places { point: placed.point, seeds: tile.gathered.seeds(first) };
-        add_light(
-            sum,
+    let mut sum = Vec3x8::ZERO;
+    for (light, slot) in (0..).zip(frame.slots).filter(|(light, _)| among(*light)) {
+        frame.pose.each_of_light(
             light,
-            places,
-            |point| reached(*slot, point),
-            |light_sample| phong::diffuse(albedo, placed.normal, placed.smooth, light_sample),
-        )
-    })
+            || tile.ticks(first),
+            |light, bits| {
+                let places = Places { point: placed.point, seeds: tile.gathered.seeds(first) };
+                let reached = |point| reached(*slot, point) & Mask::from_bits(bits);
+                sum = add_light(sum, light, places, reached, |light_sample| {
+                    phong::diffuse(albedo, placed.normal, placed.smooth, light_sample)
+                });
+            },
+        );
+    }
+    sum
 }
 
 /// Computes albedo and normals of eight samples, for denoisers. Smooth mirrors and glass have none of their own:

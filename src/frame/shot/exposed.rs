@@ -1,7 +1,7 @@
 //! The exposures of a shot's frames, and how they divide the samples.
 
 use crate::exposure::{Exposures, Shutter, Strata};
-use crate::scene::{Light, Scene};
+use crate::scene::Scene;
 use crate::settings::{BasePlace, Budget, Mode, Refinement, Settings};
 
 /// The exposures of a frame of `scene`, if it has more to it than one picture at its own time.
@@ -12,22 +12,14 @@ pub fn exposures(scene: &Scene, settings: &Settings) -> Option<Exposures> {
         return None;
     }
     let is_open = shutter.as_ref().is_some_and(Shutter::is_open);
-    let most = exposures.unwrap_or_else(|| if is_open { that_suit(scene) } else { FEW });
+    let most = exposures.unwrap_or(FEW);
     let strata = if is_open || has_lens { Strata::new(fewest_samples(settings), most) } else { Strata::ONE };
     Some(Exposures::new(strata, shutter.as_ref(), &scene.camera.cuts))
 }
 
-/// Largest number of exposures where each sample has its own moment: samples that are few in each exposure cost more rays, and those
+/// Largest number of exposures where the shot does not say: samples that are few in each exposure cost more rays, and those
 /// whose moments lie far apart show other surfaces where much moves.
 const FEW: u32 = 4;
-
-/// Largest number where anything has no more moments than there are exposures.
-const MANY: u32 = 16;
-
-/// Largest number of exposures with an open shutter that suits a scene: many where lights change, which are those of the exposure's middle.
-fn that_suit(scene: &Scene) -> u32 {
-    if scene.lights.iter().all(Light::is_constant) { FEW } else { MANY }
-}
 
 /// Samples along a pixel's edge of the coarsest level: more than one, if there are finer ones, or nothing could be divided.
 fn fewest_samples(settings: &Settings) -> u32 {

@@ -6,7 +6,7 @@
 //! the same.
 
 use crate::exposure::{TICKS, Tick};
-use crate::pose::{CameraPose, Clip, LightPose, Pose};
+use crate::pose::{CameraPose, Clip, Pose};
 use crate::samples::{Flags, Tag};
 
 /// Change of the camera since the frame before.
@@ -92,7 +92,7 @@ impl Plan {
             camera: camera_change(before, now),
             any_moved: moved.contains(&true),
             moved,
-            lights: before.lights.iter().zip(&now.lights).map(|(old, new)| light_change(old, new)).collect(),
+            lights: (0..now.lights.len()).map(|light| light_change(before, now, light)).collect(),
         }
     }
 
@@ -188,14 +188,19 @@ fn camera_change(before: &Pose, now: &Pose) -> CameraChange {
     }
 }
 
-fn light_change(before: &LightPose, now: &LightPose) -> LightChange {
-    if before == now {
-        LightChange::None
-    } else if before.shape == now.shape {
-        LightChange::Strength
-    } else {
-        LightChange::Moved
-    }
+/// Like cameras, lights are compared tick by tick.
+fn light_change(before: &Pose, now: &Pose, light: usize) -> LightChange {
+    let ticks = if before.lights_at_ticks.is_empty() && now.lights_at_ticks.is_empty() { 1 } else { TICKS };
+    let pairs = (0..ticks as Tick).map(|tick| [before, now].map(|pose| &pose.lights_at(tick)[light]));
+    pairs.fold(LightChange::None, |change, [old, new]| {
+        if old == new || change == LightChange::Moved {
+            change
+        } else if old.shape == new.shape {
+            LightChange::Strength
+        } else {
+            LightChange::Moved
+        }
+    })
 }
 
 #[cfg(test)]
@@ -203,7 +208,7 @@ mod tests {
     use super::*;
     use crate::animation::{Transform, TransformTrack};
     use crate::frame::grid::view::tests::camera;
-    use crate::pose::LightShape;
+    use crate::pose::{LightPose, LightShape};
     use crate::sweep::Sweeps;
     use glam::Vec3;
 
@@ -221,7 +226,34 @@ mod tests {
             models: vec![Transform::IDENTITY; 2],
             sweeps: Sweeps::default(),
             lights: vec![lamp(0.0), lamp(5.0)],
+            lights_at_ticks: Vec::new(),
         }
+    }
+
+    #[test]
+    fn lights_are_compared_tick_by_tick() {
+        let ticks = |change: fn(usize, &mut LightPose)| {
+            let at = |tick| {
+                let mut lights = pose().lights;
+                change(tick, &mut lights[1]);
+                lights
+            };
+            Pose { lights_at_ticks: (0..TICKS).map(at).collect(), ..pose() }
+        };
+        let moves = ticks(|tick, light| {
+            light.shape = LightShape::Point { position: Vec3::X * tick as f32 };
+        });
+        let flickers = ticks(|tick, light| light.strength = Vec3::splat(tick as f32));
+        let change = |before: &Pose, now: &Pose| Plan::between(before, now).lights;
+        let of_second = |change| vec![LightChange::None, change];
+        // each sample goes on at its own tick, where all is as it was
+        assert_eq!(change(&moves, &moves), of_second(LightChange::None));
+        assert_eq!(change(&flickers, &flickers), of_second(LightChange::None));
+        for (one, change_of_it) in [(&moves, LightChange::Moved), (&flickers, LightChange::Strength)] {
+            assert_eq!(change(&pose(), one), of_second(change_of_it));
+            assert_eq!(change(one, &pose()), of_second(change_of_it));
+        }
+        assert_eq!(change(&moves, &flickers), of_second(LightChange::Moved));
     }
 
     fn moved_model() -> Pose {

@@ -12,6 +12,7 @@
 use glam::Vec3;
 
 use crate::animation::Transform;
+use crate::exposure::MIDDLE_TICK;
 use crate::pose::{LightPose, Pose};
 use crate::sweep::Sweeps;
 
@@ -67,13 +68,14 @@ impl ReflectionMaps {
     /// Returns true if models and lights are as when the maps were made.
     pub fn holds(&self, pose: &Pose) -> bool {
         self.seen.as_ref().is_some_and(|(models, sweeps, lights)| {
-            *models == pose.models && *sweeps == pose.sweeps && *lights == pose.lights
+            *models == pose.models && *sweeps == pose.sweeps && lights == pose.lights_at(MIDDLE_TICK)
         })
     }
 
     /// Creates maps that were made with the models and lights of `pose`.
     pub fn new(maps: Vec<Option<CubeMap>>, pose: &Pose) -> Self {
-        Self { maps, seen: Some((pose.models.clone(), pose.sweeps.clone(), pose.lights.clone())) }
+        let lights = pose.lights_at(MIDDLE_TICK).to_vec();
+        Self { maps, seen: Some((pose.models.clone(), pose.sweeps.clone(), lights)) }
     }
 }
 

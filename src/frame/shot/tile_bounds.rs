@@ -6,7 +6,7 @@ use super::frame_view::FrameView;
 use super::moved_bounds::MovedBounds;
 use crate::geometry::{Bounds, SweptBox};
 use crate::lanes::{LANES, Mask, Vec3x8};
-use crate::pose::{LightPose, LightSource};
+use crate::pose::{LightPose, LightSource, Pose};
 use crate::samples::{BACKGROUND, CELLS, EMPTY, Tile};
 use crate::scene::camera::Projection;
 use crate::shade::surface::around_origins;
@@ -73,8 +73,12 @@ impl TileBounds {
         }
     }
 
-    /// Returns true if anything in `moved` may lie between a light and any surface. A `false` is certain.
-    pub fn may_be_in_shadow(&self, moved: &MovedBounds, light: &LightPose) -> bool {
+    /// Returns true if anything in `moved` may lie between light number `light` and any surface. A `false` is certain.
+    pub fn may_be_in_shadow(&self, moved: &MovedBounds, pose: &Pose, light: usize) -> bool {
+        pose.all_of_light(light).any(|light| self.may_be_in_shadow_of(moved, light))
+    }
+
+    fn may_be_in_shadow_of(&self, moved: &MovedBounds, light: &LightPose) -> bool {
         // boxes of tiny models are smaller than the distance from a surface at which rays begin
         let Bounds { low, high } = self.surfaces;
         let surfaces = &around_origins(&Bounds { low: low - self.lift, high: high + self.lift });

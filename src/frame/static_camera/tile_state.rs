@@ -166,11 +166,11 @@ impl Content {
     /// Returns true if nothing that moved can hide a sample or change its light; the content is that of tile
     /// number `number`.
     fn is_out_of_reach(&self, frame: &FrameView, number: usize) -> bool {
-        let may_be_in_shadow = |light| self.bounds.may_be_in_shadow(frame.moved_bounds, light);
+        let may_be_in_shadow = |light| self.bounds.may_be_in_shadow(frame.moved_bounds, frame.pose, light);
         !self.is_doubtful
             && !self.may_have_moved(frame)
             && !self.sight.may_be_hidden(frame, number)
-            && !frame.pose.lights.iter().any(may_be_in_shadow)
+            && !(0..frame.pose.lights.len()).any(may_be_in_shadow)
     }
 }
 

@@ -19,7 +19,6 @@ use crate::frame::grid::{Grid, cell_number};
 use crate::frame::shot::frame_view::FrameView;
 use crate::frame::surface::radiance::{Light, Radiance};
 use crate::lanes::{F32x8, LANES, Vec3x8};
-use crate::pose::LightPose;
 use crate::samples::{
     BACKGROUND, CELLS, EMPTY, HalfColor, Octahedral, SampleStore, TILE, Tag, TagSlot, Tile, half_colors,
 };
@@ -77,11 +76,11 @@ impl CellValues {
         let model = tile.model[cell];
         let Some(color) = colors.get(cell).filter(|_| model != EMPTY) else { return Self::nothing() };
         let (mut lit, mut hidden) = (0, 0);
-        let lights = frame.pose.lights.iter().zip(frame.slots).take(u32::BITS as usize).enumerate();
+        let lights = frame.slots.iter().take(u32::BITS as usize).enumerate();
         // without power it makes no shadow, and what is known of it depends on what came before
         let is_compared =
-            |light: &LightPose, slot: &TagSlot| matches!(slot, TagSlot::Single(_)) && !light.is_dark();
-        for (light, (_, slot)) in lights.filter(|(_, (light, slot))| is_compared(light, slot)) {
+            |light: usize, slot: &TagSlot| matches!(slot, TagSlot::Single(_)) && !frame.pose.is_dark(light);
+        for (light, slot) in lights.filter(|(light, slot)| is_compared(*light, slot)) {
             match tile.tags.get(*slot, 0, cell) {
                 Tag::Lit => lit |= 1 << light,
                 Tag::StaticOccluder | Tag::DynamicOccluder => hidden |= 1 << light,

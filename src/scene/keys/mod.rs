@@ -136,7 +136,7 @@ pub(crate) struct RenderTable {
     /// `paths`, `reflections`, `samples` of lights) follow from it
     #[schemars(range(min = 0.001, max = 0.9))]
     pub error: Option<At<f64>>,
-    /// With a shutter or a lens: the most exposures among which the samples of a pixel are divided (4; 16 where lights change)
+    /// With a shutter or a lens: the most exposures among which the samples of a pixel are divided (4)
     #[schemars(range(min = 1, max = MOST_EXPOSURES))]
     pub exposures: Option<At<i64>>,
     /// "1-100", "1-100x2" (every second frame), "1-10,150" ("1")
