@@ -196,12 +196,37 @@ fn shape_in_middle(middle: &Transform, places: &[Transform]) -> Chord {
 
 /// All places of a model at a `moment` of `clock`: that of its middle, and those of groups of ticks if it moves.
 pub fn all_places(track: &TransformTrack, (clock, moment): (&Clock, i64), each: usize) -> Vec<Transform> {
-    let mut middle = track.at(clock.time(moment));
+    let (middle, swept) = within(track, (clock, moment), each);
+    places_of(middle, swept)
+}
+
+/// Place of a model in the middle of a `moment`, and those within it if it moves.
+fn within(track: &TransformTrack, (clock, moment): (&Clock, i64), each: usize) -> (Transform, Option<Swept>) {
+    let middle = track.at(clock.time(moment));
     let can_move = each > 1 && !clock.is_instant();
-    let swept = if can_move { swept(track, (clock, moment), &middle, each) } else { None };
+    (middle, if can_move { swept(track, (clock, moment), &middle, each) } else { None })
+}
+
+fn places_of(mut middle: Transform, swept: Option<Swept>) -> Vec<Transform> {
     let places = swept.map_or_else(Vec::new, |swept| swept.places);
     middle.shape = shape_in_middle(&middle, &places);
     std::iter::once(middle).chain(places).collect()
+}
+
+/// Places of a model at a `moment` of `clock` among which all of [`all_places`] lie: a box around what it contains at these contains it at all.
+pub fn outermost_places(
+    track: &TransformTrack,
+    (clock, moment): (&Clock, i64),
+    each: usize,
+) -> Vec<Transform> {
+    let (middle, swept) = within(track, (clock, moment), each);
+    match swept {
+        // what deforms on a straight way does not go straight where that turns
+        Some(Swept { places, ends: Some(_) }) if places.iter().all(|place| place.shape.is_still()) => {
+            places.first().into_iter().chain([&middle]).chain(places.last()).copied().collect()
+        }
+        swept => places_of(middle, swept),
+    }
 }
 
 #[cfg(test)]

@@ -9,7 +9,7 @@ use super::tree::Tree;
 use super::until::Until;
 use crate::exposure::Clock;
 use crate::scene::{Light, Model, Scene};
-use crate::sweep::{Sweeps, all_places};
+use crate::sweep::{Sweeps, outermost_places};
 
 /// Largest number of leaves: some 60 MB of nodes.
 const MOST_LEAVES: usize = 1 << 20;
@@ -93,7 +93,7 @@ impl Motion {
         let movers = movers.map(|((_, model), changes)| Mover { model, changes: changes.frames });
         let movers: Vec<Mover<'_>> = movers.filter(|mover| !mover.changes.is_empty()).collect();
         let places = |mover: &Mover<'_>, count: i64| {
-            all_places(&mover.model.track, (clock, direction.count(start + count)), each)
+            outermost_places(&mover.model.track, (clock, direction.count(start + count)), each)
         };
         Self {
             start,
