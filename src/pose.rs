@@ -92,9 +92,11 @@ impl Pose {
         self.lights_at_ticks.get(usize::from(tick)).unwrap_or(&self.lights)
     }
 
-    /// A light at all times of the exposure, some maybe twice.
+    /// A light at all times of the exposure: once, where it does not change.
     pub fn all_of_light(&self, light: usize) -> impl Iterator<Item = &LightPose> {
-        self.lights_at_ticks.iter().chain([&self.lights]).map(move |lights| &lights[light])
+        let middle = &self.lights[light];
+        let at_ticks = self.lights_at_ticks.iter().map(move |lights| &lights[light]);
+        std::iter::once(middle).chain(at_ticks.filter(move |pose| *pose != middle))
     }
 
     /// Returns true if a light sends no light as long as the exposure lasts: no ray to it is worth casting.

@@ -9,7 +9,7 @@ use glam::{DVec3, Vec3};
 use crate::toy;
 use crate::toy::worlds::*;
 
-/// Frames of [`keys`].
+/// Last frame of [`between`].
 const LAST: i32 = 4;
 
 /// From one value to another over the shot.
