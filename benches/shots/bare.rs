@@ -26,8 +26,8 @@ use afterimage::shade::surface::{Corners, off_surfaces};
 use afterimage::trace::embree::device_config;
 use afterimage::trace::{LANES, RayBatch, RayPacket};
 use embree::{
-    BuildQuality, Coherence, Committed, Device, Geometry, GeometryId, INVALID, PacketWidth, Ray, RayHit,
-    Scene as EmbreeScene, Valid,
+    ALL_TIMES, BuildQuality, Coherence, Committed, Device, Geometry, GeometryId, INVALID, PacketWidth, Ray,
+    RayHit, Scene as EmbreeScene, Valid,
 };
 use rayon::prelude::*;
 
@@ -130,7 +130,7 @@ impl Bare {
         let pose = Pose::new(scene, frame);
         for (instance, model) in self.instances.iter().enumerate() {
             let columns = pose.models[*model as usize].columns();
-            self.movable.set_instance_transforms(GeometryId(instance as u32), &[columns], [0.0, 1.0])?;
+            self.movable.set_instance_transforms(GeometryId(instance as u32), &[columns], ALL_TIMES)?;
         }
         let scenes = Scenes {
             still: self.still.commit()?,

@@ -12,6 +12,12 @@ use crate::toy::worlds::*;
 /// Last frame of [`between`].
 const LAST: i32 = 4;
 
+/// The shutter is open for half of each frame, about its own time.
+fn blurred(samples: u32, exposures: u32) -> Settings {
+    let shutter = Some(Shutter::new(-0.25, 0.25));
+    Settings { shutter, exposures: Some(exposures), audit: true, ..toy::settings(samples) }
+}
+
 /// From one value to another over the shot.
 fn between<T: afterimage::animation::Keyed>(from: T, to: T) -> Track<T> {
     toy::keys(&[(1.0, from), (f64::from(LAST), to)])
@@ -64,15 +70,7 @@ fn samples_are_exact_under_lights_that_change_within_an_exposure() {
             scene = with_camera(scene, goes(EYE, EYE + DVec3::new(0.4, -0.2, -0.5)), rests(TARGET));
         }
         for (samples, exposures) in [(2, 4), (3, 9), (4, 4)] {
-            let settings = Settings {
-                width: 64,
-                height: 48,
-                shutter: Some(Shutter::new(-0.25, 0.25)),
-                exposures: Some(exposures),
-                paths,
-                audit: true,
-                ..toy::settings(samples)
-            };
+            let settings = Settings { width: 64, height: 48, paths, ..blurred(samples, exposures) };
             for frame in toy::render(&scene, &settings, LAST) {
                 let audit = frame.stats.audit.unwrap();
                 assert_eq!(
@@ -122,15 +120,8 @@ fn columns(settings: &Settings) -> Vec<f64> {
 
 #[test]
 fn shadows_of_lights_that_move_far_leave_no_rings() {
-    let settings = |mode, samples, exposures| Settings {
-        width: 240,
-        height: 72,
-        shutter: Some(Shutter::new(-0.25, 0.25)),
-        exposures: Some(exposures),
-        mode,
-        audit: true,
-        ..toy::settings(samples)
-    };
+    let settings =
+        |mode, samples, exposures| Settings { width: 240, height: 72, mode, ..blurred(samples, exposures) };
     let truth = columns(&settings(Mode::Full, 16, 256));
     let most = truth.iter().fold(0.0_f64, |most, shown| most.max(*shown));
     assert!(truth.iter().all(|shown| *shown > 0.5 * most), "the shadow does not rest anywhere");

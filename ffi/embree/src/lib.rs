@@ -103,5 +103,5 @@ pub use packet::{Hit, INVALID, PacketWidth, PrimId, Ray, RayHit, Valid};
 pub use primitives::{PrimitiveHit, Primitives};
 pub use quality::BuildQuality;
 pub use query::{Coherence, Committed, OneHit};
-pub use scene::{FrozenScene, GeometryId, Scene};
+pub use scene::{ALL_TIMES, FrozenScene, GeometryId, Scene};
 pub use segment::{Bounds, Segment};

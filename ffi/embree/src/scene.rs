@@ -13,8 +13,8 @@ use std::sync::Arc;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct GeometryId(pub u32);
 
-/// Times of all rays.
-const ALL_TIMES: [f32; 2] = [0.0, 1.0];
+/// First and last time of rays, for the transforms of an [instance](Scene::set_instance_transforms).
+pub const ALL_TIMES: [f32; 2] = [0.0, 1.0];
 
 /// A scene that can be changed. It answers rays only through [`Committed`], which borrows it.
 #[derive(Debug)]

@@ -4,8 +4,8 @@
 mod scenes;
 
 use embree::{
-    BuildQuality, Coherence, Committed, Device, ErrorCode, FrozenScene, Geometry, GeometryId, PacketWidth,
-    RayHit, Scene, Valid, VertexBuffer,
+    ALL_TIMES, BuildQuality, Coherence, Committed, Device, ErrorCode, FrozenScene, Geometry, GeometryId,
+    PacketWidth, RayHit, Scene, Valid, VertexBuffer,
 };
 use scenes::{IDENTITY, UNIT_TRIANGLE, device, down, medium, mesh, moved};
 use std::sync::Arc;
@@ -71,10 +71,10 @@ fn misuse_of_a_scene_is_an_error() {
         |act: &dyn Fn(&mut Scene) -> Result<(), embree::Error>| act(&mut scene).unwrap_err().code();
 
     let nan = moved(f32::NAN, 0.0, 0.0);
-    assert_eq!(code(&|s| s.set_instance_transforms(placed, &[nan], [0.0, 1.0])), ErrorCode::InvalidArgument);
+    assert_eq!(code(&|s| s.set_instance_transforms(placed, &[nan], ALL_TIMES)), ErrorCode::InvalidArgument);
     assert_eq!(code(&|s| s.attach_instance(&child, nan, 1).map(drop)), ErrorCode::InvalidArgument);
     assert_eq!(
-        code(&|s| s.set_instance_transforms(plain, &[IDENTITY], [0.0, 1.0])),
+        code(&|s| s.set_instance_transforms(plain, &[IDENTITY], ALL_TIMES)),
         ErrorCode::InvalidOperation
     );
     assert_eq!(code(&|s| s.set_mask(GeometryId(2), 1)), ErrorCode::InvalidArgument);
@@ -161,7 +161,7 @@ fn threads_build_and_trace_at_the_same_time() {
                     scene.attach(&shared).unwrap();
                     let id = scene.attach_instance(&child, moved(3.0, 0.0, 0.0), 1).unwrap();
                     assert_eq!(hits(scene.commit().unwrap()), 16);
-                    scene.set_instance_transforms(id, &[moved(i as f32, 0.0, 0.0)], [0.0, 1.0]).unwrap();
+                    scene.set_instance_transforms(id, &[moved(i as f32, 0.0, 0.0)], ALL_TIMES).unwrap();
                     let tracer = scene.commit().unwrap();
                     std::thread::scope(|more| {
                         more.spawn(move || assert_eq!(hits(tracer), 16));

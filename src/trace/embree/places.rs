@@ -1,6 +1,6 @@
 //! Transforms and masks of instances in a frame.
 
-use embree::{GeometryId, Scene as EmbreeScene};
+use embree::{ALL_TIMES, GeometryId, Scene as EmbreeScene};
 
 use super::mask;
 use crate::animation::Transform;
@@ -10,9 +10,6 @@ use crate::pose::Pose;
 use crate::scene::RayKinds;
 use crate::sweep::Way;
 use crate::trace::TraceError;
-
-/// Times of the first and the last of several keys.
-const ALL_TIMES: [f32; 2] = [0.0, 1.0];
 
 /// Number of different times of rays, at most: multiples of a share of 1.
 pub const TIMES: usize = TICKS;
@@ -78,22 +75,20 @@ pub fn set_places(
         let transform = &pose.models[*model];
         let mask =
             if transform.is_visible { mask::of_instance(*seen_by, moved[*model]) } else { mask::HIDDEN };
-        match pose.sweeps.way(*model) {
-            Some(Way::Straight([open, close])) if open.to_world != close.to_world => {
-                let keys = [open, close].map(Transform::columns);
-                scene.set_instance_transforms(*id, &keys, times_of_ends(pose.sweeps.groups()))?;
-            }
-            Some(Way::Straight([rests, _])) => {
-                scene.set_instance_transforms(*id, &[rests.columns()], ALL_TIMES)?;
+        let (keys, times): (Vec<[f32; 12]>, _) = match pose.sweeps.way(*model) {
+            Some(Way::Straight(ends)) => {
+                let mut keys: Vec<[f32; 12]> = ends.iter().map(Transform::columns).collect();
+                // what deforms may rest
+                keys.dedup();
+                (keys, times_of_ends(pose.sweeps.groups()))
             }
             Some(Way::Bent(places)) => {
                 // of the last key nothing is seen: no ray is that late
-                let keys: Vec<[f32; 12]> =
-                    places.iter().chain(places.last()).map(Transform::columns).collect();
-                scene.set_instance_transforms(*id, &keys, ALL_TIMES)?;
+                (places.iter().chain(places.last()).map(Transform::columns).collect(), ALL_TIMES)
             }
-            None => scene.set_instance_transforms(*id, &[transform.columns()], ALL_TIMES)?,
-        }
+            None => (vec![transform.columns()], ALL_TIMES),
+        };
+        scene.set_instance_transforms(*id, &keys, times)?;
         scene.set_mask(*id, mask)?;
     }
     Ok(())
