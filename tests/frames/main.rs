@@ -16,6 +16,7 @@ mod affine;
 mod analytic;
 mod audit;
 mod blur;
+mod blur_by_formulas;
 mod blurred_lights;
 mod caustics;
 mod coverage;
