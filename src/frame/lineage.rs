@@ -11,8 +11,10 @@
 //! 3. *Nothing.* A base frame begins without samples: all of its pictures are traced, but for what the right eye takes from the left one.
 //!
 //! Samples go over to the new picture, but between the two eyes they are only lent, and projected: the left one goes on with them.
-//! An exposure never takes those of another. Each has its own time, point of the lens and part of the pixel in every frame, so that what
+//! An exposure goes on with its own samples: each has its own time, point of the lens and part of the pixel in every frame, so that what
 //! it keeps is as new to the others' parts as what is traced, and the samples of a pixel stay as many different ones as in a sharp frame.
+//! What these leave open it is lent by the exposure before it, [beside](super::reuse::beside) its own; the first one by the last one of the
+//! frame before.
 //!
 //! ```text
 //! two eyes           L1 ──► L2 ──► L3        one goes on with its own samples,
@@ -21,10 +23,10 @@
 //!
 //! three exposures    1a ──► 2a ──► 3a        each goes on with its own
 //!                    1b ──► 2b ──► 3b
-//!                    1c ──► 2c ──► 3c
+//!                    1c ──► 2c ──► 3c       (and is lent what is missing: 1a, 1b, 1c, 2a, 2b, ...)
 //! ```
 
-use super::shot::plan::{CameraChange, Plan};
+use super::shot::plan::{CameraChange, Plan, camera_change};
 use super::validity::ValidDirection;
 use crate::pose::Pose;
 use crate::samples::saved::PictureName;
@@ -50,6 +52,8 @@ pub struct Rule {
     pub is_full: bool,
     /// Frames are inferred from a base frame in both directions of time: its answers are to hold in both.
     pub has_two_sides: bool,
+    /// Number of exposures that may lend each other samples; 1: none does.
+    pub sharers: usize,
 }
 
 /// Ancestor of one picture, and the changes since then.
@@ -59,6 +63,8 @@ pub struct Lineage {
     pub from: Option<PictureName>,
     /// Those samples stay with that picture.
     pub is_lent: bool,
+    /// The picture that lends samples where those leave cells open.
+    pub beside: Option<PictureName>,
     /// Changes since that picture. With [`CameraChange::None`] samples stay in place; otherwise they are projected.
     pub plan: Plan,
     /// The direction of time in which the answers of its samples hold.
@@ -73,7 +79,8 @@ impl Lineage {
         let valid =
             ValidDirection::between(from.map(|from| (from.pose, from.valid)), pose, rule.has_two_sides);
         let Some(Ancestor { picture: name, pose: seen, .. }) = from else {
-            return Self { from: None, is_lent: false, plan: Plan::of_base_frame(pose), valid };
+            let plan = Plan::of_base_frame(pose);
+            return Self { from: None, is_lent: false, beside: None, plan, valid };
         };
         let is_lent = name.eye != picture.eye;
         let mut plan = Plan::between(seen, pose);
@@ -81,8 +88,37 @@ impl Lineage {
         if is_lent && plan.camera == CameraChange::None {
             plan.camera = CameraChange::SamePlace;
         }
-        Self { from: Some(name), is_lent, plan, valid }
+        let beside = if is_lent { None } else { beside(picture, (pose, seen.frame), made, rule.sharers) };
+        let beside = beside.filter(|lender| is_as_near(lender.pose, pose, plan.camera));
+        Self { from: Some(name), is_lent, beside: beside.map(|lender| lender.picture), plan, valid }
     }
+}
+
+/// Number of the exposure with which one of so many shares samples: the one before it, or of the first the last.
+pub fn exposure_beside(exposure: usize, count: usize) -> usize {
+    (exposure + count - 1) % count
+}
+
+/// The exposure beside that of a `picture`, in this frame or, if it is only made later, in the frame `before`.
+fn beside<'a>(
+    picture: PictureName,
+    (pose, before): (&Pose, i32),
+    made: &[Ancestor<'a>],
+    sharers: usize,
+) -> Option<Ancestor<'a>> {
+    if sharers < 2 || picture.exposure >= sharers {
+        return None;
+    }
+    let name = PictureName { exposure: exposure_beside(picture.exposure, sharers), ..picture };
+    let frame = if name.exposure < picture.exposure { pose.frame } else { before };
+    made.iter().find(|one| one.picture == name && one.pose.frame == frame).copied()
+}
+
+/// Returns true if what is lent needs no other tests than the samples that a picture goes on with: their camera has changed by `change`.
+fn is_as_near(lender: &Pose, pose: &Pose, change: CameraChange) -> bool {
+    let of_lender = camera_change(lender, pose);
+    let is_in_place = change == CameraChange::None || of_lender == CameraChange::None;
+    !is_in_place && (change == CameraChange::Moved || of_lender == change)
 }
 
 /// The picture whose samples are used: rules 1 and 2 of the [module](self).
@@ -134,7 +170,7 @@ mod tests {
         (PictureName { eye, exposure }, pose(frame, x))
     }
 
-    const RULE: Rule = Rule { reuse: true, is_full: false, has_two_sides: false };
+    const RULE: Rule = Rule { reuse: true, is_full: false, has_two_sides: false, sharers: 1 };
     const BASE: Rule = Rule { reuse: false, ..RULE };
     const FULL: Rule = Rule { is_full: true, ..RULE };
 
@@ -192,6 +228,55 @@ mod tests {
             let (found, change) = lineage(made, now, &rule);
             assert_eq!(found, from, "{case}");
             assert!(from == "-" || change == camera, "{case}: {change:?}");
+        }
+    }
+
+    #[test]
+    fn exposures_are_lent_what_is_missing() {
+        const SHARES: Rule = Rule { sharers: 3, ..RULE };
+        type Case<'a> = (&'a [(&'a str, f32)], (&'a str, f32), Rule, Option<&'a str>);
+        let table: [Case; 9] = [
+            (&[("L1b", 1.0), ("L2a", 2.0)], ("L2b", 3.0), SHARES, Some("L2a")),
+            (&[("L1c", 1.0), ("L2a", 2.0), ("L2b", 3.0)], ("L2c", 4.0), SHARES, Some("L2b")),
+            (&[("L1a", 0.0), ("L1b", 1.0), ("L1c", 2.0)], ("L2a", 4.0), SHARES, Some("L1c")),
+            // nothing of its own, or everything
+            (&[("L1a", 0.0)], ("L1b", 1.0), SHARES, None),
+            (&[("L1b", 1.0), ("L2a", 2.0)], ("L2b", 1.0), SHARES, None),
+            // of an older frame, in the same place, of the other eye
+            (&[("L1a", 0.0), ("L1b", 1.0)], ("L2b", 3.0), SHARES, None),
+            (&[("L1b", 1.0), ("L2a", 3.0)], ("L2b", 3.0), SHARES, None),
+            (&[("R1a", 1.0), ("L2a", 3.0)], ("R2b", 4.0), SHARES, None),
+            (&[("L1b", 1.0), ("L2a", 2.0)], ("L2b", 3.0), RULE, None),
+        ];
+        for (made, (now, x), rule, wanted) in table {
+            let made: Vec<_> = made.iter().map(|(name, x)| named(name, *x)).collect();
+            let valid = ValidDirection::To(Direction::Forward);
+            let ancestors: Vec<Ancestor> =
+                made.iter().map(|(picture, pose)| Ancestor { picture: *picture, pose, valid }).collect();
+            let (picture, pose) = named(now, x);
+            let Lineage { beside, .. } = Lineage::new(picture, &pose, &ancestors, &rule);
+            assert_eq!(beside, wanted.map(|name| named(name, 0.0).0), "{now} after {made:?}");
+        }
+    }
+
+    /// What needs no test since the eye did not move may only come from where that holds as well.
+    #[test]
+    fn what_is_lent_is_as_near_as_what_goes_on() {
+        let turned = |frame: i32, x: f32, right: Vec3| {
+            let mut pose = pose(frame, x);
+            pose.camera.right = right;
+            pose
+        };
+        let now = turned(2, 0.0, Vec3::Z);
+        for (lender, change, is_near) in [
+            (turned(2, 0.0, Vec3::Y), CameraChange::SamePlace, true),
+            (turned(2, 1.0, Vec3::Y), CameraChange::SamePlace, false),
+            (turned(2, 1.0, Vec3::Y), CameraChange::Moved, true),
+            (turned(2, 0.0, Vec3::Y), CameraChange::Moved, true),
+            (turned(2, 1.0, Vec3::Y), CameraChange::None, false),
+            (now.clone(), CameraChange::Moved, false),
+        ] {
+            assert_eq!(is_as_near(&lender, &now, change), is_near, "{change:?}");
         }
     }
 

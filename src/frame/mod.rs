@@ -194,7 +194,8 @@ impl<'s> Renderer<'s> {
         self.pictures.begin(eye, reuse);
         let settings = &self.prepared.settings;
         let is_full = settings.mode == Mode::Full;
-        let rule = Rule { reuse, is_full, has_two_sides: has_two_sides(settings) };
+        let rule =
+            Rule { reuse, is_full, has_two_sides: has_two_sides(settings), sharers: self.prepared.sharers() };
         let count = self.prepared.exposures.all.len();
         let place = self.places[eye as usize];
         let mut sum: Option<FrameStats> = None;

@@ -9,10 +9,11 @@ use super::film::develop;
 use super::grid::view::View;
 use super::grid::wanted::Wanted;
 use super::history::PictureHistory;
-use super::lineage::Lineage;
+use super::lineage::{Lineage, exposure_beside};
 use super::planes::channels::Channel;
 use super::planes::kernel::Kernel;
 use super::render_error::RenderError;
+use super::reuse::beside::Neighbor;
 use super::reuse::estimate::{Estimate, estimate};
 use super::reuse::proofs;
 use super::secondary::ray_trees::{self, TileTrees};
@@ -26,7 +27,7 @@ use super::shot::proofs::EyePath;
 use super::shot::reflection_maps::{NO_MAPS, ReflectionMaps};
 use super::tiles::TileSum;
 use super::tiles::input::FilmContents;
-use super::tiles::level::{Level, LevelScratch};
+use super::tiles::level::{Level, LevelScratch, Others};
 use super::validity::ValidDirection;
 use crate::changes::{Direction, Motion, Until};
 use crate::film::Film;
@@ -80,11 +81,11 @@ pub struct RenderedPicture {
 }
 
 /// Renders the picture that `request` names. Its samples and its film are left in `history`, which has those of its ancestor, unless a
-/// `lender` keeps them.
+/// `lender` keeps them; the picture `beside` lends what they leave open.
 pub fn render(
     prepared: &Prepared,
     (backend, maps, scratch): (&mut dyn Backend, &mut ReflectionMaps, &mut LevelScratch),
-    (history, lender): (&mut PictureHistory, Option<&PictureHistory>),
+    (history, lender, beside): (&mut PictureHistory, Option<&PictureHistory>, Option<&PictureHistory>),
     lineage: &Lineage,
     request: &PictureRequest,
 ) -> Result<RenderedPicture, RenderError> {
@@ -130,9 +131,13 @@ pub fn render(
     let begin = Instant::now();
     let obstacles = (reuses && proofs::are_of_use(&frame)).then(|| prepared.obstacles());
     seconds.reproject += begin.elapsed().as_secs_f64();
-    let lent = |level: usize| lender.and_then(|lender| lender.levels[level].store.as_ref());
-    let mut sum =
-        history.levels[0].render(&frame, estimate, (lent(0), obstacles), scratch, &mut film, first_shows);
+    let beside = beside.filter(|_| reuses);
+    let others = |level: usize| {
+        let [lent, beside] =
+            [lender, beside].map(|other| other.and_then(|other| other.levels[level].store.as_ref()));
+        Others { lent, beside, obstacles }
+    };
+    let mut sum = history.levels[0].render(&frame, estimate, others(0), scratch, &mut film, first_shows);
     if sum.is_stopped {
         return Err(RenderError::Stopped);
     }
@@ -149,8 +154,7 @@ pub fn render(
         let frame = setup.of_level(&frame, finer, &all_wanted);
         seconds.reproject += begin.elapsed().as_secs_f64();
         let shows = FilmContents::Coarser { is_last: film_is_last, written: &written };
-        let of_level =
-            level.render(&frame, Estimate::default(), (lent(finer), obstacles), scratch, &mut film, shows);
+        let of_level = level.render(&frame, Estimate::default(), others(finer), scratch, &mut film, shows);
         if of_level.is_stopped {
             return Err(RenderError::Stopped);
         }
@@ -193,6 +197,10 @@ pub fn render(
 struct Setup<'a> {
     /// One for each level of samples, as all that follows.
     views: Vec<View>,
+    /// Those of the exposure that shares samples with the picture's own; none where no samples are projected.
+    beside: Vec<View>,
+    /// See [`Neighbor`].
+    shift_beside: [f32; 2],
     motion_vectors: Vec<Option<MotionVectors>>,
     moved_bounds: MovedBounds,
     dynamic_bounds: MovedBounds,
@@ -217,7 +225,8 @@ impl<'a> Setup<'a> {
         let Prepared { scene, bounds, settings, .. } = prepared;
         let PictureRequest { picture, pose, place, at_frame, .. } = request;
         let strata = prepared.exposures.strata;
-        let view = |level: &Level| View::of_exposure(&level.grid, pose, (strata, picture.exposure));
+        let cameras = (pose.camera, &pose.cameras[..]);
+        let view = |level: &Level| View::of_exposure(&level.grid, cameras, (strata, picture.exposure));
         let views: Vec<View> = history.levels.iter().map(view).collect();
         let has_motion = at_frame.filter(|_| settings.layers.has(Layers::ALL_MOTION));
         // what the film shows, which goes over with the samples
@@ -232,6 +241,8 @@ impl<'a> Setup<'a> {
         Self {
             motion_vectors: views.iter().map(motion_vectors).collect(),
             views,
+            beside: views_beside(prepared, history, lineage, request),
+            shift_beside: shift_beside(prepared, *picture),
             deformations: prepared.deformations(pose),
             moved_bounds: MovedBounds::new(scene, bounds, pose, &lineage.plan),
             dynamic_bounds: MovedBounds::ever(scene, bounds, pose),
@@ -275,6 +286,7 @@ impl<'a> Setup<'a> {
             quadrics: &prepared.quadrics,
             lifts: &prepared.lifts,
             view: &self.views[0],
+            beside: self.neighbor(0),
             wanted: None,
             notes_colors: self.views.len() > 1,
             seeds: SeedPlace {
@@ -313,17 +325,53 @@ impl<'a> Setup<'a> {
         }
     }
 
+    /// The exposure that shares samples with the picture's own, at level number `level`.
+    fn neighbor(&self, level: usize) -> Option<Neighbor<'_>> {
+        self.beside.get(level).map(|view| Neighbor { view, shift: self.shift_beside })
+    }
+
     /// Makes the view that the phases of level number `level` read, from that of the coarsest level, `frame`. `wanted`: of the
     /// levels after it.
     fn of_level<'f>(&'f self, frame: &FrameView<'f>, level: usize, wanted: &'f [Wanted]) -> FrameView<'f> {
         FrameView {
             view: &self.views[level],
+            beside: self.neighbor(level),
             motion_vectors: self.motion_vectors[level].as_ref(),
             wanted: level.checked_sub(1).map(|finer| &wanted[finer]),
             notes_colors: level + 1 < self.views.len(),
             ..*frame
         }
     }
+}
+
+/// Views of the exposure with which a picture that is inferred shares samples, one for each level.
+fn views_beside(
+    prepared: &Prepared,
+    history: &PictureHistory,
+    lineage: &Lineage,
+    request: &PictureRequest,
+) -> Vec<View> {
+    let sharers = prepared.sharers();
+    if sharers < 2 || lineage.from.is_none() || lineage.plan.camera == CameraChange::None {
+        return Vec::new();
+    }
+    let PictureRequest { picture, pose, place, .. } = request;
+    let exposure = exposure_beside(picture.exposure, sharers);
+    let (camera, at_ticks) = prepared.camera(pose.frame, exposure, place.as_ref());
+    let of_exposure = (prepared.exposures.strata, exposure);
+    history
+        .levels
+        .iter()
+        .map(|level| View::of_exposure(&level.grid, (camera, &at_ticks), of_exposure))
+        .collect()
+}
+
+/// How much further right and down the window of the exposure beside a picture's is shifted, in pixels.
+fn shift_beside(prepared: &Prepared, picture: PictureName) -> [f32; 2] {
+    let exposure = exposure_beside(picture.exposure, prepared.exposures.all.len());
+    let [own, other] =
+        [picture, PictureName { exposure, ..picture }].map(|picture| shift_in_pixels(prepared, picture));
+    [0, 1].map(|axis| other[axis] - own[axis])
 }
 
 /// Shift of the window of a picture, to the right and down, in pixels.

@@ -53,11 +53,12 @@ impl Pictures {
             ancestor.reverse(prepared, lineage.valid);
         }
         let mut history = self.take(&lineage, request.picture, prepared);
-        let lender = self.all.iter().find(|one| lineage.is_lent && Some(one.picture) == lineage.from);
+        let named = |name: Option<PictureName>| self.all.iter().find(|one| Some(one.picture) == name);
+        let (lender, beside) = (named(lineage.from.filter(|_| lineage.is_lent)), named(lineage.beside));
         let made = picture::render(
             prepared,
             (backend, &mut self.maps, &mut self.scratch),
-            (&mut history, lender),
+            (&mut history, lender, beside),
             &lineage,
             request,
         )?;

@@ -21,14 +21,14 @@ use super::staged::{WriteError, write_whole};
 use crate::digest::Digest;
 use crate::input::{self, InputError, Kind};
 use crate::samples::saved::{self, CellMask, LevelSamples, Named, PictureName, PictureSamples, StoreShape};
-use crate::samples::{ClearRegions, SampleStore, TagLayout, Tile};
+use crate::samples::{ClearRegions, RegionNumbers, SampleStore, TagLayout, Tile};
 use crate::scene::Scene;
 
 /// The first bytes of a store.
 pub const MAGIC: &[u8; 16] = b"afterimage store";
 
 /// Version of the format. It counts up whenever the data that a sample keeps changes, or its meaning.
-pub const VERSION: u32 = 9;
+pub const VERSION: u32 = 10;
 
 /// Maximum length of a header, bytes.
 const MOST_HEADER: u32 = 1 << 20;
@@ -74,7 +74,7 @@ struct HeaderText {
 }
 
 /// See [`ClearRegions::to_numbers`].
-type SavedRegions = Vec<(u8, [f32; 8])>;
+type SavedRegions = Vec<(u8, RegionNumbers)>;
 
 /// A store that cannot be used. The text says why and what to do.
 #[derive(Debug)]

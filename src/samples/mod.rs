@@ -29,7 +29,7 @@ pub use openness::Openness;
 pub use path_color::PathColor;
 pub use path_list::{KeptPath, PathList};
 pub use pool::{LeavingStore, OldStore, TilePool};
-pub use regions::{ClearRegion, ClearRegions};
+pub use regions::{Apart, ClearRegion, ClearRegions, RegionNumbers};
 pub use sample::{Flags, HalfColor, Record, Sample, Traced};
 pub use spare::{MOST_SPARES, Spares};
 pub use store::{

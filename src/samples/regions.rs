@@ -10,11 +10,38 @@ use crate::geometry::Bounds;
 pub struct ClearRegion {
     /// Places of eyes, world space.
     pub eyes: Bounds,
-    /// Largest width of a cell at a right angle to its line of sight, for each unit of distance, with as much as lines of sight turn
-    /// within an exposure.
+    /// Largest width of a cell at a right angle to its line of sight, for each unit of distance.
     pub spread: f32,
-    /// Largest way of the eye within an exposure, world units.
+    /// Largest distance from an eye of what the picture shows, for each unit of depth along the view axis.
+    pub slant: f32,
+    /// How far apart the eyes of one exposure see a point.
+    pub apart: Apart,
+}
+
+/// How far apart, at most, the cameras of an exposure see one point in their pictures: `turn + way |1 / depth - focus|`, as lengths at depth 1,
+/// for a point at this depth along the view axis. Lines of sight through one cell leave places that are `way` apart and cross at depth
+/// `1 / focus`, but for what they `turn`. (Cameras that turn about the eye have a turn alone, and lenses all but that.)
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Apart {
+    /// Lengths at depth 1.
+    pub turn: f32,
+    /// World units.
     pub way: f32,
+    /// Reciprocal of a depth.
+    pub focus: f32,
+}
+
+impl Apart {
+    /// The greatest value for any point between two depths; the second one may be infinite.
+    pub fn between(&self, [near, far]: [f32; 2]) -> f32 {
+        let off = |depth: f32| (depth.recip() - self.focus).abs();
+        if self.way == 0.0 { self.turn } else { self.turn + self.way * off(near).max(off(far)) }
+    }
+
+    /// Returns true if `other` is nowhere greater.
+    pub fn holds(&self, other: &Self) -> bool {
+        self.way >= other.way && self.turn >= other.turn + other.way * (other.focus - self.focus).abs()
+    }
 }
 
 impl ClearRegion {
@@ -23,9 +50,13 @@ impl ClearRegion {
         self.eyes.low.cmple(other.eyes.low).all()
             && self.eyes.high.cmpge(other.eyes.high).all()
             && self.spread >= other.spread
-            && self.way >= other.way
+            && self.slant >= other.slant
+            && self.apart.holds(&other.apart)
     }
 }
+
+/// A region as it is saved.
+pub type RegionNumbers = [f32; 11];
 
 /// The regions of a store, by number: the first has number 1.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -46,22 +77,24 @@ impl ClearRegions {
         self.0.get(usize::from(number).wrapping_sub(1))?.as_ref()
     }
 
-    /// Converts the regions to numbers, to be saved: of each its number, the least and the greatest coordinates, the width and the way.
-    pub fn to_numbers(self) -> Vec<(u8, [f32; 8])> {
-        let numbers = |ClearRegion { eyes: Bounds { low, high }, spread, way }: ClearRegion| {
-            [low.x, low.y, low.z, high.x, high.y, high.z, spread, way]
+    /// Converts the regions to numbers, to be saved: of each its number, the least and the greatest coordinates, and all else in its order.
+    pub fn to_numbers(self) -> Vec<(u8, RegionNumbers)> {
+        let numbers = |ClearRegion { eyes: Bounds { low, high }, spread, slant, apart }: ClearRegion| {
+            let Apart { turn, way, focus } = apart;
+            [low.x, low.y, low.z, high.x, high.y, high.z, spread, slant, turn, way, focus]
         };
         (1..).zip(self.0).filter_map(|(number, region)| Some((number, numbers(region?)))).collect()
     }
 
     /// Inverse of [`to_numbers`](Self::to_numbers); `None` for other numbers.
-    pub fn from_numbers(all: &[(u8, [f32; 8])]) -> Option<Self> {
+    pub fn from_numbers(all: &[(u8, RegionNumbers)]) -> Option<Self> {
         let mut regions = Self::default();
         for (number, numbers) in all {
             let place = regions.0.get_mut(usize::from(*number).wrapping_sub(1))?;
             let [low, high] = [0, 3].map(|first| Vec3::from_slice(&numbers[first..first + 3]));
-            let [spread, way] = [numbers[6], numbers[7]];
-            *place = Some(ClearRegion { eyes: Bounds { low, high }, spread, way });
+            let [.., spread, slant, turn, way, focus] = *numbers;
+            let apart = Apart { turn, way, focus };
+            *place = Some(ClearRegion { eyes: Bounds { low, high }, spread, slant, apart });
         }
         all.iter().flat_map(|(_, numbers)| numbers).all(|number| number.is_finite()).then_some(regions)
     }
@@ -96,8 +129,27 @@ mod tests {
     use crate::samples::Flags;
 
     fn region(low: f32, high: f32, spread: f32) -> ClearRegion {
-        let way = 0.5 * spread;
-        ClearRegion { eyes: Bounds { low: Vec3::splat(low), high: Vec3::splat(high) }, spread, way }
+        let apart = Apart { turn: 0.25 * spread, way: 0.5 * spread, focus: 0.125 };
+        let eyes = Bounds { low: Vec3::splat(low), high: Vec3::splat(high) };
+        ClearRegion { eyes, spread, slant: 1.5, apart }
+    }
+
+    #[test]
+    fn a_bound_holds_those_that_are_nowhere_greater() {
+        let apart = Apart { turn: 0.5, way: 2.0, focus: 0.25 };
+        assert_eq!(
+            [[4.0, 4.0], [4.0, 8.0], [2.0, f32::INFINITY]].map(|depths| apart.between(depths)),
+            [0.5, 0.75, 1.0]
+        );
+        let table =
+            [(0.5, 2.0, 0.25, true), (0.4, 1.0, 0.3, true), (0.5, 2.0, 0.3, false), (0.5, 2.1, 0.25, false)];
+        for (turn, way, focus, holds) in table {
+            let other = Apart { turn, way, focus };
+            assert_eq!(apart.holds(&other), holds, "{other:?}");
+            let is_greater = |depth: f32| other.between([depth; 2]) > apart.between([depth; 2]);
+            assert!(!holds || !(1..100).any(|depth| is_greater(depth as f32 * 0.25)), "{other:?}");
+        }
+        assert_eq!(Apart::default().between([0.0, f32::INFINITY]), 0.0);
     }
 
     #[test]
@@ -121,8 +173,8 @@ mod tests {
         assert_eq!(left.get(1), Some(&region(0.0, 1.0, 0.1)));
         assert_eq!((left.get(0), left.get(2)), (None, None));
         assert_eq!(ClearRegions::from_numbers(&left.to_numbers()), Some(left));
-        assert_eq!(ClearRegions::from_numbers(&[(0, [1.0; 8])]), None);
-        assert_eq!(ClearRegions::from_numbers(&[(1, [f32::NAN; 8])]), None);
+        assert_eq!(ClearRegions::from_numbers(&[(0, [1.0; 11])]), None);
+        assert_eq!(ClearRegions::from_numbers(&[(1, [f32::NAN; 11])]), None);
     }
 
     #[test]

@@ -50,29 +50,44 @@ pub struct Record {
 
 const _: () = assert!(size_of::<Record>() == 32);
 
-/// The frame in which a sample was traced, and the tick of the exposure that goes with it from then on.
+/// The frame in which a sample was traced, and the tick of the exposure that goes with it from then on; and whether two exposures have it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Traced(u32);
 
 impl Traced {
     /// Number of the low bits that are the tick.
     const TICK_BITS: u32 = 8;
+    /// Bit of a sample that an exposure was [lent](crate::frame::reuse::beside) by the one before it.
+    const SHARED: u32 = 1 << 31;
+    /// Greatest number of a frame.
+    const LAST: u32 = (Self::SHARED - 1) >> Self::TICK_BITS;
 
     /// In rendered frame number `frame`, counted from the renderer's first; those that no bits are left for count as one.
     #[inline(always)]
     pub fn new(frame: u32, tick: Tick) -> Self {
-        Self(frame.min(u32::MAX >> Self::TICK_BITS) << Self::TICK_BITS | u32::from(tick))
+        Self(frame.min(Self::LAST) << Self::TICK_BITS | u32::from(tick))
     }
 
     /// Number of the frame.
     pub fn frame(self) -> u32 {
-        self.0 >> Self::TICK_BITS
+        (self.0 & !Self::SHARED) >> Self::TICK_BITS
     }
 
     /// The tick.
     #[inline(always)]
     pub fn tick(self) -> Tick {
         self.0 as Tick
+    }
+
+    /// Returns true if another exposure has the sample as well.
+    #[inline(always)]
+    pub fn is_shared(self) -> bool {
+        self.0 & Self::SHARED != 0
+    }
+
+    /// The same, of a sample that another exposure has as well.
+    pub fn shared(self) -> Self {
+        Self(self.0 | Self::SHARED)
     }
 
     /// Converts it to bits, to be saved.

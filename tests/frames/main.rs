@@ -44,6 +44,7 @@ mod reflected;
 mod reflection_maps;
 mod reuse;
 mod rough_glass;
+mod shared;
 mod shots;
 mod stereo;
 mod terminator;

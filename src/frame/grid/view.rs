@@ -8,8 +8,8 @@ use super::{Grid, place};
 use crate::exposure::{Strata, TICKS, Tick};
 use crate::geometry::{Bounds, SweptBox};
 use crate::lanes::{F32x8, LANES, Vec3x8};
-use crate::pose::{CameraPose, Pose};
-use crate::samples::TILE;
+use crate::pose::CameraPose;
+use crate::samples::{Apart, TILE};
 use crate::scene::camera::Projection;
 
 /// 2^32 over the golden ratio.
@@ -99,14 +99,18 @@ impl View {
         }
     }
 
-    /// Creates the view at `pose` through the `grid` of one of several exposures, number `exposure`.
-    pub fn of_exposure(grid: &Arc<Grid>, pose: &Pose, (strata, exposure): (Strata, usize)) -> Self {
+    /// Creates the view of a camera, with what it is at its ticks, through the `grid` of one of several exposures, number `exposure`.
+    pub fn of_exposure(
+        grid: &Arc<Grid>,
+        (camera, at_ticks): (CameraPose, &[CameraPose]),
+        (strata, exposure): (Strata, usize),
+    ) -> Self {
         let tick = |camera: &CameraPose| (*camera, Window::new(grid, camera));
         Self {
-            ticks: pose.cameras.iter().map(tick).collect(),
+            ticks: at_ticks.iter().map(tick).collect(),
             pattern: (exposure as u32).wrapping_mul(GOLDEN),
             strata,
-            ..Self::new(grid, pose.camera)
+            ..Self::new(grid, camera)
         }
     }
 
@@ -211,24 +215,37 @@ impl View {
         Spread { by_distance: by_distance / across, fixed: fixed / across }
     }
 
-    /// Upper bound of how far any line of sight turns within an exposure: as a share of its length.
-    pub fn turn(&self) -> f32 {
-        if self.ticks.is_empty() {
-            return 0.0;
-        }
-        // lines of sight change evenly over the picture, so most at a corner; and they are at least 1 long
+    /// Bound of how far apart the cameras of an exposure see a point, and how much further it is away than deep in the picture, at most.
+    pub fn apart(&self) -> (Apart, f32) {
+        // lines of sight change evenly over the picture, so most at a corner; and they are 1 long along the view axis
         let [right, bottom] = self.grid.cells.map(|cells| cells as f32);
         let [left, top] = self.grid.first.map(|first| first as f32);
         let side =
             |ends: [f32; 2], shift: usize| F32x8::new(std::array::from_fn(|lane| ends[lane >> shift & 1]));
         let corners = [side([left - 1.0, left + right + 1.0], 0), side([top - 1.0, top + bottom + 1.0], 1)];
         let directions = |cameras: Cameras8| cameras.rays(corners[0], corners[1])[1];
+        let lanes = |vectors: Vec3x8| (0..LANES).map(move |lane| vectors.lane(lane));
         let middle = directions(self.middle());
-        let most = (0..TICKS as Tick).fold(0.0_f32, |most, tick| {
-            let apart = directions(self.cameras_at(|| [tick; LANES])) - middle;
-            (0..LANES).fold(most, |most, lane| most.max(apart.lane(lane).length()))
+        let at_ticks =
+            || (0..self.ticks.len() as Tick).map(|tick| directions(self.cameras_at(|| [tick; LANES])));
+        let slant =
+            at_ticks().chain([middle]).flat_map(lanes).fold(1.0, |most, way| f32::max(most, way.length()));
+        let eyes = self.cameras().fold(Bounds::EMPTY, |all, camera| all.with(camera.eye));
+        // from the middle: ways of eyes, and changes of directions
+        let apart = || {
+            let ways = self.ticks.iter().map(|(camera, _)| camera.eye - self.camera.eye);
+            ways.zip(at_ticks().map(|directions| directions - middle))
+        };
+        // they cross where the changes make up for the ways, as well as they do: least squares
+        let (along, square) = apart().fold((0.0, 0.0), |(along, square), (way, changes)| {
+            let all_along: f32 = lanes(changes).map(|change| change.dot(way)).sum();
+            (along + all_along, square + LANES as f32 * way.length_squared())
         });
-        2.0 * most
+        let focus = if square > 0.0 { -along / square } else { 0.0 };
+        let most = apart().flat_map(|(way, changes)| lanes(changes).map(move |change| change + way * focus));
+        // any two of them
+        let turn = 2.0 * most.fold(0.0, |most, turn| f32::max(most, turn.length()));
+        (Apart { turn, way: (eyes.high - eyes.low).length(), focus }, slant)
     }
 
     /// Depths as keys that order samples.

@@ -1,6 +1,7 @@
 //! Reuse, the subject of the paper: samples of the frame before are projected, serve cells, and are verified;
 //! the other cells are traced.
 
+pub mod beside;
 pub mod bins;
 pub mod candidates;
 pub mod estimate;

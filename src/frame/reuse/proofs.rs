@@ -15,7 +15,9 @@ use crate::frame::shot::proofs::Proofs;
 use crate::geometry::Bounds;
 use crate::lanes::{LANES, Vec3x8};
 use crate::pose::Clip;
-use crate::samples::{BACKGROUND, CELLS, ClearRegion, ClearRegions, EMPTY, Flags, SampleStore, Status, Tile};
+use crate::samples::{
+    Apart, BACKGROUND, CELLS, ClearRegion, ClearRegions, EMPTY, Flags, SampleStore, Status, Tile,
+};
 use crate::settings::Reuse;
 
 /// Factor by which cells may become larger than they are now until a proof ends, by a zoom.
@@ -23,6 +25,9 @@ const ROOM_TO_ZOOM: f32 = 1.01;
 
 /// Factor by which the camera may go faster until a proof ends.
 const ROOM_TO_MOVE: f32 = 1.25;
+
+/// Share of it by which the distance may change in which lines of sight cross until a proof ends.
+const ROOM_TO_FOCUS: f32 = 0.01;
 
 /// Room around a sample in which its surface is asked: that in which it serves, and some for rounding. Cells.
 const ROOM: f32 = REACH + 0.05;
@@ -62,18 +67,22 @@ pub fn choose<'a>(
     let (view, path) = (frame.view, frame.eye_path);
     let eyes = view.cameras().fold(Bounds::EMPTY, |all, camera| all.with(camera.eye));
     // a target looks from another place, and another way, than the eye that sees the sample which serves it
-    let [turn, way] = [view.turn(), (eyes.high - eyes.low).length()];
-    let spread = view.spread().by_distance + turn / ROOM;
-    let here = ClearRegion { eyes, spread, way };
+    let ((apart, slant), spread) = (view.apart(), view.spread().by_distance);
+    let here = ClearRegion { eyes, spread, slant, apart };
     *regions = before.regions.that_hold(&here);
     let holding = regions.numbers();
     // the places of the path are those of the middles of exposures
+    let way = apart.way;
     let around = |eyes: Bounds| Bounds { low: eyes.low - way, high: eyes.high + way }.union(here.eyes);
     let soon = ClearRegion { eyes: around(path.soon), ..here };
     let number = regions.that_holds(&soon).or_else(|| {
-        let spread = view.spread().by_distance * path.zoom.max(1.0) * ROOM_TO_ZOOM;
-        let (spread, way) = (spread + turn * ROOM_TO_MOVE / ROOM, way * ROOM_TO_MOVE);
-        regions.add(ClearRegion { eyes: around(path.ahead), spread, way }, &before.regions)
+        let zoom = path.zoom.max(1.0) * ROOM_TO_ZOOM;
+        let way = way * ROOM_TO_MOVE;
+        let refocus = way * apart.focus.abs() * ROOM_TO_FOCUS;
+        let apart = Apart { turn: apart.turn * ROOM_TO_MOVE + refocus, way, ..apart };
+        let ahead =
+            ClearRegion { eyes: around(path.ahead), spread: spread * zoom, slant: slant * zoom, apart };
+        regions.add(ahead, &before.regions)
     });
     let now = number.and_then(|number| Some((number, *regions.get(number)?)));
     Proofs { obstacles, holding, now }
@@ -293,15 +302,21 @@ impl Search<'_> {
 
     /// How far from samples their surface is asked, for each unit of distance; `None` where the eye goes by right before them.
     fn reach(&self, shows: Shows, lanes: &[Lanes]) -> Option<f32> {
-        let ClearRegion { spread, way, .. } = self.region;
-        if way == 0.0 || shows == Shows::Background {
-            return Some(ROOM * spread);
-        }
-        let used = |lanes: &Lanes| {
-            set_bits(lanes.used).map(|lane| lanes.offsets.lane(lane).length()).fold(f32::INFINITY, f32::min)
+        let ClearRegion { spread, slant, apart, .. } = self.region;
+        let depths = match shows {
+            Shows::Background => [f32::INFINITY; 2],
+            Shows::Surface { .. } => {
+                let used = lanes.iter().flat_map(|lanes| set_bits(lanes.used).map(move |lane| (lanes, lane)));
+                let distances = used.map(|(lanes, lane)| lanes.offsets.lane(lane).length());
+                let ends = distances.fold([f32::INFINITY, 0.0], |[least, most], distance| {
+                    [least.min(distance), f32::max(most, distance)]
+                });
+                // from any eye
+                let size = self.eyes.half.length();
+                [(ends[0] - size) / slant, ends[1] + size]
+            }
         };
-        let nearest = lanes.iter().map(used).fold(f32::INFINITY, f32::min);
-        (nearest > way).then(|| ROOM * spread + way / nearest)
+        (depths[0] > apart.way).then(|| ROOM * spread + apart.between(depths))
     }
 
     /// Has samples keep whether they are proven.

@@ -7,6 +7,7 @@
 
 use rayon::prelude::*;
 
+use super::beside::{self, Beside};
 use super::bins::{BinWriter, Bins};
 use super::invalidate_spares::invalidate_spares;
 use super::project::{project_lanes, project_spares};
@@ -32,10 +33,13 @@ pub fn scatter(old: &SampleStore, frame: &FrameView, bins: &Bins) -> Vec<u32> {
         for first in (0..CELLS).step_by(LANES) {
             let mut projected = project_lanes(frame, tile, first);
             projected.which &= !tile.copies[first / LANES];
+            projected.which &= !beside::seen_twice(frame, tile, first, &projected);
             writer.add(grid, first, &projected, halo);
         }
         for first in (0..tile.spares.len()).step_by(LANES) {
-            writer.add(grid, CELLS + first, &project_spares(frame, &tile.spares, first), halo);
+            let mut projected = project_spares(frame, &tile.spares, first);
+            projected.which &= !beside::spares_seen_twice(frame, &tile.spares, first, &projected);
+            writer.add(grid, CELLS + first, &projected, halo);
         }
         writer.send(number as u32, bins)
     };
@@ -43,9 +47,10 @@ pub fn scatter(old: &SampleStore, frame: &FrameView, bins: &Bins) -> Vec<u32> {
     tiles.map_init(BinWriter::default, scatter_tile).collect()
 }
 
-/// Fills tile number `number` with what serves its cells. A cell that nothing serves is missed.
+/// Fills tile number `number` with what serves its cells, of the samples of the frame before or else of those that are lent. A cell that
+/// nothing serves is missed.
 pub fn resolve(
-    old: &OldStore,
+    (old, beside): (&OldStore, Option<&Beside>),
     frame: &FrameView,
     bins: &Bins,
     number: usize,
@@ -65,6 +70,9 @@ pub fn resolve(
     invalidate_spares(frame, &mut tile.spares);
     mark_unwanted(wanted, tile);
     mark_outside(extent, tile);
+    if let Some(beside) = beside {
+        beside.fill(frame, number, tile, serving);
+    }
     let reused = tile.status.iter().filter(|status| status.is_reused()).count();
     if frame.settings.mode == Mode::Auto && reused < wanted.count() / LEAST_REUSED {
         for cell in 0..CELLS {

@@ -35,6 +35,10 @@ pub const KEPT_OF_SOME: u8 = 1;
 #[derive(Debug, Default)]
 pub struct Serving {
     candidates: Candidates,
+    /// Candidates that are [lent](super::beside).
+    lent: Candidates,
+    /// Bit mask of those of them that serve a cell.
+    lending: Vec<u64>,
     /// Server of each cell, or the candidate that was tried last.
     servers: Vec<Server>,
     /// Bit mask of the candidates that serve a cell.
@@ -52,6 +56,7 @@ impl Serving {
     /// Removes all candidates, for a new tile.
     pub fn begin(&mut self) {
         self.candidates.clear();
+        self.lent.clear();
         self.flags = Flags::default();
     }
 
@@ -176,6 +181,47 @@ impl Serving {
         }
     }
 
+    /// Adds candidates that are [lent](super::beside): runs of the tile's bin of those.
+    pub fn add_lent(&mut self, runs: &[(u32, &[u64])]) {
+        runs.iter().for_each(|(source, run)| self.lent.add(*source, run, None));
+        self.lending.clear();
+        self.lending.resize(self.lent.len().div_ceil(WORD), 0);
+    }
+
+    /// Fills open cells of `tile`, of which `extent` is in the picture, with the nearest samples that are lent, by tiles of `lenders`.
+    pub fn fill_open<'t>(&mut self, extent: [u32; 2], tile: &mut Tile, lenders: &impl Sources<'t>) {
+        if self.lent.len() == 0 || !tile.status.contains(&Status::Missed) {
+            return;
+        }
+        let [columns, rows] = extent;
+        let eights = (0..rows).flat_map(|row| (0..columns).step_by(LANES).map(move |first| [first, row]));
+        for [first, row] in eights {
+            let cells = (first..columns).take(LANES).map(|column| cell_number([column, row]));
+            let is_open = |tile: &Tile, cell: usize| tile.status[cell] == Status::Missed;
+            if !cells.clone().any(|cell| is_open(tile, cell)) {
+                continue;
+            }
+            // where cells are crowded, one near by does as well as the nearest
+            let nearest = self.lent.nearest_to_eight(row as usize, first as usize);
+            for (cell, server) in cells.zip(nearest) {
+                let number = server.rank().map(Rank::number).filter(|_| is_open(tile, cell));
+                let lender = number.and_then(|number| Some((number, lenders(self.lent.source(number))?)));
+                if let Some((number, from)) = lender {
+                    self.lend(cell, tile, (number, from));
+                }
+            }
+        }
+    }
+
+    /// Gives a cell a copy of lent candidate number `number`, of the tile `from`: the first one is kept for later frames.
+    fn lend(&mut self, cell: usize, tile: &mut Tile, (number, from): (usize, &Tile)) {
+        let Self { lent, lending, flags, .. } = self;
+        *flags = flags.with(give(tile, cell, from, lent.get(number).word.slot()));
+        let record = &mut tile.record[cell];
+        record.traced = record.traced.shared();
+        tile.set_copy(cell, !set(lending, number));
+    }
+
     /// Replaces hidden samples of `tile` by the next candidates in turn, where one is near enough: they have
     /// to be verified. Returns the cells that have one; `None` if no cell has.
     pub fn ask_next<'t>(
@@ -204,42 +250,61 @@ impl Serving {
         (!next.is_empty()).then_some(next)
     }
 
-    /// Replaces the sample of `cell` by the nearest candidate that `shows` what the cell's target sees, if there is one: it has to be
-    /// verified. Returns true if there is.
+    /// Replaces the sample of `cell` by the nearest candidate that `shows` what the cell's target sees, or else by the nearest such one that
+    /// is lent, if there is any: it has to be verified. Returns true if there is.
     pub fn replace<'t>(
         &mut self,
         cell: usize,
         tile: &mut Tile,
         moved: impl Fn(u32) -> bool,
-        sources: &impl Sources<'t>,
+        (sources, lenders): (&impl Sources<'t>, &impl Sources<'t>),
         shows: impl Fn(&Sample) -> bool,
     ) -> bool {
-        let Self { candidates, servers, flags, .. } = self;
-        if candidates.len() == 0 {
-            return false;
-        }
-        candidates.sort();
-        let mut last = None;
-        loop {
-            let server = candidates.nearest(cell, last);
-            let Some(rank) = server.rank() else { return false };
-            last = Some(rank);
-            let (from, slot) =
-                (sources(candidates.source(rank.number())), candidates.get(rank.number()).word.slot());
-            let Some(from) = from.filter(|from| shows(&from.sample(slot))) else { continue };
+        if let Some((server, from, slot)) = nearest_that(&mut self.candidates, cell, sources, &shows) {
             tile.make_spare(cell, moved(tile.model[cell]));
-            *flags = flags.with(give(tile, cell, from, slot));
-            servers[cell] = server;
+            self.flags = self.flags.with(give(tile, cell, from, slot));
+            self.servers[cell] = server;
             return true;
         }
+        let Some((server, from, _)) = nearest_that(&mut self.lent, cell, lenders, &shows) else {
+            return false;
+        };
+        let Some(rank) = server.rank() else { return false };
+        tile.make_spare(cell, moved(tile.model[cell]));
+        self.lend(cell, tile, (rank.number(), from));
+        true
     }
 
     /// Cells of the tile that have been given another sample in this frame.
     pub fn given(&self, tile: &Tile) -> CellSet {
-        if self.candidates.len() == 0 {
+        if self.candidates.len() + self.lent.len() == 0 {
             return CellSet::default();
         }
         CellSet::new(|cell| self.servers[cell] != Server::OWN && tile.status[cell].is_reused())
+    }
+}
+
+/// The candidate nearest to the target of a cell that `shows` what this sees, with its tile and slot.
+fn nearest_that<'t>(
+    candidates: &mut Candidates,
+    cell: usize,
+    sources: &impl Sources<'t>,
+    shows: &impl Fn(&Sample) -> bool,
+) -> Option<(Server, &'t Tile, usize)> {
+    if candidates.len() == 0 {
+        return None;
+    }
+    candidates.sort();
+    let mut last = None;
+    loop {
+        let server = candidates.nearest(cell, last);
+        let rank = server.rank()?;
+        last = Some(rank);
+        let slot = candidates.get(rank.number()).word.slot();
+        let from = sources(candidates.source(rank.number())).filter(|from| shows(&from.sample(slot)));
+        if let Some(from) = from {
+            return Some((server, from, slot));
+        }
     }
 }
 

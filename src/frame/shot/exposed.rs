@@ -1,5 +1,6 @@
 //! The exposures of a shot's frames, and how they divide the samples.
 
+use crate::changes::anything_changes;
 use crate::exposure::{Exposures, Shutter, Strata};
 use crate::scene::Scene;
 use crate::settings::{BasePlace, Budget, Mode, Refinement, Settings};
@@ -12,7 +13,7 @@ pub fn exposures(scene: &Scene, settings: &Settings) -> Option<Exposures> {
         return None;
     }
     let is_open = shutter.as_ref().is_some_and(Shutter::is_open);
-    let most = exposures.unwrap_or(FEW);
+    let most = exposures.unwrap_or(if is_open || anything_changes(scene) { FEW } else { MANY });
     let strata = if is_open || has_lens { Strata::new(fewest_samples(settings), most) } else { Strata::ONE };
     Some(Exposures::new(strata, shutter.as_ref(), &scene.camera.cuts))
 }
@@ -20,6 +21,10 @@ pub fn exposures(scene: &Scene, settings: &Settings) -> Option<Exposures> {
 /// Largest number of exposures where the shot does not say: samples that are few in each exposure cost more rays, and those
 /// whose moments lie far apart show other surfaces where much moves.
 const FEW: u32 = 4;
+
+/// The same where only a lens blurs, and nothing moves: samples of one exposure see through a smaller part of the lens, and show each
+/// other's surfaces.
+const MANY: u32 = 16;
 
 /// Samples along a pixel's edge of the coarsest level: more than one, if there are finer ones, or nothing could be divided.
 fn fewest_samples(settings: &Settings) -> u32 {

@@ -19,6 +19,7 @@ use crate::frame::grid::view::{Cameras8, View};
 use crate::frame::grid::wanted::Wanted;
 use crate::frame::planes::channels::Channel;
 use crate::frame::planes::kernel::Kernel;
+use crate::frame::reuse::beside::Neighbor;
 use crate::frame::watcher::{Stop, Watcher};
 use crate::lanes::{LANES, Mask, Vec3x8};
 use crate::layers::Layers;
@@ -89,6 +90,8 @@ pub struct FrameView<'a> {
     pub roles: &'a [Role],
     /// Camera and grid.
     pub view: &'a View,
+    /// The exposure with which this one [shares](crate::frame::reuse::beside) samples, if it shares any.
+    pub beside: Option<Neighbor<'a>>,
     /// Cells to be made, in a level of refinement; `None`, in the coarsest, for all.
     pub wanted: Option<&'a Wanted>,
     /// True if the cells' colours are noted, for a finer level.

@@ -172,7 +172,7 @@ impl Plan {
 }
 
 /// Samples go on from frame to frame at their own ticks, so cameras are compared tick by tick.
-fn camera_change(before: &Pose, now: &Pose) -> CameraChange {
+pub fn camera_change(before: &Pose, now: &Pose) -> CameraChange {
     let is_in_place = |before: &CameraPose, now: &CameraPose| {
         before.eye == now.eye
             && (!now.is_orthographic() || before.forward == now.forward)

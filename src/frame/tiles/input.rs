@@ -2,6 +2,7 @@
 
 use crate::frame::film::develop::DirtyTiles;
 use crate::frame::planes::channels::Picture;
+use crate::frame::reuse::beside::Beside;
 use crate::frame::reuse::bins::Bins;
 use crate::frame::reuse::estimate::Estimate;
 use crate::frame::shot::frame_view::FrameView;
@@ -16,8 +17,8 @@ pub enum Reused<'c> {
     None,
     /// The camera did not move: all are where they were, but for those of models that moved.
     InPlace(&'c Detached, &'c Bins),
-    /// Samples of an earlier picture, projected into bins.
-    Projected(OldStore<'c>, &'c Bins),
+    /// Samples of an earlier picture, projected into bins; and those that another exposure lends.
+    Projected(OldStore<'c>, &'c Bins, Option<Beside<'c>>),
 }
 
 impl<'c> Reused<'c> {
@@ -26,7 +27,15 @@ impl<'c> Reused<'c> {
         move |source| match self {
             Self::None => None,
             Self::InPlace(detached, _) => source_tile(detached, before, source),
-            Self::Projected(old, _) => old.tile(source),
+            Self::Projected(old, ..) => old.tile(source),
+        }
+    }
+
+    /// Lookup of the tiles with candidates that are lent, by number.
+    pub fn lenders<'t>(&'t self) -> impl Fn(u32) -> Option<&'t Tile> {
+        move |source| match self {
+            Self::Projected(_, _, Some(beside)) => beside.tile(source),
+            _ => None,
         }
     }
 }

@@ -12,6 +12,7 @@ use crate::clear::Obstacles;
 use crate::film::Film;
 use crate::frame::grid::Grid;
 use crate::frame::grid::wanted::{PixelFlags, Wanted};
+use crate::frame::reuse::beside::Beside;
 use crate::frame::reuse::bins::Bins;
 use crate::frame::reuse::estimate::Estimate;
 use crate::frame::reuse::proofs;
@@ -38,14 +39,27 @@ pub struct Level {
 #[derive(Default)]
 pub struct LevelScratch {
     bins: Bins,
+    /// Of samples that another exposure lends.
+    bins_beside: Bins,
     detached: Detached,
     tiles: TileScratch,
+}
+
+/// What a level is made of beside its own samples.
+#[derive(Clone, Copy)]
+pub struct Others<'a> {
+    /// Samples of the same level of another picture, which are projected instead of its own.
+    pub lent: Option<&'a SampleStore>,
+    /// Those of another exposure, which fill cells that the level's own leave open.
+    pub beside: Option<&'a SampleStore>,
+    /// The models at rest, where proofs are of use.
+    pub obstacles: Option<&'a Obstacles>,
 }
 
 impl LevelScratch {
     /// Bytes of what is projected, which grow with the picture, and of tiles that belong to no store.
     pub fn bytes(&self, layout: &TagLayout) -> usize {
-        self.bins.bytes() + self.tiles.pool.bytes(layout)
+        self.bins.bytes() + self.bins_beside.bytes() + self.tiles.pool.bytes(layout)
     }
 }
 
@@ -97,18 +111,19 @@ impl Level {
         self.buffers.forget();
     }
 
-    /// Renders this level of a picture into `film`: from its own samples of the frame before, if it has any, or from those of the
-    /// same level of another picture, if they are `lent`.
+    /// Renders this level of a picture into `film`: from its own samples of the frame before, if it has any, or from those of
+    /// `others`.
     pub fn render(
         &mut self,
         frame: &FrameView,
         estimate: Estimate,
-        (lent, obstacles): (Option<&SampleStore>, Option<&Obstacles>),
+        others: Others,
         scratch: &mut LevelScratch,
         film: &mut Film,
         shows: FilmContents,
     ) -> TileSum {
-        let LevelScratch { bins, detached, tiles } = scratch;
+        let LevelScratch { bins, bins_beside, detached, tiles } = scratch;
+        let Others { lent, beside, obstacles } = others;
         if frame.plan.camera != CameraChange::None {
             self.buffers.states.clear();
         }
@@ -119,7 +134,10 @@ impl Level {
         let both = before.zip(obstacles);
         let proofs = both.map(|(before, obstacles)| proofs::choose(frame, obstacles, before, &mut regions));
         let frame = &FrameView { proofs: proofs.as_ref(), ..*frame };
-        let (mut now, reused) = self.begin(frame, lent, bins, detached);
+        let (mut now, mut reused) = self.begin(frame, lent, bins, detached);
+        if let (Reused::Projected(_, _, lends), Some(store)) = (&mut reused, beside) {
+            *lends = Some(Beside::scatter(store, frame, bins_beside));
+        }
         let mut start = Start { reused, estimate };
         let projecting = begin.elapsed().as_secs_f64();
         let mut sum = run_tiles(frame, &mut start, &mut now, (&mut self.buffers, tiles), film, shows);
@@ -142,7 +160,7 @@ impl Level {
             (_, Some(lent)) => {
                 bins.open(tiles);
                 reproject::scatter(lent, frame, bins);
-                (SampleStore::default(), Reused::Projected(OldStore::Lent(lent), bins))
+                (SampleStore::default(), Reused::Projected(OldStore::Lent(lent), bins, None))
             }
             (None, None) => (SampleStore::default(), Reused::None),
             (Some(mut store), None) if frame.plan.camera == CameraChange::None => {
@@ -157,7 +175,7 @@ impl Level {
                 bins.open(tiles);
                 let until = reproject::scatter(&old, frame, bins);
                 let old = OldStore::Leaving(LeavingStore::new(old, &until));
-                (SampleStore::default(), Reused::Projected(old, bins))
+                (SampleStore::default(), Reused::Projected(old, bins, None))
             }
         }
     }

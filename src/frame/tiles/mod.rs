@@ -139,7 +139,7 @@ pub fn run_tiles(
     for rows in bands {
         let begin = Instant::now();
         let [done, end] = [rows.start, rows.end].map(|row| (row * grid.tiles_x) as usize);
-        if let Reused::Projected(old, _) = &mut start.reused {
+        if let Reused::Projected(old, ..) = &mut start.reused {
             old.let_go(done, pool);
         }
         pool.grow(store, end, layout);
@@ -180,7 +180,7 @@ pub fn run_tiles(
             FilmContents::Nothing | FilmContents::Last => sum.written.is_zero(number, *was_zero),
         };
     }
-    if let Reused::Projected(old, _) = &mut start.reused {
+    if let Reused::Projected(old, ..) = &mut start.reused {
         old.let_go(grid.tiles(), pool);
     }
     sum

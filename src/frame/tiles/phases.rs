@@ -34,7 +34,7 @@ use crate::frame::static_camera;
 use crate::frame::static_camera::remake::{Change, DirtyLevel};
 use crate::frame::static_camera::sight;
 use crate::frame::static_camera::tile_state::TileState;
-use crate::samples::{Flags, Status, Tile};
+use crate::samples::{Flags, Sample, Status, Tile};
 use crate::settings::Reuse;
 use crate::stats::SampleCounts;
 use crate::trace::SceneSubset;
@@ -192,8 +192,8 @@ fn resolve(work: &Work, number: usize, tile: &mut Tile, scratch: &mut ThreadScra
             let before = before.get_or_insert_with(|| Box::new(Tile::empty(layout)));
             static_camera::merge(detached, frame, bins, number, tile, before, serving)
         }
-        Reused::Projected(old, bins) => {
-            reproject::resolve(old, frame, bins, number, tile, serving);
+        Reused::Projected(old, bins, beside) => {
+            reproject::resolve((old, beside.as_ref()), frame, bins, number, tile, serving);
             true
         }
     }
@@ -256,10 +256,11 @@ fn trace_cells(
     let Work { frame, start: Start { reused, .. }, .. } = *work;
     let ThreadScratch { serving, before, trace, .. } = scratch;
     let asked = &asked.without(&own_triangle::confirmed(frame, number, among, (tile, asked), trace));
-    let sources = reused.sources(before.as_deref());
+    let (sources, lenders) = (reused.sources(before.as_deref()), reused.lenders());
     let moved = |model: u32| frame.moved(model);
     let mut replace = |tile: &mut Tile, cell: usize, seen: &Seen| {
-        serving.replace(cell, tile, moved, &sources, |sample| seen.is_shown_by(frame, sample))
+        let shows = |sample: &Sample| seen.is_shown_by(frame, sample);
+        serving.replace(cell, tile, moved, (&sources, &lenders), shows)
     };
     trace_missed::trace_missed(frame, number, among, (tile, asked), &mut replace, trace);
 }

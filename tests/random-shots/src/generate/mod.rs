@@ -12,6 +12,7 @@ mod models;
 pub mod rays;
 mod settings;
 pub mod small;
+mod still_world;
 mod tracks;
 
 use toml::{Table, Value};
@@ -36,6 +37,9 @@ const RAYS: u64 = 0x0002_A5EE;
 /// And the error that is wanted.
 const ERROR: u64 = 0x000E_2202;
 
+/// And whether nothing moves but the camera.
+const STILL_WORLD: u64 = 0x5713_1103;
+
 /// The shot of this seed.
 pub fn generate(seed: u64) -> Table {
     let mut dice = Dice::new(seed);
@@ -59,6 +63,7 @@ pub fn generate(seed: u64) -> Table {
     small::add(&mut Dice::new(seed ^ SMALL), &span, &mut shot);
     rays::add(&mut Dice::new(seed ^ RAYS), &mut shot);
     settings::add_error(&mut Dice::new(seed ^ ERROR), &mut shot);
+    still_world::add(&mut Dice::new(seed ^ STILL_WORLD), &mut shot);
     shot
 }
 
