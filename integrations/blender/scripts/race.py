@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Times a shot at several qualities: Cycles with persistent data, and Afterimage, export and files included.
 
-    python integrations/blender/scripts/race.py FOLDER [--shot SHOT] [--blur] [--error] [--stills] [--width WIDTH] [--reference SAMPLES]
+    python integrations/blender/scripts/race.py FOLDER [--shot SHOT] [--blur] [--error] [--stills] [--defaults] [--width WIDTH] [--reference SAMPLES]
 
 Shots:
     room        a camera that travels past things that rest, 48 frames: the scene of compare_cycles.py, without its glass
@@ -10,7 +10,8 @@ Shots:
     flock       300 instances that fly, 10 frames
 
 --blur: with motion blur, half a frame long. --error: counts of ours follow from noise thresholds.
---stills: instead, how long the first ten frames take as an animation, and one by one as scripts render them. Both renderers have a filter of one pixel. The error is that of three frames against a picture of
+--stills: instead, how long the first ten frames take as an animation, and one by one as scripts render them. --defaults: instead, both as a new
+file has them, denoised: Cycles with a noise threshold of 0.01 and at most 4096 samples. Both renderers have a filter of one pixel. The error is that of three frames against a picture of
 the same renderer that has next to none, with REFERENCE samples in Cycles (1024): root of the mean square difference, over the mean, of the three
 on the mean. How far apart these pictures are is said first. Between the measured qualities time and error are interpolated by their
 logarithms. Needs a Python with bpy and afterimage.
@@ -35,6 +36,8 @@ OURS = ((2, 4, 4), (4, 1, 1), (4, 4, 4))
 """Samples (N x N), paths, reflected paths."""
 THRESHOLDS = (8.0, 4.0, 2.0)
 """Noise thresholds, in percent."""
+DEFAULTS = "defaults"
+"""The quality of a new file."""
 REFERENCE = (12, 8, 8)
 """The same, of a picture whose error is next to none."""
 
@@ -58,7 +61,7 @@ def build(options):
     """The scene, and the frames in which it is checked."""
     make, frames = SHOTS[options.shot]
     scene = make(options.width, frames)
-    if not options.error:
+    if not options.error and not options.defaults:
         scene.afterimage.shadow_rays = "1"
     scene.cycles.max_bounces = scene.afterimage.bounces + 1
     scene.cycles.pixel_filter_type, scene.cycles.filter_width = "BOX", 1.0
@@ -74,16 +77,30 @@ def choose(scene, engine, quality, is_denoised=False):
     """Sets the engine and its quality."""
     scene.render.engine = engine
     if engine == "CYCLES":
-        scene.cycles.samples, scene.cycles.use_denoising = quality, is_denoised
+        scene.cycles.use_adaptive_sampling, scene.cycles.adaptive_threshold = quality == DEFAULTS, 0.01
+        scene.cycles.samples, scene.cycles.use_denoising = 4096 if quality == DEFAULTS else quality, is_denoised
         scene.cycles.denoiser = "OPENIMAGEDENOISE"
     else:
         own = scene.afterimage
-        own.denoise, own.error = is_denoised, 0 if isinstance(quality, tuple) else quality
+        own.denoise = is_denoised
+        if quality == DEFAULTS:
+            own.property_unset("error")
+        else:
+            own.error = 0 if isinstance(quality, tuple) else quality
         for at, name in enumerate(("samples", "paths", "reflections")):
             if own.error > 0:
                 own.property_unset(name)
             else:
                 setattr(own, name, quality[at])
+
+
+def qualities(options, engine, is_denoised):
+    """What an engine is measured with."""
+    if options.defaults:
+        return (DEFAULTS,)
+    if engine == "CYCLES":
+        return CYCLES[is_denoised]
+    return THRESHOLDS if options.error else OURS
 
 
 def pictures(scene, folder, engine, quality, checked):
@@ -176,6 +193,7 @@ def main():
     parser.add_argument("--blur", action="store_true")
     parser.add_argument("--error", action="store_true")
     parser.add_argument("--stills", action="store_true")
+    parser.add_argument("--defaults", action="store_true")
     parser.add_argument("--width", type=int, default=240)
     parser.add_argument("--reference", type=int, default=1024)
     options = parser.parse_args()
@@ -190,9 +208,9 @@ def main():
     apart = error_of(right["AFTERIMAGE"].values(), right["CYCLES"].values())
     print(f"{options.shot}{', blur' if options.blur else ''}: what both have next to no error of is {100 * apart:.1f} % apart", flush=True)
     watch, points = Stopwatch(), {}
-    for is_denoised in (False, True):
-        for engine, qualities in (("AFTERIMAGE", THRESHOLDS if options.error else OURS), ("CYCLES", CYCLES[is_denoised])):
-            for quality in qualities:
+    for is_denoised in (True,) if options.defaults else (False, True):
+        for engine in ("AFTERIMAGE", "CYCLES"):
+            for quality in qualities(options, engine, is_denoised):
                 watch.frames.clear(), watch.exports.clear()
                 seconds, of_all, error = run(scene, folder, engine, quality, is_denoised, right[engine])
                 points.setdefault((engine, is_denoised), []).append((seconds, error))
@@ -202,7 +220,7 @@ def main():
                     rest = seconds - sum(watch.frames) - sum(watch.exports)
                     print(f"  first frame {watch.frames[0]:.2f} s, others {np.mean(watch.frames[1:]):.3f} s each, export {sum(watch.exports):.2f} s,"
                           f" all else {rest:.2f} s", flush=True)
-    for is_denoised in (False, True):
+    for is_denoised in () if options.defaults else (False, True):
         for seconds, error in points["CYCLES", is_denoised]:
             ours = time_at(points["AFTERIMAGE", is_denoised], error)
             print(f"{'denoised' if is_denoised else 'raw'}, error {100 * error:.1f} %: Cycles {seconds:.1f} s, Afterimage {ours:.1f} s, {seconds / ours:.1f} times")
