@@ -16,8 +16,8 @@ use rayon::prelude::*;
 use super::bins::{BinWriter, Bins, Projected8, STEPS};
 use super::project::{project_lanes, project_spares};
 use super::serve::Serving;
-use crate::frame::grid::view::{Cameras8, View};
-use crate::frame::shot::frame_view::FrameView;
+use crate::frame::grid::view::Cameras8;
+use crate::frame::shot::frame_view::{FrameView, Neighbor};
 use crate::lanes::{F32x8, LANES, Mask, Vec3x8};
 use crate::samples::{BACKGROUND, CELLS, SampleStore, Spares, Tile};
 
@@ -87,22 +87,13 @@ pub fn spares_seen_twice(frame: &FrameView, spares: &Spares, first: usize, proje
     if shared == 0 { 0 } else { shared & spares_within_a_pixel(frame, (spares, first), projected) }
 }
 
-/// The exposure with which another one shares samples, as it sees them in the same frame.
-#[derive(Clone, Copy)]
-pub struct Neighbor<'a> {
-    /// Its camera and grid.
-    pub view: &'a View,
-    /// How much further right and down its pixels lie than those of the other exposure, in pixels.
-    pub shift: [f32; 2],
-}
-
 /// Bit mask of those of eight samples that both exposures see within a pixel.
 #[inline(always)]
 fn within_a_pixel(frame: &FrameView, (tile, first): (&Tile, usize), projected: &Projected8) -> u8 {
     let Some(beside) = &frame.beside else { return 0 };
     let cameras = beside.view.cameras_at(|| tile.ticks(first));
     let offsets = frame.offsets_from(cameras.eye, (tile, first), || tile.ticks(first));
-    beside.sees_near(frame, &cameras, offsets, projected)
+    seen_near((frame, beside), &cameras, offsets, projected)
 }
 
 fn spares_within_a_pixel(frame: &FrameView, (spares, first): (&Spares, usize), projected: &Projected8) -> u8 {
@@ -114,26 +105,24 @@ fn spares_within_a_pixel(frame: &FrameView, (spares, first): (&Spares, usize), p
         let apart = frame.view.eye(ticks[lane]) - beside.view.eye(ticks[lane]);
         offsets.set_lane(lane, if spare.model == BACKGROUND { from_own } else { from_own + apart });
     }
-    beside.sees_near(frame, &beside.view.cameras_at(|| ticks), offsets, projected)
+    seen_near((frame, beside), &beside.view.cameras_at(|| ticks), offsets, projected)
 }
 
-impl Neighbor<'_> {
-    /// Bit mask of those of eight samples, at `offsets` from its eyes, that its `cameras` see within a pixel of where they are `projected`.
-    #[inline(always)]
-    fn sees_near(
-        &self,
-        frame: &FrameView,
-        cameras: &Cameras8,
-        offsets: Vec3x8,
-        projected: &Projected8,
-    ) -> u8 {
-        let (grid, seen) = (&*frame.view.grid, cameras.project(offsets));
-        let cells = F32x8::splat(grid.samples as f32);
-        let near = |own: [i32; LANES], other: F32x8, axis: usize| {
-            let own = F32x8::new(own.map(|steps| steps as f32 / STEPS as f32));
-            let other = other - F32x8::splat(grid.first[axis] as f32);
-            ((other - own) / cells + F32x8::splat(self.shift[axis])).abs().lt(F32x8::ONE)
-        };
-        (near(projected.x, seen.x, 0) & near(projected.y, seen.y, 1)).bits()
-    }
+/// Bit mask of those of eight samples, at `offsets` from the eyes of the exposure beside, that its `cameras` see within a pixel of where they
+/// are `projected`.
+#[inline(always)]
+fn seen_near(
+    (frame, beside): (&FrameView, &Neighbor),
+    cameras: &Cameras8,
+    offsets: Vec3x8,
+    projected: &Projected8,
+) -> u8 {
+    let (grid, seen) = (&*frame.view.grid, cameras.project(offsets));
+    let cells = F32x8::splat(grid.samples as f32);
+    let near = |own: [i32; LANES], other: F32x8, axis: usize| {
+        let own = F32x8::new(own.map(|steps| steps as f32 / STEPS as f32));
+        let other = other - F32x8::splat(grid.first[axis] as f32);
+        ((other - own) / cells + F32x8::splat(beside.shift[axis])).abs().lt(F32x8::ONE)
+    };
+    (near(projected.x, seen.x, 0) & near(projected.y, seen.y, 1)).bits()
 }

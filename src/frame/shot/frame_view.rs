@@ -19,7 +19,6 @@ use crate::frame::grid::view::{Cameras8, View};
 use crate::frame::grid::wanted::Wanted;
 use crate::frame::planes::channels::Channel;
 use crate::frame::planes::kernel::Kernel;
-use crate::frame::reuse::beside::Neighbor;
 use crate::frame::watcher::{Stop, Watcher};
 use crate::lanes::{LANES, Mask, Vec3x8};
 use crate::layers::Layers;
@@ -59,6 +58,15 @@ pub struct SeedPlace<'a> {
     pub strata: Strata,
     /// Place of the exposure's first sample among those of a pixel, across and down.
     pub stratum: [u32; 2],
+}
+
+/// The exposure with which another one shares samples, as it sees them in the same frame.
+#[derive(Clone, Copy)]
+pub struct Neighbor<'a> {
+    /// Its camera and grid.
+    pub view: &'a View,
+    /// How much further right and down its pixels lie than those of the other exposure, in pixels.
+    pub shift: [f32; 2],
 }
 
 /// The scene in one frame. Built once a frame; no phase writes to it.
