@@ -57,7 +57,7 @@ pub struct Traced(u32);
 impl Traced {
     /// Number of the low bits that are the tick.
     const TICK_BITS: u32 = 8;
-    /// Bit of a sample that an exposure was [lent](crate::frame::reuse::beside) by the one before it.
+    /// Bit of a sample that an exposure was lent by the one before it.
     const SHARED: u32 = 1 << 31;
     /// Greatest number of a frame.
     const LAST: u32 = (Self::SHARED - 1) >> Self::TICK_BITS;

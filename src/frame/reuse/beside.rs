@@ -1,7 +1,7 @@
 //! Samples that two exposures share.
 //!
 //! The exposures of a frame see about the same surfaces. What comes into sight comes into that of all of them, and what each would trace for
-//! itself, they trace once: where its own samples leave cells open, an exposure is lent those of the exposure [beside](exposure_beside) it,
+//! itself, they trace once: where its own samples leave cells open, an exposure is lent those of the exposure [beside] it,
 //! which has just been made. They are verified like its own, and it goes on with copies of them, light and all. This goes where
 //! nothing moves but the camera: what a sample keeps is then the same for all exposures.
 //!
@@ -9,7 +9,7 @@
 //! noise. So they share what they see a pixel apart: as before a camera that turns, or through a lens what is out of focus. Where a camera
 //! comes to rest, or what it sees into focus, copies are [dropped](seen_twice) again.
 //!
-//! [exposure_beside]: crate::frame::lineage::exposure_beside
+//! [beside]: crate::frame::lineage::exposure_beside
 
 use rayon::prelude::*;
 
