@@ -62,7 +62,7 @@ impl<'s> Renderer<'s> {
             sharers: 1,
             start,
         };
-        let rule = Rule { reuse, is_full, has_two_sides: false, sharers: prepared.sharers() };
+        let rule = Rule { reuse, is_full, has_two_sides: false, lenders: prepared.lenders() };
         pictures.begin(picture.eye, reuse);
         let made = pictures.render(prepared, &mut *self.backend, &request, &rule);
         let made = made.inspect_err(|_| pictures.forget())?;

@@ -52,8 +52,8 @@ pub struct Rule {
     pub is_full: bool,
     /// Frames are inferred from a base frame in both directions of time: its answers are to hold in both.
     pub has_two_sides: bool,
-    /// Number of exposures that may lend each other samples; 1: none does.
-    pub sharers: usize,
+    /// Number of exposures that lend each other samples; 1: none does.
+    pub lenders: usize,
 }
 
 /// Ancestor of one picture, and the changes since then.
@@ -88,7 +88,7 @@ impl Lineage {
         if is_lent && plan.camera == CameraChange::None {
             plan.camera = CameraChange::SamePlace;
         }
-        let beside = if is_lent { None } else { beside(picture, (pose, seen.frame), made, rule.sharers) };
+        let beside = if is_lent { None } else { beside(picture, (pose, seen.frame), made, rule.lenders) };
         let beside = beside.filter(|lender| is_as_near(lender.pose, pose, plan.camera));
         Self { from: Some(name), is_lent, beside: beside.map(|lender| lender.picture), plan, valid }
     }
@@ -104,12 +104,12 @@ fn beside<'a>(
     picture: PictureName,
     (pose, before): (&Pose, i32),
     made: &[Ancestor<'a>],
-    sharers: usize,
+    lenders: usize,
 ) -> Option<Ancestor<'a>> {
-    if sharers < 2 || picture.exposure >= sharers {
+    if lenders < 2 || picture.exposure >= lenders {
         return None;
     }
-    let name = PictureName { exposure: exposure_beside(picture.exposure, sharers), ..picture };
+    let name = PictureName { exposure: exposure_beside(picture.exposure, lenders), ..picture };
     let frame = if name.exposure < picture.exposure { pose.frame } else { before };
     made.iter().find(|one| one.picture == name && one.pose.frame == frame).copied()
 }
@@ -170,7 +170,7 @@ mod tests {
         (PictureName { eye, exposure }, pose(frame, x))
     }
 
-    const RULE: Rule = Rule { reuse: true, is_full: false, has_two_sides: false, sharers: 1 };
+    const RULE: Rule = Rule { reuse: true, is_full: false, has_two_sides: false, lenders: 1 };
     const BASE: Rule = Rule { reuse: false, ..RULE };
     const FULL: Rule = Rule { is_full: true, ..RULE };
 
@@ -233,7 +233,7 @@ mod tests {
 
     #[test]
     fn exposures_are_lent_what_is_missing() {
-        const SHARES: Rule = Rule { sharers: 3, ..RULE };
+        const SHARES: Rule = Rule { lenders: 3, ..RULE };
         type Case<'a> = (&'a [(&'a str, f32)], (&'a str, f32), Rule, Option<&'a str>);
         let table: [Case; 9] = [
             (&[("L1b", 1.0), ("L2a", 2.0)], ("L2b", 3.0), SHARES, Some("L2a")),

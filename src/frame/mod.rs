@@ -195,7 +195,7 @@ impl<'s> Renderer<'s> {
         let settings = &self.prepared.settings;
         let is_full = settings.mode == Mode::Full;
         let rule =
-            Rule { reuse, is_full, has_two_sides: has_two_sides(settings), sharers: self.prepared.sharers() };
+            Rule { reuse, is_full, has_two_sides: has_two_sides(settings), lenders: self.prepared.lenders() };
         let count = self.prepared.exposures.all.len();
         let place = self.places[eye as usize];
         let mut sum: Option<FrameStats> = None;

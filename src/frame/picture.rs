@@ -350,12 +350,12 @@ fn views_beside(
     lineage: &Lineage,
     request: &PictureRequest,
 ) -> Vec<View> {
-    let sharers = prepared.sharers();
-    if sharers < 2 || lineage.from.is_none() || lineage.plan.camera == CameraChange::None {
+    let lenders = prepared.lenders();
+    if lenders < 2 || lineage.from.is_none() || lineage.plan.camera == CameraChange::None {
         return Vec::new();
     }
     let PictureRequest { picture, pose, place, .. } = request;
-    let exposure = exposure_beside(picture.exposure, sharers);
+    let exposure = exposure_beside(picture.exposure, lenders);
     let (camera, at_ticks) = prepared.camera(pose.frame, exposure, place.as_ref());
     let of_exposure = (prepared.exposures.strata, exposure);
     history

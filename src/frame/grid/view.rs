@@ -215,7 +215,7 @@ impl View {
         Spread { by_distance: by_distance / across, fixed: fixed / across }
     }
 
-    /// Bound of how far apart the cameras of an exposure see a point, and how much further it is away than deep in the picture, at most.
+    /// Bound of how far apart the cameras of an exposure see a point; and the largest distance of one from the eye, for each unit of depth.
     pub fn apart(&self) -> (Apart, f32) {
         // lines of sight change evenly over the picture, so most at a corner; and they are 1 long along the view axis
         let [right, bottom] = self.grid.cells.map(|cells| cells as f32);
@@ -241,7 +241,7 @@ impl View {
             let all_along: f32 = lanes(changes).map(|change| change.dot(way)).sum();
             (along + all_along, square + LANES as f32 * way.length_squared())
         });
-        let focus = if square > 0.0 { -along / square } else { 0.0 };
+        let focus = if square > f32::MIN_POSITIVE { -along / square } else { 0.0 };
         let most = apart().flat_map(|(way, changes)| lanes(changes).map(move |change| change + way * focus));
         // any two of them
         let turn = 2.0 * most.fold(0.0, |most, turn| f32::max(most, turn.length()));

@@ -1,7 +1,8 @@
 //! Projection of samples of the frame before into this frame.
 
 use super::bins::{Projected8, STEPS};
-use crate::frame::grid::view::Cameras8;
+use crate::exposure::Tick;
+use crate::frame::grid::view::{Cameras8, View};
 use crate::frame::shot::frame_view::FrameView;
 use crate::lanes::{F32x8, LANES, Mask, Vec3x8};
 use crate::samples::{BACKGROUND, EMPTY, Spares, Tile};
@@ -16,15 +17,25 @@ pub fn project_lanes(frame: &FrameView, tile: &Tile, first: usize) -> Projected8
 
 /// Projects up to eight spare samples, from number `first` on.
 pub fn project_spares(frame: &FrameView, spares: &Spares, first: usize) -> Projected8 {
-    let mut models = [EMPTY; LANES];
-    let mut offsets = Vec3x8::ZERO;
-    let mut ticks = [0; LANES];
+    let (models, ticks, offsets) = eight_spares(frame, frame.view, spares, first);
+    project(frame, &frame.view.cameras_at(|| ticks), &models, offsets)
+}
+
+/// Models, ticks and offsets from the eyes of `view` of up to eight spare samples, from number `first` on; the others are [`EMPTY`].
+pub fn eight_spares(
+    frame: &FrameView,
+    view: &View,
+    spares: &Spares,
+    first: usize,
+) -> ([u32; LANES], [Tick; LANES], Vec3x8) {
+    let (mut models, mut ticks, mut offsets) = ([EMPTY; LANES], [0; LANES], Vec3x8::ZERO);
     for (lane, spare) in spares.samples[first..].iter().take(LANES).enumerate() {
         models[lane] = spare.model;
         ticks[lane] = spare.record.traced.tick();
-        offsets.set_lane(lane, frame.offset_of(spare, ticks[lane]));
+        let (eye, of) = (view.eye(ticks[lane]), (spare.model, spare.record.triangle));
+        offsets.set_lane(lane, frame.offset_from(eye, spare.point, of, ticks[lane]));
     }
-    project(frame, &frame.view.cameras_at(|| ticks), &models, offsets)
+    (models, ticks, offsets)
 }
 
 /// Projects samples at `offsets` from the eye. The background is infinitely deep; samples of models that have

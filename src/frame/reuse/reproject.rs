@@ -7,7 +7,7 @@
 
 use rayon::prelude::*;
 
-use super::beside::{self, Beside};
+use super::beside::{self, Beside, Copies};
 use super::bins::{BinWriter, Bins};
 use super::invalidate_spares::invalidate_spares;
 use super::project::{project_lanes, project_spares};
@@ -22,9 +22,9 @@ use crate::settings::{Mode, Reuse};
 /// Reciprocal of the least share of wanted cells that must reuse samples: tiles with fewer are traced whole.
 const LEAST_REUSED: usize = 8;
 
-/// Puts every sample of `old` into the bins of the tiles whose cells it may serve. Returns for each tile of `old` how many tiles
-/// of the new store must be done until it is not needed any more.
-pub fn scatter(old: &SampleStore, frame: &FrameView, bins: &Bins) -> Vec<u32> {
+/// Puts the samples of `old` into the bins of the tiles whose cells they may serve: but for those that would count [twice](beside::Copies).
+/// Returns for each tile of `old` how many tiles of the new store must be done until it is not needed any more.
+pub fn scatter(old: &SampleStore, frame: &FrameView, copies: Copies, bins: &Bins) -> Vec<u32> {
     /// Tiles that a worker takes at least before others may have the rest.
     const AT_LEAST: usize = 8;
     let grid = &*frame.view.grid;
@@ -33,12 +33,12 @@ pub fn scatter(old: &SampleStore, frame: &FrameView, bins: &Bins) -> Vec<u32> {
         for first in (0..CELLS).step_by(LANES) {
             let mut projected = project_lanes(frame, tile, first);
             projected.which &= !tile.copies[first / LANES];
-            projected.which &= !beside::seen_twice(frame, tile, first, &projected);
+            projected.which &= !beside::seen_twice(frame, copies, (tile, first), &projected);
             writer.add(grid, first, &projected, halo);
         }
         for first in (0..tile.spares.len()).step_by(LANES) {
             let mut projected = project_spares(frame, &tile.spares, first);
-            projected.which &= !beside::spares_seen_twice(frame, &tile.spares, first, &projected);
+            projected.which &= !beside::spares_seen_twice(frame, copies, (&tile.spares, first), &projected);
             writer.add(grid, CELLS + first, &projected, halo);
         }
         writer.send(number as u32, bins)

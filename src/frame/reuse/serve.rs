@@ -260,19 +260,19 @@ impl Serving {
         (sources, lenders): (&impl Sources<'t>, &impl Sources<'t>),
         shows: impl Fn(&Sample) -> bool,
     ) -> bool {
-        if let Some((server, from, slot)) = nearest_that(&mut self.candidates, cell, sources, &shows) {
+        if let Some((server, number, from)) = nearest_that(&mut self.candidates, cell, sources, &shows) {
             tile.make_spare(cell, moved(tile.model[cell]));
+            let slot = self.candidates.get(number).word.slot();
             self.flags = self.flags.with(give(tile, cell, from, slot));
             self.servers[cell] = server;
             return true;
         }
-        let Some((server, from, _)) = nearest_that(&mut self.lent, cell, lenders, &shows) else {
-            return false;
-        };
-        let Some(rank) = server.rank() else { return false };
-        tile.make_spare(cell, moved(tile.model[cell]));
-        self.lend(cell, tile, (rank.number(), from));
-        true
+        let lender = nearest_that(&mut self.lent, cell, lenders, &shows);
+        if let Some((_, number, from)) = lender {
+            tile.make_spare(cell, moved(tile.model[cell]));
+            self.lend(cell, tile, (number, from));
+        }
+        lender.is_some()
     }
 
     /// Cells of the tile that have been given another sample in this frame.
@@ -284,13 +284,13 @@ impl Serving {
     }
 }
 
-/// The candidate nearest to the target of a cell that `shows` what this sees, with its tile and slot.
+/// The candidate nearest to the target of a cell that `shows` what this sees, with its number and its tile.
 fn nearest_that<'t>(
     candidates: &mut Candidates,
     cell: usize,
     sources: &impl Sources<'t>,
     shows: &impl Fn(&Sample) -> bool,
-) -> Option<(Server, &'t Tile, usize)> {
+) -> Option<(Server, usize, &'t Tile)> {
     if candidates.len() == 0 {
         return None;
     }
@@ -303,7 +303,7 @@ fn nearest_that<'t>(
         let slot = candidates.get(rank.number()).word.slot();
         let from = sources(candidates.source(rank.number())).filter(|from| shows(&from.sample(slot)));
         if let Some(from) = from {
-            return Some((server, from, slot));
+            return Some((server, rank.number(), from));
         }
     }
 }

@@ -388,10 +388,16 @@ impl<'a> FrameView<'a> {
     /// direction for the background.
     #[inline]
     pub fn offset(&self, point: Vec3, (model, triangle): (u32, u32), tick: Tick) -> Vec3 {
+        self.offset_from(self.view.eye(tick), point, (model, triangle), tick)
+    }
+
+    /// [`offset`](Self::offset) from another `eye`.
+    #[inline]
+    pub fn offset_from(&self, eye: Vec3, point: Vec3, (model, triangle): (u32, u32), tick: Tick) -> Vec3 {
         if model == BACKGROUND {
             return point;
         }
-        self.place(model, tick).point(|| triangle, point) - self.view.eye(tick)
+        self.place(model, tick).point(|| triangle, point) - eye
     }
 
     /// [`offset`](Self::offset) of a sample.

@@ -169,13 +169,13 @@ impl<'s> Prepared<'s> {
             .then(|| KnownMotion { clocks: self.exposures.clocks().to_vec(), motions: self.motions })
     }
 
-    /// Number of exposures that [share](crate::frame::reuse::beside) samples; 1 where none does. What samples keep holds for all of them where
+    /// Number of exposures that [lend](crate::frame::reuse::beside) each other samples; 1 where none does. What samples keep holds for all of them where
     /// nothing moves but the camera; and where they gather no light, finding one to share takes about as long as making one.
-    pub fn sharers(&self) -> usize {
+    pub fn lenders(&self) -> usize {
         let Self { settings: Settings { mode, reuse, .. }, layout, .. } = self;
-        let may_share = self.is_at_rest && *reuse == Reuse::Target && *mode != Mode::Full;
+        let may_lend = self.is_at_rest && *reuse == Reuse::Target && *mode != Mode::Full;
         let is_dear = layout.paths > 0 || layout.reflections > 0 || self.occlusion.is_some();
-        if may_share && is_dear { self.exposures.all.len() } else { 1 }
+        if may_lend && is_dear { self.exposures.all.len() } else { 1 }
     }
 
     /// The planes of one of a frame's pictures: what cannot be mixed is in the middle one alone.

@@ -12,7 +12,7 @@ use crate::clear::Obstacles;
 use crate::film::Film;
 use crate::frame::grid::Grid;
 use crate::frame::grid::wanted::{PixelFlags, Wanted};
-use crate::frame::reuse::beside::Beside;
+use crate::frame::reuse::beside::{Beside, Copies};
 use crate::frame::reuse::bins::Bins;
 use crate::frame::reuse::estimate::Estimate;
 use crate::frame::reuse::proofs;
@@ -136,7 +136,9 @@ impl Level {
         let frame = &FrameView { proofs: proofs.as_ref(), ..*frame };
         let (mut now, mut reused) = self.begin(frame, lent, bins, detached);
         if let (Reused::Projected(_, _, lends), Some(store)) = (&mut reused, beside) {
-            *lends = Some(Beside::scatter(store, frame, bins_beside));
+            bins_beside.open(frame.view.grid.tiles());
+            reproject::scatter(store, frame, Copies::All, bins_beside);
+            *lends = Some(Beside { store, bins: bins_beside });
         }
         let mut start = Start { reused, estimate };
         let projecting = begin.elapsed().as_secs_f64();
@@ -159,7 +161,7 @@ impl Level {
         match (self.store.take(), lent) {
             (_, Some(lent)) => {
                 bins.open(tiles);
-                reproject::scatter(lent, frame, bins);
+                reproject::scatter(lent, frame, Copies::Shared, bins);
                 (SampleStore::default(), Reused::Projected(OldStore::Lent(lent), bins, None))
             }
             (None, None) => (SampleStore::default(), Reused::None),
@@ -173,7 +175,7 @@ impl Level {
             }
             (Some(old), None) => {
                 bins.open(tiles);
-                let until = reproject::scatter(&old, frame, bins);
+                let until = reproject::scatter(&old, frame, Copies::Shared, bins);
                 let old = OldStore::Leaving(LeavingStore::new(old, &until));
                 (SampleStore::default(), Reused::Projected(old, bins, None))
             }
