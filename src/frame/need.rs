@@ -57,14 +57,16 @@ fn need_of_chain(shot: &Shot, of_shot: &Settings, kind: BackendKind, inferred: f
     };
     let spares_of = |bytes: usize| (spares * bytes as f64) as u64;
     let workers = (threads as u64).min(tiles);
-    let lists = if inferred == 0.0 { 0 } else { LIST_BYTES * samples };
+    let of_eye = stores_of_eye(shot, of_shot);
+    // beside a picture's own samples, those that it is lent
+    let projected = if exposed::lenders(settings, &layout, of_eye as usize) > 1 { 2 } else { 1 };
+    let lists = if inferred == 0.0 { 0 } else { projected * LIST_BYTES * samples };
     // all pictures are made of the same spare tiles
     let twice = (BAND_TILES * workers).min(tiles);
     let film = settings.data_window();
     let edge = of_shot.levels().last().unwrap_or(of_shot.samples);
     let (pixels, width, height) = (film.pixels(), film.width, film.height);
     let exposures = exposed::exposures(&shot.scene, of_shot);
-    let of_eye = stores_of_eye(shot, of_shot);
     let stores = eyes(settings) * of_eye;
 
     let parts = vec![

@@ -2,8 +2,9 @@
 
 use crate::changes::anything_changes;
 use crate::exposure::{Exposures, Shutter, Strata};
+use crate::samples::TagLayout;
 use crate::scene::Scene;
-use crate::settings::{BasePlace, Budget, Mode, Refinement, Settings};
+use crate::settings::{BasePlace, Budget, Mode, Refinement, Reuse, Settings};
 
 /// The exposures of a frame of `scene`, if it has more to it than one picture at its own time.
 pub fn exposures(scene: &Scene, settings: &Settings) -> Option<Exposures> {
@@ -54,6 +55,15 @@ pub fn divided(settings: &Settings, strata: Strata) -> Settings {
     };
     let refinement = settings.refinement.map(part).filter(|refinement| refinement.most > samples);
     Settings { samples, refinement, budget, ..settings.clone() }
+}
+
+/// Of so many `exposures`, the number of those that [lend](crate::frame::reuse::beside) each other samples of a `layout`: all of them or 1. What
+/// samples keep holds for all exposures where nothing moves but the camera; and where they gather no light, finding one to share takes
+/// about as long as making one.
+pub fn lenders(settings: &Settings, layout: &TagLayout, exposures: usize) -> usize {
+    let gathers = layout.paths > 0 || layout.reflections > 0 || layout.occlusion_rays > 0;
+    let lend = gathers && !layout.expires && settings.reuse == Reuse::Target && settings.mode != Mode::Full;
+    if lend { exposures } else { 1 }
 }
 
 /// Returns true if frames before base frames are inferred from them, as those after them are.

@@ -5,9 +5,10 @@ use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 use rayon::prelude::*;
 
+use super::exposed::lenders;
 use super::frame_view::Occlusion;
 use super::proofs::FRAMES_AHEAD;
-use crate::changes::{Direction, Motion, anything_changes};
+use crate::changes::{Direction, Motion};
 use crate::clear::Obstacles;
 use crate::cryptomatte::Mattes;
 use crate::exposure::{Clock, Exposures};
@@ -21,7 +22,7 @@ use crate::pose::{CameraPose, Pose};
 use crate::samples::TagLayout;
 use crate::samples::saved::PictureName;
 use crate::scene::{LightGroups, Material, Mesh, Model, Role, Scene};
-use crate::settings::{Backdrop, Mode, Reuse, Settings};
+use crate::settings::{Backdrop, Mode, Settings};
 use crate::shade::deformed::Deformations;
 use crate::shade::emitters::Emitters;
 use crate::shade::light_chances::{LightChances, Source};
@@ -75,8 +76,6 @@ pub struct Prepared<'s> {
     pub has_trees: bool,
     /// The exposures of each frame: one where frames are sharp.
     pub exposures: Exposures,
-    /// True if nothing in the shot ever changes but the camera.
-    is_at_rest: bool,
     /// Motion of the whole shot, one for each clock of `exposures`. Empty ones until [`look_ahead`](Self::look_ahead) builds them, unless samples
     /// need them from the start.
     motions: Vec<Motion>,
@@ -141,7 +140,6 @@ impl<'s> Prepared<'s> {
             mixed_channels: channels.iter().filter(is_mixed).cloned().collect(),
             grids: Grid::levels(settings, exposures.strata).map(Arc::new).collect(),
             exposures,
-            is_at_rest: !anything_changes(scene),
             motions_back: None,
             watcher: None,
             stop: None,
@@ -169,13 +167,9 @@ impl<'s> Prepared<'s> {
             .then(|| KnownMotion { clocks: self.exposures.clocks().to_vec(), motions: self.motions })
     }
 
-    /// Number of exposures that [lend](crate::frame::reuse::beside) each other samples; 1 where none does. What samples keep holds for all of them where
-    /// nothing moves but the camera; and where they gather no light, finding one to share takes about as long as making one.
+    /// Number of exposures that [lend each other samples](lenders).
     pub fn lenders(&self) -> usize {
-        let Self { settings: Settings { mode, reuse, .. }, layout, .. } = self;
-        let may_lend = self.is_at_rest && *reuse == Reuse::Target && *mode != Mode::Full;
-        let is_dear = layout.paths > 0 || layout.reflections > 0 || self.occlusion.is_some();
-        if may_lend && is_dear { self.exposures.all.len() } else { 1 }
+        lenders(&self.settings, &self.layout, self.exposures.all.len())
     }
 
     /// The planes of one of a frame's pictures: what cannot be mixed is in the middle one alone.
