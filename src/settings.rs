@@ -2,12 +2,16 @@
 
 pub mod limits;
 mod output;
+mod pixel_rect;
+mod samples;
 mod wanted;
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 pub use self::output::{Backdrop, Compression, DenoiseQuality, FileFormat, Look, View};
+pub use self::pixel_rect::PixelRect;
+pub use self::samples::{Filter, MOST_SAMPLES, Refinement, RefinementError};
 pub use self::wanted::{Free, Wanted};
 pub use crate::exposure::Shutter;
 use crate::layers::Layers;
@@ -18,9 +22,6 @@ pub const LONGEST_SIDE: u32 = 65_535;
 
 /// Most pixels around a picture, on each side.
 pub const MOST_OVERSCAN: u32 = 16_384;
-
-/// Most samples along a pixel's edge.
-pub const MOST_SAMPLES: u32 = 16;
 
 /// Most paths by which a sample may gather light: as many as the sequence of their random numbers keeps apart
 /// well, and as a tile can hold.
@@ -76,54 +77,6 @@ pub enum BasePlace {
     First,
     /// The one in the middle: those before it are inferred backwards in time.
     Middle,
-}
-
-/// Filter that makes pixels of samples.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum Filter {
-    /// The mean of a pixel's own samples.
-    #[default]
-    Box,
-    /// The area that each sample stands for, as far as it lies in the pixel.
-    Area,
-    /// Falls evenly to the radius.
-    Tent,
-    /// A normal distribution with a standard deviation of a third of the radius.
-    Gaussian,
-    /// Mitchell and Netravali's cubic, B = C = 1/3.
-    Mitchell,
-    /// Blackman's and Harris' window of four terms.
-    BlackmanHarris,
-    /// The windowed sinc.
-    Lanczos,
-}
-
-impl Filter {
-    /// Filters that reach across pixels: all but the box.
-    pub const WIDE: [Self; 6] =
-        [Self::Area, Self::Tent, Self::Gaussian, Self::Mitchell, Self::BlackmanHarris, Self::Lanczos];
-    /// Least radius, in pixels.
-    pub const LEAST_RADIUS: f32 = 0.5;
-    /// Largest radius, in pixels.
-    pub const LARGEST_RADIUS: f32 = 4.0;
-
-    /// Returns true if a sample in the centre of its cell counts in its own pixel alone. Such a filter has no other
-    /// radius.
-    pub fn is_of_one_pixel(self) -> bool {
-        matches!(self, Self::Box | Self::Area)
-    }
-
-    /// Default radius, in pixels: of the area, how far a sample reaches at most.
-    pub fn usual_radius(self) -> f32 {
-        match self {
-            Self::Box => 0.5,
-            Self::Tent => 1.0,
-            Self::Gaussian | Self::BlackmanHarris => 1.5,
-            Self::Area | Self::Mitchell => 2.0,
-            Self::Lanczos => 3.0,
-        }
-    }
 }
 
 /// Caustics: the light that comes by way of clear glass and of mirrors.
@@ -227,121 +180,6 @@ impl RayEstimate {
         Self { coherent: coherent.saturating_mul(samples), scattered: scattered.saturating_mul(samples) }
     }
 }
-
-/// Rectangle of pixels, counted from the picture's first to the right and down. Pixels left of the picture or
-/// above it have negative places.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-pub struct PixelRect {
-    /// First column.
-    pub x: i32,
-    /// First row.
-    pub y: i32,
-    /// Number of columns.
-    pub width: u32,
-    /// Number of rows.
-    pub height: u32,
-}
-
-impl PixelRect {
-    /// Parses the form of the command line: `WxH+X+Y`, with `-` before a negative place.
-    pub fn parse(text: &str) -> Option<Self> {
-        let (width, rest) = text.split_once(['x', 'X'])?;
-        let signs: Vec<usize> = rest.match_indices(['+', '-']).map(|(at, _)| at).collect();
-        let [x, y] = signs[..] else { return None };
-        let digits = |text: &str| text.bytes().all(|byte| byte.is_ascii_digit());
-        let count = |text: &str| digits(text).then(|| text.parse().ok()).flatten();
-        let place = |text: &str| digits(&text[1..]).then(|| text.parse().ok()).flatten();
-        Some(Self {
-            width: count(width)?,
-            height: count(&rest[..x])?,
-            x: place(&rest[x..y])?,
-            y: place(&rest[y..])?,
-        })
-    }
-
-    /// Number of pixels.
-    pub fn pixels(&self) -> u64 {
-        u64::from(self.width) * u64::from(self.height)
-    }
-
-    /// Returns true if `other` is not empty and lies in it.
-    pub fn holds(&self, other: &Self) -> bool {
-        let within = |first: i32, count: u32, other: i32, others: u32| {
-            let [first, count, other, others] =
-                [i64::from(first), i64::from(count), i64::from(other), i64::from(others)];
-            first <= other && other + others <= first + count && others > 0
-        };
-        within(self.x, self.width, other.x, other.width) && within(self.y, self.height, other.y, other.height)
-    }
-}
-
-impl std::fmt::Display for PixelRect {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let Self { x, y, width, height } = self;
-        write!(f, "{width}x{height}{x:+}{y:+}")
-    }
-}
-
-/// Adaptive samples: pixels that differ from their neighbours get more.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Refinement {
-    /// Number N, for N x N samples in such a pixel at most: the fewest, doubled once or more.
-    pub most: u32,
-    /// Contrast of colours from which on pixels differ: see [`contrast`](crate::frame::tiles::contrast).
-    pub threshold: f32,
-}
-
-impl Refinement {
-    /// Default threshold.
-    pub const THRESHOLD: f32 = 0.1;
-
-    /// Checks that pixels can be refined so from `fewest` samples on, and mixed by this filter.
-    ///
-    /// # Errors
-    /// The rule that it breaks.
-    pub fn checked(self, fewest: u32, filter: Filter) -> Result<Self, RefinementError> {
-        let Self { most, threshold } = self;
-        let is_doubled = most > fewest && most % fewest == 0 && (most / fewest).is_power_of_two();
-        if !is_doubled || most > MOST_SAMPLES {
-            return Err(RefinementError::Bounds);
-        }
-        if !(threshold > 0.0 && threshold < 1.0) {
-            return Err(RefinementError::Threshold(threshold));
-        }
-        if filter != Filter::Box {
-            return Err(RefinementError::Filter);
-        }
-        Ok(self)
-    }
-}
-
-/// A [`Refinement`] that cannot be.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[non_exhaustive]
-pub enum RefinementError {
-    /// The most samples are not the fewest, doubled once or more.
-    Bounds,
-    /// The threshold is no contrast.
-    Threshold(f32),
-    /// The filter cannot mix pixels of few samples and of many.
-    Filter,
-}
-
-impl std::fmt::Display for RefinementError {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self {
-            Self::Bounds => {
-                f.write_str("the most must be the fewest doubled once or more, like 1 and 4, and 16 at most")
-            }
-            Self::Threshold(stated) => {
-                write!(f, "the threshold {stated} must be a contrast above 0 and below 1")
-            }
-            Self::Filter => f.write_str("only the filter `box` can mix pixels of few samples and of many"),
-        }
-    }
-}
-
-impl std::error::Error for RefinementError {}
 
 /// Settings of a whole run.
 ///
@@ -541,30 +379,6 @@ mod tests {
         assert_eq!(with(1, 4).levels().collect::<Vec<_>>(), [1, 2, 4]);
         assert_eq!(with(3, 6).samples_a_pixel(), 9 + 36);
         assert_eq!(Settings { samples: 5, ..Settings::default() }.levels().collect::<Vec<_>>(), [5]);
-    }
-
-    #[test]
-    fn rectangles_are_read_as_they_are_written() {
-        for text in ["64x32+8+16", "1x1+0+0", "70x40-8-16", "9x9-1+65535"] {
-            assert_eq!(PixelRect::parse(text).map(|rect| rect.to_string()).as_deref(), Some(text));
-        }
-        let wrong = [
-            "",
-            "64x32",
-            "64x32+8",
-            "64x32+8+",
-            "64x+8+8",
-            "x32+1+1",
-            "+6x3+1+1",
-            "6x3+1+1+1",
-            "6x3+-1+1",
-            "6x3+1+1 ",
-        ];
-        for text in
-            wrong.into_iter().chain(["99999999999x1+0+0", "1x1+99999999999+0", "6.5x3+1+1", "6x\u{663}+1+1"])
-        {
-            assert_eq!(PixelRect::parse(text), None, "{text}");
-        }
     }
 
     #[test]

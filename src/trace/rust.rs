@@ -27,6 +27,7 @@
 //! (`examples/trace_speed.rs`, which compares this tracer with Embree).
 
 mod beam;
+mod instances;
 mod of_kind;
 mod quadrics;
 mod rays;
@@ -36,27 +37,21 @@ mod triangles;
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use glam::Affine3A;
-
 use super::{
     Backend, Coherence, HitBatch, HitPacket, LANES, NO_HIT, Occluders, OfKind, Purpose, RayBatch, RayPacket,
     SceneSubset, Search, TraceError, Tracer, has_many_clear,
 };
-use crate::animation::{Chord, Shape, Transform};
+use crate::animation::{Chord, Shape};
 use crate::exposure::{TICKS, Tick};
-use crate::geometry::tree::{Box3, Tree};
 use crate::pose::Pose;
 use crate::scene::{Mesh, Model, RayKind, Scene};
 use crate::settings::Caustics;
-use beam::{Beam, Open, Probe, Visitor, walk};
+use instances::{Instances, Placed};
 use of_kind::{TreesOfKind, distinct};
 use quadrics::{Quadrics, Standing};
-use rays::{Pace, Rays, first_of, open_lanes};
-use search::{Exempt, block_beam, block_ray, closest_of_beam, closest_of_ray};
+use rays::{Rays, open_lanes};
+use search::{Exempt, block, closest_of};
 use triangles::{OF_INSTANCE, Shown, Triangles};
-
-/// Least number of rays of one direction that make a beam; fewer are traced one by one.
-const LEAST_BEAM: u32 = 3;
 
 /// All trees of a shot.
 pub struct RustBackend {
@@ -219,56 +214,6 @@ impl Backend for RustBackend {
     }
 }
 
-/// A placed model: for the whole shot, or in one frame.
-struct Instance {
-    /// Index of the mesh.
-    mesh: usize,
-    model: u32,
-    /// True if it moved since the frame before.
-    moved: bool,
-    to_object: Affine3A,
-    /// Position of a model that deforms between its shapes.
-    share: f32,
-}
-
-impl Instance {
-    #[inline(always)]
-    fn shown<'a>(&self, meshes: &'a [Triangles]) -> Shown<'a> {
-        Shown { triangles: &meshes[self.mesh], model: self.model, share: self.share }
-    }
-}
-
-/// Placed models.
-struct Instances {
-    all: Vec<Instance>,
-    /// Tree above them; its leaves are their numbers.
-    above: Tree,
-}
-
-impl Instances {
-    /// Places models, each with the index of its mesh in `meshes`. `place` gives the transform of a model;
-    /// `moved` returns true if it was elsewhere in the frame before.
-    fn new(
-        models: impl Iterator<Item = (u32, usize)>,
-        meshes: &[Triangles],
-        place: impl Fn(u32) -> Transform,
-        moved: impl Fn(u32) -> bool,
-    ) -> Self {
-        let (mut all, mut boxes): (Vec<Instance>, Vec<Box3>) = (Vec::new(), Vec::new());
-        for (model, mesh) in models {
-            let transform = place(model);
-            boxes.push(meshes[mesh].tree.bounds.placed(&transform));
-            let (to_object, share) = (transform.to_object, transform.shape.share);
-            all.push(Instance { mesh, model, moved: moved(model), to_object, share });
-        }
-        Self { all, above: Tree::new(&boxes, 1, |ids| ids[0]) }
-    }
-
-    fn is_empty(&self) -> bool {
-        self.all.is_empty()
-    }
-}
-
 /// All trees, as they are in one frame.
 struct RustTracer<'a> {
     seen: Vec<OpenTrees<'a>>,
@@ -367,16 +312,6 @@ fn rays_of(packet: &RayPacket) -> Rays {
     Rays { origin: packet.origin, direction: packet.direction, near: packet.near }
 }
 
-/// Rays among `rest` (at least one) that are traced next, together: a beam, or a single ray.
-#[inline(always)]
-fn next_beam(rays: &Rays, rest: u16, coherence: Coherence) -> u16 {
-    match coherence {
-        // beams pay for bounced rays too: a tenth of the time in a city of glass, for 3 % lost in a kitchen
-        Coherence::Coherent | Coherence::Bounced | Coherence::SharedOrigin => rays.like_first(rest),
-        Coherence::Incoherent => rest & rest.wrapping_neg(),
-    }
-}
-
 /// Shortens the rays to their first hits: those of which `see` returns the bit, by the number of their packet.
 fn find_closest(
     trees: &OpenTrees<'_>,
@@ -408,30 +343,6 @@ fn find_closest(
             if !quadrics.is_empty() {
                 quadrics.closest(&rays, used, best, &mut stack);
             }
-        }
-    }
-}
-
-/// Shortens the rays `used` to their first hits among what is `shown`.
-#[inline(always)]
-fn closest_of(
-    shown: Shown<'_>,
-    rays: &Rays,
-    used: u16,
-    coherence: Coherence,
-    best: &mut HitPacket,
-    stack: &mut Vec<Open>,
-) {
-    let mut rest = used;
-    while rest != 0 {
-        let mut beam = next_beam(rays, rest, coherence);
-        rest &= !beam;
-        if beam.count_ones() >= LEAST_BEAM && closest_of_beam(shown, rays, beam, best, stack) {
-            continue;
-        }
-        while beam != 0 {
-            closest_of_ray(shown, rays, first_of(beam), best, stack);
-            beam &= beam - 1;
         }
     }
 }
@@ -479,152 +390,5 @@ fn find_blocked(trees: &OpenTrees<'_>, rays: &RayBatch, asked: Blockers, blocked
             }
         }
         *blocked |= open & !open_lanes(&far);
-    }
-}
-
-/// Ends those of the rays `used` that what is `shown` blocks.
-#[inline(always)]
-fn block(
-    shown: Shown<'_>,
-    rays: &Rays,
-    used: u16,
-    coherence: Coherence,
-    exempt: Exempt<'_>,
-    far: &mut [f32; LANES],
-    stack: &mut Vec<Open>,
-) {
-    let mut rest = used;
-    while rest != 0 {
-        let mut beam = next_beam(rays, rest, coherence);
-        rest &= !beam;
-        if beam.count_ones() >= LEAST_BEAM && block_beam(shown, rays, beam, exempt, far, stack) {
-            continue;
-        }
-        beam &= open_lanes(far);
-        while beam != 0 {
-            block_ray(shown, rays, first_of(beam), exempt, far, stack);
-            beam &= beam - 1;
-        }
-    }
-}
-
-/// Instances with the meshes that they place.
-#[derive(Clone, Copy)]
-struct Placed<'a> {
-    meshes: &'a [Triangles],
-    instances: &'a Instances,
-}
-
-impl Placed<'_> {
-    /// Shortens the rays `used` to their first hits.
-    #[inline(always)]
-    fn closest(
-        &self,
-        rays: &Rays,
-        used: u16,
-        coherence: Coherence,
-        best: &mut HitPacket,
-        stack: &mut Vec<Open>,
-    ) {
-        let mut rest = used;
-        while rest != 0 {
-            let used = next_beam(rays, rest, coherence);
-            rest &= !used;
-            let (among, above) = (*self, &self.instances.above);
-            if coherence == Coherence::Incoherent {
-                let (mut ray, ..) = rays.one(first_of(used), best.t[first_of(used)], &above.bounds);
-                let pace = Pace::OF_T;
-                let mut visitor = ClosestInstance { among, rays, used, pace, coherence, best };
-                walk::<true, _>(&mut ray, above, stack, &mut visitor);
-                continue;
-            }
-            let (common, pace) = rays.common(used, &best.t);
-            let mut beam = Beam::new(&common, &above.bounds);
-            let mut visitor = ClosestInstance { among, rays, used, pace, coherence, best };
-            walk::<true, _>(&mut beam, above, stack, &mut visitor);
-        }
-    }
-
-    /// Ends those of the rays `used` that are blocked.
-    #[inline(always)]
-    #[expect(
-        clippy::too_many_arguments,
-        reason = "each is a thing by itself, and what they make is only called"
-    )]
-    fn block(
-        &self,
-        moved_alone: bool,
-        rays: &Rays,
-        used: u16,
-        coherence: Coherence,
-        exempt: Exempt<'_>,
-        far: &mut [f32; LANES],
-        stack: &mut Vec<Open>,
-    ) {
-        let mut rest = used;
-        while rest != 0 {
-            let used = next_beam(rays, rest, coherence);
-            rest &= !used;
-            let (among, above, end) = (*self, &self.instances.above, far[first_of(used)]);
-            if coherence == Coherence::Incoherent {
-                let (mut ray, ..) = rays.one(first_of(used), end, &above.bounds);
-                let pace = Pace::OF_T;
-                let mut visitor =
-                    BlockByInstances { among, moved_alone, rays, used, pace, coherence, exempt, far };
-                walk::<false, _>(&mut ray, above, stack, &mut visitor);
-                continue;
-            }
-            let (common, pace) = rays.common(used, far);
-            let mut beam = Beam::new(&common, &above.bounds);
-            let mut visitor =
-                BlockByInstances { among, moved_alone, rays, used, pace, coherence, exempt, far };
-            walk::<false, _>(&mut beam, above, stack, &mut visitor);
-        }
-    }
-}
-
-struct ClosestInstance<'a> {
-    among: Placed<'a>,
-    rays: &'a Rays,
-    used: u16,
-    pace: Pace,
-    coherence: Coherence,
-    best: &'a mut HitPacket,
-}
-
-impl<P: Probe> Visitor<P> for ClosestInstance<'_> {
-    #[inline(always)]
-    fn visit(&mut self, probe: &mut P, leaf: u32, stack: &mut Vec<Open>) {
-        let Self { used, coherence, .. } = *self;
-        let instance = &self.among.instances.all[leaf as usize];
-        let inside = self.rays.transformed(&instance.to_object, used);
-        closest_of(instance.shown(self.among.meshes), &inside, used, coherence, self.best, stack);
-        probe.end_at(self.pace.greatest(&self.best.t, used));
-    }
-}
-
-struct BlockByInstances<'a> {
-    among: Placed<'a>,
-    moved_alone: bool,
-    rays: &'a Rays,
-    used: u16,
-    pace: Pace,
-    coherence: Coherence,
-    exempt: Exempt<'a>,
-    far: &'a mut [f32; LANES],
-}
-
-impl<P: Probe> Visitor<P> for BlockByInstances<'_> {
-    #[inline(always)]
-    fn visit(&mut self, probe: &mut P, leaf: u32, stack: &mut Vec<Open>) {
-        let Self { used, coherence, exempt, .. } = *self;
-        let instance = &self.among.instances.all[leaf as usize];
-        if self.moved_alone && !instance.moved {
-            return;
-        }
-        let inside = self.rays.transformed(&instance.to_object, used);
-        let open = used & open_lanes(self.far);
-        block(instance.shown(self.among.meshes), &inside, open, coherence, exempt, self.far, stack);
-        probe.end_at(self.pace.greatest(self.far, used));
     }
 }

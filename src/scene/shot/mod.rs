@@ -6,6 +6,7 @@ mod environment;
 mod extents;
 mod floor;
 mod lens;
+mod light;
 mod model;
 mod models;
 mod orbit;
@@ -164,9 +165,9 @@ pub fn from_text_with(
     settings.stereo = file.stereo.as_ref().map(|table| lens::stereo(text, table, &camera)).transpose()?;
     settings.shutter = file.shutter.as_ref().map(|table| lens::shutter(text, table)).transpose()?;
     assembly.gltf.is_shutter_open = settings.shutter.is_some();
-    let lights = file.light.iter().zip(1..).map(|(light, i)| tracks::light(text, light, i));
+    let lights = file.light.iter().zip(1..).map(|(light, i)| light::of_table(text, light, i));
     let lights: Vec<Light> = lights.collect::<Result<_, _>>()?;
-    tracks::check_groups(text, &file.light, &lights)?;
+    light::check_groups(text, &file.light, &lights)?;
     let background = file.background.as_ref().map(|table| gradient(text, table)).transpose()?;
     let environment = file.environment.as_ref();
     let environment =
@@ -272,7 +273,7 @@ pub fn from_text_with(
 pub fn check_tables(text: TomlText<'_>) -> Result<(), SceneError> {
     let file: ShotFile = text.read()?;
     file.material.iter().try_for_each(|table| replacement(text, table).map(drop))?;
-    file.light.iter().zip(1..).try_for_each(|(light, i)| tracks::light(text, light, i).map(drop))
+    file.light.iter().zip(1..).try_for_each(|(light, i)| light::of_table(text, light, i).map(drop))
 }
 
 fn frames_a_second((frames, seconds): (i32, u32)) -> f64 {
