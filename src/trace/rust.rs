@@ -7,9 +7,10 @@
 //! when the shape changes. An instance takes the rays into its own space; directions keep their length there,
 //! so that t means the same in both.
 //!
-//! - [`Tree`]: boxes, eight a node, from a binary tree that the crate `obvhs` builds;
+//! - [`tree`](crate::geometry::tree): boxes, eight a node, from a binary tree that the crate `obvhs` builds;
 //! - [`triangles`]: leaves, eight triangles each, and a test that lets no ray through between two triangles;
 //! - [`beam`]: rays that go about the same way pass through the tree as one;
+//! - [`instances`]: placed models, in a tree above those of their meshes;
 //! - [`rays`]: a packet's rays, and which of them make a beam;
 //! - [`of_kind`]: which rays share their trees;
 //! - [`quadrics`]: tests of quadrics, each ray by itself;
