@@ -71,9 +71,13 @@ pub mod exposure;
 #[cfg_attr(not(internals), doc(hidden))]
 pub mod geometry;
 #[cfg_attr(not(internals), doc(hidden))]
+pub mod graph;
+#[cfg_attr(not(internals), doc(hidden))]
 pub mod lanes;
 #[cfg_attr(not(internals), doc(hidden))]
 pub mod memory;
+#[cfg_attr(not(internals), doc(hidden))]
+pub mod pattern;
 #[cfg_attr(not(internals), doc(hidden))]
 pub mod pose;
 #[cfg_attr(not(internals), doc(hidden))]

@@ -1,12 +1,12 @@
-//! Details of a mesh's surface that few meshes have: colours, alphas and more texture coordinates of its vertices, and directions for
-//! normal maps.
+//! Details of a mesh's surface that few meshes have: colours, alphas and more texture coordinates of its vertices, directions for
+//! normal maps, and the space of graphs.
 
 use bevy_mikktspace::{Geometry, TangentSpace};
-use glam::{DVec3, Vec2, Vec3};
+use glam::{Affine3A, DAffine3, DVec3, Vec2, Vec3};
 use half::f16;
 
-use super::Mesh;
 use super::texture::UvSet;
+use super::{Material, Mesh};
 
 /// Details of a mesh; a list without entries where it has none.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -19,6 +19,56 @@ pub struct Details {
     pub alphas: Vec<f32>,
     /// Directions of the first texture coordinate, by triangle.
     pub tangents: Vec<Tangents>,
+    /// Space in which [graphs](crate::graph) see the mesh, if a material of it has one.
+    pub space: Option<ObjectSpace>,
+}
+
+/// Object space as the mesh's file has it, also where the mesh was placed in the world since.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ObjectSpace {
+    /// Map of the mesh's positions to that space.
+    pub to_object: Affine3A,
+    /// Lowest corner of the box around the mesh in that space, at rest.
+    pub low: Vec3,
+    /// Size of that box. Along an axis along which the mesh is flat the box is 2 wide around it, as Blender's.
+    pub size: Vec3,
+}
+
+impl ObjectSpace {
+    /// That of positions which are in it.
+    pub fn around(positions: &[[f32; 3]]) -> Self {
+        let (low, high) = positions
+            .iter()
+            .map(|place| Vec3::from(*place))
+            .fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(low, high), place| {
+                (low.min(place), high.max(place))
+            });
+        let is_flat = high.cmple(low);
+        let size = Vec3::select(is_flat, Vec3::splat(2.0), high - low);
+        let low = Vec3::select(is_flat, low - 1.0, low);
+        Self { to_object: Affine3A::IDENTITY, low, size }
+    }
+
+    /// Length of the steps by which the slope of heights is found, in the space of the mesh's positions: far less than what is seen of a
+    /// mesh, and far more than the rounding of its positions.
+    pub fn step(&self) -> f32 {
+        self.size.max_element() * self.size_of_unit() / 4096.0
+    }
+
+    /// Length of a unit of object space, in the space of the mesh's positions.
+    pub fn size_of_unit(&self) -> f32 {
+        let volume = self.to_object.matrix3.determinant().abs();
+        if volume > 0.0 { volume.cbrt().recip() } else { 1.0 }
+    }
+
+    /// The same, of positions that `map` has placed.
+    pub fn placed(self, map: DAffine3) -> Self {
+        let to_object = self.to_object.as_daffine3() * map.inverse();
+        Self {
+            to_object: if to_object.is_finite() { to_object.as_affine3a() } else { self.to_object },
+            ..self
+        }
+    }
 }
 
 /// Directions in which the first texture coordinate grows at the corners of a triangle.
@@ -92,6 +142,19 @@ fn in_edges([first, second]: [DVec3; 2], normal: DVec3, tangent: DVec3) -> Optio
 }
 
 impl Mesh {
+    /// Returns true if it has what a material may need to bend its normals: tangents for pictures, or a space for graphs.
+    #[inline]
+    pub fn may_bend_normals(&self) -> bool {
+        !self.details.tangents.is_empty() || self.details.space.is_some()
+    }
+
+    /// Returns true if it has what this material needs to bend its normals.
+    pub fn is_bent_by(&self, material: &Material) -> bool {
+        let by_picture = material.normal_map.is_some() && !self.details.tangents.is_empty();
+        let by_heights = material.bump.is_some() && self.details.space.is_some() && self.quadric.is_none();
+        by_picture || by_heights
+    }
+
     /// One of its sets of texture coordinates; empty if it has none.
     pub fn uvs_of(&self, set: UvSet) -> &[Vec2] {
         match set {

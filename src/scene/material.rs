@@ -6,6 +6,7 @@ use glam::Vec3;
 
 use super::cutout::Cutout;
 use super::variants::Variants;
+use crate::graph::Program;
 use crate::lanes::Real;
 
 /// MTL's Phong material, with the meaning of `illum` settled.
@@ -30,10 +31,14 @@ pub struct Material {
     pub metal_rough: Option<MetalRough>,
     /// Texture of map_Kd: index into [`Scene::textures`](super::Scene::textures).
     pub diffuse_map: Option<u32>,
+    /// Factor of the reflectance that is computed at each place, linear RGB from 0 to 1.
+    pub graph: Option<Arc<Program>>,
     /// Alpha that cuts parts out of it: of map_d, or of map_Kd; in glTF files of vertices, too.
     pub cutout: Option<Cutout>,
     /// Picture of the normals of a surface that is rougher than its triangles.
     pub normal_map: Option<NormalMap>,
+    /// Heights of a surface that is rougher than its triangles; on top of its normal map, if it has one.
+    pub bump: Option<Bump>,
     /// True if the colours of vertices are a factor of the reflectance, as a texture is.
     pub has_vertex_colors: bool,
     /// Materials that stand for this one, where pictures give its parameters. Its own are their means.
@@ -50,6 +55,17 @@ pub struct NormalMap {
     pub map: u32,
     /// Factor on X and Y.
     pub slope: f32,
+}
+
+/// Heights that a graph computes.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Bump {
+    /// The heights.
+    pub height: Arc<Program>,
+    /// Length for which a height of 1 stands, object space; below 0 it goes inwards.
+    pub distance: f32,
+    /// Share of the bent normal, from 0 to 1.
+    pub strength: f32,
 }
 
 /// Least width of a rough layer's lobe (alpha of GGX), the square of a roughness of 0.045: the lobe is some
@@ -156,17 +172,31 @@ impl Material {
             optics: Optics::Opaque,
             metal_rough: None,
             diffuse_map: None,
+            graph: None,
             cutout: None,
             normal_map: None,
+            bump: None,
             has_vertex_colors: false,
             variants: None,
             variant_of: None,
         }
     }
 
-    /// Returns true if a texture or the colours of vertices are a factor of its reflectance.
+    /// Returns true if a texture, a graph or the colours of vertices are a factor of its reflectance.
     pub fn is_painted(&self) -> bool {
-        self.diffuse_map.is_some() || self.has_vertex_colors
+        self.diffuse_map.is_some() || self.graph.is_some() || self.has_vertex_colors
+    }
+
+    /// Returns true if its normals are bent, by a picture or by heights.
+    pub fn bends_normals(&self) -> bool {
+        self.normal_map.is_some() || self.bump.is_some()
+    }
+
+    /// Returns true if it has pictures that are filtered over the place that a sample stands for.
+    pub fn is_filtered(&self) -> bool {
+        let heights = self.bump.as_ref().map(|bump| &bump.height);
+        let by_graph = || self.graph.iter().chain(heights).any(|graph| graph.is_filtered());
+        self.diffuse_map.is_some() || self.normal_map.is_some() || by_graph()
     }
 
     /// Share of metal set to `metallic`, and the diffuse reflectance to what that leaves; no effect without a metal-rough layer.

@@ -138,9 +138,9 @@ impl Assembly {
                 colors: surface.colors,
                 second_uvs: surface.second_uvs,
                 alphas: surface.alphas,
-                tangents: Vec::new(),
+                ..Details::default()
             }),
         };
-        self.with_tangents(mesh, &surface.tangents)
+        self.with_details(mesh, &surface.tangents)
     }
 }

@@ -15,6 +15,7 @@ pub mod mis;
 pub mod on_mesh;
 pub mod optics;
 pub mod phong;
+mod place_of_graph;
 pub mod sampling;
 pub mod sky;
 mod sobol;

@@ -2,6 +2,9 @@
 
 use glam::{Vec2, Vec3};
 
+use super::place_of_graph::PlaceOfGraph;
+use crate::graph::Program;
+use crate::scene::material::Bump;
 use crate::scene::texture::UvSet;
 use crate::scene::{Material, Mesh, Scene, Texture};
 
@@ -45,7 +48,7 @@ impl<'a> OnMesh<'a> {
 
     /// Texture coordinates of a set; zero if the mesh does not have it.
     #[inline]
-    fn uv_of(&self, set: UvSet) -> Vec2 {
+    pub(super) fn uv_of(&self, set: UvSet) -> Vec2 {
         match set {
             UvSet::First => self.uv(),
             UvSet::Second => self.second_uv(),
@@ -76,7 +79,11 @@ impl<'a> OnMesh<'a> {
     #[inline]
     pub fn reflectance(&self, scene: &Scene, material: &Material) -> Vec3 {
         let textured = self.textured(scene, material);
-        if material.has_vertex_colors { textured * self.vertex_color() } else { textured }
+        let painted = if material.has_vertex_colors { textured * self.vertex_color() } else { textured };
+        match &material.graph {
+            Some(graph) => painted * self.computed(scene, graph),
+            None => painted,
+        }
     }
 
     /// [`reflectance`](Self::reflectance) without the colours of vertices.
@@ -88,6 +95,12 @@ impl<'a> OnMesh<'a> {
         }
     }
 
+    /// What a graph makes of the place, from 0 to 1. Not inlined: most surfaces have none.
+    #[inline(never)]
+    fn computed(&self, scene: &Scene, graph: &Program) -> Vec3 {
+        graph.value(&PlaceOfGraph { on: self, textures: &scene.textures }).clamp(Vec3::ZERO, Vec3::ONE)
+    }
+
     /// Colour of a texture. Not inlined: surfaces without one would have to jump over it.
     #[inline(never)]
     fn texture_color(&self, texture: &Texture) -> Vec3 {
@@ -96,7 +109,7 @@ impl<'a> OnMesh<'a> {
 
     /// Level of `texture` in which a texel is as large as the place.
     #[inline]
-    fn level(&self, texture: &Texture) -> u32 {
+    pub(super) fn level(&self, texture: &Texture) -> u32 {
         if self.width > 0.0 {
             texture.level_of(self.width * self.width * self.uv_density(texture.mapping.uvs))
         } else {
@@ -126,7 +139,7 @@ impl<'a> OnMesh<'a> {
     }
 
     /// Colour that the vertices have; white without any.
-    fn vertex_color(&self) -> Vec3 {
+    pub(super) fn vertex_color(&self) -> Vec3 {
         let Self { mesh, primitive, weights: [u, v], .. } = *self;
         if mesh.details.colors.is_empty() {
             return Vec3::ONE;
@@ -136,12 +149,12 @@ impl<'a> OnMesh<'a> {
         a * (1.0 - u - v) + b * u + c * v
     }
 
-    /// Normal as a normal map of the place's material bends it; `normal` itself without one. `corners`: of the triangle, in the
-    /// space and the shape of `normal`, which has unit length and is on the outside.
+    /// Normal as the place's material bends it, by a normal map or by heights; `normal` itself without either. `corners`: of the triangle,
+    /// in the space and the shape of `normal`, which has unit length and is on the outside.
     pub fn bent_normal(&self, scene: &Scene, normal: Vec3, corners: [Vec3; 3]) -> Vec3 {
-        let material = self.mesh.material_of[self.primitive as usize];
+        let material = &scene.materials[usize::from(self.mesh.material_of[self.primitive as usize])];
         let bent = || {
-            let map = scene.materials[usize::from(material)].normal_map?;
+            let map = material.normal_map?;
             let tangents = self.mesh.details.tangents.get(self.primitive as usize)?;
             let [a, b, c] = corners;
             let [along, up] = tangents.axes(self.weights, [b - a, c - a], normal)?;
@@ -151,7 +164,43 @@ impl<'a> OnMesh<'a> {
             let out = z.max(LEAST_OUT);
             (along * (x * map.slope) + up * (y * map.slope) + normal * out).try_normalize()
         };
-        bent().unwrap_or(normal)
+        let bent = bent().unwrap_or(normal);
+        match &material.bump {
+            Some(bump) => self.raised(scene, bump, bent, corners).unwrap_or(bent),
+            None => bent,
+        }
+    }
+
+    /// Normal of a surface with these heights (J. Blinn, "Simulation of wrinkled surfaces", 1978; by the gradient on the surface, as in M.
+    /// Mikkelsen, "Bump mapping unparametrized surfaces on the GPU", 2010, and in Cycles): that of the surface, less the gradient of the
+    /// heights along it. `None` if the triangle has no area.
+    fn raised(&self, scene: &Scene, bump: &Bump, normal: Vec3, [a, b, c]: [Vec3; 3]) -> Option<Vec3> {
+        let (mesh, [u, v]) = (self.mesh, self.weights);
+        let space = mesh.details.space?;
+        // two steps of one length at a right angle, in the triangle at rest
+        let corners = mesh.triangles[self.primitive as usize].map(|corner| corner as usize);
+        let [at_a, at_b, at_c] = corners.map(|corner| Vec3::from(mesh.positions.as_slice()[corner]));
+        let (first, second) = (at_b - at_a, at_c - at_a);
+        let along = first.try_normalize()?;
+        let across = (second - along * along.dot(second)).try_normalize()?;
+        let step = space.step();
+        let of_second = step / across.dot(second);
+        let steps =
+            [[step / first.length(), 0.0], [-of_second * along.dot(second) / first.length(), of_second]];
+        let height = |[by_u, by_v]: [f32; 2]| {
+            let on = Self { weights: [u + by_u, v + by_v], ..*self };
+            bump.height.value(&PlaceOfGraph { on: &on, textures: &scene.textures }).x
+        };
+        let here = height([0.0; 2]);
+        let [by_first, by_second] =
+            steps.map(|step| (height(step) - here) * bump.distance * space.size_of_unit());
+        // the same steps where the triangle is now
+        let [to_first, to_second] = steps.map(|[by_u, by_v]| (b - a) * by_u + (c - a) * by_v);
+        let (across_second, across_first) = (to_second.cross(normal), normal.cross(to_first));
+        let area = to_first.dot(across_second);
+        let gradient = across_second * by_first + across_first * by_second;
+        let raised = (normal * area.abs() - gradient * area.signum()).try_normalize()?;
+        normal.lerp(raised, bump.strength).try_normalize()
     }
 }
 

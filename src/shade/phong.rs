@@ -75,11 +75,11 @@ impl Palette {
     pub fn of(scene: &Scene) -> Self {
         let paints = scene.materials.iter().map(|material| paint(material, scene.ambient)).collect();
         let brightest = scene.materials.iter().fold(Vec3::ZERO, |most, one| most.max(one.diffuse));
-        let bends_normals = scene.materials.iter().any(|material| material.normal_map.is_some());
-        let is_varied = |one: &Material| one.variants.is_some() || one.has_vertex_colors;
+        let bends_normals = scene.materials.iter().any(Material::bends_normals);
+        let is_varied =
+            |one: &Material| one.variants.is_some() || one.has_vertex_colors || one.graph.is_some();
         let varies = scene.materials.iter().any(is_varied);
-        let has_colors = scene.materials.iter().any(|material| material.diffuse_map.is_some());
-        let has_textures = has_colors || bends_normals;
+        let has_textures = scene.materials.iter().any(Material::is_filtered);
         let coats = Coats::new(&scene.materials);
         Self { coats, brightest, bends_normals, has_textures, varies, ..Self::new(paints) }
     }

@@ -26,6 +26,7 @@ mod extremes;
 mod filters;
 mod gather;
 mod golden;
+mod graphs;
 mod layers;
 mod lens;
 mod light_groups;

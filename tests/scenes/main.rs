@@ -13,6 +13,7 @@ mod environment;
 mod gltf;
 mod mistakes;
 mod model;
+mod mtlx;
 mod mutated;
 mod objects;
 mod places;

@@ -24,6 +24,22 @@ const SHOT: &str = "[render]\nsize = [64, 36]\nframes = \"1-4\"\nsamples = { min
                     [[model.key]]\nframe = 1\n[[model.key]]\nframe = 2\nscale = 2\n[[light]]\ntype = \"spot\"\nposition = [0, 5, 0]\n\
                     target = [0, 0, 0]\n[[material]]\nname = \"wood\"\nkd = [1, 0, 0]\n";
 
+/// A shot whose material is that of a MaterialX file.
+const SHOT_OF_MTLX: &str = "[[camera.key]]\nframe = 1\neye = [0, 0, 5]\ntarget = [0, 0, 0]\n[[model]]\nobj = \"m.obj\"\n\
+                            [[material]]\nname = \"wood\"\nmtlx = \"m.mtlx\"\n";
+const MTLX: &str = "<?xml version=\"1.0\"?>\n<materialx version=\"1.39\">\n<nodegraph name=\"G\">\n\
+                    <blender_noise name=\"n\" type=\"multioutput\"><input name=\"scale\" type=\"float\" value=\"3\"/>\
+                    <input name=\"vector\" type=\"vector3\" nodename=\"p\"/></blender_noise>\n<position name=\"p\" type=\"vector3\"/>\n\
+                    <blender_color_ramp name=\"r\" type=\"multioutput\"><input name=\"factor\" type=\"float\" nodename=\"n\" output=\"value\"/>\
+                    <input name=\"stops\" type=\"floatarray\" value=\"0, 0, 0, 0, 1, 0.5, 1, 0, 0, 1\"/></blender_color_ramp>\n\
+                    <image name=\"i\" type=\"color3\"><input name=\"file\" type=\"filename\" value=\"a.png\"/></image>\n\
+                    <mix name=\"m\" type=\"color3\"><input name=\"fg\" type=\"color3\" nodename=\"r\"/>\
+                    <input name=\"bg\" type=\"color3\" nodename=\"i\"/><input name=\"mix\" type=\"float\" value=\"0.5\"/></mix>\n\
+                    <output name=\"out\" type=\"color3\" nodename=\"m\"/>\n</nodegraph>\n<open_pbr_surface name=\"S\" type=\"surfaceshader\">\
+                    <input name=\"base_color\" type=\"color3\" nodegraph=\"G\" output=\"out\"/></open_pbr_surface>\n\
+                    <surfacematerial name=\"wood\" type=\"material\"><input name=\"surfaceshader\" type=\"surfaceshader\" nodename=\"S\"/>\
+                    </surfacematerial>\n</materialx>\n";
+
 /// What is put in place of a part of a file.
 const WORDS: [&[u8]; 16] = [
     b"",
@@ -85,6 +101,7 @@ fn try_all(name: &str, whole: &[u8], asked: &str) {
     }
     let folder = folder();
     fs::write(folder.path().join("m.obj"), OBJ).unwrap();
+    fs::write(folder.path().join("m.toml"), SHOT_OF_MTLX).unwrap();
     let load = |path: &Path| drop(scene::load(path, false));
     for seed in 0..count {
         fs::write(folder.path().join(name), mutated(whole, seed)).unwrap();
@@ -107,6 +124,11 @@ fn damaged_obj_files_are_told() {
 fn damaged_mtl_files_are_told() {
     let mtl = format!("{MTL}map_Kd -s 2 2 -clamp on a b.png\nPr 0.5\nTr 0.2\nillum 9\nNs 1e3\n");
     try_all("m.mtl", mtl.as_bytes(), "m.obj");
+}
+
+#[test]
+fn damaged_mtlx_files_are_told() {
+    try_all("m.mtlx", MTLX.as_bytes(), "m.toml");
 }
 
 #[test]

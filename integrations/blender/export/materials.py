@@ -5,13 +5,16 @@ from dataclasses import fields
 
 import numpy as np
 
-from . import toml
+from . import graphs, toml
 from .at_rest import values_of
 from .images import safe
 from .meshes import digest_of
 from .nodes import Evaluator, alike, constant
 from .rays import Seen
 from .surfaces import BLENDED, Surface, is_colored, surface_of, surface_to_all
+
+GRAPHS = "materials.mtlx"
+"""File of what nodes compute, beside the shot."""
 
 LEAST_ALPHA = 1e-3
 """Alpha below which what a surface shows is not known from the light that is left."""
@@ -32,6 +35,7 @@ class Materials:
     def __init__(self, images, warnings, exposure=1.0):
         self.images, self.warnings, self.exposure = images, warnings, exposure
         self.names, self.read, self.tables, self.seen = {}, {}, {}, {}
+        self.document = graphs.Document(lambda pixels, name: images.write_color(f"{name} node", np.asarray(pixels)))
 
     def surface(self, material):
         """The surface of a material, and its evaluator. None is Blender's default grey."""
@@ -47,7 +51,7 @@ class Materials:
         if material is None:
             return Surface(), Evaluator(self.images)
         try:
-            surface, evaluator = surface_to_all(lambda ray: Evaluator(self.images, ray=ray), material)
+            surface, evaluator = surface_to_all(lambda ray: Evaluator(self.images, ray=ray, has_graphs=True), material)
         except (AttributeError, IndexError, KeyError, TypeError, ValueError, RuntimeError) as error:
             # a node of an unknown version must not end the export
             surface, evaluator = Surface(), Evaluator(self.images)
@@ -80,6 +84,9 @@ class Materials:
 
     def _probe(self, material, surface, evaluator):
         """Finds out what depends on colour attributes: how a surface with others differs. The base colour alone may."""
+        if graphs.graph_of(surface.base) is not None:
+            evaluator.say("colour attributes are left out beside what nodes compute")
+            return
         other = surface_of(Evaluator(self.images, lambda name: constant(0.25, 0.5, 0.75), evaluator.ray), material)
         differs = [part for part in (*BLENDED, "emission", "alpha", "veil") if not np.array_equal(getattr(surface, part), getattr(other, part))]
         if "base" in differs:
@@ -111,7 +118,7 @@ class Materials:
     def reflects_nothing(self, material):
         """Returns true if a material is black or clear."""
         surface, evaluator = self.surface(material)
-        is_black = all(float(part.max()) <= 0 for part in (surface.base, surface.specular)) and not evaluator.painted
+        is_black = all(float(part.max()) <= 0 for part in (surface.base, surface.specular)) and not (evaluator.painted or has_color_picture(surface))
         return is_black or float(surface.alpha.max()) <= 0
 
     def is_even_veil(self, material):
@@ -158,13 +165,17 @@ class Materials:
         """Returns true if it needs to know how large a texture is on its mesh."""
         return self.surface(material)[0].bump is not None
 
-    def use(self, material, density=1.0):
-        """Writes the table of a material, once. `density`: units of the world in one unit of the texture."""
+    def use(self, material, density=1.0, scale=1.0):
+        """Writes the table of a material, once. `density`: units of the world in one unit of the texture, and `scale` in one of its mesh."""
         name = self.name(material)
         if name in self.tables:
             return
         surface, evaluator = self.surface(material)
         values = {"name": name, **self._values(name, surface, evaluator, density)}
+        self._graphs(name, surface, evaluator, scale, values)
+        computed = [each.name for each in fields(surface) if each.name != "base" and graphs.graph_of(getattr(surface, each.name)) is not None]
+        if computed:
+            evaluator.say(f"nodes compute its {', '.join(computed).replace('_', ' ')}: a constant counts in place of each")
         self.tables[name] = toml.table("[[material]]", values)
         self._tell(material, evaluator)
 
@@ -208,7 +219,7 @@ class Materials:
     def _glass(self, name, surface, share, evaluator, values):
         """Glass. What it does not let through it scatters, in its base colour."""
         if has_color_picture(surface):
-            evaluator.say("the picture of its colour counts by its mean: glass is of one colour")
+            evaluator.say("its colour counts by its mean: glass is of one colour")
         tint = np.clip(surface.tint.mean(axis=(0, 1)), 0, 1) * share
         rest = max(1 - float(tint.max()), 1e-6)
         scattered = np.clip(surface.base.mean(axis=(0, 1)) * (1 - share) / rest, 0, 1)
@@ -231,6 +242,8 @@ class Materials:
 
     def _base(self, name, surface, evaluator, values):
         base = surface.base
+        if graphs.graph_of(base) is not None:
+            return
         if base.shape[:2] == (1, 1):
             values["kd"] = np.clip(base[0, 0], 0, 1).tolist()
             return
@@ -284,6 +297,20 @@ class Materials:
             values["map_ke"] = self.images.write_color(f"{name} emission", light / top)
             values["ke"] = [top] * 3
 
+    def _graphs(self, name, surface, evaluator, scale, values):
+        """Writes what nodes compute of a material, beside the keys that it has already."""
+        inputs = {}
+        if graphs.graph_of(surface.base) is not None and "kd" not in values:
+            inputs["base_color"] = graphs.graph_of(surface.base)
+        if surface.heights is not None:
+            height, strength, distance = surface.heights
+            numbers = {"strength": (strength,), "distance": (distance / scale,)}
+            inputs["geometry_normal"] = graphs.Node("blender_bump", "vector3", {"height": height, **numbers})
+        if inputs:
+            matrix = evaluator.uv[1] if evaluator.uv else np.eye(3)
+            self.document.add(name, inputs, {"specular_weight": 0.0}, matrix)
+            values["mtlx"] = GRAPHS
+
     def _number(self, name, what, value, key, evaluator, values):
         value = np.clip(value, 0, 1)
         if value.shape[:2] == (1, 1):
@@ -308,6 +335,9 @@ def summary(value):
     """Numbers as a list, and a digest of pictures."""
     if isinstance(value, tuple):
         return [summary(each) for each in value]
+    graph = value if isinstance(value, graphs.Node) else graphs.graph_of(value)
+    if graph is not None:
+        return graphs.described(graph)
     if isinstance(value, Seen):
         return sorted(value.keys().items())
     if not isinstance(value, np.ndarray):
@@ -340,8 +370,8 @@ def undimmed(light, alpha):
 
 
 def has_color_picture(surface):
-    """Returns true if the colour of a surface comes of pictures."""
-    return surface.base.shape[:2] != (1, 1)
+    """Returns true if the colour of a surface is not the same all over: pictures or graphs give it."""
+    return surface.base.shape[:2] != (1, 1) or graphs.graph_of(surface.base) is not None
 
 
 def reflectance(ior):

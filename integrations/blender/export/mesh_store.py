@@ -124,7 +124,7 @@ class Stored:
         density = 1.0
         if uvs is not None and store.materials.has_bump(material):
             density = meshes.uv_density(self.geometry, uvs) * self.scale
-        store.materials.use(material, density)
+        store.materials.use(material, density, self.scale)
 
     def _parts(self):
         """From the rays that meet them to pairs of a material's name and its triangles; texture coordinates and colours of all corners (None:

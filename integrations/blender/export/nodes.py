@@ -3,13 +3,14 @@
 
 A value is an array (height, width, channels): 1x1 texels for constants, and 1 channel for numbers or 3 for colours and vectors. So one
 rule serves constants and pictures: nodes are evaluated texel by texel. What depends on anything but the texture coordinates (noise,
-view, position) is replaced by a constant, and said.
+position) has a graph where materials take one: see graphs.py. What has none (view) is replaced by a constant, and said.
 """
 
 from contextlib import contextmanager
 
 import numpy as np
 
+from . import graphs
 from .arithmetic import BLENDS, MATHS, shifted
 from .rays import IS_OF
 
@@ -28,12 +29,12 @@ def constant(*values):
 
 def number(value):
     """A value as a number: the luminance of colours, as Blender converts them."""
-    return value if value.shape[2] == 1 else (value @ LUMINANCE)[:, :, None]
+    return value if value.shape[2] == 1 else graphs.carried(value, (np.asarray(value) @ LUMINANCE)[:, :, None])
 
 
 def color(value):
     """A value as a colour or vector."""
-    return value if value.shape[2] == 3 else np.repeat(value, 3, axis=2)
+    return value if value.shape[2] == 3 else graphs.carried(value, np.repeat(value, 3, axis=2))
 
 
 def alike(*values):
@@ -55,11 +56,12 @@ class Evaluator:
 
     `attribute` gives the values of colour attributes by their names, as values of height n and width 1 for n corners; without it they are
     white. `asked` has the names that were asked for. `ray`: the kind of rays for which nodes are evaluated (any other name: for none of
-    them); None for all at once.
+    them); None for all at once. `has_graphs`: values may have graphs.
     """
 
-    def __init__(self, images, attribute=None, ray=None):
+    def __init__(self, images, attribute=None, ray=None, has_graphs=False):
         self.images, self.said = images, []
+        self.has_graphs, self.known = has_graphs, {}
         self.attribute, self.asked = attribute or (lambda name: constant(1.0, 1.0, 1.0)), set()
         self.ray, self.tells_rays_apart = ray, False
         """What Light Path nodes are asked for, and whether one was."""
@@ -145,11 +147,36 @@ class Evaluator:
         if node.mute:
             linked = [entry for entry in node.inputs if entry.is_linked and entry.type == socket.type]
             return self.input(node, list(node.inputs).index(linked[0])) if linked else constant(0.0)
+        if not self.has_graphs or node.type in {"GROUP", "GROUP_INPUT"}:
+            return self.plainly(node, socket)
+        # each output once: a graph may take it at many places
+        key = (tuple(parent.as_pointer() for parent in self.parents), node.as_pointer(), socket.identifier)
+        if key not in self.known:
+            graph = graphs.of_node(self, node, socket)
+            said = list(self.said)
+            value = self.plainly(node, socket)
+            if graph is not None:
+                # nothing is replaced
+                self.said = said
+                value = graphs.computed(value, graph)
+            self.known[key] = value
+        return self.known[key]
+
+    def plainly(self, node, socket):
+        """Value of a node's output without a graph."""
         method = getattr(self, f"node_{node.type.lower()}", None)
         if method is None:
             self.say(f"node `{node.name}` ({node.bl_label}) is replaced by a constant")
             return self.fallback(node, socket)
         return method(node, socket)
+
+    def uv_graph(self, name):
+        """Graph of the texture coordinates of a UV map ("": the active one)."""
+        if self.uv is None:
+            self.uv = (name, np.eye(3))
+        elif self.uv[0] != name:
+            self.say(f"UV map `{name}`: the one of the material's first picture counts")
+        return graphs.Node("uv", "vector3")
 
     def fallback(self, node, socket):
         """A constant for a node that is not evaluated: the mean of its colours, or a half."""

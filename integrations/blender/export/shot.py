@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from . import camera, lights, toml
 from .glance import Noted
 from .images import Images
-from .materials import Materials
+from .materials import GRAPHS, Materials
 from .mesh_store import MeshStore
 from .places import model_tables
 from .walk import STEPS_A_FRAME, Walk, times_of
@@ -97,6 +97,8 @@ def export_shot(scene, depsgraph, folder, settings, set_frame, progress):
         store.abandon()
     from .files import whole
 
+    if graphs := materials.document.text():
+        whole(os.path.join(folder, GRAPHS), lambda file: file.write(graphs.encode()))
     parts = head(scene, settings, walk.frames), "\n".join(part for part in text if part)
     whole(shot, lambda file: file.write("\n".join([parts[0], *cameras, parts[1]]).encode()))
     return Exported(shot, parts, walk.frames, names, list(materials.tables), list(warnings), settings, noted)

@@ -5,6 +5,7 @@ from dataclasses import dataclass, field, fields, replace
 
 import numpy as np
 
+from . import graphs
 from .nodes import SAME_TO_ALL, alike, color, constant, index_of_weight, number
 from .rays import KINDS, Seen
 
@@ -34,6 +35,8 @@ class Surface:
     """Directions from 0 to 1 as normal maps have them."""
     bump: tuple | None = None
     """Heights, and the slope's factor (strength times distance)."""
+    heights: tuple | None = None
+    """Graph of heights that are on top of these, its strength, and the distance for which a height of 1 stands, in the world."""
     is_there: bool = True
     """False where a material has no surface: what lies in it is a volume alone."""
     seen: Seen = Seen()
@@ -115,6 +118,9 @@ def is_same(one, other):
     """Returns true if values of two surfaces are the same."""
     if isinstance(one, tuple) and isinstance(other, tuple):
         return all(map(is_same, one, other))
+    pair = [value if isinstance(value, graphs.Node) else graphs.graph_of(value) for value in (one, other)]
+    if any(graph is not None for graph in pair):
+        return all(graph is not None for graph in pair) and graphs.described(pair[0]) == graphs.described(pair[1])
     return np.array_equal(one, other)
 
 
@@ -147,8 +153,12 @@ def set_normal(evaluator, source, surface):
     """Sets what a node says of normals."""
     if source.type == "BUMP":
         height = evaluator.input(source, "Height")
-        if height.shape[:2] != (1, 1):
-            slope = float(evaluator.input(source, "Strength").mean() * evaluator.input(source, "Distance").mean())
+        strength, distance = (float(evaluator.input(source, name).mean()) for name in ("Strength", "Distance"))
+        if graphs.graph_of(height) is not None:
+            surface.heights = (graphs.graph_of(height), min(max(strength, 0.0), 1.0), -distance if source.invert else distance)
+            read_normal(evaluator, source, surface)
+        elif height.shape[:2] != (1, 1):
+            slope = strength * distance
             surface.bump = (height, -slope if source.invert else slope)
             if evaluator.link(source.inputs["Normal"]):
                 evaluator.say("of a bump map on top of a normal map the bump map alone is shown")
@@ -269,7 +279,7 @@ def share_of_second(first, second, otherwise):
 def blend(first, second, share):
     """Mixes two surfaces: `share` of the second."""
     alpha_a, alpha_b, share = alike(first.alpha, second.alpha, number(share))
-    share = np.clip(share, 0, 1)
+    share = graphs.carried(share, np.clip(share, 0, 1))
     weight_a, weight_b = alpha_a * (1 - share), alpha_b * share
     alpha = weight_a + weight_b
     of_second = share_of_second(weight_a, weight_b, share)
@@ -284,6 +294,11 @@ def blend(first, second, share):
         return one * (1 - by) + other * by
 
     values = {name: mixed(name, of_second) for name in BLENDED if name != "roughness"}
+    # what nodes compute is mixed by nodes, where both are all there
+    is_whole = float(alpha_a.min()) > 0.999 and float(alpha_b.min()) > 0.999
+    by = share if is_whole else of_second
+    if any(graphs.graph_of(part) is not None for part in (by, first.base, second.base)) and not (by is share and (share <= 0).all()):
+        values["base"] = graphs.computed(values["base"], graphs.mixed(by, first.base, second.base))
     # what reflects nothing has no part in how rough reflections are
     shines = (weight * strength_of(surface) for surface, weight in ((first, weight_a), (second, weight_b)))
     values["roughness"] = mixed("roughness", share_of_second(*alike(*shines), of_second))
@@ -298,6 +313,7 @@ def blend(first, second, share):
         emission=mixed("emission", share),
         normal=larger.normal if larger.normal is not None else smaller.normal,
         bump=larger.bump or smaller.bump,
+        heights=larger.heights or smaller.heights,
         seen=Seen(holdout=bool(parts) and all(surface.seen.holdout for surface in parts)),
     )
 
@@ -320,6 +336,16 @@ def index_of_edge(evaluator, socket):
     return None
 
 
+def has_normals(surface):
+    """Returns true if something bends the normals of a surface."""
+    return any(part is not None for part in (surface.normal, surface.bump, surface.heights))
+
+
+def normals_of(surface):
+    """What bends the normals of a surface."""
+    return {"normal": surface.normal, "bump": surface.bump, "heights": surface.heights}
+
+
 def is_mirror(surface):
     """Returns true if a surface reflects and does nothing else."""
     return float(surface.metallic.min()) > 0.99 and float(surface.alpha.min()) > 0.99 and float(surface.emission.max()) == 0
@@ -339,10 +365,10 @@ def mix(evaluator, node):
         shine = second.base.mean(axis=(0, 1))
         if float(np.ptp(shine)) > 0.05:
             evaluator.say("the colour of its reflection is left out")
-        normal = {} if first.normal is not None or first.bump else {"normal": second.normal, "bump": second.bump}
+        normal = {} if has_normals(first) else normals_of(second)
         return replace(first, specular=constant(float(shine.mean())), ior=constant(index), roughness=second.roughness, **normal)
     share = evaluator.input(node, 0)
-    if share.shape[:2] == (1, 1):
+    if share.shape[:2] == (1, 1) and graphs.graph_of(share) is None:
         of_second = float(np.clip(share, 0, 1).mean())
         both = glazed(evaluator, first, second, 1 - of_second, of_second) or glazed(evaluator, second, first, of_second, 1 - of_second)
         if both:
@@ -363,7 +389,7 @@ def glazed(evaluator, matt, mirror, of_matt, of_mirror):
     if of_matt <= 0 or shine.max() <= 0 or np.allclose(matt.base, mirror.base, atol=0.02):
         return None
     emission = matt.emission * of_matt
-    normal = {} if matt.normal is not None or matt.bump else {"normal": mirror.normal, "bump": mirror.bump}
+    normal = {} if has_normals(matt) else normals_of(mirror)
     shine_mean = float(shine.mean())
     if float(np.ptp(shine)) <= 0.1 * float(shine.max()) and EDGES < shine_mean < 0.85:
         # a layer reflects more towards the edges of things: as much from all around

@@ -336,12 +336,12 @@ impl<'a> FrameView<'a> {
         most
     }
 
-    /// Returns true if a normal map bends the normals of a triangle of a model.
+    /// Returns true if a normal map or heights bend the normals of a triangle of a model.
     #[inline]
     pub fn is_bent(&self, model: u32, triangle: u32) -> bool {
         let mesh = &self.scene.models[model as usize].mesh;
-        let material = || usize::from(mesh.material_of[triangle as usize]);
-        !mesh.details.tangents.is_empty() && self.scene.materials[material()].normal_map.is_some()
+        let material = || &self.scene.materials[usize::from(mesh.material_of[triangle as usize])];
+        mesh.may_bend_normals() && mesh.is_bent_by(material())
     }
 
     /// The curved surface that a triangle of a model stands for at a point (object space), on its outside or `from_behind`; `None`

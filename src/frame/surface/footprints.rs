@@ -31,6 +31,5 @@ pub fn cell_widths(view: &View, sights: Vec3x8, normals: Vec3x8) -> F32x8 {
 /// Returns true if `material` has pictures that are filtered.
 #[inline]
 pub fn has_textures(scene: &Scene, material: u16) -> bool {
-    let material = &scene.materials[usize::from(material)];
-    material.diffuse_map.is_some() || material.normal_map.is_some()
+    scene.materials[usize::from(material)].is_filtered()
 }

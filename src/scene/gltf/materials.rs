@@ -184,7 +184,8 @@ impl Assembly {
         let Read { mut stated, alpha: of_file, by_vertices, is_textured, of_texture } =
             self.read_material(document, number, json, vertices)?;
         self.known_names.push(stated.name.clone());
-        let shot = self.override_values(&mut stated);
+        let overridden = self.override_values(&mut stated)?;
+        let shot = &overridden.places;
         let mut material = stated.settle();
         let base = &json.pbr_metallic_roughness.base_color_texture;
         let base = base.as_ref().filter(|_| is_textured || of_file.is_some());
@@ -192,8 +193,9 @@ impl Assembly {
         let own = base.map(of_base).transpose()?;
         material.diffuse_map = match (&shot[MapUse::Color], &stated.maps[MapUse::Color]) {
             (Some(shot), Some(map)) => Some(self.picture(map, shot, PictureUse::Color)?),
-            _ => own.filter(|_| is_textured),
+            _ => own.filter(|_| is_textured && !overridden.is_whole),
         };
+        overridden.apply(&mut material);
         // what the file states by itself is no statement of MTL
         let asking = |used| shot[used].as_deref().unwrap_or(&document.path);
         let mut settled = self.settle_maps(&stated, asking, material)?;
@@ -213,7 +215,9 @@ impl Assembly {
             (.., Some(map), Some(alpha)) => self.show_alpha(&mut settled, map, alpha),
             _ => {}
         }
-        self.add_own_maps(document, json, of_texture, &mut settled)?;
+        if !overridden.is_whole {
+            self.add_own_maps(document, json, of_texture, &mut settled)?;
+        }
         self.add_material_of(&document.path, settled)
     }
 

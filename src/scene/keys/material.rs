@@ -41,6 +41,8 @@ pub(crate) struct MtlTable {
 pub(crate) struct MaterialTable {
     /// The name after `newmtl`
     pub name: At<String>,
+    /// MaterialX file (.mtlx), relative to the shot file, whose material of this name is taken; the other keys here replace values of it
+    pub mtlx: Option<At<String>>,
     /// Diffuse colour, linear RGB
     pub kd: Option<Three>,
     /// Ambient colour

@@ -11,17 +11,21 @@ use super::map_statement::{ByUse, MapStatement, MapUse};
 use super::mtl::{self, MtlFile, MtlMaterial};
 use super::npy::{self, Array};
 use super::objects::ObjectFiles;
+use super::of_surface::OfSurface;
 use super::pictures::{PictureUse, Pictures};
 use super::read_model::{ReadBefore, ReadModel, is_ply, name_material};
 use super::shape_files::{self, Origins, ReadShapes, ShapeSource};
 use super::varying::{ParameterMap, Settled};
 use crate::digest::Digest;
+use crate::graph::Program;
 use crate::input::{self, Input, Kind};
 use crate::scene::error::Findings;
 use crate::scene::given::meshes::Given;
 use crate::scene::gltf::GltfFiles;
 use crate::scene::keys::material::KdBesideMap;
 use crate::scene::keys::spelling;
+use crate::scene::material::{Bump, NormalMap};
+use crate::scene::mtlx::{self, MtlxFiles};
 use crate::scene::obj::lines::words;
 use crate::scene::obj::{Named, ObjFile, OddNormals};
 use crate::scene::paths::find_beside;
@@ -38,6 +42,8 @@ const MOST_NAMED: usize = 10;
 /// A `[[material]]` of the shot file: values other than `None` replace those of the MTL file.
 pub(crate) struct Override {
     pub values: MtlMaterial,
+    /// MaterialX file whose material of the same name counts in place of that of the model's files.
+    pub mtlx: Option<PathBuf>,
     /// The shot file, and the line and column of the entry in it.
     pub path: PathBuf,
     pub line: usize,
@@ -46,8 +52,30 @@ pub(crate) struct Override {
     pub used: bool,
 }
 
-/// Shot file for each picture that it states in place of a material's own.
-pub(crate) type Replaced = ByUse<PathBuf>;
+/// What the `[[material]]` tables of a name put in place of a material's own.
+#[derive(Default)]
+pub(crate) struct Overridden {
+    /// Shot file for each picture that it states.
+    pub places: ByUse<PathBuf>,
+    /// Graph of the base colour: no picture of it counts then.
+    pub color: Option<Arc<Program>>,
+    /// Heights that bend its normals.
+    pub bump: Option<Bump>,
+    /// Picture of its normals.
+    pub normals: Option<NormalMap>,
+    /// True if nothing of the material's own counts: neither pictures nor numbers.
+    pub is_whole: bool,
+}
+
+impl Overridden {
+    /// Gives a material the graphs and the normals of a file that counts in place of its own.
+    pub fn apply(&self, material: &mut Material) {
+        if self.is_whole {
+            (material.graph, material.bump) = (self.color.clone(), self.bump.clone());
+            material.normal_map = self.normals;
+        }
+    }
+}
 
 /// Meshes of the models, with their shared materials and textures.
 #[derive(Default)]
@@ -67,6 +95,8 @@ pub(crate) struct Assembly {
     deforming: HashMap<(PathBuf, ShapeSource), ReadShapes>,
     /// Indices of the quadrics' materials, by name.
     of_quadrics: HashMap<String, u16>,
+    /// MaterialX files that were read.
+    mtlx: MtlxFiles,
     /// Parts of glTF files that were read.
     pub(in crate::scene) gltf: GltfFiles,
     /// Parts of USD files that were read.
@@ -371,7 +401,10 @@ impl Assembly {
         self.report_unknown(&unknown, defined, path)?;
         if !obj.colors.is_empty() {
             // scans have the same colours in both: twice they would be too dark
-            let is_plain = |id: &&u16| self.materials[usize::from(**id)].diffuse_map.is_none();
+            let is_plain = |id: &&u16| {
+                let material = &self.materials[usize::from(**id)];
+                material.diffuse_map.is_none() && material.graph.is_none()
+            };
             let plain: Vec<u16> = ids.iter().filter(is_plain).copied().collect();
             plain.into_iter().for_each(|id| self.color_vertices(id));
         }
@@ -440,18 +473,57 @@ impl Assembly {
         entries.into_iter().any(|entry| entry.values.states_number(used))
     }
 
-    /// Replaces values of a material by those that the `[[material]]` tables of its name state. Returns the shot file for
-    /// each picture that it states.
-    pub(in crate::scene) fn override_values(&mut self, stated: &mut MtlMaterial) -> Replaced {
-        let mut replaced = Replaced::default();
-        let name = stated.name.clone();
-        for entry in self.overrides.iter_mut().filter(|entry| entry.values.name == name) {
-            entry.used = true;
+    /// Replaces values of a material by those that the `[[material]]` tables of its name state.
+    ///
+    /// # Errors
+    /// Those of MaterialX files that they name.
+    pub(in crate::scene) fn override_values(
+        &mut self,
+        stated: &mut MtlMaterial,
+    ) -> Result<Overridden, SceneError> {
+        let mut overridden = Overridden::default();
+        for number in 0..self.overrides.len() {
+            if self.overrides[number].values.name != stated.name {
+                continue;
+            }
+            self.overrides[number].used = true;
+            if let Some(path) = self.overrides[number].mtlx.clone() {
+                let of_file = self.mtlx_surface(&path, &stated.name)?;
+                *stated = of_file.stated;
+                let OfSurface { color, bump, normals, .. } = of_file;
+                let normals = normals.and_then(|(map, slope)| self.pictures.normal_map(map, slope));
+                overridden = Overridden { color, bump, normals, is_whole: true, ..Overridden::default() };
+            }
+            let entry = &self.overrides[number];
             stated.replace_with(&entry.values);
+            if entry.values.kd.is_some() || entry.values.maps.has(MapUse::Color) {
+                overridden.color = None;
+            }
             let places = entry.values.maps.map(|_| entry.path.clone());
-            replaced.replace_with(&places);
+            overridden.places.replace_with(&places);
         }
-        replaced
+        Ok(overridden)
+    }
+
+    /// The material of this name of the MaterialX file at `path`.
+    fn mtlx_surface(&mut self, path: &Path, name: &str) -> Result<OfSurface, SceneError> {
+        let (document, is_new) = self.mtlx.at(path)?;
+        if is_new {
+            self.files.push(path.to_path_buf());
+            self.digests.push(document.digest);
+        }
+        let folder = path.parent().unwrap_or(Path::new(""));
+        let Self { pictures, findings, .. } = self;
+        let (mut surface, told) = mtlx::surface(&document, name, &mut |asked| {
+            pictures.index_of(&asked.map, folder, path, findings, asked.used)
+        })?;
+        let of_surface = OfSurface::new(&mut surface);
+        let line = told.first().map_or(1, |(line, _)| *line);
+        let left_out = of_surface.left_out.iter().map(|said| (line, String::from(*said)));
+        for (line, said) in told.into_iter().chain(left_out) {
+            self.findings.note(SceneError::new(path, format!("material `{name}`: {said}")).at_line(line));
+        }
+        Ok(of_surface)
     }
 
     /// Reports overrides that no model uses.

@@ -7,6 +7,7 @@ use rayon::prelude::*;
 use std::sync::Arc;
 
 use crate::animation::TransformTrack;
+use crate::scene::details::Details;
 use crate::scene::obj::are_within_reach;
 use crate::scene::{Mesh, Model};
 
@@ -25,7 +26,8 @@ impl Model {
 /// Maps `mesh` by `map`, computed in f64. `None` if a vertex comes to lie too far away to be rendered.
 fn baked(mesh: &Mesh, map: DAffine3) -> Option<Mesh> {
     if let Some(quadric) = &mesh.quadric {
-        let mesh = Mesh::of_quadric(quadric.placed(map), mesh.material_of[0], mesh.shadow_casting > 0);
+        let placed = Mesh::of_quadric(quadric.placed(map), mesh.material_of[0], mesh.shadow_casting > 0);
+        let mesh = Mesh { details: details(mesh, map, false), ..placed };
         return are_within_reach(mesh.positions.as_slice()).then_some(mesh);
     }
     let positions: Vec<[f32; 3]> = mesh
@@ -56,8 +58,17 @@ fn baked(mesh: &Mesh, map: DAffine3) -> Option<Mesh> {
         cut: mesh.cut.clone(),
         quadric: None,
         shapes: None,
-        details: if mirrored { Arc::new(mesh.details.mirrored()) } else { mesh.details.clone() },
+        details: details(mesh, map, mirrored),
     })
+}
+
+fn details(mesh: &Mesh, map: DAffine3, is_mirrored: bool) -> Arc<Details> {
+    let space = mesh.details.space.map(|space| space.placed(map));
+    match (is_mirrored, space) {
+        (false, None) => mesh.details.clone(),
+        (true, _) => Arc::new(Details { space, ..mesh.details.mirrored() }),
+        (false, Some(_)) => Arc::new(Details { space, ..Details::clone(&mesh.details) }),
+    }
 }
 
 #[cfg(test)]

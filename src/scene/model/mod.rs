@@ -16,6 +16,7 @@ mod normals;
 pub mod npy;
 mod obj_parts;
 pub mod objects;
+mod of_surface;
 mod ordered;
 pub mod pictures;
 pub mod point_cache;

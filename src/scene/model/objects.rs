@@ -9,7 +9,7 @@ use embree::VertexBuffer;
 
 use crate::scene::Mesh;
 use crate::scene::cutout::CutTriangles;
-use crate::scene::details::Details;
+use crate::scene::details::{Details, ObjectSpace};
 use crate::scene::keys::model::Division;
 use crate::scene::mesh::Groups;
 
@@ -80,15 +80,19 @@ impl<'a> Taker<'a> {
         let of_segments =
             |of: &&Segment| whole.details.tangents.get(of.triangles.clone()).unwrap_or_default();
         let tangents = segments.iter().flat_map(of_segments).copied().collect();
+        // each part has a box of its own, as if it came from a file of its own
+        let positions = chosen(whole.positions.as_slice(), &vertices, 1);
+        let space = whole.details.space.map(|_| ObjectSpace::around(&positions));
         let details = Details {
             colors: chosen(&whole.details.colors, &vertices, 0),
             second_uvs: chosen(&whole.details.second_uvs, &vertices, 0),
             alphas: chosen(&whole.details.alphas, &vertices, 0),
             tangents,
+            space,
         };
         // a list that has an entry a vertex, or none at all
         Mesh {
-            positions: Arc::new(VertexBuffer::new(chosen(whole.positions.as_slice(), &vertices, 1))),
+            positions: Arc::new(VertexBuffer::new(positions)),
             triangles: Arc::new(triangles),
             normals: chosen(&whole.normals, &vertices, 0),
             uvs: chosen(&whole.uvs, &vertices, 0),

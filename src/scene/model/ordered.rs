@@ -10,7 +10,7 @@ use embree::VertexBuffer;
 use super::assemble::Assembly;
 use crate::scene::Mesh;
 use crate::scene::cutout::{CutTriangles, Mask, VertexData};
-use crate::scene::details::Details;
+use crate::scene::details::{Details, ObjectSpace};
 use crate::scene::mesh::Groups;
 use crate::scene::obj::{self, ObjFile};
 
@@ -64,11 +64,26 @@ impl Assembly {
             shapes: None,
             details: Arc::new(Details { colors: obj.colors, ..Details::default() }),
         };
-        (self.with_tangents(mesh, &[]), objects)
+        (self.with_details(mesh, &[]), objects)
     }
 
-    /// Gives a mesh tangents, if a material of it has a normal map. `of_vertices`: those that its file states, if it does.
-    pub(in crate::scene) fn with_tangents(&self, mesh: Mesh, of_vertices: &[[f32; 4]]) -> Mesh {
+    /// Gives a mesh what its materials need beside its vertices: tangents, of which `of_vertices` are those that its file states, if it
+    /// does; and the space of graphs.
+    pub(in crate::scene) fn with_details(&self, mesh: Mesh, of_vertices: &[[f32; 4]]) -> Mesh {
+        let mesh = self.with_tangents(mesh, of_vertices);
+        let has_graph = |material: &u16| {
+            let material = &self.materials[usize::from(*material)];
+            material.graph.is_some() || material.bump.is_some()
+        };
+        if !mesh.material_of.iter().any(has_graph) {
+            return mesh;
+        }
+        let space = Some(ObjectSpace::around(mesh.positions.as_slice()));
+        Mesh { details: Arc::new(Details { space, ..Details::clone(&mesh.details) }), ..mesh }
+    }
+
+    /// Gives a mesh tangents, if a material of it has a normal map.
+    fn with_tangents(&self, mesh: Mesh, of_vertices: &[[f32; 4]]) -> Mesh {
         if mesh.uvs.is_empty() && mesh.details.second_uvs.is_empty() {
             return mesh;
         }

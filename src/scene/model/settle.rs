@@ -46,9 +46,9 @@ impl Assembly {
             Some(defined) => defined.material.clone().meant(self.kd_beside_map),
             None => MtlMaterial { name: named.name.clone(), ..MtlMaterial::default() },
         };
-        let replaced = self.override_values(&mut stated);
+        let overridden = self.override_values(&mut stated)?;
         let own = found.map_or(obj, |defined| &defined.path);
-        let asking = |used| replaced[used].as_deref().unwrap_or(own);
+        let asking = |used| overridden.places[used].as_deref().unwrap_or(own);
         let mut material = stated.settle();
         if named.name.is_empty() {
             material.name = Material::fallback().name;
@@ -56,6 +56,7 @@ impl Assembly {
         if let Some(map) = &stated.maps[MapUse::Color] {
             material.diffuse_map = Some(self.picture(map, asking(MapUse::Color), PictureUse::Color)?);
         }
+        overridden.apply(&mut material);
         let opacity = match &stated.maps[MapUse::Opacity] {
             Some(map) => Some(self.picture(map, asking(MapUse::Opacity), PictureUse::Opacity)?),
             None => material.diffuse_map,

@@ -250,6 +250,7 @@ mod tests {
                 second_uvs: corners.map(|[x, y]| Vec2::new(y, x)).to_vec(),
                 alphas: Vec::new(),
                 tangents: tangents.to_vec(),
+                space: None,
             }),
         }
     }

@@ -17,7 +17,7 @@ mod settings;
 mod shapes;
 mod tracks;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use glam::{DVec3, Vec3};
 
@@ -34,6 +34,7 @@ use crate::scene::model::map_statement::{MapStatement, MapStatements, MapUse};
 use crate::scene::model::mtl::MtlMaterial;
 use crate::scene::model::read_model::ReadBefore;
 use crate::scene::model::trim::trimmed;
+use crate::scene::paths::find_beside;
 use crate::scene::render_space::{Extent, RenderSpace};
 use crate::scene::warnings::darkness;
 use crate::scene::{Background, Frames, Light, Material, Model, Scene, SceneError, Warning};
@@ -370,7 +371,16 @@ fn replacement(text: TomlText<'_>, table: &MaterialTable) -> Result<Override, Sc
         Some(share) => values.with_transmission(f64::from(share), DVec3::ONE),
         None => values,
     };
-    Ok(Override { values, path: text.path.to_path_buf(), line, column, used: false })
+    let mtlx = table.mtlx.as_ref().map(|file| mtlx_file(text, file)).transpose()?;
+    Ok(Override { values, mtlx, path: text.path.to_path_buf(), line, column, used: false })
+}
+
+/// Path of the MaterialX file that a table names.
+fn mtlx_file(text: TomlText<'_>, file: &At<String>) -> Result<PathBuf, SceneError> {
+    let name = file.get_ref();
+    let folder = text.path.parent().unwrap_or(Path::new(""));
+    find_beside(folder, name)
+        .ok_or_else(|| text.fault(file.span(), format!("the MaterialX file `{name}` cannot be found")))
 }
 
 /// Transmission filter of a table; none if it states none.

@@ -133,6 +133,11 @@ impl Image {
         Self { finest: Level { width, height, texels }, values, coarser: OnceLock::new() }
     }
 
+    /// Meaning of its values.
+    pub fn values(&self) -> Values {
+        self.values
+    }
+
     /// The picture itself.
     #[inline]
     pub fn finest(&self) -> &Level {

@@ -2,6 +2,8 @@
 
 use glam::{Mat2, Vec2, Vec3};
 
+pub use crate::graph::UvSet;
+
 /// From the texture coordinates of a surface to places of a picture, and what is beyond its edges.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Mapping {
@@ -15,16 +17,6 @@ pub struct Mapping {
     pub uvs: UvSet,
     /// True if each place shows the texel that it is in: nothing is interpolated between the centres of texels.
     pub is_nearest: bool,
-}
-
-/// Set of texture coordinates of a mesh.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
-pub enum UvSet {
-    /// [`Mesh::uvs`](crate::scene::Mesh::uvs).
-    #[default]
-    First,
-    /// [`Details::second_uvs`](crate::scene::details::Details::second_uvs).
-    Second,
 }
 
 /// Way in which a picture goes on beyond an edge.

@@ -93,6 +93,16 @@ impl Texture {
         texels.color_between(&between)
     }
 
+    /// What a `level` of the picture holds at `uv` (v upwards): linear RGB, or the numbers of a picture of numbers. Bilinear between texel
+    /// centres. Finite for any `uv`.
+    pub fn value(&self, uv: Vec2, level: u32) -> Vec3 {
+        let (between, texels) = self.between_in(uv, level);
+        match self.image.values() {
+            Values::Colors => texels.color_between(&between),
+            Values::Numbers => texels.numbers_between(&between),
+        }
+    }
+
     /// Vector in a level of a picture of vectors, at `uv` (v upwards): values from 0 to 1 are components from -1 to 1. Bilinear
     /// between texel centres, of any length up to that of a diagonal. Finite for any `uv`.
     pub fn vector(&self, uv: Vec2, level: u32) -> Vec3 {

@@ -37,17 +37,19 @@ impl Assembly {
         };
         let (mut stated, is_rough_by_coat) = self.usd_stated(file, surface, unused)?;
         self.known_names.push(stated.name.clone());
-        let shot = self.override_values(&mut stated);
+        let overridden = self.override_values(&mut stated)?;
+        let shot = &overridden.places;
         let mut material = stated.settle();
-        material.has_vertex_colors = surface.is_tinted;
+        material.has_vertex_colors = surface.is_tinted && !overridden.is_whole;
         let color = match &surface.diffuse {
             Input::Picture(picture) => Some(self.usd_texture(file, picture, unused)?),
             Input::Constant(_) => None,
         };
         material.diffuse_map = match (&shot[MapUse::Color], &stated.maps[MapUse::Color]) {
             (Some(shot), Some(map)) => Some(self.picture(map, shot, PictureUse::Color)?),
-            _ => color,
+            _ => color.filter(|_| !overridden.is_whole),
         };
+        overridden.apply(&mut material);
         // what the file states by itself is no statement of MTL
         let asking = |used| shot[used].as_deref().unwrap_or(&file.path);
         let mut settled = self.settle_maps(&stated, asking, material)?;
@@ -61,7 +63,9 @@ impl Assembly {
             };
             self.show_alpha(&mut settled, map, alpha);
         }
-        self.usd_maps(file, surface, is_rough_by_coat, &mut settled)?;
+        if !overridden.is_whole {
+            self.usd_maps(file, surface, is_rough_by_coat, &mut settled)?;
+        }
         self.add_material_of(&file.path, settled)
     }
 

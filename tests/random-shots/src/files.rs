@@ -1,12 +1,12 @@
 //! The files that shots name: small meshes, textures and maps, each made of its own name. A mesh is called
 //! `SHAPE-MATERIAL.obj`, and one of its deformed shapes `SHAPE-MATERIAL.NUMBER.obj`; as [glTF](crate::glb) it is
-//! `SHAPE-MATERIAL.MOTION.glb`. Shapes of small things have their sizes in their names: `SHAPE<WIDTH>x<GAP>`, both in thousandths of how far
+//! `SHAPE-MATERIAL.MOTION.glb`. [Graphs](crate::mtlx) of materials are `NUMBER.mtlx`. Shapes of small things have their sizes in their names: `SHAPE<WIDTH>x<GAP>`, both in thousandths of how far
 //! the things are strewn.
 
 use std::fmt::Write;
 
 use crate::dice::Dice;
-use crate::glb;
+use crate::{glb, mtlx};
 
 /// Shapes that a mesh may have, with what each of them is for.
 pub const SHAPES: [&str; 11] = [
@@ -65,6 +65,9 @@ pub fn content(name: &str) -> Option<Vec<u8>> {
             Some(bmp(4, |x, y| [(64 * x) as u8, (200 - 40 * y) as u8, (255 - 50 * ((x + y) % 4)) as u8]))
         }
         MAP => Some(hdr()),
+        _ if name.ends_with(".mtlx") => {
+            Some(mtlx::file(name.strip_suffix(".mtlx")?.parse().ok()?).into_bytes())
+        }
         _ if name.ends_with(".glb") => {
             let (named, motion) = name.strip_suffix(".glb")?.split_once('.')?;
             let (shape, material) = named.split_once('-')?;

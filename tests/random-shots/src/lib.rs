@@ -15,6 +15,7 @@ pub mod features;
 pub mod files;
 pub mod generate;
 pub mod glb;
+pub mod mtlx;
 pub mod pictures;
 pub mod run;
 pub mod shrink;

@@ -92,6 +92,10 @@ impl Trial {
     pub fn write(&self, folder: &Path) -> io::Result<()> {
         let mut names = BTreeSet::from(["plain.mtl".to_string()]);
         find_names(&self.shot, &mut names);
+        // graphs may name any of them
+        if names.iter().any(|name| name.ends_with(".mtlx")) {
+            names.extend(files::TEXTURES.map(String::from));
+        }
         for name in names {
             for name in numbered(&name) {
                 if let Some(content) = files::content(&name) {

@@ -257,6 +257,7 @@ impl<'a> Pieces<'a> {
                 second_uvs: of_vertices(&kept, &self.second_uvs),
                 alphas: of_vertices(&kept, &self.alphas),
                 tangents,
+                space: mesh.details.space,
             }),
         })
     }

@@ -5,6 +5,7 @@
 //! key by key ([`shrink`](crate::shrink)) without knowing what its keys mean.
 
 mod camera;
+mod graphs;
 mod hostile;
 mod lights;
 mod materials;
@@ -40,6 +41,9 @@ const ERROR: u64 = 0x000E_2202;
 /// And whether nothing moves but the camera.
 const STILL_WORLD: u64 = 0x5713_1103;
 
+/// And graphs of materials.
+const GRAPHS: u64 = 0x6EA0_4500;
+
 /// The shot of this seed.
 pub fn generate(seed: u64) -> Table {
     let mut dice = Dice::new(seed);
@@ -64,6 +68,7 @@ pub fn generate(seed: u64) -> Table {
     rays::add(&mut Dice::new(seed ^ RAYS), &mut shot);
     settings::add_error(&mut Dice::new(seed ^ ERROR), &mut shot);
     still_world::add(&mut Dice::new(seed ^ STILL_WORLD), &mut shot);
+    graphs::add(&mut Dice::new(seed ^ GRAPHS), &mut shot);
     shot
 }
 

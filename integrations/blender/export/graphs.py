@@ -1,0 +1,406 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Graphs: what shader nodes compute at each place of a surface, written as MaterialX.
+
+The evaluator of nodes.py knows constants and pictures. What neither can say, such as noise, is a value with a graph: the node that
+gives it, with its inputs, which are constants, pictures, or such nodes again. The value itself is a constant that stands for it wherever
+the renderer takes no graph.
+"""
+
+import hashlib
+from dataclasses import dataclass, field
+from xml.sax.saxutils import quoteattr
+
+import numpy as np
+
+SAMPLES = 257
+"""Samples of a curve."""
+
+
+class Computed(np.ndarray):
+    """A constant that stands for what a graph gives."""
+
+    graph = None
+
+
+def computed(value, graph):
+    """The mean of a value, with the graph that it stands for."""
+    mean = np.asarray(value, dtype=np.float32).mean(axis=(0, 1), keepdims=True).view(Computed)
+    mean.graph = graph
+    return mean
+
+
+def graph_of(value):
+    """The graph of a value; None of one that is known at all places."""
+    return getattr(value, "graph", None)
+
+
+def carried(before, after):
+    """A value made of another one by a conversion that links make as well: it keeps the graph."""
+    graph = graph_of(before)
+    return computed(after, graph) if graph is not None else after
+
+
+@dataclass(eq=False)
+class Node:
+    """A node of MaterialX."""
+
+    category: str
+    kind: str
+    """Type of its output, or `multioutput`."""
+    inputs: dict = field(default_factory=dict)
+    """By name: numbers, a text, a node, or the picture of an array."""
+    output: str = ""
+    """Name of the output that is meant, where there are several."""
+
+
+# what the nodes of Blender are called, and what they take: by their types
+
+TEXTURES = {
+    "TEX_NOISE": ("blender_noise", {"dimensions": "noise_dimensions", "kind": "noise_type", "normalize": "normalize"}),
+    "TEX_VORONOI": ("blender_voronoi", {"dimensions": "voronoi_dimensions", "feature": "feature", "distance": "distance", "normalize": "normalize"}),
+    "TEX_WAVE": ("blender_wave", {"profile": "wave_profile"}),
+    "TEX_MAGIC": ("blender_magic", {"depth": "turbulence_depth"}),
+    "TEX_CHECKER": ("blender_checker", {}),
+    "TEX_BRICK": (
+        "blender_brick",
+        {"offset": "offset", "offset_frequency": "offset_frequency", "squash": "squash", "squash_frequency": "squash_frequency"},
+    ),
+    "TEX_GRADIENT": ("blender_gradient", {"kind": "gradient_type"}),
+    "TEX_WHITE_NOISE": ("blender_white_noise", {"dimensions": "noise_dimensions"}),
+    "TEX_GABOR": ("blender_gabor", {}),
+}
+"""Textures: the category, and the options by the properties that have them. Inputs have Blender's names in small letters."""
+
+ARITHMETIC = {
+    "MATH": ("blender_math", ("a", "b", "c"), {"operation": "operation", "clamp": "use_clamp"}),
+    "VECT_MATH": ("blender_vector_math", ("a", "b", "c", "scale"), {"operation": "operation"}),
+    "MIX_RGB": ("blender_mix_color", ("factor", "a", "b"), {"blend": "blend_type", "clamp_result": "use_clamp"}),
+    "CLAMP": ("blender_clamp", ("value", "min", "max"), {"kind": "clamp_type"}),
+    "MAPPING": ("blender_mapping", ("vector", "location", "rotation", "scale"), {"kind": "vector_type"}),
+    "VECTOR_ROTATE": ("blender_vector_rotate", ("vector", "center", "axis", "angle", "rotation"), {"kind": "rotation_type", "invert": "invert"}),
+    "SEPXYZ": ("blender_separate_xyz", ("vector",), {}),
+    "COMBXYZ": ("blender_combine_xyz", ("x", "y", "z"), {}),
+    "SEPARATE_COLOR": ("blender_separate_color", ("color",), {"mode": "mode"}),
+    "COMBINE_COLOR": ("blender_combine_color", ("red", "green", "blue"), {"mode": "mode"}),
+    "SEPRGB": ("blender_separate_color", ("color",), {}),
+    "COMBRGB": ("blender_combine_color", ("red", "green", "blue"), {}),
+    "HUE_SAT": ("blender_hue_saturation", ("hue", "saturation", "value", "factor", "color"), {}),
+    "BRIGHTCONTRAST": ("blender_bright_contrast", ("color", "bright", "contrast"), {}),
+    "GAMMA": ("blender_gamma", ("color", "gamma"), {}),
+    "INVERT": ("blender_invert", ("factor", "color"), {}),
+    "RGBTOBW": ("blender_rgb_to_bw", ("color",), {}),
+    "BLACKBODY": ("blender_blackbody", ("temperature",), {}),
+    "WAVELENGTH": ("blender_wavelength", ("wavelength",), {}),
+}
+"""Arithmetic: the category, its names of the node's inputs in their order, and the options by the properties that have them."""
+
+SURFACE = {
+    ("TEX_COORD", "Generated"): "blender_generated_coordinates",
+    ("TEX_COORD", "Object"): "blender_object_coordinates",
+    ("TEX_COORD", "Normal"): "blender_object_normal",
+    ("NEW_GEOMETRY", "Position"): "blender_object_coordinates",
+    ("NEW_GEOMETRY", "Normal"): "blender_object_normal",
+    ("NEW_GEOMETRY", "True Normal"): "blender_object_normal",
+}
+"""What a surface gives, by a node's type and the name of its output."""
+
+OF_WORLD = {"Position": "the world's", "Normal": "the world's", "True Normal": "the world's"}
+
+TYPES = {"VALUE": "float", "RGBA": "color3", "VECTOR": "vector3"}
+
+OUTPUTS = {"Red": "red", "Green": "green", "Blue": "blue", "R": "red", "G": "green", "B": "blue", "H": "red", "S": "green", "V": "blue"}
+
+
+def kind_of(socket):
+    """Type of an output; None of what is no value, such as a shader."""
+    return TYPES.get(socket.type)
+
+
+def of_node(evaluator, node, socket):
+    """The graph of a node's output; None where the node is not known, or none of what it takes is computed."""
+    if kind_of(socket) is None:
+        return None
+    if (node.type, socket.name) in SURFACE:
+        return of_surface(evaluator, node, socket)
+    if node.type in {"UVMAP", "TEX_COORD"} and (node.type == "UVMAP" or socket.name == "UV"):
+        return evaluator.uv_graph(node.uv_map if node.type == "UVMAP" else "")
+    if node.type in TEXTURES:
+        return of_texture(evaluator, node, socket)
+    made = of_arithmetic(evaluator, node, socket)
+    return made if made is not None and any(isinstance(value, Node) for value in made.inputs.values()) else None
+
+
+def of_surface(evaluator, node, socket):
+    """What the surface gives at a place."""
+    if socket.name in OF_WORLD and node.type == "NEW_GEOMETRY":
+        evaluator.say(f"node `{node.name}`: {socket.name} is the object's, and not the world's")
+    elif getattr(node, "object", None) is not None:
+        evaluator.say(f"node `{node.name}`: coordinates of `{node.object.name}` are the object's own")
+    return Node(SURFACE[node.type, socket.name], "vector3")
+
+
+def of_texture(evaluator, node, socket):
+    """A procedural texture."""
+    category, options = TEXTURES[node.type]
+    inputs = {}
+    for entry in node.inputs:
+        if entry.type not in TYPES:
+            continue
+        name = entry.name.lower().replace(" ", "_")
+        if name == "orientation":
+            name += "_2d" if entry.type == "VALUE" else "_3d"
+        if name == "vector" and evaluator.link(entry) is None:
+            inputs[name] = Node("blender_generated_coordinates", "vector3")
+        else:
+            inputs[name] = taken(evaluator, node, entry)
+    inputs.update(stated(node, options))
+    if node.type == "TEX_WAVE":
+        direction = node.bands_direction if node.wave_type == "BANDS" else node.rings_direction
+        inputs["shape"] = f"{node.wave_type}_{direction}".lower()
+    if node.type == "TEX_GABOR":
+        inputs["kind"] = {"2D": "flat", "3D": "solid"}[node.gabor_type]
+    output = "value" if socket.name in {"Fac", "Factor", "Value"} else socket.name.lower()
+    return Node(category, "multioutput", inputs, output)
+
+
+def of_arithmetic(evaluator, node, socket):
+    """A node of arithmetic; None where it is not known."""
+    if node.type == "MIX":
+        return of_mix(evaluator, node)
+    if node.type == "MAP_RANGE":
+        return of_map_range(evaluator, node)
+    if node.type == "VALTORGB":
+        return of_ramp(evaluator, node, socket)
+    if node.type in {"CURVE_RGB", "CURVE_VEC", "CURVE_FLOAT"}:
+        return of_curves(evaluator, node)
+    if node.type not in ARITHMETIC:
+        return None
+    category, names, options = ARITHMETIC[node.type]
+    inputs = {name: taken(evaluator, node, entry) for name, entry in zip(names, node.inputs)}
+    inputs.update(stated(node, options))
+    output = OUTPUTS.get(socket.name, "")
+    if node.type == "VECT_MATH":
+        output = "value" if socket.name == "Value" else "out"
+    if node.type == "SEPXYZ":
+        output = socket.name.lower()
+    if node.type in {"SEPARATE_COLOR", "SEPRGB"}:
+        output = ("red", "green", "blue")[list(node.outputs).index(socket)]
+    return Node(category, "multioutput" if output else kind_of(socket), inputs, output)
+
+
+def of_mix(evaluator, node):
+    """A Mix of numbers, vectors or colours."""
+    sockets = {
+        "FLOAT": ("blender_mix_float", "float", (0, 2, 3)),
+        "VECTOR": ("blender_mix_vector", "vector3", (1 if node.factor_mode == "NON_UNIFORM" else 0, 4, 5)),
+        "RGBA": ("blender_mix_color", "color3", (0, 6, 7)),
+    }
+    if node.data_type not in sockets:
+        return None
+    category, kind, indices = sockets[node.data_type]
+    inputs = {name: taken(evaluator, node, node.inputs[index]) for name, index in zip(("factor", "a", "b"), indices)}
+    inputs["clamp_factor"] = truth(node.clamp_factor)
+    if node.data_type == "RGBA":
+        inputs.update(blend=node.blend_type.lower(), clamp_result=truth(node.clamp_result))
+    return Node(category, kind, inputs)
+
+
+def of_map_range(evaluator, node):
+    """A Map Range of numbers or vectors."""
+    is_vector = node.data_type == "FLOAT_VECTOR"
+    names = ("value", "from_min", "from_max", "to_min", "to_max", "steps")
+    sockets = list(node.inputs)[6:12] if is_vector else list(node.inputs)[:6]
+    inputs = {name: taken(evaluator, node, entry) for name, entry in zip(names, sockets)}
+    inputs.update(interpolation=node.interpolation_type.lower(), clamp=truth(node.clamp))
+    return Node("blender_map_range_vector", "vector3", inputs) if is_vector else Node("blender_map_range", "float", inputs)
+
+
+def of_ramp(evaluator, node, socket):
+    """A Color Ramp."""
+    ramp = node.color_ramp
+    stops = [number for stop in ramp.elements for number in (stop.position, *stop.color)]
+    inputs = {
+        "factor": taken(evaluator, node, node.inputs[0]),
+        "mode": ramp.color_mode.lower(),
+        "hue": ramp.hue_interpolation.lower(),
+        "interpolation": ramp.interpolation.lower(),
+        "stops": numbers(stops),
+    }
+    return Node("blender_color_ramp", "multioutput", inputs, "alpha" if socket.name == "Alpha" else "out")
+
+
+def of_curves(evaluator, node):
+    """Curves of colours, vectors or numbers, sampled as Cycles samples them."""
+    mapping = node.mapping
+    mapping.initialize()
+    curves = list(mapping.curves)
+    points = [point.location[0] for curve in curves for point in curve.points]
+    low, high = min(points), max(points)
+    steps = [low + (high - low) * step / (SAMPLES - 1) for step in range(SAMPLES)]
+    inputs = {"from": numbers([low]), "to": numbers([high]), "extrapolate": truth(mapping.extend == "EXTRAPOLATED")}
+    if node.type == "CURVE_FLOAT":
+        inputs["values"] = numbers([mapping.evaluate(curves[0], at) for at in steps])
+        names, category, kind = ("factor", "value"), "blender_float_curve", "float"
+    elif node.type == "CURVE_VEC":
+        for name, curve in zip("xyz", curves):
+            inputs[name] = numbers([mapping.evaluate(curve, at) for at in steps])
+        names, category, kind = ("factor", "vector"), "blender_vector_curves", "vector3"
+    else:
+        for name, curve in zip(("red", "green", "blue"), curves):
+            inputs[name] = numbers([mapping.evaluate(curve, mapping.evaluate(curves[3], at)) for at in steps])
+        names, category, kind = ("factor", "color"), "blender_rgb_curves", "color3"
+    inputs.update({name: taken(evaluator, node, entry) for name, entry in zip(names, node.inputs)})
+    return Node(category, kind, inputs)
+
+
+def taken(evaluator, node, socket):
+    """What a node takes from an input: a node, numbers, or the array of a picture."""
+    return operand(evaluator.input(node, list(node.inputs).index(socket)))
+
+
+def operand(value):
+    """A value as the input of a node."""
+    graph = graph_of(value)
+    if graph is not None:
+        return graph
+    return tuple(float(number) for number in value[0, 0]) if value.shape[:2] == (1, 1) else value
+
+
+def mixed(share, first, second):
+    """Two values mixed: `share` of the second."""
+    return Node("blender_mix_color", "color3", {"factor": operand(share), "a": operand(first), "b": operand(second)})
+
+
+def stated(node, options):
+    """Options of a node, by the properties that have them."""
+    return {name: option(getattr(node, key)) for name, key in options.items() if hasattr(node, key)}
+
+
+def option(value):
+    """An option as text."""
+    if isinstance(value, bool):
+        return truth(value)
+    return value.lower() if isinstance(value, str) else numbers([value])
+
+
+def truth(value):
+    return "true" if value else "false"
+
+
+def numbers(values):
+    """Numbers as text."""
+    return ", ".join(f"{float(value):.9g}" for value in values)
+
+
+def described(node):
+    """A text that is the same for equal graphs."""
+    document = Document(lambda pixels, _: hashlib.blake2b(np.ascontiguousarray(pixels).tobytes(), digest_size=16).hexdigest())
+    document.uv = np.eye(3)
+    document.nodes(node, "", {})
+    return "\n".join(document.lines)
+
+
+class Document:
+    """The MaterialX file of a shot. `pictures(array, name)` gives the file of a picture."""
+
+    def __init__(self, pictures):
+        self.pictures, self.lines, self.count = pictures, [], 0
+
+    def add(self, material, inputs, constants, uv):
+        """Adds a material: nodes, and constants, of its shader by the names of its inputs.
+
+        `uv`: the 3x3 matrix that has moved the texture coordinates of its meshes.
+        """
+        self.uv = uv
+        self.count += 1
+        graph, shader = f"graph_{self.count}", f"shader_{self.count}"
+        self.lines.append(f"  <nodegraph name={quoteattr(graph)}>")
+        names, of_shader = {}, []
+        for name, node in inputs.items():
+            self.nodes(node, material, names)
+            output = f" output={quoteattr(node.output)}" if node.output else ""
+            kind = quoteattr("color3" if node.kind == "multioutput" else node.kind)
+            self.lines.append(f'    <output name="{name}" type={kind} nodename={quoteattr(names[node])}{output}/>')
+            of_shader.append(f'    <input name="{name}" type={kind} nodegraph={quoteattr(graph)} output="{name}"/>')
+        self.lines.append("  </nodegraph>")
+        self.lines.append(f"  <open_pbr_surface name={quoteattr(shader)} type=\"surfaceshader\">")
+        self.lines += of_shader
+        for name, value in constants.items():
+            kind = "float" if isinstance(value, (int, float)) else "color3"
+            self.lines.append(f"    <input name={quoteattr(name)} type={quoteattr(kind)} value={quoteattr(numbers(np.atleast_1d(value)))}/>")
+        self.lines.append("  </open_pbr_surface>")
+        self.lines.append(f'  <surfacematerial name={quoteattr(material)} type="material">')
+        self.lines.append(f'    <input name="surfaceshader" type="surfaceshader" nodename={quoteattr(shader)}/>')
+        self.lines.append("  </surfacematerial>")
+
+    def nodes(self, last, material, names):
+        """Writes the nodes on which one depends, each behind what it takes, without recursion: graphs may be deep."""
+        way = [last]
+        while way:
+            node = way[-1]
+            missing = [value for value in node.inputs.values() if isinstance(value, Node) and value not in names]
+            if node in names or not missing:
+                way.pop()
+                if node not in names:
+                    names[node] = f"n{len(names) + 1}"
+                    self._node(node, material, names)
+            else:
+                way.extend(missing)
+
+    def _uv(self, name):
+        """Writes the texture coordinates that meshes had before they were moved."""
+        if np.allclose(self.uv, np.eye(3)):
+            self.lines.append(f'    <blender_uv name="{name}" type="vector3"/>')
+            return
+        back = np.linalg.pinv(self.uv)
+        self.lines.append(f'    <blender_uv name="{name}_moved" type="vector3"/>')
+        for row, axis in zip(back[:2], "xy"):
+            self.lines += [
+                f'    <blender_vector_math name="{name}_{axis}" type="multioutput">',
+                f'      <input name="a" type="vector3" nodename="{name}_moved"/>',
+                f'      <input name="b" type="vector3" value="{numbers([row[0], row[1], 0])}"/>',
+                '      <input name="operation" type="string" value="dot_product"/>',
+                "    </blender_vector_math>",
+                f'    <blender_math name="{name}_{axis}_at" type="float">',
+                f'      <input name="a" type="float" nodename="{name}_{axis}" output="value"/>',
+                f'      <input name="b" type="float" value="{numbers([row[2]])}"/>',
+                "    </blender_math>",
+            ]
+        self.lines += [
+            f'    <blender_combine_xyz name="{name}" type="vector3">',
+            f'      <input name="x" type="float" nodename="{name}_x_at"/>',
+            f'      <input name="y" type="float" nodename="{name}_y_at"/>',
+            "    </blender_combine_xyz>",
+        ]
+
+    def _node(self, node, material, names):
+        if node.category == "uv":
+            self._uv(names[node])
+            return
+        inputs = []
+        for name, value in node.inputs.items():
+            key = f"      <input name={quoteattr(name)}"
+            if isinstance(value, Node):
+                output = f" output={quoteattr(value.output)}" if value.output else ""
+                inputs.append(f"{key} type={quoteattr(value.kind)} nodename={quoteattr(names[value])}{output}/>")
+            elif isinstance(value, np.ndarray):
+                picture = f"{names[node]}_{name}"
+                kind = "color3" if value.shape[2] == 3 else "float"
+                self.lines.append(f"    <image name={quoteattr(picture)} type={quoteattr(kind)}>")
+                self.lines.append(f'      <input name="file" type="filename" value={quoteattr(self.pictures(value, material))}/>')
+                self.lines.append("    </image>")
+                inputs.append(f"{key} type={quoteattr(kind)} nodename={quoteattr(picture)}/>")
+            elif isinstance(value, str):
+                inputs.append(f"{key} type={quoteattr('filename' if name == 'file' else 'string')} value={quoteattr(value)}/>")
+            else:
+                kind = "float" if len(value) == 1 else "color3"
+                inputs.append(f"{key} type={quoteattr(kind)} value={quoteattr(numbers(value))}/>")
+        head = f"    <{node.category} name={quoteattr(names[node])} type={quoteattr(node.kind)}"
+        self.lines += [f"{head}>", *inputs, f"    </{node.category}>"] if inputs else [f"{head}/>"]
+
+    def text(self):
+        """The file; empty without materials."""
+        if not self.lines:
+            return ""
+        head = ['<?xml version="1.0" encoding="utf-8"?>', '<materialx version="1.39" colorspace="lin_rec709">']
+        return "\n".join([*head, *self.lines, "</materialx>", ""])

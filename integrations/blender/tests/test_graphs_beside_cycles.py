@@ -1,0 +1,211 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Base colours that nodes compute, beside Cycles. Needs bpy and the renderer's Python module."""
+
+import beside_cycles
+import bpy
+import numpy as np
+import support
+from test_surfaces import principled
+
+
+class Tree:
+    """Nodes of a material, made by their types."""
+
+    def __init__(self, material):
+        self.nodes, self.links = material.node_tree.nodes, material.node_tree.links
+
+    def add(self, kind, inputs=(), **values):
+        """A node of this type, without the prefix of all shader nodes. Inputs, by name or number: values, or outputs to link to."""
+        node = self.nodes.new(f"ShaderNode{kind}")
+        for key, value in values.items():
+            setattr(node, key, value)
+        for key, value in dict(inputs).items():
+            if isinstance(value, bpy.types.NodeSocket):
+                self.links.new(value, node.inputs[key])
+            else:
+                node.inputs[key].default_value = value
+        return node
+
+
+def coordinates(tree, output="Object"):
+    return tree.add("TexCoord").outputs[output]
+
+
+def noise(tree, **values):
+    inputs = {"Vector": coordinates(tree), "Scale": 1.5, "Detail": 3.0}
+    return tree.add("TexNoise", inputs, **values).outputs
+
+
+def ramp(tree, factor, interpolation="LINEAR", mode="RGB"):
+    node = tree.add("ValToRGB", {0: factor})
+    node.color_ramp.interpolation, node.color_ramp.color_mode = interpolation, mode
+    stops = node.color_ramp.elements
+    stops[0].position, stops[0].color = 0.3, (0.8, 0.1, 0.05, 1)
+    stops[1].position, stops[1].color = 0.7, (0.05, 0.3, 0.7, 1)
+    stops.new(0.5).color = (0.9, 0.8, 0.2, 1)
+    return node.outputs["Color"]
+
+
+def curves(tree, color):
+    node = tree.add("RGBCurve", {"Color": color})
+    node.mapping.curves[3].points.new(0.5, 0.2)
+    node.mapping.curves[0].points.new(0.3, 0.6)
+    return node.outputs[0]
+
+
+def mapped(tree, kind):
+    inputs = {"Vector": coordinates(tree, "Generated"), "Location": (0.3, 0.1, 0), "Rotation": (0.2, 0.3, 0.7), "Scale": (3, 1.5, 1)}
+    return tree.add("TexNoise", {"Vector": tree.add("Mapping", inputs, vector_type=kind).outputs[0]}).outputs["Color"]
+
+
+def texture(kind, output="Color", inputs=(), **values):
+    """A builder of one texture in object space."""
+
+    def build(tree):
+        at = tree.add("Mapping", {"Vector": coordinates(tree), "Location": (0.31, 0.17, 0.23)}).outputs[0]
+        return tree.add(f"Tex{kind}", {"Vector": at, **dict(inputs)}, **values).outputs[output]
+
+    return build
+
+
+def grouped(tree):
+    """A group that scales a noise, with a group in it."""
+    inner = bpy.data.node_groups.new("Inner", "ShaderNodeTree")
+    inner.interface.new_socket("Value", in_out="INPUT", socket_type="NodeSocketFloat")
+    inner.interface.new_socket("Value", in_out="OUTPUT", socket_type="NodeSocketFloat")
+    begin, end = inner.nodes.new("NodeGroupInput"), inner.nodes.new("NodeGroupOutput")
+    math = inner.nodes.new("ShaderNodeMath")
+    math.operation = "PINGPONG"
+    math.inputs[1].default_value = 0.2
+    inner.links.new(begin.outputs[0], math.inputs[0])
+    inner.links.new(math.outputs[0], end.inputs[0])
+    outer = bpy.data.node_groups.new("Outer", "ShaderNodeTree")
+    outer.interface.new_socket("Value", in_out="INPUT", socket_type="NodeSocketFloat")
+    outer.interface.new_socket("Value", in_out="OUTPUT", socket_type="NodeSocketFloat")
+    begin, end, one = outer.nodes.new("NodeGroupInput"), outer.nodes.new("NodeGroupOutput"), outer.nodes.new("ShaderNodeGroup")
+    one.node_tree = inner
+    outer.links.new(begin.outputs[0], one.inputs[0])
+    outer.links.new(one.outputs[0], end.inputs[0])
+    group = tree.add("Group", node_tree=outer)
+    tree.links.new(noise(tree)[0], group.inputs[0])
+    return tree.add("Math", {0: group.outputs[0], 1: 3.0}, operation="MULTIPLY").outputs[0]
+
+
+BUILDERS = {
+    "noise": lambda tree: noise(tree)["Color"],
+    "noise of four dimensions": lambda tree: noise(tree, noise_dimensions="4D")["Color"],
+    "ridges": lambda tree: noise(tree, noise_type="RIDGED_MULTIFRACTAL")[0],
+    "cells": texture("Voronoi", "Color", {"Scale": 2.0}),
+    "smooth cells": texture("Voronoi", "Distance", {"Scale": 2.0}, feature="SMOOTH_F1"),
+    "edges": texture("Voronoi", "Distance", {"Scale": 2.0}, feature="DISTANCE_TO_EDGE"),
+    "rings": texture("Wave", "Color", {"Scale": 1.0, "Distortion": 2.0}, wave_type="RINGS"),
+    "bands": texture("Wave", "Color", {"Scale": 1.0}, wave_profile="SAW", bands_direction="DIAGONAL"),
+    "magic": texture("Magic", "Color", {"Scale": 1.0}),
+    "checker": texture("Checker", "Color", {"Scale": 2.0, "Color1": (0.9, 0.2, 0.1, 1)}),
+    "bricks": texture("Brick", "Color", {"Scale": 2.0, "Color1": (0.9, 0.2, 0.1, 1), "Mortar": (0.1, 0.1, 0.1, 1)}),
+    "gradient": texture("Gradient", "Color", gradient_type="RADIAL"),
+    "gabor": texture("Gabor", "Value", {"Scale": 1.0}),
+    "ramp": lambda tree: ramp(tree, noise(tree)[0]),
+    "smooth ramp": lambda tree: ramp(tree, noise(tree)[0], "B_SPLINE"),
+    "ramp of hues": lambda tree: ramp(tree, noise(tree)[0], mode="HSV"),
+    "curves": lambda tree: curves(tree, noise(tree)["Color"]),
+    "mapping": lambda tree: mapped(tree, "POINT"),
+    "mapping of textures": lambda tree: mapped(tree, "TEXTURE"),
+    "hue": lambda tree: tree.add("HueSaturation", {"Hue": 0.7, "Saturation": 1.5, "Color": noise(tree)["Color"]}).outputs[0],
+    "contrast": lambda tree: tree.add("BrightContrast", {"Color": noise(tree)["Color"], "Contrast": 1.0}).outputs[0],
+    "number of a colour": lambda tree: tree.add("Math", {0: noise(tree)["Color"], 1: 2.0}, operation="POWER").outputs[0],
+    "number of a vector": lambda tree: tree.add("Math", {0: coordinates(tree), 1: 0.2}, operation="MULTIPLY_ADD").outputs[0],
+    "generated by default": lambda tree: tree.add("TexNoise", {"Scale": 4.0}).outputs["Color"],
+    "separate": lambda tree: tree.add("SeparateXYZ", {0: coordinates(tree, "Generated")}).outputs["Y"],
+    "map range": lambda tree: tree.add("MapRange", {0: noise(tree)[0], 1: 0.4, 2: 0.6, 3: 0.1, 4: 0.9}, interpolation_type="SMOOTHSTEP").outputs[0],
+    "vectors": lambda tree: tree.add("VectorMath", {0: coordinates(tree), 1: (0.7, 0.4, 0.3)}, operation="MODULO").outputs[0],
+    "groups": grouped,
+}
+"""What gives a base colour, by name."""
+
+
+class GraphsBesideCycles(beside_cycles.BesideCycles):
+    def setUp(self):
+        super().setUp()
+        self.scene.world = bpy.data.worlds.new("World")
+        self.scene.world.use_nodes = True
+        self.scene.world.node_tree.nodes["Background"].inputs["Color"].default_value = (1, 1, 1, 1)
+        self.scene.afterimage.samples = 4
+        # turned, moved and scaled: spaces differ
+        support.add_camera(self.scene, (0.3, 0.2, 6), (0, 0, 0))
+        self.mesh = support.grid("Square", 4, 4)
+        item = support.add(self.scene, "Square", self.mesh, (0.2, 0.1, -0.5), (0.3, -0.2, 0.4))
+        item.scale = (1.1, 0.8, 1)
+
+    def show(self, name, build):
+        """Has the square show a base colour, on a matt surface: before a white world that is what is seen."""
+        material, node = principled(name, Roughness=1.0, Specular_IOR_Level=0.0)
+        tree = Tree(material)
+        tree.links.new(build(tree), node.inputs["Base Color"])
+        self.mesh.materials.clear()
+        self.mesh.materials.append(material)
+
+    def difference(self):
+        """Mean and largest difference of both pictures, of channels."""
+        ours, cycles = self.both(64)
+        self.assertGreater(np.ptp(cycles[12:-12, 16:-16, :3]), 0.05, "it shows a pattern")
+        apart = np.abs(ours - cycles)[:, :, :3]
+        return float(apart.mean()), ours, cycles
+
+    def test_every_kind_of_node_is_what_cycles_shows(self):
+        for name, build in BUILDERS.items():
+            with self.subTest(name):
+                self.show(name, build)
+                mean, _, _ = self.difference()
+                self.assertLess(mean, 0.008)
+                self.assertFalse([said for said in self.exported.warnings if "constant" in said], name)
+
+    def test_pictures_take_computed_coordinates_and_mix_with_patterns(self):
+        image = bpy.data.images.new("Stripes", 32, 32, float_buffer=True)
+        values = np.ones((32, 32, 4), dtype=np.float32)
+        values[:, ::2, 0] = 0.1
+        values[::4, :, 1] = 0.2
+        image.pixels.foreach_set(values.ravel())
+
+        def build(tree):
+            picture = tree.add("TexImage", image=image, interpolation="Linear")
+            tree.links.new(tree.add("Mapping", {"Vector": coordinates(tree, "UV"), "Scale": (2, 1, 1)}).outputs[0], picture.inputs[0])
+            mix = tree.add("Mix", data_type="RGBA", blend_type="MULTIPLY")
+            for index, source in ((0, noise(tree)[0]), (6, picture.outputs["Color"]), (7, noise(tree)["Color"])):
+                tree.links.new(source, mix.inputs[index])
+            return mix.outputs[2]
+
+        uvs = self.mesh.uv_layers.new().data
+        points = np.array([self.mesh.vertices[loop.vertex_index].co[:2] for loop in self.mesh.loops]) / 4 + 0.5
+        uvs.foreach_set("uv", points.astype(np.float32).ravel())
+        self.show("Both", build)
+        mean, _, _ = self.difference()
+        self.assertLess(mean, 0.02)
+
+    def test_surfaces_that_a_pattern_mixes(self):
+        material, node = principled("Mixed", Roughness=1.0, Specular_IOR_Level=0.0, Base_Color=(0.8, 0.1, 0.1, 1))
+        tree = Tree(material)
+        other = tree.add("BsdfDiffuse", {"Color": (0.1, 0.2, 0.8, 1)})
+        mix = tree.add("MixShader", {0: noise(tree)[0], 1: node.outputs[0], 2: other.outputs[0]})
+        tree.links.new(mix.outputs[0], tree.nodes["Material Output"].inputs["Surface"])
+        self.mesh.materials.append(material)
+        mean, _, _ = self.difference()
+        self.assertLess(mean, 0.008)
+
+    def test_heights_bend_normals(self):
+        # a lamp from the side shows the slopes
+        self.scene.world.node_tree.nodes["Background"].inputs["Color"].default_value = (0.02, 0.02, 0.02, 1)
+        support.add(self.scene, "Sun", self.light("SUN", energy=3, angle=0.0), (0, 0, 5), (0.9, 0.3, 0))
+        for invert, strength in ((False, 1.0), (True, 0.6)):
+            with self.subTest(invert=invert):
+                material, node = principled("Rough", Roughness=1.0, Specular_IOR_Level=0.0)
+                tree = Tree(material)
+                bump = tree.add("Bump", {"Height": noise(tree)[0], "Strength": strength, "Distance": 0.8}, invert=invert)
+                tree.links.new(bump.outputs[0], node.inputs["Normal"])
+                self.mesh.materials.clear()
+                self.mesh.materials.append(material)
+                mean, ours, cycles = self.difference()
+                self.assertLess(mean, 0.01)
+                spread = [float(np.std(picture[16:-16, 20:-20, 0])) for picture in (ours, cycles)]
+                self.assertGreater(spread[1], 0.05, "it shows slopes")
+                self.assertLess(abs(spread[0] - spread[1]), 0.1 * spread[1])

@@ -1,0 +1,112 @@
+//! The arithmetic of shader nodes, as pure functions: what Blender's nodes of numbers, vectors, and colours make of their inputs.
+//!
+//! The reference is Cycles, as it renders Blender 5: `beside_blender.csv` holds what it makes of given inputs, and the tests compare.
+//! Everything is deterministic, and computed in `f32`.
+//!
+//! Finite inputs give finite results. What has no value, such as a division by zero, is 0, as in Blender. Where Cycles itself would
+//! make an infinity or NaN, such as the exponential of 100, we give 0. A colour or vector has that for each of its components.
+pub mod color;
+pub mod curve;
+pub mod fresnel;
+pub mod map_range;
+pub mod math;
+pub mod mix;
+pub mod ramp;
+pub mod spectrum;
+pub mod vector;
+pub mod vector_math;
+
+#[cfg(test)]
+mod properties;
+#[cfg(test)]
+mod tests;
+
+use glam::Vec3;
+
+/// Defines an enum of what one option of a node can be, each with the identifier that Blender has for it, in small letters.
+macro_rules! named {
+    ($(#[$about:meta])* $kind:ident { $($(#[$doc:meta])* $variant:ident = $name:literal,)+ }) => {
+        $(#[$about])*
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+        pub enum $kind {
+            $($(#[$doc])* $variant,)+
+        }
+
+        impl $kind {
+            /// All of them, in the order of their definition.
+            pub const ALL: &[Self] = &[$(Self::$variant,)+];
+
+            /// The one with Blender's identifier in small letters; `None` for any other name.
+            pub fn named(name: &str) -> Option<Self> {
+                match name {
+                    $($name => Some(Self::$variant),)+
+                    _ => None,
+                }
+            }
+
+            /// Blender's identifier, in small letters.
+            pub fn name(self) -> &'static str {
+                match self {
+                    $(Self::$variant => $name,)+
+                }
+            }
+        }
+    };
+}
+use named;
+
+/// The number, or 0 where it is infinite or NaN.
+fn finite(value: f32) -> f32 {
+    if value.is_finite() { value } else { 0.0 }
+}
+
+/// The vector, with 0 for each component that is infinite or NaN.
+fn finite_vector(value: Vec3) -> Vec3 {
+    each(value, finite)
+}
+
+/// A quotient: 0 where the divisor is 0.
+fn divided(dividend: f32, divisor: f32) -> f32 {
+    if divisor == 0.0 { 0.0 } else { dividend / divisor }
+}
+
+/// A power: 1 for any base to the power of 0, and 0 for a negative base and an exponent that is no whole number.
+fn power(base: f32, exponent: f32) -> f32 {
+    if exponent == 0.0 {
+        1.0
+    } else if base == 0.0 || (base < 0.0 && exponent.trunc() != exponent) {
+        0.0
+    } else {
+        base.powf(exponent)
+    }
+}
+
+/// -1, 0 or 1.
+fn sign(value: f32) -> f32 {
+    match value {
+        v if v > 0.0 => 1.0,
+        v if v < 0.0 => -1.0,
+        _ => 0.0,
+    }
+}
+
+/// The vector at length 1. One without a length is given back as it is.
+fn normalized(vector: Vec3) -> Vec3 {
+    let length = vector.length();
+    if length == 0.0 { vector } else { vector * (1.0 / length) }
+}
+
+/// A function of each component.
+fn each(a: Vec3, function: impl Fn(f32) -> f32) -> Vec3 {
+    Vec3::new(function(a.x), function(a.y), function(a.z))
+}
+
+/// A function of each pair of components.
+fn each2(a: Vec3, b: Vec3, function: impl Fn(f32, f32) -> f32) -> Vec3 {
+    Vec3::new(function(a.x, b.x), function(a.y, b.y), function(a.z, b.z))
+}
+
+/// A function of each triple of components.
+fn each3(a: Vec3, b: Vec3, c: Vec3, function: impl Fn(f32, f32, f32) -> f32) -> Vec3 {
+    Vec3::new(function(a.x, b.x, c.x), function(a.y, b.y, c.y), function(a.z, b.z, c.z))
+}

@@ -1,0 +1,78 @@
+//! Nodes without inputs: what the surface gives.
+
+use std::sync::Arc;
+
+use glam::Vec3;
+
+use crate::graph::{Definition, Function, Kind, Options, Place, UvSet};
+
+/// Texture coordinates; option `set`: 1 for the second set.
+pub static UV: Definition =
+    Definition { name: "blender_uv", inputs: &[], outputs: &[("out", Kind::Vector)], function: uv };
+
+/// Place in object space.
+pub static POINT: Definition = Definition {
+    name: "blender_object_coordinates",
+    inputs: &[],
+    outputs: &[("out", Kind::Vector)],
+    function: |_, _| Ok(Arc::new(Source::Point)),
+};
+
+/// Place in the box around the mesh, from 0 to 1.
+pub static GENERATED: Definition = Definition {
+    name: "blender_generated_coordinates",
+    inputs: &[],
+    outputs: &[("out", Kind::Vector)],
+    function: |_, _| Ok(Arc::new(Source::Generated)),
+};
+
+/// Normal in object space.
+pub static NORMAL: Definition = Definition {
+    name: "blender_object_normal",
+    inputs: &[],
+    outputs: &[("out", Kind::Vector)],
+    function: |_, _| Ok(Arc::new(Source::Normal)),
+};
+
+/// Colour of the vertices.
+pub static VERTEX_COLOR: Definition = Definition {
+    name: "blender_vertex_color",
+    inputs: &[],
+    outputs: &[("out", Kind::Color)],
+    function: |_, _| Ok(Arc::new(Source::VertexColor)),
+};
+
+fn uv(options: &Options, _: usize) -> Result<Arc<dyn Function>, String> {
+    let named = |set: &str| match set {
+        "0" => Some(UvSet::First),
+        "1" => Some(UvSet::Second),
+        _ => None,
+    };
+    Ok(Arc::new(Source::Uv(options.one_of("set", UvSet::First, named)?)))
+}
+
+/// What a surface gives.
+#[derive(Debug)]
+enum Source {
+    Uv(UvSet),
+    Point,
+    Generated,
+    Normal,
+    VertexColor,
+}
+
+impl Function for Source {
+    fn is_of_place(&self) -> bool {
+        true
+    }
+
+    fn value(&self, _: &[Vec3], place: &dyn Place) -> Vec3 {
+        match self {
+            Self::Uv(set) => place.uv(*set).extend(0.0),
+            Self::Point => place.point(),
+            Self::Generated => place.generated(),
+            Self::Normal => place.normal(),
+            Self::VertexColor => place.vertex_color(),
+        }
+    }
+}

@@ -1,0 +1,60 @@
+//! Pictures of the shot.
+//!
+//! They are no kinds of nodes that a name makes: which number a picture has is known where it is read.
+
+use std::sync::Arc;
+
+use glam::Vec3;
+
+use crate::graph::{Function, Graph, Input, Kind, Place};
+
+/// A channel of a picture, or its colour.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Shown {
+    /// Linear RGB.
+    Color,
+    /// Alpha, from 0 to 1.
+    Alpha,
+}
+
+impl Shown {
+    /// Kind of its values.
+    pub fn kind(self) -> Kind {
+        match self {
+            Self::Color => Kind::Color,
+            Self::Alpha => Kind::Number,
+        }
+    }
+}
+
+/// Adds picture number `number` of the shot to a graph, `at` a vector; without one at the texture coordinates that the picture takes.
+pub fn add(graph: &mut Graph, number: u32, shown: Shown, at: Option<Input>) -> Input {
+    let picture = Picture { number, shown, is_at: at.is_some() };
+    graph.add(Arc::new(picture), at.into_iter().collect())
+}
+
+#[derive(Debug)]
+struct Picture {
+    number: u32,
+    shown: Shown,
+    /// True if its input says where.
+    is_at: bool,
+}
+
+impl Function for Picture {
+    fn is_of_place(&self) -> bool {
+        true
+    }
+
+    fn is_filtered(&self) -> bool {
+        !self.is_at
+    }
+
+    fn value(&self, inputs: &[Vec3], place: &dyn Place) -> Vec3 {
+        let [r, g, b, alpha] = place.picture(self.number, inputs.first().map(|at| at.truncate()));
+        match self.shown {
+            Shown::Color => Vec3::new(r, g, b),
+            Shown::Alpha => Vec3::splat(alpha),
+        }
+    }
+}

@@ -1,0 +1,183 @@
+//! The elements of a file, by name.
+
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+
+use roxmltree::{Document as Xml, Node};
+
+use crate::digest::Digest;
+use crate::input::{self, InputError, Kind};
+use crate::memory::{self, Need, Part};
+use crate::scene::SceneError;
+use crate::scene::keys::spelling;
+
+/// Memory for each byte of a file while it is read, and of what is kept of it.
+const READING_BYTES: u64 = 16;
+
+/// A MaterialX file.
+#[derive(Debug)]
+pub struct Document {
+    /// Path of the file.
+    pub path: PathBuf,
+    /// Digest of its bytes.
+    pub digest: Digest,
+    /// Elements, each after what it is in.
+    elements: Vec<Element>,
+    /// Elements by the name of the graph that they are in (empty: none) and their own.
+    by_name: HashMap<(String, String), usize>,
+}
+
+/// An element with a name: a node, a graph, or an output of a graph.
+#[derive(Debug, Clone)]
+pub struct Element {
+    /// Kind: the name of its tag.
+    pub category: String,
+    pub name: String,
+    /// Name of the graph that it is in; empty if it is in none.
+    pub graph: String,
+    /// Type of its value.
+    pub of_type: String,
+    pub line: usize,
+    pub inputs: Vec<Stated>,
+    /// What an output of a graph shows; it has no inputs.
+    pub shown: Stated,
+}
+
+/// What is stated of an input.
+#[derive(Debug, Clone, Default)]
+pub struct Stated {
+    pub name: String,
+    pub of_type: String,
+    pub value: Option<String>,
+    /// Node in the same graph.
+    pub node: Option<String>,
+    /// Graph.
+    pub graph: Option<String>,
+    /// Name of the output of the node or graph.
+    pub output: Option<String>,
+    /// Input of the graph that it is in.
+    pub interface: Option<String>,
+    /// Encoding of colours, if it is stated here or above.
+    pub space: Option<String>,
+    /// What names of files begin with.
+    pub file_prefix: String,
+}
+
+impl Document {
+    /// Reads the file at `path`.
+    ///
+    /// # Errors
+    /// Where it cannot be read, is no XML or no MaterialX.
+    pub fn read(path: &Path) -> Result<Self, SceneError> {
+        let unreadable =
+            |error: InputError| SceneError::new(path, format!("the MaterialX file cannot be read: {error}"));
+        let input = input::open(path, Kind::Materials).map_err(unreadable)?;
+        let need =
+            Need::new(Part::new("the MaterialX file", READING_BYTES * input.length, "fewer materials"));
+        need.check(&memory::left()).map_err(|error| SceneError::new(path, error.to_string()))?;
+        let bytes = input.read_all().map_err(unreadable)?;
+        let text = std::str::from_utf8(&bytes)
+            .map_err(|_| SceneError::new(path, "the MaterialX file is not UTF-8: save it as UTF-8"))?;
+        Self::parse(path, text)
+    }
+
+    fn parse(path: &Path, text: &str) -> Result<Self, SceneError> {
+        let xml = Xml::parse(text).map_err(|error| {
+            let line = error.pos().row as usize;
+            SceneError::new(path, format!("it is no XML: {error}; export it again")).at_line(line)
+        })?;
+        let root = xml.root_element();
+        if root.tag_name().name() != "materialx" {
+            let found = root.tag_name().name();
+            return Err(SceneError::new(path, format!("it is no MaterialX: it begins with <{found}>")));
+        }
+        let mut document = Self {
+            path: path.to_path_buf(),
+            digest: Digest::new(text.as_bytes()),
+            elements: Vec::new(),
+            by_name: HashMap::new(),
+        };
+        for node in root.children().filter(Node::is_element) {
+            document.add(&xml, node, "");
+            if node.tag_name().name() == "nodegraph" {
+                let graph = node.attribute("name").unwrap_or_default();
+                node.children().filter(Node::is_element).for_each(|node| document.add(&xml, node, graph));
+            }
+        }
+        Ok(document)
+    }
+
+    fn add(&mut self, xml: &Xml<'_>, node: Node<'_, '_>, graph: &str) {
+        let text = |key: &str| node.attribute(key).unwrap_or_default().to_string();
+        let inputs = node.children().filter(|child| child.is_element() && child.tag_name().name() == "input");
+        let element = Element {
+            category: node.tag_name().name().to_string(),
+            name: text("name"),
+            graph: graph.to_string(),
+            of_type: text("type"),
+            line: xml.text_pos_at(node.range().start).row as usize,
+            inputs: inputs.map(Stated::of).collect(),
+            shown: Stated::of(node),
+        };
+        self.by_name.insert((graph.to_string(), element.name.clone()), self.elements.len());
+        self.elements.push(element);
+    }
+
+    /// The element with a name in a graph; none: the empty name.
+    pub fn element(&self, graph: &str, name: &str) -> Option<&Element> {
+        self.by_name.get(&(graph.to_string(), name.to_string())).map(|number| &self.elements[*number])
+    }
+
+    /// Output of a graph: that of this name, or the first one.
+    pub fn output(&self, graph: &str, name: Option<&str>) -> Option<&Element> {
+        let is_wanted = |element: &&Element| {
+            element.graph == graph
+                && element.category == "output"
+                && name.is_none_or(|name| element.name == name)
+        };
+        self.elements.iter().find(is_wanted)
+    }
+
+    /// The material of this name.
+    ///
+    /// # Errors
+    /// That there is none, with a name like it.
+    pub fn material(&self, name: &str) -> Result<&Element, SceneError> {
+        let is_material = |element: &&Element| element.category == "surfacematerial";
+        let materials = || self.elements.iter().filter(is_material);
+        materials().find(|element| element.name == name).ok_or_else(|| {
+            let near = spelling::hint(name, materials().map(|element| element.name.as_str()));
+            SceneError::new(&self.path, format!("it has no surfacematerial `{name}`{near}"))
+        })
+    }
+
+    /// An error about an element.
+    pub fn fault(&self, element: &Element, what: impl Into<String>) -> SceneError {
+        SceneError::new(&self.path, what.into()).at_line(element.line)
+    }
+}
+
+impl Element {
+    /// What is stated of an input.
+    pub fn input(&self, name: &str) -> Option<&Stated> {
+        self.inputs.iter().find(|input| input.name == name)
+    }
+}
+
+impl Stated {
+    fn of(node: Node<'_, '_>) -> Self {
+        let text = |key: &str| node.attribute(key).map(String::from);
+        let above = |key: &str| node.ancestors().find_map(|node| node.attribute(key)).map(String::from);
+        Self {
+            name: text("name").unwrap_or_default(),
+            of_type: text("type").unwrap_or_default(),
+            value: text("value"),
+            node: text("nodename"),
+            graph: text("nodegraph"),
+            output: text("output"),
+            interface: text("interfacename"),
+            space: above("colorspace"),
+            file_prefix: above("fileprefix").unwrap_or_default(),
+        }
+    }
+}

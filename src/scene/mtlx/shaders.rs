@@ -1,0 +1,240 @@
+//! Shaders of materials: their inputs as OpenPBR's parameters.
+
+use glam::Vec3;
+
+use super::document::{Document, Element};
+use super::walk::{Finding, PictureAsked, Value, Walk};
+use crate::graph::{Graph, Input, Kind};
+use crate::scene::SceneError;
+use crate::scene::surface::{ALL, Heights, Parameter, Surface};
+
+/// From inputs of a shader to parameters. Inputs that are not here are told, unless they have no value.
+struct Shader {
+    category: &'static str,
+    inputs: &'static [(&'static str, Parameter)],
+    /// Values where the shader's defaults differ from OpenPBR's.
+    defaults: &'static [(Parameter, f32)],
+}
+
+/// Autodesk's Standard Surface 1.0.1.
+const STANDARD_SURFACE: Shader = Shader {
+    category: "standard_surface",
+    inputs: &[
+        ("base", Parameter::BaseWeight),
+        ("base_color", Parameter::BaseColor),
+        ("diffuse_roughness", Parameter::BaseDiffuseRoughness),
+        ("metalness", Parameter::BaseMetalness),
+        ("specular", Parameter::SpecularWeight),
+        ("specular_color", Parameter::SpecularColor),
+        ("specular_roughness", Parameter::SpecularRoughness),
+        ("specular_IOR", Parameter::SpecularIor),
+        ("specular_anisotropy", Parameter::SpecularRoughnessAnisotropy),
+        ("transmission", Parameter::TransmissionWeight),
+        ("transmission_color", Parameter::TransmissionColor),
+        ("transmission_depth", Parameter::TransmissionDepth),
+        ("subsurface", Parameter::SubsurfaceWeight),
+        ("sheen", Parameter::FuzzWeight),
+        ("coat", Parameter::CoatWeight),
+        ("coat_color", Parameter::CoatColor),
+        ("coat_roughness", Parameter::CoatRoughness),
+        ("emission", Parameter::EmissionLuminance),
+        ("emission_color", Parameter::EmissionColor),
+        ("opacity", Parameter::GeometryOpacity),
+    ],
+    defaults: &[(Parameter::SpecularRoughness, 0.2), (Parameter::CoatRoughness, 0.1)],
+};
+
+/// Khronos' glTF PBR.
+const GLTF_PBR: Shader = Shader {
+    category: "gltf_pbr",
+    inputs: &[
+        ("base_color", Parameter::BaseColor),
+        ("metallic", Parameter::BaseMetalness),
+        ("roughness", Parameter::SpecularRoughness),
+        ("ior", Parameter::SpecularIor),
+        ("specular", Parameter::SpecularWeight),
+        ("specular_color", Parameter::SpecularColor),
+        ("transmission", Parameter::TransmissionWeight),
+        ("clearcoat", Parameter::CoatWeight),
+        ("clearcoat_roughness", Parameter::CoatRoughness),
+        ("emissive", Parameter::EmissionColor),
+        ("emissive_strength", Parameter::EmissionLuminance),
+        ("alpha", Parameter::GeometryOpacity),
+    ],
+    defaults: &[
+        (Parameter::BaseColor, 1.0),
+        (Parameter::BaseMetalness, 1.0),
+        (Parameter::SpecularRoughness, 1.0),
+        (Parameter::EmissionColor, 0.0),
+        (Parameter::EmissionLuminance, 1.0),
+    ],
+};
+
+/// Pixar's UsdPreviewSurface.
+const PREVIEW_SURFACE: Shader = Shader {
+    category: "UsdPreviewSurface",
+    inputs: &[
+        ("diffuseColor", Parameter::BaseColor),
+        ("metallic", Parameter::BaseMetalness),
+        ("roughness", Parameter::SpecularRoughness),
+        ("ior", Parameter::SpecularIor),
+        ("clearcoat", Parameter::CoatWeight),
+        ("clearcoatRoughness", Parameter::CoatRoughness),
+        ("emissiveColor", Parameter::EmissionColor),
+        ("opacity", Parameter::GeometryOpacity),
+    ],
+    defaults: &[
+        (Parameter::BaseColor, 0.18),
+        (Parameter::SpecularRoughness, 0.5),
+        (Parameter::CoatRoughness, 0.01),
+        (Parameter::EmissionColor, 0.0),
+        (Parameter::EmissionLuminance, 1.0),
+    ],
+};
+
+/// Inputs that are no parameters of what a surface reflects, and so need not be told.
+const SILENT: [&str; 3] = ["useSpecularWorkflow", "occlusion", "geometry_thin_walled"];
+
+/// Layers of shaders: what the names of their inputs begin with, and the inputs that say how much there is of them.
+const LAYERS: [(&str, &[&str]); 6] = [
+    ("subsurface", &["subsurface", "subsurface_weight"]),
+    ("thin_film", &["thin_film_weight", "thin_film_thickness"]),
+    ("transmission", &["transmission", "transmission_weight"]),
+    ("sheen", &["sheen"]),
+    ("fuzz", &["fuzz_weight"]),
+    ("coat", &["coat", "coat_weight"]),
+];
+
+/// Returns true unless an input is of a layer of which there is nothing.
+fn is_there(shader: &Element, input: &str) -> bool {
+    let Some((_, weights)) = LAYERS.iter().find(|(layer, _)| input.starts_with(layer)) else { return true };
+    let weights = weights.iter().filter_map(|weight| shader.input(weight));
+    let is_none = |text: &str| text.trim().parse::<f32>().is_ok_and(|weight| weight == 0.0);
+    weights.into_iter().any(|stated| stated.value.as_deref().is_none_or(|text| !is_none(text)))
+}
+
+/// See [`super::surface`].
+pub fn surface(
+    document: &Document,
+    name: &str,
+    pictures: &mut dyn FnMut(&PictureAsked) -> Result<u32, SceneError>,
+) -> Result<(Surface, Vec<Finding>), SceneError> {
+    let material = document.material(name)?;
+    let stated = material.input("surfaceshader");
+    let shader = stated.and_then(|stated| document.element("", stated.node.as_deref()?));
+    let shader = shader.ok_or_else(|| {
+        document.fault(material, format!("the material `{name}` has no `surfaceshader` with a `nodename`"))
+    })?;
+    let mut walk = Walk::new(document, pictures);
+    let found = match shader.category.as_str() {
+        "open_pbr_surface" => open_pbr(&mut walk, shader)?,
+        category => {
+            let known = [&STANDARD_SURFACE, &GLTF_PBR, &PREVIEW_SURFACE];
+            let known = known.into_iter().find(|known| known.category == category).ok_or_else(|| {
+                let message = format!(
+                    "the shader of `{name}` is `{category}`: take open_pbr_surface, standard_surface, gltf_pbr or UsdPreviewSurface"
+                );
+                document.fault(shader, message)
+            })?;
+            translated(&mut walk, shader, known)?
+        }
+    };
+    let mut surface = Surface::new(name, Graph::default());
+    bend_normals(&mut walk, shader, &mut surface)?;
+    surface.graph = std::mem::take(&mut walk.graph);
+    for (parameter, (value, kind)) in found {
+        surface[parameter] = surface.graph.converted(value, kind, ALL[parameter as usize].kind);
+    }
+    let mut findings = walk.findings;
+    findings.extend(surface.left_out().into_iter().map(|said| (shader.line, said)));
+    Ok((surface, findings))
+}
+
+/// Finds what bends the shader's normals: heights, or a picture of normals.
+fn bend_normals(walk: &mut Walk<'_, '_>, shader: &Element, surface: &mut Surface) -> Result<(), SceneError> {
+    let Some(stated) = NORMALS.iter().find_map(|name| shader.input(name)) else { return Ok(()) };
+    let Some(node) = walk.node_behind(shader, stated)? else { return Ok(()) };
+    match node.category.as_str() {
+        "bump" | "blender_bump" => surface.heights = heights(walk, node)?,
+        "normalmap" | "gltf_normalmap" => {
+            let behind = node.input("in").map(|stated| walk.node_behind(node, stated)).transpose()?;
+            let picture = behind.flatten().unwrap_or(node);
+            if picture.category == "heighttonormal" {
+                surface.heights = heights(walk, picture)?;
+                return Ok(());
+            }
+            let scale = number(walk, node, "scale")?;
+            match walk.normals(picture)? {
+                Some(map) => surface.normals = Some((map, scale)),
+                None => walk.tell(node.line, String::from("normals that are computed are not used")),
+            }
+        }
+        other => walk.tell(node.line, format!("normals by nodes `{other}` are not used")),
+    }
+    Ok(())
+}
+
+fn heights(walk: &mut Walk<'_, '_>, node: &Element) -> Result<Option<Heights>, SceneError> {
+    let Some(height) = node.input("height").or_else(|| node.input("in")) else { return Ok(None) };
+    let Some((height, kind)) = walk.value(node, height)? else { return Ok(None) };
+    let height = walk.graph.converted(height, kind, Kind::Number);
+    let distance = number(walk, node, if node.category == "blender_bump" { "distance" } else { "scale" })?;
+    Ok(Some(Heights { height, distance, strength: number(walk, node, "strength")? }))
+}
+
+/// A number that a node states; 1 where it states none, or a graph gives it.
+fn number(walk: &mut Walk<'_, '_>, node: &Element, name: &str) -> Result<f32, SceneError> {
+    let value = node.input(name).map(|stated| walk.value(node, stated)).transpose()?.flatten();
+    Ok(match value {
+        Some((Input::Constant(value), _)) => value.x,
+        _ => 1.0,
+    })
+}
+
+/// Inputs of shaders that are normals.
+const NORMALS: [&str; 2] = ["geometry_normal", "normal"];
+
+type Found = Vec<(Parameter, Value)>;
+
+fn open_pbr(walk: &mut Walk<'_, '_>, shader: &Element) -> Result<Found, SceneError> {
+    let named = |name: &str| ALL.iter().find(|of| of.name == name).map(|of| of.parameter);
+    all(walk, shader, &named)
+}
+
+fn translated(walk: &mut Walk<'_, '_>, shader: &Element, as_known: &Shader) -> Result<Found, SceneError> {
+    let defaults = as_known.defaults.iter().map(|(parameter, number)| {
+        (*parameter, (Input::Constant(Vec3::splat(*number)), ALL[*parameter as usize].kind))
+    });
+    let mut found: Found = defaults.collect();
+    let of = |name: &str| as_known.inputs.iter().find(|(input, _)| *input == name).map(|(_, of)| *of);
+    let stated = all(walk, shader, &of)?;
+    // what glass lets through has its base colour there
+    let base = stated.iter().find(|(parameter, _)| *parameter == Parameter::BaseColor);
+    let tint = base.filter(|_| as_known.category == GLTF_PBR.category).map(|(_, value)| *value);
+    found.extend(tint.map(|value| (Parameter::TransmissionColor, value)));
+    found.extend(stated);
+    Ok(found)
+}
+
+/// The values of all inputs that a shader states.
+fn all(
+    walk: &mut Walk<'_, '_>,
+    shader: &Element,
+    parameter: &dyn Fn(&str) -> Option<Parameter>,
+) -> Result<Found, SceneError> {
+    let mut found = Found::new();
+    for stated in &shader.inputs {
+        match parameter(&stated.name) {
+            Some(parameter) => {
+                found.extend(walk.value(shader, stated)?.map(|value| (parameter, value)));
+            }
+            None if NORMALS.contains(&stated.name.as_str()) => {}
+            None if SILENT.contains(&stated.name.as_str()) || !is_there(shader, &stated.name) => {}
+            None => {
+                let what = format!("`{}` of `{}` is not used", stated.name, shader.category);
+                walk.tell(shader.line, what);
+            }
+        }
+    }
+    Ok(found)
+}

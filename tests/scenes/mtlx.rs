@@ -1,0 +1,280 @@
+//! Are MaterialX files read as they are written, and told where they make no sense?
+
+use std::fs;
+use std::path::Path;
+
+use afterimage::scene::material::Optics;
+use afterimage::scene::{Material, SceneError, Shot};
+use afterimage::shade::on_mesh::OnMesh;
+use glam::Vec3;
+
+use crate::small_shot::{folder, load_in};
+
+const CAMERA: &str =
+    "[[camera.key]]\nframe = 1\neye = [0, 0, 5]\ntarget = [0, 0, 0]\n[background]\ncolor = [1, 1, 1]\n";
+
+const SQUARE: &str =
+    "v 0 0 0\nv 4 0 0\nv 4 4 0\nv 0 4 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nusemtl Oak\nf 1/1 2/2 3/3 4/4\n";
+
+/// A file whose material `Oak` has this shader, with other elements beside it.
+fn file(shader: &str, others: &str) -> String {
+    format!(
+        "<?xml version=\"1.0\"?>\n<materialx version=\"1.39\">\n{others}\n{shader}\n<surfacematerial name=\"Oak\" type=\"material\">\n\
+         <input name=\"surfaceshader\" type=\"surfaceshader\" nodename=\"S\"/>\n</surfacematerial>\n</materialx>\n"
+    )
+}
+
+/// An `open_pbr_surface` of these inputs.
+fn open_pbr(inputs: &str) -> String {
+    format!("<open_pbr_surface name=\"S\" type=\"surfaceshader\">\n{inputs}\n</open_pbr_surface>")
+}
+
+fn read(mtlx: &str, keys: &str, is_strict: bool) -> Result<Shot, SceneError> {
+    let folder = folder();
+    fs::write(folder.path().join("square.obj"), SQUARE).unwrap();
+    fs::write(folder.path().join("m.mtlx"), mtlx).unwrap();
+    let text = format!(
+        "{CAMERA}[[model]]\nobj = \"square.obj\"\n[[material]]\nname = \"Oak\"\nmtlx = \"m.mtlx\"\n{keys}\n"
+    );
+    load_in(folder.path(), &text, is_strict)
+}
+
+fn shot(mtlx: &str) -> Shot {
+    read(mtlx, "", false).unwrap()
+}
+
+fn oak(shot: &Shot) -> &Material {
+    shot.scene.materials.iter().find(|material| material.name == "Oak").unwrap()
+}
+
+fn warnings(shot: &Shot) -> Vec<String> {
+    shot.warnings.iter().map(ToString::to_string).collect()
+}
+
+/// Reflectance of the square at weights of its second and third corner.
+fn reflectance(shot: &Shot, weights: [f32; 2]) -> Vec3 {
+    OnMesh::new(&shot.scene.models[0].mesh, 0, weights).reflectance(&shot.scene, oak(shot))
+}
+
+/// The base colour of a node `n` among these.
+fn of_nodes(nodes: &str) -> Shot {
+    let base = "<input name=\"base_color\" type=\"color3\" nodegraph=\"G\" output=\"out\"/>";
+    let graph = format!(
+        "<nodegraph name=\"G\">\n{nodes}\n<output name=\"out\" type=\"color3\" nodename=\"n\"/>\n</nodegraph>"
+    );
+    shot(&file(&open_pbr(base), &graph))
+}
+
+#[test]
+fn parameters_are_those_of_the_shader() {
+    let inputs = "<input name=\"base_color\" type=\"color3\" value=\"0.1, 0.2, 0.3\"/>\
+                  <input name=\"base_metalness\" type=\"float\" value=\"0.5\"/>\
+                  <input name=\"specular_roughness\" type=\"float\" value=\"0.25\"/>\
+                  <input name=\"emission_color\" type=\"color3\" value=\"1, 0.5, 0\"/>\
+                  <input name=\"emission_luminance\" type=\"float\" value=\"2\"/>";
+    let shot = shot(&file(&open_pbr(inputs), ""));
+    let (oak, base) = (oak(&shot), Vec3::new(0.1, 0.2, 0.3));
+    let layer = oak.metal_rough.unwrap();
+    assert_eq!((layer.roughness, layer.metallic, layer.base), (0.25, 0.5, base));
+    assert!((layer.head_on - 0.04).abs() < 1e-5, "of an index of 1.5");
+    assert_eq!((oak.diffuse, oak.emission), (base * 0.5, Vec3::new(2.0, 1.0, 0.0)));
+    assert!(warnings(&shot).is_empty(), "{:?}", warnings(&shot));
+}
+
+#[test]
+fn shaders_of_other_kinds_have_names_and_defaults_of_their_own() {
+    let read = |category: &str, inputs: &str| {
+        let shader = format!("<{category} name=\"S\" type=\"surfaceshader\">{inputs}</{category}>");
+        oak(&shot(&file(&shader, ""))).clone()
+    };
+    let standard = read("standard_surface", "<input name=\"base\" type=\"float\" value=\"0.5\"/>");
+    assert!((standard.diffuse - 0.4).abs().max_element() < 1e-6);
+    assert_eq!(standard.metal_rough.unwrap().roughness, 0.2);
+    let gltf = read("gltf_pbr", "<input name=\"metallic\" type=\"float\" value=\"0\"/>");
+    assert_eq!((gltf.diffuse, gltf.metal_rough.unwrap().roughness), (Vec3::ONE, 1.0));
+    let preview =
+        read("UsdPreviewSurface", "<input name=\"emissiveColor\" type=\"color3\" value=\"1, 2, 3\"/>");
+    assert_eq!(preview.emission, Vec3::new(1.0, 2.0, 3.0));
+    let glass = read(
+        "standard_surface",
+        "<input name=\"transmission\" type=\"float\" value=\"1\"/><input name=\"base\" type=\"float\" value=\"0\"/>\
+         <input name=\"specular_roughness\" type=\"float\" value=\"0\"/><input name=\"transmission_color\" type=\"color3\" value=\"1, 0.5, 0.25\"/>",
+    );
+    let Optics::Glass { transmission, index, .. } = glass.optics else { panic!("{:?}", glass.optics) };
+    assert_eq!((transmission, index, glass.diffuse), (Vec3::new(1.0, 0.5, 0.25), 1.5, Vec3::ZERO));
+    let matt = read("standard_surface", "<input name=\"specular\" type=\"float\" value=\"0\"/>");
+    assert!(matt.metal_rough.is_none(), "what reflects nothing has no layer");
+}
+
+#[test]
+fn a_graph_is_computed_at_each_place() {
+    let shot = of_nodes(
+        "<position name=\"p\" type=\"vector3\"/>\n<multiply name=\"n\" type=\"vector3\">\
+         <input name=\"in1\" type=\"vector3\" nodename=\"p\"/><input name=\"in2\" type=\"float\" value=\"0.2\"/></multiply>",
+    );
+    // corners of the first triangle: (0, 0), (4, 0), (4, 4)
+    assert!(reflectance(&shot, [0.5, 0.0]).abs_diff_eq(Vec3::new(0.4, 0.0, 0.0), 1e-6));
+    assert!(reflectance(&shot, [0.25, 0.5]).abs_diff_eq(Vec3::new(0.6, 0.4, 0.0), 1e-6));
+    assert_eq!(reflectance(&shot, [0.0, 1.0]).truncate().max_element(), 0.8, "it stays within 0 and 1");
+}
+
+/// What the standard library's arithmetic makes of constants, which are folded.
+#[test]
+fn nodes_of_the_standard_library_are_known() {
+    let of = |category: &str, inputs: &[(&str, &str)]| {
+        let inputs: String = inputs
+            .iter()
+            .map(|(name, value)| format!("<input name=\"{name}\" type=\"color3\" value=\"{value}\"/>"))
+            .collect();
+        let shot = of_nodes(&format!("<{category} name=\"n\" type=\"color3\">{inputs}</{category}>"));
+        assert!(oak(&shot).graph.is_none(), "{category} is a constant");
+        oak(&shot).metal_rough.unwrap().base.to_array()
+    };
+    for (category, inputs, expected) in [
+        ("add", &[("in1", "0.1, 0.2, 0.3"), ("in2", "0.1, 0.1, 0.1")][..], [0.2, 0.3, 0.4]),
+        ("subtract", &[("in1", "0.5, 0.5, 0.5"), ("in2", "0.1, 0.2, 0.3")], [0.4, 0.3, 0.2]),
+        ("divide", &[("in1", "0.5, 0.5, 0.5"), ("in2", "2, 0, 1")], [0.25, 0.0, 0.5]),
+        ("invert", &[("in", "0.25, 0.5, 1")], [0.75, 0.5, 0.0]),
+        ("mix", &[("fg", "1, 1, 1"), ("bg", "0, 0, 0"), ("mix", "0.25")], [0.25; 3]),
+        ("clamp", &[("in", "-1, 0.5, 2"), ("high", "0.75")], [0.0, 0.5, 0.75]),
+        ("remap", &[("in", "3, 3, 3"), ("inlow", "2"), ("inhigh", "4")], [0.5; 3]),
+        ("smoothstep", &[("in", "0.5, 0, 1")], [0.5, 0.0, 1.0]),
+        ("power", &[("in1", "0.5, 0.5, 0.5"), ("in2", "2")], [0.25; 3]),
+        ("extract", &[("in", "0.1, 0.2, 0.3"), ("index", "2")], [0.3; 3]),
+        ("combine3", &[("in1", "0.1"), ("in2", "0.2"), ("in3", "0.3")], [0.1, 0.2, 0.3]),
+        ("screen", &[("fg", "0.5, 0.5, 0.5"), ("bg", "0.5, 0.5, 0.5")], [0.75; 3]),
+        ("difference", &[("fg", "0.5, 0.5, 0.5"), ("bg", "0.75, 0.5, 0.25")], [0.25, 0.0, 0.25]),
+        ("ifgreater", &[("value1", "2"), ("value2", "1"), ("in1", "0.5"), ("in2", "1")], [0.5; 3]),
+        ("luminance", &[("in", "0, 1, 0")], [0.715_169; 3]),
+        ("hsvtorgb", &[("in", "0.333333333, 1, 1")], [0.0, 1.0, 0.0]),
+        ("modulo", &[("in1", "0.75, 1.25, -0.25"), ("in2", "0.5")], [0.25; 3]),
+    ] {
+        let found = of(category, inputs);
+        assert!(Vec3::from(found).abs_diff_eq(Vec3::from(expected), 1e-5), "{category}: {found:?}");
+    }
+}
+
+#[test]
+fn what_is_not_known_is_told_by_name_once_and_its_default_counts() {
+    let shot = of_nodes(
+        "<curious name=\"a\" type=\"color3\"/><curious name=\"b\" type=\"color3\"/>\n<mix name=\"n\" type=\"color3\">\
+         <input name=\"fg\" type=\"color3\" nodename=\"a\"/><input name=\"bg\" type=\"color3\" nodename=\"b\"/>\
+         <input name=\"mix\" type=\"float\" value=\"0.5\"/></mix>",
+    );
+    let told = warnings(&shot);
+    assert_eq!(told.len(), 1, "{told:?}");
+    assert!(told[0].contains("m.mtlx:4: material `Oak`: nodes `curious` are not known"), "{told:?}");
+    let shot = of_nodes("<curious name=\"n\" type=\"color3\"/>");
+    assert_eq!(oak(&shot).metal_rough.unwrap().base, Vec3::splat(0.8), "that of the parameter");
+    let layers = "<input name=\"fuzz_weight\" type=\"float\" value=\"0.5\"/><input name=\"fuzz_color\" type=\"color3\" value=\"1, 0, 0\"/>\
+                  <input name=\"coat_color\" type=\"color3\" value=\"1, 0, 0\"/><input name=\"thin_film_ior\" type=\"float\" value=\"2\"/>";
+    let told = warnings(&self::shot(&file(&open_pbr(layers), ""))).join("\n");
+    assert!(told.contains("not used: coat_color, fuzz_weight") && told.contains("`fuzz_color`"), "{told}");
+    assert!(!told.contains("thin_film"), "there is none: {told}");
+}
+
+#[test]
+fn nodes_that_depend_on_themselves_are_told() {
+    let circle = "<add name=\"n\" type=\"color3\"><input name=\"in1\" type=\"color3\" nodename=\"m\"/></add>\
+                  <add name=\"m\" type=\"color3\"><input name=\"in1\" type=\"color3\" nodename=\"n\"/><input name=\"in2\" type=\"color3\" value=\"0.25, 0, 0\"/></add>";
+    let shot = of_nodes(circle);
+    assert!(warnings(&shot)[0].contains("depends on itself"), "{:?}", warnings(&shot));
+    assert_eq!(oak(&shot).metal_rough.unwrap().base, Vec3::new(0.25, 0.0, 0.0), "there it is 0");
+    let outputs = "<dot name=\"n\" type=\"color3\"><input name=\"in\" type=\"color3\" nodename=\"n\"/></dot>";
+    assert!(warnings(&of_nodes(outputs))[0].contains("in a circle"));
+}
+
+#[test]
+fn graphs_may_be_deep() {
+    let mut nodes = String::from("<position name=\"n0\" type=\"vector3\"/>");
+    for number in 1..=10_000 {
+        let name = if number == 10_000 { String::from("n") } else { format!("n{number}") };
+        nodes += &format!(
+            "<add name=\"{name}\" type=\"vector3\"><input name=\"in1\" type=\"vector3\" nodename=\"n{}\"/>\
+             <input name=\"in2\" type=\"float\" value=\"0.0001\"/></add>\n",
+            number - 1
+        );
+    }
+    let found = reflectance(&of_nodes(&nodes), [0.0, 0.0]);
+    assert!((found - 1.0).abs().max_element() < 1e-3, "{found}");
+}
+
+#[test]
+fn graphs_take_values_from_outside() {
+    let graph = "<nodegraph name=\"G\">\n<input name=\"tint\" type=\"color3\" value=\"0.5, 0.25, 0\"/>\n\
+                 <add name=\"n\" type=\"color3\"><input name=\"in1\" type=\"color3\" interfacename=\"tint\"/></add>\n\
+                 <output name=\"out\" type=\"color3\" nodename=\"n\"/></nodegraph>";
+    let base = "<input name=\"base_color\" type=\"color3\" nodegraph=\"G\"/>";
+    let shot = shot(&file(&open_pbr(base), graph));
+    assert_eq!(oak(&shot).metal_rough.unwrap().base, Vec3::new(0.5, 0.25, 0.0));
+}
+
+#[test]
+fn keys_of_the_shot_file_replace_values() {
+    let base = "<input name=\"base_color\" type=\"color3\" value=\"0.5, 0.5, 0.5\"/>";
+    let shot = read(&file(&open_pbr(base), ""), "kd = [0, 1, 0]\npr = 0.75", true).unwrap();
+    let layer = oak(&shot).metal_rough.unwrap();
+    assert_eq!((layer.base, layer.roughness), (Vec3::Y, 0.75));
+}
+
+#[test]
+fn mistakes_are_told_with_their_places() {
+    let told = |mtlx: &str| read(mtlx, "", false).unwrap_err().to_string();
+    for (mtlx, words) in [
+        (String::from("<materialx>\n<a x=1/></materialx>"), "m.mtlx:2: it is no XML"),
+        (String::from("<scene/>"), "it is no MaterialX: it begins with <scene>"),
+        (
+            file(&open_pbr(""), "").replace("\"Oak\"", "\"Oaks\""),
+            "it has no surfacematerial `Oak`: did you mean `Oaks`?",
+        ),
+        (file("", ""), "m.mtlx:5: the material `Oak` has no `surfaceshader`"),
+        (file("<hair_bsdf name=\"S\" type=\"BSDF\"/>", ""), "m.mtlx:4: the shader of `Oak` is `hair_bsdf`"),
+        (
+            file(&open_pbr("<input name=\"base_color\" type=\"color3\" value=\"red\"/>"), ""),
+            "m.mtlx:4: `base_color` has `red`, which is no number",
+        ),
+        (
+            file(
+                &open_pbr("<input name=\"base_color\" type=\"color3\" nodename=\"n\"/>"),
+                "<blender_math name=\"n\" type=\"float\"><input name=\"operation\" type=\"string\" value=\"plus\"/></blender_math>",
+            ),
+            "m.mtlx:3: `n`: `operation` is `plus`, which is not known",
+        ),
+    ] {
+        let error = told(&mtlx);
+        assert!(error.contains(words), "{error}");
+    }
+    let folder = folder();
+    fs::write(folder.path().join("square.obj"), SQUARE).unwrap();
+    let text =
+        format!("{CAMERA}[[model]]\nobj = \"square.obj\"\n[[material]]\nname = \"Oak\"\nmtlx = \"m.mtlx\"\n");
+    let error = load_in(folder.path(), &text, false).unwrap_err().to_string();
+    assert!(error.contains("s.toml:10:8: the MaterialX file `m.mtlx` cannot be found"), "{error}");
+}
+
+#[test]
+fn pictures_are_those_of_the_file() {
+    let folder = folder();
+    let root = folder.path();
+    fs::create_dir(root.join("looks")).unwrap();
+    fs::write(root.join("square.obj"), SQUARE).unwrap();
+    write_tga(&root.join("looks/two.tga"));
+    let nodes = "<image name=\"p\" type=\"color3\"><input name=\"file\" type=\"filename\" value=\"two.tga\" colorspace=\"lin_rec709\"/></image>\
+                 <multiply name=\"n\" type=\"color3\"><input name=\"in1\" type=\"color3\" nodename=\"p\"/><input name=\"in2\" type=\"float\" value=\"0.5\"/></multiply>";
+    let base = "<input name=\"base_color\" type=\"color3\" nodename=\"n\"/>";
+    fs::write(root.join("looks/m.mtlx"), file(&open_pbr(base), nodes)).unwrap();
+    let text = format!(
+        "{CAMERA}[[model]]\nobj = \"square.obj\"\n[[material]]\nname = \"Oak\"\nmtlx = \"looks/m.mtlx\"\n"
+    );
+    let shot = load_in(root, &text, true).unwrap();
+    let place = OnMesh::new(&shot.scene.models[0].mesh, 0, [0.25, 0.0]);
+    let left = place.reflectance(&shot.scene, oak(&shot));
+    assert!(left.abs_diff_eq(Vec3::new(0.5 * 100.0 / 255.0, 0.0, 0.0), 1e-3), "as numbers: {left}");
+}
+
+/// A picture of two texels: dark red and white.
+fn write_tga(path: &Path) {
+    let mut bytes = vec![0, 0, 2, 0, 0, 0, 0, 0, 0, 0, 0, 0, 2, 0, 1, 0, 24, 0];
+    bytes.extend([0, 0, 100, 255, 255, 255]);
+    fs::write(path, bytes).unwrap();
+}
