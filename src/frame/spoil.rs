@@ -249,7 +249,8 @@ fn hide<'t>(
             let side = if is_behind { -1.0 } else { 1.0 };
             let place = OnMesh::new(mesh, hit.triangle, weights).with_width(width);
             let material = place.material(scene);
-            let color: Vec3 = place.reflectance(scene, &scene.materials[usize::from(material)]);
+            let of_place = &scene.materials[usize::from(material)];
+            let (color, varied) = (place.reflectance(scene, of_place), place.varied(scene, of_place));
             let record = Record {
                 triangle: hit.triangle,
                 normal: Octahedral::fold(normal * side),
@@ -259,7 +260,7 @@ fn hide<'t>(
                 flags: Flags::FROM_BEHIND.when(is_behind),
                 ..tile.record[cell]
             };
-            tile.put(cell, Sample { point, model: hit.model, record });
+            tile.put(cell, Sample { point, model: hit.model, record, varied });
             tile.tags.forget(&[cell as u32]);
             count += 1;
         }

@@ -5,6 +5,7 @@ use half::f16;
 
 use super::{ClearRegions, Footprint, Octahedral};
 use crate::exposure::{TICKS, Tick};
+use crate::shade::look::{Look, Varied};
 
 /// A sample without its tags and what it has gathered.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -15,6 +16,15 @@ pub struct Sample {
     pub model: u32,
     /// Other data of the sample.
     pub record: Record,
+    /// See [`Tile::varied`](super::Tile::varied).
+    pub varied: Varied,
+}
+
+impl Sample {
+    /// Material of its surface, with its parameters there.
+    pub fn look(&self) -> Look {
+        Look { material: self.record.material, varied: self.varied }
+    }
 }
 
 /// Colour as it is stored: R, G and B in half floats.

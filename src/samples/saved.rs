@@ -31,6 +31,7 @@ use super::{
 use crate::changes::Until;
 use crate::lanes::LANES;
 use crate::scene::Scene;
+use crate::shade::look::Varied;
 use crate::shade::sampling::SampleSeed;
 use crate::stereo::Eye;
 
@@ -100,13 +101,14 @@ pub fn most_bytes(layout: &TagLayout) -> usize {
 /// Appends `tile` to `bytes`.
 pub fn encode(tile: &Tile, bytes: &mut Vec<u8>) {
     bytes.extend((tile.spares.len() as u16).to_le_bytes());
+    let varies = !tile.varied.is_empty();
     for cell in 0..CELLS {
         let has_sample = tile.model[cell] != EMPTY;
         let is_copy = tile.copies[cell / LANES] >> (cell % LANES) & 1 != 0;
         let which = if has_sample { HAS_SAMPLE } else { 0 } | if is_copy { IS_COPY } else { 0 };
         bytes.push(tile.status[cell] as u8 | which);
         if has_sample {
-            encode_sample(&tile.sample(cell), bytes);
+            encode_sample(&tile.sample(cell), varies, bytes);
             bytes.extend(tile.tags.single.iter().map(|column| column[cell] as u8));
             bytes.extend(tile.tags.area.iter().flat_map(|column| column[cell].to_bytes()));
             encode_gathered(&tile.gathered, cell, bytes);
@@ -114,15 +116,15 @@ pub fn encode(tile: &Tile, bytes: &mut Vec<u8>) {
     }
     let spares = &tile.spares;
     for (number, spare) in spares.samples.iter().enumerate() {
-        encode_sample(spare, bytes);
+        encode_sample(spare, varies, bytes);
         bytes.extend(spares.single.iter().map(|tags| tags[number] as u8));
         bytes.extend(spares.area.iter().flat_map(|tags| tags[number].to_bytes()));
         encode_gathered(&spares.gathered, number, bytes);
     }
 }
 
-fn encode_sample(sample: &Sample, bytes: &mut Vec<u8>) {
-    let Sample { point, model, record } = sample;
+fn encode_sample(sample: &Sample, varies: bool, bytes: &mut Vec<u8>) {
+    let Sample { point, model, record, varied } = sample;
     let Record {
         triangle,
         normal,
@@ -142,6 +144,9 @@ fn encode_sample(sample: &Sample, bytes: &mut Vec<u8>) {
     bytes.extend(traced.to_bits().to_le_bytes());
     bytes.extend(material.to_le_bytes());
     bytes.extend([flags.to_bits(), footprint.to_byte()]);
+    if varies {
+        bytes.extend([varied.roughness, varied.metalness]);
+    }
 }
 
 fn encode_gathered(gathered: &GatheredLight, at: usize, bytes: &mut Vec<u8>) {
@@ -196,7 +201,7 @@ pub fn decode(bytes: &[u8], layout: &TagLayout, named: &Named<'_>) -> Option<Box
         tile.status[cell] = *Status::ALL.get(usize::from(byte & !(HAS_SAMPLE | IS_COPY)))?;
         tile.set_copy(cell, byte & IS_COPY != 0);
         if byte & HAS_SAMPLE != 0 {
-            tile.put(cell, decode_sample(&mut bytes, named)?);
+            tile.put(cell, decode_sample(&mut bytes, layout.varies, named)?);
             for column in &mut tile.tags.single {
                 column[cell] = decode_tag(&mut bytes)?;
             }
@@ -208,7 +213,7 @@ pub fn decode(bytes: &[u8], layout: &TagLayout, named: &Named<'_>) -> Option<Box
     }
     let mut one = GatheredLight::unknown(layout, 1);
     for _ in 0..spares {
-        tile.spares.samples.push(decode_sample(&mut bytes, named)?);
+        tile.spares.samples.push(decode_sample(&mut bytes, layout.varies, named)?);
         for tags in &mut tile.spares.single {
             tags.push(decode_tag(&mut bytes)?);
         }
@@ -221,7 +226,7 @@ pub fn decode(bytes: &[u8], layout: &TagLayout, named: &Named<'_>) -> Option<Box
     bytes.0.is_empty().then_some(tile)
 }
 
-fn decode_sample(bytes: &mut Bytes<'_>, named: &Named<'_>) -> Option<Sample> {
+fn decode_sample(bytes: &mut Bytes<'_>, varies: bool, named: &Named<'_>) -> Option<Sample> {
     let point = Vec3::new(bytes.float()?, bytes.float()?, bytes.float()?);
     let model = bytes.word()?;
     let record = Record {
@@ -235,6 +240,10 @@ fn decode_sample(bytes: &mut Bytes<'_>, named: &Named<'_>) -> Option<Sample> {
         flags: Flags::from_bits(bytes.byte()?)?,
         footprint: Footprint::from_byte(bytes.byte()?),
     };
+    let varied = match varies {
+        true => Varied { roughness: bytes.byte()?, metalness: bytes.byte()? },
+        false => Varied::NONE,
+    };
     let is_there = match model {
         BACKGROUND => true,
         EMPTY => false,
@@ -245,7 +254,7 @@ fn decode_sample(bytes: &mut Bytes<'_>, named: &Named<'_>) -> Option<Sample> {
     };
     let materials = named.scene.materials.len().max(1);
     let is_good = is_there && point.is_finite() && record.traced.frame() <= named.rendered;
-    (is_good && usize::from(record.material) < materials).then_some(Sample { point, model, record })
+    (is_good && usize::from(record.material) < materials).then_some(Sample { point, model, record, varied })
 }
 
 fn decode_tag(bytes: &mut Bytes<'_>) -> Option<Tag> {

@@ -12,6 +12,7 @@ use crate::changes::Until;
 use crate::exposure::Tick;
 use crate::lanes::{F32x8, LANES, Vec3x8};
 use crate::prefetch::prefetch;
+use crate::shade::look::{Look, Varied};
 
 /// Cells along a tile's edge.
 pub const TILE: usize = 32;
@@ -73,6 +74,8 @@ pub struct Tile {
     pub model: Column<u32>,
     /// Other data of the samples.
     pub record: Column<Record>,
+    /// Parameters of the samples' surfaces that vary from place to place; empty where no material of the shot has any.
+    pub varied: Vec<Varied>,
     /// Status in this frame.
     pub status: Column<Status>,
     /// Bit masks, for each eight cells, of those served by a copy of a sample that another tile or another
@@ -95,6 +98,7 @@ impl Tile {
             z: [0.0; CELLS],
             model: [EMPTY; CELLS],
             record: [Record::default(); CELLS],
+            varied: if layout.varies { vec![Varied::NONE; CELLS] } else { Vec::new() },
             status: [Status::default(); CELLS],
             copies: [0; CELLS / LANES],
             tags: Tags::unknown(layout),
@@ -123,7 +127,8 @@ impl Tile {
     pub fn sample(&self, slot: usize) -> Sample {
         match Slot::new(slot) {
             Slot::Cell(cell) => {
-                Sample { point: self.point(cell), model: self.model[cell], record: self.record[cell] }
+                let (point, varied) = (self.point(cell), self.look(cell).varied);
+                Sample { point, model: self.model[cell], record: self.record[cell], varied }
             }
             Slot::Spare(number) => self.spares.samples[number],
         }
@@ -131,10 +136,19 @@ impl Tile {
 
     /// Puts a sample into a cell. The caller sets all that is not in it.
     #[inline(always)]
-    pub fn put(&mut self, cell: usize, Sample { point, model, record }: Sample) {
+    pub fn put(&mut self, cell: usize, Sample { point, model, record, varied }: Sample) {
         [self.x[cell], self.y[cell], self.z[cell]] = point.to_array();
         self.model[cell] = model;
         self.record[cell] = record;
+        self.put_varied(cell, varied);
+    }
+
+    /// Sets the parameters of the sample in a cell that vary.
+    #[inline(always)]
+    pub fn put_varied(&mut self, cell: usize, varied: Varied) {
+        if let Some(own) = self.varied.get_mut(cell) {
+            *own = varied;
+        }
     }
 
     /// Prefetches eight samples, from cell `first` on.
@@ -174,12 +188,18 @@ impl Tile {
                 self.y[cell] = from.y[old];
                 self.z[cell] = from.z[old];
                 self.model[cell] = from.model[old];
+                if let (Some(own), Some(varied)) = (self.varied.get_mut(cell), from.varied.get(old)) {
+                    *own = *varied;
+                }
                 &from.record[old]
             }
             Slot::Spare(number) => {
                 let spare = &from.spares.samples[number];
                 [self.x[cell], self.y[cell], self.z[cell]] = spare.point.to_array();
                 self.model[cell] = spare.model;
+                if let Some(own) = self.varied.get_mut(cell) {
+                    *own = spare.varied;
+                }
                 &spare.record
             }
         };
@@ -267,11 +287,21 @@ impl Tile {
         &self.record[first..first + LANES]
     }
 
-    /// Materials of eight samples, from `first` on.
+    /// What the surface of the sample in a cell is made of there.
     #[inline(always)]
-    pub fn materials(&self, first: usize) -> [u16; LANES] {
+    pub fn look(&self, cell: usize) -> Look {
+        let varied = self.varied.get(cell).copied().unwrap_or(Varied::NONE);
+        Look { material: self.record[cell].material, varied }
+    }
+
+    /// What the surfaces of eight samples, from `first` on, are made of there.
+    #[inline(always)]
+    pub fn looks(&self, first: usize) -> [Look; LANES] {
         let records = self.records(first);
-        std::array::from_fn(|lane| records[lane].material)
+        if self.varied.is_empty() {
+            return std::array::from_fn(|lane| Look::plain(records[lane].material));
+        }
+        std::array::from_fn(|lane| self.look(first + lane))
     }
 
     /// Ticks of the exposure at which eight samples are seen, from `first` on.

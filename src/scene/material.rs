@@ -33,6 +33,8 @@ pub struct Material {
     pub diffuse_map: Option<u32>,
     /// Factor of the reflectance that is computed at each place, linear RGB from 0 to 1.
     pub graph: Option<Arc<Program>>,
+    /// Parameters that graphs compute at each place, by which the material's own are multiplied.
+    pub varying: Option<Arc<Varying>>,
     /// Alpha that cuts parts out of it: of map_d, or of map_Kd; in glTF files of vertices, too.
     pub cutout: Option<Cutout>,
     /// Picture of the normals of a surface that is rougher than its triangles.
@@ -55,6 +57,15 @@ pub struct NormalMap {
     pub map: u32,
     /// Factor on X and Y.
     pub slope: f32,
+}
+
+/// Graphs of parameters, from 0 to 1.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Varying {
+    /// Factor of the roughness of its metal-rough layer.
+    pub roughness: Option<Arc<Program>>,
+    /// Factor of its share of metal.
+    pub metalness: Option<Arc<Program>>,
 }
 
 /// Heights that a graph computes.
@@ -173,6 +184,7 @@ impl Material {
             metal_rough: None,
             diffuse_map: None,
             graph: None,
+            varying: None,
             cutout: None,
             normal_map: None,
             bump: None,
@@ -182,9 +194,27 @@ impl Material {
         }
     }
 
-    /// Returns true if a texture, a graph or the colours of vertices are a factor of its reflectance.
+    /// Returns true if what samples keep of its reflectance is not its diffuse reflectance alone: a texture, a graph or the colours of
+    /// vertices are a factor of it, or its share of metal varies.
     pub fn is_painted(&self) -> bool {
-        self.diffuse_map.is_some() || self.graph.is_some() || self.has_vertex_colors
+        let is_colored = self.diffuse_map.is_some() || self.graph.is_some() || self.has_vertex_colors;
+        is_colored || self.varies_in_metal()
+    }
+
+    /// Diffuse reflectance where that is greatest: where a share of metal that varies is 0.
+    pub fn most_diffuse(&self) -> Vec3 {
+        let varying = self.metal_rough.filter(|_| self.varies_in_metal());
+        varying.map_or(self.diffuse, |layer| layer.base * layer.solid)
+    }
+
+    /// Returns true if its share of metal varies from place to place.
+    pub fn varies_in_metal(&self) -> bool {
+        self.varying.as_ref().is_some_and(|varying| varying.metalness.is_some())
+    }
+
+    /// Returns true if its roughness varies from place to place.
+    pub fn varies_in_roughness(&self) -> bool {
+        self.varying.as_ref().is_some_and(|varying| varying.roughness.is_some())
     }
 
     /// Returns true if its normals are bent, by a picture or by heights.
@@ -195,7 +225,10 @@ impl Material {
     /// Returns true if it has pictures that are filtered over the place that a sample stands for.
     pub fn is_filtered(&self) -> bool {
         let heights = self.bump.as_ref().map(|bump| &bump.height);
-        let by_graph = || self.graph.iter().chain(heights).any(|graph| graph.is_filtered());
+        let varying = self.varying.as_deref();
+        let varying = varying.into_iter().flat_map(|all| all.roughness.iter().chain(&all.metalness));
+        let mut graphs = self.graph.iter().chain(heights).chain(varying);
+        let mut by_graph = || graphs.any(|graph| graph.is_filtered());
         self.diffuse_map.is_some() || self.normal_map.is_some() || by_graph()
     }
 

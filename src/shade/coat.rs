@@ -28,13 +28,14 @@ use rayon::prelude::*;
 use albedos::{Albedos, Layer};
 use lanes::CoatLanes;
 pub use lanes::{LayerRays, SeenCoats};
-use layer::{Coat, LEAST_ALPHA_OF_PATHS};
+use layer::{Coat, CoatAt, ROUGHNESS_STEPS, VaryingCoat, regularized, varying_alpha};
 pub use layer::{Reflected, SeenBy, SeenCoat};
 
 use crate::lanes::{LANES, Vec3x8};
 use crate::scene::Material;
 use crate::scene::material::MetalRough;
 use crate::shade::fresnel;
+use crate::shade::look::Look;
 
 /// Layers of a scene's materials.
 #[derive(Debug, Clone, Default)]
@@ -44,13 +45,6 @@ pub struct Coats {
     /// True for each material with a layer; empty if there is none. It is read for all surfaces, most of
     /// which have no layer.
     has: Vec<bool>,
-}
-
-/// Alpha that paths see (Pharr, Jakob and Humphreys, "Physically Based Rendering", 4th edition, 2023, "path
-/// regularization").
-fn regularized(alpha: f32) -> f32 {
-    const ROUGH_ENOUGH: f32 = 0.3;
-    if alpha < ROUGH_ENOUGH { (2.0 * alpha).clamp(LEAST_ALPHA_OF_PATHS, ROUGH_ENOUGH) } else { alpha }
 }
 
 /// Layers of a material as the eye and as paths see it, if it has one.
@@ -63,18 +57,34 @@ fn layers(material: &Material) -> Option<[Layer; 2]> {
     Some([alpha, of_paths].map(|alpha| Layer { alpha, index, is_glass }))
 }
 
+/// Layers of a material whose roughness varies, as the eye and as paths see them, by even steps of it.
+fn varying_layers(material: &Material) -> Vec<[Layer; 2]> {
+    let Some(metal_rough) = material.metal_rough.filter(|_| material.varies_in_roughness()) else {
+        return Vec::new();
+    };
+    let index = fresnel::index_of(metal_rough.head_on);
+    let of_step = |step: usize| {
+        let alpha = varying_alpha(metal_rough.roughness * step as f32 / ROUGHNESS_STEPS as f32);
+        [alpha, regularized(alpha)].map(|alpha| Layer { alpha, index, is_glass: false })
+    };
+    (0..=ROUGHNESS_STEPS).map(of_step).collect()
+}
+
 impl Coats {
     /// Creates the layers of all `materials`.
     pub fn new(materials: &[Material]) -> Self {
         // most materials share their tables with others, above all the variants of one
         let key = |layer: &Layer| [layer.alpha.to_bits(), layer.index.to_bits(), layer.is_glass.into()];
-        let all = materials.iter().filter_map(layers).flatten();
+        let varying = materials.iter().flat_map(varying_layers);
+        let all = materials.iter().filter_map(layers).chain(varying).flatten();
         let distinct: BTreeMap<[u32; 3], Layer> = all.map(|layer| (key(&layer), layer)).collect();
         let tables: BTreeMap<[u32; 3], Arc<Albedos>> =
             distinct.into_par_iter().map(|(key, layer)| (key, Arc::new(Albedos::new(layer)))).collect();
         let coats = materials.iter().map(|material| {
-            let tables = layers(material)?.map(|layer| (layer, Arc::clone(&tables[&key(&layer)])));
-            Some(coat(material, material.metal_rough.as_ref()?, tables))
+            let table = |layer: Layer| Arc::clone(&tables[&key(&layer)]);
+            let own = layers(material)?.map(|layer| (layer, table(layer)));
+            let by_roughness = varying_layers(material).into_iter().map(|pair| pair.map(table)).collect();
+            Some(coat(material, material.metal_rough.as_ref()?, own, by_roughness))
         });
         let coats: Vec<Option<Coat>> = coats.collect();
         let mut has: Vec<bool> = coats.iter().map(Option::is_some).collect();
@@ -85,11 +95,11 @@ impl Coats {
     }
 
     #[inline(always)]
-    fn get(&self, material: u16) -> Option<&Coat> {
-        if !self.has(material) {
+    fn get(&self, look: Look) -> Option<CoatAt<'_>> {
+        if !self.has(look.material) {
             return None;
         }
-        self.coats.get(usize::from(material))?.as_ref()
+        Some(self.coats.get(usize::from(look.material))?.as_ref()?.at(look.varied))
     }
 
     #[inline(always)]
@@ -99,20 +109,20 @@ impl Coats {
 
     /// Returns true if a material has a layer that is not a mirror.
     #[inline(always)]
-    pub fn is_rough(&self, material: u16) -> bool {
-        self.get(material).is_some_and(|coat| !coat.is_smooth())
+    pub fn is_rough(&self, look: Look) -> bool {
+        self.get(look).is_some_and(|coat| !coat.is_smooth())
     }
 
     /// Width of the lobe of a material's layer, if it has one that is not a mirror.
     #[inline(always)]
-    pub fn alpha_of_rough(&self, material: u16) -> Option<f32> {
-        self.get(material).filter(|coat| !coat.is_smooth()).map(|coat| coat.alpha)
+    pub fn alpha_of_rough(&self, look: Look) -> Option<f32> {
+        self.get(look).filter(|coat| !coat.is_smooth()).map(|coat| coat.alpha)
     }
 
-    /// Returns true if any of these materials has a layer.
+    /// Returns true if any of these surfaces has a layer.
     #[inline(always)]
-    pub fn any(&self, materials: &[u16]) -> bool {
-        !self.has.is_empty() && materials.iter().any(|material| self.has(*material))
+    pub fn any(&self, looks: &[Look]) -> bool {
+        !self.has.is_empty() && looks.iter().any(|look| self.has(look.material))
     }
 
     /// Layer of a surface with these normals (world space) that is seen along `incoming` (unit length), if it
@@ -120,22 +130,22 @@ impl Coats {
     #[inline(always)]
     pub fn seen(
         &self,
-        material: u16,
+        look: Look,
         reflectance: Vec3,
         normals: [Vec3; 2],
         incoming: Vec3,
         seen_by: SeenBy,
     ) -> Option<SeenCoat> {
         // most surfaces have none, and this is called for all
-        self.get(material).map(|coat| coat.seen(reflectance, normals, incoming, seen_by))
+        self.get(look).map(|coat| coat.seen(reflectance, normals, incoming, seen_by))
     }
 
     /// Albedo at normal incidence of eight surfaces whose diffuse albedo is `diffuse`, with that of their layers where these are rough.
-    pub fn rough_over(&self, materials: &[u16; LANES], reflectance: Vec3x8, diffuse: Vec3x8) -> Vec3x8 {
+    pub fn rough_over(&self, looks: &[Look; LANES], reflectance: Vec3x8, diffuse: Vec3x8) -> Vec3x8 {
         let mut albedo = diffuse;
-        if self.any(materials) {
-            for (lane, material) in materials.iter().enumerate() {
-                if let Some(coat) = self.get(*material).filter(|coat| !coat.is_smooth()) {
+        if self.any(looks) {
+            for (lane, look) in looks.iter().enumerate() {
+                if let Some(coat) = self.get(*look).filter(|coat| !coat.is_smooth()) {
                     albedo.set_lane(lane, coat.head_on_over(reflectance.lane(lane), diffuse.lane(lane)));
                 }
             }
@@ -147,19 +157,19 @@ impl Coats {
     /// reflect, where any do.
     pub fn seen_lanes(
         &self,
-        materials: &[u16; LANES],
+        looks: &[Look; LANES],
         reflectance: Vec3x8,
         normals: [Vec3x8; 2],
         incoming: Vec3x8,
         rays: Option<LayerRays>,
     ) -> Option<SeenCoats> {
-        if !self.any(materials) {
+        if !self.any(looks) {
             return None;
         }
-        let lanes = CoatLanes::new(|material| self.get(material), materials);
+        let lanes = CoatLanes::new(|look| self.get(look), looks);
         let mut all = lanes.seen(reflectance, normals, incoming);
         if let Some(rays) = rays {
-            all.follow(normals, rays, |lane| self.is_rough(materials[lane]));
+            all.follow(normals, rays, |lane| self.is_rough(looks[lane]));
         }
         Some(all)
     }
@@ -169,6 +179,7 @@ fn coat(
     material: &Material,
     metal_rough: &MetalRough,
     [(layer, albedos), (layer_of_paths, albedos_of_paths)]: [(Layer, Arc<Albedos>); 2],
+    by_roughness: Vec<[Arc<Albedos>; 2]>,
 ) -> Coat {
     let MetalRough { base, metallic, solid, .. } = *metal_rough;
     let (metal, metal_of_kept) = if material.is_painted() {
@@ -188,12 +199,20 @@ fn coat(
         albedos,
         alpha_of_paths: layer_of_paths.alpha,
         albedos_of_paths,
+        varying: material.varying.is_some().then(|| VaryingCoat {
+            in_metal: material.varies_in_metal(),
+            roughness: metal_rough.roughness,
+            // none if it does not vary
+            by_roughness: by_roughness.try_into().ok(),
+        }),
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scene::material::Varying;
+    use crate::shade::look::Varied;
     use crate::shade::sampling::PathRandom;
 
     pub(super) fn material(roughness: f32, metallic: f32, base: f32) -> Material {
@@ -208,7 +227,9 @@ mod tests {
 
     pub(super) fn seen(material: &Material, cos: f32) -> SeenCoat {
         let coats = Coats::new(std::slice::from_ref(material));
-        coats.seen(0, material.painted(), [Vec3::Z; 2], -at(cos), SeenBy::Eye).expect("it has a layer")
+        coats
+            .seen(Look::plain(0), material.painted(), [Vec3::Z; 2], -at(cos), SeenBy::Eye)
+            .expect("it has a layer")
     }
 
     /// Light of a white surface in a white furnace: reflected light, by sampled directions, and scattered
@@ -259,13 +280,21 @@ mod tests {
         let coats = Coats::new(&materials);
         for (number, wanted) in [(0, 0.7), (1, 0.04 + 0.7 * 0.96), (2, 0.02 + 0.35 + 0.35 * 0.96), (3, 0.0)] {
             let diffuse = materials[usize::from(number)].diffuse;
-            let all = coats.rough_over(&[number; LANES], Vec3x8::splat(diffuse), Vec3x8::splat(diffuse));
+            let all = coats.rough_over(
+                &[Look::plain(number); LANES],
+                Vec3x8::splat(diffuse),
+                Vec3x8::splat(diffuse),
+            );
             assert!((all.lane(5) - wanted).abs().max_element() < 1e-5, "{number}: {}", all.lane(5));
         }
-        let white = coats.rough_over(&[1; LANES], Vec3x8::splat(Vec3::ONE), Vec3x8::splat(Vec3::ONE));
+        let white =
+            coats.rough_over(&[Look::plain(1); LANES], Vec3x8::splat(Vec3::ONE), Vec3x8::splat(Vec3::ONE));
         assert!((white.lane(0) - 1.0).abs().max_element() < 1e-5, "white stays white");
-        let none =
-            Coats::new(&[Material::fallback()]).rough_over(&[0; LANES], Vec3x8::ZERO, Vec3x8::splat(Vec3::X));
+        let none = Coats::new(&[Material::fallback()]).rough_over(
+            &[Look::plain(0); LANES],
+            Vec3x8::ZERO,
+            Vec3x8::splat(Vec3::X),
+        );
         assert_eq!(none.lane(7), Vec3::X);
     }
 
@@ -275,17 +304,58 @@ mod tests {
         (textured.diffuse_map, textured.ambient) = (Some(0), Vec3::ZERO);
         let texel = Vec3::new(1.0, 0.5, 0.0);
         let coats = Coats::new(std::slice::from_ref(&textured));
-        let of_texture = coats.seen(0, textured.painted() * texel, [Vec3::Z; 2], -at(0.8), SeenBy::Eye);
+        let of_texture =
+            coats.seen(Look::plain(0), textured.painted() * texel, [Vec3::Z; 2], -at(0.8), SeenBy::Eye);
         assert_eq!(of_texture.expect("it has one").fresnel.metal, (texel * 0.5).to_array());
-        let dark = coats.seen(0, Vec3::ZERO, [Vec3::Z; 2], -at(0.8), SeenBy::Eye).expect("it has one");
+        let dark =
+            coats.seen(Look::plain(0), Vec3::ZERO, [Vec3::Z; 2], -at(0.8), SeenBy::Eye).expect("it has one");
         assert_eq!(dark.fresnel.metal, [0.0; 3]);
+    }
+
+    /// What varies is between tables: as near to the layer of that very roughness as these are to the truth.
+    #[test]
+    fn a_layer_that_varies_is_that_of_its_parameters() {
+        let graph = crate::graph::Graph::default();
+        let one = Arc::new(crate::graph::Program::new(&graph, crate::graph::Input::Constant(Vec3::ONE)));
+        let varying = Varying { roughness: Some(one.clone()), metalness: Some(one) };
+        let varied = Material { varying: Some(Arc::new(varying)), ..material(1.0, 1.0, 0.7) };
+        let coats = Coats::new(std::slice::from_ref(&varied));
+        for (roughness, metalness) in [(255, 255), (200, 0), (128, 51), (64, 255), (0, 0)] {
+            let share = |byte: u8| f32::from(byte) / 255.0;
+            let plain = material(share(roughness).max(0.05), share(metalness), 0.7);
+            let plain_coats = Coats::new(std::slice::from_ref(&plain));
+            let look = Look { material: 0, varied: Varied { roughness, metalness } };
+            for (cos, seen_by) in [(0.9, SeenBy::Eye), (0.2, SeenBy::Eye), (0.5, SeenBy::Path)] {
+                let kept = Vec3::splat(0.7);
+                let [of_varied, of_plain] =
+                    [(&coats, look), (&plain_coats, Look::plain(0))].map(|(coats, look)| {
+                        coats.seen(look, kept, [Vec3::Z; 2], -at(cos), seen_by).expect("it has a layer")
+                    });
+                let name = format!("{roughness} {metalness} {cos} {seen_by:?}");
+                assert!((of_varied.alpha - of_plain.alpha).abs() < 1e-6, "{name}");
+                assert!((of_varied.albedo - of_plain.albedo).abs().max_element() < 4e-3, "{name}");
+                assert!((of_varied.through - of_plain.through).abs() < 4e-3, "{name}");
+            }
+            let eight = coats.seen_lanes(
+                &[look; LANES],
+                Vec3x8::splat(Vec3::splat(0.7)),
+                [Vec3x8::splat(Vec3::Z); 2],
+                Vec3x8::splat(-at(0.6)),
+                None,
+            );
+            let one = coats.seen(look, Vec3::splat(0.7), [Vec3::Z; 2], -at(0.6), SeenBy::Eye);
+            let (eight, one) = (eight.expect("all have one"), one.expect("it has one"));
+            assert!((eight.through.lane(3) - one.through).abs() < 1e-5);
+        }
     }
 
     #[test]
     fn paths_find_smooth_surfaces_rougher_and_no_darker() {
         for (roughness, alpha) in [(0.0, 0.1), (0.25, 0.125), (0.5, 0.3), (0.8, 0.64)] {
             let coats = Coats::new(&[material(roughness, 1.0, 1.0)]);
-            let seen = coats.seen(0, Vec3::ONE, [Vec3::Z; 2], -at(0.6), SeenBy::Path).expect("it has one");
+            let seen = coats
+                .seen(Look::plain(0), Vec3::ONE, [Vec3::Z; 2], -at(0.6), SeenBy::Path)
+                .expect("it has one");
             assert!((seen.alpha - alpha).abs() < 1e-6 && (seen.albedo.x - 1.0).abs() < 1e-3, "{seen:?}");
         }
     }
@@ -297,8 +367,9 @@ mod tests {
         let coats = Coats::new(&[material(0.0, 1.0, 1.0)]);
         let leaning = Vec3::new(0.9, 0.0, 0.1).normalize();
         for incoming in [-at(0.3), Vec3::new(0.95, 0.0, -0.3).normalize()] {
-            let seen =
-                coats.seen(0, Vec3::ONE, [leaning, Vec3::Z], incoming, SeenBy::Eye).expect("it has one");
+            let seen = coats
+                .seen(Look::plain(0), Vec3::ONE, [leaning, Vec3::Z], incoming, SeenBy::Eye)
+                .expect("it has one");
             let ray = seen.reflect([0.5; 2]).expect("a mirror always reflects");
             assert!(ray.direction.z > 0.0 && ray.density.is_none(), "{}", ray.direction);
         }

@@ -11,6 +11,7 @@ pub mod horizon;
 pub mod light;
 pub mod light_chances;
 mod light_sample;
+pub mod look;
 pub mod mis;
 pub mod on_mesh;
 pub mod optics;

@@ -1,10 +1,13 @@
 //! Attributes of a place on a mesh, by pictures and vertices: texture coordinates, material, reflectance, bent normals.
 
+use std::sync::Arc;
+
 use glam::{Vec2, Vec3};
 
+use super::look::Varied;
 use super::place_of_graph::PlaceOfGraph;
 use crate::graph::Program;
-use crate::scene::material::Bump;
+use crate::scene::material::{Bump, Varying};
 use crate::scene::texture::UvSet;
 use crate::scene::{Material, Mesh, Scene, Texture};
 
@@ -99,6 +102,25 @@ impl<'a> OnMesh<'a> {
     #[inline(never)]
     fn computed(&self, scene: &Scene, graph: &Program) -> Vec3 {
         graph.value(&PlaceOfGraph { on: self, textures: &scene.textures }).clamp(Vec3::ZERO, Vec3::ONE)
+    }
+
+    /// Parameters of `material` that vary over it.
+    #[inline]
+    pub fn varied(&self, scene: &Scene, material: &Material) -> Varied {
+        match &material.varying {
+            None => Varied::NONE,
+            Some(varying) => self.parameters(scene, varying),
+        }
+    }
+
+    /// Not inlined: most surfaces have none.
+    #[inline(never)]
+    fn parameters(&self, scene: &Scene, varying: &Varying) -> Varied {
+        let factor = |graph: &Option<Arc<Program>>| {
+            let place = PlaceOfGraph { on: self, textures: &scene.textures };
+            graph.as_ref().map_or(u8::MAX, |graph| Varied::rounded(graph.value(&place).x))
+        };
+        Varied { roughness: factor(&varying.roughness), metalness: factor(&varying.metalness) }
     }
 
     /// Colour of a texture. Not inlined: surfaces without one would have to jump over it.

@@ -204,6 +204,7 @@ mod tests {
     use crate::scene::material::head_on;
     use crate::shade::coat::{Coats, SeenBy};
     use crate::shade::horizon::Horizon;
+    use crate::shade::look::{Look, Varied};
 
     fn floor(from_behind: bool) -> Surface {
         let up = if from_behind { Vec3::NEG_Y } else { Vec3::Y };
@@ -214,6 +215,7 @@ mod tests {
             horizon: Horizon::flat(up),
             reflectance: Vec3::ZERO,
             material: 0,
+            varied: Varied::NONE,
             from_behind,
             width: 0.0,
         }
@@ -358,7 +360,8 @@ mod tests {
                 let rays = through_microfacets(&material, &surface, incoming);
                 let coats = Coats::new(std::slice::from_ref(&material));
                 for seen_by in [SeenBy::Eye, SeenBy::Path] {
-                    let layer = coats.seen(0, Vec3::ZERO, [surface.normal; 2], incoming, seen_by);
+                    let layer =
+                        coats.seen(Look::plain(0), Vec3::ZERO, [surface.normal; 2], incoming, seen_by);
                     let sum = layer.expect("it has one").albedo.x + rays[0].0 + rays[1].0;
                     let name = format!("{roughness} {index} {degrees} {from_behind} {seen_by:?}");
                     assert!((sum - 1.0).abs() < 4e-3, "{name}: {sum}");

@@ -10,6 +10,7 @@ use crate::scene::{Material, Scene};
 use super::coat::Coats;
 use super::horizon;
 use super::light::LightSample;
+use super::look::{Look, Varied};
 
 /// Material as lighting needs it.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -35,6 +36,19 @@ struct Paint {
     is_followed: bool,
     /// True if it reflects light diffusely at all.
     is_diffuse: bool,
+    /// Share of metal, where that varies: of what is no metal there the diffuse reflectance is a share.
+    varying_metal: Option<f32>,
+}
+
+impl Paint {
+    /// Diffuse reflectance, for each unit of reflectance, of a surface with these parameters.
+    #[inline(always)]
+    fn diffuse_at(&self, varied: Varied) -> Vec3 {
+        match self.varying_metal {
+            None => self.diffuse,
+            Some(metallic) => self.diffuse * (1.0 - metallic * varied.of_metal()),
+        }
+    }
 }
 
 /// Materials of a scene, ready for lighting.
@@ -51,7 +65,7 @@ pub struct Palette {
     pub bends_normals: bool,
     /// True if any material has a picture that is filtered over the places that samples stand for.
     pub has_textures: bool,
-    /// True if any material has variants, or shows the colours of vertices.
+    /// True if any material has variants or graphs, or shows the colours of vertices.
     pub varies: bool,
 }
 
@@ -74,10 +88,12 @@ impl Palette {
     /// Creates the palette of all materials of `scene` in its ambient light.
     pub fn of(scene: &Scene) -> Self {
         let paints = scene.materials.iter().map(|material| paint(material, scene.ambient)).collect();
-        let brightest = scene.materials.iter().fold(Vec3::ZERO, |most, one| most.max(one.diffuse));
+        let brightest = scene.materials.iter().fold(Vec3::ZERO, |most, one| most.max(one.most_diffuse()));
         let bends_normals = scene.materials.iter().any(Material::bends_normals);
-        let is_varied =
-            |one: &Material| one.variants.is_some() || one.has_vertex_colors || one.graph.is_some();
+        let is_varied = |one: &Material| {
+            let is_computed = one.graph.is_some() || one.varying.is_some();
+            one.variants.is_some() || one.has_vertex_colors || is_computed
+        };
         let varies = scene.materials.iter().any(is_varied);
         let has_textures = scene.materials.iter().any(Material::is_filtered);
         let coats = Coats::new(&scene.materials);
@@ -85,7 +101,8 @@ impl Palette {
     }
 
     fn new(paints: Vec<Paint>) -> Self {
-        let all_diffuse = paints.iter().all(|paint| paint.diffuse == Vec3::ONE);
+        let is_diffuse = |paint: &Paint| paint.diffuse == Vec3::ONE && paint.varying_metal.is_none();
+        let all_diffuse = paints.iter().all(is_diffuse);
         Self {
             paints,
             all_diffuse,
@@ -99,18 +116,21 @@ impl Palette {
 
     /// Diffuse reflectance of eight surfaces, from the reflectance that samples store.
     #[inline(always)]
-    pub fn albedo(&self, materials: &[u16], reflectance: Vec3x8) -> Vec3x8 {
+    pub fn albedo(&self, looks: &[Look], reflectance: Vec3x8) -> Vec3x8 {
         if self.all_diffuse {
             return reflectance;
         }
-        let [share] = self.of_materials(materials, |paint| [paint.diffuse]);
+        let [share] = self.of_looks(looks, |paint, varied| [paint.diffuse_at(varied)]);
         reflectance * share
     }
 
     /// [`albedo`](Self::albedo) of one surface, to the bit.
     #[inline(always)]
-    pub fn albedo_of(&self, material: u16, reflectance: Vec3) -> Vec3 {
-        if self.all_diffuse { reflectance } else { reflectance * self.paints[usize::from(material)].diffuse }
+    pub fn albedo_of(&self, Look { material, varied }: Look, reflectance: Vec3) -> Vec3 {
+        if self.all_diffuse {
+            return reflectance;
+        }
+        reflectance * self.paints[usize::from(material)].diffuse_at(varied)
     }
 
     /// Returns true if a material reflects light diffusely at all.
@@ -134,32 +154,32 @@ impl Palette {
 
     /// Light that leaves surfaces wherever the eye is: emission and ambient light.
     #[inline(always)]
-    pub fn emitted_and_ambient(&self, materials: &[u16], reflectance: Vec3x8) -> Vec3x8 {
-        let [base, ambient] = self.of_materials(materials, |paint| [paint.base, paint.ambient]);
+    pub fn emitted_and_ambient(&self, looks: &[Look], reflectance: Vec3x8) -> Vec3x8 {
+        let [base, ambient] = self.of_looks(looks, |paint, _| [paint.base, paint.ambient]);
         base + ambient * reflectance
     }
 
     /// Emission and ambient light, where openness dims the latter.
     #[inline(always)]
-    pub fn emitted_and_occluded(&self, materials: &[u16], reflectance: Vec3x8, openness: F32x8) -> Vec3x8 {
-        let of = |paint: &Paint| [paint.emission, paint.plain_ambient, paint.ambient];
-        let [emission, plain, ambient] = self.of_materials(materials, of);
+    pub fn emitted_and_occluded(&self, looks: &[Look], reflectance: Vec3x8, openness: F32x8) -> Vec3x8 {
+        let of = |paint: &Paint, _| [paint.emission, paint.plain_ambient, paint.ambient];
+        let [emission, plain, ambient] = self.of_looks(looks, of);
         emission + (plain + ambient * reflectance) * openness
     }
 
-    /// Collects values of eight materials, side by side.
+    /// Collects values of eight surfaces, side by side.
     #[inline(always)]
-    fn of_materials<const N: usize>(
+    fn of_looks<const N: usize>(
         &self,
-        materials: &[u16],
-        values: impl Fn(&Paint) -> [Vec3; N],
+        looks: &[Look],
+        values: impl Fn(&Paint, Varied) -> [Vec3; N],
     ) -> [Vec3x8; N] {
-        if let Some(paint) = self.one_for_all(materials) {
-            return values(paint).map(Vec3x8::splat);
+        if let Some(paint) = self.one_for_all(looks) {
+            return values(paint, looks[0].varied).map(Vec3x8::splat);
         }
         let mut all = [Vec3x8::ZERO; N];
-        for (lane, material) in materials.iter().enumerate() {
-            let values = values(&self.paints[usize::from(*material)]);
+        for (lane, look) in looks.iter().enumerate() {
+            let values = values(&self.paints[usize::from(look.material)], look.varied);
             all.iter_mut().zip(values).for_each(|(all, value)| all.set_lane(lane, value));
         }
         all
@@ -167,8 +187,8 @@ impl Palette {
 
     /// Parameters of eight surfaces' highlights.
     #[inline(always)]
-    pub fn gloss(&self, materials: &[u16]) -> Gloss {
-        if let Some(paint) = self.one_for_all(materials) {
+    pub fn gloss(&self, looks: &[Look]) -> Gloss {
+        if let Some(paint) = self.one_for_all(looks) {
             return Gloss {
                 specular: Vec3x8::splat(paint.specular),
                 shininess: F32x8::splat(paint.shininess),
@@ -178,8 +198,8 @@ impl Palette {
             };
         }
         let (mut specular, mut shininess) = (Vec3x8::ZERO, F32x8::ZERO);
-        let paint = |lane: usize| &self.paints[usize::from(materials[lane])];
-        for lane in 0..materials.len() {
+        let paint = |lane: usize| &self.paints[usize::from(looks[lane].material)];
+        for lane in 0..looks.len() {
             specular.set_lane(lane, paint(lane).specular);
             shininess.set_lane(lane, paint(lane).shininess);
         }
@@ -188,20 +208,22 @@ impl Palette {
         Gloss { specular, shininess, is_any: specular.is_some().any(), goes_on, is_followed }
     }
 
-    /// Material that all eight have in common.
+    /// Material that all eight have in common, with the same parameters.
     #[inline(always)]
-    fn one_for_all(&self, materials: &[u16]) -> Option<&Paint> {
-        let first = materials[0];
-        materials.iter().all(|material| *material == first).then(|| &self.paints[usize::from(first)])
+    fn one_for_all(&self, looks: &[Look]) -> Option<&Paint> {
+        let first = looks[0];
+        looks.iter().all(|look| *look == first).then(|| &self.paints[usize::from(first.material)])
     }
 }
 
 fn paint(material: &Material, light: Vec3) -> Paint {
     let painted = material.painted();
     let share = |of: Vec3| of / painted.max(Vec3::splat(f32::MIN_POSITIVE));
+    let varying = material.metal_rough.filter(|_| material.varies_in_metal());
+    let full = material.most_diffuse();
     let (plain_ambient, ambient, diffuse) = if material.is_painted() {
         // a material that is black altogether may have any share
-        let of_diffuse = Vec3::select(material.diffuse.cmpeq(painted), Vec3::ONE, share(material.diffuse));
+        let of_diffuse = Vec3::select(full.cmpeq(painted), Vec3::ONE, share(full));
         (Vec3::ZERO, share(material.ambient) * light, of_diffuse)
     } else {
         (material.ambient * light, Vec3::ZERO, Vec3::ONE)
@@ -216,7 +238,8 @@ fn paint(material: &Material, light: Vec3) -> Paint {
         shininess: material.shininess,
         goes_on: material.has_secondary_rays(),
         is_followed: material.is_followed(),
-        is_diffuse: material.diffuse != Vec3::ZERO,
+        is_diffuse: full != Vec3::ZERO,
+        varying_metal: varying.map(|layer| layer.metallic),
     }
 }
 
@@ -385,14 +408,17 @@ mod tests {
             };
             let palette = Palette::new(vec![paint(&material, Vec3::splat(0.1)); 2]);
             let kept = Vec3x8::splat(material.painted() * texel);
-            let seen = [palette.albedo(&[1; 8], kept), palette.emitted_and_ambient(&[1; 8], kept)];
+            let seen = [
+                palette.albedo(&[Look::plain(1); 8], kept),
+                palette.emitted_and_ambient(&[Look::plain(1); 8], kept),
+            ];
             for (seen, wanted) in seen.map(|light| light.lane(3)).into_iter().zip([albedo, ambient]) {
                 assert!(
                     (seen - wanted).abs().max_element() <= 1e-6 * wanted.max_element(),
                     "{kd}, {ka}: {seen}"
                 );
             }
-            let open = palette.emitted_and_occluded(&[1; 8], kept, F32x8::splat(0.5)).lane(3);
+            let open = palette.emitted_and_occluded(&[Look::plain(1); 8], kept, F32x8::splat(0.5)).lane(3);
             assert!((open - 0.5 * ambient).abs().max_element() <= 1e-6, "{kd}, {ka}: {open}");
             assert_eq!(palette.has_ambient(1), ka > 0.0);
         }
@@ -403,13 +429,13 @@ mod tests {
         let dark = Material { ambient: Vec3::ZERO, ..Material::fallback() };
         let shiny = Material { specular: Vec3::ONE, ambient: Vec3::ONE, ..Material::fallback() };
         let palette = Palette::new([dark, shiny].map(|material| paint(&material, Vec3::ONE)).to_vec());
-        let materials = [0, 1, 0, 0, 1, 1, 0, 0];
-        let light = palette.emitted_and_ambient(&materials, Vec3x8::ZERO);
-        let gloss = palette.gloss(&materials);
-        for (lane, material) in materials.iter().enumerate() {
+        let looks = [0, 1, 0, 0, 1, 1, 0, 0].map(Look::plain);
+        let light = palette.emitted_and_ambient(&looks, Vec3x8::ZERO);
+        let gloss = palette.gloss(&looks);
+        for (lane, Look { material, .. }) in looks.iter().enumerate() {
             assert_eq!(light.lane(lane), Vec3::splat(f32::from(*material)));
             assert_eq!(gloss.specular.lane(lane), Vec3::splat(f32::from(*material)));
         }
-        assert!(gloss.is_any && !palette.gloss(&[0; 8]).is_any);
+        assert!(gloss.is_any && !palette.gloss(&[Look::plain(0); 8]).is_any);
     }
 }

@@ -4,6 +4,7 @@ use glam::{DVec3, Vec3};
 use wide::{CmpGt, f64x4};
 
 use super::horizon::Horizon;
+use super::look::{Look, Varied};
 use super::on_mesh::OnMesh;
 use crate::animation::Transform;
 use crate::geometry::{Bounds, Quadric};
@@ -27,6 +28,8 @@ pub struct Surface {
     pub reflectance: Vec3,
     /// Index into [`Scene::materials`].
     pub material: u16,
+    /// Parameters of the material that vary, there.
+    pub varied: Varied,
     /// True if the back of the triangle is seen.
     pub from_behind: bool,
     /// Width of the beam that sees it, world space; 0 if nobody asks.
@@ -351,6 +354,11 @@ pub fn nearest_point([a, b, c]: [DVec3; 3], point: DVec3) -> DVec3 {
 }
 
 impl Surface {
+    /// Its material, with its parameters there.
+    pub fn look(&self) -> Look {
+        Look { material: self.material, varied: self.varied }
+    }
+
     /// Origin of a ray that leaves the surface on the side of `direction`.
     pub fn leave(&self, direction: Vec3) -> Vec3 {
         let outward = if self.geometric_normal.dot(direction) < 0.0 {

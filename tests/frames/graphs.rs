@@ -34,6 +34,8 @@ const GRAPHS: [&str; 3] = [
 fn load(folder: &Path, graph: &str, shader: &str, rest: &str) -> Scene {
     let mtlx = format!(
         "<?xml version=\"1.0\"?>\n<materialx version=\"1.39\">\n<nodegraph name=\"G\">{graph}<output name=\"out\" type=\"color3\" nodename=\"n\"/></nodegraph>\n\
+         <bump name=\"B\" type=\"vector3\"><input name=\"height\" type=\"float\" nodename=\"H\" output=\"value\"/><input name=\"scale\" type=\"float\" value=\"0.2\"/></bump>\n\
+         <blender_noise name=\"H\" type=\"multioutput\"><input name=\"vector\" type=\"vector3\" nodename=\"P\"/></blender_noise><position name=\"P\" type=\"vector3\"/>\n\
          <open_pbr_surface name=\"S\" type=\"surfaceshader\">\n<input name=\"base_color\" type=\"color3\" nodegraph=\"G\" output=\"out\"/>\n{shader}\n</open_pbr_surface>\n\
          <surfacematerial name=\"m\" type=\"material\"><input name=\"surfaceshader\" type=\"surfaceshader\" nodename=\"S\"/></surfacematerial>\n</materialx>\n"
     );
@@ -95,10 +97,14 @@ fn reuse_is_exact_where_colours_are_computed() {
     let still = "[[model]]\nobj = \"floor.obj\"\nrotate = [20, 30, 10]\n";
     let turns = "[[model]]\nobj = \"floor.obj\"\n[[model.key]]\nframe = 1\n[[model.key]]\nframe = 4\nrotate = [10, 20, 0]\nscale = 1.1\n";
     let deforms = "[[model]]\nobj = \"floor.obj\"\n[model.shapes]\nobj = \"floor.##.obj\"\n";
-    for shader in [MATT, "<input name=\"base_metalness\" type=\"float\" value=\"0.5\"/>"] {
+    let metal = "<input name=\"base_metalness\" type=\"float\" value=\"0.5\"/>";
+    // parameters and heights of the same squares
+    let varies = "<input name=\"specular_roughness\" type=\"float\" nodegraph=\"G\" output=\"out\"/><input name=\"base_metalness\" type=\"float\" nodegraph=\"G\" output=\"out\"/>";
+    let bump = "<input name=\"geometry_normal\" type=\"vector3\" nodename=\"B\"/>";
+    for shader in [MATT, metal, varies, bump] {
         for model in [still, turns, deforms] {
             let scene = load(folder.path(), GRAPHS[2], shader, &format!("{AROUND}{model}"));
-            let settings = Settings { paths: 2, bounces: 1, ..toy::audited(2) };
+            let settings = Settings { paths: 2, bounces: 1, reflections: 2, ..toy::audited(2) };
             let finished = toy::render(&scene, &settings, 4);
             for (frame, finished) in (1..).zip(&finished) {
                 assert_eq!(toy::differing(finished), 0, "frame {frame} of {model}");

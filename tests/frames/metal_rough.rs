@@ -11,6 +11,7 @@ use afterimage::settings::{Filter, Settings};
 use afterimage::shade::coat::{Coats, SeenBy};
 use afterimage::shade::fresnel::Fresnel;
 use afterimage::shade::ggx;
+use afterimage::shade::look::Look;
 use afterimage::stats::FrameStats;
 use glam::{DVec3, Vec3};
 
@@ -124,7 +125,7 @@ fn of_metal(roughness: f32, base: f32, to_eye: Vec3) -> impl Fn(Vec3) -> Vec3 {
         ggx::sample_weight(alpha, &fresnel, to_eye, to_light).x
     });
     let once = once.sum::<f32>() / (STEPS * STEPS) as f32;
-    let seen = Coats::new(&[material]).seen(0, Vec3::ZERO, [Vec3::Z; 2], -to_eye, SeenBy::Eye);
+    let seen = Coats::new(&[material]).seen(Look::plain(0), Vec3::ZERO, [Vec3::Z; 2], -to_eye, SeenBy::Eye);
     let several_times = seen.expect("it has a layer").albedo / once;
     move |direction| ggx::reflected(alpha, &fresnel, to_eye, turned(direction)) * several_times
 }

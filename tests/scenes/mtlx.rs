@@ -210,6 +210,29 @@ fn graphs_take_values_from_outside() {
 }
 
 #[test]
+fn parameters_and_normals_may_be_graphs() {
+    let inputs = "<input name=\"specular_roughness\" type=\"float\" nodename=\"n\" output=\"value\"/>\
+                  <input name=\"base_metalness\" type=\"float\" nodename=\"n\" output=\"value\"/>\
+                  <input name=\"geometry_normal\" type=\"vector3\" nodename=\"b\"/>";
+    let nodes = "<blender_noise name=\"n\" type=\"multioutput\"><input name=\"vector\" type=\"vector3\" nodename=\"p\"/></blender_noise>\
+                 <position name=\"p\" type=\"vector3\"/>\
+                 <bump name=\"b\" type=\"vector3\"><input name=\"height\" type=\"float\" nodename=\"n\" output=\"value\"/><input name=\"scale\" type=\"float\" value=\"0.5\"/></bump>";
+    let shot = shot(&file(&open_pbr(inputs), nodes));
+    let oak = oak(&shot);
+    let varying = oak.varying.as_ref().unwrap();
+    assert!(varying.roughness.is_some() && varying.metalness.is_some());
+    let layer = oak.metal_rough.unwrap();
+    assert_eq!((layer.roughness, layer.metallic), (1.0, 1.0), "factors of what varies");
+    assert_eq!(oak.bump.as_ref().unwrap().distance, 0.5);
+    assert!(warnings(&shot).is_empty(), "{:?}", warnings(&shot));
+    let of = |weights: [f32; 2]| OnMesh::new(&shot.scene.models[0].mesh, 0, weights).varied(&shot.scene, oak);
+    assert_ne!(of([0.1, 0.2]), of([0.5, 0.3]));
+    let stated = read(&file(&open_pbr(inputs), nodes), "pr = 0.5", true).unwrap();
+    let varying = self::oak(&stated).varying.as_ref().unwrap();
+    assert!(varying.roughness.is_none() && varying.metalness.is_some(), "a number replaces a graph");
+}
+
+#[test]
 fn keys_of_the_shot_file_replace_values() {
     let base = "<input name=\"base_color\" type=\"color3\" value=\"0.5, 0.5, 0.5\"/>";
     let shot = read(&file(&open_pbr(base), ""), "kd = [0, 1, 0]\npr = 0.75", true).unwrap();

@@ -300,6 +300,10 @@ def described(node):
     return "\n".join(document.lines)
 
 
+INPUTS = {"base_color": "color3", "specular_roughness": "float", "base_metalness": "float", "geometry_normal": "vector3"}
+"""Types of the shader's inputs."""
+
+
 class Document:
     """The MaterialX file of a shot. `pictures(array, name)` gives the file of a picture."""
 
@@ -319,7 +323,7 @@ class Document:
         for name, node in inputs.items():
             self.nodes(node, material, names)
             output = f" output={quoteattr(node.output)}" if node.output else ""
-            kind = quoteattr("color3" if node.kind == "multioutput" else node.kind)
+            kind = quoteattr(INPUTS[name])
             self.lines.append(f'    <output name="{name}" type={kind} nodename={quoteattr(names[node])}{output}/>')
             of_shader.append(f'    <input name="{name}" type={kind} nodegraph={quoteattr(graph)} output="{name}"/>')
         self.lines.append("  </nodegraph>")
@@ -387,7 +391,8 @@ class Document:
                 picture = f"{names[node]}_{name}"
                 kind = "color3" if value.shape[2] == 3 else "float"
                 self.lines.append(f"    <image name={quoteattr(picture)} type={quoteattr(kind)}>")
-                self.lines.append(f'      <input name="file" type="filename" value={quoteattr(self.pictures(value, material))}/>')
+                file = quoteattr(self.pictures(value, material))
+                self.lines.append(f'      <input name="file" type="filename" value={file} colorspace="srgb_texture"/>')
                 self.lines.append("    </image>")
                 inputs.append(f"{key} type={quoteattr(kind)} nodename={quoteattr(picture)}/>")
             elif isinstance(value, str):

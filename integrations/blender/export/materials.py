@@ -172,8 +172,10 @@ class Materials:
             return
         surface, evaluator = self.surface(material)
         values = {"name": name, **self._values(name, surface, evaluator, density)}
-        self._graphs(name, surface, evaluator, scale, values)
-        computed = [each.name for each in fields(surface) if each.name != "base" and graphs.graph_of(getattr(surface, each.name)) is not None]
+        written = self._graphs(name, surface, evaluator, scale, values)
+        computed = [
+            each.name for each in fields(surface) if each.name not in written and graphs.graph_of(getattr(surface, each.name)) is not None
+        ]
         if computed:
             evaluator.say(f"nodes compute its {', '.join(computed).replace('_', ' ')}: a constant counts in place of each")
         self.tables[name] = toml.table("[[material]]", values)
@@ -298,20 +300,28 @@ class Materials:
             values["ke"] = [top] * 3
 
     def _graphs(self, name, surface, evaluator, scale, values):
-        """Writes what nodes compute of a material, beside the keys that it has already."""
-        inputs = {}
-        if graphs.graph_of(surface.base) is not None and "kd" not in values:
-            inputs["base_color"] = graphs.graph_of(surface.base)
+        """Writes what nodes compute of a material, beside the keys that it has already. Returns the names of the parameters."""
+        inputs, written = {}, set()
+        for part, key, parameter in (("base", "kd", "base_color"), ("roughness", "pr", "specular_roughness"), ("metallic", "pm", "base_metalness")):
+            graph = graphs.graph_of(getattr(surface, part))
+            if graph is not None and key not in values and (part == "base" or "illum" not in values):
+                inputs[parameter] = graph
+                written.add(part)
         if surface.heights is not None:
-            height, strength, distance = surface.heights
-            numbers = {"strength": (strength,), "distance": (distance / scale,)}
+            height, strength, distance, is_of_object = surface.heights
+            numbers = {"strength": (strength,), "distance": (distance if is_of_object else distance / scale,)}
             inputs["geometry_normal"] = graphs.Node("blender_bump", "vector3", {"height": height, **numbers})
         if inputs:
             matrix = evaluator.uv[1] if evaluator.uv else np.eye(3)
-            self.document.add(name, inputs, {"specular_weight": 0.0}, matrix)
+            self.document.add(name, inputs, {"specular_weight": 0.0} if values.get("illum") == 1 else {}, matrix)
             values["mtlx"] = GRAPHS
+        # a matt surface has no layer, and the colour of glass was told
+        return written | ({"roughness", "metallic"} if values.get("illum") == 1 else set()) | {"base", "tint"}
 
     def _number(self, name, what, value, key, evaluator, values):
+        if graphs.graph_of(value) is not None and "illum" not in values:
+            # see _graphs
+            return
         value = np.clip(value, 0, 1)
         if value.shape[:2] == (1, 1):
             values[key] = float(value.mean())

@@ -36,7 +36,8 @@ class Surface:
     bump: tuple | None = None
     """Heights, and the slope's factor (strength times distance)."""
     heights: tuple | None = None
-    """Graph of heights that are on top of these, its strength, and the distance for which a height of 1 stands, in the world."""
+    """Graph of heights that are on top of these, its strength, the distance for which a height of 1 stands, and whether that is one in the
+    object or in the world."""
     is_there: bool = True
     """False where a material has no surface: what lies in it is a volume alone."""
     seen: Seen = Seen()
@@ -65,9 +66,31 @@ def surface_of(evaluator, material):
         return Surface(is_there=False)
     if volume:
         evaluator.say("its volume is left out")
+    shown = behind(evaluator, outputs[0], "Surface")
     if displacement:
-        evaluator.say("its displacement is left out")
-    return behind(evaluator, outputs[0], "Surface")
+        raise_surface(evaluator, outputs[0].inputs["Displacement"], material, shown)
+    return shown
+
+
+def raise_surface(evaluator, socket, material, surface):
+    """Has a surface show its displacement as a bump map, as Cycles does if the material does not say otherwise."""
+    with evaluator.source(socket) as (source, _):
+        if source is None or source.type != "DISPLACEMENT" or source.space != "OBJECT":
+            evaluator.say("its displacement is left out")
+            return
+        height = evaluator.input(source, "Height")
+        scale = float(evaluator.input(source, "Scale").mean())
+    is_even = height.shape[:2] == (1, 1) and graphs.graph_of(height) is None
+    if material.displacement_method != "BUMP" and not is_even:
+        evaluator.say("its displacement is shown as a bump map")
+    if is_even:
+        return
+    if surface.heights is not None or surface.bump is not None:
+        evaluator.say("its displacement is left out beside a bump map")
+    elif graphs.graph_of(height) is not None:
+        surface.heights = (graphs.graph_of(height), 1.0, scale, True)
+    else:
+        surface.bump = (height, scale)
 
 
 def surface_to_all(evaluator_of, material):
@@ -155,7 +178,7 @@ def set_normal(evaluator, source, surface):
         height = evaluator.input(source, "Height")
         strength, distance = (float(evaluator.input(source, name).mean()) for name in ("Strength", "Distance"))
         if graphs.graph_of(height) is not None:
-            surface.heights = (graphs.graph_of(height), min(max(strength, 0.0), 1.0), -distance if source.invert else distance)
+            surface.heights = (graphs.graph_of(height), min(max(strength, 0.0), 1.0), -distance if source.invert else distance, False)
             read_normal(evaluator, source, surface)
         elif height.shape[:2] != (1, 1):
             slope = strength * distance

@@ -145,9 +145,9 @@ class GraphsBesideCycles(beside_cycles.BesideCycles):
         self.mesh.materials.clear()
         self.mesh.materials.append(material)
 
-    def difference(self):
+    def difference(self, samples=64):
         """Mean and largest difference of both pictures, of channels."""
-        ours, cycles = self.both(64)
+        ours, cycles = self.both(samples)
         self.assertGreater(np.ptp(cycles[12:-12, 16:-16, :3]), 0.05, "it shows a pattern")
         apart = np.abs(ours - cycles)[:, :, :3]
         return float(apart.mean()), ours, cycles
@@ -209,3 +209,25 @@ class GraphsBesideCycles(beside_cycles.BesideCycles):
                 spread = [float(np.std(picture[16:-16, 20:-20, 0])) for picture in (ours, cycles)]
                 self.assertGreater(spread[1], 0.05, "it shows slopes")
                 self.assertLess(abs(spread[0] - spread[1]), 0.1 * spread[1])
+
+    def test_roughness_and_metal_vary(self):
+        # a lamp in the mirrored direction: what is smooth shows it, what is rough spreads it
+        self.scene.world.node_tree.nodes["Background"].inputs["Color"].default_value = (0.3, 0.3, 0.3, 1)
+        support.add(self.scene, "Sun", self.light("SUN", energy=2, angle=0.4), (0, 0, 5), (0.5, -0.35, 0))
+        self.scene.afterimage.samples, self.scene.afterimage.paths, self.scene.afterimage.reflections = 8, 64, 64
+        for what in ("Roughness", "Metallic", "both"):
+            with self.subTest(what):
+                material, node = principled(what, Roughness=0.4, Base_Color=(0.8, 0.5, 0.2, 1))
+                tree = Tree(material)
+                wide = tree.add("MapRange", {0: noise(tree)[0], 1: 0.4, 2: 0.6, 3: 0.15, 4: 0.9}).outputs[0]
+                if what != "Metallic":
+                    tree.links.new(wide, node.inputs["Roughness"])
+                if what != "Roughness":
+                    tree.links.new(wide, node.inputs["Metallic"])
+                self.mesh.materials.clear()
+                self.mesh.materials.append(material)
+                mean, ours, cycles = self.difference(512)
+                self.assertLess(mean, 0.02)
+                middle = [picture[12:-12, 16:-16, :3] for picture in (ours, cycles)]
+                np.testing.assert_allclose(middle[0].mean(axis=(0, 1)), middle[1].mean(axis=(0, 1)), rtol=0.02)
+                self.assertFalse([said for said in self.exported.warnings if "constant" in said])

@@ -206,9 +206,11 @@ fn check_surface(frame: &FrameView, sample: &Sample, sight: Vec3, kept: Vec3) ->
     let side = if sample.record.is_from_behind() { -1.0 } else { 1.0 };
     let place = OnMesh::new(mesh, triangle, there.weights).with_width(footprint.width());
     let number = place.material(frame.scene);
-    let fresh = place.reflectance(frame.scene, &frame.scene.materials[usize::from(number)]);
+    let material = &frame.scene.materials[usize::from(number)];
+    let fresh = place.reflectance(frame.scene, material);
     Verdict::new(
         sample.record.material == number
+            && sample.varied == place.varied(frame.scene, material)
             && check_footprint(frame, sample)
             && there.distance <= reach
             && sample.record.normal.unfold().dot(there.normal * side) >= NORMAL_COSINE

@@ -333,7 +333,7 @@ fn prepare(frame: &FrameView, tile: &Tile, radiance: &Radiance, filtering: &mut 
         is_surface.select(F32x8::ONE - clear, hides).store(&mut filtering.alpha, first);
         if frame.layers.has(Layers::ALBEDO) {
             let [r, g, b] = &mut filtering.albedo;
-            let kept = frame.palette.albedo(&tile.materials(first), tile.reflectances(first));
+            let kept = frame.palette.albedo(&tile.looks(first), tile.reflectances(first));
             is_surface.select3(kept, Vec3x8::ZERO).store([r, g, b], first);
         }
         if frame.layers.has(Layers::OCCLUSION) {

@@ -329,9 +329,9 @@ impl Lighting {
 /// and the light that they have gathered.
 #[inline]
 pub fn sum_light(frame: &FrameView, tile: &Tile, first: usize, placed: &Placed) -> Vec3x8 {
-    let (reflectance, materials) = (tile.reflectances(first), tile.materials(first));
-    let albedo = frame.palette.albedo(&materials, reflectance);
-    let mut sum = emitted_and_ambient(frame, (&materials, reflectance), || tile.gathered.opennesses(first));
+    let (reflectance, looks) = (tile.reflectances(first), tile.looks(first));
+    let albedo = frame.palette.albedo(&looks, reflectance);
+    let mut sum = emitted_and_ambient(frame, (&looks, reflectance), || tile.gathered.opennesses(first));
     for (light, slot) in (0..).zip(frame.slots).filter(|(light, _)| !frame.pose.is_dark(*light)) {
         frame.pose.each_of_light(
             light,

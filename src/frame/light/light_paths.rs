@@ -340,10 +340,10 @@ fn meet(frame: &FrameView, scratch: &mut PathScratch) {
                 let light = frame.light_chances.choose(surface.point, random[0]);
                 let primitive = (packet.model[from + lane], packet.triangle[from + lane]);
                 let distance = packet.t[from + lane];
-                let Surface { material, reflectance, normal, geometric_normal, .. } = surface;
+                let Surface { reflectance, normal, geometric_normal, .. } = surface;
                 let normals = [normal, geometric_normal];
                 let layers = &frame.palette.coats;
-                let coat = layers.seen(material, reflectance, normals, ray.direction, ray.seen_by);
+                let coat = layers.seen(surface.look(), reflectance, normals, ray.direction, ray.seen_by);
                 let lobes = Lobes::new(frame, &surface, ray.direction, coat.as_ref());
                 let number = if coat.is_some() { coats.len() as u32 } else { NO_COAT };
                 coats.extend(coat);
@@ -399,7 +399,7 @@ fn light(frame: &FrameView, scratch: &mut PathScratch, tally: &mut RayTally) {
     let coats = &coats[..];
     for some in vertices.chunks_mut(LANES) {
         let surfaces = VertexLanes::of(some.len(), |lane| &some[lane]);
-        let light = frame.palette.emitted_and_ambient(&surfaces.materials, surfaces.reflectance);
+        let light = frame.palette.emitted_and_ambient(&surfaces.looks, surfaces.reflectance);
         for (lane, vertex) in some.iter_mut().enumerate() {
             let emission = frame.scene.materials[usize::from(vertex.surface.material)].emission;
             let found_otherwise = emission * (1.0 - vertex.emission_weight);
@@ -474,7 +474,7 @@ fn ask_light(
             receivers.to_light(&light_sample, eight.used, |lane| horizon(lane).lift);
         let asked = faces & light_sample.irradiance.is_some().bits() & eight.used;
         queue.push(origins, to_light, F32x8::splat(light_sample.far), asked, first);
-        let albedo = frame.palette.albedo(&eight.materials, eight.reflectance);
+        let albedo = frame.palette.albedo(&eight.looks, eight.reflectance);
         let light = phong::diffuse(albedo, eight.normal, receivers.smooth, &light_sample) / eight.chance;
         for (lane, vertex) in some.iter().enumerate() {
             let weight = match radiance.filter(|_| asked >> lane & 1 != 0) {

@@ -10,6 +10,7 @@ use crate::lanes::{F32x8, LANES, Mask, Vec3x8};
 use crate::pose::LightPose;
 use crate::shade::area::{Glow, glow};
 use crate::shade::light::{LightSample, StratifiedPattern, light_sample};
+use crate::shade::look::Look;
 use crate::shade::phong::Gloss;
 
 /// Area lights that a ray (unit length) passes through within `far`, each with its number and its direction from
@@ -47,14 +48,14 @@ pub fn shows_highlight(frame: &FrameView, light: &LightPose, gloss: &Gloss) -> M
 #[inline]
 pub fn emitted_and_ambient(
     frame: &FrameView,
-    (materials, reflectance): (&[u16], Vec3x8),
+    (looks, reflectance): (&[Look], Vec3x8),
     openness: impl FnOnce() -> F32x8,
 ) -> Vec3x8 {
     match frame.occlusion {
         Some(Occlusion { dims_ambient: true, .. }) => {
-            frame.palette.emitted_and_occluded(materials, reflectance, openness())
+            frame.palette.emitted_and_occluded(looks, reflectance, openness())
         }
-        _ => frame.palette.emitted_and_ambient(materials, reflectance),
+        _ => frame.palette.emitted_and_ambient(looks, reflectance),
     }
 }
 

@@ -30,7 +30,7 @@ impl Lobes {
 
     /// Computes the lobes of a surface that was met along `incoming`; `coat` is its layer, if it has one.
     pub fn new(frame: &FrameView, surface: &Surface, incoming: Vec3, coat: Option<&SeenCoat>) -> Self {
-        let albedo = frame.palette.albedo_of(surface.material, surface.reflectance);
+        let albedo = frame.palette.albedo_of(surface.look(), surface.reflectance);
         let mut all = [(albedo, None), (Vec3::ZERO, None), (Vec3::ZERO, None), (Vec3::ZERO, None)];
         if let Some(coat) = coat {
             all[0].0 *= coat.through;

@@ -43,7 +43,7 @@ const ROUNDING: f32 = 1e-4;
 /// `to_eye`.
 pub fn serve(frame: &FrameView, tile: &Tile, cell: usize, placed: &Placed, to_eye: Vec3) -> bool {
     let (normal, drawn_for) = (placed.normal.lane(cell % LANES), tile.gathered.drawn_for(cell).unfold());
-    let alpha = frame.palette.coats.alpha_of_rough(tile.record[cell].material);
+    let alpha = frame.palette.coats.alpha_of_rough(tile.look(cell));
     alpha.is_some_and(|alpha| serves(alpha, normal, drawn_for, to_eye, tile.gathered.seed(cell)))
 }
 
@@ -66,7 +66,7 @@ pub fn start_at(frame: &FrameView, tile: &Tile, cell: usize, placed: &Placed) ->
         [&placed.normal, &placed.geometric_normal].map(|normal| normal.lane(lane));
     let incoming = -gathered.drawn_for(cell).unfold();
     let seen = frame.palette.coats.seen(
-        record.material,
+        tile.look(cell),
         full_color(record.reflectance),
         [normal, geometric_normal],
         incoming,
@@ -103,14 +103,14 @@ pub fn renew(
     }
     scratch.starts.clear();
     for first in (0..CELLS).step_by(LANES) {
-        let (surfaces, materials) = (surface_bits(&tile.model[first..first + LANES]), tile.materials(first));
-        if surfaces == 0 || !frame.palette.coats.any(&materials) {
+        let (surfaces, looks) = (surface_bits(&tile.model[first..first + LANES]), tile.looks(first));
+        if surfaces == 0 || !frame.palette.coats.any(&looks) {
             continue;
         }
         let placed = placed.get(frame, tile, first);
         let to_eye = directions_to_eye(frame, tile, first, &placed);
         for lane in set_bits(surfaces) {
-            if frame.palette.coats.is_rough(materials[lane]) {
+            if frame.palette.coats.is_rough(looks[lane]) {
                 let cell = first + lane;
                 any_changed |= draw(frame, tile, cell, &placed, to_eye.lane(lane), &mut scratch.starts);
             }

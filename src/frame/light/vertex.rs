@@ -18,6 +18,7 @@ use crate::settings::Caustics;
 use crate::shade::Surface;
 use crate::shade::area::{AreaRadiance, density_of};
 use crate::shade::coat::{SeenBy, SeenCoat};
+use crate::shade::look::Look;
 use crate::shade::mis::mis_weight;
 use crate::shade::sampling::{cosine_direction, orthonormal};
 use crate::shade::surface::off_surface;
@@ -248,7 +249,7 @@ pub struct VertexLanes {
     pub place: [F32x8; 2],
     /// Probabilities of the lights that they chose.
     pub chance: F32x8,
-    pub materials: [u16; LANES],
+    pub looks: [Look; LANES],
     /// Bit mask of the lanes in use.
     pub used: u8,
 }
@@ -273,7 +274,7 @@ impl VertexLanes {
             reflectance: Vec3x8::ZERO,
             place: [F32x8::ZERO; 2],
             chance: F32x8::ONE,
-            materials: [0; LANES],
+            looks: [Look::plain(0); LANES],
             used: u8::MAX >> (LANES - count),
         };
         for lane in 0..LANES {
@@ -286,7 +287,7 @@ impl VertexLanes {
             eight.place[0].set_lane(lane, place[0]);
             eight.place[1].set_lane(lane, place[1]);
             eight.chance.set_lane(lane, *chance);
-            eight.materials[lane] = surface.material;
+            eight.looks[lane] = surface.look();
         }
         eight
     }

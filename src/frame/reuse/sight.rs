@@ -117,12 +117,14 @@ pub fn look_up(frame: &FrameView, tile: &mut Tile, cell: usize, footprint: Footp
     let mesh: &Mesh = &frame.scene.models[model as usize].mesh;
     let weights = SurfacePoint::weights(mesh, record.triangle, point);
     let place = OnMesh::new(mesh, record.triangle, weights).with_width(footprint.width());
-    let color = place.reflectance(frame.scene, &frame.scene.materials[usize::from(record.material)]);
-    let reflectance = half_colors(Vec3x8::splat(color))[0];
-    let is_other = reflectance != record.reflectance;
+    let material = &frame.scene.materials[usize::from(record.material)];
+    let reflectance = half_colors(Vec3x8::splat(place.reflectance(frame.scene, material)))[0];
+    let varied = place.varied(frame.scene, material);
+    let is_other = reflectance != record.reflectance || varied != tile.look(cell).varied;
     let flags = record.flags.with(Flags::STALE.when(is_other));
     tile.record[cell] = Record { footprint, reflectance, flags, ..record };
-    if is_other && frame.palette.coats.is_rough(record.material) {
+    tile.put_varied(cell, varied);
+    if is_other && frame.palette.coats.is_rough(tile.look(cell)) {
         // how many paths a layer draws, and where to, may follow from its colour
         tile.gathered.reflected.forget_one(cell);
     }

@@ -17,6 +17,7 @@ use crate::lanes::{F32x8, LANES, Mask, Vec3x8};
 use crate::samples::{
     BACKGROUND, Column, Flags, Footprint, Octahedral, Record, Sample, Status, Tile, Traced, half_colors,
 };
+use crate::shade::look::Varied;
 use crate::trace::{self, Coherence, Hit, HitPacket, NO_HIT, RayBatch, RayPacket, SceneSubset, Search};
 
 /// Largest distance of a hit point from its ray, as a share of its distance from the eye. It is below the
@@ -341,7 +342,7 @@ impl<'a> Answers8<'a> {
         met.bend_normals(frame, &corners, (weights, &widths), &mut normal);
         let normals = Octahedral::fold_lanes(behind.select3(-normal, normal));
         let geometric_normals = Octahedral::fold_lanes(behind.select3(-geometric_normal, geometric_normal));
-        let (numbers, colors) = met.reflectances(frame, weights, &widths);
+        let (looks, colors) = met.looks(frame, weights, &widths);
         let colors = half_colors(colors);
         let record = |lane: usize| Record {
             triangle: triangles[lane],
@@ -350,7 +351,7 @@ impl<'a> Answers8<'a> {
             reflectance: colors[lane],
             direct_diffuse: Default::default(),
             traced: Traced::new(frame.rendered, self.tick(frame, lane)),
-            material: numbers[lane],
+            material: looks[lane].material,
             flags: Flags::FROM_BEHIND.when(behind.lane(lane)),
             footprint: footprints[lane],
         };
@@ -363,6 +364,9 @@ impl<'a> Answers8<'a> {
             for (lane, kept) in tile.record[first..first + LANES].iter_mut().enumerate() {
                 *kept = record(lane);
             }
+            if let Some(varied) = tile.varied.get_mut(first..first + LANES) {
+                varied.iter_mut().zip(&looks).for_each(|(kept, look)| *kept = look.varied);
+            }
             return;
         }
         for (lane, cell) in owners.iter().map(|cell| *cell as usize).enumerate() {
@@ -374,7 +378,8 @@ impl<'a> Answers8<'a> {
             let is_hit = models[lane] != NO_HIT;
             let at = if is_hit { point.lane(lane) } else { direction.lane(lane) };
             let model = if is_hit { models[lane] } else { BACKGROUND };
-            tile.put(cell, Sample { point: at, model, record: record(lane) });
+            let varied = if is_hit { looks[lane].varied } else { Varied::NONE };
+            tile.put(cell, Sample { point: at, model, record: record(lane), varied });
         }
     }
 }

@@ -267,7 +267,7 @@ fn go_on(frame: &FrameView, met: &MetSurface, next: &mut Vec<Bounce>) {
         return;
     }
     let branches = branch(material, surface, bounce.direction, || random_of_place(surface));
-    let guides = bounce.guides && !parts::shows_itself(frame, surface.material);
+    let guides = bounce.guides && !parts::shows_itself(frame, surface.look());
     grow(frame, bounce.step, surface, branches, |kind| Bounce { guides, ..bounce.onwards(kind) }, next);
     if let Some(seen) = met.layer(frame) {
         let mirrored = Bounce { guides, ..bounce.onwards(Kind::Reflection) };

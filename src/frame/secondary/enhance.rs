@@ -68,9 +68,9 @@ pub fn enhance(
             hide_background(tile, first, &mut radiance.diffuse);
         }
         if surfaces != 0 {
-            let materials = tile.materials(first);
-            let gloss = frame.palette.gloss(&materials);
-            let has_coats = frame.palette.coats.any(&materials);
+            let looks = tile.looks(first);
+            let gloss = frame.palette.gloss(&looks);
+            let has_coats = frame.palette.coats.any(&looks);
             let followed = if frame.settings.depth > 0 { gloss.is_followed.bits() & surfaces } else { 0 };
             // what is not shown of holes and catchers is not traced
             let followed = followed & !roles::bits(frame, models);
@@ -81,7 +81,7 @@ pub fn enhance(
                 let reflectance = tile.reflectances(first);
                 let rays = (has_coats && frame.settings.depth > 0)
                     .then(|| reflect(frame, tile, first, &placed, incoming, &mut bounces.reflected));
-                let coats = frame.palette.coats.seen_lanes(&materials, reflectance, normals, incoming, rays);
+                let coats = frame.palette.coats.seen_lanes(&looks, reflectance, normals, incoming, rays);
                 if let Some(coats) = &coats {
                     show_beneath(coats, Mask::less(models, EMPTY), first, radiance);
                 }
@@ -145,7 +145,7 @@ fn reflect(
         let record = &tile.record[cell];
         let normals = [placed.normal.lane(lane), placed.geometric_normal.lane(lane)];
         let (reflectance, incoming) = (full_color(record.reflectance), incoming.lane(lane));
-        let seen = frame.palette.coats.seen(record.material, reflectance, normals, incoming, SeenBy::Eye);
+        let seen = frame.palette.coats.seen(tile.look(cell), reflectance, normals, incoming, SeenBy::Eye);
         let Some(seen) = seen else { continue };
         if seen.is_smooth() {
             rays.count[lane] = u32::from(bounce::is_followed(frame, &seen, Vec3::ONE));
@@ -223,12 +223,13 @@ fn start_rays(
             horizon: Horizon::flat(placed.geometric_normal.lane(lane)),
             reflectance: full_color(tile.record[cell].reflectance),
             material: tile.record[cell].material,
+            varied: tile.look(cell).varied,
             from_behind: tile.record[cell].is_from_behind(),
             width: widths.lane(lane),
         };
         let material = &frame.scene.materials[usize::from(surface.material)];
         let incoming = incoming.lane(lane);
-        let guides = frame.layers.has(Layers::GUIDES) && !parts::shows_itself(frame, surface.material);
+        let guides = frame.layers.has(Layers::GUIDES) && !parts::shows_itself(frame, surface.look());
         let branches = branch(material, &surface, incoming, || {
             // the numbers belong to the sample; directions of its paths are of another set
             let random = PathSequence::of_reflections(tile.gathered.seed(cell), 1).path(0);
@@ -242,7 +243,7 @@ fn start_rays(
         }
         let normals = [surface.normal, surface.geometric_normal];
         if let Some(seen) =
-            frame.palette.coats.seen(surface.material, surface.reflectance, normals, incoming, SeenBy::Eye)
+            frame.palette.coats.seen(surface.look(), surface.reflectance, normals, incoming, SeenBy::Eye)
         {
             bounces.start_off_layer(frame, cell as u32, guides, &surface, &seen);
         }

@@ -23,6 +23,7 @@ use crate::samples::Tag;
 use crate::shade::area;
 use crate::shade::coat::{LayerRays, SeenBy, SeenCoat, SeenCoats};
 use crate::shade::light::{StratifiedPattern, light_samples, seeds_of_places, to_light};
+use crate::shade::look::Look;
 use crate::shade::sampling::{PathSequence, orthonormal, seed_of};
 use crate::shade::terminator::{Receivers, ToSixteen};
 use crate::shade::{Surface, phong};
@@ -60,9 +61,15 @@ impl MetSurface {
 
     /// Layer of the surface as the ray sees it, if it has one.
     pub fn layer(&self, frame: &FrameView) -> Option<SeenCoat> {
-        let Surface { normal, geometric_normal, material, reflectance, .. } = self.surface;
+        let Surface { normal, geometric_normal, reflectance, .. } = self.surface;
         let incoming = self.bounce.direction;
-        frame.palette.coats.seen(material, reflectance, [normal, geometric_normal], incoming, SeenBy::Eye)
+        frame.palette.coats.seen(
+            self.surface.look(),
+            reflectance,
+            [normal, geometric_normal],
+            incoming,
+            SeenBy::Eye,
+        )
     }
 
     /// Number of paths or rays that it has where a sample has `count`. Noise is in proportion to the ray's
@@ -110,7 +117,7 @@ struct MetLanes {
     view: Vec3x8,
     /// Seeds for the points on area lights that they ask.
     seeds: u32x8,
-    materials: [u16; LANES],
+    looks: [Look; LANES],
     /// Light that they show, summed so far.
     light: Vec3x8,
     /// Index of their layers, if any has one.
@@ -142,7 +149,7 @@ impl MetLanes {
             seeds: seeds_of_places(point),
             reflectance: each(|met| met.surface.reflectance),
             view: each(|met| -met.bounce.direction),
-            materials: std::array::from_fn(|lane| at(lane).surface.material),
+            looks: std::array::from_fn(|lane| at(lane).surface.look()),
             light: Vec3x8::ZERO,
             coats: None,
             ticks: std::array::from_fn(|lane| frame.tick_of(at(lane).bounce.cell)),
@@ -160,13 +167,13 @@ fn light(frame: &FrameView, met: &mut MetSurfaces, times: &mut TreeTimes, tally:
     for (first, (eight, some)) in (0..).step_by(LANES).zip(met.eights.iter_mut().zip(met.all.chunks(LANES))) {
         let share = |lane: usize| if lane < some.len() { met.occlusion.share(first + lane) } else { 0.0 };
         let openness = || F32x8::new(std::array::from_fn(share));
-        eight.light = emitted_and_ambient(frame, (&eight.materials, eight.reflectance), openness);
+        eight.light = emitted_and_ambient(frame, (&eight.looks, eight.reflectance), openness);
         let MetLanes { reflectance, view, receivers, .. } = *eight;
         let normals = [receivers.normal, receivers.geometric_normal];
         let rays = |lane: usize| some.get(lane).map_or(0, |met| rays_onwards(frame, met));
-        let has_coats = frame.palette.coats.any(&eight.materials);
+        let has_coats = frame.palette.coats.any(&eight.looks);
         let rays = has_coats.then(|| LayerRays { count: std::array::from_fn(rays), incoming: -view });
-        let coats = frame.palette.coats.seen_lanes(&eight.materials, reflectance, normals, -view, rays);
+        let coats = frame.palette.coats.seen_lanes(&eight.looks, reflectance, normals, -view, rays);
         if let Some(coats) = coats {
             eight.light = coats.show(eight.light);
             eight.coats = Some(met.coats.len());
@@ -217,7 +224,7 @@ fn gather(frame: &FrameView, met: &mut MetSurfaces, times: &mut TreeTimes, tally
         let brought = gathering.starts.iter().zip(&gathering.brought);
         for (start, brought) in brought {
             let met = &mut some[(start.owner - first) as usize];
-            let albedo = frame.palette.albedo_of(met.surface.material, met.surface.reflectance);
+            let albedo = frame.palette.albedo_of(met.surface.look(), met.surface.reflectance);
             let albedo = met.layer(frame).map_or(albedo, |seen| albedo * seen.through);
             met.light += albedo * brought.radiance / count(met) as f32;
             times.note(start.cell, brought.until);
@@ -344,10 +351,10 @@ fn ask_light(
 fn shine(frame: &FrameView, light: usize, met: &mut MetSurfaces) {
     let eights = met.eights.iter_mut().zip(met.lit.chunks(LANES));
     for (eight, lit) in eights.filter(|(_, lit)| lit.iter().any(|points| *points != 0)) {
-        let gloss = frame.palette.gloss(&eight.materials);
+        let gloss = frame.palette.gloss(&eight.looks);
         let coats = eight.coats.map(|number| &met.coats[number]);
         let Receivers { point, normal, smooth, .. } = eight.receivers;
-        let albedo = frame.palette.albedo(&eight.materials, eight.reflectance);
+        let albedo = frame.palette.albedo(&eight.looks, eight.reflectance);
         let mut points = [0; LANES];
         points[..lit.len()].copy_from_slice(lit);
         let places = Places { point, seeds: eight.seeds };

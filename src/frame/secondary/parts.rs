@@ -8,6 +8,7 @@ use crate::frame::surface::radiance::{DARK, Light, Parts, Radiance, cut};
 use crate::lanes::{F32x8, LANES, Mask, Vec3x8};
 use crate::layers::Layers;
 use crate::samples::{EMPTY, TagSlot, Tile};
+use crate::shade::look::Look;
 use crate::shade::{Surface, phong};
 
 /// Layers that are made of single samples' light.
@@ -23,12 +24,12 @@ pub fn split(frame: &FrameView, tile: &Tile, first: usize, placed: &mut PlacedTi
         cut(is_surface.select3(light, Vec3x8::ZERO)).store([r, g, b], first);
     };
     if layers.has(LIGHT) {
-        let (reflectance, materials) = (tile.reflectances(first), tile.materials(first));
+        let (reflectance, looks) = (tile.reflectances(first), tile.looks(first));
         if layers.has(Layers::EMISSION) {
             let openness = || tile.gathered.opennesses(first);
-            write(emitted_and_ambient(frame, (&materials, reflectance), openness), &mut parts.emission);
+            write(emitted_and_ambient(frame, (&looks, reflectance), openness), &mut parts.emission);
         }
-        let albedo = frame.palette.albedo(&materials, reflectance);
+        let albedo = frame.palette.albedo(&looks, reflectance);
         if layers.has(Layers::INDIRECT) {
             write(albedo * tile.gathered.means(first), &mut parts.indirect);
         }
@@ -98,9 +99,9 @@ fn guide(frame: &FrameView, tile: &Tile, first: usize, placed: &mut PlacedTile, 
     let is_surface = Mask::less(models, EMPTY);
     let (mut albedo, mut normal) = (Vec3x8::ZERO, Vec3x8::ZERO);
     if is_surface.any() {
-        let materials = tile.materials(first);
-        albedo = own_albedo(frame, &materials, tile.reflectances(first));
-        let shows_itself = Mask::new(|lane| shows_itself(frame, materials[lane])) & is_surface;
+        let looks = tile.looks(first);
+        albedo = own_albedo(frame, &looks, tile.reflectances(first));
+        let shows_itself = Mask::new(|lane| shows_itself(frame, looks[lane])) & is_surface;
         normal = shows_itself.select3(placed.get(frame, tile, first).normal, Vec3x8::ZERO);
         albedo = is_surface.select3(most_is_one(albedo), Vec3x8::ZERO);
     }
@@ -112,9 +113,9 @@ fn guide(frame: &FrameView, tile: &Tile, first: usize, placed: &mut PlacedTile, 
 
 /// Albedo of eight surfaces for denoisers: the diffuse one, and the reflectance of rough layers at normal incidence. No ray goes on
 /// from these, and metal has no other albedo.
-fn own_albedo(frame: &FrameView, materials: &[u16; LANES], reflectance: Vec3x8) -> Vec3x8 {
-    let diffuse = frame.palette.albedo(materials, reflectance);
-    frame.palette.coats.rough_over(materials, reflectance, diffuse)
+fn own_albedo(frame: &FrameView, looks: &[Look; LANES], reflectance: Vec3x8) -> Vec3x8 {
+    let diffuse = frame.palette.albedo(looks, reflectance);
+    frame.palette.coats.rough_over(looks, reflectance, diffuse)
 }
 
 fn most_is_one(color: Vec3x8) -> Vec3x8 {
@@ -122,12 +123,12 @@ fn most_is_one(color: Vec3x8) -> Vec3x8 {
     Vec3x8 { x: cut(color.x), y: cut(color.y), z: cut(color.z) }
 }
 
-/// Returns true if denoisers see the surfaces of this material themselves, and not those seen by way of them.
-pub fn shows_itself(frame: &FrameView, material: u16) -> bool {
+/// Returns true if denoisers see surfaces of this look themselves, and not those seen by way of them.
+pub fn shows_itself(frame: &FrameView, look: Look) -> bool {
     frame.settings.depth == 0
-        || frame.palette.is_diffuse(material)
-        || frame.palette.coats.is_rough(material)
-        || !frame.palette.goes_on(material)
+        || frame.palette.is_diffuse(look.material)
+        || frame.palette.coats.is_rough(look)
+        || !frame.palette.goes_on(look.material)
 }
 
 /// Adds to the guides of the sample in `cell` the albedo and the normal of `surface`, which is seen by way of
@@ -141,12 +142,12 @@ pub fn see(
     weight: glam::Vec3,
     with_normal: bool,
 ) {
-    let materials = [surface.material; LANES];
-    let albedo = own_albedo(frame, &materials, Vec3x8::splat(surface.reflectance)).lane(0);
+    let looks = [surface.look(); LANES];
+    let albedo = own_albedo(frame, &looks, Vec3x8::splat(surface.reflectance)).lane(0);
     for (column, share) in parts.guide_albedo.iter_mut().zip((albedo * weight).to_array()) {
         column[cell] = (column[cell] + share).clamp(0.0, 1.0);
     }
-    if with_normal && shows_itself(frame, surface.material) {
+    if with_normal && shows_itself(frame, surface.look()) {
         let normal = surface.normal * weight.element_sum() / 3.0;
         for (column, share) in parts.guide_normal.iter_mut().zip(normal.to_array()) {
             column[cell] = (column[cell] + share).clamp(-1.0, 1.0);

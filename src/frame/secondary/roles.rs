@@ -83,8 +83,8 @@ fn light(
     placed: &mut PlacedTile,
 ) -> [Vec3x8; 2] {
     let white = Vec3x8::splat(Vec3::ONE);
-    let materials = tile.materials(first);
-    let has_ambient = Mask::new(|lane| frame.palette.has_ambient(materials[lane]));
+    let looks = tile.looks(first);
+    let has_ambient = Mask::new(|lane| frame.palette.has_ambient(looks[lane].material));
     let ambient = has_ambient.select3(Vec3x8::splat(frame.scene.ambient), Vec3x8::ZERO);
     let is_occluded = frame.occlusion.is_some_and(|occlusion| occlusion.dims_ambient);
     let openness = if is_occluded { tile.gathered.opennesses(first) } else { F32x8::ONE };

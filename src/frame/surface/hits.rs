@@ -9,6 +9,7 @@ use crate::prefetch::prefetch;
 use crate::scene::Mesh;
 use crate::shade::Surface;
 use crate::shade::horizon::Horizon;
+use crate::shade::look::Look;
 use crate::shade::on_mesh::OnMesh;
 use crate::shade::surface::{Corners, of_quadrics};
 use crate::trace::{HitPacket, NO_HIT};
@@ -137,27 +138,30 @@ impl<'a> Hits8<'a> {
         });
     }
 
-    /// Materials, and reflectances at the points with these barycentric `weights`, over places of these `widths` (object space).
+    /// What the surfaces are made of, and their reflectances, at the points with these barycentric `weights`, over places of these `widths`
+    /// (object space).
     #[inline(always)]
-    pub fn reflectances(
+    pub fn looks(
         &self,
         frame: &FrameView,
         weights: [F32x8; 2],
         widths: &[f32; LANES],
-    ) -> ([u16; LANES], Vec3x8) {
-        let (mut numbers, mut colors) = ([0; LANES], Vec3x8::ZERO);
+    ) -> ([Look; LANES], Vec3x8) {
+        let (mut looks, mut colors) = ([Look::plain(0); LANES], Vec3x8::ZERO);
         for lane in (0..LANES).filter(|lane| self.is_hit(*lane)) {
             let place = self.place(frame, lane, weights).with_width(widths[lane]);
             let material = |number: u16| &frame.scene.materials[usize::from(number)];
             if frame.palette.varies {
-                numbers[lane] = place.material(frame.scene);
-                colors.set_lane(lane, place.reflectance(frame.scene, material(numbers[lane])));
+                let number = place.material(frame.scene);
+                looks[lane] = Look { material: number, varied: place.varied(frame.scene, material(number)) };
+                colors.set_lane(lane, place.reflectance(frame.scene, material(number)));
             } else {
-                numbers[lane] = place.mesh.material_of[place.primitive as usize];
-                colors.set_lane(lane, place.textured(frame.scene, material(numbers[lane])));
+                let number = place.mesh.material_of[place.primitive as usize];
+                looks[lane] = Look::plain(number);
+                colors.set_lane(lane, place.textured(frame.scene, material(number)));
             }
         }
-        (numbers, colors)
+        (looks, colors)
     }
 
     /// Bends the normals (object space, outside) at the points with these `weights`, over places of these `widths` (object space),
@@ -219,7 +223,7 @@ pub fn surfaces(
     let in_use = |lane: usize| if lane < count { ticks(lane) } else { MIDDLE_TICK };
     let of_lanes = || std::array::from_fn(in_use);
     place(frame, (hits.models, triangle), of_lanes, [&mut point, &mut normal, &mut geometric_normal]);
-    let (materials, reflectances) = hits.reflectances(frame, hits.weights, &widths);
+    let (looks, reflectances) = hits.looks(frame, hits.weights, &widths);
     for lane in (0..count).filter(|lane| hits.is_hit(*lane)) {
         let from_behind = geometric_normal.lane(lane).dot(directions(lane)) > 0.0;
         let side = if from_behind { -1.0 } else { 1.0 };
@@ -238,7 +242,8 @@ pub fn surfaces(
             geometric_normal,
             horizon,
             reflectance: reflectances.lane(lane),
-            material: materials[lane],
+            material: looks[lane].material,
+            varied: looks[lane].varied,
             from_behind,
             width: if frame.palette.has_textures { beams(lane) } else { 0.0 },
         };

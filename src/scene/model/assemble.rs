@@ -24,7 +24,7 @@ use crate::scene::given::meshes::Given;
 use crate::scene::gltf::GltfFiles;
 use crate::scene::keys::material::KdBesideMap;
 use crate::scene::keys::spelling;
-use crate::scene::material::{Bump, NormalMap};
+use crate::scene::material::{Bump, NormalMap, Varying};
 use crate::scene::mtlx::{self, MtlxFiles};
 use crate::scene::obj::lines::words;
 use crate::scene::obj::{Named, ObjFile, OddNormals};
@@ -61,6 +61,8 @@ pub(crate) struct Overridden {
     pub color: Option<Arc<Program>>,
     /// Heights that bend its normals.
     pub bump: Option<Bump>,
+    /// Graphs of its other parameters.
+    pub varying: Option<Varying>,
     /// Picture of its normals.
     pub normals: Option<NormalMap>,
     /// True if nothing of the material's own counts: neither pictures nor numbers.
@@ -72,6 +74,8 @@ impl Overridden {
     pub fn apply(&self, material: &mut Material) {
         if self.is_whole {
             (material.graph, material.bump) = (self.color.clone(), self.bump.clone());
+            // what has no layer has nothing to vary
+            material.varying = self.varying.clone().filter(|_| material.metal_rough.is_some()).map(Arc::new);
             material.normal_map = self.normals;
         }
     }
@@ -490,14 +494,24 @@ impl Assembly {
             if let Some(path) = self.overrides[number].mtlx.clone() {
                 let of_file = self.mtlx_surface(&path, &stated.name)?;
                 *stated = of_file.stated;
-                let OfSurface { color, bump, normals, .. } = of_file;
+                let OfSurface { color, bump, varying, normals, .. } = of_file;
                 let normals = normals.and_then(|(map, slope)| self.pictures.normal_map(map, slope));
-                overridden = Overridden { color, bump, normals, is_whole: true, ..Overridden::default() };
+                overridden =
+                    Overridden { color, bump, varying, normals, is_whole: true, ..Overridden::default() };
             }
             let entry = &self.overrides[number];
             stated.replace_with(&entry.values);
-            if entry.values.kd.is_some() || entry.values.maps.has(MapUse::Color) {
+            let states = |value: bool, used| value || entry.values.maps.has(used);
+            if states(entry.values.kd.is_some(), MapUse::Color) {
                 overridden.color = None;
+            }
+            if let Some(varying) = &mut overridden.varying {
+                if states(entry.values.pr.is_some(), MapUse::Roughness) {
+                    varying.roughness = None;
+                }
+                if states(entry.values.pm.is_some(), MapUse::Metal) {
+                    varying.metalness = None;
+                }
             }
             let places = entry.values.maps.map(|_| entry.path.clone());
             overridden.places.replace_with(&places);

@@ -7,18 +7,23 @@ use glam::{DVec3, Vec3};
 use super::dielectric::{Below, Coat, index_of, stated_index};
 use super::mtl::MtlMaterial;
 use crate::graph::{Function, Input, Place, Program};
-use crate::scene::material::{Bump, LARGEST_COLOR, head_on};
+use crate::scene::material::{Bump, LARGEST_COLOR, Varying, head_on};
 use crate::scene::surface::{Parameter, Surface};
 
 /// What is told of glass whose colour is computed.
 const GLASS_OF_GRAPH: &str =
     "the base colour of glass is one colour: the default counts in place of its graph";
 
+/// What is told of glass with other parameters that are computed.
+const GLASS_VARIES: &str =
+    "graphs of the roughness and the metalness of glass are not used: a number counts in place of each";
+
 /// Statements of a surface, the graph of its base colour if it has one, and what is left out of it.
 pub(super) struct OfSurface {
     pub stated: MtlMaterial,
     pub color: Option<Arc<Program>>,
     pub bump: Option<Bump>,
+    pub varying: Option<Varying>,
     /// Picture of normals, with the factor on their slopes.
     pub normals: Option<(u32, f32)>,
     pub left_out: Vec<&'static str>,
@@ -26,75 +31,139 @@ pub(super) struct OfSurface {
 
 impl OfSurface {
     pub fn new(surface: &mut Surface) -> Self {
-        // even heights bend nothing
-        let bump = surface.heights.filter(|heights| matches!(heights.height, Input::Node(_)));
-        let bump = bump.map(|heights| Bump {
-            height: Arc::new(Program::new(&surface.graph, heights.height)),
-            distance: heights.distance,
-            strength: heights.strength.clamp(0.0, 1.0),
-        });
-        let number = |parameter| f64::from(surface.number(parameter)).clamp(0.0, 1.0);
-        let [metallic, roughness] = [Parameter::BaseMetalness, Parameter::SpecularRoughness].map(number);
-        let through = number(Parameter::TransmissionWeight) * (1.0 - metallic);
         let mut left_out = Vec::new();
-        let mut index = head_on(f64::from(surface.number(Parameter::SpecularIor)).max(1.0));
-        index *= number(Parameter::SpecularWeight)
-            * f64::from(surface.constant(Parameter::SpecularColor).element_sum().max(0.0))
-            / 3.0;
-        let below = Below { head_on: index, metallic };
-        let coat = Coat { share: number(Parameter::CoatWeight), roughness: number(Parameter::CoatRoughness) };
-        let coated = if through > 0.0 { None } else { coat.over(below, |said| left_out.push(said)) };
-        let opacity = number(Parameter::GeometryOpacity);
-        let glow = surface.constant(Parameter::EmissionColor) * surface.number(Parameter::EmissionLuminance);
+        let layer = Layer::new(surface, &mut left_out);
         let base = base(surface);
-        let mut color = match base {
-            Input::Constant(_) => None,
-            Input::Node(_) => Some(Arc::new(Program::new(&surface.graph, base))),
-        };
-        if through > 0.0 && color.take().is_some() {
+        let mut color = program(surface, base).map(Arc::new);
+        if layer.through > 0.0 && color.take().is_some() {
             left_out.push(GLASS_OF_GRAPH);
         }
         let kd = match base {
-            Input::Constant(value) => value,
+            Input::Constant(value) => value.clamp(Vec3::ZERO, Vec3::ONE),
             Input::Node(_) if color.is_some() => Vec3::ONE,
             Input::Node(_) => surface.constant(Parameter::BaseColor),
         };
-        let reflected = coated.map_or(index, |layer| layer.head_on);
-        let glow = glow.clamp(Vec3::ZERO, Vec3::splat(LARGEST_COLOR));
-        let kd = kd.clamp(Vec3::ZERO, Vec3::ONE);
-        let d = (opacity < 1.0).then_some(opacity as f32);
-        if reflected + metallic + through == 0.0 {
-            // matt, without a layer
-            let (kd, ke, illum, name) = (Some(kd), Some(glow), Some(1), surface.name.clone());
-            return Self {
-                stated: MtlMaterial { name, kd, ke, d, illum, ..MtlMaterial::default() },
-                color,
-                bump,
-                normals: surface.normals,
-                left_out,
-            };
-        }
+        let glow = surface.constant(Parameter::EmissionColor) * surface.number(Parameter::EmissionLuminance);
+        let opacity = share(surface, Parameter::GeometryOpacity) as f32;
         let stated = MtlMaterial {
             name: surface.name.clone(),
             kd: Some(kd),
-            ke: Some(glow),
-            pr: Some(coated.and_then(|layer| layer.coat_roughness).unwrap_or(roughness) as f32),
-            pm: Some(metallic as f32),
-            ni: Some(index_of(reflected) as f32),
-            d,
+            ke: Some(glow.clamp(Vec3::ZERO, Vec3::splat(LARGEST_COLOR))),
+            d: (opacity < 1.0).then_some(opacity),
             ..MtlMaterial::default()
         };
-        let stated = if through > 0.0 {
-            let tint = surface.constant(Parameter::TransmissionColor).as_dvec3();
-            let ior = stated_index(f64::from(surface.number(Parameter::SpecularIor)));
-            let clear = MtlMaterial { kd: Some(Vec3::ONE), ..stated };
-            let glass = clear.with_transmission(through, tint.clamp(DVec3::ZERO, DVec3::ONE));
-            MtlMaterial { kd: glass.kd.map(|rest| rest * kd), ni: Some(ior as f32), ..glass }
-        } else {
-            stated
-        };
-        Self { stated, color, bump, normals: surface.normals, left_out }
+        let tint = surface.constant(Parameter::TransmissionColor);
+        let stated = layer.stated(stated, tint);
+        let Varying { roughness, metalness } = &layer.varying;
+        let varying = (roughness.is_some() || metalness.is_some()).then_some(layer.varying);
+        Self { stated, color, bump: bump(surface), varying, normals: surface.normals, left_out }
     }
+}
+
+/// What reflects and transmits above the base.
+struct Layer {
+    /// Reflectance at normal incidence of what is no metal.
+    head_on: f64,
+    /// Index of refraction, by which glass bends.
+    index: f64,
+    roughness: f64,
+    metallic: f64,
+    /// Share of the light that goes through.
+    through: f64,
+    /// What varies of roughness and metal, which are 1 then.
+    varying: Varying,
+}
+
+impl Layer {
+    fn new(surface: &Surface, left_out: &mut Vec<&'static str>) -> Self {
+        let of_number = |parameter| share(surface, parameter);
+        let index = f64::from(surface.number(Parameter::SpecularIor)).max(1.0);
+        let tint = f64::from(surface.constant(Parameter::SpecularColor).element_sum().max(0.0)) / 3.0;
+        let plain = Self {
+            head_on: head_on(index) * of_number(Parameter::SpecularWeight) * tint,
+            index: stated_index(index),
+            roughness: of_number(Parameter::SpecularRoughness),
+            metallic: of_number(Parameter::BaseMetalness),
+            through: 0.0,
+            varying: Varying { roughness: None, metalness: None },
+        };
+        let varies = |parameter: Parameter| program(surface, surface[parameter]).map(Arc::new);
+        let varying = Varying {
+            roughness: varies(Parameter::SpecularRoughness),
+            metalness: varies(Parameter::BaseMetalness),
+        };
+        let through = of_number(Parameter::TransmissionWeight) * (1.0 - plain.metallic);
+        if through > 0.0 {
+            if varying.roughness.is_some() || varying.metalness.is_some() {
+                left_out.push(GLASS_VARIES);
+            }
+            return Self { through, ..plain };
+        }
+        let coat =
+            Coat { share: of_number(Parameter::CoatWeight), roughness: of_number(Parameter::CoatRoughness) };
+        let below = Below { head_on: plain.head_on, metallic: plain.metallic };
+        let layer = Self { varying, ..plain }.with_factors();
+        match coat.over(below, |said| left_out.push(said)) {
+            None => layer,
+            Some(one) => layer.coated(one.head_on, one.coat_roughness),
+        }
+    }
+
+    /// The same, with factors of 1 for what varies.
+    fn with_factors(self) -> Self {
+        let or_one = |graph: &Option<_>, number| if graph.is_some() { 1.0 } else { number };
+        let roughness = or_one(&self.varying.roughness, self.roughness);
+        Self { roughness, metallic: or_one(&self.varying.metalness, self.metallic), ..self }
+    }
+
+    /// The layer that it is with a coat, which decides the roughness where one is given.
+    fn coated(self, head_on: f64, roughness: Option<f64>) -> Self {
+        match roughness {
+            None => Self { head_on, ..self },
+            Some(roughness) => {
+                Self { head_on, roughness, varying: Varying { roughness: None, ..self.varying }, ..self }
+            }
+        }
+    }
+
+    /// Statements with those about the layer. `tint`: colour of what goes through.
+    fn stated(&self, stated: MtlMaterial, tint: Vec3) -> MtlMaterial {
+        if self.head_on + self.metallic + self.through == 0.0 {
+            // matt, without a layer
+            return MtlMaterial { illum: Some(1), ..stated };
+        }
+        let layer = MtlMaterial {
+            pr: Some(self.roughness as f32),
+            pm: Some(self.metallic as f32),
+            ni: Some(index_of(self.head_on) as f32),
+            ..stated
+        };
+        if self.through == 0.0 {
+            return layer;
+        }
+        let kd = layer.kd.unwrap_or(Vec3::ONE);
+        let clear = MtlMaterial { kd: Some(Vec3::ONE), ..layer };
+        let tint = tint.as_dvec3().clamp(DVec3::ZERO, DVec3::ONE);
+        let glass = clear.with_transmission(self.through, tint);
+        MtlMaterial { kd: glass.kd.map(|rest| rest * kd), ni: Some(self.index as f32), ..glass }
+    }
+}
+
+/// A number from 0 to 1.
+fn share(surface: &Surface, parameter: Parameter) -> f64 {
+    f64::from(surface.number(parameter)).clamp(0.0, 1.0)
+}
+
+/// Program of a value that is no constant.
+fn program(surface: &Surface, value: Input) -> Option<Program> {
+    matches!(value, Input::Node(_)).then(|| Program::new(&surface.graph, value))
+}
+
+/// Heights that bend normals: even ones bend nothing.
+fn bump(surface: &Surface) -> Option<Bump> {
+    let heights = surface.heights?;
+    let height = Arc::new(program(surface, heights.height)?);
+    Some(Bump { height, distance: heights.distance, strength: heights.strength.clamp(0.0, 1.0) })
 }
 
 /// The base colour, with its weight.

@@ -49,7 +49,7 @@ pub struct Albedos {
 }
 
 /// Number of [`Shares`].
-const VALUES: usize = 6;
+pub const VALUES: usize = 6;
 
 /// Shares of light from all around; of one surface or of eight.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -4,13 +4,14 @@ use std::f32::consts::{FRAC_1_PI, PI};
 
 use glam::Vec3;
 
-use super::albedos::{Albedos, LEAST_COSINE, Shares};
-use super::layer::{Coat, LEAST_ALBEDO};
+use super::albedos::{LEAST_COSINE, Shares};
+use super::layer::{Between, CoatAt, LEAST_ALBEDO};
 use crate::lanes::{F32x8, LANES, Mask, Vec3x8, are_same};
 use crate::shade::area::AreaRadiance;
 use crate::shade::fresnel::Fresnel;
 use crate::shade::ggx;
 use crate::shade::light::LightSample;
+use crate::shade::look::Look;
 use crate::shade::mis::mis_weight;
 
 /// Rays by which the layers of eight surfaces reflect.
@@ -122,7 +123,7 @@ pub(super) struct CoatLanes<'a> {
     index: F32x8,
     solid: F32x8,
     emission: Vec3x8,
-    albedos: [Option<&'a Albedos>; LANES],
+    albedos: [Option<Between<'a>>; LANES],
     has: Mask,
 }
 
@@ -139,52 +140,54 @@ impl<'a> CoatLanes<'a> {
         has: Mask::NONE,
     };
 
-    /// Layers of eight `materials`; `coat` looks up that of each.
+    /// Layers of eight surfaces; `coat` looks up that of each.
     #[inline]
-    pub(super) fn new(coat: impl Fn(u16) -> Option<&'a Coat>, materials: &[u16; LANES]) -> Self {
+    pub(super) fn new(coat: impl Fn(Look) -> Option<CoatAt<'a>>, looks: &[Look; LANES]) -> Self {
         let mut lanes = Self::NONE;
-        if are_same(materials) {
-            if let Some(coat) = coat(materials[0]) {
-                lanes.fill(coat);
+        if are_same(looks) {
+            if let Some(coat) = coat(looks[0]) {
+                lanes.fill(&coat);
             }
             return lanes;
         }
-        for (lane, material) in materials.iter().enumerate() {
-            if let Some(coat) = coat(*material) {
-                lanes.set(lane, coat);
+        for (lane, look) in looks.iter().enumerate() {
+            if let Some(coat) = coat(*look) {
+                lanes.set(lane, &coat);
             }
         }
         lanes
     }
 
     /// Sets all lanes to the same layer.
-    fn fill(&mut self, coat: &'a Coat) {
+    fn fill(&mut self, at: &CoatAt<'a>) {
+        let coat = at.coat;
         *self = Self {
-            alpha: F32x8::splat(coat.alpha),
-            metallic: F32x8::splat(coat.metallic),
+            alpha: F32x8::splat(at.alpha),
+            metallic: F32x8::splat(at.metallic),
             metal: Vec3x8::splat(coat.metal),
             metal_of_kept: Vec3x8::splat(coat.metal_of_kept),
             index: F32x8::splat(coat.index),
             solid: F32x8::splat(coat.solid),
             emission: Vec3x8::splat(coat.emission),
-            albedos: [Some(&coat.albedos); LANES],
+            albedos: [Some(at.albedos); LANES],
             has: Mask::ALL,
         };
     }
 
-    fn set(&mut self, lane: usize, coat: &'a Coat) {
-        self.alpha.set_lane(lane, coat.alpha);
-        self.metallic.set_lane(lane, coat.metallic);
+    fn set(&mut self, lane: usize, at: &CoatAt<'a>) {
+        let coat = at.coat;
+        self.alpha.set_lane(lane, at.alpha);
+        self.metallic.set_lane(lane, at.metallic);
         self.metal.set_lane(lane, coat.metal);
         self.metal_of_kept.set_lane(lane, coat.metal_of_kept);
         self.index.set_lane(lane, coat.index);
         self.solid.set_lane(lane, coat.solid);
         self.emission.set_lane(lane, coat.emission);
-        self.albedos[lane] = Some(&coat.albedos);
+        self.albedos[lane] = Some(at.albedos);
         self.has.set(lane);
     }
 
-    /// Layers as the eye sees them: [`Coat::seen`] for eight surfaces.
+    /// Layers as the eye sees them: [`CoatAt::seen`] for eight surfaces.
     #[inline]
     pub(super) fn seen(
         &self,
@@ -257,7 +260,13 @@ mod tests {
         let [normal, incoming] = [Vec3::Y, Vec3::new(0.6, -0.8, 0.0)];
         let light = Vec3::new(0.36, 0.8, 0.48).normalize();
         let lanes = |v: Vec3| Vec3x8::splat(v);
-        let eight = coats.seen_lanes(&numbers, lanes(Vec3::ZERO), [lanes(normal); 2], lanes(incoming), None);
+        let eight = coats.seen_lanes(
+            &numbers.map(Look::plain),
+            lanes(Vec3::ZERO),
+            [lanes(normal); 2],
+            lanes(incoming),
+            None,
+        );
         let eight = eight.expect("some have one");
         let sample = LightSample {
             to_light: lanes(light),
@@ -266,14 +275,15 @@ mod tests {
             irradiance: lanes(Vec3::ONE / PI),
             reaches: Mask::ALL,
         };
-        let one = coats.seen(0, Vec3::ZERO, [normal; 2], incoming, SeenBy::Eye).expect("it has one");
+        let one =
+            coats.seen(Look::plain(0), Vec3::ZERO, [normal; 2], incoming, SeenBy::Eye).expect("it has one");
         let highlight = eight.highlight(&sample, None);
         let (wanted, density) = one.highlight(light, Vec3::ONE / PI);
         assert!((highlight.lane(2) - wanted).abs().max_element() < 1e-4 * wanted.max_element(), "{wanted}");
         assert_eq!(highlight.lane(1), Vec3::ZERO);
         // rays see a part of a light with a size: of this radiance all points together are as dense as 2
         let followed = coats.seen_lanes(
-            &numbers,
+            &numbers.map(Look::plain),
             lanes(Vec3::ZERO),
             [lanes(normal); 2],
             lanes(incoming),
@@ -288,7 +298,15 @@ mod tests {
         let shown = eight.show(lanes(Vec3::ONE));
         assert!((shown.lane(3).x - one.through).abs() < 1e-6 && shown.lane(4) == Vec3::ONE);
         assert!(
-            coats.seen_lanes(&[1; 8], lanes(Vec3::ZERO), [lanes(normal); 2], lanes(incoming), None).is_none()
+            coats
+                .seen_lanes(
+                    &[Look::plain(1); 8],
+                    lanes(Vec3::ZERO),
+                    [lanes(normal); 2],
+                    lanes(incoming),
+                    None
+                )
+                .is_none()
         );
     }
 
@@ -311,12 +329,18 @@ mod tests {
                 incoming.set_lane(lane, any(lane, 2));
             }
             let reflectance = Vec3x8::splat(Vec3::new(0.2, 0.5, 0.9));
-            let eight = coats.seen_lanes(&numbers, reflectance, [normal, geometric], incoming, None);
+            let eight =
+                coats.seen_lanes(&numbers.map(Look::plain), reflectance, [normal, geometric], incoming, None);
             let eight = eight.expect("some have one");
             for (lane, number) in numbers.iter().enumerate() {
                 let normals = [normal.lane(lane), geometric.lane(lane)];
-                let one =
-                    coats.seen(*number, reflectance.lane(lane), normals, incoming.lane(lane), SeenBy::Eye);
+                let one = coats.seen(
+                    Look::plain(*number),
+                    reflectance.lane(lane),
+                    normals,
+                    incoming.lane(lane),
+                    SeenBy::Eye,
+                );
                 let (through, gain) = one.map_or((1.0, Vec3::ZERO), |one| (one.through, one.gain * PI));
                 let off = (eight.gain.lane(lane) - gain).abs().max_element();
                 assert!((eight.through.lane(lane) - through).abs() < 1e-5, "round {round}, lane {lane}");
@@ -330,7 +354,8 @@ mod tests {
         let glowing = Material { emission: Vec3::new(3.0, 2.0, 1.0), ..material(0.4, 0.0, 0.5) };
         let coats = Coats::new(std::slice::from_ref(&glowing));
         let [up, down] = [Vec3::Z, Vec3::NEG_Z].map(Vec3x8::splat);
-        let seen = coats.seen_lanes(&[0; 8], Vec3x8::ZERO, [up; 2], down, None).expect("all have one");
+        let seen =
+            coats.seen_lanes(&[Look::plain(0); 8], Vec3x8::ZERO, [up; 2], down, None).expect("all have one");
         assert_eq!(seen.show(Vec3x8::splat(glowing.emission)).lane(0), glowing.emission);
     }
 }

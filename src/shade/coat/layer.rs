@@ -5,10 +5,11 @@ use std::sync::Arc;
 
 use glam::Vec3;
 
-use super::albedos::{Albedos, LEAST_COSINE, Shares};
+use super::albedos::{Albedos, LEAST_COSINE, Shares, VALUES};
 use crate::scene::material::LEAST_ALPHA;
 use crate::shade::fresnel::{Fresnel, dielectric};
 use crate::shade::ggx;
+use crate::shade::look::Varied;
 use crate::shade::sampling::orthonormal;
 
 /// Least albedo; anything below it is taken for black.
@@ -37,6 +38,15 @@ pub struct Coat {
     /// Alpha as paths see it that have been scattered before.
     pub alpha_of_paths: f32,
     pub albedos_of_paths: Arc<Albedos>,
+    /// What of it varies, if anything does.
+    pub varying: Option<VaryingCoat>,
+}
+
+/// Alpha that paths see (Pharr, Jakob and Humphreys, "Physically Based Rendering", 4th edition, 2023, "path
+/// regularization").
+pub fn regularized(alpha: f32) -> f32 {
+    const ROUGH_ENOUGH: f32 = 0.3;
+    if alpha < ROUGH_ENOUGH { (2.0 * alpha).clamp(LEAST_ALPHA_OF_PATHS, ROUGH_ENOUGH) } else { alpha }
 }
 
 /// Kind of ray that sees a surface.
@@ -50,6 +60,119 @@ pub enum SeenBy {
 }
 
 impl Coat {
+    /// The layer where these parameters are what varies of it.
+    #[inline(always)]
+    pub fn at(&self, varied: Varied) -> CoatAt<'_> {
+        match &self.varying {
+            None => self.at_rest(),
+            Some(varying) => self.varied_at(varying, varied),
+        }
+    }
+
+    /// Not inlined: most layers are the same all over.
+    #[inline(never)]
+    fn varied_at<'a>(&'a self, varying: &'a VaryingCoat, varied: Varied) -> CoatAt<'a> {
+        let metallic = if varying.in_metal { self.metallic * varied.of_metal() } else { self.metallic };
+        let plain = CoatAt { metallic, ..self.at_rest() };
+        let Some(tables) = &varying.by_roughness else { return plain };
+        let share = varied.of_roughness();
+        let alpha = varying_alpha(varying.roughness * share);
+        CoatAt {
+            alpha,
+            albedos: Between::of(tables.each_ref().map(|[eye, _]| &**eye), share),
+            alpha_of_paths: regularized(alpha),
+            albedos_of_paths: Between::of(tables.each_ref().map(|[_, paths]| &**paths), share),
+            ..plain
+        }
+    }
+
+    /// The layer with the material's own parameters.
+    #[inline(always)]
+    fn at_rest(&self) -> CoatAt<'_> {
+        CoatAt {
+            coat: self,
+            alpha: self.alpha,
+            metallic: self.metallic,
+            albedos: Between::one(&self.albedos),
+            alpha_of_paths: self.alpha_of_paths,
+            albedos_of_paths: Between::one(&self.albedos_of_paths),
+        }
+    }
+}
+
+/// What varies of a layer from place to place.
+#[derive(Debug, Clone)]
+pub struct VaryingCoat {
+    /// True if its share of metal does.
+    pub in_metal: bool,
+    /// The largest roughness.
+    pub roughness: f32,
+    /// Light as the eye and as paths see it, for even steps of the roughness up to that, if it varies.
+    pub by_roughness: Option<Box<[[Arc<Albedos>; 2]; ROUGHNESS_STEPS + 1]>>,
+}
+
+/// Steps of a roughness that varies between which light is interpolated.
+pub const ROUGHNESS_STEPS: usize = 32;
+
+/// Least roughness where it varies: layers that are mirrors in places and rough in others are rough all over.
+const LEAST_VARYING_ROUGHNESS: f32 = 0.05;
+
+/// Width of the lobe of a layer whose roughness varies, where it is this.
+pub fn varying_alpha(roughness: f32) -> f32 {
+    let roughness = roughness.max(LEAST_VARYING_ROUGHNESS);
+    roughness * roughness
+}
+
+/// A layer at one place.
+#[derive(Debug, Clone, Copy)]
+pub struct CoatAt<'a> {
+    /// What it has all over.
+    pub coat: &'a Coat,
+    /// Width of its lobe.
+    pub alpha: f32,
+    /// Share of metal.
+    pub metallic: f32,
+    /// Light that it reflects.
+    pub albedos: Between<'a>,
+    alpha_of_paths: f32,
+    albedos_of_paths: Between<'a>,
+}
+
+/// Light of a layer between two that are known.
+#[derive(Debug, Clone, Copy)]
+pub struct Between<'a> {
+    low: &'a Albedos,
+    high: &'a Albedos,
+    /// Way from one to the other, from 0 to 1.
+    rest: f32,
+}
+
+impl<'a> Between<'a> {
+    #[inline(always)]
+    fn one(albedos: &'a Albedos) -> Self {
+        Self { low: albedos, high: albedos, rest: 0.0 }
+    }
+
+    /// At a share, from 0 to 1, of the way through even steps.
+    fn of(steps: [&'a Albedos; ROUGHNESS_STEPS + 1], share: f32) -> Self {
+        let at = share * ROUGHNESS_STEPS as f32;
+        let low = (at as usize).min(ROUGHNESS_STEPS - 1);
+        Self { low: steps[low], high: steps[low + 1], rest: at - low as f32 }
+    }
+
+    /// See [`Albedos::at`].
+    #[inline(always)]
+    pub fn at(&self, cos: f32) -> [f32; VALUES] {
+        let low = self.low.at(cos);
+        if self.rest == 0.0 {
+            return low;
+        }
+        let high = self.high.at(cos);
+        std::array::from_fn(|of| low[of] + (high[of] - low[of]) * self.rest)
+    }
+}
+
+impl CoatAt<'_> {
     /// Returns true if the layer is as good as a mirror.
     #[inline(always)]
     pub fn is_smooth(&self) -> bool {
@@ -58,14 +181,14 @@ impl Coat {
 
     /// Reflectance of its microfacets; `reflectance` is what samples store.
     fn fresnel(&self, reflectance: Vec3) -> Fresnel<f32> {
-        let metal = (self.metal + self.metal_of_kept * reflectance).min(Vec3::ONE);
-        Fresnel { metal: metal.to_array(), metallic: self.metallic, index: self.index }
+        let metal = (self.coat.metal + self.coat.metal_of_kept * reflectance).min(Vec3::ONE);
+        Fresnel { metal: metal.to_array(), metallic: self.metallic, index: self.coat.index }
     }
 
     /// Albedo at normal incidence, with that of the surface beneath, which is `diffuse`, as far as the layer lets light through.
     pub fn head_on_over(&self, reflectance: Vec3, diffuse: Vec3) -> Vec3 {
-        let through = 1.0 - dielectric(self.index, 1.0);
-        Vec3::from(self.fresnel(reflectance).at(1.0)) * self.solid + diffuse * through
+        let through = 1.0 - dielectric(self.coat.index, 1.0);
+        Vec3::from(self.fresnel(reflectance).at(1.0)) * self.coat.solid + diffuse * through
     }
 
     /// Layer as a ray sees it: see [`Coats::seen`](super::Coats::seen).
@@ -98,10 +221,10 @@ impl Coat {
             to_eye,
             alpha,
             fresnel,
-            gain: gain * self.solid,
-            albedo: albedo * self.solid,
+            gain: gain * self.coat.solid,
+            albedo: albedo * self.coat.solid,
             through,
-            added: self.emission * (1.0 - through),
+            added: self.coat.emission * (1.0 - through),
         }
     }
 }

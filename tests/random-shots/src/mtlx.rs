@@ -194,20 +194,41 @@ fn material(dice: &mut Dice, name: &str, text: &mut String) {
     } else {
         format!("n{last}")
     };
-    let (rough, metal, coat) =
-        (dice.between(0.0, 1.0), *dice.pick(&[0.0, 0.0, 1.0, 0.5]), *dice.pick(&[0.0, 0.0, 1.0]));
-    let weight = *dice.pick(&[0.0, 1.0, 1.0]);
-    let _ = writeln!(text, "<output name=\"out\" type=\"color3\" nodename=\"{color}\"/>\n</nodegraph>");
+    let numbers = [
+        ("specular_roughness", dice.between(0.0, 1.0)),
+        ("base_metalness", *dice.pick(&[0.0, 0.0, 1.0, 0.5])),
+        ("coat_weight", *dice.pick(&[0.0, 0.0, 1.0])),
+        ("specular_weight", *dice.pick(&[0.0, 1.0, 1.0])),
+    ];
+    // of the first two a graph may give either, and heights the normal
+    let computed: Vec<bool> = (0..3).map(|_| dice.one_in(3)).collect();
+    let outputs = [("roughness", "float"), ("metalness", "float"), ("heights", "float")];
+    let _ = writeln!(text, "<output name=\"out\" type=\"color3\" nodename=\"{color}\"/>");
+    for (name, of_type) in outputs {
+        let node = dice.below(count);
+        let _ = writeln!(text, "<output name=\"{name}\" type=\"{of_type}\" nodename=\"n{node}\"/>");
+    }
+    let _ = writeln!(text, "</nodegraph>");
+    if computed[2] {
+        let distance = *dice.pick(&[0.02, 0.2, -0.1]);
+        let _ = writeln!(
+            text,
+            "<bump name=\"B{name}\" type=\"vector3\"><input name=\"height\" type=\"float\" nodegraph=\"G{name}\" output=\"heights\"/>\
+             <input name=\"scale\" type=\"float\" value=\"{distance}\"/></bump>"
+        );
+    }
     let _ = writeln!(text, "<open_pbr_surface name=\"S{name}\" type=\"surfaceshader\">");
     let _ =
         writeln!(text, "<input name=\"base_color\" type=\"color3\" nodegraph=\"G{name}\" output=\"out\"/>");
-    for (input, value) in [
-        ("specular_roughness", rough),
-        ("base_metalness", metal),
-        ("coat_weight", coat),
-        ("specular_weight", weight),
-    ] {
-        let _ = writeln!(text, "<input name=\"{input}\" type=\"float\" value=\"{value}\"/>");
+    for (number, (input, value)) in numbers.into_iter().enumerate() {
+        let stated = match computed.get(number).filter(|_| number < 2) {
+            Some(true) => format!("nodegraph=\"G{name}\" output=\"{}\"", outputs[number].0),
+            _ => format!("value=\"{value}\""),
+        };
+        let _ = writeln!(text, "<input name=\"{input}\" type=\"float\" {stated}/>");
+    }
+    if computed[2] {
+        let _ = writeln!(text, "<input name=\"geometry_normal\" type=\"vector3\" nodename=\"B{name}\"/>");
     }
     let _ = writeln!(text, "</open_pbr_surface>");
     let _ = writeln!(
