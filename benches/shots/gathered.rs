@@ -233,6 +233,7 @@ fn add_ball(scene: &mut Scene, place: &Place, radius: f64) {
         path: "ball".into(),
         mesh: Arc::new(ball()),
         track,
+        to_world: None,
         reflection_map: None,
         ray_visibility: Default::default(),
     });

@@ -166,6 +166,7 @@ pub fn model(mesh: Mesh, track: TransformTrack) -> Model {
         path: "mover".into(),
         mesh: Arc::new(mesh),
         track,
+        to_world: None,
         reflection_map: None,
         ray_visibility: Default::default(),
     }

@@ -241,13 +241,13 @@ fn hide<'t>(
             let Some(hit) = hits.get(ray).filter(|hit| is_placed(hit.model)) else { continue };
             let (origin, sight) = line_of_sight(tile, cell);
             let point = origin + hit.t * sight;
-            let mesh = &scene.models[hit.model as usize].mesh;
+            let model = &scene.models[hit.model as usize];
             let width = tile.record[cell].footprint.width();
             let SurfacePoint { weights, normal, geometric_normal, .. } =
-                SurfacePoint::at(scene, (mesh, hit.triangle), point, width);
+                SurfacePoint::at(scene, (model, hit.triangle), point, width);
             let is_behind = geometric_normal.dot(sight) > 0.0;
             let side = if is_behind { -1.0 } else { 1.0 };
-            let place = OnMesh::new(mesh, hit.triangle, weights).with_width(width);
+            let place = OnMesh::on(model, hit.triangle, weights).with_width(width);
             let material = place.material(scene);
             let of_place = &scene.materials[usize::from(material)];
             let (color, varied) = (place.reflectance(scene, of_place), place.varied(scene, of_place));

@@ -53,6 +53,10 @@ pub trait Place {
     fn point(&self) -> Vec3;
     /// The place in the box around the mesh: from 0 to 1 along each axis.
     fn generated(&self) -> Vec3;
+    /// The place in the world of the shot's files, of a model that moves as it is at first; in object space where that is not known.
+    fn world_point(&self) -> Vec3;
+    /// Normal of the surface there, of unit length, on the outside.
+    fn world_normal(&self) -> Vec3;
     /// Normal of the surface, object space, of unit length, on the outside.
     fn normal(&self) -> Vec3;
     /// Colour of the vertices, linear RGB; white where they have none.
@@ -116,6 +120,14 @@ impl Place for Nowhere {
 
     fn generated(&self) -> Vec3 {
         Vec3::ZERO
+    }
+
+    fn world_point(&self) -> Vec3 {
+        Vec3::ZERO
+    }
+
+    fn world_normal(&self) -> Vec3 {
+        Vec3::Z
     }
 
     fn normal(&self) -> Vec3 {

@@ -22,6 +22,14 @@ impl Place for Known {
         Vec3::splat(0.5)
     }
 
+    fn world_point(&self) -> Vec3 {
+        Vec3::splat(7.0)
+    }
+
+    fn world_normal(&self) -> Vec3 {
+        Vec3::X
+    }
+
     fn normal(&self) -> Vec3 {
         Vec3::Y
     }
@@ -158,6 +166,8 @@ fn sources_are_those_of_the_place() {
         (&inputs::UV, Vec3::new(0.25, 0.5, 0.0)),
         (&inputs::GENERATED, Vec3::splat(0.5)),
         (&inputs::NORMAL, Vec3::Y),
+        (&inputs::WORLD_POINT, Vec3::splat(7.0)),
+        (&inputs::WORLD_NORMAL, Vec3::X),
         (&inputs::VERTEX_COLOR, Vec3::X),
     ] {
         let value = source(&mut graph, definition);

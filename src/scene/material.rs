@@ -222,13 +222,17 @@ impl Material {
         self.normal_map.is_some() || self.bump.is_some()
     }
 
-    /// Returns true if it has pictures that are filtered over the place that a sample stands for.
-    pub fn is_filtered(&self) -> bool {
+    /// All graphs that are computed at its places.
+    pub fn graphs(&self) -> impl Iterator<Item = &Program> {
         let heights = self.bump.as_ref().map(|bump| &bump.height);
         let varying = self.varying.as_deref();
         let varying = varying.into_iter().flat_map(|all| all.roughness.iter().chain(&all.metalness));
-        let mut graphs = self.graph.iter().chain(heights).chain(varying);
-        let mut by_graph = || graphs.any(|graph| graph.is_filtered());
+        self.graph.iter().chain(heights).chain(varying).map(|graph| &**graph)
+    }
+
+    /// Returns true if it has pictures that are filtered over the place that a sample stands for.
+    pub fn is_filtered(&self) -> bool {
+        let by_graph = || self.graphs().any(|graph| graph.is_filtered());
         self.diffuse_map.is_some() || self.normal_map.is_some() || by_graph()
     }
 

@@ -38,7 +38,7 @@ use std::collections::HashSet;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use glam::Vec3;
+use glam::{Affine3A, Vec3};
 
 pub use camera::CameraTrack;
 pub use environment::{Environment, LightFrom, SkyDensity};
@@ -98,6 +98,9 @@ pub struct Model {
     pub mesh: Arc<Mesh>,
     /// Transform from object to world space, per frame.
     pub track: TransformTrack,
+    /// Map from object space, as its file has it, to the world of the shot's files at the first frame: what graphs see as the world. None
+    /// where no graph asks.
+    pub to_world: Option<Affine3A>,
     /// Resolution of the reflection map in which its mirrors and glass look up their reflections, texels
     /// along an edge. None: they send rays.
     pub reflection_map: Option<u32>,

@@ -10,7 +10,7 @@ use super::on_mesh::OnMesh;
 use super::surface::{corners_of, nearest_point, weights_of};
 use super::terminator::{SmoothPoint, most_lift};
 use crate::animation::{Chord, Shape, Transform};
-use crate::scene::{Mesh, Scene};
+use crate::scene::{Mesh, Model, Scene};
 
 /// Vertices of a mesh in one of its shapes.
 #[derive(Debug)]
@@ -103,7 +103,8 @@ impl Deformed<'_> {
     }
 
     /// Place of a point, as in [`point`](Self::point), with the normals there.
-    pub fn place(&self, scene: &Scene, mesh: &Mesh, triangle: u32, point: Vec3) -> DeformedPlace {
+    pub fn place(&self, scene: &Scene, model: &Model, triangle: u32, point: Vec3) -> DeformedPlace {
+        let mesh = &*model.mesh;
         let [u, v] = weights_of(corners_of(mesh, triangle), point.as_dvec3());
         let corners = self.corners(mesh, triangle);
         let geometric_normal = normal_of(corners);
@@ -114,11 +115,11 @@ impl Deformed<'_> {
                 mean.try_normalize().map_or(geometric_normal, |normal| normal.as_vec3())
             }
         };
-        let normal = if mesh.details.tangents.is_empty() {
-            normal
-        } else {
-            let place = OnMesh::new(mesh, triangle, [u as f32, v as f32]);
+        let normal = if mesh.may_bend_normals() {
+            let place = OnMesh::on(model, triangle, [u as f32, v as f32]);
             place.bent_normal(scene, normal, corners.map(|corner| corner.as_vec3()))
+        } else {
+            normal
         };
         DeformedPlace { point: at_weights(corners, [u, v]).as_vec3(), normal, geometric_normal }
     }

@@ -2,14 +2,14 @@
 
 use std::sync::Arc;
 
-use glam::{Vec2, Vec3};
+use glam::{Affine3A, Vec2, Vec3};
 
 use super::look::Varied;
 use super::place_of_graph::PlaceOfGraph;
 use crate::graph::Program;
 use crate::scene::material::{Bump, Varying};
 use crate::scene::texture::UvSet;
-use crate::scene::{Material, Mesh, Scene, Texture};
+use crate::scene::{Material, Mesh, Model, Scene, Texture};
 
 /// A place on a primitive of a mesh.
 #[derive(Debug, Clone, Copy)]
@@ -20,6 +20,8 @@ pub struct OnMesh<'a> {
     pub primitive: u32,
     /// Weights of the second and third corner.
     pub weights: [f32; 2],
+    /// Map to the world of files of the model that it is on: see [`Model::to_world`].
+    pub to_world: Option<&'a Affine3A>,
     /// Width of the part of the surface over which textures are filtered, object space; 0: they are shown texel by texel.
     pub width: f32,
 }
@@ -27,7 +29,12 @@ pub struct OnMesh<'a> {
 impl<'a> OnMesh<'a> {
     /// Creates the place with these weights.
     pub fn new(mesh: &'a Mesh, primitive: u32, weights: [f32; 2]) -> Self {
-        Self { mesh, primitive, weights, width: 0.0 }
+        Self { mesh, primitive, weights, to_world: None, width: 0.0 }
+    }
+
+    /// Creates the place with these weights on the mesh of a model.
+    pub fn on(model: &'a Model, primitive: u32, weights: [f32; 2]) -> Self {
+        Self { to_world: model.to_world.as_ref(), ..Self::new(&model.mesh, primitive, weights) }
     }
 
     /// This place, with textures filtered over a part of the surface that is `width` wide.

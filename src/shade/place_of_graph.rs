@@ -1,6 +1,6 @@
 //! Places on meshes, as graphs see them.
 
-use glam::{Vec2, Vec3};
+use glam::{Affine3A, Vec2, Vec3};
 
 use super::on_mesh::OnMesh;
 use crate::graph::{Place, UvSet};
@@ -64,6 +64,17 @@ impl Place for PlaceOfGraph<'_> {
             None => normal,
         };
         normal.normalize_or(Vec3::Z)
+    }
+
+    fn world_point(&self) -> Vec3 {
+        let point = self.point();
+        self.on.to_world.map_or(point, |map| map.transform_point3(point))
+    }
+
+    fn world_normal(&self) -> Vec3 {
+        let normal = self.normal();
+        let in_world = |map: &Affine3A| (map.matrix3.inverse().transpose() * normal).normalize_or(normal);
+        self.on.to_world.map_or(normal, in_world)
     }
 
     fn vertex_color(&self) -> Vec3 {

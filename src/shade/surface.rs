@@ -9,7 +9,7 @@ use super::on_mesh::OnMesh;
 use crate::animation::Transform;
 use crate::geometry::{Bounds, Quadric};
 use crate::lanes::{F32x8, LANES, Mask, Vec3x8, unsigned};
-use crate::scene::{Mesh, Scene};
+use crate::scene::{Mesh, Model, Scene};
 
 /// A point of a surface as shading sees it, world space. Normals have unit length and point to the side
 /// from which the surface is seen.
@@ -267,9 +267,10 @@ impl SurfacePoint {
         }
     }
 
-    /// Computes the surface at `point` of `triangle`, or of the piece with that number, of `mesh`, at rest. `width`: of the part of
+    /// Computes the surface at `point` of `triangle`, or of the piece with that number, of a model, at rest. `width`: of the part of
     /// the surface over which textures are filtered.
-    pub fn at(scene: &Scene, (mesh, triangle): (&Mesh, u32), point: Vec3, width: f32) -> Self {
+    pub fn at(scene: &Scene, (model, triangle): (&Model, u32), point: Vec3, width: f32) -> Self {
+        let mesh = &*model.mesh;
         if let Some(quadric) = &mesh.quadric {
             let weights = quadric.weights(triangle, point);
             let normal = quadric.normal(triangle, weights);
@@ -281,7 +282,7 @@ impl SurfacePoint {
         let weights = lanes.map(|weight| weight.lane(0));
         let exact = point.as_dvec3();
         let (place, normal) =
-            (OnMesh::new(mesh, triangle, weights).with_width(width), corners.normal(lanes).lane(0));
+            (OnMesh::on(model, triangle, weights).with_width(width), corners.normal(lanes).lane(0));
         Self {
             weights,
             normal: place.bent_normal(scene, normal, corners.of_lane(0)),

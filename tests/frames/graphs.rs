@@ -61,9 +61,9 @@ const ABOVE: &str = "[[camera.key]]\nframe = 1\neye = [0, 6, 0.001]\ntarget = [0
 #[test]
 fn colours_are_those_of_places_in_object_space() {
     let folder = tempfile::tempdir().unwrap();
-    let placed = "[[model]]\nobj = \"floor.obj\"\nrotate = [0, 90, 0]\nscale = [0.5, 1, 0.75]\nposition = [0.5, 0, 0.25]\n";
-    let moves = "[[model]]\nobj = \"floor.obj\"\n[[model.key]]\nframe = 1\nrotate = [0, 90, 0]\nscale = [0.5, 1, 0.75]\nposition = [0.5, 0, 0.25]\n\
-                 [[model.key]]\nframe = 2\nposition = [9, 0, 0]\n";
+    let placed = "[[model]]\nobj = \"floor.obj\"\nrotate = [0, 90, 0]\nscale = [0.5, 1, 0.75]\ntranslate = [0.5, 0, 0.25]\n";
+    let moves = "[[model]]\nobj = \"floor.obj\"\n[[model.key]]\nframe = 1\nrotate = [0, 90, 0]\nscale = [0.5, 1, 0.75]\ntranslate = [0.5, 0, 0.25]\n\
+                 [[model.key]]\nframe = 2\ntranslate = [9, 0, 0]\n";
     for (number, graph) in GRAPHS[..2].iter().enumerate() {
         for model in [placed, moves] {
             let scene = load(folder.path(), graph, MATT, &format!("{ABOVE}{model}"));
@@ -82,6 +82,25 @@ fn colours_are_those_of_places_in_object_space() {
                 assert!(found.abs_diff_eq(expected, 0.02), "{number} {x} {y}: {found} {expected}");
             }
         }
+    }
+}
+
+/// Quadrics have a space as meshes have: a sphere that was moved shows the places that it had.
+#[test]
+fn quadrics_have_a_space_of_their_own() {
+    let folder = tempfile::tempdir().unwrap();
+    let sphere =
+        "[[model]]\nquadric = { type = \"sphere\", radius = 1.0, material = \"m\" }\ntranslate = [1, 0, 0]\n";
+    for (graph, expected) in GRAPHS[..2].iter().zip([0.625, 0.75]) {
+        let scene = load(folder.path(), graph, MATT, &format!("{ABOVE}{sphere}"));
+        let settings = Settings { width: 64, height: 64, ..toy::audited(1) };
+        let finished = toy::render(&scene, &settings, 1).pop().unwrap();
+        assert_eq!(toy::differing(&finished), 0);
+        // above x = 1.5: half a radius from the middle, at a height of 0.87
+        let column = 32 + (1.5 / (6.0 - 0.87) * 32.0 / 30_f32.to_radians().tan()) as u32;
+        let found = toy::color(&finished, column, 32);
+        let found = found.x / toy::color(&finished, column, 32).y * 0.5;
+        assert!((found - expected).abs() < 0.03, "{found} {expected}");
     }
 }
 

@@ -129,6 +129,12 @@ fn a_still_life_of_quadrics() {
 }
 
 #[test]
+fn surfaces_of_graphs_alone() {
+    let share = audited(&own("patterns/patterns.toml"), (96, 54), &[10, 11, 12, 13]);
+    assert!(share > 0.5, "{share}");
+}
+
+#[test]
 fn the_court() {
     let share = audited(&own("court/court.toml"), (96, 54), &[1, 2, 3, 24, 25, 48]);
     assert!(share > 0.7, "{share}");

@@ -53,7 +53,7 @@ fn warnings(shot: &Shot) -> Vec<String> {
 
 /// Reflectance of the square at weights of its second and third corner.
 fn reflectance(shot: &Shot, weights: [f32; 2]) -> Vec3 {
-    OnMesh::new(&shot.scene.models[0].mesh, 0, weights).reflectance(&shot.scene, oak(shot))
+    OnMesh::on(&shot.scene.models[0], 0, weights).reflectance(&shot.scene, oak(shot))
 }
 
 /// The base colour of a node `n` among these.
@@ -225,7 +225,7 @@ fn parameters_and_normals_may_be_graphs() {
     assert_eq!((layer.roughness, layer.metallic), (1.0, 1.0), "factors of what varies");
     assert_eq!(oak.bump.as_ref().unwrap().distance, 0.5);
     assert!(warnings(&shot).is_empty(), "{:?}", warnings(&shot));
-    let of = |weights: [f32; 2]| OnMesh::new(&shot.scene.models[0].mesh, 0, weights).varied(&shot.scene, oak);
+    let of = |weights: [f32; 2]| OnMesh::on(&shot.scene.models[0], 0, weights).varied(&shot.scene, oak);
     assert_ne!(of([0.1, 0.2]), of([0.5, 0.3]));
     let stated = read(&file(&open_pbr(inputs), nodes), "pr = 0.5", true).unwrap();
     let varying = self::oak(&stated).varying.as_ref().unwrap();
@@ -290,7 +290,7 @@ fn pictures_are_those_of_the_file() {
         "{CAMERA}[[model]]\nobj = \"square.obj\"\n[[material]]\nname = \"Oak\"\nmtlx = \"looks/m.mtlx\"\n"
     );
     let shot = load_in(root, &text, true).unwrap();
-    let place = OnMesh::new(&shot.scene.models[0].mesh, 0, [0.25, 0.0]);
+    let place = OnMesh::on(&shot.scene.models[0], 0, [0.25, 0.0]);
     let left = place.reflectance(&shot.scene, oak(&shot));
     assert!(left.abs_diff_eq(Vec3::new(0.5 * 100.0 / 255.0, 0.0, 0.0), 1e-3), "as numbers: {left}");
 }

@@ -87,6 +87,7 @@ pub fn moving(name: &str, mesh: Mesh, track: TransformTrack) -> Model {
         path: name.into(),
         mesh: Arc::new(mesh),
         track,
+        to_world: None,
         reflection_map: None,
         ray_visibility: Default::default(),
     }

@@ -327,6 +327,7 @@ fn models_that_share_a_mesh_keep_their_numbers() {
             translate: keys(&[(1.0, DVec3::X * x), (2.0, DVec3::Y)]),
             ..TransformTrack::identity()
         },
+        to_world: None,
         reflection_map: None,
         ray_visibility: Default::default(),
     };

@@ -17,26 +17,28 @@ SAMPLES = 257
 
 
 class Computed(np.ndarray):
-    """A constant that stands for what a graph gives."""
+    """A constant that stands for what a graph gives; or, of a graph that depends on colour attributes alone, the value itself."""
 
     graph = None
 
 
 def computed(value, graph):
-    """The mean of a value, with the graph that it stands for."""
-    mean = np.asarray(value, dtype=np.float32).mean(axis=(0, 1), keepdims=True).view(Computed)
-    mean.graph = graph
-    return mean
+    """A value with its graph: its mean, if that depends on the place."""
+    value = np.asarray(value, dtype=np.float32)
+    kept = (value.mean(axis=(0, 1), keepdims=True) if graph.is_of_place else value).view(Computed)
+    kept.graph = graph
+    return kept
 
 
 def graph_of(value):
-    """The graph of a value; None of one that is known at all places."""
-    return getattr(value, "graph", None)
+    """The graph of a value; None of one that constants, pictures and colour attributes tell."""
+    graph = getattr(value, "graph", None)
+    return graph if graph is not None and graph.is_of_place else None
 
 
 def carried(before, after):
     """A value made of another one by a conversion that links make as well: it keeps the graph."""
-    graph = graph_of(before)
+    graph = getattr(before, "graph", None)
     return computed(after, graph) if graph is not None else after
 
 
@@ -51,6 +53,13 @@ class Node:
     """By name: numbers, a text, a node, or the picture of an array."""
     output: str = ""
     """Name of the output that is meant, where there are several."""
+
+    def __post_init__(self):
+        taken = [value for value in self.inputs.values() if isinstance(value, Node)]
+        self.is_of_place = self.category in SOURCES or any(node.is_of_place for node in taken)
+        """True if it depends on more than colour attributes."""
+        self.attributes = frozenset().union({self.inputs["attribute"]} if self.category == ATTRIBUTE else (), *(node.attributes for node in taken))
+        """Names of the colour attributes that it takes."""
 
 
 # what the nodes of Blender are called, and what they take: by their types
@@ -98,13 +107,16 @@ SURFACE = {
     ("TEX_COORD", "Generated"): "blender_generated_coordinates",
     ("TEX_COORD", "Object"): "blender_object_coordinates",
     ("TEX_COORD", "Normal"): "blender_object_normal",
-    ("NEW_GEOMETRY", "Position"): "blender_object_coordinates",
-    ("NEW_GEOMETRY", "Normal"): "blender_object_normal",
-    ("NEW_GEOMETRY", "True Normal"): "blender_object_normal",
+    ("NEW_GEOMETRY", "Position"): "blender_world_coordinates",
+    ("NEW_GEOMETRY", "Normal"): "blender_world_normal",
+    ("NEW_GEOMETRY", "True Normal"): "blender_world_normal",
 }
 """What a surface gives, by a node's type and the name of its output."""
 
-OF_WORLD = {"Position": "the world's", "Normal": "the world's", "True Normal": "the world's"}
+ATTRIBUTE = "blender_vertex_color"
+
+SOURCES = {"uv", "image", *SURFACE.values(), *(category for category, _ in TEXTURES.values())}
+"""Categories of what depends on the place."""
 
 TYPES = {"VALUE": "float", "RGBA": "color3", "VECTOR": "vector3"}
 
@@ -122,6 +134,10 @@ def of_node(evaluator, node, socket):
         return None
     if (node.type, socket.name) in SURFACE:
         return of_surface(evaluator, node, socket)
+    if node.type == "VERTEX_COLOR" and socket.name == "Color":
+        return Node(ATTRIBUTE, "color3", {"attribute": node.layer_name})
+    if node.type == "ATTRIBUTE" and node.attribute_type == "GEOMETRY" and node.attribute_name and socket.name in {"Color", "Vector"}:
+        return Node(ATTRIBUTE, "color3", {"attribute": node.attribute_name})
     if node.type in {"UVMAP", "TEX_COORD"} and (node.type == "UVMAP" or socket.name == "UV"):
         return evaluator.uv_graph(node.uv_map if node.type == "UVMAP" else "")
     if node.type in TEXTURES:
@@ -132,11 +148,15 @@ def of_node(evaluator, node, socket):
 
 def of_surface(evaluator, node, socket):
     """What the surface gives at a place."""
-    if socket.name in OF_WORLD and node.type == "NEW_GEOMETRY":
-        evaluator.say(f"node `{node.name}`: {socket.name} is the object's, and not the world's")
-    elif getattr(node, "object", None) is not None:
+    source = Node(SURFACE[node.type, socket.name], "vector3")
+    if node.type == "NEW_GEOMETRY":
+        # from the axes of shots, where Y is up, to Blender's
+        parts = [Node("blender_separate_xyz", "multioutput", {"vector": source}, axis) for axis in "xyz"]
+        turned = Node("blender_math", "float", {"a": parts[2], "b": (-1.0,), "operation": "multiply"})
+        return Node("blender_combine_xyz", "vector3", {"x": parts[0], "y": turned, "z": parts[1]})
+    if getattr(node, "object", None) is not None:
         evaluator.say(f"node `{node.name}`: coordinates of `{node.object.name}` are the object's own")
-    return Node(SURFACE[node.type, socket.name], "vector3")
+    return source
 
 
 def of_texture(evaluator, node, socket):
@@ -260,7 +280,7 @@ def taken(evaluator, node, socket):
 
 def operand(value):
     """A value as the input of a node."""
-    graph = graph_of(value)
+    graph = getattr(value, "graph", None)
     if graph is not None:
         return graph
     return tuple(float(number) for number in value[0, 0]) if value.shape[:2] == (1, 1) else value
@@ -269,6 +289,18 @@ def operand(value):
 def mixed(share, first, second):
     """Two values mixed: `share` of the second."""
     return Node("blender_mix_color", "color3", {"factor": operand(share), "a": operand(first), "b": operand(second)})
+
+
+def bump(heights, scale):
+    """The bump map of one or more heights (see Surface) of an object of this scale."""
+    of_object = [(graph, strength, distance if is_of_object else distance / scale) for graph, strength, distance, is_of_object in heights]
+    if len(of_object) == 1:
+        graph, strength, distance = of_object[0]
+        return Node("blender_bump", "vector3", {"height": graph, "strength": (strength,), "distance": (distance,)})
+    total = (0.0,)
+    for graph, strength, distance in of_object:
+        total = Node("blender_math", "float", {"a": graph, "b": (strength * distance,), "c": total, "operation": "multiply_add"})
+    return Node("blender_bump", "vector3", {"height": total})
 
 
 def stated(node, options):
@@ -380,6 +412,10 @@ class Document:
     def _node(self, node, material, names):
         if node.category == "uv":
             self._uv(names[node])
+            return
+        if node.category == ATTRIBUTE:
+            # which one it is, the mesh says
+            self.lines.append(f'    <{ATTRIBUTE} name="{names[node]}" type="color3"/>')
             return
         inputs = []
         for name, value in node.inputs.items():

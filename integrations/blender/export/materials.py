@@ -84,8 +84,12 @@ class Materials:
 
     def _probe(self, material, surface, evaluator):
         """Finds out what depends on colour attributes: how a surface with others differs. The base colour alone may."""
-        if graphs.graph_of(surface.base) is not None:
-            evaluator.say("colour attributes are left out beside what nodes compute")
+        graph = graphs.graph_of(surface.base)
+        if graph is not None:
+            names = sorted(graph.attributes)
+            evaluator.vertex_color = names[0] if names else None
+            if len(names) > 1:
+                evaluator.say(f"of its colour attributes `{names[0]}` counts beside what nodes compute")
             return
         other = surface_of(Evaluator(self.images, lambda name: constant(0.25, 0.5, 0.75), evaluator.ray), material)
         differs = [part for part in (*BLENDED, "emission", "alpha", "veil") if not np.array_equal(getattr(surface, part), getattr(other, part))]
@@ -131,16 +135,21 @@ class Materials:
 
     def attributes(self, materials):
         """Names of the colour attributes that meshes of these materials need."""
-        return {name for material in materials if material and self.surface(material)[1].painted for name in self.surface(material)[1].asked}
+        evaluators = [self.surface(material)[1] for material in materials if material]
+        painted = {name for evaluator in evaluators if evaluator.painted for name in evaluator.asked}
+        return painted | {evaluator.vertex_color for evaluator in evaluators if evaluator.vertex_color}
 
     def colors(self, material, geometry, mesh):
         """Base colours at the corners of a mesh, (corners, 3); None where they do not depend on its colour attributes."""
         evaluator = self.surface(material)[1]
-        if not evaluator.painted:
+        if not evaluator.painted and not evaluator.vertex_color:
             return None
-        for name in sorted(evaluator.asked - set(geometry.colors)):
+        asked = evaluator.asked if evaluator.painted else {evaluator.vertex_color}
+        for name in sorted(asked - set(geometry.colors)):
             self.warnings.add(f"mesh `{mesh}` has no colour attribute `{name}`, which material `{material.name}` wants: it is black there")
         black = np.zeros((geometry.corners, 3), dtype=np.float32)
+        if evaluator.vertex_color:
+            return np.clip(geometry.colors.get(evaluator.vertex_color, black), 0, 1)
         base = surface_of(Evaluator(self.images, lambda name: geometry.colors.get(name, black)[:, None, :], evaluator.ray), material).base
         return np.clip(np.broadcast_to(base[:, 0, :], black.shape), 0, 1)
 
@@ -307,10 +316,9 @@ class Materials:
             if graph is not None and key not in values and (part == "base" or "illum" not in values):
                 inputs[parameter] = graph
                 written.add(part)
-        if surface.heights is not None:
-            height, strength, distance, is_of_object = surface.heights
-            numbers = {"strength": (strength,), "distance": (distance if is_of_object else distance / scale,)}
-            inputs["geometry_normal"] = graphs.Node("blender_bump", "vector3", {"height": height, **numbers})
+        if surface.heights:
+            inputs["geometry_normal"] = graphs.bump(surface.heights, scale)
+            written.add("heights")
         if inputs:
             matrix = evaluator.uv[1] if evaluator.uv else np.eye(3)
             self.document.add(name, inputs, {"specular_weight": 0.0} if values.get("illum") == 1 else {}, matrix)

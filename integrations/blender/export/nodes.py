@@ -65,6 +65,8 @@ class Evaluator:
         self.attribute, self.asked = attribute or (lambda name: constant(1.0, 1.0, 1.0)), set()
         self.ray, self.tells_rays_apart = ray, False
         """What Light Path nodes are asked for, and whether one was."""
+        self.vertex_color = None
+        """Name of the colour attribute that graphs take."""
         self.painted = False
         """True if the base colour depends on a colour attribute."""
         self.uv = None

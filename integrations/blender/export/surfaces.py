@@ -35,9 +35,9 @@ class Surface:
     """Directions from 0 to 1 as normal maps have them."""
     bump: tuple | None = None
     """Heights, and the slope's factor (strength times distance)."""
-    heights: tuple | None = None
-    """Graph of heights that are on top of these, its strength, the distance for which a height of 1 stands, and whether that is one in the
-    object or in the world."""
+    heights: tuple = ()
+    """Heights that are on top of these: of each the graph, its strength, the distance for which a height of 1 stands, and whether that is
+    one in the object or in the world."""
     is_there: bool = True
     """False where a material has no surface: what lies in it is a volume alone."""
     seen: Seen = Seen()
@@ -85,10 +85,10 @@ def raise_surface(evaluator, socket, material, surface):
         evaluator.say("its displacement is shown as a bump map")
     if is_even:
         return
-    if surface.heights is not None or surface.bump is not None:
+    if graphs.graph_of(height) is not None:
+        surface.heights += ((graphs.graph_of(height), 1.0, scale, True),)
+    elif surface.bump is not None or surface.normal is not None:
         evaluator.say("its displacement is left out beside a bump map")
-    elif graphs.graph_of(height) is not None:
-        surface.heights = (graphs.graph_of(height), 1.0, scale, True)
     else:
         surface.bump = (height, scale)
 
@@ -178,7 +178,7 @@ def set_normal(evaluator, source, surface):
         height = evaluator.input(source, "Height")
         strength, distance = (float(evaluator.input(source, name).mean()) for name in ("Strength", "Distance"))
         if graphs.graph_of(height) is not None:
-            surface.heights = (graphs.graph_of(height), min(max(strength, 0.0), 1.0), -distance if source.invert else distance, False)
+            surface.heights += ((graphs.graph_of(height), min(max(strength, 0.0), 1.0), -distance if source.invert else distance, False),)
             read_normal(evaluator, source, surface)
         elif height.shape[:2] != (1, 1):
             slope = strength * distance
@@ -361,7 +361,7 @@ def index_of_edge(evaluator, socket):
 
 def has_normals(surface):
     """Returns true if something bends the normals of a surface."""
-    return any(part is not None for part in (surface.normal, surface.bump, surface.heights))
+    return surface.normal is not None or surface.bump is not None or bool(surface.heights)
 
 
 def normals_of(surface):

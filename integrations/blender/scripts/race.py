@@ -8,6 +8,8 @@ Shots:
     cubes       27 cubes that turn, and two lamps, 10 frames
     character   a body that bends by its bones, two lamps, and a world, 10 frames
     flock       300 instances that fly, 10 frames
+    patterns    things of forty nodes each, noise and cells of eight octaves, that rest before a camera that travels, 24 frames
+    plain       the same of one colour each
 
 --blur: with motion blur, half a frame long. --error: counts of ours follow from noise thresholds.
 --stills: instead, how long the first ten frames take as an animation, and one by one as scripts render them. --defaults: instead, both as a new
@@ -55,7 +57,10 @@ def room(width, frames):
     return scene
 
 
-SHOTS = {"room": (room, 48), "cubes": (subjects.cubes, 10), "character": (subjects.character, 10), "flock": (subjects.flock, 10)}
+SHOTS = {"room": (room, 48), "cubes": (subjects.cubes, 10), "character": (subjects.character, 10), "flock": (subjects.flock, 10)} | {
+    "patterns": (subjects.patterns, 24),
+    "plain": (subjects.plain, 24),
+}
 """Functions that build the scenes, and their numbers of frames."""
 
 

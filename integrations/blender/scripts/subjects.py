@@ -90,6 +90,83 @@ def flock(width, frames):
     return scene
 
 
+def patterns(width, frames):
+    """Things that rest, each of some forty nodes with noise and cells of eight octaves, and a camera that travels past them."""
+    return things(width, frames, patterned)
+
+
+def plain(width, frames):
+    """The same things, each of one colour."""
+    return things(width, frames, lambda name, color: compare_cycles.material(name, Base_Color=color, Roughness=0.5))
+
+
+def things(width, frames, material):
+    """Balls and blocks on a floor and before a wall, a sun, and a world; `material(name, color)` makes what they are made of."""
+    scene = support.empty(width, width * 9 // 16, (1, frames))
+    sun = bpy.data.lights.new("Sun", "SUN")
+    sun.energy, sun.angle = 3.0, 0.05
+    support.add(scene, "Sun", sun, turn=(0.7, 0.3, 0))
+    world(scene, 0.5)
+    for name, place, turn in (("Floor", (0, 0, 0), (0, 0, 0)), ("Wall", (0, 4, 0), (np.pi / 2, 0, 0))):
+        mesh = support.grid(name, 30)
+        mesh.materials.append(material(name, (0.6, 0.5, 0.4, 1)))
+        support.add(scene, name, mesh, place, turn)
+    bpy.ops.mesh.primitive_uv_sphere_add(segments=64, ring_count=32, radius=0.8)
+    first = bpy.context.object
+    ball, block = first.data, box(1.3)
+    ball.shade_smooth()
+    bpy.data.objects.remove(first)
+    for number in range(10):
+        mesh = (ball if number % 2 else block).copy()
+        color = [(0.7, 0.2, 0.1, 1), (0.2, 0.4, 0.6, 1), (0.6, 0.6, 0.2, 1)][number % 3]
+        mesh.materials.append(material(f"Thing {number}", color))
+        support.add(scene, f"Thing {number}", mesh, ((number % 5 - 2) * 1.9, number // 5 * 2.0 - 0.5, 0.75), (0, 0, 0.4 * number))
+    camera = support.add_camera(scene, (0, -9, 3.2), (np.pi / 2 - 0.25, 0, 0), lens=40.0)
+    key(camera, "location", frames, lambda share: (1.2 * share - 0.6, -9, 3.2))
+    return scene
+
+
+def patterned(name, color):
+    """A material whose base colour, roughness and bump are computed."""
+    made = compare_cycles.material(name, Base_Color=color)
+    nodes, links = made.node_tree.nodes, made.node_tree.links
+    at = nodes.new("ShaderNodeTexCoord").outputs["Object"]
+    value = None
+    for layer in range(5):
+        moved = nodes.new("ShaderNodeMapping")
+        moved.inputs["Location"].default_value, moved.inputs["Scale"].default_value = (layer, 0.3, 0), (1 + 0.3 * layer,) * 3
+        links.new(at, moved.inputs[0])
+        kind = "ShaderNodeTexNoise" if layer % 2 == 0 else "ShaderNodeTexVoronoi"
+        texture = nodes.new(kind)
+        texture.inputs["Scale"].default_value, texture.inputs["Detail"].default_value = 1.5 + layer, 7.0
+        links.new(moved.outputs[0], texture.inputs["Vector"])
+        ramp = nodes.new("ShaderNodeValToRGB")
+        ramp.color_ramp.elements[0].color, ramp.color_ramp.elements[1].color = (0.05, 0.04, 0.03, 1), color
+        links.new(texture.outputs[0], ramp.inputs[0])
+        bright = nodes.new("ShaderNodeHueSaturation")
+        bright.inputs["Hue"].default_value = 0.5 + 0.02 * layer
+        links.new(ramp.outputs[0], bright.inputs["Color"])
+        math = nodes.new("ShaderNodeMath")
+        math.operation = "SMOOTH_MIN"
+        links.new(texture.outputs[0], math.inputs[0])
+        if value is None:
+            value = bright.outputs[0]
+        else:
+            mix = nodes.new("ShaderNodeMix")
+            mix.data_type, mix.blend_type = "RGBA", "OVERLAY" if layer % 2 else "MIX"
+            links.new(math.outputs[0], mix.inputs[0])
+            links.new(value, mix.inputs[6])
+            links.new(bright.outputs[0], mix.inputs[7])
+            value = mix.outputs[2]
+    shader = nodes["Principled BSDF"]
+    links.new(value, shader.inputs["Base Color"])
+    wide = nodes.new("ShaderNodeMapRange")
+    wide.inputs["To Min"].default_value, wide.inputs["To Max"].default_value = 0.3, 0.8
+    links.new(math.outputs[0], wide.inputs[0])
+    links.new(wide.outputs[0], shader.inputs["Roughness"])
+    return made
+
+
 def stage(width, frames, eye):
     """A scene with a matt floor, seen from an eye that looks at what stands on it."""
     scene = support.empty(width, width * 9 // 16, (1, frames))

@@ -119,6 +119,8 @@ BUILDERS = {
     "separate": lambda tree: tree.add("SeparateXYZ", {0: coordinates(tree, "Generated")}).outputs["Y"],
     "map range": lambda tree: tree.add("MapRange", {0: noise(tree)[0], 1: 0.4, 2: 0.6, 3: 0.1, 4: 0.9}, interpolation_type="SMOOTHSTEP").outputs[0],
     "vectors": lambda tree: tree.add("VectorMath", {0: coordinates(tree), 1: (0.7, 0.4, 0.3)}, operation="MODULO").outputs[0],
+    "places of the world": lambda tree: tree.add("TexNoise", {"Vector": tree.add("NewGeometry").outputs["Position"], "Scale": 1.5}).outputs["Color"],
+    "normals of the world": lambda tree: tree.add("VectorMath", {0: tree.add("NewGeometry").outputs["Normal"], 1: noise(tree)[0]}, operation="MULTIPLY").outputs[0],
     "groups": grouped,
 }
 """What gives a base colour, by name."""
@@ -231,3 +233,21 @@ class GraphsBesideCycles(beside_cycles.BesideCycles):
                 middle = [picture[12:-12, 16:-16, :3] for picture in (ours, cycles)]
                 np.testing.assert_allclose(middle[0].mean(axis=(0, 1)), middle[1].mean(axis=(0, 1)), rtol=0.02)
                 self.assertFalse([said for said in self.exported.warnings if "constant" in said])
+
+    def test_colour_attributes_take_part(self):
+        layer = self.mesh.color_attributes.new("Paint", "FLOAT_COLOR", "CORNER")
+        points = np.array([self.mesh.vertices[loop.vertex_index].co[:2] for loop in self.mesh.loops]) / 4 + 0.5
+        colors = np.concatenate([points, np.full((len(points), 1), 0.2), np.ones((len(points), 1))], axis=1)
+        layer.data.foreach_set("color", colors.astype(np.float32).ravel())
+
+        def build(tree):
+            paint = tree.add("VertexColor", layer_name="Paint").outputs[0]
+            inverted = tree.add("Invert", {"Color": paint}).outputs[0]
+            mix = tree.add("Mix", data_type="RGBA")
+            for index, source in ((0, noise(tree)[0]), (6, paint), (7, inverted)):
+                tree.links.new(source, mix.inputs[index])
+            return mix.outputs[2]
+
+        self.show("Painted", build)
+        mean, _, _ = self.difference()
+        self.assertLess(mean, 0.008)

@@ -191,9 +191,9 @@ fn is_on(frame: &FrameView, sample: &Sample, sight: Sight) -> bool {
 /// Checks that the stored surface, its reflectance `kept` included, is that of the mesh at the sample.
 /// `sight`: from the eye, any length.
 fn check_surface(frame: &FrameView, sample: &Sample, sight: Vec3, kept: Vec3) -> Verdict {
-    let mesh = &frame.scene.models[sample.model as usize].mesh;
+    let model = &frame.scene.models[sample.model as usize];
     let Record { triangle, footprint, .. } = sample.record;
-    let there = SurfacePoint::at(frame.scene, (mesh, triangle), sample.point, footprint.width());
+    let there = SurfacePoint::at(frame.scene, (model, triangle), sample.point, footprint.width());
     // in a model that is flattened or sheared, a small rounding in the world may be a large one in object
     // space; a triangle much larger than its distance is met beside its edge
     let in_object = |reach: Vec3| frame.transform(sample.model).length_in_object(reach);
@@ -204,7 +204,7 @@ fn check_surface(frame: &FrameView, sample: &Sample, sight: Vec3, kept: Vec3) ->
     // cosine up to which the eye may be on the other side
     let edge_on = EDGE_ON_COSINE + rounding(frame, sample) / offset(frame, sample).length();
     let side = if sample.record.is_from_behind() { -1.0 } else { 1.0 };
-    let place = OnMesh::new(mesh, triangle, there.weights).with_width(footprint.width());
+    let place = OnMesh::on(model, triangle, there.weights).with_width(footprint.width());
     let number = place.material(frame.scene);
     let material = &frame.scene.materials[usize::from(number)];
     let fresh = place.reflectance(frame.scene, material);

@@ -7,7 +7,6 @@ use crate::frame::shot::plan::CameraChange;
 use crate::frame::surface::footprints::cell_widths;
 use crate::lanes::{F32x8, LANES, Mask, Vec3x8};
 use crate::samples::{BACKGROUND, Flags, Footprint, Record, Tile, half_colors};
-use crate::scene::Mesh;
 use crate::shade::on_mesh::OnMesh;
 use crate::shade::surface::SurfacePoint;
 use crate::trace::RayBatch;
@@ -114,9 +113,9 @@ impl Outdated {
 /// that it is what would be traced there now. No ray is cast; the light of the sample is summed anew from what is kept.
 pub fn look_up(frame: &FrameView, tile: &mut Tile, cell: usize, footprint: Footprint) {
     let (record, model, point) = (tile.record[cell], tile.model[cell], tile.point(cell));
-    let mesh: &Mesh = &frame.scene.models[model as usize].mesh;
-    let weights = SurfacePoint::weights(mesh, record.triangle, point);
-    let place = OnMesh::new(mesh, record.triangle, weights).with_width(footprint.width());
+    let model = &frame.scene.models[model as usize];
+    let weights = SurfacePoint::weights(&model.mesh, record.triangle, point);
+    let place = OnMesh::on(model, record.triangle, weights).with_width(footprint.width());
     let material = &frame.scene.materials[usize::from(record.material)];
     let reflectance = half_colors(Vec3x8::splat(place.reflectance(frame.scene, material)))[0];
     let varied = place.varied(frame.scene, material);

@@ -5,7 +5,7 @@ use glam::Vec3;
 use crate::animation::Transform;
 use crate::frame::grid::bits::set_bits;
 use crate::lanes::{Mask, Vec3x8};
-use crate::scene::{Mesh, Scene};
+use crate::scene::{Mesh, Model, Scene};
 use crate::shade::deformed::{Deformations, Deformed, DeformedPlace};
 use crate::shade::horizon::Horizon;
 use crate::shade::surface::{corners_of, meet_exactly};
@@ -17,7 +17,7 @@ use crate::shade::terminator::SmoothPoint;
 #[derive(Debug, Clone, Copy)]
 pub struct Place<'a> {
     transform: &'a Transform,
-    deformed: Option<(Deformed<'a>, &'a Mesh)>,
+    deformed: Option<(Deformed<'a>, &'a Model)>,
     scene: &'a Scene,
 }
 
@@ -26,7 +26,7 @@ impl<'a> Place<'a> {
     #[inline]
     pub fn of(scene: &'a Scene, transform: &'a Transform, shapes: &'a Deformations, model: u32) -> Self {
         let deformed = shapes.of_model(model, transform);
-        let deformed = deformed.map(|deformed| (deformed, &*scene.models[model as usize].mesh));
+        let deformed = deformed.map(|deformed| (deformed, &scene.models[model as usize]));
         Self { transform, deformed, scene }
     }
 
@@ -36,7 +36,7 @@ impl<'a> Place<'a> {
     pub fn point(&self, triangle: impl FnOnce() -> u32, point: Vec3) -> Vec3 {
         match self.deformed {
             None => self.transform.point(point),
-            Some((deformed, mesh)) => self.transform.point(deformed.point(mesh, triangle(), point)),
+            Some((deformed, model)) => self.transform.point(deformed.point(&model.mesh, triangle(), point)),
         }
     }
 
@@ -45,12 +45,12 @@ impl<'a> Place<'a> {
     #[inline]
     pub fn surface(&self, triangle: u32, [point, normal, geometric_normal]: [Vec3; 3]) -> [Vec3; 3] {
         let transform = self.transform;
-        let Some((deformed, mesh)) = self.deformed else {
+        let Some((deformed, model)) = self.deformed else {
             return [transform.point(point), transform.normal(normal), transform.normal(geometric_normal)];
         };
-        let side = side(mesh, triangle, geometric_normal);
+        let side = side(&model.mesh, triangle, geometric_normal);
         let DeformedPlace { point, normal, geometric_normal } =
-            deformed.place(self.scene, mesh, triangle, point);
+            deformed.place(self.scene, model, triangle, point);
         let [normal, geometric_normal] = [normal, geometric_normal].map(|all| transform.normal(all * side));
         [transform.point(point), normal, geometric_normal]
     }
@@ -61,9 +61,9 @@ impl<'a> Place<'a> {
     pub fn geometric_normal(&self, triangle: u32, geometric_normal: Vec3) -> Vec3 {
         match self.deformed {
             None => self.transform.geometric_normal(geometric_normal),
-            Some((deformed, mesh)) => {
-                let side = side(mesh, triangle, geometric_normal);
-                self.transform.geometric_normal(deformed.geometric_normal(mesh, triangle) * side)
+            Some((deformed, model)) => {
+                let side = side(&model.mesh, triangle, geometric_normal);
+                self.transform.geometric_normal(deformed.geometric_normal(&model.mesh, triangle) * side)
             }
         }
     }
@@ -73,7 +73,7 @@ impl<'a> Place<'a> {
     pub fn horizon(&self, mesh: &Mesh, triangle: u32, point: Vec3, side: f32) -> Option<Horizon> {
         let smooth = match self.deformed {
             None => SmoothPoint::at_rest(mesh, triangle, point)?,
-            Some((deformed, mesh)) => deformed.smooth_point(mesh, triangle, point)?,
+            Some((deformed, model)) => deformed.smooth_point(&model.mesh, triangle, point)?,
         };
         let normal = smooth.normal().try_normalize()? * side;
         let [normal, lift] = [self.transform.normal(normal), self.transform.direction(smooth.lift(side))];
@@ -133,7 +133,7 @@ impl<'a> Place<'a> {
     /// Transforms a direction in the plane of `triangle`, object to world, of any length.
     pub fn direction(&self, triangle: u32, direction: Vec3) -> Vec3 {
         let deformed =
-            self.deformed.and_then(|(deformed, mesh)| deformed.direction(mesh, triangle, direction));
+            self.deformed.and_then(|(deformed, model)| deformed.direction(&model.mesh, triangle, direction));
         self.transform.direction(deformed.unwrap_or(direction))
     }
 
@@ -141,7 +141,9 @@ impl<'a> Place<'a> {
     pub fn meet_exactly(&self, primitive: (&Mesh, u32), ray: (Vec3, Vec3), about: Vec3) -> Option<Vec3> {
         match self.deformed {
             None => meet_exactly(self.transform, primitive, ray, about),
-            Some((deformed, mesh)) => deformed.meet(mesh, primitive.1, self.transform.line_to_object(ray)),
+            Some((deformed, model)) => {
+                deformed.meet(&model.mesh, primitive.1, self.transform.line_to_object(ray))
+            }
         }
     }
 
@@ -149,7 +151,7 @@ impl<'a> Place<'a> {
     pub fn corners(&self, mesh: &Mesh, triangle: u32) -> [Vec3; 3] {
         let corners = match self.deformed {
             None => corners_of(mesh, triangle),
-            Some((deformed, mesh)) => deformed.corners(mesh, triangle),
+            Some((deformed, model)) => deformed.corners(&model.mesh, triangle),
         };
         corners.map(|corner| self.transform.point(corner.as_vec3()))
     }

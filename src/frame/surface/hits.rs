@@ -188,7 +188,7 @@ impl<'a> Hits8<'a> {
     #[inline(always)]
     fn place<'s>(&self, frame: &FrameView<'s>, lane: usize, weights: [F32x8; 2]) -> OnMesh<'s> {
         let weights = weights.map(|weight| weight.lane(lane));
-        OnMesh::new(self.mesh(frame, lane), self.triangles[lane], weights)
+        OnMesh::on(&frame.scene.models[self.models[lane] as usize], self.triangles[lane], weights)
     }
 }
 

@@ -34,6 +34,22 @@ pub static NORMAL: Definition = Definition {
     function: |_, _| Ok(Arc::new(Source::Normal)),
 };
 
+/// Place in the world.
+pub static WORLD_POINT: Definition = Definition {
+    name: "blender_world_coordinates",
+    inputs: &[],
+    outputs: &[("out", Kind::Vector)],
+    function: |_, _| Ok(Arc::new(Source::WorldPoint)),
+};
+
+/// Normal in the world.
+pub static WORLD_NORMAL: Definition = Definition {
+    name: "blender_world_normal",
+    inputs: &[],
+    outputs: &[("out", Kind::Vector)],
+    function: |_, _| Ok(Arc::new(Source::WorldNormal)),
+};
+
 /// Colour of the vertices.
 pub static VERTEX_COLOR: Definition = Definition {
     name: "blender_vertex_color",
@@ -58,6 +74,8 @@ enum Source {
     Point,
     Generated,
     Normal,
+    WorldPoint,
+    WorldNormal,
     VertexColor,
 }
 
@@ -72,6 +90,8 @@ impl Function for Source {
             Self::Point => place.point(),
             Self::Generated => place.generated(),
             Self::Normal => place.normal(),
+            Self::WorldPoint => place.world_point(),
+            Self::WorldNormal => place.world_normal(),
             Self::VertexColor => place.vertex_color(),
         }
     }

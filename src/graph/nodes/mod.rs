@@ -14,6 +14,8 @@ pub static ALL: &[&Definition] = &[
     &inputs::POINT,
     &inputs::GENERATED,
     &inputs::NORMAL,
+    &inputs::WORLD_POINT,
+    &inputs::WORLD_NORMAL,
     &inputs::VERTEX_COLOR,
     &arithmetic::MATH,
     &arithmetic::VECTOR_MATH,

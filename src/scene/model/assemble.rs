@@ -210,6 +210,11 @@ impl Assembly {
         spelling::hint(name, self.overrides.iter().map(|entry| entry.values.name.as_str()))
     }
 
+    /// Returns true if a material has graphs.
+    pub fn has_graphs(&self) -> bool {
+        self.materials.iter().any(|material| material.graphs().next().is_some())
+    }
+
     /// Returns true if a material casts shadows.
     pub fn casts_shadow(&self, material: u16) -> bool {
         self.materials[usize::from(material)].casts_shadow()

@@ -216,9 +216,12 @@ impl<'d, 'p> Walk<'d, 'p> {
                 options.set("set", if set == "1" { "1" } else { "0" });
                 return self.defined(node, &inputs::UV, &options, 0).map(Some);
             }
-            "position" => return Ok(Some(self.of_surface(node, &inputs::POINT))),
-            "normal" => return Ok(Some(self.of_surface(node, &inputs::NORMAL))),
-            "geomcolor" => return Ok(Some(self.of_surface(node, &inputs::VERTEX_COLOR))),
+            "position" => return Ok(Some(self.of_space(node, [&inputs::POINT, &inputs::WORLD_POINT]))),
+            "normal" => return Ok(Some(self.of_space(node, [&inputs::NORMAL, &inputs::WORLD_NORMAL]))),
+            "geomcolor" => {
+                let color = &inputs::VERTEX_COLOR;
+                return Ok(Some((self.source(color), color.outputs[0].1)));
+            }
             "extract" | "separate2" | "separate3" | "separate4" => {
                 if let Some(alpha) = self.alpha(node, output)? {
                     return Ok(Some(alpha));
@@ -260,11 +263,10 @@ impl<'d, 'p> Walk<'d, 'p> {
         made.unwrap_or(Input::Constant(Vec3::ZERO))
     }
 
-    fn of_surface(&mut self, node: &Element, definition: &'static Definition) -> Value {
-        if node.input("space").is_some_and(|space| space.value.as_deref() == Some("world")) {
-            let what = format!("`{}` in world space is that in object space", node.category);
-            self.tell(node.line, what);
-        }
+    /// What a surface gives in object space, or in the world if the node says so.
+    fn of_space(&mut self, node: &Element, [in_object, in_world]: [&'static Definition; 2]) -> Value {
+        let is_world = node.input("space").is_some_and(|space| space.value.as_deref() == Some("world"));
+        let definition = if is_world { in_world } else { in_object };
         (self.source(definition), definition.outputs[0].1)
     }
 

@@ -91,6 +91,7 @@ impl Floor {
             path: path.to_owned(),
             mesh: Arc::new(mesh),
             track,
+            to_world: None,
             reflection_map: None,
             ray_visibility: Default::default(),
         }

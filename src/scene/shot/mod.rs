@@ -198,7 +198,11 @@ pub fn from_text_with(
     }
     let with_eye = extent.with_camera(&camera);
     let space = RenderSpace::fit_for(with_eye);
+    let has_graphs = assembly.has_graphs();
     let models = models.into_iter().map(|model| {
+        let map = model.track.map_at(frames.first().into());
+        let to_world = has_graphs.then(|| map.as_affine3a()).filter(|map| map.is_finite());
+        let model = Model { to_world, ..model };
         let model = quadric::spread(model, &with_eye, &space, frames.first());
         Model { track: space.track(model.track), ..model }
     });

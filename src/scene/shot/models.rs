@@ -235,6 +235,7 @@ fn parts(
         path: path.clone(),
         mesh: mesh.clone(),
         track: track.clone(),
+        to_world: None,
         reflection_map: None,
         ray_visibility: Default::default(),
     };
@@ -288,6 +289,7 @@ fn one(
         path,
         mesh,
         track,
+        to_world: None,
         reflection_map: None,
         ray_visibility: Default::default(),
     })
@@ -312,6 +314,7 @@ fn of_part(part: &PartOfFile, name: String, path: &Path, track: &TransformTrack)
             shapes: part.shapes.clone(),
             ..track.clone()
         },
+        to_world: None,
         reflection_map: None,
         ray_visibility: part.ray_visibility,
     }

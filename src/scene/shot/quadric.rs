@@ -49,7 +49,8 @@ pub fn of_table(
     let span = || name.map_or(table.span(), At::span);
     let material = material.ok_or_else(|| text.fault(span(), unknown()))?;
     let material = material.map_err(|why| text.fault(span(), why))?;
-    Ok(Mesh::of_quadric(Quadric::new(shape, is_open), material, assembly.casts_shadow(material)))
+    let mesh = Mesh::of_quadric(Quadric::new(shape, is_open), material, assembly.casts_shadow(material));
+    Ok(assembly.with_details(mesh, &[]))
 }
 
 fn shape(text: TomlText<'_>, table: &At<QuadricTable>) -> Result<QuadricShape, SceneError> {
@@ -164,6 +165,7 @@ pub fn spread(model: Model, extent: &Extent, space: &RenderSpace, frame: i32) ->
     let reach = (extent.diagonal() * REACH / least).min(FARTHEST_RIM / space.scale() / most);
     let shape = QuadricShape::Plane { center: [center.x, center.z], reach };
     let (material, casts_shadow) = (model.mesh.material_of[0], model.mesh.shadow_casting > 0);
-    let mesh = Mesh::of_quadric(Quadric::new(shape, false), material, casts_shadow);
+    let plane = Mesh::of_quadric(Quadric::new(shape, false), material, casts_shadow);
+    let mesh = Mesh { details: model.mesh.details.clone(), ..plane };
     Model { mesh: mesh.into(), ..model }
 }
