@@ -250,7 +250,7 @@ fn hide<'t>(
             let place = OnMesh::on(model, hit.triangle, weights).with_width(width);
             let material = place.material(scene);
             let of_place = &scene.materials[usize::from(material)];
-            let (color, varied) = (place.reflectance(scene, of_place), place.varied(scene, of_place));
+            let (color, varied) = place.appearance(scene, of_place);
             let record = Record {
                 triangle: hit.triangle,
                 normal: Octahedral::fold(normal * side),

@@ -18,7 +18,7 @@ pub enum Input {
 }
 
 /// Nodes, each of which takes what those before it give: there are no cycles.
-#[derive(Debug, Default)]
+#[derive(Debug, Clone, Default)]
 pub struct Graph {
     pub(super) nodes: Vec<Node>,
     /// Number of each node, by its function and the bits of its inputs.
@@ -26,7 +26,7 @@ pub struct Graph {
 }
 
 /// A function and its inputs.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(super) struct Node {
     pub function: Arc<dyn Function>,
     pub inputs: Vec<Input>,

@@ -1,4 +1,6 @@
 //! Programs: what is evaluated at a place.
+//!
+//! Values that a surface needs together are computed together: nodes that several of them take are evaluated once.
 
 use std::sync::Arc;
 
@@ -10,13 +12,13 @@ use super::{Function, Graph, Input, Place};
 /// Number of registers that are held on the stack.
 const FEW: usize = 32;
 
-/// Steps that compute one value, in order.
+/// Steps that compute one value or several, in order.
 #[derive(Debug, Clone)]
 pub struct Program {
     steps: Vec<Step>,
     /// Number of registers.
     registers: usize,
-    result: Operand,
+    results: Vec<Operand>,
     is_filtered: bool,
 }
 
@@ -38,10 +40,15 @@ enum Operand {
 const MOST_INPUTS: usize = 16;
 
 impl Program {
-    /// Creates the program of a value of `graph`: the nodes that it depends on, each of which leaves its register to others as soon as
-    /// nothing needs it any more.
+    /// Creates the program of a value of `graph`.
     pub fn new(graph: &Graph, value: Input) -> Self {
-        let last_use = last_uses(graph, value);
+        Self::of_all(graph, &[value])
+    }
+
+    /// Creates the program of these values of `graph`, at most [`MOST_VALUES`](Self::MOST_VALUES): the nodes that they depend on, each of
+    /// which leaves its register to others as soon as nothing needs it any more.
+    pub fn of_all(graph: &Graph, values: &[Input]) -> Self {
+        let last_use = last_uses(graph, values);
         let (mut register_of, mut free, mut registers) = (vec![u32::MAX; graph.len()], Vec::new(), 0);
         let mut steps = Vec::new();
         let operand = |register_of: &[u32], input: &Input| match input {
@@ -66,16 +73,20 @@ impl Program {
             steps.push(Step { function: Arc::clone(&node.function), operands, register });
         }
         let is_filtered = steps.iter().any(|step| step.function.is_filtered());
-        let result = operand(&register_of, &value);
-        Self { steps, registers: registers as usize, result, is_filtered }
+        let results =
+            values.iter().take(Self::MOST_VALUES).map(|value| operand(&register_of, value)).collect();
+        Self { steps, registers: registers as usize, results, is_filtered }
     }
+
+    /// Values of a program, at most.
+    pub const MOST_VALUES: usize = 4;
 
     /// Number of steps.
     pub fn len(&self) -> usize {
         self.steps.len()
     }
 
-    /// Returns true if its value is a constant.
+    /// Returns true if its values are constants.
     pub fn is_empty(&self) -> bool {
         self.steps.is_empty()
     }
@@ -85,8 +96,13 @@ impl Program {
         self.is_filtered
     }
 
-    /// The value at a place: finite, and the same to the bit for the same place.
+    /// The first value at a place: finite, and the same to the bit for the same place.
     pub fn value(&self, place: &dyn Place) -> Vec3 {
+        self.values(place)[0]
+    }
+
+    /// All values at a place, in order; 0 for those that it does not have.
+    pub fn values(&self, place: &dyn Place) -> [Vec3; Self::MOST_VALUES] {
         if self.registers <= FEW {
             self.run(place, &mut [Vec3::ZERO; FEW])
         } else {
@@ -94,7 +110,7 @@ impl Program {
         }
     }
 
-    fn run(&self, place: &dyn Place, registers: &mut [Vec3]) -> Vec3 {
+    fn run(&self, place: &dyn Place, registers: &mut [Vec3]) -> [Vec3; Self::MOST_VALUES] {
         let get = |registers: &[Vec3], operand: &Operand| match operand {
             Operand::Constant(value) => *value,
             Operand::Register(register) => registers[*register as usize],
@@ -107,7 +123,9 @@ impl Program {
             let value = function.value(&inputs[..operands.len().min(MOST_INPUTS)], place);
             registers[*register as usize] = finite(value);
         }
-        get(registers, &self.result)
+        let mut values = [Vec3::ZERO; Self::MOST_VALUES];
+        values.iter_mut().zip(&self.results).for_each(|(value, result)| *value = get(registers, result));
+        values
     }
 }
 
@@ -118,11 +136,13 @@ impl PartialEq for Program {
     }
 }
 
-/// Number of the last node that takes the value of each node; 0: none does; the number of nodes: the result is it.
-fn last_uses(graph: &Graph, value: Input) -> Vec<usize> {
+/// Number of the last node that takes the value of each node; 0: none does; the number of nodes: a result is it.
+fn last_uses(graph: &Graph, values: &[Input]) -> Vec<usize> {
     let mut last_use = vec![0; graph.len()];
-    if let Input::Node(node) = value {
-        last_use[node as usize] = graph.len();
+    for value in values {
+        if let Input::Node(node) = value {
+            last_use[*node as usize] = graph.len();
+        }
     }
     // nodes take what those before them give: from the last one backwards all uses of a node are known when it is its turn
     for number in (0..graph.len()).rev() {

@@ -113,6 +113,19 @@ fn registers_hold_what_is_needed_until_it_was_used() {
 }
 
 #[test]
+fn values_that_are_computed_together_are_what_each_is_alone() {
+    let mut graph = Graph::default();
+    let [point, uv] = [&inputs::POINT, &inputs::UV].map(|definition| source(&mut graph, definition));
+    let both = sum(&mut graph, point, uv);
+    let all = [point, both, Input::Constant(Vec3::ONE)];
+    let together = Program::of_all(&graph, &all);
+    assert_eq!(together.len(), 3, "the place is asked once");
+    let alone = all.map(|value| Program::new(&graph, value).value(&Known));
+    assert_eq!(together.values(&Known)[..3], alone);
+    assert_eq!(together.values(&Known)[3], Vec3::ZERO);
+}
+
+#[test]
 fn graphs_may_be_deep_and_wide() {
     let mut graph = Graph::default();
     let point = source(&mut graph, &inputs::POINT);

@@ -7,6 +7,7 @@ use std::array;
 
 use glam::Vec3;
 
+pub use super::voronoi_cells::VoronoiMetric;
 use super::voronoi_cells::{Cells, Found, Points};
 use super::{Dimensions, finite, finite_vector, mix, place_of, scaled};
 
@@ -26,19 +27,6 @@ pub enum VoronoiFeature {
     DistanceToEdge,
     /// Half the distance from the nearest point to the point nearest to that; Euclidean.
     NSphereRadius,
-}
-
-/// How far apart two points are.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum VoronoiMetric {
-    /// The root of the sum of squares.
-    Euclidean,
-    /// The sum of the distances on each axis.
-    Manhattan,
-    /// The largest of the distances on each axis.
-    Chebychev,
-    /// As the Euclidean one, with a power of any exponent instead of the square.
-    Minkowski,
 }
 
 /// Options of the Voronoi Texture node.

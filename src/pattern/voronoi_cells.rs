@@ -6,8 +6,20 @@ use std::array;
 use glam::Vec3;
 
 use super::gradient::eased;
-use super::voronoi::VoronoiMetric;
 use super::{difference, dot, finite, finite_vector, hash, mix, scaled, sum_of};
+
+/// How far apart two points are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum VoronoiMetric {
+    /// The root of the sum of squares.
+    Euclidean,
+    /// The sum of the distances on each axis.
+    Manhattan,
+    /// The largest of the distances on each axis.
+    Chebychev,
+    /// As the Euclidean one, with a power of any exponent instead of the square.
+    Minkowski,
+}
 
 /// Visits the offsets of all cells up to `reach` away on each axis, X fastest: of two points at the same
 /// distance, that which comes first counts.

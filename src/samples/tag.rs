@@ -188,7 +188,7 @@ impl TagLayout {
         let layout = Self::new(points).with_paths(paths).with_reflections(reflections).with_occlusion(rays);
         let has_rough_glass = settings.depth > 0 && scene.materials.iter().any(Material::is_rough_glass);
         let is_seeded = layout.is_seeded || has_areas || has_rough_glass;
-        let varies = scene.materials.iter().any(|material| material.varying.is_some());
+        let varies = scene.materials.iter().any(Material::varies);
         Self { is_seeded, expires: anything_changes(scene), varies, ..layout }
     }
 

@@ -31,10 +31,8 @@ pub struct Material {
     pub metal_rough: Option<MetalRough>,
     /// Texture of map_Kd: index into [`Scene::textures`](super::Scene::textures).
     pub diffuse_map: Option<u32>,
-    /// Factor of the reflectance that is computed at each place, linear RGB from 0 to 1.
-    pub graph: Option<Arc<Program>>,
-    /// Parameters that graphs compute at each place, by which the material's own are multiplied.
-    pub varying: Option<Arc<Varying>>,
+    /// What graphs compute of it at each place.
+    pub computed: Option<Arc<Computed>>,
     /// Alpha that cuts parts out of it: of map_d, or of map_Kd; in glTF files of vertices, too.
     pub cutout: Option<Cutout>,
     /// Picture of the normals of a surface that is rougher than its triangles.
@@ -59,13 +57,17 @@ pub struct NormalMap {
     pub slope: f32,
 }
 
-/// Graphs of parameters, from 0 to 1.
+/// Values of a surface that graphs compute at each place, by their numbers among those of the program.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Varying {
-    /// Factor of the roughness of its metal-rough layer.
-    pub roughness: Option<Arc<Program>>,
-    /// Factor of its share of metal.
-    pub metalness: Option<Arc<Program>>,
+pub struct Computed {
+    /// Computes all of them.
+    pub program: Program,
+    /// Factor of the reflectance, linear RGB from 0 to 1.
+    pub color: Option<usize>,
+    /// Factor of the roughness of its metal-rough layer, from 0 to 1.
+    pub roughness: Option<usize>,
+    /// Factor of its share of metal, from 0 to 1.
+    pub metalness: Option<usize>,
 }
 
 /// Heights that a graph computes.
@@ -183,8 +185,7 @@ impl Material {
             optics: Optics::Opaque,
             metal_rough: None,
             diffuse_map: None,
-            graph: None,
-            varying: None,
+            computed: None,
             cutout: None,
             normal_map: None,
             bump: None,
@@ -197,8 +198,8 @@ impl Material {
     /// Returns true if what samples keep of its reflectance is not its diffuse reflectance alone: a texture, a graph or the colours of
     /// vertices are a factor of it, or its share of metal varies.
     pub fn is_painted(&self) -> bool {
-        let is_colored = self.diffuse_map.is_some() || self.graph.is_some() || self.has_vertex_colors;
-        is_colored || self.varies_in_metal()
+        let is_colored = self.diffuse_map.is_some() || self.has_vertex_colors;
+        is_colored || self.has_computed_color() || self.varies_in_metal()
     }
 
     /// Diffuse reflectance where that is greatest: where a share of metal that varies is 0.
@@ -209,12 +210,12 @@ impl Material {
 
     /// Returns true if its share of metal varies from place to place.
     pub fn varies_in_metal(&self) -> bool {
-        self.varying.as_ref().is_some_and(|varying| varying.metalness.is_some())
+        self.computed.as_ref().is_some_and(|computed| computed.metalness.is_some())
     }
 
     /// Returns true if its roughness varies from place to place.
     pub fn varies_in_roughness(&self) -> bool {
-        self.varying.as_ref().is_some_and(|varying| varying.roughness.is_some())
+        self.computed.as_ref().is_some_and(|computed| computed.roughness.is_some())
     }
 
     /// Returns true if its normals are bent, by a picture or by heights.
@@ -222,17 +223,25 @@ impl Material {
         self.normal_map.is_some() || self.bump.is_some()
     }
 
-    /// All graphs that are computed at its places.
-    pub fn graphs(&self) -> impl Iterator<Item = &Program> {
-        let heights = self.bump.as_ref().map(|bump| &bump.height);
-        let varying = self.varying.as_deref();
-        let varying = varying.into_iter().flat_map(|all| all.roughness.iter().chain(&all.metalness));
-        self.graph.iter().chain(heights).chain(varying).map(|graph| &**graph)
+    /// Returns true if a graph is a factor of its reflectance.
+    pub fn has_computed_color(&self) -> bool {
+        self.computed.as_ref().is_some_and(|computed| computed.color.is_some())
+    }
+
+    /// Returns true if parameters of it vary from place to place, beside its colour.
+    pub fn varies(&self) -> bool {
+        self.varies_in_roughness() || self.varies_in_metal()
+    }
+
+    /// All programs that are evaluated at its places.
+    pub fn programs(&self) -> impl Iterator<Item = &Program> {
+        let heights = self.bump.iter().map(|bump| &*bump.height);
+        self.computed.iter().map(|computed| &computed.program).chain(heights)
     }
 
     /// Returns true if it has pictures that are filtered over the place that a sample stands for.
     pub fn is_filtered(&self) -> bool {
-        let by_graph = || self.graphs().any(|graph| graph.is_filtered());
+        let by_graph = || self.programs().any(Program::is_filtered);
         self.diffuse_map.is_some() || self.normal_map.is_some() || by_graph()
     }
 

@@ -199,7 +199,7 @@ fn coat(
         albedos,
         alpha_of_paths: layer_of_paths.alpha,
         albedos_of_paths,
-        varying: material.varying.is_some().then(|| VaryingCoat {
+        varying: material.varies().then(|| VaryingCoat {
             in_metal: material.varies_in_metal(),
             roughness: metal_rough.roughness,
             // none if it does not vary
@@ -211,7 +211,8 @@ fn coat(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::material::Varying;
+    use crate::graph::{Graph, Input, Program};
+    use crate::scene::material::Computed;
     use crate::shade::look::Varied;
     use crate::shade::sampling::PathRandom;
 
@@ -315,10 +316,9 @@ mod tests {
     /// What varies is between tables: as near to the layer of that very roughness as these are to the truth.
     #[test]
     fn a_layer_that_varies_is_that_of_its_parameters() {
-        let graph = crate::graph::Graph::default();
-        let one = Arc::new(crate::graph::Program::new(&graph, crate::graph::Input::Constant(Vec3::ONE)));
-        let varying = Varying { roughness: Some(one.clone()), metalness: Some(one) };
-        let varied = Material { varying: Some(Arc::new(varying)), ..material(1.0, 1.0, 0.7) };
+        let program = Program::new(&Graph::default(), Input::Constant(Vec3::ONE));
+        let computed = Computed { program, color: None, roughness: Some(0), metalness: Some(0) };
+        let varied = Material { computed: Some(Arc::new(computed)), ..material(1.0, 1.0, 0.7) };
         let coats = Coats::new(std::slice::from_ref(&varied));
         for (roughness, metalness) in [(255, 255), (200, 0), (128, 51), (64, 255), (0, 0)] {
             let share = |byte: u8| f32::from(byte) / 255.0;

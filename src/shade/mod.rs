@@ -2,6 +2,7 @@
 
 pub mod area;
 pub mod coat;
+mod computed;
 pub mod deformed;
 pub mod emitter_parts;
 pub mod emitters;
@@ -16,7 +17,6 @@ pub mod mis;
 pub mod on_mesh;
 pub mod optics;
 pub mod phong;
-mod place_of_graph;
 pub mod sampling;
 pub mod sky;
 mod sobol;

@@ -1,13 +1,7 @@
 //! Attributes of a place on a mesh, by pictures and vertices: texture coordinates, material, reflectance, bent normals.
 
-use std::sync::Arc;
-
 use glam::{Affine3A, Vec2, Vec3};
 
-use super::look::Varied;
-use super::place_of_graph::PlaceOfGraph;
-use crate::graph::Program;
-use crate::scene::material::{Bump, Varying};
 use crate::scene::texture::UvSet;
 use crate::scene::{Material, Mesh, Model, Scene, Texture};
 
@@ -84,50 +78,13 @@ impl<'a> OnMesh<'a> {
         }
     }
 
-    /// Reflectance of `material`, with its texture and the colours of vertices as factors; its diffuse and ambient reflectances
-    /// are shares of it.
-    #[inline]
-    pub fn reflectance(&self, scene: &Scene, material: &Material) -> Vec3 {
-        let textured = self.textured(scene, material);
-        let painted = if material.has_vertex_colors { textured * self.vertex_color() } else { textured };
-        match &material.graph {
-            Some(graph) => painted * self.computed(scene, graph),
-            None => painted,
-        }
-    }
-
-    /// [`reflectance`](Self::reflectance) without the colours of vertices.
+    /// [`reflectance`](Self::reflectance) without the colours of vertices and graphs.
     #[inline(always)]
     pub fn textured(&self, scene: &Scene, material: &Material) -> Vec3 {
         match material.diffuse_map {
             Some(map) => material.painted() * self.texture_color(&scene.textures[map as usize]),
             None => material.painted(),
         }
-    }
-
-    /// What a graph makes of the place, from 0 to 1. Not inlined: most surfaces have none.
-    #[inline(never)]
-    fn computed(&self, scene: &Scene, graph: &Program) -> Vec3 {
-        graph.value(&PlaceOfGraph { on: self, textures: &scene.textures }).clamp(Vec3::ZERO, Vec3::ONE)
-    }
-
-    /// Parameters of `material` that vary over it.
-    #[inline]
-    pub fn varied(&self, scene: &Scene, material: &Material) -> Varied {
-        match &material.varying {
-            None => Varied::NONE,
-            Some(varying) => self.parameters(scene, varying),
-        }
-    }
-
-    /// Not inlined: most surfaces have none.
-    #[inline(never)]
-    fn parameters(&self, scene: &Scene, varying: &Varying) -> Varied {
-        let factor = |graph: &Option<Arc<Program>>| {
-            let place = PlaceOfGraph { on: self, textures: &scene.textures };
-            graph.as_ref().map_or(u8::MAX, |graph| Varied::rounded(graph.value(&place).x))
-        };
-        Varied { roughness: factor(&varying.roughness), metalness: factor(&varying.metalness) }
     }
 
     /// Colour of a texture. Not inlined: surfaces without one would have to jump over it.
@@ -198,38 +155,6 @@ impl<'a> OnMesh<'a> {
             Some(bump) => self.raised(scene, bump, bent, corners).unwrap_or(bent),
             None => bent,
         }
-    }
-
-    /// Normal of a surface with these heights (J. Blinn, "Simulation of wrinkled surfaces", 1978; by the gradient on the surface, as in M.
-    /// Mikkelsen, "Bump mapping unparametrized surfaces on the GPU", 2010, and in Cycles): that of the surface, less the gradient of the
-    /// heights along it. `None` if the triangle has no area.
-    fn raised(&self, scene: &Scene, bump: &Bump, normal: Vec3, [a, b, c]: [Vec3; 3]) -> Option<Vec3> {
-        let (mesh, [u, v]) = (self.mesh, self.weights);
-        let space = mesh.details.space?;
-        // two steps of one length at a right angle, in the triangle at rest
-        let corners = mesh.triangles[self.primitive as usize].map(|corner| corner as usize);
-        let [at_a, at_b, at_c] = corners.map(|corner| Vec3::from(mesh.positions.as_slice()[corner]));
-        let (first, second) = (at_b - at_a, at_c - at_a);
-        let along = first.try_normalize()?;
-        let across = (second - along * along.dot(second)).try_normalize()?;
-        let step = space.step();
-        let of_second = step / across.dot(second);
-        let steps =
-            [[step / first.length(), 0.0], [-of_second * along.dot(second) / first.length(), of_second]];
-        let height = |[by_u, by_v]: [f32; 2]| {
-            let on = Self { weights: [u + by_u, v + by_v], ..*self };
-            bump.height.value(&PlaceOfGraph { on: &on, textures: &scene.textures }).x
-        };
-        let here = height([0.0; 2]);
-        let [by_first, by_second] =
-            steps.map(|step| (height(step) - here) * bump.distance * space.size_of_unit());
-        // the same steps where the triangle is now
-        let [to_first, to_second] = steps.map(|[by_u, by_v]| (b - a) * by_u + (c - a) * by_v);
-        let (across_second, across_first) = (to_second.cross(normal), normal.cross(to_first));
-        let area = to_first.dot(across_second);
-        let gradient = across_second * by_first + across_first * by_second;
-        let raised = (normal * area.abs() - gradient * area.signum()).try_normalize()?;
-        normal.lerp(raised, bump.strength).try_normalize()
     }
 }
 

@@ -90,10 +90,8 @@ impl Palette {
         let paints = scene.materials.iter().map(|material| paint(material, scene.ambient)).collect();
         let brightest = scene.materials.iter().fold(Vec3::ZERO, |most, one| most.max(one.most_diffuse()));
         let bends_normals = scene.materials.iter().any(Material::bends_normals);
-        let is_varied = |one: &Material| {
-            let is_computed = one.graph.is_some() || one.varying.is_some();
-            one.variants.is_some() || one.has_vertex_colors || is_computed
-        };
+        let is_varied =
+            |one: &Material| one.variants.is_some() || one.has_vertex_colors || one.computed.is_some();
         let varies = scene.materials.iter().any(is_varied);
         let has_textures = scene.materials.iter().any(Material::is_filtered);
         let coats = Coats::new(&scene.materials);

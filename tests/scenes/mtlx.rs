@@ -127,7 +127,7 @@ fn nodes_of_the_standard_library_are_known() {
             .map(|(name, value)| format!("<input name=\"{name}\" type=\"color3\" value=\"{value}\"/>"))
             .collect();
         let shot = of_nodes(&format!("<{category} name=\"n\" type=\"color3\">{inputs}</{category}>"));
-        assert!(oak(&shot).graph.is_none(), "{category} is a constant");
+        assert!(oak(&shot).computed.is_none(), "{category} is a constant");
         oak(&shot).metal_rough.unwrap().base.to_array()
     };
     for (category, inputs, expected) in [
@@ -219,17 +219,17 @@ fn parameters_and_normals_may_be_graphs() {
                  <bump name=\"b\" type=\"vector3\"><input name=\"height\" type=\"float\" nodename=\"n\" output=\"value\"/><input name=\"scale\" type=\"float\" value=\"0.5\"/></bump>";
     let shot = shot(&file(&open_pbr(inputs), nodes));
     let oak = oak(&shot);
-    let varying = oak.varying.as_ref().unwrap();
-    assert!(varying.roughness.is_some() && varying.metalness.is_some());
+    let computed = oak.computed.as_ref().unwrap();
+    assert!(computed.roughness.is_some() && computed.metalness.is_some() && computed.color.is_none());
     let layer = oak.metal_rough.unwrap();
     assert_eq!((layer.roughness, layer.metallic), (1.0, 1.0), "factors of what varies");
     assert_eq!(oak.bump.as_ref().unwrap().distance, 0.5);
     assert!(warnings(&shot).is_empty(), "{:?}", warnings(&shot));
-    let of = |weights: [f32; 2]| OnMesh::on(&shot.scene.models[0], 0, weights).varied(&shot.scene, oak);
-    assert_ne!(of([0.1, 0.2]), of([0.5, 0.3]));
+    let of = |weights: [f32; 2]| OnMesh::on(&shot.scene.models[0], 0, weights).appearance(&shot.scene, oak).1;
+    assert_ne!(of([0.13, 0.21]), of([0.47, 0.32]));
     let stated = read(&file(&open_pbr(inputs), nodes), "pr = 0.5", true).unwrap();
-    let varying = self::oak(&stated).varying.as_ref().unwrap();
-    assert!(varying.roughness.is_none() && varying.metalness.is_some(), "a number replaces a graph");
+    let computed = self::oak(&stated).computed.as_ref().unwrap();
+    assert!(computed.roughness.is_none() && computed.metalness.is_some(), "a number replaces a graph");
 }
 
 #[test]
@@ -272,7 +272,7 @@ fn mistakes_are_told_with_their_places() {
     let text =
         format!("{CAMERA}[[model]]\nobj = \"square.obj\"\n[[material]]\nname = \"Oak\"\nmtlx = \"m.mtlx\"\n");
     let error = load_in(folder.path(), &text, false).unwrap_err().to_string();
-    assert!(error.contains("s.toml:10:8: the MaterialX file `m.mtlx` cannot be found"), "{error}");
+    assert!(error.contains("s.toml:11:8: the MaterialX file `m.mtlx` cannot be found"), "{error}");
 }
 
 #[test]

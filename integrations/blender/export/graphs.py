@@ -142,6 +142,10 @@ def of_node(evaluator, node, socket):
         return evaluator.uv_graph(node.uv_map if node.type == "UVMAP" else "")
     if node.type in TEXTURES:
         return of_texture(evaluator, node, socket)
+    if node.type == "TEX_IMAGE":
+        return of_image(evaluator, node, socket)
+    if node.type == "NORMAL":
+        return of_normal(evaluator, node, socket)
     made = of_arithmetic(evaluator, node, socket)
     return made if made is not None and any(isinstance(value, Node) for value in made.inputs.values()) else None
 
@@ -181,6 +185,30 @@ def of_texture(evaluator, node, socket):
         inputs["kind"] = {"2D": "flat", "3D": "solid"}[node.gabor_type]
     output = "value" if socket.name in {"Fac", "Factor", "Value"} else socket.name.lower()
     return Node(category, "multioutput", inputs, output)
+
+
+def of_image(evaluator, node, socket):
+    """A picture at coordinates that are computed; None where it takes those of a UV map, mapped or not."""
+    if socket.name != "Color" or node.projection != "FLAT" or evaluator.takes_uv(node.inputs["Vector"]):
+        return None
+    pixels = evaluator.images.pixels(node.image) if node.image else None
+    at = operand(evaluator.input(node, "Vector"))
+    if pixels is None or not isinstance(at, Node):
+        return None
+    mode = {"texcoord": at, "uaddressmode": "clamp" if node.extension == "EXTEND" else "periodic"}
+    return Node("image", "color3", {"file": pixels[:, :, :3], **mode})
+
+
+def of_normal(evaluator, node, socket):
+    """A Normal node: how far its input points into its direction."""
+    if socket.name != "Dot":
+        return None
+    at = taken(evaluator, node, node.inputs[0])
+    if not isinstance(at, Node):
+        return None
+    unit = Node("blender_vector_math", "multioutput", {"a": at, "operation": "normalize"}, "out")
+    direction = tuple(float(part) for part in node.outputs["Normal"].default_value)
+    return Node("blender_vector_math", "multioutput", {"a": unit, "b": direction, "operation": "dot_product"}, "value")
 
 
 def of_arithmetic(evaluator, node, socket):
@@ -423,6 +451,9 @@ class Document:
             if isinstance(value, Node):
                 output = f" output={quoteattr(value.output)}" if value.output else ""
                 inputs.append(f"{key} type={quoteattr(value.kind)} nodename={quoteattr(names[value])}{output}/>")
+            elif isinstance(value, np.ndarray) and name == "file":
+                file = quoteattr(self.pictures(value, material))
+                inputs.append(f'{key} type="filename" value={file} colorspace="srgb_texture"/>')
             elif isinstance(value, np.ndarray):
                 picture = f"{names[node]}_{name}"
                 kind = "color3" if value.shape[2] == 3 else "float"
@@ -432,7 +463,7 @@ class Document:
                 self.lines.append("    </image>")
                 inputs.append(f"{key} type={quoteattr(kind)} nodename={quoteattr(picture)}/>")
             elif isinstance(value, str):
-                inputs.append(f"{key} type={quoteattr('filename' if name == 'file' else 'string')} value={quoteattr(value)}/>")
+                inputs.append(f"{key} type=\"string\" value={quoteattr(value)}/>")
             else:
                 kind = "float" if len(value) == 1 else "color3"
                 inputs.append(f"{key} type={quoteattr(kind)} value={quoteattr(numbers(value))}/>")

@@ -275,6 +275,18 @@ class Evaluator:
         elif self.uv[0] != name or not np.allclose(self.uv[1], matrix, atol=1e-6):
             self.say(f"image node `{node.name}`: has the UV map and the mapping of the material's first picture")
 
+    def takes_uv(self, socket):
+        """Returns true if a vector input has the coordinates of a UV map, moved in their plane or not."""
+        with self.source(socket) as (source, output):
+            if source is None or source.type == "UVMAP":
+                return True
+            if source.type == "TEX_COORD":
+                return output.name == "UV"
+            if source.type != "MAPPING" or any(self.link(source.inputs[name]) for name in ("Location", "Rotation", "Scale") if source.inputs.get(name)):
+                return False
+            turn = source.inputs["Rotation"].default_value if source.inputs.get("Rotation") else (0, 0, 0)
+            return abs(turn[0]) + abs(turn[1]) < 1e-6 and self.takes_uv(source.inputs["Vector"])
+
     def mapping(self, socket, node):
         """Name of the UV map ("": the active one), and the 3x3 matrix for (u, v, 1), of a vector input."""
         with self.source(socket) as (source, output):

@@ -207,10 +207,10 @@ fn check_surface(frame: &FrameView, sample: &Sample, sight: Vec3, kept: Vec3) ->
     let place = OnMesh::on(model, triangle, there.weights).with_width(footprint.width());
     let number = place.material(frame.scene);
     let material = &frame.scene.materials[usize::from(number)];
-    let fresh = place.reflectance(frame.scene, material);
+    let (fresh, varied) = place.appearance(frame.scene, material);
     Verdict::new(
         sample.record.material == number
-            && sample.varied == place.varied(frame.scene, material)
+            && sample.varied == varied
             && check_footprint(frame, sample)
             && there.distance <= reach
             && sample.record.normal.unfold().dot(there.normal * side) >= NORMAL_COSINE

@@ -117,8 +117,8 @@ pub fn look_up(frame: &FrameView, tile: &mut Tile, cell: usize, footprint: Footp
     let weights = SurfacePoint::weights(&model.mesh, record.triangle, point);
     let place = OnMesh::on(model, record.triangle, weights).with_width(footprint.width());
     let material = &frame.scene.materials[usize::from(record.material)];
-    let reflectance = half_colors(Vec3x8::splat(place.reflectance(frame.scene, material)))[0];
-    let varied = place.varied(frame.scene, material);
+    let (color, varied) = place.appearance(frame.scene, material);
+    let reflectance = half_colors(Vec3x8::splat(color))[0];
     let is_other = reflectance != record.reflectance || varied != tile.look(cell).varied;
     let flags = record.flags.with(Flags::STALE.when(is_other));
     tile.record[cell] = Record { footprint, reflectance, flags, ..record };

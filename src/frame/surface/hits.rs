@@ -153,8 +153,9 @@ impl<'a> Hits8<'a> {
             let material = |number: u16| &frame.scene.materials[usize::from(number)];
             if frame.palette.varies {
                 let number = place.material(frame.scene);
-                looks[lane] = Look { material: number, varied: place.varied(frame.scene, material(number)) };
-                colors.set_lane(lane, place.reflectance(frame.scene, material(number)));
+                let (color, varied) = place.appearance(frame.scene, material(number));
+                looks[lane] = Look { material: number, varied };
+                colors.set_lane(lane, color);
             } else {
                 let number = place.mesh.material_of[place.primitive as usize];
                 looks[lane] = Look::plain(number);

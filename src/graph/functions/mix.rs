@@ -1,7 +1,7 @@
 //! Blender's Mix node: blend types of colours, and mixtures of numbers and vectors.
 //!
 //! The node's options to clamp are the caller's: a factor to 0 to 1 before, a colour to 0 to 1 after.
-use super::color::{hsv_to_rgb, rgb_to_hsv};
+use super::hue::{hsv_to_rgb, rgb_to_hsv};
 use super::{each2, each3, finite, finite_vector, named};
 use glam::Vec3;
 

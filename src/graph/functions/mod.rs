@@ -8,6 +8,7 @@
 pub mod color;
 pub mod curve;
 pub mod fresnel;
+pub mod hue;
 pub mod map_range;
 pub mod math;
 pub mod mix;

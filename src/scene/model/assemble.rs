@@ -7,25 +7,23 @@ use std::sync::Arc;
 
 use glam::Vec3;
 
-use super::map_statement::{ByUse, MapStatement, MapUse};
+use super::map_statement::{ByUse, MapStatement};
+use super::material_table::Override;
 use super::mtl::{self, MtlFile, MtlMaterial};
 use super::npy::{self, Array};
 use super::objects::ObjectFiles;
-use super::of_surface::OfSurface;
 use super::pictures::{PictureUse, Pictures};
 use super::read_model::{ReadBefore, ReadModel, is_ply, name_material};
 use super::shape_files::{self, Origins, ReadShapes, ShapeSource};
 use super::varying::{ParameterMap, Settled};
 use crate::digest::Digest;
-use crate::graph::Program;
 use crate::input::{self, Input, Kind};
 use crate::scene::error::Findings;
 use crate::scene::given::meshes::Given;
 use crate::scene::gltf::GltfFiles;
 use crate::scene::keys::material::KdBesideMap;
 use crate::scene::keys::spelling;
-use crate::scene::material::{Bump, NormalMap, Varying};
-use crate::scene::mtlx::{self, MtlxFiles};
+use crate::scene::mtlx::MtlxFiles;
 use crate::scene::obj::lines::words;
 use crate::scene::obj::{Named, ObjFile, OddNormals};
 use crate::scene::paths::find_beside;
@@ -39,53 +37,11 @@ pub(super) const MOST_MATERIALS: usize = 1 << 16;
 /// Maximum number of unknown materials, or odd statements, of a file that get a warning each.
 const MOST_NAMED: usize = 10;
 
-/// A `[[material]]` of the shot file: values other than `None` replace those of the MTL file.
-pub(crate) struct Override {
-    pub values: MtlMaterial,
-    /// MaterialX file whose material of the same name counts in place of that of the model's files.
-    pub mtlx: Option<PathBuf>,
-    /// The shot file, and the line and column of the entry in it.
-    pub path: PathBuf,
-    pub line: usize,
-    pub column: usize,
-    /// True if any model has a material of the name.
-    pub used: bool,
-}
-
-/// What the `[[material]]` tables of a name put in place of a material's own.
-#[derive(Default)]
-pub(crate) struct Overridden {
-    /// Shot file for each picture that it states.
-    pub places: ByUse<PathBuf>,
-    /// Graph of the base colour: no picture of it counts then.
-    pub color: Option<Arc<Program>>,
-    /// Heights that bend its normals.
-    pub bump: Option<Bump>,
-    /// Graphs of its other parameters.
-    pub varying: Option<Varying>,
-    /// Picture of its normals.
-    pub normals: Option<NormalMap>,
-    /// True if nothing of the material's own counts: neither pictures nor numbers.
-    pub is_whole: bool,
-}
-
-impl Overridden {
-    /// Gives a material the graphs and the normals of a file that counts in place of its own.
-    pub fn apply(&self, material: &mut Material) {
-        if self.is_whole {
-            (material.graph, material.bump) = (self.color.clone(), self.bump.clone());
-            // what has no layer has nothing to vary
-            material.varying = self.varying.clone().filter(|_| material.metal_rough.is_some()).map(Arc::new);
-            material.normal_map = self.normals;
-        }
-    }
-}
-
 /// Meshes of the models, with their shared materials and textures.
 #[derive(Default)]
 pub(crate) struct Assembly {
     pub(in crate::scene) findings: Findings,
-    overrides: Vec<Override>,
+    pub(super) overrides: Vec<Override>,
     pub(in crate::scene) materials: Vec<Material>,
     /// Maps of parameters, by the index of their material.
     pub(super) varying: Vec<(u16, ByUse<ParameterMap>)>,
@@ -100,7 +56,7 @@ pub(crate) struct Assembly {
     /// Indices of the quadrics' materials, by name.
     of_quadrics: HashMap<String, u16>,
     /// MaterialX files that were read.
-    mtlx: MtlxFiles,
+    pub(super) mtlx: MtlxFiles,
     /// Parts of glTF files that were read.
     pub(in crate::scene) gltf: GltfFiles,
     /// Parts of USD files that were read.
@@ -212,7 +168,7 @@ impl Assembly {
 
     /// Returns true if a material has graphs.
     pub fn has_graphs(&self) -> bool {
-        self.materials.iter().any(|material| material.graphs().next().is_some())
+        self.materials.iter().any(|material| material.programs().next().is_some())
     }
 
     /// Returns true if a material casts shadows.
@@ -412,7 +368,7 @@ impl Assembly {
             // scans have the same colours in both: twice they would be too dark
             let is_plain = |id: &&u16| {
                 let material = &self.materials[usize::from(**id)];
-                material.diffuse_map.is_none() && material.graph.is_none()
+                material.diffuse_map.is_none() && !material.has_computed_color()
             };
             let plain: Vec<u16> = ids.iter().filter(is_plain).copied().collect();
             plain.into_iter().for_each(|id| self.color_vertices(id));
@@ -439,10 +395,6 @@ impl Assembly {
     ) -> Result<u16, SceneError> {
         let too_many = || format!("with this model the shot has more than {MOST_MATERIALS} materials");
         self.add_settled(material).ok_or_else(|| SceneError::new(path, too_many()))
-    }
-
-    fn is_overridden(&self, name: &str) -> bool {
-        self.overrides.iter().any(|entry| entry.values.name == name)
     }
 
     fn report_unknown(
@@ -474,96 +426,6 @@ impl Assembly {
     ) -> Result<u32, SceneError> {
         let folder = asking.parent().unwrap_or(Path::new(""));
         self.pictures.index_of(map, folder, asking, &mut self.findings, used)
-    }
-
-    /// Returns true if a `[[material]]` table of this name states the parameter as a number that pictures of this use give.
-    pub(in crate::scene) fn is_number_stated(&self, name: &str, used: MapUse) -> bool {
-        let entries = self.overrides.iter().filter(|entry| entry.values.name == name);
-        entries.into_iter().any(|entry| entry.values.states_number(used))
-    }
-
-    /// Replaces values of a material by those that the `[[material]]` tables of its name state.
-    ///
-    /// # Errors
-    /// Those of MaterialX files that they name.
-    pub(in crate::scene) fn override_values(
-        &mut self,
-        stated: &mut MtlMaterial,
-    ) -> Result<Overridden, SceneError> {
-        let mut overridden = Overridden::default();
-        for number in 0..self.overrides.len() {
-            if self.overrides[number].values.name != stated.name {
-                continue;
-            }
-            self.overrides[number].used = true;
-            if let Some(path) = self.overrides[number].mtlx.clone() {
-                let of_file = self.mtlx_surface(&path, &stated.name)?;
-                *stated = of_file.stated;
-                let OfSurface { color, bump, varying, normals, .. } = of_file;
-                let normals = normals.and_then(|(map, slope)| self.pictures.normal_map(map, slope));
-                overridden =
-                    Overridden { color, bump, varying, normals, is_whole: true, ..Overridden::default() };
-            }
-            let entry = &self.overrides[number];
-            stated.replace_with(&entry.values);
-            let states = |value: bool, used| value || entry.values.maps.has(used);
-            if states(entry.values.kd.is_some(), MapUse::Color) {
-                overridden.color = None;
-            }
-            if let Some(varying) = &mut overridden.varying {
-                if states(entry.values.pr.is_some(), MapUse::Roughness) {
-                    varying.roughness = None;
-                }
-                if states(entry.values.pm.is_some(), MapUse::Metal) {
-                    varying.metalness = None;
-                }
-            }
-            let places = entry.values.maps.map(|_| entry.path.clone());
-            overridden.places.replace_with(&places);
-        }
-        Ok(overridden)
-    }
-
-    /// The material of this name of the MaterialX file at `path`.
-    fn mtlx_surface(&mut self, path: &Path, name: &str) -> Result<OfSurface, SceneError> {
-        let (document, is_new) = self.mtlx.at(path)?;
-        if is_new {
-            self.files.push(path.to_path_buf());
-            self.digests.push(document.digest);
-        }
-        let folder = path.parent().unwrap_or(Path::new(""));
-        let Self { pictures, findings, .. } = self;
-        let (mut surface, told) = mtlx::surface(&document, name, &mut |asked| {
-            pictures.index_of(&asked.map, folder, path, findings, asked.used)
-        })?;
-        let of_surface = OfSurface::new(&mut surface);
-        let line = told.first().map_or(1, |(line, _)| *line);
-        let left_out = of_surface.left_out.iter().map(|said| (line, String::from(*said)));
-        for (line, said) in told.into_iter().chain(left_out) {
-            self.findings.note(SceneError::new(path, format!("material `{name}`: {said}")).at_line(line));
-        }
-        Ok(of_surface)
-    }
-
-    /// Reports overrides that no model uses.
-    ///
-    /// # Errors Any such override, in a strict load.
-    pub fn report_unused_overrides(&mut self) -> Result<(), SceneError> {
-        let used: Vec<String> = self.materials.iter().map(|material| material.name.clone()).collect();
-        for entry in self.overrides.iter().filter(|entry| !entry.used) {
-            let name = &entry.values.name;
-            let message = if self.known_names.contains(name) {
-                format!("the material `{name}` is defined, but no face uses it")
-            } else {
-                format!(
-                    "no model has a material `{name}`{}",
-                    spelling::hint(name, used.iter().map(String::as_str))
-                )
-            };
-            let finding = SceneError::new(&entry.path, message).at(entry.line, entry.column);
-            self.findings.stand_in(finding)?;
-        }
-        Ok(())
     }
 
     /// Makes ambient light take the colours of diffuse light: exporters that know no ambient light write a Ka of 0.

@@ -6,8 +6,8 @@ use glam::{DVec3, Vec3};
 
 use super::dielectric::{Below, Coat, index_of, stated_index};
 use super::mtl::MtlMaterial;
-use crate::graph::{Function, Input, Place, Program};
-use crate::scene::material::{Bump, LARGEST_COLOR, Varying, head_on};
+use crate::graph::{Function, Graph, Input, Place, Program};
+use crate::scene::material::{Bump, Computed, LARGEST_COLOR, head_on};
 use crate::scene::surface::{Parameter, Surface};
 
 /// What is told of glass whose colour is computed.
@@ -18,33 +18,33 @@ const GLASS_OF_GRAPH: &str =
 const GLASS_VARIES: &str =
     "graphs of the roughness and the metalness of glass are not used: a number counts in place of each";
 
-/// Statements of a surface, the graph of its base colour if it has one, and what is left out of it.
+/// Statements of a surface, its graphs, and what is left out of it.
 pub(super) struct OfSurface {
     pub stated: MtlMaterial,
-    pub color: Option<Arc<Program>>,
+    pub graphs: Graphs,
     pub bump: Option<Bump>,
-    pub varying: Option<Varying>,
     /// Picture of normals, with the factor on their slopes.
     pub normals: Option<(u32, f32)>,
     pub left_out: Vec<&'static str>,
 }
 
 impl OfSurface {
-    pub fn new(surface: &mut Surface) -> Self {
+    pub fn new(mut surface: Surface) -> Self {
         let mut left_out = Vec::new();
-        let layer = Layer::new(surface, &mut left_out);
-        let base = base(surface);
-        let mut color = program(surface, base).map(Arc::new);
+        let mut layer = Layer::new(&surface, &mut left_out);
+        let base = base(&mut surface);
+        let mut color = node(base);
         if layer.through > 0.0 && color.take().is_some() {
             left_out.push(GLASS_OF_GRAPH);
         }
+        layer.graphs.color = color;
         let kd = match base {
             Input::Constant(value) => value.clamp(Vec3::ZERO, Vec3::ONE),
             Input::Node(_) if color.is_some() => Vec3::ONE,
             Input::Node(_) => surface.constant(Parameter::BaseColor),
         };
         let glow = surface.constant(Parameter::EmissionColor) * surface.number(Parameter::EmissionLuminance);
-        let opacity = share(surface, Parameter::GeometryOpacity) as f32;
+        let opacity = share(&surface, Parameter::GeometryOpacity) as f32;
         let stated = MtlMaterial {
             name: surface.name.clone(),
             kd: Some(kd),
@@ -54,9 +54,33 @@ impl OfSurface {
         };
         let tint = surface.constant(Parameter::TransmissionColor);
         let stated = layer.stated(stated, tint);
-        let Varying { roughness, metalness } = &layer.varying;
-        let varying = (roughness.is_some() || metalness.is_some()).then_some(layer.varying);
-        Self { stated, color, bump: bump(surface), varying, normals: surface.normals, left_out }
+        let (bump, normals) = (bump(&surface), surface.normals);
+        Self { stated, graphs: Graphs { graph: surface.graph, ..layer.graphs }, bump, normals, left_out }
+    }
+}
+
+/// Nodes that give values of a surface.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Graphs {
+    graph: Graph,
+    pub color: Option<Input>,
+    pub roughness: Option<Input>,
+    pub metalness: Option<Input>,
+}
+
+impl Graphs {
+    /// What is computed of a material; of one without a metal-rough layer the colour alone.
+    pub fn computed(&self, has_layer: bool) -> Option<Computed> {
+        let of_layer = |input: Option<Input>| input.filter(|_| has_layer);
+        let all = [self.color, of_layer(self.roughness), of_layer(self.metalness)];
+        let values: Vec<Input> = all.into_iter().flatten().collect();
+        let number = |which: usize| all[which].map(|_| all[..which].iter().flatten().count());
+        (!values.is_empty()).then(|| Computed {
+            program: Program::of_all(&self.graph, &values),
+            color: number(0),
+            roughness: number(1),
+            metalness: number(2),
+        })
     }
 }
 
@@ -71,7 +95,7 @@ struct Layer {
     /// Share of the light that goes through.
     through: f64,
     /// What varies of roughness and metal, which are 1 then.
-    varying: Varying,
+    graphs: Graphs,
 }
 
 impl Layer {
@@ -85,16 +109,16 @@ impl Layer {
             roughness: of_number(Parameter::SpecularRoughness),
             metallic: of_number(Parameter::BaseMetalness),
             through: 0.0,
-            varying: Varying { roughness: None, metalness: None },
+            graphs: Graphs::default(),
         };
-        let varies = |parameter: Parameter| program(surface, surface[parameter]).map(Arc::new);
-        let varying = Varying {
-            roughness: varies(Parameter::SpecularRoughness),
-            metalness: varies(Parameter::BaseMetalness),
+        let graphs = Graphs {
+            roughness: node(surface[Parameter::SpecularRoughness]),
+            metalness: node(surface[Parameter::BaseMetalness]),
+            ..Graphs::default()
         };
         let through = of_number(Parameter::TransmissionWeight) * (1.0 - plain.metallic);
         if through > 0.0 {
-            if varying.roughness.is_some() || varying.metalness.is_some() {
+            if graphs.roughness.is_some() || graphs.metalness.is_some() {
                 left_out.push(GLASS_VARIES);
             }
             return Self { through, ..plain };
@@ -102,7 +126,7 @@ impl Layer {
         let coat =
             Coat { share: of_number(Parameter::CoatWeight), roughness: of_number(Parameter::CoatRoughness) };
         let below = Below { head_on: plain.head_on, metallic: plain.metallic };
-        let layer = Self { varying, ..plain }.with_factors();
+        let layer = Self { graphs, ..plain }.with_factors();
         match coat.over(below, |said| left_out.push(said)) {
             None => layer,
             Some(one) => layer.coated(one.head_on, one.coat_roughness),
@@ -112,8 +136,8 @@ impl Layer {
     /// The same, with factors of 1 for what varies.
     fn with_factors(self) -> Self {
         let or_one = |graph: &Option<_>, number| if graph.is_some() { 1.0 } else { number };
-        let roughness = or_one(&self.varying.roughness, self.roughness);
-        Self { roughness, metallic: or_one(&self.varying.metalness, self.metallic), ..self }
+        let roughness = or_one(&self.graphs.roughness, self.roughness);
+        Self { roughness, metallic: or_one(&self.graphs.metalness, self.metallic), ..self }
     }
 
     /// The layer that it is with a coat, which decides the roughness where one is given.
@@ -121,7 +145,7 @@ impl Layer {
         match roughness {
             None => Self { head_on, ..self },
             Some(roughness) => {
-                Self { head_on, roughness, varying: Varying { roughness: None, ..self.varying }, ..self }
+                Self { head_on, roughness, graphs: Graphs { roughness: None, ..self.graphs }, ..self }
             }
         }
     }
@@ -154,15 +178,15 @@ fn share(surface: &Surface, parameter: Parameter) -> f64 {
     f64::from(surface.number(parameter)).clamp(0.0, 1.0)
 }
 
-/// Program of a value that is no constant.
-fn program(surface: &Surface, value: Input) -> Option<Program> {
-    matches!(value, Input::Node(_)).then(|| Program::new(&surface.graph, value))
+/// A value that is no constant.
+fn node(value: Input) -> Option<Input> {
+    Some(value).filter(|value| matches!(value, Input::Node(_)))
 }
 
 /// Heights that bend normals: even ones bend nothing.
 fn bump(surface: &Surface) -> Option<Bump> {
     let heights = surface.heights?;
-    let height = Arc::new(program(surface, heights.height)?);
+    let height = Arc::new(Program::new(&surface.graph, node(heights.height)?));
     Some(Bump { height, distance: heights.distance, strength: heights.strength.clamp(0.0, 1.0) })
 }
 

@@ -71,7 +71,7 @@ impl Assembly {
     /// does; and the space of graphs.
     pub(in crate::scene) fn with_details(&self, mesh: Mesh, of_vertices: &[[f32; 4]]) -> Mesh {
         let mesh = self.with_tangents(mesh, of_vertices);
-        let has_graph = |material: &u16| self.materials[usize::from(*material)].graphs().next().is_some();
+        let has_graph = |material: &u16| self.materials[usize::from(*material)].programs().next().is_some();
         if !mesh.material_of.iter().any(has_graph) {
             return mesh;
         }

@@ -1,0 +1,133 @@
+//! `[[material]]` tables of shot files: what they put in place of the materials of models.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use super::assemble::Assembly;
+use super::map_statement::{ByUse, MapUse};
+use super::mtl::MtlMaterial;
+use super::of_surface::{Graphs, OfSurface};
+use crate::scene::keys::spelling;
+use crate::scene::material::{Bump, NormalMap};
+use crate::scene::mtlx;
+use crate::scene::{Material, SceneError};
+
+/// What the `[[material]]` tables of a name put in place of a material's own.
+#[derive(Default)]
+pub(crate) struct Overridden {
+    /// Shot file for each picture that it states.
+    pub places: ByUse<PathBuf>,
+    /// Graphs of its colour and its other parameters: no pictures of these count then.
+    graphs: Graphs,
+    /// Heights that bend its normals.
+    bump: Option<Bump>,
+    /// Picture of its normals.
+    normals: Option<NormalMap>,
+    /// True if nothing of the material's own counts: neither pictures nor numbers.
+    pub is_whole: bool,
+}
+
+impl Overridden {
+    /// Gives a material the graphs and the normals of a file that counts in place of its own.
+    pub fn apply(&self, material: &mut Material) {
+        if self.is_whole {
+            material.computed = self.graphs.computed(material.metal_rough.is_some()).map(Arc::new);
+            (material.bump, material.normal_map) = (self.bump.clone(), self.normals);
+        }
+    }
+}
+
+impl Assembly {
+    /// Returns true if a `[[material]]` table has this name.
+    pub(super) fn is_overridden(&self, name: &str) -> bool {
+        self.overrides.iter().any(|entry| entry.values.name == name)
+    }
+
+    /// Returns true if a `[[material]]` table of this name states the parameter as a number that pictures of this use give.
+    pub(in crate::scene) fn is_number_stated(&self, name: &str, used: MapUse) -> bool {
+        let entries = self.overrides.iter().filter(|entry| entry.values.name == name);
+        entries.into_iter().any(|entry| entry.values.states_number(used))
+    }
+
+    /// Replaces values of a material by those that the `[[material]]` tables of its name state.
+    ///
+    /// # Errors
+    /// Those of MaterialX files that they name.
+    pub(in crate::scene) fn override_values(
+        &mut self,
+        stated: &mut MtlMaterial,
+    ) -> Result<Overridden, SceneError> {
+        let mut overridden = Overridden::default();
+        for number in 0..self.overrides.len() {
+            if self.overrides[number].values.name != stated.name {
+                continue;
+            }
+            self.overrides[number].used = true;
+            if let Some(path) = self.overrides[number].mtlx.clone() {
+                let of_file = self.mtlx_surface(&path, &stated.name)?;
+                *stated = of_file.stated;
+                let OfSurface { graphs, bump, normals, .. } = of_file;
+                let normals = normals.and_then(|(map, slope)| self.pictures.normal_map(map, slope));
+                overridden = Overridden { graphs, bump, normals, is_whole: true, ..Overridden::default() };
+            }
+            let entry = &self.overrides[number];
+            stated.replace_with(&entry.values);
+            let MtlMaterial { kd, pr, pm, maps, .. } = &entry.values;
+            let Graphs { color, roughness, metalness, .. } = &mut overridden.graphs;
+            for (graph, is_number, used) in [
+                (color, kd.is_some(), MapUse::Color),
+                (roughness, pr.is_some(), MapUse::Roughness),
+                (metalness, pm.is_some(), MapUse::Metal),
+            ] {
+                if is_number || maps.has(used) {
+                    *graph = None;
+                }
+            }
+            let places = entry.values.maps.map(|_| entry.path.clone());
+            overridden.places.replace_with(&places);
+        }
+        Ok(overridden)
+    }
+
+    /// The material of this name of the MaterialX file at `path`.
+    fn mtlx_surface(&mut self, path: &Path, name: &str) -> Result<OfSurface, SceneError> {
+        let (document, is_new) = self.mtlx.at(path)?;
+        if is_new {
+            self.files.push(path.to_path_buf());
+            self.digests.push(document.digest);
+        }
+        let folder = path.parent().unwrap_or(Path::new(""));
+        let Self { pictures, findings, .. } = self;
+        let (surface, told) = mtlx::surface(&document, name, &mut |asked| {
+            pictures.index_of(&asked.map, folder, path, findings, asked.used)
+        })?;
+        let of_surface = OfSurface::new(surface);
+        let line = told.first().map_or(1, |(line, _)| *line);
+        let left_out = of_surface.left_out.iter().map(|said| (line, String::from(*said)));
+        for (line, said) in told.into_iter().chain(left_out) {
+            self.findings.note(SceneError::new(path, format!("material `{name}`: {said}")).at_line(line));
+        }
+        Ok(of_surface)
+    }
+
+    /// Reports overrides that no model uses.
+    ///
+    /// # Errors Any such override, in a strict load.
+    pub fn report_unused_overrides(&mut self) -> Result<(), SceneError> {
+        let used: Vec<String> = self.materials.iter().map(|material| material.name.clone()).collect();
+        for entry in self.overrides.iter().filter(|entry| !entry.used) {
+            let name = &entry.values.name;
+            let message = if self.known_names.contains(name) {
+                format!("the material `{name}` is defined, but no face uses it")
+            } else {
+                format!(
+                    "no model has a material `{name}`{}",
+                    spelling::hint(name, used.iter().map(String::as_str))
+                )
+            };
+            let finding = SceneError::new(&entry.path, message).at(entry.line, entry.column);
+            self.findings.stand_in(finding)?;
+        }
+        Ok(())
+    }
+}
