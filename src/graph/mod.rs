@@ -8,7 +8,7 @@
 //! - [`functions`]: the arithmetic, as Blender's nodes have it; the patterns are in [`pattern`](crate::pattern);
 //! - [`Place`]: what functions may ask of the surface.
 //!
-//! Graphs know nothing of scenes and files: readers make them ([`mtlx`](crate::scene::mtlx)).
+//! Graphs know nothing of scenes and files: readers make them (`scene::mtlx` does).
 
 mod build;
 mod definition;

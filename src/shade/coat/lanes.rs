@@ -221,7 +221,7 @@ impl<'a> CoatLanes<'a> {
         }
     }
 
-    /// [`Albedos::at`] the cosines of eight surfaces.
+    /// [`Albedos::at`](super::albedos::Albedos::at) the cosines of eight surfaces.
     #[inline]
     fn shares_at(&self, cos: F32x8) -> Shares<F32x8> {
         let mut all = Shares::<F32x8>::none();
