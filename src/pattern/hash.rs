@@ -6,56 +6,116 @@
 use std::array;
 
 use glam::{Vec2, Vec3};
+use wide::u32x8;
+
+/// A word of 32 bits, or eight of them; sums wrap around.
+trait Word: Copy {
+    fn all(value: u32) -> Self;
+    fn plus(self, other: Self) -> Self;
+    fn minus(self, other: Self) -> Self;
+    fn xor(self, other: Self) -> Self;
+    fn turned(self, bits: u32) -> Self;
+}
+
+impl Word for u32 {
+    #[inline(always)]
+    fn all(value: u32) -> Self {
+        value
+    }
+
+    #[inline(always)]
+    fn plus(self, other: Self) -> Self {
+        self.wrapping_add(other)
+    }
+
+    #[inline(always)]
+    fn minus(self, other: Self) -> Self {
+        self.wrapping_sub(other)
+    }
+
+    #[inline(always)]
+    fn xor(self, other: Self) -> Self {
+        self ^ other
+    }
+
+    #[inline(always)]
+    fn turned(self, bits: u32) -> Self {
+        self.rotate_left(bits)
+    }
+}
+
+impl Word for u32x8 {
+    #[inline(always)]
+    fn all(value: u32) -> Self {
+        Self::splat(value)
+    }
+
+    #[inline(always)]
+    fn plus(self, other: Self) -> Self {
+        self + other
+    }
+
+    #[inline(always)]
+    fn minus(self, other: Self) -> Self {
+        self - other
+    }
+
+    #[inline(always)]
+    fn xor(self, other: Self) -> Self {
+        self ^ other
+    }
+
+    #[inline(always)]
+    fn turned(self, bits: u32) -> Self {
+        self << bits | self >> (32 - bits)
+    }
+}
 
 /// The hash of one to four words: `hashword` of lookup3 with 13 as the initial value.
 pub fn jenkins<const N: usize>(key: [u32; N]) -> u32 {
-    jenkins_lanes(key.map(|word| [word]))[0]
+    hashed(key)
 }
 
-/// [`jenkins`] of `LANES` keys at once: `keys[word][lane]`.
+/// [`jenkins`] of eight keys.
 #[inline(always)]
-pub fn jenkins_lanes<const N: usize, const LANES: usize>(keys: [[u32; LANES]; N]) -> [u32; LANES] {
+pub fn jenkins8<const N: usize>(key: [u32x8; N]) -> u32x8 {
+    hashed(key)
+}
+
+#[inline(always)]
+fn hashed<W: Word, const N: usize>(key: [W; N]) -> W {
     const { assert!(N >= 1 && N <= 4) };
     let length = (N as u32) << 2;
-    let mut state = [[0xdead_beef_u32.wrapping_add(length).wrapping_add(13); LANES]; 3];
-    for (part, words) in state.iter_mut().zip(keys) {
-        *part = added(*part, words);
+    let mut state = [W::all(0xdead_beef_u32.wrapping_add(length).wrapping_add(13)); 3];
+    for (part, word) in state.iter_mut().zip(key) {
+        *part = part.plus(word);
     }
     if N == 4 {
         state = stirred(state);
-        state[0] = added(state[0], keys[N - 1]);
+        state[0] = state[0].plus(key[N - 1]);
     }
     closed(state)
 }
 
-#[inline(always)]
-fn added<const LANES: usize>(first: [u32; LANES], second: [u32; LANES]) -> [u32; LANES] {
-    array::from_fn(|lane| first[lane].wrapping_add(second[lane]))
-}
-
 /// The `mix` step of lookup3, between blocks of three words.
 #[inline(always)]
-fn stirred<const LANES: usize>([mut a, mut b, mut c]: [[u32; LANES]; 3]) -> [[u32; LANES]; 3] {
-    let fold = |value: [u32; LANES], other: [u32; LANES], bits| -> [u32; LANES] {
-        array::from_fn(|lane| value[lane].wrapping_sub(other[lane]) ^ other[lane].rotate_left(bits))
-    };
+fn stirred<W: Word>([mut a, mut b, mut c]: [W; 3]) -> [W; 3] {
+    let fold = |value: W, other: W, bits| value.minus(other).xor(other.turned(bits));
     for (first, second, third) in [(4, 6, 8), (16, 19, 4)] {
         a = fold(a, c, first);
-        c = added(c, b);
+        c = c.plus(b);
         b = fold(b, a, second);
-        a = added(a, c);
+        a = a.plus(c);
         c = fold(c, b, third);
-        b = added(b, a);
+        b = b.plus(a);
     }
     [a, b, c]
 }
 
 /// The `final` step of lookup3.
 #[inline(always)]
-fn closed<const LANES: usize>([mut a, mut b, mut c]: [[u32; LANES]; 3]) -> [u32; LANES] {
-    let fold = |value: [u32; LANES], other: [u32; LANES], bits| -> [u32; LANES] {
-        array::from_fn(|lane| (value[lane] ^ other[lane]).wrapping_sub(other[lane].rotate_left(bits)))
-    };
+fn closed<W: Word>([mut a, mut b, mut c]: [W; 3]) -> W {
+    let fold = |value: W, other: W, bits| value.xor(other).minus(other.turned(bits));
     c = fold(c, b, 14);
     a = fold(a, c, 11);
     b = fold(b, a, 25);

@@ -3,7 +3,10 @@
 
 use std::array;
 
-use super::hash::jenkins_lanes;
+use wide::u32x8;
+
+use super::hash::jenkins8;
+use crate::lanes::{self, F32x8};
 
 /// Coordinates repeat after so much on each axis: floats are too coarse for noise farther from the origin.
 const PERIOD: f32 = 100_000.0;
@@ -19,13 +22,7 @@ pub fn signed<const N: usize>(place: [f32; N]) -> f32 {
     // What the largest sums of gradients need to come near to 1, as measured by the makers of that library.
     let scale = [0.25, 0.6616, 0.982, 0.8344][N - 1];
     let place = place.map(wrapped);
-    scale
-        * match N {
-            1 => unscaled::<N, 2>(place),
-            2 => unscaled::<N, 4>(place),
-            3 => unscaled::<N, 8>(place),
-            _ => unscaled::<N, 16>(place),
-        }
+    scale * unscaled(place)
 }
 
 /// Noise of 1, 2, 3, or 4 dimensions (`N`), about 0 to 1 and never far outside.
@@ -48,60 +45,73 @@ fn ease(share: f32) -> f32 {
     share * share * share * (share * (share * 6.0 - 15.0) + 10.0)
 }
 
-/// Noise of the gradients, from the `CORNERS` (2 to the power of `N`) of the place's cell.
-///
-/// Bit `axis` of a corner's index says whether it is the farther one along that axis.
+/// Noise of the gradients, from the corners of the place's cell.
 #[inline(always)]
-fn unscaled<const N: usize, const CORNERS: usize>(place: [f32; N]) -> f32 {
+fn unscaled<const N: usize>(place: [f32; N]) -> f32 {
     let floor = place.map(f32::floor);
     let cell = floor.map(|value| value as i32);
     let local: [f32; N] = array::from_fn(|axis| place[axis] - floor[axis]);
-    let step = |corner: usize, axis: usize| corner >> axis & 1;
-    let keys = array::from_fn(|axis| {
-        array::from_fn(|corner| cell[axis].wrapping_add(step(corner, axis) as i32) as u32)
+    if N < 4 {
+        return blended(cell, local, 0);
+    }
+    super::mix(blended(cell, local, 0), blended(cell, local, 1), ease(local[N - 1]))
+}
+
+/// What eight corners give, blended along the first three axes; along the fourth they lie on `side`, 0 or 1.
+///
+/// Bits of a lane's number say whether its corner is the farther one along an axis, the highest bit that of the first axis: then the
+/// lanes of either side lie together. With less than three axes the last lanes repeat the first.
+#[inline(always)]
+fn blended<const N: usize>(cell: [i32; N], local: [f32; N], side: u32) -> f32 {
+    let axes = N.min(3);
+    let steps: [u32x8; N] = array::from_fn(|axis| {
+        let step = |lane: u32| if axis < axes { lane >> (axes - 1 - axis) & 1 } else { side };
+        u32x8::new([0, 1, 2, 3, 4, 5, 6, 7].map(step))
     });
-    let hashes: [u32; CORNERS] = jenkins_lanes::<N, CORNERS>(keys);
-    let mut values: [f32; CORNERS] = array::from_fn(|corner| {
-        slope::<N>(hashes[corner], array::from_fn(|axis| local[axis] - step(corner, axis) as f32))
-    });
-    for (axis, share) in local.map(ease).into_iter().enumerate() {
-        for index in 0..1 << (N - 1 - axis) {
-            values[index] = super::mix(values[2 * index], values[2 * index + 1], share);
+    let hashes = jenkins8::<N>(array::from_fn(|axis| u32x8::splat(cell[axis] as u32) + steps[axis]));
+    let towards =
+        array::from_fn(|axis| F32x8::splat(local[axis]) - F32x8::from_whole(lanes::signed(steps[axis])));
+    let mut values = *slopes::<N>(hashes, towards).values();
+    for (axis, share) in local.map(ease).into_iter().enumerate().take(axes) {
+        let (near, far) = values.split_at_mut(1 << (axes - 1 - axis));
+        for (value, far) in near.iter_mut().zip(far) {
+            *value = super::mix(*value, *far, share);
         }
     }
     values[0]
 }
 
-/// The dot product of a corner's gradient, which the hash chooses, and the vector from the corner.
+/// The dot products of gradients, which the hashes of corners choose, and the vectors from the corners.
 #[inline(always)]
-fn slope<const N: usize>(hash: u32, towards: [f32; N]) -> f32 {
-    let signed = |value: f32, bit: u32| f32::from_bits(value.to_bits() ^ (hash >> bit & 1) << 31);
+fn slopes<const N: usize>(hashes: u32x8, towards: [F32x8; N]) -> F32x8 {
+    let has = |bits: u32, wanted: u32| (hashes & u32x8::splat(bits)).cmp_eq(u32x8::splat(wanted));
+    let signed = |value: F32x8, bit: i32| {
+        F32x8::from_bits(value.to_bits() ^ ((hashes << (31 - bit)) & u32x8::splat(1 << 31)))
+    };
+    let pick = |mask: u32x8, first: F32x8, second: F32x8| {
+        F32x8::from_bits(mask.blend(first.to_bits(), second.to_bits()))
+    };
     let part = |axis: usize| towards[axis];
     match N {
-        1 => signed(1.0 + (hash & 7) as f32, 3) * part(0),
+        1 => {
+            let length = F32x8::ONE + F32x8::from_whole(lanes::signed(hashes & u32x8::splat(7)));
+            signed(length, 3) * part(0)
+        }
         2 => {
-            let is_low = hash & 7 < 4;
+            let is_low = has(4, 0);
             let (first, second) = (pick(is_low, part(0), part(1)), pick(is_low, part(1), part(0)));
-            signed(first, 0) + signed(2.0 * second, 1)
+            signed(first, 0) + signed(F32x8::splat(2.0) * second, 1)
         }
         3 => {
-            let choice = hash & 15;
-            let last = pick(choice & 13 == 12, part(0), part(2));
-            let second = pick(choice < 4, part(1), last);
-            signed(pick(choice < 8, part(0), part(1)), 0) + signed(second, 1)
+            let last = pick(has(13, 12), part(0), part(2));
+            let second = pick(has(12, 0), part(1), last);
+            signed(pick(has(8, 0), part(0), part(1)), 0) + signed(second, 1)
         }
         _ => {
-            let choice = hash & 31;
-            let first = pick(choice < 24, part(0), part(1));
-            let second = pick(choice < 16, part(1), part(2));
-            signed(first, 0) + signed(second, 1) + signed(pick(choice < 8, part(2), part(3)), 2)
+            // a number below 32: less than 24, than 16, than 8
+            let first = pick(has(24, 24), part(1), part(0));
+            let second = pick(has(16, 0), part(1), part(2));
+            signed(first, 0) + signed(second, 1) + signed(pick(has(24, 0), part(2), part(3)), 2)
         }
     }
-}
-
-/// The first number if `is_first`, the second else, without a branch: which it is, no processor can guess.
-#[inline(always)]
-fn pick(is_first: bool, first: f32, second: f32) -> f32 {
-    let mask = u32::from(is_first).wrapping_neg();
-    f32::from_bits(first.to_bits() & mask | second.to_bits() & !mask)
 }
