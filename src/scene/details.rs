@@ -145,14 +145,19 @@ impl Mesh {
     /// Returns true if it has what a material may need to bend its normals: tangents for pictures, or a space for graphs.
     #[inline]
     pub fn may_bend_normals(&self) -> bool {
-        !self.details.tangents.is_empty() || self.details.space.is_some()
+        !self.details.tangents.is_empty() || self.space_of_heights().is_some()
     }
 
     /// Returns true if it has what this material needs to bend its normals.
     pub fn is_bent_by(&self, material: &Material) -> bool {
         let by_picture = material.normal_map.is_some() && !self.details.tangents.is_empty();
-        let by_heights = material.bump.is_some() && self.details.space.is_some() && self.quadric.is_none();
-        by_picture || by_heights
+        by_picture || material.bump.is_some() && self.space_of_heights().is_some()
+    }
+
+    /// The space in which heights bend its normals, if they do: not those of quadrics, whose weights are none of corners.
+    #[inline]
+    pub fn space_of_heights(&self) -> Option<ObjectSpace> {
+        self.details.space.filter(|_| self.quadric.is_none())
     }
 
     /// One of its sets of texture coordinates; empty if it has none.

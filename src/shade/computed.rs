@@ -39,7 +39,7 @@ impl OnMesh<'_> {
 
     /// Normal of a surface with these heights (J. Blinn, "Simulation of wrinkled surfaces", 1978; by the gradient on the surface, as in M.
     /// Mikkelsen, "Bump mapping unparametrized surfaces on the GPU", 2010, and in Cycles): that of the surface, less the gradient of the
-    /// heights along it. `None` if the triangle has no area, and on quadrics, whose weights are none of corners.
+    /// heights along it. `None` if the triangle has no area or heights bend nothing of this mesh.
     pub(super) fn raised(
         &self,
         scene: &Scene,
@@ -48,7 +48,7 @@ impl OnMesh<'_> {
         [a, b, c]: [Vec3; 3],
     ) -> Option<Vec3> {
         let (mesh, [u, v]) = (self.mesh, self.weights);
-        let space = mesh.details.space.filter(|_| mesh.quadric.is_none())?;
+        let space = mesh.space_of_heights()?;
         // two steps of one length at a right angle, in the triangle at rest
         let corners = mesh.triangles[self.primitive as usize].map(|corner| corner as usize);
         let [at_a, at_b, at_c] = corners.map(|corner| Vec3::from(mesh.positions.as_slice()[corner]));

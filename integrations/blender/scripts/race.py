@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Times a shot at several qualities: Cycles with persistent data, and Afterimage, export and files included.
 
-    python integrations/blender/scripts/race.py FOLDER [--shot SHOT] [--blur] [--error] [--stills] [--defaults] [--width WIDTH] [--reference SAMPLES]
+    python integrations/blender/scripts/race.py FOLDER [--shot SHOT] [--blur] [--error] [--stills] [--defaults] [--frames FRAMES] [--width WIDTH] [--reference SAMPLES]
 
 Shots:
     room        a camera that travels past things that rest, 48 frames: the scene of compare_cycles.py, without its glass
@@ -11,7 +11,7 @@ Shots:
     patterns    things of forty nodes each, noise and cells of eight octaves, that rest before a camera that travels, 24 frames
     plain       the same of one colour each
 
---blur: with motion blur, half a frame long. --error: counts of ours follow from noise thresholds.
+--frames: the first FRAMES alone. --blur: with motion blur, half a frame long. --error: counts of ours follow from noise thresholds.
 --stills: instead, how long the first ten frames take as an animation, and one by one as scripts render them. --defaults: instead, both as a new
 file has them, denoised: Cycles with a noise threshold of 0.01 and at most 4096 samples; ours with finer thresholds as well. Both renderers have a filter of one pixel. The error is that of three frames against a picture of
 the same renderer that has next to none, with REFERENCE samples in Cycles (1024): root of the mean square difference, over the mean, of the three
@@ -68,6 +68,7 @@ def build(options):
     """The scene, and the frames in which it is checked."""
     make, frames = SHOTS[options.shot]
     scene = make(options.width, frames)
+    scene.frame_end = frames = min(options.frames or frames, frames)
     if not options.error and not options.defaults:
         scene.afterimage.shadow_rays = "1"
     scene.cycles.max_bounces = scene.afterimage.bounces + 1
@@ -201,6 +202,7 @@ def main():
     parser.add_argument("--error", action="store_true")
     parser.add_argument("--stills", action="store_true")
     parser.add_argument("--defaults", action="store_true")
+    parser.add_argument("--frames", type=int)
     parser.add_argument("--width", type=int, default=240)
     parser.add_argument("--reference", type=int, default=1024)
     options = parser.parse_args()
@@ -235,4 +237,5 @@ def main():
     os._exit(0)
 
 
-main()
+if __name__ == "__main__":
+    main()
