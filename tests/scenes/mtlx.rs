@@ -145,8 +145,11 @@ fn nodes_of_the_standard_library_are_known() {
         ("screen", &[("fg", "0.5, 0.5, 0.5"), ("bg", "0.5, 0.5, 0.5")], [0.75; 3]),
         ("difference", &[("fg", "0.5, 0.5, 0.5"), ("bg", "0.75, 0.5, 0.25")], [0.25, 0.0, 0.25]),
         ("ifgreater", &[("value1", "2"), ("value2", "1"), ("in1", "0.5"), ("in2", "1")], [0.5; 3]),
-        ("luminance", &[("in", "0, 1, 0")], [0.715_169; 3]),
+        ("luminance", &[("in", "0, 1, 0")], [0.674_081_8; 3]),
+        ("luminance", &[("in", "0, 1, 0"), ("lumacoeffs", "0, 0.5, 0")], [0.5; 3]),
         ("hsvtorgb", &[("in", "0.333333333, 1, 1")], [0.0, 1.0, 0.0]),
+        ("hsvtorgb", &[("in", "1.333333333, 1, 1")], [0.0, 1.0, 0.0]),
+        ("multiply", &[("in2", "0.5")], [0.0; 3]),
         ("modulo", &[("in1", "0.75, 1.25, -0.25"), ("in2", "0.5")], [0.25; 3]),
     ] {
         let found = of(category, inputs);
@@ -171,6 +174,50 @@ fn what_is_not_known_is_told_by_name_once_and_its_default_counts() {
     let told = warnings(&self::shot(&file(&open_pbr(layers), ""))).join("\n");
     assert!(told.contains("not used: coat_color, fuzz_weight") && told.contains("`fuzz_color`"), "{told}");
     assert!(!told.contains("thin_film"), "there is none: {told}");
+}
+
+#[test]
+fn vectors_of_two_have_no_third_channel() {
+    let shot = of_nodes(
+        "<subtract name=\"d\" type=\"vector2\"><input name=\"in1\" type=\"vector2\" value=\"0.8, 0.9\"/>\
+         <input name=\"in2\" type=\"float\" value=\"0.5\"/></subtract>\n\
+         <magnitude name=\"n\" type=\"float\"><input name=\"in\" type=\"vector2\" nodename=\"d\"/></magnitude>",
+    );
+    assert!(oak(&shot).metal_rough.unwrap().base.abs_diff_eq(Vec3::splat(0.5), 1e-6));
+}
+
+#[test]
+fn colours_are_in_the_space_that_is_stated() {
+    let of = |space: &str| {
+        let base = format!(
+            "<input name=\"base_color\" type=\"color3\" value=\"0.5, 0, 1\" colorspace=\"{space}\"/>"
+        );
+        shot(&file(&open_pbr(&base), ""))
+    };
+    let encoded = oak(&of("srgb_texture")).metal_rough.unwrap().base;
+    assert!(encoded.abs_diff_eq(Vec3::new(0.214_041, 0.0, 1.0), 1e-5), "{encoded}");
+    let odd = of("acescg");
+    assert_eq!(oak(&odd).metal_rough.unwrap().base, Vec3::new(0.5, 0.0, 1.0));
+    assert!(warnings(&odd)[0].contains("`acescg`"), "{:?}", warnings(&odd));
+}
+
+#[test]
+fn inputs_that_nothing_reads_are_told() {
+    let told = warnings(&of_nodes(
+        "<add name=\"n\" type=\"color3\"><input name=\"in3\" type=\"color3\" value=\"0, 0, 0\"/></add>",
+    ));
+    assert!(told[0].contains("`in3` of nodes `add` is not used"), "{told:?}");
+    let of = |category: &str, inputs: &str| {
+        let shader = format!("<{category} name=\"S\" type=\"surfaceshader\">{inputs}</{category}>");
+        warnings(&shot(&file(&shader, ""))).join("\n")
+    };
+    let color = |value: &str| format!("<input name=\"sheen_color\" type=\"color3\" value=\"{value}\"/>");
+    assert!(of("gltf_pbr", &color("0.5, 0, 0")).contains("`sheen_color`"));
+    assert_eq!(of("gltf_pbr", &color("0, 0, 0")), "");
+    let thin =
+        |value: &str| format!("<input name=\"geometry_thin_walled\" type=\"boolean\" value=\"{value}\"/>");
+    assert!(of("open_pbr_surface", &thin("true")).contains("`geometry_thin_walled`"));
+    assert_eq!(of("open_pbr_surface", &thin("false")), "");
 }
 
 #[test]

@@ -186,14 +186,15 @@ impl Assembly {
         self.known_names.push(stated.name.clone());
         let overridden = self.override_values(&mut stated)?;
         let shot = &overridden.places;
+        let of_file = of_file.filter(|_| !overridden.is_whole);
         let mut material = stated.settle();
         let base = &json.pbr_metallic_roughness.base_color_texture;
-        let base = base.as_ref().filter(|_| is_textured || of_file.is_some());
+        let base = base.as_ref().filter(|_| is_textured && !overridden.is_whole || of_file.is_some());
         let of_base = |info| self.texture(document, info, UvSet::First, PictureUse::Color);
         let own = base.map(of_base).transpose()?;
         material.diffuse_map = match (&shot[MapUse::Color], &stated.maps[MapUse::Color]) {
             (Some(shot), Some(map)) => Some(self.picture(map, shot, PictureUse::Color)?),
-            _ => own.filter(|_| is_textured && !overridden.is_whole),
+            _ => own.filter(|_| is_textured),
         };
         overridden.apply(&mut material);
         // what the file states by itself is no statement of MTL

@@ -232,7 +232,7 @@ impl Assembly {
             };
             for (range, tint) in colored {
                 let index = self.known_gltf_material(document, material, OfVertices { alpha, tint })?;
-                if !geometry.colors.is_empty() {
+                if !geometry.colors.is_empty() && !self.has_computed_color(index) {
                     self.color_vertices(index);
                 }
                 runs.push((range, index));

@@ -171,6 +171,11 @@ impl Assembly {
         self.materials.iter().any(|material| material.programs().next().is_some())
     }
 
+    /// Returns true if a graph gives a material's colour.
+    pub fn has_computed_color(&self, material: u16) -> bool {
+        self.materials[usize::from(material)].has_computed_color()
+    }
+
     /// Returns true if a material casts shadows.
     pub fn casts_shadow(&self, material: u16) -> bool {
         self.materials[usize::from(material)].casts_shadow()
@@ -367,8 +372,7 @@ impl Assembly {
         if !obj.colors.is_empty() {
             // scans have the same colours in both: twice they would be too dark
             let is_plain = |id: &&u16| {
-                let material = &self.materials[usize::from(**id)];
-                material.diffuse_map.is_none() && !material.has_computed_color()
+                self.materials[usize::from(**id)].diffuse_map.is_none() && !self.has_computed_color(**id)
             };
             let plain: Vec<u16> = ids.iter().filter(is_plain).copied().collect();
             plain.into_iter().for_each(|id| self.color_vertices(id));

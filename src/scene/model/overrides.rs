@@ -83,6 +83,9 @@ impl Assembly {
                     *graph = None;
                 }
             }
+            if maps.has(MapUse::Normal) || maps.has(MapUse::Bump) {
+                (overridden.normals, overridden.bump) = (None, None);
+            }
             let places = entry.values.maps.map(|_| entry.path.clone());
             overridden.places.replace_with(&places);
         }

@@ -63,6 +63,20 @@ pub struct Stated {
     pub file_prefix: String,
 }
 
+/// Where the lines of a text begin. The parser counts them from the first one for each place, which takes minutes in large files.
+struct LineStarts(Vec<usize>);
+
+impl LineStarts {
+    fn of(text: &str) -> Self {
+        Self(std::iter::once(0).chain(text.match_indices('\n').map(|(at, _)| at + 1)).collect())
+    }
+
+    /// Number of the line of a byte, from 1.
+    fn line_at(&self, byte: usize) -> usize {
+        self.0.partition_point(|start| *start <= byte)
+    }
+}
+
 impl Document {
     /// Reads the file at `path`.
     ///
@@ -97,17 +111,18 @@ impl Document {
             elements: Vec::new(),
             by_name: HashMap::new(),
         };
+        let lines = LineStarts::of(text);
         for node in root.children().filter(Node::is_element) {
-            document.add(&xml, node, "");
+            document.add(&lines, node, "");
             if node.tag_name().name() == "nodegraph" {
                 let graph = node.attribute("name").unwrap_or_default();
-                node.children().filter(Node::is_element).for_each(|node| document.add(&xml, node, graph));
+                node.children().filter(Node::is_element).for_each(|node| document.add(&lines, node, graph));
             }
         }
         Ok(document)
     }
 
-    fn add(&mut self, xml: &Xml<'_>, node: Node<'_, '_>, graph: &str) {
+    fn add(&mut self, lines: &LineStarts, node: Node<'_, '_>, graph: &str) {
         let text = |key: &str| node.attribute(key).unwrap_or_default().to_string();
         let inputs = node.children().filter(|child| child.is_element() && child.tag_name().name() == "input");
         let element = Element {
@@ -115,7 +130,7 @@ impl Document {
             name: text("name"),
             graph: graph.to_string(),
             of_type: text("type"),
-            line: xml.text_pos_at(node.range().start).row as usize,
+            line: lines.line_at(node.range().start),
             inputs: inputs.map(Stated::of).collect(),
             shown: Stated::of(node),
         };

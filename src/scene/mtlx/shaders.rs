@@ -4,7 +4,7 @@ use glam::Vec3;
 
 use super::document::{Document, Element};
 use super::walk::{Finding, PictureAsked, Value, Walk};
-use crate::graph::{Graph, Input, Kind};
+use crate::graph::{Graph, Input, Kind, numbers};
 use crate::scene::SceneError;
 use crate::scene::surface::{ALL, Heights, Parameter, Surface};
 
@@ -93,15 +93,16 @@ const PREVIEW_SURFACE: Shader = Shader {
 };
 
 /// Inputs that are no parameters of what a surface reflects, and so need not be told.
-const SILENT: [&str; 3] = ["useSpecularWorkflow", "occlusion", "geometry_thin_walled"];
+const SILENT: [&str; 2] = ["useSpecularWorkflow", "occlusion"];
 
 /// Layers of shaders: what the names of their inputs begin with, and the inputs that say how much there is of them.
-const LAYERS: [(&str, &[&str]); 6] = [
+const LAYERS: [(&str, &[&str]); 7] = [
     ("subsurface", &["subsurface", "subsurface_weight"]),
     ("thin_film", &["thin_film_weight", "thin_film_thickness"]),
     ("transmission", &["transmission", "transmission_weight"]),
-    ("sheen", &["sheen"]),
+    ("sheen", &["sheen", "sheen_color"]),
     ("fuzz", &["fuzz_weight"]),
+    ("geometry_thin_walled", &["geometry_thin_walled"]),
     ("coat", &["coat", "coat_weight"]),
 ];
 
@@ -109,7 +110,9 @@ const LAYERS: [(&str, &[&str]); 6] = [
 fn is_there(shader: &Element, input: &str) -> bool {
     let Some((_, weights)) = LAYERS.iter().find(|(layer, _)| input.starts_with(layer)) else { return true };
     let weights = weights.iter().filter_map(|weight| shader.input(weight));
-    let is_none = |text: &str| text.trim().parse::<f32>().is_ok_and(|weight| weight == 0.0);
+    let is_none = |text: &str| {
+        text == "false" || numbers(text).is_ok_and(|all| all.iter().all(|weight| *weight == 0.0))
+    };
     weights.into_iter().any(|stated| stated.value.as_deref().is_none_or(|text| !is_none(text)))
 }
 
@@ -126,6 +129,9 @@ pub fn surface(
         document.fault(material, format!("the material `{name}` has no `surfaceshader` with a `nodename`"))
     })?;
     let mut walk = Walk::new(document, pictures);
+    for other in material.inputs.iter().filter(|input| input.name != "surfaceshader") {
+        walk.tell(material.line, format!("`{}` is not used", other.name));
+    }
     let found = match shader.category.as_str() {
         "open_pbr_surface" => open_pbr(&mut walk, shader)?,
         category => {
@@ -163,7 +169,8 @@ fn bend_normals(walk: &mut Walk<'_, '_>, shader: &Element, surface: &mut Surface
                 surface.heights = heights(walk, picture)?;
                 return Ok(());
             }
-            let scale = number(walk, node, "scale")?;
+            // that of glTF's is of texture coordinates
+            let scale = if node.category == "normalmap" { number(walk, node, "scale")? } else { 1.0 };
             match walk.normals(picture)? {
                 Some(map) => surface.normals = Some((map, scale)),
                 None => walk.tell(node.line, String::from("normals that are computed are not used")),

@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use glam::Vec3;
 
-use crate::graph::functions::color::{hsv_to_rgb, luma, rgb_to_hsv};
+use crate::graph::functions::color::{hsv_to_rgb, rgb_to_hsv};
 use crate::graph::{Function, Place};
 use crate::pattern::hash::jenkins;
 use crate::pattern::perlin::signed;
@@ -31,6 +31,7 @@ pub struct Taken {
 #[derive(Debug, Clone, Copy)]
 pub enum Default {
     Number(f32),
+    Color([f32; 3]),
     /// Texture coordinates.
     Uv,
     /// The place in object space.
@@ -54,15 +55,15 @@ pub fn output_number(name: &str) -> Option<usize> {
 }
 
 impl Standard {
-    /// The function of an output.
-    pub fn of_output(&'static self, output: usize) -> Arc<dyn Function> {
-        Arc::new(OfStandard { standard: self, output })
+    /// The function of an output, of which two channels count alone if it `is_flat`: the third is 0.
+    pub fn of_output(&'static self, output: usize, is_flat: bool) -> Arc<dyn Function> {
+        Arc::new(OfStandard { standard: self, output, is_flat })
     }
 }
 
 /// Product of two values.
 pub fn product() -> Arc<dyn Function> {
-    named("multiply").expect("it is in the list").of_output(0)
+    named("multiply").expect("it is in the list").of_output(0, false)
 }
 
 /// Function that makes a number of a picture's colour: that of its first channel.
@@ -72,28 +73,33 @@ pub fn first_channel() -> Arc<dyn Function> {
         inputs: &[Taken { name: "in", default: ZERO }],
         of: |a, _| Vec3::splat(a[0].x),
     };
-    FIRST.of_output(0)
+    FIRST.of_output(0, false)
 }
 
 struct OfStandard {
     standard: &'static Standard,
     output: usize,
+    is_flat: bool,
 }
 
 impl fmt::Debug for OfStandard {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{} {}", self.standard.name, self.output)
+        write!(f, "{} {} {}", self.standard.name, self.output, self.is_flat)
     }
 }
 
 impl Function for OfStandard {
     fn value(&self, inputs: &[Vec3], _: &dyn Place) -> Vec3 {
-        (self.standard.of)(inputs, self.output)
+        let value = (self.standard.of)(inputs, self.output);
+        if self.is_flat { value.with_z(0.0) } else { value }
     }
 }
 
 const ZERO: Default = Default::Number(0.0);
 const ONE: Default = Default::Number(1.0);
+
+/// Luminance of the primaries of ACEScg, which the specification has as default.
+const LUMINANCE: Default = Default::Color([0.272_228_7, 0.674_081_8, 0.053_689_5]);
 
 const fn taken(name: &'static str, default: Default) -> Taken {
     Taken { name, default }
@@ -140,10 +146,10 @@ macro_rules! blend {
 }
 
 macro_rules! compare {
-    ($name:literal, $is:expr) => {
+    ($name:literal, $first:expr, $is:expr) => {
         Standard {
             name: $name,
-            inputs: &[taken("value1", ONE), taken("value2", ZERO), taken("in1", ZERO), taken("in2", ZERO)],
+            inputs: &[taken("value1", $first), taken("value2", ZERO), taken("in1", ZERO), taken("in2", ZERO)],
             of: |a, _| chosen($is, a),
         }
     };
@@ -168,10 +174,10 @@ static ALL: &[Standard] = &[
     unary!("exp", f32::exp),
     binary!("add", ZERO, ZERO, |a: Vec3, b: Vec3| a + b),
     binary!("subtract", ZERO, ZERO, |a: Vec3, b: Vec3| a - b),
-    binary!("multiply", ONE, ONE, |a: Vec3, b: Vec3| a * b),
-    binary!("divide", ONE, ONE, |a: Vec3, b: Vec3| a / b),
+    binary!("multiply", ZERO, ONE, |a: Vec3, b: Vec3| a * b),
+    binary!("divide", ZERO, ONE, |a: Vec3, b: Vec3| a / b),
     binary!("modulo", ZERO, ONE, |a, b| both(a, b, |x, y| x - y * (x / y).floor())),
-    binary!("power", ONE, ONE, |a, b| both(a, b, f32::powf)),
+    binary!("power", ZERO, ONE, |a, b| both(a, b, f32::powf)),
     binary!("min", ZERO, ZERO, |a: Vec3, b| a.min(b)),
     binary!("max", ZERO, ZERO, |a: Vec3, b| a.max(b)),
     binary!("dotproduct", ZERO, ZERO, |a: Vec3, b| Vec3::splat(a.dot(b))),
@@ -222,16 +228,24 @@ static ALL: &[Standard] = &[
     })),
     blend!("burn", |a, b| both(a, b, |fg, bg| 1.0 - (1.0 - bg) / fg)),
     blend!("dodge", |a, b| both(a, b, |fg, bg| bg / (1.0 - fg))),
-    compare!("ifgreater", |a, b| a > b),
-    compare!("ifgreatereq", |a, b| a >= b),
-    compare!("ifequal", |a, b| a == b),
-    Standard { name: "luminance", inputs: &[taken("in", ZERO)], of: |a, _| Vec3::splat(luma(a[0])) },
+    compare!("ifgreater", ONE, |a, b| a > b),
+    compare!("ifgreatereq", ONE, |a, b| a >= b),
+    compare!("ifequal", ZERO, |a, b| a == b),
+    Standard {
+        name: "luminance",
+        inputs: &[taken("in", ZERO), taken("lumacoeffs", LUMINANCE)],
+        of: |a, _| Vec3::splat(a[0].dot(a[1])),
+    },
     Standard { name: "rgbtohsv", inputs: &[taken("in", ZERO)], of: |a, _| rgb_to_hsv(a[0]) },
-    Standard { name: "hsvtorgb", inputs: &[taken("in", ZERO)], of: |a, _| hsv_to_rgb(a[0]) },
+    Standard {
+        name: "hsvtorgb",
+        inputs: &[taken("in", ZERO)],
+        of: |a, _| hsv_to_rgb(a[0].with_x(a[0].x - a[0].x.floor())),
+    },
     Standard {
         name: "saturate",
-        inputs: &[taken("in", ZERO), taken("amount", ONE)],
-        of: |a, _| Vec3::splat(luma(a[0])).lerp(a[0], a[1].x),
+        inputs: &[taken("in", ZERO), taken("amount", ONE), taken("lumacoeffs", LUMINANCE)],
+        of: |a, _| Vec3::splat(a[0].dot(a[2])).lerp(a[0], a[1].x),
     },
     Standard {
         name: "contrast",
@@ -379,6 +393,9 @@ fn fractal(a: &[Vec3], noise: impl Fn(Vec3) -> f32) -> f32 {
     }
     sum
 }
+
+/// Patterns that have another number in each channel in the specification, and one for all here.
+pub const NOISES: [&str; 4] = ["noise2d", "noise3d", "fractal2d", "fractal3d"];
 
 /// Octaves of a fractal, at most: those beyond are finer than floats.
 const MOST_OCTAVES: f32 = 24.0;

@@ -11,6 +11,7 @@ use crate::graph::{Definition, Graph, Input, Kind, Options, numbers};
 use crate::scene::SceneError;
 use crate::scene::model::map_statement::MapStatement;
 use crate::scene::model::pictures::PictureUse;
+use crate::scene::texture::linear_share;
 
 /// What is left out of a file: the line, and a sentence.
 pub(in crate::scene) type Finding = (usize, String);
@@ -32,6 +33,28 @@ const LONGEST_WAY: usize = 64;
 
 /// Kinds of nodes that show a picture.
 const IMAGES: [&str; 5] = ["image", "tiledimage", "gltf_image", "gltf_colorimage", "gltf_normalmap"];
+
+/// Inputs of those nodes that are read, or that mean nothing here: pictures are interpolated between texels, and do not change.
+const OF_PICTURES: [&str; 18] = [
+    "in",
+    "file",
+    "default",
+    "texcoord",
+    "uvtiling",
+    "uvoffset",
+    "uaddressmode",
+    "vaddressmode",
+    "factor",
+    "color",
+    "colorspace",
+    "layer",
+    "filtertype",
+    "framerange",
+    "frameoffset",
+    "frameendaction",
+    "normal",
+    "tangent",
+];
 
 /// Number of the output that is alpha.
 const ALPHA: usize = 3;
@@ -180,7 +203,11 @@ impl<'d, 'p> Walk<'d, 'p> {
                 return Ok(Target::Node(node, output));
             } else if let Some(text) = &stated.value {
                 let Some(kind) = kind_of(&stated.of_type) else { return Ok(Target::Nothing) };
-                let value = constant(text, kind);
+                let is_encoded = kind == Kind::Color && self.is_encoded(line, stated.space.as_deref(), false);
+                let decoded = |value: Vec3| {
+                    if is_encoded { value.map(|share| linear_share(f64::from(share))) } else { value }
+                };
+                let value = constant(text, kind).map(decoded);
                 let fault = |fault: String| {
                     SceneError::new(&document.path, format!("`{}` {fault}", stated.name)).at_line(line)
                 };
@@ -238,11 +265,19 @@ impl<'d, 'p> Walk<'d, 'p> {
                 taken.push(match (value, input.default) {
                     (Some((value, _)), _) => value,
                     (None, standard::Default::Number(number)) => Input::Constant(Vec3::splat(number)),
+                    (None, standard::Default::Color(color)) => Input::Constant(Vec3::from(color)),
                     (None, standard::Default::Uv) => self.source(&inputs::UV),
                     (None, standard::Default::Point) => self.source(&inputs::POINT),
                 });
             }
-            return Ok(Some((self.graph.add(function.of_output(output), taken), kind)));
+            let is_read = |name: &str| function.inputs.iter().any(|input| input.name == name);
+            self.tell_unread(node, is_read);
+            if kind != Kind::Number && standard::NOISES.contains(&function.name) {
+                let what = format!("nodes `{}` give all channels the same number", function.name);
+                self.tell(node.line, what);
+            }
+            let function = function.of_output(output, node.of_type == "vector2");
+            return Ok(Some((self.graph.add(function, taken), kind)));
         }
         match nodes::named(&node.category) {
             Some(definition) => {
@@ -254,6 +289,27 @@ impl<'d, 'p> Walk<'d, 'p> {
                 self.tell(node.line, what);
                 Ok(None)
             }
+        }
+    }
+
+    /// Returns true if colours of a space are encoded as sRGB's, which is so of what `otherwise` says where no space is stated.
+    fn is_encoded(&mut self, line: usize, space: Option<&str>, otherwise: bool) -> bool {
+        match space.map(str::trim) {
+            None | Some("") => otherwise,
+            Some(space) if space.starts_with("srgb") => true,
+            Some("lin_rec709" | "lin_srgb" | "linear" | "raw" | "none") => false,
+            Some(space) => {
+                self.tell(line, format!("colours in `{space}` are taken as those of lin_rec709"));
+                false
+            }
+        }
+    }
+
+    /// Tells inputs of a node that nothing reads.
+    fn tell_unread(&mut self, node: &Element, is_read: impl Fn(&str) -> bool) {
+        for stated in node.inputs.iter().filter(|stated| !is_read(&stated.name)) {
+            let what = format!("`{}` of nodes `{}` is not used", stated.name, node.category);
+            self.tell(node.line, what);
         }
     }
 
@@ -328,15 +384,16 @@ impl<'d, 'p> Walk<'d, 'p> {
             let all = text.and_then(|text| numbers(text).ok()).unwrap_or_default();
             [0, 1].map(|axis| all.get(axis).copied().unwrap_or(default))
         };
+        self.tell_unread(node, |name| OF_PICTURES.contains(&name));
         let mode = node.input("uaddressmode").and_then(|stated| stated.value.as_deref());
-        let is_encoded = space.as_deref().is_none_or(|space| space.starts_with("srgb"));
         let map = MapStatement {
             scale: Vec2::from(pair("uvtiling", 1.0)),
             offset: -Vec2::from(pair("uvoffset", 0.0)),
             clamp: mode == Some("clamp"),
             ..MapStatement::plain(format!("{prefix}{file}"), node.line)
         };
-        let is_color = is_encoded && kind_of(&node.of_type) == Some(Kind::Color);
+        let is_color =
+            kind_of(&node.of_type) == Some(Kind::Color) && self.is_encoded(node.line, space.as_deref(), true);
         let asked = PictureAsked {
             map,
             used: if is_color && used == PictureUse::Parameter { PictureUse::Color } else { used },

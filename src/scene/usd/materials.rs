@@ -53,10 +53,11 @@ impl Assembly {
         // what the file states by itself is no statement of MTL
         let asking = |used| shot[used].as_deref().unwrap_or(&file.path);
         let mut settled = self.settle_maps(&stated, asking, material)?;
+        let usd_alpha = if overridden.is_whole { None } else { self.usd_alpha(file, surface, color)? };
         if let (Some(shot), Some(map)) = (&shot[MapUse::Opacity], &stated.maps[MapUse::Opacity]) {
             let map = self.picture(map, shot, PictureUse::Opacity)?;
             self.show_stated_alpha(&mut settled, map, stated.alpha_mode);
-        } else if let Some((map, of_file)) = self.usd_alpha(file, surface, color)? {
+        } else if let Some((map, of_file)) = usd_alpha {
             let alpha = match (stated.alpha_mode, of_file) {
                 (None, _) | (Some(AlphaMode::Cut), Alpha::Cut(_)) => of_file,
                 _ => Alpha::of(stated.alpha_mode),
