@@ -247,6 +247,16 @@ fn graphs_may_be_deep() {
 }
 
 #[test]
+fn outputs_may_have_the_names_of_nodes() {
+    let graph = "<nodegraph name=\"G\"><constant name=\"out\" type=\"color3\"><input name=\"value\" type=\"color3\" value=\"0, 0.5, 0\"/></constant>\n\
+                 <output name=\"out\" type=\"color3\" nodename=\"out\"/></nodegraph>";
+    let base = "<input name=\"base_color\" type=\"color3\" nodegraph=\"G\"/>";
+    let shot = shot(&file(&open_pbr(base), graph));
+    assert_eq!(oak(&shot).metal_rough.unwrap().base, Vec3::new(0.0, 0.5, 0.0));
+    assert!(warnings(&shot).is_empty(), "{:?}", warnings(&shot));
+}
+
+#[test]
 fn graphs_take_values_from_outside() {
     let graph = "<nodegraph name=\"G\">\n<input name=\"tint\" type=\"color3\" value=\"0.5, 0.25, 0\"/>\n\
                  <add name=\"n\" type=\"color3\"><input name=\"in1\" type=\"color3\" interfacename=\"tint\"/></add>\n\

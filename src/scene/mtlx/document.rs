@@ -134,7 +134,13 @@ impl Document {
             inputs: inputs.map(Stated::of).collect(),
             shown: Stated::of(node),
         };
-        self.by_name.insert((graph.to_string(), element.name.clone()), self.elements.len());
+        // files that give an output the name of a node are not rare, though names should differ
+        let (key, number) = ((graph.to_string(), element.name.clone()), self.elements.len());
+        if element.category == "output" {
+            self.by_name.entry(key).or_insert(number);
+        } else {
+            self.by_name.insert(key, number);
+        }
         self.elements.push(element);
     }
 
