@@ -30,7 +30,7 @@ pub enum Shows {
     Surface {
         /// Index into [`Scene::models`](crate::scene::Scene::models).
         model: u32,
-        /// Index into [`Scene::materials`](crate::scene::Scene::materials); of several variants, the first.
+        /// Index into [`Scene::materials`](crate::scene::Scene::materials).
         material: u16,
         /// True if the samples see the back of their triangles.
         is_from_behind: bool,

@@ -384,7 +384,7 @@ fn shift_in_pixels(prepared: &Prepared, picture: PictureName) -> [f32; 2] {
 fn shows_background_apart(frame: &FrameView) -> bool {
     frame.settings.background == Backdrop::Transparent
         && frame.layers.has(Layers::BACKGROUND)
-        && frame.scene.materials.iter().any(|material| material.optics.is_straight())
+        && frame.scene.materials.iter().any(|material| material.lets_straight_through())
 }
 
 /// Places that the eye of a picture takes in the frames that are inferred from it; where no samples are projected, nobody asks.

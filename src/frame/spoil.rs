@@ -16,7 +16,7 @@ use crate::samples::{
     CELLS, EMPTY, Flags, KeptPath, Octahedral, PathColor, Record, Sample, Tag, TagSlot, Tile, half_colors,
 };
 use crate::scene::Scene;
-use crate::shade::on_mesh::OnMesh;
+use crate::scene::on_mesh::OnMesh;
 use crate::shade::surface::SurfacePoint;
 use crate::stereo::Eye;
 use crate::trace::{Backend, Coherence, HitBatch, RayBatch, SceneSubset, Search};
@@ -248,7 +248,7 @@ fn hide<'t>(
             let is_behind = geometric_normal.dot(sight) > 0.0;
             let side = if is_behind { -1.0 } else { 1.0 };
             let place = OnMesh::on(model, hit.triangle, weights).with_width(width);
-            let material = place.material(scene);
+            let material = place.material();
             let of_place = &scene.materials[usize::from(material)];
             let (color, varied) = place.appearance(scene, of_place);
             let record = Record {

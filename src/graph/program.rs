@@ -79,7 +79,7 @@ impl Program {
     }
 
     /// Values of a program, at most.
-    pub const MOST_VALUES: usize = 4;
+    pub const MOST_VALUES: usize = 6;
 
     /// Number of steps.
     pub fn len(&self) -> usize {

@@ -28,7 +28,7 @@ use crate::scene::Scene;
 pub const MAGIC: &[u8; 16] = b"afterimage store";
 
 /// Version of the format. It counts up whenever the data that a sample keeps changes, or its meaning.
-pub const VERSION: u32 = 11;
+pub const VERSION: u32 = 12;
 
 /// Maximum length of a header, bytes.
 const MOST_HEADER: u32 = 1 << 20;

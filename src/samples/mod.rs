@@ -21,6 +21,7 @@ pub mod saved;
 mod spare;
 mod store;
 mod tag;
+mod varied;
 
 pub use footprint::Footprint;
 pub use gathered::{GatheredLight, PathLight, mean_of};
@@ -36,6 +37,7 @@ pub use store::{
     BACKGROUND, CELLS, Column, EMPTY, Move, SampleStore, Slot, TILE, Tile, full_color, half_colors,
 };
 pub use tag::{AREA_POINTS, AreaTag, Tag, TagLayout, TagSlot, Tags};
+pub use varied::VariedColumn;
 
 /// Result of reprojection for a cell's sample in this frame. `Empty` and `Outside` are states on the way and
 /// beyond the picture's rim; the others are the contract's.

@@ -5,7 +5,7 @@ use half::f16;
 
 use super::{ClearRegions, Footprint, Octahedral};
 use crate::exposure::{TICKS, Tick};
-use crate::shade::look::{Look, Varied};
+use crate::scene::look::{Look, Varied};
 
 /// A sample without its tags and what it has gathered.
 #[derive(Debug, Clone, Copy, PartialEq)]

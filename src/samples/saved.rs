@@ -13,6 +13,7 @@
 //! | triangle, normal, geometric normal | 12 |
 //! | reflectance, direct diffuse: three half floats each | 12 |
 //! | the rendered frame in which it was traced, material, flags, footprint | 8 |
+//! | what varies of its surface: roughness, metalness, opacity; colour of highlights; emission | 1 each; 3; 4 |
 //! | a tag for each light without a size; two words for each other light | 1; 4 |
 //! | with paths: radiance and `Until` of each; of their mean | 6 each; 8 |
 //! | if layers reflect: direction to the eye for which paths were drawn; radiance and `Until` of each | 4; 6 each |
@@ -26,12 +27,13 @@ use serde::{Deserialize, Serialize};
 use super::{
     AreaTag, BACKGROUND, CELLS, EMPTY, Flags, Footprint, GatheredLight, HalfColor, KeptPath, MOST_SPARES,
     Octahedral, Openness, PathColor, PathLight, PathList, Record, Sample, Status, Tag, TagLayout, Tile,
-    Traced,
+    Traced, VariedColumn,
 };
 use crate::changes::Until;
 use crate::lanes::LANES;
+use crate::samples::varied::{pack, unpack};
 use crate::scene::Scene;
-use crate::shade::look::Varied;
+use crate::scene::material::Varying;
 use crate::shade::sampling::SampleSeed;
 use crate::stereo::Eye;
 
@@ -101,14 +103,14 @@ pub fn most_bytes(layout: &TagLayout) -> usize {
 /// Appends `tile` to `bytes`.
 pub fn encode(tile: &Tile, bytes: &mut Vec<u8>) {
     bytes.extend((tile.spares.len() as u16).to_le_bytes());
-    let varies = !tile.varied.is_empty();
+    let varying = tile.varied.varying();
     for cell in 0..CELLS {
         let has_sample = tile.model[cell] != EMPTY;
         let is_copy = tile.copies[cell / LANES] >> (cell % LANES) & 1 != 0;
         let which = if has_sample { HAS_SAMPLE } else { 0 } | if is_copy { IS_COPY } else { 0 };
         bytes.push(tile.status[cell] as u8 | which);
         if has_sample {
-            encode_sample(&tile.sample(cell), varies, bytes);
+            encode_sample(&tile.sample(cell), varying, bytes);
             bytes.extend(tile.tags.single.iter().map(|column| column[cell] as u8));
             bytes.extend(tile.tags.area.iter().flat_map(|column| column[cell].to_bytes()));
             encode_gathered(&tile.gathered, cell, bytes);
@@ -116,14 +118,14 @@ pub fn encode(tile: &Tile, bytes: &mut Vec<u8>) {
     }
     let spares = &tile.spares;
     for (number, spare) in spares.samples.iter().enumerate() {
-        encode_sample(spare, varies, bytes);
+        encode_sample(spare, varying, bytes);
         bytes.extend(spares.single.iter().map(|tags| tags[number] as u8));
         bytes.extend(spares.area.iter().flat_map(|tags| tags[number].to_bytes()));
         encode_gathered(&spares.gathered, number, bytes);
     }
 }
 
-fn encode_sample(sample: &Sample, varies: bool, bytes: &mut Vec<u8>) {
+fn encode_sample(sample: &Sample, varying: Varying, bytes: &mut Vec<u8>) {
     let Sample { point, model, record, varied } = sample;
     let Record {
         triangle,
@@ -144,9 +146,8 @@ fn encode_sample(sample: &Sample, varies: bool, bytes: &mut Vec<u8>) {
     bytes.extend(traced.to_bits().to_le_bytes());
     bytes.extend(material.to_le_bytes());
     bytes.extend([flags.to_bits(), footprint.to_byte()]);
-    if varies {
-        bytes.extend([varied.roughness, varied.metalness]);
-    }
+    let (packed, count) = pack(varying, *varied);
+    bytes.extend(&packed[..count]);
 }
 
 fn encode_gathered(gathered: &GatheredLight, at: usize, bytes: &mut Vec<u8>) {
@@ -201,7 +202,7 @@ pub fn decode(bytes: &[u8], layout: &TagLayout, named: &Named<'_>) -> Option<Box
         tile.status[cell] = *Status::ALL.get(usize::from(byte & !(HAS_SAMPLE | IS_COPY)))?;
         tile.set_copy(cell, byte & IS_COPY != 0);
         if byte & HAS_SAMPLE != 0 {
-            tile.put(cell, decode_sample(&mut bytes, layout.varies, named)?);
+            tile.put(cell, decode_sample(&mut bytes, layout.varying, named)?);
             for column in &mut tile.tags.single {
                 column[cell] = decode_tag(&mut bytes)?;
             }
@@ -213,7 +214,7 @@ pub fn decode(bytes: &[u8], layout: &TagLayout, named: &Named<'_>) -> Option<Box
     }
     let mut one = GatheredLight::unknown(layout, 1);
     for _ in 0..spares {
-        tile.spares.samples.push(decode_sample(&mut bytes, layout.varies, named)?);
+        tile.spares.samples.push(decode_sample(&mut bytes, layout.varying, named)?);
         for tags in &mut tile.spares.single {
             tags.push(decode_tag(&mut bytes)?);
         }
@@ -226,7 +227,7 @@ pub fn decode(bytes: &[u8], layout: &TagLayout, named: &Named<'_>) -> Option<Box
     bytes.0.is_empty().then_some(tile)
 }
 
-fn decode_sample(bytes: &mut Bytes<'_>, varies: bool, named: &Named<'_>) -> Option<Sample> {
+fn decode_sample(bytes: &mut Bytes<'_>, varying: Varying, named: &Named<'_>) -> Option<Sample> {
     let point = Vec3::new(bytes.float()?, bytes.float()?, bytes.float()?);
     let model = bytes.word()?;
     let record = Record {
@@ -240,10 +241,7 @@ fn decode_sample(bytes: &mut Bytes<'_>, varies: bool, named: &Named<'_>) -> Opti
         flags: Flags::from_bits(bytes.byte()?)?,
         footprint: Footprint::from_byte(bytes.byte()?),
     };
-    let varied = match varies {
-        true => Varied { roughness: bytes.byte()?, metalness: bytes.byte()? },
-        false => Varied::NONE,
-    };
+    let varied = unpack(varying, bytes.first(VariedColumn::bytes_of(varying))?)?;
     let is_there = match model {
         BACKGROUND => true,
         EMPTY => false,
@@ -293,6 +291,13 @@ impl Bytes<'_> {
         let (first, rest) = self.0.split_first_chunk()?;
         self.0 = rest;
         Some(*first)
+    }
+
+    /// The next `count` bytes.
+    fn first(&mut self, count: usize) -> Option<&[u8]> {
+        let (first, rest) = self.0.split_at_checked(count)?;
+        self.0 = rest;
+        Some(first)
     }
 
     fn word(&mut self) -> Option<u32> {

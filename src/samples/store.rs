@@ -6,13 +6,13 @@ use half::slice::HalfFloatSliceExt;
 
 use super::{
     ClearRegions, Flags, GatheredLight, HalfColor, MOST_SPARES, Octahedral, Record, Sample, Spares, Status,
-    TagLayout, Tags,
+    TagLayout, Tags, VariedColumn,
 };
 use crate::changes::Until;
 use crate::exposure::Tick;
 use crate::lanes::{F32x8, LANES, Vec3x8};
 use crate::prefetch::prefetch;
-use crate::shade::look::{Look, Varied};
+use crate::scene::look::Look;
 
 /// Cells along a tile's edge.
 pub const TILE: usize = 32;
@@ -74,8 +74,8 @@ pub struct Tile {
     pub model: Column<u32>,
     /// Other data of the samples.
     pub record: Column<Record>,
-    /// Parameters of the samples' surfaces that vary from place to place; empty where no material of the shot has any.
-    pub varied: Vec<Varied>,
+    /// Parameters of the samples' surfaces that vary from place to place.
+    pub varied: VariedColumn,
     /// Status in this frame.
     pub status: Column<Status>,
     /// Bit masks, for each eight cells, of those served by a copy of a sample that another tile or another
@@ -98,7 +98,7 @@ impl Tile {
             z: [0.0; CELLS],
             model: [EMPTY; CELLS],
             record: [Record::default(); CELLS],
-            varied: if layout.varies { vec![Varied::NONE; CELLS] } else { Vec::new() },
+            varied: VariedColumn::new(layout.varying),
             status: [Status::default(); CELLS],
             copies: [0; CELLS / LANES],
             tags: Tags::unknown(layout),
@@ -127,7 +127,7 @@ impl Tile {
     pub fn sample(&self, slot: usize) -> Sample {
         match Slot::new(slot) {
             Slot::Cell(cell) => {
-                let (point, varied) = (self.point(cell), self.look(cell).varied);
+                let (point, varied) = (self.point(cell), self.varied.get(cell));
                 Sample { point, model: self.model[cell], record: self.record[cell], varied }
             }
             Slot::Spare(number) => self.spares.samples[number],
@@ -140,15 +140,7 @@ impl Tile {
         [self.x[cell], self.y[cell], self.z[cell]] = point.to_array();
         self.model[cell] = model;
         self.record[cell] = record;
-        self.put_varied(cell, varied);
-    }
-
-    /// Sets the parameters of the sample in a cell that vary.
-    #[inline(always)]
-    pub fn put_varied(&mut self, cell: usize, varied: Varied) {
-        if let Some(own) = self.varied.get_mut(cell) {
-            *own = varied;
-        }
+        self.varied.set(cell, varied);
     }
 
     /// Prefetches eight samples, from cell `first` on.
@@ -188,18 +180,14 @@ impl Tile {
                 self.y[cell] = from.y[old];
                 self.z[cell] = from.z[old];
                 self.model[cell] = from.model[old];
-                if let (Some(own), Some(varied)) = (self.varied.get_mut(cell), from.varied.get(old)) {
-                    *own = *varied;
-                }
+                self.varied.copy(cell, &from.varied, old);
                 &from.record[old]
             }
             Slot::Spare(number) => {
                 let spare = &from.spares.samples[number];
                 [self.x[cell], self.y[cell], self.z[cell]] = spare.point.to_array();
                 self.model[cell] = spare.model;
-                if let Some(own) = self.varied.get_mut(cell) {
-                    *own = spare.varied;
-                }
+                self.varied.set(cell, spare.varied);
                 &spare.record
             }
         };
@@ -290,8 +278,7 @@ impl Tile {
     /// What the surface of the sample in a cell is made of there.
     #[inline(always)]
     pub fn look(&self, cell: usize) -> Look {
-        let varied = self.varied.get(cell).copied().unwrap_or(Varied::NONE);
-        Look { material: self.record[cell].material, varied }
+        Look { material: self.record[cell].material, varied: self.varied.get(cell) }
     }
 
     /// What the surfaces of eight samples, from `first` on, are made of there.

@@ -1,11 +1,11 @@
 //! Shadow tags: the results of a sample's last shadow rays to each light.
 
-use super::{CELLS, Column, EMPTY, GatheredLight, Move, PathList, Slot, Spares};
+use super::{CELLS, Column, EMPTY, GatheredLight, Move, PathList, Slot, Spares, VariedColumn};
 use crate::changes::anything_changes;
 use crate::lanes::{LANES, Mask};
+use crate::scene::material::Varying;
 use crate::scene::{Light, Material, Scene};
 use crate::settings::{MOST_OCCLUSION_RAYS, Settings};
-use crate::shade::look::Varied;
 
 /// Number of points of an area light for which a sample keeps tags: the bits of a word.
 pub const AREA_POINTS: usize = u16::BITS as usize;
@@ -157,8 +157,8 @@ pub struct TagLayout {
     /// True if samples have seeds: for their paths and rays, for the points on area lights that they ask, and for the microfacets of
     /// rough glass.
     pub is_seeded: bool,
-    /// True if parameters of surfaces vary from place to place.
-    pub varies: bool,
+    /// Parameters of surfaces that vary from place to place.
+    pub varying: Varying,
 }
 
 impl TagLayout {
@@ -188,8 +188,8 @@ impl TagLayout {
         let layout = Self::new(points).with_paths(paths).with_reflections(reflections).with_occlusion(rays);
         let has_rough_glass = settings.depth > 0 && scene.materials.iter().any(Material::is_rough_glass);
         let is_seeded = layout.is_seeded || has_areas || has_rough_glass;
-        let varies = scene.materials.iter().any(Material::varies);
-        Self { is_seeded, expires: anything_changes(scene), varies, ..layout }
+        let varying = scene.materials.iter().map(Material::varying).fold(Varying::default(), Varying::with);
+        Self { is_seeded, expires: anything_changes(scene), varying, ..layout }
     }
 
     /// Sets the number of paths by which samples gather light.
@@ -224,8 +224,7 @@ impl TagLayout {
 
     fn bytes_with(&self, bytes_of_path: usize) -> usize {
         let tags = self.single * size_of::<Tag>() + self.area * size_of::<AreaTag>();
-        let varied = if self.varies { size_of::<Varied>() } else { 0 };
-        tags + varied + GatheredLight::bytes_of_sample(self, bytes_of_path)
+        tags + VariedColumn::bytes_of(self.varying) + GatheredLight::bytes_of_sample(self, bytes_of_path)
     }
 }
 

@@ -4,7 +4,7 @@
 //! a yes or no, which can be kept from frame to frame; the edge of a leaf is smoothed as any edge is, by the samples of a pixel.
 //!
 //! A surface whose alpha is *blended* is there wherever it shows at all, and each place of it is a veil as clear as its alpha says:
-//! one of its material's [variants](super::variants). Shadows stay a yes or no there, too: a shadow ray is stopped as often as a place
+//! as the sample [keeps it](super::look::Varied::opacity). Shadows stay a yes or no there, too: a shadow ray is stopped as often as a place
 //! is opaque, by a number that belongs to a small part of the surface. So the shadow is right in the mean over many samples, the
 //! sooner as the numbers of neighbouring parts are even, and the same ray always has the same answer.
 
@@ -13,10 +13,12 @@ pub mod outline;
 use std::ops::Range;
 use std::sync::Arc;
 
-use glam::Vec2;
+use glam::{Vec2, Vec3};
 
+use super::on_mesh::{OnMesh, PlaceOfGraph};
 use super::texture::Placement;
 use super::{Mesh, Texture};
+use crate::graph::Program;
 use crate::scrambled::scrambled;
 
 /// Least opacity of places that are there, where files do not state it.
@@ -44,6 +46,8 @@ pub struct Cutout {
     pub map: Option<u32>,
     /// True if the alpha of vertices is a factor of it, where a mesh has that.
     pub by_vertices: bool,
+    /// True if its material [computes](super::material::Computed::opacity) its alpha.
+    pub by_graph: bool,
     /// Least alpha of places that are there, above 0.
     pub least: f32,
     /// Where alpha is blended: opacity of places whose alpha is 1.
@@ -62,7 +66,18 @@ pub struct VertexData {
 impl Cutout {
     /// Creates the cut-out of places where the alpha of picture number `map` is below `least`.
     pub fn by_picture(map: u32, least: f32) -> Self {
-        Self { map: Some(map), by_vertices: false, least, blended: None }
+        Self { map: Some(map), ..Self::below(least) }
+    }
+
+    /// Creates the cut-out of places where an alpha that is still to be named is below `least`.
+    pub fn below(least: f32) -> Self {
+        Self { map: None, by_vertices: false, by_graph: false, least, blended: None }
+    }
+
+    /// Creates the cut-out of a surface that blends with what is behind it by the alpha that its material computes, where `solid` is its
+    /// opacity where that is 1.
+    pub fn by_graph(solid: f32) -> Self {
+        Self { by_graph: true, blended: Some(solid), ..Self::below(LEAST_SEEN) }
     }
 
     /// Creates the cut-out of a surface that blends with what is behind it by the alpha of picture number `map`, where `solid` is its
@@ -75,7 +90,7 @@ impl Cutout {
     pub fn on_mesh(self, has: VertexData) -> Option<Self> {
         let cutout =
             Self { map: self.map.filter(|_| has.uvs), by_vertices: self.by_vertices && has.alphas, ..self };
-        (cutout.map.is_some() || cutout.by_vertices).then_some(cutout)
+        (cutout.map.is_some() || cutout.by_vertices || cutout.by_graph).then_some(cutout)
     }
 }
 
@@ -102,7 +117,51 @@ enum Alpha {
     },
     /// That of vertices, times that of a picture if there is one.
     Vertices(Option<Texture>),
+    /// That which a graph computes.
+    Computed(ComputedAlpha),
 }
+
+/// Alpha that a graph computes of each place.
+#[derive(Debug, Clone, PartialEq)]
+struct ComputedAlpha {
+    program: Arc<Program>,
+    /// Pictures of the shot that it may take.
+    textures: Arc<[Texture]>,
+}
+
+impl ComputedAlpha {
+    /// Returns true if a place is there for a ray that asks this, where `solid` is its opacity where its alpha is 1.
+    fn is_there(&self, on: &OnMesh<'_>, asks: Asks, solid: f32) -> bool {
+        let place = PlaceOfGraph { on, textures: &self.textures };
+        let alpha = self.program.value(&place).x;
+        match asks {
+            Asks::Sight => alpha >= LEAST_SEEN,
+            Asks::Shadow => {
+                let alpha = if alpha < ALL_BUT_OPAQUE { alpha } else { 1.0 };
+                alpha * solid > chance_of(on.primitive, part_of(&place))
+            }
+        }
+    }
+}
+
+/// Column and row of a part of a triangle that has a number of its own, in the plane of two axes to which the triangle is turned most.
+fn part_of(place: &PlaceOfGraph<'_>) -> [u32; 2] {
+    let OnMesh { mesh, primitive, .. } = *place.on;
+    let [a, b, c] = mesh.triangles[primitive as usize]
+        .map(|corner| Vec3::from(mesh.positions.as_slice()[corner as usize]));
+    let [x, y, z] = (b - a).cross(c - a).abs().to_array();
+    let (from_a, edge) = (place.position() - a, (b - a).abs().max((c - a).abs()).max_element());
+    let [across, down] = match () {
+        () if z >= x && z >= y => [from_a.x, from_a.y],
+        () if y >= x => [from_a.x, from_a.z],
+        () => [from_a.y, from_a.z],
+    };
+    // a cast of what is no number is 0
+    [across, down].map(|way| ((way / edge + 1.0) * PARTS_OF_TRIANGLE) as u32)
+}
+
+/// Parts along the longest edge of a triangle.
+const PARTS_OF_TRIANGLE: f32 = 1024.0;
 
 /// A square between the centres of four texels.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -120,8 +179,14 @@ impl Mask {
     pub fn table(&self) -> Option<(usize, u64)> {
         match &self.alpha {
             Alpha::Picture { squares, .. } => Some((squares.as_ptr().addr(), size_of_val(&**squares) as u64)),
-            Alpha::Vertices(_) => None,
+            Alpha::Vertices(_) | Alpha::Computed(_) => None,
         }
+    }
+
+    /// Creates the mask of a cut-out whose alpha `program` computes, of these pictures of the shot.
+    pub fn computed(cutout: Cutout, program: Arc<Program>, textures: Arc<[Texture]>) -> Self {
+        let alpha = Alpha::Computed(ComputedAlpha { program, textures });
+        Self { alpha, least: cutout.least, blended: cutout.blended }
     }
 
     /// Creates the mask of a cut-out, whose picture is `texture`.
@@ -149,6 +214,7 @@ impl Mask {
             Alpha::Vertices(texture) => {
                 texture.as_ref().map_or(uv, |texture| texture.placement().mapping.at(uv))
             }
+            Alpha::Computed(_) => uv,
         }
     }
 
@@ -176,6 +242,8 @@ impl Mask {
                     .map_or(1.0, |texture| texture.alpha_between(&texture.placement().between_at(place)));
                 of_vertices() * of_picture >= self.least
             }
+            // asked by the place on the mesh
+            Alpha::Computed(_) => true,
         }
     }
 
@@ -272,6 +340,8 @@ pub struct CutoutTest {
     /// Alphas of each triangle's corners; none at all if no mask asks for them.
     alphas: Vec<[f32; 3]>,
     masks: Vec<Mask>,
+    /// The mesh, if a mask computes alpha of its places.
+    mesh: Option<Box<Mesh>>,
 }
 
 /// A triangle that is cut out.
@@ -300,7 +370,15 @@ impl CutoutTest {
             true => cut.range().map(|triangle| mesh.triangles[triangle].map(alpha)).collect(),
             false => Vec::new(),
         };
-        Some(Self { first: cut.first, triangles: triangles.collect(), alphas, masks: cut.masks.clone() })
+        let is_computed = cut.masks.iter().any(|mask| matches!(mask.alpha, Alpha::Computed(_)));
+        let mesh = is_computed.then(|| Box::new(mesh.clone()));
+        Some(Self {
+            first: cut.first,
+            triangles: triangles.collect(),
+            alphas,
+            masks: cut.masks.clone(),
+            mesh,
+        })
     }
 
     /// Returns true if the place of `triangle` with the `weights` of its second and third corner is there, for a ray that asks this.
@@ -312,8 +390,12 @@ impl CutoutTest {
         else {
             return true;
         };
+        let mask = &self.masks[usize::from(*mask)];
+        if let (Alpha::Computed(alpha), Some(mesh)) = (&mask.alpha, &self.mesh) {
+            return alpha.is_there(&OnMesh::new(mesh, triangle, [u, v]), asks, mask.blended.unwrap_or(1.0));
+        }
         let place = *first + *to_second * u + *to_third * v;
-        self.masks[usize::from(*mask)].is_there((triangle, place), asks, || {
+        mask.is_there((triangle, place), asks, || {
             let [a, b, c] = self.alphas[number as usize];
             a * (1.0 - u - v) + b * u + c * v
         })

@@ -1,11 +1,12 @@
 //! A surface's optical properties, as MTL states them.
 
+use std::ops::{Index, IndexMut};
 use std::sync::Arc;
 
 use glam::Vec3;
 
 use super::cutout::Cutout;
-use super::variants::Variants;
+use super::look::Varied;
 use crate::graph::Program;
 use crate::lanes::Real;
 
@@ -41,10 +42,6 @@ pub struct Material {
     pub bump: Option<Bump>,
     /// True if the colours of vertices are a factor of the reflectance, as a texture is.
     pub has_vertex_colors: bool,
-    /// Materials that stand for this one, where pictures give its parameters. Its own are their means.
-    pub variants: Option<Arc<Variants>>,
-    /// Index of the material for which this one stands, if it is a variant.
-    pub variant_of: Option<u16>,
 }
 
 /// Picture of normals.
@@ -62,12 +59,90 @@ pub struct NormalMap {
 pub struct Computed {
     /// Computes all of them.
     pub program: Program,
+    /// Number of the value of each use.
+    pub numbers: ByParameter<usize>,
+    /// Computes its opacity alone, for rays that ask whether a place is there; a picture has a [mask](super::cutout) of its own.
+    pub opacity: Option<Arc<Program>>,
+}
+
+/// Use of a value that graphs compute of a surface.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Computes {
     /// Factor of the reflectance, linear RGB from 0 to 1.
-    pub color: Option<usize>,
-    /// Factor of the roughness of its metal-rough layer, from 0 to 1.
-    pub roughness: Option<usize>,
+    Color,
+    /// Factor of the roughness of its metal-rough layer, from 0 to 1; without one of the exponent of its highlight.
+    Roughness,
     /// Factor of its share of metal, from 0 to 1.
-    pub metalness: Option<usize>,
+    Metalness,
+    /// Share of it that is there, from 0 to 1.
+    Opacity,
+    /// Factor of its highlight, linear RGB from 0 to 1.
+    Highlight,
+    /// Factor of its emission, linear RGB.
+    Emission,
+}
+
+/// Something for each use of computed values that has it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ByParameter<T>([Option<T>; Computes::ALL.len()]);
+
+impl Computes {
+    /// All uses.
+    pub const ALL: [Self; 6] =
+        [Self::Color, Self::Roughness, Self::Metalness, Self::Opacity, Self::Highlight, Self::Emission];
+}
+
+impl<T> Default for ByParameter<T> {
+    fn default() -> Self {
+        Self([const { None }; Computes::ALL.len()])
+    }
+}
+
+impl<T> Index<Computes> for ByParameter<T> {
+    type Output = Option<T>;
+
+    fn index(&self, of: Computes) -> &Option<T> {
+        &self.0[of as usize]
+    }
+}
+
+impl<T> IndexMut<Computes> for ByParameter<T> {
+    fn index_mut(&mut self, of: Computes) -> &mut Option<T> {
+        &mut self.0[of as usize]
+    }
+}
+
+/// Parameters of surfaces that vary from place to place.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Varying {
+    /// See [`Varied::roughness`].
+    pub roughness: bool,
+    /// See [`Varied::metalness`].
+    pub metalness: bool,
+    /// See [`Varied::opacity`].
+    pub opacity: bool,
+    /// See [`Varied::highlight`].
+    pub highlight: bool,
+    /// See [`Varied::emission`].
+    pub emission: bool,
+}
+
+impl Varying {
+    /// Returns true if any parameter varies.
+    pub fn is_any(self) -> bool {
+        self != Self::default()
+    }
+
+    /// What varies of either.
+    pub fn with(self, other: Self) -> Self {
+        Self {
+            roughness: self.roughness || other.roughness,
+            metalness: self.metalness || other.metalness,
+            opacity: self.opacity || other.opacity,
+            highlight: self.highlight || other.highlight,
+            emission: self.emission || other.emission,
+        }
+    }
 }
 
 /// Heights that a graph computes.
@@ -120,6 +195,17 @@ impl MetalRough {
     /// Disney", 2012), so that equal steps of roughness look like equal steps.
     pub fn alpha(&self) -> f32 {
         (self.roughness * self.roughness).max(LEAST_ALPHA)
+    }
+
+    /// The layer with these parameters.
+    #[inline]
+    pub fn at(&self, varied: Varied) -> Self {
+        Self {
+            roughness: self.roughness * varied.of_roughness(),
+            metallic: self.metallic * varied.of_metal(),
+            solid: self.solid * varied.of_opacity(),
+            ..*self
+        }
     }
 
     /// Returns true if it reflects as a mirror does.
@@ -190,8 +276,6 @@ impl Material {
             normal_map: None,
             bump: None,
             has_vertex_colors: false,
-            variants: None,
-            variant_of: None,
         }
     }
 
@@ -208,14 +292,24 @@ impl Material {
         varying.map_or(self.diffuse, |layer| layer.base * layer.solid)
     }
 
+    /// Returns true if a graph computes this of it.
+    pub fn is_computed(&self, of: Computes) -> bool {
+        self.computed.as_ref().is_some_and(|computed| computed.numbers[of].is_some())
+    }
+
     /// Returns true if its share of metal varies from place to place.
     pub fn varies_in_metal(&self) -> bool {
-        self.computed.as_ref().is_some_and(|computed| computed.metalness.is_some())
+        self.is_computed(Computes::Metalness)
     }
 
     /// Returns true if its roughness varies from place to place.
     pub fn varies_in_roughness(&self) -> bool {
-        self.computed.as_ref().is_some_and(|computed| computed.roughness.is_some())
+        self.is_computed(Computes::Roughness)
+    }
+
+    /// Returns true if it is a veil that is as clear from place to place as graphs say.
+    pub fn is_blended(&self) -> bool {
+        self.is_computed(Computes::Opacity)
     }
 
     /// Returns true if its normals are bent, by a picture or by heights.
@@ -225,12 +319,58 @@ impl Material {
 
     /// Returns true if a graph is a factor of its reflectance.
     pub fn has_computed_color(&self) -> bool {
-        self.computed.as_ref().is_some_and(|computed| computed.color.is_some())
+        self.is_computed(Computes::Color)
+    }
+
+    /// Parameters of it that vary from place to place, beside its colour.
+    pub fn varying(&self) -> Varying {
+        let has = |of| self.is_computed(of);
+        Varying {
+            roughness: has(Computes::Roughness),
+            metalness: has(Computes::Metalness),
+            opacity: has(Computes::Opacity),
+            highlight: has(Computes::Highlight),
+            emission: has(Computes::Emission),
+        }
     }
 
     /// Returns true if parameters of it vary from place to place, beside its colour.
     pub fn varies(&self) -> bool {
-        self.varies_in_roughness() || self.varies_in_metal()
+        self.varying().is_any()
+    }
+
+    /// Its effect on rays from the camera, with these parameters: less of it is there, and so much more of what is behind is seen.
+    #[inline]
+    pub fn optics_at(&self, varied: Varied) -> Optics {
+        if varied.opacity == u8::MAX {
+            return self.optics;
+        }
+        let opacity = varied.of_opacity();
+        match self.optics {
+            Optics::Glass { transmission, index, reflection, is_rough } => Optics::Glass {
+                transmission: Vec3::ONE - (Vec3::ONE - transmission) * opacity,
+                index,
+                reflection,
+                is_rough,
+            },
+            _ => Optics::veil(Vec3::splat(1.0 - opacity)),
+        }
+    }
+
+    /// Its emission, with these parameters: radiance, linear RGB.
+    #[inline]
+    pub fn emission_at(&self, varied: Varied) -> Vec3 {
+        if self.computed.is_some() { varied.light_of(self.emission) } else { self.emission }
+    }
+
+    /// Returns true if light may pass through it.
+    pub fn lets_through(&self) -> bool {
+        matches!(self.optics, Optics::Glass { .. }) || self.is_blended()
+    }
+
+    /// Returns true if light may pass straight through it.
+    pub fn lets_straight_through(&self) -> bool {
+        self.optics.is_straight() || self.is_blended()
     }
 
     /// All programs that are evaluated at its places.
@@ -243,13 +383,6 @@ impl Material {
     pub fn is_filtered(&self) -> bool {
         let by_graph = || self.programs().any(Program::is_filtered);
         self.diffuse_map.is_some() || self.normal_map.is_some() || by_graph()
-    }
-
-    /// Share of metal set to `metallic`, and the diffuse reflectance to what that leaves; no effect without a metal-rough layer.
-    pub fn with_metal(self, metallic: f32) -> Self {
-        let Some(layer) = self.metal_rough else { return self };
-        let diffuse = layer.base * (1.0 - metallic) * layer.solid;
-        Self { metal_rough: Some(MetalRough { metallic, ..layer }), diffuse, ..self }
     }
 
     /// Share of the light that does not pass straight through.
@@ -268,30 +401,6 @@ impl Material {
                 index == 1.0 && reflection == Vec3::ZERO && !is_rough
             }
             Optics::Mirror { .. } => false,
-        }
-    }
-
-    /// The material where only the share `alpha` of it is there: a veil that shows so much less of it, and lets through so much more
-    /// of what is behind.
-    pub fn blended(self, alpha: f32) -> Self {
-        let optics = match self.optics {
-            optics if alpha == 1.0 => optics,
-            Optics::Glass { transmission, index, reflection, is_rough } => Optics::Glass {
-                transmission: Vec3::ONE - (Vec3::ONE - transmission) * alpha,
-                index,
-                reflection,
-                is_rough,
-            },
-            _ => Optics::veil(Vec3::splat(1.0 - alpha)),
-        };
-        Self {
-            diffuse: self.diffuse * alpha,
-            ambient: self.ambient * alpha,
-            specular: self.specular * alpha,
-            emission: self.emission * alpha,
-            metal_rough: self.metal_rough.map(|layer| MetalRough { solid: layer.solid * alpha, ..layer }),
-            optics,
-            ..self
         }
     }
 
@@ -329,9 +438,10 @@ impl Material {
         self.is_followed() || self.is_rough()
     }
 
-    /// Returns true if it is a mirror or glass: rays follow it, in each frame anew.
+    /// Returns true if it is a mirror or glass, at least in places: rays follow it, in each frame anew.
     pub fn is_followed(&self) -> bool {
-        self.optics != Optics::Opaque || self.metal_rough.is_some_and(|layer| layer.is_smooth())
+        let may_be_smooth = |layer: MetalRough| layer.is_smooth() || self.varies_in_roughness();
+        self.optics != Optics::Opaque || self.is_blended() || self.metal_rough.is_some_and(may_be_smooth)
     }
 
     /// Returns true if it is glass that scatters what it lets through.
@@ -339,7 +449,7 @@ impl Material {
         matches!(self.optics, Optics::Glass { is_rough: true, .. })
     }
 
-    /// Returns true if it has a rough layer: paths by which it reflects are kept.
+    /// Returns true if it has a layer that is rough, at least in places: paths by which it reflects are kept.
     pub fn is_rough(&self) -> bool {
         self.metal_rough.is_some_and(|layer| !layer.is_smooth())
     }

@@ -28,14 +28,14 @@ use rayon::prelude::*;
 use albedos::{Albedos, Layer};
 use lanes::CoatLanes;
 pub use lanes::{LayerRays, SeenCoats};
-use layer::{Coat, CoatAt, ROUGHNESS_STEPS, VaryingCoat, regularized, varying_alpha};
+use layer::{Coat, CoatAt, ROUGHNESS_STEPS, VaryingCoat, alpha_of_paths};
 pub use layer::{Reflected, SeenBy, SeenCoat};
 
 use crate::lanes::{LANES, Vec3x8};
 use crate::scene::Material;
+use crate::scene::look::Look;
 use crate::scene::material::MetalRough;
 use crate::shade::fresnel;
-use crate::shade::look::Look;
 
 /// Layers of a scene's materials.
 #[derive(Debug, Clone, Default)]
@@ -50,11 +50,14 @@ pub struct Coats {
 /// Layers of a material as the eye and as paths see it, if it has one.
 fn layers(material: &Material) -> Option<[Layer; 2]> {
     let metal_rough = material.metal_rough?;
-    let (alpha, index) = (metal_rough.alpha(), fresnel::index_of(metal_rough.head_on));
+    Some(pair(material, metal_rough))
+}
+
+/// A layer of a material as the eye and as paths see it.
+fn pair(material: &Material, layer: MetalRough) -> [Layer; 2] {
+    let (alpha, index) = (layer.alpha(), fresnel::index_of(layer.head_on));
     let is_glass = material.is_rough_glass();
-    // its rays bend by microfacets of its own width, and let through what such a layer does not reflect
-    let of_paths = if is_glass { alpha } else { regularized(alpha) };
-    Some([alpha, of_paths].map(|alpha| Layer { alpha, index, is_glass }))
+    [alpha, alpha_of_paths(alpha, is_glass)].map(|alpha| Layer { alpha, index, is_glass })
 }
 
 /// Layers of a material whose roughness varies, as the eye and as paths see them, by even steps of it.
@@ -62,10 +65,9 @@ fn varying_layers(material: &Material) -> Vec<[Layer; 2]> {
     let Some(metal_rough) = material.metal_rough.filter(|_| material.varies_in_roughness()) else {
         return Vec::new();
     };
-    let index = fresnel::index_of(metal_rough.head_on);
     let of_step = |step: usize| {
-        let alpha = varying_alpha(metal_rough.roughness * step as f32 / ROUGHNESS_STEPS as f32);
-        [alpha, regularized(alpha)].map(|alpha| Layer { alpha, index, is_glass: false })
+        let roughness = metal_rough.roughness * step as f32 / ROUGHNESS_STEPS as f32;
+        pair(material, MetalRough { roughness, ..metal_rough })
     };
     (0..=ROUGHNESS_STEPS).map(of_step).collect()
 }
@@ -73,7 +75,7 @@ fn varying_layers(material: &Material) -> Vec<[Layer; 2]> {
 impl Coats {
     /// Creates the layers of all `materials`.
     pub fn new(materials: &[Material]) -> Self {
-        // most materials share their tables with others, above all the variants of one
+        // most materials share their tables with others
         let key = |layer: &Layer| [layer.alpha.to_bits(), layer.index.to_bits(), layer.is_glass.into()];
         let varying = materials.iter().flat_map(varying_layers);
         let all = materials.iter().filter_map(layers).chain(varying).flatten();
@@ -200,8 +202,8 @@ fn coat(
         alpha_of_paths: layer_of_paths.alpha,
         albedos_of_paths,
         varying: material.varies().then(|| VaryingCoat {
-            in_metal: material.varies_in_metal(),
-            roughness: metal_rough.roughness,
+            layer: *metal_rough,
+            is_glass: material.is_rough_glass(),
             // none if it does not vary
             by_roughness: by_roughness.try_into().ok(),
         }),
@@ -212,8 +214,8 @@ fn coat(
 mod tests {
     use super::*;
     use crate::graph::{Graph, Input, Program};
-    use crate::scene::material::Computed;
-    use crate::shade::look::Varied;
+    use crate::scene::look::Varied;
+    use crate::scene::material::{ByParameter, Computed, Computes};
     use crate::shade::sampling::PathRandom;
 
     pub(super) fn material(roughness: f32, metallic: f32, base: f32) -> Material {
@@ -317,21 +319,28 @@ mod tests {
     #[test]
     fn a_layer_that_varies_is_that_of_its_parameters() {
         let program = Program::new(&Graph::default(), Input::Constant(Vec3::ONE));
-        let computed = Computed { program, color: None, roughness: Some(0), metalness: Some(0) };
+        let mut numbers = ByParameter::default();
+        for of in [Computes::Roughness, Computes::Metalness, Computes::Opacity] {
+            numbers[of] = Some(0);
+        }
+        let computed = Computed { program, numbers, opacity: None };
         let varied = Material { computed: Some(Arc::new(computed)), ..material(1.0, 1.0, 0.7) };
         let coats = Coats::new(std::slice::from_ref(&varied));
-        for (roughness, metalness) in [(255, 255), (200, 0), (128, 51), (64, 255), (0, 0)] {
+        for (roughness, metalness, opacity) in
+            [(255, 255, 255), (200, 0, 102), (128, 51, 255), (64, 255, 51), (0, 0, 255)]
+        {
             let share = |byte: u8| f32::from(byte) / 255.0;
-            let plain = material(share(roughness).max(0.05), share(metalness), 0.7);
+            let mut plain = material(share(roughness), share(metalness), 0.7);
+            plain.metal_rough.iter_mut().for_each(|layer| layer.solid = share(opacity));
             let plain_coats = Coats::new(std::slice::from_ref(&plain));
-            let look = Look { material: 0, varied: Varied { roughness, metalness } };
+            let look = Look { material: 0, varied: Varied { roughness, metalness, opacity, ..Varied::NONE } };
             for (cos, seen_by) in [(0.9, SeenBy::Eye), (0.2, SeenBy::Eye), (0.5, SeenBy::Path)] {
                 let kept = Vec3::splat(0.7);
                 let [of_varied, of_plain] =
                     [(&coats, look), (&plain_coats, Look::plain(0))].map(|(coats, look)| {
                         coats.seen(look, kept, [Vec3::Z; 2], -at(cos), seen_by).expect("it has a layer")
                     });
-                let name = format!("{roughness} {metalness} {cos} {seen_by:?}");
+                let name = format!("{roughness} {metalness} {opacity} {cos} {seen_by:?}");
                 assert!((of_varied.alpha - of_plain.alpha).abs() < 1e-6, "{name}");
                 assert!((of_varied.albedo - of_plain.albedo).abs().max_element() < 4e-3, "{name}");
                 assert!((of_varied.through - of_plain.through).abs() < 4e-3, "{name}");

@@ -6,10 +6,10 @@ use std::sync::Arc;
 
 use glam::{DVec3, Vec3};
 
-use super::on_mesh::OnMesh;
 use super::surface::{corners_of, nearest_point, weights_of};
 use super::terminator::{SmoothPoint, most_lift};
 use crate::animation::{Chord, Shape, Transform};
+use crate::scene::on_mesh::OnMesh;
 use crate::scene::{Mesh, Model, Scene};
 
 /// Vertices of a mesh in one of its shapes.

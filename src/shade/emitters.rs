@@ -1,6 +1,6 @@
 //! Emitting surfaces for next-event estimation: random points on them.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
 
 use glam::{DAffine3, DVec3, Vec3};
@@ -8,16 +8,16 @@ use glam::{DAffine3, DVec3, Vec3};
 use super::deformed::Deformations;
 use super::emitter_parts::{EmitterParts, EmitterTriangle};
 use super::light_chances::Sent;
-use super::on_mesh::OnMesh;
 use super::surface::corners_of;
 use crate::animation::Track;
 use crate::exposure::Tick;
 use crate::geometry::Bounds;
 use crate::pose::Pose;
 use crate::scene::cutout::{Asks, CutoutTest};
-use crate::scene::material::Optics;
+use crate::scene::material::Computes;
+use crate::scene::on_mesh::OnMesh;
 use crate::scene::render_space::Extent;
-use crate::scene::{Mesh, Model, RayKind, Scene};
+use crate::scene::{Material, Mesh, Model, RayKind, Scene};
 
 /// Triangles of a scene that emit light (`Ke`). Quadrics are not among them: paths that meet one bring its
 /// light. They are chosen by [parts](EmitterParts), by how near these are; within its part each triangle in
@@ -66,7 +66,7 @@ pub struct NotThere {
 /// ask for. (A model that is hidden from glossy rays is asked, and layers reflect none of its light; but not where glass
 /// may show it to a path that a layer has reflected.)
 fn is_asked(scene: &Scene) -> impl Fn(&Model) -> bool + use<> {
-    let has_glass = scene.materials.iter().any(|material| matches!(material.optics, Optics::Glass { .. }));
+    let has_glass = scene.materials.iter().any(Material::lets_through);
     move |model| {
         let hidden_from = model.ray_visibility.hidden_from;
         let is_hidden = [RayKind::Diffuse, RayKind::Transmission].iter().any(|kind| hidden_from.has(*kind))
@@ -78,8 +78,7 @@ fn is_asked(scene: &Scene) -> impl Fn(&Model) -> bool + use<> {
 impl Emitters {
     /// Collects the emitters of all models of `scene`, of which these are the bounds, object space.
     pub fn new(scene: &Scene, bounds: &[Bounds]) -> Self {
-        let brightness: Vec<f32> =
-            scene.materials.iter().map(|material| luminance(material.emission)).collect();
+        let brightness = brightness_of(scene);
         if brightness.iter().all(|brightness| *brightness == 0.0) {
             return Self::default();
         }
@@ -166,7 +165,7 @@ impl Emitters {
         // even over the triangle: Turk, "Generating Random Points in Triangles", Graphics Gems, 1990
         let root = along.sqrt();
         let weights = [root * (1.0 - above), root * above];
-        let material = OnMesh::new(mesh, triangle, weights).material(scene);
+        let place = OnMesh::on(&scene.models[model as usize], triangle, weights);
         // a place that is cut out is chosen as often as any other, and sends no light
         let is_there = self.cut[model as usize]
             .as_ref()
@@ -175,7 +174,7 @@ impl Emitters {
             model,
             point: a * (1.0 - root) + b * weights[0] + c * weights[1],
             normal,
-            radiance: if is_there { scene.materials[usize::from(material)].emission } else { Vec3::ZERO },
+            radiance: if is_there { place.emission(scene) } else { Vec3::ZERO },
             density: likelihood
                 * self.density_by_light(scene, (pose, tick), deformations, (model, triangle), normal),
         }))
@@ -225,6 +224,65 @@ impl Emitters {
         let map = transform.to_world.matrix3;
         of_object * Vec3::from(map.transpose() * glam::Vec3A::from(normal)).length() / map.determinant().abs()
     }
+}
+
+/// Light that a unit of area of each material sends, relative to the others. Where graphs compute it, it is the mean over some places.
+fn brightness_of(scene: &Scene) -> Vec<f32> {
+    let mut brightness: Vec<f32> =
+        scene.materials.iter().map(|material| luminance(material.emission)).collect();
+    let is_computed = |material: &Material| {
+        material.emission != Vec3::ZERO && (material.is_computed(Computes::Emission) || material.is_blended())
+    };
+    for (number, material) in scene.materials.iter().enumerate().filter(|(_, one)| is_computed(one)) {
+        let mean = mean_brightness(scene, number as u16);
+        // what is dark at these places may glow between them
+        brightness[number] = mean.max(LEAST_BRIGHTNESS * luminance(material.emission));
+    }
+    brightness
+}
+
+/// Least brightness of a material that may glow, as a share of its emission.
+const LEAST_BRIGHTNESS: f32 = 1e-4;
+
+/// Places, at least, at which the mean of a material's light is asked; twice as many at most.
+const PLACES: usize = 1024;
+
+/// Mean luminance of the light that a material sends, over all surfaces that have it.
+fn mean_brightness(scene: &Scene, material: u16) -> f32 {
+    let triangles = |model: &Model| {
+        let of = model.mesh.material_of.iter().enumerate().filter(|(_, of)| **of == material);
+        of.map(|(triangle, _)| triangle as u32).collect::<Vec<_>>()
+    };
+    let mut known = HashSet::new();
+    let models: Vec<(&Model, Vec<u32>)> = scene
+        .models
+        .iter()
+        .filter(|model| model.mesh.quadric.is_none() && known.insert(Arc::as_ptr(&model.mesh)))
+        .map(|model| (model, triangles(model)))
+        .collect();
+    let count: usize = models.iter().map(|(_, triangles)| triangles.len()).sum();
+    let (step, places) = ((count / PLACES).max(1), (PLACES / count.max(1)).max(1));
+    let all = models.iter().flat_map(|(model, triangles)| triangles.iter().map(move |one| (*model, *one)));
+    let (mut sum, mut area) = (0.0, 0.0);
+    for (number, (model, triangle)) in all.step_by(step).enumerate() {
+        let [a, b, c] = corners_of(&model.mesh, triangle);
+        let of_triangle = (b - a).cross(c - a).length();
+        let light = (0..places).map(|place| {
+            let weights = place_in_triangle(number * places + place);
+            f64::from(luminance(OnMesh::on(model, triangle, weights).emission(scene)))
+        });
+        sum += of_triangle * light.sum::<f64>() / places as f64;
+        area += of_triangle;
+    }
+    if area > 0.0 { (sum / area) as f32 } else { 0.0 }
+}
+
+/// Weights of the second and third corner of place number `number`: even over the triangle (the sequence R2 of M. Roberts, "The unreasonable
+/// effectiveness of quasirandom sequences", 2018).
+fn place_in_triangle(number: usize) -> [f32; 2] {
+    let at = |step: f64| ((number as f64 * step + 0.5).fract()) as f32;
+    let (root, above) = (at(0.754_877_666_246_692_8).sqrt(), at(0.569_840_290_998_053_3));
+    [root * (1.0 - above), root * above]
 }
 
 /// Where a model is in the shot.

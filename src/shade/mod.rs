@@ -2,7 +2,6 @@
 
 pub mod area;
 pub mod coat;
-mod computed;
 pub mod deformed;
 pub mod emitter_parts;
 pub mod emitters;
@@ -12,9 +11,7 @@ pub mod horizon;
 pub mod light;
 pub mod light_chances;
 mod light_sample;
-pub mod look;
 pub mod mis;
-pub mod on_mesh;
 pub mod optics;
 pub mod phong;
 pub mod sampling;

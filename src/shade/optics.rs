@@ -33,7 +33,7 @@ pub fn branch(
     incoming: Vec3,
     random: impl FnOnce() -> [f32; 2],
 ) -> Branches {
-    match material.optics {
+    match material.optics_at(surface.varied) {
         Optics::Opaque => Branches::default(),
         Optics::Mirror { tint, fresnel } => {
             let weight = if fresnel { schlick(tint, surface, incoming) } else { tint };
@@ -43,7 +43,8 @@ pub fn branch(
             glass(surface, incoming, transmission, index, reflection)
         }
         Optics::Glass { transmission, index, .. } => {
-            let microfacet = Microfacet::new(surface, incoming, material.metal_rough.as_ref(), random());
+            let layer = material.metal_rough.map(|layer| layer.at(surface.varied));
+            let microfacet = Microfacet::new(surface, incoming, layer.as_ref(), random());
             if index == 1.0 {
                 microfacet.thin(incoming, transmission)
             } else {
@@ -201,10 +202,10 @@ fn fresnel(cos_in: f32, cos_out: f32, eta: f32) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scene::look::{Look, Varied};
     use crate::scene::material::head_on;
     use crate::shade::coat::{Coats, SeenBy};
     use crate::shade::horizon::Horizon;
-    use crate::shade::look::{Look, Varied};
 
     fn floor(from_behind: bool) -> Surface {
         let up = if from_behind { Vec3::NEG_Y } else { Vec3::Y };

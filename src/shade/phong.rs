@@ -5,12 +5,13 @@ use std::f32::consts::LOG2_E;
 use glam::Vec3;
 
 use crate::lanes::{F32x8, Mask, Vec3x8};
+use crate::scene::material::{MetalRough, Optics};
 use crate::scene::{Material, Scene};
 
 use super::coat::Coats;
 use super::horizon;
 use super::light::LightSample;
-use super::look::{Look, Varied};
+use crate::scene::look::{Look, Varied};
 
 /// Material as lighting needs it.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -36,18 +37,75 @@ struct Paint {
     is_followed: bool,
     /// True if it reflects light diffusely at all.
     is_diffuse: bool,
-    /// Share of metal, where that varies: of what is no metal there the diffuse reflectance is a share.
-    varying_metal: Option<f32>,
+    /// What of it varies, if anything does.
+    varying: Option<VaryingPaint>,
+}
+
+/// What varies of a material from place to place.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct VaryingPaint {
+    /// Share of metal, if that varies: of what is no metal there the diffuse reflectance is a share.
+    metallic: Option<f32>,
+    /// Its layer, if that may be a mirror in places.
+    layer: Option<MetalRough>,
 }
 
 impl Paint {
     /// Diffuse reflectance, for each unit of reflectance, of a surface with these parameters.
     #[inline(always)]
     fn diffuse_at(&self, varied: Varied) -> Vec3 {
-        match self.varying_metal {
+        match &self.varying {
             None => self.diffuse,
-            Some(metallic) => self.diffuse * (1.0 - metallic * varied.of_metal()),
+            Some(varying) => {
+                let metallic = varying.metallic.map_or(0.0, |metallic| metallic * varied.of_metal());
+                self.diffuse * ((1.0 - metallic) * varied.of_opacity())
+            }
         }
+    }
+
+    /// Light that leaves it whatever the light sources and the eye: what no reflectance colours, and that for each unit of reflectance.
+    #[inline(always)]
+    fn light_at(&self, varied: Varied) -> [Vec3; 2] {
+        if self.varying.is_none() {
+            return [self.base, self.ambient];
+        }
+        let opacity = varied.of_opacity();
+        [varied.light_of(self.emission) + self.plain_ambient * opacity, self.ambient * opacity]
+    }
+
+    /// Emission; then ambient light as [`light_at`](Self::light_at) has it.
+    #[inline(always)]
+    fn apart_at(&self, varied: Varied) -> [Vec3; 3] {
+        if self.varying.is_none() {
+            return [self.emission, self.plain_ambient, self.ambient];
+        }
+        let opacity = varied.of_opacity();
+        [varied.light_of(self.emission), self.plain_ambient * opacity, self.ambient * opacity]
+    }
+
+    /// Ks and Ns there.
+    #[inline(always)]
+    fn highlight_at(&self, varied: Varied) -> (Vec3, f32) {
+        if self.varying.is_none() || self.specular == Vec3::ZERO {
+            return (self.specular, self.shininess);
+        }
+        let specular = self.specular * varied.of_highlight() * varied.of_opacity();
+        (specular, (self.shininess * varied.of_roughness()).max(1.0))
+    }
+
+    /// Returns true if it is a mirror or glass there.
+    #[inline(always)]
+    fn is_followed_at(&self, varied: Varied) -> bool {
+        let here = |varying: VaryingPaint| {
+            varied.opacity < u8::MAX || varying.layer.is_some_and(|layer| layer.at(varied).is_smooth())
+        };
+        self.is_followed || self.varying.is_some_and(here)
+    }
+
+    /// Returns true if rays go on from it there.
+    #[inline(always)]
+    fn goes_on_at(&self, varied: Varied) -> bool {
+        self.goes_on || self.is_followed_at(varied)
     }
 }
 
@@ -65,7 +123,7 @@ pub struct Palette {
     pub bends_normals: bool,
     /// True if any material has a picture that is filtered over the places that samples stand for.
     pub has_textures: bool,
-    /// True if any material has variants or graphs, or shows the colours of vertices.
+    /// True if any material has graphs, or shows the colours of vertices.
     pub varies: bool,
 }
 
@@ -90,8 +148,7 @@ impl Palette {
         let paints = scene.materials.iter().map(|material| paint(material, scene.ambient)).collect();
         let brightest = scene.materials.iter().fold(Vec3::ZERO, |most, one| most.max(one.most_diffuse()));
         let bends_normals = scene.materials.iter().any(Material::bends_normals);
-        let is_varied =
-            |one: &Material| one.variants.is_some() || one.has_vertex_colors || one.computed.is_some();
+        let is_varied = |one: &Material| one.has_vertex_colors || one.computed.is_some();
         let varies = scene.materials.iter().any(is_varied);
         let has_textures = scene.materials.iter().any(Material::is_filtered);
         let coats = Coats::new(&scene.materials);
@@ -99,7 +156,7 @@ impl Palette {
     }
 
     fn new(paints: Vec<Paint>) -> Self {
-        let is_diffuse = |paint: &Paint| paint.diffuse == Vec3::ONE && paint.varying_metal.is_none();
+        let is_diffuse = |paint: &Paint| paint.diffuse == Vec3::ONE && paint.varying.is_none();
         let all_diffuse = paints.iter().all(is_diffuse);
         Self {
             paints,
@@ -137,10 +194,10 @@ impl Palette {
         self.paints[usize::from(material)].is_diffuse
     }
 
-    /// Returns true if rays go on from a material.
+    /// Returns true if rays go on from such a surface.
     #[inline]
-    pub fn goes_on(&self, material: u16) -> bool {
-        self.paints[usize::from(material)].goes_on
+    pub fn goes_on(&self, Look { material, varied }: Look) -> bool {
+        self.paints[usize::from(material)].goes_on_at(varied)
     }
 
     /// Returns true if a material reflects ambient light.
@@ -153,15 +210,14 @@ impl Palette {
     /// Light that leaves surfaces wherever the eye is: emission and ambient light.
     #[inline(always)]
     pub fn emitted_and_ambient(&self, looks: &[Look], reflectance: Vec3x8) -> Vec3x8 {
-        let [base, ambient] = self.of_looks(looks, |paint, _| [paint.base, paint.ambient]);
+        let [base, ambient] = self.of_looks(looks, Paint::light_at);
         base + ambient * reflectance
     }
 
     /// Emission and ambient light, where openness dims the latter.
     #[inline(always)]
     pub fn emitted_and_occluded(&self, looks: &[Look], reflectance: Vec3x8, openness: F32x8) -> Vec3x8 {
-        let of = |paint: &Paint, _| [paint.emission, paint.plain_ambient, paint.ambient];
-        let [emission, plain, ambient] = self.of_looks(looks, of);
+        let [emission, plain, ambient] = self.of_looks(looks, Paint::apart_at);
         emission + (plain + ambient * reflectance) * openness
     }
 
@@ -187,22 +243,26 @@ impl Palette {
     #[inline(always)]
     pub fn gloss(&self, looks: &[Look]) -> Gloss {
         if let Some(paint) = self.one_for_all(looks) {
+            let varied = looks[0].varied;
+            let (specular, shininess) = paint.highlight_at(varied);
             return Gloss {
-                specular: Vec3x8::splat(paint.specular),
-                shininess: F32x8::splat(paint.shininess),
-                is_any: paint.specular != Vec3::ZERO,
-                goes_on: if paint.goes_on { Mask::ALL } else { Mask::NONE },
-                is_followed: if paint.is_followed { Mask::ALL } else { Mask::NONE },
+                specular: Vec3x8::splat(specular),
+                shininess: F32x8::splat(shininess),
+                is_any: specular != Vec3::ZERO,
+                goes_on: if paint.goes_on_at(varied) { Mask::ALL } else { Mask::NONE },
+                is_followed: if paint.is_followed_at(varied) { Mask::ALL } else { Mask::NONE },
             };
         }
         let (mut specular, mut shininess) = (Vec3x8::ZERO, F32x8::ZERO);
-        let paint = |lane: usize| &self.paints[usize::from(looks[lane].material)];
+        let paint = |lane: usize| (&self.paints[usize::from(looks[lane].material)], looks[lane].varied);
         for lane in 0..looks.len() {
-            specular.set_lane(lane, paint(lane).specular);
-            shininess.set_lane(lane, paint(lane).shininess);
+            let (paint, varied) = paint(lane);
+            let (of_lane, exponent) = paint.highlight_at(varied);
+            specular.set_lane(lane, of_lane);
+            shininess.set_lane(lane, exponent);
         }
-        let goes_on = Mask::new(|lane| paint(lane).goes_on);
-        let is_followed = Mask::new(|lane| paint(lane).is_followed);
+        let goes_on = Mask::new(|lane| paint(lane).0.goes_on_at(paint(lane).1));
+        let is_followed = Mask::new(|lane| paint(lane).0.is_followed_at(paint(lane).1));
         Gloss { specular, shininess, is_any: specular.is_some().any(), goes_on, is_followed }
     }
 
@@ -217,7 +277,11 @@ impl Palette {
 fn paint(material: &Material, light: Vec3) -> Paint {
     let painted = material.painted();
     let share = |of: Vec3| of / painted.max(Vec3::splat(f32::MIN_POSITIVE));
-    let varying = material.metal_rough.filter(|_| material.varies_in_metal());
+    let varying = material.varies().then(|| VaryingPaint {
+        metallic: material.metal_rough.filter(|_| material.varies_in_metal()).map(|layer| layer.metallic),
+        layer: material.metal_rough.filter(|_| material.varies_in_roughness()),
+    });
+    let is_smooth = |layer: MetalRough| layer.is_smooth() && !material.varies_in_roughness();
     let full = material.most_diffuse();
     let (plain_ambient, ambient, diffuse) = if material.is_painted() {
         // a material that is black altogether may have any share
@@ -234,10 +298,10 @@ fn paint(material: &Material, light: Vec3) -> Paint {
         diffuse,
         specular: material.specular,
         shininess: material.shininess,
-        goes_on: material.has_secondary_rays(),
-        is_followed: material.is_followed(),
+        goes_on: material.optics != Optics::Opaque || material.metal_rough.is_some(),
+        is_followed: material.optics != Optics::Opaque || material.metal_rough.is_some_and(is_smooth),
         is_diffuse: full != Vec3::ZERO,
-        varying_metal: varying.map(|layer| layer.metallic),
+        varying,
     }
 }
 

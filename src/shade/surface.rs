@@ -4,11 +4,12 @@ use glam::{DVec3, Vec3};
 use wide::{CmpGt, f64x4};
 
 use super::horizon::Horizon;
-use super::look::{Look, Varied};
-use super::on_mesh::OnMesh;
 use crate::animation::Transform;
 use crate::geometry::{Bounds, Quadric};
 use crate::lanes::{F32x8, LANES, Mask, Vec3x8, unsigned};
+use crate::scene::look::{Look, Varied};
+use crate::scene::material::Optics;
+use crate::scene::on_mesh::OnMesh;
 use crate::scene::{Mesh, Model, Scene};
 
 /// A point of a surface as shading sees it, world space. Normals have unit length and point to the side
@@ -358,6 +359,16 @@ impl Surface {
     /// Its material, with its parameters there.
     pub fn look(&self) -> Look {
         Look { material: self.material, varied: self.varied }
+    }
+
+    /// Its emission: radiance, linear RGB.
+    pub fn emission(&self, scene: &Scene) -> Vec3 {
+        scene.materials[usize::from(self.material)].emission_at(self.varied)
+    }
+
+    /// Effect on rays that meet it.
+    pub fn optics(&self, scene: &Scene) -> Optics {
+        scene.materials[usize::from(self.material)].optics_at(self.varied)
     }
 
     /// Origin of a ray that leaves the surface on the side of `direction`.

@@ -5,13 +5,13 @@ use std::f32::consts::{PI, TAU};
 use afterimage::frame::{Finished, Renderer};
 use afterimage::layers::Layers;
 use afterimage::scene::environment::Sky;
+use afterimage::scene::look::Look;
 use afterimage::scene::material::{MetalRough, Optics};
 use afterimage::scene::{Background, Environment, LightKind, Material, Panel, Scene, SkyDensity};
 use afterimage::settings::{Filter, Settings};
 use afterimage::shade::coat::{Coats, SeenBy};
 use afterimage::shade::fresnel::Fresnel;
 use afterimage::shade::ggx;
-use afterimage::shade::look::Look;
 use afterimage::stats::FrameStats;
 use glam::{DVec3, Vec3};
 

@@ -3,9 +3,9 @@
 use std::fs;
 use std::path::Path;
 
-use afterimage::scene::material::Optics;
+use afterimage::scene::material::{Computes, Optics};
+use afterimage::scene::on_mesh::OnMesh;
 use afterimage::scene::{Material, SceneError, Shot};
-use afterimage::shade::on_mesh::OnMesh;
 use glam::Vec3;
 
 use crate::small_shot::{folder, load_in};
@@ -276,8 +276,8 @@ fn parameters_and_normals_may_be_graphs() {
                  <bump name=\"b\" type=\"vector3\"><input name=\"height\" type=\"float\" nodename=\"n\" output=\"value\"/><input name=\"scale\" type=\"float\" value=\"0.5\"/></bump>";
     let shot = shot(&file(&open_pbr(inputs), nodes));
     let oak = oak(&shot);
-    let computed = oak.computed.as_ref().unwrap();
-    assert!(computed.roughness.is_some() && computed.metalness.is_some() && computed.color.is_none());
+    let computed = [Computes::Color, Computes::Roughness, Computes::Metalness].map(|of| oak.is_computed(of));
+    assert_eq!(computed, [false, true, true]);
     let layer = oak.metal_rough.unwrap();
     assert_eq!((layer.roughness, layer.metallic), (1.0, 1.0), "factors of what varies");
     assert_eq!(oak.bump.as_ref().unwrap().distance, 0.5);
@@ -285,8 +285,8 @@ fn parameters_and_normals_may_be_graphs() {
     let of = |weights: [f32; 2]| OnMesh::on(&shot.scene.models[0], 0, weights).appearance(&shot.scene, oak).1;
     assert_ne!(of([0.13, 0.21]), of([0.47, 0.32]));
     let stated = read(&file(&open_pbr(inputs), nodes), "pr = 0.5", true).unwrap();
-    let computed = self::oak(&stated).computed.as_ref().unwrap();
-    assert!(computed.roughness.is_none() && computed.metalness.is_some(), "a number replaces a graph");
+    let computed = [Computes::Roughness, Computes::Metalness].map(|of| self::oak(&stated).is_computed(of));
+    assert_eq!(computed, [false, true], "a number replaces a graph");
 }
 
 #[test]

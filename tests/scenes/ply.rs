@@ -8,7 +8,7 @@ use afterimage::scene::{self, Shot};
 use afterimage::settings::{Mode, Settings};
 use glam::Vec3;
 
-use afterimage::shade::on_mesh::OnMesh;
+use afterimage::scene::on_mesh::OnMesh;
 
 use crate::small_shot::{folder, load_in};
 

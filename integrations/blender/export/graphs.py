@@ -17,9 +17,39 @@ SAMPLES = 257
 
 
 class Computed(np.ndarray):
-    """A constant that stands for what a graph gives; or, of a graph that depends on colour attributes alone, the value itself."""
+    """A constant that stands for what a graph gives; or, of a graph that depends on colour attributes alone, the value itself.
+
+    Arithmetic on it is a graph as well: what is made of it by the functions of OF_ARRAYS has one.
+    """
 
     graph = None
+
+    def __array_ufunc__(self, function, method, *inputs, out=None, **options):
+        plain = [np.asarray(value).view(np.ndarray) if isinstance(value, np.ndarray) else value for value in inputs]
+        if out is not None:
+            options["out"] = tuple(np.asarray(value).view(np.ndarray) for value in out)
+        result = getattr(function, method)(*plain, **options)
+        known = OF_ARRAYS.get(function.__name__)
+        if method != "__call__" or known is None or all(getattr(value, "graph", None) is None for value in inputs):
+            return result
+        category, names = known
+        taken = [value if isinstance(value, np.ndarray) and value.ndim == 3 else np.asarray(value, dtype=np.float32).reshape(1, 1, -1) for value in inputs]
+        kind = "color3" if result.shape[2] == 3 else "float"
+        return computed(result, Node(category, kind, dict(zip(names, map(operand, taken)))))
+
+
+OF_ARRAYS = {
+    "add": ("add", ("in1", "in2")),
+    "subtract": ("subtract", ("in1", "in2")),
+    "multiply": ("multiply", ("in1", "in2")),
+    "divide": ("divide", ("in1", "in2")),
+    "true_divide": ("divide", ("in1", "in2")),
+    "maximum": ("max", ("in1", "in2")),
+    "minimum": ("min", ("in1", "in2")),
+    "sqrt": ("sqrt", ("in",)),
+    "clip": ("clamp", ("in", "low", "high")),
+}
+"""Functions of numpy, by their names: the category of each, and the names of its inputs."""
 
 
 def computed(value, graph):
@@ -314,9 +344,12 @@ def operand(value):
     return tuple(float(number) for number in value[0, 0]) if value.shape[:2] == (1, 1) else value
 
 
-def mixed(share, first, second):
-    """Two values mixed: `share` of the second."""
-    return Node("blender_mix_color", "color3", {"factor": operand(share), "a": operand(first), "b": operand(second)})
+def lerp(share, first, second):
+    """Two values mixed: `share` of the second, from 0 to 1."""
+    by, one, other = (np.asarray(value) for value in (share, first, second))
+    inputs = {"factor": operand(share), "a": operand(first), "b": operand(second)}
+    value = one * (1 - by) + other * by
+    return computed(value, Node("blender_mix_color", "color3", inputs) if value.shape[2] == 3 else Node("blender_mix_float", "float", inputs))
 
 
 def bump(heights, scale):
@@ -360,7 +393,14 @@ def described(node):
     return "\n".join(document.lines)
 
 
-INPUTS = {"base_color": "color3", "specular_roughness": "float", "base_metalness": "float", "geometry_normal": "vector3"}
+INPUTS = {
+    "base_color": "color3",
+    "specular_roughness": "float",
+    "base_metalness": "float",
+    "emission_color": "color3",
+    "geometry_opacity": "float",
+    "geometry_normal": "vector3",
+}
 """Types of the shader's inputs."""
 
 

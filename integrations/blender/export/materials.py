@@ -11,7 +11,7 @@ from .images import safe
 from .meshes import digest_of
 from .nodes import Evaluator, alike, constant
 from .rays import Seen
-from .surfaces import BLENDED, Surface, is_colored, surface_of, surface_to_all
+from .surfaces import BLENDED, Surface, is_colored, is_zero, surface_of, surface_to_all
 
 GRAPHS = "materials.mtlx"
 """File of what nodes compute, beside the shot."""
@@ -123,7 +123,7 @@ class Materials:
         """Returns true if a material is black or clear."""
         surface, evaluator = self.surface(material)
         is_black = all(float(part.max()) <= 0 for part in (surface.base, surface.specular)) and not (evaluator.painted or has_color_picture(surface))
-        return is_black or float(surface.alpha.max()) <= 0
+        return is_black or is_zero(surface.alpha)
 
     def is_even_veil(self, material):
         """Returns true if a material is clear in part, and without a picture of its own as much so everywhere."""
@@ -276,7 +276,10 @@ class Materials:
 
     def _alpha(self, name, surface, evaluator, values):
         alpha = surface.alpha
-        if alpha.shape[:2] == (1, 1):
+        if graphs.graph_of(alpha) is not None:
+            if is_colored(surface):
+                evaluator.say("the colour of its transparent shader is left out")
+        elif alpha.shape[:2] == (1, 1):
             if is_colored(surface):
                 # the renderer has no colour of veils that are pictures
                 values.update(d=max(0.0, float(alpha.mean())), tf=np.clip(surface.veil.mean(axis=(0, 1)), 0, 1).tolist())
@@ -296,6 +299,9 @@ class Materials:
                 evaluator.say("the colour of its transparent shader is left out")
 
     def _emission(self, name, surface, values):
+        if graphs.graph_of(surface.emission) is not None:
+            # see _graphs
+            return
         light = surface.emission
         if values.get("alpha_mode") == "blend":
             light = undimmed(*alike(light, surface.alpha))
@@ -311,6 +317,18 @@ class Materials:
     def _graphs(self, name, surface, evaluator, scale, values):
         """Writes what nodes compute of a material, beside the keys that it has already. Returns the names of the parameters."""
         inputs, written = {}, set()
+        constants = {"specular_weight": 0.0} if values.get("illum") == 1 else {}
+        is_glass = values.get("illum") == 7
+        if graphs.graph_of(surface.alpha) is not None and not is_glass:
+            inputs["geometry_opacity"] = graphs.graph_of(surface.alpha)
+            written.add("alpha")
+        if graphs.graph_of(surface.emission) is not None:
+            light = surface.emission * self.exposure
+            if written or values.get("alpha_mode") == "blend":
+                # what is blended is dimmed by the renderer
+                light = light / np.maximum(surface.alpha, LEAST_ALPHA)
+            inputs["emission_color"], constants["emission_luminance"] = graphs.graph_of(light), 1.0
+            written.add("emission")
         for part, key, parameter in (("base", "kd", "base_color"), ("roughness", "pr", "specular_roughness"), ("metallic", "pm", "base_metalness")):
             graph = graphs.graph_of(getattr(surface, part))
             if graph is not None and key not in values and (part == "base" or "illum" not in values):
@@ -321,7 +339,7 @@ class Materials:
             written.add("heights")
         if inputs:
             matrix = evaluator.uv[1] if evaluator.uv else np.eye(3)
-            self.document.add(name, inputs, {"specular_weight": 0.0} if values.get("illum") == 1 else {}, matrix)
+            self.document.add(name, inputs, constants, matrix)
             values["mtlx"] = GRAPHS
         # a matt surface has no layer, and the colour of glass was told
         return written | ({"roughness", "metallic"} if values.get("illum") == 1 else set()) | {"base", "tint"}
@@ -371,12 +389,14 @@ def is_soft(alpha):
 def is_veil(surface):
     """Returns true if a surface is clear in part, and not cut out alone."""
     alpha = surface.alpha
+    if graphs.graph_of(alpha) is not None:
+        return True
     return float(alpha.max()) < 1 if alpha.shape[:2] == (1, 1) else is_soft(alpha)
 
 
 def is_even_veil(surface):
     """Returns true if a surface is as clear everywhere, and neither gone nor whole."""
-    return surface.alpha.shape[:2] == (1, 1) and 0 < float(surface.alpha.mean()) < 1
+    return surface.alpha.shape[:2] == (1, 1) and 0 < float(surface.alpha.mean()) < 1 and graphs.graph_of(surface.alpha) is None
 
 
 def undimmed(light, alpha):

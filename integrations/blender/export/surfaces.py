@@ -124,7 +124,17 @@ def surface_to_all(evaluator_of, material):
 
 def is_nothing(surface):
     """Returns true if light passes a surface as if it were not there."""
-    return not surface.is_there or (float(surface.alpha.max()) <= 0 and float(surface.emission.max()) <= 0)
+    return not surface.is_there or (is_zero(surface.alpha) and is_zero(surface.emission))
+
+
+def is_zero(value):
+    """Returns true if a value is 0 everywhere."""
+    return float(value.max()) <= 0 and graphs.graph_of(value) is None
+
+
+def is_whole(surface):
+    """Returns true if all of a surface is there."""
+    return float(surface.alpha.min()) > 0.999 and graphs.graph_of(surface.alpha) is None
 
 
 def is_colored(surface):
@@ -296,37 +306,51 @@ def share_of_second(first, second, otherwise):
     """The share that the second one of two weights has of both, where there is any."""
     first, second, otherwise = alike(first, second, otherwise)
     both = first + second
-    return np.where(both > 1e-6, second / np.maximum(both, 1e-6), otherwise)
+    share = second / np.maximum(both, 1e-6)
+    return graphs.carried(share, np.where(np.asarray(both) > 1e-6, np.asarray(share), np.asarray(otherwise)))
+
+
+def share_of_shine(first, second, otherwise):
+    """The share that the second one of two surfaces, each with its weight, has of how rough reflections are: what reflects nothing has none."""
+    (one, weight), (other, other_weight) = first, second
+    strengths = strength_of(one), strength_of(other)
+    if graphs.graph_of(otherwise) is not None and min(strengths) <= 0:
+        return otherwise if max(strengths) <= 0 else constant(0.0 if strengths[1] <= 0 else 1.0)
+    return share_of_second(*alike(weight * strengths[0], other_weight * strengths[1]), otherwise)
 
 
 def blend(first, second, share):
     """Mixes two surfaces: `share` of the second."""
     alpha_a, alpha_b, share = alike(first.alpha, second.alpha, number(share))
-    share = graphs.carried(share, np.clip(share, 0, 1))
+    share = np.clip(share, 0, 1)
     weight_a, weight_b = alpha_a * (1 - share), alpha_b * share
-    alpha = weight_a + weight_b
-    of_second = share_of_second(weight_a, weight_b, share)
+    if is_whole(first) and is_whole(second):
+        alpha, of_second = first.alpha, share
+    elif graphs.graph_of(share) is not None and is_zero(first.alpha):
+        alpha, of_second, weight_a = weight_b, constant(1.0), first.alpha
+    elif graphs.graph_of(share) is not None and is_zero(second.alpha):
+        alpha, of_second, weight_b = weight_a, constant(0.0), second.alpha
+    else:
+        alpha, of_second = weight_a + weight_b, share_of_second(weight_a, weight_b, share)
 
     def mixed(name, by):
         one, other, by = alike(getattr(first, name), getattr(second, name), by)
         # an unchanged picture stays the same array, so that its file can be copied
-        if (by <= 0).all():
-            return getattr(first, name)
-        if (by >= 1).all():
-            return getattr(second, name)
+        if graphs.graph_of(by) is None:
+            if (by <= 0).all():
+                return getattr(first, name)
+            if (by >= 1).all():
+                return getattr(second, name)
+        elif is_same(one, other):
+            return one
+        if any(graphs.graph_of(part) is not None for part in (one, other, by)):
+            return graphs.lerp(by, one, other)
         return one * (1 - by) + other * by
 
     values = {name: mixed(name, of_second) for name in BLENDED if name != "roughness"}
-    # what nodes compute is mixed by nodes, where both are all there
-    is_whole = float(alpha_a.min()) > 0.999 and float(alpha_b.min()) > 0.999
-    by = share if is_whole else of_second
-    if any(graphs.graph_of(part) is not None for part in (by, first.base, second.base)) and not (by is share and (share <= 0).all()):
-        values["base"] = graphs.computed(values["base"], graphs.mixed(by, first.base, second.base))
-    # what reflects nothing has no part in how rough reflections are
-    shines = (weight * strength_of(surface) for surface, weight in ((first, weight_a), (second, weight_b)))
-    values["roughness"] = mixed("roughness", share_of_second(*alike(*shines), of_second))
+    values["roughness"] = mixed("roughness", share_of_shine((first, weight_a), (second, weight_b), of_second))
     # what is clear has no part in it
-    parts = [surface for surface, weight in ((first, weight_a), (second, weight_b)) if float(weight.max()) > 0]
+    parts = [surface for surface, weight in ((first, weight_a), (second, weight_b)) if not is_zero(weight)]
     larger = second if float(of_second.mean()) > 0.5 else first
     smaller = first if larger is second else second
     return Surface(
@@ -371,19 +395,19 @@ def normals_of(surface):
 
 def is_mirror(surface):
     """Returns true if a surface reflects and does nothing else."""
-    return float(surface.metallic.min()) > 0.99 and float(surface.alpha.min()) > 0.99 and float(surface.emission.max()) == 0
+    return float(surface.metallic.min()) > 0.99 and graphs.graph_of(surface.metallic) is None and is_whole(surface) and is_zero(surface.emission)
 
 
 def has_no_layer(surface):
     """Returns true if a surface scatters light, without anything on top of it."""
-    return all(float(part.max()) == 0 for part in (surface.specular, surface.metallic, surface.transmission, surface.coat)) and not is_nothing(surface)
+    return all(is_zero(part) for part in (surface.specular, surface.metallic, surface.transmission, surface.coat)) and not is_nothing(surface)
 
 
 def mix(evaluator, node):
     """A Mix Shader."""
     first, second = behind(evaluator, node, 1), behind(evaluator, node, 2)
     index = index_of_edge(evaluator, node.inputs[0])
-    if index is not None and index > 1 and is_mirror(second) and has_no_layer(first) and float(first.alpha.min()) > 0.99:
+    if index is not None and index > 1 and is_mirror(second) and has_no_layer(first) and is_whole(first):
         # what shines on top of what is matt, and does so more towards its edges: a layer
         shine = second.base.mean(axis=(0, 1))
         if float(np.ptp(shine)) > 0.05:
@@ -406,7 +430,7 @@ EDGES = 1 / 21
 def glazed(evaluator, matt, mirror, of_matt, of_mirror):
     """What is matt and a mirror in parts, of which there are so much: a surface that scatters one colour and reflects another one. None if
     they are something else, or of one colour, which is a metal in part."""
-    if not (is_mirror(mirror) and has_no_layer(matt) and float(matt.alpha.min()) > 0.99 and mirror.base.shape[:2] == (1, 1)):
+    if not (is_mirror(mirror) and has_no_layer(matt) and is_whole(matt) and mirror.base.shape[:2] == (1, 1)):
         return None
     shine = mirror.base[0, 0] * of_mirror
     if of_matt <= 0 or shine.max() <= 0 or np.allclose(matt.base, mirror.base, atol=0.02):
@@ -431,7 +455,7 @@ def add(evaluator, node):
     """An Add Shader. What only emits is added; of others the mean is shown."""
     first, second = behind(evaluator, node, 0), behind(evaluator, node, 1)
     for light, rest in ((first, second), (second, first)):
-        if float(light.base.max()) == 0 and float(light.specular.max()) == 0 and not (light.seen.holdout or rest.seen.holdout):
+        if is_zero(light.base) and is_zero(light.specular) and not (light.seen.holdout or rest.seen.holdout):
             one, other = alike(light.emission, rest.emission)
             rest.emission = one + other
             return rest

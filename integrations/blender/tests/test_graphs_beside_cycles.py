@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Base colours that nodes compute, beside Cycles. Needs bpy and the renderer's Python module."""
+"""What nodes compute of surfaces, beside Cycles. Needs bpy and the renderer's Python module."""
 
 import beside_cycles
 import bpy
@@ -258,6 +258,66 @@ class GraphsBesideCycles(beside_cycles.BesideCycles):
                 middle = [picture[12:-12, 16:-16, :3] for picture in (ours, cycles)]
                 np.testing.assert_allclose(middle[0].mean(axis=(0, 1)), middle[1].mean(axis=(0, 1)), rtol=0.02)
                 self.assertFalse([said for said in self.exported.warnings if "constant" in said])
+
+    def shown_by(self, name, build):
+        """Has the square show the shader that `build` makes."""
+        material, _ = principled(name)
+        tree = Tree(material)
+        tree.links.new(build(tree), tree.nodes["Material Output"].inputs["Surface"])
+        self.mesh.materials.clear()
+        self.mesh.materials.append(material)
+
+    def test_light_that_a_pattern_gives(self):
+        self.scene.world.node_tree.nodes["Background"].inputs["Color"].default_value = (0.1, 0.1, 0.1, 1)
+
+        def glowing(tree):
+            inputs = {"Base Color": (0, 0, 0, 1), "Specular IOR Level": 0.0, "Emission Color": noise(tree)["Color"], "Emission Strength": 3.0}
+            return tree.add("BsdfPrincipled", inputs).outputs[0]
+
+        def crack(tree):
+            wide = tree.add("MapRange", {0: noise(tree)[0], 1: 0.45, 2: 0.55}).outputs[0]
+            matt, light = tree.add("BsdfDiffuse", {"Color": (0.3, 0.2, 0.1, 1)}), tree.add("Emission", {"Color": (1, 0.3, 0.05, 1), "Strength": 2.0})
+            return tree.add("MixShader", {0: wide, 1: matt.outputs[0], 2: light.outputs[0]}).outputs[0]
+
+        def added(tree):
+            light = tree.add("Emission", {"Color": (0.2, 0.5, 1, 1), "Strength": noise(tree)[0]})
+            return tree.add("AddShader", {0: tree.add("BsdfDiffuse").outputs[0], 1: light.outputs[0]}).outputs[0]
+
+        for build in (glowing, crack, added):
+            with self.subTest(build.__name__):
+                self.shown_by(build.__name__, build)
+                mean, _, cycles = self.difference()
+                self.assertLess(mean, 0.01 * max(1.0, float(cycles.max())))
+                self.assertFalse([said for said in self.exported.warnings if "constant" in said], build.__name__)
+
+    def test_surfaces_that_a_pattern_makes_clear(self):
+        self.scene.world.node_tree.nodes["Background"].inputs["Color"].default_value = (0.2, 0.4, 0.8, 1)
+        # a wall behind, on which what is there casts its shadow
+        support.add(self.scene, "Wall", support.grid("Wall", 6), (0, 0, -1.5))
+        support.add(self.scene, "Sun", self.light("SUN", energy=3, angle=0.0), (0, 0, 5), (0.2, 0.1, 0))
+
+        def holes(tree):
+            step = tree.add("Math", {0: noise(tree)[0], 1: 0.5}, operation="GREATER_THAN").outputs[0]
+            return tree.add("MixShader", {0: step, 1: tree.add("BsdfTransparent").outputs[0], 2: tree.add("BsdfDiffuse").outputs[0]}).outputs[0]
+
+        def smoke(tree):
+            wide = tree.add("MapRange", {0: noise(tree)[0], 1: 0.35, 2: 0.65}).outputs[0]
+            inputs = {"Base Color": (0.8, 0.5, 0.2, 1), "Specular IOR Level": 0.0, "Roughness": 1.0, "Alpha": wide}
+            return tree.add("BsdfPrincipled", inputs).outputs[0]
+
+        def glowing_smoke(tree):
+            inputs = {"Base Color": (0, 0, 0, 1), "Specular IOR Level": 0.0, "Emission Color": noise(tree)["Color"], "Emission Strength": 1.5}
+            inputs["Alpha"] = tree.add("Math", {0: noise(tree)[0], 1: 1.2}, operation="MULTIPLY").outputs[0]
+            return tree.add("BsdfPrincipled", inputs).outputs[0]
+
+        self.scene.afterimage.samples, self.scene.afterimage.paths = 8, 16
+        for build in (holes, smoke, glowing_smoke):
+            with self.subTest(build.__name__):
+                self.shown_by(build.__name__, build)
+                mean, ours, cycles = self.difference(256)
+                self.assertLess(mean, 0.02)
+                np.testing.assert_allclose(ours[:, :, :3].mean(), cycles[:, :, :3].mean(), rtol=0.02)
+                self.assertFalse([said for said in self.exported.warnings if "constant" in said], build.__name__)
 
     def test_colour_attributes_take_part(self):
         layer = self.mesh.color_attributes.new("Paint", "FLOAT_COLOR", "CORNER")

@@ -128,7 +128,7 @@ fn is_covered(frame: &FrameView, sample: &Sample, sight: Sight, met: Option<Hit>
     let on_side = if sample.record.is_from_behind() { -normal } else { normal };
     is_same_side
         && on_side.dot(of_sample) >= ABOUT_PARALLEL
-        && frame.is_of(sample.record.material, mesh.material_of[met.triangle as usize])
+        && sample.record.material == mesh.material_of[met.triangle as usize]
         && off <= layer + reach(frame, sample) + rounding(frame, sample)
 }
 

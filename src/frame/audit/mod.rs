@@ -62,8 +62,8 @@ use crate::lanes::{F32x8, LANES, Vec3x8};
 use crate::samples::{
     BACKGROUND, CELLS, EMPTY, Footprint, Record, Sample, SampleStore, Tag, Tile, full_color,
 };
+use crate::scene::on_mesh::OnMesh;
 use crate::shade::light::{StratifiedPattern, light_samples};
-use crate::shade::on_mesh::OnMesh;
 use crate::shade::surface::SurfacePoint;
 use crate::shade::terminator::ToLight;
 use crate::stats::AuditCounts;
@@ -205,7 +205,7 @@ fn check_surface(frame: &FrameView, sample: &Sample, sight: Vec3, kept: Vec3) ->
     let edge_on = EDGE_ON_COSINE + rounding(frame, sample) / offset(frame, sample).length();
     let side = if sample.record.is_from_behind() { -1.0 } else { 1.0 };
     let place = OnMesh::on(model, triangle, there.weights).with_width(footprint.width());
-    let number = place.material(frame.scene);
+    let number = place.material();
     let material = &frame.scene.materials[usize::from(number)];
     let (fresh, varied) = place.appearance(frame.scene, material);
     Verdict::new(

@@ -12,8 +12,8 @@ use crate::frame::surface::ray_tally::CellRays;
 use crate::lanes::{F32x8, LANES, Mask, Vec3x8};
 use crate::layers::Layers;
 use crate::samples::{CELLS, Column, EMPTY, Status, TILE, Tile};
+use crate::scene::on_mesh::OnMesh;
 use crate::scene::{RenderSpace, Scene};
-use crate::shade::on_mesh::OnMesh;
 use crate::shade::surface::{Corners, of_quadrics};
 
 /// `Z` of the background: finite, and far behind everything.

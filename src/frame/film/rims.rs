@@ -31,7 +31,7 @@ const ROWS: usize = (TILE + 1) * ROW;
 #[derive(Debug)]
 struct Shown {
     model: [u32; ROWS],
-    /// Material, variants not told apart, and the side.
+    /// Material, and the side.
     side: [u32; ROWS],
     /// From the eye, world space.
     offset: [[f32; ROWS]; 3],
@@ -238,7 +238,6 @@ impl Shown {
         const HALF: usize = LANES / 2;
         let spread = frame.view.spread();
         let [by_distance, fixed] = [spread.by_distance, spread.fixed].map(|of| F32x8::splat(LAYER * of));
-        let (mut of, mut head) = (u16::MAX, u16::MAX);
         for first in (0..CELLS).step_by(LANES) {
             let models = &tile.model[first..first + LANES];
             let records = &tile.record[first..first + LANES];
@@ -257,11 +256,7 @@ impl Shown {
             let mut sides = [0; LANES];
             for (lane, side) in sides.iter_mut().enumerate().filter(|(lane, _)| models[*lane] < EMPTY) {
                 let record = &records[lane];
-                if record.material != of {
-                    of = record.material;
-                    head = frame.scene.materials[usize::from(of)].variant_of.unwrap_or(of);
-                }
-                *side = u32::from(head) << 1 | u32::from(record.is_from_behind());
+                *side = u32::from(record.material) << 1 | u32::from(record.is_from_behind());
             }
             let [x, y] = place(first).map(|at| at as usize);
             for (half, at) in [(0, y * ROW + x), (HALF, (y + 1) * ROW + x)] {

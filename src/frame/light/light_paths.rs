@@ -262,7 +262,7 @@ fn note_direct(frame: &FrameView, scratch: &mut PathScratch) {
     let PathScratch { brought, direct, vertices, .. } = scratch;
     direct.extend(brought.iter().map(|brought| brought.radiance));
     for vertex in &*vertices {
-        let emission = frame.scene.materials[usize::from(vertex.surface.material)].emission;
+        let emission = vertex.surface.emission(frame.scene);
         direct[vertex.ray.path as usize] += vertex.ray.weight * emission * vertex.emission_weight;
     }
 }
@@ -385,7 +385,7 @@ fn end(frame: &FrameView, scratch: &mut PathScratch) {
                 let ray = some[lane];
                 let primitive = (packet.model[from + lane], packet.triangle[from + lane]);
                 let distance = packet.t[from + lane];
-                let emission = frame.scene.materials[usize::from(surface.material)].emission;
+                let emission = surface.emission(frame.scene);
                 let weight = ray.emission_weight(frame, primitive, &surface, distance);
                 brought[ray.path as usize].radiance += ray.weight * emission * weight;
             },
@@ -401,7 +401,7 @@ fn light(frame: &FrameView, scratch: &mut PathScratch, tally: &mut RayTally) {
         let surfaces = VertexLanes::of(some.len(), |lane| &some[lane]);
         let light = frame.palette.emitted_and_ambient(&surfaces.looks, surfaces.reflectance);
         for (lane, vertex) in some.iter_mut().enumerate() {
-            let emission = frame.scene.materials[usize::from(vertex.surface.material)].emission;
+            let emission = vertex.surface.emission(frame.scene);
             let found_otherwise = emission * (1.0 - vertex.emission_weight);
             let light = light.lane(lane);
             let light = vertex.seen_coat(coats).map_or(light, |coat| coat.show(light));

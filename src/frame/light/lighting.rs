@@ -8,9 +8,9 @@ use crate::exposure::Tick;
 use crate::frame::shot::frame_view::{FrameView, Occlusion};
 use crate::lanes::{F32x8, LANES, Mask, Vec3x8};
 use crate::pose::LightPose;
+use crate::scene::look::Look;
 use crate::shade::area::{Glow, glow};
 use crate::shade::light::{LightSample, StratifiedPattern, light_sample};
-use crate::shade::look::Look;
 use crate::shade::phong::Gloss;
 
 /// Area lights that a ray (unit length) passes through within `far`, each with its number and its direction from

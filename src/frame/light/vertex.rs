@@ -14,11 +14,11 @@ use crate::frame::grid::bits::set_bits;
 use crate::frame::shot::frame_view::FrameView;
 use crate::lanes::{F32x8, LANES, Vec3x8};
 use crate::scene::RayKind;
+use crate::scene::look::Look;
 use crate::settings::Caustics;
 use crate::shade::Surface;
 use crate::shade::area::{AreaRadiance, density_of};
 use crate::shade::coat::{SeenBy, SeenCoat};
-use crate::shade::look::Look;
 use crate::shade::mis::mis_weight;
 use crate::shade::sampling::{cosine_direction, orthonormal};
 use crate::shade::surface::off_surface;
@@ -135,7 +135,7 @@ impl Vertex {
 
     /// Returns true if light goes straight through the surface.
     fn is_veil(&self, frame: &FrameView) -> bool {
-        frame.scene.materials[usize::from(self.surface.material)].optics.is_straight()
+        self.surface.optics(frame.scene).is_straight()
     }
 
     /// Highlight on its layer `coat` of a light that it has asked, which sends an irradiance from a

@@ -7,7 +7,7 @@ use crate::frame::shot::plan::CameraChange;
 use crate::frame::surface::footprints::cell_widths;
 use crate::lanes::{F32x8, LANES, Mask, Vec3x8};
 use crate::samples::{BACKGROUND, Flags, Footprint, Record, Tile, half_colors};
-use crate::shade::on_mesh::OnMesh;
+use crate::scene::on_mesh::OnMesh;
 use crate::shade::surface::SurfacePoint;
 use crate::trace::RayBatch;
 
@@ -122,7 +122,7 @@ pub fn look_up(frame: &FrameView, tile: &mut Tile, cell: usize, footprint: Footp
     let is_other = reflectance != record.reflectance || varied != tile.look(cell).varied;
     let flags = record.flags.with(Flags::STALE.when(is_other));
     tile.record[cell] = Record { footprint, reflectance, flags, ..record };
-    tile.put_varied(cell, varied);
+    tile.varied.set(cell, varied);
     if is_other && frame.palette.coats.is_rough(tile.look(cell)) {
         // how many paths a layer draws, and where to, may follow from its colour
         tile.gathered.reflected.forget_one(cell);

@@ -34,7 +34,7 @@ pub struct Seen {
     /// Index into [`Scene::models`](crate::scene::Scene::models), or [`BACKGROUND`].
     model: u32,
     triangle: u32,
-    /// Index into [`Scene::materials`](crate::scene::Scene::materials); of several variants, the first.
+    /// Index into [`Scene::materials`](crate::scene::Scene::materials).
     material: u16,
     /// True if the mesh is made of curved pieces instead of triangles.
     is_quadric: bool,
@@ -99,7 +99,7 @@ impl Seen {
             // a plane has one side towards the eye, and rounding alone may say otherwise
             return !self.is_quadric || record.is_from_behind() == self.is_from_behind;
         }
-        if record.is_from_behind() != self.is_from_behind || !frame.is_of(record.material, self.material) {
+        if record.is_from_behind() != self.is_from_behind || record.material != self.material {
             return false;
         }
         // where the sample is when the target looks

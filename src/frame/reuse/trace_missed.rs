@@ -17,7 +17,7 @@ use crate::lanes::{F32x8, LANES, Mask, Vec3x8};
 use crate::samples::{
     BACKGROUND, Column, Flags, Footprint, Octahedral, Record, Sample, Status, Tile, Traced, half_colors,
 };
-use crate::shade::look::Varied;
+use crate::scene::look::Varied;
 use crate::trace::{self, Coherence, Hit, HitPacket, NO_HIT, RayBatch, RayPacket, SceneSubset, Search};
 
 /// Largest distance of a hit point from its ray, as a share of its distance from the eye. It is below the
@@ -364,8 +364,8 @@ impl<'a> Answers8<'a> {
             for (lane, kept) in tile.record[first..first + LANES].iter_mut().enumerate() {
                 *kept = record(lane);
             }
-            if let Some(varied) = tile.varied.get_mut(first..first + LANES) {
-                varied.iter_mut().zip(&looks).for_each(|(kept, look)| *kept = look.varied);
+            if !tile.varied.is_empty() {
+                (first..).zip(&looks).for_each(|(cell, look)| tile.varied.set(cell, look.varied));
             }
             return;
         }

@@ -263,7 +263,7 @@ fn meet_surfaces(
 fn go_on(frame: &FrameView, met: &MetSurface, next: &mut Vec<Bounce>) {
     let MetSurface { surface, bounce, .. } = met;
     let material = &frame.scene.materials[usize::from(surface.material)];
-    if bounce.step.is_last() && !material.optics.is_straight() {
+    if bounce.step.is_last() && !surface.optics(frame.scene).is_straight() {
         return;
     }
     let branches = branch(material, surface, bounce.direction, || random_of_place(surface));
@@ -285,7 +285,7 @@ fn grow(
     bounce: impl Fn(Kind) -> Bounce,
     next: &mut Vec<Bounce>,
 ) {
-    let is_straight = frame.scene.materials[usize::from(surface.material)].optics.is_straight();
+    let is_straight = surface.optics(frame.scene).is_straight();
     let kinds = [
         (Kind::Reflection, branches.reflection, step.next(false)),
         (Kind::Refraction, branches.refraction, step.next(is_straight)),

@@ -8,7 +8,7 @@ use crate::frame::surface::radiance::{DARK, Light, Parts, Radiance, cut};
 use crate::lanes::{F32x8, LANES, Mask, Vec3x8};
 use crate::layers::Layers;
 use crate::samples::{EMPTY, TagSlot, Tile};
-use crate::shade::look::Look;
+use crate::scene::look::Look;
 use crate::shade::{Surface, phong};
 
 /// Layers that are made of single samples' light.
@@ -128,7 +128,7 @@ pub fn shows_itself(frame: &FrameView, look: Look) -> bool {
     frame.settings.depth == 0
         || frame.palette.is_diffuse(look.material)
         || frame.palette.coats.is_rough(look)
-        || !frame.palette.goes_on(look.material)
+        || !frame.palette.goes_on(look)
 }
 
 /// Adds to the guides of the sample in `cell` the albedo and the normal of `surface`, which is seen by way of

@@ -371,12 +371,6 @@ impl<'a> FrameView<'a> {
         Place::of(self.scene, transform, self.deformations, model)
     }
 
-    /// Returns true if `material` is `head`, or one of its variants.
-    #[inline(always)]
-    pub fn is_of(&self, material: u16, head: u16) -> bool {
-        material == head || self.scene.materials[usize::from(material)].variant_of == Some(head)
-    }
-
     /// Returns true if lights shine through a `material` as if it were not there, always or by chance.
     pub fn shines_through(&self, material: u16) -> bool {
         let material = &self.scene.materials[usize::from(material)];

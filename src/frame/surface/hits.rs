@@ -7,10 +7,10 @@ use crate::frame::shot::frame_view::FrameView;
 use crate::lanes::{F32x8, LANES, Vec3x8, are_same};
 use crate::prefetch::prefetch;
 use crate::scene::Mesh;
+use crate::scene::look::Look;
+use crate::scene::on_mesh::OnMesh;
 use crate::shade::Surface;
 use crate::shade::horizon::Horizon;
-use crate::shade::look::Look;
-use crate::shade::on_mesh::OnMesh;
 use crate::shade::surface::{Corners, of_quadrics};
 use crate::trace::{HitPacket, NO_HIT};
 
@@ -151,13 +151,12 @@ impl<'a> Hits8<'a> {
         for lane in (0..LANES).filter(|lane| self.is_hit(*lane)) {
             let place = self.place(frame, lane, weights).with_width(widths[lane]);
             let material = |number: u16| &frame.scene.materials[usize::from(number)];
+            let number = place.material();
             if frame.palette.varies {
-                let number = place.material(frame.scene);
                 let (color, varied) = place.appearance(frame.scene, material(number));
                 looks[lane] = Look { material: number, varied };
                 colors.set_lane(lane, color);
             } else {
-                let number = place.mesh.material_of[place.primitive as usize];
                 looks[lane] = Look::plain(number);
                 colors.set_lane(lane, place.textured(frame.scene, material(number)));
             }

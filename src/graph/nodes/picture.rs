@@ -13,6 +13,10 @@ use crate::graph::{Function, Graph, Input, Kind, Place};
 pub enum Shown {
     /// Linear RGB.
     Color,
+    /// Mean of red, green and blue.
+    Mean,
+    /// Red, green or blue, by its number.
+    Channel(usize),
     /// Alpha, from 0 to 1.
     Alpha,
 }
@@ -22,7 +26,7 @@ impl Shown {
     pub fn kind(self) -> Kind {
         match self {
             Self::Color => Kind::Color,
-            Self::Alpha => Kind::Number,
+            Self::Mean | Self::Channel(_) | Self::Alpha => Kind::Number,
         }
     }
 }
@@ -47,13 +51,16 @@ impl Function for Picture {
     }
 
     fn is_filtered(&self) -> bool {
-        !self.is_at
+        // alpha decides what is there, which does not depend on from where it is seen
+        !self.is_at && self.shown != Shown::Alpha
     }
 
     fn value(&self, inputs: &[Vec3], place: &dyn Place) -> Vec3 {
         let [r, g, b, alpha] = place.picture(self.number, inputs.first().map(|at| at.truncate()));
         match self.shown {
             Shown::Color => Vec3::new(r, g, b),
+            Shown::Mean => Vec3::splat((r + g + b) / 3.0),
+            Shown::Channel(number) => Vec3::splat([r, g, b][number.min(2)]),
             Shown::Alpha => Vec3::splat(alpha),
         }
     }

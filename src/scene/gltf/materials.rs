@@ -15,7 +15,7 @@ use crate::scene::model::map_statement::{Channel, MapUse};
 use crate::scene::model::mtl::MtlMaterial;
 use crate::scene::model::pictures::PictureUse;
 use crate::scene::model::settle::Alpha;
-use crate::scene::model::varying::{ParameterMap, Settled, picture_use};
+use crate::scene::model::varying::{Settled, computed_by, picture_use};
 use crate::scene::texture::{Mapping, UvSet, Wrap};
 use crate::scene::{Material, SceneError, Texture};
 
@@ -196,10 +196,10 @@ impl Assembly {
             (Some(shot), Some(map)) => Some(self.picture(map, shot, PictureUse::Color)?),
             _ => own.filter(|_| is_textured),
         };
-        overridden.apply(&mut material);
+        let graphs = overridden.apply(&mut material);
         // what the file states by itself is no statement of MTL
         let asking = |used| shot[used].as_deref().unwrap_or(&document.path);
-        let mut settled = self.settle_maps(&stated, asking, material)?;
+        let mut settled = self.settle_maps(&stated, asking, Settled { material, graphs })?;
         let alpha = match (stated.alpha_mode, of_file) {
             (Some(AlphaMode::Cut), Some(Alpha::Cut(least))) => Some(Alpha::Cut(least)),
             (Some(_), _) => Some(Alpha::of(stated.alpha_mode)),
@@ -211,7 +211,7 @@ impl Assembly {
                 self.show_stated_alpha(&mut settled, map, stated.alpha_mode);
             }
             (.., map, Some(Alpha::Cut(least))) if by_vertices => {
-                settled.material.cutout = Some(Cutout { by_vertices, map, least, blended: None });
+                settled.material.cutout = Some(Cutout { by_vertices, map, ..Cutout::below(least) });
             }
             (.., Some(map), Some(alpha)) => self.show_alpha(&mut settled, map, alpha),
             _ => {}
@@ -231,7 +231,7 @@ impl Assembly {
         settled: &mut Settled,
     ) -> Result<(), SceneError> {
         let sets = uv_sets_of(document, json)?;
-        let Settled { material, maps } = settled;
+        let Settled { material, graphs } = settled;
         if let Some(info) = json.normal_texture.as_ref().filter(|_| material.normal_map.is_none())
             && let Some(uvs) = uvs_of(document, info, sets)?
         {
@@ -248,11 +248,14 @@ impl Assembly {
         let emission = shown.as_ref().filter(|_| material.emission != Vec3::ZERO);
         let of_surface = of_texture.iter().map(|(used, channel)| (*used, surface, *channel));
         for (used, info, channel) in of_surface.chain([(MapUse::Emission, emission, Channel::Mean)]) {
-            let is_replaced = maps.has(used) || self.is_number_stated(&material.name, used);
+            let is_shown = computed_by(used).is_some_and(|of| graphs.has(of));
+            let is_replaced = is_shown || self.is_number_stated(&material.name, used);
             let Some(info) = info.filter(|_| !is_replaced) else { continue };
             if let Some(uvs) = uvs_of(document, info, sets)? {
                 let map = self.texture(document, info, uvs, picture_use(used))?;
-                maps[used] = (!self.pictures.is_stand_in(map)).then_some(ParameterMap { map, channel });
+                if !self.pictures.is_stand_in(map) {
+                    graphs.show(used, map, channel);
+                }
             }
         }
         Ok(())

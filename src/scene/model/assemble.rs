@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use glam::Vec3;
 
-use super::map_statement::{ByUse, MapStatement};
+use super::map_statement::MapStatement;
 use super::material_table::Override;
 use super::mtl::{self, MtlFile, MtlMaterial};
 use super::npy::{self, Array};
@@ -15,7 +15,7 @@ use super::objects::ObjectFiles;
 use super::pictures::{PictureUse, Pictures};
 use super::read_model::{ReadBefore, ReadModel, is_ply, name_material};
 use super::shape_files::{self, Origins, ReadShapes, ShapeSource};
-use super::varying::{ParameterMap, Settled};
+use super::varying::Settled;
 use crate::digest::Digest;
 use crate::input::{self, Input, Kind};
 use crate::scene::error::Findings;
@@ -43,8 +43,6 @@ pub(crate) struct Assembly {
     pub(in crate::scene) findings: Findings,
     pub(super) overrides: Vec<Override>,
     pub(in crate::scene) materials: Vec<Material>,
-    /// Maps of parameters, by the index of their material.
-    pub(super) varying: Vec<(u16, ByUse<ParameterMap>)>,
     pub(in crate::scene) pictures: Pictures,
     meshes: HashMap<PathBuf, Arc<Mesh>>,
     /// Origins in its file of the vertices of each of `meshes`.
@@ -124,13 +122,10 @@ impl Assembly {
         self.read_before.as_ref().map(|model| model.path.clone())
     }
 
-    /// Adds a material with the maps of its parameters. Returns its index.
-    pub fn add_settled(&mut self, Settled { material, maps }: Settled) -> Option<u16> {
-        let index = self.add_material(material)?;
-        if !maps.is_empty() {
-            self.varying.push((index, maps));
-        }
-        Some(index)
+    /// Adds a material with what varies of it. Returns its index.
+    pub fn add_settled(&mut self, Settled { material, graphs }: Settled) -> Option<u16> {
+        let computed = graphs.computed(&material).map(Arc::new);
+        self.add_material(Material { computed, ..material })
     }
 
     /// Adds a material beside those of the models. Returns its index.
@@ -447,7 +442,6 @@ impl Assembly {
 
     /// Returns the assembled materials, textures, files and findings.
     pub fn finish(mut self) -> Assembled {
-        self.make_variants();
         self.files.extend(self.pictures.files().cloned());
         let inputs = Digest::of_all(self.digests.into_iter().chain([self.pictures.digest()]));
         let (materials, textures) = (self.materials, self.pictures.textures);

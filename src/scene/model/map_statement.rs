@@ -37,17 +37,6 @@ pub enum Channel {
 }
 
 impl Channel {
-    /// Value of a texel, 0 to 255.
-    pub fn of(self, [r, g, b, a]: [u8; 4]) -> u8 {
-        match self {
-            Self::Mean => ((u16::from(r) + u16::from(g) + u16::from(b) + 1) / 3) as u8,
-            Self::Red => r,
-            Self::Green => g,
-            Self::Blue => b,
-            Self::Alpha => a,
-        }
-    }
-
     fn named(name: &str) -> Self {
         match name {
             "r" => Self::Red,
@@ -144,11 +133,6 @@ impl<T> ByUse<T> {
     /// Entries made of these ones.
     pub fn map<U>(&self, to: impl Fn(&T) -> U) -> ByUse<U> {
         ByUse(self.0.each_ref().map(|entry| entry.as_ref().map(&to)))
-    }
-
-    /// Returns true if there is no entry.
-    pub fn is_empty(&self) -> bool {
-        self.0.iter().all(Option::is_none)
     }
 
     /// Returns true if there is an entry for this use.

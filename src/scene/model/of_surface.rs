@@ -6,17 +6,17 @@ use glam::{DVec3, Vec3};
 
 use super::dielectric::{Below, Coat, index_of, stated_index};
 use super::mtl::MtlMaterial;
-use crate::graph::{Function, Graph, Input, Place, Program};
-use crate::scene::material::{Bump, Computed, LARGEST_COLOR, head_on};
+use super::varying::Graphs;
+use crate::graph::{Function, Input, Place, Program};
+use crate::scene::material::{Bump, ByParameter, Computes, LARGEST_COLOR, head_on};
 use crate::scene::surface::{Parameter, Surface};
 
 /// What is told of glass whose colour is computed.
 const GLASS_OF_GRAPH: &str =
     "the base colour of glass is one colour: the default counts in place of its graph";
 
-/// What is told of glass with other parameters that are computed.
-const GLASS_VARIES: &str =
-    "graphs of the roughness and the metalness of glass are not used: a number counts in place of each";
+/// What is told of glass whose metalness is computed.
+const GLASS_OF_METAL: &str = "a graph of the metalness of glass is not used: the default counts in its place";
 
 /// Statements of a surface, its graphs, and what is left out of it.
 pub(super) struct OfSurface {
@@ -37,13 +37,19 @@ impl OfSurface {
         if layer.through > 0.0 && color.take().is_some() {
             left_out.push(GLASS_OF_GRAPH);
         }
-        layer.graphs.color = color;
+        let (emission, opacity) = (emission(&mut surface), surface[Parameter::GeometryOpacity]);
+        layer.computed[Computes::Color] = color;
+        layer.computed[Computes::Emission] = node(emission);
+        layer.computed[Computes::Opacity] = node(opacity);
         let kd = match base {
             Input::Constant(value) => value.clamp(Vec3::ZERO, Vec3::ONE),
             Input::Node(_) if color.is_some() => Vec3::ONE,
             Input::Node(_) => surface.constant(Parameter::BaseColor),
         };
-        let glow = surface.constant(Parameter::EmissionColor) * surface.number(Parameter::EmissionLuminance);
+        let glow = match emission {
+            Input::Constant(value) => value,
+            Input::Node(_) => Vec3::ONE,
+        };
         let opacity = share(&surface, Parameter::GeometryOpacity) as f32;
         let stated = MtlMaterial {
             name: surface.name.clone(),
@@ -55,32 +61,7 @@ impl OfSurface {
         let tint = surface.constant(Parameter::TransmissionColor);
         let stated = layer.stated(stated, tint);
         let (bump, normals) = (bump(&surface), surface.normals);
-        Self { stated, graphs: Graphs { graph: surface.graph, ..layer.graphs }, bump, normals, left_out }
-    }
-}
-
-/// Nodes that give values of a surface.
-#[derive(Debug, Clone, Default)]
-pub(super) struct Graphs {
-    graph: Graph,
-    pub color: Option<Input>,
-    pub roughness: Option<Input>,
-    pub metalness: Option<Input>,
-}
-
-impl Graphs {
-    /// What is computed of a material; of one without a metal-rough layer the colour alone.
-    pub fn computed(&self, has_layer: bool) -> Option<Computed> {
-        let of_layer = |input: Option<Input>| input.filter(|_| has_layer);
-        let all = [self.color, of_layer(self.roughness), of_layer(self.metalness)];
-        let values: Vec<Input> = all.into_iter().flatten().collect();
-        let number = |which: usize| all[which].map(|_| all[..which].iter().flatten().count());
-        (!values.is_empty()).then(|| Computed {
-            program: Program::of_all(&self.graph, &values),
-            color: number(0),
-            roughness: number(1),
-            metalness: number(2),
-        })
+        Self { stated, graphs: Graphs::new(surface.graph, layer.computed), bump, normals, left_out }
     }
 }
 
@@ -94,8 +75,8 @@ struct Layer {
     metallic: f64,
     /// Share of the light that goes through.
     through: f64,
-    /// What varies of roughness and metal, which are 1 then.
-    graphs: Graphs,
+    /// What is computed; roughness and metal are 1 then.
+    computed: ByParameter<Input>,
 }
 
 impl Layer {
@@ -109,24 +90,22 @@ impl Layer {
             roughness: of_number(Parameter::SpecularRoughness),
             metallic: of_number(Parameter::BaseMetalness),
             through: 0.0,
-            graphs: Graphs::default(),
+            computed: ByParameter::default(),
         };
-        let graphs = Graphs {
-            roughness: node(surface[Parameter::SpecularRoughness]),
-            metalness: node(surface[Parameter::BaseMetalness]),
-            ..Graphs::default()
-        };
+        let mut computed = ByParameter::default();
+        computed[Computes::Roughness] = node(surface[Parameter::SpecularRoughness]);
+        computed[Computes::Metalness] = node(surface[Parameter::BaseMetalness]);
         let through = of_number(Parameter::TransmissionWeight) * (1.0 - plain.metallic);
         if through > 0.0 {
-            if graphs.roughness.is_some() || graphs.metalness.is_some() {
-                left_out.push(GLASS_VARIES);
+            if computed[Computes::Metalness].take().is_some() {
+                left_out.push(GLASS_OF_METAL);
             }
-            return Self { through, ..plain };
+            return Self { through, computed, ..plain }.with_factors();
         }
         let coat =
             Coat { share: of_number(Parameter::CoatWeight), roughness: of_number(Parameter::CoatRoughness) };
         let below = Below { head_on: plain.head_on, metallic: plain.metallic };
-        let layer = Self { graphs, ..plain }.with_factors();
+        let layer = Self { computed, ..plain }.with_factors();
         match coat.over(below, |said| left_out.push(said)) {
             None => layer,
             Some(one) => layer.coated(one.head_on, one.coat_roughness),
@@ -135,19 +114,19 @@ impl Layer {
 
     /// The same, with factors of 1 for what varies.
     fn with_factors(self) -> Self {
-        let or_one = |graph: &Option<_>, number| if graph.is_some() { 1.0 } else { number };
-        let roughness = or_one(&self.graphs.roughness, self.roughness);
-        Self { roughness, metallic: or_one(&self.graphs.metalness, self.metallic), ..self }
+        let or_one = |of, number| if self.computed[of].is_some() { 1.0 } else { number };
+        let roughness = or_one(Computes::Roughness, self.roughness);
+        Self { roughness, metallic: or_one(Computes::Metalness, self.metallic), ..self }
     }
 
     /// The layer that it is with a coat, which decides the roughness where one is given.
     fn coated(self, head_on: f64, roughness: Option<f64>) -> Self {
-        match roughness {
-            None => Self { head_on, ..self },
-            Some(roughness) => {
-                Self { head_on, roughness, graphs: Graphs { roughness: None, ..self.graphs }, ..self }
-            }
+        let mut coated = Self { head_on, ..self };
+        if let Some(roughness) = roughness {
+            coated.roughness = roughness;
+            coated.computed[Computes::Roughness] = None;
         }
+        coated
     }
 
     /// Statements with those about the layer. `tint`: colour of what goes through.
@@ -192,11 +171,22 @@ fn bump(surface: &Surface) -> Option<Bump> {
 
 /// The base colour, with its weight.
 fn base(surface: &mut Surface) -> Input {
-    let (color, weight) = (surface[Parameter::BaseColor], surface[Parameter::BaseWeight]);
-    if weight == Input::Constant(Vec3::ONE) {
-        return color;
+    product(surface, [Parameter::BaseColor, Parameter::BaseWeight])
+}
+
+/// The radiance that it emits, linear RGB.
+fn emission(surface: &mut Surface) -> Input {
+    product(surface, [Parameter::EmissionColor, Parameter::EmissionLuminance])
+}
+
+/// Product of a colour and its weight.
+fn product(surface: &mut Surface, [color, weight]: [Parameter; 2]) -> Input {
+    let (color, weight) = (surface[color], surface[weight]);
+    match weight {
+        Input::Constant(Vec3::ONE) => color,
+        Input::Constant(Vec3::ZERO) => Input::Constant(Vec3::ZERO),
+        _ => surface.graph.add(Arc::new(Product), vec![color, weight]),
     }
-    surface.graph.add(Arc::new(Product), vec![color, weight])
 }
 
 /// Product of two values.

@@ -9,7 +9,7 @@ use embree::VertexBuffer;
 
 use super::assemble::Assembly;
 use crate::scene::Mesh;
-use crate::scene::cutout::{CutTriangles, Mask, VertexData};
+use crate::scene::cutout::{CutTriangles, Cutout, Mask, VertexData};
 use crate::scene::details::{Details, ObjectSpace};
 use crate::scene::mesh::Groups;
 use crate::scene::obj::{self, ObjFile};
@@ -129,9 +129,15 @@ impl Assembly {
         let (mut masks, mut known): (Vec<Mask>, HashMap<u16, u16>) = (Vec::new(), HashMap::new());
         let cut = material_of[first..].iter().map_while(|material| Some((*material, cutout(material)?)));
         let texture = |map: u32| self.pictures.textures[map as usize].clone();
+        let program =
+            |material: u16| self.materials[usize::from(material)].computed.as_ref()?.opacity.clone();
+        let mask = |material: u16, cutout: Cutout| match program(material).filter(|_| cutout.by_graph) {
+            Some(program) => Mask::computed(cutout, program, self.pictures.textures.as_slice().into()),
+            None => Mask::new(cutout, cutout.map.map(texture)),
+        };
         let mask_of = cut.map(|(material, cutout)| {
             *known.entry(material).or_insert_with(|| {
-                masks.push(Mask::new(cutout, cutout.map.map(texture)));
+                masks.push(mask(material, cutout));
                 (masks.len() - 1) as u16
             })
         });

@@ -1,14 +1,15 @@
 //! `[[material]]` tables of shot files: what they put in place of the materials of models.
 
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 
 use super::assemble::Assembly;
 use super::map_statement::{ByUse, MapUse};
 use super::mtl::MtlMaterial;
-use super::of_surface::{Graphs, OfSurface};
+use super::of_surface::OfSurface;
+use super::varying::{Graphs, computed_by};
+use crate::scene::cutout::Cutout;
 use crate::scene::keys::spelling;
-use crate::scene::material::{Bump, NormalMap};
+use crate::scene::material::{Bump, Computes, NormalMap};
 use crate::scene::mtlx;
 use crate::scene::{Material, SceneError};
 
@@ -28,12 +29,14 @@ pub(crate) struct Overridden {
 }
 
 impl Overridden {
-    /// Gives a material the graphs and the normals of a file that counts in place of its own.
-    pub fn apply(&self, material: &mut Material) {
+    /// Gives a material the normals of a file that counts in place of its own. Returns its graphs.
+    pub fn apply(&self, material: &mut Material) -> Graphs {
         if self.is_whole {
-            material.computed = self.graphs.computed(material.metal_rough.is_some()).map(Arc::new);
             (material.bump, material.normal_map) = (self.bump.clone(), self.normals);
+            let is_veil = self.graphs.has(Computes::Opacity) && material.can_blend();
+            material.cutout = is_veil.then(|| Cutout::by_graph(material.opacity()));
         }
+        self.graphs.clone()
     }
 }
 
@@ -72,15 +75,16 @@ impl Assembly {
             }
             let entry = &self.overrides[number];
             stated.replace_with(&entry.values);
-            let MtlMaterial { kd, pr, pm, maps, .. } = &entry.values;
-            let Graphs { color, roughness, metalness, .. } = &mut overridden.graphs;
-            for (graph, is_number, used) in [
-                (color, kd.is_some(), MapUse::Color),
-                (roughness, pr.is_some(), MapUse::Roughness),
-                (metalness, pm.is_some(), MapUse::Metal),
+            let MtlMaterial { kd, pr, pm, ke, d, maps, .. } = &entry.values;
+            for (is_number, used) in [
+                (kd.is_some(), MapUse::Color),
+                (pr.is_some(), MapUse::Roughness),
+                (pm.is_some(), MapUse::Metal),
+                (ke.is_some(), MapUse::Emission),
+                (d.is_some(), MapUse::Opacity),
             ] {
-                if is_number || maps.has(used) {
-                    *graph = None;
+                if let Some(of) = computed_by(used).filter(|_| is_number || maps.has(used)) {
+                    overridden.graphs.remove(of);
                 }
             }
             if maps.has(MapUse::Normal) || maps.has(MapUse::Bump) {

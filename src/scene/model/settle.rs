@@ -2,11 +2,11 @@
 
 use std::path::Path;
 
-use super::assemble::{Assembly, Defined, MOST_MATERIALS};
-use super::map_statement::{ByUse, Channel, MapUse};
+use super::assemble::{Assembly, Defined};
+use super::map_statement::{Channel, MapUse};
 use super::mtl::MtlMaterial;
 use super::pictures::PictureUse;
-use super::varying::{self, PARAMETERS, ParameterMap, Settled};
+use super::varying::{self, PARAMETERS, Settled};
 use crate::scene::cutout::{ALL_BUT_OPAQUE, Cutout, LEAST_OPACITY};
 use crate::scene::keys::material::AlphaMode;
 use crate::scene::obj::Named;
@@ -56,12 +56,12 @@ impl Assembly {
         if let Some(map) = &stated.maps[MapUse::Color] {
             material.diffuse_map = Some(self.picture(map, asking(MapUse::Color), PictureUse::Color)?);
         }
-        overridden.apply(&mut material);
+        let graphs = overridden.apply(&mut material);
         let opacity = match &stated.maps[MapUse::Opacity] {
             Some(map) => Some(self.picture(map, asking(MapUse::Opacity), PictureUse::Opacity)?),
             None => material.diffuse_map,
         };
-        let mut settled = self.settle_maps(&stated, asking, material)?;
+        let mut settled = self.settle_maps(&stated, asking, Settled { material, graphs })?;
         if let Some(map) = opacity {
             self.show_stated_alpha(&mut settled, map, stated.alpha_mode);
         }
@@ -83,12 +83,14 @@ impl Assembly {
 
     /// Has the alpha of texture number `map` show on a material.
     pub(in crate::scene) fn show_alpha(&self, settled: &mut Settled, map: u32, alpha: Alpha) {
-        let Settled { material, maps } = settled;
+        let Settled { material, graphs } = settled;
         material.cutout = match alpha {
             Alpha::Blend if material.can_blend() => {
                 let shows = self.pictures.falls_below(map, ALL_BUT_OPAQUE);
-                maps[MapUse::Opacity] = shows.then_some(ParameterMap { map, channel: Channel::Alpha });
-                shows.then(|| Cutout::blended(map, material.opacity()))
+                shows.then(|| {
+                    graphs.show(MapUse::Opacity, map, Channel::Alpha);
+                    Cutout::blended(map, material.opacity())
+                })
             }
             Alpha::Blend => self.cut_below(map, LEAST_OPACITY),
             Alpha::Cut(least) => self.cut_below(map, least),
@@ -106,7 +108,7 @@ impl Assembly {
         &mut self,
         stated: &MtlMaterial,
         asking: impl Fn(MapUse) -> &'p Path,
-        mut material: Material,
+        Settled { mut material, mut graphs }: Settled,
     ) -> Result<Settled, SceneError> {
         for (used, as_picture) in [(MapUse::Normal, PictureUse::Normals), (MapUse::Bump, PictureUse::Heights)]
         {
@@ -115,7 +117,6 @@ impl Assembly {
                 material.normal_map = self.pictures.normal_map(index, map.slope);
             }
         }
-        let mut maps = ByUse::default();
         for used in PARAMETERS {
             let Some(map) = &stated.maps[used] else { continue };
             if !varying::is_of_use(&material, used) {
@@ -129,32 +130,9 @@ impl Assembly {
             }
             let index = self.picture(map, asking(used), varying::picture_use(used))?;
             if !self.pictures.is_stand_in(index) {
-                maps[used] = Some(ParameterMap { map: index, channel: map.channel });
+                graphs.show(used, index, map.channel);
             }
         }
-        Ok(Settled { material, maps })
-    }
-
-    /// Makes the variants of materials whose parameters pictures give.
-    pub(super) fn make_variants(&mut self) {
-        let varying = std::mem::take(&mut self.varying);
-        for (after, (index, maps)) in varying.iter().enumerate() {
-            let room = (MOST_MATERIALS - self.materials.len()) / (varying.len() - after);
-            let material = &self.materials[usize::from(*index)];
-            match varying::make(material, maps, &self.pictures.textures, room) {
-                Some(made) => {
-                    // there is room for all: their numbers fit
-                    let first = self.materials.len() as u16;
-                    let of_head = |one: &Material| Material { variant_of: Some(*index), ..one.clone() };
-                    self.materials.extend(made.materials.iter().map(of_head));
-                    self.materials[usize::from(*index)] = made.head(first);
-                }
-                None => {
-                    let message = "the shot has too many materials: numbers count in place of the pictures of the parameters of";
-                    let message = format!("{message} `{}`", material.name);
-                    self.findings.note(SceneError::new(Path::new(""), message));
-                }
-            }
-        }
+        Ok(Settled { material, graphs })
     }
 }

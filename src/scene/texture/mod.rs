@@ -138,12 +138,6 @@ impl Texture {
     }
 }
 
-/// Linear RGB of a texel.
-pub(crate) fn linear_color([r, g, b, _]: [u8; 4]) -> Vec3 {
-    let table = &*LINEAR;
-    Vec3::new(table[r as usize], table[g as usize], table[b as usize])
-}
-
 #[cfg(test)]
 mod tests {
     use glam::Mat2;

@@ -16,7 +16,7 @@ use crate::scene::model::map_statement::{Channel, MapUse};
 use crate::scene::model::mtl::MtlMaterial;
 use crate::scene::model::pictures::{Content, PictureUse, Wanted};
 use crate::scene::model::settle::Alpha;
-use crate::scene::model::varying::{ParameterMap, Settled, picture_use};
+use crate::scene::model::varying::{Settled, computed_by, picture_use};
 use crate::scene::{Material, SceneError, Texture, texture};
 
 /// Reflectance at normal incidence above which a surface of the specular workflow is a metal: no plastic or gem reflects as much.
@@ -49,10 +49,10 @@ impl Assembly {
             (Some(shot), Some(map)) => Some(self.picture(map, shot, PictureUse::Color)?),
             _ => color.filter(|_| !overridden.is_whole),
         };
-        overridden.apply(&mut material);
+        let graphs = overridden.apply(&mut material);
         // what the file states by itself is no statement of MTL
         let asking = |used| shot[used].as_deref().unwrap_or(&file.path);
-        let mut settled = self.settle_maps(&stated, asking, material)?;
+        let mut settled = self.settle_maps(&stated, asking, Settled { material, graphs })?;
         let usd_alpha = if overridden.is_whole { None } else { self.usd_alpha(file, surface, color)? };
         if let (Some(shot), Some(map)) = (&shot[MapUse::Opacity], &stated.maps[MapUse::Opacity]) {
             let map = self.picture(map, shot, PictureUse::Opacity)?;
@@ -76,7 +76,7 @@ impl Assembly {
         file: &UsdFile,
         surface: &Surface,
         is_rough_by_coat: bool,
-        Settled { material, maps }: &mut Settled,
+        Settled { material, graphs }: &mut Settled,
     ) -> Result<(), SceneError> {
         if let Some(picture) = surface.normal.as_ref().filter(|_| material.normal_map.is_none()) {
             let index = self.usd_picture(file, picture, PictureUse::Normals)?;
@@ -95,14 +95,17 @@ impl Assembly {
             (MapUse::Metal, &surface.metallic, is_metal_rough),
             (MapUse::Emission, &surface.emissive, true),
         ] {
-            let is_replaced = maps.has(used) || self.is_number_stated(&material.name, used);
+            let is_shown = computed_by(used).is_some_and(|of| graphs.has(of));
+            let is_replaced = is_shown || self.is_number_stated(&material.name, used);
             let Some(picture) = picture_of_parameter(input, used).filter(|_| is_there && !is_replaced) else {
                 continue;
             };
             let map = self.usd_picture(file, picture, picture_use(used))?;
             let channel = [Channel::Red, Channel::Green, Channel::Blue, Channel::Alpha];
             let channel = channel[picture.channel.unwrap_or(0).min(3)];
-            maps[used] = (!self.pictures.is_stand_in(map)).then_some(ParameterMap { map, channel });
+            if !self.pictures.is_stand_in(map) {
+                graphs.show(used, map, channel);
+            }
         }
         Ok(())
     }

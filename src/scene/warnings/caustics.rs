@@ -4,13 +4,12 @@
 use glam::Vec3;
 
 use super::darkness::{is_black, shines};
-use crate::scene::material::Optics;
 use crate::scene::{Light, Scene};
 use crate::settings::{Caustics, Settings};
 
 /// Warning about `scene` if it is rendered with `settings`.
 pub fn warning(scene: &Scene, settings: &Settings) -> Option<String> {
-    let has_glass = scene.materials.iter().any(|material| matches!(material.optics, Optics::Glass { .. }));
+    let has_glass = scene.materials.iter().any(|material| material.lets_through());
     if settings.caustics == Caustics::None || !has_glass {
         return None;
     }

@@ -7,11 +7,11 @@ use glam::Vec3;
 use super::albedos::{LEAST_COSINE, Shares};
 use super::layer::{Between, CoatAt, LEAST_ALBEDO};
 use crate::lanes::{F32x8, LANES, Mask, Vec3x8, are_same};
+use crate::scene::look::Look;
 use crate::shade::area::AreaRadiance;
 use crate::shade::fresnel::Fresnel;
 use crate::shade::ggx;
 use crate::shade::light::LightSample;
-use crate::shade::look::Look;
 use crate::shade::mis::mis_weight;
 
 /// Rays by which the layers of eight surfaces reflect.
@@ -167,8 +167,8 @@ impl<'a> CoatLanes<'a> {
             metal: Vec3x8::splat(coat.metal),
             metal_of_kept: Vec3x8::splat(coat.metal_of_kept),
             index: F32x8::splat(coat.index),
-            solid: F32x8::splat(coat.solid),
-            emission: Vec3x8::splat(coat.emission),
+            solid: F32x8::splat(at.solid),
+            emission: Vec3x8::splat(at.emission),
             albedos: [Some(at.albedos); LANES],
             has: Mask::ALL,
         };
@@ -181,8 +181,8 @@ impl<'a> CoatLanes<'a> {
         self.metal.set_lane(lane, coat.metal);
         self.metal_of_kept.set_lane(lane, coat.metal_of_kept);
         self.index.set_lane(lane, coat.index);
-        self.solid.set_lane(lane, coat.solid);
-        self.emission.set_lane(lane, coat.emission);
+        self.solid.set_lane(lane, at.solid);
+        self.emission.set_lane(lane, at.emission);
         self.albedos[lane] = Some(at.albedos);
         self.has.set(lane);
     }

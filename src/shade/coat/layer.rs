@@ -6,10 +6,10 @@ use std::sync::Arc;
 use glam::Vec3;
 
 use super::albedos::{Albedos, LEAST_COSINE, Shares, VALUES};
-use crate::scene::material::LEAST_ALPHA;
+use crate::scene::look::Varied;
+use crate::scene::material::{LEAST_ALPHA, MetalRough};
 use crate::shade::fresnel::{Fresnel, dielectric};
 use crate::shade::ggx;
-use crate::shade::look::Varied;
 use crate::shade::sampling::orthonormal;
 
 /// Least albedo; anything below it is taken for black.
@@ -49,6 +49,11 @@ pub fn regularized(alpha: f32) -> f32 {
     if alpha < ROUGH_ENOUGH { (2.0 * alpha).clamp(LEAST_ALPHA_OF_PATHS, ROUGH_ENOUGH) } else { alpha }
 }
 
+/// Alpha that paths see of a layer; rays through rough glass bend by microfacets of its own width.
+pub fn alpha_of_paths(alpha: f32, is_glass: bool) -> f32 {
+    if is_glass { alpha } else { regularized(alpha) }
+}
+
 /// Kind of ray that sees a surface.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SeenBy {
@@ -72,15 +77,16 @@ impl Coat {
     /// Not inlined: most layers are the same all over.
     #[inline(never)]
     fn varied_at<'a>(&'a self, varying: &'a VaryingCoat, varied: Varied) -> CoatAt<'a> {
-        let metallic = if varying.in_metal { self.metallic * varied.of_metal() } else { self.metallic };
-        let plain = CoatAt { metallic, ..self.at_rest() };
+        let VaryingCoat { layer, is_glass, .. } = varying;
+        let here = layer.at(varied);
+        let MetalRough { metallic, solid, .. } = here;
+        let plain = CoatAt { metallic, solid, emission: varied.light_of(self.emission), ..self.at_rest() };
         let Some(tables) = &varying.by_roughness else { return plain };
-        let share = varied.of_roughness();
-        let alpha = varying_alpha(varying.roughness * share);
+        let (alpha, share) = (here.alpha(), varied.of_roughness());
         CoatAt {
             alpha,
             albedos: Between::of(tables.each_ref().map(|[eye, _]| &**eye), share),
-            alpha_of_paths: regularized(alpha),
+            alpha_of_paths: alpha_of_paths(alpha, *is_glass),
             albedos_of_paths: Between::of(tables.each_ref().map(|[_, paths]| &**paths), share),
             ..plain
         }
@@ -93,6 +99,8 @@ impl Coat {
             coat: self,
             alpha: self.alpha,
             metallic: self.metallic,
+            solid: self.solid,
+            emission: self.emission,
             albedos: Between::one(&self.albedos),
             alpha_of_paths: self.alpha_of_paths,
             albedos_of_paths: Between::one(&self.albedos_of_paths),
@@ -103,25 +111,16 @@ impl Coat {
 /// What varies of a layer from place to place.
 #[derive(Debug, Clone)]
 pub struct VaryingCoat {
-    /// True if its share of metal does.
-    pub in_metal: bool,
-    /// The largest roughness.
-    pub roughness: f32,
+    /// The layer where all factors are 1.
+    pub layer: MetalRough,
+    /// True if it is rough glass.
+    pub is_glass: bool,
     /// Light as the eye and as paths see it, for even steps of the roughness up to that, if it varies.
     pub by_roughness: Option<Box<[[Arc<Albedos>; 2]; ROUGHNESS_STEPS + 1]>>,
 }
 
 /// Steps of a roughness that varies between which light is interpolated.
 pub const ROUGHNESS_STEPS: usize = 32;
-
-/// Least roughness where it varies: layers that are mirrors in places and rough in others are rough all over.
-const LEAST_VARYING_ROUGHNESS: f32 = 0.05;
-
-/// Width of the lobe of a layer whose roughness varies, where it is this.
-pub fn varying_alpha(roughness: f32) -> f32 {
-    let roughness = roughness.max(LEAST_VARYING_ROUGHNESS);
-    roughness * roughness
-}
 
 /// A layer at one place.
 #[derive(Debug, Clone, Copy)]
@@ -132,6 +131,10 @@ pub struct CoatAt<'a> {
     pub alpha: f32,
     /// Share of metal.
     pub metallic: f32,
+    /// Share of light that does not pass straight through.
+    pub solid: f32,
+    /// Emission, which the layer does not dim.
+    pub emission: Vec3,
     /// Light that it reflects.
     pub albedos: Between<'a>,
     alpha_of_paths: f32,
@@ -188,7 +191,7 @@ impl CoatAt<'_> {
     /// Albedo at normal incidence, with that of the surface beneath, which is `diffuse`, as far as the layer lets light through.
     pub fn head_on_over(&self, reflectance: Vec3, diffuse: Vec3) -> Vec3 {
         let through = 1.0 - dielectric(self.coat.index, 1.0);
-        Vec3::from(self.fresnel(reflectance).at(1.0)) * self.coat.solid + diffuse * through
+        Vec3::from(self.fresnel(reflectance).at(1.0)) * self.solid + diffuse * through
     }
 
     /// Layer as a ray sees it: see [`Coats::seen`](super::Coats::seen).
@@ -221,10 +224,10 @@ impl CoatAt<'_> {
             to_eye,
             alpha,
             fresnel,
-            gain: gain * self.coat.solid,
-            albedo: albedo * self.coat.solid,
+            gain: gain * self.solid,
+            albedo: albedo * self.solid,
             through,
-            added: self.coat.emission * (1.0 - through),
+            added: self.emission * (1.0 - through),
         }
     }
 }

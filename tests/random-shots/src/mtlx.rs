@@ -200,9 +200,16 @@ fn material(dice: &mut Dice, name: &str, text: &mut String) {
         ("coat_weight", *dice.pick(&[0.0, 0.0, 1.0])),
         ("specular_weight", *dice.pick(&[0.0, 1.0, 1.0])),
     ];
-    // of the first two a graph may give either, and heights the normal
+    // of the first two a graph may give either, heights the normal, and others light and veils
     let computed: Vec<bool> = (0..3).map(|_| dice.one_in(3)).collect();
-    let outputs = [("roughness", "float"), ("metalness", "float"), ("heights", "float")];
+    let (glows, is_veil) = (dice.one_in(5), dice.one_in(5));
+    let outputs = [
+        ("roughness", "float"),
+        ("metalness", "float"),
+        ("heights", "float"),
+        ("glow", "color3"),
+        ("opacity", "float"),
+    ];
     let _ = writeln!(text, "<output name=\"out\" type=\"color3\" nodename=\"{color}\"/>");
     for (name, of_type) in outputs {
         let node = dice.below(count);
@@ -226,6 +233,19 @@ fn material(dice: &mut Dice, name: &str, text: &mut String) {
             _ => format!("value=\"{value}\""),
         };
         let _ = writeln!(text, "<input name=\"{input}\" type=\"float\" {stated}/>");
+    }
+    if glows {
+        let _ = writeln!(
+            text,
+            "<input name=\"emission_color\" type=\"color3\" nodegraph=\"G{name}\" output=\"glow\"/>\
+             <input name=\"emission_luminance\" type=\"float\" value=\"0.5\"/>"
+        );
+    }
+    if is_veil {
+        let _ = writeln!(
+            text,
+            "<input name=\"geometry_opacity\" type=\"float\" nodegraph=\"G{name}\" output=\"opacity\"/>"
+        );
     }
     if computed[2] {
         let _ = writeln!(text, "<input name=\"geometry_normal\" type=\"vector3\" nodename=\"B{name}\"/>");

@@ -18,7 +18,7 @@ use afterimage::frame::picture_settings;
 use afterimage::lanes::LANES;
 use afterimage::samples::saved::PictureSamples;
 use afterimage::samples::{CELLS, EMPTY, SampleStore, Tile};
-use afterimage::scene::{Scene, Shot};
+use afterimage::scene::Shot;
 use afterimage::settings::{Budget, Reuse};
 use afterimage::stereo::Eye;
 
@@ -92,7 +92,7 @@ pub fn compare(shot: &Shot, asked: Asked, inferred: Made, full: Made) -> Result<
                     (compared.samples, differing) = (compared.samples + samples, differing + apart);
                 }
                 if settings.reuse == Reuse::Target && asked.is_fine {
-                    let (surfaces, others) = level.surfaces(&shot.scene);
+                    let (surfaces, others) = level.surfaces();
                     compared.cells += surfaces.values().map(|surface| surface.cells).sum::<u64>() + others;
                     elsewhere += others;
                     if is_lit_alike {
@@ -228,17 +228,16 @@ impl Level<'_> {
     }
 
     /// What both frames show of each surface, by model and material; and in how many cells they show different ones.
-    fn surfaces(&self, scene: &Scene) -> (BTreeMap<[u32; 2], Surface>, u64) {
+    fn surfaces(&self) -> (BTreeMap<[u32; 2], Surface>, u64) {
         let mut surfaces: BTreeMap<[u32; 2], Surface> = BTreeMap::new();
         let mut elsewhere = 0;
-        let shown = |tile: &Tile, cell: usize| surface_of(scene, tile, cell);
         let show_both = |[tile, other]: [&Tile; 2], cell: usize| {
-            let seen = shown(other, cell);
-            seen.filter(|seen| shown(tile, cell) == Some(*seen))
+            let seen = surface_of(other, cell);
+            seen.filter(|seen| surface_of(tile, cell) == Some(*seen))
         };
         for (number, tiles) in self.tiles().enumerate() {
             for cell in 0..CELLS {
-                let [Some(inferred), Some(full)] = tiles.map(|tile| shown(tile, cell)) else { continue };
+                let [Some(inferred), Some(full)] = tiles.map(|tile| surface_of(tile, cell)) else { continue };
                 if inferred != full {
                     elsewhere += 1;
                     continue;
@@ -263,8 +262,8 @@ impl Level<'_> {
     }
 }
 
-/// Model and material that a cell shows. Of several variants of a material it is the first.
-fn surface_of(scene: &Scene, tile: &Tile, cell: usize) -> Option<[u32; 2]> {
+/// Model and material that a cell shows.
+fn surface_of(tile: &Tile, cell: usize) -> Option<[u32; 2]> {
     let (model, material) = (tile.model[cell], tile.record[cell].material);
     if model == EMPTY {
         return None;
@@ -272,7 +271,7 @@ fn surface_of(scene: &Scene, tile: &Tile, cell: usize) -> Option<[u32; 2]> {
     if model > EMPTY {
         return Some([model, 0]);
     }
-    Some([model, u32::from(scene.materials[usize::from(material)].variant_of.unwrap_or(material))])
+    Some([model, u32::from(material)])
 }
 
 /// Share of a value by which pixels of filters wider than a pixel may differ: in a tile of which some sample lies beside its target weights

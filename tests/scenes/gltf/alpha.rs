@@ -214,8 +214,7 @@ fn blended_surfaces_dim_the_light_by_their_alpha() {
 #[test]
 fn reuse_is_exact_where_alpha_is_blended() {
     let shot = shot_of(&before_a_wall(blended(0.9), [[255, 255, 255, 255], [250, 250, 250, 0]]), 2);
-    let kinds = shot.scene.materials.iter().filter(|material| material.variant_of.is_some()).count();
-    assert!(kinds >= 2, "{kinds} variants");
+    assert!(shot.scene.materials.iter().any(|material| material.is_blended()));
     for backend in [BackendKind::Embree, BackendKind::Rust] {
         let first = first_of_audited(&shot, backend);
         // the left of the square hides the wall but for its factor's tenth; the right shows it

@@ -2,7 +2,7 @@
 
 use super::*;
 use afterimage::frame::Finished;
-use afterimage::scene::texture::UvSet;
+use afterimage::scene::material::Computes;
 use afterimage::trace::BackendKind;
 
 /// Texture coordinates of a square's corners, from the one to the left below, counter-clockwise.
@@ -73,9 +73,8 @@ fn each_texture_takes_the_set_that_it_names() {
     let shot = shot(&file);
     let told: Vec<String> = shot.warnings.iter().map(|warning| warning.0.to_string()).collect();
     assert!(!told.iter().any(|text| text.contains("texture coordinates")), "{told:?}");
-    let numbers = shot.scene.materials[0].variants.as_ref().unwrap();
-    assert_eq!(numbers.numbers.placement.mapping.uvs, UvSet::First);
-    assert_eq!(numbers.added.as_ref().unwrap().placement.mapping.uvs, UvSet::Second);
+    let material = &shot.scene.materials[0];
+    assert!(material.is_computed(Computes::Roughness) && material.is_computed(Computes::Emission));
     for backend in [BackendKind::Embree, BackendKind::Rust] {
         let finished = frames(&shot, backend);
         let planes = ["R", "G", "B"].map(|name| finished[0].film.values(name).unwrap());
@@ -146,5 +145,5 @@ fn a_third_set_is_told() {
     let told: Vec<String> = shot.warnings.iter().map(|warning| warning.0.to_string()).collect();
     assert!(told.iter().filter(|text| text.contains("a third one")).count() == 1, "{told:?}");
     let material = &shot.scene.materials[0];
-    assert!(material.normal_map.is_some() && material.variants.is_none());
+    assert!(material.normal_map.is_some() && !material.is_computed(Computes::Emission));
 }

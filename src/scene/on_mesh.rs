@@ -1,9 +1,14 @@
 //! Attributes of a place on a mesh, by pictures and vertices: texture coordinates, material, reflectance, bent normals.
 
+mod computed;
+
 use glam::{Affine3A, Vec2, Vec3};
 
-use crate::scene::texture::UvSet;
-use crate::scene::{Material, Mesh, Model, Scene, Texture};
+pub use computed::PlaceOfGraph;
+
+use super::look::Varied;
+use super::texture::UvSet;
+use super::{Material, Mesh, Model, Scene, Texture};
 
 /// A place on a primitive of a mesh.
 #[derive(Debug, Clone, Copy)]
@@ -68,14 +73,17 @@ impl<'a> OnMesh<'a> {
         a * (1.0 - u - v) + b * u + c * v
     }
 
-    /// Index of the material, variants told apart.
+    /// Index of the material.
     #[inline]
-    pub fn material(&self, scene: &Scene) -> u16 {
-        let number = self.mesh.material_of[self.primitive as usize];
-        match &scene.materials[usize::from(number)].variants {
-            None => number,
-            Some(variants) => variants.at(|set| self.uv_of(set)),
-        }
+    pub fn material(&self) -> u16 {
+        self.mesh.material_of[self.primitive as usize]
+    }
+
+    /// Emission of its material, there: radiance, linear RGB.
+    pub fn emission(&self, scene: &Scene) -> Vec3 {
+        let material = &scene.materials[usize::from(self.material())];
+        let varied = if material.varies() { self.appearance(scene, material).1 } else { Varied::NONE };
+        material.emission_at(varied)
     }
 
     /// [`reflectance`](Self::reflectance) without the colours of vertices and graphs.
@@ -138,7 +146,7 @@ impl<'a> OnMesh<'a> {
     /// Normal as the place's material bends it, by a normal map or by heights; `normal` itself without either. `corners`: of the triangle,
     /// in the space and the shape of `normal`, which has unit length and is on the outside.
     pub fn bent_normal(&self, scene: &Scene, normal: Vec3, corners: [Vec3; 3]) -> Vec3 {
-        let material = &scene.materials[usize::from(self.mesh.material_of[self.primitive as usize])];
+        let material = &scene.materials[usize::from(self.material())];
         let bent = || {
             let map = material.normal_map?;
             let tangents = self.mesh.details.tangents.get(self.primitive as usize)?;

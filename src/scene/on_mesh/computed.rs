@@ -2,10 +2,12 @@
 
 use glam::{Affine3A, Vec2, Vec3};
 
-use super::look::Varied;
-use super::on_mesh::OnMesh;
+use super::OnMesh;
 use crate::graph::{Place, UvSet};
-use crate::scene::material::{Bump, Computed};
+use crate::scene::cutout::ALL_BUT_OPAQUE;
+use crate::scene::look::Varied;
+use crate::scene::material::{Bump, Computed, Computes};
+use crate::scene::shared_exponent::SharedExponent;
 use crate::scene::{Material, Scene, Texture};
 
 impl OnMesh<'_> {
@@ -29,12 +31,20 @@ impl OnMesh<'_> {
     /// What graphs make of the place, of which `painted` is the reflectance otherwise. Not inlined: most surfaces have none.
     #[inline(never)]
     fn computed(&self, scene: &Scene, computed: &Computed, painted: Vec3) -> (Vec3, Varied) {
-        let Computed { program, color, roughness, metalness } = computed;
-        let values = program.values(&PlaceOfGraph { on: self, textures: &scene.textures });
-        let factor =
-            |number: &Option<usize>| number.map_or(u8::MAX, |number| Varied::rounded(values[number].x));
-        let color = color.map_or(painted, |number| painted * values[number].clamp(Vec3::ZERO, Vec3::ONE));
-        (color, Varied { roughness: factor(roughness), metalness: factor(metalness) })
+        let values = computed.program.values(&PlaceOfGraph { on: self, textures: &scene.textures });
+        let value = |of| computed.numbers[of].map(|number| values[number]);
+        let share = |of| value(of).map_or(1.0, |value| value.x);
+        let opacity = Some(share(Computes::Opacity)).filter(|share| *share < ALL_BUT_OPAQUE).unwrap_or(1.0);
+        let highlight = value(Computes::Highlight).map(Varied::rounded_highlight);
+        let varied = Varied {
+            roughness: Varied::rounded(share(Computes::Roughness)),
+            metalness: Varied::rounded(share(Computes::Metalness)),
+            opacity: Varied::rounded(opacity),
+            highlight: highlight.unwrap_or(Varied::NONE.highlight),
+            emission: value(Computes::Emission).map_or(Varied::NONE.emission, SharedExponent::new),
+        };
+        let color = value(Computes::Color).map_or(Vec3::ONE, |color| color.clamp(Vec3::ZERO, Vec3::ONE));
+        (painted * color, varied)
     }
 
     /// Normal of a surface with these heights (J. Blinn, "Simulation of wrinkled surfaces", 1978; by the gradient on the surface, as in M.
@@ -77,14 +87,17 @@ impl OnMesh<'_> {
 }
 
 /// A place on a mesh, and the pictures of the shot, as graphs see them.
-struct PlaceOfGraph<'a> {
-    on: &'a OnMesh<'a>,
-    textures: &'a [Texture],
+#[derive(Debug)]
+pub struct PlaceOfGraph<'a> {
+    /// The place.
+    pub on: &'a OnMesh<'a>,
+    /// Pictures of the shot.
+    pub textures: &'a [Texture],
 }
 
 impl PlaceOfGraph<'_> {
     /// The place in the space of the mesh's positions, at rest.
-    fn position(&self) -> Vec3 {
+    pub fn position(&self) -> Vec3 {
         let OnMesh { mesh, primitive, weights: [u, v], .. } = *self.on;
         if let Some(quadric) = &mesh.quadric {
             return quadric.point(primitive, [u, v]);
