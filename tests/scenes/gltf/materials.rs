@@ -136,9 +136,10 @@ fn textures_of_coats_count_by_their_means() {
     let mesh = file.mesh(json!({"attributes": attributes, "material": 0}));
     file.root(json!({"mesh": mesh}));
     let shot = load(&file, "");
-    let materials: Vec<_> = shot.scene.materials.iter().filter_map(|material| material.metal_rough).collect();
-    assert!(!materials.is_empty());
-    for layer in &materials {
+    let material = &shot.scene.materials[0];
+    for u in [0.25, 0.75] {
+        let varied = OnMesh::on(&shot.scene.models[0], 0, [u, 0.0]).appearance(&shot.scene, material).1;
+        let layer = material.metal_rough.unwrap().at(varied);
         assert!((layer.head_on - (0.032 + 0.04 * 0.968)).abs() < 1e-5, "{layer:?}");
         assert!((layer.roughness - 0.3).abs() < 1e-6 && (layer.metallic - 0.2).abs() < 1e-3, "{layer:?}");
     }
@@ -203,14 +204,20 @@ fn pictures_may_be_in_the_file_or_beside_it() {
         let mapping = Mapping::scaled(Vec2::new(2.0, 4.0), Vec2::new(0.25, -3.5), wrap);
         let is_nearest = wrap[0] == Wrap::Clamp;
         assert_eq!(texture.mapping, Mapping { is_nearest, ..mapping });
-        // green is roughness, blue is metal
-        let layer = material.metal_rough.unwrap();
-        assert!((layer.metallic - 0.1).abs() < 1e-6);
-        assert!(material.emission.abs_diff_eq(Vec3::new(0.5, 0.132_87 / 2.0, 0.033_1 / 2.0), 1e-4));
     }
-    let roughness: Vec<f32> =
-        materials.iter().map(|material| material.metal_rough.unwrap().roughness).collect();
-    assert!((roughness[0] - 0.2).abs() < 0.01 && roughness[1] == 0.75, "{roughness:?}");
+    // at the centres of both texels: green is roughness, blue is metal
+    for (number, roughness) in [(0, [0.0, 0.4]), (1, [0.75, 0.75]), (2, [0.0, 0.4])] {
+        let (material, model) = (&materials[number], &shot.scene.models[number]);
+        for (u, metallic, rough, light) in
+            [(0.25, 0.0, roughness[0], Vec3::X), (0.75, 0.2, roughness[1], Vec3::new(0.0, 0.132_87, 0.033_1))]
+        {
+            let varied = OnMesh::on(model, 0, [u, 0.0]).appearance(&shot.scene, material).1;
+            let layer = material.metal_rough.unwrap().at(varied);
+            let found = [layer.metallic, layer.roughness];
+            assert!(Vec2::from(found).abs_diff_eq(Vec2::new(metallic, rough), 1e-6), "{number}: {found:?}");
+            assert!(material.emission_at(varied).abs_diff_eq(light, 1e-3), "{number} {u}");
+        }
+    }
     let name =
         |index: usize| shot.scene.textures[index].path.file_name().unwrap().to_string_lossy().into_owned();
     assert_eq!(
