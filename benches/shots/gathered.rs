@@ -234,6 +234,7 @@ fn add_ball(scene: &mut Scene, place: &Place, radius: f64) {
         mesh: Arc::new(ball()),
         track,
         to_world: None,
+        random: 0.0,
         reflection_map: None,
         ray_visibility: Default::default(),
     });

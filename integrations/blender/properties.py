@@ -24,7 +24,7 @@ class AfterimageSettings(bpy.types.PropertyGroup):
         name="Paths", description="Paths by which each sample gathers light of other surfaces and of the world", default=4, min=0, max=1024
     )
     bounces: IntProperty(name="Bounces", description="Surfaces that such a path meets, at most", default=3, min=0, max=64)
-    depth: IntProperty(name="Depth", description="Mirrors and glass surfaces on the way from the camera, at most", default=8, min=0, max=64)
+    depth: IntProperty(name="Depth", description="Mirrors and glass surfaces on the way from the camera, at most", default=12, min=0, max=64)
     reflections: IntProperty(name="Reflections", description="Paths by which a sample of a rough surface reflects", default=4, min=0, max=64)
     shadow_rays: EnumProperty(
         name="Shadow Rays",

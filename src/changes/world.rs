@@ -167,6 +167,7 @@ pub fn model(mesh: Mesh, track: TransformTrack) -> Model {
         mesh: Arc::new(mesh),
         track,
         to_world: None,
+        random: 0.0,
         reflection_map: None,
         ray_visibility: Default::default(),
     }

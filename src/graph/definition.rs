@@ -1,5 +1,6 @@
 //! Definitions: what kinds of nodes take and give.
 
+use std::cell::Cell;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -57,23 +58,34 @@ impl Socket {
 }
 
 /// What a file states of a node beside its inputs: names of operations, lists of numbers, by key.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub struct Options(BTreeMap<String, String>);
+///
+/// It knows which options were asked for: what a kind of node never asks for is none of its options.
+#[derive(Debug, Clone, Default)]
+pub struct Options(BTreeMap<String, Stated>);
+
+/// Text of an option.
+#[derive(Debug, Clone)]
+struct Stated {
+    text: String,
+    is_asked: Cell<bool>,
+}
 
 impl Options {
     /// States an option.
     pub fn set(&mut self, key: &str, value: &str) {
-        self.0.insert(key.to_string(), value.to_string());
+        self.0.insert(key.to_string(), Stated { text: value.to_string(), is_asked: Cell::new(false) });
     }
 
     /// Text of an option.
     pub fn text(&self, key: &str) -> Option<&str> {
-        self.0.get(key).map(String::as_str)
+        let stated = self.0.get(key)?;
+        stated.is_asked.set(true);
+        Some(&stated.text)
     }
 
-    /// Names of all options.
-    pub fn keys(&self) -> impl Iterator<Item = &str> {
-        self.0.keys().map(String::as_str)
+    /// Names of the options that nothing has asked for so far.
+    pub fn unasked(&self) -> impl Iterator<Item = &str> {
+        self.0.iter().filter(|(_, stated)| !stated.is_asked.get()).map(|(key, _)| key.as_str())
     }
 
     /// One of the things that `named` knows; the first one where nothing is stated.

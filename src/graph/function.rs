@@ -59,6 +59,10 @@ pub trait Place {
     fn world_normal(&self) -> Vec3;
     /// Normal of the surface, object space, of unit length, on the outside.
     fn normal(&self) -> Vec3;
+    /// Origin of the model's object space in the world of the shot's files, as it is at first; zero where that is not known.
+    fn model_place(&self) -> Vec3;
+    /// Number of the model from 0 to 1, by which copies may differ.
+    fn model_random(&self) -> f32;
     /// Colour of the vertices, linear RGB; white where they have none.
     fn vertex_color(&self) -> Vec3;
     /// Linear RGB, or numbers, and alpha of the picture with this number of the shot. Without `at` at the texture coordinates that the picture
@@ -132,6 +136,14 @@ impl Place for Nowhere {
 
     fn normal(&self) -> Vec3 {
         Vec3::Z
+    }
+
+    fn model_place(&self) -> Vec3 {
+        Vec3::ZERO
+    }
+
+    fn model_random(&self) -> f32 {
+        0.0
     }
 
     fn vertex_color(&self) -> Vec3 {

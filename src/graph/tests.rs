@@ -34,6 +34,14 @@ impl Place for Known {
         Vec3::Y
     }
 
+    fn model_place(&self) -> Vec3 {
+        Vec3::new(7.0, 8.0, 9.0)
+    }
+
+    fn model_random(&self) -> f32 {
+        0.375
+    }
+
     fn vertex_color(&self) -> Vec3 {
         Vec3::X
     }

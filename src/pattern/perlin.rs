@@ -3,6 +3,7 @@
 
 use std::array;
 
+use glam::Vec3;
 use wide::u32x8;
 
 use super::hash::jenkins8;
@@ -15,14 +16,24 @@ const PERIOD: f32 = 100_000.0;
 /// lattice plane, where noise is zero.
 const COARSE: f32 = 1_000_000.0;
 
+/// What the largest sums of gradients need to come near to 1, in 1 to 4 dimensions, as measured by the makers of that library.
+const SCALES: [f32; 4] = [0.25, 0.6616, 0.982, 0.8344];
+
 /// Noise of 1, 2, 3, or 4 dimensions (`N`), about -1 to 1 and never far outside; 0 on the lattice of whole
 /// numbers.
 pub fn signed<const N: usize>(place: [f32; N]) -> f32 {
     const { assert!(N >= 1 && N <= 4) };
-    // What the largest sums of gradients need to come near to 1, as measured by the makers of that library.
-    let scale = [0.25, 0.6616, 0.982, 0.8344][N - 1];
-    let place = place.map(wrapped);
-    scale * unscaled(place)
+    SCALES[N - 1] * unscaled(place.map(wrapped))
+}
+
+/// Three numbers of noise of 2 or 3 dimensions (`N`), each as [`signed`] gives one: as Open Shading Language has them, of the first,
+/// second and third byte of the corners' hashes.
+pub fn signed3<const N: usize>(place: [f32; N]) -> Vec3 {
+    const { assert!(N == 2 || N == 3) };
+    let (cell, local) = in_cell(place.map(wrapped));
+    let (hashes, towards) = corners(cell, local, 0);
+    let of_byte = |byte: u32| SCALES[N - 1] * between(slopes::<N>(hashes >> (8 * byte), towards), local);
+    Vec3::new(of_byte(0), of_byte(1), of_byte(2))
 }
 
 /// Noise of 1, 2, 3, or 4 dimensions (`N`), about 0 to 1 and never far outside.
@@ -48,21 +59,33 @@ fn ease(share: f32) -> f32 {
 /// Noise of the gradients, from the corners of the place's cell.
 #[inline(always)]
 fn unscaled<const N: usize>(place: [f32; N]) -> f32 {
-    let floor = place.map(f32::floor);
-    let cell = floor.map(|value| value as i32);
-    let local: [f32; N] = array::from_fn(|axis| place[axis] - floor[axis]);
+    let (cell, local) = in_cell(place);
     if N < 4 {
         return blended(cell, local, 0);
     }
     super::mix(blended(cell, local, 0), blended(cell, local, 1), ease(local[N - 1]))
 }
 
+/// The cell of a place, and where in it the place is.
+#[inline(always)]
+fn in_cell<const N: usize>(place: [f32; N]) -> ([i32; N], [f32; N]) {
+    let floor = place.map(f32::floor);
+    (floor.map(|value| value as i32), array::from_fn(|axis| place[axis] - floor[axis]))
+}
+
 /// What eight corners give, blended along the first three axes; along the fourth they lie on `side`, 0 or 1.
+#[inline(always)]
+fn blended<const N: usize>(cell: [i32; N], local: [f32; N], side: u32) -> f32 {
+    let (hashes, towards) = corners(cell, local, side);
+    between(slopes::<N>(hashes, towards), local)
+}
+
+/// The hashes of eight corners, and the vectors from them to the place; along the fourth axis they lie on `side`, 0 or 1.
 ///
 /// Bits of a lane's number say whether its corner is the farther one along an axis, the highest bit that of the first axis: then the
 /// lanes of either side lie together. With less than three axes the last lanes repeat the first.
 #[inline(always)]
-fn blended<const N: usize>(cell: [i32; N], local: [f32; N], side: u32) -> f32 {
+fn corners<const N: usize>(cell: [i32; N], local: [f32; N], side: u32) -> (u32x8, [F32x8; N]) {
     let axes = N.min(3);
     let steps: [u32x8; N] = array::from_fn(|axis| {
         let step = |lane: u32| if axis < axes { lane >> (axes - 1 - axis) & 1 } else { side };
@@ -71,7 +94,14 @@ fn blended<const N: usize>(cell: [i32; N], local: [f32; N], side: u32) -> f32 {
     let hashes = jenkins8::<N>(array::from_fn(|axis| u32x8::splat(cell[axis] as u32) + steps[axis]));
     let towards =
         array::from_fn(|axis| F32x8::splat(local[axis]) - F32x8::from_whole(lanes::signed(steps[axis])));
-    let mut values = *slopes::<N>(hashes, towards).values();
+    (hashes, towards)
+}
+
+/// What eight corners have, blended along the first three axes by the place in the cell.
+#[inline(always)]
+fn between<const N: usize>(of_corners: F32x8, local: [f32; N]) -> f32 {
+    let axes = N.min(3);
+    let mut values = *of_corners.values();
     for (axis, share) in local.map(ease).into_iter().enumerate().take(axes) {
         let (near, far) = values.split_at_mut(1 << (axes - 1 - axis));
         for (value, far) in near.iter_mut().zip(far) {

@@ -102,6 +102,8 @@ pub enum AreaShape {
         radius: f32,
         /// Directions to which alone it shines, if it is a spot.
         cone: Option<Cone>,
+        /// True: it is a disc that faces whatever it lights.
+        faces: bool,
     },
     /// Light from infinitely far away, from a cone of directions.
     Sun {
@@ -226,9 +228,12 @@ impl LightPose {
                 };
                 let (position, radius) = (position.as_vec3(), radius.at(frame) as f32);
                 match radius > 0.0 {
-                    true => {
-                        LightShape::Area(AreaShape::Sphere { center: position, radius, cone: Some(cone) })
-                    }
+                    true => LightShape::Area(AreaShape::Sphere {
+                        center: position,
+                        radius,
+                        cone: Some(cone),
+                        faces: false,
+                    }),
                     false => LightShape::Spot { position, cone },
                 }
             }
@@ -241,10 +246,11 @@ impl LightPose {
                 let (center, [across, up, axis], spread) = placed(panel, radii, frame);
                 LightShape::Area(AreaShape::Disk { center, across, up, axis, spread })
             }
-            LightKind::Sphere { position, radius } => LightShape::Area(AreaShape::Sphere {
+            LightKind::Sphere { position, radius, faces } => LightShape::Area(AreaShape::Sphere {
                 center: position.at(frame).as_vec3(),
                 radius: radius.at(frame) as f32,
                 cone: None,
+                faces: *faces,
             }),
             LightKind::Sun { direction, angle } => {
                 let axes = looking_at(-direction.at(frame), 0.0);

@@ -153,6 +153,14 @@ impl GatheredLight {
         self.means[sample] = PathLight { until: Until::FOREVER, ..PathLight::UNKNOWN };
     }
 
+    /// Resets the paths that a sample has gathered light by.
+    pub fn forget_paths(&mut self, sample: usize) {
+        if self.is_some() {
+            self.paths.forget_one(sample);
+            self.means[sample] = PathLight::UNKNOWN;
+        }
+    }
+
     /// Computes the mean of a sample's paths anew. Returns true if its radiance has changed.
     pub fn update_mean(&mut self, sample: usize) -> bool {
         let mean = mean_of(self.paths.known(sample));

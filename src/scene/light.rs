@@ -151,6 +151,8 @@ pub enum LightKind {
         position: Track<DVec3>,
         /// World units.
         radius: Track<f64>,
+        /// True: whatever it lights sees a disc of that radius that faces it, from within as well.
+        faces: bool,
     },
     /// Light from infinitely far away, from all directions within a cone.
     Sun {
@@ -267,8 +269,8 @@ impl LightKind {
             },
             Self::Rectangle(panel) => Self::Rectangle(panel.converted(point, scale)),
             Self::Disk(panel) => Self::Disk(panel.converted(point, scale)),
-            Self::Sphere { position, radius } => {
-                Self::Sphere { position: place(position), radius: radius.map(|radius| radius * scale) }
+            Self::Sphere { position, radius, faces } => {
+                Self::Sphere { position: place(position), radius: radius.map(|radius| radius * scale), faces }
             }
             directional @ (Self::Directional { .. } | Self::Sun { .. }) => return (directional, 1.0),
         };

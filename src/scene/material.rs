@@ -30,6 +30,8 @@ pub struct Material {
     pub optics: Optics,
     /// Metal-rough reflection, in place of `specular` and `shininess`.
     pub metal_rough: Option<MetalRough>,
+    /// Light that goes below it and comes out somewhere else.
+    pub scattering: Option<Scattering>,
     /// Texture of map_Kd: index into [`Scene::textures`](super::Scene::textures).
     pub diffuse_map: Option<u32>,
     /// What graphs compute of it at each place.
@@ -214,6 +216,15 @@ impl MetalRough {
     }
 }
 
+/// Scattering of light below a surface that is matt otherwise, in the colour of its diffuse light.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Scattering {
+    /// Share of the diffuse light that goes below the surface, above 0 and up to 1.
+    pub weight: f32,
+    /// Mean free path below it: the way that red, green and blue light goes before it is scattered, world space of the shot's files.
+    pub radius: Vec3,
+}
+
 /// Effect of a surface on a ray from the camera.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Optics {
@@ -270,6 +281,7 @@ impl Material {
             shininess: 1.0,
             optics: Optics::Opaque,
             metal_rough: None,
+            scattering: None,
             diffuse_map: None,
             computed: None,
             cutout: None,

@@ -103,6 +103,8 @@ pub struct Model {
     /// Map from object space, as its file has it, to the world of the shot's files at the first frame: what graphs see as the world. None
     /// where no graph asks.
     pub to_world: Option<Affine3A>,
+    /// Number from 0 to 1 that graphs see of it, by which copies may differ.
+    pub random: f32,
     /// Resolution of the reflection map in which its mirrors and glass look up their reflections, texels
     /// along an edge. None: they send rays.
     pub reflection_map: Option<u32>,

@@ -21,6 +21,8 @@ pub struct OnMesh<'a> {
     pub weights: [f32; 2],
     /// Map to the world of files of the model that it is on: see [`Model::to_world`].
     pub to_world: Option<&'a Affine3A>,
+    /// Number of the model that it is on: see [`Model::random`].
+    pub random: f32,
     /// Width of the part of the surface over which textures are filtered, object space; 0: they are shown texel by texel.
     pub width: f32,
 }
@@ -28,12 +30,16 @@ pub struct OnMesh<'a> {
 impl<'a> OnMesh<'a> {
     /// Creates the place with these weights.
     pub fn new(mesh: &'a Mesh, primitive: u32, weights: [f32; 2]) -> Self {
-        Self { mesh, primitive, weights, to_world: None, width: 0.0 }
+        Self { mesh, primitive, weights, to_world: None, random: 0.0, width: 0.0 }
     }
 
     /// Creates the place with these weights on the mesh of a model.
     pub fn on(model: &'a Model, primitive: u32, weights: [f32; 2]) -> Self {
-        Self { to_world: model.to_world.as_ref(), ..Self::new(&model.mesh, primitive, weights) }
+        Self {
+            to_world: model.to_world.as_ref(),
+            random: model.random,
+            ..Self::new(&model.mesh, primitive, weights)
+        }
     }
 
     /// This place, with textures filtered over a part of the surface that is `width` wide.

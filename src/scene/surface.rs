@@ -25,9 +25,13 @@ pub enum Parameter {
     TransmissionColor,
     TransmissionDepth,
     SubsurfaceWeight,
+    SubsurfaceColor,
+    SubsurfaceRadius,
+    SubsurfaceRadiusScale,
     CoatWeight,
     CoatColor,
     CoatRoughness,
+    CoatIor,
     FuzzWeight,
     EmissionLuminance,
     EmissionColor,
@@ -44,19 +48,19 @@ pub struct Described {
     /// Kind of its values.
     pub kind: Kind,
     /// Value where none is stated.
-    pub default: f32,
+    pub default: [f32; 3],
 }
 
 const fn number(parameter: Parameter, name: &'static str, default: f32) -> Described {
-    Described { parameter, name, kind: Kind::Number, default }
+    Described { parameter, name, kind: Kind::Number, default: [default; 3] }
 }
 
 const fn color(parameter: Parameter, name: &'static str, default: f32) -> Described {
-    Described { parameter, name, kind: Kind::Color, default }
+    Described { parameter, name, kind: Kind::Color, default: [default; 3] }
 }
 
 /// All parameters, in the order of [`Parameter`].
-pub const ALL: [Described; 20] = [
+pub const ALL: [Described; 24] = [
     number(Parameter::BaseWeight, "base_weight", 1.0),
     color(Parameter::BaseColor, "base_color", 0.8),
     number(Parameter::BaseDiffuseRoughness, "base_diffuse_roughness", 0.0),
@@ -70,9 +74,16 @@ pub const ALL: [Described; 20] = [
     color(Parameter::TransmissionColor, "transmission_color", 1.0),
     number(Parameter::TransmissionDepth, "transmission_depth", 0.0),
     number(Parameter::SubsurfaceWeight, "subsurface_weight", 0.0),
+    color(Parameter::SubsurfaceColor, "subsurface_color", 0.8),
+    number(Parameter::SubsurfaceRadius, "subsurface_radius", 1.0),
+    Described {
+        default: [1.0, 0.5, 0.25],
+        ..color(Parameter::SubsurfaceRadiusScale, "subsurface_radius_scale", 1.0)
+    },
     number(Parameter::CoatWeight, "coat_weight", 0.0),
     color(Parameter::CoatColor, "coat_color", 1.0),
     number(Parameter::CoatRoughness, "coat_roughness", 0.0),
+    number(Parameter::CoatIor, "coat_ior", 1.6),
     number(Parameter::FuzzWeight, "fuzz_weight", 0.0),
     number(Parameter::EmissionLuminance, "emission_luminance", 0.0),
     color(Parameter::EmissionColor, "emission_color", 1.0),
@@ -80,7 +91,10 @@ pub const ALL: [Described; 20] = [
 ];
 
 /// Parameters that the renderer has as constants alone: of a graph the default counts.
-const CONSTANT: [Parameter; 7] = [
+const CONSTANT: [Parameter; 11] = [
+    Parameter::SubsurfaceWeight,
+    Parameter::SubsurfaceRadius,
+    Parameter::SubsurfaceRadiusScale,
     Parameter::SpecularWeight,
     Parameter::SpecularColor,
     Parameter::SpecularIor,
@@ -88,14 +102,14 @@ const CONSTANT: [Parameter; 7] = [
     Parameter::TransmissionColor,
     Parameter::CoatWeight,
     Parameter::CoatRoughness,
+    Parameter::CoatIor,
 ];
 
 /// Parameters that the renderer does not have.
-const UNKNOWN: [Parameter; 6] = [
+const UNKNOWN: [Parameter; 5] = [
     Parameter::BaseDiffuseRoughness,
     Parameter::SpecularRoughnessAnisotropy,
     Parameter::TransmissionDepth,
-    Parameter::SubsurfaceWeight,
     Parameter::CoatColor,
     Parameter::FuzzWeight,
 ];
@@ -147,7 +161,7 @@ impl Surface {
             graph,
             heights: None,
             normals: None,
-            values: ALL.map(|of| Input::Constant(Vec3::splat(of.default))),
+            values: ALL.map(|of| Input::Constant(Vec3::from(of.default))),
         }
     }
 
@@ -155,7 +169,7 @@ impl Surface {
     pub fn constant(&self, parameter: Parameter) -> Vec3 {
         match self[parameter] {
             Input::Constant(value) => value,
-            Input::Node(_) => Vec3::splat(ALL[parameter as usize].default),
+            Input::Node(_) => Vec3::from(ALL[parameter as usize].default),
         }
     }
 
@@ -171,7 +185,7 @@ impl Surface {
             described.filter(|described| is_said(described)).map(|described| described.name).collect()
         };
         let computed = of(&CONSTANT, &|of| matches!(self[of.parameter], Input::Node(_)));
-        let unknown = of(&UNKNOWN, &|of| self[of.parameter] != Input::Constant(Vec3::splat(of.default)));
+        let unknown = of(&UNKNOWN, &|of| self[of.parameter] != Input::Constant(Vec3::from(of.default)));
         let mut said = Vec::new();
         if !computed.is_empty() {
             said.push(format!("a graph gives {}: the default counts in its place", computed.join(", ")));
@@ -193,6 +207,6 @@ mod tests {
             assert_eq!(described.parameter as usize, number, "{}", described.name);
         }
         let of_both = CONSTANT.iter().filter(|parameter| UNKNOWN.contains(parameter)).count();
-        assert_eq!((of_both, CONSTANT.len() + UNKNOWN.len() + 7), (0, ALL.len()), "all but those that vary");
+        assert_eq!((of_both, CONSTANT.len() + UNKNOWN.len() + 8), (0, ALL.len()), "all but those that vary");
     }
 }

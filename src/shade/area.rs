@@ -109,6 +109,13 @@ pub fn glow(light: &LightPose, origin: Vec3, direction: Vec3) -> Option<Glow> {
             let is_inside = along(across).powi(2) + along(up).powi(2) <= 1.0;
             is_inside.then(|| (distance, distance * distance / (cos * PI * across.length() * up.length())))?
         }
+        AreaShape::Sphere { center, radius, faces: true, .. } => {
+            let to_center = center - origin;
+            let (squared, along) = (to_center.length_squared(), to_center.dot(direction));
+            let to_rim = squared + radius * radius;
+            let is_met = along > 0.0 && along * along * to_rim >= squared * squared;
+            is_met.then(|| (squared / along, 1.0 / (TAU * versine(radius * radius / to_rim))))?
+        }
         AreaShape::Sphere { center, radius, .. } => {
             let to_center = center - origin;
             let (squared, along) = (to_center.length_squared(), to_center.dot(direction));
@@ -165,7 +172,10 @@ pub(super) fn from_places(
             let source = Vec3x8::splat(center) + Vec3x8::splat(across) * along + Vec3x8::splat(up) * above;
             from_plane(share, source, (axis, spread), points)
         }
-        AreaShape::Sphere { center, radius, cone } => {
+        AreaShape::Sphere { center, radius, faces: true, .. } => {
+            from_facing(share, center, radius, disk(aside), points)
+        }
+        AreaShape::Sphere { center, radius, cone, .. } => {
             let light_sample = from_sphere(share, center, radius, disk(aside), points);
             cone.map_or(light_sample, |cone| within(&cone, light_sample))
         }
@@ -224,6 +234,28 @@ fn from_sphere(strength: Vec3, center: Vec3, radius: f32, place: [F32x8; 2], poi
     }
 }
 
+/// Light from a disc that faces the points, evenly by solid angle.
+#[inline(always)]
+fn from_facing(strength: Vec3, center: Vec3, radius: f32, place: [F32x8; 2], points: Vec3x8) -> LightSample {
+    let (one, squared_radius) = (F32x8::ONE, F32x8::splat(radius * radius));
+    let to_center = Vec3x8::splat(center) - points;
+    let squared = to_center.dot(to_center).max(F32x8::splat(f32::MIN_POSITIVE.sqrt()));
+    let squared_sine = squared_radius / (squared + squared_radius);
+    let versine = squared_sine / (one + (one - squared_sine).max(F32x8::ZERO).sqrt());
+    let distance = squared.sqrt();
+    let axis = to_center * (one / distance);
+    let (direction, squared_sine) = in_cone(axes_about(axis), versine, place);
+    let cos = (one - squared_sine).max(F32x8::splat(f32::MIN_POSITIVE)).sqrt();
+    let share = Vec3x8::splat(strength) * (versine * F32x8::splat(2.0) / squared_radius);
+    LightSample {
+        to_light: direction * (distance / cos).max(F32x8::splat(f32::MIN_POSITIVE)),
+        direction,
+        far: 1.0,
+        irradiance: share,
+        reaches: Mask::ALL,
+    }
+}
+
 /// Maps points of a unit disc to directions about the last of three axes, evenly in solid angle. Returns them
 /// with the squared sines of their angles to that axis. `versine`: 1 less the cosine of the cone's half
 /// angle.
@@ -275,11 +307,13 @@ fn axes_about(axis: Vec3x8) -> [Vec3x8; 3] {
 
 #[cfg(test)]
 mod tests {
+    use glam::DVec3;
+
     use super::*;
     use crate::shade::light::light_from_anywhere;
     use crate::shade::sampling::PathRandom;
 
-    fn lights() -> [LightPose; 7] {
+    fn lights() -> [LightPose; 9] {
         let (center, axis) = (Vec3::new(0.3, 2.0, -0.5), Vec3::new(0.6, -0.8, 0.0));
         let (across, up) = (Vec3::Z, Vec3::new(0.8, 0.6, 0.0));
         let shapes = [
@@ -294,11 +328,15 @@ mod tests {
                 axis,
                 spread: Some(Spread { axis, fall: 0.5 }),
             },
-            AreaShape::Sphere { center, radius: 0.9, cone: None },
+            AreaShape::Sphere { center, radius: 0.9, cone: None, faces: false },
+            AreaShape::Sphere { center, radius: 0.9, cone: None, faces: true },
+            // the origin is within
+            AreaShape::Sphere { center, radius: 2.5, cone: None, faces: true },
             // the origin is where it fades
             AreaShape::Sphere {
                 center,
                 radius: 0.4,
+                faces: false,
                 cone: Some(Cone { axis: Vec3::NEG_Y, cos_outer: 0.7, cos_inner: 0.99, curve: [3.0, 2.0] }),
             },
             AreaShape::Sun { to_light: -axis, across, up, versine: 0.02 },
@@ -321,14 +359,15 @@ mod tests {
         const ROWS: usize = 1500;
         for light in lights() {
             let sent = (0..256).map(|index| anywhere(&light, index).irradiance.lane(0)).sum::<Vec3>() / 256.0;
-            let mut seen = Vec3::ZERO;
+            let mut seen = DVec3::ZERO;
             for (i, j) in (0..2 * ROWS).flat_map(|i| (0..ROWS).map(move |j| (i, j))) {
                 let (turn, up) = ((i as f32 + 0.5) / ROWS as f32 * PI, (j as f32 + 0.5) / ROWS as f32);
                 let across = (1.0 - up * up).sqrt();
                 let direction = Vec3::new(across * turn.sin(), up, across * turn.cos());
-                seen += glow(&light, Vec3::ZERO, direction).map_or(Vec3::ZERO, |glow| glow.radiance);
+                seen +=
+                    glow(&light, Vec3::ZERO, direction).map_or(DVec3::ZERO, |glow| glow.radiance.as_dvec3());
             }
-            let seen = seen * (TAU / (2 * ROWS * ROWS) as f32) / PI;
+            let seen = seen.as_vec3() * (TAU / (2 * ROWS * ROWS) as f32) / PI;
             assert!((seen / sent - Vec3::ONE).abs().max_element() < 0.01, "{light:?}: {seen}, {sent}");
         }
     }
@@ -362,10 +401,12 @@ mod tests {
             center: Vec3::new(0.0, 50.0, 0.0),
             radius: 0.5,
             cone: None,
+            faces: false,
         });
         let light = LightPose { shape, strength: Vec3::splat(2500.0), points: 16 };
         assert!((anywhere(&light, 0).irradiance.lane(0).x - 1.0).abs() < 1e-4);
-        let inside = LightShape::Area(AreaShape::Sphere { center: Vec3::ZERO, radius: 0.5, cone: None });
+        let inside =
+            LightShape::Area(AreaShape::Sphere { center: Vec3::ZERO, radius: 0.5, cone: None, faces: false });
         assert_eq!(anywhere(&LightPose { shape: inside, ..light }, 0).irradiance.lane(0), Vec3::ZERO);
         assert_eq!(glow(&LightPose { shape: inside, ..light }, Vec3::ZERO, Vec3::Y), None);
     }

@@ -323,7 +323,7 @@ mod tests {
             light(LightKind::Sun { direction: constant(DVec3::NEG_X), angle: 2.0.into() }, 1.0),
             light(LightKind::Rectangle(panel.clone()), 3.0),
             light(LightKind::Disk(panel), 1.0),
-            light(LightKind::Sphere { position: constant(-here), radius: 0.3.into() }, 2.0),
+            light(LightKind::Sphere { position: constant(-here), radius: 0.3.into(), faces: false }, 2.0),
             light(LightKind::Point { position: way.unwrap() }, 1.0),
             light(
                 LightKind::Spot {

@@ -5,7 +5,7 @@ use std::f32::consts::LOG2_E;
 use glam::Vec3;
 
 use crate::lanes::{F32x8, Mask, Vec3x8};
-use crate::scene::material::{MetalRough, Optics};
+use crate::scene::material::{MetalRough, Optics, Scattering};
 use crate::scene::{Material, Scene};
 
 use super::coat::Coats;
@@ -39,6 +39,8 @@ struct Paint {
     is_diffuse: bool,
     /// What of it varies, if anything does.
     varying: Option<VaryingPaint>,
+    /// What goes below it; the mean free path is one of the space in which the shot is rendered.
+    scattering: Option<Scattering>,
 }
 
 /// What varies of a material from place to place.
@@ -123,6 +125,8 @@ pub struct Palette {
     pub bends_normals: bool,
     /// True if any material has a picture that is filtered over the places that samples stand for.
     pub has_textures: bool,
+    /// True if light goes below the surface of any material.
+    pub scatters_below: bool,
     /// True if any material has graphs, or shows the colours of vertices.
     pub varies: bool,
 }
@@ -145,14 +149,20 @@ pub struct Gloss {
 impl Palette {
     /// Creates the palette of all materials of `scene` in its ambient light.
     pub fn of(scene: &Scene) -> Self {
-        let paints = scene.materials.iter().map(|material| paint(material, scene.ambient)).collect();
+        let mut paints: Vec<Paint> =
+            scene.materials.iter().map(|material| paint(material, scene.ambient)).collect();
         let brightest = scene.materials.iter().fold(Vec3::ZERO, |most, one| most.max(one.most_diffuse()));
         let bends_normals = scene.materials.iter().any(Material::bends_normals);
         let is_varied = |one: &Material| one.has_vertex_colors || one.computed.is_some();
         let varies = scene.materials.iter().any(is_varied);
         let has_textures = scene.materials.iter().any(Material::is_filtered);
         let coats = Coats::new(&scene.materials);
-        Self { coats, brightest, bends_normals, has_textures, varies, ..Self::new(paints) }
+        let scatters_below = scene.materials.iter().any(|one| one.scattering.is_some());
+        let to_world = scene.space.scale() as f32;
+        for scattering in paints.iter_mut().filter_map(|paint| paint.scattering.as_mut()) {
+            scattering.radius *= to_world;
+        }
+        Self { coats, scatters_below, brightest, bends_normals, has_textures, varies, ..Self::new(paints) }
     }
 
     fn new(paints: Vec<Paint>) -> Self {
@@ -165,6 +175,7 @@ impl Palette {
             coats: Coats::default(),
             bends_normals: false,
             has_textures: false,
+            scatters_below: false,
             varies: false,
         }
     }
@@ -186,6 +197,27 @@ impl Palette {
             return reflectance;
         }
         reflectance * self.paints[usize::from(material)].diffuse_at(varied)
+    }
+
+    /// What goes below such a surface, if light does.
+    #[inline]
+    pub fn scattering(&self, look: Look) -> Option<Scattering> {
+        self.paints[usize::from(look.material)].scattering
+    }
+
+    /// Albedo of eight surfaces without what goes below them.
+    #[inline]
+    pub fn at_surface(&self, looks: &[Look], albedo: Vec3x8) -> Vec3x8 {
+        let [share] = self.of_looks(looks, |paint, _| {
+            [Vec3::splat(1.0 - paint.scattering.map_or(0.0, |scattering| scattering.weight))]
+        });
+        albedo * share
+    }
+
+    /// Reflectance with which a surface would be white.
+    pub fn white(&self, Look { material, varied }: Look) -> Vec3 {
+        let share = self.paints[usize::from(material)].diffuse_at(varied);
+        Vec3::select(share.cmpgt(Vec3::ZERO), share.recip(), Vec3::ZERO)
     }
 
     /// Returns true if a material reflects light diffusely at all.
@@ -302,6 +334,7 @@ fn paint(material: &Material, light: Vec3) -> Paint {
         is_followed: material.optics != Optics::Opaque || material.metal_rough.is_some_and(is_smooth),
         is_diffuse: full != Vec3::ZERO,
         varying,
+        scattering: material.scattering,
     }
 }
 

@@ -23,6 +23,11 @@ impl PathRandom {
         Self { seed, index, place: sobol::shuffled(index, seed) }
     }
 
+    /// The same point of another sequence.
+    pub fn apart(self, sequence: u32) -> Self {
+        Self::new(scrambled(self.seed ^ sequence), self.index)
+    }
+
     /// Four numbers from 0 to below 1; each `set` has others.
     #[inline]
     pub fn four(self, set: u32) -> [f32; 4] {

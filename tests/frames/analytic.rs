@@ -139,7 +139,7 @@ fn mirrors_show_lights_that_have_a_size() {
     for (kind, radiance) in [
         (panel(), PI),
         (LightKind::Disk(Panel::at_rest(DVec3::Y * 2.0, DVec3::ZERO, [1.0, 1.0])), 4.0),
-        (LightKind::Sphere { position, radius: 0.5.into() }, 4.0),
+        (LightKind::Sphere { position, radius: 0.5.into(), faces: false }, 4.0),
         (LightKind::Sun { direction, angle: 4.0.into() }, sun),
     ] {
         scene.lights = vec![toy::light("light", kind.clone(), 1.0)];

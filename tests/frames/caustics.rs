@@ -435,7 +435,8 @@ fn glass_before_gold() -> Scene {
     let metal_rough = MetalRough { base, roughness: 0.4, metallic: 1.0, head_on: 0.04, solid: 1.0 };
     let gold = Material { diffuse: Vec3::ZERO, metal_rough: Some(metal_rough), ..toy::matt(0.0) };
     let lamps = [-1.0, 1.0].map(|x| {
-        let kind = LightKind::Sphere { position: rests(DVec3::new(x, 3.5, 1.0)), radius: 0.1.into() };
+        let kind =
+            LightKind::Sphere { position: rests(DVec3::new(x, 3.5, 1.0)), radius: 0.1.into(), faces: false };
         toy::light("lamp", kind, 6.0)
     });
     let mut scene = toy::scene(camera, models, vec![toy::matt(0.5), glass(1.5), gold], lamps.to_vec());
@@ -502,7 +503,11 @@ fn direct_light_is_not_limited() {
             toy::still("glows", toy::octahedron(1, true), Vec3::new(0.0, 4.0, 1.0)),
         ];
         let camera = toy::camera(rests(DVec3::new(0.5, 1.0, 3.0)), rests(DVec3::ZERO));
-        let panel = LightKind::Sphere { position: rests(DVec3::new(3.0, 3.0, 3.0)), radius: 0.5.into() };
+        let panel = LightKind::Sphere {
+            position: rests(DVec3::new(3.0, 3.0, 3.0)),
+            radius: 0.5.into(),
+            faces: false,
+        };
         let mut scene =
             toy::scene(camera, models, vec![material, glows], vec![toy::light("lamp", panel, 40.0)]);
         scene.environment = Some(Environment::from_sky(&afterimage::scene::environment::Sky::default()));

@@ -48,6 +48,7 @@ mod rough_glass;
 mod shared;
 mod shots;
 mod stereo;
+mod subsurface;
 mod terminator;
 mod veils;
 mod windows;

@@ -198,7 +198,7 @@ fn lights_that_grow_widen_and_sharpen() {
         spread: keyed(180.0, 40.0),
         ..Panel::at_rest(above, below, [1.0; 2])
     };
-    let ball = LightKind::Sphere { position: rests(above), radius: keyed(0.1, 1.0) };
+    let ball = LightKind::Sphere { position: rests(above), radius: keyed(0.1, 1.0), faces: false };
     let sun = LightKind::Sun { direction: rests(below - above), angle: keyed(1.0, 30.0) };
     for kind in [spot, LightKind::Rectangle(panel.clone()), LightKind::Disk(panel), ball, sun] {
         let mut scene = world();

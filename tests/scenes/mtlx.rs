@@ -1,5 +1,7 @@
 //! Are MaterialX files read as they are written, and told where they make no sense?
 
+mod pictures;
+
 use std::fs;
 use std::path::Path;
 
@@ -150,6 +152,17 @@ fn nodes_of_the_standard_library_are_known() {
         ("hsvtorgb", &[("in", "0.333333333, 1, 1")], [0.0, 1.0, 0.0]),
         ("hsvtorgb", &[("in", "1.333333333, 1, 1")], [0.0, 1.0, 0.0]),
         ("multiply", &[("in2", "0.5")], [0.0; 3]),
+        ("switch", &[("which", "1"), ("in1", "0.1"), ("in2", "0.2")], [0.2; 3]),
+        (
+            "range",
+            &[("in", "0.25, 2, 0.5"), ("gamma", "2"), ("doclamp", "1")],
+            [0.5, 1.0, std::f32::consts::FRAC_1_SQRT_2],
+        ),
+        ("hsvadjust", &[("in", "1, 0, 0"), ("amount", "0.333333333, 1, 0.5")], [0.0, 0.5, 0.0]),
+        ("inside", &[("in", "0.4, 0.2, 0"), ("mask", "0.5")], [0.2, 0.1, 0.0]),
+        ("outside", &[("in", "0.4, 0.2, 0"), ("mask", "0.75")], [0.1, 0.05, 0.0]),
+        ("safepower", &[("in1", "0.5, -0.5, 1"), ("in2", "2")], [0.25, 0.0, 1.0]),
+        ("distance", &[("in1", "0.5, 0, 0"), ("in2", "0.25, 0, 0")], [0.25; 3]),
         ("modulo", &[("in1", "0.75, 1.25, -0.25"), ("in2", "0.5")], [0.25; 3]),
     ] {
         let found = of(category, inputs);
@@ -218,6 +231,51 @@ fn inputs_that_nothing_reads_are_told() {
         |value: &str| format!("<input name=\"geometry_thin_walled\" type=\"boolean\" value=\"{value}\"/>");
     assert!(of("open_pbr_surface", &thin("true")).contains("`geometry_thin_walled`"));
     assert_eq!(of("open_pbr_surface", &thin("false")), "");
+}
+
+#[test]
+fn options_that_nothing_asks_for_are_told() {
+    let of = |input: &str| {
+        warnings(&of_nodes(&format!("<blender_math name=\"n\" type=\"float\">{input}</blender_math>")))
+    };
+    let told = of("<input name=\"operatoin\" type=\"string\" value=\"multiply\"/>");
+    assert!(told[0].contains("`operatoin` of nodes `blender_math` is not used"), "{told:?}");
+    let told = of("<input name=\"d\" type=\"float\" nodename=\"m\"/>");
+    assert!(told.iter().any(|told| told.contains("`d` of nodes `blender_math` is not used")), "{told:?}");
+    assert!(of("<input name=\"operation\" type=\"string\" value=\"multiply\"/>").is_empty());
+}
+
+#[test]
+fn letters_put_channels_in_another_order() {
+    let of = |letters: &str| {
+        of_nodes(&format!(
+            "<swizzle name=\"n\" type=\"color3\"><input name=\"in\" type=\"color4\" value=\"0.1, 0.2, 0.3, 0.4\"/>\
+             <input name=\"channels\" type=\"string\" value=\"{letters}\"/></swizzle>"
+        ))
+    };
+    for (letters, expected) in [("zx1", [0.3, 0.1, 1.0]), ("a", [0.4; 3]), ("gr0", [0.2, 0.1, 0.0])] {
+        assert_eq!(oak(&of(letters)).metal_rough.unwrap().base.to_array(), expected, "{letters}");
+    }
+    let told = warnings(&of("xq"));
+    assert!(told[0].contains("`channels` of nodes `swizzle` is `xq`"), "{told:?}");
+}
+
+#[test]
+fn coats_reflect_by_their_index() {
+    let head_on = |shader: &str, inputs: &str| {
+        let shader = format!("<{shader} name=\"S\" type=\"surfaceshader\">{inputs}</{shader}>");
+        oak(&shot(&file(&shader, ""))).metal_rough.unwrap().head_on
+    };
+    let both = |coat: f32| coat + 0.04 * (1.0 - coat);
+    let coat = |name: &str| format!("<input name=\"{name}\" type=\"float\" value=\"1\"/>");
+    // (0.6 / 2.6)^2: OpenPBR's own index is 1.6
+    let own = head_on("open_pbr_surface", &coat("coat_weight"));
+    assert!((own - both(0.053_254)).abs() < 1e-4, "{own}");
+    let standard = head_on("standard_surface", &coat("coat"));
+    assert!((standard - both(0.04)).abs() < 1e-4, "{standard}");
+    let index = "<input name=\"coat_IOR\" type=\"float\" value=\"2\"/>";
+    let stated = head_on("standard_surface", &format!("{}{index}", coat("coat")));
+    assert!((stated - both(1.0 / 9.0)).abs() < 1e-4, "{stated}");
 }
 
 #[test]

@@ -88,6 +88,7 @@ pub fn moving(name: &str, mesh: Mesh, track: TransformTrack) -> Model {
         mesh: Arc::new(mesh),
         track,
         to_world: None,
+        random: 0.0,
         reflection_map: None,
         ray_visibility: Default::default(),
     }

@@ -118,6 +118,7 @@ pub fn with_area_lights(mut scene: Scene) -> Scene {
     let sphere = LightKind::Sphere {
         position: goes(DVec3::new(2.0, 3.0, 2.0), DVec3::new(2.2, 2.6, 2.5)),
         radius: 0.4.into(),
+        faces: false,
     };
     let direction = goes(DVec3::new(0.5, -1.0, -0.3), DVec3::new(0.6, -1.0, -0.2));
     let sun = LightKind::Sun { direction, angle: 4.0.into() };

@@ -328,6 +328,7 @@ fn models_that_share_a_mesh_keep_their_numbers() {
             ..TransformTrack::identity()
         },
         to_world: None,
+        random: 0.0,
         reflection_map: None,
         ray_visibility: Default::default(),
     };

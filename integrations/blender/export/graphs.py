@@ -88,6 +88,8 @@ class Node:
         taken = [value for value in self.inputs.values() if isinstance(value, Node)]
         self.is_of_place = self.category in SOURCES or any(node.is_of_place for node in taken)
         """True if it depends on more than colour attributes."""
+        self.asks_random = self.category == RANDOM or any(node.asks_random for node in taken)
+        """True if it takes the number by which copies of a mesh differ."""
         self.attributes = frozenset().union({self.inputs["attribute"]} if self.category == ATTRIBUTE else (), *(node.attributes for node in taken))
         """Names of the colour attributes that it takes."""
 
@@ -133,6 +135,9 @@ ARITHMETIC = {
 }
 """Arithmetic: the category, its names of the node's inputs in their order, and the options by the properties that have them."""
 
+RANDOM = "blender_object_random"
+"""A number of the object, by which copies differ."""
+
 SURFACE = {
     ("TEX_COORD", "Generated"): "blender_generated_coordinates",
     ("TEX_COORD", "Object"): "blender_object_coordinates",
@@ -140,6 +145,8 @@ SURFACE = {
     ("NEW_GEOMETRY", "Position"): "blender_world_coordinates",
     ("NEW_GEOMETRY", "Normal"): "blender_world_normal",
     ("NEW_GEOMETRY", "True Normal"): "blender_world_normal",
+    ("OBJECT_INFO", "Location"): "blender_object_location",
+    ("OBJECT_INFO", "Random"): RANDOM,
 }
 """What a surface gives, by a node's type and the name of its output."""
 
@@ -182,13 +189,15 @@ def of_node(evaluator, node, socket):
 
 def of_surface(evaluator, node, socket):
     """What the surface gives at a place."""
-    source = Node(SURFACE[node.type, socket.name], "vector3")
-    if node.type == "NEW_GEOMETRY":
+    source = Node(SURFACE[node.type, socket.name], kind_of(socket))
+    if source.category == RANDOM:
+        return source
+    if node.type in {"NEW_GEOMETRY", "OBJECT_INFO"}:
         # from the axes of shots, where Y is up, to Blender's
         parts = [Node("blender_separate_xyz", "multioutput", {"vector": source}, axis) for axis in "xyz"]
         turned = Node("blender_math", "float", {"a": parts[2], "b": (-1.0,), "operation": "multiply"})
         return Node("blender_combine_xyz", "vector3", {"x": parts[0], "y": turned, "z": parts[1]})
-    if getattr(node, "object", None) is not None:
+    if node.type == "TEX_COORD" and node.object is not None:
         evaluator.say(f"node `{node.name}`: coordinates of `{node.object.name}` are the object's own")
     return source
 
@@ -225,8 +234,8 @@ def of_image(evaluator, node, socket):
     at = operand(evaluator.input(node, "Vector"))
     if pixels is None or not isinstance(at, Node):
         return None
-    mode = {"texcoord": at, "uaddressmode": "clamp" if node.extension == "EXTEND" else "periodic"}
-    return Node("image", "color3", {"file": pixels[:, :, :3], **mode})
+    mode = {"EXTEND": "clamp", "MIRROR": "mirror"}.get(node.extension, "periodic")
+    return Node("image", "color3", {"file": pixels[:, :, :3], "texcoord": at, "uaddressmode": mode, "vaddressmode": mode})
 
 
 def of_normal(evaluator, node, socket):

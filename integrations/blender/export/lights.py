@@ -93,6 +93,9 @@ def point(data, _lengths, rays, _say):
     """A point, or a sphere where it has a radius."""
     radius = data.shadow_soft_size
     fixed = {"type": "sphere", "radius": radius, "samples": rays} if radius > 0 else {"type": "point"}
+    if radius > 0 and getattr(data, "use_soft_falloff", True):
+        # Cycles has a disc that faces what is lit
+        fixed["faces"] = True
     return fixed, data.energy, 1 / (4 * math.pi**2)
 
 

@@ -170,6 +170,17 @@ class Materials:
         """Name of the UV map of a material's pictures and the mapping of (u, v, 1); None without pictures."""
         return self.surface(material)[1].uv
 
+    def ask_random(self):
+        """Returns true if a graph takes the number by which copies of a mesh differ."""
+
+        def asks(value):
+            if isinstance(value, tuple):
+                return any(map(asks, value))
+            graph = value if isinstance(value, graphs.Node) else graphs.graph_of(value)
+            return graph is not None and graph.asks_random
+
+        return any(asks(getattr(surface, each.name)) for surface, _ in self.read.values() for each in fields(surface))
+
     def has_bump(self, material):
         """Returns true if it needs to know how large a texture is on its mesh."""
         return self.surface(material)[0].bump is not None
@@ -212,6 +223,12 @@ class Materials:
             self._number(name, "roughness", roughness, "pr", evaluator, values)
             self._number(name, "metallic", surface.metallic, "pm", evaluator, values)
             values["ni"] = index_of(head_on)
+        below = float(np.clip(surface.subsurface, 0, 1).mean())
+        if below > 1e-3:
+            values["subsurface"] = below
+            values["subsurface_radius"] = np.maximum(surface.radius.mean(axis=(0, 1)), 0).tolist()
+            if surface.subsurface.shape[:2] != (1, 1) or surface.radius.shape[:2] != (1, 1):
+                evaluator.say("pictures of its subsurface scattering count by their means")
         self._normal(name, surface, evaluator, density, values)
         return values
 
@@ -222,6 +239,11 @@ class Materials:
         share = float((np.clip(transmission, 0, 1) * (1 - np.clip(metallic, 0, 1))).mean())
         if share < 1e-3:
             return 0.0
+        of_metal = float((np.clip(transmission, 0, 1) * np.clip(metallic, 0, 1)).mean())
+        if of_metal > 0.01 and share > of_metal:
+            # a part of the surface that mirrors would be matt, and white
+            evaluator.say("it is part metal and part glass, and is shown as glass")
+            share += of_metal
         if share <= 0.5 and has_color_picture(surface):
             evaluator.say("its transmission is left out: the renderer does not have it beside a picture of its colour")
             return 0.0
@@ -317,6 +339,9 @@ class Materials:
     def _graphs(self, name, surface, evaluator, scale, values):
         """Writes what nodes compute of a material, beside the keys that it has already. Returns the names of the parameters."""
         inputs, written = {}, set()
+        if values.get("illum") == 7 and graphs.graph_of(surface.roughness) is not None:
+            inputs["specular_roughness"] = graphs.graph_of(surface.roughness)
+            written.add("roughness")
         constants = {"specular_weight": 0.0} if values.get("illum") == 1 else {}
         is_glass = values.get("illum") == 7
         if graphs.graph_of(surface.alpha) is not None and not is_glass:
@@ -324,7 +349,7 @@ class Materials:
             written.add("alpha")
         if graphs.graph_of(surface.emission) is not None:
             light = surface.emission * self.exposure
-            if written or values.get("alpha_mode") == "blend":
+            if "alpha" in written or values.get("alpha_mode") == "blend":
                 # what is blended is dimmed by the renderer
                 light = light / np.maximum(surface.alpha, LEAST_ALPHA)
             inputs["emission_color"], constants["emission_luminance"] = graphs.graph_of(light), 1.0
@@ -345,7 +370,7 @@ class Materials:
         return written | ({"roughness", "metallic"} if values.get("illum") == 1 else set()) | {"base", "tint"}
 
     def _number(self, name, what, value, key, evaluator, values):
-        if graphs.graph_of(value) is not None and "illum" not in values:
+        if graphs.graph_of(value) is not None and values.get("illum") != 1:
             # see _graphs
             return
         value = np.clip(value, 0, 1)

@@ -56,10 +56,11 @@ class Grid:
 class Copy:
     """A copy of a mesh: its name, runs of times at which it is there, and its matrices by time. Each shows itself to the same rays at all times."""
 
-    __slots__ = ("name", "runs", "matrices", "is_always", "rests")
+    __slots__ = ("name", "random", "runs", "matrices", "is_always", "rests")
 
-    def __init__(self, name, runs, matrices, times):
-        self.name, self.runs, self.matrices = name, runs, matrices
+    def __init__(self, placed, runs, times):
+        matrices = placed.matrices
+        self.name, self.random, self.runs, self.matrices = placed.name, placed.random, runs, matrices
         self.is_always = len(runs) == 1 and len(runs[0]) == len(times)
         first = matrices[runs[0][0]]
         self.rests = all(np.array_equal(matrices[time], first) for run in runs for time in run)
@@ -78,8 +79,8 @@ def model_tables(walk, folder, progress):
             raise Cancelled()
         for stored, seen, runs in runs_of(placed, walk.times):
             groups = by_mesh.setdefault(id(stored), (stored, {}))[1]
-            groups.setdefault(seen, []).append(Copy(placed.name, runs, placed.matrices, walk.times))
-    grid = Grid(walk.times)
+            groups.setdefault(seen, []).append(Copy(placed, runs, walk.times))
+    grid, asks_random = Grid(walk.times), walk.meshes.materials.ask_random()
     tell_whole_holdouts(by_mesh, walk.warnings)
     tell_catchers(by_mesh, walk.warnings)
     for stored, groups in by_mesh.values():
@@ -92,10 +93,10 @@ def model_tables(walk, folder, progress):
             if seen.is_nowhere():
                 continue
             source = {**source, **seen.keys()}
-            arrays = Arrays(folder, stored.folder, source, next(count))
+            arrays = Arrays(folder, stored.folder, source, next(count), asks_random)
             for copies, write in divided(copies, grid, len(walk.times)):
                 names += [copy.name for copy in copies]
-                out += write(arrays, copies) if write else [model(copy, source, walk.times) for copy in copies]
+                out += write(arrays, copies) if write else [model(copy, source, walk.times, asks_random) for copy in copies]
     return out, names
 
 
@@ -130,11 +131,12 @@ def divided(copies, grid, times):
 class Arrays:
     """Arrays of the places of a mesh's copies, in the folder `beside` of the mesh's own files. `source`: what [[model]] tables say of the mesh.
 
-    `number`: counts the arrays of one mesh, whose copies do not all show themselves to the same rays.
+    `number`: counts the arrays of one mesh, whose copies do not all show themselves to the same rays. `has_randoms`: with the numbers by which
+    copies differ.
     """
 
-    def __init__(self, folder, beside, source, number):
-        self.folder, self.beside, self.source = folder, beside, source
+    def __init__(self, folder, beside, source, number, has_randoms=False):
+        self.folder, self.beside, self.source, self.has_randoms = folder, beside, source, has_randoms
         self.ending = f"-{number}" if number > 1 else ""
 
     def at_rest(self, copies):
@@ -162,8 +164,11 @@ class Arrays:
         whole(f"{base}.npy", write)
         lines = "".join(" ".join(copy.name.splitlines()) + "\n" for copy in copies)
         whole(f"{base}.txt", lambda file: file.write(lines.encode()))
+        if self.has_randoms:
+            randoms = np.array([copy.random for copy in copies], dtype="<f8")
+            whole(f"{base}-randoms.npy", lambda file: np.lib.format.write_array(file, randoms))
         base = os.path.relpath(base, self.folder).replace(os.sep, "/")
-        places = {"file": f"{base}.npy", "names": f"{base}.txt", **more}
+        places = {"file": f"{base}.npy", "names": f"{base}.txt", **({"randoms": f"{base}-randoms.npy"} if self.has_randoms else {}), **more}
         return [toml.table("[[model]]", {"name": copies[0].name, **self.source, "places": places})]
 
 
@@ -195,9 +200,11 @@ def rows(matrix):
     return [values[0:4], values[4:8], values[8:12]]
 
 
-def model(copy, source, times):
-    """One [[model]] with its keys."""
+def model(copy, source, times, has_random=False):
+    """One [[model]] with its keys. `has_random`: with the number by which copies differ."""
     table = {"name": copy.name, **source}
+    if has_random:
+        table["random"] = float(copy.random)
     if copy.rests:
         table["matrix"] = rows(copy.matrix())
     if not copy.is_always:

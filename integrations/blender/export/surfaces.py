@@ -29,6 +29,10 @@ class Surface:
     coat_ior: np.ndarray = field(default_factory=lambda: constant(1.5))
     emission: np.ndarray = field(default_factory=lambda: constant(0.0, 0.0, 0.0))
     """Radiance, alpha included."""
+    subsurface: np.ndarray = field(default_factory=lambda: constant(0.0))
+    """Share of its diffuse light that goes below it."""
+    radius: np.ndarray = field(default_factory=lambda: constant(0.05, 0.01, 0.005))
+    """Mean free path below it, by channel."""
     veil: np.ndarray = field(default_factory=lambda: constant(1.0, 1.0, 1.0))
     """Colour of the light that passes where alpha lets it."""
     normal: np.ndarray | None = None
@@ -44,7 +48,7 @@ class Surface:
     """To which rays it shows itself."""
 
 
-BLENDED = ("base", "metallic", "roughness", "ior", "specular", "transmission", "tint", "coat", "coat_roughness", "coat_ior")
+BLENDED = ("base", "metallic", "roughness", "ior", "specular", "transmission", "tint", "coat", "coat_roughness", "coat_ior", "subsurface", "radius")
 
 
 def surface_of(evaluator, material):
@@ -182,6 +186,10 @@ def read_normal(evaluator, node, surface):
     return surface
 
 
+STRAIGHT = np.array([0.5, 0.5, 1.0], dtype=np.float32)
+"""What a normal map has where it bends nothing."""
+
+
 def set_normal(evaluator, source, surface):
     """Sets what a node says of normals."""
     if source.type == "BUMP":
@@ -203,11 +211,12 @@ def set_normal(evaluator, source, surface):
             return
         normal = color(evaluator.input(source, "Color"))
         strength = float(evaluator.input(source, "Strength").mean())
-        if normal.shape[:2] != (1, 1):
-            if abs(strength - 1) > 1e-4:
-                direction = (normal * 2 - 1) * strength + np.array([0, 0, 1]) * (1 - strength)
-                length = np.maximum(np.linalg.norm(direction, axis=2, keepdims=True), 1e-6)
-                normal = (direction / length * 0.5 + 0.5).astype(np.float32)
+        if abs(strength - 1) > 1e-4:
+            direction = (normal * 2 - 1) * strength + np.array([0, 0, 1]) * (1 - strength)
+            length = np.maximum(np.linalg.norm(direction, axis=2, keepdims=True), 1e-6)
+            normal = (direction / length * 0.5 + 0.5).astype(np.float32)
+        if np.abs(normal - STRAIGHT).max() > 0.01:
+            # of a missing picture all over the same, and askew, as in Cycles
             surface.normal = normal
     else:
         evaluator.say(f"normals by node `{source.name}` ({source.bl_label}) are left out")
@@ -226,6 +235,8 @@ def principled(evaluator, node):
         coat=evaluator.input(node, "Coat Weight"),
         coat_roughness=evaluator.input(node, "Coat Roughness"),
         coat_ior=evaluator.input(node, "Coat IOR"),
+        subsurface=evaluator.input(node, "Subsurface Weight"),
+        radius=color(evaluator.input(node, "Subsurface Radius")) * evaluator.input(node, "Subsurface Scale"),
     )
     # light that goes in and out again has the base colour, as in Cycles
     surface.tint = np.sqrt(np.clip(surface.base, 0, 1))
@@ -233,7 +244,6 @@ def principled(evaluator, node):
     surface.emission = light * strength * alpha
     for name, said in (
         ("Sheen Weight", "its sheen is left out"),
-        ("Subsurface Weight", "its subsurface scattering is matt"),
         ("Anisotropic", "its anisotropy is left out"),
         ("Thin Film Thickness", "its thin film is left out"),
     ):
@@ -252,6 +262,17 @@ def diffuse(evaluator, node):
     surface = Surface(base=color(evaluator.input(node, "Color")), specular=constant(0.0), roughness=constant(1.0))
     if node.inputs.get("Roughness") and float(evaluator.input(node, "Roughness").max()) > 1e-3:
         evaluator.say("the roughness of its diffuse shader is left out")
+    return read_normal(evaluator, node, surface)
+
+
+def subsurface(evaluator, node):
+    """A Subsurface Scattering shader."""
+    surface = Surface(
+        base=color(evaluator.input(node, "Color")),
+        specular=constant(0.0),
+        subsurface=constant(1.0),
+        radius=color(evaluator.input(node, "Radius")) * evaluator.input(node, "Scale"),
+    )
     return read_normal(evaluator, node, surface)
 
 
@@ -282,6 +303,17 @@ def glass(evaluator, node):
 def transparent(evaluator, node):
     """A Transparent BSDF: nothing of the surface is there, and light passes in its colour."""
     return Surface(alpha=constant(0.0), veil=np.clip(color(evaluator.input(node, "Color")), 0, 1))
+
+
+def metallic(evaluator, node):
+    """A Metallic BSDF: bare metal, of a colour or of the constants of a metal (by Fresnel's equations at right angles)."""
+    if node.fresnel_type == "F82":
+        base = color(evaluator.input(node, "Base Color"))
+    else:
+        index, extinction = (color(evaluator.input(node, name)) for name in ("IOR", "Extinction"))
+        base = ((index - 1) ** 2 + extinction**2) / ((index + 1) ** 2 + extinction**2)
+    surface = Surface(base=base, metallic=constant(1.0), roughness=evaluator.input(node, "Roughness"))
+    return read_normal(evaluator, node, surface)
 
 
 def emission(evaluator, node):
@@ -493,12 +525,13 @@ SHADERS = {
     "BSDF_PRINCIPLED": principled,
     "BSDF_DIFFUSE": diffuse,
     "BSDF_TRANSLUCENT": as_diffuse,
-    "SUBSURFACE_SCATTERING": as_diffuse,
+    "SUBSURFACE_SCATTERING": subsurface,
     "BSDF_SHEEN": as_diffuse,
     "BSDF_VELVET": as_diffuse,
     "BSDF_TOON": as_diffuse,
     "BSDF_GLOSSY": glossy,
     "BSDF_ANISOTROPIC": glossy,
+    "BSDF_METALLIC": metallic,
     "BSDF_GLASS": glass,
     "BSDF_REFRACTION": glass,
     "BSDF_TRANSPARENT": transparent,

@@ -61,10 +61,10 @@ def is_taken(matrix, reach):
 class Placed:
     """One copy of a mesh, where it is and to which rays it shows itself: `matrices` from times to row-major 4x4 matrices in the shot's axes."""
 
-    __slots__ = ("name", "mesh", "matrices", "seen")
+    __slots__ = ("name", "random", "mesh", "matrices", "seen")
 
-    def __init__(self, name):
-        self.name, self.mesh, self.matrices, self.seen = name, {}, {}, {}
+    def __init__(self, name, random):
+        self.name, self.random, self.mesh, self.matrices, self.seen = name, random, {}, {}, {}
 
     def is_before_the_camera(self, time):
         """Returns true if it is there at a time, and the camera is to see it."""
@@ -232,7 +232,8 @@ class Walk:
             return
         placed = self.placed.get(key)
         if placed is None:
-            placed = self.placed[key] = Placed(item.name)
+            # as Cycles has it
+            placed = self.placed[key] = Placed(item.name, (instance.random_id & 0xFFFFFFFF) / 0xFFFFFFFF)
         placed.mesh[time], placed.seen[time] = mesh, shown
         placed.matrices[time] = (TO_Y_UP @ matrix)[:3].ravel()
 

@@ -8,6 +8,7 @@ Shots:
     cubes       27 cubes that turn, and two lamps, 10 frames
     character   a body that bends by its bones, two lamps, and a world, 10 frames
     flock       300 instances that fly, 10 frames
+    skin        a head of skin that rests, two lamps, and a world, before a camera that goes around it, 24 frames
     patterns    things of forty nodes each, noise and cells of eight octaves, that rest before a camera that travels, 24 frames
     plain       the same of one colour each
 
@@ -58,6 +59,7 @@ def room(width, frames):
 
 
 SHOTS = {"room": (room, 48), "cubes": (subjects.cubes, 10), "character": (subjects.character, 10), "flock": (subjects.flock, 10)} | {
+    "skin": (subjects.skin, 24),
     "patterns": (subjects.patterns, 24),
     "plain": (subjects.plain, 24),
 }

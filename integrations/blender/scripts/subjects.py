@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Scenes in which the subject moves, for race.py: parts that turn, a character, and a flock. Each stands before a floor."""
+"""Scenes for race.py: parts that turn, a character, a flock, a head of skin, and things of patterns. Each stands before a floor."""
 
 import bpy
 import compare_cycles
@@ -87,6 +87,27 @@ def flock(width, frames):
         one = support.add(scene, f"Bird {number}", mesh)
         key(one, "location", frames, lambda share, place=place, way=way: place + way * share)
         key(one, "rotation_euler", frames, lambda share, spin=spin: spin * share)
+    return scene
+
+
+def skin(width, frames):
+    """A head that rests, of skin into which light goes, two lamps and a world, and a camera that goes around it."""
+    scene = stage(width, frames, (0, -5, 1.3))
+    lamp(scene, "Key", (-3, -4, 5), 400, 1.0)
+    lamp(scene, "Rim", (3, 2, 4), 300, 0.5)
+    world(scene, 0.4)
+    bpy.ops.mesh.primitive_monkey_add(size=2.0, location=(0, 0, 1.3))
+    head = bpy.context.object
+    head.data.shade_smooth()
+    head.modifiers.new("Smooth", "SUBSURF").render_levels = 2
+    material = compare_cycles.material("Skin", Base_Color=(0.8, 0.5, 0.38, 1), Roughness=0.5)
+    shader = material.node_tree.nodes["Principled BSDF"]
+    shader.inputs["Subsurface Weight"].default_value, shader.inputs["Subsurface Scale"].default_value = 1.0, 0.1
+    head.data.materials.append(material)
+    camera = scene.camera
+    turns = lambda share: np.radians(20 * share - 10)
+    key(camera, "location", frames, lambda share: (5 * np.sin(turns(share)), -5 * np.cos(turns(share)), 1.3))
+    key(camera, "rotation_euler", frames, lambda share: (np.pi / 2, 0, turns(share)))
     return scene
 
 

@@ -319,6 +319,23 @@ class GraphsBesideCycles(beside_cycles.BesideCycles):
                 np.testing.assert_allclose(ours[:, :, :3].mean(), cycles[:, :, :3].mean(), rtol=0.02)
                 self.assertFalse([said for said in self.exported.warnings if "constant" in said], build.__name__)
 
+    def test_copies_differ_by_their_numbers(self):
+        material, node = principled("Sprinkles", Roughness=1.0, Specular_IOR_Level=0.0)
+        tree = Tree(material)
+        tree.links.new(ramp(tree, tree.add("ObjectInfo").outputs["Random"], "CONSTANT"), node.inputs["Base Color"])
+        small = support.grid("Small", 0.3)
+        small.materials.append(material)
+        bpy.data.objects.remove(bpy.data.objects["Square"])
+        for count in (4, 9):
+            with self.subTest(count=count):
+                # more than what a shot file lists one by one, and fewer
+                places = [(0.4 * x - 1.6, 0.4 * y - 1.6, 0) for x in range(count) for y in range(count)]
+                copies = [support.add(self.scene, f"Copy {at}", small, place) for at, place in enumerate(places)]
+                mean, _, _ = self.difference()
+                self.assertLess(mean, 0.008)
+                for copy in copies:
+                    bpy.data.objects.remove(copy)
+
     def test_colour_attributes_take_part(self):
         layer = self.mesh.color_attributes.new("Paint", "FLOAT_COLOR", "CORNER")
         points = np.array([self.mesh.vertices[loop.vertex_index].co[:2] for loop in self.mesh.loops]) / 4 + 0.5

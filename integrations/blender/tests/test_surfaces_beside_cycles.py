@@ -28,6 +28,66 @@ class SurfacesBesideCycles(beside_cycles.BesideCycles):
         np.testing.assert_allclose(means[0], means[1], rtol=tolerance)
         return ours, cycles
 
+    def ball(self, material, radius=0.8, place=(0, 0, 0)):
+        """A smooth ball of a material."""
+        bpy.ops.mesh.primitive_uv_sphere_add(segments=48, ring_count=24, radius=radius, location=place)
+        ball = bpy.context.object
+        ball.data.shade_smooth()
+        ball.data.materials.append(material)
+        return ball
+
+    def test_light_goes_below_surfaces(self):
+        self.world((0.3, 0.3, 0.3))
+        support.add(self.scene, "Sun", self.light("SUN", energy=3, angle=0.1), (0, 0, 5), (0.6, 0.5, 0))
+        support.add_camera(self.scene, (0, 0, 4), (0, 0, 0))
+        self.scene.afterimage.samples, self.scene.afterimage.paths = 4, 64
+        for weight, scale, color in ((1.0, 0.05, (0.8, 0.5, 0.35, 1)), (1.0, 0.4, (0.8, 0.5, 0.35, 1)), (0.5, 0.2, (0.3, 0.6, 0.2, 1))):
+            with self.subTest(weight=weight, scale=scale):
+                values = {"Subsurface_Weight": weight, "Subsurface_Scale": scale, "Base_Color": color, "Specular_IOR_Level": 0.0, "Roughness": 1.0}
+                skin, _ = principled("Skin", **values)
+                ball = self.ball(skin)
+                ours, cycles = self.both(256)
+                inside = np.hypot(*np.mgrid[-24:24, -32:32]) < 10
+                means = [picture[inside][:, :3].mean(axis=0) for picture in (ours, cycles)]
+                np.testing.assert_allclose(means[0], means[1], rtol=0.03)
+                # the dark side is lit through the ball
+                np.testing.assert_allclose(ours[:, :, 0], cycles[:, :, 0], atol=0.12)
+                self.assertEqual(self.exported.warnings, [])
+                bpy.data.objects.remove(ball)
+
+    def test_lamps_that_reach_what_they_light(self):
+        matt, _ = principled("Matt", Roughness=1.0, Specular_IOR_Level=0.0)
+        self.look_down(matt)
+        self.scene.afterimage.shadow_rays, self.scene.afterimage.paths, self.scene.afterimage.samples = "16", 0, 4
+        for radius in (0.3, 1.2):
+            with self.subTest(radius=radius):
+                lamp = support.add(self.scene, "Lamp", self.light("POINT", energy=20, shadow_soft_size=radius), (0.2, 0.1, 0.6))
+                ours, cycles = self.assert_same_colors(0.02, 256)
+                np.testing.assert_allclose(ours[:, :, 0], cycles[:, :, 0], atol=0.06 * float(cycles[:, :, 0].max()))
+                bpy.data.objects.remove(lamp)
+
+    def test_normal_maps_of_one_colour_bend_normals(self):
+        material, node = principled("Askew", Roughness=1.0, Specular_IOR_Level=0.0)
+        bent = material.node_tree.nodes.new("ShaderNodeNormalMap")
+        bent.inputs["Color"].default_value = (0.8, 0.5, 0.7, 1)
+        material.node_tree.links.new(bent.outputs[0], node.inputs["Normal"])
+        square = self.look_down(material)
+        square.data.uv_layers.new().data.foreach_set("uv", [0, 0, 1, 0, 1, 1, 0, 1])
+        support.add(self.scene, "Sun", self.light("SUN", energy=3, angle=0.0), (0, 0, 5), (0, 0.8, 0))
+        self.assert_same_colors(0.02)
+
+    def test_bare_metal(self):
+        self.world((0.6, 0.7, 0.8))
+        support.add_camera(self.scene, (0, 0, 4), (0, 0, 0))
+        material, _ = principled("Gold")
+        tree = material.node_tree
+        node = tree.nodes.new("ShaderNodeBsdfMetallic")
+        node.inputs["Base Color"].default_value, node.inputs["Roughness"].default_value = (0.9, 0.6, 0.2, 1), 0.3
+        tree.links.new(node.outputs[0], tree.nodes["Material Output"].inputs["Surface"])
+        self.ball(material)
+        self.scene.afterimage.samples, self.scene.afterimage.reflections = 4, 16
+        self.assert_same_colors(0.02)
+
     def test_a_rectangle_that_is_turned_about_its_axis(self):
         matt, _ = principled("Matt", Roughness=1.0, Specular_IOR_level=0.0)
         self.look_down(matt)

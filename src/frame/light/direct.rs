@@ -331,6 +331,7 @@ impl Lighting {
 pub fn sum_light(frame: &FrameView, tile: &Tile, first: usize, placed: &Placed) -> Vec3x8 {
     let (reflectance, looks) = (tile.reflectances(first), tile.looks(first));
     let albedo = frame.palette.albedo(&looks, reflectance);
+    let of_lights = frame.albedo_of_lights(&looks, albedo);
     let mut sum = emitted_and_ambient(frame, (&looks, reflectance), || tile.gathered.opennesses(first));
     for (light, slot) in (0..).zip(frame.slots).filter(|(light, _)| !frame.pose.is_dark(*light)) {
         frame.pose.each_of_light(
@@ -340,7 +341,7 @@ pub fn sum_light(frame: &FrameView, tile: &Tile, first: usize, placed: &Placed) 
                 let places = Places { point: placed.point, seeds: tile.gathered.seeds(first) };
                 let reached = |point| tile.tags.lit(*slot, point, first) & Mask::from_bits(bits);
                 sum = add_light(sum, light, places, reached, |light_sample| {
-                    phong::diffuse(albedo, placed.normal, placed.smooth, light_sample)
+                    phong::diffuse(of_lights, placed.normal, placed.smooth, light_sample)
                 });
             },
         );

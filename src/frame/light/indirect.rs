@@ -10,6 +10,7 @@ use glam::Vec3;
 
 use super::light_paths::{AT_ONCE, PathScratch, trace_paths};
 use super::path_ends::{PathResult, PathStart};
+use super::subsurface::Below;
 use crate::changes::Until;
 use crate::frame::grid::bits::{set_bits, surface_bits};
 use crate::frame::shot::frame_view::FrameView;
@@ -177,7 +178,18 @@ pub fn start_at(frame: &FrameView, tile: &Tile, cell: usize, placed: &Placed, pa
         geometric_normal: placed.geometric_normal.lane(lane),
         horizon: horizon(frame, tile, cell, placed),
         layer: None,
+        below: below(frame, tile, cell),
     }
+}
+
+/// What is below the surface of a sample, if light goes there.
+fn below(frame: &FrameView, tile: &Tile, cell: usize) -> Option<Below> {
+    if !frame.palette.scatters_below {
+        return None;
+    }
+    let look = tile.look(cell);
+    let reflectance = Vec3::from(tile.record[cell].reflectance.map(f32::from));
+    Below::of(frame, tile.model[cell], look, frame.palette.albedo_of(look, reflectance))
 }
 
 /// Tangent at a sample (world space), at right angles to `normal`. It turns with the model, or with the

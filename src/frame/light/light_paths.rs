@@ -23,6 +23,7 @@ use super::pdfs::Pdfs;
 use super::select::select;
 use super::shadow::ShadowQueue;
 use super::step::Step;
+use super::subsurface::{self, WalkScratch};
 use super::vertex::{NO_COAT, Vertex, VertexLanes, go_on};
 use crate::changes::Until;
 use crate::frame::shot::frame_view::FrameView;
@@ -62,7 +63,7 @@ pub struct PathScratch {
     /// Results of these paths, in the same order.
     pub brought: Vec<PathResult>,
     /// Their random numbers.
-    random: Vec<PathRandom>,
+    pub(super) random: Vec<PathRandom>,
     /// Direct light in these results, if the rest is limited.
     direct: Vec<Vec3>,
     rays: RayBatch,
@@ -71,9 +72,10 @@ pub struct PathScratch {
     hits: HitBatch,
     now: Vec<PathRay>,
     next: Vec<PathRay>,
+    pub(super) walks: WalkScratch,
     /// Last rays of their paths.
     last: Vec<PathRay>,
-    vertices: Vec<Vertex>,
+    pub(super) vertices: Vec<Vertex>,
     /// Layers of those vertices that have one.
     coats: Vec<SeenCoat>,
     /// Numbers of the vertices, sorted by the light that they ask.
@@ -103,6 +105,14 @@ pub fn trace_paths(frame: &FrameView, scratch: &mut PathScratch, tally: &mut Ray
     begin(frame, is_reflected, scratch);
     let PathScratch { starts, brought, light_rays, .. } = &mut *scratch;
     light_rays.cast(frame, starts, brought, tally);
+    if frame.palette.scatters_below {
+        subsurface::walk(frame, scratch, tally);
+        scratch.coats.clear();
+        light(frame, scratch, tally);
+        go_on_from_vertices(frame, scratch);
+        let PathScratch { now, next, .. } = &mut *scratch;
+        now.append(next);
+    }
     let mut is_first = true;
     while !scratch.now.is_empty() {
         cast(frame, is_reflected && is_first, scratch, tally);
@@ -111,7 +121,9 @@ pub fn trace_paths(frame: &FrameView, scratch: &mut PathScratch, tally: &mut Ray
             note_direct(frame, scratch);
         }
         light(frame, scratch, tally);
+        scratch.now.clear();
         go_on_from_vertices(frame, scratch);
+        std::mem::swap(&mut scratch.now, &mut scratch.next);
         is_first = false;
     }
     std::mem::swap(&mut scratch.now, &mut scratch.last);
@@ -126,8 +138,7 @@ pub fn trace_paths(frame: &FrameView, scratch: &mut PathScratch, tally: &mut Ray
 
 /// Adds what the vertices bring to the results of their paths, and makes the rays that go on from there.
 fn go_on_from_vertices(frame: &FrameView, scratch: &mut PathScratch) {
-    let PathScratch { random, brought, now, next, last, vertices, coats, .. } = scratch;
-    next.clear();
+    let PathScratch { random, brought, next, last, vertices, coats, .. } = scratch;
     for vertex in &*vertices {
         let (path, step) = (vertex.ray.path as usize, vertex.ray.step);
         brought[path].radiance += vertex.ray.weight * vertex.light;
@@ -138,22 +149,28 @@ fn go_on_from_vertices(frame: &FrameView, scratch: &mut PathScratch) {
             }
         }
     }
-    std::mem::swap(now, next);
 }
 
 /// Makes the first rays of the paths, and asks for light at their starts.
 fn begin(frame: &FrameView, is_reflected: bool, scratch: &mut PathScratch) {
-    let PathScratch { starts, brought, random: all_random, direct, now, last, light_rays, .. } = scratch;
+    let PathScratch {
+        starts, brought, random: all_random, direct, now, next, last, light_rays, walks, ..
+    } = scratch;
     all_random.clear();
     all_random.extend(starts.iter().map(PathStart::random));
     brought.clear();
     direct.clear();
     now.clear();
+    next.clear();
     last.clear();
     light_rays.begin();
     let step = Step::first(surfaces_on_paths(frame, is_reflected));
     let first = if step.is_beyond() { last } else { now };
     for ((path, start), random) in (0..).zip(&*starts).zip(&*all_random) {
+        if start.below.is_some() && subsurface::enter(frame, (path, start), *random, walks) {
+            brought.push(subsurface::nothing_yet(frame, start));
+            continue;
+        }
         let mut brings = PathResult { radiance: Vec3::ZERO, sees_light: false, until: Until::FOREVER };
         let ray = match &start.layer {
             None => gathers(frame, (path, step), (start, *random), light_rays, &mut brings),
@@ -358,6 +375,7 @@ fn meet(frame: &FrameView, scratch: &mut PathScratch) {
                     random,
                     lobes,
                     coat: number,
+                    is_exit: false,
                 });
             },
         );
@@ -405,7 +423,8 @@ fn light(frame: &FrameView, scratch: &mut PathScratch, tally: &mut RayTally) {
             let found_otherwise = emission * (1.0 - vertex.emission_weight);
             let light = light.lane(lane);
             let light = vertex.seen_coat(coats).map_or(light, |coat| coat.show(light));
-            vertex.light = (light - found_otherwise).max(Vec3::ZERO);
+            vertex.light =
+                if vertex.is_exit { Vec3::ZERO } else { (light - found_otherwise).max(Vec3::ZERO) };
         }
     }
     let asking = |vertex: &Vertex| {

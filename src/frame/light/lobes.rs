@@ -51,6 +51,13 @@ impl Lobes {
         Self { all, shares, sum: shares.iter().sum() }
     }
 
+    /// Lobes of a matt surface with this albedo.
+    pub fn matt(albedo: Vec3) -> Self {
+        let all = [(albedo, None), (Vec3::ZERO, None), (Vec3::ZERO, None), (Vec3::ZERO, None)];
+        let shares = all.map(|(weight, _)| weight.max_element());
+        Self { all, shares, sum: shares.iter().sum() }
+    }
+
     /// Probability with which a path samples a lobe.
     pub fn chance(&self, lobe: usize) -> f32 {
         if self.sum > 0.0 && self.sum.is_finite() { self.shares[lobe] / self.sum } else { 0.0 }

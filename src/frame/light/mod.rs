@@ -17,4 +17,5 @@ pub mod reflected;
 pub mod select;
 pub mod shadow;
 pub mod step;
+pub mod subsurface;
 mod vertex;

@@ -2,6 +2,7 @@
 
 use glam::Vec3;
 
+use super::subsurface::Below;
 use crate::changes::Until;
 use crate::shade::coat::SeenCoat;
 use crate::shade::horizon::Horizon;
@@ -31,6 +32,8 @@ pub struct PathStart {
     pub horizon: Horizon,
     /// Rough layer by which the path is reflected; without one it leaves by the cosine law.
     pub layer: Option<DrawnLayer>,
+    /// What is below the surface, if some of its paths go there.
+    pub below: Option<Below>,
 }
 
 /// The rough layer of a surface as it was seen when its reflected paths were drawn.

@@ -85,6 +85,7 @@ pub fn start_at(frame: &FrameView, tile: &Tile, cell: usize, placed: &Placed) ->
         geometric_normal,
         horizon: horizon(frame, tile, cell, placed),
         layer: Some(DrawnLayer { seen, paths: paths_of_layer(frame, &seen) }),
+        below: None,
     })
 }
 

@@ -45,6 +45,8 @@ pub struct Vertex {
     pub lobes: Lobes,
     /// Number of its layer, as the path sees it, among those of all vertices; [`NO_COAT`] if it has none.
     pub coat: u32,
+    /// True if the path came from below the surface: light of its own was seen where it went in.
+    pub is_exit: bool,
 }
 
 /// Number of no layer.

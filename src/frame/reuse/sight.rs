@@ -127,4 +127,8 @@ pub fn look_up(frame: &FrameView, tile: &mut Tile, cell: usize, footprint: Footp
         // how many paths a layer draws, and where to, may follow from its colour
         tile.gathered.reflected.forget_one(cell);
     }
+    if is_other && frame.palette.scattering(tile.look(cell)).is_some() {
+        // the medium below a surface follows from its colour
+        tile.gathered.forget_paths(cell);
+    }
 }

@@ -56,6 +56,7 @@ impl MetSurface {
             geometric_normal,
             horizon,
             layer,
+            below: None,
         }
     }
 

@@ -30,12 +30,13 @@ pub fn split(frame: &FrameView, tile: &Tile, first: usize, placed: &mut PlacedTi
             write(emitted_and_ambient(frame, (&looks, reflectance), openness), &mut parts.emission);
         }
         let albedo = frame.palette.albedo(&looks, reflectance);
+        let of_lights = frame.albedo_of_lights(&looks, albedo);
         if layers.has(Layers::INDIRECT) {
             write(albedo * tile.gathered.means(first), &mut parts.indirect);
         }
         if layers.has(Layers::DIRECT) {
             let lit = |slot, point| tile.tags.lit(slot, point, first);
-            write(direct(frame, tile, first, placed, albedo, |_| true, lit), &mut parts.direct);
+            write(direct(frame, tile, first, placed, of_lights, |_| true, lit), &mut parts.direct);
         }
         if layers.has(Layers::LIGHT) {
             let groups = frame.light_groups;
@@ -43,7 +44,7 @@ pub fn split(frame: &FrameView, tile: &Tile, first: usize, placed: &mut PlacedTi
             for (group, light) in parts.groups.iter_mut().enumerate() {
                 let of_group = |light: usize| groups.of[light] == group;
                 let lit = |slot, point| tile.tags.lit(slot, point, first);
-                write(direct(frame, tile, first, placed, albedo, of_group, lit), light);
+                write(direct(frame, tile, first, placed, of_lights, of_group, lit), light);
             }
         }
         if layers.has(Layers::BACKGROUND) {

@@ -24,6 +24,7 @@ use crate::lanes::{LANES, Mask, Vec3x8};
 use crate::layers::Layers;
 use crate::pose::Pose;
 use crate::samples::{BACKGROUND, Column, EMPTY, Octahedral, Sample, TagSlot, Tile};
+use crate::scene::look::Look;
 use crate::scene::{LightGroups, RayKind, Role, Scene};
 use crate::settings::{Caustics, Settings};
 use crate::shade::deformed::Deformations;
@@ -369,6 +370,16 @@ impl<'a> FrameView<'a> {
     #[inline(always)]
     fn placed(&self, model: u32, transform: &'a Transform) -> Place<'a> {
         Place::of(self.scene, transform, self.deformations, model)
+    }
+
+    /// Albedo by which eight surfaces reflect lights that are asked for: of what goes below them paths bring the light, if there are any.
+    #[inline(always)]
+    pub fn albedo_of_lights(&self, looks: &[Look], albedo: Vec3x8) -> Vec3x8 {
+        if self.palette.scatters_below && self.paths > 0 {
+            self.palette.at_surface(looks, albedo)
+        } else {
+            albedo
+        }
     }
 
     /// Returns true if lights shine through a `material` as if it were not there, always or by chance.

@@ -50,12 +50,31 @@ pub static WORLD_NORMAL: Definition = Definition {
     function: |_, _| Ok(Arc::new(Source::WorldNormal)),
 };
 
-/// Colour of the vertices.
+/// Colour of the vertices; option `attribute`: its name, though meshes have one colour alone.
 pub static VERTEX_COLOR: Definition = Definition {
     name: "blender_vertex_color",
     inputs: &[],
     outputs: &[("out", Kind::Color)],
-    function: |_, _| Ok(Arc::new(Source::VertexColor)),
+    function: |options, _| {
+        options.text("attribute");
+        Ok(Arc::new(Source::VertexColor))
+    },
+};
+
+/// Origin of the model in the world.
+pub static MODEL_PLACE: Definition = Definition {
+    name: "blender_object_location",
+    inputs: &[],
+    outputs: &[("out", Kind::Vector)],
+    function: |_, _| Ok(Arc::new(Source::ModelPlace)),
+};
+
+/// Number of the model, from 0 to 1.
+pub static MODEL_RANDOM: Definition = Definition {
+    name: "blender_object_random",
+    inputs: &[],
+    outputs: &[("out", Kind::Number)],
+    function: |_, _| Ok(Arc::new(Source::ModelRandom)),
 };
 
 fn uv(options: &Options, _: usize) -> Result<Arc<dyn Function>, String> {
@@ -76,6 +95,8 @@ enum Source {
     Normal,
     WorldPoint,
     WorldNormal,
+    ModelPlace,
+    ModelRandom,
     VertexColor,
 }
 
@@ -92,6 +113,8 @@ impl Function for Source {
             Self::Normal => place.normal(),
             Self::WorldPoint => place.world_point(),
             Self::WorldNormal => place.world_normal(),
+            Self::ModelPlace => place.model_place(),
+            Self::ModelRandom => Vec3::splat(place.model_random()),
             Self::VertexColor => place.vertex_color(),
         }
     }

@@ -2,6 +2,7 @@
 
 pub mod arithmetic;
 pub mod colors;
+pub mod hextile;
 pub mod inputs;
 pub mod patterns;
 pub mod picture;
@@ -16,6 +17,8 @@ pub static ALL: &[&Definition] = &[
     &inputs::NORMAL,
     &inputs::WORLD_POINT,
     &inputs::WORLD_NORMAL,
+    &inputs::MODEL_PLACE,
+    &inputs::MODEL_RANDOM,
     &inputs::VERTEX_COLOR,
     &arithmetic::MATH,
     &arithmetic::VECTOR_MATH,

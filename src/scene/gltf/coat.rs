@@ -6,7 +6,7 @@ use super::document::{Document, extension};
 use super::json::{Material as Json, TextureInfo};
 use crate::scene::SceneError;
 use crate::scene::model::assemble::Assembly;
-use crate::scene::model::dielectric::{Below, Coat, Layer};
+use crate::scene::model::dielectric::{Below, Coat, INDEX_OF_COAT, Layer};
 
 #[derive(Debug, Default, Deserialize)]
 #[serde(rename_all = "camelCase", default)]
@@ -41,7 +41,8 @@ impl Assembly {
         let [of_coat, of_roughness] = textures.map(Option::as_ref);
         let factor = self.mean_of_channel(document, of_coat, 0)? * coat.clearcoat_factor.clamp(0.0, 1.0);
         let roughness = self.mean_of_channel(document, of_roughness, 1)? * coat.clearcoat_roughness_factor;
-        Ok(Coat { share: factor, roughness }.over(below, |message| document.leave_out(message)))
+        let coat = Coat { share: factor, roughness, index: INDEX_OF_COAT };
+        Ok(coat.over(below, |message| document.leave_out(message)))
     }
 
     /// Mean of a channel of a texture; 1 without one.

@@ -74,6 +74,11 @@ pub(crate) struct MaterialTable {
     /// Metallic
     #[schemars(range(min = 0, max = 1))]
     pub pm: Option<At<f64>>,
+    /// Share of the diffuse light that goes below the surface and comes out somewhere else (0)
+    #[schemars(range(min = 0, max = 1))]
+    pub subsurface: Option<At<f64>>,
+    /// Mean free path below the surface: the way that red, green and blue light goes before it is scattered, in the units of the shot (1, 0.5, 0.25)
+    pub subsurface_radius: Option<Three>,
     /// Texture file, relative to the shot file
     pub map_kd: Option<At<String>>,
     /// Opacity: a picture that cuts parts out, where its alpha, or its brightness if it has none, is below a half

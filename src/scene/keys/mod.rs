@@ -340,6 +340,8 @@ pub(crate) struct LightTable {
     pub spread: Option<At<f64>>,
     /// Disk, sphere (0.5), spot (0: a point)
     pub radius: Option<At<f64>>,
+    /// Sphere: whatever it lights sees a disc that faces it, also from within the radius, as of Blender's soft falloff (false)
+    pub faces: Option<At<bool>>,
     /// Directional: diameter of the light, degrees (0)
     #[schemars(range(min = 0, max = 180))]
     pub angle: Option<At<f64>>,

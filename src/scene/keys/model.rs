@@ -65,6 +65,9 @@ pub(crate) struct ModelTable {
     pub shadow_catcher: Option<At<bool>>,
     /// File of the places of many copies of the model, instead of `matrix` and keys
     pub places: Option<At<PlacesTable>>,
+    /// Number from 0 to 1 that graphs of its materials see, by which models of one mesh may differ (0)
+    #[schemars(range(min = 0, max = 1))]
+    pub random: Option<At<f64>>,
     /// True if the model is there, before the first key that says it (true)
     pub visible: Option<bool>,
     /// Between keys

@@ -13,6 +13,8 @@ pub(crate) struct PlacesTable {
     pub file: At<String>,
     /// Text file, relative to the shot file, with the name of each copy in a line of its own (the model's name, and a number)
     pub names: Option<At<String>>,
+    /// Array as numpy.save writes it, relative to the shot file, with a number from 0 to 1 for each copy: see `random` of the model
+    pub randoms: Option<At<String>>,
     /// Frame of the first key; may be fractional (1)
     pub first: Option<At<f64>>,
     /// Frames from a key to the next one (1)

@@ -12,7 +12,7 @@ const GREATEST_INDEX: f64 = 100.0;
 const MOST_HEAD_ON: f64 = 0.95;
 
 /// Index of refraction of a coat, by glTF and USD.
-const INDEX_OF_COAT: f64 = 1.5;
+pub(crate) const INDEX_OF_COAT: f64 = 1.5;
 
 /// Share of metal above which the layer of a surface is that of the metal.
 const MOST_METAL: f64 = 0.5;
@@ -34,6 +34,8 @@ pub(crate) struct Coat {
     /// Share of the surface that it covers, 0 to 1.
     pub share: f64,
     pub roughness: f64,
+    /// Index of refraction, 1 or more.
+    pub index: f64,
 }
 
 /// Surface below a coat.
@@ -58,7 +60,7 @@ impl Coat {
     /// The one layer that it becomes with what is below. `None` if there is no coat, or one of a metal, which is left out. Tells what is
     /// not as it is meant by `leave_out`.
     pub fn over(self, below: Below, leave_out: impl FnOnce(&'static str)) -> Option<Layer> {
-        let reflects = head_on(INDEX_OF_COAT) * self.share.clamp(0.0, 1.0);
+        let reflects = head_on(self.index) * self.share.clamp(0.0, 1.0);
         if reflects == 0.0 {
             return None;
         }

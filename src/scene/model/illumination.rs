@@ -6,7 +6,7 @@ use super::map_statement::MapUse;
 use super::mtl::MtlMaterial;
 use crate::scene::Material;
 use crate::scene::keys::material::KdBesideMap;
-use crate::scene::material::{LEAST_ALPHA, MetalRough, Optics, head_on};
+use crate::scene::material::{LEAST_ALPHA, MetalRough, Optics, Scattering, head_on};
 
 /// Maximum exponent of a highlight: beyond it a highlight is smaller than any pixel.
 const HIGHEST_SHININESS: f32 = 1e5;
@@ -16,6 +16,9 @@ const NARROWEST_OF_MAP: f32 = 1000.0;
 
 /// Default of Pr for a material that has Pm alone, as in programs with a metal-rough material.
 const DEFAULT_ROUGHNESS: f32 = 0.5;
+
+/// Mean free path below a surface where none is stated: that of OpenPBR.
+const SUBSURFACE_RADIUS: Vec3 = Vec3::new(1.0, 0.5, 0.25);
 
 /// Reflectance of a surface that is no metal at normal incidence, if Ni does not say: that of an index of
 /// 1.5.
@@ -49,8 +52,16 @@ impl MtlMaterial {
             emission: self.emission(),
             shininess: self.ns.unwrap_or(shininess).clamp(1.0, HIGHEST_SHININESS),
             optics,
+            scattering: self.scattering(optics),
             ..Material::fallback()
         }
+    }
+
+    /// What goes below the surface of what is not clear.
+    fn scattering(&self, optics: Optics) -> Option<Scattering> {
+        let weight = self.subsurface.filter(|weight| *weight > 0.0)?;
+        let radius = self.subsurface_radius.unwrap_or(SUBSURFACE_RADIUS);
+        (optics == Optics::Opaque).then_some(Scattering { weight: weight.min(1.0), radius })
     }
 
     /// Share of the surface that is there, by `d` or `Tr`.
@@ -115,6 +126,7 @@ impl MtlMaterial {
             shininess: 1.0,
             optics,
             metal_rough: Some(MetalRough { base, roughness, metallic, head_on, solid }),
+            scattering: self.scattering(optics),
             ..Material::fallback()
         }
     }

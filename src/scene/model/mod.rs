@@ -17,7 +17,7 @@ mod normals;
 pub mod npy;
 mod obj_parts;
 pub mod objects;
-mod of_surface;
+pub mod of_surface;
 mod ordered;
 mod overrides;
 pub mod pictures;

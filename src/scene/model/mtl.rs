@@ -40,6 +40,9 @@ pub(crate) struct MtlMaterial {
     pub illum: Option<u32>,
     pub pr: Option<f32>,
     pub pm: Option<f32>,
+    /// Share of the diffuse light that goes below the surface, and its mean free path there by channel; MTL has no such statements.
+    pub subsurface: Option<f32>,
+    pub subsurface_radius: Option<Vec3>,
     /// Meaning of a picture's alpha, if a shot file states it.
     pub alpha_mode: Option<AlphaMode>,
     /// Pictures by their use.
@@ -215,6 +218,8 @@ impl MtlMaterial {
         self.illum = other.illum.or(self.illum);
         self.pr = other.pr.or(self.pr);
         self.pm = other.pm.or(self.pm);
+        self.subsurface = other.subsurface.or(self.subsurface);
+        self.subsurface_radius = other.subsurface_radius.or(self.subsurface_radius);
         self.alpha_mode = other.alpha_mode.or(self.alpha_mode);
         // a number all over is what is meant, and no factor of a picture; the colour of one is
         for used in PARAMETERS.into_iter().filter(|used| other.states_number(*used)) {

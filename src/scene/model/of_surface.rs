@@ -19,7 +19,7 @@ const GLASS_OF_GRAPH: &str =
 const GLASS_OF_METAL: &str = "a graph of the metalness of glass is not used: the default counts in its place";
 
 /// Statements of a surface, its graphs, and what is left out of it.
-pub(super) struct OfSurface {
+pub(in crate::scene) struct OfSurface {
     pub stated: MtlMaterial,
     pub graphs: Graphs,
     pub bump: Option<Bump>,
@@ -56,6 +56,8 @@ impl OfSurface {
             kd: Some(kd),
             ke: Some(glow.clamp(Vec3::ZERO, Vec3::splat(LARGEST_COLOR))),
             d: (opacity < 1.0).then_some(opacity),
+            subsurface: Some(share(&surface, Parameter::SubsurfaceWeight) as f32),
+            subsurface_radius: Some(radius(&surface)),
             ..MtlMaterial::default()
         };
         let tint = surface.constant(Parameter::TransmissionColor);
@@ -102,8 +104,11 @@ impl Layer {
             }
             return Self { through, computed, ..plain }.with_factors();
         }
-        let coat =
-            Coat { share: of_number(Parameter::CoatWeight), roughness: of_number(Parameter::CoatRoughness) };
+        let coat = Coat {
+            share: of_number(Parameter::CoatWeight),
+            roughness: of_number(Parameter::CoatRoughness),
+            index: f64::from(surface.number(Parameter::CoatIor)).max(1.0),
+        };
         let below = Below { head_on: plain.head_on, metallic: plain.metallic };
         let layer = Self { computed, ..plain }.with_factors();
         match coat.over(below, |said| left_out.push(said)) {
@@ -152,6 +157,13 @@ impl Layer {
     }
 }
 
+/// Mean free path below the surface, by channel.
+fn radius(surface: &Surface) -> Vec3 {
+    let radius =
+        surface.constant(Parameter::SubsurfaceRadiusScale) * surface.number(Parameter::SubsurfaceRadius);
+    radius.max(Vec3::ZERO)
+}
+
 /// A number from 0 to 1.
 fn share(surface: &Surface, parameter: Parameter) -> f64 {
     f64::from(surface.number(parameter)).clamp(0.0, 1.0)
@@ -171,7 +183,14 @@ fn bump(surface: &Surface) -> Option<Bump> {
 
 /// The base colour, with its weight.
 fn base(surface: &mut Surface) -> Input {
-    product(surface, [Parameter::BaseColor, Parameter::BaseWeight])
+    let base = product(surface, [Parameter::BaseColor, Parameter::BaseWeight]);
+    let below = share(surface, Parameter::SubsurfaceWeight) as f32;
+    if below == 0.0 {
+        return base;
+    }
+    // what goes below the surface has a colour of its own, and the renderer one of both
+    let color = surface[Parameter::SubsurfaceColor];
+    surface.graph.add(Arc::new(Mixed { share: below }), vec![base, color])
 }
 
 /// The radiance that it emits, linear RGB.
@@ -186,6 +205,19 @@ fn product(surface: &mut Surface, [color, weight]: [Parameter; 2]) -> Input {
         Input::Constant(Vec3::ONE) => color,
         Input::Constant(Vec3::ZERO) => Input::Constant(Vec3::ZERO),
         _ => surface.graph.add(Arc::new(Product), vec![color, weight]),
+    }
+}
+
+/// Two values, mixed.
+#[derive(Debug)]
+struct Mixed {
+    /// Share of the second.
+    share: f32,
+}
+
+impl Function for Mixed {
+    fn value(&self, inputs: &[Vec3], _: &dyn Place) -> Vec3 {
+        inputs[0] * (1.0 - self.share) + inputs[1] * self.share
     }
 }
 

@@ -1,16 +1,18 @@
 //! `[[material]]` tables of shot files: what they put in place of the materials of models.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use super::assemble::Assembly;
 use super::map_statement::{ByUse, MapUse};
 use super::mtl::MtlMaterial;
 use super::of_surface::OfSurface;
+use super::pictures::Named;
 use super::varying::{Graphs, computed_by};
 use crate::scene::cutout::Cutout;
 use crate::scene::keys::spelling;
 use crate::scene::material::{Bump, Computes, NormalMap};
-use crate::scene::mtlx;
+use crate::scene::mtlx::{self, Document};
 use crate::scene::{Material, SceneError};
 
 /// What the `[[material]]` tables of a name put in place of a material's own.
@@ -60,7 +62,16 @@ impl Assembly {
         &mut self,
         stated: &mut MtlMaterial,
     ) -> Result<Overridden, SceneError> {
-        let mut overridden = Overridden::default();
+        self.override_surface(stated, None)
+    }
+
+    /// [`override_values`](Self::override_values) of a material that has a surface of its own, whose statements these are.
+    pub(in crate::scene) fn override_surface(
+        &mut self,
+        stated: &mut MtlMaterial,
+        own: Option<OfSurface>,
+    ) -> Result<Overridden, SceneError> {
+        let mut overridden = own.map_or_else(Overridden::default, |own| self.whole(own));
         for number in 0..self.overrides.len() {
             if self.overrides[number].values.name != stated.name {
                 continue;
@@ -68,10 +79,8 @@ impl Assembly {
             self.overrides[number].used = true;
             if let Some(path) = self.overrides[number].mtlx.clone() {
                 let of_file = self.mtlx_surface(&path, &stated.name)?;
-                *stated = of_file.stated;
-                let OfSurface { graphs, bump, normals, .. } = of_file;
-                let normals = normals.and_then(|(map, slope)| self.pictures.normal_map(map, slope));
-                overridden = Overridden { graphs, bump, normals, is_whole: true, ..Overridden::default() };
+                *stated = of_file.stated.clone();
+                overridden = self.whole(of_file);
             }
             let entry = &self.overrides[number];
             stated.replace_with(&entry.values);
@@ -96,17 +105,28 @@ impl Assembly {
         Ok(overridden)
     }
 
+    /// A surface in place of all of a material's own.
+    fn whole(&self, OfSurface { graphs, bump, normals, .. }: OfSurface) -> Overridden {
+        let normals = normals.and_then(|(map, slope)| self.pictures.normal_map(map, slope));
+        Overridden { graphs, bump, normals, is_whole: true, ..Overridden::default() }
+    }
+
     /// The material of this name of the MaterialX file at `path`.
-    fn mtlx_surface(&mut self, path: &Path, name: &str) -> Result<OfSurface, SceneError> {
-        let (document, is_new) = self.mtlx.at(path)?;
-        if is_new {
-            self.files.push(path.to_path_buf());
-            self.digests.push(document.digest);
-        }
+    ///
+    /// # Errors
+    /// Those of the file, and of its pictures.
+    pub(in crate::scene) fn mtlx_surface(
+        &mut self,
+        path: &Path,
+        name: &str,
+    ) -> Result<OfSurface, SceneError> {
+        let document = self.mtlx_document(path)?;
         let folder = path.parent().unwrap_or(Path::new(""));
         let Self { pictures, findings, .. } = self;
         let (surface, told) = mtlx::surface(&document, name, &mut |asked| {
-            pictures.index_of(&asked.map, folder, path, findings, asked.used)
+            let named = Named { file: &asked.file, folder, asking: path, line: asked.line, space: None };
+            let index = pictures.index_at(&named, asked.mapping, findings, asked.used)?;
+            Ok(Some(index).filter(|index| asked.has_stand_in || !pictures.is_stand_in(*index)))
         })?;
         let of_surface = OfSurface::new(surface);
         let line = told.first().map_or(1, |(line, _)| *line);
@@ -115,6 +135,19 @@ impl Assembly {
             self.findings.note(SceneError::new(path, format!("material `{name}`: {said}")).at_line(line));
         }
         Ok(of_surface)
+    }
+
+    /// The MaterialX file at `path`, read once.
+    ///
+    /// # Errors
+    /// One that cannot be read, or is no MaterialX.
+    pub(in crate::scene) fn mtlx_document(&mut self, path: &Path) -> Result<Arc<Document>, SceneError> {
+        let (document, is_new) = self.mtlx.at(path)?;
+        if is_new {
+            self.files.push(path.to_path_buf());
+            self.digests.push(document.digest);
+        }
+        Ok(document)
     }
 
     /// Reports overrides that no model uses.

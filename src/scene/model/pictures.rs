@@ -57,6 +57,19 @@ pub(crate) struct Wanted<'a> {
     pub used: PictureUse,
 }
 
+/// A file as a line of another one names it.
+pub(crate) struct Named<'a> {
+    /// Name as written.
+    pub file: &'a str,
+    /// Folder to which the name is relative.
+    pub folder: &'a Path,
+    /// File that asks for it, and the line in it.
+    pub asking: &'a Path,
+    pub line: usize,
+    /// Encoding of its colours, if it is stated.
+    pub space: Option<ColorSpace>,
+}
+
 /// Place of a picture's bytes.
 pub(crate) enum Content<'a> {
     /// A file, if it was found.
@@ -130,15 +143,28 @@ impl Pictures {
         findings: &mut Findings,
         used: PictureUse,
     ) -> Result<u32, SceneError> {
-        let found = find_beside(folder, &map.file);
-        let path = found.clone().unwrap_or_else(|| folder.join(&map.file));
-        let content = Content::File(found.as_deref());
-        let line = Some(map.line);
-        let wanted = Wanted { path: path.clone(), content, name: &map.file, asking, line, used };
-        let picture = self.decoded(wanted, findings)?;
-        let image = self.image_for(&path, &picture, used, map.space)?;
         let wrap = if map.clamp { Wrap::Clamp } else { Wrap::Repeat };
         let mapping = Mapping::scaled(map.scale, map.offset, [wrap; 2]);
+        let named = Named { file: &map.file, folder, asking, line: map.line, space: map.space };
+        self.index_at(&named, mapping, findings, used)
+    }
+
+    /// Index of the texture of a file at these places.
+    ///
+    /// # Errors Those of [`index_of`](Self::index_of).
+    pub fn index_at(
+        &mut self,
+        Named { file, folder, asking, line, space }: &Named<'_>,
+        mapping: Mapping,
+        findings: &mut Findings,
+        used: PictureUse,
+    ) -> Result<u32, SceneError> {
+        let found = find_beside(folder, file);
+        let path = found.clone().unwrap_or_else(|| folder.join(file));
+        let content = Content::File(found.as_deref());
+        let wanted = Wanted { path: path.clone(), content, name: file, asking, line: Some(*line), used };
+        let picture = self.decoded(wanted, findings)?;
+        let image = self.image_for(&path, &picture, used, *space)?;
         Ok(self.place(Texture { path, image, mapping }))
     }
 

@@ -15,11 +15,11 @@ use crate::scene::keys::spelling;
 const READING_BYTES: u64 = 16;
 
 /// A MaterialX file.
-#[derive(Debug)]
+#[derive(Debug, PartialEq)]
 pub struct Document {
     /// Path of the file.
     pub path: PathBuf,
-    /// Digest of its bytes.
+    /// Digest of its bytes; of none, where it was made of something else.
     pub digest: Digest,
     /// Elements, each after what it is in.
     elements: Vec<Element>,
@@ -28,7 +28,7 @@ pub struct Document {
 }
 
 /// An element with a name: a node, a graph, or an output of a graph.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct Element {
     /// Kind: the name of its tag.
     pub category: String,
@@ -37,6 +37,7 @@ pub struct Element {
     pub graph: String,
     /// Type of its value.
     pub of_type: String,
+    /// Line from 1; 0 of what has none.
     pub line: usize,
     pub inputs: Vec<Stated>,
     /// What an output of a graph shows; it has no inputs.
@@ -44,7 +45,7 @@ pub struct Element {
 }
 
 /// What is stated of an input.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct Stated {
     pub name: String,
     pub of_type: String,
@@ -122,6 +123,19 @@ impl Document {
         Ok(document)
     }
 
+    /// Creates a document of these elements, of a file that is not MaterialX's own.
+    #[cfg(feature = "usd")]
+    pub fn of_elements(path: &Path, elements: Vec<Element>) -> Self {
+        let mut document = Self {
+            path: path.to_path_buf(),
+            digest: Digest::new(&[]),
+            elements: Vec::with_capacity(elements.len()),
+            by_name: HashMap::new(),
+        };
+        elements.into_iter().for_each(|element| document.push(element));
+        document
+    }
+
     fn add(&mut self, lines: &LineStarts, node: Node<'_, '_>, graph: &str) {
         let text = |key: &str| node.attribute(key).unwrap_or_default().to_string();
         let inputs = node.children().filter(|child| child.is_element() && child.tag_name().name() == "input");
@@ -134,8 +148,12 @@ impl Document {
             inputs: inputs.map(Stated::of).collect(),
             shown: Stated::of(node),
         };
+        self.push(element);
+    }
+
+    fn push(&mut self, element: Element) {
         // files that give an output the name of a node are not rare, though names should differ
-        let (key, number) = ((graph.to_string(), element.name.clone()), self.elements.len());
+        let (key, number) = ((element.graph.clone(), element.name.clone()), self.elements.len());
         if element.category == "output" {
             self.by_name.entry(key).or_insert(number);
         } else {
@@ -164,17 +182,43 @@ impl Document {
     /// # Errors
     /// That there is none, with a name like it.
     pub fn material(&self, name: &str) -> Result<&Element, SceneError> {
-        let is_material = |element: &&Element| element.category == "surfacematerial";
-        let materials = || self.elements.iter().filter(is_material);
-        materials().find(|element| element.name == name).ok_or_else(|| {
-            let near = spelling::hint(name, materials().map(|element| element.name.as_str()));
+        let is_it = |element: &&Element| element.category == "surfacematerial" && element.name == name;
+        self.elements.iter().find(is_it).ok_or_else(|| {
+            let near = spelling::hint(name, self.materials());
             SceneError::new(&self.path, format!("it has no surfacematerial `{name}`{near}"))
         })
     }
 
+    /// Names of its materials.
+    pub fn materials(&self) -> impl Iterator<Item = &str> {
+        let materials = self.elements.iter().filter(|element| element.category == "surfacematerial");
+        materials.map(|element| element.name.as_str())
+    }
+
+    /// What is stated of an input that has a text, such as the name of a file: there, or where the graph that it is in takes it from.
+    pub fn written<'a>(&'a self, element: &'a Element, name: &str) -> Option<&'a Stated> {
+        let stated = element.input(name)?;
+        let stated = match &stated.interface {
+            Some(outside) => self.element("", &element.graph)?.input(outside)?,
+            None => stated,
+        };
+        stated.value.is_some().then_some(stated)
+    }
+
+    /// Text of an input; none is stated of what a node gives.
+    pub fn text<'a>(&'a self, element: &'a Element, name: &str) -> Option<&'a str> {
+        self.written(element, name)?.value.as_deref()
+    }
+
     /// An error about an element.
     pub fn fault(&self, element: &Element, what: impl Into<String>) -> SceneError {
-        SceneError::new(&self.path, what.into()).at_line(element.line)
+        self.fault_at(element.line, what)
+    }
+
+    /// An error at a line, if it is one.
+    pub fn fault_at(&self, line: usize, what: impl Into<String>) -> SceneError {
+        let fault = SceneError::new(&self.path, what.into());
+        if line > 0 { fault.at_line(line) } else { fault }
     }
 }
 

@@ -5,7 +5,11 @@
 //! that [`standard`] has, pictures, and the nodes of Blender that [`nodes`](crate::graph::nodes) has. What is not understood is told by
 //! name, once, and its default counts.
 
+#[cfg(feature = "usd")]
+mod definitions;
 mod document;
+mod images;
+mod noise;
 mod shaders;
 mod standard;
 mod walk;
@@ -14,8 +18,15 @@ use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use document::Document;
-pub(in crate::scene) use walk::{Finding, PictureAsked};
+#[cfg(feature = "usd")]
+pub(in crate::scene) use definitions::NodeKind;
+pub(in crate::scene) use document::Document;
+#[cfg(feature = "usd")]
+pub(in crate::scene) use document::{Element, Stated};
+use images::Pictures;
+#[cfg(feature = "usd")]
+pub(in crate::scene) use images::{IMAGES, PictureAsked};
+pub(in crate::scene) use walk::Finding;
 
 use super::SceneError;
 use super::surface::Surface;
@@ -41,14 +52,14 @@ impl MtlxFiles {
     }
 }
 
-/// The surface of the material `name` of a document, and what is left out of it. `pictures` gives the number of a picture of the shot.
+/// The surface of the material `name` of a document, and what is left out of it.
 ///
 /// # Errors
 /// A material that the file does not have, or that makes no sense; those of pictures.
 pub(in crate::scene) fn surface(
     document: &Document,
     name: &str,
-    pictures: &mut dyn FnMut(&PictureAsked) -> Result<u32, SceneError>,
+    pictures: Pictures<'_>,
 ) -> Result<(Surface, Vec<Finding>), SceneError> {
     shaders::surface(document, name, pictures)
 }

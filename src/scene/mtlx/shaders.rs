@@ -3,7 +3,8 @@
 use glam::Vec3;
 
 use super::document::{Document, Element};
-use super::walk::{Finding, PictureAsked, Value, Walk};
+use super::images::Pictures;
+use super::walk::{Finding, Value, Walk};
 use crate::graph::{Graph, Input, Kind, numbers};
 use crate::scene::SceneError;
 use crate::scene::surface::{ALL, Heights, Parameter, Surface};
@@ -15,6 +16,9 @@ struct Shader {
     /// Values where the shader's defaults differ from OpenPBR's.
     defaults: &'static [(Parameter, f32)],
 }
+
+/// Index of refraction of coats in all shaders but OpenPBR.
+const INDEX_OF_COAT: f32 = 1.5;
 
 /// Autodesk's Standard Surface 1.0.1.
 const STANDARD_SURFACE: Shader = Shader {
@@ -33,15 +37,25 @@ const STANDARD_SURFACE: Shader = Shader {
         ("transmission_color", Parameter::TransmissionColor),
         ("transmission_depth", Parameter::TransmissionDepth),
         ("subsurface", Parameter::SubsurfaceWeight),
+        ("subsurface_color", Parameter::SubsurfaceColor),
+        ("subsurface_scale", Parameter::SubsurfaceRadius),
+        ("subsurface_radius", Parameter::SubsurfaceRadiusScale),
         ("sheen", Parameter::FuzzWeight),
         ("coat", Parameter::CoatWeight),
         ("coat_color", Parameter::CoatColor),
         ("coat_roughness", Parameter::CoatRoughness),
+        ("coat_IOR", Parameter::CoatIor),
         ("emission", Parameter::EmissionLuminance),
         ("emission_color", Parameter::EmissionColor),
         ("opacity", Parameter::GeometryOpacity),
     ],
-    defaults: &[(Parameter::SpecularRoughness, 0.2), (Parameter::CoatRoughness, 0.1)],
+    defaults: &[
+        (Parameter::SpecularRoughness, 0.2),
+        (Parameter::CoatRoughness, 0.1),
+        (Parameter::SubsurfaceColor, 1.0),
+        (Parameter::SubsurfaceRadiusScale, 1.0),
+        (Parameter::CoatIor, INDEX_OF_COAT),
+    ],
 };
 
 /// Khronos' glTF PBR.
@@ -65,6 +79,7 @@ const GLTF_PBR: Shader = Shader {
         (Parameter::BaseColor, 1.0),
         (Parameter::BaseMetalness, 1.0),
         (Parameter::SpecularRoughness, 1.0),
+        (Parameter::CoatIor, INDEX_OF_COAT),
         (Parameter::EmissionColor, 0.0),
         (Parameter::EmissionLuminance, 1.0),
     ],
@@ -87,23 +102,44 @@ const PREVIEW_SURFACE: Shader = Shader {
         (Parameter::BaseColor, 0.18),
         (Parameter::SpecularRoughness, 0.5),
         (Parameter::CoatRoughness, 0.01),
+        (Parameter::CoatIor, INDEX_OF_COAT),
         (Parameter::EmissionColor, 0.0),
         (Parameter::EmissionLuminance, 1.0),
     ],
 };
 
+/// Shaders that are known beside OpenPBR, whose parameters have its own names.
+const TRANSLATED: [&Shader; 3] = [&STANDARD_SURFACE, &GLTF_PBR, &PREVIEW_SURFACE];
+
+/// OpenPBR's own shader.
+const OPEN_PBR: &str = "open_pbr_surface";
+
+/// Returns true if surfaces may have this shader.
+#[cfg(feature = "usd")]
+pub fn is_known(category: &str) -> bool {
+    category == OPEN_PBR || TRANSLATED.iter().any(|known| known.category == category)
+}
+
 /// Inputs that are no parameters of what a surface reflects, and so need not be told.
 const SILENT: [&str; 2] = ["useSpecularWorkflow", "occlusion"];
 
 /// Layers of shaders: what the names of their inputs begin with, and the inputs that say how much there is of them.
-const LAYERS: [(&str, &[&str]); 7] = [
+const LAYERS: [(&str, &[&str]); 15] = [
     ("subsurface", &["subsurface", "subsurface_weight"]),
     ("thin_film", &["thin_film_weight", "thin_film_thickness"]),
     ("transmission", &["transmission", "transmission_weight"]),
     ("sheen", &["sheen", "sheen_color"]),
     ("fuzz", &["fuzz_weight"]),
     ("geometry_thin_walled", &["geometry_thin_walled"]),
+    ("geometry_coat", &["coat_weight"]),
     ("coat", &["coat", "coat_weight"]),
+    ("thin_walled", &["thin_walled"]),
+    ("specular_rotation", &["specular_anisotropy"]),
+    ("iridescence", &["iridescence"]),
+    ("thickness", &["thickness"]),
+    ("specularColor", &["useSpecularWorkflow"]),
+    ("opacityThreshold", &["opacityThreshold"]),
+    ("displacement", &["displacement"]),
 ];
 
 /// Returns true unless an input is of a layer of which there is nothing.
@@ -120,7 +156,7 @@ fn is_there(shader: &Element, input: &str) -> bool {
 pub fn surface(
     document: &Document,
     name: &str,
-    pictures: &mut dyn FnMut(&PictureAsked) -> Result<u32, SceneError>,
+    pictures: Pictures<'_>,
 ) -> Result<(Surface, Vec<Finding>), SceneError> {
     let material = document.material(name)?;
     let stated = material.input("surfaceshader");
@@ -133,10 +169,9 @@ pub fn surface(
         walk.tell(material.line, format!("`{}` is not used", other.name));
     }
     let found = match shader.category.as_str() {
-        "open_pbr_surface" => open_pbr(&mut walk, shader)?,
+        OPEN_PBR => open_pbr(&mut walk, shader)?,
         category => {
-            let known = [&STANDARD_SURFACE, &GLTF_PBR, &PREVIEW_SURFACE];
-            let known = known.into_iter().find(|known| known.category == category).ok_or_else(|| {
+            let known = TRANSLATED.into_iter().find(|known| known.category == category).ok_or_else(|| {
                 let message = format!(
                     "the shader of `{name}` is `{category}`: take open_pbr_surface, standard_surface, gltf_pbr or UsdPreviewSurface"
                 );

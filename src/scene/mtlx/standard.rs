@@ -1,24 +1,31 @@
 //! Nodes of MaterialX's standard library that are arithmetic or patterns.
 //!
 //! Of a number all three floats are the same, so that one function does for numbers, vectors and colours. Four channels are not kept:
-//! the fourth of a picture is its alpha, where a node takes that alone.
+//! the fourth is looked up where a node takes that alone ([`images`](super::images)).
 
 use std::fmt;
 use std::sync::Arc;
 
 use glam::Vec3;
 
+use super::noise;
 use crate::graph::functions::color::{hsv_to_rgb, rgb_to_hsv};
 use crate::graph::{Function, Place};
-use crate::pattern::hash::jenkins;
-use crate::pattern::perlin::signed;
 
 /// A kind of node.
 pub struct Standard {
     pub name: &'static str,
     pub inputs: &'static [Taken],
-    /// Value of each output, by its number.
-    of: fn(&[Vec3], usize) -> Vec3,
+    of: fn(&[Vec3], Asked) -> Vec3,
+}
+
+/// What is asked of a node.
+#[derive(Debug, Clone, Copy)]
+pub struct Asked {
+    /// Number of the output.
+    pub output: usize,
+    /// Channels of its values that count, 1 to 3: of one all three are the same, of two the third is 0.
+    pub channels: usize,
 }
 
 /// An input of a kind of node.
@@ -55,15 +62,20 @@ pub fn output_number(name: &str) -> Option<usize> {
 }
 
 impl Standard {
-    /// The function of an output, of which two channels count alone if it `is_flat`: the third is 0.
-    pub fn of_output(&'static self, output: usize, is_flat: bool) -> Arc<dyn Function> {
-        Arc::new(OfStandard { standard: self, output, is_flat })
+    /// The function of what is asked.
+    pub fn asked(&'static self, asked: Asked) -> Arc<dyn Function> {
+        Arc::new(OfStandard { standard: self, asked })
+    }
+
+    /// The function of the first output, of three channels.
+    pub fn whole(&'static self) -> Arc<dyn Function> {
+        self.asked(Asked { output: 0, channels: 3 })
     }
 }
 
-/// Product of two values.
-pub fn product() -> Arc<dyn Function> {
-    named("multiply").expect("it is in the list").of_output(0, false)
+/// The function of a kind of node that is in the list.
+pub fn function(name: &'static str) -> Arc<dyn Function> {
+    named(name).expect("it is in the list").whole()
 }
 
 /// Function that makes a number of a picture's colour: that of its first channel.
@@ -73,25 +85,24 @@ pub fn first_channel() -> Arc<dyn Function> {
         inputs: &[Taken { name: "in", default: ZERO }],
         of: |a, _| Vec3::splat(a[0].x),
     };
-    FIRST.of_output(0, false)
+    FIRST.whole()
 }
 
 struct OfStandard {
     standard: &'static Standard,
-    output: usize,
-    is_flat: bool,
+    asked: Asked,
 }
 
 impl fmt::Debug for OfStandard {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{} {} {}", self.standard.name, self.output, self.is_flat)
+        write!(f, "{} {} {}", self.standard.name, self.asked.output, self.asked.channels)
     }
 }
 
 impl Function for OfStandard {
     fn value(&self, inputs: &[Vec3], _: &dyn Place) -> Vec3 {
-        let value = (self.standard.of)(inputs, self.output);
-        if self.is_flat { value.with_z(0.0) } else { value }
+        let value = (self.standard.of)(inputs, self.asked);
+        if self.asked.channels == 2 { value.with_z(0.0) } else { value }
     }
 }
 
@@ -219,6 +230,61 @@ static ALL: &[Standard] = &[
         inputs: &[taken("fg", ZERO), taken("bg", ZERO), taken("mix", ZERO)],
         of: |a, _| a[1] * (Vec3::ONE - a[2]) + a[0] * a[2],
     },
+    Standard {
+        name: "switch",
+        inputs: &[
+            taken("which", ZERO),
+            taken("in1", ZERO),
+            taken("in2", ZERO),
+            taken("in3", ZERO),
+            taken("in4", ZERO),
+            taken("in5", ZERO),
+            taken("in6", ZERO),
+            taken("in7", ZERO),
+            taken("in8", ZERO),
+            taken("in9", ZERO),
+            taken("in10", ZERO),
+        ],
+        // what is not there is 0
+        of: |a, _| {
+            if a[0].x < 0.0 { Vec3::ZERO } else { a[1..].get(a[0].x as usize).copied().unwrap_or_default() }
+        },
+    },
+    Standard {
+        name: "range",
+        inputs: &[
+            taken("in", ZERO),
+            taken("inlow", ZERO),
+            taken("inhigh", ONE),
+            taken("gamma", ONE),
+            taken("outlow", ZERO),
+            taken("outhigh", ONE),
+            taken("doclamp", ZERO),
+        ],
+        of: |a, _| {
+            let share = (a[0] - a[1]) / (a[2] - a[1]);
+            let bent = both(share, a[3], |share, gamma| share.signum() * share.abs().powf(1.0 / gamma));
+            let value = a[4] + bent * (a[5] - a[4]);
+            if a[6].x == 1.0 { value.max(a[4]).min(a[5]) } else { value }
+        },
+    },
+    Standard {
+        name: "hsvadjust",
+        inputs: &[taken("in", ZERO), taken("amount", Default::Color([0.0, 1.0, 1.0]))],
+        of: |a, _| {
+            let Vec3 { x: hue, y: saturation, z: value } = rgb_to_hsv(a[0]);
+            let hue = hue + a[1].x;
+            hsv_to_rgb(Vec3::new(hue - hue.floor(), saturation * a[1].y, value * a[1].z))
+        },
+    },
+    Standard { name: "inside", inputs: &[taken("in", ZERO), taken("mask", ONE)], of: |a, _| a[0] * a[1].x },
+    Standard {
+        name: "outside",
+        inputs: &[taken("in", ZERO), taken("mask", ZERO)],
+        of: |a, _| a[0] * (1.0 - a[1].x),
+    },
+    binary!("safepower", ZERO, ONE, |a, b| both(a, b, |x: f32, y| x.signum() * x.abs().powf(y))),
+    binary!("distance", ZERO, ZERO, |a: Vec3, b| Vec3::splat(a.distance(b))),
     blend!("plus", |a: Vec3, b: Vec3| a + b),
     blend!("minus", |a: Vec3, b: Vec3| b - a),
     blend!("difference", |a: Vec3, b: Vec3| (a - b).abs()),
@@ -257,9 +323,21 @@ static ALL: &[Standard] = &[
         inputs: &[taken("in", ZERO), taken("index", ZERO)],
         of: |a, _| Vec3::splat(a[0][(a[1].x.max(0.0) as usize).min(2)]),
     },
-    Standard { name: "separate2", inputs: &[taken("in", ZERO)], of: |a, i| Vec3::splat(a[0][i.min(2)]) },
-    Standard { name: "separate3", inputs: &[taken("in", ZERO)], of: |a, i| Vec3::splat(a[0][i.min(2)]) },
-    Standard { name: "separate4", inputs: &[taken("in", ZERO)], of: |a, i| Vec3::splat(a[0][i.min(2)]) },
+    Standard {
+        name: "separate2",
+        inputs: &[taken("in", ZERO)],
+        of: |a, asked| Vec3::splat(a[0][asked.output.min(2)]),
+    },
+    Standard {
+        name: "separate3",
+        inputs: &[taken("in", ZERO)],
+        of: |a, asked| Vec3::splat(a[0][asked.output.min(2)]),
+    },
+    Standard {
+        name: "separate4",
+        inputs: &[taken("in", ZERO)],
+        of: |a, asked| Vec3::splat(a[0][asked.output.min(2)]),
+    },
     Standard {
         name: "combine2",
         inputs: &[taken("in1", ZERO), taken("in2", ZERO)],
@@ -272,18 +350,18 @@ static ALL: &[Standard] = &[
     },
     Standard {
         name: "combine4",
-        inputs: &[taken("in1", ZERO), taken("in2", ZERO), taken("in3", ZERO)],
+        inputs: &[taken("in1", ZERO), taken("in2", ZERO), taken("in3", ZERO), taken("in4", ZERO)],
         of: |a, _| Vec3::new(a[0].x, a[1].x, a[2].x),
     },
     Standard {
         name: "noise2d",
         inputs: &[taken("amplitude", ONE), taken("pivot", ZERO), taken("texcoord", Default::Uv)],
-        of: |a, _| a[0] * signed(a[2].truncate().to_array()) + a[1].x,
+        of: |a, asked| a[0] * noise::perlin(a[2].truncate().to_array(), asked.channels) + a[1].x,
     },
     Standard {
         name: "noise3d",
         inputs: &[taken("amplitude", ONE), taken("pivot", ZERO), taken("position", Default::Point)],
-        of: |a, _| a[0] * signed(a[2].to_array()) + a[1].x,
+        of: |a, asked| a[0] * noise::perlin(a[2].to_array(), asked.channels) + a[1].x,
     },
     Standard {
         name: "fractal2d",
@@ -294,7 +372,7 @@ static ALL: &[Standard] = &[
             taken("diminish", Default::Number(0.5)),
             taken("texcoord", Default::Uv),
         ],
-        of: |a, _| a[0] * fractal(a, |at| signed(at.truncate().to_array())),
+        of: |a, asked| a[0] * octaves(a).noise(a[4].truncate().to_array(), asked.channels),
     },
     Standard {
         name: "fractal3d",
@@ -305,17 +383,27 @@ static ALL: &[Standard] = &[
             taken("diminish", Default::Number(0.5)),
             taken("position", Default::Point),
         ],
-        of: |a, _| a[0] * fractal(a, |at| signed(at.to_array())),
+        of: |a, asked| a[0] * octaves(a).noise(a[4].to_array(), asked.channels),
     },
     Standard {
         name: "cellnoise2d",
         inputs: &[taken("texcoord", Default::Uv)],
-        of: |a, _| Vec3::splat(cell(a[0].truncate().to_array())),
+        of: |a, _| Vec3::splat(noise::cell(a[0].truncate().to_array())),
     },
     Standard {
         name: "cellnoise3d",
         inputs: &[taken("position", Default::Point)],
-        of: |a, _| Vec3::splat(cell(a[0].to_array())),
+        of: |a, _| Vec3::splat(noise::cell(a[0].to_array())),
+    },
+    Standard {
+        name: "worleynoise2d",
+        inputs: &[taken("texcoord", Default::Uv), taken("jitter", ONE), taken("style", ZERO)],
+        of: |a, asked| noise::worley(a[0].truncate().to_array(), a[1].x, a[2].x == 1.0, asked.channels),
+    },
+    Standard {
+        name: "worleynoise3d",
+        inputs: &[taken("position", Default::Point), taken("jitter", ONE), taken("style", ZERO)],
+        of: |a, asked| noise::worley(a[0].to_array(), a[1].x, a[2].x == 1.0, asked.channels),
     },
     Standard {
         name: "place2d",
@@ -325,10 +413,14 @@ static ALL: &[Standard] = &[
             taken("scale", ONE),
             taken("rotate", ZERO),
             taken("offset", ZERO),
+            taken("operationorder", ZERO),
         ],
         of: |a, _| {
-            let centred = (a[0] - a[1]) / a[2].with_z(1.0);
-            rotated(centred, -a[3].x) - a[4] + a[1]
+            let (centred, scale) = (a[0] - a[1], a[2].with_z(1.0));
+            match a[5].x == 1.0 {
+                true => rotated(centred - a[4], -a[3].x) / scale + a[1],
+                false => rotated(centred / scale, -a[3].x) - a[4] + a[1],
+            }
         },
     },
     Standard {
@@ -345,6 +437,20 @@ static ALL: &[Standard] = &[
         name: "ramptb",
         inputs: &[taken("valuet", ZERO), taken("valueb", ZERO), taken("texcoord", Default::Uv)],
         of: |a, _| a[1].lerp(a[0], a[2].y.clamp(0.0, 1.0)),
+    },
+    Standard {
+        name: "ramp4",
+        inputs: &[
+            taken("valuetl", ZERO),
+            taken("valuetr", ZERO),
+            taken("valuebl", ZERO),
+            taken("valuebr", ZERO),
+            taken("texcoord", Default::Uv),
+        ],
+        of: |a, _| {
+            let at = a[4].clamp(Vec3::ZERO, Vec3::ONE);
+            a[2].lerp(a[3], at.x).lerp(a[0].lerp(a[1], at.x), at.y)
+        },
     },
     Standard {
         name: "splitlr",
@@ -382,27 +488,9 @@ static ALL: &[Standard] = &[
     },
 ];
 
-/// Sum of octaves of noise, of the inputs of a fractal.
-fn fractal(a: &[Vec3], noise: impl Fn(Vec3) -> f32) -> f32 {
-    let octaves = a[1].x.clamp(0.0, MOST_OCTAVES) as u32;
-    let (mut sum, mut amplitude, mut at) = (0.0, 1.0, a[4]);
-    for _ in 0..octaves {
-        sum += amplitude * noise(at);
-        amplitude *= a[3].x;
-        at *= a[2].x;
-    }
-    sum
-}
-
-/// Patterns that have another number in each channel in the specification, and one for all here.
-pub const NOISES: [&str; 4] = ["noise2d", "noise3d", "fractal2d", "fractal3d"];
-
-/// Octaves of a fractal, at most: those beyond are finer than floats.
-const MOST_OCTAVES: f32 = 24.0;
-
-/// A number from 0 to 1 for each whole place.
-fn cell<const N: usize>(place: [f32; N]) -> f32 {
-    jenkins(place.map(|axis| axis.floor() as i32 as u32)) as f32 / u32::MAX as f32
+/// Octaves of a fractal, of its inputs.
+fn octaves(a: &[Vec3]) -> noise::Octaves {
+    noise::Octaves { count: a[1].x, lacunarity: a[2].x, diminish: a[3].x }
 }
 
 /// A vector turned in the plane of x and y, by degrees against the clock.

@@ -2,62 +2,27 @@
 
 use std::collections::HashMap;
 
-use glam::{Vec2, Vec3};
+use glam::Vec3;
 
 use super::document::{Document, Element, Stated};
-use super::standard;
-use crate::graph::nodes::{self, inputs, picture};
-use crate::graph::{Definition, Graph, Input, Kind, Options, numbers};
+use super::images::{HEXAGONS, IMAGES, Pictures};
+use super::standard::{self, Standard};
+use crate::graph::nodes::{self, inputs};
+use crate::graph::{Definition, Graph, Input, Kind, Options, UvSet, numbers};
 use crate::scene::SceneError;
-use crate::scene::model::map_statement::MapStatement;
-use crate::scene::model::pictures::PictureUse;
 use crate::scene::texture::linear_share;
 
 /// What is left out of a file: the line, and a sentence.
 pub(in crate::scene) type Finding = (usize, String);
 
-/// A picture that a node asks for.
-#[derive(Debug)]
-pub(in crate::scene) struct PictureAsked {
-    /// File, and places of texture coordinates on it.
-    pub map: MapStatement,
-    /// What its values are.
-    pub used: PictureUse,
-}
-
 /// A value, and its kind.
 pub type Value = (Input, Kind);
 
 /// References that lead from one to the next, at most: more are a circle.
-const LONGEST_WAY: usize = 64;
-
-/// Kinds of nodes that show a picture.
-const IMAGES: [&str; 5] = ["image", "tiledimage", "gltf_image", "gltf_colorimage", "gltf_normalmap"];
-
-/// Inputs of those nodes that are read, or that mean nothing here: pictures are interpolated between texels, and do not change.
-const OF_PICTURES: [&str; 18] = [
-    "in",
-    "file",
-    "default",
-    "texcoord",
-    "uvtiling",
-    "uvoffset",
-    "uaddressmode",
-    "vaddressmode",
-    "factor",
-    "color",
-    "colorspace",
-    "layer",
-    "filtertype",
-    "framerange",
-    "frameoffset",
-    "frameendaction",
-    "normal",
-    "tangent",
-];
+pub const LONGEST_WAY: usize = 64;
 
 /// Number of the output that is alpha.
-const ALPHA: usize = 3;
+pub const ALPHA: usize = 3;
 
 /// Outputs of nodes that were walked to.
 #[derive(Debug, Clone, Copy)]
@@ -76,23 +41,24 @@ pub struct Walk<'d, 'p> {
     pub document: &'d Document,
     pub graph: Graph,
     pub findings: Vec<Finding>,
-    pictures: &'p mut dyn FnMut(&PictureAsked) -> Result<u32, SceneError>,
+    pub pictures: Pictures<'p>,
     states: HashMap<Key, State>,
 }
 
 /// What an input leads to.
-enum Target<'d> {
-    Constant(Value),
+pub enum Target<'d> {
+    Constant {
+        value: Value,
+        /// The fourth number, if there are four.
+        fourth: Option<f32>,
+    },
     Node(&'d Element, usize),
     /// Nothing is stated.
     Nothing,
 }
 
 impl<'d, 'p> Walk<'d, 'p> {
-    pub fn new(
-        document: &'d Document,
-        pictures: &'p mut dyn FnMut(&PictureAsked) -> Result<u32, SceneError>,
-    ) -> Self {
+    pub fn new(document: &'d Document, pictures: Pictures<'p>) -> Self {
         Self { document, graph: Graph::default(), findings: Vec::new(), pictures, states: HashMap::new() }
     }
 
@@ -110,18 +76,9 @@ impl<'d, 'p> Walk<'d, 'p> {
     pub fn value(&mut self, element: &Element, stated: &Stated) -> Result<Option<Value>, SceneError> {
         match self.target(element, stated)? {
             Target::Nothing => Ok(None),
-            Target::Constant(value) => Ok(Some(value)),
+            Target::Constant { value, .. } => Ok(Some(value)),
             Target::Node(node, output) => self.node(node, output),
         }
-    }
-
-    /// Number of the picture of normals of a node, if it shows one as it is.
-    pub fn normals(&mut self, node: &'d Element) -> Result<Option<u32>, SceneError> {
-        if !IMAGES.contains(&node.category.as_str()) {
-            return Ok(None);
-        }
-        let shown = self.picture_of(node, PictureUse::Normals)?;
-        Ok(shown.and_then(|(number, at)| at.is_none().then_some(number)))
     }
 
     /// The node that an input of `element` leads to, if it leads to one.
@@ -132,7 +89,7 @@ impl<'d, 'p> Walk<'d, 'p> {
     ) -> Result<Option<&'d Element>, SceneError> {
         Ok(match self.target(element, stated)? {
             Target::Node(node, _) => Some(node),
-            Target::Constant(_) | Target::Nothing => None,
+            Target::Constant { .. } | Target::Nothing => None,
         })
     }
 
@@ -174,7 +131,7 @@ impl<'d, 'p> Walk<'d, 'p> {
     }
 
     /// What an input of `element` leads to: through outputs of graphs, and through what graphs take.
-    fn target(&mut self, element: &Element, stated: &Stated) -> Result<Target<'d>, SceneError> {
+    pub fn target(&mut self, element: &Element, stated: &Stated) -> Result<Target<'d>, SceneError> {
         let document = self.document;
         let (mut graph, mut stated, mut line) = (element.graph.clone(), stated.clone(), element.line);
         for _ in 0..LONGEST_WAY {
@@ -204,14 +161,11 @@ impl<'d, 'p> Walk<'d, 'p> {
             } else if let Some(text) = &stated.value {
                 let Some(kind) = kind_of(&stated.of_type) else { return Ok(Target::Nothing) };
                 let is_encoded = kind == Kind::Color && self.is_encoded(line, stated.space.as_deref(), false);
-                let decoded = |value: Vec3| {
-                    if is_encoded { value.map(|share| linear_share(f64::from(share))) } else { value }
-                };
-                let value = constant(text, kind).map(decoded);
-                let fault = |fault: String| {
-                    SceneError::new(&document.path, format!("`{}` {fault}", stated.name)).at_line(line)
-                };
-                return Ok(Target::Constant((Input::Constant(value.map_err(fault)?), kind)));
+                let fault = |fault: String| document.fault_at(line, format!("`{}` {fault}", stated.name));
+                let (value, fourth) = constant(text, kind).map_err(fault)?;
+                let decoded = |share| linear_share(f64::from(share));
+                let value = if is_encoded { value.map(decoded) } else { value };
+                return Ok(Target::Constant { value: (Input::Constant(value), kind), fourth });
             } else {
                 return Ok(Target::Nothing);
             }
@@ -221,10 +175,10 @@ impl<'d, 'p> Walk<'d, 'p> {
     }
 
     /// Value of an input that was walked to.
-    fn known(&mut self, element: &Element, stated: &Stated) -> Result<Option<Value>, SceneError> {
+    pub fn known(&mut self, element: &Element, stated: &Stated) -> Result<Option<Value>, SceneError> {
         Ok(match self.target(element, stated)? {
             Target::Nothing => None,
-            Target::Constant(value) => Some(value),
+            Target::Constant { value, .. } => Some(value),
             Target::Node(node, output) => match self.states.get(&key(node, output)) {
                 Some(State::Known(value)) => *value,
                 // it depends on itself, which was told
@@ -237,11 +191,14 @@ impl<'d, 'p> Walk<'d, 'p> {
     fn made(&mut self, node: &'d Element, output: usize) -> Result<Option<Value>, SceneError> {
         match node.category.as_str() {
             category if IMAGES.contains(&category) => return self.picture(node, output).map(Some),
+            HEXAGONS => return self.hexagons(node).map(Some),
             "texcoord" => {
-                let set = node.input("index").and_then(|index| index.value.clone()).unwrap_or_default();
-                let mut options = Options::default();
-                options.set("set", if set == "1" { "1" } else { "0" });
-                return self.defined(node, &inputs::UV, &options, 0).map(Some);
+                let set = self.set_of(node);
+                return Ok(Some((self.uv(set), Kind::Vector)));
+            }
+            // meshes have no other names than those of their first texture coordinates and of their colours
+            "geompropvalue" if node.of_type == "vector2" => {
+                return Ok(Some((self.uv(UvSet::First), Kind::Vector)));
             }
             "position" => return Ok(Some(self.of_space(node, [&inputs::POINT, &inputs::WORLD_POINT]))),
             "normal" => return Ok(Some(self.of_space(node, [&inputs::NORMAL, &inputs::WORLD_NORMAL]))),
@@ -249,41 +206,23 @@ impl<'d, 'p> Walk<'d, 'p> {
                 let color = &inputs::VERTEX_COLOR;
                 return Ok(Some((self.source(color), color.outputs[0].1)));
             }
-            "extract" | "separate2" | "separate3" | "separate4" => {
-                if let Some(alpha) = self.alpha(node, output)? {
-                    return Ok(Some(alpha));
-                }
+            "extract" | "separate4" if self.channel(node, output) == Some(ALPHA) => {
+                let Some(stated) = node.input("in") else { return Ok(None) };
+                return Ok(Some((self.fourth(node, stated)?, Kind::Number)));
+            }
+            "swizzle" => return self.swizzled(node),
+            // a colour, and the fourth channel, which is looked up where it is taken
+            "combine2" if matches!(node.of_type.as_str(), "color4" | "vector4") => {
+                let first = node.input("in1").map(|stated| self.known(node, stated)).transpose()?;
+                return Ok(first.flatten());
             }
             _ => {}
         }
         if let Some(function) = standard::named(&node.category) {
-            let kind = kind_of(&node.of_type).unwrap_or(Kind::Number);
-            let mut taken = Vec::with_capacity(function.inputs.len());
-            for input in function.inputs {
-                let stated = node.input(input.name).cloned();
-                let value = stated.map(|stated| self.known(node, &stated)).transpose()?.flatten();
-                taken.push(match (value, input.default) {
-                    (Some((value, _)), _) => value,
-                    (None, standard::Default::Number(number)) => Input::Constant(Vec3::splat(number)),
-                    (None, standard::Default::Color(color)) => Input::Constant(Vec3::from(color)),
-                    (None, standard::Default::Uv) => self.source(&inputs::UV),
-                    (None, standard::Default::Point) => self.source(&inputs::POINT),
-                });
-            }
-            let is_read = |name: &str| function.inputs.iter().any(|input| input.name == name);
-            self.tell_unread(node, is_read);
-            if kind != Kind::Number && standard::NOISES.contains(&function.name) {
-                let what = format!("nodes `{}` give all channels the same number", function.name);
-                self.tell(node.line, what);
-            }
-            let function = function.of_output(output, node.of_type == "vector2");
-            return Ok(Some((self.graph.add(function, taken), kind)));
+            return self.of_standard(function, node, output).map(Some);
         }
         match nodes::named(&node.category) {
-            Some(definition) => {
-                let options = options(definition, node);
-                self.defined(node, definition, &options, output).map(Some)
-            }
+            Some(definition) => self.of_definition(definition, node, output).map(Some),
             None => {
                 let what = format!("nodes `{}` are not known: the default counts", node.category);
                 self.tell(node.line, what);
@@ -292,12 +231,63 @@ impl<'d, 'p> Walk<'d, 'p> {
         }
     }
 
+    /// An output of a node of the standard library.
+    fn of_standard(
+        &mut self,
+        function: &'static Standard,
+        node: &Element,
+        output: usize,
+    ) -> Result<Value, SceneError> {
+        let kind = kind_of(&node.of_type).unwrap_or(Kind::Number);
+        let mut taken = Vec::with_capacity(function.inputs.len());
+        for input in function.inputs {
+            let value = node.input(input.name).map(|stated| self.known(node, stated)).transpose()?.flatten();
+            taken.push(match (value, input.default) {
+                (Some((value, _)), _) => value,
+                (None, standard::Default::Number(number)) => Input::Constant(Vec3::splat(number)),
+                (None, standard::Default::Color(color)) => Input::Constant(Vec3::from(color)),
+                (None, standard::Default::Uv) => self.source(&inputs::UV),
+                (None, standard::Default::Point) => self.source(&inputs::POINT),
+            });
+        }
+        self.tell_unread(node, |name| function.inputs.iter().any(|input| input.name == name));
+        let channels = match node.of_type.as_str() {
+            "vector2" => 2,
+            _ if kind == Kind::Number => 1,
+            _ => 3,
+        };
+        let function = function.asked(standard::Asked { output, channels });
+        Ok((self.graph.add(function, taken), kind))
+    }
+
+    /// An output of a node of Blender's.
+    fn of_definition(
+        &mut self,
+        definition: &'static Definition,
+        node: &Element,
+        output: usize,
+    ) -> Result<Value, SceneError> {
+        let options = self.options(definition, node);
+        let mut taken = Vec::with_capacity(definition.inputs.len());
+        for socket in definition.inputs {
+            taken.push(node.input(socket.name).map(|stated| self.known(node, stated)).transpose()?.flatten());
+        }
+        let made = self.graph.add_defined(definition, &options, &taken, output);
+        let value = made.map_err(|fault| self.document.fault(node, format!("`{}`: {fault}", node.name)))?;
+        let unasked: Vec<&str> = options.unasked().collect();
+        let document = self.document;
+        let is_option = |name: &str| document.text(node, name).is_some() && !unasked.contains(&name);
+        self.tell_unread(node, |name| is_socket(definition, name) || is_option(name));
+        Ok((value, definition.outputs[output.min(definition.outputs.len() - 1)].1))
+    }
+
     /// Returns true if colours of a space are encoded as sRGB's, which is so of what `otherwise` says where no space is stated.
-    fn is_encoded(&mut self, line: usize, space: Option<&str>, otherwise: bool) -> bool {
+    pub fn is_encoded(&mut self, line: usize, space: Option<&str>, otherwise: bool) -> bool {
         match space.map(str::trim) {
-            None | Some("") => otherwise,
-            Some(space) if space.starts_with("srgb") => true,
-            Some("lin_rec709" | "lin_srgb" | "linear" | "raw" | "none") => false,
+            None | Some("" | "auto") => otherwise,
+            Some(space) if space.starts_with("srgb") || space == "sRGB" => true,
+            Some("lin_rec709" | "lin_rec709_scene" | "lin_srgb" | "linear") => false,
+            Some("raw" | "Raw" | "none" | "data" | "identity" | "unknown") => false,
             Some(space) => {
                 self.tell(line, format!("colours in `{space}` are taken as those of lin_rec709"));
                 false
@@ -306,7 +296,7 @@ impl<'d, 'p> Walk<'d, 'p> {
     }
 
     /// Tells inputs of a node that nothing reads.
-    fn tell_unread(&mut self, node: &Element, is_read: impl Fn(&str) -> bool) {
+    pub fn tell_unread(&mut self, node: &Element, is_read: impl Fn(&str) -> bool) {
         for stated in node.inputs.iter().filter(|stated| !is_read(&stated.name)) {
             let what = format!("`{}` of nodes `{}` is not used", stated.name, node.category);
             self.tell(node.line, what);
@@ -321,126 +311,37 @@ impl<'d, 'p> Walk<'d, 'p> {
 
     /// What a surface gives in object space, or in the world if the node says so.
     fn of_space(&mut self, node: &Element, [in_object, in_world]: [&'static Definition; 2]) -> Value {
-        let is_world = node.input("space").is_some_and(|space| space.value.as_deref() == Some("world"));
+        let is_world = self.document.text(node, "space") == Some("world");
         let definition = if is_world { in_world } else { in_object };
         (self.source(definition), definition.outputs[0].1)
     }
 
-    fn defined(
-        &mut self,
-        node: &Element,
-        definition: &'static Definition,
-        options: &Options,
-        output: usize,
-    ) -> Result<Value, SceneError> {
-        let mut taken = Vec::with_capacity(definition.inputs.len());
-        for socket in definition.inputs {
-            let stated = node.input(socket.name).cloned();
-            taken.push(stated.map(|stated| self.known(node, &stated)).transpose()?.flatten());
-        }
-        let made = self.graph.add_defined(definition, options, &taken, output);
-        let value = made.map_err(|fault| self.document.fault(node, format!("`{}`: {fault}", node.name)))?;
-        Ok((value, definition.outputs[output.min(definition.outputs.len() - 1)].1))
-    }
-
-    /// A picture's colour, or its alpha; of glTF's pictures times their factor.
-    fn picture(&mut self, node: &Element, output: usize) -> Result<Value, SceneError> {
-        let kind = if output == ALPHA { Kind::Number } else { kind_of(&node.of_type).unwrap_or(Kind::Color) };
-        let Some((number, at)) = self.picture_of(node, PictureUse::Parameter)? else {
-            let default = node.input("default").cloned();
-            let value = default.map(|stated| self.known(node, &stated)).transpose()?.flatten();
-            return Ok(value.unwrap_or((Input::Constant(Vec3::ZERO), kind)));
-        };
-        if output == ALPHA {
-            return Ok((picture::add(&mut self.graph, number, picture::Shown::Alpha, at), kind));
-        }
-        let mut color = picture::add(&mut self.graph, number, picture::Shown::Color, at);
-        for name in ["factor", "color"] {
-            let factor = node.input(name).cloned();
-            if let Some((factor, _)) = factor.map(|stated| self.known(node, &stated)).transpose()?.flatten() {
-                color = self.graph.add(standard::product(), vec![color, factor]);
+    /// What a node states that is no input of its definition.
+    fn options(&self, definition: &Definition, node: &Element) -> Options {
+        let mut options = Options::default();
+        for stated in node.inputs.iter().filter(|stated| !is_socket(definition, &stated.name)) {
+            if let Some(text) = self.document.text(node, &stated.name) {
+                options.set(&stated.name, text);
             }
         }
-        if kind == Kind::Number {
-            color = self.graph.add(standard::first_channel(), vec![color]);
-        }
-        Ok((color, kind))
+        options
     }
 
-    /// Number of the picture of a node, and where it is looked up; `None` if it names none.
-    fn picture_of(
-        &mut self,
-        node: &Element,
-        used: PictureUse,
-    ) -> Result<Option<(u32, Option<Input>)>, SceneError> {
-        let Some((prefix, file, space)) = node.input("file").and_then(|stated| {
-            let file = stated.value.clone().filter(|file| !file.is_empty())?;
-            Some((stated.file_prefix.clone(), file, stated.space.clone()))
-        }) else {
-            return Ok(None);
-        };
-        let pair = |name: &str, default: f32| {
-            let text = node.input(name).and_then(|stated| stated.value.as_deref());
-            let all = text.and_then(|text| numbers(text).ok()).unwrap_or_default();
-            [0, 1].map(|axis| all.get(axis).copied().unwrap_or(default))
-        };
-        self.tell_unread(node, |name| OF_PICTURES.contains(&name));
-        let mode = node.input("uaddressmode").and_then(|stated| stated.value.as_deref());
-        let map = MapStatement {
-            scale: Vec2::from(pair("uvtiling", 1.0)),
-            offset: -Vec2::from(pair("uvoffset", 0.0)),
-            clamp: mode == Some("clamp"),
-            ..MapStatement::plain(format!("{prefix}{file}"), node.line)
-        };
-        let is_color =
-            kind_of(&node.of_type) == Some(Kind::Color) && self.is_encoded(node.line, space.as_deref(), true);
-        let asked = PictureAsked {
-            map,
-            used: if is_color && used == PictureUse::Parameter { PictureUse::Color } else { used },
-        };
-        let stated = node.input("texcoord").cloned();
-        let at = stated.map(|stated| self.known(node, &stated)).transpose()?.flatten();
-        let own = self.source(&inputs::UV);
-        let at = at.map(|(input, _)| input).filter(|input| *input != own);
-        Ok(Some(((self.pictures)(&asked)?, at)))
-    }
-
-    /// The alpha of a picture, if that is what a node takes.
-    fn alpha(&mut self, node: &'d Element, output: usize) -> Result<Option<Value>, SceneError> {
-        let index = match node.category.as_str() {
-            "extract" => node.input("index").and_then(|stated| stated.value.as_deref()?.parse().ok()),
+    /// The channel that a node takes out of a value.
+    fn channel(&self, node: &Element, output: usize) -> Option<usize> {
+        match node.category.as_str() {
+            "extract" => self.document.text(node, "index")?.trim().parse().ok(),
             _ => Some(output),
-        };
-        let Some(stated) = node.input("in").cloned().filter(|_| index == Some(ALPHA)) else {
-            return Ok(None);
-        };
-        let Target::Node(from, _) = self.target(node, &stated)? else { return Ok(None) };
-        let shown = match from.category.as_str() {
-            category if IMAGES.contains(&category) => self.picture_of(from, PictureUse::Parameter)?,
-            _ => None,
-        };
-        let alpha = match shown {
-            Some((number, at)) => picture::add(&mut self.graph, number, picture::Shown::Alpha, at),
-            None => Input::Constant(Vec3::ONE),
-        };
-        Ok(Some((alpha, Kind::Number)))
+        }
     }
+}
+
+fn is_socket(definition: &Definition, name: &str) -> bool {
+    definition.inputs.iter().any(|socket| socket.name == name)
 }
 
 fn key(node: &Element, output: usize) -> Key {
     (std::ptr::from_ref(node), output)
-}
-
-/// What a node states that is no input of its definition.
-fn options(definition: &Definition, node: &Element) -> Options {
-    let mut options = Options::default();
-    let is_socket = |name: &str| definition.inputs.iter().any(|socket| socket.name == name);
-    for stated in node.inputs.iter().filter(|stated| !is_socket(&stated.name)) {
-        if let Some(value) = &stated.value {
-            options.set(&stated.name, value);
-        }
-    }
-    options
 }
 
 /// Number of the output of a node with this name; the first one without a name.
@@ -461,15 +362,16 @@ pub fn kind_of(of_type: &str) -> Option<Kind> {
     }
 }
 
-/// A constant as it is written: one number, or two to four.
-fn constant(text: &str, kind: Kind) -> Result<Vec3, String> {
+/// A constant as it is written, one number, or two to four, and the fourth.
+fn constant(text: &str, kind: Kind) -> Result<(Vec3, Option<f32>), String> {
     if kind == Kind::Number && matches!(text, "true" | "false") {
-        return Ok(Vec3::splat(if text == "true" { 1.0 } else { 0.0 }));
+        return Ok((Vec3::splat(if text == "true" { 1.0 } else { 0.0 }), None));
     }
     match numbers(text)?[..] {
-        [one] => Ok(Vec3::splat(one)),
-        [x, y] => Ok(Vec3::new(x, y, 0.0)),
-        [x, y, z, ..] => Ok(Vec3::new(x, y, z)),
+        [one] => Ok((Vec3::splat(one), None)),
+        [x, y] => Ok((Vec3::new(x, y, 0.0), None)),
+        [x, y, z] => Ok((Vec3::new(x, y, z), None)),
+        [x, y, z, w, ..] => Ok((Vec3::new(x, y, z), Some(w))),
         [] => Err(String::from("is empty: state a number")),
     }
 }

@@ -160,6 +160,14 @@ impl Place for PlaceOfGraph<'_> {
         self.on.to_world.map_or(normal, in_world)
     }
 
+    fn model_place(&self) -> Vec3 {
+        self.on.to_world.map_or(Vec3::ZERO, |map| map.translation.into())
+    }
+
+    fn model_random(&self) -> f32 {
+        self.on.random
+    }
+
     fn vertex_color(&self) -> Vec3 {
         self.on.vertex_color()
     }

@@ -92,6 +92,7 @@ impl Floor {
             mesh: Arc::new(mesh),
             track,
             to_world: None,
+            random: 0.0,
             reflection_map: None,
             ray_visibility: Default::default(),
         }

@@ -140,6 +140,7 @@ pub fn of_table(text: TomlText<'_>, table: &At<LightTable>, number: usize) -> Re
         LightType::Sphere => LightKind::Sphere {
             position: place("position", &light.position, |key| &key.position)?,
             radius: keyed_number(&RADIUS, &light.radius, 0.5, |key| &key.radius)?,
+            faces: light.faces.as_ref().is_some_and(|faces| *faces.get_ref()),
         },
     };
     if let LightKind::Spot { position, target, .. }
@@ -250,7 +251,7 @@ fn refuse_foreign_keys(text: TomlText<'_>, light: &LightTable) -> Result<(), Sce
         LightType::Spot => ("spot", &["position", "target", "cone", "soft", "fall", "radius", "samples"]),
         LightType::Rectangle => ("rectangle", &["position", "target", "up", "size", "spread", "samples"]),
         LightType::Disk => ("disk", &["position", "target", "up", "radius", "size", "spread", "samples"]),
-        LightType::Sphere => ("sphere", &["position", "radius", "samples"]),
+        LightType::Sphere => ("sphere", &["position", "radius", "faces", "samples"]),
     };
     let span = |value: &Option<Three>| value.as_ref().map(At::span);
     let number = |value: &Option<At<f64>>| value.as_ref().map(At::span);
@@ -264,6 +265,7 @@ fn refuse_foreign_keys(text: TomlText<'_>, light: &LightTable) -> Result<(), Sce
         ("fall", light.fall.as_ref().map(At::span)),
         ("size", light.size.as_ref().map(At::span)),
         ("radius", number(&light.radius)),
+        ("faces", light.faces.as_ref().map(At::span)),
         ("spread", number(&light.spread)),
         ("angle", number(&light.angle)),
         ("samples", light.samples.as_ref().map(At::span)),

@@ -366,6 +366,8 @@ fn replacement(text: TomlText<'_>, table: &MaterialTable) -> Result<Override, Sc
         illum,
         pr: number("pr", &table.pr, "from 0 (smooth) to 1 (rough)", 1.0)?,
         pm: number("pm", &table.pm, "from 0 (no metal) to 1 (metal)", 1.0)?,
+        subsurface: number("subsurface", &table.subsurface, "from 0 (none) to 1 (all of the light)", 1.0)?,
+        subsurface_radius: color("subsurface_radius", &table.subsurface_radius)?,
         alpha_mode: table.alpha_mode,
         maps,
         ..MtlMaterial::default()

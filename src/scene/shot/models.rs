@@ -102,7 +102,12 @@ fn placed(
         let message = "means nothing for a plane, which has no middle: take it out";
         return Err(text.bad("reflection_map", size, message));
     }
-    let models: Vec<Model> = models.into_iter().map(|model| Model { reflection_map, ..model }).collect();
+    let random = keys.random.as_ref();
+    let random = random
+        .map(|random| text.number("random", random, "from 0 to 1", |number| (0.0..=1.0).contains(&number)));
+    let random = random.transpose()?.unwrap_or(0.0) as f32;
+    let models: Vec<Model> =
+        models.into_iter().map(|model| Model { reflection_map, random, ..model }).collect();
     match places {
         Some(_) if models.iter().any(quadric::is_endless) => {
             Err(text.fault(table.span(), "a plane has no end: it has no copies; take `places` out"))
@@ -236,6 +241,7 @@ fn parts(
         mesh: mesh.clone(),
         track: track.clone(),
         to_world: None,
+        random: 0.0,
         reflection_map: None,
         ray_visibility: Default::default(),
     };
@@ -290,6 +296,7 @@ fn one(
         mesh,
         track,
         to_world: None,
+        random: 0.0,
         reflection_map: None,
         ray_visibility: Default::default(),
     })
@@ -315,6 +322,7 @@ fn of_part(part: &PartOfFile, name: String, path: &Path, track: &TransformTrack)
             ..track.clone()
         },
         to_world: None,
+        random: 0.0,
         reflection_map: None,
         ray_visibility: part.ray_visibility,
     }

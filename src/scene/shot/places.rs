@@ -12,6 +12,7 @@ use crate::scene::keys::places::PlacesTable;
 use crate::scene::keys::toml_text::TomlText;
 use crate::scene::keys::values::file_of;
 use crate::scene::model::assemble::Assembly;
+use crate::scene::model::npy::Array;
 use crate::scene::{Model, SceneError};
 
 /// Numbers of a matrix.
@@ -22,6 +23,8 @@ const MATRIX: usize = 12;
 pub struct Place {
     /// Its name, if a file has names.
     name: Option<String>,
+    /// Its number for graphs, if a file has numbers.
+    random: Option<f32>,
     matrix: Track<DAffine3>,
     visible: Visibility,
 }
@@ -35,7 +38,7 @@ pub fn of_table(
     how: Interpolation,
     assembly: &mut Assembly,
 ) -> Result<Vec<Place>, SceneError> {
-    let PlacesTable { file, names, first, every } = table;
+    let PlacesTable { file, names, randoms, first, every } = table;
     let path = file_of(text, "file", file)?;
     let array = assembly.array(&path)?;
     let keys = match array.shape[..] {
@@ -78,6 +81,10 @@ pub fn of_table(
         let path = file_of(text, "names", names)?;
         name_all(&mut places, &assembly.lines(&path)?, &path)?;
     }
+    if let Some(randoms) = randoms {
+        let path = file_of(text, "randoms", randoms)?;
+        number_all(&mut places, &assembly.array(&path)?, &path)?;
+    }
     Ok(places)
 }
 
@@ -92,6 +99,24 @@ fn name_all(places: &mut [Place], names: &[String], path: &Path) -> Result<(), S
         return Err(SceneError::new(path, message));
     }
     places.iter_mut().zip(names).for_each(|(place, name)| place.name = Some(name.clone()));
+    Ok(())
+}
+
+/// Gives each place its number.
+fn number_all(places: &mut [Place], numbers: &Array, path: &Path) -> Result<(), SceneError> {
+    if numbers.shape != [places.len()] {
+        let message = format!(
+            "the array's shape is {:?}, and there are {} copies: it must have a number for each",
+            numbers.shape,
+            places.len()
+        );
+        return Err(SceneError::new(path, message));
+    }
+    if let Some(copy) = numbers.values.iter().position(|number| !(0.0..=1.0).contains(number)) {
+        let message = format!("number {copy}, counted from 0, is not from 0 to 1");
+        return Err(SceneError::new(path, message));
+    }
+    places.iter_mut().zip(&numbers.values).for_each(|(place, number)| place.random = Some(*number as f32));
     Ok(())
 }
 
@@ -117,13 +142,13 @@ fn place(numbers: &[f64], frames: &[f64], how: Interpolation) -> Result<Place, S
     }
     let Some((frame, matrix)) = matrices.first().copied() else {
         let visible = Visibility::through(false, Vec::new()).expect("there are no keys");
-        return Ok(Place { name: None, matrix: Track::constant(DAffine3::IDENTITY), visible });
+        return Ok(Place { name: None, random: None, matrix: Track::constant(DAffine3::IDENTITY), visible });
     };
     let is_first_there = seen[0].1;
     let changes = seen.chunk_by(|a, b| a.1 == b.1).skip(1).map(|run| run[0]);
     let visible = Visibility::through(is_first_there, changes.collect()).expect("frames are finite and rise");
     if matrices.iter().all(|(_, other)| *other == matrix) {
-        return Ok(Place { name: None, matrix: Track::constant(matrix), visible });
+        return Ok(Place { name: None, random: None, matrix: Track::constant(matrix), visible });
     }
     let last = matrices[matrices.len() - 1].0;
     let matrix = Track::through(matrices, how).expect("frames are finite and rise").cut_at(&appears);
@@ -131,7 +156,7 @@ fn place(numbers: &[f64], frames: &[f64], how: Interpolation) -> Result<Place, S
         Some(frame) => Err(format!(
             "it is flat, or turned inside out, at frame {frame}: elements are interpolated one by one"
         )),
-        None => Ok(Place { name: None, matrix, visible }),
+        None => Ok(Place { name: None, random: None, matrix, visible }),
     }
 }
 
@@ -149,6 +174,7 @@ pub fn copies(models: &[Model], places: &[Place]) -> Vec<Model> {
             copy.track.matrix =
                 Some(own.map_or_else(|| place.matrix.clone(), |own| place.matrix.after(&own)));
             copy.track.visible = place.visible.and(&copy.track.visible);
+            copy.random = place.random.unwrap_or(copy.random);
             copy
         })
     });

@@ -1,6 +1,6 @@
 //! Content of a USD file as plain data, with Y up and in metres, by frame.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeSet, HashMap};
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -12,6 +12,7 @@ use crate::animation::{Track, Visibility};
 use crate::digest::Digest;
 use crate::scene::SceneError;
 use crate::scene::model::dielectric::Coat;
+use crate::scene::mtlx::Document;
 use crate::scene::texture::Mapping;
 
 /// A USD file that was read, with all layers that it names.
@@ -141,6 +142,19 @@ pub struct Surface {
     pub coat: Option<Coat>,
     /// Picture of its normals.
     pub normal: Option<Picture>,
+    /// Network of MaterialX's nodes, which counts in place of all of that.
+    pub network: Option<Arc<Network>>,
+    /// True if the file has nothing beside the network.
+    pub is_network_alone: bool,
+}
+
+/// A material of MaterialX.
+#[derive(Debug, PartialEq)]
+pub enum Network {
+    /// Of prims: a document whose only material it is, and the pictures by the names that nodes have for them.
+    Prims { document: Document, pictures: HashMap<String, Picture> },
+    /// Of a file: the material with this name.
+    File { path: PathBuf, name: String },
 }
 
 /// Value of a shader's input.

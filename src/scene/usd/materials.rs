@@ -35,9 +35,13 @@ impl Assembly {
         let Some(surface) = surface.and_then(|number| file.content.surfaces.get(number)) else {
             return self.add_material_of(&file.path, Material::fallback().into());
         };
-        let (mut stated, is_rough_by_coat) = self.usd_stated(file, surface, unused)?;
+        let network = self.usd_network(file, surface)?;
+        let (mut stated, is_rough_by_coat) = match &network {
+            Some(network) => (MtlMaterial { name: surface.name.clone(), ..network.stated.clone() }, false),
+            None => self.usd_stated(file, surface, unused)?,
+        };
         self.known_names.push(stated.name.clone());
-        let overridden = self.override_values(&mut stated)?;
+        let overridden = self.override_surface(&mut stated, network)?;
         let shot = &overridden.places;
         let mut material = stated.settle();
         material.has_vertex_colors = surface.is_tinted && !overridden.is_whole;
@@ -331,7 +335,7 @@ impl Assembly {
     }
 
     /// Places a picture. Returns its index.
-    fn usd_picture(
+    pub(super) fn usd_picture(
         &mut self,
         file: &UsdFile,
         picture: &Picture,

@@ -21,9 +21,15 @@ mod implicit;
 #[cfg(feature = "usd")]
 mod instancer;
 #[cfg(feature = "usd")]
+mod layer_of_mtlx;
+#[cfg(feature = "usd")]
 mod lights;
 #[cfg(feature = "usd")]
 mod materials;
+#[cfg(feature = "usd")]
+mod network;
+#[cfg(feature = "usd")]
+mod of_network;
 #[cfg(feature = "usd")]
 mod package;
 #[cfg(feature = "usd")]

@@ -1,6 +1,6 @@
 //! The models of a USD file: one for each mesh that it shows.
 
-use std::collections::{BTreeSet, HashMap};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -18,6 +18,8 @@ pub(crate) struct UsdFiles {
     /// Files that were read, and not asked for yet.
     before: HashMap<PathBuf, Arc<UsdFile>>,
     parts: HashMap<PathBuf, Arc<Vec<PartOfFile>>>,
+    /// What was left out of networks of MaterialX, with the names of the materials.
+    pub(super) left_out: BTreeMap<String, BTreeSet<String>>,
 }
 
 impl UsdFiles {
@@ -27,6 +29,9 @@ impl UsdFiles {
         self
     }
 }
+
+/// Names of materials that are told for one thing that is left out, at most.
+const MOST_TOLD: usize = 3;
 
 /// A mesh, and its shapes over time, if it deforms.
 type BuiltMesh = (Arc<Mesh>, Option<ShapeTrack>);
@@ -60,6 +65,9 @@ impl Assembly {
         let unused: BTreeSet<&str> =
             unused.into_iter().chain(file.content.unused.iter().map(String::as_str)).collect();
         unused.into_iter().for_each(|message| self.findings.note(file.fault(message)));
+        for (said, materials) in std::mem::take(&mut self.usd.left_out) {
+            self.findings.note(file.fault(format!("{}: {said}", named(&materials))));
+        }
         if parts.is_empty() {
             let why = file.content.defects.first().map_or(String::new(), |defect| format!(" ({defect})"));
             return Err(
@@ -124,6 +132,18 @@ impl Assembly {
             built.push(Some((Arc::new(mesh), shapes)));
         }
         Ok(built)
+    }
+}
+
+/// Names of materials, as they are told.
+fn named(materials: &BTreeSet<String>) -> String {
+    let first: Vec<String> = materials.iter().take(MOST_TOLD).map(|name| format!("`{name}`")).collect();
+    match materials.len() {
+        1 => format!("material {}", first[0]),
+        count if count > MOST_TOLD => {
+            format!("materials {} and {} more", first.join(", "), count - MOST_TOLD)
+        }
+        _ => format!("materials {}", first.join(", ")),
     }
 }
 

@@ -15,7 +15,7 @@ use openusd::ar::{
 use openusd::usda::parser::Parser;
 
 use super::text::Fault;
-use super::{binary, package, text};
+use super::{binary, layer_of_mtlx, package, text};
 use crate::input::{self, Kind};
 use crate::memory::{self, Need, Part};
 
@@ -137,13 +137,17 @@ impl Checked {
 
     /// Bytes of a layer as the library reads them.
     fn layer(&self, resolved: &str) -> io::Result<Vec<u8>> {
-        let bytes = Self::bytes(resolved)?;
+        let file = layer_of_mtlx::file_of(resolved);
         let wrong = |fault: Fault| {
             let said = fault.to_string();
             let mut faults = self.record.faults.lock().unwrap_or_else(PoisonError::into_inner);
-            faults.insert(PathBuf::from(resolved), fault);
+            faults.insert(PathBuf::from(file.unwrap_or(resolved)), fault);
             io::Error::new(io::ErrorKind::InvalidData, said)
         };
+        if let Some(file) = file {
+            return layer_of_mtlx::text(file).map(String::into_bytes).map_err(wrong);
+        }
+        let bytes = Self::bytes(resolved)?;
         if bytes.starts_with(binary::MAGIC) {
             // times of layers below a binary one stay as they are
             self.record.rate.get_or_init(|| None);
@@ -190,7 +194,11 @@ impl Resolver for Checked {
     }
 
     fn resolve(&self, asset_path: &str) -> Option<ResolvedPath> {
-        self.library.resolve(asset_path)
+        let resolved = self.library.resolve(asset_path)?;
+        Some(match layer_of_mtlx::of_file(&resolved.to_string_lossy()) {
+            Some(layer) => ResolvedPath::new(layer),
+            None => resolved,
+        })
     }
 
     fn resolve_for_new_asset(&self, asset_path: &str) -> Option<ResolvedPath> {

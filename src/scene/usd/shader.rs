@@ -12,7 +12,7 @@ use super::file::{Input, Picture, Surface};
 use super::resolver::Checked;
 use super::tiles::{self, Tiles};
 use super::value::{Answer, codes, is_name, number, numbers, said, value, word};
-use crate::scene::model::dielectric::Coat;
+use crate::scene::model::dielectric::{Coat, INDEX_OF_COAT};
 use crate::scene::texture::{Mapping, UvSet, Wrap};
 
 /// Most steps from an input to the shader that computes it: nothing honest is as deep, and what is connected to itself has no end.
@@ -22,7 +22,7 @@ const MOST_STEPS: usize = 32;
 pub struct Shaders<'a> {
     stage: &'a Stage,
     /// Time code at which values are read.
-    code: f64,
+    pub(super) code: f64,
     packed: HashMap<String, Arc<Vec<u8>>>,
     /// Values of primvars, by path and name, for what is below.
     of_parents: HashMap<(String, &'static str), Vec<f64>>,
@@ -50,10 +50,17 @@ pub struct ReadSurface {
 pub type PictureFile = (PathBuf, String, Option<Arc<Vec<u8>>>);
 
 /// Other end of a connection.
-struct Source {
-    prim: Prim,
-    /// Name of its output.
-    output: String,
+pub(super) struct Source {
+    pub prim: Prim,
+    /// Name of its output, or of an input of an interface.
+    pub output: String,
+}
+
+impl Source {
+    /// Returns true if a node computes it.
+    pub fn is_output(&self) -> bool {
+        self.output.starts_with("outputs:")
+    }
 }
 
 impl<'a> Shaders<'a> {
@@ -74,7 +81,19 @@ impl<'a> Shaders<'a> {
     /// # Errors What the library says.
     pub fn material(&mut self, path: &Path) -> Answer<Option<ReadSurface>> {
         let material = self.stage.prim(path.clone());
-        let Some(source) = self.source(&material, "outputs:surface")? else { return Ok(None) };
+        let network = self.network(&material)?;
+        let preview = self.preview(&material, path)?;
+        let Some((network, uvs)) = network else { return Ok(preview) };
+        let name = path.name().unwrap_or("material");
+        let is_network_alone = preview.is_none();
+        let below = preview.map_or_else(|| plain(name, DVec3::splat(GREY)), |preview| preview.surface);
+        let surface = Surface { network: Some(Arc::new(network)), is_network_alone, ..below };
+        Ok(Some(ReadSurface { surface, uvs }))
+    }
+
+    /// Reads the UsdPreviewSurface of a material, if it has one.
+    fn preview(&mut self, material: &Prim, path: &Path) -> Answer<Option<ReadSurface>> {
+        let Some(source) = self.source(material, "outputs:surface")? else { return Ok(None) };
         if word(&source.prim, "info:id", self.code)?.as_deref() != Some("UsdPreviewSurface") {
             return Ok(None);
         }
@@ -130,12 +149,14 @@ impl<'a> Shaders<'a> {
             specular,
             coat,
             normal,
+            network: None,
+            is_network_alone: false,
         };
         Ok(Some(ReadSurface { surface, uvs }))
     }
 
     /// Finds the set of texture coordinates called `own`, among those of a material, or adds it.
-    fn set_of(&mut self, names: &mut UvNames, own: Option<String>, may_differ: bool) -> UvSet {
+    pub(super) fn set_of(&mut self, names: &mut UvNames, own: Option<String>, may_differ: bool) -> UvSet {
         let own = own.unwrap_or_else(|| String::from(USUAL_UVS));
         let [first, second] = names;
         if *first.get_or_insert_with(|| own.clone()) == own {
@@ -159,7 +180,7 @@ impl<'a> Shaders<'a> {
         }
         let share = number(prim, "inputs:clearcoat", self.code)?.unwrap_or(0.0);
         let roughness = number(prim, "inputs:clearcoatRoughness", self.code)?.unwrap_or(0.01);
-        Ok((share > 0.0).then_some(Coat { share, roughness }))
+        Ok((share > 0.0).then_some(Coat { share, roughness, index: INDEX_OF_COAT }))
     }
 
     /// Records that something has no effect.
@@ -185,7 +206,7 @@ impl<'a> Shaders<'a> {
     }
 
     /// Follows a connection to the shader at its end, through node graphs and interfaces of materials.
-    fn source(&self, prim: &Prim, name: &str) -> Answer<Option<Source>> {
+    pub(super) fn source(&self, prim: &Prim, name: &str) -> Answer<Option<Source>> {
         let (mut at, mut name) = (prim.clone(), name.to_string());
         for _ in 0..MOST_STEPS {
             if !is_name(&name) {
@@ -311,16 +332,24 @@ impl<'a> Shaders<'a> {
                     at = self.source(prim, "inputs:in")?;
                 }
                 _ => {
-                    let name = self.source(prim, "inputs:varname")?;
-                    let name = match name {
-                        Some(source) => word(&source.prim, &source.output, self.code)?,
-                        None => word(prim, "inputs:varname", self.code)?,
-                    };
-                    return Ok((name, map));
+                    return Ok((self.word_behind(prim, "inputs:varname")?, map));
                 }
             }
         }
         Ok((None, map))
+    }
+
+    /// Text of an input, or of the interface that it is connected to.
+    pub(super) fn word_behind(&self, prim: &Prim, name: &str) -> Answer<Option<String>> {
+        match self.source(prim, name)? {
+            Some(source) => word(&source.prim, &source.output, self.code),
+            None => word(prim, name, self.code),
+        }
+    }
+
+    /// Path of the file that is read.
+    pub(super) fn root(&self) -> String {
+        self.stage.root_layer().identifier().to_string()
     }
 
     /// Picture of a texture, or of a light.
@@ -329,6 +358,11 @@ impl<'a> Shaders<'a> {
             Some(value) => Some(value),
             None => value(prim, "inputs:texture:file", self.code)?,
         };
+        self.file_of(asset)
+    }
+
+    /// Picture that a value names.
+    pub(super) fn file_of(&mut self, asset: Option<Value>) -> Answer<Option<PictureFile>> {
         let asset = match asset {
             Some(Value::AssetPath(asset)) => Some(asset),
             // samples of one file, see `text`
@@ -364,8 +398,7 @@ impl<'a> Shaders<'a> {
             true => Tiles::find(path).is_some(),
             false => path.is_file(),
         };
-        let root = self.stage.root_layer().identifier().to_string();
-        let layers = std::iter::once(root).chain(self.stage.layer_identifiers());
+        let layers = std::iter::once(self.root()).chain(self.stage.layer_identifiers());
         let beside = layers.filter_map(|layer| Some(PathBuf::from(layer).parent()?.join(&path)));
         beside.into_iter().find(is_there).unwrap_or_else(|| PathBuf::from(name))
     }
@@ -462,5 +495,7 @@ fn plain(name: &str, color: DVec3) -> Surface {
         specular: None,
         coat: None,
         normal: None,
+        network: None,
+        is_network_alone: false,
     }
 }

@@ -157,12 +157,6 @@ fn file_of(layer: &str) -> PathBuf {
 fn tell(error: &pcp::Error, record: &Record, content: &mut Content) {
     let missing = "what it brings is missing";
     let message = match error {
-        pcp::Error::UnresolvedLayer { asset_path, .. } | pcp::Error::MalformedLayer { asset_path, .. }
-            if asset_path.ends_with(".mtlx") =>
-        {
-            content.unused.insert(String::from("MaterialX files are not used"));
-            return;
-        }
         pcp::Error::UnresolvedLayer { asset_path, site_path, .. } => {
             format!(
                 "the layer `{asset_path}`, which {site_path} names, cannot be found: {missing}; copy it to where it is named"

@@ -187,6 +187,9 @@ fn of_model(model: &Table, shot: &Table, add: &mut impl FnMut(String)) {
     if has(&["mtlx"]) {
         add("material: graph".into());
     }
+    if has(&["subsurface"]) {
+        add("material: subsurface".into());
+    }
     if has(&["map_ke", "map_ks", "map_ns", "map_pr", "map_pm"]) {
         add("material: parameters of pictures".into());
     }

@@ -3,6 +3,7 @@
 mod damage;
 mod implicit;
 mod materials;
+mod networks;
 mod reads;
 mod skeletons;
 mod whole;

@@ -68,7 +68,7 @@ impl Walk<'_> {
             None => {
                 let message = if said_type(self.stage, &material)?.is_some() {
                     format!(
-                        "the material {material} has no UsdPreviewSurface: what it is bound to is drawn in its displayColor, or grey"
+                        "the material {material} has neither a UsdPreviewSurface nor a surface of MaterialX that is known: what it is bound to is drawn in its displayColor, or grey"
                     )
                 } else {
                     format!(

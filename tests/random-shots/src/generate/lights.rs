@@ -50,7 +50,12 @@ fn light(dice: &mut Dice, span: &Span) -> Table {
             set("size", numbers([dice.between(0.1, 2.0), dice.between(0.1, 2.0)]));
         }
         "disk" if dice.one_in(2) => set("size", numbers([dice.between(0.1, 1.5), dice.between(0.1, 1.5)])),
-        "disk" | "sphere" => set("radius", dice.between(0.05, 0.8).into()),
+        "disk" | "sphere" => {
+            set("radius", dice.between(0.05, 0.8).into());
+            if kind == "sphere" && dice.one_in(2) {
+                set("faces", true.into());
+            }
+        }
         "sun" => set("angle", Value::Float(*dice.pick(&[0.53, 5.0, 60.0, 179.0]))),
         _ => {}
     }

@@ -84,6 +84,11 @@ fn material(dice: &mut Dice, name: &str) -> Table {
             material.insert("alpha_mode".into(), "blend".into());
         }
     }
+    if dice.one_in(6) {
+        material.insert("subsurface".into(), Value::Float(*dice.pick(&[0.3, 1.0])));
+        let radius = *dice.pick(&[0.02, 0.2, 2.0]);
+        material.insert("subsurface_radius".into(), numbers([radius, 0.5 * radius, 0.0]));
+    }
     if dice.one_in(5) {
         let (key, picture) = *dice.pick(&[("norm", NORMALS), ("map_bump", HOLES)]);
         material.insert(key.into(), picture.into());
