@@ -45,8 +45,10 @@ const OF_WALKS: u32 = 0x5e3d_a11c;
 pub struct Below {
     /// Share of the paths that go there, from 0 to 1.
     pub share: f32,
-    /// Model of the surface: others are in no walk's way.
+    /// Model of the surface: others are in no walk's way, unless they are of its material.
     pub model: u32,
+    /// Material of the surface: of two that lie in each other either may be met.
+    pub material: u16,
     /// Colour that the surface has where it is evenly lit: the paths' light is multiplied by it.
     pub albedo: Vec3,
     /// Mean free path of each channel, world space.
@@ -57,7 +59,8 @@ impl Below {
     /// What is below a surface of `model` with this look and this albedo, if light goes there.
     pub fn of(frame: &FrameView, model: u32, look: Look, albedo: Vec3) -> Option<Self> {
         let scattering = frame.palette.scattering(look)?;
-        Some(Self { share: scattering.weight, model, albedo, radius: scattering.radius })
+        let material = look.material;
+        Some(Self { share: scattering.weight, model, material, albedo, radius: scattering.radius })
     }
 }
 
@@ -101,6 +104,7 @@ struct Walk {
     path: u32,
     tick: Tick,
     model: u32,
+    material: u16,
     medium: Medium,
     random: PathRandom,
     steps: u32,
@@ -141,6 +145,7 @@ pub fn enter(
         path,
         tick: frame.tick_of(start.cell),
         model: below.model,
+        material: below.material,
         medium,
         random,
         steps: 0,
@@ -255,7 +260,11 @@ fn cast(frame: &FrameView, scratch: &mut PathScratch, tally: &mut RayTally) {
         let brought = &mut brought[walk.path as usize];
         brought.until = brought.until.min(frame.change_of_met(model));
         brought.until = frame.first_touch_before(walk.origin, walk.direction, far, brought.until);
-        if model == walk.model {
+        let is_own = |model: u32| {
+            let mesh = &frame.scene.models[model as usize].mesh;
+            model == walk.model || mesh.material_of[hit.triangle[lane] as usize] == walk.material
+        };
+        if model != NO_HIT && is_own(model) {
             walk.attenuate(met, false);
             out.push((walk, packet as u32, lane as u32));
         } else if model == NO_HIT {
@@ -363,7 +372,8 @@ mod tests {
     #[test]
     fn a_half_space_has_the_albedo_of_its_surface() {
         for albedo in [0.1, 0.4, 0.7, 0.9_f32] {
-            let below = Below { share: 1.0, model: 0, albedo: Vec3::splat(albedo), radius: Vec3::ONE };
+            let below =
+                Below { share: 1.0, model: 0, material: 0, albedo: Vec3::splat(albedo), radius: Vec3::ONE };
             let (medium, weight) = Medium::new(&below);
             let (count, mut sum) = (20_000, 0.0_f64);
             for index in 0..count {
@@ -374,6 +384,7 @@ mod tests {
                     path: 0,
                     tick: 0,
                     model: 0,
+                    material: 0,
                     medium,
                     random,
                     steps: 0,

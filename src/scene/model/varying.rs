@@ -114,6 +114,7 @@ pub(crate) fn is_of_use(material: &Material, used: MapUse) -> bool {
     match used {
         MapUse::Roughness => material.metal_rough.is_some(),
         MapUse::Emission => true,
+        MapUse::Shininess => material.specular != Vec3::ZERO,
         _ => computed_by(used).is_none_or(|of| has_value(material, of)),
     }
 }
