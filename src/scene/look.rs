@@ -2,9 +2,11 @@
 
 use glam::Vec3;
 
-use super::material::LARGEST_COLOR;
 use super::shared_exponent::SharedExponent;
 use super::texture::{linear, srgb_share};
+
+/// Maximum of a material's colour channels: samples keep them as half floats.
+pub const LARGEST_COLOR: f32 = 65504.0;
 
 /// Parameters of a surface that vary from place to place, as samples keep them: rounded once, when a sample is traced. Each is a factor of
 /// the material's own.

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use glam::Vec3;
 
 use super::cutout::Cutout;
+pub use super::look::LARGEST_COLOR;
 use super::look::Varied;
 use crate::graph::Program;
 use crate::lanes::Real;
@@ -262,9 +263,6 @@ impl Optics {
         matches!(self, Self::Glass { index: 1.0, is_rough: false, .. })
     }
 }
-
-/// Maximum of a material's colour channels: samples keep them as half floats.
-pub const LARGEST_COLOR: f32 = 65504.0;
 
 /// Name of the stand-in for a missing material.
 const FALLBACK: &str = "(none)";

@@ -9,8 +9,7 @@
 use glam::Vec3;
 
 use super::light_paths::{AT_ONCE, PathScratch, trace_paths};
-use super::path_ends::{PathResult, PathStart};
-use super::subsurface::Below;
+use super::path_ends::{Below, PathResult, PathStart};
 use crate::changes::Until;
 use crate::frame::grid::bits::{set_bits, surface_bits};
 use crate::frame::shot::frame_view::FrameView;

@@ -63,7 +63,7 @@ pub struct PathScratch {
     /// Results of these paths, in the same order.
     pub brought: Vec<PathResult>,
     /// Their random numbers.
-    pub(super) random: Vec<PathRandom>,
+    random: Vec<PathRandom>,
     /// Direct light in these results, if the rest is limited.
     direct: Vec<Vec3>,
     rays: RayBatch,
@@ -72,10 +72,10 @@ pub struct PathScratch {
     hits: HitBatch,
     now: Vec<PathRay>,
     next: Vec<PathRay>,
-    pub(super) walks: WalkScratch,
+    walks: WalkScratch,
     /// Last rays of their paths.
     last: Vec<PathRay>,
-    pub(super) vertices: Vec<Vertex>,
+    vertices: Vec<Vertex>,
     /// Layers of those vertices that have one.
     coats: Vec<SeenCoat>,
     /// Numbers of the vertices, sorted by the light that they ask.
@@ -106,7 +106,8 @@ pub fn trace_paths(frame: &FrameView, scratch: &mut PathScratch, tally: &mut Ray
     let PathScratch { starts, brought, light_rays, .. } = &mut *scratch;
     light_rays.cast(frame, starts, brought, tally);
     if frame.palette.scatters_below {
-        subsurface::walk(frame, scratch, tally);
+        let PathScratch { starts, brought, random, walks, vertices, .. } = &mut *scratch;
+        subsurface::walk(frame, walks, (starts, random), (brought, vertices), tally);
         scratch.coats.clear();
         light(frame, scratch, tally);
         go_on_from_vertices(frame, scratch);

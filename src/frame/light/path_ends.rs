@@ -2,8 +2,9 @@
 
 use glam::Vec3;
 
-use super::subsurface::Below;
 use crate::changes::Until;
+use crate::frame::shot::frame_view::FrameView;
+use crate::scene::look::Look;
 use crate::shade::coat::SeenCoat;
 use crate::shade::horizon::Horizon;
 use crate::shade::sampling::{PathRandom, PathSequence, cosine_direction};
@@ -34,6 +35,30 @@ pub struct PathStart {
     pub layer: Option<DrawnLayer>,
     /// What is below the surface, if some of its paths go there.
     pub below: Option<Below>,
+}
+
+/// What is below the surface at which a path starts.
+#[derive(Debug, Clone, Copy)]
+pub struct Below {
+    /// Share of the paths that go there, from 0 to 1.
+    pub share: f32,
+    /// Model of the surface: others are in no walk's way, unless they are of its material.
+    pub model: u32,
+    /// Material of the surface: of two that lie in each other either may be met.
+    pub material: u16,
+    /// Colour that the surface has where it is evenly lit: the paths' light is multiplied by it.
+    pub albedo: Vec3,
+    /// Mean free path of each channel, world space.
+    pub radius: Vec3,
+}
+
+impl Below {
+    /// What is below a surface of `model` with this look and this albedo, if light goes there.
+    pub fn of(frame: &FrameView, model: u32, look: Look, albedo: Vec3) -> Option<Self> {
+        let scattering = frame.palette.scattering(look)?;
+        let material = look.material;
+        Some(Self { share: scattering.weight, model, material, albedo, radius: scattering.radius })
+    }
 }
 
 /// The rough layer of a surface as it was seen when its reflected paths were drawn.

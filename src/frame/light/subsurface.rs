@@ -10,9 +10,8 @@ use std::f32::consts::PI;
 use glam::Vec3;
 
 use super::light_choice::{Kinds, surfaces_on_paths};
-use super::light_paths::PathScratch;
 use super::lobes::Lobes;
-use super::path_ends::{PathResult, PathStart};
+use super::path_ends::{Below, PathResult, PathStart};
 use super::path_ray::PathRay;
 use super::pdfs::Pdfs;
 use super::step::Step;
@@ -24,7 +23,6 @@ use crate::frame::surface::hits::{Hits8, surfaces};
 use crate::frame::surface::ray_tally::RayTally;
 use crate::lanes::LANES;
 use crate::scene::RayKind;
-use crate::scene::look::Look;
 use crate::shade::Surface;
 use crate::shade::coat::SeenBy;
 use crate::shade::sampling::PathRandom;
@@ -39,30 +37,6 @@ const LEAST_WEIGHT: f32 = 0.05;
 
 /// Number that tells the random numbers of walks from those of paths.
 const OF_WALKS: u32 = 0x5e3d_a11c;
-
-/// What is below the surface at which a path starts.
-#[derive(Debug, Clone, Copy)]
-pub struct Below {
-    /// Share of the paths that go there, from 0 to 1.
-    pub share: f32,
-    /// Model of the surface: others are in no walk's way, unless they are of its material.
-    pub model: u32,
-    /// Material of the surface: of two that lie in each other either may be met.
-    pub material: u16,
-    /// Colour that the surface has where it is evenly lit: the paths' light is multiplied by it.
-    pub albedo: Vec3,
-    /// Mean free path of each channel, world space.
-    pub radius: Vec3,
-}
-
-impl Below {
-    /// What is below a surface of `model` with this look and this albedo, if light goes there.
-    pub fn of(frame: &FrameView, model: u32, look: Look, albedo: Vec3) -> Option<Self> {
-        let scattering = frame.palette.scattering(look)?;
-        let material = look.material;
-        Some(Self { share: scattering.weight, model, material, albedo, radius: scattering.radius })
-    }
-}
 
 /// Light in a medium, by channel.
 #[derive(Debug, Clone, Copy)]
@@ -221,18 +195,29 @@ impl Walk {
 }
 
 /// Follows the walks of a batch to where they come out of their surfaces: vertices, from which their paths go on.
-pub fn walk(frame: &FrameView, scratch: &mut PathScratch, tally: &mut RayTally) {
-    scratch.vertices.clear();
-    while !scratch.walks.walks.is_empty() {
-        cast(frame, scratch, tally);
-        come_out(frame, scratch);
+pub fn walk(
+    frame: &FrameView,
+    scratch: &mut WalkScratch,
+    (starts, random): (&[PathStart], &[PathRandom]),
+    (brought, vertices): (&mut [PathResult], &mut Vec<Vertex>),
+    tally: &mut RayTally,
+) {
+    vertices.clear();
+    while !scratch.walks.is_empty() {
+        cast(frame, scratch, starts, brought, tally);
+        come_out(frame, scratch, random, vertices);
     }
 }
 
 /// Casts the current rays of the walks: those that meet nothing are scattered, those that meet their surface come out, and those that
 /// meet others go on through them.
-fn cast(frame: &FrameView, scratch: &mut PathScratch, tally: &mut RayTally) {
-    let PathScratch { starts, brought, walks: scratch, .. } = scratch;
+fn cast(
+    frame: &FrameView,
+    scratch: &mut WalkScratch,
+    starts: &[PathStart],
+    brought: &mut [PathResult],
+    tally: &mut RayTally,
+) {
     let WalkScratch { walks, rays, kinds, hits, out, next } = scratch;
     rays.clear();
     kinds.clear();
@@ -294,8 +279,8 @@ impl Walk {
 const THROUGH: f32 = 1e-5;
 
 /// Makes vertices of the places where walks come out.
-fn come_out(frame: &FrameView, scratch: &mut PathScratch) {
-    let PathScratch { random, vertices, walks: WalkScratch { out, hits, .. }, .. } = scratch;
+fn come_out(frame: &FrameView, scratch: &WalkScratch, random: &[PathRandom], vertices: &mut Vec<Vertex>) {
+    let WalkScratch { out, hits, .. } = scratch;
     let step = Step::first(surfaces_on_paths(frame, false) + 1);
     let of_packet = |packet: u32, lane: u32| (packet, lane / LANES as u32);
     for same in out.chunk_by(|a, b| of_packet(a.1, a.2) == of_packet(b.1, b.2)) {
