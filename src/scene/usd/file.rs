@@ -188,6 +188,23 @@ pub struct Picture {
     pub tiles: Option<Tiles>,
 }
 
+impl Picture {
+    /// The whole picture, as it is.
+    pub fn plain(path: PathBuf, name: String, packed: Option<Arc<Vec<u8>>>) -> Self {
+        Self {
+            path,
+            name,
+            packed,
+            channel: None,
+            scale: [1.0; 4],
+            bias: [0.0; 4],
+            is_raw: false,
+            mapping: Mapping::default(),
+            tiles: None,
+        }
+    }
+}
+
 /// A camera.
 #[derive(Debug)]
 pub struct UsdCamera {

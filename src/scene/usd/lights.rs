@@ -20,7 +20,6 @@ use super::temperature;
 use super::value::{Answer, codes, flag, number, three, word};
 use crate::animation::{Track, Visibility};
 use crate::scene::environment;
-use crate::scene::texture::Mapping;
 use crate::scene::written::{list, number as written};
 
 /// Largest cone of a spot, degrees.
@@ -92,17 +91,7 @@ pub fn read(
                 }
                 is_there && is_read
             });
-            let picture = file.map(|(path, name, packed)| Picture {
-                path,
-                name,
-                packed,
-                channel: None,
-                scale: [1.0; 4],
-                bias: [0.0; 4],
-                is_raw: false,
-                mapping: Mapping::default(),
-                tiles: None,
-            });
+            let picture = file.map(|(path, name, packed)| Picture::plain(path, name, packed));
             (UsdLightKind::Dome { picture }, 1.0)
         }
     };

@@ -13,7 +13,7 @@ use super::shader::{Shaders, Source, UvNames};
 use super::tiles::Tiles;
 use super::value::{Answer, codes, numbers, said, value, word};
 use crate::scene::mtlx::{Document, Element, IMAGES, NodeKind, Stated};
-use crate::scene::texture::{Mapping, UvSet};
+use crate::scene::texture::UvSet;
 
 /// Outputs of a material that lead to a surface of MaterialX, the better one first.
 const SURFACES: [&str; 2] = ["outputs:mtlx:surface", "outputs:surface"];
@@ -181,17 +181,7 @@ impl Shaders<'_> {
         let Some((path, name, packed)) = self.file_of(Some(asset.clone()))? else { return Ok(None) };
         let tiles = if packed.is_none() { Tiles::find(&path) } else { None };
         let key = path.to_string_lossy().into_owned();
-        let picture = Picture {
-            path,
-            name,
-            packed,
-            channel: None,
-            scale: [1.0; 4],
-            bias: [0.0; 4],
-            is_raw: false,
-            mapping: Mapping::default(),
-            tiles,
-        };
+        let picture = Picture { tiles, ..Picture::plain(path, name, packed) };
         reading.pictures.insert(key.clone(), picture);
         Ok(Some(key))
     }
