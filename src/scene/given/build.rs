@@ -10,68 +10,64 @@ use super::meshes::{Given, GivenMesh, GivenModel, NAME};
 use crate::animation::{ShapeTrack, Visibility};
 use crate::digest::Digest;
 use crate::scene::details::vertex_color;
-use crate::scene::model::assemble::Assembly;
+use crate::scene::import::Import;
+use crate::scene::import::part_of_file::{NodeTrack, PartOfFile, Surface};
 use crate::scene::model::deformed::has_area;
 use crate::scene::model::shape_files::Distinct;
 use crate::scene::obj::polygon::Cutter;
-use crate::scene::part_of_file::{NodeTrack, PartOfFile, Surface};
 use crate::scene::{Mesh, SceneError, Shapes};
 
 /// A mesh and its shapes over time, or none if no face has an area.
 type Built = Option<(Arc<Mesh>, Option<ShapeTrack>)>;
 
-impl Assembly {
-    /// The models that were given, in order.
-    ///
-    /// # Errors A material that is nowhere stated, or wrong.
-    pub fn given(&mut self, given: &Given) -> Result<Vec<PartOfFile>, SceneError> {
-        let built = given.meshes.iter().map(|mesh| self.given_mesh(mesh)).collect::<Result<Vec<_>, _>>()?;
-        let mut parts = Vec::with_capacity(given.models.len());
-        for model in &given.models {
-            let Some((mesh, shapes)) = built[model.mesh].clone() else { continue };
-            match part(model, mesh, shapes) {
-                Some(part) => parts.push(part),
-                None => self.findings.note(SceneError::new(
-                    NAME,
-                    format!("model `{}` is scaled to nothing in all frames: it is left out", model.name),
-                )),
-            }
+/// The models that were given, in order.
+///
+/// # Errors A material that is nowhere stated, or wrong.
+pub fn models(import: &mut Import, given: &Given) -> Result<Vec<PartOfFile>, SceneError> {
+    let built = given.meshes.iter().map(|mesh| built_mesh(import, mesh)).collect::<Result<Vec<_>, _>>()?;
+    let mut parts = Vec::with_capacity(given.models.len());
+    for model in &given.models {
+        let Some((mesh, shapes)) = built[model.mesh].clone() else { continue };
+        match part(model, mesh, shapes) {
+            Some(part) => parts.push(part),
+            None => import.findings.note(SceneError::new(
+                NAME,
+                format!("model `{}` is scaled to nothing in all frames: it is left out", model.name),
+            )),
         }
-        if parts.is_empty() {
-            return Err(SceneError::new(NAME, "there is nothing to see: no mesh has a face with an area"));
-        }
-        Ok(parts)
     }
-
-    fn given_mesh(&mut self, given: &GivenMesh) -> Result<Built, SceneError> {
-        self.digests.extend(digests(given));
-        let Triangulated { surface, runs, point_of } = Triangulated::new(given);
-        if surface.triangles.is_empty() {
-            let message = format!("mesh `{}` has no face with an area: it is left out", given.name);
-            self.findings.stand_in(SceneError::new(NAME, message))?;
-            return Ok(None);
-        }
-        let (mut begin, mut all) = (0, Vec::with_capacity(runs.len()));
-        for (material, count) in runs {
-            let name = given.materials.get(material as usize).map_or("", String::as_str);
-            let index = self.given_material(given, name)?;
-            if !surface.colors.is_empty() {
-                self.color_vertices(index);
-            }
-            all.push((begin..begin + count, index));
-            begin += count;
-        }
-        Ok(Some(with_shapes(self.mesh_of_runs(surface, all), given, &point_of)))
+    if parts.is_empty() {
+        return Err(SceneError::new(NAME, "there is nothing to see: no mesh has a face with an area"));
     }
+    Ok(parts)
+}
 
-    fn given_material(&mut self, mesh: &GivenMesh, name: &str) -> Result<u16, SceneError> {
-        let fault = |what: String| SceneError::new(NAME, format!("mesh `{}`: {what}", mesh.name));
-        match self.material_named(name) {
-            Some(material) => material.map_err(fault),
-            None => {
-                Err(fault(format!("there is no material `{name}`{}: add it", self.hint_at_material(name))))
-            }
+fn built_mesh(import: &mut Import, given: &GivenMesh) -> Result<Built, SceneError> {
+    digests(given).for_each(|digest| import.inputs.depend_on(digest));
+    let Triangulated { surface, runs, point_of } = Triangulated::new(given);
+    if surface.triangles.is_empty() {
+        let message = format!("mesh `{}` has no face with an area: it is left out", given.name);
+        import.findings.stand_in(SceneError::new(NAME, message))?;
+        return Ok(None);
+    }
+    let (mut begin, mut all) = (0, Vec::with_capacity(runs.len()));
+    for (material, count) in runs {
+        let name = given.materials.get(material as usize).map_or("", String::as_str);
+        let index = index_of_material(import, given, name)?;
+        if !surface.colors.is_empty() {
+            import.surfaces.color_vertices(index);
         }
+        all.push((begin..begin + count, index));
+        begin += count;
+    }
+    Ok(Some(with_shapes(import.arranger().mesh_of_runs(surface, all), given, &point_of)))
+}
+
+fn index_of_material(import: &mut Import, mesh: &GivenMesh, name: &str) -> Result<u16, SceneError> {
+    let fault = |what: String| SceneError::new(NAME, format!("mesh `{}`: {what}", mesh.name));
+    match import.material_of_table(name) {
+        Some(material) => material.map_err(fault),
+        None => Err(fault(format!("there is no material `{name}`{}: add it", import.surfaces.hint_at(name)))),
     }
 }
 

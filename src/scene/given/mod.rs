@@ -3,7 +3,7 @@
 //! Camera, lights, materials, sky and settings are the tables of a shot file, as text: there is one reader and one set of words. Meshes
 //! and their places come as plain data beside it. Materials are the text's `[[material]]` tables, which meshes name.
 
-mod build;
+pub(in crate::scene) mod build;
 pub mod meshes;
 mod place;
 

@@ -9,7 +9,7 @@ use super::document::Document;
 use super::nodes::Tree;
 use crate::memory::{self, Need, Part};
 use crate::scene::SceneError;
-use crate::scene::part_of_file::NodeTrack;
+use crate::scene::import::part_of_file::NodeTrack;
 
 /// Time before a jump at which a node still stands where it was, frames.
 const JUST_BEFORE: f64 = 1.0 / 1024.0;

@@ -5,8 +5,8 @@ use super::json::Camera;
 use super::nodes::Tree;
 use crate::scene::SceneError;
 use crate::scene::camera::FARTHEST_PLANE;
+use crate::scene::import::part_of_file::NodeTrack;
 use crate::scene::keys::spelling;
-use crate::scene::part_of_file::NodeTrack;
 use crate::scene::written::{CameraKey, camera_keys, number, size_of_ratio};
 
 /// Maximum number of names that an error lists.

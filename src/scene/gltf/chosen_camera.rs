@@ -7,10 +7,10 @@ use super::animation::Clip;
 use super::bake;
 use super::cameras;
 use super::nodes::Tree;
-use super::parts::known_as;
+use super::parts::{GltfFiles, known_as};
 use crate::digest::Digest;
 use crate::scene::SceneError;
-use crate::scene::model::assemble::Assembly;
+use crate::scene::import::Import;
 
 /// Choice of a camera of a glTF file, and of its motion.
 #[derive(Debug, Clone, Copy)]
@@ -23,17 +23,18 @@ pub(crate) struct CameraChoice<'a> {
     pub rate: f64,
 }
 
-impl Assembly {
+impl GltfFiles {
     /// Writes `[camera]` and its keys for a camera of the glTF file at `path`. The inner error, the end of a sentence about the
     /// choice, says that there is no such camera.
     ///
     /// # Errors A file that cannot be read or is damaged, an animation that is not there, or a lens that makes no sense.
-    pub fn gltf_camera(
+    pub fn camera(
         &mut self,
+        import: &mut Import,
         path: &Path,
         choice: CameraChoice<'_>,
     ) -> Result<Result<String, String>, SceneError> {
-        let document = self.document(path, &known_as(path))?;
+        let document = self.document(&mut import.inputs, path, &known_as(path))?;
         let tree = Tree::new(&document)?;
         let (node, camera) = match cameras::chosen(&document, &tree, choice.camera) {
             Ok(chosen) => chosen,
@@ -41,7 +42,7 @@ impl Assembly {
         };
         let clip = Clip::read(&document, choice.animation, choice.rate)?;
         if !clip.channels.is_empty() {
-            self.digests.push(Digest::new(&choice.rate.to_le_bytes()));
+            import.inputs.depend_on(Digest::new(&choice.rate.to_le_bytes()));
         }
         let camera = document.get(&document.json.cameras, camera, "camera")?;
         let tracks = bake::tracks(&document, &tree, &clip, &BTreeSet::from([node]))?;
@@ -53,7 +54,7 @@ impl Assembly {
         })?;
         let text = cameras::text(&document, camera, track)?;
         for message in document.take_unused() {
-            self.findings.note(document.fault(message));
+            import.findings.note(document.fault(message));
         }
         Ok(Ok(text))
     }

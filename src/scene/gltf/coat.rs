@@ -4,8 +4,8 @@ use serde::Deserialize;
 
 use super::document::{Document, extension};
 use super::json::{Material as Json, TextureInfo};
+use super::reading::Reading;
 use crate::scene::SceneError;
-use crate::scene::model::assemble::Assembly;
 use crate::scene::model::dielectric::{Below, Coat, INDEX_OF_COAT, Layer};
 
 #[derive(Debug, Default, Deserialize)]
@@ -18,41 +18,31 @@ struct Clearcoat {
     clearcoat_normal_texture: Option<TextureInfo>,
 }
 
-impl Assembly {
+impl Reading<'_> {
     /// Layer of a material with a coat. `None` if it has no coat, or one that cannot be shown, which is told.
     ///
     /// # Errors An extension that makes no sense; those of its pictures.
-    pub(super) fn coated(
-        &mut self,
-        document: &Document,
-        json: &Json,
-        below: Below,
-    ) -> Result<Option<Layer>, SceneError> {
-        let Some(coat) = clearcoat(document, json)? else { return Ok(None) };
+    pub(super) fn coated(&mut self, json: &Json, below: Below) -> Result<Option<Layer>, SceneError> {
+        let Some(coat) = clearcoat(self.document, json)? else { return Ok(None) };
         let textures = [&coat.clearcoat_texture, &coat.clearcoat_roughness_texture];
         if textures.into_iter().any(Option::is_some) {
-            document.leave_out("textures of clearcoats (KHR_materials_clearcoat) count by their means");
+            self.document.leave_out("textures of clearcoats (KHR_materials_clearcoat) count by their means");
         }
         if coat.clearcoat_normal_texture.is_some() {
-            document.leave_out(
+            self.document.leave_out(
                 "normal maps of clearcoats (clearcoatNormalTexture) are not used: a coat has the normals of its surface",
             );
         }
         let [of_coat, of_roughness] = textures.map(Option::as_ref);
-        let factor = self.mean_of_channel(document, of_coat, 0)? * coat.clearcoat_factor.clamp(0.0, 1.0);
-        let roughness = self.mean_of_channel(document, of_roughness, 1)? * coat.clearcoat_roughness_factor;
+        let factor = self.mean_of_channel(of_coat, 0)? * coat.clearcoat_factor.clamp(0.0, 1.0);
+        let roughness = self.mean_of_channel(of_roughness, 1)? * coat.clearcoat_roughness_factor;
         let coat = Coat { share: factor, roughness, index: INDEX_OF_COAT };
-        Ok(coat.over(below, |message| document.leave_out(message)))
+        Ok(coat.over(below, |message| self.document.leave_out(message)))
     }
 
     /// Mean of a channel of a texture; 1 without one.
-    fn mean_of_channel(
-        &mut self,
-        document: &Document,
-        info: Option<&TextureInfo>,
-        channel: usize,
-    ) -> Result<f64, SceneError> {
-        info.map_or(Ok(1.0), |info| Ok(self.mean_numbers(document, info)?[channel]))
+    fn mean_of_channel(&mut self, info: Option<&TextureInfo>, channel: usize) -> Result<f64, SceneError> {
+        info.map_or(Ok(1.0), |info| Ok(self.mean_numbers(info)?[channel]))
     }
 }
 

@@ -14,8 +14,8 @@ use super::nodes::Tree;
 use super::parts::copies;
 use super::skin::{self, Pose};
 use crate::scene::SceneError;
+use crate::scene::import::part_of_file::is_flat;
 use crate::scene::obj::are_within_reach;
-use crate::scene::part_of_file::is_flat;
 use crate::scene::turntable::corners::Corners;
 use crate::scene::turntable::{Fit, Up};
 

@@ -9,11 +9,11 @@ use std::borrow::Cow;
 use glam::DVec3;
 use serde_json::{Value, json};
 
-use super::document::{Document, extension};
+use super::document::extension;
 use super::json::Material;
+use super::reading::Reading;
 use super::stated_gloss::{Gloss, NAME};
 use crate::scene::SceneError;
-use crate::scene::model::assemble::Assembly;
 
 /// Share of the light that what is no metal mirrors, seen head on.
 const DIELECTRIC: f64 = 0.04;
@@ -21,16 +21,15 @@ const DIELECTRIC: f64 = 0.04;
 /// Least share for which a colour is divided by it.
 const LEAST: f64 = 1e-6;
 
-impl Assembly {
+impl Reading<'_> {
     /// The material in terms of metal and roughness.
     ///
     /// # Errors Those of its pictures.
     pub(super) fn as_metal_rough<'j>(
         &mut self,
-        document: &Document,
         material: &'j Material,
     ) -> Result<Cow<'j, Material>, SceneError> {
-        let Some(gloss) = extension::<Gloss>(document, &material.extensions, NAME)? else {
+        let Some(gloss) = extension::<Gloss>(self.document, &material.extensions, NAME)? else {
             return Ok(Cow::Borrowed(material));
         };
         let numbers =
@@ -38,18 +37,18 @@ impl Assembly {
         if !numbers.iter().all(|number| *number >= 0.0 && number.is_finite()) {
             let message =
                 format!("`{NAME}` has a value that is negative or not finite: export the file again");
-            return Err(document.fault(message));
+            return Err(self.document.fault(message));
         }
         let of_texture = match &gloss.diffuse_texture {
-            Some(info) => self.mean(document, info)?,
+            Some(info) => self.mean(info)?,
             None => DVec3::ONE,
         };
         let (mut specular, mut smooth) = (DVec3::from(gloss.specular_factor), gloss.glossiness_factor);
         if let Some(info) = &gloss.specular_glossiness_texture {
-            document.leave_out(
+            self.document.leave_out(
                 "pictures of specular colour and glossiness (KHR_materials_pbrSpecularGlossiness) count by their means",
             );
-            let [red, green, blue, alpha] = self.mean_and_alpha(document, info)?;
+            let [red, green, blue, alpha] = self.mean_and_alpha(info)?;
             specular *= DVec3::new(red, green, blue);
             smooth *= alpha;
         }

@@ -10,7 +10,7 @@ use toml::Value;
 use super::document::{Document, extension};
 use super::json::Light;
 use crate::scene::SceneError;
-use crate::scene::part_of_file::NodeTrack;
+use crate::scene::import::part_of_file::NodeTrack;
 use crate::scene::written::{list, number};
 
 /// Lumens of a watt, as Blender converts them in both directions.

@@ -6,10 +6,10 @@ use serde::Deserialize;
 use super::coat::note_coat_of_glass;
 use super::document::{Document, extension};
 use super::json::{Material as Json, TextureInfo, TextureTransform};
+use super::reading::Reading;
 use crate::scene::cutout::{Cutout, LEAST_OPACITY};
 use crate::scene::keys::material::AlphaMode;
 use crate::scene::material::{LARGEST_COLOR, head_on};
-use crate::scene::model::assemble::Assembly;
 use crate::scene::model::dielectric::{Below, index_of, stated_index};
 use crate::scene::model::map_statement::{Channel, MapUse};
 use crate::scene::model::mtl::MtlMaterial;
@@ -166,40 +166,35 @@ fn transform(document: &Document, info: &TextureInfo) -> Result<TextureTransform
     Ok(extension(document, &info.extensions, "KHR_texture_transform")?.unwrap_or_default())
 }
 
-impl Assembly {
+impl Reading<'_> {
     /// Settles a material of a glTF file, on triangles of such vertices; none: that of faces without one. Returns its index.
     ///
     /// # Errors Values that make no sense; in a strict load also a picture that is missing.
-    pub(super) fn gltf_material(
-        &mut self,
-        document: &Document,
-        number: Option<usize>,
-        vertices: OfVertices,
-    ) -> Result<u16, SceneError> {
+    pub fn settle(&mut self, number: Option<usize>, vertices: OfVertices) -> Result<u16, SceneError> {
         let Some(number) = number else {
-            return self.add_material_of(&document.path, Material::fallback().into());
+            return self.import.surfaces.add_of(&self.document.path, Material::fallback().into());
         };
-        let json = document.get(&document.json.materials, number, "material")?;
-        let json = &*self.as_metal_rough(document, json)?;
+        let json = self.document.get(&self.document.json.materials, number, "material")?;
+        let json = &*self.as_metal_rough(json)?;
         let Read { mut stated, alpha: of_file, by_vertices, is_textured, of_texture } =
-            self.read_material(document, number, json, vertices)?;
-        self.known_names.push(stated.name.clone());
-        let overridden = self.override_values(&mut stated)?;
+            self.read_material(number, json, vertices)?;
+        self.import.surfaces.known_names.push(stated.name.clone());
+        let overridden = self.import.override_values(&mut stated)?;
         let shot = &overridden.places;
         let of_file = of_file.filter(|_| !overridden.is_whole);
         let mut material = stated.settle();
         let base = &json.pbr_metallic_roughness.base_color_texture;
         let base = base.as_ref().filter(|_| is_textured && !overridden.is_whole || of_file.is_some());
-        let of_base = |info| self.texture(document, info, UvSet::First, PictureUse::Color);
+        let of_base = |info| self.texture(info, UvSet::First, PictureUse::Color);
         let own = base.map(of_base).transpose()?;
         material.diffuse_map = match (&shot[MapUse::Color], &stated.maps[MapUse::Color]) {
-            (Some(shot), Some(map)) => Some(self.picture(map, shot, PictureUse::Color)?),
+            (Some(shot), Some(map)) => Some(self.import.picture(map, shot, PictureUse::Color)?),
             _ => own.filter(|_| is_textured),
         };
         let graphs = overridden.apply(&mut material);
         // what the file states by itself is no statement of MTL
-        let asking = |used| shot[used].as_deref().unwrap_or(&document.path);
-        let mut settled = self.settle_maps(&stated, asking, Settled { material, graphs })?;
+        let asking = |used| shot[used].as_deref().unwrap_or(&self.document.path);
+        let mut settled = self.import.settle_maps(&stated, asking, Settled { material, graphs })?;
         let alpha = match (stated.alpha_mode, of_file) {
             (Some(AlphaMode::Cut), Some(Alpha::Cut(least))) => Some(Alpha::Cut(least)),
             (Some(_), _) => Some(Alpha::of(stated.alpha_mode)),
@@ -207,36 +202,35 @@ impl Assembly {
         };
         match (&shot[MapUse::Opacity], &stated.maps[MapUse::Opacity], own, alpha) {
             (Some(shot), Some(map), ..) => {
-                let map = self.picture(map, shot, PictureUse::Opacity)?;
-                self.show_stated_alpha(&mut settled, map, stated.alpha_mode);
+                let map = self.import.picture(map, shot, PictureUse::Opacity)?;
+                self.import.show_stated_alpha(&mut settled, map, stated.alpha_mode);
             }
             (.., map, Some(Alpha::Cut(least))) if by_vertices => {
                 settled.material.cutout = Some(Cutout { by_vertices, map, ..Cutout::below(least) });
             }
-            (.., Some(map), Some(alpha)) => self.show_alpha(&mut settled, map, alpha),
+            (.., Some(map), Some(alpha)) => self.import.show_alpha(&mut settled, map, alpha),
             _ => {}
         }
         if !overridden.is_whole {
-            self.add_own_maps(document, json, of_texture, &mut settled)?;
+            self.add_own_maps(json, of_texture, &mut settled)?;
         }
-        self.add_material_of(&document.path, settled)
+        self.import.surfaces.add_of(&self.document.path, settled)
     }
 
     /// Adds the textures of normals and parameters that the shot file does not replace.
     fn add_own_maps(
         &mut self,
-        document: &Document,
         json: &Json,
         of_texture: &[(MapUse, Channel)],
         settled: &mut Settled,
     ) -> Result<(), SceneError> {
-        let sets = uv_sets_of(document, json)?;
+        let sets = uv_sets_of(self.document, json)?;
         let Settled { material, graphs } = settled;
         if let Some(info) = json.normal_texture.as_ref().filter(|_| material.normal_map.is_none())
-            && let Some(uvs) = uvs_of(document, info, sets)?
+            && let Some(uvs) = uvs_of(self.document, info, sets)?
         {
-            let index = self.texture(document, info, uvs, PictureUse::Normals)?;
-            material.normal_map = self.pictures.normal_map(index, info.scale.unwrap_or(1.0) as f32);
+            let index = self.texture(info, uvs, PictureUse::Normals)?;
+            material.normal_map = self.import.pictures.normal_map(index, info.scale.unwrap_or(1.0) as f32);
         }
         let surface = json.pbr_metallic_roughness.metallic_roughness_texture.as_ref();
         let surface = surface.filter(|_| material.metal_rough.is_some());
@@ -249,11 +243,11 @@ impl Assembly {
         let of_surface = of_texture.iter().map(|(used, channel)| (*used, surface, *channel));
         for (used, info, channel) in of_surface.chain([(MapUse::Emission, emission, Channel::Mean)]) {
             let is_shown = computed_by(used).is_some_and(|of| graphs.has(of));
-            let is_replaced = is_shown || self.is_number_stated(&material.name, used);
+            let is_replaced = is_shown || self.import.surfaces.is_number_stated(&material.name, used);
             let Some(info) = info.filter(|_| !is_replaced) else { continue };
-            if let Some(uvs) = uvs_of(document, info, sets)? {
-                let map = self.texture(document, info, uvs, picture_use(used))?;
-                if !self.pictures.is_stand_in(map) {
+            if let Some(uvs) = uvs_of(self.document, info, sets)? {
+                let map = self.texture(info, uvs, picture_use(used))?;
+                if !self.import.pictures.is_stand_in(map) {
                     graphs.show(used, map, channel);
                 }
             }
@@ -263,17 +257,16 @@ impl Assembly {
 
     fn read_material(
         &mut self,
-        document: &Document,
         number: usize,
         json: &Json,
         OfVertices { alpha, tint }: OfVertices,
     ) -> Result<Read, SceneError> {
-        note_unused(document, json);
+        note_unused(self.document, json);
         let name = json.name.clone().unwrap_or_else(|| format!("material {number}"));
         let bad = |what: &str| {
             let message =
                 format!("material `{name}` has {what} that is negative or not finite: export it again");
-            document.fault(message)
+            self.document.fault(message)
         };
         let pbr = &json.pbr_metallic_roughness;
         let numbers = [&pbr.base_color_factor[..], &json.emissive_factor].concat();
@@ -284,7 +277,7 @@ impl Assembly {
         let factor = DVec3::new(red, green, blue);
         let [roughness, metallic] =
             [pbr.roughness_factor, pbr.metallic_factor].map(|factor| factor.clamp(0.0, 1.0));
-        let emission = emission(document, json)?;
+        let emission = emission(self.document, json)?;
         let mut stated =
             MtlMaterial { name: name.clone(), ke: Some(color(emission)), ..MtlMaterial::default() };
         if shows_itself(json) {
@@ -292,58 +285,51 @@ impl Assembly {
             stated.ke = Some(color(factor) * tint);
             (stated.kd, stated.illum) = (Some(Vec3::ZERO), Some(0));
             let mut read = Read { stated, ..Read::default() };
-            read_alpha(document, json, alpha, &mut read);
+            read_alpha(self.document, json, alpha, &mut read);
             return Ok(read);
         }
         stated.kd = Some(color(factor));
         (stated.pr, stated.pm) = (Some(roughness as f32), Some(metallic as f32));
-        let index = index(document, json)?;
+        let index = index(self.document, json)?;
         stated.ni = Some(index as f32);
         let mut read = Read { stated, is_textured: true, of_texture: &METAL_ROUGH, ..Read::default() };
         let transmission: Transmission =
-            extension(document, &json.extensions, "KHR_materials_transmission")?.unwrap_or_default();
+            extension(self.document, &json.extensions, "KHR_materials_transmission")?.unwrap_or_default();
         let transmits = transmission.transmission_factor.clamp(0.0, 1.0);
         if transmits == 0.0 {
-            return self.read_opaque(document, json, alpha, read);
+            return self.read_opaque(json, alpha, read);
         }
         // glass lets as much through all over
-        let surface = pbr.metallic_roughness_texture.as_ref().map(|info| self.mean_numbers(document, info));
+        let surface = pbr.metallic_roughness_texture.as_ref().map(|info| self.mean_numbers(info));
         let through = transmits * (1.0 - metallic * surface.transpose()?.map_or(1.0, |means| means.z));
         if through == 0.0 {
-            return self.read_opaque(document, json, alpha, read);
+            return self.read_opaque(json, alpha, read);
         }
         if transmission.transmission_texture.is_some() {
-            document
+            self.document
                 .leave_out("textures of transmission are not used: the factor counts all over a material");
         }
-        let base = factor * self.mean_color(document, pbr.base_color_texture.as_ref())?;
-        make_glass(document, json, &mut read.stated, (base, through, roughness))?;
-        note_coat_of_glass(document, json)?;
+        let base = factor * self.mean_color(pbr.base_color_texture.as_ref())?;
+        make_glass(self.document, json, &mut read.stated, (base, through, roughness))?;
+        note_coat_of_glass(self.document, json)?;
         (read.is_textured, read.of_texture) = (through < 1.0, &[ROUGHNESS]);
         Ok(read)
     }
 
     /// Completes a material that transmits nothing: its coat, and how far it is there at all.
-    fn read_opaque(
-        &mut self,
-        document: &Document,
-        json: &Json,
-        alpha: VertexAlpha,
-        mut read: Read,
-    ) -> Result<Read, SceneError> {
-        read_alpha(document, json, alpha, &mut read);
+    fn read_opaque(&mut self, json: &Json, alpha: VertexAlpha, mut read: Read) -> Result<Read, SceneError> {
+        read_alpha(self.document, json, alpha, &mut read);
         if !json.extensions.contains_key("KHR_materials_clearcoat") {
             return Ok(read);
         }
         let pbr = &json.pbr_metallic_roughness;
-        let of_texture =
-            pbr.metallic_roughness_texture.as_ref().map(|info| self.mean_numbers(document, info));
+        let of_texture = pbr.metallic_roughness_texture.as_ref().map(|info| self.mean_numbers(info));
         let metal = of_texture.transpose()?.map_or(1.0, |means| means.z);
         let below = Below {
-            head_on: head_on(index(document, json)?),
+            head_on: head_on(index(self.document, json)?),
             metallic: pbr.metallic_factor.clamp(0.0, 1.0) * metal,
         };
-        if let Some(layer) = self.coated(document, json, below)? {
+        if let Some(layer) = self.coated(json, below)? {
             read.stated.ni = Some(index_of(layer.head_on) as f32);
             if let Some(roughness) = layer.coat_roughness {
                 read.stated.pr = Some(roughness as f32);
@@ -353,35 +339,30 @@ impl Assembly {
         Ok(read)
     }
 
-    fn mean_color(&mut self, document: &Document, info: Option<&TextureInfo>) -> Result<DVec3, SceneError> {
-        info.map_or(Ok(DVec3::ONE), |info| self.mean(document, info))
+    fn mean_color(&mut self, info: Option<&TextureInfo>) -> Result<DVec3, SceneError> {
+        info.map_or(Ok(DVec3::ONE), |info| self.mean(info))
     }
 
     /// Places a texture, which takes these texture coordinates of the mesh. Returns its index.
-    fn texture(
-        &mut self,
-        document: &Document,
-        info: &TextureInfo,
-        uvs: UvSet,
-        used: PictureUse,
-    ) -> Result<u32, SceneError> {
-        let texture = document.get(&document.json.textures, info.index, "texture")?;
-        let (path, decoded) = self.picture_of(document, info, used)?;
-        let TextureTransform { offset, rotation, scale, .. } = transform(document, info)?;
+    fn texture(&mut self, info: &TextureInfo, uvs: UvSet, used: PictureUse) -> Result<u32, SceneError> {
+        let texture = self.document.get(&self.document.json.textures, info.index, "texture")?;
+        let (path, decoded) = self.picture_of(info, used)?;
+        let TextureTransform { offset, rotation, scale, .. } = transform(self.document, info)?;
         let (wrap, is_nearest) = match texture.sampler {
             Some(sampler) => {
-                let sampler = document.get(&document.json.samplers, sampler, "sampler")?;
+                let sampler = self.document.get(&self.document.json.samplers, sampler, "sampler")?;
                 ([sampler.wrap_s, sampler.wrap_t].map(wrap_of), sampler.mag_filter == Some(NEAREST))
             }
             None => ([Wrap::Repeat; 2], false),
         };
         let mapping = Mapping { uvs, is_nearest, ..mapping(scale, rotation, offset, wrap) };
         if !mapping.linear.is_finite() || !mapping.offset.is_finite() {
-            return Err(document
+            return Err(self
+                .document
                 .fault("the offset, scale or rotation of a texture is not finite: export the file again"));
         }
-        let image = self.pictures.image_for(&path, &decoded, used, None)?;
-        Ok(self.pictures.place(Texture { path, image, mapping }))
+        let image = self.import.pictures.image_for(&path, &decoded, used, None)?;
+        Ok(self.import.pictures.place(Texture { path, image, mapping }))
     }
 }
 

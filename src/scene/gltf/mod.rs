@@ -19,6 +19,7 @@ mod materials;
 mod nodes;
 mod parts;
 mod pictures;
+mod reading;
 mod skin;
 mod stated_gloss;
 mod surrounded;
@@ -28,6 +29,6 @@ mod whole;
 
 pub(crate) use chosen_camera::CameraChoice;
 pub(crate) use document::Document;
-pub(crate) use parts::GltfFiles;
+pub(in crate::scene) use parts::GltfFiles;
 pub(crate) use whole::shot;
 pub use whole::text;

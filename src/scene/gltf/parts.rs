@@ -14,12 +14,13 @@ use super::geometry::{self, Geometry};
 use super::json::Node;
 use super::materials::{OfVertices, VertexAlpha, is_unlit, takes_alpha};
 use super::nodes::{Tree, unit};
+use super::reading::Reading;
 use super::skin;
 use crate::animation::{ShapeTrack, Track, Visibility};
 use crate::digest::Digest;
-use crate::scene::model::assemble::Assembly;
+use crate::scene::import::part_of_file::{NodeTrack, PartOfFile, Surface, is_flat};
+use crate::scene::import::{Import, Inputs};
 use crate::scene::model::deformed;
-use crate::scene::part_of_file::{NodeTrack, PartOfFile, Surface, is_flat};
 use crate::scene::{Mesh, SceneError};
 
 /// What tells materials apart: file, number, and the bits of the alpha and colour of vertices.
@@ -27,7 +28,7 @@ type MaterialKey = (PathBuf, Option<usize>, Option<u32>, [u32; 3]);
 
 /// Files that were read, and what was made of them.
 #[derive(Default)]
-pub(crate) struct GltfFiles {
+pub(in crate::scene) struct GltfFiles {
     /// Files that were read, and not asked for yet.
     before: HashMap<PathBuf, Arc<Document>>,
     documents: HashMap<PathBuf, Arc<Document>>,
@@ -65,58 +66,66 @@ pub(super) fn known_as(path: &Path) -> PathBuf {
     path.canonicalize().unwrap_or_else(|_| path.to_path_buf())
 }
 
-impl Assembly {
+impl GltfFiles {
     /// The models of the glTF file at `path`, moved by its animation of this name (none: the first) at `rate` frames a second.
     ///
     /// # Errors A file that cannot be read, is damaged, or shows nothing.
-    pub fn gltf(
+    pub fn models(
         &mut self,
+        import: &mut Import,
         path: &Path,
         animation: Option<&str>,
         rate: f64,
     ) -> Result<Arc<Vec<PartOfFile>>, SceneError> {
         let known = known_as(path);
         let key = (known.clone(), animation.map(String::from), rate.to_bits());
-        if let Some(parts) = self.gltf.parts.get(&key) {
+        if let Some(parts) = self.parts.get(&key) {
             return Ok(parts.clone());
         }
-        let document = self.document(path, &known)?;
+        let document = self.document(&mut import.inputs, path, &known)?;
         let tree = Tree::new(&document)?;
         let clip = Clip::read(&document, animation, rate)?;
         if !clip.channels.is_empty() {
-            self.digests.push(Digest::new(&rate.to_le_bytes()));
+            import.inputs.depend_on(Digest::new(&rate.to_le_bytes()));
         }
-        let parts = Arc::new(self.parts(&document, &tree, &clip)?);
+        let parts = Arc::new(self.parts_of(import, &document, (&tree, &clip))?);
         for message in document.take_unused() {
-            self.findings.note(document.fault(message));
+            import.findings.note(document.fault(message));
         }
         if parts.is_empty() {
             let message = "it shows no triangles: points, lines and empty nodes alone cannot be rendered";
             return Err(document.fault(message));
         }
-        self.gltf.parts.insert(key, parts.clone());
+        self.parts.insert(key, parts.clone());
         Ok(parts)
     }
 
-    pub(super) fn document(&mut self, path: &Path, known: &Path) -> Result<Arc<Document>, SceneError> {
-        if let Some(document) = self.gltf.documents.get(known) {
+    /// The file at `path`, `known` by its canonical path, read once.
+    ///
+    /// # Errors One that cannot be read, or is damaged.
+    pub(super) fn document(
+        &mut self,
+        inputs: &mut Inputs,
+        path: &Path,
+        known: &Path,
+    ) -> Result<Arc<Document>, SceneError> {
+        if let Some(document) = self.documents.get(known) {
             return Ok(document.clone());
         }
-        let document = match self.gltf.before.remove(known) {
+        let document = match self.before.remove(known) {
             Some(document) => document,
             None => Arc::new(Document::open(path)?),
         };
-        self.files.extend(document.files.iter().cloned());
-        self.digests.push(document.digest);
-        self.gltf.documents.insert(known.to_path_buf(), document.clone());
+        inputs.add(document.files.iter().cloned(), document.digest);
+        self.documents.insert(known.to_path_buf(), document.clone());
         Ok(document)
     }
 
-    fn parts(
+    fn parts_of(
         &mut self,
+        import: &mut Import,
         document: &Document,
-        tree: &Tree,
-        clip: &Clip,
+        (tree, clip): (&Tree, &Clip),
     ) -> Result<Vec<PartOfFile>, SceneError> {
         let nodes = &document.json.nodes;
         let shown: Vec<(usize, usize)> =
@@ -132,7 +141,7 @@ impl Assembly {
             let track = if node.skin.is_some() { Some(at_root) } else { tracks.remove(&number) };
             // without a track it is scaled to nothing for ever
             let Some(NodeTrack { map, visible }) = track else { continue };
-            let Some((mesh, shapes)) = self.shown_mesh(document, (tree, clip), number, mesh)? else {
+            let Some((mesh, shapes)) = self.shown_mesh(import, document, (tree, clip), number, mesh)? else {
                 continue;
             };
             let name = node.name.clone().unwrap_or_else(|| format!("node {number}"));
@@ -166,6 +175,7 @@ impl Assembly {
     /// The mesh that a node shows, with its shapes over time. `None` without triangles.
     fn shown_mesh(
         &mut self,
+        import: &mut Import,
         document: &Document,
         (tree, clip): (&Tree, &Clip),
         node: usize,
@@ -174,42 +184,52 @@ impl Assembly {
         let json = document.get(&document.json.meshes, mesh, "mesh")?;
         let has_targets = json.primitives.iter().any(|primitive| !primitive.targets.is_empty());
         if document.json.nodes[node].skin.is_none() && !has_targets {
-            return Ok(self.rigid_mesh(document, mesh)?.map(|mesh| (mesh, None)));
+            return Ok(self.rigid_mesh(import, document, mesh)?.map(|mesh| (mesh, None)));
         }
         let geometry = geometry::read(document, mesh)?;
         if geometry.triangles.is_empty() {
             return Ok(None);
         }
-        let a_frame = if self.gltf.is_shutter_open { SHAPES_A_BLURRED_FRAME } else { 1 };
+        let a_frame = if self.is_shutter_open { SHAPES_A_BLURRED_FRAME } else { 1 };
         let shapes = skin::shapes(document, (tree, clip), node, &geometry, a_frame)?;
         let open = deformed::most_open(&geometry.positions, &geometry.triangles, &shapes);
         let geometry = geometry.without_closed(open.among(&shapes));
         if geometry.triangles.is_empty() {
             return Ok(None);
         }
-        let own = self.gltf_mesh(document, geometry)?;
+        let own = self.arranged(import, document, geometry)?;
         let places = deformed::places(own.positions.as_slice(), &shapes.list);
         let (mesh, shapes) = deformed::with_shapes(own, shapes, open, &places);
         Ok(Some((Arc::new(mesh), shapes)))
     }
 
     /// A mesh that does not deform: nodes share it.
-    fn rigid_mesh(&mut self, document: &Document, mesh: usize) -> Result<Option<Arc<Mesh>>, SceneError> {
+    fn rigid_mesh(
+        &mut self,
+        import: &mut Import,
+        document: &Document,
+        mesh: usize,
+    ) -> Result<Option<Arc<Mesh>>, SceneError> {
         let key = (known_as(&document.path), mesh);
-        if let Some(known) = self.gltf.meshes.get(&key) {
+        if let Some(known) = self.meshes.get(&key) {
             return Ok(known.clone());
         }
         let geometry = geometry::read(document, mesh)?.without_closed(None);
         let mesh = match geometry.triangles.is_empty() {
             true => None,
-            false => Some(Arc::new(self.gltf_mesh(document, geometry)?)),
+            false => Some(Arc::new(self.arranged(import, document, geometry)?)),
         };
-        self.gltf.meshes.insert(key, mesh.clone());
+        self.meshes.insert(key, mesh.clone());
         Ok(mesh)
     }
 
     /// Looks up the materials of a geometry, and puts the triangles that cast shadows first.
-    fn gltf_mesh(&mut self, document: &Document, mut geometry: Geometry) -> Result<Mesh, SceneError> {
+    fn arranged(
+        &mut self,
+        import: &mut Import,
+        document: &Document,
+        mut geometry: Geometry,
+    ) -> Result<Mesh, SceneError> {
         let mut runs = Vec::with_capacity(geometry.uses.len());
         let mut begin = 0;
         for (count, material) in geometry.uses.clone() {
@@ -231,37 +251,38 @@ impl Assembly {
                 vec![(range, Vec3::ONE)]
             };
             for (range, tint) in colored {
-                let index = self.known_gltf_material(document, material, OfVertices { alpha, tint })?;
-                if !geometry.colors.is_empty() && !self.has_computed_color(index) {
-                    self.color_vertices(index);
+                let index = self.material(import, document, (material, OfVertices { alpha, tint }))?;
+                if !geometry.colors.is_empty() && !import.surfaces.has_computed_color(index) {
+                    import.surfaces.color_vertices(index);
                 }
                 runs.push((range, index));
             }
         }
         let Geometry { positions, normals, uvs, second_uvs, colors, mut alphas, tangents, triangles, .. } =
             geometry;
-        let cuts = |index: u16| self.materials[usize::from(index)].cutout.is_some_and(|cut| cut.by_vertices);
+        let materials = &import.surfaces.materials;
+        let cuts = |index: u16| materials[usize::from(index)].cutout.is_some_and(|cut| cut.by_vertices);
         if !runs.iter().any(|(_, index)| cuts(*index)) {
             alphas = Vec::new();
         }
         let surface = Surface { positions, normals, uvs, second_uvs, colors, alphas, tangents, triangles };
-        Ok(self.mesh_of_runs(surface, runs))
+        Ok(import.arranger().mesh_of_runs(surface, runs))
     }
 
     /// Index of a material on triangles of such vertices, which is settled once.
-    fn known_gltf_material(
+    fn material(
         &mut self,
+        import: &mut Import,
         document: &Document,
-        material: Option<usize>,
-        vertices: OfVertices,
+        (material, vertices): (Option<usize>, OfVertices),
     ) -> Result<u16, SceneError> {
         let alpha = if let VertexAlpha::Even(alpha) = vertices.alpha { Some(alpha.to_bits()) } else { None };
         let key = (known_as(&document.path), material, alpha, vertices.tint.to_array().map(f32::to_bits));
-        if let Some(index) = self.gltf.materials.get(&key) {
+        if let Some(index) = self.materials.get(&key) {
             return Ok(*index);
         }
-        let index = self.gltf_material(document, material, vertices)?;
-        self.gltf.materials.insert(key, index);
+        let index = Reading { document, import }.settle(material, vertices)?;
+        self.materials.insert(key, index);
         Ok(index)
     }
 }

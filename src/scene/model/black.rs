@@ -2,10 +2,11 @@
 
 use std::collections::HashSet;
 
-use super::assemble::Assembly;
+use super::libraries::libraries;
 use super::map_statement::MapUse;
 use super::read_model::ReadModel;
 use crate::scene::SceneError;
+use crate::scene::import::Import;
 use crate::scene::keys::material::KdBesideMap;
 
 impl ReadModel {
@@ -15,8 +16,7 @@ impl ReadModel {
     /// # Errors
     /// An MTL file cannot be read.
     pub fn black_materials(&self) -> Result<Option<Vec<String>>, SceneError> {
-        let mut assembly = Assembly::new(false, Vec::new());
-        let (defined, _) = assembly.libraries(&self.obj, &self.path)?;
+        let (defined, _) = libraries(&mut Import::default(), &self.obj, &self.path)?;
         let used: HashSet<u32> = self.obj.uses.iter().map(|(_, of)| of.material).collect();
         let names: HashSet<&str> =
             used.into_iter().map(|material| self.obj.materials[material as usize].name.as_str()).collect();

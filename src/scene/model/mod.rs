@@ -1,6 +1,5 @@
 //! Reads meshes and materials from files: OBJ, MTL, pictures, point caches.
 
-pub mod assemble;
 pub mod bake;
 mod black;
 pub mod copies;
@@ -9,16 +8,18 @@ pub mod deformed;
 pub mod dielectric;
 pub mod exporter;
 mod illumination;
+mod libraries;
 pub mod map_statement;
 pub mod material_table;
 mod meaning;
+mod mesh_of_obj;
+pub mod meshes;
 pub mod mtl;
 mod normals;
 pub mod npy;
 mod obj_parts;
 pub mod objects;
 pub mod of_surface;
-mod ordered;
 mod overrides;
 pub mod pictures;
 pub mod point_cache;

@@ -4,39 +4,45 @@
 //! (materials, pictures, warnings) is then the file's, as if it were one model.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Arc;
 
-use super::assemble::Assembly;
+use super::meshes::{MeshFile, MeshFiles, known_as};
 use super::objects::{PartOfObj, Segment, Taker};
+use crate::scene::SceneError;
+use crate::scene::import::Import;
 use crate::scene::keys::model::Division;
 use crate::scene::keys::spelling;
-use crate::scene::mesh::Groups;
-use crate::scene::{Mesh, SceneError};
 
 /// Maximum number of names that an error lists.
 const MOST_LISTED: usize = 20;
 
-impl Assembly {
+impl MeshFiles {
     /// Takes the part called `name` out of the OBJ file at `path`: all faces whose last `o`, or whose last `o` or `g`, is `name`.
     /// The inner error, the end of a sentence about the name, says that there is no such part.
     ///
     /// # Errors Those of [`mesh`](Self::mesh).
-    pub fn part_of_obj(&mut self, path: &Path, name: &str) -> Result<Result<PartOfObj, String>, SceneError> {
-        let whole = self.mesh(path)?;
-        let key = (key_of(path), String::from(name));
-        if let Some(mesh) = self.of_objects.parts.get(&key) {
+    pub fn part(
+        &mut self,
+        import: &mut Import,
+        path: &Path,
+        name: &str,
+    ) -> Result<Result<PartOfObj, String>, SceneError> {
+        self.mesh(import, path)?;
+        let key = (known_as(path), String::from(name));
+        if let Some(mesh) = self.parts.by_name.get(&key) {
             return Ok(Ok(PartOfObj { name: key.1, mesh: mesh.clone() }));
         }
-        let (names, segments) = (whole.groups.names(), segments(&whole, &self.of_objects.objects[&key.0]));
+        let file = &self.files[&key.0];
+        let (names, segments) = (file.mesh.groups.names(), segments(file));
         let is_called = |number: u32| names[number as usize] == name;
         let of_part: Vec<&Segment> =
             segments.iter().filter(|of| is_called(of.object) || is_called(of.group)).collect();
         if of_part.is_empty() {
             return Ok(Err(unknown(name, names, &segments)));
         }
-        let mesh = Arc::new(Taker::new(&whole).take(&of_part));
-        self.of_objects.parts.insert(key, mesh.clone());
+        let mesh = Arc::new(Taker::new(&file.mesh).take(&of_part));
+        self.parts.by_name.insert(key, mesh.clone());
         Ok(Ok(PartOfObj { name: String::from(name), mesh }))
     }
 
@@ -44,17 +50,19 @@ impl Assembly {
     /// says that there is nothing to divide by.
     ///
     /// # Errors Those of [`mesh`](Self::mesh).
-    pub fn divided_obj(
+    pub fn divided(
         &mut self,
+        import: &mut Import,
         path: &Path,
         by: Division,
     ) -> Result<Result<Arc<Vec<PartOfObj>>, String>, SceneError> {
-        let whole = self.mesh(path)?;
-        let key = (key_of(path), by);
-        if let Some(parts) = self.of_objects.divided.get(&key) {
+        self.mesh(import, path)?;
+        let key = (known_as(path), by);
+        if let Some(parts) = self.parts.divided.get(&key) {
             return Ok(Ok(parts.clone()));
         }
-        let segments = segments(&whole, &self.of_objects.objects[&key.0]);
+        let file = &self.files[&key.0];
+        let segments = segments(file);
         let number = |of: &Segment| match by {
             Division::Objects => of.object,
             Division::Groups => of.group,
@@ -64,24 +72,19 @@ impl Assembly {
         if of_parts.keys().all(|number| *number == 0) {
             return Ok(Err(nothing_to_divide(by, &segments)));
         }
-        let (mut taker, names) = (Taker::new(&whole), whole.groups.names());
+        let (mut taker, names) = (Taker::new(&file.mesh), file.mesh.groups.names());
         let parts = of_parts.iter().map(|(number, of_part)| PartOfObj {
             name: names[*number as usize].clone(),
             mesh: Arc::new(taker.take(of_part)),
         });
         let parts: Arc<Vec<PartOfObj>> = Arc::new(parts.collect());
-        self.of_objects.divided.insert(key, parts.clone());
+        self.parts.divided.insert(key, parts.clone());
         Ok(Ok(parts))
     }
 }
 
-/// Name of a file among those that were read.
-fn key_of(path: &Path) -> PathBuf {
-    path.canonicalize().unwrap_or_else(|_| path.to_path_buf())
-}
-
 /// Runs of triangles of the same object and group, in order.
-fn segments(whole: &Mesh, objects: &Groups) -> Vec<Segment> {
+fn segments(MeshFile { mesh: whole, objects, .. }: &MeshFile) -> Vec<Segment> {
     let (objects, groups) = (objects.runs(), whole.groups.runs());
     let begins: BTreeSet<u32> = objects.iter().chain(groups).map(|(first, _)| *first).collect();
     let begins: Vec<usize> = begins.into_iter().map(|first| first as usize).collect();

@@ -16,22 +16,13 @@ use crate::scene::mesh::Groups;
 /// Vertex of the whole mesh that a part does not have.
 const NOT_THERE: u32 = u32::MAX;
 
-/// Objects of the OBJ files that were read, and the parts that were taken out of them.
+/// Parts that were taken out of OBJ files.
 #[derive(Default)]
-pub(super) struct ObjectFiles {
-    /// Objects of each file's mesh.
-    pub objects: HashMap<PathBuf, Arc<Groups>>,
+pub(super) struct Parts {
     /// Parts by file and name, for copies.
-    pub parts: HashMap<(PathBuf, String), Arc<Mesh>>,
+    pub by_name: HashMap<(PathBuf, String), Arc<Mesh>>,
     /// All parts of a file, by division.
     pub divided: HashMap<(PathBuf, Division), Arc<Vec<PartOfObj>>>,
-}
-
-impl ObjectFiles {
-    /// Records the objects of a file's mesh, which are runs of its triangles as groups are.
-    pub fn add(&mut self, file: PathBuf, objects: Groups) {
-        self.objects.insert(file, Arc::new(objects));
-    }
 }
 
 /// A part of an OBJ file.

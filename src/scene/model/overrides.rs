@@ -3,13 +3,13 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use super::assemble::Assembly;
 use super::map_statement::{ByUse, MapUse};
 use super::mtl::MtlMaterial;
 use super::of_surface::OfSurface;
 use super::pictures::Named;
 use super::varying::{Graphs, computed_by};
 use crate::scene::cutout::Cutout;
+use crate::scene::import::Import;
 use crate::scene::keys::spelling;
 use crate::scene::material::{Bump, Computes, NormalMap};
 use crate::scene::mtlx::{self, Document};
@@ -42,16 +42,25 @@ impl Overridden {
     }
 }
 
-impl Assembly {
-    /// Returns true if a `[[material]]` table has this name.
-    pub(super) fn is_overridden(&self, name: &str) -> bool {
-        self.overrides.iter().any(|entry| entry.values.name == name)
-    }
-
-    /// Returns true if a `[[material]]` table of this name states the parameter as a number that pictures of this use give.
-    pub(in crate::scene) fn is_number_stated(&self, name: &str, used: MapUse) -> bool {
-        let entries = self.overrides.iter().filter(|entry| entry.values.name == name);
-        entries.into_iter().any(|entry| entry.values.states_number(used))
+impl Import {
+    /// Finds the material that the `[[material]]` tables define under `name`, without any model: its index, or the error in it. Without
+    /// a name, that of the stand-in material. `None` if no table defines the name.
+    pub fn material_of_table(&mut self, name: &str) -> Option<Result<u16, String>> {
+        if !name.is_empty() && !self.surfaces.is_overridden(name) {
+            return None;
+        }
+        if let Some(known) = self.surfaces.of_tables.get(name) {
+            return Some(Ok(*known));
+        }
+        let shot = self.surfaces.overrides.iter().find(|entry| entry.values.name == name);
+        let path = shot.map_or(PathBuf::new(), |entry| entry.path.clone());
+        let stated = MtlMaterial { name: name.to_string(), ..MtlMaterial::default() };
+        let material = self.settle(stated, &path);
+        Some(material.map_err(|why| why.to_string()).and_then(|material| {
+            let index = self.surfaces.add_settled(material).ok_or("there are too many materials")?;
+            self.surfaces.of_tables.insert(name.to_string(), index);
+            Ok(index)
+        }))
     }
 
     /// Replaces values of a material by those that the `[[material]]` tables of its name state.
@@ -72,17 +81,17 @@ impl Assembly {
         own: Option<OfSurface>,
     ) -> Result<Overridden, SceneError> {
         let mut overridden = own.map_or_else(Overridden::default, |own| self.whole(own));
-        for number in 0..self.overrides.len() {
-            if self.overrides[number].values.name != stated.name {
+        for number in 0..self.surfaces.overrides.len() {
+            if self.surfaces.overrides[number].values.name != stated.name {
                 continue;
             }
-            self.overrides[number].used = true;
-            if let Some(path) = self.overrides[number].mtlx.clone() {
+            self.surfaces.overrides[number].used = true;
+            if let Some(path) = self.surfaces.overrides[number].mtlx.clone() {
                 let of_file = self.mtlx_surface(&path, &stated.name)?;
                 *stated = of_file.stated.clone();
                 overridden = self.whole(of_file);
             }
-            let entry = &self.overrides[number];
+            let entry = &self.surfaces.overrides[number];
             stated.replace_with(&entry.values);
             let MtlMaterial { kd, pr, pm, ke, d, maps, .. } = &entry.values;
             for (is_number, used) in [
@@ -142,10 +151,9 @@ impl Assembly {
     /// # Errors
     /// One that cannot be read, or is no MaterialX.
     pub(in crate::scene) fn mtlx_document(&mut self, path: &Path) -> Result<Arc<Document>, SceneError> {
-        let (document, is_new) = self.mtlx.at(path)?;
+        let (document, is_new) = self.surfaces.mtlx.at(path)?;
         if is_new {
-            self.files.push(path.to_path_buf());
-            self.digests.push(document.digest);
+            self.inputs.add([path.to_path_buf()], document.digest);
         }
         Ok(document)
     }
@@ -154,10 +162,11 @@ impl Assembly {
     ///
     /// # Errors Any such override, in a strict load.
     pub fn report_unused_overrides(&mut self) -> Result<(), SceneError> {
-        let used: Vec<String> = self.materials.iter().map(|material| material.name.clone()).collect();
-        for entry in self.overrides.iter().filter(|entry| !entry.used) {
+        let used: Vec<String> =
+            self.surfaces.materials.iter().map(|material| material.name.clone()).collect();
+        for entry in self.surfaces.overrides.iter().filter(|entry| !entry.used) {
             let name = &entry.values.name;
-            let message = if self.known_names.contains(name) {
+            let message = if self.surfaces.known_names.contains(name) {
                 format!("the material `{name}` is defined, but no face uses it")
             } else {
                 format!(

@@ -2,14 +2,13 @@
 
 use std::path::Path;
 
-use super::assemble::{Assembly, Defined};
 use super::map_statement::{Channel, MapUse};
 use super::mtl::MtlMaterial;
 use super::pictures::PictureUse;
 use super::varying::{self, PARAMETERS, Settled};
 use crate::scene::cutout::{ALL_BUT_OPAQUE, Cutout, LEAST_OPACITY};
+use crate::scene::import::Import;
 use crate::scene::keys::material::AlphaMode;
-use crate::scene::obj::Named;
 use crate::scene::{Material, SceneError};
 
 /// Meaning of alpha that a picture has.
@@ -31,26 +30,16 @@ impl Alpha {
     }
 }
 
-impl Assembly {
-    /// Settles the material that an OBJ file calls `named`, of the MTL statements that were `found`; a grey one without any.
+impl Import {
+    /// Settles a material of what is stated of it in the file at `own`; a grey one where nothing is.
     ///
     /// # Errors A picture that is missing, in a strict load.
-    pub(super) fn settle(
-        &mut self,
-        named: &Named,
-        found: Option<&Defined>,
-        obj: &Path,
-    ) -> Result<Settled, SceneError> {
-        let mut stated = match found {
-            // what the shot file says means what the format says
-            Some(defined) => defined.material.clone().meant(self.kd_beside_map),
-            None => MtlMaterial { name: named.name.clone(), ..MtlMaterial::default() },
-        };
+    pub(super) fn settle(&mut self, mut stated: MtlMaterial, own: &Path) -> Result<Settled, SceneError> {
+        let is_nameless = stated.name.is_empty();
         let overridden = self.override_values(&mut stated)?;
-        let own = found.map_or(obj, |defined| &defined.path);
         let asking = |used| overridden.places[used].as_deref().unwrap_or(own);
         let mut material = stated.settle();
-        if named.name.is_empty() {
+        if is_nameless {
             material.name = Material::fallback().name;
         }
         if let Some(map) = &stated.maps[MapUse::Color] {

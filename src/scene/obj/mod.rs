@@ -1,7 +1,7 @@
 //! Reads the geometry of OBJ files, on all threads.
 //!
 //! What it gives is a soup of triangles with the names of their materials and groups; what materials mean is
-//! found in `mtl`, and `assemble` makes a mesh of both. A file is one model, which moves as one; objects (`o`) and groups
+//! found in `mtl`, and `meshes` makes a mesh of both. A file is one model, which moves as one; objects (`o`) and groups
 //! (`g`) in it are names for mattes, and the last of either counts.
 //!
 //! The text is cut into pieces at line ends (`source`), which are read independently (`piece`). Then

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use glam::DVec3;
 
+use super::readers::Readers;
 use super::tracks::{any_number, each, frames_between, in_order, through};
 use super::{lens, orbit};
 use crate::animation::Track;
@@ -14,7 +15,6 @@ use crate::scene::keys::ShotFile;
 use crate::scene::keys::camera::{CameraKey, CameraTable};
 use crate::scene::keys::toml_text::{At, TomlText};
 use crate::scene::keys::values::file_of_text;
-use crate::scene::model::assemble::Assembly;
 use crate::scene::{CameraTrack, SceneError};
 
 /// Endings of files that have cameras.
@@ -27,7 +27,7 @@ pub fn of_table(
     text: TomlText<'_>,
     table: &At<CameraTable>,
     marked: &[i32],
-    (assembly, rate): (&mut Assembly, f64),
+    (readers, rate): (&mut Readers, f64),
 ) -> Result<CameraTrack, SceneError> {
     let CameraTable { from, animation, projection, interpolation, key } = table.get_ref();
     let refuse = |span: Range<usize>, message: &str| Err(text.fault(span, message));
@@ -48,7 +48,7 @@ pub fn of_table(
     let (path, camera) = file_and_name(text, from)?;
     let animation = animation.as_ref().map(|name| name.get_ref().as_str());
     let choice = CameraChoice { camera: camera.as_deref(), animation, rate };
-    let written = assembly.gltf_camera(&path, choice)?;
+    let written = readers.gltf.camera(&mut readers.import, &path, choice)?;
     let written = written.map_err(|what| text.bad("from", from, &what))?;
     // nobody has seen this text: faults are those of the file
     let of_file = |error: SceneError| SceneError::new(&path, error.message);

@@ -13,6 +13,7 @@ mod orbit;
 mod overrides;
 mod places;
 mod quadric;
+mod readers;
 mod settings;
 mod shapes;
 mod tracks;
@@ -20,15 +21,16 @@ mod tracks;
 use std::path::{Path, PathBuf};
 
 use glam::{DVec3, Vec3};
+use readers::Readers;
 
 use crate::digest::Digest;
 use crate::scene::frames::Run;
+use crate::scene::import::{Import, Imported, Surfaces};
 use crate::scene::keys::material::MaterialTable;
 use crate::scene::keys::toml_text::{At, Three, TomlText};
 use crate::scene::keys::values::{look, optional_color};
 use crate::scene::keys::{BackgroundTable, FloorTable, ModelTable, ShotFile};
 use crate::scene::material::LARGEST_COLOR;
-use crate::scene::model::assemble::{Assembled, Assembly};
 use crate::scene::model::copies::SharedMeshes;
 use crate::scene::model::map_statement::{MapStatement, MapStatements, MapUse};
 use crate::scene::model::material_table::Override;
@@ -153,20 +155,20 @@ pub fn from_text_with(
     })?;
     let says_orbit = camera.get_ref().key.iter().any(|key| key.get_ref().orbit.is_some());
     let overrides = file.material.iter().map(|table| replacement(text, table)).collect::<Result<_, _>>()?;
-    let assembly = Assembly::new(strict, overrides).reading(file.mtl.kd_beside_map_kd);
-    let assembly = match settings::texture_memory(text, render)? {
-        Some(bytes) => assembly.with_texture_memory(bytes),
-        None => assembly,
-    };
-    let mut assembly = match before {
-        Some(file) => assembly.with(file),
-        None => assembly,
+    let mut import = Import::new(strict, overrides);
+    if let Some(bytes) = settings::texture_memory(text, render)? {
+        import.pictures.set_memory(bytes);
+    }
+    let readers = Readers::new(import, file.mtl.kd_beside_map_kd);
+    let mut readers = match before {
+        Some(file) => readers.with(file),
+        None => readers,
     };
     let marked = settings::marked_cuts(text, &file.render)?;
-    let camera = camera::of_table(text, camera, &marked, (&mut assembly, frames_a_second(rate)))?;
+    let camera = camera::of_table(text, camera, &marked, (&mut readers, frames_a_second(rate)))?;
     settings.stereo = file.stereo.as_ref().map(|table| lens::stereo(text, table, &camera)).transpose()?;
     settings.shutter = file.shutter.as_ref().map(|table| lens::shutter(text, table)).transpose()?;
-    assembly.gltf.is_shutter_open = settings.shutter.is_some();
+    readers.gltf.is_shutter_open = settings.shutter.is_some();
     let lights = file.light.iter().zip(1..).map(|(light, i)| light::of_table(text, light, i));
     let lights: Vec<Light> = lights.collect::<Result<_, _>>()?;
     light::check_groups(text, &file.light, &lights)?;
@@ -188,7 +190,7 @@ pub fn from_text_with(
     // for each model its table: of a glTF or USD file there may be many models
     let (mut tables, mut models) = (Vec::new(), Vec::new());
     for table in &file.model {
-        models.extend(models::of_table(text, table, &mut assembly, frames_a_second(rate))?);
+        models.extend(models::of_table(text, table, &mut readers, frames_a_second(rate))?);
         tables.resize(models.len(), table);
     }
     let bounds = extents::bounds_of_meshes(&models);
@@ -199,7 +201,7 @@ pub fn from_text_with(
     }
     let with_eye = extent.with_camera(&camera);
     let space = RenderSpace::fit_for(with_eye);
-    let has_graphs = assembly.has_graphs();
+    let has_graphs = readers.import.surfaces.has_graphs();
     let models = models.into_iter().map(|model| {
         let map = model.track.map_at(frames.first().into());
         let to_world = has_graphs.then(|| map.as_affine3a()).filter(|map| map.is_finite());
@@ -214,21 +216,22 @@ pub fn from_text_with(
     // they count for the size of the shot, so that nothing else changes when one is left out
     models.retain(|model| !model.track.visible.is_never());
     if let Some(table) = &file.floor {
-        models.push(floor_model(text, table, &at_first, &mut assembly, &space)?);
+        models.push(floor_model(text, table, &at_first, &mut readers.import.surfaces, &space)?);
     }
     let camera =
         clipping::without_idle(space.camera(camera), &models, &clipping::Picture::of(&settings, &space));
     let lights = lights.into_iter().map(|light| space.light(light)).collect();
-    assembly.report_unused_overrides()?;
+    let mut import = readers.import;
+    import.report_unused_overrides()?;
     if file.ambient.everywhere {
-        assembly.reflect_ambient_light_as_diffuse();
-    } else if let Some(color) = file.ambient.color.filter(|_| ambient != Vec3::ZERO) {
-        assembly.note_without_ambient(|nothing| {
-            let message = format!("{nothing}; `everywhere = true` in [ambient] makes it use their Kd");
-            text.fault(color.span(), message)
-        });
+        import.surfaces.reflect_ambient_light_as_diffuse();
+    } else if let Some(color) = file.ambient.color.filter(|_| ambient != Vec3::ZERO)
+        && !import.surfaces.reflects_ambient_light()
+    {
+        let message = "the ambient light shows nowhere: Ka is 0 in all materials; `everywhere = true` in [ambient] makes it use their Kd";
+        import.findings.note(text.fault(color.span(), message));
     }
-    let Assembled { materials, textures, mut findings, mut files, mut inputs } = assembly.finish();
+    let Imported { materials, textures, mut findings, mut files, mut inputs } = import.finish();
     files.push(text.path.to_path_buf());
     let environment = environment.map(|read| {
         files.extend(read.file);
@@ -412,13 +415,12 @@ fn floor_model(
     text: TomlText<'_>,
     table: &At<FloorTable>,
     extent: &Extent,
-    assembly: &mut Assembly,
+    surfaces: &mut Surfaces,
     space: &RenderSpace,
 ) -> Result<Model, SceneError> {
     let floor = floor::of_table(text, table.get_ref(), extent)?;
     let too = |what| text.fault(table.span(), what);
-    let material =
-        assembly.add_material(floor.material()).ok_or_else(|| too("there are too many materials"))?;
+    let material = surfaces.add(floor.material()).ok_or_else(|| too("there are too many materials"))?;
     let model = floor.model(text.path, material);
     let model = Model { track: space.track(model.track), ..model };
     model.settled().ok_or_else(|| too("the floor is too far from the models, or too large"))

@@ -8,15 +8,17 @@ use std::sync::Arc;
 use glam::DAffine3;
 
 use super::places::Place;
+use super::readers::Readers;
 use super::{model, places, quadric, shapes};
 use crate::animation::{Track, TransformTrack};
+use crate::scene::given::build;
+use crate::scene::import::Inputs;
+use crate::scene::import::part_of_file::PartOfFile;
 use crate::scene::keys::places::PlacesTable;
 use crate::scene::keys::toml_text::{At, TomlText};
 use crate::scene::keys::values::file_of;
 use crate::scene::keys::{LARGEST_MAP, LEAST_MAP, ModelTable};
-use crate::scene::model::assemble::Assembly;
 use crate::scene::model::read_model::is_ply;
-use crate::scene::part_of_file::PartOfFile;
 use crate::scene::{Mesh, Model, RayKinds, RayVisibility, Role, SceneError};
 
 /// Makes the models of a table; `rate`: frames in a second.
@@ -25,11 +27,11 @@ use crate::scene::{Mesh, Model, RayKinds, RayVisibility, Role, SceneError};
 pub fn of_table(
     text: TomlText<'_>,
     table: &At<ModelTable>,
-    assembly: &mut Assembly,
+    readers: &mut Readers,
     rate: f64,
 ) -> Result<Vec<Model>, SceneError> {
     let ray_visibility = ray_visibility(text, table.get_ref())?;
-    let models = placed(text, table, assembly, rate)?;
+    let models = placed(text, table, readers, rate)?;
     let seen = |model: Model| Model { ray_visibility: model.ray_visibility.and(ray_visibility), ..model };
     Ok(models.into_iter().map(seen).collect())
 }
@@ -61,39 +63,39 @@ fn ray_visibility(text: TomlText<'_>, keys: &ModelTable) -> Result<RayVisibility
 fn placed(
     text: TomlText<'_>,
     table: &At<ModelTable>,
-    assembly: &mut Assembly,
+    readers: &mut Readers,
     rate: f64,
 ) -> Result<Vec<Model>, SceneError> {
     let track = model::track(text, table)?;
     let keys = table.get_ref();
-    if let Some(given) = assembly.given_before.take() {
-        return Ok(assembly
-            .given(&given)?
+    if let Some(given) = readers.given.take() {
+        return Ok(build::models(&mut readers.import, &given)?
             .iter()
             .map(|part| of_part(part, part.name.clone(), text.path, &track))
             .collect());
     }
-    refuse_keys_together(text, table, assembly.path_read_before().is_some())?;
+    refuse_keys_together(text, table, readers.meshes.path_read_before().is_some())?;
     refuse_beside_ply(text, keys)?;
     refuse_parts_of_others(text, keys)?;
     let places = keys.places.as_ref();
-    let places = places.map(|places| places_of(text, keys, places, assembly)).transpose()?;
+    let places =
+        places.map(|places| places_of(text, keys, places, &mut readers.import.inputs)).transpose()?;
     let models = match (&keys.gltf, &keys.usd, &keys.obj) {
         (Some(gltf), ..) => {
             let path = file_of(text, "gltf", gltf)?;
             let animation = keys.animation.as_ref().map(|name| name.get_ref().as_str());
-            let parts = assembly.gltf(&path, animation, rate)?;
+            let parts = readers.gltf.models(&mut readers.import, &path, animation, rate)?;
             of_parts(keys, &path, &parts, &track)
         }
         (None, Some(usd), _) => {
             let path = file_of(text, "usd", usd)?;
-            let parts = assembly.usd(&path)?;
+            let parts = readers.usd.models(&mut readers.import, &path)?;
             of_parts(keys, &path, &parts, &track)
         }
         (None, None, Some(obj)) if keys.group.is_some() || keys.split.is_some() => {
-            parts(text, (table, obj), assembly, &track)?
+            parts(text, (table, obj), readers, &track)?
         }
-        _ => vec![one(text, table, assembly, track)?],
+        _ => vec![one(text, table, readers, track)?],
     };
     let sizes = i64::from(LEAST_MAP)..i64::from(LARGEST_MAP) + 1;
     let map = keys.reflection_map.as_ref();
@@ -122,7 +124,7 @@ fn places_of(
     text: TomlText<'_>,
     keys: &ModelTable,
     places: &At<PlacesTable>,
-    assembly: &mut Assembly,
+    inputs: &mut Inputs,
 ) -> Result<Vec<Place>, SceneError> {
     let other = keys.matrix.as_ref().map(|matrix| ("matrix", matrix.span()));
     if let Some((key, span)) = other.or_else(|| keys.key.first().map(|key| ("key", key.span()))) {
@@ -130,7 +132,7 @@ fn places_of(
             format!("`{key}` and `places` exclude each other: the file of `places` has all matrices");
         return Err(text.fault(span, message));
     }
-    places::of_table(text, places.get_ref(), keys.interpolation, assembly)
+    places::of_table(text, places.get_ref(), keys.interpolation, inputs)
 }
 
 /// Refuses what excludes each other. `is_read`: the model's file was read before, and need not be named.
@@ -228,7 +230,7 @@ fn refuse_parts_of_others(text: TomlText<'_>, table: &ModelTable) -> Result<(), 
 fn parts(
     text: TomlText<'_>,
     (table, obj): (&At<ModelTable>, &At<String>),
-    assembly: &mut Assembly,
+    readers: &mut Readers,
     track: &TransformTrack,
 ) -> Result<Vec<Model>, SceneError> {
     let ModelTable { name, group, split, .. } = table.get_ref();
@@ -246,13 +248,13 @@ fn parts(
         ray_visibility: Default::default(),
     };
     if let Some(group) = group {
-        let part = assembly.part_of_obj(&path, group.get_ref())?;
+        let part = readers.meshes.part(&mut readers.import, &path, group.get_ref())?;
         let part = part.map_err(|what| text.bad("group", group, &format!("is {what}")))?;
         let own_name = || format!("{stem}/{}", part.name);
         return Ok(vec![model(name.clone().unwrap_or_else(own_name), &part.mesh)]);
     }
     let by = split.as_ref().expect("the caller has one of the two");
-    let parts = assembly.divided_obj(&path, *by.get_ref())?;
+    let parts = readers.meshes.divided(&mut readers.import, &path, *by.get_ref())?;
     let parts = parts.map_err(|what| text.bad("split", by, &what))?;
     let whole = name.as_deref().unwrap_or(&stem);
     Ok(parts.iter().map(|part| model(format!("{whole}/{}", part.name), &part.mesh)).collect())
@@ -262,34 +264,37 @@ fn parts(
 fn one(
     text: TomlText<'_>,
     table: &At<ModelTable>,
-    assembly: &mut Assembly,
+    readers: &mut Readers,
     mut track: TransformTrack,
 ) -> Result<Model, SceneError> {
     let ModelTable { name, obj, ply, quadric, shapes, .. } = table.get_ref();
-    let (path, mesh, own_name): (PathBuf, Arc<Mesh>, String) = match (assembly.path_read_before(), quadric) {
-        (None, Some(quadric)) => {
-            let mesh = quadric::of_table(text, quadric, assembly)?;
-            (text.path.to_path_buf(), Arc::new(mesh), String::from(quadric.get_ref().kind.name()))
-        }
-        (before, _) => {
-            let path = match (before, ply) {
-                (Some(path), _) => path,
-                (None, Some(ply)) => file_of(text, "ply", ply)?,
-                (None, None) => file_of(text, "obj", obj.as_ref().expect("all others are refused before"))?,
-            };
-            refuse_other_ending(text, (obj.as_ref(), ply.as_ref()), &path)?;
-            let stem = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-            let mesh = match shapes {
-                None => assembly.mesh(&path)?,
-                Some(shapes) => {
-                    let (mesh, shapes) = shapes::of_table(text, shapes, &path, assembly)?;
-                    track.shapes = Some(shapes);
-                    mesh
-                }
-            };
-            (path, mesh, stem)
-        }
-    };
+    let (path, mesh, own_name): (PathBuf, Arc<Mesh>, String) =
+        match (readers.meshes.path_read_before(), quadric) {
+            (None, Some(quadric)) => {
+                let mesh = quadric::of_table(text, quadric, &mut readers.import)?;
+                (text.path.to_path_buf(), Arc::new(mesh), String::from(quadric.get_ref().kind.name()))
+            }
+            (before, _) => {
+                let path = match (before, ply) {
+                    (Some(path), _) => path,
+                    (None, Some(ply)) => file_of(text, "ply", ply)?,
+                    (None, None) => {
+                        file_of(text, "obj", obj.as_ref().expect("all others are refused before"))?
+                    }
+                };
+                refuse_other_ending(text, (obj.as_ref(), ply.as_ref()), &path)?;
+                let stem = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+                let mesh = match shapes {
+                    None => readers.meshes.mesh(&mut readers.import, &path)?,
+                    Some(shapes) => {
+                        let (mesh, shapes) = shapes::of_table(text, shapes, &path, readers)?;
+                        track.shapes = Some(shapes);
+                        mesh
+                    }
+                };
+                (path, mesh, stem)
+            }
+        };
     Ok(Model {
         name: name.clone().unwrap_or(own_name),
         path,

@@ -1,5 +1,6 @@
 //! Reads the places of a model's copies from their file.
 
+use std::fmt::Display;
 use std::path::Path;
 
 use glam::DAffine3;
@@ -8,11 +9,13 @@ use super::model;
 use super::shapes::STEPS;
 use super::tracks::whole_frames;
 use crate::animation::{Interpolation, Track, Visibility};
+use crate::digest::Digest;
+use crate::input::{self, Input, Kind};
+use crate::scene::import::Inputs;
 use crate::scene::keys::places::PlacesTable;
 use crate::scene::keys::toml_text::TomlText;
 use crate::scene::keys::values::file_of;
-use crate::scene::model::assemble::Assembly;
-use crate::scene::model::npy::Array;
+use crate::scene::model::npy::{self, Array};
 use crate::scene::{Model, SceneError};
 
 /// Numbers of a matrix.
@@ -36,11 +39,11 @@ pub fn of_table(
     text: TomlText<'_>,
     table: &PlacesTable,
     how: Interpolation,
-    assembly: &mut Assembly,
+    inputs: &mut Inputs,
 ) -> Result<Vec<Place>, SceneError> {
     let PlacesTable { file, names, randoms, first, every } = table;
     let path = file_of(text, "file", file)?;
-    let array = assembly.array(&path)?;
+    let array = array_at(&path, inputs)?;
     let keys = match array.shape[..] {
         [_, 3, 4] => 1,
         [_, keys, 3, 4] if keys > 0 => keys,
@@ -79,13 +82,37 @@ pub fn of_table(
     let mut places: Vec<Place> = copies.collect::<Result<_, _>>()?;
     if let Some(names) = names {
         let path = file_of(text, "names", names)?;
-        name_all(&mut places, &assembly.lines(&path)?, &path)?;
+        name_all(&mut places, &lines_of(&path, inputs)?, &path)?;
     }
     if let Some(randoms) = randoms {
         let path = file_of(text, "randoms", randoms)?;
-        number_all(&mut places, &assembly.array(&path)?, &path)?;
+        number_all(&mut places, &array_at(&path, inputs)?, &path)?;
     }
     Ok(places)
+}
+
+/// Reads an array.
+///
+/// # Errors
+/// Those of [`npy::read`].
+fn array_at(path: &Path, inputs: &mut Inputs) -> Result<Array, SceneError> {
+    let array = npy::read(path)?;
+    inputs.add([path.to_path_buf()], array.digest);
+    Ok(array)
+}
+
+/// Reads the lines of a text.
+///
+/// # Errors
+/// Where it cannot be read, or is no text.
+fn lines_of(path: &Path, inputs: &mut Inputs) -> Result<Vec<String>, SceneError> {
+    let unreadable =
+        |error: &dyn Display| SceneError::new(path, format!("the names cannot be read: {error}"));
+    let bytes =
+        input::open(path, Kind::Names).and_then(Input::read_all).map_err(|error| unreadable(&error))?;
+    let text = std::str::from_utf8(&bytes).map_err(|_| unreadable(&"they must be UTF-8 text"))?;
+    inputs.add([path.to_path_buf()], Digest::new(&bytes));
+    Ok(text.lines().map(String::from).collect())
 }
 
 /// Gives each place its name.

@@ -5,9 +5,9 @@ use glam::DVec3;
 use crate::animation::TransformTrack;
 use crate::geometry::Quadric;
 use crate::geometry::quadric::QuadricShape;
+use crate::scene::import::Import;
 use crate::scene::keys::quadric::{QuadricTable, QuadricType};
 use crate::scene::keys::toml_text::{At, TomlText};
-use crate::scene::model::assemble::Assembly;
 use crate::scene::render_space::{Extent, RenderSpace};
 use crate::scene::{Mesh, Model, SceneError};
 
@@ -30,7 +30,7 @@ const FARTHEST_RIM: f64 = 1e15;
 pub fn of_table(
     text: TomlText<'_>,
     table: &At<QuadricTable>,
-    assembly: &mut Assembly,
+    import: &mut Import,
 ) -> Result<Mesh, SceneError> {
     let quadric = table.get_ref();
     refuse_foreign_keys(text, quadric)?;
@@ -38,19 +38,20 @@ pub fn of_table(
     let is_open = quadric.open.as_ref().is_some_and(|open| *open.get_ref());
     let name = quadric.material.as_ref();
     let material = match name {
-        None => assembly.material_named(""),
+        None => import.material_of_table(""),
         Some(name) if name.get_ref().is_empty() => None,
-        Some(name) => assembly.material_named(name.get_ref()),
+        Some(name) => import.material_of_table(name.get_ref()),
     };
     let unknown = || {
         let name = name.map_or("", |name| name.get_ref());
-        format!("there is no [[material]] `{name}`{}", assembly.hint_at_material(name))
+        format!("there is no [[material]] `{name}`{}", import.surfaces.hint_at(name))
     };
     let span = || name.map_or(table.span(), At::span);
     let material = material.ok_or_else(|| text.fault(span(), unknown()))?;
     let material = material.map_err(|why| text.fault(span(), why))?;
-    let mesh = Mesh::of_quadric(Quadric::new(shape, is_open), material, assembly.casts_shadow(material));
-    Ok(assembly.with_details(mesh, &[]))
+    let mesh =
+        Mesh::of_quadric(Quadric::new(shape, is_open), material, import.surfaces.casts_shadow(material));
+    Ok(import.arranger().with_details(mesh, &[]))
 }
 
 fn shape(text: TomlText<'_>, table: &At<QuadricTable>) -> Result<QuadricShape, SceneError> {

@@ -4,11 +4,11 @@ use std::ops::RangeInclusive;
 use std::path::Path;
 use std::sync::Arc;
 
+use super::readers::Readers;
 use crate::animation::ShapeTrack;
 use crate::scene::keys::shapes::ShapesTable;
 use crate::scene::keys::toml_text::{At, TomlText};
 use crate::scene::keys::values::file_of;
-use crate::scene::model::assemble::Assembly;
 use crate::scene::model::shape_files::{Numbered, ReadShapes, ShapeSource};
 use crate::scene::{Mesh, SceneError};
 
@@ -26,7 +26,7 @@ pub fn of_table(
     text: TomlText<'_>,
     table: &At<ShapesTable>,
     path: &Path,
-    assembly: &mut Assembly,
+    readers: &mut Readers,
 ) -> Result<(Arc<Mesh>, ShapeTrack), SceneError> {
     let ShapesTable { obj, cache, first, every, repeat } = table.get_ref();
     let source = match (obj, cache) {
@@ -48,7 +48,7 @@ pub fn of_table(
         text.number("first", first, "a frame's number", |first| first.abs() <= f64::from(i32::MAX))
     });
     let (every, first) = (every.transpose()?, first.transpose()?);
-    let ReadShapes { mesh, keys, says, .. } = assembly.deforming(path, source)?;
+    let ReadShapes { mesh, keys, says, .. } = readers.meshes.deforming(&mut readers.import, path, source)?;
     let (begins, _) = keys[0];
     let (says_first, says_every) = says.unwrap_or((begins, 1.0));
     let (first, every) = (first.unwrap_or(says_first), every.unwrap_or(says_every));

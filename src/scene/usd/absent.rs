@@ -4,15 +4,15 @@ use std::path::Path;
 use std::sync::Arc;
 
 use crate::scene::SceneError;
-use crate::scene::model::assemble::Assembly;
-use crate::scene::part_of_file::PartOfFile;
+use crate::scene::import::Import;
+use crate::scene::import::part_of_file::PartOfFile;
 use crate::scene::shot::Shot;
 use crate::scene::turntable::Options;
 use crate::scene::written::Written;
 
 /// Nothing: no USD file is read.
 #[derive(Default)]
-pub(crate) struct UsdFiles;
+pub(in crate::scene) struct UsdFiles;
 
 fn refused(path: &Path) -> SceneError {
     let message = "this program was built without USD: build it with `cargo build --release --features usd` (Rust 1.95 or later), or \
@@ -34,12 +34,11 @@ pub fn text(path: &Path, _: &str, _: &Options) -> Result<Written, SceneError> {
     Err(refused(path))
 }
 
-impl Assembly {
+impl UsdFiles {
     /// Refuses the file at `path`.
     ///
     /// # Errors Always.
-    pub fn usd(&mut self, path: &Path) -> Result<Arc<Vec<PartOfFile>>, SceneError> {
-        let UsdFiles = self.usd;
+    pub fn models(&mut self, _: &mut Import, path: &Path) -> Result<Arc<Vec<PartOfFile>>, SceneError> {
         Err(refused(path))
     }
 }

@@ -4,12 +4,12 @@ use std::path::PathBuf;
 
 use glam::{DVec3, Vec3};
 
-use super::file::{Input, Picture, Surface, UsdFile};
+use super::file::{Input, Picture, Surface};
+use super::reading::Reading;
 use super::tiles::Tiles;
 use crate::memory::{self, Need, Part};
 use crate::scene::keys::material::AlphaMode;
 use crate::scene::material::{LARGEST_COLOR, head_on};
-use crate::scene::model::assemble::Assembly;
 use crate::scene::model::decoded::{ColorSpace, Decoded};
 use crate::scene::model::dielectric::{Below, index_of, stated_index};
 use crate::scene::model::map_statement::{Channel, MapUse};
@@ -22,74 +22,68 @@ use crate::scene::{Material, SceneError, Texture, texture};
 /// Reflectance at normal incidence above which a surface of the specular workflow is a metal: no plastic or gem reflects as much.
 const LEAST_METAL: f64 = 0.25;
 
-impl Assembly {
+impl Reading<'_> {
     /// Settles a surface of a file; none: that of faces without one. Returns its index.
     ///
     /// # Errors In a strict load: a picture that is missing.
-    pub(super) fn usd_material(
-        &mut self,
-        file: &UsdFile,
-        surface: Option<usize>,
-        unused: &mut Vec<&'static str>,
-    ) -> Result<u16, SceneError> {
-        let Some(surface) = surface.and_then(|number| file.content.surfaces.get(number)) else {
-            return self.add_material_of(&file.path, Material::fallback().into());
+    pub(super) fn material(&mut self, surface: Option<usize>) -> Result<u16, SceneError> {
+        let Some(surface) = surface.and_then(|number| self.file.content.surfaces.get(number)) else {
+            return self.import.surfaces.add_of(&self.file.path, Material::fallback().into());
         };
-        let network = self.usd_network(file, surface)?;
+        let network = self.network(surface)?;
         let (mut stated, is_rough_by_coat) = match &network {
             Some(network) => (MtlMaterial { name: surface.name.clone(), ..network.stated.clone() }, false),
-            None => self.usd_stated(file, surface, unused)?,
+            None => self.stated(surface)?,
         };
-        self.known_names.push(stated.name.clone());
-        let overridden = self.override_surface(&mut stated, network)?;
+        self.import.surfaces.known_names.push(stated.name.clone());
+        let overridden = self.import.override_surface(&mut stated, network)?;
         let shot = &overridden.places;
         let mut material = stated.settle();
         material.has_vertex_colors = surface.is_tinted && !overridden.is_whole;
         let color = match &surface.diffuse {
-            Input::Picture(picture) => Some(self.usd_texture(file, picture, unused)?),
+            Input::Picture(picture) => Some(self.texture(picture)?),
             Input::Constant(_) => None,
         };
         material.diffuse_map = match (&shot[MapUse::Color], &stated.maps[MapUse::Color]) {
-            (Some(shot), Some(map)) => Some(self.picture(map, shot, PictureUse::Color)?),
+            (Some(shot), Some(map)) => Some(self.import.picture(map, shot, PictureUse::Color)?),
             _ => color.filter(|_| !overridden.is_whole),
         };
         let graphs = overridden.apply(&mut material);
         // what the file states by itself is no statement of MTL
-        let asking = |used| shot[used].as_deref().unwrap_or(&file.path);
-        let mut settled = self.settle_maps(&stated, asking, Settled { material, graphs })?;
-        let usd_alpha = if overridden.is_whole { None } else { self.usd_alpha(file, surface, color)? };
+        let asking = |used| shot[used].as_deref().unwrap_or(&self.file.path);
+        let mut settled = self.import.settle_maps(&stated, asking, Settled { material, graphs })?;
+        let usd_alpha = if overridden.is_whole { None } else { self.alpha(surface, color)? };
         if let (Some(shot), Some(map)) = (&shot[MapUse::Opacity], &stated.maps[MapUse::Opacity]) {
-            let map = self.picture(map, shot, PictureUse::Opacity)?;
-            self.show_stated_alpha(&mut settled, map, stated.alpha_mode);
+            let map = self.import.picture(map, shot, PictureUse::Opacity)?;
+            self.import.show_stated_alpha(&mut settled, map, stated.alpha_mode);
         } else if let Some((map, of_file)) = usd_alpha {
             let alpha = match (stated.alpha_mode, of_file) {
                 (None, _) | (Some(AlphaMode::Cut), Alpha::Cut(_)) => of_file,
                 _ => Alpha::of(stated.alpha_mode),
             };
-            self.show_alpha(&mut settled, map, alpha);
+            self.import.show_alpha(&mut settled, map, alpha);
         }
         if !overridden.is_whole {
-            self.usd_maps(file, surface, is_rough_by_coat, &mut settled)?;
+            self.add_maps(surface, is_rough_by_coat, &mut settled)?;
         }
-        self.add_material_of(&file.path, settled)
+        self.import.surfaces.add_of(&self.file.path, settled)
     }
 
     /// Adds the pictures of normals and parameters that the shot file does not replace.
-    fn usd_maps(
+    fn add_maps(
         &mut self,
-        file: &UsdFile,
         surface: &Surface,
         is_rough_by_coat: bool,
         Settled { material, graphs }: &mut Settled,
     ) -> Result<(), SceneError> {
         if let Some(picture) = surface.normal.as_ref().filter(|_| material.normal_map.is_none()) {
-            let index = self.usd_picture(file, picture, PictureUse::Normals)?;
+            let index = self.place(picture, PictureUse::Normals)?;
             material.normal_map = match slope_of(picture) {
-                Some(slope) => self.pictures.normal_map(index, slope),
-                None if self.pictures.is_stand_in(index) => None,
+                Some(slope) => self.import.pictures.normal_map(index, slope),
+                None if self.import.pictures.is_stand_in(index) => None,
                 None => {
-                    let index = self.usd_normals(file, picture)?;
-                    self.pictures.normal_map(index, 1.0)
+                    let index = self.normals(picture)?;
+                    self.import.pictures.normal_map(index, 1.0)
                 }
             };
         }
@@ -100,14 +94,14 @@ impl Assembly {
             (MapUse::Emission, &surface.emissive, true),
         ] {
             let is_shown = computed_by(used).is_some_and(|of| graphs.has(of));
-            let is_replaced = is_shown || self.is_number_stated(&material.name, used);
+            let is_replaced = is_shown || self.import.surfaces.is_number_stated(&material.name, used);
             let Some(picture) = picture_of_parameter(input, used).filter(|_| is_there && !is_replaced) else {
                 continue;
             };
-            let map = self.usd_picture(file, picture, picture_use(used))?;
+            let map = self.place(picture, picture_use(used))?;
             let channel = [Channel::Red, Channel::Green, Channel::Blue, Channel::Alpha];
             let channel = channel[picture.channel.unwrap_or(0).min(3)];
-            if !self.pictures.is_stand_in(map) {
+            if !self.import.pictures.is_stand_in(map) {
                 graphs.show(used, map, channel);
             }
         }
@@ -115,31 +109,25 @@ impl Assembly {
     }
 
     /// Values of a surface, as an MTL file would state them, and whether its roughness is that of its coat.
-    fn usd_stated(
-        &mut self,
-        file: &UsdFile,
-        surface: &Surface,
-        unused: &mut Vec<&'static str>,
-    ) -> Result<(MtlMaterial, bool), SceneError> {
+    fn stated(&mut self, surface: &Surface) -> Result<(MtlMaterial, bool), SceneError> {
         let base = match &surface.diffuse {
             Input::Constant(color) => *color,
             // the picture is multiplied by it
             Input::Picture(picture) => {
                 if picture.bias[..3] != [0.0; 3] {
-                    unused.push("what is added to textures (bias) is not used for colours");
+                    self.unused.push("what is added to textures (bias) is not used for colours");
                 }
                 DVec3::from_slice(&picture.scale)
             }
         };
-        let emissive = self.usd_factor(file, &surface.emissive, MapUse::Emission, unused)?;
-        let roughness =
-            self.usd_factor(file, &surface.roughness, MapUse::Roughness, unused)?.x.clamp(0.0, 1.0);
-        let mut metallic = self.usd_factor(file, &surface.metallic, MapUse::Metal, unused)?.x.clamp(0.0, 1.0);
+        let emissive = self.factor(&surface.emissive, MapUse::Emission)?;
+        let roughness = self.factor(&surface.roughness, MapUse::Roughness)?.x.clamp(0.0, 1.0);
+        let mut metallic = self.factor(&surface.metallic, MapUse::Metal)?.x.clamp(0.0, 1.0);
         let (mut base, mut index) = (base, surface.ior);
         if let Some(specular) = surface.specular {
             metallic = 0.0;
             if specular.max_element() > LEAST_METAL {
-                unused.push(
+                self.unused.push(
                     "surfaces that reflect colours (useSpecularWorkflow) are shown as metal of that colour",
                 );
                 (metallic, base) = (1.0, specular);
@@ -150,7 +138,7 @@ impl Assembly {
         let mut of_coat = None;
         if let Some(coat) = surface.coat {
             let below = Below { head_on: head_on(index), metallic };
-            if let Some(layer) = coat.over(below, |message| unused.push(message)) {
+            if let Some(layer) = coat.over(below, |message| self.unused.push(message)) {
                 index = index_of(layer.head_on);
                 of_coat = layer.coat_roughness;
             }
@@ -181,13 +169,7 @@ impl Assembly {
     }
 
     /// Value of an input: of a picture the factor by which it is multiplied, or its mean if it is more than multiplied.
-    fn usd_factor(
-        &mut self,
-        file: &UsdFile,
-        input: &Input,
-        used: MapUse,
-        unused: &mut Vec<&'static str>,
-    ) -> Result<DVec3, SceneError> {
+    fn factor(&mut self, input: &Input, used: MapUse) -> Result<DVec3, SceneError> {
         let picture = match input {
             Input::Constant(value) => return Ok(*value),
             Input::Picture(picture) => picture,
@@ -198,10 +180,10 @@ impl Assembly {
                 None => DVec3::from_slice(&picture.scale),
             });
         }
-        unused.push(
+        self.unused.push(
             "of pictures of roughness, metal and emission to which numbers are added (bias), or of raw colours, the mean counts",
         );
-        let decoded = self.usd_decoded(file, picture, PictureUse::Parameter)?;
+        let decoded = self.decoded(picture, PictureUse::Parameter)?;
         let is_number = picture.is_raw || picture.channel.is_some();
         let means = decoded.means(|channel, byte| match is_number || channel == 3 {
             true => f64::from(byte) / 255.0,
@@ -216,12 +198,7 @@ impl Assembly {
     }
 
     /// Texture of a surface's opacity, and what its alpha means. `color`: the texture of its colour.
-    fn usd_alpha(
-        &mut self,
-        file: &UsdFile,
-        surface: &Surface,
-        color: Option<u32>,
-    ) -> Result<Option<(u32, Alpha)>, SceneError> {
+    fn alpha(&mut self, surface: &Surface, color: Option<u32>) -> Result<Option<(u32, Alpha)>, SceneError> {
         let Input::Picture(picture) = &surface.opacity else { return Ok(None) };
         let channel = picture.channel.unwrap_or(0);
         let alpha = if surface.opacity_threshold > 0.0 {
@@ -241,14 +218,14 @@ impl Assembly {
         };
         let map = match of_color {
             Some(map) => map,
-            None => self.usd_opacity_texture(file, picture, channel)?,
+            None => self.opacity_texture(picture, channel)?,
         };
         Ok(Some((map, alpha)))
     }
 
     /// Texture of the normals that a picture's scale and bias make of its numbers. Returns its index.
-    fn usd_normals(&mut self, file: &UsdFile, picture: &Picture) -> Result<u32, SceneError> {
-        let decoded = self.usd_decoded(file, picture, PictureUse::Normals)?;
+    fn normals(&mut self, picture: &Picture) -> Result<u32, SceneError> {
+        let decoded = self.decoded(picture, PictureUse::Normals)?;
         let finest = decoded.image.finest();
         let byte = |texel: [u8; 4], channel: usize| {
             let number = f64::from(texel[channel]) / 255.0 * picture.scale[channel] + picture.bias[channel];
@@ -259,25 +236,25 @@ impl Assembly {
         let image = Decoded::of_bytes(decoded.size(), texels).as_numbers();
         let mut path = picture.path.clone().into_os_string();
         path.push(format!("#normals {:?} {:?}", picture.scale, picture.bias));
-        Ok(self.pictures.place(Texture { path: PathBuf::from(path), image, mapping: picture.mapping }))
+        Ok(self.import.pictures.place(Texture { path: PathBuf::from(path), image, mapping: picture.mapping }))
     }
 
     /// A picture of all tiles, beside and above each other, each as large as the largest one.
-    fn usd_tiles(
+    fn all_tiles(
         &mut self,
-        file: &UsdFile,
         (picture, tiles): (&Picture, &Tiles),
         used: PictureUse,
     ) -> Result<Decoded, SceneError> {
         let mut read = Vec::with_capacity(tiles.files.len());
         for (place, path) in &tiles.files {
             let tile = Picture { path: path.clone(), tiles: None, ..picture.clone() };
-            read.push((*place, self.usd_decoded(file, &tile, used)?));
+            read.push((*place, self.decoded(&tile, used)?));
         }
         let edge = |axis: usize| read.iter().map(|(_, tile)| tile.size()[axis]).max().unwrap_or(1);
         let of_tile = [edge(0), edge(1)];
         let size = [0, 1].map(|axis| u64::from(of_tile[axis]) * u64::from(tiles.size[axis]));
-        let fault = |why: String| file.fault(format!("the tiles of `{}` are too large: {why}", picture.name));
+        let fault =
+            |why: String| self.file.fault(format!("the tiles of `{}` are too large: {why}", picture.name));
         let need =
             Need::new(Part::new("a texture of tiles", 8 * size[0] * size[1], "smaller tiles, fewer tiles"));
         need.check(&memory::left()).map_err(|error| fault(error.to_string()))?;
@@ -303,63 +280,43 @@ impl Assembly {
     }
 
     /// Texture whose alpha is a channel of a picture. Returns its index.
-    fn usd_opacity_texture(
-        &mut self,
-        file: &UsdFile,
-        picture: &Picture,
-        channel: usize,
-    ) -> Result<u32, SceneError> {
-        let decoded = self.usd_decoded(file, picture, PictureUse::Parameter)?;
+    fn opacity_texture(&mut self, picture: &Picture, channel: usize) -> Result<u32, SceneError> {
+        let decoded = self.decoded(picture, PictureUse::Parameter)?;
         let (finest, size) = (decoded.image.finest(), decoded.size());
         let texels = (0..finest.texels.count()).map(|texel| finest.texels.get(texel).bytes());
         let texels = texels.map(|texel| [texel[0], texel[1], texel[2], texel[channel]]).collect();
         let mut path = picture.path.clone().into_os_string();
         path.push(format!("#channel {channel}"));
         let texture = Texture::of_bytes(PathBuf::from(path), size, texels, picture.mapping);
-        Ok(self.pictures.place(texture))
+        Ok(self.import.pictures.place(texture))
     }
 
     /// The texture of a colour. Returns its index.
-    fn usd_texture(
-        &mut self,
-        file: &UsdFile,
-        picture: &Picture,
-        unused: &mut Vec<&'static str>,
-    ) -> Result<u32, SceneError> {
+    fn texture(&mut self, picture: &Picture) -> Result<u32, SceneError> {
         if picture.channel.is_some() {
-            unused.push(
+            self.unused.push(
                 "colours are those of a picture's red, green and blue, also where one channel is named",
             );
         }
-        self.usd_picture(file, picture, PictureUse::Color)
+        self.place(picture, PictureUse::Color)
     }
 
     /// Places a picture. Returns its index.
-    pub(super) fn usd_picture(
-        &mut self,
-        file: &UsdFile,
-        picture: &Picture,
-        used: PictureUse,
-    ) -> Result<u32, SceneError> {
-        let decoded = self.usd_decoded(file, picture, used)?;
+    pub(super) fn place(&mut self, picture: &Picture, used: PictureUse) -> Result<u32, SceneError> {
+        let decoded = self.decoded(picture, used)?;
         let path = picture.path.clone();
         let space = picture.is_raw.then_some(ColorSpace::Linear);
-        let image = self.pictures.image_for(&path, &decoded, used, space)?;
-        Ok(self.pictures.place(Texture { path, image, mapping: picture.mapping }))
+        let image = self.import.pictures.image_for(&path, &decoded, used, space)?;
+        Ok(self.import.pictures.place(Texture { path, image, mapping: picture.mapping }))
     }
 
-    fn usd_decoded(
-        &mut self,
-        file: &UsdFile,
-        picture: &Picture,
-        used: PictureUse,
-    ) -> Result<Decoded, SceneError> {
+    fn decoded(&mut self, picture: &Picture, used: PictureUse) -> Result<Decoded, SceneError> {
         if let Some(tiles) = &picture.tiles {
-            if let Some(known) = self.pictures.known(&picture.path) {
+            if let Some(known) = self.import.pictures.known(&picture.path) {
                 return Ok(known);
             }
-            let all = self.usd_tiles(file, (picture, tiles), used)?;
-            return Ok(self.pictures.keep(picture.path.clone(), all));
+            let all = self.all_tiles((picture, tiles), used)?;
+            return Ok(self.import.pictures.keep(picture.path.clone(), all));
         }
         let content = match &picture.packed {
             Some(bytes) => Content::Bytes(bytes),
@@ -369,11 +326,11 @@ impl Assembly {
             path: picture.path.clone(),
             content,
             name: &picture.name,
-            asking: &file.path,
+            asking: &self.file.path,
             line: None,
             used,
         };
-        self.pictures.decoded(wanted, &mut self.findings)
+        self.import.pictures.decoded(wanted, &mut self.import.findings)
     }
 }
 

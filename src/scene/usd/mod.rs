@@ -37,6 +37,8 @@ mod parts;
 #[cfg(feature = "usd")]
 mod place;
 #[cfg(feature = "usd")]
+mod reading;
+#[cfg(feature = "usd")]
 mod resolver;
 #[cfg(feature = "usd")]
 mod shader;
@@ -60,13 +62,15 @@ mod walk;
 mod whole;
 
 #[cfg(not(feature = "usd"))]
-pub use absent::text;
+pub(in crate::scene) use absent::UsdFiles;
 #[cfg(not(feature = "usd"))]
-pub(crate) use absent::{UsdFiles, shot};
+pub(crate) use absent::shot;
+#[cfg(not(feature = "usd"))]
+pub use absent::text;
 #[cfg(feature = "usd")]
 pub(crate) use file::UsdFile;
 #[cfg(feature = "usd")]
-pub(crate) use parts::UsdFiles;
+pub(in crate::scene) use parts::UsdFiles;
 #[cfg(feature = "usd")]
 pub(crate) use whole::shot;
 #[cfg(feature = "usd")]

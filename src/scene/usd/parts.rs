@@ -1,25 +1,24 @@
 //! The models of a USD file: one for each mesh that it shows.
 
-use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::collections::{BTreeSet, HashMap};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::file::{ShownMesh, UsdFile, UsdMesh};
+use super::reading::Reading;
 use crate::animation::ShapeTrack;
-use crate::scene::model::assemble::Assembly;
+use crate::scene::import::Import;
+use crate::scene::import::part_of_file::{NodeTrack, PartOfFile, Surface};
 use crate::scene::model::deformed;
 use crate::scene::model::shape_files::Distinct;
-use crate::scene::part_of_file::{NodeTrack, PartOfFile, Surface};
 use crate::scene::{Mesh, SceneError};
 
 /// Files that were read, and what was made of them.
 #[derive(Default)]
-pub(crate) struct UsdFiles {
+pub(in crate::scene) struct UsdFiles {
     /// Files that were read, and not asked for yet.
     before: HashMap<PathBuf, Arc<UsdFile>>,
     parts: HashMap<PathBuf, Arc<Vec<PartOfFile>>>,
-    /// What was left out of networks of MaterialX, with the names of the materials.
-    pub(super) left_out: BTreeMap<String, BTreeSet<String>>,
 }
 
 impl UsdFiles {
@@ -40,33 +39,41 @@ fn known_as(path: &Path) -> PathBuf {
     path.canonicalize().unwrap_or_else(|_| path.to_path_buf())
 }
 
-impl Assembly {
+impl UsdFiles {
     /// The models of the USD file at `path`.
     ///
     /// # Errors A file that cannot be read, is damaged, or shows nothing; in a strict load also one that names what is missing.
-    pub fn usd(&mut self, path: &Path) -> Result<Arc<Vec<PartOfFile>>, SceneError> {
+    pub fn models(&mut self, import: &mut Import, path: &Path) -> Result<Arc<Vec<PartOfFile>>, SceneError> {
         let known = known_as(path);
-        if let Some(parts) = self.usd.parts.get(&known) {
+        if let Some(parts) = self.parts.get(&known) {
             return Ok(parts.clone());
         }
-        let file = match self.usd.before.remove(&known) {
+        let file = match self.before.remove(&known) {
             Some(file) => file,
             None => Arc::new(UsdFile::open(path)?),
         };
-        self.files.extend(file.files.iter().cloned());
-        self.digests.push(file.digest);
-        let mut unused = Vec::new();
-        let built = self.usd_meshes(&file, &mut unused)?;
+        import.inputs.add(file.files.iter().cloned(), file.digest);
+        let parts = Arc::new(Reading::new(&file, import).models()?);
+        self.parts.insert(known, parts.clone());
+        Ok(parts)
+    }
+}
+
+impl Reading<'_> {
+    /// The models of the file.
+    fn models(mut self) -> Result<Vec<PartOfFile>, SceneError> {
+        let built = self.meshes()?;
+        let Self { file, import, unused, left_out } = self;
         let parts: Vec<PartOfFile> =
             file.content.shown.iter().filter_map(|shown| part(shown, &built)).collect();
         for defect in &file.content.defects {
-            self.findings.stand_in(file.fault(defect))?;
+            import.findings.stand_in(file.fault(defect))?;
         }
         let unused: BTreeSet<&str> =
             unused.into_iter().chain(file.content.unused.iter().map(String::as_str)).collect();
-        unused.into_iter().for_each(|message| self.findings.note(file.fault(message)));
-        for (said, materials) in std::mem::take(&mut self.usd.left_out) {
-            self.findings.note(file.fault(format!("{}: {said}", named(&materials))));
+        unused.into_iter().for_each(|message| import.findings.note(file.fault(message)));
+        for (said, materials) in left_out {
+            import.findings.note(file.fault(format!("{}: {said}", named(&materials))));
         }
         if parts.is_empty() {
             let why = file.content.defects.first().map_or(String::new(), |defect| format!(" ({defect})"));
@@ -74,17 +81,12 @@ impl Assembly {
                 file.fault(format!("it shows no meshes with triangles, which alone can be rendered{why}"))
             );
         }
-        let parts = Arc::new(parts);
-        self.usd.parts.insert(known, parts.clone());
         Ok(parts)
     }
 
-    /// Builds the meshes of a file; `unused` grows by what has no effect.
-    fn usd_meshes(
-        &mut self,
-        file: &UsdFile,
-        unused: &mut Vec<&'static str>,
-    ) -> Result<Vec<Option<BuiltMesh>>, SceneError> {
+    /// Builds the meshes of the file.
+    fn meshes(&mut self) -> Result<Vec<Option<BuiltMesh>>, SceneError> {
+        let file = self.file;
         let mut materials: HashMap<Option<usize>, u16> = HashMap::new();
         let mut built = Vec::with_capacity(file.content.meshes.len());
         for mesh in &file.content.meshes {
@@ -106,7 +108,7 @@ impl Assembly {
                 let index = match materials.get(surface) {
                     Some(index) => *index,
                     None => {
-                        let index = self.usd_material(file, *surface, unused)?;
+                        let index = self.material(*surface)?;
                         materials.insert(*surface, index);
                         index
                     }
@@ -124,7 +126,7 @@ impl Assembly {
                 triangles,
                 ..Surface::default()
             };
-            let own = self.mesh_of_runs(surface, runs);
+            let own = self.import.arranger().mesh_of_runs(surface, runs);
             let (mesh, shapes) = match kept {
                 Some(kept) => deformed::with_shapes(own, shapes, kept, point_of),
                 None => (own, None),

@@ -8,11 +8,11 @@ use embree::VertexBuffer;
 use glam::{DAffine3, Vec2, Vec3};
 use half::f16;
 
-use super::cutout::VertexData;
-use super::details::Details;
-use super::model::assemble::Assembly;
-use super::{Mesh, RayVisibility};
+use super::arrange::Arranger;
 use crate::animation::{Interpolation, ShapeTrack, Track, Visibility};
+use crate::scene::cutout::VertexData;
+use crate::scene::details::Details;
+use crate::scene::{Mesh, RayVisibility};
 
 /// Ratio of the volume of a map to that of a cube of its largest stretch below which it makes things flat.
 const FLAT: f64 = 1e-24;
@@ -105,13 +105,9 @@ pub fn is_flat(map: &DAffine3) -> bool {
     !(largest > 1e-9 && volume > FLAT * largest.powi(3) && largest < 1e9)
 }
 
-impl Assembly {
+impl Arranger<'_> {
     /// Arranges a mesh: triangles that cast shadows come first. `runs`: consecutive triangles, and the index of their material.
-    pub(in crate::scene) fn mesh_of_runs(
-        &self,
-        surface: Surface,
-        mut runs: Vec<(Range<usize>, u16)>,
-    ) -> Mesh {
+    pub fn mesh_of_runs(&self, surface: Surface, mut runs: Vec<(Range<usize>, u16)>) -> Mesh {
         let has = VertexData { uvs: !surface.uvs.is_empty(), alphas: !surface.alphas.is_empty() };
         let casts = |material: u16| self.casts_shadow_on(material, has);
         runs.sort_by_key(|(_, material)| self.rank(*material, has));

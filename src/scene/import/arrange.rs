@@ -1,75 +1,24 @@
-//! Meshes with their triangles in the order that tracers want: those that cast shadows first, and those that are cut out together.
+//! Arranges meshes for what their materials are: their triangles in the order that tracers want, those that cast shadows first and those that
+//! are cut out together; and what materials need of them beside their vertices.
 
 use std::collections::HashMap;
-use std::iter;
-use std::ops::Range;
 use std::sync::Arc;
 
-use embree::VertexBuffer;
-
-use super::assemble::Assembly;
-use crate::scene::Mesh;
 use crate::scene::cutout::{CutTriangles, Cutout, Mask, VertexData};
 use crate::scene::details::{Details, ObjectSpace};
-use crate::scene::mesh::Groups;
-use crate::scene::obj::{self, ObjFile};
+use crate::scene::{Material, Mesh, Texture};
 
-/// A run of consecutive triangles that have the same material and group.
-struct Stretch {
-    range: Range<usize>,
-    of: obj::Use,
+/// Arranges meshes of these materials and their textures.
+#[derive(Clone, Copy)]
+pub(in crate::scene) struct Arranger<'a> {
+    pub materials: &'a [Material],
+    pub textures: &'a [Texture],
 }
 
-impl Assembly {
-    /// Orders the triangles: first those that cast shadows, each kind in the order of the file. Returns also the objects, as runs
-    /// of triangles.
-    pub(super) fn mesh_of(&self, obj: ObjFile, ids: &[u16]) -> (Mesh, Groups) {
-        let id = |stretch: &Stretch| ids[stretch.of.material as usize];
-        let has = VertexData { uvs: !obj.uvs.is_empty(), alphas: false };
-        let casts = |stretch: &Stretch| self.casts_shadow_on(id(stretch), has);
-        let rank = |stretch: &Stretch| self.rank(id(stretch), has);
-        let mut stretches = Vec::with_capacity(obj.uses.len());
-        let mut begin = 0;
-        for (count, of) in &obj.uses {
-            stretches.push(Stretch { range: begin..begin + count, of: *of });
-            begin += count;
-        }
-        let casting = stretches.iter().filter(|stretch| casts(stretch));
-        let shadow_casting = casting.map(|stretch| stretch.range.len()).sum();
-        let mut triangles = obj.triangles;
-        if !stretches.is_sorted_by_key(rank) {
-            stretches.sort_by_key(rank);
-            let mut ordered = Vec::with_capacity(triangles.len());
-            stretches.iter().for_each(|stretch| ordered.extend_from_slice(&triangles[stretch.range.clone()]));
-            triangles = ordered;
-        }
-        let mut material_of = Vec::with_capacity(triangles.len());
-        let mut groups = Groups::named(obj.groups.into_iter().map(|group| group.name));
-        let mut objects = Groups::named(iter::empty()); // their names are among those of the groups
-        for stretch in &stretches {
-            groups.begin(material_of.len() as u32, stretch.of.group);
-            objects.begin(material_of.len() as u32, stretch.of.object);
-            material_of.extend(iter::repeat_n(id(stretch), stretch.range.len()));
-        }
-        let mesh = Mesh {
-            positions: Arc::new(VertexBuffer::new(obj.positions)),
-            triangles: Arc::new(triangles),
-            normals: obj.normals,
-            uvs: obj.uvs,
-            cut: self.cut_triangles(&material_of, has),
-            material_of,
-            groups: Arc::new(groups),
-            shadow_casting,
-            quadric: None,
-            shapes: None,
-            details: Arc::new(Details { colors: obj.colors, ..Details::default() }),
-        };
-        (self.with_details(mesh, &[]), objects)
-    }
-
+impl Arranger<'_> {
     /// Gives a mesh what its materials need beside its vertices: tangents, of which `of_vertices` are those that its file states, if it
     /// does; and the space of graphs.
-    pub(in crate::scene) fn with_details(&self, mesh: Mesh, of_vertices: &[[f32; 4]]) -> Mesh {
+    pub fn with_details(&self, mesh: Mesh, of_vertices: &[[f32; 4]]) -> Mesh {
         let mesh = self.with_tangents(mesh, of_vertices);
         let has_graph = |material: &u16| self.materials[usize::from(*material)].programs().next().is_some();
         if !mesh.material_of.iter().any(has_graph) {
@@ -86,7 +35,7 @@ impl Assembly {
         }
         let uvs = |material: u16| {
             let map = self.materials[usize::from(material)].normal_map?.map;
-            Some(self.pictures.textures[map as usize].mapping.uvs)
+            Some(self.textures[map as usize].mapping.uvs)
         };
         let bends = |material: &u16| uvs(*material).is_some_and(|set| !mesh.uvs_of(set).is_empty());
         if !mesh.material_of.iter().any(bends) {
@@ -99,7 +48,7 @@ impl Assembly {
 
     /// Returns true if triangles of a material, on a mesh with this vertex data, keep light from anything: all over, or where a picture
     /// says so.
-    pub(in crate::scene) fn casts_shadow_on(&self, material: u16, has: VertexData) -> bool {
+    pub fn casts_shadow_on(&self, material: u16, has: VertexData) -> bool {
         let of = &self.materials[usize::from(material)];
         let cutout = of.cutout.and_then(|cutout| cutout.on_mesh(has));
         of.casts_shadow() || cutout.is_some_and(|cutout| cutout.blended.is_some())
@@ -107,7 +56,7 @@ impl Assembly {
 
     /// Place of a material's triangles in the order of a mesh: those that cast shadows come first, and those that are cut out
     /// follow each other.
-    pub(in crate::scene) fn rank(&self, material: u16, has: VertexData) -> u8 {
+    pub fn rank(&self, material: u16, has: VertexData) -> u8 {
         let cutout = self.materials[usize::from(material)].cutout;
         let is_cut = cutout.is_some_and(|cutout| cutout.on_mesh(has).is_some());
         match (self.casts_shadow_on(material, has), is_cut) {
@@ -119,20 +68,16 @@ impl Assembly {
     }
 
     /// Triangles that are cut out, which follow each other, given the material of each triangle in the order of [`rank`](Self::rank).
-    pub(in crate::scene) fn cut_triangles(
-        &self,
-        material_of: &[u16],
-        has: VertexData,
-    ) -> Option<Arc<CutTriangles>> {
+    pub fn cut_triangles(&self, material_of: &[u16], has: VertexData) -> Option<Arc<CutTriangles>> {
         let cutout = |material: &u16| self.materials[usize::from(*material)].cutout?.on_mesh(has);
         let first = material_of.iter().position(|material| cutout(material).is_some())?;
         let (mut masks, mut known): (Vec<Mask>, HashMap<u16, u16>) = (Vec::new(), HashMap::new());
         let cut = material_of[first..].iter().map_while(|material| Some((*material, cutout(material)?)));
-        let texture = |map: u32| self.pictures.textures[map as usize].clone();
+        let texture = |map: u32| self.textures[map as usize].clone();
         let program =
             |material: u16| self.materials[usize::from(material)].computed.as_ref()?.opacity.clone();
         let mask = |material: u16, cutout: Cutout| match program(material).filter(|_| cutout.by_graph) {
-            Some(program) => Mask::computed(cutout, program, self.pictures.textures.as_slice().into()),
+            Some(program) => Mask::computed(cutout, program, self.textures.into()),
             None => Mask::new(cutout, cutout.map.map(texture)),
         };
         let mask_of = cut.map(|(material, cutout)| {

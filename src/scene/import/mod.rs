@@ -1,0 +1,84 @@
+//! What the files of a shot give to all of it, whatever their formats.
+//!
+//! A reader of a format takes an [`Import`], adds to its parts, and returns meshes and their places as plain data. What it keeps for itself
+//! (files that were read, parts by number) is its own: no reader knows another one, and the import knows none.
+
+pub(in crate::scene) mod arrange;
+mod inputs;
+pub(in crate::scene) mod part_of_file;
+mod surfaces;
+
+use std::path::{Path, PathBuf};
+
+use arrange::Arranger;
+pub(in crate::scene) use inputs::Inputs;
+pub(in crate::scene) use surfaces::Surfaces;
+
+use super::error::Findings;
+use super::model::map_statement::MapStatement;
+use super::model::material_table::Override;
+use super::model::pictures::{PictureUse, Pictures};
+use super::{Material, SceneError, Texture};
+use crate::digest::Digest;
+
+/// Things that all readers of a shot add to.
+#[derive(Default)]
+pub(in crate::scene) struct Import {
+    /// Files that were read, without pictures.
+    pub inputs: Inputs,
+    /// Materials, and the tables that override them.
+    pub surfaces: Surfaces,
+    /// Pictures of the materials.
+    pub pictures: Pictures,
+    /// Defects of the files.
+    pub findings: Findings,
+}
+
+/// Shared materials and textures of the models, and the files that they come from.
+pub(in crate::scene) struct Imported {
+    pub materials: Vec<Material>,
+    pub textures: Vec<Texture>,
+    pub findings: Findings,
+    /// All files that were read.
+    pub files: Vec<PathBuf>,
+    /// Digest of the files' contents.
+    pub inputs: Digest,
+}
+
+impl Import {
+    /// Creates an import of nothing. `strict`: stand-ins are errors.
+    pub fn new(strict: bool, overrides: Vec<Override>) -> Self {
+        let findings = Findings { strict, ..Findings::default() };
+        Self { findings, surfaces: Surfaces { overrides, ..Surfaces::default() }, ..Self::default() }
+    }
+
+    /// Arranges meshes of the materials that are there by now.
+    pub fn arranger(&self) -> Arranger<'_> {
+        Arranger { materials: &self.surfaces.materials, textures: &self.pictures.textures }
+    }
+
+    /// Index of the picture of `map`, a statement of the file `asking`.
+    ///
+    /// # Errors Those of [`Pictures::index_of`].
+    pub fn picture(
+        &mut self,
+        map: &MapStatement,
+        asking: &Path,
+        used: PictureUse,
+    ) -> Result<u32, SceneError> {
+        let folder = asking.parent().unwrap_or(Path::new(""));
+        self.pictures.index_of(map, folder, asking, &mut self.findings, used)
+    }
+
+    /// Returns what all readers have added.
+    pub fn finish(self) -> Imported {
+        let Self { inputs, surfaces, pictures, findings } = self;
+        Imported {
+            materials: surfaces.materials,
+            findings,
+            files: inputs.files(pictures.files().cloned()),
+            inputs: inputs.digest(pictures.digest()),
+            textures: pictures.textures,
+        }
+    }
+}
