@@ -6,7 +6,7 @@ use std::error::Error;
 use std::path::Path;
 use std::time::Instant;
 
-use afterimage::scene::obj::{self, ObjFile};
+use afterimage::scene::obj::{self, TriangleSoup};
 
 /// As a renderer would ask for it.
 const OPTIONS: tobj::LoadOptions = tobj::GPU_LOAD_OPTIONS;
@@ -39,7 +39,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 
 /// Says whether all triangles have the same corners, to the bit. Only files of triangles can be compared:
 /// tobj cuts up other faces in its own way.
-fn compared(ours: &ObjFile, theirs: &[tobj::Model]) -> String {
+fn compared(ours: &TriangleSoup, theirs: &[tobj::Model]) -> String {
     let triangles: usize = theirs.iter().map(|model| model.mesh.indices.len() / 3).sum();
     if triangles != ours.triangles.len() {
         let (ours, vertices) = (ours.triangles.len(), ours.positions.len());

@@ -4,10 +4,11 @@ use std::path::Path;
 
 use memchr::memchr_iter;
 
+use super::import::{gltf, usd};
 use super::keys::toml_text::TomlText;
 use super::model::copies::MOST_ADDED;
-use super::shot::{self, Shot};
-use super::{SceneError, gltf, turntable, usd};
+use super::shot::{self, ReadBefore, Shot};
+use super::{SceneError, turntable, written};
 use crate::input::{self, InputError, Kind};
 use crate::memory::{self, Need, Part};
 
@@ -66,8 +67,14 @@ fn read_text(path: &Path) -> Result<String, SceneError> {
 /// # Errors Those of [`load`].
 pub fn load_turntable(path: &Path, strict: bool, options: &turntable::Options) -> Result<Shot, SceneError> {
     match ending(path).as_str() {
-        "gltf" | "glb" => gltf::shot(path, strict, options),
-        "usd" | "usda" | "usdc" | "usdz" => usd::shot(path, strict, options),
+        "gltf" | "glb" => {
+            let (document, written) = gltf::read(path, options)?;
+            written::shot_of(path, written, ReadBefore::Gltf(document), strict)
+        }
+        "usd" | "usda" | "usdc" | "usdz" => {
+            let (file, written) = usd::read(path, options)?;
+            written::shot_of(path, written, ReadBefore::Usd(file), strict)
+        }
         _ => turntable::shot(path, strict, options),
     }
 }

@@ -9,8 +9,7 @@ use glam::{DAffine3, DVec3};
 use super::SceneError;
 use super::keys::toml_text::TomlText;
 use super::model::copies::MOST_ADDED;
-use super::model::read_model::ReadBefore;
-use super::shot::{self, Shot};
+use super::shot::{self, ReadBefore, Shot};
 
 /// Height of a picture whose width follows from the camera, pixels.
 const HEIGHT: f64 = 720.0;

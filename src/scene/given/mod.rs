@@ -3,19 +3,16 @@
 //! Camera, lights, materials, sky and settings are the tables of a shot file, as text: there is one reader and one set of words. Meshes
 //! and their places come as plain data beside it. Materials are the text's `[[material]]` tables, which meshes name.
 
-pub(in crate::scene) mod build;
-pub mod meshes;
 mod place;
 
 use std::path::Path;
 use std::sync::Arc;
 
-pub use self::meshes::{Given, GivenMesh, GivenModel, NAME};
 use self::place::place_in;
+pub use super::import::given::{Given, GivenMesh, GivenModel, NAME};
 use super::keys::toml_text::TomlText;
 use super::model::copies::MOST_ADDED;
-use super::model::read_model::ReadBefore;
-use super::shot::{self, Shot};
+use super::shot::{self, ReadBefore, Shot};
 use super::{SceneError, Warning};
 use crate::memory::{self, Need, Part};
 

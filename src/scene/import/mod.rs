@@ -1,12 +1,26 @@
-//! What the files of a shot give to all of it, whatever their formats.
+//! Readers of the files that a shot shows: a folder a format, and what they share.
 //!
-//! A reader of a format takes an [`Import`], adds to its parts, and returns meshes and their places as plain data. What it keeps for itself
-//! (files that were read, parts by number) is its own: no reader knows another one, and the import knows none.
+//! A reader takes an [`Import`], adds to its parts, and returns meshes and their places as plain data. What it keeps for itself (files that
+//! were read, parts by number) is its own: no reader knows another one, but for what its format refers to (MTL is written in lines as OBJ
+//! is, USD files hold networks of MaterialX), and the import knows MaterialX alone, whose materials a shot's tables may name.
 
 pub(in crate::scene) mod arrange;
+pub(in crate::scene) mod deformed;
+pub(in crate::scene) mod faces;
+pub(in crate::scene) mod given;
+pub mod gltf;
 mod inputs;
+pub(in crate::scene) mod meshes;
+mod mtl;
+mod mtlx;
+pub(in crate::scene) mod npy;
+pub mod obj;
 pub(in crate::scene) mod part_of_file;
-mod surfaces;
+pub(in crate::scene) mod pictures;
+pub mod ply;
+pub(in crate::scene) mod statements;
+pub(in crate::scene) mod surfaces;
+pub mod usd;
 
 use std::path::{Path, PathBuf};
 
@@ -14,10 +28,10 @@ use arrange::Arranger;
 pub(in crate::scene) use inputs::Inputs;
 pub(in crate::scene) use surfaces::Surfaces;
 
+use self::pictures::{PictureUse, Pictures};
+use self::statements::maps::MapStatement;
+use self::surfaces::material_table::Override;
 use super::error::Findings;
-use super::model::map_statement::MapStatement;
-use super::model::material_table::Override;
-use super::model::pictures::{PictureUse, Pictures};
 use super::{Material, SceneError, Texture};
 use crate::digest::Digest;
 

@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use crate::animation::TransformTrack;
 use crate::scene::details::Details;
-use crate::scene::obj::are_within_reach;
+use crate::scene::import::faces::are_within_reach;
 use crate::scene::{Mesh, Model};
 
 impl Model {

@@ -1,31 +1,5 @@
-//! Reads meshes and materials from files: OBJ, MTL, pictures, point caches.
+//! Models once their files are read: put into world space, trimmed, or left to share their mesh.
 
 pub mod bake;
-mod black;
 pub mod copies;
-pub mod decoded;
-pub mod deformed;
-pub mod dielectric;
-pub mod exporter;
-mod illumination;
-mod libraries;
-pub mod map_statement;
-pub mod material_table;
-mod meaning;
-mod mesh_of_obj;
-pub mod meshes;
-pub mod mtl;
-mod normals;
-pub mod npy;
-mod obj_parts;
-pub mod objects;
-pub mod of_surface;
-mod overrides;
-pub mod pictures;
-pub mod point_cache;
-pub mod read_model;
-pub mod settle;
-pub mod shape_files;
 pub mod trim;
-pub mod unused_statements;
-pub mod varying;

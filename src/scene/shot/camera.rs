@@ -10,7 +10,7 @@ use super::tracks::{any_number, each, frames_between, in_order, through};
 use super::{lens, orbit};
 use crate::animation::Track;
 use crate::scene::camera::{Aim, Lens, Projection};
-use crate::scene::gltf::CameraChoice;
+use crate::scene::import::gltf::CameraChoice;
 use crate::scene::keys::ShotFile;
 use crate::scene::keys::camera::{CameraKey, CameraTable};
 use crate::scene::keys::toml_text::{At, TomlText};

@@ -21,10 +21,14 @@ mod tracks;
 use std::path::{Path, PathBuf};
 
 use glam::{DVec3, Vec3};
+pub(crate) use readers::ReadBefore;
 use readers::Readers;
 
 use crate::digest::Digest;
 use crate::scene::frames::Run;
+use crate::scene::import::statements::Statements;
+use crate::scene::import::statements::maps::{MapStatement, MapStatements, MapUse};
+use crate::scene::import::surfaces::material_table::Override;
 use crate::scene::import::{Import, Imported, Surfaces};
 use crate::scene::keys::material::MaterialTable;
 use crate::scene::keys::toml_text::{At, Three, TomlText};
@@ -32,10 +36,6 @@ use crate::scene::keys::values::{look, optional_color};
 use crate::scene::keys::{BackgroundTable, FloorTable, ModelTable, ShotFile};
 use crate::scene::material::LARGEST_COLOR;
 use crate::scene::model::copies::SharedMeshes;
-use crate::scene::model::map_statement::{MapStatement, MapStatements, MapUse};
-use crate::scene::model::material_table::Override;
-use crate::scene::model::mtl::MtlMaterial;
-use crate::scene::model::read_model::ReadBefore;
 use crate::scene::model::trim::trimmed;
 use crate::scene::paths::find_beside;
 use crate::scene::render_space::{Extent, RenderSpace};
@@ -355,7 +355,7 @@ fn replacement(text: TomlText<'_>, table: &MaterialTable) -> Result<Override, Sc
     ] {
         maps[used] = picture(map);
     }
-    let values = MtlMaterial {
+    let values = Statements {
         name: table.name.get_ref().clone(),
         line,
         kd: color("kd", &table.kd)?,
@@ -373,7 +373,7 @@ fn replacement(text: TomlText<'_>, table: &MaterialTable) -> Result<Override, Sc
         subsurface_radius: color("subsurface_radius", &table.subsurface_radius)?,
         alpha_mode: table.alpha_mode,
         maps,
-        ..MtlMaterial::default()
+        ..Statements::default()
     };
     let wanted = "from 0 (none) to 1 (all of the light)";
     let values = match number("transmission", &table.transmission, wanted, 1.0)?.filter(|share| *share > 0.0)

@@ -11,14 +11,14 @@ use super::places::Place;
 use super::readers::Readers;
 use super::{model, places, quadric, shapes};
 use crate::animation::{Track, TransformTrack};
-use crate::scene::given::build;
 use crate::scene::import::Inputs;
+use crate::scene::import::given;
+use crate::scene::import::meshes::read_model::is_ply;
 use crate::scene::import::part_of_file::PartOfFile;
 use crate::scene::keys::places::PlacesTable;
 use crate::scene::keys::toml_text::{At, TomlText};
 use crate::scene::keys::values::file_of;
 use crate::scene::keys::{LARGEST_MAP, LEAST_MAP, ModelTable};
-use crate::scene::model::read_model::is_ply;
 use crate::scene::{Mesh, Model, RayKinds, RayVisibility, Role, SceneError};
 
 /// Makes the models of a table; `rate`: frames in a second.
@@ -69,7 +69,7 @@ fn placed(
     let track = model::track(text, table)?;
     let keys = table.get_ref();
     if let Some(given) = readers.given.take() {
-        return Ok(build::models(&mut readers.import, &given)?
+        return Ok(given::models(&mut readers.import, &given)?
             .iter()
             .map(|part| of_part(part, part.name.clone(), text.path, &track))
             .collect());

@@ -12,10 +12,10 @@ use crate::animation::{Interpolation, Track, Visibility};
 use crate::digest::Digest;
 use crate::input::{self, Input, Kind};
 use crate::scene::import::Inputs;
+use crate::scene::import::npy::{self, Array};
 use crate::scene::keys::places::PlacesTable;
 use crate::scene::keys::toml_text::TomlText;
 use crate::scene::keys::values::file_of;
-use crate::scene::model::npy::{self, Array};
 use crate::scene::{Model, SceneError};
 
 /// Numbers of a matrix.

@@ -2,13 +2,25 @@
 
 use std::sync::Arc;
 
-use crate::scene::given::meshes::Given;
-use crate::scene::gltf::GltfFiles;
 use crate::scene::import::Import;
+use crate::scene::import::given::Given;
+use crate::scene::import::gltf::{Document, GltfFiles};
+use crate::scene::import::meshes::MeshFiles;
+use crate::scene::import::meshes::read_model::ReadModel;
+use crate::scene::import::usd::{UsdFile, UsdFiles};
 use crate::scene::keys::material::KdBesideMap;
-use crate::scene::model::meshes::MeshFiles;
-use crate::scene::model::read_model::ReadBefore;
-use crate::scene::usd::UsdFiles;
+
+/// File that was read before the shot that shows it.
+pub(crate) enum ReadBefore {
+    /// The text's only model: the text need not name its path.
+    Obj(Box<ReadModel>),
+    /// Models that a program hands over: the text has one table for all of them, which names nothing.
+    Given(Arc<Given>),
+    /// A glTF file, which the text names.
+    Gltf(Arc<Document>),
+    /// A USD file, which the text names.
+    Usd(Arc<UsdFile>),
+}
 
 /// The readers of a shot.
 #[derive(Default)]
@@ -34,7 +46,6 @@ impl Readers {
             ReadBefore::Obj(model) => Self { meshes: self.meshes.with(*model), ..self },
             ReadBefore::Given(given) => Self { given: Some(given), ..self },
             ReadBefore::Gltf(document) => Self { gltf: self.gltf.with(document), ..self },
-            #[cfg(feature = "usd")]
             ReadBefore::Usd(file) => Self { usd: self.usd.with(file), ..self },
         }
     }

@@ -6,10 +6,10 @@ use std::sync::Arc;
 
 use super::readers::Readers;
 use crate::animation::ShapeTrack;
+use crate::scene::import::meshes::shape_files::{Numbered, ReadShapes, ShapeSource};
 use crate::scene::keys::shapes::ShapesTable;
 use crate::scene::keys::toml_text::{At, TomlText};
 use crate::scene::keys::values::file_of;
-use crate::scene::model::shape_files::{Numbered, ReadShapes, ShapeSource};
 use crate::scene::{Mesh, SceneError};
 
 /// Largest number in a name: it is exact as a time.

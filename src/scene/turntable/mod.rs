@@ -10,10 +10,10 @@ mod up;
 use std::path::Path;
 
 use super::SceneError;
+use super::import::meshes::read_model::ReadModel;
 use super::keys::toml_text::TomlText;
 use super::model::copies::MOST_ADDED;
-use super::model::read_model::{ReadBefore, ReadModel};
-use super::shot::{self, Shot};
+use super::shot::{self, ReadBefore, Shot};
 use corners::Corners;
 pub use fit::Fit;
 pub use text::text;

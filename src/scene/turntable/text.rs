@@ -8,7 +8,7 @@ use toml::Value;
 
 use super::{FRAMES, Fit, Presentation, Up};
 use crate::scene::camera::on_orbit;
-use crate::scene::model::read_model::is_ply;
+use crate::scene::import::meshes::read_model::is_ply;
 
 /// Colour that replaces black materials: a light grey, like clay.
 const CLAY: [f64; 3] = [0.6, 0.6, 0.6];

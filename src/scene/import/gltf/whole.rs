@@ -1,0 +1,117 @@
+//! The shot of a bare glTF file: its own camera, lights and animation; and what it lacks, as for a bare OBJ.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use toml::Value;
+
+use super::animation::Clip;
+use super::bake;
+use super::document::Document;
+use super::framing::fit;
+use super::nodes::Tree;
+use super::surrounded;
+use super::{cameras, lights};
+use crate::scene::SceneError;
+use crate::scene::import::part_of_file::NodeTrack;
+use crate::scene::turntable::Options;
+use crate::scene::turntable::text::{HEAD, INDIRECT, LIGHT, around, floor};
+use crate::scene::written::Written;
+
+/// Frames in a second.
+const RATE: f64 = 24.0;
+
+/// Reads the glTF file at `path`, and writes its shot.
+///
+/// # Errors Those of the file.
+pub(crate) fn read(path: &Path, options: &Options) -> Result<(Arc<Document>, Written), SceneError> {
+    let document = Document::open(path)?;
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    let written = written(&document, &name, options)?;
+    Ok((Arc::new(document), written))
+}
+
+/// Writes the shot of the glTF file at `path`, which the shot names `model`.
+///
+/// # Errors Those of the file.
+pub fn text(path: &Path, model: &str, options: &Options) -> Result<Written, SceneError> {
+    written(&Document::open(path)?, model, options)
+}
+
+fn written(document: &Document, model: &str, options: &Options) -> Result<Written, SceneError> {
+    let tree = Tree::new(document)?;
+    let clip = Clip::read(document, options.animation.as_deref(), RATE)?;
+    let cameras = cameras::nodes(document, &tree);
+    let lights = lights::nodes(document, &tree.shown)?;
+    let first = match &options.camera {
+        Some(name) => {
+            let chosen = cameras::chosen(document, &tree, Some(name));
+            Some(chosen.map_err(|what| document.fault(format!("--camera {what}")))?)
+        }
+        None => cameras.first().copied(),
+    };
+    let wanted = lights.iter().map(|(node, _)| *node).chain(first.map(|(node, _)| node)).collect();
+    let tracks = bake::tracks(document, &tree, &clip, &wanted)?;
+    let name = |node: usize| cameras::name(document, node);
+    let (mut notes, mut stage) = (Vec::new(), String::new());
+    let seen = first.and_then(|(node, camera)| Some((camera, tracks.get(&node)?)));
+    let camera = if let Some((camera, track)) = seen {
+        if cameras.len() > 1 && options.camera.is_none() {
+            let shown = first.map_or(String::new(), |(node, _)| name(node));
+            let count = cameras.len();
+            notes.push(format!(
+                "of {count} cameras the first is shown: `{shown}` (--camera NAME shows another)"
+            ));
+        }
+        let eye = track.map.values().next().map(|map| map.translation);
+        if let (true, Some(eye)) = (lights.is_empty(), eye)
+            && let Some(around) = surrounded::by(document, (&tree, &clip), eye)?
+        {
+            notes.push(format!(
+                "`{around}` lies all around the camera, and may keep out the sky and lights that stand in for those of the file: if it \
+                 is dark in there, `afterimage init` writes the shot, for a [[light]] within or `ke` in a [[material]]"
+            ));
+        }
+        own_camera(document, (camera, track), clip.end, options.size)?
+    } else {
+        let fit = fit(document, (&tree, &clip), options.size)?;
+        notes.push(String::from("the file has no camera: one goes once around all of it"));
+        if lights.is_empty() {
+            stage = floor(&fit);
+        }
+        around(&fit, options.size)
+    };
+    let mut light = String::new();
+    for (node, number) in &lights {
+        if let Some(track) = tracks.get(node) {
+            light += &lights::text(document, *number, &name(*node), track)?;
+        }
+    }
+    if lights.is_empty() {
+        light = String::from(LIGHT);
+        notes.push(String::from("the file has no lights: a sky and two soft lights stand in for them"));
+    } else if lights::is_of_blender(document) {
+        notes.push(String::from("the lights of the file are of Blender: 683 lumens are taken for a watt"));
+    }
+    let model = Value::from(model);
+    let animation = options.animation.as_deref().map(Value::from);
+    let animation = animation.map_or(String::new(), |name| format!("animation = {name}\n"));
+    let text = format!("{HEAD}{camera}\n[[model]]\ngltf = {model}\n{animation}{stage}{light}{INDIRECT}");
+    Ok(Written { text, notes })
+}
+
+/// Settings and keys of the file's own camera; `end`: last frame of the animation.
+fn own_camera(
+    document: &Document,
+    (camera, track): (usize, &NodeTrack),
+    end: f64,
+    size: [u32; 2],
+) -> Result<String, SceneError> {
+    let camera = document.get(&document.json.cameras, camera, "camera")?;
+    let [width, height] = cameras::size(camera).unwrap_or(size);
+    let last = end.floor();
+    let keys = cameras::text(document, camera, track)?;
+    Ok(format!(
+        "\n[render]\nsize = [{width}, {height}]\nsamples = 2\nframes = \"1-{last}\"\nrate = {RATE}\n{keys}"
+    ))
+}

@@ -1,0 +1,232 @@
+//! From [`Surface`] to what MTL's statements hold, and a graph of the base colour: all that materials have today.
+
+use std::sync::Arc;
+
+use glam::{DVec3, Vec3};
+
+use super::dielectric::{Below, Coat, index_of, stated_index};
+use super::varying::Graphs;
+use crate::graph::{Function, Input, Place, Program};
+use crate::scene::import::statements::Statements;
+use crate::scene::material::{Bump, ByParameter, Computes, LARGEST_COLOR, head_on};
+use crate::scene::surface::{Parameter, Surface};
+
+/// What is told of glass whose colour is computed.
+const GLASS_OF_GRAPH: &str =
+    "the base colour of glass is one colour: the default counts in place of its graph";
+
+/// What is told of glass whose metalness is computed.
+const GLASS_OF_METAL: &str = "a graph of the metalness of glass is not used: the default counts in its place";
+
+/// Statements of a surface, its graphs, and what is left out of it.
+pub(in crate::scene) struct OfSurface {
+    pub stated: Statements,
+    pub graphs: Graphs,
+    pub bump: Option<Bump>,
+    /// Picture of normals, with the factor on their slopes.
+    pub normals: Option<(u32, f32)>,
+    pub left_out: Vec<&'static str>,
+}
+
+impl OfSurface {
+    pub fn new(mut surface: Surface) -> Self {
+        let mut left_out = Vec::new();
+        let mut layer = Layer::new(&surface, &mut left_out);
+        let base = base(&mut surface);
+        let mut color = node(base);
+        if layer.through > 0.0 && color.take().is_some() {
+            left_out.push(GLASS_OF_GRAPH);
+        }
+        let (emission, opacity) = (emission(&mut surface), surface[Parameter::GeometryOpacity]);
+        layer.computed[Computes::Color] = color;
+        layer.computed[Computes::Emission] = node(emission);
+        layer.computed[Computes::Opacity] = node(opacity);
+        let kd = match base {
+            Input::Constant(value) => value.clamp(Vec3::ZERO, Vec3::ONE),
+            Input::Node(_) if color.is_some() => Vec3::ONE,
+            Input::Node(_) => surface.constant(Parameter::BaseColor),
+        };
+        let glow = match emission {
+            Input::Constant(value) => value,
+            Input::Node(_) => Vec3::ONE,
+        };
+        let opacity = share(&surface, Parameter::GeometryOpacity) as f32;
+        let stated = Statements {
+            name: surface.name.clone(),
+            kd: Some(kd),
+            ke: Some(glow.clamp(Vec3::ZERO, Vec3::splat(LARGEST_COLOR))),
+            d: (opacity < 1.0).then_some(opacity),
+            subsurface: Some(share(&surface, Parameter::SubsurfaceWeight) as f32),
+            subsurface_radius: Some(radius(&surface)),
+            ..Statements::default()
+        };
+        let tint = surface.constant(Parameter::TransmissionColor);
+        let stated = layer.stated(stated, tint);
+        let (bump, normals) = (bump(&surface), surface.normals);
+        Self { stated, graphs: Graphs::new(surface.graph, layer.computed), bump, normals, left_out }
+    }
+}
+
+/// What reflects and transmits above the base.
+struct Layer {
+    /// Reflectance at normal incidence of what is no metal.
+    head_on: f64,
+    /// Index of refraction, by which glass bends.
+    index: f64,
+    roughness: f64,
+    metallic: f64,
+    /// Share of the light that goes through.
+    through: f64,
+    /// What is computed; roughness and metal are 1 then.
+    computed: ByParameter<Input>,
+}
+
+impl Layer {
+    fn new(surface: &Surface, left_out: &mut Vec<&'static str>) -> Self {
+        let of_number = |parameter| share(surface, parameter);
+        let index = f64::from(surface.number(Parameter::SpecularIor)).max(1.0);
+        let tint = f64::from(surface.constant(Parameter::SpecularColor).element_sum().max(0.0)) / 3.0;
+        let plain = Self {
+            head_on: head_on(index) * of_number(Parameter::SpecularWeight) * tint,
+            index: stated_index(index),
+            roughness: of_number(Parameter::SpecularRoughness),
+            metallic: of_number(Parameter::BaseMetalness),
+            through: 0.0,
+            computed: ByParameter::default(),
+        };
+        let mut computed = ByParameter::default();
+        computed[Computes::Roughness] = node(surface[Parameter::SpecularRoughness]);
+        computed[Computes::Metalness] = node(surface[Parameter::BaseMetalness]);
+        let through = of_number(Parameter::TransmissionWeight) * (1.0 - plain.metallic);
+        if through > 0.0 {
+            if computed[Computes::Metalness].take().is_some() {
+                left_out.push(GLASS_OF_METAL);
+            }
+            return Self { through, computed, ..plain }.with_factors();
+        }
+        let coat = Coat {
+            share: of_number(Parameter::CoatWeight),
+            roughness: of_number(Parameter::CoatRoughness),
+            index: f64::from(surface.number(Parameter::CoatIor)).max(1.0),
+        };
+        let below = Below { head_on: plain.head_on, metallic: plain.metallic };
+        let layer = Self { computed, ..plain }.with_factors();
+        match coat.over(below, |said| left_out.push(said)) {
+            None => layer,
+            Some(one) => layer.coated(one.head_on, one.coat_roughness),
+        }
+    }
+
+    /// The same, with factors of 1 for what varies.
+    fn with_factors(self) -> Self {
+        let or_one = |of, number| if self.computed[of].is_some() { 1.0 } else { number };
+        let roughness = or_one(Computes::Roughness, self.roughness);
+        Self { roughness, metallic: or_one(Computes::Metalness, self.metallic), ..self }
+    }
+
+    /// The layer that it is with a coat, which decides the roughness where one is given.
+    fn coated(self, head_on: f64, roughness: Option<f64>) -> Self {
+        let mut coated = Self { head_on, ..self };
+        if let Some(roughness) = roughness {
+            coated.roughness = roughness;
+            coated.computed[Computes::Roughness] = None;
+        }
+        coated
+    }
+
+    /// Statements with those about the layer. `tint`: colour of what goes through.
+    fn stated(&self, stated: Statements, tint: Vec3) -> Statements {
+        if self.head_on + self.metallic + self.through == 0.0 {
+            // matt, without a layer
+            return Statements { illum: Some(1), ..stated };
+        }
+        let layer = Statements {
+            pr: Some(self.roughness as f32),
+            pm: Some(self.metallic as f32),
+            ni: Some(index_of(self.head_on) as f32),
+            ..stated
+        };
+        if self.through == 0.0 {
+            return layer;
+        }
+        let kd = layer.kd.unwrap_or(Vec3::ONE);
+        let clear = Statements { kd: Some(Vec3::ONE), ..layer };
+        let tint = tint.as_dvec3().clamp(DVec3::ZERO, DVec3::ONE);
+        let glass = clear.with_transmission(self.through, tint);
+        Statements { kd: glass.kd.map(|rest| rest * kd), ni: Some(self.index as f32), ..glass }
+    }
+}
+
+/// Mean free path below the surface, by channel.
+fn radius(surface: &Surface) -> Vec3 {
+    let radius =
+        surface.constant(Parameter::SubsurfaceRadiusScale) * surface.number(Parameter::SubsurfaceRadius);
+    radius.max(Vec3::ZERO)
+}
+
+/// A number from 0 to 1.
+fn share(surface: &Surface, parameter: Parameter) -> f64 {
+    f64::from(surface.number(parameter)).clamp(0.0, 1.0)
+}
+
+/// A value that is no constant.
+fn node(value: Input) -> Option<Input> {
+    Some(value).filter(|value| matches!(value, Input::Node(_)))
+}
+
+/// Heights that bend normals: even ones bend nothing.
+fn bump(surface: &Surface) -> Option<Bump> {
+    let heights = surface.heights?;
+    let height = Arc::new(Program::new(&surface.graph, node(heights.height)?));
+    Some(Bump { height, distance: heights.distance, strength: heights.strength.clamp(0.0, 1.0) })
+}
+
+/// The base colour, with its weight.
+fn base(surface: &mut Surface) -> Input {
+    let base = product(surface, [Parameter::BaseColor, Parameter::BaseWeight]);
+    let below = share(surface, Parameter::SubsurfaceWeight) as f32;
+    if below == 0.0 {
+        return base;
+    }
+    // what goes below the surface has a colour of its own, and the renderer one of both
+    let color = surface[Parameter::SubsurfaceColor];
+    surface.graph.add(Arc::new(Mixed { share: below }), vec![base, color])
+}
+
+/// The radiance that it emits, linear RGB.
+fn emission(surface: &mut Surface) -> Input {
+    product(surface, [Parameter::EmissionColor, Parameter::EmissionLuminance])
+}
+
+/// Product of a colour and its weight.
+fn product(surface: &mut Surface, [color, weight]: [Parameter; 2]) -> Input {
+    let (color, weight) = (surface[color], surface[weight]);
+    match weight {
+        Input::Constant(Vec3::ONE) => color,
+        Input::Constant(Vec3::ZERO) => Input::Constant(Vec3::ZERO),
+        _ => surface.graph.add(Arc::new(Product), vec![color, weight]),
+    }
+}
+
+/// Two values, mixed.
+#[derive(Debug)]
+struct Mixed {
+    /// Share of the second.
+    share: f32,
+}
+
+impl Function for Mixed {
+    fn value(&self, inputs: &[Vec3], _: &dyn Place) -> Vec3 {
+        inputs[0] * (1.0 - self.share) + inputs[1] * self.share
+    }
+}
+
+/// Product of two values.
+#[derive(Debug)]
+struct Product;
+
+impl Function for Product {
+    fn value(&self, inputs: &[Vec3], _: &dyn Place) -> Vec3 {
+        inputs[0] * inputs[1]
+    }
+}

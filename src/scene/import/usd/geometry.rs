@@ -1,0 +1,389 @@
+//! The triangles of a mesh (UsdGeomMesh).
+
+use std::collections::{BTreeMap, BTreeSet, HashMap};
+
+use glam::{DVec3, Vec2, Vec3};
+use half::f16;
+use openusd::sdf::Value;
+use openusd::usd::Prim;
+
+use super::file::{Clock, UsdMesh};
+use super::shader::UvNames;
+use super::skin::Skin;
+use super::value::{Answer, codes, pairs, points, said, value, whole_numbers, word};
+use crate::geometry::vertex_normal::Face;
+use crate::scene::Shapes;
+use crate::scene::details::vertex_color;
+use crate::scene::import::deformed::remove_closed;
+use crate::scene::import::faces::are_within_reach;
+use crate::scene::import::faces::polygon::Cutter;
+
+/// Surfaces of a mesh's faces.
+#[derive(Debug, Default)]
+pub struct FaceSurfaces {
+    /// Surface of all other faces.
+    pub of_mesh: Option<usize>,
+    /// True if the colours of vertices (displayColor) tint that surface.
+    pub is_tinted: bool,
+    /// Surfaces of faces that are in a subset.
+    pub of_face: HashMap<u32, Option<usize>>,
+    /// Names of the texture coordinates of each surface.
+    pub uvs: HashMap<usize, UvNames>,
+}
+
+/// Faces of a mesh.
+struct Faces {
+    counts: Vec<usize>,
+    /// Points of the corners, face after face.
+    corners: Vec<u32>,
+    is_left_handed: bool,
+    holes: BTreeSet<usize>,
+}
+
+/// Spread of values over a mesh.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Spread {
+    Constant,
+    Uniform,
+    Vertex,
+    FaceVarying,
+}
+
+/// Values that are spread over a mesh.
+struct Primvar<T> {
+    values: Vec<T>,
+    indices: Option<Vec<i64>>,
+    spread: Spread,
+}
+
+/// Values at the corners of a mesh's faces.
+struct Spreads {
+    normals: Option<Primvar<[f32; 3]>>,
+    colors: Option<Primvar<[f32; 3]>>,
+    uvs: UvPrimvars,
+}
+
+/// Texture coordinates of a mesh.
+#[derive(Default)]
+struct UvPrimvars {
+    all: Vec<Primvar<[f32; 2]>>,
+    /// The two sets of each surface, by their numbers among all.
+    of_surface: HashMap<usize, [Option<usize>; 2]>,
+    /// The set of faces without a surface.
+    usual: Option<usize>,
+}
+
+/// A corner of a face.
+#[derive(Clone, Copy)]
+struct Corner {
+    face: usize,
+    /// Number among the corners of all faces.
+    number: usize,
+    point: u32,
+}
+
+/// Reads a mesh, which `skin` may deform. `None` if it has no triangles. Of one that deforms some may have no area at rest.
+///
+/// # Errors Faces that name points that are not there, points that are not finite, or more than there is memory for.
+pub fn mesh(
+    prim: &Prim,
+    clock: &Clock,
+    surfaces: &FaceSurfaces,
+    skin: Option<&Skin>,
+    unused: &mut BTreeSet<String>,
+) -> Answer<Option<UsdMesh>> {
+    let times = codes(prim, "points")?;
+    let code = times.first().copied().unwrap_or_else(|| clock.code(clock.first()));
+    let Some(rest) = value(prim, "points", code)?.as_ref().and_then(points) else { return Ok(None) };
+    check_points(prim, &rest)?;
+    let Some(faces) = Faces::read(prim, code, rest.len())? else { return Ok(None) };
+    let scheme = word(prim, "subdivisionScheme", code)?.unwrap_or_else(|| String::from("catmullClark"));
+    let is_subdivided = scheme != "none";
+    if is_subdivided {
+        unused.insert(String::from(
+            "subdivision surfaces are shown as their control cages, with smooth normals: subdivide them before the export",
+        ));
+    }
+    let normals = if is_subdivided { None } else { normals(prim, code)? };
+    let uvs = UvPrimvars::read(prim, code, &surfaces.uvs)?;
+    let color = || primvar(prim, "primvars:displayColor", code, Spread::Constant, points);
+    let colors = if surfaces.is_tinted { color()? } else { None };
+    let mut mesh = triangulated(&rest, &faces, surfaces, &Spreads { normals, colors, uvs });
+    mesh.shapes = match skin {
+        Some(skin) => skin.shapes(prim, &rest)?,
+        None => shapes(prim, clock, &times, rest.len(), unused)?,
+    };
+    mesh.shapes.iter().try_for_each(|(_, points)| check_points(prim, points))?;
+    if mesh.shapes.is_empty() {
+        remove_closed(&mesh.positions, &mut mesh.triangles, &mut mesh.uses);
+    }
+    if mesh.triangles.is_empty() {
+        return Ok(None);
+    }
+    if is_subdivided {
+        mesh.normals = smooth_normals(&mesh);
+    }
+    Ok(Some(mesh))
+}
+
+fn check_points(prim: &Prim, points: &[[f32; 3]]) -> Answer<()> {
+    if are_within_reach(points) && u32::try_from(points.len()).is_ok() {
+        return Ok(());
+    }
+    Err(format!(
+        "a point of {} is not finite, or farther than 1e18 from the origin: export it again",
+        prim.path()
+    ))
+}
+
+impl Faces {
+    fn read(prim: &Prim, code: f64, points: usize) -> Answer<Option<Self>> {
+        let list = |name: &str| -> Answer<Option<Vec<i64>>> {
+            Ok(value(prim, name, code)?.as_ref().and_then(whole_numbers))
+        };
+        let (Some(counts), Some(corners)) = (list("faceVertexCounts")?, list("faceVertexIndices")?) else {
+            return Ok(None);
+        };
+        let path = prim.path();
+        let wrong =
+            |what: String| Err(format!("the mesh {path} {what}: the file is damaged; export it again"));
+        let read = |count: &i64| usize::try_from(*count).ok();
+        let Some(counts) = counts.iter().map(read).collect::<Option<Vec<usize>>>() else {
+            return wrong(String::from("has a face with fewer than no corners"));
+        };
+        let sum = counts.iter().try_fold(0_usize, |sum, count| sum.checked_add(*count));
+        if sum.is_none_or(|sum| sum > corners.len()) {
+            return wrong(format!("has faces with more corners than the {} that it names", corners.len()));
+        }
+        let is_there = |corner: i64| usize::try_from(corner).is_ok_and(|corner| corner < points);
+        if let Some(bad) = corners.iter().find(|corner| !is_there(**corner)) {
+            return wrong(format!("has a face at point {bad}, and {points} points"));
+        }
+        let holes = list("holeIndices")?.unwrap_or_default();
+        Ok(Some(Self {
+            counts,
+            corners: corners.into_iter().map(|corner| corner as u32).collect(),
+            is_left_handed: word(prim, "orientation", code)?.as_deref() == Some("leftHanded"),
+            holes: holes.into_iter().filter_map(|hole| usize::try_from(hole).ok()).collect(),
+        }))
+    }
+}
+
+impl<T: Copy> Primvar<T> {
+    /// Value at a corner, if there is one.
+    fn at(&self, corner: Corner) -> Option<T> {
+        let place = match self.spread {
+            Spread::Constant => 0,
+            Spread::Uniform => corner.face,
+            Spread::Vertex => corner.point as usize,
+            Spread::FaceVarying => corner.number,
+        };
+        let index = match &self.indices {
+            Some(indices) => usize::try_from(*indices.get(place)?).ok()?,
+            None => place,
+        };
+        self.values.get(index).copied()
+    }
+}
+
+/// Reads values that are spread over a mesh. `default`: their spread if the file does not say.
+fn primvar<T>(
+    prim: &Prim,
+    name: &str,
+    code: f64,
+    default: Spread,
+    read: impl Fn(&Value) -> Option<Vec<T>>,
+) -> Answer<Option<Primvar<T>>> {
+    let Some(values) = value(prim, name, code)?.as_ref().and_then(read).filter(|values| !values.is_empty())
+    else {
+        return Ok(None);
+    };
+    let stated = said(prim.attribute(name).get_metadata::<Value>("interpolation"))?;
+    let spread = match stated {
+        Some(Value::Token(word)) => match word.as_str() {
+            "constant" => Spread::Constant,
+            "uniform" => Spread::Uniform,
+            "faceVarying" => Spread::FaceVarying,
+            _ => Spread::Vertex,
+        },
+        _ => default,
+    };
+    let indices = value(prim, &format!("{name}:indices"), code)?.as_ref().and_then(whole_numbers);
+    Ok(Some(Primvar { values, indices, spread }))
+}
+
+fn normals(prim: &Prim, code: f64) -> Answer<Option<Primvar<[f32; 3]>>> {
+    let of_primvar = primvar(prim, "primvars:normals", code, Spread::Constant, points)?;
+    if of_primvar.is_some() {
+        return Ok(of_primvar);
+    }
+    primvar(prim, "normals", code, Spread::Vertex, points)
+}
+
+impl UvPrimvars {
+    /// Reads the sets that surfaces name. What is not there has the usual one.
+    fn read(prim: &Prim, code: f64, names: &HashMap<usize, UvNames>) -> Answer<Self> {
+        let mut sets = Self::default();
+        let mut known: HashMap<String, Option<usize>> = HashMap::new();
+        let mut number = |sets: &mut Self, name: &str| -> Answer<Option<usize>> {
+            if let Some(number) = known.get(name) {
+                return Ok(*number);
+            }
+            let read = primvar(prim, &format!("primvars:{name}"), code, Spread::Constant, pairs)?;
+            let number = read.map(|read| {
+                sets.all.push(read);
+                sets.all.len() - 1
+            });
+            known.insert(name.to_string(), number);
+            Ok(number)
+        };
+        for name in ["st", "UVMap"] {
+            if sets.usual.is_none() {
+                sets.usual = number(&mut sets, name)?;
+            }
+        }
+        for (surface, [first, second]) in names {
+            let mut of = |name: &Option<String>| match name {
+                Some(name) => number(&mut sets, name),
+                None => Ok(None),
+            };
+            let [first, second] = [of(first)?, of(second)?];
+            sets.of_surface.insert(*surface, [first.or(sets.usual), second]);
+        }
+        Ok(sets)
+    }
+
+    /// The two sets of a surface.
+    fn of(&self, surface: Option<usize>) -> [Option<&Primvar<[f32; 2]>>; 2] {
+        let of_surface = surface.and_then(|surface| self.of_surface.get(&surface).copied());
+        of_surface.unwrap_or([self.usual, None]).map(|number| number.map(|number| &self.all[number]))
+    }
+
+    /// True for each of the two sets that a surface has.
+    fn has(&self) -> [bool; 2] {
+        let second = self.of_surface.values().any(|[_, second]| second.is_some());
+        [!self.all.is_empty(), second]
+    }
+}
+
+/// What tells vertices apart: the point, and the bits of the normal, the colour and both pairs of texture coordinates.
+type VertexKey = (u32, [u32; 3], [u16; 3], [[u32; 2]; 2]);
+
+/// Cuts faces into triangles, and makes a vertex for each point with one normal, one colour and one pair of texture coordinates of each set.
+fn triangulated(
+    points: &[[f32; 3]],
+    faces: &Faces,
+    surfaces: &FaceSurfaces,
+    Spreads { normals, colors, uvs }: &Spreads,
+) -> UsdMesh {
+    let mut mesh = UsdMesh::default();
+    let mut known: HashMap<VertexKey, u32> = HashMap::new();
+    let [has_first, has_second] = uvs.has();
+    let mut by_surface: BTreeMap<Option<usize>, Vec<[u32; 3]>> = BTreeMap::new();
+    let (mut cutter, mut begin) = (Cutter::new(), 0);
+    for (face, count) in faces.counts.iter().enumerate() {
+        let range = begin..begin + count;
+        begin += count;
+        if faces.holes.contains(&face) {
+            continue;
+        }
+        let mut corners: Vec<Corner> =
+            range.map(|number| Corner { face, number, point: faces.corners[number] }).collect();
+        if faces.is_left_handed {
+            corners.reverse();
+        }
+        let place = |corner: &Corner| Vec3::from(points[corner.point as usize]).as_dvec3();
+        let places: Vec<DVec3> = corners.iter().map(place).collect();
+        let surface = surfaces.of_face.get(&(face as u32)).copied().unwrap_or(surfaces.of_mesh);
+        let sets = uvs.of(surface);
+        let vertices: Vec<u32> = corners
+            .iter()
+            .map(|corner| {
+                let normal =
+                    normals.as_ref().map_or([0.0; 3], |normals| normals.at(*corner).unwrap_or_default());
+                let uvs = sets.map(|set| set.and_then(|set| set.at(*corner)).unwrap_or_default());
+                let color = colors.as_ref().map(|colors| colors.at(*corner).unwrap_or([1.0; 3]));
+                let color = color.map(vertex_color);
+                let key = (
+                    corner.point,
+                    normal.map(f32::to_bits),
+                    color.unwrap_or_default().map(f16::to_bits),
+                    uvs.map(|uv| uv.map(f32::to_bits)),
+                );
+                *known.entry(key).or_insert_with(|| {
+                    mesh.positions.push(points[corner.point as usize]);
+                    mesh.point_of.push(corner.point);
+                    mesh.colors.extend(color);
+                    if normals.is_some() {
+                        mesh.normals.push(Vec3::from(normal).as_dvec3().normalize_or_zero().as_vec3());
+                    }
+                    let [first, second] =
+                        uvs.map(Vec2::from).map(|uv| if uv.is_finite() { uv } else { Vec2::ZERO });
+                    mesh.uvs.extend(has_first.then_some(first));
+                    mesh.second_uvs.extend(has_second.then_some(second));
+                    (mesh.positions.len() - 1) as u32
+                })
+            })
+            .collect();
+        let triangles = by_surface.entry(surface).or_default();
+        cutter.cut(&places, |three| {
+            triangles.push(three.map(|corner| vertices[corner]));
+        });
+    }
+    for (surface, triangles) in by_surface.into_iter().filter(|(_, triangles)| !triangles.is_empty()) {
+        mesh.uses.push((triangles.len(), surface));
+        mesh.triangles.extend(triangles);
+    }
+    mesh
+}
+
+/// Normals of a surface that is smooth everywhere: at each point the mean of those around it, by their angles there.
+fn smooth_normals(mesh: &UsdMesh) -> Vec<Vec3> {
+    let count = mesh.point_of.iter().max().map_or(0, |most| *most as usize + 1);
+    let mut sums = vec![DVec3::ZERO; count];
+    for triangle in &mesh.triangles {
+        let face = Face::new(triangle.map(|corner| Vec3::from(mesh.positions[corner as usize]).as_dvec3()));
+        for (number, corner) in triangle.iter().enumerate() {
+            sums[mesh.point_of[*corner as usize] as usize] += face.share(number);
+        }
+    }
+    mesh.point_of.iter().map(|point| sums[*point as usize].normalize_or_zero().as_vec3()).collect()
+}
+
+/// Reads the points at all times, if they change.
+fn shapes(
+    prim: &Prim,
+    clock: &Clock,
+    times: &[f64],
+    count: usize,
+    unused: &mut BTreeSet<String>,
+) -> Answer<Vec<(f64, Vec<[f32; 3]>)>> {
+    if times.len() < 2 {
+        return Ok(Vec::new());
+    }
+    said(Shapes::check_memory(times.len(), count))?;
+    let changes_faces = codes(prim, "faceVertexIndices")?.len() > 1;
+    let mut shapes = Vec::with_capacity(times.len());
+    for code in times {
+        let Some(points) = value(prim, "points", *code)?.as_ref().and_then(points) else { continue };
+        if points.len() != count || changes_faces && !is_same_topology(prim, times[0], *code)? {
+            unused.insert(format!(
+                "faces of {} change with time: it is shown as at its first time",
+                prim.path()
+            ));
+            return Ok(Vec::new());
+        }
+        shapes.push((clock.frame(*code), points));
+    }
+    Ok(shapes)
+}
+
+fn is_same_topology(prim: &Prim, first: f64, code: f64) -> Answer<bool> {
+    for name in ["faceVertexIndices", "faceVertexCounts"] {
+        let read = |code: f64| -> Answer<_> { Ok(value(prim, name, code)?.as_ref().and_then(whole_numbers)) };
+        if read(first)? != read(code)? {
+            return Ok(false);
+        }
+    }
+    Ok(true)
+}

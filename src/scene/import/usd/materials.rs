@@ -1,0 +1,357 @@
+//! Materials of USD files, as the renderer has them.
+
+use std::path::PathBuf;
+
+use glam::{DVec3, Vec3};
+
+use super::file::{Input, Picture, Surface};
+use super::reading::Reading;
+use super::tiles::Tiles;
+use crate::memory::{self, Need, Part};
+use crate::scene::import::pictures::decoded::{ColorSpace, Decoded};
+use crate::scene::import::pictures::{Content, PictureUse, Wanted};
+use crate::scene::import::statements::Statements;
+use crate::scene::import::statements::maps::{Channel, MapUse};
+use crate::scene::import::surfaces::dielectric::{Below, index_of, stated_index};
+use crate::scene::import::surfaces::settle::Alpha;
+use crate::scene::import::surfaces::varying::{Settled, computed_by, picture_use};
+use crate::scene::keys::material::AlphaMode;
+use crate::scene::material::{LARGEST_COLOR, head_on};
+use crate::scene::{Material, SceneError, Texture, texture};
+
+/// Reflectance at normal incidence above which a surface of the specular workflow is a metal: no plastic or gem reflects as much.
+const LEAST_METAL: f64 = 0.25;
+
+impl Reading<'_> {
+    /// Settles a surface of a file; none: that of faces without one. Returns its index.
+    ///
+    /// # Errors In a strict load: a picture that is missing.
+    pub(super) fn material(&mut self, surface: Option<usize>) -> Result<u16, SceneError> {
+        let Some(surface) = surface.and_then(|number| self.file.content.surfaces.get(number)) else {
+            return self.import.surfaces.add_of(&self.file.path, Material::fallback().into());
+        };
+        let network = self.network(surface)?;
+        let (mut stated, is_rough_by_coat) = match &network {
+            Some(network) => (Statements { name: surface.name.clone(), ..network.stated.clone() }, false),
+            None => self.stated(surface)?,
+        };
+        self.import.surfaces.known_names.push(stated.name.clone());
+        let overridden = self.import.override_surface(&mut stated, network)?;
+        let shot = &overridden.places;
+        let mut material = stated.settle();
+        material.has_vertex_colors = surface.is_tinted && !overridden.is_whole;
+        let color = match &surface.diffuse {
+            Input::Picture(picture) => Some(self.texture(picture)?),
+            Input::Constant(_) => None,
+        };
+        material.diffuse_map = match (&shot[MapUse::Color], &stated.maps[MapUse::Color]) {
+            (Some(shot), Some(map)) => Some(self.import.picture(map, shot, PictureUse::Color)?),
+            _ => color.filter(|_| !overridden.is_whole),
+        };
+        let graphs = overridden.apply(&mut material);
+        // what the file states by itself is no statement of MTL
+        let asking = |used| shot[used].as_deref().unwrap_or(&self.file.path);
+        let mut settled = self.import.settle_maps(&stated, asking, Settled { material, graphs })?;
+        let usd_alpha = if overridden.is_whole { None } else { self.alpha(surface, color)? };
+        if let (Some(shot), Some(map)) = (&shot[MapUse::Opacity], &stated.maps[MapUse::Opacity]) {
+            let map = self.import.picture(map, shot, PictureUse::Opacity)?;
+            self.import.show_stated_alpha(&mut settled, map, stated.alpha_mode);
+        } else if let Some((map, of_file)) = usd_alpha {
+            let alpha = match (stated.alpha_mode, of_file) {
+                (None, _) | (Some(AlphaMode::Cut), Alpha::Cut(_)) => of_file,
+                _ => Alpha::of(stated.alpha_mode),
+            };
+            self.import.show_alpha(&mut settled, map, alpha);
+        }
+        if !overridden.is_whole {
+            self.add_maps(surface, is_rough_by_coat, &mut settled)?;
+        }
+        self.import.surfaces.add_of(&self.file.path, settled)
+    }
+
+    /// Adds the pictures of normals and parameters that the shot file does not replace.
+    fn add_maps(
+        &mut self,
+        surface: &Surface,
+        is_rough_by_coat: bool,
+        Settled { material, graphs }: &mut Settled,
+    ) -> Result<(), SceneError> {
+        if let Some(picture) = surface.normal.as_ref().filter(|_| material.normal_map.is_none()) {
+            let index = self.place(picture, PictureUse::Normals)?;
+            material.normal_map = match slope_of(picture) {
+                Some(slope) => self.import.pictures.normal_map(index, slope),
+                None if self.import.pictures.is_stand_in(index) => None,
+                None => {
+                    let index = self.normals(picture)?;
+                    self.import.pictures.normal_map(index, 1.0)
+                }
+            };
+        }
+        let is_metal_rough = material.metal_rough.is_some() && surface.specular.is_none();
+        for (used, input, is_there) in [
+            (MapUse::Roughness, &surface.roughness, material.metal_rough.is_some() && !is_rough_by_coat),
+            (MapUse::Metal, &surface.metallic, is_metal_rough),
+            (MapUse::Emission, &surface.emissive, true),
+        ] {
+            let is_shown = computed_by(used).is_some_and(|of| graphs.has(of));
+            let is_replaced = is_shown || self.import.surfaces.is_number_stated(&material.name, used);
+            let Some(picture) = picture_of_parameter(input, used).filter(|_| is_there && !is_replaced) else {
+                continue;
+            };
+            let map = self.place(picture, picture_use(used))?;
+            let channel = [Channel::Red, Channel::Green, Channel::Blue, Channel::Alpha];
+            let channel = channel[picture.channel.unwrap_or(0).min(3)];
+            if !self.import.pictures.is_stand_in(map) {
+                graphs.show(used, map, channel);
+            }
+        }
+        Ok(())
+    }
+
+    /// Values of a surface, as an MTL file would state them, and whether its roughness is that of its coat.
+    fn stated(&mut self, surface: &Surface) -> Result<(Statements, bool), SceneError> {
+        let base = match &surface.diffuse {
+            Input::Constant(color) => *color,
+            // the picture is multiplied by it
+            Input::Picture(picture) => {
+                if picture.bias[..3] != [0.0; 3] {
+                    self.unused.push("what is added to textures (bias) is not used for colours");
+                }
+                DVec3::from_slice(&picture.scale)
+            }
+        };
+        let emissive = self.factor(&surface.emissive, MapUse::Emission)?;
+        let roughness = self.factor(&surface.roughness, MapUse::Roughness)?.x.clamp(0.0, 1.0);
+        let mut metallic = self.factor(&surface.metallic, MapUse::Metal)?.x.clamp(0.0, 1.0);
+        let (mut base, mut index) = (base, surface.ior);
+        if let Some(specular) = surface.specular {
+            metallic = 0.0;
+            if specular.max_element() > LEAST_METAL {
+                self.unused.push(
+                    "surfaces that reflect colours (useSpecularWorkflow) are shown as metal of that colour",
+                );
+                (metallic, base) = (1.0, specular);
+            } else {
+                index = index_of(specular.element_sum() / 3.0);
+            }
+        }
+        let mut of_coat = None;
+        if let Some(coat) = surface.coat {
+            let below = Below { head_on: head_on(index), metallic };
+            if let Some(layer) = coat.over(below, |message| self.unused.push(message)) {
+                index = index_of(layer.head_on);
+                of_coat = layer.coat_roughness;
+            }
+        }
+        let opacity = match &surface.opacity {
+            Input::Constant(opacity) if surface.opacity_threshold > 0.0 => {
+                if opacity.x < surface.opacity_threshold { 0.0 } else { 1.0 }
+            }
+            Input::Constant(opacity) => opacity.x.clamp(0.0, 1.0),
+            // the factor of a picture that is blended
+            Input::Picture(picture) if surface.opacity_threshold == 0.0 => {
+                let channel = picture.channel.unwrap_or(0);
+                (picture.scale[channel] + picture.bias[channel]).clamp(0.0, 1.0)
+            }
+            Input::Picture(_) => 1.0,
+        };
+        let stated = Statements {
+            name: surface.name.clone(),
+            kd: Some(color(base)),
+            ke: Some(color(emissive)),
+            pr: Some(of_coat.unwrap_or(roughness) as f32),
+            pm: Some(metallic as f32),
+            ni: Some(stated_index(index) as f32),
+            d: (opacity < 1.0).then_some(opacity as f32),
+            ..Statements::default()
+        };
+        Ok((stated, of_coat.is_some()))
+    }
+
+    /// Value of an input: of a picture the factor by which it is multiplied, or its mean if it is more than multiplied.
+    fn factor(&mut self, input: &Input, used: MapUse) -> Result<DVec3, SceneError> {
+        let picture = match input {
+            Input::Constant(value) => return Ok(*value),
+            Input::Picture(picture) => picture,
+        };
+        if picture_of_parameter(input, used).is_some() {
+            return Ok(match picture.channel {
+                Some(channel) => DVec3::splat(picture.scale[channel]),
+                None => DVec3::from_slice(&picture.scale),
+            });
+        }
+        self.unused.push(
+            "of pictures of roughness, metal and emission to which numbers are added (bias), or of raw colours, the mean counts",
+        );
+        let decoded = self.decoded(picture, PictureUse::Parameter)?;
+        let is_number = picture.is_raw || picture.channel.is_some();
+        let means = decoded.means(|channel, byte| match is_number || channel == 3 {
+            true => f64::from(byte) / 255.0,
+            false => f64::from(texture::linear(byte)),
+        });
+        let value =
+            |channel: usize| (means[channel] * picture.scale[channel] + picture.bias[channel]).max(0.0);
+        Ok(match picture.channel {
+            Some(channel) => DVec3::splat(value(channel)),
+            None => DVec3::new(value(0), value(1), value(2)),
+        })
+    }
+
+    /// Texture of a surface's opacity, and what its alpha means. `color`: the texture of its colour.
+    fn alpha(&mut self, surface: &Surface, color: Option<u32>) -> Result<Option<(u32, Alpha)>, SceneError> {
+        let Input::Picture(picture) = &surface.opacity else { return Ok(None) };
+        let channel = picture.channel.unwrap_or(0);
+        let alpha = if surface.opacity_threshold > 0.0 {
+            // the threshold counts for what the texture makes of its numbers
+            let scale = picture.scale[channel].max(f64::MIN_POSITIVE);
+            let least = ((surface.opacity_threshold - picture.bias[channel]) / scale) as f32;
+            if least <= 0.0 {
+                return Ok(None);
+            }
+            Alpha::Cut(least.min(1.0))
+        } else {
+            Alpha::Blend
+        };
+        let of_color = match &surface.diffuse {
+            Input::Picture(own) if channel == 3 && own.path == picture.path => color,
+            _ => None,
+        };
+        let map = match of_color {
+            Some(map) => map,
+            None => self.opacity_texture(picture, channel)?,
+        };
+        Ok(Some((map, alpha)))
+    }
+
+    /// Texture of the normals that a picture's scale and bias make of its numbers. Returns its index.
+    fn normals(&mut self, picture: &Picture) -> Result<u32, SceneError> {
+        let decoded = self.decoded(picture, PictureUse::Normals)?;
+        let finest = decoded.image.finest();
+        let byte = |texel: [u8; 4], channel: usize| {
+            let number = f64::from(texel[channel]) / 255.0 * picture.scale[channel] + picture.bias[channel];
+            (127.5 * (number.clamp(-1.0, 1.0) + 1.0)).round() as u8
+        };
+        let texels = (0..finest.texels.count()).map(|texel| finest.texels.get(texel).bytes());
+        let texels = texels.map(|texel| [byte(texel, 0), byte(texel, 1), byte(texel, 2), texel[3]]).collect();
+        let image = Decoded::of_bytes(decoded.size(), texels).as_numbers();
+        let mut path = picture.path.clone().into_os_string();
+        path.push(format!("#normals {:?} {:?}", picture.scale, picture.bias));
+        Ok(self.import.pictures.place(Texture { path: PathBuf::from(path), image, mapping: picture.mapping }))
+    }
+
+    /// A picture of all tiles, beside and above each other, each as large as the largest one.
+    fn all_tiles(
+        &mut self,
+        (picture, tiles): (&Picture, &Tiles),
+        used: PictureUse,
+    ) -> Result<Decoded, SceneError> {
+        let mut read = Vec::with_capacity(tiles.files.len());
+        for (place, path) in &tiles.files {
+            let tile = Picture { path: path.clone(), tiles: None, ..picture.clone() };
+            read.push((*place, self.decoded(&tile, used)?));
+        }
+        let edge = |axis: usize| read.iter().map(|(_, tile)| tile.size()[axis]).max().unwrap_or(1);
+        let of_tile = [edge(0), edge(1)];
+        let size = [0, 1].map(|axis| u64::from(of_tile[axis]) * u64::from(tiles.size[axis]));
+        let fault =
+            |why: String| self.file.fault(format!("the tiles of `{}` are too large: {why}", picture.name));
+        let need =
+            Need::new(Part::new("a texture of tiles", 8 * size[0] * size[1], "smaller tiles, fewer tiles"));
+        need.check(&memory::left()).map_err(|error| fault(error.to_string()))?;
+        let [Ok(width), Ok(height)] = size.map(u32::try_from) else {
+            return Err(fault(String::from("use fewer or smaller ones")));
+        };
+        let mut texels = vec![[0, 0, 0, u8::MAX]; (size[0] * size[1]) as usize];
+        for ([column, row], tile) in &read {
+            let (finest, [across, down]) = (tile.image.finest(), tile.size());
+            // rows of tiles are from the bottom, and those of pictures from the top
+            let (left, top) = (column * of_tile[0], (tiles.size[1] - 1 - row) * of_tile[1]);
+            for y in 0..of_tile[1] {
+                let from = u64::from(y) * u64::from(down) / u64::from(of_tile[1]);
+                let line = (u64::from(top + y) * u64::from(width) + u64::from(left)) as usize;
+                for x in 0..of_tile[0] {
+                    let texel =
+                        from * u64::from(across) + u64::from(x) * u64::from(across) / u64::from(of_tile[0]);
+                    texels[line + x as usize] = finest.texels.get(texel as usize).bytes();
+                }
+            }
+        }
+        Ok(Decoded::of_bytes([width, height], texels.into()))
+    }
+
+    /// Texture whose alpha is a channel of a picture. Returns its index.
+    fn opacity_texture(&mut self, picture: &Picture, channel: usize) -> Result<u32, SceneError> {
+        let decoded = self.decoded(picture, PictureUse::Parameter)?;
+        let (finest, size) = (decoded.image.finest(), decoded.size());
+        let texels = (0..finest.texels.count()).map(|texel| finest.texels.get(texel).bytes());
+        let texels = texels.map(|texel| [texel[0], texel[1], texel[2], texel[channel]]).collect();
+        let mut path = picture.path.clone().into_os_string();
+        path.push(format!("#channel {channel}"));
+        let texture = Texture::of_bytes(PathBuf::from(path), size, texels, picture.mapping);
+        Ok(self.import.pictures.place(texture))
+    }
+
+    /// The texture of a colour. Returns its index.
+    fn texture(&mut self, picture: &Picture) -> Result<u32, SceneError> {
+        if picture.channel.is_some() {
+            self.unused.push(
+                "colours are those of a picture's red, green and blue, also where one channel is named",
+            );
+        }
+        self.place(picture, PictureUse::Color)
+    }
+
+    /// Places a picture. Returns its index.
+    pub(super) fn place(&mut self, picture: &Picture, used: PictureUse) -> Result<u32, SceneError> {
+        let decoded = self.decoded(picture, used)?;
+        let path = picture.path.clone();
+        let space = picture.is_raw.then_some(ColorSpace::Linear);
+        let image = self.import.pictures.image_for(&path, &decoded, used, space)?;
+        Ok(self.import.pictures.place(Texture { path, image, mapping: picture.mapping }))
+    }
+
+    fn decoded(&mut self, picture: &Picture, used: PictureUse) -> Result<Decoded, SceneError> {
+        if let Some(tiles) = &picture.tiles {
+            if let Some(known) = self.import.pictures.known(&picture.path) {
+                return Ok(known);
+            }
+            let all = self.all_tiles((picture, tiles), used)?;
+            return Ok(self.import.pictures.keep(picture.path.clone(), all));
+        }
+        let content = match &picture.packed {
+            Some(bytes) => Content::Bytes(bytes),
+            None => Content::File(picture.path.is_file().then_some(picture.path.as_path())),
+        };
+        let wanted = Wanted {
+            path: picture.path.clone(),
+            content,
+            name: &picture.name,
+            asking: &self.file.path,
+            line: None,
+            used,
+        };
+        self.import.pictures.decoded(wanted, &mut self.import.findings)
+    }
+}
+
+/// Picture that gives a parameter, if it is one and is multiplied by a number alone.
+fn picture_of_parameter(input: &Input, used: MapUse) -> Option<&Picture> {
+    let Input::Picture(picture) = input else { return None };
+    let is_color = used == MapUse::Emission;
+    let fits = picture.channel.is_none() == is_color && !(is_color && picture.is_raw);
+    (fits && picture.bias == [0.0; 4]).then_some(picture)
+}
+
+/// Factor on the slopes of a normal map, if they are those of its picture. Its bytes are to be spread from -1 to 1, by a scale of 2 and a
+/// bias of -1 (UsdPreviewSurface, "normal"); files that say nothing mean the same.
+fn slope_of(picture: &Picture) -> Option<f32> {
+    let ([across, up, out, _], bias) = (picture.scale, &picture.bias[..3]);
+    let is_even = across == up && across > 0.0 && out > 0.0;
+    let is_centred = bias.iter().all(|bias| *bias == 0.0)
+        || bias.iter().zip(&picture.scale).all(|(bias, scale)| (2.0 * bias + scale).abs() < 1e-6);
+    (is_even && is_centred).then(|| (across / out) as f32)
+}
+
+fn color(color: DVec3) -> Vec3 {
+    color.as_vec3().clamp(Vec3::ZERO, Vec3::splat(LARGEST_COLOR))
+}
