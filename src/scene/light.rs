@@ -2,7 +2,7 @@
 
 use glam::{DVec3, Vec3};
 use schemars::JsonSchema;
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
 use crate::animation::{Keyed, Keys, Track};
 
@@ -26,7 +26,7 @@ pub struct Light {
 }
 
 /// Curve by which a spot fades from where it is full to its rim, by the cosine of the angle to its axis.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum SpotFall {
     /// Smoothstep, as in Blender and USD.

@@ -68,12 +68,12 @@ fn read_text(path: &Path) -> Result<String, SceneError> {
 pub fn load_turntable(path: &Path, strict: bool, options: &turntable::Options) -> Result<Shot, SceneError> {
     match ending(path).as_str() {
         "gltf" | "glb" => {
-            let (document, written) = gltf::read(path, options)?;
-            written::shot_of(path, written, ReadBefore::Gltf(document), strict)
+            let (document, shot) = gltf::read(path, options)?;
+            written::shot_of(path, shot, ReadBefore::Gltf(document), strict)
         }
         "usd" | "usda" | "usdc" | "usdz" => {
-            let (file, written) = usd::read(path, options)?;
-            written::shot_of(path, written, ReadBefore::Usd(file), strict)
+            let (file, shot) = usd::read(path, options)?;
+            written::shot_of(path, shot, ReadBefore::Usd(file), strict)
         }
         _ => turntable::shot(path, strict, options),
     }

@@ -1,5 +1,5 @@
-//! Shot files that are written for a file with a camera and lights of its own: it is rendered by the same text that `afterimage init`
-//! writes.
+//! Shots of files with a camera and lights of their own. They are rendered by what `afterimage init` writes: the same text, and lights by the
+//! tables that it writes as text.
 
 use std::fmt::Write;
 use std::path::Path;
@@ -7,9 +7,10 @@ use std::path::Path;
 use glam::{DAffine3, DVec3};
 
 use super::SceneError;
+use super::keys::LightTable;
 use super::keys::toml_text::TomlText;
 use super::model::copies::MOST_ADDED;
-use super::shot::{self, ReadBefore, Shot};
+use super::shot::{self, Beside, ReadBefore, Shot};
 
 /// Height of a picture whose width follows from the camera, pixels.
 const HEIGHT: f64 = 720.0;
@@ -28,21 +29,42 @@ pub struct Written {
     pub notes: Vec<String>,
 }
 
-/// Loads the shot of the file at `path`, which was read as `before`.
+/// The shot of a file with a camera and lights of its own.
+pub(crate) struct BareShot {
+    /// Text before its lights, and behind them.
+    pub before: String,
+    pub after: String,
+    pub lights: Vec<LightTable>,
+    /// Decisions that were made for the user, in whole sentences.
+    pub notes: Vec<String>,
+}
+
+impl BareShot {
+    /// Writes the shot.
+    pub fn written(self) -> Written {
+        let Self { before, lights, after, notes } = self;
+        let lights: String = lights.iter().map(LightTable::text).collect();
+        Written { text: format!("{before}{lights}{after}"), notes }
+    }
+}
+
+/// Loads the shot of the file at `path`, which was `read`.
 ///
 /// # Errors Those of the file and of what it names.
 pub(crate) fn shot_of(
     path: &Path,
-    written: Written,
-    before: ReadBefore,
+    bare: BareShot,
+    read: ReadBefore,
     strict: bool,
 ) -> Result<Shot, SceneError> {
-    let Written { text, notes } = written;
+    let BareShot { before, after, lights, notes } = bare;
+    let text = before + &after;
     // the column is one of our generated text, which nobody has seen
     let of_text = |error: &SceneError| error.path == path && error.column.is_some();
     let told = |error: SceneError| if of_text(&error) { SceneError::new(path, error.message) } else { error };
-    let shot = shot::from_text_with(TomlText { path, text: &text }, strict, Some(before), MOST_ADDED)
-        .map_err(told)?;
+    let beside = Beside { read: Some(read), lights };
+    let shot =
+        shot::from_text_with(TomlText { path, text: &text }, strict, beside, MOST_ADDED).map_err(told)?;
     // it stands there twice: for the model, and for the text
     let mut files = shot.files;
     if let Some(last) = files.iter().rposition(|file| file == path) {

@@ -12,7 +12,7 @@ use self::place::place_in;
 pub use super::import::given::{Given, GivenMesh, GivenModel, NAME};
 use super::keys::toml_text::TomlText;
 use super::model::copies::MOST_ADDED;
-use super::shot::{self, ReadBefore, Shot};
+use super::shot::{self, Beside, ReadBefore, Shot};
 use super::{SceneError, Warning};
 use crate::memory::{self, Need, Part};
 
@@ -42,8 +42,9 @@ pub fn shot(text: &str, given: Given, strict: bool) -> Result<Shot, SceneError> 
     // one empty table stands for all models
     let text = if given.models.is_empty() { String::from(text) } else { format!("{text}\n[[model]]\n") };
     let toml = TomlText { path, text: &text };
-    let before = (!given.models.is_empty()).then(|| ReadBefore::Given(Arc::new(given)));
-    let shot = shot::from_text_with(toml, strict, before, MOST_ADDED).map_err(|error| told(error, &text))?;
+    let read = (!given.models.is_empty()).then(|| ReadBefore::Given(Arc::new(given)));
+    let beside = Beside { read, ..Beside::default() };
+    let shot = shot::from_text_with(toml, strict, beside, MOST_ADDED).map_err(|error| told(error, &text))?;
     let warnings = shot.warnings.into_iter().map(|Warning(error)| Warning(told(error, &text))).collect();
     let files = shot.files.into_iter().filter(|file| file != path).collect();
     Ok(Shot { warnings, files, ..shot })

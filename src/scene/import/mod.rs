@@ -10,6 +10,7 @@ pub(in crate::scene) mod faces;
 pub(in crate::scene) mod given;
 pub mod gltf;
 mod inputs;
+pub(in crate::scene) mod lights;
 pub(in crate::scene) mod meshes;
 mod mtl;
 mod mtlx;

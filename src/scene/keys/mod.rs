@@ -2,6 +2,7 @@
 //! editors show of it: see [`schema`].
 
 pub mod camera;
+mod light_text;
 pub mod material;
 pub mod model;
 pub mod places;
@@ -17,8 +18,8 @@ use std::fmt;
 
 use schemars::generate::SchemaSettings;
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
-use serde::Deserialize;
 use serde::de::{self, Deserializer, Visitor};
+use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
 use self::camera::{CameraTable, ShutterTable, StereoTable};
@@ -363,7 +364,7 @@ pub(crate) struct LightTable {
     pub key: Vec<At<LightKey>>,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub(crate) enum LightType {
     Directional,

@@ -22,6 +22,11 @@ pub(crate) type Three = At<List<f64, 3>>;
 pub(crate) struct At<T>(Spanned<T>);
 
 impl<T> At<T> {
+    /// A value that no text states.
+    pub fn of(value: T) -> Self {
+        Self(Spanned::new(0..0, value))
+    }
+
     /// Byte range of the value in the text.
     pub fn span(&self) -> Range<usize> {
         self.0.span()

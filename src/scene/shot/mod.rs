@@ -21,8 +21,8 @@ mod tracks;
 use std::path::{Path, PathBuf};
 
 use glam::{DVec3, Vec3};
-pub(crate) use readers::ReadBefore;
 use readers::Readers;
+pub(crate) use readers::{Beside, ReadBefore};
 
 use crate::digest::Digest;
 use crate::scene::frames::Run;
@@ -33,7 +33,7 @@ use crate::scene::import::{Import, Imported, Surfaces};
 use crate::scene::keys::material::MaterialTable;
 use crate::scene::keys::toml_text::{At, Three, TomlText};
 use crate::scene::keys::values::{look, optional_color};
-use crate::scene::keys::{BackgroundTable, FloorTable, ModelTable, ShotFile};
+use crate::scene::keys::{BackgroundTable, FloorTable, LightTable, ModelTable, ShotFile};
 use crate::scene::material::LARGEST_COLOR;
 use crate::scene::model::copies::SharedMeshes;
 use crate::scene::model::trim::trimmed;
@@ -126,17 +126,19 @@ impl Shot {
 /// # Errors With line and column: values that make no sense. In a `strict` load also anything that a stand-in
 /// would replace.
 pub fn from_text(text: TomlText<'_>, strict: bool, most_added: u64) -> Result<Shot, SceneError> {
-    from_text_with(text, strict, None, most_added)
+    from_text_with(text, strict, Beside::default(), most_added)
 }
 
-/// Reads a shot like [`from_text`]. `before`: a file of it that was read already.
+/// Reads a shot like [`from_text`].
 pub fn from_text_with(
     text: TomlText<'_>,
     strict: bool,
-    before: Option<ReadBefore>,
+    beside: Beside,
     most_added: u64,
 ) -> Result<Shot, SceneError> {
-    let file: ShotFile = text.read()?;
+    let mut file: ShotFile = text.read()?;
+    let of_text = file.light.len();
+    file.light.extend(beside.lights.into_iter().map(At::of));
     let ShotFile { render, indirect, occlusion, output, .. } = &file;
     let lights_state_rays = file.light.iter().any(|light| light.get_ref().samples.is_some());
     let tables = settings::Tables { render, indirect, occlusion, output, lights_state_rays };
@@ -160,7 +162,7 @@ pub fn from_text_with(
         import.pictures.set_memory(bytes);
     }
     let readers = Readers::new(import, file.mtl.kd_beside_map_kd);
-    let mut readers = match before {
+    let mut readers = match beside.read {
         Some(file) => readers.with(file),
         None => readers,
     };
@@ -272,7 +274,7 @@ pub fn from_text_with(
         warnings: findings.warnings,
         notes: Vec::new(),
         files,
-        content: Content { shot: said(text)?, inputs },
+        content: Content { shot: said(text, &file.light[of_text..])?, inputs },
     })
 }
 
@@ -289,9 +291,15 @@ fn frames_a_second((frames, seconds): (i32, u32)) -> f64 {
     f64::from(frames) / f64::from(seconds)
 }
 
-/// Digest of the file's statements, without its title and settings.
-fn said(text: TomlText<'_>) -> Result<Digest, SceneError> {
+/// Digest of the file's statements and of the `lights` beside it, without its title and settings.
+fn said(text: TomlText<'_>, lights: &[At<LightTable>]) -> Result<Digest, SceneError> {
     let mut tables: toml::Table = text.read()?;
+    if !lights.is_empty()
+        && let toml::Value::Array(all) =
+            tables.entry("light").or_insert_with(|| toml::Value::Array(Vec::new()))
+    {
+        all.extend(lights.iter().map(|light| toml::Value::Table(light.get_ref().to_table())));
+    }
     let cuts = tables.get("render").and_then(|render| render.get("cuts")).cloned();
     for settings in ["title", "render", "stereo", "shutter", "indirect", "occlusion", "output"] {
         tables.remove(settings);

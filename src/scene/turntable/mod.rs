@@ -13,7 +13,7 @@ use super::SceneError;
 use super::import::meshes::read_model::ReadModel;
 use super::keys::toml_text::TomlText;
 use super::model::copies::MOST_ADDED;
-use super::shot::{self, ReadBefore, Shot};
+use super::shot::{self, Beside, ReadBefore, Shot};
 use corners::Corners;
 pub use fit::Fit;
 pub use text::text;
@@ -95,9 +95,9 @@ pub(crate) fn shot(path: &Path, strict: bool, options: &Options) -> Result<Shot,
     // the column is one of our generated text, which nobody has seen
     let of_text = |error: &SceneError| error.path == path && error.column.is_some();
     let told = |error: SceneError| if of_text(&error) { SceneError::new(path, error.message) } else { error };
-    let before = Some(ReadBefore::Obj(Box::new(model)));
+    let beside = Beside { read: Some(ReadBefore::Obj(Box::new(model))), ..Beside::default() };
     let shot =
-        shot::from_text_with(TomlText { path, text: &text }, strict, before, MOST_ADDED).map_err(told)?;
+        shot::from_text_with(TomlText { path, text: &text }, strict, beside, MOST_ADDED).map_err(told)?;
     // it stands there twice: for the model, and for the text
     let mut files = shot.files;
     if let Some(last) = files.iter().rposition(|file| file == path) {

@@ -1,26 +1,23 @@
 //! Lights of glTF files (KHR_lights_punctual), as tables of a shot file.
 
 use std::f64::consts::PI;
-use std::fmt::Write;
 
 use glam::{DAffine3, DVec3};
 use serde::Deserialize;
-use toml::Value;
 
 use super::document::{Document, extension};
 use super::json::Light;
-use crate::scene::SceneError;
+use crate::scene::import::lights::{self, three};
 use crate::scene::import::part_of_file::NodeTrack;
-use crate::scene::written::{list, number};
+use crate::scene::keys::toml_text::At;
+use crate::scene::keys::{LightTable, LightType};
+use crate::scene::{SceneError, SpotFall};
 
 /// Lumens of a watt, as Blender converts them in both directions.
 const LUMENS_A_WATT: f64 = 683.0;
 
 /// Name of the extension.
 const NAME: &str = "KHR_lights_punctual";
-
-/// Largest cone of a spot, degrees.
-const WIDEST: f64 = 179.9;
 
 #[derive(Debug, Deserialize)]
 struct Lights {
@@ -49,10 +46,15 @@ pub fn is_of_blender(document: &Document) -> bool {
     document.json.asset.generator.contains("Blender")
 }
 
-/// Writes the table of a light.
+/// The table of a light.
 ///
 /// # Errors A light that is not there, or makes no sense.
-pub fn text(document: &Document, light: usize, name: &str, track: &NodeTrack) -> Result<String, SceneError> {
+pub fn table(
+    document: &Document,
+    light: usize,
+    name: &str,
+    track: &NodeTrack,
+) -> Result<LightTable, SceneError> {
     let all: Option<Lights> = extension(document, &document.json.extensions, NAME)?;
     let all = all.map_or(Vec::new(), |all| all.lights);
     let light = document.get(&all, light, "light")?;
@@ -67,42 +69,30 @@ pub fn text(document: &Document, light: usize, name: &str, track: &NodeTrack) ->
         return Err(wrong());
     }
     let kind = match light.kind.as_str() {
-        "directional" | "point" | "spot" => light.kind.as_str(),
+        "directional" => LightType::Directional,
+        "point" => LightType::Point,
+        "spot" => LightType::Spot,
         _ => return Err(wrong()),
     };
-    let mut text = String::from("\n[[light]]\n");
-    let name = Value::from(light.name.as_deref().unwrap_or(name));
-    let _ = writeln!(text, "name = {name}\ntype = \"{kind}\"\ncolor = {}", list(DVec3::from(color)));
-    let _ = writeln!(text, "power = {}", number(power));
-    if kind == "spot" {
-        let (inner, outer) = (light.spot.inner_cone_angle, light.spot.outer_cone_angle);
-        if !(outer > 0.0 && inner >= 0.0) {
-            return Err(wrong());
-        }
-        let cone = (2.0 * outer.to_degrees()).min(WIDEST);
-        let soft = (1.0 - inner / outer).clamp(0.0, 1.0);
-        let _ = writeln!(text, "cone = {}\nsoft = {}", number(cone), number(soft));
-        // Blender makes its own curve these angles
-        if soft > 0.0 && !is_of_blender(document) {
-            text += "fall = \"square\"\n";
-        }
-    }
+    let name = light.name.as_deref().unwrap_or(name);
     let keys: Vec<(f64, DAffine3)> = track.map.frames().zip(track.map.values()).collect();
-    if let (true, Some((_, map))) = (track.map.is_constant(), keys.first()) {
-        return Ok(text + &place(kind, map));
+    let table = match keys.first() {
+        Some((_, map)) if track.map.is_constant() => lights::at_rest(name, kind, map),
+        _ => lights::keyed(name, kind, keys.iter().map(|(frame, map)| lights::key(*frame, kind, map))),
+    };
+    let (color, power) = (Some(three(DVec3::from(color))), Some(At::of(power)));
+    let table = LightTable { color, power, ..table };
+    if kind != LightType::Spot {
+        return Ok(table);
     }
-    for (frame, map) in keys {
-        let _ = write!(text, "[[light.key]]\nframe = {}\n{}", number(frame), place(kind, &map));
+    let (inner, outer) = (light.spot.inner_cone_angle, light.spot.outer_cone_angle);
+    if !(outer > 0.0 && inner >= 0.0) {
+        return Err(wrong());
     }
-    Ok(text)
-}
-
-/// Keys of a light's place: it shines along -Z of its node.
-fn place(kind: &str, map: &DAffine3) -> String {
-    let (at, along) = (map.translation, (-map.matrix3.z_axis).normalize_or(DVec3::NEG_Y));
-    match kind {
-        "directional" => format!("direction = {}\n", list(along)),
-        "point" => format!("position = {}\n", list(at)),
-        _ => format!("position = {}\ntarget = {}\n", list(at), list(at + along)),
-    }
+    let cone = (2.0 * outer.to_degrees()).min(lights::WIDEST);
+    let soft = (1.0 - inner / outer).clamp(0.0, 1.0);
+    // Blender makes its own curve these angles
+    let is_square = soft > 0.0 && !is_of_blender(document);
+    let fall = is_square.then(|| At::of(SpotFall::Square));
+    Ok(LightTable { cone: Some(At::of(cone)), soft: Some(At::of(soft)), fall, ..table })
 }

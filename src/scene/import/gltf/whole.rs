@@ -16,33 +16,33 @@ use crate::scene::SceneError;
 use crate::scene::import::part_of_file::NodeTrack;
 use crate::scene::turntable::Options;
 use crate::scene::turntable::text::{HEAD, INDIRECT, LIGHT, around, floor};
-use crate::scene::written::Written;
+use crate::scene::written::{BareShot, Written};
 
 /// Frames in a second.
 const RATE: f64 = 24.0;
 
-/// Reads the glTF file at `path`, and writes its shot.
+/// Reads the glTF file at `path`, and makes its shot.
 ///
 /// # Errors Those of the file.
-pub(crate) fn read(path: &Path, options: &Options) -> Result<(Arc<Document>, Written), SceneError> {
+pub(crate) fn read(path: &Path, options: &Options) -> Result<(Arc<Document>, BareShot), SceneError> {
     let document = Document::open(path)?;
     let name = path.file_name().unwrap_or_default().to_string_lossy();
-    let written = written(&document, &name, options)?;
-    Ok((Arc::new(document), written))
+    let shot = bare(&document, &name, options)?;
+    Ok((Arc::new(document), shot))
 }
 
 /// Writes the shot of the glTF file at `path`, which the shot names `model`.
 ///
 /// # Errors Those of the file.
 pub fn text(path: &Path, model: &str, options: &Options) -> Result<Written, SceneError> {
-    written(&Document::open(path)?, model, options)
+    Ok(bare(&Document::open(path)?, model, options)?.written())
 }
 
-fn written(document: &Document, model: &str, options: &Options) -> Result<Written, SceneError> {
+fn bare(document: &Document, model: &str, options: &Options) -> Result<BareShot, SceneError> {
     let tree = Tree::new(document)?;
     let clip = Clip::read(document, options.animation.as_deref(), RATE)?;
     let cameras = cameras::nodes(document, &tree);
-    let lights = lights::nodes(document, &tree.shown)?;
+    let nodes = lights::nodes(document, &tree.shown)?;
     let first = match &options.camera {
         Some(name) => {
             let chosen = cameras::chosen(document, &tree, Some(name));
@@ -50,7 +50,7 @@ fn written(document: &Document, model: &str, options: &Options) -> Result<Writte
         }
         None => cameras.first().copied(),
     };
-    let wanted = lights.iter().map(|(node, _)| *node).chain(first.map(|(node, _)| node)).collect();
+    let wanted = nodes.iter().map(|(node, _)| *node).chain(first.map(|(node, _)| node)).collect();
     let tracks = bake::tracks(document, &tree, &clip, &wanted)?;
     let name = |node: usize| cameras::name(document, node);
     let (mut notes, mut stage) = (Vec::new(), String::new());
@@ -64,7 +64,7 @@ fn written(document: &Document, model: &str, options: &Options) -> Result<Writte
             ));
         }
         let eye = track.map.values().next().map(|map| map.translation);
-        if let (true, Some(eye)) = (lights.is_empty(), eye)
+        if let (true, Some(eye)) = (nodes.is_empty(), eye)
             && let Some(around) = surrounded::by(document, (&tree, &clip), eye)?
         {
             notes.push(format!(
@@ -76,19 +76,19 @@ fn written(document: &Document, model: &str, options: &Options) -> Result<Writte
     } else {
         let fit = fit(document, (&tree, &clip), options.size)?;
         notes.push(String::from("the file has no camera: one goes once around all of it"));
-        if lights.is_empty() {
+        if nodes.is_empty() {
             stage = floor(&fit);
         }
         around(&fit, options.size)
     };
-    let mut light = String::new();
-    for (node, number) in &lights {
+    let (mut lights, mut stand_in) = (Vec::new(), "");
+    for (node, number) in &nodes {
         if let Some(track) = tracks.get(node) {
-            light += &lights::text(document, *number, &name(*node), track)?;
+            lights.push(lights::table(document, *number, &name(*node), track)?);
         }
     }
-    if lights.is_empty() {
-        light = String::from(LIGHT);
+    if nodes.is_empty() {
+        stand_in = LIGHT;
         notes.push(String::from("the file has no lights: a sky and two soft lights stand in for them"));
     } else if lights::is_of_blender(document) {
         notes.push(String::from("the lights of the file are of Blender: 683 lumens are taken for a watt"));
@@ -96,8 +96,8 @@ fn written(document: &Document, model: &str, options: &Options) -> Result<Writte
     let model = Value::from(model);
     let animation = options.animation.as_deref().map(Value::from);
     let animation = animation.map_or(String::new(), |name| format!("animation = {name}\n"));
-    let text = format!("{HEAD}{camera}\n[[model]]\ngltf = {model}\n{animation}{stage}{light}{INDIRECT}");
-    Ok(Written { text, notes })
+    let before = format!("{HEAD}{camera}\n[[model]]\ngltf = {model}\n{animation}{stage}");
+    Ok(BareShot { before, lights, after: format!("{stand_in}{INDIRECT}"), notes })
 }
 
 /// Settings and keys of the file's own camera; `end`: last frame of the animation.

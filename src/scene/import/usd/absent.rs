@@ -7,7 +7,7 @@ use crate::scene::SceneError;
 use crate::scene::import::Import;
 use crate::scene::import::part_of_file::PartOfFile;
 use crate::scene::turntable::Options;
-use crate::scene::written::Written;
+use crate::scene::written::{BareShot, Written};
 
 /// A file that was read: there is none.
 pub(crate) enum UsdFile {}
@@ -25,7 +25,7 @@ fn refused(path: &Path) -> SceneError {
 /// Refuses the file at `path`.
 ///
 /// # Errors Always.
-pub(crate) fn read(path: &Path, _: &Options) -> Result<(Arc<UsdFile>, Written), SceneError> {
+pub(crate) fn read(path: &Path, _: &Options) -> Result<(Arc<UsdFile>, BareShot), SceneError> {
     Err(refused(path))
 }
 

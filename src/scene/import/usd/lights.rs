@@ -7,7 +7,6 @@
 
 use std::collections::BTreeSet;
 use std::f64::consts::PI;
-use std::fmt::Write;
 use std::path::Path;
 
 use glam::{DAffine3, DVec3};
@@ -17,13 +16,13 @@ use toml::Value;
 use super::file::{Clock, LightKey, Picture, Units, UsdLight, UsdLightKind};
 use super::shader::Shaders;
 use super::temperature;
-use super::value::{Answer, codes, flag, number, three, word};
+use super::value::{self, Answer, codes, flag, number, word};
 use crate::animation::{Track, Visibility};
 use crate::scene::environment;
+use crate::scene::import::lights::{self, three};
+use crate::scene::keys::toml_text::{At, List};
+use crate::scene::keys::{self, LightTable, LightType};
 use crate::scene::written::{list, number as written};
-
-/// Largest cone of a spot, degrees.
-const WIDEST: f64 = 179.9;
 
 /// Cosine of the angle to its level axes, about, up to which a rectangle counts as level.
 const LEVEL: f64 = 0.999;
@@ -123,9 +122,9 @@ pub fn read(
         let (intensity, exposure) =
             (number_at(prim, "intensity", code)?, number_at(prim, "exposure", code)?.unwrap_or(0.0));
         let intensity = intensity.unwrap_or(if kind == "DistantLight" { 50_000.0 } else { 1.0 });
-        let color = match three(prim, "inputs:color", code)? {
+        let color = match value::three(prim, "inputs:color", code)? {
             Some(color) => color,
-            None => three(prim, "color", code)?.unwrap_or(DVec3::ONE),
+            None => value::three(prim, "color", code)?.unwrap_or(DVec3::ONE),
         };
         let kelvin = number_at(prim, "colorTemperature", code)?.filter(|_| has_temperature);
         let color = color * kelvin.map_or(DVec3::ONE, temperature::color);
@@ -207,51 +206,54 @@ fn note_unused(prim: &Prim, code: f64, shaders: &mut Shaders<'_>) -> Answer<()> 
     Ok(())
 }
 
-/// Writes the table of a light; `None` for a dome, see [`dome`].
-pub fn text(light: &UsdLight) -> Option<String> {
-    let mut text = format!("\n[[light]]\nname = {}\n", Value::from(light.name.as_str()));
-    let lines = match &light.kind {
-        UsdLightKind::Rectangle { size: [width, height] } => {
-            format!("type = \"rectangle\"\nsize = [{}, {}]\n", written(*width), written(*height))
-        }
-        UsdLightKind::Disk { size: [width, height] } => {
-            format!("type = \"disk\"\nsize = [{}, {}]\n", written(*width), written(*height))
-        }
-        UsdLightKind::Sphere { radius } => format!("type = \"sphere\"\nradius = {}\n", written(*radius)),
-        UsdLightKind::Point => String::from("type = \"point\"\n"),
-        UsdLightKind::Spot { cone, soft, radius } => {
-            let [cone, soft, radius] = [(2.0 * cone).min(WIDEST), *soft, *radius].map(written);
-            format!("type = \"spot\"\ncone = {cone}\nsoft = {soft}\nradius = {radius}\n")
-        }
-        UsdLightKind::Sun { angle } => format!("type = \"directional\"\nangle = {}\n", written(*angle)),
+/// The table of a light; `None` for a dome, see [`dome`].
+pub fn table(light: &UsdLight) -> Option<LightTable> {
+    let kind = match &light.kind {
+        UsdLightKind::Rectangle { .. } => LightType::Rectangle,
+        UsdLightKind::Disk { .. } => LightType::Disk,
+        UsdLightKind::Sphere { .. } => LightType::Sphere,
+        UsdLightKind::Point => LightType::Point,
+        UsdLightKind::Spot { .. } => LightType::Spot,
+        UsdLightKind::Sun { .. } => LightType::Directional,
         UsdLightKind::Dome { .. } => return None,
     };
-    text += &lines;
-    let first = light.keys.first()?;
-    if light.keys.len() == 1 {
-        return Some(text + &key(&light.kind, first));
-    }
-    for own in &light.keys {
-        let _ = write!(text, "[[light.key]]\nframe = {}\n{}", written(own.frame), key(&light.kind, own));
-    }
-    Some(text)
+    let table = match &light.keys[..] {
+        [] => return None,
+        [LightKey { map, color, power, .. }] => LightTable {
+            color: Some(three(*color)),
+            power: Some(At::of(*power)),
+            ..lights::at_rest(&light.name, kind, map)
+        },
+        keys => lights::keyed(
+            &light.name,
+            kind,
+            keys.iter().map(|LightKey { frame, map, color, power }| keys::LightKey {
+                color: Some(three(*color)),
+                power: Some(At::of(*power)),
+                ..lights::key(*frame, kind, map)
+            }),
+        ),
+    };
+    Some(shaped(table, &light.kind))
 }
 
-/// Keys of a light at a frame: it shines along -Z of its prim.
-fn key(kind: &UsdLightKind, key: &LightKey) -> String {
-    let mut text = format!("color = {}\npower = {}\n", list(key.color), written(key.power));
-    let (at, along) = (key.map.translation, (-key.map.matrix3.z_axis).normalize_or(DVec3::NEG_Y));
-    let place = match kind {
-        UsdLightKind::Sun { .. } => format!("direction = {}\n", list(along)),
-        UsdLightKind::Point | UsdLightKind::Sphere { .. } => format!("position = {}\n", list(at)),
-        UsdLightKind::Rectangle { .. } | UsdLightKind::Disk { .. } => {
-            let up = key.map.matrix3.y_axis.normalize_or(DVec3::Y);
-            format!("position = {}\ntarget = {}\nup = {}\n", list(at), list(at + along), list(up))
+/// A table with the shape of a light.
+fn shaped(table: LightTable, kind: &UsdLightKind) -> LightTable {
+    let number = |number: f64| Some(At::of(number));
+    match kind {
+        UsdLightKind::Rectangle { size } | UsdLightKind::Disk { size } => {
+            LightTable { size: Some(At::of(List(*size))), ..table }
         }
-        _ => format!("position = {}\ntarget = {}\n", list(at), list(at + along)),
-    };
-    text += &place;
-    text
+        UsdLightKind::Sphere { radius } => LightTable { radius: number(*radius), ..table },
+        UsdLightKind::Spot { cone, soft, radius } => LightTable {
+            cone: number((2.0 * cone).min(lights::WIDEST)),
+            soft: number(*soft),
+            radius: number(*radius),
+            ..table
+        },
+        UsdLightKind::Sun { angle } => LightTable { angle: number(*angle), ..table },
+        UsdLightKind::Point | UsdLightKind::Dome { .. } => table,
+    }
 }
 
 /// Writes the light from all around, if there is one.

@@ -13,26 +13,26 @@ use crate::scene::import::faces::are_within_reach;
 use crate::scene::turntable::corners::Corners;
 use crate::scene::turntable::text::{HEAD, INDIRECT, LIGHT, around, floor};
 use crate::scene::turntable::{Fit, Options, Up};
-use crate::scene::written::Written;
+use crate::scene::written::{BareShot, Written};
 
-/// Reads the USD file at `path`, and writes its shot.
+/// Reads the USD file at `path`, and makes its shot.
 ///
 /// # Errors Those of the file.
-pub(crate) fn read(path: &Path, options: &Options) -> Result<(Arc<UsdFile>, Written), SceneError> {
+pub(crate) fn read(path: &Path, options: &Options) -> Result<(Arc<UsdFile>, BareShot), SceneError> {
     let file = UsdFile::open(path)?;
     let name = path.file_name().unwrap_or_default().to_string_lossy();
-    let written = written(&file, &name, options)?;
-    Ok((Arc::new(file), written))
+    let shot = bare(&file, &name, options)?;
+    Ok((Arc::new(file), shot))
 }
 
 /// Writes the shot of the USD file at `path`, which the shot names `model`.
 ///
 /// # Errors Those of the file.
 pub fn text(path: &Path, model: &str, options: &Options) -> Result<Written, SceneError> {
-    written(&UsdFile::open(path)?, model, options)
+    Ok(bare(&UsdFile::open(path)?, model, options)?.written())
 }
 
-fn written(file: &UsdFile, model: &str, options: &Options) -> Result<Written, SceneError> {
+fn bare(file: &UsdFile, model: &str, options: &Options) -> Result<BareShot, SceneError> {
     let content = &file.content;
     let (mut notes, mut stage) = (Vec::new(), String::new());
     let camera = match chosen(content) {
@@ -54,24 +54,24 @@ fn written(file: &UsdFile, model: &str, options: &Options) -> Result<Written, Sc
             around(&fit, options.size)
         }
     };
-    let mut light: String = content.lights.iter().filter_map(lights::text).collect();
+    let (lights, mut rest) = (content.lights.iter().filter_map(lights::table).collect(), String::new());
     let domes: Vec<_> =
         content.lights.iter().filter(|light| matches!(light.kind, UsdLightKind::Dome { .. })).collect();
     if let Some(dome) = domes.first() {
-        light += &lights::dome(dome, &mut notes).unwrap_or_default();
+        rest += &lights::dome(dome, &mut notes).unwrap_or_default();
     }
     if domes.len() > 1 {
         notes.push(String::from("of several lights from all around (DomeLight) the first one shines"));
     }
     if !content.has_lights {
-        light = String::from(LIGHT);
+        rest = String::from(LIGHT);
         notes.push(String::from("the file has no lights: a sky and two soft lights stand in for them"));
     } else if content.lights.is_empty() {
         notes.push(String::from("none of the file's lights shines, so it is dark"));
     }
     let model = Value::from(model);
-    let text = format!("{HEAD}{camera}\n[[model]]\nusd = {model}\n{stage}{light}{INDIRECT}");
-    Ok(Written { text, notes })
+    let before = format!("{HEAD}{camera}\n[[model]]\nusd = {model}\n{stage}");
+    Ok(BareShot { before, lights, after: format!("{rest}{INDIRECT}"), notes })
 }
 
 /// The camera that the file's settings name, or else the first one.
