@@ -4,6 +4,7 @@
 //! operations in the same order give the same bits on every processor. Nothing here branches; a choice is a
 //! [`Mask`] and [`Mask::select`].
 
+mod functions;
 mod vec3;
 
 use std::f32::consts::LN_2;
@@ -151,13 +152,13 @@ impl F32x8 {
     /// Bits of the floats.
     #[inline(always)]
     pub fn to_bits(self) -> u32x8 {
-        u32x8::new(self.0.to_array().map(f32::to_bits))
+        bytemuck::cast(self.0)
     }
 
     /// Floats of these bits.
     #[inline(always)]
     pub fn from_bits(bits: u32x8) -> Self {
-        Self::new(bits.to_array().map(f32::from_bits))
+        Self(bytemuck::cast(bits))
     }
 
     /// Converts whole numbers with a sign to floats.
@@ -284,13 +285,13 @@ real!(F32x8, F32x8::splat);
 /// Converts to the same bits with a sign.
 #[inline(always)]
 pub fn signed(bits: u32x8) -> i32x8 {
-    i32x8::new(bits.to_array().map(|bits| bits as i32))
+    bytemuck::cast(bits)
 }
 
 /// Converts to the same bits without a sign.
 #[inline(always)]
 pub fn unsigned(bits: i32x8) -> u32x8 {
-    u32x8::new(bits.to_array().map(|bits| bits as u32))
+    bytemuck::cast(bits)
 }
 
 macro_rules! lane_by_lane {
@@ -300,6 +301,13 @@ macro_rules! lane_by_lane {
             #[inline(always)]
             fn $name(self, other: Self) -> Self {
                 Self(self.0 $sign other.0)
+            }
+        }
+        impl $op<f32> for F32x8 {
+            type Output = Self;
+            #[inline(always)]
+            fn $name(self, other: f32) -> Self {
+                self $sign Self::splat(other)
             }
         }
     )+};

@@ -5,8 +5,8 @@ use std::sync::Arc;
 
 use glam::Vec3;
 
-use super::function::{Nowhere, finite};
-use super::{Definition, Function, Kind, Options, Place};
+use super::{Definition, Function, Kind, Options, Places, function};
+use crate::lanes::Vec3x8;
 
 /// Source of a value.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -15,6 +15,16 @@ pub enum Input {
     Constant(Vec3),
     /// Output of the node with this number of a [`Graph`].
     Node(u32),
+}
+
+impl Input {
+    /// What it is where nodes have these values.
+    pub(super) fn of(self, values: &[Self]) -> Self {
+        match self {
+            Self::Constant(_) => self,
+            Self::Node(number) => values[number as usize],
+        }
+    }
 }
 
 /// Nodes, each of which takes what those before it give: there are no cycles.
@@ -59,7 +69,8 @@ impl Graph {
         });
         if let Some(constants) = constants.collect::<Option<Vec<Vec3>>>().filter(|_| !function.is_of_place())
         {
-            return Input::Constant(finite(function.value(&constants, &Nowhere)));
+            let constants: Vec<Vec3x8> = constants.into_iter().map(Vec3x8::splat).collect();
+            return constant(function.values(&constants, Places::NOWHERE));
         }
         let key = (format!("{function:?}"), inputs.iter().map(Key::of).collect());
         let Self { nodes, known } = self;
@@ -91,14 +102,47 @@ impl Graph {
         Ok(self.add(function, taken))
     }
 
+    /// The nodes that are `needed`, in a graph where functions that are the [first part](Function::whole) of others that are needed are not
+    /// computed again; and where its values are then. Those of nodes that are not needed are 0.
+    pub(super) fn without_parts(&self, needed: impl Fn(usize) -> bool) -> (Self, Vec<Input>) {
+        let key = |function: &Arc<dyn Function>, node: &Node| {
+            (format!("{function:?}"), node.inputs.iter().map(Key::of).collect::<Vec<_>>())
+        };
+        let of_needed = |number: &u32| needed(*number as usize);
+        let (mut graph, mut values) = (Self::default(), Vec::with_capacity(self.nodes.len()));
+        for (number, node) in self.nodes.iter().enumerate() {
+            if !needed(number) {
+                values.push(Input::Constant(Vec3::ZERO));
+                continue;
+            }
+            let inputs: Vec<Input> = node.inputs.iter().map(|input| input.of(&values)).collect();
+            let is_known =
+                |whole: &&Arc<dyn Function>| self.known.get(&key(whole, node)).is_some_and(of_needed);
+            values.push(match node.function.whole().filter(is_known) {
+                Some(whole) => {
+                    let whole = graph.add(Arc::clone(whole), inputs);
+                    let first = |values: &[Vec3x8], _| Vec3x8::all_of(values[0].x);
+                    graph.add(function(String::from("first part"), first), vec![whole])
+                }
+                None => graph.add(Arc::clone(&node.function), inputs),
+            });
+        }
+        (graph, values)
+    }
+
     /// A value of kind `from` where one of kind `to` is taken.
     pub fn converted(&mut self, input: Input, from: Kind, to: Kind) -> Input {
         match input {
-            Input::Constant(value) => Input::Constant(finite(from.converted(to, value))),
+            Input::Constant(value) => constant(from.converted(to, Vec3x8::splat(value))),
             Input::Node(_) if !from.changes(to) => input,
             Input::Node(_) => self.add(Arc::new(Conversion { from, to }), vec![input]),
         }
     }
+}
+
+/// The constant of the first lane.
+fn constant(values: Vec3x8) -> Input {
+    Input::Constant(values.finite_or_zero().lane(0))
 }
 
 impl Key {
@@ -119,7 +163,7 @@ struct Conversion {
 }
 
 impl Function for Conversion {
-    fn value(&self, inputs: &[Vec3], _: &dyn Place) -> Vec3 {
+    fn values(&self, inputs: &[Vec3x8], _: Places) -> Vec3x8 {
         self.from.converted(self.to, inputs[0])
     }
 }

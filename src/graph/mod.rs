@@ -12,6 +12,8 @@
 
 mod build;
 mod definition;
+#[cfg(test)]
+pub mod each_lane;
 mod function;
 pub mod functions;
 pub mod nodes;
@@ -21,5 +23,5 @@ mod tests;
 
 pub use build::{Graph, Input};
 pub use definition::{Definition, Options, Socket, numbers};
-pub use function::{Function, Kind, Place, UvSet, function};
+pub use function::{Function, Kind, Place, Places, UvSet, first_part, function, lane_by_lane};
 pub use program::Program;

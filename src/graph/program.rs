@@ -1,16 +1,21 @@
 //! Programs: what is evaluated at a place.
 //!
+//! It is evaluated at up to eight places at once, one for each lane: what a lane gives is the same to the bit, whatever is in the others.
 //! Values that a surface needs together are computed together: nodes that several of them take are evaluated once.
 
 use std::sync::Arc;
 
 use glam::Vec3;
 
-use super::function::finite;
-use super::{Function, Graph, Input, Place};
+use super::{Function, Graph, Input, Place, Places};
+use crate::lanes::Vec3x8;
 
-/// Number of registers that are held on the stack.
-const FEW: usize = 32;
+/// Number of values (registers, and the inputs of a step) that are held on the stack, for small programs: memory is cleared first, which
+/// takes long beside a place by itself.
+const FEW: usize = 8;
+
+/// The same, for larger programs.
+const MORE: usize = 24;
 
 /// Steps that compute one value or several, in order.
 #[derive(Debug, Clone)]
@@ -18,6 +23,8 @@ pub struct Program {
     steps: Vec<Step>,
     /// Number of registers.
     registers: usize,
+    /// Number of operands that a step has, at most.
+    most_operands: usize,
     results: Vec<Operand>,
     is_filtered: bool,
 }
@@ -36,9 +43,6 @@ enum Operand {
     Register(u32),
 }
 
-/// Number of inputs that functions have, at most.
-const MOST_INPUTS: usize = 16;
-
 impl Program {
     /// Creates the program of a value of `graph`.
     pub fn new(graph: &Graph, value: Input) -> Self {
@@ -48,9 +52,16 @@ impl Program {
     /// Creates the program of these values of `graph`, at most [`MOST_VALUES`](Self::MOST_VALUES): the nodes that they depend on, each of
     /// which leaves its register to others as soon as nothing needs it any more.
     pub fn of_all(graph: &Graph, values: &[Input]) -> Self {
+        let needed = last_uses(graph, values);
+        let (graph, known) = graph.without_parts(|number| needed[number] > 0);
+        let values: Vec<Input> = values.iter().map(|value| value.of(&known)).collect();
+        Self::of_nodes(&graph, &values)
+    }
+
+    fn of_nodes(graph: &Graph, values: &[Input]) -> Self {
         let last_use = last_uses(graph, values);
         let (mut register_of, mut free, mut registers) = (vec![u32::MAX; graph.len()], Vec::new(), 0);
-        let mut steps = Vec::new();
+        let mut steps: Vec<Step> = Vec::new();
         let operand = |register_of: &[u32], input: &Input| match input {
             Input::Constant(value) => Operand::Constant(*value),
             Input::Node(node) => Operand::Register(register_of[*node as usize]),
@@ -75,7 +86,8 @@ impl Program {
         let is_filtered = steps.iter().any(|step| step.function.is_filtered());
         let results =
             values.iter().take(Self::MOST_VALUES).map(|value| operand(&register_of, value)).collect();
-        Self { steps, registers: registers as usize, results, is_filtered }
+        let most_operands = steps.iter().map(|step| step.operands.len()).max().unwrap_or(0);
+        Self { steps, registers: registers as usize, most_operands, results, is_filtered }
     }
 
     /// Values of a program, at most.
@@ -98,34 +110,44 @@ impl Program {
 
     /// The first value at a place: finite, and the same to the bit for the same place.
     pub fn value(&self, place: &dyn Place) -> Vec3 {
-        self.values(place)[0]
+        let mut value = [Vec3x8::ZERO];
+        self.evaluate(Places::new(&[place]), &mut value);
+        value[0].lane(0)
     }
 
-    /// All values at a place, in order; 0 for those that it does not have.
-    pub fn values(&self, place: &dyn Place) -> [Vec3; Self::MOST_VALUES] {
-        if self.registers <= FEW {
-            self.run(place, &mut [Vec3::ZERO; FEW])
+    /// All values at some places, in order; 0 for those that it does not have. Lanes without a place have anything.
+    pub fn values(&self, places: Places) -> [Vec3x8; Self::MOST_VALUES] {
+        let mut values = [Vec3x8::ZERO; Self::MOST_VALUES];
+        self.evaluate(places, &mut values);
+        values
+    }
+
+    fn evaluate(&self, places: Places, results: &mut [Vec3x8]) {
+        let all = self.registers + self.most_operands;
+        if all <= FEW {
+            self.run(places, &mut [Vec3x8::ZERO; FEW], results);
+        } else if all <= MORE {
+            self.run(places, &mut [Vec3x8::ZERO; MORE], results);
         } else {
-            self.run(place, &mut vec![Vec3::ZERO; self.registers])
+            self.run(places, &mut vec![Vec3x8::ZERO; all], results);
         }
     }
 
-    fn run(&self, place: &dyn Place, registers: &mut [Vec3]) -> [Vec3; Self::MOST_VALUES] {
-        let get = |registers: &[Vec3], operand: &Operand| match operand {
-            Operand::Constant(value) => *value,
+    /// Runs it in memory for its registers, and behind them for the inputs of a step.
+    fn run(&self, places: Places, memory: &mut [Vec3x8], results: &mut [Vec3x8]) {
+        let get = |registers: &[Vec3x8], operand: &Operand| match operand {
+            Operand::Constant(value) => Vec3x8::splat(*value),
             Operand::Register(register) => registers[*register as usize],
         };
-        let mut inputs = [Vec3::ZERO; MOST_INPUTS];
+        let (registers, inputs) = memory.split_at_mut(self.registers);
         for Step { function, operands, register } in &self.steps {
             for (input, operand) in inputs.iter_mut().zip(operands) {
                 *input = get(registers, operand);
             }
-            let value = function.value(&inputs[..operands.len().min(MOST_INPUTS)], place);
-            registers[*register as usize] = finite(value);
+            let values = function.values(&inputs[..operands.len()], places);
+            registers[*register as usize] = values.finite_or_zero();
         }
-        let mut values = [Vec3::ZERO; Self::MOST_VALUES];
-        values.iter_mut().zip(&self.results).for_each(|(value, result)| *value = get(registers, result));
-        values
+        results.iter_mut().zip(&self.results).for_each(|(value, result)| *value = get(registers, result));
     }
 }
 

@@ -5,6 +5,7 @@ use glam::{Vec2, Vec3};
 use super::function::Place;
 use super::nodes::{self, inputs};
 use super::*;
+use crate::lanes::Vec3x8;
 
 /// A place at which everything is known.
 struct Known;
@@ -56,7 +57,7 @@ fn source(graph: &mut Graph, definition: &Definition) -> Input {
 }
 
 fn sum(graph: &mut Graph, a: Input, b: Input) -> Input {
-    graph.add(function(String::from("sum"), |values| values[0] + values[1]), vec![a, b])
+    graph.add(function(String::from("sum"), |values, _| values[0] + values[1]), vec![a, b])
 }
 
 #[test]
@@ -91,8 +92,9 @@ fn plain_value(graph: &Graph, input: Input) -> Vec3 {
         Input::Constant(value) => value,
         Input::Node(number) => {
             let node = &graph.nodes[number as usize];
-            let values: Vec<Vec3> = node.inputs.iter().map(|input| plain_value(graph, *input)).collect();
-            super::function::finite(node.function.value(&values, &Known))
+            let values = node.inputs.iter().map(|input| Vec3x8::splat(plain_value(graph, *input)));
+            let values: Vec<Vec3x8> = values.collect();
+            node.function.values(&values, Places::new(&[&Known])).finite_or_zero().lane(0)
         }
     }
 }
@@ -111,7 +113,7 @@ fn registers_hold_what_is_needed_until_it_was_used() {
         for step in 0..12 {
             let (a, b) = (all[below(all.len())], all[below(all.len())]);
             let weight = 0.5 + step as f32;
-            let made = function(format!("{step}"), move |values| values[0] * weight - values[1]);
+            let made = function(format!("{step}"), move |values, _| values[0] * weight - values[1]);
             all.push(graph.add(made, vec![a, b]));
         }
         for value in all {
@@ -129,8 +131,9 @@ fn values_that_are_computed_together_are_what_each_is_alone() {
     let together = Program::of_all(&graph, &all);
     assert_eq!(together.len(), 3, "the place is asked once");
     let alone = all.map(|value| Program::new(&graph, value).value(&Known));
-    assert_eq!(together.values(&Known)[..3], alone);
-    assert_eq!(together.values(&Known)[3], Vec3::ZERO);
+    let values = together.values(Places::new(&[&Known])).map(|value| value.lane(0));
+    assert_eq!(values[..3], alone);
+    assert_eq!(values[3], Vec3::ZERO);
 }
 
 #[test]
@@ -140,7 +143,7 @@ fn graphs_may_be_deep_and_wide() {
     let (mut deep, mut wide) = (point, Vec::new());
     for step in 0..10_000 {
         deep = sum(&mut graph, deep, Input::Constant(Vec3::ONE));
-        let node = function(format!("step {step}"), move |values| values[0] + step as f32);
+        let node = function(format!("step {step}"), move |values, _| values[0] + step as f32);
         wide.push(graph.add(node, vec![point]));
     }
     let program = Program::new(&graph, deep);
@@ -155,10 +158,13 @@ fn no_value_is_infinite_or_none() {
     let mut graph = Graph::default();
     let point = source(&mut graph, &inputs::POINT);
     for (name, result) in [("nan", f32::NAN), ("infinity", f32::INFINITY), ("less", f32::NEG_INFINITY)] {
-        let odd = graph.add(function(name.into(), move |_| Vec3::new(1.0, result, 2.0)), vec![point]);
+        let odd = graph
+            .add(function(name.into(), move |_, _| Vec3x8::splat(Vec3::new(1.0, result, 2.0))), vec![point]);
         assert_eq!(Program::new(&graph, odd).value(&Known), Vec3::new(1.0, 0.0, 2.0), "{name}");
-        let constant =
-            graph.add(function(name.into(), move |_| Vec3::splat(result)), vec![Input::Constant(Vec3::ONE)]);
+        let constant = graph.add(
+            function(name.into(), move |_, _| Vec3x8::splat(Vec3::splat(result))),
+            vec![Input::Constant(Vec3::ONE)],
+        );
         assert_eq!(constant, Input::Constant(Vec3::ZERO), "{name}");
     }
 }
@@ -217,4 +223,31 @@ fn what_programs_print_tells_them_apart() {
     assert_ne!(two, three);
     let [two, three, again] = [two, three, again].map(|value| Program::new(&graph, value));
     assert!(two == again && two != three);
+}
+
+/// Of a texture whose number and colour are both needed the colour alone is computed.
+#[test]
+fn parts_are_not_computed_again() {
+    let mut graph = Graph::default();
+    let point = source(&mut graph, &inputs::POINT);
+    let of = |graph: &mut Graph, output| {
+        let input = [Some((point, Kind::Vector))];
+        graph
+            .add_defined(&nodes::patterns::NOISE, &Options::default(), &input, output)
+            .expect("they are known")
+    };
+    // the number comes first, and something depends on it before the colour is there
+    let value = of(&mut graph, 0);
+    let double = sum(&mut graph, value, value);
+    let color = of(&mut graph, 1);
+    let together = Program::of_all(&graph, &[color, double, value]);
+    assert_eq!(together.len(), 4, "the place, the colour, its first part, and its double");
+    assert!(format!("{together:?}").contains("first part"));
+    let values = together.values(Places::new(&[&Known])).map(|value| value.lane(0));
+    assert_eq!(values[..3], [color, double, value].map(|value| Program::new(&graph, value).value(&Known)));
+    assert_eq!(values[2], Vec3::splat(values[0].x));
+    assert!(
+        !format!("{:?}", Program::new(&graph, double)).contains("first part"),
+        "the number alone is cheaper"
+    );
 }

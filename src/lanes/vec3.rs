@@ -101,6 +101,48 @@ impl Vec3x8 {
         self * (F32x8::splat(1.0) / self.dot(self).sqrt())
     }
 
+    /// The same vector of three equal coordinates in each lane.
+    #[inline(always)]
+    pub fn all_of(value: F32x8) -> Self {
+        Self { x: value, y: value, z: value }
+    }
+
+    /// A function of each coordinate.
+    #[inline(always)]
+    pub fn each(self, of: impl Fn(F32x8) -> F32x8) -> Self {
+        Self { x: of(self.x), y: of(self.y), z: of(self.z) }
+    }
+
+    /// A function of each coordinate of two vectors.
+    #[inline(always)]
+    pub fn each_with(self, other: Self, of: impl Fn(F32x8, F32x8) -> F32x8) -> Self {
+        Self { x: of(self.x, other.x), y: of(self.y, other.y), z: of(self.z, other.z) }
+    }
+
+    /// The vectors, with 0 for coordinates that are infinite or NaN.
+    #[inline(always)]
+    pub fn finite_or_zero(self) -> Self {
+        self.each(F32x8::finite_or_zero)
+    }
+
+    /// Lengths.
+    #[inline(always)]
+    pub fn length(self) -> F32x8 {
+        self.dot(self).sqrt()
+    }
+
+    /// Greatest coordinates.
+    #[inline(always)]
+    pub fn max_element(self) -> F32x8 {
+        self.x.max(self.y).max(self.z)
+    }
+
+    /// Smallest coordinates.
+    #[inline(always)]
+    pub fn min_element(self) -> F32x8 {
+        self.x.min(self.y).min(self.z)
+    }
+
     /// True where any coordinate is not zero.
     #[inline(always)]
     pub fn is_some(self) -> Mask {
@@ -117,6 +159,13 @@ macro_rules! lane_by_lane {
             #[inline(always)]
             fn $name(self, other: Self) -> Self {
                 Self { x: self.x $sign other.x, y: self.y $sign other.y, z: self.z $sign other.z }
+            }
+        }
+        impl $op<f32> for Vec3x8 {
+            type Output = Self;
+            #[inline(always)]
+            fn $name(self, other: f32) -> Self {
+                self $sign F32x8::splat(other)
             }
         }
         impl $op<F32x8> for Vec3x8 {

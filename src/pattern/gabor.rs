@@ -10,7 +10,7 @@ use std::f32::consts::{PI, SQRT_2, TAU};
 use glam::{Vec2, Vec3};
 
 use super::voronoi_cells::around;
-use super::{difference, dot, finite, hash, place_of, scaled, sum_of};
+use super::{difference, dot, finite, hash, scaled, sum_of};
 
 /// Impulses in a cell.
 const IMPULSES: usize = 8;
@@ -79,11 +79,11 @@ impl Gabor {
         let (phasor, square) = match self {
             Self::Flat => {
                 let waves = FlatWaves { frequency, isotropy, angle: inputs.orientation_2d };
-                (phasor_of::<2>(place_of(place, 0.0), &waves), 0.25)
+                (phasor_of(place.truncate().to_array(), &waves), 0.25)
             }
             Self::Solid => {
                 let waves = SolidWaves::new(frequency, isotropy, inputs.orientation_3d);
-                (phasor_of::<3>(place_of(place, 0.0), &waves), 0.25 / SQRT_2)
+                (phasor_of(place.to_array(), &waves), 0.25 / SQRT_2)
             }
         };
         // Blender takes a half for the mean square of the weights. Six standard deviations hold nearly all

@@ -2,9 +2,8 @@
 
 use std::f32::consts::TAU;
 
-use glam::Vec3;
-
-use super::finite;
+use super::finite8;
+use crate::lanes::{F32x8, Vec3x8};
 
 /// Options of the Gradient Texture node. It has no inputs but the vector.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -27,29 +26,25 @@ pub enum Gradient {
 
 impl Gradient {
     /// The output Factor, 0 to 1. The output Color is the same number three times.
-    pub fn value(&self, vector: Vec3) -> f32 {
+    pub fn value(&self, vector: Vec3x8) -> F32x8 {
         // A little less than 1, so that it is 0 all over a unit sphere whatever the rounding.
-        let inward = || (0.999_999 - vector.length()).max(0.0);
+        let inward = || (F32x8::splat(0.999_999) - vector.length()).max(F32x8::ZERO);
         let value = match self {
             Self::Linear => vector.x,
-            Self::Quadratic => vector.x.max(0.0) * vector.x.max(0.0),
+            Self::Quadratic => vector.x.max(F32x8::ZERO) * vector.x.max(F32x8::ZERO),
             Self::Easing => eased(vector.x),
             Self::Diagonal => (vector.x + vector.y) * 0.5,
             Self::Spherical => inward(),
             Self::QuadraticSphere => inward() * inward(),
-            Self::Radial => vector.y.atan2(vector.x) / TAU + 0.5,
+            Self::Radial => vector.y.each_with(vector.x, f32::atan2) / TAU + 0.5,
         };
-        finite(value).clamp(0.0, 1.0)
-    }
-
-    /// The output Color, 0 to 1: [`Self::value`] three times.
-    pub fn color(&self, vector: Vec3) -> Vec3 {
-        Vec3::splat(self.value(vector))
+        finite8(value).clamp(0.0, 1.0)
     }
 }
 
 /// Hermite's curve from 0 to 1 with level ends; clamped outside.
-pub(super) fn eased(share: f32) -> f32 {
+#[inline(always)]
+pub(super) fn eased(share: F32x8) -> F32x8 {
     let share = share.clamp(0.0, 1.0);
-    share * share * (3.0 - 2.0 * share)
+    share * share * (F32x8::splat(3.0) - share * 2.0)
 }

@@ -6,7 +6,9 @@
 use std::array;
 
 use glam::{Vec2, Vec3};
-use wide::u32x8;
+use wide::{i32x8, u32x8};
+
+use crate::lanes::F32x8;
 
 /// A word of 32 bits, or eight of them; sums wrap around.
 trait Word: Copy {
@@ -161,19 +163,75 @@ pub fn unit2_of4([x, y, z, w]: [f32; 4]) -> Vec2 {
     Vec2::new(unit([x, y, z, w]), unit([z, x, w, y]))
 }
 
-/// The hash of a cell of two, three, or four axes, each part 0 to 1.
-pub fn cell<const N: usize>(cell: [i32; N]) -> [f32; N] {
-    let mut state = cell.map(|part| part.wrapping_mul(1_664_525).wrapping_add(1_013_904_223));
+/// [`unit`] of eight keys.
+#[inline(always)]
+pub fn unit8<const N: usize>(key: [F32x8; N]) -> F32x8 {
+    F32x8::from_unsigned(jenkins8(key.map(F32x8::to_bits))) * (1.0 / u32::MAX as f32)
+}
+
+/// A cell of two, three, or four axes in each lane, and those about it: their hashes.
+#[derive(Debug, Clone, Copy)]
+pub struct CellHash<const N: usize> {
+    /// Each axis after the first step, which can be made for the cells about it by a sum.
+    mixed: [i32x8; N],
+}
+
+/// Factor of the hash.
+const FACTOR: i32 = 1_664_525;
+
+/// How far cells are away along each axis, as the hash takes it.
+#[derive(Debug, Clone, Copy)]
+pub struct CellOffset<const N: usize>([i32x8; N]);
+
+impl<const N: usize> CellOffset<N> {
+    /// The same in all lanes.
+    #[inline(always)]
+    pub fn all(offset: [i32; N]) -> Self {
+        Self(offset.map(|part| i32x8::splat(part.wrapping_mul(FACTOR))))
+    }
+
+    /// Another one in each lane.
+    #[inline(always)]
+    pub fn each(offset: [i32x8; N]) -> Self {
+        Self(offset.map(|part| part * i32x8::splat(FACTOR)))
+    }
+}
+
+impl<const N: usize> CellHash<N> {
+    /// Creates the hash of cells.
+    #[inline(always)]
+    pub fn new(cell: [i32x8; N]) -> Self {
+        Self { mixed: cell.map(|part| part * i32x8::splat(FACTOR) + i32x8::splat(1_013_904_223)) }
+    }
+
+    /// The hash of the cell so far away, each part 0 to 1.
+    #[inline(always)]
+    pub fn at(&self, offset: CellOffset<N>) -> [F32x8; N] {
+        self.with_axes(offset)
+    }
+
+    /// The hash of the cell with `M` axes, of which those that are missing are 0, that is so far away.
+    #[inline(always)]
+    pub fn with_axes<const M: usize>(&self, offset: CellOffset<N>) -> [F32x8; M] {
+        let zero = Self::new([i32x8::splat(0); N]).mixed[0];
+        let part = |axis: usize| self.mixed[axis] + offset.0[axis];
+        hashed_cell(array::from_fn(|axis| if axis < N { part(axis) } else { zero }))
+    }
+}
+
+/// The steps after the first one.
+#[inline(always)]
+fn hashed_cell<const N: usize>(mut state: [i32x8; N]) -> [F32x8; N] {
     spread(&mut state);
     // The shift keeps the sign.
     state = state.map(|part| part ^ (part >> 16));
     spread(&mut state);
-    array::from_fn(|axis| (state[axis] & i32::MAX) as f32 * (1.0 / i32::MAX as f32))
+    state.map(|part| F32x8::from_whole(part & i32x8::splat(i32::MAX)) * (1.0 / i32::MAX as f32))
 }
 
 /// Each part takes in a product of others.
 #[inline(always)]
-fn spread(state: &mut [i32]) {
+fn spread(state: &mut [i32x8]) {
     // The part that is changed, and those that are multiplied; 2D multiplies by a constant instead.
     let steps: &[[usize; 3]] = match state.len() {
         3 => &[[0, 1, 2], [1, 2, 0], [2, 0, 1]],
@@ -181,10 +239,10 @@ fn spread(state: &mut [i32]) {
         _ => &[],
     };
     for [part, first, second] in steps {
-        state[*part] = state[*part].wrapping_add(state[*first].wrapping_mul(state[*second]));
+        state[*part] += state[*first] * state[*second];
     }
     if let [x, y] = state {
-        *x = x.wrapping_add(y.wrapping_mul(1_664_525));
-        *y = y.wrapping_add(x.wrapping_mul(1_664_525));
+        *x += *y * i32x8::splat(FACTOR);
+        *y += *x * i32x8::splat(FACTOR);
     }
 }

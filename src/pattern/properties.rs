@@ -14,6 +14,7 @@ use super::voronoi::{Voronoi, VoronoiFeature, VoronoiInputs, VoronoiMetric};
 use super::wave::{Wave, WaveInputs, WaveProfile, WaveShape};
 use super::white::WhiteNoise;
 use super::{Dimensions, hash, perlin};
+use crate::lanes::{F32x8, LANES, Vec3x8};
 
 const DIMENSIONS: [Dimensions; 4] = [Dimensions::One, Dimensions::Two, Dimensions::Three, Dimensions::Four];
 const FRACTALS: [FractalKind; 5] = [
@@ -91,35 +92,58 @@ impl Chance {
     fn nasty_vector(&mut self) -> Vec3 {
         Vec3::new(self.nasty(), self.nasty(), self.nasty())
     }
+
+    /// Eight nasty numbers.
+    fn nasties(&mut self) -> F32x8 {
+        F32x8::new(std::array::from_fn(|_| self.nasty()))
+    }
+
+    fn nasty_vectors(&mut self) -> Vec3x8 {
+        Vec3x8::from([self.nasties(), self.nasties(), self.nasties()])
+    }
 }
 
-fn nasty_noise(chance: &mut Chance) -> Vec3 {
+/// The vectors of all lanes.
+fn each_lane(vectors: Vec3x8) -> [Vec3; LANES] {
+    std::array::from_fn(|lane| vectors.lane(lane))
+}
+
+/// Noise at one place.
+fn signed<const N: usize>(place: [f32; N]) -> f32 {
+    perlin::signed(place.map(F32x8::splat), 1).lane(0)
+}
+
+fn alike(value: f32) -> F32x8 {
+    F32x8::splat(value)
+}
+
+fn nasty_noise(chance: &mut Chance) -> [Vec3; LANES] {
     let inputs = NoiseInputs {
-        scale: chance.nasty(),
-        detail: chance.nasty(),
-        roughness: chance.nasty(),
-        lacunarity: chance.nasty(),
-        offset: chance.nasty(),
-        gain: chance.nasty(),
-        distortion: chance.nasty(),
+        scale: chance.nasties(),
+        detail: chance.nasties(),
+        roughness: chance.nasties(),
+        lacunarity: chance.nasties(),
+        offset: chance.nasties(),
+        gain: chance.nasties(),
+        distortion: chance.nasties(),
     };
     let (dimensions, kind) = (chance.choice(&DIMENSIONS), chance.choice(&FRACTALS));
     let noise = Noise { dimensions, kind, is_normalized: chance.unit() < 0.5 };
-    let (vector, w) = (chance.nasty_vector(), chance.nasty());
-    let color = noise.color(vector, w, &inputs);
-    assert_eq!(color.x, noise.value(vector, w, &inputs), "{noise:?} {inputs:?}");
-    color
+    let (vector, w) = (chance.nasty_vectors(), chance.nasties());
+    let color = noise.color(vector, w, &inputs, LANES);
+    assert_eq!(color.x, noise.value(vector, w, &inputs, LANES), "{noise:?} {inputs:?}");
+    each_lane(color)
 }
 
-fn nasty_voronoi(chance: &mut Chance) -> Vec3 {
+fn nasty_voronoi(chance: &mut Chance) -> [Vec3; LANES] {
     let inputs = VoronoiInputs {
-        scale: chance.nasty(),
-        detail: chance.nasty(),
-        roughness: chance.nasty(),
-        lacunarity: chance.nasty(),
-        smoothness: chance.nasty(),
-        exponent: chance.nasty(),
-        randomness: chance.nasty(),
+        scale: chance.nasties(),
+        detail: chance.nasties(),
+        roughness: chance.nasties(),
+        lacunarity: chance.nasties(),
+        smoothness: chance.nasties(),
+        exponent: chance.nasties(),
+        randomness: chance.nasties(),
     };
     let voronoi = Voronoi {
         // Four dimensions take long, and have nothing of their own.
@@ -128,32 +152,33 @@ fn nasty_voronoi(chance: &mut Chance) -> Vec3 {
         metric: chance.choice(&METRICS),
         is_normalized: chance.unit() < 0.5,
     };
-    let found = voronoi.outputs(chance.nasty_vector(), chance.nasty(), &inputs);
-    assert!(found.color.is_finite() && found.position.is_finite(), "{voronoi:?} {inputs:?} {found:?}");
-    Vec3::new(found.distance, found.w, found.radius)
+    let found = voronoi.outputs(chance.nasty_vectors(), chance.nasties(), &inputs, LANES);
+    let vectors = [found.color, found.position].map(each_lane);
+    assert!(vectors.as_flattened().iter().all(|one| one.is_finite()), "{voronoi:?} {inputs:?} {found:?}");
+    each_lane([found.distance, found.w, found.radius].into())
 }
 
-fn nasty_wave(chance: &mut Chance) -> Vec3 {
+fn nasty_wave(chance: &mut Chance) -> [Vec3; LANES] {
     let inputs = WaveInputs {
-        scale: chance.nasty(),
-        distortion: chance.nasty(),
-        detail: chance.nasty(),
-        detail_scale: chance.nasty(),
-        detail_roughness: chance.nasty(),
-        phase_offset: chance.nasty(),
+        scale: chance.nasties(),
+        distortion: chance.nasties(),
+        detail: chance.nasties(),
+        detail_scale: chance.nasties(),
+        detail_roughness: chance.nasties(),
+        phase_offset: chance.nasties(),
     };
     let wave = Wave { shape: chance.choice(&SHAPES), profile: chance.choice(&PROFILES) };
-    wave.color(chance.nasty_vector(), &inputs)
+    each_lane(Vec3x8::all_of(wave.value(chance.nasty_vectors(), &inputs, LANES)))
 }
 
-fn nasty_magic(chance: &mut Chance) -> Vec3 {
+fn nasty_magic(chance: &mut Chance) -> [Vec3; LANES] {
     let magic = Magic { depth: (chance.unit() * 14.0) as u32 };
     let inputs = MagicInputs { scale: chance.nasty(), distortion: chance.nasty() };
     let vector = chance.nasty_vector();
-    magic.color(vector, &inputs).with_x(magic.value(vector, &inputs))
+    [magic.color(vector, &inputs).with_x(magic.value(vector, &inputs)); LANES]
 }
 
-fn nasty_brick(chance: &mut Chance) -> Vec3 {
+fn nasty_brick(chance: &mut Chance) -> [Vec3; LANES] {
     let brick = Brick {
         offset: chance.nasty(),
         offset_frequency: chance.choice(&[0, 1, 2, 99, u32::MAX]),
@@ -161,21 +186,22 @@ fn nasty_brick(chance: &mut Chance) -> Vec3 {
         squash_frequency: chance.choice(&[0, 1, 2, 99, u32::MAX]),
     };
     let inputs = BrickInputs {
-        scale: chance.nasty(),
-        mortar_size: chance.nasty(),
-        mortar_smooth: chance.nasty(),
-        bias: chance.nasty(),
-        brick_width: chance.nasty(),
-        row_height: chance.nasty(),
+        scale: chance.nasties(),
+        mortar_size: chance.nasties(),
+        mortar_smooth: chance.nasties(),
+        bias: chance.nasties(),
+        brick_width: chance.nasties(),
+        row_height: chance.nasties(),
         ..BrickInputs::default()
     };
-    let vector = chance.nasty_vector();
-    let value = brick.value(vector, &inputs);
-    assert!((0.0..=1.0).contains(&value), "{brick:?} {inputs:?} {value}");
-    brick.color(vector, &inputs)
+    let vector = chance.nasty_vectors();
+    for value in brick.value(vector, &inputs).values() {
+        assert!((0.0..=1.0).contains(value), "{brick:?} {inputs:?} {value}");
+    }
+    each_lane(brick.color(vector, &inputs))
 }
 
-fn nasty_gabor(chance: &mut Chance) -> Vec3 {
+fn nasty_gabor(chance: &mut Chance) -> [Vec3; LANES] {
     let inputs = GaborInputs {
         scale: chance.nasty(),
         frequency: chance.nasty(),
@@ -184,7 +210,7 @@ fn nasty_gabor(chance: &mut Chance) -> Vec3 {
         orientation_3d: chance.nasty_vector(),
     };
     let found = chance.choice(&[Gabor::Flat, Gabor::Solid]).outputs(chance.nasty_vector(), &inputs);
-    Vec3::new(found.value, found.phase, found.intensity)
+    [Vec3::new(found.value, found.phase, found.intensity); LANES]
 }
 
 #[test]
@@ -194,19 +220,19 @@ fn outputs_are_finite_whatever_the_inputs() {
         .enumerate();
     for (index, pattern) in patterns {
         let mut chance = Chance(index as u32 * 100_000);
-        for _ in 0..1500 {
+        for _ in 0..400 {
             let found = pattern(&mut chance);
-            assert!(found.is_finite(), "pattern {index} at {}: {found}", chance.0);
+            assert!(found.iter().all(|one| one.is_finite()), "pattern {index} at {}: {found:?}", chance.0);
         }
     }
     let mut chance = Chance(900_000);
-    for _ in 0..1000 {
-        let (vector, w) = (chance.nasty_vector(), chance.nasty());
-        let checker = Checker.value(vector, &CheckerInputs { scale: chance.nasty(), ..Default::default() });
+    for _ in 0..300 {
+        let (vector, w) = (chance.nasty_vectors(), chance.nasties());
+        let checker = Checker.value(vector, &CheckerInputs { scale: chance.nasties(), ..Default::default() });
         let noise = WhiteNoise { dimensions: chance.choice(&DIMENSIONS) }.color(vector, w);
         let gradient = chance.choice(&GRADIENTS).value(vector);
-        for value in [checker, gradient, noise.x, noise.y, noise.z] {
-            assert!((0.0..=1.0).contains(&value), "{vector} {w}: {value}");
+        for value in [checker, gradient, noise.x, noise.y, noise.z].map(|value| *value.values()).concat() {
+            assert!((0.0..=1.0).contains(&value), "{vector:?} {w:?}: {value}");
         }
     }
 }
@@ -218,15 +244,14 @@ fn perlin_noise_is_zero_on_the_lattice_and_within_one() {
         let Vec3 { x, y, z } = chance.vector(100.0);
         let w = chance.within(100.0);
         let [a, b, c, d] = [x, y, z, w].map(f32::round);
-        for value in [perlin::signed([a]), perlin::signed([a, b]), perlin::signed([a, b, c])] {
+        for value in [signed([a]), signed([a, b]), signed([a, b, c])] {
             assert_eq!(value, 0.0);
         }
-        assert_eq!(perlin::signed([a, b, c, d]), 0.0);
-        let all = [perlin::signed([x]), perlin::signed([x, y]), perlin::signed([x, y, z])];
-        for value in all.into_iter().chain([perlin::signed([x, y, z, w])]) {
+        assert_eq!(signed([a, b, c, d]), 0.0);
+        let all = [signed([x]), signed([x, y]), signed([x, y, z])];
+        for value in all.into_iter().chain([signed([x, y, z, w])]) {
             assert!(value.abs() <= 1.05, "{value}");
         }
-        assert_eq!(perlin::unsigned([x, y]), 0.5 * perlin::signed([x, y]) + 0.5);
     }
 }
 
@@ -235,12 +260,12 @@ fn perlin_noise_repeats_far_from_the_origin() {
     // Fractions that floats hold there, too.
     for place in [[0.25, 1.5, 2.0], [77.75, 3.25, 9.5]] {
         let far = place.map(|value| value + 100_000.0);
-        assert_eq!(perlin::signed(place), perlin::signed(far));
+        assert_eq!(signed(place), signed(far));
         let mirrored = far.map(|value: f32| -value);
-        assert_eq!(perlin::signed(place.map(|value| -value)), perlin::signed(mirrored));
+        assert_eq!(signed(place.map(|value| -value)), signed(mirrored));
     }
     // Still farther it is looked up between the lattice planes.
-    assert!((0..9).any(|step| perlin::signed([3_000_000.0 + step as f32]) != 0.0));
+    assert!((0..9).any(|step| signed([3_000_000.0 + step as f32]) != 0.0));
 }
 
 #[test]
@@ -250,12 +275,13 @@ fn noise_that_is_normalized_is_within_0_to_1() {
         let noise = Noise { dimensions, kind: FractalKind::Fbm, is_normalized: true };
         let plain = Noise { is_normalized: false, ..noise };
         for _ in 0..300 {
-            let (vector, w) = (chance.vector(10.0), chance.within(10.0));
-            let inputs = NoiseInputs { detail: chance.unit() * 5.0, ..Default::default() };
-            assert!((-0.03..=1.03).contains(&noise.value(vector, w, &inputs)));
-            let single = NoiseInputs { detail: 0.0, ..inputs };
-            let remapped = plain.value(vector, w, &single) * 0.5 + 0.5;
-            assert!((noise.value(vector, w, &single) - remapped).abs() < 1e-6);
+            let (vector, w) = (Vec3x8::splat(chance.vector(10.0)), alike(chance.within(10.0)));
+            let inputs = NoiseInputs { detail: alike(chance.unit() * 5.0), ..Default::default() };
+            let value = |noise: Noise, inputs| noise.value(vector, w, inputs, 1).lane(0);
+            assert!((-0.03..=1.03).contains(&value(noise, &inputs)));
+            let single = NoiseInputs { detail: F32x8::ZERO, ..inputs };
+            let remapped = value(plain, &single) * 0.5 + 0.5;
+            assert!((value(noise, &single) - remapped).abs() < 1e-6);
         }
     }
 }
@@ -270,8 +296,8 @@ fn features_of_voronoi_are_in_order() {
     let inputs = VoronoiInputs::default();
     for dimensions in DIMENSIONS {
         for _ in 0..100 {
-            let (vector, w) = (chance.vector(3.0), chance.within(3.0));
-            let value = |feature| voronoi(dimensions, feature).value(vector, w, &inputs);
+            let (vector, w) = (Vec3x8::splat(chance.vector(3.0)), alike(chance.within(3.0)));
+            let value = |feature| voronoi(dimensions, feature).value(vector, w, &inputs, 1).lane(0);
             let first = value(VoronoiFeature::F1);
             assert!(first <= value(VoronoiFeature::F2));
             assert!(value(VoronoiFeature::SmoothF1) <= first + 1e-6);
@@ -284,39 +310,44 @@ fn features_of_voronoi_are_in_order() {
 #[test]
 fn position_of_voronoi_is_as_far_as_it_says() {
     let mut chance = Chance(13);
-    let inputs = VoronoiInputs { scale: 3.0, ..Default::default() };
+    let inputs = VoronoiInputs { scale: alike(3.0), ..Default::default() };
     for _ in 0..200 {
         let vector = chance.vector(3.0);
-        let found = voronoi(Dimensions::Three, VoronoiFeature::F1).outputs(vector, 0.0, &inputs);
-        assert!((found.position.distance(vector) * 3.0 - found.distance).abs() < 1e-4);
+        let place = Vec3x8::splat(vector);
+        let found = voronoi(Dimensions::Three, VoronoiFeature::F1).outputs(place, F32x8::ZERO, &inputs, 1);
+        let distance = found.position.lane(0).distance(vector) * 3.0;
+        assert!((distance - found.distance.lane(0)).abs() < 1e-4);
     }
 }
 
 #[test]
 fn voronoi_without_randomness_is_a_lattice() {
-    let inputs = VoronoiInputs { scale: 1.0, randomness: 0.0, ..Default::default() };
-    let found =
-        voronoi(Dimensions::Three, VoronoiFeature::F1).outputs(Vec3::new(0.25, -3.25, 7.125), 0.0, &inputs);
-    assert_eq!(found.position, Vec3::new(0.0, -3.0, 7.0));
+    let inputs = VoronoiInputs { scale: F32x8::ONE, randomness: F32x8::ZERO, ..Default::default() };
+    let place = |x, y, z| Vec3x8::splat(Vec3::new(x, y, z));
+    let first = voronoi(Dimensions::Three, VoronoiFeature::F1);
+    let found = first.outputs(place(0.25, -3.25, 7.125), F32x8::ZERO, &inputs, 1);
+    assert_eq!(found.position.lane(0), Vec3::new(0.0, -3.0, 7.0));
     let edge = voronoi(Dimensions::Two, VoronoiFeature::DistanceToEdge);
-    assert!((edge.value(Vec3::new(0.25, 4.0, 0.0), 0.0, &inputs) - 0.25).abs() < 1e-6);
+    let distance = edge.value(place(0.25, 4.0, 0.0), F32x8::ZERO, &inputs, 1).lane(0);
+    assert!((distance - 0.25).abs() < 1e-6);
 }
 
 #[test]
 fn checkers_wave_and_gradient_are_within_their_ranges() {
     let mut chance = Chance(17);
-    let unscaled = CheckerInputs { scale: 1.0, ..Default::default() };
+    let unscaled = CheckerInputs { scale: F32x8::ONE, ..Default::default() };
     for _ in 0..300 {
         let vector = chance.vector(20.0);
-        let value = Checker.value(vector, &unscaled);
-        assert_eq!(value, Checker.value(vector + 2.0, &unscaled));
-        assert_ne!(value, Checker.value(vector + Vec3::X, &unscaled));
+        let checker = |vector: Vec3| Checker.value(Vec3x8::splat(vector), &unscaled).lane(0);
+        assert_eq!(checker(vector), checker(vector + 2.0));
+        assert_ne!(checker(vector), checker(vector + Vec3::X));
         let wave = Wave { shape: chance.choice(&SHAPES), profile: chance.choice(&PROFILES) };
-        let inputs = WaveInputs { distortion: chance.within(4.0), ..Default::default() };
-        assert!((0.0..=1.0).contains(&wave.value(vector, &inputs)));
+        let inputs = WaveInputs { distortion: alike(chance.within(4.0)), ..Default::default() };
+        assert!((0.0..=1.0).contains(&wave.value(Vec3x8::splat(vector), &inputs, 1).lane(0)));
     }
-    assert_eq!(Gradient::Radial.value(Vec3::X), 0.5);
-    assert_eq!(Gradient::Spherical.value(Vec3::ONE.normalize()), 0.0);
+    let gradient = |gradient: Gradient, at: Vec3| gradient.value(Vec3x8::splat(at)).lane(0);
+    assert_eq!(gradient(Gradient::Radial, Vec3::X), 0.5);
+    assert_eq!(gradient(Gradient::Spherical, Vec3::ONE.normalize()), 0.0);
 }
 
 #[test]
@@ -325,9 +356,10 @@ fn waves_repeat_after_a_full_turn() {
     for _ in 0..200 {
         let vector = chance.vector(2.0);
         let wave = Wave { shape: chance.choice(&SHAPES), profile: WaveProfile::Sine };
-        let inputs = WaveInputs { scale: 1.0, ..Default::default() };
-        let later = WaveInputs { phase_offset: TAU, ..inputs };
-        assert!((wave.value(vector, &inputs) - wave.value(vector, &later)).abs() < 1e-4);
+        let inputs = WaveInputs { scale: F32x8::ONE, ..Default::default() };
+        let later = WaveInputs { phase_offset: alike(TAU), ..inputs };
+        let value = |inputs| wave.value(Vec3x8::splat(vector), inputs, 1).lane(0);
+        assert!((value(&inputs) - value(&later)).abs() < 1e-4);
     }
 }
 

@@ -15,6 +15,7 @@ use super::magic::{Magic, MagicInputs};
 use super::voronoi::{Voronoi, VoronoiFeature, VoronoiInputs, VoronoiMetric};
 use super::wave::{Wave, WaveInputs, WaveProfile, WaveShape};
 use super::white::WhiteNoise;
+use crate::lanes::{F32x8, Vec3x8};
 
 /// The largest difference that passes, of numbers up to 1; a share of larger ones.
 const TOLERANCE: f32 = 1e-4;
@@ -59,6 +60,16 @@ impl<'a> Case<'a> {
         self.options[option].parse().ok().expect("a number")
     }
 
+    /// The place, in all lanes.
+    fn place(&self) -> (Vec3x8, F32x8) {
+        (Vec3x8::splat(self.vector), F32x8::splat(self.w))
+    }
+
+    /// The inputs, in all lanes.
+    fn eight(&self) -> Vec<F32x8> {
+        self.inputs.iter().copied().map(F32x8::splat).collect()
+    }
+
     /// Our outputs.
     fn ours(&self) -> Vec<f32> {
         match self.node {
@@ -68,10 +79,11 @@ impl<'a> Case<'a> {
             "Magic" => self.magic(),
             "Brick" => self.brick(),
             "Checker" => self.checker(),
-            "Gradient" => vec![self.gradient().value(self.vector)],
+            "Gradient" => vec![self.gradient().value(self.place().0).lane(0)],
             "WhiteNoise" => {
                 let noise = WhiteNoise { dimensions: self.dimensions() };
-                with_color(noise.value(self.vector, self.w), noise.color(self.vector, self.w))
+                let (vector, w) = self.place();
+                with_color(noise.value(vector, w).lane(0), noise.color(vector, w).lane(0))
             }
             "Gabor" => self.gabor(),
             other => panic!("no pattern {other}"),
@@ -90,12 +102,13 @@ impl<'a> Case<'a> {
             },
             is_normalized: self.options[2] == "True",
         };
-        let [scale, detail, roughness, lacunarity, offset, gain, distortion] = self.inputs[..] else {
+        let [scale, detail, roughness, lacunarity, offset, gain, distortion] = self.eight()[..] else {
             panic!("inputs of noise");
         };
         let inputs = NoiseInputs { scale, detail, roughness, lacunarity, offset, gain, distortion };
-        let value = noise.value(self.vector, self.w, &inputs);
-        with_color(value, noise.color(self.vector, self.w, &inputs))
+        let (vector, w) = self.place();
+        let value = noise.value(vector, w, &inputs, 1).lane(0);
+        with_color(value, noise.color(vector, w, &inputs, 8).lane(7))
     }
 
     fn voronoi(&self) -> Vec<f32> {
@@ -116,13 +129,15 @@ impl<'a> Case<'a> {
             },
             is_normalized: self.options[3] == "True",
         };
-        let [scale, detail, roughness, lacunarity, smoothness, exponent, randomness] = self.inputs[..] else {
+        let [scale, detail, roughness, lacunarity, smoothness, exponent, randomness] = self.eight()[..]
+        else {
             panic!("inputs of Voronoi");
         };
         let inputs = VoronoiInputs { scale, detail, roughness, lacunarity, smoothness, exponent, randomness };
-        let found = voronoi.outputs(self.vector, self.w, &inputs);
-        let numbers = [found.distance, found.w, found.radius];
-        [numbers, found.color.to_array(), found.position.to_array()].concat()
+        let (vector, w) = self.place();
+        let found = voronoi.outputs(vector, w, &inputs, 1);
+        let numbers = [found.distance, found.w, found.radius].map(|number| number.lane(0));
+        [numbers, found.color.lane(0).to_array(), found.position.lane(0).to_array()].concat()
     }
 
     fn wave(&self) -> Vec<f32> {
@@ -141,12 +156,12 @@ impl<'a> Case<'a> {
             "SAW" => WaveProfile::Saw,
             _ => WaveProfile::Triangle,
         };
-        let [scale, distortion, detail, detail_scale, detail_roughness, phase_offset] = self.inputs[..]
+        let [scale, distortion, detail, detail_scale, detail_roughness, phase_offset] = self.eight()[..]
         else {
             panic!("inputs of waves");
         };
         let inputs = WaveInputs { scale, distortion, detail, detail_scale, detail_roughness, phase_offset };
-        vec![Wave { shape, profile }.value(self.vector, &inputs)]
+        vec![Wave { shape, profile }.value(self.place().0, &inputs, 1).lane(0)]
     }
 
     fn magic(&self) -> Vec<f32> {
@@ -162,11 +177,11 @@ impl<'a> Case<'a> {
             squash: self.number(2),
             squash_frequency: self.number(3),
         };
-        let [scale, mortar_size, mortar_smooth, bias, brick_width, row_height] = self.inputs[..] else {
+        let [scale, mortar_size, mortar_smooth, bias, brick_width, row_height] = self.eight()[..] else {
             panic!("inputs of bricks");
         };
-        let [color1, color2] = colors();
-        let mortar = Vec3::new(0.375, 0.3125, 0.25);
+        let [color1, color2] = colors().map(Vec3x8::splat);
+        let mortar = Vec3x8::splat(Vec3::new(0.375, 0.3125, 0.25));
         let inputs = BrickInputs {
             color1,
             color2,
@@ -178,13 +193,15 @@ impl<'a> Case<'a> {
             brick_width,
             row_height,
         };
-        with_color(brick.value(self.vector, &inputs), brick.color(self.vector, &inputs))
+        let vector = self.place().0;
+        with_color(brick.value(vector, &inputs).lane(0), brick.color(vector, &inputs).lane(0))
     }
 
     fn checker(&self) -> Vec<f32> {
-        let [color1, color2] = colors();
-        let inputs = CheckerInputs { color1, color2, scale: self.inputs[0] };
-        with_color(Checker.value(self.vector, &inputs), Checker.color(self.vector, &inputs))
+        let [color1, color2] = colors().map(Vec3x8::splat);
+        let inputs = CheckerInputs { color1, color2, scale: self.eight()[0] };
+        let vector = self.place().0;
+        with_color(Checker.value(vector, &inputs).lane(0), Checker.color(vector, &inputs).lane(0))
     }
 
     fn gradient(&self) -> Gradient {

@@ -2,10 +2,9 @@
 
 use std::f32::consts::{FRAC_PI_2, TAU};
 
-use glam::Vec3;
-
-use super::finite;
+use super::finite8;
 use super::fractal::Octaves;
+use crate::lanes::{F32x8, Vec3x8};
 
 /// Where the crests of the waves lie.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -52,71 +51,71 @@ pub struct Wave {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct WaveInputs {
     /// Multiplies the place.
-    pub scale: f32,
+    pub scale: F32x8,
     /// How far noise moves the waves, radians.
-    pub distortion: f32,
+    pub distortion: F32x8,
     /// Octaves of that noise after the first, 0 to 15 (clamped; Cycles does not, and computes ever more).
-    pub detail: f32,
+    pub detail: F32x8,
     /// Scale of that noise, besides `scale`.
-    pub detail_scale: f32,
+    pub detail_scale: F32x8,
     /// Roughness of that noise: the amplitude of an octave as a share of that of the one before.
-    pub detail_roughness: f32,
+    pub detail_roughness: F32x8,
     /// Added to the phase, radians.
-    pub phase_offset: f32,
+    pub phase_offset: F32x8,
 }
 
 impl Default for WaveInputs {
     /// Those of a new node.
     fn default() -> Self {
         Self {
-            scale: 5.0,
-            distortion: 0.0,
-            detail: 2.0,
-            detail_scale: 1.0,
-            detail_roughness: 0.5,
-            phase_offset: 0.0,
+            scale: F32x8::splat(5.0),
+            distortion: F32x8::splat(0.0),
+            detail: F32x8::splat(2.0),
+            detail_scale: F32x8::splat(1.0),
+            detail_roughness: F32x8::splat(0.5),
+            phase_offset: F32x8::splat(0.0),
         }
     }
 }
 
 impl Wave {
-    /// The output Factor, 0 to 1. The output Color is the same number three times.
-    pub fn value(&self, vector: Vec3, inputs: &WaveInputs) -> f32 {
+    /// The output Factor at the first `lanes` places, 0 to 1. The output Color is the same number three times.
+    pub fn value(&self, vector: Vec3x8, inputs: &WaveInputs, lanes: usize) -> F32x8 {
         // A little off, so that a face on a whole number is not a matter of rounding.
         let place = (vector * inputs.scale + 0.000_001) * 0.999_999;
         let mut phase = self.phase(place) + inputs.phase_offset;
-        if inputs.distortion != 0.0 {
+        let is_distorted = !inputs.distortion.is_zero();
+        if is_distorted.any_of(lanes) {
             let octaves = Octaves {
                 detail: inputs.detail.clamp(0.0, 15.0),
                 roughness: inputs.detail_roughness,
-                lacunarity: 2.0,
+                lacunarity: F32x8::splat(2.0),
+                lanes,
             };
-            let noise = octaves.fbm((place * inputs.detail_scale).to_array(), true);
-            phase += inputs.distortion * (noise * 2.0 - 1.0);
+            let noise = octaves.fbm::<3>((place * inputs.detail_scale).into(), true);
+            phase = is_distorted.select(phase + inputs.distortion * (noise * 2.0 - 1.0), phase);
         }
-        let phase = finite(phase);
+        let phase = finite8(phase);
+        let turns = phase / TAU;
         match self.profile {
-            WaveProfile::Sine => 0.5 + 0.5 * (phase - FRAC_PI_2).sin(),
-            WaveProfile::Saw => phase / TAU - (phase / TAU).floor(),
-            WaveProfile::Triangle => (phase / TAU - (phase / TAU + 0.5).floor()).abs() * 2.0,
+            WaveProfile::Sine => (phase - FRAC_PI_2).each(f32::sin) * 0.5 + 0.5,
+            WaveProfile::Saw => turns - turns.floor(),
+            WaveProfile::Triangle => (turns - (turns + 0.5).floor()).abs() * 2.0,
         }
-    }
-
-    /// The output Color, 0 to 1: [`Self::value`] three times.
-    pub fn color(&self, vector: Vec3, inputs: &WaveInputs) -> Vec3 {
-        Vec3::splat(self.value(vector, inputs))
     }
 
     /// The phase of the even waves, radians: a wave is `TAU / 20` long.
-    fn phase(&self, place: Vec3) -> f32 {
+    fn phase(&self, place: Vec3x8) -> F32x8 {
+        let Vec3x8 { x, y, z } = place;
+        let length = |a: F32x8, b: F32x8| (a * a + b * b).sqrt();
         match self.shape {
-            WaveShape::BandsX => place.x * 20.0,
-            WaveShape::BandsY => place.y * 20.0,
-            WaveShape::BandsZ => place.z * 20.0,
-            WaveShape::BandsDiagonal => place.element_sum() * 10.0,
-            WaveShape::RingsX => place.with_x(0.0).length() * 20.0,
-            WaveShape::RingsY => place.with_y(0.0).length() * 20.0,
-            WaveShape::RingsZ => place.with_z(0.0).length() * 20.0,
+            WaveShape::BandsX => x * 20.0,
+            WaveShape::BandsY => y * 20.0,
+            WaveShape::BandsZ => z * 20.0,
+            WaveShape::BandsDiagonal => (x + y + z) * 10.0,
+            WaveShape::RingsX => length(y, z) * 20.0,
+            WaveShape::RingsY => length(x, z) * 20.0,
+            WaveShape::RingsZ => length(x, y) * 20.0,
             WaveShape::RingsSpherical => place.length() * 20.0,
         }
     }

@@ -1,8 +1,8 @@
 //! White noise: Blender's White Noise Texture node. Each place has its own random number.
 
-use glam::Vec3;
-
-use super::{Dimensions, hash, place_of};
+use super::hash::unit8;
+use super::{Dimensions, place_of};
+use crate::lanes::{F32x8, Vec3x8};
 
 /// Options of the White Noise Texture node. It has no inputs but the place.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -13,22 +13,25 @@ pub struct WhiteNoise {
 
 impl WhiteNoise {
     /// The output Value, 0 to 1: the hash of the bits of the place.
-    pub fn value(&self, vector: Vec3, w: f32) -> f32 {
+    pub fn value(&self, vector: Vec3x8, w: F32x8) -> F32x8 {
         match self.dimensions {
-            Dimensions::One => hash::unit(place_of::<1>(vector, w)),
-            Dimensions::Two => hash::unit(place_of::<2>(vector, w)),
-            Dimensions::Three => hash::unit(place_of::<3>(vector, w)),
-            Dimensions::Four => hash::unit(place_of::<4>(vector, w)),
+            Dimensions::One => unit8(place_of::<1>(vector, w)),
+            Dimensions::Two => unit8(place_of::<2>(vector, w)),
+            Dimensions::Three => unit8(place_of::<3>(vector, w)),
+            Dimensions::Four => unit8(place_of::<4>(vector, w)),
         }
     }
 
     /// The output Color, 0 to 1. Its first part is [`Self::value`].
-    pub fn color(&self, vector: Vec3, w: f32) -> Vec3 {
-        match self.dimensions {
-            Dimensions::One => hash::unit3_of1(w),
-            Dimensions::Two => hash::unit3_of2(place_of(vector, w)),
-            Dimensions::Three => hash::unit3_of3(place_of(vector, w)),
-            Dimensions::Four => hash::unit3_of4(place_of(vector, w)),
-        }
+    pub fn color(&self, vector: Vec3x8, w: F32x8) -> Vec3x8 {
+        let Vec3x8 { x, y, z } = vector;
+        let [one, two] = [1.0, 2.0].map(F32x8::splat);
+        let [second, third] = match self.dimensions {
+            Dimensions::One => [unit8([w, one]), unit8([w, two])],
+            Dimensions::Two => [unit8([x, y, one]), unit8([x, y, two])],
+            Dimensions::Three => [unit8([x, y, z, one]), unit8([x, y, z, two])],
+            Dimensions::Four => [unit8([z, x, w, y]), unit8([w, z, y, x])],
+        };
+        Vec3x8::from([self.value(vector, w), second, third])
     }
 }

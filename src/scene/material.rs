@@ -383,6 +383,11 @@ impl Material {
         self.optics.is_straight() || self.is_blended()
     }
 
+    /// Returns true if graphs compute anything of its places.
+    pub fn has_graphs(&self) -> bool {
+        self.computed.is_some() || self.bump.is_some()
+    }
+
     /// All programs that are evaluated at its places.
     pub fn programs(&self) -> impl Iterator<Item = &Program> {
         let heights = self.bump.iter().map(|bump| &*bump.height);

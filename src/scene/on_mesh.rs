@@ -4,7 +4,7 @@ mod computed;
 
 use glam::{Affine3A, Vec2, Vec3};
 
-pub use computed::PlaceOfGraph;
+pub use computed::{PlaceOfGraph, appearances, heights};
 
 use super::look::Varied;
 use super::texture::UvSet;
@@ -152,6 +152,16 @@ impl<'a> OnMesh<'a> {
     /// Normal as the place's material bends it, by a normal map or by heights; `normal` itself without either. `corners`: of the triangle,
     /// in the space and the shape of `normal`, which has unit length and is on the outside.
     pub fn bent_normal(&self, scene: &Scene, normal: Vec3, corners: [Vec3; 3]) -> Vec3 {
+        let normal = self.mapped_normal(scene, normal, corners);
+        match &scene.materials[usize::from(self.material())].bump {
+            Some(bump) => self.raised(bump, heights(&[*self], scene, bump)[0], normal, corners),
+            None => normal,
+        }
+    }
+
+    /// Normal as the normal map of the place's material bends it; `normal` itself without one: see [`bent_normal`](Self::bent_normal).
+    /// [`raised`](Self::raised) is what heights make of it.
+    pub fn mapped_normal(&self, scene: &Scene, normal: Vec3, corners: [Vec3; 3]) -> Vec3 {
         let material = &scene.materials[usize::from(self.material())];
         let bent = || {
             let map = material.normal_map?;
@@ -164,11 +174,7 @@ impl<'a> OnMesh<'a> {
             let out = z.max(LEAST_OUT);
             (along * (x * map.slope) + up * (y * map.slope) + normal * out).try_normalize()
         };
-        let bent = bent().unwrap_or(normal);
-        match &material.bump {
-            Some(bump) => self.raised(scene, bump, bent, corners).unwrap_or(bent),
-            None => bent,
-        }
+        bent().unwrap_or(normal)
     }
 }
 

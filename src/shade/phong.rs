@@ -129,6 +129,8 @@ pub struct Palette {
     pub scatters_below: bool,
     /// True if any material has graphs, or shows the colours of vertices.
     pub varies: bool,
+    /// True if graphs compute anything of any material: its colour, a parameter, heights.
+    pub computes: bool,
 }
 
 /// Highlights of eight surfaces: their parameters.
@@ -156,13 +158,15 @@ impl Palette {
         let is_varied = |one: &Material| one.has_vertex_colors || one.computed.is_some();
         let varies = scene.materials.iter().any(is_varied);
         let has_textures = scene.materials.iter().any(Material::is_filtered);
+        let computes = scene.materials.iter().any(Material::has_graphs);
         let coats = Coats::new(&scene.materials);
         let scatters_below = scene.materials.iter().any(|one| one.scattering.is_some());
         let to_world = scene.space.scale() as f32;
         for scattering in paints.iter_mut().filter_map(|paint| paint.scattering.as_mut()) {
             scattering.radius *= to_world;
         }
-        Self { coats, scatters_below, brightest, bends_normals, has_textures, varies, ..Self::new(paints) }
+        let plain = Self::new(paints);
+        Self { coats, scatters_below, brightest, bends_normals, has_textures, varies, computes, ..plain }
     }
 
     fn new(paints: Vec<Paint>) -> Self {
@@ -177,6 +181,7 @@ impl Palette {
             has_textures: false,
             scatters_below: false,
             varies: false,
+            computes: false,
         }
     }
 

@@ -28,6 +28,7 @@ use super::vertex::{NO_COAT, Vertex, VertexLanes, go_on};
 use crate::changes::Until;
 use crate::frame::shot::frame_view::FrameView;
 use crate::frame::shot::plan::ShadowCheck;
+use crate::frame::surface::computed_hits::ComputedHits;
 use crate::frame::surface::footprints::SPREAD_OF_PATHS;
 use crate::frame::surface::hits::{Hits8, surfaces};
 use crate::frame::surface::ray_tally::RayTally;
@@ -70,6 +71,7 @@ pub struct PathScratch {
     /// Their kinds, if any model is hidden from some.
     kinds: Vec<RayKind>,
     hits: HitBatch,
+    computed: ComputedHits,
     now: Vec<PathRay>,
     next: Vec<PathRay>,
     walks: WalkScratch,
@@ -326,9 +328,10 @@ fn cast(frame: &FrameView, is_reflection: bool, scratch: &mut PathScratch, tally
 
 /// Makes vertices of the hits of the current rays.
 fn meet(frame: &FrameView, scratch: &mut PathScratch) {
-    let PathScratch { random, hits, now, vertices, coats, .. } = scratch;
+    let PathScratch { random, hits, computed, now, vertices, coats, .. } = scratch;
     vertices.clear();
     coats.clear();
+    computed.compute(frame, hits, now.len(), |_, t| t * SPREAD_OF_PATHS);
     let eights = now.len().div_ceil(LANES);
     let eight = |number: usize| {
         let (packet, from) = (number * LANES / trace::LANES, number * LANES % trace::LANES);
@@ -346,7 +349,7 @@ fn meet(frame: &FrameView, scratch: &mut PathScratch) {
         let Some((packet, from)) = eight(number) else { break };
         surfaces(
             frame,
-            &Hits8::new(packet, from),
+            &Hits8::new(packet, from).with_computed(computed.eight(number)),
             some.len(),
             |lane| some[lane].direction,
             |lane| packet.t[from + lane] * SPREAD_OF_PATHS,

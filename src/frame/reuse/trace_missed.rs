@@ -241,7 +241,7 @@ impl Found8 {
             return;
         }
         let Self { count, tile: number, owners, origin, direction, t, models, triangles, weights } = &*self;
-        let met = Hits8 { models, triangles, weights: *weights };
+        let met = Hits8 { models, triangles, weights: *weights, computed: &[] };
         let (owners, origin, direction) = (&owners[..*count], *origin, *direction);
         let answers = Answers8 { owners, tile: *number, origin, direction, met, t };
         answers.keep(frame, tile);

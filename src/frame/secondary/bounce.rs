@@ -12,6 +12,7 @@ use super::tree_times::TreeTimes;
 use crate::changes::Until;
 use crate::frame::light::step::Step;
 use crate::frame::shot::frame_view::FrameView;
+use crate::frame::surface::computed_hits::ComputedHit;
 use crate::frame::surface::hits::{Hits8, surfaces};
 use crate::frame::surface::radiance::Radiance;
 use crate::frame::surface::ray_tally::RayTally;
@@ -192,6 +193,8 @@ fn meet(frame: &FrameView, bounces: &mut Bounces, radiance: &mut Radiance, scrat
     let kinds = OfKind::of(&bounces.kinds);
     let search = Search { kinds, among: SceneSubset::All, coherence: Coherence::Bounced };
     frame.tracer.closest(&scratch.rays, search, &mut scratch.hits);
+    let beam = |number: usize, t: f32| bounces.now[number].beam_at(t);
+    scratch.computed.compute(frame, &scratch.hits, bounces.now.len(), beam);
     bounces.met.all.clear();
     for (number, bounce) in bounces.now.chunks(LANES).enumerate() {
         let (packet, from) =
@@ -219,7 +222,8 @@ fn meet(frame: &FrameView, bounces: &mut Bounces, radiance: &mut Radiance, scrat
                 add(radiance, bounce, bounce.weight * (of_lights + of_sky));
             }
         }
-        meet_surfaces(frame, packet, from, bounce, &mut bounces.met.all);
+        let computed = scratch.computed.eight(number);
+        meet_surfaces(frame, (packet, from), computed, bounce, &mut bounces.met.all);
     }
 }
 
@@ -241,14 +245,14 @@ fn is_hole(frame: &FrameView, bounce: &Bounce, model: u32) -> bool {
 /// Adds the surfaces that up to eight rays met; their hits are in lanes `from` onwards of a packet.
 fn meet_surfaces(
     frame: &FrameView,
-    packet: &HitPacket,
-    from: usize,
+    (packet, from): (&HitPacket, usize),
+    computed: &[ComputedHit],
     bounces: &[Bounce],
     met: &mut Vec<MetSurface>,
 ) {
-    let hits = Hits8::new(packet, from);
+    let hits = Hits8::new(packet, from).with_computed(computed);
     let direction = |lane: usize| bounces[lane].direction;
-    let beam = |lane: usize| bounces[lane].width + bounces[lane].spread * packet.t[from + lane];
+    let beam = |lane: usize| bounces[lane].beam_at(packet.t[from + lane]);
     let tick = |lane: usize| frame.tick_of(bounces[lane].cell);
     surfaces(frame, &hits, bounces.len(), direction, beam, tick, |lane, surface| {
         let is_sight = bounces[lane].ray_kind == RayKind::Camera;

@@ -76,6 +76,12 @@ impl Bounce {
         }
     }
 
+    /// Width of its beam at a ray parameter, world space.
+    #[inline(always)]
+    pub fn beam_at(&self, t: f32) -> f32 {
+        self.width + self.spread * t
+    }
+
     /// Creates a ray that goes on from where this one meets a surface; step, origin, direction and kind of ray are still
     /// to be set.
     pub fn onwards(&self, kind: Kind) -> Self {

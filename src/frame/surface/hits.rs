@@ -2,13 +2,16 @@
 
 use glam::Vec3;
 
+use super::computed_hits::ComputedHit;
 use crate::exposure::{MIDDLE_TICK, Tick};
+use crate::frame::grid::bits::set_bits;
 use crate::frame::shot::frame_view::FrameView;
 use crate::lanes::{F32x8, LANES, Vec3x8, are_same};
 use crate::prefetch::prefetch;
 use crate::scene::Mesh;
-use crate::scene::look::Look;
-use crate::scene::on_mesh::OnMesh;
+use crate::scene::look::{Look, Varied};
+use crate::scene::material::Bump;
+use crate::scene::on_mesh::{OnMesh, appearances, heights};
 use crate::shade::Surface;
 use crate::shade::horizon::Horizon;
 use crate::shade::surface::{Corners, of_quadrics};
@@ -23,6 +26,8 @@ pub struct Hits8<'a> {
     pub triangles: &'a [u32],
     /// Barycentric weights of the second and third corner, as the tracer rounds them.
     pub weights: [F32x8; 2],
+    /// What graphs compute of them, by lanes; empty: it has not been computed yet.
+    pub computed: &'a [ComputedHit],
 }
 
 impl<'a> Hits8<'a> {
@@ -33,7 +38,14 @@ impl<'a> Hits8<'a> {
             models: &hits.model[from..from + LANES],
             triangles: &hits.triangle[from..from + LANES],
             weights: [F32x8::load(&hits.u, from), F32x8::load(&hits.v, from)],
+            computed: &[],
         }
+    }
+
+    /// These hits with what graphs compute of them, at their weights: nothing, or that of eight lanes.
+    #[inline(always)]
+    pub fn with_computed(self, computed: &'a [ComputedHit]) -> Self {
+        Self { computed, ..self }
     }
 
     /// Returns true if a lane has a hit.
@@ -148,20 +160,90 @@ impl<'a> Hits8<'a> {
         widths: &[f32; LANES],
     ) -> ([Look; LANES], Vec3x8) {
         let (mut looks, mut colors) = ([Look::plain(0); LANES], Vec3x8::ZERO);
+        let mut computed = 0;
         for lane in (0..LANES).filter(|lane| self.is_hit(*lane)) {
             let place = self.place(frame, lane, weights).with_width(widths[lane]);
-            let material = |number: u16| &frame.scene.materials[usize::from(number)];
             let number = place.material();
+            let material = &frame.scene.materials[usize::from(number)];
+            looks[lane] = Look::plain(number);
             if frame.palette.varies {
-                let (color, varied) = place.appearance(frame.scene, material(number));
-                looks[lane] = Look { material: number, varied };
-                colors.set_lane(lane, color);
+                colors.set_lane(lane, place.painted(frame.scene, material));
+                computed |= u8::from(material.computed.is_some()) << lane;
             } else {
-                looks[lane] = Look::plain(number);
-                colors.set_lane(lane, place.textured(frame.scene, material(number)));
+                colors.set_lane(lane, place.textured(frame.scene, material));
+            }
+        }
+        if computed != 0 {
+            let made = self.looks_of_graphs(frame, computed, (weights, widths));
+            for lane in set_bits(computed) {
+                let (factor, varied) = made[lane];
+                looks[lane].varied = varied;
+                colors.set_lane(lane, colors.lane(lane) * factor);
             }
         }
         (looks, colors)
+    }
+
+    /// What graphs make of `lanes`: factors of reflectances, and parameters that vary. Not inlined: most shots have none.
+    #[inline(never)]
+    fn looks_of_graphs(
+        &self,
+        frame: &FrameView,
+        lanes: u8,
+        (weights, widths): ([F32x8; 2], &[f32; LANES]),
+    ) -> [(Vec3, Varied); LANES] {
+        let mut looks = [(Vec3::ONE, Varied::NONE); LANES];
+        if !self.computed.is_empty() {
+            set_bits(lanes).for_each(|lane| looks[lane] = self.computed[lane].look);
+            return looks;
+        }
+        for group in self.by_material(frame, lanes) {
+            let material = &frame.scene.materials[usize::from(group.material)];
+            let Some(computed) = &material.computed else { continue };
+            let places = group.lanes.map(|lane| self.place(frame, lane, weights).with_width(widths[lane]));
+            let made = appearances(&places[..group.count], frame.scene, computed);
+            group.lanes.into_iter().zip(made).take(group.count).for_each(|(lane, look)| looks[lane] = look);
+        }
+        looks
+    }
+
+    /// Heights at places of `lanes`, and beside them. Not inlined: most shots have none.
+    #[inline(never)]
+    fn heights(
+        &self,
+        frame: &FrameView,
+        lanes: u8,
+        (weights, widths): ([F32x8; 2], &[f32; LANES]),
+    ) -> [[f32; 3]; LANES] {
+        let mut all = [[0.0; 3]; LANES];
+        if !self.computed.is_empty() {
+            set_bits(lanes).for_each(|lane| all[lane] = self.computed[lane].heights);
+            return all;
+        }
+        for group in self.by_material(frame, lanes) {
+            let material = &frame.scene.materials[usize::from(group.material)];
+            let Some(bump) = &material.bump else { continue };
+            let places = group.lanes.map(|lane| self.place(frame, lane, weights).with_width(widths[lane]));
+            let made = heights(&places[..group.count], frame.scene, bump);
+            group.lanes.into_iter().zip(made).take(group.count).for_each(|(lane, of)| all[lane] = of);
+        }
+        all
+    }
+
+    /// Materials of `lanes`, in the order in which they come, each with all lanes that have it.
+    fn by_material(&self, frame: &FrameView, mut lanes: u8) -> impl Iterator<Item = Group> {
+        let mut materials = [0; LANES];
+        set_bits(lanes).for_each(|lane| materials[lane] = self.material(frame, lane));
+        std::iter::from_fn(move || {
+            let first = set_bits(lanes).next()?;
+            let mut group = Group { material: materials[first], lanes: [first; LANES], count: 0 };
+            for lane in set_bits(lanes).filter(|lane| materials[*lane] == group.material) {
+                group.lanes[group.count] = lane;
+                group.count += 1;
+                lanes &= !(1 << lane);
+            }
+            Some(group)
+        })
     }
 
     /// Bends the normals (object space, outside) at the points with these `weights`, over places of these `widths` (object space),
@@ -177,11 +259,28 @@ impl<'a> Hits8<'a> {
         if !frame.palette.bends_normals {
             return;
         }
+        let mut raised = 0;
         for lane in (0..LANES).filter(|lane| self.is_hit(*lane)) {
             let place = self.place(frame, lane, weights).with_width(widths[lane]);
-            let bent = place.bent_normal(frame.scene, normals.lane(lane), corners.of_lane(lane));
+            let mapped = place.mapped_normal(frame.scene, normals.lane(lane), corners.of_lane(lane));
+            normals.set_lane(lane, mapped);
+            raised |= u8::from(self.bump(frame, lane).is_some()) << lane;
+        }
+        if raised == 0 {
+            return;
+        }
+        let heights = self.heights(frame, raised, (weights, widths));
+        for lane in set_bits(raised) {
+            let Some(bump) = self.bump(frame, lane) else { continue };
+            let place = self.place(frame, lane, weights);
+            let bent = place.raised(bump, heights[lane], normals.lane(lane), corners.of_lane(lane));
             normals.set_lane(lane, bent);
         }
+    }
+
+    /// Heights of the material that was met in a lane, which must have a hit.
+    fn bump<'s>(&self, frame: &FrameView<'s>, lane: usize) -> Option<&'s Bump> {
+        frame.scene.materials[usize::from(self.material(frame, lane))].bump.as_ref()
     }
 
     /// Place that was met in a lane, which must have a hit.
@@ -190,6 +289,14 @@ impl<'a> Hits8<'a> {
         let weights = weights.map(|weight| weight.lane(lane));
         OnMesh::on(&frame.scene.models[self.models[lane] as usize], self.triangles[lane], weights)
     }
+}
+
+/// Lanes of one material.
+struct Group {
+    material: u16,
+    /// Their numbers; behind them the first one.
+    lanes: [usize; LANES],
+    count: usize,
 }
 
 /// Calls `each` with lane and surface for those of the first `count` lanes that have a hit, seen along

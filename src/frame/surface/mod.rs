@@ -1,5 +1,6 @@
 //! Surfaces and samples as the phases handle them: eight at a time.
 
+pub mod computed_hits;
 pub mod footprints;
 pub mod hits;
 pub mod placed;

@@ -1,5 +1,6 @@
 //! Rays of one worker, and their results.
 
+use super::computed_hits::ComputedHits;
 use super::ray_tally::RayTally;
 use crate::trace::{HitBatch, RayBatch};
 
@@ -11,6 +12,8 @@ pub struct TraceScratch {
     pub rays: RayBatch,
     /// Nearest hits of the rays.
     pub hits: HitBatch,
+    /// What graphs compute of the hits, for phases that ask for it.
+    pub computed: ComputedHits,
     /// True bits for rays that are blocked, one a ray.
     pub blocked: Vec<u16>,
     /// Cell of each of `rays`.

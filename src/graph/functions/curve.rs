@@ -4,7 +4,7 @@
 //! a curve comes as its samples, which Blender's `CurveMapping.evaluate` makes. The four curves of an RGB node come as three, where
 //! the combined one is applied first: red at x is `evaluate(red, evaluate(combined, x))`.
 use super::{finite, mix};
-use glam::Vec3;
+use crate::lanes::{F32x8, Vec3x8};
 
 /// How many samples Cycles takes of a curve, and of a colour ramp.
 pub const SAMPLES: usize = 257;
@@ -23,6 +23,11 @@ pub struct Table {
 }
 
 impl Table {
+    /// The curve at places.
+    pub fn values(&self, at: F32x8) -> F32x8 {
+        at.each(|at| self.value(at))
+    }
+
     /// The curve at a place.
     pub fn value(&self, at: f32) -> f32 {
         let [first, .., last] = self.values[..] else {
@@ -35,20 +40,21 @@ impl Table {
         let line = (place as usize).min(self.values.len() - 2);
         let [start, end] = [self.values[line], self.values[line + 1]];
         let beyond = if along < 0.0 { along } else { along - 1.0 };
+        let share = place - line as f32;
         finite(match self.extrapolate && !(0.0..=1.0).contains(&along) {
             true => (if along < 0.0 { first } else { last }) + (end - start) * (beyond * lines),
-            false => mix::float(place - line as f32, start, end),
+            false => (1.0 - share) * start + share * end,
         })
     }
 }
 
 /// Blender's Float Curve node: the value on the curve, mixed with the value itself by a factor.
-pub fn float(factor: f32, value: f32, curve: &Table) -> f32 {
-    mix::float(factor, value, curve.value(value))
+pub fn float(factor: F32x8, value: F32x8, curve: &Table) -> F32x8 {
+    mix::float(factor, value, curve.values(value))
 }
 
 /// Blender's RGB Curves and Vector Curves nodes: each channel on its curve, mixed with the channel itself by a factor.
-pub fn channels(factor: f32, value: Vec3, curves: &[Table; 3]) -> Vec3 {
-    let curved = Vec3::from_array(std::array::from_fn(|channel| curves[channel].value(value[channel])));
-    mix::vector(factor, value, curved)
+pub fn channels(factor: F32x8, value: Vec3x8, [red, green, blue]: &[Table; 3]) -> Vec3x8 {
+    let curved = [red.values(value.x), green.values(value.y), blue.values(value.z)];
+    mix::vector(factor, value, curved.into())
 }

@@ -1,6 +1,6 @@
 //! Blender's Map Range and Clamp nodes.
-use super::{divided, finite, named};
-use glam::Vec3;
+use super::{divided, named};
+use crate::lanes::{F32x8, Vec3x8};
 
 named! {
     /// How Blender's Map Range node gets from one end of a range to the other.
@@ -28,10 +28,11 @@ named! {
 
 impl Clamp {
     /// The value, clamped.
-    pub fn apply(self, value: f32, minimum: f32, maximum: f32) -> f32 {
+    pub fn apply(self, value: F32x8, minimum: F32x8, maximum: F32x8) -> F32x8 {
+        let clamped = value.max(minimum).min(maximum);
         match self {
-            Self::Range if minimum > maximum => value.max(maximum).min(minimum),
-            _ => value.max(minimum).min(maximum),
+            Self::Range => minimum.gt(maximum).select(value.max(maximum).min(minimum), clamped),
+            Self::MinMax => clamped,
         }
     }
 }
@@ -47,54 +48,57 @@ pub struct Ranges<T> {
     pub steps: T,
 }
 
-impl Ranges<f32> {
+impl Ranges<F32x8> {
     /// Maps a number, as Blender's node with type Float does. `clamp` keeps the result in the range `to`.
-    pub fn map(&self, progress: Progress, clamp: bool, value: f32) -> f32 {
+    pub fn map(&self, progress: Progress, clamp: bool, value: F32x8) -> F32x8 {
         let [first, last] = self.from;
         // A range without width gives 0, whatever it is mapped to. It is clamped then.
-        let mapped = if first == last { 0.0 } else { mapped(self, progress, value) };
+        let mapped = first.equals(last).select(F32x8::ZERO, mapped(self, progress, value));
         if clamp { Clamp::Range.apply(mapped, self.to[0], self.to[1]) } else { mapped }
     }
 }
 
-impl Ranges<Vec3> {
+impl Ranges<Vec3x8> {
     /// Maps each component, as Blender's node with type Vector does. `clamp` keeps the result in the range `to`.
-    pub fn map(&self, progress: Progress, clamp: bool, value: Vec3) -> Vec3 {
-        Vec3::from_array(std::array::from_fn(|axis| {
+    pub fn map(&self, progress: Progress, clamp: bool, value: Vec3x8) -> Vec3x8 {
+        let axis = |of: fn(&Vec3x8) -> F32x8| {
             let ranges = Ranges {
-                from: self.from.map(|end| end[axis]),
-                to: self.to.map(|end| end[axis]),
-                steps: self.steps[axis],
+                from: self.from.map(|end| of(&end)),
+                to: self.to.map(|end| of(&end)),
+                steps: of(&self.steps),
             };
             // A range without width gives the first end here, unlike that of a number.
-            let mapped = mapped(&ranges, progress, value[axis]);
+            let mapped = mapped(&ranges, progress, of(&value));
             if clamp { Clamp::Range.apply(mapped, ranges.to[0], ranges.to[1]) } else { mapped }
-        }))
+        };
+        Vec3x8::from([axis(|vector| vector.x), axis(|vector| vector.y), axis(|vector| vector.z)])
     }
 }
 
 /// A number, mapped and not clamped.
-fn mapped(ranges: &Ranges<f32>, progress: Progress, value: f32) -> f32 {
+fn mapped(ranges: &Ranges<F32x8>, progress: Progress, value: F32x8) -> F32x8 {
     let ([first, last], [start, end]) = (ranges.from, ranges.to);
     let straight = divided(value - first, last - first);
     let factor = match progress {
         Progress::Linear => straight,
-        Progress::Stepped if ranges.steps > 0.0 => (straight * (ranges.steps + 1.0)).floor() / ranges.steps,
-        Progress::Stepped => 0.0,
+        Progress::Stepped => {
+            let stepped = (straight * (ranges.steps + 1.0)).floor() / ranges.steps;
+            ranges.steps.gt(F32x8::ZERO).select(stepped, F32x8::ZERO)
+        }
         Progress::Smoothstep => smoothstep(straight),
         Progress::Smootherstep => smootherstep(straight),
     };
-    finite(start + factor * (end - start))
+    (start + factor * (end - start)).finite_or_zero()
 }
 
 /// `3 t^2 - 2 t^3`, clamped to 0 to 1.
-pub fn smoothstep(t: f32) -> f32 {
-    let t = finite(t).clamp(0.0, 1.0);
-    (3.0 - 2.0 * t) * (t * t)
+pub fn smoothstep(t: F32x8) -> F32x8 {
+    let t = t.finite_or_zero().clamp(0.0, 1.0);
+    (F32x8::splat(3.0) - t * 2.0) * (t * t)
 }
 
 /// `6 t^5 - 15 t^4 + 10 t^3`, clamped to 0 to 1.
-pub fn smootherstep(t: f32) -> f32 {
-    let t = finite(t).clamp(0.0, 1.0);
+pub fn smootherstep(t: F32x8) -> F32x8 {
+    let t = t.finite_or_zero().clamp(0.0, 1.0);
     t * t * t * (t * (t * 6.0 - 15.0) + 10.0)
 }

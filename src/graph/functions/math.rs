@@ -1,5 +1,6 @@
 //! The operations of Blender's Math node.
-use super::{divided, finite, named, power, sign};
+use super::{divided, fraction, named, power, sign};
+use crate::lanes::{F32x8, Mask};
 use std::f32::consts::PI;
 
 named! {
@@ -93,12 +94,13 @@ named! {
 impl Math {
     /// The result. What the operation does not use (see [`inputs`](Self::inputs)) may be anything. A result that is infinite or NaN
     /// is 0. Blender's option to clamp is the caller's: a result to 0 to 1.
-    pub fn apply(self, a: f32, b: f32, c: f32) -> f32 {
-        finite(match self.inputs() {
+    pub fn apply(self, a: F32x8, b: F32x8, c: F32x8) -> F32x8 {
+        match self.inputs() {
             1 => self.of_one(a),
             2 => self.of_two(a, b),
             _ => self.of_three(a, b, c),
-        })
+        }
+        .finite_or_zero()
     }
 
     /// How many inputs the operation uses: 1 to 3, from the top.
@@ -112,21 +114,21 @@ impl Math {
         }
     }
 
-    fn of_one(self, a: f32) -> f32 {
+    fn of_one(self, a: F32x8) -> F32x8 {
         match self {
-            Self::Sqrt => a.max(0.0).sqrt(),
-            Self::InverseSqrt if a > 0.0 => 1.0 / a.sqrt(),
+            Self::Sqrt => a.max(F32x8::ZERO).sqrt(),
+            Self::InverseSqrt => a.gt(F32x8::ZERO).select(F32x8::ONE / a.sqrt(), F32x8::ZERO),
             Self::Absolute => a.abs(),
-            Self::Exponent => a.exp(),
+            Self::Exponent => a.each(f32::exp),
             Self::Sign => sign(a),
             Self::Round => (a + 0.5).floor(),
             Self::Floor => a.floor(),
             Self::Ceil => a.ceil(),
-            Self::Truncate => a.trunc(),
+            Self::Truncate => a.truncated(),
             Self::Fraction => fraction(a),
             Self::Radians => a * (PI / 180.0),
             Self::Degrees => a * (180.0 / PI),
-            _ => self.of_angle(a),
+            _ => a.each(|a| self.of_angle(a)),
         }
     }
 
@@ -145,57 +147,61 @@ impl Math {
         }
     }
 
-    fn of_two(self, a: f32, b: f32) -> f32 {
+    fn of_two(self, a: F32x8, b: F32x8) -> F32x8 {
+        // what divides by zero has no value
+        let unless_zero = |value: F32x8| b.is_zero().select(F32x8::ZERO, value);
         match self {
             Self::Add => a + b,
             Self::Subtract => a - b,
             Self::Multiply => a * b,
             Self::Divide => divided(a, b),
             Self::Power => power(a, b),
-            Self::Logarithm if a > 0.0 && b > 0.0 => divided(a.ln(), b.ln()),
+            Self::Logarithm => logarithm(a, b),
             Self::Minimum => a.min(b),
             Self::Maximum => a.max(b),
-            Self::LessThan => f32::from(a < b),
-            Self::GreaterThan => f32::from(a > b),
-            Self::Modulo if b != 0.0 => a % b,
-            Self::FlooredModulo if b != 0.0 => a - (a / b).floor() * b,
+            Self::LessThan => truth(a.lt(b)),
+            Self::GreaterThan => truth(a.gt(b)),
+            Self::Modulo => unless_zero(a.each_with(b, |a, b| a % b)),
+            Self::FlooredModulo => unless_zero(a - (a / b).floor() * b),
             Self::Snap => divided(a, b).floor() * b,
-            Self::PingPong if b != 0.0 => (fraction((a - b) / (b * 2.0)) * b * 2.0 - b).abs(),
+            Self::PingPong => unless_zero((fraction((a - b) / (b * 2.0)) * b * 2.0 - b).abs()),
             // The angle of the origin differs between platforms, and for a zero with a sign.
-            Self::Arctangent2 if a != 0.0 || b != 0.0 => a.atan2(b),
-            _ => 0.0,
+            Self::Arctangent2 => (a.is_zero() & b.is_zero()).select(F32x8::ZERO, a.each_with(b, f32::atan2)),
+            _ => F32x8::ZERO,
         }
     }
 
-    fn of_three(self, a: f32, b: f32, c: f32) -> f32 {
+    fn of_three(self, a: F32x8, b: F32x8, c: F32x8) -> F32x8 {
         match self {
             Self::MultiplyAdd => a * b + c,
-            Self::Compare => f32::from(a == b || (a - b).abs() <= c.max(f32::EPSILON)),
+            Self::Compare => truth(a.equals(b) | (a - b).abs().le(c.max(F32x8::splat(f32::EPSILON)))),
             Self::SmoothMin => smooth_minimum(a, b, c),
             Self::SmoothMax => -smooth_minimum(-a, -b, c),
             Self::Wrap => wrap(a, b, c),
-            _ => 0.0,
+            _ => F32x8::ZERO,
         }
     }
 }
 
-/// What a number exceeds the whole number below it by.
-pub(super) fn fraction(value: f32) -> f32 {
-    value - value.floor()
+/// 1 where it is true, otherwise 0.
+fn truth(mask: Mask) -> F32x8 {
+    mask.select(F32x8::ONE, F32x8::ZERO)
+}
+
+fn logarithm(a: F32x8, base: F32x8) -> F32x8 {
+    let has_one = a.gt(F32x8::ZERO) & base.gt(F32x8::ZERO);
+    has_one.select(divided(a.each(f32::ln), base.each(f32::ln)), F32x8::ZERO)
 }
 
 /// A number, repeated in a range; the range's minimum where it is empty.
-fn wrap(value: f32, maximum: f32, minimum: f32) -> f32 {
+fn wrap(value: F32x8, maximum: F32x8, minimum: F32x8) -> F32x8 {
     let range = maximum - minimum;
-    if range == 0.0 { minimum } else { value - range * ((value - minimum) / range).floor() }
+    range.is_zero().select(minimum, value - range * ((value - minimum) / range).floor())
 }
 
 /// The smaller number, less what rounds the edge where both are equal.
-fn smooth_minimum(a: f32, b: f32, width: f32) -> f32 {
+fn smooth_minimum(a: F32x8, b: F32x8, width: F32x8) -> F32x8 {
     let sharp = a.min(b);
-    if width == 0.0 {
-        return sharp;
-    }
-    let near = (width - (a - b).abs()).max(0.0) / width;
-    sharp - near * near * near * width / 6.0
+    let near = (width - (a - b).abs()).max(F32x8::ZERO) / width;
+    width.is_zero().select(sharp, sharp - near * near * near * width / 6.0)
 }

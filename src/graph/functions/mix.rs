@@ -2,8 +2,8 @@
 //!
 //! The node's options to clamp are the caller's: a factor to 0 to 1 before, a colour to 0 to 1 after.
 use super::hue::{hsv_to_rgb, rgb_to_hsv};
-use super::{each2, each3, finite, finite_vector, named};
-use glam::Vec3;
+use super::{named, rest_of};
+use crate::lanes::{F32x8, Vec3x8};
 
 named! {
     /// A blend type of Blender's Mix node of colours. At a factor of 0 the result is `a`; what follows is for a factor of 1.
@@ -51,78 +51,81 @@ named! {
 
 impl Blend {
     /// Blends linear colours. The factor is any number; Blender clamps it to 0 to 1 unless told not to.
-    pub fn apply(self, factor: f32, a: Vec3, b: Vec3) -> Vec3 {
-        finite_vector(match self {
+    pub fn apply(self, factor: F32x8, a: Vec3x8, b: Vec3x8) -> Vec3x8 {
+        match self {
             Self::Hue | Self::Saturation | Self::Color | Self::Value => self.of_hsv(factor, a, b),
-            _ => each2(a, b, |a, b| self.of_channel(factor, a, b)),
-        })
+            _ => a.each_with(b, |a, b| self.of_channel(factor, a, b)),
+        }
+        .finite_or_zero()
     }
 
-    fn of_channel(self, t: f32, a: f32, b: f32) -> f32 {
-        let rest = 1.0 - t;
+    fn of_channel(self, t: F32x8, a: F32x8, b: F32x8) -> F32x8 {
+        let rest = rest_of(t);
         match self {
             Self::Mix => rest * a + t * b,
             Self::Darken => towards(a, a.min(b), t),
             Self::Multiply => a * (rest + t * b),
             Self::Burn => burn(a, rest + t * b),
             Self::Lighten => towards(a, a.max(b), t),
-            Self::Screen => 1.0 - (rest + t * (1.0 - b)) * (1.0 - a),
-            Self::Dodge => dodge(a, 1.0 - t * b),
+            Self::Screen => rest_of((rest + t * rest_of(b)) * rest_of(a)),
+            Self::Dodge => dodge(a, rest_of(t * b)),
             Self::Add => a + t * b,
-            Self::Overlay if a < 0.5 => a * (rest + 2.0 * t * b),
-            Self::Overlay => 1.0 - (rest + 2.0 * t * (1.0 - b)) * (1.0 - a),
-            Self::SoftLight => rest * a + t * ((1.0 - a) * b * a + a * (1.0 - (1.0 - b) * (1.0 - a))),
-            Self::LinearLight => a + t * (2.0 * b - 1.0),
+            Self::Overlay => {
+                let bright = rest_of((rest + t * 2.0 * rest_of(b)) * rest_of(a));
+                a.lt(F32x8::splat(0.5)).select(a * (rest + t * 2.0 * b), bright)
+            }
+            Self::SoftLight => rest * a + t * (rest_of(a) * b * a + a * rest_of(rest_of(b) * rest_of(a))),
+            Self::LinearLight => a + t * (b * 2.0 - 1.0),
             Self::Difference => towards(a, (a - b).abs(), t),
-            Self::Exclusion => towards(a, a + b - 2.0 * a * b, t).max(0.0),
+            Self::Exclusion => towards(a, a + b - a * 2.0 * b, t).max(F32x8::ZERO),
             Self::Subtract => a - t * b,
-            Self::Divide if b == 0.0 => a,
-            Self::Divide => rest * a + t * a / b,
-            Self::Hue | Self::Saturation | Self::Color | Self::Value => 0.0,
+            Self::Divide => b.is_zero().select(a, rest * a + t * a / b),
+            Self::Hue | Self::Saturation | Self::Color | Self::Value => F32x8::ZERO,
         }
     }
 
-    fn of_hsv(self, t: f32, a: Vec3, b: Vec3) -> Vec3 {
+    fn of_hsv(self, t: F32x8, a: Vec3x8, b: Vec3x8) -> Vec3x8 {
         let (from, to) = (rgb_to_hsv(a), rgb_to_hsv(b));
+        let towards = |to: [F32x8; 3]| a + (hsv_to_rgb(to.into()) - a) * t;
+        // What has no hue has none to give.
+        let unless_gray = |made: Vec3x8| to.y.is_zero().select3(a, made);
         match self {
-            Self::Saturation if from.y == 0.0 => a,
-            Self::Saturation => hsv_to_rgb(Vec3::new(from.x, float(t, from.y, to.y), from.z)),
-            Self::Value => hsv_to_rgb(Vec3::new(from.x, from.y, float(t, from.z, to.z))),
-            // What has no hue has none to give.
-            _ if to.y == 0.0 => a,
-            Self::Hue => a + (hsv_to_rgb(Vec3::new(to.x, from.y, from.z)) - a) * t,
-            _ => a + (hsv_to_rgb(Vec3::new(to.x, to.y, from.z)) - a) * t,
+            Self::Saturation => {
+                let made = hsv_to_rgb([from.x, float(t, from.y, to.y), from.z].into());
+                from.y.is_zero().select3(a, made)
+            }
+            Self::Value => hsv_to_rgb([from.x, from.y, float(t, from.z, to.z)].into()),
+            Self::Hue => unless_gray(towards([to.x, from.y, from.z])),
+            _ => unless_gray(towards([to.x, to.y, from.z])),
         }
     }
 }
 
 /// A mixture of two numbers: `a` at a factor of 0, `b` at 1, and beyond them outside of 0 to 1.
-pub fn float(factor: f32, a: f32, b: f32) -> f32 {
-    finite((1.0 - factor) * a + factor * b)
+#[inline(always)]
+pub fn float(factor: F32x8, a: F32x8, b: F32x8) -> F32x8 {
+    (rest_of(factor) * a + factor * b).finite_or_zero()
 }
 
 /// A mixture of two vectors with one factor, as Blender's option "uniform" has it.
-pub fn vector(factor: f32, a: Vec3, b: Vec3) -> Vec3 {
-    each2(a, b, |a, b| float(factor, a, b))
+pub fn vector(factor: F32x8, a: Vec3x8, b: Vec3x8) -> Vec3x8 {
+    a.each_with(b, |a, b| float(factor, a, b))
 }
 
 /// A mixture of two vectors with a factor for each component, as Blender's option "non-uniform" has it.
-pub fn vector_non_uniform(factor: Vec3, a: Vec3, b: Vec3) -> Vec3 {
-    each3(factor, a, b, float)
+pub fn vector_non_uniform(factor: Vec3x8, a: Vec3x8, b: Vec3x8) -> Vec3x8 {
+    Vec3x8::from([float(factor.x, a.x, b.x), float(factor.y, a.y, b.y), float(factor.z, a.z, b.z)])
 }
 
-fn towards(a: f32, b: f32, factor: f32) -> f32 {
+fn towards(a: F32x8, b: F32x8, factor: F32x8) -> F32x8 {
     a + factor * (b - a)
 }
 
-fn burn(a: f32, by: f32) -> f32 {
-    if by <= 0.0 { 0.0 } else { (1.0 - (1.0 - a) / by).clamp(0.0, 1.0) }
+fn burn(a: F32x8, by: F32x8) -> F32x8 {
+    by.le(F32x8::ZERO).select(F32x8::ZERO, rest_of(rest_of(a) / by).clamp(0.0, 1.0))
 }
 
-fn dodge(a: f32, by: f32) -> f32 {
-    match a {
-        0.0 => 0.0,
-        _ if by <= 0.0 => 1.0,
-        _ => (a / by).min(1.0),
-    }
+fn dodge(a: F32x8, by: F32x8) -> F32x8 {
+    let bright = by.le(F32x8::ZERO).select(F32x8::ONE, (a / by).min(F32x8::ONE));
+    a.is_zero().select(F32x8::ZERO, bright)
 }

@@ -3,6 +3,8 @@
 //! The reference is Cycles, as it renders Blender 5: `beside_blender.csv` holds what it makes of given inputs, and the tests compare.
 //! Everything is deterministic, and computed in `f32`.
 //!
+//! Values come eight at a time, and what a lane gives depends on what is in it alone, to the bit.
+//!
 //! Finite inputs give finite results. What has no value, such as a division by zero, is 0, as in Blender. Where Cycles itself would
 //! make an infinity or NaN, such as the exponential of 100, we give 0. A colour or vector has that for each of its components.
 pub mod color;
@@ -23,6 +25,8 @@ mod properties;
 mod tests;
 
 use glam::Vec3;
+
+use crate::lanes::{F32x8, Vec3x8};
 
 /// Defines an enum of what one option of a node can be, each with the identifier that Blender has for it, in small letters.
 macro_rules! named {
@@ -63,51 +67,50 @@ fn finite(value: f32) -> f32 {
 
 /// The vector, with 0 for each component that is infinite or NaN.
 fn finite_vector(value: Vec3) -> Vec3 {
-    each(value, finite)
+    Vec3::from_array(value.to_array().map(finite))
 }
 
 /// A quotient: 0 where the divisor is 0.
-fn divided(dividend: f32, divisor: f32) -> f32 {
-    if divisor == 0.0 { 0.0 } else { dividend / divisor }
+#[inline(always)]
+fn divided(dividend: F32x8, divisor: F32x8) -> F32x8 {
+    divisor.is_zero().select(F32x8::ZERO, dividend / divisor)
 }
 
 /// A power: 1 for any base to the power of 0, and 0 for a negative base and an exponent that is no whole number.
-fn power(base: f32, exponent: f32) -> f32 {
-    if exponent == 0.0 {
-        1.0
-    } else if base == 0.0 || (base < 0.0 && exponent.trunc() != exponent) {
-        0.0
-    } else {
-        base.powf(exponent)
-    }
+fn power(base: F32x8, exponent: F32x8) -> F32x8 {
+    base.each_with(exponent, |base, exponent| {
+        if exponent == 0.0 {
+            1.0
+        } else if base == 0.0 || (base < 0.0 && exponent.trunc() != exponent) {
+            0.0
+        } else {
+            base.powf(exponent)
+        }
+    })
 }
 
 /// -1, 0 or 1.
-fn sign(value: f32) -> f32 {
-    match value {
-        v if v > 0.0 => 1.0,
-        v if v < 0.0 => -1.0,
-        _ => 0.0,
-    }
+#[inline(always)]
+fn sign(value: F32x8) -> F32x8 {
+    let below = value.lt(F32x8::ZERO).select(-F32x8::ONE, F32x8::ZERO);
+    value.gt(F32x8::ZERO).select(F32x8::ONE, below)
 }
 
 /// The vector at length 1. One without a length is given back as it is.
-fn normalized(vector: Vec3) -> Vec3 {
+#[inline(always)]
+fn normalized(vector: Vec3x8) -> Vec3x8 {
     let length = vector.length();
-    if length == 0.0 { vector } else { vector * (1.0 / length) }
+    length.is_zero().select3(vector, vector * (F32x8::ONE / length))
 }
 
-/// A function of each component.
-fn each(a: Vec3, function: impl Fn(f32) -> f32) -> Vec3 {
-    Vec3::new(function(a.x), function(a.y), function(a.z))
+/// What a number exceeds the whole number below it by.
+#[inline(always)]
+fn fraction(value: F32x8) -> F32x8 {
+    value - value.floor()
 }
 
-/// A function of each pair of components.
-fn each2(a: Vec3, b: Vec3, function: impl Fn(f32, f32) -> f32) -> Vec3 {
-    Vec3::new(function(a.x, b.x), function(a.y, b.y), function(a.z, b.z))
-}
-
-/// A function of each triple of components.
-fn each3(a: Vec3, b: Vec3, c: Vec3, function: impl Fn(f32, f32, f32) -> f32) -> Vec3 {
-    Vec3::new(function(a.x, b.x, c.x), function(a.y, b.y, c.y), function(a.z, b.z, c.z))
+/// 1 less the number.
+#[inline(always)]
+fn rest_of(value: F32x8) -> F32x8 {
+    F32x8::ONE - value
 }

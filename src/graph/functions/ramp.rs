@@ -4,7 +4,8 @@
 //! constant interpolation. [`Ramp::value`] is what Cycles shows, and so a step is up to 1/256 away from its stop.
 use super::color::{hsl_to_rgb, hsv_to_rgb, rgb_to_hsl, rgb_to_hsv};
 use super::curve::SAMPLES;
-use super::{finite, mix, named};
+use super::{finite, fraction, mix, named};
+use crate::lanes::{F32x8, LANES, Vec3x8};
 use glam::Vec3;
 
 named! {
@@ -89,17 +90,38 @@ impl Ramp {
         ramp
     }
 
-    /// Linear RGB and alpha at a place, as Cycles shows them. Places are clamped to 0 to 1. With [`Interpolation::Constant`] there
+    /// Linear RGB and alpha at places, as Cycles shows them. Places are clamped to 0 to 1. With [`Interpolation::Constant`] there
     /// are steps between the samples, whatever the mode.
-    pub fn value(&self, at: f32) -> [f32; 4] {
-        let place = finite(at).clamp(0.0, 1.0) * (SAMPLES - 1) as f32;
-        let sample = place as usize;
-        match self.samples.get(sample + 1) {
-            Some(&next) if self.interpolation != Interpolation::Constant => {
-                channels(|channel| mix::float(place.fract(), self.samples[sample][channel], next[channel]))
-            }
-            _ => self.samples[sample],
+    pub fn value(&self, at: F32x8) -> [F32x8; 4] {
+        let place = at.finite_or_zero().clamp(0.0, 1.0) * (SAMPLES - 1) as f32;
+        let [here, next] = [0, 1].map(|step| self.samples_at(place, step));
+        match self.interpolation {
+            Interpolation::Constant => here,
+            // behind the last sample there is nothing of it left
+            _ => std::array::from_fn(|channel| mix::float(fraction(place), here[channel], next[channel])),
         }
+    }
+
+    /// The samples so many steps after places, which are numbers of samples.
+    #[inline(always)]
+    fn samples_at(&self, place: F32x8, step: usize) -> [F32x8; 4] {
+        let numbers = place.to_whole().to_array();
+        match place.is_same() {
+            true => self.sample(numbers[0], step).map(F32x8::splat),
+            false => self.gathered(numbers, step),
+        }
+    }
+
+    /// The samples of eight numbers. Not inlined, so that nothing of it is done where one does.
+    #[inline(never)]
+    fn gathered(&self, numbers: [i32; LANES], step: usize) -> [F32x8; 4] {
+        let of_lanes = numbers.map(|number| self.sample(number, step));
+        std::array::from_fn(|channel| F32x8::new(of_lanes.map(|sample| sample[channel])))
+    }
+
+    #[inline(always)]
+    fn sample(&self, number: i32, step: usize) -> [f32; 4] {
+        self.samples[(number as usize + step).min(SAMPLES - 1)]
     }
 
     /// Linear RGB and alpha at a place, as Blender's own `ColorRamp.evaluate` gives them. Places are clamped to 0 to 1.
@@ -123,7 +145,7 @@ impl Ramp {
         match self.mode {
             Mode::Rgb => match self.interpolation {
                 Interpolation::Constant => start.color,
-                Interpolation::Ease => straight(start.color, end.color, super::map_range::smoothstep(t)),
+                Interpolation::Ease => straight(start.color, end.color, one(super::map_range::smoothstep, t)),
                 _ => straight(start.color, end.color, t),
             },
             Mode::Hsv(way) => hued(start.color, end.color, t, way, rgb_to_hsv, hsv_to_rgb),
@@ -154,7 +176,18 @@ fn channels(channel: impl Fn(usize) -> f32) -> [f32; 4] {
 }
 
 fn straight(a: [f32; 4], b: [f32; 4], t: f32) -> [f32; 4] {
-    channels(|channel| mix::float(t, a[channel], b[channel]))
+    channels(|channel| mixed(t, a[channel], b[channel]))
+}
+
+/// A mixture of two numbers.
+fn mixed(t: f32, a: f32, b: f32) -> f32 {
+    let [t, a, b] = [t, a, b].map(F32x8::splat);
+    mix::float(t, a, b).lane(0)
+}
+
+/// A function of eight numbers, of one.
+fn one(function: fn(F32x8) -> F32x8, of: f32) -> f32 {
+    function(F32x8::splat(of)).lane(0)
 }
 
 /// Two colours, mixed in a space whose first channel is a hue.
@@ -163,13 +196,16 @@ fn hued(
     b: [f32; 4],
     t: f32,
     way: Hue,
-    into: fn(Vec3) -> Vec3,
-    back: fn(Vec3) -> Vec3,
+    into: fn(Vec3x8) -> Vec3x8,
+    back: fn(Vec3x8) -> Vec3x8,
 ) -> [f32; 4] {
-    let [from, to] = [a, b].map(|[red, green, blue, _]| into(Vec3::new(red, green, blue)));
-    let mixed = mix::vector(t, from, to);
-    let [red, green, blue] = back(Vec3::new(turned(from.x, to.x, t, way), mixed.y, mixed.z)).to_array();
-    [red, green, blue, mix::float(t, a[3], b[3])]
+    let convert = |convert: fn(Vec3x8) -> Vec3x8, color: [f32; 3]| {
+        convert(Vec3x8::splat(Vec3::from(color))).lane(0).to_array()
+    };
+    let [from, to] = [a, b].map(|[red, green, blue, _]| convert(into, [red, green, blue]));
+    let [red, green, blue] =
+        convert(back, [turned(from[0], to[0], t, way), mixed(t, from[1], to[1]), mixed(t, from[2], to[2])]);
+    [red, green, blue, mixed(t, a[3], b[3])]
 }
 
 /// A hue between two hues, 0 to 1.
@@ -187,7 +223,7 @@ fn turned(from: f32, to: f32, t: f32, way: Hue) -> f32 {
         Hue::Counterclockwise if ahead > 0.0 => ahead - 1.0,
         Hue::Counterclockwise => ahead,
     };
-    super::math::fraction(from + turn * t)
+    one(fraction, from + turn * t)
 }
 
 /// The weights of four stops at a place between the second and the third: a cardinal spline with Blender's tension.

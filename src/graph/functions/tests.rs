@@ -10,6 +10,7 @@ use super::ramp::{Interpolation, Mode, Ramp, Stop};
 use super::vector::{Mapping, Rotate, Turn};
 use super::vector_math::VectorMath;
 use super::{fresnel, spectrum};
+use crate::lanes::{F32x8, Vec3x8};
 use glam::Vec3;
 use std::collections::BTreeMap;
 
@@ -25,12 +26,16 @@ struct Line<'a> {
 }
 
 impl Line<'_> {
-    fn number(&self, index: usize) -> f32 {
+    fn number(&self, index: usize) -> F32x8 {
+        F32x8::splat(self.one(index))
+    }
+
+    fn one(&self, index: usize) -> f32 {
         self.inputs.get(index).copied().unwrap_or(0.0)
     }
 
-    fn vector(&self, index: usize) -> Vec3 {
-        Vec3::new(self.number(index), self.number(index + 1), self.number(index + 2))
+    fn vector(&self, index: usize) -> Vec3x8 {
+        Vec3x8::from([self.number(index), self.number(index + 1), self.number(index + 2)])
     }
 
     /// The operation, and whether a word follows it.
@@ -62,10 +67,10 @@ impl Defined {
         let of_family = |family: &'static str| lines.iter().filter(move |line| line.family == family);
         let stop = |stop: &[f32]| Stop { position: stop[0], color: stop[1..5].try_into().unwrap() };
         let table = |line: &Line, values: &[f32]| Table {
-            from: line.number(0),
-            to: line.number(1),
+            from: line.one(0),
+            to: line.one(1),
             values: values.to_vec(),
-            extrapolate: line.number(2) == 1.0,
+            extrapolate: line.one(2) == 1.0,
         };
         let stops = |line: &Line| line.inputs.chunks(5).map(stop).collect();
         let tables =
@@ -81,22 +86,22 @@ impl Defined {
             line.operation.split(' ').collect::<Vec<_>>().try_into().unwrap();
         let mode = Mode::named(mode, hue).unwrap();
         let ramp = Ramp::new(self.ramps[name].clone(), Interpolation::named(interpolation).unwrap(), mode);
-        ramp.value(line.number(0))
+        ramp.value(line.number(0)).map(|channel| channel.lane(3))
     }
 
     fn curve(&self, line: &Line) -> Vec<f32> {
         let tables = &self.tables[line.operation];
         match <&[Table; 3]>::try_from(tables.as_slice()) {
-            Ok(tables) => curve::channels(line.number(0), line.vector(1), tables).to_array().to_vec(),
-            Err(_) => vec![curve::float(line.number(0), line.number(1), &tables[0])],
+            Ok(tables) => of_vector(curve::channels(line.number(0), line.vector(1), tables)),
+            Err(_) => vec![curve::float(line.number(0), line.number(1), &tables[0]).lane(3)],
         }
     }
 }
 
 /// What we make of a line; `None` for a definition.
 fn ours(line: &Line, defined: &Defined) -> Option<Vec<f32>> {
-    let vector = |vector: Vec3| Some(vector.to_array().to_vec());
-    let value = |value: f32| Some(vec![value]);
+    let vector = |vector: Vec3x8| Some(of_vector(vector));
+    let value = |value: F32x8| Some(vec![value.lane(3)]);
     let (a, b, c) = (line.number(0), line.number(1), line.number(2));
     match line.family {
         "math" => value(Math::named(line.operation).unwrap().apply(a, b, c)),
@@ -111,13 +116,18 @@ fn ours(line: &Line, defined: &Defined) -> Option<Vec<f32>> {
         "map_range" | "map_range_vector" => Some(map_range(line)),
         "mapping" => vector(mapping(line)),
         "rotate" => vector(rotate(line)),
-        "fresnel" | "layer_weight" => value(weight(line)),
+        "fresnel" | "layer_weight" => Some(vec![weight(line)]),
         "color" => Some(of_color(line)),
         "ramp_color" => Some(defined.ramp(line)[..3].to_vec()),
-        "ramp_alpha" => value(defined.ramp(line)[3]),
+        "ramp_alpha" => Some(vec![defined.ramp(line)[3]]),
         "curve" => Some(defined.curve(line)),
         _ => None,
     }
+}
+
+/// A lane of a vector.
+fn of_vector(vector: Vec3x8) -> Vec<f32> {
+    vector.lane(3).to_array().to_vec()
 }
 
 fn vector_math(line: &Line) -> Vec<f32> {
@@ -125,11 +135,10 @@ fn vector_math(line: &Line) -> Vec<f32> {
     let used = 3 * operation.inputs();
     assert_eq!(line.inputs.len(), used + usize::from(operation.has_scale()), "{}", line.operation);
     match operation.gives_value() {
-        true => vec![operation.value(line.vector(0), line.vector(3))],
-        false => operation
-            .vector(line.vector(0), line.vector(3), line.vector(6), line.number(used))
-            .to_array()
-            .to_vec(),
+        true => vec![operation.value(line.vector(0), line.vector(3)).lane(3)],
+        false => {
+            of_vector(operation.vector(line.vector(0), line.vector(3), line.vector(6), line.number(used)))
+        }
     }
 }
 
@@ -138,25 +147,26 @@ fn map_range(line: &Line) -> Vec<f32> {
     let progress = Progress::named(progress).unwrap();
     if line.family == "map_range" {
         let [from, to] = [[1, 2], [3, 4]].map(|ends| ends.map(|end| line.number(end)));
-        return vec![Ranges { from, to, steps: line.number(5) }.map(progress, clamp, line.number(0))];
+        let ranges = Ranges { from, to, steps: line.number(5) };
+        return vec![ranges.map(progress, clamp, line.number(0)).lane(3)];
     }
     let [from, to] = [[3, 6], [9, 12]].map(|ends| ends.map(|end| line.vector(end)));
-    Ranges { from, to, steps: line.vector(15) }.map(progress, clamp, line.vector(0)).to_array().to_vec()
+    of_vector(Ranges { from, to, steps: line.vector(15) }.map(progress, clamp, line.vector(0)))
 }
 
-fn mapping(line: &Line) -> Vec3 {
+fn mapping(line: &Line) -> Vec3x8 {
     let mapping = Mapping::named(line.operation).unwrap();
     match mapping {
         Mapping::Point | Mapping::Texture => {
             mapping.apply(line.vector(0), line.vector(3), line.vector(6), line.vector(9))
         }
         Mapping::Vector | Mapping::Normal => {
-            mapping.apply(line.vector(0), Vec3::ONE, line.vector(3), line.vector(6))
+            mapping.apply(line.vector(0), Vec3x8::splat(Vec3::ONE), line.vector(3), line.vector(6))
         }
     }
 }
 
-fn rotate(line: &Line) -> Vec3 {
+fn rotate(line: &Line) -> Vec3x8 {
     let (kind, invert) = line.operation_and("invert");
     let kind = Rotate::named(kind).unwrap();
     let angle = line.number(if kind == Rotate::AxisAngle { 9 } else { 6 });
@@ -166,7 +176,7 @@ fn rotate(line: &Line) -> Vec3 {
 
 fn weight(line: &Line) -> f32 {
     let (kind, inside) = line.operation_and("back");
-    let (parameter, cosine) = (line.number(0), line.number(3));
+    let (parameter, cosine) = (line.one(0), line.one(3));
     match (line.family, kind) {
         ("fresnel", _) => fresnel::fresnel(cosine, parameter, inside),
         (_, "fresnel") => fresnel::layer_fresnel(cosine, parameter, inside),
@@ -185,16 +195,16 @@ fn of_color(line: &Line) -> Vec<f32> {
         "brightness_contrast" => color::brightness_contrast(color, number(3), number(4)),
         "gamma" => color::gamma(color, number(3)),
         "invert" => color::invert(number(0), line.vector(1)),
-        "luma" => return vec![color::luma(color)],
-        "blackbody" => spectrum::blackbody(number(0)),
-        "wavelength" => spectrum::wavelength(number(0)),
+        "luma" => return vec![color::luma(color).lane(3)],
+        "blackbody" => Vec3x8::splat(spectrum::blackbody(line.one(0))),
+        "wavelength" => Vec3x8::splat(spectrum::wavelength(line.one(0))),
         "from_hsv" => Model::Hsv.combine(color),
         "from_hsl" => Model::Hsl.combine(color),
         "to_hsv" => Model::Hsv.separate(color),
         "to_hsl" => Model::Hsl.separate(color),
         other => panic!("{other}"),
     };
-    made.to_array().to_vec()
+    of_vector(made)
 }
 
 #[test]

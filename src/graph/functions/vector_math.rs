@@ -1,7 +1,6 @@
 //! The operations of Blender's Vector Math node.
-use super::math::fraction;
-use super::{divided, each, each2, each3, finite, finite_vector, named, normalized, power, sign};
-use glam::Vec3;
+use super::{divided, fraction, named, normalized, power, sign};
+use crate::lanes::{F32x8, Vec3x8};
 
 named! {
     /// An operation of Blender's Vector Math node. `a`, `b`, `c` are its vectors from the top, `scale` its number. Those without
@@ -93,34 +92,35 @@ impl VectorMath {
     }
 
     /// The result of an operation that gives a number; 0 for the others.
-    pub fn value(self, a: Vec3, b: Vec3) -> f32 {
-        finite(match self {
+    pub fn value(self, a: Vec3x8, b: Vec3x8) -> F32x8 {
+        match self {
             Self::DotProduct => a.dot(b),
-            Self::Distance => a.distance(b),
+            Self::Distance => (a - b).length(),
             Self::Length => a.length(),
-            _ => 0.0,
-        })
+            _ => F32x8::ZERO,
+        }
+        .finite_or_zero()
     }
 
     /// The result of an operation that gives a vector; 0 for the others. What the operation does not use may be anything.
-    pub fn vector(self, a: Vec3, b: Vec3, c: Vec3, scale: f32) -> Vec3 {
-        finite_vector(match self {
+    pub fn vector(self, a: Vec3x8, b: Vec3x8, c: Vec3x8, scale: F32x8) -> Vec3x8 {
+        match self {
             Self::CrossProduct => a.cross(b),
             Self::Project => project(a, b),
             Self::Reflect => reflect(a, normalized(b)),
             Self::Refract => refract(a, normalized(b), scale),
-            Self::Faceforward if c.dot(b) < 0.0 => a,
-            Self::Faceforward => -a,
+            Self::Faceforward => c.dot(b).lt(F32x8::ZERO).select3(a, -a),
             Self::Scale => a * scale,
             Self::Normalize => normalized(a),
             Self::MultiplyAdd => a * b + c,
-            Self::Wrap => each3(a, b, c, wrap),
-            _ if self.inputs() == 2 => each2(a, b, |a, b| self.of_two(a, b)),
-            _ => each(a, |a| self.of_one(a)),
-        })
+            Self::Wrap => Vec3x8::from([wrap(a.x, b.x, c.x), wrap(a.y, b.y, c.y), wrap(a.z, b.z, c.z)]),
+            _ if self.inputs() == 2 => a.each_with(b, |a, b| self.of_two(a, b)),
+            _ => a.each(|a| self.of_one(a)),
+        }
+        .finite_or_zero()
     }
 
-    fn of_two(self, a: f32, b: f32) -> f32 {
+    fn of_two(self, a: F32x8, b: F32x8) -> F32x8 {
         match self {
             Self::Add => a + b,
             Self::Subtract => a - b,
@@ -129,13 +129,13 @@ impl VectorMath {
             Self::Power => power(a, b),
             Self::Minimum => a.min(b),
             Self::Maximum => a.max(b),
-            Self::Modulo if b != 0.0 => a - (a / b).trunc() * b,
+            Self::Modulo => b.is_zero().select(F32x8::ZERO, a - (a / b).truncated() * b),
             Self::Snap => divided(a, b).floor() * b,
-            _ => 0.0,
+            _ => F32x8::ZERO,
         }
     }
 
-    fn of_one(self, a: f32) -> f32 {
+    fn of_one(self, a: F32x8) -> F32x8 {
         match self {
             Self::Absolute => a.abs(),
             Self::Sign => sign(a),
@@ -143,31 +143,32 @@ impl VectorMath {
             Self::Floor => a.floor(),
             Self::Ceil => a.ceil(),
             Self::Fraction => fraction(a),
-            Self::Sine => a.sin(),
-            Self::Cosine => a.cos(),
-            Self::Tangent => a.tan(),
-            _ => 0.0,
+            Self::Sine => a.each(f32::sin),
+            Self::Cosine => a.each(f32::cos),
+            Self::Tangent => a.each(f32::tan),
+            _ => F32x8::ZERO,
         }
     }
 }
 
 /// A number, repeated in a range; the range's minimum where it is empty.
-fn wrap(value: f32, maximum: f32, minimum: f32) -> f32 {
+fn wrap(value: F32x8, maximum: F32x8, minimum: F32x8) -> F32x8 {
     let (above, range) = (value - minimum, maximum - minimum);
-    if range == 0.0 { minimum } else { above - (above / range).floor() * range + minimum }
+    range.is_zero().select(minimum, above - (above / range).floor() * range + minimum)
 }
 
-fn project(vector: Vec3, onto: Vec3) -> Vec3 {
-    onto * divided(vector.dot(onto), onto.length_squared())
+fn project(vector: Vec3x8, onto: Vec3x8) -> Vec3x8 {
+    onto * divided(vector.dot(onto), onto.dot(onto))
 }
 
-fn reflect(vector: Vec3, normal: Vec3) -> Vec3 {
-    vector - normal * (2.0 * vector.dot(normal))
+fn reflect(vector: Vec3x8, normal: Vec3x8) -> Vec3x8 {
+    vector - normal * (vector.dot(normal) * 2.0)
 }
 
 /// A direction after a surface, by Snell's law, with the ratio of the refractive indices; 0 where all light is reflected.
-fn refract(vector: Vec3, normal: Vec3, ratio: f32) -> Vec3 {
+fn refract(vector: Vec3x8, normal: Vec3x8, ratio: F32x8) -> Vec3x8 {
     let cosine = normal.dot(vector);
-    let squared = 1.0 - ratio * ratio * (1.0 - cosine * cosine);
-    if squared < 0.0 { Vec3::ZERO } else { vector * ratio - normal * (ratio * cosine + squared.sqrt()) }
+    let squared = F32x8::ONE - ratio * ratio * (F32x8::ONE - cosine * cosine);
+    let through = vector * ratio - normal * (ratio * cosine + squared.sqrt());
+    squared.lt(F32x8::ZERO).select3(Vec3x8::ZERO, through)
 }

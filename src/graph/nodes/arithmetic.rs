@@ -2,14 +2,13 @@
 
 use std::sync::Arc;
 
-use glam::Vec3;
-
 use crate::graph::functions::map_range::{Clamp, Progress, Ranges};
 use crate::graph::functions::math::Math;
 use crate::graph::functions::mix::{self, Blend};
 use crate::graph::functions::vector::{Mapping, Rotate, Turn};
 use crate::graph::functions::vector_math::VectorMath;
 use crate::graph::{Definition, Function, Kind, Options, Socket, function};
+use crate::lanes::{F32x8, Vec3x8};
 
 type Made = Result<Arc<dyn Function>, String>;
 
@@ -67,7 +66,9 @@ pub static CLAMP: Definition = Definition {
     outputs: &[("out", Kind::Number)],
     function: |options, _| {
         let clamp = options.one_of("kind", Clamp::MinMax, Clamp::named)?;
-        Ok(function(format!("clamp {clamp:?}"), move |a| Vec3::splat(clamp.apply(a[0].x, a[1].x, a[2].x))))
+        Ok(function(format!("clamp {clamp:?}"), move |a, _| {
+            Vec3x8::all_of(clamp.apply(a[0].x, a[1].x, a[2].x))
+        }))
     },
 };
 
@@ -86,9 +87,9 @@ pub static MAP_RANGE: Definition = Definition {
     function: |options, _| {
         let progress = options.one_of("interpolation", Progress::Linear, Progress::named)?;
         let clamps = options.flag("clamp", true)?;
-        Ok(function(format!("map range {progress:?} {clamps}"), move |a| {
+        Ok(function(format!("map range {progress:?} {clamps}"), move |a, _| {
             let ranges = Ranges { from: [a[1].x, a[2].x], to: [a[3].x, a[4].x], steps: a[5].x };
-            Vec3::splat(ranges.map(progress, clamps, a[0].x))
+            Vec3x8::all_of(ranges.map(progress, clamps, a[0].x))
         }))
     },
 };
@@ -108,7 +109,7 @@ pub static MAP_RANGE_VECTOR: Definition = Definition {
     function: |options, _| {
         let progress = options.one_of("interpolation", Progress::Linear, Progress::named)?;
         let clamps = options.flag("clamp", true)?;
-        Ok(function(format!("map range of vectors {progress:?} {clamps}"), move |a| {
+        Ok(function(format!("map range of vectors {progress:?} {clamps}"), move |a, _| {
             Ranges { from: [a[1], a[2]], to: [a[3], a[4]], steps: a[5] }.map(progress, clamps, a[0])
         }))
     },
@@ -126,7 +127,7 @@ pub static MAPPING: Definition = Definition {
     outputs: &[("out", Kind::Vector)],
     function: |options, _| {
         let kind = options.one_of("kind", Mapping::Point, Mapping::named)?;
-        Ok(function(format!("mapping {kind:?}"), move |a| kind.apply(a[0], a[1], a[2], a[3])))
+        Ok(function(format!("mapping {kind:?}"), move |a, _| kind.apply(a[0], a[1], a[2], a[3])))
     },
 };
 
@@ -144,7 +145,7 @@ pub static VECTOR_ROTATE: Definition = Definition {
     function: |options, _| {
         let kind = options.one_of("kind", Rotate::AxisAngle, Rotate::named)?;
         let invert = options.flag("invert", false)?;
-        Ok(function(format!("vector rotate {kind:?} {invert}"), move |a| {
+        Ok(function(format!("vector rotate {kind:?} {invert}"), move |a, _| {
             kind.apply(a[0], a[1], &Turn { axis: a[2], angle: a[3].x, rotation: a[4], invert })
         }))
     },
@@ -157,7 +158,9 @@ pub static SEPARATE_XYZ: Definition = Definition {
     outputs: &[("x", Kind::Number), ("y", Kind::Number), ("z", Kind::Number)],
     function: |_, output| {
         let axis = output.min(2);
-        Ok(function(format!("separate xyz {axis}"), move |a| Vec3::splat(a[0][axis])))
+        Ok(function(format!("separate xyz {axis}"), move |a, _| {
+            Vec3x8::all_of(<[F32x8; 3]>::from(a[0])[axis])
+        }))
     },
 };
 
@@ -166,26 +169,26 @@ pub static COMBINE_XYZ: Definition = Definition {
     name: "blender_combine_xyz",
     inputs: &[Socket::number("x", 0.0), Socket::number("y", 0.0), Socket::number("z", 0.0)],
     outputs: &[("out", Kind::Vector)],
-    function: |_, _| Ok(function(String::from("combine xyz"), |a| Vec3::new(a[0].x, a[1].x, a[2].x))),
+    function: |_, _| Ok(function(String::from("combine xyz"), |a, _| Vec3x8::from([a[0].x, a[1].x, a[2].x]))),
 };
 
 fn math(options: &Options, _: usize) -> Made {
     let operation = options.one_of("operation", Math::Add, Math::named)?;
     let clamps = options.flag("clamp", false)?;
-    Ok(function(format!("math {operation:?} {clamps}"), move |a| {
+    Ok(function(format!("math {operation:?} {clamps}"), move |a, _| {
         let value = operation.apply(a[0].x, a[1].x, a[2].x);
-        Vec3::splat(if clamps { value.clamp(0.0, 1.0) } else { value })
+        Vec3x8::all_of(if clamps { value.clamp(0.0, 1.0) } else { value })
     }))
 }
 
 fn vector_math(options: &Options, output: usize) -> Made {
     let operation = options.one_of("operation", VectorMath::Add, VectorMath::named)?;
     Ok(match output {
-        0 => function(format!("vector math {operation:?}"), move |a| {
+        0 => function(format!("vector math {operation:?}"), move |a, _| {
             operation.vector(a[0], a[1], a[2], a[3].x)
         }),
-        _ => function(format!("vector math {operation:?} value"), move |a| {
-            Vec3::splat(operation.value(a[0], a[1]))
+        _ => function(format!("vector math {operation:?} value"), move |a, _| {
+            Vec3x8::all_of(operation.value(a[0], a[1]))
         }),
     })
 }
@@ -193,8 +196,8 @@ fn vector_math(options: &Options, output: usize) -> Made {
 /// Mix of values that are three numbers each: the factor has one for each, too.
 fn mix_uniform(options: &Options) -> Made {
     let clamps = options.flag("clamp_factor", true)?;
-    Ok(function(format!("mix {clamps}"), move |a| {
-        let factor = if clamps { a[0].clamp(Vec3::ZERO, Vec3::ONE) } else { a[0] };
+    Ok(function(format!("mix {clamps}"), move |a, _| {
+        let factor = if clamps { clamped(a[0]) } else { a[0] };
         mix::vector_non_uniform(factor, a[1], a[2])
     }))
 }
@@ -202,9 +205,14 @@ fn mix_uniform(options: &Options) -> Made {
 fn mix_color(options: &Options, _: usize) -> Made {
     let blend = options.one_of("blend", Blend::Mix, Blend::named)?;
     let [of_factor, of_result] = [options.flag("clamp_factor", true)?, options.flag("clamp_result", false)?];
-    Ok(function(format!("mix of colours {blend:?} {of_factor} {of_result}"), move |a| {
+    Ok(function(format!("mix of colours {blend:?} {of_factor} {of_result}"), move |a, _| {
         let factor = if of_factor { a[0].x.clamp(0.0, 1.0) } else { a[0].x };
         let mixed = blend.apply(factor, a[1], a[2]);
-        if of_result { mixed.clamp(Vec3::ZERO, Vec3::ONE) } else { mixed }
+        if of_result { clamped(mixed) } else { mixed }
     }))
+}
+
+/// Each part from 0 to 1.
+fn clamped(value: Vec3x8) -> Vec3x8 {
+    value.each(|part| part.clamp(0.0, 1.0))
 }

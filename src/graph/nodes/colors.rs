@@ -3,13 +3,12 @@
 
 use std::sync::Arc;
 
-use glam::Vec3;
-
 use crate::graph::functions::color::{self, Adjustment, Model};
 use crate::graph::functions::curve::{self, SAMPLES, Table};
 use crate::graph::functions::ramp::{Interpolation, Mode, Ramp, Stop};
 use crate::graph::functions::spectrum;
-use crate::graph::{Definition, Function, Kind, Options, Socket, function};
+use crate::graph::{Definition, Function, Kind, Options, Socket, function, lane_by_lane};
+use crate::lanes::{F32x8, Vec3x8};
 
 type Made = Result<Arc<dyn Function>, String>;
 
@@ -27,7 +26,7 @@ pub static HUE_SATURATION: Definition = Definition {
     ],
     outputs: &[("out", Kind::Color)],
     function: |_, _| {
-        Ok(function(String::from("hue saturation"), |a| {
+        Ok(function(String::from("hue saturation"), |a, _| {
             let adjustment = Adjustment { hue: a[0].x, saturation: a[1].x, value: a[2].x, factor: a[3].x };
             adjustment.apply(a[4])
         }))
@@ -40,7 +39,7 @@ pub static BRIGHT_CONTRAST: Definition = Definition {
     inputs: &[COLOR, Socket::number("bright", 0.0), Socket::number("contrast", 0.0)],
     outputs: &[("out", Kind::Color)],
     function: |_, _| {
-        Ok(function(String::from("bright contrast"), |a| color::brightness_contrast(a[0], a[1].x, a[2].x)))
+        Ok(function(String::from("bright contrast"), |a, _| color::brightness_contrast(a[0], a[1].x, a[2].x)))
     },
 };
 
@@ -49,7 +48,7 @@ pub static GAMMA: Definition = Definition {
     name: "blender_gamma",
     inputs: &[COLOR, Socket::number("gamma", 1.0)],
     outputs: &[("out", Kind::Color)],
-    function: |_, _| Ok(function(String::from("gamma"), |a| color::gamma(a[0], a[1].x))),
+    function: |_, _| Ok(function(String::from("gamma"), |a, _| color::gamma(a[0], a[1].x))),
 };
 
 /// Invert.
@@ -57,7 +56,7 @@ pub static INVERT: Definition = Definition {
     name: "blender_invert",
     inputs: &[Socket::number("factor", 1.0), COLOR],
     outputs: &[("out", Kind::Color)],
-    function: |_, _| Ok(function(String::from("invert"), |a| color::invert(a[0].x, a[1]))),
+    function: |_, _| Ok(function(String::from("invert"), |a, _| color::invert(a[0].x, a[1]))),
 };
 
 /// RGB to BW.
@@ -65,7 +64,7 @@ pub static LUMINANCE: Definition = Definition {
     name: "blender_rgb_to_bw",
     inputs: &[COLOR],
     outputs: &[("out", Kind::Number)],
-    function: |_, _| Ok(function(String::from("luma"), |a| Vec3::splat(color::luma(a[0])))),
+    function: |_, _| Ok(function(String::from("luma"), |a, _| Vec3x8::all_of(color::luma(a[0])))),
 };
 
 /// Separate Color. Option: `mode`.
@@ -75,8 +74,8 @@ pub static SEPARATE: Definition = Definition {
     outputs: &[("red", Kind::Number), ("green", Kind::Number), ("blue", Kind::Number)],
     function: |options, output| {
         let (model, channel) = (options.one_of("mode", Model::Rgb, Model::named)?, output.min(2));
-        Ok(function(format!("separate {model:?} {channel}"), move |a| {
-            Vec3::splat(model.separate(a[0])[channel])
+        Ok(function(format!("separate {model:?} {channel}"), move |a, _| {
+            Vec3x8::all_of(<[F32x8; 3]>::from(model.separate(a[0]))[channel])
         }))
     },
 };
@@ -88,7 +87,9 @@ pub static COMBINE: Definition = Definition {
     outputs: &[("out", Kind::Color)],
     function: |options, _| {
         let model = options.one_of("mode", Model::Rgb, Model::named)?;
-        Ok(function(format!("combine {model:?}"), move |a| model.combine(Vec3::new(a[0].x, a[1].x, a[2].x))))
+        Ok(function(format!("combine {model:?}"), move |a, _| {
+            model.combine(Vec3x8::from([a[0].x, a[1].x, a[2].x]))
+        }))
     },
 };
 
@@ -123,8 +124,8 @@ pub static FLOAT_CURVE: Definition = Definition {
     outputs: &[("out", Kind::Number)],
     function: |options, _| {
         let table = table(options, "values")?;
-        Ok(function(format!("float curve {table:?}"), move |a| {
-            Vec3::splat(curve::float(a[0].x, a[1].x, &table))
+        Ok(function(format!("float curve {table:?}"), move |a, _| {
+            Vec3x8::all_of(curve::float(a[0].x, a[1].x, &table))
         }))
     },
 };
@@ -134,7 +135,7 @@ pub static BLACKBODY: Definition = Definition {
     name: "blender_blackbody",
     inputs: &[Socket::number("temperature", 1500.0)],
     outputs: &[("out", Kind::Color)],
-    function: |_, _| Ok(function(String::from("blackbody"), |a| spectrum::blackbody(a[0].x))),
+    function: |_, _| Ok(lane_by_lane(String::from("blackbody"), |a| spectrum::blackbody(a[0].x))),
 };
 
 /// Wavelength.
@@ -142,7 +143,7 @@ pub static WAVELENGTH: Definition = Definition {
     name: "blender_wavelength",
     inputs: &[Socket::number("wavelength", 500.0)],
     outputs: &[("out", Kind::Color)],
-    function: |_, _| Ok(function(String::from("wavelength"), |a| spectrum::wavelength(a[0].x))),
+    function: |_, _| Ok(lane_by_lane(String::from("wavelength"), |a| spectrum::wavelength(a[0].x))),
 };
 
 fn ramp(options: &Options, output: usize) -> Made {
@@ -159,16 +160,16 @@ fn ramp(options: &Options, output: usize) -> Made {
     let mode = options.one_of("mode", Mode::Rgb, |mode| Mode::named(mode, hue))?;
     let ramp = Ramp::new(stops, interpolation, mode);
     let name = format!("ramp {interpolation:?} {mode:?} {numbers:?} {output}");
-    Ok(function(name, move |a| {
+    Ok(function(name, move |a, _| {
         let [red, green, blue, alpha] = ramp.value(a[0].x);
-        if output == 0 { Vec3::new(red, green, blue) } else { Vec3::splat(alpha) }
+        if output == 0 { Vec3x8::from([red, green, blue]) } else { Vec3x8::all_of(alpha) }
     }))
 }
 
 fn curves(options: &Options, names: [&str; 3]) -> Made {
     let [x, y, z] = names.map(|name| table(options, name));
     let tables = [x?, y?, z?];
-    Ok(function(format!("curves {tables:?}"), move |a| curve::channels(a[0].x, a[1], &tables)))
+    Ok(function(format!("curves {tables:?}"), move |a, _| curve::channels(a[0].x, a[1], &tables)))
 }
 
 /// Curve whose samples the option `key` has.

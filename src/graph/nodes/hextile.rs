@@ -5,7 +5,8 @@ use std::sync::Arc;
 
 use glam::{IVec2, Vec2, Vec3};
 
-use crate::graph::{Function, Graph, Input, Place};
+use crate::graph::{Function, Graph, Input, Place, Places};
+use crate::lanes::Vec3x8;
 
 /// Tiles in a unit of texture coordinates, along the first axis of their grid.
 const DENSITY: f32 = 3.464_101_6;
@@ -45,6 +46,12 @@ impl Function for HexTiles {
         true
     }
 
+    fn values(&self, inputs: &[Vec3x8], places: Places) -> Vec3x8 {
+        places.lane_by_lane(inputs, |inputs, place| self.value(inputs, place))
+    }
+}
+
+impl HexTiles {
     fn value(&self, inputs: &[Vec3], place: &dyn Place) -> Vec3 {
         let (falloff, contrast, luminance) = (inputs[7].x, inputs[8].x, inputs[9]);
         let tiles = tiles_at(inputs[0].truncate());
@@ -70,11 +77,13 @@ fn tiles_at(place: Vec2) -> [(IVec2, f32); 3] {
     let at = place * DENSITY;
     let skewed = Vec2::new(at.x - at.y / 3.0_f32.sqrt(), at.y * 2.0 / 3.0_f32.sqrt());
     let (cell, within) = (skewed.floor().as_ivec2(), skewed - skewed.floor());
+    // far away there is no next one
+    let [right, up, both] = [IVec2::X, IVec2::Y, IVec2::ONE].map(|step| cell.wrapping_add(step));
     let third = 1.0 - within.x - within.y;
     if third > 0.0 {
-        return [(cell, third), (cell + IVec2::Y, within.y), (cell + IVec2::X, within.x)];
+        return [(cell, third), (up, within.y), (right, within.x)];
     }
-    [(cell + IVec2::ONE, -third), (cell + IVec2::X, 1.0 - within.y), (cell + IVec2::Y, 1.0 - within.x)]
+    [(both, -third), (right, 1.0 - within.y), (up, 1.0 - within.x)]
 }
 
 /// Where a tile has the picture at the place that a function is asked for.

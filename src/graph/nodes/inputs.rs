@@ -4,7 +4,8 @@ use std::sync::Arc;
 
 use glam::Vec3;
 
-use crate::graph::{Definition, Function, Kind, Options, Place, UvSet};
+use crate::graph::{Definition, Function, Kind, Options, Places, UvSet};
+use crate::lanes::Vec3x8;
 
 /// Texture coordinates; option `set`: 1 for the second set.
 pub static UV: Definition =
@@ -105,8 +106,8 @@ impl Function for Source {
         true
     }
 
-    fn value(&self, _: &[Vec3], place: &dyn Place) -> Vec3 {
-        match self {
+    fn values(&self, _: &[Vec3x8], places: Places) -> Vec3x8 {
+        places.each(|_, place| match self {
             Self::Uv(set) => place.uv(*set).extend(0.0),
             Self::Point => place.point(),
             Self::Generated => place.generated(),
@@ -116,6 +117,6 @@ impl Function for Source {
             Self::ModelPlace => place.model_place(),
             Self::ModelRandom => Vec3::splat(place.model_random()),
             Self::VertexColor => place.vertex_color(),
-        }
+        })
     }
 }

@@ -4,7 +4,8 @@ use std::sync::Arc;
 
 use glam::Vec3;
 
-use crate::graph::{Definition, Function, Kind, Options, Socket, function};
+use crate::graph::{Definition, Function, Kind, Options, Socket, first_part, function, lane_by_lane};
+use crate::lanes::Vec3x8;
 use crate::pattern::Dimensions;
 use crate::pattern::brick::{Brick, BrickInputs};
 use crate::pattern::checker::{Checker, CheckerInputs};
@@ -90,7 +91,7 @@ pub static MAGIC: Definition = Definition {
     outputs: NUMBER_AND_COLOR,
     function: |options, output| {
         let depth = options.numbers("depth")?.first().copied().unwrap_or(2.0).clamp(0.0, 10.0) as u32;
-        Ok(textured(format!("magic {depth}"), output, move |a, output| {
+        Ok(lane_by_lane(format!("magic {depth} {output}"), move |a| {
             let (magic, inputs) = (Magic { depth }, MagicInputs { scale: a[1].x, distortion: a[2].x });
             if output == 0 { Vec3::splat(magic.value(a[0], &inputs)) } else { magic.color(a[0], &inputs) }
         }))
@@ -103,9 +104,12 @@ pub static CHECKER: Definition = Definition {
     inputs: &[VECTOR, Socket::color("color1", [0.8; 3]), Socket::color("color2", [0.2; 3]), SCALE],
     outputs: NUMBER_AND_COLOR,
     function: |_, output| {
-        Ok(textured(String::from("checker"), output, |a, output| {
+        Ok(function(format!("checker {output}"), move |a, _| {
             let inputs = CheckerInputs { color1: a[1], color2: a[2], scale: a[3].x };
-            if output == 0 { Vec3::splat(Checker.value(a[0], &inputs)) } else { Checker.color(a[0], &inputs) }
+            match output {
+                0 => Vec3x8::all_of(Checker.value(a[0], &inputs)),
+                _ => Checker.color(a[0], &inputs),
+            }
         }))
     },
 };
@@ -134,7 +138,7 @@ pub static GRADIENT: Definition = Definition {
     name: "blender_gradient",
     inputs: &[VECTOR],
     outputs: NUMBER_AND_COLOR,
-    function: |options, output| {
+    function: |options, _| {
         let gradient = options.one_of("kind", Gradient::Linear, |name| {
             Some(match name {
                 "linear" => Gradient::Linear,
@@ -147,9 +151,7 @@ pub static GRADIENT: Definition = Definition {
                 _ => return None,
             })
         })?;
-        Ok(textured(format!("gradient {gradient:?}"), output, move |a, output| {
-            if output == 0 { Vec3::splat(gradient.value(a[0])) } else { gradient.color(a[0]) }
-        }))
+        Ok(function(format!("gradient {gradient:?}"), move |a, _| Vec3x8::all_of(gradient.value(a[0]))))
     },
 };
 
@@ -160,8 +162,9 @@ pub static WHITE: Definition = Definition {
     outputs: NUMBER_AND_COLOR,
     function: |options, output| {
         let noise = WhiteNoise { dimensions: dimensions(options)? };
-        Ok(textured(format!("{noise:?}"), output, move |a, output| {
-            if output == 0 { Vec3::splat(noise.value(a[0], a[1].x)) } else { noise.color(a[0], a[1].x) }
+        Ok(function(format!("{noise:?} {output}"), move |a, _| match output {
+            0 => Vec3x8::all_of(noise.value(a[0], a[1].x)),
+            _ => noise.color(a[0], a[1].x),
         }))
     },
 };
@@ -184,7 +187,7 @@ pub static GABOR: Definition = Definition {
             "solid" => Some(Gabor::Solid),
             _ => None,
         })?;
-        Ok(textured(format!("gabor {gabor:?}"), output, move |a, output| {
+        Ok(lane_by_lane(format!("gabor {gabor:?} {output}"), move |a| {
             let inputs = GaborInputs {
                 scale: a[1].x,
                 frequency: a[2].x,
@@ -197,15 +200,6 @@ pub static GABOR: Definition = Definition {
         }))
     },
 };
-
-/// The function of an output of a texture.
-fn textured(
-    name: String,
-    output: usize,
-    of: impl Fn(&[Vec3], usize) -> Vec3 + Send + Sync + 'static,
-) -> Arc<dyn Function> {
-    function(format!("{name} {output}"), move |inputs| of(inputs, output))
-}
 
 fn dimensions(options: &Options) -> Result<Dimensions, String> {
     options.one_of("dimensions", Dimensions::Three, |name| match name {
@@ -230,23 +224,28 @@ fn noise(options: &Options, output: usize) -> Made {
     })?;
     let is_normalized = options.flag("normalize", true)?;
     let noise = Noise { dimensions: dimensions(options)?, kind, is_normalized };
-    Ok(textured(format!("{noise:?}"), output, move |a, output| {
-        let inputs = NoiseInputs {
-            scale: a[2].x,
-            detail: a[3].x,
-            roughness: a[4].x,
-            lacunarity: a[5].x,
-            offset: a[6].x,
-            gain: a[7].x,
-            distortion: a[8].x,
-        };
-        let (vector, w) = (a[0], a[1].x);
-        if output == 0 {
-            Vec3::splat(noise.value(vector, w, &inputs))
-        } else {
-            noise.color(vector, w, &inputs)
-        }
-    }))
+    let color = function(format!("{noise:?} color"), move |a, lanes| {
+        noise.color(a[0], a[1].x, &noise_inputs(a), lanes)
+    });
+    if output == 1 {
+        return Ok(color);
+    }
+    let value = function(format!("{noise:?}"), move |a, lanes| {
+        Vec3x8::all_of(noise.value(a[0], a[1].x, &noise_inputs(a), lanes))
+    });
+    Ok(first_part(color, value))
+}
+
+fn noise_inputs(a: &[Vec3x8]) -> NoiseInputs {
+    NoiseInputs {
+        scale: a[2].x,
+        detail: a[3].x,
+        roughness: a[4].x,
+        lacunarity: a[5].x,
+        offset: a[6].x,
+        gain: a[7].x,
+        distortion: a[8].x,
+    }
 }
 
 fn voronoi(options: &Options, output: usize) -> Made {
@@ -271,7 +270,7 @@ fn voronoi(options: &Options, output: usize) -> Made {
     })?;
     let is_normalized = options.flag("normalize", false)?;
     let voronoi = Voronoi { dimensions: dimensions(options)?, feature, metric, is_normalized };
-    Ok(textured(format!("{voronoi:?}"), output, move |a, output| {
+    Ok(function(format!("{voronoi:?} {output}"), move |a, lanes| {
         let inputs = VoronoiInputs {
             scale: a[2].x,
             detail: a[3].x,
@@ -281,18 +280,18 @@ fn voronoi(options: &Options, output: usize) -> Made {
             exponent: a[7].x,
             randomness: a[8].x,
         };
-        let made = voronoi.outputs(a[0], a[1].x, &inputs);
+        let made = voronoi.outputs(a[0], a[1].x, &inputs, lanes);
         match output {
-            0 => Vec3::splat(made.distance),
+            0 => Vec3x8::all_of(made.distance),
             1 => made.color,
             2 => made.position,
-            3 => Vec3::splat(made.w),
-            _ => Vec3::splat(made.radius),
+            3 => Vec3x8::all_of(made.w),
+            _ => Vec3x8::all_of(made.radius),
         }
     }))
 }
 
-fn wave(options: &Options, output: usize) -> Made {
+fn wave(options: &Options, _: usize) -> Made {
     let shape = options.one_of("shape", WaveShape::BandsX, |name| {
         Some(match name {
             "bands_x" => WaveShape::BandsX,
@@ -313,7 +312,7 @@ fn wave(options: &Options, output: usize) -> Made {
         _ => None,
     })?;
     let wave = Wave { shape, profile };
-    Ok(textured(format!("{wave:?}"), output, move |a, output| {
+    Ok(function(format!("{wave:?}"), move |a, lanes| {
         let inputs = WaveInputs {
             scale: a[1].x,
             distortion: a[2].x,
@@ -322,7 +321,7 @@ fn wave(options: &Options, output: usize) -> Made {
             detail_roughness: a[5].x,
             phase_offset: a[6].x,
         };
-        if output == 0 { Vec3::splat(wave.value(a[0], &inputs)) } else { wave.color(a[0], &inputs) }
+        Vec3x8::all_of(wave.value(a[0], &inputs, lanes))
     }))
 }
 
@@ -336,7 +335,7 @@ fn brick(options: &Options, output: usize) -> Made {
         squash: number("squash", 1.0)?,
         squash_frequency: number("squash_frequency", 2.0)?.max(0.0) as u32,
     };
-    Ok(textured(format!("{brick:?}"), output, move |a, output| {
+    Ok(function(format!("{brick:?} {output}"), move |a, _| {
         let inputs = BrickInputs {
             color1: a[1],
             color2: a[2],
@@ -348,6 +347,9 @@ fn brick(options: &Options, output: usize) -> Made {
             brick_width: a[8].x,
             row_height: a[9].x,
         };
-        if output == 0 { Vec3::splat(brick.value(a[0], &inputs)) } else { brick.color(a[0], &inputs) }
+        match output {
+            0 => Vec3x8::all_of(brick.value(a[0], &inputs)),
+            _ => brick.color(a[0], &inputs),
+        }
     }))
 }

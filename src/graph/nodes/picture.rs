@@ -6,7 +6,8 @@ use std::sync::Arc;
 
 use glam::Vec3;
 
-use crate::graph::{Function, Graph, Input, Kind, Place};
+use crate::graph::{Function, Graph, Input, Kind, Place, Places};
+use crate::lanes::Vec3x8;
 
 /// A channel of a picture, or its colour.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -55,6 +56,12 @@ impl Function for Picture {
         !self.is_at && self.shown != Shown::Alpha
     }
 
+    fn values(&self, inputs: &[Vec3x8], places: Places) -> Vec3x8 {
+        places.lane_by_lane(inputs, |inputs, place| self.value(inputs, place))
+    }
+}
+
+impl Picture {
     fn value(&self, inputs: &[Vec3], place: &dyn Place) -> Vec3 {
         let [r, g, b, alpha] = place.picture(self.number, inputs.first().map(|at| at.truncate()));
         match self.shown {

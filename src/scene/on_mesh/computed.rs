@@ -1,9 +1,12 @@
 //! What graphs compute of places on meshes: colours, parameters that vary, heights.
 
+use std::array;
+
 use glam::{Affine3A, Vec2, Vec3};
 
 use super::OnMesh;
-use crate::graph::{Place, UvSet};
+use crate::graph::{Place, Places, Program, UvSet};
+use crate::lanes::{LANES, Vec3x8};
 use crate::scene::cutout::ALL_BUT_OPAQUE;
 use crate::scene::look::Varied;
 use crate::scene::material::{Bump, Computed, Computes};
@@ -15,10 +18,12 @@ impl OnMesh<'_> {
     /// are shares of it. Then the parameters of the material that vary, there.
     #[inline]
     pub fn appearance(&self, scene: &Scene, material: &Material) -> (Vec3, Varied) {
-        let textured = self.textured(scene, material);
-        let painted = if material.has_vertex_colors { textured * self.vertex_color() } else { textured };
+        let painted = self.painted(scene, material);
         match &material.computed {
-            Some(computed) => self.computed(scene, computed, painted),
+            Some(computed) => {
+                let [(factor, varied), ..] = appearances(&[*self], scene, computed);
+                (painted * factor, varied)
+            }
             None => (painted, Varied::NONE),
         }
     }
@@ -28,11 +33,69 @@ impl OnMesh<'_> {
         self.appearance(scene, material).0
     }
 
-    /// What graphs make of the place, of which `painted` is the reflectance otherwise. Not inlined: most surfaces have none.
-    #[inline(never)]
-    fn computed(&self, scene: &Scene, computed: &Computed, painted: Vec3) -> (Vec3, Varied) {
-        let values = computed.program.values(&PlaceOfGraph { on: self, textures: &scene.textures });
-        let value = |of| computed.numbers[of].map(|number| values[number]);
+    /// Reflectance without what graphs compute.
+    #[inline]
+    pub fn painted(&self, scene: &Scene, material: &Material) -> Vec3 {
+        let textured = self.textured(scene, material);
+        if material.has_vertex_colors { textured * self.vertex_color() } else { textured }
+    }
+
+    /// This place, with its weights moved.
+    fn moved(&self, [by_u, by_v]: [f32; 2]) -> Self {
+        let [u, v] = self.weights;
+        Self { weights: [u + by_u, v + by_v], ..*self }
+    }
+
+    /// Two steps of one length at a right angle, in the triangle at rest, as weights of its second and third corner. `None` if it has no
+    /// area or heights bend nothing of this mesh.
+    fn steps(&self) -> Option<[[f32; 2]; 2]> {
+        let mesh = self.mesh;
+        let space = mesh.space_of_heights()?;
+        let corners = mesh.triangles[self.primitive as usize].map(|corner| corner as usize);
+        let [at_a, at_b, at_c] = corners.map(|corner| Vec3::from(mesh.positions.as_slice()[corner]));
+        let (first, second) = (at_b - at_a, at_c - at_a);
+        let along = first.try_normalize()?;
+        let across = (second - along * along.dot(second)).try_normalize()?;
+        let step = space.step();
+        let of_second = step / across.dot(second);
+        Some([[step / first.length(), 0.0], [-of_second * along.dot(second) / first.length(), of_second]])
+    }
+
+    /// Normal of a surface with these [`heights`] (J. Blinn, "Simulation of wrinkled surfaces", 1978; by the gradient on the surface, as in
+    /// M. Mikkelsen, "Bump mapping unparametrized surfaces on the GPU", 2010, and in Cycles): that of the surface, less the gradient of the
+    /// heights along it. `normal` itself if the triangle has no area or heights bend nothing of this mesh. `corners`: see
+    /// [`bent_normal`](Self::bent_normal).
+    pub fn raised(&self, bump: &Bump, heights: [f32; 3], normal: Vec3, corners: [Vec3; 3]) -> Vec3 {
+        self.try_raised(bump, heights, normal, corners).unwrap_or(normal)
+    }
+
+    fn try_raised(
+        &self,
+        bump: &Bump,
+        [here, first, second]: [f32; 3],
+        normal: Vec3,
+        [a, b, c]: [Vec3; 3],
+    ) -> Option<Vec3> {
+        let (steps, space) = (self.steps()?, self.mesh.space_of_heights()?);
+        let [by_first, by_second] =
+            [first, second].map(|height| (height - here) * bump.distance * space.size_of_unit());
+        // the same steps where the triangle is now
+        let [to_first, to_second] = steps.map(|[by_u, by_v]| (b - a) * by_u + (c - a) * by_v);
+        let (across_second, across_first) = (to_second.cross(normal), normal.cross(to_first));
+        let area = to_first.dot(across_second);
+        let gradient = across_second * by_first + across_first * by_second;
+        let raised = (normal * area.abs() - gradient * area.signum()).try_normalize()?;
+        normal.lerp(raised, bump.strength).try_normalize()
+    }
+}
+
+/// What graphs make of up to eight places of one material, one for each lane: factors of their reflectances otherwise, and parameters that
+/// vary. Not inlined: most surfaces have none.
+#[inline(never)]
+pub fn appearances(places: &[OnMesh], scene: &Scene, computed: &Computed) -> [(Vec3, Varied); LANES] {
+    let values = values(&computed.program, places, &scene.textures);
+    array::from_fn(|lane| {
+        let value = |of| computed.numbers[of].map(|number| values[number].lane(lane));
         let share = |of| value(of).map_or(1.0, |value| value.x);
         let opacity = Some(share(Computes::Opacity)).filter(|share| *share < ALL_BUT_OPAQUE).unwrap_or(1.0);
         let highlight = value(Computes::Highlight).map(Varied::rounded_highlight);
@@ -44,46 +107,33 @@ impl OnMesh<'_> {
             emission: value(Computes::Emission).map_or(Varied::NONE.emission, SharedExponent::new),
         };
         let color = value(Computes::Color).map_or(Vec3::ONE, |color| color.clamp(Vec3::ZERO, Vec3::ONE));
-        (painted * color, varied)
-    }
+        (color, varied)
+    })
+}
 
-    /// Normal of a surface with these heights (J. Blinn, "Simulation of wrinkled surfaces", 1978; by the gradient on the surface, as in M.
-    /// Mikkelsen, "Bump mapping unparametrized surfaces on the GPU", 2010, and in Cycles): that of the surface, less the gradient of the
-    /// heights along it. `None` if the triangle has no area or heights bend nothing of this mesh.
-    pub(super) fn raised(
-        &self,
-        scene: &Scene,
-        bump: &Bump,
-        normal: Vec3,
-        [a, b, c]: [Vec3; 3],
-    ) -> Option<Vec3> {
-        let (mesh, [u, v]) = (self.mesh, self.weights);
-        let space = mesh.space_of_heights()?;
-        // two steps of one length at a right angle, in the triangle at rest
-        let corners = mesh.triangles[self.primitive as usize].map(|corner| corner as usize);
-        let [at_a, at_b, at_c] = corners.map(|corner| Vec3::from(mesh.positions.as_slice()[corner]));
-        let (first, second) = (at_b - at_a, at_c - at_a);
-        let along = first.try_normalize()?;
-        let across = (second - along * along.dot(second)).try_normalize()?;
-        let step = space.step();
-        let of_second = step / across.dot(second);
-        let steps =
-            [[step / first.length(), 0.0], [-of_second * along.dot(second) / first.length(), of_second]];
-        let height = |[by_u, by_v]: [f32; 2]| {
-            let on = Self { weights: [u + by_u, v + by_v], ..*self };
-            bump.height.value(&PlaceOfGraph { on: &on, textures: &scene.textures }).x
-        };
-        let here = height([0.0; 2]);
-        let [by_first, by_second] =
-            steps.map(|step| (height(step) - here) * bump.distance * space.size_of_unit());
-        // the same steps where the triangle is now
-        let [to_first, to_second] = steps.map(|[by_u, by_v]| (b - a) * by_u + (c - a) * by_v);
-        let (across_second, across_first) = (to_second.cross(normal), normal.cross(to_first));
-        let area = to_first.dot(across_second);
-        let gradient = across_second * by_first + across_first * by_second;
-        let raised = (normal * area.abs() - gradient * area.signum()).try_normalize()?;
-        normal.lerp(raised, bump.strength).try_normalize()
+/// Values of a program at up to eight places, one for each lane.
+fn values(program: &Program, places: &[OnMesh], textures: &[Texture]) -> [Vec3x8; Program::MOST_VALUES] {
+    let Some(first) = places.first() else { return [Vec3x8::ZERO; Program::MOST_VALUES] };
+    let of_graph: [PlaceOfGraph; LANES] =
+        array::from_fn(|lane| PlaceOfGraph { on: places.get(lane).unwrap_or(first), textures });
+    let of_graph = of_graph.each_ref().map(|place| place as &dyn Place);
+    program.values(Places::new(&of_graph[..places.len().min(LANES)]))
+}
+
+/// Heights at up to eight places of one material, and after each of their two steps.
+pub fn heights(places: &[OnMesh], scene: &Scene, bump: &Bump) -> [[f32; 3]; LANES] {
+    let mut heights = [[0.0; 3]; LANES];
+    let Some(first) = places.first() else { return heights };
+    let mut all = [*first; 3 * LANES];
+    for (at, place) in all.chunks_exact_mut(3).zip(places) {
+        let [first, second] = place.steps().unwrap_or_default();
+        at.copy_from_slice(&[[0.0; 2], first, second].map(|step| place.moved(step)));
     }
+    let asked = &all[..3 * places.len().min(LANES)];
+    for (heights, places) in heights.as_flattened_mut().chunks_exact_mut(LANES).zip(asked.chunks(LANES)) {
+        heights.copy_from_slice(values(&bump.height, places, &scene.textures)[0].x.values());
+    }
+    heights
 }
 
 /// A place on a mesh, and the pictures of the shot, as graphs see them.

@@ -7,6 +7,7 @@ use super::standard;
 use super::walk::{ALPHA, LONGEST_WAY, Target, Value, Walk, kind_of};
 use crate::graph::nodes::{hextile, inputs, picture};
 use crate::graph::{Input, Kind, Options, UvSet};
+use crate::lanes::{F32x8, Vec3x8};
 use crate::scene::SceneError;
 use crate::scene::import::pictures::PictureUse;
 use crate::scene::texture::{Mapping, Wrap};
@@ -229,7 +230,14 @@ impl<'d> Walk<'d, '_> {
             return own;
         }
         let map = at.map;
-        let mapped = move |a: &[Vec3]| map.transform_point2(a[0].truncate()).extend(0.0);
+        let mapped = move |a: &[Vec3x8], _| {
+            let [right_x, right_y, up_x, up_y, x, y] = map.to_cols_array();
+            Vec3x8 {
+                x: a[0].x * right_x + a[0].y * up_x + x,
+                y: a[0].x * right_y + a[0].y * up_y + y,
+                z: F32x8::ZERO,
+            }
+        };
         self.graph.add(crate::graph::function(format!("map {map:?}"), mapped), vec![own])
     }
 
@@ -315,18 +323,20 @@ impl<'d> Walk<'d, '_> {
         }
         let takes_fourth = channels.iter().any(|channel| matches!(channel, 3 | 7));
         let fourth = if takes_fourth { self.fourth(node, stated)? } else { Input::Constant(Vec3::ONE) };
-        let of = move |a: &[Vec3], channel: usize| match channel {
-            8 => 0.0,
-            9 => 1.0,
-            3 | 7 => a[1].x,
-            channel => a[0][channel % 4],
+        let of = move |a: &[Vec3x8], channel: usize| match channel {
+            8 => F32x8::ZERO,
+            9 => F32x8::ONE,
+            0 | 4 => a[0].x,
+            1 | 5 => a[0].y,
+            2 | 6 => a[0].z,
+            _ => a[1].x,
         };
         let name = format!("swizzle {letters}");
-        let swizzle = crate::graph::function(name, move |a| match channels[..] {
-            [one] => Vec3::splat(of(a, one)),
-            [x, y] => Vec3::new(of(a, x), of(a, y), 0.0),
-            [x, y, z, ..] => Vec3::new(of(a, x), of(a, y), of(a, z)),
-            [] => Vec3::ZERO,
+        let swizzle = crate::graph::function(name, move |a, _| match channels[..] {
+            [one] => Vec3x8::all_of(of(a, one)),
+            [x, y] => Vec3x8 { x: of(a, x), y: of(a, y), z: F32x8::ZERO },
+            [x, y, z, ..] => Vec3x8 { x: of(a, x), y: of(a, y), z: of(a, z) },
+            [] => Vec3x8::ZERO,
         });
         let kind = kind_of(&node.of_type).unwrap_or(Kind::Vector);
         Ok(Some((self.graph.add(swizzle, vec![value, fourth]), kind)))

@@ -6,7 +6,8 @@ use glam::{DVec3, Vec3};
 
 use super::dielectric::{Below, Coat, index_of, stated_index};
 use super::varying::Graphs;
-use crate::graph::{Function, Input, Place, Program};
+use crate::graph::{Function, Input, Places, Program};
+use crate::lanes::Vec3x8;
 use crate::scene::import::statements::Statements;
 use crate::scene::material::{Bump, ByParameter, Computes, LARGEST_COLOR, head_on};
 use crate::scene::surface::{Parameter, Surface};
@@ -216,7 +217,7 @@ struct Mixed {
 }
 
 impl Function for Mixed {
-    fn value(&self, inputs: &[Vec3], _: &dyn Place) -> Vec3 {
+    fn values(&self, inputs: &[Vec3x8], _: Places) -> Vec3x8 {
         inputs[0] * (1.0 - self.share) + inputs[1] * self.share
     }
 }
@@ -226,7 +227,7 @@ impl Function for Mixed {
 struct Product;
 
 impl Function for Product {
-    fn value(&self, inputs: &[Vec3], _: &dyn Place) -> Vec3 {
+    fn values(&self, inputs: &[Vec3x8], _: Places) -> Vec3x8 {
         inputs[0] * inputs[1]
     }
 }
