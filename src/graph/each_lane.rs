@@ -55,6 +55,10 @@ impl Place for Spot {
         Vec3::splat(self.0)
     }
 
+    fn facing(&self) -> f32 {
+        self.0.sin()
+    }
+
     fn picture(&self, number: u32, at: Option<Vec2>) -> [f32; 4] {
         [self.0, number as f32, at.map_or(-1.0, |at| at.x), 0.5]
     }

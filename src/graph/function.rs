@@ -66,6 +66,9 @@ pub trait Place {
     fn model_random(&self) -> f32;
     /// Colour of the vertices, linear RGB; white where they have none.
     fn vertex_color(&self) -> Vec3;
+    /// Cosine between the normal and the way to what sees the place, from -1 to 1: below 0 the back of the surface is seen. 1 where nothing
+    /// sees it.
+    fn facing(&self) -> f32;
     /// Linear RGB, or numbers, and alpha of the picture with this number of the shot. Without `at` at the texture coordinates that the picture
     /// takes, filtered over the place; else there, v upwards, and not filtered.
     fn picture(&self, number: u32, at: Option<Vec2>) -> [f32; 4];
@@ -121,6 +124,11 @@ const MOST_INPUTS: usize = 16;
 pub trait Function: Debug + Send + Sync {
     /// Returns true if it depends on the place beside its inputs.
     fn is_of_place(&self) -> bool {
+        false
+    }
+
+    /// Returns true if it depends on what sees the place.
+    fn is_of_eye(&self) -> bool {
         false
     }
 
@@ -256,6 +264,10 @@ impl Place for Nowhere {
 
     fn vertex_color(&self) -> Vec3 {
         Vec3::ONE
+    }
+
+    fn facing(&self) -> f32 {
+        1.0
     }
 
     fn picture(&self, _: u32, _: Option<Vec2>) -> [f32; 4] {

@@ -27,6 +27,7 @@ pub struct Program {
     most_operands: usize,
     results: Vec<Operand>,
     is_filtered: bool,
+    is_of_eye: bool,
 }
 
 /// A function of operands, whose value goes into a register.
@@ -84,10 +85,11 @@ impl Program {
             steps.push(Step { function: Arc::clone(&node.function), operands, register });
         }
         let is_filtered = steps.iter().any(|step| step.function.is_filtered());
+        let is_of_eye = steps.iter().any(|step| step.function.is_of_eye());
         let results =
             values.iter().take(Self::MOST_VALUES).map(|value| operand(&register_of, value)).collect();
         let most_operands = steps.iter().map(|step| step.operands.len()).max().unwrap_or(0);
-        Self { steps, registers: registers as usize, most_operands, results, is_filtered }
+        Self { steps, registers: registers as usize, most_operands, results, is_filtered, is_of_eye }
     }
 
     /// Values of a program, at most.
@@ -101,6 +103,11 @@ impl Program {
     /// Returns true if its values are constants.
     pub fn is_empty(&self) -> bool {
         self.steps.is_empty()
+    }
+
+    /// Returns true if its values depend on what sees the place.
+    pub fn is_of_eye(&self) -> bool {
+        self.is_of_eye
     }
 
     /// Returns true if a step filters over the place.

@@ -47,6 +47,10 @@ impl Place for Known {
         Vec3::X
     }
 
+    fn facing(&self) -> f32 {
+        -0.25
+    }
+
     fn picture(&self, number: u32, at: Option<Vec2>) -> [f32; 4] {
         [number as f32, at.map_or(-1.0, |at| at.x), 0.0, 0.5]
     }

@@ -27,6 +27,10 @@ pub const LEAST_OPACITY: f32 = 0.5;
 /// Least opacity of places of blended surfaces that are there: half a step of a picture of 8 bits.
 const LEAST_SEEN: f32 = 0.5 / 255.0;
 
+/// Cosine of the angle at which shadow rays see what is there in part by the angle at which it is seen: their own does not count, so that
+/// a shadow does not change as a light goes round. 45 degrees.
+const ASLANT: f32 = std::f32::consts::FRAC_1_SQRT_2;
+
 /// Opacity from which on places of blended surfaces are opaque: pictures that were compressed are not quite, and veils take rays.
 pub const ALL_BUT_OPAQUE: f32 = 252.0 / 255.0;
 
@@ -132,10 +136,12 @@ struct ComputedAlpha {
 impl ComputedAlpha {
     /// Returns true if a place is there for a ray that asks this, where `solid` is its opacity where its alpha is 1.
     fn is_there(&self, on: &OnMesh<'_>, asks: Asks, solid: f32) -> bool {
+        let on = &if self.program.is_of_eye() { on.seen_at(ASLANT) } else { *on };
         let place = PlaceOfGraph { on, textures: &self.textures };
         let alpha = self.program.value(&place).x;
         match asks {
-            Asks::Sight => alpha >= LEAST_SEEN,
+            // how much of it is seen follows from who sees it: nothing at the least
+            Asks::Sight => alpha >= LEAST_SEEN || self.program.is_of_eye(),
             Asks::Shadow => {
                 let alpha = if alpha < ALL_BUT_OPAQUE { alpha } else { 1.0 };
                 alpha * solid > chance_of(on.primitive, part_of(&place))

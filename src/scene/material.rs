@@ -31,6 +31,8 @@ pub struct Material {
     pub optics: Optics,
     /// Metal-rough reflection, in place of `specular` and `shininess`.
     pub metal_rough: Option<MetalRough>,
+    /// Clear coat above its metal-rough layer, which it has then.
+    pub coat: Option<Coat>,
     /// Light that goes below it and comes out somewhere else.
     pub scattering: Option<Scattering>,
     /// Texture of map_Kd: index into [`Scene::textures`](super::Scene::textures).
@@ -164,6 +166,38 @@ pub struct Bump {
 /// narrower lobe is lost to the rounding of single floats.
 pub const LEAST_ALPHA: f32 = 0.002;
 
+/// Width of the lobe (alpha of GGX) of a layer of this roughness.
+fn alpha_of(roughness: f32) -> f32 {
+    (roughness * roughness).max(LEAST_ALPHA)
+}
+
+/// A clear coat, as OpenPBR has it: a dielectric above all else of a surface.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Coat {
+    /// Share of the surface that it covers, above 0 and up to 1.
+    pub weight: f32,
+    /// Roughness, from 0 to 1.
+    pub roughness: f32,
+    /// Index of refraction, above 1.
+    pub index: f32,
+    /// Colour of light that has passed it at right angles, in and out again: linear RGB from 0 to 1.
+    pub tint: Vec3,
+    /// How far what it reflects back onto what is below darkens that, from 0 to 1: not at all, or as light does.
+    pub darkening: f32,
+}
+
+impl Coat {
+    /// Width of the lobe (alpha of GGX).
+    pub fn alpha(&self) -> f32 {
+        alpha_of(self.roughness)
+    }
+
+    /// Returns true if it reflects as a mirror does.
+    pub fn is_smooth(&self) -> bool {
+        self.alpha() <= LEAST_ALPHA
+    }
+}
+
 /// Reflectance at right angles of a surface with this index of refraction, by Fresnel's equations.
 pub fn head_on(index: f64) -> f64 {
     ((index - 1.0) / (index + 1.0)).powi(2)
@@ -197,7 +231,7 @@ impl MetalRough {
     /// Width of the lobe (alpha of GGX): the square of the roughness (Burley, "Physically Based Shading at
     /// Disney", 2012), so that equal steps of roughness look like equal steps.
     pub fn alpha(&self) -> f32 {
-        (self.roughness * self.roughness).max(LEAST_ALPHA)
+        alpha_of(self.roughness)
     }
 
     /// The layer with these parameters.
@@ -279,6 +313,7 @@ impl Material {
             shininess: 1.0,
             optics: Optics::Opaque,
             metal_rough: None,
+            coat: None,
             scattering: None,
             diffuse_map: None,
             computed: None,
@@ -305,6 +340,11 @@ impl Material {
     /// Returns true if a graph computes this of it.
     pub fn is_computed(&self, of: Computes) -> bool {
         self.computed.as_ref().is_some_and(|computed| computed.numbers[of].is_some())
+    }
+
+    /// Returns true if graphs compute values of it that depend on what sees it: they are computed anew in each frame.
+    pub fn is_of_eye(&self) -> bool {
+        self.computed.as_ref().is_some_and(|computed| computed.program.is_of_eye())
     }
 
     /// Returns true if its share of metal varies from place to place.
@@ -456,7 +496,9 @@ impl Material {
     /// Returns true if it is a mirror or glass, at least in places: rays follow it, in each frame anew.
     pub fn is_followed(&self) -> bool {
         let may_be_smooth = |layer: MetalRough| layer.is_smooth() || self.varies_in_roughness();
-        self.optics != Optics::Opaque || self.is_blended() || self.metal_rough.is_some_and(may_be_smooth)
+        let has_smooth =
+            self.metal_rough.is_some_and(may_be_smooth) || self.coat.is_some_and(|coat| coat.is_smooth());
+        self.optics != Optics::Opaque || self.is_blended() || has_smooth
     }
 
     /// Returns true if it is glass that scatters what it lets through.
@@ -466,6 +508,7 @@ impl Material {
 
     /// Returns true if it has a layer that is rough, at least in places: paths by which it reflects are kept.
     pub fn is_rough(&self) -> bool {
-        self.metal_rough.is_some_and(|layer| !layer.is_smooth())
+        let is_coat_rough = self.coat.is_some_and(|coat| !coat.is_smooth());
+        self.metal_rough.is_some_and(|layer| !layer.is_smooth()) || is_coat_rough
     }
 }

@@ -25,12 +25,14 @@ pub struct OnMesh<'a> {
     pub random: f32,
     /// Width of the part of the surface over which textures are filtered, object space; 0: they are shown texel by texel.
     pub width: f32,
+    /// See [`Place::facing`](crate::graph::Place::facing).
+    pub facing: f32,
 }
 
 impl<'a> OnMesh<'a> {
     /// Creates the place with these weights.
     pub fn new(mesh: &'a Mesh, primitive: u32, weights: [f32; 2]) -> Self {
-        Self { mesh, primitive, weights, to_world: None, random: 0.0, width: 0.0 }
+        Self { mesh, primitive, weights, to_world: None, random: 0.0, width: 0.0, facing: 1.0 }
     }
 
     /// Creates the place with these weights on the mesh of a model.
@@ -45,6 +47,11 @@ impl<'a> OnMesh<'a> {
     /// This place, with textures filtered over a part of the surface that is `width` wide.
     pub fn with_width(self, width: f32) -> Self {
         Self { width, ..self }
+    }
+
+    /// This place, seen at an angle with this cosine: see [`Place::facing`](crate::graph::Place::facing).
+    pub fn seen_at(self, facing: f32) -> Self {
+        Self { facing, ..self }
     }
 
     /// Texture coordinates; zero if the mesh has none.
@@ -77,6 +84,28 @@ impl<'a> OnMesh<'a> {
         let uv = |corner: u32| mesh.details.second_uvs.get(corner as usize).copied().unwrap_or_default();
         let [a, b, c] = mesh.triangles[primitive as usize].map(uv);
         a * (1.0 - u - v) + b * u + c * v
+    }
+
+    /// Corners of its triangle, in the space of the mesh's positions, at rest.
+    fn corners(&self) -> [Vec3; 3] {
+        let positions = self.mesh.positions.as_slice();
+        self.mesh.triangles[self.primitive as usize].map(|corner| Vec3::from(positions[corner as usize]))
+    }
+
+    /// Normal of the curved surface for which its triangle stands, at rest, of any length, on the outside: nothing bends it.
+    pub fn normal(&self) -> Vec3 {
+        let Self { mesh, primitive, weights: [u, v], .. } = *self;
+        if let Some(quadric) = &mesh.quadric {
+            return quadric.normal(primitive, [u, v]);
+        }
+        let corner = |corner: u32| mesh.normals.get(corner as usize).copied().unwrap_or_default();
+        let [a, b, c] = mesh.triangles[primitive as usize].map(corner);
+        let smooth = a * (1.0 - u - v) + b * u + c * v;
+        if smooth != Vec3::ZERO {
+            return smooth;
+        }
+        let [a, b, c] = self.corners();
+        (b - a).cross(c - a)
     }
 
     /// Index of the material.

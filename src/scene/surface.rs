@@ -32,6 +32,7 @@ pub enum Parameter {
     CoatColor,
     CoatRoughness,
     CoatIor,
+    CoatDarkening,
     FuzzWeight,
     EmissionLuminance,
     EmissionColor,
@@ -60,7 +61,7 @@ const fn color(parameter: Parameter, name: &'static str, default: f32) -> Descri
 }
 
 /// All parameters, in the order of [`Parameter`].
-pub const ALL: [Described; 24] = [
+pub const ALL: [Described; 25] = [
     number(Parameter::BaseWeight, "base_weight", 1.0),
     color(Parameter::BaseColor, "base_color", 0.8),
     number(Parameter::BaseDiffuseRoughness, "base_diffuse_roughness", 0.0),
@@ -84,6 +85,7 @@ pub const ALL: [Described; 24] = [
     color(Parameter::CoatColor, "coat_color", 1.0),
     number(Parameter::CoatRoughness, "coat_roughness", 0.0),
     number(Parameter::CoatIor, "coat_ior", 1.6),
+    number(Parameter::CoatDarkening, "coat_darkening", 1.0),
     number(Parameter::FuzzWeight, "fuzz_weight", 0.0),
     number(Parameter::EmissionLuminance, "emission_luminance", 0.0),
     color(Parameter::EmissionColor, "emission_color", 1.0),
@@ -91,7 +93,7 @@ pub const ALL: [Described; 24] = [
 ];
 
 /// Parameters that the renderer has as constants alone: of a graph the default counts.
-const CONSTANT: [Parameter; 11] = [
+const CONSTANT: [Parameter; 13] = [
     Parameter::SubsurfaceWeight,
     Parameter::SubsurfaceRadius,
     Parameter::SubsurfaceRadiusScale,
@@ -103,14 +105,15 @@ const CONSTANT: [Parameter; 11] = [
     Parameter::CoatWeight,
     Parameter::CoatRoughness,
     Parameter::CoatIor,
+    Parameter::CoatColor,
+    Parameter::CoatDarkening,
 ];
 
 /// Parameters that the renderer does not have.
-const UNKNOWN: [Parameter; 5] = [
+const UNKNOWN: [Parameter; 4] = [
     Parameter::BaseDiffuseRoughness,
     Parameter::SpecularRoughnessAnisotropy,
     Parameter::TransmissionDepth,
-    Parameter::CoatColor,
     Parameter::FuzzWeight,
 ];
 

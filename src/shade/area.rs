@@ -1,6 +1,6 @@
 //! Area lights: points on them that send light, and the radiance that a ray sees which passes through one.
 //!
-//! Irradiance of lights leaves out Lambert's division by pi ([`phong`](super::phong)), radiance does not: the
+//! Irradiance of lights leaves out Lambert's division by pi ([`phong`](super::bsdf::phong)), radiance does not: the
 //! radiance of a light is pi times what its strength would give.
 
 use std::f32::consts::{FRAC_1_PI, FRAC_PI_4, PI, TAU};

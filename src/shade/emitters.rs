@@ -8,7 +8,8 @@ use glam::{DAffine3, DVec3, Vec3};
 use super::deformed::Deformations;
 use super::emitter_parts::{EmitterParts, EmitterTriangle};
 use super::light_chances::Sent;
-use super::surface::corners_of;
+use super::surface::{corners_of, facing};
+use super::terminator::SmoothPoint;
 use crate::animation::Track;
 use crate::exposure::Tick;
 use crate::geometry::Bounds;
@@ -165,14 +166,26 @@ impl Emitters {
         // even over the triangle: Turk, "Generating Random Points in Triangles", Graphics Gems, 1990
         let root = along.sqrt();
         let weights = [root * (1.0 - above), root * above];
-        let place = OnMesh::on(&scene.models[model as usize], triangle, weights);
+        let point = a * (1.0 - root) + b * weights[0] + c * weights[1];
+        let mut place = OnMesh::on(&scene.models[model as usize], triangle, weights);
+        if scene.materials[usize::from(place.material())].is_of_eye() {
+            let [a, b, c] = corners_of(mesh, triangle).map(|corner| corner.as_vec3());
+            let at_rest = a * (1.0 - root) + b * weights[0] + c * weights[1];
+            let smooth = match &deformed {
+                None => SmoothPoint::at_rest(mesh, triangle, at_rest),
+                Some(deformed) => deformed.smooth_point(mesh, triangle, at_rest),
+            };
+            let smooth = smooth.and_then(|smooth| smooth.normal().try_normalize());
+            let smooth = smooth.map_or(normal, |smooth| transform.normal(smooth));
+            place = place.seen_at(facing([smooth, normal], point - asked_from));
+        }
         // a place that is cut out is chosen as often as any other, and sends no light
         let is_there = self.cut[model as usize]
             .as_ref()
             .is_none_or(|test| test.is_there(triangle, weights, Asks::Sight));
         Some(Ok(EmitterPlace {
             model,
-            point: a * (1.0 - root) + b * weights[0] + c * weights[1],
+            point,
             normal,
             radiance: if is_there { place.emission(scene) } else { Vec3::ZERO },
             density: likelihood
@@ -268,13 +281,20 @@ fn mean_brightness(scene: &Scene, material: u16) -> f32 {
         let [a, b, c] = corners_of(&model.mesh, triangle);
         let of_triangle = (b - a).cross(c - a).length();
         let light = (0..places).map(|place| {
-            let weights = place_in_triangle(number * places + place);
-            f64::from(luminance(OnMesh::on(model, triangle, weights).emission(scene)))
+            let number = number * places + place;
+            let on = OnMesh::on(model, triangle, place_in_triangle(number)).seen_at(cosine_of_place(number));
+            f64::from(luminance(on.emission(scene)))
         });
         sum += of_triangle * light.sum::<f64>() / places as f64;
         area += of_triangle;
     }
     if area > 0.0 { (sum / area) as f32 } else { 0.0 }
+}
+
+/// Cosine of the angle at which place number `number` is seen: as often as light leaves a matt surface at that angle.
+fn cosine_of_place(number: usize) -> f32 {
+    let golden = 0.618_033_988_749_894_8;
+    ((number as f64 * golden + 0.5).fract() as f32).sqrt()
 }
 
 /// Weights of the second and third corner of place number `number`: even over the triangle (the sequence R2 of M. Roberts, "The unreasonable

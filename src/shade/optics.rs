@@ -2,8 +2,9 @@
 
 use glam::Vec3;
 
+use super::Surface;
+use super::bsdf::{fresnel, ggx};
 use super::sampling::{PathRandom, orthonormal, seed_of};
-use super::{Surface, fresnel, ggx};
 use crate::scene::Material;
 use crate::scene::material::{LEAST_ALPHA, MetalRough, Optics};
 
@@ -204,7 +205,7 @@ mod tests {
     use super::*;
     use crate::scene::look::{Look, Varied};
     use crate::scene::material::head_on;
-    use crate::shade::coat::{Coats, SeenBy};
+    use crate::shade::bsdf::{Bsdfs, SeenBy};
     use crate::shade::horizon::Horizon;
 
     fn floor(from_behind: bool) -> Surface {
@@ -359,10 +360,10 @@ mod tests {
                 let (material, surface) = (rough(roughness * roughness, index), floor(from_behind));
                 let incoming = at_angle(degrees, !from_behind);
                 let rays = through_microfacets(&material, &surface, incoming);
-                let coats = Coats::new(std::slice::from_ref(&material));
+                let bsdfs = Bsdfs::new(std::slice::from_ref(&material));
                 for seen_by in [SeenBy::Eye, SeenBy::Path] {
                     let layer =
-                        coats.seen(Look::plain(0), Vec3::ZERO, [surface.normal; 2], incoming, seen_by);
+                        bsdfs.seen(Look::plain(0), Vec3::ZERO, [surface.normal; 2], incoming, seen_by);
                     let sum = layer.expect("it has one").albedo.x + rays[0].0 + rays[1].0;
                     let name = format!("{roughness} {index} {degrees} {from_behind} {seen_by:?}");
                     assert!((sum - 1.0).abs() < 4e-3, "{name}: {sum}");

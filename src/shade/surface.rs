@@ -293,6 +293,13 @@ impl SurfacePoint {
     }
 }
 
+/// Cosine of the angle at which a surface with these normals (smooth, and that of the triangle; world space, unit length) is seen `along`
+/// a way of any length: see [`Place::facing`](crate::graph::Place::facing).
+pub fn facing([normal, geometric_normal]: [Vec3; 2], along: Vec3) -> f32 {
+    let cos = normal.dot(along.normalize_or_zero()).abs().min(1.0);
+    if geometric_normal.dot(along) > 0.0 { -cos } else { cos }
+}
+
 /// Least squared length to divide by: below it, lengths are too inexact.
 const LEAST_SQUARE: f32 = 1e-30;
 

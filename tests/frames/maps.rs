@@ -182,7 +182,11 @@ fn reuse_is_exact_with_maps_of_all_kinds() {
             assert!(frame == 1 || finished.stats.samples.good > 1000, "something is reused");
         }
     }
-    assert!(scene.materials.len() <= 2, "pictures of parameters make no materials: {}", scene.materials.len());
+    assert!(
+        scene.materials.len() <= 2,
+        "pictures of parameters make no materials: {}",
+        scene.materials.len()
+    );
 }
 
 /// A floor of 4 x 4 with squares of 1/64, black and white, lit from all around alike.

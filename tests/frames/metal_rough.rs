@@ -9,9 +9,9 @@ use afterimage::scene::look::Look;
 use afterimage::scene::material::{MetalRough, Optics};
 use afterimage::scene::{Background, Environment, LightKind, Material, Panel, Scene, SkyDensity};
 use afterimage::settings::{Filter, Settings};
-use afterimage::shade::coat::{Coats, SeenBy};
-use afterimage::shade::fresnel::Fresnel;
-use afterimage::shade::ggx;
+use afterimage::shade::bsdf::fresnel::Fresnel;
+use afterimage::shade::bsdf::ggx;
+use afterimage::shade::bsdf::{Bsdfs, SeenBy};
 use afterimage::stats::FrameStats;
 use glam::{DVec3, Vec3};
 
@@ -125,13 +125,13 @@ fn of_metal(roughness: f32, base: f32, to_eye: Vec3) -> impl Fn(Vec3) -> Vec3 {
         ggx::sample_weight(alpha, &fresnel, to_eye, to_light).x
     });
     let once = once.sum::<f32>() / (STEPS * STEPS) as f32;
-    let seen = Coats::new(&[material]).seen(Look::plain(0), Vec3::ZERO, [Vec3::Z; 2], -to_eye, SeenBy::Eye);
+    let seen = Bsdfs::new(&[material]).seen(Look::plain(0), Vec3::ZERO, [Vec3::Z; 2], -to_eye, SeenBy::Eye);
     let several_times = seen.expect("it has a layer").albedo / once;
     move |direction| ggx::reflected(alpha, &fresnel, to_eye, turned(direction)) * several_times
 }
 
 /// The [world](world) of these materials, none of which is glass.
-fn solid_world(materials: Vec<Material>) -> Scene {
+pub fn solid_world(materials: Vec<Material>) -> Scene {
     let mut scene = world();
     scene.models[3] = toy::still("solid", toy::octahedron(2, true), Vec3::new(2.3, 1.0, 1.0));
     scene.materials = materials;

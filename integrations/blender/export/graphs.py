@@ -150,10 +150,13 @@ SURFACE = {
 }
 """What a surface gives, by a node's type and the name of its output."""
 
+EYE = {"FRESNEL": ("blender_fresnel", "IOR"), "LAYER_WEIGHT": ("blender_layer_weight", "Blend")}
+"""What depends on the angle at which a surface is seen, by a node's type: the category, and the name of what it takes."""
+
 ATTRIBUTE = "blender_vertex_color"
 
-SOURCES = {"uv", "image", *SURFACE.values(), *(category for category, _ in TEXTURES.values())}
-"""Categories of what depends on the place."""
+SOURCES = {"uv", "image", *SURFACE.values(), *(category for category, _ in (*TEXTURES.values(), *EYE.values()))}
+"""Categories of what depends on the place, or on the eye."""
 
 TYPES = {"VALUE": "float", "RGBA": "color3", "VECTOR": "vector3"}
 
@@ -171,6 +174,8 @@ def of_node(evaluator, node, socket):
         return None
     if (node.type, socket.name) in SURFACE:
         return of_surface(evaluator, node, socket)
+    if node.type in EYE:
+        return of_eye(evaluator, node, socket)
     if node.type == "VERTEX_COLOR" and socket.name == "Color":
         return Node(ATTRIBUTE, "color3", {"attribute": node.layer_name})
     if node.type == "ATTRIBUTE" and node.attribute_type == "GEOMETRY" and node.attribute_name and socket.name in {"Color", "Vector"}:
@@ -200,6 +205,13 @@ def of_surface(evaluator, node, socket):
     if node.type == "TEX_COORD" and node.object is not None:
         evaluator.say(f"node `{node.name}`: coordinates of `{node.object.name}` are the object's own")
     return source
+
+
+def of_eye(evaluator, node, socket):
+    """What depends on the angle at which the surface is seen."""
+    category, name = EYE[node.type]
+    inputs = {name.lower(): taken(evaluator, node, node.inputs[name])}
+    return Node(category, "multioutput", inputs, socket.name.lower()) if node.type == "LAYER_WEIGHT" else Node(category, "float", inputs)
 
 
 def of_texture(evaluator, node, socket):

@@ -219,10 +219,10 @@ class Materials:
             values["illum"] = 1
             values["ks"] = [0.0, 0.0, 0.0]
         else:
-            roughness, head_on = self._layer(surface, evaluator)
-            self._number(name, "roughness", roughness, "pr", evaluator, values)
+            self._number(name, "roughness", surface.roughness, "pr", evaluator, values)
             self._number(name, "metallic", surface.metallic, "pm", evaluator, values)
-            values["ni"] = index_of(head_on)
+            values["ni"] = index_of(reflectance(float(surface.ior.mean())) * float(surface.specular.mean()))
+            self._coat(surface, evaluator, values)
         below = float(np.clip(surface.subsurface, 0, 1).mean())
         if below > 1e-3:
             values["subsurface"] = below
@@ -260,18 +260,17 @@ class Materials:
         self._number(name, "roughness", surface.roughness, "pr", evaluator, values)
 
     @staticmethod
-    def _layer(surface, evaluator):
-        """Roughness and reflectance at right angles of the renderer's one dielectric layer, for a coat and what is below it."""
-        own = reflectance(float(surface.ior.mean())) * float(surface.specular.mean())
-        coat = reflectance(float(surface.coat_ior.mean())) * float(surface.coat.mean())
-        if coat < 1e-5:
-            return surface.roughness, own
-        if float(surface.metallic.mean()) > 0.5:
-            evaluator.say("its coat is left out: the renderer has one layer, and that is the metal")
-            return surface.roughness, own
-        sharper = coat >= own / 2
-        evaluator.say(f"its coat and what reflects below it are one layer, as rough as the {'coat' if sharper else 'surface'}")
-        return (constant(float(surface.coat_roughness.mean())) if sharper else surface.roughness), coat + own * (1 - coat)
+    def _coat(surface, evaluator, values):
+        """The clear coat above the surface."""
+        weight = float(np.clip(surface.coat, 0, 1).mean())
+        if weight < 1e-3:
+            return
+        tint = np.clip(surface.coat_tint.mean(axis=(0, 1)), 0, 1).tolist()
+        values.update(coat=weight, coat_roughness=float(np.clip(surface.coat_roughness, 0, 1).mean()), coat_ni=max(1.0, float(surface.coat_ior.mean())))
+        if min(tint) < 1:
+            values["coat_color"] = tint
+        if any(part.shape[:2] != (1, 1) for part in (surface.coat, surface.coat_roughness, surface.coat_ior, surface.coat_tint)):
+            evaluator.say("pictures of its coat count by their means")
 
     def _base(self, name, surface, evaluator, values):
         base = surface.base

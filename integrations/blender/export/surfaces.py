@@ -27,6 +27,8 @@ class Surface:
     coat: np.ndarray = field(default_factory=lambda: constant(0.0))
     coat_roughness: np.ndarray = field(default_factory=lambda: constant(0.03))
     coat_ior: np.ndarray = field(default_factory=lambda: constant(1.5))
+    coat_tint: np.ndarray = field(default_factory=lambda: constant(1.0, 1.0, 1.0))
+    """Colour of light that has passed the coat, in and out again."""
     emission: np.ndarray = field(default_factory=lambda: constant(0.0, 0.0, 0.0))
     """Radiance, alpha included."""
     subsurface: np.ndarray = field(default_factory=lambda: constant(0.0))
@@ -48,7 +50,7 @@ class Surface:
     """To which rays it shows itself."""
 
 
-BLENDED = ("base", "metallic", "roughness", "ior", "specular", "transmission", "tint", "coat", "coat_roughness", "coat_ior", "subsurface", "radius")
+BLENDED = ("base", "metallic", "roughness", "ior", "specular", "transmission", "tint", "coat", "coat_roughness", "coat_ior", "coat_tint", "subsurface", "radius")
 
 
 def surface_of(evaluator, material):
@@ -235,6 +237,7 @@ def principled(evaluator, node):
         coat=evaluator.input(node, "Coat Weight"),
         coat_roughness=evaluator.input(node, "Coat Roughness"),
         coat_ior=evaluator.input(node, "Coat IOR"),
+        coat_tint=color(evaluator.input(node, "Coat Tint")),
         subsurface=evaluator.input(node, "Subsurface Weight"),
         radius=color(evaluator.input(node, "Subsurface Radius")) * evaluator.input(node, "Subsurface Scale"),
     )
@@ -249,8 +252,6 @@ def principled(evaluator, node):
     ):
         if node.inputs.get(name) and float(evaluator.input(node, name).max()) > 1e-3:
             evaluator.say(said)
-    if float(surface.coat.max()) > 1e-3 and float(evaluator.input(node, "Coat Tint").min()) < 0.99:
-        evaluator.say("the tint of its coat is left out")
     tint = node.inputs.get("Specular Tint")
     if tint and (tint.is_linked or min(list(tint.default_value)[:3]) < 0.99):
         evaluator.say("its specular tint is left out")

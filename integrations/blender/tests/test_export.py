@@ -433,7 +433,8 @@ class Export(support.ExportCase):
         material.use_nodes = True
         tree = material.node_tree
         shader = tree.nodes["Principled BSDF"]
-        shader.inputs["Coat Weight"].default_value = 1
+        shader.inputs["Sheen Weight"].default_value = 1
+        shader.inputs["Anisotropic"].default_value = 0.5
         noise = tree.nodes.new("ShaderNodeTexNoise")
         tree.links.new(noise.outputs[0], shader.inputs["Roughness"])
         mesh.materials.append(material)
@@ -441,7 +442,7 @@ class Export(support.ExportCase):
         self.export()
         told = [line for line in self.warnings().splitlines() if "`Odd`" in line]
         self.assertEqual(len(told), 1)
-        self.assertRegex(told[0], "(?s)coat.*roughness")
+        self.assertRegex(told[0], "(?s)sheen.*anisotropy")
 
     def test_without_the_renderer_exports_work_and_renders_say_so(self):
         support.add_camera(self.scene)

@@ -114,15 +114,17 @@ class Surfaces(support.ExportCase):
         values = self.exported(wavy)["material"][0]
         self.assertEqual((values["illum"], "norm" in values), (7, True))
 
-    def test_a_coat_is_the_layer_of_what_is_no_metal(self):
-        coated, _ = principled("Coated", Coat_Weight=1.0, Coat_Roughness=0.1, Coat_IOR=1.5, IOR=1.5, Roughness=0.6)
-        metal, _ = principled("Metal", Coat_Weight=1.0, Metallic=1.0, Roughness=0.6)
+    def test_coats_are_above_plastic_and_metal(self):
+        tint = (0.9, 0.5, 0.2)
+        coated, _ = principled("Coated", Coat_Weight=1.0, Coat_Roughness=0.1, Coat_IOR=1.6, Coat_Tint=(*tint, 1), IOR=1.5, Roughness=0.6)
+        metal, _ = principled("Metal", Coat_Weight=0.5, Metallic=1.0, Roughness=0.6)
         shot = self.exported(coated, metal, count=2)
         one, other = ({entry["name"]: entry for entry in shot["material"]}[name] for name in ("Coated", "Metal"))
-        np.testing.assert_allclose([one["pr"], ((one["ni"] - 1) / (one["ni"] + 1)) ** 2], [0.1, 0.0784], atol=1e-4)
-        np.testing.assert_allclose(other["pr"], 0.6, atol=1e-6)
-        self.assertEqual(len(self.warnings()), 2)
-        self.assertRegex("\n".join(self.warnings()), "`Coated`.*one layer, as rough as the coat(?s:.)*`Metal`: its coat is left out")
+        np.testing.assert_allclose([one[key] for key in ("pr", "ni", "coat", "coat_roughness", "coat_ni")], [0.6, 1.5, 1, 0.1, 1.6], atol=1e-4)
+        np.testing.assert_allclose(one["coat_color"], tint, atol=1e-6)
+        np.testing.assert_allclose([other["pr"], other["pm"], other["coat"], other["coat_ni"]], [0.6, 1, 0.5, 1.5], atol=1e-6)
+        self.assertNotIn("coat_color", other)
+        self.assertEqual(self.warnings(), [])
 
     def test_a_mesh_of_several_materials_is_one_model(self):
         red, _ = principled("Red", Base_Color=(1, 0, 0, 1))

@@ -179,6 +179,32 @@ class SurfacesBesideCycles(beside_cycles.BesideCycles):
         ours, _ = self.assert_same_colors(0.08)
         self.assertGreater(ours[24, 32, 1], 0.08, "more than without the coat")
 
+    def test_a_tinted_coat_over_metal(self):
+        self.world((1, 1, 1))
+        coated, _ = principled(
+            "Coated", Coat_Weight=1.0, Coat_Roughness=0.1, Coat_IOR=1.6, Coat_Tint=(0.9, 0.5, 0.2, 1), Metallic=1.0, Roughness=0.4, Base_Color=(0.8, 0.8, 0.8, 1)
+        )
+        self.look_down(coated, 3)
+        self.scene.afterimage.paths, self.scene.afterimage.reflections = 64, 64
+        self.assert_same_colors(0.03)
+
+    def test_weights_follow_the_eye(self):
+        self.world((1, 1, 1))
+        material, shader = principled("Rim", Roughness=1.0, Specular_IOR_Level=0.0)
+        nodes, links = material.node_tree.nodes, material.node_tree.links
+        weight, ramp = nodes.new("ShaderNodeLayerWeight"), nodes.new("ShaderNodeValToRGB")
+        ramp.color_ramp.elements[0].color = (0.05, 0.1, 0.8, 1)
+        ramp.color_ramp.elements[1].color = (0.9, 0.3, 0.1, 1)
+        links.new(weight.outputs["Facing"], ramp.inputs["Fac"])
+        links.new(ramp.outputs["Color"], shader.inputs["Base Color"])
+        self.ball(material, 1)
+        support.add_camera(self.scene, (0, -4, 0), (1.5708, 0, 0))
+        self.scene.afterimage.paths = 64
+        ours, _ = self.assert_same_colors(0.03)
+        middle, rim = ours[24, 32], ours[24, 32 + 14]
+        self.assertGreater(middle[2] / middle[0], 2)
+        self.assertGreater(rim[0] / rim[2], middle[0] / middle[2] * 2)
+
     def test_colours_of_vertices(self):
         self.world((1, 1, 1))
         material = painted("Painted", "Paint")

@@ -56,6 +56,7 @@ use crate::frame::light::shadow::ShadowQueue;
 use crate::frame::reuse::candidates::REACH;
 use crate::frame::shot::frame_view::FrameView;
 use crate::frame::shot::plan::ShadowCheck;
+use crate::frame::surface::facing::facing_of_sample;
 use crate::frame::surface::footprints::{cell_widths, has_textures};
 use crate::frame::surface::placed::{Placed, lift};
 use crate::lanes::{F32x8, LANES, Vec3x8};
@@ -110,7 +111,7 @@ fn audit(frame: &FrameView, number: usize, tile: &Tile, differs: &[bool]) -> Aud
         if sample.model != BACKGROUND {
             raise(
                 cell,
-                check_surface(frame, &sample, sight.direction, full_color(sample.record.reflectance)),
+                check_surface(frame, &sample, sight.direction, || facing_of_sample(frame, tile, cell)),
             );
         }
     }
@@ -188,9 +189,10 @@ fn is_on(frame: &FrameView, sample: &Sample, sight: Sight) -> bool {
     from_origin.cross(sight.direction).length() <= rounding(frame, sample) * sight.direction.length()
 }
 
-/// Checks that the stored surface, its reflectance `kept` included, is that of the mesh at the sample.
-/// `sight`: from the eye, any length.
-fn check_surface(frame: &FrameView, sample: &Sample, sight: Vec3, kept: Vec3) -> Verdict {
+/// Checks that the stored surface, its reflectance included, is that of the mesh at the sample.
+/// `sight`: from the eye, any length; `facing`: see [`facing_of_sample`].
+fn check_surface(frame: &FrameView, sample: &Sample, sight: Vec3, facing: impl FnOnce() -> f32) -> Verdict {
+    let kept = full_color(sample.record.reflectance);
     let model = &frame.scene.models[sample.model as usize];
     let Record { triangle, footprint, .. } = sample.record;
     let there = SurfacePoint::at(frame.scene, (model, triangle), sample.point, footprint.width());
@@ -207,6 +209,7 @@ fn check_surface(frame: &FrameView, sample: &Sample, sight: Vec3, kept: Vec3) ->
     let place = OnMesh::on(model, triangle, there.weights).with_width(footprint.width());
     let number = place.material();
     let material = &frame.scene.materials[usize::from(number)];
+    let place = if material.is_of_eye() { place.seen_at(facing()) } else { place };
     let (fresh, varied) = place.appearance(frame.scene, material);
     Verdict::new(
         sample.record.material == number

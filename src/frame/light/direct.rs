@@ -11,8 +11,8 @@ use crate::frame::surface::placed::{Placed, PlacedTile, lift};
 use crate::frame::surface::ray_tally::RayTally;
 use crate::lanes::{F32x8, LANES, Mask, Vec3x8};
 use crate::samples::{AREA_POINTS, CELLS, Flags, Status, Tag, TagSlot, Tile};
+use crate::shade::bsdf::phong;
 use crate::shade::light::{StratifiedPattern, light_samples};
-use crate::shade::phong;
 use crate::shade::terminator::{ToLight, ToSixteen};
 use crate::trace::{Coherence, SceneSubset};
 

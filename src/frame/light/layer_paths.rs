@@ -21,19 +21,18 @@ use super::pdfs::{LightsAsked, Pdfs};
 use crate::changes::Until;
 use crate::frame::shot::frame_view::FrameView;
 use crate::scene::{LightFrom, RayKind, SkyDensity};
-use crate::shade::coat::SeenCoat;
+use crate::shade::bsdf::SeenBsdf;
 use crate::shade::emitters::{EmitterPlace, NotThere};
 use crate::shade::light_chances::Sent;
 use crate::shade::sampling::PathRandom;
 use crate::shade::surface::off_surface;
 
-/// Least albedo of a layer of which reflected paths are drawn: half the step of an 8-bit picture at full
-/// brightness.
-pub const LEAST_ALBEDO: f32 = 1.0 / 512.0;
+/// Least albedo of a layer of which reflected paths are drawn: half the step of an 8-bit picture, of light 32 times as bright as white.
+pub const LEAST_ALBEDO: f32 = 1.0 / 16384.0;
 
-/// Number of paths that a sample draws for a layer: in proportion to the layer's albedo, so that a weak
+/// Number of paths that a sample draws for what is rough: in proportion to the layer's albedo, so that a weak
 /// reflection costs less than a strong one and has no more noise.
-pub fn paths_of_layer(frame: &FrameView, seen: &SeenCoat) -> u32 {
+pub fn paths_of_layer(frame: &FrameView, seen: &SeenBsdf) -> u32 {
     let share = seen.albedo.max_element().clamp(0.0, 1.0);
     if frame.settings.depth == 0 || share < LEAST_ALBEDO {
         0
@@ -151,7 +150,7 @@ impl DrawnLayer {
         frame: &FrameView,
         start: &PathStart,
         index: u32,
-        seen: &SeenCoat,
+        seen: &SeenBsdf,
         (radiance, sees_light): (Vec3, bool),
     ) -> Vec3 {
         let random = start.sequence.path(index);

@@ -24,7 +24,7 @@ use super::select::select;
 use super::shadow::ShadowQueue;
 use super::step::Step;
 use super::subsurface::{self, WalkScratch};
-use super::vertex::{NO_COAT, Vertex, VertexLanes, go_on};
+use super::vertex::{NO_BSDF, Vertex, VertexLanes, go_on};
 use crate::changes::Until;
 use crate::frame::shot::frame_view::FrameView;
 use crate::frame::shot::plan::ShadowCheck;
@@ -38,9 +38,9 @@ use crate::samples::Tag;
 use crate::scene::RayKind;
 use crate::shade::Surface;
 use crate::shade::area::{density_of, radiance};
-use crate::shade::coat::{SeenBy, SeenCoat};
+use crate::shade::bsdf::phong;
+use crate::shade::bsdf::{SeenBsdf, SeenBy};
 use crate::shade::light::light_from_anywhere;
-use crate::shade::phong;
 use crate::shade::sampling::PathRandom;
 use crate::shade::surface::off_surface;
 use crate::shade::terminator::ToLight;
@@ -79,7 +79,7 @@ pub struct PathScratch {
     last: Vec<PathRay>,
     vertices: Vec<Vertex>,
     /// Layers of those vertices that have one.
-    coats: Vec<SeenCoat>,
+    bsdfs: Vec<SeenBsdf>,
     /// Numbers of the vertices, sorted by the light that they ask.
     by_light: Vec<u32>,
     one_light: OneLight,
@@ -110,7 +110,7 @@ pub fn trace_paths(frame: &FrameView, scratch: &mut PathScratch, tally: &mut Ray
     if frame.palette.scatters_below {
         let PathScratch { starts, brought, random, walks, vertices, .. } = &mut *scratch;
         subsurface::walk(frame, walks, (starts, random), (brought, vertices), tally);
-        scratch.coats.clear();
+        scratch.bsdfs.clear();
         light(frame, scratch, tally);
         go_on_from_vertices(frame, scratch);
         let PathScratch { now, next, .. } = &mut *scratch;
@@ -141,13 +141,13 @@ pub fn trace_paths(frame: &FrameView, scratch: &mut PathScratch, tally: &mut Ray
 
 /// Adds what the vertices bring to the results of their paths, and makes the rays that go on from there.
 fn go_on_from_vertices(frame: &FrameView, scratch: &mut PathScratch) {
-    let PathScratch { random, brought, next, last, vertices, coats, .. } = scratch;
+    let PathScratch { random, brought, next, last, vertices, bsdfs, .. } = scratch;
     for vertex in &*vertices {
         let (path, step) = (vertex.ray.path as usize, vertex.ray.step);
         brought[path].radiance += vertex.ray.weight * vertex.light;
         if paths_go_on(frame, step) || vertex.goes_on_at_all(frame) {
             let numbers = random[path].four(step.going_on());
-            if let Some(ray) = go_on(frame, (vertex, vertex.seen_coat(coats)), numbers) {
+            if let Some(ray) = go_on(frame, (vertex, vertex.seen_bsdf(bsdfs)), numbers) {
                 (if ray.step.is_beyond() { &mut *last } else { &mut *next }).push(ray);
             }
         }
@@ -224,10 +224,10 @@ fn gathers(
     let [along, above, ..] = random.four(0);
     let PathStart { point, normal, geometric_normal, horizon, .. } = *start;
     let (weight, chances) = (Vec3::ONE, Pdfs::of_start(frame));
-    let (origin, coat) = (off_surface(point, geometric_normal), None);
+    let (origin, bsdf) = (off_surface(point, geometric_normal), None);
     let tick = frame.tick_of(start.cell);
     let asking =
-        Asking { path, tick, point, origin, normal, geometric_normal, horizon, weight, chances, coat };
+        Asking { path, tick, point, origin, normal, geometric_normal, horizon, weight, chances, bsdf };
     for place in places_in_sky(frame, &random) {
         light_rays.ask_sky(frame, &asking, place);
     }
@@ -328,9 +328,9 @@ fn cast(frame: &FrameView, is_reflection: bool, scratch: &mut PathScratch, tally
 
 /// Makes vertices of the hits of the current rays.
 fn meet(frame: &FrameView, scratch: &mut PathScratch) {
-    let PathScratch { random, hits, computed, now, vertices, coats, .. } = scratch;
+    let PathScratch { random, hits, computed, now, vertices, bsdfs, .. } = scratch;
     vertices.clear();
-    coats.clear();
+    bsdfs.clear();
     computed.compute(frame, hits, now.len(), |_, t| t * SPREAD_OF_PATHS);
     let eights = now.len().div_ceil(LANES);
     let eight = |number: usize| {
@@ -363,11 +363,11 @@ fn meet(frame: &FrameView, scratch: &mut PathScratch) {
                 let distance = packet.t[from + lane];
                 let Surface { reflectance, normal, geometric_normal, .. } = surface;
                 let normals = [normal, geometric_normal];
-                let layers = &frame.palette.coats;
-                let coat = layers.seen(surface.look(), reflectance, normals, ray.direction, ray.seen_by);
-                let lobes = Lobes::new(frame, &surface, ray.direction, coat.as_ref());
-                let number = if coat.is_some() { coats.len() as u32 } else { NO_COAT };
-                coats.extend(coat);
+                let layers = &frame.palette.bsdfs;
+                let bsdf = layers.seen(surface.look(), reflectance, normals, ray.direction, ray.seen_by);
+                let lobes = Lobes::new(frame, &surface, ray.direction, bsdf.as_ref());
+                let number = if bsdf.is_some() { bsdfs.len() as u32 } else { NO_BSDF };
+                bsdfs.extend(bsdf);
                 vertices.push(Vertex {
                     ray,
                     surface,
@@ -378,7 +378,7 @@ fn meet(frame: &FrameView, scratch: &mut PathScratch) {
                     chance: light.chance,
                     random,
                     lobes,
-                    coat: number,
+                    bsdf: number,
                     is_exit: false,
                 });
             },
@@ -417,8 +417,8 @@ fn end(frame: &FrameView, scratch: &mut PathScratch) {
 
 /// Lights the vertices: emission and ambient light, and light of the sources that each asks.
 fn light(frame: &FrameView, scratch: &mut PathScratch, tally: &mut RayTally) {
-    let PathScratch { starts, brought, vertices, coats, by_light, one_light, light_rays, .. } = scratch;
-    let coats = &coats[..];
+    let PathScratch { starts, brought, vertices, bsdfs, by_light, one_light, light_rays, .. } = scratch;
+    let bsdfs = &bsdfs[..];
     for some in vertices.chunks_mut(LANES) {
         let surfaces = VertexLanes::of(some.len(), |lane| &some[lane]);
         let light = frame.palette.emitted_and_ambient(&surfaces.looks, surfaces.reflectance);
@@ -426,7 +426,7 @@ fn light(frame: &FrameView, scratch: &mut PathScratch, tally: &mut RayTally) {
             let emission = vertex.surface.emission(frame.scene);
             let found_otherwise = emission * (1.0 - vertex.emission_weight);
             let light = light.lane(lane);
-            let light = vertex.seen_coat(coats).map_or(light, |coat| coat.show(light));
+            let light = vertex.seen_bsdf(bsdfs).map_or(light, |bsdf| bsdf.show(light));
             vertex.light =
                 if vertex.is_exit { Vec3::ZERO } else { (light - found_otherwise).max(Vec3::ZERO) };
         }
@@ -435,9 +435,9 @@ fn light(frame: &FrameView, scratch: &mut PathScratch, tally: &mut RayTally) {
         let Surface { point, normal, geometric_normal, horizon, .. } = vertex.surface;
         let PathRay { path, tick, weight, .. } = vertex.ray;
         let weight = weight * vertex.lobes.all[Lobes::DIFFUSE].0;
-        let (chances, coat) = (vertex.chances(frame), vertex.asking_coat(frame, coats));
+        let (chances, bsdf) = (vertex.chances(frame), vertex.asking_bsdf(frame, bsdfs));
         let origin = off_surface(point, geometric_normal);
-        Asking { path, tick, point, origin, normal, geometric_normal, horizon, weight, chances, coat }
+        Asking { path, tick, point, origin, normal, geometric_normal, horizon, weight, chances, bsdf }
     };
     for vertex in &*vertices {
         if vertex.asks.sky {
@@ -468,7 +468,7 @@ fn light(frame: &FrameView, scratch: &mut PathScratch, tally: &mut RayTally) {
             brought.until = brought.until.min(change);
         }
         let light = &frame.pose.lights_at(tick)[number as usize];
-        ask_light(frame, light, group, starts, (vertices, coats, brought), one_light, tally);
+        ask_light(frame, light, group, starts, (vertices, bsdfs, brought), one_light, tally);
         rest = after;
     }
 }
@@ -479,7 +479,7 @@ fn ask_light(
     light: &LightPose,
     group: &[u32],
     starts: &[PathStart],
-    (vertices, coats, brought): (&mut [Vertex], &[SeenCoat], &mut [PathResult]),
+    (vertices, bsdfs, brought): (&mut [Vertex], &[SeenBsdf], &mut [PathResult]),
     one_light: &mut OneLight,
     tally: &mut RayTally,
 ) {
@@ -513,10 +513,10 @@ fn ask_light(
             };
             let mut light = light.lane(lane) * weight;
             let vertex_of_lane = &vertices[*vertex as usize];
-            if let Some(coat) = vertex_of_lane.seen_coat(coats) {
+            if let Some(bsdf) = vertex_of_lane.seen_bsdf(bsdfs) {
                 let irradiance = light_sample.irradiance.lane(lane) / eight.chance.lane(lane);
                 let arrives = (light_sample.direction.lane(lane), irradiance);
-                light = light * coat.through + vertex_of_lane.highlight(frame, coat, arrives, radiance);
+                light = light * bsdf.through + vertex_of_lane.highlight(frame, bsdf, arrives, radiance);
             }
             reflected.push(light);
             let asks = asked >> lane & 1;

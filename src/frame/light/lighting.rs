@@ -10,8 +10,8 @@ use crate::lanes::{F32x8, LANES, Mask, Vec3x8};
 use crate::pose::LightPose;
 use crate::scene::look::Look;
 use crate::shade::area::{Glow, glow};
+use crate::shade::bsdf::phong::Gloss;
 use crate::shade::light::{LightSample, StratifiedPattern, light_sample};
-use crate::shade::phong::Gloss;
 
 /// Area lights that a ray (unit length) passes through within `far`, each with its number and its direction from
 /// `asked_from`, the point from which next-event estimation asked for light: their densities are those at that

@@ -4,7 +4,7 @@ use glam::Vec3;
 
 use crate::frame::shot::frame_view::FrameView;
 use crate::shade::Surface;
-use crate::shade::coat::SeenCoat;
+use crate::shade::bsdf::SeenBsdf;
 use crate::shade::optics::{branch, random_of_place};
 
 /// Lobes of a surface: diffuse, off a mirror, through glass, and off the layer of a metal-rough surface.
@@ -23,20 +23,20 @@ impl Lobes {
     pub const THROUGH: usize = 2;
 
     /// Number of the lobe off the layer.
-    pub const COAT: usize = 3;
+    pub const GLOSSY: usize = 3;
 
     /// Number of the lobe of the cosine law.
     pub const DIFFUSE: usize = 0;
 
-    /// Computes the lobes of a surface that was met along `incoming`; `coat` is its layer, if it has one.
-    pub fn new(frame: &FrameView, surface: &Surface, incoming: Vec3, coat: Option<&SeenCoat>) -> Self {
+    /// Computes the lobes of a surface that was met along `incoming`; `bsdf` is its layer, if it has one.
+    pub fn new(frame: &FrameView, surface: &Surface, incoming: Vec3, bsdf: Option<&SeenBsdf>) -> Self {
         let albedo = frame.palette.albedo_of(surface.look(), surface.reflectance);
         let mut all = [(albedo, None), (Vec3::ZERO, None), (Vec3::ZERO, None), (Vec3::ZERO, None)];
-        if let Some(coat) = coat {
-            all[0].0 *= coat.through;
+        if let Some(bsdf) = bsdf {
+            all[0].0 *= bsdf.through;
         }
-        if let Some(coat) = coat.filter(|_| frame.settings.depth > 0) {
-            all[Self::COAT].0 = coat.albedo;
+        if let Some(bsdf) = bsdf.filter(|_| frame.settings.depth > 0) {
+            all[Self::GLOSSY].0 = bsdf.albedo;
         }
         if frame.settings.depth > 0 {
             let material = &frame.scene.materials[usize::from(surface.material)];

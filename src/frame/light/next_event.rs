@@ -23,7 +23,7 @@ use crate::frame::grid::bits::bit;
 use crate::frame::shot::frame_view::FrameView;
 use crate::frame::surface::ray_tally::RayTally;
 use crate::scene::{LightFrom, RayKind, SkyDensity};
-use crate::shade::coat::SeenCoat;
+use crate::shade::bsdf::SeenBsdf;
 use crate::shade::emitters::{EmitterPlace, NotThere};
 use crate::shade::horizon::Horizon;
 use crate::shade::light_chances::Sent;
@@ -53,21 +53,21 @@ pub struct Asking {
     /// Pdfs of the ways to light.
     pub chances: Pdfs,
     /// Rough layer that reflects beside the surface.
-    pub coat: Option<AskingCoat>,
+    pub bsdf: Option<AskingBsdf>,
 }
 
 /// The rough layer of a surface that asks for light.
 #[derive(Debug, Clone, Copy)]
-pub struct AskingCoat {
+pub struct AskingBsdf {
     /// Layer as the path sees it.
-    pub seen: SeenCoat,
+    pub seen: SeenBsdf,
     /// Weight, in the path's result, of the light that the layer reflects.
     pub weight: Vec3,
     /// Probability with which the path goes on off the layer.
     pub goes_on: f32,
 }
 
-impl AskingCoat {
+impl AskingBsdf {
     /// Factor from light of unit radiance from `direction` to the path's result, by the balance heuristic.
     /// `by_asking` is the density with which that direction was asked for; `measure` converts a density in
     /// solid angle into one of that kind.
@@ -160,7 +160,7 @@ impl LightRays {
 
     /// Adds a ray to the sky if it leaves the surface; two `random` numbers choose its direction.
     pub fn ask_sky(&mut self, frame: &FrameView, asking: &Asking, random: [f32; 2]) {
-        let Asking { path, origin, normal, geometric_normal, horizon, weight, chances, coat, .. } = *asking;
+        let Asking { path, origin, normal, geometric_normal, horizon, weight, chances, bsdf, .. } = *asking;
         let direction = frame.sky.sample(chances.sky, random);
         let by_cosine = cosine_density(normal, direction);
         let leaves = horizon.is_below(direction, geometric_normal);
@@ -169,7 +169,7 @@ impl LightRays {
         let of_sky = OfSky { weight, by_cosine, asks_sky, density: sky, goes_on };
         let origin = horizon.origin(origin, direction, geometric_normal);
         let ray = |brings| LightRay { path, origin, direction, far: f32::INFINITY, brings };
-        let Some(coat) = coat else {
+        let Some(bsdf) = bsdf else {
             // half of them lead nowhere, and no processor foresees which: the ray is added in any case, and taken away again
             let count = self.waiting.len() + usize::from(leaves & (by_cosine > 0.0));
             self.waiting.push(ray(PathEnd::Sky(of_sky)));
@@ -178,7 +178,7 @@ impl LightRays {
         };
         let light = if leaves { frame.sky.light(sky, direction) } else { LightFrom::NONE };
         if light.pdf > 0.0 {
-            let reflected = light.radiance * coat.reflects(direction, asks_sky * light.pdf, 1.0);
+            let reflected = light.radiance * bsdf.reflects(direction, asks_sky * light.pdf, 1.0);
             self.waiting.push(ray(PathEnd::Light(of_sky.light(light) + reflected)));
         }
     }
@@ -192,7 +192,7 @@ impl LightRays {
         random: [f32; 3],
         brought: &mut PathResult,
     ) {
-        let Asking { path, tick, point, origin, normal, geometric_normal, horizon, weight, chances, coat } =
+        let Asking { path, tick, point, origin, normal, geometric_normal, horizon, weight, chances, bsdf } =
             *asking;
         let (scene, at, deformations) = (frame.scene, (frame.pose, tick), frame.deformations);
         let Some(chosen) = frame.emitters.choose(scene, at, deformations, (point, &mut self.sent), random)
@@ -204,13 +204,13 @@ impl LightRays {
         let (Ok(EmitterPlace { model, .. }) | Err(NotThere { model })) = chosen;
         brought.until = brought.until.min(frame.first_change_of(model));
         let Ok(place) = chosen else { return };
-        let coat = coat.filter(|_| !frame.is_hidden_from(model, RayKind::Glossy));
+        let bsdf = bsdf.filter(|_| !frame.is_hidden_from(model, RayKind::Glossy));
         let to_place = place.point - point;
         let squared = to_place.length_squared();
         let direction = to_place / squared.sqrt();
         let (by_cosine, cos) = (cosine_density(normal, direction), place.normal.dot(direction));
         // a NaN leads nowhere, nor does a triangle that has shrunk to nothing
-        let leads = (by_cosine > 0.0 || coat.is_some())
+        let leads = (by_cosine > 0.0 || bsdf.is_some())
             && horizon.is_below(direction, geometric_normal)
             && place.density > 0.0
             && cos != 0.0
@@ -222,9 +222,9 @@ impl LightRays {
         let densities = chances.asks_emitter * place.density + chances.goes_on * by_cosine_of_area;
         let shown = by_cosine_of_area * horizon.fading(normal, direction);
         let mut light = weight * place.radiance * (shown / densities);
-        if let Some(coat) = coat {
+        if let Some(bsdf) = bsdf {
             let (by_asking, measure) = (chances.asks_emitter * place.density, cos.abs() / squared);
-            light += place.radiance * coat.reflects(direction, by_asking, measure);
+            light += place.radiance * bsdf.reflects(direction, by_asking, measure);
         }
         let origin = horizon.origin(origin, direction, geometric_normal);
         let facing = if cos > 0.0 { -place.normal } else { place.normal };

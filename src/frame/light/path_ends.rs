@@ -5,7 +5,7 @@ use glam::Vec3;
 use crate::changes::Until;
 use crate::frame::shot::frame_view::FrameView;
 use crate::scene::look::Look;
-use crate::shade::coat::SeenCoat;
+use crate::shade::bsdf::SeenBsdf;
 use crate::shade::horizon::Horizon;
 use crate::shade::sampling::{PathRandom, PathSequence, cosine_direction};
 use crate::shade::surface::off_surface;
@@ -65,7 +65,7 @@ impl Below {
 #[derive(Debug, Clone, Copy)]
 pub struct DrawnLayer {
     /// The layer. It is not smooth.
-    pub seen: SeenCoat,
+    pub seen: SeenBsdf,
     /// Number of its paths.
     pub paths: u32,
 }

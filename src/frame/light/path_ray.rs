@@ -8,7 +8,7 @@ use crate::exposure::Tick;
 use crate::frame::shot::frame_view::FrameView;
 use crate::scene::RayKind;
 use crate::shade::Surface;
-use crate::shade::coat::SeenBy;
+use crate::shade::bsdf::SeenBy;
 
 /// A ray of a path.
 #[derive(Debug, Clone, Copy)]

@@ -10,7 +10,7 @@ use crate::frame::shot::frame_view::FrameView;
 use crate::scene::SkyDensity;
 use crate::shade::Surface;
 use crate::shade::area::Glow;
-use crate::shade::mis::mis_weight;
+use crate::shade::bsdf::mis::mis_weight;
 
 /// Probabilities of the ways that lead from a surface to light.
 #[derive(Debug, Clone, Copy)]

@@ -18,7 +18,7 @@ use crate::frame::surface::placed::{Placed, PlacedTile, horizon};
 use crate::frame::surface::ray_tally::RayTally;
 use crate::lanes::{LANES, Vec3x8};
 use crate::samples::{CELLS, Octahedral, Tile, full_color};
-use crate::shade::coat::{SeenBy, SeenCoat};
+use crate::shade::bsdf::{SeenBsdf, SeenBy};
 use crate::shade::sampling::{PathSequence, SampleSeed};
 
 /// Mean angle by which an eye may turn while it sees the paths that were drawn for another direction, in units
@@ -43,7 +43,7 @@ const ROUNDING: f32 = 1e-4;
 /// `to_eye`.
 pub fn serve(frame: &FrameView, tile: &Tile, cell: usize, placed: &Placed, to_eye: Vec3) -> bool {
     let (normal, drawn_for) = (placed.normal.lane(cell % LANES), tile.gathered.drawn_for(cell).unfold());
-    let alpha = frame.palette.coats.alpha_of_rough(tile.look(cell));
+    let alpha = frame.palette.bsdfs.alpha_of_rough(tile.look(cell));
     alpha.is_some_and(|alpha| serves(alpha, normal, drawn_for, to_eye, tile.gathered.seed(cell)))
 }
 
@@ -65,14 +65,14 @@ pub fn start_at(frame: &FrameView, tile: &Tile, cell: usize, placed: &Placed) ->
     let [normal, geometric_normal] =
         [&placed.normal, &placed.geometric_normal].map(|normal| normal.lane(lane));
     let incoming = -gathered.drawn_for(cell).unfold();
-    let seen = frame.palette.coats.seen(
+    let seen = frame.palette.bsdfs.seen(
         tile.look(cell),
         full_color(record.reflectance),
         [normal, geometric_normal],
         incoming,
         SeenBy::Eye,
     );
-    let seen = seen.filter(|seen| !seen.is_smooth())?;
+    let seen = seen?.rough()?;
     let most = frame.settings.reflections as usize;
     Some(PathStart {
         owner: cell as u32,
@@ -105,13 +105,13 @@ pub fn renew(
     scratch.starts.clear();
     for first in (0..CELLS).step_by(LANES) {
         let (surfaces, looks) = (surface_bits(&tile.model[first..first + LANES]), tile.looks(first));
-        if surfaces == 0 || !frame.palette.coats.any(&looks) {
+        if surfaces == 0 || !frame.palette.bsdfs.any(&looks) {
             continue;
         }
         let placed = placed.get(frame, tile, first);
         let to_eye = directions_to_eye(frame, tile, first, &placed);
         for lane in set_bits(surfaces) {
-            if frame.palette.coats.is_rough(looks[lane]) {
+            if frame.palette.bsdfs.is_rough(looks[lane]) {
                 let cell = first + lane;
                 any_changed |= draw(frame, tile, cell, &placed, to_eye.lane(lane), &mut scratch.starts);
             }
@@ -177,7 +177,7 @@ fn trace(frame: &FrameView, tile: &mut Tile, scratch: &mut PathScratch, tally: &
 }
 
 /// Light that the sample whose paths begin at `start` reflects to the eye, which sees its layer as `seen`.
-pub fn shown(frame: &FrameView, tile: &Tile, start: &PathStart, seen: &SeenCoat) -> Vec3 {
+pub fn shown(frame: &FrameView, tile: &Tile, start: &PathStart, seen: &SeenBsdf) -> Vec3 {
     let Some(layer) = start.layer else { return Vec3::ZERO };
     let paths = (0..).zip(tile.gathered.reflected.known(start.owner as usize));
     paths

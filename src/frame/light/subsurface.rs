@@ -15,7 +15,7 @@ use super::path_ends::{Below, PathResult, PathStart};
 use super::path_ray::PathRay;
 use super::pdfs::Pdfs;
 use super::step::Step;
-use super::vertex::{NO_COAT, Vertex};
+use super::vertex::{NO_BSDF, Vertex};
 use crate::exposure::Tick;
 use crate::frame::shot::frame_view::FrameView;
 use crate::frame::surface::footprints::SPREAD_OF_PATHS;
@@ -24,7 +24,7 @@ use crate::frame::surface::ray_tally::RayTally;
 use crate::lanes::LANES;
 use crate::scene::RayKind;
 use crate::shade::Surface;
-use crate::shade::coat::SeenBy;
+use crate::shade::bsdf::SeenBy;
 use crate::shade::sampling::PathRandom;
 use crate::shade::surface::off_surface;
 use crate::trace::{self, Coherence, HitBatch, NO_HIT, OfKind, RayBatch, SceneSubset, Search};
@@ -335,7 +335,7 @@ fn vertex(frame: &FrameView, walk: &Walk, surface: Surface, (step, random): (Ste
         chance: light.chance,
         random,
         lobes: Lobes::matt(Vec3::ONE),
-        coat: NO_COAT,
+        bsdf: NO_BSDF,
         is_exit: true,
     }
 }

@@ -6,7 +6,7 @@ use glam::Vec3;
 
 use super::light_choice::{Kinds, paths_go_on, sky_density};
 use super::lobes::Lobes;
-use super::next_event::AskingCoat;
+use super::next_event::AskingBsdf;
 use super::path_ray::PathRay;
 use super::pdfs::{LightsAsked, Pdfs};
 use super::step::Step;
@@ -18,8 +18,8 @@ use crate::scene::look::Look;
 use crate::settings::Caustics;
 use crate::shade::Surface;
 use crate::shade::area::{AreaRadiance, density_of};
-use crate::shade::coat::{SeenBy, SeenCoat};
-use crate::shade::mis::mis_weight;
+use crate::shade::bsdf::mis::mis_weight;
+use crate::shade::bsdf::{SeenBsdf, SeenBy};
 use crate::shade::sampling::{cosine_direction, orthonormal};
 use crate::shade::surface::off_surface;
 use crate::shade::terminator::Receivers;
@@ -43,14 +43,14 @@ pub struct Vertex {
     pub random: [f32; 4],
     /// Ways in which the path may go on.
     pub lobes: Lobes,
-    /// Number of its layer, as the path sees it, among those of all vertices; [`NO_COAT`] if it has none.
-    pub coat: u32,
+    /// Number of its layer, as the path sees it, among those of all vertices; [`NO_BSDF`] if it has none.
+    pub bsdf: u32,
     /// True if the path came from below the surface: light of its own was seen where it went in.
     pub is_exit: bool,
 }
 
 /// Number of no layer.
-pub const NO_COAT: u32 = u32::MAX;
+pub const NO_BSDF: u32 = u32::MAX;
 
 impl Vertex {
     /// Pdfs of the ways from this vertex to light.
@@ -104,10 +104,10 @@ impl Vertex {
         self.leads_on(frame, lobe) || self.passes_light_on(frame, lobe) || through_veil()
     }
 
-    /// Layer of the vertex as the path sees it, if it has one; `coats` are those of all vertices.
+    /// Layer of the vertex as the path sees it, if it has one; `bsdfs` are those of all vertices.
     #[inline]
-    pub fn seen_coat<'c>(&self, coats: &'c [SeenCoat]) -> Option<&'c SeenCoat> {
-        coats.get(self.coat as usize)
+    pub fn seen_bsdf<'c>(&self, bsdfs: &'c [SeenBsdf]) -> Option<&'c SeenBsdf> {
+        bsdfs.get(self.bsdf as usize)
     }
 
     /// Probability with which the path goes on by one of the ways.
@@ -115,11 +115,12 @@ impl Vertex {
         if self.leads_on(frame, lobe) { self.lobes.chance(lobe) } else { 0.0 }
     }
 
-    /// Kind of ray as which the path goes on by `way`: as before off mirrors, narrow lobes and through glass.
-    fn next_sees_as(&self, coat: Option<&SeenCoat>, lobe: usize) -> SeenBy {
+    /// Kind of ray as which the path goes on by a lobe, with a density or in one direction: as before off mirrors, narrow lobes and through
+    /// glass.
+    fn next_sees_as(&self, bsdf: Option<&SeenBsdf>, lobe: usize, has_density: bool) -> SeenBy {
         let is_narrow = match lobe {
             Lobes::DIFFUSE => false,
-            Lobes::COAT => coat.is_some_and(SeenCoat::is_narrow),
+            Lobes::GLOSSY => !has_density || bsdf.is_some_and(SeenBsdf::is_narrow),
             _ => true,
         };
         if is_narrow { self.ray.seen_by } else { SeenBy::Path }
@@ -140,21 +141,20 @@ impl Vertex {
         self.surface.optics(frame.scene).is_straight()
     }
 
-    /// Highlight on its layer `coat` of a light that it has asked, which sends an irradiance from a
+    /// Highlight on its layer `bsdf` of a light that it has asked, which sends an irradiance from a
     /// direction. `radiance` is that of an area light, which the path itself may meet, too.
     pub fn highlight(
         &self,
         frame: &FrameView,
-        coat: &SeenCoat,
+        bsdf: &SeenBsdf,
         (direction, irradiance): (Vec3, Vec3),
         radiance: Option<AreaRadiance>,
     ) -> Vec3 {
-        let (highlight, density) = coat.highlight(direction, irradiance);
-        let by_path = self.goes_on(frame, Lobes::COAT) * density;
-        if coat.is_smooth() && radiance.is_some() && by_path > 0.0 {
-            // the path shows the light itself
-            return Vec3::ZERO;
-        }
+        let goes_on = self.goes_on(frame, Lobes::GLOSSY);
+        // what is a mirror shows the light itself on the path
+        let is_met = radiance.is_some() && goes_on > 0.0;
+        let (highlight, density) = bsdf.highlight(direction, irradiance, is_met);
+        let by_path = goes_on * density;
         let weight = match radiance {
             Some(radiance) if by_path > 0.0 => {
                 mis_weight(density_of(radiance.along(direction), irradiance), by_path)
@@ -165,16 +165,17 @@ impl Vertex {
     }
 
     /// Layer of the vertex for next-event estimation, if it has one.
-    pub fn asking_coat(&self, frame: &FrameView, coats: &[SeenCoat]) -> Option<AskingCoat> {
-        let seen = *self.seen_coat(coats).filter(|seen| frame.settings.depth > 0 && !seen.is_smooth())?;
-        Some(AskingCoat { seen, weight: self.ray.weight, goes_on: self.goes_on(frame, Lobes::COAT) })
+    pub fn asking_bsdf(&self, frame: &FrameView, bsdfs: &[SeenBsdf]) -> Option<AskingBsdf> {
+        let seen =
+            *self.seen_bsdf(bsdfs).filter(|seen| frame.settings.depth > 0 && seen.rough().is_some())?;
+        Some(AskingBsdf { seen, weight: self.ray.weight, goes_on: self.goes_on(frame, Lobes::GLOSSY) })
     }
 
     /// Pdfs of the ways from it to light in a direction in which its layer has reflected with this
     /// `density`. The ray takes that direction for its normal; the chances are scaled so that it is as likely
     /// as the layer chose it.
-    fn chances_of_coat(&self, frame: &FrameView, density: f32) -> Pdfs {
-        let goes_on = self.lobes.chance(Lobes::COAT) * density * PI;
+    fn chances_of_bsdf(&self, frame: &FrameView, density: f32) -> Pdfs {
+        let goes_on = self.lobes.chance(Lobes::GLOSSY) * density * PI;
         Pdfs { goes_on, ..self.chances(frame) }
     }
 
@@ -190,16 +191,16 @@ impl Vertex {
 }
 
 /// Chooses one of the ways from a vertex, in proportion to the light that each carries, and makes the ray
-/// that goes on. `coat` is the layer of the vertex, if it has one.
+/// that goes on. `bsdf` is the layer of the vertex, if it has one.
 pub fn go_on(
     frame: &FrameView,
-    (vertex, coat): (&Vertex, Option<&SeenCoat>),
+    (vertex, bsdf): (&Vertex, Option<&SeenBsdf>),
     [along, above, choice, _]: [f32; 4],
 ) -> Option<PathRay> {
     let Vertex { ray, surface, lobes, .. } = vertex;
     let chosen = lobes.choose(choice).filter(|lobe| vertex.is_followed(frame, *lobe))?;
     let (weight, direction) = lobes.all[chosen];
-    let mut asked_from = None;
+    let (mut asked_from, mut has_density) = (None, true);
     let (weight, direction, normal, chances) = match direction {
         Some(direction) if chosen == Lobes::THROUGH && frame.shines_through(surface.material) => {
             // rays of next-event estimation have passed here, too
@@ -207,13 +208,14 @@ pub fn go_on(
             (weight, direction, ray.normal, ray.chances)
         }
         Some(direction) => (weight, direction, surface.normal, Pdfs::PATH_ALONE),
-        None if chosen == Lobes::COAT => {
-            let reflected = coat?.reflect([along, above])?;
+        None if chosen == Lobes::GLOSSY => {
+            let reflected = bsdf?.reflect([along, above])?;
             if !surface.horizon.is_below(reflected.direction, surface.geometric_normal) {
                 return None;
             }
+            has_density = reflected.density.is_some();
             let chances = match reflected.density {
-                Some(density) => vertex.chances_of_coat(frame, density),
+                Some(density) => vertex.chances_of_bsdf(frame, density),
                 None => Pdfs::PATH_ALONE,
             };
             (reflected.weight, reflected.direction, reflected.direction, chances)
@@ -230,14 +232,14 @@ pub fn go_on(
     };
     let weight = ray.weight * weight / lobes.chance(chosen);
     let origin = match chosen {
-        Lobes::DIFFUSE | Lobes::COAT => {
+        Lobes::DIFFUSE | Lobes::GLOSSY => {
             let origin = off_surface(surface.point, surface.geometric_normal);
             surface.horizon.origin(origin, direction, surface.geometric_normal)
         }
         _ => surface.leave(direction),
     };
     let asked_from = asked_from.unwrap_or(origin);
-    let (step, seen_by) = (vertex.next_step(frame, chosen), vertex.next_sees_as(coat, chosen));
+    let (step, seen_by) = (vertex.next_step(frame, chosen), vertex.next_sees_as(bsdf, chosen, has_density));
     let (path, tick, kind) = (ray.path, ray.tick, vertex.next_kind(frame, chosen));
     Some(PathRay { path, tick, step, weight, origin, direction, asked_from, normal, chances, seen_by, kind })
 }

@@ -4,9 +4,10 @@
 use crate::frame::grid::bits::{set_bits, surface_bits};
 use crate::frame::shot::frame_view::FrameView;
 use crate::frame::shot::plan::CameraChange;
+use crate::frame::surface::facing::facing_of_sample;
 use crate::frame::surface::footprints::cell_widths;
 use crate::lanes::{F32x8, LANES, Mask, Vec3x8};
-use crate::samples::{BACKGROUND, Flags, Footprint, Record, Tile, half_colors};
+use crate::samples::{BACKGROUND, Flags, Footprint, Tile, half_colors};
 use crate::scene::on_mesh::OnMesh;
 use crate::shade::surface::SurfacePoint;
 use crate::trace::RayBatch;
@@ -41,15 +42,16 @@ pub struct Outdated {
     /// Bits of those that end: they are seen from the other side than that for which they were shaded; or the picture that bends
     /// their normals is to be filtered over another place, so that all of their light is another one.
     pub ended: u8,
-    /// Bits of those that are seen from so near or so far that their colours are to be filtered over another place.
-    pub resized: u8,
-    /// These places.
+    /// Bits of those whose look is another one: they are seen from so near or so far that their colours are to be filtered over another
+    /// place, or what graphs compute of them depends on the angle at which they are seen.
+    pub restyled: u8,
+    /// Places over which these are filtered.
     pub footprints: [Footprint; LANES],
 }
 
 impl Outdated {
     /// None of the samples.
-    const NONE: Self = Self { ended: 0, resized: 0, footprints: [Footprint::NONE; LANES] };
+    const NONE: Self = Self { ended: 0, restyled: 0, footprints: [Footprint::NONE; LANES] };
 
     /// Finds them among the samples from cell `first` on; `flags`: those that any sample of the tile has.
     #[inline]
@@ -74,7 +76,24 @@ impl Outdated {
         } else {
             Self::NONE
         };
-        Self { ended: turned | resized.ended, resized: resized.resized & !turned, ..resized }
+        let seen_anew = match frame.palette.is_of_eye {
+            true => Self::of_eye(frame, tile, first, may_have_turned, resized),
+            false => resized,
+        };
+        Self { ended: turned | seen_anew.ended, restyled: seen_anew.restyled & !turned, ..seen_anew }
+    }
+
+    /// Adds those among `moved` whose look depends on the angle at which they are seen.
+    #[inline(never)]
+    fn of_eye(frame: &FrameView, tile: &Tile, first: usize, moved: u8, mut resized: Self) -> Self {
+        for lane in set_bits(moved & !resized.ended & !resized.restyled) {
+            let record = &tile.record[first + lane];
+            if frame.scene.materials[usize::from(record.material)].is_of_eye() {
+                resized.restyled |= 1 << lane;
+                resized.footprints[lane] = record.footprint;
+            }
+        }
+        resized
     }
 
     /// Finds those among `surfaces` with other places along these `sights` than their own. Normals: world space.
@@ -105,30 +124,42 @@ impl Outdated {
             true => set_bits(resized).filter(is_bent).fold(0, |bits, lane| bits | 1 << lane),
             false => 0,
         };
-        Self { ended, resized: resized & !ended, footprints }
+        Self { ended, restyled: resized & !ended, footprints }
     }
 }
 
 /// Looks the colour of the sample in `cell` up anew, over the place `footprint`: of the point that is kept, as when it was traced, so
-/// that it is what would be traced there now. No ray is cast; the light of the sample is summed anew from what is kept.
+/// that it is what would be traced there now. No ray is cast; the light of the sample is summed anew from what is kept. Where the look has
+/// changed, what follows from it is forgotten: reflected paths, and the paths of what goes below the surface.
 pub fn look_up(frame: &FrameView, tile: &mut Tile, cell: usize, footprint: Footprint) {
-    let (record, model, point) = (tile.record[cell], tile.model[cell], tile.point(cell));
-    let model = &frame.scene.models[model as usize];
-    let weights = SurfacePoint::weights(&model.mesh, record.triangle, point);
-    let place = OnMesh::on(model, record.triangle, weights).with_width(footprint.width());
-    let material = &frame.scene.materials[usize::from(record.material)];
-    let (color, varied) = place.appearance(frame.scene, material);
-    let reflectance = half_colors(Vec3x8::splat(color))[0];
-    let is_other = reflectance != record.reflectance || varied != tile.look(cell).varied;
-    let flags = record.flags.with(Flags::STALE.when(is_other));
-    tile.record[cell] = Record { footprint, reflectance, flags, ..record };
-    tile.varied.set(cell, varied);
-    if is_other && frame.palette.coats.is_rough(tile.look(cell)) {
-        // how many paths a layer draws, and where to, may follow from its colour
+    tile.record[cell].footprint = footprint;
+    let is_other = restyle(frame, tile, cell);
+    let flags = &mut tile.record[cell].flags;
+    *flags = flags.with(Flags::STALE.when(is_other));
+    if is_other {
+        // whether a layer draws paths, how many and where to, may follow from its colour and its parameters
         tile.gathered.reflected.forget_one(cell);
     }
     if is_other && frame.palette.scattering(tile.look(cell)).is_some() {
         // the medium below a surface follows from its colour
         tile.gathered.forget_paths(cell);
     }
+}
+
+/// Sets the look of the sample in `cell` to that which it has as it is seen now. Returns true if it was another one.
+pub fn restyle(frame: &FrameView, tile: &mut Tile, cell: usize) -> bool {
+    let (record, model, point) = (tile.record[cell], tile.model[cell], tile.point(cell));
+    let model = &frame.scene.models[model as usize];
+    let weights = SurfacePoint::weights(&model.mesh, record.triangle, point);
+    let material = &frame.scene.materials[usize::from(record.material)];
+    let mut place = OnMesh::on(model, record.triangle, weights).with_width(record.footprint.width());
+    if material.is_of_eye() {
+        place = place.seen_at(facing_of_sample(frame, tile, cell));
+    }
+    let (color, varied) = place.appearance(frame.scene, material);
+    let reflectance = half_colors(Vec3x8::splat(color))[0];
+    let is_other = reflectance != record.reflectance || varied != tile.look(cell).varied;
+    tile.record[cell].reflectance = reflectance;
+    tile.varied.set(cell, varied);
+    is_other
 }

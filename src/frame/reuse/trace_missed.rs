@@ -4,6 +4,7 @@
 //! Where a target sees [another surface](super::target) than the server shows, another sample may show it: then that one serves, if
 //! it is not hidden. Otherwise what the ray met takes the server's place, and the server becomes a spare sample.
 
+use super::sight::restyle;
 use super::target::Seen;
 use super::verify::{self, Request};
 use crate::exposure::{MIDDLE_TICK, Tick};
@@ -367,6 +368,7 @@ impl<'a> Answers8<'a> {
             if !tile.varied.is_empty() {
                 (first..).zip(&looks).for_each(|(cell, look)| tile.varied.set(cell, look.varied));
             }
+            self.show_to_eye(frame, tile);
             return;
         }
         for (lane, cell) in owners.iter().map(|cell| *cell as usize).enumerate() {
@@ -380,6 +382,19 @@ impl<'a> Answers8<'a> {
             let model = if is_hit { models[lane] } else { BACKGROUND };
             let varied = if is_hit { looks[lane].varied } else { Varied::NONE };
             tile.put(cell, Sample { point: at, model, record: record(lane), varied });
+        }
+        self.show_to_eye(frame, tile);
+    }
+
+    /// Gives the samples that were stored the look that they have to the eye, where that depends on the angle.
+    #[inline(always)]
+    fn show_to_eye(&self, frame: &FrameView, tile: &mut Tile) {
+        if frame.palette.is_of_eye {
+            for lane in (0..self.owners.len()).filter(|lane| self.met.is_hit(*lane)) {
+                if frame.scene.materials[usize::from(self.met.material(frame, lane))].is_of_eye() {
+                    restyle(frame, tile, self.owners[lane] as usize);
+                }
+            }
         }
     }
 }

@@ -31,7 +31,7 @@ pub struct Request<'a> {
 }
 
 /// Turns cells of a `request` whose samples are hidden now into `Obscured`; only models `among` these can
-/// hide them. Samples whose textures are to be filtered over another place are looked up anew.
+/// hide them. Samples whose look is another one, as they are seen now, are looked up anew.
 pub fn verify(
     frame: &FrameView,
     among: SceneSubset,
@@ -44,11 +44,11 @@ pub fn verify(
         let reused = status_bits(&tile.status[first..first + LANES], Status::is_reused);
         let asked = reused & cells.eight(first);
         if asked != 0 {
-            let Outdated { ended, resized, footprints } = Outdated::find(frame, tile, first, flags);
+            let Outdated { ended, restyled, footprints } = Outdated::find(frame, tile, first, flags);
             for lane in set_bits(asked & ended) {
                 tile.status[first + lane] = Status::Obscured;
             }
-            for lane in set_bits(asked & resized) {
+            for lane in set_bits(asked & restyled) {
                 look_up(frame, tile, first + lane, footprints[lane]);
                 scratch.has_looked_up = true;
             }

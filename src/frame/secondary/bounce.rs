@@ -23,7 +23,7 @@ use crate::pose::Clip;
 use crate::scene::{RayKind, Role};
 use crate::settings::Backdrop;
 use crate::shade::Surface;
-use crate::shade::coat::{Reflected, SeenCoat};
+use crate::shade::bsdf::{Reflected, SeenBsdf};
 use crate::shade::optics::{Branches, branch, random_of_place};
 use crate::trace::{self, Coherence, HitPacket, NO_HIT, OfKind, SceneSubset, Search};
 
@@ -107,7 +107,7 @@ impl Bounces {
         cell: u32,
         guides: bool,
         surface: &Surface,
-        seen: &SeenCoat,
+        seen: &SeenBsdf,
     ) {
         let spread = frame.view.spread_of_sample().by_distance;
         let bounce = Bounce { guides, spread, ..Bounce::from_sample(cell, Kind::Reflection) };
@@ -120,9 +120,10 @@ fn step_of_sample(frame: &FrameView) -> Step {
     Step::first(frame.settings.depth + 1)
 }
 
-/// Returns true if a ray follows the layer that was `seen` by a ray of this `weight`.
-pub fn is_followed(frame: &FrameView, seen: &SeenCoat, weight: Vec3) -> bool {
-    seen.is_smooth() && frame.settings.depth > 0 && (seen.albedo * weight).max_element() >= LEAST_WEIGHT
+/// What is a mirror of the layers that were `seen` by a ray of this `weight`, if a ray follows it.
+pub fn followed(frame: &FrameView, seen: &SeenBsdf, weight: Vec3) -> Option<SeenBsdf> {
+    let is_worth = |seen: &SeenBsdf| (seen.albedo * weight).max_element() >= LEAST_WEIGHT;
+    seen.smooth().filter(|seen| frame.settings.depth > 0 && is_worth(seen))
 }
 
 /// Adds to `next` the ray that the smooth layer of `surface`, which is at this `step`, reflects; `bounce` gives
@@ -132,14 +133,14 @@ fn mirror(
     step: Step,
     bounce: Bounce,
     surface: &Surface,
-    seen: &SeenCoat,
+    seen: &SeenBsdf,
     next: &mut Vec<Bounce>,
 ) {
     let step = step.next(false);
     if step.is_beyond() {
         return;
     }
-    let reflected = seen.reflect([0.0; 2]).filter(|_| is_followed(frame, seen, bounce.weight));
+    let reflected = followed(frame, seen, bounce.weight).and_then(|seen| seen.reflect([0.0; 2]));
     if let Some(Reflected { direction, weight, .. }) =
         reflected.filter(|reflected| surface.geometric_normal.dot(reflected.direction) > 0.0)
     {

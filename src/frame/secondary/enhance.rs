@@ -21,14 +21,15 @@ use crate::lanes::{F32x8, LANES, Mask, Vec3x8};
 use crate::layers::Layers;
 use crate::samples::{BACKGROUND, CELLS, Column, EMPTY, Tile, full_color};
 use crate::settings::Backdrop;
+use crate::shade::Surface;
 use crate::shade::area;
-use crate::shade::coat::{LayerRays, SeenBy, SeenCoats};
+use crate::shade::bsdf::phong;
+use crate::shade::bsdf::phong::Gloss;
+use crate::shade::bsdf::{LayerRays, SeenBsdfs, SeenBy};
 use crate::shade::horizon::Horizon;
 use crate::shade::light::{LightSample, to_light};
 use crate::shade::optics::branch;
-use crate::shade::phong::Gloss;
 use crate::shade::sampling::PathSequence;
-use crate::shade::{Surface, phong};
 
 /// Writes the light of each cell of `tile` into `radiance`. The tags must be up to date. `kept` are the
 /// tile's stored ray trees, which are updated; without them all trees are traced. Returns true if any tree
@@ -70,23 +71,23 @@ pub fn enhance(
         if surfaces != 0 {
             let looks = tile.looks(first);
             let gloss = frame.palette.gloss(&looks);
-            let has_coats = frame.palette.coats.any(&looks);
+            let has_bsdfs = frame.palette.bsdfs.any(&looks);
             let followed = if frame.settings.depth > 0 { gloss.is_followed.bits() & surfaces } else { 0 };
             // what is not shown of holes and catchers is not traced
             let followed = followed & !roles::bits(frame, models);
-            if gloss.is_any || has_coats || followed != 0 {
+            if gloss.is_any || has_bsdfs || followed != 0 {
                 let placed = placed.get(frame, tile, first);
                 let incoming = -directions_to_eye(frame, tile, first, &placed);
                 let normals = [placed.normal, placed.geometric_normal];
                 let reflectance = tile.reflectances(first);
-                let rays = (has_coats && frame.settings.depth > 0)
+                let rays = (has_bsdfs && frame.settings.depth > 0)
                     .then(|| reflect(frame, tile, first, &placed, incoming, &mut bounces.reflected));
-                let coats = frame.palette.coats.seen_lanes(&looks, reflectance, normals, incoming, rays);
-                if let Some(coats) = &coats {
-                    show_beneath(coats, Mask::less(models, EMPTY), first, radiance);
+                let bsdfs = frame.palette.bsdfs.seen_lanes(&looks, reflectance, normals, incoming, rays);
+                if let Some(bsdfs) = &bsdfs {
+                    show_beneath(bsdfs, Mask::less(models, EMPTY), first, radiance);
                 }
-                if gloss.is_any || coats.is_some() {
-                    let shine = (&gloss, coats.as_ref());
+                if gloss.is_any || bsdfs.is_some() {
+                    let shine = (&gloss, bsdfs.as_ref());
                     let light = highlights(frame, tile, first, shine, &placed, incoming, |_| true);
                     if frame.layers.has(Layers::LIGHT) {
                         for (group, shown) in radiance.parts.groups.iter_mut().enumerate() {
@@ -139,17 +140,18 @@ fn reflect(
     incoming: Vec3x8,
     shown: &mut Vec<(u32, Vec3)>,
 ) -> LayerRays {
-    let mut rays = LayerRays { count: [0; LANES], incoming };
+    let mut rays = LayerRays { count: [0; LANES], followed: 0, incoming };
     for lane in set_bits(surface_bits(&tile.model[first..first + LANES])) {
         let cell = first + lane;
         let record = &tile.record[cell];
         let normals = [placed.normal.lane(lane), placed.geometric_normal.lane(lane)];
         let (reflectance, incoming) = (full_color(record.reflectance), incoming.lane(lane));
-        let seen = frame.palette.coats.seen(tile.look(cell), reflectance, normals, incoming, SeenBy::Eye);
+        let seen = frame.palette.bsdfs.seen(tile.look(cell), reflectance, normals, incoming, SeenBy::Eye);
         let Some(seen) = seen else { continue };
-        if seen.is_smooth() {
-            rays.count[lane] = u32::from(bounce::is_followed(frame, &seen, Vec3::ONE));
-        } else if let Some(start) = reflected::start_at(frame, tile, cell, placed) {
+        if bounce::followed(frame, &seen, Vec3::ONE).is_some() {
+            rays.followed |= 1 << lane;
+        }
+        if let Some(start) = reflected::start_at(frame, tile, cell, placed) {
             rays.count[lane] = start.layer.map_or(0, |layer| layer.paths);
             rays.incoming.set_lane(lane, -tile.gathered.drawn_for(cell).unfold());
             shown.push((cell as u32, reflected::shown(frame, tile, &start, &seen)));
@@ -171,18 +173,18 @@ fn show_reflected(reflected: &mut Vec<(u32, Vec3)>, radiance: &mut Radiance) {
 }
 
 /// Dims the light of eight samples to the share that their layers let through, where there `is_surface`.
-fn show_beneath(coats: &SeenCoats, is_surface: Mask, first: usize, radiance: &mut Radiance) {
+fn show_beneath(bsdfs: &SeenBsdfs, is_surface: Mask, first: usize, radiance: &mut Radiance) {
     let show = |[r, g, b]: &mut Light, dims: &dyn Fn(Vec3x8) -> Vec3x8| {
         let light = Vec3x8::load([&*r, &*g, &*b].map(|column| column.as_slice()), first);
         is_surface.select3(cut(dims(light)), light).store([r, g, b], first);
     };
     let Radiance { diffuse, parts, .. } = radiance;
-    show(diffuse, &|light| coats.show(light));
+    show(diffuse, &|light| bsdfs.show(light));
     // columns that no layer shows mean nothing
-    show(&mut parts.emission, &|light| coats.show(light));
-    show(&mut parts.direct, &|light| light * coats.through);
-    show(&mut parts.indirect, &|light| light * coats.through);
-    parts.groups.iter_mut().for_each(|group| show(group, &|light| light * coats.through));
+    show(&mut parts.emission, &|light| bsdfs.show(light));
+    show(&mut parts.direct, &|light| light * bsdfs.through);
+    show(&mut parts.indirect, &|light| light * bsdfs.through);
+    parts.groups.iter_mut().for_each(|group| show(group, &|light| light * bsdfs.through));
 }
 
 fn hide_background(tile: &Tile, first: usize, [r, g, b]: &mut Light) {
@@ -243,7 +245,7 @@ fn start_rays(
         }
         let normals = [surface.normal, surface.geometric_normal];
         if let Some(seen) =
-            frame.palette.coats.seen(surface.look(), surface.reflectance, normals, incoming, SeenBy::Eye)
+            frame.palette.bsdfs.seen(surface.look(), surface.reflectance, normals, incoming, SeenBy::Eye)
         {
             bounces.start_off_layer(frame, cell as u32, guides, &surface, &seen);
         }
@@ -255,7 +257,7 @@ fn highlights(
     frame: &FrameView,
     tile: &Tile,
     first: usize,
-    (gloss, coats): (&Gloss, Option<&SeenCoats>),
+    (gloss, bsdfs): (&Gloss, Option<&SeenBsdfs>),
     placed: &Placed,
     incoming: Vec3x8,
     among: impl Fn(usize) -> bool,
@@ -272,21 +274,21 @@ fn highlights(
                 let to_centre = to_light(light, placed.point).0;
                 let shines =
                     phong::may_shine(gloss, placed.normal, -incoming, to_centre, light.shape.reach());
-                if !shines && coats.is_none() {
+                if !shines && bsdfs.is_none() {
                     return;
                 }
                 let places = Places { point: placed.point, seeds: tile.gathered.seeds(first) };
                 let (shows, radiance) = (shows_highlight(frame, light, gloss), area::radiance(light));
                 let sees = is_surface & Mask::from_bits(bits);
-                let shown_by = if coats.is_some() { sees } else { sees & shows };
+                let shown_by = if bsdfs.is_some() { sees } else { sees & shows };
                 let reached = |point| tile.tags.lit(*slot, point, first) & shown_by;
                 let shade = |light_sample: &LightSample| {
                     let highlight = || phong::specular(gloss, placed.normal, -incoming, light_sample);
-                    match coats {
+                    match bsdfs {
                         None => highlight(),
-                        Some(coats) if !shines => coats.highlight(light_sample, radiance),
-                        Some(coats) => {
-                            shows.select3(highlight(), Vec3x8::ZERO) + coats.highlight(light_sample, radiance)
+                        Some(bsdfs) if !shines => bsdfs.highlight(light_sample, radiance),
+                        Some(bsdfs) => {
+                            shows.select3(highlight(), Vec3x8::ZERO) + bsdfs.highlight(light_sample, radiance)
                         }
                     }
                 };

@@ -21,12 +21,13 @@ use crate::frame::surface::ray_tally::RayTally;
 use crate::lanes::{F32x8, LANES, Mask, Vec3x8};
 use crate::samples::Tag;
 use crate::scene::look::Look;
+use crate::shade::Surface;
 use crate::shade::area;
-use crate::shade::coat::{LayerRays, SeenBy, SeenCoat, SeenCoats};
+use crate::shade::bsdf::phong;
+use crate::shade::bsdf::{LayerRays, SeenBsdf, SeenBsdfs, SeenBy};
 use crate::shade::light::{StratifiedPattern, light_samples, seeds_of_places, to_light};
 use crate::shade::sampling::{PathSequence, orthonormal, seed_of};
 use crate::shade::terminator::{Receivers, ToSixteen};
-use crate::shade::{Surface, phong};
 use crate::trace::{Coherence, SceneSubset};
 
 /// A surface that a ray has met.
@@ -61,10 +62,10 @@ impl MetSurface {
     }
 
     /// Layer of the surface as the ray sees it, if it has one.
-    pub fn layer(&self, frame: &FrameView) -> Option<SeenCoat> {
+    pub fn layer(&self, frame: &FrameView) -> Option<SeenBsdf> {
         let Surface { normal, geometric_normal, reflectance, .. } = self.surface;
         let incoming = self.bounce.direction;
-        frame.palette.coats.seen(
+        frame.palette.bsdfs.seen(
             self.surface.look(),
             reflectance,
             [normal, geometric_normal],
@@ -89,7 +90,7 @@ pub struct MetSurfaces {
     /// The same, eight side by side.
     eights: Vec<MetLanes>,
     /// Layers of some of these.
-    coats: Vec<SeenCoats>,
+    bsdfs: Vec<SeenBsdfs>,
     queue: ShadowQueue,
     /// Points of the current light that reach each surface, a bit each.
     lit: Vec<u16>,
@@ -122,7 +123,7 @@ struct MetLanes {
     /// Light that they show, summed so far.
     light: Vec3x8,
     /// Index of their layers, if any has one.
-    coats: Option<usize>,
+    bsdfs: Option<usize>,
     /// Ticks at which they are seen.
     ticks: [Tick; LANES],
     /// Bit mask of the lanes in use.
@@ -152,7 +153,7 @@ impl MetLanes {
             view: each(|met| -met.bounce.direction),
             looks: std::array::from_fn(|lane| at(lane).surface.look()),
             light: Vec3x8::ZERO,
-            coats: None,
+            bsdfs: None,
             ticks: std::array::from_fn(|lane| frame.tick_of(at(lane).bounce.cell)),
             used: u8::MAX >> (LANES - met.len()),
         }
@@ -163,7 +164,7 @@ impl MetLanes {
 fn light(frame: &FrameView, met: &mut MetSurfaces, times: &mut TreeTimes, tally: &mut RayTally) {
     met.eights.clear();
     met.eights.extend(met.all.chunks(LANES).map(|some| MetLanes::new(frame, some)));
-    met.coats.clear();
+    met.bsdfs.clear();
     look_around(frame, met, times, tally);
     for (first, (eight, some)) in (0..).step_by(LANES).zip(met.eights.iter_mut().zip(met.all.chunks(LANES))) {
         let share = |lane: usize| if lane < some.len() { met.occlusion.share(first + lane) } else { 0.0 };
@@ -171,14 +172,19 @@ fn light(frame: &FrameView, met: &mut MetSurfaces, times: &mut TreeTimes, tally:
         eight.light = emitted_and_ambient(frame, (&eight.looks, eight.reflectance), openness);
         let MetLanes { reflectance, view, receivers, .. } = *eight;
         let normals = [receivers.normal, receivers.geometric_normal];
-        let rays = |lane: usize| some.get(lane).map_or(0, |met| rays_onwards(frame, met));
-        let has_coats = frame.palette.coats.any(&eight.looks);
-        let rays = has_coats.then(|| LayerRays { count: std::array::from_fn(rays), incoming: -view });
-        let coats = frame.palette.coats.seen_lanes(&eight.looks, reflectance, normals, -view, rays);
-        if let Some(coats) = coats {
-            eight.light = coats.show(eight.light);
-            eight.coats = Some(met.coats.len());
-            met.coats.push(coats);
+        let paths = |lane: usize| some.get(lane).map_or(0, |met| paths_onwards(frame, met));
+        let follows = |lane: usize| some.get(lane).is_some_and(|met| is_followed(frame, met));
+        let has_bsdfs = frame.palette.bsdfs.any(&eight.looks);
+        let rays = has_bsdfs.then(|| LayerRays {
+            count: std::array::from_fn(paths),
+            followed: Mask::new(follows).bits(),
+            incoming: -view,
+        });
+        let bsdfs = frame.palette.bsdfs.seen_lanes(&eight.looks, reflectance, normals, -view, rays);
+        if let Some(bsdfs) = bsdfs {
+            eight.light = bsdfs.show(eight.light);
+            eight.bsdfs = Some(met.bsdfs.len());
+            met.bsdfs.push(bsdfs);
         }
     }
     for light in (0..frame.pose.lights.len()).filter(|light| !frame.pose.is_dark(*light)) {
@@ -240,7 +246,8 @@ fn reflect(frame: &FrameView, met: &mut MetSurfaces, times: &mut TreeTimes, tall
     for (first, some) in (0..).step_by(GATHER_AT_ONCE).zip(met.chunks_mut(GATHER_AT_ONCE)) {
         gathering.starts.clear();
         for (number, met) in (first..).zip(&*some) {
-            let layer = met.layer(frame).filter(|seen| !seen.is_smooth() && rays_onwards(frame, met) > 0);
+            let layer =
+                met.layer(frame).and_then(|seen| seen.rough()).filter(|_| paths_onwards(frame, met) > 0);
             gathering.starts.extend(layer.map(|seen| {
                 let seed = seed_of(met.surface.point, met.surface.material.into());
                 let sequence = PathSequence::of_reflections_of_seed(seed);
@@ -353,7 +360,7 @@ fn shine(frame: &FrameView, light: usize, met: &mut MetSurfaces) {
     let eights = met.eights.iter_mut().zip(met.lit.chunks(LANES));
     for (eight, lit) in eights.filter(|(_, lit)| lit.iter().any(|points| *points != 0)) {
         let gloss = frame.palette.gloss(&eight.looks);
-        let coats = eight.coats.map(|number| &met.coats[number]);
+        let bsdfs = eight.bsdfs.map(|number| &met.bsdfs[number]);
         let Receivers { point, normal, smooth, .. } = eight.receivers;
         let albedo = frame.palette.albedo(&eight.looks, eight.reflectance);
         let mut points = [0; LANES];
@@ -373,8 +380,8 @@ fn shine(frame: &FrameView, light: usize, met: &mut MetSurfaces) {
                 };
                 sum = add_light(sum, light, places, reached, |light_sample| {
                     let mut light = phong::diffuse(albedo, normal, smooth, light_sample);
-                    if let Some(coats) = coats {
-                        light = light * coats.through + coats.highlight(light_sample, radiance);
+                    if let Some(bsdfs) = bsdfs {
+                        light = light * bsdfs.through + bsdfs.highlight(light_sample, radiance);
                     }
                     if !may_shine {
                         return light;
@@ -388,11 +395,20 @@ fn shine(frame: &FrameView, light: usize, met: &mut MetSurfaces) {
     }
 }
 
-/// Number of paths, or rays, by which the layer of a surface that a ray has met reflects: none if it is the last
-/// one, and one at most; only samples have several.
-fn rays_onwards(frame: &FrameView, met: &MetSurface) -> u32 {
-    let reflects = |seen: &SeenCoat| seen.is_smooth() || frame.settings.reflections > 0;
-    let is_worth = |seen: &SeenCoat| met.bounce.is_worth(seen.albedo * met.bounce.weight);
+/// Number of paths by which what is rough of a surface that a ray has met reflects: none if it is the last one, and one at most; only
+/// samples have several.
+fn paths_onwards(frame: &FrameView, met: &MetSurface) -> u32 {
+    u32::from(frame.settings.reflections > 0 && leads_on(frame, met, SeenBsdf::rough))
+}
+
+/// Returns true if a ray follows what is a mirror of a surface that a ray has met.
+fn is_followed(frame: &FrameView, met: &MetSurface) -> bool {
+    leads_on(frame, met, SeenBsdf::smooth)
+}
+
+/// Returns true if light that this `part` of a surface that a ray has met reflects is worth a ray.
+fn leads_on(frame: &FrameView, met: &MetSurface, part: fn(SeenBsdf) -> Option<SeenBsdf>) -> bool {
+    let is_worth = |seen: SeenBsdf| met.bounce.is_worth(seen.albedo * met.bounce.weight);
     let ends = met.bounce.step.is_last();
-    u32::from(!ends && met.layer(frame).is_some_and(|seen| reflects(&seen) && is_worth(&seen)))
+    !ends && met.layer(frame).and_then(part).is_some_and(is_worth)
 }

@@ -9,7 +9,8 @@ use crate::lanes::{F32x8, LANES, Mask, Vec3x8};
 use crate::layers::Layers;
 use crate::samples::{EMPTY, TagSlot, Tile};
 use crate::scene::look::Look;
-use crate::shade::{Surface, phong};
+use crate::shade::Surface;
+use crate::shade::bsdf::phong;
 
 /// Layers that are made of single samples' light.
 const LIGHT: Layers =
@@ -116,7 +117,7 @@ fn guide(frame: &FrameView, tile: &Tile, first: usize, placed: &mut PlacedTile, 
 /// from these, and metal has no other albedo.
 fn own_albedo(frame: &FrameView, looks: &[Look; LANES], reflectance: Vec3x8) -> Vec3x8 {
     let diffuse = frame.palette.albedo(looks, reflectance);
-    frame.palette.coats.rough_over(looks, reflectance, diffuse)
+    frame.palette.bsdfs.rough_over(looks, reflectance, diffuse)
 }
 
 fn most_is_one(color: Vec3x8) -> Vec3x8 {
@@ -128,7 +129,7 @@ fn most_is_one(color: Vec3x8) -> Vec3x8 {
 pub fn shows_itself(frame: &FrameView, look: Look) -> bool {
     frame.settings.depth == 0
         || frame.palette.is_diffuse(look.material)
-        || frame.palette.coats.is_rough(look)
+        || frame.palette.bsdfs.is_rough(look)
         || !frame.palette.goes_on(look)
 }
 

@@ -27,11 +27,11 @@ use crate::samples::{BACKGROUND, Column, EMPTY, Octahedral, Sample, TagSlot, Til
 use crate::scene::look::Look;
 use crate::scene::{LightGroups, RayKind, Role, Scene};
 use crate::settings::{Caustics, Settings};
+use crate::shade::bsdf::phong::Palette;
 use crate::shade::deformed::Deformations;
 use crate::shade::emitters::Emitters;
 use crate::shade::horizon::Horizon;
 use crate::shade::light_chances::LightChances;
-use crate::shade::phong::Palette;
 use crate::shade::sampling::{SampleSeed, hash_of};
 use crate::shade::sky::SkyLight;
 use crate::trace::{NO_HIT, RayBatch, SceneSubset, Tracer};

@@ -103,7 +103,8 @@ fn place<'s>(
 fn compute(frame: &FrameView, some: &[(u16, u32)], places: &[OnMesh], all: &mut [ComputedHit]) {
     let Some((material, _)) = some.first() else { return };
     let Material { computed, bump, .. } = &frame.scene.materials[usize::from(*material)];
-    if let Some(computed) = computed {
+    // what depends on the angle is computed where that is known
+    if let Some(computed) = computed.as_ref().filter(|computed| !computed.program.is_of_eye()) {
         let looks = on_mesh::appearances(places, frame.scene, computed);
         some.iter().zip(looks).for_each(|((_, number), look)| all[*number as usize].look = look);
     }

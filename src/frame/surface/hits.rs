@@ -3,6 +3,7 @@
 use glam::Vec3;
 
 use super::computed_hits::ComputedHit;
+use super::facing::facing;
 use crate::exposure::{MIDDLE_TICK, Tick};
 use crate::frame::grid::bits::set_bits;
 use crate::frame::shot::frame_view::FrameView;
@@ -207,6 +208,25 @@ impl<'a> Hits8<'a> {
         looks
     }
 
+    /// What the surface in a lane is made of, and its reflectance, where that depends on the angle at which it is seen: `facing` gives the
+    /// cosine. Not inlined: most shots have no such surface.
+    #[inline(never)]
+    fn look_of_eye(
+        &self,
+        frame: &FrameView,
+        lane: usize,
+        width: f32,
+        facing: impl FnOnce() -> f32,
+    ) -> Option<(Look, Vec3)> {
+        let place = self.place(frame, lane, self.weights).with_width(width);
+        let number = place.material();
+        let material = &frame.scene.materials[usize::from(number)];
+        material.is_of_eye().then(|| {
+            let (color, varied) = place.seen_at(facing()).appearance(frame.scene, material);
+            (Look { material: number, varied }, color)
+        })
+    }
+
     /// Heights at places of `lanes`, and beside them. Not inlined: most shots have none.
     #[inline(never)]
     fn heights(
@@ -330,7 +350,7 @@ pub fn surfaces(
     let in_use = |lane: usize| if lane < count { ticks(lane) } else { MIDDLE_TICK };
     let of_lanes = || std::array::from_fn(in_use);
     place(frame, (hits.models, triangle), of_lanes, [&mut point, &mut normal, &mut geometric_normal]);
-    let (looks, reflectances) = hits.looks(frame, hits.weights, &widths);
+    let (mut looks, mut reflectances) = hits.looks(frame, hits.weights, &widths);
     for lane in (0..count).filter(|lane| hits.is_hit(*lane)) {
         let from_behind = geometric_normal.lane(lane).dot(directions(lane)) > 0.0;
         let side = if from_behind { -1.0 } else { 1.0 };
@@ -343,6 +363,14 @@ pub fn surfaces(
         } else {
             Horizon::flat(normal)
         };
+        if frame.palette.is_of_eye {
+            let seen = (in_object.lane(lane), from_behind, ticks(lane));
+            let facing = || facing(frame, at(lane), seen, geometric_normal, directions(lane));
+            if let Some((look, color)) = hits.look_of_eye(frame, lane, widths[lane], facing) {
+                looks[lane] = look;
+                reflectances.set_lane(lane, color);
+            }
+        }
         let surface = Surface {
             point: point.lane(lane),
             normal,

@@ -1,6 +1,7 @@
 //! Surfaces and samples as the phases handle them: eight at a time.
 
 pub mod computed_hits;
+pub mod facing;
 pub mod footprints;
 pub mod hits;
 pub mod placed;

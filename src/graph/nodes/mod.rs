@@ -2,6 +2,7 @@
 
 pub mod arithmetic;
 pub mod colors;
+pub mod eye;
 pub mod hextile;
 pub mod inputs;
 pub mod patterns;
@@ -20,6 +21,9 @@ pub static ALL: &[&Definition] = &[
     &inputs::MODEL_PLACE,
     &inputs::MODEL_RANDOM,
     &inputs::VERTEX_COLOR,
+    &eye::FRESNEL,
+    &eye::LAYER_WEIGHT,
+    &eye::FACING_RATIO,
     &arithmetic::MATH,
     &arithmetic::VECTOR_MATH,
     &arithmetic::MIX_NUMBER,

@@ -124,7 +124,7 @@ mod tests {
 
     const LIGHTS: &str = "
 [[light]]
-name = \"a \\\"lamp\\\"\"
+name = 'a \"lamp\"'
 type = \"spot\"
 cone = 0.1
 soft = 0.5

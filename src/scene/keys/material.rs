@@ -79,6 +79,20 @@ pub(crate) struct MaterialTable {
     pub subsurface: Option<At<f64>>,
     /// Mean free path below the surface: the way that red, green and blue light goes before it is scattered, in the units of the shot (1, 0.5, 0.25)
     pub subsurface_radius: Option<Three>,
+    /// Share of the surface that a clear coat covers (0)
+    #[schemars(range(min = 0, max = 1))]
+    pub coat: Option<At<f64>>,
+    /// Roughness of the coat (0)
+    #[schemars(range(min = 0, max = 1))]
+    pub coat_roughness: Option<At<f64>>,
+    /// Index of refraction of the coat (1.5)
+    #[schemars(range(min = 1, max = 100))]
+    pub coat_ni: Option<At<f64>>,
+    /// Colour of light that has passed the coat, in and out again (white)
+    pub coat_color: Option<Three>,
+    /// How far the coat darkens what is below by reflecting it back inside: 0 not at all, 1 as light does (0)
+    #[schemars(range(min = 0, max = 1))]
+    pub coat_darkening: Option<At<f64>>,
     /// Texture file, relative to the shot file
     pub map_kd: Option<At<String>>,
     /// Opacity: a picture that cuts parts out, where its alpha, or its brightness if it has none, is below a half

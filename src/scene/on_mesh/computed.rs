@@ -152,14 +152,8 @@ impl PlaceOfGraph<'_> {
         if let Some(quadric) = &mesh.quadric {
             return quadric.point(primitive, [u, v]);
         }
-        let [a, b, c] = self.corners();
+        let [a, b, c] = self.on.corners();
         a * (1.0 - u - v) + b * u + c * v
-    }
-
-    fn corners(&self) -> [Vec3; 3] {
-        let positions = self.on.mesh.positions.as_slice();
-        self.on.mesh.triangles[self.on.primitive as usize]
-            .map(|corner| Vec3::from(positions[corner as usize]))
     }
 }
 
@@ -179,20 +173,9 @@ impl Place for PlaceOfGraph<'_> {
     }
 
     fn normal(&self) -> Vec3 {
-        let OnMesh { mesh, primitive, weights: [u, v], .. } = *self.on;
-        let normal = match &mesh.quadric {
-            Some(quadric) => quadric.normal(primitive, [u, v]),
-            None => {
-                let [a, b, c] = self.corners();
-                let of_face = (b - a).cross(c - a);
-                let corner = |corner: u32| mesh.normals.get(corner as usize).copied().unwrap_or_default();
-                let [a, b, c] = mesh.triangles[primitive as usize].map(corner);
-                let smooth = a * (1.0 - u - v) + b * u + c * v;
-                if smooth == Vec3::ZERO { of_face } else { smooth }
-            }
-        };
+        let normal = self.on.normal();
         // normals are mapped by the transposed inverse, which the map to object space is that of the map into the world
-        let normal = match mesh.details.space {
+        let normal = match self.on.mesh.details.space {
             Some(space) => space.to_object.matrix3.inverse().transpose() * normal,
             None => normal,
         };
@@ -220,6 +203,10 @@ impl Place for PlaceOfGraph<'_> {
 
     fn vertex_color(&self) -> Vec3 {
         self.on.vertex_color()
+    }
+
+    fn facing(&self) -> f32 {
+        self.on.facing
     }
 
     fn picture(&self, number: u32, at: Option<Vec2>) -> [f32; 4] {

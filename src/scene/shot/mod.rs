@@ -27,6 +27,7 @@ pub(crate) use readers::{Beside, ReadBefore};
 use crate::digest::Digest;
 use crate::scene::frames::Run;
 use crate::scene::import::statements::Statements;
+use crate::scene::import::statements::coat::StatedCoat;
 use crate::scene::import::statements::maps::{MapStatement, MapStatements, MapUse};
 use crate::scene::import::surfaces::material_table::Override;
 use crate::scene::import::{Import, Imported, Surfaces};
@@ -379,6 +380,18 @@ fn replacement(text: TomlText<'_>, table: &MaterialTable) -> Result<Override, Sc
         pm: number("pm", &table.pm, "from 0 (no metal) to 1 (metal)", 1.0)?,
         subsurface: number("subsurface", &table.subsurface, "from 0 (none) to 1 (all of the light)", 1.0)?,
         subsurface_radius: color("subsurface_radius", &table.subsurface_radius)?,
+        coat: StatedCoat {
+            weight: number("coat", &table.coat, "from 0 (none) to 1 (all of the surface)", 1.0)?,
+            roughness: number("coat_roughness", &table.coat_roughness, "from 0 (smooth) to 1 (rough)", 1.0)?,
+            index: number("coat_ni", &table.coat_ni, "from 1 to 100", 100.0)?,
+            tint: color("coat_color", &table.coat_color)?,
+            darkening: number(
+                "coat_darkening",
+                &table.coat_darkening,
+                "from 0 (none) to 1 (as light does)",
+                1.0,
+            )?,
+        },
         alpha_mode: table.alpha_mode,
         maps,
         ..Statements::default()

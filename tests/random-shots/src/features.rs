@@ -6,6 +6,7 @@ use toml::{Table, Value};
 
 use crate::files::SMALL_SHAPES;
 use crate::generate::small::cell_width;
+use crate::mtlx::FIRST_OF_EYE;
 use crate::trial::Trial;
 
 /// Movers that are a crowd.
@@ -186,6 +187,14 @@ fn of_model(model: &Table, shot: &Table, add: &mut impl FnMut(String)) {
     }
     if has(&["mtlx"]) {
         add("material: graph".into());
+        let file = list(shot, "material").find(of_name).and_then(|material| material["mtlx"].as_str());
+        let number = file.and_then(|name| name.strip_suffix(".mtlx")?.parse::<u64>().ok());
+        if number.is_some_and(|number| number >= FIRST_OF_EYE) {
+            add("material: graph of the eye".into());
+        }
+    }
+    if has(&["coat"]) {
+        add("material: clear coat".into());
     }
     if has(&["subsurface"]) {
         add("material: subsurface".into());

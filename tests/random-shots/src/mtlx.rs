@@ -140,23 +140,40 @@ const KINDS: [Kind; 22] = [
     ("nobody_knows_this", "color3", &[("in", "color3")], &[]),
 ];
 
+/// Kinds of nodes that depend on the angle at which a place is seen.
+const OF_EYE: [Kind; 3] = [
+    ("blender_fresnel", "float", &[("ior", "float")], &[]),
+    ("blender_layer_weight", "multioutput", &[("blend", "float")], &[]),
+    ("facingratio", "float", &[], &[("faceforward", &["true", "false"]), ("invert", &["true", "false"])]),
+];
+
+/// Numbers of files from which on nodes may depend on the eye: below them files are what they were before there were such nodes.
+pub const FIRST_OF_EYE: u64 = 10_000;
+
+/// Number of files.
+pub const FILES: u64 = 15_000;
+
 /// The file with this number.
 pub fn file(number: u64) -> String {
     let mut text = String::from("<?xml version=\"1.0\"?>\n<materialx version=\"1.39\">\n");
     let mut dice = Dice::new(number ^ 0x6D74_6C78);
+    // half of the nodes that are not first
+    let of_eye = if number < FIRST_OF_EYE { 0 } else { KINDS.len() / OF_EYE.len() };
+    let kinds: Vec<Kind> =
+        KINDS.into_iter().chain(OF_EYE.into_iter().cycle().take(OF_EYE.len() * of_eye)).collect();
     for name in MATERIALS {
-        material(&mut dice, name, &mut text);
+        material(&mut dice, (name, &kinds), &mut text);
     }
     text.push_str("</materialx>\n");
     text
 }
 
-fn material(dice: &mut Dice, name: &str, text: &mut String) {
+fn material(dice: &mut Dice, (name, kinds): (&str, &[Kind]), text: &mut String) {
     let _ = writeln!(text, "<nodegraph name=\"G{name}\">");
     let count = dice.whole(2, MOST_NODES) as usize;
     for node in 0..count {
         // the first ones have something to begin with
-        let (category, of_type, inputs, options) = *dice.pick(if node < 2 { &KINDS[..5] } else { &KINDS });
+        let (category, of_type, inputs, options) = *dice.pick(if node < 2 { &kinds[..5] } else { kinds });
         let _ = writeln!(text, "<{category} name=\"n{node}\" type=\"{of_type}\">");
         for (input, of_input) in inputs {
             if dice.one_in(3) {

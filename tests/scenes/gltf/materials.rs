@@ -74,34 +74,18 @@ fn what_transmits_is_glass() {
 }
 
 #[test]
-fn coats_are_one_layer_with_what_is_below() {
-    let coated = |coat: Value, ior: f64, metallic: f64| {
-        let pbr = json!({"metallicFactor": metallic, "roughnessFactor": 0.75});
-        let extensions = json!({"KHR_materials_clearcoat": coat, "KHR_materials_ior": {"ior": ior}});
-        let (material, told) = material(json!({"pbrMetallicRoughness": pbr, "extensions": extensions}));
-        (
-            material.metal_rough.unwrap(),
-            told.into_iter().filter(|text| text.contains("coat")).collect::<Vec<_>>(),
-        )
-    };
+fn coats_are_above_plastic_and_metal() {
     let coat = |factor: f64| json!({"clearcoatFactor": factor, "clearcoatRoughnessFactor": 0.25});
-    for (factor, ior, head_on, roughness) in [
-        (1.0, 1.5, 0.04 + 0.04 * 0.96, 0.25),
-        // a fourth of what the surface reflects: it is as rough as the surface
-        (0.25, 1.5, 0.01 + 0.04 * 0.99, 0.75),
-        (1.0, 3.0, 0.04 + 0.25 * 0.96, 0.75),
-        (0.5, 1.25, 0.02 + 0.98 / 81.0, 0.25),
-    ] {
-        let (layer, told) = coated(coat(factor), ior, 0.0);
-        assert!((layer.head_on - head_on).abs() < 1e-5, "{factor} {ior}: {layer:?}");
-        assert_eq!(layer.roughness, roughness, "{factor} {ior}");
-        assert!(told.len() == 1 && told[0].contains("are one layer"), "{told:?}");
+    for (factor, metallic) in [(1.0, 0.0), (0.25, 1.0), (0.0, 0.5)] {
+        let pbr = json!({"metallicFactor": metallic, "roughnessFactor": 0.75});
+        let extensions = json!({"KHR_materials_clearcoat": coat(factor)});
+        let (material, told) = material(json!({"pbrMetallicRoughness": pbr, "extensions": extensions}));
+        let layer = material.metal_rough.unwrap();
+        assert!(layer.roughness == 0.75 && (layer.head_on - 0.04).abs() < 1e-5, "{layer:?}");
+        let coat = material.coat.map(|coat| (coat.weight, coat.roughness, coat.index));
+        assert_eq!(coat, (factor > 0.0).then_some((factor as f32, 0.25, 1.5)));
+        assert!(!told.iter().any(|text| text.contains("coat")), "{told:?}");
     }
-    let (none, told) = coated(coat(0.0), 1.5, 0.0);
-    assert!(none.roughness == 0.75 && (none.head_on - 0.04).abs() < 1e-5 && told.is_empty(), "{told:?}");
-    let (metal, told) = coated(coat(1.0), 1.5, 1.0);
-    assert!(metal.roughness == 0.75 && (metal.head_on - 0.04).abs() < 1e-5);
-    assert!(told.len() == 1 && told[0].contains("clearcoats of metals"), "{told:?}");
     let extensions = json!({"KHR_materials_clearcoat": coat(1.0), "KHR_materials_transmission": {"transmissionFactor": 1}});
     let (glass, told) =
         material(json!({"pbrMetallicRoughness": {"metallicFactor": 0}, "extensions": extensions}));
@@ -111,7 +95,7 @@ fn coats_are_one_layer_with_what_is_below() {
     );
 }
 
-/// Factor and roughness of a coat are those of their textures on the whole; of the surface's own texture only metal counts then.
+/// Factor and roughness of a coat are those of their textures on the whole, and leave the surface's own as they are.
 #[test]
 fn textures_of_coats_count_by_their_means() {
     let mut file = File::new();
@@ -137,11 +121,16 @@ fn textures_of_coats_count_by_their_means() {
     file.root(json!({"mesh": mesh}));
     let shot = load(&file, "");
     let material = &shot.scene.materials[0];
-    for u in [0.25, 0.75] {
+    let coat = material.coat.unwrap();
+    assert!((coat.weight - 0.8).abs() < 1e-5 && (coat.roughness - 0.3).abs() < 1e-6, "{coat:?}");
+    for (u, roughness) in [(0.25, 1.0), (0.75, 0.0)] {
         let varied = OnMesh::on(&shot.scene.models[0], 0, [u, 0.0]).appearance(&shot.scene, material).1;
         let layer = material.metal_rough.unwrap().at(varied);
-        assert!((layer.head_on - (0.032 + 0.04 * 0.968)).abs() < 1e-5, "{layer:?}");
-        assert!((layer.roughness - 0.3).abs() < 1e-6 && (layer.metallic - 0.2).abs() < 1e-3, "{layer:?}");
+        assert!((layer.head_on - 0.04).abs() < 1e-5, "{layer:?}");
+        assert!(
+            (layer.roughness - roughness).abs() < 1e-2 && (layer.metallic - 0.2).abs() < 1e-3,
+            "{layer:?}"
+        );
     }
     let told: Vec<String> = shot.warnings.iter().map(|warning| warning.0.to_string()).collect();
     for part in ["by their means", "clearcoatNormalTexture"] {

@@ -6,7 +6,7 @@ use super::document::{Document, extension};
 use super::json::{Material as Json, TextureInfo};
 use super::reading::Reading;
 use crate::scene::SceneError;
-use crate::scene::import::surfaces::dielectric::{Below, Coat, INDEX_OF_COAT, Layer};
+use crate::scene::import::statements::coat::StatedCoat;
 
 #[derive(Debug, Default, Deserialize)]
 #[serde(rename_all = "camelCase", default)]
@@ -19,11 +19,11 @@ struct Clearcoat {
 }
 
 impl Reading<'_> {
-    /// Layer of a material with a coat. `None` if it has no coat, or one that cannot be shown, which is told.
+    /// The coat of a material, if it has one.
     ///
     /// # Errors An extension that makes no sense; those of its pictures.
-    pub(super) fn coated(&mut self, json: &Json, below: Below) -> Result<Option<Layer>, SceneError> {
-        let Some(coat) = clearcoat(self.document, json)? else { return Ok(None) };
+    pub(super) fn coat(&mut self, json: &Json) -> Result<StatedCoat, SceneError> {
+        let Some(coat) = clearcoat(self.document, json)? else { return Ok(StatedCoat::default()) };
         let textures = [&coat.clearcoat_texture, &coat.clearcoat_roughness_texture];
         if textures.into_iter().any(Option::is_some) {
             self.document.leave_out("textures of clearcoats (KHR_materials_clearcoat) count by their means");
@@ -36,8 +36,11 @@ impl Reading<'_> {
         let [of_coat, of_roughness] = textures.map(Option::as_ref);
         let factor = self.mean_of_channel(of_coat, 0)? * coat.clearcoat_factor.clamp(0.0, 1.0);
         let roughness = self.mean_of_channel(of_roughness, 1)? * coat.clearcoat_roughness_factor;
-        let coat = Coat { share: factor, roughness, index: INDEX_OF_COAT };
-        Ok(coat.over(below, |message| self.document.leave_out(message)))
+        Ok(StatedCoat {
+            weight: Some(factor as f32),
+            roughness: Some(roughness as f32),
+            ..StatedCoat::default()
+        })
     }
 
     /// Mean of a channel of a texture; 1 without one.

@@ -11,7 +11,7 @@ use crate::scene::cutout::{Cutout, LEAST_OPACITY};
 use crate::scene::import::pictures::PictureUse;
 use crate::scene::import::statements::Statements;
 use crate::scene::import::statements::maps::{Channel, MapUse};
-use crate::scene::import::surfaces::dielectric::{Below, index_of, stated_index};
+use crate::scene::import::surfaces::dielectric::{index_of, stated_index};
 use crate::scene::import::surfaces::settle::Alpha;
 use crate::scene::import::surfaces::varying::{Settled, computed_by, picture_use};
 use crate::scene::keys::material::AlphaMode;
@@ -319,23 +319,7 @@ impl Reading<'_> {
     /// Completes a material that transmits nothing: its coat, and how far it is there at all.
     fn read_opaque(&mut self, json: &Json, alpha: VertexAlpha, mut read: Read) -> Result<Read, SceneError> {
         read_alpha(self.document, json, alpha, &mut read);
-        if !json.extensions.contains_key("KHR_materials_clearcoat") {
-            return Ok(read);
-        }
-        let pbr = &json.pbr_metallic_roughness;
-        let of_texture = pbr.metallic_roughness_texture.as_ref().map(|info| self.mean_numbers(info));
-        let metal = of_texture.transpose()?.map_or(1.0, |means| means.z);
-        let below = Below {
-            head_on: head_on(index(self.document, json)?),
-            metallic: pbr.metallic_factor.clamp(0.0, 1.0) * metal,
-        };
-        if let Some(layer) = self.coated(json, below)? {
-            read.stated.ni = Some(index_of(layer.head_on) as f32);
-            if let Some(roughness) = layer.coat_roughness {
-                read.stated.pr = Some(roughness as f32);
-                read.of_texture = &[METAL];
-            }
-        }
+        read.stated.coat = self.coat(json)?;
         Ok(read)
     }
 

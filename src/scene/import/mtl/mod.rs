@@ -106,6 +106,8 @@ fn statement(
         "illum" => material.illum = Some(illumination(rest)?),
         "pr" => material.pr = Some(share("Pr", rest, replaced)?),
         "pm" => material.pm = Some(share("Pm", rest, replaced)?),
+        "pc" => material.coat.weight = Some(share("Pc", rest, replaced)?),
+        "pcr" => material.coat.roughness = Some(share("Pcr", rest, replaced)?),
         _ => {
             if let Some(used) = map_statement::use_of_keyword(keyword) {
                 material.maps[used] = map_statement::map_statement(&String::from_utf8_lossy(rest), line);

@@ -1,6 +1,6 @@
 //! Names of MaterialX's definitions, by which USD files call nodes: `ND_image_color3`, `ND_open_pbr_surface_surfaceshader`.
 
-use super::images::{HEXAGONS, IMAGES};
+use super::picture_nodes::{HEXAGONS, IMAGES};
 use super::{shaders, standard};
 use crate::graph::nodes;
 

@@ -3,8 +3,10 @@
 use glam::{Affine2, Vec2, Vec3};
 
 use super::document::{Element, Stated};
+use super::picture_nodes::{HEXAGONS, IMAGES, PictureAsked};
 use super::standard;
-use super::walk::{ALPHA, LONGEST_WAY, Target, Value, Walk, kind_of};
+use super::standard::ALPHA;
+use super::walk::{LONGEST_WAY, Target, Value, Walk, kind_of};
 use crate::graph::nodes::{hextile, inputs, picture};
 use crate::graph::{Input, Kind, Options, UvSet};
 use crate::lanes::{F32x8, Vec3x8};
@@ -12,28 +14,7 @@ use crate::scene::SceneError;
 use crate::scene::import::pictures::PictureUse;
 use crate::scene::texture::{Mapping, Wrap};
 
-/// A picture that a node asks for.
-#[derive(Debug)]
-pub(in crate::scene) struct PictureAsked {
-    /// Name of the file.
-    pub file: String,
-    /// Line of the node.
-    pub line: usize,
-    /// Places of texture coordinates on it.
-    pub mapping: Mapping,
-    /// What its values are.
-    pub used: PictureUse,
-    /// True if something is to be seen where it is missing; else the node's default counts.
-    pub has_stand_in: bool,
-}
-
-/// Gives the number of a picture of the shot; `None` of one that is missing and has no stand-in.
-pub(in crate::scene) type Pictures<'p> = &'p mut dyn FnMut(&PictureAsked) -> Result<Option<u32>, SceneError>;
-
-/// Kinds of nodes that show a picture.
-pub const IMAGES: [&str; 5] = ["image", "tiledimage", "gltf_image", "gltf_colorimage", "gltf_normalmap"];
-
-/// Inputs of those nodes that are read, or that mean nothing here: pictures do not change.
+/// Inputs of nodes that show a picture that are read, or that mean nothing here: pictures do not change.
 const OF_PICTURES: [&str; 15] = [
     "in",
     "file",
@@ -51,9 +32,6 @@ const OF_PICTURES: [&str; 15] = [
     "tangent",
     "bitangent",
 ];
-
-/// The kind of node that shows a picture in hexagonal tiles.
-pub const HEXAGONS: &str = "hextiledimage";
 
 /// Those that scale and move pictures, and factors on what they show.
 const OF_TILES: [&str; 2] = ["uvtiling", "uvoffset"];

@@ -10,6 +10,7 @@ mod definitions;
 mod document;
 mod images;
 mod noise;
+mod picture_nodes;
 mod shaders;
 mod standard;
 mod walk;
@@ -23,9 +24,9 @@ pub(in crate::scene) use definitions::NodeKind;
 pub(in crate::scene) use document::Document;
 #[cfg(feature = "usd")]
 pub(in crate::scene) use document::{Element, Stated};
-use images::Pictures;
+use picture_nodes::Pictures;
 #[cfg(feature = "usd")]
-pub(in crate::scene) use images::{IMAGES, PictureAsked};
+pub(in crate::scene) use picture_nodes::{IMAGES, PictureAsked};
 pub(in crate::scene) use walk::Finding;
 
 use crate::scene::SceneError;

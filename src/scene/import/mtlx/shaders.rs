@@ -3,7 +3,7 @@
 use glam::Vec3;
 
 use super::document::{Document, Element};
-use super::images::Pictures;
+use super::picture_nodes::Pictures;
 use super::walk::{Finding, Value, Walk};
 use crate::graph::{Graph, Input, Kind, numbers};
 use crate::scene::SceneError;
@@ -55,6 +55,7 @@ const STANDARD_SURFACE: Shader = Shader {
         (Parameter::SubsurfaceColor, 1.0),
         (Parameter::SubsurfaceRadiusScale, 1.0),
         (Parameter::CoatIor, INDEX_OF_COAT),
+        (Parameter::CoatDarkening, 0.0),
     ],
 };
 
@@ -80,6 +81,7 @@ const GLTF_PBR: Shader = Shader {
         (Parameter::BaseMetalness, 1.0),
         (Parameter::SpecularRoughness, 1.0),
         (Parameter::CoatIor, INDEX_OF_COAT),
+        (Parameter::CoatDarkening, 0.0),
         (Parameter::EmissionColor, 0.0),
         (Parameter::EmissionLuminance, 1.0),
     ],
@@ -103,6 +105,7 @@ const PREVIEW_SURFACE: Shader = Shader {
         (Parameter::SpecularRoughness, 0.5),
         (Parameter::CoatRoughness, 0.01),
         (Parameter::CoatIor, INDEX_OF_COAT),
+        (Parameter::CoatDarkening, 0.0),
         (Parameter::EmissionColor, 0.0),
         (Parameter::EmissionLuminance, 1.0),
     ],

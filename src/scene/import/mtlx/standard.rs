@@ -58,13 +58,16 @@ pub fn named(name: &str) -> Option<&'static Standard> {
     ALL.iter().find(|standard| standard.name == name)
 }
 
+/// Number of the output that is alpha.
+pub const ALPHA: usize = 3;
+
 /// Number of an output with this name, of nodes with several.
 pub fn output_number(name: &str) -> Option<usize> {
     match name {
         "outx" | "outr" | "out" | "outcolor" => Some(0),
         "outy" | "outg" => Some(1),
         "outz" | "outb" => Some(2),
-        "outw" | "outa" => Some(3),
+        "outw" | "outa" => Some(ALPHA),
         _ => None,
     }
 }

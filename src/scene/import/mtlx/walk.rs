@@ -5,8 +5,8 @@ use std::collections::HashMap;
 use glam::Vec3;
 
 use super::document::{Document, Element, Stated};
-use super::images::{HEXAGONS, IMAGES, Pictures};
-use super::standard::{self, Standard};
+use super::picture_nodes::{HEXAGONS, IMAGES, Pictures};
+use super::standard::{self, ALPHA, Standard};
 use crate::graph::nodes::{self, inputs};
 use crate::graph::{Definition, Graph, Input, Kind, Options, UvSet, numbers};
 use crate::scene::SceneError;
@@ -20,9 +20,6 @@ pub type Value = (Input, Kind);
 
 /// References that lead from one to the next, at most: more are a circle.
 pub const LONGEST_WAY: usize = 64;
-
-/// Number of the output that is alpha.
-pub const ALPHA: usize = 3;
 
 /// Outputs of nodes that were walked to.
 #[derive(Debug, Clone, Copy)]

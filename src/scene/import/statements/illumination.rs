@@ -68,12 +68,13 @@ impl Statements {
         self.d.or(self.tr.map(|tr| 1.0 - tr)).unwrap_or(1.0).clamp(0.0, 1.0)
     }
 
-    /// Returns true if it states roughness or metal. Glass stays glass: exporters state both for everything.
+    /// Returns true if it states roughness, metal or a coat above them. Glass stays glass: exporters state them for everything.
     fn is_metal_rough(&self, illum: u32, solid: f32) -> bool {
         let is_glass = matches!(illum, 4 | 6 | 7 | 9) && solid == 1.0;
         let states = |used| self.maps.has(used);
         let of_maps = states(MapUse::Roughness) || states(MapUse::Metal);
-        (self.pr.is_some() || self.pm.is_some() || of_maps) && !is_glass
+        let is_coated = self.coat.weight.is_some_and(|weight| weight > 0.0);
+        (self.pr.is_some() || self.pm.is_some() || of_maps || is_coated) && !is_glass
     }
 
     /// Roughness of glass: that which is stated, or else of the picture alone; clear without either.
@@ -116,6 +117,7 @@ impl Statements {
             shininess: 1.0,
             optics,
             metal_rough: Some(MetalRough { base, roughness, metallic, head_on, solid }),
+            coat: self.coat.settle(),
             scattering: self.scattering(optics),
             ..Material::fallback()
         }

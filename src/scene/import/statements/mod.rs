@@ -1,10 +1,12 @@
 //! What files and `[[material]]` tables state of a material, by MTL's names; and what these statements mean together.
 
+pub mod coat;
 mod illumination;
 pub mod maps;
 
 use glam::{DVec3, Vec3};
 
+use self::coat::StatedCoat;
 use self::maps::{MapStatements, MapUse};
 use crate::scene::import::surfaces::varying::PARAMETERS;
 use crate::scene::keys::material::AlphaMode;
@@ -31,6 +33,8 @@ pub(crate) struct Statements {
     /// Share of the diffuse light that goes below the surface, and its mean free path there by channel; MTL has no such statements.
     pub subsurface: Option<f32>,
     pub subsurface_radius: Option<Vec3>,
+    /// Clear coat: Pc and Pcr; MTL has no statements about the rest.
+    pub coat: StatedCoat,
     /// Meaning of a picture's alpha, if a shot file states it.
     pub alpha_mode: Option<AlphaMode>,
     /// Pictures by their use.
@@ -59,6 +63,7 @@ impl Statements {
         self.pm = other.pm.or(self.pm);
         self.subsurface = other.subsurface.or(self.subsurface);
         self.subsurface_radius = other.subsurface_radius.or(self.subsurface_radius);
+        self.coat.replace_with(&other.coat);
         self.alpha_mode = other.alpha_mode.or(self.alpha_mode);
         // a number all over is what is meant, and no factor of a picture; the colour of one is
         for used in PARAMETERS.into_iter().filter(|used| other.states_number(*used)) {

@@ -4,11 +4,12 @@ use std::sync::Arc;
 
 use glam::{DVec3, Vec3};
 
-use super::dielectric::{Below, Coat, index_of, stated_index};
+use super::dielectric::{index_of, stated_index};
 use super::varying::Graphs;
 use crate::graph::{Function, Input, Places, Program};
 use crate::lanes::Vec3x8;
 use crate::scene::import::statements::Statements;
+use crate::scene::import::statements::coat::StatedCoat;
 use crate::scene::material::{Bump, ByParameter, Computes, LARGEST_COLOR, head_on};
 use crate::scene::surface::{Parameter, Surface};
 
@@ -18,6 +19,13 @@ const GLASS_OF_GRAPH: &str =
 
 /// What is told of glass whose metalness is computed.
 const GLASS_OF_METAL: &str = "a graph of the metalness of glass is not used: the default counts in its place";
+
+/// What is told of glass with a coat.
+const COAT_OF_GLASS: &str = "coats of glass are not used: glass reflects by its index alone";
+
+/// What is told of heights that depend on the angle at which they are seen.
+const HEIGHTS_OF_EYE: &str =
+    "heights that depend on the angle at which they are seen are what they are head-on";
 
 /// Statements of a surface, its graphs, and what is left out of it.
 pub(in crate::scene) struct OfSurface {
@@ -64,6 +72,9 @@ impl OfSurface {
         let tint = surface.constant(Parameter::TransmissionColor);
         let stated = layer.stated(stated, tint);
         let (bump, normals) = (bump(&surface), surface.normals);
+        if bump.as_ref().is_some_and(|bump| bump.height.is_of_eye()) {
+            left_out.push(HEIGHTS_OF_EYE);
+        }
         Self { stated, graphs: Graphs::new(surface.graph, layer.computed), bump, normals, left_out }
     }
 }
@@ -78,6 +89,8 @@ struct Layer {
     metallic: f64,
     /// Share of the light that goes through.
     through: f64,
+    /// Clear coat above it.
+    coat: StatedCoat,
     /// What is computed; roughness and metal are 1 then.
     computed: ByParameter<Input>,
 }
@@ -93,6 +106,7 @@ impl Layer {
             roughness: of_number(Parameter::SpecularRoughness),
             metallic: of_number(Parameter::BaseMetalness),
             through: 0.0,
+            coat: StatedCoat::default(),
             computed: ByParameter::default(),
         };
         let mut computed = ByParameter::default();
@@ -103,19 +117,12 @@ impl Layer {
             if computed[Computes::Metalness].take().is_some() {
                 left_out.push(GLASS_OF_METAL);
             }
+            if coat(surface).settle().is_some() {
+                left_out.push(COAT_OF_GLASS);
+            }
             return Self { through, computed, ..plain }.with_factors();
         }
-        let coat = Coat {
-            share: of_number(Parameter::CoatWeight),
-            roughness: of_number(Parameter::CoatRoughness),
-            index: f64::from(surface.number(Parameter::CoatIor)).max(1.0),
-        };
-        let below = Below { head_on: plain.head_on, metallic: plain.metallic };
-        let layer = Self { computed, ..plain }.with_factors();
-        match coat.over(below, |said| left_out.push(said)) {
-            None => layer,
-            Some(one) => layer.coated(one.head_on, one.coat_roughness),
-        }
+        Self { computed, coat: coat(surface), ..plain }.with_factors()
     }
 
     /// The same, with factors of 1 for what varies.
@@ -125,19 +132,10 @@ impl Layer {
         Self { roughness, metallic: or_one(Computes::Metalness, self.metallic), ..self }
     }
 
-    /// The layer that it is with a coat, which decides the roughness where one is given.
-    fn coated(self, head_on: f64, roughness: Option<f64>) -> Self {
-        let mut coated = Self { head_on, ..self };
-        if let Some(roughness) = roughness {
-            coated.roughness = roughness;
-            coated.computed[Computes::Roughness] = None;
-        }
-        coated
-    }
-
     /// Statements with those about the layer. `tint`: colour of what goes through.
     fn stated(&self, stated: Statements, tint: Vec3) -> Statements {
-        if self.head_on + self.metallic + self.through == 0.0 {
+        let is_coated = self.coat.settle().is_some();
+        if self.head_on + self.metallic + self.through == 0.0 && !is_coated {
             // matt, without a layer
             return Statements { illum: Some(1), ..stated };
         }
@@ -145,6 +143,7 @@ impl Layer {
             pr: Some(self.roughness as f32),
             pm: Some(self.metallic as f32),
             ni: Some(index_of(self.head_on) as f32),
+            coat: self.coat,
             ..stated
         };
         if self.through == 0.0 {
@@ -155,6 +154,17 @@ impl Layer {
         let tint = tint.as_dvec3().clamp(DVec3::ZERO, DVec3::ONE);
         let glass = clear.with_transmission(self.through, tint);
         Statements { kd: glass.kd.map(|rest| rest * kd), ni: Some(self.index as f32), ..glass }
+    }
+}
+
+/// The clear coat.
+fn coat(surface: &Surface) -> StatedCoat {
+    StatedCoat {
+        weight: Some(share(surface, Parameter::CoatWeight) as f32),
+        roughness: Some(share(surface, Parameter::CoatRoughness) as f32),
+        index: Some(surface.number(Parameter::CoatIor)),
+        tint: Some(surface.constant(Parameter::CoatColor)),
+        darkening: Some(share(surface, Parameter::CoatDarkening) as f32),
     }
 }
 

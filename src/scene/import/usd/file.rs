@@ -12,7 +12,7 @@ use crate::animation::{Track, Visibility};
 use crate::digest::Digest;
 use crate::scene::SceneError;
 use crate::scene::import::mtlx::Document;
-use crate::scene::import::surfaces::dielectric::Coat;
+use crate::scene::import::statements::coat::StatedCoat;
 use crate::scene::texture::Mapping;
 
 /// A USD file that was read, with all layers that it names.
@@ -139,7 +139,7 @@ pub struct Surface {
     /// Reflectance at normal incidence, in the specular workflow.
     pub specular: Option<DVec3>,
     /// Clear coat above it.
-    pub coat: Option<Coat>,
+    pub coat: StatedCoat,
     /// Picture of its normals.
     pub normal: Option<Picture>,
     /// Network of MaterialX's nodes, which counts in place of all of that.

@@ -12,11 +12,11 @@ use crate::scene::import::pictures::decoded::{ColorSpace, Decoded};
 use crate::scene::import::pictures::{Content, PictureUse, Wanted};
 use crate::scene::import::statements::Statements;
 use crate::scene::import::statements::maps::{Channel, MapUse};
-use crate::scene::import::surfaces::dielectric::{Below, index_of, stated_index};
+use crate::scene::import::surfaces::dielectric::{index_of, stated_index};
 use crate::scene::import::surfaces::settle::Alpha;
 use crate::scene::import::surfaces::varying::{Settled, computed_by, picture_use};
 use crate::scene::keys::material::AlphaMode;
-use crate::scene::material::{LARGEST_COLOR, head_on};
+use crate::scene::material::LARGEST_COLOR;
 use crate::scene::{Material, SceneError, Texture, texture};
 
 /// Reflectance at normal incidence above which a surface of the specular workflow is a metal: no plastic or gem reflects as much.
@@ -31,8 +31,8 @@ impl Reading<'_> {
             return self.import.surfaces.add_of(&self.file.path, Material::fallback().into());
         };
         let network = self.network(surface)?;
-        let (mut stated, is_rough_by_coat) = match &network {
-            Some(network) => (Statements { name: surface.name.clone(), ..network.stated.clone() }, false),
+        let mut stated = match &network {
+            Some(network) => Statements { name: surface.name.clone(), ..network.stated.clone() },
             None => self.stated(surface)?,
         };
         self.import.surfaces.known_names.push(stated.name.clone());
@@ -64,7 +64,7 @@ impl Reading<'_> {
             self.import.show_alpha(&mut settled, map, alpha);
         }
         if !overridden.is_whole {
-            self.add_maps(surface, is_rough_by_coat, &mut settled)?;
+            self.add_maps(surface, &mut settled)?;
         }
         self.import.surfaces.add_of(&self.file.path, settled)
     }
@@ -73,7 +73,6 @@ impl Reading<'_> {
     fn add_maps(
         &mut self,
         surface: &Surface,
-        is_rough_by_coat: bool,
         Settled { material, graphs }: &mut Settled,
     ) -> Result<(), SceneError> {
         if let Some(picture) = surface.normal.as_ref().filter(|_| material.normal_map.is_none()) {
@@ -89,7 +88,7 @@ impl Reading<'_> {
         }
         let is_metal_rough = material.metal_rough.is_some() && surface.specular.is_none();
         for (used, input, is_there) in [
-            (MapUse::Roughness, &surface.roughness, material.metal_rough.is_some() && !is_rough_by_coat),
+            (MapUse::Roughness, &surface.roughness, material.metal_rough.is_some()),
             (MapUse::Metal, &surface.metallic, is_metal_rough),
             (MapUse::Emission, &surface.emissive, true),
         ] {
@@ -108,8 +107,8 @@ impl Reading<'_> {
         Ok(())
     }
 
-    /// Values of a surface, as an MTL file would state them, and whether its roughness is that of its coat.
-    fn stated(&mut self, surface: &Surface) -> Result<(Statements, bool), SceneError> {
+    /// Values of a surface, as an MTL file would state them.
+    fn stated(&mut self, surface: &Surface) -> Result<Statements, SceneError> {
         let base = match &surface.diffuse {
             Input::Constant(color) => *color,
             // the picture is multiplied by it
@@ -135,14 +134,6 @@ impl Reading<'_> {
                 index = index_of(specular.element_sum() / 3.0);
             }
         }
-        let mut of_coat = None;
-        if let Some(coat) = surface.coat {
-            let below = Below { head_on: head_on(index), metallic };
-            if let Some(layer) = coat.over(below, |message| self.unused.push(message)) {
-                index = index_of(layer.head_on);
-                of_coat = layer.coat_roughness;
-            }
-        }
         let opacity = match &surface.opacity {
             Input::Constant(opacity) if surface.opacity_threshold > 0.0 => {
                 if opacity.x < surface.opacity_threshold { 0.0 } else { 1.0 }
@@ -159,13 +150,14 @@ impl Reading<'_> {
             name: surface.name.clone(),
             kd: Some(color(base)),
             ke: Some(color(emissive)),
-            pr: Some(of_coat.unwrap_or(roughness) as f32),
+            pr: Some(roughness as f32),
             pm: Some(metallic as f32),
             ni: Some(stated_index(index) as f32),
+            coat: surface.coat,
             d: (opacity < 1.0).then_some(opacity as f32),
             ..Statements::default()
         };
-        Ok((stated, of_coat.is_some()))
+        Ok(stated)
     }
 
     /// Value of an input: of a picture the factor by which it is multiplied, or its mean if it is more than multiplied.

@@ -3,13 +3,14 @@
 use toml::{Table, Value};
 
 use crate::dice::Dice;
+use crate::mtlx::FILES;
 
 /// Perhaps materials of the shot take graphs of a file.
 pub fn add(dice: &mut Dice, shot: &mut Table) {
     if !dice.one_in(3) {
         return;
     }
-    let file = format!("{}.mtlx", dice.below(10_000));
+    let file = format!("{}.mtlx", dice.below(FILES as usize));
     let entries = shot.get_mut("material").and_then(Value::as_array_mut).into_iter().flatten();
     for material in entries.filter_map(Value::as_table_mut) {
         if dice.one_in(2) {

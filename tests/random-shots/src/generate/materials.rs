@@ -96,5 +96,19 @@ fn material(dice: &mut Dice, name: &str) -> Table {
     if dice.one_in(6) {
         material.insert("ka".into(), numbers(color(dice)));
     }
+    if dice.one_in(7) {
+        add_coat(dice, &mut material);
+    }
     material
+}
+
+/// A clear coat, which is as smooth as a mirror or rougher than what is below.
+fn add_coat(dice: &mut Dice, material: &mut Table) {
+    material.insert("coat".into(), Value::Float(*dice.pick(&[0.4, 1.0])));
+    material.insert("coat_roughness".into(), Value::Float(*dice.pick(&[0.0, 0.2, 0.7])));
+    material.insert("coat_ni".into(), Value::Float(*dice.pick(&[1.5, 2.0])));
+    if dice.one_in(2) {
+        material.insert("coat_color".into(), numbers(color(dice)));
+        material.insert("coat_darkening".into(), Value::Float(*dice.pick(&[0.5, 1.0])));
+    }
 }

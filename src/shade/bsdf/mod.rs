@@ -1,4 +1,4 @@
-//! The reflecting layer of metal-rough surfaces, as rays see it: [microfacets](super::ggx), with the light
+//! The reflecting layer of metal-rough surfaces, as rays see it: [microfacets](ggx), with the light
 //! that is reflected between them, above a surface that scatters the light that the layer lets through.
 //!
 //! - *Each microfacet* reflects what Fresnel's equations say of a dielectric, or Schlick's formula of a metal:
@@ -12,10 +12,16 @@
 //!   depend on the eye, and the factor is applied when it is shown.
 
 mod albedos;
+mod coat;
+pub mod fresnel;
 #[cfg(test)]
 mod furnace;
+pub mod ggx;
 mod lanes;
-mod layer;
+pub mod mis;
+pub mod phong;
+mod seen;
+mod seen_by;
 #[cfg(test)]
 mod walk;
 
@@ -26,22 +32,24 @@ use glam::Vec3;
 use rayon::prelude::*;
 
 use albedos::{Albedos, Layer};
-use lanes::CoatLanes;
-pub use lanes::{LayerRays, SeenCoats};
-use layer::{Coat, CoatAt, ROUGHNESS_STEPS, VaryingCoat, alpha_of_paths};
-pub use layer::{Reflected, SeenBy, SeenCoat};
+use coat::CoatLayer;
+use lanes::BsdfLanes;
+pub use lanes::{LayerRays, SeenBsdfs};
+use seen::{Bsdf, BsdfAt, ROUGHNESS_STEPS, VaryingBsdf};
+pub use seen::{Reflected, SeenBsdf};
+pub use seen_by::SeenBy;
+use seen_by::alpha_of_paths;
 
 use crate::lanes::{LANES, Vec3x8};
 use crate::scene::Material;
 use crate::scene::look::Look;
 use crate::scene::material::MetalRough;
-use crate::shade::fresnel;
 
 /// Layers of a scene's materials.
 #[derive(Debug, Clone, Default)]
-pub struct Coats {
+pub struct Bsdfs {
     /// Layer of each material, if it has one.
-    coats: Vec<Option<Coat>>,
+    bsdfs: Vec<Option<Bsdf>>,
     /// True for each material with a layer; empty if there is none. It is read for all surfaces, most of
     /// which have no layer.
     has: Vec<bool>,
@@ -72,36 +80,38 @@ fn varying_layers(material: &Material) -> Vec<[Layer; 2]> {
     (0..=ROUGHNESS_STEPS).map(of_step).collect()
 }
 
-impl Coats {
+impl Bsdfs {
     /// Creates the layers of all `materials`.
     pub fn new(materials: &[Material]) -> Self {
         // most materials share their tables with others
         let key = |layer: &Layer| [layer.alpha.to_bits(), layer.index.to_bits(), layer.is_glass.into()];
         let varying = materials.iter().flat_map(varying_layers);
-        let all = materials.iter().filter_map(layers).chain(varying).flatten();
+        let coats = materials.iter().filter_map(|material| material.coat.as_ref().map(coat::layers));
+        let all = materials.iter().filter_map(layers).chain(varying).chain(coats).flatten();
         let distinct: BTreeMap<[u32; 3], Layer> = all.map(|layer| (key(&layer), layer)).collect();
         let tables: BTreeMap<[u32; 3], Arc<Albedos>> =
             distinct.into_par_iter().map(|(key, layer)| (key, Arc::new(Albedos::new(layer)))).collect();
-        let coats = materials.iter().map(|material| {
+        let bsdfs = materials.iter().map(|material| {
             let table = |layer: Layer| Arc::clone(&tables[&key(&layer)]);
             let own = layers(material)?.map(|layer| (layer, table(layer)));
             let by_roughness = varying_layers(material).into_iter().map(|pair| pair.map(table)).collect();
-            Some(coat(material, material.metal_rough.as_ref()?, own, by_roughness))
+            let coat = material.coat.map(|coat| CoatLayer::new(coat, coat::layers(&coat).map(table)));
+            Some(Bsdf { coat, ..bsdf(material, material.metal_rough.as_ref()?, own, by_roughness) })
         });
-        let coats: Vec<Option<Coat>> = coats.collect();
-        let mut has: Vec<bool> = coats.iter().map(Option::is_some).collect();
+        let bsdfs: Vec<Option<Bsdf>> = bsdfs.collect();
+        let mut has: Vec<bool> = bsdfs.iter().map(Option::is_some).collect();
         if !has.contains(&true) {
             has.clear();
         }
-        Self { coats, has }
+        Self { bsdfs, has }
     }
 
     #[inline(always)]
-    fn get(&self, look: Look) -> Option<CoatAt<'_>> {
+    fn get(&self, look: Look) -> Option<BsdfAt<'_>> {
         if !self.has(look.material) {
             return None;
         }
-        Some(self.coats.get(usize::from(look.material))?.as_ref()?.at(look.varied))
+        Some(self.bsdfs.get(usize::from(look.material))?.as_ref()?.at(look.varied))
     }
 
     #[inline(always)]
@@ -109,16 +119,16 @@ impl Coats {
         self.has.get(usize::from(material)) == Some(&true)
     }
 
-    /// Returns true if a material has a layer that is not a mirror.
+    /// Returns true if a material reflects by anything that is not a mirror.
     #[inline(always)]
     pub fn is_rough(&self, look: Look) -> bool {
-        self.get(look).is_some_and(|coat| !coat.is_smooth())
+        self.alpha_of_rough(look).is_some()
     }
 
-    /// Width of the lobe of a material's layer, if it has one that is not a mirror.
+    /// Width of the narrowest lobe by which a material reflects that is not a mirror, if there is one.
     #[inline(always)]
     pub fn alpha_of_rough(&self, look: Look) -> Option<f32> {
-        self.get(look).filter(|coat| !coat.is_smooth()).map(|coat| coat.alpha)
+        self.get(look)?.alpha_of_rough()
     }
 
     /// Returns true if any of these surfaces has a layer.
@@ -137,9 +147,9 @@ impl Coats {
         normals: [Vec3; 2],
         incoming: Vec3,
         seen_by: SeenBy,
-    ) -> Option<SeenCoat> {
+    ) -> Option<SeenBsdf> {
         // most surfaces have none, and this is called for all
-        self.get(look).map(|coat| coat.seen(reflectance, normals, incoming, seen_by))
+        self.get(look).map(|bsdf| bsdf.seen(reflectance, normals, incoming, seen_by))
     }
 
     /// Albedo at normal incidence of eight surfaces whose diffuse albedo is `diffuse`, with that of their layers where these are rough.
@@ -147,8 +157,8 @@ impl Coats {
         let mut albedo = diffuse;
         if self.any(looks) {
             for (lane, look) in looks.iter().enumerate() {
-                if let Some(coat) = self.get(*look).filter(|coat| !coat.is_smooth()) {
-                    albedo.set_lane(lane, coat.head_on_over(reflectance.lane(lane), diffuse.lane(lane)));
+                if let Some(bsdf) = self.get(*look).filter(|bsdf| bsdf.alpha_of_rough().is_some()) {
+                    albedo.set_lane(lane, bsdf.head_on_over(reflectance.lane(lane), diffuse.lane(lane)));
                 }
             }
         }
@@ -164,25 +174,25 @@ impl Coats {
         normals: [Vec3x8; 2],
         incoming: Vec3x8,
         rays: Option<LayerRays>,
-    ) -> Option<SeenCoats> {
+    ) -> Option<SeenBsdfs> {
         if !self.any(looks) {
             return None;
         }
-        let lanes = CoatLanes::new(|look| self.get(look), looks);
+        let lanes = BsdfLanes::new(|look| self.get(look), looks);
         let mut all = lanes.seen(reflectance, normals, incoming);
         if let Some(rays) = rays {
-            all.follow(normals, rays, |lane| self.is_rough(looks[lane]));
+            all.follow((&lanes, reflectance), normals, rays);
         }
         Some(all)
     }
 }
 
-fn coat(
+fn bsdf(
     material: &Material,
     metal_rough: &MetalRough,
     [(layer, albedos), (layer_of_paths, albedos_of_paths)]: [(Layer, Arc<Albedos>); 2],
     by_roughness: Vec<[Arc<Albedos>; 2]>,
-) -> Coat {
+) -> Bsdf {
     let MetalRough { base, metallic, solid, .. } = *metal_rough;
     let (metal, metal_of_kept) = if material.is_painted() {
         // what paints it colours the metal, which is computed from the reflectance that samples store
@@ -190,7 +200,7 @@ fn coat(
     } else {
         (base, Vec3::ZERO)
     };
-    Coat {
+    Bsdf {
         alpha: layer.alpha,
         metallic,
         metal,
@@ -201,12 +211,13 @@ fn coat(
         albedos,
         alpha_of_paths: layer_of_paths.alpha,
         albedos_of_paths,
-        varying: material.varies().then(|| VaryingCoat {
+        varying: material.varies().then(|| VaryingBsdf {
             layer: *metal_rough,
             is_glass: material.is_rough_glass(),
             // none if it does not vary
             by_roughness: by_roughness.try_into().ok(),
         }),
+        coat: None,
     }
 }
 
@@ -214,8 +225,12 @@ fn coat(
 mod tests {
     use super::*;
     use crate::graph::{Graph, Input, Program};
+    use crate::lanes::Mask;
     use crate::scene::look::Varied;
+    use crate::scene::material::Coat;
     use crate::scene::material::{ByParameter, Computed, Computes};
+    use crate::shade::area::{AreaRadiance, Beam};
+    use crate::shade::light::LightSample;
     use crate::shade::sampling::PathRandom;
 
     pub(super) fn material(roughness: f32, metallic: f32, base: f32) -> Material {
@@ -228,9 +243,9 @@ mod tests {
         Vec3::new((1.0 - cos * cos).sqrt(), 0.0, cos)
     }
 
-    pub(super) fn seen(material: &Material, cos: f32) -> SeenCoat {
-        let coats = Coats::new(std::slice::from_ref(material));
-        coats
+    pub(super) fn seen(material: &Material, cos: f32) -> SeenBsdf {
+        let bsdfs = Bsdfs::new(std::slice::from_ref(material));
+        bsdfs
             .seen(Look::plain(0), material.painted(), [Vec3::Z; 2], -at(cos), SeenBy::Eye)
             .expect("it has a layer")
     }
@@ -280,10 +295,10 @@ mod tests {
         // metal, plastic, half of both, and a mirror, whose rays bring what they show
         let materials = [(0.5, 1.0), (0.5, 0.0), (0.5, 0.5), (0.0, 1.0)]
             .map(|(roughness, metallic)| material(roughness, metallic, 0.7));
-        let coats = Coats::new(&materials);
+        let bsdfs = Bsdfs::new(&materials);
         for (number, wanted) in [(0, 0.7), (1, 0.04 + 0.7 * 0.96), (2, 0.02 + 0.35 + 0.35 * 0.96), (3, 0.0)] {
             let diffuse = materials[usize::from(number)].diffuse;
-            let all = coats.rough_over(
+            let all = bsdfs.rough_over(
                 &[Look::plain(number); LANES],
                 Vec3x8::splat(diffuse),
                 Vec3x8::splat(diffuse),
@@ -291,9 +306,9 @@ mod tests {
             assert!((all.lane(5) - wanted).abs().max_element() < 1e-5, "{number}: {}", all.lane(5));
         }
         let white =
-            coats.rough_over(&[Look::plain(1); LANES], Vec3x8::splat(Vec3::ONE), Vec3x8::splat(Vec3::ONE));
+            bsdfs.rough_over(&[Look::plain(1); LANES], Vec3x8::splat(Vec3::ONE), Vec3x8::splat(Vec3::ONE));
         assert!((white.lane(0) - 1.0).abs().max_element() < 1e-5, "white stays white");
-        let none = Coats::new(&[Material::fallback()]).rough_over(
+        let none = Bsdfs::new(&[Material::fallback()]).rough_over(
             &[Look::plain(0); LANES],
             Vec3x8::ZERO,
             Vec3x8::splat(Vec3::X),
@@ -301,17 +316,162 @@ mod tests {
         assert_eq!(none.lane(7), Vec3::X);
     }
 
+    /// Surfaces below coats: each pair of mirror and rough, metal and plastic below.
+    fn coated() -> impl Iterator<Item = Material> {
+        let coats = [(0.0, 1.0), (0.3, 1.0), (0.5, 0.6)].map(|(roughness, weight)| Coat {
+            weight,
+            roughness,
+            index: 1.5,
+            tint: Vec3::new(0.9, 0.7, 0.4),
+            darkening: 1.0,
+        });
+        let below = [(0.0, 1.0), (0.4, 1.0), (0.4, 0.0), (0.7, 0.5)];
+        coats.into_iter().flat_map(move |coat| {
+            below.map(|(roughness, metallic)| Material {
+                coat: Some(coat),
+                ..material(roughness, metallic, 0.7)
+            })
+        })
+    }
+
+    /// What sampled directions bring is what is said to be reflected, in all and by each part.
+    #[test]
+    fn coated_surfaces_reflect_what_rays_bring() {
+        const COUNT: u32 = 16384;
+        let random = |index| {
+            let [along, above, ..] = PathRandom::new(7, index).four(0);
+            [along, above]
+        };
+        for (number, material) in coated().enumerate() {
+            for cos in [1.0, 0.6, 0.2] {
+                let all = seen(&material, cos);
+                for (name, part) in [("all", Some(all)), ("rough", all.rough()), ("smooth", all.smooth())] {
+                    let Some(part) = part else { continue };
+                    let brought: Vec3 = (0..COUNT)
+                        .filter_map(|index| part.reflect(random(index)))
+                        .map(|ray| ray.weight)
+                        .sum();
+                    let off = (brought / COUNT as f32 - part.albedo).abs().max_element();
+                    assert!(
+                        off < 8e-3,
+                        "{number}, {name}, {cos}: {} {}",
+                        brought / COUNT as f32,
+                        part.albedo
+                    );
+                }
+                let parts = [all.rough(), all.smooth()].into_iter().flatten().map(|part| part.albedo);
+                let sum: Vec3 = parts.sum();
+                assert!(
+                    (sum - all.albedo).abs().max_element() < 1e-5,
+                    "{number}, {cos}: {sum} {}",
+                    all.albedo
+                );
+            }
+        }
+    }
+
+    /// The density of directions is one in all, and weights are the reflectance over it.
+    #[test]
+    fn coated_surfaces_are_sampled_as_their_densities_say() {
+        const COUNT: u32 = 16384;
+        for (number, material) in coated().enumerate() {
+            let Some(rough) = seen(&material, 0.5).rough() else { continue };
+            let (mut sum, mut below) = (0.0, 0);
+            for index in 0..COUNT {
+                let [along, above, around, up] = PathRandom::new(3, index).four(0);
+                match rough.reflect([along, above]) {
+                    None => below += 1,
+                    Some(ray) => {
+                        let (reflected, density) = rough.towards(ray.direction);
+                        assert_eq!(ray.density, Some(density));
+                        let off = (ray.weight * density - reflected).abs().max_element();
+                        assert!(off <= 1e-4 * reflected.max_element() + 1e-6, "{number}");
+                        assert_eq!(rough.density(ray.direction), density);
+                    }
+                }
+                // evenly over the half sphere
+                let (turn, across) = (around * std::f32::consts::TAU, (1.0 - up * up).sqrt());
+                let even = Vec3::new(across * turn.cos(), across * turn.sin(), up);
+                sum += f64::from(rough.density(even)) * std::f64::consts::TAU / f64::from(COUNT);
+            }
+            let in_all = sum + f64::from(below) / f64::from(COUNT);
+            assert!((in_all - 1.0).abs() < 0.05, "{number}: {in_all}");
+        }
+    }
+
+    /// A white surface stays white below a clear coat, however rough either is.
+    #[test]
+    fn a_coat_takes_no_light_in_a_furnace() {
+        let clear = |roughness| Coat { weight: 1.0, roughness, index: 1.5, tint: Vec3::ONE, darkening: 1.0 };
+        for roughness in [0.0, 0.4] {
+            for metallic in [0.0, 1.0] {
+                for cos in [1.0, 0.4, 0.1] {
+                    let coated = Material { coat: Some(clear(roughness)), ..material(0.5, metallic, 1.0) };
+                    let shown = in_a_furnace(&coated, cos).x;
+                    assert!((0.98..1.005).contains(&shown), "{roughness} {metallic} {cos}: {shown}");
+                }
+            }
+        }
+    }
+
+    /// Eight coated surfaces are seen, and shine, as each does alone.
+    #[test]
+    fn eight_coated_surfaces_are_seen_as_each_is_alone() {
+        let materials: Vec<Material> =
+            coated().chain([material(0.3, 0.5, 0.6), Material::fallback()]).collect();
+        let bsdfs = Bsdfs::new(&materials);
+        let count = materials.len() as u16;
+        for round in 0..count {
+            let looks: [Look; LANES] =
+                std::array::from_fn(|lane| Look::plain((round + lane as u16 * 3) % count));
+            let reflectance = Vec3::new(0.2, 0.5, 0.6);
+            let (incoming, light) = (-at(0.7), Vec3::new(-0.5, 0.2, 0.8).normalize());
+            let lanes = Vec3x8::splat;
+            let rays = LayerRays { count: [2; LANES], followed: u8::MAX, incoming: lanes(incoming) };
+            let eight = bsdfs
+                .seen_lanes(&looks, lanes(reflectance), [lanes(Vec3::Z); 2], lanes(incoming), Some(rays))
+                .expect("some have layers");
+            let sample = LightSample {
+                to_light: lanes(light),
+                direction: lanes(light),
+                far: 1.0,
+                irradiance: lanes(Vec3::ONE),
+                reaches: Mask::ALL,
+            };
+            let [point, area] = [None, Some(AreaRadiance { full: Vec3::splat(2.0), beam: Beam::Even })]
+                .map(|radiance| eight.highlight(&sample, radiance));
+            for (lane, look) in looks.iter().enumerate() {
+                let one = bsdfs.seen(*look, reflectance, [Vec3::Z; 2], incoming, SeenBy::Eye);
+                let Some(one) = one else {
+                    assert_eq!((eight.through.lane(lane), point.lane(lane)), (Vec3::ONE, Vec3::ZERO));
+                    continue;
+                };
+                assert!((eight.through.lane(lane) - one.through).abs().max_element() < 1e-5);
+                let near = |found: Vec3, wanted: Vec3| {
+                    (found - wanted).abs().max_element() <= 2e-3 * wanted.max_element() + 1e-5
+                };
+                let wanted = one.highlight(light, Vec3::ONE, false).0;
+                assert!(near(point.lane(lane), wanted), "{look:?}: {} {wanted}", point.lane(lane));
+                // rays show what is a mirror, and of the rest their share
+                let (towards, density) = one.rough().map_or((Vec3::ZERO, 0.0), |rough| rough.towards(light));
+                let by_points = 2.0 * std::f32::consts::FRAC_1_PI;
+                let wanted = towards * std::f32::consts::PI * by_points / (by_points + 2.0 * density);
+                assert!(near(area.lane(lane), wanted), "{look:?}: {} {wanted}", area.lane(lane));
+            }
+        }
+    }
+
     #[test]
     fn a_texture_colours_metal() {
         let mut textured = material(0.4, 1.0, 0.5);
         (textured.diffuse_map, textured.ambient) = (Some(0), Vec3::ZERO);
         let texel = Vec3::new(1.0, 0.5, 0.0);
-        let coats = Coats::new(std::slice::from_ref(&textured));
+        let bsdfs = Bsdfs::new(std::slice::from_ref(&textured));
         let of_texture =
-            coats.seen(Look::plain(0), textured.painted() * texel, [Vec3::Z; 2], -at(0.8), SeenBy::Eye);
+            bsdfs.seen(Look::plain(0), textured.painted() * texel, [Vec3::Z; 2], -at(0.8), SeenBy::Eye);
         assert_eq!(of_texture.expect("it has one").fresnel.metal, (texel * 0.5).to_array());
         let dark =
-            coats.seen(Look::plain(0), Vec3::ZERO, [Vec3::Z; 2], -at(0.8), SeenBy::Eye).expect("it has one");
+            bsdfs.seen(Look::plain(0), Vec3::ZERO, [Vec3::Z; 2], -at(0.8), SeenBy::Eye).expect("it has one");
         assert_eq!(dark.fresnel.metal, [0.0; 3]);
     }
 
@@ -325,44 +485,44 @@ mod tests {
         }
         let computed = Computed { program, numbers, opacity: None };
         let varied = Material { computed: Some(Arc::new(computed)), ..material(1.0, 1.0, 0.7) };
-        let coats = Coats::new(std::slice::from_ref(&varied));
+        let bsdfs = Bsdfs::new(std::slice::from_ref(&varied));
         for (roughness, metalness, opacity) in
             [(255, 255, 255), (200, 0, 102), (128, 51, 255), (64, 255, 51), (0, 0, 255)]
         {
             let share = |byte: u8| f32::from(byte) / 255.0;
             let mut plain = material(share(roughness), share(metalness), 0.7);
             plain.metal_rough.iter_mut().for_each(|layer| layer.solid = share(opacity));
-            let plain_coats = Coats::new(std::slice::from_ref(&plain));
+            let plain_bsdfs = Bsdfs::new(std::slice::from_ref(&plain));
             let look = Look { material: 0, varied: Varied { roughness, metalness, opacity, ..Varied::NONE } };
             for (cos, seen_by) in [(0.9, SeenBy::Eye), (0.2, SeenBy::Eye), (0.5, SeenBy::Path)] {
                 let kept = Vec3::splat(0.7);
                 let [of_varied, of_plain] =
-                    [(&coats, look), (&plain_coats, Look::plain(0))].map(|(coats, look)| {
-                        coats.seen(look, kept, [Vec3::Z; 2], -at(cos), seen_by).expect("it has a layer")
+                    [(&bsdfs, look), (&plain_bsdfs, Look::plain(0))].map(|(bsdfs, look)| {
+                        bsdfs.seen(look, kept, [Vec3::Z; 2], -at(cos), seen_by).expect("it has a layer")
                     });
                 let name = format!("{roughness} {metalness} {opacity} {cos} {seen_by:?}");
                 assert!((of_varied.alpha - of_plain.alpha).abs() < 1e-6, "{name}");
                 assert!((of_varied.albedo - of_plain.albedo).abs().max_element() < 4e-3, "{name}");
-                assert!((of_varied.through - of_plain.through).abs() < 4e-3, "{name}");
+                assert!((of_varied.through - of_plain.through).abs().max_element() < 4e-3, "{name}");
             }
-            let eight = coats.seen_lanes(
+            let eight = bsdfs.seen_lanes(
                 &[look; LANES],
                 Vec3x8::splat(Vec3::splat(0.7)),
                 [Vec3x8::splat(Vec3::Z); 2],
                 Vec3x8::splat(-at(0.6)),
                 None,
             );
-            let one = coats.seen(look, Vec3::splat(0.7), [Vec3::Z; 2], -at(0.6), SeenBy::Eye);
+            let one = bsdfs.seen(look, Vec3::splat(0.7), [Vec3::Z; 2], -at(0.6), SeenBy::Eye);
             let (eight, one) = (eight.expect("all have one"), one.expect("it has one"));
-            assert!((eight.through.lane(3) - one.through).abs() < 1e-5);
+            assert!((eight.through.lane(3) - one.through).abs().max_element() < 1e-5);
         }
     }
 
     #[test]
     fn paths_find_smooth_surfaces_rougher_and_no_darker() {
         for (roughness, alpha) in [(0.0, 0.1), (0.25, 0.125), (0.5, 0.3), (0.8, 0.64)] {
-            let coats = Coats::new(&[material(roughness, 1.0, 1.0)]);
-            let seen = coats
+            let bsdfs = Bsdfs::new(&[material(roughness, 1.0, 1.0)]);
+            let seen = bsdfs
                 .seen(Look::plain(0), Vec3::ONE, [Vec3::Z; 2], -at(0.6), SeenBy::Path)
                 .expect("it has one");
             assert!((seen.alpha - alpha).abs() < 1e-6 && (seen.albedo.x - 1.0).abs() < 1e-3, "{seen:?}");
@@ -373,10 +533,10 @@ mod tests {
     /// triangle.
     #[test]
     fn nothing_is_mirrored_below_the_triangle() {
-        let coats = Coats::new(&[material(0.0, 1.0, 1.0)]);
+        let bsdfs = Bsdfs::new(&[material(0.0, 1.0, 1.0)]);
         let leaning = Vec3::new(0.9, 0.0, 0.1).normalize();
         for incoming in [-at(0.3), Vec3::new(0.95, 0.0, -0.3).normalize()] {
-            let seen = coats
+            let seen = bsdfs
                 .seen(Look::plain(0), Vec3::ONE, [leaning, Vec3::Z], incoming, SeenBy::Eye)
                 .expect("it has one");
             let ray = seen.reflect([0.5; 2]).expect("a mirror always reflects");

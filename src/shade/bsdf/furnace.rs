@@ -10,7 +10,7 @@ use super::albedos::{Albedos, Layer, Shares};
 use super::tests::{at, material, seen};
 use crate::scene::Material;
 use crate::scene::material::{MetalRough, head_on};
-use crate::shade::fresnel::Fresnel;
+use crate::shade::bsdf::fresnel::Fresnel;
 
 /// Number of steps of slopes; half as many around, by symmetry. Twice as many change albedos by less than
 /// 1e-3.

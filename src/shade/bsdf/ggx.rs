@@ -17,7 +17,7 @@ use glam::Vec3;
 
 use crate::geometry::angle;
 use crate::lanes::{F32x8, Vec3x8};
-use crate::shade::fresnel::Fresnel;
+use crate::shade::bsdf::fresnel::Fresnel;
 
 /// Density of microfacet normals about `half`, for each unit of area and of solid angle.
 #[inline]

@@ -15,9 +15,12 @@
 use glam::Vec3;
 
 use crate::lanes::Real;
-use crate::shade::fresnel::{Fresnel, dielectric, grazing};
-use crate::shade::ggx;
+use crate::shade::bsdf::fresnel::{Fresnel, dielectric, grazing};
+use crate::shade::bsdf::ggx;
 use crate::shade::sampling::PathRandom;
+
+/// Least albedo; anything below it is taken for black.
+pub const LEAST_ALBEDO: f32 = 1e-6;
 
 /// Least cosine to the eye that is used in formulas: below it, a direction counts as lying in the surface.
 pub const LEAST_COSINE: f32 = 1e-4;

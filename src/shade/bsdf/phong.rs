@@ -8,10 +8,10 @@ use crate::lanes::{F32x8, Mask, Vec3x8};
 use crate::scene::material::{MetalRough, Optics, Scattering};
 use crate::scene::{Material, Scene};
 
-use super::coat::Coats;
-use super::horizon;
-use super::light::LightSample;
+use super::Bsdfs;
 use crate::scene::look::{Look, Varied};
+use crate::shade::horizon;
+use crate::shade::light::LightSample;
 
 /// Material as lighting needs it.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -120,7 +120,7 @@ pub struct Palette {
     /// Largest diffuse reflectance of any material, by channel; textures count as white.
     pub brightest: Vec3,
     /// Layers of metal-rough materials.
-    pub coats: Coats,
+    pub bsdfs: Bsdfs,
     /// True if any material has a normal map.
     pub bends_normals: bool,
     /// True if any material has a picture that is filtered over the places that samples stand for.
@@ -131,6 +131,8 @@ pub struct Palette {
     pub varies: bool,
     /// True if graphs compute anything of any material: its colour, a parameter, heights.
     pub computes: bool,
+    /// True if anything of that depends on what sees a surface.
+    pub is_of_eye: bool,
 }
 
 /// Highlights of eight surfaces: their parameters.
@@ -159,14 +161,24 @@ impl Palette {
         let varies = scene.materials.iter().any(is_varied);
         let has_textures = scene.materials.iter().any(Material::is_filtered);
         let computes = scene.materials.iter().any(Material::has_graphs);
-        let coats = Coats::new(&scene.materials);
+        let is_of_eye = scene.materials.iter().any(Material::is_of_eye);
+        let bsdfs = Bsdfs::new(&scene.materials);
         let scatters_below = scene.materials.iter().any(|one| one.scattering.is_some());
         let to_world = scene.space.scale() as f32;
         for scattering in paints.iter_mut().filter_map(|paint| paint.scattering.as_mut()) {
             scattering.radius *= to_world;
         }
-        let plain = Self::new(paints);
-        Self { coats, scatters_below, brightest, bends_normals, has_textures, varies, computes, ..plain }
+        Self {
+            bsdfs,
+            scatters_below,
+            brightest,
+            bends_normals,
+            has_textures,
+            varies,
+            computes,
+            is_of_eye,
+            ..Self::new(paints)
+        }
     }
 
     fn new(paints: Vec<Paint>) -> Self {
@@ -176,12 +188,13 @@ impl Palette {
             paints,
             all_diffuse,
             brightest: Vec3::ZERO,
-            coats: Coats::default(),
+            bsdfs: Bsdfs::default(),
             bends_normals: false,
             has_textures: false,
             scatters_below: false,
             varies: false,
             computes: false,
+            is_of_eye: false,
         }
     }
 
@@ -336,7 +349,9 @@ fn paint(material: &Material, light: Vec3) -> Paint {
         specular: material.specular,
         shininess: material.shininess,
         goes_on: material.optics != Optics::Opaque || material.metal_rough.is_some(),
-        is_followed: material.optics != Optics::Opaque || material.metal_rough.is_some_and(is_smooth),
+        is_followed: material.optics != Optics::Opaque
+            || material.metal_rough.is_some_and(is_smooth)
+            || material.coat.is_some_and(|coat| coat.is_smooth()),
         is_diffuse: full != Vec3::ZERO,
         varying,
         scattering: material.scattering,

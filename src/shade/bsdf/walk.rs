@@ -11,7 +11,7 @@ use glam::DVec3;
 
 use super::albedos::{Albedos, Layer, Shares};
 use super::tests::material;
-use crate::shade::fresnel::Fresnel;
+use crate::shade::bsdf::fresnel::Fresnel;
 
 /// Numbers from 0 to 1 without an end: PCG (O'Neill 2014).
 struct Random(u64);
