@@ -1,6 +1,6 @@
 //! Hashes of whole numbers and of the bits of floats, as the texture nodes of Blender use them.
 //!
-//! [`jenkins`] is lookup3 of Bob Jenkins (2006). [`cell`] is the PCG hash of Jarzynski and Olano, "Hash
+//! [`jenkins`] is lookup3 of Bob Jenkins (2006). [`CellHash`] is the PCG hash of Jarzynski and Olano, "Hash
 //! Functions for GPU Rendering" (JCGT 2020), on signed numbers.
 
 use std::array;
@@ -163,7 +163,7 @@ pub fn unit2_of4([x, y, z, w]: [f32; 4]) -> Vec2 {
     Vec2::new(unit([x, y, z, w]), unit([z, x, w, y]))
 }
 
-/// [`unit`] of eight keys.
+/// [`unit()`] of eight keys.
 #[inline(always)]
 pub fn unit8<const N: usize>(key: [F32x8; N]) -> F32x8 {
     F32x8::from_unsigned(jenkins8(key.map(F32x8::to_bits))) * (1.0 / u32::MAX as f32)
