@@ -218,7 +218,8 @@ def set_normal(evaluator, source, surface):
             length = np.maximum(np.linalg.norm(direction, axis=2, keepdims=True), 1e-6)
             normal = (direction / length * 0.5 + 0.5).astype(np.float32)
         if np.abs(normal - STRAIGHT).max() > 0.01:
-            # of a missing picture all over the same, and askew, as in Cycles
+            # of a missing picture all over the same, and askew, as in Cycles: meshes need coordinates all the same
+            evaluator.uv = evaluator.uv or (source.uv_map, np.eye(3))
             surface.normal = normal
     else:
         evaluator.say(f"normals by node `{source.name}` ({source.bl_label}) are left out")
