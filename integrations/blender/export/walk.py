@@ -58,6 +58,37 @@ def is_taken(matrix, reach):
     return largest <= LARGEST_SCALE and largest * reach + max(abs(row[3]) for row in rows[:3]) <= FARTHEST
 
 
+def random_number(instance, item):
+    """Number of an object from 0 to 1, by which copies differ, as Cycles has it: of objects that are no instances a hash of the name."""
+    number = instance.random_id if instance.is_instance else hashed(name_number(item.name), 0)
+    return (number & 0xFFFFFFFF) / 0xFFFFFFFF
+
+
+def name_number(name):
+    """Number of a name."""
+    number = 0
+    for byte in name.encode():
+        number = (number * 37 + byte) & 0xFFFFFFFF
+    return number
+
+
+def hashed(first, second):
+    """Hash of two whole numbers of 32 bits (B. Jenkins, lookup3, 2006)."""
+
+    def turned(value, bits):
+        return (value << bits | value >> (32 - bits)) & 0xFFFFFFFF
+
+    c = (0xDEADBEEF + (2 << 2) + 13) & 0xFFFFFFFF
+    a, b = (c + first) & 0xFFFFFFFF, (c + second) & 0xFFFFFFFF
+    c = ((c ^ b) - turned(b, 14)) & 0xFFFFFFFF
+    a = ((a ^ c) - turned(c, 11)) & 0xFFFFFFFF
+    b = ((b ^ a) - turned(a, 25)) & 0xFFFFFFFF
+    c = ((c ^ b) - turned(b, 16)) & 0xFFFFFFFF
+    a = ((a ^ c) - turned(c, 4)) & 0xFFFFFFFF
+    b = ((b ^ a) - turned(a, 14)) & 0xFFFFFFFF
+    return ((c ^ b) - turned(b, 24)) & 0xFFFFFFFF
+
+
 class Placed:
     """One copy of a mesh, where it is and to which rays it shows itself: `matrices` from times to row-major 4x4 matrices in the shot's axes."""
 
@@ -232,8 +263,7 @@ class Walk:
             return
         placed = self.placed.get(key)
         if placed is None:
-            # as Cycles has it
-            placed = self.placed[key] = Placed(item.name, (instance.random_id & 0xFFFFFFFF) / 0xFFFFFFFF)
+            placed = self.placed[key] = Placed(item.name, random_number(instance, item))
         placed.mesh[time], placed.seen[time] = mesh, shown
         placed.matrices[time] = (TO_Y_UP @ matrix)[:3].ravel()
 
