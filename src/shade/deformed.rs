@@ -12,6 +12,20 @@ use crate::animation::{Chord, Shape, Transform};
 use crate::scene::on_mesh::OnMesh;
 use crate::scene::{Mesh, Model, Scene};
 
+/// The `point` of `triangle` that is there at rest, on the curved surface that the triangle stands for in its present shape; `None` for
+/// flat meshes and quadrics.
+pub fn smooth_point(
+    mesh: &Mesh,
+    triangle: u32,
+    point: Vec3,
+    deformed: Option<&Deformed>,
+) -> Option<SmoothPoint> {
+    match deformed {
+        None => SmoothPoint::at_rest(mesh, triangle, point),
+        Some(deformed) => deformed.smooth_point(mesh, triangle, point),
+    }
+}
+
 /// Vertices of a mesh in one of its shapes.
 #[derive(Debug)]
 struct Vertices {
@@ -124,8 +138,8 @@ impl Deformed<'_> {
         DeformedPlace { point: at_weights(corners, [u, v]).as_vec3(), normal, geometric_normal }
     }
 
-    /// The `point` of `triangle` that is there at rest, on the curved surface that the triangle stands for; `None` for flat meshes.
-    pub fn smooth_point(&self, mesh: &Mesh, triangle: u32, point: Vec3) -> Option<SmoothPoint> {
+    /// See [`smooth_point`].
+    fn smooth_point(&self, mesh: &Mesh, triangle: u32, point: Vec3) -> Option<SmoothPoint> {
         let weights = weights_of(corners_of(mesh, triangle), point.as_dvec3());
         let corners = self.corners(mesh, triangle);
         Some(SmoothPoint {

@@ -5,11 +5,10 @@ use std::sync::Arc;
 
 use glam::{DAffine3, DVec3, Vec3};
 
-use super::deformed::Deformations;
+use super::deformed::{Deformations, smooth_point};
 use super::emitter_parts::{EmitterParts, EmitterTriangle};
 use super::light_chances::Sent;
 use super::surface::{corners_of, facing};
-use super::terminator::SmoothPoint;
 use crate::animation::Track;
 use crate::exposure::Tick;
 use crate::geometry::Bounds;
@@ -171,10 +170,7 @@ impl Emitters {
         if scene.materials[usize::from(place.material())].is_of_eye() {
             let [a, b, c] = corners_of(mesh, triangle).map(|corner| corner.as_vec3());
             let at_rest = a * (1.0 - root) + b * weights[0] + c * weights[1];
-            let smooth = match &deformed {
-                None => SmoothPoint::at_rest(mesh, triangle, at_rest),
-                Some(deformed) => deformed.smooth_point(mesh, triangle, at_rest),
-            };
+            let smooth = smooth_point(mesh, triangle, at_rest, deformed.as_ref());
             let smooth = smooth.and_then(|smooth| smooth.normal().try_normalize());
             let smooth = smooth.map_or(normal, |smooth| transform.normal(smooth));
             place = place.seen_at(facing([smooth, normal], point - asked_from));

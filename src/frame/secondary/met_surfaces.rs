@@ -172,13 +172,15 @@ fn light(frame: &FrameView, met: &mut MetSurfaces, times: &mut TreeTimes, tally:
         eight.light = emitted_and_ambient(frame, (&eight.looks, eight.reflectance), openness);
         let MetLanes { reflectance, view, receivers, .. } = *eight;
         let normals = [receivers.normal, receivers.geometric_normal];
-        let paths = |lane: usize| some.get(lane).map_or(0, |met| paths_onwards(frame, met));
-        let follows = |lane: usize| some.get(lane).is_some_and(|met| is_followed(frame, met));
         let has_bsdfs = frame.palette.bsdfs.any(&eight.looks);
-        let rays = has_bsdfs.then(|| LayerRays {
-            count: std::array::from_fn(paths),
-            followed: Mask::new(follows).bits(),
-            incoming: -view,
+        let rays = has_bsdfs.then(|| {
+            let mut rays = LayerRays { count: [0; LANES], followed: 0, incoming: -view };
+            for (lane, met) in some.iter().enumerate() {
+                let Onwards { rough, is_followed } = Onwards::of(frame, met);
+                rays.count[lane] = u32::from(rough.is_some());
+                rays.followed |= u8::from(is_followed) << lane;
+            }
+            rays
         });
         let bsdfs = frame.palette.bsdfs.seen_lanes(&eight.looks, reflectance, normals, -view, rays);
         if let Some(bsdfs) = bsdfs {
@@ -246,9 +248,7 @@ fn reflect(frame: &FrameView, met: &mut MetSurfaces, times: &mut TreeTimes, tall
     for (first, some) in (0..).step_by(GATHER_AT_ONCE).zip(met.chunks_mut(GATHER_AT_ONCE)) {
         gathering.starts.clear();
         for (number, met) in (first..).zip(&*some) {
-            let layer =
-                met.layer(frame).and_then(|seen| seen.rough()).filter(|_| paths_onwards(frame, met) > 0);
-            gathering.starts.extend(layer.map(|seen| {
+            gathering.starts.extend(Onwards::of(frame, met).rough.map(|seen| {
                 let seed = seed_of(met.surface.point, met.surface.material.into());
                 let sequence = PathSequence::of_reflections_of_seed(seed);
                 PathStart { sequence, layer: Some(DrawnLayer { seen, paths: 1 }), ..met.start(number) }
@@ -395,20 +395,24 @@ fn shine(frame: &FrameView, light: usize, met: &mut MetSurfaces) {
     }
 }
 
-/// Number of paths by which what is rough of a surface that a ray has met reflects: none if it is the last one, and one at most; only
-/// samples have several.
-fn paths_onwards(frame: &FrameView, met: &MetSurface) -> u32 {
-    u32::from(frame.settings.reflections > 0 && leads_on(frame, met, SeenBsdf::rough))
+/// How light goes on from a surface that a ray has met, off what reflects beside the diffuse part: not at all if it is the last one.
+#[derive(Debug, Default)]
+struct Onwards {
+    /// What is rough, if a path shows it: one at most; only samples have several.
+    rough: Option<SeenBsdf>,
+    /// True if a ray follows what is a mirror.
+    is_followed: bool,
 }
 
-/// Returns true if a ray follows what is a mirror of a surface that a ray has met.
-fn is_followed(frame: &FrameView, met: &MetSurface) -> bool {
-    leads_on(frame, met, SeenBsdf::smooth)
-}
-
-/// Returns true if light that this `part` of a surface that a ray has met reflects is worth a ray.
-fn leads_on(frame: &FrameView, met: &MetSurface, part: fn(SeenBsdf) -> Option<SeenBsdf>) -> bool {
-    let is_worth = |seen: SeenBsdf| met.bounce.is_worth(seen.albedo * met.bounce.weight);
-    let ends = met.bounce.step.is_last();
-    !ends && met.layer(frame).and_then(part).is_some_and(is_worth)
+impl Onwards {
+    fn of(frame: &FrameView, met: &MetSurface) -> Self {
+        let Some(seen) = met.layer(frame).filter(|_| !met.bounce.step.is_last()) else {
+            return Self::default();
+        };
+        let is_worth = |seen: &SeenBsdf| met.bounce.is_worth(seen.albedo * met.bounce.weight);
+        Self {
+            rough: seen.rough().filter(|seen| frame.settings.reflections > 0 && is_worth(seen)),
+            is_followed: seen.smooth().is_some_and(|seen| is_worth(&seen)),
+        }
+    }
 }

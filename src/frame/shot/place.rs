@@ -6,10 +6,9 @@ use crate::animation::Transform;
 use crate::frame::grid::bits::set_bits;
 use crate::lanes::{Mask, Vec3x8};
 use crate::scene::{Mesh, Model, Scene};
-use crate::shade::deformed::{Deformations, Deformed, DeformedPlace};
+use crate::shade::deformed::{Deformations, Deformed, DeformedPlace, smooth_point};
 use crate::shade::horizon::Horizon;
 use crate::shade::surface::{corners_of, meet_exactly};
-use crate::shade::terminator::SmoothPoint;
 
 /// Place and shape of a model at one time. The object space of a model that deforms is that of its shape at
 /// rest: a point on one of its triangles goes to the point with the same weights of the corners in the shape
@@ -71,10 +70,8 @@ impl<'a> Place<'a> {
     /// The curved surface that `triangle` of `mesh`, the model's, stands for at a point (object space, at rest), on the side on
     /// which `side` is 1, its outside, or -1; `None` where it stands for itself, for want of usable normals. A normal map may bend it.
     pub fn horizon(&self, mesh: &Mesh, triangle: u32, point: Vec3, side: f32) -> Option<Horizon> {
-        let smooth = match self.deformed {
-            None => SmoothPoint::at_rest(mesh, triangle, point)?,
-            Some((deformed, model)) => deformed.smooth_point(&model.mesh, triangle, point)?,
-        };
+        let deformed = self.deformed.as_ref().map(|(deformed, _)| deformed);
+        let smooth = smooth_point(mesh, triangle, point, deformed)?;
         let normal = smooth.normal().try_normalize()? * side;
         let [normal, lift] = [self.transform.normal(normal), self.transform.direction(smooth.lift(side))];
         Some(Horizon { normal, lift, is_bent: true })
