@@ -5,11 +5,11 @@ use std::sync::Arc;
 
 use glam::{DAffine3, DVec3, Vec3};
 
-use super::deformed::{Deformations, smooth_point};
+use super::deformed::{Deformations, Deformed, smooth_point};
 use super::emitter_parts::{EmitterParts, EmitterTriangle};
 use super::light_chances::Sent;
 use super::surface::{corners_of, facing};
-use crate::animation::Track;
+use crate::animation::{Track, Transform};
 use crate::exposure::Tick;
 use crate::geometry::Bounds;
 use crate::pose::Pose;
@@ -37,6 +37,8 @@ pub struct Emitters {
     cut: Vec<Option<Arc<CutoutTest>>>,
     /// True if surfaces emit of which no points are chosen.
     are_met_alone: bool,
+    /// True if light of any material depends on the angle at which it is seen.
+    is_of_eye: bool,
 }
 
 /// Point on an emitting surface.
@@ -118,7 +120,9 @@ impl Emitters {
             tests.entry(Arc::as_ptr(&model.mesh)).or_insert_with(test).clone()
         };
         let cut = scene.models.iter().map(test_of).collect();
-        Self { parts: EmitterParts::new(scene, bounds, triangles), brightness, chance, cut, are_met_alone }
+        let is_of_eye = scene.materials.iter().any(Material::is_of_eye);
+        let parts = EmitterParts::new(scene, bounds, triangles);
+        Self { parts, brightness, chance, cut, are_met_alone, is_of_eye }
     }
 
     /// Returns true if nothing emits.
@@ -167,13 +171,9 @@ impl Emitters {
         let weights = [root * (1.0 - above), root * above];
         let point = a * (1.0 - root) + b * weights[0] + c * weights[1];
         let mut place = OnMesh::on(&scene.models[model as usize], triangle, weights);
-        if scene.materials[usize::from(place.material())].is_of_eye() {
-            let [a, b, c] = corners_of(mesh, triangle).map(|corner| corner.as_vec3());
-            let at_rest = a * (1.0 - root) + b * weights[0] + c * weights[1];
-            let smooth = smooth_point(mesh, triangle, at_rest, deformed.as_ref());
-            let smooth = smooth.and_then(|smooth| smooth.normal().try_normalize());
-            let smooth = smooth.map_or(normal, |smooth| transform.normal(smooth));
-            place = place.seen_at(facing([smooth, normal], point - asked_from));
+        if self.is_of_eye && scene.materials[usize::from(place.material())].is_of_eye() {
+            let along = point - asked_from;
+            place = place.seen_at(facing_of(&place, (transform, deformed.as_ref()), normal, along));
         }
         // a place that is cut out is chosen as often as any other, and sends no light
         let is_there = self.cut[model as usize]
@@ -233,6 +233,23 @@ impl Emitters {
         let map = transform.to_world.matrix3;
         of_object * Vec3::from(map.transpose() * glam::Vec3A::from(normal)).length() / map.determinant().abs()
     }
+}
+
+/// Cosine of the angle at which a place on an emitter is seen `along` a way, as paths that meet it see it: that of the curved surface for
+/// which its triangle stands. `normal`: of the triangle, world space. Not inlined: hardly any emitter depends on the angle.
+#[inline(never)]
+fn facing_of(
+    place: &OnMesh,
+    (transform, deformed): (&Transform, Option<&Deformed>),
+    normal: Vec3,
+    along: Vec3,
+) -> f32 {
+    let (mesh, triangle, [u, v]) = (place.mesh, place.primitive, place.weights);
+    let [a, b, c] = corners_of(mesh, triangle).map(|corner| corner.as_vec3());
+    let at_rest = a * (1.0 - u - v) + b * u + c * v;
+    let smooth = smooth_point(mesh, triangle, at_rest, deformed);
+    let smooth = smooth.and_then(|smooth| smooth.normal().try_normalize());
+    facing([smooth.map_or(normal, |smooth| transform.normal(smooth)), normal], along)
 }
 
 /// Light that a unit of area of each material sends, relative to the others. Where graphs compute it, it is the mean over some places.

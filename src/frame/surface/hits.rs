@@ -208,25 +208,6 @@ impl<'a> Hits8<'a> {
         looks
     }
 
-    /// What the surface in a lane is made of, and its reflectance, where that depends on the angle at which it is seen: `facing` gives the
-    /// cosine. Not inlined: most shots have no such surface.
-    #[inline(never)]
-    fn look_of_eye(
-        &self,
-        frame: &FrameView,
-        lane: usize,
-        width: f32,
-        facing: impl FnOnce() -> f32,
-    ) -> Option<(Look, Vec3)> {
-        let place = self.place(frame, lane, self.weights).with_width(width);
-        let number = place.material();
-        let material = &frame.scene.materials[usize::from(number)];
-        material.is_of_eye().then(|| {
-            let (color, varied) = place.seen_at(facing()).appearance(frame.scene, material);
-            (Look { material: number, varied }, color)
-        })
-    }
-
     /// Heights at places of `lanes`, and beside them. Not inlined: most shots have none.
     #[inline(never)]
     fn heights(
@@ -350,7 +331,12 @@ pub fn surfaces(
     let in_use = |lane: usize| if lane < count { ticks(lane) } else { MIDDLE_TICK };
     let of_lanes = || std::array::from_fn(in_use);
     place(frame, (hits.models, triangle), of_lanes, [&mut point, &mut normal, &mut geometric_normal]);
-    let (mut looks, mut reflectances) = hits.looks(frame, hits.weights, &widths);
+    let mut seen = hits.looks(frame, hits.weights, &widths);
+    if frame.palette.is_of_eye {
+        let way = |lane: usize| (directions(lane), ticks(lane));
+        show_at_angles(frame, hits, count, way, (in_object, geometric_normal), &widths, &mut seen);
+    }
+    let (looks, reflectances) = seen;
     for lane in (0..count).filter(|lane| hits.is_hit(*lane)) {
         let from_behind = geometric_normal.lane(lane).dot(directions(lane)) > 0.0;
         let side = if from_behind { -1.0 } else { 1.0 };
@@ -363,14 +349,6 @@ pub fn surfaces(
         } else {
             Horizon::flat(normal)
         };
-        if frame.palette.is_of_eye {
-            let seen = (in_object.lane(lane), from_behind, ticks(lane));
-            let facing = || facing(frame, at(lane), seen, geometric_normal, directions(lane));
-            if let Some((look, color)) = hits.look_of_eye(frame, lane, widths[lane], facing) {
-                looks[lane] = look;
-                reflectances.set_lane(lane, color);
-            }
-        }
         let surface = Surface {
             point: point.lane(lane),
             normal,
@@ -383,6 +361,37 @@ pub fn surfaces(
             width: if frame.palette.has_textures { beams(lane) } else { 0.0 },
         };
         each(lane, surface);
+    }
+}
+
+/// Looks up what the first `count` surfaces are made of, and their reflectances, where that depends on the angle at which they are seen.
+/// `way`: direction along which one is seen, and the tick; points in object space, normals (on the outside) in world space. Not inlined:
+/// most shots have no such surface.
+#[inline(never)]
+fn show_at_angles(
+    frame: &FrameView,
+    hits: &Hits8,
+    count: usize,
+    way: impl Fn(usize) -> (Vec3, Tick),
+    (points, geometric_normals): (Vec3x8, Vec3x8),
+    widths: &[f32; LANES],
+    (looks, reflectances): &mut ([Look; LANES], Vec3x8),
+) {
+    for lane in (0..count).filter(|lane| hits.is_hit(*lane)) {
+        let material = &frame.scene.materials[usize::from(looks[lane].material)];
+        if !material.is_of_eye() {
+            continue;
+        }
+        let (along, tick) = way(lane);
+        let outside = geometric_normals.lane(lane);
+        let from_behind = outside.dot(along) > 0.0;
+        let normal = if from_behind { -outside } else { outside };
+        let of = (hits.models[lane], hits.triangles[lane]);
+        let facing = facing(frame, of, (points.lane(lane), from_behind, tick), normal, along);
+        let place = hits.place(frame, lane, hits.weights).with_width(widths[lane]).seen_at(facing);
+        let (color, varied) = place.appearance(frame.scene, material);
+        looks[lane].varied = varied;
+        reflectances.set_lane(lane, color);
     }
 }
 
