@@ -18,7 +18,7 @@ pub use vec3::Vec3x8;
 pub const LANES: usize = 8;
 
 /// Eight floats.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct F32x8(f32x8);
 
 /// Eight booleans.

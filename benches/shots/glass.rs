@@ -81,7 +81,7 @@ pub fn run(arguments: &Arguments) -> Failable<()> {
 fn of_glass(scene: &Scene) -> Scene {
     let mut scene = scene.clone();
     let (transmission, reflection) = (Vec3::splat(0.9), Vec3::ONE);
-    let optics = Optics::Glass { transmission, index: 1.5, reflection, is_rough: false };
+    let optics = Optics::clear(transmission, 1.5, reflection);
     let glass = scene.materials.len() as u16;
     scene.materials.push(Material { diffuse: Vec3::splat(0.05), optics, ..Material::fallback() });
     let mesh = Mesh::clone(&scene.models[0].mesh);

@@ -8,7 +8,7 @@ use wide::{CmpEq, f32x8};
 use super::{F32x8, Mask};
 
 /// Eight vectors, or eight colours.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[allow(missing_docs, reason = "coordinates")]
 pub struct Vec3x8 {
     pub x: F32x8,

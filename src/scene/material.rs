@@ -31,10 +31,20 @@ pub struct Material {
     pub optics: Optics,
     /// Metal-rough reflection, in place of `specular` and `shininess`.
     pub metal_rough: Option<MetalRough>,
+    /// How white the metal of that is at grazing angles, from 0 (as at right angles) to 1.
+    pub metal_edge: f32,
+    /// Roughness of what is matt, from 0 to 1; it has a metal-rough layer then, which may reflect nothing.
+    pub diffuse_roughness: f32,
+    /// How its metal-rough layer spreads light more along one direction than across it.
+    pub anisotropy: Option<Anisotropy>,
     /// Clear coat above its metal-rough layer, which it has then.
     pub coat: Option<Coat>,
-    /// Light that goes below it and comes out somewhere else.
+    /// Fuzz above all of that; it has a metal-rough layer then.
+    pub fuzz: Option<Fuzz>,
+    /// Light that leaves it somewhere else than where it came, or on the other side.
     pub scattering: Option<Scattering>,
+    /// What it absorbs of the light on its way through it, if it is glass: exponents for each unit of length, space of the shot's files.
+    pub absorption: Vec3,
     /// Texture of map_Kd: index into [`Scene::textures`](super::Scene::textures).
     pub diffuse_map: Option<u32>,
     /// What graphs compute of it at each place.
@@ -198,6 +208,29 @@ impl Coat {
     }
 }
 
+/// Anisotropy of a rough layer, as OpenPBR has it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Anisotropy {
+    /// How much narrower its lobe is across the tangent than along it, above 0 (round) and up to 1.
+    pub amount: f32,
+    /// Turn of the tangent about the normal, radians, counter-clockwise as seen from outside.
+    pub turn: f32,
+    /// Axis of object space around which the tangent leads, as the grooves of turned metal do; without one it is that of the first texture
+    /// coordinate.
+    pub around: Option<Vec3>,
+}
+
+/// Fuzz, as OpenPBR has it: fibres above all else of a surface.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Fuzz {
+    /// Share of the surface that it covers, above 0 and up to 1.
+    pub weight: f32,
+    /// Colour: linear RGB from 0 to 1.
+    pub color: Vec3,
+    /// Roughness, from 0 to 1: how far from grazing angles it is seen.
+    pub roughness: f32,
+}
+
 /// Reflectance at right angles of a surface with this index of refraction, by Fresnel's equations.
 pub fn head_on(index: f64) -> f64 {
     ((index - 1.0) / (index + 1.0)).powi(2)
@@ -245,19 +278,33 @@ impl MetalRough {
         }
     }
 
+    /// Returns true if it reflects anything: that of what is matt does not.
+    pub fn reflects(&self) -> bool {
+        self.head_on > 0.0 || self.metallic > 0.0
+    }
+
     /// Returns true if it reflects as a mirror does.
     pub fn is_smooth(&self) -> bool {
         self.alpha() <= LEAST_ALPHA
     }
 }
 
-/// Scattering of light below a surface that is matt otherwise, in the colour of its diffuse light.
+/// What becomes of the diffuse light of a surface that does not leave it where it came, in the colour of that light.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Scattering {
-    /// Share of the diffuse light that goes below the surface, above 0 and up to 1.
-    pub weight: f32,
+    /// Share of the light of each channel that goes below the surface and comes out somewhere else, from 0 to 1.
+    pub below: Vec3,
     /// Mean free path below it: the way that red, green and blue light goes before it is scattered, world space of the shot's files.
     pub radius: Vec3,
+    /// Share that leaves on the other side of the surface, as through a leaf; both shares together are 1 at most.
+    pub through: f32,
+}
+
+impl Scattering {
+    /// Share of the light of each channel that leaves the surface where it came, and on its side.
+    pub fn at_surface(&self) -> Vec3 {
+        (Vec3::splat(1.0 - self.through) - self.below).max(Vec3::ZERO)
+    }
 }
 
 /// Effect of a surface on a ray from the camera.
@@ -283,18 +330,28 @@ pub enum Optics {
         reflection: Vec3,
         /// True if it is as rough as the material's [`MetalRough`], which then is its reflection as well.
         is_rough: bool,
+        /// True if the surface is both walls of a pane at once: light goes straight on behind it.
+        is_thin: bool,
     },
 }
 
 impl Optics {
+    /// Clear, smooth glass.
+    pub const fn clear(transmission: Vec3, index: f32, reflection: Vec3) -> Self {
+        Self::Glass { transmission, index, reflection, is_rough: false, is_thin: false }
+    }
+
     /// A surface that lets light of this colour pass straight through.
     pub fn veil(transmission: Vec3) -> Self {
-        Self::Glass { transmission, index: 1.0, reflection: Vec3::ZERO, is_rough: false }
+        Self::clear(transmission, 1.0, Vec3::ZERO)
     }
 
     /// Returns true if what it lets through goes straight on.
     pub fn is_straight(&self) -> bool {
-        matches!(self, Self::Glass { index: 1.0, is_rough: false, .. })
+        match self {
+            Self::Glass { index, is_rough, is_thin, .. } => (*index == 1.0 || *is_thin) && !is_rough,
+            _ => false,
+        }
     }
 }
 
@@ -313,8 +370,13 @@ impl Material {
             shininess: 1.0,
             optics: Optics::Opaque,
             metal_rough: None,
+            metal_edge: 1.0,
+            diffuse_roughness: 0.0,
+            anisotropy: None,
             coat: None,
+            fuzz: None,
             scattering: None,
+            absorption: Vec3::ZERO,
             diffuse_map: None,
             computed: None,
             cutout: None,
@@ -397,11 +459,12 @@ impl Material {
         }
         let opacity = varied.of_opacity();
         match self.optics {
-            Optics::Glass { transmission, index, reflection, is_rough } => Optics::Glass {
+            Optics::Glass { transmission, index, reflection, is_rough, is_thin } => Optics::Glass {
                 transmission: Vec3::ONE - (Vec3::ONE - transmission) * opacity,
                 index,
                 reflection,
                 is_rough,
+                is_thin,
             },
             _ => Optics::veil(Vec3::splat(1.0 - opacity)),
         }
@@ -426,6 +489,12 @@ impl Material {
     /// Returns true if graphs compute anything of its places.
     pub fn has_graphs(&self) -> bool {
         self.computed.is_some() || self.bump.is_some()
+    }
+
+    /// Returns true if anything of it depends on the space of a mesh's own file.
+    pub fn asks_for_space(&self) -> bool {
+        self.programs().next().is_some()
+            || self.anisotropy.is_some_and(|anisotropy| anisotropy.around.is_some())
     }
 
     /// All programs that are evaluated at its places.
@@ -506,9 +575,20 @@ impl Material {
         matches!(self.optics, Optics::Glass { is_rough: true, .. })
     }
 
+    /// Returns true if rays that pass its surface are inside of it, or have left it.
+    pub fn is_solid(&self) -> bool {
+        match self.optics {
+            Optics::Glass { is_thin, .. } => {
+                !is_thin && (!self.optics.is_straight() || self.absorption != Vec3::ZERO)
+            }
+            _ => false,
+        }
+    }
+
     /// Returns true if it has a layer that is rough, at least in places: paths by which it reflects are kept.
     pub fn is_rough(&self) -> bool {
         let is_coat_rough = self.coat.is_some_and(|coat| !coat.is_smooth());
-        self.metal_rough.is_some_and(|layer| !layer.is_smooth()) || is_coat_rough
+        let is_layer_rough = self.metal_rough.is_some_and(|layer| layer.reflects() && !layer.is_smooth());
+        is_layer_rough || is_coat_rough || self.fuzz.is_some()
     }
 }

@@ -1,6 +1,7 @@
 //! Attributes of a place on a mesh, by pictures and vertices: texture coordinates, material, reflectance, bent normals.
 
 mod computed;
+mod tangent;
 
 use glam::{Affine3A, Vec2, Vec3};
 

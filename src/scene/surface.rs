@@ -1,6 +1,6 @@
 //! What a surface is made of: the parameters of OpenPBR Surface 1.1 by their names, each a constant or a value of a graph.
 //!
-//! Readers of files make surfaces; what the renderer does not have of them yet is [told](Surface::left_out).
+//! Readers of files make surfaces; what the renderer has as constants alone, and graphs give, is [told](Surface::left_out).
 
 use std::ops::{Index, IndexMut};
 
@@ -34,9 +34,12 @@ pub enum Parameter {
     CoatIor,
     CoatDarkening,
     FuzzWeight,
+    FuzzColor,
+    FuzzRoughness,
     EmissionLuminance,
     EmissionColor,
     GeometryOpacity,
+    GeometryThinWalled,
 }
 
 /// Name, kind and default of a parameter.
@@ -61,7 +64,7 @@ const fn color(parameter: Parameter, name: &'static str, default: f32) -> Descri
 }
 
 /// All parameters, in the order of [`Parameter`].
-pub const ALL: [Described; 25] = [
+pub const ALL: [Described; 28] = [
     number(Parameter::BaseWeight, "base_weight", 1.0),
     color(Parameter::BaseColor, "base_color", 0.8),
     number(Parameter::BaseDiffuseRoughness, "base_diffuse_roughness", 0.0),
@@ -87,34 +90,36 @@ pub const ALL: [Described; 25] = [
     number(Parameter::CoatIor, "coat_ior", 1.6),
     number(Parameter::CoatDarkening, "coat_darkening", 1.0),
     number(Parameter::FuzzWeight, "fuzz_weight", 0.0),
+    color(Parameter::FuzzColor, "fuzz_color", 1.0),
+    number(Parameter::FuzzRoughness, "fuzz_roughness", 0.5),
     number(Parameter::EmissionLuminance, "emission_luminance", 0.0),
     color(Parameter::EmissionColor, "emission_color", 1.0),
     number(Parameter::GeometryOpacity, "geometry_opacity", 1.0),
+    number(Parameter::GeometryThinWalled, "geometry_thin_walled", 0.0),
 ];
 
 /// Parameters that the renderer has as constants alone: of a graph the default counts.
-const CONSTANT: [Parameter; 13] = [
+const CONSTANT: [Parameter; 20] = [
+    Parameter::BaseDiffuseRoughness,
     Parameter::SubsurfaceWeight,
     Parameter::SubsurfaceRadius,
     Parameter::SubsurfaceRadiusScale,
     Parameter::SpecularWeight,
     Parameter::SpecularColor,
     Parameter::SpecularIor,
+    Parameter::SpecularRoughnessAnisotropy,
     Parameter::TransmissionWeight,
     Parameter::TransmissionColor,
+    Parameter::TransmissionDepth,
     Parameter::CoatWeight,
     Parameter::CoatRoughness,
     Parameter::CoatIor,
     Parameter::CoatColor,
     Parameter::CoatDarkening,
-];
-
-/// Parameters that the renderer does not have.
-const UNKNOWN: [Parameter; 4] = [
-    Parameter::BaseDiffuseRoughness,
-    Parameter::SpecularRoughnessAnisotropy,
-    Parameter::TransmissionDepth,
     Parameter::FuzzWeight,
+    Parameter::FuzzColor,
+    Parameter::FuzzRoughness,
+    Parameter::GeometryThinWalled,
 ];
 
 /// Heights of a surface that is rougher than its triangles.
@@ -181,22 +186,15 @@ impl Surface {
         self.constant(parameter).x
     }
 
-    /// Sentences about what the renderer does not have of it.
-    pub fn left_out(&self) -> Vec<String> {
-        let of = |list: &[Parameter], is_said: &dyn Fn(&Described) -> bool| -> Vec<&'static str> {
-            let described = list.iter().map(|parameter| &ALL[*parameter as usize]);
-            described.filter(|described| is_said(described)).map(|described| described.name).collect()
-        };
-        let computed = of(&CONSTANT, &|of| matches!(self[of.parameter], Input::Node(_)));
-        let unknown = of(&UNKNOWN, &|of| self[of.parameter] != Input::Constant(Vec3::from(of.default)));
-        let mut said = Vec::new();
-        if !computed.is_empty() {
-            said.push(format!("a graph gives {}: the default counts in its place", computed.join(", ")));
-        }
-        if !unknown.is_empty() {
-            said.push(format!("not used: {}", unknown.join(", ")));
-        }
-        said
+    /// A sentence about what graphs give of it that the renderer has as constants alone, if they give any.
+    pub fn left_out(&self) -> Option<String> {
+        let described = CONSTANT.iter().map(|parameter| &ALL[*parameter as usize]);
+        let computed: Vec<&str> = described
+            .filter(|of| matches!(self[of.parameter], Input::Node(_)))
+            .map(|described| described.name)
+            .collect();
+        let said = || format!("a graph gives {}: the default counts in its place", computed.join(", "));
+        (!computed.is_empty()).then(said)
     }
 }
 
@@ -209,7 +207,6 @@ mod tests {
         for (number, described) in ALL.iter().enumerate() {
             assert_eq!(described.parameter as usize, number, "{}", described.name);
         }
-        let of_both = CONSTANT.iter().filter(|parameter| UNKNOWN.contains(parameter)).count();
-        assert_eq!((of_both, CONSTANT.len() + UNKNOWN.len() + 8), (0, ALL.len()), "all but those that vary");
+        assert_eq!(CONSTANT.len() + 8, ALL.len(), "all but those that vary");
     }
 }

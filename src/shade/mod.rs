@@ -15,5 +15,6 @@ pub mod sky;
 mod sobol;
 pub mod surface;
 pub mod terminator;
+pub mod within;
 
 pub use surface::Surface;

@@ -40,13 +40,16 @@ pub fn branch(
             let weight = if fresnel { schlick(tint, surface, incoming) } else { tint };
             Branches { reflection: Some(reflect(surface, incoming, weight)), refraction: None }
         }
-        Optics::Glass { transmission, index, reflection, is_rough: false } => {
+        Optics::Glass { transmission, index, reflection, is_rough: false, is_thin: true } => {
+            pane(surface, incoming, transmission, index, reflection)
+        }
+        Optics::Glass { transmission, index, reflection, is_rough: false, .. } => {
             glass(surface, incoming, transmission, index, reflection)
         }
-        Optics::Glass { transmission, index, .. } => {
+        Optics::Glass { transmission, index, is_thin, .. } => {
             let layer = material.metal_rough.map(|layer| layer.at(surface.varied));
             let microfacet = Microfacet::new(surface, incoming, layer.as_ref(), random());
-            if index == 1.0 {
+            if index == 1.0 || is_thin {
                 microfacet.thin(incoming, transmission)
             } else {
                 microfacet.solid(surface, incoming, (transmission, index))
@@ -135,7 +138,8 @@ impl Microfacet {
     /// The ray through a rough pane that does not bend it on the whole: that which would be reflected, on the other side.
     fn thin(&self, incoming: Vec3, transmission: Vec3) -> Branches {
         let direction = self.turned_to(-1.0, self.reflected(incoming));
-        Branches { reflection: None, refraction: Some(Branch { direction, weight: transmission }) }
+        let weight = transmission * (1.0 - self.reflected_by_layer(incoming));
+        Branches { reflection: None, refraction: Some(Branch { direction, weight }) }
     }
 
     fn reflected(&self, incoming: Vec3) -> Vec3 {
@@ -166,6 +170,21 @@ fn reflect(surface: &Surface, incoming: Vec3, weight: Vec3) -> Branch {
     let direction =
         if surface.geometric_normal.dot(direction) > 0.0 { direction } else { off(surface.geometric_normal) };
     Branch { direction: direction.normalize(), weight }
+}
+
+/// Splits a ray at a pane, of whose walls light is reflected back and forth: `2 R / (1 + R)` of it by all together, where either
+/// reflects R (a geometric series).
+fn pane(surface: &Surface, incoming: Vec3, transmission: Vec3, index: f32, reflection: Vec3) -> Branches {
+    let reflected =
+        of_both_walls(fresnel::dielectric(index.max(index.recip()), -surface.normal.dot(incoming)));
+    let straight = Branch { direction: incoming, weight: transmission * (1.0 - reflected) };
+    let mirrored = reflect(surface, incoming, reflection * reflected);
+    Branches { reflection: Some(mirrored).filter(|_| reflected > 0.0), refraction: Some(straight) }
+}
+
+/// Share of the light that a pane reflects whose walls reflect this share of it.
+pub fn of_both_walls(of_one: f32) -> f32 {
+    2.0 * of_one / (1.0 + of_one)
 }
 
 /// Splits a ray by Snell's law and Fresnel's equations for unpolarised light. The triangle's front is the
@@ -205,7 +224,7 @@ mod tests {
     use super::*;
     use crate::scene::look::{Look, Varied};
     use crate::scene::material::head_on;
-    use crate::shade::bsdf::{Bsdfs, SeenBy};
+    use crate::shade::bsdf::{Bsdfs, SeenBy, SurfaceAxes};
     use crate::shade::horizon::Horizon;
 
     fn floor(from_behind: bool) -> Surface {
@@ -214,6 +233,7 @@ mod tests {
             point: Vec3::ZERO,
             normal: up,
             geometric_normal: up,
+            tangent: Vec3::ZERO,
             horizon: Horizon::flat(up),
             reflectance: Vec3::ZERO,
             material: 0,
@@ -228,8 +248,7 @@ mod tests {
         Vec3::new(sin, if down { -cos } else { cos }, 0.0)
     }
 
-    const GLASS: Optics =
-        Optics::Glass { transmission: Vec3::ONE, index: 1.5, reflection: Vec3::ONE, is_rough: false };
+    const GLASS: Optics = Optics::clear(Vec3::ONE, 1.5, Vec3::ONE);
 
     fn branch(optics: Optics, surface: &Surface, incoming: Vec3) -> Branches {
         let material = Material { optics, ..Material::fallback() };
@@ -253,6 +272,27 @@ mod tests {
         }
         let head_on = branch(GLASS, &floor(false), Vec3::NEG_Y).reflection.expect("some").weight.x;
         assert!((head_on - 0.04).abs() < 1e-5, "((1.5 - 1) / (1.5 + 1))^2, not {head_on}");
+    }
+
+    /// A pane is as clear as two walls of glass, from both sides, and bends nothing.
+    #[test]
+    fn panes_let_light_straight_through() {
+        let thin = Optics::Glass {
+            transmission: Vec3::ONE,
+            index: 1.5,
+            reflection: Vec3::ONE,
+            is_rough: false,
+            is_thin: true,
+        };
+        for (degrees, from_behind) in [(0.0, false), (60.0, false), (60.0, true), (89.0, true)] {
+            let incoming = at_angle(degrees, !from_behind);
+            let rays = branch(thin, &floor(from_behind), incoming);
+            let (back, on) = (rays.reflection.expect("some"), rays.refraction.expect("most"));
+            assert!((back.weight + on.weight - 1.0).abs().max_element() < 1e-5, "{degrees}: {rays:?}");
+            assert_eq!(on.direction, incoming);
+        }
+        let head_on = branch(thin, &floor(false), Vec3::NEG_Y).reflection.expect("some").weight.x;
+        assert!((head_on - 0.08 / 1.04).abs() < 1e-5, "{head_on}");
     }
 
     #[test]
@@ -325,7 +365,13 @@ mod tests {
 
     /// Glass whose lobe has this width.
     fn rough(alpha: f32, index: f32) -> Material {
-        let optics = Optics::Glass { transmission: Vec3::ONE, index, reflection: Vec3::ONE, is_rough: true };
+        let optics = Optics::Glass {
+            transmission: Vec3::ONE,
+            index,
+            reflection: Vec3::ONE,
+            is_rough: true,
+            is_thin: false,
+        };
         let layer = MetalRough {
             base: Vec3::ZERO,
             roughness: alpha.sqrt(),
@@ -362,8 +408,13 @@ mod tests {
                 let rays = through_microfacets(&material, &surface, incoming);
                 let bsdfs = Bsdfs::new(std::slice::from_ref(&material));
                 for seen_by in [SeenBy::Eye, SeenBy::Path] {
-                    let layer =
-                        bsdfs.seen(Look::plain(0), Vec3::ZERO, [surface.normal; 2], incoming, seen_by);
+                    let layer = bsdfs.seen(
+                        Look::plain(0),
+                        Vec3::ZERO,
+                        SurfaceAxes::of_normals([surface.normal; 2]),
+                        incoming,
+                        seen_by,
+                    );
                     let sum = layer.expect("it has one").albedo.x + rays[0].0 + rays[1].0;
                     let name = format!("{roughness} {index} {degrees} {from_behind} {seen_by:?}");
                     assert!((sum - 1.0).abs() < 4e-3, "{name}: {sum}");

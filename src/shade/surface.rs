@@ -3,7 +3,9 @@
 use glam::{DVec3, Vec3};
 use wide::{CmpGt, f64x4};
 
+use super::bsdf::SurfaceAxes;
 use super::horizon::Horizon;
+use super::within::Within;
 use crate::animation::Transform;
 use crate::geometry::{Bounds, Quadric};
 use crate::lanes::{F32x8, LANES, Mask, Vec3x8, unsigned};
@@ -22,6 +24,8 @@ pub struct Surface {
     pub normal: Vec3,
     /// Normal of the triangle itself; of a quadric the same as `normal`.
     pub geometric_normal: Vec3,
+    /// Tangent, of any length; zero if its material asks for none.
+    pub tangent: Vec3,
     /// The curved surface that the triangle stands for.
     pub horizon: Horizon,
     /// Reflectance that its material's diffuse and ambient ones are shares of, texture included: see
@@ -376,6 +380,32 @@ impl Surface {
     /// Effect on rays that meet it.
     pub fn optics(&self, scene: &Scene) -> Optics {
         scene.materials[usize::from(self.material)].optics_at(self.varied)
+    }
+
+    /// Directions by which its layer reflects.
+    pub fn axes(&self) -> SurfaceAxes<Vec3> {
+        let Self { normal, geometric_normal, tangent, .. } = *self;
+        SurfaceAxes { normal, geometric_normal, tangent }
+    }
+
+    /// What a ray goes through that passes the surface, where it went through `before` it.
+    pub fn within_behind(&self, scene: &Scene, before: Within) -> Within {
+        let is_solid = scene.materials[usize::from(self.material)].is_solid();
+        if is_solid { before.beyond(self.material, self.from_behind) } else { before }
+    }
+
+    /// The same place seen from the other side.
+    #[must_use]
+    pub fn flipped(self) -> Self {
+        let geometric_normal = -self.geometric_normal;
+        let normal = -self.normal;
+        Self {
+            normal,
+            geometric_normal,
+            horizon: Horizon::flat(normal),
+            from_behind: !self.from_behind,
+            ..self
+        }
     }
 
     /// Origin of a ray that leaves the surface on the side of `direction`.

@@ -207,10 +207,7 @@ fn a_pane_of_glass_splits_the_light_and_loses_none() {
     // two faces of a slab before a background that is the same all around: whatever the path, all of the
     // background's light arrives but for what is beyond the depth
     let (transmission, reflection) = (Vec3::ONE, Vec3::ONE);
-    let glass = Material {
-        optics: Optics::Glass { transmission, index: 1.5, reflection, is_rough: false },
-        ..toy::matt(0.0)
-    };
+    let glass = Material { optics: Optics::clear(transmission, 1.5, reflection), ..toy::matt(0.0) };
     let top = toy::still(
         "top",
         toy::mesh(
@@ -256,15 +253,7 @@ fn the_highlight_is_where_the_sun_is_mirrored() {
 
 #[test]
 fn clear_glass_casts_no_shadow() {
-    let glass = Material {
-        optics: Optics::Glass {
-            transmission: Vec3::ONE,
-            index: 1.0,
-            reflection: Vec3::ZERO,
-            is_rough: false,
-        },
-        ..toy::matt(0.0)
-    };
+    let glass = Material { optics: Optics::clear(Vec3::ONE, 1.0, Vec3::ZERO), ..toy::matt(0.0) };
     let pane = toy::mesh(
         &[[-1., 1., 1.], [1., 1., 1.], [1., 1., -1.], [-1., 1., -1.]],
         &[[0, 1, 2], [0, 2, 3]],

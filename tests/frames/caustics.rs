@@ -18,7 +18,7 @@ fn settings(caustics: Caustics, paths: u32, bounces: u32) -> Settings {
 }
 
 fn glass(index: f32) -> Material {
-    let optics = Optics::Glass { transmission: Vec3::ONE, index, reflection: Vec3::ONE, is_rough: false };
+    let optics = Optics::clear(Vec3::ONE, index, Vec3::ONE);
     Material { optics, ..toy::matt(0.0) }
 }
 
@@ -298,12 +298,7 @@ fn panes_that_nobody_sees_change_nothing() {
 
 /// Glass that does not bend light, but dims it.
 fn dim(transmission: f32) -> Material {
-    let optics = Optics::Glass {
-        transmission: Vec3::splat(transmission),
-        index: 1.0,
-        reflection: Vec3::ONE,
-        is_rough: false,
-    };
+    let optics = Optics::clear(Vec3::splat(transmission), 1.0, Vec3::ONE);
     Material { optics, ..toy::matt(0.0) }
 }
 

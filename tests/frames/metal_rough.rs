@@ -11,7 +11,7 @@ use afterimage::scene::{Background, Environment, LightKind, Material, Panel, Sce
 use afterimage::settings::{Filter, Settings};
 use afterimage::shade::bsdf::fresnel::Fresnel;
 use afterimage::shade::bsdf::ggx;
-use afterimage::shade::bsdf::{Bsdfs, SeenBy};
+use afterimage::shade::bsdf::{Bsdfs, SeenBy, SurfaceAxes};
 use afterimage::stats::FrameStats;
 use glam::{DVec3, Vec3};
 
@@ -125,7 +125,13 @@ fn of_metal(roughness: f32, base: f32, to_eye: Vec3) -> impl Fn(Vec3) -> Vec3 {
         ggx::sample_weight(alpha, &fresnel, to_eye, to_light).x
     });
     let once = once.sum::<f32>() / (STEPS * STEPS) as f32;
-    let seen = Bsdfs::new(&[material]).seen(Look::plain(0), Vec3::ZERO, [Vec3::Z; 2], -to_eye, SeenBy::Eye);
+    let seen = Bsdfs::new(&[material]).seen(
+        Look::plain(0),
+        Vec3::ZERO,
+        SurfaceAxes::of_normals([Vec3::Z; 2]),
+        -to_eye,
+        SeenBy::Eye,
+    );
     let several_times = seen.expect("it has a layer").albedo / once;
     move |direction| ggx::reflected(alpha, &fresnel, to_eye, turned(direction)) * several_times
 }

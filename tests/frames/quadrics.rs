@@ -43,7 +43,7 @@ fn audited(scene: &Scene) -> (Vec<Finished>, f64) {
 /// Matt, a mirror and glass.
 fn materials() -> Vec<Material> {
     let mirror = Optics::Mirror { tint: Vec3::splat(0.7), fresnel: true };
-    let glass = Optics::Glass { transmission: Vec3::ONE, index: 1.5, reflection: Vec3::ONE, is_rough: false };
+    let glass = Optics::clear(Vec3::ONE, 1.5, Vec3::ONE);
     vec![
         toy::matt(0.6),
         Material { optics: mirror, specular: Vec3::splat(0.5), shininess: 40.0, ..toy::matt(0.2) },
@@ -276,8 +276,7 @@ fn a_sphere_covers_the_disk_that_formulas_give() {
 /// A ball of glass before a sky that grows brighter upwards: light is bent where it enters and where it leaves.
 #[test]
 fn a_ball_of_glass_bends_light_twice() {
-    let glass =
-        Optics::Glass { transmission: Vec3::ONE, index: 1.5, reflection: Vec3::ZERO, is_rough: false };
+    let glass = Optics::clear(Vec3::ONE, 1.5, Vec3::ZERO);
     let mut scene = alone(4.0, vec![Material { optics: glass, ..toy::matt(0.0) }], vec![]);
     scene.background = Background { zenith: Vec3::ONE, horizon: Vec3::splat(0.2), ground: Vec3::splat(0.05) };
     let settings = Settings { depth: 2, ..toy::settings(1) };

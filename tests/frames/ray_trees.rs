@@ -30,15 +30,7 @@ fn two_mirrors() -> Scene {
 /// A pane of glass, through which a flyer is seen and a rough floor that reflects it, under a sky.
 fn glass_and_gloss() -> Scene {
     let mut scene = mirror();
-    let glass = Material {
-        optics: Optics::Glass {
-            transmission: Vec3::splat(0.9),
-            index: 1.4,
-            reflection: Vec3::ONE,
-            is_rough: false,
-        },
-        ..Material::fallback()
-    };
+    let glass = Material { optics: Optics::clear(Vec3::splat(0.9), 1.4, Vec3::ONE), ..Material::fallback() };
     let base = Vec3::splat(0.8);
     let rough = MetalRough { base, roughness: 0.3, metallic: 1.0, head_on: 0.04, solid: 1.0 };
     let rough = Material { metal_rough: Some(rough), diffuse: Vec3::ZERO, ..Material::fallback() };

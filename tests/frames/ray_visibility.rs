@@ -26,7 +26,7 @@ fn glowing() -> Material {
 }
 
 fn glass(index: f32) -> Material {
-    let optics = Optics::Glass { transmission: Vec3::ONE, index, reflection: Vec3::ZERO, is_rough: false };
+    let optics = Optics::clear(Vec3::ONE, index, Vec3::ZERO);
     Material { optics, ..toy::matt(0.0) }
 }
 

@@ -11,7 +11,13 @@ use crate::toy;
 use crate::toy::worlds::*;
 
 fn glass(roughness: f32, index: f32) -> Material {
-    let optics = Optics::Glass { transmission: Vec3::ONE, index, reflection: Vec3::ONE, is_rough: true };
+    let optics = Optics::Glass {
+        transmission: Vec3::ONE,
+        index,
+        reflection: Vec3::ONE,
+        is_rough: true,
+        is_thin: false,
+    };
     let (head_on, solid) = (head_on(index.into()) as f32, if index == 1.0 { 0.0 } else { 1.0 });
     let layer = MetalRough { base: Vec3::ZERO, roughness, metallic: 0.0, head_on, solid };
     Material { optics, metal_rough: Some(layer), ..toy::matt(0.0) }

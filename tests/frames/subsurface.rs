@@ -10,7 +10,11 @@ use crate::toy;
 use crate::toy::worlds::*;
 
 fn skin(albedo: f32, radius: f32, weight: f32) -> Material {
-    let scattering = Some(Scattering { weight, radius: Vec3::new(1.0, 0.5, 0.25) * radius });
+    let scattering = Some(Scattering {
+        below: Vec3::splat(weight),
+        through: 0.0,
+        radius: Vec3::new(1.0, 0.5, 0.25) * radius,
+    });
     Material { scattering, ..toy::matt(albedo) }
 }
 

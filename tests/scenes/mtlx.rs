@@ -182,15 +182,13 @@ fn what_is_not_known_is_told_by_name_once_and_its_default_counts() {
     assert!(told[0].contains("m.mtlx:4: material `Oak`: nodes `curious` are not known"), "{told:?}");
     let shot = of_nodes("<curious name=\"n\" type=\"color3\"/>");
     assert_eq!(oak(&shot).metal_rough.unwrap().base, Vec3::splat(0.8), "that of the parameter");
-    let layers = "<input name=\"fuzz_weight\" type=\"float\" value=\"0.5\"/><input name=\"fuzz_color\" type=\"color3\" value=\"1, 0, 0\"/>\
-                  <input name=\"coat_color\" type=\"color3\" value=\"1, 0, 0\"/><input name=\"thin_film_ior\" type=\"float\" value=\"2\"/>";
+    let layers = "<input name=\"subsurface_weight\" type=\"float\" value=\"0.5\"/>\
+                  <input name=\"subsurface_scatter_anisotropy\" type=\"float\" value=\"0.5\"/>\
+                  <input name=\"coat_color\" type=\"color3\" value=\"1, 0, 0\"/><input name=\"coat_roughness_anisotropy\" type=\"float\" value=\"1\"/>\
+                  <input name=\"thin_film_ior\" type=\"float\" value=\"2\"/>";
     let told = warnings(&self::shot(&file(&open_pbr(layers), ""))).join("\n");
-    assert!(
-        told.contains("not used: fuzz_weight")
-            && !told.contains("coat_color")
-            && told.contains("`fuzz_color`"),
-        "{told}"
-    );
+    assert!(told.contains("`subsurface_scatter_anisotropy`"), "{told}");
+    assert!(!told.contains("coat"), "there is none: {told}");
     assert!(!told.contains("thin_film"), "there is none: {told}");
 }
 
@@ -229,13 +227,44 @@ fn inputs_that_nothing_reads_are_told() {
         let shader = format!("<{category} name=\"S\" type=\"surfaceshader\">{inputs}</{category}>");
         warnings(&shot(&file(&shader, ""))).join("\n")
     };
-    let color = |value: &str| format!("<input name=\"sheen_color\" type=\"color3\" value=\"{value}\"/>");
-    assert!(of("gltf_pbr", &color("0.5, 0, 0")).contains("`sheen_color`"));
-    assert_eq!(of("gltf_pbr", &color("0, 0, 0")), "");
-    let thin =
-        |value: &str| format!("<input name=\"geometry_thin_walled\" type=\"boolean\" value=\"{value}\"/>");
-    assert!(of("open_pbr_surface", &thin("true")).contains("`geometry_thin_walled`"));
-    assert_eq!(of("open_pbr_surface", &thin("false")), "");
+    let film = |value: &str| format!("<input name=\"iridescence\" type=\"float\" value=\"{value}\"/>");
+    assert!(of("gltf_pbr", &film("0.5")).contains("`iridescence`"));
+    assert_eq!(of("gltf_pbr", &film("0")), "");
+}
+
+/// Layers and insides of surfaces by the names of OpenPBR: a velvet leaf, glass that absorbs, and a pane.
+#[test]
+fn fuzz_and_insides_are_read() {
+    let number =
+        |name: &str, value: &str| format!("<input name=\"{name}\" type=\"float\" value=\"{value}\"/>");
+    let color =
+        |name: &str, value: &str| format!("<input name=\"{name}\" type=\"color3\" value=\"{value}\"/>");
+    let thin = "<input name=\"geometry_thin_walled\" type=\"boolean\" value=\"true\"/>";
+    let of = |inputs: String| {
+        let shot = shot(&file(
+            &format!("<open_pbr_surface name=\"S\" type=\"surfaceshader\">{inputs}</open_pbr_surface>"),
+            "",
+        ));
+        assert_eq!(warnings(&shot), Vec::<String>::new());
+        oak(&shot).clone()
+    };
+    let leaf = of(number("fuzz_weight", "0.5")
+        + &color("fuzz_color", "1, 0.5, 0")
+        + &number("subsurface_weight", "0.5")
+        + thin);
+    let fuzz = leaf.fuzz.unwrap();
+    assert_eq!((fuzz.weight, fuzz.color, fuzz.roughness), (0.5, Vec3::new(1.0, 0.5, 0.0), 0.5));
+    let scattering = leaf.scattering.unwrap();
+    assert_eq!((scattering.below, scattering.through), (Vec3::ZERO, 0.25), "a half of it goes through");
+    let glass = number("transmission_weight", "1") + &color("transmission_color", "1, 0.25, 0.5");
+    let deep = of(glass.clone() + &number("transmission_depth", "2"));
+    let left = (-deep.absorption * 2.0).exp();
+    assert!(left.abs_diff_eq(Vec3::new(1.0, 0.25, 0.5), 1e-6), "{left}");
+    let Optics::Glass { transmission, is_thin, .. } = deep.optics else { panic!("{:?}", deep.optics) };
+    assert_eq!((transmission, is_thin), (Vec3::ONE, false), "its surface has no colour");
+    let pane = of(glass + thin);
+    let Optics::Glass { transmission, is_thin, .. } = pane.optics else { panic!("{:?}", pane.optics) };
+    assert_eq!((transmission, is_thin, pane.absorption), (Vec3::new(1.0, 0.25, 0.5), true, Vec3::ZERO));
 }
 
 #[test]

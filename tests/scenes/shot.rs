@@ -172,10 +172,7 @@ fn filters_tint_what_glass_lets_through() {
     };
     let tinted = glass("kd = [0, 0, 0]\ntf = [0.25, 1, 0.5]\n");
     let transmission = Vec3::new(0.25, 1.0, 0.5);
-    assert_eq!(
-        tinted.optics,
-        Optics::Glass { transmission, index: 1.5, reflection: Vec3::ONE, is_rough: false }
-    );
+    assert_eq!(tinted.optics, Optics::clear(transmission, 1.5, Vec3::ONE));
     // what it does not let through it scatters
     let half = glass("kd = [1, 0, 0]\ntf = [0.25, 0.5, 0.5]\n");
     assert_eq!(half.diffuse, Vec3::new(0.5, 0.0, 0.0));

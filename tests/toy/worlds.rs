@@ -26,8 +26,7 @@ pub fn world() -> Scene {
         optics: Optics::Mirror { tint: Vec3::splat(0.7), fresnel: true },
         ..super::matt(0.2)
     };
-    let optics =
-        Optics::Glass { transmission: Vec3::ONE, index: 1.5, reflection: Vec3::ONE, is_rough: false };
+    let optics = Optics::clear(Vec3::ONE, 1.5, Vec3::ONE);
     let glass = Material { optics, ..super::matt(0.0) };
     let models = vec![
         super::still("floor", super::floor(12.0, 0), Vec3::ZERO),

@@ -20,6 +20,7 @@ use crate::samples::{CELLS, Flags, KeptPath, PathColor, Record, Tile};
 use crate::scene::Role;
 use crate::settings::Budget;
 use crate::shade::sampling::{PathSequence, orthonormal};
+use crate::shade::within::Within;
 
 /// Updates the light that the samples of `tile` have gathered. Samples whose light changes are flagged as
 /// [`STALE`](Flags::STALE). Returns true if there are any, and the first frame in which any path may become
@@ -178,6 +179,7 @@ pub fn start_at(frame: &FrameView, tile: &Tile, cell: usize, placed: &Placed, pa
         horizon: horizon(frame, tile, cell, placed),
         layer: None,
         below: below(frame, tile, cell),
+        within: Within::NOTHING,
     }
 }
 

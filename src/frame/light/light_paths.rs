@@ -186,7 +186,7 @@ fn begin(frame: &FrameView, is_reflected: bool, scratch: &mut PathScratch) {
                     let (weight, asked_from, normal) = (Vec3::ONE, origin, direction);
                     let chances = layer.chances(frame, density);
                     let seen_by = if layer.seen.is_narrow() { SeenBy::Eye } else { SeenBy::Path };
-                    let kind = RayKind::Glossy;
+                    let (kind, within) = (RayKind::Glossy, start.within);
                     PathRay {
                         path,
                         tick: frame.tick_of(start.cell),
@@ -199,6 +199,7 @@ fn begin(frame: &FrameView, is_reflected: bool, scratch: &mut PathScratch) {
                         chances,
                         seen_by,
                         kind,
+                        within,
                     }
                 })
             }
@@ -223,7 +224,8 @@ fn gathers(
 ) -> Option<PathRay> {
     let [along, above, ..] = random.four(0);
     let PathStart { point, normal, geometric_normal, horizon, .. } = *start;
-    let (weight, chances) = (Vec3::ONE, Pdfs::of_start(frame));
+    let weight = start.below.map_or(Vec3::ONE, |below| below.weight_at_surface());
+    let chances = Pdfs::of_start(frame);
     let (origin, bsdf) = (off_surface(point, geometric_normal), None);
     let tick = frame.tick_of(start.cell);
     let asking =
@@ -241,7 +243,20 @@ fn gathers(
         let origin = horizon.origin(origin, direction, geometric_normal);
         let weight = weight * horizon.fading(normal, direction);
         let (asked_from, seen_by, kind) = (origin, SeenBy::Path, RayKind::Diffuse);
-        PathRay { path, tick, step, weight, origin, direction, asked_from, normal, chances, seen_by, kind }
+        PathRay {
+            path,
+            tick,
+            step,
+            weight,
+            origin,
+            direction,
+            asked_from,
+            normal,
+            chances,
+            seen_by,
+            kind,
+            within: start.within,
+        }
     })
 }
 
@@ -307,8 +322,8 @@ fn cast(frame: &FrameView, is_reflection: bool, scratch: &mut PathScratch, tally
     let search =
         Search { kinds: OfKind::of(kinds), among: SceneSubset::All, coherence: Coherence::Incoherent };
     frame.tracer.closest(rays, search, hits);
-    for (packet, some) in hits.packets.iter().zip(now.chunks(trace::LANES)) {
-        for (lane, ray) in some.iter().enumerate() {
+    for (packet, some) in hits.packets.iter().zip(now.chunks_mut(trace::LANES)) {
+        for (lane, ray) in some.iter_mut().enumerate() {
             let model = packet.model[lane];
             let is_hit = model != NO_HIT;
             let far = if is_hit { packet.t[lane] } else { f32::INFINITY };
@@ -321,6 +336,8 @@ fn cast(frame: &FrameView, is_reflection: bool, scratch: &mut PathScratch, tally
             }
             if !is_hit {
                 brought.radiance += ray.light_of_sky(frame);
+            } else if frame.palette.absorbs {
+                ray.weight *= ray.within.left(frame.palette, far);
             }
         }
     }
@@ -357,14 +374,15 @@ fn meet(frame: &FrameView, scratch: &mut PathScratch) {
             |lane, surface| {
                 let ray = some[lane];
                 let step = ray.step;
-                let random = random[ray.path as usize].four(step.asking());
+                let random = random[ray.path as usize];
+                let surface = subsurface::side(frame, surface, || random.four(step.going_on())[3]);
+                let random = random.four(step.asking());
                 let light = frame.light_chances.choose(surface.point, random[0]);
                 let primitive = (packet.model[from + lane], packet.triangle[from + lane]);
                 let distance = packet.t[from + lane];
-                let Surface { reflectance, normal, geometric_normal, .. } = surface;
-                let normals = [normal, geometric_normal];
+                let (look, axes) = (surface.look(), surface.axes());
                 let layers = &frame.palette.bsdfs;
-                let bsdf = layers.seen(surface.look(), reflectance, normals, ray.direction, ray.seen_by);
+                let bsdf = layers.seen(look, surface.reflectance, axes, ray.direction, ray.seen_by);
                 let lobes = Lobes::new(frame, &surface, ray.direction, bsdf.as_ref());
                 let number = if bsdf.is_some() { bsdfs.len() as u32 } else { NO_BSDF };
                 bsdfs.extend(bsdf);

@@ -5,10 +5,12 @@ use glam::Vec3;
 use crate::changes::Until;
 use crate::frame::shot::frame_view::FrameView;
 use crate::scene::look::Look;
+use crate::scene::material::Scattering;
 use crate::shade::bsdf::SeenBsdf;
 use crate::shade::horizon::Horizon;
 use crate::shade::sampling::{PathRandom, PathSequence, cosine_direction};
 use crate::shade::surface::off_surface;
+use crate::shade::within::Within;
 
 /// Start of a path.
 #[derive(Debug, Clone, Copy)]
@@ -35,29 +37,43 @@ pub struct PathStart {
     pub layer: Option<DrawnLayer>,
     /// What is below the surface, if some of its paths go there.
     pub below: Option<Below>,
+    /// What the eye's ray went through on its way here.
+    pub within: Within,
 }
 
-/// What is below the surface at which a path starts.
+/// What is below the surface at which a path starts, or on its other side.
 #[derive(Debug, Clone, Copy)]
 pub struct Below {
-    /// Share of the paths that go there, from 0 to 1.
-    pub share: f32,
+    /// Where light goes; the mean free path is one in world space.
+    pub scattering: Scattering,
     /// Model of the surface: others are in no walk's way, unless they are of its material.
     pub model: u32,
-    /// Material of the surface: of two that lie in each other either may be met.
-    pub material: u16,
+    /// Look of the surface: of two of one material that lie in each other either may be met.
+    pub look: Look,
     /// Colour that the surface has where it is evenly lit: the paths' light is multiplied by it.
     pub albedo: Vec3,
-    /// Mean free path of each channel, world space.
-    pub radius: Vec3,
 }
 
 impl Below {
     /// What is below a surface of `model` with this look and this albedo, if light goes there.
     pub fn of(frame: &FrameView, model: u32, look: Look, albedo: Vec3) -> Option<Self> {
-        let scattering = frame.palette.scattering(look)?;
-        let material = look.material;
-        Some(Self { share: scattering.weight, model, material, albedo, radius: scattering.radius })
+        Some(Self { scattering: frame.palette.scattering(look)?, model, look, albedo })
+    }
+
+    /// Share of the paths that go below the surface, from 0 to 1.
+    pub fn chance(&self) -> f32 {
+        self.scattering.below.element_sum() / 3.0
+    }
+
+    /// Weight of the light of those paths: channels do not all go below alike.
+    pub fn weight_below(&self) -> Vec3 {
+        self.scattering.below / self.chance()
+    }
+
+    /// Weight of the light of paths that neither go below the surface nor through it.
+    pub fn weight_at_surface(&self) -> Vec3 {
+        let chance = 1.0 - self.chance() - self.scattering.through;
+        if chance > 0.0 { self.scattering.at_surface() / chance } else { Vec3::ZERO }
     }
 }
 

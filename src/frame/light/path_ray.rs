@@ -9,6 +9,7 @@ use crate::frame::shot::frame_view::FrameView;
 use crate::scene::RayKind;
 use crate::shade::Surface;
 use crate::shade::bsdf::SeenBy;
+use crate::shade::within::Within;
 
 /// A ray of a path.
 #[derive(Debug, Clone, Copy)]
@@ -36,6 +37,8 @@ pub struct PathRay {
     pub seen_by: SeenBy,
     /// Kind of ray by what it comes from.
     pub kind: RayKind,
+    /// What it goes through.
+    pub within: Within,
 }
 
 impl PathRay {
@@ -46,8 +49,8 @@ impl PathRay {
 
     /// Light that it brings of the area lights that it passes through within `far`.
     pub fn light_of_lights(&self, frame: &FrameView, far: f32) -> Vec3 {
-        let Self { asked_from, normal, origin, direction, tick, .. } = *self;
-        self.weight * self.chances.of_lights(frame, (asked_from, normal), (origin, direction, tick), far)
+        let Self { asked_from, normal, .. } = *self;
+        self.weight * self.chances.of_lights(frame, (asked_from, normal), self, far)
     }
 
     /// Weight of the emission of `surface`, of a `primitive`, which the ray has met at this distance.

@@ -5,6 +5,7 @@ use std::f32::consts::FRAC_1_PI;
 use glam::Vec3;
 
 use super::lighting::lights_passed;
+use super::path_ray::PathRay;
 use crate::exposure::Tick;
 use crate::frame::shot::frame_view::FrameView;
 use crate::scene::SkyDensity;
@@ -81,16 +82,17 @@ impl Pdfs {
         self.lights == LightsAsked::InSums
     }
 
-    /// Weighted radiance of the area lights that a path passes through within `far` of `origin`. They are
+    /// Weighted radiance of the area lights that a `ray` passes through within `far` of its origin. They are
     /// asked for from the point `asked_from` on a surface with this `normal`, from which the path has come
     /// straight or through clear glass.
     pub fn of_lights(
         self,
         frame: &FrameView,
         (asked_from, normal): (Vec3, Vec3),
-        (origin, direction, tick): (Vec3, Vec3, Tick),
+        ray: &PathRay,
         far: f32,
     ) -> Vec3 {
+        let PathRay { origin, direction, tick, within, .. } = *ray;
         let weighed = |(number, glow, direction): (usize, Glow, Vec3)| {
             let by_path = self.goes_on * cosine_density(normal, direction);
             let asked = match self.lights {
@@ -98,7 +100,8 @@ impl Pdfs {
                 LightsAsked::ByAllPoints { share } => share * glow.points as f32,
                 LightsAsked::One { chance } => chance * frame.light_chances.of(asked_from, number),
             };
-            glow.radiance * weight_of_path(by_path, asked * glow.density)
+            let left = within.left(frame.palette, glow.distance);
+            left * glow.radiance * weight_of_path(by_path, asked * glow.density)
         };
         let lights = frame.pose.lights_at(tick);
         lights_passed(lights, asked_from, (origin, direction), far).map(weighed).sum()

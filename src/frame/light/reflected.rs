@@ -16,10 +16,12 @@ use crate::frame::grid::bits::{set_bits, surface_bits};
 use crate::frame::shot::frame_view::FrameView;
 use crate::frame::surface::placed::{Placed, PlacedTile, horizon};
 use crate::frame::surface::ray_tally::RayTally;
+use crate::frame::surface::tangents::tangent_of_sample;
 use crate::lanes::{LANES, Vec3x8};
 use crate::samples::{CELLS, Octahedral, Tile, full_color};
-use crate::shade::bsdf::{SeenBsdf, SeenBy};
+use crate::shade::bsdf::{SeenBsdf, SeenBy, SurfaceAxes};
 use crate::shade::sampling::{PathSequence, SampleSeed};
+use crate::shade::within::Within;
 
 /// Mean angle by which an eye may turn while it sees the paths that were drawn for another direction, in units
 /// of the lobe's width: at half of it the noise of a path has grown by some 10 to 20 %.
@@ -68,7 +70,7 @@ pub fn start_at(frame: &FrameView, tile: &Tile, cell: usize, placed: &Placed) ->
     let seen = frame.palette.bsdfs.seen(
         tile.look(cell),
         full_color(record.reflectance),
-        [normal, geometric_normal],
+        SurfaceAxes { normal, geometric_normal, tangent: tangent_of_sample(frame, tile, cell) },
         incoming,
         SeenBy::Eye,
     );
@@ -86,6 +88,7 @@ pub fn start_at(frame: &FrameView, tile: &Tile, cell: usize, placed: &Placed) ->
         horizon: horizon(frame, tile, cell, placed),
         layer: Some(DrawnLayer { seen, paths: paths_of_layer(frame, &seen) }),
         below: None,
+        within: Within::NOTHING,
     })
 }
 

@@ -23,10 +23,12 @@ use crate::frame::surface::hits::{Hits8, surfaces};
 use crate::frame::surface::ray_tally::RayTally;
 use crate::lanes::LANES;
 use crate::scene::RayKind;
+use crate::scene::look::Look;
 use crate::shade::Surface;
 use crate::shade::bsdf::SeenBy;
 use crate::shade::sampling::PathRandom;
 use crate::shade::surface::off_surface;
+use crate::shade::within::Within;
 use crate::trace::{self, Coherence, HitBatch, NO_HIT, OfKind, RayBatch, SceneSubset, Search};
 
 /// Scattering of a walk before it is given up. Walks of white media are that long where the mean free path is far less than the thing.
@@ -57,9 +59,9 @@ impl Medium {
         let surface = below.albedo.clamp(Vec3::ZERO, Vec3::ONE);
         let scattered = Vec3::from(surface.to_array().map(single_albedo));
         let albedo = scattered.max(Vec3::splat(LEAST_ALBEDO));
-        let weight = scattered / albedo / below.albedo;
+        let weight = below.weight_below() * scattered / albedo / below.albedo;
         let weight = Vec3::select(below.albedo.cmpgt(Vec3::splat(1e-6)), weight, Vec3::ZERO);
-        let extinction = below.radius.max(Vec3::splat(f32::MIN_POSITIVE)).recip();
+        let extinction = below.scattering.radius.max(Vec3::splat(f32::MIN_POSITIVE)).recip();
         (Self { albedo, extinction: extinction.min(Vec3::splat(1e16)) }, weight)
     }
 }
@@ -98,10 +100,12 @@ pub struct WalkScratch {
     hits: HitBatch,
     /// Walks that met their surface, with the packet and the lane of the hit.
     out: Vec<(Walk, u32, u32)>,
+    /// Paths that go through their surface, and leave it on the other side at once.
+    through: Vec<u32>,
     next: Vec<Walk>,
 }
 
-/// Starts a walk below the surface of `start`, if its `random` numbers lead it there.
+/// Has a path go below the surface of `start`, or through it, if its `random` numbers lead it there.
 pub fn enter(
     frame: &FrameView,
     (path, start): (u32, &PathStart),
@@ -111,15 +115,17 @@ pub fn enter(
     let Some(below) = &start.below else { return false };
     let random = random.apart(OF_WALKS);
     let [choice, along, above, _] = random.four(0);
-    if choice >= below.share {
-        return false;
+    if choice >= below.chance() {
+        let is_through = choice < below.chance() + below.scattering.through;
+        scratch.through.extend(is_through.then_some(path));
+        return is_through;
     }
     let (medium, weight) = Medium::new(below);
     let mut walk = Walk {
         path,
         tick: frame.tick_of(start.cell),
         model: below.model,
-        material: below.material,
+        material: below.look.material,
         medium,
         random,
         steps: 0,
@@ -203,9 +209,10 @@ pub fn walk(
     tally: &mut RayTally,
 ) {
     vertices.clear();
+    pass_through(frame, scratch, (starts, random), vertices);
     while !scratch.walks.is_empty() {
         cast(frame, scratch, starts, brought, tally);
-        come_out(frame, scratch, random, vertices);
+        come_out(frame, scratch, (starts, random), vertices);
     }
 }
 
@@ -218,7 +225,7 @@ fn cast(
     brought: &mut [PathResult],
     tally: &mut RayTally,
 ) {
-    let WalkScratch { walks, rays, kinds, hits, out, next } = scratch;
+    let WalkScratch { walks, rays, kinds, hits, out, next, .. } = scratch;
     rays.clear();
     kinds.clear();
     if frame.hides_from_some {
@@ -279,7 +286,12 @@ impl Walk {
 const THROUGH: f32 = 1e-5;
 
 /// Makes vertices of the places where walks come out.
-fn come_out(frame: &FrameView, scratch: &WalkScratch, random: &[PathRandom], vertices: &mut Vec<Vertex>) {
+fn come_out(
+    frame: &FrameView,
+    scratch: &WalkScratch,
+    (starts, random): (&[PathStart], &[PathRandom]),
+    vertices: &mut Vec<Vertex>,
+) {
     let WalkScratch { out, hits, .. } = scratch;
     let step = Step::first(surfaces_on_paths(frame, false) + 1);
     let of_packet = |packet: u32, lane: u32| (packet, lane / LANES as u32);
@@ -300,28 +312,82 @@ fn come_out(frame: &FrameView, scratch: &WalkScratch, random: &[PathRandom], ver
             tick,
             |lane, surface| {
                 let Some(walk) = walk_in(lane) else { return };
-                vertices.push(vertex(frame, walk, surface, (step, random[walk.path as usize])));
+                let Walk { path, tick, weight, direction, .. } = *walk;
+                let within = starts[path as usize].within;
+                let exit = Exit { path, tick, weight, direction, within };
+                vertices.push(vertex(frame, exit, surface, (step, random[path as usize])));
             },
         );
     }
 }
 
-/// The surface where a walk comes out: white, as the colour of the medium is known by now.
-fn vertex(frame: &FrameView, walk: &Walk, surface: Surface, (step, random): (Step, PathRandom)) -> Vertex {
-    let Walk { path, tick, weight, direction, .. } = *walk;
+/// Makes vertices of the places where paths leave their surfaces on the other side.
+fn pass_through(
+    frame: &FrameView,
+    scratch: &mut WalkScratch,
+    (starts, random): (&[PathStart], &[PathRandom]),
+    vertices: &mut Vec<Vertex>,
+) {
+    let step = Step::first(surfaces_on_paths(frame, false) + 1);
+    for path in scratch.through.drain(..) {
+        let start = &starts[path as usize];
+        let Some(below) = &start.below else { continue };
+        let Look { material, varied } = below.look;
+        let near = Surface {
+            point: start.point,
+            normal: start.normal,
+            geometric_normal: start.geometric_normal,
+            tangent: Vec3::ZERO,
+            horizon: start.horizon,
+            reflectance: Vec3::ONE,
+            material,
+            varied,
+            from_behind: false,
+            width: 0.0,
+        };
+        let (tick, within) = (frame.tick_of(start.cell), start.within);
+        let exit = Exit { path, tick, weight: Vec3::ONE, direction: start.normal, within };
+        vertices.push(vertex(frame, exit, near.flipped(), (step, random[path as usize])));
+    }
+}
+
+/// The side of a surface that a path shows, where a `random` number from 0 to below 1 chooses it: the other one, in as many cases as light
+/// goes through. That is seen of surfaces without a layer alone: above those with one all of their light is that of this side.
+pub fn side(frame: &FrameView, surface: Surface, random: impl FnOnce() -> f32) -> Surface {
+    if !frame.palette.scatters_below {
+        return surface;
+    }
+    let through = frame.palette.scattering(surface.look()).map_or(0.0, |scattering| scattering.through);
+    let has_layer = || frame.scene.materials[usize::from(surface.material)].metal_rough.is_some();
+    if through > 0.0 && !has_layer() && random() < through { surface.flipped() } else { surface }
+}
+
+/// How a path comes out of a surface.
+struct Exit {
+    path: u32,
+    tick: Tick,
+    weight: Vec3,
+    direction: Vec3,
+    within: Within,
+}
+
+/// The surface where a path comes out: white, as the colour of its light is known by now.
+fn vertex(frame: &FrameView, exit: Exit, surface: Surface, (step, random): (Step, PathRandom)) -> Vertex {
+    let Exit { path, tick, weight, direction, within } = exit;
     let surface = Surface { reflectance: frame.palette.white(surface.look()), ..surface };
     let ray = PathRay {
         path,
         tick,
         step,
         weight,
-        origin: walk.origin,
+        origin: surface.point,
         direction,
         asked_from: surface.point,
         normal: surface.normal,
         chances: Pdfs::PATH_ALONE,
         seen_by: SeenBy::Path,
         kind: RayKind::Diffuse,
+        within,
     };
     let random = random.four(step.asking());
     let light = frame.light_chances.choose(surface.point, random[0]);
@@ -352,13 +418,14 @@ pub fn nothing_yet(frame: &FrameView, start: &PathStart) -> PathResult {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scene::material::Scattering;
 
     /// Light that leaves a half-space, lit evenly, has the albedo from which the medium was made: by walks in a plane-parallel one.
     #[test]
     fn a_half_space_has_the_albedo_of_its_surface() {
         for albedo in [0.1, 0.4, 0.7, 0.9_f32] {
-            let below =
-                Below { share: 1.0, model: 0, material: 0, albedo: Vec3::splat(albedo), radius: Vec3::ONE };
+            let scattering = Scattering { below: Vec3::ONE, radius: Vec3::ONE, through: 0.0 };
+            let below = Below { scattering, model: 0, look: Look::plain(0), albedo: Vec3::splat(albedo) };
             let (medium, weight) = Medium::new(&below);
             let (count, mut sum) = (20_000, 0.0_f64);
             for index in 0..count {

@@ -240,8 +240,24 @@ pub fn go_on(
     };
     let asked_from = asked_from.unwrap_or(origin);
     let (step, seen_by) = (vertex.next_step(frame, chosen), vertex.next_sees_as(bsdf, chosen, has_density));
-    let (path, tick, kind) = (ray.path, ray.tick, vertex.next_kind(frame, chosen));
-    Some(PathRay { path, tick, step, weight, origin, direction, asked_from, normal, chances, seen_by, kind })
+    let kind = vertex.next_kind(frame, chosen);
+    let within = match chosen {
+        Lobes::THROUGH if frame.palette.absorbs => surface.within_behind(frame.scene, ray.within),
+        _ => ray.within,
+    };
+    Some(PathRay {
+        step,
+        weight,
+        origin,
+        direction,
+        asked_from,
+        normal,
+        chances,
+        seen_by,
+        kind,
+        within,
+        ..*ray
+    })
 }
 
 /// Up to eight vertices side by side. Lanes without one repeat the first.

@@ -256,11 +256,14 @@ fn meet_surfaces(
     let beam = |lane: usize| bounces[lane].beam_at(packet.t[from + lane]);
     let tick = |lane: usize| frame.tick_of(bounces[lane].cell);
     surfaces(frame, &hits, bounces.len(), direction, beam, tick, |lane, surface| {
-        let is_sight = bounces[lane].ray_kind == RayKind::Camera;
-        if is_sight && frame.role(packet.model[from + lane]) != Role::Itself {
+        let mut bounce = bounces[lane];
+        if bounce.ray_kind == RayKind::Camera && frame.role(packet.model[from + lane]) != Role::Itself {
             return;
         }
-        met.push(MetSurface { bounce: bounces[lane], surface, light: Vec3::ZERO });
+        if frame.palette.absorbs {
+            bounce.weight *= bounce.within.left(frame.palette, packet.t[from + lane]);
+        }
+        met.push(MetSurface { bounce, surface, model: packet.model[from + lane], light: Vec3::ZERO });
     });
 }
 
@@ -305,12 +308,19 @@ fn grow(
                 Kind::Refraction if is_straight => bounce.ray_kind,
                 Kind::Refraction => RayKind::Transmission,
             };
+            let within = match kind {
+                Kind::Refraction if frame.palette.absorbs => {
+                    surface.within_behind(frame.scene, bounce.within)
+                }
+                _ => bounce.within,
+            };
             next.push(Bounce {
                 step,
                 ray_kind,
                 weight,
                 origin: surface.leave(ray.direction),
                 direction: ray.direction,
+                within,
                 width: surface.width,
                 ..bounce
             });

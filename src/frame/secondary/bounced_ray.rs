@@ -7,6 +7,7 @@ use crate::frame::light::step::Step;
 use crate::frame::shot::frame_view::FrameView;
 use crate::frame::surface::radiance::Layer;
 use crate::scene::RayKind;
+use crate::shade::within::Within;
 
 /// Least weight in the picture of a ray that is followed: half the step of an 8-bit picture at full
 /// brightness. Rays that are below it in all three channels end.
@@ -42,6 +43,8 @@ pub struct Bounce {
     pub origin: Vec3,
     /// Direction, world space, unit length.
     pub direction: Vec3,
+    /// What it goes through.
+    pub within: Within,
     /// Width of its beam at the origin, world space: textures are filtered over it.
     pub width: f32,
     /// Growth of the width for each unit of length.
@@ -70,6 +73,7 @@ impl Bounce {
             weight,
             origin,
             direction,
+            within: Within::NOTHING,
             width: 0.0,
             spread: 0.0,
             guides: false,
@@ -92,7 +96,7 @@ impl Bounce {
     pub fn light_of_lights(&self, frame: &FrameView, far: f32) -> Vec3 {
         let lights = frame.pose.lights_at(frame.tick_of(self.cell));
         let passed = lights_passed(lights, self.origin, (self.origin, self.direction), far);
-        passed.map(|(_, glow, _)| glow.radiance).sum()
+        passed.map(|(_, glow, _)| glow.radiance * self.within.left(frame.palette, glow.distance)).sum()
     }
 
     /// Returns true if a ray of this weight is visible in the picture.

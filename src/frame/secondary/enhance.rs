@@ -16,6 +16,7 @@ use crate::frame::shot::frame_view::FrameView;
 use crate::frame::surface::footprints::cell_widths;
 use crate::frame::surface::placed::{Placed, PlacedTile};
 use crate::frame::surface::radiance::{Layer, Light, Radiance, cut};
+use crate::frame::surface::tangents::{tangent_of_sample, tangents_of_samples};
 use crate::frame::surface::trace_scratch::TraceScratch;
 use crate::lanes::{F32x8, LANES, Mask, Vec3x8};
 use crate::layers::Layers;
@@ -25,7 +26,7 @@ use crate::shade::Surface;
 use crate::shade::area;
 use crate::shade::bsdf::phong;
 use crate::shade::bsdf::phong::Gloss;
-use crate::shade::bsdf::{LayerRays, SeenBsdfs, SeenBy};
+use crate::shade::bsdf::{LayerRays, SeenBsdfs, SeenBy, SurfaceAxes};
 use crate::shade::horizon::Horizon;
 use crate::shade::light::{LightSample, to_light};
 use crate::shade::optics::branch;
@@ -78,24 +79,31 @@ pub fn enhance(
             if gloss.is_any || has_bsdfs || followed != 0 {
                 let placed = placed.get(frame, tile, first);
                 let incoming = -directions_to_eye(frame, tile, first, &placed);
-                let normals = [placed.normal, placed.geometric_normal];
+                let axes = SurfaceAxes {
+                    normal: placed.normal,
+                    geometric_normal: placed.geometric_normal,
+                    tangent: tangents_of_samples(frame, tile, first),
+                };
                 let reflectance = tile.reflectances(first);
                 let rays = (has_bsdfs && frame.settings.depth > 0)
                     .then(|| reflect(frame, tile, first, &placed, incoming, &mut bounces.reflected));
-                let bsdfs = frame.palette.bsdfs.seen_lanes(&looks, reflectance, normals, incoming, rays);
+                let bsdfs = frame.palette.bsdfs.seen_lanes(&looks, reflectance, axes, incoming, rays);
                 if let Some(bsdfs) = &bsdfs {
                     show_beneath(bsdfs, Mask::less(models, EMPTY), first, radiance);
                 }
                 if gloss.is_any || bsdfs.is_some() {
                     let shine = (&gloss, bsdfs.as_ref());
-                    let light = highlights(frame, tile, first, shine, &placed, incoming, |_| true);
+                    let [light, of_matt] = highlights(frame, tile, first, shine, &placed, incoming, |_| true);
+                    if bsdfs.as_ref().is_some_and(SeenBsdfs::is_matt_rough) {
+                        add_to(&mut radiance.diffuse, first, of_matt);
+                        add_to(&mut radiance.parts.direct, first, of_matt);
+                    }
                     if frame.layers.has(Layers::LIGHT) {
                         for (group, shown) in radiance.parts.groups.iter_mut().enumerate() {
                             let of_group = |light: usize| frame.light_groups.of[light] == group;
-                            let more = highlights(frame, tile, first, shine, &placed, incoming, of_group);
-                            let diffuse = Vec3x8::load(shown.each_ref().map(Column::as_slice), first);
-                            let [r, g, b] = shown;
-                            cut(diffuse + more).store([r, g, b], first);
+                            let [light, of_matt] =
+                                highlights(frame, tile, first, shine, &placed, incoming, of_group);
+                            add_to(shown, first, light + of_matt);
                         }
                     }
                     radiance.open_specular();
@@ -144,9 +152,13 @@ fn reflect(
     for lane in set_bits(surface_bits(&tile.model[first..first + LANES])) {
         let cell = first + lane;
         let record = &tile.record[cell];
-        let normals = [placed.normal.lane(lane), placed.geometric_normal.lane(lane)];
+        let axes = SurfaceAxes {
+            normal: placed.normal.lane(lane),
+            geometric_normal: placed.geometric_normal.lane(lane),
+            tangent: tangent_of_sample(frame, tile, cell),
+        };
         let (reflectance, incoming) = (full_color(record.reflectance), incoming.lane(lane));
-        let seen = frame.palette.bsdfs.seen(tile.look(cell), reflectance, normals, incoming, SeenBy::Eye);
+        let seen = frame.palette.bsdfs.seen(tile.look(cell), reflectance, axes, incoming, SeenBy::Eye);
         let Some(seen) = seen else { continue };
         if bounce::followed(frame, &seen, Vec3::ONE).is_some() {
             rays.followed |= 1 << lane;
@@ -221,6 +233,7 @@ fn start_rays(
             point: placed.point.lane(lane),
             normal: placed.normal.lane(lane),
             geometric_normal: placed.geometric_normal.lane(lane),
+            tangent: tangent_of_sample(frame, tile, cell),
             // rays off mirrors and through glass ask for no light here
             horizon: Horizon::flat(placed.geometric_normal.lane(lane)),
             reflectance: full_color(tile.record[cell].reflectance),
@@ -243,16 +256,22 @@ fn start_rays(
         } else {
             bounces.start(frame, cell as u32, &surface, guides, branches);
         }
-        let normals = [surface.normal, surface.geometric_normal];
-        if let Some(seen) =
-            frame.palette.bsdfs.seen(surface.look(), surface.reflectance, normals, incoming, SeenBy::Eye)
-        {
+        let (look, axes) = (surface.look(), surface.axes());
+        if let Some(seen) = frame.palette.bsdfs.seen(look, surface.reflectance, axes, incoming, SeenBy::Eye) {
             bounces.start_off_layer(frame, cell as u32, guides, &surface, &seen);
         }
     }
 }
 
-/// Highlights on eight samples of the lights that reach them and are `among` these, by number.
+/// Adds light, which may be below 0, to that of eight samples, which stays at 0 or above.
+fn add_to(shown: &mut Light, first: usize, light: Vec3x8) {
+    let all = Vec3x8::load(shown.each_ref().map(Column::as_slice), first) + light;
+    let [r, g, b] = shown;
+    cut(all.max(Vec3x8::ZERO)).store([r, g, b], first);
+}
+
+/// Highlights on eight samples of the lights that reach them and are `among` these, by number; and what is [matt and
+/// rough](SeenBsdfs::of_rough_matt) of them.
 fn highlights(
     frame: &FrameView,
     tile: &Tile,
@@ -261,10 +280,10 @@ fn highlights(
     placed: &Placed,
     incoming: Vec3x8,
     among: impl Fn(usize) -> bool,
-) -> Vec3x8 {
+) -> [Vec3x8; 2] {
     let models = &tile.model[first..first + LANES];
     let is_surface = Mask::less(models, EMPTY);
-    let mut sum = Vec3x8::ZERO;
+    let [mut sum, mut of_matt] = [Vec3x8::ZERO; 2];
     let is_shown = |light: usize| !frame.pose.is_dark(light) && among(light);
     for (light, slot) in (0..).zip(frame.slots).filter(|(light, _)| is_shown(*light)) {
         frame.pose.each_of_light(
@@ -293,8 +312,11 @@ fn highlights(
                     }
                 };
                 sum = add_light(sum, light, places, reached, shade);
+                if let Some(bsdfs) = bsdfs.filter(|bsdfs| bsdfs.is_matt_rough()) {
+                    of_matt = add_light(of_matt, light, places, reached, |light| bsdfs.of_rough_matt(light));
+                }
             },
         );
     }
-    sum
+    [sum, of_matt]
 }

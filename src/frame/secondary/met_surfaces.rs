@@ -13,7 +13,7 @@ use crate::frame::light::lighting::{
     Places, add_light, emitted_and_ambient, sample_of_light, shows_highlight,
 };
 use crate::frame::light::occlusion::{self, OcclusionScratch, OpenSurface};
-use crate::frame::light::path_ends::{DrawnLayer, PathStart};
+use crate::frame::light::path_ends::{Below, DrawnLayer, PathStart};
 use crate::frame::light::shadow::ShadowQueue;
 use crate::frame::shot::frame_view::FrameView;
 use crate::frame::shot::plan::ShadowCheck;
@@ -24,7 +24,7 @@ use crate::scene::look::Look;
 use crate::shade::Surface;
 use crate::shade::area;
 use crate::shade::bsdf::phong;
-use crate::shade::bsdf::{LayerRays, SeenBsdf, SeenBsdfs, SeenBy};
+use crate::shade::bsdf::{LayerRays, SeenBsdf, SeenBsdfs, SeenBy, SurfaceAxes};
 use crate::shade::light::{StratifiedPattern, light_samples, seeds_of_places, to_light};
 use crate::shade::sampling::{PathSequence, orthonormal, seed_of};
 use crate::shade::terminator::{Receivers, ToSixteen};
@@ -36,6 +36,8 @@ pub struct MetSurface {
     /// The ray.
     pub bounce: Bounce,
     pub surface: Surface,
+    /// Number of the model.
+    pub model: u32,
     /// Light that it shows, once that is [known](MetSurfaces::light).
     pub light: Vec3,
 }
@@ -58,20 +60,30 @@ impl MetSurface {
             horizon,
             layer,
             below: None,
+            within: self.bounce.within,
         }
+    }
+
+    /// Start of the first path by which it gathers light that it scatters, in the colour of this `albedo`.
+    fn gathering(&self, frame: &FrameView, owner: u32, albedo: Vec3) -> PathStart {
+        let below = if frame.palette.scatters_below {
+            Below::of(frame, self.model, self.surface.look(), albedo)
+        } else {
+            None
+        };
+        PathStart { below, ..self.start(owner) }
+    }
+
+    /// Albedo of what it scatters.
+    fn albedo(&self, frame: &FrameView) -> Vec3 {
+        frame.palette.albedo_of(self.surface.look(), self.surface.reflectance)
     }
 
     /// Layer of the surface as the ray sees it, if it has one.
     pub fn layer(&self, frame: &FrameView) -> Option<SeenBsdf> {
-        let Surface { normal, geometric_normal, reflectance, .. } = self.surface;
-        let incoming = self.bounce.direction;
-        frame.palette.bsdfs.seen(
-            self.surface.look(),
-            reflectance,
-            [normal, geometric_normal],
-            incoming,
-            SeenBy::Eye,
-        )
+        let Self { surface, bounce, .. } = self;
+        let axes = surface.axes();
+        frame.palette.bsdfs.seen(surface.look(), surface.reflectance, axes, bounce.direction, SeenBy::Eye)
     }
 
     /// Number of paths or rays that it has where a sample has `count`. Noise is in proportion to the ray's
@@ -116,6 +128,8 @@ struct MetLanes {
     /// Ways to the curved surfaces that the triangles stand for.
     lifts: Vec3x8,
     reflectance: Vec3x8,
+    /// Tangents of their surfaces.
+    tangents: Vec3x8,
     view: Vec3x8,
     /// Seeds for the points on area lights that they ask.
     seeds: u32x8,
@@ -150,6 +164,7 @@ impl MetLanes {
             lifts: each(|met| met.surface.horizon.lift),
             seeds: seeds_of_places(point),
             reflectance: each(|met| met.surface.reflectance),
+            tangents: if frame.palette.is_stretched { each(|met| met.surface.tangent) } else { Vec3x8::ZERO },
             view: each(|met| -met.bounce.direction),
             looks: std::array::from_fn(|lane| at(lane).surface.look()),
             light: Vec3x8::ZERO,
@@ -171,7 +186,8 @@ fn light(frame: &FrameView, met: &mut MetSurfaces, times: &mut TreeTimes, tally:
         let openness = || F32x8::new(std::array::from_fn(share));
         eight.light = emitted_and_ambient(frame, (&eight.looks, eight.reflectance), openness);
         let MetLanes { reflectance, view, receivers, .. } = *eight;
-        let normals = [receivers.normal, receivers.geometric_normal];
+        let Receivers { normal, geometric_normal, .. } = receivers;
+        let axes = SurfaceAxes { normal, geometric_normal, tangent: eight.tangents };
         let has_bsdfs = frame.palette.bsdfs.any(&eight.looks);
         let rays = has_bsdfs.then(|| {
             let mut rays = LayerRays { count: [0; LANES], followed: 0, incoming: -view };
@@ -182,7 +198,7 @@ fn light(frame: &FrameView, met: &mut MetSurfaces, times: &mut TreeTimes, tally:
             }
             rays
         });
-        let bsdfs = frame.palette.bsdfs.seen_lanes(&eight.looks, reflectance, normals, -view, rays);
+        let bsdfs = frame.palette.bsdfs.seen_lanes(&eight.looks, reflectance, axes, -view, rays);
         if let Some(bsdfs) = bsdfs {
             eight.light = bsdfs.show(eight.light);
             eight.bsdfs = Some(met.bsdfs.len());
@@ -226,14 +242,14 @@ fn gather(frame: &FrameView, met: &mut MetSurfaces, times: &mut TreeTimes, tally
     for (first, some) in (0..).step_by(GATHER_AT_ONCE).zip(met.chunks_mut(GATHER_AT_ONCE)) {
         gathering.starts.clear();
         for (number, met) in (first..).zip(&*some).filter(|(_, met)| is_diffuse(met)) {
-            let start = met.start(number);
+            let start = met.gathering(frame, number, met.albedo(frame));
             gathering.starts.extend((0..count(met)).map(|index| PathStart { index, ..start }));
         }
         trace_paths(frame, gathering, tally);
         let brought = gathering.starts.iter().zip(&gathering.brought);
         for (start, brought) in brought {
             let met = &mut some[(start.owner - first) as usize];
-            let albedo = frame.palette.albedo_of(met.surface.look(), met.surface.reflectance);
+            let albedo = met.albedo(frame);
             let albedo = met.layer(frame).map_or(albedo, |seen| albedo * seen.through);
             met.light += albedo * brought.radiance / count(met) as f32;
             times.note(start.cell, brought.until);
@@ -363,6 +379,7 @@ fn shine(frame: &FrameView, light: usize, met: &mut MetSurfaces) {
         let bsdfs = eight.bsdfs.map(|number| &met.bsdfs[number]);
         let Receivers { point, normal, smooth, .. } = eight.receivers;
         let albedo = frame.palette.albedo(&eight.looks, eight.reflectance);
+        let albedo = frame.albedo_of_lights(&eight.looks, albedo);
         let mut points = [0; LANES];
         points[..lit.len()].copy_from_slice(lit);
         let places = Places { point, seeds: eight.seeds };
@@ -381,7 +398,8 @@ fn shine(frame: &FrameView, light: usize, met: &mut MetSurfaces) {
                 sum = add_light(sum, light, places, reached, |light_sample| {
                     let mut light = phong::diffuse(albedo, normal, smooth, light_sample);
                     if let Some(bsdfs) = bsdfs {
-                        light = light * bsdfs.through + bsdfs.highlight(light_sample, radiance);
+                        light = (light * bsdfs.through + bsdfs.of_rough_matt(light_sample)).max(Vec3x8::ZERO)
+                            + bsdfs.highlight(light_sample, radiance);
                     }
                     if !may_shine {
                         return light;

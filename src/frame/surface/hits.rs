@@ -4,6 +4,7 @@ use glam::Vec3;
 
 use super::computed_hits::ComputedHit;
 use super::facing::facing;
+use super::tangents::tangent;
 use crate::exposure::{MIDDLE_TICK, Tick};
 use crate::frame::grid::bits::set_bits;
 use crate::frame::shot::frame_view::FrameView;
@@ -353,6 +354,7 @@ pub fn surfaces(
             point: point.lane(lane),
             normal,
             geometric_normal,
+            tangent: tangent(frame, at(lane), hits.weights.map(|weight| weight.lane(lane)), ticks(lane)),
             horizon,
             reflectance: reflectances.lane(lane),
             material: looks[lane].material,

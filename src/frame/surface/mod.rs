@@ -7,4 +7,5 @@ pub mod hits;
 pub mod placed;
 pub mod radiance;
 pub mod ray_tally;
+pub mod tangents;
 pub mod trace_scratch;

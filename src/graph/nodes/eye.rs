@@ -8,10 +8,13 @@ use crate::graph::functions::fresnel;
 use crate::graph::{Definition, Function, Kind, Options, Places, Socket};
 use crate::lanes::Vec3x8;
 
+/// How far a normal leans towards the eye: 0 not at all, 1 all the way. Groups for Blender mix both, for what is rough.
+const TOWARD: Socket = Socket::number("toward", 0.0);
+
 /// Share of the light that a dielectric reflects, as Blender's Fresnel node has it.
 pub static FRESNEL: Definition = Definition {
     name: "blender_fresnel",
-    inputs: &[Socket::number("ior", 1.5)],
+    inputs: &[Socket::number("ior", 1.5), TOWARD],
     outputs: &[("out", Kind::Number)],
     function: |_, _| Ok(Arc::new(Weight::Fresnel)),
 };
@@ -19,7 +22,7 @@ pub static FRESNEL: Definition = Definition {
 /// Weights of layers, as Blender's Layer Weight node has them.
 pub static LAYER_WEIGHT: Definition = Definition {
     name: "blender_layer_weight",
-    inputs: &[Socket::number("blend", 0.5)],
+    inputs: &[Socket::number("blend", 0.5), TOWARD],
     outputs: &[("fresnel", Kind::Number), ("facing", Kind::Number)],
     function: |_, output| Ok(Arc::new(if output == 0 { Weight::LayerFresnel } else { Weight::LayerFacing })),
 };
@@ -62,6 +65,13 @@ impl Weight {
     }
 }
 
+/// Cosine of the angle to a normal that leans towards the eye.
+fn leaning(facing: f32, toward: f32) -> f32 {
+    let share = toward.clamp(0.0, 1.0);
+    let leaning = facing.abs() * (1.0 - share) + share;
+    if facing < 0.0 { -leaning } else { leaning }
+}
+
 impl Function for Weight {
     fn is_of_place(&self) -> bool {
         true
@@ -73,8 +83,8 @@ impl Function for Weight {
 
     fn values(&self, inputs: &[Vec3x8], places: Places) -> Vec3x8 {
         places.lane_by_lane(inputs, |inputs, place| {
-            let input = inputs.first().map_or(0.0, |input| input.x);
-            Vec3::splat(self.of(input, place.facing()))
+            let [input, toward] = [0, 1].map(|number| inputs.get(number).map_or(0.0, |input| input.x));
+            Vec3::splat(self.of(input, leaning(place.facing(), toward)))
         })
     }
 }
@@ -91,6 +101,7 @@ mod tests {
         // out of glass at 60 degrees all light stays inside
         assert_eq!(Weight::Fresnel.of(1.5, -0.5), 1.0);
         assert!((Weight::LayerFacing.of(0.5, 0.3) - 0.7).abs() < 1e-6);
+        assert_eq!([leaning(0.2, 0.0), leaning(-0.2, 1.0), leaning(0.5, 0.5)], [0.2, -1.0, 0.75]);
         let ratio = |forward, inverted| Weight::Ratio { forward, inverted }.of(0.0, -0.25);
         assert_eq!([ratio(true, false), ratio(false, false), ratio(true, true)], [0.25, -0.25, 0.75]);
     }

@@ -17,11 +17,11 @@ pub(in crate::scene) struct Arranger<'a> {
 
 impl Arranger<'_> {
     /// Gives a mesh what its materials need beside its vertices: tangents, of which `of_vertices` are those that its file states, if it
-    /// does; and the space of graphs.
+    /// does; and the space of graphs, and of tangents around an axis.
     pub fn with_details(&self, mesh: Mesh, of_vertices: &[[f32; 4]]) -> Mesh {
         let mesh = self.with_tangents(mesh, of_vertices);
-        let has_graph = |material: &u16| self.materials[usize::from(*material)].programs().next().is_some();
-        if !mesh.material_of.iter().any(has_graph) {
+        let asks = |material: &u16| self.materials[usize::from(*material)].asks_for_space();
+        if !mesh.material_of.iter().any(asks) {
             return mesh;
         }
         let space = Some(ObjectSpace::around(mesh.positions.as_slice()));

@@ -1,5 +1,6 @@
 //! Keys of `[mtl]` and `[[material]]`.
 
+use glam::Vec3;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
@@ -26,6 +27,26 @@ pub(crate) enum AlphaMode {
     Cut,
     /// Each place is a veil as clear as it says.
     Blend,
+}
+
+/// Axis of a model's file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub(crate) enum Axis {
+    X,
+    Y,
+    Z,
+}
+
+impl Axis {
+    /// The axis as a direction.
+    pub fn vector(self) -> Vec3 {
+        match self {
+            Self::X => Vec3::X,
+            Self::Y => Vec3::Y,
+            Self::Z => Vec3::Z,
+        }
+    }
 }
 
 #[derive(Debug, Default, Deserialize, JsonSchema)]
@@ -74,11 +95,34 @@ pub(crate) struct MaterialTable {
     /// Metallic
     #[schemars(range(min = 0, max = 1))]
     pub pm: Option<At<f64>>,
+    /// How white metal is at grazing angles: 0 as at right angles, 1 white, as metals are (1)
+    #[schemars(range(min = 0, max = 1))]
+    pub metal_edge: Option<At<f64>>,
+    /// How much narrower the lobe of its layer is across the tangent than along it: brushed metal (0)
+    #[schemars(range(min = 0, max = 1))]
+    pub anisotropy: Option<At<f64>>,
+    /// Turn of the tangent about the normal, counter-clockwise, in degrees (0)
+    pub anisotropy_turn: Option<At<f64>>,
+    /// Axis of the model's file around which the tangent leads, as the grooves of turned metal do; without one it is that of the first texture coordinate
+    pub anisotropy_around: Option<Axis>,
+    /// Roughness of what is matt: clay, dust, the moon (0)
+    #[schemars(range(min = 0, max = 1))]
+    pub diffuse_roughness: Option<At<f64>>,
     /// Share of the diffuse light that goes below the surface and comes out somewhere else (0)
     #[schemars(range(min = 0, max = 1))]
     pub subsurface: Option<At<f64>>,
     /// Mean free path below the surface: the way that red, green and blue light goes before it is scattered, in the units of the shot (1, 0.5, 0.25)
     pub subsurface_radius: Option<Three>,
+    /// Share of the diffuse light that leaves on the other side of the surface, as through a leaf or paper (0)
+    #[schemars(range(min = 0, max = 1))]
+    pub translucency: Option<At<f64>>,
+    /// Length of the way through glass after which light has the colour `depth_color`, in the units of the shot; 0: it absorbs none (0)
+    #[schemars(range(min = 0))]
+    pub depth: Option<At<f64>>,
+    /// Colour of light that has come as far as `depth` through glass (white)
+    pub depth_color: Option<Three>,
+    /// True for glass that is a pane, both of its walls at once: light goes straight through (false)
+    pub thin: Option<bool>,
     /// Share of the surface that a clear coat covers (0)
     #[schemars(range(min = 0, max = 1))]
     pub coat: Option<At<f64>>,
@@ -93,6 +137,14 @@ pub(crate) struct MaterialTable {
     /// How far the coat darkens what is below by reflecting it back inside: 0 not at all, 1 as light does (0)
     #[schemars(range(min = 0, max = 1))]
     pub coat_darkening: Option<At<f64>>,
+    /// Share of the surface that fuzz covers: fibres, dust, down (0)
+    #[schemars(range(min = 0, max = 1))]
+    pub fuzz: Option<At<f64>>,
+    /// Colour of the fuzz (white)
+    pub fuzz_color: Option<Three>,
+    /// Roughness of the fuzz: how far from grazing angles it is seen (0.5)
+    #[schemars(range(min = 0, max = 1))]
+    pub fuzz_roughness: Option<At<f64>>,
     /// Texture file, relative to the shot file
     pub map_kd: Option<At<String>>,
     /// Opacity: a picture that cuts parts out, where its alpha, or its brightness if it has none, is below a half

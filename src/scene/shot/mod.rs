@@ -27,11 +27,14 @@ pub(crate) use readers::{Beside, ReadBefore};
 use crate::digest::Digest;
 use crate::scene::frames::Run;
 use crate::scene::import::statements::Statements;
+use crate::scene::import::statements::anisotropy::StatedAnisotropy;
 use crate::scene::import::statements::coat::StatedCoat;
+use crate::scene::import::statements::fuzz::StatedFuzz;
+use crate::scene::import::statements::interior::StatedInterior;
 use crate::scene::import::statements::maps::{MapStatement, MapStatements, MapUse};
 use crate::scene::import::surfaces::material_table::Override;
 use crate::scene::import::{Import, Imported, Surfaces};
-use crate::scene::keys::material::MaterialTable;
+use crate::scene::keys::material::{Axis, MaterialTable};
 use crate::scene::keys::toml_text::{At, Three, TomlText};
 use crate::scene::keys::values::{look, optional_color};
 use crate::scene::keys::{BackgroundTable, FloorTable, LightTable, ModelTable, ShotFile};
@@ -342,6 +345,8 @@ fn replacement(text: TomlText<'_>, table: &MaterialTable) -> Result<Override, Sc
         let read = |value| text.number(key, value, wanted, fits).map(|number| number as f32);
         value.as_ref().map(read).transpose()
     };
+    let share =
+        |key, value: &Option<At<f64>>| number(key, value, "from 0 (none) to 1 (all of the light)", 1.0);
     let illum = table.illum.as_ref().map(|value| text.whole("illum", value, 0..11)).transpose()?;
     let place = text.fault(table.name.span(), "");
     let (line, column) = (place.line.unwrap_or(1), place.column.unwrap_or(1));
@@ -378,8 +383,31 @@ fn replacement(text: TomlText<'_>, table: &MaterialTable) -> Result<Override, Sc
         illum,
         pr: number("pr", &table.pr, "from 0 (smooth) to 1 (rough)", 1.0)?,
         pm: number("pm", &table.pm, "from 0 (no metal) to 1 (metal)", 1.0)?,
-        subsurface: number("subsurface", &table.subsurface, "from 0 (none) to 1 (all of the light)", 1.0)?,
-        subsurface_radius: color("subsurface_radius", &table.subsurface_radius)?,
+        metal_edge: number("metal_edge", &table.metal_edge, "from 0 (as at right angles) to 1 (white)", 1.0)?,
+        diffuse_roughness: number(
+            "diffuse_roughness",
+            &table.diffuse_roughness,
+            "from 0 (smooth) to 1 (rough)",
+            1.0,
+        )?,
+        anisotropy: StatedAnisotropy {
+            amount: number("anisotropy", &table.anisotropy, "from 0 (round) to 1", 1.0)?,
+            turn: table
+                .anisotropy_turn
+                .as_ref()
+                .map(|turn| text.number("anisotropy_turn", turn, "finite", f64::is_finite))
+                .transpose()?
+                .map(|turn| turn as f32),
+            around: table.anisotropy_around.map(Axis::vector),
+        },
+        interior: StatedInterior {
+            subsurface: share("subsurface", &table.subsurface)?,
+            subsurface_radius: color("subsurface_radius", &table.subsurface_radius)?,
+            translucency: share("translucency", &table.translucency)?,
+            depth: number("depth", &table.depth, "finite and not negative", f64::from(f32::MAX))?,
+            depth_color: color("depth_color", &table.depth_color)?,
+            is_thin: table.thin,
+        },
         coat: StatedCoat {
             weight: number("coat", &table.coat, "from 0 (none) to 1 (all of the surface)", 1.0)?,
             roughness: number("coat_roughness", &table.coat_roughness, "from 0 (smooth) to 1 (rough)", 1.0)?,
@@ -392,13 +420,16 @@ fn replacement(text: TomlText<'_>, table: &MaterialTable) -> Result<Override, Sc
                 1.0,
             )?,
         },
+        fuzz: StatedFuzz {
+            weight: number("fuzz", &table.fuzz, "from 0 (none) to 1 (all of the surface)", 1.0)?,
+            color: color("fuzz_color", &table.fuzz_color)?,
+            roughness: number("fuzz_roughness", &table.fuzz_roughness, "from 0 (smooth) to 1 (rough)", 1.0)?,
+        },
         alpha_mode: table.alpha_mode,
         maps,
         ..Statements::default()
     };
-    let wanted = "from 0 (none) to 1 (all of the light)";
-    let values = match number("transmission", &table.transmission, wanted, 1.0)?.filter(|share| *share > 0.0)
-    {
+    let values = match share("transmission", &table.transmission)?.filter(|share| *share > 0.0) {
         Some(share) => values.with_transmission(f64::from(share), DVec3::ONE),
         None => values,
     };

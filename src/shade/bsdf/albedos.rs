@@ -167,25 +167,25 @@ impl<T: Real> Shares<T> {
     /// Light that is reflected once, where each microfacet reflects as much as `fresnel` says.
     #[inline(always)]
     pub fn once(&self, fresnel: &Fresnel<T>) -> [T; 3] {
-        fresnel.metal.map(|metal| fresnel.mixed(self.clear_once, self.metal_once(metal)))
+        fresnel.metal.map(|metal| fresnel.mixed(self.clear_once, self.metal_once(metal, fresnel.edge)))
     }
 
     /// Light that is reflected once or several times.
     #[inline(always)]
     pub fn in_all(&self, fresnel: &Fresnel<T>) -> [T; 3] {
-        fresnel.metal.map(|metal| fresnel.mixed(self.clear, self.metal(metal)))
+        fresnel.metal.map(|metal| fresnel.mixed(self.clear, self.metal(metal, fresnel.edge)))
     }
 
     #[inline(always)]
-    fn metal_once(&self, head_on: T) -> T {
-        head_on * self.white + (T::of(1.0) - head_on) * self.grazing
+    fn metal_once(&self, head_on: T, edge: T) -> T {
+        head_on * self.white + (T::of(1.0) - head_on) * (self.grazing * edge)
     }
 
     #[inline(always)]
-    fn metal(&self, head_on: T) -> T {
+    fn metal(&self, head_on: T, edge: T) -> T {
         let one = T::of(1.0);
-        let mean = head_on + (one - head_on) * self.later_grazing;
+        let mean = head_on + (one - head_on) * (self.later_grazing * edge);
         let rest = (one - self.white).max(T::of(0.0));
-        self.metal_once(head_on) + rest * several_times(mean, self.leaves)
+        self.metal_once(head_on, edge) + rest * several_times(mean, self.leaves)
     }
 }

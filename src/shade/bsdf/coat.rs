@@ -100,14 +100,23 @@ impl CoatLayer {
 }
 
 impl SeenCoat {
+    /// None at all.
+    pub const NONE: Self = Self { alpha: 0.0, index: 1.0, gain: 0.0, albedo: 0.0, lets_through: Vec3::ONE };
+
+    /// The same where this share of what it reflects is seen.
+    #[must_use]
+    pub fn dimmed(self, share: f32) -> Self {
+        Self { gain: self.gain * share, albedo: self.albedo * share, ..self }
+    }
+
     /// Reflectance of its microfacets.
     pub fn fresnel(&self) -> Fresnel<f32> {
-        Fresnel { metal: [0.0; 3], metallic: 0.0, index: self.index }
+        Fresnel { metal: [0.0; 3], edge: 1.0, metallic: 0.0, index: self.index }
     }
 
     /// The same of a surface of which this share is there: what is below it has its share already.
     pub fn in_part(self, solid: f32) -> Self {
-        Self { gain: self.gain * solid, albedo: self.albedo * solid, ..self }
+        self.dimmed(solid)
     }
 
     /// Returns true if it is as good as a mirror.

@@ -60,6 +60,8 @@ fn toward_white<T: Real>(head_on: T, white: T) -> T {
 pub struct Fresnel<T> {
     /// Reflectance of the metal at right angles, for red, green and blue.
     pub metal: [T; 3],
+    /// How white it is at grazing angles, from 0 (as at right angles) to 1.
+    pub edge: T,
     /// Share of metal, from 0 to 1.
     pub metallic: T,
     /// Index of refraction of the rest, 1 or more.
@@ -69,7 +71,7 @@ pub struct Fresnel<T> {
 impl Fresnel<f32> {
     /// Bare metal that reflects `head_on` at right angles.
     pub fn of_metal(head_on: Vec3) -> Self {
-        Self { metal: head_on.to_array(), metallic: 1.0, index: 1.0 }
+        Self { metal: head_on.to_array(), edge: 1.0, metallic: 1.0, index: 1.0 }
     }
 }
 
@@ -77,7 +79,7 @@ impl<T: Real> Fresnel<T> {
     /// Reflectance where the normal of a smooth place and the direction have this cosine.
     #[inline(always)]
     pub fn at(&self, cos: T) -> [T; 3] {
-        let (clear, white) = (dielectric(self.index, cos), grazing(cos));
+        let (clear, white) = (dielectric(self.index, cos), grazing(cos) * self.edge);
         self.metal.map(|metal| self.mixed(clear, toward_white(metal, white)))
     }
 
@@ -145,9 +147,10 @@ mod tests {
         for index in INDICES {
             for step in 0..=20 {
                 let cos = step as f32 / 20.0;
-                let one = Fresnel { metal: [0.9, 0.5, 0.04], metallic: 0.3, index: index as f32 };
+                let one = Fresnel { metal: [0.9, 0.5, 0.04], edge: 0.7, metallic: 0.3, index: index as f32 };
                 let eight = Fresnel {
                     metal: one.metal.map(F32x8::splat),
+                    edge: F32x8::splat(one.edge),
                     metallic: F32x8::splat(one.metallic),
                     index: F32x8::splat(one.index),
                 };

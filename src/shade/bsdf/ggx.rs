@@ -147,7 +147,7 @@ mod tests {
     use crate::shade::sampling::PathRandom;
 
     /// Metal in part, so that both formulas count.
-    const MIXTURE: Fresnel<f32> = Fresnel { metal: [0.9, 0.5, 0.04], metallic: 0.7, index: 1.5 };
+    const MIXTURE: Fresnel<f32> = Fresnel { metal: [0.9, 0.5, 0.04], edge: 0.8, metallic: 0.7, index: 1.5 };
 
     const ALPHAS: [f32; 6] = [LEAST_ALPHA, 0.01, 0.09, 0.25, 0.6, 1.0];
 
@@ -308,6 +308,7 @@ mod tests {
                 let turned = |v: Vec3| Vec3x8::splat(Vec3::new(v.z, v.x, v.y));
                 let all = Fresnel {
                     metal: fresnel.metal.map(F32x8::splat),
+                    edge: F32x8::splat(fresnel.edge),
                     metallic: F32x8::splat(fresnel.metallic),
                     index: F32x8::splat(fresnel.index),
                 };

@@ -5,9 +5,12 @@ use std::f32::consts::{FRAC_1_PI, PI};
 use glam::Vec3;
 
 use super::albedos::{LEAST_ALBEDO, LEAST_COSINE, Shares};
-use super::coat::SeenCoat;
-use super::seen::{Between, BsdfAt, chance_of_coat};
+use super::fuzz::FuzzLobe;
+use super::rough_diffuse::{RoughLanes, SeenRough};
+use super::seen::{Between, BsdfAt, SurfaceAxes};
 use super::seen_by::SeenBy;
+use super::stretched::{StretchedLanes, Widths};
+use super::upper::{Chances, Upper};
 use crate::lanes::{F32x8, LANES, Mask, Vec3x8, are_same};
 use crate::scene::look::Look;
 use crate::scene::material::LEAST_ALPHA;
@@ -16,6 +19,7 @@ use crate::shade::bsdf::fresnel::Fresnel;
 use crate::shade::bsdf::ggx;
 use crate::shade::bsdf::mis::mis_weight;
 use crate::shade::light::LightSample;
+use crate::shade::sampling::orthonormal;
 
 /// Rays by which eight surfaces reflect.
 #[derive(Debug, Clone, Copy)]
@@ -47,18 +51,26 @@ pub struct SeenBsdfs {
     drawn_for: [Vec3x8; 2],
     /// Mask of surfaces of which a ray shows what is a mirror.
     is_followed: Mask,
-    /// Coats above the layers, if there is any.
-    coats: Option<SeenCoats>,
+    /// What is above the layers and below them, if there is more than these.
+    more: Option<More>,
 }
 
-/// Coats of eight surfaces. A lane without one reflects nothing.
+/// What eight surfaces have beside their layers. A lane without it reflects nothing.
 #[derive(Debug, Clone, Copy)]
-struct SeenCoats {
+struct More {
+    /// What is matt and rough below the layers, if anything is.
+    rough: Option<RoughLanes>,
+    /// Lobes of the layers as they are seen, and as they were when directions were drawn, if any is not round.
+    stretched: Option<[StretchedLanes; 2]>,
+    /// Widths of the coats' lobes, their indices of refraction, and the factors for light that they reflect once.
     alpha: F32x8,
     index: F32x8,
     gain: F32x8,
-    /// Chance with which directions were drawn by the lobe of the coat.
-    chance: F32x8,
+    /// Lobes of fuzz, as they are seen and as they were when directions were drawn, and the light that they reflect.
+    fuzz: [FuzzLobe<F32x8>; 2],
+    gain_of_fuzz: Vec3x8,
+    /// Chances with which directions were drawn by the lobes of coats, and of fuzz.
+    chances: [F32x8; 2],
 }
 
 impl SeenBsdfs {
@@ -73,15 +85,17 @@ impl SeenBsdfs {
     /// rays see it.
     #[inline(always)]
     pub fn highlight(&self, light_sample: &LightSample, radiance: Option<AreaRadiance>) -> Vec3x8 {
-        if self.coats.is_some() {
-            return self.coated_highlight(light_sample, radiance);
+        if self.more.is_some() {
+            return self.highlight_of_all(light_sample, radiance);
         }
         let Self { alpha, fresnel, normal, to_eye, gain, .. } = *self;
         let LightSample { direction, irradiance, .. } = *light_sample;
         let reflected = ggx::reflected_lanes(alpha, &fresnel, normal, to_eye, direction);
         let mut light = reflected * gain * irradiance;
         if let Some(radiance) = radiance {
-            light = light * self.weight_of_points(light_sample, &radiance, |density| density);
+            let [normal, to_eye] = self.drawn_for;
+            let drawn = ggx::density_lanes(alpha, normal, to_eye, direction);
+            light = light * self.weight_of_points(light_sample, &radiance, drawn);
         }
         let shows = match radiance {
             Some(_) => gain.is_some() & !self.is_followed & irradiance.is_some(),
@@ -90,26 +104,37 @@ impl SeenBsdfs {
         shows.select3(light, Vec3x8::ZERO)
     }
 
-    /// Weight of a light's points beside the rays that see it. `drawn` makes the density of all directions from that of the layer's.
+    /// Returns true if what is matt of any is rough.
     #[inline(always)]
-    fn weight_of_points(
-        &self,
-        light_sample: &LightSample,
-        radiance: &AreaRadiance,
-        drawn: impl FnOnce(F32x8) -> F32x8,
-    ) -> F32x8 {
-        let LightSample { direction, irradiance, .. } = *light_sample;
-        let [normal, to_eye] = self.drawn_for;
-        // both densities times the irradiance: they would be infinite where it is next to nothing
-        let by_points = density_of_points(radiance, direction);
-        let by_rays = self.rays * drawn(ggx::density_lanes(self.alpha, normal, to_eye, direction));
-        mis_weight(by_points, by_rays * brightest(irradiance))
+    pub fn is_matt_rough(&self) -> bool {
+        self.more.as_ref().is_some_and(|more| more.rough.is_some())
     }
 
-    /// [`highlight`](Self::highlight) of surfaces some of which have a coat. Not inlined: hardly any has one.
+    /// Light that what is matt and rough shows of a light, or of one of its points, beyond what it would show of even light. Below 0 where
+    /// it shows less.
+    pub fn of_rough_matt(&self, light_sample: &LightSample) -> Vec3x8 {
+        let Some(rough) = self.more.as_ref().and_then(|more| more.rough.as_ref()) else {
+            return Vec3x8::ZERO;
+        };
+        let LightSample { direction, irradiance, .. } = *light_sample;
+        irradiance
+            .is_some()
+            .select3(rough.beyond_smooth(self.normal, self.to_eye, direction) * irradiance, Vec3x8::ZERO)
+    }
+
+    /// Weight of a light's points beside the rays that see it, whose directions were `drawn` with this density.
+    #[inline(always)]
+    fn weight_of_points(&self, light_sample: &LightSample, radiance: &AreaRadiance, drawn: F32x8) -> F32x8 {
+        let LightSample { direction, irradiance, .. } = *light_sample;
+        // both densities times the irradiance: they would be infinite where it is next to nothing
+        let by_points = density_of_points(radiance, direction);
+        mis_weight(by_points, self.rays * drawn * brightest(irradiance))
+    }
+
+    /// [`highlight`](Self::highlight) of surfaces some of which have more than a layer. Not inlined: hardly any has it.
     #[inline(never)]
-    fn coated_highlight(&self, light_sample: &LightSample, radiance: Option<AreaRadiance>) -> Vec3x8 {
-        let Some(coats) = &self.coats else { return Vec3x8::ZERO };
+    fn highlight_of_all(&self, light_sample: &LightSample, radiance: Option<AreaRadiance>) -> Vec3x8 {
+        let Some(more) = &self.more else { return Vec3x8::ZERO };
         let Self { normal, to_eye, .. } = *self;
         let LightSample { direction, irradiance, .. } = *light_sample;
         let least = F32x8::splat(LEAST_ALPHA);
@@ -122,30 +147,89 @@ impl SeenBsdfs {
             let reflected = ggx::reflected_lanes(alpha, fresnel, normal, to_eye, direction) * gain;
             (gain.is_some() & shows(alpha)).select3(reflected, Vec3x8::ZERO)
         };
-        let of_layer = lobe(self.alpha, &self.fresnel, self.gain);
-        let of_coats = lobe(coats.alpha, &coats.fresnel(), Vec3x8::all_of(coats.gain));
-        let Some(radiance) = radiance else { return (of_layer + of_coats) * irradiance };
-        let [drawn_normal, drawn_eye] = self.drawn_for;
-        let weight = self.weight_of_points(light_sample, &radiance, |of_layer| {
-            let of_coat = ggx::density_lanes(coats.alpha, drawn_normal, drawn_eye, direction);
-            // mirrors have no part in what is drawn: their chance is 0
-            let of_layer =
-                coats.chance.lt(F32x8::ONE).select(of_layer * (F32x8::ONE - coats.chance), F32x8::ZERO);
-            of_layer + coats.chance.gt(F32x8::ZERO).select(of_coat * coats.chance, F32x8::ZERO)
-        });
+        let of_layer = match &more.stretched {
+            None => lobe(self.alpha, &self.fresnel, self.gain),
+            Some([seen, _]) => {
+                let ([shape, _], cos) = seen.towards(normal, to_eye, direction);
+                let reflected = Vec3x8::from(self.fresnel.at(cos)) * shape * self.gain;
+                (self.gain.is_some() & shows(self.alpha)).select3(reflected, Vec3x8::ZERO)
+            }
+        };
+        let of_coats = lobe(more.alpha, &more.fresnel(), Vec3x8::all_of(more.gain));
+        let of_fuzz = more.gain_of_fuzz * density_of_fuzz(&more.fuzz[0], [normal, to_eye], direction);
+        let Some(radiance) = radiance else { return (of_layer + of_coats + of_fuzz) * irradiance };
+        let weight = self.weight_of_points(light_sample, &radiance, self.drawn_by_all(more, direction));
         // nothing else shows mirrors that no ray follows
         let weight_of = |alpha: F32x8| alpha.gt(least).select(weight, F32x8::ONE);
-        let light = (of_layer * weight_of(self.alpha) + of_coats * weight_of(coats.alpha)) * irradiance;
-        irradiance.is_some().select3(light, Vec3x8::ZERO)
+        let light = of_layer * weight_of(self.alpha) + of_coats * weight_of(more.alpha) + of_fuzz * weight;
+        irradiance.is_some().select3(light * irradiance, Vec3x8::ZERO)
     }
 }
 
-impl SeenCoats {
-    const NONE: Self = Self { alpha: F32x8::ONE, index: F32x8::ONE, gain: F32x8::ZERO, chance: F32x8::ZERO };
+impl SeenBsdfs {
+    /// Density with which directions were drawn by all lobes that are not mirrors.
+    fn drawn_by_all(&self, more: &More, direction: Vec3x8) -> F32x8 {
+        let [normal, to_eye] = self.drawn_for;
+        let of_layer = match &more.stretched {
+            None => ggx::density_lanes(self.alpha, normal, to_eye, direction),
+            Some([_, drawn]) => drawn.towards(normal, to_eye, direction).0[1],
+        };
+        let of_coat = ggx::density_lanes(more.alpha, normal, to_eye, direction);
+        let of_fuzz = density_of_fuzz(&more.fuzz[1], self.drawn_for, direction);
+        let [coat, fuzz] = more.chances;
+        let layer = F32x8::ONE - coat - fuzz;
+        // mirrors have no part in what is drawn: their chance is 0
+        let part =
+            |chance: F32x8, density: F32x8| chance.gt(F32x8::ZERO).select(density * chance, F32x8::ZERO);
+        part(layer, of_layer) + part(coat, of_coat) + part(fuzz, of_fuzz)
+    }
+}
+
+impl More {
+    const NONE: Self = Self {
+        rough: None,
+        stretched: None,
+        alpha: F32x8::ONE,
+        index: F32x8::ONE,
+        gain: F32x8::ZERO,
+        fuzz: [FuzzLobe { scale: F32x8::ONE, shear: F32x8::ZERO }; 2],
+        gain_of_fuzz: Vec3x8::ZERO,
+        chances: [F32x8::ZERO; 2],
+    };
 
     fn fresnel(&self) -> Fresnel<F32x8> {
-        Fresnel { metal: [F32x8::ZERO; 3], metallic: F32x8::ZERO, index: self.index }
+        Fresnel { metal: [F32x8::ZERO; 3], edge: F32x8::ONE, metallic: F32x8::ZERO, index: self.index }
     }
+
+    /// Sets what is above the layer in a lane.
+    fn set(&mut self, lane: usize, upper: &Upper) {
+        let Upper { coat, fuzz, .. } = upper;
+        self.alpha.set_lane(lane, coat.alpha);
+        self.index.set_lane(lane, coat.index);
+        self.gain.set_lane(lane, coat.gain * PI);
+        self.gain_of_fuzz.set_lane(lane, fuzz.albedo * PI);
+        set_lobe(&mut self.fuzz[0], lane, fuzz.lobe);
+        self.set_drawn(lane, upper, upper.chances);
+    }
+
+    /// Sets the lobes and chances by which the directions of a lane were drawn.
+    fn set_drawn(&mut self, lane: usize, upper: &Upper, chances: Chances) {
+        set_lobe(&mut self.fuzz[1], lane, upper.fuzz.lobe);
+        self.chances[0].set_lane(lane, chances.coat);
+        self.chances[1].set_lane(lane, chances.fuzz);
+    }
+}
+
+fn set_lobe(lobes: &mut FuzzLobe<F32x8>, lane: usize, lobe: FuzzLobe<f32>) {
+    lobes.scale.set_lane(lane, lobe.scale);
+    lobes.shear.set_lane(lane, lobe.shear);
+}
+
+/// Density of lobes of fuzz, above surfaces with this normal and direction to the eye.
+fn density_of_fuzz(lobe: &FuzzLobe<F32x8>, [normal, to_eye]: [Vec3x8; 2], direction: Vec3x8) -> F32x8 {
+    let (of_eye, of_light) = (normal.dot(to_eye), normal.dot(direction));
+    let density = lobe.density(of_eye, of_light, to_eye.dot(direction));
+    (of_eye.gt(F32x8::ZERO) & of_light.gt(F32x8::ZERO)).select(density, F32x8::ZERO)
 }
 
 impl SeenBsdfs {
@@ -153,23 +237,27 @@ impl SeenBsdfs {
     pub(super) fn follow(
         &mut self,
         (layers, reflectance): (&BsdfLanes, Vec3x8),
-        [normal, geometric_normal]: [Vec3x8; 2],
+        SurfaceAxes { normal, geometric_normal, tangent }: SurfaceAxes<Vec3x8>,
         rays: LayerRays,
     ) {
         self.rays = F32x8::new(rays.count.map(|count| count as f32));
         self.is_followed = Mask::from_bits(rays.followed);
         self.drawn_for = seen_from(normal, geometric_normal, rays.incoming);
-        if let Some(coats) = &mut self.coats {
+        if let Some(more) = &mut self.more {
             let [normal, to_eye] = self.drawn_for;
+            if let (Some([_, drawn]), Some(stretched)) =
+                (&mut more.stretched, layers.stretched(normal, tangent))
+            {
+                *drawn = stretched;
+            }
             let cos = normal.dot(to_eye);
             let [_, albedo, through] = layers.reflected(&self.fresnel, cos);
             for lane in 0..LANES {
-                let drawn = layers.seen_coat(lane, (cos, reflectance), [albedo, through]);
-                let Some((coat, of_layer)) = drawn else { continue };
-                let is_rough = |alpha: f32| alpha > LEAST_ALPHA;
-                let of_layer = if is_rough(self.alpha.lane(lane)) { of_layer } else { Vec3::ZERO };
-                let of_coat = if is_rough(coat.alpha) { coat.albedo } else { 0.0 };
-                coats.chance.set_lane(lane, chance_of_coat(of_coat, of_layer));
+                let drawn = layers.upper(lane, (cos, reflectance), [albedo, through]);
+                let Some(drawn) = drawn else { continue };
+                let is_rough = self.alpha.lane(lane) > LEAST_ALPHA;
+                let of_layer = if is_rough { albedo.lane(lane) * drawn.lets_through } else { Vec3::ZERO };
+                more.set_drawn(lane, &drawn, drawn.rough().chances_above(of_layer));
             }
         }
     }
@@ -202,13 +290,14 @@ pub(super) struct BsdfLanes<'a> {
     metallic: F32x8,
     metal: Vec3x8,
     metal_of_kept: Vec3x8,
+    edge: F32x8,
     index: F32x8,
     solid: F32x8,
     emission: Vec3x8,
     albedos: [Option<Between<'a>>; LANES],
     has: Mask,
-    /// Those of a coat, if any has one.
-    coated: Option<[Option<BsdfAt<'a>>; LANES]>,
+    /// Those that have more than a layer, if any has.
+    more: Option<[Option<BsdfAt<'a>>; LANES]>,
 }
 
 impl<'a> BsdfLanes<'a> {
@@ -217,12 +306,13 @@ impl<'a> BsdfLanes<'a> {
         metallic: F32x8::ZERO,
         metal: Vec3x8::ZERO,
         metal_of_kept: Vec3x8::ZERO,
+        edge: F32x8::ONE,
         index: F32x8::ONE,
         solid: F32x8::ZERO,
         emission: Vec3x8::ZERO,
         albedos: [None; LANES],
         has: Mask::NONE,
-        coated: None,
+        more: None,
     };
 
     /// Layers of eight surfaces; `bsdf` looks up that of each.
@@ -251,12 +341,13 @@ impl<'a> BsdfLanes<'a> {
             metallic: F32x8::splat(at.metallic),
             metal: Vec3x8::splat(bsdf.metal),
             metal_of_kept: Vec3x8::splat(bsdf.metal_of_kept),
+            edge: F32x8::splat(bsdf.edge),
             index: F32x8::splat(bsdf.index),
             solid: F32x8::splat(at.solid),
             emission: Vec3x8::splat(at.emission),
             albedos: [Some(at.albedos); LANES],
             has: Mask::ALL,
-            coated: bsdf.coat.is_some().then_some([Some(*at); LANES]),
+            more: bsdf.has_more().then_some([Some(*at); LANES]),
         };
     }
 
@@ -266,13 +357,14 @@ impl<'a> BsdfLanes<'a> {
         self.metallic.set_lane(lane, at.metallic);
         self.metal.set_lane(lane, bsdf.metal);
         self.metal_of_kept.set_lane(lane, bsdf.metal_of_kept);
+        self.edge.set_lane(lane, bsdf.edge);
         self.index.set_lane(lane, bsdf.index);
         self.solid.set_lane(lane, at.solid);
         self.emission.set_lane(lane, at.emission);
         self.albedos[lane] = Some(at.albedos);
         self.has.set(lane);
-        if bsdf.coat.is_some() {
-            self.coated.get_or_insert([None; LANES])[lane] = Some(*at);
+        if bsdf.has_more() {
+            self.more.get_or_insert([None; LANES])[lane] = Some(*at);
         }
     }
 
@@ -281,13 +373,13 @@ impl<'a> BsdfLanes<'a> {
     pub(super) fn seen(
         &self,
         reflectance: Vec3x8,
-        [normal, geometric_normal]: [Vec3x8; 2],
+        SurfaceAxes { normal, geometric_normal, tangent }: SurfaceAxes<Vec3x8>,
         incoming: Vec3x8,
     ) -> SeenBsdfs {
         let Self { alpha, metallic, index, has, .. } = *self;
         let [normal, to_eye] = seen_from(normal, geometric_normal, incoming);
         let metal = (self.metal + self.metal_of_kept * reflectance).min(Vec3x8::splat(Vec3::ONE));
-        let fresnel = Fresnel { metal: metal.into(), metallic, index };
+        let fresnel = Fresnel { metal: metal.into(), edge: self.edge, metallic, index };
         let cos = normal.dot(to_eye);
         let [gain, albedo, through] = self.reflected(&fresnel, cos);
         let mut seen = SeenBsdfs {
@@ -301,10 +393,10 @@ impl<'a> BsdfLanes<'a> {
             rays: F32x8::ZERO,
             drawn_for: [normal, to_eye],
             is_followed: Mask::NONE,
-            coats: None,
+            more: None,
         };
-        if self.coated.is_some() {
-            self.add_coats(&mut seen, (cos, reflectance), [albedo, through]);
+        if self.more.is_some() {
+            self.add_more(&mut seen, (cos, reflectance), tangent, [albedo, through]);
         }
         seen
     }
@@ -325,39 +417,61 @@ impl<'a> BsdfLanes<'a> {
         [gain, albedo * solid, Vec3x8::all_of(through)]
     }
 
-    /// The coat in a lane, as it is seen at these cosines, and the albedo of its layer below it: `below` are the albedo and what is let
-    /// through of layers without one. `None` if it has none.
-    fn seen_coat(
-        &self,
-        lane: usize,
-        (cos, reflectance): (F32x8, Vec3x8),
-        [albedo, through]: [Vec3x8; 2],
-    ) -> Option<(SeenCoat, Vec3)> {
-        let at = self.coated.as_ref()?[lane].as_ref()?;
-        let albedo = albedo.lane(lane);
-        let below = at.below_coat(reflectance.lane(lane), albedo, through.x.lane(lane));
-        let coat = at.bsdf.coat.as_ref()?.seen(cos.lane(lane), below, SeenBy::Eye).in_part(at.solid);
-        Some((coat, albedo * coat.lets_through))
+    /// What is above the layer in a lane, as it is seen at these cosines: `below` are the albedo and what is let through of layers with nothing
+    /// above them. `None` if nothing is.
+    fn upper(&self, lane: usize, (cos, reflectance): (F32x8, Vec3x8), below: [Vec3x8; 2]) -> Option<Upper> {
+        let at = self.more.as_ref()?[lane].as_ref()?;
+        let below = below.map(|all| all.lane(lane));
+        Some(at.upper(cos.lane(lane), reflectance.lane(lane), below, SeenBy::Eye))
     }
 
-    /// Puts coats above layers.
+    /// Puts what is above layers and below them there.
     #[inline(never)]
-    fn add_coats(&self, seen: &mut SeenBsdfs, at: (F32x8, Vec3x8), below: [Vec3x8; 2]) {
-        let mut coats = SeenCoats::NONE;
-        let mut lets_through = Vec3x8::splat(Vec3::ONE);
+    fn add_more(&self, seen: &mut SeenBsdfs, at: (F32x8, Vec3x8), tangent: Vec3x8, below: [Vec3x8; 2]) {
+        let stretched = self.stretched(seen.normal, tangent);
+        let mut more = More { stretched: stretched.map(|lanes| [lanes; 2]), ..More::NONE };
+        let [mut lets_through, mut shown] = [Vec3x8::splat(Vec3::ONE); 2];
         for lane in 0..LANES {
-            let Some((coat, of_layer)) = self.seen_coat(lane, at, below) else { continue };
-            coats.alpha.set_lane(lane, coat.alpha);
-            coats.index.set_lane(lane, coat.index);
-            coats.gain.set_lane(lane, coat.gain * PI);
-            coats.chance.set_lane(lane, chance_of_coat(coat.albedo, of_layer));
-            lets_through.set_lane(lane, coat.lets_through);
+            let Some(upper) = self.upper(lane, at, below) else { continue };
+            more.set(lane, &upper);
+            lets_through.set_lane(lane, upper.lets_through);
+            if let Some((rough, albedo)) = self.rough(lane, at) {
+                let through = below[1].lane(lane) * upper.lets_through;
+                more.rough.get_or_insert(RoughLanes::NONE).set(lane, &rough, albedo * through);
+                shown.set_lane(lane, rough.shown);
+            }
         }
         seen.gain = seen.gain * lets_through;
-        seen.through = seen.through * lets_through;
+        seen.through = seen.through * lets_through * shown;
         let dimmed = Vec3x8::splat(Vec3::ONE) - seen.through;
         seen.added = self.has.select3(self.emission * dimmed, Vec3x8::ZERO);
-        seen.coats = Some(coats);
+        seen.more = Some(more);
+    }
+
+    /// Lobes of the layers on surfaces with these normals and tangents, if any is not round.
+    fn stretched(&self, normal: Vec3x8, tangent: Vec3x8) -> Option<StretchedLanes> {
+        let all = self.more.as_ref()?;
+        let found: [Option<(Widths<f32>, [Vec3; 2])>; LANES] = std::array::from_fn(|lane| {
+            all[lane].as_ref()?.stretched(self.alpha.lane(lane), normal.lane(lane), tangent.lane(lane))
+        });
+        if found.iter().all(Option::is_none) {
+            return None;
+        }
+        let mut lanes = StretchedLanes::round(self.alpha, [Vec3x8::ZERO; 2]);
+        for (lane, found) in found.into_iter().enumerate() {
+            let round = || {
+                let alpha = self.alpha.lane(lane);
+                (Widths { along: alpha, across: alpha }, orthonormal(normal.lane(lane)))
+            };
+            let (widths, axes) = found.unwrap_or_else(round);
+            lanes.set(lane, widths, axes);
+        }
+        Some(lanes)
+    }
+
+    /// What is matt and rough in a lane, with its albedo.
+    fn rough(&self, lane: usize, (cos, reflectance): (F32x8, Vec3x8)) -> Option<(SeenRough, Vec3)> {
+        self.more.as_ref()?[lane].as_ref()?.rough(cos.lane(lane), reflectance.lane(lane))
     }
 
     /// [`Albedos::at`](super::albedos::Albedos::at) the cosines of eight surfaces.
@@ -402,7 +516,7 @@ mod tests {
         let eight = bsdfs.seen_lanes(
             &numbers.map(Look::plain),
             lanes(Vec3::ZERO),
-            [lanes(normal); 2],
+            SurfaceAxes::of_normals([lanes(normal); 2]),
             lanes(incoming),
             None,
         );
@@ -414,8 +528,9 @@ mod tests {
             irradiance: lanes(Vec3::ONE / PI),
             reaches: Mask::ALL,
         };
-        let one =
-            bsdfs.seen(Look::plain(0), Vec3::ZERO, [normal; 2], incoming, SeenBy::Eye).expect("it has one");
+        let one = bsdfs
+            .seen(Look::plain(0), Vec3::ZERO, SurfaceAxes::of_normals([normal; 2]), incoming, SeenBy::Eye)
+            .expect("it has one");
         let highlight = eight.highlight(&sample, None);
         let (wanted, density) = one.highlight(light, Vec3::ONE / PI, false);
         assert!((highlight.lane(2) - wanted).abs().max_element() < 1e-4 * wanted.max_element(), "{wanted}");
@@ -424,7 +539,7 @@ mod tests {
         let followed = bsdfs.seen_lanes(
             &numbers.map(Look::plain),
             lanes(Vec3::ZERO),
-            [lanes(normal); 2],
+            SurfaceAxes::of_normals([lanes(normal); 2]),
             lanes(incoming),
             Some(LayerRays { count: [3; LANES], followed: 0, incoming: lanes(incoming) }),
         );
@@ -441,7 +556,7 @@ mod tests {
                 .seen_lanes(
                     &[Look::plain(1); 8],
                     lanes(Vec3::ZERO),
-                    [lanes(normal); 2],
+                    SurfaceAxes::of_normals([lanes(normal); 2]),
                     lanes(incoming),
                     None
                 )
@@ -468,15 +583,20 @@ mod tests {
                 incoming.set_lane(lane, any(lane, 2));
             }
             let reflectance = Vec3x8::splat(Vec3::new(0.2, 0.5, 0.9));
-            let eight =
-                bsdfs.seen_lanes(&numbers.map(Look::plain), reflectance, [normal, geometric], incoming, None);
+            let eight = bsdfs.seen_lanes(
+                &numbers.map(Look::plain),
+                reflectance,
+                SurfaceAxes::of_normals([normal, geometric]),
+                incoming,
+                None,
+            );
             let eight = eight.expect("some have one");
             for (lane, number) in numbers.iter().enumerate() {
                 let normals = [normal.lane(lane), geometric.lane(lane)];
                 let one = bsdfs.seen(
                     Look::plain(*number),
                     reflectance.lane(lane),
-                    normals,
+                    SurfaceAxes::of_normals(normals),
                     incoming.lane(lane),
                     SeenBy::Eye,
                 );
@@ -494,8 +614,9 @@ mod tests {
         let glowing = Material { emission: Vec3::new(3.0, 2.0, 1.0), ..material(0.4, 0.0, 0.5) };
         let bsdfs = Bsdfs::new(std::slice::from_ref(&glowing));
         let [up, down] = [Vec3::Z, Vec3::NEG_Z].map(Vec3x8::splat);
-        let seen =
-            bsdfs.seen_lanes(&[Look::plain(0); 8], Vec3x8::ZERO, [up; 2], down, None).expect("all have one");
+        let seen = bsdfs
+            .seen_lanes(&[Look::plain(0); 8], Vec3x8::ZERO, SurfaceAxes::of_normals([up; 2]), down, None)
+            .expect("all have one");
         assert_eq!(seen.show(Vec3x8::splat(glowing.emission)).lane(0), glowing.emission);
     }
 }

@@ -12,16 +12,22 @@
 //!   depend on the eye, and the factor is applied when it is shown.
 
 mod albedos;
+#[cfg(test)]
+mod chi_squared;
 mod coat;
 pub mod fresnel;
 #[cfg(test)]
 mod furnace;
+mod fuzz;
 pub mod ggx;
 mod lanes;
 pub mod mis;
 pub mod phong;
+mod rough_diffuse;
 mod seen;
 mod seen_by;
+mod stretched;
+mod upper;
 #[cfg(test)]
 mod walk;
 
@@ -36,9 +42,10 @@ use coat::CoatLayer;
 use lanes::BsdfLanes;
 pub use lanes::{LayerRays, SeenBsdfs};
 use seen::{Bsdf, BsdfAt, ROUGHNESS_STEPS, VaryingBsdf};
-pub use seen::{Reflected, SeenBsdf};
+pub use seen::{Reflected, SeenBsdf, SurfaceAxes};
 pub use seen_by::SeenBy;
 use seen_by::alpha_of_paths;
+use stretched::Stretch;
 
 use crate::lanes::{LANES, Vec3x8};
 use crate::scene::Material;
@@ -137,19 +144,18 @@ impl Bsdfs {
         !self.has.is_empty() && looks.iter().any(|look| self.has(look.material))
     }
 
-    /// Layer of a surface with these normals (world space) that is seen along `incoming` (unit length), if it
-    /// has one.
+    /// Layer of a surface with these [directions](SurfaceAxes) that is seen along `incoming` (unit length), if it has one.
     #[inline(always)]
     pub fn seen(
         &self,
         look: Look,
         reflectance: Vec3,
-        normals: [Vec3; 2],
+        axes: SurfaceAxes<Vec3>,
         incoming: Vec3,
         seen_by: SeenBy,
     ) -> Option<SeenBsdf> {
         // most surfaces have none, and this is called for all
-        self.get(look).map(|bsdf| bsdf.seen(reflectance, normals, incoming, seen_by))
+        self.get(look).map(|bsdf| bsdf.seen(reflectance, axes, incoming, seen_by))
     }
 
     /// Albedo at normal incidence of eight surfaces whose diffuse albedo is `diffuse`, with that of their layers where these are rough.
@@ -171,7 +177,7 @@ impl Bsdfs {
         &self,
         looks: &[Look; LANES],
         reflectance: Vec3x8,
-        normals: [Vec3x8; 2],
+        axes: SurfaceAxes<Vec3x8>,
         incoming: Vec3x8,
         rays: Option<LayerRays>,
     ) -> Option<SeenBsdfs> {
@@ -179,9 +185,9 @@ impl Bsdfs {
             return None;
         }
         let lanes = BsdfLanes::new(|look| self.get(look), looks);
-        let mut all = lanes.seen(reflectance, normals, incoming);
+        let mut all = lanes.seen(reflectance, axes, incoming);
         if let Some(rays) = rays {
-            all.follow((&lanes, reflectance), normals, rays);
+            all.follow((&lanes, reflectance), axes, rays);
         }
         Some(all)
     }
@@ -205,6 +211,7 @@ fn bsdf(
         metallic,
         metal,
         metal_of_kept,
+        edge: material.metal_edge,
         index: layer.index,
         solid,
         emission: material.emission,
@@ -218,6 +225,9 @@ fn bsdf(
             by_roughness: by_roughness.try_into().ok(),
         }),
         coat: None,
+        fuzz: material.fuzz,
+        diffuse_roughness: material.diffuse_roughness,
+        stretch: material.anisotropy.as_ref().map(Stretch::of),
     }
 }
 
@@ -246,7 +256,13 @@ mod tests {
     pub(super) fn seen(material: &Material, cos: f32) -> SeenBsdf {
         let bsdfs = Bsdfs::new(std::slice::from_ref(material));
         bsdfs
-            .seen(Look::plain(0), material.painted(), [Vec3::Z; 2], -at(cos), SeenBy::Eye)
+            .seen(
+                Look::plain(0),
+                material.painted(),
+                SurfaceAxes::of_normals([Vec3::Z; 2]),
+                -at(cos),
+                SeenBy::Eye,
+            )
             .expect("it has a layer")
     }
 
@@ -314,6 +330,20 @@ mod tests {
             Vec3x8::splat(Vec3::X),
         );
         assert_eq!(none.lane(7), Vec3::X);
+    }
+
+    /// A metal whose edges are not white has its own colour from everywhere, and reflects what is said of it.
+    #[test]
+    fn metals_have_the_edges_that_are_stated() {
+        for (edge, roughness) in [(0.0, 0.0), (0.0, 0.4), (0.5, 0.6), (1.0, 0.2)] {
+            let metal = Material { metal_edge: edge, ..material(roughness, 1.0, 0.3) };
+            let seen = seen(&metal, 0.1);
+            let brought = in_a_furnace(&metal, 0.1);
+            assert!((brought - seen.albedo).abs().max_element() < 4e-3, "{edge} {roughness}: {brought}");
+            if roughness == 0.0 {
+                assert!((seen.albedo - 0.3).abs().max_element() < 1e-3, "{}", seen.albedo);
+            }
+        }
     }
 
     /// Surfaces below coats: each pair of mirror and rough, metal and plastic below.
@@ -429,7 +459,13 @@ mod tests {
             let lanes = Vec3x8::splat;
             let rays = LayerRays { count: [2; LANES], followed: u8::MAX, incoming: lanes(incoming) };
             let eight = bsdfs
-                .seen_lanes(&looks, lanes(reflectance), [lanes(Vec3::Z); 2], lanes(incoming), Some(rays))
+                .seen_lanes(
+                    &looks,
+                    lanes(reflectance),
+                    SurfaceAxes::of_normals([lanes(Vec3::Z); 2]),
+                    lanes(incoming),
+                    Some(rays),
+                )
                 .expect("some have layers");
             let sample = LightSample {
                 to_light: lanes(light),
@@ -441,7 +477,13 @@ mod tests {
             let [point, area] = [None, Some(AreaRadiance { full: Vec3::splat(2.0), beam: Beam::Even })]
                 .map(|radiance| eight.highlight(&sample, radiance));
             for (lane, look) in looks.iter().enumerate() {
-                let one = bsdfs.seen(*look, reflectance, [Vec3::Z; 2], incoming, SeenBy::Eye);
+                let one = bsdfs.seen(
+                    *look,
+                    reflectance,
+                    SurfaceAxes::of_normals([Vec3::Z; 2]),
+                    incoming,
+                    SeenBy::Eye,
+                );
                 let Some(one) = one else {
                     assert_eq!((eight.through.lane(lane), point.lane(lane)), (Vec3::ONE, Vec3::ZERO));
                     continue;
@@ -467,11 +509,17 @@ mod tests {
         (textured.diffuse_map, textured.ambient) = (Some(0), Vec3::ZERO);
         let texel = Vec3::new(1.0, 0.5, 0.0);
         let bsdfs = Bsdfs::new(std::slice::from_ref(&textured));
-        let of_texture =
-            bsdfs.seen(Look::plain(0), textured.painted() * texel, [Vec3::Z; 2], -at(0.8), SeenBy::Eye);
+        let of_texture = bsdfs.seen(
+            Look::plain(0),
+            textured.painted() * texel,
+            SurfaceAxes::of_normals([Vec3::Z; 2]),
+            -at(0.8),
+            SeenBy::Eye,
+        );
         assert_eq!(of_texture.expect("it has one").fresnel.metal, (texel * 0.5).to_array());
-        let dark =
-            bsdfs.seen(Look::plain(0), Vec3::ZERO, [Vec3::Z; 2], -at(0.8), SeenBy::Eye).expect("it has one");
+        let dark = bsdfs
+            .seen(Look::plain(0), Vec3::ZERO, SurfaceAxes::of_normals([Vec3::Z; 2]), -at(0.8), SeenBy::Eye)
+            .expect("it has one");
         assert_eq!(dark.fresnel.metal, [0.0; 3]);
     }
 
@@ -498,7 +546,9 @@ mod tests {
                 let kept = Vec3::splat(0.7);
                 let [of_varied, of_plain] =
                     [(&bsdfs, look), (&plain_bsdfs, Look::plain(0))].map(|(bsdfs, look)| {
-                        bsdfs.seen(look, kept, [Vec3::Z; 2], -at(cos), seen_by).expect("it has a layer")
+                        bsdfs
+                            .seen(look, kept, SurfaceAxes::of_normals([Vec3::Z; 2]), -at(cos), seen_by)
+                            .expect("it has a layer")
                     });
                 let name = format!("{roughness} {metalness} {opacity} {cos} {seen_by:?}");
                 assert!((of_varied.alpha - of_plain.alpha).abs() < 1e-6, "{name}");
@@ -508,11 +558,17 @@ mod tests {
             let eight = bsdfs.seen_lanes(
                 &[look; LANES],
                 Vec3x8::splat(Vec3::splat(0.7)),
-                [Vec3x8::splat(Vec3::Z); 2],
+                SurfaceAxes::of_normals([Vec3x8::splat(Vec3::Z); 2]),
                 Vec3x8::splat(-at(0.6)),
                 None,
             );
-            let one = bsdfs.seen(look, Vec3::splat(0.7), [Vec3::Z; 2], -at(0.6), SeenBy::Eye);
+            let one = bsdfs.seen(
+                look,
+                Vec3::splat(0.7),
+                SurfaceAxes::of_normals([Vec3::Z; 2]),
+                -at(0.6),
+                SeenBy::Eye,
+            );
             let (eight, one) = (eight.expect("all have one"), one.expect("it has one"));
             assert!((eight.through.lane(3) - one.through).abs().max_element() < 1e-5);
         }
@@ -523,7 +579,13 @@ mod tests {
         for (roughness, alpha) in [(0.0, 0.1), (0.25, 0.125), (0.5, 0.3), (0.8, 0.64)] {
             let bsdfs = Bsdfs::new(&[material(roughness, 1.0, 1.0)]);
             let seen = bsdfs
-                .seen(Look::plain(0), Vec3::ONE, [Vec3::Z; 2], -at(0.6), SeenBy::Path)
+                .seen(
+                    Look::plain(0),
+                    Vec3::ONE,
+                    SurfaceAxes::of_normals([Vec3::Z; 2]),
+                    -at(0.6),
+                    SeenBy::Path,
+                )
                 .expect("it has one");
             assert!((seen.alpha - alpha).abs() < 1e-6 && (seen.albedo.x - 1.0).abs() < 1e-3, "{seen:?}");
         }
@@ -537,7 +599,13 @@ mod tests {
         let leaning = Vec3::new(0.9, 0.0, 0.1).normalize();
         for incoming in [-at(0.3), Vec3::new(0.95, 0.0, -0.3).normalize()] {
             let seen = bsdfs
-                .seen(Look::plain(0), Vec3::ONE, [leaning, Vec3::Z], incoming, SeenBy::Eye)
+                .seen(
+                    Look::plain(0),
+                    Vec3::ONE,
+                    SurfaceAxes::of_normals([leaning, Vec3::Z]),
+                    incoming,
+                    SeenBy::Eye,
+                )
                 .expect("it has one");
             let ray = seen.reflect([0.5; 2]).expect("a mirror always reflects");
             assert!(ray.direction.z > 0.0 && ray.density.is_none(), "{}", ray.direction);

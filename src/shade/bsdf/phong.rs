@@ -41,6 +41,8 @@ struct Paint {
     varying: Option<VaryingPaint>,
     /// What goes below it; the mean free path is one of the space in which the shot is rendered.
     scattering: Option<Scattering>,
+    /// What it absorbs of light on its way through it, for each unit of length in that space.
+    absorption: Vec3,
 }
 
 /// What varies of a material from place to place.
@@ -127,10 +129,14 @@ pub struct Palette {
     pub has_textures: bool,
     /// True if light goes below the surface of any material.
     pub scatters_below: bool,
+    /// True if any material absorbs light on its way through it.
+    pub absorbs: bool,
     /// True if any material has graphs, or shows the colours of vertices.
     pub varies: bool,
     /// True if graphs compute anything of any material: its colour, a parameter, heights.
     pub computes: bool,
+    /// True if the lobe of any layer is not round: tangents count then.
+    pub is_stretched: bool,
     /// True if anything of that depends on what sees a surface.
     pub is_of_eye: bool,
 }
@@ -164,13 +170,19 @@ impl Palette {
         let is_of_eye = scene.materials.iter().any(Material::is_of_eye);
         let bsdfs = Bsdfs::new(&scene.materials);
         let scatters_below = scene.materials.iter().any(|one| one.scattering.is_some());
+        let absorbs = scene.materials.iter().any(|one| one.absorption != Vec3::ZERO);
         let to_world = scene.space.scale() as f32;
-        for scattering in paints.iter_mut().filter_map(|paint| paint.scattering.as_mut()) {
-            scattering.radius *= to_world;
+        for paint in &mut paints {
+            paint.absorption /= to_world;
+            if let Some(scattering) = &mut paint.scattering {
+                scattering.radius *= to_world;
+            }
         }
         Self {
             bsdfs,
             scatters_below,
+            absorbs,
+            is_stretched: scene.materials.iter().any(|one| one.anisotropy.is_some()),
             brightest,
             bends_normals,
             has_textures,
@@ -192,6 +204,8 @@ impl Palette {
             bends_normals: false,
             has_textures: false,
             scatters_below: false,
+            absorbs: false,
+            is_stretched: false,
             varies: false,
             computes: false,
             is_of_eye: false,
@@ -223,13 +237,19 @@ impl Palette {
         self.paints[usize::from(look.material)].scattering
     }
 
-    /// Albedo of eight surfaces without what goes below them.
+    /// Albedo of eight surfaces without what goes below them and through them.
     #[inline]
     pub fn at_surface(&self, looks: &[Look], albedo: Vec3x8) -> Vec3x8 {
         let [share] = self.of_looks(looks, |paint, _| {
-            [Vec3::splat(1.0 - paint.scattering.map_or(0.0, |scattering| scattering.weight))]
+            [paint.scattering.map_or(Vec3::ONE, |scattering| scattering.at_surface())]
         });
         albedo * share
+    }
+
+    /// What a material absorbs of light on its way through it: exponents for each unit of length, world space.
+    #[inline]
+    pub fn absorption(&self, material: u16) -> Vec3 {
+        self.paints[usize::from(material)].absorption
     }
 
     /// Reflectance with which a surface would be white.
@@ -355,6 +375,7 @@ fn paint(material: &Material, light: Vec3) -> Paint {
         is_diffuse: full != Vec3::ZERO,
         varying,
         scattering: material.scattering,
+        absorption: material.absorption,
     }
 }
 

@@ -7,9 +7,13 @@ use glam::Vec3;
 
 use super::albedos::{Albedos, LEAST_ALBEDO, LEAST_COSINE, Shares, VALUES};
 use super::coat::{BelowCoat, CoatLayer, SeenCoat};
+use super::fuzz::SeenFuzz;
+use super::rough_diffuse::SeenRough;
 use super::seen_by::{LEAST_ALPHA_OF_PATHS, SeenBy, alpha_of_paths};
+use super::stretched::{Stretch, Widths};
+use super::upper::{Chances, Lobe, Upper};
 use crate::scene::look::Varied;
-use crate::scene::material::{LEAST_ALPHA, MetalRough};
+use crate::scene::material::{Fuzz, LEAST_ALPHA, MetalRough};
 use crate::shade::bsdf::fresnel::{Fresnel, dielectric};
 use crate::shade::bsdf::ggx;
 use crate::shade::sampling::orthonormal;
@@ -24,6 +28,8 @@ pub struct Bsdf {
     /// that samples store.
     pub metal: Vec3,
     pub metal_of_kept: Vec3,
+    /// How white the metal is at grazing angles, from 0 (as at right angles) to 1.
+    pub edge: f32,
     /// Index of refraction of the part that is not metal, 1 or more; it lets light through.
     pub index: f32,
     /// Share of light that does not pass straight through.
@@ -38,9 +44,39 @@ pub struct Bsdf {
     pub varying: Option<VaryingBsdf>,
     /// Clear coat above all of that.
     pub coat: Option<CoatLayer>,
+    /// Fuzz above all.
+    pub fuzz: Option<Fuzz>,
+    /// Roughness of what is matt below the layer, from 0 to 1.
+    pub diffuse_roughness: f32,
+    /// How the layer's lobe is wider along the tangent than across it.
+    pub stretch: Option<Stretch>,
+}
+
+/// Directions of a surface, world space, on the side from which it is seen.
+#[derive(Debug, Clone, Copy)]
+pub struct SurfaceAxes<V> {
+    /// Shading normal, unit length.
+    pub normal: V,
+    /// Normal of the triangle, unit length.
+    pub geometric_normal: V,
+    /// Tangent, of any length; zero if it has none, or nothing asks for it.
+    pub tangent: V,
+}
+
+impl<V: Default> SurfaceAxes<V> {
+    /// Those of a surface without a tangent.
+    pub fn of_normals([normal, geometric_normal]: [V; 2]) -> Self {
+        Self { normal, geometric_normal, tangent: V::default() }
+    }
 }
 
 impl Bsdf {
+    /// Returns true if there is more than the layer: something above it, or what is below it is rough.
+    #[inline(always)]
+    pub fn has_more(&self) -> bool {
+        self.coat.is_some() || self.fuzz.is_some() || self.diffuse_roughness > 0.0 || self.stretch.is_some()
+    }
+
     /// The layer where these parameters are what varies of it.
     #[inline(always)]
     pub fn at(&self, varied: Varied) -> BsdfAt<'_> {
@@ -156,18 +192,57 @@ impl BsdfAt<'_> {
     #[inline(always)]
     pub fn alpha_of_rough(&self) -> Option<f32> {
         let own = Some(self.alpha).filter(|alpha| *alpha > LEAST_ALPHA);
-        let Some(coat) = &self.bsdf.coat else { return own };
-        let of_coat = Some(coat.alpha()).filter(|alpha| *alpha > LEAST_ALPHA);
-        own.into_iter().chain(of_coat).reduce(f32::min)
+        if !self.bsdf.has_more() {
+            return own;
+        }
+        let narrowest = |alpha| self.bsdf.stretch.map_or(alpha, |stretch| stretch.widths(alpha).across);
+        let own = own.filter(|_| self.reflects()).map(narrowest);
+        let of_coat = self.bsdf.coat.as_ref().map(CoatLayer::alpha).filter(|alpha| *alpha > LEAST_ALPHA);
+        let of_fuzz = self.bsdf.fuzz.map(|_| WIDEST);
+        own.into_iter().chain(of_coat).chain(of_fuzz).reduce(f32::min)
+    }
+
+    /// What is above the layer as a ray sees it at this cosine, where the layer below reflects and lets through so much; `None` if nothing is.
+    #[inline(never)]
+    pub fn upper(&self, cos: f32, reflectance: Vec3, [albedo, through]: [Vec3; 2], seen_by: SeenBy) -> Upper {
+        let Bsdf { coat, fuzz, .. } = self.bsdf;
+        let coat = coat.as_ref().map_or(SeenCoat::NONE, |coat| {
+            coat.seen(cos, self.below_coat(reflectance, albedo, through.x), seen_by).in_part(self.solid)
+        });
+        let fuzz = fuzz.map_or(SeenFuzz::NONE, |fuzz| SeenFuzz::new(&fuzz, cos).in_part(self.solid));
+        Upper::new(coat, fuzz, albedo)
+    }
+
+    /// Widths of the layer's lobe where the round one has this `alpha`, and its axes; `None` if it is round, or as narrow as a mirror's.
+    pub fn stretched(&self, alpha: f32, normal: Vec3, tangent: Vec3) -> Option<(Widths<f32>, [Vec3; 2])> {
+        let stretch = self.bsdf.stretch.as_ref().filter(|_| alpha > LEAST_ALPHA)?;
+        Some((stretch.widths(alpha), stretch.axes(normal, tangent)?))
+    }
+
+    /// Returns true if the layer reflects anything: that of what is matt does not.
+    fn reflects(&self) -> bool {
+        self.bsdf.index > 1.0 || self.metallic > 0.0
+    }
+
+    /// What is matt below the layer as a ray sees it at this cosine, if it is rough, with its albedo.
+    pub fn rough(&self, cos: f32, reflectance: Vec3) -> Option<(SeenRough, Vec3)> {
+        let roughness = self.bsdf.diffuse_roughness;
+        let albedo = self.diffuse(reflectance);
+        let share = (1.0 - self.metallic) * self.solid;
+        (roughness > 0.0 && share > 0.0).then(|| (SeenRough::new(roughness, albedo / share, cos), albedo))
+    }
+
+    /// Albedo of what is matt below the layer; `reflectance` is what samples store.
+    fn diffuse(&self, reflectance: Vec3) -> Vec3 {
+        match self.bsdf.metal_of_kept {
+            Vec3::ZERO => reflectance,
+            metal => reflectance * metal * (1.0 - self.metallic),
+        }
     }
 
     /// What is below its coat, where the layer reflects and lets through so much.
     pub fn below_coat(&self, reflectance: Vec3, albedo: Vec3, through: f32) -> BelowCoat {
-        let Bsdf { metal_of_kept, .. } = *self.bsdf;
-        let diffuse = match metal_of_kept {
-            Vec3::ZERO => reflectance,
-            _ => reflectance * metal_of_kept * (1.0 - self.metallic),
-        };
+        let diffuse = self.diffuse(reflectance);
         // what is no metal is matt for the most part
         let roughness = 1.0 - self.metallic * (1.0 - self.alpha.sqrt());
         BelowCoat { albedo: albedo + diffuse * through, roughness }
@@ -176,7 +251,12 @@ impl BsdfAt<'_> {
     /// Reflectance of its microfacets; `reflectance` is what samples store.
     fn fresnel(&self, reflectance: Vec3) -> Fresnel<f32> {
         let metal = (self.bsdf.metal + self.bsdf.metal_of_kept * reflectance).min(Vec3::ONE);
-        Fresnel { metal: metal.to_array(), metallic: self.metallic, index: self.bsdf.index }
+        Fresnel {
+            metal: metal.to_array(),
+            edge: self.bsdf.edge,
+            metallic: self.metallic,
+            index: self.bsdf.index,
+        }
     }
 
     /// Returns true if the layer is as good as a mirror.
@@ -188,20 +268,21 @@ impl BsdfAt<'_> {
     pub fn head_on_over(&self, reflectance: Vec3, diffuse: Vec3) -> Vec3 {
         let through = 1.0 - dielectric(self.bsdf.index, 1.0);
         let layer = Vec3::from(self.fresnel(reflectance).at(1.0)) * self.solid;
-        let Some(coat) = &self.bsdf.coat else { return layer + diffuse * through };
-        let coat =
-            coat.seen(1.0, self.below_coat(reflectance, layer, through), SeenBy::Eye).in_part(self.solid);
+        if !self.bsdf.has_more() {
+            return layer + diffuse * through;
+        }
+        let upper = self.upper(1.0, reflectance, [layer, Vec3::splat(through)], SeenBy::Eye);
         // of mirrors rays bring what they show
         let layer = if self.is_smooth() { Vec3::ZERO } else { layer };
-        let of_coat = if coat.is_smooth() { 0.0 } else { coat.albedo };
-        (layer + diffuse * through) * coat.lets_through + of_coat
+        let of_coat = if upper.coat.is_smooth() { 0.0 } else { upper.coat.albedo };
+        (layer + diffuse * through) * upper.lets_through + of_coat + upper.fuzz.albedo
     }
 
     /// Layer as a ray sees it: see [`Bsdfs::seen`](super::Bsdfs::seen).
     pub fn seen(
         &self,
         reflectance: Vec3,
-        [normal, geometric_normal]: [Vec3; 2],
+        SurfaceAxes { normal, geometric_normal, tangent }: SurfaceAxes<Vec3>,
         incoming: Vec3,
         seen_by: SeenBy,
     ) -> SeenBsdf {
@@ -210,7 +291,8 @@ impl BsdfAt<'_> {
             SeenBy::Path => (self.alpha_of_paths, &self.albedos_of_paths),
         };
         let normal = facing(normal, geometric_normal, -incoming);
-        let [x, y] = orthonormal(normal);
+        let stretched = self.stretched(alpha, normal, tangent);
+        let [x, y] = stretched.map_or_else(|| orthonormal(normal), |(_, axes)| axes);
         let axes = [x, y, normal];
         let to_eye = axes.map(|axis| -axis.dot(incoming));
         let to_eye = Vec3::new(to_eye[0], to_eye[1], to_eye[2].max(LEAST_COSINE));
@@ -231,17 +313,20 @@ impl BsdfAt<'_> {
             albedo: albedo * self.solid,
             through: Vec3::splat(through),
             added: self.emission * (1.0 - through),
-            coat: None,
+            upper: None,
+            widths: stretched.map(|(widths, _)| widths),
         };
-        match &self.bsdf.coat {
-            None => seen,
-            Some(coat) => {
-                let below = self.below_coat(reflectance, seen.albedo, through);
-                seen.below(coat.seen(to_eye.z, below, seen_by).in_part(self.solid), self.emission)
-            }
+        if !self.bsdf.has_more() {
+            return seen;
         }
+        let upper = self.upper(to_eye.z, reflectance, [seen.albedo, seen.through], seen_by);
+        let rough = self.rough(to_eye.z, reflectance);
+        seen.with(upper, rough.map_or(Vec3::ONE, |(rough, _)| rough.shown), self.emission)
     }
 }
+
+/// Width of the widest of lobes: that of fuzz, which is wider than any.
+const WIDEST: f32 = 1.0;
 
 /// Normal about which a surface reflects to the eye: the interpolated one, unless it would send the mirrored
 /// direction below the triangle.
@@ -252,7 +337,7 @@ pub fn facing(normal: Vec3, geometric_normal: Vec3, to_eye: Vec3) -> Vec3 {
     if cos > 0.0 && mirrored.dot(geometric_normal) > 0.0 { normal } else { geometric_normal }
 }
 
-/// What a surface reflects beside diffuse light, as one ray sees it: off its layer, and off the coat above that.
+/// What a surface reflects beside diffuse light, as one ray sees it: off its layer, and off what is above that.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SeenBsdf {
     /// Axes of the surface's space, in world space; the last is the normal.
@@ -269,16 +354,10 @@ pub struct SeenBsdf {
     pub through: Vec3,
     /// Light to be added where `through` has dimmed emission.
     added: Vec3,
-    /// Coat above the layer.
-    coat: Option<CoatAbove>,
-}
-
-/// A coat above a layer, as one ray sees both.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct CoatAbove {
-    seen: SeenCoat,
-    /// Chance with which a direction is sampled by its lobe, and not by that of the layer.
-    chance: f32,
+    /// What is above the layer.
+    upper: Option<Upper>,
+    /// Widths of the layer's lobe along both axes, if it is not round.
+    widths: Option<Widths<f32>>,
 }
 
 /// Direction in which a surface reflects.
@@ -292,31 +371,24 @@ pub struct Reflected {
     pub density: Option<f32>,
 }
 
-/// Chance with which a direction is sampled by the lobe of a coat, where these are the albedos of coat and layer.
-#[inline]
-pub fn chance_of_coat(coat: f32, layer: Vec3) -> f32 {
-    let sum = coat + layer.max_element();
-    if sum > 0.0 { coat / sum } else { 0.0 }
-}
-
 impl SeenBsdf {
-    /// The same, below a coat. `emission`: that of the surface.
-    fn below(self, coat: SeenCoat, emission: Vec3) -> Self {
-        let albedo = self.albedo * coat.lets_through;
-        let through = self.through * coat.lets_through;
+    /// The same, below other layers, and above what is matt, of whose light this share is `shown`. `emission`: that of the surface.
+    fn with(self, upper: Upper, shown: Vec3, emission: Vec3) -> Self {
+        let albedo = self.albedo * upper.lets_through;
+        let through = self.through * upper.lets_through * shown;
         Self {
-            gain: self.gain * coat.lets_through,
-            albedo: albedo + coat.albedo,
+            gain: self.gain * upper.lets_through,
+            albedo: albedo + upper.albedo(),
             through,
             added: emission * (1.0 - through),
-            coat: Some(CoatAbove { chance: chance_of_coat(coat.albedo, albedo), seen: coat }),
+            upper: Some(upper),
             ..self
         }
     }
 
-    /// Albedo of the layer, without that of its coat.
+    /// Albedo of the layer, without that of what is above it.
     fn albedo_of_layer(&self) -> Vec3 {
-        self.coat.map_or(self.albedo, |coat| self.albedo - coat.seen.albedo)
+        self.upper.map_or(self.albedo, |upper| self.albedo - upper.albedo())
     }
 
     /// Returns true if the layer is as good as a mirror.
@@ -326,39 +398,30 @@ impl SeenBsdf {
 
     /// What of it reflects as a mirror does: one ray shows that. `None` if nothing does.
     pub fn smooth(self) -> Option<Self> {
-        let Some(coat) = self.coat else { return Some(self).filter(Self::is_layer_smooth) };
-        self.part(self.is_layer_smooth(), coat.seen.is_smooth())
+        let Some(upper) = self.upper else { return Some(self).filter(Self::is_layer_smooth) };
+        self.part(self.is_layer_smooth(), upper.smooth())
     }
 
     /// What of it reflects and is rough: paths show that. `None` if nothing is.
     pub fn rough(self) -> Option<Self> {
-        let Some(coat) = self.coat else { return Some(self).filter(|seen| !seen.is_layer_smooth()) };
-        self.part(!self.is_layer_smooth(), !coat.seen.is_smooth())
+        let Some(upper) = self.upper else { return Some(self).filter(|seen| !seen.is_layer_smooth()) };
+        self.part(!self.is_layer_smooth(), upper.rough())
     }
 
-    /// The layer and the coat, either of them, or none.
-    fn part(self, has_layer: bool, has_coat: bool) -> Option<Self> {
-        let coat = self.coat?;
-        let (of_layer, of_coat) = (self.albedo_of_layer(), Vec3::splat(coat.seen.albedo));
-        let nothing = SeenCoat { gain: 0.0, albedo: 0.0, ..coat.seen };
-        match [has_layer, has_coat] {
-            [true, true] => Some(self),
-            [true, false] => {
-                Some(Self { albedo: of_layer, coat: Some(CoatAbove { seen: nothing, chance: 0.0 }), ..self })
-            }
-            [false, true] => {
-                let coat = Some(CoatAbove { chance: 1.0, ..coat });
-                Some(Self { albedo: of_coat, gain: Vec3::ZERO, coat, ..self })
-            }
-            [false, false] => None,
-        }
+    /// The layer, if it `has` it, below these others. `None` if nothing reflects.
+    fn part(self, has_layer: bool, upper: Upper) -> Option<Self> {
+        let of_layer = if has_layer { self.albedo_of_layer() } else { Vec3::ZERO };
+        let gain = if has_layer { self.gain } else { Vec3::ZERO };
+        let albedo = of_layer + upper.albedo();
+        let upper = Some(Upper { chances: upper.chances_above(of_layer), ..upper });
+        (albedo.max_element() > 0.0).then_some(Self { gain, albedo, upper, ..self })
     }
 
     /// Samples a direction by two numbers from 0 to below 1, unless it leads into the surface.
     pub fn reflect(&self, random: [f32; 2]) -> Option<Reflected> {
-        match self.coat {
+        match &self.upper {
             None => self.reflect_off_layer(random),
-            Some(coat) => self.reflect_off_either(&coat, random),
+            Some(upper) => self.reflect_off_any(upper, random),
         }
     }
 
@@ -379,22 +442,22 @@ impl SeenBsdf {
         })
     }
 
-    /// Samples a direction by one of the lobes; what is not a mirror is weighted by the density of both.
-    fn reflect_off_either(&self, coat: &CoatAbove, [first, second]: [f32; 2]) -> Option<Reflected> {
-        let CoatAbove { seen, chance } = *coat;
-        let by_coat = first < chance;
-        let (alpha, is_smooth) =
-            if by_coat { (seen.alpha, seen.is_smooth()) } else { (self.alpha, self.is_layer_smooth()) };
-        if is_smooth {
+    /// Samples a direction by one of the lobes; what is not a mirror is weighted by the density of all of them.
+    fn reflect_off_any(&self, upper: &Upper, [first, second]: [f32; 2]) -> Option<Reflected> {
+        let Upper { coat, fuzz, chances, .. } = upper;
+        let (lobe, rest) = chances.choose(first);
+        let random = [rest, second];
+        let mirrors = [coat.is_smooth(), self.is_layer_smooth()];
+        let to_light = match lobe {
             // where both are mirrors, one direction shows both
-            return Some(self.mirrored(
-                [seen.is_smooth(), self.is_layer_smooth()],
-                if by_coat { chance } else { 1.0 - chance },
-            ));
-        }
-        // the rest of the number that has chosen is as even as it was
-        let rest = if by_coat { first / chance } else { (first - chance) / (1.0 - chance) };
-        let to_light = ggx::sample(alpha, self.to_eye, [rest.min(MOST_RANDOM), second]);
+            Lobe::Coat if coat.is_smooth() => return Some(self.mirrored(coat, mirrors, chances.coat)),
+            Lobe::Layer if self.is_layer_smooth() => {
+                return Some(self.mirrored(coat, mirrors, chances.layer()));
+            }
+            Lobe::Fuzz => fuzz.lobe.sample(self.to_eye, random),
+            Lobe::Coat => ggx::sample(coat.alpha, self.to_eye, random),
+            Lobe::Layer => self.sample_layer(random),
+        };
         if to_light.z <= 0.0 {
             return None;
         }
@@ -403,18 +466,46 @@ impl SeenBsdf {
         (density > 0.0).then(|| Reflected { direction, weight: reflected / density, density: Some(density) })
     }
 
+    /// Samples a direction by the layer's lobe, which may lead into the surface.
+    fn sample_layer(&self, random: [f32; 2]) -> Vec3 {
+        match &self.widths {
+            None => ggx::sample(self.alpha, self.to_eye, random),
+            Some(widths) => widths.sample(self.to_eye, random),
+        }
+    }
+
+    /// What the layer, which is rough, reflects from a direction in the surface's space, times the cosine, and the density with which its lobe
+    /// is sampled there.
+    fn layer_towards(&self, to_light: Vec3) -> (Vec3, f32) {
+        match &self.widths {
+            None => {
+                let reflected = ggx::reflected(self.alpha, &self.fresnel, self.to_eye, to_light) * self.gain;
+                (reflected, ggx::density(self.alpha, self.to_eye, to_light))
+            }
+            Some(widths) => match widths.towards(self.to_eye, to_light) {
+                Some(([shape, density], cos)) => {
+                    (Vec3::from(self.fresnel.at(cos)) * (shape * self.gain), density)
+                }
+                None => (Vec3::ZERO, 0.0),
+            },
+        }
+    }
+
     /// The mirrored direction, with the light of what is a mirror, where one of them was chosen with this `chance`.
-    fn mirrored(&self, [coat_is_smooth, layer_is_smooth]: [bool; 2], chance: f32) -> Reflected {
+    fn mirrored(
+        &self,
+        coat: &SeenCoat,
+        [coat_is_smooth, layer_is_smooth]: [bool; 2],
+        chance: f32,
+    ) -> Reflected {
         let Vec3 { x, y, z } = self.to_eye;
-        let coat = self
-            .coat
-            .filter(|_| coat_is_smooth)
-            .map_or(Vec3::ZERO, |coat| Vec3::from(coat.seen.fresnel().at(z)) * coat.seen.gain);
-        let layer = if layer_is_smooth { Vec3::from(self.fresnel.at(z)) * self.gain } else { Vec3::ZERO };
-        let chance = if coat_is_smooth && layer_is_smooth { 1.0 } else { chance };
+        let chances = self.upper.map_or(Chances::LAYER, |upper| upper.chances);
+        let of_coat = if coat_is_smooth { Vec3::from(coat.fresnel().at(z)) * coat.gain } else { Vec3::ZERO };
+        let of_layer = if layer_is_smooth { Vec3::from(self.fresnel.at(z)) * self.gain } else { Vec3::ZERO };
+        let chance = if coat_is_smooth && layer_is_smooth { 1.0 - chances.fuzz } else { chance };
         Reflected {
             direction: self.to_world(Vec3::new(-x, -y, z)),
-            weight: (coat + layer) / chance,
+            weight: (of_coat + of_layer) / chance,
             density: None,
         }
     }
@@ -423,20 +514,31 @@ impl SeenBsdf {
     /// with which [`reflect`](Self::reflect) samples that direction. Both are of what is not a mirror.
     pub fn towards(&self, direction: Vec3) -> (Vec3, f32) {
         let to_light = self.to_local(direction);
-        let Some(CoatAbove { seen, chance }) = self.coat else {
+        let Some(Upper { coat, fuzz, chances, .. }) = &self.upper else {
             let reflected = ggx::reflected(self.alpha, &self.fresnel, self.to_eye, to_light) * self.gain;
             return (reflected, ggx::density(self.alpha, self.to_eye, to_light));
         };
         let (mut reflected, mut density) = (Vec3::ZERO, 0.0);
         if !self.is_layer_smooth() {
-            reflected = ggx::reflected(self.alpha, &self.fresnel, self.to_eye, to_light) * self.gain;
-            density = (1.0 - chance) * ggx::density(self.alpha, self.to_eye, to_light);
+            let (of_layer, of_lobe) = self.layer_towards(to_light);
+            (reflected, density) = (of_layer, chances.layer() * of_lobe);
         }
-        if !seen.is_smooth() {
-            reflected += ggx::reflected(seen.alpha, &seen.fresnel(), self.to_eye, to_light) * seen.gain;
-            density += chance * ggx::density(seen.alpha, self.to_eye, to_light);
+        if !coat.is_smooth() {
+            reflected += ggx::reflected(coat.alpha, &coat.fresnel(), self.to_eye, to_light) * coat.gain;
+            density += chances.coat * ggx::density(coat.alpha, self.to_eye, to_light);
+        }
+        if fuzz.albedo != Vec3::ZERO {
+            let of_fuzz = fuzz.lobe.density_of(self.to_eye, to_light);
+            reflected += fuzz.albedo * of_fuzz;
+            density += chances.fuzz * of_fuzz;
         }
         (reflected, density)
+    }
+
+    /// What microfacets of its layer reflect once of light from `direction` (world space, unit length), times the cosine.
+    #[cfg(test)]
+    pub fn once_towards(&self, direction: Vec3) -> Vec3 {
+        ggx::reflected(self.alpha, &self.fresnel, self.to_eye, self.to_local(direction))
     }
 
     /// Dims scattered light by what is above it; `light` includes emission, which stays as it is.
@@ -449,16 +551,16 @@ impl SeenBsdf {
     /// samples that direction. `met`: paths meet the light, which mirrors show by them alone.
     pub fn highlight(&self, direction: Vec3, irradiance: Vec3, met: bool) -> (Vec3, f32) {
         let (mut reflected, density) = self.towards(direction);
-        if let (Some(CoatAbove { seen, .. }), false) = (self.coat, met) {
+        if let (Some(Upper { coat, .. }), false) = (&self.upper, met) {
             let to_light = self.to_local(direction);
             if self.is_layer_smooth() {
                 reflected += ggx::reflected(self.alpha, &self.fresnel, self.to_eye, to_light) * self.gain;
             }
-            if seen.is_smooth() {
-                reflected += ggx::reflected(seen.alpha, &seen.fresnel(), self.to_eye, to_light) * seen.gain;
+            if coat.is_smooth() {
+                reflected += ggx::reflected(coat.alpha, &coat.fresnel(), self.to_eye, to_light) * coat.gain;
             }
         }
-        if self.coat.is_none() && met && self.is_layer_smooth() {
+        if self.upper.is_none() && met && self.is_layer_smooth() {
             reflected = Vec3::ZERO;
         }
         (reflected * irradiance * PI, density)
@@ -466,7 +568,7 @@ impl SeenBsdf {
 
     /// Density with which [`reflect`](Self::reflect) samples `direction` (world space, unit length).
     pub fn density(&self, direction: Vec3) -> f32 {
-        match self.coat {
+        match self.upper {
             None => ggx::density(self.alpha, self.to_eye, self.to_local(direction)),
             Some(_) => self.towards(direction).1,
         }
@@ -476,7 +578,8 @@ impl SeenBsdf {
     /// one, but for glass.
     pub fn is_narrow(&self) -> bool {
         let is_narrow = |alpha: f32| alpha < LEAST_ALPHA_OF_PATHS;
-        is_narrow(self.alpha) && self.coat.is_none_or(|coat| is_narrow(coat.seen.alpha))
+        let is_upper_narrow = |upper: &Upper| is_narrow(upper.coat.alpha) && upper.fuzz.albedo == Vec3::ZERO;
+        is_narrow(self.alpha) && self.upper.as_ref().is_none_or(is_upper_narrow)
     }
 
     fn to_local(self, direction: Vec3) -> Vec3 {
@@ -488,6 +591,3 @@ impl SeenBsdf {
         (x * direction.x + y * direction.y + z * direction.z).normalize_or(z)
     }
 }
-
-/// Greatest random number below 1.
-const MOST_RANDOM: f32 = 1.0 - f32::EPSILON / 2.0;

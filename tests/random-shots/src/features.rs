@@ -196,8 +196,19 @@ fn of_model(model: &Table, shot: &Table, add: &mut impl FnMut(String)) {
     if has(&["coat"]) {
         add("material: clear coat".into());
     }
-    if has(&["subsurface"]) {
-        add("material: subsurface".into());
+    for (key, name) in [
+        ("fuzz", "fuzz"),
+        ("diffuse_roughness", "rough and matt"),
+        ("metal_edge", "metal with edges"),
+        ("anisotropy", "brushed"),
+        ("subsurface", "subsurface"),
+        ("translucency", "translucent"),
+        ("depth", "glass that absorbs"),
+        ("thin", "a pane"),
+    ] {
+        if has(&[key]) {
+            add(format!("material: {name}"));
+        }
     }
     if has(&["map_ke", "map_ks", "map_ns", "map_pr", "map_pm"]) {
         add("material: parameters of pictures".into());

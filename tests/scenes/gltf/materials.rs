@@ -53,24 +53,35 @@ fn what_transmits_is_glass() {
     let transmission = Vec3::new(1.0, 0.5, 1.0);
     assert_eq!(
         thin.optics,
-        Optics::Glass { transmission, index: 1.0, reflection: Vec3::ONE, is_rough: false }
+        Optics::Glass { transmission, index: 1.5, reflection: Vec3::ONE, is_rough: false, is_thin: true }
     );
     assert_eq!((thin.diffuse, thin.metal_rough), (Vec3::ZERO, None));
     let solid = glass(
         json!({"KHR_materials_transmission": {"transmissionFactor": 1}, "KHR_materials_ior": {"ior": 1.25},
         "KHR_materials_volume": {"thicknessFactor": 1}}),
     );
-    assert_eq!(
-        solid.optics,
-        Optics::Glass { transmission, index: 1.25, reflection: Vec3::ONE, is_rough: false }
-    );
-    // a quarter of the green light is left after 0.5 m, so an eighth after 0.75 m
+    assert_eq!(solid.optics, Optics::clear(transmission, 1.25, Vec3::ONE));
+    // a quarter of the green light is left after 0.5 m, an eighth after 0.75 m, however thick it is said to be
     let bottle = glass(json!({"KHR_materials_transmission": {"transmissionFactor": 1},
         "KHR_materials_volume": {"thicknessFactor": 0.75, "attenuationDistance": 0.5, "attenuationColor": [1, 0.25, 1]}}));
-    let Optics::Glass { transmission, .. } = bottle.optics else { panic!("{:?}", bottle.optics) };
-    assert!(transmission.abs_diff_eq(Vec3::new(1.0, 0.5 * 0.125_f32.sqrt(), 1.0), 1e-6), "{transmission}");
+    assert_eq!(bottle.optics, Optics::clear(transmission, 1.5, Vec3::ONE));
+    let left = (-bottle.absorption * 0.75).exp();
+    assert!(left.abs_diff_eq(Vec3::new(1.0, 0.125, 1.0), 1e-6), "{left}");
     let half = glass(json!({"KHR_materials_transmission": {"transmissionFactor": 0.5}}));
     assert!(half.diffuse.abs_diff_eq(Vec3::new(0.5, 0.25, 0.5), 1e-6), "{}", half.diffuse);
+}
+
+#[test]
+fn sheen_is_fuzz_and_diffuse_transmission_is_translucency() {
+    let (cloth, told) = material(json!({"extensions": {
+        "KHR_materials_sheen": {"sheenColorFactor": [1, 0.5, 0], "sheenRoughnessFactor": 0.25},
+        "KHR_materials_diffuse_transmission": {"diffuseTransmissionFactor": 0.75}}}));
+    let fuzz = cloth.fuzz.unwrap();
+    assert_eq!((fuzz.weight, fuzz.color, fuzz.roughness), (1.0, Vec3::new(1.0, 0.5, 0.0), 0.25));
+    assert_eq!(cloth.scattering.map(|scattering| scattering.through), Some(0.75));
+    assert!(!told.iter().any(|text| text.contains("sheen") || text.contains("transmission")), "{told:?}");
+    let (plain, _) = material(json!({"extensions": {"KHR_materials_sheen": {"sheenRoughnessFactor": 0.25}}}));
+    assert_eq!((plain.fuzz, plain.scattering), (None, None));
 }
 
 #[test]

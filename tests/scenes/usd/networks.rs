@@ -145,14 +145,16 @@ fn pictures_are_those_that_assets_name() {
 fn what_is_not_known_is_told_by_name() {
     let prims = format!(
         "{}{}",
-        surface("color3f inputs:base_color.connect = </Oak/N.outputs:out>\n float inputs:fuzz_weight = 0.5"),
+        surface(
+            "color3f inputs:base_color.connect = </Oak/N.outputs:out>\n float inputs:thin_film_weight = 0.5"
+        ),
         shader("N", "ND_curious_color3", "color3f outputs:out")
     );
     let shot = load(METRES, &oak(&prims)).unwrap();
     assert_eq!(material(&shot).metal_rough.unwrap().base, Vec3::splat(0.8), "the default counts");
     let told = told(&shot).join("\n");
     assert!(told.contains("material `Oak`: nodes `curious` are not known"), "{told}");
-    assert!(told.contains("not used: fuzz_weight"), "{told}");
+    assert!(told.contains("`thin_film_weight`"), "{told}");
 }
 
 #[test]

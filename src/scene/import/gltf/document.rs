@@ -19,14 +19,17 @@ use crate::scene::SceneError;
 use crate::scene::paths::find_beside;
 
 /// Extensions that files may require.
-const KNOWN: [&str; 16] = [
+const KNOWN: [&str; 19] = [
     "EXT_mesh_gpu_instancing",
     "EXT_texture_webp",
     "KHR_lights_punctual",
+    "KHR_materials_anisotropy",
     "KHR_materials_clearcoat",
+    "KHR_materials_diffuse_transmission",
     "KHR_materials_emissive_strength",
     "KHR_materials_ior",
     "KHR_materials_pbrSpecularGlossiness",
+    "KHR_materials_sheen",
     "KHR_materials_specular",
     "KHR_materials_transmission",
     "KHR_materials_unlit",

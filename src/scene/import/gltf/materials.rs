@@ -3,13 +3,14 @@
 use glam::{DMat2, DVec2, DVec3, Vec3};
 use serde::Deserialize;
 
-use super::coat::note_coat_of_glass;
 use super::document::{Document, extension};
 use super::json::{Material as Json, TextureInfo, TextureTransform};
 use super::reading::Reading;
+use super::upper::note_coat_of_glass;
 use crate::scene::cutout::{Cutout, LEAST_OPACITY};
 use crate::scene::import::pictures::PictureUse;
 use crate::scene::import::statements::Statements;
+use crate::scene::import::statements::interior::StatedInterior;
 use crate::scene::import::statements::maps::{Channel, MapUse};
 use crate::scene::import::surfaces::dielectric::{index_of, stated_index};
 use crate::scene::import::surfaces::settle::Alpha;
@@ -68,6 +69,15 @@ impl Default for Volume {
     fn default() -> Self {
         Self { thickness_factor: 0.0, attenuation_color: [1.0; 3], attenuation_distance: None }
     }
+}
+
+#[derive(Debug, Default, Deserialize)]
+#[serde(rename_all = "camelCase", default)]
+struct DiffuseTransmission {
+    diffuse_transmission_factor: f64,
+    diffuse_transmission_texture: Option<TextureInfo>,
+    diffuse_transmission_color_factor: Option<[f64; 3]>,
+    diffuse_transmission_color_texture: Option<TextureInfo>,
 }
 
 #[derive(Debug, Deserialize)]
@@ -316,11 +326,36 @@ impl Reading<'_> {
         Ok(read)
     }
 
-    /// Completes a material that transmits nothing: its coat, and how far it is there at all.
+    /// Completes a material that transmits nothing: what is above it, what comes through it all the same, and how far it is there at all.
     fn read_opaque(&mut self, json: &Json, alpha: VertexAlpha, mut read: Read) -> Result<Read, SceneError> {
         read_alpha(self.document, json, alpha, &mut read);
         read.stated.coat = self.coat(json)?;
+        read.stated.fuzz = self.fuzz(json)?;
+        if let Some((anisotropy, roughness)) = self.anisotropy(json, read.stated.pr.unwrap_or(1.0).into())? {
+            (read.stated.anisotropy, read.stated.pr) = (anisotropy, Some(roughness as f32));
+        }
+        read.stated.interior.translucency = self.translucency(json)?;
         Ok(read)
+    }
+
+    /// Share of the diffuse light that leaves on the other side.
+    fn translucency(&self, json: &Json) -> Result<Option<f32>, SceneError> {
+        let read: Option<DiffuseTransmission> =
+            extension(self.document, &json.extensions, "KHR_materials_diffuse_transmission")?;
+        let Some(read) = read.filter(|read| read.diffuse_transmission_factor > 0.0) else { return Ok(None) };
+        if read.diffuse_transmission_texture.is_some() {
+            self.document.leave_out(
+                "textures of diffuse transmission are not used: the factor counts all over a material",
+            );
+        }
+        if read.diffuse_transmission_color_factor.is_some()
+            || read.diffuse_transmission_color_texture.is_some()
+        {
+            self.document.leave_out(
+                "colours of diffuse transmission are not used: what comes through has the base colour",
+            );
+        }
+        Ok(Some(read.diffuse_transmission_factor.min(1.0) as f32))
     }
 
     fn mean_color(&mut self, info: Option<&TextureInfo>) -> Result<DVec3, SceneError> {
@@ -434,13 +469,14 @@ fn wrap_of(code: Option<u32>) -> Wrap {
 }
 
 impl Volume {
-    /// Share of the light that passes one of two surfaces, of what passes the stated thickness: Beer and Lambert's law.
-    fn filter(&self) -> DVec3 {
-        let lengths = self.thickness_factor / self.attenuation_distance.unwrap_or(f64::INFINITY);
-        if !(lengths > 0.0 && lengths.is_finite()) {
-            return DVec3::ONE;
+    /// The inside of the glass. Without a thickness it is a pane; how thick it is, its mesh says.
+    fn interior(&self) -> StatedInterior {
+        StatedInterior {
+            depth: self.attenuation_distance.map(|distance| distance as f32),
+            depth_color: Some(color(self.attenuation_color.into())),
+            is_thin: Some(self.thickness_factor <= 0.0),
+            ..StatedInterior::default()
         }
-        DVec3::from(self.attenuation_color).clamp(DVec3::ZERO, DVec3::ONE).powf(lengths / 2.0)
     }
 }
 
@@ -453,18 +489,8 @@ fn make_glass(
 ) -> Result<(), SceneError> {
     let volume: Volume = extension(document, &json.extensions, "KHR_materials_volume")?.unwrap_or_default();
     (stated.kd, stated.pr) = (Some(color(base)), Some(roughness as f32));
-    let filter = volume.filter();
-    *stated = std::mem::take(stated).with_transmission(through, filter);
-    if volume.thickness_factor <= 0.0 {
-        stated.ni = Some(1.0);
-        document.leave_out(
-            "glass without a thickness (KHR_materials_volume) is thin: light goes straight through, and nothing reflects in it",
-        );
-    } else if filter != DVec3::ONE {
-        document.leave_out(
-            "attenuation in glass (KHR_materials_volume) is that of its stated thickness everywhere: a half at each of its surfaces",
-        );
-    }
+    *stated = std::mem::take(stated).with_transmission(through, DVec3::ONE);
+    stated.interior = volume.interior();
     Ok(())
 }
 

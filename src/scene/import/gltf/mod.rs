@@ -8,7 +8,6 @@ mod animation;
 mod bake;
 mod cameras;
 mod chosen_camera;
-mod coat;
 mod document;
 mod framing;
 mod geometry;
@@ -24,6 +23,7 @@ mod skin;
 mod stated_gloss;
 mod surrounded;
 mod tints;
+mod upper;
 mod uri;
 mod whole;
 

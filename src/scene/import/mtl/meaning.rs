@@ -153,12 +153,7 @@ mod tests {
         assert!(of("Ns 0\nKd .5 .5 .5\nKs 0 0 0\nillum 1").metal_rough.is_none());
         // glass with the statements for PBR
         let glass = of("Ns 1000\nKd 1 .5 1\nKs .5 .5 .5\nNi 1.45\nd 1\nillum 2\nPr 0\nPm 0\nTf 1 1 1");
-        let tinted = Optics::Glass {
-            transmission: Vec3::new(1.0, 0.5, 1.0),
-            index: 1.45,
-            reflection: Vec3::ONE,
-            is_rough: false,
-        };
+        let tinted = Optics::clear(Vec3::new(1.0, 0.5, 1.0), 1.45, Vec3::ONE);
         assert_eq!(glass.optics, tinted);
     }
 

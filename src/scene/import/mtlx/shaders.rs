@@ -7,6 +7,7 @@ use super::picture_nodes::Pictures;
 use super::walk::{Finding, Value, Walk};
 use crate::graph::{Graph, Input, Kind, numbers};
 use crate::scene::SceneError;
+use crate::scene::import::statements::anisotropy::of_aspect;
 use crate::scene::surface::{ALL, Heights, Parameter, Surface};
 
 /// From inputs of a shader to parameters. Inputs that are not here are told, unless they have no value.
@@ -41,6 +42,8 @@ const STANDARD_SURFACE: Shader = Shader {
         ("subsurface_scale", Parameter::SubsurfaceRadius),
         ("subsurface_radius", Parameter::SubsurfaceRadiusScale),
         ("sheen", Parameter::FuzzWeight),
+        ("sheen_color", Parameter::FuzzColor),
+        ("sheen_roughness", Parameter::FuzzRoughness),
         ("coat", Parameter::CoatWeight),
         ("coat_color", Parameter::CoatColor),
         ("coat_roughness", Parameter::CoatRoughness),
@@ -48,10 +51,12 @@ const STANDARD_SURFACE: Shader = Shader {
         ("emission", Parameter::EmissionLuminance),
         ("emission_color", Parameter::EmissionColor),
         ("opacity", Parameter::GeometryOpacity),
+        ("thin_walled", Parameter::GeometryThinWalled),
     ],
     defaults: &[
         (Parameter::SpecularRoughness, 0.2),
         (Parameter::CoatRoughness, 0.1),
+        (Parameter::FuzzRoughness, 0.3),
         (Parameter::SubsurfaceColor, 1.0),
         (Parameter::SubsurfaceRadiusScale, 1.0),
         (Parameter::CoatIor, INDEX_OF_COAT),
@@ -72,6 +77,8 @@ const GLTF_PBR: Shader = Shader {
         ("transmission", Parameter::TransmissionWeight),
         ("clearcoat", Parameter::CoatWeight),
         ("clearcoat_roughness", Parameter::CoatRoughness),
+        ("sheen_color", Parameter::FuzzColor),
+        ("sheen_roughness", Parameter::FuzzRoughness),
         ("emissive", Parameter::EmissionColor),
         ("emissive_strength", Parameter::EmissionLuminance),
         ("alpha", Parameter::GeometryOpacity),
@@ -80,6 +87,9 @@ const GLTF_PBR: Shader = Shader {
         (Parameter::BaseColor, 1.0),
         (Parameter::BaseMetalness, 1.0),
         (Parameter::SpecularRoughness, 1.0),
+        (Parameter::FuzzWeight, 1.0),
+        (Parameter::FuzzColor, 0.0),
+        (Parameter::FuzzRoughness, 0.0),
         (Parameter::CoatIor, INDEX_OF_COAT),
         (Parameter::CoatDarkening, 0.0),
         (Parameter::EmissionColor, 0.0),
@@ -189,9 +199,26 @@ pub fn surface(
     for (parameter, (value, kind)) in found {
         surface[parameter] = surface.graph.converted(value, kind, ALL[parameter as usize].kind);
     }
+    if shader.category == STANDARD_SURFACE.category {
+        spread_as_open_pbr(&mut surface);
+    }
     let mut findings = walk.findings;
     findings.extend(surface.left_out().into_iter().map(|said| (shader.line, said)));
     Ok((surface, findings))
+}
+
+/// Turns the roughness and the anisotropy of a Standard Surface, whose widths are others, into those of OpenPBR; of constants.
+fn spread_as_open_pbr(surface: &mut Surface) {
+    use Parameter::{SpecularRoughness, SpecularRoughnessAnisotropy};
+    let anisotropy = f64::from(surface.number(SpecularRoughnessAnisotropy));
+    if anisotropy <= 0.0 {
+        return;
+    }
+    let (amount, roughness) = of_aspect(surface.number(SpecularRoughness).into(), anisotropy);
+    surface[SpecularRoughnessAnisotropy] = Input::Constant(Vec3::splat(amount as f32));
+    if matches!(surface[SpecularRoughness], Input::Constant(_)) {
+        surface[SpecularRoughness] = Input::Constant(Vec3::splat(roughness as f32));
+    }
 }
 
 /// Finds what bends the shader's normals: heights, or a picture of normals.

@@ -6,6 +6,7 @@ use super::maps::MapUse;
 use crate::scene::Material;
 use crate::scene::import::statements::Statements;
 use crate::scene::material::{LEAST_ALPHA, MetalRough, Optics, Scattering, head_on};
+use crate::shade::optics::of_both_walls;
 
 /// Maximum exponent of a highlight: beyond it a highlight is smaller than any pixel.
 const HIGHEST_SHININESS: f32 = 1e5;
@@ -15,9 +16,6 @@ const NARROWEST_OF_MAP: f32 = 1000.0;
 
 /// Default of Pr for a material that has Pm alone, as in programs with a metal-rough material.
 const DEFAULT_ROUGHNESS: f32 = 0.5;
-
-/// Mean free path below a surface where none is stated: that of OpenPBR.
-const SUBSURFACE_RADIUS: Vec3 = Vec3::new(1.0, 0.5, 0.25);
 
 /// Reflectance of a surface that is no metal at normal incidence, if Ni does not say: that of an index of
 /// 1.5.
@@ -52,15 +50,19 @@ impl Statements {
             shininess: self.ns.unwrap_or(shininess).clamp(1.0, HIGHEST_SHININESS),
             optics,
             scattering: self.scattering(optics),
+            absorption: self.absorption(optics),
             ..Material::fallback()
         }
     }
 
     /// What goes below the surface of what is not clear.
     fn scattering(&self, optics: Optics) -> Option<Scattering> {
-        let weight = self.subsurface.filter(|weight| *weight > 0.0)?;
-        let radius = self.subsurface_radius.unwrap_or(SUBSURFACE_RADIUS);
-        (optics == Optics::Opaque).then_some(Scattering { weight: weight.min(1.0), radius })
+        self.interior.scattering().filter(|_| optics == Optics::Opaque)
+    }
+
+    /// What it absorbs on the way through it, if it is glass.
+    fn absorption(&self, optics: Optics) -> Vec3 {
+        if matches!(optics, Optics::Glass { .. }) { self.interior.absorption() } else { Vec3::ZERO }
     }
 
     /// Share of the surface that is there, by `d` or `Tr`.
@@ -68,13 +70,22 @@ impl Statements {
         self.d.or(self.tr.map(|tr| 1.0 - tr)).unwrap_or(1.0).clamp(0.0, 1.0)
     }
 
-    /// Returns true if it states roughness, metal or a coat above them. Glass stays glass: exporters state them for everything.
+    /// Returns true if it states roughness, metal or something above them. Glass stays glass: exporters state them for everything.
     fn is_metal_rough(&self, illum: u32, solid: f32) -> bool {
         let is_glass = matches!(illum, 4 | 6 | 7 | 9) && solid == 1.0;
+        (self.has_layer() || self.fuzz.settle().is_some() || self.diffuse_roughness() > 0.0) && !is_glass
+    }
+
+    fn diffuse_roughness(&self) -> f32 {
+        self.diffuse_roughness.unwrap_or(0.0).clamp(0.0, 1.0)
+    }
+
+    /// Returns true if it states anything of a layer that reflects. Fuzz alone lies on what is matt.
+    fn has_layer(&self) -> bool {
         let states = |used| self.maps.has(used);
         let of_maps = states(MapUse::Roughness) || states(MapUse::Metal);
         let is_coated = self.coat.weight.is_some_and(|weight| weight > 0.0);
-        (self.pr.is_some() || self.pm.is_some() || of_maps || is_coated) && !is_glass
+        self.pr.is_some() || self.pm.is_some() || of_maps || is_coated
     }
 
     /// Roughness of glass: that which is stated, or else of the picture alone; clear without either.
@@ -84,12 +95,13 @@ impl Statements {
 
     /// Layer by which rough glass reflects.
     fn layer_of_glass(&self, optics: Optics) -> Option<MetalRough> {
-        let Optics::Glass { index, reflection, is_rough: true, .. } = optics else { return None };
+        let Optics::Glass { index, reflection, is_rough: true, is_thin, .. } = optics else { return None };
+        let of_wall = head_on(index.into()) as f32;
         Some(MetalRough {
             base: Vec3::ZERO,
             roughness: self.roughness_of_glass(),
             metallic: 0.0,
-            head_on: head_on(index.into()) as f32,
+            head_on: if is_thin { of_both_walls(of_wall) } else { of_wall },
             // a pane that does not bend light reflects none
             solid: if index == 1.0 { 0.0 } else { reflection.max_element().min(1.0) },
         })
@@ -98,11 +110,13 @@ impl Statements {
     fn settle_metal_rough(&self, kd: Vec3, optics: Optics, solid: f32) -> Material {
         // without a factor a picture shows as it is
         let of_map = |used, without: f32| if self.maps.has(used) { 1.0 } else { without };
-        let roughness = self.pr.unwrap_or_else(|| of_map(MapUse::Roughness, DEFAULT_ROUGHNESS));
+        let without = if self.has_layer() { DEFAULT_ROUGHNESS } else { 1.0 };
+        let roughness = self.pr.unwrap_or_else(|| of_map(MapUse::Roughness, without));
         let metallic = self.pm.unwrap_or_else(|| of_map(MapUse::Metal, 0.0));
         // files write a Ni of 1, or 0, for "not known"
-        let head_on =
+        let of_index =
             self.ni.filter(|ni| *ni > 1.0).map_or(DEFAULT_HEAD_ON, |index| head_on(index.into()) as f32);
+        let head_on = if self.has_layer() { of_index } else { 0.0 };
         // some files leave Kd black, because metals scatter no light, and give their colour as that of highlights
         let base = match self.ks {
             Some(ks) if metallic > 0.0 && kd == Vec3::ZERO => ks,
@@ -118,6 +132,10 @@ impl Statements {
             optics,
             metal_rough: Some(MetalRough { base, roughness, metallic, head_on, solid }),
             coat: self.coat.settle(),
+            fuzz: self.fuzz.settle(),
+            metal_edge: self.metal_edge.unwrap_or(1.0).clamp(0.0, 1.0),
+            diffuse_roughness: self.diffuse_roughness(),
+            anisotropy: self.anisotropy.settle(),
             scattering: self.scattering(optics),
             ..Material::fallback()
         }
@@ -135,18 +153,21 @@ impl Statements {
         let filter = self.tf.unwrap_or(Vec3::ONE).min(Vec3::ONE);
         // files leave Ni out, or 0, for "does not bend"
         let index = self.ni.filter(|ni| *ni > 0.0).unwrap_or(1.0);
+        let is_thin = self.interior.is_thin();
         match illum {
             3 | 5 | 8 => (Optics::Mirror { tint: self.ks.unwrap_or(Vec3::ZERO), fresnel: illum == 5 }, 1.0),
             // glass by its model alone: the filter says how much comes through
             4 | 6 | 7 | 9 if solid == 1.0 => {
                 // a lobe that is too narrow to be seen is none
                 let is_rough = self.roughness_of_glass().powi(2) > LEAST_ALPHA;
-                let glass = Optics::Glass { transmission: filter, index, reflection: tint, is_rough };
+                let glass =
+                    Optics::Glass { transmission: filter, index, reflection: tint, is_rough, is_thin };
                 (glass, 1.0 - filter.max_element())
             }
             4 | 6 | 7 | 9 => {
                 let transmission = filter * (1.0 - solid);
-                (Optics::Glass { transmission, index, reflection: tint, is_rough: false }, solid)
+                let glass = Optics::Glass { transmission, index, reflection: tint, is_rough: false, is_thin };
+                (glass, solid)
             }
             _ if solid < 1.0 => {
                 // cut-outs and veils: writers of `Tf 0 0 0` with `d` do not mean black
@@ -181,14 +202,19 @@ mod tests {
     }
 
     fn glass(transmission: f32, index: f32, reflection: Vec3) -> Optics {
-        Optics::Glass { transmission: Vec3::splat(transmission), index, reflection, is_rough: false }
+        Optics::clear(Vec3::splat(transmission), index, reflection)
     }
 
     #[test]
     fn illumination_models_say_what_the_surface_does() {
         let half = Vec3::splat(0.5);
-        let glass_of =
-            |is_rough| Optics::Glass { transmission: Vec3::ONE, index: 1.5, reflection: half, is_rough };
+        let glass_of = |is_rough| Optics::Glass {
+            transmission: Vec3::ONE,
+            index: 1.5,
+            reflection: half,
+            is_rough,
+            is_thin: false,
+        };
         for (statements, optics, specular) in [
             ("Ks .5 .5 .5\nillum 0", Optics::Opaque, Vec3::ZERO),
             ("Ks .5 .5 .5\nillum 1", Optics::Opaque, Vec3::ZERO),

@@ -1,12 +1,18 @@
 //! What files and `[[material]]` tables state of a material, by MTL's names; and what these statements mean together.
 
+pub mod anisotropy;
 pub mod coat;
+pub mod fuzz;
 mod illumination;
+pub mod interior;
 pub mod maps;
 
 use glam::{DVec3, Vec3};
 
+use self::anisotropy::StatedAnisotropy;
 use self::coat::StatedCoat;
+use self::fuzz::StatedFuzz;
+use self::interior::StatedInterior;
 use self::maps::{MapStatements, MapUse};
 use crate::scene::import::surfaces::varying::PARAMETERS;
 use crate::scene::keys::material::AlphaMode;
@@ -30,11 +36,17 @@ pub(crate) struct Statements {
     pub illum: Option<u32>,
     pub pr: Option<f32>,
     pub pm: Option<f32>,
-    /// Share of the diffuse light that goes below the surface, and its mean free path there by channel; MTL has no such statements.
-    pub subsurface: Option<f32>,
-    pub subsurface_radius: Option<Vec3>,
+    /// How white metal is at grazing angles, 0 (as at right angles) to 1, and how rough what is matt is, 0 to 1; MTL has no such statements.
+    pub metal_edge: Option<f32>,
+    pub diffuse_roughness: Option<f32>,
+    /// Direction along which it spreads light.
+    pub anisotropy: StatedAnisotropy,
+    /// Inside of the surface.
+    pub interior: StatedInterior,
     /// Clear coat: Pc and Pcr; MTL has no statements about the rest.
     pub coat: StatedCoat,
+    /// Fuzz; MTL has no statements about it.
+    pub fuzz: StatedFuzz,
     /// Meaning of a picture's alpha, if a shot file states it.
     pub alpha_mode: Option<AlphaMode>,
     /// Pictures by their use.
@@ -61,9 +73,12 @@ impl Statements {
         self.illum = other.illum.or(self.illum);
         self.pr = other.pr.or(self.pr);
         self.pm = other.pm.or(self.pm);
-        self.subsurface = other.subsurface.or(self.subsurface);
-        self.subsurface_radius = other.subsurface_radius.or(self.subsurface_radius);
+        self.metal_edge = other.metal_edge.or(self.metal_edge);
+        self.diffuse_roughness = other.diffuse_roughness.or(self.diffuse_roughness);
+        self.interior.replace_with(&other.interior);
+        self.anisotropy.replace_with(&other.anisotropy);
         self.coat.replace_with(&other.coat);
+        self.fuzz.replace_with(&other.fuzz);
         self.alpha_mode = other.alpha_mode.or(self.alpha_mode);
         // a number all over is what is meant, and no factor of a picture; the colour of one is
         for used in PARAMETERS.into_iter().filter(|used| other.states_number(*used)) {

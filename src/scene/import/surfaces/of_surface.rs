@@ -9,7 +9,10 @@ use super::varying::Graphs;
 use crate::graph::{Function, Input, Places, Program};
 use crate::lanes::Vec3x8;
 use crate::scene::import::statements::Statements;
+use crate::scene::import::statements::anisotropy::StatedAnisotropy;
 use crate::scene::import::statements::coat::StatedCoat;
+use crate::scene::import::statements::fuzz::StatedFuzz;
+use crate::scene::import::statements::interior::StatedInterior;
 use crate::scene::material::{Bump, ByParameter, Computes, LARGEST_COLOR, head_on};
 use crate::scene::surface::{Parameter, Surface};
 
@@ -21,7 +24,7 @@ const GLASS_OF_GRAPH: &str =
 const GLASS_OF_METAL: &str = "a graph of the metalness of glass is not used: the default counts in its place";
 
 /// What is told of glass with a coat.
-const COAT_OF_GLASS: &str = "coats of glass are not used: glass reflects by its index alone";
+const COAT_OF_GLASS: &str = "coats and fuzz of glass are not used: glass reflects by its index alone";
 
 /// What is told of heights that depend on the angle at which they are seen.
 const HEIGHTS_OF_EYE: &str =
@@ -65,11 +68,19 @@ impl OfSurface {
             kd: Some(kd),
             ke: Some(glow.clamp(Vec3::ZERO, Vec3::splat(LARGEST_COLOR))),
             d: (opacity < 1.0).then_some(opacity),
-            subsurface: Some(share(&surface, Parameter::SubsurfaceWeight) as f32),
-            subsurface_radius: Some(radius(&surface)),
+            interior: interior(&surface),
+            diffuse_roughness: Some(share(&surface, Parameter::BaseDiffuseRoughness) as f32),
+            metal_edge: Some(metal_edge(&surface) as f32),
+            anisotropy: StatedAnisotropy {
+                amount: Some(share(&surface, Parameter::SpecularRoughnessAnisotropy) as f32),
+                ..StatedAnisotropy::default()
+            },
+            fuzz: if layer.through > 0.0 { StatedFuzz::default() } else { fuzz(&surface) },
             ..Statements::default()
         };
-        let tint = surface.constant(Parameter::TransmissionColor);
+        // a colour that light takes on its way is none of the surface
+        let is_of_depth = stated.interior.depth.is_some();
+        let tint = if is_of_depth { Vec3::ONE } else { surface.constant(Parameter::TransmissionColor) };
         let stated = layer.stated(stated, tint);
         let (bump, normals) = (bump(&surface), surface.normals);
         if bump.as_ref().is_some_and(|bump| bump.height.is_of_eye()) {
@@ -117,7 +128,7 @@ impl Layer {
             if computed[Computes::Metalness].take().is_some() {
                 left_out.push(GLASS_OF_METAL);
             }
-            if coat(surface).settle().is_some() {
+            if coat(surface).settle().is_some() || fuzz(surface).settle().is_some() {
                 left_out.push(COAT_OF_GLASS);
             }
             return Self { through, computed, ..plain }.with_factors();
@@ -157,6 +168,24 @@ impl Layer {
     }
 }
 
+/// How white metal is at grazing angles, where its specular colour tints what it reflects at 82 degrees (the specification's F82): so that it
+/// is as bright there.
+fn metal_edge(surface: &Surface) -> f64 {
+    let mean =
+        |parameter| f64::from(surface.constant(parameter).clamp(Vec3::ZERO, Vec3::ONE).element_sum()) / 3.0;
+    let [head_on, tint] = [Parameter::BaseColor, Parameter::SpecularColor].map(mean);
+    if tint == 1.0 || head_on > MOST_OF_METAL {
+        return 1.0;
+    }
+    // Schlick's formula at a cosine of 1/7
+    let white = (6.0_f64 / 7.0).powi(5);
+    let tinted = tint * (head_on + (1.0 - head_on) * white);
+    ((tinted - head_on) / ((1.0 - head_on) * white)).clamp(0.0, 1.0)
+}
+
+/// Reflectance at right angles above which a metal is as white as it gets.
+const MOST_OF_METAL: f64 = 0.999;
+
 /// The clear coat.
 fn coat(surface: &Surface) -> StatedCoat {
     StatedCoat {
@@ -168,11 +197,30 @@ fn coat(surface: &Surface) -> StatedCoat {
     }
 }
 
-/// Mean free path below the surface, by channel.
-fn radius(surface: &Surface) -> Vec3 {
+/// The fuzz.
+fn fuzz(surface: &Surface) -> StatedFuzz {
+    StatedFuzz {
+        weight: Some(share(surface, Parameter::FuzzWeight) as f32),
+        color: Some(surface.constant(Parameter::FuzzColor)),
+        roughness: Some(share(surface, Parameter::FuzzRoughness) as f32),
+    }
+}
+
+/// The inside of the surface. What scatters light below itself lets a half of it through where it is thin.
+fn interior(surface: &Surface) -> StatedInterior {
+    let below = share(surface, Parameter::SubsurfaceWeight) as f32;
     let radius =
         surface.constant(Parameter::SubsurfaceRadiusScale) * surface.number(Parameter::SubsurfaceRadius);
-    radius.max(Vec3::ZERO)
+    let is_thin = surface.number(Parameter::GeometryThinWalled) > 0.5;
+    let depth = surface.number(Parameter::TransmissionDepth);
+    StatedInterior {
+        subsurface: Some(if is_thin { 0.0 } else { below }),
+        subsurface_radius: Some(radius.max(Vec3::ZERO)),
+        translucency: is_thin.then_some(0.5 * below),
+        depth: (depth > 0.0).then_some(depth),
+        depth_color: Some(surface.constant(Parameter::TransmissionColor)),
+        is_thin: Some(is_thin),
+    }
 }
 
 /// A number from 0 to 1.

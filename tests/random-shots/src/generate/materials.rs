@@ -47,6 +47,14 @@ fn material(dice: &mut Dice, name: &str) -> Table {
             } else {
                 set("d", dice.between(0.0, 0.6).into());
             }
+            match dice.below(4) {
+                0 => set("thin", Value::Boolean(true)),
+                1 => {
+                    set("depth", Value::Float(*dice.pick(&[0.05, 0.5, 3.0])));
+                    set("depth_color", numbers(color(dice)));
+                }
+                _ => {}
+            }
         }
         // thin
         3 => set("d", dice.between(0.1, 0.95).into()),
@@ -56,6 +64,16 @@ fn material(dice: &mut Dice, name: &str) -> Table {
             set("pm", Value::Float(*dice.pick(&[0.0, 0.0, 0.5, 1.0])));
             if dice.one_in(4) {
                 set("d", dice.between(0.2, 0.9).into());
+            }
+            if dice.one_in(4) {
+                set("anisotropy", Value::Float(*dice.pick(&[0.4, 0.9])));
+                set("anisotropy_turn", dice.between(0.0, 360.0).into());
+                if dice.one_in(2) {
+                    set("anisotropy_around", (*dice.pick(&["x", "y", "z"])).into());
+                }
+            }
+            if dice.one_in(4) {
+                set("metal_edge", Value::Float(*dice.pick(&[0.0, 0.5])));
             }
             for map in ["map_pr", "map_pm"] {
                 if dice.one_in(3) {
@@ -89,6 +107,9 @@ fn material(dice: &mut Dice, name: &str) -> Table {
         let radius = *dice.pick(&[0.02, 0.2, 2.0]);
         material.insert("subsurface_radius".into(), numbers([radius, 0.5 * radius, 0.0]));
     }
+    if dice.one_in(8) {
+        material.insert("translucency".into(), Value::Float(*dice.pick(&[0.4, 1.0])));
+    }
     if dice.one_in(5) {
         let (key, picture) = *dice.pick(&[("norm", NORMALS), ("map_bump", HOLES)]);
         material.insert(key.into(), picture.into());
@@ -99,7 +120,22 @@ fn material(dice: &mut Dice, name: &str) -> Table {
     if dice.one_in(7) {
         add_coat(dice, &mut material);
     }
+    if dice.one_in(6) {
+        material.insert("diffuse_roughness".into(), Value::Float(*dice.pick(&[0.3, 1.0])));
+    }
+    if dice.one_in(7) {
+        add_fuzz(dice, &mut material);
+    }
     material
+}
+
+/// Fuzz, which is seen on edge alone or all over.
+fn add_fuzz(dice: &mut Dice, material: &mut Table) {
+    material.insert("fuzz".into(), Value::Float(*dice.pick(&[0.5, 1.0])));
+    material.insert("fuzz_roughness".into(), Value::Float(*dice.pick(&[0.1, 0.5, 1.0])));
+    if dice.one_in(2) {
+        material.insert("fuzz_color".into(), numbers(color(dice)));
+    }
 }
 
 /// A clear coat, which is as smooth as a mirror or rougher than what is below.
