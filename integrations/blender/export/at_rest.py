@@ -2,11 +2,10 @@
 """What shots have no tracks for, such as materials: it rests as it was when it was seen first, and is told if it does not in Blender."""
 
 import hashlib
-import os
 
 import numpy as np
 
-from .images import path_of
+from .pictures import clip_of, path_of, status_of, tile_file
 
 PLAIN = {"BOOLEAN", "INT", "FLOAT", "ENUM", "STRING"}
 
@@ -66,10 +65,10 @@ def ray_visibility_of(owner):
 
 
 def surroundings_of(world, time):
-    """What a world depends on beside its own values: where the objects are that it refers to, and the time, if it shows movies."""
+    """What a world depends on beside its own values: where the objects are that it refers to, and what its movies show at a time."""
     nodes = [node for tree in trees_of(world) for node in tree.nodes]
     places = [plain(row) for node in nodes if getattr(node, "object", None) for row in node.object.matrix_world]
-    return [*places, time] if any(node.image.source in {"MOVIE", "SEQUENCE"} for node in nodes if getattr(node, "image", None)) else places
+    return [*places, *(clip.at(time) for clip in map(clip_of, nodes) if clip is not None)]
 
 
 def values_of(owner):
@@ -103,15 +102,14 @@ def state_of(owner):
     for tree in trees_of(owner):
         ends = [(link.from_node.name, link.from_socket.identifier, link.to_node.name, link.to_socket.identifier, link.is_muted) for link in tree.links]
         found.append([[(node.name, node.bl_idname) for node in tree.nodes], sorted(ends)])
-        found.append([state_of_image(node.image) for node in tree.nodes if getattr(node, "image", None)])
+        found.append([[state_of_image(node.image), clip_of(node)] for node in tree.nodes if getattr(node, "image", None)])
     return repr(found)
 
 
 def state_of_image(image):
     """What tells whether an image is the one that it was."""
-    path = path_of(image)
-    status = os.stat(path) if os.path.isfile(path) else None
-    saved = (path, status.st_size, status.st_mtime_ns) if status else path
+    paths = [tile_file(path_of(image), tile.number) for tile in image.tiles] if image.source == "TILED" else [path_of(image)]
+    saved = [status_of(path) for path in paths]
     painted = ""
     if image.is_dirty:
         pixels = np.empty(len(image.pixels), dtype=np.float32)

@@ -25,14 +25,17 @@ class Noted:
     deforming: set
     """Keys of meshes that deform: of these, normals follow from shapes."""
     materials: dict
-    """From the name of a material to whether it is drawn, and the colour attributes that it needs."""
+    """From the name of a material to whether it is drawn, the colour attributes that it needs, and its clips (see pictures.py)."""
 
     @classmethod
     def of(cls, walk):
         """Notes what a walk has seen at its frames, which must have been watched."""
         deforming = {stored.key for stored in walk.meshes.stored if stored.deforms}
         materials = walk.meshes.materials
-        known = {name: (surface.is_there, evaluator.asked if evaluator.painted else set()) for name, (surface, evaluator) in materials.read.items()}
+        known = {
+            name: (surface.is_there, evaluator.asked if evaluator.painted else set(), evaluator.pictures.clips)
+            for name, (surface, evaluator) in materials.read.items()
+        }
         return cls({frame: digest_of(walk, frame, deforming) for frame in walk.frames}, deforming, known)
 
     def is_still(self, scene, depsgraph, settings, frame, set_frame):
@@ -74,6 +77,13 @@ class Recalled:
     def shown(self, material):
         """Digests tell whether that has changed."""
         return []
+
+    def at(self, frame):
+        """No picture is read."""
+
+    def clips(self, material, time):
+        """See Materials."""
+        return sorted(clip.at(time) for clip in self.surface(material)[2])
 
     def originals(self):
         """See Materials."""

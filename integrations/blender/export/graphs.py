@@ -12,6 +12,8 @@ from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
+from . import eye, islands
+
 SAMPLES = 257
 """Samples of a curve."""
 
@@ -180,6 +182,8 @@ def of_node(evaluator, node, socket):
         return Node(ATTRIBUTE, "color3", {"attribute": node.layer_name})
     if node.type == "ATTRIBUTE" and node.attribute_type == "GEOMETRY" and node.attribute_name and socket.name in {"Color", "Vector"}:
         return Node(ATTRIBUTE, "color3", {"attribute": node.attribute_name})
+    if node.type == "NEW_GEOMETRY" and socket.name == "Random Per Island":
+        return Node("blender_separate_color", "multioutput", {"color": Node(ATTRIBUTE, "color3", {"attribute": islands.NAME})}, "red")
     if node.type in {"UVMAP", "TEX_COORD"} and (node.type == "UVMAP" or socket.name == "UV"):
         return evaluator.uv_graph(node.uv_map if node.type == "UVMAP" else "")
     if node.type in TEXTURES:
@@ -211,6 +215,9 @@ def of_eye(evaluator, node, socket):
     """What depends on the angle at which the surface is seen."""
     category, name = EYE[node.type]
     inputs = {name.lower(): taken(evaluator, node, node.inputs[name])}
+    toward = eye.toward(evaluator, node)
+    if toward is not None:
+        inputs["toward"] = operand(toward)
     return Node(category, "multioutput", inputs, socket.name.lower()) if node.type == "LAYER_WEIGHT" else Node(category, "float", inputs)
 
 
@@ -242,10 +249,13 @@ def of_image(evaluator, node, socket):
     """A picture at coordinates that are computed; None where it takes those of a UV map, mapped or not."""
     if socket.name != "Color" or node.projection != "FLAT" or evaluator.takes_uv(node.inputs["Vector"]):
         return None
-    pixels = evaluator.images.pixels(node.image) if node.image else None
+    picture = evaluator.pictures.of(node, is_alone=True) if node.image else None
+    pixels = evaluator.pictures.pixels(picture) if picture else None
     at = operand(evaluator.input(node, "Vector"))
     if pixels is None or not isinstance(at, Node):
         return None
+    if picture.mosaic is not None:
+        at = Node("blender_mapping", "vector3", {"vector": at, "location": (*picture.mosaic.offset, 0.0), "scale": (*picture.mosaic.scale, 1.0)})
     mode = {"EXTEND": "clamp", "MIRROR": "mirror"}.get(node.extension, "periodic")
     return Node("image", "color3", {"file": pixels[:, :, :3], "texcoord": at, "uaddressmode": mode, "vaddressmode": mode})
 

@@ -6,10 +6,13 @@ import shutil
 
 import numpy as np
 
-from . import files
+from . import files, pictures
 
 READ_AS_THEY_ARE = (".png", ".jpg", ".jpeg", ".webp", ".bmp", ".tga", ".tif", ".tiff")
 LARGEST = 4096
+"""The longest side of a picture that nodes change. One of tiles has as many texels at most."""
+MISSING = (1.0, 0.0, 1.0, 1.0)
+"""What Cycles shows where there is no picture."""
 
 
 def to_linear(encoded):
@@ -29,32 +32,79 @@ class Images:
     def __init__(self, folder, warnings):
         self.folder, self.warnings = folder, warnings
         self.pixels_of, self.sources, self.names = {}, {}, {}
+        self.frame = 1.0
+        """The one of which pictures are."""
 
-    def pixels(self, image):
-        """Pixels of an image as (height, width, 4), linear, or None if it cannot be read."""
-        key = image.name_full
-        if key not in self.pixels_of:
-            self.pixels_of[key] = self._read(image)
-        return self.pixels_of[key]
+    def at(self, frame):
+        """Has pictures be those of a frame from now on. Of movies those before are let go: they may be many."""
+        self.frame = frame
+        self.pixels_of = {picture: pixels for picture, pixels in self.pixels_of.items() if picture.number is None}
 
-    def _read(self, image):
-        if image.source in {"MOVIE", "SEQUENCE"}:
-            self.warnings.add(f"image `{image.name}`: of movies and sequences one picture is shown")
+    def pixels(self, picture):
+        """Pixels of a picture as (height, width, 4), linear, or None if it cannot be read."""
+        if picture not in self.pixels_of:
+            self.pixels_of[picture] = self._read(picture)
+        return self.pixels_of[picture]
+
+    def _read(self, picture):
+        image, mosaic = picture.image, picture.mosaic
         if image.source == "TILED":
-            self.warnings.add(f"image `{image.name}`: of UDIM tiles the first one is shown everywhere")
+            return self._mosaic(image, mosaic)
+        with pictures.at_number(image, picture.number):
+            pixels = self._texels(image, mosaic.most(LARGEST) if mosaic else LARGEST)
+            if pixels is None:
+                self._tell_of_missing(image, picture.path)
+            elif pixels.shape[0] < image.size[1]:
+                width, height = image.size
+                why = f", as it is repeated over {mosaic.columns}x{mosaic.rows} tiles" if mosaic else " where nodes change it"
+                self.warnings.add(f"image `{image.name}`: {width}x{height} is made smaller{why}")
+        return pixels if pixels is None or mosaic is None else np.tile(pixels, (mosaic.rows, mosaic.columns, 1))
+
+    def _mosaic(self, image, mosaic):
+        """Pixels of a mosaic of tiles. Where it has none it is as Cycles shows it."""
+        found, is_smaller = {}, False
+        try:
+            with pictures.tiles_of(image) as opened:
+                for tile in image.tiles:
+                    shown = opened(tile.number)
+                    texels = self._texels(shown, mosaic.most(LARGEST))
+                    if texels is None:
+                        self._tell_of_missing(image, pictures.tile_file(pictures.path_of(image), tile.number))
+                        continue
+                    is_smaller |= texels.shape[0] < shown.size[1]
+                    found[pictures.place_of(tile.number)] = texels
+        except (OSError, RuntimeError, TypeError) as error:
+            # Blender 4.2 writes no copies of what is not saved
+            self.warnings.add(f"image `{image.name}`: its tiles cannot be read ({error}). Save it")
+        if not found:
+            return None
+        if is_smaller:
+            self.warnings.add(f"image `{image.name}`: its tiles are made smaller, as {mosaic.columns}x{mosaic.rows} of them are one picture")
+        height, width = (max(texels.shape[side] for texels in found.values()) for side in (0, 1))
+        pixels = np.empty((mosaic.rows * height, mosaic.columns * width, 4), dtype=np.float32)
+        pixels[:] = MISSING
+        for (column, row), texels in found.items():
+            low, left = (row - mosaic.bottom) * height, (column - mosaic.left) * width
+            pixels[low : low + height, left : left + width] = sized(texels, height, width)
+        return pixels
+
+    def _tell_of_missing(self, image, path):
+        self.warnings.add(
+            f"image `{image.name}` cannot be read ({path or 'no file'}): its nodes' fallback is shown. Find it by"
+            " File > External Data > Find Missing Files, or pack it"
+        )
+
+    @staticmethod
+    def _texels(image, largest):
+        """Pixels that an image has loaded, with no side that is longer than `largest`; None if there are none."""
         width, height = image.size
         if not width or not height:
-            self.warnings.add(
-                f"image `{image.name}` cannot be read ({image.filepath or 'no file'}): its nodes' fallback is shown. Find it by"
-                " File > External Data > Find Missing Files, or pack it"
-            )
             return None
         values = np.empty(width * height * image.channels, dtype=np.float32)
         image.pixels.foreach_get(values)
         values = values.reshape(height, width, image.channels)
-        if max(width, height) > LARGEST:
-            step = -(-max(width, height) // LARGEST)
-            self.warnings.add(f"image `{image.name}`: {width}x{height} is made smaller where nodes change it")
+        if max(width, height) > largest:
+            step = -(-max(width, height) // largest)
             # at once, and as a copy, so that nothing of its whole size is kept
             values = values[::step, ::step].copy()
         pixels = np.ones((*values.shape[:2], 4), dtype=np.float32)
@@ -71,17 +121,17 @@ class Images:
             pixels[:, :, :3] = to_linear(pixels[:, :, :3])
         return pixels
 
-    def is_plain(self, image, colorspace):
+    @staticmethod
+    def is_file(picture):
+        """Returns true if a picture is a file as it lies there."""
+        image = picture.image
+        is_one = image.source in {"FILE", "SEQUENCE"} and picture.mosaic is None
+        return is_one and not image.packed_file and not image.is_dirty and os.path.isfile(picture.path)
+
+    def is_plain(self, picture, colorspace):
         """Returns true if the file itself means what the nodes mean: it need only be copied."""
-        path = path_of(image)
-        return (
-            image.source == "FILE"
-            and not image.packed_file
-            and not image.is_dirty
-            and image.colorspace_settings.name == colorspace
-            and path.lower().endswith(READ_AS_THEY_ARE)
-            and os.path.isfile(path)
-        )
+        is_meant = picture.image.colorspace_settings.name == colorspace
+        return is_meant and self.is_file(picture) and picture.path.lower().endswith(READ_AS_THEY_ARE)
 
     def _target(self, name, ending):
         """A name in the folder that no other picture has, relative to the shot."""
@@ -91,9 +141,9 @@ class Images:
         os.makedirs(os.path.join(self.folder, "textures"), exist_ok=True)
         return f"textures/{stem}{f'-{count + 1}' if count else ''}{ending}"
 
-    def copy(self, image):
-        """Copies the file of an image, and returns its name relative to the shot."""
-        source = path_of(image)
+    def copy(self, picture):
+        """Copies the file of a picture, and returns its name relative to the shot."""
+        source = picture.path
         if source not in self.sources:
             stem, ending = os.path.splitext(os.path.basename(source))
             target = self._target(stem, ending.lower())
@@ -129,11 +179,12 @@ class Images:
         return target
 
 
-def path_of(image):
-    """The file of an image, wherever the library lies that it comes from."""
-    import bpy
-
-    return os.path.normpath(bpy.path.abspath(image.filepath_raw, library=image.library)) if image.filepath_raw else ""
+def sized(values, height, width):
+    """Values at another size, by the nearest texels."""
+    if values.shape[:2] == (height, width):
+        return values
+    rows, columns = np.arange(height) * values.shape[0] // height, np.arange(width) * values.shape[1] // width
+    return values[rows][:, columns]
 
 
 def safe(name):

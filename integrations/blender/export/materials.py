@@ -6,10 +6,11 @@ from dataclasses import fields
 import numpy as np
 
 from . import graphs, toml
-from .at_rest import values_of
+from .at_rest import trees_of, values_of
 from .images import safe
 from .meshes import digest_of
 from .nodes import Evaluator, alike, constant
+from .pictures import Pictures
 from .rays import Seen
 from .surfaces import BLENDED, Surface, is_colored, is_zero, surface_of, surface_to_all
 
@@ -27,6 +28,9 @@ VEIL_TEXELS = 256
 
 SOFT_SHARE = 0.1
 """Share of a picture's alpha that is neither there nor gone from which on its surface is a veil."""
+
+PARTS = {"coat": ("coat_roughness", "coat_ior", "coat_tint"), "subsurface": ("radius",)}
+"""Parameters that say what a part of a surface is like, by its weight."""
 
 
 class Materials:
@@ -49,12 +53,14 @@ class Materials:
     def _read(self, material):
         """Reads the surface of a material, as it is now."""
         if material is None:
-            return Surface(), Evaluator(self.images)
+            return Surface(), Evaluator(Pictures(self.images))
+        images = [getattr(node, "image", None) for tree in trees_of(material) for node in tree.nodes]
+        pictures = Pictures(self.images, images)
         try:
-            surface, evaluator = surface_to_all(lambda ray: Evaluator(self.images, ray=ray, has_graphs=True), material)
+            surface, evaluator = surface_to_all(lambda ray: Evaluator(pictures, ray=ray, has_graphs=True), material)
         except (AttributeError, IndexError, KeyError, TypeError, ValueError, RuntimeError) as error:
             # a node of an unknown version must not end the export
-            surface, evaluator = Surface(), Evaluator(self.images)
+            surface, evaluator = Surface(), Evaluator(pictures)
             evaluator.said = [f"cannot be read ({type(error).__name__}: {error}) and is shown in grey"]
         if evaluator.asked:
             self._probe(material, surface, evaluator)
@@ -70,9 +76,17 @@ class Materials:
     def shown(self, material):
         """What is shown of a material as it is now, as one list to compare. What is replaced by a constant is no change."""
         surface, evaluator = self._read(material)
-        found = [summary(getattr(surface, each.name)) for each in fields(surface)]
+        found = [summary(getattr(surface, each.name), each.name in COMPUTED) for each in fields(surface)]
         found.append([evaluator.uv[0], summary(evaluator.uv[1])] if evaluator.uv else [])
         return [*found, values_of(material)] if evaluator.painted else found
+
+    def at(self, frame):
+        """Has pictures be those of a frame from now on."""
+        self.images.at(frame)
+
+    def clips(self, material, time):
+        """Which pictures of movies and sequences a material shows at a time, as a list to compare."""
+        return sorted(clip.at(time) for clip in self.surface(material)[1].pictures.clips)
 
     def originals(self):
         """All materials that were asked for, as they are saved: those that are evaluated do not outlive a frame."""
@@ -91,7 +105,7 @@ class Materials:
             if len(names) > 1:
                 evaluator.say(f"of its colour attributes `{names[0]}` counts beside what nodes compute")
             return
-        other = surface_of(Evaluator(self.images, lambda name: constant(0.25, 0.5, 0.75), evaluator.ray), material)
+        other = surface_of(Evaluator(evaluator.pictures, lambda name: constant(0.25, 0.5, 0.75), evaluator.ray), material)
         differs = [part for part in (*BLENDED, "emission", "alpha", "veil") if not np.array_equal(getattr(surface, part), getattr(other, part))]
         if "base" in differs:
             if surface.base.shape[:2] != (1, 1):
@@ -150,7 +164,7 @@ class Materials:
         black = np.zeros((geometry.corners, 3), dtype=np.float32)
         if evaluator.vertex_color:
             return np.clip(geometry.colors.get(evaluator.vertex_color, black), 0, 1)
-        base = surface_of(Evaluator(self.images, lambda name: geometry.colors.get(name, black)[:, None, :], evaluator.ray), material).base
+        base = surface_of(Evaluator(evaluator.pictures, lambda name: geometry.colors.get(name, black)[:, None, :], evaluator.ray), material).base
         return np.clip(np.broadcast_to(base[:, 0, :], black.shape), 0, 1)
 
     def name(self, material):
@@ -169,6 +183,11 @@ class Materials:
     def uv(self, material):
         """Name of the UV map of a material's pictures and the mapping of (u, v, 1); None without pictures."""
         return self.surface(material)[1].uv
+
+    def has_tiles(self, material):
+        """Returns true if its pictures are tiles of UDIM."""
+        evaluator = self.surface(material)[1]
+        return evaluator.uv is not None and evaluator.pictures.mosaic is not None
 
     def ask_random(self):
         """Returns true if a graph takes the number by which copies of a mesh differ."""
@@ -193,8 +212,11 @@ class Materials:
         surface, evaluator = self.surface(material)
         values = {"name": name, **self._values(name, surface, evaluator, density)}
         written = self._graphs(name, surface, evaluator, scale, values)
+        unused = {name for of, names in PARTS.items() if is_zero(getattr(surface, of)) for name in names}
         computed = [
-            each.name for each in fields(surface) if each.name not in written and graphs.graph_of(getattr(surface, each.name)) is not None
+            each.name
+            for each in fields(surface)
+            if each.name not in written | unused and graphs.graph_of(getattr(surface, each.name)) is not None
         ]
         if computed:
             evaluator.say(f"nodes compute its {', '.join(computed).replace('_', ' ')}: a constant counts in place of each")
@@ -210,6 +232,7 @@ class Materials:
         self._emission(name, surface, values)
         if through > 0:
             self._glass(name, surface, through, evaluator, values)
+            self._inside(surface, values)
             if surface.alpha.shape[:2] == (1, 1) and float(surface.alpha.max()) < 1:
                 evaluator.say("the alpha of glass is left out")
             self._normal(name, surface, evaluator, density, values)
@@ -223,6 +246,7 @@ class Materials:
             self._number(name, "metallic", surface.metallic, "pm", evaluator, values)
             values["ni"] = index_of(reflectance(float(surface.ior.mean())) * float(surface.specular.mean()))
             self._coat(surface, evaluator, values)
+        self._matt(surface, evaluator, values)
         below = float(np.clip(surface.subsurface, 0, 1).mean())
         if below > 1e-3:
             values["subsurface"] = below
@@ -249,6 +273,39 @@ class Materials:
             return 0.0
         return share
 
+    @staticmethod
+    def _inside(surface, values):
+        """What glass absorbs: the colour of light that has come as far as the length at which the most of it is left by a half or so."""
+        absorption = surface.absorption.mean(axis=(0, 1))
+        if float(absorption.max()) > 0:
+            depth = 1 / float(absorption.max())
+            values.update(depth=depth, depth_color=np.exp(-absorption * depth).tolist())
+
+    def _matt(self, surface, evaluator, values):
+        """What becomes of the light that it scatters, and the fuzz above all."""
+        for key, value in (("diffuse_roughness", surface.matt_roughness), ("translucency", surface.translucency), ("fuzz", surface.fuzz)):
+            share = float(np.clip(value, 0, 1).mean())
+            if share > 1e-3:
+                values[key] = share
+        if "fuzz" in values:
+            values["fuzz_roughness"] = float(np.clip(surface.fuzz_roughness, 0, 1).mean())
+            tint = np.clip(surface.fuzz_tint.mean(axis=(0, 1)), 0, 1).tolist()
+            if min(tint) < 1:
+                values["fuzz_color"] = tint
+        if "pm" in values or "map_pm" in values or graphs.graph_of(surface.metallic) is not None:
+            edge = float(np.clip(surface.edge, 0, 1).mean())
+            if edge < 1:
+                values["metal_edge"] = edge
+        anisotropy = float(np.clip(surface.anisotropy, 0, 1).mean())
+        if anisotropy > 1e-3 and values.get("illum") != 1:
+            turn, around = surface.tangent
+            values.update(anisotropy=anisotropy, anisotropy_turn=turn)
+            if around:
+                values["anisotropy_around"] = around
+        varying = (surface.matt_roughness, surface.translucency, surface.fuzz, surface.fuzz_roughness, surface.fuzz_tint)
+        if any(part.shape[:2] != (1, 1) for part in varying):
+            evaluator.say("pictures of its sheen, its translucency and its diffuse roughness count by their means")
+
     def _glass(self, name, surface, share, evaluator, values):
         """Glass. What it does not let through it scatters, in its base colour."""
         if has_color_picture(surface):
@@ -267,6 +324,8 @@ class Materials:
             return
         tint = np.clip(surface.coat_tint.mean(axis=(0, 1)), 0, 1).tolist()
         values.update(coat=weight, coat_roughness=float(np.clip(surface.coat_roughness, 0, 1).mean()), coat_ni=max(1.0, float(surface.coat_ior.mean())))
+        # Blender's darken nothing, and those of materials with graphs would
+        values["coat_darkening"] = 0.0
         if min(tint) < 1:
             values["coat_color"] = tint
         if any(part.shape[:2] != (1, 1) for part in (surface.coat, surface.coat_roughness, surface.coat_ior, surface.coat_tint)):
@@ -279,21 +338,13 @@ class Materials:
         if base.shape[:2] == (1, 1):
             values["kd"] = np.clip(base[0, 0], 0, 1).tolist()
             return
-        image = self._image(evaluator, base)
-        clear = image and (self.images.pixels(image)[:, :, 3] >= 0.5).all()
-        if clear and self.images.is_plain(image, "sRGB"):
-            values["map_kd"] = self.images.copy(image)
+        picture = evaluator.picture_of(base)
+        clear = picture and (self.images.pixels(picture)[:, :, 3] >= 0.5).all()
+        if clear and self.images.is_plain(picture, "sRGB"):
+            values["map_kd"] = self.images.copy(picture)
         else:
             values["map_kd"] = self.images.write_color(f"{name} base", base)
         values["kd"] = [1.0, 1.0, 1.0]
-
-    @staticmethod
-    def _image(evaluator, value):
-        """The image that a value shows unchanged."""
-        import bpy
-
-        name = evaluator.image_of(value)
-        return next((image for image in bpy.data.images if image.name_full == name), None) if name else None
 
     def _alpha(self, name, surface, evaluator, values):
         alpha = surface.alpha
@@ -382,22 +433,27 @@ class Materials:
     def _normal(self, name, surface, evaluator, density, values):
         if surface.bump is not None:
             height, slope = surface.bump
-            values["norm"] = self.images.write_numbers(f"{name} bump", normals_of(height[:, :, 0], slope / max(density, 1e-9)))
+            normals = normals_of(height[:, :, 0], slope / max(density, 1e-9), evaluator.pictures.mosaic)
+            values["norm"] = self.images.write_numbers(f"{name} bump", normals)
         elif surface.normal is not None:
-            image = self._image(evaluator, surface.normal)
-            if image and self.images.is_plain(image, "Non-Color"):
-                values["norm"] = self.images.copy(image)
+            picture = evaluator.picture_of(surface.normal)
+            if picture and self.images.is_plain(picture, "Non-Color"):
+                values["norm"] = self.images.copy(picture)
             else:
                 values["norm"] = self.images.write_numbers(f"{name} normal", surface.normal)
 
 
-def summary(value):
-    """Numbers as a list, and a digest of pictures."""
+COMPUTED = {"base", "roughness", "metallic", "alpha", "emission", "heights"}
+"""Parts of a surface that graphs may give. Of others a constant counts in place of a graph."""
+
+
+def summary(value, may_be_computed=True):
+    """Numbers as a list, and a digest of pictures and graphs."""
     if isinstance(value, tuple):
-        return [summary(each) for each in value]
+        return [summary(each, may_be_computed) for each in value]
     graph = value if isinstance(value, graphs.Node) else graphs.graph_of(value)
     if graph is not None:
-        return graphs.described(graph)
+        return graphs.described(graph) if may_be_computed else np.asarray(value).mean(axis=(0, 1)).tolist()
     if isinstance(value, Seen):
         return sorted(value.keys().items())
     if not isinstance(value, np.ndarray):
@@ -447,10 +503,12 @@ def index_of(head_on):
     return float((1 + root) / (1 - root))
 
 
-def normals_of(height, slope):
-    """Directions from 0 to 1 of heights that repeat. `slope`: how much a height of 1 rises, in units of the texture's own size."""
+def normals_of(height, slope, mosaic=None):
+    """Directions from 0 to 1 of heights that repeat. `slope`: how much a height of 1 rises, in units of the texture's own size, which is the
+    mean of its sides where it is a mosaic of square tiles."""
     rows, columns = height.shape
-    along = (np.roll(height, -1, axis=1) - np.roll(height, 1, axis=1)) * (columns / 2) * slope
-    up = (np.roll(height, -1, axis=0) - np.roll(height, 1, axis=0)) * (rows / 2) * slope
+    wide = np.sqrt(mosaic.columns / mosaic.rows) if mosaic else 1.0
+    along = (np.roll(height, -1, axis=1) - np.roll(height, 1, axis=1)) * (columns / 2) * (slope / wide)
+    up = (np.roll(height, -1, axis=0) - np.roll(height, 1, axis=0)) * (rows / 2) * (slope * wide)
     direction = np.stack([-along, -up, np.ones_like(height)], axis=2)
     return (direction / np.linalg.norm(direction, axis=2, keepdims=True) * 0.5 + 0.5).astype(np.float32)

@@ -13,6 +13,9 @@ import numpy as np
 from . import files, meshes
 from .images import safe, to_srgb
 
+BESIDE_TILES = 1e-4
+"""How far texture coordinates may lie beside a mosaic, which has a size of 1: what an edge is rounded to."""
+
 
 class Stored:
     """A mesh and its files. `shapes` is its point cache while it deforms."""
@@ -118,6 +121,14 @@ class Stored:
             return values
         return (values @ matrix[:2, :2].T + matrix[:2, 2]).astype(np.float32)
 
+    def _tell_of_tiles(self, material, uvs, corners):
+        """Tells of texture coordinates that lie beside a material's mosaic of tiles."""
+        if uvs is None or not self.store.materials.has_tiles(material):
+            return
+        places = uvs[corners]
+        if places.min() < -BESIDE_TILES or places.max() > 1 + BESIDE_TILES:
+            self.store.warnings.add(f"mesh `{self.name}` has texture coordinates beside the tiles of material `{material.name}`: tiles repeat there")
+
     def _use(self, material, uvs):
         """Makes sure that a material is written."""
         store = self.store
@@ -136,6 +147,7 @@ class Stored:
             self._use(material, uvs)
             groups.setdefault(materials.visibility(material), []).append((materials.name(material), rows))
             at = geometry.loops[rows].ravel()
+            self._tell_of_tiles(material, uvs, at)
             places = with_values(places, uvs, at, geometry.corners, 0)
             paint = with_values(paint, colors, at, geometry.corners, 1)
         return groups, places, paint

@@ -10,14 +10,15 @@ from contextlib import contextmanager
 
 import numpy as np
 
-from . import graphs
+from . import eye, graphs, islands, layers
 from .arithmetic import BLENDS, MATHS, shifted
+from .images import sized
 from .rays import IS_OF
 
 SAME_TO_ALL = "rays of all kinds see what {} (Light Path)"
 
-ASLANT = 0.5**0.5
-"""Cosine of the angle at which what depends on the eye is looked up."""
+MOSTLY = {("AMBIENT_OCCLUSION", "AO"): 1.0, ("NEW_GEOMETRY", "Backfacing"): 0.0, ("WIREFRAME", "Factor"): 0.0, ("WIREFRAME", "Fac"): 0.0}
+"""What outputs are at most places, where the renderer does not know them: by a node's type and the output's name."""
 
 LUMINANCE = np.array([0.2126, 0.7152, 0.0722], dtype=np.float32)
 
@@ -41,27 +42,21 @@ def alike(*values):
     """The values at the size of the largest, by the nearest texels."""
     height, width = max(value.shape[0] for value in values), max(value.shape[1] for value in values)
 
-    def sized(value):
-        if value.shape[:2] in ((height, width), (1, 1)):
-            return value
-        rows = np.arange(height) * value.shape[0] // height
-        columns = np.arange(width) * value.shape[1] // width
-        return value[rows][:, columns]
-
-    return [sized(value) for value in values]
+    return [value if value.shape[:2] == (1, 1) else sized(value, height, width) for value in values]
 
 
 class Evaluator:
-    """Evaluates the sockets of one material. `said` lists what was replaced; `uv` is the map and the mapping of its pictures.
+    """Evaluates the sockets of one material. `said` lists what was replaced; `uv` is the map and the mapping of its pictures, which are Pictures.
 
     `attribute` gives the values of colour attributes by their names, as values of height n and width 1 for n corners; without it they are
     white. `asked` has the names that were asked for. `ray`: the kind of rays for which nodes are evaluated (any other name: for none of
-    them); None for all at once. `has_graphs`: values may have graphs.
+    them); None for all at once. `has_graphs`: values may have graphs. `cosine`: that of the angle at which the surface is seen; None if it
+    is not known.
     """
 
-    def __init__(self, images, attribute=None, ray=None, has_graphs=False):
-        self.images, self.said = images, []
-        self.has_graphs, self.known = has_graphs, {}
+    def __init__(self, pictures, attribute=None, ray=None, has_graphs=False, cosine=None):
+        self.pictures, self.said = pictures, []
+        self.has_graphs, self.cosine, self.known = has_graphs, cosine, {}
         self.attribute, self.asked = attribute or (lambda name: constant(1.0, 1.0, 1.0)), set()
         self.ray, self.tells_rays_apart = ray, False
         """What Light Path nodes are asked for, and whether one was."""
@@ -76,6 +71,12 @@ class Evaluator:
     def say(self, message):
         """Notes what is replaced."""
         self.said.append(message)
+
+    def seen_at(self, cosine):
+        """A new evaluator within the same groups, of what is seen at this cosine."""
+        other = Evaluator(self.pictures, self.attribute, self.ray, cosine=cosine)
+        other.parents = list(self.parents)
+        return other
 
     def input(self, node, name):
         """Value of a node's input, by its name or number."""
@@ -149,12 +150,12 @@ class Evaluator:
         if node.mute:
             linked = [entry for entry in node.inputs if entry.is_linked and entry.type == socket.type]
             return self.input(node, list(node.inputs).index(linked[0])) if linked else constant(0.0)
-        if not self.has_graphs or node.type in {"GROUP", "GROUP_INPUT"}:
+        if not (self.has_graphs or self.cosine is not None) or node.type in {"GROUP", "GROUP_INPUT"}:
             return self.plainly(node, socket)
-        # each output once: a graph may take it at many places
+        # each output once: a graph may take it at many places, and a factor is asked for at many angles
         key = (tuple(parent.as_pointer() for parent in self.parents), node.as_pointer(), socket.identifier)
         if key not in self.known:
-            graph = graphs.of_node(self, node, socket)
+            graph = graphs.of_node(self, node, socket) if self.has_graphs else None
             said = list(self.said)
             value = self.plainly(node, socket)
             if graph is not None:
@@ -168,20 +169,23 @@ class Evaluator:
         """Value of a node's output without a graph."""
         method = getattr(self, f"node_{node.type.lower()}", None)
         if method is None:
-            self.say(f"node `{node.name}` ({node.bl_label}) is replaced by a constant")
-            return self.fallback(node, socket)
+            return self.replaced(node, socket)
         return method(node, socket)
 
     def uv_graph(self, name):
         """Graph of the texture coordinates of a UV map ("": the active one)."""
         if self.uv is None:
-            self.uv = (name, np.eye(3))
+            self.uv = (name, self.of_mosaic(np.eye(3)))
         elif self.uv[0] != name:
             self.say(f"UV map `{name}`: the one of the material's first picture counts")
         return graphs.Node("uv", "vector3")
 
-    def fallback(self, node, socket):
-        """A constant for a node that is not evaluated: the mean of its colours, or a half."""
+    def replaced(self, node, socket):
+        """A constant for an output that is not evaluated, which is told: what it mostly is, the mean of the node's colours, or a half."""
+        of = f"{socket.name} of " if sum(entry.enabled for entry in node.outputs) > 1 else ""
+        self.say(f"{of}node `{node.name}` ({node.bl_label}) is replaced by a constant")
+        if (node.type, socket.name) in MOSTLY:
+            return constant(MOSTLY[node.type, socket.name])
         colors = [entry for entry in node.inputs if entry.type == "RGBA"]
         if socket.type == "RGBA" and colors:
             return np.mean([self.input(node, list(node.inputs).index(entry)).mean(axis=(0, 1), keepdims=True) for entry in colors], axis=0)
@@ -203,16 +207,19 @@ class Evaluator:
     # the eye
 
     def node_fresnel(self, node, socket):
-        self.say(f"node `{node.name}` ({node.bl_label}) is what it is at 45 degrees")
-        return constant(reflected(float(self.input(node, "IOR").mean())))
+        return constant(layers.reflected(float(self.input(node, "IOR").mean()), self.cosine_of(node)))
 
     def node_layer_weight(self, node, socket):
-        self.say(f"node `{node.name}` ({node.bl_label}) is what it is at 45 degrees")
-        blend = float(self.input(node, "Blend").mean())
-        if socket.name == "Fresnel":
-            return constant(reflected(index_of_weight(blend)))
-        blend = min(max(blend, 0.0), 1 - 1e-5)
-        return constant(1 - ASLANT ** (2 * blend if blend < 0.5 else 0.5 / (1 - blend)))
+        blend, cosine = float(self.input(node, "Blend").mean()), self.cosine_of(node)
+        return constant(layers.reflected(eye.index_of_weight(blend), cosine) if socket.name == "Fresnel" else eye.facing(blend, cosine))
+
+    def cosine_of(self, node):
+        """Cosine of the angle that a node of the eye has to do with."""
+        if self.cosine is None:
+            self.say(f"node `{node.name}` ({node.bl_label}) is what it is at 45 degrees")
+        cosine = eye.ASLANT if self.cosine is None else self.cosine
+        toward = eye.toward(self, node)
+        return cosine if toward is None else cosine + (1 - cosine) * float(toward.mean())
 
     # rays
 
@@ -235,16 +242,22 @@ class Evaluator:
 
     def node_attribute(self, node, socket):
         if node.attribute_type != "GEOMETRY" or not node.attribute_name or socket.name == "Alpha":
-            self.say(f"node `{node.name}` ({node.bl_label}) is replaced by a constant")
-            return self.fallback(node, socket)
+            return self.replaced(node, socket)
         self.asked.add(node.attribute_name)
         value = self.attribute(node.attribute_name)
         return value.mean(axis=2, keepdims=True) if socket.type == "VALUE" else value
 
+    def node_new_geometry(self, node, socket):
+        if socket.name != "Random Per Island":
+            return self.replaced(node, socket)
+        self.asked.add(islands.NAME)
+        return self.attribute(islands.NAME)[:, :, :1]
+
     # pictures
 
     def node_tex_image(self, node, socket):
-        pixels = self.images.pixels(node.image) if node.image else None
+        picture = self.pictures.of(node) if node.image else None
+        pixels = self.pictures.pixels(picture) if picture else None
         if pixels is None:
             if not node.image:
                 self.say(f"node `{node.name}` has no image")
@@ -252,28 +265,34 @@ class Evaluator:
         self.place(node)
         if node.projection != "FLAT":
             self.say(f"image node `{node.name}`: its projection is replaced by the UV map")
-        if node.extension != "REPEAT":
+        if node.extension != "REPEAT" and node.image.source != "TILED":
             self.say(f"image node `{node.name}`: the picture repeats outside of 0 to 1")
         part = "alpha" if socket.name == "Alpha" else "color"
-        key = (node.image.name_full, part)
+        key = (picture, part)
         if key not in self.plain:
             self.plain[key] = pixels[:, :, 3:4] if part == "alpha" else pixels[:, :, :3]
         return self.plain[key]
 
-    def image_of(self, value):
-        """The image whose colours a value is, unchanged; None if nodes have changed it. Its name is that of the image."""
-        for (name, part), array in self.plain.items():
+    def picture_of(self, value):
+        """The picture whose colours a value is, unchanged; None if nodes have changed it."""
+        for (picture, part), array in self.plain.items():
             if array is value and part == "color":
-                return name
+                return picture
         return None
 
     def place(self, node):
         """Notes the UV map and the mapping of an image node: all pictures of a material share one."""
         name, matrix = self.mapping(node.inputs["Vector"], node)
+        matrix = self.of_mosaic(matrix)
         if self.uv is None:
             self.uv = (name, matrix)
         elif self.uv[0] != name or not np.allclose(self.uv[1], matrix, atol=1e-6):
             self.say(f"image node `{node.name}`: has the UV map and the mapping of the material's first picture")
+
+    def of_mosaic(self, matrix):
+        """A mapping to tiles as one to the mosaic of them."""
+        mosaic = self.pictures.mosaic
+        return mosaic.matrix @ matrix if mosaic else matrix
 
     def takes_uv(self, socket):
         """Returns true if a vector input has the coordinates of a UV map, moved in their plane or not."""
@@ -415,22 +434,6 @@ class Evaluator:
             return self.input(parent, list(parent.inputs).index(outer)) if outer else constant(0.0)
         finally:
             self.parents.append(parent)
-
-
-def index_of_weight(blend):
-    """The index of refraction that the Fresnel output of a Layer Weight has for its blend."""
-    return 1 / max(1 - blend, 1e-5)
-
-
-def reflected(index):
-    """Share of the light that a surface of some index of refraction reflects at 45 degrees."""
-    squared = index * index - 1 + ASLANT * ASLANT
-    if squared < 0:
-        return 1.0
-    root = squared**0.5
-    one = (root - ASLANT) / (root + ASLANT)
-    other = (ASLANT * (root + ASLANT) - 1) / (ASLANT * (root - ASLANT) + 1)
-    return 0.5 * one * one * (1 + other * other)
 
 
 def through(mapping, curve, values):

@@ -5,8 +5,8 @@ from dataclasses import dataclass, field, fields, replace
 
 import numpy as np
 
-from . import graphs
-from .nodes import SAME_TO_ALL, alike, color, constant, index_of_weight, number
+from . import eye, graphs, layers
+from .nodes import SAME_TO_ALL, alike, color, constant, number
 from .rays import KINDS, Seen
 
 
@@ -20,6 +20,17 @@ class Surface:
     ior: np.ndarray = field(default_factory=lambda: constant(1.5))
     specular: np.ndarray = field(default_factory=lambda: constant(1.0))
     """Factor of what is no metal reflects at right angles; 0: matt."""
+    anisotropy: np.ndarray = field(default_factory=lambda: constant(0.0))
+    """How much narrower the lobe of its reflection is across the tangent than along it."""
+    tangent: tuple = (0.0, "z")
+    """Turn of the tangent in degrees, and the axis of the object around which it leads; None for that of the UV map."""
+    edge: np.ndarray = field(default_factory=lambda: constant(1.0))
+    """How white metal is at grazing angles."""
+    matt_roughness: np.ndarray = field(default_factory=lambda: constant(0.0))
+    """How rough what scatters light is."""
+    fuzz: np.ndarray = field(default_factory=lambda: constant(0.0))
+    fuzz_tint: np.ndarray = field(default_factory=lambda: constant(1.0, 1.0, 1.0))
+    fuzz_roughness: np.ndarray = field(default_factory=lambda: constant(0.5))
     alpha: np.ndarray = field(default_factory=lambda: constant(1.0))
     transmission: np.ndarray = field(default_factory=lambda: constant(0.0))
     tint: np.ndarray = field(default_factory=lambda: constant(1.0, 1.0, 1.0))
@@ -35,6 +46,10 @@ class Surface:
     """Share of its diffuse light that goes below it."""
     radius: np.ndarray = field(default_factory=lambda: constant(0.05, 0.01, 0.005))
     """Mean free path below it, by channel."""
+    translucency: np.ndarray = field(default_factory=lambda: constant(0.0))
+    """Share of its diffuse light that leaves on the other side."""
+    absorption: np.ndarray = field(default_factory=lambda: constant(0.0, 0.0, 0.0))
+    """What glass absorbs of light on its way, for each unit of length."""
     veil: np.ndarray = field(default_factory=lambda: constant(1.0, 1.0, 1.0))
     """Colour of the light that passes where alpha lets it."""
     normal: np.ndarray | None = None
@@ -50,7 +65,13 @@ class Surface:
     """To which rays it shows itself."""
 
 
-BLENDED = ("base", "metallic", "roughness", "ior", "specular", "transmission", "tint", "coat", "coat_roughness", "coat_ior", "coat_tint", "subsurface", "radius")
+BLENDED = (
+    *("base", "metallic", "roughness", "ior", "specular", "transmission", "tint", "coat", "coat_roughness", "coat_ior", "coat_tint"),
+    *("anisotropy", "edge", "matt_roughness", "fuzz", "fuzz_tint", "fuzz_roughness", "subsurface", "radius", "translucency", "absorption"),
+)
+
+WEIGHED = {"edge": "metallic", "fuzz_tint": "fuzz", "fuzz_roughness": "fuzz", "coat_roughness": "coat", "coat_ior": "coat", "coat_tint": "coat"}
+"""Parameters of parts of a surface, by the share that the part has: where there is none of it, they mean nothing."""
 
 
 def surface_of(evaluator, material):
@@ -70,12 +91,22 @@ def surface_of(evaluator, material):
     if surface is None and volume:
         evaluator.say("it has a volume and no surface, and its faces are left out")
         return Surface(is_there=False)
-    if volume:
-        evaluator.say("its volume is left out")
     shown = behind(evaluator, outputs[0], "Surface")
+    if volume:
+        fill(evaluator, outputs[0].inputs["Volume"], shown)
     if displacement:
         raise_surface(evaluator, outputs[0].inputs["Displacement"], material, shown)
     return shown
+
+
+def fill(evaluator, socket, surface):
+    """Has glass absorb light as its volume does. Of other volumes nothing is shown."""
+    with evaluator.source(socket) as (source, _):
+        if source is not None and source.type == "VOLUME_ABSORPTION" and not is_zero(surface.transmission):
+            density = evaluator.input(source, "Density").mean()
+            surface.absorption = constant(*np.clip((1 - color(evaluator.input(source, "Color"))).mean(axis=(0, 1)) * density, 0, None))
+        else:
+            evaluator.say("its volume is left out")
 
 
 def raise_surface(evaluator, socket, material, surface):
@@ -246,24 +277,94 @@ def principled(evaluator, node):
     surface.tint = np.sqrt(np.clip(surface.base, 0, 1))
     light, strength, alpha = alike(color(evaluator.input(node, "Emission Color")), evaluator.input(node, "Emission Strength"), surface.alpha)
     surface.emission = light * strength * alpha
-    for name, said in (
-        ("Sheen Weight", "its sheen is left out"),
-        ("Anisotropic", "its anisotropy is left out"),
-        ("Thin Film Thickness", "its thin film is left out"),
-    ):
-        if node.inputs.get(name) and float(evaluator.input(node, name).max()) > 1e-3:
-            evaluator.say(said)
-    tint = node.inputs.get("Specular Tint")
-    if tint and (tint.is_linked or min(list(tint.default_value)[:3]) < 0.99):
-        evaluator.say("its specular tint is left out")
+    if node.inputs.get("Diffuse Roughness"):
+        surface.matt_roughness = evaluator.input(node, "Diffuse Roughness")
+    if node.inputs.get("Sheen Weight"):
+        surface.fuzz = evaluator.input(node, "Sheen Weight")
+        surface.fuzz_tint = np.clip(color(evaluator.input(node, "Sheen Tint")), 0, 1)
+        surface.fuzz_roughness = evaluator.input(node, "Sheen Roughness")
+    if node.inputs.get("Anisotropic"):
+        brush(evaluator, node, "Anisotropic", "Anisotropic Rotation", surface)
+    if node.inputs.get("Thin Film Thickness") and float(evaluator.input(node, "Thin Film Thickness").max()) > 1e-3:
+        evaluator.say("its thin film is left out")
+    if node.inputs.get("Specular Tint"):
+        tint_reflection(evaluator, color(evaluator.input(node, "Specular Tint")), surface)
     return read_normal(evaluator, node, surface)
+
+
+MOST_ANISOTROPIC = 0.9
+"""What an anisotropy of 1 is: the square of the aspect of both widths is as much less than 1."""
+
+
+def brush(evaluator, node, amount, rotation, surface):
+    """Has a surface spread light along its tangent, by inputs of a node. Widths are those of Cycles: the square of the roughness over the aspect,
+    and times it; those of the renderer have the square of the roughness as the mean of their squares."""
+    amount = float(evaluator.input(node, amount).mean())
+    if abs(amount) < 1e-3:
+        return
+    turn = 360 * float(evaluator.input(node, rotation).mean())
+    if amount < 0:
+        # wide across the tangent
+        amount, turn = -amount, turn + 90
+    share = 1 - MOST_ANISOTROPIC * min(amount, 1.0)
+    surface.anisotropy = constant(1 - share)
+    surface.roughness = np.clip(surface.roughness * ((1 + share * share) / (2 * share)) ** 0.25, 0, 1)
+    surface.tangent = (turn % 360, tangent_of(evaluator, node))
+
+
+def tangent_of(evaluator, node):
+    """The axis around which the tangent of a node leads; None if it is that of the UV map."""
+    socket = node.inputs.get("Tangent")
+    with evaluator.source(socket) as (source, _):
+        if source is None:
+            return "z"
+        if source.type == "TANGENT":
+            if source.direction_type == "RADIAL":
+                return source.axis.lower()
+            evaluator.uv = evaluator.uv or (source.uv_map, np.eye(3))
+            return None
+        evaluator.say(f"its tangent by node `{source.name}` ({source.bl_label}) is that of its UV map")
+        return None
+
+
+AT_TINT = (6 / 7) ** 5
+"""Share of white in Schlick's formula at a cosine of 1/7, where a tint of metal counts (F82)."""
+
+
+def tint_reflection(evaluator, tint, surface):
+    """Dims what a surface reflects by its specular tint: what is no metal at right angles, metal towards its edges."""
+    tint = np.clip(tint.mean(axis=(0, 1)), 0, 1)
+    if float(np.ptp(tint)) > 0.05:
+        evaluator.say("the colour of its specular tint is left out")
+    tint = float(tint.mean())
+    if tint > 0.99:
+        return
+    surface.specular = surface.specular * tint
+    head_on = min(float(np.clip(surface.base, 0, 1).mean()), 0.999)
+    tinted = tint * (head_on + (1 - head_on) * AT_TINT)
+    surface.edge = constant(min(max((tinted - head_on) / ((1 - head_on) * AT_TINT), 0.0), 1.0))
 
 
 def diffuse(evaluator, node):
     """A Diffuse BSDF."""
     surface = Surface(base=color(evaluator.input(node, "Color")), specular=constant(0.0), roughness=constant(1.0))
-    if node.inputs.get("Roughness") and float(evaluator.input(node, "Roughness").max()) > 1e-3:
-        evaluator.say("the roughness of its diffuse shader is left out")
+    if node.inputs.get("Roughness"):
+        surface.matt_roughness = evaluator.input(node, "Roughness")
+    return read_normal(evaluator, node, surface)
+
+
+def translucent(evaluator, node):
+    """A Translucent BSDF: all of its light leaves on the other side."""
+    return replace(diffuse(evaluator, node), translucency=constant(1.0))
+
+
+def sheen(evaluator, node):
+    """A Sheen BSDF, formerly Velvet: fuzz above nothing."""
+    if getattr(node, "distribution", "MICROFIBER") != "MICROFIBER":
+        evaluator.say(f"shader `{node.name}` ({node.bl_label}) is shown as Microfiber")
+    roughness = evaluator.input(node, "Roughness") if node.inputs.get("Roughness") else evaluator.input(node, "Sigma")
+    surface = Surface(base=constant(0.0, 0.0, 0.0), specular=constant(0.0), fuzz=constant(1.0), fuzz_roughness=roughness)
+    surface.fuzz_tint = np.clip(color(evaluator.input(node, "Color")), 0, 1)
     return read_normal(evaluator, node, surface)
 
 
@@ -284,9 +385,22 @@ def as_diffuse(evaluator, node):
     return read_normal(evaluator, node, Surface(base=color(evaluator.input(node, "Color")), specular=constant(0.0)))
 
 
+ONCE = {"GGX": 1.0, "BECKMANN": 0.75}
+"""Distributions of facets that reflect light once and lose the rest: as much as those of GGX whose roughness is so many times theirs."""
+
+LEAST_LOSS = 0.02
+"""Share that facets lose below which a colour stays as it is, so that its picture can be copied."""
+
+
 def glossy(evaluator, node):
-    """A Glossy BSDF: bare metal."""
-    surface = Surface(base=color(evaluator.input(node, "Color")), metallic=constant(1.0), roughness=evaluator.input(node, "Roughness"))
+    """A Glossy BSDF: bare metal. That of the renderer loses nothing."""
+    base, roughness = color(evaluator.input(node, "Color")), evaluator.input(node, "Roughness")
+    kept = layers.at_once(roughness.mean() * ONCE[node.distribution]) if node.distribution in ONCE else 1.0
+    if 1 - kept > LEAST_LOSS:
+        base = layers.metal_of_share(np.clip(base, 0, 1) * kept, roughness.mean())
+    surface = Surface(base=base, metallic=constant(1.0), roughness=roughness, edge=constant(0.0))
+    if node.inputs.get("Anisotropy"):
+        brush(evaluator, node, "Anisotropy", "Rotation", surface)
     return read_normal(evaluator, node, surface)
 
 
@@ -315,6 +429,8 @@ def metallic(evaluator, node):
         index, extinction = (color(evaluator.input(node, name)) for name in ("IOR", "Extinction"))
         base = ((index - 1) ** 2 + extinction**2) / ((index + 1) ** 2 + extinction**2)
     surface = Surface(base=base, metallic=constant(1.0), roughness=evaluator.input(node, "Roughness"))
+    if node.inputs.get("Anisotropy"):
+        brush(evaluator, node, "Anisotropy", "Rotation", surface)
     return read_normal(evaluator, node, surface)
 
 
@@ -342,6 +458,12 @@ def share_of_second(first, second, otherwise):
     both = first + second
     share = second / np.maximum(both, 1e-6)
     return graphs.carried(share, np.where(np.asarray(both) > 1e-6, np.asarray(share), np.asarray(otherwise)))
+
+
+def share_of_number(first, second, otherwise):
+    """share_of_second of two numbers."""
+    both = float(first) + float(second)
+    return float(second) / both if both > 1e-6 else otherwise
 
 
 def share_of_shine(first, second, otherwise):
@@ -381,7 +503,13 @@ def blend(first, second, share):
             return graphs.lerp(by, one, other)
         return one * (1 - by) + other * by
 
-    values = {name: mixed(name, of_second) for name in BLENDED if name != "roughness"}
+    values = {name: mixed(name, of_second) for name in BLENDED if name not in {"roughness", "translucency", *WEIGHED}}
+    for name, weight in WEIGHED.items():
+        weights = alike(getattr(first, weight), getattr(second, weight), weight_a, weight_b)
+        by = constant(share_of_number(weights[0].mean() * weights[2].mean(), weights[1].mean() * weights[3].mean(), float(of_second.mean())))
+        values[name] = mixed(name, by)
+    scattered = [float((number(part.base).mean() * weight).mean()) for part, weight in ((first, weight_a), (second, weight_b))]
+    values["translucency"] = mixed("translucency", constant(share_of_number(*scattered, float(of_second.mean()))))
     values["roughness"] = mixed("roughness", share_of_shine((first, weight_a), (second, weight_b), of_second))
     # what is clear has no part in it
     parts = [surface for surface, weight in ((first, weight_a), (second, weight_b)) if not is_zero(weight)]
@@ -395,6 +523,7 @@ def blend(first, second, share):
         normal=larger.normal if larger.normal is not None else smaller.normal,
         bump=larger.bump or smaller.bump,
         heights=larger.heights or smaller.heights,
+        tangent=(larger if not is_zero(larger.anisotropy) else smaller).tangent,
         seen=Seen(holdout=bool(parts) and all(surface.seen.holdout for surface in parts)),
     )
 
@@ -405,16 +534,6 @@ def joined(evaluator, first, second, share):
     if any(part.seen.holdout and (share != end).any() for part, end in ((first, 1), (second, 0))) and not surface.seen.holdout:
         evaluator.say("its holdout is black beside other shaders")
     return surface
-
-
-def index_of_edge(evaluator, socket):
-    """The index of refraction by which a mixing factor grows towards the edges of things; None if it does not do so."""
-    with evaluator.source(socket) as (source, output):
-        if source is not None and source.type == "FRESNEL":
-            return float(evaluator.input(source, "IOR").mean())
-        if source is not None and source.type == "LAYER_WEIGHT" and output.name == "Fresnel":
-            return index_of_weight(float(evaluator.input(source, "Blend").mean()))
-    return None
 
 
 def has_normals(surface):
@@ -432,6 +551,16 @@ def is_mirror(surface):
     return float(surface.metallic.min()) > 0.99 and graphs.graph_of(surface.metallic) is None and is_whole(surface) and is_zero(surface.emission)
 
 
+def is_fuzz(surface):
+    """Returns true if a surface is fuzz and nothing else."""
+    return is_zero(surface.base) and is_zero(surface.specular) and is_zero(surface.emission) and not is_zero(surface.fuzz) and is_whole(surface)
+
+
+def is_opaque(surface):
+    """Returns true if no light goes into a surface and through."""
+    return is_zero(surface.transmission) and not is_nothing(surface)
+
+
 def has_no_layer(surface):
     """Returns true if a surface scatters light, without anything on top of it."""
     return all(is_zero(part) for part in (surface.specular, surface.metallic, surface.transmission, surface.coat)) and not is_nothing(surface)
@@ -440,25 +569,51 @@ def has_no_layer(surface):
 def mix(evaluator, node):
     """A Mix Shader."""
     first, second = behind(evaluator, node, 1), behind(evaluator, node, 2)
-    index = index_of_edge(evaluator, node.inputs[0])
-    if index is not None and index > 1 and is_mirror(second) and has_no_layer(first) and is_whole(first):
-        # what shines on top of what is matt, and does so more towards its edges: a layer
-        shine = second.base.mean(axis=(0, 1))
-        if float(np.ptp(shine)) > 0.05:
-            evaluator.say("the colour of its reflection is left out")
-        normal = {} if has_normals(first) else normals_of(second)
-        return replace(first, specular=constant(float(shine.mean())), ior=constant(index), roughness=second.roughness, **normal)
     share = evaluator.input(node, 0)
-    if share.shape[:2] == (1, 1) and graphs.graph_of(share) is None:
-        of_second = float(np.clip(share, 0, 1).mean())
-        both = glazed(evaluator, first, second, 1 - of_second, of_second) or glazed(evaluator, second, first, of_second, 1 - of_second)
-        if both:
-            return both
-    return joined(evaluator, first, second, share)
+    both = None
+    if share.shape[:2] == (1, 1):
+        of_second = eye.by_angle(evaluator, node, 0)
+        if of_second is not None:
+            both = layered(evaluator, first, second, of_second) or layered(evaluator, second, first, 1 - of_second)
+        elif graphs.graph_of(share) is None:
+            of_second = float(np.clip(share, 0, 1).mean())
+            both = glazed(evaluator, first, second, 1 - of_second, of_second) or glazed(evaluator, second, first, of_second, 1 - of_second)
+    return both or joined(evaluator, first, second, share)
+
+
+def layered(evaluator, below, mirror, of_mirror):
+    """What is below a mirror, which is there to such shares at the angles of layers.COSINES: it shines more towards its edges. That is a layer
+    on what is matt, and a clear coat on what shines itself, such as the metal of cars. None of anything else."""
+    if not (is_mirror(mirror) and is_whole(below) and is_opaque(below) and is_zero(below.coat) and layers.is_of_layer(of_mirror)):
+        return None
+    shine, share = shine_of(evaluator, mirror), float(of_mirror.mean())
+    normal = {} if has_normals(below) else normals_of(mirror)
+    if has_no_layer(below):
+        return replace(below, **layer_of(share * shine, mirror), **normal)
+    if has_normals(below) and not all(is_same(one, other) for one, other in zip(normals_of(below).values(), normals_of(mirror).values())):
+        evaluator.say("its coat has the normals of what is below")
+    index = layers.index_of_share(share, mirror.roughness.mean())
+    coat = {"coat": constant(shine), "coat_roughness": mirror.roughness, "coat_ior": constant(index), "coat_tint": constant(1.0, 1.0, 1.0)}
+    return replace(below, **coat, **normal)
+
+
+def layer_of(share, mirror):
+    """Parameters of a layer as rough as a mirror that reflects this share of the light from all around."""
+    return {"specular": constant(1.0), "ior": constant(layers.index_of_share(share, mirror.roughness.mean())), "roughness": mirror.roughness}
+
+
+def shine_of(evaluator, mirror):
+    """How much a mirror on top of something else reflects, as one number."""
+    shine = layers.share_of_metal(mirror.base.mean(axis=(0, 1)), mirror.roughness.mean())
+    if graphs.graph_of(mirror.base) is not None or mirror.base.shape[:2] != (1, 1):
+        evaluator.say("what varies in its reflection counts by its mean")
+    if float(np.ptp(shine)) > 0.05:
+        evaluator.say("the colour of its reflection is left out")
+    return float(number(constant(*shine)).mean())
 
 
 EDGES = 1 / 21
-"""What a layer reflects from all around beyond what it reflects head-on, of the rest (Schlick's approximation of Fresnel's equations)."""
+"""What a layer reflects from all around that reflects next to nothing head-on (by Schlick's approximation of Fresnel's equations)."""
 
 
 def glazed(evaluator, matt, mirror, of_matt, of_mirror):
@@ -466,30 +621,45 @@ def glazed(evaluator, matt, mirror, of_matt, of_mirror):
     they are something else, or of one colour, which is a metal in part."""
     if not (is_mirror(mirror) and has_no_layer(matt) and is_whole(matt) and mirror.base.shape[:2] == (1, 1)):
         return None
-    shine = mirror.base[0, 0] * of_mirror
-    if of_matt <= 0 or shine.max() <= 0 or np.allclose(matt.base, mirror.base, atol=0.02):
+    shine = mirror.base * of_mirror
+    if of_matt <= 0 or shine.max() <= 0 or are_of_one_color(matt, mirror):
         return None
     emission = matt.emission * of_matt
     normal = {} if has_normals(matt) else normals_of(mirror)
-    shine_mean = float(shine.mean())
-    if float(np.ptp(shine)) <= 0.1 * float(shine.max()) and EDGES < shine_mean < 0.85:
+    shine_mean = float(layers.share_of_metal(mirror.base, mirror.roughness.mean()).mean()) * of_mirror
+    is_grey = graphs.graph_of(shine) is None and float(np.ptp(shine)) <= 0.1 * float(shine.max())
+    if is_grey and EDGES < shine_mean < 0.85:
         # a layer reflects more towards the edges of things: as much from all around
-        head_on = (shine_mean - EDGES) / (1 - EDGES)
-        root = head_on**0.5
         base = np.clip(matt.base * of_matt / (1 - shine_mean), 0, 1)
-        layer = {"specular": constant(1.0), "ior": constant((1 + root) / (1 - root))}
-        return replace(matt, base=base, roughness=mirror.roughness, emission=emission, **layer, **normal)
+        return replace(matt, base=base, emission=emission, **layer_of(shine_mean, mirror), **normal)
     base = matt.base * of_matt + shine
-    part = float(number(constant(*shine)).mean()) / max(float(number(base).mean()), 1e-6)
+    if graphs.graph_of(shine) is not None:
+        part = number(shine) / np.maximum(number(base), 1e-6)
+    else:
+        part = constant(float(number(shine).mean()) / max(float(number(base).mean()), 1e-6))
     evaluator.say("what it scatters and what it reflects are of one colour")
-    return replace(matt, base=np.clip(base, 0, 1), metallic=constant(part), roughness=mirror.roughness, emission=emission, **normal)
+    return replace(matt, base=np.clip(base, 0, 1), metallic=part, roughness=mirror.roughness, emission=emission, **normal)
+
+
+def are_of_one_color(one, other):
+    """Returns true if two surfaces are nearly of one colour."""
+    if any(graphs.graph_of(each.base) is not None for each in (one, other)):
+        return is_same(one.base, other.base)
+    return np.allclose(one.base, other.base, atol=0.02)
 
 
 def add(evaluator, node):
     """An Add Shader. What only emits is added; of others the mean is shown."""
     first, second = behind(evaluator, node, 0), behind(evaluator, node, 1)
+    for one, rest in ((first, second), (second, first)):
+        if is_fuzz(one) and is_zero(rest.fuzz) and not rest.seen.holdout:
+            return replace(rest, fuzz=one.fuzz, fuzz_tint=one.fuzz_tint, fuzz_roughness=one.fuzz_roughness)
+    if all(has_no_layer(part) and is_whole(part) and is_zero(part.fuzz) for part in (first, second)):
+        both = joined(evaluator, first, second, constant(0.5))
+        one, other = alike(first.base, second.base)
+        return replace(both, base=one + other, emission=both.emission * 2)
     for light, rest in ((first, second), (second, first)):
-        if is_zero(light.base) and is_zero(light.specular) and not (light.seen.holdout or rest.seen.holdout):
+        if is_zero(light.base) and is_zero(light.specular) and is_zero(light.fuzz) and not (light.seen.holdout or rest.seen.holdout):
             one, other = alike(light.emission, rest.emission)
             rest.emission = one + other
             return rest
@@ -526,10 +696,10 @@ def light_of(evaluator, socket):
 SHADERS = {
     "BSDF_PRINCIPLED": principled,
     "BSDF_DIFFUSE": diffuse,
-    "BSDF_TRANSLUCENT": as_diffuse,
+    "BSDF_TRANSLUCENT": translucent,
     "SUBSURFACE_SCATTERING": subsurface,
-    "BSDF_SHEEN": as_diffuse,
-    "BSDF_VELVET": as_diffuse,
+    "BSDF_SHEEN": sheen,
+    "BSDF_VELVET": sheen,
     "BSDF_TOON": as_diffuse,
     "BSDF_GLOSSY": glossy,
     "BSDF_ANISOTROPIC": glossy,

@@ -145,6 +145,8 @@ class Walk:
         is_frame = time in self.whole
         if time == self.frames[0]:
             self.meshes.materials.forget()
+        if is_frame or time < self.frames[0]:
+            self.meshes.materials.at(max(time, self.frames[0]))
         if is_frame:
             self._world(time, goes_on)
         override = self.layer.material_override
@@ -178,10 +180,13 @@ class Walk:
         for material in materials.originals():
             evaluated = material.evaluated_get(self.depsgraph)
             materials.surface(evaluated)
-            if may_change(material):
-                self.rest.see(material.name_full, f"material `{material.name}`", time, {"": materials.shown(evaluated)})
+            changes, clips = may_change(material), materials.clips(evaluated, time)
+            if changes or clips:
+                shown = materials.shown(evaluated) if changes else clips
+                self.rest.see(material.name_full, f"material `{material.name}`", time, {"": shown})
             if self.meshes.is_watched:
-                self._watch(time, evaluated, may_change(material))
+                self._watch(time, evaluated, changes)
+                self.states[time].append(clips)
 
     def _world(self, time, goes_on):
         """Notes the world. The original does not change from frame to frame. A view layer may have another one, or none."""

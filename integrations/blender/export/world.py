@@ -7,8 +7,8 @@ import numpy as np
 
 from . import toml, world_bake
 from .at_rest import ray_visibility_of, state_of, surroundings_of, trees_of
-from .images import path_of
 from .nodes import Evaluator, constant
+from .pictures import Pictures
 from .surfaces import light_of
 
 
@@ -18,7 +18,7 @@ class World:
     def __init__(self, images, visible, exposure, time=1.0, goes_on=lambda: True, sun_rays=4):
         self.images, self.visible, self.exposure, self.sun_rays = images, visible, exposure, sun_rays
         self.time, self.goes_on = time, goes_on
-        self.evaluator = Evaluator(images)
+        self.evaluator = Evaluator(Pictures(images))
         self.is_seen, self.lights = True, True
         """What its settings of ray visibility say: whether the camera sees it, and whether it lights anything."""
 
@@ -128,13 +128,14 @@ class World:
             self.evaluator.say("its environment texture has no image")
             return self._uniform(missing, seen)
         turn = self._exactly(lambda: turn_of(self.evaluator, node.inputs["Vector"]))
-        if turn is None or node.projection != "EQUIRECTANGULAR" or node.image.source in {"MOVIE", "SEQUENCE"}:
+        if turn is None or node.projection != "EQUIRECTANGULAR" or node.image.source == "TILED":
             return None
-        pixels = self.images.pixels(node.image)
+        picture = self.evaluator.pictures.of(node)
+        pixels = self.images.pixels(picture)
         if pixels is None:
             return self._uniform(missing, seen)
-        plain = path_of(node.image).lower().endswith(".hdr") and node.image.source == "FILE" and not node.image.packed_file and not node.image.is_dirty
-        name = self.images.copy(node.image) if plain else self.images.write_light(node.image.name, pixels)
+        is_plain = picture.path.lower().endswith(".hdr") and self.images.is_file(picture)
+        name = self.images.copy(picture) if is_plain else self.images.write_light(node.image.name, pixels)
         return self._environment(name, strength, seen, -90.0 - turn)
 
     def _map(self, name, baked, strength, seen):

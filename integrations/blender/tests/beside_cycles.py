@@ -83,3 +83,30 @@ class BesideCycles(unittest.TestCase):
         for key, value in values.items():
             setattr(data, key, value)
         return data
+
+    def look_down(self, item_material, height=6):
+        """A square of a material, seen from above."""
+        mesh = support.grid("Square", 4)
+        mesh.materials.append(item_material)
+        support.add_camera(self.scene, (0, 0, height), (0, 0, 0))
+        return support.add(self.scene, "Square", mesh)
+
+    def even_world(self, light):
+        self.scene.world = bpy.data.worlds.new("World")
+        self.scene.world.use_nodes = True
+        self.scene.world.node_tree.nodes["Background"].inputs["Color"].default_value = (*light, 1)
+
+    def assert_same_colors(self, tolerance, samples=128):
+        ours, cycles = self.both(samples)
+        self.assertGreater(cycles[:, :, :3].mean(), 0.01)
+        means = [picture[:, :, :3].mean(axis=(0, 1)) for picture in (ours, cycles)]
+        np.testing.assert_allclose(means[0], means[1], rtol=tolerance)
+        return ours, cycles
+
+    def ball(self, material, radius=0.8, place=(0, 0, 0)):
+        """A smooth ball of a material."""
+        bpy.ops.mesh.primitive_uv_sphere_add(segments=48, ring_count=24, radius=radius, location=place)
+        ball = bpy.context.object
+        ball.data.shade_smooth()
+        ball.data.materials.append(material)
+        return ball

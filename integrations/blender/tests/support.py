@@ -90,6 +90,26 @@ def mesh_of(name, points, faces):
     return mesh
 
 
+class Tree:
+    """Nodes of a material or of a group, made by their types."""
+
+    def __init__(self, owner):
+        tree = getattr(owner, "node_tree", owner)
+        self.nodes, self.links = tree.nodes, tree.links
+
+    def add(self, kind, inputs=(), **values):
+        """A node of this type, without the prefix of all shader nodes. Inputs, by name or number: values, or outputs to link to."""
+        node = self.nodes.new(f"ShaderNode{kind}")
+        for key, value in values.items():
+            setattr(node, key, value)
+        for key, value in dict(inputs).items():
+            if isinstance(value, bpy.types.NodeSocket):
+                self.links.new(value, node.inputs[key])
+            else:
+                node.inputs[key].default_value = value
+        return node
+
+
 def render(scene, path):
     """Renders the current frame into an EXR, and returns its pixels, the top row first."""
     scene.render.image_settings.file_format = "OPEN_EXR"

@@ -102,15 +102,30 @@ class Arithmetic(unittest.TestCase):
                 node = self.case(kind, kind, {name: value})
                 tree = node.id_data
                 tree.links.new(node.outputs[output], next(each for each in tree.nodes if each.type == "MIX_RGB").inputs[1])
-                self.cases[0] = (*self.cases[0][:3], node.outputs[output])
-                support.add(self.scene, "Aslant", support.grid("Aslant", 20), turn=(np.pi / 4, 0, 0)).data.materials.append(self.cases[0][1])
-                support.add_camera(self.scene, (0, 0, 9), (0, 0, 0), type="ORTHO", ortho_scale=2)
-                self.scene.cycles.samples, self.scene.cycles.use_denoising = 1, False
-                with tempfile.TemporaryDirectory() as folder:
-                    shown = support.render(self.scene, os.path.join(folder, "case.exr"))[24, 32, 0] - LIFT
-                evaluator = support.extension().export.nodes.Evaluator(types.SimpleNamespace())
-                np.testing.assert_allclose(evaluator.output(node, node.outputs[output])[0, 0, 0], shown, atol=1e-4)
-                self.assertEqual(len(evaluator.said), 1)
+                self.assert_as_aslant(node, output)
+
+    def test_normals_that_are_turned_towards_the_eye(self):
+        for kind, output in (("Fresnel", 0), ("LayerWeight", 0), ("LayerWeight", 1)):
+            with self.subTest(kind, output=output):
+                self.scene, self.cases = support.empty(engine="CYCLES"), []
+                node = self.case(kind, kind, {})
+                tree = support.Tree(self.cases[0][1])
+                geometry = tree.add("NewGeometry").outputs
+                mixed = tree.add("Mix", {0: 0.3, 6: geometry["Normal"], 7: geometry["Incoming"]}, data_type="RGBA").outputs[2]
+                tree.links.new(mixed, node.inputs["Normal"])
+                tree.links.new(node.outputs[output], next(each for each in tree.nodes if each.type == "MIX_RGB").inputs[1])
+                self.assert_as_aslant(node, output)
+
+    def assert_as_aslant(self, node, output):
+        """The first case's material shows on a surface that is seen at 45 degrees what the evaluator says of a node's output."""
+        support.add(self.scene, "Aslant", support.grid("Aslant", 20), turn=(np.pi / 4, 0, 0)).data.materials.append(self.cases[0][1])
+        support.add_camera(self.scene, (0, 0, 9), (0, 0, 0), type="ORTHO", ortho_scale=2)
+        self.scene.cycles.samples, self.scene.cycles.use_denoising = 1, False
+        with tempfile.TemporaryDirectory() as folder:
+            shown = support.render(self.scene, os.path.join(folder, "case.exr"))[24, 32, 0] - LIFT
+        evaluator = support.extension().export.nodes.Evaluator(types.SimpleNamespace())
+        np.testing.assert_allclose(evaluator.output(node, node.outputs[output])[0, 0, 0], shown, atol=1e-4)
+        self.assertEqual(len(evaluator.said), 1)
 
     def test_curves(self):
         for factor in (0.5, 1.0):

@@ -433,8 +433,8 @@ class Export(support.ExportCase):
         material.use_nodes = True
         tree = material.node_tree
         shader = tree.nodes["Principled BSDF"]
-        shader.inputs["Sheen Weight"].default_value = 1
-        shader.inputs["Anisotropic"].default_value = 0.5
+        shader.inputs["Thin Film Thickness"].default_value = 200
+        shader.inputs["Specular Tint"].default_value = (1, 0.5, 0.1, 1)
         noise = tree.nodes.new("ShaderNodeTexNoise")
         tree.links.new(noise.outputs[0], shader.inputs["Roughness"])
         mesh.materials.append(material)
@@ -442,7 +442,7 @@ class Export(support.ExportCase):
         self.export()
         told = [line for line in self.warnings().splitlines() if "`Odd`" in line]
         self.assertEqual(len(told), 1)
-        self.assertRegex(told[0], "(?s)sheen.*anisotropy")
+        self.assertRegex(told[0], "(?s)thin film.*specular tint")
 
     def test_without_the_renderer_exports_work_and_renders_say_so(self):
         support.add_camera(self.scene)

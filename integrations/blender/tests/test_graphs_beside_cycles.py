@@ -5,26 +5,8 @@ import beside_cycles
 import bpy
 import numpy as np
 import support
+from support import Tree
 from test_surfaces import principled
-
-
-class Tree:
-    """Nodes of a material, made by their types."""
-
-    def __init__(self, material):
-        self.nodes, self.links = material.node_tree.nodes, material.node_tree.links
-
-    def add(self, kind, inputs=(), **values):
-        """A node of this type, without the prefix of all shader nodes. Inputs, by name or number: values, or outputs to link to."""
-        node = self.nodes.new(f"ShaderNode{kind}")
-        for key, value in values.items():
-            setattr(node, key, value)
-        for key, value in dict(inputs).items():
-            if isinstance(value, bpy.types.NodeSocket):
-                self.links.new(value, node.inputs[key])
-            else:
-                node.inputs[key].default_value = value
-        return node
 
 
 def coordinates(tree, output="Object"):
@@ -266,6 +248,26 @@ class GraphsBesideCycles(beside_cycles.BesideCycles):
         tree.links.new(build(tree), tree.nodes["Material Output"].inputs["Surface"])
         self.mesh.materials.clear()
         self.mesh.materials.append(material)
+
+    def test_a_mirror_in_part_keeps_the_pattern_of_what_is_matt(self):
+        # a wall of tiles, whose mortar reflects as well or does not
+        self.scene.afterimage.samples, self.scene.afterimage.paths, self.scene.afterimage.reflections = 4, 16, 16
+
+        def tiles(tree, is_even):
+            at = tree.add("Mapping", {"Vector": coordinates(tree), "Location": (0.31, 0.17, 0.23)}).outputs[0]
+            brick = tree.add("TexBrick", {"Vector": at, "Scale": 1.0, "Mortar Size": 0.05, "Color1": (1, 1, 1, 1), "Color2": (1, 1, 1, 1), "Mortar": (0, 0, 0, 1)})
+            mortar, tile = (tree.add("BsdfDiffuse", {"Color": color}).outputs[0] for color in ((0.8, 0.7, 0.6, 1), (0.25, 0.05, 0.03, 1)))
+            matt = tree.add("MixShader", {0: brick.outputs[1], 1: tile, 2: mortar}).outputs[0]
+            mirror = tree.add("BsdfGlossy", {"Color": (1, 1, 1, 1) if is_even else brick.outputs[0], "Roughness": 0.2}).outputs[0]
+            return tree.add("MixShader", {0: 0.2, 1: matt, 2: mirror}).outputs[0]
+
+        for is_even in (True, False):
+            with self.subTest(is_even=is_even):
+                self.shown_by(f"Tiles {is_even}", lambda tree: tiles(tree, is_even))
+                mean, _, _ = self.difference()
+                # a layer reflects less head-on than a mirror in part, and more towards edges
+                self.assertLess(mean, 0.025 if is_even else 0.01)
+                self.assertFalse([said for said in self.exported.warnings if "constant" in said])
 
     def test_light_that_a_pattern_gives(self):
         self.scene.world.node_tree.nodes["Background"].inputs["Color"].default_value = (0.1, 0.1, 0.1, 1)

@@ -183,7 +183,8 @@ class Jobs(FakeRenderer):
         tree = self.floor.data.materials[0].node_tree
         noise, shader = tree.nodes.new("ShaderNodeTexNoise"), tree.nodes["Principled BSDF"]
         noise.noise_dimensions = "4D"
-        tree.links.new(noise.outputs[0], shader.inputs["Roughness"])
+        # which has a constant in place of a graph
+        tree.links.new(noise.outputs[0], shader.inputs["Coat Weight"])
         self.animate(noise.inputs["W"], "default_value", 0.0, 1.0, 2.0, 3.0)
         self.animate(tree.nodes.new("ShaderNodeValue").outputs[0], "default_value", 0.0, 1.0, 2.0, 3.0)
         self.assertEqual(self.rendered(), (["1-4"], []))

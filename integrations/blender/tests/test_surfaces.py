@@ -28,6 +28,21 @@ def painted(name, attribute, kind="ShaderNodeVertexColor"):
     return material
 
 
+def edge_of_rough(tree, toward, head_on):
+    """What groups for rough dielectrics mix by: Fresnel of a normal that is so far turned towards the eye, from a share on."""
+    group = bpy.data.node_groups.new("Rough Fresnel", "ShaderNodeTree")
+    group.interface.new_socket("Toward", in_out="INPUT", socket_type="NodeSocketFloat")
+    group.interface.new_socket("Factor", in_out="OUTPUT", socket_type="NodeSocketFloat")
+    inside = support.Tree(group)
+    begin, end = group.nodes.new("NodeGroupInput"), group.nodes.new("NodeGroupOutput")
+    normal, eye = inside.add("Bump", {"Height": 1.0}).outputs[0], inside.add("NewGeometry").outputs["Incoming"]
+    mixed = inside.add("Mix", {0: begin.outputs[0], 6: normal, 7: eye}, data_type="RGBA").outputs[2]
+    group.links.new(inside.add("Fresnel", {"IOR": 1.45, "Normal": mixed}).outputs[0], end.inputs[0])
+    outer = tree.add("Group", {}, node_tree=group)
+    outer.inputs[0].default_value = toward
+    return tree.add("Mix", {0: outer.outputs[0], 6: (head_on, head_on, head_on, 1), 7: (1, 1, 1, 1)}, data_type="RGBA").outputs[2]
+
+
 def read_ply(path):
     """Header, vertices and faces of a PLY that the export wrote."""
     with open(path, "rb") as file:
@@ -65,11 +80,12 @@ class Surfaces(support.ExportCase):
         texels = np.zeros((16, 64, 4), dtype=np.float32)
         texels[:, :, 0], texels[:, :, 1], texels[:, :, 3] = np.arange(64) / 63, (np.arange(16) / 15)[:, None], 1
         image.pixels.foreach_set(texels.ravel())
-        whole = images.Images(self.folder, support.extension().export.warnings.Warnings()).pixels(image)
+        picture = images.pictures.Picture(image.name_full, image)
+        whole = images.Images(self.folder, support.extension().export.warnings.Warnings()).pixels(picture)
         warnings = support.extension().export.warnings.Warnings()
         largest, images.LARGEST = images.LARGEST, 16
         try:
-            smaller = images.Images(self.folder, warnings).pixels(image)
+            smaller = images.Images(self.folder, warnings).pixels(picture)
         finally:
             images.LARGEST = largest
         np.testing.assert_array_equal(smaller, whole[::4, ::4])
@@ -125,6 +141,66 @@ class Surfaces(support.ExportCase):
         np.testing.assert_allclose([other["pr"], other["pm"], other["coat"], other["coat_ni"]], [0.6, 1, 0.5, 1.5], atol=1e-6)
         self.assertNotIn("coat_color", other)
         self.assertEqual(self.warnings(), [])
+
+    def mixed(self, name, factor):
+        """A material of a rougher metal and a smoother one, mixed by what a function makes for its tree."""
+        material, node = principled(name, Metallic=1.0, Base_Color=(0.8, 0.1, 0.05, 1), Roughness=0.5)
+        tree = support.Tree(material)
+        mirror = tree.add("BsdfGlossy", {"Color": (0.5, 0.5, 0.5, 1), "Roughness": 0.1})
+        mix = tree.add("MixShader", {0: factor(tree), 1: node.outputs[0], 2: mirror.outputs[0]})
+        tree.links.new(mix.outputs[0], tree.nodes["Material Output"].inputs["Surface"])
+        return material
+
+    def test_a_mirror_on_metal_by_the_angle_is_a_clear_coat(self):
+        paint = self.mixed("Paint", lambda tree: tree.add("Fresnel", {"IOR": 1.6}).outputs[0])
+        # by what is 0 head-on the colours are mixed instead
+        rim = self.mixed("Rim", lambda tree: tree.add("LayerWeight", {"Blend": 0.5}).outputs["Facing"])
+        # and where the weight depends on the place as well
+        worn = self.mixed("Worn", lambda tree: tree.add("Math", {0: tree.add("Fresnel").outputs[0], 1: tree.add("TexNoise").outputs[0]}, operation="MULTIPLY").outputs[0])
+        values = {entry["name"]: entry for entry in self.exported(paint, rim, worn, count=2)["material"]}
+        keys = ("pm", "pr", "coat", "coat_roughness", "coat_ni", "coat_darkening")
+        np.testing.assert_allclose([values["Paint"][key] for key in keys], [1, 0.5, 0.5, 0.1, 1.6, 0], atol=0.01)
+        np.testing.assert_allclose(values["Paint"]["kd"], [0.8, 0.1, 0.05], atol=1e-6)
+        self.assertFalse([name for name in ("Rim", "Worn") if "coat" in values[name]])
+        self.assertEqual(self.warnings(), [])
+
+    def test_normals_that_are_turned_towards_the_eye_take_part_in_graphs(self):
+        def shade(name, normal):
+            material, node = principled(name)
+            tree = support.Tree(material)
+            mixed = tree.add("Mix", {0: 0.25, 4: normal(tree), 5: tree.add("NewGeometry").outputs["Incoming"]}, data_type="VECTOR").outputs[1]
+            tree.links.new(tree.add("LayerWeight", {"Normal": mixed}).outputs["Facing"], node.inputs["Base Color"])
+            return material
+
+        bent = shade("Turned", lambda tree: tree.add("NewGeometry").outputs["Normal"])
+        other = shade("Other", lambda tree: tree.add("TexCoord").outputs["Object"])
+        self.exported(bent, other, count=2)
+        with open(os.path.join(self.folder, "materials.mtlx"), encoding="utf-8") as file:
+            graphs = file.read().split("<surfacematerial")
+        self.assertEqual(["toward" in graph for graph in graphs[:2]], [True, False])
+        self.assertIn('<input name="toward" type="float" value="0.25"/>', graphs[0])
+
+    def test_outputs_that_the_renderer_does_not_know_are_told_once_by_name(self):
+        outputs = (
+            ("NewGeometry", "Pointiness", "Pointiness of node `Geometry` (Geometry)", 0.5),
+            ("NewGeometry", "Backfacing", "Backfacing of node `Geometry` (Geometry)", 0.0),
+            ("Wireframe", 0, "node `Wireframe` (Wireframe)", 0.0),
+            ("AmbientOcclusion", "AO", "AO of node `Ambient Occlusion` (Ambient Occlusion)", 1.0),
+            ("TexCoord", "Window", "Window of node `Texture Coordinate` (Texture Coordinate)", 0.5),
+            ("ShaderToRGB", "Color", "Color of node `Shader to RGB` (Shader to RGB)", 0.5),
+        )
+        for kind, name, told, value in outputs:
+            with self.subTest(kind, output=name):
+                self.scene = support.empty()
+                support.add_camera(self.scene)
+                material, node = principled("Odd")
+                tree = support.Tree(material)
+                output = tree.add(kind).outputs[name]
+                for taken in ("Base Color", "Roughness"):
+                    tree.links.new(output, node.inputs[taken])
+                values = self.exported(material)["material"][0]
+                np.testing.assert_allclose([*values["kd"], values["pr"]], [value] * 4, atol=1e-6)
+                self.assertEqual(self.warnings(), [f"material `Odd`: {told} is replaced by a constant"])
 
     def test_a_mesh_of_several_materials_is_one_model(self):
         red, _ = principled("Red", Base_Color=(1, 0, 0, 1))
