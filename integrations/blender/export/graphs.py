@@ -12,7 +12,7 @@ from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
-from . import eye, islands
+from . import eye, islands, pointiness
 
 SAMPLES = 257
 """Samples of a curve."""
@@ -88,12 +88,13 @@ class Node:
 
     def __post_init__(self):
         taken = [value for value in self.inputs.values() if isinstance(value, Node)]
-        self.is_of_place = self.category in SOURCES or any(node.is_of_place for node in taken)
-        """True if it depends on more than colour attributes."""
         self.asks_random = self.category == RANDOM or any(node.asks_random for node in taken)
         """True if it takes the number by which copies of a mesh differ."""
         self.attributes = frozenset().union({self.inputs["attribute"]} if self.category == ATTRIBUTE else (), *(node.attributes for node in taken))
         """Names of the colour attributes that it takes."""
+        # what ramps make of pointiness is another thing between vertices than a mean of what they make of it there
+        self.is_of_place = self.category in SOURCES or pointiness.NAME in self.attributes or any(node.is_of_place for node in taken)
+        """True if it depends on more than colour attributes, or is to be computed at each place all the same."""
 
 
 # what the nodes of Blender are called, and what they take: by their types
@@ -184,6 +185,8 @@ def of_node(evaluator, node, socket):
         return Node(ATTRIBUTE, "color3", {"attribute": node.attribute_name})
     if node.type == "NEW_GEOMETRY" and socket.name == "Random Per Island":
         return Node("blender_separate_color", "multioutput", {"color": Node(ATTRIBUTE, "color3", {"attribute": islands.NAME})}, "red")
+    if node.type == "NEW_GEOMETRY" and socket.name == "Pointiness":
+        return of_pointiness()
     if node.type in {"UVMAP", "TEX_COORD"} and (node.type == "UVMAP" or socket.name == "UV"):
         return evaluator.uv_graph(node.uv_map if node.type == "UVMAP" else "")
     if node.type in TEXTURES:
@@ -194,6 +197,15 @@ def of_node(evaluator, node, socket):
         return of_normal(evaluator, node, socket)
     made = of_arithmetic(evaluator, node, socket)
     return made if made is not None and any(isinstance(value, Node) for value in made.inputs.values()) else None
+
+
+def of_pointiness():
+    """Pointiness, from the colours that stand for it."""
+    colors = Node(ATTRIBUTE, "color3", {"attribute": pointiness.NAME})
+    above, below = (Node("blender_separate_color", "multioutput", {"color": colors}, name) for name in ("red", "green"))
+    apart = Node("blender_math", "float", {"a": above, "b": below, "operation": "subtract"})
+    half = (pointiness.FLAT,)
+    return Node("blender_math", "float", {"a": apart, "b": half, "c": half, "operation": "multiply_add"})
 
 
 def of_surface(evaluator, node, socket):

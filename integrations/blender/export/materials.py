@@ -313,7 +313,7 @@ class Materials:
         tint = np.clip(surface.tint.mean(axis=(0, 1)), 0, 1) * share
         rest = max(1 - float(tint.max()), 1e-6)
         scattered = np.clip(surface.base.mean(axis=(0, 1)) * (1 - share) / rest, 0, 1)
-        values.update(illum=7, kd=scattered.tolist(), ks=[1.0, 1.0, 1.0], tf=tint.tolist(), ni=min(max(0.0, float(surface.ior.mean())), MOST_BENDING))
+        values.update(illum=7, kd=scattered.tolist(), ks=np.clip(surface.shine.mean(axis=(0, 1)), 0, 1).tolist(), tf=tint.tolist(), ni=min(max(0.0, float(surface.ior.mean())), MOST_BENDING))
         self._number(name, "roughness", surface.roughness, "pr", evaluator, values)
 
     @staticmethod

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from . import islands
+from . import islands, pointiness
 
 
 @dataclass
@@ -71,10 +71,13 @@ def digest_of(*arrays):
 
 def read_colors(mesh, name, corners):
     """Values of an attribute at all corners, (corners, 3) in linear colours; "" is the colour attribute that renders show, and one of
-    `islands` has their numbers. None where there is none. `corners`: their vertices."""
+    `islands` has their numbers, that of `pointiness` what stands for it. None where there is none. `corners`: their vertices."""
     if name == islands.NAME:
         numbers = islands.of_vertices(len(mesh.vertices), read_array(mesh.edges, "vertices", 2, np.int32))
         return np.repeat(numbers[corners][:, None], 3, axis=1)
+    if name == pointiness.NAME:
+        normals, edges = read_array(mesh.vertex_normals, "vector", 3, np.float32), read_array(mesh.edges, "vertices", 2, np.int32)
+        return pointiness.to_colors(pointiness.of_vertices(read_positions(mesh), normals, edges))[corners]
     if not name:
         index = mesh.color_attributes.render_color_index
         attribute = mesh.color_attributes[index] if 0 <= index < len(mesh.color_attributes) else None

@@ -10,7 +10,7 @@ from contextlib import contextmanager
 
 import numpy as np
 
-from . import eye, graphs, islands, layers
+from . import eye, graphs, islands, layers, pointiness
 from .arithmetic import BLENDS, MATHS, shifted
 from .images import sized
 from .rays import IS_OF
@@ -248,6 +248,9 @@ class Evaluator:
         return value.mean(axis=2, keepdims=True) if socket.type == "VALUE" else value
 
     def node_new_geometry(self, node, socket):
+        if socket.name == "Pointiness":
+            self.asked.add(pointiness.NAME)
+            return pointiness.from_colors(self.attribute(pointiness.NAME))
         if socket.name != "Random Per Island":
             return self.replaced(node, socket)
         self.asked.add(islands.NAME)

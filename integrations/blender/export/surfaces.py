@@ -50,6 +50,8 @@ class Surface:
     """Share of its diffuse light that leaves on the other side."""
     absorption: np.ndarray = field(default_factory=lambda: constant(0.0, 0.0, 0.0))
     """What glass absorbs of light on its way, for each unit of length."""
+    shine: np.ndarray = field(default_factory=lambda: constant(1.0, 1.0, 1.0))
+    """Colour of what glass reflects."""
     veil: np.ndarray = field(default_factory=lambda: constant(1.0, 1.0, 1.0))
     """Colour of the light that passes where alpha lets it."""
     normal: np.ndarray | None = None
@@ -66,7 +68,7 @@ class Surface:
 
 
 BLENDED = (
-    *("base", "metallic", "roughness", "ior", "specular", "transmission", "tint", "coat", "coat_roughness", "coat_ior", "coat_tint"),
+    *("base", "metallic", "roughness", "ior", "specular", "transmission", "tint", "shine", "coat", "coat_roughness", "coat_ior", "coat_tint"),
     *("anisotropy", "edge", "matt_roughness", "fuzz", "fuzz_tint", "fuzz_roughness", "subsurface", "radius", "translucency", "absorption"),
 )
 
@@ -273,6 +275,7 @@ def principled(evaluator, node):
         subsurface=evaluator.input(node, "Subsurface Weight"),
         radius=color(evaluator.input(node, "Subsurface Radius")) * evaluator.input(node, "Subsurface Scale"),
     )
+    scatter(evaluator, node, node.subsurface_method, "Subsurface IOR", surface)
     # light that goes in and out again has the base colour, as in Cycles
     surface.tint = np.sqrt(np.clip(surface.base, 0, 1))
     light, strength, alpha = alike(color(evaluator.input(node, "Emission Color")), evaluator.input(node, "Emission Strength"), surface.alpha)
@@ -376,7 +379,17 @@ def subsurface(evaluator, node):
         subsurface=constant(1.0),
         radius=color(evaluator.input(node, "Radius")) * evaluator.input(node, "Scale"),
     )
+    scatter(evaluator, node, node.falloff, "IOR", surface)
     return read_normal(evaluator, node, surface)
+
+
+def scatter(evaluator, node, method, index, surface):
+    """Turns the radius of a surface into the mean free path that its method means by it. `index`: name of the input that has the index of refraction."""
+    if method == "RANDOM_WALK_SKIN":
+        colors = np.clip(surface.base.mean(axis=(0, 1)), 0, 1)
+        surface.radius = surface.radius * layers.path_of_skin(colors, float(evaluator.input(node, index).mean()))
+    elif method == "BURLEY" and not is_zero(surface.subsurface):
+        evaluator.say("its subsurface scattering is a random walk, and not that of Christensen and Burley")
 
 
 def as_diffuse(evaluator, node):
@@ -412,7 +425,8 @@ def glass(evaluator, node):
         ior=evaluator.input(node, "IOR"),
         transmission=constant(1.0),
     )
-    surface.tint = surface.base
+    # what is reflected has the colour as well; a Refraction BSDF reflects nothing
+    surface.tint, surface.shine = surface.base, np.clip(surface.base, 0, 1) * (node.type == "BSDF_GLASS")
     return read_normal(evaluator, node, surface)
 
 

@@ -182,7 +182,7 @@ class Surfaces(support.ExportCase):
 
     def test_outputs_that_the_renderer_does_not_know_are_told_once_by_name(self):
         outputs = (
-            ("NewGeometry", "Pointiness", "Pointiness of node `Geometry` (Geometry)", 0.5),
+            ("NewGeometry", "Parametric", "Parametric of node `Geometry` (Geometry)", 0.5),
             ("NewGeometry", "Backfacing", "Backfacing of node `Geometry` (Geometry)", 0.0),
             ("Wireframe", 0, "node `Wireframe` (Wireframe)", 0.0),
             ("AmbientOcclusion", "AO", "AO of node `Ambient Occlusion` (Ambient Occlusion)", 1.0),
