@@ -1,7 +1,10 @@
 //! Is light that goes below surfaces right, and are walks that are kept those which would be made anew?
 
+use std::sync::Arc;
+
+use afterimage::animation::TransformTrack;
 use afterimage::scene::material::Scattering;
-use afterimage::scene::{Background, Environment, Material, Scene};
+use afterimage::scene::{Background, Environment, Material, Mesh, Scene};
 use afterimage::settings::{Filter, Settings};
 use glam::{DVec3, Vec3};
 
@@ -57,6 +60,31 @@ fn a_dense_body_shows_its_albedo() {
         // as near as the fit of the medium's albedo is
         assert!((shown - albedo).abs().max_element() < 0.04, "{albedo}: {shown}");
     }
+}
+
+/// Copies in one place, or in each other, are as bright as one of them, and so is a body whose triangles are inside out.
+#[test]
+fn copies_in_one_place_are_one() {
+    let one = body(&alone(skin(0.7, 0.1, 1.0)), &settings());
+    for size in [1.0, 0.999, 0.7] {
+        let mut scene = alone(skin(0.7, 0.1, 1.0));
+        let track = TransformTrack { scale: rests(DVec3::splat(size)), ..TransformTrack::identity() };
+        scene.models.push(toy::moving("copy", toy::octahedron(0, false), track));
+        let finished = toy::render(&scene, &settings(), 1).remove(0);
+        assert_eq!(toy::differing(&finished), 0);
+        let [object, green] =
+            ["object.V", "G"].map(|plane| finished.film.values(plane).expect("it is there"));
+        let shown: Vec<f32> =
+            object.iter().zip(green).filter(|(of, _)| **of > 0.0).map(|(_, green)| green).collect();
+        let mean = shown.iter().sum::<f32>() / shown.len() as f32;
+        assert!((mean - one.y).abs() < 0.02, "{size}: {mean}, not {}", one.y);
+    }
+    let mut inside_out = alone(skin(0.7, 0.1, 1.0));
+    let mesh = Mesh::clone(&inside_out.models[0].mesh);
+    let triangles = Arc::new(mesh.triangles.iter().map(|[a, b, c]| [*a, *c, *b]).collect());
+    inside_out.models[0].mesh = Arc::new(Mesh { triangles, ..mesh });
+    let shown = body(&inside_out, &settings());
+    assert!((shown - one).abs().max_element() < 0.01, "{shown}, not {one}");
 }
 
 /// What light goes through is brighter than what it does not, in even light no brighter than that light.

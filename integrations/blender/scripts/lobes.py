@@ -52,6 +52,9 @@ LOBES = {
 
 ROUGHNESSES = 0.1, 0.3, 0.6, 1.0
 
+DARKEST = 0.003
+"""Brightness in Cycles below which a part is next to black."""
+
 
 def stage():
     """The scene without its ball."""
@@ -96,7 +99,7 @@ def compare(folder, make, roughness, samples):
         scene.render.engine, scene.cycles.samples = engine, samples
         pictures.append(support.render(scene, os.path.join(folder, f"{engine.lower()}.exr"))[:, :, :3])
     means = [[picture[part].mean() for part in parts()] for picture in pictures]
-    return [100 * (ours / cycles - 1) for ours, cycles in zip(*means)]
+    return [f"{100 * (ours / cycles - 1):+.1f}" if cycles > DARKEST else "dark" for ours, cycles in zip(*means)]
 
 
 def main():
@@ -107,7 +110,7 @@ def main():
     for name, make in LOBES.items():
         # what has no roughness has one row of one number
         roughnesses = ROUGHNESSES[:1] if name == "translucent" else ROUGHNESSES
-        cells = [" / ".join(f"{off:+.1f}" for off in compare(folder, make, roughness, samples)) for roughness in roughnesses]
+        cells = [" / ".join(compare(folder, make, roughness, samples)) for roughness in roughnesses]
         print(f"| {name} | " + " | ".join(cells + [""] * (len(ROUGHNESSES) - len(cells))) + " |", flush=True)
 
 

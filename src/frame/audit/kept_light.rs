@@ -7,10 +7,9 @@ use glam::Vec3;
 use super::tolerances::{COLOR_TOLERANCE, DARKEST};
 use super::verdict::Verdict;
 use crate::frame::grid::bits::{set_bits, surface_bits};
-use crate::frame::light::indirect::{self, start_at};
+use crate::frame::light::indirect::{self, below, start_at};
 use crate::frame::light::light_paths::{PathScratch, trace_paths};
 use crate::frame::light::occlusion::{OcclusionScratch, is_asked, look_around, look_from};
-use crate::frame::light::path_ends::PathStart;
 use crate::frame::light::reflected;
 use crate::frame::shot::frame_view::FrameView;
 use crate::frame::surface::placed::Placed;
@@ -36,7 +35,7 @@ pub fn check_gathered(frame: &FrameView, tile: &Tile, raise: &mut impl FnMut(usi
             let is_diffuse = frame.palette.is_diffuse(tile.record[cell].material);
             raise(cell, Verdict::new(paths_demanded(frame, is_diffuse).contains(&known)));
             if is_diffuse {
-                scratch.starts.extend((0..known as u32).map(|index| PathStart { index, ..start }));
+                scratch.starts.gather(&start, below(frame, tile, cell), 0..known as u32);
             }
             let mean = mean_of(gathered.paths.known(cell));
             raise(cell, Verdict::new(mean.radiance == gathered.mean(cell).radiance));
@@ -75,17 +74,16 @@ pub fn check_reflected(frame: &FrameView, tile: &Tile, raise: &mut impl FnMut(us
         for lane in set_bits(surface_bits(&tile.model[first..first + LANES])) {
             let cell = first + lane;
             let known = tile.gathered.reflected.known(cell).count();
-            let Some(start) = reflected::start_at(frame, tile, cell, &placed) else {
+            let Some((start, layer)) = reflected::start_at(frame, tile, cell, &placed) else {
                 raise(cell, Verdict::new(known == 0));
                 continue;
             };
-            let paths = start.layer.map_or(0, |layer| layer.paths);
-            raise(cell, Verdict::new(known == paths as usize));
+            raise(cell, Verdict::new(known == layer.paths as usize));
             raise(
                 cell,
                 Verdict::new(known == 0 || reflected::serve(frame, tile, cell, &placed, to_eye.lane(lane))),
             );
-            scratch.starts.extend((0..known as u32).map(|index| PathStart { index, ..start }));
+            scratch.starts.reflect(&start, layer, 0..known as u32);
         }
         trace_paths(frame, &mut scratch, &mut tally);
         for (start, brought) in scratch.starts.iter().zip(&scratch.brought) {

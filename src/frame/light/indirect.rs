@@ -10,6 +10,7 @@ use glam::Vec3;
 
 use super::light_paths::{AT_ONCE, PathScratch, trace_paths};
 use super::path_ends::{Below, PathResult, PathStart};
+use super::starts::NOTHING;
 use crate::changes::Until;
 use crate::frame::grid::bits::{set_bits, surface_bits};
 use crate::frame::shot::frame_view::FrameView;
@@ -60,7 +61,7 @@ pub fn gather(
             let holds = |path: KeptPath| !moved && !frame.has_expired(path.until);
             let expired = (0..wanted).filter(|index| !list.path(cell, *index as usize).is_some_and(holds));
             let start = start_at(frame, tile, cell, &placed, frame.paths);
-            scratch.starts.extend(expired.map(|index| PathStart { index, ..start }));
+            scratch.starts.gather(&start, below(frame, tile, cell), expired);
             if scratch.starts.len() >= AT_ONCE {
                 traced += scratch.starts.len() as u64;
                 any_changed |= renew(frame, tile, scratch, tally);
@@ -150,7 +151,8 @@ fn fill_in(
             }
             let placed = placed.get(frame, tile, cell - cell % LANES);
             let start = start_at(frame, tile, *cell, &placed, frame.paths);
-            scratch.starts.push(PathStart { index: index as u32, ..start });
+            let number = std::iter::once(index as u32);
+            scratch.starts.gather(&start, below(frame, tile, *cell), number);
             if scratch.starts.len() == AT_ONCE {
                 let before = rays_of(tally);
                 spent.paths += scratch.starts.len() as u64;
@@ -177,20 +179,20 @@ pub fn start_at(frame: &FrameView, tile: &Tile, cell: usize, placed: &Placed, pa
         tangent: tangent(frame, model, &tile.record[cell], normal),
         geometric_normal: placed.geometric_normal.lane(lane),
         horizon: horizon(frame, tile, cell, placed),
-        layer: None,
-        below: below(frame, tile, cell),
+        of_surface: NOTHING,
         within: Within::NOTHING,
     }
 }
 
 /// What is below the surface of a sample, if light goes there.
-fn below(frame: &FrameView, tile: &Tile, cell: usize) -> Option<Below> {
+pub fn below(frame: &FrameView, tile: &Tile, cell: usize) -> Option<Below> {
     if !frame.palette.scatters_below {
         return None;
     }
     let look = tile.look(cell);
     let reflectance = Vec3::from(tile.record[cell].reflectance.map(f32::from));
-    Below::of(frame, tile.model[cell], look, frame.palette.albedo_of(look, reflectance))
+    let seen = (tile.model[cell], tile.record[cell].is_from_behind());
+    Below::of(frame, seen, look, frame.palette.albedo_of(look, reflectance))
 }
 
 /// Tangent at a sample (world space), at right angles to `normal`. It turns with the model, or with the

@@ -17,11 +17,12 @@ use super::clamp::limit_paths;
 use super::light_choice::{Kinds, paths_go_on, surfaces_on_paths};
 use super::lobes::Lobes;
 use super::next_event::{Asking, LightRays};
-use super::path_ends::{PathResult, PathStart};
+use super::path_ends::{Below, PathResult, PathStart};
 use super::path_ray::PathRay;
 use super::pdfs::Pdfs;
 use super::select::select;
 use super::shadow::ShadowQueue;
+use super::starts::Starts;
 use super::step::Step;
 use super::subsurface::{self, WalkScratch};
 use super::vertex::{NO_BSDF, Vertex, VertexLanes, go_on};
@@ -60,7 +61,7 @@ type LightSegment = (Vec3, Vec3, f32);
 #[derive(Debug, Default)]
 pub struct PathScratch {
     /// Paths to be traced.
-    pub starts: Vec<PathStart>,
+    pub starts: Starts,
     /// Results of these paths, in the same order.
     pub brought: Vec<PathResult>,
     /// Their random numbers.
@@ -103,7 +104,7 @@ struct OneLight {
 /// Traces the paths in `scratch.starts`, and writes their results to `scratch.brought`. They are all gathered
 /// or all reflected.
 pub fn trace_paths(frame: &FrameView, scratch: &mut PathScratch, tally: &mut RayTally) {
-    let is_reflected = scratch.starts.first().is_some_and(|start| start.layer.is_some());
+    let is_reflected = scratch.starts.are_reflected();
     begin(frame, is_reflected, scratch);
     let PathScratch { starts, brought, light_rays, .. } = &mut *scratch;
     light_rays.cast(frame, starts, brought, tally);
@@ -169,14 +170,15 @@ fn begin(frame: &FrameView, is_reflected: bool, scratch: &mut PathScratch) {
     light_rays.begin();
     let step = Step::first(surfaces_on_paths(frame, is_reflected));
     let first = if step.is_beyond() { last } else { now };
-    for ((path, start), random) in (0..).zip(&*starts).zip(&*all_random) {
-        if start.below.is_some() && subsurface::enter(frame, (path, start), *random, walks) {
+    for ((path, start), random) in (0..).zip(starts.iter()).zip(&*all_random) {
+        let below = starts.below(start);
+        if below.is_some_and(|below| subsurface::enter(frame, (path, start), below, *random, walks)) {
             brought.push(subsurface::nothing_yet(frame, start));
             continue;
         }
         let mut brings = PathResult { radiance: Vec3::ZERO, sees_light: false, until: Until::FOREVER };
-        let ray = match &start.layer {
-            None => gathers(frame, (path, step), (start, *random), light_rays, &mut brings),
+        let ray = match starts.layer(start) {
+            None => gathers(frame, (path, step), (start, below, *random), light_rays, &mut brings),
             Some(layer) => {
                 light_rays.ask_for_layer(frame, path, (start, *random), layer, &mut brings);
                 let [along, above, ..] = random.four(0);
@@ -218,13 +220,13 @@ fn begin(frame: &FrameView, is_reflected: bool, scratch: &mut PathScratch) {
 fn gathers(
     frame: &FrameView,
     (path, step): (u32, Step),
-    (start, random): (&PathStart, PathRandom),
+    (start, below, random): (&PathStart, Option<&Below>, PathRandom),
     light_rays: &mut LightRays,
     brings: &mut PathResult,
 ) -> Option<PathRay> {
     let [along, above, ..] = random.four(0);
     let PathStart { point, normal, geometric_normal, horizon, .. } = *start;
-    let weight = start.below.map_or(Vec3::ONE, |below| below.weight_at_surface());
+    let weight = below.map_or(Vec3::ONE, Below::weight_at_surface);
     let chances = Pdfs::of_start(frame);
     let (origin, bsdf) = (off_surface(point, geometric_normal), None);
     let tick = frame.tick_of(start.cell);

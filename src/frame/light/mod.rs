@@ -16,6 +16,7 @@ pub mod pdfs;
 pub mod reflected;
 pub mod select;
 pub mod shadow;
+pub mod starts;
 pub mod step;
 pub mod subsurface;
 mod vertex;

@@ -33,7 +33,7 @@ use crate::trace::{Coherence, Occluders, Purpose, RayBatch};
 
 /// A surface that asks for light.
 #[derive(Debug, Clone, Copy)]
-pub struct Asking {
+pub struct Asking<'a> {
     /// Number of its path.
     pub path: u32,
     /// Tick of the exposure at which it asks.
@@ -53,21 +53,21 @@ pub struct Asking {
     /// Pdfs of the ways to light.
     pub chances: Pdfs,
     /// Rough layer that reflects beside the surface.
-    pub bsdf: Option<AskingBsdf>,
+    pub bsdf: Option<AskingBsdf<'a>>,
 }
 
 /// The rough layer of a surface that asks for light.
 #[derive(Debug, Clone, Copy)]
-pub struct AskingBsdf {
+pub struct AskingBsdf<'a> {
     /// Layer as the path sees it.
-    pub seen: SeenBsdf,
+    pub seen: &'a SeenBsdf,
     /// Weight, in the path's result, of the light that the layer reflects.
     pub weight: Vec3,
     /// Probability with which the path goes on off the layer.
     pub goes_on: f32,
 }
 
-impl AskingBsdf {
+impl AskingBsdf<'_> {
     /// Factor from light of unit radiance from `direction` to the path's result, by the balance heuristic.
     /// `by_asking` is the density with which that direction was asked for; `measure` converts a density in
     /// solid angle into one of that kind.
@@ -159,7 +159,7 @@ impl LightRays {
     }
 
     /// Adds a ray to the sky if it leaves the surface; two `random` numbers choose its direction.
-    pub fn ask_sky(&mut self, frame: &FrameView, asking: &Asking, random: [f32; 2]) {
+    pub fn ask_sky(&mut self, frame: &FrameView, asking: &Asking<'_>, random: [f32; 2]) {
         let Asking { path, origin, normal, geometric_normal, horizon, weight, chances, bsdf, .. } = *asking;
         let direction = frame.sky.sample(chances.sky, random);
         let by_cosine = cosine_density(normal, direction);
@@ -188,7 +188,7 @@ impl LightRays {
     pub fn ask_emitter(
         &mut self,
         frame: &FrameView,
-        asking: &Asking,
+        asking: &Asking<'_>,
         random: [f32; 3],
         brought: &mut PathResult,
     ) {

@@ -33,10 +33,9 @@ pub struct PathStart {
     pub geometric_normal: Vec3,
     /// The curved surface that the triangle stands for.
     pub horizon: Horizon,
-    /// Rough layer by which the path is reflected; without one it leaves by the cosine law.
-    pub layer: Option<DrawnLayer>,
-    /// What is below the surface, if some of its paths go there.
-    pub below: Option<Below>,
+    /// Number of what its surface has beside that among the [`Starts`](super::starts::Starts): a rough layer by which the path is reflected,
+    /// or what is below the surface; or of nothing.
+    pub of_surface: u32,
     /// What the eye's ray went through on its way here.
     pub within: Within,
 }
@@ -48,16 +47,23 @@ pub struct Below {
     pub scattering: Scattering,
     /// Model of the surface: others are in no walk's way, unless they are of its material.
     pub model: u32,
-    /// Look of the surface: of two of one material that lie in each other either may be met.
+    /// Look of the surface: what lies in it and is of its material is a part of it.
     pub look: Look,
+    /// True if the back of the surface was seen: then the backs of its triangles are outside.
+    pub from_behind: bool,
     /// Colour that the surface has where it is evenly lit: the paths' light is multiplied by it.
     pub albedo: Vec3,
 }
 
 impl Below {
     /// What is below a surface of `model` with this look and this albedo, if light goes there.
-    pub fn of(frame: &FrameView, model: u32, look: Look, albedo: Vec3) -> Option<Self> {
-        Some(Self { scattering: frame.palette.scattering(look)?, model, look, albedo })
+    pub fn of(
+        frame: &FrameView,
+        (model, from_behind): (u32, bool),
+        look: Look,
+        albedo: Vec3,
+    ) -> Option<Self> {
+        Some(Self { scattering: frame.palette.scattering(look)?, model, look, from_behind, albedo })
     }
 
     /// Share of the paths that go below the surface, from 0 to 1.

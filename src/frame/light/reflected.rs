@@ -11,6 +11,7 @@ use super::indirect::kept;
 use super::layer_paths::paths_of_layer;
 use super::light_paths::{AT_ONCE, PathScratch, trace_paths};
 use super::path_ends::{DrawnLayer, PathStart};
+use super::starts::{NOTHING, Starts};
 use crate::changes::Until;
 use crate::frame::grid::bits::{set_bits, surface_bits};
 use crate::frame::shot::frame_view::FrameView;
@@ -59,7 +60,12 @@ pub fn directions_to_eye(frame: &FrameView, tile: &Tile, first: usize, placed: &
 
 /// Start of the first reflected path of the sample in `cell`, as it was drawn; `placed` holds its group of
 /// eight cells. None if it has no rough layer, or samples reflect no paths.
-pub fn start_at(frame: &FrameView, tile: &Tile, cell: usize, placed: &Placed) -> Option<PathStart> {
+pub fn start_at(
+    frame: &FrameView,
+    tile: &Tile,
+    cell: usize,
+    placed: &Placed,
+) -> Option<(PathStart, DrawnLayer)> {
     let (lane, record, gathered) = (cell % LANES, &tile.record[cell], &tile.gathered);
     if !gathered.reflects() {
         return None;
@@ -76,7 +82,8 @@ pub fn start_at(frame: &FrameView, tile: &Tile, cell: usize, placed: &Placed) ->
     );
     let seen = seen?.rough()?;
     let most = frame.settings.reflections as usize;
-    Some(PathStart {
+    let layer = DrawnLayer { seen, paths: paths_of_layer(frame, &seen) };
+    let start = PathStart {
         owner: cell as u32,
         cell: cell as u32,
         index: 0,
@@ -86,10 +93,10 @@ pub fn start_at(frame: &FrameView, tile: &Tile, cell: usize, placed: &Placed) ->
         tangent: Vec3::ZERO,
         geometric_normal,
         horizon: horizon(frame, tile, cell, placed),
-        layer: Some(DrawnLayer { seen, paths: paths_of_layer(frame, &seen) }),
-        below: None,
+        of_surface: NOTHING,
         within: Within::NOTHING,
-    })
+    };
+    Some((start, layer))
 }
 
 /// Brings the reflected paths of the samples of `tile` up to date. Returns true if the light of any has
@@ -142,23 +149,22 @@ fn draw(
     cell: usize,
     placed: &Placed,
     to_eye: Vec3,
-    starts: &mut Vec<PathStart>,
+    starts: &mut Starts,
 ) -> bool {
     let is_known = tile.gathered.reflected.path(cell, 0).is_some();
     let holds = is_known && !frame.moved(tile.model[cell]) && serve(frame, tile, cell, placed, to_eye);
     if !holds {
         tile.gathered.reflected.forget_one(cell);
         tile.gathered.set_drawn_for(cell, Octahedral::fold(to_eye));
-        let Some(start) = start_at(frame, tile, cell, placed) else { return is_known };
-        let paths = start.layer.map_or(0, |layer| layer.paths);
-        starts.extend((0..paths).map(|index| PathStart { index, ..start }));
+        let Some((start, layer)) = start_at(frame, tile, cell, placed) else { return is_known };
+        starts.reflect(&start, layer, 0..layer.paths);
         return is_known;
     }
     let known = || tile.gathered.reflected.known(cell);
     if known().any(|path| frame.has_expired(path.until)) {
         let expired = (0..).zip(known()).filter(|(_, path)| frame.has_expired(path.until));
-        if let Some(start) = start_at(frame, tile, cell, placed) {
-            starts.extend(expired.map(|(index, _)| PathStart { index, ..start }));
+        if let Some((start, layer)) = start_at(frame, tile, cell, placed) {
+            starts.reflect(&start, layer, expired.map(|(index, _)| index));
         }
     }
     false
@@ -179,9 +185,13 @@ fn trace(frame: &FrameView, tile: &mut Tile, scratch: &mut PathScratch, tally: &
     any_changed
 }
 
-/// Light that the sample whose paths begin at `start` reflects to the eye, which sees its layer as `seen`.
-pub fn shown(frame: &FrameView, tile: &Tile, start: &PathStart, seen: &SeenBsdf) -> Vec3 {
-    let Some(layer) = start.layer else { return Vec3::ZERO };
+/// Light that the sample whose paths begin at `start`, off a `layer`, reflects to the eye, which sees its layer as `seen`.
+pub fn shown(
+    frame: &FrameView,
+    tile: &Tile,
+    (start, layer): (&PathStart, &DrawnLayer),
+    seen: &SeenBsdf,
+) -> Vec3 {
     let paths = (0..).zip(tile.gathered.reflected.known(start.owner as usize));
     paths
         .map(|(index, path)| layer.shows(frame, start, index, seen, (path.light.color(), path.light.flag())))

@@ -14,6 +14,7 @@ use super::lobes::Lobes;
 use super::path_ends::{Below, PathResult, PathStart};
 use super::path_ray::PathRay;
 use super::pdfs::Pdfs;
+use super::starts::Starts;
 use super::step::Step;
 use super::vertex::{NO_BSDF, Vertex};
 use crate::exposure::Tick;
@@ -81,6 +82,10 @@ struct Walk {
     tick: Tick,
     model: u32,
     material: u16,
+    /// See [`Below::from_behind`].
+    from_behind: bool,
+    /// Number of other surfaces of its material that it has entered.
+    within: u32,
     medium: Medium,
     random: PathRandom,
     steps: u32,
@@ -98,7 +103,7 @@ pub struct WalkScratch {
     rays: RayBatch,
     kinds: Vec<RayKind>,
     hits: HitBatch,
-    /// Walks that met their surface, with the packet and the lane of the hit.
+    /// Walks that met a surface of their material, with the packet and the lane of the hit.
     out: Vec<(Walk, u32, u32)>,
     /// Paths that go through their surface, and leave it on the other side at once.
     through: Vec<u32>,
@@ -109,10 +114,10 @@ pub struct WalkScratch {
 pub fn enter(
     frame: &FrameView,
     (path, start): (u32, &PathStart),
+    below: &Below,
     random: PathRandom,
     scratch: &mut WalkScratch,
 ) -> bool {
-    let Some(below) = &start.below else { return false };
     let random = random.apart(OF_WALKS);
     let [choice, along, above, _] = random.four(0);
     if choice >= below.chance() {
@@ -126,6 +131,8 @@ pub fn enter(
         tick: frame.tick_of(start.cell),
         model: below.model,
         material: below.look.material,
+        from_behind: below.from_behind,
+        within: 0,
         medium,
         random,
         steps: 0,
@@ -204,7 +211,7 @@ impl Walk {
 pub fn walk(
     frame: &FrameView,
     scratch: &mut WalkScratch,
-    (starts, random): (&[PathStart], &[PathRandom]),
+    (starts, random): (&Starts, &[PathRandom]),
     (brought, vertices): (&mut [PathResult], &mut Vec<Vertex>),
     tally: &mut RayTally,
 ) {
@@ -212,7 +219,7 @@ pub fn walk(
     pass_through(frame, scratch, (starts, random), vertices);
     while !scratch.walks.is_empty() {
         cast(frame, scratch, starts, brought, tally);
-        come_out(frame, scratch, (starts, random), vertices);
+        meet(frame, scratch, (starts, random), vertices);
     }
 }
 
@@ -257,7 +264,6 @@ fn cast(
             model == walk.model || mesh.material_of[hit.triangle[lane] as usize] == walk.material
         };
         if model != NO_HIT && is_own(model) {
-            walk.attenuate(met, false);
             out.push((walk, packet as u32, lane as u32));
         } else if model == NO_HIT {
             if walk.scatter() {
@@ -285,14 +291,15 @@ impl Walk {
 /// Way on behind a surface of another model, as a share of the size of coordinates there.
 const THROUGH: f32 = 1e-5;
 
-/// Makes vertices of the places where walks come out.
-fn come_out(
+/// Makes vertices of the places where walks come out. Where things of one material lie in each other, as copies in one place do, a walk has
+/// entered some on its way, and comes out of the last one.
+fn meet(
     frame: &FrameView,
-    scratch: &WalkScratch,
+    scratch: &mut WalkScratch,
     (starts, random): (&[PathStart], &[PathRandom]),
     vertices: &mut Vec<Vertex>,
 ) {
-    let WalkScratch { out, hits, .. } = scratch;
+    let WalkScratch { walks, out, hits, .. } = scratch;
     let step = Step::first(surfaces_on_paths(frame, false) + 1);
     let of_packet = |packet: u32, lane: u32| (packet, lane / LANES as u32);
     for same in out.chunk_by(|a, b| of_packet(a.1, a.2) == of_packet(b.1, b.2)) {
@@ -312,10 +319,19 @@ fn come_out(
             tick,
             |lane, surface| {
                 let Some(walk) = walk_in(lane) else { return };
-                let Walk { path, tick, weight, direction, .. } = *walk;
-                let within = starts[path as usize].within;
-                let exit = Exit { path, tick, weight, direction, within };
-                vertices.push(vertex(frame, exit, surface, (step, random[path as usize])));
+                let (mut walk, met, model) = (*walk, packet.t[from + lane], packet.model[from + lane]);
+                // it is seen from outside, if that is where the walk leads
+                let leaves = surface.from_behind == (walk.from_behind && model == walk.model);
+                if leaves && walk.within == 0 {
+                    walk.attenuate(met, false);
+                    let Walk { path, tick, weight, direction, .. } = walk;
+                    let within = starts[path as usize].within;
+                    let exit = Exit { path, tick, weight, direction, within };
+                    vertices.push(vertex(frame, exit, surface, (step, random[path as usize])));
+                    return;
+                }
+                walk.within = if leaves { walk.within - 1 } else { walk.within + 1 };
+                walks.extend(walk.pass(met).then_some(walk));
             },
         );
     }
@@ -325,13 +341,13 @@ fn come_out(
 fn pass_through(
     frame: &FrameView,
     scratch: &mut WalkScratch,
-    (starts, random): (&[PathStart], &[PathRandom]),
+    (starts, random): (&Starts, &[PathRandom]),
     vertices: &mut Vec<Vertex>,
 ) {
     let step = Step::first(surfaces_on_paths(frame, false) + 1);
     for path in scratch.through.drain(..) {
         let start = &starts[path as usize];
-        let Some(below) = &start.below else { continue };
+        let Some(below) = starts.below(start) else { continue };
         let Look { material, varied } = below.look;
         let near = Surface {
             point: start.point,
@@ -425,7 +441,8 @@ mod tests {
     fn a_half_space_has_the_albedo_of_its_surface() {
         for albedo in [0.1, 0.4, 0.7, 0.9_f32] {
             let scattering = Scattering { below: Vec3::ONE, radius: Vec3::ONE, through: 0.0 };
-            let below = Below { scattering, model: 0, look: Look::plain(0), albedo: Vec3::splat(albedo) };
+            let (model, look, albedo_of_all) = (0, Look::plain(0), Vec3::splat(albedo));
+            let below = Below { scattering, model, look, from_behind: false, albedo: albedo_of_all };
             let (medium, weight) = Medium::new(&below);
             let (count, mut sum) = (20_000, 0.0_f64);
             for index in 0..count {
@@ -437,6 +454,8 @@ mod tests {
                     tick: 0,
                     model: 0,
                     material: 0,
+                    from_behind: false,
+                    within: 0,
                     medium,
                     random,
                     steps: 0,

@@ -165,9 +165,8 @@ impl Vertex {
     }
 
     /// Layer of the vertex for next-event estimation, if it has one.
-    pub fn asking_bsdf(&self, frame: &FrameView, bsdfs: &[SeenBsdf]) -> Option<AskingBsdf> {
-        let seen =
-            *self.seen_bsdf(bsdfs).filter(|seen| frame.settings.depth > 0 && seen.rough().is_some())?;
+    pub fn asking_bsdf<'a>(&self, frame: &FrameView, bsdfs: &'a [SeenBsdf]) -> Option<AskingBsdf<'a>> {
+        let seen = self.seen_bsdf(bsdfs).filter(|seen| frame.settings.depth > 0 && seen.is_rough())?;
         Some(AskingBsdf { seen, weight: self.ray.weight, goes_on: self.goes_on(frame, Lobes::GLOSSY) })
     }
 

@@ -163,10 +163,10 @@ fn reflect(
         if bounce::followed(frame, &seen, Vec3::ONE).is_some() {
             rays.followed |= 1 << lane;
         }
-        if let Some(start) = reflected::start_at(frame, tile, cell, placed) {
-            rays.count[lane] = start.layer.map_or(0, |layer| layer.paths);
+        if let Some((start, layer)) = reflected::start_at(frame, tile, cell, placed) {
+            rays.count[lane] = layer.paths;
             rays.incoming.set_lane(lane, -tile.gathered.drawn_for(cell).unfold());
-            shown.push((cell as u32, reflected::shown(frame, tile, &start, &seen)));
+            shown.push((cell as u32, reflected::shown(frame, tile, (&start, &layer), &seen)));
         }
     }
     rays

@@ -15,6 +15,7 @@ use crate::frame::light::lighting::{
 use crate::frame::light::occlusion::{self, OcclusionScratch, OpenSurface};
 use crate::frame::light::path_ends::{Below, DrawnLayer, PathStart};
 use crate::frame::light::shadow::ShadowQueue;
+use crate::frame::light::starts::NOTHING;
 use crate::frame::shot::frame_view::FrameView;
 use crate::frame::shot::plan::ShadowCheck;
 use crate::frame::surface::ray_tally::RayTally;
@@ -47,7 +48,7 @@ impl MetSurface {
     fn start(&self, owner: u32) -> PathStart {
         let Surface { point, normal, geometric_normal, horizon, material, .. } = self.surface;
         let sequence = PathSequence::of_seed(seed_of(point, material.into()));
-        let ([tangent, _], cell, layer) = (orthonormal(normal), self.bounce.cell, None);
+        let ([tangent, _], cell) = (orthonormal(normal), self.bounce.cell);
         PathStart {
             owner,
             cell,
@@ -58,20 +59,18 @@ impl MetSurface {
             tangent,
             geometric_normal,
             horizon,
-            layer,
-            below: None,
+            of_surface: NOTHING,
             within: self.bounce.within,
         }
     }
 
-    /// Start of the first path by which it gathers light that it scatters, in the colour of this `albedo`.
-    fn gathering(&self, frame: &FrameView, owner: u32, albedo: Vec3) -> PathStart {
-        let below = if frame.palette.scatters_below {
-            Below::of(frame, self.model, self.surface.look(), albedo)
-        } else {
-            None
-        };
-        PathStart { below, ..self.start(owner) }
+    /// What is below it, if light goes there.
+    fn below(&self, frame: &FrameView) -> Option<Below> {
+        let albedo = || self.albedo(frame);
+        let scatters = frame.palette.scatters_below;
+        scatters
+            .then(|| Below::of(frame, (self.model, self.surface.from_behind), self.surface.look(), albedo()))
+            .flatten()
     }
 
     /// Albedo of what it scatters.
@@ -242,8 +241,7 @@ fn gather(frame: &FrameView, met: &mut MetSurfaces, times: &mut TreeTimes, tally
     for (first, some) in (0..).step_by(GATHER_AT_ONCE).zip(met.chunks_mut(GATHER_AT_ONCE)) {
         gathering.starts.clear();
         for (number, met) in (first..).zip(&*some).filter(|(_, met)| is_diffuse(met)) {
-            let start = met.gathering(frame, number, met.albedo(frame));
-            gathering.starts.extend((0..count(met)).map(|index| PathStart { index, ..start }));
+            gathering.starts.gather(&met.start(number), met.below(frame), 0..count(met));
         }
         trace_paths(frame, gathering, tally);
         let brought = gathering.starts.iter().zip(&gathering.brought);
@@ -264,15 +262,16 @@ fn reflect(frame: &FrameView, met: &mut MetSurfaces, times: &mut TreeTimes, tall
     for (first, some) in (0..).step_by(GATHER_AT_ONCE).zip(met.chunks_mut(GATHER_AT_ONCE)) {
         gathering.starts.clear();
         for (number, met) in (first..).zip(&*some) {
-            gathering.starts.extend(Onwards::of(frame, met).rough.map(|seen| {
+            if let Some(seen) = Onwards::of(frame, met).rough {
                 let seed = seed_of(met.surface.point, met.surface.material.into());
                 let sequence = PathSequence::of_reflections_of_seed(seed);
-                PathStart { sequence, layer: Some(DrawnLayer { seen, paths: 1 }), ..met.start(number) }
-            }));
+                let start = PathStart { sequence, ..met.start(number) };
+                gathering.starts.reflect(&start, DrawnLayer { seen, paths: 1 }, 0..1);
+            }
         }
         trace_paths(frame, gathering, tally);
         for (start, brought) in gathering.starts.iter().zip(&gathering.brought) {
-            if let Some(layer) = &start.layer {
+            if let Some(layer) = gathering.starts.layer(start) {
                 let brings = (brought.radiance, brought.sees_light);
                 some[(start.owner - first) as usize].light +=
                     layer.shows(frame, start, 0, &layer.seen, brings);

@@ -19,7 +19,6 @@ use crate::shade::bsdf::fresnel::Fresnel;
 use crate::shade::bsdf::ggx;
 use crate::shade::bsdf::mis::mis_weight;
 use crate::shade::light::LightSample;
-use crate::shade::sampling::orthonormal;
 
 /// Rays by which eight surfaces reflect.
 #[derive(Debug, Clone, Copy)]
@@ -147,22 +146,24 @@ impl SeenBsdfs {
             let reflected = ggx::reflected_lanes(alpha, fresnel, normal, to_eye, direction) * gain;
             (gain.is_some() & shows(alpha)).select3(reflected, Vec3x8::ZERO)
         };
-        let of_layer = match &more.stretched {
-            None => lobe(self.alpha, &self.fresnel, self.gain),
-            Some([seen, _]) => {
-                let ([shape, _], cos) = seen.towards(normal, to_eye, direction);
-                let reflected = Vec3x8::from(self.fresnel.at(cos)) * shape * self.gain;
-                (self.gain.is_some() & shows(self.alpha)).select3(reflected, Vec3x8::ZERO)
-            }
-        };
+        let mut of_layer = lobe(self.alpha, &self.fresnel, self.gain);
+        if let Some([seen, _]) = &more.stretched {
+            let ([shape, _], cos) = seen.towards(normal, to_eye, direction);
+            let reflected = Vec3x8::from(self.fresnel.at(cos)) * shape * self.gain;
+            let is_shown = self.gain.is_some() & shows(self.alpha);
+            // a round lobe is computed as it is where no other is beside it, so that it has the same bits
+            of_layer = seen.is_stretched.select3(is_shown.select3(reflected, Vec3x8::ZERO), of_layer);
+        }
         let of_coats = lobe(more.alpha, &more.fresnel(), Vec3x8::all_of(more.gain));
         let of_fuzz = more.gain_of_fuzz * density_of_fuzz(&more.fuzz[0], [normal, to_eye], direction);
-        let Some(radiance) = radiance else { return (of_layer + of_coats + of_fuzz) * irradiance };
+        // in this order, as layers alone are
+        let [of_layer, of_coats, of_fuzz] = [of_layer, of_coats, of_fuzz].map(|light| light * irradiance);
+        let Some(radiance) = radiance else { return of_layer + of_coats + of_fuzz };
         let weight = self.weight_of_points(light_sample, &radiance, self.drawn_by_all(more, direction));
         // nothing else shows mirrors that no ray follows
         let weight_of = |alpha: F32x8| alpha.gt(least).select(weight, F32x8::ONE);
         let light = of_layer * weight_of(self.alpha) + of_coats * weight_of(more.alpha) + of_fuzz * weight;
-        irradiance.is_some().select3(light * irradiance, Vec3x8::ZERO)
+        irradiance.is_some().select3(light, Vec3x8::ZERO)
     }
 }
 
@@ -170,10 +171,11 @@ impl SeenBsdfs {
     /// Density with which directions were drawn by all lobes that are not mirrors.
     fn drawn_by_all(&self, more: &More, direction: Vec3x8) -> F32x8 {
         let [normal, to_eye] = self.drawn_for;
-        let of_layer = match &more.stretched {
-            None => ggx::density_lanes(self.alpha, normal, to_eye, direction),
-            Some([_, drawn]) => drawn.towards(normal, to_eye, direction).0[1],
-        };
+        let mut of_layer = ggx::density_lanes(self.alpha, normal, to_eye, direction);
+        if let Some([_, drawn]) = &more.stretched {
+            let ([_, stretched], _) = drawn.towards(normal, to_eye, direction);
+            of_layer = drawn.is_stretched.select(stretched, of_layer);
+        }
         let of_coat = ggx::density_lanes(more.alpha, normal, to_eye, direction);
         let of_fuzz = density_of_fuzz(&more.fuzz[1], self.drawn_for, direction);
         let [coat, fuzz] = more.chances;
@@ -457,14 +459,11 @@ impl<'a> BsdfLanes<'a> {
         if found.iter().all(Option::is_none) {
             return None;
         }
-        let mut lanes = StretchedLanes::round(self.alpha, [Vec3x8::ZERO; 2]);
+        let mut lanes = StretchedLanes::ROUND;
         for (lane, found) in found.into_iter().enumerate() {
-            let round = || {
-                let alpha = self.alpha.lane(lane);
-                (Widths { along: alpha, across: alpha }, orthonormal(normal.lane(lane)))
-            };
-            let (widths, axes) = found.unwrap_or_else(round);
-            lanes.set(lane, widths, axes);
+            if let Some((widths, axes)) = found {
+                lanes.set(lane, widths, axes);
+            }
         }
         Some(lanes)
     }

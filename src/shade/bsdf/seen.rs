@@ -408,6 +408,17 @@ impl SeenBsdf {
         self.part(!self.is_layer_smooth(), upper.rough())
     }
 
+    /// Returns true if anything of it [is rough](Self::rough).
+    pub fn is_rough(&self) -> bool {
+        match &self.upper {
+            None => !self.is_layer_smooth(),
+            Some(upper) => {
+                let of_layer = if self.is_layer_smooth() { Vec3::ZERO } else { self.albedo_of_layer() };
+                (of_layer + upper.rough().albedo()).max_element() > 0.0
+            }
+        }
+    }
+
     /// The layer, if it `has` it, below these others. `None` if nothing reflects.
     fn part(self, has_layer: bool, upper: Upper) -> Option<Self> {
         let of_layer = if has_layer { self.albedo_of_layer() } else { Vec3::ZERO };

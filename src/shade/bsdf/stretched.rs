@@ -12,7 +12,7 @@ use std::f32::consts::FRAC_1_PI;
 use glam::Vec3;
 
 use crate::geometry::angle;
-use crate::lanes::{F32x8, Real, Vec3x8};
+use crate::lanes::{F32x8, Mask, Real, Vec3x8};
 use crate::scene::material::{Anisotropy, LEAST_ALPHA};
 
 /// Factors of the round lobe's width, along the tangent and across it, and the turn of the tangent.
@@ -111,28 +111,33 @@ impl Widths<f32> {
     }
 }
 
-/// Lobes of eight surfaces, with their axes. A lane without a stretch has a round lobe, and any axes.
+/// Lobes of those of eight surfaces that are not round, with their axes.
 #[derive(Debug, Clone, Copy)]
 pub struct StretchedLanes {
+    /// Mask of these surfaces.
+    pub is_stretched: Mask,
     widths: Widths<F32x8>,
     /// Tangents, and directions across them, unit length.
     axes: [Vec3x8; 2],
 }
 
 impl StretchedLanes {
-    /// Round lobes of these widths, with any axes that lie in the surfaces.
-    pub fn round(alpha: F32x8, axes: [Vec3x8; 2]) -> Self {
-        Self { widths: Widths { along: alpha, across: alpha }, axes }
-    }
+    /// All are round.
+    pub const ROUND: Self = Self {
+        is_stretched: Mask::NONE,
+        widths: Widths { along: F32x8::ONE, across: F32x8::ONE },
+        axes: [Vec3x8::ZERO; 2],
+    };
 
     pub fn set(&mut self, lane: usize, widths: Widths<f32>, axes: [Vec3; 2]) {
+        self.is_stretched.set(lane);
         self.widths.along.set_lane(lane, widths.along);
         self.widths.across.set_lane(lane, widths.across);
         self.axes.iter_mut().zip(axes).for_each(|(all, axis)| all.set_lane(lane, axis));
     }
 
     /// [`Widths::shape`] for surfaces with these normals, world space, and the cosines between the directions and the normals halfway. 0
-    /// where one is not above its surface.
+    /// where one is not above its surface; of round ones it means nothing.
     pub fn towards(&self, normal: Vec3x8, to_eye: Vec3x8, to_light: Vec3x8) -> ([F32x8; 2], F32x8) {
         let [along, across] = self.axes;
         let local = |direction: Vec3x8| [along, across, normal].map(|axis| axis.dot(direction));
