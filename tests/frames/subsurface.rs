@@ -66,10 +66,17 @@ fn a_dense_body_shows_its_albedo() {
 #[test]
 fn copies_in_one_place_are_one() {
     let one = body(&alone(skin(0.7, 0.1, 1.0)), &settings());
-    for size in [1.0, 0.999, 0.7] {
-        let mut scene = alone(skin(0.7, 0.1, 1.0));
+    let scaled = |size: f64| {
         let track = TransformTrack { scale: rests(DVec3::splat(size)), ..TransformTrack::identity() };
-        scene.models.push(toy::moving("copy", toy::octahedron(0, false), track));
+        toy::moving("copy", toy::octahedron(0, false), track)
+    };
+    // copies that are read from several files have a material each, which says the same
+    let of_another_file = toy::still("copy", toy::octahedron(1, false), Vec3::ZERO);
+    let copies = [1.0, 0.999, 0.7].map(scaled).into_iter().chain([of_another_file]);
+    for (number, copy) in copies.enumerate() {
+        let mut scene = alone(skin(0.7, 0.1, 1.0));
+        scene.materials.push(skin(0.7, 0.1, 1.0));
+        scene.models.push(copy);
         let finished = toy::render(&scene, &settings(), 1).remove(0);
         assert_eq!(toy::differing(&finished), 0);
         let [object, green] =
@@ -77,7 +84,7 @@ fn copies_in_one_place_are_one() {
         let shown: Vec<f32> =
             object.iter().zip(green).filter(|(of, _)| **of > 0.0).map(|(_, green)| green).collect();
         let mean = shown.iter().sum::<f32>() / shown.len() as f32;
-        assert!((mean - one.y).abs() < 0.02, "{size}: {mean}, not {}", one.y);
+        assert!((mean - one.y).abs() < 0.02, "copy {number}: {mean}, not {}", one.y);
     }
     let mut inside_out = alone(skin(0.7, 0.1, 1.0));
     let mesh = Mesh::clone(&inside_out.models[0].mesh);

@@ -23,8 +23,8 @@ use crate::frame::surface::footprints::SPREAD_OF_PATHS;
 use crate::frame::surface::hits::{Hits8, surfaces};
 use crate::frame::surface::ray_tally::RayTally;
 use crate::lanes::LANES;
-use crate::scene::RayKind;
 use crate::scene::look::Look;
+use crate::scene::{RayKind, Scene};
 use crate::shade::Surface;
 use crate::shade::bsdf::SeenBy;
 use crate::shade::sampling::PathRandom;
@@ -260,8 +260,11 @@ fn cast(
         brought.until = brought.until.min(frame.change_of_met(model));
         brought.until = frame.first_touch_before(walk.origin, walk.direction, far, brought.until);
         let is_own = |model: u32| {
-            let mesh = &frame.scene.models[model as usize].mesh;
-            model == walk.model || mesh.material_of[hit.triangle[lane] as usize] == walk.material
+            let Scene { models, materials, .. } = &frame.scene;
+            let met = models[model as usize].mesh.material_of[hit.triangle[lane] as usize];
+            let [of_met, of_walk] = [met, walk.material].map(|material| &materials[usize::from(material)]);
+            // copies that are read from several files have a material each, and what is in one place is not to be passed with its copy
+            model == walk.model || met == walk.material || of_met == of_walk
         };
         if model != NO_HIT && is_own(model) {
             out.push((walk, packet as u32, lane as u32));
