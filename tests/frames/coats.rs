@@ -6,7 +6,8 @@ use afterimage::scene::{Background, Environment, LightKind, Material, Panel, Sce
 use afterimage::settings::Settings;
 use glam::{DVec3, Vec3};
 
-use crate::metal_rough::{camera_goes, metal_rough, solid_world, under_a_sky, with_metal_flyer};
+use crate::changing::{camera_goes, under_a_sky, with_metal_flyer};
+use crate::metal_rough::{metal_rough, solid_world};
 use crate::toy;
 use crate::toy::worlds::*;
 

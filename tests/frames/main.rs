@@ -20,6 +20,7 @@ mod blur_by_formulas;
 mod blurred_lights;
 mod brushed;
 mod caustics;
+mod changing;
 mod coats;
 mod coverage;
 mod cutouts;

@@ -15,6 +15,7 @@ use afterimage::shade::bsdf::{Bsdfs, SeenBy, SurfaceAxes};
 use afterimage::stats::FrameStats;
 use glam::{DVec3, Vec3};
 
+use crate::changing::{Change, camera_goes, lamp_goes, under_a_sky, with_metal_flyer};
 use crate::toy;
 use crate::toy::worlds::*;
 
@@ -329,33 +330,9 @@ pub fn rough_world() -> Scene {
     scene
 }
 
-pub fn under_a_sky(mut scene: Scene) -> Scene {
-    scene.environment = Some(Environment::from_sky(&Sky::default()));
-    scene
-}
-
-pub fn lamp_goes(mut scene: Scene) -> Scene {
-    let position = goes(DVec3::new(2.0, 4.0, 3.0), DVec3::new(1.0, 4.5, 3.0));
-    scene.lights[1].kind = LightKind::Point { position };
-    scene
-}
-
-pub fn camera_goes(scene: Scene) -> Scene {
-    with_camera(scene, goes(EYE, EYE + DVec3::new(0.3, 0.1, -0.4)), rests(TARGET))
-}
-
-/// A flyer of rough metal.
-pub fn with_metal_flyer(scene: Scene) -> Scene {
-    let mut scene = with_flyer(scene);
-    let flyer = scene.models.last_mut().expect("it was just added");
-    flyer.mesh = std::sync::Arc::new(toy::octahedron(1, true));
-    scene
-}
-
 /// Whatever moves: samples, what they have gathered, and what the film still shows are what would be made anew.
 #[test]
 fn an_audit_finds_nothing() {
-    type Change = fn(Scene) -> Scene;
     let changes: [(&str, &[Change]); 7] = [
         ("nothing", &[]),
         ("a flyer", &[with_metal_flyer]),

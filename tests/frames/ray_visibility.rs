@@ -9,7 +9,7 @@ use afterimage::scene::{
 use afterimage::settings::{Backdrop, Budget, Caustics, Mode, Settings};
 use glam::{DVec3, Vec3};
 
-use crate::metal_rough::{camera_goes, under_a_sky, with_metal_flyer};
+use crate::changing::{camera_goes, under_a_sky, with_metal_flyer};
 use crate::toy;
 use crate::toy::worlds::*;
 

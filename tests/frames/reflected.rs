@@ -7,7 +7,8 @@ use afterimage::settings::{Mode, Settings};
 use afterimage::stereo::{Eye, Stereo};
 use glam::{DVec3, Vec3};
 
-use crate::metal_rough::{metal_rough, reflected, rough_world, with_metal_flyer};
+use crate::changing::with_metal_flyer;
+use crate::metal_rough::{metal_rough, reflected, rough_world};
 use crate::toy;
 use crate::toy::worlds::*;
 

@@ -6,7 +6,7 @@ use afterimage::scene::{Background, Environment, Material, Scene};
 use afterimage::settings::{Caustics, Filter, Settings};
 use glam::{DVec3, Vec3};
 
-use crate::metal_rough::{camera_goes, lamp_goes, under_a_sky, with_metal_flyer};
+use crate::changing::{camera_goes, lamp_goes, under_a_sky, with_metal_flyer};
 use crate::toy;
 use crate::toy::worlds::*;
 

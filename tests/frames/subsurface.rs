@@ -5,10 +5,11 @@ use std::sync::Arc;
 use afterimage::animation::TransformTrack;
 use afterimage::scene::material::Scattering;
 use afterimage::scene::{Background, Environment, Material, Mesh, Scene};
-use afterimage::settings::{Filter, Settings};
+use afterimage::settings::Settings;
 use glam::{DVec3, Vec3};
 
-use crate::metal_rough::{camera_goes, lamp_goes, metal_rough, under_a_sky, with_metal_flyer};
+use crate::changing::{Change, camera_goes, expect_nothing_found, lamp_goes, under_a_sky, with_metal_flyer};
+use crate::metal_rough::metal_rough;
 use crate::toy;
 use crate::toy::worlds::*;
 
@@ -128,34 +129,16 @@ fn shares_are_mixed() {
 /// Whatever moves: walks that are kept are what would be made anew.
 #[test]
 fn an_audit_finds_nothing() {
-    type Change = fn(Scene) -> Scene;
-    let changes: [(&str, &[Change]); 4] = [
-        ("nothing", &[]),
-        ("a flyer under a sky", &[with_metal_flyer, under_a_sky]),
-        ("the camera, under a sky, and area lights", &[camera_goes, under_a_sky, with_area_lights]),
-        ("a flyer, a lamp and the camera", &[with_metal_flyer, lamp_goes, camera_goes]),
+    let mut scene = world();
+    scene.materials[2] = skin(0.7, 0.3, 0.8);
+    scene.materials[1] =
+        Material { scattering: skin(0.5, 0.1, 1.0).scattering, ..metal_rough(0.6, 0.4, 0.0) };
+    let changes: [&[Change]; 4] = [
+        &[],
+        &[with_metal_flyer, under_a_sky],
+        &[camera_goes, under_a_sky, with_area_lights],
+        &[with_metal_flyer, lamp_goes, camera_goes],
     ];
-    for (name, changes) in changes {
-        let mut scene = world();
-        scene.materials[2] = skin(0.7, 0.3, 0.8);
-        scene.materials[1] =
-            Material { scattering: skin(0.5, 0.1, 1.0).scattering, ..metal_rough(0.6, 0.4, 0.0) };
-        let scene = changes.iter().fold(scene, |scene, change| change(scene));
-        for (samples, filter) in [(1, Filter::Box), (2, Filter::Mitchell)] {
-            let [width, height] = [80, 60].map(|size| size / samples);
-            let settings = Settings {
-                samples,
-                width,
-                height,
-                filter,
-                audit: true,
-                paths: 4,
-                bounces: 2,
-                ..toy::settings(1)
-            };
-            for finished in toy::render(&scene, &settings, 4) {
-                assert_eq!(toy::differing(&finished), 0, "{name}");
-            }
-        }
-    }
+    let settings = Settings { paths: 4, bounces: 2, ..toy::settings(1) };
+    expect_nothing_found(&scene, &changes, &settings);
 }
