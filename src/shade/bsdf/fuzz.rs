@@ -114,15 +114,11 @@ impl FuzzLobe<f32> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::tests::at_turn;
     use super::*;
     use crate::shade::sampling::PathRandom;
 
     const CLOTH: Fuzz = Fuzz { weight: 1.0, color: Vec3::new(1.0, 0.5, 0.25), roughness: 0.5 };
-
-    fn at(cos: f32, turn: f32) -> Vec3 {
-        let across = (1.0 - cos * cos).max(0.0).sqrt();
-        Vec3::new(across * turn.cos(), across * turn.sin(), cos)
-    }
 
     /// All that the lobe reflects goes somewhere above the surface.
     #[test]
@@ -130,14 +126,14 @@ mod tests {
         const STEPS: u32 = 400;
         for roughness in [0.1, 0.3, 0.5, 1.0] {
             for cos in [1.0, 0.7, 0.3, 0.05] {
-                let (eye, seen) = (at(cos, 0.7), SeenFuzz::new(&Fuzz { roughness, ..CLOTH }, cos));
+                let (eye, seen) = (at_turn(cos, 0.7), SeenFuzz::new(&Fuzz { roughness, ..CLOTH }, cos));
                 let mut sum = 0.0;
                 for ring in 0..STEPS {
                     for turn in 0..STEPS {
                         // squared, so that grazing angles get more of the steps
                         let up = ((ring as f32 + 0.5) / STEPS as f32).powi(2);
                         let area = 2.0 * up.sqrt() * TAU / (STEPS * STEPS) as f32;
-                        let light = at(up, TAU * (turn as f32 + 0.5) / STEPS as f32);
+                        let light = at_turn(up, TAU * (turn as f32 + 0.5) / STEPS as f32);
                         sum += f64::from(seen.lobe.density_of(eye, light) * area);
                     }
                 }
@@ -163,7 +159,7 @@ mod tests {
     fn samples_are_as_dense_as_the_density_says() {
         const COUNT: u32 = 1 << 14;
         for (roughness, cos) in [(0.2, 0.3), (0.5, 0.8), (1.0, 0.1)] {
-            let (eye, seen) = (at(cos, 2.0), SeenFuzz::new(&Fuzz { roughness, ..CLOTH }, cos));
+            let (eye, seen) = (at_turn(cos, 2.0), SeenFuzz::new(&Fuzz { roughness, ..CLOTH }, cos));
             // the mean of one over the density is the area in which there are samples: a half sphere
             let mut area = 0.0;
             for index in 0..COUNT {

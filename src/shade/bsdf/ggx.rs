@@ -142,6 +142,7 @@ pub fn density_lanes(alpha: F32x8, normal: Vec3x8, to_eye: Vec3x8, to_light: Vec
 mod tests {
     use std::f64::consts::PI;
 
+    use super::super::tests::at_turn;
     use super::*;
     use crate::scene::material::LEAST_ALPHA;
     use crate::shade::sampling::PathRandom;
@@ -153,11 +154,6 @@ mod tests {
 
     /// Cosines to the eye.
     const COSINES: [f32; 5] = [1.0, 0.9, 0.5, 0.2, 0.05];
-
-    fn at(cos: f32, turn: f32) -> Vec3 {
-        let across = (1.0 - cos * cos).max(0.0).sqrt();
-        Vec3::new(across * turn.cos(), across * turn.sin(), cos)
-    }
 
     /// Integral of `value` over all directions, by microfacet normals: slopes in units of alpha, so that
     /// narrow lobes get as many steps as wide ones.
@@ -192,7 +188,7 @@ mod tests {
     fn the_density_of_what_is_sampled_is_one_in_all() {
         for alpha in ALPHAS {
             for cos in COSINES {
-                let eye = at(cos, 0.3);
+                let eye = at_turn(cos, 0.3);
                 let above = integral(alpha, eye, |light| f64::from(density(alpha, eye, light)));
                 let below = (0..16384).filter(|index| {
                     let [a, b, ..] = PathRandom::new(3, *index).four(0);
@@ -210,7 +206,7 @@ mod tests {
         const COUNT: u32 = 16384;
         for alpha in ALPHAS {
             for cos in COSINES {
-                let eye = at(cos, 0.3);
+                let eye = at_turn(cos, 0.3);
                 let tests: [fn(Vec3) -> f64; 4] = [
                     |light| f64::from(light.x),
                     |light| f64::from(light.y * light.y),
@@ -242,7 +238,7 @@ mod tests {
         let fresnel = MIXTURE;
         for alpha in ALPHAS {
             for (a, b) in [(0.9, 0.2), (0.5, 0.6), (0.05, 0.8)] {
-                let (eye, light) = (at(a, 0.4), at(b, 2.9));
+                let (eye, light) = (at_turn(a, 0.4), at_turn(b, 2.9));
                 // without the cosines
                 let there = reflected(alpha, &fresnel, eye, light) / light.z;
                 let back = reflected(alpha, &fresnel, light, eye) / eye.z;
@@ -259,7 +255,7 @@ mod tests {
         let fresnel = MIXTURE;
         for alpha in ALPHAS {
             for (number, cos) in (0..).zip(COSINES) {
-                let eye = at(cos, 1.0);
+                let eye = at_turn(cos, 1.0);
                 for index in 0..64 {
                     let [a, b, ..] = PathRandom::new(number, index).four(0);
                     let light = sample(alpha, eye, [a, b]);
@@ -283,7 +279,7 @@ mod tests {
     fn no_light_is_made() {
         for alpha in ALPHAS {
             for cos in COSINES {
-                let eye = at(cos, 0.0);
+                let eye = at_turn(cos, 0.0);
                 let white = Fresnel::of_metal(Vec3::ONE);
                 let of_white =
                     integral(alpha, eye, |light| f64::from(reflected(alpha, &white, eye, light).x));
@@ -302,7 +298,7 @@ mod tests {
         let fresnel = MIXTURE;
         for alpha in ALPHAS {
             for (a, b, turn) in [(0.9, 0.2, 0.1), (0.5, 0.5, 3.1), (0.05, 0.8, 2.0), (0.4, -0.1, 1.0)] {
-                let (eye, light) = (at(a, 0.0), at(b, turn));
+                let (eye, light) = (at_turn(a, 0.0), at_turn(b, turn));
                 let wanted = reflected(alpha, &fresnel, eye, light);
                 // again with X for Z
                 let turned = |v: Vec3| Vec3x8::splat(Vec3::new(v.z, v.x, v.y));
@@ -329,7 +325,7 @@ mod tests {
     #[test]
     fn the_extremes_are_numbers() {
         for alpha in [LEAST_ALPHA, 1.0] {
-            for eye in [Vec3::Z, at(1e-6, 0.0)] {
+            for eye in [Vec3::Z, at_turn(1e-6, 0.0)] {
                 for random in [[0.0, 0.0], [0.999_999_9, 0.999_999_9], [0.5, 0.0]] {
                     let light = sample(alpha, eye, random);
                     let weight = sample_weight(alpha, &MIXTURE, eye, light);

@@ -93,12 +93,8 @@ impl RoughLanes {
 
 #[cfg(test)]
 mod tests {
+    use super::super::tests::at_turn;
     use super::*;
-
-    fn at(cos: f32, turn: f32) -> Vec3 {
-        let across = (1.0 - cos * cos).max(0.0).sqrt();
-        Vec3::new(across * turn.cos(), across * turn.sin(), cos)
-    }
 
     /// In even light what it shows of all directions is what it is said to show, and white stays white.
     #[test]
@@ -114,9 +110,11 @@ mod tests {
             let mut sum = Vec3::ZERO;
             for ring in 0..STEPS {
                 for turn in 0..STEPS {
-                    let light =
-                        at((ring as f32 + 0.5) / STEPS as f32, 2.0 * PI * (turn as f32 + 0.5) / STEPS as f32);
-                    let [normal, eye, light] = [Vec3::Z, at(cos, 0.0), light].map(Vec3x8::splat);
+                    let light = at_turn(
+                        (ring as f32 + 0.5) / STEPS as f32,
+                        2.0 * PI * (turn as f32 + 0.5) / STEPS as f32,
+                    );
+                    let [normal, eye, light] = [Vec3::Z, at_turn(cos, 0.0), light].map(Vec3x8::splat);
                     let shown = lanes.beyond_smooth(normal, eye, light).lane(0);
                     sum += shown * (2.0 / (STEPS * STEPS) as f32);
                 }
@@ -133,7 +131,7 @@ mod tests {
             let seen = SeenRough::new(roughness, Vec3::splat(0.2), cos);
             let mut lanes = RoughLanes::NONE;
             lanes.set(0, &seen, Vec3::ONE);
-            let [normal, eye] = [Vec3::Z, at(cos, 0.0)].map(Vec3x8::splat);
+            let [normal, eye] = [Vec3::Z, at_turn(cos, 0.0)].map(Vec3x8::splat);
             lanes.beyond_smooth(normal, eye, eye).lane(0).y + cos * seen.shown.y
         };
         let [smooth, rough] =

@@ -151,14 +151,10 @@ impl StretchedLanes {
 
 #[cfg(test)]
 mod tests {
+    use super::super::tests::at_turn;
     use super::*;
     use crate::shade::bsdf::fresnel::Fresnel;
     use crate::shade::bsdf::ggx;
-
-    fn at(cos: f32, turn: f32) -> Vec3 {
-        let across = (1.0 - cos * cos).max(0.0).sqrt();
-        Vec3::new(across * turn.cos(), across * turn.sin(), cos)
-    }
 
     /// What is as wide along as across is round.
     #[test]
@@ -166,7 +162,9 @@ mod tests {
         let fresnel = Fresnel::of_metal(Vec3::ONE);
         for alpha in [0.05, 0.3, 1.0] {
             let widths = Widths { along: alpha, across: alpha };
-            for (eye, light) in [(at(0.9, 0.3), at(0.2, 2.0)), (at(0.3, 1.0), at(0.4, 4.0))] {
+            for (eye, light) in
+                [(at_turn(0.9, 0.3), at_turn(0.2, 2.0)), (at_turn(0.3, 1.0), at_turn(0.4, 4.0))]
+            {
                 let ([reflected, density], _) = widths.towards(eye, light).expect("both are above");
                 let wanted = ggx::reflected(alpha, &fresnel, eye, light).x;
                 assert!((reflected - wanted).abs() <= 1e-4 * wanted, "{alpha}: {reflected} {wanted}");
@@ -186,7 +184,8 @@ mod tests {
         assert!((widths.across / widths.along - 0.2).abs() < 1e-5, "{widths:?}");
         let mean = 0.5 * (widths.along * widths.along + widths.across * widths.across);
         assert!((mean - 0.09).abs() < 1e-5, "{mean}");
-        let bright = |turn: f32| widths.towards(Vec3::Z, at(0.85, turn)).map_or(0.0, |(shape, _)| shape[0]);
+        let bright =
+            |turn: f32| widths.towards(Vec3::Z, at_turn(0.85, turn)).map_or(0.0, |(shape, _)| shape[0]);
         assert!(bright(0.0) > 5.0 * bright(std::f32::consts::FRAC_PI_2));
     }
 

@@ -16,8 +16,15 @@ pub(super) fn material(roughness: f32, metallic: f32, base: f32) -> Material {
     Material { diffuse: base * (1.0 - metallic), metal_rough: Some(metal_rough), ..Material::fallback() }
 }
 
+/// Direction at a cosine to the normal, which is Z, in the plane of X.
 pub(super) fn at(cos: f32) -> Vec3 {
-    Vec3::new((1.0 - cos * cos).sqrt(), 0.0, cos)
+    at_turn(cos, 0.0)
+}
+
+/// Direction at a cosine to the normal, turned about it.
+pub(super) fn at_turn(cos: f32, turn: f32) -> Vec3 {
+    let across = (1.0 - cos * cos).max(0.0).sqrt();
+    Vec3::new(across * turn.cos(), across * turn.sin(), cos)
 }
 
 pub(super) fn seen(material: &Material, cos: f32) -> SeenBsdf {
