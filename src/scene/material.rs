@@ -1,4 +1,4 @@
-//! A surface's optical properties, as MTL states them.
+//! What the renderer has of a [`Surface`](super::surface::Surface): its optical properties, lowered to what is shaded.
 
 use std::ops::{Index, IndexMut};
 use std::sync::Arc;
@@ -11,21 +11,21 @@ use super::look::Varied;
 use crate::graph::Program;
 use crate::lanes::Real;
 
-/// MTL's Phong material, with the meaning of `illum` settled.
+/// A surface as it is shaded. It knows no file format: readers make [surfaces](super::surface), which are lowered to it in one place.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Material {
-    /// Name after `newmtl`.
+    /// Name in its file.
     pub name: String,
-    /// Diffuse reflectance: Kd, times the share `d` that the surface does not let through. Multiplied with
+    /// Diffuse reflectance, times the share of the light that the surface does not let through. Multiplied with
     /// the texture, if any.
     pub diffuse: Vec3,
-    /// Ambient reflectance: Ka, or Kd if the file gives none; times `d`.
+    /// Reflectance of ambient light, times that share.
     pub ambient: Vec3,
-    /// Specular reflectance of highlights: Ks.
+    /// Reflectance of the highlight of Phong's model.
     pub specular: Vec3,
-    /// Emitted radiance: Ke.
+    /// Emitted radiance.
     pub emission: Vec3,
-    /// Exponent of the highlight: Ns.
+    /// Exponent of that highlight.
     pub shininess: f32,
     /// Transport of light beside diffuse and highlight: opaque, mirror or glass.
     pub optics: Optics,
@@ -45,11 +45,11 @@ pub struct Material {
     pub scattering: Option<Scattering>,
     /// What it absorbs of the light on its way through it, if it is glass: exponents for each unit of length, space of the shot's files.
     pub absorption: Vec3,
-    /// Texture of map_Kd: index into [`Scene::textures`](super::Scene::textures).
+    /// Texture of its colour: index into [`Scene::textures`](super::Scene::textures).
     pub diffuse_map: Option<u32>,
     /// What graphs compute of it at each place.
     pub computed: Option<Arc<Computed>>,
-    /// Alpha that cuts parts out of it: of map_d, or of map_Kd; in glTF files of vertices, too.
+    /// Alpha that cuts parts out of it: of a picture, of vertices, or of a graph.
     pub cutout: Option<Cutout>,
     /// Picture of the normals of a surface that is rougher than its triangles.
     pub normal_map: Option<NormalMap>,
@@ -247,16 +247,15 @@ pub fn index_of<T: Real>(head_on: T) -> T {
 /// Metal-rough reflection: diffuse beneath a dielectric layer, or metallic, or a mixture of both.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MetalRough {
-    /// Base colour: Kd, or Ks of a metal whose Kd is black. Multiplied with the texture, if any. The
-    /// reflection colour of metals, the diffuse colour of other surfaces.
+    /// Base colour, multiplied with the texture, if any: the reflection colour of metals, the diffuse colour of other surfaces.
     pub base: Vec3,
-    /// Roughness: Pr, from 0 to 1.
+    /// Roughness, from 0 to 1.
     pub roughness: f32,
-    /// Share of metal: Pm, from 0 to 1.
+    /// Share of metal, from 0 to 1.
     pub metallic: f32,
-    /// Reflectance of the part that is no metal at normal incidence, from Ni.
+    /// Reflectance of the part that is no metal at normal incidence.
     pub head_on: f32,
-    /// Opacity `d`: the share of the light that does not pass straight through.
+    /// Opacity: the share of the light that does not pass straight through.
     pub solid: f32,
 }
 
@@ -312,21 +311,21 @@ impl Scattering {
 pub enum Optics {
     /// No effect: the ray ends.
     Opaque,
-    /// Reflects the ray, weighted with `tint` (Ks; `illum` 3). `fresnel` (`illum` 5): by Schlick's formula
+    /// Reflects the ray, weighted with `tint`. `fresnel`: by Schlick's formula
     /// from `tint` head-on to white at grazing angles.
     Mirror {
-        /// Colour of the reflection: Ks.
+        /// Colour of the reflection.
         tint: Vec3,
         /// True if the reflection grows towards grazing angles.
         fresnel: bool,
     },
-    /// Lets a share of the light through (`d` below 1).
+    /// Lets a share of the light through.
     Glass {
-        /// Colour of transmitted light: 1 - d, times Tf.
+        /// Colour of transmitted light.
         transmission: Vec3,
-        /// Index of refraction: Ni. 1: straight through, and nothing reflects.
+        /// Index of refraction. 1: straight through, and nothing reflects.
         index: f32,
-        /// Tint of the reflection, weighted by Fresnel's formula: Ks for `illum` 4, 6, 7, 9.
+        /// Tint of the reflection, which Fresnel's formula weights.
         reflection: Vec3,
         /// True if it is as rough as the material's [`MetalRough`], which then is its reflection as well.
         is_rough: bool,

@@ -1,11 +1,13 @@
-//! What a surface is made of: the parameters of OpenPBR Surface 1.1 by their names, each a constant or a value of a graph.
+//! What a surface is made of: the parameters of OpenPBR Surface 1.1 by their names, each a constant, or a factor of what a graph gives.
 //!
-//! Readers of files make surfaces; what the renderer has as constants alone, and graphs give, is [told](Surface::left_out).
+//! All readers of files make surfaces, and `[[material]]` tables are laid over them; what OpenPBR has no name for is [`Beyond`] it. One
+//! place [lowers](super::import::surfaces) a surface to the [`Material`](super::Material) that the renderer has.
 
 use std::ops::{Index, IndexMut};
 
 use glam::Vec3;
 
+use crate::graph::nodes::picture::{self, Shown};
 use crate::graph::{Graph, Input, Kind};
 
 /// A parameter of OpenPBR. `ALL` has them in the same order.
@@ -122,6 +124,60 @@ const CONSTANT: [Parameter; 20] = [
     Parameter::GeometryThinWalled,
 ];
 
+/// A value of a surface: a constant, or a factor of what a node of its graph gives.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Value {
+    /// The constant, or the factor.
+    pub factor: Vec3,
+    /// The node, if there is one.
+    pub node: Option<u32>,
+}
+
+impl Value {
+    /// Black, or none.
+    pub const ZERO: Self = Self::constant(Vec3::ZERO);
+    /// White, or all.
+    pub const ONE: Self = Self::constant(Vec3::ONE);
+
+    /// The same everywhere.
+    pub const fn constant(factor: Vec3) -> Self {
+        Self { factor, node: None }
+    }
+
+    /// What the node gives, if there is one.
+    pub fn given(&self) -> Option<Input> {
+        self.node.map(Input::Node)
+    }
+
+    /// Takes channels of picture number `map` of the shot as what it is a factor of.
+    pub fn show(&mut self, graph: &mut Graph, map: u32, shown: Shown) {
+        if let Input::Node(node) = picture::add(graph, map, shown, None) {
+            self.node = Some(node);
+        }
+    }
+}
+
+impl From<Input> for Value {
+    fn from(input: Input) -> Self {
+        match input {
+            Input::Constant(value) => Self::constant(value),
+            Input::Node(node) => Self { factor: Vec3::ONE, node: Some(node) },
+        }
+    }
+}
+
+impl From<Vec3> for Value {
+    fn from(color: Vec3) -> Self {
+        Self::constant(color)
+    }
+}
+
+impl From<f32> for Value {
+    fn from(number: f32) -> Self {
+        Self::constant(Vec3::splat(number))
+    }
+}
+
 /// Heights of a surface that is rougher than its triangles.
 #[derive(Debug, Clone, Copy)]
 pub struct Heights {
@@ -133,33 +189,122 @@ pub struct Heights {
     pub strength: f32,
 }
 
+/// Meaning of alpha that a picture has.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Alpha {
+    /// Places where it is below that are not there.
+    Cut(f32),
+    /// Each place is a veil as clear as it says, where the material can be one. Else it cuts out.
+    Blend,
+}
+
+/// Alpha that says how far places of a surface are there.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PlaceAlpha {
+    /// Picture of the shot whose alpha counts.
+    pub map: Option<u32>,
+    /// True if that of vertices is a factor of it; places are cut out then.
+    pub by_vertices: bool,
+    /// Its meaning.
+    pub meaning: Alpha,
+}
+
+/// Highlight of Phong's model, as MTL has it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Phong {
+    /// Colour.
+    pub color: Value,
+    /// Exponent; a node gives a share of it.
+    pub exponent: Value,
+}
+
+/// A mirror, as MTL has it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Mirror {
+    /// Colour of what it reflects.
+    pub tint: Vec3,
+    /// True if the reflection grows towards grazing angles, by Schlick's formula.
+    pub fresnel: bool,
+}
+
+/// What files state of surfaces that OpenPBR has no parameter for.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Beyond {
+    /// Reflectance of ambient light, where it is not that of the base.
+    pub ambient: Option<Vec3>,
+    /// Highlight in place of the specular layer's.
+    pub phong: Option<Phong>,
+    /// Mirror in place of the specular layer.
+    pub mirror: Option<Mirror>,
+    /// Colour of the light that passes where the surface is not there (`geometry_opacity`).
+    pub veil: Vec3,
+    /// Colour of light that passes the surface of glass, once each time; `transmission_color` is a factor of it where there is no
+    /// `transmission_depth`.
+    pub glass_tint: Vec3,
+    /// How white metal is at grazing angles, from 0 to 1, where `specular_color` does not say.
+    pub metal_edge: Option<f32>,
+    /// Share of the diffuse light that leaves on the other side, where `geometry_thin_walled` does not say.
+    pub translucency: Option<f32>,
+    /// Turn of the tangent along which rough layers spread light, degrees, counter-clockwise (`geometry_tangent`).
+    pub tangent_turn: f32,
+    /// Axis of object space around which that tangent leads; without one it is that of the first texture coordinate.
+    pub tangent_around: Option<Vec3>,
+}
+
+impl Default for Beyond {
+    fn default() -> Self {
+        Self {
+            ambient: None,
+            phong: None,
+            mirror: None,
+            veil: Vec3::ONE,
+            glass_tint: Vec3::ONE,
+            metal_edge: None,
+            translucency: None,
+            tangent_turn: 0.0,
+            tangent_around: None,
+        }
+    }
+}
+
 /// A surface.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Surface {
     /// Name of the material.
     pub name: String,
     /// Nodes that its parameters take.
     pub graph: Graph,
+    /// Picture of the shot that is a factor of `base_color`.
+    pub base_picture: Option<u32>,
+    /// True if the colours of vertices are another.
+    pub is_tinted: bool,
+    /// Alpha that says which places are there, beside `geometry_opacity`.
+    pub alpha: Option<PlaceAlpha>,
     /// Heights that bend its normal (`geometry_normal`).
     pub heights: Option<Heights>,
     /// Number of the shot's picture of its normals, with the factor on their slopes.
     pub normals: Option<(u32, f32)>,
-    values: [Input; ALL.len()],
+    /// What OpenPBR has no parameter for.
+    pub beyond: Beyond,
+    values: [Value; ALL.len()],
 }
 
 impl Index<Parameter> for Surface {
-    type Output = Input;
+    type Output = Value;
 
-    fn index(&self, parameter: Parameter) -> &Input {
+    fn index(&self, parameter: Parameter) -> &Value {
         &self.values[parameter as usize]
     }
 }
 
 impl IndexMut<Parameter> for Surface {
-    fn index_mut(&mut self, parameter: Parameter) -> &mut Input {
+    fn index_mut(&mut self, parameter: Parameter) -> &mut Value {
         &mut self.values[parameter as usize]
     }
 }
+
+/// Index of refraction of a coat where a file that has coats states none: that of glTF and USD.
+pub const INDEX_OF_COAT: f32 = 1.5;
 
 impl Surface {
     /// Creates the specification's default surface, with the nodes of `graph` to take values from.
@@ -167,18 +312,52 @@ impl Surface {
         Self {
             name: name.into(),
             graph,
+            base_picture: None,
+            is_tinted: false,
+            alpha: None,
             heights: None,
             normals: None,
-            values: ALL.map(|of| Input::Constant(Vec3::from(of.default))),
+            beyond: Beyond::default(),
+            values: ALL.map(|of| Value::constant(Vec3::from(of.default))),
         }
+    }
+
+    /// Creates a matt surface of one colour. A coat that is laid over it is that of formats other than OpenPBR: it darkens nothing.
+    pub fn matt(name: impl Into<String>, color: Vec3) -> Self {
+        let mut surface = Self::new(name, Graph::default());
+        surface[Parameter::SpecularWeight] = Value::ZERO;
+        surface[Parameter::BaseColor] = color.into();
+        surface[Parameter::SubsurfaceColor] = color.into();
+        surface[Parameter::EmissionLuminance] = Value::ONE;
+        surface[Parameter::EmissionColor] = Value::ZERO;
+        surface[Parameter::CoatIor] = INDEX_OF_COAT.into();
+        surface[Parameter::CoatDarkening] = Value::ZERO;
+        surface
+    }
+
+    /// Gives it a dielectric layer of this index, or makes it metal, or a mixture of both.
+    pub fn set_layer(&mut self, index: f32, roughness: f32, metalness: f32) {
+        self[Parameter::SpecularWeight] = Value::ONE;
+        self[Parameter::SpecularIor] = index.into();
+        self[Parameter::SpecularRoughness] = roughness.into();
+        self[Parameter::BaseMetalness] = metalness.into();
+    }
+
+    /// Makes it emit this radiance, linear RGB.
+    pub fn set_emission(&mut self, radiance: Vec3) {
+        self[Parameter::EmissionColor] = radiance.into();
+        self[Parameter::EmissionLuminance] = Value::ONE;
+    }
+
+    /// Gives a parameter channels of picture number `map` of the shot, of which its constant is the factor.
+    pub fn show(&mut self, parameter: Parameter, map: u32, shown: Shown) {
+        self.values[parameter as usize].show(&mut self.graph, map, shown);
     }
 
     /// The parameter's value; its default if a graph gives it.
     pub fn constant(&self, parameter: Parameter) -> Vec3 {
-        match self[parameter] {
-            Input::Constant(value) => value,
-            Input::Node(_) => Vec3::from(ALL[parameter as usize].default),
-        }
+        let value = self[parameter];
+        if value.node.is_some() { Vec3::from(ALL[parameter as usize].default) } else { value.factor }
     }
 
     /// [`constant`](Self::constant) of a parameter that is a number.
@@ -186,15 +365,10 @@ impl Surface {
         self.constant(parameter).x
     }
 
-    /// A sentence about what graphs give of it that the renderer has as constants alone, if they give any.
-    pub fn left_out(&self) -> Option<String> {
+    /// Names of the parameters that a graph gives and the renderer has as constants alone.
+    pub fn constants_of_graphs(&self) -> Vec<&'static str> {
         let described = CONSTANT.iter().map(|parameter| &ALL[*parameter as usize]);
-        let computed: Vec<&str> = described
-            .filter(|of| matches!(self[of.parameter], Input::Node(_)))
-            .map(|described| described.name)
-            .collect();
-        let said = || format!("a graph gives {}: the default counts in its place", computed.join(", "));
-        (!computed.is_empty()).then(said)
+        described.filter(|of| self[of.parameter].node.is_some()).map(|described| described.name).collect()
     }
 }
 
@@ -208,5 +382,17 @@ mod tests {
             assert_eq!(described.parameter as usize, number, "{}", described.name);
         }
         assert_eq!(CONSTANT.len() + 8, ALL.len(), "all but those that vary");
+    }
+
+    #[test]
+    fn a_picture_leaves_the_factor() {
+        let mut surface = Surface::matt("m", Vec3::ONE);
+        surface.set_layer(1.5, 0.5, 0.0);
+        surface.show(Parameter::SpecularRoughness, 3, Shown::Mean);
+        let roughness = surface[Parameter::SpecularRoughness];
+        assert!(roughness.factor == Vec3::splat(0.5) && roughness.given().is_some());
+        assert_eq!(surface.constants_of_graphs(), [""; 0], "roughness may vary");
+        surface.show(Parameter::CoatWeight, 3, Shown::Mean);
+        assert_eq!(surface.constants_of_graphs(), ["coat_weight"]);
     }
 }

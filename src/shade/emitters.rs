@@ -19,7 +19,7 @@ use crate::scene::on_mesh::OnMesh;
 use crate::scene::render_space::Extent;
 use crate::scene::{Material, Mesh, Model, RayKind, Scene};
 
-/// Triangles of a scene that emit light (`Ke`). Quadrics are not among them: paths that meet one bring its
+/// Triangles of a scene that emit light. Quadrics are not among them: paths that meet one bring its
 /// light. They are chosen by [parts](EmitterParts), by how near these are; within its part each triangle in
 /// proportion to the light that it sends, and each point on it as often as any other.
 ///

@@ -12,14 +12,13 @@ pub mod gltf;
 mod inputs;
 pub(in crate::scene) mod lights;
 pub(in crate::scene) mod meshes;
-mod mtl;
+pub(in crate::scene) mod mtl;
 mod mtlx;
 pub(in crate::scene) mod npy;
 pub mod obj;
 pub(in crate::scene) mod part_of_file;
 pub(in crate::scene) mod pictures;
 pub mod ply;
-pub(in crate::scene) mod statements;
 pub(in crate::scene) mod surfaces;
 pub mod usd;
 
@@ -29,8 +28,8 @@ use arrange::Arranger;
 pub(in crate::scene) use inputs::Inputs;
 pub(in crate::scene) use surfaces::Surfaces;
 
+use self::mtl::statements::maps::MapStatement;
 use self::pictures::{PictureUse, Pictures};
-use self::statements::maps::MapStatement;
 use self::surfaces::material_table::Override;
 use super::error::Findings;
 use super::{Material, SceneError, Texture};

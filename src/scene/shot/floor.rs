@@ -12,6 +12,7 @@ use crate::scene::keys::FloorTable;
 use crate::scene::keys::toml_text::{At, TomlText};
 use crate::scene::keys::values::optional_color;
 use crate::scene::render_space::Extent;
+use crate::scene::surface::Surface;
 use crate::scene::{Material, Mesh, Model, SceneError};
 
 /// Number of corners of the disk.
@@ -56,12 +57,7 @@ pub fn of_table(text: TomlText<'_>, table: &FloorTable, extent: &Extent) -> Resu
 impl Floor {
     /// Creates its matt material.
     pub fn material(&self) -> Material {
-        Material {
-            name: String::from("floor"),
-            diffuse: self.color,
-            ambient: self.color,
-            ..Material::fallback()
-        }
+        Surface::matt("floor", self.color).material()
     }
 
     /// Creates the model, in the space of the files, of the shot at `path`; `material` is its index.

@@ -7,6 +7,7 @@ mod extents;
 mod floor;
 mod lens;
 mod light;
+mod material;
 mod model;
 mod models;
 mod orbit;
@@ -18,30 +19,20 @@ mod settings;
 mod shapes;
 mod tracks;
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
-use glam::{DVec3, Vec3};
+use glam::Vec3;
 use readers::Readers;
 pub(crate) use readers::{Beside, ReadBefore};
 
 use crate::digest::Digest;
 use crate::scene::frames::Run;
-use crate::scene::import::statements::Statements;
-use crate::scene::import::statements::anisotropy::StatedAnisotropy;
-use crate::scene::import::statements::coat::StatedCoat;
-use crate::scene::import::statements::fuzz::StatedFuzz;
-use crate::scene::import::statements::interior::StatedInterior;
-use crate::scene::import::statements::maps::{MapStatement, MapStatements, MapUse};
-use crate::scene::import::surfaces::material_table::Override;
 use crate::scene::import::{Import, Imported, Surfaces};
-use crate::scene::keys::material::{Axis, MaterialTable};
-use crate::scene::keys::toml_text::{At, Three, TomlText};
+use crate::scene::keys::toml_text::{At, TomlText};
 use crate::scene::keys::values::{look, optional_color};
 use crate::scene::keys::{BackgroundTable, FloorTable, LightTable, ModelTable, ShotFile};
-use crate::scene::material::LARGEST_COLOR;
 use crate::scene::model::copies::SharedMeshes;
 use crate::scene::model::trim::trimmed;
-use crate::scene::paths::find_beside;
 use crate::scene::render_space::{Extent, RenderSpace};
 use crate::scene::warnings::darkness;
 use crate::scene::{Background, Frames, Light, Material, Model, Scene, SceneError, Warning};
@@ -160,7 +151,8 @@ pub fn from_text_with(
         missing("there is no [camera]: write one [[camera.key]] with frame, eye and target at least")
     })?;
     let says_orbit = camera.get_ref().key.iter().any(|key| key.get_ref().orbit.is_some());
-    let overrides = file.material.iter().map(|table| replacement(text, table)).collect::<Result<_, _>>()?;
+    let overrides =
+        file.material.iter().map(|table| material::replacement(text, table)).collect::<Result<_, _>>()?;
     let mut import = Import::new(strict, overrides);
     if let Some(bytes) = settings::texture_memory(text, render)? {
         import.pictures.set_memory(bytes);
@@ -287,7 +279,7 @@ pub fn from_text_with(
 /// # Errors Those of [`from_text`].
 pub fn check_tables(text: TomlText<'_>) -> Result<(), SceneError> {
     let file: ShotFile = text.read()?;
-    file.material.iter().try_for_each(|table| replacement(text, table).map(drop))?;
+    file.material.iter().try_for_each(|table| material::replacement(text, table).map(drop))?;
     file.light.iter().zip(1..).try_for_each(|(light, i)| light::of_table(text, light, i).map(drop))
 }
 
@@ -330,135 +322,6 @@ fn gradient(text: TomlText<'_>, table: &BackgroundTable) -> Result<Background, S
     }
     let horizon = horizon.or(zenith).unwrap_or(Vec3::ZERO);
     Ok(Background { zenith: zenith.unwrap_or(horizon), horizon, ground: ground.unwrap_or(horizon) })
-}
-
-fn replacement(text: TomlText<'_>, table: &MaterialTable) -> Result<Override, SceneError> {
-    let color = |key, value: &Option<Three>| {
-        let color = optional_color(text, key, value)?;
-        match value.as_ref().filter(|_| color.is_some_and(|color| color.max_element() > LARGEST_COLOR)) {
-            Some(value) => Err(text.bad(key, value, "is too large: 65504 is the most that can be kept")),
-            None => Ok(color),
-        }
-    };
-    let number = |key, value: &Option<At<f64>>, wanted, most: f64| {
-        let fits = |number| (0.0..=most).contains(&number);
-        let read = |value| text.number(key, value, wanted, fits).map(|number| number as f32);
-        value.as_ref().map(read).transpose()
-    };
-    let share =
-        |key, value: &Option<At<f64>>| number(key, value, "from 0 (none) to 1 (all of the light)", 1.0);
-    let illum = table.illum.as_ref().map(|value| text.whole("illum", value, 0..11)).transpose()?;
-    let place = text.fault(table.name.span(), "");
-    let (line, column) = (place.line.unwrap_or(1), place.column.unwrap_or(1));
-    let map_line = |map: &At<String>| text.fault(map.span(), "").line.unwrap_or(1);
-    let picture = |map: &Option<At<String>>| {
-        map.as_ref().map(|map| MapStatement::plain(map.get_ref().as_str(), map_line(map)))
-    };
-    let mut maps = MapStatements::default();
-    let MaterialTable { map_kd, map_d, map_ks, map_ns, map_ke, map_pr, map_pm, norm, map_bump, .. } = table;
-    for (used, map) in [
-        (MapUse::Color, map_kd),
-        (MapUse::Opacity, map_d),
-        (MapUse::Specular, map_ks),
-        (MapUse::Shininess, map_ns),
-        (MapUse::Emission, map_ke),
-        (MapUse::Roughness, map_pr),
-        (MapUse::Metal, map_pm),
-        (MapUse::Normal, norm),
-        (MapUse::Bump, map_bump),
-    ] {
-        maps[used] = picture(map);
-    }
-    let values = Statements {
-        name: table.name.get_ref().clone(),
-        line,
-        kd: color("kd", &table.kd)?,
-        ka: color("ka", &table.ka)?,
-        ks: color("ks", &table.ks)?,
-        ke: color("ke", &table.ke)?,
-        tf: filter(text, table)?,
-        ns: number("ns", &table.ns, "finite and not negative", f64::from(f32::MAX))?,
-        ni: number("ni", &table.ni, "from 0 to 100", 100.0)?,
-        d: number("d", &table.d, "from 0 (clear) to 1 (solid)", 1.0)?,
-        illum,
-        pr: number("pr", &table.pr, "from 0 (smooth) to 1 (rough)", 1.0)?,
-        pm: number("pm", &table.pm, "from 0 (no metal) to 1 (metal)", 1.0)?,
-        metal_edge: number("metal_edge", &table.metal_edge, "from 0 (as at right angles) to 1 (white)", 1.0)?,
-        diffuse_roughness: number(
-            "diffuse_roughness",
-            &table.diffuse_roughness,
-            "from 0 (smooth) to 1 (rough)",
-            1.0,
-        )?,
-        anisotropy: StatedAnisotropy {
-            amount: number("anisotropy", &table.anisotropy, "from 0 (round) to 1", 1.0)?,
-            turn: table
-                .anisotropy_turn
-                .as_ref()
-                .map(|turn| text.number("anisotropy_turn", turn, "finite", f64::is_finite))
-                .transpose()?
-                .map(|turn| turn as f32),
-            around: table.anisotropy_around.map(Axis::vector),
-        },
-        interior: StatedInterior {
-            subsurface: share("subsurface", &table.subsurface)?,
-            subsurface_radius: color("subsurface_radius", &table.subsurface_radius)?,
-            translucency: share("translucency", &table.translucency)?,
-            depth: number("depth", &table.depth, "finite and not negative", f64::from(f32::MAX))?,
-            depth_color: color("depth_color", &table.depth_color)?,
-            is_thin: table.thin,
-        },
-        coat: StatedCoat {
-            weight: number("coat", &table.coat, "from 0 (none) to 1 (all of the surface)", 1.0)?,
-            roughness: number("coat_roughness", &table.coat_roughness, "from 0 (smooth) to 1 (rough)", 1.0)?,
-            index: number("coat_ni", &table.coat_ni, "from 1 to 100", 100.0)?,
-            tint: color("coat_color", &table.coat_color)?,
-            darkening: number(
-                "coat_darkening",
-                &table.coat_darkening,
-                "from 0 (none) to 1 (as light does)",
-                1.0,
-            )?,
-        },
-        fuzz: StatedFuzz {
-            weight: number("fuzz", &table.fuzz, "from 0 (none) to 1 (all of the surface)", 1.0)?,
-            color: color("fuzz_color", &table.fuzz_color)?,
-            roughness: number("fuzz_roughness", &table.fuzz_roughness, "from 0 (smooth) to 1 (rough)", 1.0)?,
-        },
-        alpha_mode: table.alpha_mode,
-        maps,
-        ..Statements::default()
-    };
-    let values = match share("transmission", &table.transmission)?.filter(|share| *share > 0.0) {
-        Some(share) => values.with_transmission(f64::from(share), DVec3::ONE),
-        None => values,
-    };
-    let mtlx = table.mtlx.as_ref().map(|file| mtlx_file(text, file)).transpose()?;
-    Ok(Override { values, mtlx, path: text.path.to_path_buf(), line, column, used: false })
-}
-
-/// Path of the MaterialX file that a table names.
-fn mtlx_file(text: TomlText<'_>, file: &At<String>) -> Result<PathBuf, SceneError> {
-    let name = file.get_ref();
-    let folder = text.path.parent().unwrap_or(Path::new(""));
-    find_beside(folder, name)
-        .ok_or_else(|| text.fault(file.span(), format!("the MaterialX file `{name}` cannot be found")))
-}
-
-/// Transmission filter of a table; none if it states none.
-fn filter(text: TomlText<'_>, table: &MaterialTable) -> Result<Option<Vec3>, SceneError> {
-    let (Some(value), stated) = (&table.tf, optional_color(text, "tf", &table.tf)?) else { return Ok(None) };
-    if stated.is_some_and(|filter| filter.max_element() > 1.0) {
-        return Err(text.bad("tf", value, "must have channels from 0 (none) to 1 (all of the light)"));
-    }
-    if table.transmission.is_some() {
-        return Err(text.bad(
-            "tf",
-            value,
-            "and `transmission` exclude each other: `kd` tints what `transmission` lets through",
-        ));
-    }
-    Ok(stated)
 }
 
 /// Creates the floor in the space in which the shot is rendered; `extent`: of all models at the shot's first

@@ -33,7 +33,7 @@ pub struct Bsdf {
     pub index: f32,
     /// Share of light that does not pass straight through.
     pub solid: f32,
-    /// Emission (`Ke`), which the layer does not dim.
+    /// Emission, which the layer does not dim.
     pub emission: Vec3,
     pub albedos: Arc<Albedos>,
     /// Alpha as paths see it that have been scattered before.

@@ -27,9 +27,9 @@ struct Paint {
     ambient: Vec3,
     /// Diffuse reflectance, for each unit of reflectance: 1, or less where the ambient one is larger.
     diffuse: Vec3,
-    /// Ks.
+    /// Colour of the highlight.
     specular: Vec3,
-    /// Ns.
+    /// Exponent of the highlight.
     shininess: f32,
     /// True if rays go on from it.
     goes_on: bool,
@@ -87,7 +87,7 @@ impl Paint {
         [varied.light_of(self.emission), self.plain_ambient * opacity, self.ambient * opacity]
     }
 
-    /// Ks and Ns there.
+    /// Colour and exponent of the highlight there.
     #[inline(always)]
     fn highlight_at(&self, varied: Varied) -> (Vec3, f32) {
         if self.varying.is_none() || self.specular == Vec3::ZERO {
@@ -144,9 +144,9 @@ pub struct Palette {
 /// Highlights of eight surfaces: their parameters.
 #[derive(Debug, Clone, Copy)]
 pub struct Gloss {
-    /// Ks.
+    /// Colour of the highlight.
     pub specular: Vec3x8,
-    /// Ns.
+    /// Exponent of the highlight.
     pub shininess: F32x8,
     /// True if any of the eight has a highlight.
     pub is_any: bool,
@@ -394,7 +394,7 @@ pub fn diffuse(albedo: Vec3x8, normal: Vec3x8, smooth: Option<Vec3x8>, light_sam
 /// so that the highlight could be told from none only if the light were 2^16 strong.
 const LEAST_LOG: f32 = -40.0;
 
-/// Highlight: Ks (R . V)^Ns, where R is the direction to the light mirrored at the normal and `view` (unit
+/// Highlight: its colour times (R . V) to its exponent, where R is the direction to the light mirrored at the normal and `view` (unit
 /// length) points to the eye.
 #[inline(always)]
 pub fn specular(gloss: &Gloss, normal: Vec3x8, view: Vec3x8, light_sample: &LightSample) -> Vec3x8 {
@@ -522,7 +522,7 @@ mod tests {
         assert!(kept_out > 8000, "most are told without a power: {kept_out}");
     }
 
-    /// Checks Kd, Ka and a texel against the diffuse reflectance, and the reflected share of an ambient light
+    /// Checks diffuse and ambient reflectance and a texel against the diffuse reflectance, and the reflected share of an ambient light
     /// of 0.1. In all cases a sample stores the material's painted colour times the texel.
     #[test]
     fn a_texture_colours_diffuse_and_ambient_light_by_themselves() {

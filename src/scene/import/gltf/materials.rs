@@ -7,16 +7,12 @@ use super::document::{Document, extension};
 use super::json::{Material as Json, TextureInfo, TextureTransform};
 use super::reading::Reading;
 use super::upper::note_coat_of_glass;
-use crate::scene::cutout::{Cutout, LEAST_OPACITY};
+use crate::graph::nodes::picture::Shown;
+use crate::scene::cutout::LEAST_OPACITY;
+use crate::scene::import::mtl::statements::maps::MapUse;
 use crate::scene::import::pictures::PictureUse;
-use crate::scene::import::statements::Statements;
-use crate::scene::import::statements::interior::StatedInterior;
-use crate::scene::import::statements::maps::{Channel, MapUse};
-use crate::scene::import::surfaces::dielectric::{index_of, stated_index};
-use crate::scene::import::surfaces::settle::Alpha;
-use crate::scene::import::surfaces::varying::{Settled, computed_by, picture_use};
-use crate::scene::keys::material::AlphaMode;
-use crate::scene::material::{LARGEST_COLOR, head_on};
+use crate::scene::material::LARGEST_COLOR;
+use crate::scene::surface::{Alpha, Parameter, PlaceAlpha, Surface, Value};
 use crate::scene::texture::{Mapping, UvSet, Wrap};
 use crate::scene::{Material, SceneError, Texture};
 
@@ -28,25 +24,6 @@ const DEFAULT_CUTOFF: f64 = 0.5;
 
 /// Code of the filter of pictures whose texels are to be seen as squares.
 const NEAREST: u32 = 9728;
-
-/// Parameters that a texture of metal and roughness gives.
-const METAL_ROUGH: [(MapUse, Channel); 2] = [METAL, ROUGHNESS];
-const METAL: (MapUse, Channel) = (MapUse::Metal, Channel::Blue);
-const ROUGHNESS: (MapUse, Channel) = (MapUse::Roughness, Channel::Green);
-
-/// A material of a file: the values that MTL files state as well, and the rest.
-#[derive(Debug, Default)]
-struct Read {
-    stated: Statements,
-    /// Meaning of alpha, if it has one: of the texture, times that of vertices if these count.
-    alpha: Option<Alpha>,
-    /// True if the alpha of vertices counts there.
-    by_vertices: bool,
-    /// True if the texture of the base colour stays a texture.
-    is_textured: bool,
-    /// Parameters that its texture of metal and roughness gives.
-    of_texture: &'static [(MapUse, Channel)],
-}
 
 #[derive(Debug, Default, Deserialize)]
 #[serde(rename_all = "camelCase", default)]
@@ -186,156 +163,175 @@ impl Reading<'_> {
         };
         let json = self.document.get(&self.document.json.materials, number, "material")?;
         let json = &*self.as_metal_rough(json)?;
-        let Read { mut stated, alpha: of_file, by_vertices, is_textured, of_texture } =
-            self.read_material(number, json, vertices)?;
-        self.import.surfaces.known_names.push(stated.name.clone());
-        let overridden = self.import.override_values(&mut stated)?;
-        let shot = &overridden.places;
-        let of_file = of_file.filter(|_| !overridden.is_whole);
-        let mut material = stated.settle();
-        let base = &json.pbr_metallic_roughness.base_color_texture;
-        let base = base.as_ref().filter(|_| is_textured && !overridden.is_whole || of_file.is_some());
-        let of_base = |info| self.texture(info, UvSet::First, PictureUse::Color);
-        let own = base.map(of_base).transpose()?;
-        material.diffuse_map = match (&shot[MapUse::Color], &stated.maps[MapUse::Color]) {
-            (Some(shot), Some(map)) => Some(self.import.picture(map, shot, PictureUse::Color)?),
-            _ => own.filter(|_| is_textured),
+        let name = json.name.clone().unwrap_or_else(|| format!("material {number}"));
+        self.import.surfaces.known_names.push(name.clone());
+        let surface = match self.import.surface_of_table(&name)? {
+            Some(surface) => surface,
+            None => self.surface(name, json, vertices)?,
         };
-        let graphs = overridden.apply(&mut material);
-        // what the file states by itself is no statement of MTL
-        let asking = |used| shot[used].as_deref().unwrap_or(&self.document.path);
-        let mut settled = self.import.settle_maps(&stated, asking, Settled { material, graphs })?;
-        let alpha = match (stated.alpha_mode, of_file) {
-            (Some(AlphaMode::Cut), Some(Alpha::Cut(least))) => Some(Alpha::Cut(least)),
-            (Some(_), _) => Some(Alpha::of(stated.alpha_mode)),
-            (None, of_file) => of_file,
-        };
-        match (&shot[MapUse::Opacity], &stated.maps[MapUse::Opacity], own, alpha) {
-            (Some(shot), Some(map), ..) => {
-                let map = self.import.picture(map, shot, PictureUse::Opacity)?;
-                self.import.show_stated_alpha(&mut settled, map, stated.alpha_mode);
-            }
-            (.., map, Some(Alpha::Cut(least))) if by_vertices => {
-                settled.material.cutout = Some(Cutout { by_vertices, map, ..Cutout::below(least) });
-            }
-            (.., Some(map), Some(alpha)) => self.import.show_alpha(&mut settled, map, alpha),
-            _ => {}
-        }
-        if !overridden.is_whole {
-            self.add_own_maps(json, of_texture, &mut settled)?;
-        }
+        let surface = self.import.lay_tables_over(surface)?;
+        let settled = self.import.settle(surface);
         self.import.surfaces.add_of(&self.document.path, settled)
     }
 
-    /// Adds the textures of normals and parameters that the shot file does not replace.
-    fn add_own_maps(
+    /// The surface of a material.
+    fn surface(
         &mut self,
+        name: String,
         json: &Json,
-        of_texture: &[(MapUse, Channel)],
-        settled: &mut Settled,
-    ) -> Result<(), SceneError> {
+        OfVertices { alpha, tint }: OfVertices,
+    ) -> Result<Surface, SceneError> {
+        note_unused(self.document, json);
+        let pbr = &json.pbr_metallic_roughness;
+        let numbers = [&pbr.base_color_factor[..], &json.emissive_factor].concat();
+        if !numbers.iter().all(|number| *number >= 0.0 && number.is_finite()) {
+            let message =
+                format!("material `{name}` has a colour that is negative or not finite: export it again");
+            return Err(self.document.fault(message));
+        }
+        let [red, green, blue, _] = pbr.base_color_factor;
+        let factor = DVec3::new(red, green, blue);
+        if shows_itself(json) {
+            // what it shows, whatever light there is
+            let mut surface = Surface::matt(name, Vec3::ZERO);
+            surface.set_emission(color(factor) * tint);
+            self.set_alpha(json, alpha, &mut surface);
+            self.show_own(json, &mut surface)?;
+            return Ok(surface);
+        }
+        let mut surface = Surface::matt(name, color(factor));
+        surface.set_emission(color(emission(self.document, json)?));
+        let [roughness, metallic] =
+            [pbr.roughness_factor, pbr.metallic_factor].map(|factor| factor.clamp(0.0, 1.0));
+        surface.set_layer(index(self.document, json)? as f32, roughness as f32, metallic as f32);
+        let specular: Specular =
+            extension(self.document, &json.extensions, "KHR_materials_specular")?.unwrap_or_default();
+        surface[Parameter::SpecularWeight] = (specular.specular_factor as f32).into();
+        surface[Parameter::SpecularColor] = color(specular.specular_color_factor.into()).into();
+        // its colour tints what is no metal alone
+        surface.beyond.metal_edge = Some(1.0);
+        let through = self.through(json, metallic)?;
+        if through > 0.0 {
+            self.make_glass(json, through, &mut surface)?;
+        } else {
+            self.set_alpha(json, alpha, &mut surface);
+            self.set_upper(json, &mut surface)?;
+            surface.beyond.translucency = self.translucency(json)?;
+        }
+        self.show_own(json, &mut surface)?;
+        Ok(surface)
+    }
+
+    /// Share of the light that a material with this factor of metal lets through: the same all over.
+    fn through(&mut self, json: &Json, metallic: f64) -> Result<f64, SceneError> {
+        let transmission: Transmission =
+            extension(self.document, &json.extensions, "KHR_materials_transmission")?.unwrap_or_default();
+        let transmits = transmission.transmission_factor.clamp(0.0, 1.0);
+        if transmits == 0.0 {
+            return Ok(0.0);
+        }
+        let texture = &json.pbr_metallic_roughness.metallic_roughness_texture;
+        let means = texture.as_ref().map(|info| self.mean_numbers(info)).transpose()?;
+        let through = transmits * (1.0 - metallic * means.map_or(1.0, |means| means.z));
+        if through > 0.0 && transmission.transmission_texture.is_some() {
+            self.document
+                .leave_out("textures of transmission are not used: the factor counts all over a material");
+        }
+        Ok(through)
+    }
+
+    /// Makes a surface transmit the share `through`, tinted by its base colour. Without a thickness it is a pane; how thick it is, its mesh
+    /// says.
+    fn make_glass(&mut self, json: &Json, through: f64, surface: &mut Surface) -> Result<(), SceneError> {
+        let volume: Volume =
+            extension(self.document, &json.extensions, "KHR_materials_volume")?.unwrap_or_default();
+        let texture = json.pbr_metallic_roughness.base_color_texture.as_ref();
+        let mean = texture.map_or(Ok(DVec3::ONE), |info| self.mean(info))?;
+        surface.beyond.glass_tint = surface[Parameter::BaseColor].factor * color(mean);
+        surface[Parameter::TransmissionWeight] = (through as f32).into();
+        surface[Parameter::BaseMetalness] = Value::ZERO;
+        let is_thin = volume.thickness_factor <= 0.0;
+        surface[Parameter::GeometryThinWalled] = if is_thin { Value::ONE } else { Value::ZERO };
+        if let Some(distance) = volume.attenuation_distance {
+            surface[Parameter::TransmissionDepth] = (distance as f32).into();
+            surface[Parameter::TransmissionColor] = color(volume.attenuation_color.into()).into();
+        }
+        note_coat_of_glass(self.document, json)
+    }
+
+    /// Gives a surface its own pictures, where no table replaces them.
+    fn show_own(&mut self, json: &Json, surface: &mut Surface) -> Result<(), SceneError> {
         let sets = uv_sets_of(self.document, json)?;
-        let Settled { material, graphs } = settled;
-        if let Some(info) = json.normal_texture.as_ref().filter(|_| material.normal_map.is_none())
+        let pbr = &json.pbr_metallic_roughness;
+        let is_lit = !shows_itself(json);
+        // clear glass has one colour
+        let through = surface[Parameter::TransmissionWeight];
+        let shows_base = is_lit && through != Value::ONE;
+        let has_alpha = surface.alpha.is_some();
+        if let Some(info) = pbr.base_color_texture.as_ref().filter(|_| shows_base || has_alpha) {
+            let map = self.texture(info, UvSet::First, PictureUse::Color)?;
+            surface.base_picture = shows_base.then_some(map);
+            surface.alpha = surface.alpha.map(|alpha| PlaceAlpha { map: Some(map), ..alpha });
+        }
+        let replaces = |reading: &Self, used, name: &str| reading.import.surfaces.replaces(name, used);
+        if let Some(info) = &json.normal_texture
+            && !replaces(self, MapUse::Normal, &surface.name)
+            && !replaces(self, MapUse::Bump, &surface.name)
             && let Some(uvs) = uvs_of(self.document, info, sets)?
         {
-            let index = self.texture(info, uvs, PictureUse::Normals)?;
-            material.normal_map = self.import.pictures.normal_map(index, info.scale.unwrap_or(1.0) as f32);
+            let map = self.texture(info, uvs, PictureUse::Normals)?;
+            surface.normals = Some((map, info.scale.unwrap_or(1.0) as f32));
         }
-        let surface = json.pbr_metallic_roughness.metallic_roughness_texture.as_ref();
-        let surface = surface.filter(|_| material.metal_rough.is_some());
-        let shown = if shows_itself(json) {
-            &json.pbr_metallic_roughness.base_color_texture
-        } else {
-            &json.emissive_texture
-        };
-        let emission = shown.as_ref().filter(|_| material.emission != Vec3::ZERO);
-        let of_surface = of_texture.iter().map(|(used, channel)| (*used, surface, *channel));
-        for (used, info, channel) in of_surface.chain([(MapUse::Emission, emission, Channel::Mean)]) {
-            let is_shown = computed_by(used).is_some_and(|of| graphs.has(of));
-            let is_replaced = is_shown || self.import.surfaces.is_number_stated(&material.name, used);
-            let Some(info) = info.filter(|_| !is_replaced) else { continue };
+        let of_layer = pbr.metallic_roughness_texture.as_ref().filter(|_| is_lit);
+        let of_metal = of_layer.filter(|_| through == Value::ZERO);
+        let shown = if is_lit { &json.emissive_texture } else { &pbr.base_color_texture };
+        let of_emission = shown.as_ref().filter(|_| surface[Parameter::EmissionColor] != Value::ZERO);
+        for (used, info, parameter, shown) in [
+            (MapUse::Metal, of_metal, Parameter::BaseMetalness, Shown::Channel(2)),
+            (MapUse::Roughness, of_layer, Parameter::SpecularRoughness, Shown::Channel(1)),
+            (MapUse::Emission, of_emission, Parameter::EmissionColor, Shown::Color),
+        ] {
+            let Some(info) = info.filter(|_| !replaces(self, used, &surface.name)) else { continue };
             if let Some(uvs) = uvs_of(self.document, info, sets)? {
-                let map = self.texture(info, uvs, picture_use(used))?;
+                let map = self.texture(info, uvs, used.of_picture())?;
                 if !self.import.pictures.is_stand_in(map) {
-                    graphs.show(used, map, channel);
+                    surface.show(parameter, map, shown);
                 }
             }
         }
         Ok(())
     }
 
-    fn read_material(
-        &mut self,
-        number: usize,
-        json: &Json,
-        OfVertices { alpha, tint }: OfVertices,
-    ) -> Result<Read, SceneError> {
-        note_unused(self.document, json);
-        let name = json.name.clone().unwrap_or_else(|| format!("material {number}"));
-        let bad = |what: &str| {
-            let message =
-                format!("material `{name}` has {what} that is negative or not finite: export it again");
-            self.document.fault(message)
-        };
+    /// Sets how far a surface is there at all, on triangles whose vertices have this alpha.
+    fn set_alpha(&self, json: &Json, alpha: VertexAlpha, surface: &mut Surface) {
         let pbr = &json.pbr_metallic_roughness;
-        let numbers = [&pbr.base_color_factor[..], &json.emissive_factor].concat();
-        if !numbers.iter().all(|number| *number >= 0.0 && number.is_finite()) {
-            return Err(bad("a colour"));
+        let [.., of_factor] = pbr.base_color_factor;
+        let by = |by_vertices, meaning| Some(PlaceAlpha { map: None, by_vertices, meaning });
+        match json.alpha_mode.as_deref() {
+            Some("BLEND") => {
+                let of_vertices = if let VertexAlpha::Even(alpha) = alpha { alpha } else { 1.0 };
+                let solid = of_factor.clamp(0.0, 1.0) as f32 * of_vertices;
+                surface[Parameter::GeometryOpacity] = solid.into();
+                // what is there in part emits in part
+                surface.set_emission(surface[Parameter::EmissionColor].factor * solid);
+                if alpha == VertexAlpha::Uneven {
+                    let message = "blended alpha of vertices (COLOR_0) that changes over a surface cuts out what is less than half there: veils are as clear as their factor says";
+                    self.document.leave_out(message);
+                    surface.alpha = by(true, Alpha::Cut(LEAST_OPACITY));
+                } else if pbr.base_color_texture.is_some() {
+                    surface.alpha = by(false, Alpha::Blend);
+                }
+            }
+            // the alpha of the texture and that of vertices count times the factor's
+            Some("MASK") => {
+                let factor = of_factor.max(f64::MIN_POSITIVE);
+                let least = json.alpha_cutoff.unwrap_or(DEFAULT_CUTOFF) / factor;
+                if least > 0.0 {
+                    surface.alpha = by(alpha != VertexAlpha::OPAQUE, Alpha::Cut(least as f32));
+                }
+            }
+            _ => {}
         }
-        let [red, green, blue, _] = pbr.base_color_factor;
-        let factor = DVec3::new(red, green, blue);
-        let [roughness, metallic] =
-            [pbr.roughness_factor, pbr.metallic_factor].map(|factor| factor.clamp(0.0, 1.0));
-        let emission = emission(self.document, json)?;
-        let mut stated =
-            Statements { name: name.clone(), ke: Some(color(emission)), ..Statements::default() };
-        if shows_itself(json) {
-            // what it shows, whatever light there is
-            stated.ke = Some(color(factor) * tint);
-            (stated.kd, stated.illum) = (Some(Vec3::ZERO), Some(0));
-            let mut read = Read { stated, ..Read::default() };
-            read_alpha(self.document, json, alpha, &mut read);
-            return Ok(read);
-        }
-        stated.kd = Some(color(factor));
-        (stated.pr, stated.pm) = (Some(roughness as f32), Some(metallic as f32));
-        let index = index(self.document, json)?;
-        stated.ni = Some(index as f32);
-        let mut read = Read { stated, is_textured: true, of_texture: &METAL_ROUGH, ..Read::default() };
-        let transmission: Transmission =
-            extension(self.document, &json.extensions, "KHR_materials_transmission")?.unwrap_or_default();
-        let transmits = transmission.transmission_factor.clamp(0.0, 1.0);
-        if transmits == 0.0 {
-            return self.read_opaque(json, alpha, read);
-        }
-        // glass lets as much through all over
-        let surface = pbr.metallic_roughness_texture.as_ref().map(|info| self.mean_numbers(info));
-        let through = transmits * (1.0 - metallic * surface.transpose()?.map_or(1.0, |means| means.z));
-        if through == 0.0 {
-            return self.read_opaque(json, alpha, read);
-        }
-        if transmission.transmission_texture.is_some() {
-            self.document
-                .leave_out("textures of transmission are not used: the factor counts all over a material");
-        }
-        let base = factor * self.mean_color(pbr.base_color_texture.as_ref())?;
-        make_glass(self.document, json, &mut read.stated, (base, through, roughness))?;
-        note_coat_of_glass(self.document, json)?;
-        (read.is_textured, read.of_texture) = (through < 1.0, &[ROUGHNESS]);
-        Ok(read)
-    }
-
-    /// Completes a material that transmits nothing: what is above it, what comes through it all the same, and how far it is there at all.
-    fn read_opaque(&mut self, json: &Json, alpha: VertexAlpha, mut read: Read) -> Result<Read, SceneError> {
-        read_alpha(self.document, json, alpha, &mut read);
-        read.stated.coat = self.coat(json)?;
-        read.stated.fuzz = self.fuzz(json)?;
-        if let Some((anisotropy, roughness)) = self.anisotropy(json, read.stated.pr.unwrap_or(1.0).into())? {
-            (read.stated.anisotropy, read.stated.pr) = (anisotropy, Some(roughness as f32));
-        }
-        read.stated.interior.translucency = self.translucency(json)?;
-        Ok(read)
     }
 
     /// Share of the diffuse light that leaves on the other side.
@@ -356,10 +352,6 @@ impl Reading<'_> {
             );
         }
         Ok(Some(read.diffuse_transmission_factor.min(1.0) as f32))
-    }
-
-    fn mean_color(&mut self, info: Option<&TextureInfo>) -> Result<DVec3, SceneError> {
-        info.map_or(Ok(DVec3::ONE), |info| self.mean(info))
     }
 
     /// Places a texture, which takes these texture coordinates of the mesh. Returns its index.
@@ -417,35 +409,6 @@ fn emission(document: &Document, json: &Json) -> Result<DVec3, SceneError> {
     Ok(DVec3::from(json.emissive_factor) * strength)
 }
 
-/// Reads how far a material is there at all, on triangles whose vertices have this alpha.
-fn read_alpha(document: &Document, json: &Json, alpha: VertexAlpha, read: &mut Read) {
-    let pbr = &json.pbr_metallic_roughness;
-    match json.alpha_mode.as_deref() {
-        Some("BLEND") => {
-            let of_vertices = if let VertexAlpha::Even(alpha) = alpha { alpha } else { 1.0 };
-            let solid = pbr.base_color_factor[3].clamp(0.0, 1.0) as f32 * of_vertices;
-            read.stated.d = Some(solid);
-            // what is there in part emits in part
-            read.stated.ke = read.stated.ke.map(|emission| emission * solid);
-            if alpha == VertexAlpha::Uneven {
-                let message = "blended alpha of vertices (COLOR_0) that changes over a surface cuts out what is less than half there: veils are as clear as their factor says";
-                document.leave_out(message);
-                (read.alpha, read.by_vertices) = (Some(Alpha::Cut(LEAST_OPACITY)), true);
-            } else if pbr.base_color_texture.is_some() {
-                read.alpha = Some(Alpha::Blend);
-            }
-        }
-        // the alpha of the texture and that of vertices count times the factor's
-        Some("MASK") => {
-            let factor = pbr.base_color_factor[3].max(f64::MIN_POSITIVE);
-            let least = json.alpha_cutoff.unwrap_or(DEFAULT_CUTOFF) / factor;
-            read.alpha = (least > 0.0).then_some(Alpha::Cut(least as f32));
-            read.by_vertices = least > 0.0 && alpha != VertexAlpha::OPAQUE;
-        }
-        _ => {}
-    }
-}
-
 /// Mapping of KHR_texture_transform: scaled, then turned by `rotation` radians, as seen, then moved. Coordinates count from the top
 /// of pictures there, and from the bottom here.
 ///
@@ -468,42 +431,10 @@ fn wrap_of(code: Option<u32>) -> Wrap {
     }
 }
 
-impl Volume {
-    /// The inside of the glass. Without a thickness it is a pane; how thick it is, its mesh says.
-    fn interior(&self) -> StatedInterior {
-        StatedInterior {
-            depth: self.attenuation_distance.map(|distance| distance as f32),
-            depth_color: Some(color(self.attenuation_color.into())),
-            is_thin: Some(self.thickness_factor <= 0.0),
-            ..StatedInterior::default()
-        }
-    }
-}
-
-/// Makes a material transmit the share `through`, tinted by `base`.
-fn make_glass(
-    document: &Document,
-    json: &Json,
-    stated: &mut Statements,
-    (base, through, roughness): (DVec3, f64, f64),
-) -> Result<(), SceneError> {
-    let volume: Volume = extension(document, &json.extensions, "KHR_materials_volume")?.unwrap_or_default();
-    (stated.kd, stated.pr) = (Some(color(base)), Some(roughness as f32));
-    *stated = std::mem::take(stated).with_transmission(through, DVec3::ONE);
-    stated.interior = volume.interior();
-    Ok(())
-}
-
-/// Index of refraction, with what KHR_materials_specular does to the reflectance.
+/// Index of refraction.
 fn index(document: &Document, json: &Json) -> Result<f64, SceneError> {
     let ior: Option<Ior> = extension(document, &json.extensions, "KHR_materials_ior")?;
-    let index = ior.and_then(|read| read.ior).filter(|index| *index >= 1.0).unwrap_or(DEFAULT_INDEX);
-    let specular: Option<Specular> = extension(document, &json.extensions, "KHR_materials_specular")?;
-    let Some(Specular { specular_factor, specular_color_factor }) = specular else {
-        return Ok(stated_index(index));
-    };
-    let mean = specular_color_factor.iter().sum::<f64>() / 3.0;
-    Ok(index_of(head_on(index) * specular_factor * mean))
+    Ok(ior.and_then(|read| read.ior).filter(|index| *index >= 1.0).unwrap_or(DEFAULT_INDEX))
 }
 
 fn color(color: DVec3) -> Vec3 {

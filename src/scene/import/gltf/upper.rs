@@ -7,9 +7,8 @@ use super::document::{Document, extension};
 use super::json::{Material as Json, TextureInfo};
 use super::reading::Reading;
 use crate::scene::SceneError;
-use crate::scene::import::statements::anisotropy::{StatedAnisotropy, as_open_pbr};
-use crate::scene::import::statements::coat::StatedCoat;
-use crate::scene::import::statements::fuzz::StatedFuzz;
+use crate::scene::import::surfaces::spread::as_open_pbr;
+use crate::scene::surface::{Parameter, Surface, Value};
 
 #[derive(Debug, Default, Deserialize)]
 #[serde(rename_all = "camelCase", default)]
@@ -42,14 +41,19 @@ struct Anisotropy {
 const LEAST_WIDTH: f64 = 1e-4;
 
 impl Reading<'_> {
-    /// The fuzz of a material, if it has any. That of glTF is another model of the same (Estevez and Kulla, 2017), whose roughness is alike.
+    /// Sets what is above the layer of a surface, and how that spreads light.
     ///
     /// # Errors An extension that makes no sense; those of its pictures.
-    pub(super) fn fuzz(&mut self, json: &Json) -> Result<StatedFuzz, SceneError> {
+    pub(super) fn set_upper(&mut self, json: &Json, surface: &mut Surface) -> Result<(), SceneError> {
+        self.set_coat(json, surface)?;
+        self.set_fuzz(json, surface)?;
+        self.set_anisotropy(json, surface)
+    }
+
+    /// Fuzz: that of glTF is another model of the same (Estevez and Kulla, 2017), whose roughness is alike.
+    fn set_fuzz(&mut self, json: &Json, surface: &mut Surface) -> Result<(), SceneError> {
         let sheen: Option<Sheen> = extension(self.document, &json.extensions, "KHR_materials_sheen")?;
-        let Some(sheen) = sheen.filter(|sheen| sheen.sheen_color_factor != [0.0; 3]) else {
-            return Ok(StatedFuzz::default());
-        };
+        let Some(sheen) = sheen.filter(|sheen| sheen.sheen_color_factor != [0.0; 3]) else { return Ok(()) };
         if sheen.sheen_color_texture.is_some() {
             self.document
                 .leave_out("textures of the colour of sheen (KHR_materials_sheen) count by their means");
@@ -62,45 +66,35 @@ impl Reading<'_> {
             None => DVec3::ONE,
         };
         let color = DVec3::from(sheen.sheen_color_factor) * tint;
-        Ok(StatedFuzz {
-            weight: Some(1.0),
-            color: Some(color.as_vec3().clamp(Vec3::ZERO, Vec3::ONE)),
-            roughness: Some(sheen.sheen_roughness_factor as f32),
-        })
+        surface[Parameter::FuzzWeight] = Value::ONE;
+        surface[Parameter::FuzzColor] = color.as_vec3().clamp(Vec3::ZERO, Vec3::ONE).into();
+        surface[Parameter::FuzzRoughness] = (sheen.sheen_roughness_factor as f32).into();
+        Ok(())
     }
 
-    /// The anisotropy of a material with this roughness, if it has any, and the roughness that goes with it.
-    ///
-    /// # Errors An extension that makes no sense.
-    pub(super) fn anisotropy(
-        &self,
-        json: &Json,
-        roughness: f64,
-    ) -> Result<Option<(StatedAnisotropy, f64)>, SceneError> {
+    /// Anisotropy, and the roughness that goes with it.
+    fn set_anisotropy(&self, json: &Json, surface: &mut Surface) -> Result<(), SceneError> {
         let read: Option<Anisotropy> =
             extension(self.document, &json.extensions, "KHR_materials_anisotropy")?;
-        let Some(read) = read.filter(|read| read.anisotropy_strength > 0.0) else { return Ok(None) };
+        let Some(read) = read.filter(|read| read.anisotropy_strength > 0.0) else { return Ok(()) };
         if read.anisotropy_texture.is_some() {
             self.document.leave_out(
                 "textures of anisotropy are not used: strength and rotation count all over a material",
             );
         }
+        let roughness = f64::from(surface[Parameter::SpecularRoughness].factor.x);
         let (across, strength) = (roughness * roughness, read.anisotropy_strength.min(1.0));
         let along = across + (1.0 - across) * strength * strength;
         let (amount, roughness) = as_open_pbr([along.max(LEAST_WIDTH), across.max(LEAST_WIDTH)]);
-        let stated = StatedAnisotropy {
-            amount: Some(amount as f32),
-            turn: Some(read.anisotropy_rotation.to_degrees() as f32),
-            around: None,
-        };
-        Ok(Some((stated, roughness)))
+        surface[Parameter::SpecularRoughness] = (roughness as f32).into();
+        surface[Parameter::SpecularRoughnessAnisotropy] = (amount as f32).into();
+        surface.beyond.tangent_turn = read.anisotropy_rotation.to_degrees() as f32;
+        Ok(())
     }
 
-    /// The coat of a material, if it has one.
-    ///
-    /// # Errors An extension that makes no sense; those of its pictures.
-    pub(super) fn coat(&mut self, json: &Json) -> Result<StatedCoat, SceneError> {
-        let Some(coat) = clearcoat(self.document, json)? else { return Ok(StatedCoat::default()) };
+    /// Clear coat.
+    fn set_coat(&mut self, json: &Json, surface: &mut Surface) -> Result<(), SceneError> {
+        let Some(coat) = clearcoat(self.document, json)? else { return Ok(()) };
         let textures = [&coat.clearcoat_texture, &coat.clearcoat_roughness_texture];
         if textures.into_iter().any(Option::is_some) {
             self.document.leave_out("textures of clearcoats (KHR_materials_clearcoat) count by their means");
@@ -113,11 +107,9 @@ impl Reading<'_> {
         let [of_coat, of_roughness] = textures.map(Option::as_ref);
         let factor = self.mean_of_channel(of_coat, 0)? * coat.clearcoat_factor.clamp(0.0, 1.0);
         let roughness = self.mean_of_channel(of_roughness, 1)? * coat.clearcoat_roughness_factor;
-        Ok(StatedCoat {
-            weight: Some(factor as f32),
-            roughness: Some(roughness as f32),
-            ..StatedCoat::default()
-        })
+        surface[Parameter::CoatWeight] = (factor as f32).into();
+        surface[Parameter::CoatRoughness] = (roughness as f32).into();
+        Ok(())
     }
 
     /// Mean of a channel of a texture; 1 without one.

@@ -6,7 +6,7 @@ use super::libraries::libraries;
 use super::read_model::ReadModel;
 use crate::scene::SceneError;
 use crate::scene::import::Import;
-use crate::scene::import::statements::maps::MapUse;
+use crate::scene::import::mtl::statements::maps::MapUse;
 use crate::scene::keys::material::KdBesideMap;
 
 impl ReadModel {
@@ -25,7 +25,7 @@ impl ReadModel {
             found.is_some_and(|defined| {
                 let meant = || defined.meant(KdBesideMap::default());
                 let states = |used| defined.material.maps.has(used);
-                !states(MapUse::Color) && !states(MapUse::Emission) && meant().settle().is_black()
+                !states(MapUse::Color) && !states(MapUse::Emission) && meant().surface().material().is_black()
             })
         };
         let mut names: Vec<&str> = names.into_iter().collect();

@@ -8,9 +8,9 @@ use crate::scene::SceneError;
 use crate::scene::error::Findings;
 use crate::scene::import::Import;
 use crate::scene::import::faces::TriangleSoup;
+use crate::scene::import::mtl::statements::Statements;
 use crate::scene::import::mtl::{self, Exporter, MtlFile};
 use crate::scene::import::obj::lines::words;
-use crate::scene::import::statements::Statements;
 use crate::scene::keys::material::KdBesideMap;
 use crate::scene::paths::find_beside;
 

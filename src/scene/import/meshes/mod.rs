@@ -20,7 +20,7 @@ use self::read_model::{ReadModel, is_ply, name_material};
 use self::shape_files::{Origins, ReadShapes, ShapeSource};
 use crate::scene::import::Import;
 use crate::scene::import::faces::{Named, OddNormals, TriangleSoup};
-use crate::scene::import::statements::Statements;
+use crate::scene::import::mtl::statements::Statements;
 use crate::scene::keys::material::KdBesideMap;
 use crate::scene::keys::spelling;
 use crate::scene::mesh::Groups;
@@ -178,7 +178,8 @@ impl Definitions<'_> {
                 Some(defined) => (defined.meant(self.kd_beside_map), defined.path.as_path()),
                 None => (Statements { name: named.name.clone(), ..Statements::default() }, path),
             };
-            let settled = import.settle(stated, own)?;
+            let surface = import.stated_surface(stated, own)?;
+            let settled = import.settle(surface);
             ids[i] = import.surfaces.add_of(path, settled)?;
         }
         self.report_unknown(import, &unknown, path)?;

@@ -2,8 +2,9 @@
 
 use glam::Vec2;
 
+use super::statements::maps::{MapStatement, MapUse};
+use crate::graph::nodes::picture::Shown;
 use crate::scene::import::pictures::decoded::ColorSpace;
-use crate::scene::import::statements::maps::{Channel, MapStatement, MapUse};
 
 /// Finds the use that a statement's keyword (in small letters) means.
 pub fn use_of_keyword(keyword: &str) -> Option<MapUse> {
@@ -55,13 +56,13 @@ pub fn map_statement(text: &str, line: usize) -> Option<MapStatement> {
     (!map.file.is_empty()).then_some(map)
 }
 
-fn channel_named(name: &str) -> Channel {
+fn channel_named(name: &str) -> Shown {
     match name {
-        "r" => Channel::Red,
-        "g" => Channel::Green,
-        "b" => Channel::Blue,
-        "m" => Channel::Alpha,
-        _ => Channel::Mean,
+        "r" => Shown::Channel(0),
+        "g" => Shown::Channel(1),
+        "b" => Shown::Channel(2),
+        "m" => Shown::Alpha,
+        _ => Shown::Mean,
     }
 }
 

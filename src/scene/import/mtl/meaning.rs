@@ -8,8 +8,8 @@
 use glam::Vec3;
 
 use super::exporter::Exporter;
-use crate::scene::import::statements::Statements;
-use crate::scene::import::statements::maps::MapUse;
+use super::statements::Statements;
+use super::statements::maps::MapUse;
 use crate::scene::keys::material::KdBesideMap;
 use crate::scene::material::{Optics, index_of};
 
@@ -44,7 +44,7 @@ impl Exporter {
     pub fn filters_nothing(self, stated: &Statements) -> bool {
         let is_opaque = || {
             let meant = self.meant(stated.clone(), KdBesideMap::default());
-            meant.settle().optics == Optics::Opaque
+            meant.surface().material().optics == Optics::Opaque
         };
         stated.tf.is_some_and(|filter| filter != Vec3::ZERO) && is_opaque()
     }
@@ -105,7 +105,7 @@ mod tests {
 
     fn settled(header: &str, statements: &str, rule: KdBesideMap) -> Material {
         let file = parse(format!("{header}newmtl m\n{statements}").as_bytes());
-        file.exporter.meant(file.materials.into_iter().next().unwrap(), rule).settle()
+        file.exporter.meant(file.materials.into_iter().next().unwrap(), rule).surface().material()
     }
 
     #[test]

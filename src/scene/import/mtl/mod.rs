@@ -6,6 +6,7 @@
 mod exporter;
 mod map_statement;
 mod meaning;
+pub mod statements;
 mod unused_statements;
 
 use std::collections::HashSet;
@@ -14,13 +15,14 @@ use std::path::Path;
 use glam::Vec3;
 
 pub(in crate::scene) use self::exporter::Exporter;
+use self::statements::Statements;
 use crate::digest::Digest;
 use crate::input::{self, InputError, Kind};
 use crate::memory::{self, Need, Part};
 use crate::scene::SceneError;
 use crate::scene::import::obj::lines::{Lines, readable, split_keyword, words};
-use crate::scene::import::statements::Statements;
 use crate::scene::material::LARGEST_COLOR;
+use crate::scene::surface::Parameter;
 
 /// Content of an MTL file.
 #[derive(Debug, Default)]
@@ -106,8 +108,8 @@ fn statement(
         "illum" => material.illum = Some(illumination(rest)?),
         "pr" => material.pr = Some(share("Pr", rest, replaced)?),
         "pm" => material.pm = Some(share("Pm", rest, replaced)?),
-        "pc" => material.coat.weight = Some(share("Pc", rest, replaced)?),
-        "pcr" => material.coat.roughness = Some(share("Pcr", rest, replaced)?),
+        "pc" => material.state(Parameter::CoatWeight, Some(share("Pc", rest, replaced)?)),
+        "pcr" => material.state(Parameter::CoatRoughness, Some(share("Pcr", rest, replaced)?)),
         _ => {
             if let Some(used) = map_statement::use_of_keyword(keyword) {
                 material.maps[used] = map_statement::map_statement(&String::from_utf8_lossy(rest), line);
@@ -180,7 +182,7 @@ mod tests {
     use glam::Vec2;
 
     use super::*;
-    use crate::scene::import::statements::maps::{MapStatements, MapUse};
+    use crate::scene::import::mtl::statements::maps::{MapStatements, MapUse};
 
     fn stated(statements: &str) -> Statements {
         let file = parse(format!("newmtl m\n{statements}").as_bytes());

@@ -7,8 +7,8 @@ use super::picture_nodes::Pictures;
 use super::walk::{Finding, Value, Walk};
 use crate::graph::{Graph, Input, Kind, numbers};
 use crate::scene::SceneError;
-use crate::scene::import::statements::anisotropy::of_aspect;
-use crate::scene::surface::{ALL, Heights, Parameter, Surface};
+use crate::scene::import::surfaces::spread::of_aspect;
+use crate::scene::surface::{ALL, Heights, INDEX_OF_COAT, Parameter, Surface};
 
 /// From inputs of a shader to parameters. Inputs that are not here are told, unless they have no value.
 struct Shader {
@@ -17,9 +17,6 @@ struct Shader {
     /// Values where the shader's defaults differ from OpenPBR's.
     defaults: &'static [(Parameter, f32)],
 }
-
-/// Index of refraction of coats in all shaders but OpenPBR.
-const INDEX_OF_COAT: f32 = 1.5;
 
 /// Autodesk's Standard Surface 1.0.1.
 const STANDARD_SURFACE: Shader = Shader {
@@ -197,7 +194,9 @@ pub fn surface(
     bend_normals(&mut walk, shader, &mut surface)?;
     surface.graph = std::mem::take(&mut walk.graph);
     for (parameter, (value, kind)) in found {
-        surface[parameter] = surface.graph.converted(value, kind, ALL[parameter as usize].kind);
+        let value = surface.graph.converted(value, kind, ALL[parameter as usize].kind);
+        let is_reflectance = REFLECTANCES.contains(&parameter);
+        surface[parameter] = if is_reflectance { reflectance(value) } else { value }.into();
     }
     if shader.category == STANDARD_SURFACE.category {
         spread_as_open_pbr(&mut surface);
@@ -205,6 +204,18 @@ pub fn surface(
     let mut findings = walk.findings;
     findings.extend(surface.left_out().into_iter().map(|said| (shader.line, said)));
     Ok((surface, findings))
+}
+
+/// Parameters that are shares of light.
+const REFLECTANCES: [Parameter; 3] =
+    [Parameter::BaseColor, Parameter::BaseWeight, Parameter::SubsurfaceColor];
+
+/// A colour that reflects no more light than there is; what graphs give is cut off where it is evaluated.
+fn reflectance(value: Input) -> Input {
+    match value {
+        Input::Constant(color) => Input::Constant(color.clamp(Vec3::ZERO, Vec3::ONE)),
+        Input::Node(_) => value,
+    }
 }
 
 /// Turns the roughness and the anisotropy of a Standard Surface, whose widths are others, into those of OpenPBR; of constants.
@@ -215,9 +226,9 @@ fn spread_as_open_pbr(surface: &mut Surface) {
         return;
     }
     let (amount, roughness) = of_aspect(surface.number(SpecularRoughness).into(), anisotropy);
-    surface[SpecularRoughnessAnisotropy] = Input::Constant(Vec3::splat(amount as f32));
-    if matches!(surface[SpecularRoughness], Input::Constant(_)) {
-        surface[SpecularRoughness] = Input::Constant(Vec3::splat(roughness as f32));
+    surface[SpecularRoughnessAnisotropy] = (amount as f32).into();
+    if surface[SpecularRoughness].node.is_none() {
+        surface[SpecularRoughness] = (roughness as f32).into();
     }
 }
 

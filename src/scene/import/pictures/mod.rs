@@ -11,7 +11,7 @@ use std::sync::Arc;
 use self::decoded::{ColorSpace, Decoded, Unusable, checker, decode_bytes, decode_file};
 use crate::digest::Digest;
 use crate::scene::error::Findings;
-use crate::scene::import::statements::maps::MapStatement;
+use crate::scene::import::mtl::statements::maps::MapStatement;
 use crate::scene::material::{LARGEST_COLOR, NormalMap};
 use crate::scene::paths::find_beside;
 use crate::scene::texture::{Image, Mapping, Pager, UvSet, Wrap};

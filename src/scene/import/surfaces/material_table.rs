@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use crate::scene::import::statements::Statements;
+use crate::scene::import::mtl::statements::Statements;
 
 /// A `[[material]]` of the shot file: values other than `None` replace those of the MTL file.
 pub(crate) struct Override {

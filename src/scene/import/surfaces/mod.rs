@@ -1,22 +1,23 @@
 //! The materials of a shot, and what its tables say of them.
 
-pub mod dielectric;
+mod lower;
 pub mod material_table;
-pub mod of_surface;
 mod overrides;
-pub mod settle;
+mod settle;
+pub mod spread;
 pub mod varying;
 
 use std::collections::HashMap;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use glam::Vec3;
 
 use self::material_table::Override;
 use self::varying::Settled;
+use crate::scene::import::mtl::statements::Statements;
+use crate::scene::import::mtl::statements::maps::MapUse;
 use crate::scene::import::mtlx::MtlxFiles;
-use crate::scene::import::statements::maps::MapUse;
 use crate::scene::keys::spelling;
 use crate::scene::{Material, SceneError};
 
@@ -65,10 +66,30 @@ impl Surfaces {
         self.overrides.iter().any(|entry| entry.values.name == name)
     }
 
-    /// Returns true if a `[[material]]` table of this name states the parameter as a number that pictures of this use give.
-    pub fn is_number_stated(&self, name: &str, used: MapUse) -> bool {
+    /// What the `[[material]]` tables of this name state, with their shot files: from the last table on that takes a MaterialX file. They
+    /// are used then.
+    pub fn tables_of(&mut self, name: &str) -> Vec<(Statements, PathBuf)> {
+        let named = self.overrides.iter_mut().filter(|entry| entry.values.name == name);
+        let entries: Vec<&Override> = named
+            .map(|entry| {
+                entry.used = true;
+                &*entry
+            })
+            .collect();
+        let first = entries.iter().rposition(|entry| entry.mtlx.is_some()).unwrap_or(0);
+        entries[first..].iter().map(|entry| (entry.values.clone(), entry.path.clone())).collect()
+    }
+
+    /// The MaterialX file that the last table of this name takes that takes one.
+    pub fn mtlx_of(&self, name: &str) -> Option<PathBuf> {
+        let named = self.overrides.iter().filter(|entry| entry.values.name == name);
+        named.rev().find_map(|entry| entry.mtlx.clone())
+    }
+
+    /// Returns true if a `[[material]]` table of this name replaces what a file says of the parameter that pictures of this use give.
+    pub fn replaces(&self, name: &str, used: MapUse) -> bool {
         let entries = self.overrides.iter().filter(|entry| entry.values.name == name);
-        entries.into_iter().any(|entry| entry.values.states_number(used))
+        entries.into_iter().any(|entry| entry.values.states_number(used) || entry.values.maps.has(used))
     }
 
     /// Suggests a name like `name` among those that the `[[material]]` tables define, if there is one, as a

@@ -3,44 +3,16 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use super::of_surface::OfSurface;
-use super::varying::{Graphs, computed_by};
-use crate::scene::cutout::Cutout;
+use crate::scene::cutout::LEAST_OPACITY;
 use crate::scene::import::Import;
+use crate::scene::import::mtl::statements::Statements;
+use crate::scene::import::mtl::statements::maps::{ByUse, MapStatements, MapUse, PARAMETERS};
 use crate::scene::import::mtlx::{self, Document};
 use crate::scene::import::pictures::Named;
-use crate::scene::import::statements::Statements;
-use crate::scene::import::statements::maps::{ByUse, MapUse};
+use crate::scene::keys::material::AlphaMode;
 use crate::scene::keys::spelling;
-use crate::scene::material::{Bump, Computes, NormalMap};
+use crate::scene::surface::{Alpha, Parameter, PlaceAlpha, Surface, Value};
 use crate::scene::{Material, SceneError};
-
-/// What the `[[material]]` tables of a name put in place of a material's own.
-#[derive(Default)]
-pub(crate) struct Overridden {
-    /// Shot file for each picture that it states.
-    pub places: ByUse<PathBuf>,
-    /// Graphs of its colour and its other parameters: no pictures of these count then.
-    graphs: Graphs,
-    /// Heights that bend its normals.
-    bump: Option<Bump>,
-    /// Picture of its normals.
-    normals: Option<NormalMap>,
-    /// True if nothing of the material's own counts: neither pictures nor numbers.
-    pub is_whole: bool,
-}
-
-impl Overridden {
-    /// Gives a material the normals of a file that counts in place of its own. Returns its graphs.
-    pub fn apply(&self, material: &mut Material) -> Graphs {
-        if self.is_whole {
-            (material.bump, material.normal_map) = (self.bump.clone(), self.normals);
-            let is_veil = self.graphs.has(Computes::Opacity) && material.can_blend();
-            material.cutout = is_veil.then(|| Cutout::by_graph(material.opacity()));
-        }
-        self.graphs.clone()
-    }
-}
 
 impl Import {
     /// Finds the material that the `[[material]]` tables define under `name`, without any model: its index, or the error in it. Without
@@ -55,80 +27,133 @@ impl Import {
         let shot = self.surfaces.overrides.iter().find(|entry| entry.values.name == name);
         let path = shot.map_or(PathBuf::new(), |entry| entry.path.clone());
         let stated = Statements { name: name.to_string(), ..Statements::default() };
-        let material = self.settle(stated, &path);
-        Some(material.map_err(|why| why.to_string()).and_then(|material| {
-            let index = self.surfaces.add_settled(material).ok_or("there are too many materials")?;
+        let surface = self.stated_surface(stated, &path);
+        Some(surface.map_err(|why| why.to_string()).and_then(|surface| {
+            let settled = self.settle(surface);
+            let index = self.surfaces.add_settled(settled).ok_or("there are too many materials")?;
             self.surfaces.of_tables.insert(name.to_string(), index);
             Ok(index)
         }))
     }
 
-    /// Replaces values of a material by those that the `[[material]]` tables of its name state.
+    /// The surface of what the MTL file at `own` states, and of what tables of its name state in place of that: these are MTL's
+    /// statements as well, and mean something together.
     ///
     /// # Errors
-    /// Those of MaterialX files that they name.
-    pub(in crate::scene) fn override_values(
+    /// Those of MaterialX files that they name; in a strict load also a picture that is missing.
+    pub(in crate::scene) fn stated_surface(
         &mut self,
-        stated: &mut Statements,
-    ) -> Result<Overridden, SceneError> {
-        self.override_surface(stated, None)
+        mut stated: Statements,
+        own: &Path,
+    ) -> Result<Surface, SceneError> {
+        if let Some(surface) = self.surface_of_table(&stated.name)? {
+            return self.lay_tables_over(surface);
+        }
+        let mut places = ByUse::default();
+        for (values, shot) in self.surfaces.tables_of(&stated.name) {
+            stated.replace_with(&values);
+            places.replace_with(&values.maps.map(|_| shot.clone()));
+        }
+        let asking = |used| places[used].as_deref().unwrap_or(own);
+        let mut surface = stated.surface();
+        self.show_maps(&mut surface, &stated.maps, asking)?;
+        let opacity = match &stated.maps[MapUse::Opacity] {
+            Some(map) => Some(self.picture(map, asking(MapUse::Opacity), MapUse::Opacity.of_picture())?),
+            None => surface.base_picture,
+        };
+        surface.alpha = opacity.and_then(|map| self.stated_alpha(map, stated.alpha_mode));
+        if surface.name.is_empty() {
+            surface.name = Material::fallback().name;
+        }
+        Ok(surface)
     }
 
-    /// [`override_values`](Self::override_values) of a material that has a surface of its own, whose statements these are.
-    pub(in crate::scene) fn override_surface(
+    /// Has the tables of its name replace values of a surface that a file of another kind has.
+    ///
+    /// # Errors
+    /// In a strict load: a picture that is missing.
+    pub(in crate::scene) fn lay_tables_over(&mut self, mut surface: Surface) -> Result<Surface, SceneError> {
+        for (stated, shot) in self.surfaces.tables_of(&surface.name) {
+            stated.lay_over(&mut surface);
+            self.show_maps(&mut surface, &stated.maps, |_| &shot)?;
+            surface.alpha = match &stated.maps[MapUse::Opacity] {
+                Some(map) => {
+                    let map = self.picture(map, &shot, MapUse::Opacity.of_picture())?;
+                    surface[Parameter::GeometryOpacity].node = None;
+                    self.stated_alpha(map, stated.alpha_mode)
+                }
+                None => with_mode(&surface, stated.alpha_mode),
+            };
+        }
+        Ok(surface)
+    }
+
+    /// The surface that the last table of this name takes from a MaterialX file, if one does.
+    ///
+    /// # Errors
+    /// Those of the file, and of its pictures.
+    pub(in crate::scene) fn surface_of_table(&mut self, name: &str) -> Result<Option<Surface>, SceneError> {
+        let path = self.surfaces.mtlx_of(name);
+        path.map(|path| self.mtlx_surface(&path, name)).transpose()
+    }
+
+    /// Gives a surface the pictures that are stated of it, but for that of its opacity. `asking`: the file that states the one of each use.
+    fn show_maps<'p>(
         &mut self,
-        stated: &mut Statements,
-        own: Option<OfSurface>,
-    ) -> Result<Overridden, SceneError> {
-        let mut overridden = own.map_or_else(Overridden::default, |own| self.whole(own));
-        for number in 0..self.surfaces.overrides.len() {
-            if self.surfaces.overrides[number].values.name != stated.name {
+        surface: &mut Surface,
+        maps: &MapStatements,
+        asking: impl Fn(MapUse) -> &'p Path,
+    ) -> Result<(), SceneError> {
+        if let Some(map) = &maps[MapUse::Color] {
+            let index = self.picture(map, asking(MapUse::Color), MapUse::Color.of_picture())?;
+            surface.base_picture = Some(index);
+            let base = &mut surface[Parameter::BaseColor];
+            *base = Value { node: None, ..*base };
+            surface[Parameter::SubsurfaceColor] = surface[Parameter::BaseColor];
+        }
+        let bends = [MapUse::Normal, MapUse::Bump].map(|used| maps[used].as_ref().map(|map| (used, map)));
+        if bends.iter().any(Option::is_some) {
+            (surface.normals, surface.heights) = (None, None);
+        }
+        for (used, map) in bends.into_iter().flatten() {
+            if surface.normals.is_none() {
+                let index = self.picture(map, asking(used), used.of_picture())?;
+                surface.normals = (!self.pictures.is_stand_in(index)).then_some((index, map.slope));
+            }
+        }
+        let material = surface.material();
+        for used in PARAMETERS {
+            let Some(map) = &maps[used] else { continue };
+            if !used.is_of(&material) {
+                let message = format!(
+                    "the material `{}` has no such parameter: its {} is not used",
+                    material.name,
+                    used.keyword()
+                );
+                self.findings.note(SceneError::new(asking(used), message).at_line(map.line));
                 continue;
             }
-            self.surfaces.overrides[number].used = true;
-            if let Some(path) = self.surfaces.overrides[number].mtlx.clone() {
-                let of_file = self.mtlx_surface(&path, &stated.name)?;
-                *stated = of_file.stated.clone();
-                overridden = self.whole(of_file);
+            let index = self.picture(map, asking(used), used.of_picture())?;
+            used.hide(surface);
+            if !self.pictures.is_stand_in(index) {
+                used.show(surface, index, map.channel);
             }
-            let entry = &self.surfaces.overrides[number];
-            stated.replace_with(&entry.values);
-            let Statements { kd, pr, pm, ke, d, maps, .. } = &entry.values;
-            for (is_number, used) in [
-                (kd.is_some(), MapUse::Color),
-                (pr.is_some(), MapUse::Roughness),
-                (pm.is_some(), MapUse::Metal),
-                (ke.is_some(), MapUse::Emission),
-                (d.is_some(), MapUse::Opacity),
-            ] {
-                if let Some(of) = computed_by(used).filter(|_| is_number || maps.has(used)) {
-                    overridden.graphs.remove(of);
-                }
-            }
-            if maps.has(MapUse::Normal) || maps.has(MapUse::Bump) {
-                (overridden.normals, overridden.bump) = (None, None);
-            }
-            let places = entry.values.maps.map(|_| entry.path.clone());
-            overridden.places.replace_with(&places);
         }
-        Ok(overridden)
+        Ok(())
     }
 
-    /// A surface in place of all of a material's own.
-    fn whole(&self, OfSurface { graphs, bump, normals, .. }: OfSurface) -> Overridden {
-        let normals = normals.and_then(|(map, slope)| self.pictures.normal_map(map, slope));
-        Overridden { graphs, bump, normals, is_whole: true, ..Overridden::default() }
+    /// Alpha of texture number `map`, which an MTL or a shot file states. Alpha that is below a half all over means nothing, unless the
+    /// shot file says what it means.
+    fn stated_alpha(&self, map: u32, mode: Option<AlphaMode>) -> Option<PlaceAlpha> {
+        let alpha = PlaceAlpha { map: Some(map), by_vertices: false, meaning: meaning_of(mode) };
+        (mode.is_some() || self.pictures.cuts(map)).then_some(alpha)
     }
 
     /// The material of this name of the MaterialX file at `path`.
     ///
     /// # Errors
     /// Those of the file, and of its pictures.
-    pub(in crate::scene) fn mtlx_surface(
-        &mut self,
-        path: &Path,
-        name: &str,
-    ) -> Result<OfSurface, SceneError> {
+    pub(in crate::scene) fn mtlx_surface(&mut self, path: &Path, name: &str) -> Result<Surface, SceneError> {
         let document = self.mtlx_document(path)?;
         let folder = path.parent().unwrap_or(Path::new(""));
         let Self { pictures, findings, .. } = self;
@@ -137,13 +162,10 @@ impl Import {
             let index = pictures.index_at(&named, asked.mapping, findings, asked.used)?;
             Ok(Some(index).filter(|index| asked.has_stand_in || !pictures.is_stand_in(*index)))
         })?;
-        let of_surface = OfSurface::new(surface);
-        let line = told.first().map_or(1, |(line, _)| *line);
-        let left_out = of_surface.left_out.iter().map(|said| (line, String::from(*said)));
-        for (line, said) in told.into_iter().chain(left_out) {
+        for (line, said) in told {
             self.findings.note(SceneError::new(path, format!("material `{name}`: {said}")).at_line(line));
         }
-        Ok(of_surface)
+        Ok(surface)
     }
 
     /// The MaterialX file at `path`, read once.
@@ -178,5 +200,23 @@ impl Import {
             self.findings.stand_in(finding)?;
         }
         Ok(())
+    }
+}
+
+/// The meaning of alpha that a shot file states; without one it cuts out.
+fn meaning_of(mode: Option<AlphaMode>) -> Alpha {
+    match mode {
+        Some(AlphaMode::Blend) => Alpha::Blend,
+        Some(AlphaMode::Cut) | None => Alpha::Cut(LEAST_OPACITY),
+    }
+}
+
+/// The alpha of a surface with the meaning that a shot file states: that of the picture of its colour, if it has no other.
+fn with_mode(surface: &Surface, mode: Option<AlphaMode>) -> Option<PlaceAlpha> {
+    let of_base = || PlaceAlpha { map: surface.base_picture, by_vertices: false, meaning: meaning_of(mode) };
+    let own = surface.alpha;
+    match (mode, own.map(|alpha| alpha.meaning)) {
+        (None, _) | (Some(AlphaMode::Cut), Some(Alpha::Cut(_))) => own,
+        _ => Some(PlaceAlpha { meaning: meaning_of(mode), ..own.unwrap_or_else(of_base) }),
     }
 }

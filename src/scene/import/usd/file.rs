@@ -12,7 +12,6 @@ use crate::animation::{Track, Visibility};
 use crate::digest::Digest;
 use crate::scene::SceneError;
 use crate::scene::import::mtlx::Document;
-use crate::scene::import::statements::coat::StatedCoat;
 use crate::scene::texture::Mapping;
 
 /// A USD file that was read, with all layers that it names.
@@ -138,8 +137,8 @@ pub struct Surface {
     pub ior: f64,
     /// Reflectance at normal incidence, in the specular workflow.
     pub specular: Option<DVec3>,
-    /// Clear coat above it.
-    pub coat: StatedCoat,
+    /// Weight and roughness of the clear coat above it.
+    pub coat: [f64; 2],
     /// Picture of its normals.
     pub normal: Option<Picture>,
     /// Network of MaterialX's nodes, which counts in place of all of that.

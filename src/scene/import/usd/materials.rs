@@ -4,19 +4,16 @@ use std::path::PathBuf;
 
 use glam::{DVec3, Vec3};
 
-use super::file::{Input, Picture, Surface};
+use super::file::{self, Input, Picture};
 use super::reading::Reading;
 use super::tiles::Tiles;
+use crate::graph::nodes::picture::Shown;
 use crate::memory::{self, Need, Part};
+use crate::scene::import::mtl::statements::maps::MapUse;
 use crate::scene::import::pictures::decoded::{ColorSpace, Decoded};
 use crate::scene::import::pictures::{Content, PictureUse, Wanted};
-use crate::scene::import::statements::Statements;
-use crate::scene::import::statements::maps::{Channel, MapUse};
-use crate::scene::import::surfaces::dielectric::{index_of, stated_index};
-use crate::scene::import::surfaces::settle::Alpha;
-use crate::scene::import::surfaces::varying::{Settled, computed_by, picture_use};
-use crate::scene::keys::material::AlphaMode;
-use crate::scene::material::LARGEST_COLOR;
+use crate::scene::material::{LARGEST_COLOR, index_of};
+use crate::scene::surface::{Alpha, Parameter, PlaceAlpha, Surface};
 use crate::scene::{Material, SceneError, Texture, texture};
 
 /// Reflectance at normal incidence above which a surface of the specular workflow is a metal: no plastic or gem reflects as much.
@@ -30,86 +27,61 @@ impl Reading<'_> {
         let Some(surface) = surface.and_then(|number| self.file.content.surfaces.get(number)) else {
             return self.import.surfaces.add_of(&self.file.path, Material::fallback().into());
         };
-        let network = self.network(surface)?;
-        let mut stated = match &network {
-            Some(network) => Statements { name: surface.name.clone(), ..network.stated.clone() },
-            None => self.stated(surface)?,
+        let name = &surface.name;
+        self.import.surfaces.known_names.push(name.clone());
+        let of_table = self.import.surface_of_table(name)?;
+        let network = of_table.map_or_else(|| self.network(surface), |of_table| Ok(Some(of_table)))?;
+        let mut own = match network {
+            Some(network) => network,
+            None => self.preview(surface)?,
         };
-        self.import.surfaces.known_names.push(stated.name.clone());
-        let overridden = self.import.override_surface(&mut stated, network)?;
-        let shot = &overridden.places;
-        let mut material = stated.settle();
-        material.has_vertex_colors = surface.is_tinted && !overridden.is_whole;
-        let color = match &surface.diffuse {
-            Input::Picture(picture) => Some(self.texture(picture)?),
-            Input::Constant(_) => None,
-        };
-        material.diffuse_map = match (&shot[MapUse::Color], &stated.maps[MapUse::Color]) {
-            (Some(shot), Some(map)) => Some(self.import.picture(map, shot, PictureUse::Color)?),
-            _ => color.filter(|_| !overridden.is_whole),
-        };
-        let graphs = overridden.apply(&mut material);
-        // what the file states by itself is no statement of MTL
-        let asking = |used| shot[used].as_deref().unwrap_or(&self.file.path);
-        let mut settled = self.import.settle_maps(&stated, asking, Settled { material, graphs })?;
-        let usd_alpha = if overridden.is_whole { None } else { self.alpha(surface, color)? };
-        if let (Some(shot), Some(map)) = (&shot[MapUse::Opacity], &stated.maps[MapUse::Opacity]) {
-            let map = self.import.picture(map, shot, PictureUse::Opacity)?;
-            self.import.show_stated_alpha(&mut settled, map, stated.alpha_mode);
-        } else if let Some((map, of_file)) = usd_alpha {
-            let alpha = match (stated.alpha_mode, of_file) {
-                (None, _) | (Some(AlphaMode::Cut), Alpha::Cut(_)) => of_file,
-                _ => Alpha::of(stated.alpha_mode),
-            };
-            self.import.show_alpha(&mut settled, map, alpha);
-        }
-        if !overridden.is_whole {
-            self.add_maps(surface, &mut settled)?;
-        }
+        own.name.clone_from(name);
+        let laid = self.import.lay_tables_over(own)?;
+        let settled = self.import.settle(laid);
         self.import.surfaces.add_of(&self.file.path, settled)
     }
 
-    /// Adds the pictures of normals and parameters that the shot file does not replace.
-    fn add_maps(
-        &mut self,
-        surface: &Surface,
-        Settled { material, graphs }: &mut Settled,
-    ) -> Result<(), SceneError> {
-        if let Some(picture) = surface.normal.as_ref().filter(|_| material.normal_map.is_none()) {
-            let index = self.place(picture, PictureUse::Normals)?;
-            material.normal_map = match slope_of(picture) {
-                Some(slope) => self.import.pictures.normal_map(index, slope),
-                None if self.import.pictures.is_stand_in(index) => None,
-                None => {
-                    let index = self.normals(picture)?;
-                    self.import.pictures.normal_map(index, 1.0)
-                }
+    /// The surface of a UsdPreviewSurface.
+    fn preview(&mut self, of: &file::Surface) -> Result<Surface, SceneError> {
+        let mut surface = self.of_numbers(of)?;
+        surface.is_tinted = of.is_tinted;
+        if let Input::Picture(picture) = &of.diffuse {
+            surface.base_picture = Some(self.texture(picture)?);
+        }
+        surface.alpha = self.alpha(of, surface.base_picture)?;
+        let is_replaced = |reading: &Self, used| reading.import.surfaces.replaces(&of.name, used);
+        let bends = !is_replaced(self, MapUse::Normal) && !is_replaced(self, MapUse::Bump);
+        if let Some(picture) = of.normal.as_ref().filter(|_| bends) {
+            let map = self.place(picture, PictureUse::Normals)?;
+            surface.normals = match slope_of(picture) {
+                Some(slope) => Some((map, slope)),
+                None if self.import.pictures.is_stand_in(map) => None,
+                None => Some((self.normals(picture)?, 1.0)),
             };
         }
-        let is_metal_rough = material.metal_rough.is_some() && surface.specular.is_none();
-        for (used, input, is_there) in [
-            (MapUse::Roughness, &surface.roughness, material.metal_rough.is_some()),
-            (MapUse::Metal, &surface.metallic, is_metal_rough),
-            (MapUse::Emission, &surface.emissive, true),
+        for (used, input, is_there, parameter) in [
+            (MapUse::Roughness, &of.roughness, true, Parameter::SpecularRoughness),
+            (MapUse::Metal, &of.metallic, of.specular.is_none(), Parameter::BaseMetalness),
+            (MapUse::Emission, &of.emissive, true, Parameter::EmissionColor),
         ] {
-            let is_shown = computed_by(used).is_some_and(|of| graphs.has(of));
-            let is_replaced = is_shown || self.import.surfaces.is_number_stated(&material.name, used);
-            let Some(picture) = picture_of_parameter(input, used).filter(|_| is_there && !is_replaced) else {
-                continue;
+            let is_own = is_there && !is_replaced(self, used);
+            let Some(picture) = picture_of_parameter(input, used).filter(|_| is_own) else { continue };
+            let map = self.place(picture, used.of_picture())?;
+            let shown = match (used, picture.channel.unwrap_or(0)) {
+                (MapUse::Emission, _) => Shown::Color,
+                (_, channel @ 0..3) => Shown::Channel(channel),
+                _ => Shown::Alpha,
             };
-            let map = self.place(picture, picture_use(used))?;
-            let channel = [Channel::Red, Channel::Green, Channel::Blue, Channel::Alpha];
-            let channel = channel[picture.channel.unwrap_or(0).min(3)];
             if !self.import.pictures.is_stand_in(map) {
-                graphs.show(used, map, channel);
+                surface.show(parameter, map, shown);
             }
         }
-        Ok(())
+        Ok(surface)
     }
 
-    /// Values of a surface, as an MTL file would state them.
-    fn stated(&mut self, surface: &Surface) -> Result<Statements, SceneError> {
-        let base = match &surface.diffuse {
+    /// The surface of a UsdPreviewSurface without its pictures.
+    fn of_numbers(&mut self, of: &file::Surface) -> Result<Surface, SceneError> {
+        let mut base = match &of.diffuse {
             Input::Constant(color) => *color,
             // the picture is multiplied by it
             Input::Picture(picture) => {
@@ -119,11 +91,11 @@ impl Reading<'_> {
                 DVec3::from_slice(&picture.scale)
             }
         };
-        let emissive = self.factor(&surface.emissive, MapUse::Emission)?;
-        let roughness = self.factor(&surface.roughness, MapUse::Roughness)?.x.clamp(0.0, 1.0);
-        let mut metallic = self.factor(&surface.metallic, MapUse::Metal)?.x.clamp(0.0, 1.0);
-        let (mut base, mut index) = (base, surface.ior);
-        if let Some(specular) = surface.specular {
+        let emissive = self.factor(&of.emissive, MapUse::Emission)?;
+        let roughness = self.factor(&of.roughness, MapUse::Roughness)?.x.clamp(0.0, 1.0);
+        let mut metallic = self.factor(&of.metallic, MapUse::Metal)?.x.clamp(0.0, 1.0);
+        let mut index = of.ior;
+        if let Some(specular) = of.specular {
             metallic = 0.0;
             if specular.max_element() > LEAST_METAL {
                 self.unused.push(
@@ -134,30 +106,27 @@ impl Reading<'_> {
                 index = index_of(specular.element_sum() / 3.0);
             }
         }
-        let opacity = match &surface.opacity {
-            Input::Constant(opacity) if surface.opacity_threshold > 0.0 => {
-                if opacity.x < surface.opacity_threshold { 0.0 } else { 1.0 }
-            }
-            Input::Constant(opacity) => opacity.x.clamp(0.0, 1.0),
-            // the factor of a picture that is blended
-            Input::Picture(picture) if surface.opacity_threshold == 0.0 => {
-                let channel = picture.channel.unwrap_or(0);
-                (picture.scale[channel] + picture.bias[channel]).clamp(0.0, 1.0)
-            }
-            Input::Picture(_) => 1.0,
-        };
-        let stated = Statements {
-            name: surface.name.clone(),
-            kd: Some(color(base)),
-            ke: Some(color(emissive)),
-            pr: Some(roughness as f32),
-            pm: Some(metallic as f32),
-            ni: Some(stated_index(index) as f32),
-            coat: surface.coat,
-            d: (opacity < 1.0).then_some(opacity as f32),
-            ..Statements::default()
-        };
-        Ok(stated)
+        let opacity =
+            match &of.opacity {
+                Input::Constant(opacity) if of.opacity_threshold > 0.0 => {
+                    if opacity.x < of.opacity_threshold { 0.0 } else { 1.0 }
+                }
+                Input::Constant(opacity) => opacity.x.clamp(0.0, 1.0),
+                // the factor of a picture that is blended
+                Input::Picture(picture) if of.opacity_threshold == 0.0 => {
+                    let channel = picture.channel.unwrap_or(0);
+                    (picture.scale[channel] + picture.bias[channel]).clamp(0.0, 1.0)
+                }
+                Input::Picture(_) => 1.0,
+            };
+        let mut surface = Surface::matt(of.name.clone(), color(base));
+        surface.set_layer(index as f32, roughness as f32, metallic as f32);
+        surface.set_emission(color(emissive));
+        surface[Parameter::GeometryOpacity] = (opacity as f32).into();
+        let [weight, roughness] = of.coat.map(|number| number as f32);
+        surface[Parameter::CoatWeight] = weight.into();
+        surface[Parameter::CoatRoughness] = roughness.into();
+        Ok(surface)
     }
 
     /// Value of an input: of a picture the factor by which it is multiplied, or its mean if it is more than multiplied.
@@ -190,10 +159,14 @@ impl Reading<'_> {
     }
 
     /// Texture of a surface's opacity, and what its alpha means. `color`: the texture of its colour.
-    fn alpha(&mut self, surface: &Surface, color: Option<u32>) -> Result<Option<(u32, Alpha)>, SceneError> {
+    fn alpha(
+        &mut self,
+        surface: &file::Surface,
+        color: Option<u32>,
+    ) -> Result<Option<PlaceAlpha>, SceneError> {
         let Input::Picture(picture) = &surface.opacity else { return Ok(None) };
         let channel = picture.channel.unwrap_or(0);
-        let alpha = if surface.opacity_threshold > 0.0 {
+        let meaning = if surface.opacity_threshold > 0.0 {
             // the threshold counts for what the texture makes of its numbers
             let scale = picture.scale[channel].max(f64::MIN_POSITIVE);
             let least = ((surface.opacity_threshold - picture.bias[channel]) / scale) as f32;
@@ -212,7 +185,7 @@ impl Reading<'_> {
             Some(map) => map,
             None => self.opacity_texture(picture, channel)?,
         };
-        Ok(Some((map, alpha)))
+        Ok(Some(PlaceAlpha { map: Some(map), by_vertices: false, meaning }))
     }
 
     /// Texture of the normals that a picture's scale and bias make of its numbers. Returns its index.

@@ -2,11 +2,11 @@
 
 use std::collections::HashMap;
 
-use super::file::{Network, Picture, Surface};
+use super::file::{self, Network, Picture};
 use super::reading::Reading;
 use crate::scene::SceneError;
 use crate::scene::import::mtlx::{self, Document, PictureAsked};
-use crate::scene::import::surfaces::of_surface::OfSurface;
+use crate::scene::surface::Surface;
 
 /// What is told of a network that makes no sense.
 const NOT_USED: &str = "its network of MaterialX is not used";
@@ -15,7 +15,7 @@ impl Reading<'_> {
     /// The surface of a material's network. `None` if it has none, or one that makes no sense, which is told.
     ///
     /// # Errors Those of pictures; in a strict load also networks that make no sense.
-    pub(super) fn network(&mut self, surface: &Surface) -> Result<Option<OfSurface>, SceneError> {
+    pub(super) fn network(&mut self, surface: &file::Surface) -> Result<Option<Surface>, SceneError> {
         let Some(network) = &surface.network else { return Ok(None) };
         let name = &surface.name;
         // what makes no sense is found before pictures are read, whose errors are none of the network's
@@ -48,7 +48,7 @@ impl Reading<'_> {
         name: &str,
         document: &Document,
         pictures: &HashMap<String, Picture>,
-    ) -> Result<OfSurface, SceneError> {
+    ) -> Result<Surface, SceneError> {
         let (surface, told) = mtlx::surface(document, name, &mut |asked| {
             let Some(picture) = pictures.get(&asked.file) else { return Ok(None) };
             let of_tiles = picture.tiles.as_ref().map(|tiles| tiles.mapping(asked.mapping));
@@ -56,11 +56,9 @@ impl Reading<'_> {
             let index = self.place(&picture, asked.used)?;
             Ok(Some(index).filter(|index| asked.has_stand_in || !self.import.pictures.is_stand_in(*index)))
         })?;
-        let of_surface = OfSurface::new(surface);
-        let left_out = of_surface.left_out.iter().map(|said| String::from(*said));
-        for said in told.into_iter().map(|(_, said)| said).chain(left_out) {
+        for (_, said) in told {
             self.left_out.entry(said).or_default().insert(name.to_string());
         }
-        Ok(of_surface)
+        Ok(surface)
     }
 }

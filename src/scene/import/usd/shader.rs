@@ -12,7 +12,6 @@ use super::file::{Input, Picture, Surface};
 use super::resolver::Checked;
 use super::tiles::{self, Tiles};
 use super::value::{Answer, codes, is_name, number, numbers, said, value, word};
-use crate::scene::import::statements::coat::StatedCoat;
 use crate::scene::texture::{Mapping, UvSet, Wrap};
 
 /// Most steps from an input to the shader that computes it: nothing honest is as deep, and what is connected to itself has no end.
@@ -171,8 +170,8 @@ impl<'a> Shaders<'a> {
         UvSet::First
     }
 
-    /// The clear coat of a surface, if it has one.
-    fn coat(&mut self, prim: &Prim) -> Answer<StatedCoat> {
+    /// Weight and roughness of the clear coat of a surface.
+    fn coat(&mut self, prim: &Prim) -> Answer<[f64; 2]> {
         for name in ["inputs:clearcoat", "inputs:clearcoatRoughness"] {
             if said(prim.attribute(name).has_authored_connections())? {
                 self.leave_out("textures of clearcoats are not used: a coat is the same all over, and as its numbers say");
@@ -180,11 +179,7 @@ impl<'a> Shaders<'a> {
         }
         let share = number(prim, "inputs:clearcoat", self.code)?.unwrap_or(0.0);
         let roughness = number(prim, "inputs:clearcoatRoughness", self.code)?.unwrap_or(0.01);
-        Ok(StatedCoat {
-            weight: Some(share as f32),
-            roughness: Some(roughness as f32),
-            ..StatedCoat::default()
-        })
+        Ok([share, roughness])
     }
 
     /// Records that something has no effect.
@@ -497,7 +492,7 @@ fn plain(name: &str, color: DVec3) -> Surface {
         opacity_threshold: 0.0,
         ior: 1.0,
         specular: None,
-        coat: StatedCoat::default(),
+        coat: [0.0; 2],
         normal: None,
         network: None,
         is_network_alone: false,

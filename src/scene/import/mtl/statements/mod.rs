@@ -1,22 +1,14 @@
 //! What files and `[[material]]` tables state of a material, by MTL's names; and what these statements mean together.
 
-pub mod anisotropy;
-pub mod coat;
-pub mod fuzz;
 mod illumination;
-pub mod interior;
 pub mod maps;
 
 use glam::{DVec3, Vec3};
 
-use self::anisotropy::StatedAnisotropy;
-use self::coat::StatedCoat;
-use self::fuzz::StatedFuzz;
-use self::interior::StatedInterior;
-use self::maps::{MapStatements, MapUse};
-use crate::scene::import::surfaces::varying::PARAMETERS;
+use self::maps::{MapStatements, MapUse, PARAMETERS};
 use crate::scene::keys::material::AlphaMode;
 use crate::scene::material::LARGEST_COLOR;
+use crate::scene::surface::{Parameter, Value};
 
 /// Statements of a file about one material. Absent values are not the defaults: those depend on other values.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -36,17 +28,13 @@ pub(crate) struct Statements {
     pub illum: Option<u32>,
     pub pr: Option<f32>,
     pub pm: Option<f32>,
-    /// How white metal is at grazing angles, 0 (as at right angles) to 1, and how rough what is matt is, 0 to 1; MTL has no such statements.
+    /// Parameters of OpenPBR that are stated by their own names, constants; of two the later one counts. MTL has two: Pc and Pcr.
+    pub parameters: Vec<(Parameter, Value)>,
+    /// See [`Beyond`](crate::scene::surface::Beyond); MTL has no statements about these.
     pub metal_edge: Option<f32>,
-    pub diffuse_roughness: Option<f32>,
-    /// Direction along which it spreads light.
-    pub anisotropy: StatedAnisotropy,
-    /// Inside of the surface.
-    pub interior: StatedInterior,
-    /// Clear coat: Pc and Pcr; MTL has no statements about the rest.
-    pub coat: StatedCoat,
-    /// Fuzz; MTL has no statements about it.
-    pub fuzz: StatedFuzz,
+    pub translucency: Option<f32>,
+    pub tangent_turn: Option<f32>,
+    pub tangent_around: Option<Vec3>,
     /// Meaning of a picture's alpha, if a shot file states it.
     pub alpha_mode: Option<AlphaMode>,
     /// Pictures by their use.
@@ -74,11 +62,10 @@ impl Statements {
         self.pr = other.pr.or(self.pr);
         self.pm = other.pm.or(self.pm);
         self.metal_edge = other.metal_edge.or(self.metal_edge);
-        self.diffuse_roughness = other.diffuse_roughness.or(self.diffuse_roughness);
-        self.interior.replace_with(&other.interior);
-        self.anisotropy.replace_with(&other.anisotropy);
-        self.coat.replace_with(&other.coat);
-        self.fuzz.replace_with(&other.fuzz);
+        self.parameters.extend(&other.parameters);
+        self.translucency = other.translucency.or(self.translucency);
+        self.tangent_turn = other.tangent_turn.or(self.tangent_turn);
+        self.tangent_around = other.tangent_around.or(self.tangent_around);
         self.alpha_mode = other.alpha_mode.or(self.alpha_mode);
         // a number all over is what is meant, and no factor of a picture; the colour of one is
         for used in PARAMETERS.into_iter().filter(|used| other.states_number(*used)) {
@@ -97,6 +84,16 @@ impl Statements {
             MapUse::Metal => self.pm.is_some(),
             MapUse::Color | MapUse::Opacity | MapUse::Normal | MapUse::Bump => false,
         }
+    }
+
+    /// The value of a parameter that is stated by its own name.
+    pub fn stated(&self, parameter: Parameter) -> Option<Value> {
+        self.parameters.iter().rfind(|(of, _)| *of == parameter).map(|(_, value)| *value)
+    }
+
+    /// States a parameter by its own name, if there is a value.
+    pub fn state(&mut self, parameter: Parameter, value: Option<impl Into<Value>>) {
+        self.parameters.extend(value.map(|value| (parameter, value.into())));
     }
 
     /// Has the surface let the share `through` of the light pass, tinted by its diffuse colour and `filter`: as glass, which is as rough as

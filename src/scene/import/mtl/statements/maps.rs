@@ -2,9 +2,13 @@
 
 use std::ops::{Index, IndexMut};
 
-use glam::Vec2;
+use glam::{Vec2, Vec3};
 
+use crate::graph::nodes::picture::Shown;
+use crate::scene::Material;
+use crate::scene::import::pictures::PictureUse;
 use crate::scene::import::pictures::decoded::ColorSpace;
+use crate::scene::surface::{Parameter, Surface};
 
 /// A texture as a material asks for it.
 #[derive(Debug, Clone, PartialEq)]
@@ -16,24 +20,12 @@ pub(crate) struct MapStatement {
     pub clamp: bool,
     /// `-bm`: factor on the slopes of a bump or normal map.
     pub slope: f32,
-    /// `-imfchan`: the channel whose values count, where one number is meant.
-    pub channel: Channel,
+    /// `-imfchan`: what counts of it where one number is meant.
+    pub channel: Shown,
     /// `-colorspace`: encoding of the colours, if it is stated.
     pub space: Option<ColorSpace>,
     /// Line of the statement, from 1.
     pub line: usize,
-}
-
-/// Channel of a picture that holds one number a texel.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
-pub enum Channel {
-    /// Mean of red, green and blue.
-    #[default]
-    Mean,
-    Red,
-    Green,
-    Blue,
-    Alpha,
 }
 
 /// Use of a map by a material: each has one map of a kind at most.
@@ -72,6 +64,70 @@ impl MapUse {
             Self::Metal => "map_Pm",
             Self::Normal => "norm",
             Self::Bump => "map_Bump",
+        }
+    }
+}
+
+/// Uses of pictures that give parameters of a material, beside its colour.
+pub const PARAMETERS: [MapUse; 5] =
+    [MapUse::Roughness, MapUse::Metal, MapUse::Shininess, MapUse::Emission, MapUse::Specular];
+
+impl MapUse {
+    /// Returns true if `material` has the parameter that these pictures give.
+    pub fn is_of(self, material: &Material) -> bool {
+        let has_layer = material.metal_rough.is_some();
+        match self {
+            Self::Roughness => has_layer,
+            Self::Metal => has_layer && !material.is_rough_glass(),
+            Self::Shininess | Self::Specular => material.specular != Vec3::ZERO,
+            Self::Color | Self::Opacity | Self::Emission | Self::Normal | Self::Bump => true,
+        }
+    }
+
+    /// Use of a picture as such.
+    pub(crate) fn of_picture(self) -> PictureUse {
+        match self {
+            Self::Color => PictureUse::Color,
+            Self::Opacity => PictureUse::Opacity,
+            Self::Specular => PictureUse::ColorParameter,
+            Self::Emission => PictureUse::Light,
+            Self::Shininess | Self::Roughness | Self::Metal => PictureUse::Parameter,
+            Self::Normal => PictureUse::Normals,
+            Self::Bump => PictureUse::Heights,
+        }
+    }
+
+    /// Has nothing but numbers give the parameter. Of what a graph gave in whole nothing is left but a factor of 1.
+    pub fn hide(self, surface: &mut Surface) {
+        let phong = surface.beyond.phong.as_mut();
+        let value = match self {
+            Self::Roughness => &mut surface[Parameter::SpecularRoughness],
+            Self::Metal => &mut surface[Parameter::BaseMetalness],
+            Self::Emission => &mut surface[Parameter::EmissionColor],
+            Self::Specular => {
+                return if let Some(phong) = phong {
+                    phong.color.node = None
+                };
+            }
+            Self::Shininess => {
+                return if let Some(phong) = phong {
+                    phong.exponent.node = None
+                };
+            }
+            Self::Color | Self::Opacity | Self::Normal | Self::Bump => return,
+        };
+        value.node = None;
+    }
+
+    /// Has picture number `map` of the shot give the parameter.
+    pub fn show(self, surface: &mut Surface, map: u32, channel: Shown) {
+        match (self, &mut surface.beyond.phong) {
+            (Self::Roughness, _) => surface.show(Parameter::SpecularRoughness, map, channel),
+            (Self::Metal, _) => surface.show(Parameter::BaseMetalness, map, channel),
+            (Self::Emission, _) => surface.show(Parameter::EmissionColor, map, Shown::Color),
+            (Self::Specular, Some(phong)) => phong.color.show(&mut surface.graph, map, Shown::Color),
+            (Self::Shininess, Some(phong)) => phong.exponent.show(&mut surface.graph, map, channel),
+            _ => {}
         }
     }
 }
@@ -136,7 +192,7 @@ impl MapStatement {
             offset: Vec2::ZERO,
             clamp: false,
             slope: 1.0,
-            channel: Channel::Mean,
+            channel: Shown::Mean,
             space: None,
             line,
         }
