@@ -43,6 +43,8 @@ pub struct Material {
     pub fuzz: Option<Fuzz>,
     /// Light that leaves it somewhere else than where it came, or on the other side.
     pub scattering: Option<Scattering>,
+    /// What of its glass is not the same all over, if anything is.
+    pub uneven_glass: Option<UnevenGlass>,
     /// What it absorbs of the light on its way through it, if it is glass: exponents for each unit of length, space of the shot's files.
     pub absorption: Vec3,
     /// Texture of its colour: index into [`Scene::textures`](super::Scene::textures).
@@ -87,7 +89,7 @@ pub enum Computes {
     Color,
     /// Factor of the roughness of its metal-rough layer, from 0 to 1; without one of the exponent of its highlight.
     Roughness,
-    /// Factor of its share of metal, from 0 to 1.
+    /// Factor of its share of metal, from 0 to 1; of [glass](UnevenGlass) of the share that is glass.
     Metalness,
     /// Share of it that is there, from 0 to 1.
     Opacity,
@@ -288,6 +290,19 @@ impl MetalRough {
     }
 }
 
+/// Glass that is not the same all over: what is not glass of it is matt.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct UnevenGlass {
+    /// Diffuse reflectance of what is not glass.
+    pub base: Vec3,
+    /// Share of it that is glass, from 0 to 1; where that varies, what its factor is one of.
+    pub share: f32,
+    /// Mean of that factor over the surface: [shadows](Material::casts_shadow) ask for it.
+    pub mean: f32,
+    /// True if the reflectance that samples keep tints what goes through it, as it does what is matt.
+    pub is_tinted: bool,
+}
+
 /// What becomes of the diffuse light of a surface that does not leave it where it came, in the colour of that light.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Scattering {
@@ -375,6 +390,7 @@ impl Material {
             coat: None,
             fuzz: None,
             scattering: None,
+            uneven_glass: None,
             absorption: Vec3::ZERO,
             diffuse_map: None,
             computed: None,
@@ -392,10 +408,29 @@ impl Material {
         is_colored || self.has_computed_color() || self.varies_in_metal()
     }
 
-    /// Diffuse reflectance where that is greatest: where a share of metal that varies is 0.
+    /// Diffuse reflectance where that is greatest: where a share of metal, or of glass, that varies is 0.
     pub fn most_diffuse(&self) -> Vec3 {
-        let varying = self.metal_rough.filter(|_| self.varies_in_metal());
-        varying.map_or(self.diffuse, |layer| layer.base * layer.solid)
+        match (self.uneven_glass, self.metal_rough) {
+            _ if !self.varies_in_metal() => self.diffuse,
+            (Some(glass), _) => glass.base,
+            (None, Some(layer)) => layer.base * layer.solid,
+            (None, None) => self.diffuse,
+        }
+    }
+
+    /// What it reflects by metal or lets through as glass of each unit of its [greatest diffuse reflectance](Self::most_diffuse), where the
+    /// factor of that share is 1. `None` if the share does not vary.
+    pub fn share_that_is_not_matt(&self) -> Option<f32> {
+        let of_layer = self.metal_rough.map(|layer| layer.metallic);
+        self.uneven_glass.map(|glass| glass.share).or(of_layer).filter(|_| self.varies_in_metal())
+    }
+
+    /// Colour by which what goes through glass is tinted where samples keep this reflectance.
+    #[inline]
+    pub fn tint_of_glass(&self, reflectance: Vec3) -> Vec3 {
+        let painted = self.painted();
+        let tint = reflectance / painted.max(Vec3::splat(f32::MIN_POSITIVE));
+        Vec3::select(painted.cmpgt(Vec3::ZERO), tint, Vec3::ONE)
     }
 
     /// Returns true if a graph computes this of it.
@@ -408,7 +443,7 @@ impl Material {
         self.computed.as_ref().is_some_and(|computed| computed.program.is_of_eye())
     }
 
-    /// Returns true if its share of metal varies from place to place.
+    /// Returns true if its share of metal, or of glass, varies from place to place.
     pub fn varies_in_metal(&self) -> bool {
         self.is_computed(Computes::Metalness)
     }
@@ -453,6 +488,12 @@ impl Material {
     /// Its effect on rays from the camera, with these parameters: less of it is there, and so much more of what is behind is seen.
     #[inline]
     pub fn optics_at(&self, varied: Varied) -> Optics {
+        if let (Some(_), Optics::Glass { transmission, index, reflection, is_rough, is_thin }) =
+            (self.uneven_glass, self.optics)
+        {
+            let transmission = transmission * varied.of_metal();
+            return Optics::Glass { transmission, index, reflection, is_rough, is_thin };
+        }
         if varied.opacity == u8::MAX {
             return self.optics;
         }
@@ -521,7 +562,8 @@ impl Material {
         match self.optics {
             Optics::Opaque => true,
             Optics::Glass { index, reflection, is_rough, .. } => {
-                index == 1.0 && reflection == Vec3::ZERO && !is_rough
+                let is_even = self.uneven_glass.is_none();
+                index == 1.0 && reflection == Vec3::ZERO && !is_rough && is_even
             }
             Optics::Mirror { .. } => false,
         }
@@ -537,6 +579,7 @@ impl Material {
     /// and not less than the base colour of a metal. If nothing paints it, it is the diffuse reflectance.
     pub fn painted(&self) -> Vec3 {
         let base = self.metal_rough.map_or(Vec3::ZERO, |metal_rough| metal_rough.base);
+        let base = self.uneven_glass.map_or(base, |glass| glass.base);
         if self.is_painted() { self.diffuse.max(self.ambient).max(base) } else { self.diffuse }
     }
 
@@ -551,7 +594,10 @@ impl Material {
     /// Visibility stays a yes or no that can be kept as a tag.
     pub fn casts_shadow(&self) -> bool {
         match self.optics {
-            Optics::Glass { transmission, .. } => transmission.max_element() < 0.5,
+            Optics::Glass { transmission, .. } => {
+                let mean = self.uneven_glass.map_or(1.0, |glass| glass.mean);
+                transmission.max_element() * mean < 0.5
+            }
             _ => true,
         }
     }

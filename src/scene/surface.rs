@@ -100,8 +100,8 @@ pub const ALL: [Described; 28] = [
     number(Parameter::GeometryThinWalled, "geometry_thin_walled", 0.0),
 ];
 
-/// Parameters that the renderer has as constants alone: of a graph the default counts.
-const CONSTANT: [Parameter; 20] = [
+/// Parameters that the renderer has as constants alone: of a graph the mean counts.
+const CONSTANT: [Parameter; 18] = [
     Parameter::BaseDiffuseRoughness,
     Parameter::SubsurfaceWeight,
     Parameter::SubsurfaceRadius,
@@ -110,8 +110,6 @@ const CONSTANT: [Parameter; 20] = [
     Parameter::SpecularColor,
     Parameter::SpecularIor,
     Parameter::SpecularRoughnessAnisotropy,
-    Parameter::TransmissionWeight,
-    Parameter::TransmissionColor,
     Parameter::TransmissionDepth,
     Parameter::CoatWeight,
     Parameter::CoatRoughness,
@@ -241,6 +239,8 @@ pub struct Beyond {
     /// Colour of light that passes the surface of glass, once each time; `transmission_color` is a factor of it where there is no
     /// `transmission_depth`.
     pub glass_tint: Vec3,
+    /// True if the picture of the base colour is a factor of it as well.
+    pub is_glass_pictured: bool,
     /// How white metal is at grazing angles, from 0 to 1, where `specular_color` does not say.
     pub metal_edge: Option<f32>,
     /// Share of the diffuse light that leaves on the other side, where `geometry_thin_walled` does not say.
@@ -259,6 +259,7 @@ impl Default for Beyond {
             mirror: None,
             veil: Vec3::ONE,
             glass_tint: Vec3::ONE,
+            is_glass_pictured: false,
             metal_edge: None,
             translucency: None,
             tangent_turn: 0.0,
@@ -365,10 +366,13 @@ impl Surface {
         self.constant(parameter).x
     }
 
-    /// Names of the parameters that a graph gives and the renderer has as constants alone.
-    pub fn constants_of_graphs(&self) -> Vec<&'static str> {
-        let described = CONSTANT.iter().map(|parameter| &ALL[*parameter as usize]);
-        described.filter(|of| self[of.parameter].node.is_some()).map(|described| described.name).collect()
+    /// The parameters that a graph gives and the renderer has as constants alone.
+    pub fn parameters_to_fold(&self) -> Vec<Parameter> {
+        // a colour that glass has on the way through it is one colour
+        let is_of_depth = self[Parameter::TransmissionDepth] != Value::ZERO;
+        let of_depth = is_of_depth.then_some(Parameter::TransmissionColor);
+        let constant = CONSTANT.into_iter().chain(of_depth);
+        constant.filter(|parameter| self[*parameter].node.is_some()).collect()
     }
 }
 
@@ -381,7 +385,7 @@ mod tests {
         for (number, described) in ALL.iter().enumerate() {
             assert_eq!(described.parameter as usize, number, "{}", described.name);
         }
-        assert_eq!(CONSTANT.len() + 8, ALL.len(), "all but those that vary");
+        assert_eq!(CONSTANT.len() + 10, ALL.len(), "all but those that vary");
     }
 
     #[test]
@@ -391,8 +395,8 @@ mod tests {
         surface.show(Parameter::SpecularRoughness, 3, Shown::Mean);
         let roughness = surface[Parameter::SpecularRoughness];
         assert!(roughness.factor == Vec3::splat(0.5) && roughness.given().is_some());
-        assert_eq!(surface.constants_of_graphs(), [""; 0], "roughness may vary");
+        assert_eq!(surface.parameters_to_fold(), [], "roughness may vary");
         surface.show(Parameter::CoatWeight, 3, Shown::Mean);
-        assert_eq!(surface.constants_of_graphs(), ["coat_weight"]);
+        assert_eq!(surface.parameters_to_fold(), [Parameter::CoatWeight]);
     }
 }

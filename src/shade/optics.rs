@@ -34,6 +34,22 @@ pub fn branch(
     incoming: Vec3,
     random: impl FnOnce() -> [f32; 2],
 ) -> Branches {
+    let mut branches = branch_of_clear(material, surface, incoming, random);
+    if material.uneven_glass.is_some_and(|glass| glass.is_tinted)
+        && let Some(through) = &mut branches.refraction
+    {
+        through.weight *= material.tint_of_glass(surface.reflectance);
+    }
+    branches
+}
+
+/// [`branch`] where nothing but its material colours what goes through glass.
+fn branch_of_clear(
+    material: &Material,
+    surface: &Surface,
+    incoming: Vec3,
+    random: impl FnOnce() -> [f32; 2],
+) -> Branches {
     match material.optics_at(surface.varied) {
         Optics::Opaque => Branches::default(),
         Optics::Mirror { tint, fresnel } => {

@@ -120,7 +120,8 @@ fn reuse_is_exact_where_colours_are_computed() {
     // parameters and heights of the same squares
     let varies = "<input name=\"specular_roughness\" type=\"float\" nodegraph=\"G\" output=\"out\"/><input name=\"base_metalness\" type=\"float\" nodegraph=\"G\" output=\"out\"/>";
     let bump = "<input name=\"geometry_normal\" type=\"vector3\" nodename=\"B\"/>";
-    for shader in [MATT, metal, varies, bump] {
+    let glass = "<input name=\"transmission_weight\" type=\"float\" nodegraph=\"G\" output=\"out\"/><input name=\"transmission_color\" type=\"color3\" nodegraph=\"G\" output=\"out\"/>";
+    for shader in [MATT, metal, varies, bump, glass] {
         for model in [still, turns, deforms] {
             let scene = load(folder.path(), GRAPHS[2], shader, &format!("{AROUND}{model}"));
             let settings = Settings { paths: 2, bounces: 1, reflections: 2, ..toy::audited(2) };
@@ -132,4 +133,41 @@ fn reuse_is_exact_where_colours_are_computed() {
             assert!(reused > 2_000, "{reused} of {model}");
         }
     }
+}
+
+/// Stained glass: what is behind it has the colours of its graph, as far as another says that there is glass; the rest is matt.
+#[test]
+fn glass_is_where_its_graphs_say_and_as_they_say() {
+    let folder = tempfile::tempdir().unwrap();
+    let floor = "[background]\ncolor = [1, 1, 1]\n[[model]]\nobj = \"floor.obj\"\n";
+    let by = |parameter: &str, of_type: &str| {
+        format!("<input name=\"{parameter}\" type=\"{of_type}\" nodegraph=\"G\" output=\"out\"/>")
+    };
+    let clear = "<input name=\"specular_ior\" type=\"float\" value=\"1\"/><input name=\"specular_roughness\" type=\"float\" value=\"0\"/>";
+    let whole = "<input name=\"transmission_weight\" type=\"float\" value=\"1\"/>";
+    let (color, weight) = (by("transmission_color", "color3"), by("transmission_weight", "float"));
+    // the sun is not there: what is matt is black
+    let above = ABOVE.replace("power = 1", "power = 0");
+    for (glass, sees) in [
+        (format!("{whole}{color}"), (|at| at) as fn(Vec3) -> Vec3),
+        (weight.clone(), |at| Vec3::splat(luma(at))),
+        (format!("{weight}{color}"), |at| at * luma(at)),
+    ] {
+        let scene = load(folder.path(), GRAPHS[0], &format!("{clear}{glass}"), &format!("{above}{floor}"));
+        let settings = Settings { width: 64, height: 64, depth: 2, ..toy::audited(1) };
+        let finished = toy::render(&scene, &settings, 1).pop().unwrap();
+        assert_eq!(toy::differing(&finished), 0);
+        let per_pixel = 2.0 * 6.0 * 30_f32.to_radians().tan() / 64.0;
+        for (x, y) in [(32, 32), (38, 24), (22, 40)] {
+            let world = Vec3::new(x as f32 + 0.5 - 32.0, 0.0, y as f32 + 0.5 - 32.0) * per_pixel;
+            let at = world / 4.0 + 0.5;
+            let (expected, found) = (sees(Vec3::new(at.x, at.z, 0.0)), toy::color(&finished, x, y));
+            assert!(found.abs_diff_eq(expected, 0.02), "{glass} {x} {y}: {found} {expected}");
+        }
+    }
+}
+
+/// Luminance, as nodes convert colours to numbers.
+fn luma(color: Vec3) -> f32 {
+    color.dot(Vec3::new(0.2126, 0.7152, 0.0722))
 }

@@ -161,6 +161,10 @@ pub(crate) struct MaterialTable {
     pub map_pr: Option<At<String>>,
     /// Picture of Pm: its brightness is a factor
     pub map_pm: Option<At<String>>,
+    /// Picture of the colour of the light that goes through glass, a factor of `tf` (and of `kd` beside `transmission`)
+    pub map_tf: Option<At<String>>,
+    /// Picture of the share of glass that is glass: its brightness is a factor; what is not is matt, in the colour of `kd`
+    pub map_transmission: Option<At<String>>,
     /// Picture of normals: red to the right, green upwards, blue out of the surface
     pub norm: Option<At<String>>,
     /// Picture of heights, or of normals

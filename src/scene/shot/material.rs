@@ -113,6 +113,7 @@ impl Reader<'_> {
         let mut maps = MapStatements::default();
         let MaterialTable { map_kd, map_d, map_ks, map_ns, map_ke, map_pr, map_pm, norm, map_bump, .. } =
             table;
+        let MaterialTable { map_tf, map_transmission, .. } = table;
         for (used, map) in [
             (MapUse::Color, map_kd),
             (MapUse::Opacity, map_d),
@@ -123,6 +124,8 @@ impl Reader<'_> {
             (MapUse::Metal, map_pm),
             (MapUse::Normal, norm),
             (MapUse::Bump, map_bump),
+            (MapUse::Filter, map_tf),
+            (MapUse::Transmission, map_transmission),
         ] {
             let line = |map: &At<String>| self.0.fault(map.span(), "").line.unwrap_or(1);
             maps[used] = map.as_ref().map(|map| MapStatement::plain(map.get_ref().as_str(), line(map)));

@@ -48,8 +48,8 @@ struct Paint {
 /// What varies of a material from place to place.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct VaryingPaint {
-    /// Share of metal, if that varies: of what is no metal there the diffuse reflectance is a share.
-    metallic: Option<f32>,
+    /// Share of metal, or of glass, if that varies: of what is neither the diffuse reflectance is a share.
+    not_matt: Option<f32>,
     /// Its layer, if that may be a mirror in places.
     layer: Option<MetalRough>,
 }
@@ -61,8 +61,8 @@ impl Paint {
         match &self.varying {
             None => self.diffuse,
             Some(varying) => {
-                let metallic = varying.metallic.map_or(0.0, |metallic| metallic * varied.of_metal());
-                self.diffuse * ((1.0 - metallic) * varied.of_opacity())
+                let not_matt = varying.not_matt.map_or(0.0, |share| share * varied.of_metal());
+                self.diffuse * ((1.0 - not_matt) * varied.of_opacity())
             }
         }
     }
@@ -348,7 +348,7 @@ fn paint(material: &Material, light: Vec3) -> Paint {
     let painted = material.painted();
     let share = |of: Vec3| of / painted.max(Vec3::splat(f32::MIN_POSITIVE));
     let varying = material.varies().then(|| VaryingPaint {
-        metallic: material.metal_rough.filter(|_| material.varies_in_metal()).map(|layer| layer.metallic),
+        not_matt: material.share_that_is_not_matt(),
         layer: material.metal_rough.filter(|_| material.varies_in_roughness()),
     });
     let is_smooth = |layer: MetalRough| layer.is_smooth() && !material.varies_in_roughness();

@@ -150,8 +150,11 @@ const OF_EYE: [Kind; 3] = [
 /// Numbers of files from which on nodes may depend on the eye: below them files are what they were before there were such nodes.
 pub const FIRST_OF_EYE: u64 = 10_000;
 
-/// Number of files.
+/// Number of files without glass.
 pub const FILES: u64 = 15_000;
+
+/// Numbers of files from which on materials may be glass, of which graphs say where it is and in which colours.
+pub const FIRST_OF_GLASS: u64 = FILES;
 
 /// The file with this number.
 pub fn file(number: u64) -> String {
@@ -162,13 +165,13 @@ pub fn file(number: u64) -> String {
     let kinds: Vec<Kind> =
         KINDS.into_iter().chain(OF_EYE.into_iter().cycle().take(OF_EYE.len() * of_eye)).collect();
     for name in MATERIALS {
-        material(&mut dice, (name, &kinds), &mut text);
+        material(&mut dice, (name, &kinds), number >= FIRST_OF_GLASS, &mut text);
     }
     text.push_str("</materialx>\n");
     text
 }
 
-fn material(dice: &mut Dice, (name, kinds): (&str, &[Kind]), text: &mut String) {
+fn material(dice: &mut Dice, (name, kinds): (&str, &[Kind]), may_be_glass: bool, text: &mut String) {
     let _ = writeln!(text, "<nodegraph name=\"G{name}\">");
     let count = dice.whole(2, MOST_NODES) as usize;
     for node in 0..count {
@@ -263,6 +266,15 @@ fn material(dice: &mut Dice, (name, kinds): (&str, &[Kind]), text: &mut String) 
             text,
             "<input name=\"geometry_opacity\" type=\"float\" nodegraph=\"G{name}\" output=\"opacity\"/>"
         );
+    }
+    if may_be_glass && dice.one_in(2) {
+        let graph = format!("nodegraph=\"G{name}\" output=");
+        let weight =
+            if dice.one_in(2) { format!("{graph}\"opacity\"") } else { String::from("value=\"0.8\"") };
+        let _ = writeln!(text, "<input name=\"transmission_weight\" type=\"float\" {weight}/>");
+        if dice.one_in(2) {
+            let _ = writeln!(text, "<input name=\"transmission_color\" type=\"color3\" {graph}\"out\"/>");
+        }
     }
     if computed[2] {
         let _ = writeln!(text, "<input name=\"geometry_normal\" type=\"vector3\" nodename=\"B{name}\"/>");

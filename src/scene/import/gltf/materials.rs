@@ -222,7 +222,22 @@ impl Reading<'_> {
         Ok(surface)
     }
 
-    /// Share of the light that a material with this factor of metal lets through: the same all over.
+    /// Has the texture of its transmission give the share of a surface that is glass.
+    fn show_transmission(&mut self, json: &Json, surface: &mut Surface) -> Result<(), SceneError> {
+        let sets = uv_sets_of(self.document, json)?;
+        let read: Transmission =
+            extension(self.document, &json.extensions, "KHR_materials_transmission")?.unwrap_or_default();
+        let Some(info) = read.transmission_texture else { return Ok(()) };
+        if let Some(uvs) = uvs_of(self.document, &info, sets)? {
+            let map = self.texture(&info, uvs, PictureUse::Parameter)?;
+            if !self.import.pictures.is_stand_in(map) {
+                surface.show(Parameter::TransmissionWeight, map, Shown::Channel(0));
+            }
+        }
+        Ok(())
+    }
+
+    /// Share of the light that a material with this factor of metal lets through, where it is not metal; 0 if it is metal all over.
     fn through(&mut self, json: &Json, metallic: f64) -> Result<f64, SceneError> {
         let transmission: Transmission =
             extension(self.document, &json.extensions, "KHR_materials_transmission")?.unwrap_or_default();
@@ -233,23 +248,17 @@ impl Reading<'_> {
         let texture = &json.pbr_metallic_roughness.metallic_roughness_texture;
         let means = texture.as_ref().map(|info| self.mean_numbers(info)).transpose()?;
         let through = transmits * (1.0 - metallic * means.map_or(1.0, |means| means.z));
-        if through > 0.0 && transmission.transmission_texture.is_some() {
-            self.document
-                .leave_out("textures of transmission are not used: the factor counts all over a material");
-        }
-        Ok(through)
+        Ok(if through > 0.0 { transmits } else { 0.0 })
     }
 
-    /// Makes a surface transmit the share `through`, tinted by its base colour. Without a thickness it is a pane; how thick it is, its mesh
-    /// says.
+    /// Makes a surface transmit the share `through`, tinted by its base colour and the texture of that. Without a thickness it is a pane; how
+    /// thick it is, its mesh says.
     fn make_glass(&mut self, json: &Json, through: f64, surface: &mut Surface) -> Result<(), SceneError> {
         let volume: Volume =
             extension(self.document, &json.extensions, "KHR_materials_volume")?.unwrap_or_default();
-        let texture = json.pbr_metallic_roughness.base_color_texture.as_ref();
-        let mean = texture.map_or(Ok(DVec3::ONE), |info| self.mean(info))?;
-        surface.beyond.glass_tint = surface[Parameter::BaseColor].factor * color(mean);
+        surface.beyond.glass_tint = surface[Parameter::BaseColor].factor;
+        surface.beyond.is_glass_pictured = true;
         surface[Parameter::TransmissionWeight] = (through as f32).into();
-        surface[Parameter::BaseMetalness] = Value::ZERO;
         let is_thin = volume.thickness_factor <= 0.0;
         surface[Parameter::GeometryThinWalled] = if is_thin { Value::ONE } else { Value::ZERO };
         if let Some(distance) = volume.attenuation_distance {
@@ -264,13 +273,10 @@ impl Reading<'_> {
         let sets = uv_sets_of(self.document, json)?;
         let pbr = &json.pbr_metallic_roughness;
         let is_lit = !shows_itself(json);
-        // clear glass has one colour
-        let through = surface[Parameter::TransmissionWeight];
-        let shows_base = is_lit && through != Value::ONE;
         let has_alpha = surface.alpha.is_some();
-        if let Some(info) = pbr.base_color_texture.as_ref().filter(|_| shows_base || has_alpha) {
+        if let Some(info) = pbr.base_color_texture.as_ref().filter(|_| is_lit || has_alpha) {
             let map = self.texture(info, UvSet::First, PictureUse::Color)?;
-            surface.base_picture = shows_base.then_some(map);
+            surface.base_picture = is_lit.then_some(map);
             surface.alpha = surface.alpha.map(|alpha| PlaceAlpha { map: Some(map), ..alpha });
         }
         let replaces = |reading: &Self, used, name: &str| reading.import.surfaces.replaces(name, used);
@@ -283,7 +289,18 @@ impl Reading<'_> {
             surface.normals = Some((map, info.scale.unwrap_or(1.0) as f32));
         }
         let of_layer = pbr.metallic_roughness_texture.as_ref().filter(|_| is_lit);
-        let of_metal = of_layer.filter(|_| through == Value::ZERO);
+        let is_glass = surface[Parameter::TransmissionWeight] != Value::ZERO;
+        let of_metal = match of_layer {
+            // glass is the same all over where its texture knows no metal
+            Some(info) if is_glass && self.mean_numbers(info)?.z == 0.0 => {
+                surface[Parameter::BaseMetalness] = Value::ZERO;
+                None
+            }
+            texture => texture,
+        };
+        if is_glass {
+            self.show_transmission(json, surface)?;
+        }
         let shown = if is_lit { &json.emissive_texture } else { &pbr.base_color_texture };
         let of_emission = shown.as_ref().filter(|_| surface[Parameter::EmissionColor] != Value::ZERO);
         for (used, info, parameter, shown) in [

@@ -10,17 +10,17 @@ use crate::lanes::Vec3x8;
 use crate::scene::Material;
 use crate::scene::material::{
     Anisotropy, Bump, ByParameter, Coat, Computes, Fuzz, LARGEST_COLOR, LEAST_ALPHA, MetalRough, Optics,
-    Scattering, head_on,
+    Scattering, UnevenGlass, head_on,
 };
-use crate::scene::surface::{Beyond, Parameter, Surface, Value};
+use crate::scene::surface::{ALL, Beyond, Parameter, Surface, Value};
 use crate::shade::optics::of_both_walls;
 
-/// What is told of glass whose colour is computed.
-const GLASS_OF_GRAPH: &str =
-    "the base colour of glass is one colour: the default counts in place of its graph";
+/// What is told of glass with two graphs of colours.
+const GLASS_OF_GRAPHS: &str =
+    "of two graphs of colours of glass that of what goes through counts: what is not glass is matt in it";
 
 /// What is told of glass whose metalness is computed.
-const GLASS_OF_METAL: &str = "a graph of the metalness of glass is not used: the default counts in its place";
+const GLASS_OF_METAL: &str = "what of glass is metal is shown matt";
 
 /// What is told of glass with a coat.
 const COAT_OF_GLASS: &str = "coats and fuzz of glass are not used: glass reflects by its index alone";
@@ -49,15 +49,16 @@ impl Surface {
     pub(in crate::scene) fn lowered(mut self) -> Settled {
         let through = through(&self);
         let base = base(&mut self);
+        let glass = (through > 0.0).then(|| glass(&mut self, base));
         let emission = product(&mut self, [Parameter::EmissionColor, Parameter::EmissionLuminance]);
-        let inputs = self.inputs(through, base, emission);
+        let inputs = self.inputs(glass.as_ref(), base, emission);
         let material = Material {
             name: std::mem::take(&mut self.name),
             emission: emission.factor.clamp(Vec3::ZERO, Vec3::splat(LARGEST_COLOR)),
             diffuse_map: self.base_picture,
             has_vertex_colors: self.is_tinted,
             bump: bump(&self),
-            ..self.reflecting(through, base)
+            ..self.reflecting(through, base, glass.map(|glass| glass.uneven))
         };
         Settled { material, graphs: Graphs::new(self.graph, inputs) }
     }
@@ -69,15 +70,19 @@ impl Surface {
 
     /// Sentences about what it states that the renderer does not have.
     pub(in crate::scene) fn left_out(&self) -> Vec<String> {
-        let constants = self.constants_of_graphs();
-        let said = || format!("a graph gives {}: the default counts in its place", constants.join(", "));
-        let mut left_out: Vec<String> = (!constants.is_empty()).then(said).into_iter().collect();
+        let folded = self.parameters_to_fold();
+        let names = || folded.iter().map(|parameter| ALL[*parameter as usize].name).collect::<Vec<_>>();
+        let said = || format!("a graph gives {}: its mean counts in its place", names().join(", "));
+        let mut left_out: Vec<String> = (!folded.is_empty()).then(said).into_iter().collect();
         let varies = |parameter| self[parameter].node.is_some();
         let is_glass = through(self) > 0.0;
         for (is_so, said) in [
             (is_glass && varies(Parameter::BaseMetalness), GLASS_OF_METAL),
             (is_glass && (coat(self).is_some() || fuzz(self).is_some()), COAT_OF_GLASS),
-            (is_glass && (varies(Parameter::BaseColor) || varies(Parameter::BaseWeight)), GLASS_OF_GRAPH),
+            (
+                is_glass && varies(Parameter::TransmissionColor) && varies(Parameter::BaseColor),
+                GLASS_OF_GRAPHS,
+            ),
             (bump(self).is_some_and(|bump| bump.height.is_of_eye()), HEIGHTS_OF_EYE),
         ] {
             left_out.extend(is_so.then(|| String::from(said)));
@@ -86,7 +91,7 @@ impl Surface {
     }
 
     /// What gives its values from place to place.
-    fn inputs(&self, through: f32, base: Value, emission: Value) -> ByParameter<Input> {
+    fn inputs(&self, glass: Option<&Glass>, base: Value, emission: Value) -> ByParameter<Input> {
         let phong = self.beyond.phong.filter(|_| !has_layer(self));
         let mut inputs = ByParameter::default();
         inputs[Computes::Emission] = emission.given();
@@ -94,22 +99,19 @@ impl Surface {
         inputs[Computes::Highlight] = phong.and_then(|phong| phong.color.given());
         let of_highlight = phong.and_then(|phong| phong.exponent.given());
         inputs[Computes::Roughness] = of_highlight.or(self[Parameter::SpecularRoughness].given());
-        if through == 0.0 {
-            inputs[Computes::Color] = base.given();
-            inputs[Computes::Metalness] = self[Parameter::BaseMetalness].given();
-        }
+        inputs[Computes::Color] = glass.and_then(|glass| glass.color).or(base.given());
+        inputs[Computes::Metalness] = match glass {
+            Some(glass) => glass.share,
+            None => self[Parameter::BaseMetalness].given(),
+        };
         inputs
     }
 
     /// What it does with light, apart from emission. `through`: share that it lets through as glass.
-    fn reflecting(&self, through: f32, base: Value) -> Material {
+    fn reflecting(&self, through: f32, base: Value, uneven_glass: Option<UnevenGlass>) -> Material {
         let beyond = &self.beyond;
         let is_glass = through > 0.0;
-        let base = if is_glass && base.node.is_some() {
-            self.constant(Parameter::BaseColor)
-        } else {
-            base.factor.clamp(Vec3::ZERO, Vec3::splat(LARGEST_COLOR))
-        };
+        let base = base.factor.clamp(Vec3::ZERO, Vec3::splat(LARGEST_COLOR));
         let optics = self.optics(through);
         let has_layer = has_layer(self) && !is_glass && beyond.mirror.is_none();
         let fuzz = fuzz(self).filter(|_| !is_glass);
@@ -120,6 +122,7 @@ impl Surface {
             ambient: beyond.ambient.unwrap_or(base) * solid,
             optics,
             scattering: self.scattering().filter(|_| optics == Optics::Opaque),
+            uneven_glass: uneven_glass.filter(|glass| glass.is_tinted || self.has_share_of_glass()),
             absorption: if is_glass { self.absorption() } else { Vec3::ZERO },
             ..Material::fallback()
         };
@@ -154,6 +157,11 @@ impl Surface {
         }
     }
 
+    /// Returns true if a graph says how much of it is glass.
+    fn has_share_of_glass(&self) -> bool {
+        [Parameter::TransmissionWeight, Parameter::BaseMetalness].iter().any(|of| self[*of].node.is_some())
+    }
+
     /// Its effect on rays.
     fn optics(&self, through: f32) -> Optics {
         let Beyond { mirror, veil, glass_tint, .. } = self.beyond;
@@ -163,7 +171,7 @@ impl Surface {
         if through > 0.0 {
             // a colour that light takes on its way is none of the surface
             let is_of_depth = self.number(Parameter::TransmissionDepth) > 0.0;
-            let own = if is_of_depth { Vec3::ONE } else { self.constant(Parameter::TransmissionColor) };
+            let own = if is_of_depth { Vec3::ONE } else { self[Parameter::TransmissionColor].factor };
             // files write 0 for "does not bend"
             let index = Some(self.number(Parameter::SpecularIor)).filter(|index| *index > 0.0);
             return Optics::Glass {
@@ -228,6 +236,41 @@ impl Surface {
     }
 }
 
+/// What of glass graphs give.
+struct Glass {
+    /// Share that is glass, of its greatest one.
+    share: Option<Input>,
+    /// Colour of what goes through.
+    color: Option<Input>,
+    uneven: UnevenGlass,
+}
+
+/// What of glass varies from place to place.
+fn glass(surface: &mut Surface, base: Value) -> Glass {
+    let is_of_depth = surface.number(Parameter::TransmissionDepth) > 0.0;
+    let color = surface[Parameter::TransmissionColor].given().filter(|_| !is_of_depth);
+    let weight = surface[Parameter::TransmissionWeight].given();
+    let metal = surface[Parameter::BaseMetalness];
+    let share = match metal.node {
+        None => weight,
+        Some(_) => {
+            let inputs = vec![weight.unwrap_or(Input::Constant(Vec3::ONE)), whole(surface, metal)];
+            Some(surface.graph.add(Arc::new(Without), inputs))
+        }
+    };
+    let is_pictured = surface.beyond.is_glass_pictured && surface.base_picture.is_some();
+    let through = through(surface);
+    // where nothing is matt, what is kept has the tint alone
+    let is_clear = through == 1.0 && share.is_none();
+    let uneven = UnevenGlass {
+        base: if is_clear { Vec3::ONE } else { base.factor.clamp(Vec3::ZERO, Vec3::splat(LARGEST_COLOR)) },
+        share: through,
+        mean: 1.0,
+        is_tinted: color.is_some() || is_pictured,
+    };
+    Glass { share, color, uneven }
+}
+
 /// Share of the light that it lets through as glass.
 fn through(surface: &Surface) -> f32 {
     if solid(surface) < 1.0 || surface.beyond.mirror.is_some() {
@@ -235,7 +278,7 @@ fn through(surface: &Surface) -> f32 {
     }
     let is_known = surface[Parameter::BaseMetalness].node.is_none();
     let metallic = if is_known { metalness(surface) } else { 0.0 };
-    share(surface, Parameter::TransmissionWeight) * (1.0 - metallic)
+    factor(surface, Parameter::TransmissionWeight) * (1.0 - metallic)
 }
 
 /// Share of it that is there: a factor, where a graph gives it.
@@ -370,6 +413,16 @@ struct Mixed {
 impl Function for Mixed {
     fn values(&self, inputs: &[Vec3x8], _: Places) -> Vec3x8 {
         inputs[0] * (1.0 - self.share) + inputs[1] * self.share
+    }
+}
+
+/// A share of a value that is left without another.
+#[derive(Debug)]
+struct Without;
+
+impl Function for Without {
+    fn values(&self, inputs: &[Vec3x8], _: Places) -> Vec3x8 {
+        inputs[0] * (Vec3x8::splat(Vec3::ONE) - inputs[1])
     }
 }
 

@@ -2,6 +2,7 @@
 
 mod lower;
 pub mod material_table;
+mod means;
 mod overrides;
 mod settle;
 pub mod spread;

@@ -9,9 +9,13 @@ use crate::scene::surface::{Alpha, PlaceAlpha, Surface};
 
 impl Import {
     /// Settles a surface whose pictures were placed.
-    pub(in crate::scene) fn settle(&self, surface: Surface) -> Settled {
+    pub(in crate::scene) fn settle(&self, mut surface: Surface) -> Settled {
+        self.fold(&mut surface);
         let (alpha, normals) = (surface.alpha, surface.normals);
         let mut settled = surface.lowered();
+        if let Some(glass) = &mut settled.material.uneven_glass {
+            glass.mean = settled.graphs.mean(Computes::Metalness, &self.pictures.textures).clamp(0.0, 1.0);
+        }
         settled.material.normal_map = normals.and_then(|(map, slope)| self.pictures.normal_map(map, slope));
         settled.material.cutout = match alpha {
             Some(alpha) => self.cutout(alpha, &mut settled),

@@ -4,10 +4,11 @@ use std::sync::Arc;
 
 use glam::Vec3;
 
+use super::means;
 use crate::graph::nodes::picture::{self, Shown};
 use crate::graph::{Graph, Input, Program};
-use crate::scene::Material;
-use crate::scene::material::{ByParameter, Computed, Computes};
+use crate::scene::material::{ByParameter, Computed, Computes, Optics};
+use crate::scene::{Material, Texture};
 
 /// A material, and what gives its parameters from place to place.
 pub(in crate::scene) struct Settled {
@@ -37,6 +38,11 @@ impl Graphs {
     /// Returns true if something gives this value.
     pub fn has(&self, of: Computes) -> bool {
         self.inputs[of].is_some()
+    }
+
+    /// Mean of a factor over surfaces: see [`means`](super::means); 1 if nothing gives it.
+    pub fn mean(&self, of: Computes, textures: &[Texture]) -> f32 {
+        self.inputs[of].map_or(1.0, |input| means::mean(&self.graph, input, textures).x)
     }
 
     /// Has channels of picture number `map` of the shot give a value.
@@ -69,7 +75,10 @@ fn has_value(material: &Material, of: Computes) -> bool {
     match of {
         Computes::Color => true,
         Computes::Roughness => material.metal_rough.is_some() || shines,
-        Computes::Metalness => material.metal_rough.is_some() && !material.is_rough_glass(),
+        Computes::Metalness => match material.optics {
+            Optics::Glass { .. } if !material.can_blend() => material.uneven_glass.is_some(),
+            _ => material.metal_rough.is_some(),
+        },
         Computes::Opacity => material.can_blend(),
         Computes::Highlight => shines,
         Computes::Emission => material.emission != Vec3::ZERO,

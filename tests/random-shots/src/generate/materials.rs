@@ -47,6 +47,12 @@ fn material(dice: &mut Dice, name: &str) -> Table {
             } else {
                 set("d", dice.between(0.0, 0.6).into());
             }
+            // stained glass, and panes in walls
+            for map in ["map_tf", "map_transmission"] {
+                if dice.one_in(4) {
+                    set(map, (*dice.pick(&[HOLES, TEXTURES[0]])).into());
+                }
+            }
             match dice.below(4) {
                 0 => set("thin", Value::Boolean(true)),
                 1 => {

@@ -8,6 +8,7 @@ use crate::graph::nodes::picture::Shown;
 use crate::scene::Material;
 use crate::scene::import::pictures::PictureUse;
 use crate::scene::import::pictures::decoded::ColorSpace;
+use crate::scene::material::Optics;
 use crate::scene::surface::{Parameter, Surface};
 
 /// A texture as a material asks for it.
@@ -49,6 +50,10 @@ pub enum MapUse {
     Normal,
     /// `bump`, `map_Bump`: heights, or directions of normals.
     Bump,
+    /// `map_Tf`: colour of what goes through glass.
+    Filter,
+    /// Share that is glass; MTL has no such statement.
+    Transmission,
 }
 
 impl MapUse {
@@ -64,13 +69,22 @@ impl MapUse {
             Self::Metal => "map_Pm",
             Self::Normal => "norm",
             Self::Bump => "map_Bump",
+            Self::Filter => "map_Tf",
+            Self::Transmission => "map_transmission",
         }
     }
 }
 
 /// Uses of pictures that give parameters of a material, beside its colour.
-pub const PARAMETERS: [MapUse; 5] =
-    [MapUse::Roughness, MapUse::Metal, MapUse::Shininess, MapUse::Emission, MapUse::Specular];
+pub const PARAMETERS: [MapUse; 7] = [
+    MapUse::Roughness,
+    MapUse::Metal,
+    MapUse::Shininess,
+    MapUse::Emission,
+    MapUse::Specular,
+    MapUse::Filter,
+    MapUse::Transmission,
+];
 
 impl MapUse {
     /// Returns true if `material` has the parameter that these pictures give.
@@ -80,6 +94,9 @@ impl MapUse {
             Self::Roughness => has_layer,
             Self::Metal => has_layer && !material.is_rough_glass(),
             Self::Shininess | Self::Specular => material.specular != Vec3::ZERO,
+            Self::Filter | Self::Transmission => {
+                matches!(material.optics, Optics::Glass { .. }) && !material.can_blend()
+            }
             Self::Color | Self::Opacity | Self::Emission | Self::Normal | Self::Bump => true,
         }
     }
@@ -89,9 +106,9 @@ impl MapUse {
         match self {
             Self::Color => PictureUse::Color,
             Self::Opacity => PictureUse::Opacity,
-            Self::Specular => PictureUse::ColorParameter,
+            Self::Specular | Self::Filter => PictureUse::ColorParameter,
             Self::Emission => PictureUse::Light,
-            Self::Shininess | Self::Roughness | Self::Metal => PictureUse::Parameter,
+            Self::Shininess | Self::Roughness | Self::Metal | Self::Transmission => PictureUse::Parameter,
             Self::Normal => PictureUse::Normals,
             Self::Bump => PictureUse::Heights,
         }
@@ -104,6 +121,8 @@ impl MapUse {
             Self::Roughness => &mut surface[Parameter::SpecularRoughness],
             Self::Metal => &mut surface[Parameter::BaseMetalness],
             Self::Emission => &mut surface[Parameter::EmissionColor],
+            Self::Filter => &mut surface[Parameter::TransmissionColor],
+            Self::Transmission => &mut surface[Parameter::TransmissionWeight],
             Self::Specular => {
                 return if let Some(phong) = phong {
                     phong.color.node = None
@@ -125,6 +144,8 @@ impl MapUse {
             (Self::Roughness, _) => surface.show(Parameter::SpecularRoughness, map, channel),
             (Self::Metal, _) => surface.show(Parameter::BaseMetalness, map, channel),
             (Self::Emission, _) => surface.show(Parameter::EmissionColor, map, Shown::Color),
+            (Self::Filter, _) => surface.show(Parameter::TransmissionColor, map, Shown::Color),
+            (Self::Transmission, _) => surface.show(Parameter::TransmissionWeight, map, channel),
             (Self::Specular, Some(phong)) => phong.color.show(&mut surface.graph, map, Shown::Color),
             (Self::Shininess, Some(phong)) => phong.exponent.show(&mut surface.graph, map, channel),
             _ => {}
@@ -134,7 +155,7 @@ impl MapUse {
 
 /// Maps of a material by their use, with anything that belongs to each.
 #[derive(Debug, Clone, PartialEq)]
-pub struct ByUse<T>([Option<T>; 9]);
+pub struct ByUse<T>([Option<T>; 11]);
 
 /// Maps that a material states.
 pub type MapStatements = ByUse<MapStatement>;

@@ -82,7 +82,8 @@ impl Statements {
             MapUse::Emission => self.ke.is_some(),
             MapUse::Roughness => self.pr.is_some(),
             MapUse::Metal => self.pm.is_some(),
-            MapUse::Color | MapUse::Opacity | MapUse::Normal | MapUse::Bump => false,
+            MapUse::Filter => self.tf.is_some(),
+            MapUse::Color | MapUse::Opacity | MapUse::Normal | MapUse::Bump | MapUse::Transmission => false,
         }
     }
 
