@@ -41,7 +41,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let start = Instant::now();
     let mut rust = RustBackend::new(scene);
     let rust_seconds = start.elapsed().as_secs_f64();
-    let triangles: usize = scene.models.iter().map(|model| model.mesh.triangles.len()).sum();
+    let triangles: usize = scene.models.iter().map(|model| model.mesh.count()).sum();
     println!("{path}: {triangles} triangles, {} threads, best of {rounds}", rayon::current_num_threads());
     println!("{:<14}{:>12}{:>12}{:>10}", "", "embree", "rust", "ratio");
     println!(

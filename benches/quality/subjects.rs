@@ -104,7 +104,7 @@ fn plane_model() -> Model {
     let places = corners.map(|(x, y)| turned(x, y).extend(0.0).to_array());
     let mesh = toy::mesh(&places, &[[0, 1, 2], [0, 2, 3]], 1, true);
     let uvs = corners.map(|(x, y)| Vec2::new(x, y) * HALF / 0.8).to_vec();
-    toy::still("plane", Mesh { uvs, ..mesh }, Vec3::ZERO)
+    toy::still("plane", mesh.with_triangles(|triangles| triangles.uvs = uvs), Vec3::ZERO)
 }
 
 /// Discs of radius 0.4 in a grid that fills every picture; offsets keep them from all lying alike on the pixel grid.

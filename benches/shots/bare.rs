@@ -237,18 +237,18 @@ fn attach(
     model: u32,
     mesh: &Mesh,
 ) -> Result<Vec<Part>, embree::Error> {
-    let split = mesh.shadow_casting;
+    let (all, split) = (mesh.triangles(), mesh.shadow_casting);
     let mut parts = Vec::new();
-    for (range, mask) in [(0..split, SIGHT), (split..mesh.triangles.len(), SIGHT & !SHADOW)] {
+    for (range, mask) in [(0..split, SIGHT), (split..mesh.count(), SIGHT & !SHADOW)] {
         if range.is_empty() {
             continue;
         }
         parts.push((model, range.start as u32));
-        let triangles = match range.len() == mesh.triangles.len() {
-            true => Arc::clone(&mesh.triangles),
-            false => Arc::new(mesh.triangles[range].to_vec()),
+        let triangles = match range.len() == mesh.count() {
+            true => Arc::clone(&all.corners),
+            false => Arc::new(all.corners[range].to_vec()),
         };
-        scene.attach(&Geometry::triangles(device, Arc::clone(&mesh.positions), triangles, mask)?)?;
+        scene.attach(&Geometry::triangles(device, Arc::clone(&all.positions), triangles, mask)?)?;
     }
     Ok(parts)
 }

@@ -8,9 +8,8 @@ use std::time::Instant;
 use afterimage::animation::{Interpolation, Track, TransformTrack};
 use afterimage::frame::Renderer;
 use afterimage::scene::environment::Sky;
-use afterimage::scene::{self, Environment, Light, LightKind, Mesh, Model, Scene};
+use afterimage::scene::{self, Environment, Light, LightKind, Mesh, Model, Scene, Triangles};
 use afterimage::settings::{Mode, Settings};
-use embree::VertexBuffer;
 use glam::{DVec3, Vec2, Vec3};
 use serde::Serialize;
 
@@ -258,19 +257,8 @@ fn ball() -> Mesh {
     // at the poles one triangle of two has no area
     let triangles: Vec<[u32; 3]> =
         faces.filter(|[a, b, c]| corner(*a) != corner(*b) && corner(*b) != corner(*c)).collect();
-    Mesh {
-        uvs: vec![Vec2::ZERO; corners.len()],
-        positions: Arc::new(VertexBuffer::new(corners)),
-        shadow_casting: triangles.len(),
-        material_of: vec![0; triangles.len()],
-        groups: Default::default(),
-        cut: None,
-        quadric: None,
-        shapes: None,
-        details: Default::default(),
-        normals: Vec::new(),
-        triangles: Arc::new(triangles),
-    }
+    let uvs = vec![Vec2::ZERO; corners.len()];
+    Mesh::plain(Triangles { uvs, ..Triangles::new(corners, triangles) }.into(), 0, true)
 }
 
 impl Row {

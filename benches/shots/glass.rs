@@ -85,7 +85,7 @@ fn of_glass(scene: &Scene) -> Scene {
     let glass = scene.materials.len() as u16;
     scene.materials.push(Material { diffuse: Vec3::splat(0.05), optics, ..Material::fallback() });
     let mesh = Mesh::clone(&scene.models[0].mesh);
-    let material_of = vec![glass; mesh.triangles.len()];
+    let material_of = vec![glass; mesh.count()];
     scene.models[0].mesh = Arc::new(Mesh { shadow_casting: 0, material_of, ..mesh });
     scene
 }

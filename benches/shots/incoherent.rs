@@ -129,9 +129,10 @@ fn ends(scene: &Scene, pose: &Pose, tracer: &dyn Tracer, batches: &[RayBatch], h
                 let (origin, direction) = (of(&ray.origin), of(&ray.direction));
                 let mesh = &scene.models[hit.model as usize].mesh;
                 let corner = |corner: u32| {
-                    pose.models[hit.model as usize].point(mesh.positions.as_slice()[corner as usize].into())
+                    pose.models[hit.model as usize]
+                        .point(mesh.triangles().positions.as_slice()[corner as usize].into())
                 };
-                let [a, b, c] = mesh.triangles[hit.triangle as usize].map(corner);
+                let [a, b, c] = mesh.triangles().corners[hit.triangle as usize].map(corner);
                 let normal = (b - a).cross(c - a).normalize();
                 let normal = if normal.dot(direction) > 0.0 { -normal } else { normal };
                 Some((origin + direction * hit.t + normal * 1e-4, normal))

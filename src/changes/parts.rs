@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use super::split::{Around, Leaf, Split, parts};
 use crate::animation::{Chord, Shape};
 use crate::geometry::Bounds;
-use crate::scene::{Mesh, Shapes};
+use crate::scene::{Mesh, Shapes, Triangles};
 
 /// Largest number of boxes of a mesh: several give fewer false alarms where it is round, thin or hollow. With
 /// 256 a ball that flies through a room has a tenth fewer rays of paths than with 64.
@@ -21,13 +21,16 @@ pub struct PartBoxes {
 }
 
 impl PartBoxes {
-    /// Creates up to `most` boxes for each shape of `mesh`, which contain all its triangles.
+    /// Creates up to `most` boxes for each shape of `mesh`, which contain all its primitives.
     pub fn new(mesh: &Mesh, most: usize) -> Self {
-        let Some(shapes) = &mesh.shapes else { return Self { in_shapes: vec![boxes_of(mesh, most)] } };
-        let parts = parts_of(mesh, most);
+        let Some((triangles, shapes)) = mesh.as_triangles().and_then(|all| Some((all, all.shapes.as_ref()?)))
+        else {
+            return Self { in_shapes: vec![boxes_of(mesh, most)] };
+        };
+        let parts = parts_of(triangles, most);
         let in_shape = |positions: &Vec<[f32; 3]>| -> Vec<Bounds> {
             let corners =
-                |triangle: &u32| mesh.triangles[*triangle as usize].map(|at| positions[at as usize]);
+                |triangle: &u32| triangles.corners[*triangle as usize].map(|at| positions[at as usize]);
             let around = |part: &Vec<u32>| {
                 let all = part.iter().flat_map(corners).map(Vec3::from_array);
                 all.fold(Bounds::EMPTY, Bounds::with)
@@ -70,13 +73,11 @@ fn moved(point: Vec3, by: f32) -> Vec3 {
 
 /// Divides the triangles into up to `most` lists of about the same length, each of triangles that lie
 /// together in the shape at rest.
-fn parts_of(mesh: &Mesh, most: usize) -> Vec<Vec<u32>> {
-    let positions = mesh.positions.as_slice();
-    let middle = |triangle: &u32| -> Vec3 {
-        mesh.triangles[*triangle as usize].iter().map(|at| Vec3::from_array(positions[*at as usize])).sum()
-    };
-    let mut triangles: Vec<u32> = (0..mesh.triangles.len() as u32).collect();
-    let mut open = vec![(triangles.as_mut_slice(), most.min(mesh.triangles.len()))];
+fn parts_of(triangles: &Triangles, most: usize) -> Vec<Vec<u32>> {
+    let middle = |triangle: &u32| -> Vec3 { triangles.positions_of(*triangle).iter().sum() };
+    let count = triangles.corners.len();
+    let mut numbers: Vec<u32> = (0..count as u32).collect();
+    let mut open = vec![(numbers.as_mut_slice(), most.min(count))];
     let mut parts = Vec::new();
     while let Some((part, count)) = open.pop() {
         if count <= 1 {
@@ -98,36 +99,29 @@ type Corners = [Vec3; 3];
 
 /// Number of boxes [of](PartBoxes::new) a mesh.
 pub fn count_of_boxes(mesh: &Mesh, most: usize) -> usize {
-    if is_cut(mesh, most) { most } else { most.min(mesh.triangles.len()) }
+    if to_cut(mesh, most).is_some() { most } else { most.min(mesh.count()) }
 }
 
-/// Returns true if triangles of `mesh` are cut to pieces. Stand-ins for a quadric's pieces have their boxes,
-/// and are not surfaces; and parts of a mesh that deforms are whole triangles.
-fn is_cut(mesh: &Mesh, most: usize) -> bool {
-    mesh.quadric.is_none()
-        && mesh.shapes.is_none()
-        && !mesh.triangles.is_empty()
-        && mesh.triangles.len() < most
+/// The triangles of `mesh`, if they are cut to pieces. Parts of a mesh that deforms are whole triangles, and
+/// those of curved geometry whole primitives.
+fn to_cut(mesh: &Mesh, most: usize) -> Option<&Triangles> {
+    let is_cut = |all: &&Triangles| all.shapes.is_none() && (1..most).contains(&all.corners.len());
+    mesh.as_triangles().filter(is_cut)
 }
 
-/// Creates up to `most` boxes, object space, that contain all triangles of `mesh`: the top of a hierarchy
+/// Creates up to `most` boxes, object space, that contain all primitives of `mesh`: the top of a hierarchy
 /// over them. If triangles are few they are cut to as many pieces: a box around a large one that is turned is
 /// mostly empty.
 pub fn boxes_of(mesh: &Mesh, most: usize) -> Vec<Bounds> {
-    let positions = mesh.positions.as_slice();
-    let corners = |triangle: &[u32; 3]| -> Corners {
-        triangle.map(|corner| Vec3::from_array(positions[corner as usize]))
-    };
-    if is_cut(mesh, most) {
-        let pieces = pieces(mesh.triangles.iter().map(corners).collect(), most);
+    if let Some(triangles) = to_cut(mesh, most) {
+        let all = 0..triangles.corners.len() as u32;
+        let pieces = pieces(all.map(|triangle| triangles.positions_of(triangle)).collect(), most);
         return pieces.into_iter().map(|piece| piece.into_iter().fold(Bounds::EMPTY, Bounds::with)).collect();
     }
-    let around = |triangle: &[u32; 3]| {
-        let bounds = corners(triangle).into_iter().fold(Bounds::EMPTY, Bounds::with);
-        Leaf { bounds, first: 0, second: 0, last: 0 }
-    };
-    let mut triangles: Vec<Leaf> = mesh.triangles.par_iter().map(around).collect();
-    let parts = parts(&mut triangles, most, Split::Best { patience: 1.0, together: 1 });
+    let leaf = |bounds: Bounds| Leaf { bounds, first: 0, second: 0, last: 0 };
+    let all = (0..mesh.count() as u32).into_par_iter();
+    let mut leaves: Vec<Leaf> = all.map(|primitive| leaf(mesh.geometry.bounds(primitive))).collect();
+    let parts = parts(&mut leaves, most, Split::Best { patience: 1.0, together: 1 });
     parts.iter().map(|part| Around::new(part).bounds).collect()
 }
 

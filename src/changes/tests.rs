@@ -66,13 +66,14 @@ struct Placed {
 impl Placed {
     fn new(mesh: &Mesh, boxes: &PartBoxes, place: &Transform) -> Self {
         let boxes: Vec<Bounds> = boxes.on(&place.shape).map(|bounds| bounds.placed(place)).collect();
-        let deformed = mesh.shapes.as_ref().map(|shapes| place.shape.ends.map(|end| shapes.positions(&end)));
+        let (all, shapes) = (mesh.triangles(), mesh.shapes());
+        let deformed = shapes.map(|shapes| place.shape.ends.map(|end| shapes.positions(&end)));
         let corner = |i: u32| {
             let at = |positions: &[[f32; 3]]| Vec3::from_array(positions[i as usize]);
             let ends = deformed.as_ref().map(|ends| place.shape.point([at(&ends[0]), at(&ends[1])]));
-            place.point(ends.unwrap_or_else(|| at(mesh.positions.as_slice())))
+            place.point(ends.unwrap_or_else(|| at(all.positions.as_slice())))
         };
-        let triangles: Vec<[Vec3; 3]> = mesh.triangles.iter().map(|triangle| triangle.map(corner)).collect();
+        let triangles: Vec<[Vec3; 3]> = all.corners.iter().map(|triangle| triangle.map(corner)).collect();
         let around = boxes.iter().fold(Bounds::EMPTY, |all, bounds| all.union(*bounds));
         let around = triangles.iter().flatten().copied().fold(around, Bounds::with);
         let triangles = triangles.iter().map(|corners| corners.map(|corner| corner.as_dvec3())).collect();
@@ -448,12 +449,12 @@ fn a_mesh_has_several_boxes_and_all_triangles_are_in_one() {
     assert_eq!((one.len(), eight.len()), (1, 8));
     let volume = |bounds: &Bounds| (bounds.high - bounds.low).element_product();
     assert!(eight.iter().map(volume).sum::<f32>() < 0.5 * volume(&one[0]), "the L is hollow");
-    for triangle in mesh.triangles.iter() {
+    for triangle in 0..mesh.count() as u32 {
         let holds = |bounds: &Bounds| {
-            triangle.iter().all(|corner| {
-                let corner = Vec3::from_array(mesh.positions.as_slice()[*corner as usize]);
-                corner.cmpge(bounds.low).all() && corner.cmple(bounds.high).all()
-            })
+            mesh.triangles()
+                .positions_of(triangle)
+                .iter()
+                .all(|corner| corner.cmpge(bounds.low).all() && corner.cmple(bounds.high).all())
         };
         assert!(eight.iter().any(holds));
     }
@@ -476,8 +477,8 @@ fn a_few_large_triangles_have_many_small_boxes_that_hold_them() {
     let [of_two, of_many] = [&two, &many].map(|boxes| share(boxes));
     assert!(of_two > 0.99 && of_many < 0.65, "{of_two} {of_many}");
     let mut dice = Dice(3);
-    for triangle in mesh.triangles.iter().cycle().take(2000) {
-        let [a, b, c] = triangle.map(|corner| Vec3::from_array(mesh.positions.as_slice()[corner as usize]));
+    for triangle in (0..mesh.count() as u32).cycle().take(2000) {
+        let [a, b, c] = mesh.triangles().positions_of(triangle);
         let (u, v) = (dice.between(0.0, 1.0) as f32, dice.between(0.0, 1.0) as f32);
         let (u, v) = if u + v > 1.0 { (1.0 - u, 1.0 - v) } else { (u, v) };
         let point = a + u * (b - a) + v * (c - a);
@@ -572,12 +573,12 @@ fn speed_of_queries() {
 #[test]
 fn what_repeats_moves_for_ever_from_its_first_frame_on() {
     let mesh = pane();
-    let list =
-        [0.0, 1.0].map(|z| mesh.positions.as_slice().iter().map(|at| [at[0], at[1], at[2] + z]).collect());
-    let shapes = Shapes::new(list.to_vec(), &mesh.triangles, &[], &[0, 1, 2]);
+    let list = [0.0, 1.0]
+        .map(|z| mesh.triangles().positions.as_slice().iter().map(|at| [at[0], at[1], at[2] + z]).collect());
+    let shapes = Shapes::new(list.to_vec(), &mesh.triangles().corners, &[], &[0, 1, 2]);
     let shapes_track = ShapeTrack::through(vec![(5.0, 0), (8.0, 1)], Some(3.0));
     let track = TransformTrack { shapes: shapes_track, ..TransformTrack::identity() };
-    let mesh = Mesh { shapes: Some(Arc::new(shapes)), ..mesh };
+    let mesh = mesh.with_triangles(|triangles| triangles.shapes = Some(Arc::new(shapes)));
     let motion = Motion::of(&scene(vec![model(mesh, track)], vec![]));
     // across the way, where it is in frame 5 and each sixth one after it alone: it leaves with the next one
     let first = |after: i32| {

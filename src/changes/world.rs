@@ -2,12 +2,13 @@
 
 use std::sync::Arc;
 
-use embree::VertexBuffer;
 use glam::{DAffine3, DMat3, DVec3, Vec3};
 
 use crate::animation::{Interpolation, ShapeTrack, Track, TransformTrack, Visibility};
 use crate::scene::camera::{Aim, Lens};
-use crate::scene::{Background, CameraTrack, Light, LightKind, Mesh, Model, RenderSpace, Scene, Shapes};
+use crate::scene::{
+    Background, CameraTrack, Light, LightKind, Mesh, Model, RenderSpace, Scene, Shapes, Triangles,
+};
 
 /// Numbers that look random (SplitMix64).
 pub struct Dice(pub u64);
@@ -145,19 +146,7 @@ pub fn ball(radius: f32, rings: u32) -> Mesh {
 
 /// A mesh of these triangles, of material 0.
 pub fn triangles(corners: Vec<[f32; 3]>, triangles: Vec<[u32; 3]>) -> Mesh {
-    Mesh {
-        positions: Arc::new(VertexBuffer::new(corners)),
-        shadow_casting: triangles.len(),
-        normals: Vec::new(),
-        uvs: Vec::new(),
-        material_of: vec![0; triangles.len()],
-        groups: Default::default(),
-        cut: None,
-        quadric: None,
-        shapes: None,
-        details: Default::default(),
-        triangles: Arc::new(triangles),
-    }
+    Mesh::plain(Triangles::new(corners, triangles).into(), 0, true)
 }
 
 pub fn model(mesh: Mesh, track: TransformTrack) -> Model {
@@ -182,15 +171,16 @@ fn deforming(dice: &mut Dice, mesh: Mesh, track: TransformTrack, [first, last]: 
             let at = Vec3::from_array(*at).as_dvec3();
             (at + aside + slope * at.x * at.y).as_vec3().to_array()
         };
-        mesh.positions.as_slice().iter().map(moved).collect()
+        mesh.triangles().positions.as_slice().iter().map(moved).collect()
     });
-    let places: Vec<u32> = (0..mesh.positions.as_slice().len() as u32).collect();
-    let shapes = Shapes::new(list.collect(), &mesh.triangles, &[], &places);
+    let list = list.collect();
+    let places: Vec<u32> = (0..mesh.triangles().positions.as_slice().len() as u32).collect();
+    let shapes = Arc::new(Shapes::new(list, &mesh.triangles().corners, &[], &places));
     let step = ((last - first) / 4.0).max(0.5);
     let number = |dice: &mut Dice| dice.below(count) as u32;
     let keys = (0..4).map(|key| (first + f64::from(key) * step, number(dice))).collect();
     let track = TransformTrack { shapes: ShapeTrack::through(keys, None), ..track };
-    model(Mesh { shapes: Some(Arc::new(shapes)), ..mesh }, track)
+    model(mesh.with_triangles(|triangles| triangles.shapes = Some(shapes)), track)
 }
 
 /// A lamp of constant colour.

@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use super::volume::Volume;
 use crate::animation::Transform;
 use crate::geometry::tree::{Box3, Child, Tree, WIDTH};
-use crate::scene::{Mesh, RayKind, Scene};
+use crate::scene::{Mesh, RayKind, Scene, Triangles};
 
 /// Triangles of a leaf, at most.
 const LEAF: u32 = 8;
@@ -27,11 +27,11 @@ pub struct Obstacles {
     is_provable: Vec<bool>,
 }
 
-/// The triangles of a mesh, object space.
+/// The primitives of a mesh, object space.
 struct MeshTree {
     mesh: Arc<Mesh>,
     tree: Tree,
-    /// Triangles that follow each other in the mesh: the first, and how many.
+    /// Primitives that follow each other in the mesh: the first, and how many.
     leaves: Vec<(u32, u32)>,
 }
 
@@ -48,8 +48,8 @@ struct Placed {
 
 impl Placed {
     /// Corners of a triangle, world space, in an order by which its normal is on the outside, which a mirror would turn.
-    fn corners(&self, mesh: &Mesh, triangle: u32) -> [Vec3; 3] {
-        let [a, b, c] = corners_of(mesh, triangle).map(|corner| self.transform.point(corner));
+    fn corners(&self, triangles: &Triangles, triangle: u32) -> [Vec3; 3] {
+        let [a, b, c] = triangles.positions_of(triangle).map(|corner| self.transform.point(corner));
         if self.is_mirrored { [a, c, b] } else { [a, b, c] }
     }
 }
@@ -59,7 +59,7 @@ impl Placed {
 pub(super) struct Piece {
     /// Index into [`Scene::models`].
     pub model: u32,
-    /// Index into [`Mesh::triangles`].
+    /// Index into [`Triangles::corners`].
     pub triangle: u32,
     /// Its corners, world space. Triangles of one model that share a vertex have the same corner there, to the bit.
     pub corners: [Vec3; 3],
@@ -101,7 +101,7 @@ impl Obstacles {
         for one in &placed {
             let mesh = &scene.models[one.model as usize].mesh;
             is_provable[one.model as usize] =
-                mesh.quadric.is_none() && mesh.cut.is_none() && mesh.shapes.is_none();
+                mesh.cut.is_none() && mesh.as_triangles().is_some_and(|all| all.shapes.is_none());
         }
         Self { meshes, placed, models, is_provable }
     }
@@ -150,9 +150,7 @@ impl Obstacles {
         found: &mut Vec<Piece>,
     ) -> Result<(), TooMuch> {
         let MeshTree { mesh, tree, leaves } = &self.meshes[placed.mesh];
-        if mesh.quadric.is_some() {
-            return Err(TooMuch);
-        }
+        let triangles = mesh.as_triangles().ok_or(TooMuch)?;
         let test = volume.in_object(&placed.transform).box_test();
         open.clear();
         open.push(Child::ROOT);
@@ -165,7 +163,7 @@ impl Obstacles {
                 Ok(leaf) => {
                     let (first, count) = leaves[leaf as usize];
                     for triangle in first..first + count {
-                        let corners = placed.corners(mesh, triangle);
+                        let corners = placed.corners(triangles, triangle);
                         if volume.misses(&corners) {
                             continue;
                         }
@@ -192,19 +190,20 @@ fn push_met(mut met: u32, children: &[Child; WIDTH], open: &mut Vec<Child>) {
 }
 
 impl MeshTree {
-    /// Triangles that follow each other in a file mostly lie side by side: runs of them are leaves. So the tree has fewer boxes, and takes
+    /// Primitives that follow each other in a file mostly lie side by side: runs of them are leaves. So the tree has fewer boxes, and takes
     /// less time to build.
     fn new(mesh: Arc<Mesh>) -> Self {
         let (mut boxes, mut leaves): (Vec<Box3>, Vec<(u32, u32)>) = Default::default();
         let mut run = (Box3::EMPTY, 0.0, (0, 0));
-        for triangle in 0..mesh.triangles.len() as u32 {
-            let own = Box3::around(corners_of(&mesh, triangle).map(|corner| corner.to_array()));
+        for primitive in 0..mesh.count() as u32 {
+            let own = mesh.geometry.bounds(primitive);
+            let own = Box3 { low: own.low.to_array(), high: own.high.to_array() };
             let (around, sum, (first, count)) = run;
             let (joined, all) = (around.union(&own), sum + own.half_area());
             run = if count > 0 && (count == LEAF || joined.half_area() > all * LOOSE) {
                 boxes.push(around);
                 leaves.push((first, count));
-                (own, own.half_area(), (triangle, 1))
+                (own, own.half_area(), (primitive, 1))
             } else {
                 (joined, all, (first, count + 1))
             };
@@ -214,10 +213,4 @@ impl MeshTree {
         let tree = Tree::quick(&boxes, 1, |ids| ids[0]);
         Self { mesh, tree, leaves }
     }
-}
-
-/// Corners of a triangle, object space.
-fn corners_of(mesh: &Mesh, triangle: u32) -> [Vec3; 3] {
-    let positions = mesh.positions.as_slice();
-    mesh.triangles[triangle as usize].map(|corner| Vec3::from_array(positions[corner as usize]))
 }

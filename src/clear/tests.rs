@@ -48,9 +48,9 @@ fn first_hit(scene: &Scene, eye: Vec3, direction: Vec3) -> Option<(u32, u32, DVe
     let (eye, direction) = (eye.as_dvec3(), direction.as_dvec3());
     let mut nearest: Option<(f64, (u32, u32, DVec3, DVec3))> = None;
     for (number, model) in (0..).zip(&scene.models) {
-        for (triangle, corners) in (0..).zip(&*model.mesh.triangles) {
-            let [a, b, c] =
-                corners.map(|at| Vec3::from_array(model.mesh.positions.as_slice()[at as usize]).as_dvec3());
+        for triangle in 0..model.mesh.count() as u32 {
+            let corners = model.mesh.triangles().positions_of(triangle);
+            let [a, b, c] = corners.map(|corner| corner.as_dvec3());
             let normal = (b - a).cross(c - a);
             let t = (a - eye).dot(normal) / direction.dot(normal);
             let at = eye + t * direction;

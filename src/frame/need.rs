@@ -198,7 +198,7 @@ fn obstacles(scene: &Scene, settings: &Settings, inferred: f64) -> Option<u64> {
     let mut seen = HashSet::new();
     let at_rest = scene.models.iter().filter(|model| model.track.is_constant());
     let meshes = at_rest.map(|model| &model.mesh).filter(|mesh| seen.insert(Arc::as_ptr(mesh)));
-    let triangles: u64 = meshes.map(|mesh| mesh.triangles.len() as u64).sum();
+    let triangles: u64 = meshes.map(|mesh| mesh.count() as u64).sum();
     let asks = inferred > 0.0
         && settings.reuse == Reuse::Target
         && scene.camera.projection() == Projection::Perspective;
@@ -216,11 +216,11 @@ fn deforming(scene: &Scene, settings: &Settings, kind: BackendKind) -> Option<u6
     let shapes = if is_swept { 2 } else { 1 };
     let bytes_of_vertex = (3 * shapes + of_motion) * POSITION;
     let of_model = |model: &Model| {
-        let (vertices, triangles) =
-            (model.mesh.positions.as_slice().len(), model.mesh.triangles.len() as u64);
+        let vertices = model.mesh.as_triangles().map_or(0, |all| all.positions.as_slice().len());
+        let triangles = model.mesh.count() as u64;
         (vertices * bytes_of_vertex) as u64 + triangles * bytes_of_triangle(kind) * shapes as u64
     };
-    let deforming = scene.models.iter().filter(|model| model.mesh.shapes.is_some());
+    let deforming = scene.models.iter().filter(|model| model.mesh.shapes().is_some());
     Some(deforming.map(of_model).sum()).filter(|bytes| *bytes > 0)
 }
 

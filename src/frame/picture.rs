@@ -247,7 +247,7 @@ impl<'a> Setup<'a> {
             dynamic_bounds: MovedBounds::ever(scene, bounds, pose),
             displaced: flagged(pose, |model| {
                 let rests = pose.models[model].is_identity && pose.sweeps.of(model).is_none();
-                !rests || scene.models[model].mesh.shapes.is_some()
+                !rests || scene.models[model].mesh.shapes().is_some()
             }),
             hidden: flagged(pose, |model| !pose.models[model].is_visible),
             base_plan: Plan::of_base_frame(pose),
@@ -282,7 +282,7 @@ impl<'a> Setup<'a> {
             hides_from_some: prepared.hides_from_some,
             roles: &prepared.roles,
             slots: &prepared.layout.slots,
-            quadrics: &prepared.quadrics,
+            curved: &prepared.curved,
             lifts: &prepared.lifts,
             view: &self.views[0],
             beside: self.neighbor(0),

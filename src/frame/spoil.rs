@@ -130,7 +130,7 @@ fn spoil_cell(what: Spoil, slots: &[TagSlot], scene: &Scene, tile: &mut Tile, ce
             true
         }
         Spoil::Triangle => {
-            let count = scene.models[tile.model[cell] as usize].mesh.triangles.len() as u32;
+            let count = scene.models[tile.model[cell] as usize].mesh.count() as u32;
             record.triangle = (record.triangle + 1) % count;
             count > 1
         }
@@ -218,7 +218,7 @@ fn hide<'t>(
     const BEHIND: f32 = 1.001;
     let tracer = backend.commit(pose, &vec![false; pose.models.len()])?;
     let is_placed = |model: u32| {
-        pose.models[model as usize].is_identity && scene.models[model as usize].mesh.shapes.is_none()
+        pose.models[model as usize].is_identity && scene.models[model as usize].mesh.shapes().is_none()
     };
     let line_of_sight = |tile: &Tile, cell: usize| {
         let camera = pose.camera_at(tile.record[cell].traced.tick());

@@ -38,17 +38,22 @@ impl Bounds {
         Self { low: self.low.min(point), high: self.high.max(point) }
     }
 
+    /// The corners of the box.
+    pub fn corners(&self) -> [Vec3; 8] {
+        std::array::from_fn(|i| {
+            let pick = |axis: usize| if i >> axis & 1 == 0 { self.low[axis] } else { self.high[axis] };
+            Vec3::new(pick(0), pick(1), pick(2))
+        })
+    }
+
     /// Box around this box after `transform`, with room for rounding; empty if the model is not there. There
     /// is as much room on all sides: a thin model has none of its own, and lies in the face of its box.
     pub fn placed(&self, transform: &Transform) -> Self {
         if !transform.is_visible {
             return Self::EMPTY;
         }
-        let corner = |i: usize| {
-            let pick = |axis: usize| if i >> axis & 1 == 0 { self.low[axis] } else { self.high[axis] };
-            transform.point(Vec3::new(pick(0), pick(1), pick(2)))
-        };
-        let tight = (0..8).map(corner).fold(Self::EMPTY, Self::with);
+        let tight =
+            self.corners().map(|corner| transform.point(corner)).into_iter().fold(Self::EMPTY, Self::with);
         let room = 1e-4 * (tight.high - tight.low).max_element()
             + 1e-5 * tight.low.abs().max(tight.high.abs()).max_element();
         Self { low: tight.low - room, high: tight.high + room }

@@ -1,20 +1,20 @@
 //! Quadrics of revolution and planes: their intersections with rays, and their surfaces there.
 //!
-//! Both tracers call [`Quadric::meet_four`], so that both get the same floats. All is computed in double
-//! floats, in a space of the quadric's own, where it is about as large as 1 and stands around the Y axis: its
-//! [side](Piece) is x² + z² = A y² + B y + C between two heights, and disks close it. An affine map leads
-//! from there to object space. Ellipsoids and elliptical cylinders are spheres and cylinders under such maps.
+//! All is computed in double floats, in a space of the quadric's own, where it is about as large as 1 and stands
+//! around the Y axis: its [side](Piece) is x² + z² = A y² + B y + C between two heights, and disks close it. An
+//! affine map leads from there to object space. Ellipsoids and elliptical cylinders are spheres and cylinders
+//! under such maps.
 //!
-//! *Weights*. A point on a piece is two numbers, as it is on a triangle, and each kind of piece has a
-//! [chart](Kind) that maps them to the point without a loss: no chart has a region where single floats are
-//! coarse.
+//! *Weights*. Each kind of piece has a [chart](Kind) that maps two numbers to a point on it without a loss: no
+//! chart has a region where single floats are coarse.
+
+use std::sync::Arc;
 
 use glam::{DAffine3, DVec3, Vec2, Vec3};
 
 use super::Bounds;
-pub use four::FOUR;
+use super::curved::{Curved, FOUR, Meeting, Ray};
 use piece::{Kind, Piece};
-pub use piece::{Meeting, Ray};
 
 mod four;
 mod piece;
@@ -128,23 +128,28 @@ impl Quadric {
         Self { pieces: self.pieces.clone(), place, inverse: place.inverse(), to_texture, ..*self }
     }
 
-    /// Name of its shape.
-    pub fn name(&self) -> &'static str {
+    /// Piece number `number`, or the last one if there is none: a wrong number shows, and is no fault.
+    #[inline]
+    fn piece(&self, number: u32) -> &Piece {
+        const NOTHING: &Piece = &Piece { kind: Kind::Ball, profile: [0.0; 3], range: [0.0; 2] };
+        self.pieces.get(number as usize).or(self.pieces.last()).unwrap_or(NOTHING)
+    }
+}
+
+impl Curved for Quadric {
+    fn name(&self) -> &'static str {
         self.name
     }
 
-    /// Number of its pieces; at least one.
-    pub fn count(&self) -> u32 {
+    fn kind(&self) -> &'static str {
+        "quadrics"
+    }
+
+    fn count(&self) -> u32 {
         self.pieces.len() as u32
     }
 
-    /// Returns true if it is a plane, which has no size.
-    pub fn is_endless(&self) -> bool {
-        self.is_endless
-    }
-
-    /// Box around a piece, object space.
-    pub fn bounds(&self, piece: u32) -> Bounds {
+    fn bounds(&self, piece: u32) -> Bounds {
         let piece = self.piece(piece);
         let [x, y, z] = [self.place.matrix3.x_axis, self.place.matrix3.y_axis, self.place.matrix3.z_axis];
         let mut bounds = Bounds::EMPTY;
@@ -163,22 +168,11 @@ impl Quadric {
         bounds
     }
 
-    /// First intersection of `ray` with a piece.
-    #[inline]
-    pub fn meet(&self, piece: u32, ray: &Ray) -> Option<Meeting> {
-        let (met, [meeting, ..]) = self.meet_four(piece, &[*ray; FOUR]);
-        (met & 1 != 0).then_some(meeting)
-    }
-
-    /// First intersections of four rays with a piece: a bit mask of the rays that have one, and the
-    /// intersections. A ray's result is that of [`meet`](Self::meet), whatever rays are beside it.
-    pub fn meet_four(&self, piece: u32, rays: &[Ray; FOUR]) -> (u8, [Meeting; FOUR]) {
+    fn meet_four(&self, piece: u32, rays: &[Ray; FOUR]) -> (u8, [Meeting; FOUR]) {
         four::meet(self.piece(piece), &self.inverse, rays)
     }
 
-    /// Intersection of the line from `origin` along `direction` (object space) with a piece, the one nearest
-    /// to `about`: in double floats, and on the piece even if the line passes by it.
-    pub fn meet_line(&self, piece: u32, origin: DVec3, direction: DVec3, about: Vec3) -> Vec3 {
+    fn meet_line(&self, piece: u32, origin: DVec3, direction: DVec3, about: Vec3) -> Vec3 {
         let piece = self.piece(piece);
         let [origin, about] = [origin, about.as_dvec3()].map(|point| self.inverse.transform_point3(point));
         let direction = self.inverse.transform_vector3(direction);
@@ -189,22 +183,19 @@ impl Quadric {
         self.place.transform_point3(piece.point(four::weights_of(piece, met))).as_vec3()
     }
 
-    /// Point of a piece, object space, at these weights.
-    pub fn point(&self, piece: u32, weights: [f32; 2]) -> Vec3 {
+    fn point(&self, piece: u32, weights: [f32; 2]) -> Vec3 {
         self.place.transform_point3(self.piece(piece).point(weights.map(f64::from))).as_vec3()
     }
 
-    /// Weights of a point on a piece, object space; of a point beside it those of one near it.
-    pub fn weights(&self, piece: u32, point: Vec3) -> [f32; 2] {
+    fn weights(&self, piece: u32, point: Vec3) -> [f32; 2] {
         let own = self.inverse.transform_point3(point.as_dvec3());
         four::weights_of(self.piece(piece), own).map(|weight| weight as f32)
     }
 
-    /// Bound of the distance of a point from a piece, object space. It is the least of three: the distance to
-    /// the point with its weights, which on a steep side is far above or below; the distances along the axes,
-    /// which are small where the piece is flat; and a first-order estimate, which is right close to the
-    /// piece.
-    pub fn distance(&self, piece: u32, point: Vec3) -> f64 {
+    /// The least of three: the distance to the point with its weights, which on a steep side is far above or
+    /// below; the distances along the axes, which are small where the piece is flat; and a first-order estimate,
+    /// which is right close to the piece.
+    fn distance(&self, piece: u32, point: Vec3) -> f64 {
         let piece = self.piece(piece);
         let own = self.inverse.transform_point3(point.as_dvec3());
         let to_place = self.place.transform_vector3(piece.point(four::weights_of(piece, own)) - own).length();
@@ -220,18 +211,17 @@ impl Quadric {
         to_place.min(value.abs() / gradient.length())
     }
 
-    /// Normal of a piece, outwards, of unit length, object space.
-    pub fn normal(&self, piece: u32, weights: [f32; 2]) -> Vec3 {
+    fn normal(&self, piece: u32, weights: [f32; 2]) -> Vec3 {
         let piece = self.piece(piece);
         let normal = piece.normal(piece.point(weights.map(f64::from)));
         // by the transposed inverse: outward normals stay outward in mirror images
         (self.inverse.matrix3.transpose() * normal).normalize_or(DVec3::Y).as_vec3()
     }
 
-    /// Texture coordinates. Around the axis u goes once from 0 to 1, to the right as seen from outside, with
-    /// 0.5 towards +Z, and v from 0 at the lower end to 1 at the upper one (spheres: by latitude). Disks show
-    /// the square around them. Planes have the object's x and -z.
-    pub fn uv(&self, piece: u32, weights: [f32; 2]) -> Vec2 {
+    /// Around the axis u goes once from 0 to 1, to the right as seen from outside, with 0.5 towards +Z, and v from
+    /// 0 at the lower end to 1 at the upper one (spheres: by latitude). Disks show the square around them. Planes
+    /// have the object's x and -z.
+    fn uv(&self, piece: u32, weights: [f32; 2]) -> Vec2 {
         let own = self.piece(piece);
         let point = own.point(weights.map(f64::from));
         if self.is_endless {
@@ -250,11 +240,17 @@ impl Quadric {
         }
     }
 
-    /// Piece number `number`, or the last one if there is none: a wrong number shows, and is no fault.
-    #[inline]
-    fn piece(&self, number: u32) -> &Piece {
-        const NOTHING: &Piece = &Piece { kind: Kind::Ball, profile: [0.0; 3], range: [0.0; 2] };
-        self.pieces.get(number as usize).or(self.pieces.last()).unwrap_or(NOTHING)
+    fn mapped(&self, map: DAffine3) -> Arc<dyn Curved> {
+        Arc::new(self.placed(map))
+    }
+
+    fn bytes(&self) -> u64 {
+        (size_of::<Self>() + size_of_val(self.pieces.as_slice())) as u64
+    }
+
+    /// Planes have no size.
+    fn is_endless(&self) -> bool {
+        self.is_endless
     }
 }
 

@@ -39,7 +39,7 @@ impl Kind {
 /// Set of texture coordinates of a mesh.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
 pub enum UvSet {
-    /// [`Mesh::uvs`](crate::scene::Mesh::uvs).
+    /// [`Triangles::uvs`](crate::scene::Triangles::uvs).
     #[default]
     First,
     /// [`Details::second_uvs`](crate::scene::details::Details::second_uvs).

@@ -37,7 +37,7 @@ pub type HalfColor = [f16; 3];
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[repr(C)]
 pub struct Record {
-    /// Index into [`Mesh::triangles`](crate::scene::Mesh::triangles).
+    /// Number of the triangle, or of another primitive, of the model's mesh.
     pub triangle: u32,
     /// Shading normal, object space, on the side from which the sample is seen.
     pub normal: Octahedral,

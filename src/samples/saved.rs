@@ -247,7 +247,7 @@ fn decode_sample(bytes: &mut Bytes<'_>, varying: Varying, named: &Named<'_>) -> 
         EMPTY => false,
         _ => {
             let model = named.scene.models.get(model as usize)?;
-            (record.triangle as usize) < model.mesh.triangles.len()
+            (record.triangle as usize) < model.mesh.count()
         }
     };
     let materials = named.scene.materials.len().max(1);

@@ -13,7 +13,7 @@ pub mod outline;
 use std::ops::Range;
 use std::sync::Arc;
 
-use glam::{Vec2, Vec3};
+use glam::Vec2;
 
 use super::on_mesh::{OnMesh, PlaceOfGraph};
 use super::texture::Placement;
@@ -152,11 +152,9 @@ impl ComputedAlpha {
 
 /// Column and row of a part of a triangle that has a number of its own, in the plane of two axes to which the triangle is turned most.
 fn part_of(place: &PlaceOfGraph<'_>) -> [u32; 2] {
-    let OnMesh { mesh, primitive, .. } = *place.on;
-    let [a, b, c] = mesh.triangles[primitive as usize]
-        .map(|corner| Vec3::from(mesh.positions.as_slice()[corner as usize]));
+    let [a, b, c] = place.on.corners();
     let [x, y, z] = (b - a).cross(c - a).abs().to_array();
-    let (from_a, edge) = (place.position() - a, (b - a).abs().max((c - a).abs()).max_element());
+    let (from_a, edge) = (place.on.position() - a, (b - a).abs().max((c - a).abs()).max_element());
     let [across, down] = match () {
         () if z >= x && z >= y => [from_a.x, from_a.y],
         () if y >= x => [from_a.x, from_a.z],
@@ -319,7 +317,7 @@ fn squares_of(texture: &Texture, least: f32) -> Arc<[Square]> {
     (0..width * height).map(square).collect()
 }
 
-/// Triangles of a mesh that are cut out, which follow each other in [`Mesh::triangles`].
+/// Triangles of a mesh that are cut out, which follow each other in [`Triangles::corners`](super::Triangles::corners).
 #[derive(Debug, Clone, PartialEq)]
 pub struct CutTriangles {
     /// Number of the first one.
@@ -364,16 +362,17 @@ impl CutoutTest {
     /// Creates the test for the triangles of `mesh` that are cut out. `None` if none is.
     pub fn new(mesh: &Mesh) -> Option<Self> {
         let cut = mesh.cut.as_deref()?;
-        let uv = |corner: u32| mesh.uvs.get(corner as usize).copied().unwrap_or_default();
+        let all = mesh.as_triangles()?;
+        let uv = |corner: u32| all.uvs.get(corner as usize).copied().unwrap_or_default();
         let place = |(triangle, mask): (usize, &u16)| {
             let [a, b, c] =
-                mesh.triangles[triangle].map(|corner| cut.masks[usize::from(*mask)].place_of(uv(corner)));
+                all.corners[triangle].map(|corner| cut.masks[usize::from(*mask)].place_of(uv(corner)));
             Cut { first: a, ways: [b - a, c - a], mask: *mask }
         };
         let triangles = cut.range().zip(&cut.mask_of).map(place);
         let alpha = |corner: u32| mesh.details.alphas.get(corner as usize).copied().unwrap_or(1.0);
         let alphas = match cut.masks.iter().any(Mask::asks_vertices) {
-            true => cut.range().map(|triangle| mesh.triangles[triangle].map(alpha)).collect(),
+            true => cut.range().map(|triangle| all.corners[triangle].map(alpha)).collect(),
             false => Vec::new(),
         };
         let is_computed = cut.masks.iter().any(|mask| matches!(mask.alpha, Alpha::Computed(_)));

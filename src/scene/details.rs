@@ -6,7 +6,8 @@ use glam::{Affine3A, DAffine3, DVec3, Vec2, Vec3};
 use half::f16;
 
 use super::texture::UvSet;
-use super::{Material, Mesh};
+use super::{Material, Mesh, Triangles};
+use crate::geometry::Bounds;
 
 /// Details of a mesh; a list without entries where it has none.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -37,12 +38,11 @@ pub struct ObjectSpace {
 impl ObjectSpace {
     /// That of positions which are in it.
     pub fn around(positions: &[[f32; 3]]) -> Self {
-        let (low, high) = positions
-            .iter()
-            .map(|place| Vec3::from(*place))
-            .fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(low, high), place| {
-                (low.min(place), high.max(place))
-            });
+        Self::in_box(positions.iter().map(|place| Vec3::from(*place)).fold(Bounds::EMPTY, Bounds::with))
+    }
+
+    /// That of what is in this box.
+    pub fn in_box(Bounds { low, high }: Bounds) -> Self {
         let is_flat = high.cmple(low);
         let size = Vec3::select(is_flat, Vec3::splat(2.0), high - low);
         let low = Vec3::select(is_flat, low - 1.0, low);
@@ -154,65 +154,67 @@ impl Mesh {
         by_picture || material.bump.is_some() && self.space_of_heights().is_some()
     }
 
-    /// The space in which heights bend its normals, if they do: not those of quadrics, whose weights are none of corners.
+    /// The space in which heights bend its normals, if they do: not those of curved geometry, whose weights are none of corners.
     #[inline]
     pub fn space_of_heights(&self) -> Option<ObjectSpace> {
-        self.details.space.filter(|_| self.quadric.is_none())
+        self.details.space.filter(|_| !self.is_curved())
     }
 
     /// One of its sets of texture coordinates; empty if it has none.
     pub fn uvs_of(&self, set: UvSet) -> &[Vec2] {
         match set {
-            UvSet::First => &self.uvs,
+            UvSet::First => self.as_triangles().map_or(&[], |triangles| &triangles.uvs),
             UvSet::Second => &self.details.second_uvs,
         }
     }
 
     /// Tangents of all triangles of a mesh with texture coordinates: those of its vertices if all have one, and computed ones
-    /// otherwise. `uvs`: the texture coordinates of a material's normal map.
+    /// otherwise; none for other geometry. `uvs`: the texture coordinates of a material's normal map.
     pub(crate) fn tangents(&self, of_vertices: &[[f32; 4]], uvs: impl Fn(u16) -> UvSet) -> Vec<Tangents> {
+        let Some(triangles) = self.as_triangles() else { return Vec::new() };
         let stated = |triangle: usize| {
             let vertex = |corner: u32| of_vertices.get(corner as usize).copied();
-            let [a, b, c] = self.triangles[triangle].map(vertex);
+            let [a, b, c] = triangles.corners[triangle].map(vertex);
             let corners = [a?, b?, c?];
             let tangents = corners.map(|[x, y, z, _]| Vec3::new(x, y, z));
             let is_good = |tangent: Vec3| tangent.is_finite() && tangent != Vec3::ZERO;
-            let (places, normals) = (self.corner_positions(triangle), self.corner_normals(triangle));
+            let (places, normals) =
+                (corner_positions(triangles, triangle), corner_normals(triangles, triangle));
             let all = || Tangents::new(places, normals, tangents, corners[0][3] < 0.0);
             tangents.into_iter().all(is_good).then(all)
         };
-        let all: Option<Vec<Tangents>> = (0..self.triangles.len()).map(stated).collect();
-        all.unwrap_or_else(|| self.computed_tangents(uvs))
+        let all: Option<Vec<Tangents>> = (0..triangles.corners.len()).map(stated).collect();
+        all.unwrap_or_else(|| self.computed_tangents(triangles, uvs))
     }
 
     /// Computes the tangents of all triangles as the programs do that make normal maps
     /// (Mikkelsen, "Simulation of Wrinkled Surfaces Revisited", 2008; the crate is the one that Bevy keeps up).
-    fn computed_tangents(&self, uvs: impl Fn(u16) -> UvSet) -> Vec<Tangents> {
-        let tangents = vec![Tangents::ALONG_AN_EDGE; self.triangles.len()];
-        let mut corners = CornersOfMesh { mesh: self, uvs, tangents, given: [Vec3::ZERO; 3] };
+    fn computed_tangents(&self, triangles: &Triangles, uvs: impl Fn(u16) -> UvSet) -> Vec<Tangents> {
+        let tangents = vec![Tangents::ALONG_AN_EDGE; triangles.corners.len()];
+        let mut corners = CornersOfMesh { mesh: self, triangles, uvs, tangents, given: [Vec3::ZERO; 3] };
         // it fails for triangles alone that it is not told of
         let _ = bevy_mikktspace::generate_tangents(&mut corners);
         corners.tangents
     }
+}
 
-    /// Positions of a triangle's corners, object space.
-    fn corner_positions(&self, triangle: usize) -> [Vec3; 3] {
-        let positions = self.positions.as_slice();
-        self.triangles[triangle].map(|corner| Vec3::from_array(positions[corner as usize]))
-    }
+/// Positions of a triangle's corners, object space.
+fn corner_positions(triangles: &Triangles, triangle: usize) -> [Vec3; 3] {
+    triangles.positions_of(triangle as u32)
+}
 
-    /// Normals at a triangle's corners: its own where the mesh has none.
-    fn corner_normals(&self, triangle: usize) -> [Vec3; 3] {
-        let [a, b, c] = self.corner_positions(triangle).map(|corner| corner.as_dvec3());
-        let own = (b - a).cross(c - a).normalize_or(DVec3::Y).as_vec3();
-        let normal = |corner: u32| self.normals.get(corner as usize).copied().unwrap_or(own);
-        self.triangles[triangle].map(normal).map(|normal| if normal == Vec3::ZERO { own } else { normal })
-    }
+/// Normals at a triangle's corners: its own where the mesh has none.
+fn corner_normals(triangles: &Triangles, triangle: usize) -> [Vec3; 3] {
+    let [a, b, c] = corner_positions(triangles, triangle).map(|corner| corner.as_dvec3());
+    let own = (b - a).cross(c - a).normalize_or(DVec3::Y).as_vec3();
+    let normal = |corner: u32| triangles.normals.get(corner as usize).copied().unwrap_or(own);
+    triangles.corners[triangle].map(normal).map(|normal| if normal == Vec3::ZERO { own } else { normal })
 }
 
 /// A mesh, as the algorithm asks for it.
 struct CornersOfMesh<'a, F> {
     mesh: &'a Mesh,
+    triangles: &'a Triangles,
     /// Texture coordinates of a material's normal map.
     uvs: F,
     tangents: Vec<Tangents>,
@@ -222,7 +224,7 @@ struct CornersOfMesh<'a, F> {
 
 impl<F: Fn(u16) -> UvSet> Geometry for CornersOfMesh<'_, F> {
     fn num_faces(&self) -> usize {
-        self.mesh.triangles.len()
+        self.triangles.corners.len()
     }
 
     fn num_vertices_of_face(&self, _: usize) -> usize {
@@ -230,16 +232,16 @@ impl<F: Fn(u16) -> UvSet> Geometry for CornersOfMesh<'_, F> {
     }
 
     fn position(&self, face: usize, corner: usize) -> [f32; 3] {
-        self.mesh.corner_positions(face)[corner].to_array()
+        corner_positions(self.triangles, face)[corner].to_array()
     }
 
     fn normal(&self, face: usize, corner: usize) -> [f32; 3] {
-        self.mesh.corner_normals(face)[corner].to_array()
+        corner_normals(self.triangles, face)[corner].to_array()
     }
 
     fn tex_coord(&self, face: usize, corner: usize) -> [f32; 2] {
         let uvs = self.mesh.uvs_of((self.uvs)(self.mesh.material_of[face]));
-        let vertex = self.mesh.triangles[face][corner] as usize;
+        let vertex = self.triangles.corners[face][corner] as usize;
         uvs.get(vertex).copied().unwrap_or_default().to_array()
     }
 
@@ -248,7 +250,8 @@ impl<F: Fn(u16) -> UvSet> Geometry for CornersOfMesh<'_, F> {
         self.given[corner] = Vec3::from_array(space.tangent());
         if corner == 2 {
             let is_mirrored = space.tangent_encoded()[3] < 0.0;
-            let (corners, normals) = (self.mesh.corner_positions(face), self.mesh.corner_normals(face));
+            let (corners, normals) =
+                (corner_positions(self.triangles, face), corner_normals(self.triangles, face));
             self.tangents[face] = Tangents::new(corners, normals, self.given, is_mirrored);
         }
     }

@@ -9,6 +9,7 @@ pub mod details;
 pub mod environment;
 pub mod error;
 pub mod frames;
+pub mod geometry;
 pub mod given;
 pub(crate) mod import;
 mod keys;
@@ -41,6 +42,7 @@ pub use camera::CameraTrack;
 pub use environment::{Environment, LightFrom, SkyDensity};
 pub use error::{SceneError, Warning};
 pub use frames::Frames;
+pub use geometry::{Geometry, Triangles};
 pub use import::{gltf, obj, ply, usd};
 pub use keys::schema;
 pub use light::{Light, LightGroups, LightKind, Panel, SpotFall};
@@ -136,7 +138,7 @@ impl Scene {
     pub fn built(&self) -> impl Iterator<Item = &Mesh> {
         let mut placed = HashSet::new();
         let is_own = |model: &Model| {
-            model.track.is_constant() && !model.is_placed_at_rest() || model.mesh.shapes.is_some()
+            model.track.is_constant() && !model.is_placed_at_rest() || model.mesh.shapes().is_some()
         };
         let models = self.models.iter();
         let built = models.filter(move |model| is_own(model) || placed.insert(Arc::as_ptr(&model.mesh)));

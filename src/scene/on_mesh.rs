@@ -7,6 +7,7 @@ use glam::{Affine3A, Vec2, Vec3};
 
 pub use computed::{PlaceOfGraph, appearances, heights};
 
+use super::geometry::{Geometry, Triangles};
 use super::look::Varied;
 use super::texture::UvSet;
 use super::{Material, Mesh, Model, Scene, Texture};
@@ -16,9 +17,9 @@ use super::{Material, Mesh, Model, Scene, Texture};
 pub struct OnMesh<'a> {
     /// The mesh.
     pub mesh: &'a Mesh,
-    /// Number of the triangle, or of the piece of a quadric.
+    /// Number of the triangle, or of the curved primitive.
     pub primitive: u32,
-    /// Weights of the second and third corner.
+    /// Weights of the second and third corner, or of the place on a curved primitive.
     pub weights: [f32; 2],
     /// Map to the world of files of the model that it is on: see [`Model::to_world`].
     pub to_world: Option<&'a Affine3A>,
@@ -59,11 +60,12 @@ impl<'a> OnMesh<'a> {
     #[inline]
     pub fn uv(&self) -> Vec2 {
         let Self { mesh, primitive, weights: [u, v], .. } = *self;
-        if let Some(quadric) = &mesh.quadric {
-            return quadric.uv(primitive, [u, v]);
-        }
-        let [a, b, c] = mesh.triangles[primitive as usize].map(|corner| corner as usize);
-        match mesh.uvs.as_slice() {
+        let Triangles { corners, uvs, .. } = match &mesh.geometry {
+            Geometry::Triangles(triangles) => triangles,
+            Geometry::Curved(curved) => return curved.uv(primitive, [u, v]),
+        };
+        let [a, b, c] = corners[primitive as usize].map(|corner| corner as usize);
+        match uvs.as_slice() {
             [] => Vec2::ZERO,
             uvs => uvs[a] * (1.0 - u - v) + uvs[b] * u + uvs[c] * v,
         }
@@ -83,24 +85,60 @@ impl<'a> OnMesh<'a> {
     fn second_uv(&self) -> Vec2 {
         let Self { mesh, primitive, weights: [u, v], .. } = *self;
         let uv = |corner: u32| mesh.details.second_uvs.get(corner as usize).copied().unwrap_or_default();
-        let [a, b, c] = mesh.triangles[primitive as usize].map(uv);
+        let Some(Triangles { corners, .. }) = mesh.as_triangles() else { return Vec2::ZERO };
+        let [a, b, c] = corners[primitive as usize].map(uv);
         a * (1.0 - u - v) + b * u + c * v
     }
 
-    /// Corners of its triangle, in the space of the mesh's positions, at rest.
-    fn corners(&self) -> [Vec3; 3] {
-        let positions = self.mesh.positions.as_slice();
-        self.mesh.triangles[self.primitive as usize].map(|corner| Vec3::from(positions[corner as usize]))
+    /// The place in the space of the mesh's positions, at rest.
+    pub fn position(&self) -> Vec3 {
+        let Self { mesh, primitive, weights: [u, v], .. } = *self;
+        match &mesh.geometry {
+            Geometry::Triangles(triangles) => {
+                let [a, b, c] = triangles.positions_of(primitive);
+                a * (1.0 - u - v) + b * u + c * v
+            }
+            Geometry::Curved(curved) => curved.point(primitive, [u, v]),
+        }
+    }
+
+    /// Corners of its triangle, in the space of the mesh's positions, at rest; of one that touches a curved primitive about there.
+    #[inline]
+    pub(super) fn corners(&self) -> [Vec3; 3] {
+        match &self.mesh.geometry {
+            Geometry::Triangles(triangles) => triangles.positions_of(self.primitive),
+            Geometry::Curved(curved) => self.steps_of_weights().map(|at| curved.point(self.primitive, at)),
+        }
+    }
+
+    /// Texture coordinates at the [corners](Self::corners); zero if the mesh does not have the set.
+    #[inline]
+    fn uvs_of_corners(&self, set: UvSet) -> [Vec2; 3] {
+        match &self.mesh.geometry {
+            Geometry::Triangles(triangles) => {
+                let uvs = self.mesh.uvs_of(set);
+                let uv = |corner: u32| uvs.get(corner as usize).copied().unwrap_or_default();
+                triangles.corners[self.primitive as usize].map(uv)
+            }
+            Geometry::Curved(curved) => self.steps_of_weights().map(|at| curved.uv(self.primitive, at)),
+        }
+    }
+
+    /// Its weights, and a [`STEP`] of either beside them.
+    fn steps_of_weights(&self) -> [[f32; 2]; 3] {
+        let [u, v] = self.weights;
+        [[u, v], [u + STEP, v], [u, v + STEP]]
     }
 
     /// Normal of the curved surface for which its triangle stands, at rest, of any length, on the outside: nothing bends it.
     pub fn normal(&self) -> Vec3 {
         let Self { mesh, primitive, weights: [u, v], .. } = *self;
-        if let Some(quadric) = &mesh.quadric {
-            return quadric.normal(primitive, [u, v]);
-        }
-        let corner = |corner: u32| mesh.normals.get(corner as usize).copied().unwrap_or_default();
-        let [a, b, c] = mesh.triangles[primitive as usize].map(corner);
+        let Triangles { corners, normals, .. } = match &mesh.geometry {
+            Geometry::Triangles(triangles) => triangles,
+            Geometry::Curved(curved) => return curved.normal(primitive, [u, v]),
+        };
+        let corner = |corner: u32| normals.get(corner as usize).copied().unwrap_or_default();
+        let [a, b, c] = corners[primitive as usize].map(corner);
         let smooth = a * (1.0 - u - v) + b * u + c * v;
         if smooth != Vec3::ZERO {
             return smooth;
@@ -149,20 +187,7 @@ impl<'a> OnMesh<'a> {
 
     /// Area in the plane of a set of texture coordinates for each unit of area on the surface, object space; 0 where there is none.
     fn uv_density(&self, set: UvSet) -> f32 {
-        let Self { mesh, primitive, weights: [u, v], .. } = *self;
-        let ([a, b, c], [at_a, at_b, at_c]) = match &mesh.quadric {
-            Some(quadric) => {
-                let corners = [[u, v], [u + STEP, v], [u, v + STEP]];
-                (corners.map(|at| quadric.point(primitive, at)), corners.map(|at| quadric.uv(primitive, at)))
-            }
-            None => {
-                let corners = mesh.triangles[primitive as usize].map(|corner| corner as usize);
-                let positions = mesh.positions.as_slice();
-                let uvs = mesh.uvs_of(set);
-                let uv = |corner: usize| uvs.get(corner).copied().unwrap_or_default();
-                (corners.map(|corner| Vec3::from_array(positions[corner])), corners.map(uv))
-            }
-        };
+        let ([a, b, c], [at_a, at_b, at_c]) = (self.corners(), self.uvs_of_corners(set));
         let on_surface = (b - a).cross(c - a).length();
         let density = (at_b - at_a).perp_dot(at_c - at_a).abs() / on_surface;
         if density.is_finite() { density } else { 0.0 }
@@ -171,11 +196,10 @@ impl<'a> OnMesh<'a> {
     /// Colour that the vertices have; white without any.
     pub(super) fn vertex_color(&self) -> Vec3 {
         let Self { mesh, primitive, weights: [u, v], .. } = *self;
-        if mesh.details.colors.is_empty() {
-            return Vec3::ONE;
-        }
-        let color = |corner: u32| Vec3::from(mesh.details.colors[corner as usize].map(f32::from));
-        let [a, b, c] = mesh.triangles[primitive as usize].map(color);
+        let colors = &mesh.details.colors;
+        let Some(triangles) = mesh.as_triangles().filter(|_| !colors.is_empty()) else { return Vec3::ONE };
+        let color = |corner: u32| Vec3::from(colors[corner as usize].map(f32::from));
+        let [a, b, c] = triangles.corners[primitive as usize].map(color);
         a * (1.0 - u - v) + b * u + c * v
     }
 
@@ -208,7 +232,7 @@ impl<'a> OnMesh<'a> {
     }
 }
 
-/// Step of a quadric's weights between the places that tell how dense its texture coordinates are.
+/// Step of a curved primitive's weights between the places that tell how its texture coordinates lie on it.
 const STEP: f32 = 1.0 / 1024.0;
 
 /// Least part of a normal map's vector that points out of the surface.

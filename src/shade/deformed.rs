@@ -10,10 +10,10 @@ use super::surface::{corners_of, nearest_point, weights_of};
 use super::terminator::{SmoothPoint, most_lift};
 use crate::animation::{Chord, Shape, Transform};
 use crate::scene::on_mesh::OnMesh;
-use crate::scene::{Mesh, Model, Scene};
+use crate::scene::{Mesh, Model, Scene, Triangles};
 
 /// The `point` of `triangle` that is there at rest, on the curved surface that the triangle stands for in its present shape; `None` for
-/// flat meshes and quadrics.
+/// flat meshes, and geometry that is curved itself.
 pub fn smooth_point(
     mesh: &Mesh,
     triangle: u32,
@@ -21,8 +21,8 @@ pub fn smooth_point(
     deformed: Option<&Deformed>,
 ) -> Option<SmoothPoint> {
     match deformed {
-        None => SmoothPoint::at_rest(mesh, triangle, point),
-        Some(deformed) => deformed.smooth_point(mesh, triangle, point),
+        None => SmoothPoint::at_rest(mesh.as_triangles()?, triangle, point),
+        Some(deformed) => deformed.smooth_point(triangle, point),
     }
 }
 
@@ -49,6 +49,8 @@ struct DeformedMesh {
 /// A mesh that deforms, at one time.
 #[derive(Debug, Clone, Copy)]
 pub struct Deformed<'a> {
+    /// The triangles at rest.
+    triangles: &'a Triangles,
     of: &'a DeformedMesh,
     chord: Chord,
 }
@@ -68,7 +70,8 @@ impl DeformedMesh {
     /// Creates `mesh` with the shapes of `chord`; `None` if it does not deform. Without `normals` the result serves for
     /// points alone. `before`: the same mesh at another time, made in the same way, of which shapes are taken that it has.
     fn new(mesh: &Mesh, chord: &Chord, normals: bool, before: Option<&Self>) -> Option<Self> {
-        let shapes = mesh.shapes.as_ref()?;
+        let Triangles { corners, shapes, .. } = mesh.as_triangles()?;
+        let shapes = shapes.as_ref()?;
         let vertices = |shape: &Shape| {
             let known =
                 before.into_iter().flat_map(|before| std::iter::once(&before.open).chain(&before.close));
@@ -76,7 +79,7 @@ impl DeformedMesh {
                 return Arc::clone(known);
             }
             let positions = shapes.positions(shape);
-            let normals = if normals { shapes.normals(&positions, &mesh.triangles) } else { Vec::new() };
+            let normals = if normals { shapes.normals(&positions, corners) } else { Vec::new() };
             Arc::new(Vertices { shape: *shape, positions, normals })
         };
         let [open, close] = &chord.ends;
@@ -84,7 +87,7 @@ impl DeformedMesh {
         // in between, the heights of corners above each other's planes are means of these
         let ends = || std::iter::once(&open).chain(&close).map(|end| &**end);
         let pairs = ends().flat_map(|at| ends().map(|other| (&at.positions, &other.normals)));
-        let lifts = pairs.map(|(positions, normals)| most_lift(positions, normals, &mesh.triangles));
+        let lifts = pairs.map(|(positions, normals)| most_lift(positions, normals, corners));
         let most_lift = lifts.fold(0.0, f32::max);
         Some(Self { open, close, most_lift })
     }
@@ -98,38 +101,37 @@ impl Deformed<'_> {
         self.of.close.as_ref().map_or(open, |close| self.chord.point([open, of(close)]))
     }
 
-    /// Corners of `triangle` of `mesh`, in this shape.
-    pub fn corners(&self, mesh: &Mesh, triangle: u32) -> [DVec3; 3] {
+    /// Corners of `triangle`, in this shape.
+    pub fn corners(&self, triangle: u32) -> [DVec3; 3] {
         let place = |corner: u32| self.between(|all| Vec3::from_array(all.positions[corner as usize]));
-        mesh.triangles[triangle as usize].map(|corner| place(corner).as_dvec3())
+        self.triangles.corners[triangle as usize].map(|corner| place(corner).as_dvec3())
     }
 
-    /// Normals of the vertices of `triangle` of `mesh`, of any length; `None` for flat meshes.
-    fn normals(&self, mesh: &Mesh, triangle: u32) -> Option<[Vec3; 3]> {
+    /// Normals of the vertices of `triangle`, of any length; `None` for flat meshes.
+    fn normals(&self, triangle: u32) -> Option<[Vec3; 3]> {
         let normal = |corner: u32| self.between(|all| all.normals[corner as usize]);
-        (!self.of.open.normals.is_empty()).then(|| mesh.triangles[triangle as usize].map(normal))
+        (!self.of.open.normals.is_empty()).then(|| self.triangles.corners[triangle as usize].map(normal))
     }
 
     /// Place of the `point` of `triangle` that is there at rest.
-    pub fn point(&self, mesh: &Mesh, triangle: u32, point: Vec3) -> Vec3 {
-        let weights = weights_of(corners_of(mesh, triangle), point.as_dvec3());
-        at_weights(self.corners(mesh, triangle), weights).as_vec3()
+    pub fn point(&self, triangle: u32, point: Vec3) -> Vec3 {
+        let weights = weights_of(corners_of(self.triangles, triangle), point.as_dvec3());
+        at_weights(self.corners(triangle), weights).as_vec3()
     }
 
     /// Place of a point, as in [`point`](Self::point), with the normals there.
     pub fn place(&self, scene: &Scene, model: &Model, triangle: u32, point: Vec3) -> DeformedPlace {
-        let mesh = &*model.mesh;
-        let [u, v] = weights_of(corners_of(mesh, triangle), point.as_dvec3());
-        let corners = self.corners(mesh, triangle);
+        let [u, v] = weights_of(corners_of(self.triangles, triangle), point.as_dvec3());
+        let corners = self.corners(triangle);
         let geometric_normal = normal_of(corners);
-        let normal = match self.normals(mesh, triangle) {
+        let normal = match self.normals(triangle) {
             None => geometric_normal,
             Some([a, b, c]) => {
                 let mean = a.as_dvec3() * (1.0 - u - v) + b.as_dvec3() * u + c.as_dvec3() * v;
                 mean.try_normalize().map_or(geometric_normal, |normal| normal.as_vec3())
             }
         };
-        let normal = if mesh.may_bend_normals() {
+        let normal = if model.mesh.may_bend_normals() {
             let place = OnMesh::on(model, triangle, [u as f32, v as f32]);
             place.bent_normal(scene, normal, corners.map(|corner| corner.as_vec3()))
         } else {
@@ -139,12 +141,12 @@ impl Deformed<'_> {
     }
 
     /// See [`smooth_point`].
-    fn smooth_point(&self, mesh: &Mesh, triangle: u32, point: Vec3) -> Option<SmoothPoint> {
-        let weights = weights_of(corners_of(mesh, triangle), point.as_dvec3());
-        let corners = self.corners(mesh, triangle);
+    fn smooth_point(&self, triangle: u32, point: Vec3) -> Option<SmoothPoint> {
+        let weights = weights_of(corners_of(self.triangles, triangle), point.as_dvec3());
+        let corners = self.corners(triangle);
         Some(SmoothPoint {
             corners: corners.map(|corner| corner.as_vec3()),
-            normals: self.normals(mesh, triangle)?,
+            normals: self.normals(triangle)?,
             weights: weights.map(|weight| weight as f32),
             point: at_weights(corners, weights).as_vec3(),
         })
@@ -156,26 +158,33 @@ impl Deformed<'_> {
     }
 
     /// Normal of the outside of `triangle`; unit length, or zero where it has no area.
-    pub fn geometric_normal(&self, mesh: &Mesh, triangle: u32) -> Vec3 {
-        normal_of(self.corners(mesh, triangle))
+    pub fn geometric_normal(&self, triangle: u32) -> Vec3 {
+        normal_of(self.corners(triangle))
+    }
+
+    /// Side of `triangle` at rest that a normal is on: 1 for its outside, -1 for its inside.
+    #[inline]
+    pub fn side_at_rest(&self, triangle: u32, geometric_normal: Vec3) -> f32 {
+        let [a, b, c] = corners_of(self.triangles, triangle);
+        if (b - a).cross(c - a).dot(geometric_normal.as_dvec3()) < 0.0 { -1.0 } else { 1.0 }
     }
 
     /// Maps a `direction` in the plane of `triangle` from rest to this shape, of any length; `None` for
     /// triangles without an area.
-    pub fn direction(&self, mesh: &Mesh, triangle: u32, direction: Vec3) -> Option<Vec3> {
-        let [a, b, c] = corners_of(mesh, triangle);
+    pub fn direction(&self, triangle: u32, direction: Vec3) -> Option<Vec3> {
+        let [a, b, c] = corners_of(self.triangles, triangle);
         let (along, up, way) = (b - a, c - a, direction.as_dvec3());
         let normal = along.cross(up);
         let square = normal.length_squared();
         let (u, v) = (way.cross(up).dot(normal) / square, along.cross(way).dot(normal) / square);
-        let [a, b, c] = self.corners(mesh, triangle);
+        let [a, b, c] = self.corners(triangle);
         Some(((b - a) * u + (c - a) * v).as_vec3()).filter(|way| way.is_finite())
     }
 
     /// Intersects a line with the plane of `triangle`, and returns the nearest point of the triangle, at
     /// rest; see [`meet_exactly`](super::surface::meet_exactly).
-    pub fn meet(&self, mesh: &Mesh, triangle: u32, [origin, along]: [DVec3; 2]) -> Option<Vec3> {
-        let corners = self.corners(mesh, triangle);
+    pub fn meet(&self, triangle: u32, [origin, along]: [DVec3; 2]) -> Option<Vec3> {
+        let corners = self.corners(triangle);
         let [a, b, c] = corners;
         let plane = (b - a).cross(c - a);
         if plane == DVec3::ZERO {
@@ -184,14 +193,14 @@ impl Deformed<'_> {
         let t = (a - origin).dot(plane) / along.dot(plane);
         let met = if t.is_finite() { origin + along * t } else { a };
         let weights = weights_of(corners, nearest_point(corners, met));
-        Some(at_weights(corners_of(mesh, triangle), weights).as_vec3())
+        Some(at_weights(corners_of(self.triangles, triangle), weights).as_vec3())
     }
 
     /// Area of `triangle` at rest over its area in this shape; 0 if it has none now.
-    pub fn shrinks(&self, mesh: &Mesh, triangle: u32) -> f64 {
+    pub fn shrinks(&self, triangle: u32) -> f64 {
         let twice_area = |[a, b, c]: [DVec3; 3]| (b - a).cross(c - a).length();
-        let now = twice_area(self.corners(mesh, triangle));
-        if now > 0.0 { twice_area(corners_of(mesh, triangle)) / now } else { 0.0 }
+        let now = twice_area(self.corners(triangle));
+        if now > 0.0 { twice_area(corners_of(self.triangles, triangle)) / now } else { 0.0 }
     }
 }
 
@@ -211,7 +220,7 @@ impl Deformations {
 
     /// The same, of which shapes are taken from what was made in the same way `before`: where one exposure ends the next one begins.
     pub fn after(scene: &Scene, places: &[Transform], normals: bool, before: &Self) -> Self {
-        if scene.models.iter().all(|model| model.mesh.shapes.is_none()) {
+        if scene.models.iter().all(|model| model.mesh.shapes().is_none()) {
             return Self::default();
         }
         let models = scene.models.iter().zip(places);
@@ -227,11 +236,17 @@ impl Deformations {
         Self { all: deformed.collect() }
     }
 
-    /// Shape of a model with this transform, if it deforms.
+    /// Shape of a model of `scene` with this transform, if it deforms.
     #[inline]
-    pub fn of_model(&self, model: u32, transform: &Transform) -> Option<Deformed<'_>> {
+    pub fn of_model<'a>(
+        &'a self,
+        scene: &'a Scene,
+        model: u32,
+        transform: &Transform,
+    ) -> Option<Deformed<'a>> {
         let of = self.all.get(model as usize)?.as_ref()?;
-        Some(Deformed { of, chord: transform.shape })
+        let triangles = scene.models[model as usize].mesh.as_triangles()?;
+        Some(Deformed { triangles, of, chord: transform.shape })
     }
 
     /// Returns true if a model that is there deforms.

@@ -152,7 +152,7 @@ fn extent_of(triangles: &[EmitterTriangle]) -> Extent {
 /// Length of the scene where its models begin: the longest edge of a box around what is not endless. `bounds`: of
 /// the models, object space.
 fn length_of(scene: &Scene, bounds: &[Bounds]) -> f64 {
-    let has_size = |(model, bounds): &(&Model, &Bounds)| model.mesh.quadric.is_none() && !bounds.is_empty();
+    let has_size = |(model, bounds): &(&Model, &Bounds)| !model.mesh.is_curved() && !bounds.is_empty();
     let all = scene.models.iter().zip(bounds).filter(has_size).fold(Extent::NONE, |all, (model, bounds)| {
         let first = model.track.key_frames().into_iter().fold(f64::INFINITY, f64::min);
         all.with_model_at((bounds.low.as_dvec3(), bounds.high.as_dvec3()), &model.track, first)

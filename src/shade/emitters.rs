@@ -17,9 +17,9 @@ use crate::scene::cutout::{Asks, CutoutTest};
 use crate::scene::material::Computes;
 use crate::scene::on_mesh::OnMesh;
 use crate::scene::render_space::Extent;
-use crate::scene::{Material, Mesh, Model, RayKind, Scene};
+use crate::scene::{Material, Mesh, Model, RayKind, Scene, Triangles};
 
-/// Triangles of a scene that emit light. Quadrics are not among them: paths that meet one bring its
+/// Triangles of a scene that emit light. Curved geometry is not among them: paths that meet it bring its
 /// light. They are chosen by [parts](EmitterParts), by how near these are; within its part each triangle in
 /// proportion to the light that it sends, and each point on it as often as any other.
 ///
@@ -64,7 +64,7 @@ pub struct NotThere {
 }
 
 /// Returns true if points are chosen on the emitting surfaces of a model. The light of others is found by the rays
-/// alone that meet them: of quadrics, and of models that are hidden from rays by which surfaces would find what they
+/// alone that meet them: of curved geometry, and of models that are hidden from rays by which surfaces would find what they
 /// ask for. (A model that is hidden from glossy rays is asked, and layers reflect none of its light; but not where glass
 /// may show it to a path that a layer has reflected.)
 fn is_asked(scene: &Scene) -> impl Fn(&Model) -> bool + use<> {
@@ -73,7 +73,7 @@ fn is_asked(scene: &Scene) -> impl Fn(&Model) -> bool + use<> {
         let hidden_from = model.ray_visibility.hidden_from;
         let is_hidden = [RayKind::Diffuse, RayKind::Transmission].iter().any(|kind| hidden_from.has(*kind))
             || has_glass && hidden_from.has(RayKind::Glossy);
-        model.mesh.quadric.is_none() && !is_hidden
+        !model.mesh.is_curved() && !is_hidden
     }
 }
 
@@ -91,14 +91,12 @@ impl Emitters {
         for (model, number) in scene.models.iter().zip(0..).filter(|(model, _)| is_asked(model)) {
             let glowing =
                 known.entry(Arc::as_ptr(&model.mesh)).or_insert_with(|| glowing_of(&model.mesh, &brightness));
-            if glowing.is_empty() {
-                continue;
-            }
+            let Some(all) = model.mesh.as_triangles().filter(|_| !glowing.is_empty()) else { continue };
             let (growth, stands) = (growth(model), Stand::of(model, &bounds[number as usize]));
             for triangle in glowing.iter().copied() {
                 let material = model.mesh.material_of[triangle as usize];
                 let brightness = f64::from(brightness[usize::from(material)]);
-                let [a, b, c] = corners_of(&model.mesh, triangle);
+                let [a, b, c] = corners_of(all, triangle);
                 let weight = brightness * growth * 0.5 * (b - a).cross(c - a).length();
                 if weight > 0.0 && weight.is_finite() {
                     let (place, reach, normal) = stands.place([a, b, c]);
@@ -156,14 +154,14 @@ impl Emitters {
             return None;
         }
         let ((model, triangle), likelihood) = self.parts.choose(asked_from, choice, sent);
-        let mesh = &scene.models[model as usize].mesh;
+        let triangles = scene.models[model as usize].mesh.as_triangles()?;
         let transform = pose.transform(model as usize, tick);
         if !transform.is_visible {
             return Some(Err(NotThere { model }));
         }
-        let deformed = deformations.of_model(model, transform);
+        let deformed = deformations.of_model(scene, model, transform);
         let corners =
-            deformed.map_or_else(|| corners_of(mesh, triangle), |deformed| deformed.corners(mesh, triangle));
+            deformed.map_or_else(|| corners_of(triangles, triangle), |deformed| deformed.corners(triangle));
         let normal = transform.normal(normal_of(corners));
         let [a, b, c] = corners.map(|corner| transform.point(corner.as_vec3()));
         // even over the triangle: Turk, "Generating Random Points in Triangles", Graphics Gems, 1990
@@ -222,8 +220,8 @@ impl Emitters {
         };
         let transform = pose.transform(model as usize, tick);
         let mut of_object = brightness * self.chance[model as usize];
-        if let Some(deformed) = deformations.of_model(model, transform) {
-            of_object *= deformed.shrinks(mesh, triangle) as f32;
+        if let Some(deformed) = deformations.of_model(scene, model, transform) {
+            of_object *= deformed.shrinks(triangle) as f32;
         }
         if transform.is_identity {
             return of_object;
@@ -244,10 +242,7 @@ fn facing_of(
     normal: Vec3,
     along: Vec3,
 ) -> f32 {
-    let (mesh, triangle, [u, v]) = (place.mesh, place.primitive, place.weights);
-    let [a, b, c] = corners_of(mesh, triangle).map(|corner| corner.as_vec3());
-    let at_rest = a * (1.0 - u - v) + b * u + c * v;
-    let smooth = smooth_point(mesh, triangle, at_rest, deformed);
+    let smooth = smooth_point(place.mesh, place.primitive, place.position(), deformed);
     let smooth = smooth.and_then(|smooth| smooth.normal().try_normalize());
     facing([smooth.map_or(normal, |smooth| transform.normal(smooth)), normal], along)
 }
@@ -280,18 +275,21 @@ fn mean_brightness(scene: &Scene, material: u16) -> f32 {
         of.map(|(triangle, _)| triangle as u32).collect::<Vec<_>>()
     };
     let mut known = HashSet::new();
-    let models: Vec<(&Model, Vec<u32>)> = scene
+    let models: Vec<(&Model, &Triangles, Vec<u32>)> = scene
         .models
         .iter()
-        .filter(|model| model.mesh.quadric.is_none() && known.insert(Arc::as_ptr(&model.mesh)))
-        .map(|model| (model, triangles(model)))
+        .filter_map(|model| Some((model, model.mesh.as_triangles()?)))
+        .filter(|(model, _)| known.insert(Arc::as_ptr(&model.mesh)))
+        .map(|(model, all)| (model, all, triangles(model)))
         .collect();
-    let count: usize = models.iter().map(|(_, triangles)| triangles.len()).sum();
+    let count: usize = models.iter().map(|(.., triangles)| triangles.len()).sum();
     let (step, places) = ((count / PLACES).max(1), (PLACES / count.max(1)).max(1));
-    let all = models.iter().flat_map(|(model, triangles)| triangles.iter().map(move |one| (*model, *one)));
+    let all = models
+        .iter()
+        .flat_map(|(model, all, triangles)| triangles.iter().map(move |one| (*model, *all, *one)));
     let (mut sum, mut area) = (0.0, 0.0);
-    for (number, (model, triangle)) in all.step_by(step).enumerate() {
-        let [a, b, c] = corners_of(&model.mesh, triangle);
+    for (number, (model, all, triangle)) in all.step_by(step).enumerate() {
+        let [a, b, c] = corners_of(all, triangle);
         let of_triangle = (b - a).cross(c - a).length();
         let light = (0..places).map(|place| {
             let number = number * places + place;
@@ -405,15 +403,17 @@ mod tests {
 
     /// Bends and stretches all that moves, unevenly.
     fn bent(mut scene: Scene) -> Scene {
-        let moves = |model: &&mut Model| !model.track.is_constant() && model.mesh.quadric.is_none();
+        let moves = |model: &&mut Model| !model.track.is_constant() && !model.mesh.is_curved();
         for model in scene.models.iter_mut().filter(moves) {
             let bend = |at: &[f32; 3]| [at[0] * 2.0, at[1] + at[0] * at[2], at[2] * 0.75 + 0.3 * at[1]];
-            let rest = model.mesh.positions.as_slice().to_vec();
+            let triangles = model.mesh.triangles();
+            let rest = triangles.positions.as_slice().to_vec();
             let list = vec![rest.iter().map(bend).collect(), rest];
-            let places: Vec<u32> = (0..model.mesh.positions.as_slice().len() as u32).collect();
-            let shapes = Shapes::new(list, &model.mesh.triangles, &[], &places);
+            let places: Vec<u32> = (0..triangles.positions.as_slice().len() as u32).collect();
+            let shapes = Arc::new(Shapes::new(list, &triangles.corners, &[], &places));
             model.track.shapes = ShapeTrack::through(vec![(0.0, 0), (25.0, 1)], None);
-            model.mesh = Arc::new(Mesh { shapes: Some(Arc::new(shapes)), ..Mesh::clone(&model.mesh) });
+            let deforming = Mesh::clone(&model.mesh).with_triangles(|all| all.shapes = Some(shapes));
+            model.mesh = Arc::new(deforming);
         }
         scene
     }
@@ -433,10 +433,10 @@ mod tests {
         model: usize,
         triangle: u32,
     ) -> (f32, Vec3) {
-        let mesh = &scene.models[model].mesh;
+        let triangles = scene.models[model].mesh.triangles();
         let corners = shapes
-            .of_model(model as u32, &pose.models[model])
-            .map_or_else(|| corners_of(mesh, triangle), |deformed| deformed.corners(mesh, triangle));
+            .of_model(scene, model as u32, &pose.models[model])
+            .map_or_else(|| corners_of(triangles, triangle), |deformed| deformed.corners(triangle));
         let [a, b, c] = corners.map(|corner| pose.models[model].point(corner.as_vec3()).as_dvec3());
         let across = (b - a).cross(c - a);
         ((0.5 * across.length()) as f32, across.normalize_or(DVec3::Y).as_vec3())

@@ -7,12 +7,12 @@ use super::bsdf::SurfaceAxes;
 use super::horizon::Horizon;
 use super::within::Within;
 use crate::animation::Transform;
-use crate::geometry::{Bounds, Quadric};
+use crate::geometry::{Bounds, Curved};
 use crate::lanes::{F32x8, LANES, Mask, Vec3x8, unsigned};
 use crate::scene::look::{Look, Varied};
 use crate::scene::material::Optics;
 use crate::scene::on_mesh::OnMesh;
-use crate::scene::{Mesh, Model, Scene};
+use crate::scene::{Geometry, Mesh, Model, Scene, Triangles};
 
 /// A point of a surface as shading sees it, world space. Normals have unit length and point to the side
 /// from which the surface is seen.
@@ -22,7 +22,7 @@ pub struct Surface {
     pub point: Vec3,
     /// Shading normal, interpolated from the corners where the mesh has normals.
     pub normal: Vec3,
-    /// Normal of the triangle itself; of a quadric the same as `normal`.
+    /// Normal of the triangle itself; of a curved primitive the same as `normal`.
     pub geometric_normal: Vec3,
     /// Tangent, of any length; zero if its material asks for none.
     pub tangent: Vec3,
@@ -50,9 +50,9 @@ pub struct Corners {
     /// Normals at the three corners, for triangles whose mesh has some.
     normals: [Vec3x8; 3],
     is_smooth: Mask,
-    /// Bit mask of lanes that hold the piece of a quadric instead: the caller fills in their surfaces by
-    /// [`of_quadrics`].
-    quadrics: u8,
+    /// Bit mask of lanes that hold a curved primitive instead: the caller fills in their surfaces by
+    /// [`each_curved`].
+    curved: u8,
 }
 
 impl Corners {
@@ -63,25 +63,25 @@ impl Corners {
         third: Vec3x8 { x: F32x8::ZERO, y: F32x8::ONE, z: F32x8::ZERO },
         normals: [Vec3x8::ZERO; 3],
         is_smooth: Mask::NONE,
-        quadrics: 0,
+        curved: 0,
     };
 
-    /// Puts `triangle` of `mesh` into a lane.
+    /// Puts `triangle` of `mesh` into a lane, or notes that it is curved.
     #[inline(always)]
     pub fn set(&mut self, lane: usize, mesh: &Mesh, triangle: u32) {
-        if mesh.quadric.is_some() {
-            self.quadrics |= 1 << lane;
+        let Geometry::Triangles(triangles) = &mesh.geometry else {
+            self.curved |= 1 << lane;
             return;
-        }
-        let corners = mesh.triangles[triangle as usize].map(|corner| corner as usize);
-        let positions = mesh.positions.as_slice();
+        };
+        let corners = triangles.corners[triangle as usize].map(|corner| corner as usize);
+        let positions = triangles.positions.as_slice();
         let [a, b, c] = corners.map(|corner| Vec3::from_array(positions[corner]));
         self.first.set_lane(lane, a);
         self.second.set_lane(lane, b);
         self.third.set_lane(lane, c);
-        if !mesh.normals.is_empty() {
+        if !triangles.normals.is_empty() {
             for (normals, corner) in self.normals.iter_mut().zip(corners) {
-                normals.set_lane(lane, mesh.normals[corner]);
+                normals.set_lane(lane, triangles.normals[corner]);
             }
             self.is_smooth.set(lane);
         }
@@ -99,7 +99,7 @@ impl Corners {
             third: all(one.third),
             normals: one.normals.map(all),
             is_smooth: if one.is_smooth.lane(0) { Mask::ALL } else { Mask::NONE },
-            quadrics: if one.quadrics != 0 { u8::MAX } else { 0 },
+            curved: if one.curved != 0 { u8::MAX } else { 0 },
         }
     }
 
@@ -115,10 +115,10 @@ impl Corners {
         self.is_smooth.lane(lane)
     }
 
-    /// Bit mask of the lanes that hold pieces of quadrics.
+    /// Bit mask of the lanes that hold curved primitives.
     #[inline(always)]
-    pub fn quadrics(&self) -> u8 {
-        self.quadrics
+    pub fn curved(&self) -> u8 {
+        self.curved
     }
 
     /// Points with these barycentric weights of the second and third corner.
@@ -229,21 +229,21 @@ fn weights_of_four([a, b, c]: [[f64x4; 3]; 3], point: [f64x4; 3]) -> [f64x4; 2] 
     if most == one { [u, v] } else { [u / most, v / most] }
 }
 
-/// Calls `put` with each lane of `quadrics`, its quadric and its piece, if there are any. `of` gives the mesh
+/// Calls `put` with each lane of `curved`, its geometry and its primitive, if there are any. `of` gives the mesh
 /// and the primitive of a lane.
 #[inline(always)]
-pub fn of_quadrics<'a>(
-    quadrics: u8,
+pub fn each_curved<'a>(
+    curved: u8,
     of: impl Fn(usize) -> (&'a Mesh, u32),
-    mut put: impl FnMut(usize, &Quadric, u32),
+    mut put: impl FnMut(usize, &dyn Curved, u32),
 ) {
-    if quadrics == 0 {
+    if curved == 0 {
         return;
     }
-    for lane in (0..LANES).filter(|lane| quadrics >> lane & 1 != 0) {
-        let (mesh, piece) = of(lane);
-        if let Some(quadric) = &mesh.quadric {
-            put(lane, quadric, piece);
+    for lane in (0..LANES).filter(|lane| curved >> lane & 1 != 0) {
+        let (mesh, primitive) = of(lane);
+        if let Some(curved) = mesh.as_curved() {
+            put(lane, curved.as_ref(), primitive);
         }
     }
 }
@@ -262,37 +262,39 @@ pub struct SurfacePoint {
 }
 
 impl SurfacePoint {
-    /// Weights of the second and third corner of `triangle`, or of the piece with that number, at `point`, at rest.
-    pub fn weights(mesh: &Mesh, triangle: u32, point: Vec3) -> [f32; 2] {
-        match &mesh.quadric {
-            Some(quadric) => quadric.weights(triangle, point),
-            None => {
-                Corners::all(mesh, triangle).weights_at(Vec3x8::splat(point)).map(|weight| weight.lane(0))
+    /// Weights of the second and third corner of a triangle, or of a curved primitive, at `point`, at rest.
+    pub fn weights(mesh: &Mesh, primitive: u32, point: Vec3) -> [f32; 2] {
+        match &mesh.geometry {
+            Geometry::Triangles(_) => {
+                Corners::all(mesh, primitive).weights_at(Vec3x8::splat(point)).map(|weight| weight.lane(0))
             }
+            Geometry::Curved(curved) => curved.weights(primitive, point),
         }
     }
 
-    /// Computes the surface at `point` of `triangle`, or of the piece with that number, of a model, at rest. `width`: of the part of
-    /// the surface over which textures are filtered.
-    pub fn at(scene: &Scene, (model, triangle): (&Model, u32), point: Vec3, width: f32) -> Self {
-        let mesh = &*model.mesh;
-        if let Some(quadric) = &mesh.quadric {
-            let weights = quadric.weights(triangle, point);
-            let normal = quadric.normal(triangle, weights);
-            let distance = quadric.distance(triangle, point);
-            return Self { weights, normal, geometric_normal: normal, distance };
-        }
-        let corners = Corners::all(mesh, triangle);
+    /// Computes the surface at `point` of a primitive of a model, at rest. `width`: of the part of the surface over which textures are
+    /// filtered.
+    pub fn at(scene: &Scene, (model, primitive): (&Model, u32), point: Vec3, width: f32) -> Self {
+        let triangles = match &model.mesh.geometry {
+            Geometry::Triangles(triangles) => triangles,
+            Geometry::Curved(curved) => {
+                let weights = curved.weights(primitive, point);
+                let normal = curved.normal(primitive, weights);
+                let distance = curved.distance(primitive, point);
+                return Self { weights, normal, geometric_normal: normal, distance };
+            }
+        };
+        let corners = Corners::all(&model.mesh, primitive);
         let lanes = corners.weights_at(Vec3x8::splat(point));
         let weights = lanes.map(|weight| weight.lane(0));
         let exact = point.as_dvec3();
         let (place, normal) =
-            (OnMesh::on(model, triangle, weights).with_width(width), corners.normal(lanes).lane(0));
+            (OnMesh::on(model, primitive, weights).with_width(width), corners.normal(lanes).lane(0));
         Self {
             weights,
             normal: place.bent_normal(scene, normal, corners.of_lane(0)),
             geometric_normal: corners.geometric_normal().lane(0),
-            distance: nearest_point(corners_of(mesh, triangle), exact).distance(exact),
+            distance: nearest_point(corners_of(triangles, primitive), exact).distance(exact),
         }
     }
 }
@@ -307,20 +309,21 @@ pub fn facing([normal, geometric_normal]: [Vec3; 2], along: Vec3) -> f32 {
 /// Least squared length to divide by: below it, lengths are too inexact.
 const LEAST_SQUARE: f32 = 1e-30;
 
-/// Intersects the ray from `eye` along `direction` (world space) with the plane of `triangle`, and moves the
+/// Intersects the ray from `eye` along `direction` (world space) with the plane of a triangle, and moves the
 /// point into the triangle (object space), all in double floats. `None` for triangles without an area. On a
-/// quadric's piece, the intersection nearest to `about` (object space) is taken.
+/// curved primitive, the intersection nearest to `about` (object space) is taken.
 pub fn meet_exactly(
     transform: &Transform,
-    (mesh, triangle): (&Mesh, u32),
+    (mesh, primitive): (&Mesh, u32),
     (eye, direction): (Vec3, Vec3),
     about: Vec3,
 ) -> Option<Vec3> {
     let [origin, along] = transform.line_to_object((eye, direction));
-    if let Some(quadric) = &mesh.quadric {
-        return Some(quadric.meet_line(triangle, origin, along, about));
-    }
-    let [a, b, c] = corners_of(mesh, triangle);
+    let triangles = match &mesh.geometry {
+        Geometry::Triangles(triangles) => triangles,
+        Geometry::Curved(curved) => return Some(curved.meet_line(primitive, origin, along, about)),
+    };
+    let [a, b, c] = corners_of(triangles, primitive);
     let plane = (b - a).cross(c - a);
     if plane == DVec3::ZERO {
         return None;
@@ -331,10 +334,20 @@ pub fn meet_exactly(
     Some(nearest_point([a, b, c], met).as_vec3())
 }
 
-/// Corners of `triangle` of `mesh`, object space; of a quadric's piece those of its stand-in.
-pub fn corners_of(mesh: &Mesh, triangle: u32) -> [DVec3; 3] {
-    let positions = mesh.positions.as_slice();
-    mesh.triangles[triangle as usize].map(|corner| Vec3::from_array(positions[corner as usize]).as_dvec3())
+/// Normal of the surface itself at a place on a primitive, outwards, object space: unit length, or zero for triangles without an area.
+pub fn geometric_normal_of(mesh: &Mesh, primitive: u32, weights: [f32; 2]) -> Vec3 {
+    match &mesh.geometry {
+        Geometry::Triangles(triangles) => {
+            let [a, b, c] = corners_of(triangles, primitive);
+            (b - a).cross(c - a).normalize_or_zero().as_vec3()
+        }
+        Geometry::Curved(curved) => curved.normal(primitive, weights),
+    }
+}
+
+/// Corners of a triangle, object space.
+pub fn corners_of(triangles: &Triangles, triangle: u32) -> [DVec3; 3] {
+    triangles.positions_of(triangle).map(|corner| corner.as_dvec3())
 }
 
 /// Nearest point of a triangle to `point`: the region of corner, edge or face that `point` lies in decides

@@ -12,7 +12,7 @@ use rayon::prelude::*;
 use super::light::LightSample;
 use super::surface::{corners_of, off_surface, off_surfaces, weights_of};
 use crate::lanes::{F32x8, LANES, Mask, Vec3x8};
-use crate::scene::Mesh;
+use crate::scene::{Mesh, Triangles};
 
 /// Eight surfaces as light sees them, world space.
 #[derive(Debug, Clone, Copy)]
@@ -126,14 +126,14 @@ pub struct SmoothPoint {
 }
 
 impl SmoothPoint {
-    /// A point of `triangle` of a mesh at rest; `None` if it is flat, or of a quadric.
-    pub fn at_rest(mesh: &Mesh, triangle: u32, point: Vec3) -> Option<Self> {
-        if mesh.normals.is_empty() || mesh.quadric.is_some() {
+    /// A point of one of these triangles at rest; `None` if they are flat.
+    pub fn at_rest(triangles: &Triangles, triangle: u32, point: Vec3) -> Option<Self> {
+        if triangles.normals.is_empty() {
             return None;
         }
-        let corners = corners_of(mesh, triangle);
+        let corners = corners_of(triangles, triangle);
         let weights = weights_of(corners, point.as_dvec3()).map(|weight| weight as f32);
-        let normals = mesh.triangles[triangle as usize].map(|corner| mesh.normals[corner as usize]);
+        let normals = triangles.corners[triangle as usize].map(|corner| triangles.normals[corner as usize]);
         Some(Self { corners: corners.map(|corner| corner.as_vec3()), normals, weights, point })
     }
 
@@ -180,10 +180,10 @@ pub fn most_lift(positions: &[[f32; 3]], normals: &[Vec3], triangles: &[[u32; 3]
 
 /// [`most_lift`] of a mesh at rest.
 pub fn most_lift_at_rest(mesh: &Mesh) -> f32 {
-    match mesh.quadric {
-        Some(_) => 0.0,
-        None => most_lift(mesh.positions.as_slice(), &mesh.normals, &mesh.triangles),
-    }
+    let of = |Triangles { positions, normals, corners, .. }: &Triangles| {
+        most_lift(positions.as_slice(), normals, corners)
+    };
+    mesh.as_triangles().map_or(0.0, of)
 }
 
 #[cfg(test)]

@@ -176,7 +176,7 @@ impl RayBatch {
     }
 
     /// Adds a ray that ends in a sample on `triangle` of `model`, at t = 1. The sample's own triangle never
-    /// blocks it; a quadric's piece may hide its own sample.
+    /// blocks it; a curved primitive may hide its own sample.
     #[inline(always)]
     pub fn push_to_sample(
         &mut self,
@@ -309,7 +309,7 @@ pub struct HitPacket {
     pub v: [f32; LANES],
     /// Indices into [`Scene::models`](crate::scene::Scene::models), or [`NO_HIT`].
     pub model: [u32; LANES],
-    /// Indices into [`Mesh::triangles`](crate::scene::Mesh::triangles).
+    /// Numbers of triangles, or of other primitives, of the models' meshes.
     pub triangle: [u32; LANES],
 }
 
@@ -335,7 +335,7 @@ pub struct Hit {
     pub v: f32,
     /// Index into [`Scene::models`](crate::scene::Scene::models).
     pub model: u32,
-    /// Index into [`Mesh::triangles`](crate::scene::Mesh::triangles).
+    /// Number of the triangle, or of another primitive, of the model's mesh.
     pub triangle: u32,
 }
 

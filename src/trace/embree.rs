@@ -6,7 +6,7 @@
 //! masks and rebuilds the tiny tree above the instances. A model that deforms has an instance of a scene of
 //! its own, which is [refitted](deforming) when its shape changes.
 //!
-//! Quadrics are geometries of their own kind, for which Embree calls back ([`Pieces`](pieces::Pieces)).
+//! Curved geometries are of a kind of their own, for which Embree calls back ([`CurvedPart`](curved::CurvedPart)).
 //!
 //! Masks. A ray meets whatever shares a bit with it at every level: see [`mask`].
 //!
@@ -15,12 +15,12 @@
 
 mod by_time;
 mod config;
+mod curved;
 mod deforming;
 mod frozen;
 mod mask;
 mod one_by_one;
 mod parts;
-mod pieces;
 mod places;
 mod tracer;
 
@@ -37,7 +37,7 @@ use crate::scene::{Mesh, Model, RayKinds, Scene};
 use crate::settings::{Build, Caustics};
 pub use config::{CONFIG_VARIABLE, check_config, device_config, settings};
 use deforming::Deforming;
-use frozen::{Frozen, Part, ROBUST, Vertices, freeze, parts_of};
+use frozen::{Frozen, Part, ROBUST, Source, freeze, parts_of};
 use parts::PartsById;
 use places::{Instance, are_twins, has_twins, set_places, times};
 use tracer::{EmbreeTracer, OpenCasters};
@@ -137,8 +137,7 @@ impl EmbreeBackend {
             if let Some(frozen) = known.get(&Arc::as_ptr(mesh)) {
                 return Ok(Arc::clone(frozen));
             }
-            let frozen =
-                Arc::new(freeze(&device, mesh, &Vertices::Still(&mesh.positions), quality, with_casters)?);
+            let frozen = Arc::new(freeze(&device, mesh, &Source::at_rest(mesh), quality, with_casters)?);
             known.insert(Arc::as_ptr(mesh), Arc::clone(&frozen));
             Ok(frozen)
         };
@@ -148,7 +147,7 @@ impl EmbreeBackend {
             }
             if model.track.is_constant() {
                 self.add_still(number, model)?;
-            } else if model.mesh.shapes.is_some() {
+            } else if model.mesh.shapes().is_some() {
                 let mut deforming = Deforming::new(&device, number as usize, &model.mesh, with_casters)?;
                 let instances = self.add_movable(number, model, deforming.first(&device)?)?;
                 self.deforming.push(deforming.placed(instances));
@@ -164,7 +163,7 @@ impl EmbreeBackend {
 
     fn add_still(&mut self, number: u32, model: &Model) -> Result<(), TraceError> {
         let mesh = &model.mesh;
-        let parts = parts_of(&self.device, mesh, &Vertices::Still(&mesh.positions), seen_by(model))?;
+        let parts = parts_of(&self.device, mesh, &Source::at_rest(mesh), seen_by(model))?;
         for Part { geometry, first, casts_shadow } in parts {
             self.parts.add(self.still.attach(&geometry)?, number, first);
             if let Some(casters) = self.casters.as_mut().filter(|_| casts_shadow) {
@@ -281,7 +280,7 @@ mod tests {
 
     /// Creates bundles through the box of `scene`: sixteen rays from a point to its neighbours.
     fn bundles(scene: &Scene) -> RayBatch {
-        let points = scene.models.iter().flat_map(|model| model.mesh.positions.as_slice());
+        let points = scene.models.iter().flat_map(|model| model.mesh.triangles().positions.as_slice());
         let (low, high) = points.fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(low, high), point| {
             (low.min(Vec3::from(*point)), high.max(Vec3::from(*point)))
         });

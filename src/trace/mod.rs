@@ -79,7 +79,7 @@ impl Search<'_> {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Purpose {
     /// Segment from the eye to a sample, of the kind [`RayKind::Camera`]. Everything that such rays see blocks, but the
-    /// sample's own primitive: its triangle, or that place of a quadric's piece.
+    /// sample's own primitive: its triangle, or that place of a curved primitive.
     Sight,
     /// Segment from a sample to a light, of the kind [`RayKind::Shadow`]. Surfaces that cast shadows block (see
     /// [`Material::casts_shadow`](crate::scene::Material::casts_shadow)); under [`Caustics::Paths`] all do.
@@ -135,7 +135,7 @@ const MOST_CASTERS_FOR_A_CLEAR_ONE: usize = 8;
 fn has_many_clear(scene: &Scene, caustics: Caustics) -> bool {
     let count = |of: fn(&Mesh) -> usize| scene.models.iter().map(|model| of(&model.mesh)).sum::<usize>();
     let casters = count(|mesh| mesh.shadow_casting);
-    let clear = count(|mesh| mesh.triangles.len()) - casters;
+    let clear = count(Mesh::count) - casters;
     caustics == Caustics::None && clear > 0 && clear * MOST_CASTERS_FOR_A_CLEAR_ONE >= casters
 }
 
@@ -212,16 +212,16 @@ mod tests {
         let mut scene = scene::load(Path::new("scenes/city/city.toml"), false).expect("it is shipped").scene;
         for model in &mut scene.models {
             let mesh = Mesh::clone(&model.mesh);
-            model.mesh = Arc::new(Mesh { shadow_casting: mesh.triangles.len(), ..mesh });
+            model.mesh = Arc::new(Mesh { shadow_casting: mesh.count(), ..mesh });
         }
         let mesh = Mesh::clone(&scene.models[0].mesh);
-        scene.models[0].mesh = Arc::new(Mesh { shadow_casting: mesh.triangles.len() - clear, ..mesh });
+        scene.models[0].mesh = Arc::new(Mesh { shadow_casting: mesh.count() - clear, ..mesh });
         scene
     }
 
     #[test]
     fn shadow_rays_are_spared_many_clear_triangles() {
-        let all: usize = with_clear(0).models.iter().map(|model| model.mesh.triangles.len()).sum();
+        let all: usize = with_clear(0).models.iter().map(|model| model.mesh.count()).sum();
         let enough = all.div_ceil(MOST_CASTERS_FOR_A_CLEAR_ONE + 1);
         for (clear, many) in [(0, false), (1, false), (enough - 1, false), (enough, true)] {
             assert_eq!(has_many_clear(&with_clear(clear), Caustics::None), many, "{clear} of {all}");
@@ -234,7 +234,7 @@ mod tests {
 
     #[test]
     fn copies_that_share_a_mesh_are_held_twice_once() {
-        let all: usize = with_clear(0).models.iter().map(|model| model.mesh.triangles.len()).sum();
+        let all: usize = with_clear(0).models.iter().map(|model| model.mesh.count()).sum();
         let mut scene = with_clear(all / 2);
         assert!(has_many_clear(&scene, Caustics::None), "or nothing is held twice");
         let moving = scene.models.iter().find(|model| !model.track.is_constant()).expect("some move").clone();

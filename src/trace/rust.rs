@@ -13,7 +13,7 @@
 //! - [`instances`]: placed models, in a tree above those of their meshes;
 //! - [`rays`]: a packet's rays, and which of them make a beam;
 //! - [`of_kind`]: which rays share their trees;
-//! - [`quadrics`]: tests of quadrics, each ray by itself;
+//! - [`curved`]: tests of curved geometry, each ray by itself;
 //! - [`search`]: both queries, for beams and for single rays.
 //!
 //! Packets that are said to be coherent are traced as beams, one for each main direction of their rays; all
@@ -28,9 +28,9 @@
 //! (`examples/trace_speed.rs`, which compares this tracer with Embree).
 
 mod beam;
+mod curved;
 mod instances;
 mod of_kind;
-mod quadrics;
 mod rays;
 mod search;
 mod triangles;
@@ -47,9 +47,9 @@ use crate::exposure::{TICKS, Tick};
 use crate::pose::Pose;
 use crate::scene::{Mesh, Model, RayKind, Scene};
 use crate::settings::Caustics;
+use curved::{CurvedPrimitives, Standing};
 use instances::{Instances, Placed};
 use of_kind::{TreesOfKind, distinct};
-use quadrics::{Quadrics, Standing};
 use rays::{Rays, open_lanes};
 use search::{Exempt, block, closest_of};
 use triangles::{OF_INSTANCE, Shown, Triangles};
@@ -78,7 +78,7 @@ struct Trees {
     count: fn(&Mesh) -> usize,
     /// Models that move, each with the index of its triangles in `meshes`.
     movable: Vec<(u32, usize)>,
-    quadrics: Quadrics,
+    curved: CurvedPrimitives,
 }
 
 /// Model whose triangles are built anew for each of its shapes.
@@ -104,13 +104,12 @@ impl RustBackend {
                 scene,
                 RayKind::Shadow,
                 |mesh| mesh.shadow_casting,
-                Quadrics::new(scene, RayKind::Shadow, true),
+                CurvedPrimitives::new(scene, RayKind::Shadow, true),
             )
         };
         let (kinds, of_kind) = distinct(scene);
-        let seen = |kind: RayKind| {
-            Trees::new(scene, kind, |mesh| mesh.triangles.len(), Quadrics::new(scene, kind, false))
-        };
+        let seen =
+            |kind: RayKind| Trees::new(scene, kind, Mesh::count, CurvedPrimitives::new(scene, kind, false));
         Self {
             seen: kinds.into_iter().map(seen).collect(),
             of_kind,
@@ -127,18 +126,18 @@ impl RustBackend {
 }
 
 impl Trees {
-    /// Builds trees of the first `count` triangles of each mesh that rays of this kind see, and of `quadrics`.
-    fn new(scene: &Scene, kind: RayKind, count: fn(&Mesh) -> usize, quadrics: Quadrics) -> Self {
+    /// Builds trees of the first `count` triangles of each mesh that rays of this kind see, and of `curved`.
+    fn new(scene: &Scene, kind: RayKind, count: fn(&Mesh) -> usize, curved: CurvedPrimitives) -> Self {
         let (mut still, mut meshes, mut movable, mut deforming) =
             (Vec::new(), Vec::new(), Vec::new(), Vec::new());
         let (mut known, mut at_rest) = (HashMap::new(), Vec::new());
         let has_triangles = |model: &Model| {
-            model.mesh.quadric.is_none() && count(&model.mesh) > 0 && model.ray_visibility.is_seen_by(kind)
+            !model.mesh.is_curved() && count(&model.mesh) > 0 && model.ray_visibility.is_seen_by(kind)
         };
         for (number, model) in scene.models.iter().enumerate().filter(|(_, model)| has_triangles(model)) {
             if model.track.is_constant() && !model.is_placed_at_rest() {
                 still.push((number as u32, &*model.mesh));
-            } else if model.mesh.shapes.is_some() {
+            } else if model.mesh.shapes().is_some() {
                 let (mesh, shapes) = (Arc::clone(&model.mesh), Chord::FIRST.ends);
                 deforming.push(Deforming { model: number as u32, at: meshes.len(), shapes, mesh });
                 movable.push((number as u32, meshes.len()));
@@ -155,7 +154,7 @@ impl Trees {
         }
         let place = |number: u32| scene.models[number as usize].track.at(0.0);
         let at_rest = Instances::new(at_rest.into_iter(), &meshes, place, |_| false);
-        Self { still: Triangles::new(&still, count), meshes, at_rest, deforming, count, movable, quadrics }
+        Self { still: Triangles::new(&still, count), meshes, at_rest, deforming, count, movable, curved }
     }
 
     /// Builds the trees of changed shapes anew. Nothing of the trees before is kept: frames do not depend on
@@ -183,22 +182,24 @@ impl Trees {
             let place = |model: u32| *pose.transform(model as usize, tick);
             Instances::new(there, &this.meshes, place, |model| moved[model as usize])
         };
-        let quadrics = |tick: Tick| this.quadrics.open((pose, tick), moved);
+        let curved = |tick: Tick| this.curved.open((pose, tick), moved);
         OpenTrees {
             still: &this.still,
             meshes: &this.meshes,
             at_rest: &this.at_rest,
             movable: ticks.clone().map(movable).collect(),
-            still_quadrics: this.quadrics.still(),
-            quadrics: ticks.map(quadrics).collect(),
+            still_curved: this.curved.still(),
+            curved: ticks.map(curved).collect(),
         }
     }
 }
 
 /// Triangles of a mesh between two of its shapes.
 fn deformed(mesh: &Mesh, [open, close]: &[Shape; 2], count: fn(&Mesh) -> usize) -> Triangles {
-    let positions = |shape: &Shape| mesh.shapes.as_ref().map(|shapes| shapes.positions(shape));
-    let positions = |shape: &Shape| positions(shape).unwrap_or_else(|| mesh.positions.as_slice().to_vec());
+    let triangles = mesh.triangles();
+    let positions = |shape: &Shape| triangles.shapes.as_ref().map(|shapes| shapes.positions(shape));
+    let positions =
+        |shape: &Shape| positions(shape).unwrap_or_else(|| triangles.positions.as_slice().to_vec());
     let first = positions(open);
     match open == close {
         true => Triangles::at(&[(OF_INSTANCE, mesh, &first)], count),
@@ -231,15 +232,15 @@ struct OpenTrees<'a> {
     at_rest: &'a Instances,
     /// Models that move, at the places of each group of ticks.
     movable: Vec<Instances>,
-    still_quadrics: &'a Standing,
-    /// Quadrics that move, as `movable`.
-    quadrics: Vec<Standing>,
+    still_curved: &'a Standing,
+    /// Curved primitives that move, as `movable`.
+    curved: Vec<Standing>,
 }
 
 impl OpenTrees<'_> {
     /// Returns true if no model moves in any frame.
     fn are_all_still(&self) -> bool {
-        self.movable[0].is_empty() && self.quadrics[0].is_empty()
+        self.movable[0].is_empty() && self.curved[0].is_empty()
     }
 
     /// Those of the rays `used` that meet models that move at the places of each group of ticks, with the number of the group.
@@ -339,10 +340,10 @@ fn find_closest(
                 placed.closest(&rays, used, coherence, best, &mut stack);
             }
         }
-        let movable = groups.iter().map(|(group, used)| (&trees.quadrics[*group], *used));
-        for (quadrics, used) in std::iter::once((trees.still_quadrics, used)).chain(movable) {
-            if !quadrics.is_empty() {
-                quadrics.closest(&rays, used, best, &mut stack);
+        let movable = groups.iter().map(|(group, used)| (&trees.curved[*group], *used));
+        for (curved, used) in std::iter::once((trees.still_curved, used)).chain(movable) {
+            if !curved.is_empty() {
+                curved.closest(&rays, used, best, &mut stack);
             }
         }
     }
@@ -372,21 +373,21 @@ fn find_blocked(trees: &OpenTrees<'_>, rays: &RayBatch, asked: Blockers, blocked
         if by == Occluders::Still && !trees.still.is_empty() {
             block(Shown::of_models(trees.still), &rays, open, coherence, exempt, &mut far, &mut stack);
         }
-        let mut block_placed = |instances: &Instances, quadrics: &Standing, open: u16| {
+        let mut block_placed = |instances: &Instances, curved: &Standing, open: u16| {
             if !instances.is_empty() {
                 let open = open & open_lanes(&far);
                 let placed = Placed { meshes: trees.meshes, instances };
                 placed.block(moved_alone, &rays, open, coherence, exempt, &mut far, &mut stack);
             }
-            if !quadrics.is_empty() {
-                quadrics.block(moved_alone, &rays, open, exempt, &mut far, &mut stack);
+            if !curved.is_empty() {
+                curved.block(moved_alone, &rays, open, exempt, &mut far, &mut stack);
             }
         };
         match by {
-            Occluders::Still => block_placed(trees.at_rest, trees.still_quadrics, open),
+            Occluders::Still => block_placed(trees.at_rest, trees.still_curved, open),
             Occluders::Movable | Occluders::Moved => {
                 for (group, open) in trees.by_group(ticks, open) {
-                    block_placed(&trees.movable[group], &trees.quadrics[group], open);
+                    block_placed(&trees.movable[group], &trees.curved[group], open);
                 }
             }
         }

@@ -20,8 +20,8 @@ fn brushed(amount: f32, turn: f32, around: Option<Vec3>) -> Material {
 /// A floor whose first texture coordinate grows along X.
 fn floor() -> Mesh {
     let mesh = toy::floor(9.0, 0);
-    let uvs = mesh.positions.as_slice().iter().map(|[x, _, z]| Vec2::new(*x, -z)).collect();
-    Mesh { uvs, ..mesh }
+    let uvs = mesh.triangles().positions.as_slice().iter().map(|[x, _, z]| Vec2::new(*x, -z)).collect();
+    mesh.with_triangles(|triangles| triangles.uvs = uvs)
 }
 
 /// A lamp above a floor, seen from straight above. How far its highlight reaches along X and along Z.
@@ -58,7 +58,7 @@ fn highlights_are_long_along_the_tangent() {
 #[test]
 fn grooves_lead_around_an_axis() {
     let mesh = floor();
-    let space = Some(ObjectSpace::around(mesh.positions.as_slice()));
+    let space = Some(ObjectSpace::around(mesh.triangles().positions.as_slice()));
     let details = Arc::new(Details { space, ..Details::clone(&mesh.details) });
     let camera = toy::camera(rests(DVec3::new(2.0, 4.0, 0.0)), rests(DVec3::new(2.0, 0.0, -1e-6)));
     let models = vec![toy::still("disk", Mesh { details, ..mesh }, Vec3::ZERO)];
@@ -111,10 +111,11 @@ fn an_audit_finds_nothing() {
     }
     for model in &mut scene.models {
         let mesh = Mesh::clone(&model.mesh);
-        let uvs = mesh.positions.as_slice().iter().map(|[x, y, z]| Vec2::new(x + 0.3 * y, z - y)).collect();
-        let space = Some(ObjectSpace::around(mesh.positions.as_slice()));
+        let positions = mesh.triangles().positions.as_slice();
+        let uvs = positions.iter().map(|[x, y, z]| Vec2::new(x + 0.3 * y, z - y)).collect();
+        let space = Some(ObjectSpace::around(positions));
         let details = Arc::new(Details { space, ..Details::clone(&mesh.details) });
-        model.mesh = Arc::new(Mesh { uvs, details, ..mesh });
+        model.mesh = Arc::new(Mesh { details, ..mesh }.with_triangles(|triangles| triangles.uvs = uvs));
     }
     let settings = Settings { paths: 2, reflections: 2, depth: 3, ..toy::settings(1) };
     expect_nothing_found(&scene, &CHANGES, &settings);

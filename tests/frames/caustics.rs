@@ -228,7 +228,7 @@ fn a_ball_takes_two_bounces() {
 /// Two panes between the floor and whatever shines.
 fn with_panes(mut scene: Scene, glass: Material) -> Scene {
     let mut mesh = toy::floor(200.0, 1);
-    mesh.shadow_casting = if glass.casts_shadow() { mesh.triangles.len() } else { 0 };
+    mesh.shadow_casting = if glass.casts_shadow() { mesh.count() } else { 0 };
     for height in [1.9, 2.0] {
         scene.models.push(toy::still("pane", mesh.clone(), Vec3::Y * height));
     }
@@ -352,7 +352,7 @@ fn glass_casts_shadows() {
         ..afterimage::animation::TransformTrack::identity()
     };
     let mesh = || toy::octahedron(1, false);
-    let quadric = |material| afterimage::scene::Mesh::of_quadric(toy::sphere(), material, false);
+    let quadric = |material| afterimage::scene::Mesh::of_curved(toy::sphere(), material, false);
     for kind in [BackendKind::Embree, BackendKind::Rust] {
         for thing in [
             toy::still("mesh", mesh(), Vec3::Y * 2.0),

@@ -162,8 +162,8 @@ fn snow_falls_before_a_camera_that_comes_to_rest() {
 fn slats(width: f32, gap: f32) -> Scene {
     const LEANING: f32 = 0.7;
     let wall = wall();
-    let mut corners = wall.positions.as_slice().to_vec();
-    let mut triangles = wall.triangles.to_vec();
+    let mut corners = wall.triangles().positions.as_slice().to_vec();
+    let mut triangles = wall.triangles().corners.to_vec();
     let [across, along] = [LEANING.cos() * width / 2.0, LEANING.sin() * width / 2.0];
     for number in -40..40 {
         let (x, first) = ((number as f32 + 0.37) * 3.3 * width, corners.len() as u32);

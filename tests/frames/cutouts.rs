@@ -63,7 +63,7 @@ fn light_and_sight_pass_holes() {
         let corners = [[-2.0, 0.0, 0.0], [2.0, 0.0, 0.0], [2.0, 3.0, 0.0], [-2.0, 3.0, 0.0]];
         let wall = toy::mesh(&corners, &[[0, 1, 2], [0, 2, 3]], 0, true);
         let uvs = corners.iter().map(|[x, y, _]| Vec2::new((x + 2.0) / 4.0, *y)).collect();
-        let wall = Mesh { uvs, ..wall };
+        let wall = wall.with_triangles(|triangles| triangles.uvs = uvs);
         if half_cut { toy::cut_out(wall, 0..2, &toy::opacity(255, 0)) } else { wall }
     };
     let rendered = |models: Vec<Mesh>| {

@@ -285,7 +285,7 @@ fn what_tilts_is_seen_where_it_is_and_as_bright_as_it_must_be() {
     let up: &dyn Fn(Vec3) -> Vec3 = &|at| at.with_y((at.x + 2.0) / 4.0 * 3.0);
     let same: &dyn Fn(Vec3) -> Vec3 = &|at| at;
     for normals in [Vec::new(), vec![Vec3::Y; 4]] {
-        let mesh = Mesh { normals, ..toy::floor(2.0, 0) };
+        let mesh = toy::floor(2.0, 0).with_triangles(|triangles| triangles.normals = normals);
         let model = toy::deforming("square", mesh, TransformTrack::identity(), &[(1.0, same), (5.0, up)]);
         let frames = audited(&from_above(model, 5.0), &toy::settings(1));
         for (number, finished) in (0_u8..5).zip(&frames) {

@@ -6,7 +6,7 @@ use afterimage::film::Film;
 use afterimage::frame::Renderer;
 use afterimage::layers::Layers;
 use afterimage::scene::material::{MetalRough, Optics};
-use afterimage::scene::{self, Background, LightKind, Material, Mesh, Scene};
+use afterimage::scene::{self, Background, LightKind, Material, Scene, Triangles};
 use afterimage::settings::{Backdrop, Filter, Mode, Settings};
 use glam::{DVec3, Vec2, Vec3};
 use half::f16;
@@ -322,9 +322,11 @@ fn a_background_is_visible_if_there_is_one() {
 #[test]
 fn materials_and_texture_coordinates_are_those_of_the_point() {
     let floor = toy::floor(4.0, 1);
-    let uvs = floor.positions.as_slice().iter().map(|[x, _, z]| Vec2::new((x + 4.0) / 8.0, (4.0 - z) / 8.0));
-    let floor = Mesh { uvs: uvs.collect(), ..floor };
-    let solid = Mesh { uvs: Vec::new(), ..toy::octahedron(0, true) };
+    let floor = floor.with_triangles(|Triangles { positions, uvs, .. }| {
+        let at = |[x, _, z]: &[f32; 3]| Vec2::new((x + 4.0) / 8.0, (4.0 - z) / 8.0);
+        *uvs = positions.as_slice().iter().map(at).collect();
+    });
+    let solid = toy::octahedron(0, true).with_triangles(|triangles| triangles.uvs = Vec::new());
     let models = vec![toy::still("floor", floor, Vec3::ZERO), toy::still("solid", solid, Vec3::Y)];
     let camera = toy::camera(goes(EYE, EYE + DVec3::X), rests(TARGET));
     let materials = vec![toy::matt(0.5), toy::matt(0.25)];

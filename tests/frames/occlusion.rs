@@ -58,8 +58,8 @@ fn on_a_floor(eye: DVec3, others: Vec<Model>) -> Scene {
 }
 
 fn scaled(mesh: Mesh, factor: f32) -> Mesh {
-    let corners = mesh.positions.as_slice().iter().map(|p| p.map(|at| at * factor)).collect();
-    Mesh { positions: Arc::new(VertexBuffer::new(corners)), ..mesh }
+    let corners = mesh.triangles().positions.as_slice().iter().map(|p| p.map(|at| at * factor)).collect();
+    mesh.with_triangles(|triangles| triangles.positions = Arc::new(VertexBuffer::new(corners)))
 }
 
 #[test]
@@ -233,13 +233,15 @@ fn camera_turns(scene: Scene) -> Scene {
 /// A wall of what is shaded smoothly moves, too: some directions by its normals lie below its triangles.
 fn with_smooth_mover(mut scene: Scene) -> Scene {
     let mesh = toy::octahedron(0, true);
-    let normals = mesh.positions.as_slice().iter().map(|corner| Vec3::from_array(*corner)).collect();
+    let normals =
+        mesh.triangles().positions.as_slice().iter().map(|corner| Vec3::from_array(*corner)).collect();
     let track = TransformTrack {
         translate: toy::keys(&[(2.0, DVec3::new(0.0, 0.6, 2.0)), (4.0, DVec3::new(0.5, 0.6, 2.0))]),
         scale: rests(DVec3::splat(0.6)),
         ..TransformTrack::identity()
     };
-    scene.models.push(toy::moving("smooth", Mesh { normals, ..mesh }, track));
+    let smooth = mesh.with_triangles(|triangles| triangles.normals = normals);
+    scene.models.push(toy::moving("smooth", smooth, track));
     scene
 }
 

@@ -2,8 +2,8 @@
 
 use afterimage::animation::{Track, TransformTrack};
 use afterimage::frame::{Finished, Renderer, Spoil};
-use afterimage::geometry::Quadric;
 use afterimage::geometry::quadric::QuadricShape;
+use afterimage::geometry::{Curved, Quadric};
 use afterimage::scene::material::Optics;
 use afterimage::scene::{Background, LightKind, Material, Model, Scene};
 use afterimage::settings::{Filter, Settings};

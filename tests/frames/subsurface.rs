@@ -89,8 +89,8 @@ fn copies_in_one_place_are_one() {
     }
     let mut inside_out = alone(skin(0.7, 0.1, 1.0));
     let mesh = Mesh::clone(&inside_out.models[0].mesh);
-    let triangles = Arc::new(mesh.triangles.iter().map(|[a, b, c]| [*a, *c, *b]).collect());
-    inside_out.models[0].mesh = Arc::new(Mesh { triangles, ..mesh });
+    let turned = Arc::new(mesh.triangles().corners.iter().map(|[a, b, c]| [*a, *c, *b]).collect());
+    inside_out.models[0].mesh = Arc::new(mesh.with_triangles(|triangles| triangles.corners = turned));
     let shown = body(&inside_out, &settings());
     assert!((shown - one).abs().max_element() < 0.01, "{shown}, not {one}");
 }

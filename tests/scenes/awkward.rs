@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use afterimage::scene;
+use afterimage::scene::{self, Triangles};
 
 use crate::collection;
 
@@ -69,17 +69,18 @@ fn every_file_loads_or_says_why_not() {
 fn check(scene: &scene::Scene, path: &Path) {
     for model in &scene.models {
         let mesh = &model.mesh;
-        let positions = mesh.positions.as_slice();
+        let Triangles { positions, corners, normals, uvs, .. } = mesh.triangles();
+        let positions = positions.as_slice();
         let vertices = positions.len();
-        assert!(!mesh.triangles.is_empty(), "{}", path.display());
-        assert!(mesh.triangles.iter().flatten().all(|i| (*i as usize) < vertices), "{}", path.display());
+        assert!(!corners.is_empty(), "{}", path.display());
+        assert!(corners.iter().flatten().all(|i| (*i as usize) < vertices), "{}", path.display());
         assert!(positions.as_flattened().iter().all(|x| x.is_finite()), "{}", path.display());
-        assert_eq!(mesh.material_of.len(), mesh.triangles.len());
-        for count in [mesh.normals.len(), mesh.uvs.len()] {
+        assert_eq!(mesh.material_of.len(), mesh.count());
+        for count in [normals.len(), uvs.len()] {
             assert!(count == 0 || count == vertices, "{}", path.display());
         }
-        assert!(mesh.normals.iter().all(|n| n.is_normalized() || n.length() == 0.0), "{}", path.display());
-        assert!(mesh.uvs.iter().all(|uv| uv.is_finite()));
+        assert!(normals.iter().all(|n| n.is_normalized() || n.length() == 0.0), "{}", path.display());
+        assert!(uvs.iter().all(|uv| uv.is_finite()));
         for (i, material) in mesh.material_of.iter().enumerate() {
             let casts = scene.materials[*material as usize].casts_shadow();
             assert_eq!(casts, i < mesh.shadow_casting, "{}", path.display());

@@ -41,8 +41,8 @@ fn load(folder: &Path, shapes: &str) -> Result<Shot, String> {
 fn height(shot: &Shot, frame: i32) -> f32 {
     let mesh = &shot.scene.models[0].mesh;
     let shape = Pose::new(&shot.scene, frame).models[0].shape;
-    let heights = mesh.shapes.as_ref().unwrap().positions(&shape.ends[0]);
-    assert_eq!((heights.len(), mesh.positions.as_slice().len()), (6, 6));
+    let heights = mesh.shapes().unwrap().positions(&shape.ends[0]);
+    assert_eq!((heights.len(), mesh.triangles().positions.as_slice().len()), (6, 6));
     assert!(heights.iter().all(|at| at[2] == heights[0][2]));
     heights[0][2]
 }
@@ -59,7 +59,7 @@ fn shapes_are_those_of_the_numbered_files() {
         "they are equal"
     );
     assert!(!shot.scene.models[0].track.is_constant());
-    assert_eq!(shot.scene.models[0].mesh.shapes.as_ref().unwrap().list().len(), 2);
+    assert_eq!(shot.scene.models[0].mesh.shapes().unwrap().list().len(), 2);
     assert_eq!(shot.files.iter().filter(|file| file.to_string_lossy().contains("flag.")).count(), 3);
 }
 
@@ -101,7 +101,7 @@ fn models_of_the_same_files_share_them() {
     )
     .unwrap();
     let [one, other, rigid] = &shot.scene.models[..] else { panic!("three models") };
-    assert!(std::sync::Arc::ptr_eq(&one.mesh, &other.mesh) && rigid.mesh.shapes.is_none());
+    assert!(std::sync::Arc::ptr_eq(&one.mesh, &other.mesh) && rigid.mesh.shapes().is_none());
     assert!(rigid.track.is_constant());
 }
 

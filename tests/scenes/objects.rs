@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use afterimage::scene::{Model, Shot};
+use afterimage::scene::{Model, Shot, Triangles};
 
 use crate::small_shot::{folder, load_in};
 
@@ -32,7 +32,7 @@ fn error(models: &str) -> String {
 
 /// Name, number of triangles and of vertices of each model.
 fn told(shot: &Shot) -> Vec<(&str, usize, usize)> {
-    let count = |model: &Model| (model.mesh.triangles.len(), model.mesh.positions.as_slice().len());
+    let count = |model: &Model| (model.mesh.count(), model.mesh.triangles().positions.as_slice().len());
     shot.scene.models.iter().map(|model| (model.name.as_str(), count(model).0, count(model).1)).collect()
 }
 
@@ -58,8 +58,8 @@ fn a_file_is_split_by_its_objects_or_its_groups() {
 fn parts_are_where_they_are_in_the_whole() {
     let corners = |shot: &Shot| {
         let of_model = |model: &Model| -> Vec<[[f32; 3]; 3]> {
-            let positions = model.mesh.positions.as_slice();
-            model.mesh.triangles.iter().map(|corners| corners.map(|i| positions[i as usize])).collect()
+            let Triangles { positions, corners, .. } = model.mesh.triangles();
+            corners.iter().map(|corners| corners.map(|i| positions.as_slice()[i as usize])).collect()
         };
         let mut all: Vec<_> = shot.scene.models.iter().flat_map(of_model).collect();
         all.sort_by(|a, b| a.partial_cmp(b).unwrap());

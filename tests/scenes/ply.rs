@@ -41,7 +41,7 @@ fn a_file_is_a_model() {
     let names: Vec<&str> = shot.scene.models.iter().map(|model| model.name.as_str()).collect();
     assert_eq!(names, ["square", "copy"]);
     let mesh = &shot.scene.models[0].mesh;
-    assert_eq!((mesh.triangles.len(), mesh.uvs.len()), (2, 4));
+    assert_eq!((mesh.count(), mesh.triangles().uvs.len()), (2, 4));
 }
 
 /// Bytes are as screens show them, and a file without a material shows them alone.

@@ -27,7 +27,7 @@ fn every_type_is_read() {
         let model = &shot.scene.models[1];
         let (found_low, found_high) = model.mesh.bounds();
         assert_eq!(model.name, name);
-        assert_eq!(model.mesh.quadric.as_ref().unwrap().count(), pieces, "{table}");
+        assert_eq!(model.mesh.as_curved().unwrap().count(), pieces, "{table}");
         for (found, wanted) in [(found_low, low), (found_high, high)] {
             assert!((found - DVec3::from(wanted)).abs().max_element() < 1e-5, "{table}: {found}");
         }

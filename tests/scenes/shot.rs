@@ -134,7 +134,7 @@ fn still_models_are_baked_and_moving_ones_share_their_mesh() {
     assert_eq!(models.len(), 4);
     assert!(Arc::ptr_eq(&models[2].mesh, &models[3].mesh) && Arc::ptr_eq(&models[0].mesh, &models[2].mesh));
     assert_eq!(models[1].track, TransformTrack::identity());
-    let corner = Vec3::from(models[1].mesh.positions.as_slice()[1]);
+    let corner = Vec3::from(models[1].mesh.triangles().positions.as_slice()[1]);
     assert!(corner.abs_diff_eq(Vec3::new(0.0, 1.0, 3.0), 1e-6), "{corner}");
     assert_eq!(models[2].track.scale.at(1.5), DVec3::splat(1.5));
 }
@@ -143,7 +143,7 @@ fn still_models_are_baked_and_moving_ones_share_their_mesh() {
 fn clear_triangles_come_last() {
     let shot = load(REST);
     let mesh = &shot.scene.models[0].mesh;
-    assert_eq!((mesh.shadow_casting, mesh.triangles.len()), (1, 2));
+    assert_eq!((mesh.shadow_casting, mesh.count()), (1, 2));
     let names = mesh.material_of.iter().map(|id| shot.scene.materials[*id as usize].name.as_str());
     assert_eq!(names.collect::<Vec<_>>(), ["wood", "clear"]);
 }
@@ -281,7 +281,7 @@ fn a_floor_lies_under_the_models() {
     let material = &shot.scene.materials[usize::from(model.mesh.material_of[0])];
     assert_eq!((material.diffuse, model.name.as_str()), (Vec3::new(0.1, 0.2, 0.3), "floor"));
     // seen from above
-    let [a, b, c] = model.mesh.triangles[0].map(|i| Vec3::from(model.mesh.positions.as_slice()[i as usize]));
+    let [a, b, c] = model.mesh.triangles().positions_of(0);
     assert!((b - a).cross(c - a).y > 0.0);
     // what depends on the size of the models does not depend on the floor's
     let without = load(&format!("{REST}translate = [7, 0, 0]\n"));
@@ -296,7 +296,7 @@ fn bare_models_turn_in_front_of_the_camera() {
     for frame in [1, 31, 120] {
         let camera = Pose::new(&shot.scene, frame).camera;
         let seen = camera.world_to_ndc(16.0 / 9.0);
-        for corner in shot.scene.models[0].mesh.positions.as_slice() {
+        for corner in shot.scene.models[0].mesh.triangles().positions.as_slice() {
             let ndc = seen.project_point3(Vec3::from(*corner));
             assert!(ndc.x.abs() < 1.0 && ndc.y.abs() < 1.0, "{frame}: {ndc}");
         }

@@ -17,7 +17,7 @@ use afterimage::scene::cutout::{CutTriangles, Cutout, LEAST_OPACITY, Mask};
 use afterimage::scene::texture::{Mapping, Wrap};
 use afterimage::scene::{
     Background, CameraTrack, Light, LightKind, Material, Mesh, Model, Panel, RenderSpace, Scene, Shapes,
-    Texture,
+    Texture, Triangles,
 };
 use afterimage::settings::{Filter, Mode, Settings};
 use embree::VertexBuffer;
@@ -30,19 +30,9 @@ pub fn keys<T: afterimage::animation::Keyed>(keys: &[(f64, T)]) -> Track<T> {
 
 /// A mesh of one material.
 pub fn mesh(corners: &[[f32; 3]], triangles: &[[u32; 3]], material: u16, casts_shadow: bool) -> Mesh {
-    Mesh {
-        positions: Arc::new(VertexBuffer::new(corners.to_vec())),
-        triangles: Arc::new(triangles.to_vec()),
-        shadow_casting: if casts_shadow { triangles.len() } else { 0 },
-        normals: Vec::new(),
-        uvs: vec![Vec2::ZERO; corners.len()],
-        material_of: vec![material; triangles.len()],
-        groups: Default::default(),
-        cut: None,
-        quadric: None,
-        shapes: None,
-        details: Default::default(),
-    }
+    let triangles = Triangles::new(corners.to_vec(), triangles.to_vec());
+    let uvs = vec![Vec2::ZERO; corners.len()];
+    Mesh::plain(Triangles { uvs, ..triangles }.into(), material, casts_shadow)
 }
 
 /// A square in the plane y = 0 that looks up, from -half to half.
@@ -75,8 +65,10 @@ pub fn octahedron(material: u16, casts_shadow: bool) -> Mesh {
 
 /// `mesh`, moved to `at`, in world space: as the loader leaves what never moves.
 pub fn still(name: &str, mesh: Mesh, at: Vec3) -> Model {
-    let moved = mesh.positions.as_slice().iter().map(|p| (Vec3::from_array(*p) + at).to_array()).collect();
-    let mesh = Mesh { positions: Arc::new(VertexBuffer::new(moved)), ..mesh };
+    let mesh = mesh.with_triangles(|triangles| {
+        let moved = triangles.positions.as_slice().iter().map(|p| (Vec3::from_array(*p) + at).to_array());
+        triangles.positions = Arc::new(VertexBuffer::new(moved.collect()));
+    });
     moving(name, mesh, TransformTrack::identity())
 }
 
@@ -102,13 +94,13 @@ pub fn still_quadric(
     casts_shadow: bool,
     at: DAffine3,
 ) -> Model {
-    let mesh = Mesh::of_quadric(quadric.placed(at), material, casts_shadow);
+    let mesh = Mesh::of_curved(quadric.placed(at), material, casts_shadow);
     moving(name, mesh, TransformTrack::identity())
 }
 
 /// A quadric at the places that `track` says.
 pub fn moving_quadric(name: &str, quadric: &Quadric, material: u16, track: TransformTrack) -> Model {
-    moving(name, Mesh::of_quadric(quadric.clone(), material, true), track)
+    moving(name, Mesh::of_curved(quadric.clone(), material, true), track)
 }
 
 /// Of radius 1, about the origin.
@@ -237,16 +229,17 @@ pub fn deforming(
     track: TransformTrack,
     shapes: &[(f64, &dyn Fn(Vec3) -> Vec3)],
 ) -> Model {
+    let triangles = mesh.triangles();
     let place = |shape: &dyn Fn(Vec3) -> Vec3| {
         let moved = |at: &[f32; 3]| shape(Vec3::from_array(*at)).to_array();
-        mesh.positions.as_slice().iter().map(moved).collect()
+        triangles.positions.as_slice().iter().map(moved).collect()
     };
     let list = shapes.iter().map(|(_, shape)| place(*shape)).collect();
-    let places: Vec<u32> = (0..mesh.positions.as_slice().len() as u32).collect();
-    let data = Shapes::new(list, &mesh.triangles, &mesh.normals, &places);
+    let places: Vec<u32> = (0..triangles.positions.as_slice().len() as u32).collect();
+    let data = Arc::new(Shapes::new(list, &triangles.corners, &triangles.normals, &places));
     let keys = shapes.iter().zip(0..).map(|((frame, _), number)| (*frame, number)).collect();
     let track = TransformTrack { shapes: ShapeTrack::through(keys, None), ..track };
-    moving(name, Mesh { shapes: Some(Arc::new(data)), ..mesh }, track)
+    moving(name, mesh.with_triangles(|triangles| triangles.shapes = Some(data)), track)
 }
 
 /// A sheet of `cells` x `cells` squares in the plane y = 0 that looks up, from -half to half; smooth, if that is asked for.
@@ -262,5 +255,5 @@ pub fn sheet(half: f32, cells: u32, material: u16, is_smooth: bool) -> Mesh {
     let sheet = mesh(&corners, &triangles, material, true);
     let uvs = corners.iter().map(|[x, _, z]| Vec2::new(*x, -*z) / (2.0 * half) + 0.5).collect();
     let normals = if is_smooth { vec![Vec3::Y; corners.len()] } else { Vec::new() };
-    Mesh { normals, uvs, ..sheet }
+    sheet.with_triangles(|triangles| (triangles.normals, triangles.uvs) = (normals, uvs))
 }

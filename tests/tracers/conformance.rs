@@ -6,7 +6,7 @@ use afterimage::animation::{Track, TransformTrack};
 use afterimage::geometry::Quadric;
 use afterimage::geometry::quadric::QuadricShape;
 use afterimage::pose::Pose;
-use afterimage::scene::{self, Mesh, Model, Scene};
+use afterimage::scene::{self, Geometry, Mesh, Model, Scene};
 use afterimage::settings::Build;
 use afterimage::trace::{
     BackendKind, Coherence, HitBatch, Occluders, Purpose, RayBatch, SceneSubset, Search,
@@ -161,9 +161,9 @@ fn shadow_rays_pass_clear_triangles() {
 #[test]
 fn rays_pass_what_is_cut_out() {
     let uvs = |mesh: Mesh| {
-        let corners = mesh.positions.as_slice().iter();
+        let corners = mesh.triangles().positions.as_slice().iter();
         let uvs = corners.map(|[x, _, z]| Vec2::new((x + 1.0) / 2.0, *z)).collect();
-        Mesh { uvs, ..mesh }
+        mesh.with_triangles(|triangles| triangles.uvs = uvs)
     };
     let square = |y: f32| [[-1.0, y, 1.0], [1.0, y, 1.0], [1.0, y, -1.0], [-1.0, y, -1.0]];
     // at the bottom a whole square, above it one that casts shadows, above that a clear one
@@ -385,7 +385,13 @@ fn random(seed: u32) -> impl FnMut() -> f32 {
 fn random_rays(scene: &Scene, spread: f32) -> RayBatch {
     let pose = Pose::new(scene, 1);
     let points = scene.models.iter().zip(&pose.models).flat_map(|(model, at)| {
-        model.mesh.positions.as_slice().iter().map(|point| at.point(Vec3::from(*point)))
+        let points: Vec<Vec3> = match &model.mesh.geometry {
+            Geometry::Triangles(all) => {
+                all.positions.as_slice().iter().map(|point| (*point).into()).collect()
+            }
+            Geometry::Curved(all) => (0..all.count()).flat_map(|one| all.bounds(one).corners()).collect(),
+        };
+        points.into_iter().map(|point| at.point(point))
     });
     let (low, high) = points.fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(a, b), p| (a.min(p), b.max(p)));
     let mut next = random(7);

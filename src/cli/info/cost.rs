@@ -9,8 +9,8 @@ use crate::cli::say::terminal::duration;
 use crate::frame::{self, Renderer};
 use crate::layers::Layers;
 use crate::memory::{self, Bytes};
-use crate::scene::Shot;
 use crate::scene::cutout::Mask;
+use crate::scene::{Geometry, Mesh, Shot, Triangles};
 use crate::settings::Settings;
 use crate::trace::BackendKind;
 
@@ -46,22 +46,20 @@ pub fn tell(text: &mut String, shot: &Shot) {
 
 /// Bytes of the meshes, of what is cut out of them, and of textures.
 pub fn memory_of(shot: &Shot) -> u64 {
-    let of_mesh = |mesh: &crate::scene::Mesh| {
-        let vertices = mesh.positions.as_slice().len() as u64;
-        let of_shapes = mesh.shapes.as_ref().map_or(0, |shapes| shapes.list().len() as u64) * 12 * vertices;
-        12 * vertices
-            + bytes(&mesh.normals)
-            + bytes(&mesh.uvs)
+    let of_mesh = |mesh: &Mesh| {
+        let of_geometry = match &mesh.geometry {
+            Geometry::Triangles(triangles) => of_triangles(triangles),
+            Geometry::Curved(curved) => curved.bytes(),
+        };
+        of_geometry
             + bytes(&mesh.details.second_uvs)
             + bytes(&mesh.details.colors)
             + bytes(&mesh.details.alphas)
             + bytes(&mesh.details.tangents)
-            + bytes(&mesh.triangles)
             + bytes(&mesh.material_of)
-            + of_shapes
     };
     let cut = || shot.scene.built().filter_map(|mesh| mesh.cut.as_deref());
-    let of_triangles: u64 = cut().map(|cut| bytes(&cut.mask_of)).sum();
+    let of_cut: u64 = cut().map(|cut| bytes(&cut.mask_of)).sum();
     // masks of one picture share its squares
     let tables: BTreeMap<usize, u64> =
         cut().flat_map(|cut| cut.masks.iter().filter_map(Mask::table)).collect();
@@ -70,7 +68,14 @@ pub fn memory_of(shot: &Shot) -> u64 {
     files.sort_unstable();
     files.dedup();
     let of_files = files.iter().map(|(_, bytes)| bytes).sum::<u64>();
-    shot.scene.built().map(of_mesh).sum::<u64>() + of_triangles + tables.values().sum::<u64>() + of_files
+    shot.scene.built().map(of_mesh).sum::<u64>() + of_cut + tables.values().sum::<u64>() + of_files
+}
+
+/// Bytes of triangles and their vertices, in all shapes.
+fn of_triangles(Triangles { positions, corners, normals, uvs, shapes }: &Triangles) -> u64 {
+    let of_positions = 12 * positions.as_slice().len() as u64;
+    let shapes = shapes.as_ref().map_or(0, |shapes| shapes.list().len() as u64);
+    of_positions * (1 + shapes) + bytes(corners) + bytes(normals) + bytes(uvs)
 }
 
 fn bytes<T>(list: &[T]) -> u64 {

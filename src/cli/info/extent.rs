@@ -8,7 +8,7 @@ use super::{line, list};
 use crate::cli::bare_model::{is_gltf, is_model, is_usd};
 use crate::pose::Pose;
 use crate::scene::turntable::text::number;
-use crate::scene::{Model, Scene, Shot};
+use crate::scene::{Geometry, Model, Scene, Shot, Triangles};
 
 /// Maximum number of names that a line lists.
 const MOST_LISTED: usize = 12;
@@ -48,25 +48,33 @@ fn point(point: DVec3) -> String {
 /// The box around all models that are visible at `frame`, in the space of the files; without planes, which have no end.
 fn bounds(scene: &Scene, frame: i32) -> Option<(DVec3, DVec3)> {
     let pose = Pose::new(scene, frame);
-    let is_plane =
-        |model: &Model| model.mesh.quadric.as_ref().is_some_and(|quadric| quadric.name() == "plane");
+    let is_plane = |model: &Model| model.mesh.as_curved().is_some_and(|curved| curved.is_endless());
     let nothing = (Vec3::INFINITY, Vec3::NEG_INFINITY);
     let shown =
         scene.models.iter().zip(&pose.models).filter(|(model, _)| !is_floor(model) && !is_plane(model));
     let (low, high) = shown.filter(|(_, place)| place.is_visible).fold(nothing, |all, (model, place)| {
-        let used = model.mesh.triangles.as_flattened();
-        let corners = model.mesh.positions.as_slice();
-        used.iter().fold(all, |(low, high), corner| {
-            let at = place.point(Vec3::from(corners[*corner as usize]));
+        let with = |(low, high): (Vec3, Vec3), point| {
+            let at = place.point(point);
             (low.min(at), high.max(at))
-        })
+        };
+        match &model.mesh.geometry {
+            Geometry::Triangles(Triangles { positions, corners, .. }) => {
+                let used = corners.as_flattened().iter();
+                used.map(|corner| Vec3::from(positions.as_slice()[*corner as usize])).fold(all, with)
+            }
+            Geometry::Curved(curved) => {
+                let boxes = (0..curved.count()).map(|primitive| curved.bounds(primitive));
+                boxes.flat_map(|around| around.corners()).fold(all, with)
+            }
+        }
     });
     (low.x <= high.x).then(|| (scene.space.point_of_files(low), scene.space.point_of_files(high)))
 }
 
 /// Returns true for the floor that a shot states, or that a bare model stands on.
 fn is_floor(model: &Model) -> bool {
-    model.name == "floor" && model.mesh.normals.is_empty() && model.mesh.triangles.len() == 48
+    let is_fan = |all: &Triangles| all.normals.is_empty() && all.corners.len() == 48;
+    model.name == "floor" && model.mesh.as_triangles().is_some_and(is_fan)
 }
 
 /// Adds a line on what moves and deforms.
@@ -75,7 +83,7 @@ pub fn tell_motion(text: &mut String, scene: &Scene) {
     let models = &scene.models;
     let moving =
         models.iter().filter(|model| !model.track.is_constant() && model.track.shapes.is_none()).count();
-    let deforming = models.iter().filter(|model| model.mesh.shapes.is_some()).count();
+    let deforming = models.iter().filter(|model| model.mesh.shapes().is_some()).count();
     let lights = scene.lights.iter().filter(|light| !light.is_constant()).count();
     let camera = (!scene.camera.is_constant()).then(|| String::from("the camera moves"));
     let parts = [

@@ -5,7 +5,7 @@ pub mod exr;
 mod extent;
 mod pictures;
 
-use std::collections::{BTreeSet, HashSet};
+use std::collections::{BTreeMap, BTreeSet, HashSet};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -23,7 +23,7 @@ use crate::pilot;
 use crate::report::versions::Versions;
 use crate::scene::camera::Projection;
 use crate::scene::shot::Shot;
-use crate::scene::{Material, Model, Warning};
+use crate::scene::{Material, Mesh, Model, Scene, Triangles, Warning};
 use crate::settings::{DenoiseQuality, Refinement};
 use crate::stereo::Stereo;
 use crate::trace::BackendKind;
@@ -152,22 +152,23 @@ fn described(shot: &Shot, path: &Path) -> String {
         line(&mut text, "cuts", list(scene.camera.cuts.iter().map(|cut| format!("before frame {cut}"))));
     }
     line(&mut text, "output", shot.output.clone().unwrap_or_else(|| default_output(path)));
-    let count = |model: &Model| if model.mesh.quadric.is_some() { 0 } else { model.mesh.triangles.len() };
-    let triangles: usize = scene.models.iter().map(count).sum();
-    let quadrics = scene.models.iter().filter(|model| model.mesh.quadric.is_some()).count();
-    let quadrics = if quadrics > 0 { format!(", {quadrics} quadrics") } else { String::new() };
-    let kept: usize =
-        scene.built().filter(|mesh| mesh.quadric.is_none()).map(|mesh| mesh.triangles.len()).sum();
+    let count = |mesh: &Mesh| mesh.as_triangles().map_or(0, |triangles| triangles.corners.len());
+    let triangles: usize = scene.models.iter().map(|model| count(&model.mesh)).sum();
+    let kept: usize = scene.built().map(count).sum();
     let kept = if kept < triangles { format!(" ({kept} kept: copies share them)") } else { String::new() };
-    line(&mut text, "models", format!("{}, {triangles} triangles{kept}{quadrics}", scene.models.len()));
+    line(
+        &mut text,
+        "models",
+        format!("{}, {triangles} triangles{kept}{}", scene.models.len(), curved(scene)),
+    );
     for model in &scene.models {
         let moves = match (model.track.is_constant(), model.is_placed_at_rest()) {
             (false, _) => "moves",
             (true, false) => "still",
             (true, true) => "still, shared",
         };
-        let (name, path, count) = (&model.name, model.path.display(), model.mesh.triangles.len());
-        let what = model.mesh.quadric.as_ref().map_or(format!("{count} triangles"), |of| of.name().into());
+        let (name, path, count) = (&model.name, model.path.display(), model.mesh.count());
+        let what = model.mesh.as_curved().map_or(format!("{count} triangles"), |of| of.name().into());
         let shapes = shapes(model).map_or(String::new(), |shapes| format!("{shapes}, "));
         let groups = extent::groups(model).map_or(String::new(), |groups| format!("{groups}, "));
         line(&mut text, "", format!("{name}: {what}, {groups}{shapes}{moves}, {path}"));
@@ -195,9 +196,17 @@ fn described(shot: &Shot, path: &Path) -> String {
     text
 }
 
+/// Numbers of the models that are not made of triangles, by what they are.
+fn curved(scene: &Scene) -> String {
+    let mut counts: BTreeMap<&str, usize> = BTreeMap::new();
+    let kinds = scene.models.iter().filter_map(|model| Some(model.mesh.as_curved()?.kind()));
+    kinds.for_each(|kind| *counts.entry(kind).or_default() += 1);
+    counts.into_iter().map(|(kind, count)| format!(", {count} {kind}")).collect()
+}
+
 /// Describes the shapes between which a model deforms, and their times.
 fn shapes(model: &Model) -> Option<String> {
-    let (shapes, track) = (model.mesh.shapes.as_ref()?, model.track.shapes.as_ref()?);
+    let (shapes, track) = (model.mesh.shapes()?, model.track.shapes.as_ref()?);
     let ([first, last], again) = (track.ends(), if track.repeats() { " and again" } else { "" });
     Some(format!("{} shapes from frame {first} to {last}{again}", shapes.list().len()))
 }
@@ -209,16 +218,16 @@ fn model(shot: &Shot, path: &Path) -> String {
     // the first one is the file's; the other is the floor of its turntable
     if let Some(model) = scene.models.first() {
         let _ = writeln!(text, "{}", in_line(&model.path.display().to_string()));
-        let mesh = &model.mesh;
-        line(&mut text, "triangles", mesh.triangles.len().to_string());
+        let Triangles { positions, corners, normals, uvs, .. } = model.mesh.triangles();
+        line(&mut text, "triangles", corners.len().to_string());
         line(
             &mut text,
             "vertices",
             format!(
                 "{}{}{}",
-                mesh.positions.as_slice().len(),
-                if mesh.normals.is_empty() { ", no normals" } else { ", normals" },
-                if mesh.uvs.is_empty() { ", no texture coordinates" } else { ", texture coordinates" }
+                positions.as_slice().len(),
+                if normals.is_empty() { ", no normals" } else { ", normals" },
+                if uvs.is_empty() { ", no texture coordinates" } else { ", texture coordinates" }
             ),
         );
         extent::tell(&mut text, shot, path);

@@ -202,7 +202,7 @@ fn middle_of_models(shot: &Shot) -> (DVec3, f64) {
         .scene
         .models
         .iter()
-        .filter(|model| !model.mesh.quadric.as_ref().is_some_and(|quadric| quadric.is_endless()));
+        .filter(|model| !model.mesh.as_curved().is_some_and(|curved| curved.is_endless()));
     let placed = finite.map(|model| Bounds::of(&model.mesh).placed(&model.track.at(first)));
     let all = placed.fold(Bounds::EMPTY, Bounds::union);
     if all.is_empty() {

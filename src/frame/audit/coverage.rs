@@ -14,8 +14,9 @@ use super::verdict::Verdict;
 use crate::exposure::Tick;
 use crate::frame::shot::frame_view::FrameView;
 use crate::samples::{BACKGROUND, CELLS, EMPTY, Sample, Tile};
+use crate::scene::Geometry;
 use crate::settings::Reuse;
-use crate::shade::surface::corners_of;
+use crate::shade::surface::geometric_normal_of;
 use crate::trace::Hit;
 
 /// Counts the cells of tile number `number` whose targets are asked, those of them that show another surface than their targets see, and those where a displacement by rounding
@@ -71,15 +72,19 @@ fn is_in_one_place(frame: &FrameView, sample: &Sample, sight: Sight, met: Hit) -
     let place = frame.place(sample.model, sight.tick);
     let there = sight.origin + way;
     let as_met = |triangle: u32, [u, v]: [f32; 2]| Hit { t: met.t, u, v, model: sample.model, triangle };
-    if let Some(quadric) = &mesh.quadric {
-        let transform = frame.pose.transform(sample.model as usize, sight.tick);
-        let (point, tolerance) =
-            (transform.to_object.transform_point3(there), transform.length_in_object(Vec3::splat(tolerance)));
-        let is_near = |piece: &u32| quadric.distance(*piece, point) <= f64::from(tolerance);
-        let hits =
-            (0..quadric.count()).filter(is_near).map(|piece| as_met(piece, quadric.weights(piece, point)));
-        return hits.into_iter().any(|met| is_covered(frame, sample, sight, Some(met)));
-    }
+    let triangles = match &mesh.geometry {
+        Geometry::Triangles(triangles) => triangles,
+        Geometry::Curved(curved) => {
+            let transform = frame.pose.transform(sample.model as usize, sight.tick);
+            let (point, tolerance) = (
+                transform.to_object.transform_point3(there),
+                transform.length_in_object(Vec3::splat(tolerance)),
+            );
+            let is_near = |one: &u32| curved.distance(*one, point) <= f64::from(tolerance);
+            let hits = (0..curved.count()).filter(is_near).map(|one| as_met(one, curved.weights(one, point)));
+            return hits.into_iter().any(|met| is_covered(frame, sample, sight, Some(met)));
+        }
+    };
     // mostly it is elsewhere, which the sample's own plane says; otherwise all triangles of its model are looked at
     let off = (from_eye - frame.offset_of(sample, sight.tick))
         .dot(geometric_normal(frame, sample, sight.tick))
@@ -87,8 +92,8 @@ fn is_in_one_place(frame: &FrameView, sample: &Sample, sight: Sight, met: Hit) -
     if off > layer + tolerance {
         return false;
     }
-    (0..mesh.triangles.len() as u32).any(|triangle| {
-        let corners = place.corners(mesh, triangle);
+    (0..triangles.corners.len() as u32).any(|triangle| {
+        let corners = place.corners(triangles, triangle);
         is_on_triangle(corners, there, tolerance)
             && is_covered(frame, sample, sight, Some(as_met(triangle, [0.0; 2])))
     })
@@ -116,7 +121,7 @@ fn is_covered(frame: &FrameView, sample: &Sample, sight: Sight, met: Option<Hit>
     let is_same_side = (normal.dot(sight.direction) > 0.0) == sample.record.is_from_behind();
     if met.triangle == sample.record.triangle {
         // a plane has one side towards the eye, and rounding alone may say otherwise
-        return is_same_side || mesh.quadric.is_none();
+        return is_same_side || !mesh.is_curved();
     }
     let way = met.t * sight.direction;
     let spread = frame.view.spread();
@@ -135,13 +140,7 @@ fn is_covered(frame: &FrameView, sample: &Sample, sight: Sight, met: Option<Hit>
 /// Normal of what a ray met at a `tick`: world space, unit length; zero where it has none.
 fn normal_of(frame: &FrameView, met: Hit, tick: Tick) -> Vec3 {
     let mesh = &frame.scene.models[met.model as usize].mesh;
-    let in_object = match &mesh.quadric {
-        Some(quadric) => quadric.normal(met.triangle, [met.u, met.v]),
-        None => {
-            let [a, b, c] = corners_of(mesh, met.triangle);
-            (b - a).cross(c - a).normalize_or_zero().as_vec3()
-        }
-    };
+    let in_object = geometric_normal_of(mesh, met.triangle, [met.u, met.v]);
     frame.place(met.model, tick).geometric_normal(met.triangle, in_object).normalize_or_zero()
 }
 

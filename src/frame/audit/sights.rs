@@ -89,20 +89,19 @@ pub fn reach(frame: &FrameView, sample: &Sample) -> f32 {
 
 /// Largest distance, along the ray, by which rounding of coordinates may separate the sample from the point
 /// in which the ray meets its triangle. The triangle's corners count here, and here alone: if they did for
-/// displacements sideways, any model that hides a sample on a wide ground would be on an edge. Quadrics have
-/// no corners: for these the sample's own coordinates are rounded.
+/// displacements sideways, any model that hides a sample on a wide ground would be on an edge. Curved
+/// primitives have no corners: for these the sample's own coordinates are rounded.
 pub fn rounding(frame: &FrameView, sample: &Sample) -> f32 {
     let (offset, eye) = (offset(frame, sample), frame.view.camera.eye);
     let mut largest = eye.abs().max(offset.abs());
     if sample.model != BACKGROUND {
         let mesh = &frame.scene.models[sample.model as usize].mesh;
-        if mesh.quadric.is_some() {
+        let Some(triangles) = mesh.as_triangles() else {
             let of_object = frame.transform(sample.model).direction(sample.point).abs();
             return largest.max(of_object).max_element() * COORDINATE_TOLERANCE;
-        }
-        for corner in
-            frame.place(sample.model, sample.record.traced.tick()).corners(mesh, sample.record.triangle)
-        {
+        };
+        let place = frame.place(sample.model, sample.record.traced.tick());
+        for corner in place.corners(triangles, sample.record.triangle) {
             largest = largest.max((corner - eye).abs());
         }
     }

@@ -14,7 +14,7 @@ use crate::layers::Layers;
 use crate::samples::{CELLS, Column, EMPTY, Status, TILE, Tile};
 use crate::scene::on_mesh::OnMesh;
 use crate::scene::{RenderSpace, Scene};
-use crate::shade::surface::{Corners, of_quadrics};
+use crate::shade::surface::{Corners, each_curved};
 
 /// `Z` of the background: finite, and far behind everything.
 pub const BACKGROUND_Z: f32 = 1e10;
@@ -272,11 +272,11 @@ fn write_uv(frame: &FrameView, tile: &Tile, cells: &[u16], data: &mut Planes<{ d
         }
         let mut weights = corners.weights_at(points);
         let of = |lane| surface(lane).map(|(mesh, triangle, _)| (mesh, triangle));
-        of_quadrics(
-            corners.quadrics(),
+        each_curved(
+            corners.curved(),
             |lane| of(lane).expect("it was set above"),
-            |lane, quadric, piece| {
-                let at = quadric.weights(piece, points.lane(lane));
+            |lane, of, primitive| {
+                let at = of.weights(primitive, points.lane(lane));
                 weights.iter_mut().zip(at).for_each(|(weight, at)| weight.set_lane(lane, at));
             },
         );

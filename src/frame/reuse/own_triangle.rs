@@ -1,8 +1,6 @@
 //! Targets that see the triangle on which the server lies. Where the ray through the target meets that triangle is a matter of
 //! arithmetic; whether anything hides the place is one segment, which costs less than a search for the first hit.
 
-use glam::Vec3;
-
 use super::sight::SEGMENT_END;
 use super::trace_missed::through_targets;
 use crate::frame::grid::bits::set_bits;
@@ -11,7 +9,6 @@ use crate::frame::shot::frame_view::FrameView;
 use crate::frame::surface::trace_scratch::TraceScratch;
 use crate::lanes::{F32x8, LANES, Mask, Vec3x8, are_same};
 use crate::samples::{CELLS, EMPTY, Tile};
-use crate::scene::Mesh;
 use crate::trace::{self, Coherence, Occluders, Purpose, SceneSubset};
 
 /// Least barycentric weight of a point that counts as within a triangle: nearer to an edge, rounding might decide which triangle is met.
@@ -66,25 +63,22 @@ fn push_segments(
 ) {
     let (models, triangles) = (&tile.model[first..first + LANES], tile.triangles(first));
     let asked = asked & !frame.displaced_bits(models);
-    let mesh = |lane: usize| {
+    let of_lane = |lane: usize| {
         let model = models[lane];
         let mesh = (model < EMPTY).then(|| &*frame.scene.models[model as usize].mesh);
-        mesh.filter(|mesh| mesh.cut.is_none() && mesh.quadric.is_none())
-    };
-    // positions alone
-    let corners_of = |mesh: &Mesh, triangle: u32| {
-        let positions = mesh.positions.as_slice();
-        mesh.triangles[triangle as usize].map(|corner| Vec3::from_array(positions[corner as usize]))
+        mesh.filter(|mesh| mesh.cut.is_none())?.as_triangles()
     };
     let (mut corners, mut within) = ([Vec3x8::ZERO; 3], 0);
     if are_same(models) && are_same(&triangles) {
-        let Some(mesh) = mesh(0) else { return };
-        (corners, within) = (corners_of(mesh, triangles[0]).map(Vec3x8::splat), asked);
+        let Some(all) = of_lane(0) else { return };
+        (corners, within) = (all.positions_of(triangles[0]).map(Vec3x8::splat), asked);
     } else {
         for lane in set_bits(asked) {
-            let Some(mesh) = mesh(lane) else { continue };
-            let of_lane = corners_of(mesh, triangles[lane]);
-            corners.iter_mut().zip(of_lane).for_each(|(corners, corner)| corners.set_lane(lane, corner));
+            let Some(all) = of_lane(lane) else { continue };
+            corners
+                .iter_mut()
+                .zip(all.positions_of(triangles[lane]))
+                .for_each(|(corners, corner)| corners.set_lane(lane, corner));
             within |= 1 << lane;
         }
     }

@@ -17,7 +17,7 @@ use crate::exposure::Tick;
 use crate::frame::shot::frame_view::FrameView;
 use crate::samples::{BACKGROUND, Sample};
 use crate::scene::Mesh;
-use crate::shade::surface::corners_of;
+use crate::shade::surface::geometric_normal_of;
 use crate::trace::Hit;
 
 /// Largest distance of a sample from the tangent plane of what a target sees, as a share of a cell's width there: where a layer ends,
@@ -36,8 +36,8 @@ pub struct Seen {
     triangle: u32,
     /// Index into [`Scene::materials`](crate::scene::Scene::materials).
     material: u16,
-    /// True if the mesh is made of curved pieces instead of triangles.
-    is_quadric: bool,
+    /// True if the mesh is not made of triangles.
+    is_curved: bool,
     is_from_behind: bool,
     /// Tick of the exposure at which the cell sees it.
     tick: Tick,
@@ -57,7 +57,7 @@ impl Seen {
                 model: BACKGROUND,
                 triangle: 0,
                 material: 0,
-                is_quadric: false,
+                is_curved: false,
                 is_from_behind: false,
                 tick,
                 offset: direction,
@@ -67,20 +67,14 @@ impl Seen {
         };
         let mesh: &Mesh = &frame.scene.models[model as usize].mesh;
         let way = t * direction;
-        let in_object = match &mesh.quadric {
-            Some(quadric) => quadric.normal(triangle, [u, v]),
-            None => {
-                let [a, b, c] = corners_of(mesh, triangle);
-                (b - a).cross(c - a).normalize_or_zero().as_vec3()
-            }
-        };
+        let in_object = geometric_normal_of(mesh, triangle, [u, v]);
         let normal = frame.place(model, tick).geometric_normal(triangle, in_object).normalize_or_zero();
         let spread = frame.view.spread();
         Self {
             model,
             triangle,
             material: mesh.material_of[triangle as usize],
-            is_quadric: mesh.quadric.is_some(),
+            is_curved: mesh.is_curved(),
             is_from_behind: normal.dot(direction) > 0.0,
             tick,
             offset: origin - frame.view.eye(tick) + way,
@@ -97,7 +91,7 @@ impl Seen {
         }
         if record.triangle == self.triangle {
             // a plane has one side towards the eye, and rounding alone may say otherwise
-            return !self.is_quadric || record.is_from_behind() == self.is_from_behind;
+            return !self.is_curved || record.is_from_behind() == self.is_from_behind;
         }
         if record.is_from_behind() != self.is_from_behind || record.material != self.material {
             return false;

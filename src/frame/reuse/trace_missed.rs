@@ -276,13 +276,13 @@ impl<'a> Answers8<'a> {
     }
 
     /// Returns true if the ray through the target of a cell met the triangle on which the cell's server lies. A `false` is to be looked
-    /// into, and so are quadrics, whose pieces a ray meets on either side.
+    /// into, and so are curved primitives, which a ray may meet on either side.
     #[inline(always)]
     fn is_of_server(&self, frame: &FrameView, tile: &Tile, cell: usize, lane: usize) -> bool {
         let (model, triangle) = (self.met.models[lane], self.met.triangles[lane]);
         model == tile.model[cell]
             && triangle == tile.record[cell].triangle
-            && frame.quadrics.get(model as usize) != Some(&true)
+            && frame.curved.get(model as usize) != Some(&true)
     }
 
     /// What the ray in a lane met.
@@ -326,13 +326,13 @@ impl<'a> Answers8<'a> {
         let Self { owners, origin, direction, met, .. } = *self;
         let Hits8 { models, triangles, .. } = met;
         let corners = met.corners(frame);
-        let (mut point, quadrics) = (corners.point(met.weights), corners.quadrics());
-        met.put_quadric_points(frame, quadrics, &mut point);
+        let (mut point, curved) = (corners.point(met.weights), corners.curved());
+        met.put_curved_points(frame, curved, &mut point);
         put_on_ray(frame, [origin, direction], &met, || self.ticks(frame), &mut point);
         let mut weights = corners.weights_at(point);
-        met.put_quadric_weights(frame, quadrics, &point, &mut weights);
+        met.put_curved_weights(frame, curved, &point, &mut weights);
         let [mut normal, mut geometric_normal] = corners.normals(weights);
-        met.put_quadric_normals(frame, quadrics, weights, [&mut normal, &mut geometric_normal]);
+        met.put_curved_normals(frame, curved, weights, [&mut normal, &mut geometric_normal]);
         let in_world = geometric_normals_in_world(frame, geometric_normal, &met, || self.ticks(frame));
         let behind = in_world.dot(direction).gt(F32x8::ZERO);
         let (mut footprints, mut widths) = ([Footprint::NONE; LANES], [0.0; LANES]);
@@ -404,7 +404,7 @@ impl<'a> Answers8<'a> {
 /// Computed from the triangle's corners, a point lies in the triangle's plane as exactly as floats allow, and
 /// is taken. But where the triangle is a sliver or is seen edge on, its weights are all but undetermined in
 /// single floats, and the point may lie away from the ray, behind something else: there ray and triangle are
-/// intersected again in double floats. So are quadrics that are much larger than their distance.
+/// intersected again in double floats. So are curved primitives that are much larger than their distance.
 #[inline(always)]
 fn put_on_ray(
     frame: &FrameView,

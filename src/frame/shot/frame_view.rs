@@ -109,8 +109,8 @@ pub struct FrameView<'a> {
     pub seeds: SeedPlace<'a>,
     /// Place of the tags of each light.
     pub slots: &'a [TagSlot],
-    /// True for each model that is a quadric; empty if there is none.
-    pub quadrics: &'a [bool],
+    /// True for each model that is not made of triangles; empty if there is none.
+    pub curved: &'a [bool],
     /// Upper bound, for each model, of the way from its triangles at rest to the curved surfaces that they stand for, object space;
     /// empty if all are flat.
     pub lifts: &'a [f32],

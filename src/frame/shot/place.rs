@@ -5,7 +5,7 @@ use glam::Vec3;
 use crate::animation::Transform;
 use crate::frame::grid::bits::set_bits;
 use crate::lanes::{Mask, Vec3x8};
-use crate::scene::{Mesh, Model, Scene};
+use crate::scene::{Mesh, Model, Scene, Triangles};
 use crate::shade::deformed::{Deformations, Deformed, DeformedPlace, smooth_point};
 use crate::shade::horizon::Horizon;
 use crate::shade::surface::{corners_of, meet_exactly};
@@ -24,7 +24,7 @@ impl<'a> Place<'a> {
     /// Place of `model` by this `transform`, with its shape.
     #[inline]
     pub fn of(scene: &'a Scene, transform: &'a Transform, shapes: &'a Deformations, model: u32) -> Self {
-        let deformed = shapes.of_model(model, transform);
+        let deformed = shapes.of_model(scene, model, transform);
         let deformed = deformed.map(|deformed| (deformed, &scene.models[model as usize]));
         Self { transform, deformed, scene }
     }
@@ -35,7 +35,7 @@ impl<'a> Place<'a> {
     pub fn point(&self, triangle: impl FnOnce() -> u32, point: Vec3) -> Vec3 {
         match self.deformed {
             None => self.transform.point(point),
-            Some((deformed, model)) => self.transform.point(deformed.point(&model.mesh, triangle(), point)),
+            Some((deformed, _)) => self.transform.point(deformed.point(triangle(), point)),
         }
     }
 
@@ -47,7 +47,7 @@ impl<'a> Place<'a> {
         let Some((deformed, model)) = self.deformed else {
             return [transform.point(point), transform.normal(normal), transform.normal(geometric_normal)];
         };
-        let side = side(&model.mesh, triangle, geometric_normal);
+        let side = deformed.side_at_rest(triangle, geometric_normal);
         let DeformedPlace { point, normal, geometric_normal } =
             deformed.place(self.scene, model, triangle, point);
         let [normal, geometric_normal] = [normal, geometric_normal].map(|all| transform.normal(all * side));
@@ -60,9 +60,9 @@ impl<'a> Place<'a> {
     pub fn geometric_normal(&self, triangle: u32, geometric_normal: Vec3) -> Vec3 {
         match self.deformed {
             None => self.transform.geometric_normal(geometric_normal),
-            Some((deformed, model)) => {
-                let side = side(&model.mesh, triangle, geometric_normal);
-                self.transform.geometric_normal(deformed.geometric_normal(&model.mesh, triangle) * side)
+            Some((deformed, _)) => {
+                let side = deformed.side_at_rest(triangle, geometric_normal);
+                self.transform.geometric_normal(deformed.geometric_normal(triangle) * side)
             }
         }
     }
@@ -129,8 +129,7 @@ impl<'a> Place<'a> {
 
     /// Transforms a direction in the plane of `triangle`, object to world, of any length.
     pub fn direction(&self, triangle: u32, direction: Vec3) -> Vec3 {
-        let deformed =
-            self.deformed.and_then(|(deformed, model)| deformed.direction(&model.mesh, triangle, direction));
+        let deformed = self.deformed.and_then(|(deformed, _)| deformed.direction(triangle, direction));
         self.transform.direction(deformed.unwrap_or(direction))
     }
 
@@ -138,25 +137,16 @@ impl<'a> Place<'a> {
     pub fn meet_exactly(&self, primitive: (&Mesh, u32), ray: (Vec3, Vec3), about: Vec3) -> Option<Vec3> {
         match self.deformed {
             None => meet_exactly(self.transform, primitive, ray, about),
-            Some((deformed, model)) => {
-                deformed.meet(&model.mesh, primitive.1, self.transform.line_to_object(ray))
-            }
+            Some((deformed, _)) => deformed.meet(primitive.1, self.transform.line_to_object(ray)),
         }
     }
 
-    /// Corners of `triangle` of `mesh`, the model's: world space.
-    pub fn corners(&self, mesh: &Mesh, triangle: u32) -> [Vec3; 3] {
+    /// Corners of one of the model's `triangles`: world space.
+    pub fn corners(&self, triangles: &Triangles, triangle: u32) -> [Vec3; 3] {
         let corners = match self.deformed {
-            None => corners_of(mesh, triangle),
-            Some((deformed, model)) => deformed.corners(&model.mesh, triangle),
+            None => corners_of(triangles, triangle),
+            Some((deformed, _)) => deformed.corners(triangle),
         };
         corners.map(|corner| self.transform.point(corner.as_vec3()))
     }
-}
-
-/// Side of a triangle at rest that a normal is on: 1 for its outside, -1 for its inside.
-#[inline]
-fn side(mesh: &Mesh, triangle: u32, geometric_normal: Vec3) -> f32 {
-    let [a, b, c] = corners_of(mesh, triangle);
-    if (b - a).cross(c - a).dot(geometric_normal.as_dvec3()) < 0.0 { -1.0 } else { 1.0 }
 }

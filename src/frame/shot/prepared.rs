@@ -56,8 +56,8 @@ pub struct Prepared<'s> {
     pub light_groups: LightGroups,
     /// Bounds of each model, object space.
     pub bounds: Vec<Bounds>,
-    /// True for each model that is a quadric; empty if there is none.
-    pub quadrics: Vec<bool>,
+    /// True for each model that is not made of triangles; empty if there is none.
+    pub curved: Vec<bool>,
     /// See [`FrameView::lifts`](super::frame_view::FrameView::lifts).
     pub lifts: Vec<f32>,
     /// True if any model is hidden from some kinds of rays.
@@ -150,7 +150,7 @@ impl<'s> Prepared<'s> {
             channels,
             light_groups,
             bounds,
-            quadrics: of_models(scene, |model| model.mesh.quadric.is_some()),
+            curved: of_models(scene, |model| model.mesh.is_curved()),
             lifts: lifts(scene),
             roles: of_models(scene, |model| model.ray_visibility.role),
             hides_from_some: scene.hides_from_some(),
@@ -273,7 +273,7 @@ fn lifts(scene: &Scene) -> Vec<f32> {
     let mut lift =
         |mesh: &Arc<Mesh>| *known.entry(Arc::as_ptr(mesh)).or_insert_with(|| most_lift_at_rest(mesh));
     let lifts: Vec<f32> = scene.models.iter().map(|model| lift(&model.mesh)).collect();
-    let is_smooth = |model: &Model| !model.mesh.normals.is_empty() && model.mesh.quadric.is_none();
+    let is_smooth = |model: &Model| model.mesh.as_triangles().is_some_and(|all| !all.normals.is_empty());
     if scene.models.iter().any(is_smooth) { lifts } else { Vec::new() }
 }
 

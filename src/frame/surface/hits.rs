@@ -10,13 +10,13 @@ use crate::frame::grid::bits::set_bits;
 use crate::frame::shot::frame_view::FrameView;
 use crate::lanes::{F32x8, LANES, Vec3x8, are_same};
 use crate::prefetch::prefetch;
-use crate::scene::Mesh;
 use crate::scene::look::{Look, Varied};
 use crate::scene::material::Bump;
 use crate::scene::on_mesh::{OnMesh, appearances, heights};
+use crate::scene::{Geometry, Mesh};
 use crate::shade::Surface;
 use crate::shade::horizon::Horizon;
-use crate::shade::surface::{Corners, of_quadrics};
+use crate::shade::surface::{Corners, each_curved};
 use crate::trace::{HitPacket, NO_HIT};
 
 /// Eight hits. The values of a lane without a hit mean nothing.
@@ -74,7 +74,9 @@ impl<'a> Hits8<'a> {
     pub fn prefetch_triangles(&self, frame: &FrameView) {
         for lane in (0..LANES).filter(|lane| self.is_hit(*lane)) {
             let (mesh, triangle) = (self.mesh(frame, lane), self.triangles[lane] as usize);
-            prefetch(&mesh.triangles[triangle..=triangle]);
+            if let Geometry::Triangles(triangles) = &mesh.geometry {
+                prefetch(&triangles.corners[triangle..=triangle]);
+            }
             prefetch(&mesh.material_of[triangle..=triangle]);
         }
     }
@@ -83,14 +85,14 @@ impl<'a> Hits8<'a> {
     #[inline(always)]
     pub fn prefetch_corners(&self, frame: &FrameView) {
         for lane in (0..LANES).filter(|lane| self.is_hit(*lane)) {
-            let mesh = self.mesh(frame, lane);
-            let positions = mesh.positions.as_slice();
-            for corner in mesh.triangles[self.triangles[lane] as usize].map(|corner| corner as usize) {
+            let Geometry::Triangles(triangles) = &self.mesh(frame, lane).geometry else { continue };
+            let positions = triangles.positions.as_slice();
+            for corner in triangles.corners[self.triangles[lane] as usize].map(|corner| corner as usize) {
                 prefetch(&positions[corner..=corner]);
-                if let Some(normal) = mesh.normals.get(corner..=corner) {
+                if let Some(normal) = triangles.normals.get(corner..=corner) {
                     prefetch(normal);
                 }
-                if let Some(uv) = mesh.uvs.get(corner..=corner) {
+                if let Some(uv) = triangles.uvs.get(corner..=corner) {
                     prefetch(uv);
                 }
             }
@@ -110,44 +112,42 @@ impl<'a> Hits8<'a> {
         corners
     }
 
-    /// Writes the points of quadrics among eight hits, at their weights, into `points`.
+    /// Writes the points of curved primitives among eight hits, at their weights, into `points`. `curved`: bit mask of their lanes.
     #[inline(always)]
-    pub fn put_quadric_points(&self, frame: &FrameView, quadrics: u8, points: &mut Vec3x8) {
+    pub fn put_curved_points(&self, frame: &FrameView, curved: u8, points: &mut Vec3x8) {
         let of = |lane| (self.mesh(frame, lane), self.triangles[lane]);
         let at = |lane: usize| self.weights.map(|weight| weight.lane(lane));
-        of_quadrics(quadrics, of, |lane, quadric, piece| {
-            points.set_lane(lane, quadric.point(piece, at(lane)))
-        });
+        each_curved(curved, of, |lane, of, primitive| points.set_lane(lane, of.point(primitive, at(lane))));
     }
 
-    /// Writes the normals of quadrics among eight hits, at `weights`, into both kinds of `normals`.
+    /// Writes the normals of curved primitives among eight hits, at `weights`, into both kinds of `normals`.
     #[inline(always)]
-    pub fn put_quadric_normals(
+    pub fn put_curved_normals(
         &self,
         frame: &FrameView,
-        quadrics: u8,
+        curved: u8,
         weights: [F32x8; 2],
         mut normals: [&mut Vec3x8; 2],
     ) {
         let of = |lane| (self.mesh(frame, lane), self.triangles[lane]);
-        of_quadrics(quadrics, of, |lane, quadric, piece| {
-            let normal = quadric.normal(piece, weights.map(|weight| weight.lane(lane)));
+        each_curved(curved, of, |lane, of, primitive| {
+            let normal = of.normal(primitive, weights.map(|weight| weight.lane(lane)));
             normals.iter_mut().for_each(|normals| normals.set_lane(lane, normal));
         });
     }
 
-    /// Writes the weights of `points` on quadrics among eight hits into `weights`.
+    /// Writes the weights of `points` on curved primitives among eight hits into `weights`.
     #[inline(always)]
-    pub fn put_quadric_weights(
+    pub fn put_curved_weights(
         &self,
         frame: &FrameView,
-        quadrics: u8,
+        curved: u8,
         points: &Vec3x8,
         weights: &mut [F32x8; 2],
     ) {
         let of = |lane| (self.mesh(frame, lane), self.triangles[lane]);
-        of_quadrics(quadrics, of, |lane, quadric, piece| {
-            let at = quadric.weights(piece, points.lane(lane));
+        each_curved(curved, of, |lane, of, primitive| {
+            let at = of.weights(primitive, points.lane(lane));
             weights.iter_mut().zip(at).for_each(|(weight, at)| weight.set_lane(lane, at));
         });
     }
@@ -318,7 +318,7 @@ pub fn surfaces(
     let mut point = corners.point(hits.weights);
     let in_object = point;
     let [mut normal, mut geometric_normal] = corners.normals(hits.weights);
-    hits.put_quadric_points(frame, corners.quadrics(), &mut point);
+    hits.put_curved_points(frame, corners.curved(), &mut point);
     let mut widths = [0.0; LANES];
     if frame.palette.has_textures {
         for lane in (0..count).filter(|lane| hits.is_hit(*lane)) {
@@ -327,7 +327,7 @@ pub fn surfaces(
     }
     hits.bend_normals(frame, &corners, (hits.weights, &widths), &mut normal);
     let normals = [&mut normal, &mut geometric_normal];
-    hits.put_quadric_normals(frame, corners.quadrics(), hits.weights, normals);
+    hits.put_curved_normals(frame, corners.curved(), hits.weights, normals);
     let triangle = |lane: usize| hits.triangles[lane];
     let in_use = |lane: usize| if lane < count { ticks(lane) } else { MIDDLE_TICK };
     let of_lanes = || std::array::from_fn(in_use);

@@ -6,10 +6,8 @@ use std::array::from_fn;
 use glam::{DAffine3, DVec3};
 use wide::{CmpEq, CmpGe, CmpGt, CmpLe, CmpLt, f64x4};
 
-use super::piece::{Kind, Meeting, Piece, RIM, Ray};
-
-/// Number of rays that are intersected at once.
-pub const FOUR: usize = 4;
+use super::piece::{Kind, Piece, RIM};
+use crate::geometry::curved::{FOUR, Meeting, Ray};
 
 /// Four points or directions.
 #[derive(Clone, Copy)]

@@ -1,6 +1,6 @@
-//! Pieces of a quadric's surface, in its own space, and rays that meet them.
+//! Pieces of a quadric's surface, in its own space.
 
-use glam::{DVec3, Vec3};
+use glam::DVec3;
 
 /// Part of a quadric's surface, as a triangle is of a mesh.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -31,30 +31,6 @@ pub enum Kind {
         /// True if up is outside.
         faces_up: bool,
     },
-}
-
-/// Intersection of a ray with a piece.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Meeting {
-    /// Ray parameter, in lengths of the ray's direction.
-    pub t: f32,
-    /// Point on the piece.
-    pub weights: [f32; 2],
-}
-
-/// A ray in object space: `origin + t * direction`.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Ray {
-    /// Origin; finite.
-    pub origin: Vec3,
-    /// Direction, of any length but zero.
-    pub direction: Vec3,
-    /// Lower end of t, which is excluded.
-    pub near: f32,
-    /// Upper end of t.
-    pub far: f32,
-    /// True if the ray ends at t = 1 in a point of the piece that it is tested against, which does not count.
-    pub ends_here: bool,
 }
 
 /// Overlap of pieces at rims, as a share of their size: no ray passes between a side and its cap.

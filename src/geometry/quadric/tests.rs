@@ -2,7 +2,8 @@
 
 use glam::{DAffine3, DQuat, DVec3, Vec2, Vec3};
 
-use super::{FOUR, Quadric, QuadricShape, Ray};
+use super::{Quadric, QuadricShape};
+use crate::geometry::curved::{Curved, FOUR, Ray};
 
 /// One of each shape.
 const SHAPES: [QuadricShape; 8] = [

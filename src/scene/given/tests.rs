@@ -41,14 +41,14 @@ fn a_polygon_becomes_triangles_and_corners_become_vertices() {
     (mesh.corners, mesh.counts) = (vec![0, 1, 2, 3], Some(vec![4]));
     mesh.check().unwrap();
     let shot = shot(TEXT, one(mesh), false).unwrap();
-    assert_eq!(shot.scene.models[0].mesh.triangles.len(), 2);
+    assert_eq!(shot.scene.models[0].mesh.count(), 2);
     assert_eq!(shot.scene.models[0].name, "one");
     // two corners of one point with different coordinates are two vertices
     let mut mesh = square();
     mesh.uvs = vec![[0., 0.], [1., 0.], [1., 1.], [0.5, 0.5], [1., 1.], [0., 1.]];
     mesh.check().unwrap();
     let shot = super::shot(TEXT, one(mesh), false).unwrap();
-    assert_eq!(shot.scene.models[0].mesh.uvs.len(), 5);
+    assert_eq!(shot.scene.models[0].mesh.triangles().uvs.len(), 5);
 }
 
 #[test]
@@ -116,7 +116,7 @@ fn copies_share_a_mesh_and_shapes_deform_it() {
     mesh.shapes = vec![(1.0, mesh.points.clone()), (5.0, vec![[0., 0., 2.]; 4])];
     mesh.shapes[1].1[1] = [7., 0., 2.];
     let shot = super::shot(TEXT, one(mesh), true).unwrap();
-    assert_eq!(shot.scene.models[0].mesh.shapes.as_ref().map(|shapes| shapes.list().len()), Some(2));
+    assert_eq!(shot.scene.models[0].mesh.shapes().map(|shapes| shapes.list().len()), Some(2));
     assert!(shot.scene.models[0].track.shapes.is_some());
 }
 

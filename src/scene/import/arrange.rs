@@ -4,8 +4,10 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
+use crate::geometry::Bounds;
 use crate::scene::cutout::{CutTriangles, Cutout, Mask, VertexData};
 use crate::scene::details::{Details, ObjectSpace};
+use crate::scene::texture::UvSet;
 use crate::scene::{Material, Mesh, Texture};
 
 /// Arranges meshes of these materials and their textures.
@@ -24,13 +26,13 @@ impl Arranger<'_> {
         if !mesh.material_of.iter().any(asks) {
             return mesh;
         }
-        let space = Some(ObjectSpace::around(mesh.positions.as_slice()));
+        let space = Some(ObjectSpace::in_box(Bounds::of(&mesh)));
         Mesh { details: Arc::new(Details { space, ..Details::clone(&mesh.details) }), ..mesh }
     }
 
     /// Gives a mesh tangents, if a material of it has a normal map.
     fn with_tangents(&self, mesh: Mesh, of_vertices: &[[f32; 4]]) -> Mesh {
-        if mesh.uvs.is_empty() && mesh.details.second_uvs.is_empty() {
+        if [UvSet::First, UvSet::Second].iter().all(|set| mesh.uvs_of(*set).is_empty()) {
             return mesh;
         }
         let uvs = |material: u16| {

@@ -107,22 +107,23 @@ pub(in crate::scene) fn with_shapes(
 ) -> (Mesh, Option<ShapeTrack>) {
     let own = kept.among(&shapes).map(<[_]>::to_vec);
     let Distinct { list, keys, .. } = shapes;
-    if list.len() == 1 && list[0] == mesh.positions.as_slice() {
+    let Some(triangles) = mesh.as_triangles() else { return (mesh, None) };
+    if list.len() == 1 && list[0] == triangles.positions.as_slice() {
         return (mesh, None);
     }
     let count = list.len();
-    let shapes = Shapes::new(list, &mesh.triangles, &mesh.normals, places);
-    let mesh = match own {
-        Some(positions) => {
-            let normals = shapes.normals(&positions, &mesh.triangles);
-            Mesh { positions: Arc::new(VertexBuffer::new(positions)), normals, ..mesh }
+    let shapes = Shapes::new(list, &triangles.corners, &triangles.normals, places);
+    let mesh = mesh.with_triangles(|triangles| {
+        if let Some(positions) = own {
+            triangles.normals = shapes.normals(&positions, &triangles.corners);
+            triangles.positions = Arc::new(VertexBuffer::new(positions));
         }
-        None => mesh,
-    };
-    if count == 1 {
-        return (mesh, None);
-    }
-    (Mesh { shapes: Some(Arc::new(shapes)), ..mesh }, ShapeTrack::through(keys, None))
+        if count > 1 {
+            triangles.shapes = Some(Arc::new(shapes));
+        }
+    });
+    let track = if count > 1 { ShapeTrack::through(keys, None) } else { None };
+    (mesh, track)
 }
 
 /// Numbers of the vertices' places, for files that do not tell: vertices that are at one place at rest and in the first, the middle and

@@ -4,7 +4,6 @@ use std::iter;
 use std::ops::Range;
 use std::sync::Arc;
 
-use embree::VertexBuffer;
 use glam::{DAffine3, Vec2, Vec3};
 use half::f16;
 
@@ -12,7 +11,7 @@ use super::arrange::Arranger;
 use crate::animation::{Interpolation, ShapeTrack, Track, Visibility};
 use crate::scene::cutout::VertexData;
 use crate::scene::details::Details;
-use crate::scene::{Mesh, RayVisibility};
+use crate::scene::{Geometry, Mesh, RayVisibility, Triangles};
 
 /// Ratio of the volume of a map to that of a cube of its largest stretch below which it makes things flat.
 const FLAT: f64 = 1e-24;
@@ -120,16 +119,15 @@ impl Arranger<'_> {
             triangles.extend_from_slice(&surface.triangles[range]);
         }
         let mesh = Mesh {
-            positions: Arc::new(VertexBuffer::new(surface.positions)),
-            triangles: Arc::new(triangles),
-            normals: surface.normals,
-            uvs: surface.uvs,
+            geometry: Geometry::Triangles(Triangles {
+                normals: surface.normals,
+                uvs: surface.uvs,
+                ..Triangles::new(surface.positions, triangles)
+            }),
             shadow_casting,
             cut: self.cut_triangles(&material_of, has),
             material_of,
             groups: Arc::default(),
-            quadric: None,
-            shapes: None,
             details: Arc::new(Details {
                 colors: surface.colors,
                 second_uvs: surface.second_uvs,

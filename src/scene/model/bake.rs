@@ -7,9 +7,10 @@ use rayon::prelude::*;
 use std::sync::Arc;
 
 use crate::animation::TransformTrack;
+use crate::geometry::Bounds;
 use crate::scene::details::Details;
 use crate::scene::import::faces::are_within_reach;
-use crate::scene::{Mesh, Model};
+use crate::scene::{Geometry, Mesh, Model, Triangles};
 
 impl Model {
     /// Puts the mesh of a model that never moves into world space; other models stay as they are. `None` if a
@@ -25,12 +26,34 @@ impl Model {
 
 /// Maps `mesh` by `map`, computed in f64. `None` if a vertex comes to lie too far away to be rendered.
 fn baked(mesh: &Mesh, map: DAffine3) -> Option<Mesh> {
-    if let Some(quadric) = &mesh.quadric {
-        let placed = Mesh::of_quadric(quadric.placed(map), mesh.material_of[0], mesh.shadow_casting > 0);
-        let mesh = Mesh { details: details(mesh, map, false), ..placed };
-        return are_within_reach(mesh.positions.as_slice()).then_some(mesh);
-    }
-    let positions: Vec<[f32; 3]> = mesh
+    let geometry = match &mesh.geometry {
+        Geometry::Triangles(triangles) => Geometry::Triangles(baked_triangles(triangles, map)?),
+        Geometry::Curved(curved) => {
+            let curved = curved.mapped(map);
+            let ends = |primitive| {
+                let Bounds { low, high } = curved.bounds(primitive);
+                [low, high].map(|corner| corner.to_array())
+            };
+            let ends: Vec<[f32; 3]> = (0..curved.count()).flat_map(ends).collect();
+            if !are_within_reach(&ends) {
+                return None;
+            }
+            Geometry::Curved(curved)
+        }
+    };
+    Some(Mesh {
+        geometry,
+        material_of: mesh.material_of.clone(),
+        groups: mesh.groups.clone(),
+        shadow_casting: mesh.shadow_casting,
+        cut: mesh.cut.clone(),
+        details: details(mesh, map, map.matrix3.determinant() < 0.0),
+    })
+}
+
+/// Maps triangles: see [`baked`].
+fn baked_triangles(triangles: &Triangles, map: DAffine3) -> Option<Triangles> {
+    let positions: Vec<[f32; 3]> = triangles
         .positions
         .as_slice()
         .par_iter()
@@ -41,24 +64,17 @@ fn baked(mesh: &Mesh, map: DAffine3) -> Option<Mesh> {
     }
     let to_normal = map.matrix3.inverse().transpose();
     let normal = |n: &Vec3| (to_normal * n.as_dvec3()).normalize_or(DVec3::ZERO).as_vec3();
-    let mirrored = map.matrix3.determinant() < 0.0;
-    Some(Mesh {
+    Some(Triangles {
         positions: Arc::new(VertexBuffer::new(positions)),
-        triangles: if mirrored {
+        corners: if map.matrix3.determinant() < 0.0 {
             // a mirror image turns the other way; its outside must stay outside
-            Arc::new(mesh.triangles.par_iter().map(|[a, b, c]| [*a, *c, *b]).collect())
+            Arc::new(triangles.corners.par_iter().map(|[a, b, c]| [*a, *c, *b]).collect())
         } else {
-            mesh.triangles.clone()
+            triangles.corners.clone()
         },
-        normals: mesh.normals.par_iter().map(normal).collect(),
-        uvs: mesh.uvs.clone(),
-        material_of: mesh.material_of.clone(),
-        groups: mesh.groups.clone(),
-        shadow_casting: mesh.shadow_casting,
-        cut: mesh.cut.clone(),
-        quadric: None,
+        normals: triangles.normals.par_iter().map(normal).collect(),
+        uvs: triangles.uvs.clone(),
         shapes: None,
-        details: details(mesh, map, mirrored),
     })
 }
 
@@ -77,19 +93,10 @@ mod tests {
     use glam::{DMat3, DVec3};
 
     fn triangle() -> Mesh {
-        Mesh {
-            positions: Arc::new(VertexBuffer::new(vec![[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])),
-            triangles: Arc::new(vec![[0, 1, 2]]),
-            normals: vec![Vec3::new(0.6, 0.0, 0.8); 3],
-            uvs: Vec::new(),
-            material_of: vec![0],
-            groups: Default::default(),
-            cut: None,
-            quadric: None,
-            shapes: None,
-            details: Default::default(),
-            shadow_casting: 1,
-        }
+        let positions = vec![[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+        let triangles = Triangles::new(positions, vec![[0, 1, 2]]);
+        let normals = vec![Vec3::new(0.6, 0.0, 0.8); 3];
+        Mesh::plain(Triangles { normals, ..triangles }.into(), 0, true)
     }
 
     #[test]
@@ -99,6 +106,7 @@ mod tests {
             DVec3::new(0.0, 0.0, 5.0),
         );
         let mesh = baked(&triangle(), map).expect("finite");
+        let mesh = mesh.triangles();
         assert_eq!(mesh.positions.as_slice()[1], [2.0, 0.0, 5.0]);
         let expected = Vec3::new(0.3, 0.0, 0.8).normalize();
         assert!(mesh.normals[0].abs_diff_eq(expected, 1e-6));
@@ -107,7 +115,7 @@ mod tests {
     #[test]
     fn mirror_images_keep_their_outside() {
         let map = DAffine3::from_scale(DVec3::new(-1.0, 1.0, 1.0));
-        assert_eq!(*baked(&triangle(), map).expect("finite").triangles, [[0, 2, 1]]);
+        assert_eq!(*baked(&triangle(), map).expect("finite").triangles().corners, [[0, 2, 1]]);
     }
 
     #[test]

@@ -46,7 +46,7 @@ impl SharedMeshes {
             let number = *known.entry(mesh).or_insert(all.len());
             match all.get_mut(number) {
                 Some(copies) => copies.count += 1,
-                None => all.push(Copies { mesh, triangles: model.mesh.triangles.len() as u64, count: 1 }),
+                None => all.push(Copies { mesh, triangles: model.mesh.count() as u64, count: 1 }),
             }
         }
         all.retain(|copies| copies.count > 1);
@@ -71,9 +71,7 @@ impl Model {
     /// Returns true if it stands still for the whole shot elsewhere than its mesh. Once a shot is loaded,
     /// that is a copy which shares its mesh with others: all other still models are in world space.
     pub fn is_placed_at_rest(&self) -> bool {
-        self.mesh.quadric.is_none()
-            && self.track.is_constant()
-            && self.track.map_at(0.0) != DAffine3::IDENTITY
+        !self.mesh.is_curved() && self.track.is_constant() && self.track.map_at(0.0) != DAffine3::IDENTITY
     }
 }
 
@@ -141,7 +139,7 @@ mod tests {
         let models = copies(10, [TransformTrack::identity(), at(1.0), moves, at(2.0)]);
         assert_eq!(shared(&models, 0), [false, true, false, true]);
         let quadric = Quadric::new(QuadricShape::Ellipsoid { radii: DVec3::ONE }, false);
-        let ball = model(Mesh::of_quadric(quadric, 0, true), at(1.0));
+        let ball = model(Mesh::of_curved(quadric, 0, true), at(1.0));
         assert_eq!(shared(&[ball.clone(), Model { track: at(2.0), ..ball }], 0), [false; 2]);
         let twins = [1, 2].map(|_| copies(10, [at(1.0)])).concat();
         assert_eq!(shared(&twins, 0), [false; 2], "two meshes");

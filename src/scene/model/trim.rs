@@ -17,7 +17,7 @@ use glam::{DVec2, Vec3};
 
 use crate::scene::cutout::outline::{HalfPlane, Outline, Part};
 use crate::scene::cutout::{CutTriangles, Mask};
-use crate::scene::{Mesh, Model};
+use crate::scene::{Mesh, Model, Triangles};
 use pieces::{Outlined, Pieces};
 
 /// Number of triangles that trimming may add to a shot: some 150 MiB.
@@ -57,15 +57,15 @@ pub fn trimmed(models: Vec<Model>) -> Vec<Model> {
 
 /// Trims a mesh, adding no more triangles than there is `room`. `None` if it stays as it is.
 fn trimmed_mesh(mesh: &Mesh, room: &mut usize) -> Option<Mesh> {
-    let cut = mesh.cut.as_deref().filter(|_| mesh.shapes.is_none() && mesh.quadric.is_none())?;
-    let islands = Islands::of(mesh, cut);
+    let (all, cut) = (mesh.as_triangles().filter(|all| all.shapes.is_none())?, mesh.cut.as_deref()?);
+    let islands = Islands::of(all, cut);
     if islands.0.is_empty() {
         return None;
     }
-    let mut pieces = Pieces::new(mesh);
+    let mut pieces = Pieces::new(mesh, all);
     let mut outlines = Outlines::default();
     for (number, triangles) in islands.0.iter().enumerate() {
-        let Some(halves) = outlines.of(mesh, cut, triangles) else { continue };
+        let Some(halves) = outlines.of(all, cut, triangles) else { continue };
         pieces.trim(triangles, number as u32, &halves, room);
     }
     pieces.finish(cut)
@@ -75,19 +75,19 @@ fn trimmed_mesh(mesh: &Mesh, room: &mut usize) -> Option<Mesh> {
 struct Islands(Vec<Vec<Outlined>>);
 
 impl Islands {
-    fn of(mesh: &Mesh, cut: &CutTriangles) -> Self {
+    fn of(all: &Triangles, cut: &CutTriangles) -> Self {
         let masks = cut.range().zip(&cut.mask_of).map(|(number, mask)| (number, usize::from(*mask)));
-        let mut groups = Connected::new(mesh.positions.as_slice().len());
+        let mut groups = Connected::new(all.positions.as_slice().len());
         for (number, _) in masks.clone() {
-            let [a, b, c] = mesh.triangles[number];
+            let [a, b, c] = all.corners[number];
             groups.connect(a, b);
             groups.connect(b, c);
         }
         let mut islands: Vec<Vec<Outlined>> = Vec::new();
         let mut known: HashMap<(u32, usize), usize> = HashMap::new();
         for (number, mask) in masks {
-            let corners = mesh.triangles[number];
-            let texel = |corner: u32| cut.masks[mask].texel_of(*mesh.uvs.get(corner as usize)?);
+            let corners = all.corners[number];
+            let texel = |corner: u32| cut.masks[mask].texel_of(*all.uvs.get(corner as usize)?);
             let [Some(a), Some(b), Some(c)] = corners.map(texel) else { continue };
             let island = *known.entry((groups.first_of(corners[0]), mask)).or_insert_with(|| {
                 islands.push(Vec::new());
@@ -133,7 +133,7 @@ struct Outlines {
 
 impl Outlines {
     /// Half planes that hold all that is there of an island; `None` if it is not to be trimmed.
-    fn of(&mut self, mesh: &Mesh, cut: &CutTriangles, island: &[Outlined]) -> Option<Vec<HalfPlane>> {
+    fn of(&mut self, all: &Triangles, cut: &CutTriangles, island: &[Outlined]) -> Option<Vec<HalfPlane>> {
         let corners = || island.iter().flat_map(|triangle| triangle.texels);
         if !corners().all(|texel| texel.abs().max_element() < 1e6) {
             return None;
@@ -142,8 +142,8 @@ impl Outlines {
         let high = corners().fold(DVec2::NEG_INFINITY, DVec2::max);
         let part = Part::between(low, high);
         let mask = usize::from(cut.mask_of[island[0].number - cut.range().start]);
-        let is_smooth = island.iter().all(|triangle| has_normals(mesh, triangle.number));
-        if !is_smooth || is_too_small(mesh, island) {
+        let is_smooth = island.iter().all(|triangle| has_normals(all, triangle.number));
+        if !is_smooth || is_too_small(all, island) {
             return None;
         }
         let outline = match self.known.entry((mask, part)) {
@@ -171,18 +171,16 @@ impl Outlines {
 
 /// Returns false if a corner of a triangle has a normal of no use: then the face's own counts all over it, and parts of it must not
 /// mix that with others.
-fn has_normals(mesh: &Mesh, triangle: usize) -> bool {
-    mesh.normals.is_empty()
-        || mesh.triangles[triangle].iter().all(|corner| mesh.normals[*corner as usize] != Vec3::ZERO)
+fn has_normals(Triangles { corners, normals, .. }: &Triangles, triangle: usize) -> bool {
+    normals.is_empty() || corners[triangle].iter().all(|corner| normals[*corner as usize] != Vec3::ZERO)
 }
 
 /// Returns true if an island is so small, where it is, that parts of it would not lie in one plane.
-fn is_too_small(mesh: &Mesh, island: &[Outlined]) -> bool {
-    let positions = mesh.positions.as_slice();
-    let corners = island.iter().flat_map(|triangle| mesh.triangles[triangle.number]);
+fn is_too_small(all: &Triangles, island: &[Outlined]) -> bool {
     let nothing = (Vec3::INFINITY, Vec3::NEG_INFINITY);
-    let (low, high) = corners
-        .map(|corner| Vec3::from(positions[corner as usize]))
+    let (low, high) = island
+        .iter()
+        .flat_map(|triangle| all.positions_of(triangle.number as u32))
         .fold(nothing, |(low, high): (Vec3, Vec3), corner| (low.min(corner), high.max(corner)));
     let largest = low.abs().max(high.abs()).max_element();
     f64::from((high - low).max_element()) < LEAST_SIZE * f64::from(largest)
@@ -199,11 +197,11 @@ mod tests {
     use super::*;
     use crate::animation::TransformTrack;
     use crate::changes::world::model;
-    use crate::scene::Texture;
     use crate::scene::cutout::{Asks, Cutout, CutoutTest, LEAST_OPACITY};
     use crate::scene::details::{Details, Tangents};
     use crate::scene::mesh::Groups;
     use crate::scene::texture::Mapping;
+    use crate::scene::{Geometry, Texture};
 
     /// Texels along an edge of the pictures.
     const TEXELS: u32 = 32;
@@ -235,16 +233,15 @@ mod tests {
             )
         });
         Mesh {
-            positions: Arc::new(VertexBuffer::new(corners.map(position).to_vec())),
-            triangles: Arc::new(vec![[0, 1, 2], [0, 2, 3], [4, 5, 6]]),
-            normals: normals.to_vec(),
-            uvs: corners.map(|[x, y]| Vec2::new(x / 2.0, y)).to_vec(),
+            geometry: Geometry::Triangles(Triangles {
+                normals: normals.to_vec(),
+                uvs: corners.map(|[x, y]| Vec2::new(x / 2.0, y)).to_vec(),
+                ..Triangles::new(corners.map(position).to_vec(), vec![[0, 1, 2], [0, 2, 3], [4, 5, 6]])
+            }),
             shadow_casting: 2,
             material_of: vec![7, 7, 8],
             groups: Arc::new(groups),
             cut: Some(Arc::new(CutTriangles { first: 0, mask_of: vec![0, 0], masks: vec![mask] })),
-            quadric: None,
-            shapes: None,
             details: Arc::new(Details {
                 colors: corners.map(|[x, y]| [x / 6.0, y, 0.5].map(f16::from_f32)).to_vec(),
                 second_uvs: corners.map(|[x, y]| Vec2::new(y, x)).to_vec(),
@@ -262,14 +259,15 @@ mod tests {
     /// Triangle of `mesh` that has the place, with the weights of its second and third corner.
     fn met(mesh: &Mesh, place: DVec2) -> Option<(usize, DVec2)> {
         let corner = |corner: u32| {
-            let [x, y, _] = mesh.positions.as_slice()[corner as usize];
+            let [x, y, _] = mesh.triangles().positions.as_slice()[corner as usize];
             DVec2::new(x.into(), y.into())
         };
         let weights = |triangle: &[u32; 3]| {
             let [a, b, c] = triangle.map(corner);
             DMat2::from_cols(b - a, c - a).inverse() * (place - a)
         };
-        mesh.triangles
+        mesh.triangles()
+            .corners
             .iter()
             .map(weights)
             .enumerate()
@@ -278,17 +276,18 @@ mod tests {
 
     /// What a surface has at a place: texture coordinates of both sets, normal, colour and tangent.
     fn surface(mesh: &Mesh, (triangle, w): (usize, DVec2)) -> Vec<f64> {
-        let corners = mesh.triangles[triangle].map(|corner| corner as usize);
+        let all = mesh.triangles();
+        let corners = all.corners[triangle].map(|corner| corner as usize);
         let weights = [1.0 - w.x - w.y, w.x, w.y];
         let mixed = |of: &dyn Fn(usize) -> DVec3| -> DVec3 {
             corners.iter().zip(weights).map(|(corner, weight)| of(*corner) * weight).sum()
         };
-        let normal = mixed(&|corner| mesh.normals[corner].as_dvec3()).normalize();
-        let [a, b, c] = corners.map(|corner| Vec3::from(mesh.positions.as_slice()[corner]));
+        let normal = mixed(&|corner| all.normals[corner].as_dvec3()).normalize();
+        let [a, b, c] = all.positions_of(triangle as u32);
         let axes =
             mesh.details.tangents[triangle].axes(w.as_vec2().to_array(), [b - a, c - a], normal.as_vec3());
         let all = [
-            mixed(&|corner| mesh.uvs[corner].as_dvec2().extend(0.0)),
+            mixed(&|corner| all.uvs[corner].as_dvec2().extend(0.0)),
             mixed(&|corner| mesh.details.second_uvs[corner].as_dvec2().extend(0.0)),
             normal,
             mixed(&|corner| DVec3::from(mesh.details.colors[corner].map(f64::from))),
@@ -328,25 +327,25 @@ mod tests {
     fn lists_by_triangle_follow() {
         let trimmed = trim(&mesh(is_leaf)).expect("smaller");
         let cut = trimmed.cut.as_deref().expect("cut");
-        let count = trimmed.triangles.len();
+        let (count, all) = (trimmed.count(), trimmed.triangles());
         assert_eq!(cut.range(), 0..count - 1);
         assert_eq!(trimmed.shadow_casting, count - 1);
         assert_eq!(trimmed.material_of, [vec![7; count - 1], vec![8]].concat());
         assert_eq!(trimmed.details.tangents.len(), count);
         assert_eq!(trimmed.groups.runs(), [(0, 0), (count as u32 - 1, 2)]);
-        let vertices = trimmed.positions.as_slice().len();
-        assert!([trimmed.normals.len(), trimmed.uvs.len(), trimmed.details.colors.len()] == [vertices; 3]);
+        let vertices = all.positions.as_slice().len();
+        assert!([all.normals.len(), all.uvs.len(), trimmed.details.colors.len()] == [vertices; 3]);
     }
 
     /// The parts of both triangles meet at the diagonal that they share: no edge inside the quad is open.
     #[test]
     fn no_gap_opens_where_triangles_meet() {
         let trimmed = trim(&mesh(is_leaf)).expect("smaller");
-        let cut = trimmed.cut.as_deref().expect("cut");
+        let (triangles, cut) = (trimmed.triangles(), trimmed.cut.as_deref().expect("cut"));
         let edges = |triangle: &[u32; 3]| [0, 1, 2].map(|i| [triangle[i], triangle[(i + 1) % 3]]);
-        let all: Vec<[u32; 2]> = trimmed.triangles[cut.range()].iter().flat_map(edges).collect();
+        let all: Vec<[u32; 2]> = triangles.corners[cut.range()].iter().flat_map(edges).collect();
         let is_on_diagonal = |vertex: &u32| {
-            let [x, y, _] = trimmed.positions.as_slice()[*vertex as usize];
+            let [x, y, _] = triangles.positions.as_slice()[*vertex as usize];
             (x - 2.0 * y).abs() < 1e-5
         };
         let diagonal = all.iter().filter(|edge| edge.iter().all(is_on_diagonal));
@@ -361,16 +360,18 @@ mod tests {
     fn quads_without_a_leaf_go_and_those_that_it_fills_stay() {
         let nothing = mesh(|_, _| false);
         let gone = trim(&nothing).expect("nothing of the quad is there");
-        assert_eq!((gone.triangles.as_slice(), gone.shadow_casting), ([[0, 1, 2]].as_slice(), 0));
+        let (left, all) = (gone.triangles(), nothing.triangles());
+        assert_eq!((left.corners.as_slice(), gone.shadow_casting), ([[0, 1, 2]].as_slice(), 0));
         // its vertices are gone as well
         assert_eq!(
-            (gone.positions.as_slice(), gone.uvs.as_slice()),
-            (&nothing.positions.as_slice()[4..], &nothing.uvs[4..])
+            (left.positions.as_slice(), left.uvs.as_slice()),
+            (&all.positions.as_slice()[4..], &all.uvs[4..])
         );
         assert!(gone.cut.is_none() && gone.groups.runs() == [(0, 2)]);
         assert!(trim(&mesh(|x, y| x + y > 0)).is_none(), "all but a corner is there");
         assert!(trimmed_mesh(&mesh(is_leaf), &mut 1).is_none(), "no room");
-        let all_gone = Mesh { triangles: Arc::new(vec![[0, 1, 2], [0, 2, 3]]), ..mesh(|_, _| false) };
+        let corners = Arc::new(vec![[0, 1, 2], [0, 2, 3]]);
+        let all_gone = mesh(|_, _| false).with_triangles(|all| all.corners = corners);
         let all_gone = Mesh { material_of: vec![7, 7], groups: Default::default(), ..all_gone };
         assert!(trim(&all_gone).is_none(), "a mesh is never empty");
     }
@@ -378,11 +379,13 @@ mod tests {
     #[test]
     fn meshes_that_deform_or_have_no_normals_or_are_tiny_stay() {
         let leaf = mesh(is_leaf);
-        let mut normals = leaf.normals.clone();
-        normals[3] = Vec3::ZERO;
-        assert!(trim(&Mesh { normals, ..leaf.clone() }).is_none(), "the face's own normal counts");
-        let far = leaf.positions.as_slice().iter().map(|[x, y, z]| [x + 1e6, *y, *z]).collect();
-        assert!(trim(&Mesh { positions: Arc::new(VertexBuffer::new(far)), ..leaf }).is_none(), "far away");
+        let rough = leaf.clone().with_triangles(|all| all.normals[3] = Vec3::ZERO);
+        assert!(trim(&rough).is_none(), "the face's own normal counts");
+        let far = leaf.with_triangles(|all| {
+            let moved = all.positions.as_slice().iter().map(|[x, y, z]| [x + 1e6, *y, *z]);
+            all.positions = Arc::new(VertexBuffer::new(moved.collect()));
+        });
+        assert!(trim(&far).is_none(), "far away");
     }
 
     #[test]
@@ -390,6 +393,6 @@ mod tests {
         let first = model(mesh(is_leaf), TransformTrack::identity());
         let models = trimmed(vec![first.clone(), first.clone()]);
         assert!(Arc::ptr_eq(&models[0].mesh, &models[1].mesh));
-        assert!(models[0].mesh.triangles.len() > first.mesh.triangles.len());
+        assert!(models[0].mesh.count() > first.mesh.count());
     }
 }

@@ -49,10 +49,8 @@ impl OnMesh<'_> {
     /// Two steps of one length at a right angle, in the triangle at rest, as weights of its second and third corner. `None` if it has no
     /// area or heights bend nothing of this mesh.
     fn steps(&self) -> Option<[[f32; 2]; 2]> {
-        let mesh = self.mesh;
-        let space = mesh.space_of_heights()?;
-        let corners = mesh.triangles[self.primitive as usize].map(|corner| corner as usize);
-        let [at_a, at_b, at_c] = corners.map(|corner| Vec3::from(mesh.positions.as_slice()[corner]));
+        let space = self.mesh.space_of_heights()?;
+        let [at_a, at_b, at_c] = self.corners();
         let (first, second) = (at_b - at_a, at_c - at_a);
         let along = first.try_normalize()?;
         let across = (second - along * along.dot(second)).try_normalize()?;
@@ -145,25 +143,13 @@ pub struct PlaceOfGraph<'a> {
     pub textures: &'a [Texture],
 }
 
-impl PlaceOfGraph<'_> {
-    /// The place in the space of the mesh's positions, at rest.
-    pub fn position(&self) -> Vec3 {
-        let OnMesh { mesh, primitive, weights: [u, v], .. } = *self.on;
-        if let Some(quadric) = &mesh.quadric {
-            return quadric.point(primitive, [u, v]);
-        }
-        let [a, b, c] = self.on.corners();
-        a * (1.0 - u - v) + b * u + c * v
-    }
-}
-
 impl Place for PlaceOfGraph<'_> {
     fn uv(&self, set: UvSet) -> Vec2 {
         self.on.uv_of(set)
     }
 
     fn point(&self) -> Vec3 {
-        let position = self.position();
+        let position = self.on.position();
         self.on.mesh.details.space.map_or(position, |space| space.to_object.transform_point3(position))
     }
 

@@ -2,33 +2,22 @@
 
 use glam::{Vec2, Vec3};
 
-use super::{OnMesh, PlaceOfGraph, STEP};
+use super::OnMesh;
+use crate::scene::texture::UvSet;
 
 impl OnMesh<'_> {
     /// Direction along the first texture coordinate, in the space of the mesh's positions, at rest, of any length; zero where there is none.
     pub fn tangent(&self) -> Vec3 {
-        let Self { mesh, primitive, weights: [u, v], .. } = *self;
-        let (corners, uvs) = match &mesh.quadric {
-            Some(quadric) => {
-                let corners = [[u, v], [u + STEP, v], [u, v + STEP]];
-                (corners.map(|at| quadric.point(primitive, at)), corners.map(|at| quadric.uv(primitive, at)))
-            }
-            None => {
-                let uv = |corner: u32| mesh.uvs.get(corner as usize).copied().unwrap_or_default();
-                (self.corners(), mesh.triangles[primitive as usize].map(uv))
-            }
-        };
-        along_u(corners, uvs)
+        along_u(self.corners(), self.uvs_of_corners(UvSet::First))
     }
 
     /// Direction around an `axis` of object space, through the middle of the mesh's box, as grooves of turned metal are: otherwise as
-    /// [`tangent`](Self::tangent), which is what it is on a quadric.
+    /// [`tangent`](Self::tangent), which is what it is on curved geometry.
     pub fn tangent_around(&self, axis: Vec3) -> Vec3 {
-        let Some(space) = self.mesh.details.space.filter(|_| self.mesh.quadric.is_none()) else {
+        let Some(space) = self.mesh.details.space.filter(|_| !self.mesh.is_curved()) else {
             return self.tangent();
         };
-        let position = PlaceOfGraph { on: self, textures: &[] }.position();
-        let away = space.to_object.transform_point3(position) - (space.low + 0.5 * space.size);
+        let away = space.to_object.transform_point3(self.position()) - (space.low + 0.5 * space.size);
         space.to_object.inverse().transform_vector3(axis.cross(away))
     }
 }

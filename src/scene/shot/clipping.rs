@@ -6,7 +6,7 @@
 
 use std::sync::Arc;
 
-use glam::{DAffine3, DVec3, Vec3};
+use glam::{DAffine3, DVec3};
 use rayon::prelude::*;
 
 use super::extents::bounds_of_meshes;
@@ -241,17 +241,13 @@ fn reaches_into(mesh: &Mesh, boxes: Vec<(DVec3, DVec3)>) -> bool {
     if boxes.is_empty() {
         return false;
     }
-    // triangles only stand in for quadrics, and are elsewhere in each shape
-    if mesh.quadric.is_some() || mesh.shapes.is_some() {
-        return true;
-    }
+    // vertices are elsewhere in each shape
+    let Some(triangles) = mesh.as_triangles().filter(|all| all.shapes.is_none()) else { return true };
     let all = boxes.iter().copied().fold(NOTHING, joined);
-    let corners = |triangle: &[u32; 3]| {
-        triangle.map(|corner| Vec3::from_array(mesh.positions.as_slice()[corner as usize]).as_dvec3())
-    };
+    let corners = |triangle: u32| triangles.positions_of(triangle).map(|corner| corner.as_dvec3());
     let around = |corners: [DVec3; 3]| corners.into_iter().map(|at| (at, at)).fold(NOTHING, joined);
-    let near: Vec<[DVec3; 3]> =
-        mesh.triangles.par_iter().map(corners).filter(|corners| meet(around(*corners), all)).collect();
+    let every = (0..triangles.corners.len() as u32).into_par_iter();
+    let near: Vec<[DVec3; 3]> = every.map(corners).filter(|corners| meet(around(*corners), all)).collect();
     if near.len().saturating_mul(boxes.len()) > MOST_TRIANGLES {
         return true;
     }

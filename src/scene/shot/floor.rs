@@ -4,7 +4,6 @@ use std::f64::consts::TAU;
 use std::path::Path;
 use std::sync::Arc;
 
-use embree::VertexBuffer;
 use glam::{DVec3, Vec3};
 
 use crate::animation::{Track, TransformTrack};
@@ -13,7 +12,7 @@ use crate::scene::keys::toml_text::{At, TomlText};
 use crate::scene::keys::values::optional_color;
 use crate::scene::render_space::Extent;
 use crate::scene::surface::Surface;
-use crate::scene::{Material, Mesh, Model, SceneError};
+use crate::scene::{Material, Mesh, Model, SceneError, Triangles};
 
 /// Number of corners of the disk.
 const CORNERS: u32 = 48;
@@ -68,19 +67,7 @@ impl Floor {
         };
         let positions = std::iter::once([0.0; 3]).chain((0..CORNERS).map(corner)).collect();
         let triangles = (0..CORNERS).map(|i| [0, 1 + i, 1 + (i + 1) % CORNERS]).collect::<Vec<_>>();
-        let mesh = Mesh {
-            positions: Arc::new(VertexBuffer::new(positions)),
-            material_of: vec![material; triangles.len()],
-            groups: Arc::default(),
-            cut: None,
-            quadric: None,
-            shapes: None,
-            details: Default::default(),
-            shadow_casting: triangles.len(),
-            triangles: Arc::new(triangles),
-            normals: Vec::new(),
-            uvs: Vec::new(),
-        };
+        let mesh = Mesh::plain(Triangles::new(positions, triangles).into(), material, true);
         let track = TransformTrack { translate: Track::constant(self.center), ..TransformTrack::identity() };
         Model {
             name: String::from("floor"),

@@ -110,9 +110,9 @@ impl Shot {
         }
     }
 
-    /// Number of triangles that are built for it: those of a mesh that moves at several places count once.
+    /// Number of triangles and other primitives that are built for it: those of a mesh that moves at several places count once.
     pub fn triangles(&self) -> u64 {
-        self.scene.built().map(|mesh| mesh.triangles.len() as u64).sum()
+        self.scene.built().map(|mesh| mesh.count() as u64).sum()
     }
 }
 

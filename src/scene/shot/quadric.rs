@@ -50,7 +50,7 @@ pub fn of_table(
     let material = material.ok_or_else(|| text.fault(span(), unknown()))?;
     let material = material.map_err(|why| text.fault(span(), why))?;
     let mesh =
-        Mesh::of_quadric(Quadric::new(shape, is_open), material, import.surfaces.casts_shadow(material));
+        Mesh::of_curved(Quadric::new(shape, is_open), material, import.surfaces.casts_shadow(material));
     Ok(import.arranger().with_details(mesh, &[]))
 }
 
@@ -130,7 +130,7 @@ fn refuse_foreign_keys(text: TomlText<'_>, table: &QuadricTable) -> Result<(), S
 
 /// Returns true if a model is a plane, which has no size.
 pub fn is_endless(model: &Model) -> bool {
-    model.mesh.quadric.as_ref().is_some_and(|quadric| quadric.is_endless())
+    model.mesh.as_curved().is_some_and(|curved| curved.is_endless())
 }
 
 /// Bounds of the factors by which a plane's lengths are stretched, the least and the greatest. A matrix may
@@ -166,7 +166,7 @@ pub fn spread(model: Model, extent: &Extent, space: &RenderSpace, frame: i32) ->
     let reach = (extent.diagonal() * REACH / least).min(FARTHEST_RIM / space.scale() / most);
     let shape = QuadricShape::Plane { center: [center.x, center.z], reach };
     let (material, casts_shadow) = (model.mesh.material_of[0], model.mesh.shadow_casting > 0);
-    let plane = Mesh::of_quadric(Quadric::new(shape, false), material, casts_shadow);
+    let plane = Mesh::of_curved(Quadric::new(shape, false), material, casts_shadow);
     let mesh = Mesh { details: model.mesh.details.clone(), ..plane };
     Model { mesh: mesh.into(), ..model }
 }

@@ -12,11 +12,11 @@ use std::sync::Arc;
 use embree::{BuildQuality, Device, FrozenScene, GeometryId, Scene as EmbreeScene, VertexBuffer};
 use glam::Vec3;
 
-use super::frozen::{Frozen, ROBUST, Vertices, freeze, is_flat};
+use super::frozen::{Frozen, ROBUST, Source, Vertices, freeze, is_flat};
 use crate::animation::{Chord, Shape};
 use crate::geometry::Bounds;
 use crate::pose::Pose;
-use crate::scene::{Mesh, Shapes};
+use crate::scene::{Mesh, Shapes, Triangles};
 use crate::trace::TraceError;
 
 /// Growth of [`Groups`] above which a tree suits a shape so badly that another is built.
@@ -41,14 +41,15 @@ pub struct Deforming {
 }
 
 impl Deforming {
-    /// Creates model number `model`, in the first of its shapes.
+    /// Creates model number `model`, whose `mesh` has shapes, in the first of these.
     pub fn new(
         device: &Device,
         model: usize,
         mesh: &Arc<Mesh>,
         with_casters: bool,
     ) -> Result<Self, TraceError> {
-        let positions = vertices_in(mesh, &Shape::FIRST);
+        let triangles = mesh.triangles();
+        let positions = vertices_in(triangles, &Shape::FIRST);
         Ok(Self {
             model,
             mesh: Arc::clone(mesh),
@@ -56,7 +57,7 @@ impl Deforming {
             instances: [None; 2],
             shapes: None,
             refitted: None,
-            groups: Groups::new(&mesh.triangles, positions.as_slice()),
+            groups: Groups::new(&triangles.corners, positions.as_slice()),
             is_flat: is_flat(&positions),
             nothing: EmbreeScene::new(device, BuildQuality::Low, ROBUST)?.freeze()?,
         })
@@ -64,8 +65,8 @@ impl Deforming {
 
     /// Scenes of the first shape, for the instances that place the model.
     pub fn first(&mut self, device: &Device) -> Result<&Frozen, TraceError> {
-        let positions = vertices_in(&self.mesh, &Shape::FIRST);
-        let first = self.freeze(device, &Vertices::Still(&positions), BuildQuality::Refit)?;
+        let positions = vertices_in(self.mesh.triangles(), &Shape::FIRST);
+        let first = self.freeze(device, Vertices::Still(&positions), BuildQuality::Refit)?;
         self.shapes = Some(Chord::FIRST.ends);
         Ok(self.refitted.insert(first))
     }
@@ -100,12 +101,13 @@ impl Deforming {
         };
         // a scene that an instance places cannot be changed
         show(self.instances, [Some(&self.nothing); 2])?;
-        let positions = vertices_in(&self.mesh, &chord.ends[0]);
+        let triangles = self.mesh.triangles();
+        let positions = vertices_in(triangles, &chord.ends[0]);
         let anew;
         let shown = if !chord.is_still() {
-            let later = vertices_in(&self.mesh, &chord.ends[1]);
+            let later = vertices_in(triangles, &chord.ends[1]);
             let vertices = Vertices::Moving([positions, later], pose.sweeps.groups());
-            anew = self.freeze(device, &vertices, BuildQuality::Low)?;
+            anew = self.freeze(device, vertices, BuildQuality::Low)?;
             Some(&anew)
         } else if self.suits(&positions) {
             if self.refitted.is_none() {
@@ -115,7 +117,7 @@ impl Deforming {
             self.refitted = refitted;
             self.refitted.as_ref()
         } else {
-            anew = self.freeze(device, &Vertices::Still(&positions), BuildQuality::Low)?;
+            anew = self.freeze(device, Vertices::Still(&positions), BuildQuality::Low)?;
             Some(&anew)
         };
         if let Some(Frozen { scene, casters, .. }) = shown {
@@ -135,16 +137,17 @@ impl Deforming {
     fn freeze(
         &self,
         device: &Device,
-        vertices: &Vertices<'_>,
+        vertices: Vertices<'_>,
         quality: BuildQuality,
     ) -> Result<Frozen, TraceError> {
-        freeze(device, &self.mesh, vertices, quality, self.with_casters)
+        let source = Source::Triangles(self.mesh.triangles(), vertices);
+        freeze(device, &self.mesh, &source, quality, self.with_casters)
     }
 }
 
-fn vertices_in(mesh: &Mesh, shape: &Shape) -> Arc<VertexBuffer> {
+fn vertices_in(triangles: &Triangles, shape: &Shape) -> Arc<VertexBuffer> {
     let of_shape = |shapes: &Arc<Shapes>| Arc::new(VertexBuffer::new(shapes.positions(shape)));
-    mesh.shapes.as_ref().map_or_else(|| Arc::clone(&mesh.positions), of_shape)
+    triangles.shapes.as_ref().map_or_else(|| Arc::clone(&triangles.positions), of_shape)
 }
 
 /// Some of a mesh's triangles, by their corners, in the order of a curve through the first shape: those that follow each other lie

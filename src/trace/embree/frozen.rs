@@ -5,12 +5,12 @@ use std::sync::Arc;
 use embree::{BuildQuality, Device, FrozenScene, Geometry, GeometryId, Scene as EmbreeScene, VertexBuffer};
 use glam::Vec3;
 
+use super::curved::CurvedPart;
 use super::mask;
-use super::pieces::Pieces;
 use super::places::times_of_ends;
-use crate::geometry::Bounds;
+use crate::geometry::{Bounds, Curved};
 use crate::scene::cutout::{Asks, CutoutTest};
-use crate::scene::{Mesh, RayKinds};
+use crate::scene::{Geometry as MeshGeometry, Mesh, RayKinds, Triangles};
 use crate::trace::TraceError;
 
 /// Flag of all scenes, so that closed surfaces have no cracks: without it a few rays slip between two
@@ -23,6 +23,44 @@ pub enum Vertices<'a> {
     Still(&'a Arc<VertexBuffer>),
     /// They go straight from one place to another while the exposure lasts, as rays of so many groups of ticks see them.
     Moving([Arc<VertexBuffer>; 2], usize),
+}
+
+/// What a scene is built of.
+pub enum Source<'a> {
+    /// The triangles of a mesh, with these vertices.
+    Triangles(&'a Triangles, Vertices<'a>),
+    /// A curved geometry.
+    Curved(&'a Arc<dyn Curved>),
+}
+
+impl<'a> Source<'a> {
+    /// A mesh at rest.
+    pub fn at_rest(mesh: &'a Mesh) -> Self {
+        match &mesh.geometry {
+            MeshGeometry::Triangles(triangles) => {
+                Self::Triangles(triangles, Vertices::Still(&triangles.positions))
+            }
+            MeshGeometry::Curved(curved) => Self::Curved(curved),
+        }
+    }
+
+    /// Positions for which a [`spacer`] is needed, if there are any.
+    fn flat(&self) -> Option<&Arc<VertexBuffer>> {
+        match self {
+            Self::Triangles(_, vertices) => vertices.flat(),
+            Self::Curved(_) => None,
+        }
+    }
+
+    /// Box around it, at the first of its times.
+    fn bounds(&self) -> Bounds {
+        match self {
+            Self::Triangles(_, vertices) => around(vertices.first()),
+            Self::Curved(curved) => {
+                (0..curved.count()).map(|one| curved.bounds(one)).fold(Bounds::EMPTY, Bounds::union)
+            }
+        }
+    }
 }
 
 impl Vertices<'_> {
@@ -60,11 +98,11 @@ impl Vertices<'_> {
 /// A mesh's own scene.
 pub struct Frozen {
     pub scene: Arc<FrozenScene>,
-    /// First triangle by geometry id.
+    /// First primitive by geometry id.
     pub firsts: [u32; MOST_PARTS],
     /// Box around the mesh when it was built, object space.
     pub bounds: Bounds,
-    /// Scene of the triangles that cast shadows, if it is wanted and there are any.
+    /// Scene of the primitives that cast shadows, if it is wanted and there are any.
     pub casters: Option<Arc<FrozenScene>>,
     /// Number of the mesh's parts, and of those that cast shadows: the first geometries of `scene`, and of `casters`.
     parts: u32,
@@ -73,25 +111,24 @@ pub struct Frozen {
     pub has_spacer: bool,
 }
 
-/// Builds the scene of `mesh` with these vertices.
+/// Builds the scene of `mesh`, made of `source`.
 pub fn freeze(
     device: &Device,
     mesh: &Mesh,
-    vertices: &Vertices<'_>,
+    source: &Source<'_>,
     quality: BuildQuality,
     with_casters: bool,
 ) -> Result<Frozen, TraceError> {
     let mut scene = EmbreeScene::new(device, quality, ROBUST)?;
     let mut firsts = [0; MOST_PARTS];
     // who sees a model, its instance says
-    let parts = parts_of(device, mesh, vertices, RayKinds::ALL)?;
+    let parts = parts_of(device, mesh, source, RayKinds::ALL)?;
     for Part { geometry, first, .. } in &parts {
         let GeometryId(id) = scene.attach(geometry)?;
         firsts[id as usize] = *first;
     }
     // between two times boxes go straight from one to the other: none is flatter than the flatter of them
-    let flat = vertices.flat().filter(|_| mesh.quadric.is_none());
-    let spacer = flat.map(|positions| spacer(device, positions)).transpose()?;
+    let spacer = source.flat().map(|positions| spacer(device, positions)).transpose()?;
     if let Some(spacer) = &spacer {
         scene.attach(spacer)?;
     }
@@ -112,7 +149,7 @@ pub fn freeze(
         Some(casters.freeze()?)
     };
     let [parts, casting] = [parts.len(), casting].map(|count| count as u32);
-    let bounds = around(vertices.first());
+    let bounds = source.bounds();
     Ok(Frozen { scene, firsts, bounds, casters, parts, casting, has_spacer: spacer.is_some() })
 }
 
@@ -180,39 +217,44 @@ fn around(positions: &VertexBuffer) -> Bounds {
 /// Maximum number of parts of a mesh.
 pub const MOST_PARTS: usize = 4;
 
-/// Part of a mesh: its triangles that cast shadows or do not, and are cut out or whole. Those that cast shadows come first.
+/// Part of a mesh: its primitives that cast shadows or do not, and are cut out or whole. Those that cast shadows come first.
 pub struct Part {
     pub geometry: Geometry,
-    /// Number of its first triangle.
+    /// Number of its first primitive.
     pub first: u32,
     pub casts_shadow: bool,
 }
 
-/// Parts of `mesh` that have triangles, with these vertices, for rays of the kinds that it is `seen_by`.
+/// Parts of `mesh` that have primitives, made of `source`, for rays of the kinds that it is `seen_by`.
 pub fn parts_of(
     device: &Device,
     mesh: &Mesh,
-    vertices: &Vertices<'_>,
+    source: &Source<'_>,
     seen_by: RayKinds,
 ) -> Result<Vec<Part>, TraceError> {
-    let (all, split) = (&mesh.triangles, mesh.shadow_casting);
-    let mask_of = |casts_shadow| mask::of_geometry(seen_by, casts_shadow);
-    if let Some(quadric) = &mesh.quadric {
-        let (pieces, casts_shadow) = (Arc::new(Pieces(Arc::clone(quadric))), split > 0);
-        let geometry = Geometry::primitives(device, pieces, mask_of(casts_shadow))?;
-        return Ok(vec![Part { geometry, first: 0, casts_shadow }]);
-    }
+    let (count, split) = (mesh.count(), mesh.shadow_casting);
     let cutout = CutoutTest::new(mesh).map(Arc::new);
     let cut = mesh.cut.as_ref().map_or(split..split, |cut| cut.range());
-    let mut borders = [0, cut.start, split, cut.end, all.len()];
+    let mut borders = [0, cut.start, split, cut.end, count];
     borders.sort_unstable();
     let mut parts = Vec::new();
     for range in borders.windows(2).map(|ends| ends[0]..ends[1]).filter(|range| !range.is_empty()) {
         let (first, casts_shadow, is_cut) =
             (range.start as u32, range.start < split, cut.contains(&range.start));
-        let triangles =
-            if range.len() == all.len() { Arc::clone(all) } else { Arc::new(all[range].to_vec()) };
-        let geometry = vertices.geometry(device, triangles, mask_of(casts_shadow))?;
+        let mask = mask::of_geometry(seen_by, casts_shadow);
+        let geometry = match source {
+            Source::Triangles(Triangles { corners, .. }, vertices) => {
+                let corners = match range.len() == count {
+                    true => Arc::clone(corners),
+                    false => Arc::new(corners[range].to_vec()),
+                };
+                vertices.geometry(device, corners, mask)?
+            }
+            Source::Curved(curved) => {
+                let (of, range) = (Arc::clone(curved), range.start as u32..range.end as u32);
+                Geometry::primitives(device, Arc::new(CurvedPart { of, range }), mask)?
+            }
+        };
         let geometry = match cutout.as_ref().filter(|_| is_cut) {
             Some(test) => geometry.cut_by(Arc::new(CutPart { test: Arc::clone(test), first })),
             None => geometry,

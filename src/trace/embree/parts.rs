@@ -2,7 +2,7 @@
 //!
 //! A model has up to four geometries: the triangles that cast shadows and then those that do not, whole
 //! ones and those that are [cut out](crate::scene::cutout) apart (in the order of
-//! [`Mesh::triangles`](crate::scene::Mesh::triangles)), so that `triangle = first + primID`. In the scene of what stands still a geometry's
+//! [`Triangles::corners`](crate::scene::Triangles::corners)), so that `triangle = first + primID`. In the scene of what stands still a geometry's
 //! id leads to its [`GeometryPart`]. With instances, the instance's id leads to the model and the geometry's to its part, whichever scene they
 //! are in: instances of copies that stand still have ids after all those of models that move.
 

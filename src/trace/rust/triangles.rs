@@ -33,7 +33,7 @@ pub struct Block {
     pub corners: Corners,
     /// Indices into [`Scene::models`](crate::scene::Scene::models), or [`OF_INSTANCE`].
     pub model: [u32; WIDTH],
-    /// Indices into [`Mesh::triangles`].
+    /// Numbers of the triangles in their meshes.
     pub triangle: [u32; WIDTH],
     /// Bit mask of the triangles that cast shadows.
     pub casts_shadow: u32,
@@ -87,14 +87,16 @@ impl Triangles {
     /// Builds a tree of the first `count` triangles of each of `meshes`, which come with the models to store.
     /// Positions are taken as they are.
     pub fn new(meshes: &[(u32, &Mesh)], count: fn(&Mesh) -> usize) -> Self {
-        let placed = meshes.iter().map(|(model, mesh)| (*model, *mesh, mesh.positions.as_slice()));
+        let placed =
+            meshes.iter().map(|(model, mesh)| (*model, *mesh, mesh.triangles().positions.as_slice()));
         Self::at(&placed.collect::<Vec<_>>(), count)
     }
 
     /// Builds a tree of the first `count` triangles of a mesh of an instance whose vertices go from the one of these positions to the other.
     pub fn moving(mesh: &Mesh, [open, close]: [&[[f32; 3]]; 2], count: fn(&Mesh) -> usize) -> Self {
+        let all = &mesh.triangles().corners;
         let corners = |triangle: u32, positions: &[[f32; 3]]| {
-            mesh.triangles[triangle as usize].map(|corner| positions[corner as usize])
+            all[triangle as usize].map(|corner| positions[corner as usize])
         };
         let around = |triangle: u32| {
             let [open, close] = [open, close].map(|positions| Box3::around(corners(triangle, positions)));
@@ -125,7 +127,7 @@ impl Triangles {
             .collect();
         let corners = |(mesh, triangle): (u32, u32)| {
             let (_, mesh, positions) = meshes[mesh as usize];
-            mesh.triangles[triangle as usize].map(|corner| positions[corner as usize])
+            mesh.triangles().corners[triangle as usize].map(|corner| positions[corner as usize])
         };
         let boxes: Vec<Box3> = sources.iter().map(|source| Box3::around(corners(*source))).collect();
         let mut blocks = Vec::with_capacity(sources.len() / 4);

@@ -82,7 +82,7 @@ fn the_product_of_all_alphas_is_compared_with_the_cutoff() {
             (0..2).flat_map(|t| (0..20_u8).flat_map(move |i| (0..20 - i).map(move |j| (t, i, j))))
         {
             let [u, v] = [i, j].map(|at| (f32::from(at) + 0.3) / 20.6);
-            let corners = mesh.triangles[triangle as usize].map(|corner| FALLING[corner as usize]);
+            let corners = mesh.triangles().corners[triangle as usize].map(|corner| FALLING[corner as usize]);
             let alpha = corners[0] * (1.0 - u - v) + corners[1] * u + corners[2] * v;
             let is_there = test.is_there(triangle, [u, v], Asks::Sight);
             assert_eq!(is_there, alpha * of_picture >= least, "{material}: {alpha}");

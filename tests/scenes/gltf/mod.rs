@@ -208,9 +208,9 @@ fn geometry_is_that_of_the_same_obj() {
     let expected = shot("obj = \"m.obj\"");
     for key in ["gltf = \"m.gltf\"", "gltf = \"m.glb\""] {
         let shot = shot(key);
-        let [found, same] = [&shot, &expected].map(|shot| &shot.scene.models[0].mesh);
+        let [found, same] = [&shot, &expected].map(|shot| shot.scene.models[0].mesh.triangles());
         assert_eq!(found.positions.as_slice(), same.positions.as_slice());
-        assert_eq!(found.triangles, same.triangles);
+        assert_eq!(found.corners, same.corners);
         assert_eq!(found.uvs, same.uvs);
         let near = |(a, b): (&Vec3, &Vec3)| a.abs_diff_eq(*b, 1e-6);
         assert!(found.normals.iter().zip(&same.normals).all(near));
@@ -238,7 +238,7 @@ fn accessors_may_be_of_any_type() {
     file.root(json!({"mesh": mesh}));
     file.json["extensionsRequired"] = json!(["KHR_mesh_quantization"]);
     let shot = load(&file, "");
-    let mesh = &shot.scene.models[0].mesh;
+    let mesh = shot.scene.models[0].mesh.triangles();
     assert_eq!(mesh.positions.as_slice(), [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, -1.0, 0.0]]);
     assert_eq!(mesh.uvs, [Vec2::new(1.0, 1.0), Vec2::new(0.0, 0.0), Vec2::new(0.0, 1.0)]);
     assert!(mesh.normals.is_empty(), "faces have their own");
@@ -255,8 +255,8 @@ fn strips_and_fans_become_triangles_and_lines_are_told_once() {
     file.root(json!({"mesh": mesh}));
     let shot = load(&file, "");
     let expected = [[0, 1, 2], [1, 3, 2], [0, 1, 2], [0, 2, 3]];
-    assert_eq!(*shot.scene.models[0].mesh.triangles, expected, "and none without an area");
-    assert_eq!(shot.scene.models[0].mesh.positions.as_slice().len(), 5, "vertices are shared");
+    assert_eq!(*shot.scene.models[0].mesh.triangles().corners, expected, "and none without an area");
+    assert_eq!(shot.scene.models[0].mesh.triangles().positions.as_slice().len(), 5, "vertices are shared");
     let told: Vec<String> = shot.warnings.iter().map(|warning| warning.0.to_string()).collect();
     assert_eq!(
         told.iter().filter(|text| text.contains("points and lines are left out")).count(),
@@ -281,14 +281,15 @@ fn nodes_stand_where_their_parents_put_them() {
     // (1, 0, 0) is (1, 1, 0) of the arm, turned to (-1, 1, 0), moved to (1, 1, 0), mirrored
     let [arm, tip] = &shot.scene.models[..] else { panic!("two models") };
     let corners = |model: &Model| -> Vec<DVec3> {
-        model.mesh.positions.as_slice().iter().map(|at| place(model, 1.0, Vec3::from(*at))).collect()
+        let positions = model.mesh.triangles().positions.as_slice();
+        positions.iter().map(|at| place(model, 1.0, Vec3::from(*at))).collect()
     };
     assert_near(corners(tip)[1], DVec3::new(-2.0, 2.0, 5.0));
     assert_near(corners(arm)[0], DVec3::new(-4.0, 0.0, 5.0));
     // the outside stays outside: of a mirror image the corners come in the other order
     let facing = |model: &Model| {
         let at = corners(model);
-        let [a, b, c] = model.mesh.triangles[0].map(|corner| at[corner as usize]);
+        let [a, b, c] = model.mesh.triangles().corners[0].map(|corner| at[corner as usize]);
         (b - a).cross(c - a).normalize()
     };
     assert_near(facing(tip), DVec3::Z);
@@ -325,7 +326,7 @@ fn copies_of_a_node_are_models_of_their_own() {
     let shot =
         load_in(folder(&file).path(), &format!("{CAMERA}[[model]]\ngltf = \"m.gltf\"\n"), true).unwrap();
     let places: Vec<[f32; 3]> =
-        shot.scene.models.iter().map(|model| model.mesh.positions.as_slice()[1]).collect();
+        shot.scene.models.iter().map(|model| model.mesh.triangles().positions.as_slice()[1]).collect();
     assert_eq!(places, [[2.0, 5.0, 0.0], [5.0, 5.0, 0.0]]);
     assert_eq!(shot.scene.models[1].name, "m/tree/1");
 }
@@ -478,7 +479,7 @@ fn bent() -> File {
 
 /// Positions of a model's vertices at a frame, as its shapes are.
 fn deformed(shot: &Shot, model: usize, frame: i32) -> Vec<[f32; 3]> {
-    let shapes = shot.scene.models[model].mesh.shapes.as_ref().unwrap();
+    let shapes = shot.scene.models[model].mesh.shapes().unwrap();
     shapes.positions(&Pose::new(&shot.scene, frame).models[model].shape.ends[0])
 }
 
@@ -502,7 +503,7 @@ fn skins_bend_between_frames_that_are_blurred() {
     let lies_off = |shutter: &str| {
         let shot = load(&bent(), shutter);
         let Model { mesh, track, .. } = &shot.scene.models[0];
-        let (shapes, track) = (mesh.shapes.as_ref().unwrap(), track.shapes.as_ref().unwrap());
+        let (shapes, track) = (mesh.shapes().unwrap(), track.shapes.as_ref().unwrap());
         let off = |quarter: u32| {
             let frame = 4.0 + f64::from(quarter) / 4.0;
             let tip = Vec3::from(shapes.positions(&track.at(frame))[4]).as_dvec3();
@@ -534,7 +535,7 @@ fn morph_targets_add_up_by_their_weights() {
     assert_eq!(deformed(&shot, 0, 13), [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 3.0, 0.0]]);
     let still = &shot.scene.models[1].mesh;
     assert!(
-        still.shapes.is_none() && still.positions.as_slice()[2] == [0.0, 2.0, 0.0],
+        still.shapes().is_none() && still.triangles().positions.as_slice()[2] == [0.0, 2.0, 0.0],
         "half of the first one"
     );
 }
@@ -559,8 +560,8 @@ fn targets_open_what_is_closed_at_rest() {
     file.animate(moving, "weights", "LINEAR", &[0.0, 0.5], weights);
     let shot = load(&file, "");
     for model in [moving, held] {
-        let mesh = &shot.scene.models[model].mesh;
-        assert_eq!(mesh.triangles.iter().collect::<Vec<_>>().len(), 2, "{model}");
+        let mesh = shot.scene.models[model].mesh.triangles();
+        assert_eq!(mesh.corners.len(), 2, "{model}");
         assert!(mesh.positions.as_slice()[2][1] > 0.0, "samples are kept where it is open");
     }
     assert_eq!(deformed(&shot, moving, 1)[2], [1.0, 0.0, 0.0]);

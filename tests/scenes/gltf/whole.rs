@@ -176,5 +176,5 @@ fn a_byte_order_mark_is_passed_over() {
     let folder = folder(&file);
     let path = folder.path().join("m.gltf");
     fs::write(&path, format!("\u{feff}{}", file.text())).unwrap();
-    assert_eq!(scene::load(&path, true).unwrap().scene.models[0].mesh.triangles.len(), 1);
+    assert_eq!(scene::load(&path, true).unwrap().scene.models[0].mesh.count(), 1);
 }

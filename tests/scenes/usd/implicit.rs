@@ -7,7 +7,7 @@ use glam::DVec3;
 /// Corners of the triangles in the world.
 fn triangles(model: &Model) -> Vec<[DVec3; 3]> {
     let at = |vertex: u32| corner(model, 1.0, vertex as usize);
-    model.mesh.triangles.iter().map(|triangle| triangle.map(at)).collect()
+    model.mesh.triangles().corners.iter().map(|triangle| triangle.map(at)).collect()
 }
 
 /// Volume of a closed mesh that faces outwards.
@@ -42,10 +42,10 @@ fn shapes_have_their_measures_and_face_outwards() {
         assert!((volume / wanted - 1.0).abs() < 3e-3, "{name}: {volume}, not {wanted}");
         assert!(half.abs_diff_eq(extent, 1e-3), "{name}: {half}");
         let outwards = |(vertex, normal): (usize, &glam::Vec3)| {
-            let at = model.mesh.positions.as_slice()[vertex];
+            let at = model.mesh.triangles().positions.as_slice()[vertex];
             glam::Vec3::from(at).dot(*normal) > 0.0 && (normal.length() - 1.0).abs() < 1e-6
         };
-        assert!(model.mesh.normals.iter().enumerate().all(outwards), "{name}");
+        assert!(model.mesh.triangles().normals.iter().enumerate().all(outwards), "{name}");
     }
 }
 

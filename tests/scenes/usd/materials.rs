@@ -70,7 +70,7 @@ fn pictures_colour_and_cut_surfaces() {
     picture.save(folder.path().join("leaf.png")).unwrap();
     let shot = scene::load(&folder.path().join("m.usda"), true).unwrap();
     let mesh = &shot.scene.models[0].mesh;
-    assert_eq!(mesh.uvs.iter().map(|uv| uv.x).collect::<Vec<_>>(), [0.0, 1.0, 1.0]);
+    assert_eq!(mesh.triangles().uvs.iter().map(|uv| uv.x).collect::<Vec<_>>(), [0.0, 1.0, 1.0]);
     let leaf = &shot.scene.materials[usize::from(mesh.material_of[0])];
     let layer = leaf.metal_rough.unwrap();
     assert_eq!((layer.base, leaf.cutout.unwrap().least), (Vec3::new(0.5, 1.0, 1.0), 0.25));
@@ -157,7 +157,7 @@ fn materials_name_their_texture_coordinates() {
     for (triangle, name, sets) in [(0, "One", [0.25, 0.0]), (1, "Two", [0.5, 0.25])] {
         let material = &shot.scene.materials[usize::from(mesh.material_of[triangle])];
         assert_eq!(material.name, name);
-        for corner in mesh.triangles[triangle].map(|corner| corner as usize) {
+        for corner in mesh.triangles().corners[triangle].map(|corner| corner as usize) {
             let all = [UvSet::First, UvSet::Second].map(|set| mesh.uvs_of(set)[corner].x);
             assert_eq!(all, sets, "{name}");
         }

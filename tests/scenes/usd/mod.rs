@@ -45,7 +45,7 @@ fn shown(metadata: &str, prims: &str) -> Shot {
 
 /// Place of a corner of a model's mesh in the world.
 fn corner(model: &Model, frame: f64, corner: usize) -> DVec3 {
-    let position = Vec3::from(model.mesh.positions.as_slice()[corner]);
+    let position = Vec3::from(model.mesh.triangles().positions.as_slice()[corner]);
     model.track.map_at(frame).transform_point3(position.as_dvec3())
 }
 
@@ -103,9 +103,9 @@ fn points_with_times_are_shapes() {
         1: [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)],\n 3: [(0, 0, 0), (1, 0, 0), (1, 1, 2), (0, 1, 2)] }\n}\n";
     let shot = shown(METRES, prims);
     let model = &shot.scene.models[0];
-    let shapes = model.mesh.shapes.as_ref().unwrap();
+    let shapes = model.mesh.shapes().unwrap();
     let half = shapes.positions(&model.track.shapes.as_ref().unwrap().at(2.0));
-    assert_eq!((half[2], model.mesh.triangles.len()), ([1.0, 1.0, 1.0], 2));
+    assert_eq!((half[2], model.mesh.count()), ([1.0, 1.0, 1.0], 2));
 }
 
 #[test]
@@ -172,13 +172,12 @@ fn normals_and_sides_are_those_of_the_file() {
     let normals =
         "normal3f[] normals = [(0, 0, 2), (0, 1, 0), (0, 1, 0)] ( interpolation = \"faceVarying\" )\n";
     let polygons = mesh(&format!("{none}{normals}"));
-    assert_eq!(polygons.scene.models[0].mesh.normals, [Vec3::Z, Vec3::Y, Vec3::Y]);
+    assert_eq!(polygons.scene.models[0].mesh.triangles().normals, [Vec3::Z, Vec3::Y, Vec3::Y]);
     let left = mesh(&format!("{none} uniform token orientation = \"leftHanded\"\n"));
-    let Mesh { positions, triangles, .. } = &*left.scene.models[0].mesh;
-    let [a, b, c] = triangles[0].map(|corner| Vec3::from(positions.as_slice()[corner as usize]));
+    let [a, b, c] = left.scene.models[0].mesh.triangles().positions_of(0);
     assert!((b - a).cross(c - a).z < 0.0);
     // subdivided, unless it says otherwise: the cage is smooth
     let cage = mesh(normals);
-    assert_eq!(cage.scene.models[0].mesh.normals, [Vec3::Z; 3]);
+    assert_eq!(cage.scene.models[0].mesh.triangles().normals, [Vec3::Z; 3]);
     assert!(cage.warnings.iter().any(|warning| warning.to_string().contains("control cages")));
 }

@@ -45,8 +45,8 @@ fn text_layers_may_have_all_spellings_of_the_format() {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("m.usda"), text).unwrap();
     let shot = scene::load(&folder.path().join("m.usda"), true).unwrap();
-    let extent =
-        model(&shot, "m/C").mesh.positions.as_slice().iter().map(|point| point[0]).fold(0.0, f32::max);
+    let positions = &model(&shot, "m/C").mesh.triangles().positions;
+    let extent = positions.as_slice().iter().map(|point| point[0]).fold(0.0, f32::max);
     assert_eq!((extent, base(&shot, "m/C")), (0.25, Vec3::new(0.5, 0.0, 1.0)));
     assert!(told(&shot).contains("splines are not used"), "{}", told(&shot));
 }
@@ -102,7 +102,7 @@ fn instances_within_instances_are_shown() {
     let shot = shown(METRES, prims);
     assert_eq!(names(&shot), ["m/W/Lib/c", "m/W/Group/in/c", "m/W/out/in/c"]);
     let nested = model(&shot, "m/W/out/in/c");
-    let count = nested.mesh.positions.as_slice().len();
+    let count = nested.mesh.triangles().positions.as_slice().len();
     let sum: DVec3 = (0..count).map(|number| corner(nested, 1.0, number)).sum();
     assert_near(sum / count as f64, DVec3::new(1.0, 1.0, 0.0));
 }

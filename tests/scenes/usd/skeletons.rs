@@ -35,8 +35,8 @@ fn root(skeleton: &str, mesh: &str) -> String {
 
 /// Place of a vertex at a frame, in the world.
 fn at(model: &Model, frame: f64, vertex: usize) -> DVec3 {
-    let own = model.mesh.positions.as_slice()[vertex];
-    let shape = model.mesh.shapes.as_ref().zip(model.track.shapes.as_ref());
+    let own = model.mesh.triangles().positions.as_slice()[vertex];
+    let shape = model.mesh.shapes().zip(model.track.shapes.as_ref());
     let position = shape.map_or(own, |(shapes, track)| shapes.positions(&track.at(frame))[vertex]);
     model.track.map_at(frame).transform_point3(Vec3::from(position).as_dvec3())
 }
@@ -44,7 +44,7 @@ fn at(model: &Model, frame: f64, vertex: usize) -> DVec3 {
 /// Number of the vertex that is here at a frame.
 fn vertex(shot: &Shot, frame: f64, place: DVec3) -> usize {
     let model = model(shot, "m/R/M");
-    let count = model.mesh.positions.as_slice().len();
+    let count = model.mesh.triangles().positions.as_slice().len();
     let found = (0..count).find(|vertex| at(model, frame, *vertex).abs_diff_eq(place, 1e-5));
     found.unwrap_or_else(|| {
         panic!("{place}: {:?}", (0..count).map(|v| at(model, frame, v)).collect::<Vec<_>>())
@@ -91,7 +91,7 @@ fn without_an_animation_joints_are_at_rest() {
         format!("def SkelRoot \"R\" {{\n {moved} {lifted} }}\n def Mesh \"M\" {{\n {STRIP} {BOUND} }} }}\n");
     let shot = shown(METRES, &prims);
     vertex(&shot, 1.0, DVec3::new(2.0, 1.0, 2.0));
-    assert!(model(&shot, "m/R/M").mesh.shapes.is_none());
+    assert!(model(&shot, "m/R/M").mesh.shapes().is_none());
 }
 
 #[test]

@@ -99,9 +99,12 @@ fn with_shapes(mesh: Mesh, given: &GivenMesh, point_of: &[u32]) -> (Arc<Mesh>, O
     if list.is_empty() {
         return (Arc::new(mesh), None);
     }
-    let positions = Arc::new(VertexBuffer::new(list[0].clone()));
-    let shapes = Shapes::new(list, &mesh.triangles, &mesh.normals, point_of);
-    (Arc::new(Mesh { positions, shapes: Some(Arc::new(shapes)), ..mesh }), ShapeTrack::through(keys, None))
+    let mesh = mesh.with_triangles(|triangles| {
+        triangles.positions = Arc::new(VertexBuffer::new(list[0].clone()));
+        let shapes = Shapes::new(list, &triangles.corners, &triangles.normals, point_of);
+        triangles.shapes = Some(Arc::new(shapes));
+    });
+    (Arc::new(mesh), ShapeTrack::through(keys, None))
 }
 
 /// A mesh of triangles that have an area.

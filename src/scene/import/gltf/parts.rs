@@ -198,7 +198,7 @@ impl GltfFiles {
             return Ok(None);
         }
         let own = self.arranged(import, document, geometry)?;
-        let places = deformed::places(own.positions.as_slice(), &shapes.list);
+        let places = deformed::places(own.triangles().positions.as_slice(), &shapes.list);
         let (mesh, shapes) = deformed::with_shapes(own, shapes, open, &places);
         Ok(Some((Arc::new(mesh), shapes)))
     }

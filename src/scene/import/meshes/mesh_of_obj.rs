@@ -4,14 +4,12 @@ use std::iter;
 use std::ops::Range;
 use std::sync::Arc;
 
-use embree::VertexBuffer;
-
-use crate::scene::Mesh;
 use crate::scene::cutout::VertexData;
 use crate::scene::details::Details;
 use crate::scene::import::arrange::Arranger;
 use crate::scene::import::faces::{TriangleSoup, Use};
 use crate::scene::mesh::Groups;
+use crate::scene::{Geometry, Mesh, Triangles};
 
 /// A run of consecutive triangles that have the same material and group.
 struct Stretch {
@@ -50,16 +48,15 @@ pub fn mesh_of(arranger: Arranger<'_>, obj: TriangleSoup, ids: &[u16]) -> (Mesh,
         material_of.extend(iter::repeat_n(id(stretch), stretch.range.len()));
     }
     let mesh = Mesh {
-        positions: Arc::new(VertexBuffer::new(obj.positions)),
-        triangles: Arc::new(triangles),
-        normals: obj.normals,
-        uvs: obj.uvs,
+        geometry: Geometry::Triangles(Triangles {
+            normals: obj.normals,
+            uvs: obj.uvs,
+            ..Triangles::new(obj.positions, triangles)
+        }),
         cut: arranger.cut_triangles(&material_of, has),
         material_of,
         groups: Arc::new(groups),
         shadow_casting,
-        quadric: None,
-        shapes: None,
         details: Arc::new(Details { colors: obj.colors, ..Details::default() }),
     };
     (arranger.with_details(mesh, &[]), objects)

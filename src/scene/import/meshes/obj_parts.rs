@@ -88,7 +88,7 @@ fn segments(MeshFile { mesh: whole, objects, .. }: &MeshFile) -> Vec<Segment> {
     let (objects, groups) = (objects.runs(), whole.groups.runs());
     let begins: BTreeSet<u32> = objects.iter().chain(groups).map(|(first, _)| *first).collect();
     let begins: Vec<usize> = begins.into_iter().map(|first| first as usize).collect();
-    let ends = begins.iter().skip(1).copied().chain([whole.triangles.len()]);
+    let ends = begins.iter().skip(1).copied().chain([whole.count()]);
     let at = |runs: &[(u32, u32)], first: usize| {
         let after = runs.partition_point(|(begin, _)| *begin as usize <= first);
         runs[after - 1].1

@@ -5,13 +5,11 @@ use std::ops::Range;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use embree::VertexBuffer;
-
-use crate::scene::Mesh;
 use crate::scene::cutout::CutTriangles;
 use crate::scene::details::{Details, ObjectSpace};
 use crate::scene::keys::model::Division;
 use crate::scene::mesh::Groups;
+use crate::scene::{Geometry, Mesh, Triangles};
 
 /// Vertex of the whole mesh that a part does not have.
 const NOT_THERE: u32 = u32::MAX;
@@ -43,26 +41,28 @@ pub(super) struct Segment {
 /// Takes parts out of a mesh, one after the other.
 pub(super) struct Taker<'a> {
     whole: &'a Mesh,
+    all: &'a Triangles,
     /// Number in the part at work for each vertex of the whole; `NOT_THERE` between parts.
     number_of: Vec<u32>,
 }
 
 impl<'a> Taker<'a> {
-    /// Creates a taker of parts of `whole`.
+    /// Creates a taker of parts of `whole`, which is made of triangles.
     pub fn new(whole: &'a Mesh) -> Self {
-        Self { whole, number_of: vec![NOT_THERE; whole.positions.as_slice().len()] }
+        let all = whole.triangles();
+        Self { whole, all, number_of: vec![NOT_THERE; all.positions.as_slice().len()] }
     }
 
     /// Makes a mesh of the triangles of `segments`, in their order, so that those which cast shadows stay first.
     pub fn take(&mut self, segments: &[&Segment]) -> Mesh {
-        let whole = self.whole;
+        let (whole, all) = (self.whole, self.all);
         let count = segments.iter().map(|of| of.triangles.len()).sum();
         let (mut triangles, mut material_of) = (Vec::with_capacity(count), Vec::with_capacity(count));
         let (mut groups, mut vertices) = (Groups::named(whole.groups.names().iter().cloned()), Vec::new());
         for of in segments {
             groups.begin(triangles.len() as u32, of.group);
             material_of.extend_from_slice(&whole.material_of[of.triangles.clone()]);
-            let own = whole.triangles[of.triangles.clone()].iter();
+            let own = all.corners[of.triangles.clone()].iter();
             triangles.extend(own.map(|corners| corners.map(|vertex| self.number(vertex, &mut vertices))));
         }
         vertices.iter().for_each(|vertex| self.number_of[*vertex as usize] = NOT_THERE);
@@ -72,7 +72,7 @@ impl<'a> Taker<'a> {
             |of: &&Segment| whole.details.tangents.get(of.triangles.clone()).unwrap_or_default();
         let tangents = segments.iter().flat_map(of_segments).copied().collect();
         // each part has a box of its own, as if it came from a file of its own
-        let positions = chosen(whole.positions.as_slice(), &vertices, 1);
+        let positions = chosen(all.positions.as_slice(), &vertices, 1);
         let space = whole.details.space.map(|_| ObjectSpace::around(&positions));
         let details = Details {
             colors: chosen(&whole.details.colors, &vertices, 0),
@@ -83,16 +83,15 @@ impl<'a> Taker<'a> {
         };
         // a list that has an entry a vertex, or none at all
         Mesh {
-            positions: Arc::new(VertexBuffer::new(positions)),
-            triangles: Arc::new(triangles),
-            normals: chosen(&whole.normals, &vertices, 0),
-            uvs: chosen(&whole.uvs, &vertices, 0),
+            geometry: Geometry::Triangles(Triangles {
+                normals: chosen(&all.normals, &vertices, 0),
+                uvs: chosen(&all.uvs, &vertices, 0),
+                ..Triangles::new(positions, triangles)
+            }),
             shadow_casting,
             cut: cut(whole, segments),
             material_of,
             groups: Arc::new(groups),
-            quadric: None,
-            shapes: None,
             details: Arc::new(details),
         }
     }

@@ -8,7 +8,7 @@ use crate::digest::Digest;
 use crate::scene::import::deformed::Distinct;
 use crate::scene::import::faces::{TriangleSoup, are_within_reach};
 use crate::scene::import::obj;
-use crate::scene::{Mesh, SceneError, Shapes};
+use crate::scene::{Mesh, SceneError, Shapes, Triangles};
 
 /// A file of a sequence.
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
@@ -99,9 +99,10 @@ pub fn read(
             }
         }
     }
-    let shapes = Shapes::new(read.list, &mesh.triangles, &mesh.normals, &origins.of_vertex);
+    let Triangles { corners, normals, .. } = mesh.triangles();
+    let shapes = Arc::new(Shapes::new(read.list, corners, normals, &origins.of_vertex));
     Ok(ReadShapes {
-        mesh: Arc::new(Mesh { shapes: Some(Arc::new(shapes)), ..mesh.clone() }),
+        mesh: Arc::new(mesh.clone().with_triangles(|triangles| triangles.shapes = Some(shapes))),
         keys: Arc::new(read.keys),
         says,
         digest: Digest::of_all(digests),

@@ -5,15 +5,14 @@ use std::iter;
 use std::ops::Range;
 use std::sync::Arc;
 
-use embree::VertexBuffer;
 use glam::{DMat2, DVec2, DVec3, Vec2, Vec3};
 use half::f16;
 
-use crate::scene::Mesh;
 use crate::scene::cutout::CutTriangles;
 use crate::scene::cutout::outline::HalfPlane;
 use crate::scene::details::{Details, Tangents};
 use crate::scene::mesh::Groups;
+use crate::scene::{Geometry, Mesh, Triangles};
 
 /// Share of an island's area above which it is not trimmed: little would be saved.
 const MOST_LEFT: f64 = 0.85;
@@ -55,6 +54,7 @@ enum Place {
 /// A mesh that is being trimmed: its vertices, with those that were added, and parts of its triangles.
 pub struct Pieces<'a> {
     mesh: &'a Mesh,
+    all: &'a Triangles,
     /// What is left of triangles that were trimmed, by their number: corners by the numbers of vertices, with their weights.
     of: HashMap<usize, Vec<[(u32, DVec3); 3]>>,
     vertices: HashMap<Place, u32>,
@@ -67,16 +67,17 @@ pub struct Pieces<'a> {
 }
 
 impl<'a> Pieces<'a> {
-    /// Starts with all of `mesh`.
-    pub fn new(mesh: &'a Mesh) -> Self {
+    /// Starts with `all` triangles of `mesh`.
+    pub fn new(mesh: &'a Mesh, all: &'a Triangles) -> Self {
         let Details { colors, second_uvs, alphas, .. } = mesh.details.as_ref();
         Self {
             mesh,
+            all,
             of: HashMap::new(),
             vertices: HashMap::new(),
-            positions: mesh.positions.as_slice().to_vec(),
-            normals: mesh.normals.clone(),
-            uvs: mesh.uvs.clone(),
+            positions: all.positions.as_slice().to_vec(),
+            normals: all.normals.clone(),
+            uvs: all.uvs.clone(),
             colors: colors.clone(),
             second_uvs: second_uvs.clone(),
             alphas: alphas.clone(),
@@ -88,8 +89,7 @@ impl<'a> Pieces<'a> {
         let polygons: Vec<Vec<Corner>> =
             triangles.iter().map(|triangle| self.clipped(triangle, island, halves)).collect();
         let area = |triangle: &Outlined| {
-            let [a, b, c] = self.mesh.triangles[triangle.number]
-                .map(|corner| Vec3::from(self.mesh.positions.as_slice()[corner as usize]).as_dvec3());
+            let [a, b, c] = self.all.positions_of(triangle.number as u32).map(|corner| corner.as_dvec3());
             (b - a).cross(c - a).length()
         };
         let areas = || triangles.iter().map(area);
@@ -114,7 +114,7 @@ impl<'a> Pieces<'a> {
 
     /// Polygon of what is within all `halves` of a triangle; empty if nothing is.
     fn clipped(&self, triangle: &Outlined, island: u32, halves: &[HalfPlane]) -> Vec<Corner> {
-        let ends = self.mesh.triangles[triangle.number];
+        let ends = self.all.corners[triangle.number];
         let mut polygon: Vec<Corner> = (0..3)
             .map(|i| Corner {
                 texel: triangle.texels[i],
@@ -163,7 +163,7 @@ impl<'a> Pieces<'a> {
         let next = self.positions.len() as u32;
         let vertex = *self.vertices.entry(corner.place).or_insert(next);
         if vertex == next {
-            let ends = self.mesh.triangles[triangle].map(|end| end as usize);
+            let ends = self.all.corners[triangle].map(|end| end as usize);
             let weights = corner.weights.to_array();
             let mixed3 = |of: &dyn Fn(usize) -> DVec3| -> DVec3 {
                 ends.iter().zip(weights).map(|(end, weight)| of(*end) * weight).sum()
@@ -201,8 +201,8 @@ impl<'a> Pieces<'a> {
 
     /// The trimmed mesh. `None` if nothing was trimmed, or nothing is left.
     pub fn finish(self, cut: &CutTriangles) -> Option<Mesh> {
-        let Self { mesh, of, .. } = self;
-        let count = mesh.triangles.len();
+        let Self { mesh, all, of, .. } = self;
+        let count = all.corners.len();
         // number of the first part of each triangle, and that after the last
         let mut firsts = Vec::with_capacity(count + 1);
         firsts.push(0_u32);
@@ -211,7 +211,7 @@ impl<'a> Pieces<'a> {
         for number in 0..count {
             match of.get(&number) {
                 None => {
-                    triangles.push(mesh.triangles[number]);
+                    triangles.push(all.corners[number]);
                     tangents.extend(mesh.details.tangents.get(number));
                 }
                 Some(parts) => {
@@ -242,16 +242,15 @@ impl<'a> Pieces<'a> {
             }
         }
         Some(Mesh {
-            positions: Arc::new(VertexBuffer::new(of_vertices(&kept, &self.positions))),
-            triangles: Arc::new(triangles),
-            normals: of_vertices(&kept, &self.normals),
-            uvs: of_vertices(&kept, &self.uvs),
+            geometry: Geometry::Triangles(Triangles {
+                normals: of_vertices(&kept, &self.normals),
+                uvs: of_vertices(&kept, &self.uvs),
+                ..Triangles::new(of_vertices(&kept, &self.positions), triangles)
+            }),
             shadow_casting: firsts[mesh.shadow_casting] as usize,
             material_of: of_parts(0..count, &mesh.material_of),
             groups: Arc::new(groups),
             cut: (!cut.mask_of.is_empty()).then(|| Arc::new(cut)),
-            quadric: None,
-            shapes: None,
             details: Arc::new(Details {
                 colors: of_vertices(&kept, &self.colors),
                 second_uvs: of_vertices(&kept, &self.second_uvs),

@@ -1,5 +1,5 @@
-//! Quadrics: each ray is traced by itself, through a tree over their pieces. Still ones are in world space;
-//! for moving ones the ray is taken into the space of each.
+//! Curved geometry: each ray is traced by itself, through a tree over all primitives. Those of models that are
+//! still are in world space; for moving ones the ray is taken into the space of each.
 
 use std::sync::Arc;
 
@@ -9,17 +9,17 @@ use super::beam::{Open, Probe, Ray as Line, Visitor, walk};
 use super::rays::{Rays, first_of, open_lanes};
 use super::search::{Exempt, put};
 use crate::exposure::Tick;
-use crate::geometry::Quadric;
-use crate::geometry::quadric::Ray;
+use crate::geometry::Curved;
+use crate::geometry::curved::Ray;
 use crate::geometry::tree::{Box3, Tree};
 use crate::pose::Pose;
 use crate::scene::{RayKind, Scene};
 use crate::trace::{HitPacket, LANES};
 
-/// A piece of a quadric in a scene.
+/// A primitive of a curved geometry in a scene.
 #[derive(Debug, Clone)]
-struct Piece {
-    quadric: Arc<Quadric>,
+struct Primitive {
+    of: Arc<dyn Curved>,
     model: u32,
     number: u32,
     casts_shadow: bool,
@@ -27,18 +27,18 @@ struct Piece {
     bounds: Box3,
 }
 
-/// All quadrics of a scene, or those that cast shadows: still ones, and the others.
-pub struct Quadrics {
+/// All curved primitives of a scene, or those that cast shadows: still ones, and the others.
+pub struct CurvedPrimitives {
     still: Standing,
-    movable: Vec<Piece>,
+    movable: Vec<Primitive>,
 }
 
-/// Quadrics in one frame, or for the whole shot.
+/// Curved primitives in one frame, or for the whole shot.
 pub struct Standing {
-    pieces: Vec<Piece>,
-    /// Places by piece, for those that move.
+    primitives: Vec<Primitive>,
+    /// Places by primitive, for those that move.
     places: Vec<Place>,
-    /// Tree over the pieces, world space; its leaves are their numbers.
+    /// Tree over the primitives, world space; its leaves are their numbers.
     tree: Tree,
 }
 
@@ -49,54 +49,51 @@ struct Place {
     moved: bool,
 }
 
-impl Quadrics {
-    /// Collects the quadrics of `scene` that rays of this kind see; `casters`: only those that cast shadows.
+impl CurvedPrimitives {
+    /// Collects the primitives of `scene` that rays of this kind see; `casters`: only those that cast shadows.
     pub fn new(scene: &Scene, kind: RayKind, casters: bool) -> Self {
         let (mut still, mut movable) = (Vec::new(), Vec::new());
         for (model, number) in
             scene.models.iter().zip(0..).filter(|(model, _)| model.ray_visibility.is_seen_by(kind))
         {
-            let casts_shadow = model.mesh.shadow_casting > 0;
-            let Some(quadric) = model.mesh.quadric.as_ref().filter(|_| casts_shadow || !casters) else {
-                continue;
-            };
+            let Some(curved) = model.mesh.as_curved() else { continue };
+            let casting = model.mesh.shadow_casting as u32;
+            let count = if casters { casting } else { curved.count() };
             let list = if model.track.is_constant() { &mut still } else { &mut movable };
-            list.extend((0..quadric.count()).map(|piece| {
-                let bounds = quadric.bounds(piece);
+            list.extend((0..count).map(|primitive| {
+                let bounds = curved.bounds(primitive);
                 let bounds = Box3 { low: bounds.low.to_array(), high: bounds.high.to_array() };
-                let quadric = Arc::clone(quadric);
-                Piece { quadric, model: number, number: piece, casts_shadow, bounds }
+                let (of, casts_shadow) = (Arc::clone(curved), primitive < casting);
+                Primitive { of, model: number, number: primitive, casts_shadow, bounds }
             }));
         }
-        let boxes: Vec<Box3> = still.iter().map(|piece| piece.bounds).collect();
+        let boxes: Vec<Box3> = still.iter().map(|primitive| primitive.bounds).collect();
         let tree = Tree::new(&boxes, 1, |ids| ids[0]);
-        Self { still: Standing { pieces: still, places: Vec::new(), tree }, movable }
+        Self { still: Standing { primitives: still, places: Vec::new(), tree }, movable }
     }
 
-    /// Quadrics that never move.
+    /// Those that never move.
     pub fn still(&self) -> &Standing {
         &self.still
     }
 
-    /// Quadrics that move, as they are in one frame.
+    /// Those that move, as they are in one frame.
     pub fn open(&self, (pose, tick): (&Pose, Tick), moved: &[bool]) -> Standing {
-        let transform = |piece: &Piece| pose.transform(piece.model as usize, tick);
-        let place = |piece: &Piece| Place {
-            to_object: transform(piece).to_object,
-            moved: moved[piece.model as usize],
-        };
-        let is_there = |piece: &&Piece| pose.models[piece.model as usize].is_visible;
-        let pieces: Vec<Piece> = self.movable.iter().filter(is_there).cloned().collect();
-        let boxes: Vec<Box3> = pieces.iter().map(|piece| piece.bounds.placed(transform(piece))).collect();
+        let transform = |one: &Primitive| pose.transform(one.model as usize, tick);
+        let place =
+            |one: &Primitive| Place { to_object: transform(one).to_object, moved: moved[one.model as usize] };
+        let is_there = |one: &&Primitive| pose.models[one.model as usize].is_visible;
+        let primitives: Vec<Primitive> = self.movable.iter().filter(is_there).cloned().collect();
+        let boxes: Vec<Box3> = primitives.iter().map(|one| one.bounds.placed(transform(one))).collect();
         let tree = Tree::new(&boxes, 1, |ids| ids[0]);
-        Standing { places: pieces.iter().map(place).collect(), pieces, tree }
+        Standing { places: primitives.iter().map(place).collect(), primitives, tree }
     }
 }
 
 impl Standing {
     /// Returns true if there are none.
     pub fn is_empty(&self) -> bool {
-        self.pieces.is_empty()
+        self.primitives.is_empty()
     }
 
     /// Shortens the rays `used` to their first hits.
@@ -133,15 +130,15 @@ impl Standing {
         }
     }
 
-    /// Ray number `lane`, in the space of a piece.
+    /// Ray number `lane`, in the space of a primitive.
     #[inline(always)]
-    fn ray(&self, piece: usize, rays: &Rays, lane: usize, far: f32, ends_here: bool) -> Ray {
+    fn ray(&self, primitive: usize, rays: &Rays, lane: usize, far: f32, ends_here: bool) -> Ray {
         let of = |rays: &Rays| {
             let [origin, direction] = [&rays.origin, &rays.direction];
             let three = |rows: &[[f32; LANES]; 3]| Vec3::new(rows[0][lane], rows[1][lane], rows[2][lane]);
             Ray { origin: three(origin), direction: three(direction), near: rays.near[lane], far, ends_here }
         };
-        match self.places.get(piece) {
+        match self.places.get(primitive) {
             Some(place) => of(&rays.transformed(&place.to_object, 1 << lane)),
             None => of(rays),
         }
@@ -158,10 +155,15 @@ struct Closest<'a> {
 impl Visitor<Line> for Closest<'_> {
     #[inline(always)]
     fn visit(&mut self, probe: &mut Line, leaf: u32, _: &mut Vec<Open>) {
-        let (piece, lane) = (&self.standing.pieces[leaf as usize], self.lane);
+        let (primitive, lane) = (&self.standing.primitives[leaf as usize], self.lane);
         let ray = self.standing.ray(leaf as usize, self.rays, lane, self.best.t[lane], false);
-        if let Some(met) = piece.quadric.meet(piece.number, &ray) {
-            put(self.best, lane, [met.t, met.weights[0], met.weights[1]], (piece.model, piece.number));
+        if let Some(met) = primitive.of.meet(primitive.number, &ray) {
+            put(
+                self.best,
+                lane,
+                [met.t, met.weights[0], met.weights[1]],
+                (primitive.model, primitive.number),
+            );
             probe.end_at(self.best.t[lane]);
         }
     }
@@ -179,14 +181,14 @@ struct Blocking<'a> {
 impl Visitor<Line> for Blocking<'_> {
     #[inline(always)]
     fn visit(&mut self, probe: &mut Line, leaf: u32, _: &mut Vec<Open>) {
-        let (piece, leaf) = (&self.standing.pieces[leaf as usize], leaf as usize);
+        let (primitive, leaf) = (&self.standing.primitives[leaf as usize], leaf as usize);
         let rests = self.standing.places.get(leaf).is_some_and(|place| !place.moved);
-        if self.exempt.clear && !piece.casts_shadow || self.moved_alone && rests {
+        if self.exempt.clear && !primitive.casts_shadow || self.moved_alone && rests {
             return;
         }
-        let is_own = self.exempt.is_own(self.lane, (piece.model, piece.number));
+        let is_own = self.exempt.is_own(self.lane, (primitive.model, primitive.number));
         let ray = self.standing.ray(leaf, self.rays, self.lane, *self.far, is_own);
-        if *self.far != f32::NEG_INFINITY && piece.quadric.meet(piece.number, &ray).is_some() {
+        if *self.far != f32::NEG_INFINITY && primitive.of.meet(primitive.number, &ray).is_some() {
             *self.far = f32::NEG_INFINITY;
             probe.end_at(f32::NEG_INFINITY);
         }
