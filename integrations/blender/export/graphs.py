@@ -180,11 +180,11 @@ def of_node(evaluator, node, socket):
     if node.type in EYE:
         return of_eye(evaluator, node, socket)
     if node.type == "VERTEX_COLOR" and socket.name == "Color":
-        return Node(ATTRIBUTE, "color3", {"attribute": node.layer_name})
+        return of_attribute(evaluator, node.layer_name)
     if node.type == "ATTRIBUTE" and node.attribute_type == "GEOMETRY" and node.attribute_name and socket.name in {"Color", "Vector"}:
-        return Node(ATTRIBUTE, "color3", {"attribute": node.attribute_name})
+        return of_attribute(evaluator, node.attribute_name)
     if node.type == "NEW_GEOMETRY" and socket.name == "Random Per Island":
-        return Node("blender_separate_color", "multioutput", {"color": Node(ATTRIBUTE, "color3", {"attribute": islands.NAME})}, "red")
+        return Node("blender_separate_color", "multioutput", {"color": of_attribute(evaluator, islands.NAME)}, "red")
     if node.type == "NEW_GEOMETRY" and socket.name == "Pointiness":
         return of_pointiness()
     if node.type in {"UVMAP", "TEX_COORD"} and (node.type == "UVMAP" or socket.name == "UV"):
@@ -197,6 +197,13 @@ def of_node(evaluator, node, socket):
         return of_normal(evaluator, node, socket)
     made = of_arithmetic(evaluator, node, socket)
     return made if made is not None and any(isinstance(value, Node) for value in made.inputs.values()) else None
+
+
+def of_attribute(evaluator, name):
+    """A colour attribute."""
+    node = Node(ATTRIBUTE, "color3", {"attribute": name})
+    node.is_of_place |= evaluator.attributes_vary
+    return node
 
 
 def of_pointiness():
@@ -387,6 +394,14 @@ def operand(value):
     return tuple(float(number) for number in value[0, 0]) if value.shape[:2] == (1, 1) else value
 
 
+def of_value(value):
+    """The graph of what varies: of a picture one that shows it."""
+    if graph_of(value) is not None:
+        return graph_of(value)
+    channels = value.shape[2]
+    return Node("multiply", "color3" if channels == 3 else "float", {"in1": np.asarray(value), "in2": (1.0,) * channels})
+
+
 def lerp(share, first, second):
     """Two values mixed: `share` of the second, from 0 to 1."""
     by, one, other = (np.asarray(value) for value in (share, first, second))
@@ -440,6 +455,8 @@ INPUTS = {
     "base_color": "color3",
     "specular_roughness": "float",
     "base_metalness": "float",
+    "transmission_weight": "float",
+    "transmission_color": "color3",
     "emission_color": "color3",
     "geometry_opacity": "float",
     "geometry_normal": "vector3",

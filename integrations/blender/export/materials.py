@@ -7,6 +7,7 @@ import numpy as np
 
 from . import graphs, toml
 from .at_rest import trees_of, values_of
+from .glass import glass_of, varies
 from .images import safe
 from .meshes import digest_of
 from .nodes import Evaluator, alike, constant
@@ -56,8 +57,14 @@ class Materials:
             return Surface(), Evaluator(Pictures(self.images))
         images = [getattr(node, "image", None) for tree in trees_of(material) for node in tree.nodes]
         pictures = Pictures(self.images, images)
+
+        def read(attributes_vary):
+            return surface_to_all(lambda ray: Evaluator(pictures, ray=ray, has_graphs=True, attributes_vary=attributes_vary), material)
+
         try:
-            surface, evaluator = surface_to_all(lambda ray: Evaluator(pictures, ray=ray, has_graphs=True), material)
+            surface, evaluator = read(False)
+            if evaluator.asked and glass_depends_on_attributes(surface, evaluator, material):
+                surface, evaluator = read(True)
         except (AttributeError, IndexError, KeyError, TypeError, ValueError, RuntimeError) as error:
             # a node of an unknown version must not end the export
             surface, evaluator = Surface(), Evaluator(pictures)
@@ -98,20 +105,19 @@ class Materials:
 
     def _probe(self, material, surface, evaluator):
         """Finds out what depends on colour attributes: how a surface with others differs. The base colour alone may."""
-        graph = graphs.graph_of(surface.base)
-        if graph is not None:
-            names = sorted(graph.attributes)
+        found = [graphs.graph_of(part) for part in (surface.base, *((surface.transmission, surface.tint) if evaluator.attributes_vary else ()))]
+        found = [graph for graph in found if graph is not None]
+        if found:
+            names = sorted(set().union(*(graph.attributes for graph in found)))
             evaluator.vertex_color = names[0] if names else None
             if len(names) > 1:
                 evaluator.say(f"of its colour attributes `{names[0]}` counts beside what nodes compute")
             return
-        other = surface_of(Evaluator(evaluator.pictures, lambda name: constant(0.25, 0.5, 0.75), evaluator.ray), material)
+        other = otherwise_painted(evaluator, material)
         differs = [part for part in (*BLENDED, "emission", "alpha", "veil") if not np.array_equal(getattr(surface, part), getattr(other, part))]
         if "base" in differs:
             if surface.base.shape[:2] != (1, 1):
                 evaluator.say("its colour attribute is left out beside pictures")
-            elif float(surface.transmission.mean()) > 0.5:
-                evaluator.say("colour attributes of glass are left out")
             else:
                 evaluator.painted = True
                 surface.base = constant(1.0, 1.0, 1.0)
@@ -136,7 +142,7 @@ class Materials:
     def reflects_nothing(self, material):
         """Returns true if a material is black or clear."""
         surface, evaluator = self.surface(material)
-        is_black = all(float(part.max()) <= 0 for part in (surface.base, surface.specular)) and not (evaluator.painted or has_color_picture(surface))
+        is_black = all(is_zero(part) for part in (surface.base, surface.specular, surface.transmission)) and not evaluator.painted
         return is_black or is_zero(surface.alpha)
 
     def is_even_veil(self, material):
@@ -210,8 +216,9 @@ class Materials:
         if name in self.tables:
             return
         surface, evaluator = self.surface(material)
-        values = {"name": name, **self._values(name, surface, evaluator, density)}
-        written = self._graphs(name, surface, evaluator, scale, values)
+        glass = glass_of(surface, evaluator)
+        values = {"name": name, **self._values(name, surface, glass, evaluator, density)}
+        written = self._graphs(name, surface, glass, evaluator, scale, values)
         unused = {name for of, names in PARTS.items() if is_zero(getattr(surface, of)) for name in names}
         computed = [
             each.name
@@ -223,21 +230,20 @@ class Materials:
         self.tables[name] = toml.table("[[material]]", values)
         self._tell(material, evaluator)
 
-    def _values(self, name, surface, evaluator, density):
+    def _values(self, name, surface, glass, evaluator, density):
         """Keys of the [[material]]."""
         values = {}
-        through = self._through(surface, evaluator)
-        if through == 0 or surface.alpha.shape[:2] != (1, 1):
+        if glass is None or surface.alpha.shape[:2] != (1, 1):
             self._alpha(name, surface, evaluator, values)
         self._emission(name, surface, values)
-        if through > 0:
-            self._glass(name, surface, through, evaluator, values)
-            self._inside(surface, values)
+        if glass is not None:
+            self._glass(name, surface, glass, evaluator, values)
+            self._inside(glass, values)
             if surface.alpha.shape[:2] == (1, 1) and float(surface.alpha.max()) < 1:
                 evaluator.say("the alpha of glass is left out")
             self._normal(name, surface, evaluator, density, values)
             return values
-        self._base(name, surface, evaluator, values)
+        self._base(name, surface.base, evaluator, values)
         if float(surface.specular.max()) == 0 and float(surface.metallic.max()) == 0 and float(surface.coat.max()) == 0:
             values["illum"] = 1
             values["ks"] = [0.0, 0.0, 0.0]
@@ -257,26 +263,9 @@ class Materials:
         return values
 
     @staticmethod
-    def _through(surface, evaluator):
-        """Share of the light that goes through the surface; 0 where it is shown as opaque."""
-        transmission, metallic = alike(surface.transmission, surface.metallic)
-        share = float((np.clip(transmission, 0, 1) * (1 - np.clip(metallic, 0, 1))).mean())
-        if share < 1e-3:
-            return 0.0
-        of_metal = float((np.clip(transmission, 0, 1) * np.clip(metallic, 0, 1)).mean())
-        if of_metal > 0.01 and share > of_metal:
-            # a part of the surface that mirrors would be matt, and white
-            evaluator.say("it is part metal and part glass, and is shown as glass")
-            share += of_metal
-        if share <= 0.5 and has_color_picture(surface):
-            evaluator.say("its transmission is left out: the renderer does not have it beside a picture of its colour")
-            return 0.0
-        return share
-
-    @staticmethod
-    def _inside(surface, values):
+    def _inside(glass, values):
         """What glass absorbs: the colour of light that has come as far as the length at which the most of it is left by a half or so."""
-        absorption = surface.absorption.mean(axis=(0, 1))
+        absorption = glass.absorption
         if float(absorption.max()) > 0:
             depth = 1 / float(absorption.max())
             values.update(depth=depth, depth_color=np.exp(-absorption * depth).tolist())
@@ -306,14 +295,21 @@ class Materials:
         if any(part.shape[:2] != (1, 1) for part in varying):
             evaluator.say("pictures of its sheen, its translucency and its diffuse roughness count by their means")
 
-    def _glass(self, name, surface, share, evaluator, values):
-        """Glass. What it does not let through it scatters, in its base colour."""
-        if has_color_picture(surface):
-            evaluator.say("its colour counts by its mean: glass is of one colour")
-        tint = np.clip(surface.tint.mean(axis=(0, 1)), 0, 1) * share
-        rest = max(1 - float(tint.max()), 1e-6)
-        scattered = np.clip(surface.base.mean(axis=(0, 1)) * (1 - share) / rest, 0, 1)
-        values.update(illum=7, kd=scattered.tolist(), ks=np.clip(surface.shine.mean(axis=(0, 1)), 0, 1).tolist(), tf=tint.tolist(), ni=min(max(0.0, float(surface.ior.mean())), MOST_BENDING))
+    def _glass(self, name, surface, glass, evaluator, values):
+        """Glass, and what is matt beside it. Where graphs say how much of it there is, see _graphs."""
+        values.update(ks=np.clip(surface.shine.mean(axis=(0, 1)), 0, 1).tolist(), ni=min(max(0.0, float(surface.ior.mean())), MOST_BENDING))
+        scattered = 1.0
+        if not glass.is_of_graphs:
+            share = 1.0 if varies(glass.share) else float(glass.share.mean())
+            through = np.full(3, share) if varies(glass.tint) else np.clip(glass.tint.mean(axis=(0, 1)), 0, 1) * share
+            # of what `tf` keeps back `kd` is scattered
+            scattered = 1.0 if varies(glass.share) else min((1 - share) / max(1 - float(through.max()), 1e-6), 1.0)
+            values.update(illum=7, tf=through.tolist())
+            if varies(glass.tint):
+                values["map_tf"] = self._color(name, "transmission colour", glass.tint, evaluator)
+            if varies(glass.share):
+                values["map_transmission"] = self.images.write_numbers(f"{name} transmission", glass.share)
+        self._base(name, glass.base, evaluator, values, scattered)
         self._number(name, "roughness", surface.roughness, "pr", evaluator, values)
 
     @staticmethod
@@ -331,20 +327,23 @@ class Materials:
         if any(part.shape[:2] != (1, 1) for part in (surface.coat, surface.coat_roughness, surface.coat_ior, surface.coat_tint)):
             evaluator.say("pictures of its coat count by their means")
 
-    def _base(self, name, surface, evaluator, values):
-        base = surface.base
+    def _base(self, name, base, evaluator, values, factor=1.0):
+        """The base colour, and a factor of it."""
         if graphs.graph_of(base) is not None:
             return
         if base.shape[:2] == (1, 1):
-            values["kd"] = np.clip(base[0, 0], 0, 1).tolist()
+            values["kd"] = np.clip(base[0, 0] * factor, 0, 1).tolist()
             return
-        picture = evaluator.picture_of(base)
+        values["map_kd"] = self._color(name, "base", base, evaluator)
+        values["kd"] = [factor] * 3
+
+    def _color(self, name, what, value, evaluator):
+        """The file of a picture of colours: its own one, where nodes leave it as it is."""
+        picture = evaluator.picture_of(value)
         clear = picture and (self.images.pixels(picture)[:, :, 3] >= 0.5).all()
         if clear and self.images.is_plain(picture, "sRGB"):
-            values["map_kd"] = self.images.copy(picture)
-        else:
-            values["map_kd"] = self.images.write_color(f"{name} base", base)
-        values["kd"] = [1.0, 1.0, 1.0]
+            return self.images.copy(picture)
+        return self.images.write_color(f"{name} {what}", value)
 
     def _alpha(self, name, surface, evaluator, values):
         alpha = surface.alpha
@@ -386,15 +385,22 @@ class Materials:
             values["map_ke"] = self.images.write_color(f"{name} emission", light / top)
             values["ke"] = [top] * 3
 
-    def _graphs(self, name, surface, evaluator, scale, values):
+    def _graphs(self, name, surface, glass, evaluator, scale, values):
         """Writes what nodes compute of a material, beside the keys that it has already. Returns the names of the parameters."""
         inputs, written = {}, set()
-        if values.get("illum") == 7 and graphs.graph_of(surface.roughness) is not None:
-            inputs["specular_roughness"] = graphs.graph_of(surface.roughness)
-            written.add("roughness")
         constants = {"specular_weight": 0.0} if values.get("illum") == 1 else {}
-        is_glass = values.get("illum") == 7
-        if graphs.graph_of(surface.alpha) is not None and not is_glass:
+        if glass is not None and glass.is_of_graphs:
+            parameters = {"transmission_weight": glass.share, "transmission_color": glass.tint}
+            if "depth_color" in values:
+                # a parameter of the table has its place
+                del parameters["transmission_color"]
+            for parameter, value in parameters.items():
+                if varies(value):
+                    inputs[parameter] = graphs.of_value(value)
+                else:
+                    value = np.clip(value[0, 0], 0, 1)
+                    constants[parameter] = value if len(value) == 3 else float(value[0])
+        if graphs.graph_of(surface.alpha) is not None and glass is None:
             inputs["geometry_opacity"] = graphs.graph_of(surface.alpha)
             written.add("alpha")
         if graphs.graph_of(surface.emission) is not None:
@@ -404,10 +410,15 @@ class Materials:
                 light = light / np.maximum(surface.alpha, LEAST_ALPHA)
             inputs["emission_color"], constants["emission_luminance"] = graphs.graph_of(light), 1.0
             written.add("emission")
-        for part, key, parameter in (("base", "kd", "base_color"), ("roughness", "pr", "specular_roughness"), ("metallic", "pm", "base_metalness")):
-            graph = graphs.graph_of(getattr(surface, part))
-            if graph is not None and key not in values and (part == "base" or "illum" not in values):
-                inputs[parameter] = graph
+        base = surface.base if glass is None else glass.base
+        parts = [("base", base, "kd", "base_color")]
+        if values.get("illum") != 1:
+            parts.append(("roughness", surface.roughness, "pr", "specular_roughness"))
+        if glass is None and values.get("illum") != 1:
+            parts.append(("metallic", surface.metallic, "pm", "base_metalness"))
+        for part, value, key, parameter in parts:
+            if graphs.graph_of(value) is not None and key not in values:
+                inputs[parameter] = graphs.graph_of(value)
                 written.add(part)
         if surface.heights:
             inputs["geometry_normal"] = graphs.bump(surface.heights, scale)
@@ -416,8 +427,10 @@ class Materials:
             matrix = evaluator.uv[1] if evaluator.uv else np.eye(3)
             self.document.add(name, inputs, constants, matrix)
             values["mtlx"] = GRAPHS
-        # a matt surface has no layer, and the colour of glass was told
-        return written | ({"roughness", "metallic"} if values.get("illum") == 1 else set()) | {"base", "tint"}
+        if glass is not None:
+            return written | NOT_OF_GLASS
+        # a matt surface has no layer, and what is left out of glass was told
+        return written | ({"roughness", "metallic"} if values.get("illum") == 1 else set()) | {"base", "tint", "transmission", "shine"}
 
     def _number(self, name, what, value, key, evaluator, values):
         if graphs.graph_of(value) is not None and values.get("illum") != 1:
@@ -443,7 +456,10 @@ class Materials:
                 values["norm"] = self.images.write_numbers(f"{name} normal", surface.normal)
 
 
-COMPUTED = {"base", "roughness", "metallic", "alpha", "emission", "heights"}
+NOT_OF_GLASS = {each.name for each in fields(Surface)} - {"ior", "alpha", "emission", "roughness", "absorption", "heights"}
+"""Parts of a surface that glass does not have, or of which glass.py tells."""
+
+COMPUTED = {"base", "roughness", "metallic", "alpha", "emission", "heights", "transmission", "tint"}
 """Parts of a surface that graphs may give. Of others a constant counts in place of a graph."""
 
 
@@ -487,9 +503,16 @@ def undimmed(light, alpha):
     return full[:1, :1] if is_even else full
 
 
-def has_color_picture(surface):
-    """Returns true if the colour of a surface is not the same all over: pictures or graphs give it."""
-    return surface.base.shape[:2] != (1, 1) or graphs.graph_of(surface.base) is not None
+def otherwise_painted(evaluator, material):
+    """The surface of a material whose colour attributes are others."""
+    return surface_of(Evaluator(evaluator.pictures, lambda name: constant(0.25, 0.5, 0.75), evaluator.ray), material)
+
+
+def glass_depends_on_attributes(surface, evaluator, material):
+    """Returns true if colour attributes say where a material is glass, or which colour has most of what goes through it."""
+    other = otherwise_painted(evaluator, material)
+    is_glass = float(max(part.transmission.mean() for part in (surface, other))) > 0.5
+    return not np.array_equal(surface.transmission, other.transmission) or is_glass and not np.array_equal(surface.tint, other.tint)
 
 
 def reflectance(ior):

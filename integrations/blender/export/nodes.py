@@ -50,13 +50,13 @@ class Evaluator:
 
     `attribute` gives the values of colour attributes by their names, as values of height n and width 1 for n corners; without it they are
     white. `asked` has the names that were asked for. `ray`: the kind of rays for which nodes are evaluated (any other name: for none of
-    them); None for all at once. `has_graphs`: values may have graphs. `cosine`: that of the angle at which the surface is seen; None if it
-    is not known.
+    them); None for all at once. `has_graphs`: values may have graphs, and `attributes_vary`: also those that depend on colour attributes alone.
+    `cosine`: that of the angle at which the surface is seen; None if it is not known.
     """
 
-    def __init__(self, pictures, attribute=None, ray=None, has_graphs=False, cosine=None):
+    def __init__(self, pictures, attribute=None, ray=None, has_graphs=False, attributes_vary=False, cosine=None):
         self.pictures, self.said = pictures, []
-        self.has_graphs, self.cosine, self.known = has_graphs, cosine, {}
+        self.has_graphs, self.attributes_vary, self.cosine, self.known = has_graphs, attributes_vary, cosine, {}
         self.attribute, self.asked = attribute or (lambda name: constant(1.0, 1.0, 1.0)), set()
         self.ray, self.tells_rays_apart = ray, False
         """What Light Path nodes are asked for, and whether one was."""

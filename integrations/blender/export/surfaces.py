@@ -33,6 +33,7 @@ class Surface:
     fuzz_roughness: np.ndarray = field(default_factory=lambda: constant(0.5))
     alpha: np.ndarray = field(default_factory=lambda: constant(1.0))
     transmission: np.ndarray = field(default_factory=lambda: constant(0.0))
+    """Share of the surface that is glass: of that of Principled BSDF what is no metal."""
     tint: np.ndarray = field(default_factory=lambda: constant(1.0, 1.0, 1.0))
     """Colour of the light that transmission lets through one side of the surface."""
     coat: np.ndarray = field(default_factory=lambda: constant(0.0))
@@ -275,6 +276,9 @@ def principled(evaluator, node):
         subsurface=evaluator.input(node, "Subsurface Weight"),
         radius=color(evaluator.input(node, "Subsurface Radius")) * evaluator.input(node, "Subsurface Scale"),
     )
+    if not is_zero(surface.transmission) and not is_zero(surface.metallic):
+        share, metallic = alike(surface.transmission, np.clip(surface.metallic, 0, 1))
+        surface.transmission = share * (1 - metallic)
     scatter(evaluator, node, node.subsurface_method, "Subsurface IOR", surface)
     # light that goes in and out again has the base colour, as in Cycles
     surface.tint = np.sqrt(np.clip(surface.base, 0, 1))
@@ -489,16 +493,35 @@ def share_of_shine(first, second, otherwise):
     return share_of_second(*alike(weight * strengths[0], other_weight * strengths[1]), otherwise)
 
 
+def has_part(part, weight):
+    """Returns true if there is anything of a part of a surface with this weight."""
+    return not (is_zero(part) or is_zero(weight) or is_zero(np.multiply(*alike(part, weight))))
+
+
+def share_of_part(first, second, otherwise):
+    """The share that the second one of two surfaces has of a part of both. Of each: how much of it is that part, and its weight."""
+    if not has_part(*second):
+        return constant(0.0) if has_part(*first) else otherwise
+    if not has_part(*first):
+        return constant(1.0)
+    return share_of_second(*(np.multiply(*alike(*of)) for of in (first, second)), otherwise)
+
+
+OF_GLASS = ("tint", "ior")
+"""Parameters that are those of the glass of a surface, where a part of it is glass."""
+
+
 def blend(first, second, share):
     """Mixes two surfaces: `share` of the second."""
     alpha_a, alpha_b, share = alike(first.alpha, second.alpha, number(share))
     share = np.clip(share, 0, 1)
     weight_a, weight_b = alpha_a * (1 - share), alpha_b * share
+    has_glass = has_part(first.transmission, weight_a) or has_part(second.transmission, weight_b)
     if is_whole(first) and is_whole(second):
         alpha, of_second = first.alpha, share
-    elif graphs.graph_of(share) is not None and is_zero(first.alpha):
+    elif (has_glass or graphs.graph_of(share) is not None) and is_zero(first.alpha):
         alpha, of_second, weight_a = weight_b, constant(1.0), first.alpha
-    elif graphs.graph_of(share) is not None and is_zero(second.alpha):
+    elif (has_glass or graphs.graph_of(share) is not None) and is_zero(second.alpha):
         alpha, of_second, weight_b = weight_a, constant(0.0), second.alpha
     else:
         alpha, of_second = weight_a + weight_b, share_of_second(weight_a, weight_b, share)
@@ -517,14 +540,22 @@ def blend(first, second, share):
             return graphs.lerp(by, one, other)
         return one * (1 - by) + other * by
 
-    values = {name: mixed(name, of_second) for name in BLENDED if name not in {"roughness", "translucency", *WEIGHED}}
+    by_part = {"roughness", "shine", "translucency", "base", *OF_GLASS, *WEIGHED}
+    values = {name: mixed(name, of_second) for name in BLENDED if name not in by_part}
+    of_glass = of_base = of_second
+    if has_glass:
+        # glass has no base, and nothing else a tint
+        of_glass = share_of_part((first.transmission, weight_a), (second.transmission, weight_b), of_second)
+        of_base = share_of_part((1 - first.transmission, weight_a), (1 - second.transmission, weight_b), of_second)
+    values.update({name: mixed(name, of_glass) for name in OF_GLASS}, base=mixed("base", of_base))
     for name, weight in WEIGHED.items():
         weights = alike(getattr(first, weight), getattr(second, weight), weight_a, weight_b)
         by = constant(share_of_number(weights[0].mean() * weights[2].mean(), weights[1].mean() * weights[3].mean(), float(of_second.mean())))
         values[name] = mixed(name, by)
     scattered = [float((number(part.base).mean() * weight).mean()) for part, weight in ((first, weight_a), (second, weight_b))]
     values["translucency"] = mixed("translucency", constant(share_of_number(*scattered, float(of_second.mean()))))
-    values["roughness"] = mixed("roughness", share_of_shine((first, weight_a), (second, weight_b), of_second))
+    of_shine = share_of_shine((first, weight_a), (second, weight_b), of_second)
+    values.update(roughness=mixed("roughness", of_shine), shine=mixed("shine", of_shine))
     # what is clear has no part in it
     parts = [surface for surface, weight in ((first, weight_a), (second, weight_b)) if not is_zero(weight)]
     larger = second if float(of_second.mean()) > 0.5 else first
@@ -588,7 +619,8 @@ def mix(evaluator, node):
     if share.shape[:2] == (1, 1):
         of_second = eye.by_angle(evaluator, node, 0)
         if of_second is not None:
-            both = layered(evaluator, first, second, of_second) or layered(evaluator, second, first, 1 - of_second)
+            both = mirroring(first, second, of_second) or mirroring(second, first, 1 - of_second)
+            both = both or layered(evaluator, first, second, of_second) or layered(evaluator, second, first, 1 - of_second)
         elif graphs.graph_of(share) is None:
             of_second = float(np.clip(share, 0, 1).mean())
             both = glazed(evaluator, first, second, 1 - of_second, of_second) or glazed(evaluator, second, first, of_second, 1 - of_second)
@@ -609,6 +641,15 @@ def layered(evaluator, below, mirror, of_mirror):
     index = layers.index_of_share(share, mirror.roughness.mean())
     coat = {"coat": constant(shine), "coat_roughness": mirror.roughness, "coat_ior": constant(index), "coat_tint": constant(1.0, 1.0, 1.0)}
     return replace(below, **coat, **normal)
+
+
+def mirroring(below, mirror, of_mirror):
+    """Glass below a mirror, which is there to such shares at the angles of layers.COSINES: glass, which reflects by its index of refraction, in
+    the mirror's colour. None of anything else, and of what is a mirror for the most part."""
+    is_glass = float(below.transmission.min()) > 0.99 and graphs.graph_of(below.transmission) is None
+    if not (is_glass and is_whole(below) and is_mirror(mirror) and float(of_mirror.mean()) <= 0.5):
+        return None
+    return replace(below, shine=np.clip(mirror.base, 0, 1))
 
 
 def layer_of(share, mirror):

@@ -321,6 +321,34 @@ class GraphsBesideCycles(beside_cycles.BesideCycles):
                 np.testing.assert_allclose(ours[:, :, :3].mean(), cycles[:, :, :3].mean(), rtol=0.02)
                 self.assertFalse([said for said in self.exported.warnings if "constant" in said], build.__name__)
 
+    def test_glass_of_a_pattern_and_by_one(self):
+        # one sheet: light is tinted once. What is matt is as dark from both sides
+        def stained(tree):
+            return tree.add("BsdfGlass", {"Color": ramp(tree, noise(tree)[0]), "Roughness": 0.0, "IOR": 1.1}).outputs[0]
+
+        def rooted(tree):
+            inputs = {"Base Color": ramp(tree, noise(tree)[0]), "Transmission Weight": 1.0, "Roughness": 0.0, "IOR": 1.1}
+            return tree.add("BsdfPrincipled", inputs).outputs[0]
+
+        def weighted(tree):
+            wide = tree.add("MapRange", {0: noise(tree)[0], 1: 0.4, 2: 0.6}).outputs[0]
+            inputs = {"Base Color": (0.6, 0.2, 0.1, 1), "Transmission Weight": wide, "Roughness": 0.0, "IOR": 1.1}
+            return tree.add("BsdfPrincipled", inputs).outputs[0]
+
+        def mixed(tree):
+            wide = tree.add("MapRange", {0: noise(tree)[0], 1: 0.4, 2: 0.6}).outputs[0]
+            matt = tree.add("BsdfDiffuse", {"Color": (0.4, 0.1, 0.05, 1)}).outputs[0]
+            glass = tree.add("BsdfGlass", {"Color": (0.7, 0.8, 0.9, 1), "Roughness": 0.0, "IOR": 1.1}).outputs[0]
+            return tree.add("MixShader", {0: wide, 1: matt, 2: glass}).outputs[0]
+
+        self.scene.afterimage.paths = 32
+        for build in (stained, rooted, weighted, mixed):
+            with self.subTest(build.__name__):
+                self.shown_by(build.__name__, build)
+                mean, _, _ = self.difference(256)
+                self.assertLess(mean, 0.015)
+                self.assertFalse([said for said in self.exported.warnings if "constant" in said], build.__name__)
+
     def test_copies_differ_by_their_numbers(self):
         material, node = principled("Sprinkles", Roughness=1.0, Specular_IOR_Level=0.0)
         tree = Tree(material)
