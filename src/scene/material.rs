@@ -312,6 +312,24 @@ pub struct Scattering {
     pub radius: Vec3,
     /// Share that leaves on the other side of the surface, as through a leaf; both shares together are 1 at most.
     pub through: f32,
+    /// Directions in which light goes in.
+    pub entry: Entry,
+}
+
+/// Directions in which light goes below a surface, over all from which it is seen.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Entry {
+    /// Share of it that goes in by the cosine law, from 0 to 1. The rest is bent by the microfacets of an interface.
+    pub matt: f32,
+    /// Index of refraction of that interface, 1 or more.
+    pub index: f32,
+    /// Width of its microfacets (alpha of GGX).
+    pub alpha: f32,
+}
+
+impl Entry {
+    /// That of what is matt.
+    pub const MATT: Self = Self { matt: 1.0, index: 1.0, alpha: 1.0 };
 }
 
 impl Scattering {

@@ -245,6 +245,13 @@ pub struct Beyond {
     pub metal_edge: Option<f32>,
     /// Share of the diffuse light that leaves on the other side, where `geometry_thin_walled` does not say.
     pub translucency: Option<f32>,
+    /// Index of refraction and roughness of the interface by which light goes below the surface, where they are not those of the specular
+    /// layer, and the share that goes in by the cosine law.
+    pub entry_index: Option<f32>,
+    /// See there.
+    pub entry_roughness: Option<f32>,
+    /// See there.
+    pub entry_matt: Option<f32>,
     /// Turn of the tangent along which rough layers spread light, degrees, counter-clockwise (`geometry_tangent`).
     pub tangent_turn: f32,
     /// Axis of object space around which that tangent leads; without one it is that of the first texture coordinate.
@@ -262,6 +269,9 @@ impl Default for Beyond {
             is_glass_pictured: false,
             metal_edge: None,
             translucency: None,
+            entry_index: None,
+            entry_roughness: None,
+            entry_matt: None,
             tangent_turn: 0.0,
             tangent_around: None,
         }

@@ -1,6 +1,6 @@
 //! Is light right that passes through surfaces: glass that absorbs it, panes, and what is translucent?
 
-use afterimage::scene::material::{Optics, Scattering};
+use afterimage::scene::material::{Entry, Optics, Scattering};
 use afterimage::scene::{Background, Environment, Material, Mesh, Scene};
 use afterimage::settings::Settings;
 use glam::{DVec3, Vec3};
@@ -28,7 +28,7 @@ fn pane(index: f32) -> Material {
 }
 
 fn leaf(through: f32) -> Material {
-    let scattering = Some(Scattering { below: Vec3::ZERO, radius: Vec3::ZERO, through });
+    let scattering = Some(Scattering { below: Vec3::ZERO, radius: Vec3::ZERO, through, entry: Entry::MATT });
     Material { scattering, ..toy::matt(0.6) }
 }
 

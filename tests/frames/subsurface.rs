@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use afterimage::animation::TransformTrack;
-use afterimage::scene::material::Scattering;
+use afterimage::scene::material::{Entry, Scattering};
 use afterimage::scene::{Background, Environment, Material, Mesh, Scene};
 use afterimage::settings::Settings;
 use glam::{DVec3, Vec3};
@@ -18,6 +18,7 @@ fn skin(albedo: f32, radius: f32, weight: f32) -> Material {
         below: Vec3::splat(weight),
         through: 0.0,
         radius: Vec3::new(1.0, 0.5, 0.25) * radius,
+        entry: Entry::MATT,
     });
     Material { scattering, ..toy::matt(albedo) }
 }

@@ -257,6 +257,8 @@ class Materials:
         if below > 1e-3:
             values["subsurface"] = below
             values["subsurface_radius"] = np.maximum(surface.radius.mean(axis=(0, 1)), 0).tolist()
+            if surface.entry is not None:
+                values.update(zip(("subsurface_ni", "subsurface_pr", "subsurface_matt"), surface.entry, strict=True))
             if surface.subsurface.shape[:2] != (1, 1) or surface.radius.shape[:2] != (1, 1):
                 evaluator.say("pictures of its subsurface scattering count by their means")
         self._normal(name, surface, evaluator, density, values)

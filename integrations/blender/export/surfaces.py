@@ -22,6 +22,8 @@ class Surface:
     """Factor of what is no metal reflects at right angles; 0: matt."""
     anisotropy: np.ndarray = field(default_factory=lambda: constant(0.0))
     """How much narrower the lobe of its reflection is across the tangent than along it."""
+    entry: tuple | None = None
+    """Of the interface by which light goes below the surface: its index of refraction, its roughness, and the share that goes in by the cosine law."""
     tangent: tuple = (0.0, "z")
     """Turn of the tangent in degrees, and the axis of the object around which it leads; None for that of the UV map."""
     edge: np.ndarray = field(default_factory=lambda: constant(1.0))
@@ -388,10 +390,16 @@ def subsurface(evaluator, node):
 
 
 def scatter(evaluator, node, method, index, surface):
-    """Turns the radius of a surface into the mean free path that its method means by it. `index`: name of the input that has the index of refraction."""
+    """Turns the radius of a surface into the mean free path that its method means by it, and sets how light goes in, as Cycles has both
+    (`subsurface_entry_bounce`). `index`: name of the input that has the index of refraction of skin."""
     if method == "RANDOM_WALK_SKIN":
         colors = np.clip(surface.base.mean(axis=(0, 1)), 0, 1)
-        surface.radius = surface.radius * layers.path_of_skin(colors, float(evaluator.input(node, index).mean()))
+        bending = max(1.0, float(evaluator.input(node, index).mean()))
+        surface.radius = surface.radius * layers.path_of_skin(colors, bending)
+        surface.entry = (bending, 1.0, 0.5)
+    elif method == "RANDOM_WALK":
+        bending, roughness = (float(evaluator.input(node, name).mean()) for name in ("IOR", "Roughness"))
+        surface.entry = (max(1.0, bending), min(max(roughness, 0.0), 1.0), 0.0)
     elif method == "BURLEY" and not is_zero(surface.subsurface):
         evaluator.say("its subsurface scattering is a random walk, and not that of Christensen and Burley")
 
@@ -569,6 +577,7 @@ def blend(first, second, share):
         bump=larger.bump or smaller.bump,
         heights=larger.heights or smaller.heights,
         tangent=(larger if not is_zero(larger.anisotropy) else smaller).tangent,
+        entry=larger.entry or smaller.entry,
         seen=Seen(holdout=bool(parts) and all(surface.seen.holdout for surface in parts)),
     )
 

@@ -7,7 +7,7 @@
 
 use std::f32::consts::PI;
 
-use glam::Vec3;
+use glam::{Mat3, Vec3};
 
 use super::light_choice::{Kinds, surfaces_on_paths};
 use super::lobes::Lobes;
@@ -24,9 +24,10 @@ use crate::frame::surface::hits::{Hits8, surfaces};
 use crate::frame::surface::ray_tally::RayTally;
 use crate::lanes::LANES;
 use crate::scene::look::Look;
+use crate::scene::material::Entry;
 use crate::scene::{RayKind, Scene};
 use crate::shade::Surface;
-use crate::shade::bsdf::SeenBy;
+use crate::shade::bsdf::{SeenBy, ggx};
 use crate::shade::sampling::PathRandom;
 use crate::shade::surface::off_surface;
 use crate::shade::within::Within;
@@ -40,6 +41,9 @@ const LEAST_WEIGHT: f32 = 0.05;
 
 /// Number that tells the random numbers of walks from those of paths.
 const OF_WALKS: u32 = 0x5e3d_a11c;
+
+/// Number that tells the random numbers of their first directions from these.
+const OF_ENTRIES: u32 = 0x1e_57a7;
 
 /// Light in a medium, by channel.
 #[derive(Debug, Clone, Copy)]
@@ -137,7 +141,7 @@ pub fn enter(
         random,
         steps: 0,
         origin: off_surface(start.point, -start.geometric_normal),
-        direction: -start.direction([along, above]),
+        direction: way_in(&below.scattering.entry, start, random, [along, above]),
         left: 0.0,
         weight,
     };
@@ -145,6 +149,25 @@ pub fn enter(
         scratch.walks.push(walk);
     }
     true
+}
+
+/// Direction in which a walk begins. A path does not depend on the eye: `numbers` choose by the cosine law from where the surface is seen, and
+/// what comes from there is bent as Blender's Cycles bends what comes from the eye (`subsurface_entry_bounce`).
+fn way_in(entry: &Entry, start: &PathStart, random: PathRandom, numbers: [f32; 2]) -> Vec3 {
+    let seen_from = start.direction(numbers);
+    if entry.matt >= 1.0 {
+        return -seen_from;
+    }
+    let [choice, around, along, _] = random.apart(OF_ENTRIES).four(0);
+    if choice < entry.matt {
+        return -seen_from;
+    }
+    let axes = Mat3::from_cols(start.tangent, start.normal.cross(start.tangent), start.normal);
+    let facet = axes * ggx::visible_normal(entry.alpha, axes.transpose() * seen_from, [around, along]);
+    // Snell's law
+    let (bent, cos) = (entry.index.recip(), facet.dot(seen_from));
+    let cos_within = (1.0 - bent * bent * (1.0 - cos * cos)).max(0.0).sqrt();
+    (facet * (bent * cos - cos_within) - seen_from * bent).normalize_or(-start.normal)
 }
 
 impl Walk {
@@ -443,7 +466,8 @@ mod tests {
     #[test]
     fn a_half_space_has_the_albedo_of_its_surface() {
         for albedo in [0.1, 0.4, 0.7, 0.9_f32] {
-            let scattering = Scattering { below: Vec3::ONE, radius: Vec3::ONE, through: 0.0 };
+            let (below, radius) = (Vec3::ONE, Vec3::ONE);
+            let scattering = Scattering { below, radius, through: 0.0, entry: Entry::MATT };
             let (model, look, albedo_of_all) = (0, Look::plain(0), Vec3::splat(albedo));
             let below = Below { scattering, model, look, from_behind: false, albedo: albedo_of_all };
             let (medium, weight) = Medium::new(&below);

@@ -73,15 +73,14 @@ impl Import {
 
     /// Index of the picture of `map`, a statement of the file `asking`.
     ///
-    /// # Errors Those of [`Pictures::index_of`].
+    /// # Errors Those of [`Pictures::index_at`].
     pub fn picture(
         &mut self,
         map: &MapStatement,
         asking: &Path,
         used: PictureUse,
     ) -> Result<u32, SceneError> {
-        let folder = asking.parent().unwrap_or(Path::new(""));
-        self.pictures.index_of(map, folder, asking, &mut self.findings, used)
+        self.pictures.index_at(&map.named_by(asking), map.mapping(), &mut self.findings, used)
     }
 
     /// Returns what all readers have added.

@@ -113,6 +113,15 @@ pub(crate) struct MaterialTable {
     pub subsurface: Option<At<f64>>,
     /// Mean free path below the surface: the way that red, green and blue light goes before it is scattered, in the units of the shot (1, 0.5, 0.25)
     pub subsurface_radius: Option<Three>,
+    /// Index of refraction by which light that goes below the surface is bent (that of its layer; 1 without one)
+    #[schemars(range(min = 1, max = 100))]
+    pub subsurface_ni: Option<At<f64>>,
+    /// Roughness of the interface that bends it (that of its layer)
+    #[schemars(range(min = 0, max = 1))]
+    pub subsurface_pr: Option<At<f64>>,
+    /// Share of it that goes in by the cosine law, as into what is matt (0; 1 without an index of refraction)
+    #[schemars(range(min = 0, max = 1))]
+    pub subsurface_matt: Option<At<f64>>,
     /// Share of the diffuse light that leaves on the other side of the surface, as through a leaf or paper (0)
     #[schemars(range(min = 0, max = 1))]
     pub translucency: Option<At<f64>>,

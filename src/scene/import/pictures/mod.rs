@@ -11,7 +11,6 @@ use std::sync::Arc;
 use self::decoded::{ColorSpace, Decoded, Unusable, checker, decode_bytes, decode_file};
 use crate::digest::Digest;
 use crate::scene::error::Findings;
-use crate::scene::import::mtl::statements::maps::MapStatement;
 use crate::scene::material::{LARGEST_COLOR, NormalMap};
 use crate::scene::paths::find_beside;
 use crate::scene::texture::{Image, Mapping, Pager, UvSet, Wrap};
@@ -134,27 +133,10 @@ pub(crate) struct Pictures {
 }
 
 impl Pictures {
-    /// Index of the texture for the statement `map` of the file `asking`; names are relative to `folder`.
+    /// Index of the texture of a file at these places.
     ///
     /// # Errors A picture that is missing or unreadable, where `findings` is strict about stand-ins; in any
     /// case one that does not fit into memory.
-    pub fn index_of(
-        &mut self,
-        map: &MapStatement,
-        folder: &Path,
-        asking: &Path,
-        findings: &mut Findings,
-        used: PictureUse,
-    ) -> Result<u32, SceneError> {
-        let wrap = if map.clamp { Wrap::Clamp } else { Wrap::Repeat };
-        let mapping = Mapping::scaled(map.scale, map.offset, [wrap; 2]);
-        let named = Named { file: &map.file, folder, asking, line: map.line, space: map.space };
-        self.index_at(&named, mapping, findings, used)
-    }
-
-    /// Index of the texture of a file at these places.
-    ///
-    /// # Errors Those of [`index_of`](Self::index_of).
     pub fn index_at(
         &mut self,
         Named { file, folder, asking, line, space }: &Named<'_>,
@@ -241,7 +223,7 @@ impl Pictures {
 
     /// Size and texels of a picture.
     ///
-    /// # Errors Those of [`index_of`](Self::index_of).
+    /// # Errors Those of [`index_at`](Self::index_at).
     pub fn decoded(&mut self, wanted: Wanted<'_>, findings: &mut Findings) -> Result<Decoded, SceneError> {
         let Wanted { path, content, name, asking, line, used } = wanted;
         if let Some(known) = self.decoded.get(&path) {

@@ -9,8 +9,8 @@ use crate::graph::{Function, Input, Places, Program};
 use crate::lanes::Vec3x8;
 use crate::scene::Material;
 use crate::scene::material::{
-    Anisotropy, Bump, ByParameter, Coat, Computes, Fuzz, LARGEST_COLOR, LEAST_ALPHA, MetalRough, Optics,
-    Scattering, UnevenGlass, head_on,
+    Anisotropy, Bump, ByParameter, Coat, Computes, Entry, Fuzz, LARGEST_COLOR, LEAST_ALPHA, MetalRough,
+    Optics, Scattering, UnevenGlass, head_on, index_of,
 };
 use crate::scene::surface::{ALL, Beyond, Parameter, Surface, Value};
 use crate::shade::optics::of_both_walls;
@@ -215,7 +215,18 @@ impl Surface {
         let goes = radius.cmpgt(Vec3::splat(LEAST_RADIUS));
         let below = Vec3::select(goes, Vec3::splat(weight), Vec3::ZERO);
         let radius = radius.max(Vec3::ZERO);
-        (below != Vec3::ZERO || through > 0.0).then_some(Scattering { below, radius, through })
+        let entry = self.entry();
+        (below != Vec3::ZERO || through > 0.0).then_some(Scattering { below, radius, through, entry })
+    }
+
+    /// Directions in which light goes below it: what has a layer bends light on its way in.
+    fn entry(&self) -> Entry {
+        let Beyond { entry_index, entry_roughness, entry_matt, .. } = self.beyond;
+        let of_layer = index_of(reflectance(self)) as f32;
+        let index = entry_index.unwrap_or(of_layer).clamp(1.0, GREATEST_INDEX);
+        let roughness = entry_roughness.unwrap_or_else(|| factor(self, Parameter::SpecularRoughness));
+        let matt = entry_matt.unwrap_or(if index > 1.0 { 0.0 } else { 1.0 });
+        Entry { matt, index, alpha: (roughness * roughness).max(LEAST_ALPHA) }
     }
 
     /// What glass absorbs for each unit of length: the exponents of Beer and Lambert's law. A pane has no depth.

@@ -112,6 +112,15 @@ fn material(dice: &mut Dice, name: &str) -> Table {
         material.insert("subsurface".into(), Value::Float(*dice.pick(&[0.3, 1.0])));
         let radius = *dice.pick(&[0.02, 0.2, 2.0]);
         material.insert("subsurface_radius".into(), numbers([radius, 0.5 * radius, 0.0]));
+        if dice.one_in(2) {
+            for (key, values) in [
+                ("subsurface_ni", [1.0, 1.4, 3.0]),
+                ("subsurface_pr", [0.0, 0.3, 1.0]),
+                ("subsurface_matt", [0.0, 0.5, 1.0]),
+            ] {
+                material.insert(key.into(), Value::Float(*dice.pick(&values)));
+            }
+        }
     }
     if dice.one_in(8) {
         material.insert("translucency".into(), Value::Float(*dice.pick(&[0.4, 1.0])));

@@ -113,6 +113,9 @@ impl Statements {
         let beyond = &mut surface.beyond;
         beyond.metal_edge = self.metal_edge.or(beyond.metal_edge);
         beyond.translucency = self.translucency.or(beyond.translucency);
+        beyond.entry_index = self.entry_index.or(beyond.entry_index);
+        beyond.entry_roughness = self.entry_roughness.or(beyond.entry_roughness);
+        beyond.entry_matt = self.entry_matt.or(beyond.entry_matt);
         beyond.tangent_turn = self.tangent_turn.unwrap_or(beyond.tangent_turn);
         beyond.tangent_around = self.tangent_around.or(beyond.tangent_around);
     }

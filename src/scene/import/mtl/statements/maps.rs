@@ -1,15 +1,17 @@
 //! Pictures that materials state, by their use.
 
 use std::ops::{Index, IndexMut};
+use std::path::Path;
 
 use glam::{Vec2, Vec3};
 
 use crate::graph::nodes::picture::Shown;
 use crate::scene::Material;
-use crate::scene::import::pictures::PictureUse;
 use crate::scene::import::pictures::decoded::ColorSpace;
+use crate::scene::import::pictures::{Named, PictureUse};
 use crate::scene::material::Optics;
 use crate::scene::surface::{Parameter, Surface};
+use crate::scene::texture::{Mapping, Wrap};
 
 /// A texture as a material asks for it.
 #[derive(Debug, Clone, PartialEq)]
@@ -205,6 +207,18 @@ impl<T> IndexMut<MapUse> for ByUse<T> {
 }
 
 impl MapStatement {
+    /// The file, as that at `asking` names it.
+    pub fn named_by<'a>(&'a self, asking: &'a Path) -> Named<'a> {
+        let folder = asking.parent().unwrap_or(Path::new(""));
+        Named { file: &self.file, folder, asking, line: self.line, space: self.space }
+    }
+
+    /// Places of its texels.
+    pub fn mapping(&self) -> Mapping {
+        let wrap = if self.clamp { Wrap::Clamp } else { Wrap::Repeat };
+        Mapping::scaled(self.scale, self.offset, [wrap; 2])
+    }
+
     /// Creates a statement for the whole picture, repeating.
     pub fn plain(file: impl Into<String>, line: usize) -> Self {
         Self {

@@ -33,6 +33,9 @@ pub(crate) struct Statements {
     /// See [`Beyond`](crate::scene::surface::Beyond); MTL has no statements about these.
     pub metal_edge: Option<f32>,
     pub translucency: Option<f32>,
+    pub entry_index: Option<f32>,
+    pub entry_roughness: Option<f32>,
+    pub entry_matt: Option<f32>,
     pub tangent_turn: Option<f32>,
     pub tangent_around: Option<Vec3>,
     /// Meaning of a picture's alpha, if a shot file states it.
@@ -64,6 +67,9 @@ impl Statements {
         self.metal_edge = other.metal_edge.or(self.metal_edge);
         self.parameters.extend(&other.parameters);
         self.translucency = other.translucency.or(self.translucency);
+        self.entry_index = other.entry_index.or(self.entry_index);
+        self.entry_roughness = other.entry_roughness.or(self.entry_roughness);
+        self.entry_matt = other.entry_matt.or(self.entry_matt);
         self.tangent_turn = other.tangent_turn.or(self.tangent_turn);
         self.tangent_around = other.tangent_around.or(self.tangent_around);
         self.alpha_mode = other.alpha_mode.or(self.alpha_mode);
