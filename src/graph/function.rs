@@ -55,20 +55,32 @@ pub trait Place {
     /// The place in the box around the mesh: from 0 to 1 along each axis.
     fn generated(&self) -> Vec3;
     /// The place in the world of the shot's files, of a model that moves as it is at first; in object space where that is not known.
-    fn world_point(&self) -> Vec3;
+    fn world_point(&self) -> Vec3 {
+        self.point()
+    }
     /// Normal of the surface there, of unit length, on the outside.
-    fn world_normal(&self) -> Vec3;
+    fn world_normal(&self) -> Vec3 {
+        self.normal()
+    }
     /// Normal of the surface, object space, of unit length, on the outside.
     fn normal(&self) -> Vec3;
     /// Origin of the model's object space in the world of the shot's files, as it is at first; zero where that is not known.
-    fn model_place(&self) -> Vec3;
+    fn model_place(&self) -> Vec3 {
+        Vec3::ZERO
+    }
     /// Number of the model from 0 to 1, by which copies may differ.
-    fn model_random(&self) -> f32;
+    fn model_random(&self) -> f32 {
+        0.0
+    }
     /// Colour of the vertices, linear RGB; white where they have none.
-    fn vertex_color(&self) -> Vec3;
+    fn vertex_color(&self) -> Vec3 {
+        Vec3::ONE
+    }
     /// Cosine between the normal and the way to what sees the place, from -1 to 1: below 0 the back of the surface is seen. 1 where nothing
     /// sees it.
-    fn facing(&self) -> f32;
+    fn facing(&self) -> f32 {
+        1.0
+    }
     /// Linear RGB, or numbers, and alpha of the picture with this number of the shot. Without `at` at the texture coordinates that the picture
     /// takes, filtered over the place; else there, v upwards, and not filtered.
     fn picture(&self, number: u32, at: Option<Vec2>) -> [f32; 4];
@@ -242,32 +254,8 @@ impl Place for Nowhere {
         Vec3::ZERO
     }
 
-    fn world_point(&self) -> Vec3 {
-        Vec3::ZERO
-    }
-
-    fn world_normal(&self) -> Vec3 {
-        Vec3::Z
-    }
-
     fn normal(&self) -> Vec3 {
         Vec3::Z
-    }
-
-    fn model_place(&self) -> Vec3 {
-        Vec3::ZERO
-    }
-
-    fn model_random(&self) -> f32 {
-        0.0
-    }
-
-    fn vertex_color(&self) -> Vec3 {
-        Vec3::ONE
-    }
-
-    fn facing(&self) -> f32 {
-        1.0
     }
 
     fn picture(&self, _: u32, _: Option<Vec2>) -> [f32; 4] {

@@ -71,28 +71,12 @@ impl Place for Somewhere<'_> {
         self.point
     }
 
-    fn world_point(&self) -> Vec3 {
-        self.point
-    }
-
-    fn world_normal(&self) -> Vec3 {
-        Vec3::Z
-    }
-
     fn normal(&self) -> Vec3 {
         Vec3::Z
     }
 
-    fn model_place(&self) -> Vec3 {
-        Vec3::ZERO
-    }
-
     fn model_random(&self) -> f32 {
         self.point.z
-    }
-
-    fn vertex_color(&self) -> Vec3 {
-        Vec3::ONE
     }
 
     fn facing(&self) -> f32 {
