@@ -1,6 +1,5 @@
 //! Values that may change with the frame: one value, or a dict from frames to values.
 
-use afterimage::scene::written::{CameraKey, camera_keys};
 use glam::{DAffine3, DMat4};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -68,12 +67,12 @@ pub fn visible(object: &Bound<'_, PyAny>, of: &str) -> PyResult<(bool, Vec<(f64,
 pub fn key_tables(
     transform: Option<&Bound<'_, PyAny>>,
     keys: Option<&Bound<'_, PyDict>>,
-    of_place: impl Fn(&[(f64, DAffine3)]) -> PyResult<Vec<Table>>,
+    of_place: impl Fn(&[(f64, DAffine3)]) -> Vec<Table>,
 ) -> PyResult<Vec<(f64, Table)>> {
     let places = transform.map(|transform| places(Some(transform), "transform")).transpose()?;
     let stated = keys.map(|keys| by_frame(keys, "keys")).transpose()?.unwrap_or_default();
     let mut all: Vec<(f64, Table)> = match &places {
-        Some(places) => places.iter().map(|(frame, _)| *frame).zip(of_place(places)?).collect(),
+        Some(places) => places.iter().map(|(frame, _)| *frame).zip(of_place(places)).collect(),
         None => Vec::new(),
     };
     for (frame, object) in stated {
@@ -96,15 +95,6 @@ pub fn key_tables(
         table.insert(String::from("frame"), Value::Float(*frame));
     }
     Ok(all)
-}
-
-/// Writes the place of a camera, which looks along -Z.
-pub fn of_camera(places: &[(f64, DAffine3)]) -> PyResult<Vec<Table>> {
-    let keys = places.iter().map(|(frame, map)| CameraKey { frame: *frame, map: *map, lens: String::new() });
-    let text = camera_keys(keys, &[]);
-    let tables: Table = toml::from_str(&text).map_err(|cause| error(format!("`transform`: {cause}")))?;
-    let keys = tables.get("camera").and_then(|camera| camera.get("key")).and_then(Value::as_array);
-    Ok(keys.into_iter().flatten().filter_map(|key| key.as_table().cloned()).collect())
 }
 
 /// Writes the place of a light of this type, which shines along -Z.

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use afterimage::scene::given::{self, Given, GivenMesh, GivenModel};
+use afterimage::scene::written::camera_keys;
 use afterimage::scene::{Frames, RayKind, RayVisibility, Role, Shot};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyString, PyTuple};
@@ -343,7 +344,7 @@ impl Scene {
     ) -> PyResult<()> {
         let kind = if kind == "sun" { "directional" } else { kind };
         let mut table = values.map_or(Ok(Table::new()), |values| keys::table(&values))?;
-        let all = motion::key_tables(transform, keys, |places| Ok(motion::of_light(kind, places)))?;
+        let all = motion::key_tables(transform, keys, |places| motion::of_light(kind, places))?;
         match (&all[..], keys.is_some()) {
             ([(_, place)], false) => {
                 table.extend(
@@ -394,7 +395,7 @@ impl Scene {
         let values = values.map_or(Ok(Table::new()), |values| keys::table(&values))?;
         let (mut camera, shared): (Table, Table) =
             values.into_iter().partition(|(key, _)| OF_CAMERA.contains(&key.as_str()));
-        let mut all = motion::key_tables(transform, keys, motion::of_camera)?;
+        let mut all = motion::key_tables(transform, keys, camera_keys)?;
         if all.is_empty() && !camera.contains_key("from") {
             all.push((1.0, Table::from_iter([(String::from("frame"), Value::Float(1.0))])));
         }

@@ -1,25 +1,17 @@
-//! Shots of files with a camera and lights of their own. They are rendered by what `afterimage init` writes: the same text, and lights by the
-//! tables that it writes as text.
+//! Shots of files with a camera and lights of their own. They are rendered by what `afterimage init` writes: a text, and the tables that
+//! their readers make of what the files say, which `init` alone writes as text.
 
-use std::fmt::Write;
 use std::path::Path;
 
-use glam::{DAffine3, DVec3};
+use glam::DAffine3;
+use toml::Table;
 
 use super::SceneError;
-use super::keys::LightTable;
-use super::keys::toml_text::TomlText;
+use super::import::cameras;
+use super::keys::toml_text::{At, TomlText};
+use super::keys::{Digits, FileTables};
 use super::model::copies::MOST_ADDED;
 use super::shot::{self, Beside, ReadBefore, Shot};
-
-/// Height of a picture whose width follows from the camera, pixels.
-const HEIGHT: f64 = 720.0;
-
-/// Ratios of width to height that are taken from a camera.
-const RATIOS: std::ops::RangeInclusive<f64> = 0.1..=10.0;
-
-/// Roll below which a camera is level, degrees: files keep rotations as single floats.
-const LEAST_ROLL: f64 = 1e-4;
 
 /// A shot file that shows another file.
 pub struct Written {
@@ -31,10 +23,11 @@ pub struct Written {
 
 /// The shot of a file with a camera and lights of its own.
 pub(crate) struct BareShot {
-    /// Text before its lights, and behind them.
-    pub before: String,
-    pub after: String,
-    pub lights: Vec<LightTable>,
+    /// Text of what stands in for what the file lacks, and of the model: before the file's camera, between that and its lights, and
+    /// behind them.
+    pub text: [String; 3],
+    /// What the file says.
+    pub tables: FileTables,
     /// Decisions that were made for the user, in whole sentences.
     pub notes: Vec<String>,
 }
@@ -42,9 +35,9 @@ pub(crate) struct BareShot {
 impl BareShot {
     /// Writes the shot.
     pub fn written(self) -> Written {
-        let Self { before, lights, after, notes } = self;
-        let lights: String = lights.iter().map(LightTable::text).collect();
-        Written { text: format!("{before}{lights}{after}"), notes }
+        let Self { text: [before, between, behind], tables, notes } = self;
+        let (view, light) = (tables.text_of_view(), tables.text_of_light());
+        Written { text: [before, view, between, light, behind].concat(), notes }
     }
 }
 
@@ -57,12 +50,12 @@ pub(crate) fn shot_of(
     read: ReadBefore,
     strict: bool,
 ) -> Result<Shot, SceneError> {
-    let BareShot { before, after, lights, notes } = bare;
-    let text = before + &after;
+    let BareShot { text, tables, notes } = bare;
+    let text = text.concat();
     // the column is one of our generated text, which nobody has seen
     let of_text = |error: &SceneError| error.path == path && error.column.is_some();
     let told = |error: SceneError| if of_text(&error) { SceneError::new(path, error.message) } else { error };
-    let beside = Beside { read: Some(read), lights };
+    let beside = Beside { read: Some(read), tables };
     let shot =
         shot::from_text_with(TomlText { path, text: &text }, strict, beside, MOST_ADDED).map_err(told)?;
     // it stands there twice: for the model, and for the text
@@ -73,75 +66,9 @@ pub(crate) fn shot_of(
     Ok(Shot { notes, files, ..shot })
 }
 
-/// Size of a picture that is `ratio` times as wide as high, pixels. `None` if no picture is.
-pub fn size_of_ratio(ratio: f64) -> Option<[u32; 2]> {
-    RATIOS.contains(&ratio).then(|| [(ratio * HEIGHT).round() as u32, HEIGHT as u32])
-}
-
-/// Place of a camera at a frame.
-pub struct CameraKey {
-    /// Frame.
-    pub frame: f64,
-    /// Map from the camera, which looks along -Z, to the world.
-    pub map: DAffine3,
-    /// Lines of the key about its lens.
-    pub lens: String,
-}
-
-/// Writes the keys of a camera, which jumps at `cuts`.
-pub fn camera_keys(keys: impl Iterator<Item = CameraKey>, cuts: &[f64]) -> String {
-    let (mut text, mut turned) = (String::new(), 0.0);
-    for (i, CameraKey { frame, map, lens }) in keys.enumerate() {
-        let View { eye, target, roll } = View::of(map);
-        // the shorter way from key to key
-        turned += (roll - turned + 180.0).rem_euclid(360.0) - 180.0;
-        let _ = write!(
-            text,
-            "\n[[camera.key]]\nframe = {frame}\neye = {}\ntarget = {}\n",
-            list(eye),
-            list(target)
-        );
-        if f64::abs(turned) > LEAST_ROLL {
-            let _ = writeln!(text, "roll = {turned}");
-        }
-        text += &lens;
-        if i > 0 && frame.fract() == 0.0 && cuts.contains(&frame) {
-            text += "cut = true\n";
-        }
-    }
-    text
-}
-
-/// Place and direction of a camera.
-struct View {
-    eye: DVec3,
-    target: DVec3,
-    /// Degrees, clockwise.
-    roll: f64,
-}
-
-impl View {
-    /// View of a camera that looks along -Z of its node. The target is the point nearest to the origin, if it is before the camera.
-    fn of(map: DAffine3) -> Self {
-        let axis = |axis: DVec3| axis.normalize_or_zero();
-        let (eye, forward) = (map.translation, axis(-map.matrix3.z_axis));
-        let right = forward.cross(axis(map.matrix3.y_axis));
-        let level = forward.cross(DVec3::Y).try_normalize().unwrap_or(DVec3::X);
-        let roll = f64::atan2(-right.dot(level.cross(forward)), right.dot(level)).to_degrees();
-        let ahead = -eye.dot(forward);
-        let distance = if ahead > 1e-3 * eye.length() { ahead } else { 1.0 };
-        Self { eye, target: eye + forward * distance, roll }
-    }
-}
-
-/// Formats a vector with all of its digits.
-pub fn list(vector: DVec3) -> String {
-    let [x, y, z] = vector.to_array().map(number);
-    format!("[{x}, {y}, {z}]")
-}
-
-/// Formats a number with all of its digits, so that it is one of TOML.
-pub fn number(value: f64) -> String {
-    // never a whole number of more than 64 bits
-    format!("{value:?}")
+/// Keys of a camera, which looks along -Z, at these frames and places: tables of `[[camera.key]]`.
+pub fn camera_keys(places: &[(f64, DAffine3)]) -> Vec<Table> {
+    let keys = places.iter().map(|(frame, map)| cameras::key(*frame, *map));
+    let keys = cameras::table(None, keys, &[]).key;
+    keys.into_iter().map(At::into_inner).map(|key| key.to_table(Digits::default())).collect()
 }

@@ -5,6 +5,7 @@
 //! is, USD files hold networks of MaterialX), and the import knows MaterialX alone, whose materials a shot's tables may name.
 
 pub(in crate::scene) mod arrange;
+pub(in crate::scene) mod cameras;
 pub(in crate::scene) mod deformed;
 pub(in crate::scene) mod faces;
 pub(in crate::scene) mod given;

@@ -1,14 +1,10 @@
 //! Tables of lights as text: what `init` writes for the lights of a file, and what tells shots apart.
 
-use std::fmt::Write;
-
 use toml::{Table, Value};
 
-use super::toml_text::{At, List};
+use super::table_text::{Said, Values, keyed, lines, list, number, stated, table, word};
+use super::toml_text::At;
 use super::{LightKey, LightTable};
-
-/// Keys with their values, in the order in which they are written.
-type Values = Vec<(&'static str, Value)>;
 
 impl LightTable {
     /// Writes the table.
@@ -22,30 +18,27 @@ impl LightTable {
 
     /// The table, as if its text were read.
     pub fn to_table(&self) -> Table {
-        let mut table = table(self.values());
-        let keys = || self.key.iter().map(|key| Value::Table(self::table(key.get_ref().values()))).collect();
-        if !self.key.is_empty() {
-            table.insert(String::from("key"), Value::Array(keys()));
-        }
-        table
+        keyed(self.values(), self.key.iter().map(|key| table(key.get_ref().values())))
     }
 
     fn values(&self) -> Values {
         // readers leave interpolation to the default
         let Self { name, kind, direction, position, target, up, color, power, interpolation: _, .. } = self;
         let Self { cone, soft, fall, size, spread, radius, faces, angle, samples, group, key: _, .. } = self;
-        let head = [("name", name.clone().map(Value::from)), ("type", Value::try_from(kind).ok())];
+        let head =
+            [("name", name.as_deref().map(Said::of)), ("type", Value::try_from(kind).ok().map(Said::Value))];
+        let fall = fall.as_ref().and_then(|fall| Value::try_from(fall.get_ref()).ok());
         let shape = [
             ("size", list(size)),
             ("cone", number(cone)),
             ("soft", number(soft)),
-            ("fall", fall.as_ref().and_then(|fall| Value::try_from(fall.get_ref()).ok())),
+            ("fall", fall.map(Said::Value)),
             ("radius", number(radius)),
             ("angle", number(angle)),
             ("spread", number(spread)),
-            ("faces", faces.as_ref().map(|faces| Value::from(*faces.get_ref()))),
-            ("samples", samples.as_ref().map(|samples| Value::from(*samples.get_ref()))),
-            ("group", group.as_ref().map(|group| Value::from(group.get_ref().as_str()))),
+            ("faces", faces.as_ref().map(|faces| Said::of(*faces.get_ref()))),
+            ("samples", samples.as_ref().map(|samples| Said::of(*samples.get_ref()))),
+            ("group", word(group)),
         ];
         let place = [
             ("color", list(color)),
@@ -62,7 +55,7 @@ impl LightTable {
 impl LightKey {
     fn values(&self) -> Values {
         stated([
-            ("frame", Some(Value::from(*self.frame.get_ref()))),
+            ("frame", Some(Said::of(*self.frame.get_ref()))),
             ("size", list(&self.size)),
             ("cone", number(&self.cone)),
             ("soft", number(&self.soft)),
@@ -76,40 +69,6 @@ impl LightKey {
             ("target", list(&self.target)),
             ("up", list(&self.up)),
         ])
-    }
-}
-
-fn stated(all: impl IntoIterator<Item = (&'static str, Option<Value>)>) -> Values {
-    all.into_iter().filter_map(|(key, value)| Some((key, value?))).collect()
-}
-
-fn number(value: &Option<At<f64>>) -> Option<Value> {
-    value.as_ref().map(|value| Value::from(*value.get_ref()))
-}
-
-fn list<const N: usize>(value: &Option<At<List<f64, N>>>) -> Option<Value> {
-    value.as_ref().map(|value| Value::from(value.get_ref().0.to_vec()))
-}
-
-fn table(values: Values) -> Table {
-    values.into_iter().map(|(key, value)| (String::from(key), value)).collect()
-}
-
-fn lines(values: &Values) -> String {
-    let mut text = String::new();
-    for (key, value) in values {
-        // a write to a string does not fail
-        let _ = writeln!(text, "{key} = {}", shown(value));
-    }
-    text
-}
-
-/// Text of a value: numbers with all of their digits, and none more.
-fn shown(value: &Value) -> String {
-    match value {
-        Value::Float(number) => format!("{number:?}"),
-        Value::Array(list) => format!("[{}]", list.iter().map(shown).collect::<Vec<_>>().join(", ")),
-        _ => value.to_string(),
     }
 }
 

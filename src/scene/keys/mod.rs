@@ -2,6 +2,8 @@
 //! editors show of it: see [`schema`].
 
 pub mod camera;
+mod camera_text;
+mod file_tables;
 mod light_text;
 pub mod material;
 pub mod model;
@@ -10,6 +12,7 @@ pub mod quadric;
 pub mod samples;
 pub mod shapes;
 pub mod spelling;
+mod table_text;
 pub mod toml_text;
 pub mod values;
 
@@ -23,9 +26,11 @@ use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
 use self::camera::{CameraTable, ShutterTable, StereoTable};
+pub(crate) use self::file_tables::FileTables;
 use self::material::{MaterialTable, MtlTable};
 pub(crate) use self::model::{LARGEST_MAP, LEAST_MAP, ModelKey, ModelTable, Rows, Scale};
 use self::samples::SamplesValue;
+pub(crate) use self::table_text::Digits;
 use self::toml_text::{At, List, Three};
 use crate::animation::Interpolation;
 use crate::exposure::MOST_EXPOSURES;
@@ -250,7 +255,7 @@ pub(crate) struct OutputTable {
     pub denoise_quality: Option<DenoiseQuality>,
 }
 
-#[derive(Debug, Deserialize, JsonSchema)]
+#[derive(Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct BackgroundTable {
     /// Constant colour, linear RGB; instead of a gradient
@@ -263,7 +268,7 @@ pub(crate) struct BackgroundTable {
     pub ground: Option<Three>,
 }
 
-#[derive(Debug, Deserialize, JsonSchema)]
+#[derive(Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct EnvironmentTable {
     /// Latitude-longitude map (.hdr or .exr), relative to the shot file

@@ -11,7 +11,6 @@ use super::{lens, orbit};
 use crate::animation::Track;
 use crate::scene::camera::{Aim, Lens, Projection};
 use crate::scene::import::gltf::CameraChoice;
-use crate::scene::keys::ShotFile;
 use crate::scene::keys::camera::{CameraKey, CameraTable};
 use crate::scene::keys::toml_text::{At, TomlText};
 use crate::scene::keys::values::file_of_text;
@@ -48,14 +47,11 @@ pub fn of_table(
     let (path, camera) = file_and_name(text, from)?;
     let animation = animation.as_ref().map(|name| name.get_ref().as_str());
     let choice = CameraChoice { camera: camera.as_deref(), animation, rate };
-    let written = readers.gltf.camera(&mut readers.import, &path, choice)?;
-    let written = written.map_err(|what| text.bad("from", from, &what))?;
-    // nobody has seen this text: faults are those of the file
+    let own = readers.gltf.camera(&mut readers.import, &path, choice)?;
+    let own = At::of(own.map_err(|what| text.bad("from", from, &what))?);
+    // there is no text of it: faults are those of the file
     let of_file = |error: SceneError| SceneError::new(&path, error.message);
-    let own = TomlText { path: &path, text: &written };
-    let file: ShotFile = own.read().map_err(of_file)?;
-    let own_table = file.camera.as_ref().ok_or_else(|| SceneError::new(&path, "its camera has no keys"))?;
-    of_keys(own, own_table, marked).map_err(of_file)
+    of_keys(TomlText { path: &path, text: "" }, &own, marked).map_err(of_file)
 }
 
 /// Splits `shot.glb#Name`: the file, and the name of the camera, if there is one.

@@ -30,7 +30,7 @@ use crate::scene::frames::Run;
 use crate::scene::import::{Import, Imported, Surfaces};
 use crate::scene::keys::toml_text::{At, TomlText};
 use crate::scene::keys::values::{look, optional_color};
-use crate::scene::keys::{BackgroundTable, FloorTable, LightTable, ModelTable, ShotFile};
+use crate::scene::keys::{BackgroundTable, FileTables, FloorTable, ModelTable, ShotFile};
 use crate::scene::model::copies::SharedMeshes;
 use crate::scene::model::trim::trimmed;
 use crate::scene::render_space::{Extent, RenderSpace};
@@ -132,8 +132,9 @@ pub fn from_text_with(
     most_added: u64,
 ) -> Result<Shot, SceneError> {
     let mut file: ShotFile = text.read()?;
-    let of_text = file.light.len();
-    file.light.extend(beside.lights.into_iter().map(At::of));
+    let Beside { read, tables } = beside;
+    let said = said(text, &tables)?;
+    tables.add_to(&mut file);
     let ShotFile { render, indirect, occlusion, output, .. } = &file;
     let lights_state_rays = file.light.iter().any(|light| light.get_ref().samples.is_some());
     let tables = settings::Tables { render, indirect, occlusion, output, lights_state_rays };
@@ -158,7 +159,7 @@ pub fn from_text_with(
         import.pictures.set_memory(bytes);
     }
     let readers = Readers::new(import, file.mtl.kd_beside_map_kd);
-    let mut readers = match beside.read {
+    let mut readers = match read {
         Some(file) => readers.with(file),
         None => readers,
     };
@@ -270,7 +271,7 @@ pub fn from_text_with(
         warnings: findings.warnings,
         notes: Vec::new(),
         files,
-        content: Content { shot: said(text, &file.light[of_text..])?, inputs },
+        content: Content { shot: said, inputs },
     })
 }
 
@@ -287,15 +288,10 @@ fn frames_a_second((frames, seconds): (i32, u32)) -> f64 {
     f64::from(frames) / f64::from(seconds)
 }
 
-/// Digest of the file's statements and of the `lights` beside it, without its title and settings.
-fn said(text: TomlText<'_>, lights: &[At<LightTable>]) -> Result<Digest, SceneError> {
+/// Digest of the file's statements and of the tables `beside` it, without its title and settings.
+fn said(text: TomlText<'_>, beside: &FileTables) -> Result<Digest, SceneError> {
     let mut tables: toml::Table = text.read()?;
-    if !lights.is_empty()
-        && let toml::Value::Array(all) =
-            tables.entry("light").or_insert_with(|| toml::Value::Array(Vec::new()))
-    {
-        all.extend(lights.iter().map(|light| toml::Value::Table(light.get_ref().to_table())));
-    }
+    beside.add_to_statements(&mut tables);
     let cuts = tables.get("render").and_then(|render| render.get("cuts")).cloned();
     for settings in ["title", "render", "stereo", "shutter", "indirect", "occlusion", "output"] {
         tables.remove(settings);

@@ -8,7 +8,7 @@ use crate::scene::import::gltf::{Document, GltfFiles};
 use crate::scene::import::meshes::MeshFiles;
 use crate::scene::import::meshes::read_model::ReadModel;
 use crate::scene::import::usd::{UsdFile, UsdFiles};
-use crate::scene::keys::LightTable;
+use crate::scene::keys::FileTables;
 use crate::scene::keys::material::KdBesideMap;
 
 /// File that was read before the shot that shows it.
@@ -28,8 +28,8 @@ pub(crate) enum ReadBefore {
 pub(crate) struct Beside {
     /// A file of it that was read already.
     pub read: Option<ReadBefore>,
-    /// Lights of that file, after those of the text.
-    pub lights: Vec<LightTable>,
+    /// Tables of that file.
+    pub tables: FileTables,
 }
 
 /// The readers of a shot.

@@ -54,6 +54,49 @@ fn a_whole_file_is_a_shot() {
     assert!(shot.notes.iter().any(|note| note.contains("683")), "{:?}", shot.notes);
 }
 
+/// What a bare file is rendered by is what `init` writes of it.
+#[test]
+fn a_bare_file_is_the_shot_that_is_written_of_it() {
+    let lenses = [
+        json!({"type": "perspective", "perspective": {"yfov": 1, "aspectRatio": 2, "znear": 0.5, "zfar": 8.25}}),
+        json!({"type": "orthographic", "orthographic": {"xmag": 4, "ymag": 2, "znear": 0, "zfar": 9}}),
+    ];
+    let told = ["\nnear = 0.5\nfar = 8.25\n", "\n[camera]\nprojection = \"orthographic\"\n"];
+    for (lens, told) in lenses.into_iter().zip(told) {
+        let is_orthographic = lens["type"] == "orthographic";
+        let mut file = bent();
+        file.json["cameras"] = json!([lens]);
+        file.json["extensions"] =
+            json!({"KHR_lights_punctual": {"lights": [{"type": "point", "intensity": 40}]}});
+        let eye = file.root(json!({"camera": 0, "translation": [0, 1, 8]}));
+        file.root(json!({"translation": [0, 5, 0], "extensions": {"KHR_lights_punctual": {"light": 0}}}));
+        let turns: Vec<f32> = [0.0, 0.7]
+            .iter()
+            .flat_map(|roll| DQuat::from_rotation_z(*roll).to_array().map(|number| number as f32))
+            .collect();
+        let turns = file.floats("VEC4", 4, &turns);
+        file.animate(eye, "rotation", "LINEAR", &[0.0, 0.5], turns);
+        let folder = folder(&file);
+        let path = folder.path().join("m.gltf");
+        let text = scene::gltf::text(&path, "m.gltf", &scene::turntable::Options::default()).unwrap().text;
+        assert!(
+            text.contains("\n[render]\nsize = [1440, 720]\nsamples = 2\nframes = \"1-13\"\nrate = 24\n"),
+            "{text}"
+        );
+        assert!(
+            text.contains(told) && text.contains("\nroll = ") && text.contains("\n[[light]]\n"),
+            "{text}"
+        );
+        assert_eq!(text.contains("\nheight = 4\n"), is_orthographic, "{text}");
+        fs::write(folder.path().join("s.toml"), text).unwrap();
+        let [bare, shot] = [path, folder.path().join("s.toml")].map(|path| scene::load(&path, true).unwrap());
+        assert_eq!(bare.content.shot, shot.content.shot);
+        assert_eq!(bare.scene.camera, shot.scene.camera);
+        assert_eq!((bare.settings, bare.frames), (shot.settings, shot.frames));
+        assert_eq!(bare.says_frames, shot.says_frames);
+    }
+}
+
 #[test]
 fn cameras_look_as_their_nodes_are_turned() {
     for [x, y, z] in [[0.0, 0.0, 0.0], [0.3, -2.0, 0.8], [-1.2, 0.5, 3.0], [0.0, 3.0, -0.4]] {

@@ -33,6 +33,39 @@ fn cameras_have_their_lens_shift_focus_and_shutter() {
     }
 }
 
+/// What a bare file is rendered by is what `init` writes of it.
+#[test]
+fn a_bare_file_is_the_shot_that_is_written_of_it() {
+    let camera = |projection: &str| {
+        format!(
+            "def Camera \"C\" {{\n token projection = \"{projection}\"\n\
+             double3 xformOp:translate.timeSamples = {{ 1: (0, 0, 8), 5: (0, 0, 4) }}\n float xformOp:rotateZ = 30\n\
+             uniform token[] xformOpOrder = [\"xformOp:translate\", \"xformOp:rotateZ\"]\n\
+             float focalLength = 10\n float horizontalAperture = 40\n float verticalAperture = 20\n\
+             float fStop.timeSamples = {{ 1: 2, 5: 0 }}\n float focusDistance = 3\n\
+             float2 clippingRange.timeSamples = {{ 1: (0.1, 8.25), 5: (0.1, 5) }}\n\
+             double shutter:open = -0.25\n double shutter:close = 0.25\n}}\n"
+        )
+    };
+    let dome = "def DomeLight \"D\" {\n float inputs:intensity = 2\n color3f inputs:color = (1, 0.5, 0)\n}\n\
+        def DistantLight \"S\" {\n float inputs:intensity = 1\n}\n";
+    for (projection, told) in [("perspective", "\nfov = 90.0\n"), ("orthographic", "\nheight = 2.0\n")] {
+        let folder = folder(METRES, &with_mesh(&(camera(projection) + dome)));
+        let path = folder.path().join("m.usda");
+        let text = scene::usd::text(&path, "m.usda", &scene::turntable::Options::default()).unwrap().text;
+        let told = [told, "\nfar = 5.0\n", "\n[background]\ncolor = [2.0, 1.0, 0.0]\n\n[environment]\n"];
+        assert!(told.iter().all(|lines| text.contains(lines)), "{told:?}\n{text}");
+        assert_eq!(text.contains("\naperture = 0\n"), projection == "perspective", "{text}");
+        fs::write(folder.path().join("s.toml"), text).unwrap();
+        let [bare, shot] = [path, folder.path().join("s.toml")].map(|path| scene::load(&path, true).unwrap());
+        assert_eq!(bare.content.shot, shot.content.shot);
+        assert_eq!(bare.scene.camera, shot.scene.camera);
+        assert_eq!(bare.scene.background, shot.scene.background);
+        assert_eq!((bare.settings, bare.frames), (shot.settings, shot.frames));
+        assert!(bare.scene.environment.is_some() && shot.scene.environment.is_some());
+    }
+}
+
 #[test]
 fn clipping_ranges_count_where_they_cut_anything_off() {
     let clip = |range: &str, header: &str| {

@@ -1,13 +1,15 @@
-//! Cameras of glTF files, as keys of a shot file.
+//! Cameras of glTF files, as tables of a shot file.
 
 use super::document::Document;
 use super::json::Camera;
 use super::nodes::Tree;
 use crate::scene::SceneError;
-use crate::scene::camera::FARTHEST_PLANE;
+use crate::scene::camera::{FARTHEST_PLANE, Projection};
+use crate::scene::import::cameras::{self, size_of_ratio};
 use crate::scene::import::part_of_file::NodeTrack;
+use crate::scene::keys::camera::{CameraKey, CameraTable};
 use crate::scene::keys::spelling;
-use crate::scene::written::{CameraKey, camera_keys, number, size_of_ratio};
+use crate::scene::keys::toml_text::At;
 
 /// Maximum number of names that an error lists.
 const MOST_LISTED: usize = 20;
@@ -53,51 +55,63 @@ pub fn chosen(document: &Document, tree: &Tree, name_of_it: Option<&str>) -> Res
     })
 }
 
-/// Writes `[camera]` and its keys. Clipping planes that make no sense are left out.
+/// Lens of a camera, which does not change.
+#[derive(Clone, Copy)]
+struct Lens {
+    /// Vertical field of view, degrees; or the height of what is seen.
+    fov_or_height: f64,
+    /// Distances of the near and the far clipping plane.
+    planes: [Option<f64>; 2],
+}
+
+/// The table of a camera. Clipping planes that make no sense are left out.
 ///
 /// # Errors A lens that makes no sense.
-pub fn text(document: &Document, camera: &Camera, track: &NodeTrack) -> Result<String, SceneError> {
+pub fn table(document: &Document, camera: &Camera, track: &NodeTrack) -> Result<CameraTable, SceneError> {
     let lens = match (camera.kind.as_str(), &camera.perspective, &camera.orthographic) {
         ("perspective", Some(lens), _) => {
             let fov = lens.yfov.to_degrees();
-            let view = (0.001..179.9).contains(&fov).then(|| format!("fov = {fov}\n"));
-            view.map(|view| view + &planes(document, lens.znear, lens.zfar))
+            let fits = (0.001..179.9).contains(&fov);
+            fits.then(|| Lens { fov_or_height: fov, planes: planes(document, lens.znear, lens.zfar) })
         }
         ("orthographic", _, Some(lens)) => {
             let height = 2.0 * lens.ymag.abs();
-            let view = (1e-9..1e9).contains(&height).then(|| format!("height = {height}\n"));
-            view.map(|view| view + &planes(document, lens.znear, lens.zfar))
+            let fits = (1e-9..1e9).contains(&height);
+            fits.then(|| Lens { fov_or_height: height, planes: planes(document, lens.znear, lens.zfar) })
         }
         _ => None,
     };
     let lens = lens
         .ok_or_else(|| document.fault("its camera has no field of view that makes sense: export it again"))?;
-    let mut text = String::new();
-    if camera.kind == "orthographic" {
-        text += "\n[camera]\nprojection = \"orthographic\"\n";
-    }
-    let keys = track.map.frames().zip(track.map.values());
-    let keys = keys.enumerate().map(|(i, (frame, map))| CameraKey {
-        frame: if track.map.is_constant() { 1.0 } else { frame },
-        map,
-        lens: if i == 0 { lens.clone() } else { String::new() },
+    let projection = (camera.kind == "orthographic").then_some(Projection::Orthographic);
+    let is_resting = track.map.is_constant();
+    let keys = track.map.frames().zip(track.map.values()).enumerate().map(|(i, (frame, map))| {
+        let key = cameras::key(if is_resting { 1.0 } else { frame }, map);
+        // the others have the lens of the first
+        if i == 0 { seen_through(lens, projection, key) } else { key }
     });
-    Ok(text + &camera_keys(keys, &track.map.cut_frames()))
+    Ok(cameras::table(projection, keys, &track.map.cut_frames()))
 }
 
-/// Writes the clipping planes of a camera. Those that cut nothing off are taken out again when the shot is loaded, with all others of shots.
-fn planes(document: &Document, near: Option<f64>, far: Option<f64>) -> String {
+/// A key with a lens.
+fn seen_through(lens: Lens, projection: Option<Projection>, key: CameraKey) -> CameraKey {
+    let Lens { fov_or_height, planes } = lens;
+    let view = Some(At::of(fov_or_height));
+    let (fov, height) = if projection.is_some() { (None, view) } else { (view, None) };
+    let [near, far] = planes.map(|depth| depth.map(At::of));
+    CameraKey { fov, height, near, far, ..key }
+}
+
+/// Distances of the clipping planes of a camera. Those that cut nothing off are taken out again when the shot is loaded, with all others of
+/// shots.
+fn planes(document: &Document, near: Option<f64>, far: Option<f64>) -> [Option<f64>; 2] {
     // some programs write 0, others a distance behind the eye: nothing is cut off there
     let near = near.filter(|near| *near > 0.0);
     if far.is_some_and(|far| far <= near.unwrap_or(0.0)) || near.is_some_and(|near| near > FARTHEST_PLANE) {
         document.leave_out(
             "clipping planes of a camera (znear, zfar) leave nothing between them, and are not used",
         );
-        return String::new();
+        return [None; 2];
     }
-    let far = far.filter(|far| *far <= FARTHEST_PLANE);
-    let line = |name: &str, depth: Option<f64>| {
-        depth.map_or(String::new(), |depth| format!("{name} = {}\n", number(depth)))
-    };
-    line("near", near) + &line("far", far)
+    [near, far.filter(|far| *far <= FARTHEST_PLANE)]
 }

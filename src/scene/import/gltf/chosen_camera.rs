@@ -11,6 +11,7 @@ use super::parts::{GltfFiles, known_as};
 use crate::digest::Digest;
 use crate::scene::SceneError;
 use crate::scene::import::Import;
+use crate::scene::keys::camera::CameraTable;
 
 /// Choice of a camera of a glTF file, and of its motion.
 #[derive(Debug, Clone, Copy)]
@@ -24,8 +25,8 @@ pub(crate) struct CameraChoice<'a> {
 }
 
 impl GltfFiles {
-    /// Writes `[camera]` and its keys for a camera of the glTF file at `path`. The inner error, the end of a sentence about the
-    /// choice, says that there is no such camera.
+    /// The table of a camera of the glTF file at `path`. The inner error, the end of a sentence about the choice, says that there is
+    /// no such camera.
     ///
     /// # Errors A file that cannot be read or is damaged, an animation that is not there, or a lens that makes no sense.
     pub fn camera(
@@ -33,7 +34,7 @@ impl GltfFiles {
         import: &mut Import,
         path: &Path,
         choice: CameraChoice<'_>,
-    ) -> Result<Result<String, String>, SceneError> {
+    ) -> Result<Result<CameraTable, String>, SceneError> {
         let document = self.document(&mut import.inputs, path, &known_as(path))?;
         let tree = Tree::new(&document)?;
         let (node, camera) = match cameras::chosen(&document, &tree, choice.camera) {
@@ -52,10 +53,10 @@ impl GltfFiles {
                 "its camera `{name}` is scaled to nothing, and looks nowhere: export it again"
             ))
         })?;
-        let text = cameras::text(&document, camera, track)?;
+        let table = cameras::table(&document, camera, track)?;
         for message in document.take_unused() {
             import.findings.note(document.fault(message));
         }
-        Ok(Ok(text))
+        Ok(Ok(table))
     }
 }

@@ -13,13 +13,15 @@ use super::nodes::Tree;
 use super::surrounded;
 use super::{cameras, lights};
 use crate::scene::SceneError;
+use crate::scene::import::cameras::settings;
 use crate::scene::import::part_of_file::NodeTrack;
+use crate::scene::keys::{Digits, FileTables, Rate};
 use crate::scene::turntable::Options;
 use crate::scene::turntable::text::{HEAD, INDIRECT, LIGHT, around, floor};
 use crate::scene::written::{BareShot, Written};
 
 /// Frames in a second.
-const RATE: f64 = 24.0;
+const RATE: u32 = 24;
 
 /// Reads the glTF file at `path`, and makes its shot.
 ///
@@ -40,7 +42,7 @@ pub fn text(path: &Path, model: &str, options: &Options) -> Result<Written, Scen
 
 fn bare(document: &Document, model: &str, options: &Options) -> Result<BareShot, SceneError> {
     let tree = Tree::new(document)?;
-    let clip = Clip::read(document, options.animation.as_deref(), RATE)?;
+    let clip = Clip::read(document, options.animation.as_deref(), RATE.into())?;
     let cameras = cameras::nodes(document, &tree);
     let nodes = lights::nodes(document, &tree.shown)?;
     let first = match &options.camera {
@@ -55,7 +57,7 @@ fn bare(document: &Document, model: &str, options: &Options) -> Result<BareShot,
     let name = |node: usize| cameras::name(document, node);
     let (mut notes, mut stage) = (Vec::new(), String::new());
     let seen = first.and_then(|(node, camera)| Some((camera, tracks.get(&node)?)));
-    let camera = if let Some((camera, track)) = seen {
+    let (around_it, mut tables) = if let Some((camera, track)) = seen {
         if cameras.len() > 1 && options.camera.is_none() {
             let shown = first.map_or(String::new(), |(node, _)| name(node));
             let count = cameras.len();
@@ -72,19 +74,19 @@ fn bare(document: &Document, model: &str, options: &Options) -> Result<BareShot,
                  is dark in there, `afterimage init` writes the shot, for a [[light]] within or `ke` in a [[material]]"
             ));
         }
-        own_camera(document, (camera, track), clip.end, options.size)?
+        (String::new(), own_camera(document, (camera, track), clip.end, options.size)?)
     } else {
         let fit = fit(document, (&tree, &clip), options.size)?;
         notes.push(String::from("the file has no camera: one goes once around all of it"));
         if nodes.is_empty() {
             stage = floor(&fit);
         }
-        around(&fit, options.size)
+        (around(&fit, options.size), FileTables::default())
     };
-    let (mut lights, mut stand_in) = (Vec::new(), "");
+    let mut stand_in = "";
     for (node, number) in &nodes {
         if let Some(track) = tracks.get(node) {
-            lights.push(lights::table(document, *number, &name(*node), track)?);
+            tables.lights.push(lights::table(document, *number, &name(*node), track)?);
         }
     }
     if nodes.is_empty() {
@@ -96,22 +98,28 @@ fn bare(document: &Document, model: &str, options: &Options) -> Result<BareShot,
     let model = Value::from(model);
     let animation = options.animation.as_deref().map(Value::from);
     let animation = animation.map_or(String::new(), |name| format!("animation = {name}\n"));
-    let before = format!("{HEAD}{camera}\n[[model]]\ngltf = {model}\n{animation}{stage}");
-    Ok(BareShot { before, lights, after: format!("{stand_in}{INDIRECT}"), notes })
+    let text = [
+        format!("{HEAD}{around_it}"),
+        format!("\n[[model]]\ngltf = {model}\n{animation}{stage}"),
+        format!("{stand_in}{INDIRECT}"),
+    ];
+    Ok(BareShot { text, tables, notes })
 }
 
-/// Settings and keys of the file's own camera; `end`: last frame of the animation.
+/// Settings and the file's own camera; `end`: last frame of the animation.
 fn own_camera(
     document: &Document,
     (camera, track): (usize, &NodeTrack),
     end: f64,
     size: [u32; 2],
-) -> Result<String, SceneError> {
+) -> Result<FileTables, SceneError> {
     let camera = document.get(&document.json.cameras, camera, "camera")?;
-    let [width, height] = cameras::size(camera).unwrap_or(size);
-    let last = end.floor();
-    let keys = cameras::text(document, camera, track)?;
-    Ok(format!(
-        "\n[render]\nsize = [{width}, {height}]\nsamples = 2\nframes = \"1-{last}\"\nrate = {RATE}\n{keys}"
-    ))
+    let size = cameras::size(camera).unwrap_or(size);
+    let frames = format!("1-{}", end.floor());
+    Ok(FileTables {
+        render: Some(settings(size, frames, Rate::Whole(RATE.into()))),
+        camera: Some(cameras::table(document, camera, track)?),
+        digits: Digits::Short,
+        ..FileTables::default()
+    })
 }

@@ -1,7 +1,6 @@
-//! Cameras (UsdGeomCamera), and their keys in a shot file.
+//! Cameras (UsdGeomCamera), and their tables in a shot file.
 
 use std::collections::BTreeSet;
-use std::fmt::Write;
 
 use glam::{DAffine3, DVec2};
 use openusd::usd::Prim;
@@ -9,8 +8,11 @@ use openusd::usd::Prim;
 use super::file::{Clock, LensKey, UsdCamera};
 use super::value::{Answer, codes, number, numbers, value, word};
 use crate::animation::Track;
-use crate::scene::camera::FARTHEST_PLANE;
-use crate::scene::written::{self, CameraKey, camera_keys, size_of_ratio};
+use crate::scene::camera::{FARTHEST_PLANE, Projection};
+use crate::scene::import::cameras::{self, settings, size_of_ratio};
+use crate::scene::keys::camera::{CameraKey, ShutterTable};
+use crate::scene::keys::toml_text::{At, List};
+use crate::scene::keys::{FileTables, Rate};
 
 /// Lengths of cameras are in tenths of a unit.
 const TENTH: f64 = 0.1;
@@ -137,33 +139,35 @@ fn planes(prim: &Prim, code: f64) -> Answer<Option<[f64; 2]>> {
     Ok(stated.and_then(|range| range.try_into().ok()))
 }
 
-/// Writes the settings and keys of a camera; `size`: of a picture whose ratio makes no sense; `stated`: that which the file says.
-pub fn text(
+/// The tables of a camera and its settings; `size`: of a picture whose ratio makes no sense; `stated`: that which the file says.
+pub fn tables(
     camera: &UsdCamera,
     (size, stated): ([u32; 2], Option<[u32; 2]>),
-    frames: &str,
-    rate: &str,
-) -> String {
-    let [width, height] = stated.or_else(|| size_of_ratio(camera.ratio)).unwrap_or(size);
+    (frames, rate): (String, Rate),
+) -> FileTables {
+    let size = stated.or_else(|| size_of_ratio(camera.ratio)).unwrap_or(size);
     let ratio = stated.map_or(camera.ratio, |[width, height]| f64::from(width) / f64::from(height));
-    let mut text = format!(
-        "\n[render]\nsize = [{width}, {height}]\nsamples = 2\nframes = \"{frames}\"\nrate = {rate}\n"
-    );
     let [open, close] = camera.shutter;
-    if open < close && open >= -1.0 && close <= 1.0 && close - open <= 1.0 {
-        let _ = write!(text, "\n[shutter]\nopen = {open:?}\nclose = {close:?}\n");
-    }
-    if camera.is_orthographic {
-        text += "\n[camera]\nprojection = \"orthographic\"\n";
-    }
+    let is_shutter = open < close && open >= -1.0 && close <= 1.0 && close - open <= 1.0;
+    let shutter = is_shutter.then(|| ShutterTable {
+        open: Some(At::of(open)),
+        close: Some(At::of(close)),
+        curve: None,
+    });
     let mut before: Option<LensKey> = None;
     let keys = camera.keys.iter().map(|key| {
         let key = conformed(key, camera, ratio);
-        let lens = lens(&key, before.as_ref(), camera.is_orthographic);
-        before = Some(key.clone());
-        CameraKey { frame: key.frame, map: key.map, lens }
+        let own = changed(&key, before.as_ref(), camera.is_orthographic);
+        before = Some(key);
+        own
     });
-    text + &camera_keys(keys, &[])
+    let projection = camera.is_orthographic.then_some(Projection::Orthographic);
+    FileTables {
+        render: Some(settings(size, frames, rate)),
+        shutter,
+        camera: Some(cameras::table(projection, keys, &[])),
+        ..FileTables::default()
+    }
 }
 
 /// A key for a picture of another shape than the camera's: the aperture grows in one direction, as in Pixar's library (UsdRender,
@@ -183,29 +187,30 @@ fn conformed(key: &LensKey, camera: &UsdCamera, ratio: f64) -> LensKey {
     }
 }
 
-/// Lines of a key that say what has changed since the one before.
-fn lens(key: &LensKey, before: Option<&LensKey>, is_orthographic: bool) -> String {
-    let number = written::number;
-    let mut text = String::new();
-    if before.is_none_or(|before| before.fov_or_height != key.fov_or_height) {
-        let name = if is_orthographic { "height" } else { "fov" };
-        let _ = writeln!(text, "{name} = {}", number(key.fov_or_height));
-    }
-    if before.map_or(DVec2::ZERO, |before| before.shift) != key.shift {
-        let _ = writeln!(text, "shift = [{}, {}]", number(key.shift.x), number(key.shift.y));
-    }
-    let pinhole = || before.is_none_or(|before| before.focus.is_none());
-    match key.focus {
+/// The key in the table, with what has changed of the lens since the one before.
+fn changed(key: &LensKey, before: Option<&LensKey>, is_orthographic: bool) -> CameraKey {
+    let is_other_view = before.is_none_or(|before| before.fov_or_height != key.fov_or_height);
+    let view = is_other_view.then(|| At::of(key.fov_or_height));
+    let (fov, height) = if is_orthographic { (None, view) } else { (view, None) };
+    let is_shifted = before.map_or(DVec2::ZERO, |before| before.shift) != key.shift;
+    let (aperture, focus) = match key.focus {
         Some([aperture, focus]) if before.is_none_or(|before| before.focus != key.focus) => {
-            let aperture = aperture.min(10.0 * focus);
-            let _ = write!(text, "aperture = {}\nfocus = {}\n", number(aperture), number(focus));
+            (Some(aperture.min(10.0 * focus)), Some(focus))
         }
-        None if !pinhole() => text += "aperture = 0\n",
-        _ => {}
+        // it is a pinhole from here on
+        None if before.is_some_and(|before| before.focus.is_some()) => (Some(0.0), None),
+        _ => (None, None),
+    };
+    let planes = key.planes.filter(|_| before.is_none_or(|before| before.planes != key.planes));
+    let [near, far] = planes.map_or([None, None], |planes| planes.map(|depth| Some(At::of(depth))));
+    CameraKey {
+        fov,
+        height,
+        shift: is_shifted.then(|| At::of(List(key.shift.to_array()))),
+        aperture: aperture.map(At::of),
+        focus: focus.map(At::of),
+        near,
+        far,
+        ..cameras::key(key.frame, key.map)
     }
-    if let Some([near, far]) = key.planes.filter(|_| before.is_none_or(|before| before.planes != key.planes))
-    {
-        let _ = write!(text, "near = {}\nfar = {}\n", number(near), number(far));
-    }
-    text
 }

@@ -11,7 +11,6 @@ use std::path::Path;
 
 use glam::{DAffine3, DVec3};
 use openusd::usd::Prim;
-use toml::Value;
 
 use super::file::{Clock, LightKey, Picture, Units, UsdLight, UsdLightKind};
 use super::shader::Shaders;
@@ -21,8 +20,7 @@ use crate::animation::{Track, Visibility};
 use crate::scene::environment;
 use crate::scene::import::lights::{self, three};
 use crate::scene::keys::toml_text::{At, List};
-use crate::scene::keys::{self, LightTable, LightType};
-use crate::scene::written::{list, number as written};
+use crate::scene::keys::{self, BackgroundTable, EnvironmentTable, LightTable, LightType};
 
 /// Cosine of the angle to its level axes, about, up to which a rectangle counts as level.
 const LEVEL: f64 = 0.999;
@@ -256,22 +254,27 @@ fn shaped(table: LightTable, kind: &UsdLightKind) -> LightTable {
     }
 }
 
-/// Writes the light from all around, if there is one.
-pub fn dome(light: &UsdLight, notes: &mut Vec<String>) -> Option<String> {
-    let UsdLightKind::Dome { picture } = &light.kind else { return None };
-    let key = light.keys.first()?;
+/// The tables of the light from all around, if there is one: of the background that it is, and of its map.
+pub fn dome(
+    light: &UsdLight,
+    notes: &mut Vec<String>,
+) -> (Option<BackgroundTable>, Option<EnvironmentTable>) {
+    let (UsdLightKind::Dome { picture }, Some(key)) = (&light.kind, light.keys.first()) else {
+        return (None, None);
+    };
     if light.keys.len() > 1 {
         notes.push(String::from("the light from all around (DomeLight) rests: it is as at its first key"));
     }
     let Some(picture) = picture else {
-        let color = list(key.color * key.power);
-        return Some(format!("\n[background]\ncolor = {color}\n\n[environment]\n"));
+        let color = Some(three(key.color * key.power));
+        let background = BackgroundTable { color, ..BackgroundTable::default() };
+        return (Some(background), Some(EnvironmentTable::default()));
     };
     if picture.packed.is_some() {
         notes.push(String::from(
             "the picture of the light from all around (DomeLight) is in a package, and is not used: unpack it, and name it as `map` of [environment]",
         ));
-        return None;
+        return (None, None);
     }
     if key.color != DVec3::ONE {
         notes.push(String::from(
@@ -285,7 +288,11 @@ pub fn dome(light: &UsdLight, notes: &mut Vec<String>) -> Option<String> {
     // the middle of a map is at +Z of the light, and here at -Z (OpenEXR, "Environment Maps")
     let ahead = key.map.matrix3.z_axis.normalize_or(DVec3::Z);
     let rotation = 180.0 + ahead.x.atan2(ahead.z).to_degrees();
-    let map = Value::from(picture.path.to_string_lossy().into_owned());
-    let (rotation, power) = (written(rotation), written(key.power));
-    Some(format!("\n[environment]\nmap = {map}\nrotation = {rotation}\npower = {power}\n"))
+    let environment = EnvironmentTable {
+        map: Some(At::of(picture.path.to_string_lossy().into_owned())),
+        rotation: Some(At::of(rotation)),
+        power: Some(At::of(key.power)),
+        ..EnvironmentTable::default()
+    };
+    (None, Some(environment))
 }

@@ -10,6 +10,7 @@ use super::file::{Clock, Content, UsdCamera, UsdFile, UsdLightKind};
 use super::{cameras, lights};
 use crate::scene::SceneError;
 use crate::scene::import::faces::are_within_reach;
+use crate::scene::keys::{FileTables, Rate};
 use crate::scene::turntable::corners::Corners;
 use crate::scene::turntable::text::{HEAD, INDIRECT, LIGHT, around, floor};
 use crate::scene::turntable::{Fit, Options, Up};
@@ -35,7 +36,7 @@ pub fn text(path: &Path, model: &str, options: &Options) -> Result<Written, Scen
 fn bare(file: &UsdFile, model: &str, options: &Options) -> Result<BareShot, SceneError> {
     let content = &file.content;
     let (mut notes, mut stage) = (Vec::new(), String::new());
-    let camera = match chosen(content) {
+    let (around_it, mut tables) = match chosen(content) {
         Some(camera) => {
             let is_named = content.render.as_ref().is_some_and(|render| render.camera.is_some());
             if content.cameras.len() > 1 && !is_named {
@@ -43,7 +44,8 @@ fn bare(file: &UsdFile, model: &str, options: &Options) -> Result<BareShot, Scen
                 notes.push(format!("of {count} cameras the first is shown: `{}`", camera.name));
             }
             let stated = content.render.as_ref().and_then(|render| render.size);
-            cameras::text(camera, (options.size, stated), &frames(file), &rate(&content.clock))
+            let settings = (frames(file), rate(&content.clock));
+            (String::new(), cameras::tables(camera, (options.size, stated), settings))
         }
         None => {
             let fit = fit(file, options.size)?;
@@ -51,27 +53,32 @@ fn bare(file: &UsdFile, model: &str, options: &Options) -> Result<BareShot, Scen
             if !content.has_lights {
                 stage = floor(&fit);
             }
-            around(&fit, options.size)
+            (around(&fit, options.size), FileTables::default())
         }
     };
-    let (lights, mut rest) = (content.lights.iter().filter_map(lights::table).collect(), String::new());
+    tables.lights = content.lights.iter().filter_map(lights::table).collect();
     let domes: Vec<_> =
         content.lights.iter().filter(|light| matches!(light.kind, UsdLightKind::Dome { .. })).collect();
     if let Some(dome) = domes.first() {
-        rest += &lights::dome(dome, &mut notes).unwrap_or_default();
+        (tables.background, tables.environment) = lights::dome(dome, &mut notes);
     }
     if domes.len() > 1 {
         notes.push(String::from("of several lights from all around (DomeLight) the first one shines"));
     }
+    let mut stand_in = "";
     if !content.has_lights {
-        rest = String::from(LIGHT);
+        stand_in = LIGHT;
         notes.push(String::from("the file has no lights: a sky and two soft lights stand in for them"));
     } else if content.lights.is_empty() {
         notes.push(String::from("none of the file's lights shines, so it is dark"));
     }
     let model = Value::from(model);
-    let before = format!("{HEAD}{camera}\n[[model]]\nusd = {model}\n{stage}");
-    Ok(BareShot { before, lights, after: format!("{rest}{INDIRECT}"), notes })
+    let text = [
+        format!("{HEAD}{around_it}"),
+        format!("\n[[model]]\nusd = {model}\n{stage}"),
+        format!("{stand_in}{INDIRECT}"),
+    ];
+    Ok(BareShot { text, tables, notes })
 }
 
 /// The camera that the file's settings name, or else the first one.
@@ -101,17 +108,17 @@ fn frames(file: &UsdFile) -> String {
 }
 
 /// Frames in a second, as a shot file states them.
-fn rate(clock: &Clock) -> String {
+fn rate(clock: &Clock) -> Rate {
     let rate = clock.rate;
     if (rate - rate.round()).abs() < 1e-6 {
-        return format!("{}", rate.round() as i64);
+        return Rate::Whole(rate.round() as i64);
     }
     // of television: 23.976 is 24000/1001
     let exact = rate * 1001.0 / 1000.0;
     if (exact - exact.round()).abs() < 0.01 {
-        return format!("\"{}/1001\"", 1000 * exact.round() as i64);
+        return Rate::Text(format!("{}/1001", 1000 * exact.round() as i64));
     }
-    format!("\"{}/1000\"", ((rate * 1000.0).round() as i64).max(1))
+    Rate::Text(format!("{}/1000", ((rate * 1000.0).round() as i64).max(1)))
 }
 
 /// Fits a camera around all that is shown at the first frame.
