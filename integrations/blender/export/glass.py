@@ -134,7 +134,7 @@ def tell(surface, glass, evaluator):
     if float((of_matt * np.abs(1 - specular)).mean()) > LEAST_TOLD:
         evaluator.say("what is matt of it reflects as its glass does")
     if varies(glass.share) and (varies(glass.tint) or float(glass.tint.max()) >= 0.5):
-        evaluator.say("what is matt of it casts no shadow without Caustics, as its glass casts none")
+        evaluator.say("without Caustics all of it casts a shadow, or nothing where half of it and more is glass")
     if varies(evened(surface.shine)):
         evaluator.say("the colour that it reflects counts by its mean")
     parts = {"coat": surface.coat, "sheen": surface.fuzz, "subsurface scattering": surface.subsurface, "translucency": surface.translucency}

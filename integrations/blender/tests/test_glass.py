@@ -10,7 +10,7 @@ import numpy as np
 import support
 from test_surfaces import principled
 
-SHADOW = "what is matt of it casts no shadow without Caustics, as its glass casts none"
+SHADOW = "without Caustics all of it casts a shadow, or nothing where half of it and more is glass"
 REFLECTS = "what is matt of it reflects as its glass does"
 
 
