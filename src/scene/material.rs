@@ -443,12 +443,11 @@ impl Material {
         self.uneven_glass.map(|glass| glass.share).or(of_layer).filter(|_| self.varies_in_metal())
     }
 
-    /// Colour by which what goes through glass is tinted where samples keep this reflectance.
+    /// Colour by which what goes through tinted glass is tinted where samples keep this reflectance.
     #[inline]
     pub fn tint_of_glass(&self, reflectance: Vec3) -> Vec3 {
-        let painted = self.painted();
-        let tint = reflectance / painted.max(Vec3::splat(f32::MIN_POSITIVE));
-        Vec3::select(painted.cmpgt(Vec3::ZERO), tint, Vec3::ONE)
+        // 1 or more, where glass is tinted
+        reflectance / self.painted()
     }
 
     /// Returns true if a graph computes this of it.
@@ -597,7 +596,12 @@ impl Material {
     /// and not less than the base colour of a metal. If nothing paints it, it is the diffuse reflectance.
     pub fn painted(&self) -> Vec3 {
         let base = self.metal_rough.map_or(Vec3::ZERO, |metal_rough| metal_rough.base);
-        let base = self.uneven_glass.map_or(base, |glass| glass.base);
+        let base = match self.uneven_glass {
+            // its tint is kept whole, however dark what is matt of it is
+            Some(glass) if glass.is_tinted => glass.base.max(Vec3::ONE),
+            Some(glass) => glass.base,
+            None => base,
+        };
         if self.is_painted() { self.diffuse.max(self.ambient).max(base) } else { self.diffuse }
     }
 

@@ -238,7 +238,7 @@ pub struct Beyond {
     pub veil: Vec3,
     /// Colour of light that passes the surface of glass, once each time; `transmission_color` is a factor of it where there is no
     /// `transmission_depth`.
-    pub glass_tint: Vec3,
+    pub glass_tint: Value,
     /// True if the picture of the base colour is a factor of it as well.
     pub is_glass_pictured: bool,
     /// How white metal is at grazing angles, from 0 to 1, where `specular_color` does not say.
@@ -265,7 +265,7 @@ impl Default for Beyond {
             phong: None,
             mirror: None,
             veil: Vec3::ONE,
-            glass_tint: Vec3::ONE,
+            glass_tint: Value::ONE,
             is_glass_pictured: false,
             metal_edge: None,
             translucency: None,

@@ -148,8 +148,11 @@ fn glass_is_where_its_graphs_say_and_as_they_say() {
     let (color, weight) = (by("transmission_color", "color3"), by("transmission_weight", "float"));
     // the sun is not there: what is matt is black
     let above = ABOVE.replace("power = 1", "power = 0");
+    // what is not glass of it is black all the more
+    let black = "<input name=\"base_weight\" type=\"float\" value=\"0\"/>";
     for (glass, sees) in [
         (format!("{whole}{color}"), (|at| at) as fn(Vec3) -> Vec3),
+        (format!("{black}{weight}{color}"), |at| at * luma(at)),
         (weight.clone(), |at| Vec3::splat(luma(at))),
         (format!("{weight}{color}"), |at| at * luma(at)),
     ] {

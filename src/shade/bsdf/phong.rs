@@ -50,8 +50,19 @@ struct Paint {
 struct VaryingPaint {
     /// Share of metal, or of glass, if that varies: of what is neither the diffuse reflectance is a share.
     not_matt: Option<f32>,
+    /// The same of glass alone: what is glass reflects no ambient light, and metal does.
+    glass: Option<f32>,
     /// Its layer, if that may be a mirror in places.
     layer: Option<MetalRough>,
+}
+
+impl VaryingPaint {
+    /// Share of the surface that reflects ambient light.
+    #[inline(always)]
+    fn lit(&self, varied: Varied) -> f32 {
+        let matt = self.glass.map_or(1.0, |share| 1.0 - share * varied.of_metal());
+        varied.of_opacity() * matt
+    }
 }
 
 impl Paint {
@@ -70,20 +81,18 @@ impl Paint {
     /// Light that leaves it whatever the light sources and the eye: what no reflectance colours, and that for each unit of reflectance.
     #[inline(always)]
     fn light_at(&self, varied: Varied) -> [Vec3; 2] {
-        if self.varying.is_none() {
-            return [self.base, self.ambient];
-        }
-        let opacity = varied.of_opacity();
+        let Some(varying) = &self.varying else { return [self.base, self.ambient] };
+        let opacity = varying.lit(varied);
         [varied.light_of(self.emission) + self.plain_ambient * opacity, self.ambient * opacity]
     }
 
     /// Emission; then ambient light as [`light_at`](Self::light_at) has it.
     #[inline(always)]
     fn apart_at(&self, varied: Varied) -> [Vec3; 3] {
-        if self.varying.is_none() {
+        let Some(varying) = &self.varying else {
             return [self.emission, self.plain_ambient, self.ambient];
-        }
-        let opacity = varied.of_opacity();
+        };
+        let opacity = varying.lit(varied);
         [varied.light_of(self.emission), self.plain_ambient * opacity, self.ambient * opacity]
     }
 
@@ -349,6 +358,7 @@ fn paint(material: &Material, light: Vec3) -> Paint {
     let share = |of: Vec3| of / painted.max(Vec3::splat(f32::MIN_POSITIVE));
     let varying = material.varies().then(|| VaryingPaint {
         not_matt: material.share_that_is_not_matt(),
+        glass: material.share_that_is_not_matt().filter(|_| material.uneven_glass.is_some()),
         layer: material.metal_rough.filter(|_| material.varies_in_roughness()),
     });
     let is_smooth = |layer: MetalRough| layer.is_smooth() && !material.varies_in_roughness();

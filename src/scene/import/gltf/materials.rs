@@ -137,7 +137,15 @@ pub fn uv_sets(document: &Document, material: Option<usize>) -> Result<UvSets, S
 fn uv_sets_of(document: &Document, material: &Json) -> Result<UvSets, SceneError> {
     let pbr = &material.pbr_metallic_roughness;
     let glow = if material.emissive_factor == [0.0; 3] { &None } else { &material.emissive_texture };
-    let all = [&pbr.base_color_texture, &pbr.metallic_roughness_texture, &material.normal_texture, glow];
+    let transmission: Transmission =
+        extension(document, &material.extensions, "KHR_materials_transmission")?.unwrap_or_default();
+    let all = [
+        &pbr.base_color_texture,
+        &pbr.metallic_roughness_texture,
+        &material.normal_texture,
+        glow,
+        &transmission.transmission_texture,
+    ];
     let sets = all.into_iter().flatten().map(|info| set_of_texture(document, info));
     let sets = sets.collect::<Result<Vec<u32>, SceneError>>()?;
     let first = sets.first().copied().unwrap_or(0);
@@ -219,6 +227,7 @@ impl Reading<'_> {
             surface.beyond.translucency = self.translucency(json)?;
         }
         self.show_own(json, &mut surface)?;
+        surface.left_out().into_iter().for_each(|said| self.document.leave_out(said));
         Ok(surface)
     }
 
@@ -256,12 +265,13 @@ impl Reading<'_> {
     fn make_glass(&mut self, json: &Json, through: f64, surface: &mut Surface) -> Result<(), SceneError> {
         let volume: Volume =
             extension(self.document, &json.extensions, "KHR_materials_volume")?.unwrap_or_default();
-        surface.beyond.glass_tint = surface[Parameter::BaseColor].factor;
+        surface.beyond.glass_tint = surface[Parameter::BaseColor];
         surface.beyond.is_glass_pictured = true;
         surface[Parameter::TransmissionWeight] = (through as f32).into();
         let is_thin = volume.thickness_factor <= 0.0;
         surface[Parameter::GeometryThinWalled] = if is_thin { Value::ONE } else { Value::ZERO };
-        if let Some(distance) = volume.attenuation_distance {
+        let distance = volume.attenuation_distance.filter(|distance| *distance as f32 > 0.0);
+        if let Some(distance) = distance {
             surface[Parameter::TransmissionDepth] = (distance as f32).into();
             surface[Parameter::TransmissionColor] = color(volume.attenuation_color.into()).into();
         }

@@ -77,7 +77,7 @@ impl Surface {
         let varies = |parameter| self[parameter].node.is_some();
         let is_glass = through(self) > 0.0;
         for (is_so, said) in [
-            (is_glass && varies(Parameter::BaseMetalness), GLASS_OF_METAL),
+            (is_glass && varies_in_metal(self), GLASS_OF_METAL),
             (is_glass && (coat(self).is_some() || fuzz(self).is_some()), COAT_OF_GLASS),
             (
                 is_glass && varies(Parameter::TransmissionColor) && varies(Parameter::BaseColor),
@@ -99,10 +99,9 @@ impl Surface {
         inputs[Computes::Highlight] = phong.and_then(|phong| phong.color.given());
         let of_highlight = phong.and_then(|phong| phong.exponent.given());
         inputs[Computes::Roughness] = of_highlight.or(self[Parameter::SpecularRoughness].given());
-        inputs[Computes::Color] = glass.and_then(|glass| glass.color).or(base.given());
-        inputs[Computes::Metalness] = match glass {
-            Some(glass) => glass.share,
-            None => self[Parameter::BaseMetalness].given(),
+        [inputs[Computes::Color], inputs[Computes::Metalness]] = match glass {
+            Some(glass) => [glass.color, glass.share],
+            None => [base.given(), self[Parameter::BaseMetalness].given()],
         };
         inputs
     }
@@ -117,9 +116,11 @@ impl Surface {
         let fuzz = fuzz(self).filter(|_| !is_glass);
         let diffuse_roughness = share(self, Parameter::BaseDiffuseRoughness);
         let solid = if beyond.mirror.is_some() { 1.0 } else { solid(self) * (1.0 - through) };
+        // what is matt of uneven glass is as much as its factor says
+        let lit = if is_glass && self.has_share_of_glass() { 1.0 } else { solid };
         let plain = Material {
             diffuse: base * solid,
-            ambient: beyond.ambient.unwrap_or(base) * solid,
+            ambient: beyond.ambient.unwrap_or(base) * lit,
             optics,
             scattering: self.scattering().filter(|_| optics == Optics::Opaque),
             uneven_glass: uneven_glass.filter(|glass| glass.is_tinted || self.has_share_of_glass()),
@@ -159,7 +160,7 @@ impl Surface {
 
     /// Returns true if a graph says how much of it is glass.
     fn has_share_of_glass(&self) -> bool {
-        [Parameter::TransmissionWeight, Parameter::BaseMetalness].iter().any(|of| self[*of].node.is_some())
+        self[Parameter::TransmissionWeight].node.is_some() || varies_in_metal(self)
     }
 
     /// Its effect on rays.
@@ -175,7 +176,7 @@ impl Surface {
             // files write 0 for "does not bend"
             let index = Some(self.number(Parameter::SpecularIor)).filter(|index| *index > 0.0);
             return Optics::Glass {
-                transmission: (own * glass_tint * through).clamp(Vec3::ZERO, Vec3::ONE),
+                transmission: (own * glass_tint.factor * through).clamp(Vec3::ZERO, Vec3::ONE),
                 index: index.unwrap_or(1.0).min(GREATEST_INDEX),
                 reflection: self.constant(Parameter::SpecularColor).max(Vec3::ZERO),
                 // a lobe that is too narrow to be seen is none
@@ -224,7 +225,8 @@ impl Surface {
         let Beyond { entry_index, entry_roughness, entry_matt, .. } = self.beyond;
         let of_layer = index_of(reflectance(self)) as f32;
         let index = entry_index.unwrap_or(of_layer).clamp(1.0, GREATEST_INDEX);
-        let roughness = entry_roughness.unwrap_or_else(|| factor(self, Parameter::SpecularRoughness));
+        let own = if of_layer > 1.0 { factor(self, Parameter::SpecularRoughness) } else { 1.0 };
+        let roughness = entry_roughness.unwrap_or(own);
         let matt = entry_matt.unwrap_or(if index > 1.0 { 0.0 } else { 1.0 });
         Entry { matt, index, alpha: (roughness * roughness).max(LEAST_ALPHA) }
     }
@@ -251,7 +253,7 @@ impl Surface {
 struct Glass {
     /// Share that is glass, of its greatest one.
     share: Option<Input>,
-    /// Colour of what goes through.
+    /// Colour of what goes through, or else of what is matt of it.
     color: Option<Input>,
     uneven: UnevenGlass,
 }
@@ -259,27 +261,34 @@ struct Glass {
 /// What of glass varies from place to place.
 fn glass(surface: &mut Surface, base: Value) -> Glass {
     let is_of_depth = surface.number(Parameter::TransmissionDepth) > 0.0;
-    let color = surface[Parameter::TransmissionColor].given().filter(|_| !is_of_depth);
+    let of_color = surface[Parameter::TransmissionColor].given().filter(|_| !is_of_depth);
+    let color = surface.beyond.glass_tint.given().or(of_color);
     let weight = surface[Parameter::TransmissionWeight].given();
     let metal = surface[Parameter::BaseMetalness];
-    let share = match metal.node {
-        None => weight,
-        Some(_) => {
+    let share = match varies_in_metal(surface) {
+        false => weight,
+        true => {
             let inputs = vec![weight.unwrap_or(Input::Constant(Vec3::ONE)), whole(surface, metal)];
             Some(surface.graph.add(Arc::new(Without), inputs))
         }
     };
     let is_pictured = surface.beyond.is_glass_pictured && surface.base_picture.is_some();
     let through = through(surface);
-    // where nothing is matt, what is kept has the tint alone
-    let is_clear = through == 1.0 && share.is_none();
     let uneven = UnevenGlass {
-        base: if is_clear { Vec3::ONE } else { base.factor.clamp(Vec3::ZERO, Vec3::splat(LARGEST_COLOR)) },
+        base: base.factor.clamp(Vec3::ZERO, Vec3::splat(LARGEST_COLOR)),
         share: through,
         mean: 1.0,
         is_tinted: color.is_some() || is_pictured,
     };
-    Glass { share, color, uneven }
+    // nothing of it is matt, if it is clear all over
+    let is_clear = through == 1.0 && share.is_none();
+    Glass { share, color: color.or(base.given().filter(|_| !is_clear)), uneven }
+}
+
+/// Returns true if a graph says where it is metal.
+fn varies_in_metal(surface: &Surface) -> bool {
+    let metal = surface[Parameter::BaseMetalness];
+    metal.node.is_some() && metal.factor != Vec3::ZERO
 }
 
 /// Share of the light that it lets through as glass.
@@ -287,8 +296,7 @@ fn through(surface: &Surface) -> f32 {
     if solid(surface) < 1.0 || surface.beyond.mirror.is_some() {
         return 0.0;
     }
-    let is_known = surface[Parameter::BaseMetalness].node.is_none();
-    let metallic = if is_known { metalness(surface) } else { 0.0 };
+    let metallic = if varies_in_metal(surface) { 0.0 } else { metalness(surface) };
     factor(surface, Parameter::TransmissionWeight) * (1.0 - metallic)
 }
 

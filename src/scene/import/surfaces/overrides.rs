@@ -49,11 +49,8 @@ impl Import {
         if let Some(surface) = self.surface_of_table(&stated.name)? {
             return self.lay_tables_over(surface);
         }
-        let mut places = ByUse::default();
-        for (values, shot) in self.surfaces.tables_of(&stated.name) {
-            stated.replace_with(&values);
-            places.replace_with(&values.maps.map(|_| shot.clone()));
-        }
+        let (of_tables, places) = self.stated_by_tables(&stated.name);
+        stated.replace_with(&of_tables);
         let asking = |used| places[used].as_deref().unwrap_or(own);
         let mut surface = stated.surface();
         self.show_maps(&mut surface, &stated.maps, asking)?;
@@ -73,19 +70,35 @@ impl Import {
     /// # Errors
     /// In a strict load: a picture that is missing.
     pub(in crate::scene) fn lay_tables_over(&mut self, mut surface: Surface) -> Result<Surface, SceneError> {
-        for (stated, shot) in self.surfaces.tables_of(&surface.name) {
-            stated.lay_over(&mut surface);
-            self.show_maps(&mut surface, &stated.maps, |_| &shot)?;
-            surface.alpha = match &stated.maps[MapUse::Opacity] {
-                Some(map) => {
-                    let map = self.picture(map, &shot, MapUse::Opacity.of_picture())?;
-                    surface[Parameter::GeometryOpacity].node = None;
-                    self.stated_alpha(map, stated.alpha_mode)
-                }
-                None => with_mode(&surface, stated.alpha_mode),
-            };
-        }
+        let (stated, places) = self.stated_by_tables(&surface.name);
+        let asking = |used| places[used].as_deref().unwrap_or(Path::new(""));
+        stated.lay_over(&mut surface);
+        self.show_maps(&mut surface, &stated.maps, asking)?;
+        let color = stated.maps.has(MapUse::Color);
+        let is_even = surface.alpha.is_none() && surface[Parameter::GeometryOpacity].node.is_none();
+        surface.alpha = match &stated.maps[MapUse::Opacity] {
+            Some(map) => {
+                let map = self.picture(map, asking(MapUse::Opacity), MapUse::Opacity.of_picture())?;
+                surface[Parameter::GeometryOpacity].node = None;
+                self.stated_alpha(map, stated.alpha_mode)
+            }
+            None if color && is_even => {
+                surface.base_picture.and_then(|map| self.stated_alpha(map, stated.alpha_mode))
+            }
+            None => with_mode(&surface, stated.alpha_mode),
+        };
         Ok(surface)
+    }
+
+    /// What all tables of this name state together, with the shot file of each picture.
+    fn stated_by_tables(&mut self, name: &str) -> (Statements, ByUse<PathBuf>) {
+        let mut all = Statements { name: name.to_string(), ..Statements::default() };
+        let mut places = ByUse::default();
+        for (values, shot) in self.surfaces.tables_of(name) {
+            all.replace_with(&values);
+            places.replace_with(&values.maps.map(|_| shot.clone()));
+        }
+        (all, places)
     }
 
     /// The surface that the last table of this name takes from a MaterialX file, if one does.
@@ -213,10 +226,13 @@ fn meaning_of(mode: Option<AlphaMode>) -> Alpha {
 
 /// The alpha of a surface with the meaning that a shot file states: that of the picture of its colour, if it has no other.
 fn with_mode(surface: &Surface, mode: Option<AlphaMode>) -> Option<PlaceAlpha> {
-    let of_base = || PlaceAlpha { map: surface.base_picture, by_vertices: false, meaning: meaning_of(mode) };
+    let of_base = || {
+        let map = surface.base_picture?;
+        Some(PlaceAlpha { map: Some(map), by_vertices: false, meaning: meaning_of(mode) })
+    };
     let own = surface.alpha;
     match (mode, own.map(|alpha| alpha.meaning)) {
         (None, _) | (Some(AlphaMode::Cut), Some(Alpha::Cut(_))) => own,
-        _ => Some(PlaceAlpha { meaning: meaning_of(mode), ..own.unwrap_or_else(of_base) }),
+        (mode, _) => own.or_else(of_base).map(|alpha| PlaceAlpha { meaning: meaning_of(mode), ..alpha }),
     }
 }

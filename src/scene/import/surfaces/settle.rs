@@ -4,17 +4,23 @@ use super::varying::Settled;
 use crate::graph::nodes::picture::Shown;
 use crate::scene::cutout::{ALL_BUT_OPAQUE, Cutout, LEAST_OPACITY};
 use crate::scene::import::Import;
-use crate::scene::material::Computes;
+use crate::scene::material::{Computes, LEAST_ALPHA};
 use crate::scene::surface::{Alpha, PlaceAlpha, Surface};
 
 impl Import {
     /// Settles a surface whose pictures were placed.
     pub(in crate::scene) fn settle(&self, mut surface: Surface) -> Settled {
         self.fold(&mut surface);
-        let (alpha, normals) = (surface.alpha, surface.normals);
+        let (alpha, normals, entry_roughness) =
+            (surface.alpha, surface.normals, surface.beyond.entry_roughness);
         let mut settled = surface.lowered();
         if let Some(glass) = &mut settled.material.uneven_glass {
             glass.mean = settled.graphs.mean(Computes::Metalness, &self.pictures.textures).clamp(0.0, 1.0);
+        }
+        if let (Some(scattering), None) = (&mut settled.material.scattering, entry_roughness) {
+            // light goes in by one roughness
+            let mean = settled.graphs.mean(Computes::Roughness, &self.pictures.textures).clamp(0.0, 1.0);
+            scattering.entry.alpha = (scattering.entry.alpha * mean * mean).max(LEAST_ALPHA);
         }
         settled.material.normal_map = normals.and_then(|(map, slope)| self.pictures.normal_map(map, slope));
         settled.material.cutout = match alpha {

@@ -64,9 +64,9 @@ impl Statements {
             (Some(illum), tf) if is_model_of_glass(illum) => set_glass(surface, tf.unwrap_or(Vec3::ONE)),
             (Some(_), _) => surface[Parameter::TransmissionWeight] = Value::ZERO,
             (None, Some(tf)) if is_glass(surface) => set_glass(surface, tf),
-            (None, Some(tf)) => surface.beyond.veil = tf,
-            (None, None) => {}
+            (None, _) => {}
         }
+        surface.beyond.veil = self.tf.map_or(surface.beyond.veil, veil);
         let is_glass = is_glass(surface);
         if (self.pr.is_some() || self.pm.is_some()) && !is_glass && !has_layer(surface) {
             surface.set_layer(DEFAULT_INDEX, DEFAULT_ROUGHNESS, 0.0);
@@ -75,7 +75,8 @@ impl Statements {
         if let Some(pr) = self.pr {
             surface[Parameter::SpecularRoughness] = pr.into();
         }
-        if let Some(pm) = self.pm {
+        // glass stays glass
+        if let Some(pm) = self.pm.filter(|_| !is_glass || self.solid() < 1.0) {
             surface[Parameter::BaseMetalness] = pm.into();
         }
         if let Some(ni) = self.ni {
@@ -84,16 +85,21 @@ impl Statements {
             surface[Parameter::SpecularWeight] = Value::ONE;
         }
         if let Some(ks) = self.ks {
-            let is_black = surface.constant(Parameter::BaseColor) == Vec3::ZERO;
+            let is_black_metal =
+                surface.constant(Parameter::BaseColor) == Vec3::ZERO && metalness(surface) > 0.0;
             match &mut surface.beyond.phong {
                 _ if is_glass => surface[Parameter::SpecularColor] = ks.into(),
                 Some(phong) => phong.color = ks.into(),
-                None if is_black => set_base(surface, ks),
+                None if is_black_metal => set_base(surface, ks),
                 None => {}
             }
         }
         if let (Some(ns), Some(phong)) = (self.ns, &mut surface.beyond.phong) {
             phong.exponent = ns.into();
+        }
+        let emission = [Parameter::EmissionColor, Parameter::EmissionLuminance].map(|of| surface[of]);
+        if self.maps.has(MapUse::Emission) && emission.contains(&Value::ZERO) {
+            surface.set_emission(Vec3::ONE);
         }
         surface.beyond.ambient = self.ka.or(surface.beyond.ambient);
         self.lay_parameters(surface);
@@ -101,14 +107,16 @@ impl Statements {
 
     /// Replaces the parameters of a surface that are stated by themselves.
     fn lay_parameters(&self, surface: &mut Surface) {
-        for (parameter, value) in &self.parameters {
-            surface[*parameter] = *value;
-        }
-        // without a depth it is no colour of one
-        if self.stated(Parameter::TransmissionColor).is_some()
-            && surface[Parameter::TransmissionDepth] == Value::ZERO
-        {
+        let before = surface[Parameter::TransmissionDepth];
+        let depth = self.stated(Parameter::TransmissionDepth).unwrap_or(before);
+        if before != Value::ZERO && depth == Value::ZERO {
             surface[Parameter::TransmissionColor] = Value::ONE;
+        }
+        for (parameter, value) in &self.parameters {
+            // without a depth there is no colour of one
+            if *parameter != Parameter::TransmissionColor || depth != Value::ZERO {
+                surface[*parameter] = *value;
+            }
         }
         let beyond = &mut surface.beyond;
         beyond.metal_edge = self.metal_edge.or(beyond.metal_edge);
@@ -169,9 +177,7 @@ impl Statements {
     /// Sets how far the surface is there: cut-outs and veils.
     fn set_coverage(&self, surface: &mut Surface) {
         surface[Parameter::GeometryOpacity] = self.solid().into();
-        // writers of `Tf 0 0 0` with `d` do not mean black
-        let filter = self.tf.filter(|filter| *filter != Vec3::ZERO).unwrap_or(Vec3::ONE);
-        surface.beyond.veil = filter.min(Vec3::ONE);
+        surface.beyond.veil = veil(self.tf.unwrap_or(Vec3::ONE));
     }
 
     /// Sets what the surface does to rays.
@@ -195,7 +201,7 @@ impl Statements {
             surface[Parameter::SpecularRoughness] = self.pr.unwrap_or(of_map).into();
         } else {
             surface[Parameter::TransmissionWeight] = (1.0 - solid).into();
-            surface.beyond.glass_tint = filter;
+            surface.beyond.glass_tint = filter.into();
             surface[Parameter::SpecularRoughness] = Value::ZERO;
         }
         surface[Parameter::SpecularColor] = self.ks.unwrap_or(Vec3::ONE).into();
@@ -224,8 +230,17 @@ fn is_model_of_glass(illum: u32) -> bool {
 fn set_glass(surface: &mut Surface, filter: Vec3) {
     let most = filter.max_element();
     surface[Parameter::TransmissionWeight] = most.max(OF_BLACK_GLASS).into();
-    surface.beyond.glass_tint = if most > 0.0 { filter / most } else { Vec3::ZERO };
+    surface.beyond.glass_tint = if most > 0.0 { (filter / most).into() } else { Value::ZERO };
+    surface.beyond.is_glass_pictured = false;
     surface[Parameter::BaseMetalness] = Value::ZERO;
+    if surface[Parameter::TransmissionDepth] == Value::ZERO {
+        surface[Parameter::TransmissionColor] = Value::ONE;
+    }
+}
+
+/// Colour of a veil by its filter: writers of `Tf 0 0 0` with `d` do not mean black.
+fn veil(filter: Vec3) -> Vec3 {
+    if filter == Vec3::ZERO { Vec3::ONE } else { filter.min(Vec3::ONE) }
 }
 
 /// The base colour, which is that of what is below as well.
@@ -360,5 +375,78 @@ mod tests {
         assert_eq!(settled("Kd .5\nd .5").diffuse, Vec3::splat(0.25));
         assert_eq!(settled("Ke 3 2 1").emission, Vec3::new(3.0, 2.0, 1.0));
         assert_eq!(settled("Ns 1e9").shininess, 1e5);
+    }
+
+    /// What tables say over surfaces of files of other kinds means what it does over MTL's.
+    #[test]
+    fn values_replace_those_of_other_surfaces() {
+        let plastic = || {
+            let mut surface = Surface::matt("m", Vec3::splat(0.5));
+            surface.set_layer(1.5, 0.25, 0.0);
+            surface
+        };
+        let glass = || {
+            let mut surface = plastic();
+            surface[Parameter::TransmissionWeight] = Value::ONE;
+            surface[Parameter::TransmissionColor] = Vec3::Y.into();
+            surface
+        };
+        let over = |mut surface: Surface, statements: &str| {
+            let file = parse(format!("newmtl m\n{statements}").as_bytes());
+            file.materials[0].lay_over(&mut surface);
+            surface.material()
+        };
+        let layer = |statements: &str| over(plastic(), statements).metal_rough.unwrap();
+        assert_eq!((layer("Pr .5").roughness, layer("Pm 1").metallic), (0.5, 1.0));
+        assert_eq!(layer("Kd 1 0 0").base, Vec3::X);
+        assert!(
+            (layer("Ni 2").head_on - 1.0 / 9.0).abs() < 1e-6 && (layer("Ni 1").head_on - 0.04).abs() < 1e-6
+        );
+        assert_eq!(over(plastic(), "Ke 1 2 3").emission, Vec3::new(1.0, 2.0, 3.0));
+        assert_eq!(over(plastic(), "map_Ke a.png").emission, Vec3::ONE, "the picture as it is");
+        // black metal has the colour of highlights, and black plastic stays black
+        assert_eq!(layer("Kd 0\nKs .7\nPm 1").base, Vec3::splat(0.7));
+        assert_eq!(layer("Kd 0\nKs .7").base, Vec3::ZERO);
+        // coverage and its colour
+        let half = |filter: Vec3| Optics::veil(filter * 0.5);
+        assert_eq!(over(plastic(), "d .5\nTf 1 0 0\nillum 2").optics, half(Vec3::X));
+        assert_eq!(over(plastic(), "d .5\nTf 0 0 0").optics, half(Vec3::ONE));
+        // what is made glass is as rough as it was, and what is no glass any more has its layer again
+        let Optics::Glass { transmission, is_rough: true, .. } = over(plastic(), "illum 7").optics else {
+            panic!("it is rough glass")
+        };
+        assert_eq!(transmission, Vec3::ONE);
+        assert!(over(glass(), "illum 2").metal_rough.is_some_and(|layer| layer.roughness == 0.25));
+        // a filter replaces the colour of glass, and metal does not unmake it
+        for (statements, expected) in [("Tf 1 0 0", Vec3::X), ("Pm 1", Vec3::Y), ("Ks .5", Vec3::Y)] {
+            let Optics::Glass { transmission, .. } = over(glass(), statements).optics else {
+                panic!("{statements}: it stays glass")
+            };
+            assert_eq!(transmission, expected, "{statements}");
+        }
+    }
+
+    #[test]
+    fn depth_takes_the_colour_of_glass() {
+        let with = |values: &[(Parameter, Value)], deep: f32| {
+            let mut surface = Surface::matt("m", Vec3::ONE);
+            surface.set_layer(1.5, 0.0, 0.0);
+            surface[Parameter::TransmissionWeight] = Value::ONE;
+            surface[Parameter::TransmissionColor] = Vec3::Y.into();
+            surface[Parameter::TransmissionDepth] = deep.into();
+            let stated = Statements { parameters: values.to_vec(), ..Statements::default() };
+            stated.lay_over(&mut surface);
+            let Material { optics: Optics::Glass { transmission, .. }, absorption, .. } = surface.material()
+            else {
+                panic!("it is glass")
+            };
+            (transmission, absorption != Vec3::ZERO)
+        };
+        let (color, depth) =
+            ((Parameter::TransmissionColor, Vec3::X.into()), (Parameter::TransmissionDepth, 2.0.into()));
+        assert_eq!(with(&[], 0.0), (Vec3::Y, false));
+        assert_eq!(with(&[color], 0.0), (Vec3::Y, false), "without a depth it is no colour of one");
+        assert_eq!(with(&[color, depth], 0.0), (Vec3::ONE, true));
+        assert_eq!(with(&[(Parameter::TransmissionDepth, Value::ZERO)], 1.0), (Vec3::ONE, false));
     }
 }

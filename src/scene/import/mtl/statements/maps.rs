@@ -123,7 +123,7 @@ impl MapUse {
             Self::Roughness => &mut surface[Parameter::SpecularRoughness],
             Self::Metal => &mut surface[Parameter::BaseMetalness],
             Self::Emission => &mut surface[Parameter::EmissionColor],
-            Self::Filter => &mut surface[Parameter::TransmissionColor],
+            Self::Filter => &mut surface.beyond.glass_tint,
             Self::Transmission => &mut surface[Parameter::TransmissionWeight],
             Self::Specular => {
                 return if let Some(phong) = phong {
@@ -146,7 +146,7 @@ impl MapUse {
             (Self::Roughness, _) => surface.show(Parameter::SpecularRoughness, map, channel),
             (Self::Metal, _) => surface.show(Parameter::BaseMetalness, map, channel),
             (Self::Emission, _) => surface.show(Parameter::EmissionColor, map, Shown::Color),
-            (Self::Filter, _) => surface.show(Parameter::TransmissionColor, map, Shown::Color),
+            (Self::Filter, _) => surface.beyond.glass_tint.show(&mut surface.graph, map, Shown::Color),
             (Self::Transmission, _) => surface.show(Parameter::TransmissionWeight, map, channel),
             (Self::Specular, Some(phong)) => phong.color.show(&mut surface.graph, map, Shown::Color),
             (Self::Shininess, Some(phong)) => phong.exponent.show(&mut surface.graph, map, channel),
