@@ -40,7 +40,7 @@ impl Graphs {
         self.inputs[of].is_some()
     }
 
-    /// Mean of a factor over surfaces: see [`means`](super::means); 1 if nothing gives it.
+    /// Mean of a factor over surfaces: see [`means`]; 1 if nothing gives it.
     pub fn mean(&self, of: Computes, textures: &[Texture]) -> f32 {
         self.inputs[of].map_or(1.0, |input| means::mean(&self.graph, input, textures).x)
     }
