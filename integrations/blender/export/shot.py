@@ -4,7 +4,7 @@
 import os
 from dataclasses import dataclass, field
 
-from . import camera, lights, toml
+from . import camera, libraries, lights, toml
 from .glance import Noted
 from .images import Images
 from .materials import GRAPHS, Materials
@@ -72,6 +72,7 @@ def export_shot(scene, depsgraph, folder, settings, set_frame, progress):
     last, so that a folder without it is known to be unfinished. Raises ExportError, Cancelled, and OSError.
     """
     warnings = Warnings()
+    libraries.tell_of_missing(warnings)
     os.makedirs(folder, exist_ok=True)
     shot = os.path.join(folder, "shot.toml")
     if os.path.exists(shot):
