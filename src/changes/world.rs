@@ -159,6 +159,7 @@ pub fn model(mesh: Mesh, track: TransformTrack) -> Model {
         random: 0.0,
         reflection_map: None,
         ray_visibility: Default::default(),
+        linked: Default::default(),
     }
 }
 
@@ -192,6 +193,7 @@ pub fn lamp(position: Track<DVec3>, power: Track<f64>) -> Light {
         power,
         samples: 1,
         group: None,
+        links: Default::default(),
     }
 }
 

@@ -14,6 +14,7 @@ pub mod given;
 pub(crate) mod import;
 mod keys;
 pub mod light;
+pub mod links;
 mod loader;
 pub mod look;
 pub mod material;
@@ -46,6 +47,7 @@ pub use geometry::{Geometry, Triangles};
 pub use import::{gltf, obj, ply, usd};
 pub use keys::schema;
 pub use light::{Light, LightGroups, LightKind, Panel, SpotFall};
+pub use links::{BlockerSet, BlockerSets, LightLinks, Linked, ModelNames};
 #[doc(hidden)]
 pub use loader::load_sharing;
 pub use loader::{load, load_turntable};
@@ -108,6 +110,8 @@ pub struct Model {
     pub reflection_map: Option<u32>,
     /// What rays of each kind see of it.
     pub ray_visibility: RayVisibility,
+    /// What links of lights know of it.
+    pub linked: Linked,
 }
 
 impl Scene {

@@ -36,6 +36,7 @@ mod insides;
 mod layers;
 mod lens;
 mod light_groups;
+mod light_links;
 mod maps;
 mod mattes;
 mod metal_rough;

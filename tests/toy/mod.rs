@@ -83,6 +83,7 @@ pub fn moving(name: &str, mesh: Mesh, track: TransformTrack) -> Model {
         random: 0.0,
         reflection_map: None,
         ray_visibility: Default::default(),
+        linked: Default::default(),
     }
 }
 
@@ -137,7 +138,15 @@ pub fn camera(eye: Track<DVec3>, target: Track<DVec3>) -> CameraTrack {
 /// A light of constant colour.
 pub fn light(name: &str, kind: LightKind, power: f64) -> Light {
     let (color, power) = (Track::constant(Vec3::ONE), Track::constant(power));
-    Light { name: name.into(), kind, color, power, samples: Light::MOST_SAMPLES, group: None }
+    Light {
+        name: name.into(),
+        kind,
+        color,
+        power,
+        samples: Light::MOST_SAMPLES,
+        group: None,
+        links: Default::default(),
+    }
 }
 
 /// Straight down on everything.

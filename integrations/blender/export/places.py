@@ -10,6 +10,7 @@ import numpy as np
 
 from . import toml
 from .files import whole
+from .light_links import keys_of
 from .warnings import Cancelled
 
 FEW = 64
@@ -71,7 +72,7 @@ class Copy:
 
 
 def model_tables(walk, folder, progress):
-    """[[model]] tables of all that was seen, and the names of all models."""
+    """[[model]] tables of all that was seen, the names of all models, and those of their groups."""
     by_mesh, names, out = {}, [], []
     count = max(1, len(walk.placed))
     for index, placed in enumerate(walk.placed.values()):
@@ -83,6 +84,7 @@ def model_tables(walk, folder, progress):
     grid, asks_random = Grid(walk.times), walk.meshes.materials.ask_random()
     tell_whole_holdouts(by_mesh, walk.warnings)
     tell_catchers(by_mesh, walk.warnings)
+    linked = {name for _, groups in by_mesh.values() for seen in groups if not seen.is_nowhere() for name in seen.groups}
     for stored, groups in by_mesh.values():
         count = itertools.count(1)
         for (source, of_faces), (of_copies, copies) in itertools.product(stored.models(), groups.items()):
@@ -92,12 +94,15 @@ def model_tables(walk, folder, progress):
                 seen = dataclasses.replace(seen, hidden=seen.hidden | {"camera"})
             if seen.is_nowhere():
                 continue
-            source = {**source, **seen.keys()}
+            links = keys_of(seen.links, linked)
+            if links is None:
+                walk.warnings.add(f"object `{copies[0].name}`: its light is linked to nothing that is shown, and lights everything here")
+            source = {**source, **seen.keys(), **(links or {})}
             arrays = Arrays(folder, stored.folder, source, next(count), asks_random)
             for copies, write in divided(copies, grid, len(walk.times)):
                 names += [copy.name for copy in copies]
                 out += write(arrays, copies) if write else [model(copy, source, walk.times, asks_random) for copy in copies]
-    return out, names
+    return out, names, linked
 
 
 def tell_whole_holdouts(by_mesh, warnings):

@@ -86,8 +86,8 @@ def export_shot(scene, depsgraph, folder, settings, set_frame, progress):
         walk.over(times, set_frame, lambda share: progress(share * 0.8))
         noted = Noted.of(walk) if settings.is_watched else None
         cameras = camera.tables(walk.camera_keys, warnings)
-        text = walk.world + lights.tables(walk.light_tracks())
-        models, names = model_tables(walk, folder, lambda share: progress(0.8 + share * 0.2))
+        models, names, groups = model_tables(walk, folder, lambda share: progress(0.8 + share * 0.2))
+        text = walk.world + lights.tables(walk.light_tracks(), groups)
         if not names:
             warnings.add("the scene shows no mesh: the picture has nothing but the world")
             models = [empty_model()]

@@ -114,7 +114,7 @@ class Walk:
         self.world, self.rest, self.clipping = None, AtRest(warnings), Clipping()
         self.states, self.settled = {}, {}
         self.layer = depsgraph.view_layer
-        self.visibility = Visibility(self.layer, warnings)
+        self.visibility = Visibility(scene, self.layer, warnings)
 
     def over(self, times, set_frame, progress):
         """Evaluates the scene at each time. `progress(share)` returns false to cancel."""
@@ -242,6 +242,7 @@ class Walk:
         found = lights.light_of(instance, instance.object.data, self.settings, self.warnings)
         if found and self.visibility.light(instance):
             fixed, values = found
+            fixed["links"] = self.visibility.links_of_light(instance.object)
             track = self.lights.setdefault(key, [fixed, {}])
             if lights.has_size(fixed):
                 track[0] = fixed

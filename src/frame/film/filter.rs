@@ -394,6 +394,7 @@ fn filtered<'a>(
         (sums::INDIRECT, &parts.indirect, has(Layers::INDIRECT) && frame.paths > 0),
         (sums::EMISSION, &parts.emission, has(Layers::EMISSION)),
         (sums::SKY, &parts.sky, has(Layers::BACKGROUND)),
+        (sums::CATCHER, &parts.catcher, has(Layers::CATCHER)),
         (sums::GUIDE_ALBEDO, &parts.guide_albedo, has(Layers::GUIDES)),
         (sums::GUIDE_NORMAL, &parts.guide_normal, has(Layers::GUIDES)),
     ];

@@ -7,6 +7,7 @@ use rayon::prelude::*;
 
 use super::exposed::lenders;
 use super::frame_view::Occlusion;
+use super::links::Links;
 use super::proofs::FRAMES_AHEAD;
 use crate::changes::{Direction, Motion};
 use crate::clear::Obstacles;
@@ -39,6 +40,8 @@ pub struct Prepared<'s> {
     pub emitters: Emitters,
     /// Chances with which paths ask each of the shot's lights.
     pub light_chances: LightChances,
+    /// Light links of the shot.
+    pub links: Links,
     pub palette: Palette,
     /// Layout of the store's tags.
     pub layout: TagLayout,
@@ -129,6 +132,7 @@ impl<'s> Prepared<'s> {
             sky: SkyLight::new(scene),
             emitters: if layout.paths > 0 { Emitters::new(scene, &bounds) } else { Emitters::default() },
             light_chances: LightChances::new(&scene.lights.iter().map(Source::of_light).collect::<Vec<_>>()),
+            links: Links::new(scene),
             palette: Palette::of(scene),
             has_trees: settings.depth > 0 && scene.materials.iter().any(Material::is_followed),
             knows_motion: keeps_answers || known.is_some(),

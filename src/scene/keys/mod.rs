@@ -5,6 +5,7 @@ pub mod camera;
 mod camera_text;
 mod file_tables;
 mod light_text;
+pub mod links;
 pub mod material;
 pub mod model;
 pub mod places;
@@ -27,6 +28,7 @@ use serde_json::{Value, json};
 
 use self::camera::{CameraTable, ShutterTable, StereoTable};
 pub(crate) use self::file_tables::FileTables;
+use self::links::NamesTable;
 use self::material::{MaterialTable, MtlTable};
 pub(crate) use self::model::{LARGEST_MAP, LEAST_MAP, ModelKey, ModelTable, Rows, Scale};
 use self::samples::SamplesValue;
@@ -357,6 +359,10 @@ pub(crate) struct LightTable {
     /// Name of the light group, whose layer shows what its lights add to the picture: letters, digits, `-`
     /// and `_`
     pub group: Option<At<String>>,
+    /// Models that it lights (all)
+    pub light_link: Option<At<NamesTable>>,
+    /// Models that cast shadows in its light (all)
+    pub shadow_link: Option<At<NamesTable>>,
     /// Linear RGB [1, 1, 1]
     pub color: Option<Three>,
     /// Directional: irradiance. Others: intensity (1)

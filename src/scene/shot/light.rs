@@ -2,6 +2,7 @@
 
 use glam::{DVec3, Vec3};
 
+use super::links;
 use super::tracks::{frames_between, in_order, or, through_or};
 use crate::animation::Track;
 use crate::scene::keys::toml_text::{At, List, Three, TomlText};
@@ -166,6 +167,7 @@ pub fn of_table(text: TomlText<'_>, table: &At<LightTable>, number: usize) -> Re
         power: through_or(power, &keys, how, |key| or(&key.power, "power", power, watts))?,
         samples,
         group: light.group.as_ref().map(|group| group_name(text, group)).transpose()?,
+        links: links::of_table(text, &light.light_link, &light.shadow_link)?,
     })
 }
 

@@ -7,6 +7,7 @@ mod extents;
 mod floor;
 mod lens;
 mod light;
+mod links;
 mod material;
 mod model;
 mod models;
@@ -192,6 +193,7 @@ pub fn from_text_with(
         models.extend(models::of_table(text, table, &mut readers, frames_a_second(rate))?);
         tables.resize(models.len(), table);
     }
+    links::check(text, (&file.light, &file.model), &models, file.floor.is_some())?;
     let bounds = extents::bounds_of_meshes(&models);
     let extent = extents::over_time(text, &tables, &models, &bounds)?;
     let at_first = extents::at_frame(&models, &bounds, frames.first());
