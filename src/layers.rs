@@ -13,7 +13,7 @@ const RENAMED: [(&str, &str); 2] = [("id", "object"), ("sky", "background")];
 
 /// Set of layers. A layer that is not in it is neither computed (where nothing else needs it) nor written.
 #[derive(Clone, Copy, PartialEq, Eq)]
-pub struct Layers(u32);
+pub struct Layers(u64);
 
 impl Layers {
     /// `R G B A` alone.
@@ -26,7 +26,7 @@ impl Layers {
 
     /// Names of the layers on the command line and in shot files: the part before the dot in the names of
     /// planes, or its beginning ([`GROUPS`]).
-    pub const NAMES: [&'static str; 30] = [
+    pub const NAMES: [&'static str; 31] = [
         "diffuse",
         "specular",
         "reflection",
@@ -57,6 +57,7 @@ impl Layers {
         "uv",
         "denoise_variance",
         "catcher",
+        "mist",
     ];
 
     /// Names of sets of layers.
@@ -112,6 +113,8 @@ impl Layers {
     pub const VARIANCE: Self = Self(1 << 28);
     /// By what shadows on catchers dim a plate.
     pub const CATCHER: Self = Self(1 << 29);
+    /// How much mist is before what is seen.
+    pub const MIST: Self = Self(1 << 30);
     /// Layers that show one sample of each pixel.
     pub const OF_ONE_SAMPLE: Self = Self(
         Self::Z.0
@@ -293,6 +296,7 @@ mod tests {
             ("uv", Layers::UV),
             ("denoise_variance", Layers::VARIANCE),
             ("catcher", Layers::CATCHER),
+            ("mist", Layers::MIST),
         ];
         constants.iter().for_each(|(name, layer)| assert_eq!(named(name), *layer));
         assert_eq!(named("motion").with(named("forward")).with(named("backward")), Layers::ALL_MOTION);

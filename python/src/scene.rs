@@ -580,7 +580,7 @@ fn linked(
         blockers: names("shadow_link", shadow_link)?,
     };
     let emission = (links != LightLinks::default()).then(|| Arc::new(links));
-    Ok(Linked { groups: groups.unwrap_or_default().into(), emission })
+    Ok(Linked { groups: groups.unwrap_or_default().into(), emission, light_group: None })
 }
 
 /// Kind of rays of this name.

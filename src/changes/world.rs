@@ -215,6 +215,8 @@ pub fn scene(models: Vec<Model>, lights: Vec<Light>) -> Scene {
         textures: vec![],
         lights,
         ambient: Vec3::ZERO,
+        world_group: None,
+        mist: Default::default(),
         ambient_is_occluded: false,
         background: Background::uniform(Vec3::ONE),
         environment: None,

@@ -49,6 +49,8 @@ pub struct Linked {
     pub groups: Arc<[String]>,
     /// Links of the light that it emits; `None` where it lights all, and all cast shadows in it.
     pub emission: Option<Arc<LightLinks>>,
+    /// Name of the light group of what it emits.
+    pub light_group: Option<Arc<str>>,
 }
 
 impl Model {

@@ -42,6 +42,7 @@ mod mattes;
 mod metal_rough;
 mod motion_vectors;
 mod occlusion;
+mod only_lights;
 mod passing;
 mod pilot;
 mod quadrics;

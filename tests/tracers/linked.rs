@@ -49,7 +49,7 @@ fn things() -> (Scene, usize) {
         ];
         sorts = row_of.len();
         let name = format!("row {row}");
-        let linked = Linked { groups: Arc::from([name.clone()]), emission: None };
+        let linked = Linked { groups: Arc::from([name.clone()]), ..Linked::default() };
         models.extend(row_of.map(|model| Model { linked: linked.clone(), ..model }));
         let mut lamp = light("lamp", LightKind::Point { position: Track::constant(DVec3::Y * 9.0) }, 1.0);
         lamp.links = LightLinks {

@@ -153,12 +153,18 @@ def tables(tracks, groups):
     groups of models by which lights are linked."""
     from . import toml
 
-    out = []
+    out, named = [], set()
     for fixed, keys in tracks:
         links = keys_of(fixed.get("links", ()), groups)
         if links is None:
             continue
         fixed = {**{key: value for key, value in fixed.items() if key != "links"}, **links}
+        # instances of one light have one name, and those of a group must have several
+        name, count = fixed["name"], 1
+        while "group" in fixed and fixed["name"] in named:
+            count += 1
+            fixed["name"] = f"{name} {count}"
+        named.add(fixed["name"])
         there = [values for values in keys.values() if values]
         if not there:
             continue

@@ -57,11 +57,11 @@ class Grid:
 class Copy:
     """A copy of a mesh: its name, runs of times at which it is there, and its matrices by time. Each shows itself to the same rays at all times."""
 
-    __slots__ = ("name", "random", "runs", "matrices", "is_always", "rests")
+    __slots__ = ("name", "random", "index", "runs", "matrices", "is_always", "rests")
 
     def __init__(self, placed, runs, times):
         matrices = placed.matrices
-        self.name, self.random, self.runs, self.matrices = placed.name, placed.random, runs, matrices
+        self.name, self.random, self.index, self.runs, self.matrices = placed.name, placed.random, placed.index, runs, matrices
         self.is_always = len(runs) == 1 and len(runs[0]) == len(times)
         first = matrices[runs[0][0]]
         self.rests = all(np.array_equal(matrices[time], first) for run in runs for time in run)
@@ -72,8 +72,8 @@ class Copy:
 
 
 def model_tables(walk, folder, progress):
-    """[[model]] tables of all that was seen, the names of all models, and those of their groups."""
-    by_mesh, names, out = {}, [], []
+    """[[model]] tables of all that was seen, the names of all models, those of their groups, and the models' pass indices."""
+    by_mesh, names, indices, out = {}, [], [], []
     count = max(1, len(walk.placed))
     for index, placed in enumerate(walk.placed.values()):
         if index % 256 == 0 and not progress(index / count):
@@ -101,8 +101,9 @@ def model_tables(walk, folder, progress):
             arrays = Arrays(folder, stored.folder, source, next(count), asks_random)
             for copies, write in divided(copies, grid, len(walk.times)):
                 names += [copy.name for copy in copies]
+                indices += [copy.index for copy in copies]
                 out += write(arrays, copies) if write else [model(copy, source, walk.times, asks_random) for copy in copies]
-    return out, names, linked
+    return out, names, linked, indices
 
 
 def tell_whole_holdouts(by_mesh, warnings):

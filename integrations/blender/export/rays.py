@@ -32,6 +32,8 @@ class Seen:
     """Names of groups that it is in, by which lights are linked to it."""
     links: tuple = ()
     """Links of the light that it emits: see light_links.py."""
+    light_group: str | None = None
+    """Light group of what it emits."""
 
     def is_nowhere(self):
         """Returns true if no ray meets it."""
@@ -45,6 +47,7 @@ class Seen:
             self.catcher or other.catcher,
             self.groups or other.groups,
             self.links or other.links,
+            self.light_group or other.light_group,
         )
 
     def keys(self):
@@ -56,6 +59,8 @@ class Seen:
             keys["holdout" if self.holdout else "shadow_catcher"] = True
         if self.groups:
             keys["groups"] = list(self.groups)
+        if self.light_group:
+            keys["light_group"] = self.light_group
         return keys
 
 

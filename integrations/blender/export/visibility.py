@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """To which kinds of rays objects show themselves, and what is shown in another way than as itself."""
 
+from .light_groups import LightGroups
 from .light_links import LightLinks
 from .lights import subject_of
 from .rays import KINDS, Seen, in_order
@@ -14,7 +15,7 @@ class Visibility:
 
     def __init__(self, scene, layer, warnings):
         self.layer, self.warnings = layer, warnings
-        self.links = LightLinks(scene)
+        self.links, self.light_groups = LightLinks(scene), LightGroups(layer, warnings)
         self.known = {}
 
     def begin(self):
@@ -37,7 +38,8 @@ class Visibility:
         if not holdout and parent.original.indirect_only_get(view_layer=self.layer):
             hidden.add("camera")
         catcher = item.is_shadow_catcher or parent.is_shadow_catcher
-        return Seen(frozenset(hidden), holdout, catcher, self.links.groups_of(item, parent), self.links.links(item))
+        groups, links, light_group = self.links.groups_of(item, parent), self.links.links(item), self.light_groups.of(item)
+        return Seen(frozenset(hidden), holdout, catcher, groups, links, light_group)
 
     def light(self, instance):
         """Returns true if a light lights anything. Tells what of it is not shown."""

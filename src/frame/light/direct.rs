@@ -1,7 +1,7 @@
 //! Direct light on samples: shadow rays where a tag is no longer valid, and the part of the colour that does
 //! not depend on the eye (the paper's "Verification Phase" for shadows, and its "Color Calculation").
 
-use super::lighting::{Places, add_light, emitted_and_ambient, sample_of_light};
+use super::lighting::{Places, add_light, of_itself, sample_of_light};
 use super::shadow::{CHECKS, Checks, ShadowQueue, Shadows};
 use crate::frame::grid::bits::{count_bits, set_bits, status_bits, surface_bits};
 use crate::frame::shot::frame_view::FrameView;
@@ -335,7 +335,8 @@ pub fn sum_light(frame: &FrameView, tile: &Tile, first: usize, placed: &Placed) 
     let (reflectance, looks) = (tile.reflectances(first), tile.looks(first));
     let albedo = frame.palette.albedo(&looks, reflectance);
     let of_lights = frame.albedo_of_lights(&looks, albedo);
-    let mut sum = emitted_and_ambient(frame, (&looks, reflectance), || tile.gathered.opennesses(first));
+    let models = &tile.model[first..first + LANES];
+    let mut sum = of_itself(frame, models, (&looks, reflectance), || tile.gathered.opennesses(first));
     for (light, slot) in (0..).zip(frame.slots).filter(|(light, _)| !frame.pose.is_dark(*light)) {
         frame.pose.each_of_light(
             light,

@@ -36,6 +36,8 @@ pub mod sums {
     pub const REFRACTION: usize = 16;
     /// By what shadows on catchers dim a plate: 1 where there is none.
     pub const CATCHER: usize = 19;
+    /// How much mist is before what is seen.
+    pub const MIST: usize = 22;
     /// Diffuse light of light sources.
     pub const DIRECT: usize = 24;
     /// Diffuse light that came by light paths.
@@ -170,14 +172,14 @@ impl Channel {
 }
 
 /// Number of the contract's planes that do not depend on the shot.
-const COUNT: usize = 75;
+const COUNT: usize = 76;
 
 /// Planes of the contract that do not depend on the shot, mattes excepted.
 const CHANNELS: [Channel; COUNT] = {
     use PlaneSource::{Data, Filtered};
     use data::{AGE, BACKWARD, FORWARD, FROM_NEXT, ID, MATERIAL, NORMAL, POSITION, RAYS, STATUS, UV, Z};
     use sums::{
-        ALBEDO, ALPHA, CATCHER, DEPTH, DIFFUSE, DIRECT, EMISSION, GUIDE_ALBEDO, GUIDE_NORMAL, INDIRECT,
+        ALBEDO, ALPHA, CATCHER, DEPTH, DIFFUSE, DIRECT, EMISSION, GUIDE_ALBEDO, GUIDE_NORMAL, INDIRECT, MIST,
         OCCLUSION, REFLECTION, REFRACTION, SKY, SPECULAR, VARIANCE,
     };
     [
@@ -256,6 +258,7 @@ const CHANNELS: [Channel; COUNT] = {
         Channel::half("catcher.R", Filtered(&[CATCHER])),
         Channel::half("catcher.G", Filtered(&[CATCHER + 1])),
         Channel::half("catcher.B", Filtered(&[CATCHER + 2])),
+        Channel::half("mist.V", Filtered(&[MIST])),
     ]
 };
 

@@ -1,7 +1,7 @@
 //! Parts of the `diffuse` layer, and guides for denoisers: computed only for layers that were asked for.
 //! Samples store nothing more for them.
 
-use crate::frame::light::lighting::{Places, add_light, emitted_and_ambient};
+use crate::frame::light::lighting::{Places, add_light, of_itself};
 use crate::frame::shot::frame_view::FrameView;
 use crate::frame::surface::placed::PlacedTile;
 use crate::frame::surface::radiance::{DARK, Light, Parts, Radiance, cut};
@@ -28,7 +28,8 @@ pub fn split(frame: &FrameView, tile: &Tile, first: usize, placed: &mut PlacedTi
         let (reflectance, looks) = (tile.reflectances(first), tile.looks(first));
         if layers.has(Layers::EMISSION) {
             let openness = || tile.gathered.opennesses(first);
-            write(emitted_and_ambient(frame, (&looks, reflectance), openness), &mut parts.emission);
+            let models = &tile.model[first..first + LANES];
+            write(of_itself(frame, models, (&looks, reflectance), openness), &mut parts.emission);
         }
         let albedo = frame.palette.albedo(&looks, reflectance);
         let of_lights = frame.albedo_of_lights(&looks, albedo);

@@ -16,7 +16,7 @@ use super::frame_view::FrameView;
 use super::plan::{LightChange, ShadowCheck};
 use crate::pose::LightPose;
 use crate::samples::{EMPTY, Tag};
-use crate::scene::{BlockerSet, BlockerSets, LightLinks, ModelNames, Scene};
+use crate::scene::{BlockerSet, BlockerSets, LightGroups, LightLinks, ModelNames, Scene};
 use crate::shade::area::{AreaRadiance, radiance};
 use crate::shade::light_chances::{Chosen, LightChances, Source};
 use crate::trace::Purpose;
@@ -38,6 +38,12 @@ pub struct Links {
     classes: Vec<Class>,
     /// Number of the class of each model. Empty if all lights light all models.
     class_of: Vec<u32>,
+    /// True for each light that is dark, as the light of another group alone is rendered; empty if none is.
+    dark: Vec<bool>,
+    /// The same of what each model emits.
+    dark_emission: Vec<bool>,
+    /// True if the world is dark for that reason.
+    pub is_world_dark: bool,
 }
 
 /// Lights that light some models.
@@ -49,8 +55,16 @@ struct Class {
 }
 
 impl Links {
-    /// Links of `scene`.
-    pub fn new(scene: &Scene) -> Self {
+    /// Links of `scene`, of which the light of the group `only` alone is rendered, if that is given.
+    pub fn new(scene: &Scene, only: Option<&str>) -> Self {
+        // who is dark is asked, chosen and met as if it were not: so groups add up to the picture
+        let is_dark =
+            |group: Option<&str>| only.is_some_and(|only| group.unwrap_or(LightGroups::OTHERS) != only);
+        let any = |dark: Vec<bool>| if dark.contains(&true) { dark } else { Vec::new() };
+        let dark = any(scene.lights.iter().map(|light| is_dark(light.group.as_deref())).collect());
+        let dark_emission =
+            any(scene.models.iter().map(|model| is_dark(model.linked.light_group.as_deref())).collect());
+        let is_world_dark = is_dark(scene.world_group.as_deref());
         let members = |names: &ModelNames| -> Option<Vec<bool>> {
             let all = || scene.models.iter().map(|model| names.has(model)).collect::<Vec<bool>>();
             (!names.is_all()).then(all).filter(|members| members.contains(&false))
@@ -80,7 +94,17 @@ impl Links {
         }
         let (classes, class_of) =
             if lit.is_empty() { (Vec::new(), Vec::new()) } else { classes(scene, &lit) };
-        Self { lit, lit_by_emission, emission_of, blockers: BlockerSets::of(scene), classes, class_of }
+        Self {
+            lit,
+            lit_by_emission,
+            emission_of,
+            blockers: BlockerSets::of(scene),
+            classes,
+            class_of,
+            dark,
+            dark_emission,
+            is_world_dark,
+        }
     }
 
     /// Bit mask of the sets of models that cast shadows in some lights in which any of those that `moved` is: bit 0 for all models.
@@ -94,6 +118,9 @@ impl Links {
     }
 
     fn lights(&self, light: usize, model: u32) -> bool {
+        if self.dark.get(light).is_some_and(|is_dark| *is_dark) {
+            return false;
+        }
         let Some(Some(members)) = self.lit.get(light) else { return true };
         members.get(model as usize).copied().unwrap_or(true)
     }
@@ -124,29 +151,33 @@ impl FrameView<'_> {
     /// Returns true if a light, by number, lights a model.
     #[inline]
     pub fn lights(&self, light: usize, model: u32) -> bool {
-        self.links.lit.is_empty() || self.links.lights(light, model)
+        self.links.lit.is_empty() && self.links.dark.is_empty() || self.links.lights(light, model)
     }
 
     /// Bit mask of those of eight models that a light, by number, lights.
     #[inline]
     pub fn lit_bits(&self, light: usize, models: &[u32]) -> u8 {
-        match self.links.lit.get(light) {
-            Some(Some(_)) => (0..).zip(models).fold(0, |bits, (lane, model)| {
-                bits | u8::from(*model < EMPTY && self.links.lights(light, *model)) << lane
-            }),
-            _ => u8::MAX,
+        let is_linked = !self.links.dark.is_empty() || matches!(self.links.lit.get(light), Some(Some(_)));
+        if !is_linked {
+            return u8::MAX;
         }
+        (0..).zip(models).fold(0, |bits, (lane, model)| {
+            bits | u8::from(*model < EMPTY && self.links.lights(light, *model)) << lane
+        })
     }
 
     /// Returns true if what any model emits is dark to some models.
     #[inline]
     pub fn has_linked_emission(&self) -> bool {
-        !self.links.emission_of.is_empty()
+        !self.links.emission_of.is_empty() || !self.links.dark_emission.is_empty()
     }
 
     /// Returns true if surfaces of the model `receiver`, or the eye, see what the model `emitter` emits.
     #[inline]
     pub fn sees_emission(&self, receiver: u32, emitter: u32) -> bool {
+        if self.links.dark_emission.get(emitter as usize).is_some_and(|is_dark| *is_dark) {
+            return false;
+        }
         let list = self.links.emission_of.get(emitter as usize).copied().flatten();
         list.is_none_or(|list| {
             self.links.lit_by_emission[list as usize].get(receiver as usize).copied().unwrap_or(true)

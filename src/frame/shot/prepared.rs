@@ -3,6 +3,7 @@
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
+use glam::Vec3;
 use rayon::prelude::*;
 
 use super::exposed::lenders;
@@ -122,6 +123,7 @@ impl<'s> Prepared<'s> {
         let mut about_layers =
             mattes.as_ref().map_or(Vec::new(), |mattes| mattes.attributes(settings.layers));
         about_layers.extend(settings.layers.has(Layers::MATERIAL).then(|| numbers_of_materials(scene)));
+        let links = Links::new(scene, settings.only_lights.as_deref());
         let light_groups = LightGroups::new(&scene.lights);
         let bounds = bounds_of_models(scene);
         let channels: Vec<Channel> = channels(settings.layers, &light_groups).collect();
@@ -129,11 +131,11 @@ impl<'s> Prepared<'s> {
         Self {
             scene,
             settings: settings.clone(),
-            sky: SkyLight::new(scene),
+            sky: SkyLight::new(scene).dark_if(links.is_world_dark),
             emitters: if layout.paths > 0 { Emitters::new(scene, &bounds) } else { Emitters::default() },
             light_chances: LightChances::new(&scene.lights.iter().map(Source::of_light).collect::<Vec<_>>()),
-            links: Links::new(scene),
-            palette: Palette::of(scene),
+            palette: Palette::in_ambient(scene, if links.is_world_dark { Vec3::ZERO } else { scene.ambient }),
+            links,
             has_trees: settings.depth > 0 && scene.materials.iter().any(Material::is_followed),
             knows_motion: keeps_answers || known.is_some(),
             motions: match known {

@@ -67,6 +67,8 @@ pub(crate) struct ModelTable {
     /// Names of groups that it is in, by which links of lights mean it ([])
     #[schemars(extend("uniqueItems" = true))]
     pub groups: Option<At<Vec<At<String>>>>,
+    /// Light group of the light that it emits (others)
+    pub light_group: Option<At<String>>,
     /// Models that the light that it emits lights (all)
     pub light_link: Option<At<NamesTable>>,
     /// Models that cast shadows in the light that it emits (all)

@@ -3,6 +3,7 @@
 use std::collections::HashSet;
 use std::sync::Arc;
 
+use super::light::group_name;
 use crate::scene::keys::links::NamesTable;
 use crate::scene::keys::spelling::hint;
 use crate::scene::keys::toml_text::{At, TomlText};
@@ -56,7 +57,9 @@ pub fn with_links(
     table: &ModelTable,
     models: Vec<Model>,
 ) -> Result<Vec<Model>, SceneError> {
-    let ModelTable { groups, light_link, shadow_link, .. } = table;
+    let ModelTable { groups, light_link, shadow_link, light_group, .. } = table;
+    let light_group = light_group.as_ref().map(|group| group_name(text, "light_group", group)).transpose()?;
+    let light_group: Option<Arc<str>> = light_group.map(Arc::from);
     let groups = groups.as_ref().map_or(&[][..], |groups| groups.get_ref());
     let mut own: Vec<String> =
         groups.iter().map(|name| checked(text, "groups", name)).collect::<Result<_, _>>()?;
@@ -66,15 +69,16 @@ pub fn with_links(
     let emission = of_table(text, light_link, shadow_link)?;
     let emission = (emission != LightLinks::default()).then(|| Arc::new(emission));
     let linked = |model: Model| {
-        let Linked { groups, emission: given } = &model.linked;
+        let Linked { groups, emission: given, light_group: of_model } = &model.linked;
         let groups = match groups.is_empty() {
             true => Arc::clone(&own),
             false => groups.iter().chain(&*own).cloned().collect(),
         };
         let emission = emission.clone().or_else(|| given.clone());
-        Model { linked: Linked { groups, emission }, ..model }
+        let light_group = light_group.clone().or_else(|| of_model.clone());
+        Model { linked: Linked { groups, emission, light_group }, ..model }
     };
-    if own.is_empty() && emission.is_none() {
+    if own.is_empty() && emission.is_none() && light_group.is_none() {
         return Ok(models);
     }
     Ok(models.into_iter().map(linked).collect())

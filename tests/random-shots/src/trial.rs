@@ -36,8 +36,8 @@ impl Variation {
 pub const AHEAD: [i32; 4] = [16, 1, 2, 4];
 
 /// Keys of a model that say what rays see of it, or what links know of it, and nothing of its place.
-const OF_RAYS: [&str; 6] =
-    ["hidden_from", "holdout", "shadow_catcher", "groups", "light_link", "shadow_link"];
+const OF_RAYS: [&str; 7] =
+    ["hidden_from", "holdout", "shadow_catcher", "groups", "light_link", "shadow_link", "light_group"];
 
 /// A model without some of its keys.
 fn without(model: &Table, keys: &[&str]) -> Table {

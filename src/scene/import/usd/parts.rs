@@ -166,6 +166,6 @@ fn part(content: &Content, shown: &ShownMesh, built: &[Option<BuiltMesh>]) -> Op
         visible,
         shapes,
         ray_visibility: Default::default(),
-        linked: Linked { groups: links::groups(content, &shown.name).into(), emission: None },
+        linked: Linked { groups: links::groups(content, &shown.name).into(), ..Linked::default() },
     })
 }

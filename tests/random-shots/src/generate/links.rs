@@ -28,8 +28,29 @@ pub fn add(dice: &mut Dice, shot: &mut Table) {
         }
         link(dice, 4, model);
     }
+    group(dice, shot);
     for light in shot.get_mut("light").and_then(Value::as_array_mut).into_iter().flatten() {
         light.as_table_mut().into_iter().for_each(|light| link(dice, 2, light));
+    }
+}
+
+/// Perhaps puts the world, and what some models emit, into a light group, and shows one group alone.
+fn group(dice: &mut Dice, shot: &mut Table) {
+    if !dice.one_in(3) {
+        return;
+    }
+    let models = shot.get_mut("model").and_then(Value::as_array_mut).into_iter().flatten();
+    for model in models.filter_map(Value::as_table_mut).filter(|_| dice.one_in(3)) {
+        model.insert("light_group".into(), "key".into());
+    }
+    if let Some(environment) = shot.get_mut("environment").and_then(Value::as_table_mut) {
+        if dice.one_in(2) {
+            environment.insert("light_group".into(), "world".into());
+        }
+    }
+    if let Some(render) = shot.get_mut("render").and_then(Value::as_table_mut) {
+        // the only one that is there in any case
+        render.insert("only_lights".into(), "others".into());
     }
 }
 
