@@ -5,7 +5,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use afterimage::scene::given::{self, Given, GivenMesh, GivenModel};
 use afterimage::scene::written::camera_keys;
-use afterimage::scene::{Frames, RayKind, RayVisibility, Role, Shot};
+use afterimage::scene::{Frames, LightLinks, Linked, ModelNames, RayKind, RayVisibility, Role, Shot};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyString, PyTuple};
 use toml::{Table, Value};
@@ -205,10 +205,11 @@ impl Scene {
     /// (c, 3), linear RGB.
     /// material: a material or its name; or materials: a list, with face_materials: (m,) indices into it.
     /// transform: (4, 4) for column vectors, or a dict from frames to these. vertices_by_frame: a dict from frames to (n, 3).
-    /// visible: True or False, or a dict from frames to these. hidden_from, holdout, shadow_catcher: as in [[model]].
+    /// visible: True or False, or a dict from frames to these. hidden_from, holdout, shadow_catcher, groups, light_link,
+    /// shadow_link: as in [[model]].
     #[pyo3(signature = (name, vertices, faces, normals = None, uv = None, colors = None, material = None, face_materials = None,
                         materials = None, transform = None, vertices_by_frame = None, visible = None, hidden_from = None, holdout = false,
-                        shadow_catcher = false))]
+                        shadow_catcher = false, groups = None, light_link = None, shadow_link = None))]
     #[allow(clippy::too_many_arguments, reason = "they have names in Python")]
     fn add_mesh(
         &self,
@@ -227,6 +228,9 @@ impl Scene {
         hidden_from: Option<Vec<String>>,
         holdout: bool,
         shadow_catcher: bool,
+        groups: Option<Vec<String>>,
+        light_link: Option<&Bound<'_, PyDict>>,
+        shadow_link: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Mesh> {
         let whole = format!("mesh `{name}`: ");
         let in_mesh = |what: &str| format!("{whole}{what}");
@@ -260,7 +264,9 @@ impl Scene {
             shapes: shapes.transpose()?.unwrap_or_default(),
         };
         guarded(|| mesh.check())?;
+        let linked = linked(&name, groups, light_link, shadow_link)?;
         let model = model(name.clone(), transform, visible, (hidden_from, holdout, shadow_catcher))?;
+        let model = GivenModel { linked, ..model };
         self.change(|stated| {
             for material in mesh.materials.iter().filter(|material| !material.is_empty()) {
                 stated.has_material(material).map_err(|what| error(in_mesh(&what)))?;
@@ -272,9 +278,10 @@ impl Scene {
         })
     }
 
-    /// Shows a mesh at one more place. transform, visible, hidden_from, holdout, shadow_catcher: as in add_mesh(). name: the mesh's without it.
+    /// Shows a mesh at one more place. transform, visible, hidden_from, holdout, shadow_catcher, groups, light_link, shadow_link: as in
+    /// add_mesh(). name: the mesh's without it.
     #[pyo3(signature = (mesh, transform = None, *, name = None, visible = None, hidden_from = None, holdout = false,
-                        shadow_catcher = false))]
+                        shadow_catcher = false, groups = None, light_link = None, shadow_link = None))]
     #[allow(clippy::too_many_arguments, reason = "they have names in Python")]
     fn add_instance(
         &self,
@@ -285,10 +292,15 @@ impl Scene {
         hidden_from: Option<Vec<String>>,
         holdout: bool,
         shadow_catcher: bool,
+        groups: Option<Vec<String>>,
+        light_link: Option<&Bound<'_, PyDict>>,
+        shadow_link: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Mesh> {
         let Mesh { name: of_mesh, index } = mesh.get();
         let name = name.unwrap_or_else(|| of_mesh.clone());
+        let linked = linked(&name, groups, light_link, shadow_link)?;
         let model = model(name, transform, visible, (hidden_from, holdout, shadow_catcher))?;
+        let model = GivenModel { linked, ..model };
         self.change(|stated| {
             if stated.given.meshes.get(*index).is_none_or(|known| known.name != *of_mesh) {
                 return Err(error(format!("mesh `{of_mesh}` is of another scene: add it to this one")));
@@ -536,7 +548,39 @@ fn model(
         (false, false) => Role::Itself,
     };
     let ray_visibility = RayVisibility { hidden_from, role };
-    Ok(GivenModel { name, mesh: 0, places, is_visible, visible, ray_visibility })
+    let linked = Linked::default();
+    Ok(GivenModel { name, mesh: 0, places, is_visible, visible, ray_visibility, linked })
+}
+
+/// What links of lights know of a model. Names are compared with those of the scene when it is rendered.
+fn linked(
+    of: &str,
+    groups: Option<Vec<String>>,
+    light_link: Option<&Bound<'_, PyDict>>,
+    shadow_link: Option<&Bound<'_, PyDict>>,
+) -> PyResult<Linked> {
+    let names = |key: &str, link: Option<&Bound<'_, PyDict>>| -> PyResult<ModelNames> {
+        let mut names = ModelNames::default();
+        for (part, value) in link.into_iter().flatten() {
+            let list = || value.extract::<Vec<String>>().ok().filter(|_| !value.is_instance_of::<PyString>());
+            let part = part.extract::<String>().unwrap_or_default();
+            match (part.as_str(), list()) {
+                ("include", Some(list)) => names.include = Some(list),
+                ("exclude", Some(list)) => names.exclude = list,
+                _ => {
+                    let message = "must be a dict with `include`, `exclude` or both: lists of names";
+                    return Err(error(format!("`{key}` of `{of}` {message}")));
+                }
+            }
+        }
+        Ok(names)
+    };
+    let links = LightLinks {
+        receivers: names("light_link", light_link)?,
+        blockers: names("shadow_link", shadow_link)?,
+    };
+    let emission = (links != LightLinks::default()).then(|| Arc::new(links));
+    Ok(Linked { groups: groups.unwrap_or_default().into(), emission, light_group: None })
 }
 
 /// Kind of rays of this name.

@@ -273,6 +273,8 @@ impl<'a> Setup<'a> {
             sky: &prepared.sky,
             emitters: &prepared.emitters,
             light_chances: &prepared.light_chances,
+            links: &prepared.links,
+            moved_sets: prepared.links.sets_of(&lineage.plan.moved),
             palette: &prepared.palette,
             pose: &request.pose,
             deformations: &self.deformations,

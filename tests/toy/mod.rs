@@ -83,6 +83,7 @@ pub fn moving(name: &str, mesh: Mesh, track: TransformTrack) -> Model {
         random: 0.0,
         reflection_map: None,
         ray_visibility: Default::default(),
+        linked: Default::default(),
     }
 }
 
@@ -137,7 +138,15 @@ pub fn camera(eye: Track<DVec3>, target: Track<DVec3>) -> CameraTrack {
 /// A light of constant colour.
 pub fn light(name: &str, kind: LightKind, power: f64) -> Light {
     let (color, power) = (Track::constant(Vec3::ONE), Track::constant(power));
-    Light { name: name.into(), kind, color, power, samples: Light::MOST_SAMPLES, group: None }
+    Light {
+        name: name.into(),
+        kind,
+        color,
+        power,
+        samples: Light::MOST_SAMPLES,
+        group: None,
+        links: Default::default(),
+    }
 }
 
 /// Straight down on everything.
@@ -160,6 +169,8 @@ pub fn scene(camera: CameraTrack, models: Vec<Model>, materials: Vec<Material>, 
         textures: vec![],
         lights,
         ambient: Vec3::ZERO,
+        world_group: None,
+        mist: Default::default(),
         ambient_is_occluded: false,
         background: Background::uniform(Vec3::new(0.25, 0.5, 1.0)),
         environment: None,

@@ -331,6 +331,7 @@ fn models_that_share_a_mesh_keep_their_numbers() {
         random: 0.0,
         reflection_map: None,
         ray_visibility: Default::default(),
+        linked: Default::default(),
     };
     on_each(&scene_of((0..20).map(|i| at(f64::from(i) * 3.0)).collect()), |tracer, way| {
         let mut rays = RayBatch::default();

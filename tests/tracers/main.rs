@@ -10,4 +10,5 @@ mod among_others;
 mod conformance;
 mod hidden;
 mod kinds;
+mod linked;
 mod places;

@@ -186,6 +186,10 @@ class Materials:
             self.names[key] = name
         return self.names[key]
 
+    def indices(self):
+        """Pass indices of materials, by their names in the shot."""
+        return {self.name(material): material.pass_index for material in self.originals()}
+
     def uv(self, material):
         """Name of the UV map of a material's pictures and the mapping of (u, v, 1); None without pictures."""
         return self.surface(material)[1].uv

@@ -89,13 +89,23 @@ def hashed(first, second):
     return ((c ^ b) - turned(b, 24)) & 0xFFFFFFFF
 
 
+def with_group(tables, group):
+    """Tables of a world, whose light is in a group: its sky and its suns."""
+    out = []
+    for table in tables:
+        head, _, rest = table.partition("\n")
+        key = {"[environment]": "light_group", "[[light]]": "group"}.get(head)
+        out.append(f'{head}\n{key} = "{group}"\n{rest}' if key else table)
+    return out
+
+
 class Placed:
     """One copy of a mesh, where it is and to which rays it shows itself: `matrices` from times to row-major 4x4 matrices in the shot's axes."""
 
-    __slots__ = ("name", "random", "mesh", "matrices", "seen")
+    __slots__ = ("name", "random", "index", "mesh", "matrices", "seen")
 
-    def __init__(self, name, random):
-        self.name, self.random, self.mesh, self.matrices, self.seen = name, random, {}, {}, {}
+    def __init__(self, name, random, index=0):
+        self.name, self.random, self.index, self.mesh, self.matrices, self.seen = name, random, index, {}, {}, {}
 
     def is_before_the_camera(self, time):
         """Returns true if it is there at a time, and the camera is to see it."""
@@ -114,7 +124,7 @@ class Walk:
         self.world, self.rest, self.clipping = None, AtRest(warnings), Clipping()
         self.states, self.settled = {}, {}
         self.layer = depsgraph.view_layer
-        self.visibility = Visibility(self.layer, warnings)
+        self.visibility = Visibility(scene, self.layer, warnings)
 
     def over(self, times, set_frame, progress):
         """Evaluates the scene at each time. `progress(share)` returns false to cancel."""
@@ -195,6 +205,8 @@ class Walk:
         settings, images = self.settings, self.meshes.materials.images
         if self.world is None and images:
             self.world = World(images, not settings.transparent, settings.exposure, time, goes_on, settings.shadow_rays and 4).tables(found, self.warnings)
+            if group := found and self.visibility.light_groups.of(found):
+                self.world = with_group(self.world, group)
         if found:
             around = surroundings_of(found, time)
             if around or may_change(found):
@@ -242,6 +254,9 @@ class Walk:
         found = lights.light_of(instance, instance.object.data, self.settings, self.warnings)
         if found and self.visibility.light(instance):
             fixed, values = found
+            fixed["links"] = self.visibility.links_of_light(instance.object)
+            if group := self.visibility.light_groups.of(instance.object):
+                fixed["group"] = group
             track = self.lights.setdefault(key, [fixed, {}])
             if lights.has_size(fixed):
                 track[0] = fixed
@@ -268,7 +283,7 @@ class Walk:
             return
         placed = self.placed.get(key)
         if placed is None:
-            placed = self.placed[key] = Placed(item.name, random_number(instance, item))
+            placed = self.placed[key] = Placed(item.name, random_number(instance, item), item.pass_index)
         placed.mesh[time], placed.seen[time] = mesh, shown
         placed.matrices[time] = (TO_Y_UP @ matrix)[:3].ravel()
 

@@ -14,7 +14,7 @@
 use glam::Vec3;
 
 use super::clamp::limit_paths;
-use super::light_choice::{Kinds, paths_go_on, surfaces_on_paths};
+use super::light_choice::{Kinds, NO_LIGHT, light_asked, paths_go_on, surfaces_on_paths};
 use super::lobes::Lobes;
 use super::next_event::{Asking, LightRays};
 use super::path_ends::{Below, PathResult, PathStart};
@@ -38,7 +38,7 @@ use crate::pose::LightPose;
 use crate::samples::Tag;
 use crate::scene::RayKind;
 use crate::shade::Surface;
-use crate::shade::area::{density_of, radiance};
+use crate::shade::area::density_of;
 use crate::shade::bsdf::phong;
 use crate::shade::bsdf::{SeenBsdf, SeenBy};
 use crate::shade::light::light_from_anywhere;
@@ -201,6 +201,7 @@ fn begin(frame: &FrameView, is_reflected: bool, scratch: &mut PathScratch) {
                         chances,
                         seen_by,
                         kind,
+                        receiver: start.model,
                         within,
                     }
                 })
@@ -229,9 +230,9 @@ fn gathers(
     let weight = below.map_or(Vec3::ONE, Below::weight_at_surface);
     let chances = Pdfs::of_start(frame);
     let (origin, bsdf) = (off_surface(point, geometric_normal), None);
-    let tick = frame.tick_of(start.cell);
+    let (tick, model) = (frame.tick_of(start.cell), start.model);
     let asking =
-        Asking { path, tick, point, origin, normal, geometric_normal, horizon, weight, chances, bsdf };
+        Asking { path, tick, model, point, origin, normal, geometric_normal, horizon, weight, chances, bsdf };
     for place in places_in_sky(frame, &random) {
         light_rays.ask_sky(frame, &asking, place);
     }
@@ -257,6 +258,7 @@ fn gathers(
             chances,
             seen_by,
             kind,
+            receiver: start.model,
             within: start.within,
         }
     })
@@ -379,8 +381,8 @@ fn meet(frame: &FrameView, scratch: &mut PathScratch) {
                 let random = random[ray.path as usize];
                 let surface = subsurface::side(frame, surface, || random.four(step.going_on())[3]);
                 let random = random.four(step.asking());
-                let light = frame.light_chances.choose(surface.point, random[0]);
                 let primitive = (packet.model[from + lane], packet.triangle[from + lane]);
+                let (asked_light, chance) = light_asked(frame, primitive.0, surface.point, random[0]);
                 let distance = packet.t[from + lane];
                 let (look, axes) = (surface.look(), surface.axes());
                 let layers = &frame.palette.bsdfs;
@@ -391,11 +393,12 @@ fn meet(frame: &FrameView, scratch: &mut PathScratch) {
                 vertices.push(Vertex {
                     ray,
                     surface,
+                    model: primitive.0,
                     light: Vec3::ZERO,
                     emission_weight: ray.emission_weight(frame, primitive, &surface, distance),
                     asks: Kinds::of(frame, step),
-                    asked_light: light.source as u32,
-                    chance: light.chance,
+                    asked_light,
+                    chance,
                     random,
                     lobes,
                     bsdf: number,
@@ -457,7 +460,8 @@ fn light(frame: &FrameView, scratch: &mut PathScratch, tally: &mut RayTally) {
         let weight = weight * vertex.lobes.all[Lobes::DIFFUSE].0;
         let (chances, bsdf) = (vertex.chances(frame), vertex.asking_bsdf(frame, bsdfs));
         let origin = off_surface(point, geometric_normal);
-        Asking { path, tick, point, origin, normal, geometric_normal, horizon, weight, chances, bsdf }
+        let model = vertex.model;
+        Asking { path, tick, model, point, origin, normal, geometric_normal, horizon, weight, chances, bsdf }
     };
     for vertex in &*vertices {
         if vertex.asks.sky {
@@ -478,7 +482,9 @@ fn light(frame: &FrameView, scratch: &mut PathScratch, tally: &mut RayTally) {
     let changes = !frame.pose.lights_at_ticks.is_empty();
     let asked = |vertex: &Vertex| (vertex.asked_light, if changes { vertex.ray.tick } else { 0 });
     by_light.sort_by_key(|vertex| asked(&vertices[*vertex as usize]));
-    let mut rest = &by_light[..];
+    // those that no light lights ask none, and come last
+    let asking = by_light.partition_point(|vertex| vertices[*vertex as usize].asked_light != NO_LIGHT);
+    let mut rest = &by_light[..asking];
     while let Some((number, tick)) = rest.first().map(|first| asked(&vertices[*first as usize])) {
         let change = frame.light_changes[number as usize];
         let same = |vertex: &u32| asked(&vertices[*vertex as usize]) == (number, tick);
@@ -488,15 +494,16 @@ fn light(frame: &FrameView, scratch: &mut PathScratch, tally: &mut RayTally) {
             brought.until = brought.until.min(change);
         }
         let light = &frame.pose.lights_at(tick)[number as usize];
+        let light = (number as usize, light);
         ask_light(frame, light, group, starts, (vertices, bsdfs, brought), one_light, tally);
         rest = after;
     }
 }
 
-/// Adds the light that `light` sends to the vertices listed in `group`, all of which ask it.
+/// Adds the light that `light`, of this `number`, sends to the vertices listed in `group`, all of which ask it.
 fn ask_light(
     frame: &FrameView,
-    light: &LightPose,
+    (number, light): (usize, &LightPose),
     group: &[u32],
     starts: &[PathStart],
     (vertices, bsdfs, brought): (&mut [Vertex], &[SeenBsdf], &mut [PathResult]),
@@ -504,8 +511,8 @@ fn ask_light(
     tally: &mut RayTally,
 ) {
     let OneLight { reflected, segments, queue, answers, open } = one_light;
-    let radiance = radiance(light);
-    queue.clear();
+    let radiance = frame.radiance_of(number, light);
+    queue.begin(frame.shadows_of_light(number));
     reflected.clear();
     segments.clear();
     for (first, some) in (0..).step_by(LANES).zip(group.chunks(LANES)) {
@@ -520,7 +527,7 @@ fn ask_light(
         let albedo = frame.palette.albedo(&eight.looks, eight.reflectance);
         let light = phong::diffuse(albedo, eight.normal, receivers.smooth, &light_sample) / eight.chance;
         for (lane, vertex) in some.iter().enumerate() {
-            let weight = match radiance.filter(|_| asked >> lane & 1 != 0) {
+            let weight = match radiance.filter(|radiance| radiance.is_met && asked >> lane & 1 != 0) {
                 Some(radiance) => {
                     let (normal, direction) = (eight.normal.lane(lane), light_sample.direction.lane(lane));
                     let density = density_of(radiance.along(direction), light_sample.irradiance.lane(lane));

@@ -19,6 +19,8 @@ pub struct PathStart {
     pub owner: u32,
     /// Cell for which it is traced.
     pub cell: u32,
+    /// Model of the surface.
+    pub model: u32,
     /// Number of the path among those of its surface.
     pub index: u32,
     /// Sequence of its random numbers; all paths of a surface share it.

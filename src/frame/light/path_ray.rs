@@ -37,6 +37,8 @@ pub struct PathRay {
     pub seen_by: SeenBy,
     /// Kind of ray by what it comes from.
     pub kind: RayKind,
+    /// Model of the surface from which the light that it meets is asked for.
+    pub receiver: u32,
     /// What it goes through.
     pub within: Within,
 }
@@ -69,7 +71,7 @@ impl PathRay {
         };
         self.chances.of_path_to_emitter(
             frame,
-            (self.asked_from, self.normal, direction, self.tick),
+            (self.asked_from, self.normal, direction, self.tick, self.receiver),
             (primitive, surface),
             distance,
         )

@@ -86,6 +86,7 @@ pub fn start_at(
     let start = PathStart {
         owner: cell as u32,
         cell: cell as u32,
+        model: tile.model[cell],
         index: 0,
         sequence: PathSequence::of_reflections(gathered.seed(cell), most),
         point: placed.point.lane(lane),

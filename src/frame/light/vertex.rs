@@ -29,6 +29,8 @@ use crate::shade::terminator::Receivers;
 pub struct Vertex {
     pub ray: PathRay,
     pub surface: Surface,
+    /// Model of the surface.
+    pub model: u32,
     /// Light towards the path: its emission, and its reflection of the light that it has asked.
     pub light: Vec3,
     /// Weight of its emission, which next-event estimation finds, too.
@@ -156,7 +158,7 @@ impl Vertex {
         let (highlight, density) = bsdf.highlight(direction, irradiance, is_met);
         let by_path = goes_on * density;
         let weight = match radiance {
-            Some(radiance) if by_path > 0.0 => {
+            Some(radiance) if by_path > 0.0 && radiance.is_met => {
                 mis_weight(density_of(radiance.along(direction), irradiance), by_path)
             }
             _ => 1.0,
@@ -237,6 +239,7 @@ pub fn go_on(
         }
         _ => surface.leave(direction),
     };
+    let receiver = if asked_from.is_some() { ray.receiver } else { vertex.model };
     let asked_from = asked_from.unwrap_or(origin);
     let (step, seen_by) = (vertex.next_step(frame, chosen), vertex.next_sees_as(bsdf, chosen, has_density));
     let kind = vertex.next_kind(frame, chosen);
@@ -254,6 +257,7 @@ pub fn go_on(
         chances,
         seen_by,
         kind,
+        receiver,
         within,
         ..*ray
     })

@@ -2,6 +2,7 @@
 
 use glam::Vec3;
 
+use super::links::Links;
 use super::motion_vectors::MotionVectors;
 use super::moved_bounds::MovedBounds;
 use super::place::Place;
@@ -81,6 +82,10 @@ pub struct FrameView<'a> {
     pub emitters: &'a Emitters,
     /// Chances with which paths ask each of the shot's lights.
     pub light_chances: &'a LightChances,
+    /// Which models each light lights, and which cast shadows in its light.
+    pub links: &'a Links,
+    /// Sets of models that cast shadows in some lights in which any moved since the frame before: a bit each, bit 0 for all models.
+    pub moved_sets: u32,
     /// Materials of the scene, ready for lighting.
     pub palette: &'a Palette,
     /// Camera, models and lights in this frame.

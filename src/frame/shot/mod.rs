@@ -2,6 +2,7 @@
 
 pub mod exposed;
 pub mod frame_view;
+pub mod links;
 pub mod motion_vectors;
 pub mod moved_bounds;
 pub mod place;

@@ -3,10 +3,12 @@
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
+use glam::Vec3;
 use rayon::prelude::*;
 
 use super::exposed::lenders;
 use super::frame_view::Occlusion;
+use super::links::Links;
 use super::proofs::FRAMES_AHEAD;
 use crate::changes::{Direction, Motion};
 use crate::clear::Obstacles;
@@ -39,6 +41,8 @@ pub struct Prepared<'s> {
     pub emitters: Emitters,
     /// Chances with which paths ask each of the shot's lights.
     pub light_chances: LightChances,
+    /// Light links of the shot.
+    pub links: Links,
     pub palette: Palette,
     /// Layout of the store's tags.
     pub layout: TagLayout,
@@ -119,6 +123,7 @@ impl<'s> Prepared<'s> {
         let mut about_layers =
             mattes.as_ref().map_or(Vec::new(), |mattes| mattes.attributes(settings.layers));
         about_layers.extend(settings.layers.has(Layers::MATERIAL).then(|| numbers_of_materials(scene)));
+        let links = Links::new(scene, settings.only_lights.as_deref());
         let light_groups = LightGroups::new(&scene.lights);
         let bounds = bounds_of_models(scene);
         let channels: Vec<Channel> = channels(settings.layers, &light_groups).collect();
@@ -126,10 +131,11 @@ impl<'s> Prepared<'s> {
         Self {
             scene,
             settings: settings.clone(),
-            sky: SkyLight::new(scene),
+            sky: SkyLight::new(scene).dark_if(links.is_world_dark),
             emitters: if layout.paths > 0 { Emitters::new(scene, &bounds) } else { Emitters::default() },
             light_chances: LightChances::new(&scene.lights.iter().map(Source::of_light).collect::<Vec<_>>()),
-            palette: Palette::of(scene),
+            palette: Palette::in_ambient(scene, if links.is_world_dark { Vec3::ZERO } else { scene.ambient }),
+            links,
             has_trees: settings.depth > 0 && scene.materials.iter().any(Material::is_followed),
             knows_motion: keeps_answers || known.is_some(),
             motions: match known {

@@ -5,6 +5,7 @@ pub mod camera;
 mod camera_text;
 mod file_tables;
 mod light_text;
+pub mod links;
 pub mod material;
 pub mod model;
 pub mod places;
@@ -27,6 +28,7 @@ use serde_json::{Value, json};
 
 use self::camera::{CameraTable, ShutterTable, StereoTable};
 pub(crate) use self::file_tables::FileTables;
+use self::links::NamesTable;
 use self::material::{MaterialTable, MtlTable};
 pub(crate) use self::model::{LARGEST_MAP, LEAST_MAP, ModelKey, ModelTable, Rows, Scale};
 use self::samples::SamplesValue;
@@ -35,7 +37,7 @@ use self::toml_text::{At, List, Three};
 use crate::animation::Interpolation;
 use crate::exposure::MOST_EXPOSURES;
 use crate::layers::Layers;
-use crate::scene::SpotFall;
+use crate::scene::{MistFalloff, SpotFall};
 use crate::settings::{
     Backdrop, BasePlace, Caustics, Compression, DenoiseQuality, Filter, LONGEST_SIDE, Look,
     MOST_OCCLUSION_RAYS, MOST_OVERSCAN, MOST_PATHS, MOST_REFLECTIONS, MOST_TREE_MEMORY, Mode, Reuse, View,
@@ -107,6 +109,8 @@ pub(crate) struct ShotFile {
     pub model: Vec<At<ModelTable>>,
     /// A level floor under the models
     pub floor: Option<At<FloorTable>>,
+    /// Distances of the layer `mist`
+    pub mist: Option<At<MistTable>>,
     /// Light sources
     #[serde(default)]
     pub light: Vec<At<LightTable>>,
@@ -168,6 +172,8 @@ pub(crate) struct RenderTable {
     /// limit)
     #[schemars(range(min = 0))]
     pub clamp: Option<At<f64>>,
+    /// Light group whose contribution alone is rendered (all)
+    pub only_lights: Option<At<String>>,
     /// Memory for what mirrors and glass show while the camera rests, MiB; 0: none (256)
     #[schemars(range(min = 0, max = MOST_TREE_MEMORY))]
     pub tree_memory: Option<At<i64>>,
@@ -280,6 +286,8 @@ pub(crate) struct EnvironmentTable {
     /// Factor on all of it (1)
     #[schemars(range(min = 0))]
     pub power: Option<At<f64>>,
+    /// Light group of the environment, the background and the ambient light (others)
+    pub light_group: Option<At<String>>,
     /// True if the camera sees it instead of the background (true)
     pub visible: Option<bool>,
     /// Rays that ask it for light where a path starts (1)
@@ -312,6 +320,20 @@ pub(crate) struct FloorTable {
     /// Radius around the middle of the models (40 times the diagonal of all models at the first frame)
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub radius: Option<At<f64>>,
+}
+
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct MistTable {
+    /// Distance from the eye at which it begins (5)
+    #[schemars(range(min = 0))]
+    pub start: Option<At<f64>>,
+    /// Way from there to where it hides all (25)
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub depth: Option<At<f64>>,
+    /// How it grows on that way
+    #[schemars(extend("default" = "quadratic"))]
+    pub falloff: Option<MistFalloff>,
 }
 
 #[derive(Debug, Deserialize, JsonSchema)]
@@ -357,6 +379,10 @@ pub(crate) struct LightTable {
     /// Name of the light group, whose layer shows what its lights add to the picture: letters, digits, `-`
     /// and `_`
     pub group: Option<At<String>>,
+    /// Models that it lights (all)
+    pub light_link: Option<At<NamesTable>>,
+    /// Models that cast shadows in its light (all)
+    pub shadow_link: Option<At<NamesTable>>,
     /// Linear RGB [1, 1, 1]
     pub color: Option<Three>,
     /// Directional: irradiance. Others: intensity (1)

@@ -8,6 +8,7 @@ use serde::Deserialize;
 use serde::de::value::SeqAccessDeserializer;
 use serde::de::{self, Deserializer, SeqAccess, Visitor};
 
+use super::links::NamesTable;
 use super::places::PlacesTable;
 use super::quadric::QuadricTable;
 use super::shapes::ShapesTable;
@@ -63,6 +64,15 @@ pub(crate) struct ModelTable {
     pub holdout: Option<bool>,
     /// True: rays from the eye see what is behind the picture where the model is, dimmed by the shadows on it (false)
     pub shadow_catcher: Option<At<bool>>,
+    /// Names of groups that it is in, by which links of lights mean it ([])
+    #[schemars(extend("uniqueItems" = true))]
+    pub groups: Option<At<Vec<At<String>>>>,
+    /// Light group of the light that it emits (others)
+    pub light_group: Option<At<String>>,
+    /// Models that the light that it emits lights (all)
+    pub light_link: Option<At<NamesTable>>,
+    /// Models that cast shadows in the light that it emits (all)
+    pub shadow_link: Option<At<NamesTable>>,
     /// File of the places of many copies of the model, instead of `matrix` and keys
     pub places: Option<At<PlacesTable>>,
     /// Number from 0 to 1 that graphs of its materials see, by which models of one mesh may differ (0)

@@ -7,7 +7,9 @@ mod extents;
 mod floor;
 mod lens;
 mod light;
+mod links;
 mod material;
+mod mist;
 mod model;
 mod models;
 mod orbit;
@@ -180,6 +182,10 @@ pub fn from_text_with(
     let of_none = if is_seen { Backdrop::Visible } else { Backdrop::Transparent };
     settings.background = file.output.background.unwrap_or(of_none);
     let background = background.unwrap_or(Background::uniform(Vec3::ZERO));
+    let only_lights = render.only_lights.clone();
+    let world_group = file.environment.as_ref().and_then(|table| table.get_ref().light_group.as_ref());
+    let world_group = world_group.map(|group| light::group_name(text, "light_group", group)).transpose()?;
+    let mist = mist::of_table(text, file.mist.as_ref())?;
     let ambient = optional_color(text, "color", &file.ambient.color)?.unwrap_or(Vec3::ZERO);
     if file.model.is_empty() {
         return Err(missing(
@@ -192,6 +198,7 @@ pub fn from_text_with(
         models.extend(models::of_table(text, table, &mut readers, frames_a_second(rate))?);
         tables.resize(models.len(), table);
     }
+    links::check(text, (&file.light, &file.model), &models, file.floor.is_some())?;
     let bounds = extents::bounds_of_meshes(&models);
     let extent = extents::over_time(text, &tables, &models, &bounds)?;
     let at_first = extents::at_frame(&models, &bounds, frames.first());
@@ -249,8 +256,13 @@ pub fn from_text_with(
         ambient_is_occluded: file.ambient.occluded,
         background,
         environment,
+        world_group,
+        mist,
         space,
     };
+    if let Some(only) = &only_lights {
+        scene.check_light_group(only.get_ref()).map_err(|what| text.bad("only_lights", only, &what))?;
+    }
     findings.warnings.extend(darkness::warning(text.path, &scene));
     Ok(Shot {
         title: file.title.unwrap_or_else(|| stem.into_owned()),

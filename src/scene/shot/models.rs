@@ -9,7 +9,7 @@ use glam::DAffine3;
 
 use super::places::Place;
 use super::readers::Readers;
-use super::{model, places, quadric, shapes};
+use super::{links, model, places, quadric, shapes};
 use crate::animation::{Track, TransformTrack};
 use crate::scene::import::Inputs;
 use crate::scene::import::given;
@@ -33,7 +33,7 @@ pub fn of_table(
     let ray_visibility = ray_visibility(text, table.get_ref())?;
     let models = placed(text, table, readers, rate)?;
     let seen = |model: Model| Model { ray_visibility: model.ray_visibility.and(ray_visibility), ..model };
-    Ok(models.into_iter().map(seen).collect())
+    links::with_links(text, table.get_ref(), models.into_iter().map(seen).collect())
 }
 
 /// Reads what rays see of the models of a table.
@@ -246,6 +246,7 @@ fn parts(
         random: 0.0,
         reflection_map: None,
         ray_visibility: Default::default(),
+        linked: Default::default(),
     };
     if let Some(group) = group {
         let part = readers.meshes.part(&mut readers.import, &path, group.get_ref())?;
@@ -304,6 +305,7 @@ fn one(
         random: 0.0,
         reflection_map: None,
         ray_visibility: Default::default(),
+        linked: Default::default(),
     })
 }
 
@@ -330,6 +332,7 @@ fn of_part(part: &PartOfFile, name: String, path: &Path, track: &TransformTrack)
         random: 0.0,
         reflection_map: None,
         ray_visibility: part.ray_visibility,
+        linked: part.linked.clone(),
     }
 }
 

@@ -59,6 +59,11 @@ pub fn settings(text: TomlText<'_>, tables: &Tables<'_>, before: &Settings) -> R
         )?,
         caustics: table.caustics.unwrap_or(before.caustics),
         clamp: clamp(text, table)?.or(before.clamp),
+        only_lights: table
+            .only_lights
+            .as_ref()
+            .map(|group| group.get_ref().clone())
+            .or(before.only_lights.clone()),
         tree_memory: whole(
             "tree_memory",
             &table.tree_memory,

@@ -315,7 +315,7 @@ mod tests {
         );
         let weighed = followed
             .expect("some have one")
-            .highlight(&sample, Some(AreaRadiance { full: Vec3::splat(2.0), beam: Beam::Even }))
+            .highlight(&sample, Some(AreaRadiance { full: Vec3::splat(2.0), beam: Beam::Even, is_met: true }))
             .lane(2);
         let share = 2.0 / (2.0 + 3.0 * density);
         assert!((weighed - wanted * share).abs().max_element() < 1e-4 * wanted.max_element(), "{weighed}");

@@ -168,8 +168,13 @@ pub struct Gloss {
 impl Palette {
     /// Creates the palette of all materials of `scene` in its ambient light.
     pub fn of(scene: &Scene) -> Self {
+        Self::in_ambient(scene, scene.ambient)
+    }
+
+    /// Creates the palette of all materials of `scene` in this `ambient` light.
+    pub fn in_ambient(scene: &Scene, ambient: Vec3) -> Self {
         let mut paints: Vec<Paint> =
-            scene.materials.iter().map(|material| paint(material, scene.ambient)).collect();
+            scene.materials.iter().map(|material| paint(material, ambient)).collect();
         let brightest = scene.materials.iter().fold(Vec3::ZERO, |most, one| most.max(one.most_diffuse()));
         let bends_normals = scene.materials.iter().any(Material::bends_normals);
         let is_varied = |one: &Material| one.has_vertex_colors || one.computed.is_some();
@@ -291,6 +296,12 @@ impl Palette {
     pub fn emitted_and_ambient(&self, looks: &[Look], reflectance: Vec3x8) -> Vec3x8 {
         let [base, ambient] = self.of_looks(looks, Paint::light_at);
         base + ambient * reflectance
+    }
+
+    /// Ambient light that leaves surfaces wherever the eye is, which `openness` dims.
+    pub fn ambient_alone(&self, looks: &[Look], reflectance: Vec3x8, openness: F32x8) -> Vec3x8 {
+        let [_, plain, ambient] = self.of_looks(looks, Paint::apart_at);
+        (plain + ambient * reflectance) * openness
     }
 
     /// Emission and ambient light, where openness dims the latter.

@@ -118,6 +118,9 @@ impl SeenBsdfs {
     /// Weight of a light's points beside the rays that see it, whose directions were `drawn` with this density.
     #[inline(always)]
     fn weight_of_points(&self, light_sample: &LightSample, radiance: &AreaRadiance, drawn: F32x8) -> F32x8 {
+        if !radiance.is_met {
+            return F32x8::ONE;
+        }
         let LightSample { direction, irradiance, .. } = *light_sample;
         // both densities times the irradiance: they would be infinite where it is next to nothing
         let by_points = density_of_points(radiance, direction);

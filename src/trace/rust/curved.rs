@@ -13,7 +13,7 @@ use crate::geometry::Curved;
 use crate::geometry::curved::Ray;
 use crate::geometry::tree::{Box3, Tree};
 use crate::pose::Pose;
-use crate::scene::{RayKind, Scene};
+use crate::scene::{Model, Scene};
 use crate::trace::{HitPacket, LANES};
 
 /// A primitive of a curved geometry in a scene.
@@ -50,12 +50,11 @@ struct Place {
 }
 
 impl CurvedPrimitives {
-    /// Collects the primitives of `scene` that rays of this kind see; `casters`: only those that cast shadows.
-    pub fn new(scene: &Scene, kind: RayKind, casters: bool) -> Self {
+    /// Collects the primitives of those models of `scene`, with their numbers, that rays `see`; `casters`: only those that cast shadows.
+    pub fn new(scene: &Scene, see: impl Fn(usize, &Model) -> bool, casters: bool) -> Self {
         let (mut still, mut movable) = (Vec::new(), Vec::new());
-        for (model, number) in
-            scene.models.iter().zip(0..).filter(|(model, _)| model.ray_visibility.is_seen_by(kind))
-        {
+        let models = scene.models.iter().zip(0_u32..);
+        for (model, number) in models.filter(|(model, number)| see(*number as usize, model)) {
             let Some(curved) = model.mesh.as_curved() else { continue };
             let casting = model.mesh.shadow_casting as u32;
             let count = if casters { casting } else { curved.count() };

@@ -107,6 +107,9 @@ pub fn features(trial: &Trial) -> BTreeSet<String> {
         if keys_of(light).any(|key| key.contains_key("color")) {
             add("light changes colour".into());
         }
+        for link in ["light_link", "shadow_link"].into_iter().filter(|link| light.contains_key(*link)) {
+            add(format!("light: {link}"));
+        }
         let sizes = ["size", "radius", "spread", "angle", "cone", "soft"];
         if keys_of(light).any(|key| sizes.iter().any(|size| key.contains_key(*size))) {
             add("light changes its size".into());
@@ -167,6 +170,9 @@ fn of_model(model: &Table, shot: &Table, add: &mut impl FnMut(String)) {
     }
     for role in ["holdout", "shadow_catcher"].into_iter().filter(|role| model.contains_key(*role)) {
         add(format!("model: {role}"));
+    }
+    for link in ["light_link", "shadow_link"].into_iter().filter(|link| model.contains_key(*link)) {
+        add(format!("model: {link}"));
     }
     if material.contains('+') {
         add("small things: of two materials".into());

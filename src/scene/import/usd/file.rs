@@ -239,9 +239,27 @@ pub struct LensKey {
 #[derive(Debug)]
 pub struct UsdLight {
     pub name: String,
+    /// Path of its prim.
+    pub path: String,
+    /// Prims that it lights; `None` for all.
+    pub light_link: Option<Link>,
+    /// Prims that cast shadows in its light; `None` for all.
+    pub shadow_link: Option<Link>,
     pub kind: UsdLightKind,
     /// Its keys, by frame; one if it rests.
     pub keys: Vec<LightKey>,
+}
+
+/// Prims of a collection.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Link {
+    /// Paths of prims.
+    pub includes: Vec<String>,
+    pub excludes: Vec<String>,
+    /// True if all prims of the file are included.
+    pub has_root: bool,
+    /// True if prims below a path are not meant.
+    pub is_exact: bool,
 }
 
 /// Kinds of lights; lengths in metres, angles in degrees.

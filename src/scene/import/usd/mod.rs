@@ -25,6 +25,8 @@ mod layer_of_mtlx;
 #[cfg(feature = "usd")]
 mod lights;
 #[cfg(feature = "usd")]
+mod links;
+#[cfg(feature = "usd")]
 mod materials;
 #[cfg(feature = "usd")]
 mod network;

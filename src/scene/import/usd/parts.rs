@@ -4,14 +4,15 @@ use std::collections::{BTreeSet, HashMap};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use super::file::{ShownMesh, UsdFile, UsdMesh};
+use super::file::{Content, ShownMesh, UsdFile, UsdMesh};
+use super::links;
 use super::reading::Reading;
 use crate::animation::ShapeTrack;
 use crate::scene::import::Import;
 use crate::scene::import::deformed;
 use crate::scene::import::deformed::Distinct;
 use crate::scene::import::part_of_file::{NodeTrack, PartOfFile, Surface};
-use crate::scene::{Mesh, SceneError};
+use crate::scene::{Linked, Mesh, SceneError};
 
 /// Files that were read, and what was made of them.
 #[derive(Default)]
@@ -65,7 +66,7 @@ impl Reading<'_> {
         let built = self.meshes()?;
         let Self { file, import, unused, left_out } = self;
         let parts: Vec<PartOfFile> =
-            file.content.shown.iter().filter_map(|shown| part(shown, &built)).collect();
+            file.content.shown.iter().filter_map(|shown| part(&file.content, shown, &built)).collect();
         for defect in &file.content.defects {
             import.findings.stand_in(file.fault(defect))?;
         }
@@ -150,7 +151,7 @@ fn named(materials: &BTreeSet<String>) -> String {
 }
 
 /// Model of a shown mesh. `None` if it is scaled to nothing for ever, or has no triangles.
-fn part(shown: &ShownMesh, built: &[Option<BuiltMesh>]) -> Option<PartOfFile> {
+fn part(content: &Content, shown: &ShownMesh, built: &[Option<BuiltMesh>]) -> Option<PartOfFile> {
     let keys = match shown.map.is_constant() {
         true => vec![(1.0, shown.map.at(1.0))],
         false => shown.map.frames().zip(shown.map.values()).collect(),
@@ -165,5 +166,6 @@ fn part(shown: &ShownMesh, built: &[Option<BuiltMesh>]) -> Option<PartOfFile> {
         visible,
         shapes,
         ray_visibility: Default::default(),
+        linked: Linked { groups: links::groups(content, &shown.name).into(), ..Linked::default() },
     })
 }

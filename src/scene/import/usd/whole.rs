@@ -56,7 +56,7 @@ fn bare(file: &UsdFile, model: &str, options: &Options) -> Result<BareShot, Scen
             (around(&fit, options.size), FileTables::default())
         }
     };
-    tables.lights = content.lights.iter().filter_map(lights::table).collect();
+    tables.lights = content.lights.iter().filter_map(|light| lights::table(content, light)).collect();
     let domes: Vec<_> =
         content.lights.iter().filter(|light| matches!(light.kind, UsdLightKind::Dome { .. })).collect();
     if let Some(dome) = domes.first() {
