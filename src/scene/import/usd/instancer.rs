@@ -8,7 +8,7 @@ use openusd::usd::Prim;
 
 use super::file::Clock;
 use super::place::Places;
-use super::value::{Answer, codes, numbers, targets, value, whole_numbers};
+use super::value::{Answer, codes_read, numbers, targets, value, whole_numbers};
 use crate::animation::{Interpolation, Track};
 use crate::memory::{self, Need, Part};
 
@@ -39,11 +39,12 @@ pub fn copies(prim: &Prim, clock: &Clock, unused: &mut BTreeSet<String>) -> Answ
     let prototypes = targets(prim, "prototypes")?;
     let mut frames = BTreeSet::new();
     for name in ["positions", "orientations", "orientationsf", "scales"] {
-        frames.extend(codes(prim, name)?.iter().map(|code| clock.frame(*code).to_bits()));
+        frames.extend(codes_read(prim, name, clock)?.iter().map(|code| clock.frame(*code).to_bits()));
     }
     let mut frames: Vec<f64> = frames.into_iter().map(f64::from_bits).collect();
     frames.sort_by(f64::total_cmp);
-    let turns = codes(prim, "orientations")?.len() > 1 || codes(prim, "orientationsf")?.len() > 1;
+    let moves = |name: &str| -> Answer<bool> { Ok(codes_read(prim, name, clock)?.len() > 1) };
+    let turns = moves("orientations")? || moves("orientationsf")?;
     if let (true, Some(first), Some(last)) = (turns, frames.first().copied(), frames.last()) {
         let steps = ((last - first) * STEPS_A_FRAME).clamp(0.0, 4e6) as u32;
         frames.extend((0..steps).map(|step| first + f64::from(step) / STEPS_A_FRAME));

@@ -15,7 +15,7 @@ use openusd::usd::Prim;
 use super::file::{Clock, LightKey, Picture, Units, UsdLight, UsdLightKind};
 use super::shader::Shaders;
 use super::temperature;
-use super::value::{self, Answer, codes, flag, number, word};
+use super::value::{self, Answer, codes, codes_read, flag, number, word};
 use crate::animation::{Track, Visibility};
 use crate::scene::environment;
 use crate::scene::import::lights::{self, three};
@@ -98,7 +98,7 @@ pub fn read(
         .into_iter()
         .flat_map(|name| [format!("inputs:{name}"), name.into()])
     {
-        let times = codes(prim, &name)?;
+        let times = codes_read(prim, &name, clock)?;
         if times.len() > 1 {
             frames.extend(times.iter().map(|code| clock.frame(*code).to_bits()));
         }

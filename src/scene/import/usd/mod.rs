@@ -10,6 +10,7 @@ mod absent;
 mod binary;
 #[cfg(feature = "usd")]
 mod binding;
+mod choice;
 #[cfg(feature = "usd")]
 mod cameras;
 #[cfg(feature = "usd")]
@@ -39,6 +40,8 @@ mod place;
 #[cfg(feature = "usd")]
 mod reading;
 #[cfg(feature = "usd")]
+mod render;
+#[cfg(feature = "usd")]
 mod resolver;
 #[cfg(feature = "usd")]
 mod shader;
@@ -57,9 +60,13 @@ mod tiles;
 #[cfg(feature = "usd")]
 mod value;
 #[cfg(feature = "usd")]
+mod variants;
+#[cfg(feature = "usd")]
 mod walk;
 #[cfg(feature = "usd")]
 mod whole;
+#[cfg(feature = "usd")]
+mod written;
 
 #[cfg(not(feature = "usd"))]
 pub(in crate::scene) use absent::UsdFiles;
@@ -67,6 +74,7 @@ pub(in crate::scene) use absent::UsdFiles;
 pub use absent::text;
 #[cfg(not(feature = "usd"))]
 pub(crate) use absent::{UsdFile, read};
+pub use choice::{Purpose, StageChoice, VariantChoice, ViewChoice, prim_path};
 #[cfg(feature = "usd")]
 pub(crate) use file::UsdFile;
 #[cfg(feature = "usd")]
