@@ -105,6 +105,7 @@ impl BareModelArgs {
             animation: animation.clone(),
             usd: usd.choice(),
             render_settings: usd.render_settings.clone(),
+            only_seen: usd.only_seen,
         })
     }
 }
@@ -131,6 +132,25 @@ pub fn turn_note(frames: &[i32]) -> Option<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn options_of_usd_files_are_for_these_alone() {
+        let args = BareModelArgs {
+            usd: UsdArgs { mask: vec![String::from("/World")], ..UsdArgs::default() },
+            ..BareModelArgs::default()
+        };
+        for name in ["a.obj", "a.glb", "a.toml"] {
+            let told = format!("{:?}", args.options(Path::new(name), None).err());
+            assert!(told.contains("--mask is for bare USD files: in a shot file, write `stage`"), "{told}");
+        }
+        let options = args.options(Path::new("a.usdz"), None).ok();
+        assert_eq!(options.map(|options| options.usd.mask), Some(vec![String::from("/World")]));
+        let camera = BareModelArgs { camera: Some(String::from("main")), ..BareModelArgs::default() };
+        assert!(
+            camera.options(Path::new("a.usda"), None).is_ok()
+                && camera.options(Path::new("a.ply"), None).is_err()
+        );
+    }
 
     #[test]
     fn a_part_of_the_turn_says_how_large_it_is() {

@@ -28,6 +28,10 @@ pub struct UsdArgs {
     #[arg(long, value_name = "/PRIM,...", value_delimiter = ',', value_parser = prim_path)]
     pub unloaded: Vec<String>,
 
+    /// For a bare USD file: load no payload whose bounds (extentsHint) its camera does not see at any frame. They cast no shadows then
+    #[arg(long)]
+    pub only_seen: bool,
+
     /// For a bare USD file: its frames, of which alone times are read, as 1001-1100 [default: all]
     #[arg(long, value_name = "RANGE", allow_hyphen_values = true, value_parser = Frames::parse)]
     pub time_samples: Option<Frames>,
@@ -40,12 +44,13 @@ pub struct UsdArgs {
 impl UsdArgs {
     /// The option that was typed first in the help's order, if any was.
     pub fn first(&self) -> Option<&'static str> {
-        let Self { variant, purposes, mask, unloaded, time_samples, render_settings } = self;
+        let Self { variant, purposes, mask, unloaded, only_seen, time_samples, render_settings } = self;
         [
             ("--variant", !variant.is_empty()),
             ("--purposes", !purposes.is_empty()),
             ("--mask", !mask.is_empty()),
             ("--unloaded", !unloaded.is_empty()),
+            ("--only-seen", *only_seen),
             ("--time-samples", time_samples.is_some()),
             ("--render-settings", render_settings.is_some()),
         ]
@@ -67,5 +72,6 @@ impl UsdArgs {
 }
 
 fn purpose(name: &str) -> Result<Purpose, String> {
-    Purpose::named(name).ok_or_else(|| String::from("must be render, proxy or guide; default is always shown"))
+    Purpose::named(name)
+        .ok_or_else(|| String::from("must be render, proxy or guide; default is always shown"))
 }

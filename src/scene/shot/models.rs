@@ -156,7 +156,10 @@ fn refuse_keys_together(text: TomlText<'_>, table: &At<ModelTable>, is_read: boo
         _ => {}
     }
     if let Some(stage) = table.get_ref().stage.as_ref().filter(|_| usd.is_none()) {
-        return refuse(stage.span(), "`stage` goes with `usd`: it says what of a USD file is read; take it out");
+        return refuse(
+            stage.span(),
+            "`stage` goes with `usd`: it says what of a USD file is read; take it out",
+        );
     }
     let other = if gltf.is_some() { "glTF" } else { "USD" };
     match (shapes, animation) {

@@ -38,6 +38,8 @@ pub struct Options {
     pub usd: StageChoice,
     /// Of a USD file: path of its RenderSettings; those that it names, if none is given.
     pub render_settings: Option<String>,
+    /// Of a USD file: true if payloads that its camera does not see are left out.
+    pub only_seen: bool,
 }
 
 impl Default for Options {
@@ -49,6 +51,7 @@ impl Default for Options {
             animation: None,
             usd: StageChoice::default(),
             render_settings: None,
+            only_seen: false,
         }
     }
 }

@@ -29,7 +29,8 @@ fn why(shot: Result<Shot, SceneError>) -> String {
 /// Shot of a shot file with this value of `stage`.
 fn by_key(folder: &TempDir, stage: &str) -> Result<Shot, SceneError> {
     let path = folder.path().join("s.toml");
-    fs::write(&path, format!("{CAMERA}[[model]]\nusd = \"m.usda\"\nname = \"m\"\nstage = {stage}\n")).unwrap();
+    fs::write(&path, format!("{CAMERA}[[model]]\nusd = \"m.usda\"\nname = \"m\"\nstage = {stage}\n"))
+        .unwrap();
     scene::load(&path, false)
 }
 
@@ -92,8 +93,14 @@ fn variants_are_selected_by_prim_set_and_name() {
     let lit = ["/World/set/lamp=on", "/World/set:time=night"];
     assert_eq!(shown(&lit).unwrap(), ["Glow", "Night"]);
     for (names, expected) in [
-        (&["/World/set:time=dusk"][..], "the variant set /World/set:time has no variant `dusk`: it has day, night"),
-        (&["/World/set:hour=night"], "/World/set has no variant set `hour`: it has /World/set:time (day, night), /World/set:lod (high, low)"),
+        (
+            &["/World/set:time=dusk"][..],
+            "the variant set /World/set:time has no variant `dusk`: it has day, night",
+        ),
+        (
+            &["/World/set:hour=night"],
+            "/World/set has no variant set `hour`: it has /World/set:time (day, night), /World/set:lod (high, low)",
+        ),
         (&["/World/set=night"], "has several variant sets: write the set as well"),
         (&["/World/sett:time=night"], "the file has no prim /World/sett: below /World there are set"),
         (&["/World:time=night"], "/World has no variant sets"),
@@ -103,7 +110,8 @@ fn variants_are_selected_by_prim_set_and_name() {
         let told = shown(names).map_err(|error: SceneError| error.to_string()).unwrap_err();
         assert!(told.contains(expected), "{expected}: {told}");
     }
-    let by_key = by_key(&folder, "{ variants = [\"/World/set:time=night\", \"/World/set/lamp=on\"] }").unwrap();
+    let by_key =
+        by_key(&folder, "{ variants = [\"/World/set:time=night\", \"/World/set/lamp=on\"] }").unwrap();
     assert_eq!(by_key.scene.models.len(), 2);
 }
 
@@ -128,7 +136,9 @@ fn one_file_is_shown_twice_with_other_variants() {
     let folder = variants();
     let path = folder.path().join("s.toml");
     let model = |name: &str| {
-        format!("[[model]]\nusd = \"m.usda\"\nname = \"{name}\"\nstage = {{ variants = [\"/World/set:time={name}\"] }}\n")
+        format!(
+            "[[model]]\nusd = \"m.usda\"\nname = \"{name}\"\nstage = {{ variants = [\"/World/set:time={name}\"] }}\n"
+        )
     };
     fs::write(&path, format!("{CAMERA}{}{}", model("day"), model("night"))).unwrap();
     let shot = scene::load(&path, true).unwrap();
@@ -145,7 +155,8 @@ fn payloads() -> TempDir {
         def Shader \"S\" { uniform token info:id = \"UsdPreviewSurface\"\n color3f inputs:diffuseColor = (1, 0, 0)\n\
         token outputs:surface } } }\n";
     let folder = folder(METRES, prims);
-    fs::write(folder.path().join("a.usda"), format!("#usda 1.0\ndef Xform \"A\" {{ {} }}\n", mesh("M"))).unwrap();
+    fs::write(folder.path().join("a.usda"), format!("#usda 1.0\ndef Xform \"A\" {{ {} }}\n", mesh("M")))
+        .unwrap();
     fs::write(folder.path().join("b.usda"), "#usda 1.0\ndef Xform \"B\" { what is this\n").unwrap();
     folder
 }
@@ -162,7 +173,9 @@ fn what_the_mask_leaves_out_is_not_read() {
     let masked = of(&["/World/a"]).unwrap();
     let told: Vec<String> = masked.warnings.iter().map(ToString::to_string).collect();
     assert!(told.is_empty(), "{told:?}");
-    assert!(!masked.files.iter().any(|file| file.ends_with("b.usda")) && all.files.len() == masked.files.len());
+    assert!(
+        !masked.files.iter().any(|file| file.ends_with("b.usda")) && all.files.len() == masked.files.len()
+    );
     assert_eq!(names(&masked), ["m/World/a/M"]);
     // materials are found wherever they are
     let material = &masked.scene.materials[usize::from(model(&masked, "m/World/a/M").mesh.material_of[0])];
@@ -172,11 +185,14 @@ fn what_the_mask_leaves_out_is_not_read() {
         let usd = StageChoice { mask: vec![String::from("/World/a")], ..StageChoice::default() };
         with(&folder, Options { camera: Some(camera.into()), usd, ..Options::default() })
     };
-    assert_near(Pose::new(&camera("/World/inner").unwrap().scene, 1).camera.eye, DVec3::Z * 9.0);
+    assert_eq!(Pose::new(&camera("/World/inner").unwrap().scene, 1).camera.eye, Vec3::Z * 9.0);
     assert!(why(camera("inner")).contains("the camera `inner` is not in the file: there is no camera"));
     assert!(why(camera("/World/outer")).contains("the camera `/World/outer` is not in the file"));
     let nowhere = why(of(&["/World/c"]));
-    assert!(nowhere.contains("the mask: the file has no prim /World/c: below /World there are a, b, inner"), "{nowhere}");
+    assert!(
+        nowhere.contains("the mask: the file has no prim /World/c: below /World there are a, b, inner"),
+        "{nowhere}"
+    );
     assert!(why(by_key(&folder, "{ mask = [] }")).contains("names no prim"));
     assert!(why(by_key(&folder, "{ mask = [\"World\"] }")).contains("`World` is no path of a prim"));
     assert_eq!(names(&by_key(&folder, "{ mask = [\"/World/a\"] }").unwrap()), ["m/World/a/M"]);
@@ -262,7 +278,7 @@ fn settings_products_and_variables_describe_the_picture() {
     for name in ["/Render/final", "/Render/pass"] {
         let shot = of(Some(name)).unwrap();
         assert_eq!((shot.settings.width, shot.settings.height), (100, 100));
-        assert_near(Pose::new(&shot.scene, 1).camera.eye, DVec3::Z * 7.0);
+        assert_eq!(Pose::new(&shot.scene, 1).camera.eye, Vec3::Z * 7.0);
         assert_eq!(names(&shot), ["m/M", "m/P/M"]);
         assert!(shot.settings.shutter.is_none() && !shot.scene.camera.has_lens());
         assert_eq!(shot.output.as_deref(), Some("pictures/beauty.####.exr"));
@@ -289,7 +305,10 @@ fn settings_products_and_variables_describe_the_picture() {
     assert_eq!((names(&shot), Pose::new(&shot.scene, 1).camera.eye.z), (vec!["m/M"], 5.0));
     for (path, expected) in [
         ("/Render/best", "the render settings: the file has no prim /Render/best: below /Render there are"),
-        ("/M", "/M is neither a RenderSettings nor a RenderPass: below /Render there are /Render/draft, /Render/final"),
+        (
+            "/M",
+            "/M is neither a RenderSettings nor a RenderPass: below /Render there are /Render/draft, /Render/final",
+        ),
     ] {
         let told = why(of(Some(path)));
         assert!(told.contains(expected), "{expected}: {told}");
@@ -306,7 +325,144 @@ fn settings_that_name_no_camera_are_told() {
     let shot = scene::load(&path, false).unwrap();
     assert_eq!(Pose::new(&shot.scene, 1).camera.eye.z, 5.0);
     let told: String = shot.warnings.iter().map(ToString::to_string).collect();
-    let expected = "the camera /Nowhere, which the settings /Render/S name, is not in the file: the first one is shown";
+    let expected =
+        "the camera /Nowhere, which the settings /Render/S name, is not in the file: the first one is shown";
     assert!(told.contains(expected), "{told}");
     assert!(scene::load(&path, true).is_err());
+    let metadata = format!("{METRES}renderSettingsPrimPath = \"/Render/Best\"\n");
+    let told: String =
+        load(&metadata, &mesh("M")).unwrap().warnings.iter().map(ToString::to_string).collect();
+    assert!(
+        told.contains(
+            "the render settings `/Render/Best`, which renderSettingsPrimPath names, are not in the file"
+        ),
+        "{told}"
+    );
+}
+
+#[test]
+fn payloads_that_the_camera_does_not_see_are_left_out_by_choice() {
+    let payload = |name: &str, x: f64, hint: &str| {
+        format!(
+            "def Xform \"{name}\" ( payload = @./a.usda@</A> ) {{ {hint}\n double3 xformOp:translate = ({x}, 0, 0)\n\
+             uniform token[] xformOpOrder = [\"xformOp:translate\"] }}\n"
+        )
+    };
+    let hint = "float3[] extentsHint = [(0, 0, 0), (1, 1, 0)]";
+    // the camera goes from x = 0 to x = 40: what is at 20 is seen on the way
+    let camera = "def Camera \"C\" { double3 xformOp:translate.timeSamples = { 1: (0, 0, 9), 5: (40, 0, 9) }\n\
+        uniform token[] xformOpOrder = [\"xformOp:translate\"] }\n";
+    let prims = [
+        camera.into(),
+        payload("first", 0.0, hint),
+        payload("middle", 20.0, hint),
+        payload("beyond", 60.0, hint),
+        payload("unknown", 60.0, ""),
+    ]
+    .concat();
+    let folder = folder(METRES, &prims);
+    fs::write(folder.path().join("a.usda"), format!("#usda 1.0\ndef Xform \"A\" {{ {} }}\n", mesh("M")))
+        .unwrap();
+    let options = Options { only_seen: true, ..Options::default() };
+    let shot = with(&folder, options.clone()).unwrap();
+    assert_eq!(names(&shot), ["m/first/M", "m/middle/M", "m/unknown/M"]);
+    let told = shot.notes.join("\n");
+    assert!(
+        told.contains("of 4 payloads 3 are loaded, 1 of them because they state no extentsHint"),
+        "{told}"
+    );
+    let text = scene::usd::text(&folder.path().join("m.usda"), "m.usda", &options).unwrap().text;
+    assert!(text.contains("stage = { unloaded = [\"/beyond\"] }"), "{text}");
+    let nobody = with(&folder, Options { camera: Some("D".into()), ..options });
+    assert!(why(nobody).contains(
+        "--only-seen needs a camera that is in no payload, and there is no such camera `D` (there are: /C)"
+    ));
+}
+
+#[test]
+fn inactive_copies_are_not_there() {
+    let shown = |metadata: &str, weaker: &str, ids: &str| {
+        let over = format!("over \"P\" ( {metadata} ) {{ }}\n");
+        let folder = folder(&format!("{METRES}subLayers = [@./w.usda@]\n"), &over);
+        let copies = format!(
+            "def PointInstancer \"P\" ( {weaker} ) {{ rel prototypes = [</P/T>]\n int[] protoIndices = [0, 0, 0, 0]\n {ids}\n\
+             point3f[] positions = [(1, 0, 0), (2, 0, 0), (3, 0, 0), (4, 0, 0)]\n over Xform \"T\" {{ {} }} }}\n",
+            mesh("M")
+        );
+        fs::write(folder.path().join("w.usda"), format!("#usda 1.0\n{copies}")).unwrap();
+        let shot = scene::load(&folder.path().join("m.usda"), false).unwrap();
+        let number = |name: &&str| name["m/P/".len()..].split('/').next().unwrap().parse().unwrap();
+        names(&shot).iter().map(number).collect::<Vec<u32>>()
+    };
+    assert_eq!(shown("", "inactiveIds = [1, 2]", ""), [0, 3]);
+    assert_eq!(shown("", "inactiveIds = [7, 9]", "int64[] ids = [6, 7, 8, 9]"), [0, 2]);
+    assert_eq!(shown("append inactiveIds = [0]", "inactiveIds = [1]", ""), [2, 3]);
+    assert_eq!(shown("delete inactiveIds = [1]", "inactiveIds = [1, 2]", ""), [0, 1, 3]);
+    assert_eq!(shown("inactiveIds = [3]", "inactiveIds = [1, 2]", ""), [0, 1, 2]);
+}
+
+#[test]
+fn copies_come_and_go_with_invisible_ids() {
+    let prims = format!(
+        "def PointInstancer \"P\" {{ rel prototypes = [</P/T>]\n int[] protoIndices = [0, 0, 0]\n\
+         int64[] invisibleIds.timeSamples = {{ 1: [0, 2], 3: [2], 5: [1, 2] }}\n\
+         point3f[] positions = [(1, 0, 0), (2, 0, 0), (3, 0, 0)]\n over Xform \"T\" {{ {} }} }}\n",
+        mesh("M")
+    );
+    let shot = shown(METRES, &prims);
+    assert_eq!(names(&shot), ["m/P/0/T/M", "m/P/1/T/M"]);
+    let seen = |name: &str| [1.0, 2.9, 3.0, 4.9, 5.0].map(|frame| model(&shot, name).track.visible.at(frame));
+    assert_eq!(seen("m/P/0/T/M"), [false, false, true, true, true]);
+    assert_eq!(seen("m/P/1/T/M"), [true, true, true, true, false]);
+}
+
+#[test]
+fn bindings_count_by_the_purposes_of_the_settings() {
+    let material = |name: &str| {
+        format!(
+            "def Material \"{name}\" {{ token outputs:surface.connect = </{name}/S.outputs:surface>\n\
+             def Shader \"S\" {{ uniform token info:id = \"UsdPreviewSurface\"\n token outputs:surface }} }}\n"
+        )
+    };
+    let bound = |of_parent: &str, of_mesh: &str, settings: &str| {
+        let meshes = format!(
+            "def Xform \"X\" {{ {of_parent}\n def Mesh \"M\" {{ {TRIANGLE} {of_mesh} }} }}\ndef Camera \"C\" {{}}\n\
+             def Scope \"Render\" {{ def RenderSettings \"S\" {{ {settings} }} }}\n"
+        );
+        let prims = [material("Preview"), material("All"), material("Full"), meshes].concat();
+        let shot = load(METRES, &prims).unwrap();
+        let number = usize::from(model(&shot, "m/X/M").mesh.material_of[0]);
+        shot.scene.materials[number].name.clone()
+    };
+    let (preview, all, full) = (
+        "rel material:binding:preview = </Preview>\n",
+        "rel material:binding = </All>\n",
+        "rel material:binding:full = </Full>\n",
+    );
+    // a purpose goes before what is nearer
+    assert_eq!(bound(preview, all, ""), "Preview");
+    assert_eq!(bound(all, full, ""), "All");
+    assert_eq!(bound("", full, ""), "Full");
+    let first = |names: &str| format!("uniform token[] materialBindingPurposes = [{names}]");
+    assert_eq!(bound(full, &format!("{preview}{all}"), &first("\"full\", \"\"")), "Full");
+    assert_eq!(bound(preview, all, &first("\"allPurpose\"")), "All");
+}
+
+#[test]
+fn exposures_of_cameras_are_those_of_pictures_for_screens() {
+    let of = |exposure: &str| {
+        let prims = format!("{}def Camera \"C\" {{ {exposure} }}\n", mesh("M"));
+        load(METRES, &prims).unwrap()
+    };
+    assert_eq!(of("").look.exposure, 0.0);
+    // twice the light in twice the time for a film that needs half of it, behind a lens that lets a quarter through
+    let all = "float exposure = 1\n float exposure:iso = 200\n float exposure:time = 2\n float exposure:fStop = 2\n\
+        float exposure:responsivity = 2\n";
+    assert!((of(all).look.exposure - 2.0).abs() < 1e-6);
+    let endless = of("float exposure:time = 0\n");
+    let told: String = endless.warnings.iter().map(ToString::to_string).collect();
+    assert!(
+        endless.look.exposure == 0.0 && told.contains("the exposure of the camera /C is beyond all bounds"),
+        "{told}"
+    );
 }

@@ -116,15 +116,18 @@ fn stops(prim: &Prim, code: f64, unused: &mut BTreeSet<String>) -> Answer<f64> {
     for (value, (name, default)) in values.iter_mut().zip(EXPOSURE) {
         *value = number(prim, name, code)?.unwrap_or(default);
         if codes(prim, name)?.len() > 1 {
-            unused.insert(String::from("exposures of cameras do not change with time: that of the first frame is used"));
+            unused.insert(String::from(
+                "exposures of cameras do not change with time: that of the first frame is used",
+            ));
         }
     }
     let [exposure, iso, time, f_number, responsivity] = values;
     let stops = exposure + (time * iso * responsivity / (100.0 * f_number * f_number)).log2();
-    if (-Look::MOST_EXPOSURE..=Look::MOST_EXPOSURE).contains(&stops) {
+    if stops.abs() <= f64::from(Look::MOST_EXPOSURE) {
         return Ok(stops);
     }
-    unused.insert(format!("the exposure of the camera {} is beyond all bounds, and is not used", prim.path()));
+    unused
+        .insert(format!("the exposure of the camera {} is beyond all bounds, and is not used", prim.path()));
     Ok(0.0)
 }
 

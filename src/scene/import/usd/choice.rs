@@ -29,6 +29,8 @@ pub struct ViewChoice {
     pub camera: Option<String>,
     /// Path of the RenderSettings, or of a RenderPass.
     pub settings: Option<String>,
+    /// True if payloads that the camera does not see are left out.
+    pub only_seen: bool,
 }
 
 /// A variant of a prim's variant set.
@@ -150,16 +152,22 @@ mod tests {
         let choice = VariantChoice::parse("/World/set:time=night-2").unwrap();
         assert_eq!(
             choice,
-            VariantChoice {
-                prim: "/World/set".into(),
-                set: Some("time".into()),
-                variant: "night-2".into()
-            }
+            VariantChoice { prim: "/World/set".into(), set: Some("time".into()), variant: "night-2".into() }
         );
         for good in ["/World/set:time=night-2", "/set=night", "/set:lod=.5"] {
             assert_eq!(VariantChoice::parse(good).unwrap().to_string(), good);
         }
-        for bad in ["time=night", "/set", "/set:=night", "/set:time=", "/set:time", "/=night", "/a.b=c", "/a=b c", ""] {
+        for bad in [
+            "time=night",
+            "/set",
+            "/set:=night",
+            "/set:time=",
+            "/set:time",
+            "/=night",
+            "/a.b=c",
+            "/a=b c",
+            "",
+        ] {
             assert!(VariantChoice::parse(bad).is_err(), "{bad}");
         }
     }

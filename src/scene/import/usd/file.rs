@@ -51,6 +51,8 @@ pub struct Content {
     pub render: Option<RenderSettings>,
     /// Variant sets that were met, and what they show, for people.
     pub variants: Vec<String>,
+    /// What was decided of its payloads, if anything was.
+    pub note: Option<String>,
     /// Defects for which something else is shown, in whole sentences.
     pub defects: BTreeSet<String>,
     /// Parts of the file that have no effect here, in whole sentences.

@@ -10,9 +10,9 @@ mod absent;
 mod binary;
 #[cfg(feature = "usd")]
 mod binding;
-mod choice;
 #[cfg(feature = "usd")]
 mod cameras;
+mod choice;
 #[cfg(feature = "usd")]
 mod file;
 #[cfg(feature = "usd")]
@@ -43,6 +43,8 @@ mod reading;
 mod render;
 #[cfg(feature = "usd")]
 mod resolver;
+#[cfg(feature = "usd")]
+mod seen;
 #[cfg(feature = "usd")]
 mod shader;
 #[cfg(feature = "usd")]

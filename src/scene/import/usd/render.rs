@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use openusd::sdf::{Path, Value};
 use openusd::usd::{Prim, Stage};
 
-use super::choice::Purpose;
+use super::choice::{Purpose, prim_path};
 use super::value::{self, Answer, flag, numbers, said, targets, value, word, words};
 use super::variants::{check_prim, listed};
 use crate::layers::Layers;
@@ -100,11 +100,6 @@ pub struct RenderSettings {
 ///
 /// # Errors Settings that are named and are not there.
 pub fn find(stage: &Stage, chosen: Option<&str>) -> Answer<Option<Prim>> {
-    let of_file = match said(stage.stage_metadata("renderSettingsPrimPath"))? {
-        Some(Value::String(path)) => Some(path),
-        Some(Value::Token(path)) => Some(path.to_string()),
-        _ => None,
-    };
     if let Some(name) = chosen {
         let path = Path::new(name).map_err(|error| format!("the render settings `{name}`: {error}"))?;
         let all = || all(stage).map(|all| all.iter().map(|prim| prim.path().to_string()).collect::<Vec<_>>());
@@ -118,10 +113,39 @@ pub fn find(stage: &Stage, chosen: Option<&str>) -> Answer<Option<Prim>> {
             _ => Err(format!("{name} is neither a RenderSettings nor a RenderPass: {there}")),
         };
     }
-    if let Some(path) = of_file.and_then(|path| Path::new(&path).ok()) {
-        return Ok((kind(&stage.prim(path.clone()))? == SETTINGS).then(|| stage.prim(path)));
+    let named = named(stage)?.map(|name| of_file(stage, &name)).transpose()?.flatten();
+    match named {
+        Some(found) => Ok(Some(found)),
+        None => Ok(all(stage)?.into_iter().next()),
     }
-    Ok(all(stage)?.into_iter().next())
+}
+
+/// Words for settings that the file names and that are not there.
+///
+/// # Errors What the library says.
+pub fn missing(stage: &Stage) -> Answer<Option<String>> {
+    let Some(name) = named(stage)? else { return Ok(None) };
+    let is_there = of_file(stage, &name)?.is_some();
+    Ok((!is_there).then(|| {
+        format!("the render settings `{name}`, which renderSettingsPrimPath names, are not in the file: the first ones count, if there are any; --render-settings names others")
+    }))
+}
+
+/// Path of the settings that the file names.
+fn named(stage: &Stage) -> Answer<Option<String>> {
+    Ok(match said(stage.stage_metadata("renderSettingsPrimPath"))? {
+        Some(Value::String(path)) => Some(path),
+        Some(Value::Token(path)) => Some(path.to_string()),
+        _ => None,
+    }
+    .filter(|path| !path.is_empty()))
+}
+
+/// Settings at a path that the file names, if they are there.
+fn of_file(stage: &Stage, name: &str) -> Answer<Option<Prim>> {
+    let Some(path) = prim_path(name).ok().and_then(|path| Path::new(&path).ok()) else { return Ok(None) };
+    let prim = stage.prim(path);
+    Ok((kind(&prim)? == SETTINGS).then_some(prim))
 }
 
 /// All settings below `/Render`.
@@ -189,7 +213,10 @@ pub fn read(stage: &Stage, prim: &Prim, code: f64) -> Answer<RenderSettings> {
     if let Some(product) = product {
         let kind = word(product, "productType", code)?.unwrap_or_else(|| String::from("raster"));
         if kind != "raster" {
-            unused.insert(format!("the type `{kind}` of {} is not used: pictures are EXR files", product.path()));
+            unused.insert(format!(
+                "the type `{kind}` of {} is not used: pictures are EXR files",
+                product.path()
+            ));
         }
         settings.output = word(product, "productName", code)?.filter(|name| !name.trim().is_empty());
         settings.layers = layers(stage, product, code, &mut unused)?;
@@ -282,15 +309,19 @@ impl Base<'_> {
             unused.insert(format!("pixelAspectRatio of {path} is not used: pixels are squares"));
         }
         let window = self.value("dataWindowNDC")?.as_ref().and_then(numbers);
-        if let Some(window) = window.filter(|window| window.len() == 4 && window[..] != [0.0, 0.0, 1.0, 1.0]) {
+        if let Some(window) = window.filter(|window| window.len() == 4 && window[..] != [0.0, 0.0, 1.0, 1.0])
+        {
             let typed = size.and_then(|size| crop(&window, size));
             let typed = typed.map_or(String::new(), |typed| format!("; {typed}"));
-            unused.insert(format!("dataWindowNDC of {path} is not used: the whole picture is rendered{typed}"));
+            unused
+                .insert(format!("dataWindowNDC of {path} is not used: the whole picture is rendered{typed}"));
         }
         if let Some(space) = word(self.prim, "renderingColorSpace", self.code)?
             && !matches!(space.as_str(), "" | "lin_rec709_scene" | "lin_rec709" | "lin_srgb")
         {
-            unused.insert(format!("renderingColorSpace `{space}` of {path} is not used: light is linear Rec. 709"));
+            unused.insert(format!(
+                "renderingColorSpace `{space}` of {path} is not used: light is linear Rec. 709"
+            ));
         }
         let names = said(self.prim.property_names())?;
         let mut foreign: BTreeSet<String> = BTreeSet::new();
@@ -301,7 +332,8 @@ impl Base<'_> {
         }
         if !foreign.is_empty() {
             let foreign: Vec<String> = foreign.into_iter().collect();
-            unused.insert(format!("settings of other renderers in {path} are not used ({})", listed(&foreign)));
+            unused
+                .insert(format!("settings of other renderers in {path} are not used ({})", listed(&foreign)));
         }
         Ok(())
     }
@@ -309,7 +341,8 @@ impl Base<'_> {
 
 /// Option that renders a window of a picture: pixels whose centres are in it. `None` where it goes beyond the picture.
 fn crop(window: &[f64], [width, height]: [u32; 2]) -> Option<String> {
-    let edge = |place: f64, size: u32| (place * f64::from(size) - 0.5).ceil();
+    // of no negative zero, which is written with its sign
+    let edge = |place: f64, size: u32| (place * f64::from(size) - 0.5).ceil() + 0.0;
     let (left, right) = (edge(window[0], width), edge(window[2], width));
     // there Y goes up
     let (top, bottom) = (edge(1.0 - window[3], height), edge(1.0 - window[1], height));
@@ -323,7 +356,9 @@ fn crop(window: &[f64], [width, height]: [u32; 2]) -> Option<String> {
 }
 
 fn purposes(prim: &Prim, code: f64, unused: &mut BTreeSet<String>) -> Answer<Option<BTreeSet<Purpose>>> {
-    let Some(names) = value(prim, "includedPurposes", code)?.as_ref().and_then(words) else { return Ok(None) };
+    let Some(names) = value(prim, "includedPurposes", code)?.as_ref().and_then(words) else {
+        return Ok(None);
+    };
     let mut purposes = BTreeSet::new();
     for name in names.iter().filter(|name| *name != "default") {
         match Purpose::named(name) {
@@ -339,12 +374,7 @@ fn purposes(prim: &Prim, code: f64, unused: &mut BTreeSet<String>) -> Answer<Opt
 }
 
 /// Layers for the variables of a product. `None` if it has none.
-fn layers(
-    stage: &Stage,
-    product: &Prim,
-    code: f64,
-    unused: &mut BTreeSet<String>,
-) -> Answer<Option<Layers>> {
+fn layers(stage: &Stage, product: &Prim, code: f64, unused: &mut BTreeSet<String>) -> Answer<Option<Layers>> {
     let vars = targets(product, "orderedVars")?;
     if vars.is_empty() {
         return Ok(None);
@@ -357,7 +387,8 @@ fn layers(
             continue;
         }
         let name = path.name().unwrap_or_default().to_string();
-        let source = value::word(&var, "sourceName", code)?.filter(|source| !source.is_empty()).unwrap_or(name);
+        let source =
+            value::word(&var, "sourceName", code)?.filter(|source| !source.is_empty()).unwrap_or(name);
         let is_lpe = value::word(&var, "sourceType", code)?.as_deref() == Some("lpe");
         match layer(&source).filter(|_| !is_lpe) {
             Some(layer) => layers = layers.with(layer),
@@ -385,7 +416,10 @@ fn layer(source: &str) -> Option<Layers> {
 /// True for the light path expression of all light.
 fn is_beauty_lpe(expression: &str) -> bool {
     let plain: String = expression.chars().filter(|letter| !letter.is_whitespace()).collect();
-    matches!(plain.trim_start_matches("color:").trim_start_matches("lpe:"), "C.*" | "C.*[<L.>O]" | "C.*<L.>" | "C.*L")
+    matches!(
+        plain.trim_start_matches("color:").trim_start_matches("lpe:"),
+        "C.*" | "C.*[<L.>O]" | "C.*<L.>" | "C.*L"
+    )
 }
 
 #[cfg(test)]

@@ -12,7 +12,6 @@ use std::time::Duration;
 
 use openusd::ar::split_package_relative_path_outer;
 use openusd::pcp;
-use openusd::sdf;
 use openusd::usd::Stage;
 
 use super::choice::{StageChoice, ViewChoice};
@@ -63,10 +62,11 @@ impl UsdFile {
         let unreadable = |error: InputError| fault(format!("the file cannot be read: {error}"));
         input::open(path, Kind::Model).map_err(unreadable)?;
         let wanted = Wanted { choice: choice.clone(), view: view.cloned() };
-        let ReadStage { content, choice, layers } = read_aside(path, wanted).map_err(|Fault { line, message }| {
-            let fault = fault(message);
-            if let Some(line) = line { fault.at_line(line) } else { fault }
-        })?;
+        let ReadStage { content, choice, layers } =
+            read_aside(path, wanted).map_err(|Fault { line, message }| {
+                let fault = fault(message);
+                if let Some(line) = line { fault.at_line(line) } else { fault }
+            })?;
         let mut files = vec![path.to_path_buf()];
         let known = path.canonicalize().unwrap_or_else(|_| path.to_path_buf());
         files.extend(layers.into_iter().filter(|layer| *layer != known));
@@ -145,7 +145,7 @@ fn read(path: &Path, mut wanted: Wanted, record: &Arc<Record>) -> Result<ReadSta
         Fault { line, message: format!("the USD file cannot be read: {message}") }
     })?;
     record.forget();
-    unload(&stage, &wanted.choice).map_err(whole)?;
+    walk::unload(&stage, &wanted.choice).map_err(whole)?;
     variants::select(&stage, &wanted.choice.variants).map_err(whole)?;
     let mut content = walk::content(&stage, record, &mut wanted).map_err(whole)?;
     for error in stage.composition_errors() {
@@ -160,18 +160,6 @@ fn read(path: &Path, mut wanted: Wanted, record: &Arc<Record>) -> Result<ReadSta
     let layers: BTreeSet<PathBuf> = stage.layer_identifiers().iter().map(|layer| file_of(layer)).collect();
     let layers = layers.into_iter().filter(|layer| layer.is_file()).collect();
     Ok(ReadStage { content, choice: wanted.choice, layers })
-}
-
-/// Leaves payloads out.
-///
-/// # Errors A prim that is not there.
-fn unload(stage: &Stage, choice: &StageChoice) -> Result<(), String> {
-    for path in &choice.unloaded {
-        let path = said(sdf::Path::new(path))?;
-        variants::check_prim(stage, &path, "the unloaded payloads")?;
-        stage.unload(path);
-    }
-    Ok(())
 }
 
 /// File of a layer, which may be in a package.

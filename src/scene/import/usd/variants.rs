@@ -123,9 +123,10 @@ fn set_of<'a>(choice: &VariantChoice, sets: &'a [VariantSet]) -> Answer<&'a Vari
             "the variant `{choice}`: {prim} has several variant sets: write the set as well; there are {}",
             listed(&names)
         )),
-        (Some(name), _) => sets.iter().find(|set| set.name == *name).ok_or_else(|| {
-            format!("{prim} has no variant set `{name}`: it has {}", listed(&names))
-        }),
+        (Some(name), _) => sets
+            .iter()
+            .find(|set| set.name == *name)
+            .ok_or_else(|| format!("{prim} has no variant set `{name}`: it has {}", listed(&names))),
     }
 }
 

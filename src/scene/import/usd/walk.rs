@@ -10,7 +10,7 @@ use std::rc::Rc;
 use glam::{DAffine3, DQuat};
 use openusd::pcp::{ArcType, Node};
 use openusd::sdf::{Path, Value};
-use openusd::usd::{Prim, PrimPredicate, PrimStatus, Stage};
+use openusd::usd::{LoadPolicy, Prim, PrimPredicate, PrimStatus, Stage};
 
 use super::binding::Bindings;
 use super::choice::StageChoice;
@@ -21,7 +21,7 @@ use super::shader::{Shaders, UvNames};
 use super::skeleton::Skeleton;
 use super::stage::Wanted;
 use super::value::{Answer, codes_read, said, word};
-use super::{cameras, implicit, lights, place, variants};
+use super::{cameras, implicit, lights, place, seen, variants};
 use crate::animation::{Track, Visibility};
 use crate::digest::Digest;
 
@@ -106,6 +106,14 @@ pub fn content(stage: &Stage, record: &Record, wanted: &mut Wanted) -> Answer<Co
     if let Some(render) = &render {
         wanted.choice.purposes = wanted.choice.purposes.take().or_else(|| render.purposes.clone());
     }
+    let mut note = None;
+    if let Some(view) = wanted.view.as_ref().filter(|view| view.only_seen) {
+        let chosen = (&wanted.choice, view.camera.as_deref());
+        let found = seen::unseen(stage, (&clock, record), chosen, render.as_ref())?;
+        wanted.choice.unloaded.extend(found.paths);
+        unload(stage, &wanted.choice)?;
+        note = Some(found.note);
+    }
     let mask = wanted.choice.mask.iter().map(|path| said(Path::new(path))).collect::<Answer<Vec<_>>>()?;
     mask.iter().try_for_each(|path| variants::check_prim(stage, path, "the mask"))?;
     let unit = metadata_number(stage, "metersPerUnit")?.filter(|unit| *unit > 0.0).unwrap_or(DEFAULT_UNIT);
@@ -135,6 +143,10 @@ pub fn content(stage: &Stage, record: &Record, wanted: &mut Wanted) -> Answer<Co
         mask,
     };
     walk.content.render = render;
+    walk.content.note = note;
+    if wanted.view.as_ref().is_some_and(|view| view.settings.is_none()) {
+        walk.content.defects.extend(render::missing(stage)?);
+    }
     let context = Context { map, visible: Visibility::ALWAYS, is_rendered: true, is_skinned: false };
     let roots = said(stage.prim(Path::abs_root()).children())?;
     let shown = walk.below(roots, context, PrimPredicate::DEFAULT_PROXIES)?;
@@ -152,6 +164,16 @@ pub fn content(stage: &Stage, record: &Record, wanted: &mut Wanted) -> Answer<Co
         content.unused.insert(String::from("materials that collections bind are not used"));
     }
     Ok(content)
+}
+
+/// Leaves payloads out.
+///
+/// # Errors A prim that is not there.
+pub fn unload(stage: &Stage, choice: &StageChoice) -> Answer<()> {
+    let paths = choice.unloaded.iter().map(|path| said(Path::new(path))).collect::<Answer<Vec<_>>>()?;
+    paths.iter().try_for_each(|path| variants::check_prim(stage, path, "the unloaded payloads"))?;
+    stage.load_and_unload(std::iter::empty::<(Path, LoadPolicy)>(), paths);
+    Ok(())
 }
 
 /// A quarter turn without the rounding of sines.
@@ -296,7 +318,8 @@ impl Walk<'_> {
             // below what the mask leaves out
             let path = Path::new(&name).map_err(|error| format!("the camera `{name}`: {error}"))?;
             let prim = self.stage.prim(path.clone());
-            let is_camera = said(prim.is_valid())? && said_type(self.stage, &path)?.as_deref() == Some("Camera");
+            let is_camera =
+                said(prim.is_valid())? && said_type(self.stage, &path)?.as_deref() == Some("Camera");
             let map = if is_camera { self.map_of(&path)? } else { None };
             let Some(map) = map else {
                 if is_chosen {
@@ -452,7 +475,8 @@ impl Walk<'_> {
 
     /// Reads settings that lie elsewhere than where they belong: the first ones that are met.
     fn settings_met(&mut self, prim: &Prim) -> Answer<RenderSettings> {
-        let mut settings = render::read(self.stage, prim, self.content.clock.code(self.content.clock.first()))?;
+        let mut settings =
+            render::read(self.stage, prim, self.content.clock.code(self.content.clock.first()))?;
         if settings.purposes.take().is_some() || settings.bindings.take().is_some() {
             settings.unused.insert(format!(
                 "includedPurposes and materialBindingPurposes of {} are not used: name it by renderSettingsPrimPath, or put it below /Render",

@@ -37,7 +37,11 @@ pub fn text(path: &Path, model: &str, options: &Options) -> Result<Written, Scen
 
 /// What is chosen for the picture.
 fn view(options: &Options) -> ViewChoice {
-    ViewChoice { camera: options.camera.clone(), settings: options.render_settings.clone() }
+    ViewChoice {
+        camera: options.camera.clone(),
+        settings: options.render_settings.clone(),
+        only_seen: options.only_seen,
+    }
 }
 
 fn bare(file: &UsdFile, model: &str, options: &Options) -> Result<BareShot, SceneError> {
@@ -57,7 +61,8 @@ fn bare(file: &UsdFile, model: &str, options: &Options) -> Result<BareShot, Scen
         }
         None => {
             let fit = fit(file, options.size)?;
-            let what = if file.choice.mask.is_empty() { "the file" } else { "what the mask leaves of the file" };
+            let what =
+                if file.choice.mask.is_empty() { "the file" } else { "what the mask leaves of the file" };
             notes.push(format!("{what} has no camera: one goes once around all of it"));
             if !content.has_lights {
                 stage = floor(&fit);
@@ -82,6 +87,7 @@ fn bare(file: &UsdFile, model: &str, options: &Options) -> Result<BareShot, Scen
     } else if content.lights.is_empty() {
         notes.push(String::from("none of the file's lights shines, so it is dark"));
     }
+    notes.extend(content.note.clone());
     if !content.variants.is_empty() {
         notes.push(format!("variants: {}; --variant chooses others", content.variants.join(", ")));
     }
