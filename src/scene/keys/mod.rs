@@ -13,6 +13,7 @@ pub mod quadric;
 pub mod samples;
 pub mod shapes;
 pub mod spelling;
+pub mod stage;
 mod table_text;
 pub mod toml_text;
 pub mod values;

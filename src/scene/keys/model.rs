@@ -12,6 +12,7 @@ use super::links::NamesTable;
 use super::places::PlacesTable;
 use super::quadric::QuadricTable;
 use super::shapes::ShapesTable;
+use super::stage::StageTable;
 use super::toml_text::{At, List, Three};
 use crate::animation::Interpolation;
 use crate::scene::RayKind;
@@ -32,6 +33,8 @@ pub(crate) struct ModelTable {
     pub gltf: Option<At<String>>,
     /// USD file (.usda, .usdc or .usdz), relative to the shot file, instead of an OBJ file: a model for each of its meshes
     pub usd: Option<At<String>>,
+    /// With `usd`: what of the file is read (all that it renders)
+    pub stage: Option<At<StageTable>>,
     /// PLY file, relative to the shot file, instead of an OBJ file
     pub ply: Option<At<String>>,
     /// Name of the glTF file's animation (its first)

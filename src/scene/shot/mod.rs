@@ -19,6 +19,7 @@ mod quadric;
 mod readers;
 mod settings;
 mod shapes;
+mod stage;
 mod tracks;
 
 use std::path::PathBuf;

@@ -9,7 +9,7 @@ use glam::DAffine3;
 
 use super::places::Place;
 use super::readers::Readers;
-use super::{links, model, places, quadric, shapes};
+use super::{links, model, places, quadric, shapes, stage};
 use crate::animation::{Track, TransformTrack};
 use crate::scene::import::Inputs;
 use crate::scene::import::given;
@@ -89,7 +89,8 @@ fn placed(
         }
         (None, Some(usd), _) => {
             let path = file_of(text, "usd", usd)?;
-            let parts = readers.usd.models(&mut readers.import, &path)?;
+            let choice = stage::choice(text, keys.stage.as_ref().map(At::get_ref))?;
+            let parts = readers.usd.models(&mut readers.import, &path, &choice)?;
             of_parts(keys, &path, &parts, &track)
         }
         (None, None, Some(obj)) if keys.group.is_some() || keys.split.is_some() => {
@@ -153,6 +154,12 @@ fn refuse_keys_together(text: TomlText<'_>, table: &At<ModelTable>, is_read: boo
             return refuse(table.span(), message);
         }
         _ => {}
+    }
+    if let Some(stage) = table.get_ref().stage.as_ref().filter(|_| usd.is_none()) {
+        return refuse(
+            stage.span(),
+            "`stage` goes with `usd`: it says what of a USD file is read; take it out",
+        );
     }
     let other = if gltf.is_some() { "glTF" } else { "USD" };
     match (shapes, animation) {

@@ -4,6 +4,7 @@ mod damage;
 mod implicit;
 mod materials;
 mod networks;
+mod pipeline;
 mod reads;
 mod skeletons;
 mod whole;

@@ -11,6 +11,7 @@ use crate::scene::import::mtlx::{self, Document};
 use crate::scene::import::pictures::Named;
 use crate::scene::keys::material::AlphaMode;
 use crate::scene::keys::spelling;
+use crate::scene::paths::find_beside;
 use crate::scene::surface::{Alpha, Parameter, PlaceAlpha, Surface, Value};
 use crate::scene::{Material, SceneError};
 
@@ -171,7 +172,10 @@ impl Import {
         let folder = path.parent().unwrap_or(Path::new(""));
         let Self { pictures, findings, .. } = self;
         let (surface, told) = mtlx::surface(&document, name, &mut |asked| {
-            let named = Named { file: &asked.file, folder, asking: path, line: asked.line, space: None };
+            let is_plain =
+                find_beside(folder, &asked.file).is_none() && find_beside(folder, &asked.plain).is_some();
+            let file = if is_plain { &asked.plain } else { &asked.file };
+            let named = Named { file, folder, asking: path, line: asked.line, space: None };
             let index = pictures.index_at(&named, asked.mapping, findings, asked.used)?;
             Ok(Some(index).filter(|index| asked.has_stand_in || !pictures.is_stand_in(*index)))
         })?;

@@ -7,6 +7,8 @@ use std::sync::Arc;
 use glam::{DAffine3, DVec2, DVec3, Vec2, Vec3};
 use half::f16;
 
+use super::choice::StageChoice;
+use super::render::RenderSettings;
 use super::tiles::Tiles;
 use crate::animation::{Track, Visibility};
 use crate::digest::Digest;
@@ -23,6 +25,8 @@ pub(crate) struct UsdFile {
     pub files: Vec<PathBuf>,
     /// Digest of the layers' contents.
     pub digest: Digest,
+    /// What of it was read.
+    pub choice: StageChoice,
     /// All that it shows.
     pub content: Content,
 }
@@ -41,21 +45,18 @@ pub struct Content {
     pub lights: Vec<UsdLight>,
     /// True if there are lights, whether or not they shine.
     pub has_lights: bool,
+    /// Path of the camera that is shown, if one is named: by a choice, or by the settings.
+    pub camera: Option<String>,
     /// What the file says about its picture.
     pub render: Option<RenderSettings>,
+    /// Variant sets that were met, and what they show, for people.
+    pub variants: Vec<String>,
+    /// What was decided of its payloads, if anything was.
+    pub note: Option<String>,
     /// Defects for which something else is shown, in whole sentences.
     pub defects: BTreeSet<String>,
     /// Parts of the file that have no effect here, in whole sentences.
     pub unused: BTreeSet<String>,
-}
-
-/// Picture of a file (RenderSettings).
-#[derive(Debug, Default)]
-pub struct RenderSettings {
-    /// Path of the camera.
-    pub camera: Option<String>,
-    /// Width and height, pixels.
-    pub size: Option<[u32; 2]>,
 }
 
 /// Frames of a file. Frame and time code are the same where a second has as many of both.
@@ -67,6 +68,8 @@ pub struct Clock {
     pub codes: f64,
     /// First and last frame, if the file says.
     pub range: Option<[f64; 2]>,
+    /// First and last time code of which values are read; none: those of all are.
+    pub read: Option<[f64; 2]>,
 }
 
 /// Things about a file that its lights depend on.
@@ -80,7 +83,7 @@ pub struct Units {
 
 impl Default for Clock {
     fn default() -> Self {
-        Self { rate: 24.0, codes: 1.0, range: None }
+        Self { rate: 24.0, codes: 1.0, range: None, read: None }
     }
 }
 
@@ -217,6 +220,8 @@ pub struct UsdCamera {
     pub keys: Vec<LensKey>,
     /// Opening and closing of the shutter, frames.
     pub shutter: [f64; 2],
+    /// Stops by which its exposure makes pictures brighter, at the first frame.
+    pub stops: f64,
 }
 
 /// A camera at a frame.

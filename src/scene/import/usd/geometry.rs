@@ -10,7 +10,7 @@ use openusd::usd::Prim;
 use super::file::{Clock, UsdMesh};
 use super::shader::UvNames;
 use super::skin::Skin;
-use super::value::{Answer, codes, pairs, points, said, value, whole_numbers, word};
+use super::value::{Answer, codes, codes_read, pairs, points, said, value, whole_numbers, word};
 use crate::geometry::vertex_normal::Face;
 use crate::scene::Shapes;
 use crate::scene::details::vertex_color;
@@ -92,7 +92,7 @@ pub fn mesh(
     skin: Option<&Skin>,
     unused: &mut BTreeSet<String>,
 ) -> Answer<Option<UsdMesh>> {
-    let times = codes(prim, "points")?;
+    let times = codes_read(prim, "points", clock)?;
     let code = times.first().copied().unwrap_or_else(|| clock.code(clock.first()));
     let Some(rest) = value(prim, "points", code)?.as_ref().and_then(points) else { return Ok(None) };
     check_points(prim, &rest)?;

@@ -16,7 +16,7 @@ use super::file::{Clock, Content, LightKey, Picture, Units, UsdLight, UsdLightKi
 use super::links;
 use super::shader::Shaders;
 use super::temperature;
-use super::value::{self, Answer, codes, flag, number, word};
+use super::value::{self, Answer, codes, codes_read, flag, number, word};
 use crate::animation::{Track, Visibility};
 use crate::scene::environment;
 use crate::scene::import::lights::{self, three};
@@ -99,7 +99,7 @@ pub fn read(
         .into_iter()
         .flat_map(|name| [format!("inputs:{name}"), name.into()])
     {
-        let times = codes(prim, &name)?;
+        let times = codes_read(prim, &name, clock)?;
         if times.len() > 1 {
             frames.extend(times.iter().map(|code| clock.frame(*code).to_bits()));
         }

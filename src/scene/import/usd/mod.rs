@@ -12,6 +12,7 @@ mod binary;
 mod binding;
 #[cfg(feature = "usd")]
 mod cameras;
+mod choice;
 #[cfg(feature = "usd")]
 mod file;
 #[cfg(feature = "usd")]
@@ -41,7 +42,11 @@ mod place;
 #[cfg(feature = "usd")]
 mod reading;
 #[cfg(feature = "usd")]
+mod render;
+#[cfg(feature = "usd")]
 mod resolver;
+#[cfg(feature = "usd")]
+mod seen;
 #[cfg(feature = "usd")]
 mod shader;
 #[cfg(feature = "usd")]
@@ -59,9 +64,13 @@ mod tiles;
 #[cfg(feature = "usd")]
 mod value;
 #[cfg(feature = "usd")]
+mod variants;
+#[cfg(feature = "usd")]
 mod walk;
 #[cfg(feature = "usd")]
 mod whole;
+#[cfg(feature = "usd")]
+mod written;
 
 #[cfg(not(feature = "usd"))]
 pub(in crate::scene) use absent::UsdFiles;
@@ -69,6 +78,7 @@ pub(in crate::scene) use absent::UsdFiles;
 pub use absent::text;
 #[cfg(not(feature = "usd"))]
 pub(crate) use absent::{UsdFile, read};
+pub use choice::{Purpose, StageChoice, VariantChoice, ViewChoice, prim_path};
 #[cfg(feature = "usd")]
 pub(crate) use file::UsdFile;
 #[cfg(feature = "usd")]

@@ -4,6 +4,7 @@ use std::collections::{BTreeSet, HashMap};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use super::choice::StageChoice;
 use super::file::{Content, ShownMesh, UsdFile, UsdMesh};
 use super::links;
 use super::reading::Reading;
@@ -18,14 +19,14 @@ use crate::scene::{Linked, Mesh, SceneError};
 #[derive(Default)]
 pub(in crate::scene) struct UsdFiles {
     /// Files that were read, and not asked for yet.
-    before: HashMap<PathBuf, Arc<UsdFile>>,
-    parts: HashMap<PathBuf, Arc<Vec<PartOfFile>>>,
+    before: HashMap<Known, Arc<UsdFile>>,
+    parts: HashMap<Known, Arc<Vec<PartOfFile>>>,
 }
 
 impl UsdFiles {
     /// Adds a file that was read in advance.
     pub fn with(mut self, file: Arc<UsdFile>) -> Self {
-        self.before.insert(known_as(&file.path), file);
+        self.before.insert(known_as(&file.path, &file.choice), file);
         self
     }
 }
@@ -36,22 +37,31 @@ const MOST_TOLD: usize = 3;
 /// A mesh, and its shapes over time, if it deforms.
 type BuiltMesh = (Arc<Mesh>, Option<ShapeTrack>);
 
-fn known_as(path: &Path) -> PathBuf {
-    path.canonicalize().unwrap_or_else(|_| path.to_path_buf())
+/// A file, and what of it is read.
+type Known = (PathBuf, StageChoice);
+
+fn known_as(path: &Path, choice: &StageChoice) -> Known {
+    (path.canonicalize().unwrap_or_else(|_| path.to_path_buf()), choice.clone())
 }
 
 impl UsdFiles {
-    /// The models of the USD file at `path`.
+    /// The models of what is chosen of the USD file at `path`.
     ///
-    /// # Errors A file that cannot be read, is damaged, or shows nothing; in a strict load also one that names what is missing.
-    pub fn models(&mut self, import: &mut Import, path: &Path) -> Result<Arc<Vec<PartOfFile>>, SceneError> {
-        let known = known_as(path);
+    /// # Errors A file that cannot be read, is damaged, or shows nothing; a choice of what it does not have; in a strict load also a file
+    /// that names what is missing.
+    pub fn models(
+        &mut self,
+        import: &mut Import,
+        path: &Path,
+        choice: &StageChoice,
+    ) -> Result<Arc<Vec<PartOfFile>>, SceneError> {
+        let known = known_as(path, choice);
         if let Some(parts) = self.parts.get(&known) {
             return Ok(parts.clone());
         }
         let file = match self.before.remove(&known) {
             Some(file) => file,
-            None => Arc::new(UsdFile::open(path)?),
+            None => Arc::new(UsdFile::open(path, choice, None)?),
         };
         import.inputs.add(file.files.iter().cloned(), file.digest);
         let parts = Arc::new(Reading::new(&file, import).models()?);
