@@ -7,6 +7,7 @@ use std::sync::Arc;
 use glam::{DAffine3, DVec2, DVec3, Vec2, Vec3};
 use half::f16;
 
+use super::cage::UsdCage;
 use super::tiles::Tiles;
 use crate::animation::{Track, Visibility};
 use crate::digest::Digest;
@@ -105,6 +106,8 @@ pub struct UsdMesh {
     pub point_of: Vec<u32>,
     /// Frames, and all points at these, if the mesh deforms.
     pub shapes: Vec<(f64, Vec<[f32; 3]>)>,
+    /// Cage that it stands for, if it is subdivided.
+    pub cage: Option<Box<UsdCage>>,
 }
 
 /// A mesh at its place.
