@@ -55,6 +55,7 @@ mod rough_matt;
 mod shared;
 mod shots;
 mod stereo;
+mod subdivision;
 mod subsurface;
 mod terminator;
 mod veils;

@@ -139,6 +139,15 @@ impl Displacing<'_> {
 
     /// What a displacement says at corners of triangles.
     fn values(&self, displacement: &Displacement, corners: &[u32]) -> Vec<Offset> {
+        let triangles = self.mesh.triangles();
+        let tangents = match displacement.along {
+            Along::TangentSpace => tangents(triangles),
+            Along::Normal | Along::ObjectSpace => Vec::new(),
+        };
+        let tangent_at = |corner: u32| {
+            let vertex = triangles.corners[(corner / 3) as usize][(corner % 3) as usize];
+            tangents.get(vertex as usize).copied().unwrap_or_default()
+        };
         let textures: &[Texture] = &self.import.pictures.textures;
         let to_world = self.model.track.map_at(1.0).as_affine3a();
         let to_world = Some(&to_world).filter(|map: &&Affine3A| map.is_finite());
@@ -150,14 +159,15 @@ impl Displacing<'_> {
         let of_eight = |corners: &[u32]| {
             let all: Vec<OnMesh> = corners.iter().map(place).collect();
             let values = displacements(&all, textures, &displacement.program);
-            let each = values.into_iter().take(corners.len());
-            each.map(|value| offset(displacement, value)).collect::<Vec<_>>()
+            let each = values.into_iter().zip(corners);
+            each.map(|(value, corner)| offset(displacement, value, tangent_at(*corner))).collect::<Vec<_>>()
         };
         corners.par_chunks(LANES).flat_map_iter(of_eight).collect()
     }
 }
 
-fn offset(displacement: &Displacement, value: Vec3) -> Offset {
+/// What a value says at a place with this tangent and the direction across it.
+fn offset(displacement: &Displacement, value: Vec3, [along, across]: [DVec3; 2]) -> Offset {
     let scale = f64::from(displacement.scale);
     let moved = (value.as_dvec3() - f64::from(displacement.middle)) * scale;
     if !moved.is_finite() {
@@ -166,7 +176,36 @@ fn offset(displacement: &Displacement, value: Vec3) -> Offset {
     match displacement.along {
         Along::Normal => Offset { height: moved.x, vector: DVec3::ZERO },
         Along::ObjectSpace => Offset { height: 0.0, vector: moved },
+        Along::TangentSpace => Offset { height: moved.z, vector: along * moved.x + across * moved.y },
     }
+}
+
+/// Directions in which the first texture coordinate grows at the vertices of a mesh, and those across them; zero where it has none.
+fn tangents(triangles: &Triangles) -> Vec<[DVec3; 2]> {
+    let mut sums = vec![[DVec3::ZERO; 2]; triangles.positions.as_slice().len()];
+    if triangles.uvs.is_empty() {
+        return sums;
+    }
+    let at = in_doubles(triangles.positions.as_slice());
+    for corners in triangles.corners.iter() {
+        let [a, b, c] = corners.map(|corner| corner as usize);
+        let (first, second) = (at[b] - at[a], at[c] - at[a]);
+        let [by_first, by_second] =
+            [b, c].map(|corner| (triangles.uvs[corner] - triangles.uvs[a]).as_dvec2());
+        let turn = by_first.perp_dot(by_second).signum();
+        let along = (first * by_second.y - second * by_first.y) * turn;
+        let normal = first.cross(second);
+        for corner in [a, b, c] {
+            sums[corner][0] += along;
+            sums[corner][1] += normal.cross(along).normalize_or_zero() * normal.length() * turn;
+        }
+    }
+    for ([along, across], normal) in sums.iter_mut().zip(triangles.normals.iter()) {
+        let normal = normal.as_dvec3();
+        *along = (*along - normal * normal.dot(*along)).normalize_or_zero();
+        *across = (*across - normal * normal.dot(*across)).normalize_or_zero();
+    }
+    sums
 }
 
 /// Positions that were displaced.

@@ -127,4 +127,6 @@ pub enum Along {
     Normal,
     /// By vectors in object space.
     ObjectSpace,
+    /// By vectors whose first component is along the first texture coordinate, the second across that, and the third along the normal.
+    TangentSpace,
 }

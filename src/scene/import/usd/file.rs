@@ -144,6 +144,8 @@ pub struct Surface {
     pub coat: [f64; 2],
     /// Picture of its normals.
     pub normal: Option<Picture>,
+    /// Lengths by which its vertices are moved along their normals, in the units of the file.
+    pub displacement: Input,
     /// Network of MaterialX's nodes, which counts in place of all of that.
     pub network: Option<Arc<Network>>,
     /// True if the file has nothing beside the network.

@@ -14,6 +14,7 @@ pub mod rays;
 mod settings;
 pub mod small;
 mod still_world;
+mod subdivision;
 mod tracks;
 
 use toml::{Table, Value};
@@ -44,6 +45,9 @@ const STILL_WORLD: u64 = 0x5713_1103;
 /// And graphs of materials.
 const GRAPHS: u64 = 0x6EA0_4500;
 
+/// And what is subdivided or displaced.
+const SUBDIVISION: u64 = 0x5B_D171_DE00;
+
 /// The shot of this seed.
 pub fn generate(seed: u64) -> Table {
     let mut dice = Dice::new(seed);
@@ -69,6 +73,7 @@ pub fn generate(seed: u64) -> Table {
     settings::add_error(&mut Dice::new(seed ^ ERROR), &mut shot);
     still_world::add(&mut Dice::new(seed ^ STILL_WORLD), &mut shot);
     graphs::add(&mut Dice::new(seed ^ GRAPHS), &mut shot);
+    subdivision::add(&mut Dice::new(seed ^ SUBDIVISION), &mut shot);
     shot
 }
 
