@@ -83,7 +83,7 @@ fn reuse_is_exact_on_what_is_diced() {
                 let audit = finished.stats.audit.unwrap();
                 assert_eq!(audit.wrong(), 0, "{kind:?} {model}{material} frame {frame}: {audit:?}");
                 assert!(frame == 1 || finished.stats.samples.reused() > 1000);
-                of_tracers.push(finished.film.values("R").unwrap().to_vec());
+                of_tracers.push(finished.film.values("R").unwrap());
             }
         }
         let (embree, rust) = of_tracers.split_at(3);

@@ -106,7 +106,7 @@ fn texture_coordinates_follow_their_rule() {
     for (rule, wide) in [("cornersPlus1", 1.0), ("boundaries", 1.0), ("all", 1.0)] {
         assert_eq!(reaches(&with(rule)), wide, "{rule}");
     }
-    assert!((reaches(&with("none")) - 5.0 / 6.0).abs() < 1e-5);
+    assert!((reaches(&with("none")) - 23.0 / 24.0).abs() < 1e-5);
 }
 
 #[test]
