@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use glam::Vec3;
 
-pub use computed::{Bump, ByParameter, Computed, Computes, Varying};
+pub use computed::{Along, Bump, ByParameter, Computed, Computes, Displacement, Varying};
 pub use layers::{
     Anisotropy, Coat, Entry, Fuzz, LEAST_ALPHA, MetalRough, Optics, Scattering, UnevenGlass, head_on,
     index_of,
@@ -64,6 +64,8 @@ pub struct Material {
     pub normal_map: Option<NormalMap>,
     /// Heights of a surface that is rougher than its triangles; on top of its normal map, if it has one.
     pub bump: Option<Bump>,
+    /// What moves the vertices of its triangles, before anything is rendered.
+    pub displacement: Option<Displacement>,
     /// True if the colours of vertices are a factor of the reflectance, as a texture is.
     pub has_vertex_colors: bool,
 }
@@ -106,6 +108,7 @@ impl Material {
             cutout: None,
             normal_map: None,
             bump: None,
+            displacement: None,
             has_vertex_colors: false,
         }
     }
@@ -242,6 +245,7 @@ impl Material {
     /// Returns true if anything of it depends on the space of a mesh's own file.
     pub fn asks_for_space(&self) -> bool {
         self.programs().next().is_some()
+            || self.displacement.is_some()
             || self.anisotropy.is_some_and(|anisotropy| anisotropy.around.is_some())
     }
 

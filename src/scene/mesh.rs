@@ -8,6 +8,7 @@ use rayon::prelude::*;
 
 use super::cutout::CutTriangles;
 use super::details::Details;
+use super::dicing::Cage;
 use super::geometry::{Geometry, Triangles};
 use super::shapes::Shapes;
 use crate::geometry::{Bounds, Curved};
@@ -149,6 +150,22 @@ impl Mesh {
             change(triangles);
         }
         self
+    }
+
+    /// The mesh, which stands for a cage until it is diced.
+    pub(crate) fn with_cage(self, cage: Option<Arc<Cage>>) -> Self {
+        match cage {
+            Some(_) => Self { details: Arc::new(Details { cage, ..Details::clone(&self.details) }), ..self },
+            None => self,
+        }
+    }
+
+    /// The mesh without its cage.
+    pub(crate) fn without_cage(self) -> Self {
+        if self.details.cage.is_none() {
+            return self;
+        }
+        Self { details: Arc::new(Details { cage: None, ..Details::clone(&self.details) }), ..self }
     }
 
     /// Its shapes, if it deforms.

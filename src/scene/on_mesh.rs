@@ -5,7 +5,7 @@ mod tangent;
 
 use glam::{Affine3A, Vec2, Vec3};
 
-pub use computed::{PlaceOfGraph, appearances, heights};
+pub use computed::{PlaceOfGraph, appearances, displacements, heights};
 
 use super::geometry::{Geometry, Triangles};
 use super::look::Varied;

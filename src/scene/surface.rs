@@ -7,6 +7,7 @@ use std::ops::{Index, IndexMut};
 
 use glam::Vec3;
 
+use super::material::Along;
 use crate::graph::nodes::picture::{self, Shown};
 use crate::graph::{Graph, Input, Kind};
 
@@ -187,6 +188,19 @@ pub struct Heights {
     pub strength: f32,
 }
 
+/// What moves the vertices of a surface.
+#[derive(Debug, Clone, Copy)]
+pub struct Displaced {
+    /// Heights or vectors.
+    pub by: Input,
+    /// Length for which 1 stands, object space.
+    pub scale: f32,
+    /// Value that moves nothing.
+    pub middle: f32,
+    /// Where to.
+    pub along: Along,
+}
+
 /// Meaning of alpha that a picture has.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Alpha {
@@ -293,6 +307,8 @@ pub struct Surface {
     pub alpha: Option<PlaceAlpha>,
     /// Heights that bend its normal (`geometry_normal`).
     pub heights: Option<Heights>,
+    /// What moves its vertices.
+    pub displaced: Option<Displaced>,
     /// Number of the shot's picture of its normals, with the factor on their slopes.
     pub normals: Option<(u32, f32)>,
     /// What OpenPBR has no parameter for.
@@ -327,6 +343,7 @@ impl Surface {
             is_tinted: false,
             alpha: None,
             heights: None,
+            displaced: None,
             normals: None,
             beyond: Beyond::default(),
             values: ALL.map(|of| Value::constant(Vec3::from(of.default))),

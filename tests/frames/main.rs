@@ -57,6 +57,7 @@ mod rough_matt;
 mod shared;
 mod shots;
 mod stereo;
+mod subdivision;
 mod subsurface;
 mod terminator;
 mod veils;

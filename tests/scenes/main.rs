@@ -21,6 +21,7 @@ mod ply;
 mod quadrics;
 mod schema;
 mod shot;
+mod subdivision;
 mod textures;
 #[cfg(feature = "usd")]
 mod usd;

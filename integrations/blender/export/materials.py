@@ -429,9 +429,15 @@ class Materials:
         if surface.heights:
             inputs["geometry_normal"] = graphs.bump(surface.heights, scale)
             written.add("heights")
-        if inputs:
+        displaced = None
+        if surface.displaced:
+            height, length, middle = surface.displaced
+            varies_there = height.shape[:2] != (1, 1) or graphs.graph_of(height) is not None
+            displaced = (graphs.of_value(height) if varies_there else float(height.mean()), length, middle)
+            written.add("displaced")
+        if inputs or displaced:
             matrix = evaluator.uv[1] if evaluator.uv else np.eye(3)
-            self.document.add(name, inputs, constants, matrix)
+            self.document.add(name, inputs, constants, matrix, displaced)
             values["mtlx"] = GRAPHS
         if glass is not None:
             return written | NOT_OF_GLASS
@@ -462,10 +468,10 @@ class Materials:
                 values["norm"] = self.images.write_numbers(f"{name} normal", surface.normal)
 
 
-NOT_OF_GLASS = {each.name for each in fields(Surface)} - {"ior", "alpha", "emission", "roughness", "absorption", "heights"}
+NOT_OF_GLASS = {each.name for each in fields(Surface)} - {"ior", "alpha", "emission", "roughness", "absorption", "heights", "displaced"}
 """Parts of a surface that glass does not have, or of which glass.py tells."""
 
-COMPUTED = {"base", "roughness", "metallic", "alpha", "emission", "heights", "transmission", "tint"}
+COMPUTED = {"base", "roughness", "metallic", "alpha", "emission", "heights", "displaced", "transmission", "tint"}
 """Parts of a surface that graphs may give. Of others a constant counts in place of a graph."""
 
 

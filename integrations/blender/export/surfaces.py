@@ -64,6 +64,8 @@ class Surface:
     heights: tuple = ()
     """Heights that are on top of these: of each the graph, its strength, the distance for which a height of 1 stands, and whether that is
     one in the object or in the world."""
+    displaced: tuple = ()
+    """What moves its vertices: heights, the length for which a height of 1 stands in the object, and the height that moves nothing."""
     is_there: bool = True
     """False where a material has no surface: what lies in it is a volume alone."""
     seen: Seen = Seen()
@@ -115,17 +117,18 @@ def fill(evaluator, socket, surface):
 
 
 def raise_surface(evaluator, socket, material, surface):
-    """Has a surface show its displacement as a bump map, as Cycles does if the material does not say otherwise."""
+    """Has the displacement of a surface move its vertices, bend its normals as a bump map, or both, as its material says."""
     with evaluator.source(socket) as (source, _):
         if source is None or source.type != "DISPLACEMENT" or source.space != "OBJECT":
             evaluator.say("its displacement is left out")
             return
         height = evaluator.input(source, "Height")
         scale = float(evaluator.input(source, "Scale").mean())
+        middle = float(evaluator.input(source, "Midlevel").mean())
     is_even = height.shape[:2] == (1, 1) and graphs.graph_of(height) is None
-    if material.displacement_method != "BUMP" and not is_even:
-        evaluator.say("its displacement is shown as a bump map")
-    if is_even:
+    if material.displacement_method != "BUMP":
+        surface.displaced = (height, scale, middle)
+    if is_even or material.displacement_method == "DISPLACEMENT":
         return
     if graphs.graph_of(height) is not None:
         surface.heights += ((graphs.graph_of(height), 1.0, scale, True),)

@@ -178,4 +178,10 @@ pub(crate) struct MaterialTable {
     pub norm: Option<At<String>>,
     /// Picture of heights, or of normals
     pub map_bump: Option<At<String>>,
+    /// Picture of heights that move the vertices of the mesh along its normals, once a shot: see `subdivision` and `dicing`
+    pub map_displacement: Option<At<String>>,
+    /// With `map_displacement`: length for which white stands, in the units of the model's file (1)
+    pub displacement: Option<At<f64>>,
+    /// With `map_displacement`: brightness that moves nothing (0.5)
+    pub displacement_middle: Option<At<f64>>,
 }

@@ -38,6 +38,7 @@ use self::toml_text::{At, List, Three};
 use crate::animation::Interpolation;
 use crate::exposure::MOST_EXPOSURES;
 use crate::layers::Layers;
+use crate::scene::dicing::MOST_DICED;
 use crate::scene::{MistFalloff, SpotFall};
 use crate::settings::{
     Backdrop, BasePlace, Caustics, Compression, DenoiseQuality, Filter, LONGEST_SIDE, Look,
@@ -181,6 +182,12 @@ pub(crate) struct RenderTable {
     /// Memory for textures, MiB: what is more is in a file, in pages (1024)
     #[schemars(range(min = 0, max = MOST_TREE_MEMORY))]
     pub texture_memory: Option<At<i64>>,
+    /// Length in pixels of the edges of what is diced: subdivided or displaced (1). Longer ones stay where the surface is as flat
+    #[schemars(range(min = 0.05, max = 1000))]
+    pub dicing: Option<At<f64>>,
+    /// Maximum number of triangles into which a mesh is diced (4000000)
+    #[schemars(range(min = 1, max = MOST_DICED))]
+    pub dicing_triangles: Option<At<i64>>,
     /// Distance between base frames, which are traced in full; 0: only the first (48)
     #[schemars(range(min = 0, max = 1_000_000))]
     pub base_every: Option<At<i64>>,

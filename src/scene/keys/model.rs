@@ -47,6 +47,9 @@ pub(crate) struct ModelTable {
     pub quadric: Option<At<QuadricTable>>,
     /// Files of the shapes between which the model deforms; `obj` is its shape at rest
     pub shapes: Option<At<ShapesTable>>,
+    /// With `obj`: its faces are a cage, which is subdivided by these rules until its edges are as long as `dicing` says. With `usd`: "none"
+    /// shows cages as they are
+    pub subdivision: Option<At<Subdivision>>,
     /// Applied last [0, 0, 0]
     pub translate: Option<Three>,
     /// Degrees about the fixed axes X, then Y, then Z; applied second [0, 0, 0]
@@ -117,6 +120,18 @@ pub(crate) enum Division {
     Objects,
     /// A model for each group: the last `g` or `o` before a face
     Groups,
+}
+
+/// Rules by which a cage is subdivided.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) enum Subdivision {
+    /// It is smooth, but at creases
+    CatmullClark,
+    /// Its faces are divided and stay where they are, for displacement
+    Bilinear,
+    /// It is not subdivided
+    None,
 }
 
 /// One factor, or one an axis.

@@ -29,6 +29,7 @@ use readers::Readers;
 pub(crate) use readers::{Beside, ReadBefore};
 
 use crate::digest::Digest;
+use crate::scene::dicing::{self, Views};
 use crate::scene::frames::Run;
 use crate::scene::import::{Import, Imported, Surfaces};
 use crate::scene::keys::toml_text::{At, TomlText};
@@ -200,6 +201,14 @@ pub fn from_text_with(
         tables.resize(models.len(), table);
     }
     links::check(text, (&file.light, &file.model), &models, file.floor.is_some())?;
+    let dicing = settings::dicing(text, render)?;
+    let times = match file.render.frames {
+        Some(_) => frames.list().into_iter().map(f64::from).collect(),
+        None => clipping::whole_frames(&camera, &models, frames.first()),
+    };
+    let views = Views::new(&camera, &times, [settings.width, settings.height]);
+    let diced = dicing::diced(models, &mut readers.import, &views, &dicing)?;
+    let models = diced.models;
     let bounds = extents::bounds_of_meshes(&models);
     let extent = extents::over_time(text, &tables, &models, &bounds)?;
     let at_first = extents::at_frame(&models, &bounds, frames.first());
@@ -246,6 +255,8 @@ pub fn from_text_with(
         findings.warnings.extend(read.warning);
         read.environment
     });
+    // samples of one level are none of another
+    inputs = diced.digest.map_or(inputs, |levels| Digest::of_all([inputs, levels]));
     let stem = text.path.file_stem().unwrap_or_default().to_string_lossy();
     let scene = Scene {
         camera,

@@ -1,6 +1,7 @@
 //! Makes models of the tables of a shot file: one of an OBJ file, a PLY file or a quadric, and of a glTF or USD file one for each node
 //! with a mesh.
 
+use std::collections::HashMap;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -15,11 +16,13 @@ use crate::scene::import::Inputs;
 use crate::scene::import::given;
 use crate::scene::import::meshes::read_model::is_ply;
 use crate::scene::import::part_of_file::PartOfFile;
+use crate::scene::keys::model::Subdivision;
 use crate::scene::keys::places::PlacesTable;
 use crate::scene::keys::toml_text::{At, TomlText};
 use crate::scene::keys::values::file_of;
 use crate::scene::keys::{LARGEST_MAP, LEAST_MAP, ModelTable};
 use crate::scene::{Mesh, Model, RayKinds, RayVisibility, Role, SceneError};
+use crate::subdivision::Scheme;
 
 /// Makes the models of a table; `rate`: frames in a second.
 ///
@@ -77,6 +80,7 @@ fn placed(
     refuse_keys_together(text, table, readers.meshes.path_read_before().is_some())?;
     refuse_beside_ply(text, keys)?;
     refuse_parts_of_others(text, keys)?;
+    refuse_subdivision(text, keys)?;
     let places = keys.places.as_ref();
     let places =
         places.map(|places| places_of(text, keys, places, &mut readers.import.inputs)).transpose()?;
@@ -91,7 +95,8 @@ fn placed(
             let path = file_of(text, "usd", usd)?;
             let choice = stage::choice(text, keys.stage.as_ref().map(At::get_ref))?;
             let parts = readers.usd.models(&mut readers.import, &path, &choice)?;
-            of_parts(keys, &path, &parts, &track)
+            let models = of_parts(keys, &path, &parts, &track);
+            if keys.subdivision.is_some() { without_cages(models) } else { models }
         }
         (None, None, Some(obj)) if keys.group.is_some() || keys.split.is_some() => {
             parts(text, (table, obj), readers, &track)?
@@ -176,6 +181,42 @@ fn refuse_keys_together(text: TomlText<'_>, table: &At<ModelTable>, is_read: boo
         }
         _ => Ok(()),
     }
+}
+
+/// Refuses `subdivision` beside what has no cage.
+fn refuse_subdivision(text: TomlText<'_>, table: &ModelTable) -> Result<(), SceneError> {
+    let ModelTable { usd, ply, gltf, quadric, group, split, subdivision, .. } = table;
+    let Some(subdivision) = subdivision else { return Ok(()) };
+    let refuse = |what: &str| Err(text.bad("subdivision", subdivision, what));
+    if ply.is_some() || gltf.is_some() || quadric.is_some() {
+        refuse("goes with `obj`: other files have triangles alone; write the model as OBJ, or take it out")
+    } else if group.is_some() || split.is_some() {
+        refuse("goes with whole OBJ files: take `group` or `split` out")
+    } else if usd.is_some() && *subdivision.get_ref() != Subdivision::None {
+        refuse("may be \"none\" beside `usd`, which shows cages as they are: USD files state their own rules")
+    } else {
+        Ok(())
+    }
+}
+
+/// Rules that a key means.
+fn scheme(subdivision: Subdivision) -> Option<Scheme> {
+    match subdivision {
+        Subdivision::CatmullClark => Some(Scheme::CatmullClark),
+        Subdivision::Bilinear => Some(Scheme::Bilinear),
+        Subdivision::None => None,
+    }
+}
+
+/// Models whose cages are shown as they are.
+fn without_cages(models: Vec<Model>) -> Vec<Model> {
+    let mut plain: HashMap<*const Mesh, Arc<Mesh>> = HashMap::new();
+    let without = |model: Model| {
+        let mesh = plain.entry(Arc::as_ptr(&model.mesh));
+        let mesh = mesh.or_insert_with(|| Arc::new(Mesh::clone(&model.mesh).without_cage())).clone();
+        Model { mesh, ..model }
+    };
+    models.into_iter().map(without).collect()
 }
 
 /// Refuses what excludes a PLY file.
@@ -275,7 +316,7 @@ fn one(
     readers: &mut Readers,
     mut track: TransformTrack,
 ) -> Result<Model, SceneError> {
-    let ModelTable { name, obj, ply, quadric, shapes, .. } = table.get_ref();
+    let ModelTable { name, obj, ply, quadric, shapes, subdivision, .. } = table.get_ref();
     let (path, mesh, own_name): (PathBuf, Arc<Mesh>, String) =
         match (readers.meshes.path_read_before(), quadric) {
             (None, Some(quadric)) => {
@@ -299,6 +340,11 @@ fn one(
                         track.shapes = Some(shapes);
                         mesh
                     }
+                };
+                let scheme = subdivision.as_ref().and_then(|subdivision| scheme(*subdivision.get_ref()));
+                let mesh = match scheme {
+                    Some(scheme) => readers.meshes.caged(&mut readers.import, &path, mesh, scheme)?,
+                    None => mesh,
                 };
                 (path, mesh, stem)
             }

@@ -74,6 +74,12 @@ pub fn features(trial: &Trial) -> BTreeSet<String> {
         }
     }
     let models: Vec<&Table> = list(shot, "model").collect();
+    if models.iter().any(|model| model.contains_key("subdivision")) {
+        add("subdivision".into());
+    }
+    if list(shot, "material").any(|material| material.contains_key("map_displacement")) {
+        add("displacement".into());
+    }
     let rests = |model: &Table| ["key", "shapes", "visible"].iter().all(|key| !model.contains_key(*key));
     let is_copied = |model: &&Table| {
         let is_same = |other: &&Table| rests(other) && other.get("obj") == model.get("obj");

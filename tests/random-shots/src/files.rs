@@ -319,6 +319,10 @@ fn obj(mesh: &Mesh, material: &str, bend: u32) -> String {
         }
         text.push('\n');
     }
+    // what only cages have: sharp for ever, for a while, and a point
+    if mesh.corners.len() >= 4 {
+        text.push_str("t crease 3/2/0 0 1 2 10 1.4\nt corner 1/1/0 3 2.5\n");
+    }
     text
 }
 

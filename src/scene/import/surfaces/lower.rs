@@ -9,10 +9,10 @@ use crate::graph::{Function, Input, Places, Program};
 use crate::lanes::Vec3x8;
 use crate::scene::Material;
 use crate::scene::material::{
-    Anisotropy, Bump, ByParameter, Coat, Computes, Entry, Fuzz, LARGEST_COLOR, LEAST_ALPHA, MetalRough,
-    Optics, Scattering, UnevenGlass, head_on, index_of,
+    Anisotropy, Bump, ByParameter, Coat, Computes, Displacement, Entry, Fuzz, LARGEST_COLOR, LEAST_ALPHA,
+    MetalRough, Optics, Scattering, UnevenGlass, head_on, index_of,
 };
-use crate::scene::surface::{ALL, Beyond, Parameter, Surface, Value};
+use crate::scene::surface::{ALL, Beyond, Displaced, Parameter, Surface, Value};
 use crate::shade::optics::of_both_walls;
 
 /// What is told of glass with two graphs of colours.
@@ -58,6 +58,7 @@ impl Surface {
             diffuse_map: self.base_picture,
             has_vertex_colors: self.is_tinted,
             bump: bump(&self),
+            displacement: displacement(&self),
             ..self.reflecting(through, base, glass.map(|glass| glass.uneven))
         };
         Settled { material, graphs: Graphs::new(self.graph, inputs) }
@@ -387,6 +388,14 @@ fn bump(surface: &Surface) -> Option<Bump> {
     let Input::Node(_) = heights.height else { return None };
     let height = Arc::new(Program::new(&surface.graph, heights.height));
     Some(Bump { height, distance: heights.distance, strength: heights.strength.clamp(0.0, 1.0) })
+}
+
+/// What moves vertices, unless it is none.
+fn displacement(surface: &Surface) -> Option<Displacement> {
+    let Displaced { by, scale, middle, along } = surface.displaced?;
+    let is_none = scale == 0.0 || matches!(by, Input::Constant(value) if value == Vec3::splat(middle));
+    let program = || Arc::new(Program::new(&surface.graph, by));
+    (!is_none).then(|| Displacement { program: program(), scale, middle, along })
 }
 
 /// The base colour, with its weight.

@@ -7,6 +7,7 @@ use std::sync::Arc;
 use glam::{DAffine3, DVec2, DVec3, Vec2, Vec3};
 use half::f16;
 
+use super::cage::UsdCage;
 use super::choice::StageChoice;
 use super::render::RenderSettings;
 use super::tiles::Tiles;
@@ -108,6 +109,8 @@ pub struct UsdMesh {
     pub point_of: Vec<u32>,
     /// Frames, and all points at these, if the mesh deforms.
     pub shapes: Vec<(f64, Vec<[f32; 3]>)>,
+    /// Cage that it stands for, if it is subdivided.
+    pub cage: Option<Box<UsdCage>>,
 }
 
 /// A mesh at its place.
@@ -144,6 +147,8 @@ pub struct Surface {
     pub coat: [f64; 2],
     /// Picture of its normals.
     pub normal: Option<Picture>,
+    /// Lengths by which its vertices are moved along their normals, in the units of the file.
+    pub displacement: Input,
     /// Network of MaterialX's nodes, which counts in place of all of that.
     pub network: Option<Arc<Network>>,
     /// True if the file has nothing beside the network.

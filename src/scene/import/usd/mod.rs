@@ -11,6 +11,8 @@ mod binary;
 #[cfg(feature = "usd")]
 mod binding;
 #[cfg(feature = "usd")]
+mod cage;
+#[cfg(feature = "usd")]
 mod cameras;
 mod choice;
 #[cfg(feature = "usd")]

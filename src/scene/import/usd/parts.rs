@@ -9,9 +9,10 @@ use super::file::{Content, ShownMesh, UsdFile, UsdMesh};
 use super::links;
 use super::reading::Reading;
 use crate::animation::ShapeTrack;
+use crate::scene::dicing::Cage;
 use crate::scene::import::Import;
 use crate::scene::import::deformed;
-use crate::scene::import::deformed::Distinct;
+use crate::scene::import::deformed::{Distinct, Kept};
 use crate::scene::import::part_of_file::{NodeTrack, PartOfFile, Surface};
 use crate::scene::{Linked, Mesh, SceneError};
 
@@ -138,13 +139,48 @@ impl Reading<'_> {
                 ..Surface::default()
             };
             let own = self.import.arranger().mesh_of_runs(surface, runs);
+            let cage = mesh.cage.as_ref().map(|cage| {
+                let of_faces =
+                    cage.surface_of.iter().map(|surface| materials.get(surface).copied().unwrap_or(0));
+                let deformed = kept.map(|kept| CageShapes::of(&mesh.shapes, &shapes, kept));
+                Arc::new(deformed.unwrap_or_default().put_into(&cage.cage, of_faces.collect()))
+            });
             let (mesh, shapes) = match kept {
                 Some(kept) => deformed::with_shapes(own, shapes, kept, point_of),
                 None => (own, None),
             };
-            built.push(Some((Arc::new(mesh), shapes)));
+            built.push(Some((Arc::new(mesh.with_cage(cage)), shapes)));
         }
         Ok(built)
+    }
+}
+
+/// Points of a cage that deforms.
+#[derive(Default)]
+struct CageShapes {
+    /// In the shape in which samples are kept; none: those of the file.
+    own: Option<Vec<[f32; 3]>>,
+    /// In each of its shapes; none if it has one alone.
+    all: Vec<Vec<[f32; 3]>>,
+}
+
+impl CageShapes {
+    /// Takes the points by the numbers that the shapes of vertices have.
+    fn of(points: &[(f64, Vec<[f32; 3]>)], shapes: &Distinct, kept: Kept) -> Self {
+        let first = |number: u32| shapes.keys.iter().position(|(_, of)| *of == number);
+        let points =
+            |number: usize| first(number as u32).map(|key| points[key].1.clone()).unwrap_or_default();
+        let own = match kept {
+            Kept::AtRest => None,
+            Kept::Shape(number) => Some(points(number)),
+        };
+        let count = shapes.list.len();
+        Self { own, all: if count > 1 { (0..count).map(points).collect() } else { Vec::new() } }
+    }
+
+    fn put_into(self, cage: &Cage, material_of: Vec<u16>) -> Cage {
+        let own = self.own.unwrap_or_else(|| cage.points.clone());
+        Cage { points: own, shapes: self.all, material_of, ..cage.clone() }
     }
 }
 

@@ -15,6 +15,7 @@ pub mod rays;
 mod settings;
 pub mod small;
 mod still_world;
+mod subdivision;
 mod tracks;
 
 use toml::{Table, Value};
@@ -47,6 +48,8 @@ const GRAPHS: u64 = 0x6EA0_4500;
 
 /// And links of lights.
 const LINKS: u64 = 0x0011_4B5E;
+/// And what is subdivided or displaced.
+const SUBDIVISION: u64 = 0x5B_D171_DE00;
 
 /// The shot of this seed.
 pub fn generate(seed: u64) -> Table {
@@ -74,6 +77,7 @@ pub fn generate(seed: u64) -> Table {
     still_world::add(&mut Dice::new(seed ^ STILL_WORLD), &mut shot);
     graphs::add(&mut Dice::new(seed ^ GRAPHS), &mut shot);
     links::add(&mut Dice::new(seed ^ LINKS), &mut shot);
+    subdivision::add(&mut Dice::new(seed ^ SUBDIVISION), &mut shot);
     shot
 }
 

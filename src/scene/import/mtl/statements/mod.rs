@@ -89,7 +89,8 @@ impl Statements {
             MapUse::Roughness => self.pr.is_some(),
             MapUse::Metal => self.pm.is_some(),
             MapUse::Filter => self.tf.is_some(),
-            MapUse::Color | MapUse::Opacity | MapUse::Normal | MapUse::Bump | MapUse::Transmission => false,
+            MapUse::Color | MapUse::Opacity | MapUse::Normal | MapUse::Bump => false,
+            MapUse::Transmission | MapUse::Displacement => false,
         }
     }
 

@@ -1,0 +1,149 @@
+//! How large the cameras of a shot see things at their nearest.
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::Cage;
+use crate::pose::CameraPose;
+use crate::scene::{CameraTrack, Model};
+
+/// Maximum number of times of a shot at which things are measured: cameras go little between more of them.
+const MOST_TIMES: usize = 128;
+
+/// Maximum number of measurements of a mesh: one is of a part of it, at a place, at a time.
+const MOST_MEASUREMENTS: usize = 2_000_000;
+
+/// Number of consecutive faces that are measured as one, in large cages.
+const BLOCK: usize = 32;
+
+/// Number of faces from which on a cage is large.
+const LARGE: usize = 2048;
+
+/// Factor on the size of what is outside of the picture, and seen in mirrors and by its shadow alone.
+const ASIDE: f64 = 0.25;
+
+/// Part of the picture around it that counts as inside.
+const MARGIN: f64 = 0.1;
+
+/// Part of a sphere's radius that is the least distance at which it is seen.
+const LEAST_DISTANCE: f64 = 0.25;
+
+/// The cameras of a shot at its times, in the space of its files.
+#[derive(Debug)]
+pub(crate) struct Views {
+    times: Vec<(f64, CameraPose)>,
+    /// Width over height of the picture.
+    aspect: f32,
+    /// Height of the picture, pixels.
+    height: f64,
+}
+
+/// What is around a part of a cage.
+#[derive(Clone, Copy)]
+struct Sphere {
+    middle: DVec3,
+    radius: f64,
+}
+
+impl Views {
+    /// Views of a camera at these times, in pictures of this size in pixels.
+    pub fn new(camera: &CameraTrack, times: &[f64], [width, height]: [u32; 2]) -> Self {
+        let step = times.len().div_ceil(MOST_TIMES).max(1);
+        let last = times.last().into_iter().filter(|_| (times.len() - 1) % step != 0);
+        let kept = times.iter().step_by(step).chain(last);
+        let mut views: Vec<(f64, CameraPose)> =
+            kept.map(|time| (*time, CameraPose::new(camera, *time))).collect();
+        views.dedup_by(|a, b| a == b);
+        Self { times: views, aspect: width as f32 / height as f32, height: height.into() }
+    }
+
+    /// Pixels that a unit of a mesh's object space is long at most, for each face of its cage, in all places that the mesh has.
+    pub fn pixels_of_faces(&self, cage: &Cage, models: &[&Model]) -> Vec<f64> {
+        let faces = cage.counts.len();
+        let is_constant = models.iter().all(|model| model.track.is_constant()) && self.is_constant();
+        let times = if is_constant { &self.times[..1] } else { &self.times[..] };
+        let mut block = if faces > LARGE { BLOCK } else { 1 };
+        let mut step = 1;
+        while faces.div_ceil(block) * models.len() * times.len().div_ceil(step) > MOST_MEASUREMENTS {
+            // one after the other, until whole meshes are measured at one time
+            if block < faces {
+                block = (block * 4).min(faces);
+            } else if step < times.len() {
+                step *= 2;
+            } else {
+                break;
+            }
+        }
+        let spheres = spheres(cage, block);
+        let pixels = |sphere: &Sphere| {
+            let at_all = times.iter().step_by(step).flat_map(|(time, pose)| {
+                models.iter().map(move |model| {
+                    let map = model.track.map_at(*time);
+                    let scale = [map.x_axis, map.y_axis, map.z_axis].map(DVec3::length);
+                    let scale = scale.into_iter().fold(0.0, f64::max);
+                    let middle = map.transform_point3(sphere.middle);
+                    self.pixels(pose, Sphere { middle, radius: sphere.radius * scale }) * scale
+                })
+            });
+            at_all.filter(|pixels| pixels.is_finite()).fold(0.0, f64::max)
+        };
+        let of_blocks: Vec<f64> = spheres.par_iter().map(pixels).collect();
+        (0..faces).map(|face| of_blocks[face / block]).collect()
+    }
+
+    fn is_constant(&self) -> bool {
+        self.times.windows(2).all(|pair| pair[0].1 == pair[1].1)
+    }
+
+    /// Pixels that a unit of world space is long at most within a sphere.
+    fn pixels(&self, pose: &CameraPose, Sphere { middle, radius }: Sphere) -> f64 {
+        let [eye, forward, right, up] =
+            [pose.eye, pose.forward, pose.right, pose.up].map(|vector| vector.as_dvec3());
+        let offset = middle - eye;
+        let depth = offset.dot(forward);
+        let [half, center] = pose.frustum(self.aspect).map(|pair| pair.map(f64::from));
+        let at_one = self.height / (2.0 * half[1]);
+        let distance = if pose.is_orthographic() { 1.0 } else { depth };
+        let is_within = |axis: DVec3, i: usize| {
+            let reach = half[i] * (1.0 + MARGIN);
+            let slope = if pose.is_orthographic() { 1.0 } else { reach.hypot(1.0) };
+            (offset.dot(axis) - center[i] * distance).abs() <= reach * distance.max(0.0) + radius * slope
+        };
+        let is_seen = depth + radius > 0.0 && is_within(right, 0) && is_within(up, 1);
+        let factor = if is_seen { 1.0 } else { ASIDE };
+        if pose.is_orthographic() {
+            return at_one * factor;
+        }
+        let nearest = if is_seen {
+            (depth - radius).max(radius * LEAST_DISTANCE)
+        } else {
+            (offset.length() - radius).max(radius)
+        };
+        at_one * factor / nearest
+    }
+}
+
+/// Spheres around so many consecutive faces of a cage each, in all of its shapes.
+fn spheres(cage: &Cage, block: usize) -> Vec<Sphere> {
+    let mut spheres = Vec::with_capacity(cage.counts.len().div_ceil(block));
+    let mut begin = 0;
+    for counts in cage.counts.chunks(block) {
+        let end = begin + counts.iter().map(|count| *count as usize).sum::<usize>();
+        let corners = &cage.corners[begin..end];
+        begin = end;
+        let points = |points: &[[f32; 3]]| -> (DVec3, DVec3) {
+            let all = corners.iter().map(|point| {
+                let [x, y, z] = points[*point as usize].map(f64::from);
+                DVec3::new(x, y, z)
+            });
+            all.fold((DVec3::MAX, DVec3::MIN), |(low, high), point| (low.min(point), high.max(point)))
+        };
+        let shapes = cage.shapes.iter().map(Vec::as_slice).chain([cage.points.as_slice()]);
+        let (low, high) = shapes
+            .map(points)
+            .reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)))
+            .unwrap_or((DVec3::ZERO, DVec3::ZERO));
+        spheres.push(Sphere { middle: (low + high) * 0.5, radius: (high - low).length() * 0.5 });
+    }
+    spheres
+}
