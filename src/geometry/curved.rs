@@ -1,4 +1,4 @@
-//! What every geometry answers whose primitives are not flat triangles: quadrics, and whatever else is met and evaluated one primitive at a
+//! What every geometry answers whose primitives are not flat triangles: quadrics, curves, and whatever else is met and evaluated one primitive at a
 //! time.
 //!
 //! Both tracers call [`Curved::meet_four`], so that both get the same floats, and know nothing else of a geometry but the boxes of its
@@ -63,6 +63,32 @@ pub trait Curved: Debug + Send + Sync {
 
     /// Bytes of memory that it takes.
     fn bytes(&self) -> u64;
+
+    /// Vertices between which a place lies, by the lists that a mesh has by vertex, and the share of the way from the first to the second;
+    /// `None` if it has no vertices.
+    fn vertices(&self, _primitive: u32, _weights: [f32; 2]) -> Option<([u32; 2], f32)> {
+        None
+    }
+
+    /// Direction along a fibre at a place, object space, of unit length; zero if it is none.
+    fn tangent(&self, _primitive: u32, _weights: [f32; 2]) -> Vec3 {
+        Vec3::ZERO
+    }
+
+    /// Point on the axis of a fibre beside a place, object space; `None` if it is none.
+    fn axis(&self, _primitive: u32, _weights: [f32; 2]) -> Option<Vec3> {
+        None
+    }
+
+    /// Greatest radius of its fibres, object space; 0 if it has none.
+    fn most_radius(&self) -> f32 {
+        0.0
+    }
+
+    /// Calls `found` with all primitives that a point is nearer to than `reach`, and maybe others; object space.
+    fn near(&self, _point: Vec3, _reach: f32, found: &mut dyn FnMut(u32)) {
+        (0..self.count()).for_each(found);
+    }
 
     /// Returns true if it has no size: the box around a shot leaves it out.
     fn is_endless(&self) -> bool {

@@ -8,6 +8,7 @@ use std::ops::{Index, IndexMut};
 use glam::Vec3;
 
 use crate::graph::nodes::picture::{self, Shown};
+use super::material::Hair;
 use crate::graph::{Graph, Input, Kind};
 
 /// A parameter of OpenPBR. `ALL` has them in the same order.
@@ -256,6 +257,8 @@ pub struct Beyond {
     pub tangent_turn: f32,
     /// Axis of object space around which that tangent leads; without one it is that of the first texture coordinate.
     pub tangent_around: Option<Vec3>,
+    /// Fibres of hair in place of all that reflects; the base colour is the one that the hair has in the end.
+    pub hair: Option<Hair>,
 }
 
 impl Default for Beyond {
@@ -274,6 +277,7 @@ impl Default for Beyond {
             entry_matt: None,
             tangent_turn: 0.0,
             tangent_around: None,
+            hair: None,
         }
     }
 }

@@ -8,6 +8,8 @@ mod light_text;
 pub mod material;
 pub mod model;
 pub mod places;
+pub mod curves;
+pub mod hair;
 pub mod quadric;
 pub mod samples;
 pub mod shapes;

@@ -8,6 +8,7 @@ use serde::Deserialize;
 use serde::de::value::SeqAccessDeserializer;
 use serde::de::{self, Deserializer, SeqAccess, Visitor};
 
+use super::curves::CurvesTable;
 use super::places::PlacesTable;
 use super::quadric::QuadricTable;
 use super::shapes::ShapesTable;
@@ -21,7 +22,7 @@ pub(crate) const LARGEST_MAP: u32 = 1024;
 
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-#[schemars(extend("oneOf" = [{"required": ["obj"]}, {"required": ["gltf"]}, {"required": ["usd"]}, {"required": ["ply"]}, {"required": ["quadric"]}]))]
+#[schemars(extend("oneOf" = [{"required": ["obj"]}, {"required": ["gltf"]}, {"required": ["usd"]}, {"required": ["ply"]}, {"required": ["quadric"]}, {"required": ["curves"]}]))]
 pub(crate) struct ModelTable {
     /// For people; the file's name, or the type of the quadric, without it
     pub name: Option<String>,
@@ -41,6 +42,8 @@ pub(crate) struct ModelTable {
     pub split: Option<At<Division>>,
     /// Sphere, ellipsoid, cylinder, cone, paraboloid, hyperboloid or plane, instead of an OBJ file
     pub quadric: Option<At<QuadricTable>>,
+    /// Curves with a thickness (hair, grass, wires), instead of an OBJ file
+    pub curves: Option<At<CurvesTable>>,
     /// Files of the shapes between which the model deforms; `obj` is its shape at rest
     pub shapes: Option<At<ShapesTable>>,
     /// Applied last [0, 0, 0]

@@ -13,6 +13,8 @@ mod models;
 mod orbit;
 mod overrides;
 mod places;
+mod curves;
+mod hair;
 mod quadric;
 mod readers;
 mod settings;

@@ -29,8 +29,9 @@ impl Primitives for CurvedPart {
     }
 
     fn meet(&self, primitive: u32, ray: &Segment, ends_here: bool) -> Option<PrimitiveHit> {
-        let [hit, ..] = self.meet_four(primitive, &[(*ray, ends_here)]);
-        hit
+        let met = self.of.meet(self.range.start + primitive, &of_segment(ray, ends_here))?;
+        let Meeting { t, weights: [u, v] } = met;
+        Some(PrimitiveHit { t, u, v })
     }
 
     fn meet_four(&self, primitive: u32, rays: &[(Segment, bool)]) -> [Option<PrimitiveHit>; FOUR] {
@@ -38,8 +39,7 @@ impl Primitives for CurvedPart {
         // lanes without a ray repeat the last one
         let four = from_fn(|lane| {
             let (ray, ends_here) = &rays[lane.min(last)];
-            let (origin, direction) = (ray.origin.into(), ray.direction.into());
-            Ray { origin, direction, near: ray.near, far: ray.far, ends_here: *ends_here }
+            of_segment(ray, *ends_here)
         });
         let (met, meetings) = self.of.meet_four(self.range.start + primitive, &four);
         from_fn(|lane| {
@@ -47,4 +47,9 @@ impl Primitives for CurvedPart {
             (met >> lane & 1 != 0).then_some(PrimitiveHit { t, u, v })
         })
     }
+}
+
+fn of_segment(ray: &Segment, ends_here: bool) -> Ray {
+    let (origin, direction) = (ray.origin.into(), ray.direction.into());
+    Ray { origin, direction, near: ray.near, far: ray.far, ends_here }
 }

@@ -11,6 +11,7 @@ use super::tiles::Tiles;
 use crate::animation::{Track, Visibility};
 use crate::digest::Digest;
 use crate::scene::SceneError;
+use crate::scene::import::curves::CurveSet;
 use crate::scene::import::mtlx::Document;
 use crate::scene::texture::Mapping;
 
@@ -105,6 +106,8 @@ pub struct UsdMesh {
     pub point_of: Vec<u32>,
     /// Frames, and all points at these, if the mesh deforms.
     pub shapes: Vec<(f64, Vec<[f32; 3]>)>,
+    /// Curves in place of triangles, of the one surface that is used.
+    pub curves: Option<CurveSet>,
 }
 
 /// A mesh at its place.

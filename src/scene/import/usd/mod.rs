@@ -12,6 +12,7 @@ mod binary;
 mod binding;
 #[cfg(feature = "usd")]
 mod cameras;
+mod curves;
 #[cfg(feature = "usd")]
 mod file;
 #[cfg(feature = "usd")]
