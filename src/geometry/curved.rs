@@ -28,6 +28,16 @@ pub trait Curved: Debug + Send + Sync {
     /// Box around a primitive, object space.
     fn bounds(&self, primitive: u32) -> Bounds;
 
+    /// Number of boxes that trees have for a primitive: what is long and thin has several, which follow each other along it.
+    fn boxes(&self) -> u32 {
+        1
+    }
+
+    /// Box around a part of a primitive, one of as many as there are [`boxes`](Self::boxes); object space.
+    fn bounds_of_part(&self, primitive: u32, _part: u32) -> Bounds {
+        self.bounds(primitive)
+    }
+
     /// First intersections of four rays with a primitive: a bit mask of the rays that have one, and the intersections; those of other lanes
     /// mean nothing. A ray's result is that of [`meet`](Self::meet), whatever rays are beside it.
     fn meet_four(&self, primitive: u32, rays: &[Ray; FOUR]) -> (u8, [Meeting; FOUR]);
@@ -75,8 +85,8 @@ pub trait Curved: Debug + Send + Sync {
         Vec3::ZERO
     }
 
-    /// Point on the axis of a fibre beside a place, object space; `None` if it is none.
-    fn axis(&self, _primitive: u32, _weights: [f32; 2]) -> Option<Vec3> {
+    /// Point close to a place of a fibre, within it, object space: rays from there leave the fibre without meeting it. `None` if it is none.
+    fn inside(&self, _primitive: u32, _weights: [f32; 2]) -> Option<Vec3> {
         None
     }
 

@@ -7,8 +7,8 @@ use std::ops::{Index, IndexMut};
 
 use glam::Vec3;
 
-use crate::graph::nodes::picture::{self, Shown};
 use super::material::Hair;
+use crate::graph::nodes::picture::{self, Shown};
 use crate::graph::{Graph, Input, Kind};
 
 /// A parameter of OpenPBR. `ALL` has them in the same order.

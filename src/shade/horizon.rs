@@ -14,7 +14,7 @@ pub struct Horizon {
     pub lift: Vec3,
     /// True if a normal map may bend the shading normal away from its normal.
     pub is_bent: bool,
-    /// True of a fibre, which light reaches from all around: it stands for its axis.
+    /// True of a fibre, which light reaches from all around: rays start within it.
     pub is_fibre: bool,
 }
 

@@ -25,7 +25,7 @@ pub struct Receivers {
     pub smooth: Option<Vec3x8>,
     /// Normals of the triangles.
     pub geometric_normal: Vec3x8,
-    /// Bit mask of fibres, which light reaches from all around: their rays start on their axes.
+    /// Bit mask of fibres, which light reaches from all around: their rays start within them.
     pub fibres: u8,
 }
 
@@ -192,7 +192,7 @@ pub fn most_lift_at_rest(mesh: &Mesh) -> f32 {
         most_lift(positions.as_slice(), normals, corners)
     };
     match mesh.as_curved() {
-        // fibres stand for their axes
+        // rays from fibres start within them
         Some(curved) => curved.most_radius(),
         None => mesh.as_triangles().map_or(0.0, of),
     }

@@ -35,7 +35,12 @@ fn hairy() -> Scene {
         DAffine3::from_translation(DVec3::new(x, 0.0, z)) * DAffine3::from_scale(scale)
     };
     scene.models.push(toy::still_curves("hair", &toy::tuft(false), number, at(-0.5, 1.8, DVec3::ONE)));
-    scene.models.push(toy::still_curves("matt", &toy::tuft(false), 0, at(1.4, 2.2, DVec3::new(1.0, 0.6, 0.7))));
+    scene.models.push(toy::still_curves(
+        "matt",
+        &toy::tuft(false),
+        0,
+        at(1.4, 2.2, DVec3::new(1.0, 0.6, 0.7)),
+    ));
     scene.models.push(toy::still_curves("cords", &toy::tuft(true), number, at(-2.5, 2.0, DVec3::splat(0.7))));
     let track = TransformTrack {
         translate: goes(DVec3::new(-1.5, 1.2, 2.0), DVec3::new(0.5, 1.5, 2.5)),
@@ -56,8 +61,15 @@ fn an_audit_finds_nothing() {
 #[test]
 fn an_audit_of_the_tracer_in_rust_finds_nothing() {
     let scene = CHANGES[1].iter().fold(hairy(), |scene, change| change(scene));
-    let settings =
-        Settings { paths: 2, reflections: 2, depth: 3, audit: true, width: 80, height: 60, ..toy::settings(1) };
+    let settings = Settings {
+        paths: 2,
+        reflections: 2,
+        depth: 3,
+        audit: true,
+        width: 80,
+        height: 60,
+        ..toy::settings(1)
+    };
     let mut renderer = Renderer::with(BackendKind::Rust, &scene, &settings).unwrap();
     for frame in 1..=4 {
         let finished = renderer.render(frame, true).unwrap();
@@ -142,8 +154,7 @@ fn samples_on_hair_are_kept() {
     let scene = with_camera(hairy(), goes(EYE, EYE + DVec3::new(0.1, 0.0, -0.1)), rests(TARGET));
     let frames = toy::render(&scene, &Settings { audit: true, ..toy::settings(2) }, 3);
     let samples = frames[2].stats.samples;
-    let all = f64::from(frames[2].film.width() * frames[2].film.height() * 4);
-    let kept = (samples.good + samples.overlapped) as f64 / all;
+    let kept = (samples.good + samples.overlapped) as f64 / f64::from(96 * 72 * 4);
     assert!(kept > 0.8, "{kept}");
     assert_eq!(toy::differing(&frames[2]), 0);
 }

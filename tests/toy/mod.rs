@@ -9,15 +9,15 @@ use std::sync::Arc;
 
 use afterimage::animation::{Interpolation, ShapeTrack, Track, TransformTrack};
 use afterimage::frame::{Finished, Renderer};
-use afterimage::geometry::{Curves, Quadric};
 use afterimage::geometry::quadric::QuadricShape;
+use afterimage::geometry::{Curves, Quadric};
 use afterimage::layers::Layers;
 use afterimage::scene::camera::{Aim, Lens};
 use afterimage::scene::cutout::{CutTriangles, Cutout, LEAST_OPACITY, Mask};
 use afterimage::scene::texture::{Mapping, Wrap};
 use afterimage::scene::{
-    Background, CameraTrack, Geometry, Light, LightKind, Material, Mesh, Model, Panel, RenderSpace, Scene, Shapes,
-    Texture, Triangles,
+    Background, CameraTrack, Geometry, Light, LightKind, Material, Mesh, Model, Panel, RenderSpace, Scene,
+    Shapes, Texture, Triangles,
 };
 use afterimage::settings::{Filter, Mode, Settings};
 use embree::VertexBuffer;
@@ -139,7 +139,8 @@ pub fn tuft(is_thick: bool) -> Curves {
 
 /// Curves that never move, in world space: as the loader leaves them.
 pub fn still_curves(name: &str, curves: &Curves, material: u16, at: DAffine3) -> Model {
-    let mesh = Mesh::plain(Geometry::Curved(afterimage::geometry::Curved::mapped(curves, at)), material, true);
+    let mesh =
+        Mesh::plain(Geometry::Curved(afterimage::geometry::Curved::mapped(curves, at)), material, true);
     moving(name, mesh, TransformTrack::identity())
 }
 

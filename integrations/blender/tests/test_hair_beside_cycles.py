@@ -26,7 +26,7 @@ class HairBesideCycles(beside_cycles.BesideCycles):
         tree.links.new(node.outputs[0], tree.nodes["Material Output"].inputs["Surface"])
         return material
 
-    def tuft(self, material, radius=0.02):
+    def tuft(self, material, radius=0.008):
         """Some bent hairs, thick enough to be seen one by one."""
         data = bpy.data.hair_curves.new("Tuft")
         turns = np.linspace(0, 2 * np.pi, 40, endpoint=False)

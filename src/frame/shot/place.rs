@@ -78,13 +78,12 @@ impl<'a> Place<'a> {
         Some(Horizon { normal, lift, is_bent: true, is_fibre: false })
     }
 
-    /// A fibre at a point (object space) of a curved `primitive`, which stands for its axis: rays start there, from which they leave
-    /// the curve without meeting it.
+    /// A fibre at a point (object space) of a curved `primitive`: rays start within it, from where they leave the curve without meeting it.
     pub fn fibre(&self, curved: &dyn Curved, primitive: u32, point: Vec3) -> Option<Horizon> {
         let weights = curved.weights(primitive, point);
-        let axis = curved.axis(primitive, weights)?;
+        let inside = curved.inside(primitive, weights)?;
         let normal = self.transform.normal(curved.normal(primitive, weights));
-        let lift = self.transform.point(axis) - off_surface(self.transform.point(point), normal);
+        let lift = self.transform.point(inside) - off_surface(self.transform.point(point), normal);
         Some(Horizon { normal, lift, is_bent: false, is_fibre: true })
     }
 

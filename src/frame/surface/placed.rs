@@ -37,7 +37,8 @@ impl Placed {
         // flat meshes: both normals are the same
         let normal =
             if normals == geometric_normals { geometric_normal } else { Octahedral::unfold_lanes(normals) };
-        let mut placed = Self { point, normal, geometric_normal, smooth: None, fibres: fibres(frame, tile, first) };
+        let mut placed =
+            Self { point, normal, geometric_normal, smooth: None, fibres: fibres(frame, tile, first) };
         let Self { point, normal, geometric_normal, .. } = &mut placed;
         let triangle = |lane: usize| tile.record[first + lane].triangle;
         let of = (&tile.model[first..first + LANES], triangle);

@@ -21,7 +21,10 @@ fn of_place(frame: &FrameView, (model, primitive): (u32, u32), weights: [f32; 2]
     let place = OnMesh::on(&frame.scene.models[model as usize], primitive, weights);
     let material = &frame.scene.materials[usize::from(place.material())];
     if material.hair.is_some() {
-        let along = place.mesh.as_curved().map_or_else(|| place.tangent(), |curved| curved.tangent(primitive, weights));
+        let along = place
+            .mesh
+            .as_curved()
+            .map_or_else(|| place.tangent(), |curved| curved.tangent(primitive, weights));
         return frame.place(model, tick).direction(primitive, along);
     }
     let Some(anisotropy) = &material.anisotropy else { return Vec3::ZERO };

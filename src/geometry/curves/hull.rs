@@ -133,6 +133,13 @@ impl Hull {
         self.axis * (self.length * share) + self.normal(weights) * (first + (second - first) * share)
     }
 
+    /// Point below that at these weights, by a share of the radius there.
+    pub fn inside(&self, weights: [f64; 2], depth: f64) -> DVec3 {
+        let share = weights[0].clamp(0.0, 1.0);
+        let [first, second] = self.radii;
+        self.point(weights) - self.normal(weights) * (depth * (first + (second - first) * share))
+    }
+
     /// Distance of a point from the surface: below 0 within the hull.
     pub fn beyond(&self, point: DVec3) -> f64 {
         let [weight, _] = self.weights(point);
@@ -149,11 +156,6 @@ impl Hull {
     /// Direction from the beginning to the end, unit length.
     pub fn axis(&self) -> DVec3 {
         self.axis
-    }
-
-    /// Distance of the two centres.
-    pub fn length(&self) -> f64 {
-        self.length
     }
 
     /// Two directions across the axis and each other (T. Duff and others, "Building an Orthonormal Basis, Revisited", 2017).

@@ -8,6 +8,7 @@
 //! Points are single floats: 16 bytes each, and 4 bytes a primitive. A map that keeps angles moves the points; any other one is kept beside
 //! them, and rays are taken into the space of the points.
 
+use std::ops::Range;
 use std::sync::{Arc, OnceLock};
 
 use glam::{DAffine3, DVec3, Vec2, Vec3};
@@ -41,6 +42,8 @@ struct Points {
     uvs: Vec<Vec2>,
     /// Greatest radius.
     most_radius: f32,
+    /// Boxes of a primitive.
+    boxes: u32,
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -49,11 +52,37 @@ struct Place {
     inverse: DAffine3,
 }
 
+/// Radii that a piece of a primitive is long for which a tree has a box, and most boxes of a primitive: askew, the box of a hair is mostly empty, and rays
+/// are tested against all whose boxes they pass through.
+const RADII_OF_BOX: f32 = 16.0;
+const MOST_BOXES: u32 = 4;
+
+impl Points {
+    /// Number of boxes that suit the most of the primitives.
+    fn boxes_wanted(&self) -> u32 {
+        let (mut length, mut radii) = (0.0_f64, 0.0_f64);
+        for first in &self.firsts {
+            let [a, b] = [*first, *first + 1].map(|at| &self.points[at as usize]);
+            length += f64::from(Vec3::from_slice(a).distance(Vec3::from_slice(b)));
+            radii += f64::from(a[3].max(b[3]));
+        }
+        let ratio = (length / radii.max(f64::MIN_POSITIVE)) as f32;
+        ((ratio / RADII_OF_BOX) as u32).clamp(1, MOST_BOXES)
+    }
+}
+
 /// Room of a box for rounding to single floats, as a share of a coordinate.
 const BOX_ROOM: f64 = 2e-7;
 
 /// How deep in a neighbour a place of a piece must lie to count as within the curve, as a share of the radius: less is rounding.
 const WITHIN: f64 = 1e-4;
+
+/// Room for the rounding of double floats where lines that pass by are told.
+const ROUNDING: f64 = 1e-6;
+
+/// How deep rays start within a fibre, as a share of its radius: far more than the rounding of coordinates, unless they are ten thousand times as
+/// large as the fibre is thick.
+const INSIDE: f64 = 0.25;
 
 /// By how much the axes of a map may differ in length and angle to count as those of one that keeps angles.
 const SAME_ANGLES: f64 = 1e-9;
@@ -64,11 +93,16 @@ impl Curves {
     /// `None` if no curve remains.
     pub fn new(points: &[[f32; 4]], counts: &[u32], uvs: &[Vec2]) -> Option<(Self, Vec<u32>)> {
         let lists = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
-        let mut own = Points { points: lists.0, firsts: lists.1, curves: lists.2, uvs: lists.3, most_radius: 0.0 };
-        let (mut kept, mut first) = (Vec::new(), 0);
-        for (curve, count) in counts.iter().enumerate() {
-            let all = first as u32..first as u32 + count;
-            first += *count as usize;
+        let mut own = Points {
+            points: lists.0,
+            firsts: lists.1,
+            curves: lists.2,
+            uvs: lists.3,
+            most_radius: 0.0,
+            boxes: 1,
+        };
+        let mut kept = Vec::new();
+        for (curve, all) in in_space(points, counts) {
             let begin = own.points.len();
             for number in all {
                 let point = points[number as usize];
@@ -88,6 +122,7 @@ impl Curves {
             own.uvs.extend(uvs.get(curve));
         }
         own.most_radius = own.points.iter().map(|point| point[3]).fold(0.0, f32::max);
+        own.boxes = own.boxes_wanted();
         let curves = Self { own: Arc::new(own), place: None, tree: Arc::default() };
         (!curves.own.firsts.is_empty()).then_some((curves, kept))
     }
@@ -117,12 +152,25 @@ impl Curves {
         (from, Hull::new(DVec3::new(to_x, to_y, to_z) - from, [radius, other]))
     }
 
+    /// Returns true if a line, in the space of the points, is farther from the axis of a primitive than its greatest radius: so are most whose box
+    /// it passes through, for a hair is far thinner than its box. It asks for no root and no quotient.
+    #[inline]
+    fn passes_by(&self, primitive: u32, origin: DVec3, direction: DVec3) -> bool {
+        let first = self.own.firsts[self.number(primitive)] as usize;
+        let [[x, y, z, radius], [to_x, to_y, to_z, other]] =
+            [self.own.points[first], self.own.points[first + 1]].map(|point| point.map(f64::from));
+        let from = DVec3::new(x, y, z);
+        let across = direction.cross(DVec3::new(to_x, to_y, to_z) - from);
+        let off = across.dot(origin - from);
+        let radius = radius.max(other) * (1.0 + ROUNDING);
+        off * off > radius * radius * across.length_squared()
+    }
+
     /// The primitives before and behind a primitive on its curve.
     fn neighbours(&self, primitive: u32) -> impl Iterator<Item = u32> {
         let (number, firsts) = (self.number(primitive), &self.own.firsts);
-        let follows = |before: usize| {
-            firsts.get(before + 1).is_some_and(|first| *first == firsts[before] + 1)
-        };
+        let follows =
+            |before: usize| firsts.get(before + 1).is_some_and(|first| *first == firsts[before] + 1);
         let before = number.checked_sub(1).filter(|before| follows(*before));
         let behind = Some(number + 1).filter(|_| follows(number));
         before.into_iter().chain(behind).map(|number| number as u32)
@@ -137,6 +185,17 @@ impl Curves {
         })
     }
 
+    /// Box around spheres with these centres and radii, object space.
+    fn around(&self, spheres: [[f64; 4]; 2]) -> Bounds {
+        let rows = self.stretch();
+        spheres.into_iter().fold(Bounds::EMPTY, |bounds, [x, y, z, radius]| {
+            let center = self.object_space(DVec3::new(x, y, z));
+            let reach = DVec3::from_array(rows) * radius;
+            let room = (center.abs() + reach) * BOX_ROOM;
+            bounds.with((center - reach - room).as_vec3()).with((center + reach + room).as_vec3())
+        })
+    }
+
     /// How much further a sphere reaches along each axis of object space than in the space of the points.
     fn stretch(&self) -> [f64; 3] {
         self.place.as_ref().map_or([1.0; 3], |place| {
@@ -145,20 +204,26 @@ impl Curves {
         })
     }
 
-    fn into_own(&self, origin: DVec3, direction: DVec3) -> (DVec3, DVec3) {
+    fn own_space(&self, origin: DVec3, direction: DVec3) -> (DVec3, DVec3) {
         match &self.place {
             None => (origin, direction),
-            Some(place) => (place.inverse.transform_point3(origin), place.inverse.transform_vector3(direction)),
+            Some(place) => {
+                (place.inverse.transform_point3(origin), place.inverse.transform_vector3(direction))
+            }
         }
     }
 
-    fn out_of_own(&self, point: DVec3) -> DVec3 {
+    fn object_space(&self, point: DVec3) -> DVec3 {
         self.place.as_ref().map_or(point, |place| place.map.transform_point3(point))
     }
 
+    #[inline]
     fn meet_one(&self, primitive: u32, ray: &Ray) -> Option<Meeting> {
+        let (origin, direction) = self.own_space(ray.origin.as_dvec3(), ray.direction.as_dvec3());
+        if self.passes_by(primitive, origin, direction) {
+            return None;
+        }
         let (from, hull) = self.hull(primitive);
-        let (origin, direction) = self.into_own(ray.origin.as_dvec3(), ray.direction.as_dvec3());
         let length = direction.length();
         let (origin, direction) = (origin - from, direction / length);
         let way = hull.enter(origin, direction)?;
@@ -214,16 +279,22 @@ impl Curved for Curves {
         self.own.firsts.len() as u32
     }
 
+    fn boxes(&self) -> u32 {
+        self.own.boxes
+    }
+
+    fn bounds_of_part(&self, primitive: u32, part: u32) -> Bounds {
+        let first = self.own.firsts[self.number(primitive)] as usize;
+        let ends = [self.own.points[first], self.own.points[first + 1]].map(|point| point.map(f64::from));
+        let boxes = f64::from(self.own.boxes);
+        let at =
+            |share: f64| std::array::from_fn(|axis| ends[0][axis] + (ends[1][axis] - ends[0][axis]) * share);
+        self.around([at(f64::from(part) / boxes), at((f64::from(part) + 1.0) / boxes)])
+    }
+
     fn bounds(&self, primitive: u32) -> Bounds {
         let first = self.own.firsts[self.number(primitive)] as usize;
-        let rows = self.stretch();
-        [first, first + 1].into_iter().fold(Bounds::EMPTY, |bounds, at| {
-            let [x, y, z, radius] = self.own.points[at].map(f64::from);
-            let center = self.out_of_own(DVec3::new(x, y, z));
-            let reach = DVec3::from_array(rows) * radius;
-            let room = (center.abs() + reach) * BOX_ROOM;
-            bounds.with((center - reach - room).as_vec3()).with((center + reach + room).as_vec3())
-        })
+        self.around([first, first + 1].map(|at| self.own.points[at].map(f64::from)))
     }
 
     fn meet_four(&self, primitive: u32, rays: &[Ray; FOUR]) -> (u8, [Meeting; FOUR]) {
@@ -248,31 +319,31 @@ impl Curved for Curves {
 
     fn meet_line(&self, primitive: u32, origin: DVec3, direction: DVec3, about: Vec3) -> Vec3 {
         let (from, hull) = self.hull(primitive);
-        let (origin, direction) = self.into_own(origin, direction);
-        let (about, _) = self.into_own(about.as_dvec3(), DVec3::ZERO);
+        let (origin, direction) = self.own_space(origin, direction);
+        let (about, _) = self.own_space(about.as_dvec3(), DVec3::ZERO);
         let (origin, direction) = (origin - from, direction.normalize_or(DVec3::Y));
         let expected = (about - from - origin).dot(direction);
         let places = [hull.enter(origin, direction), hull.enter(origin, -direction).map(|back| -back)];
         let nearest = places.into_iter().flatten();
         let nearest = nearest.min_by(|a, b| (a - expected).abs().total_cmp(&(b - expected).abs()));
         let met = nearest.map_or(about - from, |t| origin + direction * t);
-        self.out_of_own(from + hull.point(hull.weights(met))).as_vec3()
+        self.object_space(from + hull.point(hull.weights(met))).as_vec3()
     }
 
     fn point(&self, primitive: u32, weights: [f32; 2]) -> Vec3 {
         let (from, hull) = self.hull(primitive);
-        self.out_of_own(from + hull.point(weights.map(f64::from))).as_vec3()
+        self.object_space(from + hull.point(weights.map(f64::from))).as_vec3()
     }
 
     fn weights(&self, primitive: u32, point: Vec3) -> [f32; 2] {
         let (from, hull) = self.hull(primitive);
-        let (own, _) = self.into_own(point.as_dvec3(), DVec3::ZERO);
+        let (own, _) = self.own_space(point.as_dvec3(), DVec3::ZERO);
         hull.weights(own - from).map(|weight| weight as f32)
     }
 
     fn distance(&self, primitive: u32, point: Vec3) -> f64 {
         let (from, hull) = self.hull(primitive);
-        let (own, _) = self.into_own(point.as_dvec3(), DVec3::ZERO);
+        let (own, _) = self.own_space(point.as_dvec3(), DVec3::ZERO);
         let Some(place) = &self.place else { return hull.beyond(own - from).abs() };
         let on_surface = from + hull.point(hull.weights(own - from));
         place.map.transform_vector3(on_surface - own).length()
@@ -305,8 +376,8 @@ impl Curved for Curves {
         };
         let points: Vec<[f32; 4]> = self.own.points.iter().map(|point| moved(point.map(f64::from))).collect();
         let most_radius = (f64::from(self.own.most_radius) * scale) as f32;
-        let Points { firsts, curves, uvs, .. } = Points::clone(&self.own);
-        let own = Arc::new(Points { points, firsts, curves, uvs, most_radius });
+        let Points { firsts, curves, uvs, boxes, .. } = Points::clone(&self.own);
+        let own = Arc::new(Points { points, firsts, curves, uvs, most_radius, boxes });
         Arc::new(Self { own, place: None, tree: Arc::default() })
     }
 
@@ -330,9 +401,9 @@ impl Curved for Curves {
         self.along(primitive).as_vec3()
     }
 
-    fn axis(&self, primitive: u32, [along, _]: [f32; 2]) -> Option<Vec3> {
+    fn inside(&self, primitive: u32, weights: [f32; 2]) -> Option<Vec3> {
         let (from, hull) = self.hull(primitive);
-        Some(self.out_of_own(from + hull.axis() * (hull.length() * f64::from(along.clamp(0.0, 1.0)))).as_vec3())
+        Some(self.object_space(from + hull.inside(weights.map(f64::from), INSIDE)).as_vec3())
     }
 
     fn most_radius(&self) -> f32 {
@@ -369,6 +440,34 @@ impl Curved for Curves {
             open.extend((0..WIDTH).filter(is_near).map(|slot| node.children[slot]));
         }
     }
+}
+
+/// Numbers of the curves with the ranges of their points, in the order of a curve that fills space (G. Morton, 1966): what lies together is read
+/// together.
+fn in_space(points: &[[f32; 4]], counts: &[u32]) -> Vec<(usize, Range<u32>)> {
+    let mut first = 0;
+    let ranges = counts.iter().map(|count| {
+        let all = first..first + count;
+        first += count;
+        all
+    });
+    let ranges: Vec<Range<u32>> = ranges.collect();
+    let middle = |all: &Range<u32>| {
+        let at = (all.start + (all.end - all.start) / 2).min((points.len() as u32).saturating_sub(1));
+        points.get(at as usize).map_or(Vec3::ZERO, |point| Vec3::from_slice(point))
+    };
+    let around = ranges.iter().map(middle).fold(Bounds::EMPTY, Bounds::with);
+    let scale = 1023.0 / (around.high - around.low).max(Vec3::splat(f32::MIN_POSITIVE));
+    let place = |all: &Range<u32>| {
+        let cell = ((middle(all) - around.low) * scale).to_array().map(|along| along as u32);
+        let spread = |axis: usize| {
+            (0..10).fold(0_u32, |bits, bit| bits | (cell[axis] >> bit & 1) << (3 * bit + axis as u32))
+        };
+        spread(0) | spread(1) | spread(2)
+    };
+    let mut order: Vec<(u32, usize)> = ranges.iter().map(place).zip(0..).collect();
+    order.sort_unstable();
+    order.into_iter().map(|(_, curve)| (curve, ranges[curve].clone())).collect()
 }
 
 /// Factor of all lengths under a map that keeps angles; `None` of any other map.

@@ -9,7 +9,12 @@ fn tuft() -> Curves {
         for at in 0..6 {
             let (turn, height) = (curve as f32 * 1.3, at as f32 * 0.3);
             let lean = 0.12 * (at * at) as f32;
-            points.push([lean * turn.cos() + curve as f32 * 0.05, height, lean * turn.sin(), 0.08 - 0.012 * at as f32]);
+            points.push([
+                lean * turn.cos() + curve as f32 * 0.05,
+                height,
+                lean * turn.sin(),
+                0.08 - 0.012 * at as f32,
+            ]);
         }
     }
     Curves::new(&points, &[6; 5], &[]).expect("it has curves").0
@@ -106,6 +111,28 @@ fn no_ray_meets_the_inside_of_a_curve() {
     assert!(met > 200, "{met}");
 }
 
+/// A ray from within a piece, to whichever side, leaves it without meeting it.
+#[test]
+fn rays_from_within_leave_their_piece() {
+    let curves = tuft();
+    let stretched = curves.mapped(DAffine3::from_scale(DVec3::new(2.0, 0.5, 1.0)));
+    let mut seed = 5;
+    for _ in 0..2000 {
+        let ray = random_ray(&mut seed);
+        let aside = Vec3::new(dice(&mut seed), dice(&mut seed), dice(&mut seed)) - 0.5;
+        for primitive in 0..curves.count() {
+            let Some(Meeting { weights, .. }) = curves.meet(primitive, &ray) else { continue };
+            for all in [&curves as &dyn Curved, stretched.as_ref()] {
+                let origin = all.inside(primitive, weights).expect("it is a fibre");
+                let to = Ray { origin, direction: aside, near: 0.0, far: f32::INFINITY, ends_here: false };
+                assert_eq!(all.meet(primitive, &to), None);
+                let off = all.distance(primitive, origin);
+                assert!(off > 1e-3 && off < 0.1, "{off}");
+            }
+        }
+    }
+}
+
 #[test]
 fn places_and_maps_agree() {
     let curves = tuft();
@@ -132,6 +159,9 @@ fn places_and_maps_agree() {
                 assert!((here.t - there.t).abs() < 1e-3 * here.t, "{here:?} {there:?}");
                 let point = mapped.point(primitive, there.weights);
                 assert!(mapped.distance(primitive, point) < 1e-5);
+                let parts = (0..mapped.boxes()).map(|part| mapped.bounds_of_part(primitive, part));
+                let holds = |of: &Bounds| of.low.cmple(point).all() && point.cmple(of.high).all();
+                assert!(parts.filter(holds).count() > 0);
                 let bounds = mapped.bounds(primitive);
                 assert!(bounds.low.cmple(point).all() && point.cmple(bounds.high).all());
                 let mut found = false;
@@ -165,13 +195,17 @@ fn a_ray_that_ends_on_a_piece_passes_that_place_and_no_other() {
 #[test]
 fn what_has_no_length_is_left_out() {
     let point = |x: f32| [x, 0.0, 0.0, 0.1];
-    let points = [point(0.0), point(0.0), point(1.0), point(5.0), point(7.0), point(7.0), point(9.0), point(9.5)];
+    let points =
+        [point(0.0), point(0.0), point(1.0), point(5.0), point(7.0), point(7.0), point(9.0), point(9.5)];
     let (curves, kept) = Curves::new(&points, &[3, 1, 2, 2], &[]).expect("two remain");
     assert_eq!((curves.curves(), curves.count()), (2, 2));
+    let mut kept = kept;
+    kept.sort_unstable();
     assert_eq!(kept, [0, 2, 6, 7]);
     assert!(Curves::new(&points[..2], &[2], &[]).is_none());
     // one sphere within the other: the larger one alone
-    let nested = Curves::new(&[[0.0, 0.0, 0.0, 1.0], [0.1, 0.0, 0.0, 0.2]], &[2], &[]).expect("it has a length").0;
+    let nested =
+        Curves::new(&[[0.0, 0.0, 0.0, 1.0], [0.1, 0.0, 0.0, 0.2]], &[2], &[]).expect("it has a length").0;
     let ray = Ray { origin: Vec3::X * 5.0, direction: Vec3::NEG_X, near: 0.0, far: 9.0, ends_here: false };
     let met = nested.meet(0, &ray).expect("it is met");
     assert!((met.t - 4.0).abs() < 1e-6);

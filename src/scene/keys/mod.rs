@@ -3,13 +3,13 @@
 
 pub mod camera;
 mod camera_text;
+pub mod curves;
 mod file_tables;
+pub mod hair;
 mod light_text;
 pub mod material;
 pub mod model;
 pub mod places;
-pub mod curves;
-pub mod hair;
 pub mod quadric;
 pub mod samples;
 pub mod shapes;

@@ -36,12 +36,14 @@ pub fn of_table(
     let radii = first.map(|first| [first, last.unwrap_or(first)].map(|radius| radius as f32));
     let is_length = |length: f64| (1e-9..=1e9).contains(&length);
     let tolerance = keys.tolerance.as_ref();
-    let tolerance =
-        tolerance.map(|off| text.number("tolerance", off, "a length from 1e-9 to 1e9", is_length)).transpose()?;
+    let tolerance = tolerance
+        .map(|off| text.number("tolerance", off, "a length from 1e-9 to 1e9", is_length))
+        .transpose()?;
     let set = if path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("npy")) {
         of_array(text, table, path, radii, import)?
     } else {
-        let of_arrays = [("counts", keys.counts.as_ref().map(At::span)), ("uvs", keys.uvs.as_ref().map(At::span))];
+        let of_arrays =
+            [("counts", keys.counts.as_ref().map(At::span)), ("uvs", keys.uvs.as_ref().map(At::span))];
         if let Some((key, span)) = of_arrays.into_iter().find_map(|(key, span)| Some((key, span?))) {
             return Err(text.fault(span, format!("`{key}` goes with an array of points (.npy): take it out")));
         }
@@ -73,16 +75,22 @@ fn of_array(
     let array = npy::read(path)?;
     let [count, width @ (3 | 4)] = array.shape[..] else {
         let shape = &array.shape;
-        return Err(wrong(format!("the array's shape is {shape:?}: it must be (points, 3), or (points, 4) with radii")));
+        return Err(wrong(format!(
+            "the array's shape is {shape:?}: it must be (points, 3), or (points, 4) with radii"
+        )));
     };
     import.inputs.add([path.to_path_buf()], array.digest);
     let Some(counts) = &keys.counts else {
-        return Err(text.fault(table.span(), "the key `counts` is missing: an array does not say where curves begin"));
+        return Err(
+            text.fault(table.span(), "the key `counts` is missing: an array does not say where curves begin")
+        );
     };
     let counts = match counts.get_ref() {
         Counts::Same(same) => {
-            if *same == 0 || !count.is_multiple_of(*same as usize) {
-                let message = format!("`counts` is {same}, and the array has {count} points: they are no curves of so many points each");
+            if *same == 0 || count % *same as usize != 0 {
+                let message = format!(
+                    "`counts` is {same}, and the array has {count} points: they are no curves of so many points each"
+                );
                 return Err(text.fault(counts.span(), message));
             }
             vec![*same; count / *same as usize]
@@ -102,7 +110,9 @@ fn of_array(
     }
     if width == 3 {
         let Some([first, last]) = radii else {
-            return Err(text.fault(table.span(), "the key `radius` is missing: the array has none (points x 4)"));
+            return Err(
+                text.fault(table.span(), "the key `radius` is missing: the array has none (points x 4)")
+            );
         };
         for count in &set.counts {
             let share = |at: u32| if *count > 1 { at as f32 / (count - 1) as f32 } else { 0.0 };
@@ -119,7 +129,10 @@ fn uvs_at(path: &Path, import: &mut Import) -> Result<Vec<Vec2>, SceneError> {
         array.values.chunks_exact(2).map(|uv| Vec2::new(uv[0] as f32, uv[1] as f32)).collect();
     match array.shape[..] {
         [_, 2] if uvs.iter().all(|uv| uv.is_finite()) => Ok(uvs),
-        _ => Err(SceneError::new(path, "texture coordinates must be two finite numbers a curve: an array of curves x 2")),
+        _ => Err(SceneError::new(
+            path,
+            "texture coordinates must be two finite numbers a curve: an array of curves x 2",
+        )),
     }
 }
 

@@ -9,8 +9,13 @@ use crate::scene::material::Hair;
 use crate::shade::bsdf::log_of_hair_color;
 
 /// Values where none are stated: those of human hair.
-const USUAL: Hair =
-    Hair { roughness: 0.3, radial_roughness: 0.3, coat: 0.0, index: 1.55, offset: 2.0 / 180.0 * std::f32::consts::PI };
+const USUAL: Hair = Hair {
+    roughness: 0.3,
+    radial_roughness: 0.3,
+    coat: 0.0,
+    index: 1.55,
+    offset: 2.0 / 180.0 * std::f32::consts::PI,
+};
 
 /// Absorption of red, green and blue light by either kind of melanin, of a concentration of 1 (E. d'Eon and others, "An Energy-Conserving Hair
 /// Reflectance Model", 2011, as Cycles has them).
@@ -32,7 +37,8 @@ pub fn of_table(text: TomlText<'_>, table: &At<HairTable>) -> Result<(Hair, Opti
     let offset = read("offset", &keys.offset, [-45.0, 45.0], USUAL.offset.to_degrees())?;
     let hair = Hair {
         roughness: read("roughness", &keys.roughness, SHARE, USUAL.roughness)? as f32,
-        radial_roughness: read("radial_roughness", &keys.radial_roughness, SHARE, USUAL.radial_roughness)? as f32,
+        radial_roughness: read("radial_roughness", &keys.radial_roughness, SHARE, USUAL.radial_roughness)?
+            as f32,
         coat: read("coat", &keys.coat, SHARE, USUAL.coat)? as f32,
         index: read("ni", &keys.ni, [1.01, 4.0], USUAL.index)? as f32,
         offset: offset.to_radians() as f32,
@@ -47,13 +53,19 @@ pub fn of_table(text: TomlText<'_>, table: &At<HairTable>) -> Result<(Hair, Opti
             ("tint", keys.tint.as_ref().map(At::span)),
         ] {
             if let Some(span) = value {
-                return Err(text.fault(span, format!("`{key}` goes with `melanin`: state that, or take it out")));
+                return Err(
+                    text.fault(span, format!("`{key}` goes with `melanin`: state that, or take it out"))
+                );
             }
         }
         return Ok((hair, by_absorption.map(|absorption| color(absorption.as_dvec3()))));
     };
     if let Some(absorption) = &keys.absorption {
-        return Err(text.bad("absorption", absorption, "and `melanin` exclude each other: take one of them out"));
+        return Err(text.bad(
+            "absorption",
+            absorption,
+            "and `melanin` exclude each other: take one of them out",
+        ));
     }
     let melanin = text.number("melanin", stated, "from 0 to 1", |number| (0.0..=1.0).contains(&number))?;
     let redness = read("melanin_redness", &keys.melanin_redness, SHARE, 1.0)?;
@@ -61,6 +73,7 @@ pub fn of_table(text: TomlText<'_>, table: &At<HairTable>) -> Result<(Hair, Opti
     // even steps of what is stated look even (B. Bitterli, "Practical hair", 2016, as Cycles has it)
     let amount = -(1.0 - melanin).max(1e-4).ln();
     let of_melanin = BLACK_MELANIN * (amount * (1.0 - redness)) + RED_MELANIN * (amount * redness);
-    let of_tint = (tint.as_dvec3().clamp(DVec3::splat(1e-5), DVec3::ONE).to_array()).map(|share| (share.ln() / of_color).powi(2));
+    let of_tint = (tint.as_dvec3().clamp(DVec3::splat(1e-5), DVec3::ONE).to_array())
+        .map(|share| (share.ln() / of_color).powi(2));
     Ok((hair, Some(color(of_melanin + DVec3::from_array(of_tint)))))
 }

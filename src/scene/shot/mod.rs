@@ -2,9 +2,11 @@
 
 mod camera;
 mod clipping;
+mod curves;
 mod environment;
 mod extents;
 mod floor;
+mod hair;
 mod lens;
 mod light;
 mod material;
@@ -13,8 +15,6 @@ mod models;
 mod orbit;
 mod overrides;
 mod places;
-mod curves;
-mod hair;
 mod quadric;
 mod readers;
 mod settings;

@@ -59,7 +59,9 @@ const LEAST_COLOR: f32 = 1e-5;
 /// Colour that hair has in the end, from the square root of its absorption, and back: the factor of its logarithm (Chiang and others,
 /// equation 9).
 pub fn log_of_color(radial_roughness: f32) -> f32 {
-    [0.245, 5.574, -10.73, 2.532, -0.215, 5.969].into_iter().fold(0.0, |sum, factor| sum * radial_roughness + factor)
+    [0.245, 5.574, -10.73, 2.532, -0.215, 5.969]
+        .into_iter()
+        .fold(0.0, |sum, factor| sum * radial_roughness + factor)
 }
 
 impl HairLobes {
@@ -73,7 +75,8 @@ impl HairLobes {
         Self {
             variances: [variance(hair.roughness * (1.0 - hair.coat)), variance(hair.roughness)],
             scale,
-            tilts: [1.0, 2.0, 4.0].map(|times: f32| [(times * hair.offset).sin(), (times * hair.offset).cos()]),
+            tilts: [1.0, 2.0, 4.0]
+                .map(|times: f32| [(times * hair.offset).sin(), (times * hair.offset).cos()]),
             index: hair.index,
             of_color: log_of_color(radial),
         }
@@ -97,7 +100,8 @@ impl HairLobes {
         let cos = cosine(sin);
         let offset = offset.clamp(-1.0, 1.0);
         // the fibre that is cut by the plane of the ray has another index
-        let within = (offset * cos / (index * index - sin * sin).max(f32::MIN_POSITIVE).sqrt()).clamp(-1.0, 1.0);
+        let within =
+            (offset * cos / (index * index - sin * sin).max(f32::MIN_POSITIVE).sqrt()).clamp(-1.0, 1.0);
         let [outer, inner] = [offset, within].map(f32::asin);
         let cos_within = cosine(sin / index).max(f32::MIN_POSITIVE);
         let passed = (-self.absorption(color) * (2.0 * cosine(within) / cos_within)).exp();
@@ -110,9 +114,8 @@ impl HairLobes {
         let sum: f32 = weights.iter().sum();
         let chances = if sum > 0.0 { weights.map(|weight| weight / sum) } else { [1.0, 0.0, 0.0, 0.0] };
         let [[sin1, cos1], [sin2, cos2], [sin4, cos4]] = self.tilts;
-        let turned = |[sin_by, cos_by]: [f32; 2]| {
-            [sin * cos_by + cos * sin_by, (cos * cos_by - sin * sin_by).abs()]
-        };
+        let turned =
+            |[sin_by, cos_by]: [f32; 2]| [sin * cos_by + cos * sin_by, (cos * cos_by - sin * sin_by).abs()];
         let [first, variance] = self.variances;
         SeenHair {
             variances: [first, 0.25 * variance, 4.0 * variance, 4.0 * variance],
@@ -357,7 +360,9 @@ mod tests {
     #[test]
     fn the_bessel_function_is_that_of_the_tables() {
         // over their exponentials: Abramowitz and Stegun, table 9.8
-        for (x, wanted) in [(0.0, 1.0), (1.0, 0.465_759_6), (3.0, 0.243_000_36), (5.0, 0.183_540_81), (10.0, 0.127_833_3)] {
+        for (x, wanted) in
+            [(0.0, 1.0), (1.0, 0.465_759_6), (3.0, 0.243_000_36), (5.0, 0.183_540_8), (10.0, 0.127_833_3)]
+        {
             assert!((bessel(x) - wanted).abs() < 2e-6, "{x}: {}", bessel(x));
         }
     }

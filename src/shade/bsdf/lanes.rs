@@ -103,12 +103,7 @@ impl<'a> BsdfLanes<'a> {
 
     /// Layers as the eye sees them: [`BsdfAt::seen`] for eight surfaces.
     #[inline]
-    pub(super) fn seen(
-        &self,
-        reflectance: Vec3x8,
-        axes: SurfaceAxes<Vec3x8>,
-        incoming: Vec3x8,
-    ) -> SeenBsdfs {
+    pub(super) fn seen(&self, reflectance: Vec3x8, axes: SurfaceAxes<Vec3x8>, incoming: Vec3x8) -> SeenBsdfs {
         let SurfaceAxes { normal, geometric_normal, tangent } = axes;
         let Self { alpha, metallic, index, has, .. } = *self;
         let [normal, to_eye] = seen_from(normal, geometric_normal, incoming);

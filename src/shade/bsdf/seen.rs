@@ -302,9 +302,7 @@ impl SeenBsdf {
     /// Density with which [`reflect`](Self::reflect) samples `direction` (world space, unit length).
     pub fn density(&self, direction: Vec3) -> f32 {
         match self.upper {
-            None if self.hair.is_none() => {
-                ggx::density(self.alpha, self.to_eye, self.to_local(direction))
-            }
+            None if self.hair.is_none() => ggx::density(self.alpha, self.to_eye, self.to_local(direction)),
             _ => self.towards(direction).1,
         }
     }

@@ -65,21 +65,17 @@ impl CurvedPrimitives {
                 continue;
             }
             let tree = trees.entry((Arc::as_ptr(curved).cast(), count)).or_insert_with(|| {
-                let boxes: Vec<Box3> = (0..count)
-                    .map(|primitive| {
-                        let bounds = curved.bounds(primitive);
+                let parts = curved.boxes();
+                let boxes: Vec<Box3> = (0..count * parts)
+                    .map(|number| {
+                        let bounds = curved.bounds_of_part(number / parts, number % parts);
                         Box3 { low: bounds.low.to_array(), high: bounds.high.to_array() }
                     })
                     .collect();
-                Arc::new(Tree::new(&boxes, 1, |ids| ids[0]))
+                Arc::new(Tree::new(&boxes, 1, |ids| ids[0] / parts))
             });
             let list = if model.track.is_constant() { &mut still } else { &mut movable };
-            list.push(CurvedModel {
-                of: Arc::clone(curved),
-                model: number,
-                casting,
-                tree: Arc::clone(tree),
-            });
+            list.push(CurvedModel { of: Arc::clone(curved), model: number, casting, tree: Arc::clone(tree) });
         }
         let boxes: Vec<Box3> = still.iter().map(|model: &CurvedModel| model.tree.bounds).collect();
         let above = Tree::new(&boxes, 1, |ids| ids[0]);
@@ -94,8 +90,10 @@ impl CurvedPrimitives {
     /// What moves, as it is in one frame.
     pub fn open(&self, (pose, tick): (&Pose, Tick), moved: &[bool]) -> Standing {
         let transform = |one: &CurvedModel| pose.transform(one.model as usize, tick);
-        let place =
-            |one: &CurvedModel| Place { to_object: transform(one).to_object, moved: moved[one.model as usize] };
+        let place = |one: &CurvedModel| Place {
+            to_object: transform(one).to_object,
+            moved: moved[one.model as usize],
+        };
         let is_there = |one: &&CurvedModel| pose.models[one.model as usize].is_visible;
         let models: Vec<CurvedModel> = self.movable.iter().filter(is_there).cloned().collect();
         let boxes: Vec<Box3> = models.iter().map(|one| one.tree.bounds.placed(transform(one))).collect();
@@ -219,8 +217,7 @@ impl Visitor<Line> for BlockingModel<'_> {
         let inside = self.standing.rays_to(leaf, self.rays, self.lane);
         let rays = inside.as_ref().unwrap_or(self.rays);
         let (mut inner, ..) = rays.one(self.lane, *self.far, &model.tree.bounds);
-        let mut visitor =
-            Blocking { model, rays, lane: self.lane, exempt: self.exempt, far: self.far };
+        let mut visitor = Blocking { model, rays, lane: self.lane, exempt: self.exempt, far: self.far };
         walk::<false, _>(&mut inner, &model.tree, stack, &mut visitor);
         probe.end_at(*self.far);
     }

@@ -84,7 +84,12 @@ pub fn dice(
                     chain((0..count).map(four), off, most, put);
                 }
                 Wrap::Open if count >= 4 => {
-                    chain(points.windows(4).map(|four| to_bezier([four[0], four[1], four[2], four[3]])), off, most, put);
+                    chain(
+                        points.windows(4).map(|four| to_bezier([four[0], four[1], four[2], four[3]])),
+                        off,
+                        most,
+                        put,
+                    );
                 }
                 Wrap::Pinned if count >= 2 => {
                     // a point before the first and one behind the last, for which the curve goes straight there

@@ -10,9 +10,9 @@ use glam::Vec2;
 use half::f16;
 
 pub use basis::{Basis, Wrap};
-pub(in crate::scene) use text::read;
 #[cfg(test)]
 use text::check;
+pub(in crate::scene) use text::read;
 
 use crate::geometry::{Bounds, Curves};
 use crate::memory::{self, Need, Part};
@@ -39,7 +39,7 @@ pub struct CurveSet {
 }
 
 /// Curves that were made of a set.
-pub(in crate::scene) struct BuiltCurves {
+pub struct BuiltCurves {
     pub curves: Curves,
     /// Colour of each of its points, or none.
     pub colors: Vec<[f16; 3]>,
@@ -77,7 +77,7 @@ impl CurveSet {
     /// picture shows.
     ///
     /// # Errors Lists that do not fit each other, too many points, or no curve that can be drawn. The text says what is wrong.
-    pub fn build(&self, tolerance: Option<f64>) -> Result<BuiltCurves, String> {
+    pub(in crate::scene) fn build(&self, tolerance: Option<f64>) -> Result<BuiltCurves, String> {
         self.check()?;
         let diagonal = self.diagonal();
         let mut chains = Chains::default();
@@ -97,7 +97,9 @@ impl CurveSet {
             }
             let off = tolerance.unwrap_or(diagonal * MOST_OFF).max(f64::MIN_POSITIVE);
             let before = chains.points.len();
-            if !basis::dice(&points, (self.basis, self.wrap), off, MOST_PIECES, &mut |point| chains.push(point)) {
+            if !basis::dice(&points, (self.basis, self.wrap), off, MOST_PIECES, &mut |point| {
+                chains.push(point)
+            }) {
                 left_out.too_short += 1;
                 continue;
             }
@@ -108,7 +110,9 @@ impl CurveSet {
                 continue;
             }
             if chains.points.len() > MOST_POINTS {
-                return Err(String::from("the curves have more than 1,073,741,824 points: draw fewer of them"));
+                return Err(String::from(
+                    "the curves have more than 1,073,741,824 points: draw fewer of them",
+                ));
             }
             chains.counts.push((chains.points.len() - before) as u32);
             chains.uvs.extend(self.uvs.get(curve));
@@ -128,12 +132,16 @@ impl CurveSet {
         let Self { points, radii, counts, uvs, colors, .. } = self;
         let all: u64 = counts.iter().map(|count| u64::from(*count)).sum();
         if all != points.len() as u64 {
-            return Err(format!("the curves have {all} points in all by their counts, and there are {}", points.len()));
+            return Err(format!(
+                "the curves have {all} points in all by their counts, and there are {}",
+                points.len()
+            ));
         }
         if radii.len() != points.len() {
             return Err(format!("there are {} radii for {} points", radii.len(), points.len()));
         }
-        if !uvs.is_empty() && uvs.len() != counts.len() || !colors.is_empty() && colors.len() != points.len() {
+        if !uvs.is_empty() && uvs.len() != counts.len() || !colors.is_empty() && colors.len() != points.len()
+        {
             return Err(format!(
                 "there are {} texture coordinates for {} curves, and {} colours for {} points",
                 uvs.len(),
@@ -143,7 +151,9 @@ impl CurveSet {
             ));
         }
         let need = BYTES_OF_POINT * points.len() as u64;
-        Need::new(Part::new("the curves", need, "fewer curves, fewer points")).check(&memory::left()).map_err(|error| error.to_string())
+        Need::new(Part::new("the curves", need, "fewer curves, fewer points"))
+            .check(&memory::left())
+            .map_err(|error| error.to_string())
     }
 
     fn point(&self, at: usize) -> Point {
@@ -153,7 +163,8 @@ impl CurveSet {
     }
 
     fn diagonal(&self) -> f64 {
-        let finite = self.points.iter().map(|point| glam::Vec3::from(*point)).filter(|point| point.is_finite());
+        let finite =
+            self.points.iter().map(|point| glam::Vec3::from(*point)).filter(|point| point.is_finite());
         let around = finite.fold(Bounds::EMPTY, Bounds::with);
         if around.is_empty() { 0.0 } else { (around.high - around.low).as_dvec3().length() }
     }

@@ -12,7 +12,8 @@ fn set(points: &[[f32; 3]], counts: &[u32], basis: Basis, wrap: Wrap) -> CurveSe
 }
 
 /// Points of a quarter of a circle of radius 1, as Bézier's points have it (wrong by less than 3e-4).
-const QUARTER: [[f32; 3]; 4] = [[1.0, 0.0, 0.0], [1.0, 0.552_285, 0.0], [0.552_285, 1.0, 0.0], [0.0, 1.0, 0.0]];
+const QUARTER: [[f32; 3]; 4] =
+    [[1.0, 0.0, 0.0], [1.0, 0.552_285, 0.0], [0.552_285, 1.0, 0.0], [0.0, 1.0, 0.0]];
 
 fn dice_of(set: &CurveSet, off: f64) -> Vec<Point> {
     let points: Vec<Point> = (0..set.points.len()).map(|at| set.point(at)).collect();
@@ -70,7 +71,10 @@ fn what_cannot_be_drawn_is_left_out_with_a_word() {
     );
     let thin = CurveSet { radii: vec![0.0; 2], ..set(&points[..2], &[2], Basis::Linear, Wrap::Pinned) };
     let error = thin.build(None).err().expect("nothing remains");
-    assert_eq!(error, "there is no curve to be drawn: 1 curve is left out: without a thickness (all radii are 0)");
+    assert_eq!(
+        error,
+        "there is no curve to be drawn: 1 curve is left out: without a thickness (all radii are 0)"
+    );
     let short = set(&points[..2], &[3], Basis::Linear, Wrap::Pinned);
     assert!(short.build(None).is_err_and(|error| error.contains("3 points in all")));
 }

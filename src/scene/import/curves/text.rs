@@ -121,7 +121,10 @@ impl Parser {
                 let name = rest.fold(String::new(), |all, word| all + word);
                 let known = names.into_iter().find(|(known, _)| *known == name);
                 let (_, basis) = known.ok_or_else(|| {
-                    format!("`basis` is `{}`: it is linear, bezier, bspline or catmull-rom", crate::visible::visible(&name))
+                    format!(
+                        "`basis` is `{}`: it is linear, bezier, bspline or catmull-rom",
+                        crate::visible::visible(&name)
+                    )
                 })?;
                 if self.basis.is_some() || !self.set.counts.is_empty() {
                     return Err(String::from("`basis` stands once, before all curves"));
@@ -136,7 +139,11 @@ impl Parser {
                 self.radii = Some(match count {
                     1 => [numbers[0]; 2],
                     2 => numbers,
-                    _ => return Err(String::from("`radius` has one number, or two: of the first and the last point")),
+                    _ => {
+                        return Err(String::from(
+                            "`radius` has one number, or two: of the first and the last point",
+                        ));
+                    }
                 });
                 if numbers.iter().any(|radius| *radius < 0.0) {
                     return Err(String::from("a radius is below 0"));
@@ -154,7 +161,9 @@ impl Parser {
         };
         let [x, y, z, radius, red, green, blue] = numbers;
         if !matches!(count, 3 | 4 | 7) {
-            return Err(format!("a point has {count} numbers: it has a place (3), its radius (4), and perhaps its colour (7)"));
+            return Err(format!(
+                "a point has {count} numbers: it has a place (3), its radius (4), and perhaps its colour (7)"
+            ));
         }
         if *self.colored.get_or_insert(count == 7) != (count == 7) {
             return Err(String::from("either all points have colours, or none"));
@@ -195,7 +204,9 @@ impl Parser {
 }
 
 /// Up to `MOST` numbers, and how many there are.
-fn numbers<'a, const MOST: usize>(words: impl Iterator<Item = &'a str>) -> Result<([f32; MOST], usize), String> {
+fn numbers<'a, const MOST: usize>(
+    words: impl Iterator<Item = &'a str>,
+) -> Result<([f32; MOST], usize), String> {
     let (mut numbers, mut count) = ([0.0; MOST], 0);
     for word in words {
         let number: Option<f32> = word.parse().ok().filter(|number: &f32| number.is_finite());

@@ -121,7 +121,9 @@ fn at(
 fn spread(prim: &Prim, name: &str, code: f64) -> Answer<Option<(Vec<f64>, Option<String>)>> {
     let Some(read) = value(prim, name, code)? else { return Ok(None) };
     let parts = match &read {
-        Value::Vec2fVec(list) => Some((2, list.iter().flat_map(|two| [f64::from(two.x), f64::from(two.y)]).collect())),
+        Value::Vec2fVec(list) => {
+            Some((2, list.iter().flat_map(|two| [f64::from(two.x), f64::from(two.y)]).collect()))
+        }
         Value::Vec2dVec(list) => Some((2, list.iter().flat_map(|two| [two.x, two.y]).collect())),
         Value::Vec3fVec(_) | Value::Vec3dVec(_) | Value::Vec3hVec(_) => numbers(&read).map(|all| (3, all)),
         _ => numbers(&read).map(|all| (1, all)),
@@ -187,7 +189,13 @@ impl Shape<'_> {
                 };
                 let at = at.clamp(0.0, ends.saturating_sub(1) as f64);
                 let (low, share) = (at.floor() as usize, at.fract());
-                let high = if low + 1 < ends { low + 1 } else if self.wrap == Wrap::Periodic { 0 } else { low };
+                let high = if low + 1 < ends {
+                    low + 1
+                } else if self.wrap == Wrap::Periodic {
+                    0
+                } else {
+                    low
+                };
                 let (from, to) = (entry(first + low)?, entry(first + high)?);
                 all.push(std::array::from_fn(|part| from[part] + (to[part] - from[part]) * share));
             }
@@ -228,7 +236,11 @@ mod tests {
         assert_eq!(uniform, Some([vec![1.0; 4], vec![3.0; 7]].concat()));
         let varying = flat(bezier.at_points(&[0.0, 3.0, 3.0, 6.0, 0.0], "varying"));
         let wanted = [0.0, 1.0, 2.0, 3.0, 3.0, 4.0, 5.0, 6.0, 4.0, 2.0, 0.0];
-        let near = varying.expect("they fit").iter().zip(wanted).all(|(value, wanted)| (value - wanted).abs() < 1e-9);
+        let near = varying
+            .expect("they fit")
+            .iter()
+            .zip(wanted)
+            .all(|(value, wanted)| (value - wanted).abs() < 1e-9);
         assert!(near);
         let spline = of(Basis::Bspline, Wrap::Open);
         let varying = flat(spline.at_points(&[1.0, 2.0, 1.0, 2.0, 3.0, 4.0, 5.0], "varying"));
