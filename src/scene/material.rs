@@ -9,7 +9,7 @@ use glam::Vec3;
 
 pub use computed::{Along, Bump, ByParameter, Computed, Computes, Displacement, Varying};
 pub use layers::{
-    Anisotropy, Coat, Entry, Fuzz, LEAST_ALPHA, MetalRough, Optics, Scattering, UnevenGlass, head_on,
+    Anisotropy, Coat, Entry, Fuzz, Hair, LEAST_ALPHA, MetalRough, Optics, Scattering, UnevenGlass, head_on,
     index_of,
 };
 
@@ -48,6 +48,8 @@ pub struct Material {
     pub coat: Option<Coat>,
     /// Fuzz above all of that; it has a metal-rough layer then.
     pub fuzz: Option<Fuzz>,
+    /// Fibres that it is made of; it has a metal-rough layer then, for its colour alone.
+    pub hair: Option<Hair>,
     /// Light that leaves it somewhere else than where it came, or on the other side.
     pub scattering: Option<Scattering>,
     /// What of its glass is not the same all over, if anything is.
@@ -100,6 +102,7 @@ impl Material {
             anisotropy: None,
             coat: None,
             fuzz: None,
+            hair: None,
             scattering: None,
             uneven_glass: None,
             absorption: Vec3::ZERO,

@@ -7,7 +7,7 @@ use std::ops::{Index, IndexMut};
 
 use glam::Vec3;
 
-use super::material::Along;
+use super::material::{Along, Hair};
 use crate::graph::nodes::picture::{self, Shown};
 use crate::graph::{Graph, Input, Kind};
 
@@ -270,6 +270,8 @@ pub struct Beyond {
     pub tangent_turn: f32,
     /// Axis of object space around which that tangent leads; without one it is that of the first texture coordinate.
     pub tangent_around: Option<Vec3>,
+    /// Fibres of hair in place of all that reflects; the base colour is the one that the hair has in the end.
+    pub hair: Option<Hair>,
 }
 
 impl Default for Beyond {
@@ -288,6 +290,7 @@ impl Default for Beyond {
             entry_matt: None,
             tangent_turn: 0.0,
             tangent_around: None,
+            hair: None,
         }
     }
 }

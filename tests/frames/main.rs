@@ -23,6 +23,7 @@ mod caustics;
 mod changing;
 mod coats;
 mod coverage;
+mod curves;
 mod cutouts;
 mod deforming;
 mod extremes;

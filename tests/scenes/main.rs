@@ -8,6 +8,7 @@ mod small_shot;
 
 mod awkward;
 mod camera;
+mod curves;
 mod deforming;
 mod environment;
 mod gltf;

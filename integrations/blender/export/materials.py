@@ -248,6 +248,10 @@ class Materials:
             self._normal(name, surface, evaluator, density, values)
             return values
         self._base(name, surface.base, evaluator, values)
+        if surface.hair is not None:
+            roughness, radial, coat, ior, offset = surface.hair
+            values["hair"] = {"roughness": roughness, "radial_roughness": radial, "coat": coat, "ni": ior, "offset": float(np.clip(offset, -45, 45))}
+            return values
         if float(surface.specular.max()) == 0 and float(surface.metallic.max()) == 0 and float(surface.coat.max()) == 0:
             values["illum"] = 1
             values["ks"] = [0.0, 0.0, 0.0]

@@ -59,13 +59,6 @@ class Visibility:
         links = self.links.links(item)
         return links if item.data.use_shadow else (*(link for link in links if link[0] != "shadow_link"), ("shadow_link", ("", "include")))
 
-    def hair(self, item):
-        """Tells of hair that particle systems draw, which is no mesh."""
-        for modifier in item.modifiers:
-            system = modifier.particle_system if modifier.type == "PARTICLE_SYSTEM" and modifier.show_render else None
-            if system and system.settings.type == "HAIR" and system.settings.render_type == "PATH":
-                self.warnings.add(f"object `{item.name}`: the hair of its particle system `{system.name}` is left out. Convert it to a mesh")
-
 
 def has_size(data):
     """Returns true if a light can be seen by its size."""

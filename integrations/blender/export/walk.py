@@ -6,7 +6,7 @@ import math
 import numpy as np
 
 from . import camera as cameras
-from . import lights
+from . import lights, strands
 from .at_rest import AtRest, may_change, state_of, surroundings_of, values_of
 from .camera import TO_Y_UP
 from .clipping import Clipping
@@ -125,6 +125,7 @@ class Walk:
         self.states, self.settled = {}, {}
         self.layer = depsgraph.view_layer
         self.visibility = Visibility(scene, self.layer, warnings)
+        self.strands = strands.StrandStore(meshes, warnings)
 
     def over(self, times, set_frame, progress):
         """Evaluates the scene at each time. `progress(share)` returns false to cancel."""
@@ -170,11 +171,15 @@ class Walk:
             if item.type == "LIGHT":
                 self._light(time, instance, seen_lights)
             elif item.type == "MESH":
-                self.visibility.hair(item)
+                if instance.show_particles:
+                    self._hair(time, instance, item, seen)
                 # curves, text and metaballs come twice: as themselves, and as an instance of what is shown of them, a mesh
                 if instance.show_self and self.layer.use_solid:
                     self._mesh(time, instance, item, seen)
-            elif item.type in {"CURVES", "VOLUME", "POINTCLOUD", "GPENCIL", "GREASEPENCIL"}:
+            elif item.type == "CURVES":
+                if instance.show_self:
+                    self._hair_curves(time, instance, item, seen)
+            elif item.type in {"VOLUME", "POINTCLOUD", "GPENCIL", "GREASEPENCIL"}:
                 self.warnings.add(f"object `{item.name}` is left out: {item.type.lower()} is not rendered. Convert it to a mesh")
         self.meshes.end()
         if self.settings.camera is None:
@@ -263,6 +268,35 @@ class Walk:
             track[1][time] = values
 
     def _mesh(self, time, instance, item, seen):
+        self._place(time, instance, item, lambda _: (self._key(instance, item, seen), self.meshes.of(instance, item)))
+
+    def _hair(self, time, instance, item, seen):
+        """Notes the hair of an object's particle systems."""
+        for modifier, system in strands.hair_systems(item):
+            slot = system.settings.material - 1
+            materials = [each.material for each in item.material_slots]
+            material = self.meshes.override or (materials[min(max(slot, 0), len(materials) - 1)] if materials else None)
+
+            def found(matrix, modifier=modifier, system=system, material=material):
+                key = (*self._key(instance, item, seen), "hair", system.name)
+                hairs = strands.of_system(item, modifier, system, self.depsgraph.mode == "RENDER")
+                return key, self.strands.of(key, f"{item.name} {system.name}", hairs, material, matrix)
+
+            self._place(time, instance, item, found)
+
+    def _hair_curves(self, time, instance, item, seen):
+        """Notes hair curves."""
+        materials = [each.material for each in item.material_slots]
+        material = self.meshes.override or (materials[0] if materials else None)
+
+        def found(matrix):
+            key = (*self._key(instance, item, seen), "curves")
+            return key, self.strands.of(key, item.name, strands.of_curves(item.data), material, matrix)
+
+        self._place(time, instance, item, found)
+
+    def _place(self, time, instance, item, found):
+        """Notes where something of an object is. `found(matrix)`: its key, and the mesh or None."""
         shown = self.visibility.of(instance, item)
         if shown.is_nowhere():
             return
@@ -274,8 +308,7 @@ class Walk:
         if linear is None:
             return  # scaled to nothing: not there at this time
         matrix[:3, :3] = linear
-        key = self._key(instance, item, seen)
-        mesh = self.meshes.of(instance, item)
+        key, mesh = found(matrix)
         if mesh is None:
             return
         if not is_taken(matrix, mesh.reach):

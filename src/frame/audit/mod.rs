@@ -313,6 +313,7 @@ fn check_shadows(frame: &FrameView, tile: &Tile, source: LightPoint, raise: &mut
             normal: one(placed.normal),
             geometric_normal: one(placed.geometric_normal),
             smooth: placed.smooth.map(one),
+            fibres: if placed.fibres >> lane & 1 != 0 { u8::MAX } else { 0 },
         };
         for (aside_lane, aside) in around(placed.geometric_normal.lane(lane)).into_iter().enumerate() {
             beside.point.set_lane(aside_lane, placed.point.lane(lane) + aside * reach);

@@ -275,18 +275,20 @@ pub struct VertexLanes {
     pub looks: [Look; LANES],
     /// Bit mask of the lanes in use.
     pub used: u8,
+    /// Bit mask of fibres: see [`Receivers::fibres`].
+    pub fibres: u8,
 }
 
 impl VertexLanes {
     /// The surfaces as light sees them; `smooth` gives the normals of the curved surfaces of the lanes in use.
     pub fn receivers(&self, frame: &FrameView, smooth: impl Fn(usize) -> Vec3) -> Receivers {
-        let Self { point, normal, geometric_normal, used, .. } = *self;
+        let Self { point, normal, geometric_normal, used, fibres, .. } = *self;
         let smooth = frame.palette.bends_normals.then(|| {
             let mut normals = normal;
             set_bits(used).for_each(|lane| normals.set_lane(lane, smooth(lane)));
             normals
         });
-        Receivers { point, normal, smooth, geometric_normal }
+        Receivers { point, normal, smooth, geometric_normal, fibres }
     }
 
     pub fn of<'v>(count: usize, vertex: impl Fn(usize) -> &'v Vertex) -> Self {
@@ -299,6 +301,7 @@ impl VertexLanes {
             chance: F32x8::ONE,
             looks: [Look::plain(0); LANES],
             used: u8::MAX >> (LANES - count),
+            fibres: 0,
         };
         for lane in 0..LANES {
             let vertex = vertex(if lane < count { lane } else { 0 });
@@ -311,6 +314,7 @@ impl VertexLanes {
             eight.place[1].set_lane(lane, place[1]);
             eight.chance.set_lane(lane, *chance);
             eight.looks[lane] = surface.look();
+            eight.fibres |= u8::from(surface.horizon.is_fibre) << lane;
         }
         eight
     }

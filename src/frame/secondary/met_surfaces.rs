@@ -157,13 +157,19 @@ impl MetLanes {
             normal: each(|met| met.surface.normal),
             smooth: frame.palette.bends_normals.then(|| each(|met| met.surface.horizon.normal)),
             geometric_normal: each(|met| met.surface.geometric_normal),
+            fibres: (0..LANES)
+                .fold(0, |bits, lane| bits | u8::from(at(lane).surface.horizon.is_fibre) << lane),
         };
         Self {
             receivers,
             lifts: each(|met| met.surface.horizon.lift),
             seeds: seeds_of_places(point),
             reflectance: each(|met| met.surface.reflectance),
-            tangents: if frame.palette.is_stretched { each(|met| met.surface.tangent) } else { Vec3x8::ZERO },
+            tangents: if frame.palette.has_tangents() {
+                each(|met| met.surface.tangent)
+            } else {
+                Vec3x8::ZERO
+            },
             view: each(|met| -met.bounce.direction),
             looks: std::array::from_fn(|lane| at(lane).surface.look()),
             light: Vec3x8::ZERO,

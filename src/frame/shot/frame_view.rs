@@ -350,6 +350,21 @@ impl<'a> FrameView<'a> {
         mesh.may_bend_normals() && mesh.is_bent_by(material())
     }
 
+    /// Returns true if a primitive of a model is a fibre of hair, which light reaches from all around.
+    #[inline(always)]
+    pub fn is_fibre(&self, model: u32, primitive: u32) -> bool {
+        self.palette.has_hair && self.is_hair_of_curves(model, primitive)
+    }
+
+    /// Not inlined: hardly any shot has hair.
+    #[inline(never)]
+    fn is_hair_of_curves(&self, model: u32, primitive: u32) -> bool {
+        let mesh = &self.scene.models[model as usize].mesh;
+        let material = mesh.material_of[primitive as usize];
+        let has_axis = mesh.as_curved().is_some_and(|curved| curved.most_radius() > 0.0);
+        has_axis && self.scene.materials[usize::from(material)].hair.is_some()
+    }
+
     /// The curved surface that a triangle of a model stands for at a point (object space), on its outside or `from_behind`; `None`
     /// where it stands for itself. World space, at a `tick`.
     pub fn horizon(
@@ -363,6 +378,9 @@ impl<'a> FrameView<'a> {
             return None;
         }
         let mesh = &self.scene.models[model as usize].mesh;
+        if self.is_fibre(model, triangle) {
+            return self.place(model, tick).fibre(mesh.as_curved()?.as_ref(), triangle, point);
+        }
         self.place(model, tick).horizon(mesh, triangle, point, if from_behind { -1.0 } else { 1.0 })
     }
 

@@ -280,7 +280,8 @@ fn lifts(scene: &Scene) -> Vec<f32> {
         |mesh: &Arc<Mesh>| *known.entry(Arc::as_ptr(mesh)).or_insert_with(|| most_lift_at_rest(mesh));
     let lifts: Vec<f32> = scene.models.iter().map(|model| lift(&model.mesh)).collect();
     let is_smooth = |model: &Model| model.mesh.as_triangles().is_some_and(|all| !all.normals.is_empty());
-    if scene.models.iter().any(is_smooth) { lifts } else { Vec::new() }
+    let has_fibres = |model: &Model| model.mesh.as_curved().is_some_and(|curved| curved.most_radius() > 0.0);
+    if scene.models.iter().any(|model| is_smooth(model) || has_fibres(model)) { lifts } else { Vec::new() }
 }
 
 /// Boxes around the meshes of all models. Each mesh is read once, however many models share it.

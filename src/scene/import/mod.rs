@@ -6,7 +6,8 @@
 
 pub(in crate::scene) mod arrange;
 pub(in crate::scene) mod cameras;
-pub(in crate::scene) mod deformed;
+pub mod curves;
+mod deformed;
 pub(in crate::scene) mod faces;
 pub(in crate::scene) mod given;
 pub mod gltf;

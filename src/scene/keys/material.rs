@@ -4,6 +4,7 @@ use glam::Vec3;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
+use super::hair::HairTable;
 use super::toml_text::{At, Three};
 
 /// Meaning of `Kd` beside a `map_Kd`.
@@ -154,6 +155,8 @@ pub(crate) struct MaterialTable {
     /// Roughness of the fuzz: how far from grazing angles it is seen (0.5)
     #[schemars(range(min = 0, max = 1))]
     pub fuzz_roughness: Option<At<f64>>,
+    /// Fibres of hair in place of all that reflects
+    pub hair: Option<At<HairTable>>,
     /// Texture file, relative to the shot file
     pub map_kd: Option<At<String>>,
     /// Opacity: a picture that cuts parts out, where its alpha, or its brightness if it has none, is below a half

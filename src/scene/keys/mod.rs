@@ -3,7 +3,9 @@
 
 pub mod camera;
 mod camera_text;
+pub mod curves;
 mod file_tables;
+pub mod hair;
 mod light_text;
 pub mod links;
 pub mod material;

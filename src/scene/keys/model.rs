@@ -9,6 +9,7 @@ use serde::de::value::SeqAccessDeserializer;
 use serde::de::{self, Deserializer, SeqAccess, Visitor};
 
 use super::links::NamesTable;
+use super::curves::CurvesTable;
 use super::places::PlacesTable;
 use super::quadric::QuadricTable;
 use super::shapes::ShapesTable;
@@ -23,7 +24,7 @@ pub(crate) const LARGEST_MAP: u32 = 1024;
 
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-#[schemars(extend("oneOf" = [{"required": ["obj"]}, {"required": ["gltf"]}, {"required": ["usd"]}, {"required": ["ply"]}, {"required": ["quadric"]}]))]
+#[schemars(extend("oneOf" = [{"required": ["obj"]}, {"required": ["gltf"]}, {"required": ["usd"]}, {"required": ["ply"]}, {"required": ["quadric"]}, {"required": ["curves"]}]))]
 pub(crate) struct ModelTable {
     /// For people; the file's name, or the type of the quadric, without it
     pub name: Option<String>,
@@ -45,6 +46,8 @@ pub(crate) struct ModelTable {
     pub split: Option<At<Division>>,
     /// Sphere, ellipsoid, cylinder, cone, paraboloid, hyperboloid or plane, instead of an OBJ file
     pub quadric: Option<At<QuadricTable>>,
+    /// Curves with a thickness (hair, grass, wires), instead of an OBJ file
+    pub curves: Option<At<CurvesTable>>,
     /// Files of the shapes between which the model deforms; `obj` is its shape at rest
     pub shapes: Option<At<ShapesTable>>,
     /// With `obj`: its faces are a cage, which is subdivided by these rules until its edges are as long as `dicing` says. With `usd`: "none"

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use glam::{DVec3, Vec3};
 
+use super::hair;
 use crate::scene::SceneError;
 use crate::scene::import::mtl::statements::Statements;
 use crate::scene::import::mtl::statements::maps::{MapStatement, MapStatements, MapUse};
@@ -56,6 +57,10 @@ pub fn replacement(text: TomlText<'_>, table: &MaterialTable) -> Result<Override
         ..Statements::default()
     };
     read.parameters(table, &mut values)?;
+    if let Some(table) = &table.hair {
+        let (hair, color) = hair::of_table(text, table)?;
+        (values.hair, values.kd) = (Some(hair), color.or(values.kd));
+    }
     let through = read.number("transmission", &table.transmission, OF_LIGHT, 1.0)?;
     let values = match through.filter(|share| *share > 0.0) {
         Some(share) => values.with_transmission(f64::from(share), DVec3::ONE),

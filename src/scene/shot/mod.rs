@@ -2,9 +2,11 @@
 
 mod camera;
 mod clipping;
+mod curves;
 mod environment;
 mod extents;
 mod floor;
+mod hair;
 mod lens;
 mod light;
 mod links;

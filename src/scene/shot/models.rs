@@ -10,7 +10,7 @@ use glam::DAffine3;
 
 use super::places::Place;
 use super::readers::Readers;
-use super::{links, model, places, quadric, shapes, stage};
+use super::{curves, links, model, places, quadric, shapes, stage};
 use crate::animation::{Track, TransformTrack};
 use crate::scene::import::Inputs;
 use crate::scene::import::given;
@@ -143,19 +143,20 @@ fn places_of(
 
 /// Refuses what excludes each other. `is_read`: the model's file was read before, and need not be named.
 fn refuse_keys_together(text: TomlText<'_>, table: &At<ModelTable>, is_read: bool) -> Result<(), SceneError> {
-    let ModelTable { obj, gltf, usd, ply, quadric, shapes, animation, .. } = table.get_ref();
+    let ModelTable { obj, gltf, usd, ply, quadric, curves, shapes, animation, .. } = table.get_ref();
     let refuse = |span: Range<usize>, message: &str| Err(text.fault(span, message));
     let files = [("obj", obj), ("gltf", gltf), ("usd", usd)];
     let files = files.iter().filter_map(|(key, file)| Some((*key, file.as_ref()?.span())));
     let quadrics = quadric.iter().map(|quadric| ("quadric", quadric.span()));
-    let kinds: Vec<(&str, Range<usize>)> = files.chain(quadrics).collect();
+    let curved = curves.iter().map(|curves| ("curves", curves.span()));
+    let kinds: Vec<(&str, Range<usize>)> = files.chain(quadrics).chain(curved).collect();
     match &kinds[..] {
         [(first, _), .., (last, span)] if !(is_read && kinds.len() == 2 && *first == "obj") => {
             let message = format!("`{first}` and `{last}` exclude each other: write a [[model]] for each");
             return refuse(span.clone(), &message);
         }
         [] if !is_read && ply.is_none() => {
-            let message = "the key `obj` is missing: a model is an OBJ file, a glTF file (`gltf`), a USD file (`usd`), a PLY file (`ply`), or a `quadric`";
+            let message = "the key `obj` is missing: a model is an OBJ file, a glTF file (`gltf`), a USD file (`usd`), a PLY file (`ply`), a `quadric`, or `curves`";
             return refuse(table.span(), message);
         }
         _ => {}
@@ -171,6 +172,9 @@ fn refuse_keys_together(text: TomlText<'_>, table: &At<ModelTable>, is_read: boo
         (Some(shapes), _) if quadric.is_some() => {
             refuse(shapes.span(), "`shapes` are those of an OBJ file, and a quadric has none: take them out")
         }
+        (Some(shapes), _) if curves.is_some() => {
+            refuse(shapes.span(), "`shapes` are those of an OBJ file, and curves have none: take them out")
+        }
         (Some(shapes), _) if gltf.is_some() || usd.is_some() => {
             let message =
                 format!("`shapes` are those of an OBJ file; a {other} file has its own: take them out");
@@ -185,11 +189,11 @@ fn refuse_keys_together(text: TomlText<'_>, table: &At<ModelTable>, is_read: boo
 
 /// Refuses `subdivision` beside what has no cage.
 fn refuse_subdivision(text: TomlText<'_>, table: &ModelTable) -> Result<(), SceneError> {
-    let ModelTable { usd, ply, gltf, quadric, group, split, subdivision, .. } = table;
+    let ModelTable { usd, ply, gltf, quadric, curves, group, split, subdivision, .. } = table;
     let Some(subdivision) = subdivision else { return Ok(()) };
     let refuse = |what: &str| Err(text.bad("subdivision", subdivision, what));
-    if ply.is_some() || gltf.is_some() || quadric.is_some() {
-        refuse("goes with `obj`: other files have triangles alone; write the model as OBJ, or take it out")
+    if ply.is_some() || gltf.is_some() || quadric.is_some() || curves.is_some() {
+        refuse("goes with `obj`: others have no cages; write the model as OBJ, or take it out")
     } else if group.is_some() || split.is_some() {
         refuse("goes with whole OBJ files: take `group` or `split` out")
     } else if usd.is_some() && *subdivision.get_ref() != Subdivision::None {
@@ -221,9 +225,14 @@ fn without_cages(models: Vec<Model>) -> Vec<Model> {
 
 /// Refuses what excludes a PLY file.
 fn refuse_beside_ply(text: TomlText<'_>, table: &ModelTable) -> Result<(), SceneError> {
-    let ModelTable { obj, gltf, ply, quadric, shapes, .. } = table;
+    let ModelTable { obj, gltf, ply, quadric, curves, shapes, .. } = table;
     let Some(ply) = ply else { return Ok(()) };
-    let others = [("obj", obj.is_some()), ("gltf", gltf.is_some()), ("quadric", quadric.is_some())];
+    let others = [
+        ("obj", obj.is_some()),
+        ("gltf", gltf.is_some()),
+        ("quadric", quadric.is_some()),
+        ("curves", curves.is_some()),
+    ];
     if let Some((other, _)) = others.into_iter().find(|(_, is_there)| *is_there) {
         let message = format!("`ply` and `{other}` exclude each other: write a [[model]] for each");
         return Err(text.fault(ply.span(), message));
@@ -309,19 +318,26 @@ fn parts(
     Ok(parts.iter().map(|part| model(format!("{whole}/{}", part.name), &part.mesh)).collect())
 }
 
-/// Makes the model of an OBJ file, a PLY file or a quadric.
+/// Makes the model of an OBJ file, a PLY file, a quadric or curves.
 fn one(
     text: TomlText<'_>,
     table: &At<ModelTable>,
     readers: &mut Readers,
     mut track: TransformTrack,
 ) -> Result<Model, SceneError> {
-    let ModelTable { name, obj, ply, quadric, shapes, subdivision, .. } = table.get_ref();
+    let ModelTable { name, obj, ply, quadric, curves: of_curves, shapes, subdivision, .. } = table.get_ref();
     let (path, mesh, own_name): (PathBuf, Arc<Mesh>, String) =
         match (readers.meshes.path_read_before(), quadric) {
             (None, Some(quadric)) => {
                 let mesh = quadric::of_table(text, quadric, &mut readers.import)?;
                 (text.path.to_path_buf(), Arc::new(mesh), String::from(quadric.get_ref().kind.name()))
+            }
+            (None, None) if of_curves.is_some() => {
+                let table = of_curves.as_ref().expect("it is some");
+                let path = curves::path_of(text, table)?;
+                let mesh = curves::of_table(text, table, &path, &mut readers.import)?;
+                let stem = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+                (path, Arc::new(mesh), stem)
             }
             (before, _) => {
                 let path = match (before, ply) {

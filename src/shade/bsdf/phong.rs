@@ -146,6 +146,8 @@ pub struct Palette {
     pub computes: bool,
     /// True if the lobe of any layer is not round: tangents count then.
     pub is_stretched: bool,
+    /// True if any material is hair.
+    pub has_hair: bool,
     /// True if anything of that depends on what sees a surface.
     pub is_of_eye: bool,
 }
@@ -197,6 +199,7 @@ impl Palette {
             scatters_below,
             absorbs,
             is_stretched: scene.materials.iter().any(|one| one.anisotropy.is_some()),
+            has_hair: scene.materials.iter().any(|one| one.hair.is_some()),
             brightest,
             bends_normals,
             has_textures,
@@ -220,10 +223,17 @@ impl Palette {
             scatters_below: false,
             absorbs: false,
             is_stretched: false,
+            has_hair: false,
             varies: false,
             computes: false,
             is_of_eye: false,
         }
+    }
+
+    /// Returns true if any material asks for tangents.
+    #[inline(always)]
+    pub fn has_tangents(&self) -> bool {
+        self.is_stretched | self.has_hair
     }
 
     /// Diffuse reflectance of eight surfaces, from the reflectance that samples store.

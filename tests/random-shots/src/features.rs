@@ -140,10 +140,15 @@ fn of_model(model: &Table, shot: &Table, add: &mut impl FnMut(String)) {
     if let Some(motion) = by_file {
         add(format!("model: glTF, {motion}"));
     }
+    let curves = model.get("curves").and_then(Value::as_table);
+    if let Some(file) = curves.and_then(|curves| curves.get("file")).and_then(Value::as_str) {
+        add(format!("curves: {}", file.trim_end_matches(".curves")));
+    }
+    let quadric = quadric.or(curves);
     let (shape, material) = match quadric {
         Some(quadric) => {
             let text = |key| quadric.get(key).and_then(Value::as_str).unwrap_or_default();
-            (text("type"), text("material"))
+            (if curves.is_some() { "curves" } else { text("type") }, text("material"))
         }
         None => named.unwrap_or_default(),
     };

@@ -128,8 +128,10 @@ impl Trial {
                     rest.insert(key.into(), shape.into());
                 }
             }
-            if let Some(Value::Table(quadric)) = rest.get_mut("quadric") {
-                quadric.remove("material");
+            for key in ["quadric", "curves"] {
+                if let Some(Value::Table(shape)) = rest.get_mut(key) {
+                    shape.remove("material");
+                }
             }
             rest
         };

@@ -1,5 +1,6 @@
 //! USD files: does each mesh stand where its parents put it, in metres and with Y up, with its materials, cameras and lights?
 
+mod curves;
 mod damage;
 mod implicit;
 mod materials;

@@ -128,6 +128,20 @@ impl Surface {
             absorption: if is_glass { self.absorption() } else { Vec3::ZERO },
             ..Material::fallback()
         };
+        if let Some(hair) = beyond.hair {
+            // it counts as metal, so that nothing of it is matt: its colour is kept with samples as that of metal is
+            let layer = MetalRough { base, roughness: 1.0, metallic: 1.0, head_on: 0.0, solid: 1.0 };
+            return Material {
+                diffuse: Vec3::ZERO,
+                metal_rough: Some(layer),
+                hair: Some(hair),
+                optics: Optics::Opaque,
+                scattering: None,
+                absorption: Vec3::ZERO,
+                uneven_glass: None,
+                ..plain
+            };
+        }
         if !has_layer && (is_glass || fuzz.is_none() && diffuse_roughness == 0.0) {
             let layer = self.layer_of_glass(optics);
             let phong = beyond.phong.filter(|_| layer.is_none());

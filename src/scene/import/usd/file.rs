@@ -14,6 +14,7 @@ use super::tiles::Tiles;
 use crate::animation::{Track, Visibility};
 use crate::digest::Digest;
 use crate::scene::SceneError;
+use crate::scene::import::curves::CurveSet;
 use crate::scene::import::mtlx::Document;
 use crate::scene::texture::Mapping;
 
@@ -111,6 +112,8 @@ pub struct UsdMesh {
     pub shapes: Vec<(f64, Vec<[f32; 3]>)>,
     /// Cage that it stands for, if it is subdivided.
     pub cage: Option<Box<UsdCage>>,
+    /// Curves in place of triangles, of the one surface that is used.
+    pub curves: Option<CurveSet>,
 }
 
 /// A mesh at its place.

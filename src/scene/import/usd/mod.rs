@@ -16,6 +16,8 @@ mod cage;
 mod cameras;
 mod choice;
 #[cfg(feature = "usd")]
+mod curves;
+#[cfg(feature = "usd")]
 mod file;
 #[cfg(feature = "usd")]
 mod geometry;

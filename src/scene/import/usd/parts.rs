@@ -11,6 +11,7 @@ use super::reading::Reading;
 use crate::animation::ShapeTrack;
 use crate::scene::dicing::Cage;
 use crate::scene::import::Import;
+use crate::scene::import::curves::{self, CurveSet};
 use crate::scene::import::deformed;
 use crate::scene::import::deformed::{Distinct, Kept};
 use crate::scene::import::part_of_file::{NodeTrack, PartOfFile, Surface};
@@ -102,6 +103,10 @@ impl Reading<'_> {
         let mut materials: HashMap<Option<usize>, u16> = HashMap::new();
         let mut built = Vec::with_capacity(file.content.meshes.len());
         for mesh in &file.content.meshes {
+            if let Some(curves) = &mesh.curves {
+                built.push(self.curves(mesh, curves, &mut materials)?);
+                continue;
+            }
             let mut shapes = Distinct::default();
             mesh.shapes.iter().for_each(|(frame, points)| shapes.add(*frame, mesh.of_vertices(points)));
             let (mut triangles, mut uses) = (mesh.triangles.clone(), mesh.uses.clone());
@@ -181,6 +186,33 @@ impl CageShapes {
     fn put_into(self, cage: &Cage, material_of: Vec<u16>) -> Cage {
         let own = self.own.unwrap_or_else(|| cage.points.clone());
         Cage { points: own, shapes: self.all, material_of, ..cage.clone() }
+    }
+}
+
+impl Reading<'_> {
+    /// Builds curves, if there are any to be drawn.
+    fn curves(
+        &mut self,
+        mesh: &UsdMesh,
+        curves: &CurveSet,
+        materials: &mut HashMap<Option<usize>, u16>,
+    ) -> Result<Option<BuiltMesh>, SceneError> {
+        let surface = mesh.uses.first().and_then(|(_, surface)| *surface);
+        let material = match materials.get(&surface) {
+            Some(index) => *index,
+            None => {
+                let index = self.material(surface)?;
+                materials.insert(surface, index);
+                index
+            }
+        };
+        match curves::mesh_of(self.import, &self.file.path, curves, None, material) {
+            Ok(mesh) => Ok(Some((Arc::new(mesh), None))),
+            Err(why) => {
+                self.import.findings.stand_in(why)?;
+                Ok(None)
+            }
+        }
     }
 }
 

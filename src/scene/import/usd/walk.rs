@@ -20,8 +20,8 @@ use super::resolver::Record;
 use super::shader::{Shaders, UvNames};
 use super::skeleton::Skeleton;
 use super::stage::Wanted;
-use super::value::{Answer, codes_read, said, word};
-use super::{cameras, implicit, lights, place, seen, variants};
+use super::value::{Answer, codes, codes_read, numbers, said, targets, value, word};
+use super::{cameras, curves, implicit, lights, place, seen, variants};
 use crate::animation::{Track, Visibility};
 use crate::digest::Digest;
 
@@ -438,6 +438,15 @@ impl Walk<'_> {
             "Mesh" if is_seen => {
                 shown.extend(self.mesh(prim, context)?.map(|(mesh, map)| of(mesh, map)));
             }
+            "BasisCurves" if is_seen => {
+                let surfaces = self.surfaces(prim)?;
+                let clock = self.content.clock;
+                for (curves, there) in curves::curves(prim, &clock, &surfaces, &mut self.content.unused)? {
+                    let number = self.number_of(curves);
+                    let one = of(number, context.map.clone());
+                    shown.push(ShownMesh { visible: one.visible.and(&there), ..one });
+                }
+            }
             kind if implicit::is_shape(kind) && is_seen => {
                 let surface = self.surfaces(prim)?.of_mesh;
                 let mesh =
@@ -488,7 +497,7 @@ impl Walk<'_> {
 
     fn note_unused(&mut self, kind: &str, is_seen: bool) {
         let what = match kind {
-            "BasisCurves" | "NurbsCurves" | "HermiteCurves" => "curves are",
+            "NurbsCurves" | "HermiteCurves" => "NURBS and Hermite curves are",
             "NurbsPatch" => "NURBS patches are",
             "Points" => "points are",
             "Volume" => "volumes are",
@@ -502,7 +511,7 @@ impl Walk<'_> {
         if is_seen {
             self.content
                 .unused
-                .insert(format!("{what} not shown: only meshes, spheres, cubes and the like are"));
+                .insert(format!("{what} not shown: only meshes, curves, spheres, cubes and the like are"));
         }
     }
 }
