@@ -214,6 +214,7 @@ pub fn scene(models: Vec<Model>, lights: Vec<Light>) -> Scene {
         lights,
         ambient: Vec3::ZERO,
         ambient_is_occluded: false,
+        fog: None,
         background: Background::uniform(Vec3::ONE),
         environment: None,
         space: RenderSpace::OF_FILES,

@@ -38,6 +38,7 @@ mod lens;
 mod light_groups;
 mod maps;
 mod mattes;
+mod media;
 mod metal_rough;
 mod motion_vectors;
 mod occlusion;

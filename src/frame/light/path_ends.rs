@@ -93,6 +93,27 @@ pub struct DrawnLayer {
 }
 
 impl PathStart {
+    /// Start of what media scatter along a ray from `origin` (world space), which is no surface. `owner` and `cell`: see there.
+    pub fn on_ray(
+        (owner, cell): (u32, u32),
+        sequence: PathSequence,
+        (origin, direction): (Vec3, Vec3),
+    ) -> Self {
+        Self {
+            owner,
+            cell,
+            index: 0,
+            sequence,
+            point: origin,
+            normal: direction,
+            tangent: Vec3::ZERO,
+            geometric_normal: direction,
+            horizon: Horizon::flat(direction),
+            of_surface: 0,
+            within: Within::NOTHING,
+        }
+    }
+
     /// Random numbers of the path.
     #[inline]
     pub fn random(&self) -> PathRandom {

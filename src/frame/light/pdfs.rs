@@ -100,7 +100,10 @@ impl Pdfs {
                 LightsAsked::ByAllPoints { share } => share * glow.points as f32,
                 LightsAsked::One { chance } => chance * frame.light_chances.of(asked_from, number),
             };
-            let left = within.left(frame.palette, glow.distance);
+            let mut left = within.left(frame.palette, glow.distance);
+            if let Some(media) = frame.media {
+                left *= media.left((origin, ray.direction), glow.distance, tick);
+            }
             left * glow.radiance * weight_of_path(by_path, asked * glow.density)
         };
         let lights = frame.pose.lights_at(tick);

@@ -22,6 +22,7 @@ use crate::frame::planes::kernel::Kernel;
 use crate::frame::watcher::{Stop, Watcher};
 use crate::lanes::{LANES, Mask, Vec3x8};
 use crate::layers::Layers;
+use crate::media::Media;
 use crate::pose::Pose;
 use crate::samples::{BACKGROUND, Column, EMPTY, Octahedral, Sample, TagSlot, Tile};
 use crate::scene::look::Look;
@@ -81,6 +82,8 @@ pub struct FrameView<'a> {
     pub emitters: &'a Emitters,
     /// Chances with which paths ask each of the shot's lights.
     pub light_chances: &'a LightChances,
+    /// Media of the scene where they are in this frame, if there are any.
+    pub media: Option<&'a Media<'a>>,
     /// Materials of the scene, ready for lighting.
     pub palette: &'a Palette,
     /// Camera, models and lights in this frame.

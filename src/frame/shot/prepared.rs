@@ -18,6 +18,7 @@ use crate::frame::planes::mixing::MixRule;
 use crate::frame::watcher::{Stop, Watcher};
 use crate::geometry::Bounds;
 use crate::layers::Layers;
+use crate::media::MediaOfShot;
 use crate::pose::{CameraPose, Pose};
 use crate::samples::TagLayout;
 use crate::samples::saved::PictureName;
@@ -40,6 +41,8 @@ pub struct Prepared<'s> {
     /// Chances with which paths ask each of the shot's lights.
     pub light_chances: LightChances,
     pub palette: Palette,
+    /// Media of the scene.
+    pub media: MediaOfShot,
     /// Layout of the store's tags.
     pub layout: TagLayout,
     pub occlusion: Option<Occlusion>,
@@ -72,7 +75,7 @@ pub struct Prepared<'s> {
     shapes: Mutex<Deformations>,
     /// What random numbers follow from beside cells and cameras.
     pub salt: u32,
-    /// True if rays follow mirrors or glass of the shot.
+    /// True if rays follow mirrors or glass of the shot, or what media show is kept with theirs.
     pub has_trees: bool,
     /// The exposures of each frame: one where frames are sharp.
     pub exposures: Exposures,
@@ -120,6 +123,7 @@ impl<'s> Prepared<'s> {
             mattes.as_ref().map_or(Vec::new(), |mattes| mattes.attributes(settings.layers));
         about_layers.extend(settings.layers.has(Layers::MATERIAL).then(|| numbers_of_materials(scene)));
         let light_groups = LightGroups::new(&scene.lights);
+        let media = MediaOfShot::of(scene).0;
         let bounds = bounds_of_models(scene);
         let channels: Vec<Channel> = channels(settings.layers, &light_groups).collect();
         let is_mixed = |channel: &&Channel| MixRule::new(channel) != MixRule::Middle;
@@ -130,7 +134,9 @@ impl<'s> Prepared<'s> {
             emitters: if layout.paths > 0 { Emitters::new(scene, &bounds) } else { Emitters::default() },
             light_chances: LightChances::new(&scene.lights.iter().map(Source::of_light).collect::<Vec<_>>()),
             palette: Palette::of(scene),
-            has_trees: settings.depth > 0 && scene.materials.iter().any(Material::is_followed),
+            has_trees: !media.are_none()
+                || settings.depth > 0 && scene.materials.iter().any(Material::is_followed),
+            media,
             knows_motion: keeps_answers || known.is_some(),
             motions: match known {
                 Some(motions) => motions,

@@ -86,7 +86,8 @@ impl Import {
 
     /// Returns what all readers have added.
     pub fn finish(self) -> Imported {
-        let Self { inputs, surfaces, pictures, findings } = self;
+        let Self { inputs, mut surfaces, pictures, findings } = self;
+        surfaces.fill_media();
         Imported {
             materials: surfaces.materials,
             findings,

@@ -8,6 +8,7 @@ mod floor;
 mod lens;
 mod light;
 mod material;
+mod medium;
 mod model;
 mod models;
 mod orbit;
@@ -34,7 +35,7 @@ use crate::scene::keys::{BackgroundTable, FileTables, FloorTable, ModelTable, Sh
 use crate::scene::model::copies::SharedMeshes;
 use crate::scene::model::trim::trimmed;
 use crate::scene::render_space::{Extent, RenderSpace};
-use crate::scene::warnings::darkness;
+use crate::scene::warnings::{darkness, media};
 use crate::scene::{Background, Frames, Light, Material, Model, Scene, SceneError, Warning};
 use crate::settings::{Backdrop, DEFAULT_PATHS, DenoiseQuality, FileFormat, Look, RayEstimate, Settings};
 
@@ -239,7 +240,8 @@ pub fn from_text_with(
         read.environment
     });
     let stem = text.path.file_stem().unwrap_or_default().to_string_lossy();
-    let scene = Scene {
+    let fog = file.fog.as_ref().map(|table| medium::fog(text, table)).transpose()?;
+    let mut scene = Scene {
         camera,
         models,
         materials,
@@ -249,9 +251,12 @@ pub fn from_text_with(
         ambient_is_occluded: file.ambient.occluded,
         background,
         environment,
+        fog,
         space,
     };
+    scene.hide_media();
     findings.warnings.extend(darkness::warning(text.path, &scene));
+    findings.warnings.extend(media::warnings(text.path, &scene));
     Ok(Shot {
         title: file.title.unwrap_or_else(|| stem.into_owned()),
         scene,

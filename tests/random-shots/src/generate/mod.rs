@@ -9,6 +9,7 @@ mod graphs;
 mod hostile;
 mod lights;
 mod materials;
+mod media;
 mod models;
 pub mod rays;
 mod settings;
@@ -44,6 +45,9 @@ const STILL_WORLD: u64 = 0x5713_1103;
 /// And graphs of materials.
 const GRAPHS: u64 = 0x6EA0_4500;
 
+/// And media.
+const MEDIA: u64 = 0x6D15_7000;
+
 /// The shot of this seed.
 pub fn generate(seed: u64) -> Table {
     let mut dice = Dice::new(seed);
@@ -69,6 +73,7 @@ pub fn generate(seed: u64) -> Table {
     settings::add_error(&mut Dice::new(seed ^ ERROR), &mut shot);
     still_world::add(&mut Dice::new(seed ^ STILL_WORLD), &mut shot);
     graphs::add(&mut Dice::new(seed ^ GRAPHS), &mut shot);
+    media::add(&mut Dice::new(seed ^ MEDIA), &mut shot);
     shot
 }
 
