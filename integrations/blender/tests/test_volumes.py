@@ -80,3 +80,16 @@ class Volumes(support.ExportCase):
         fog.inputs["Density"].default_value = 0.25
         tree.links.new(fog.outputs[0], tree.nodes["World Output"].inputs["Volume"])
         np.testing.assert_allclose(self.exported(principled("Stone")[0])["fog"]["scatter"], [0.2] * 3)
+
+    def test_smoke_that_is_simulated_is_left_out_and_told(self):
+        support.add(self.scene, "Floor", support.grid("Floor"))
+        bpy.ops.mesh.primitive_cube_add()
+        domain = bpy.context.object
+        domain.name = "Domain"
+        domain.data.materials.append(self.filled(("VolumePrincipled", {})))
+        fluid = domain.modifiers.new("Fluid", "FLUID")
+        fluid.fluid_type = "DOMAIN"
+        fluid.domain_settings.domain_type = "GAS"
+        support.add_camera(self.scene)
+        self.assertEqual([model["name"] for model in self.export()["model"]], ["Floor"])
+        self.assertEqual(len([line for line in self.warnings() if "`Domain`" in line and "smoke" in line]), 1)
