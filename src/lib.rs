@@ -75,6 +75,8 @@ pub mod graph;
 #[cfg_attr(not(internals), doc(hidden))]
 pub mod lanes;
 #[cfg_attr(not(internals), doc(hidden))]
+pub mod media;
+#[cfg_attr(not(internals), doc(hidden))]
 pub mod memory;
 #[cfg_attr(not(internals), doc(hidden))]
 pub mod pattern;

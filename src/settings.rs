@@ -212,6 +212,10 @@ pub struct Settings {
     pub paths: u32,
     /// Number of these paths that a sample gets at once; the others follow as far as the budget goes.
     pub paths_per_frame: u32,
+    /// Largest number of places at which a path is scattered in media after the first one that the eye sees.
+    pub volume_bounces: u32,
+    /// Places along each ray from the eye at which media scatter light.
+    pub volume_samples: u32,
     /// Budget of frames for more paths.
     pub budget: Budget,
     /// Largest number of surfaces that such a path may meet.
@@ -277,6 +281,8 @@ impl Default for Settings {
             reflections: 4,
             paths: 0,
             paths_per_frame: DEFAULT_PATHS,
+            volume_bounces: 4,
+            volume_samples: 1,
             budget: Budget::None,
             bounces: 2,
             caustics: Caustics::default(),

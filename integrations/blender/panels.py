@@ -45,7 +45,7 @@ class AFTERIMAGE_PT_sampling(SettingsPanel, bpy.types.Panel):
     bl_label = "Sampling"
     COUNTS = ("samples", "paths", "reflections", "shadow_rays")
     """Counts that follow from the noise threshold while nobody has set them."""
-    NAMES = ("bounces", "depth", "exposures", "clamp", "caustics", "denoise")
+    NAMES = ("bounces", "volume_bounces", "volume_samples", "depth", "exposures", "clamp", "caustics", "denoise")
 
     def draw(self, context):
         """Draws it."""

@@ -25,6 +25,16 @@ class AfterimageSettings(bpy.types.PropertyGroup):
     )
     bounces: IntProperty(name="Bounces", description="Surfaces that such a path meets, at most", default=3, min=0, max=64)
     depth: IntProperty(name="Depth", description="Mirrors and glass surfaces on the way from the camera, at most", default=12, min=0, max=64)
+    volume_bounces: IntProperty(
+        name="Volume Bounces",
+        description="Times that a path is scattered in volumes, at most, beside the first that the camera sees",
+        default=4,
+        min=0,
+        max=64,
+    )
+    volume_samples: IntProperty(
+        name="Volume Samples", description="Places along each ray of the camera at which volumes scatter light", default=1, min=1, max=64
+    )
     reflections: IntProperty(name="Reflections", description="Paths by which a sample of a rough surface reflects", default=4, min=0, max=64)
     shadow_rays: EnumProperty(
         name="Shadow Rays",

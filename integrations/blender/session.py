@@ -142,12 +142,13 @@ def settings_of(scene, view_layer, frames, warn, has_error=True):
     rate = fractions.Fraction(scene.render.fps) / fractions.Fraction(scene.render.fps_base).limit_denominator(100000)
     rate = rate.limit_denominator(1001)
     render = {"depth": own.depth, "mode": own.mode, "base_every": own.base_every}
-    indirect = {"bounces": own.bounces}
+    indirect = {"bounces": own.bounces, "volume_bounces": own.volume_bounces}
     has_error = has_error and own.error > 0
     more = samples_of(scene, view_layer)
     if has_error:
         render["error"] = min(max(own.error / 100 / math.sqrt(more), LEAST_ERROR), 1.0)
     stated = {name for name in ("samples", "paths", "reflections", "shadow_rays") if not has_error or own.is_property_set(name)}
+    render["volume_samples"] = own.volume_samples
     render.update({name: getattr(own, name) for name in ("samples", "reflections") if name in stated})
     if more != 1 and "samples" in render:
         render["samples"] = min(max(round(own.samples * math.sqrt(more)), 1), MOST_SAMPLES)

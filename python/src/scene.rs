@@ -450,7 +450,7 @@ impl Scene {
         self.replace("background", values.map_or(Ok(Table::new()), |values| keys::table(&values))?)
     }
 
-    /// Sets keys of another table of a shot file: "floor", "ambient", "stereo", "shutter", "render", "indirect", "occlusion" or "output".
+    /// Sets keys of another table of a shot file: "floor", "fog", "ambient", "stereo", "shutter", "render", "indirect", "occlusion" or "output".
     #[pyo3(signature = (table, **values))]
     fn set(&self, table: &str, values: Option<Bound<'_, PyDict>>) -> PyResult<()> {
         const OTHERS: [&str; 5] = ["camera", "light", "material", "model", "mtl"];

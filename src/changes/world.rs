@@ -218,6 +218,7 @@ pub fn scene(models: Vec<Model>, lights: Vec<Light>) -> Scene {
         world_group: None,
         mist: Default::default(),
         ambient_is_occluded: false,
+        fog: None,
         background: Background::uniform(Vec3::ONE),
         environment: None,
         space: RenderSpace::OF_FILES,

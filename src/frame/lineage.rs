@@ -28,6 +28,7 @@
 
 use super::shot::plan::{CameraChange, Plan, camera_change};
 use super::validity::ValidDirection;
+use crate::media::MediaOfShot;
 use crate::pose::Pose;
 use crate::samples::saved::PictureName;
 use crate::stereo::Eye;
@@ -91,6 +92,12 @@ impl Lineage {
         let beside = if is_lent { None } else { beside(picture, (pose, seen.frame), made, rule.lenders) };
         let beside = beside.filter(|lender| is_as_near(lender.pose, pose, plan.camera));
         Self { from: Some(name), is_lent, beside: beside.map(|lender| lender.picture), plan, valid }
+    }
+
+    /// The lineage in a shot with these media: see [`Plan::with_media`].
+    #[must_use]
+    pub fn with_media(self, media: &MediaOfShot) -> Self {
+        Self { plan: self.plan.with_media(media), ..self }
     }
 }
 

@@ -184,9 +184,9 @@ fn may_rest(camera: &CameraTrack) -> bool {
 /// Bytes of ray trees, if any can be kept: as if half of all samples had one, up to what is allowed.
 fn trees(scene: &Scene, settings: &Settings, samples: u64) -> Option<u64> {
     let moves = scene.models.iter().any(|model| !model.track.is_constant());
-    let goes_on = scene.materials.iter().any(Material::is_followed);
-    let can =
-        moves && goes_on && settings.depth > 0 && settings.mode != Mode::Full && may_rest(&scene.camera);
+    let is_followed = || settings.depth > 0 && scene.materials.iter().any(Material::is_followed);
+    let goes_on = scene.has_media() || is_followed();
+    let can = moves && goes_on && settings.mode != Mode::Full && may_rest(&scene.camera);
     let all = samples / 2 * bytes_of_tree(settings.layers) as u64;
     can.then_some(all.min(u64::from(settings.tree_memory) << 20)).filter(|bytes| *bytes > 0)
 }

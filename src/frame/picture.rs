@@ -32,6 +32,7 @@ use crate::changes::{Direction, Motion, Until};
 use crate::film::Film;
 use crate::geometry::Bounds;
 use crate::layers::Layers;
+use crate::media::Media;
 use crate::pose::{CameraPose, Clip, Pose};
 use crate::samples::SampleStore;
 use crate::samples::saved::PictureName;
@@ -204,6 +205,7 @@ struct Setup<'a> {
     moved_bounds: MovedBounds,
     dynamic_bounds: MovedBounds,
     deformations: Deformations,
+    media: Option<Media<'a>>,
     displaced: Vec<bool>,
     hidden: Vec<bool>,
     base_plan: Plan,
@@ -237,12 +239,14 @@ impl<'a> Setup<'a> {
         let light_changes = light_changes(pose, motions);
         let is_area = |light: usize| pose.all_of_light(light).any(|light| light.shape.is_area());
         let areas = light_changes.iter().enumerate().filter(|(light, _)| is_area(*light));
+        let deformations = prepared.deformations(pose);
         Self {
+            media: prepared.media.placed(scene, pose, &deformations),
             motion_vectors: views.iter().map(motion_vectors).collect(),
             views,
             beside: views_beside(prepared, history, lineage, request),
             shift_beside: shift_beside(prepared, *picture),
-            deformations: prepared.deformations(pose),
+            deformations,
             moved_bounds: MovedBounds::new(scene, bounds, pose, &lineage.plan),
             dynamic_bounds: MovedBounds::ever(scene, bounds, pose),
             displaced: flagged(pose, |model| {
@@ -275,6 +279,7 @@ impl<'a> Setup<'a> {
             light_chances: &prepared.light_chances,
             links: &prepared.links,
             moved_sets: prepared.links.sets_of(&lineage.plan.moved),
+            media: self.media.as_ref(),
             palette: &prepared.palette,
             pose: &request.pose,
             deformations: &self.deformations,

@@ -42,7 +42,8 @@ impl Pictures {
         request: &PictureRequest,
         rule: &Rule,
     ) -> Result<RenderedPicture, RenderError> {
-        let lineage = Lineage::new(request.picture, &request.pose, &self.ancestors(), rule);
+        let lineage =
+            Lineage::new(request.picture, &request.pose, &self.ancestors(), rule).with_media(&prepared.media);
         if lineage.from.is_some() && lineage.plan.camera == CameraChange::None {
             prepared.look_ahead();
         }

@@ -187,7 +187,7 @@ impl TagLayout {
         let reflections = if reflects { settings.reflections as usize } else { 0 };
         let layout = Self::new(points).with_paths(paths).with_reflections(reflections).with_occlusion(rays);
         let has_rough_glass = settings.depth > 0 && scene.materials.iter().any(Material::is_rough_glass);
-        let is_seeded = layout.is_seeded || has_areas || has_rough_glass;
+        let is_seeded = layout.is_seeded || has_areas || has_rough_glass || scene.has_media();
         let varying = scene.materials.iter().map(Material::varying).fold(Varying::default(), Varying::with);
         Self { is_seeded, expires: anything_changes(scene), varying, ..layout }
     }

@@ -16,6 +16,7 @@ pub use layers::{
 use super::cutout::Cutout;
 pub use super::look::LARGEST_COLOR;
 use super::look::Varied;
+use super::medium::Medium;
 use crate::graph::Program;
 
 /// A surface as it is shaded. It knows no file format: readers make [surfaces](super::surface), which are lowered to it in one place.
@@ -70,6 +71,10 @@ pub struct Material {
     pub displacement: Option<Displacement>,
     /// True if the colours of vertices are a factor of the reflectance, as a texture is.
     pub has_vertex_colors: bool,
+    /// What fills closed meshes of it.
+    pub medium: Option<Medium>,
+    /// False if it is a medium alone: where a model has no other material, no ray meets it.
+    pub has_surface: bool,
 }
 
 /// Picture of normals.
@@ -113,6 +118,8 @@ impl Material {
             bump: None,
             displacement: None,
             has_vertex_colors: false,
+            medium: None,
+            has_surface: true,
         }
     }
 

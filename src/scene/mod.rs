@@ -19,6 +19,7 @@ pub mod links;
 mod loader;
 pub mod look;
 pub mod material;
+pub mod medium;
 pub mod mesh;
 pub mod mist;
 mod model;
@@ -91,6 +92,8 @@ pub struct Scene {
     pub world_group: Option<String>,
     /// Distances of the layer of mist.
     pub mist: Mist,
+    /// What fills everything, if anything does.
+    pub fog: Option<medium::Medium>,
     /// Change of units and origin that the loader made to the files.
     pub space: RenderSpace,
 }
@@ -158,6 +161,26 @@ impl Scene {
     /// Returns true if any model is hidden from some kinds of rays.
     pub fn hides_from_some(&self) -> bool {
         self.models.iter().any(|model| model.ray_visibility.hidden_from != RayKinds::NONE)
+    }
+
+    /// Returns true if anything but clear air is anywhere.
+    pub fn has_media(&self) -> bool {
+        let of_materials = self.materials.iter().filter_map(|material| material.medium.as_ref());
+        of_materials.chain(&self.fog).any(|medium| !medium.is_clear())
+    }
+
+    /// Has no ray meet those models that are media alone: all of their materials have no surface.
+    pub fn hide_media(&mut self) {
+        let Self { models, materials, .. } = self;
+        if materials.iter().all(|material| material.has_surface) {
+            return;
+        }
+        for model in models {
+            let of = &model.mesh.material_of;
+            if of.iter().all(|material| !materials[usize::from(*material)].has_surface) {
+                model.ray_visibility = RayVisibility { hidden_from: RayKinds::ALL, ..model.ray_visibility };
+            }
+        }
     }
 
     /// Returns true if occlusion dims ambient light that any material reflects.

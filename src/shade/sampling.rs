@@ -78,6 +78,16 @@ impl PathSequence {
         Self::of_seed(seed ^ OF_REFLECTIONS)
     }
 
+    /// Creates the part of a sample with up to `paths` paths in media before it. They have no numbers in common with others.
+    pub fn of_media(seed: SampleSeed, paths: usize) -> Self {
+        Self::of_sample(SampleSeed(seed.0 ^ OF_MEDIA << NUMBER_BITS), paths)
+    }
+
+    /// Creates the sequence of paths in media along a ray that shares it with no other.
+    pub fn of_media_of_seed(seed: u32) -> Self {
+        Self::of_seed(seed ^ OF_MEDIA)
+    }
+
     /// Random numbers of path number `index` of the surface.
     #[inline]
     pub fn path(self, index: u32) -> PathRandom {
@@ -87,6 +97,9 @@ impl PathSequence {
 
 /// Difference between the seeds of reflected paths and of others.
 const OF_REFLECTIONS: u32 = 0x0032_b5ab;
+
+/// Difference between the seeds of paths in media and of others.
+const OF_MEDIA: u32 = 0x0059_c1e7;
 
 /// Number of points of a sequence.
 const POINTS: u32 = 1 << 16;

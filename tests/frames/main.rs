@@ -40,6 +40,7 @@ mod light_groups;
 mod light_links;
 mod maps;
 mod mattes;
+mod media;
 mod metal_rough;
 mod motion_vectors;
 mod occlusion;

@@ -14,6 +14,7 @@ from .nodes import Evaluator, alike, constant
 from .pictures import Pictures
 from .rays import Seen
 from .surfaces import BLENDED, Surface, is_colored, is_zero, surface_of, surface_to_all
+from .volumes import Medium
 
 GRAPHS = "materials.mtlx"
 """File of what nodes compute, beside the shot."""
@@ -131,6 +132,14 @@ class Materials:
             self._tell(material, evaluator)
         return surface.is_there
 
+    def is_medium(self, material):
+        """Returns true if a material has no surface, and is what fills its meshes."""
+        return not self.surface(material)[0].has_surface
+
+    def leave_out(self, material):
+        """Tells that faces of a medium are left out, as others of their mesh have surfaces."""
+        self.warnings.add_for(f"material `{material.name}`", ["it has a volume and no surface, and its faces are left out beside others of a mesh"])
+
     def visibility(self, material):
         """To which rays faces of a material show themselves."""
         return self.surface(material)[0].seen
@@ -221,7 +230,7 @@ class Materials:
             return
         surface, evaluator = self.surface(material)
         glass = glass_of(surface, evaluator)
-        values = {"name": name, **self._values(name, surface, glass, evaluator, density)}
+        values = {"name": name, **self._values(name, surface, glass, evaluator, density), **self._medium(surface)}
         written = self._graphs(name, surface, glass, evaluator, scale, values)
         unused = {name for of, names in PARTS.items() if is_zero(getattr(surface, of)) for name in names}
         computed = [
@@ -233,6 +242,14 @@ class Materials:
             evaluator.say(f"nodes compute its {', '.join(computed).replace('_', ' ')}: a constant counts in place of each")
         self.tables[name] = toml.table("[[material]]", values)
         self._tell(material, evaluator)
+
+    def _medium(self, surface):
+        """Keys of what fills its meshes."""
+        keys = {}
+        if surface.medium:
+            *colors, anisotropy = (value.mean(axis=(0, 1)) for value in surface.medium)
+            keys = Medium(*colors, float(anisotropy.mean())).keys(self.exposure, "volume_")
+        return keys if surface.has_surface else {**keys, "surface": False}
 
     def _values(self, name, surface, glass, evaluator, density):
         """Keys of the [[material]]."""

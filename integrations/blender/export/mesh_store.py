@@ -89,8 +89,12 @@ class Stored:
         """Pairs of a material and the triangles that have it, of those that are drawn."""
         materials, slots = self.materials, self.geometry.slots
         groups = {}
+        of_store = self.store.materials
+        media = {slot: of_store.is_medium(materials[slot]) for slot in np.unique(slots)}
         for slot in np.unique(slots):
-            if self.store.materials.is_there(materials[slot]):
+            if media[slot] and not all(media.values()):
+                of_store.leave_out(materials[slot])
+            elif of_store.is_there(materials[slot]):
                 groups.setdefault(materials[slot].name_full if materials[slot] else "", []).append(slot)
         for same in groups.values():
             yield materials[same[0]], np.flatnonzero(np.isin(slots, same))

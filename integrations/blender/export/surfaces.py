@@ -8,6 +8,7 @@ import numpy as np
 from . import eye, graphs, layers
 from .nodes import SAME_TO_ALL, alike, color, constant, number
 from .rays import KINDS, Seen
+from .volumes import medium_of
 
 
 @dataclass
@@ -71,6 +72,10 @@ class Surface:
     degrees. The base is the colour that they have in the end."""
     is_there: bool = True
     """False where a material has no surface: what lies in it is a volume alone."""
+    medium: tuple = ()
+    """What fills closed meshes of it: scatter, absorb, emit and anisotropy; nothing of clear ones."""
+    has_surface: bool = True
+    """False where it is a medium alone."""
     seen: Seen = Seen()
     """To which rays it shows itself."""
 
@@ -99,8 +104,8 @@ def surface_of(evaluator, material):
     with evaluator.source(outputs[0].inputs["Surface"]) as (surface, _):
         pass
     if surface is None and volume:
-        evaluator.say("it has a volume and no surface, and its faces are left out")
-        return Surface(is_there=False)
+        medium = medium_of(evaluator, outputs[0].inputs["Volume"])
+        return Surface(base=constant(0.0, 0.0, 0.0), specular=constant(0.0), medium=packed(medium), has_surface=False)
     shown = behind(evaluator, outputs[0], "Surface")
     if volume:
         fill(evaluator, outputs[0].inputs["Volume"], shown)
@@ -110,13 +115,18 @@ def surface_of(evaluator, material):
 
 
 def fill(evaluator, socket, surface):
-    """Has glass absorb light as its volume does. Of other volumes nothing is shown."""
+    """Has glass absorb light as its volume does, and closed meshes of other surfaces be filled."""
     with evaluator.source(socket) as (source, _):
         if source is not None and source.type == "VOLUME_ABSORPTION" and not is_zero(surface.transmission):
             density = evaluator.input(source, "Density").mean()
             surface.absorption = constant(*np.clip((1 - color(evaluator.input(source, "Color"))).mean(axis=(0, 1)) * density, 0, None))
-        else:
-            evaluator.say("its volume is left out")
+            return
+    surface.medium = packed(medium_of(evaluator, socket))
+
+
+def packed(medium):
+    """A medium as parts of a surface are."""
+    return tuple(constant(*value) for value in (medium.scatter, medium.absorb, medium.emit)) + (constant(medium.anisotropy),)
 
 
 def raise_surface(evaluator, socket, material, surface):

@@ -58,6 +58,12 @@ def is_taken(matrix, reach):
     return largest <= LARGEST_SCALE and largest * reach + max(abs(row[3]) for row in rows[:3]) <= FARTHEST
 
 
+def is_of_gas(item):
+    """Returns true if an object is a domain in which smoke and fire are simulated: its density varies."""
+    domains = (modifier for modifier in item.modifiers if modifier.type == "FLUID" and modifier.fluid_type == "DOMAIN")
+    return any(modifier.show_render and modifier.domain_settings.domain_type == "GAS" for modifier in domains)
+
+
 def random_number(instance, item):
     """Number of an object from 0 to 1, by which copies differ, as Cycles has it: of objects that are no instances a hash of the name."""
     number = instance.random_id if instance.is_instance else hashed(name_number(item.name), 0)
@@ -299,6 +305,9 @@ class Walk:
         """Notes where something of an object is. `found(matrix)`: its key, and the mesh or None."""
         shown = self.visibility.of(instance, item)
         if shown.is_nowhere():
+            return
+        if is_of_gas(item):
+            self.warnings.add(f"object `{item.name}` is left out: the smoke of a domain is not rendered")
             return
         matrix = np.array(instance.matrix_world, dtype=float)
         if not np.isfinite(matrix).all():

@@ -10,6 +10,7 @@ from .at_rest import ray_visibility_of, state_of, surroundings_of, trees_of
 from .nodes import Evaluator, constant
 from .pictures import Pictures
 from .surfaces import light_of
+from .volumes import medium_of
 
 
 class World:
@@ -53,9 +54,12 @@ class World:
         if not outputs:
             return []
         if outputs[0].inputs["Volume"].is_linked:
-            self.evaluator.say("its volume is left out")
+            keys = medium_of(self.evaluator, outputs[0].inputs["Volume"]).keys(self.exposure)
+            fog = [toml.table("[fog]", keys)] if keys else []
+        else:
+            fog = []
         found = self._plain(outputs[0].inputs["Surface"])
-        return self._baked(world) if found is None else found
+        return (self._baked(world) if found is None else found) + fog
 
     def _exactly(self, read):
         """What `read` returns, if nothing was replaced for it; None otherwise."""

@@ -388,12 +388,13 @@ class Surfaces(support.ExportCase):
         self.assertEqual(len(told), 1)
         self.assertRegex(told[0], "volume and no surface")
 
-    def test_an_object_of_a_volume_alone_is_left_out_and_told_once(self):
+    def test_an_object_of_a_volume_alone_is_a_medium(self):
         support.add(self.scene, "Floor", support.grid("Floor"))
         self.scene.frame_end = 3
         shot = self.exported(self.smoke())
-        self.assertEqual([model["name"] for model in shot["model"]], ["Floor"])
-        self.assertEqual(len([line for line in self.warnings() if "`Smoke`" in line]), 1)
+        self.assertEqual({model["name"] for model in shot["model"]}, {"Floor", "Square"})
+        self.assertIs({table["name"]: table for table in shot["material"]}["Smoke"]["surface"], False)
+        self.assertEqual([line for line in self.warnings() if "`Smoke`" in line], [])
 
     def test_a_volume_alone_in_a_mesh_that_deforms_is_left_out(self):
         self.scene.frame_end = 2

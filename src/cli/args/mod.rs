@@ -327,6 +327,8 @@ impl ShotArgs {
             paths_per_frame: self.paths_per_frame.unwrap_or(settings.paths_per_frame),
             budget: self.budget.unwrap_or(settings.budget),
             bounces: self.bounces.unwrap_or(settings.bounces),
+            volume_bounces: settings.volume_bounces,
+            volume_samples: settings.volume_samples,
             caustics: self.caustics.map_or(settings.caustics, Caustics::from),
             clamp: self.clamp.map_or(settings.clamp, |limit| limit.0),
             only_lights: self.only_lights.clone().or_else(|| settings.only_lights.clone()),

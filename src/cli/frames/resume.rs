@@ -102,6 +102,8 @@ fn settings(job: &Job) -> Digest {
         paths_per_frame,
         budget,
         bounces,
+        volume_bounces,
+        volume_samples,
         caustics,
         clamp,
         only_lights,
@@ -134,7 +136,7 @@ fn settings(job: &Job) -> Digest {
     let exposures = frame::exposures(&job.shot.scene, &job.settings);
     let (radius, window) = (job.settings.filter_radius(), job.settings.data_window());
     let text = format!(
-        "{width}x{height} {window} {samples} {refinement:?} {filter:?} {radius} {depth} {reflections} {paths} {paths_per_frame} {budget:?} {bounces} {caustics:?} {clamp:?} {only_lights:?} \
+        "{width}x{height} {window} {samples} {refinement:?} {filter:?} {radius} {depth} {reflections} {paths} {paths_per_frame} {budget:?} {bounces} {volume_bounces} {volume_samples} {caustics:?} {clamp:?} {only_lights:?} \
          {occlusion:?} {mode:?} {reuse:?} {layers:?} {background:?} {build:?} {backend} {multipart} {compression:?} {stereo:?} {:?} {:?} {exposures:?} {base_place:?} {shadow_rays:?}",
         job.denoise, job.shot.rate
     );

@@ -334,6 +334,12 @@ fn prepare(frame: &FrameView, tile: &Tile, radiance: &Radiance, filtering: &mut 
         let hides =
             if frame.settings.background == Backdrop::Visible { F32x8::splat(1.0) } else { F32x8::ZERO };
         let clear = if radiance.has_secondary { F32x8::load(&radiance.clear, first) } else { F32x8::ZERO };
+        // so do media before one that is not
+        let is_background = Mask::equal(models, BACKGROUND);
+        let hides = match frame.media {
+            Some(_) => is_background.select(hides.max(F32x8::ONE - clear), hides),
+            None => hides,
+        };
         is_surface.select(F32x8::ONE - clear, hides).store(&mut filtering.alpha, first);
         if frame.layers.has(Layers::ALBEDO) {
             let [r, g, b] = &mut filtering.albedo;

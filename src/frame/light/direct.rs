@@ -342,9 +342,10 @@ pub fn sum_light(frame: &FrameView, tile: &Tile, first: usize, placed: &Placed) 
             light,
             || tile.ticks(first),
             |light, bits| {
-                let places = Places { point: placed.point, seeds: tile.gathered.seeds(first) };
+                let at = (placed.point, tile.gathered.seeds(first));
+                let places = Places::new(frame, at, || tile.ticks(first));
                 let reached = |point| tile.tags.lit(*slot, point, first) & Mask::from_bits(bits);
-                sum = add_light(sum, light, places, reached, |light_sample| {
+                sum = add_light(frame, sum, light, places, reached, |light_sample| {
                     phong::diffuse(of_lights, placed.normal, placed.smooth, light_sample)
                 });
             },

@@ -172,7 +172,15 @@ impl DrawnLayer {
         }
         if sees_light {
             if let (Some(asked), _) = self.asks(frame, start, random) {
-                light += seen.towards(asked.direction).0 * asked.light;
+                let left = frame.media.map_or(Vec3::ONE, |media| {
+                    let origin = start.origin(asked.direction);
+                    let (segment, far) = match asked.place {
+                        Some(place) => (place - origin, 1.0),
+                        None => (asked.direction, f32::INFINITY),
+                    };
+                    media.left((origin, segment), far, frame.tick_of(start.cell))
+                });
+                light += seen.towards(asked.direction).0 * asked.light * left;
             }
         }
         let light = light / self.paths as f32;

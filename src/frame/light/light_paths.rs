@@ -20,6 +20,7 @@ use super::next_event::{Asking, LightRays};
 use super::path_ends::{Below, PathResult, PathStart};
 use super::path_ray::PathRay;
 use super::pdfs::Pdfs;
+use super::scattering::{self, InMedia, OnWay};
 use super::select::select;
 use super::shadow::ShadowQueue;
 use super::starts::Starts;
@@ -34,6 +35,7 @@ use crate::frame::surface::footprints::SPREAD_OF_PATHS;
 use crate::frame::surface::hits::{Hits8, surfaces};
 use crate::frame::surface::ray_tally::RayTally;
 use crate::lanes::{F32x8, LANES};
+use crate::media::spans::Spans;
 use crate::pose::LightPose;
 use crate::samples::Tag;
 use crate::scene::RayKind;
@@ -85,6 +87,8 @@ pub struct PathScratch {
     by_light: Vec<u32>,
     one_light: OneLight,
     light_rays: LightRays,
+    /// Parts of the ray at work that lie in media.
+    spans: Spans,
 }
 
 /// Scratch memory for the vertices that ask one light.
@@ -158,7 +162,17 @@ fn go_on_from_vertices(frame: &FrameView, scratch: &mut PathScratch) {
 /// Makes the first rays of the paths, and asks for light at their starts.
 fn begin(frame: &FrameView, is_reflected: bool, scratch: &mut PathScratch) {
     let PathScratch {
-        starts, brought, random: all_random, direct, now, next, last, light_rays, walks, ..
+        starts,
+        brought,
+        random: all_random,
+        direct,
+        now,
+        next,
+        last,
+        light_rays,
+        walks,
+        spans,
+        ..
     } = scratch;
     all_random.clear();
     all_random.extend(starts.iter().map(PathStart::random));
@@ -171,6 +185,14 @@ fn begin(frame: &FrameView, is_reflected: bool, scratch: &mut PathScratch) {
     let step = Step::first(surfaces_on_paths(frame, is_reflected));
     let first = if step.is_beyond() { last } else { now };
     for ((path, start), random) in (0..).zip(starts.iter()).zip(&*all_random) {
+        if let (Some(media), Some(seen)) = (frame.media, starts.seen(start)) {
+            media.find((seen.origin, seen.direction), seen.far, frame.tick_of(start.cell), spans);
+            let mut brings = PathResult { radiance: Vec3::ZERO, sees_light: false, until: Until::FOREVER };
+            let asking = (&mut *light_rays, &mut brings);
+            first.extend(scattering::towards(frame, (path, start, seen), spans, *random, asking));
+            brought.push(brings);
+            continue;
+        }
         let below = starts.below(start);
         if below.is_some_and(|below| subsurface::enter(frame, (path, start), below, *random, walks)) {
             brought.push(subsurface::nothing_yet(frame, start));
@@ -203,6 +225,7 @@ fn begin(frame: &FrameView, is_reflected: bool, scratch: &mut PathScratch) {
                         kind,
                         receiver: start.model,
                         within,
+                        media: InMedia::default(),
                     }
                 })
             }
@@ -260,6 +283,7 @@ fn gathers(
             kind,
             receiver: start.model,
             within: start.within,
+            media: InMedia::default(),
         }
     })
 }
@@ -309,7 +333,8 @@ fn note_direct(frame: &FrameView, scratch: &mut PathScratch) {
 /// Casts the current rays. Rays that escape bring the light of the sky. The paths expire when something that
 /// moves touches these rays, if not before. `is_reflection`: they leave the layers of surfaces.
 fn cast(frame: &FrameView, is_reflection: bool, scratch: &mut PathScratch, tally: &mut RayTally) {
-    let PathScratch { starts, brought, rays, kinds, hits, now, .. } = scratch;
+    let PathScratch { starts, brought, random, rays, kinds, hits, now, next, light_rays, spans, .. } =
+        scratch;
     rays.clear();
     kinds.clear();
     if frame.hides_from_some {
@@ -326,7 +351,8 @@ fn cast(frame: &FrameView, is_reflection: bool, scratch: &mut PathScratch, tally
     let search =
         Search { kinds: OfKind::of(kinds), among: SceneSubset::All, coherence: Coherence::Incoherent };
     frame.tracer.closest(rays, search, hits);
-    for (packet, some) in hits.packets.iter().zip(now.chunks_mut(trace::LANES)) {
+    let has_areas = frame.media.is_some() && frame.pose.lights.iter().any(|light| light.shape.is_area());
+    for (packet, some) in hits.packets.iter_mut().zip(now.chunks_mut(trace::LANES)) {
         for (lane, ray) in some.iter_mut().enumerate() {
             let model = packet.model[lane];
             let is_hit = model != NO_HIT;
@@ -334,13 +360,33 @@ fn cast(frame: &FrameView, is_reflection: bool, scratch: &mut PathScratch, tally
             let brought = &mut brought[ray.path as usize];
             brought.until = brought.until.min(frame.change_of_met(model));
             brought.until = frame.first_touch_before(ray.origin, ray.direction, far, brought.until);
+            let mut left = Vec3::ONE;
+            if let Some(media) = frame.media {
+                media.find((ray.origin, ray.direction), far, ray.tick, spans);
+                brought.radiance += ray.weight * spans.emitted(frame.scene.ambient);
+                let way = (&*spans, has_areas && !ray.chances.lights_are_summed());
+                let random = random[ray.path as usize];
+                if !ray.step.is_beyond()
+                    && let OnWay::Scattered(onwards) =
+                        scattering::on_way(frame, ray, way, random, light_rays, brought)
+                {
+                    // it does not come to what it would have met
+                    packet.model[lane] = NO_HIT;
+                    next.extend(onwards);
+                    continue;
+                }
+                left = spans.left();
+            }
             if !ray.chances.lights_are_summed() {
                 brought.until = brought.until.min(frame.area_light_change);
                 brought.radiance += ray.light_of_lights(frame, far);
             }
             if !is_hit {
-                brought.radiance += ray.light_of_sky(frame);
-            } else if frame.palette.absorbs {
+                brought.radiance += ray.light_of_sky(frame) * left;
+                continue;
+            }
+            ray.weight *= left;
+            if frame.palette.absorbs {
                 ray.weight *= ray.within.left(frame.palette, far);
             }
         }
@@ -571,7 +617,8 @@ fn ask_light(
         let ((member, tag), (from, to, far)) = (answers[number], segments[number]);
         let vertex = &mut vertices[group[member as usize] as usize];
         if tag.is_lit() {
-            vertex.light += reflected[member as usize];
+            let left = frame.media.map_or(Vec3::ONE, |media| media.left((from, to), far, vertex.ray.tick));
+            vertex.light += reflected[member as usize] * left;
         }
         let brought = &mut brought[vertex.ray.path as usize];
         brought.until = frame.first_touch_before(from, to, far, brought.until);

@@ -4,10 +4,12 @@
 use glam::Vec3;
 use wide::u32x8;
 
-use crate::exposure::Tick;
+use crate::exposure::{MIDDLE_TICK, Tick};
+use crate::frame::grid::bits::set_bits;
 use crate::frame::shot::frame_view::{FrameView, Occlusion};
 use crate::frame::shot::links::OF_EYE;
 use crate::lanes::{F32x8, LANES, Mask, Vec3x8};
+use crate::media::Media;
 use crate::pose::LightPose;
 use crate::samples::EMPTY;
 use crate::scene::look::Look;
@@ -102,6 +104,20 @@ pub struct Places {
     pub point: Vec3x8,
     /// Seeds for the choice of points on an area light: see [`StratifiedPattern`].
     pub seeds: u32x8,
+    /// Ticks at which they are lit; any, where there are no media.
+    ticks: [Tick; LANES],
+}
+
+impl Places {
+    /// Surfaces at these points. `ticks`: at which they are lit.
+    #[inline(always)]
+    pub fn new(
+        frame: &FrameView,
+        (point, seeds): (Vec3x8, u32x8),
+        ticks: impl FnOnce() -> [Tick; LANES],
+    ) -> Self {
+        Self { point, seeds, ticks: if frame.media.is_some() { ticks() } else { [MIDDLE_TICK; LANES] } }
+    }
 }
 
 /// Adds to `sum` what `shade` makes of the light from those points of `light` that reach the surfaces. The
@@ -109,6 +125,7 @@ pub struct Places {
 /// of surfaces that a point, by number, reaches.
 #[inline(always)]
 pub fn add_light(
+    frame: &FrameView,
     sum: Vec3x8,
     light: &LightPose,
     places: Places,
@@ -122,6 +139,20 @@ pub fn add_light(
             return sum;
         }
         let light_sample = light_sample(light, point, &pattern, places.point);
-        sum + reached.select3(shade(&light_sample), Vec3x8::ZERO)
+        let mut light = shade(&light_sample);
+        if let Some(media) = frame.media {
+            light = light * left_of(media, &places, &light_sample, reached);
+        }
+        sum + reached.select3(light, Vec3x8::ZERO)
     })
+}
+
+/// Share of a light that media leave on its way to those of eight places that it has `reached`.
+fn left_of(media: &Media, places: &Places, light: &LightSample, reached: Mask) -> Vec3x8 {
+    let mut left = Vec3x8::ZERO;
+    for lane in set_bits(reached.bits() & light.irradiance.is_some().bits()) {
+        let way = (places.point.lane(lane), light.to_light.lane(lane));
+        left.set_lane(lane, media.left(way, light.far, places.ticks[lane]));
+    }
+    left
 }

@@ -14,6 +14,7 @@ pub mod path_ends;
 pub mod path_ray;
 pub mod pdfs;
 pub mod reflected;
+pub mod scattering;
 pub mod select;
 pub mod shadow;
 pub mod starts;

@@ -162,6 +162,18 @@ impl LightRays {
         self.sent = Sent::NOWHERE;
     }
 
+    /// Adds a ray from a place along `segment`, at `far` of which there is the light that it brings; `purpose`: what may hide that light.
+    pub fn ask(
+        &mut self,
+        path: u32,
+        (origin, segment): (Vec3, Vec3),
+        (far, purpose): (f32, Purpose),
+        light: Vec3,
+    ) {
+        let brings = PathEnd::Light(light);
+        self.waiting.push(LightRay { path, origin, direction: segment, far, purpose, brings });
+    }
+
     /// Adds a ray to the sky if it leaves the surface; two `random` numbers choose its direction.
     pub fn ask_sky(&mut self, frame: &FrameView, asking: &Asking<'_>, random: [f32; 2]) {
         let Asking { path, origin, normal, geometric_normal, horizon, weight, chances, bsdf, .. } = *asking;
@@ -305,10 +317,15 @@ impl LightRays {
                 let brought = &mut brought[ray.path as usize];
                 brought.until = frame.first_touch_before(ray.origin, ray.direction, ray.far, brought.until);
                 if !bit(blocked, number) {
+                    let left = frame.media.map_or(Vec3::ONE, |media| {
+                        let tick = frame.tick_of(starts[ray.path as usize].cell);
+                        media.left((ray.origin, ray.direction), ray.far, tick)
+                    });
                     match ray.brings {
-                        PathEnd::Light(light) => brought.radiance += light,
+                        PathEnd::Light(light) => brought.radiance += light * left,
                         PathEnd::Sky(of_sky) => {
-                            brought.radiance += of_sky.light(frame.sky.light(of_sky.density, ray.direction));
+                            brought.radiance +=
+                                of_sky.light(frame.sky.light(of_sky.density, ray.direction)) * left;
                         }
                         PathEnd::Sight => brought.sees_light = true,
                     }

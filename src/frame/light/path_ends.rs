@@ -4,6 +4,7 @@ use glam::Vec3;
 
 use crate::changes::Until;
 use crate::frame::shot::frame_view::FrameView;
+use crate::frame::shot::links::OF_EYE;
 use crate::scene::look::Look;
 use crate::scene::material::Scattering;
 use crate::shade::bsdf::SeenBsdf;
@@ -95,6 +96,28 @@ pub struct DrawnLayer {
 }
 
 impl PathStart {
+    /// Start of what media scatter along a ray from `origin` (world space), which is no surface. `owner` and `cell`: see there.
+    pub fn on_ray(
+        (owner, cell): (u32, u32),
+        sequence: PathSequence,
+        (origin, direction): (Vec3, Vec3),
+    ) -> Self {
+        Self {
+            owner,
+            cell,
+            index: 0,
+            sequence,
+            point: origin,
+            model: OF_EYE,
+            normal: direction,
+            tangent: Vec3::ZERO,
+            geometric_normal: direction,
+            horizon: Horizon::flat(direction),
+            of_surface: 0,
+            within: Within::NOTHING,
+        }
+    }
+
     /// Random numbers of the path.
     #[inline]
     pub fn random(&self) -> PathRandom {

@@ -3,6 +3,7 @@
 use glam::Vec3;
 
 use super::pdfs::Pdfs;
+use super::scattering::InMedia;
 use super::step::Step;
 use crate::exposure::Tick;
 use crate::frame::shot::frame_view::FrameView;
@@ -41,6 +42,8 @@ pub struct PathRay {
     pub receiver: u32,
     /// What it goes through.
     pub within: Within,
+    /// How often its path has been in media.
+    pub media: InMedia,
 }
 
 impl PathRay {

@@ -107,7 +107,10 @@ impl Pdfs {
             if asked > 0.0 && frame.is_shadow_linked(number) {
                 return Vec3::ZERO;
             }
-            let left = within.left(frame.palette, glow.distance);
+            let mut left = within.left(frame.palette, glow.distance);
+            if let Some(media) = frame.media {
+                left *= media.left((origin, ray.direction), glow.distance, tick);
+            }
             left * glow.radiance * weight_of_path(by_path, asked * glow.density)
         };
         let lights = frame.pose.lights_at(tick);

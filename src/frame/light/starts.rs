@@ -3,6 +3,7 @@
 use std::ops::Deref;
 
 use super::path_ends::{Below, DrawnLayer, PathStart};
+use super::scattering::SeenRay;
 
 /// Starts of paths: of gathered ones, or of reflected ones. A surface has many paths, and one layer, or one thing below it: these lie in
 /// lists of their own, and starts are small.
@@ -11,6 +12,7 @@ pub struct Starts {
     all: Vec<PathStart>,
     layers: Vec<DrawnLayer>,
     below: Vec<Below>,
+    seen: Vec<SeenRay>,
 }
 
 /// Number of nothing in the lists.
@@ -30,6 +32,7 @@ impl Starts {
         self.all.clear();
         self.layers.clear();
         self.below.clear();
+        self.seen.clear();
     }
 
     /// Adds paths with these numbers by which a surface gathers light, some of which go `below` it.
@@ -44,6 +47,19 @@ impl Starts {
         let of_surface = self.layers.len() as u32;
         self.layers.push(layer);
         self.all.extend(numbers.map(|index| PathStart { index, of_surface, ..*start }));
+    }
+
+    /// Adds paths with these numbers that bring what media scatter along a ray. They are not traced together with others.
+    pub fn scatter(&mut self, start: &PathStart, seen: SeenRay, numbers: impl Iterator<Item = u32>) {
+        let of_surface = self.seen.len() as u32;
+        self.seen.push(seen);
+        self.all.extend(numbers.map(|index| PathStart { index, of_surface, ..*start }));
+    }
+
+    /// The ray along which media scatter what a path brings; `None` if it starts at a surface.
+    #[inline]
+    pub fn seen(&self, start: &PathStart) -> Option<&SeenRay> {
+        self.seen.get(start.of_surface as usize)
     }
 
     /// Returns true if they are reflected.

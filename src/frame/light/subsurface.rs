@@ -14,6 +14,7 @@ use super::lobes::Lobes;
 use super::path_ends::{Below, PathResult, PathStart};
 use super::path_ray::PathRay;
 use super::pdfs::Pdfs;
+use super::scattering::InMedia;
 use super::starts::Starts;
 use super::step::Step;
 use super::vertex::{NO_BSDF, Vertex};
@@ -433,6 +434,7 @@ fn vertex(frame: &FrameView, exit: Exit, surface: Surface, (step, random): (Step
         kind: RayKind::Diffuse,
         receiver: model,
         within,
+        media: InMedia::default(),
     };
     let random = random.four(step.asking());
     let (asked_light, chance) = light_asked(frame, model, surface.point, random[0]);

@@ -5,6 +5,7 @@
 use glam::Vec3;
 
 use super::bounced_ray::{Bounce, Kind, LEAST_WEIGHT};
+use super::in_media::InMedia;
 use super::met_surfaces::{MetSurface, MetSurfaces};
 use super::parts;
 use super::ray_trees::TreeScratch;
@@ -41,6 +42,8 @@ pub struct Bounces {
     pub times: TreeTimes,
     /// Trees of the current tile.
     pub trees: TreeScratch,
+    /// What media show.
+    pub media: InMedia,
 }
 
 impl Bounces {
@@ -55,7 +58,8 @@ impl Bounces {
         branches: Branches,
     ) {
         let spread = frame.view.spread_of_sample().by_distance;
-        let bounce = |kind| Bounce { guides, spread, ..Bounce::from_sample(cell, kind) };
+        let weight = self.media.left(cell as usize);
+        let bounce = |kind| Bounce { guides, spread, weight, ..Bounce::from_sample(cell, kind) };
         grow(frame, step_of_sample(frame), (surface, model), branches, bounce, &mut self.next);
     }
 
@@ -95,11 +99,8 @@ impl Bounces {
         {
             let Some(ray) = ray else { continue };
             if let Some(light) = frame.maps.look_up(model, ray.direction) {
-                add(
-                    radiance,
-                    &Bounce { weight: ray.weight, ..Bounce::from_sample(cell, kind) },
-                    ray.weight * light,
-                );
+                let weight = ray.weight * self.media.left(cell as usize);
+                add(radiance, &Bounce { weight, ..Bounce::from_sample(cell, kind) }, weight * light);
                 // the map is another when anything has moved
                 self.times.note(cell, Until::UNKNOWN);
             }
@@ -117,7 +118,8 @@ impl Bounces {
         seen: &SeenBsdf,
     ) {
         let spread = frame.view.spread_of_sample().by_distance;
-        let bounce = Bounce { guides, spread, receiver, ..Bounce::from_sample(cell, Kind::Reflection) };
+        let weight = self.media.left(cell as usize);
+        let bounce = Bounce { guides, spread, weight, receiver, ..Bounce::from_sample(cell, Kind::Reflection) };
         mirror(frame, step_of_sample(frame), bounce, surface, seen, &mut self.next);
     }
 }
@@ -158,7 +160,7 @@ fn mirror(
 }
 
 /// Traces the rays that were [started](Bounces::start), and those that follow them up to the frame's depth, and
-/// adds their light to the cells' radiance.
+/// adds their light to the cells' radiance; and what media along them and before samples scatter.
 pub fn follow(frame: &FrameView, bounces: &mut Bounces, radiance: &mut Radiance, scratch: &mut TraceScratch) {
     let shows_guides = frame.layers.has(Layers::GUIDES);
     while !bounces.next.is_empty() {
@@ -175,6 +177,9 @@ pub fn follow(frame: &FrameView, bounces: &mut Bounces, radiance: &mut Radiance,
             }
             go_on(frame, met, &mut bounces.next);
         }
+    }
+    if frame.media.is_some() {
+        bounces.media.scatter(frame, radiance, &mut bounces.times, &mut scratch.tally);
     }
 }
 
@@ -214,13 +219,17 @@ fn meet(frame: &FrameView, bounces: &mut Bounces, radiance: &mut Radiance, scrat
             bounces.times.note_met(frame, bounce.cell, *model);
             bounces.times.note_segment(frame, bounce.cell, bounce.origin, bounce.direction, far);
             let of_lights = bounce.light_of_lights(frame, far);
+            let left = match frame.media {
+                Some(media) => bounces.media.follow(frame, media, (bounce, far), radiance),
+                None => Vec3::ONE,
+            };
             let mut of_sky = match (is_hit, bounce.ray_kind) {
                 (true, _) => Vec3::ZERO,
                 (false, RayKind::Camera) => frame.sky.seen(bounce.direction),
                 (false, _) => frame.sky.radiance(bounce.direction),
-            };
+            } * left;
             if is_hole(frame, bounce, *model) {
-                radiance.clear[bounce.cell as usize] += bounce.weight.element_sum() / 3.0;
+                radiance.clear[bounce.cell as usize] += (bounce.weight * left).element_sum() / 3.0;
                 if frame.layers.has(Layers::BACKGROUND) {
                     radiance.add_sky(bounce.cell as usize, bounce.weight * of_sky);
                 }
@@ -269,6 +278,10 @@ fn meet_surfaces(
         }
         if frame.palette.absorbs {
             bounce.weight *= bounce.within.left(frame.palette, packet.t[from + lane]);
+        }
+        if let Some(media) = frame.media {
+            let way = (bounce.origin, bounce.direction);
+            bounce.weight *= media.left(way, packet.t[from + lane], frame.tick_of(bounce.cell));
         }
         met.push(MetSurface { bounce, surface, model: packet.model[from + lane], light: Vec3::ZERO });
     });

@@ -8,6 +8,7 @@ use crate::frame::shot::frame_view::FrameView;
 use crate::frame::shot::links::OF_EYE;
 use crate::frame::surface::radiance::Layer;
 use crate::scene::RayKind;
+use crate::shade::area::Glow;
 use crate::shade::within::Within;
 
 /// Least weight in the picture of a ray that is followed: half the step of an 8-bit picture at full
@@ -101,7 +102,13 @@ impl Bounce {
         let lights = frame.pose.lights_at(frame.tick_of(self.cell));
         let passed = lights_passed(lights, self.origin, (self.origin, self.direction), far);
         let passed = passed.filter(|(light, ..)| frame.lights(*light, self.receiver));
-        passed.map(|(_, glow, _)| glow.radiance * self.within.left(frame.palette, glow.distance)).sum()
+        let left = |distance: f32| {
+            let way = (self.origin, self.direction);
+            frame.media.map_or(Vec3::ONE, |media| media.left(way, distance, frame.tick_of(self.cell)))
+        };
+        let shown =
+            |glow: Glow| glow.radiance * self.within.left(frame.palette, glow.distance) * left(glow.distance);
+        passed.map(|(_, glow, _)| shown(glow)).sum()
     }
 
     /// Returns true if a ray of this weight is visible in the picture.

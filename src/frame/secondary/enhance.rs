@@ -5,6 +5,7 @@
 use glam::Vec3;
 
 use super::bounce::{self, Bounces};
+use super::in_media::{self, InMedia};
 use super::parts;
 use super::ray_trees::TileTrees;
 use super::roles;
@@ -48,6 +49,7 @@ pub fn enhance(
     radiance.begin_tile();
     bounces.times.begin(frame, kept.as_ref().map_or(TreeGrain::Nothing, |kept| kept.asks(frame)));
     bounces.trees.begin();
+    bounces.media.begin(frame);
     let mut any_traced = false;
     let shows_parts = frame.layers.has(Layers::PARTS);
     for first in (0..CELLS).step_by(LANES) {
@@ -68,13 +70,30 @@ pub fn enhance(
         if surfaces != u8::MAX && shows_background && !is_visible {
             hide_background(tile, first, &mut radiance.diffuse);
         }
-        if surfaces != 0 {
+        let media = frame.media.map(|media| (media, in_media::bits(models)));
+        let in_media = media.map_or(0, |(_, in_media)| in_media);
+        let mut traced = 0;
+        if surfaces != 0 || in_media != 0 {
             let looks = tile.looks(first);
             let gloss = frame.palette.gloss(&looks);
             let has_bsdfs = frame.palette.bsdfs.any(&looks);
             let followed = if frame.settings.depth > 0 { gloss.is_followed.bits() & surfaces } else { 0 };
             // what is not shown of holes and catchers is not traced
             let followed = followed & !roles::bits(frame, models);
+            let trees = followed | in_media;
+            if trees != 0 {
+                radiance.open_secondary();
+                radiance.is_followed = true;
+                traced = match &kept {
+                    Some(kept) => bounces.trees.show(frame, kept, (first, trees), radiance),
+                    None => trees,
+                };
+                any_traced |= traced != 0;
+            }
+            if let Some((media, in_media)) = media {
+                let Bounces { media: shown, times, .. } = &mut *bounces;
+                shown.look(frame, media, (tile, first, traced & in_media), times, radiance);
+            }
             if gloss.is_any || has_bsdfs || followed != 0 {
                 let placed = placed.get(frame, tile, first);
                 let incoming = -directions_to_eye(frame, tile, first, &placed);
@@ -110,13 +129,7 @@ pub fn enhance(
                     cut(light).store([r, g, b], first);
                 }
                 if followed != 0 {
-                    radiance.open_secondary();
-                    radiance.is_followed = true;
-                    let traced = match &kept {
-                        Some(kept) => bounces.trees.show(frame, kept, (first, followed), radiance),
-                        None => followed,
-                    };
-                    any_traced |= traced != 0;
+                    let traced = traced & followed;
                     start_rays(frame, tile, first, traced, &placed, incoming, (bounces, radiance));
                 }
             }
@@ -129,10 +142,11 @@ pub fn enhance(
     if let Some(kept) = &mut kept {
         bounces.trees.keep(frame, kept, &bounces.times, radiance);
     }
-    show_reflected(&mut bounces.reflected, radiance);
+    show_reflected(&mut bounces.reflected, &bounces.media, radiance);
     if !frame.roles.is_empty() {
         roles::show(frame, tile, placed, radiance);
     }
+    bounces.media.dim(radiance);
     any_traced
 }
 
@@ -172,13 +186,13 @@ fn reflect(
 }
 
 /// Adds the light that rough layers reflect to that of mirrors, and removes it from the list.
-fn show_reflected(reflected: &mut Vec<(u32, Vec3)>, radiance: &mut Radiance) {
+fn show_reflected(reflected: &mut Vec<(u32, Vec3)>, media: &InMedia, radiance: &mut Radiance) {
     if reflected.is_empty() {
         return;
     }
     radiance.open_secondary();
     for (cell, light) in reflected.drain(..) {
-        radiance.add_secondary(Layer::Reflection, cell as usize, light);
+        radiance.add_secondary(Layer::Reflection, cell as usize, light * media.left(cell as usize));
     }
     radiance.cut_secondary();
 }
@@ -295,7 +309,8 @@ fn highlights(
                 if !shines && bsdfs.is_none() {
                     return;
                 }
-                let places = Places { point: placed.point, seeds: tile.gathered.seeds(first) };
+                let at = (placed.point, tile.gathered.seeds(first));
+                let places = Places::new(frame, at, || tile.ticks(first));
                 let (shows, radiance) =
                     (shows_highlight(frame, light, gloss), frame.radiance_of(number, light));
                 let sees = is_surface & Mask::from_bits(bits);
@@ -311,9 +326,10 @@ fn highlights(
                         }
                     }
                 };
-                sum = add_light(sum, light, places, reached, shade);
+                sum = add_light(frame, sum, light, places, reached, shade);
                 if let Some(bsdfs) = bsdfs.filter(|bsdfs| bsdfs.is_matt_rough()) {
-                    of_matt = add_light(of_matt, light, places, reached, |light| bsdfs.of_rough_matt(light));
+                    of_matt =
+                        add_light(frame, of_matt, light, places, reached, |light| bsdfs.of_rough_matt(light));
                 }
             },
         );

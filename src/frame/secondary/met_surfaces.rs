@@ -407,7 +407,7 @@ fn shine(frame: &FrameView, number: usize, met: &mut MetSurfaces) {
         let albedo = frame.albedo_of_lights(&eight.looks, albedo);
         let mut points = [0; LANES];
         points[..lit.len()].copy_from_slice(lit);
-        let places = Places { point, seeds: eight.seeds };
+        let places = Places::new(frame, (point, eight.seeds), || eight.ticks);
         let (ticks, view, mut sum) = (eight.ticks, eight.view, eight.light);
         frame.pose.each_of_light(
             number,
@@ -420,7 +420,7 @@ fn shine(frame: &FrameView, number: usize, met: &mut MetSurfaces) {
                 let reached = |point: usize| {
                     Mask::new(|lane| (bits >> lane & 1 != 0) & (points[lane] >> point & 1 != 0))
                 };
-                sum = add_light(sum, light, places, reached, |light_sample| {
+                sum = add_light(frame, sum, light, places, reached, |light_sample| {
                     let mut light = phong::diffuse(albedo, normal, smooth, light_sample);
                     if let Some(bsdfs) = bsdfs {
                         light = (light * bsdfs.through + bsdfs.of_rough_matt(light_sample)).max(Vec3x8::ZERO)

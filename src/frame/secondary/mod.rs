@@ -4,6 +4,7 @@
 pub mod bounce;
 pub mod bounced_ray;
 pub mod enhance;
+pub mod in_media;
 pub mod met_surfaces;
 pub mod parts;
 pub mod ray_trees;

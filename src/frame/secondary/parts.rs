@@ -89,9 +89,10 @@ pub fn direct(
             number,
             || tile.ticks(first),
             |light, bits| {
-                let places = Places { point: placed.point, seeds: tile.gathered.seeds(first) };
+                let at = (placed.point, tile.gathered.seeds(first));
+                let places = Places::new(frame, at, || tile.ticks(first));
                 let reached = |point| reached(*slot, point) & Mask::from_bits(bits & lit);
-                sum = add_light(sum, light, places, reached, |light_sample| {
+                sum = add_light(frame, sum, light, places, reached, |light_sample| {
                     phong::diffuse(albedo, placed.normal, placed.smooth, light_sample)
                 });
             },

@@ -23,6 +23,7 @@ use crate::frame::planes::kernel::Kernel;
 use crate::frame::watcher::{Stop, Watcher};
 use crate::lanes::{LANES, Mask, Vec3x8};
 use crate::layers::Layers;
+use crate::media::Media;
 use crate::pose::Pose;
 use crate::samples::{BACKGROUND, Column, EMPTY, Octahedral, Sample, TagSlot, Tile};
 use crate::scene::look::Look;
@@ -86,6 +87,8 @@ pub struct FrameView<'a> {
     pub links: &'a Links,
     /// Sets of models that cast shadows in some lights in which any moved since the frame before: a bit each, bit 0 for all models.
     pub moved_sets: u32,
+    /// Media of the scene where they are in this frame, if there are any.
+    pub media: Option<&'a Media<'a>>,
     /// Materials of the scene, ready for lighting.
     pub palette: &'a Palette,
     /// Camera, models and lights in this frame.

@@ -6,6 +6,7 @@
 //! the same.
 
 use crate::exposure::{TICKS, Tick};
+use crate::media::MediaOfShot;
 use crate::pose::{CameraPose, Clip, Pose};
 use crate::samples::{Flags, Tag};
 
@@ -94,6 +95,17 @@ impl Plan {
             moved,
             lights: (0..now.lights.len()).map(|light| light_change(before, now, light)).collect(),
         }
+    }
+
+    /// Counts media that moved as a change of all lights: they fade other light than before on its way.
+    #[must_use]
+    pub fn with_media(self, media: &MediaOfShot) -> Self {
+        let any_moved = (0..).zip(&self.moved).any(|(model, moved)| *moved && media.fills(model));
+        let fades = |light: LightChange| match light {
+            LightChange::None if any_moved => LightChange::Strength,
+            other => other,
+        };
+        Self { lights: self.lights.into_iter().map(fades).collect(), ..self }
     }
 
     /// Creates the plan of a frame that has none before it: everything counts as changed.

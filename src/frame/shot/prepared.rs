@@ -20,6 +20,7 @@ use crate::frame::planes::mixing::MixRule;
 use crate::frame::watcher::{Stop, Watcher};
 use crate::geometry::Bounds;
 use crate::layers::Layers;
+use crate::media::MediaOfShot;
 use crate::pose::{CameraPose, Pose};
 use crate::samples::TagLayout;
 use crate::samples::saved::PictureName;
@@ -44,6 +45,8 @@ pub struct Prepared<'s> {
     /// Light links of the shot.
     pub links: Links,
     pub palette: Palette,
+    /// Media of the scene.
+    pub media: MediaOfShot,
     /// Layout of the store's tags.
     pub layout: TagLayout,
     pub occlusion: Option<Occlusion>,
@@ -76,7 +79,7 @@ pub struct Prepared<'s> {
     shapes: Mutex<Deformations>,
     /// What random numbers follow from beside cells and cameras.
     pub salt: u32,
-    /// True if rays follow mirrors or glass of the shot.
+    /// True if rays follow mirrors or glass of the shot, or what media show is kept with theirs.
     pub has_trees: bool,
     /// The exposures of each frame: one where frames are sharp.
     pub exposures: Exposures,
@@ -125,6 +128,7 @@ impl<'s> Prepared<'s> {
         about_layers.extend(settings.layers.has(Layers::MATERIAL).then(|| numbers_of_materials(scene)));
         let links = Links::new(scene, settings.only_lights.as_deref());
         let light_groups = LightGroups::new(&scene.lights);
+        let media = MediaOfShot::of(scene).0;
         let bounds = bounds_of_models(scene);
         let channels: Vec<Channel> = channels(settings.layers, &light_groups).collect();
         let is_mixed = |channel: &&Channel| MixRule::new(channel) != MixRule::Middle;
@@ -136,7 +140,9 @@ impl<'s> Prepared<'s> {
             light_chances: LightChances::new(&scene.lights.iter().map(Source::of_light).collect::<Vec<_>>()),
             palette: Palette::in_ambient(scene, if links.is_world_dark { Vec3::ZERO } else { scene.ambient }),
             links,
-            has_trees: settings.depth > 0 && scene.materials.iter().any(Material::is_followed),
+            has_trees: !media.are_none()
+                || settings.depth > 0 && scene.materials.iter().any(Material::is_followed),
+            media,
             knows_motion: keeps_answers || known.is_some(),
             motions: match known {
                 Some(motions) => motions,

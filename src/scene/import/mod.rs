@@ -7,7 +7,7 @@
 pub(in crate::scene) mod arrange;
 pub(in crate::scene) mod cameras;
 pub mod curves;
-mod deformed;
+pub(in crate::scene) mod deformed;
 pub(in crate::scene) mod faces;
 pub(in crate::scene) mod given;
 pub mod gltf;
@@ -87,7 +87,8 @@ impl Import {
 
     /// Returns what all readers have added.
     pub fn finish(self) -> Imported {
-        let Self { inputs, surfaces, pictures, findings } = self;
+        let Self { inputs, mut surfaces, pictures, findings } = self;
+        surfaces.fill_media();
         Imported {
             materials: surfaces.materials,
             findings,

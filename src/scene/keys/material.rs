@@ -126,6 +126,20 @@ pub(crate) struct MaterialTable {
     /// Share of the diffuse light that leaves on the other side of the surface, as through a leaf or paper (0)
     #[schemars(range(min = 0, max = 1))]
     pub translucency: Option<At<f64>>,
+    /// Share of light that what fills closed meshes of it scatters for each unit of length of the shot: fog, smoke, milk (0)
+    pub volume_scatter: Option<Three>,
+    /// Share of light that it absorbs, likewise: tinted water (0)
+    pub volume_absorb: Option<Three>,
+    /// Radiance that it emits, likewise: fire (0)
+    pub volume_emit: Option<Three>,
+    /// Factor on all three (1)
+    #[schemars(range(min = 0))]
+    pub volume_density: Option<At<f64>>,
+    /// Where it scatters light to: mean cosine of the angle by which that is turned, from -1 (back) to 1 (straight on) (0)
+    #[schemars(range(min = -1, max = 1))]
+    pub volume_anisotropy: Option<At<f64>>,
+    /// False if it has no surface, and is what fills its meshes alone (true)
+    pub surface: Option<bool>,
     /// Length of the way through glass after which light has the colour `depth_color`, in the units of the shot; 0: it absorbs none (0)
     #[schemars(range(min = 0))]
     pub depth: Option<At<f64>>,

@@ -101,6 +101,8 @@ pub(crate) struct ShotFile {
     pub background: Option<BackgroundTable>,
     /// Light from all around: a map, a sky with its sun, or the background
     pub environment: Option<At<EnvironmentTable>>,
+    /// What fills everything
+    pub fog: Option<FogTable>,
     /// The camera and its keys
     pub camera: Option<At<CameraTable>>,
     /// Two eyes instead of one
@@ -163,6 +165,9 @@ pub(crate) struct RenderTable {
     /// Radius of the filter, pixels (tent 1, gaussian and blackman-harris 1.5, mitchell 2, lanczos 3)
     #[schemars(range(min = 0.5, max = 4))]
     pub filter_radius: Option<At<f64>>,
+    /// Places along each ray from the eye at which media scatter light (1)
+    #[schemars(range(min = 1, max = 64))]
+    pub volume_samples: Option<At<i64>>,
     /// Maximum number of mirror reflections and refractions along a camera path (4)
     #[schemars(range(min = 0, max = 64))]
     pub depth: Option<At<i64>>,
@@ -215,6 +220,9 @@ pub(crate) struct IndirectTable {
     /// Maximum number of surfaces that a path meets (2)
     #[schemars(range(min = 0, max = 64))]
     pub bounces: Option<At<i64>>,
+    /// Maximum number of times that a path is scattered in media, beside the first that the eye sees (4)
+    #[schemars(range(min = 0, max = 64))]
+    pub volume_bounces: Option<At<i64>>,
     /// Budget for the paths of each frame: "full", or a number of rays
     pub budget: Option<At<BudgetValue>>,
     /// With a budget: paths that a new sample gets at once (16)
@@ -303,6 +311,23 @@ pub(crate) struct EnvironmentTable {
     /// Rays that ask it for light where a path starts (1)
     #[schemars(range(min = 0, max = 64))]
     pub samples: Option<At<i64>>,
+}
+
+#[derive(Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct FogTable {
+    /// Share of light that it scatters for each unit of length of the shot (0)
+    pub scatter: Option<Three>,
+    /// Share of light that it absorbs, likewise (0)
+    pub absorb: Option<Three>,
+    /// Radiance that it emits, likewise (0)
+    pub emit: Option<Three>,
+    /// Factor on all three (1)
+    #[schemars(range(min = 0))]
+    pub density: Option<At<f64>>,
+    /// Where it scatters light to: mean cosine of the angle by which that is turned, from -1 (back) to 1 (straight on) (0)
+    #[schemars(range(min = -1, max = 1))]
+    pub anisotropy: Option<At<f64>>,
 }
 
 #[derive(Debug, Deserialize, JsonSchema)]

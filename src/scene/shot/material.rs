@@ -67,7 +67,8 @@ pub fn replacement(text: TomlText<'_>, table: &MaterialTable) -> Result<Override
         None => values,
     };
     let mtlx = table.mtlx.as_ref().map(|file| mtlx_file(text, file)).transpose()?;
-    Ok(Override { values, mtlx, path: text.path.to_path_buf(), line, column, used: false })
+    let (medium, surface) = (super::medium::of_material(text, table)?, table.surface);
+    Ok(Override { values, mtlx, medium, surface, path: text.path.to_path_buf(), line, column, used: false })
 }
 
 /// What numbers must be.

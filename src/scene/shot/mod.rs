@@ -11,6 +11,7 @@ mod lens;
 mod light;
 mod links;
 mod material;
+mod medium;
 mod mist;
 mod model;
 mod models;
@@ -40,7 +41,7 @@ use crate::scene::keys::{BackgroundTable, FileTables, FloorTable, ModelTable, Sh
 use crate::scene::model::copies::SharedMeshes;
 use crate::scene::model::trim::trimmed;
 use crate::scene::render_space::{Extent, RenderSpace};
-use crate::scene::warnings::darkness;
+use crate::scene::warnings::{darkness, media};
 use crate::scene::{Background, Frames, Light, Material, Model, Scene, SceneError, Warning};
 use crate::settings::{Backdrop, DEFAULT_PATHS, DenoiseQuality, FileFormat, Look, RayEstimate, Settings};
 
@@ -260,7 +261,8 @@ pub fn from_text_with(
     // samples of one level are none of another
     inputs = diced.digest.map_or(inputs, |levels| Digest::of_all([inputs, levels]));
     let stem = text.path.file_stem().unwrap_or_default().to_string_lossy();
-    let scene = Scene {
+    let fog = file.fog.as_ref().map(|table| medium::fog(text, table)).transpose()?;
+    let mut scene = Scene {
         camera,
         models,
         materials,
@@ -272,12 +274,15 @@ pub fn from_text_with(
         environment,
         world_group,
         mist,
+        fog,
         space,
     };
+    scene.hide_media();
     if let Some(only) = &only_lights {
         scene.check_light_group(only.get_ref()).map_err(|what| text.bad("only_lights", only, &what))?;
     }
     findings.warnings.extend(darkness::warning(text.path, &scene));
+    findings.warnings.extend(media::warnings(text.path, &scene));
     Ok(Shot {
         title: file.title.unwrap_or_else(|| stem.into_owned()),
         scene,

@@ -80,6 +80,8 @@ pub fn settings(text: TomlText<'_>, tables: &Tables<'_>, before: &Settings) -> R
         )?,
         budget: budget(text, indirect)?.unwrap_or(before.budget),
         bounces: whole("bounces", &indirect.bounces, before.bounces, 0..65)?,
+        volume_bounces: whole("volume_bounces", &indirect.volume_bounces, before.volume_bounces, 0..65)?,
+        volume_samples: whole("volume_samples", &table.volume_samples, before.volume_samples, 1..65)?,
         occlusion_rays: whole(
             "rays",
             &occlusion.rays,

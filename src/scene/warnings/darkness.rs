@@ -30,6 +30,13 @@ fn is_dark(scene: &Scene) -> bool {
         && scene.ambient == Vec3::ZERO
         && scene.materials.iter().all(|material| material.emission == Vec3::ZERO)
         && (is_black(&scene.background) || !shows_background)
+        && !shines_by_itself(scene)
+}
+
+/// Returns true if a medium emits light.
+fn shines_by_itself(scene: &Scene) -> bool {
+    let of_materials = scene.materials.iter().filter_map(|material| material.medium.as_ref());
+    of_materials.chain(&scene.fog).any(|medium| medium.emit != Vec3::ZERO)
 }
 
 /// Returns true if a light has power and a colour at any key.

@@ -4,3 +4,4 @@ pub mod caustics;
 pub(crate) mod darkness;
 pub mod kinds;
 pub mod limits;
+pub(crate) mod media;

@@ -44,7 +44,11 @@ pub fn features(trial: &Trial) -> BTreeSet<String> {
     if shot.get("camera").and_then(Value::as_table).is_some_and(is_blurred) {
         add("lens".into());
     }
-    for table in ["shutter", "stereo", "background", "floor"] {
+    let is_filled = |material: &Table| material.keys().any(|key| key.starts_with("volume_"));
+    if list(shot, "material").any(is_filled) {
+        add("medium".into());
+    }
+    for table in ["shutter", "stereo", "background", "floor", "fog"] {
         if shot.contains_key(table) {
             add(table.to_string());
         }

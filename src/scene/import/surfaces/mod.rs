@@ -14,7 +14,7 @@ use std::sync::Arc;
 
 use glam::Vec3;
 
-use self::material_table::Override;
+use self::material_table::{Override, StatedMedium};
 use self::varying::Settled;
 use crate::scene::import::mtl::statements::Statements;
 use crate::scene::import::mtl::statements::maps::MapUse;
@@ -91,6 +91,22 @@ impl Surfaces {
     pub fn replaces(&self, name: &str, used: MapUse) -> bool {
         let entries = self.overrides.iter().filter(|entry| entry.values.name == name);
         entries.into_iter().any(|entry| entry.values.states_number(used) || entry.values.maps.has(used))
+    }
+
+    /// Gives materials what the tables of their names state of media, and takes the surfaces of those that have none.
+    pub fn fill_media(&mut self) {
+        for entry in &self.overrides {
+            let named = self.materials.iter_mut().filter(|material| material.name == entry.values.name);
+            for material in named {
+                if entry.medium != StatedMedium::default() {
+                    material.medium = Some(entry.medium.over(material.medium));
+                }
+                material.has_surface = entry.surface.unwrap_or(material.has_surface);
+            }
+        }
+        for material in self.materials.iter_mut().filter(|material| !material.has_surface) {
+            material.emission = Vec3::ZERO;
+        }
     }
 
     /// Suggests a name like `name` among those that the `[[material]]` tables define, if there is one, as a

@@ -20,7 +20,7 @@ use super::resolver::Record;
 use super::shader::{Shaders, UvNames};
 use super::skeleton::Skeleton;
 use super::stage::Wanted;
-use super::value::{Answer, codes, codes_read, numbers, said, targets, value, word};
+use super::value::{Answer, codes_read, said, word};
 use super::{cameras, curves, implicit, lights, place, seen, variants};
 use crate::animation::{Track, Visibility};
 use crate::digest::Digest;

@@ -10,6 +10,7 @@ mod hostile;
 mod lights;
 mod links;
 mod materials;
+mod media;
 mod models;
 pub mod rays;
 mod settings;
@@ -50,6 +51,8 @@ const GRAPHS: u64 = 0x6EA0_4500;
 const LINKS: u64 = 0x0011_4B5E;
 /// And what is subdivided or displaced.
 const SUBDIVISION: u64 = 0x5B_D171_DE00;
+/// And media.
+const MEDIA: u64 = 0x6D15_7000;
 
 /// The shot of this seed.
 pub fn generate(seed: u64) -> Table {
@@ -78,6 +81,7 @@ pub fn generate(seed: u64) -> Table {
     graphs::add(&mut Dice::new(seed ^ GRAPHS), &mut shot);
     links::add(&mut Dice::new(seed ^ LINKS), &mut shot);
     subdivision::add(&mut Dice::new(seed ^ SUBDIVISION), &mut shot);
+    media::add(&mut Dice::new(seed ^ MEDIA), &mut shot);
     shot
 }
 

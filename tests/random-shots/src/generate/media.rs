@@ -1,0 +1,60 @@
+//! What fills meshes and everything else: fog, smoke, ink, with and without surfaces around it.
+
+use toml::{Table, Value};
+
+use super::{color, numbers};
+use crate::dice::Dice;
+
+pub fn add(dice: &mut Dice, shot: &mut Table) {
+    if dice.one_in(8) {
+        let mut fog = Table::new();
+        state(dice, &mut fog, "", 0.1);
+        shot.insert("fog".into(), Value::Table(fog));
+    }
+    if let Some(Value::Array(materials)) = shot.get_mut("material") {
+        for material in materials.iter_mut().filter_map(Value::as_table_mut) {
+            if dice.one_in(10) {
+                state(dice, material, "volume_", 1.0);
+                if dice.one_in(2) {
+                    material.insert("surface".into(), Value::Boolean(false));
+                }
+            }
+        }
+    }
+    let has_media = shot.contains_key("fog") || shot.get("material").is_some_and(has_volumes);
+    if has_media && dice.one_in(3) {
+        set(shot, "render", "volume_samples", 2);
+    }
+    if has_media && dice.one_in(3) {
+        set(shot, "indirect", "volume_bounces", *dice.pick(&[0, 1, 9]));
+    }
+}
+
+/// Returns true if any of these materials has a volume.
+fn has_volumes(materials: &Value) -> bool {
+    let mut all = materials.as_array().into_iter().flatten().filter_map(Value::as_table);
+    all.any(|material| material.keys().any(|key| key.starts_with("volume_")))
+}
+
+fn set(shot: &mut Table, table: &str, key: &str, value: i64) {
+    let table = shot.entry(table).or_insert_with(|| Value::Table(Table::new()));
+    if let Some(table) = table.as_table_mut() {
+        table.insert(key.into(), Value::Integer(value));
+    }
+}
+
+/// States a medium that is about as `dense` as this.
+fn state(dice: &mut Dice, table: &mut Table, prefix: &str, dense: f64) {
+    for key in ["scatter", "absorb", "emit"] {
+        if dice.one_in(2) {
+            let most = dense * if key == "emit" { 0.3 } else { 1.0 };
+            table.insert(format!("{prefix}{key}"), numbers(color(dice).map(|part| part * most)));
+        }
+    }
+    if dice.one_in(3) {
+        table.insert(format!("{prefix}anisotropy"), Value::Float(*dice.pick(&[-0.9, -0.3, 0.5, 0.95, 1.0])));
+    }
+    if dice.one_in(3) {
+        table.insert(format!("{prefix}density"), Value::Float(*dice.pick(&[0.0, 0.2, 4.0])));
+    }
+}
