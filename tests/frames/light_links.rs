@@ -4,9 +4,10 @@
 use std::sync::Arc;
 
 use afterimage::frame::{Finished, Renderer};
+use afterimage::layers::Layers;
 use afterimage::scene::material::MetalRough;
 use afterimage::scene::{
-    Light, LightKind, LightLinks, Linked, Material, Model, ModelNames, Panel, Scene, SpotFall,
+    Light, LightKind, LightLinks, Linked, Material, Model, ModelNames, Panel, RayKind, Scene, SpotFall,
 };
 use afterimage::settings::{Mode, Settings};
 use afterimage::trace::BackendKind;
@@ -120,6 +121,7 @@ fn a_light_that_lights_nothing_in_sight_is_as_good_as_none() {
 fn emission_that_lights_nothing_in_sight_is_seen_by_the_eye_alone() {
     let mut scene = rich();
     scene.models.push(toy::still("away", toy::octahedron(0, false), Vec3::new(0.0, -90.0, 0.0)));
+    scene.materials.last_mut().unwrap().emission *= 10.0;
     let settings = full(64);
     let linked = rendered(&emits(scene.clone(), "glow", &lights_only(&["away"])), &settings);
     let lit = rendered(&scene, &settings);
@@ -141,7 +143,8 @@ fn emission_that_lights_nothing_in_sight_is_seen_by_the_eye_alone() {
     }
     let [linked, dark, lit] = sums;
     assert!(seen > 5 && lit > 1.03 * dark, "{seen} {lit} {dark}");
-    assert!((linked - dark).abs() < 0.002 * dark, "{linked} instead of {dark}: {lit} where all see it");
+    let brings = lit - dark;
+    assert!((linked - dark).abs() < 0.05 * brings, "{linked} instead of {dark}: {lit} where all see it");
 }
 
 /// Without paths and mirrors each model has exactly the lights that light it.
@@ -178,8 +181,7 @@ fn who_casts_no_shadow_in_a_light_stops_no_ray_to_it() {
         light.links = shadows_of(all_but(&["matt", "flyer"]));
     }
     let hides = |model: &mut Model| {
-        let kinds = [afterimage::scene::RayKind::Shadow];
-        model.ray_visibility.hidden_from = kinds.into_iter().collect();
+        model.ray_visibility.hidden_from = [RayKind::Shadow].into_iter().collect();
     };
     passed.models.iter_mut().filter(|model| ["matt", "flyer"].contains(&model.name.as_str())).for_each(hides);
     let [whole, linked, passed] = [&scene, &linked, &passed].map(|scene| rendered(scene, &settings));
@@ -250,30 +252,34 @@ fn what_is_kept_of_linked_lights_is_exact() {
     }
 }
 
-/// Both tracers show the same.
+/// Both tracers show the same, but for some rays along edges, which lead paths elsewhere.
 #[test]
 fn tracers_agree_on_linked_lights() {
-    let scene = linked_world();
-    let of = |backend| Renderer::with(backend, &scene, &settings()).unwrap().render(1, false).unwrap();
-    let [embree, rust] = [of(BackendKind::Embree), of(BackendKind::Rust)];
-    for name in ["R", "G", "B"] {
-        let difference = toy::mean_difference(&embree, &rust, name);
-        assert!(difference < 2e-4, "{name}: {difference}");
-    }
+    let differing = |scene: &Scene| {
+        let of = |backend| Renderer::with(backend, scene, &settings()).unwrap().render(1, false).unwrap();
+        let [embree, rust] = [of(BackendKind::Embree), of(BackendKind::Rust)].map(|finished| {
+            let values = ["R", "G", "B"].map(|name| finished.film.values(name).unwrap());
+            values.concat()
+        });
+        embree.iter().zip(&rust).filter(|(embree, rust)| (*embree - *rust).abs() > 0.005).count()
+    };
+    let [plain, linked] = [rich(), linked_world()].map(|scene| differing(&scene));
+    assert!(linked <= 2 * plain + 20, "{linked} values differ, {plain} of them without links");
 }
 
 /// A model that casts no shadow in a light costs none of its tags when it flies by.
 #[test]
 fn who_casts_no_shadow_ends_no_tag() {
-    let settings = Settings { depth: 0, paths: 0, ..settings() };
+    let settings = Settings { depth: 0, paths: 0, layers: Layers::NONE, ..settings() };
     let shadow_rays = |links: &LightLinks| {
         let mut scene = with_flyer(world());
+        let flyer = scene.models.last_mut().unwrap();
+        flyer.ray_visibility.hidden_from = [RayKind::Camera].into_iter().collect();
         scene.lights.iter_mut().for_each(|light: &mut Light| light.links = links.clone());
         let frames = toy::render(&scene, &settings, 3);
         frames[1..].iter().map(|finished| finished.stats.rays.shadow).sum::<u64>()
     };
     let [all, others] =
         [LightLinks::default(), shadows_of(all_but(&["flyer"]))].map(|links| shadow_rays(&links));
-    // what the flyer uncovers and itself asks anew
-    assert!(others * 3 < all * 2, "{others} of {all} shadow rays");
+    assert!(all > 500 && others == 0, "{others} of {all} shadow rays");
 }

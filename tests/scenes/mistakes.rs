@@ -468,7 +468,7 @@ fn links_to_nothing_are_mistakes() {
     for (link, place, message) in [
         (
             "light_link = { include = [\"herro\"] }",
-            "13:28",
+            "13:27",
             "`light_link` names `herro`, which is no model and no group of models: did you mean `hero`?",
         ),
         (
@@ -491,7 +491,7 @@ fn links_to_nothing_are_mistakes() {
             "13:14",
             "`light_link` means no model: all that it includes is excluded; take a name out of `exclude`",
         ),
-        ("light_link = { exclude = [\"floor\"] }", "13:28", "`light_link` names `floor`, which is no model"),
+        ("light_link = { exclude = [\"floor\"] }", "13:27", "`light_link` names `floor`, which is no model"),
     ] {
         let told = error(&shot(link, ""));
         assert!(told.contains(&format!("s.toml:{place}: {message}")), "{told}");

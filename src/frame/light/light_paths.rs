@@ -539,10 +539,13 @@ fn light(frame: &FrameView, scratch: &mut PathScratch, tally: &mut RayTally) {
             let brought = &mut brought[vertices[*vertex as usize].ray.path as usize];
             brought.until = brought.until.min(change);
         }
+        rest = after;
+        if frame.is_dark_group(number as usize) {
+            continue;
+        }
         let light = &frame.pose.lights_at(tick)[number as usize];
         let light = (number as usize, light);
         ask_light(frame, light, group, starts, (vertices, bsdfs, brought), one_light, tally);
-        rest = after;
     }
 }
 

@@ -154,6 +154,12 @@ impl FrameView<'_> {
         self.links.lit.is_empty() && self.links.dark.is_empty() || self.links.lights(light, model)
     }
 
+    /// Returns true if the light of another group alone is rendered, and this light, by number, is dark.
+    #[inline]
+    pub fn is_dark_group(&self, light: usize) -> bool {
+        self.links.dark.get(light).is_some_and(|is_dark| *is_dark)
+    }
+
     /// Bit mask of those of eight models that a light, by number, lights.
     #[inline]
     pub fn lit_bits(&self, light: usize, models: &[u32]) -> u8 {

@@ -105,7 +105,7 @@ size = [1.0, 2.0]
 spread = 20.0
 samples = 4
 group = \"back\"
-light_link = { include = [\"a\", \"b\"], exclude = [\"c\"] }
+light_link = { exclude = [\"c\"], include = [\"a\", \"b\"] }
 shadow_link = { exclude = [\"d\"] }
 [[light.key]]
 frame = 1.0

@@ -60,6 +60,8 @@ fn link(dice: &mut Dice, times: usize, table: &mut Table) {
         if dice.one_in(times) {
             let group = Value::from(*dice.pick(&GROUPS));
             let how = *dice.pick(&["include", "exclude"]);
+            // a light that lights nothing is refused
+            let how = if key == "light_link" { "include" } else { how };
             let is_none = key == "shadow_link" && how == "include" && dice.one_in(4);
             let names = if is_none { Vec::new() } else { vec![group] };
             let names = Table::from_iter([(String::from(how), Value::Array(names))]);
