@@ -108,7 +108,7 @@ impl Views {
         let distance = if pose.is_orthographic() { 1.0 } else { depth };
         let is_within = |axis: DVec3, i: usize| {
             let reach = half[i] * (1.0 + MARGIN);
-            let slope = if pose.is_orthographic() { 1.0 } else { reach.hypot(1.0) };
+            let slope = if pose.is_orthographic() { 1.0 } else { (reach * reach + 1.0).sqrt() };
             (offset.dot(axis) - center[i] * distance).abs() <= reach * distance.max(0.0) + radius * slope
         };
         let is_seen = depth + radius > 0.0 && is_within(right, 0) && is_within(up, 1);
