@@ -1,5 +1,7 @@
 //! Where the vertices of a level go in the end, and the normals of the surface there.
 
+use std::collections::HashSet;
+
 use glam::DVec3;
 use rayon::prelude::*;
 
@@ -128,50 +130,37 @@ impl Limit {
 
 fn found(level: &Topology, scheme: Scheme, positions: &[DVec3], (ring, vertex): (&mut Ring, u32)) -> Found {
     let mut found = Found { position: positions[vertex as usize], normal: DVec3::ZERO, more: Vec::new() };
-    let mut left: Vec<u32> = level.around(vertex).to_vec();
-    let is_single = scheme == Scheme::Bilinear || level.vertex_sharpness[vertex as usize].is_finite();
-    let mut is_first = true;
-    while let Some(corner) = left.first() {
-        let corners = level.take(vertex, *corner, positions, ring);
-        left.retain(|corner| !corners.contains(corner));
-        if scheme == Scheme::Bilinear {
-            found.normal += of_facets(ring);
+    let is_single = level.vertex_sharpness[vertex as usize].is_finite();
+    let around = level.around(vertex);
+    let (mut seen, mut is_first) = (HashSet::new(), true);
+    for corner in around {
+        if !seen.is_empty() && seen.contains(corner) {
             continue;
         }
-        ring.settle();
-        if is_single && is_first {
-            found.position = ring.limit();
-        }
-        let begins = ring.sectors();
-        for (number, first) in begins.iter().enumerate() {
-            let faces = match begins.get(number + 1) {
-                Some(next) => next - first,
-                None if ring.edges.len() == ring.faces.len() => ring.faces.len() - first + begins[0],
-                None => ring.faces.len() - first,
-            };
-            let normal = ring.normal(*first, faces);
-            if is_first {
-                found.normal = normal;
-                is_first = false;
-            } else {
-                let of = (0..faces).map(|face| corners[(first + face) % corners.len()]);
-                found.more.push((normal, of.collect()));
+        let corners = level.take(vertex, *corner, positions, ring);
+        if scheme == Scheme::Bilinear {
+            found.normal += ring.facets();
+        } else {
+            ring.settle();
+            if is_single && is_first {
+                found.position = ring.limit();
+            }
+            for ([first, faces], normal) in ring.normals() {
+                if is_first {
+                    (found.normal, is_first) = (normal, false);
+                } else {
+                    let of = (0..faces).map(|face| corners[(first + face) % corners.len()]);
+                    found.more.push((normal, of.collect()));
+                }
             }
         }
+        if corners.len() == around.len() {
+            break;
+        }
+        seen.extend(corners);
     }
     if scheme == Scheme::Bilinear {
         found.normal = found.normal.normalize_or_zero();
     }
     found
-}
-
-/// Sum of the normals of the facets of a ring, by their areas.
-fn of_facets(ring: &Ring) -> DVec3 {
-    let count = ring.edges.len();
-    let facet = |face: usize| {
-        let [a, b, c] = [ring.edges[face], ring.faces[face], ring.edges[(face + 1) % count]]
-            .map(|corner| corner - ring.middle);
-        a.cross(b) + b.cross(c)
-    };
-    (0..ring.faces.len()).map(facet).sum()
 }

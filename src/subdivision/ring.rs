@@ -138,27 +138,45 @@ impl Ring {
         }
     }
 
-    /// First edges of its sectors, the parts between edges that stay sharp; one of all where no two do.
-    pub fn sectors(&self) -> Vec<usize> {
-        let begins = 0..self.faces.len();
-        let sharp: Vec<usize> = begins.filter(|edge| self.is_sharp(*edge)).collect();
-        match (self.is_closed(), sharp.len()) {
-            (true, 0 | 1) | (false, 0) => vec![0],
-            _ => sharp,
+    /// Its sectors, the parts between edges that stay sharp, once it is settled: the first edge and the number of faces of each; all of it
+    /// where no two edges do.
+    fn sectors(&self) -> Vec<[usize; 2]> {
+        let count = self.faces.len();
+        let begins: Vec<usize> = (0..count).filter(|edge| self.is_sharp(*edge)).collect();
+        if begins.is_empty() || self.is_closed() && begins.len() == 1 {
+            return vec![[0, count]];
         }
+        let last = if self.is_closed() { count + begins[0] } else { count };
+        let ends = begins.iter().skip(1).copied().chain([last]);
+        begins.iter().zip(ends).map(|(first, end)| [*first, end - first]).collect()
     }
 
-    /// Normal of the surface in the sector that begins at edge number `first` and has so many faces, once it is settled: unit length, or
-    /// zero if it has none.
-    pub fn normal(&self, first: usize, faces: usize) -> DVec3 {
-        let is_whole = faces == self.faces.len() && self.is_closed();
-        let normal = match self.rule() {
-            Rule::Smooth if is_whole && self.sharp_edges() == 0 => self.smooth_normal(),
-            Rule::Crease if faces > 1 && !is_whole => self.normal_beside_crease(first, faces),
-            _ => None,
+    /// Normals of the surface in each of its sectors, once it is settled: the first face, the number of faces, and a vector of unit length,
+    /// or zero if there is no normal.
+    pub fn normals(&self) -> Vec<([usize; 2], DVec3)> {
+        let (rule, sharp) = (self.rule(), self.sharp_edges());
+        // refined once for all sectors: there may be as many of these as faces
+        let mut near: [Option<Self>; 2] = [None, None];
+        let mut normal = |[first, faces]: [usize; 2]| {
+            let is_whole = faces == self.faces.len() && self.is_closed();
+            let of_tangents = match rule {
+                Rule::Smooth if is_whole && sharp == 0 => self.smooth_normal(),
+                Rule::Crease if faces > 1 && !is_whole => self.normal_beside_crease(first, faces),
+                // between two straight edges
+                Rule::Corner if faces == 1 && !is_whole => {
+                    let next = (first + 1) % self.edges.len();
+                    direction([first, next].map(|edge| self.edges[edge] - self.middle))
+                }
+                _ => None,
+            };
+            of_tangents.unwrap_or_else(|| {
+                let is_corner = rule == Rule::Corner && faces > 1;
+                let steps = if is_corner { STEPS_AT_CORNERS } else { STEPS_TO_FACETS };
+                let near = near[usize::from(is_corner)].get_or_insert_with(|| self.after(steps));
+                near.normal_of_facets(first, faces)
+            })
         };
-        let steps = if self.rule() == Rule::Corner && faces > 1 { STEPS_AT_CORNERS } else { STEPS_TO_FACETS };
-        normal.unwrap_or_else(|| self.normal_of_facets(first, faces, steps))
+        self.sectors().into_iter().map(|sector| (sector, normal(sector))).collect()
     }
 
     /// Normal where nothing is sharp, of the two tangents (Halstead and others).
@@ -194,18 +212,20 @@ impl Ring {
         direction([along, across])
     }
 
-    /// Normal of the facets around the vertex, refined a few times.
-    fn normal_of_facets(&self, first: usize, faces: usize, steps: usize) -> DVec3 {
-        let near = self.after(steps);
-        let count = near.edges.len();
-        let mut sum = DVec3::ZERO;
-        for i in 0..faces {
-            let face = (first + i) % near.faces.len();
-            let [a, b, c] = [near.edges[face % count], near.faces[face], near.edges[(face + 1) % count]]
-                .map(|corner| corner - near.middle);
-            sum += a.cross(b) + b.cross(c);
-        }
-        unit(sum)
+    /// Sum of the normals of the facets in a sector, as a direction.
+    fn normal_of_facets(&self, first: usize, faces: usize) -> DVec3 {
+        unit((0..faces).map(|face| self.facet((first + face) % self.faces.len())).sum())
+    }
+
+    /// Normal of the facets of all its faces: twice the area that they have, as a vector.
+    pub fn facets(&self) -> DVec3 {
+        (0..self.faces.len()).map(|face| self.facet(face)).sum()
+    }
+
+    fn facet(&self, face: usize) -> DVec3 {
+        let ends = [self.edges[face], self.faces[face], self.edges[(face + 1) % self.edges.len()]];
+        let [a, b, c] = ends.map(|corner| corner - self.middle);
+        a.cross(b) + b.cross(c)
     }
 }
 

@@ -49,6 +49,9 @@ fn cube() -> Owned {
     }
 }
 
+/// Sharp point of the [pot].
+const TIP: u32 = 7;
+
 /// A prism over a pentagon without a lid, with semi-sharp edges, a sharp point and a face of five corners: a bit of everything.
 fn pot() -> Owned {
     let ring = |height: f64, turn: f64| {
@@ -81,7 +84,7 @@ fn pot() -> Owned {
             ([5, 6], 10.0),
             ([8, 13], 0.4),
         ],
-        sharp_points: vec![(2, 1.7), (7, 10.0)],
+        sharp_points: vec![(2, 1.7), (TIP, 10.0)],
         boundary: Boundary::EdgesAndCorners,
     }
 }
@@ -141,7 +144,8 @@ fn normals_are_those_of_the_facets_far_below() {
     for cage in [cube(), pot()] {
         let (normals, _) = sides(&cage, 1);
         let (_, facets) = sides(&cage, 7);
-        for ((vertex, face), normal) in &normals {
+        // a sharp point within a smooth surface is the tip of a cone, which has no normal
+        for ((vertex, face), normal) in normals.iter().filter(|((vertex, _), _)| *vertex != TIP) {
             let near = facets[&(*vertex, *face)].normalize();
             // facets of one face alone lean a little
             assert!(normal.dot(near) > 0.998, "vertex {vertex}, face {face}: {normal} {near}");

@@ -221,52 +221,62 @@ impl Cage {
         }
     }
 
-    /// Values that stay where they are.
+    /// Values that stay where they are, as OpenSubdiv has it.
     fn sharp_values(&self, spread: &Spread) -> Vec<(u32, f32)> {
         let count = spread.values.len();
-        // of each value its point, the faces that have it, and the number of edges at it that only one face has with these values
         let (mut point_of, mut faces) = (vec![u32::MAX; count], vec![0_u32; count]);
         for (value, point) in spread.of_corner.iter().zip(&self.corners) {
             point_of[*value as usize] = *point;
             faces[*value as usize] += 1;
         }
-        let mut edges: HashMap<[u32; 2], u32> = HashMap::with_capacity(spread.of_corner.len());
-        self.each_edge(|ends| {
-            let [a, b] = ends.map(|corner| spread.of_corner[corner]);
-            *edges.entry([a.min(b), a.max(b)]).or_insert(0) += 1;
-        });
-        let mut is_at_seam = vec![false; count];
-        for (ends, _) in edges.iter().filter(|(_, count)| **count == 1) {
-            ends.iter().for_each(|value| is_at_seam[*value as usize] = true);
-        }
-        let mut values_at: HashMap<u32, Vec<u32>> = HashMap::new();
+        // ends of edges that only one face has, by its values and by its points: where there are as many of both no seam is
+        let of_values = self.open_ends(count, |corner| spread.of_corner[corner]);
+        let of_points = self.open_ends(self.points.len(), |corner| self.corners[corner]);
+        let is_corner = |value: u32| faces[value as usize] == 1;
+        // at each point the number of values, and whether one of them is a corner of its area
+        let mut at = vec![(0_u32, false); self.points.len()];
         for (value, point) in (0..count as u32).zip(&point_of).filter(|(_, point)| **point != u32::MAX) {
-            if is_at_seam[value as usize] {
-                values_at.entry(*point).or_default().push(value);
-            }
+            let (values, has_corner) = &mut at[*point as usize];
+            *values += 1;
+            *has_corner |= is_corner(value);
         }
         let stated: HashMap<u32, f32> = self.sharp_points.iter().copied().collect();
-        let rule = self.face_varying;
         let mut sharp: Vec<(u32, f32)> = Vec::new();
-        for (value, point) in (0..count as u32).zip(&point_of) {
+        for (value, point) in (0..count as u32).zip(&point_of).filter(|(_, point)| **point != u32::MAX) {
             let own = stated.get(point).copied().unwrap_or(0.0);
-            let always = is_at_seam[value as usize] && {
-                let beside = &values_at[point];
-                let is_corner = |value: &u32| faces[*value as usize] == 1;
-                match rule {
+            let (values, has_corner) = at[*point as usize];
+            let open = of_values[value as usize];
+            let has_no_seam = values == 1 && open == of_points[*point as usize];
+            let always = open > 0
+                && match self.face_varying {
                     FaceVarying::All | FaceVarying::Boundaries => true,
+                    // they go as the point does
+                    _ if has_no_seam => self.boundary == Boundary::EdgesAndCorners && is_corner(value),
                     FaceVarying::None => false,
-                    FaceVarying::CornersOnly => is_corner(&value),
-                    FaceVarying::CornersPlus1 => is_corner(&value) || beside.len() > 2,
-                    // one value beside a seam: it ends there
-                    FaceVarying::CornersPlus2 => beside.iter().any(is_corner) || beside.len() != 2,
-                }
-            };
+                    FaceVarying::CornersOnly => is_corner(value),
+                    FaceVarying::CornersPlus1 => is_corner(value) || values > 2,
+                    // of one value alone a seam ends there
+                    FaceVarying::CornersPlus2 => has_corner || values != 2,
+                };
             if always || own > 0.0 {
                 sharp.push((value, if always { f32::INFINITY } else { own }));
             }
         }
         sharp
+    }
+
+    /// Number of ends of edges that only one face has, at each of `count` numbers that corners have.
+    fn open_ends(&self, count: usize, number: impl Fn(usize) -> u32) -> Vec<u32> {
+        let mut edges: HashMap<[u32; 2], u32> = HashMap::with_capacity(self.corners.len());
+        self.each_edge(|ends| {
+            let [a, b] = ends.map(&number);
+            *edges.entry([a.min(b), a.max(b)]).or_insert(0) += 1;
+        });
+        let mut open = vec![0; count];
+        for (ends, _) in edges.iter().filter(|(_, faces)| **faces == 1) {
+            ends.iter().for_each(|end| open[*end as usize] += 1);
+        }
+        open
     }
 }
 

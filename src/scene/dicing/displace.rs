@@ -41,12 +41,10 @@ struct Offset {
 }
 
 /// The mesh, whose vertices are where its materials displace them, in all of its shapes; as it was, where none does. `model`: one that
-/// shows it.
-///
-/// # Errors Why it is not displaced.
-pub fn displaced(mesh: Mesh, model: &Model, import: &Import) -> Result<Mesh, (Mesh, String)> {
+/// shows it. Then why it is not displaced, if it should be.
+pub fn displaced(mesh: Mesh, model: &Model, import: &Import) -> (Mesh, Option<String>) {
     if !is_displaced(&mesh, import) {
-        return Ok(mesh);
+        return (mesh, None);
     }
     let of = Displacing { mesh: &mesh, model, import };
     let triangles = mesh.triangles();
@@ -57,7 +55,7 @@ pub fn displaced(mesh: Mesh, model: &Model, import: &Import) -> Result<Mesh, (Me
         let closed = triangles.corners.iter().filter(|corners| !has_area(&moved.rest, **corners));
         let closed: Vec<u32> = closed.flatten().copied().collect();
         if closed.is_empty() {
-            return Ok(moved.put_into(mesh, &places));
+            return (moved.put_into(mesh, &places), None);
         }
         let mut stays = vec![false; offsets.len()];
         closed.iter().for_each(|vertex| stays[places.of_vertex[*vertex as usize] as usize] = true);
@@ -67,8 +65,7 @@ pub fn displaced(mesh: Mesh, model: &Model, import: &Import) -> Result<Mesh, (Me
             .filter(|(_, stays)| **stays)
             .for_each(|(offset, _)| *offset = Offset::default());
     }
-    let why = String::from("it is not displaced: triangles of it would have no area");
-    Err((mesh, why))
+    (mesh, Some(String::from("it is not displaced: triangles of it would have no area")))
 }
 
 /// Places of vertices: those at one place move together, whatever their normals and texture coordinates are.

@@ -111,13 +111,8 @@ fn mesh_of(
             Err(why) => import.findings.stand_in(fault(format!("it is shown as its cage: {why}")))?,
         }
     }
-    let mesh = match displace::displaced(mesh, first, import) {
-        Ok(mesh) => mesh,
-        Err((mesh, why)) => {
-            import.findings.stand_in(fault(why))?;
-            mesh
-        }
-    };
+    let (mesh, why) = displace::displaced(mesh, first, import);
+    why.map_or(Ok(()), |why| import.findings.stand_in(fault(why)))?;
     Ok((mesh, depth))
 }
 

@@ -1,6 +1,8 @@
 //! How large the cameras of a shot see things at their nearest.
 
-use glam::DVec3;
+use std::ops::Range;
+
+use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
 use super::Cage;
@@ -106,7 +108,7 @@ impl Views {
         let distance = if pose.is_orthographic() { 1.0 } else { depth };
         let is_within = |axis: DVec3, i: usize| {
             let reach = half[i] * (1.0 + MARGIN);
-            let slope = if pose.is_orthographic() { 1.0 } else { reach.hypot(1.0) };
+            let slope = if pose.is_orthographic() { 1.0 } else { (reach * reach + 1.0).sqrt() };
             (offset.dot(axis) - center[i] * distance).abs() <= reach * distance.max(0.0) + radius * slope
         };
         let is_seen = depth + radius > 0.0 && is_within(right, 0) && is_within(up, 1);
@@ -125,25 +127,23 @@ impl Views {
 
 /// Spheres around so many consecutive faces of a cage each, in all of its shapes.
 fn spheres(cage: &Cage, block: usize) -> Vec<Sphere> {
-    let mut spheres = Vec::with_capacity(cage.counts.len().div_ceil(block));
-    let mut begin = 0;
-    for counts in cage.counts.chunks(block) {
-        let end = begin + counts.iter().map(|count| *count as usize).sum::<usize>();
-        let corners = &cage.corners[begin..end];
-        begin = end;
-        let points = |points: &[[f32; 3]]| -> (DVec3, DVec3) {
-            let all = corners.iter().map(|point| {
-                let [x, y, z] = points[*point as usize].map(f64::from);
-                DVec3::new(x, y, z)
-            });
-            all.fold((DVec3::MAX, DVec3::MIN), |(low, high), point| (low.min(point), high.max(point)))
-        };
-        let shapes = cage.shapes.iter().map(Vec::as_slice).chain([cage.points.as_slice()]);
-        let (low, high) = shapes
-            .map(points)
-            .reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)))
-            .unwrap_or((DVec3::ZERO, DVec3::ZERO));
-        spheres.push(Sphere { middle: (low + high) * 0.5, radius: (high - low).length() * 0.5 });
-    }
-    spheres
+    let mut end = 0;
+    let parts = cage.counts.chunks(block).map(|counts| {
+        let begin = end;
+        end += counts.iter().map(|count| *count as usize).sum::<usize>();
+        begin..end
+    });
+    let parts: Vec<Range<usize>> = parts.collect();
+    let around = |corners: &Range<usize>| {
+        let shapes = cage.shapes.iter().chain([&cage.points]);
+        let all = shapes.flat_map(|points| {
+            cage.corners[corners.clone()]
+                .iter()
+                .map(move |point| Vec3::from(points[*point as usize]).as_dvec3())
+        });
+        let (low, high) =
+            all.fold((DVec3::MAX, DVec3::MIN), |(low, high), point| (low.min(point), high.max(point)));
+        Sphere { middle: (low + high) * 0.5, radius: (high - low).length() * 0.5 }
+    };
+    parts.par_iter().map(around).collect()
 }
