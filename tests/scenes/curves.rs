@@ -30,7 +30,7 @@ fn folder(curves: &str, more: &str) -> TempDir {
     fs::write(folder.path().join("points.npy"), numbers("(4, 3)", &points)).unwrap();
     fs::write(folder.path().join("counts.npy"), numbers("(2,)", &[1.0, 3.0])).unwrap();
     fs::write(folder.path().join("uvs.npy"), numbers("(2, 2)", &[0.5, 0.25, 0.75, 1.0])).unwrap();
-    let text = format!("{REST}[[model]]\ncurves = {{ {curves} }}\n{more}");
+    let text = format!("{REST}[[model]]\ncurves = {{ {curves} }}\n{more}[ambient]\ncolor = [1, 1, 1]\n");
     fs::write(folder.path().join("shot.toml"), text).unwrap();
     folder
 }
@@ -88,7 +88,7 @@ fn mistakes_are_told_with_their_place() {
         ("file = \"none.curves\"", "", "shot.toml:6:19: `file`: there is no file `none.curves`"),
         ("file = \"wrong.curves\"", "", "wrong.curves:2: `zero` is no number"),
         ("file = \"two.curves\", counts = 2", "", "`counts` goes with an array of points"),
-        ("file = \"two.curves\", tip = 0.1", "", "`tip`: goes with `radius`"),
+        ("file = \"two.curves\", tip = 0.1", "", "`tip` goes with `radius`"),
         ("file = \"points.npy\", radius = 1", "", "the key `counts` is missing"),
         ("file = \"points.npy\", counts = 3, radius = 1", "", "`counts` is 3, and the array has 4 points"),
         ("file = \"points.npy\", counts = 2", "", "the key `radius` is missing"),

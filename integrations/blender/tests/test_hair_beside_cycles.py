@@ -14,7 +14,9 @@ class HairBesideCycles(beside_cycles.BesideCycles):
         super().setUp()
         support.add_camera(self.scene, (0, -5, 0.4), (np.pi / 2, 0, 0))
         self.scene.cycles_curves.shape = "THICK"
-        self.scene.cycles.max_bounces = self.scene.cycles.glossy_bounces = self.scene.cycles.transmission_bounces = 12
+        of_cycles = self.scene.cycles
+        of_cycles.max_bounces = of_cycles.glossy_bounces = of_cycles.transmission_bounces = 12
+        of_cycles.sample_clamp_indirect = of_cycles.blur_glossy = 0
         of = self.scene.afterimage
         of.samples, of.paths, of.reflections, of.bounces, of.depth = 4, 1, 16, 12, 12
 
@@ -35,7 +37,7 @@ class HairBesideCycles(beside_cycles.BesideCycles):
         away = 0.15 + np.random.default_rng(3).uniform(0.2, 1.0, len(turns))[:, None] * along[None, :] ** 2
         places = np.stack([away * np.cos(turns)[:, None], away * np.sin(turns)[:, None], np.broadcast_to(2 * along - 0.6, away.shape)], axis=2)
         data.position_data.foreach_set("vector", places.astype(np.float32).ravel())
-        radii = data.attributes.new("radius", "FLOAT", "POINT")
+        radii = data.attributes.get("radius") or data.attributes.new("radius", "FLOAT", "POINT")
         radii.data.foreach_set("value", np.full(len(turns) * 9, radius, dtype=np.float32))
         data.materials.append(material)
         return support.add(self.scene, "Tuft", data)
@@ -47,8 +49,8 @@ class HairBesideCycles(beside_cycles.BesideCycles):
             ours, cycles = self.both(512)
         finally:
             bpy.data.objects.remove(tuft)
-        # as much is covered, and it is as bright on the whole
-        np.testing.assert_allclose(ours[:, :, 3].mean(), cycles[:, :, 3].mean(), rtol=0.01)
+        # as much is covered, but for the round ends that Cycles' hairs do not have, and it is as bright on the whole
+        np.testing.assert_allclose(ours[:, :, 3].mean(), cycles[:, :, 3].mean(), rtol=0.015)
         np.testing.assert_allclose(ours[:, :, :3].mean(axis=(0, 1)), cycles[:, :, :3].mean(axis=(0, 1)), rtol=tolerance, atol=1e-4)
         self.assertEqual(self.exported.warnings, [])
 
@@ -64,13 +66,13 @@ class HairBesideCycles(beside_cycles.BesideCycles):
 
     def test_a_tuft_under_an_even_sky(self):
         self.even_world((0.5, 0.6, 0.7))
-        for inputs in (
-            {"parametrization": "MELANIN", "Melanin": 0.6, "Melanin Redness": 0.5},
-            {"parametrization": "ABSORPTION", "Absorption Coefficient": (0.2, 0.6, 1.5), "Coat": 0.5},
-            {"Color": (0.9, 0.8, 0.7, 1)},
+        for inputs, tolerance in (
+            ({"parametrization": "MELANIN", "Melanin": 0.6, "Melanin Redness": 0.5}, 0.05),
+            ({"parametrization": "ABSORPTION", "Absorption Coefficient": (0.2, 0.6, 1.5), "Coat": 0.5}, 0.08),
+            ({"Color": (0.9, 0.8, 0.7, 1)}, 0.03),
         ):
             with self.subTest(**inputs):
-                self.assert_same_tuft(self.hair(**inputs), 0.05)
+                self.assert_same_tuft(self.hair(**inputs), tolerance)
 
     def test_hair_of_particles(self):
         self.even_world((0.4, 0.4, 0.4))
@@ -83,5 +85,5 @@ class HairBesideCycles(beside_cycles.BesideCycles):
             with self.subTest(children=kind):
                 settings.child_type, settings.child_percent, settings.rendered_child_count = kind, 4, 4
                 ours, cycles = self.both(256)
-                np.testing.assert_allclose(ours[:, :, 3].mean(), cycles[:, :, 3].mean(), rtol=0.01)
+                np.testing.assert_allclose(ours[:, :, 3].mean(), cycles[:, :, 3].mean(), rtol=0.015)
                 np.testing.assert_allclose(ours[:, :, :3].mean(axis=(0, 1)), cycles[:, :, :3].mean(axis=(0, 1)), rtol=0.06)

@@ -151,6 +151,11 @@ fn fit(file: &UsdFile, size: [u32; 2]) -> Result<Fit, SceneError> {
         let first = positions.len() as u32;
         let place =
             |position: &[f32; 3]| map.transform_point3(Vec3::from(*position).as_dvec3()).as_vec3().to_array();
+        if let Some(curves) = &mesh.curves {
+            positions.extend(curves.points.iter().map(place));
+            triangles.extend((first..positions.len() as u32).map(|point| [point; 3]));
+            continue;
+        }
         positions.extend(mesh.positions_at(frame).iter().map(place));
         triangles.extend(mesh.triangles.iter().map(|triangle| triangle.map(|corner| corner + first)));
     }
