@@ -119,7 +119,8 @@ impl Bounces {
     ) {
         let spread = frame.view.spread_of_sample().by_distance;
         let weight = self.media.left(cell as usize);
-        let bounce = Bounce { guides, spread, weight, receiver, ..Bounce::from_sample(cell, Kind::Reflection) };
+        let bounce =
+            Bounce { guides, spread, weight, receiver, ..Bounce::from_sample(cell, Kind::Reflection) };
         mirror(frame, step_of_sample(frame), bounce, surface, seen, &mut self.next);
     }
 }
