@@ -12,6 +12,7 @@ mod binary;
 mod binding;
 #[cfg(feature = "usd")]
 mod cameras;
+#[cfg(feature = "usd")]
 mod curves;
 #[cfg(feature = "usd")]
 mod file;
