@@ -3,8 +3,10 @@
 use afterimage::animation::TransformTrack;
 use afterimage::frame::Renderer;
 use afterimage::geometry::Curves;
-use afterimage::scene::material::{Hair, MetalRough};
-use afterimage::scene::{Background, Environment, LightKind, Material, Mesh, Panel, Scene};
+use afterimage::scene::material::{Hair, MetalRough, Optics};
+use afterimage::scene::{
+    Background, Environment, LightKind, Material, Mesh, Panel, RayKind, RayKinds, Scene,
+};
 use afterimage::settings::Settings;
 use afterimage::trace::BackendKind;
 use glam::{DAffine3, DVec3, Vec3};
@@ -149,6 +151,37 @@ fn lights_behind_hair_shine_through_it_once() {
         // paths bring what goes on from hair to hair as well
         assert!(shared > 0.97 * alone && shared < 1.8 * alone, "{z}: {alone} {shared}");
     }
+}
+
+/// Hair that a mirror shows is lit as hair that the eye sees from where the mirror image of it is.
+#[test]
+fn hair_in_a_mirror_is_lit_as_before_it() {
+    let sun = LightKind::Directional { direction: rests(DVec3::new(0.3, -0.1, -1.0)) };
+    let shown = |is_mirrored: bool| {
+        let mut tuft =
+            toy::still_curves("tuft", &toy::tuft(true), 0, DAffine3::from_translation(DVec3::Y * 0.3));
+        let side = if is_mirrored { 1.0 } else { -1.0 };
+        let camera = toy::camera(rests(DVec3::new(0.0, side * 2.0, 6.0)), rests(DVec3::new(0.0, -side, 0.0)));
+        let mut models = Vec::new();
+        if is_mirrored {
+            tuft.ray_visibility.hidden_from = RayKinds::NONE.with(RayKind::Camera);
+            models.push(toy::still("mirror", toy::floor(20.0, 1), Vec3::ZERO));
+        }
+        models.push(tuft);
+        let optics = Optics::Mirror { tint: Vec3::ONE, fresnel: false };
+        let materials = vec![
+            hair(Vec3::new(0.8, 0.5, 0.2), 0.4),
+            Material { optics, diffuse: Vec3::ZERO, ..toy::matt(0.0) },
+        ];
+        let mut scene = toy::scene(camera, models, materials, vec![toy::light("sun", sun.clone(), 2.0)]);
+        scene.background = Background::uniform(Vec3::ZERO);
+        let finished = toy::render(&scene, &Settings { reflections: 0, ..toy::audited(4) }, 1).remove(0);
+        assert_eq!(toy::differing(&finished), 0);
+        let green = finished.film.values("G").unwrap();
+        green.iter().sum::<f32>() / green.len() as f32
+    };
+    let [mirrored, seen] = [true, false].map(shown);
+    assert!(seen > 0.01 && (mirrored / seen - 1.0).abs() < 0.03, "{mirrored} {seen}");
 }
 
 /// Frames of a camera that goes keep most of what they have of hair.

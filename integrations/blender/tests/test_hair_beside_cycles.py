@@ -77,8 +77,10 @@ class HairBesideCycles(beside_cycles.BesideCycles):
     def test_hair_of_particles(self):
         self.even_world((0.4, 0.4, 0.4))
         self.scene.render.film_transparent = True
-        ball = self.ball(self.hair(Color=(0.6, 0.3, 0.1, 1)), 0.5)
+        ball = self.ball(principled("Skin", Base_Color=(0.5, 0.4, 0.3, 1), Specular_IOR_Level=0)[0], 0.5)
+        ball.data.materials.append(self.hair(Color=(0.6, 0.3, 0.1, 1)))
         settings = ball.modifiers.new("Fur", "PARTICLE_SYSTEM").particle_system.settings
+        settings.material = 2
         settings.type, settings.count, settings.hair_length, settings.render_step, settings.display_step = "HAIR", 300, 0.6, 3, 3
         settings.root_radius, settings.tip_radius, settings.radius_scale = 1.0, 0.2, 0.03
         for kind in ("NONE", "SIMPLE"):

@@ -316,9 +316,9 @@ pub fn surfaces(
 ) {
     let corners = hits.corners(frame);
     let mut point = corners.point(hits.weights);
-    let in_object = point;
     let [mut normal, mut geometric_normal] = corners.normals(hits.weights);
     hits.put_curved_points(frame, corners.curved(), &mut point);
+    let in_object = point;
     let mut widths = [0.0; LANES];
     if frame.palette.has_textures {
         for lane in (0..count).filter(|lane| hits.is_hit(*lane)) {
