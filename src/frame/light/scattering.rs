@@ -15,7 +15,7 @@ use glam::Vec3;
 use super::light_choice::Kinds;
 use super::next_event::LightRays;
 use super::path_ends::{PathResult, PathStart};
-use super::path_ray::PathRay;
+use super::path_ray::{InMedia, PathRay};
 use super::pdfs::{LightsAsked, Pdfs};
 use super::step::Step;
 use crate::exposure::Tick;
@@ -56,22 +56,6 @@ pub struct SeenRay {
     pub far: f32,
     /// Weight of its light.
     pub weight: Vec3,
-}
-
-/// How often a path has been in media.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct InMedia {
-    /// Places at which it was scattered.
-    scatterings: u8,
-    /// Rays on which it might have been: each has random numbers of its own.
-    asked: u8,
-}
-
-impl InMedia {
-    /// Sets of random numbers for a ray.
-    fn sets(self) -> u32 {
-        4 * u32::from(self.asked)
-    }
 }
 
 /// Place at which a path is scattered.

@@ -3,12 +3,11 @@
 use std::collections::HashSet;
 use std::sync::Arc;
 
-use super::light::group_name;
 use crate::scene::keys::links::NamesTable;
 use crate::scene::keys::spelling::hint;
 use crate::scene::keys::toml_text::{At, TomlText};
 use crate::scene::keys::{LightTable, ModelTable};
-use crate::scene::{BlockerSet, LightLinks, Linked, Model, ModelNames, SceneError};
+use crate::scene::{BlockerSet, LightGroups, LightLinks, Linked, Model, ModelNames, SceneError};
 
 const LIGHT_LINK: &str = "light_link";
 const SHADOW_LINK: &str = "shadow_link";
@@ -161,3 +160,21 @@ pub fn check(
 
 /// Name of the floor's model.
 const FLOOR: &str = "floor";
+
+/// Reads the name of a group, which becomes a part of channel names.
+pub fn group_name(text: TomlText<'_>, key: &str, group: &At<String>) -> Result<String, SceneError> {
+    /// Maximum length: names of channels end at 31 letters, for old readers, `light_` and `.R` included.
+    const LONGEST: usize = 23;
+    let name = group.get_ref();
+    if name == LightGroups::OTHERS {
+        return Err(text.bad(
+            key,
+            group,
+            "is the name of the group of all lights that state none: choose another",
+        ));
+    }
+    let is_plain = name.chars().all(|letter| letter.is_ascii_alphanumeric() || matches!(letter, '-' | '_'));
+    let fits = (1..=LONGEST).contains(&name.len()) && is_plain;
+    fits.then(|| name.clone())
+        .ok_or_else(|| text.bad(key, group, "must be 1 to 23 letters, digits, `-` and `_`"))
+}

@@ -189,7 +189,7 @@ pub fn from_text_with(
     let background = background.unwrap_or(Background::uniform(Vec3::ZERO));
     let only_lights = render.only_lights.clone();
     let world_group = file.environment.as_ref().and_then(|table| table.get_ref().light_group.as_ref());
-    let world_group = world_group.map(|group| light::group_name(text, "light_group", group)).transpose()?;
+    let world_group = world_group.map(|group| links::group_name(text, "light_group", group)).transpose()?;
     let mist = mist::of_table(text, file.mist.as_ref())?;
     let ambient = optional_color(text, "color", &file.ambient.color)?.unwrap_or(Vec3::ZERO);
     if file.model.is_empty() {
