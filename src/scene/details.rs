@@ -7,7 +7,7 @@ use bevy_mikktspace::{Geometry, TangentSpace};
 use glam::{Affine3A, DAffine3, DVec3, Vec2, Vec3};
 use half::f16;
 
-use super::dicing::Cage;
+use super::cage::Cage;
 use super::texture::UvSet;
 use super::{Material, Mesh, Triangles};
 use crate::geometry::Bounds;

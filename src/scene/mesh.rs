@@ -8,7 +8,7 @@ use rayon::prelude::*;
 
 use super::cutout::CutTriangles;
 use super::details::Details;
-use super::dicing::Cage;
+use super::cage::Cage;
 use super::geometry::{Geometry, Triangles};
 use super::shapes::Shapes;
 use crate::geometry::{Bounds, Curved};

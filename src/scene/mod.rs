@@ -6,6 +6,7 @@
 pub mod camera;
 pub mod cutout;
 pub mod details;
+pub(crate) mod cage;
 pub(crate) mod dicing;
 pub mod environment;
 pub mod error;

@@ -18,9 +18,9 @@ use super::light_choice::{Kinds, NO_LIGHT, light_asked, paths_go_on, surfaces_on
 use super::lobes::Lobes;
 use super::next_event::{Asking, LightRays};
 use super::path_ends::{Below, PathResult, PathStart};
-use super::path_ray::PathRay;
+use super::path_ray::{InMedia, PathRay};
 use super::pdfs::Pdfs;
-use super::scattering::{self, InMedia, OnWay};
+use super::scattering::{self, OnWay};
 use super::select::select;
 use super::shadow::ShadowQueue;
 use super::starts::Starts;

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use glam::{DVec3, Vec2, Vec3};
 
-use super::cage::{Cage, Spread, SpreadKind, in_doubles, in_floats};
+use crate::scene::cage::{Cage, FaceVarying, Spread, SpreadKind, in_doubles, in_floats};
 use crate::scene::details::{Details, ObjectSpace, vertex_color};
 use crate::scene::import::Import;
 use crate::scene::import::deformed::has_area;
@@ -31,7 +31,7 @@ impl AtCorners {
                 let values = hierarchy.values(0, depth, values);
                 Self { values: hierarchy.limit(&values), of_corner: None }
             }
-            SpreadKind::OfCorners if is_smooth && cage.face_varying != super::FaceVarying::All => {
+            SpreadKind::OfCorners if is_smooth && cage.face_varying != FaceVarying::All => {
                 let mut own = cage.face_varying_hierarchy(spread);
                 (0..depth).for_each(|_| own.refine());
                 let values = own.values(0, depth, values);

@@ -7,7 +7,7 @@ use embree::VertexBuffer;
 use glam::{Affine3A, DVec3, Vec3};
 use rayon::prelude::*;
 
-use super::cage::in_doubles;
+use crate::scene::cage::in_doubles;
 use crate::geometry::vertex_normal::Face;
 use crate::lanes::LANES;
 use crate::scene::import::Import;

@@ -3,10 +3,12 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::cage::{Cage, in_doubles};
-use super::{Dicing, MOST_DEPTH};
 use crate::memory::{self, Need, Part};
+use crate::scene::cage::{Cage, in_doubles};
 use crate::subdivision::{Hierarchy, Scheme};
+
+/// Maximum number of times that a cage is subdivided.
+pub(super) const MOST_DEPTH: usize = 10;
 
 /// Distance in pixels between the middle of an edge and the surface that it stands for, up to which longer edges stay: an eighth of what a
 /// silhouette may be beside its place.
@@ -23,6 +25,15 @@ const BYTES_IN_SHAPE: u64 = 12;
 
 /// Maximum number of shapes in which a cage is measured.
 const MOST_MEASURED: usize = 4;
+
+/// How finely a shot is diced.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(in crate::scene) struct Dicing {
+    /// Length of edges, pixels.
+    pub edge: f64,
+    /// Maximum number of triangles of a mesh. As few levels as can be are made in any case.
+    pub triangles: u64,
+}
 
 /// A cage, subdivided, and why not further.
 pub struct Levels {

@@ -1,11 +1,10 @@
-//! Dices what is subdivided or displaced: meshes whose readers left a [`Cage`] become meshes of small triangles, once a shot, by the size at
+//! Dices what is subdivided or displaced: meshes whose readers left a [`Cage`](super::cage::Cage) become meshes of small triangles, once a shot, by the size at
 //! which its cameras see them at their nearest. Nothing behind this knows: samples, motion and bounds are those of the triangles.
 //!
 //! A mesh has one level for all of its faces, so that no two of them meet with edges of different lengths and crack, and the same
 //! triangles in all of its shapes.
 
 mod build;
-mod cage;
 mod displace;
 mod levels;
 mod views;
@@ -13,17 +12,15 @@ mod views;
 use std::collections::HashMap;
 use std::sync::Arc;
 
-pub(crate) use cage::{Cage, FaceVarying, Spread, SpreadKind};
+pub(in crate::scene) use levels::Dicing;
 pub(in crate::scene) use views::Views;
 
-use self::levels::{Bound, Levels};
+use self::levels::{Bound, Levels, MOST_DEPTH};
+use super::cage::Cage;
 use super::import::Import;
 use super::{Mesh, Model, SceneError};
 use crate::digest::Digest;
 use crate::subdivision::Scheme;
-
-/// Maximum number of times that a cage is subdivided.
-pub(crate) const MOST_DEPTH: usize = 10;
 
 /// Length of edges in pixels, where a shot does not say.
 pub(crate) const DEFAULT_EDGE: f64 = 1.0;
@@ -33,15 +30,6 @@ pub(crate) const DEFAULT_TRIANGLES: u64 = 4_000_000;
 
 /// Maximum number of triangles that a shot may state for a mesh.
 pub(crate) const MOST_DICED: u32 = 1 << 30;
-
-/// How finely a shot is diced.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(in crate::scene) struct Dicing {
-    /// Length of edges, pixels.
-    pub edge: f64,
-    /// Maximum number of triangles of a mesh. As few levels as can be are made in any case.
-    pub triangles: u64,
-}
 
 /// Models whose meshes were diced.
 pub(in crate::scene) struct Diced {

@@ -5,8 +5,8 @@ use std::ops::Range;
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
-use super::Cage;
 use crate::pose::CameraPose;
+use crate::scene::cage::Cage;
 use crate::scene::{CameraTrack, Model};
 
 /// Maximum number of times of a shot at which things are measured: cameras go little between more of them.

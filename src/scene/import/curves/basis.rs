@@ -5,7 +5,9 @@
 
 use serde::Deserialize;
 
-use super::Point;
+
+/// A point of a curve: place, radius, colour.
+pub type Point = [f64; 7];
 
 /// Basis of a curve.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, schemars::JsonSchema)]

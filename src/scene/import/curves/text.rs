@@ -19,7 +19,8 @@ use std::path::Path;
 
 use glam::Vec2;
 
-use super::{Basis, CurveSet};
+use super::basis::Basis;
+use super::set::CurveSet;
 use crate::digest::Digest;
 use crate::input::{self, Kind};
 use crate::memory::{self, Need, Part};

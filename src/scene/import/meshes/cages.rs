@@ -4,7 +4,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use super::{MeshFiles, known_as};
-use crate::scene::dicing::Cage;
+use crate::scene::cage::Cage;
 use crate::scene::import::Import;
 use crate::scene::import::obj::cage::{ObjCage, read_cage};
 use crate::scene::{Mesh, SceneError};

@@ -11,7 +11,7 @@ use super::statement::{self, Corner};
 use crate::input::{self, Kind};
 use crate::memory::{self, Need, Part};
 use crate::scene::SceneError;
-use crate::scene::dicing::{Cage, FaceVarying, Spread, SpreadKind};
+use crate::scene::cage::{Cage, FaceVarying, Spread, SpreadKind};
 use crate::subdivision::{Boundary, Scheme};
 
 /// Memory for each byte of a file while it is read as a cage.

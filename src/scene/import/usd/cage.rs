@@ -5,19 +5,11 @@ use std::collections::BTreeSet;
 use glam::DVec3;
 use openusd::usd::Prim;
 
+use super::file::UsdCage;
 use super::geometry::{Corner, FaceSurfaces, Faces, Primvar, PrimvarSpread, Spreads};
 use super::value::{Answer, numbers, value, whole_numbers, word};
-use crate::scene::dicing::{Cage, FaceVarying, Spread, SpreadKind};
+use crate::scene::cage::{Cage, FaceVarying, Spread, SpreadKind};
 use crate::subdivision::{Boundary, Scheme};
-
-/// A cage before its materials are looked up.
-#[derive(Debug, PartialEq)]
-pub struct UsdCage {
-    /// The cage, without materials.
-    pub cage: Cage,
-    /// Surface of each face.
-    pub surface_of: Vec<Option<usize>>,
-}
 
 /// Rules by which a mesh says that it is subdivided. `None` if it is not, or by rules that are not known here: these are told.
 pub fn scheme(prim: &Prim, code: f64, unused: &mut BTreeSet<String>) -> Answer<Option<Scheme>> {

@@ -5,7 +5,8 @@ use std::collections::BTreeSet;
 use glam::{DAffine3, DVec2};
 use openusd::usd::Prim;
 
-use super::file::{Clock, LensKey, UsdCamera};
+use super::clock::Clock;
+use super::file::{LensKey, UsdCamera};
 use super::render::{Conform, RenderSettings};
 use super::value::{Answer, codes, codes_read, number, numbers, value, word};
 use crate::animation::Track;

@@ -6,7 +6,8 @@ use glam::Vec2;
 use openusd::sdf::Value;
 use openusd::usd::Prim;
 
-use super::file::{Clock, UsdMesh};
+use super::clock::Clock;
+use super::file::UsdMesh;
 use super::geometry::FaceSurfaces;
 use super::value::{Answer, codes, numbers, points, said, value, whole_numbers, word};
 use crate::animation::Visibility;

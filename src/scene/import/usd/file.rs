@@ -7,12 +7,13 @@ use std::sync::Arc;
 use glam::{DAffine3, DVec2, DVec3, Vec2, Vec3};
 use half::f16;
 
-use super::cage::UsdCage;
 use super::choice::StageChoice;
+use super::clock::Clock;
 use super::render::RenderSettings;
 use super::tiles::Tiles;
 use crate::animation::{Track, Visibility};
 use crate::digest::Digest;
+use crate::scene::cage::Cage;
 use crate::scene::SceneError;
 use crate::scene::import::curves::CurveSet;
 use crate::scene::import::mtlx::Document;
@@ -61,19 +62,6 @@ pub struct Content {
     pub unused: BTreeSet<String>,
 }
 
-/// Frames of a file. Frame and time code are the same where a second has as many of both.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Clock {
-    /// Frames in a second.
-    pub rate: f64,
-    /// Time codes from frame to frame.
-    pub codes: f64,
-    /// First and last frame, if the file says.
-    pub range: Option<[f64; 2]>,
-    /// First and last time code of which values are read; none: those of all are.
-    pub read: Option<[f64; 2]>,
-}
-
 /// Things about a file that its lights depend on.
 #[derive(Debug, Clone, Copy)]
 pub struct Units {
@@ -81,12 +69,6 @@ pub struct Units {
     pub metres: f64,
     /// True if Blender wrote it.
     pub is_of_blender: bool,
-}
-
-impl Default for Clock {
-    fn default() -> Self {
-        Self { rate: 24.0, codes: 1.0, range: None, read: None }
-    }
 }
 
 /// A mesh before its materials are looked up.
@@ -114,6 +96,15 @@ pub struct UsdMesh {
     pub cage: Option<Box<UsdCage>>,
     /// Curves in place of triangles, of the one surface that is used.
     pub curves: Option<CurveSet>,
+}
+
+/// A cage before its materials are looked up.
+#[derive(Debug, PartialEq)]
+pub struct UsdCage {
+    /// The cage, without materials.
+    pub cage: Cage,
+    /// Surface of each face.
+    pub surface_of: Vec<Option<usize>>,
 }
 
 /// A mesh at its place.
@@ -336,23 +327,6 @@ impl UsdMesh {
     /// Positions of the vertices where the points of the file are at these places.
     pub fn of_vertices(&self, points: &[[f32; 3]]) -> Vec<[f32; 3]> {
         self.point_of.iter().map(|point| points[*point as usize]).collect()
-    }
-}
-
-impl Clock {
-    /// Frame of a time code.
-    pub fn frame(&self, code: f64) -> f64 {
-        code / self.codes
-    }
-
-    /// Time code of a frame.
-    pub fn code(&self, frame: f64) -> f64 {
-        frame * self.codes
-    }
-
-    /// Frame at which what rests is read.
-    pub fn first(&self) -> f64 {
-        self.range.map_or(1.0, |[first, _]| first)
     }
 }
 

@@ -8,7 +8,8 @@ use openusd::sdf::Value;
 use openusd::usd::Prim;
 
 use super::cage;
-use super::file::{Clock, UsdMesh};
+use super::clock::Clock;
+use super::file::UsdMesh;
 use super::shader::UvNames;
 use super::skin::Skin;
 use super::value::{Answer, codes, codes_read, pairs, points, said, value, whole_numbers, word};

@@ -6,7 +6,7 @@ use glam::DAffine3;
 use openusd::sdf::{Path, Value};
 use openusd::usd::Prim;
 
-use super::file::Clock;
+use super::clock::Clock;
 use super::place::Places;
 use super::text::{ACTIVE_AGAIN, INACTIVE, INACTIVE_AS_WELL};
 use super::value::{Answer, codes_read, numbers, said, targets, value, whole_numbers};

@@ -12,7 +12,8 @@ use std::path::Path;
 use glam::{DAffine3, DVec3};
 use openusd::usd::Prim;
 
-use super::file::{Clock, Content, LightKey, Picture, Units, UsdLight, UsdLightKind};
+use super::clock::Clock;
+use super::file::{Content, LightKey, Picture, Units, UsdLight, UsdLightKind};
 use super::links;
 use super::shader::Shaders;
 use super::temperature;

@@ -16,6 +16,8 @@ mod cage;
 mod cameras;
 mod choice;
 #[cfg(feature = "usd")]
+mod clock;
+#[cfg(feature = "usd")]
 mod curves;
 #[cfg(feature = "usd")]
 mod file;
@@ -71,6 +73,8 @@ mod value;
 mod variants;
 #[cfg(feature = "usd")]
 mod walk;
+#[cfg(feature = "usd")]
+mod wanted;
 #[cfg(feature = "usd")]
 mod whole;
 #[cfg(feature = "usd")]

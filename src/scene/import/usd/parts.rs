@@ -9,7 +9,7 @@ use super::file::{Content, ShownMesh, UsdFile, UsdMesh};
 use super::links;
 use super::reading::Reading;
 use crate::animation::ShapeTrack;
-use crate::scene::dicing::Cage;
+use crate::scene::cage::Cage;
 use crate::scene::import::Import;
 use crate::scene::import::curves::{self, CurveSet};
 use crate::scene::import::deformed;

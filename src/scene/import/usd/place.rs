@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use glam::{DAffine3, DMat3, DMat4, DQuat, DVec3};
 use openusd::usd::Prim;
 
-use super::file::Clock;
+use super::clock::Clock;
 use super::value::{Answer, codes_read, numbers_at, value, words};
 use crate::animation::{Interpolation, Track};
 

@@ -8,7 +8,8 @@ use openusd::usd::{LoadPolicy, Prim, Stage};
 
 use super::cameras;
 use super::choice::StageChoice;
-use super::file::{Clock, UsdCamera};
+use super::clock::Clock;
+use super::file::UsdCamera;
 use super::place;
 use super::render::RenderSettings;
 use super::resolver::Record;

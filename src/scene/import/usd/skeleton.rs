@@ -6,7 +6,7 @@ use glam::DAffine3;
 use openusd::sdf::Path;
 use openusd::usd::{Prim, Stage};
 
-use super::file::Clock;
+use super::clock::Clock;
 use super::place::{Places, affine};
 use super::value::{Answer, codes_read, numbers, said, targets, value, words};
 use crate::memory::{self, Need, Part};

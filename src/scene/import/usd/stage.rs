@@ -19,6 +19,7 @@ use super::file::{Content, UsdFile};
 use super::resolver::{self, Checked, Record, TooLarge, too_large};
 use super::text::Fault;
 use super::value::said;
+use super::wanted::Wanted;
 use super::{variants, walk};
 use crate::digest::Digest;
 use crate::input::{self, InputError, Kind};
@@ -43,14 +44,6 @@ struct ReadStage {
     content: Content,
     choice: StageChoice,
     layers: Vec<PathBuf>,
-}
-
-/// What is to be read of a file.
-#[derive(Clone)]
-pub struct Wanted {
-    pub choice: StageChoice,
-    /// Of a file that is a shot: what is chosen for its picture. Its settings count.
-    pub view: Option<ViewChoice>,
 }
 
 impl UsdFile {

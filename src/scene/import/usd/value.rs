@@ -7,7 +7,7 @@ use openusd::gf;
 use openusd::sdf::{Path, Value};
 use openusd::usd::{Prim, TimeCode};
 
-use super::file::Clock;
+use super::clock::Clock;
 
 /// Outcome of a question to the library; the error is what it says.
 pub type Answer<T> = Result<T, String>;

@@ -14,13 +14,14 @@ use openusd::usd::{LoadPolicy, Prim, PrimPredicate, PrimStatus, Stage};
 
 use super::binding::Bindings;
 use super::choice::StageChoice;
-use super::file::{Clock, Content, ShownMesh, Units};
+use super::clock::Clock;
+use super::file::{Content, ShownMesh, Units};
 use super::render::{self, RenderSettings};
 use super::resolver::Record;
 use super::shader::{Shaders, UvNames};
 use super::skeleton::Skeleton;
-use super::stage::Wanted;
 use super::value::{Answer, codes_read, said, word};
+use super::wanted::Wanted;
 use super::{cameras, curves, implicit, lights, place, seen, variants};
 use crate::animation::{Track, Visibility};
 use crate::digest::Digest;

@@ -7,7 +7,8 @@ use glam::Vec3;
 use toml::Value;
 
 use super::choice::ViewChoice;
-use super::file::{Clock, Content, UsdCamera, UsdFile, UsdLightKind};
+use super::clock::Clock;
+use super::file::{Content, UsdCamera, UsdFile, UsdLightKind};
 use super::{cameras, lights, written};
 use crate::scene::SceneError;
 use crate::scene::import::faces::are_within_reach;

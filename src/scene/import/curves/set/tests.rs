@@ -1,3 +1,4 @@
+use super::super::text::check;
 use super::*;
 
 fn set(points: &[[f32; 3]], counts: &[u32], basis: Basis, wrap: Wrap) -> CurveSet {
