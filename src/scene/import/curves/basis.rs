@@ -25,6 +25,7 @@ pub enum Basis {
 }
 
 /// How curves begin and end.
+#[cfg_attr(not(feature = "usd"), allow(dead_code, reason = "curves of other files are all pinned"))]
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Wrap {
     /// At their first and last point, whatever the basis.
