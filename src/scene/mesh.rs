@@ -6,9 +6,9 @@ use std::sync::Arc;
 use glam::{DVec3, Vec3, Vec3A};
 use rayon::prelude::*;
 
+use super::cage::Cage;
 use super::cutout::CutTriangles;
 use super::details::Details;
-use super::cage::Cage;
 use super::geometry::{Geometry, Triangles};
 use super::shapes::Shapes;
 use crate::geometry::{Bounds, Curved};

@@ -3,10 +3,10 @@
 //! Spaces: a mesh lives in its model's *object* space; a [`Model`]'s track takes it to *world* space. Units
 //! are the OBJ's. Right-handed, Y up. Nothing here traces a ray or knows Embree.
 
+pub(crate) mod cage;
 pub mod camera;
 pub mod cutout;
 pub mod details;
-pub(crate) mod cage;
 pub(crate) mod dicing;
 pub mod environment;
 pub mod error;

@@ -7,9 +7,9 @@ use embree::VertexBuffer;
 use glam::{Affine3A, DVec3, Vec3};
 use rayon::prelude::*;
 
-use crate::scene::cage::in_doubles;
 use crate::geometry::vertex_normal::Face;
 use crate::lanes::LANES;
+use crate::scene::cage::in_doubles;
 use crate::scene::import::Import;
 use crate::scene::import::deformed::has_area;
 use crate::scene::import::faces::LARGEST_COORDINATE;

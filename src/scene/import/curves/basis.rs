@@ -5,7 +5,6 @@
 
 use serde::Deserialize;
 
-
 /// A point of a curve: place, radius, colour.
 pub type Point = [f64; 7];
 
