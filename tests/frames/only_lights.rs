@@ -67,7 +67,7 @@ fn the_picture_is_the_sum_of_those_of_its_groups() {
                     *count += usize::from(color.max_element() > 0.05 * expected.max_element());
                 });
             }
-            assert!(shown.iter().all(|count| *count > 200), "each group brings something: {shown:?}");
+            assert!(shown.iter().all(|count| *count > 50), "each group brings something: {shown:?}");
         }
     }
 }
