@@ -107,7 +107,8 @@ impl Spans {
         media: &impl Fn(usize) -> Medium,
         everywhere: Option<&Medium>,
     ) {
-        if !(from < to) {
+        let is_there = from < to;
+        if !is_there {
             return;
         }
         let around = depths.iter().filter(|(_, depth)| *depth > 0.0);
