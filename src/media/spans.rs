@@ -324,7 +324,8 @@ mod tests {
     /// What is left, emitted and scattered is what small steps add up to.
     #[test]
     fn formulas_are_what_small_steps_add_up_to() {
-        let cases: [(&[(f32, usize, f32)], Option<&Medium>, f32); 6] = [
+        type Case<'a> = (&'a [(f32, usize, f32)], Option<&'a Medium>, f32);
+        let cases: [Case; 6] = [
             (&[(1.0, 0, -1.0), (3.0, 0, 1.0)], None, 9.0),
             // in it from the start, and another one within
             (&[(3.0, 0, 1.0), (1.0, 1, -1.0), (2.0, 1, 1.0)], None, 9.0),
