@@ -353,7 +353,8 @@ mod tests {
         let back = (-lobes.absorption(color).powf(0.5) * lobes.of_color).exp();
         assert!((back - color).abs().max_element() < 1e-4, "{back}");
         let seen = |color: Vec3| lobes.seen(color, Vec3::Y, 0.3).albedo();
-        let (light, dark) = (seen(Vec3::ONE), seen(Vec3::splat(0.1)));
+        // the colour is that of many fibres: a single one lets more through
+        let (light, dark) = (seen(Vec3::ONE), seen(Vec3::splat(0.01)));
         assert!(dark.x < 0.5 * light.x && dark.x > 0.0, "{dark}");
     }
 
