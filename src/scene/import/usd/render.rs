@@ -443,7 +443,9 @@ mod tests {
     fn windows_are_crops() {
         let of = |window: [f64; 4]| crop(&window, [100, 50]);
         assert_eq!(of([0.5, 0.0, 1.0, 0.5]).as_deref(), Some("--crop 50x25+50+25 renders that window"));
-        assert_eq!(of([0.104, 0.8, 0.106, 0.9]), None);
+        // one column of pixels has its centre in it, then none
+        assert_eq!(of([0.104, 0.8, 0.106, 0.9]).as_deref(), Some("--crop 1x5+10+5 renders that window"));
+        assert_eq!(of([0.101, 0.8, 0.104, 0.9]), None);
         assert_eq!(of([-0.1, 0.0, 1.0, 1.0]), None);
     }
 
