@@ -49,7 +49,7 @@ fn load(folder: &Path, model: &str, material: &str) -> Scene {
     picture.extend(1_u16.to_le_bytes());
     picture.extend(24_u16.to_le_bytes());
     picture.extend([0; 24]);
-    picture.extend((0..16).flat_map(|texel: u8| [(texel * 57) % 251; 3]));
+    picture.extend((0..16).flat_map(|texel: u8| [(u32::from(texel) * 57 % 251) as u8; 3]));
     fs::write(folder.join("h.bmp"), picture).unwrap();
     let shot = format!(
         "[render]\nsize = [64, 48]\nframes = \"1-4\"\ndicing = 3\n\

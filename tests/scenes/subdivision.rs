@@ -101,7 +101,7 @@ fn creases_keep_their_edges() {
     assert!(flat.iter().filter(on_edge).count() > 2);
     assert_eq!(cracks(mesh.triangles(), mesh.triangles().positions.as_slice()), 0);
     // less sharp ones are between
-    let semi = cube(&top.replace("10", "1"), SMOOTH, "dicing = 4").unwrap();
+    let semi = cube(&top.replace("10", "0.5"), SMOOTH, "dicing = 4").unwrap();
     let highest = |shot: &Shot| positions(self::mesh(shot)).iter().map(|at| at.z).fold(0.0, f32::max);
     let round = cube("", SMOOTH, "dicing = 4").unwrap();
     assert!(highest(&round) < highest(&semi) && highest(&semi) < highest(&shot));

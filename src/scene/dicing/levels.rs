@@ -5,17 +5,20 @@ use rayon::prelude::*;
 
 use crate::memory::{self, Need, Part};
 use crate::scene::cage::{Cage, in_doubles};
-use crate::subdivision::{Hierarchy, Scheme};
+use crate::subdivision::{ALWAYS_SHARP, Hierarchy, Scheme};
 
 /// Maximum number of times that a cage is subdivided.
 pub(super) const MOST_DEPTH: usize = 10;
 
-/// Distance in pixels between the middle of an edge and the surface that it stands for, up to which longer edges stay: an eighth of what a
-/// silhouette may be beside its place.
-const DEVIATION: f64 = 0.0625;
+/// Distance in pixels between the middle of an edge, or of a face, and the surface that it stands for, up to which longer edges stay: less
+/// than a half of what a silhouette may be beside its place.
+const DEVIATION: f64 = 0.2;
 
 /// Factor by which the next level is nearer to the surface, if it is smooth: a little less than four.
 const NEARER: f64 = 3.5;
+
+/// Number of levels from which on what is beside corners counts no more.
+const LEAST_AT_CORNERS: usize = 4;
 
 /// Bytes that a quadrilateral takes while it is made, at most: in lists of its level and of those before it, in limits, and in a mesh.
 const BYTES_OF_QUAD: u64 = 480;
@@ -157,9 +160,14 @@ fn fineness(
         let [from, to] = [corner, level.next(corner)].map(|at| limit[level.corners[at as usize] as usize]);
         let length = (to - from).length() * pixels;
         let by_length_alone = by_length(cage_face);
+        // beside a corner of several faces the surface bends for ever: levels come nearer by halves alone, in ever smaller places
+        let face = level.face_of(corner);
+        let is_at_corner = || {
+            let mut vertices = level.corners_of(face).map(|at| level.corners[at as usize]);
+            vertices.any(|vertex| level.vertex_sharpness[vertex as usize] >= ALWAYS_SHARP)
+        };
         let deviation = || {
             let of_middle = (of_edge(level.edge_of[corner as usize]) - (from + to) * 0.5).length();
-            let face = level.face_of(corner);
             let corners = level.corners_of(face);
             let count = f64::from(corners.end - corners.start);
             let mean = corners.map(|at| limit[level.corners[at as usize] as usize]).sum::<DVec3>() / count;
@@ -169,6 +177,9 @@ fn fineness(
             return Fineness::Enough;
         }
         let is_almost_short = length <= 2.0 * edge;
+        if !by_length_alone && level.is_of_quads() && hierarchy.depth() > LEAST_AT_CORNERS && is_at_corner() {
+            return Fineness::Enough;
+        }
         if by_length_alone {
             return if is_almost_short { Fineness::Almost } else { Fineness::TooCoarse };
         }

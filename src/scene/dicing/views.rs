@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use glam::{DVec3, Vec3};
+use glam::{DAffine3, DVec3, Vec3};
 use rayon::prelude::*;
 
 use crate::pose::CameraPose;
@@ -27,7 +27,7 @@ const ASIDE: f64 = 0.25;
 /// Part of the picture around it that counts as inside.
 const MARGIN: f64 = 0.1;
 
-/// Part of a sphere's radius that is the least distance at which it is seen.
+/// Part of a box's half diagonal that is the least distance at which it is seen.
 const LEAST_DISTANCE: f64 = 0.25;
 
 /// The cameras of a shot at its times, in the space of its files.
@@ -40,11 +40,26 @@ pub(crate) struct Views {
     height: f64,
 }
 
-/// What is around a part of a cage.
+/// Box around a part of a cage.
 #[derive(Clone, Copy)]
-struct Sphere {
+struct Around {
     middle: DVec3,
-    radius: f64,
+    /// From the middle to three of its sides.
+    arms: [DVec3; 3],
+}
+
+impl Around {
+    fn placed(self, map: &DAffine3) -> Self {
+        Self {
+            middle: map.transform_point3(self.middle),
+            arms: self.arms.map(|arm| map.transform_vector3(arm)),
+        }
+    }
+
+    /// How far it reaches along an axis from its middle.
+    fn reach(&self, axis: DVec3) -> f64 {
+        self.arms.iter().map(|arm| arm.dot(axis).abs()).sum()
+    }
 }
 
 impl Views {
@@ -76,20 +91,19 @@ impl Views {
                 break;
             }
         }
-        let spheres = spheres(cage, block);
-        let pixels = |sphere: &Sphere| {
+        let parts = parts(cage, block);
+        let pixels = |part: &Around| {
             let at_all = times.iter().step_by(step).flat_map(|(time, pose)| {
                 models.iter().map(move |model| {
                     let map = model.track.map_at(*time);
                     let scale = [map.x_axis, map.y_axis, map.z_axis].map(DVec3::length);
                     let scale = scale.into_iter().fold(0.0, f64::max);
-                    let middle = map.transform_point3(sphere.middle);
-                    self.pixels(pose, Sphere { middle, radius: sphere.radius * scale }) * scale
+                    self.pixels(pose, &part.placed(&map)) * scale
                 })
             });
             at_all.filter(|pixels| pixels.is_finite()).fold(0.0, f64::max)
         };
-        let of_blocks: Vec<f64> = spheres.par_iter().map(pixels).collect();
+        let of_blocks: Vec<f64> = parts.par_iter().map(pixels).collect();
         (0..faces).map(|face| of_blocks[face / block]).collect()
     }
 
@@ -97,27 +111,28 @@ impl Views {
         self.times.windows(2).all(|pair| pair[0].1 == pair[1].1)
     }
 
-    /// Pixels that a unit of world space is long at most within a sphere.
-    fn pixels(&self, pose: &CameraPose, Sphere { middle, radius }: Sphere) -> f64 {
+    /// Pixels that a unit of world space is long at most within a box.
+    fn pixels(&self, pose: &CameraPose, part: &Around) -> f64 {
         let [eye, forward, right, up] =
             [pose.eye, pose.forward, pose.right, pose.up].map(|vector| vector.as_dvec3());
-        let offset = middle - eye;
-        let depth = offset.dot(forward);
+        let offset = part.middle - eye;
+        let radius = part.arms.iter().map(|arm| arm.length_squared()).sum::<f64>().sqrt();
+        let (depth, reach) = (offset.dot(forward), part.reach(forward));
         let [half, center] = pose.frustum(self.aspect).map(|pair| pair.map(f64::from));
         let at_one = self.height / (2.0 * half[1]);
         let distance = if pose.is_orthographic() { 1.0 } else { depth };
         let is_within = |axis: DVec3, i: usize| {
-            let reach = half[i] * (1.0 + MARGIN);
-            let slope = if pose.is_orthographic() { 1.0 } else { (reach * reach + 1.0).sqrt() };
-            (offset.dot(axis) - center[i] * distance).abs() <= reach * distance.max(0.0) + radius * slope
+            let wide = half[i] * (1.0 + MARGIN);
+            let slope = if pose.is_orthographic() { 1.0 } else { (wide * wide + 1.0).sqrt() };
+            (offset.dot(axis) - center[i] * distance).abs() <= wide * distance.max(0.0) + radius * slope
         };
-        let is_seen = depth + radius > 0.0 && is_within(right, 0) && is_within(up, 1);
+        let is_seen = depth + reach > 0.0 && is_within(right, 0) && is_within(up, 1);
         let factor = if is_seen { 1.0 } else { ASIDE };
         if pose.is_orthographic() {
             return at_one * factor;
         }
         let nearest = if is_seen {
-            (depth - radius).max(radius * LEAST_DISTANCE)
+            (depth - reach).max(radius * LEAST_DISTANCE)
         } else {
             (offset.length() - radius).max(radius)
         };
@@ -125,8 +140,8 @@ impl Views {
     }
 }
 
-/// Spheres around so many consecutive faces of a cage each, in all of its shapes.
-fn spheres(cage: &Cage, block: usize) -> Vec<Sphere> {
+/// Boxes around so many consecutive faces of a cage each, in all of its shapes.
+fn parts(cage: &Cage, block: usize) -> Vec<Around> {
     let mut end = 0;
     let parts = cage.counts.chunks(block).map(|counts| {
         let begin = end;
@@ -143,7 +158,8 @@ fn spheres(cage: &Cage, block: usize) -> Vec<Sphere> {
         });
         let (low, high) =
             all.fold((DVec3::MAX, DVec3::MIN), |(low, high), point| (low.min(point), high.max(point)));
-        Sphere { middle: (low + high) * 0.5, radius: (high - low).length() * 0.5 }
+        let half = (high - low) * 0.5;
+        Around { middle: low + half, arms: [DVec3::X * half.x, DVec3::Y * half.y, DVec3::Z * half.z] }
     };
     parts.par_iter().map(around).collect()
 }

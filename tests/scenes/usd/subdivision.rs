@@ -57,7 +57,7 @@ fn creases_corners_and_holes_are_those_of_the_file() {
         - top.iter().map(|at| at.x).fold(f32::MAX, f32::min);
     assert!((wide - 2.0).abs() < 1e-5 && high.z - low.z < 1.97, "{wide} {low} {high}");
     let semi = cube(
-        "int[] creaseIndices = [4,5,7,6,4]\nint[] creaseLengths = [5]\nfloat[] creaseSharpnesses = [1.5]\n",
+        "int[] creaseIndices = [4,5,7,6,4]\nint[] creaseLengths = [5]\nfloat[] creaseSharpnesses = [0.5]\n",
     );
     let round = cube("");
     let tall = |shot: &Shot| extent(mesh(shot)).z;
@@ -93,8 +93,13 @@ fn tags_that_name_nothing_are_told() {
 
 #[test]
 fn texture_coordinates_follow_their_rule() {
-    let corner = "(0,0),(1,0),(1,1),(0,1)";
-    let uvs = [corner; 6].join(",");
+    // an island a face
+    let island = |face: u32| {
+        let (left, right) = (2 * face, 2 * face + 1);
+        format!("({left},0),({right},0),({right},1),({left},1)")
+    };
+    let uvs: Vec<String> = (0..6).map(island).collect();
+    let uvs = uvs.join(",");
     let with = |rule: &str| {
         cube(&format!(
             "texCoord2f[] primvars:st = [{uvs}] ( interpolation = \"faceVarying\" )\n\
@@ -103,10 +108,10 @@ fn texture_coordinates_follow_their_rule() {
     };
     // corners of islands stay where they are, unless all of it is smooth
     let reaches = |shot: &Shot| mesh(shot).triangles().uvs.iter().map(|uv| uv.x).fold(0.0, f32::max);
-    for (rule, wide) in [("cornersPlus1", 1.0), ("boundaries", 1.0), ("all", 1.0)] {
+    for (rule, wide) in [("cornersPlus1", 11.0), ("boundaries", 11.0), ("all", 11.0)] {
         assert_eq!(reaches(&with(rule)), wide, "{rule}");
     }
-    assert!((reaches(&with("none")) - 23.0 / 24.0).abs() < 1e-5);
+    assert!((reaches(&with("none")) - (10.0 + 23.0 / 24.0)).abs() < 1e-5);
 }
 
 #[test]
