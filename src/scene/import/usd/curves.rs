@@ -9,7 +9,7 @@ use openusd::usd::Prim;
 use super::clock::Clock;
 use super::file::UsdMesh;
 use super::geometry::FaceSurfaces;
-use super::value::{Answer, codes, numbers, points, said, value, whole_numbers, word};
+use super::value::{Answer, codes_read, numbers, points, said, value, whole_numbers, word};
 use crate::animation::Visibility;
 use crate::scene::import::curves::{Basis, CurveSet, Wrap};
 
@@ -28,7 +28,7 @@ pub fn curves(
     surfaces: &FaceSurfaces,
     unused: &mut BTreeSet<String>,
 ) -> Answer<Vec<(UsdMesh, Visibility)>> {
-    let mut times = codes(prim, "points")?;
+    let mut times = codes_read(prim, "points", clock)?;
     if times.len() > MOST_TIMES {
         unused.insert(format!("of the times of {} the first {MOST_TIMES} are shown", prim.path()));
         times.truncate(MOST_TIMES);

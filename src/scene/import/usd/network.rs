@@ -92,7 +92,8 @@ impl Shaders<'_> {
     fn displacement(&mut self, material: &Prim) -> Answer<Option<Prim>> {
         let source = self.source(material, "outputs:mtlx:displacement")?.filter(Source::is_output);
         let Some(Source { prim, .. }) = source else { return Ok(None) };
-        let id = word(&prim, "info:id", self.code)?.unwrap_or_default();
+        // an output that nothing is connected to is its own source
+        let Some(id) = word(&prim, "info:id", self.code)? else { return Ok(None) };
         if id.starts_with("ND_displacement_") {
             return Ok(Some(prim));
         }
