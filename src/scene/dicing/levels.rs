@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use crate::memory::{self, Need, Part};
 use crate::scene::cage::{Cage, in_doubles};
-use crate::subdivision::{ALWAYS_SHARP, Hierarchy, Scheme};
+use crate::subdivision::{Hierarchy, Scheme};
 
 /// Maximum number of times that a cage is subdivided.
 pub(super) const MOST_DEPTH: usize = 10;
@@ -17,8 +17,8 @@ const DEVIATION: f64 = 0.2;
 /// Factor by which the next level is nearer to the surface, if it is smooth: a little less than four.
 const NEARER: f64 = 3.5;
 
-/// Number of levels from which on what is beside corners counts no more.
-const LEAST_AT_CORNERS: usize = 4;
+/// Number of levels from which on the faces at points of the cage count no more: as many of their neighbours do.
+const LEAST_AT_CAGE: usize = 4;
 
 /// Bytes that a quadrilateral takes while it is made, at most: in lists of its level and of those before it, in limits, and in a mesh.
 const BYTES_OF_QUAD: u64 = 480;
@@ -152,6 +152,8 @@ fn fineness(
     edge: f64,
 ) -> Fineness {
     let (cage_faces, level) = (hierarchy.cage_faces_of(hierarchy.depth() - 1), hierarchy.before_last());
+    // irregular vertices are points of the cage, and those in the middle of its faces
+    let of_cage = hierarchy.first().vertices + hierarchy.first().faces();
     let of_face = |face: u32| limit[level.vertices + face as usize];
     let of_edge = |edge: u32| limit[level.vertices + level.faces() + edge as usize];
     let of_corner = |corner: u32| {
@@ -160,11 +162,11 @@ fn fineness(
         let [from, to] = [corner, level.next(corner)].map(|at| limit[level.corners[at as usize] as usize]);
         let length = (to - from).length() * pixels;
         let by_length_alone = by_length(cage_face);
-        // beside a corner of several faces the surface bends for ever: levels come nearer by halves alone, in ever smaller places
         let face = level.face_of(corner);
-        let is_at_corner = || {
+        // around points of the cage, where other than four edges meet or creases do, levels come nearer by less each, in ever smaller places
+        let is_at_cage = || {
             let mut vertices = level.corners_of(face).map(|at| level.corners[at as usize]);
-            vertices.any(|vertex| level.vertex_sharpness[vertex as usize] >= ALWAYS_SHARP)
+            vertices.any(|vertex| (vertex as usize) < of_cage)
         };
         let deviation = || {
             let of_middle = (of_edge(level.edge_of[corner as usize]) - (from + to) * 0.5).length();
@@ -177,7 +179,7 @@ fn fineness(
             return Fineness::Enough;
         }
         let is_almost_short = length <= 2.0 * edge;
-        if !by_length_alone && level.is_of_quads() && hierarchy.depth() > LEAST_AT_CORNERS && is_at_corner() {
+        if !by_length_alone && level.is_of_quads() && hierarchy.depth() > LEAST_AT_CAGE && is_at_cage() {
             return Fineness::Enough;
         }
         if by_length_alone {
