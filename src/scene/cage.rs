@@ -66,6 +66,7 @@ pub(crate) enum SpreadKind {
 
 /// What of values of corners is sharp, by the names that USD has for it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(not(feature = "usd"), allow(dead_code, reason = "OBJ files say nothing of it"))]
 pub(crate) enum FaceVarying {
     /// All: nothing is smooth.
     All,

@@ -49,8 +49,8 @@ class HairBesideCycles(beside_cycles.BesideCycles):
             ours, cycles = self.both(512)
         finally:
             bpy.data.objects.remove(tuft)
-        # as much is covered, but for the round ends that Cycles' hairs do not have, and it is as bright on the whole
-        np.testing.assert_allclose(ours[:, :, 3].mean(), cycles[:, :, 3].mean(), rtol=0.015)
+        # as much is covered, but for the round ends that Cycles' hairs do not have (2.8 % here), and it is as bright on the whole
+        np.testing.assert_allclose(ours[:, :, 3].mean(), cycles[:, :, 3].mean(), rtol=0.035)
         np.testing.assert_allclose(ours[:, :, :3].mean(axis=(0, 1)), cycles[:, :, :3].mean(axis=(0, 1)), rtol=tolerance, atol=1e-4)
         self.assertEqual(self.exported.warnings, [])
 

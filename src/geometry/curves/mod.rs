@@ -1,6 +1,6 @@
 //! Curves with a thickness: hair, fur, grass, wires.
 //!
-//! A curve is a chain of points with radii; a primitive is the [hull](hull) of the spheres around two that follow each other. Cubic curves
+//! A curve is a chain of points with radii; a primitive is the [`hull`] of the spheres around two that follow each other. Cubic curves
 //! become such chains when they are read. Rays meet a curve where they *enter* it, and pass what they leave: so light that is sent on through a
 //! hair starts on it and does not meet it again, in whichever of its pieces. Where a ray would enter a piece within the piece before or behind
 //! it, there is no surface of the curve, and it passes that, too.

@@ -1,4 +1,4 @@
-//! Dices what is subdivided or displaced: meshes whose readers left a [`Cage`](super::cage::Cage) become meshes of small triangles, once a shot, by the size at
+//! Dices what is subdivided or displaced: meshes whose readers left a [`Cage`] become meshes of small triangles, once a shot, by the size at
 //! which its cameras see them at their nearest. Nothing behind this knows: samples, motion and bounds are those of the triangles.
 //!
 //! A mesh has one level for all of its faces, so that no two of them meet with edges of different lengths and crack, and the same

@@ -4,7 +4,9 @@ mod basis;
 mod set;
 mod text;
 
-pub use basis::{Basis, Wrap};
+pub use basis::Basis;
+#[cfg(feature = "usd")]
+pub use basis::Wrap;
 pub use set::CurveSet;
 pub(in crate::scene) use set::mesh_of;
 pub(in crate::scene) use text::read;
