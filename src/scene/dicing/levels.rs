@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use crate::memory::{self, Need, Part};
 use crate::scene::cage::{Cage, in_doubles};
-use crate::subdivision::{ALWAYS_SHARP, Hierarchy, Scheme};
+use crate::subdivision::{Hierarchy, Scheme};
 
 /// Maximum number of times that a cage is subdivided.
 pub(super) const MOST_DEPTH: usize = 10;
@@ -17,8 +17,12 @@ const DEVIATION: f64 = 0.2;
 /// Factor by which the next level is nearer to the surface, if it is smooth: a little less than four.
 const NEARER: f64 = 3.5;
 
-/// Number of levels from which on what is beside corners counts no more.
-const LEAST_AT_CORNERS: usize = 4;
+/// Reciprocal of the share of a mesh's edges, by their lengths in pixels, that may leave the surface by more. Around points where creases or
+/// many edges meet levels come nearer by halves alone, in ever smaller places.
+const LEFT_OUT: u64 = 200;
+
+/// Parts of a pixel in which lengths are summed up: whole numbers have one sum in any order.
+const PARTS_OF_PIXEL: f64 = 1024.0;
 
 /// Bytes that a quadrilateral takes while it is made, at most: in lists of its level and of those before it, in limits, and in a mesh.
 const BYTES_OF_QUAD: u64 = 480;
@@ -144,6 +148,35 @@ fn check_memory(cage: &Cage, hierarchy: &Hierarchy) -> Result<(), String> {
     Need::new(part).check(&memory::left()).map_err(|error| error.to_string())
 }
 
+/// Lengths of edges by how fine they are.
+#[derive(Clone, Copy, Default)]
+struct Lengths {
+    all: u64,
+    /// Of those that leave the surface too far.
+    almost: u64,
+    /// Of those that leave it too far at the next level as well.
+    coarse: u64,
+}
+
+impl Lengths {
+    fn with(self, other: Self) -> Self {
+        Self {
+            all: self.all + other.all,
+            almost: self.almost + other.almost,
+            coarse: self.coarse + other.coarse,
+        }
+    }
+
+    fn fineness(self) -> Fineness {
+        let counts = |part: u64| part.saturating_mul(LEFT_OUT) > self.all;
+        match (counts(self.coarse), counts(self.coarse + self.almost)) {
+            (true, _) => Fineness::TooCoarse,
+            (_, true) => Fineness::Almost,
+            _ => Fineness::Enough,
+        }
+    }
+}
+
 /// How fine the level before the last is, by the places to which the vertices of the last go.
 fn fineness(
     hierarchy: &Hierarchy,
@@ -155,42 +188,38 @@ fn fineness(
     let of_face = |face: u32| limit[level.vertices + face as usize];
     let of_edge = |edge: u32| limit[level.vertices + level.faces() + edge as usize];
     let of_corner = |corner: u32| {
-        let cage_face = cage_faces[level.face_of(corner) as usize];
+        let face = level.face_of(corner);
+        let cage_face = cage_faces[face as usize];
         let pixels = pixels[cage_face as usize];
         let [from, to] = [corner, level.next(corner)].map(|at| limit[level.corners[at as usize] as usize]);
         let length = (to - from).length() * pixels;
-        let by_length_alone = by_length(cage_face);
-        // beside a corner of several faces the surface bends for ever: levels come nearer by halves alone, in ever smaller places
-        let face = level.face_of(corner);
-        let is_at_corner = || {
-            let mut vertices = level.corners_of(face).map(|at| level.corners[at as usize]);
-            vertices.any(|vertex| level.vertex_sharpness[vertex as usize] >= ALWAYS_SHARP)
-        };
-        let deviation = || {
-            let of_middle = (of_edge(level.edge_of[corner as usize]) - (from + to) * 0.5).length();
-            let corners = level.corners_of(face);
-            let count = f64::from(corners.end - corners.start);
-            let mean = corners.map(|at| limit[level.corners[at as usize] as usize]).sum::<DVec3>() / count;
-            of_middle.max((of_face(face) - mean).length()) * pixels
-        };
-        if length <= edge {
-            return Fineness::Enough;
-        }
-        let is_almost_short = length <= 2.0 * edge;
-        if !by_length_alone && level.is_of_quads() && hierarchy.depth() > LEAST_AT_CORNERS && is_at_corner() {
-            return Fineness::Enough;
-        }
-        if by_length_alone {
-            return if is_almost_short { Fineness::Almost } else { Fineness::TooCoarse };
-        }
-        match deviation() {
-            deviation if deviation <= DEVIATION => Fineness::Enough,
-            deviation if deviation <= DEVIATION * NEARER || is_almost_short => Fineness::Almost,
+        let all = (length.min(1e9) * PARTS_OF_PIXEL) as u64;
+        let of_length = match length {
+            length if length <= edge => return (Fineness::Enough, Lengths { all, ..Lengths::default() }),
+            length if length <= 2.0 * edge => Fineness::Almost,
             _ => Fineness::TooCoarse,
+        };
+        if by_length(cage_face) {
+            return (of_length, Lengths { all, ..Lengths::default() });
         }
+        let of_middle = (of_edge(level.edge_of[corner as usize]) - (from + to) * 0.5).length();
+        let corners = level.corners_of(face);
+        let count = f64::from(corners.end - corners.start);
+        let mean = corners.map(|at| limit[level.corners[at as usize] as usize]).sum::<DVec3>() / count;
+        let deviation = of_middle.max((of_face(face) - mean).length()) * pixels;
+        let is_almost = deviation <= DEVIATION * NEARER || of_length == Fineness::Almost;
+        let lengths = match deviation <= DEVIATION {
+            true => Lengths { all, ..Lengths::default() },
+            false if is_almost => Lengths { all, almost: all, ..Lengths::default() },
+            false => Lengths { all, coarse: all, ..Lengths::default() },
+        };
+        (Fineness::Enough, lengths)
     };
+    let none = || (Fineness::Enough, Lengths::default());
+    let both = |a: (Fineness, Lengths), b: (Fineness, Lengths)| (a.0.min(b.0), a.1.with(b.1));
     let all = (0..level.corners.len() as u32).into_par_iter();
-    all.map(of_corner).min().unwrap_or(Fineness::Enough)
+    let (by_length, lengths) = all.map(of_corner).reduce(none, both);
+    by_length.min(lengths.fineness())
 }
 
 /// Length of the longest edge of the last level in pixels, once its vertices are where they go.
