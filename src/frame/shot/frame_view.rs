@@ -29,7 +29,7 @@ use crate::samples::{BACKGROUND, Column, EMPTY, Octahedral, Sample, TagSlot, Til
 use crate::scene::look::Look;
 use crate::scene::{LightGroups, RayKind, Role, Scene};
 use crate::settings::{Caustics, Settings};
-use crate::shade::bsdf::phong::Palette;
+use crate::shade::bsdf::palette::Palette;
 use crate::shade::deformed::Deformations;
 use crate::shade::emitters::Emitters;
 use crate::shade::horizon::Horizon;

@@ -26,7 +26,7 @@ use crate::samples::TagLayout;
 use crate::samples::saved::PictureName;
 use crate::scene::{LightGroups, Material, Mesh, Model, Role, Scene};
 use crate::settings::{Backdrop, Mode, Settings};
-use crate::shade::bsdf::phong::Palette;
+use crate::shade::bsdf::palette::Palette;
 use crate::shade::deformed::Deformations;
 use crate::shade::emitters::Emitters;
 use crate::shade::light_chances::{LightChances, Source};

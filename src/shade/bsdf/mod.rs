@@ -24,6 +24,7 @@ mod hair;
 mod lanes;
 pub mod mis;
 mod of_material;
+pub mod palette;
 pub mod phong;
 mod rough_diffuse;
 mod seen;
