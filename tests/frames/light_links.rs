@@ -5,9 +5,8 @@ use std::sync::Arc;
 
 use afterimage::frame::{Finished, Renderer};
 use afterimage::layers::Layers;
-use afterimage::scene::material::MetalRough;
 use afterimage::scene::{
-    Light, LightKind, LightLinks, Linked, Material, Model, ModelNames, Panel, RayKind, Scene, SpotFall,
+    Light, LightKind, LightLinks, Linked, Model, ModelNames, Panel, RayKind, Scene, SpotFall,
 };
 use afterimage::settings::{Mode, Settings};
 use afterimage::trace::BackendKind;
@@ -44,14 +43,7 @@ fn emits(mut scene: Scene, name: &str, links: &LightLinks) -> Scene {
 /// The world of solids, one of them of rough metal and one that glows, with a light of every kind.
 fn rich() -> Scene {
     let mut scene = with_flyer(under_a_sky(world()));
-    let metal =
-        MetalRough { base: Vec3::splat(0.7), roughness: 0.4, metallic: 0.5, head_on: 0.04, solid: 1.0 };
-    let number = scene.materials.len() as u16;
-    scene.materials.push(Material { metal_rough: Some(metal), ..toy::matt(0.35) });
-    scene.materials.push(Material { emission: Vec3::new(4.0, 2.0, 1.0), ..toy::matt(0.2) });
-    let metal = toy::still("metal", toy::octahedron(number, true), Vec3::new(-0.5, 1.0, 2.0));
-    let glow = toy::floor(0.4, number + 1);
-    scene.models.extend([metal, toy::still("glow", glow, Vec3::new(-3.0, 2.5, 2.0))]);
+    add_metal_and_glow(&mut scene);
     scene.lights.push(panel(rests(DVec3::new(1.0, 5.0, 2.0))));
     let spot = LightKind::Spot {
         position: rests(DVec3::new(-4.0, 4.0, 4.0)),

@@ -4,8 +4,7 @@ use std::sync::Arc;
 
 use afterimage::animation::Track;
 use afterimage::frame::{Finished, Renderer};
-use afterimage::scene::material::MetalRough;
-use afterimage::scene::{Environment, Linked, Material, Scene};
+use afterimage::scene::{Environment, Linked, Scene};
 use afterimage::settings::{Backdrop, Settings};
 use glam::{DVec3, Vec3};
 
@@ -17,15 +16,9 @@ use crate::toy::worlds::*;
 fn grouped() -> Scene {
     let mut scene = with_flyer(under_a_sky(world()));
     scene.ambient = Vec3::new(0.02, 0.03, 0.05);
-    let metal =
-        MetalRough { base: Vec3::splat(0.7), roughness: 0.4, metallic: 0.5, head_on: 0.04, solid: 1.0 };
-    let number = scene.materials.len() as u16;
-    scene.materials.push(Material { metal_rough: Some(metal), ..toy::matt(0.35) });
-    scene.materials.push(Material { emission: Vec3::new(4.0, 2.0, 1.0), ..toy::matt(0.2) });
-    let metal = toy::still("metal", toy::octahedron(number, true), Vec3::new(-0.5, 1.0, 2.0));
-    let mut glow = toy::still("glow", toy::floor(0.4, number + 1), Vec3::new(-3.0, 2.5, 2.0));
+    add_metal_and_glow(&mut scene);
+    let glow = scene.models.last_mut().expect("there is one");
     glow.linked = Linked { light_group: Some(Arc::from("glow")), ..Linked::default() };
-    scene.models.extend([metal, glow]);
     let mut key = panel(goes(DVec3::new(-3.0, 5.0, 2.0), DVec3::new(-2.0, 5.0, 2.0)));
     key.group = Some(String::from("key"));
     key.color = Track::constant(Vec3::new(1.0, 0.7, 0.5));

@@ -2,22 +2,17 @@
 
 use std::sync::Arc;
 
-use afterimage::animation::{Track, TransformTrack};
-use afterimage::scene::{BlockerSets, LightKind, LightLinks, Linked, Mesh, Model, ModelNames, Scene};
+use afterimage::animation::Track;
+use afterimage::scene::{BlockerSets, LightKind, LightLinks, Linked, Model, ModelNames, Scene};
 use afterimage::trace::{Occluders, Purpose, RayBatch};
 use glam::{DVec3, Vec3};
 
 use crate::kinds::{blocks, on_each, scene_of};
-use crate::toy::{deforming, floor, keys, light, moving, moving_quadric, sphere, still, still_quadric};
+use crate::sorts::{at, clear, resting, row_of_things};
+use crate::toy::{deforming, floor, light, still};
 
-/// Distance between neighbours.
-const APART: f64 = 4.0;
 /// Number of sets: as many as there may be.
 const SETS: usize = afterimage::scene::BlockerSet::MOST;
-
-fn at(column: usize, row: usize) -> DVec3 {
-    DVec3::new(APART * column as f64, 1.0, -APART * row as f64)
-}
 
 /// Things of every sort, a row for each light, in whose light all cast shadows but those of its own row.
 fn things() -> (Scene, usize) {
@@ -25,32 +20,15 @@ fn things() -> (Scene, usize) {
     let shared = Arc::new(floor(1.0, 0));
     let (mut sorts, mut lights) = (0, Vec::new());
     for row in 0..SETS {
-        let track = |place: DVec3| TransformTrack {
-            translate: keys(&[(1.0, place), (2.0, place + DVec3::Y)]),
-            ..TransformTrack::identity()
-        };
-        let resting =
-            |place| TransformTrack { translate: Track::constant(place), ..TransformTrack::identity() };
-        let placed =
-            |place| Model { mesh: Arc::clone(&shared), ..moving("copy", floor(1.0, 0), resting(place)) };
-        let clear = |clear: usize| Mesh { shadow_casting: 2 - clear, ..floor(1.0, 0) };
-        let ball = glam::DAffine3::from_translation(at(4, row));
         let bent = |point: Vec3| point * 1.1;
-        let row_of = [
-            still("still", floor(1.0, 0), at(0, row).as_vec3()),
-            moving("moving", floor(1.0, 0), track(at(1, row))),
-            placed(at(2, row)),
-            placed(at(3, row)),
-            still_quadric("ball", &sphere(), 0, true, ball),
-            moving_quadric("moving ball", &sphere(), 0, track(at(5, row))),
-            moving("clear", clear(2), track(at(6, row))),
-            still("still clear", clear(2), at(7, row).as_vec3()),
-            deforming("bent", floor(1.0, 0), resting(at(8, row)), &[(1.0, &|point| point), (2.0, &bent)]),
-        ];
+        let mut row_of = row_of_things(row, &shared);
+        row_of.push(still("still clear", clear(2), at(7, row).as_vec3()));
+        let shapes: &[(f64, &dyn Fn(Vec3) -> Vec3)] = &[(1.0, &|point| point), (2.0, &bent)];
+        row_of.push(deforming("bent", floor(1.0, 0), resting(at(8, row)), shapes));
         sorts = row_of.len();
         let name = format!("row {row}");
         let linked = Linked { groups: Arc::from([name.clone()]), ..Linked::default() };
-        models.extend(row_of.map(|model| Model { linked: linked.clone(), ..model }));
+        models.extend(row_of.into_iter().map(|model| Model { linked: linked.clone(), ..model }));
         let mut lamp = light("lamp", LightKind::Point { position: Track::constant(DVec3::Y * 9.0) }, 1.0);
         lamp.links = LightLinks {
             blockers: ModelNames { include: None, exclude: vec![name] },

@@ -12,3 +12,4 @@ mod hidden;
 mod kinds;
 mod linked;
 mod places;
+mod sorts;
