@@ -206,6 +206,12 @@ impl Material {
         self.varying().is_any()
     }
 
+    /// Returns true if its [effect on rays](Self::optics_at), with these parameters, is [none](Optics::Opaque).
+    #[inline]
+    pub fn is_opaque_at(&self, varied: Varied) -> bool {
+        self.optics == Optics::Opaque && varied.opacity == u8::MAX
+    }
+
     /// Its effect on rays from the camera, with these parameters: less of it is there, and so much more of what is behind is seen.
     #[inline]
     pub fn optics_at(&self, varied: Varied) -> Optics {

@@ -190,8 +190,8 @@ pub(crate) unsafe fn intersect_if(
     let hits: *mut u32 = unsafe { rays.values.add(sys::RTC_RAY_N_ROWS * count) }.cast();
     // SAFETY: Embree passes its own context or the caller's, which begins with Embree's part.
     let context = unsafe { &*arguments.context };
-    let number = primitives.number(arguments.primID);
     let put_hit = |lane: usize, ray: &Segment, hit: PrimitiveHit| {
+        let number = primitives.number(arguments.primID);
         let name = [context.instID[0], arguments.geomID, number];
         let Some(end) = end_at(rays.id(lane), hit.t, name) else { return };
         // SAFETY: the lane takes part, and the rows are those of a hit.
@@ -220,14 +220,15 @@ unsafe extern "C" fn occlude_all(arguments: *const sys::RTCOccludedFunctionNArgu
     unsafe { occlude(&*arguments, |_, _, _| false) };
 }
 
-/// Ends the rays that the primitive blocks. `ends_here(rays, lane, number)`: whether a ray ends in a place of it, by its [number](Primitives::number).
+/// Ends the rays that the primitive blocks. `ends_here(rays, lane, number)`: whether a ray ends in a place of it, by its
+/// [number](Primitives::number), which is found where it is asked.
 ///
 /// # Safety
 /// `arguments` are as Embree passes them, of a geometry that [`Callbacks::set`] has set up.
 #[inline(always)]
 pub(crate) unsafe fn occlude(
     arguments: &sys::RTCOccludedFunctionNArguments,
-    ends_here: impl Fn(&RaysN, usize, u32) -> bool,
+    ends_here: impl Fn(&RaysN, usize, &dyn Fn() -> u32) -> bool,
 ) {
     // SAFETY: by contract.
     let primitives = &*unsafe { boxed_at(arguments.geometryUserPtr) }.primitives;
@@ -237,8 +238,8 @@ pub(crate) unsafe fn occlude(
         // SAFETY: the lane takes part.
         unsafe { rays.end_at(lane, f32::NEG_INFINITY) };
     };
-    let number = primitives.number(arguments.primID);
-    let ends_here = |lane: usize| ends_here(&rays, lane, number);
+    let number = || primitives.number(arguments.primID);
+    let ends_here = |lane: usize| ends_here(&rays, lane, &number);
     // SAFETY: by contract.
     unsafe { for_each_met(primitives, arguments.primID, (&rays, arguments.valid), ends_here, end) };
 }

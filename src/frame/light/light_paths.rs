@@ -412,6 +412,10 @@ fn meet(frame: &FrameView, scratch: &mut PathScratch) {
                 let layers = &frame.palette.bsdfs;
                 let bsdf = layers.seen(look, surface.reflectance, axes, ray.direction, ray.seen_by);
                 let lobes = Lobes::new(frame, &surface, ray.direction, bsdf.as_ref());
+                let emission_weight = match frame.emitters.emits(surface.material) {
+                    true => ray.emission_weight(frame, primitive, &surface, distance),
+                    false => 1.0,
+                };
                 let number = if bsdf.is_some() { bsdfs.len() as u32 } else { NO_BSDF };
                 bsdfs.extend(bsdf);
                 vertices.push(Vertex {
@@ -419,7 +423,7 @@ fn meet(frame: &FrameView, scratch: &mut PathScratch) {
                     surface,
                     model: primitive.0,
                     light: Vec3::ZERO,
-                    emission_weight: ray.emission_weight(frame, primitive, &surface, distance),
+                    emission_weight,
                     asks: Kinds::of(frame, step),
                     asked_light,
                     chance,

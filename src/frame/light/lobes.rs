@@ -29,6 +29,7 @@ impl Lobes {
     pub const DIFFUSE: usize = 0;
 
     /// Computes the lobes of a surface that was met along `incoming`; `bsdf` is its layer, if it has one.
+    #[inline(always)]
     pub fn new(frame: &FrameView, surface: &Surface, incoming: Vec3, bsdf: Option<&SeenBsdf>) -> Self {
         let albedo = frame.palette.albedo_of(surface.look(), surface.reflectance);
         let mut all = [(albedo, None), (Vec3::ZERO, None), (Vec3::ZERO, None), (Vec3::ZERO, None)];
@@ -38,8 +39,8 @@ impl Lobes {
         if let Some(bsdf) = bsdf.filter(|_| frame.settings.depth > 0) {
             all[Self::GLOSSY].0 = bsdf.albedo;
         }
-        if frame.settings.depth > 0 {
-            let material = &frame.scene.materials[usize::from(surface.material)];
+        let material = &frame.scene.materials[usize::from(surface.material)];
+        if frame.settings.depth > 0 && !material.is_opaque_at(surface.varied) {
             let branches = branch(material, surface, incoming, || random_of_place(surface));
             for (lobe, branch) in all[1..].iter_mut().zip([branches.reflection, branches.refraction]) {
                 if let Some(branch) = branch {

@@ -10,7 +10,7 @@ use super::fresnel::{Fresnel, dielectric};
 use super::fuzz::SeenFuzz;
 use super::hair::HairLobes;
 use super::rough_diffuse::SeenRough;
-use super::seen::{SeenBsdf, SurfaceAxes, facing};
+use super::seen::{Beside, SeenBsdf, SurfaceAxes, facing};
 use super::seen_by::{SeenBy, alpha_of_paths};
 use super::stretched::{Stretch, Widths};
 use super::upper::Upper;
@@ -307,9 +307,8 @@ impl BsdfAt<'_> {
             albedo: albedo * self.solid,
             through: Vec3::splat(through),
             added: self.emission * (1.0 - through),
-            upper: None,
+            beside: Beside::Nothing,
             widths: stretched.map(|(widths, _)| widths),
-            hair: None,
         };
         if !self.bsdf.has_more() {
             return seen;
@@ -354,9 +353,8 @@ impl BsdfAt<'_> {
             albedo: hair.albedo(),
             through: Vec3::ONE,
             added: Vec3::ZERO,
-            upper: None,
+            beside: Beside::Hair(hair),
             widths: None,
-            hair: Some(hair),
         }
     }
 }

@@ -57,12 +57,21 @@ pub struct SeenBsdf {
     pub through: Vec3,
     /// Light to be added where `through` has dimmed emission.
     pub(super) added: Vec3,
-    /// What is above the layer.
-    pub(super) upper: Option<Upper>,
+    /// What is above the layer, or in place of it.
+    pub(super) beside: Beside,
     /// Widths of the layer's lobe along both axes, if it is not round.
     pub(super) widths: Option<Widths<f32>>,
-    /// The fibre in place of all of that.
-    pub(super) hair: Option<SeenHair>,
+}
+
+/// What reflects beside the one layer that most surfaces have.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Beside {
+    /// Nothing.
+    Nothing,
+    /// Other layers above it.
+    Upper(Upper),
+    /// A fibre in place of it.
+    Hair(SeenHair),
 }
 
 /// Direction in which a surface reflects.
@@ -86,14 +95,22 @@ impl SeenBsdf {
             albedo: albedo + upper.albedo(),
             through,
             added: emission * (1.0 - through),
-            upper: Some(upper),
+            beside: Beside::Upper(upper),
             ..self
+        }
+    }
+
+    /// What is above the layer, if anything is.
+    fn upper(&self) -> Option<&Upper> {
+        match &self.beside {
+            Beside::Upper(upper) => Some(upper),
+            Beside::Nothing | Beside::Hair(_) => None,
         }
     }
 
     /// Albedo of the layer, without that of what is above it.
     fn albedo_of_layer(&self) -> Vec3 {
-        self.upper.map_or(self.albedo, |upper| self.albedo - upper.albedo())
+        self.upper().map_or(self.albedo, |upper| self.albedo - upper.albedo())
     }
 
     /// Returns true if the layer is as good as a mirror.
@@ -103,31 +120,31 @@ impl SeenBsdf {
 
     /// What of it reflects as a mirror does: one ray shows that. `None` if nothing does.
     pub fn smooth(self) -> Option<Self> {
-        if self.hair.is_some() {
-            return None;
+        match self.beside {
+            Beside::Nothing => Some(self).filter(Self::is_layer_smooth),
+            Beside::Upper(upper) => self.part(self.is_layer_smooth(), upper.smooth()),
+            Beside::Hair(_) => None,
         }
-        let Some(upper) = self.upper else { return Some(self).filter(Self::is_layer_smooth) };
-        self.part(self.is_layer_smooth(), upper.smooth())
     }
 
     /// What of it reflects and is rough: paths show that. `None` if nothing is.
     pub fn rough(self) -> Option<Self> {
-        if self.hair.is_some() {
-            return Some(self);
+        match self.beside {
+            Beside::Nothing => Some(self).filter(|seen| !seen.is_layer_smooth()),
+            Beside::Upper(upper) => self.part(!self.is_layer_smooth(), upper.rough()),
+            Beside::Hair(_) => Some(self),
         }
-        let Some(upper) = self.upper else { return Some(self).filter(|seen| !seen.is_layer_smooth()) };
-        self.part(!self.is_layer_smooth(), upper.rough())
     }
 
     /// Returns true if anything of it [is rough](Self::rough).
     pub fn is_rough(&self) -> bool {
-        match &self.upper {
-            None if self.hair.is_some() => true,
-            None => !self.is_layer_smooth(),
-            Some(upper) => {
+        match &self.beside {
+            Beside::Nothing => !self.is_layer_smooth(),
+            Beside::Upper(upper) => {
                 let of_layer = if self.is_layer_smooth() { Vec3::ZERO } else { self.albedo_of_layer() };
                 (of_layer + upper.rough().albedo()).max_element() > 0.0
             }
+            Beside::Hair(_) => true,
         }
     }
 
@@ -136,22 +153,21 @@ impl SeenBsdf {
         let of_layer = if has_layer { self.albedo_of_layer() } else { Vec3::ZERO };
         let gain = if has_layer { self.gain } else { Vec3::ZERO };
         let albedo = of_layer + upper.albedo();
-        let upper = Some(Upper { chances: upper.chances_above(of_layer), ..upper });
-        (albedo.max_element() > 0.0).then_some(Self { gain, albedo, upper, ..self })
+        let beside = Beside::Upper(Upper { chances: upper.chances_above(of_layer), ..upper });
+        (albedo.max_element() > 0.0).then_some(Self { gain, albedo, beside, ..self })
     }
 
     /// Samples a direction by two numbers from 0 to below 1, unless it leads into the surface.
     pub fn reflect(&self, random: [f32; 2]) -> Option<Reflected> {
-        if let Some(hair) = &self.hair {
-            let to_light = hair.sample(self.to_eye, random);
-            let (reflected, density) = hair.towards(self.to_eye, to_light);
-            let direction = self.to_world(to_light);
-            let weight = reflected / density;
-            return (density > 0.0).then_some(Reflected { direction, weight, density: Some(density) });
-        }
-        match &self.upper {
-            None => self.reflect_off_layer(random),
-            Some(upper) => self.reflect_off_any(upper, random),
+        match &self.beside {
+            Beside::Nothing => self.reflect_off_layer(random),
+            Beside::Upper(upper) => self.reflect_off_any(upper, random),
+            Beside::Hair(hair) => {
+                let to_light = hair.sample(self.to_eye, random);
+                let (reflected, density) = hair.towards(self.to_eye, to_light);
+                let (direction, weight) = (self.to_world(to_light), reflected / density);
+                (density > 0.0).then_some(Reflected { direction, weight, density: Some(density) })
+            }
         }
     }
 
@@ -229,7 +245,7 @@ impl SeenBsdf {
         chance: f32,
     ) -> Reflected {
         let Vec3 { x, y, z } = self.to_eye;
-        let chances = self.upper.map_or(Chances::LAYER, |upper| upper.chances);
+        let chances = self.upper().map_or(Chances::LAYER, |upper| upper.chances);
         let of_coat = if coat_is_smooth { Vec3::from(coat.fresnel().at(z)) * coat.gain } else { Vec3::ZERO };
         let of_layer = if layer_is_smooth { Vec3::from(self.fresnel.at(z)) * self.gain } else { Vec3::ZERO };
         let chance = if coat_is_smooth && layer_is_smooth { 1.0 - chances.fuzz } else { chance };
@@ -244,12 +260,13 @@ impl SeenBsdf {
     /// with which [`reflect`](Self::reflect) samples that direction. Both are of what is not a mirror.
     pub fn towards(&self, direction: Vec3) -> (Vec3, f32) {
         let to_light = self.to_local(direction);
-        if let Some(hair) = &self.hair {
-            return hair.towards(self.to_eye, to_light);
-        }
-        let Some(Upper { coat, fuzz, chances, .. }) = &self.upper else {
-            let reflected = ggx::reflected(self.alpha, &self.fresnel, self.to_eye, to_light) * self.gain;
-            return (reflected, ggx::density(self.alpha, self.to_eye, to_light));
+        let Upper { coat, fuzz, chances, .. } = match &self.beside {
+            Beside::Nothing => {
+                let reflected = ggx::reflected(self.alpha, &self.fresnel, self.to_eye, to_light) * self.gain;
+                return (reflected, ggx::density(self.alpha, self.to_eye, to_light));
+            }
+            Beside::Upper(upper) => upper,
+            Beside::Hair(hair) => return hair.towards(self.to_eye, to_light),
         };
         let (mut reflected, mut density) = (Vec3::ZERO, 0.0);
         if !self.is_layer_smooth() {
@@ -284,7 +301,7 @@ impl SeenBsdf {
     /// samples that direction. `met`: paths meet the light, which mirrors show by them alone.
     pub fn highlight(&self, direction: Vec3, irradiance: Vec3, met: bool) -> (Vec3, f32) {
         let (mut reflected, density) = self.towards(direction);
-        if let (Some(Upper { coat, .. }), false) = (&self.upper, met) {
+        if let (Beside::Upper(Upper { coat, .. }), false) = (&self.beside, met) {
             let to_light = self.to_local(direction);
             if self.is_layer_smooth() {
                 reflected += ggx::reflected(self.alpha, &self.fresnel, self.to_eye, to_light) * self.gain;
@@ -293,7 +310,7 @@ impl SeenBsdf {
                 reflected += ggx::reflected(coat.alpha, &coat.fresnel(), self.to_eye, to_light) * coat.gain;
             }
         }
-        if self.upper.is_none() && met && self.is_layer_smooth() && self.hair.is_none() {
+        if self.beside == Beside::Nothing && met && self.is_layer_smooth() {
             reflected = Vec3::ZERO;
         }
         (reflected * irradiance * PI, density)
@@ -301,9 +318,9 @@ impl SeenBsdf {
 
     /// Density with which [`reflect`](Self::reflect) samples `direction` (world space, unit length).
     pub fn density(&self, direction: Vec3) -> f32 {
-        match self.upper {
-            None if self.hair.is_none() => ggx::density(self.alpha, self.to_eye, self.to_local(direction)),
-            _ => self.towards(direction).1,
+        match self.beside {
+            Beside::Nothing => ggx::density(self.alpha, self.to_eye, self.to_local(direction)),
+            Beside::Upper(_) | Beside::Hair(_) => self.towards(direction).1,
         }
     }
 
@@ -312,7 +329,7 @@ impl SeenBsdf {
     pub fn is_narrow(&self) -> bool {
         let is_narrow = |alpha: f32| alpha < LEAST_ALPHA_OF_PATHS;
         let is_upper_narrow = |upper: &Upper| is_narrow(upper.coat.alpha) && upper.fuzz.albedo == Vec3::ZERO;
-        is_narrow(self.alpha) && self.upper.as_ref().is_none_or(is_upper_narrow)
+        is_narrow(self.alpha) && self.upper().is_none_or(is_upper_narrow)
     }
 
     fn to_local(self, direction: Vec3) -> Vec3 {

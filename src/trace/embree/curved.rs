@@ -12,23 +12,34 @@ use crate::geometry::{self, Curved};
 /// Some primitives of a curved geometry, which follow each other.
 #[derive(Debug)]
 pub struct CurvedPart {
-    /// The geometry.
-    pub of: Arc<dyn Curved>,
+    of: Arc<dyn Curved>,
     /// Numbers of the primitives.
-    pub range: Range<u32>,
+    range: Range<u32>,
+    /// Boxes of each: asked once, since rays come to each box.
+    boxes: u32,
+}
+
+impl CurvedPart {
+    /// The primitives of a geometry that have these numbers.
+    pub fn new(of: Arc<dyn Curved>, range: Range<u32>) -> Self {
+        let boxes = of.boxes();
+        Self { of, range, boxes }
+    }
 }
 
 impl Primitives for CurvedPart {
     fn count(&self) -> u32 {
-        self.range.len() as u32 * self.of.boxes()
+        self.range.len() as u32 * self.boxes
     }
 
+    #[inline(always)]
     fn number(&self, primitive: u32) -> u32 {
-        primitive / self.of.boxes()
+        // most have one, and divisions take long
+        if self.boxes == 1 { primitive } else { primitive / self.boxes }
     }
 
     fn bounds(&self, primitive: u32) -> Bounds {
-        let (number, part) = (self.number(primitive), primitive % self.of.boxes());
+        let (number, part) = (self.number(primitive), primitive % self.boxes);
         let geometry::Bounds { low, high } = self.of.bounds_of_part(self.range.start + number, part);
         Bounds { lower: low.to_array(), upper: high.to_array() }
     }

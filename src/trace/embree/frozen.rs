@@ -253,7 +253,7 @@ pub fn parts_of(
             }
             Source::Curved(curved) => {
                 let (of, range) = (Arc::clone(curved), range.start as u32..range.end as u32);
-                Geometry::primitives(device, Arc::new(CurvedPart { of, range }), mask)?
+                Geometry::primitives(device, Arc::new(CurvedPart::new(of, range)), mask)?
             }
         };
         let geometry = match cutout.as_ref().filter(|_| is_cut) {
