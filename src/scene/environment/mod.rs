@@ -23,9 +23,9 @@ use super::Background;
 use grid::Grid;
 pub use light_from::LightFrom;
 pub use picture_error::PictureError;
-#[cfg(feature = "usd")]
-pub(super) use read::is_even;
 pub(super) use read::read;
+#[cfg(feature = "usd")]
+pub(super) use read::{is_even, is_map};
 use sampler::Samplers;
 pub use sampler::SkyDensity;
 pub use sky::Sky;

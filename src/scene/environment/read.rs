@@ -1,16 +1,18 @@
-//! Reads environment maps: Radiance pictures (`.hdr`) and OpenEXR files (`.exr`), told apart by their first bytes.
+//! Reads environment maps: Radiance pictures (`.hdr`), OpenEXR files (`.exr`), and pictures as screens show them, told apart by their first
+//! bytes.
 
 use std::fmt::Display;
 use std::io::{BufReader, Read, Seek};
 use std::path::Path;
 
 use image::codecs::hdr::HdrDecoder;
-use image::{DynamicImage, ImageDecoder};
+use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader};
 
 use super::Environment;
 use crate::digest::Digest;
 use crate::input::{self, Input, Kind};
 use crate::memory::{self, Need, Part};
+use crate::scene::texture::linear_share;
 use crate::scene::{SceneError, Warning};
 
 /// Maximum number of texels along an edge.
@@ -23,6 +25,8 @@ const TEXEL_BYTES: u64 = 3 * 4 + 4;
 /// Bytes of a texel while it is decoded: the decoder of Radiance pictures has two lists of texels for a
 /// while.
 const DECODED_BYTES: u64 = 2 * 3 * 4;
+/// Bytes of a texel of any other picture as it is decoded, at most: four floats.
+const MOST_DECODED: u64 = 4 * 4;
 
 /// Reads the map at `path`. Returns also a digest of its texels, and a warning if it is odd.
 ///
@@ -66,10 +70,17 @@ fn decode(path: &Path) -> Result<(u32, u32, Vec<f32>), String> {
         [] => Err(String::from("is empty: check the file")),
         [b'#', b'?', ..] => radiance(input),
         [0x76, 0x2f, 0x31, 0x01] => open_exr(path),
-        _ => Err(String::from(
-            "is neither a Radiance picture (.hdr) nor an OpenEXR file (.exr): convert it to one of them",
-        )),
+        _ => of_screens(input, ImageFormat::from_path(path).ok()),
     }
+}
+
+/// Returns true for files that may be maps, by their endings.
+#[cfg(feature = "usd")]
+pub(in crate::scene) fn is_map(path: &Path) -> bool {
+    // part of a package, maybe: `a.usdz[b.png]`
+    let name = path.to_string_lossy();
+    let ending = name.trim_end_matches(']').rsplit('.').next().unwrap_or_default().to_lowercase();
+    ending == "exr" || ImageFormat::from_extension(ending).is_some_and(|format| format.reading_enabled())
 }
 
 fn unreadable(error: &dyn Display) -> String {
@@ -92,6 +103,38 @@ fn radiance(input: Input) -> Result<(u32, u32, Vec<f32>), String> {
     }
     let picture = DynamicImage::from_decoder(decoder).map_err(|error| unreadable(&error))?;
     Ok((width, height, picture.into_rgb32f().into_raw()))
+}
+
+/// Decodes a picture whose values are sRGB's, from black to white: what shines in it is no brighter than that. `format`: by the name of its
+/// file.
+fn of_screens(
+    Input { file, length: file_bytes, .. }: Input,
+    format: Option<ImageFormat>,
+) -> Result<(u32, u32, Vec<f32>), String> {
+    let need = Need::new(Part::new("its file", file_bytes, "a smaller map"));
+    need.check(&memory::left()).map_err(|error| format!("does not fit: {error}"))?;
+    let mut reader = ImageReader::new(BufReader::new(file));
+    // files of some kinds have no mark, and are known by their ending alone
+    if let Some(format) = format.filter(|format| format.reading_enabled() && *format != ImageFormat::Hdr) {
+        reader.set_format(format);
+    }
+    let reader = reader.with_guessed_format().map_err(|error| unreadable(&error))?;
+    if !reader.format().is_some_and(|format| format.reading_enabled()) {
+        return Err(String::from(
+            "is neither a Radiance picture (.hdr), nor an OpenEXR file (.exr), nor another picture that is read: convert it to one of the first \
+             two",
+        ));
+    }
+    let decoder = reader.into_decoder().map_err(|error| unreadable(&error))?;
+    let (width, height) = decoder.dimensions();
+    check_size([width, height], DECODED_BYTES + MOST_DECODED, &memory::left())?;
+    let picture = DynamicImage::from_decoder(decoder).map_err(|error| unreadable(&error))?;
+    let is_linear = matches!(picture, DynamicImage::ImageRgb32F(_) | DynamicImage::ImageRgba32F(_));
+    let mut texels = picture.into_rgb32f().into_raw();
+    if !is_linear {
+        texels.iter_mut().for_each(|value| *value = linear_share(f64::from(*value)));
+    }
+    Ok((width, height, texels))
 }
 
 fn open_exr(path: &Path) -> Result<(u32, u32, Vec<f32>), String> {
@@ -235,6 +278,26 @@ mod tests {
     }
 
     #[test]
+    fn pictures_of_screens_are_maps_of_srgb_values() {
+        let (_folder, path) = folder("a.png");
+        let colors = [[0, 128, 255], [255, 188, 0]];
+        let picture = image::RgbImage::from_fn(2, 1, |x, _| image::Rgb(colors[x as usize]));
+        picture.save(&path).unwrap();
+        let (size, texels) = decode(&path).map(|(width, height, texels)| ([width, height], texels)).unwrap();
+        let wanted = colors.concat().into_iter().map(crate::scene::texture::linear);
+        assert_eq!(size, [2, 1]);
+        assert!(texels.iter().zip(wanted).all(|(texel, wanted)| (texel - wanted).abs() < 1e-6), "{texels:?}");
+        assert_eq!(decode(&path).unwrap().2.len(), 6);
+        // by what it is, not by its name
+        let renamed = path.with_file_name("b.hdr");
+        std::fs::rename(&path, &renamed).unwrap();
+        assert_eq!(decode(&renamed).unwrap().2, texels);
+        let cut = std::fs::read(&renamed).unwrap();
+        std::fs::write(&renamed, &cut[..cut.len() / 2]).unwrap();
+        assert!(message(&renamed).contains("cannot be read"));
+    }
+
+    #[test]
     fn bad_values_are_told_with_their_pixel() {
         let (_folder, path) = folder("a.exr");
         let mut texels = texels(8, 4);
@@ -264,7 +327,7 @@ mod tests {
             (Vec::new(), "is empty: check the file"),
             (
                 b"P6 2 1 255".to_vec(),
-                "is neither a Radiance picture (.hdr) nor an OpenEXR file (.exr): convert it",
+                "is neither a Radiance picture (.hdr), nor an OpenEXR file (.exr), nor another picture that is read: convert it",
             ),
             (b"#".to_vec(), "is neither"),
             (b"#?RADIANCE\n".to_vec(), "cannot be read"),

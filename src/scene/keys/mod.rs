@@ -295,7 +295,7 @@ pub(crate) struct BackgroundTable {
 #[derive(Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct EnvironmentTable {
-    /// Latitude-longitude map (.hdr or .exr), relative to the shot file
+    /// Latitude-longitude map (.hdr, .exr, or a picture of sRGB values), relative to the shot file
     pub map: Option<At<String>>,
     /// A clear sky with its sun
     pub sky: Option<SkyTable>,

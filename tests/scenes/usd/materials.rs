@@ -186,3 +186,44 @@ fn colours_without_a_material_may_change_over_a_mesh() {
     let of = |name: &str| &shot.scene.materials[usize::from(model(&shot, name).mesh.material_of[0])];
     assert!(of("m/A").has_vertex_colors && !of("m/B").has_vertex_colors);
 }
+
+#[test]
+fn a_surface_may_take_the_colour_of_what_it_is_bound_to() {
+    let reader = "def Shader \"R\" {\n uniform token info:id = \"UsdPrimvarReader_float3\"\n string inputs:varname = \"displayColor\"\n\
+        float3 inputs:fallback = (0, 0.25, 0)\n vector3f outputs:result\n}\n";
+    let taken = material(
+        "Taken",
+        "color3f inputs:diffuseColor.connect = </Taken/R.outputs:result>\n float inputs:roughness = 0.25\n",
+    );
+    let (taken, end) = taken.trim_end().split_at(taken.trim_end().len() - 1);
+    let bound = "rel material:binding = </Taken>";
+    let color = |color: &str| format!("color3f[] primvars:displayColor = {color}");
+    let each = "[(1, 0, 0), (0, 0.5, 0), (0, 0, 1)] ( interpolation = \"vertex\" )";
+    let prims = format!(
+        "def Mesh \"Even\" {{ {TRIANGLE} {bound}\n {}\n}}\ndef Mesh \"Same\" {{ {TRIANGLE} {bound}\n {}\n}}\n\
+         def Mesh \"Each\" {{ {TRIANGLE} {bound}\n {}\n}}\ndef Mesh \"None\" {{ {TRIANGLE} {bound}\n}}\n\
+         def Xform \"Above\" {{ {}\n def Mesh \"Inherits\" {{ {TRIANGLE} {bound}\n}} }}\n\
+         def Mesh \"Part\" {{ {TRIANGLE} {}\n def GeomSubset \"S\" {{ int[] indices = [0]\n uniform token familyName = \"materialBind\"\n {bound}\n}} }}\n\
+         {taken}{reader}{end}\n",
+        color("[(1, 0, 0)]"),
+        color("[(1, 0, 0)]"),
+        color(each),
+        color("[(0, 0, 0.5)] ( interpolation = \"constant\" )"),
+        color(each),
+    );
+    let shot = shown(METRES, &prims);
+    assert!(shot.warnings.is_empty(), "{:?}", shot.warnings);
+    let number = |name: &str| model(&shot, name).mesh.material_of[0];
+    let of = |name: &str| &shot.scene.materials[usize::from(number(name))];
+    let base = |name: &str| of(name).metal_rough.unwrap().base;
+    assert_eq!([base("m/Even"), base("m/None")], [Vec3::X, Vec3::Y * 0.25]);
+    assert_eq!((base("m/Above/Inherits"), number("m/Even")), (Vec3::Z * 0.5, number("m/Same")));
+    for name in ["m/Each", "m/Part"] {
+        assert!(of(name).has_vertex_colors && base(name) == Vec3::ONE, "{name}");
+        assert_eq!(model(&shot, name).mesh.details.colors.len(), 3, "{name}");
+    }
+    assert!(["m/Even", "m/None", "m/Above/Inherits"].iter().all(|name| !of(name).has_vertex_colors));
+    assert!(
+        ["m/Even", "m/Each", "m/None"].iter().all(|name| of(name).metal_rough.unwrap().roughness == 0.25)
+    );
+}

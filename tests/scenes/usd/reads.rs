@@ -262,13 +262,19 @@ fn tiles_lie_beside_and_above_each_other() {
 
 #[test]
 fn a_dome_with_a_picture_that_is_no_map_is_even() {
-    let prims = format!(
-        "def Mesh \"M\" {{ {TRIANGLE} }}\ndef DomeLight \"D\" {{ asset inputs:texture:file = @./sky.png@\n float inputs:intensity = 2\n}}\n"
-    );
-    let folder = folder(METRES, &prims);
-    image::RgbaImage::new(2, 1).save(folder.path().join("sky.png")).unwrap();
+    let prims = |file: &str| {
+        format!(
+            "def Mesh \"M\" {{ {TRIANGLE} }}\ndef DomeLight \"D\" {{ asset inputs:texture:file = @./{file}@\n float inputs:intensity = 2\n}}\n"
+        )
+    };
+    let of_screens = folder(METRES, &prims("sky.png"));
+    image::RgbaImage::new(2, 1).save(of_screens.path().join("sky.png")).unwrap();
+    let shot = scene::load(&of_screens.path().join("m.usda"), false).unwrap();
+    assert!(told(&shot).is_empty() && shot.scene.environment.is_some(), "{}", told(&shot));
+    let folder = folder(METRES, &prims("sky.mov"));
+    std::fs::write(folder.path().join("sky.mov"), b"moov").unwrap();
     let shot = scene::load(&folder.path().join("m.usda"), false).unwrap();
-    assert!(told(&shot).contains("sky.png` of the light from all around is no map"), "{}", told(&shot));
+    assert!(told(&shot).contains("sky.mov` of the light from all around is no map"), "{}", told(&shot));
     assert_eq!(shot.scene.background, afterimage::scene::Background::uniform(Vec3::splat(2.0)));
 }
 

@@ -7,7 +7,6 @@
 
 use std::collections::BTreeSet;
 use std::f64::consts::PI;
-use std::path::Path;
 
 use glam::{DAffine3, DVec3};
 use openusd::usd::Prim;
@@ -29,13 +28,6 @@ const LEVEL: f64 = 0.999;
 
 /// Frames before a light goes on or off in which it does so: less than the shutter of any camera is open.
 const SWITCH: f64 = 1e-4;
-
-/// Returns true for files that are maps of light from all around, by their endings.
-fn is_map(path: &Path) -> bool {
-    let ending =
-        path.to_string_lossy().trim_end_matches(']').rsplit('.').next().unwrap_or_default().to_lowercase();
-    matches!(ending.as_str(), "exr" | "hdr")
-}
 
 /// Returns true for types of prims that are lights here.
 pub fn is_light(kind: &str) -> bool {
@@ -79,7 +71,7 @@ pub fn read(
         _ => {
             let file = shaders.file(prim)?.filter(|(path, name, packed)| {
                 let is_there = packed.is_some() || path.is_file();
-                let is_read = is_map(path);
+                let is_read = environment::is_map(path);
                 if !is_there || !is_read {
                     let why = if is_there {
                         "is no map that is read: its light is even; save it as OpenEXR (.exr) or Radiance (.hdr)"

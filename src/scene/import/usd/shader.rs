@@ -39,10 +39,16 @@ const GREY: f64 = 0.6;
 /// Name of texture coordinates that are not named.
 const USUAL_UVS: &str = "st";
 
+/// Colour of a UsdPreviewSurface that states none.
+const USUAL_COLOR: DVec3 = DVec3::splat(0.18);
+
 /// A material, and the names of its texture coordinates.
+#[derive(Debug, Clone)]
 pub struct ReadSurface {
     pub surface: Surface,
     pub uvs: UvNames,
+    /// True if what it is bound to has its own displayColor, where it has one, in place of the surface's colour.
+    pub takes_display_color: bool,
 }
 
 /// Path by which a picture is known, its name as written, and its bytes if it is packed.
@@ -83,11 +89,12 @@ impl<'a> Shaders<'a> {
         let network = self.network(&material)?;
         let preview = self.preview(&material, path)?;
         let Some((network, uvs)) = network else { return Ok(preview) };
+        let takes_display_color = false;
         let name = path.name().unwrap_or("material");
         let is_network_alone = preview.is_none();
         let below = preview.map_or_else(|| plain(name, DVec3::splat(GREY)), |preview| preview.surface);
         let surface = Surface { network: Some(Arc::new(network)), is_network_alone, ..below };
-        Ok(Some(ReadSurface { surface, uvs }))
+        Ok(Some(ReadSurface { surface, uvs, takes_display_color }))
     }
 
     /// Reads the UsdPreviewSurface of a material, if it has one.
@@ -107,7 +114,12 @@ impl<'a> Shaders<'a> {
             }
             Ok::<Input, String>(input)
         };
-        let diffuse = input(self, "inputs:diffuseColor", DVec3::splat(0.18))?;
+        let beside_display_color = self.beside_display_color(&prim)?;
+        let takes_display_color = beside_display_color.is_some();
+        let diffuse = match beside_display_color {
+            Some(color) => Input::Constant(color),
+            None => input(self, "inputs:diffuseColor", USUAL_COLOR)?,
+        };
         let opacity = input(self, "inputs:opacity", DVec3::ONE)?;
         let normal = match input(self, "inputs:normal", DVec3::Z)? {
             Input::Picture(picture) => Some(picture),
@@ -156,7 +168,34 @@ impl<'a> Shaders<'a> {
             network: None,
             is_network_alone: false,
         };
-        Ok(Some(ReadSurface { surface, uvs }))
+        Ok(Some(ReadSurface { surface, uvs, takes_display_color }))
+    }
+
+    /// Value of a surface's colour where the displayColor of what has the surface is read for it: that of what has none. `None` if something
+    /// else gives the colour.
+    fn beside_display_color(&mut self, surface: &Prim) -> Answer<Option<DVec3>> {
+        let name = "inputs:diffuseColor";
+        if !said(surface.attribute(name).has_authored_connections())? {
+            return Ok(None);
+        }
+        let Some(Source { prim: reader, .. }) = self.source(surface, name)? else { return Ok(None) };
+        let is_reader = matches!(
+            word(&reader, "info:id", self.code)?.as_deref(),
+            Some("UsdPrimvarReader_float3" | "UsdPrimvarReader_vector")
+        );
+        if !is_reader || self.word_behind(&reader, "inputs:varname")?.as_deref() != Some("displayColor") {
+            return Ok(None);
+        }
+        let color = |prim: &Prim, name: &str| -> Answer<Option<DVec3>> {
+            let numbers = value(prim, name, self.code)?.as_ref().and_then(numbers);
+            let color = numbers.and_then(|numbers| <[f64; 3]>::try_from(numbers).ok()).map(DVec3::from);
+            Ok(color.filter(|color| color.is_finite()))
+        };
+        let stated = match color(&reader, "inputs:fallback")? {
+            Some(fallback) => Some(fallback),
+            None => color(surface, name)?,
+        };
+        Ok(Some(stated.unwrap_or(USUAL_COLOR)))
     }
 
     /// Finds the set of texture coordinates called `own`, among those of a material, or adds it.

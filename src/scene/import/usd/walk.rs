@@ -12,13 +12,14 @@ use openusd::pcp::{ArcType, Node};
 use openusd::sdf::{Path, Value};
 use openusd::usd::{LoadPolicy, Prim, PrimPredicate, PrimStatus, Stage};
 
+use self::surfaces::BoundSurface;
 use super::binding::Bindings;
 use super::choice::StageChoice;
 use super::clock::Clock;
 use super::file::{Content, ShownMesh, Units};
 use super::render::{self, RenderSettings};
 use super::resolver::Record;
-use super::shader::{Shaders, UvNames};
+use super::shader::Shaders;
 use super::skeleton::Skeleton;
 use super::value::{Answer, codes_read, said, word};
 use super::wanted::Wanted;
@@ -66,7 +67,7 @@ struct Walk<'a> {
     /// Meshes of prototypes' prims with their surfaces, which instances share that have the same.
     of_prototypes: HashMap<(String, Vec<Option<usize>>), Option<usize>>,
     /// Surfaces by path of their material, and names of their texture coordinates.
-    of_materials: HashMap<String, Option<(usize, UvNames)>>,
+    of_materials: HashMap<String, Option<BoundSurface>>,
     /// Numbers of the meshes by their digest.
     known: HashMap<Digest, Vec<usize>>,
     /// Skeletons by path.

@@ -33,7 +33,9 @@ impl Walk<'_> {
         };
         let mut surfaces = vec![self.surface_of_mesh(prim)?.of_mesh];
         for (subset, _) in self.subsets(prim)? {
-            surfaces.push(self.surface(subset.path())?.map(|(surface, _)| surface));
+            let bound = self.surface(subset.path())?;
+            surfaces
+                .push(bound.map(|bound| self.colored(prim, &bound)).transpose()?.map(|(surface, _)| surface));
         }
         let key = (prototype.path().to_string(), surfaces);
         let number = match self.of_prototypes.get(&key) {

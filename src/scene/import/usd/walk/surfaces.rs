@@ -9,6 +9,17 @@ use crate::scene::import::usd::geometry::FaceSurfaces;
 use crate::scene::import::usd::shader::{self, ReadSurface, UvNames};
 use crate::scene::import::usd::value::{Answer, said, value, whole_numbers, word};
 
+/// A surface that is bound to something.
+#[derive(Debug, Clone)]
+pub struct BoundSurface {
+    /// Number among all surfaces.
+    pub number: usize,
+    /// Names of its texture coordinates.
+    pub uvs: UvNames,
+    /// True if what it is bound to has its own displayColor, where it has one, in place of the surface's colour.
+    pub takes_display_color: bool,
+}
+
 impl Walk<'_> {
     /// Surface of all faces of a mesh that no subset has.
     pub fn surface_of_mesh(&mut self, prim: &Prim) -> Answer<FaceSurfaces> {
@@ -20,9 +31,10 @@ impl Walk<'_> {
             let color = color.or_else(|| self.units.is_of_blender.then(shader::plain_of_blender));
             surfaces.of_mesh = color.map(|color| self.number_of_surface(color));
         }
-        if let Some((surface, uvs)) = bound {
-            surfaces.of_mesh = Some(surface);
-            surfaces.uvs.insert(surface, uvs);
+        if let Some(bound) = bound {
+            let (surface, is_tinted) = self.colored(prim, &bound)?;
+            (surfaces.of_mesh, surfaces.is_tinted) = (Some(surface), is_tinted);
+            surfaces.uvs.insert(surface, bound.uvs);
         }
         Ok(surfaces)
     }
@@ -45,25 +57,27 @@ impl Walk<'_> {
     pub fn surfaces(&mut self, prim: &Prim) -> Answer<FaceSurfaces> {
         let mut surfaces = self.surface_of_mesh(prim)?;
         for (child, code) in self.subsets(prim)? {
-            let Some((surface, uvs)) = self.surface(child.path())? else { continue };
+            let Some(bound) = self.surface(child.path())? else { continue };
+            let (surface, is_tinted) = self.colored(prim, &bound)?;
+            surfaces.is_tinted |= is_tinted;
             let faces = value(&child, "indices", code)?.as_ref().and_then(whole_numbers).unwrap_or_default();
             let faces = faces.into_iter().filter_map(|face| u32::try_from(face).ok());
             surfaces.of_face.extend(faces.map(|face| (face, Some(surface))));
-            surfaces.uvs.insert(surface, uvs);
+            surfaces.uvs.insert(surface, bound.uvs);
         }
         Ok(surfaces)
     }
 
-    /// Number of the surface that is bound at a path, and the names of its texture coordinates.
-    pub fn surface(&mut self, path: &Path) -> Answer<Option<(usize, UvNames)>> {
+    /// The surface that is bound at a path.
+    pub fn surface(&mut self, path: &Path) -> Answer<Option<BoundSurface>> {
         let Some(material) = self.bindings.material(self.stage, path)? else { return Ok(None) };
         if let Some(known) = self.of_materials.get(material.as_str()) {
             return Ok(known.clone());
         }
         let number = match self.shaders.material(&material)? {
-            Some(ReadSurface { surface, uvs }) => {
+            Some(ReadSurface { surface, uvs, takes_display_color }) => {
                 self.content.surfaces.push(surface);
-                Some((self.content.surfaces.len() - 1, uvs))
+                Some(BoundSurface { number: self.content.surfaces.len() - 1, uvs, takes_display_color })
             }
             None => {
                 let message = if said_type(self.stage, &material)?.is_some() {
@@ -81,6 +95,17 @@ impl Walk<'_> {
         };
         self.of_materials.insert(material.to_string(), number.clone());
         Ok(number)
+    }
+
+    /// Number of a surface as it is on a prim, which has a colour of its own where the surface takes it; and whether colours of vertices tint it.
+    pub fn colored(&mut self, prim: &Prim, bound: &BoundSurface) -> Answer<(usize, bool)> {
+        let color = match bound.takes_display_color {
+            true => self.shaders.display_color(prim)?,
+            false => None,
+        };
+        let Some(Surface { diffuse, is_tinted, .. }) = color else { return Ok((bound.number, false)) };
+        let surface = Surface { diffuse, is_tinted, ..self.content.surfaces[bound.number].clone() };
+        Ok((self.number_of_surface(surface), is_tinted))
     }
 
     fn number_of_surface(&mut self, surface: Surface) -> usize {
