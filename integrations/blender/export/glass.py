@@ -48,6 +48,17 @@ class Glass:
         is_dark = varies(self.share) and not varies(self.tint) and float(self.tint.max()) < 0.999
         return is_dark or any(graphs.graph_of(value) is not None for value in (self.share, self.tint, self.base))
 
+    def reflected(self, surface):
+        """Colours of the light that a surface of this glass reflects: in part, by Fresnel's formula, and totally."""
+        shine = np.clip(surface.shine.mean(axis=(0, 1)), 0, 1)
+        if varies(self.share) or self.is_of_graphs:
+            # the renderer takes the share of each place
+            return shine, shine
+        share = float(self.share.mean())
+        # what is matt of it reflects as far as it has a layer; that of glass is whole
+        layers = min(float(np.clip(surface.specular, 0, None).mean()), 1.0) if share < 1 else 1.0
+        return shine * max(layers, share), shine * share
+
 
 def varies(value):
     """Returns true if a value is not the same all over: a picture or a graph gives it."""
@@ -131,7 +142,7 @@ def tell(surface, glass, evaluator):
     if float(np.clip(surface.metallic, 0, 1).mean()) > LEAST_TOLD or graphs.graph_of(surface.metallic) is not None:
         evaluator.say("what is metal beside its glass is matt")
     specular, of_matt = alike(np.asarray(surface.specular), matt)
-    if float((of_matt * np.abs(1 - specular)).mean()) > LEAST_TOLD:
+    if (varies(glass.share) or glass.is_of_graphs) and float((of_matt * np.abs(1 - specular)).mean()) > LEAST_TOLD:
         evaluator.say("what is matt of it reflects as its glass does")
     if varies(glass.share) and (varies(glass.tint) or float(glass.tint.max()) >= 0.5):
         evaluator.say("without Caustics all of it casts a shadow, or nothing where half of it and more is glass")

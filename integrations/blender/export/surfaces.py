@@ -413,7 +413,9 @@ def scatter(evaluator, node, method, index, surface):
         bending = max(1.0, float(evaluator.input(node, index).mean()))
         surface.radius = surface.radius * layers.path_of_skin(colors, bending)
         surface.entry = (bending, 1.0, 0.5)
-    elif method == "RANDOM_WALK" and node.type != "BSDF_PRINCIPLED":
+        return
+    surface.radius = surface.radius * layers.PATH_OF_RADIUS
+    if method == "RANDOM_WALK" and node.type != "BSDF_PRINCIPLED":
         # that of Principled BSDF bends light as its layer does
         bending, roughness = (float(evaluator.input(node, name).mean()) for name in ("IOR", "Roughness"))
         surface.entry = (max(1.0, bending), min(max(roughness, 0.0), 1.0), 0.0)
