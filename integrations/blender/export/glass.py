@@ -90,6 +90,9 @@ def glass_of(surface, evaluator):
     is_computed, mean = graphs.graph_of(share) is not None, float(share.mean())
     if not is_computed and float(share.max()) < (LEAST_OF_PICTURES if varies(share) else LEAST):
         return None
+    if is_veil_of_metal(surface, share):
+        to_veil_of_metal(surface, share, evaluator)
+        return None
     rest = 1 - np.asarray(share)
     beside = {"metal": surface.metallic, "subsurface scattering": np.multiply(*alike(np.asarray(surface.subsurface), rest))}
     most, name = max((float(np.clip(value, 0, 1).mean()), name) for name, value in beside.items())
@@ -113,6 +116,23 @@ def glass_of(surface, evaluator):
         glass.absorption = np.zeros(3)
     tell(surface, glass, evaluator)
     return glass
+
+
+def is_veil_of_metal(surface, share):
+    """Returns true if a surface is glass and metal in shares that are the same all over, with at least as much metal: it is metal through which something
+    is seen, and not glass in which something shines."""
+    metal = evened(np.clip(surface.metallic, 0, 1))
+    is_even = not varies(share) and not varies(metal) and surface.alpha.shape[:2] == (1, 1)
+    return is_even and float(metal.mean()) > float(share.mean()) - LEAST
+
+
+def to_veil_of_metal(surface, share, evaluator):
+    """Makes what is glass of it a veil: the renderer has no metal of glass, but metal that is there in part."""
+    evaluator.say("its glass does not bend light, beside its metal")
+    solid = max(1 - float(share.mean()), LEAST)
+    surface.metallic = constant(min(float(surface.metallic.mean()) / solid, 1.0))
+    surface.alpha, surface.veil = surface.alpha * solid, np.clip(mean_of(surface.tint), 0, 1)
+    surface.transmission = constant(0.0)
 
 
 def of_even_share(share, tint, base, evaluator):
