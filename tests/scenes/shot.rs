@@ -177,7 +177,7 @@ fn filters_tint_what_glass_lets_through() {
     let half = glass("kd = [1, 0, 0]\ntf = [0.25, 0.5, 0.5]\n");
     assert_eq!(half.diffuse, Vec3::new(0.5, 0.0, 0.0));
     // which says nothing of total reflection
-    let total = |material: Material| match material.optics {
+    let total = |material: afterimage::scene::Material| match material.optics {
         Optics::Glass { total, .. } => total,
         other => panic!("{other:?}"),
     };

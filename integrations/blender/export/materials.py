@@ -450,6 +450,9 @@ class Materials:
             if graphs.graph_of(value) is not None and key not in values:
                 inputs[parameter] = graphs.graph_of(value)
                 written.add(part)
+        if "base_color" in inputs and "subsurface" in values:
+            # OpenPBR has a colour of its own for what goes below
+            inputs["subsurface_color"] = inputs["base_color"]
         if surface.heights:
             inputs["geometry_normal"] = graphs.bump(surface.heights, scale)
             written.add("heights")
