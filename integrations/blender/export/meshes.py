@@ -144,6 +144,27 @@ def read_geometry(mesh, topology=b"", colors=()):
     return Geometry(read_positions(mesh), corners[loops], loops, slots, normals, uvs, found, topology)
 
 
+MOST_LOOKED_AT = 20000
+"""Most faces of a mesh of which it is asked whether some lie in each other: that takes as long as reading them."""
+
+
+def share_of_doubles(mesh):
+    """Share of the area of a mesh whose faces lie in other ones of the same size, as those of a thing that was copied and not moved do; of small meshes."""
+    count = len(mesh.polygons)
+    if not 2 <= count <= MOST_LOOKED_AT:
+        return 0.0
+    centers, normals = read_array(mesh.polygons, "center", 3, np.float32), read_array(mesh.polygons, "normal", 3, np.float32)
+    areas = read_array(mesh.polygons, "area", 1, np.float32)
+    size = float(np.sqrt(areas.sum(dtype=np.float64)))
+    if not (0 < size < np.inf and np.isfinite(centers).all()):
+        return 0.0
+    # one may be turned over
+    largest = np.take_along_axis(normals, np.abs(normals).argmax(axis=1)[:, None], axis=1)
+    sides = np.round(np.column_stack([centers * (1e5 / size), normals * np.sign(largest) * 1e3, areas * (1e5 / size**2)]))
+    _, which, times = np.unique(sides, axis=0, return_inverse=True, return_counts=True)
+    return float(areas[times[which.ravel()] > 1].sum() / areas.sum())
+
+
 FARTHEST = 1e18
 """The largest coordinate that the renderer takes."""
 
