@@ -54,6 +54,10 @@ const RAYS_OF_KEPT: f64 = 2.0;
 /// Share of the pixels that differ most which tell nothing: a small picture has one spark or another.
 const SPARKS: f64 = 0.002;
 
+/// Multiple of the mean of a picture from which on brightness tells nothing: a lamp in the dark, or its image in a floor, is white however it is
+/// off, and would have all of the dark traced until the lamp's edges are as even as the rest.
+const BRIGHT: f64 = 10.0;
+
 /// What makes noise, and what more rays of it are called.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Source {
@@ -403,21 +407,23 @@ impl Pictures<'_> {
     }
 }
 
-/// Mean of the squares of what pictures differ from their references by, over that of the references' means: without the pixels that differ
-/// most.
+/// Mean of [`difference_of`] of pictures and their references.
 fn difference(pictures: &[Made], references: &[Made]) -> f64 {
-    let of_pair = |(picture, reference): (&Made, &Made)| {
-        let [picture, reference] = [picture, reference].map(|made| colors(&made.film));
-        let mean = reference.iter().flatten().sum::<f64>() / (3 * reference.len()) as f64;
-        let square =
-            |(a, b): (&[f64; 3], &[f64; 3])| a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum::<f64>() / 3.0;
-        let mut squares: Vec<f64> = picture.iter().zip(&reference).map(square).collect();
-        squares.sort_unstable_by(f64::total_cmp);
-        let kept = squares.len() - (squares.len() as f64 * SPARKS).ceil() as usize;
-        let kept = &squares[..kept.max(1)];
-        if mean > 0.0 { kept.iter().sum::<f64>() / kept.len() as f64 / mean.powi(2) } else { 0.0 }
-    };
-    pictures.iter().zip(references).map(of_pair).sum::<f64>() / pictures.len() as f64
+    let pairs = pictures.iter().zip(references);
+    pairs.map(|(a, b)| difference_of(&colors(&a.film), &colors(&b.film))).sum::<f64>() / pictures.len() as f64
+}
+
+/// Mean of the squares of what the pixels of a picture differ from a reference by, over that of the reference's mean: without the pixels that
+/// differ most, and with what is far brighter than the mean as bright as [`BRIGHT`] says.
+fn difference_of(picture: &[[f64; 3]], reference: &[[f64; 3]]) -> f64 {
+    let mean = reference.iter().flatten().sum::<f64>() / (3 * reference.len()) as f64;
+    let off = |(a, b): (&f64, &f64)| (a.min(BRIGHT * mean) - b.min(BRIGHT * mean)).powi(2);
+    let square = |(a, b): (&[f64; 3], &[f64; 3])| a.iter().zip(b).map(off).sum::<f64>() / 3.0;
+    let mut squares: Vec<f64> = picture.iter().zip(reference).map(square).collect();
+    squares.sort_unstable_by(f64::total_cmp);
+    let kept = squares.len() - (squares.len() as f64 * SPARKS).ceil() as usize;
+    let kept = &squares[..kept.max(1)];
+    if mean > 0.0 { kept.iter().sum::<f64>() / kept.len() as f64 / mean.powi(2) } else { 0.0 }
 }
 
 /// Colours of all pixels.
@@ -502,6 +508,24 @@ mod tests {
         costs: [Cost { fixed: 4.0, ..COST }, COST],
         length: 20.0,
     };
+
+    #[test]
+    fn how_bright_a_lamp_in_the_dark_is_tells_nothing() {
+        // a tenth of a noisy picture is a lamp, of which a pixel at its edge shows more or less
+        let picture = |lamp: f64, edge: f64, off: f64| -> Vec<[f64; 3]> {
+            let of = |at: u32| match at % 100 {
+                0 => lamp * edge,
+                1 => lamp,
+                _ => 1.0 + if at.is_multiple_of(2) { off } else { -off },
+            };
+            (0..1000).map(|at| [of(at); 3]).collect()
+        };
+        let at = |lamp: f64| difference_of(&picture(lamp, 0.9, 0.1), &picture(lamp, 0.7, 0.0)).sqrt();
+        let mean = |lamp: f64| 0.98 + 0.017 * lamp;
+        // as the mean has it, where nothing is far brighter than that
+        assert!((at(2.0) * mean(2.0) - f64::hypot(0.099, 0.04)).abs() < 2e-3, "{}", at(2.0));
+        assert!((at(1e4) * mean(1e4) - 0.099).abs() < 2e-3, "{}", at(1e4));
+    }
 
     #[test]
     fn what_is_chosen_reaches_the_error_and_costs_more_the_less_of_it_is_wanted() {

@@ -215,21 +215,23 @@ impl Material {
     /// Its effect on rays from the camera, with these parameters: less of it is there, and so much more of what is behind is seen.
     #[inline]
     pub fn optics_at(&self, varied: Varied) -> Optics {
-        if let (Some(_), Optics::Glass { transmission, index, reflection, is_rough, is_thin }) =
+        if let (Some(_), Optics::Glass { transmission, index, reflection, total, is_rough, is_thin }) =
             (self.uneven_glass, self.optics)
         {
-            let transmission = transmission * varied.of_metal();
-            return Optics::Glass { transmission, index, reflection, is_rough, is_thin };
+            let share = varied.of_metal();
+            let (transmission, total) = (transmission * share, total * share);
+            return Optics::Glass { transmission, index, reflection, total, is_rough, is_thin };
         }
         if varied.opacity == u8::MAX {
             return self.optics;
         }
         let opacity = varied.of_opacity();
         match self.optics {
-            Optics::Glass { transmission, index, reflection, is_rough, is_thin } => Optics::Glass {
+            Optics::Glass { transmission, index, reflection, total, is_rough, is_thin } => Optics::Glass {
                 transmission: Vec3::ONE - (Vec3::ONE - transmission) * opacity,
                 index,
                 reflection,
+                total,
                 is_rough,
                 is_thin,
             },

@@ -253,6 +253,8 @@ pub struct Beyond {
     /// Colour of light that passes the surface of glass, once each time; `transmission_color` is a factor of it where there is no
     /// `transmission_depth`.
     pub glass_tint: Value,
+    /// Share of the light that it reflects totally as glass, where that is not the share of it that is glass (`transmission_weight`).
+    pub total_reflection: Option<Vec3>,
     /// True if the picture of the base colour is a factor of it as well.
     pub is_glass_pictured: bool,
     /// How white metal is at grazing angles, from 0 to 1, where `specular_color` does not say.
@@ -282,6 +284,7 @@ impl Default for Beyond {
             mirror: None,
             veil: Vec3::ONE,
             glass_tint: Value::ONE,
+            total_reflection: None,
             is_glass_pictured: false,
             metal_edge: None,
             translucency: None,

@@ -56,19 +56,19 @@ fn branch_of_clear(
             let weight = if fresnel { schlick(tint, surface, incoming) } else { tint };
             Branches { reflection: Some(reflect(surface, incoming, weight)), refraction: None }
         }
-        Optics::Glass { transmission, index, reflection, is_rough: false, is_thin: true } => {
+        Optics::Glass { transmission, index, reflection, is_rough: false, is_thin: true, .. } => {
             pane(surface, incoming, transmission, index, reflection)
         }
-        Optics::Glass { transmission, index, reflection, is_rough: false, .. } => {
-            glass(surface, incoming, transmission, index, reflection)
+        Optics::Glass { transmission, index, reflection, total, is_rough: false, .. } => {
+            glass(surface, incoming, (transmission, index), reflection, total)
         }
-        Optics::Glass { transmission, index, is_thin, .. } => {
+        Optics::Glass { transmission, index, total, is_thin, .. } => {
             let layer = material.metal_rough.map(|layer| layer.at(surface.varied));
             let microfacet = Microfacet::new(surface, incoming, layer.as_ref(), random());
             if index == 1.0 || is_thin {
                 microfacet.thin(incoming, transmission)
             } else {
-                microfacet.solid(surface, incoming, (transmission, index))
+                microfacet.solid(surface, incoming, (transmission, index), total)
             }
         }
     }
@@ -118,9 +118,15 @@ impl Microfacet {
     }
 
     /// The rays on at the surface of rough glass: through it, and, from within, what it reflects more than its layer does.
-    fn solid(&self, surface: &Surface, incoming: Vec3, (transmission, index): (Vec3, f32)) -> Branches {
+    fn solid(
+        &self,
+        surface: &Surface,
+        incoming: Vec3,
+        (transmission, index): (Vec3, f32),
+        total: Vec3,
+    ) -> Branches {
         let bent = Surface { normal: self.normal, ..*surface };
-        let through = glass(&bent, incoming, Vec3::ONE, index, Vec3::ONE).refraction;
+        let through = glass(&bent, incoming, (Vec3::ONE, index), Vec3::ONE, total).refraction;
         let by_layer = self.reflected_by_layer(incoming);
         // from the denser side more is reflected than the layer knows of
         let is_dense = surface.from_behind == (index > 1.0);
@@ -131,13 +137,13 @@ impl Microfacet {
         };
         let mirrored = Branch {
             direction: self.turned_to(1.0, self.reflected(incoming)),
-            weight: Vec3::splat(reflected - by_layer),
+            weight: total * (reflected - by_layer),
         };
         let refraction = through.map(|ray| Branch {
             direction: self.turned_to(-1.0, ray.direction),
             weight: transmission * (1.0 - reflected),
         });
-        Branches { reflection: Some(mirrored).filter(|ray| ray.weight.x > 0.0), refraction }
+        Branches { reflection: Some(mirrored).filter(|ray| ray.weight.max_element() > 0.0), refraction }
     }
 
     /// Share of the light that the layer reflects here.
@@ -204,8 +210,14 @@ pub fn of_both_walls(of_one: f32) -> f32 {
 }
 
 /// Splits a ray by Snell's law and Fresnel's equations for unpolarised light. The triangle's front is the
-/// outside of the glass.
-fn glass(surface: &Surface, incoming: Vec3, transmission: Vec3, index: f32, reflection: Vec3) -> Branches {
+/// outside of the glass. `reflection`, `total`: tints of light that is reflected in part, and of what is reflected totally.
+fn glass(
+    surface: &Surface,
+    incoming: Vec3,
+    (transmission, index): (Vec3, f32),
+    reflection: Vec3,
+    total: Vec3,
+) -> Branches {
     if index == 1.0 {
         let straight = Branch { direction: incoming, weight: transmission };
         return Branches { reflection: None, refraction: Some(straight) };
@@ -214,8 +226,8 @@ fn glass(surface: &Surface, incoming: Vec3, transmission: Vec3, index: f32, refl
     let cos_in = (-surface.normal.dot(incoming)).clamp(0.0, 1.0);
     let sin2_out = eta * eta * (1.0 - cos_in * cos_in);
     if sin2_out >= 1.0 {
-        // total internal reflection: all of the light stays inside, untinted
-        return Branches { reflection: Some(reflect(surface, incoming, Vec3::ONE)), refraction: None };
+        // total internal reflection: all of the light stays inside
+        return Branches { reflection: Some(reflect(surface, incoming, total)), refraction: None };
     }
     let cos_out = (1.0 - sin2_out).sqrt();
     let reflected = fresnel(cos_in, cos_out, eta);
@@ -297,6 +309,7 @@ mod tests {
             transmission: Vec3::ONE,
             index: 1.5,
             reflection: Vec3::ONE,
+            total: Vec3::ONE,
             is_rough: false,
             is_thin: true,
         };
@@ -319,6 +332,33 @@ mod tests {
         assert!(below.refraction.is_some());
         assert_eq!(above.refraction, None);
         assert_eq!(above.reflection.expect("all of it").weight, Vec3::ONE);
+    }
+
+    /// Of what is glass in part that part reflects totally, in a colour of its own; so does rough glass beside what its layer reflects.
+    #[test]
+    fn what_is_reflected_totally_has_a_colour_of_its_own() {
+        let red = Vec3::new(0.5, 0.25, 0.0);
+        let of = |is_rough| Optics::Glass {
+            transmission: Vec3::ONE,
+            index: 1.5,
+            reflection: Vec3::ONE,
+            total: red,
+            is_rough,
+            is_thin: false,
+        };
+        let (surface, incoming) = (floor(true), at_angle(60.0, false));
+        let rays = branch(of(false), &surface, incoming);
+        assert_eq!((rays.refraction, rays.reflection.map(|ray| ray.weight)), (None, Some(red)));
+        let below = branch(of(false), &surface, at_angle(20.0, false));
+        assert_eq!(below, branch(GLASS, &surface, at_angle(20.0, false)), "in part");
+        let weight = |material: &Material| {
+            let [around, along, ..] = PathRandom::new(5, 1).four(0);
+            super::branch(material, &surface, incoming, || [around, along]).reflection.map(|ray| ray.weight)
+        };
+        let white = rough(0.01, 1.5);
+        let tinted = Material { optics: of(true), ..white.clone() };
+        let [white, tinted] = [white, tinted].map(|material| weight(&material).expect("some"));
+        assert!(white.x > 0.5 && tinted.abs_diff_eq(red * white, 1e-6), "{white} {tinted}");
     }
 
     #[test]
@@ -385,6 +425,7 @@ mod tests {
             transmission: Vec3::ONE,
             index,
             reflection: Vec3::ONE,
+            total: Vec3::ONE,
             is_rough: true,
             is_thin: false,
         };

@@ -21,6 +21,7 @@ fn pane(index: f32) -> Material {
         transmission: Vec3::ONE,
         index,
         reflection: Vec3::ONE,
+        total: Vec3::ONE,
         is_rough: false,
         is_thin: true,
     };

@@ -15,6 +15,7 @@ fn glass(roughness: f32, index: f32) -> Material {
         transmission: Vec3::ONE,
         index,
         reflection: Vec3::ONE,
+        total: Vec3::ONE,
         is_rough: true,
         is_thin: false,
     };

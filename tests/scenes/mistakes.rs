@@ -338,6 +338,10 @@ fn mistakes_are_told_with_place_and_remedy() {
             "s.toml:9:6: `tf` must have channels from 0",
         ),
         (
+            format!("{REST}[[material]]\nname = \"wood\"\nks_total = [0, 1.5, 0]\n"),
+            "s.toml:9:12: `ks_total` must have channels from 0",
+        ),
+        (
             format!("{REST}[[material]]\nname = \"wood\"\ntf = [1, 1, 1]\ntransmission = 0.5\n"),
             "s.toml:9:6: `tf` and `transmission` exclude each other",
         ),

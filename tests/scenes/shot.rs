@@ -176,6 +176,16 @@ fn filters_tint_what_glass_lets_through() {
     // what it does not let through it scatters
     let half = glass("kd = [1, 0, 0]\ntf = [0.25, 0.5, 0.5]\n");
     assert_eq!(half.diffuse, Vec3::new(0.5, 0.0, 0.0));
+    // which says nothing of total reflection
+    let total = |material: afterimage::scene::Material| match material.optics {
+        Optics::Glass { total, .. } => total,
+        other => panic!("{other:?}"),
+    };
+    assert_eq!(total(half), Vec3::ONE);
+    assert_eq!(total(glass("tf = [0.5, 0.5, 0.5]\nks_total = [0.5, 0.25, 0]\n")), Vec3::new(0.5, 0.25, 0.0));
+    let part = load(&format!("{REST}[[material]]\nname = \"wood\"\ntransmission = 0.25\nni = 1.5\n"));
+    let part = part.scene.materials.into_iter().find(|material| material.name == "wood").unwrap();
+    assert_eq!(total(part), Vec3::splat(0.25));
 }
 
 #[test]

@@ -174,6 +174,46 @@ MATHS = {
 """From an operation of Math to what it makes of three numbers."""
 
 
+def dot(a, b):
+    """The dot products of vectors, as numbers."""
+    return (a * b).sum(axis=2, keepdims=True)
+
+
+def unit(a):
+    """Vectors of length 1; of nothing nothing."""
+    return quotient(a, np.sqrt(dot(a, a)))
+
+
+def refracted(a, normal, index):
+    """Directions behind a surface of some index of refraction; nothing where all is reflected."""
+    cos = dot(normal, a)
+    left = 1 - index * index * (1 - cos * cos)
+    return np.where(left < 0, 0, index * a - (index * cos + np.sqrt(np.maximum(left, 0))) * normal)
+
+
+VECTOR_MATHS = {
+    **{
+        name: lambda a, b, c, scale, of=MATHS[name]: of(a, b, c)
+        for name in ("ADD", "SUBTRACT", "MULTIPLY", "DIVIDE", "MULTIPLY_ADD", "MINIMUM", "MAXIMUM", "SNAP", "MODULO", "WRAP", "SINE", "COSINE", "TANGENT")
+    },
+    **{
+        name: lambda a, b, c, scale, of=MATHS[like]: of(a, b, c)
+        for name, like in {"ABSOLUTE": "ABSOLUTE", "FLOOR": "FLOOR", "CEIL": "CEIL", "FRACTION": "FRACT", "POWER": "POWER", "SIGN": "SIGN", "ROUND": "ROUND"}.items()
+    },
+    "CROSS_PRODUCT": lambda a, b, c, scale: np.cross(a, b, axis=2),
+    "PROJECT": lambda a, b, c, scale: quotient(dot(a, b), dot(b, b)) * b,
+    "REFLECT": lambda a, b, c, scale: a - 2 * dot(unit(b), a) * unit(b),
+    "REFRACT": lambda a, b, c, scale: refracted(a, unit(b), scale),
+    "FACEFORWARD": lambda a, b, c, scale: np.where(dot(c, b) < 0, a, -a),
+    "DOT_PRODUCT": lambda a, b, c, scale: dot(a, b),
+    "DISTANCE": lambda a, b, c, scale: np.sqrt(dot(a - b, a - b)),
+    "LENGTH": lambda a, b, c, scale: np.sqrt(dot(a, a)),
+    "SCALE": lambda a, b, c, scale: a * scale,
+    "NORMALIZE": lambda a, b, c, scale: unit(a),
+}
+"""From an operation of Vector Math to what it makes of three vectors and a number: a vector, or a number."""
+
+
 def shifted(color, hue, saturation, value):
     """A colour whose hue is turned (0.5: not at all), and its saturation and value multiplied."""
     hsv = hsv_of(color)

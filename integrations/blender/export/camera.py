@@ -2,6 +2,7 @@
 """Cameras: Blender's lens, sensor and markers to the keys of [camera]."""
 
 import math
+from types import SimpleNamespace
 
 import numpy as np
 
@@ -9,6 +10,38 @@ from .warnings import ExportError
 
 # Blender's axes to those of shots: X stays, Z becomes Y, and Y becomes -Z
 TO_Y_UP = np.array([[1, 0, 0, 0], [0, 0, 1, 0], [0, -1, 0, 0], [0, 0, 0, 1]], dtype=float)
+
+
+SENSOR = 36.0
+"""Width in mm of the sensor of what is no camera."""
+
+LENS = 50.0
+"""Its focal length in mm; lights have one by the angle of their spot."""
+
+SPOT = math.radians(45)
+"""That angle of lights that are no spots: Blender keeps the one of a new light."""
+
+
+def lens_of(camera):
+    """What says how an object sees: the data of a camera, or what Cycles takes for anything else from which a scene may be rendered."""
+    if camera.type == "CAMERA":
+        return camera.data
+    lens = LENS
+    if camera.type == "LIGHT":
+        # Blender makes it for a sensor of 32 mm
+        lens = 16 / math.tan(getattr(camera.data, "spot_size", SPOT) / 2)
+    return SimpleNamespace(
+        type="PERSP",
+        lens=lens,
+        sensor_width=SENSOR,
+        sensor_height=24.0,
+        sensor_fit="AUTO",
+        shift_x=0.0,
+        shift_y=0.0,
+        clip_start=1e-5,
+        clip_end=1e5,
+        dof=SimpleNamespace(use_dof=False),
+    )
 
 
 def camera_at(scene, frame):
@@ -55,9 +88,7 @@ def camera_of_view(scene, camera, view):
 def key_of(camera, scene, depsgraph, size, warnings, eye=None):
     """The projection, and the values of a [[camera.key]]. `eye`: matrix and horizontal shift of an evaluated camera, if they are not its own."""
     evaluated = camera.evaluated_get(depsgraph)
-    data = evaluated.data
-    if camera.type != "CAMERA":
-        raise ExportError(f"`{camera.name}` is not a camera: choose one in the scene's properties, or render from a camera")
+    data = lens_of(evaluated)
     place, shift = eye(evaluated) if eye else (evaluated.matrix_world, data.shift_x)
     place = np.array(place, dtype=float)
     matrix = TO_Y_UP[:3, :3] @ place[:3, :3]

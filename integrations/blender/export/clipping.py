@@ -3,7 +3,7 @@
 
 import numpy as np
 
-from .camera import TO_Y_UP, fit_of
+from .camera import TO_Y_UP, fit_of, lens_of
 
 CORNERS = np.array([[x, y, z, 1] for x in (0, 1) for y in (0, 1) for z in (0, 1)], dtype=float)
 
@@ -19,7 +19,7 @@ class Clipping:
         placed = [each for each in placed if time in each.mesh]
         if not placed:
             return
-        data = camera.data
+        data = lens_of(camera)
         view = np.linalg.inv(TO_Y_UP @ np.array(camera.matrix_world.normalized(), dtype=float))
         matrices = np.stack([each.matrices[time].reshape(3, 4) for each in placed])
         low, high = (np.stack([each.mesh[time].bounds[end] for each in placed]) for end in (0, 1))

@@ -48,6 +48,17 @@ class Glass:
         is_dark = varies(self.share) and not varies(self.tint) and float(self.tint.max()) < 0.999
         return is_dark or any(graphs.graph_of(value) is not None for value in (self.share, self.tint, self.base))
 
+    def reflected(self, surface):
+        """Colours of the light that a surface of this glass reflects: in part, by Fresnel's formula, and totally."""
+        shine = np.clip(surface.shine.mean(axis=(0, 1)), 0, 1)
+        if varies(self.share) or self.is_of_graphs:
+            # the renderer takes the share of each place
+            return shine, shine
+        share = float(self.share.mean())
+        # what is matt of it reflects as far as it has a layer; that of glass is whole
+        layers = min(float(np.clip(surface.specular, 0, None).mean()), 1.0) if share < 1 else 1.0
+        return shine * max(layers, share), shine * share
+
 
 def varies(value):
     """Returns true if a value is not the same all over: a picture or a graph gives it."""
@@ -79,6 +90,9 @@ def glass_of(surface, evaluator):
     is_computed, mean = graphs.graph_of(share) is not None, float(share.mean())
     if not is_computed and float(share.max()) < (LEAST_OF_PICTURES if varies(share) else LEAST):
         return None
+    if is_veil_of_metal(surface, share):
+        to_veil_of_metal(surface, share, evaluator)
+        return None
     rest = 1 - np.asarray(share)
     beside = {"metal": surface.metallic, "subsurface scattering": np.multiply(*alike(np.asarray(surface.subsurface), rest))}
     most, name = max((float(np.clip(value, 0, 1).mean()), name) for name, value in beside.items())
@@ -102,6 +116,23 @@ def glass_of(surface, evaluator):
         glass.absorption = np.zeros(3)
     tell(surface, glass, evaluator)
     return glass
+
+
+def is_veil_of_metal(surface, share):
+    """Returns true if a surface is glass and metal in shares that are the same all over, with at least as much metal: it is metal through which something
+    is seen, and not glass in which something shines."""
+    metal = evened(np.clip(surface.metallic, 0, 1))
+    is_even = not varies(share) and not varies(metal) and surface.alpha.shape[:2] == (1, 1)
+    return is_even and float(metal.mean()) > float(share.mean()) - LEAST
+
+
+def to_veil_of_metal(surface, share, evaluator):
+    """Makes what is glass of it a veil: the renderer has no metal of glass, but metal that is there in part."""
+    evaluator.say("its glass does not bend light, beside its metal")
+    solid = max(1 - float(share.mean()), LEAST)
+    surface.metallic = constant(min(float(surface.metallic.mean()) / solid, 1.0))
+    surface.alpha, surface.veil = surface.alpha * solid, np.clip(mean_of(surface.tint), 0, 1)
+    surface.transmission = constant(0.0)
 
 
 def of_even_share(share, tint, base, evaluator):
@@ -131,7 +162,7 @@ def tell(surface, glass, evaluator):
     if float(np.clip(surface.metallic, 0, 1).mean()) > LEAST_TOLD or graphs.graph_of(surface.metallic) is not None:
         evaluator.say("what is metal beside its glass is matt")
     specular, of_matt = alike(np.asarray(surface.specular), matt)
-    if float((of_matt * np.abs(1 - specular)).mean()) > LEAST_TOLD:
+    if (varies(glass.share) or glass.is_of_graphs) and float((of_matt * np.abs(1 - specular)).mean()) > LEAST_TOLD:
         evaluator.say("what is matt of it reflects as its glass does")
     if varies(glass.share) and (varies(glass.tint) or float(glass.tint.max()) >= 0.5):
         evaluator.say("without Caustics all of it casts a shadow, or nothing where half of it and more is glass")

@@ -4,6 +4,7 @@
 Rough ones as Walter et al. have them, "Microfacet Models for Refraction through Rough Surfaces", 2007 (GGX).
 """
 
+import math
 from functools import lru_cache
 
 import numpy as np
@@ -99,6 +100,11 @@ def is_of_layer(shares):
     """Returns true if a smooth layer reflects nearly these shares at COSINES."""
     apart = np.abs(shares - reflected(index_of_share(float(shares.mean()), 0), COSINES))
     return max(apart.mean(), apart[-1]) < UNLIKE
+
+
+PATH_OF_RADIUS = 1 / (4 * math.pi)
+"""Mean free path of what is no skin, for each unit of the radius that is stated: Cycles takes so much of it, so that walks look as older models
+did, whose radius was the farthest that light went."""
 
 
 def path_of_skin(colors, index):

@@ -324,7 +324,10 @@ class Materials:
 
     def _glass(self, name, surface, glass, evaluator, values):
         """Glass, and what is matt beside it. Where graphs say how much of it there is, see _graphs."""
-        values.update(ks=np.clip(surface.shine.mean(axis=(0, 1)), 0, 1).tolist(), ni=min(max(0.0, float(surface.ior.mean())), MOST_BENDING))
+        reflected, total = glass.reflected(surface)
+        values.update(ks=reflected.tolist(), ni=min(max(0.0, float(surface.ior.mean())), MOST_BENDING))
+        if total.min() < 1:
+            values["ks_total"] = total.tolist()
         scattered = 1.0
         if not glass.is_of_graphs:
             share = 1.0 if varies(glass.share) else float(glass.share.mean())
@@ -447,6 +450,9 @@ class Materials:
             if graphs.graph_of(value) is not None and key not in values:
                 inputs[parameter] = graphs.graph_of(value)
                 written.add(part)
+        if "base_color" in inputs and "subsurface" in values:
+            # OpenPBR has a colour of its own for what goes below
+            inputs["subsurface_color"] = inputs["base_color"]
         if surface.heights:
             inputs["geometry_normal"] = graphs.bump(surface.heights, scale)
             written.add("heights")

@@ -13,6 +13,9 @@ import numpy as np
 from . import files, meshes
 from .images import safe, to_srgb
 
+MOST_DOUBLED = 0.01
+"""Share of the area of a mesh from which on it is told that its faces lie in each other."""
+
 BESIDE_TILES = 1e-4
 """How far texture coordinates may lie beside a mosaic, which has a size of 1: what an edge is rounded to."""
 
@@ -308,6 +311,8 @@ class MeshStore:
             if not before.deforms:
                 before.last_time = self.time
                 return before
+        if meshes.share_of_doubles(mesh) > MOST_DOUBLED:
+            self.warnings.add(f"object `{name}`: faces of it lie in each other. They are lit, where Cycles has them shadow each other; merge them by distance")
         scale = float(abs(instance.matrix_world.determinant()) ** (1 / 3)) or 1.0
         stored = Stored(self, mesh.name if self._is_rigid(item) else name, geometry, materials, self.time, scale)
         self.stored.append(stored)

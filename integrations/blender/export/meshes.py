@@ -52,11 +52,31 @@ def read_positions(mesh):
     return read_array(mesh.vertices, "co", 3, np.float32)
 
 
+def read_whole(mesh, attribute, domain, count):
+    """An attribute of whole numbers, which Blender hands out at once, where its elements are asked one by one; None if the mesh has no such."""
+    attribute = mesh.attributes.get(attribute)
+    if attribute is None or (attribute.data_type, attribute.domain, len(attribute.data)) != ("INT", domain, count):
+        return None
+    return read_array(attribute.data, "value", 1, np.int32)
+
+
+def read_corners(mesh):
+    """The vertices of all corners."""
+    corners = read_whole(mesh, ".corner_vert", "CORNER", len(mesh.loops))
+    return read_array(mesh.loops, "vertex_index", 1, np.int32) if corners is None else corners
+
+
+def read_slots(mesh):
+    """The slots of the materials of all faces."""
+    slots = read_whole(mesh, "material_index", "FACE", len(mesh.polygons))
+    return read_array(mesh.polygons, "material_index", 1, np.int32) if slots is None else slots
+
+
 def topology_of(mesh):
     """Digest of faces, without positions. Two meshes of the same digest have the same vertices in the same order."""
     digest = hashlib.blake2b(digest_size=16)
     digest.update(np.array([len(mesh.vertices), len(mesh.loops), len(mesh.polygons)]).tobytes())
-    digest.update(read_array(mesh.loops, "vertex_index", 1, np.int32).tobytes())
+    digest.update(read_corners(mesh).tobytes())
     digest.update(read_array(mesh.polygons, "loop_total", 1, np.int32).tobytes())
     return digest.digest()
 
@@ -102,9 +122,9 @@ def read_geometry(mesh, topology=b"", colors=()):
         return None
     mesh.calc_loop_triangles()
     loops = read_array(mesh.loop_triangles, "loops", 3, np.int32)
-    corners = read_array(mesh.loops, "vertex_index", 1, np.int32)
+    corners = read_corners(mesh)
     polygons = read_array(mesh.loop_triangles, "polygon_index", 1, np.int32)
-    slots = read_array(mesh.polygons, "material_index", 1, np.int32)[polygons]
+    slots = read_slots(mesh)[polygons]
     normals = None
     if mesh.normals_domain == "POINT":
         normals = read_array(mesh.vertex_normals, "vector", 3, np.float32)[corners]
@@ -122,6 +142,27 @@ def read_geometry(mesh, topology=b"", colors=()):
     found = {name: read_colors(mesh, name, corners) for name in colors}
     found = {name: values for name, values in found.items() if values is not None}
     return Geometry(read_positions(mesh), corners[loops], loops, slots, normals, uvs, found, topology)
+
+
+MOST_LOOKED_AT = 20000
+"""Most faces of a mesh of which it is asked whether some lie in each other: that takes as long as reading them."""
+
+
+def share_of_doubles(mesh):
+    """Share of the area of a mesh whose faces lie in other ones of the same size, as those of a thing that was copied and not moved do; of small meshes."""
+    count = len(mesh.polygons)
+    if not 2 <= count <= MOST_LOOKED_AT:
+        return 0.0
+    centers, normals = read_array(mesh.polygons, "center", 3, np.float32), read_array(mesh.polygons, "normal", 3, np.float32)
+    areas = read_array(mesh.polygons, "area", 1, np.float32)
+    size = float(np.sqrt(areas.sum(dtype=np.float64)))
+    if not (0 < size < np.inf and np.isfinite(centers).all()):
+        return 0.0
+    # one may be turned over
+    largest = np.take_along_axis(normals, np.abs(normals).argmax(axis=1)[:, None], axis=1)
+    sides = np.round(np.column_stack([centers * (1e5 / size), normals * np.sign(largest) * 1e3, areas * (1e5 / size**2)]))
+    _, which, times = np.unique(sides, axis=0, return_inverse=True, return_counts=True)
+    return float(areas[times[which.ravel()] > 1].sum() / areas.sum())
 
 
 FARTHEST = 1e18

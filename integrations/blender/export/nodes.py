@@ -11,7 +11,7 @@ from contextlib import contextmanager
 import numpy as np
 
 from . import eye, graphs, islands, layers, pointiness
-from .arithmetic import BLENDS, MATHS, shifted
+from .arithmetic import BLENDS, MATHS, VECTOR_MATHS, shifted
 from .images import sized
 from .rays import IS_OF
 
@@ -353,6 +353,13 @@ class Evaluator:
             self.say(f"node `{node.name}` (Math, {node.operation.lower()}) passes its first input on")
         value = MATHS.get(node.operation, lambda a, b, c: a)(a, b, c).astype(np.float32)
         return np.clip(value, 0, 1) if node.use_clamp else value
+
+    def node_vect_math(self, node, socket):
+        if node.operation not in VECTOR_MATHS:
+            return self.replaced(node, socket)
+        vectors = (color(self.input(node, index)) if index < len(node.inputs) else constant(0.0, 0.0, 0.0) for index in range(3))
+        a, b, c, scale = alike(*vectors, self.input(node, 3) if len(node.inputs) > 3 else constant(1.0))
+        return VECTOR_MATHS[node.operation](a, b, c, scale).astype(np.float32)
 
     def node_hue_sat(self, node, socket):
         hue, saturation, value, factor, plain = alike(*(self.input(node, index) for index in range(5)))

@@ -129,8 +129,12 @@ def packed(medium):
     return tuple(constant(*value) for value in (medium.scatter, medium.absorb, medium.emit)) + (constant(medium.anisotropy),)
 
 
+FINER = "what of its displacement is finer than its mesh is not shown"
+"""Told of displacement that moves vertices and bends normals."""
+
+
 def raise_surface(evaluator, socket, material, surface):
-    """Has the displacement of a surface move its vertices, bend its normals as a bump map, or both, as its material says."""
+    """Has the displacement of a surface move its vertices, or bend its normals as a bump map, as its material says."""
     with evaluator.source(socket) as (source, _):
         if source is None or source.type != "DISPLACEMENT" or source.space != "OBJECT":
             evaluator.say("its displacement is left out")
@@ -142,6 +146,10 @@ def raise_surface(evaluator, socket, material, surface):
     if material.displacement_method != "BUMP":
         surface.displaced = (height, scale, middle)
     if is_even or material.displacement_method == "DISPLACEMENT":
+        return
+    if material.displacement_method == "BOTH":
+        # normals of what has moved lean by its heights already, and Cycles bends those of before
+        evaluator.say(FINER)
         return
     if graphs.graph_of(height) is not None:
         surface.heights += ((graphs.graph_of(height), 1.0, scale, True),)
@@ -413,7 +421,9 @@ def scatter(evaluator, node, method, index, surface):
         bending = max(1.0, float(evaluator.input(node, index).mean()))
         surface.radius = surface.radius * layers.path_of_skin(colors, bending)
         surface.entry = (bending, 1.0, 0.5)
-    elif method == "RANDOM_WALK" and node.type != "BSDF_PRINCIPLED":
+        return
+    surface.radius = surface.radius * layers.PATH_OF_RADIUS
+    if method == "RANDOM_WALK" and node.type != "BSDF_PRINCIPLED":
         # that of Principled BSDF bends light as its layer does
         bending, roughness = (float(evaluator.input(node, name).mean()) for name in ("IOR", "Roughness"))
         surface.entry = (max(1.0, bending), min(max(roughness, 0.0), 1.0), 0.0)

@@ -86,6 +86,17 @@ class Arithmetic(unittest.TestCase):
                 self.case("Math", f"{operation} {values}", dict(enumerate(values)), operation=operation)
         self.assert_as_cycles()
 
+    def test_operations_of_vectors(self):
+        vectors = ((0.3, 0.8, 0.5), (-1.7, 0.6, 0.25), (2.5, -0.75, 1.5))
+        for operation in [each.identifier for each in bpy.types.ShaderNodeVectorMath.bl_rna.properties["operation"].enum_items]:
+            for turn in range(3):
+                values = {index: vectors[(index + turn) % 3] for index in range(3)} | {3: 0.7}
+                self.case("VectorMath", f"{operation} {values}", values, operation=operation)
+        nothing = {0: (0.0, 0.0, 0.0), 1: (0.0, 0.0, 0.0)}
+        for operation in ("DIVIDE", "NORMALIZE", "PROJECT", "SNAP", "MODULO", "WRAP"):
+            self.case("VectorMath", f"{operation} of nothing", nothing, operation=operation)
+        self.assert_as_cycles()
+
     def test_hue_and_saturation(self):
         for hue, saturation, value, factor in ((0.5, 1.0, 1.0, 1.0), (0.3, 1.6, 0.7, 1.0), (0.9, 0.4, 2.0, 0.5), (0.5, 0.0, 1.0, 1.0)):
             for color in {color for pair in PAIRS for color in pair}:

@@ -52,6 +52,25 @@ class Export(support.ExportCase):
         self.assertEqual([model["visible"] for model in self.export()["model"]], [False])
         self.assertIn("no mesh", self.warnings())
 
+    def test_faces_that_lie_in_each_other_are_told(self):
+        support.add_camera(self.scene)
+        told = "object `{}`: faces of it lie in each other. They are lit, where Cycles has them shadow each other; merge them by distance"
+        corners = [(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)]
+        upright = [(x, z, y) for x, y, z in corners]
+        below = [(x, y, -1) for x, y, _ in corners]
+        shapes = {
+            "Copied": (corners + corners, [(0, 1, 2, 3), (4, 5, 6, 7)]),
+            "Turned over": (corners + corners, [(0, 1, 2, 3), (7, 6, 5, 4)]),
+            "Crossed": (corners + upright, [(0, 1, 2, 3), (4, 5, 6, 7)]),
+            "Apart": (corners + below, [(0, 1, 2, 3), (4, 5, 6, 7)]),
+        }
+        for name, (points, faces) in shapes.items():
+            mesh = bpy.data.meshes.new(name)
+            mesh.from_pydata(points, [], faces)
+            support.add(self.scene, name, mesh)
+        self.export()
+        self.assertEqual([name for name in shapes if told.format(name) in self.warnings()], ["Copied", "Turned over"])
+
     def test_without_a_camera_the_message_asks_for_one(self):
         self.refused("(?i)camera")
 

@@ -89,3 +89,27 @@ class GlassBesideCycles(beside_cycles.BesideCycles):
         self.pane(shader)
         # what is matt reflects as its glass does
         self.assert_same_halves(0.05)
+
+    def test_what_glass_reflects_totally(self):
+        color = {"Color": (0.9, 0.3, 0.2, 1), "Roughness": 0.0, "IOR": 1.5}
+        shaders = {
+            "glass": lambda tree: tree.add("BsdfGlass", color).outputs[0],
+            "principled": lambda tree: tree.add("BsdfPrincipled", {"Base Color": color["Color"], "Transmission Weight": 1.0, "Roughness": 0.0}).outputs[0],
+            "in part": lambda tree: tree.add(
+                "MixShader", {0: 0.5, 1: tree.add("BsdfGlass", color).outputs[0], 2: tree.add("BsdfDiffuse", {"Color": (0.4, 0.4, 0.4, 1)}).outputs[0]}
+            ).outputs[0],
+        }
+        for name, shader in shaders.items():
+            with self.subTest(name):
+                material, _ = principled("Pane")
+                tree = Tree(material)
+                tree.links.new(shader(tree), tree.nodes["Material Output"].inputs["Surface"])
+                square = self.look_down(material, 3)
+                # it is seen from behind, as from within glass, beyond the critical angle
+                square.data.flip_normals()
+                square.rotation_euler = (np.radians(60), 0, 0)
+                ours, cycles = self.both(256)
+                height, width = cycles.shape[:2]
+                middle = np.s_[height // 2 - 4 : height // 2 + 4, width // 2 - 8 : width // 2 + 8, :3]
+                np.testing.assert_allclose(ours[middle].mean(axis=(0, 1)), cycles[middle].mean(axis=(0, 1)), atol=0.02)
+                bpy.data.objects.remove(square)

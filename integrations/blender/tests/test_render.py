@@ -47,6 +47,18 @@ class Render(beside_cycles.BesideCycles):
         support.add_camera(self.scene, turn=(np.pi / 2, 0.3, 0.1), type="ORTHO", ortho_scale=4, shift_x=0.05)
         self.assert_same_framing()
 
+    def test_what_is_no_camera_sees_as_in_cycles(self):
+        lamps = {kind: bpy.data.lights.new(kind, kind) for kind in ("SPOT", "AREA", "SUN")}
+        lamps["SPOT"].spot_size = 0.5
+        for lamp in lamps.values():
+            lamp.energy = 0
+        for name, data in {"Empty": None, "Mesh": bpy.data.meshes.new("None"), **lamps}.items():
+            with self.subTest(name):
+                self.scene.camera = support.add(self.scene, name, data, (0.1, -5, 0.2), (np.pi / 2, 0.1, 0))
+                self.assert_same_framing()
+                for square in [item for item in self.scene.objects if item.name.startswith("square")]:
+                    bpy.data.objects.remove(square)
+
     def test_point(self):
         self.assert_same_brightness(self.light("POINT", energy=200, shadow_soft_size=0))
 

@@ -122,7 +122,8 @@ class Surfaces(support.ExportCase):
         tree.links.new(node.outputs[0], tree.nodes["Material Output"].inputs["Displacement"])
         material.displacement_method = method
         shot = self.exported(material)
-        self.assertEqual(self.warnings(), [])
+        is_both = method == "BOTH"
+        self.assertEqual(self.warnings(), [f"material `{material.name}`: what of its displacement is finer than its mesh is not shown"] * is_both)
         if "mtlx" not in shot["material"][0]:
             return None
         with open(os.path.join(self.folder, shot["material"][0]["mtlx"]), encoding="utf-8") as file:
@@ -130,7 +131,7 @@ class Surfaces(support.ExportCase):
 
     def test_displacement_moves_vertices_where_the_material_says_so(self):
         noise = lambda tree: tree.add("TexNoise").outputs[0]  # noqa: E731
-        for method, moves, bends in (("BUMP", False, True), ("DISPLACEMENT", True, False), ("BOTH", True, True)):
+        for method, moves, bends in (("BUMP", False, True), ("DISPLACEMENT", True, False), ("BOTH", True, False)):
             with self.subTest(method=method):
                 file = self.displaced(method, noise)
                 self.assertEqual(("<blender_displacement" in file, "<blender_bump" in file), (moves, bends))

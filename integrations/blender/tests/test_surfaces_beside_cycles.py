@@ -35,6 +35,42 @@ class SurfacesBesideCycles(beside_cycles.BesideCycles):
                     np.testing.assert_allclose(means[0], means[1], rtol=tolerance)
                     self.assertEqual(self.exported.warnings, [])
 
+    def test_what_is_below_a_computed_colour_has_it(self):
+        self.even_world((1, 1, 1))
+        self.scene.afterimage.samples, self.scene.afterimage.paths = 4, 32
+        values = {"Subsurface_Weight": 0.8, "Subsurface_Scale": 0.05, "Specular_IOR_Level": 0.0}
+        material, node = principled("Skin", **values)
+        tree = Tree(material)
+        ramp = tree.add("ValToRGB", {"Fac": tree.add("TexNoise").outputs[0]})
+        for stop in ramp.color_ramp.elements:
+            stop.color = (0.1, 0.7, 0.3, 1)
+        tree.links.new(ramp.outputs[0], node.inputs["Base Color"])
+        node.subsurface_method = "RANDOM_WALK_SKIN"
+        support.add_camera(self.scene, (0, 0, 4), (0, 0, 0))
+        self.scene.render.film_transparent = True
+        self.ball(material)
+        self.assert_same_colors(0.04, 64)
+
+    def test_light_is_lost_through_what_is_thin(self):
+        self.even_world((1, 1, 1))
+        black, _ = principled("Black", Base_Color=(0, 0, 0, 1), Specular_IOR_Level=0.0)
+        self.look_down(black, 3).location = (0, 0, -0.02)
+        self.scene.afterimage.samples, self.scene.afterimage.paths = 3, 64
+        for scale in (0.25, 1.0):
+            with self.subTest(scale=scale):
+                icing, node = principled("Icing", Base_Color=(0.8, 0.27, 0.52, 1), Subsurface_Weight=1.0, Subsurface_Radius=(1, 0.4, 0.4), Subsurface_Scale=scale)
+                node.subsurface_method = "RANDOM_WALK"
+                bpy.ops.mesh.primitive_cube_add(size=4)
+                plate = bpy.context.object
+                plate.scale = (1, 1, 0.005)
+                plate.data.materials.append(icing)
+                ours, cycles = self.both(64)
+                means = [picture[:, :, :3].mean(axis=(0, 1)) for picture in (ours, cycles)]
+                self.assertLess(means[1][0], 0.5, "a thick one reflects 0.8 of the red light")
+                # ours begin their walks from all sides
+                np.testing.assert_allclose(means[0], means[1], rtol=0.16)
+                bpy.data.objects.remove(plate)
+
     def test_lamps_that_reach_what_they_light(self):
         matt, _ = principled("Matt", Roughness=1.0, Specular_IOR_Level=0.0)
         self.look_down(matt)

@@ -145,6 +145,8 @@ pub(crate) struct MaterialTable {
     pub depth: Option<At<f64>>,
     /// Colour of light that has come as far as `depth` through glass (white)
     pub depth_color: Option<Three>,
+    /// Share of the light that glass reflects where it reflects totally, back into itself (white, or `transmission`)
+    pub ks_total: Option<Three>,
     /// True for glass that is a pane, both of its walls at once: light goes straight through (false)
     pub thin: Option<bool>,
     /// Share of the surface that a clear coat covers (0)

@@ -207,6 +207,8 @@ pub enum Optics {
         index: f32,
         /// Tint of the reflection, which Fresnel's formula weights.
         reflection: Vec3,
+        /// Tint of light that is reflected totally. All of it where the surface is glass and nothing else.
+        total: Vec3,
         /// True if it is as rough as the material's [`MetalRough`], which then is its reflection as well.
         is_rough: bool,
         /// True if the surface is both walls of a pane at once: light goes straight on behind it.
@@ -217,7 +219,7 @@ pub enum Optics {
 impl Optics {
     /// Clear, smooth glass.
     pub const fn clear(transmission: Vec3, index: f32, reflection: Vec3) -> Self {
-        Self::Glass { transmission, index, reflection, is_rough: false, is_thin: false }
+        Self::Glass { transmission, index, reflection, total: Vec3::ONE, is_rough: false, is_thin: false }
     }
 
     /// A surface that lets light of this colour pass straight through.

@@ -46,6 +46,7 @@ pub fn replacement(text: TomlText<'_>, table: &MaterialTable) -> Result<Override
             "from 0 (as at right angles) to 1 (white)",
             1.0,
         )?,
+        total_reflection: read.share_by_channel("ks_total", &table.ks_total)?,
         translucency: read.number("translucency", &table.translucency, OF_LIGHT, 1.0)?,
         entry_index: read.number("subsurface_ni", &table.subsurface_ni, "from 1 to 100", 100.0)?,
         entry_roughness: read.number("subsurface_pr", &table.subsurface_pr, ROUGH, 1.0)?,
@@ -187,19 +188,21 @@ impl Reader<'_> {
 
     /// Transmission filter of a table; none if it states none.
     fn filter(&self, table: &MaterialTable) -> Result<Option<Vec3>, SceneError> {
-        let stated = optional_color(self.0, "tf", &table.tf)?;
-        let (Some(value), true) = (&table.tf, stated.is_some()) else { return Ok(None) };
-        if stated.is_some_and(|filter| filter.max_element() > 1.0) {
-            return Err(self.0.bad("tf", value, "must have channels from 0 (none) to 1 (all of the light)"));
+        let stated = self.share_by_channel("tf", &table.tf)?;
+        let (Some(value), true) = (&table.tf, table.transmission.is_some()) else { return Ok(stated) };
+        let message = "and `transmission` exclude each other: `kd` tints what `transmission` lets through";
+        Err(self.0.bad("tf", value, message))
+    }
+
+    /// Share of the light of each channel.
+    fn share_by_channel(&self, key: &str, value: &Option<Three>) -> Result<Option<Vec3>, SceneError> {
+        let stated = optional_color(self.0, key, value)?;
+        match (value, stated) {
+            (Some(value), Some(share)) if share.max_element() > 1.0 => {
+                Err(self.0.bad(key, value, "must have channels from 0 (none) to 1 (all of the light)"))
+            }
+            _ => Ok(stated),
         }
-        if table.transmission.is_some() {
-            return Err(self.0.bad(
-                "tf",
-                value,
-                "and `transmission` exclude each other: `kd` tints what `transmission` lets through",
-            ));
-        }
-        Ok(stated)
     }
 }
 

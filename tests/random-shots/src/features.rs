@@ -226,6 +226,7 @@ fn of_model(model: &Table, shot: &Table, add: &mut impl FnMut(String)) {
         ("translucency", "translucent"),
         ("depth", "glass that absorbs"),
         ("thin", "a pane"),
+        ("ks_total", "glass that reflects in colour"),
     ] {
         if has(&[key]) {
             add(format!("material: {name}"));

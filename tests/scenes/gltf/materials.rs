@@ -53,7 +53,14 @@ fn what_transmits_is_glass() {
     let transmission = Vec3::new(1.0, 0.5, 1.0);
     assert_eq!(
         thin.optics,
-        Optics::Glass { transmission, index: 1.5, reflection: Vec3::ONE, is_rough: false, is_thin: true }
+        Optics::Glass {
+            transmission,
+            index: 1.5,
+            reflection: Vec3::ONE,
+            total: Vec3::ONE,
+            is_rough: false,
+            is_thin: true
+        }
     );
     assert_eq!((thin.diffuse, thin.metal_rough), (Vec3::ZERO, None));
     let solid = glass(

@@ -180,7 +180,7 @@ impl Surface {
 
     /// Its effect on rays.
     fn optics(&self, through: f32) -> Optics {
-        let Beyond { mirror, veil, glass_tint, .. } = self.beyond;
+        let Beyond { mirror, veil, glass_tint, total_reflection, .. } = self.beyond;
         if let Some(mirror) = mirror {
             return Optics::Mirror { tint: mirror.tint, fresnel: mirror.fresnel };
         }
@@ -194,6 +194,7 @@ impl Surface {
                 transmission: (own * glass_tint.factor * through).clamp(Vec3::ZERO, Vec3::ONE),
                 index: index.unwrap_or(1.0).min(GREATEST_INDEX),
                 reflection: self.constant(Parameter::SpecularColor).max(Vec3::ZERO),
+                total: total_reflection.unwrap_or(Vec3::splat(through)).clamp(Vec3::ZERO, Vec3::ONE),
                 // a lobe that is too narrow to be seen is none
                 is_rough: factor(self, Parameter::SpecularRoughness).powi(2) > LEAST_ALPHA,
                 is_thin: is_thin(self),

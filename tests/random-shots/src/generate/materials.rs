@@ -47,6 +47,9 @@ fn material(dice: &mut Dice, name: &str) -> Table {
             } else {
                 set("d", dice.between(0.0, 0.6).into());
             }
+            if dice.one_in(4) {
+                set("ks_total", numbers(color(dice)));
+            }
             // stained glass, and panes in walls
             for map in ["map_tf", "map_transmission"] {
                 if dice.one_in(4) {

@@ -120,6 +120,7 @@ impl Statements {
         }
         let beyond = &mut surface.beyond;
         beyond.metal_edge = self.metal_edge.or(beyond.metal_edge);
+        beyond.total_reflection = self.total_reflection.or(beyond.total_reflection);
         beyond.translucency = self.translucency.or(beyond.translucency);
         beyond.entry_index = self.entry_index.or(beyond.entry_index);
         beyond.entry_roughness = self.entry_roughness.or(beyond.entry_roughness);
@@ -203,6 +204,7 @@ impl Statements {
         } else {
             surface[Parameter::TransmissionWeight] = (1.0 - solid).into();
             surface.beyond.glass_tint = filter.into();
+            surface.beyond.total_reflection = Some(Vec3::ONE);
             surface[Parameter::SpecularRoughness] = Value::ZERO;
         }
         surface[Parameter::SpecularColor] = self.ks.unwrap_or(Vec3::ONE).into();
@@ -233,6 +235,8 @@ fn set_glass(surface: &mut Surface, filter: Vec3) {
     surface[Parameter::TransmissionWeight] = most.max(OF_BLACK_GLASS).into();
     surface.beyond.glass_tint = if most > 0.0 { (filter / most).into() } else { Value::ZERO };
     surface.beyond.is_glass_pictured = false;
+    // a filter is of what goes through
+    surface.beyond.total_reflection.get_or_insert(Vec3::ONE);
     surface[Parameter::BaseMetalness] = Value::ZERO;
     if surface[Parameter::TransmissionDepth] == Value::ZERO {
         surface[Parameter::TransmissionColor] = Value::ONE;
@@ -283,6 +287,7 @@ mod tests {
             transmission: Vec3::ONE,
             index: 1.5,
             reflection: half,
+            total: Vec3::ONE,
             is_rough,
             is_thin: false,
         };

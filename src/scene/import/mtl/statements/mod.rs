@@ -32,6 +32,7 @@ pub(crate) struct Statements {
     pub parameters: Vec<(Parameter, Value)>,
     /// See [`Beyond`](crate::scene::surface::Beyond); MTL has no statements about these.
     pub metal_edge: Option<f32>,
+    pub total_reflection: Option<Vec3>,
     pub translucency: Option<f32>,
     pub entry_index: Option<f32>,
     pub entry_roughness: Option<f32>,
@@ -66,6 +67,7 @@ impl Statements {
         self.pr = other.pr.or(self.pr);
         self.pm = other.pm.or(self.pm);
         self.metal_edge = other.metal_edge.or(self.metal_edge);
+        self.total_reflection = other.total_reflection.or(self.total_reflection);
         self.parameters.extend(&other.parameters);
         self.translucency = other.translucency.or(self.translucency);
         self.entry_index = other.entry_index.or(self.entry_index);
