@@ -161,7 +161,7 @@ impl EmbreeBackend {
                 let instances = self.add_movable(number, model, deforming.first(&device)?)?;
                 self.deforming.push(deforming.placed(instances));
             } else if let Some(curved) = model.mesh.as_curved().filter(|_| model.mesh.deforms()) {
-                let first = freeze(&device, &model.mesh, &Source::Curved(curved), quality, with_casters)?;
+                let first = deforming_curves::first(&device, (&model.mesh, curved.as_ref()), with_casters)?;
                 let instances = self.add_movable(number, model, &first)?;
                 self.deforming_curves.push(DeformingCurves::new(
                     &device,

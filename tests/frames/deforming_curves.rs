@@ -110,7 +110,7 @@ fn hairs_that_go_aside_look_as_ones_that_are_moved() {
         TransformTrack { translate: goes(from.as_dvec3(), to.as_dvec3()), ..TransformTrack::identity() };
     moved.models.push(toy::moving("hairs", Mesh::of_curved(curves, 0, true), track));
     for shutter in [None, HALF] {
-        let settings = Settings { shutter, mode: Mode::Full, ..toy::settings(2) };
+        let settings = Settings { shutter: shutter.clone(), mode: Mode::Full, ..toy::settings(2) };
         let [one, other] = [&deforming, &moved].map(|scene| toy::render(scene, &settings, 3));
         for (one, other) in one.iter().zip(&other) {
             for plane in ["R", "G", "B"] {

@@ -7,7 +7,8 @@ use embree::{BuildQuality, Device, FrozenScene, GeometryId, Scene as EmbreeScene
 
 use super::curved::MovingCurved;
 use super::frozen::{Frozen, ROBUST, Source, freeze};
-use crate::animation::Shape;
+use crate::animation::{Chord, Shape};
+use crate::geometry::Curved;
 use crate::pose::Pose;
 use crate::scene::Mesh;
 use crate::trace::TraceError;
@@ -19,21 +20,39 @@ pub struct DeformingCurves {
     with_casters: bool,
     /// Instances among all movable models, and among those that cast shadows, if it has one there.
     instances: [Option<GeometryId>; 2],
-    /// Shapes between which the instances go, or twice the one that they show; none before the first one.
+    /// Shapes between which the instances go, or twice the one that they show; none after an error.
     shapes: Option<[Shape; 2]>,
     /// What the instances show while their scenes are changed.
     nothing: Arc<FrozenScene>,
 }
 
+/// Scenes of the first shape of a geometry, for the instances that place its model.
+pub fn first(
+    device: &Device,
+    (mesh, rest): (&Mesh, &dyn Curved),
+    with_casters: bool,
+) -> Result<Frozen, TraceError> {
+    let now = rest.between(&Chord::FIRST.ends, &[0.0]).pop();
+    let now = now.ok_or_else(|| TraceError(String::from("what has no shapes does not deform")))?;
+    freeze(device, mesh, &Source::Curved(&now), BuildQuality::Low, with_casters)
+}
+
 impl DeformingCurves {
-    /// Creates a model, by its number, whose mesh has shapes, and which these instances place.
+    /// Creates a model, by its number, whose mesh has shapes, and which these instances place in the [first] of them.
     pub fn new(
         device: &Device,
         (model, mesh): (usize, &Arc<Mesh>),
         (with_casters, instances): (bool, [Option<GeometryId>; 2]),
     ) -> Result<Self, TraceError> {
         let nothing = EmbreeScene::new(device, BuildQuality::Low, ROBUST)?.freeze()?;
-        Ok(Self { model, mesh: Arc::clone(mesh), with_casters, instances, shapes: None, nothing })
+        Ok(Self {
+            model,
+            mesh: Arc::clone(mesh),
+            with_casters,
+            instances,
+            shapes: Some(Chord::FIRST.ends),
+            nothing,
+        })
     }
 
     /// Takes the model to the shapes that it has in `pose`, if it is there. `movable`, `casters`: the scenes of its instances.
