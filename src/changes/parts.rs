@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use super::split::{Around, Leaf, Split, parts};
 use crate::animation::{Chord, Shape};
-use crate::geometry::Bounds;
+use crate::geometry::{Bounds, Curved};
 use crate::scene::{Mesh, Shapes, Triangles};
 
 /// Largest number of boxes of a mesh: several give fewer false alarms where it is round, thin or hollow. With
@@ -23,11 +23,15 @@ pub struct PartBoxes {
 impl PartBoxes {
     /// Creates up to `most` boxes for each shape of `mesh`, which contain all its primitives.
     pub fn new(mesh: &Mesh, most: usize) -> Self {
+        if let Some(curved) = mesh.as_curved().filter(|curved| curved.shapes() > 0) {
+            return Self::of_curved(curved.as_ref(), most);
+        }
         let Some((triangles, shapes)) = mesh.as_triangles().and_then(|all| Some((all, all.shapes.as_ref()?)))
         else {
             return Self { in_shapes: vec![boxes_of(mesh, most)] };
         };
-        let parts = parts_of(triangles, most);
+        let middle = |triangle: &u32| -> Vec3 { triangles.positions_of(*triangle).iter().sum() };
+        let parts = parts_of(triangles.corners.len(), middle, most);
         let in_shape = |positions: &Vec<[f32; 3]>| -> Vec<Bounds> {
             let corners =
                 |triangle: &u32| triangles.corners[*triangle as usize].map(|at| positions[at as usize]);
@@ -38,6 +42,24 @@ impl PartBoxes {
             parts.iter().map(around).collect()
         };
         Self { in_shapes: Shapes::list(shapes).par_iter().map(in_shape).collect() }
+    }
+
+    /// Boxes for each shape of a geometry.
+    fn of_curved(curved: &dyn Curved, most: usize) -> Self {
+        let middle = |primitive: &u32| {
+            let Bounds { low, high } = curved.bounds_in_shape(*primitive, 0);
+            low + high
+        };
+        let parts = parts_of(curved.count() as usize, middle, most);
+        let in_shape = |shape: u32| -> Vec<Bounds> {
+            let around = |part: &Vec<u32>| {
+                part.iter()
+                    .map(|primitive| curved.bounds_in_shape(*primitive, shape))
+                    .fold(Bounds::EMPTY, Bounds::union)
+            };
+            parts.iter().map(around).collect()
+        };
+        Self { in_shapes: (0..curved.shapes()).into_par_iter().map(in_shape).collect() }
     }
 
     /// Number of boxes in a shape.
@@ -71,11 +93,8 @@ fn moved(point: Vec3, by: f32) -> Vec3 {
     point + point.abs() * by
 }
 
-/// Divides the triangles into up to `most` lists of about the same length, each of triangles that lie
-/// together in the shape at rest.
-fn parts_of(triangles: &Triangles, most: usize) -> Vec<Vec<u32>> {
-    let middle = |triangle: &u32| -> Vec3 { triangles.positions_of(*triangle).iter().sum() };
-    let count = triangles.corners.len();
+/// Divides so many primitives into up to `most` lists of about the same length, each of such whose middles lie together.
+fn parts_of(count: usize, middle: impl Fn(&u32) -> Vec3, most: usize) -> Vec<Vec<u32>> {
     let mut numbers: Vec<u32> = (0..count as u32).collect();
     let mut open = vec![(numbers.as_mut_slice(), most.min(count))];
     let mut parts = Vec::new();
@@ -84,7 +103,7 @@ fn parts_of(triangles: &Triangles, most: usize) -> Vec<Vec<u32>> {
             parts.push(part.to_vec());
             continue;
         }
-        let around = part.iter().map(middle).fold(Bounds::EMPTY, Bounds::with);
+        let around = part.iter().map(&middle).fold(Bounds::EMPTY, Bounds::with);
         let axis = (around.high - around.low).max_position();
         let at = part.len() * (count / 2) / count;
         part.select_nth_unstable_by(at, |a, b| middle(a)[axis].total_cmp(&middle(b)[axis]));

@@ -150,7 +150,7 @@ impl Obstacles {
         found: &mut Vec<Piece>,
     ) -> Result<(), TooMuch> {
         let MeshTree { mesh, tree, leaves } = &self.meshes[placed.mesh];
-        let triangles = mesh.as_triangles().ok_or(TooMuch)?;
+        let triangles = mesh.as_triangles();
         let test = volume.in_object(&placed.transform).box_test();
         open.clear();
         open.push(Child::ROOT);
@@ -162,6 +162,8 @@ impl Obstacles {
                 }
                 Ok(leaf) => {
                     let (first, count) = leaves[leaf as usize];
+                    // of curved geometry nothing is proven where it may be, and nothing hinders where it is not
+                    let triangles = triangles.ok_or(TooMuch)?;
                     for triangle in first..first + count {
                         let corners = placed.corners(triangles, triangle);
                         if volume.misses(&corners) {

@@ -209,6 +209,8 @@ fn obstacles(scene: &Scene, settings: &Settings, inferred: f64) -> Option<u64> {
 /// is still there; within an exposure with a shutter two shapes. All shapes themselves are read by then.
 fn deforming(scene: &Scene, settings: &Settings, kind: BackendKind) -> Option<u64> {
     const POSITION: usize = size_of::<[f32; 3]>();
+    /// Of a box of a curve, in a tracer's tree and while that is built, with its points.
+    const BYTES_OF_PIECE: u64 = 160;
     // positions twice, and normals; positions in three frames for the motion vectors of each level
     let of_motion = if settings.layers.has(Layers::ALL_MOTION) { 3 * settings.levels().count() } else { 0 };
     let exposures = exposed::exposures(scene, settings);
@@ -216,11 +218,14 @@ fn deforming(scene: &Scene, settings: &Settings, kind: BackendKind) -> Option<u6
     let shapes = if is_swept { 2 } else { 1 };
     let bytes_of_vertex = (3 * shapes + of_motion) * POSITION;
     let of_model = |model: &Model| {
+        if let Some(curved) = model.mesh.as_curved() {
+            return u64::from(curved.count()) * BYTES_OF_PIECE * shapes as u64 * u64::from(curved.boxes());
+        }
         let vertices = model.mesh.as_triangles().map_or(0, |all| all.positions.as_slice().len());
         let triangles = model.mesh.count() as u64;
         (vertices * bytes_of_vertex) as u64 + triangles * bytes_of_triangle(kind) * shapes as u64
     };
-    let deforming = scene.models.iter().filter(|model| model.mesh.shapes().is_some());
+    let deforming = scene.models.iter().filter(|model| model.mesh.deforms());
     Some(deforming.map(of_model).sum()).filter(|bytes| *bytes > 0)
 }
 

@@ -251,7 +251,7 @@ impl<'a> Setup<'a> {
             dynamic_bounds: MovedBounds::ever(scene, bounds, pose),
             displaced: flagged(pose, |model| {
                 let rests = pose.models[model].is_identity && pose.sweeps.of(model).is_none();
-                !rests || scene.models[model].mesh.shapes().is_some()
+                !rests || scene.models[model].mesh.deforms()
             }),
             hidden: flagged(pose, |model| !pose.models[model].is_visible),
             base_plan: Plan::of_base_frame(pose),

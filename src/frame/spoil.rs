@@ -217,9 +217,8 @@ fn hide<'t>(
     /// Share of the distance from the eye within which a hit is the sample itself.
     const BEHIND: f32 = 1.001;
     let tracer = backend.commit(pose, &vec![false; pose.models.len()])?;
-    let is_placed = |model: u32| {
-        pose.models[model as usize].is_identity && scene.models[model as usize].mesh.shapes().is_none()
-    };
+    let is_placed =
+        |model: u32| pose.models[model as usize].is_identity && !scene.models[model as usize].mesh.deforms();
     let line_of_sight = |tile: &Tile, cell: usize| {
         let camera = pose.camera_at(tile.record[cell].traced.tick());
         let offset = tile.point(cell) - camera.eye;

@@ -7,9 +7,10 @@
 use std::fmt::Debug;
 use std::sync::Arc;
 
-use glam::{DAffine3, DVec3, Vec2, Vec3};
+use glam::{DAffine3, DMat3, DVec3, Vec2, Vec3};
 
 use super::Bounds;
+use crate::animation::Shape;
 
 /// Number of rays that are intersected at once.
 pub const FOUR: usize = 4;
@@ -98,6 +99,45 @@ pub trait Curved: Debug + Send + Sync {
     /// Calls `found` with all primitives that a point is nearer to than `reach`, and maybe others; object space.
     fn near(&self, _point: Vec3, _reach: f32, found: &mut dyn FnMut(u32)) {
         (0..self.count()).for_each(found);
+    }
+
+    /// Number of shapes between which it deforms; 0 if it does not. Weights stand for the same place of a primitive in all of them, and everything else
+    /// here is of the geometry at rest: samples are kept on that, whether or not it ever looks so.
+    fn shapes(&self) -> u32 {
+        0
+    }
+
+    /// Box around a primitive in one of its shapes, object space. On the straight way between two shapes the primitive is within the box
+    /// that is as far between those of both.
+    fn bounds_in_shape(&self, primitive: u32, _shape: u32) -> Bounds {
+        self.bounds(primitive)
+    }
+
+    /// The geometry at these shares of the straight way between two of its shapes; nothing if it does not deform.
+    fn between(&self, _ends: &[Shape; 2], _shares: &[f32]) -> Vec<Arc<dyn Curved>> {
+        Vec::new()
+    }
+
+    /// Weights of a place of a primitive that deforms at which it has this normal (unit length, outwards, object space): all such places have one normal in
+    /// every shape.
+    fn weights_of_normal(&self, _primitive: u32, _normal: Vec3) -> [f32; 2] {
+        [0.0; 2]
+    }
+
+    /// Three directions that go with a primitive where it deforms, object space: a direction that is made of them at rest is made of them, in the
+    /// same shares, in every shape.
+    fn axes(&self, _primitive: u32) -> DMat3 {
+        DMat3::IDENTITY
+    }
+
+    /// Box around a primitive in all of its shapes, object space.
+    fn bounds_ever(&self, primitive: u32) -> Bounds {
+        match self.shapes() {
+            0 => self.bounds(primitive),
+            count => (0..count)
+                .map(|shape| self.bounds_in_shape(primitive, shape))
+                .fold(Bounds::EMPTY, Bounds::union),
+        }
     }
 
     /// Returns true if it has no size: the box around a shot leaves it out.

@@ -174,6 +174,15 @@ impl Mesh {
         self.as_triangles()?.shapes.as_ref()
     }
 
+    /// Returns true if it has shapes between which it deforms.
+    #[inline]
+    pub fn deforms(&self) -> bool {
+        match &self.geometry {
+            Geometry::Triangles(triangles) => triangles.shapes.is_some(),
+            Geometry::Curved(curved) => curved.shapes() > 0,
+        }
+    }
+
     /// Returns true if its surface has texture coordinates.
     pub fn has_uvs(&self) -> bool {
         self.as_triangles().is_none_or(|triangles| !triangles.uvs.is_empty())
@@ -207,7 +216,7 @@ fn bounds_of_used(triangles: &Triangles) -> (DVec3, DVec3) {
 }
 
 fn bounds_of_curved(curved: &dyn Curved) -> Bounds {
-    (0..curved.count()).map(|primitive| curved.bounds(primitive)).fold(Bounds::EMPTY, Bounds::union)
+    (0..curved.count()).map(|primitive| curved.bounds_ever(primitive)).fold(Bounds::EMPTY, Bounds::union)
 }
 
 impl Bounds {

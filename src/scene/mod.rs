@@ -200,9 +200,8 @@ impl Scene {
     /// deforms for each model.
     pub fn built(&self) -> impl Iterator<Item = &Mesh> {
         let mut placed = HashSet::new();
-        let is_own = |model: &Model| {
-            model.track.is_constant() && !model.is_placed_at_rest() || model.mesh.shapes().is_some()
-        };
+        let is_own =
+            |model: &Model| model.track.is_constant() && !model.is_placed_at_rest() || model.mesh.deforms();
         let models = self.models.iter();
         let built = models.filter(move |model| is_own(model) || placed.insert(Arc::as_ptr(&model.mesh)));
         built.map(|model| &*model.mesh)

@@ -10,7 +10,11 @@ use super::surface::{corners_of, nearest_point, weights_of};
 use super::terminator::{SmoothPoint, most_lift};
 use crate::animation::{Chord, Shape, Transform};
 use crate::scene::on_mesh::OnMesh;
-use crate::scene::{Mesh, Model, Scene, Triangles};
+use crate::scene::{Geometry, Mesh, Model, Scene, Triangles};
+pub use curved::DeformedCurved;
+use curved::DeformedGeometry;
+
+mod curved;
 
 /// The `point` of `triangle` that is there at rest, on the curved surface that the triangle stands for in its present shape; `None` for
 /// flat meshes, and geometry that is curved itself.
@@ -204,11 +208,43 @@ impl Deformed<'_> {
     }
 }
 
+/// A model that deforms, at one time.
+#[derive(Debug, Clone, Copy)]
+pub enum DeformedModel<'a> {
+    Triangles(Deformed<'a>),
+    Curved(DeformedCurved<'a>),
+}
+
+/// A model in the shapes that it has.
+#[derive(Debug, Clone)]
+enum InShapes {
+    Triangles(DeformedMesh),
+    Curved(DeformedGeometry),
+}
+
+impl InShapes {
+    /// Creates `mesh` with the shapes of `chord`: see [`DeformedMesh::new`].
+    fn new(mesh: &Mesh, chord: &Chord, normals: bool, before: Option<&Self>) -> Option<Self> {
+        if let Geometry::Curved(curved) = &mesh.geometry {
+            let before = before.and_then(|before| match before {
+                Self::Curved(before) => Some(before),
+                Self::Triangles(_) => None,
+            });
+            return DeformedGeometry::new(curved.as_ref(), chord, before).map(Self::Curved);
+        }
+        let before = before.and_then(|before| match before {
+            Self::Triangles(before) => Some(before),
+            Self::Curved(_) => None,
+        });
+        DeformedMesh::new(mesh, chord, normals, before).map(Self::Triangles)
+    }
+}
+
 /// All models of a scene that deform, at one time.
 #[derive(Debug, Clone, Default)]
 pub struct Deformations {
     /// Shape of each model; empty if none deforms.
-    all: Vec<Option<DeformedMesh>>,
+    all: Vec<Option<InShapes>>,
 }
 
 impl Deformations {
@@ -220,23 +256,19 @@ impl Deformations {
 
     /// The same, of which shapes are taken from what was made in the same way `before`: where one exposure ends the next one begins.
     pub fn after(scene: &Scene, places: &[Transform], normals: bool, before: &Self) -> Self {
-        if scene.models.iter().all(|model| model.mesh.shapes().is_none()) {
+        if scene.models.iter().all(|model| !model.mesh.deforms()) {
             return Self::default();
         }
         let models = scene.models.iter().zip(places);
         // a model that is not there has no samples, and is met by no ray
         let deformed = models.enumerate().map(|(number, (model, place))| {
             let before = before.all.get(number).and_then(Option::as_ref);
-            if place.is_visible {
-                DeformedMesh::new(&model.mesh, &place.shape, normals, before)
-            } else {
-                None
-            }
+            if place.is_visible { InShapes::new(&model.mesh, &place.shape, normals, before) } else { None }
         });
         Self { all: deformed.collect() }
     }
 
-    /// Shape of a model of `scene` with this transform, if it deforms.
+    /// Shape of a model of `scene` with this transform, if it deforms and is made of triangles.
     #[inline]
     pub fn of_model<'a>(
         &'a self,
@@ -244,9 +276,29 @@ impl Deformations {
         model: u32,
         transform: &Transform,
     ) -> Option<Deformed<'a>> {
-        let of = self.all.get(model as usize)?.as_ref()?;
-        let triangles = scene.models[model as usize].mesh.as_triangles()?;
-        Some(Deformed { triangles, of, chord: transform.shape })
+        match self.shaped(scene, model, transform)? {
+            DeformedModel::Triangles(deformed) => Some(deformed),
+            DeformedModel::Curved(_) => None,
+        }
+    }
+
+    /// Shape of a model of `scene` with this transform, if it deforms.
+    #[inline]
+    pub fn shaped<'a>(
+        &'a self,
+        scene: &'a Scene,
+        model: u32,
+        transform: &Transform,
+    ) -> Option<DeformedModel<'a>> {
+        match (self.all.get(model as usize)?.as_ref()?, &scene.models[model as usize].mesh.geometry) {
+            (InShapes::Triangles(of), Geometry::Triangles(triangles)) => {
+                Some(DeformedModel::Triangles(Deformed { triangles, of, chord: transform.shape }))
+            }
+            (InShapes::Curved(of), Geometry::Curved(rest)) => {
+                Some(DeformedModel::Curved(of.at(rest.as_ref(), &transform.shape)))
+            }
+            _ => None,
+        }
     }
 
     /// Returns true if a model that is there deforms.

@@ -17,6 +17,7 @@ mod by_time;
 mod config;
 mod curved;
 mod deforming;
+mod deforming_curves;
 mod frozen;
 mod mask;
 mod one_by_one;
@@ -37,6 +38,7 @@ use crate::scene::{BlockerSets, Mesh, Model, Scene};
 use crate::settings::{Build, Caustics};
 pub use config::{CONFIG_VARIABLE, check_config, device_config, settings};
 use deforming::Deforming;
+use deforming_curves::DeformingCurves;
 use frozen::{Frozen, Part, ROBUST, Source, freeze, parts_of};
 use mask::SeenBy;
 use parts::PartsById;
@@ -62,6 +64,8 @@ pub struct EmbreeBackend {
     instances: Vec<Instance>,
     /// Movable models that deform.
     deforming: Vec<Deforming>,
+    /// The same of curved geometry.
+    deforming_curves: Vec<DeformingCurves>,
     device: Device,
     /// Width of the packets that Embree gets.
     width: PacketWidth,
@@ -111,6 +115,7 @@ impl EmbreeBackend {
             parts: PartsById::default(),
             instances: Vec::new(),
             deforming: Vec::new(),
+            deforming_curves: Vec::new(),
             width: device.native_width(),
             device: device.clone(),
             clear_passes: caustics == Caustics::None,
@@ -155,6 +160,14 @@ impl EmbreeBackend {
                 let mut deforming = Deforming::new(&device, number as usize, &model.mesh, with_casters)?;
                 let instances = self.add_movable(number, model, deforming.first(&device)?)?;
                 self.deforming.push(deforming.placed(instances));
+            } else if let Some(curved) = model.mesh.as_curved().filter(|_| model.mesh.deforms()) {
+                let first = deforming_curves::first(&device, (&model.mesh, curved.as_ref()), with_casters)?;
+                let instances = self.add_movable(number, model, &first)?;
+                self.deforming_curves.push(DeformingCurves::new(
+                    &device,
+                    (number as usize, &model.mesh),
+                    (with_casters, instances),
+                )?);
             } else {
                 self.add_movable(number, model, &*shared(&model.mesh)?)?;
             }
@@ -232,6 +245,10 @@ impl EmbreeBackend {
 impl Backend for EmbreeBackend {
     fn commit<'a>(&'a mut self, pose: &Pose, moved: &[bool]) -> Result<Box<dyn Tracer + 'a>, TraceError> {
         for deforming in &mut self.deforming {
+            let casters = self.casters.as_mut().map(|casters| &mut casters.movable);
+            deforming.deform(&self.device, &mut self.movable, casters, pose)?;
+        }
+        for deforming in &mut self.deforming_curves {
             let casters = self.casters.as_mut().map(|casters| &mut casters.movable);
             deforming.deform(&self.device, &mut self.movable, casters, pose)?;
         }

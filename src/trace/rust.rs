@@ -185,6 +185,7 @@ impl Trees {
     /// Opens the trees as they are in one frame.
     fn open(&mut self, pose: &Pose, moved: &[bool]) -> OpenTrees<'_> {
         self.deform(pose);
+        self.curved.deform(pose);
         let this = &*self;
         // the places of one tick of each group
         let ticks = (0..TICKS as Tick).step_by(TICKS / pose.sweeps.groups());

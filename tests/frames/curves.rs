@@ -15,7 +15,7 @@ use crate::changing::{CHANGES, expect_nothing_found};
 use crate::toy;
 use crate::toy::worlds::*;
 
-fn hair(color: Vec3, roughness: f32) -> Material {
+pub fn hair(color: Vec3, roughness: f32) -> Material {
     let layer = MetalRough { base: color, roughness: 1.0, metallic: 1.0, head_on: 0.0, solid: 1.0 };
     let fibres =
         Hair { roughness, radial_roughness: 0.3, coat: 0.0, index: 1.55, offset: 2.0_f32.to_radians() };

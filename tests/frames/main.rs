@@ -26,6 +26,7 @@ mod coverage;
 mod curves;
 mod cutouts;
 mod deforming;
+mod deforming_curves;
 mod extremes;
 mod eye;
 mod filters;

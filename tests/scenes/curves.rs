@@ -14,6 +14,7 @@ const TWO: &str = "radius 0.1\ncurve\n0 0 0\n0 1 0\n0 2 0\ncurve\n1 0 0\n1 2 0 0
 fn folder(curves: &str, more: &str) -> TempDir {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("two.curves"), TWO).unwrap();
+    fs::write(folder.path().join("other.01.curves"), "radius 1\ncurve\n0 0 0\n1 0 0\n").unwrap();
     fs::write(folder.path().join("wrong.curves"), "curve\n0 0 zero\n").unwrap();
     fs::write(folder.path().join("short.curves"), "radius 1\ncurve\n0 0 0\ncurve\n0 0 0\n1 0 0\n").unwrap();
     let numbers = |shape: &str, values: &[f64]| {
@@ -101,7 +102,13 @@ fn mistakes_are_told_with_their_place() {
         ("file = \"counts.npy\", counts = 2", "", "it must be (points, 3), or (points, 4) with radii"),
         ("file = \"two.curves\", material = \"fur\"", "", "there is no [[material]] `fur`"),
         ("file = \"two.curves\"", "obj = \"a.obj\"\n", "`obj` and `curves` exclude each other"),
-        ("file = \"two.curves\"", "shapes = { obj = \"a.##.obj\" }\n", "and curves have none"),
+        (
+            "file = \"two.curves\"",
+            "shapes = { obj = \"a.##.obj\" }\n",
+            "`shapes` of curves are files of curves",
+        ),
+        ("file = \"two.curves\"", "shapes = { curves = \"a.##.curves\" }\n", "means no file"),
+        ("file = \"two.curves\"", "shapes = { curves = \"other.##.curves\" }\n", "other numbers of points"),
         (
             "file = \"two.curves\"",
             "[[material]]\nname = \"a\"\nhair = { tint = [1, 1, 1] }\n",
@@ -119,4 +126,24 @@ fn mistakes_are_told_with_their_place() {
     }
     let told = said(&load("file = \"short.curves\"", "").unwrap());
     assert!(told.len() == 1 && told[0].contains("1 curve is left out"), "{told:?}");
+}
+
+/// Shapes of texts and of arrays, by their numbers; arrays of points x 3 keep the radii.
+#[test]
+fn shapes_are_read_by_their_numbers() {
+    let folder = tempfile::tempdir().unwrap();
+    let write = |name: &str, text: &str| fs::write(folder.path().join(name), text).unwrap();
+    write("hair.curves", "curve\n0 0 0 0.1\n0 1 0 0.1\n");
+    write("hair.02.curves", "curve\n0 0 0 0.1\n0 1 0 0.1\n");
+    write("hair.04.curves", "curve\n0 0 0 0.1\n0 2 0 0.3\n");
+    let text = format!(
+        "{REST}[[model]]\ncurves = {{ file = \"hair.curves\" }}\nshapes = {{ curves = \"hair.##.curves\", first = 5, every = 2, repeat = true }}\n"
+    );
+    write("shot.toml", &text);
+    let shot = scene::load(&folder.path().join("shot.toml"), false).unwrap();
+    let model = &shot.scene.models[0];
+    let (curves, track) = (model.mesh.as_curved().unwrap(), model.track.shapes.as_ref().unwrap());
+    assert_eq!((curves.shapes(), track.ends(), track.repeats()), (2, [5.0, 9.0], true));
+    let low = curves.between(&[track.at(7.0); 2], &[0.0])[0].bounds(0);
+    assert!((low.high.y - 1.7).abs() < 1e-5, "half way: {low:?}");
 }

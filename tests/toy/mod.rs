@@ -138,6 +138,27 @@ pub fn tuft(is_thick: bool) -> Curves {
     Curves::new(&points, &[9; 7], &[]).expect("they have a length").0
 }
 
+/// The points of seven bent hairs about 2 high, nine each: `place` puts each, which is so high, of the hair that turns to there.
+pub fn tuft_points(place: impl Fn(f32, f32) -> [f32; 4]) -> Vec<[f32; 4]> {
+    let all = (0..7).flat_map(|hair| (0..9).map(move |at| (hair as f32 * 0.9, at as f32 / 8.0)));
+    all.map(|(turn, up)| place(turn, up)).collect()
+}
+
+/// Hairs that go straight from shape to shape: at each frame their points are these, nine a hair.
+pub fn deforming_curves(
+    name: &str,
+    material: u16,
+    track: TransformTrack,
+    shapes: &[(f64, Vec<[f32; 4]>)],
+) -> Model {
+    let list: Vec<Vec<[f32; 4]>> = shapes.iter().map(|(_, points)| points.clone()).collect();
+    let counts = vec![9; list[0].len() / 9];
+    let curves = Curves::deforming(&list, &counts, &[]).expect("they have a length").0;
+    let keys = shapes.iter().zip(0..).map(|((frame, _), number)| (*frame, number)).collect();
+    let track = TransformTrack { shapes: ShapeTrack::through(keys, None), ..track };
+    moving(name, Mesh::of_curved(curves, material, true), track)
+}
+
 /// Curves that never move, in world space: as the loader leaves them.
 pub fn still_curves(name: &str, curves: &Curves, material: u16, at: DAffine3) -> Model {
     let mesh =

@@ -140,11 +140,12 @@ impl Geometry {
     /// [`triangles`](Self::triangles).
     ///
     /// # Errors
-    /// [`InvalidArgument`](crate::ErrorCode::InvalidArgument) if there are 2^32 - 1 or more.
+    /// [`InvalidArgument`](crate::ErrorCode::InvalidArgument) if there are 2^32 - 1 or more, or if the times do not rise.
     pub fn primitives(device: &Device, primitives: Arc<dyn Primitives>, mask: u32) -> Result<Self, Error> {
         let Some(boxed) = Boxed::new(primitives) else {
             return Err(Error::invalid_argument("a geometry has 2^32 - 2 primitives at most"));
         };
+        boxed.times().map_or(Ok(()), check_times)?;
         Ok(Self { device: device.clone(), kind: Kind::Primitives(boxed), mask })
     }
 

@@ -24,6 +24,17 @@ pub trait Primitives: Debug + Send + Sync {
     /// out of the scene.
     fn bounds(&self, primitive: u32) -> Bounds;
 
+    /// Times of rays at which the boxes are those of [`bounds`](Self::bounds), and of [`later_bounds`](Self::later_bounds): rising ones. In between each
+    /// box goes straight from the one to the other, and the primitive must be within it. `None` if nothing moves.
+    fn times(&self) -> Option<[f32; 2]> {
+        None
+    }
+
+    /// Bounding box of a primitive at the second of the [times](Self::times).
+    fn later_bounds(&self, primitive: u32) -> Bounds {
+        self.bounds(primitive)
+    }
+
     /// Finds the first intersection of `ray`, from `near` on and up to `far`, with a primitive. `ends_here`:
     /// the ray ends at t = 1 at a point of this primitive, which does not count.
     fn meet(&self, primitive: u32, ray: &Segment, ends_here: bool) -> Option<PrimitiveHit>;
@@ -56,14 +67,26 @@ pub struct PrimitiveHit {
 pub(crate) struct Boxed {
     primitives: Arc<dyn Primitives>,
     boxes: Arc<[Bounds]>,
+    /// Those of a second time, with both times, if they move.
+    later: Option<(Arc<[Bounds]>, [f32; 2])>,
 }
 
 impl Boxed {
     /// `None` if there are 2^32 - 1 or more: the last number means "no hit".
     pub fn new(primitives: Arc<dyn Primitives>) -> Option<Self> {
         let count = primitives.count();
-        let boxes = || (0..count).map(|primitive| primitives.bounds(primitive)).collect();
-        (count < u32::MAX).then(boxes).map(|boxes| Self { boxes, primitives })
+        if count == u32::MAX {
+            return None;
+        }
+        let boxes = (0..count).map(|primitive| primitives.bounds(primitive)).collect();
+        let of_later = || (0..count).map(|primitive| primitives.later_bounds(primitive)).collect();
+        let later = primitives.times().map(|times| (of_later(), times));
+        Some(Self { boxes, later, primitives })
+    }
+
+    /// Times of both steps, if they move.
+    pub fn times(&self) -> Option<[f32; 2]> {
+        self.later.as_ref().map(|(_, times)| *times)
     }
 }
 
@@ -85,6 +108,10 @@ impl Callbacks {
         let address = (&raw const *self.0).cast_mut().cast::<c_void>();
         // SAFETY: by contract; the callbacks get this address, and read what is there.
         unsafe {
+            if let Some([first, last]) = self.0.times() {
+                sys::rtcSetGeometryTimeStepCount(geometry, 2);
+                sys::rtcSetGeometryTimeRange(geometry, first, last);
+            }
             // `Boxed` has fewer than 2^32 - 1
             sys::rtcSetGeometryUserPrimitiveCount(geometry, self.0.boxes.len() as u32);
             sys::rtcSetGeometryUserData(geometry, address);
@@ -111,7 +138,11 @@ unsafe extern "C" fn say_bounds(arguments: *const sys::RTCBoundsFunctionArgument
     let arguments = unsafe { &*arguments };
     // SAFETY: by contract.
     let boxed = unsafe { boxed_at(arguments.geometryUserPtr) };
-    let Bounds { lower, upper } = boxed.boxes[arguments.primID as usize];
+    let boxes = match &boxed.later {
+        Some((later, _)) if arguments.timeStep > 0 => later,
+        _ => &boxed.boxes,
+    };
+    let Bounds { lower, upper } = boxes[arguments.primID as usize];
     // SAFETY: Embree passes room for one box.
     let bounds = unsafe { &mut *arguments.bounds_o };
     [bounds.lower_x, bounds.lower_y, bounds.lower_z] = lower;
@@ -148,10 +179,15 @@ impl RaysN {
         // SAFETY: by contract, with rows of a ray.
         let three = |row: usize| [0, 1, 2].map(|axis| unsafe { self.get(row + axis, lane) });
         // SAFETY: as above.
-        let [near, far, mask] = [sys::RTC_RAY_N_TNEAR_ROW, sys::RTC_RAY_N_TFAR_ROW, sys::RTC_RAY_N_MASK_ROW]
-            .map(|row| unsafe { self.get(row, lane) });
+        let [near, time, far, mask] = [
+            sys::RTC_RAY_N_TNEAR_ROW,
+            sys::RTC_RAY_N_TIME_ROW,
+            sys::RTC_RAY_N_TFAR_ROW,
+            sys::RTC_RAY_N_MASK_ROW,
+        ]
+        .map(|row| unsafe { self.get(row, lane) });
         let (origin, direction) = (three(sys::RTC_RAY_N_ORG_ROW), three(sys::RTC_RAY_N_DIR_ROW));
-        Segment { origin, direction, near, far, mask: mask.to_bits(), time: 0.0 }
+        Segment { origin, direction, near, far, mask: mask.to_bits(), time }
     }
 
     /// # Safety

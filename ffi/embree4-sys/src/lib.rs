@@ -38,6 +38,8 @@ pub const RTC_RAY_N_ORG_ROW: usize = 0;
 pub const RTC_RAY_N_TNEAR_ROW: usize = 3;
 /// The row of `RTCRayN_dir_x`; y and z follow.
 pub const RTC_RAY_N_DIR_ROW: usize = 4;
+/// The row of `RTCRayN_time`.
+pub const RTC_RAY_N_TIME_ROW: usize = 7;
 /// The row of `RTCRayN_tfar`.
 pub const RTC_RAY_N_TFAR_ROW: usize = 8;
 /// The row of `RTCRayN_mask`.

@@ -97,6 +97,7 @@ fn rows() -> BTreeMap<String, u64> {
         ("RTCRayN_dir_x", RTC_RAY_N_DIR_ROW),
         ("RTCRayN_dir_y", RTC_RAY_N_DIR_ROW + 1),
         ("RTCRayN_dir_z", RTC_RAY_N_DIR_ROW + 2),
+        ("RTCRayN_time", RTC_RAY_N_TIME_ROW),
         ("RTCRayN_tfar", RTC_RAY_N_TFAR_ROW),
         ("RTCRayN_mask", RTC_RAY_N_MASK_ROW),
         ("RTCRayN_id", RTC_RAY_N_ID_ROW),

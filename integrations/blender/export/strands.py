@@ -24,6 +24,8 @@ class Strands:
     """(hairs,): points of each."""
     uvs: np.ndarray | None
     """(hairs, 2): texture coordinates where each grows."""
+    rounding: float = 0.0
+    """How far points may be off by the rounding of their places in the world, of hair that is read there."""
 
     def digest(self):
         """Digest of all of it."""
@@ -33,22 +35,61 @@ class Strands:
         return digest.digest()
 
 
+DIGITS = 6
+"""Digits of the numbers of shapes in the names of their files."""
+
+
 class StoredStrands:
-    """Hairs and their files; to the rest of the export a mesh."""
+    """Hairs and their files; to the rest of the export a mesh. Where they deform they have a file for each time, written as it comes."""
 
-    shapes, deforms = None, False
+    shapes = None
 
-    def __init__(self, store, name, strands, material, scale):
+    def __init__(self, store, name, strands, material, scale, time):
         self.store, self.name, self.strands, self.material, self.scale = store, name, strands, material, scale
         self.folder, self.key = None, None
-        self.digest = strands.digest()
-        places, radii = strands.points[:, :3], strands.points[:, 3:]
-        self.bounds = (places - radii).min(axis=0), (places + radii).max(axis=0)
-        self.reach = float(np.abs(places).max() + radii.max())
+        self.first, self.last_time, self.times, self.deforms = time, time, 1, False
+        self.last_points = strands.points
+        self.watched = {time: strands.digest()}
+        self.bounds, self.reach = None, 0.0
+        self._reach(strands.points)
+
+    def _reach(self, points):
+        places, radii = points[:, :3], points[:, 3:]
+        low, high = (places - radii).min(axis=0), (places + radii).max(axis=0)
+        if self.bounds is not None:
+            low, high = np.minimum(low, self.bounds[0]), np.maximum(high, self.bounds[1])
+        self.bounds = low, high
+        self.reach = max(self.reach, float(np.abs(places).max() + radii.max()))
+
+    def is_like(self, strands, material):
+        """Returns true if these hairs may be a shape of it: as many, with as many points each, that grow in the same places."""
+        same_uvs = (strands.uvs is None) == (self.strands.uvs is None) and (strands.uvs is None or np.array_equal(strands.uvs, self.strands.uvs))
+        return material == self.material and same_uvs and np.array_equal(strands.counts, self.strands.counts)
+
+    def add_shape(self, time, strands):
+        """Notes the hairs at a later time."""
+        apart = np.abs(strands.points - self.last_points).max()
+        if apart <= max(strands.rounding, self.strands.rounding):
+            self.watched[time] = self.watched[self.last_time]
+        else:
+            if not self.deforms:
+                self.deforms = True
+                for number in range(self.times):
+                    self._write_shape(number, self.last_points)
+            self.last_points = strands.points
+            self.watched[time] = strands.digest()
+            self._reach(strands.points)
+        if self.deforms:
+            self._write_shape(self.times, self.last_points)
+        self.times += 1
+        self.last_time = time
+
+    def _write_shape(self, number, points):
+        self._array(f"points.{number:0{DIGITS}d}", points)
 
     def shape_at(self, time):
-        """Digest of the shape: other hairs at another time are another mesh."""
-        return self.digest
+        """Digest of the shape at a time; hairs that were not looked at again have their first one."""
+        return self.watched.get(time) or self.watched[self.first]
 
     @property
     def looks(self):
@@ -83,7 +124,11 @@ class StoredStrands:
         if (uv := materials.uv(self.material)) and self.strands.uvs is not None:
             matrix = uv[1]
             curves["uvs"] = self._array("uvs", self.strands.uvs @ matrix[:2, :2].T + matrix[:2, 2])
-        return [({"curves": curves}, materials.visibility(self.material))]
+        model = {"curves": curves}
+        if self.deforms:
+            folder = os.path.dirname(curves["file"])
+            model["shapes"] = {"curves": f"{folder}/points.{'#' * DIGITS}.npy", "first": float(self.first), "every": float(self.store.step)}
+        return [(model, materials.visibility(self.material))]
 
     def _array(self, name, values):
         path = self.store.path(self, f"{name}.npy")
@@ -114,6 +159,8 @@ def of_system(item, modifier, system, is_final):
     if not np.isfinite(places).all():
         return None
     back = np.linalg.inv(np.array(item.matrix_world, dtype=np.float64))
+    # places are single floats in the world
+    rounding = 8 * np.finfo(np.float32).eps * float(np.abs(places).max()) * float(np.linalg.norm(back[:3, :3], 2))
     places = (places @ back[:3, :3].T + back[:3, 3]).reshape(len(numbers), steps, 3)
     lengths = np.linalg.norm(np.diff(places, axis=1), axis=2)
     along = np.concatenate([np.zeros((len(numbers), 1)), np.cumsum(lengths, axis=1)], axis=1)
@@ -127,7 +174,7 @@ def of_system(item, modifier, system, is_final):
     uvs = uvs_of(item, modifier, system, numbers)
     # points in the place of the one before are none
     distinct = np.concatenate([np.ones((len(numbers), 1), dtype=bool), lengths > 0], axis=1) & kept[:, None]
-    return Strands(points[distinct].astype(np.float32), distinct.sum(axis=1)[kept], None if uvs is None else uvs[kept])
+    return Strands(points[distinct].astype(np.float32), distinct.sum(axis=1)[kept], None if uvs is None else uvs[kept], rounding)
 
 
 def radius_of(settings, share):
@@ -179,7 +226,7 @@ def of_curves(data):
 
 
 class StrandStore:
-    """All hair of an export. What is the same as at the time before is one thing with it."""
+    """All hair of an export. What has as many hairs and points as at the time before is one thing with it, which may deform."""
 
     def __init__(self, meshes, warnings):
         self.meshes, self.warnings, self.known = meshes, warnings, {}
@@ -191,10 +238,17 @@ class StrandStore:
         if not np.isfinite(strands.points).all() or np.abs(strands.points).max() > FARTHEST:
             self.warnings.add(f"object `{name}`: its hair is left out where points of it are not at finite numbers, or farther than {FARTHEST:g} away")
             return None
-        before = self.known.get(key)
-        if before is not None and before.digest == strands.digest() and before.material == material:
-            return before
+        before, time = self.known.get(key), self.meshes.time
+        if before is not None and before.is_like(strands, material):
+            if before.last_time == time:
+                return before
+            if abs(time - before.last_time - self.meshes.step) < 1e-6:
+                before.add_shape(time, strands)
+                return before
+            if not before.deforms and before.shape_at(time) == strands.digest():
+                before.last_time = time
+                return before
         scale = float(abs(np.linalg.det(matrix[:3, :3])) ** (1 / 3)) or 1.0
-        stored = self.known[key] = StoredStrands(self.meshes, name, strands, material, scale)
+        stored = self.known[key] = StoredStrands(self.meshes, name, strands, material, scale, time)
         stored.key = key
         return stored

@@ -83,7 +83,7 @@ pub fn tell_motion(text: &mut String, scene: &Scene) {
     let models = &scene.models;
     let moving =
         models.iter().filter(|model| !model.track.is_constant() && model.track.shapes.is_none()).count();
-    let deforming = models.iter().filter(|model| model.mesh.shapes().is_some()).count();
+    let deforming = models.iter().filter(|model| model.mesh.deforms()).count();
     let lights = scene.lights.iter().filter(|light| !light.is_constant()).count();
     let camera = (!scene.camera.is_constant()).then(|| String::from("the camera moves"));
     let parts = [

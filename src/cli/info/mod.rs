@@ -23,7 +23,7 @@ use crate::pilot;
 use crate::report::versions::Versions;
 use crate::scene::camera::Projection;
 use crate::scene::shot::Shot;
-use crate::scene::{Material, Mesh, Model, Scene, Triangles, Warning};
+use crate::scene::{Geometry, Material, Mesh, Model, Scene, Triangles, Warning};
 use crate::settings::{DenoiseQuality, Refinement};
 use crate::stereo::Stereo;
 use crate::trace::BackendKind;
@@ -206,9 +206,13 @@ fn curved(scene: &Scene) -> String {
 
 /// Describes the shapes between which a model deforms, and their times.
 fn shapes(model: &Model) -> Option<String> {
-    let (shapes, track) = (model.mesh.shapes()?, model.track.shapes.as_ref()?);
+    let count = match &model.mesh.geometry {
+        Geometry::Triangles(_) => model.mesh.shapes()?.list().len(),
+        Geometry::Curved(curved) => curved.shapes() as usize,
+    };
+    let track = model.track.shapes.as_ref()?;
     let ([first, last], again) = (track.ends(), if track.repeats() { " and again" } else { "" });
-    Some(format!("{} shapes from frame {first} to {last}{again}", shapes.list().len()))
+    Some(format!("{count} shapes from frame {first} to {last}{again}"))
 }
 
 /// Describes a bare model, without the stage around it.

@@ -75,6 +75,7 @@ fn is_in_one_place(frame: &FrameView, sample: &Sample, sight: Sight, met: Hit) -
     let triangles = match &mesh.geometry {
         Geometry::Triangles(triangles) => triangles,
         Geometry::Curved(curved) => {
+            let curved = place.curved(curved.as_ref());
             let transform = frame.pose.transform(sample.model as usize, sight.tick);
             let (point, tolerance) = (
                 transform.to_object.transform_point3(there),

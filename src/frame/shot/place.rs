@@ -7,7 +7,7 @@ use crate::frame::grid::bits::set_bits;
 use crate::geometry::Curved;
 use crate::lanes::{Mask, Vec3x8};
 use crate::scene::{Mesh, Model, Scene, Triangles};
-use crate::shade::deformed::{Deformations, Deformed, DeformedPlace, smooth_point};
+use crate::shade::deformed::{Deformations, DeformedModel, DeformedPlace, smooth_point};
 use crate::shade::horizon::Horizon;
 use crate::shade::surface::{corners_of, meet_exactly, off_surface};
 
@@ -17,7 +17,7 @@ use crate::shade::surface::{corners_of, meet_exactly, off_surface};
 #[derive(Debug, Clone, Copy)]
 pub struct Place<'a> {
     transform: &'a Transform,
-    deformed: Option<(Deformed<'a>, &'a Model)>,
+    deformed: Option<(DeformedModel<'a>, &'a Model)>,
     scene: &'a Scene,
 }
 
@@ -25,7 +25,7 @@ impl<'a> Place<'a> {
     /// Place of `model` by this `transform`, with its shape.
     #[inline]
     pub fn of(scene: &'a Scene, transform: &'a Transform, shapes: &'a Deformations, model: u32) -> Self {
-        let deformed = shapes.of_model(scene, model, transform);
+        let deformed = shapes.shaped(scene, model, transform);
         let deformed = deformed.map(|deformed| (deformed, &scene.models[model as usize]));
         Self { transform, deformed, scene }
     }
@@ -36,7 +36,12 @@ impl<'a> Place<'a> {
     pub fn point(&self, triangle: impl FnOnce() -> u32, point: Vec3) -> Vec3 {
         match self.deformed {
             None => self.transform.point(point),
-            Some((deformed, _)) => self.transform.point(deformed.point(triangle(), point)),
+            Some((DeformedModel::Triangles(deformed), _)) => {
+                self.transform.point(deformed.point(triangle(), point))
+            }
+            Some((DeformedModel::Curved(deformed), _)) => {
+                self.transform.point(deformed.point(triangle(), point))
+            }
         }
     }
 
@@ -48,9 +53,16 @@ impl<'a> Place<'a> {
         let Some((deformed, model)) = self.deformed else {
             return [transform.point(point), transform.normal(normal), transform.normal(geometric_normal)];
         };
-        let side = deformed.side_at_rest(triangle, geometric_normal);
-        let DeformedPlace { point, normal, geometric_normal } =
-            deformed.place(self.scene, model, triangle, point);
+        let (side, placed) = match deformed {
+            DeformedModel::Triangles(deformed) => (
+                deformed.side_at_rest(triangle, geometric_normal),
+                deformed.place(self.scene, model, triangle, point),
+            ),
+            DeformedModel::Curved(deformed) => {
+                (deformed.side_at_rest(triangle, point, geometric_normal), deformed.place(triangle, point))
+            }
+        };
+        let DeformedPlace { point, normal, geometric_normal } = placed;
         let [normal, geometric_normal] = [normal, geometric_normal].map(|all| transform.normal(all * side));
         [transform.point(point), normal, geometric_normal]
     }
@@ -61,9 +73,12 @@ impl<'a> Place<'a> {
     pub fn geometric_normal(&self, triangle: u32, geometric_normal: Vec3) -> Vec3 {
         match self.deformed {
             None => self.transform.geometric_normal(geometric_normal),
-            Some((deformed, _)) => {
+            Some((DeformedModel::Triangles(deformed), _)) => {
                 let side = deformed.side_at_rest(triangle, geometric_normal);
                 self.transform.geometric_normal(deformed.geometric_normal(triangle) * side)
+            }
+            Some((DeformedModel::Curved(deformed), _)) => {
+                self.transform.geometric_normal(deformed.normal(triangle, geometric_normal))
             }
         }
     }
@@ -71,7 +86,10 @@ impl<'a> Place<'a> {
     /// The curved surface that `triangle` of `mesh`, the model's, stands for at a point (object space, at rest), on the side on
     /// which `side` is 1, its outside, or -1; `None` where it stands for itself, for want of usable normals. A normal map may bend it.
     pub fn horizon(&self, mesh: &Mesh, triangle: u32, point: Vec3, side: f32) -> Option<Horizon> {
-        let deformed = self.deformed.as_ref().map(|(deformed, _)| deformed);
+        let deformed = match &self.deformed {
+            Some((DeformedModel::Triangles(deformed), _)) => Some(deformed),
+            _ => None,
+        };
         let smooth = smooth_point(mesh, triangle, point, deformed)?;
         let normal = smooth.normal().try_normalize()? * side;
         let [normal, lift] = [self.transform.normal(normal), self.transform.direction(smooth.lift(side))];
@@ -81,16 +99,31 @@ impl<'a> Place<'a> {
     /// A fibre at a point (object space) of a curved `primitive`: rays start within it, from where they leave the curve without meeting it.
     pub fn fibre(&self, curved: &dyn Curved, primitive: u32, point: Vec3) -> Option<Horizon> {
         let weights = curved.weights(primitive, point);
+        let curved = self.curved(curved);
+        let point = if self.deformed.is_some() { curved.point(primitive, weights) } else { point };
         let inside = curved.inside(primitive, weights)?;
         let normal = self.transform.normal(curved.normal(primitive, weights));
         let lift = self.transform.point(inside) - off_surface(self.transform.point(point), normal);
         Some(Horizon { normal, lift, is_bent: false, is_fibre: true })
     }
 
+    /// A curved geometry of the model, which is `rest` at rest, as it is here: object space.
+    pub fn curved<'s>(&'s self, rest: &'s dyn Curved) -> &'s dyn Curved {
+        match &self.deformed {
+            Some((DeformedModel::Curved(deformed), _)) => deformed.now,
+            _ => rest,
+        }
+    }
+
     /// Upper bound of the length of the way to the curved surface from any point, world space; `at_rest` is that of the model's mesh
     /// in object space.
     pub fn most_lift(&self, at_rest: f32) -> f32 {
-        self.deformed.map_or(at_rest, |(deformed, _)| deformed.most_lift()) * self.transform.most_stretch()
+        let most = match &self.deformed {
+            None => at_rest,
+            Some((DeformedModel::Triangles(deformed), _)) => deformed.most_lift(),
+            Some((DeformedModel::Curved(deformed), _)) => deformed.now.most_radius(),
+        };
+        most * self.transform.most_stretch()
     }
 
     /// [`point`](Self::point) for those of eight points that are `of_model`; `triangle` gives that of a lane.
@@ -139,7 +172,11 @@ impl<'a> Place<'a> {
 
     /// Transforms a direction in the plane of `triangle`, object to world, of any length.
     pub fn direction(&self, triangle: u32, direction: Vec3) -> Vec3 {
-        let deformed = self.deformed.and_then(|(deformed, _)| deformed.direction(triangle, direction));
+        let deformed = match &self.deformed {
+            None => None,
+            Some((DeformedModel::Triangles(deformed), _)) => deformed.direction(triangle, direction),
+            Some((DeformedModel::Curved(deformed), _)) => Some(deformed.direction(triangle, direction)),
+        };
         self.transform.direction(deformed.unwrap_or(direction))
     }
 
@@ -147,15 +184,20 @@ impl<'a> Place<'a> {
     pub fn meet_exactly(&self, primitive: (&Mesh, u32), ray: (Vec3, Vec3), about: Vec3) -> Option<Vec3> {
         match self.deformed {
             None => meet_exactly(self.transform, primitive, ray, about),
-            Some((deformed, _)) => deformed.meet(primitive.1, self.transform.line_to_object(ray)),
+            Some((DeformedModel::Triangles(deformed), _)) => {
+                deformed.meet(primitive.1, self.transform.line_to_object(ray))
+            }
+            Some((DeformedModel::Curved(deformed), _)) => {
+                Some(deformed.meet(primitive.1, self.transform.line_to_object(ray), about))
+            }
         }
     }
 
     /// Corners of one of the model's `triangles`: world space.
     pub fn corners(&self, triangles: &Triangles, triangle: u32) -> [Vec3; 3] {
         let corners = match self.deformed {
-            None => corners_of(triangles, triangle),
-            Some((deformed, _)) => deformed.corners(triangle),
+            Some((DeformedModel::Triangles(deformed), _)) => deformed.corners(triangle),
+            _ => corners_of(triangles, triangle),
         };
         corners.map(|corner| self.transform.point(corner.as_vec3()))
     }

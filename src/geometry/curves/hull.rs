@@ -112,6 +112,19 @@ impl Hull {
         [weight, around]
     }
 
+    /// Weights of a place at which the normal is this one, of unit length. All places of the cone along one of its lines have one.
+    pub fn weights_of_normal(&self, normal: DVec3) -> [f64; 2] {
+        let Self { axis, slope, .. } = *self;
+        let [x, y] = self.frame().map(|axis| axis.dot(normal));
+        let beyond = normal.dot(axis) - slope;
+        let weight = if beyond < 0.0 {
+            (beyond / (1.0 + slope).max(f64::MIN_POSITIVE)).max(-1.0)
+        } else {
+            1.0 + (beyond / (1.0 - slope).max(f64::MIN_POSITIVE)).min(1.0)
+        };
+        [weight, diamond(x, y)]
+    }
+
     /// Normal, outwards, of unit length, at these weights.
     pub fn normal(&self, [weight, around]: [f64; 2]) -> DVec3 {
         let Self { axis, slope, .. } = *self;
@@ -158,8 +171,13 @@ impl Hull {
         self.axis
     }
 
+    /// The greater of the radii.
+    pub fn most_radius(&self) -> f64 {
+        self.radii[0].max(self.radii[1])
+    }
+
     /// Two directions across the axis and each other (T. Duff and others, "Building an Orthonormal Basis, Revisited", 2017).
-    fn frame(&self) -> [DVec3; 2] {
+    pub fn frame(&self) -> [DVec3; 2] {
         let DVec3 { x, y, z } = self.axis;
         let sign = 1.0_f64.copysign(z);
         let a = -1.0 / (sign + z);

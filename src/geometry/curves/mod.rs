@@ -6,42 +6,55 @@
 //! it, there is no surface of the curve, and it passes that, too.
 //!
 //! Points are single floats: 16 bytes each, and 4 bytes a primitive. A map that keeps angles moves the points; any other one is kept beside
-//! them, and rays are taken into the space of the points.
+//! them, and rays are taken into the space of the points. Curves may deform: see [`shapes`].
 
 use std::ops::Range;
 use std::sync::{Arc, OnceLock};
 
-use glam::{DAffine3, DVec3, Vec2, Vec3};
+use glam::{DAffine3, DMat3, DVec3, Vec2, Vec3};
 
 use super::Bounds;
 use super::curved::{Curved, FOUR, Meeting, Ray};
 use super::tree::{Box3, Child, Tree, WIDTH};
+use crate::animation::Shape;
 use hull::Hull;
+use shapes::Later;
 
 mod hull;
+mod shapes;
 
 /// Curves of a mesh, in object space.
 #[derive(Debug, Clone)]
 pub struct Curves {
     own: Arc<Points>,
+    chains: Arc<Chains>,
+    /// Points in each of their shapes, if they deform.
+    shapes: Option<Arc<Vec<Arc<Points>>>>,
+    /// What the points go to, if they are on the way between two shapes.
+    later: Option<Later>,
     /// Map from the space of the points to object space and back, where they differ.
     place: Option<Box<Place>>,
     /// Tree over the primitives, for those [near](Curved::near) a point; made when it is first asked.
     tree: Arc<OnceLock<Tree>>,
 }
 
-#[derive(Debug, Clone)]
+#[derive(Debug)]
 struct Points {
     /// Places and radii, curve after curve.
-    points: Vec<[f32; 4]>,
+    all: Vec<[f32; 4]>,
+    /// Greatest radius.
+    most_radius: f32,
+}
+
+/// Which points make curves.
+#[derive(Debug)]
+struct Chains {
     /// First point of each primitive; its other one follows.
     firsts: Vec<u32>,
     /// First primitive of each curve, in order.
     curves: Vec<u32>,
     /// Texture coordinates of each curve, or none.
     uvs: Vec<Vec2>,
-    /// Greatest radius.
-    most_radius: f32,
     /// Boxes of a primitive.
     boxes: u32,
 }
@@ -58,11 +71,26 @@ const RADII_OF_BOX: f32 = 16.0;
 const MOST_BOXES: u32 = 4;
 
 impl Points {
-    /// Number of boxes that suit the most of the primitives.
-    fn boxes_wanted(&self) -> u32 {
+    fn new(all: Vec<[f32; 4]>) -> Self {
+        let most_radius = all.iter().map(|point| point[3]).fold(0.0, f32::max);
+        Self { all, most_radius }
+    }
+
+    /// The points after `map`, in whose space lengths are `scale` times as large.
+    fn mapped(&self, map: &DAffine3, scale: f64) -> Self {
+        let moved = |[x, y, z, radius]: [f64; 4]| {
+            let [x, y, z] = map.transform_point3(DVec3::new(x, y, z)).to_array();
+            [x, y, z, radius * scale].map(|value| value as f32)
+        };
+        let all = self.all.iter().map(|point| moved(point.map(f64::from))).collect();
+        Self { all, most_radius: (f64::from(self.most_radius) * scale) as f32 }
+    }
+
+    /// Number of boxes that suit the most of the primitives that begin at these points.
+    fn boxes_wanted(&self, firsts: &[u32]) -> u32 {
         let (mut length, mut radii) = (0.0_f64, 0.0_f64);
-        for first in &self.firsts {
-            let [a, b] = [*first, *first + 1].map(|at| &self.points[at as usize]);
+        for first in firsts {
+            let [a, b] = [*first, *first + 1].map(|at| &self.all[at as usize]);
             length += f64::from(Vec3::from_slice(a).distance(Vec3::from_slice(b)));
             radii += f64::from(a[3].max(b[3]));
         }
@@ -73,6 +101,9 @@ impl Points {
 
 /// Room of a box for rounding to single floats, as a share of a coordinate.
 const BOX_ROOM: f64 = 2e-7;
+
+/// The same of points that are on the way between two, which is a sum and a product more.
+const BOX_ROOM_BETWEEN: f64 = 8e-7;
 
 /// How deep in a neighbour a place of a piece must lie to count as within the curve, as a share of the radius: less is rounding.
 const WITHIN: f64 = 1e-4;
@@ -92,44 +123,43 @@ impl Curves {
     /// are left out, and curves of which less than two remain; `uvs`: texture coordinates of each curve, or none. Returns, too, the numbers of the points that remain.
     /// `None` if no curve remains.
     pub fn new(points: &[[f32; 4]], counts: &[u32], uvs: &[Vec2]) -> Option<(Self, Vec<u32>)> {
-        let lists = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
-        let mut own = Points {
-            points: lists.0,
-            firsts: lists.1,
-            curves: lists.2,
-            uvs: lists.3,
-            most_radius: 0.0,
-            boxes: 1,
-        };
-        let mut kept = Vec::new();
-        for (curve, all) in in_space(points, counts) {
-            let begin = own.points.len();
-            for number in all {
+        let (mut all, mut kept): (Vec<[f32; 4]>, Vec<u32>) = (Vec::new(), Vec::new());
+        let mut chains = Chains { firsts: Vec::new(), curves: Vec::new(), uvs: Vec::new(), boxes: 1 };
+        for (curve, numbers) in in_space(points, counts) {
+            let begin = all.len();
+            for number in numbers {
                 let point = points[number as usize];
-                if own.points.len() > begin && own.points[own.points.len() - 1][..3] == point[..3] {
+                if all.len() > begin && all[all.len() - 1][..3] == point[..3] {
                     continue;
                 }
-                own.points.push(point);
+                all.push(point);
                 kept.push(number);
             }
-            if own.points.len() < begin + 2 {
-                own.points.truncate(begin);
+            if all.len() < begin + 2 {
+                all.truncate(begin);
                 kept.truncate(begin);
                 continue;
             }
-            own.curves.push(own.firsts.len() as u32);
-            own.firsts.extend(begin as u32..own.points.len() as u32 - 1);
-            own.uvs.extend(uvs.get(curve));
+            chains.curves.push(chains.firsts.len() as u32);
+            chains.firsts.extend(begin as u32..all.len() as u32 - 1);
+            chains.uvs.extend(uvs.get(curve));
         }
-        own.most_radius = own.points.iter().map(|point| point[3]).fold(0.0, f32::max);
-        own.boxes = own.boxes_wanted();
-        let curves = Self { own: Arc::new(own), place: None, tree: Arc::default() };
-        (!curves.own.firsts.is_empty()).then_some((curves, kept))
+        let own = Points::new(all);
+        chains.boxes = own.boxes_wanted(&chains.firsts);
+        let curves = Self {
+            own: Arc::new(own),
+            chains: Arc::new(chains),
+            shapes: None,
+            later: None,
+            place: None,
+            tree: Arc::default(),
+        };
+        (!curves.chains.firsts.is_empty()).then_some((curves, kept))
     }
 
     /// Number of the curves.
     pub fn curves(&self) -> usize {
-        self.own.curves.len()
+        self.chains.curves.len()
     }
 
     /// Direction of a primitive from its beginning to its end, of unit length, object space.
@@ -139,15 +169,31 @@ impl Curves {
     }
 
     fn number(&self, primitive: u32) -> usize {
-        (primitive as usize).min(self.own.firsts.len() - 1)
+        (primitive as usize).min(self.chains.firsts.len() - 1)
+    }
+
+    /// First point of a primitive.
+    #[inline(always)]
+    fn first(&self, primitive: u32) -> usize {
+        self.chains.firsts[self.number(primitive)] as usize
+    }
+
+    /// Places and radii at both ends of a primitive.
+    #[inline(always)]
+    fn ends(&self, primitive: u32) -> [[f64; 4]; 2] {
+        let first = self.first(primitive);
+        let ends = [self.own.all[first], self.own.all[first + 1]];
+        match &self.later {
+            None => ends,
+            Some(later) => later.between(first, ends),
+        }
+        .map(|point| point.map(f64::from))
     }
 
     /// Centre of the first sphere of a primitive, in the space of the points, and the hull around there.
     #[inline]
     fn hull(&self, primitive: u32) -> (DVec3, Hull) {
-        let first = self.own.firsts[self.number(primitive)] as usize;
-        let [[x, y, z, radius], [to_x, to_y, to_z, other]] =
-            [self.own.points[first], self.own.points[first + 1]].map(|point| point.map(f64::from));
+        let [[x, y, z, radius], [to_x, to_y, to_z, other]] = self.ends(primitive);
         let from = DVec3::new(x, y, z);
         (from, Hull::new(DVec3::new(to_x, to_y, to_z) - from, [radius, other]))
     }
@@ -156,9 +202,7 @@ impl Curves {
     /// it passes through, for a hair is far thinner than its box. It asks for no root and no quotient.
     #[inline]
     fn passes_by(&self, primitive: u32, origin: DVec3, direction: DVec3) -> bool {
-        let first = self.own.firsts[self.number(primitive)] as usize;
-        let [[x, y, z, radius], [to_x, to_y, to_z, other]] =
-            [self.own.points[first], self.own.points[first + 1]].map(|point| point.map(f64::from));
+        let [[x, y, z, radius], [to_x, to_y, to_z, other]] = self.ends(primitive);
         let from = DVec3::new(x, y, z);
         let across = direction.cross(DVec3::new(to_x, to_y, to_z) - from);
         let off = across.dot(origin - from);
@@ -168,7 +212,7 @@ impl Curves {
 
     /// The primitives before and behind a primitive on its curve.
     fn neighbours(&self, primitive: u32) -> impl Iterator<Item = u32> {
-        let (number, firsts) = (self.number(primitive), &self.own.firsts);
+        let (number, firsts) = (self.number(primitive), &self.chains.firsts);
         let follows =
             |before: usize| firsts.get(before + 1).is_some_and(|first| *first == firsts[before] + 1);
         let before = number.checked_sub(1).filter(|before| follows(*before));
@@ -178,20 +222,20 @@ impl Curves {
 
     /// Returns true if a point of a primitive, in the space of the points, lies within its curve.
     fn is_within(&self, primitive: u32, point: DVec3) -> bool {
-        let reach = |first: usize| f64::from(self.own.points[first][3].max(self.own.points[first + 1][3]));
         self.neighbours(primitive).any(|other| {
             let (from, hull) = self.hull(other);
-            hull.beyond(point - from) < -WITHIN * reach(self.own.firsts[other as usize] as usize)
+            hull.beyond(point - from) < -WITHIN * hull.most_radius()
         })
     }
 
     /// Box around spheres with these centres and radii, object space.
     fn around(&self, spheres: [[f64; 4]; 2]) -> Bounds {
         let rows = self.stretch();
+        let room = if self.later.is_some() { BOX_ROOM_BETWEEN } else { BOX_ROOM };
         spheres.into_iter().fold(Bounds::EMPTY, |bounds, [x, y, z, radius]| {
             let center = self.object_space(DVec3::new(x, y, z));
             let reach = DVec3::from_array(rows) * radius;
-            let room = (center.abs() + reach) * BOX_ROOM;
+            let room = (center.abs() + reach) * room;
             bounds.with((center - reach - room).as_vec3()).with((center + reach + room).as_vec3())
         })
     }
@@ -249,11 +293,12 @@ impl Curves {
     fn share(&self, primitive: u32, weight: f32) -> f32 {
         let number = self.number(primitive);
         let curve = self.curve_of(number);
-        let begin = self.own.curves[curve] as usize;
-        let end = self.own.curves.get(curve + 1).map_or(self.own.firsts.len(), |next| *next as usize);
+        let Chains { firsts, curves, .. } = &*self.chains;
+        let begin = curves[curve] as usize;
+        let end = curves.get(curve + 1).map_or(firsts.len(), |next| *next as usize);
         let length = |number: usize| {
-            let first = self.own.firsts[number] as usize;
-            let [a, b] = [first, first + 1].map(|at| Vec3::from_slice(&self.own.points[at]));
+            let first = firsts[number] as usize;
+            let [a, b] = [first, first + 1].map(|at| Vec3::from_slice(&self.own.all[at]));
             a.distance(b)
         };
         let before: f32 = (begin..number).map(length).sum();
@@ -262,7 +307,7 @@ impl Curves {
     }
 
     fn curve_of(&self, primitive: usize) -> usize {
-        self.own.curves.partition_point(|first| *first as usize <= primitive) - 1
+        self.chains.curves.partition_point(|first| *first as usize <= primitive) - 1
     }
 }
 
@@ -276,25 +321,55 @@ impl Curved for Curves {
     }
 
     fn count(&self) -> u32 {
-        self.own.firsts.len() as u32
+        self.chains.firsts.len() as u32
     }
 
     fn boxes(&self) -> u32 {
-        self.own.boxes
+        self.chains.boxes
     }
 
     fn bounds_of_part(&self, primitive: u32, part: u32) -> Bounds {
-        let first = self.own.firsts[self.number(primitive)] as usize;
-        let ends = [self.own.points[first], self.own.points[first + 1]].map(|point| point.map(f64::from));
-        let boxes = f64::from(self.own.boxes);
+        let ends = self.ends(primitive);
+        let boxes = f64::from(self.chains.boxes);
         let at =
             |share: f64| std::array::from_fn(|axis| ends[0][axis] + (ends[1][axis] - ends[0][axis]) * share);
         self.around([at(f64::from(part) / boxes), at((f64::from(part) + 1.0) / boxes)])
     }
 
     fn bounds(&self, primitive: u32) -> Bounds {
-        let first = self.own.firsts[self.number(primitive)] as usize;
-        self.around([first, first + 1].map(|at| self.own.points[at].map(f64::from)))
+        self.around(self.ends(primitive))
+    }
+
+    fn shapes(&self) -> u32 {
+        self.shapes.as_ref().map_or(0, |shapes| shapes.len() as u32)
+    }
+
+    fn bounds_in_shape(&self, primitive: u32, shape: u32) -> Bounds {
+        let Some(points) = self.shapes.as_ref().and_then(|shapes| shapes.get(shape as usize)) else {
+            return self.bounds(primitive);
+        };
+        let first = self.first(primitive);
+        self.around([points.all[first], points.all[first + 1]].map(|point| point.map(f64::from)))
+    }
+
+    fn between(&self, ends: &[Shape; 2], shares: &[f32]) -> Vec<Arc<dyn Curved>> {
+        self.moments(ends, shares).into_iter().map(|moment| Arc::new(moment) as Arc<dyn Curved>).collect()
+    }
+
+    fn weights_of_normal(&self, primitive: u32, normal: Vec3) -> [f32; 2] {
+        let normal = normal.as_dvec3();
+        let own = match &self.place {
+            None => normal,
+            Some(place) => (place.map.matrix3.transpose() * normal).normalize_or(DVec3::Y),
+        };
+        self.hull(primitive).1.weights_of_normal(own).map(|weight| weight as f32)
+    }
+
+    fn axes(&self, primitive: u32) -> DMat3 {
+        let hull = self.hull(primitive).1;
+        let [x, y] = hull.frame();
+        let axes = DMat3::from_cols(x, y, hull.axis());
+        self.place.as_ref().map_or(axes, |place| place.map.matrix3 * axes)
     }
 
     fn meet_four(&self, primitive: u32, rays: &[Ray; FOUR]) -> (u8, [Meeting; FOUR]) {
@@ -358,7 +433,7 @@ impl Curved for Curves {
 
     /// Those of the curve; where it has none the share of its length, from 0 at its beginning to 1, and 0.5.
     fn uv(&self, primitive: u32, [along, _]: [f32; 2]) -> Vec2 {
-        match self.own.uvs.get(self.curve_of(self.number(primitive))) {
+        match self.chains.uvs.get(self.curve_of(self.number(primitive))) {
             Some(uv) => *uv,
             None => Vec2::new(self.share(primitive, along), 0.5),
         }
@@ -366,34 +441,28 @@ impl Curved for Curves {
 
     fn mapped(&self, map: DAffine3) -> Arc<dyn Curved> {
         let whole = self.place.as_ref().map_or(map, |place| map * place.map);
+        let (chains, tree) = (Arc::clone(&self.chains), Arc::default());
         let Some(scale) = scale_of(&whole) else {
             let place = Some(Box::new(Place { map: whole, inverse: whole.inverse() }));
-            return Arc::new(Self { own: Arc::clone(&self.own), place, tree: Arc::default() });
+            return Arc::new(Self { place, tree, ..self.clone() });
         };
-        let moved = |[x, y, z, radius]: [f64; 4]| {
-            let [x, y, z] = whole.transform_point3(DVec3::new(x, y, z)).to_array();
-            [x, y, z, radius * scale].map(|value| value as f32)
-        };
-        let points: Vec<[f32; 4]> = self.own.points.iter().map(|point| moved(point.map(f64::from))).collect();
-        let most_radius = (f64::from(self.own.most_radius) * scale) as f32;
-        let Points { firsts, curves, uvs, boxes, .. } = Points::clone(&self.own);
-        let own = Arc::new(Points { points, firsts, curves, uvs, most_radius, boxes });
-        Arc::new(Self { own, place: None, tree: Arc::default() })
+        let mapped = |points: &Arc<Points>| Arc::new(points.mapped(&whole, scale));
+        let shapes = self.shapes.as_ref().map(|shapes| Arc::new(shapes.iter().map(mapped).collect()));
+        let later = self.later.as_ref().map(|later| Later { points: mapped(&later.points), ..*later });
+        Arc::new(Self { own: mapped(&self.own), chains, shapes, later, place: None, tree })
     }
 
     fn bytes(&self) -> u64 {
-        let Points { points, firsts, curves, uvs, .. } = &*self.own;
-        let lists = [
-            size_of_val(points.as_slice()),
-            size_of_val(firsts.as_slice()),
-            size_of_val(curves.as_slice()),
-            size_of_val(uvs.as_slice()),
-        ];
-        (size_of::<Self>() + lists.into_iter().sum::<usize>()) as u64
+        let Chains { firsts, curves, uvs, .. } = &*self.chains;
+        let lists =
+            [size_of_val(firsts.as_slice()), size_of_val(curves.as_slice()), size_of_val(uvs.as_slice())];
+        let shapes = self.shapes.iter().flat_map(|shapes| shapes.iter());
+        let points: usize = shapes.chain([&self.own]).map(|points| size_of_val(points.all.as_slice())).sum();
+        (size_of::<Self>() + lists.into_iter().sum::<usize>() + points) as u64
     }
 
     fn vertices(&self, primitive: u32, [along, _]: [f32; 2]) -> Option<([u32; 2], f32)> {
-        let first = self.own.firsts[self.number(primitive)];
+        let first = self.first(primitive) as u32;
         Some(([first, first + 1], along.clamp(0.0, 1.0)))
     }
 
@@ -409,7 +478,8 @@ impl Curved for Curves {
     fn most_radius(&self) -> f32 {
         // in any direction it is no more than along all axes together
         let [x, y, z] = self.stretch();
-        self.own.most_radius * if self.place.is_some() { (x * x + y * y + z * z).sqrt() as f32 } else { 1.0 }
+        self.greatest_radius()
+            * if self.place.is_some() { (x * x + y * y + z * z).sqrt() as f32 } else { 1.0 }
     }
 
     fn near(&self, point: Vec3, reach: f32, found: &mut dyn FnMut(u32)) {

@@ -34,8 +34,8 @@ fn random_ray(seed: &mut u64) -> Ray {
 
 /// Distance from a point to the union of the pieces of one primitive, by stepping along its axis: the definition.
 fn beyond_by_steps(curves: &Curves, primitive: u32, point: DVec3) -> f64 {
-    let first = curves.own.firsts[primitive as usize] as usize;
-    let [a, b] = [first, first + 1].map(|at| curves.own.points[at].map(f64::from));
+    let first = curves.chains.firsts[primitive as usize] as usize;
+    let [a, b] = [first, first + 1].map(|at| curves.own.all[at].map(f64::from));
     (0..=4000)
         .map(|step| {
             let share = f64::from(step) / 4000.0;

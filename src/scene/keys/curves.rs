@@ -15,6 +15,8 @@ pub(crate) struct CurvesTable {
     pub counts: Option<At<Counts>>,
     /// With an array: texture coordinates of each curve (.npy: curves x 2)
     pub uvs: Option<At<String>>,
+    /// With an array: normals of the points (.npy: points x 3), which makes the curves flat
+    pub normals: Option<At<String>>,
     /// Basis of the curves, where the file says nothing of it (linear)
     pub basis: Option<At<Basis>>,
     /// Radius of points that state none; of the first points, if there is `tip`

@@ -7,13 +7,15 @@ use super::toml_text::At;
 
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-#[schemars(extend("oneOf" = [{"required": ["obj"]}, {"required": ["cache"]}]))]
+#[schemars(extend("oneOf" = [{"required": ["obj"]}, {"required": ["cache"]}, {"required": ["curves"]}]))]
 pub(crate) struct ShapesTable {
     /// A file name with one `#` for each digit of a number, relative to the shot file: all OBJ files of that name, of which positions
     /// (`v`) alone are read
     pub obj: Option<At<String>>,
     /// Point cache (MDD or PC2), relative to the shot file, instead of OBJ files: a shape for each of its samples
     pub cache: Option<At<String>>,
+    /// Beside `curves`: a file name with `#` for digits, of arrays (.npy) or texts (.curves) of the same curves with other points
+    pub curves: Option<At<String>>,
     /// Frame at which the model has the first shape; may be fractional (the first file's number; of a cache what it says, or 1)
     pub first: Option<At<f64>>,
     /// Frames from a number to the next one, or from sample to sample (1; of a cache what it says)

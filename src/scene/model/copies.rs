@@ -71,7 +71,7 @@ impl Model {
     /// Returns true if it stands still for the whole shot elsewhere than its mesh. Once a shot is loaded,
     /// that is a copy which shares its mesh with others: all other still models are in world space.
     pub fn is_placed_at_rest(&self) -> bool {
-        !self.mesh.is_curved() && self.track.is_constant() && self.track.map_at(0.0) != DAffine3::IDENTITY
+        self.track.is_constant() && self.track.map_at(0.0) != DAffine3::IDENTITY
     }
 }
 
@@ -140,7 +140,11 @@ mod tests {
         assert_eq!(shared(&models, 0), [false, true, false, true]);
         let quadric = Quadric::new(QuadricShape::Ellipsoid { radii: DVec3::ONE }, false);
         let ball = model(Mesh::of_curved(quadric, 0, true), at(1.0));
-        assert_eq!(shared(&[ball.clone(), Model { track: at(2.0), ..ball }], 0), [false; 2]);
+        assert_eq!(
+            shared(&[ball.clone(), Model { track: at(2.0), ..ball }], 0),
+            [true; 2],
+            "curved ones as well"
+        );
         let twins = [1, 2].map(|_| copies(10, [at(1.0)])).concat();
         assert_eq!(shared(&twins, 0), [false; 2], "two meshes");
     }

@@ -172,9 +172,10 @@ fn refuse_keys_together(text: TomlText<'_>, table: &At<ModelTable>, is_read: boo
         (Some(shapes), _) if quadric.is_some() => {
             refuse(shapes.span(), "`shapes` are those of an OBJ file, and a quadric has none: take them out")
         }
-        (Some(shapes), _) if curves.is_some() => {
-            refuse(shapes.span(), "`shapes` are those of an OBJ file, and curves have none: take them out")
-        }
+        (Some(shapes), _) if curves.is_some() && shapes.get_ref().curves.is_none() => refuse(
+            shapes.span(),
+            "`shapes` of curves are files of curves: write `shapes = { curves = \"hair.####.npy\" }`",
+        ),
         (Some(shapes), _) if gltf.is_some() || usd.is_some() => {
             let message =
                 format!("`shapes` are those of an OBJ file; a {other} file has its own: take them out");
@@ -335,7 +336,9 @@ fn one(
             (None, None) if of_curves.is_some() => {
                 let table = of_curves.as_ref().expect("it is some");
                 let path = curves::path_of(text, table)?;
-                let mesh = curves::of_table(text, table, &path, &mut readers.import)?;
+                let shapes = shapes.as_ref();
+                let (mesh, shapes) = curves::of_table(text, (table, shapes), &path, &mut readers.import)?;
+                track.shapes = shapes;
                 let stem = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
                 (path, Arc::new(mesh), stem)
             }

@@ -28,9 +28,12 @@ pub fn of_table(
     path: &Path,
     readers: &mut Readers,
 ) -> Result<(Arc<Mesh>, ShapeTrack), SceneError> {
-    let ShapesTable { obj, cache, first, every, repeat } = table.get_ref();
+    let ShapesTable { obj, cache, curves, first, every, repeat } = table.get_ref();
+    if let Some(curves) = curves {
+        return Err(text.bad("curves", curves, "in `shapes` goes with `curves` of the model: take it out"));
+    }
     let source = match (obj, cache) {
-        (Some(obj), None) => ShapeSource::Files(numbered_files(text, obj)?),
+        (Some(obj), None) => ShapeSource::Files(numbered_files(text, "obj", obj)?),
         (None, Some(cache)) => ShapeSource::Cache(file_of(text, "cache", cache)?),
         (None, None) => {
             let message =
@@ -41,13 +44,7 @@ pub fn of_table(
             return Err(text.bad("cache", cache, "and `obj` exclude each other: take one of them out"));
         }
     };
-    let every = every
-        .as_ref()
-        .map(|every| text.number("every", every, "from 1e-6 to 1e6 frames", |every| STEPS.contains(&every)));
-    let first = first.as_ref().map(|first| {
-        text.number("first", first, "a frame's number", |first| first.abs() <= f64::from(i32::MAX))
-    });
-    let (every, first) = (every.transpose()?, first.transpose()?);
+    let (first, every) = times(text, (first.as_ref(), every.as_ref()))?;
     let ReadShapes { mesh, keys, says, .. } = readers.meshes.deforming(&mut readers.import, path, source)?;
     let (begins, _) = keys[0];
     let (says_first, says_every) = says.unwrap_or((begins, 1.0));
@@ -64,9 +61,22 @@ pub fn of_table(
     Ok((mesh, track))
 }
 
-/// Finds the files that a name with `#` for digits means, in the order of their numbers.
-fn numbered_files(text: TomlText<'_>, name: &At<String>) -> Result<Vec<Numbered>, SceneError> {
-    let bad = |message: &str| text.bad("obj", name, message);
+/// The frame of the first shape, and the frames from one to the next, where a table states them.
+pub fn times(
+    text: TomlText<'_>,
+    (first, every): (Option<&At<f64>>, Option<&At<f64>>),
+) -> Result<(Option<f64>, Option<f64>), SceneError> {
+    let every = every
+        .map(|every| text.number("every", every, "from 1e-6 to 1e6 frames", |every| STEPS.contains(&every)));
+    let first = first.map(|first| {
+        text.number("first", first, "a frame's number", |first| first.abs() <= f64::from(i32::MAX))
+    });
+    Ok((first.transpose()?, every.transpose()?))
+}
+
+/// Finds the files that the `key` of a table, a name with `#` for digits, means, in the order of their numbers.
+pub fn numbered_files(text: TomlText<'_>, key: &str, name: &At<String>) -> Result<Vec<Numbered>, SceneError> {
+    let bad = |message: &str| text.bad(key, name, message);
     let slashed = name.get_ref().replace('\\', "/");
     let (folder, pattern) = slashed.rsplit_once('/').unwrap_or(("", &slashed));
     let digits = pattern.bytes().filter(|byte| *byte == b'#').count();

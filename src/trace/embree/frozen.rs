@@ -5,7 +5,7 @@ use std::sync::Arc;
 use embree::{BuildQuality, Device, FrozenScene, Geometry, GeometryId, Scene as EmbreeScene, VertexBuffer};
 use glam::Vec3;
 
-use super::curved::CurvedPart;
+use super::curved::{CurvedPart, MovingCurved, MovingPart};
 use super::mask;
 use super::places::times_of_ends;
 use crate::geometry::{Bounds, Curved};
@@ -31,6 +31,8 @@ pub enum Source<'a> {
     Triangles(&'a Triangles, Vertices<'a>),
     /// A curved geometry.
     Curved(&'a Arc<dyn Curved>),
+    /// A curved geometry that moves.
+    Moving(&'a MovingCurved),
 }
 
 impl<'a> Source<'a> {
@@ -48,7 +50,7 @@ impl<'a> Source<'a> {
     fn flat(&self) -> Option<&Arc<VertexBuffer>> {
         match self {
             Self::Triangles(_, vertices) => vertices.flat(),
-            Self::Curved(_) => None,
+            Self::Curved(_) | Self::Moving(_) => None,
         }
     }
 
@@ -56,9 +58,8 @@ impl<'a> Source<'a> {
     fn bounds(&self) -> Bounds {
         match self {
             Self::Triangles(_, vertices) => around(vertices.first()),
-            Self::Curved(curved) => {
-                (0..curved.count()).map(|one| curved.bounds(one)).fold(Bounds::EMPTY, Bounds::union)
-            }
+            Self::Curved(curved) => around_curved(curved.as_ref()),
+            Self::Moving(moving) => around_curved(moving.first()),
         }
     }
 }
@@ -215,6 +216,10 @@ fn around(positions: &VertexBuffer) -> Bounds {
     positions.as_slice().iter().map(|at| Vec3::from_array(*at)).fold(Bounds::EMPTY, Bounds::with)
 }
 
+fn around_curved(curved: &dyn Curved) -> Bounds {
+    (0..curved.count()).map(|one| curved.bounds(one)).fold(Bounds::EMPTY, Bounds::union)
+}
+
 /// Maximum number of parts of a mesh.
 pub const MOST_PARTS: usize = 4;
 
@@ -254,6 +259,10 @@ pub fn parts_of(
             Source::Curved(curved) => {
                 let (of, range) = (Arc::clone(curved), range.start as u32..range.end as u32);
                 Geometry::primitives(device, Arc::new(CurvedPart::new(of, range)), mask)?
+            }
+            Source::Moving(moving) => {
+                let (of, range) = (MovingCurved::clone(moving), range.start as u32..range.end as u32);
+                Geometry::primitives(device, Arc::new(MovingPart { of, range }), mask)?
             }
         };
         let geometry = match cutout.as_ref().filter(|_| is_cut) {

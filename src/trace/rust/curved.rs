@@ -9,10 +9,11 @@ use glam::{Affine3A, Vec3};
 use super::beam::{Open, Probe, Ray as Line, Visitor, walk};
 use super::rays::{Rays, first_of, open_lanes};
 use super::search::{Exempt, put};
+use crate::animation::Shape;
 use crate::exposure::Tick;
-use crate::geometry::Curved;
 use crate::geometry::curved::Ray;
 use crate::geometry::tree::{Box3, Tree};
+use crate::geometry::{Bounds, Curved};
 use crate::pose::Pose;
 use crate::scene::{Model, Scene};
 use crate::trace::{HitPacket, LANES};
@@ -32,13 +33,28 @@ struct CurvedModel {
 pub struct CurvedPrimitives {
     still: Standing,
     movable: Vec<CurvedModel>,
+    /// Of those that deform, by their numbers among the movable ones.
+    deforming: Vec<Deforming>,
+}
+
+/// A model whose tree is built anew for each of its shapes.
+struct Deforming {
+    /// Number among the movable ones.
+    at: usize,
+    rest: Arc<dyn Curved>,
+    /// Number of primitives in its tree, from the first on.
+    count: u32,
+    /// Shapes between which it goes, or twice its one shape, and number of groups of ticks; none before the first.
+    shapes: Option<([Shape; 2], usize)>,
+    /// As rays of each group of ticks see it.
+    groups: Vec<Arc<dyn Curved>>,
 }
 
 /// Curved geometry in one frame, or for the whole shot.
 pub struct Standing {
     models: Vec<CurvedModel>,
-    /// Places by model, for those that move.
-    places: Vec<Place>,
+    /// Places by model, of those that are not in world space; none at all where all are.
+    places: Vec<Option<Place>>,
     /// Tree over the models, world space; its leaves are their numbers here.
     above: Tree,
 }
@@ -53,7 +69,8 @@ struct Place {
 impl CurvedPrimitives {
     /// Collects the geometry of those models of `scene`, with their numbers, that rays `see`; `casters`: only primitives that cast shadows.
     pub fn new(scene: &Scene, see: impl Fn(usize, &Model) -> bool, casters: bool) -> Self {
-        let (mut still, mut movable) = (Vec::new(), Vec::new());
+        let (mut still, mut movable, mut deforming) = (Vec::new(), Vec::new(), Vec::new());
+        let mut is_placed = false;
         let mut trees: HashMap<(*const (), u32), Arc<Tree>> = HashMap::new();
         let models = scene.models.iter().zip(0_u32..);
         for (model, number) in models.filter(|(model, number)| see(*number as usize, model)) {
@@ -63,22 +80,51 @@ impl CurvedPrimitives {
             if count == 0 {
                 continue;
             }
-            let tree = trees.entry((Arc::as_ptr(curved).cast(), count)).or_insert_with(|| {
-                let parts = curved.boxes();
-                let boxes: Vec<Box3> = (0..count * parts)
-                    .map(|number| {
-                        let bounds = curved.bounds_of_part(number / parts, number % parts);
-                        Box3 { low: bounds.low.to_array(), high: bounds.high.to_array() }
-                    })
-                    .collect();
-                Arc::new(Tree::new(&boxes, 1, |ids| ids[0] / parts))
-            });
+            let tree = trees
+                .entry((Arc::as_ptr(curved).cast(), count))
+                .or_insert_with(|| Arc::new(tree_of([curved.as_ref(); 2], count)));
+            if curved.shapes() > 0 {
+                let (at, rest) = (movable.len(), Arc::clone(curved));
+                deforming.push(Deforming { at, rest, count, shapes: None, groups: Vec::new() });
+            }
             let list = if model.track.is_constant() { &mut still } else { &mut movable };
+            is_placed |= model.is_placed_at_rest();
             list.push(CurvedModel { of: Arc::clone(curved), model: number, casting, tree: Arc::clone(tree) });
         }
-        let boxes: Vec<Box3> = still.iter().map(|model: &CurvedModel| model.tree.bounds).collect();
+        // copies stand still at places of their own
+        let at_rest = |one: &CurvedModel| {
+            let model = &scene.models[one.model as usize];
+            model.is_placed_at_rest().then(|| model.track.at(0.0))
+        };
+        let around = |one: &CurvedModel| {
+            at_rest(one).map_or(one.tree.bounds, |transform| one.tree.bounds.placed(&transform))
+        };
+        let boxes: Vec<Box3> = still.iter().map(around).collect();
         let above = Tree::new(&boxes, 1, |ids| ids[0]);
-        Self { still: Standing { models: still, places: Vec::new(), above }, movable }
+        let place = |one: &CurvedModel| {
+            at_rest(one).map(|transform| Place { to_object: transform.to_object, moved: false })
+        };
+        let places = if is_placed { still.iter().map(place).collect() } else { Vec::new() };
+        Self { still: Standing { models: still, places, above }, movable, deforming }
+    }
+
+    /// Builds the trees of changed shapes anew. Nothing of the trees before is kept: frames do not depend on which others were rendered.
+    pub fn deform(&mut self, pose: &Pose) {
+        for Deforming { at, rest, count, shapes, groups } in &mut self.deforming {
+            let model = &mut self.movable[*at];
+            let place = &pose.models[model.model as usize];
+            let number = if place.shape.is_still() { 1 } else { pose.sweeps.groups() };
+            if !place.is_visible || *shapes == Some((place.shape.ends, number)) {
+                continue;
+            }
+            *shapes = Some((place.shape.ends, number));
+            let of_groups = (0..number).map(|group| (group as f32 + 0.5) / number as f32);
+            let shares: Vec<f32> = of_groups.chain([0.0, 1.0]).collect();
+            let mut moments = rest.between(&place.shape.ends, &shares);
+            let (Some(close), Some(open)) = (moments.pop(), moments.pop()) else { continue };
+            model.tree = Arc::new(tree_of([open.as_ref(), close.as_ref()], *count));
+            *groups = moments;
+        }
     }
 
     /// What never moves.
@@ -89,16 +135,35 @@ impl CurvedPrimitives {
     /// What moves, as it is in one frame.
     pub fn open(&self, (pose, tick): (&Pose, Tick), moved: &[bool]) -> Standing {
         let transform = |one: &CurvedModel| pose.transform(one.model as usize, tick);
-        let place = |one: &CurvedModel| Place {
-            to_object: transform(one).to_object,
-            moved: moved[one.model as usize],
+        let place = |one: &CurvedModel| {
+            Some(Place { to_object: transform(one).to_object, moved: moved[one.model as usize] })
         };
         let is_there = |one: &&CurvedModel| pose.models[one.model as usize].is_visible;
-        let models: Vec<CurvedModel> = self.movable.iter().filter(is_there).cloned().collect();
+        let mut movable = self.movable.clone();
+        for Deforming { at, groups, .. } in &self.deforming {
+            let group = pose.sweeps.group(tick).min(groups.len().saturating_sub(1));
+            if let Some(now) = groups.get(group) {
+                movable[*at].of = Arc::clone(now);
+            }
+        }
+        let models: Vec<CurvedModel> = movable.into_iter().filter(|one| is_there(&one)).collect();
         let boxes: Vec<Box3> = models.iter().map(|one| one.tree.bounds.placed(transform(one))).collect();
         let above = Tree::new(&boxes, 1, |ids| ids[0]);
         Standing { places: models.iter().map(place).collect(), models, above }
     }
+}
+
+/// Tree over the first `count` primitives of a geometry, as it is at two times or at one, and in between.
+fn tree_of(ends: [&dyn Curved; 2], count: u32) -> Tree {
+    let parts = ends[0].boxes();
+    let boxes: Vec<Box3> = (0..count * parts)
+        .map(|number| {
+            let [open, close] = ends.map(|end| end.bounds_of_part(number / parts, number % parts));
+            let Bounds { low, high } = open.union(close);
+            Box3 { low: low.to_array(), high: high.to_array() }
+        })
+        .collect();
+    Tree::new(&boxes, 1, |ids| ids[0] / parts)
 }
 
 impl Standing {
@@ -141,10 +206,10 @@ impl Standing {
         }
     }
 
-    /// The rays, of which number `lane` counts, in the space of a model that moves; `None` of one that does not.
+    /// The rays, of which number `lane` counts, in the space of a model that is not in world space; `None` of one that is.
     #[inline(always)]
     fn rays_to(&self, model: usize, rays: &Rays, lane: usize) -> Option<Rays> {
-        self.places.get(model).map(|place| rays.transformed(&place.to_object, 1 << lane))
+        self.places.get(model)?.as_ref().map(|place| rays.transformed(&place.to_object, 1 << lane))
     }
 }
 
@@ -208,7 +273,11 @@ impl Visitor<Line> for BlockingModel<'_> {
     #[inline(always)]
     fn visit(&mut self, probe: &mut Line, leaf: u32, stack: &mut Vec<Open>) {
         let leaf = leaf as usize;
-        let rests = self.standing.places.get(leaf).is_some_and(|place| !place.moved);
+        let rests = self
+            .standing
+            .places
+            .get(leaf)
+            .is_some_and(|place| place.as_ref().is_some_and(|place| !place.moved));
         if self.moved_alone && rests || *self.far == f32::NEG_INFINITY {
             return;
         }

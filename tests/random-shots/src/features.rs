@@ -147,6 +147,9 @@ fn of_model(model: &Table, shot: &Table, add: &mut impl FnMut(String)) {
     let curves = model.get("curves").and_then(Value::as_table);
     if let Some(file) = curves.and_then(|curves| curves.get("file")).and_then(Value::as_str) {
         add(format!("curves: {}", file.trim_end_matches(".curves")));
+        if model.contains_key("shapes") {
+            add("curves deform".into());
+        }
     }
     let quadric = quadric.or(curves);
     let (shape, material) = match quadric {

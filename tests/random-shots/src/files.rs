@@ -71,6 +71,12 @@ pub fn content(name: &str) -> Option<Vec<u8>> {
         "loops.curves" => Some(loops().into_bytes()),
         "fur.curves" => Some(fur().into_bytes()),
         "chains.curves" => Some(chains().into_bytes()),
+        _ if name.ends_with(".curves") => {
+            let (stem, bend) = name.strip_suffix(".curves")?.split_once('.')?;
+            let rest = content(&format!("{stem}.curves"))
+                .filter(|_| CURVES.contains(&&*format!("{stem}.curves")))?;
+            Some(bent_curves(std::str::from_utf8(&rest).ok()?, bend.parse().ok()?).into_bytes())
+        }
         _ if name.ends_with(".mtlx") => {
             Some(mtlx::file(name.strip_suffix(".mtlx")?.parse().ok()?).into_bytes())
         }
@@ -396,6 +402,35 @@ fn chains() -> String {
         }
     }
     text
+}
+
+/// The same curves with other points: they lean and shrink, and what has a radius of its own grows thin. In their second shape the upper ones lie in
+/// one plane, where curves that stand upright have no length.
+fn bent_curves(text: &str, bend: u32) -> String {
+    let strength = f64::from(bend) * 0.25;
+    let mut bent = String::new();
+    for line in text.lines() {
+        let numbers: Option<Vec<f64>> = line.split(' ').map(|word| word.parse().ok()).collect();
+        let Some([x, y, z, rest @ ..]) = numbers.as_deref() else {
+            bent += line;
+            bent.push('\n');
+            continue;
+        };
+        let y = if bend == 2 { y.min(0.1) } else { *y };
+        _ = write!(
+            bent,
+            "{} {} {}",
+            x + strength * 0.5 * y,
+            y * (1.0 - 0.3 * strength),
+            z + strength * x * y
+        );
+        for (at, number) in rest.iter().enumerate() {
+            let thinner = if at == 0 { 1.0 - 0.6 * strength } else { 1.0 };
+            _ = write!(bent, " {}", number * thinner);
+        }
+        bent.push('\n');
+    }
+    bent
 }
 
 fn hdr() -> Vec<u8> {

@@ -38,18 +38,72 @@ fn widths_and_colours_are_theirs() {
     assert_eq!(mesh.details.colors.len(), 4);
 }
 
+/// Hairs with times of their points and of their widths.
+fn with_times(points: &str, more: &str) -> String {
+    format!(
+        "def BasisCurves \"Hair\" {{\nuniform token type = \"linear\"\npoint3f[] points.timeSamples = {{ {points} }}\n{more}\n}}\n"
+    )
+}
+
 #[test]
-fn what_deforms_is_shown_at_each_of_its_times() {
-    let prims = "def BasisCurves \"Hair\" {\nuniform token type = \"linear\"\nint[] curveVertexCounts = [2]\n\
-        float[] widths = [0.5] (interpolation = \"constant\")\n\
-        point3f[] points.timeSamples = { 1: [(0, 0, 0), (0, 1, 0)], 2: [(0, 0, 0), (0, 2, 0)] }\n}\n";
-    let shot = load(METRES, prims).unwrap();
-    let there = |frame: f64| -> Vec<bool> {
-        let curves = shot.scene.models.iter().filter(|model| model.mesh.is_curved());
-        curves.map(|model| model.track.visible.at(frame)).collect()
+fn what_deforms_has_shapes_at_all_its_times() {
+    let points = "1: [(0, 0, 0), (0, 1, 0)], 3: [(0, 0, 0), (0, 2, 0)]";
+    let more = "int[] curveVertexCounts = [2]\n\
+        float[] widths.timeSamples = { 1: [0.5, 0.5], 2: [0.5, 1] }";
+    let shot = shown(METRES, &with_times(points, more));
+    let model = &shot.scene.models[0];
+    let curves = model.mesh.as_curved().unwrap();
+    assert_eq!((shot.scene.models.len(), curves.shapes()), (1, 3));
+    let track = model.track.shapes.as_ref().unwrap();
+    assert_eq!(track.ends(), [1.0, 3.0]);
+    let highest = |frame: f64| {
+        let shape = track.at(frame);
+        curves.between(&[shape; 2], &[0.0])[0].bounds(0).high.y
     };
-    assert_eq!((there(1.0), there(2.0)), (vec![true, false], vec![false, true]));
-    assert!(shot.warnings.iter().any(|told| told.to_string().contains("curves that deform")));
+    for (frame, wanted) in [(1.0, 1.25), (1.5, 1.625), (2.0, 2.0), (3.0, 2.5), (9.0, 2.5)] {
+        assert!((highest(frame) - wanted).abs() < 1e-5, "{frame}: {}", highest(frame));
+    }
+}
+
+#[test]
+fn hairs_that_become_others_are_models_of_their_own() {
+    let points = "1: [(0, 0, 0), (0, 1, 0)], 2: [(0, 0, 0), (0, 2, 0)], 3: [(0, 0, 0), (0, 2, 0), (0, 3, 0)]";
+    let more = "int[] curveVertexCounts.timeSamples = { 1: [2], 3: [3] }\n\
+        float[] widths = [0.5] (interpolation = \"constant\")";
+    let shot = load(METRES, &with_times(points, more)).unwrap();
+    let hairs: Vec<_> = shot.scene.models.iter().filter(|model| model.mesh.is_curved()).collect();
+    let there = |frame: f64| -> Vec<bool> { hairs.iter().map(|one| one.track.visible.at(frame)).collect() };
+    assert_eq!(
+        (there(1.0), there(2.9), there(3.0)),
+        (vec![true, false], vec![true, false], vec![false, true])
+    );
+    assert_eq!(hairs[0].mesh.as_curved().unwrap().shapes(), 2);
+    assert!(shot.warnings.iter().any(|told| told.to_string().contains("changes with time")));
+}
+
+#[test]
+fn curves_with_normals_are_strips() {
+    let more = "uniform token type = \"linear\"\nfloat[] widths = [1] (interpolation = \"constant\")\n\
+        normal3f[] normals = [(0, 0, 1)] (interpolation = \"constant\")\n";
+    let shot = shown(METRES, &curves(more));
+    let mesh = &shot.scene.models[0].mesh;
+    let (low, high) = mesh.bounds();
+    let wanted = [[-0.5, 0.0, 0.0], [0.5, 3.0, 0.0]];
+    assert_eq!([low.to_array(), high.to_array()], wanted);
+    let triangles = mesh.as_triangles().unwrap();
+    assert!(triangles.normals.iter().all(|normal| *normal == glam::Vec3::Z), "{:?}", triangles.normals);
+    let left_handed = shown(METRES, &curves(&format!("{more}uniform token orientation = \"leftHanded\"\n")));
+    let normals = &left_handed.scene.models[0].mesh.as_triangles().unwrap().normals;
+    assert!(normals.iter().all(|normal| *normal == -glam::Vec3::Z));
+}
+
+#[test]
+fn strips_deform() {
+    let points = "1: [(0, 0, 0), (0, 1, 0)], 3: [(0, 0, 0), (0, 2, 0)]";
+    let more = "int[] curveVertexCounts = [2]\nfloat[] widths = [1] (interpolation = \"constant\")\n\
+        normal3f[] normals = [(0, 0, 1)] (interpolation = \"constant\")";
+    let shot = shown(METRES, &with_times(points, more));
+    assert_eq!(shot.scene.models[0].mesh.shapes().unwrap().list().len(), 2);
 }
 
 #[test]

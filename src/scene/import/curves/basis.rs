@@ -5,8 +5,8 @@
 
 use serde::Deserialize;
 
-/// A point of a curve: place, radius, colour.
-pub type Point = [f64; 7];
+/// A point of a curve: place, radius, colour, normal of flat ones.
+pub type Point = [f64; 10];
 
 /// Basis of a curve.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, schemars::JsonSchema)]
@@ -50,72 +50,87 @@ pub fn points_wanted(basis: Basis, wrap: Wrap) -> &'static str {
 }
 
 /// Gives `put` the points of a chain that is no further than `off` from the curve of these control points, each segment in `most` pieces at
-/// most. Returns false, and gives none, if their number is none that the basis takes.
+/// most: with the number of the shape, since a curve may have its points in several places. Chains of all shapes have as many points. Returns
+/// false, and gives none, if the number of points is none that the basis takes.
 pub fn dice(
-    points: &[Point],
+    shapes: &[Vec<Point>],
     (basis, wrap): (Basis, Wrap),
     off: f64,
     most: f64,
-    put: &mut impl FnMut(Point),
+    put: &mut impl FnMut(usize, Point),
 ) -> bool {
-    let count = points.len();
-    let at = |number: usize| points[number % count];
-    match (basis, wrap) {
-        (Basis::Linear, _) => {
-            if count < 2 || wrap == Wrap::Periodic && count < 3 {
-                return false;
-            }
-            points.iter().for_each(|point| put(*point));
-            if wrap == Wrap::Periodic {
-                put(points[0]);
+    let count = shapes[0].len();
+    if basis == Basis::Linear {
+        if count < 2 || wrap == Wrap::Periodic && count < 3 {
+            return false;
+        }
+        for (shape, points) in shapes.iter().enumerate() {
+            let again = (wrap == Wrap::Periodic).then_some(&points[0]);
+            points.iter().chain(again).for_each(|point| put(shape, *point));
+        }
+        return true;
+    }
+    let Some(segments) = shapes.iter().map(|points| cubics(points, basis, wrap)).collect::<Option<Vec<_>>>()
+    else {
+        return false;
+    };
+    // as many as the shape needs in which the segment bends most
+    let pieces_of = |segment: usize| {
+        segments.iter().map(|of_shape| pieces(&of_shape[segment], off, most)).max().unwrap_or(1)
+    };
+    let pieces: Vec<u32> = (0..segments[0].len()).map(pieces_of).collect();
+    for (shape, segments) in segments.iter().enumerate() {
+        for (segment, pieces) in segments.iter().zip(&pieces) {
+            for piece in 0..*pieces {
+                put(shape, at(segment, f64::from(piece) / f64::from(*pieces)));
             }
         }
-        (Basis::Bezier, _) => {
-            let closed = wrap == Wrap::Periodic;
-            if closed && (count < 3 || count % 3 != 0) || !closed && (count < 4 || count % 3 != 1) {
-                return false;
-            }
-            let segments = count / 3;
-            chain((0..segments).map(|segment| [0, 1, 2, 3].map(|one| at(3 * segment + one))), off, most, put);
-        }
-        _ => {
-            let to_bezier = if basis == Basis::Bspline { of_bspline } else { of_catmull_rom };
-            match wrap {
-                Wrap::Periodic if count >= 3 => {
-                    let four = |first: usize| to_bezier([0, 1, 2, 3].map(|one| at(first + count - 1 + one)));
-                    chain((0..count).map(four), off, most, put);
-                }
-                Wrap::Open if count >= 4 => {
-                    chain(
-                        points.windows(4).map(|four| to_bezier([four[0], four[1], four[2], four[3]])),
-                        off,
-                        most,
-                        put,
-                    );
-                }
-                Wrap::Pinned if count >= 2 => {
-                    // a point before the first and one behind the last, for which the curve goes straight there
-                    let beyond = |end: Point, next: Point| mix(&[(2.0, end), (-1.0, next)]);
-                    let before = beyond(points[0], points[1]);
-                    let behind = beyond(points[count - 1], points[count - 2]);
-                    let at = |number: usize| match number {
-                        0 => before,
-                        number if number > count => behind,
-                        number => points[number - 1],
-                    };
-                    let four = |first: usize| to_bezier([0, 1, 2, 3].map(|one| at(first + one)));
-                    chain((0..count - 1).map(four), off, most, put);
-                }
-                _ => return false,
-            }
-        }
+        segments.last().into_iter().for_each(|last| put(shape, last[3]));
     }
     true
 }
 
+/// Bézier's segments of a curve of a cubic basis, which follow each other; `None` if the number of points is none that the basis takes.
+fn cubics(points: &[Point], basis: Basis, wrap: Wrap) -> Option<Vec<[Point; 4]>> {
+    let count = points.len();
+    let at = |number: usize| points[number % count];
+    if basis == Basis::Bezier {
+        let closed = wrap == Wrap::Periodic;
+        if closed && (count < 3 || count % 3 != 0) || !closed && (count < 4 || count % 3 != 1) {
+            return None;
+        }
+        return Some((0..count / 3).map(|segment| [0, 1, 2, 3].map(|one| at(3 * segment + one))).collect());
+    }
+    let to_bezier = if basis == Basis::Bspline { of_bspline } else { of_catmull_rom };
+    match wrap {
+        Wrap::Periodic if count >= 3 => {
+            let four = |first: usize| to_bezier([0, 1, 2, 3].map(|one| at(first + count - 1 + one)));
+            Some((0..count).map(four).collect())
+        }
+        Wrap::Open if count >= 4 => {
+            let four = |four: &[Point]| to_bezier([four[0], four[1], four[2], four[3]]);
+            Some(points.windows(4).map(four).collect())
+        }
+        Wrap::Pinned if count >= 2 => {
+            // a point before the first and one behind the last, for which the curve goes straight there
+            let beyond = |end: Point, next: Point| mix(&[(2.0, end), (-1.0, next)]);
+            let before = beyond(points[0], points[1]);
+            let behind = beyond(points[count - 1], points[count - 2]);
+            let at = |number: usize| match number {
+                0 => before,
+                number if number > count => behind,
+                number => points[number - 1],
+            };
+            let four = |first: usize| to_bezier([0, 1, 2, 3].map(|one| at(first + one)));
+            Some((0..count - 1).map(four).collect())
+        }
+        _ => None,
+    }
+}
+
 /// Sum of points, each by its factor.
 fn mix(parts: &[(f64, Point)]) -> Point {
-    let mut sum = [0.0; 7];
+    let mut sum = [0.0; 10];
     for (factor, point) in parts {
         sum.iter_mut().zip(point).for_each(|(sum, value)| *sum += factor * value);
     }
@@ -135,19 +150,6 @@ fn of_bspline([a, b, c, d]: [Point; 4]) -> [Point; 4] {
 fn of_catmull_rom([a, b, c, d]: [Point; 4]) -> [Point; 4] {
     const SIXTH: f64 = 1.0 / 6.0;
     [b, mix(&[(1.0, b), (SIXTH, c), (-SIXTH, a)]), mix(&[(1.0, c), (-SIXTH, d), (SIXTH, b)]), c]
-}
-
-/// Chain of Bézier segments that follow each other.
-fn chain(segments: impl Iterator<Item = [Point; 4]>, off: f64, most: f64, put: &mut impl FnMut(Point)) {
-    let mut end = None;
-    for segment in segments {
-        let pieces = pieces(&segment, off, most);
-        for piece in 0..pieces {
-            put(at(&segment, f64::from(piece) / f64::from(pieces)));
-        }
-        end = Some(segment[3]);
-    }
-    end.into_iter().for_each(put);
 }
 
 /// Number of pieces for which chords are no further than `off` from the segment: by an eighth of its greatest second derivative, times the

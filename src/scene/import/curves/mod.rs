@@ -1,12 +1,11 @@
 //! Curves of files, of any basis, to chains of points that a [`Curves`](crate::geometry::Curves) geometry has.
 
 mod basis;
+mod ribbons;
 mod set;
 mod text;
 
-pub use basis::Basis;
-#[cfg(feature = "usd")]
-pub use basis::Wrap;
-pub use set::CurveSet;
+pub use basis::{Basis, Wrap};
 pub(in crate::scene) use set::mesh_of;
+pub use set::{CurveSet, CurveShape};
 pub(in crate::scene) use text::read;

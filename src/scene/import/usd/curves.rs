@@ -11,15 +11,15 @@ use super::file::UsdMesh;
 use super::geometry::FaceSurfaces;
 use super::value::{Answer, codes_read, numbers, points, said, value, whole_numbers, word};
 use crate::animation::Visibility;
-use crate::scene::import::curves::{Basis, CurveSet, Wrap};
+use crate::scene::import::curves::{Basis, CurveSet, CurveShape, Wrap};
 
 /// Width of curves that state none.
 const USUAL_WIDTH: f64 = 1.0;
 
-/// Most times at which curves that deform are read: each is a mesh of its own.
+/// Most times at which curves that deform are read.
 const MOST_TIMES: usize = 2000;
 
-/// Curves as they are at one time after the other, each with when it is there. None if there are no curves.
+/// Curves, each with when they are there: one set that deforms, or several where their number changes. None if there are no curves.
 ///
 /// # Errors Lists that do not fit each other, and what the library says.
 pub fn curves(
@@ -28,7 +28,12 @@ pub fn curves(
     surfaces: &FaceSurfaces,
     unused: &mut BTreeSet<String>,
 ) -> Answer<Vec<(UsdMesh, Visibility)>> {
-    let mut times = codes_read(prim, "points", clock)?;
+    let mut times = Vec::new();
+    for name in ["points", "widths", "primvars:widths", "normals", "primvars:normals"] {
+        times.extend(codes_read(prim, name, clock)?);
+    }
+    times.sort_by(f64::total_cmp);
+    times.dedup();
     if times.len() > MOST_TIMES {
         unused.insert(format!("of the times of {} the first {MOST_TIMES} are shown", prim.path()));
         times.truncate(MOST_TIMES);
@@ -38,18 +43,40 @@ pub fn curves(
         let set = at(prim, code, surfaces, unused)?;
         return Ok(set.map(|set| (mesh_of(set, surfaces), Visibility::ALWAYS)).into_iter().collect());
     }
-    unused.insert(String::from(
-        "curves that deform are shown as they are at each of their times, without those in between: nothing of them is reused from one to the next",
-    ));
-    let mut all = Vec::with_capacity(times.len());
-    for (number, code) in times.iter().enumerate() {
-        let Some(set) = at(prim, *code, surfaces, unused)? else { continue };
-        let mut keys = vec![(clock.frame(*code), true)];
-        keys.extend(times.get(number + 1).map(|next| (clock.frame(*next), false)));
-        let there = Visibility::through(number == 0, keys).unwrap_or(Visibility::ALWAYS);
-        all.push((mesh_of(set, surfaces), there));
+    // runs of times at which as many curves have as many points
+    let mut runs: Vec<(f64, CurveSet)> = Vec::new();
+    for code in times {
+        let Some(set) = at(prim, code, surfaces, unused)? else { continue };
+        let frame = clock.frame(code);
+        let shape = CurveShape {
+            frame,
+            points: set.points.clone(),
+            radii: set.radii.clone(),
+            normals: set.normals.clone(),
+        };
+        match runs.last_mut() {
+            Some((_, before)) if before.is_like(&set) => before.shapes.push(shape),
+            _ => runs.push((frame, CurveSet { shapes: vec![shape], ..set })),
+        }
     }
-    Ok(all)
+    let begins: Vec<f64> = runs.iter().map(|(frame, _)| *frame).collect();
+    if runs.len() > 1 {
+        unused.insert(format!(
+            "the number of curves of {}, or of their points, changes with time: nothing of them is reused where it does",
+            prim.path()
+        ));
+    }
+    let there = |number: usize| {
+        let mut keys = vec![(begins[number], true)];
+        keys.extend(begins.get(number + 1).map(|next| (*next, false)));
+        let there = Visibility::through(number == 0, keys).filter(|_| begins.len() > 1);
+        there.unwrap_or(Visibility::ALWAYS)
+    };
+    Ok(runs
+        .into_iter()
+        .enumerate()
+        .map(|(number, (_, set))| (mesh_of(set, surfaces), there(number)))
+        .collect())
 }
 
 fn mesh_of(set: CurveSet, surfaces: &FaceSurfaces) -> UsdMesh {
@@ -100,6 +127,14 @@ fn at(
         Some((values, how)) => shape.at_points::<3>(&values, how.as_deref().unwrap_or("constant")),
         None => None,
     };
+    let normals = match spread(prim, "primvars:normals", code)? {
+        Some(normals) => Some(normals),
+        None => spread(prim, "normals", code)?,
+    };
+    let normals =
+        normals.and_then(|(values, how)| shape.at_points::<3>(&values, how.as_deref().unwrap_or("vertex")));
+    let is_left_handed = word(prim, "orientation", code)?.as_deref() == Some("leftHanded");
+    let outwards = if is_left_handed { -1.0 } else { 1.0 };
     let mut uvs = Vec::new();
     for name in ["primvars:st", "primvars:UVMap"] {
         if let Some((values, how)) = spread(prim, name, code)?.filter(|_| uvs.is_empty()) {
@@ -115,6 +150,12 @@ fn at(
         counts,
         basis,
         wrap,
+        normals: normals
+            .into_iter()
+            .flatten()
+            .map(|normal| normal.map(|part| (part * outwards) as f32))
+            .collect(),
+        shapes: Vec::new(),
     }))
 }
 

@@ -94,7 +94,7 @@ pub struct UsdMesh {
     pub shapes: Vec<(f64, Vec<[f32; 3]>)>,
     /// Cage that it stands for, if it is subdivided.
     pub cage: Option<Box<UsdCage>>,
-    /// Curves in place of triangles, of the one surface that is used.
+    /// Curves in place of triangles, which may have shapes of their own, of the one surface that is used.
     pub curves: Option<CurveSet>,
 }
 
@@ -322,6 +322,12 @@ impl UsdMesh {
             Some((_, points)) => self.of_vertices(points),
             None => self.positions.clone(),
         }
+    }
+
+    /// Frames of its shapes, if it deforms.
+    pub fn frames_of_shapes(&self) -> impl Iterator<Item = f64> + '_ {
+        let of_curves = self.curves.iter().flat_map(|curves| curves.shapes.iter().map(|shape| shape.frame));
+        self.shapes.iter().map(|(frame, _)| *frame).chain(of_curves)
     }
 
     /// Positions of the vertices where the points of the file are at these places.

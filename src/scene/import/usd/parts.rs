@@ -206,8 +206,8 @@ impl Reading<'_> {
                 index
             }
         };
-        match curves::mesh_of(self.import, &self.file.path, curves, None, material) {
-            Ok(mesh) => Ok(Some((Arc::new(mesh), None))),
+        match curves::mesh_of(self.import, &self.file.path, curves, (None, None), material) {
+            Ok((mesh, shapes)) => Ok(Some((Arc::new(mesh), shapes))),
             Err(why) => {
                 self.import.findings.stand_in(why)?;
                 Ok(None)

@@ -116,7 +116,7 @@ fn frames(file: &UsdFile) -> String {
     let keys = || {
         let cameras = chosen(content).into_iter().flat_map(|camera| camera.keys.iter().map(|key| key.frame));
         let maps = content.shown.iter().filter(|shown| !shown.map.is_constant());
-        let shapes = content.meshes.iter().flat_map(|mesh| mesh.shapes.iter().map(|(frame, _)| *frame));
+        let shapes = content.meshes.iter().flat_map(|mesh| mesh.frames_of_shapes());
         maps.flat_map(|shown| shown.map.frames()).chain(cameras).chain(shapes)
     };
     let [first, last] = content.clock.range.unwrap_or_else(|| {

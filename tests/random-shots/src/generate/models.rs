@@ -114,7 +114,11 @@ fn model(dice: &mut Dice, span: &Span) -> Table {
     if dice.one_in(4) {
         model.insert("quadric".into(), Value::Table(quadric(dice)));
     } else if dice.one_in(6) {
-        model.insert("curves".into(), Value::Table(curves(dice)));
+        let curves = curves(dice);
+        if let Some(name) = curves.get("file").and_then(Value::as_str).filter(|_| dice.one_in(3)) {
+            model.insert("shapes".into(), Value::Table(shapes(dice, span, name)));
+        }
+        model.insert("curves".into(), Value::Table(curves));
     } else {
         let shape = *dice.pick(&SHAPES);
         let name = mesh_name(dice, shape);
@@ -192,9 +196,11 @@ fn sort_keys(model: &mut Table) {
 }
 
 fn shapes(dice: &mut Dice, span: &Span, name: &str) -> Table {
-    let pattern = name.replace(".obj", ".##.obj");
-    let mut shapes =
-        table([("obj", pattern.into()), ("first", Value::Integer(span.first + dice.whole(-1, 2)))]);
+    let (stem, kind) = name.rsplit_once('.').expect("files have an ending");
+    let mut shapes = table([
+        (kind, format!("{stem}.##.{kind}").into()),
+        ("first", Value::Integer(span.first + dice.whole(-1, 2))),
+    ]);
     if dice.one_in(2) {
         shapes.insert("every".into(), Value::Float(*dice.pick(&[0.5, 1.0, 2.0])));
     }

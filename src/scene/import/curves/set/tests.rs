@@ -17,9 +17,10 @@ const QUARTER: [[f32; 3]; 4] =
     [[1.0, 0.0, 0.0], [1.0, 0.552_285, 0.0], [0.552_285, 1.0, 0.0], [0.0, 1.0, 0.0]];
 
 fn dice_of(set: &CurveSet, off: f64) -> Vec<Point> {
-    let points: Vec<Point> = (0..set.points.len()).map(|at| set.point(at)).collect();
+    let points: Vec<Point> = (0..set.points.len()).map(|at| set.point(None, at)).collect();
     let mut chain = Vec::new();
-    assert!(basis::dice(&points, (set.basis, set.wrap), off, MOST_PIECES, &mut |point| chain.push(point)));
+    let kind = (set.basis, set.wrap);
+    assert!(basis::dice(&[points], kind, off, MOST_PIECES, &mut |_, point| chain.push(point)));
     chain
 }
 
