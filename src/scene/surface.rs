@@ -297,6 +297,10 @@ pub struct Surface {
     pub normals: Option<(u32, f32)>,
     /// What OpenPBR has no parameter for.
     pub beyond: Beyond,
+    /// What fills closed meshes of it, if anything does.
+    pub volume: Option<Volume>,
+    /// False if it is that alone.
+    pub has_surface: bool,
     values: [Value; ALL.len()],
 }
 
@@ -314,6 +318,19 @@ impl IndexMut<Parameter> for Surface {
     }
 }
 
+/// What fills meshes, as MaterialX's `anisotropic_vdf` and `uniform_edf` have it.
+#[derive(Debug, Clone, Copy)]
+pub struct Volume {
+    /// Share of light that is scattered for each unit of length.
+    pub scatter: Input,
+    /// Share that is absorbed.
+    pub absorb: Input,
+    /// Radiance that is emitted.
+    pub emit: Input,
+    /// Mean cosine of the angle by which light is turned.
+    pub anisotropy: f32,
+}
+
 /// Index of refraction of a coat where a file that has coats states none: that of glTF and USD.
 pub const INDEX_OF_COAT: f32 = 1.5;
 
@@ -329,6 +346,8 @@ impl Surface {
             heights: None,
             normals: None,
             beyond: Beyond::default(),
+            volume: None,
+            has_surface: true,
             values: ALL.map(|of| Value::constant(Vec3::from(of.default))),
         }
     }

@@ -470,10 +470,10 @@ class Document:
     def __init__(self, pictures):
         self.pictures, self.lines, self.count = pictures, [], 0
 
-    def add(self, material, inputs, constants, uv):
+    def add(self, material, inputs, constants, uv, medium=None, has_surface=True):
         """Adds a material: nodes, and constants, of its shader by the names of its inputs.
 
-        `uv`: the 3x3 matrix that has moved the texture coordinates of its meshes.
+        `uv`: the 3x3 matrix that has moved the texture coordinates of its meshes. `medium`: what fills its meshes, where that varies.
         """
         self.uv = uv
         self.count += 1
@@ -486,7 +486,13 @@ class Document:
             kind = quoteattr(INPUTS[name])
             self.lines.append(f'    <output name="{name}" type={kind} nodename={quoteattr(names[node])}{output}/>')
             of_shader.append(f'    <input name="{name}" type={kind} nodegraph={quoteattr(graph)} output="{name}"/>')
+        volume = [] if medium is None else self._medium(medium, graph, material, names)
         self.lines.append("  </nodegraph>")
+        self.lines += volume
+        of_volume = f'    <input name="volumeshader" type="volumeshader" nodename="volume_{self.count}"/>'
+        if not has_surface:
+            self.lines += [f'  <volumematerial name={quoteattr(material)} type="material">', of_volume, "  </volumematerial>"]
+            return
         self.lines.append(f"  <open_pbr_surface name={quoteattr(shader)} type=\"surfaceshader\">")
         self.lines += of_shader
         for name, value in constants.items():
@@ -495,7 +501,37 @@ class Document:
         self.lines.append("  </open_pbr_surface>")
         self.lines.append(f'  <surfacematerial name={quoteattr(material)} type="material">')
         self.lines.append(f'    <input name="surfaceshader" type="surfaceshader" nodename={quoteattr(shader)}/>')
+        self.lines += [of_volume] if volume else []
         self.lines.append("  </surfacematerial>")
+
+    def _medium(self, medium, graph, material, names):
+        """Writes what nodes give of a medium into the graph at work. Returns the lines of its shaders, which come behind it."""
+
+        def entry(name, value, kind):
+            node = graph_of(value)
+            if node is None:
+                return f'    <input name="{name}" type="{kind}" value="{numbers(np.asarray(value)[0, 0])}"/>'
+            self.nodes(node, material, names)
+            output = f" output={quoteattr(node.output)}" if node.output else ""
+            self.lines.append(f'    <output name="{name}" type="{kind}" nodename={quoteattr(names[node])}{output}/>')
+            return f'    <input name="{name}" type="{kind}" nodegraph={quoteattr(graph)} output="{name}"/>'
+
+        vdf = [entry("scattering", medium.scatter, "vector3"), entry("absorption", medium.absorb, "vector3")]
+        edf = entry("color", medium.emit, "color3")
+        number = self.count
+        return [
+            f'  <anisotropic_vdf name="vdf_{number}" type="VDF">',
+            *vdf,
+            f'    <input name="anisotropy" type="float" value="{numbers([medium.anisotropy])}"/>',
+            "  </anisotropic_vdf>",
+            f'  <uniform_edf name="edf_{number}" type="EDF">',
+            edf,
+            "  </uniform_edf>",
+            f'  <volume name="volume_{number}" type="volumeshader">',
+            f'    <input name="vdf" type="VDF" nodename="vdf_{number}"/>',
+            f'    <input name="edf" type="EDF" nodename="edf_{number}"/>',
+            "  </volume>",
+        ]
 
     def nodes(self, last, material, names):
         """Writes the nodes on which one depends, each behind what it takes, without recursion: graphs may be deep."""

@@ -240,11 +240,9 @@ class Materials:
         self._tell(material, evaluator)
 
     def _medium(self, surface):
-        """Keys of what fills its meshes."""
-        keys = {}
-        if surface.medium:
-            *colors, anisotropy = (value.mean(axis=(0, 1)) for value in surface.medium)
-            keys = Medium(*colors, float(anisotropy.mean())).keys(self.exposure, "volume_")
+        """Keys of what fills its meshes. What nodes give from place to place, see _graphs."""
+        medium = unpacked(surface)
+        keys = medium.keys(self.exposure, "volume_") if medium is not None and not medium.varies() else {}
         return keys if surface.has_surface else {**keys, "surface": False}
 
     def _values(self, name, surface, glass, evaluator, density):
@@ -442,9 +440,15 @@ class Materials:
         if surface.heights:
             inputs["geometry_normal"] = graphs.bump(surface.heights, scale)
             written.add("heights")
-        if inputs:
+        medium = unpacked(surface)
+        if medium is not None and not medium.varies():
+            medium = None
+        if inputs or medium is not None:
             matrix = evaluator.uv[1] if evaluator.uv else np.eye(3)
-            self.document.add(name, inputs, constants, matrix)
+            if medium is not None:
+                medium.emit = medium.emit * self.exposure
+                written.add("medium")
+            self.document.add(name, inputs, constants, matrix, medium, surface.has_surface)
             values["mtlx"] = GRAPHS
         if glass is not None:
             return written | NOT_OF_GLASS
@@ -475,10 +479,18 @@ class Materials:
                 values["norm"] = self.images.write_numbers(f"{name} normal", surface.normal)
 
 
-NOT_OF_GLASS = {each.name for each in fields(Surface)} - {"ior", "alpha", "emission", "roughness", "absorption", "heights"}
+def unpacked(surface):
+    """What fills the meshes of a surface; None of clear ones."""
+    if not surface.medium:
+        return None
+    *colors, anisotropy = surface.medium
+    return Medium(*colors, float(np.asarray(anisotropy).mean()))
+
+
+NOT_OF_GLASS = {each.name for each in fields(Surface)} - {"ior", "alpha", "emission", "roughness", "absorption", "heights", "medium"}
 """Parts of a surface that glass does not have, or of which glass.py tells."""
 
-COMPUTED = {"base", "roughness", "metallic", "alpha", "emission", "heights", "transmission", "tint"}
+COMPUTED = {"base", "roughness", "metallic", "alpha", "emission", "heights", "transmission", "tint", "medium"}
 """Parts of a surface that graphs may give. Of others a constant counts in place of a graph."""
 
 

@@ -6,11 +6,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from . import graphs
+from .nodes import color, constant, number
 
 
 @dataclass
 class Medium:
-    """What becomes of light for each unit of length."""
+    """What becomes of light for each unit of length: colours, arrays of one texel, which may have graphs."""
 
     scatter: np.ndarray
     absorb: np.ndarray
@@ -20,7 +21,7 @@ class Medium:
 
     def plus(self, other):
         """Both in one place."""
-        weights = self.scatter.sum(), other.scatter.sum()
+        weights = float(self.scatter.sum()), float(other.scatter.sum())
         mean = np.average((self.anisotropy, other.anisotropy), weights=weights) if sum(weights) > 0 else 0.0
         return Medium(self.scatter + other.scatter, self.absorb + other.absorb, self.emit + other.emit, float(mean))
 
@@ -28,10 +29,18 @@ class Medium:
         """So much of it."""
         return Medium(self.scatter * factor, self.absorb * factor, self.emit * factor, self.anisotropy)
 
+    def colors(self):
+        """Its coefficients, by the names of keys."""
+        return {"scatter": self.scatter, "absorb": self.absorb, "emit": self.emit}
+
+    def varies(self):
+        """Returns true if nodes give it from place to place."""
+        return any(graphs.graph_of(value) is not None for value in self.colors().values())
+
     def keys(self, exposure, prefix=""):
         """Keys of a table. `exposure`: a factor on all light."""
-        keys = {"scatter": self.scatter, "absorb": self.absorb, "emit": self.emit * exposure}
-        keys = {prefix + name: np.clip(value, 0, MOST).tolist() for name, value in keys.items() if float(value.max()) > 0}
+        keys = {prefix + name: np.clip(value * (exposure if name == "emit" else 1), 0, MOST)[0, 0].tolist() for name, value in self.colors().items()}
+        keys = {name: value for name, value in keys.items() if max(value) > 0}
         if self.anisotropy and float(self.scatter.max()) > 0:
             keys[f"{prefix}anisotropy"] = float(np.clip(self.anisotropy, -1, 1))
         return keys
@@ -40,7 +49,7 @@ class Medium:
 MOST = 1e9
 """The largest coefficient that the renderer takes."""
 
-BLACK = np.zeros(3)
+BLACK = constant(0.0, 0.0, 0.0)
 
 
 def nothing():
@@ -66,19 +75,27 @@ class Reader:
     def __init__(self, evaluator, node):
         self.evaluator, self.node = evaluator, node
 
-    def _mean(self, name):
+    def _value(self, name):
         value = self.evaluator.input(self.node, name)
-        if value.shape[:2] != (1, 1) or graphs.graph_of(value) is not None:
-            self.evaluator.say("its volume varies from place to place: its mean counts")
-        return value.mean(axis=(0, 1))
+        if value.shape[:2] != (1, 1):
+            self.evaluator.say("pictures of its volume count by their means")
+            value = value.mean(axis=(0, 1), keepdims=True)
+        return value if graphs.graph_of(value) is not None else np.nan_to_num(value)
 
     def number(self, name):
         """A number that is not negative."""
-        return max(0.0, float(np.nan_to_num(self._mean(name)).mean()))
+        return np.maximum(number(self._value(name)), 0)
+
+    def constant(self, name):
+        """A number that is the same everywhere."""
+        value = self._value(name)
+        if graphs.graph_of(value) is not None:
+            self.evaluator.say(f"the {name} of its volume varies from place to place: its mean counts")
+        return float(np.asarray(value).mean())
 
     def color(self, name):
         """A colour whose channels are not negative."""
-        return np.maximum(np.broadcast_to(np.nan_to_num(self._mean(name)), 3), 0)
+        return np.maximum(color(self._value(name)), 0)
 
     def anisotropy(self):
         """Where it scatters light to."""
@@ -87,11 +104,15 @@ class Reader:
             self.evaluator.say("light in its volume is scattered as by Henyey and Greenstein's formula")
             if phase == "RAYLEIGH":
                 return 0.0
-        return float(np.nan_to_num(self._mean("Anisotropy")).mean())
+        return self.constant("Anisotropy")
 
-    def inner(self, number):
+    def share(self):
+        """The factor of a mixture."""
+        return number(self._value(0))
+
+    def inner(self, place):
         """What another input says."""
-        return medium_of(self.evaluator, self.node.inputs[number])
+        return medium_of(self.evaluator, self.node.inputs[place])
 
 
 def absorption(reader):
@@ -112,12 +133,12 @@ def emission(reader):
 
 def principled(reader):
     """Cycles' svm_node_principled_volume: what is not scattered is absorbed, but for the absorption colour's part."""
-    density, color = reader.number("Density"), reader.color("Color")
+    density, tint = reader.number("Density"), reader.color("Color")
     kept = np.sqrt(reader.color("Absorption Color"))
     emitted = reader.color("Emission Color") * reader.number("Emission Strength")
-    if reader.number("Blackbody Intensity") > 0:
+    if reader.constant("Blackbody Intensity") > 0:
         reader.evaluator.say("the blackbody of its volume is left out")
-    return Medium(color * density, np.maximum(1 - color, 0) * np.maximum(1 - kept, 0) * density, emitted, reader.anisotropy())
+    return Medium(tint * density, np.maximum(1 - tint, 0) * np.maximum(1 - kept, 0) * density, emitted, reader.anisotropy())
 
 
 def added(reader):
@@ -125,7 +146,7 @@ def added(reader):
 
 
 def mixed(reader):
-    share = float(np.clip(reader._mean(0).mean(), 0, 1))
+    share = np.clip(reader.share(), 0, 1)
     return reader.inner(1).times(1 - share).plus(reader.inner(2).times(share))
 
 

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Volumes of materials and worlds: is what shaders say of them what is exported?"""
 
+import os
+
 import bpy
 import numpy as np
 import support
@@ -58,14 +60,20 @@ class Volumes(support.ExportCase):
         parts = ("VolumeScatter", {"Color": (1, 1, 1, 1), "Density": 2.0}), ("VolumeAbsorption", {"Color": (0, 0, 0, 1), "Density": 3.0})
         self.assert_keys(self.keys(*parts, ("AddShader", {0: 0, 1: 1})), scatter=(2, 2, 2), absorb=(3, 3, 3))
 
-    def test_what_varies_counts_by_its_mean_and_is_told(self):
-        material = self.filled(("VolumeScatter", {"Color": (1, 1, 1, 1)}))
-        tree = Tree(material)
-        noise = tree.add("TexNoise", {})
-        tree.links.new(noise.outputs[0], next(node for node in tree.nodes if node.type == "VOLUME_SCATTER").inputs["Density"])
-        table = self.exported(material)["material"][0]
-        self.assertGreater(table["volume_scatter"][0], 0)
-        self.assertTrue(any("`Smoke`" in line and "mean" in line for line in self.warnings()), self.warnings())
+    def test_what_nodes_give_from_place_to_place_is_a_graph(self):
+        for surface in (False, True):
+            with self.subTest(surface=surface):
+                material = self.filled(("VolumeScatter", {"Color": (1, 0.5, 0.25, 1)}), surface=surface)
+                tree = Tree(material)
+                noise = tree.add("TexNoise", {})
+                tree.links.new(noise.outputs[0], next(node for node in tree.nodes if node.type == "VOLUME_SCATTER").inputs["Density"])
+                table = self.exported(material)["material"][-1]
+                self.assertNotIn("volume_scatter", table)
+                with open(os.path.join(self.folder, table["mtlx"]), encoding="utf-8") as file:
+                    text = file.read()
+                self.assertRegex(text, r'<anisotropic_vdf[^>]*>\s*<input name="scattering" type="vector3" nodegraph=')
+                self.assertIn("surfaceshader" if surface else "volumematerial", text)
+                self.assertEqual([line for line in self.warnings() if "`Smoke`" in line and "olume" in line], [])
 
     def test_a_surface_stays_around_its_volume(self):
         table = self.exported(self.filled(("VolumeScatter", {"Color": (1, 1, 1, 1), "Density": 2.0}), surface=True))["material"][0]

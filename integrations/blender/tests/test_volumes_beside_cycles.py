@@ -106,3 +106,16 @@ class VolumesBesideCycles(beside_cycles.BesideCycles):
         support.add(self.scene, "Sun", self.light("SUN", energy=2, angle=0.02), (0, 0, 5), (0.5, 0.2, 0))
         self.cube(self.filled(("VolumeScatter", {"Color": (0.7, 0.8, 0.9, 1), "Density": 0.1})), 16)
         self.assert_same()
+
+    def test_clouds(self):
+        self.even_world((0.4, 0.45, 0.5))
+        support.add(self.scene, "Sun", self.light("SUN", energy=3, angle=0.05), (0, 0, 5), (0.6, 0.5, 0))
+        material = self.filled(("VolumeScatter", {"Color": (0.8, 0.8, 0.8, 1)}))
+        tree = Tree(material)
+        where = tree.add("TexCoord").outputs["Object"]
+        noise = tree.add("TexNoise", {"Vector": where, "Scale": 1.5, "Detail": 0.0})
+        dense = tree.add("MapRange", {0: noise.outputs[0], 1: 0.45, 2: 0.7, 3: 0.0, 4: 4.0})
+        tree.links.new(dense.outputs[0], next(node for node in tree.nodes if node.type == "VOLUME_SCATTER").inputs["Density"])
+        self.floor()
+        self.cube(material)
+        self.assert_same(0.03)

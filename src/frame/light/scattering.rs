@@ -103,7 +103,8 @@ pub fn on_way(
     let [scattered, straight] =
         [spans.scattered(), spans.left()].map(|left| (ray.weight * left).abs().element_sum());
     // a NaN is scattered nowhere
-    if !(scattered > 0.0) {
+    let is_scattered = scattered > 0.0;
+    if !is_scattered {
         return OnWay::Straight;
     }
     let most = if may_meet_lights { MOST_LIKELY } else { 1.0 };
@@ -288,7 +289,7 @@ fn scatter(
     ask(frame, at, (phase, &chances), random.four(sets + 3), light_rays, brought);
     let most = at.weight.abs().max_element();
     let stays = (most / LEAST_WEIGHT).min(1.0);
-    if !(survives < stays) {
+    if survives >= stays {
         return None;
     }
     let direction = phase.draw(incoming, [choice, along, around]);

@@ -123,7 +123,7 @@ impl<'s> Prepared<'s> {
             mattes.as_ref().map_or(Vec::new(), |mattes| mattes.attributes(settings.layers));
         about_layers.extend(settings.layers.has(Layers::MATERIAL).then(|| numbers_of_materials(scene)));
         let light_groups = LightGroups::new(&scene.lights);
-        let media = MediaOfShot::of(scene).0;
+        let media = MediaOfShot::of(scene);
         let bounds = bounds_of_models(scene);
         let channels: Vec<Channel> = channels(settings.layers, &light_groups).collect();
         let is_mixed = |channel: &&Channel| MixRule::new(channel) != MixRule::Middle;

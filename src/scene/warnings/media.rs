@@ -12,7 +12,7 @@ pub fn warnings(path: &Path, scene: &Scene) -> Vec<Warning> {
     let told = |message: String| Warning(SceneError::new(path, message));
     let mut warnings = Vec::new();
     if scene.has_media() {
-        for Unbounded { model, material, fault } in MediaOfShot::of(scene).1 {
+        for Unbounded { model, material, fault } in MediaOfShot::unbounded(scene) {
             warnings.push(told(format!(
                 "the medium `{material}` is left out in the model `{model}`: {fault}, and what is inside is not known; close its \
                  mesh, with all faces the same way round, or use [fog]"
