@@ -13,7 +13,7 @@ const RENAMED: [(&str, &str); 2] = [("id", "object"), ("sky", "background")];
 
 /// Set of layers. A layer that is not in it is neither computed (where nothing else needs it) nor written.
 #[derive(Clone, Copy, PartialEq, Eq)]
-pub struct Layers(u32);
+pub struct Layers(u64);
 
 impl Layers {
     /// `R G B A` alone.
@@ -26,7 +26,7 @@ impl Layers {
 
     /// Names of the layers on the command line and in shot files: the part before the dot in the names of
     /// planes, or its beginning ([`GROUPS`]).
-    pub const NAMES: [&'static str; 29] = [
+    pub const NAMES: [&'static str; 31] = [
         "diffuse",
         "specular",
         "reflection",
@@ -56,6 +56,8 @@ impl Layers {
         "material",
         "uv",
         "denoise_variance",
+        "catcher",
+        "mist",
     ];
 
     /// Names of sets of layers.
@@ -85,8 +87,8 @@ impl Layers {
     pub const BACKGROUND: Self = Self(1 << 14);
     /// Albedo and normals for denoisers.
     pub const GUIDES: Self = Self(1 << 15 | 1 << 16);
-    /// Parts of `diffuse`, guides for denoisers, and the light of single groups.
-    pub const PARTS: Self = Self(0b11_1111 << 11 | Self::LIGHT.0);
+    /// Parts of `diffuse`, guides for denoisers, the light of single groups, and shadows on catchers.
+    pub const PARTS: Self = Self(0b11_1111 << 11 | Self::LIGHT.0 | Self::CATCHER.0);
     /// Share of the directions around that is open.
     pub const OCCLUSION: Self = Self(1 << 17);
     /// Motion to the frame before and the next one, in all conventions.
@@ -109,6 +111,10 @@ impl Layers {
     pub const UV: Self = Self(1 << 27);
     /// Variance of pixels, for denoisers.
     pub const VARIANCE: Self = Self(1 << 28);
+    /// By what shadows on catchers dim a plate.
+    pub const CATCHER: Self = Self(1 << 29);
+    /// How much mist is before what is seen.
+    pub const MIST: Self = Self(1 << 30);
     /// Layers that show one sample of each pixel.
     pub const OF_ONE_SAMPLE: Self = Self(
         Self::Z.0
@@ -289,6 +295,8 @@ mod tests {
             ("material", Layers::MATERIAL),
             ("uv", Layers::UV),
             ("denoise_variance", Layers::VARIANCE),
+            ("catcher", Layers::CATCHER),
+            ("mist", Layers::MIST),
         ];
         constants.iter().for_each(|(name, layer)| assert_eq!(named(name), *layer));
         assert_eq!(named("motion").with(named("forward")).with(named("backward")), Layers::ALL_MOTION);

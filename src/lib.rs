@@ -91,6 +91,8 @@ pub mod shade;
 #[cfg_attr(not(internals), doc(hidden))]
 pub mod stereo;
 #[cfg_attr(not(internals), doc(hidden))]
+pub mod subdivision;
+#[cfg_attr(not(internals), doc(hidden))]
 pub mod sweep;
 #[cfg_attr(not(internals), doc(hidden))]
 pub mod trace;

@@ -348,6 +348,7 @@ fn small(settings: &Settings, divisor: u32, samples: u32) -> Settings {
         // each sample has its own moment all the same, and models are placed once
         exposures: Some(1),
         stereo: None,
+        only_lights: None,
         mode: if settings.mode == Mode::Full { Mode::Full } else { Mode::Reproject },
         layers: Layers::NONE,
         audit: false,

@@ -226,6 +226,9 @@ pub struct Settings {
     /// limit. Radiance.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub clamp: Option<f32>,
+    /// Light group whose contribution alone is rendered, of lights, of what emits, and of the world; `None`: all of them. Random choices are those
+    /// of the whole picture, which is the sum of those of all groups.
+    pub only_lights: Option<String>,
     /// Number of rays of ambient occlusion of each sample, where a layer or the ambient light needs it.
     pub occlusion_rays: u32,
     /// Length of these rays, in the units of the shot's files.
@@ -284,6 +287,7 @@ impl Default for Settings {
             bounces: 2,
             caustics: Caustics::default(),
             clamp: None,
+            only_lights: None,
             occlusion_rays: 16,
             occlusion_radius: 1.0,
             tree_memory: DEFAULT_TREE_MEMORY,

@@ -151,7 +151,15 @@ fn measure(arguments: &Arguments, place: &Place, moves: Moves, paths: u32) -> Fa
             let direction = through(direction(0.2), direction(0.8));
             let (color, power) = (Track::constant(Vec3::ONE), Track::constant(1.0));
             let kind = LightKind::Directional { direction };
-            scene.lights.push(Light { name: "sun".into(), kind, color, power, samples: 1, group: None });
+            scene.lights.push(Light {
+                name: "sun".into(),
+                kind,
+                color,
+                power,
+                samples: 1,
+                group: None,
+                links: Default::default(),
+            });
         }
     }
     let (mut full, mut inferred) = (Vec::new(), Vec::new());
@@ -236,6 +244,7 @@ fn add_ball(scene: &mut Scene, place: &Place, radius: f64) {
         random: 0.0,
         reflection_map: None,
         ray_visibility: Default::default(),
+        linked: Default::default(),
     });
 }
 

@@ -78,7 +78,7 @@ class AfterimageEngine(bpy.types.RenderEngine):
         height, width = frame.layers["RGBA"].shape[:2]
         result = self.begin_result(0, 0, width, height, layer=view_layer.name, view=view)
         passes.add_manifests(self.get_result(), scene, view_layer, job.objects, job.exported.materials)
-        passes.fill(result, frame, scene, view_layer)
+        passes.fill(result, frame, scene, view_layer, job.numbers, job.of_groups)
         self.end_result(result)
         reused = frame.stats.get("samples", {})
         kept, total = sum(reused.get(key, 0) for key in ("good", "overlapped")), sum(v for k, v in reused.items() if k != "spare") or 1

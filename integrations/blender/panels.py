@@ -88,7 +88,7 @@ class AFTERIMAGE_PT_passes(Panel, bpy.types.Panel):
 
     bl_label = "Passes"
     bl_context = "view_layer"
-    FLAGS = ("z", "position", "normal", "vector", "uv", "diffuse_direct", "diffuse_indirect", "diffuse_color", "glossy_direct", "glossy_indirect")
+    FLAGS = ("z", "mist", "position", "normal", "vector", "uv", "object_index", "material_index", "diffuse_direct", "diffuse_indirect", "diffuse_color", "glossy_direct", "glossy_indirect")
     MORE = ("glossy_color", "transmission_direct", "transmission_indirect", "transmission_color", "emit", "environment", "ambient_occlusion")
 
     def draw(self, context):
@@ -97,7 +97,17 @@ class AFTERIMAGE_PT_passes(Panel, bpy.types.Panel):
         for flag in (*self.FLAGS, *self.MORE, "cryptomatte_object", "cryptomatte_material"):
             layout.prop(view_layer, f"use_pass_{flag}")
         layout.prop(view_layer, "pass_cryptomatte_depth")
+        if hasattr(view_layer, "cycles"):
+            layout.prop(view_layer.cycles, "use_pass_shadow_catcher")
         layout.prop(context.scene.afterimage, "denoising_data")
+        layout.label(text="Light Groups")
+        row = layout.row()
+        row.template_list("UI_UL_list", "lightgroups", view_layer, "lightgroups", view_layer, "active_lightgroup_index", rows=2)
+        column = row.column(align=True)
+        column.operator("scene.view_layer_add_lightgroup", icon="ADD", text="")
+        column.operator("scene.view_layer_remove_lightgroup", icon="REMOVE", text="")
+        if context.scene.world:
+            layout.prop_search(context.scene.world, "lightgroup", view_layer, "lightgroups", text="World")
 
 
 class AFTERIMAGE_PT_ray_visibility(Panel, bpy.types.Panel):
@@ -121,7 +131,42 @@ class AFTERIMAGE_PT_ray_visibility(Panel, bpy.types.Panel):
             layout.prop(context.object, f"visible_{kind}", text=kind.capitalize())
 
 
-CLASSES = (AFTERIMAGE_PT_sampling, AFTERIMAGE_PT_reuse, AFTERIMAGE_PT_film, AFTERIMAGE_PT_passes, AFTERIMAGE_PT_ray_visibility)
+class AFTERIMAGE_PT_light_linking(Panel, bpy.types.Panel):
+    """Which objects a light lights, and which cast shadows in its light."""
+
+    bl_label = "Light Linking"
+    bl_context = "object"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    @classmethod
+    def poll(cls, context):
+        """Shows it for what may shine."""
+        item = context.object
+        return bool(item) and item.type in {"LIGHT", "MESH", "CURVE", "SURFACE", "FONT", "META"} and super().poll(context)
+
+    def draw(self, context):
+        """Draws it."""
+        layout, linking = self.layout, context.object.light_linking
+        layout.prop_search(context.object, "lightgroup", context.view_layer, "lightgroups", text="Light Group")
+        for name, label, operator in (
+            ("receiver_collection", "Receivers", "object.light_linking_receiver_collection_new"),
+            ("blocker_collection", "Blockers", "object.light_linking_blocker_collection_new"),
+        ):
+            column = layout.column()
+            column.label(text=label)
+            column.template_ID(linking, name, new=operator)
+            if getattr(linking, name):
+                column.template_light_linking_collection(column, linking, name)
+
+
+CLASSES = (
+    AFTERIMAGE_PT_sampling,
+    AFTERIMAGE_PT_reuse,
+    AFTERIMAGE_PT_film,
+    AFTERIMAGE_PT_passes,
+    AFTERIMAGE_PT_ray_visibility,
+    AFTERIMAGE_PT_light_linking,
+)
 NOT_OURS = {
     "VIEWLAYER_PT_filter",
     "VIEWLAYER_PT_layer_passes",

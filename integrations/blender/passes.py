@@ -7,6 +7,7 @@ from typing import Callable
 import bpy
 import numpy as np
 
+from .export.light_groups import LightGroups
 from .hashing import murmur3
 
 FAR = 1e10
@@ -45,6 +46,10 @@ def _data(scene, view_layer):
     return scene.afterimage.denoising_data
 
 
+def _catcher(scene, view_layer):
+    return getattr(getattr(view_layer, "cycles", None), "use_pass_shadow_catcher", False)
+
+
 def _ones(layers):
     return np.ones_like(layers["albedo"])
 
@@ -75,6 +80,12 @@ def _passes():
         Pass("Normal", "XYZ", "VECTOR", _flag("use_pass_normal"), ("N",), lambda l: to_z_up(l["N"])),
         Pass("Vector", "XYZW", "VECTOR", _flag("use_pass_vector"), ("motion",), lambda l: l["motion"]),
         Pass("UV", "UVA", "VECTOR", _flag("use_pass_uv"), ("uv",), lambda l: l["uv"]),
+        Pass("Mist", "Z", "VALUE", _flag("use_pass_mist"), ("mist",), lambda l: l["mist"]),
+        Pass(named("Object Index", "IndexOB"), "X", "VALUE", _flag("use_pass_object_index"), ("object",), lambda l: l["object index"]),
+        Pass(
+            named("Material Index", "IndexMA"), "X", "VALUE", _flag("use_pass_material_index"), ("CryptoMaterial00",), lambda l: l["material index"]
+        ),
+        Pass("Shadow Catcher", "RGB", "COLOR", _catcher, ("catcher",), lambda l: l["catcher"]),
     ]
     passes += [Pass(named(new, old), "RGB", "COLOR", _flag(f"use_pass_{flag}"), layers, make) for new, old, flag, layers, make in light]
     for kind in ("Object", "Material"):
@@ -100,6 +111,11 @@ def wanted(scene, view_layer):
     return [each for each in PASSES if each.wanted(scene, view_layer)]
 
 
+def light_groups(view_layer):
+    """Names of the passes of light groups, from the names of these in the shot."""
+    return {name: f"Combined_{group}" for group, name in LightGroups(view_layer).names.items()}
+
+
 def layers(scene, view_layer):
     """Names of the layers that these are made of, as shot files select them."""
     names = [layer for each in wanted(scene, view_layer) for layer in each.layers]
@@ -113,24 +129,60 @@ def register(engine, scene, view_layer):
     engine.register_pass(scene, view_layer, "Combined", 4, "RGBA", "COLOR")
     for each in wanted(scene, view_layer):
         engine.register_pass(scene, view_layer, each.name, len(each.channels), each.channels, each.kind)
+    for name in light_groups(view_layer).values():
+        engine.register_pass(scene, view_layer, name, 3, "RGB", "COLOR")
 
 
-def combined(frame, denoise):
-    """The picture."""
+@dataclass(frozen=True)
+class Numbers:
+    """Pass indices of what a shot shows."""
+
+    objects: list
+    """Of models, in their order."""
+    materials: dict
+    """Of materials, by their names in the shot."""
+
+    def layers(self, found):
+        """Layers of indices, as far as what they follow from is among `found`: those of the things that a pixel shows, and 0 for the world."""
+        out = {}
+        if "object" in found:
+            table = np.array([0, *self.objects], dtype=np.float32)
+            # models that no object stands for have none
+            out["object index"] = table[np.clip(found["object"], 0, len(table) - 1).astype(int)]
+        if "CryptoMaterial00" in found:
+            # the matte that covers most of the pixel
+            ids = np.ascontiguousarray(found["CryptoMaterial00"][:, :, :1], dtype=np.float32).view(np.uint32)
+            out["material index"] = np.zeros(ids.shape, dtype=np.float32)
+            for name, index in self.materials.items():
+                out["material index"][ids == murmur3(name.encode(), as_float=True)] = index
+        return out
+
+
+def combined(frame, denoise, is_transparent=False):
+    """The picture. Beside a pass of shadows on catchers its alpha is that of the things before these alone, as in Cycles."""
     picture = frame.layers["RGBA"]
+    if is_transparent and "catcher" in frame.layers:
+        hidden = picture[:, :, 3:4] - 1 + frame.layers["catcher"].mean(axis=2, keepdims=True)
+        picture = np.concatenate([picture[:, :, :3], np.clip(hidden, 0, 1)], axis=2)
     if denoise and "denoised" in frame.layers:
         return np.concatenate([frame.layers["denoised"], picture[:, :, 3:4]], axis=2)
     return picture
 
 
-def fill(result, frame, scene, view_layer):
-    """Puts a frame into Blender's render result."""
+def fill(result, frame, scene, view_layer, numbers, of_groups):
+    """Puts a frame into Blender's render result. `numbers`: pass indices of what the frame shows; `of_groups`: what each light group brings
+    of it, by the group's name in the shot."""
     slots = result.layers[0].passes
-    put(slots.find_by_name("Combined", ""), combined(frame, scene.afterimage.denoise))
+    put(slots.find_by_name("Combined", ""), combined(frame, scene.afterimage.denoise, scene.render.film_transparent))
+    found = {**frame.layers, **numbers.layers(frame.layers)}
     for each in wanted(scene, view_layer):
         slot = slots.find_by_name(each.name, "")
         if slot is not None:
-            put(slot, each.make(frame.layers))
+            put(slot, each.make(found))
+    for group, name in light_groups(view_layer).items():
+        slot = slots.find_by_name(name, "")
+        if slot is not None and group in of_groups:
+            put(slot, of_groups[group])
 
 
 def put(slot, pixels):

@@ -13,6 +13,7 @@ import contextlib
 import dataclasses
 import fractions
 import itertools
+import math
 import shutil
 import tempfile
 import time
@@ -108,6 +109,29 @@ def curve_of(scene, warn):
     return None
 
 
+MOST_SAMPLES = 16
+"""Most samples across a pixel that the renderer takes."""
+
+
+def samples_of(scene, view_layer):
+    """How many times the scene's samples a view layer has, by the counts that Cycles would take: 1 unless it overrides them."""
+    usual = getattr(getattr(scene, "cycles", None), "samples", 0)
+    own = getattr(view_layer, "samples", 0)
+    return own / usual if own > 0 and usual > 0 else 1
+
+
+FALLOFFS = {"QUADRATIC": "quadratic", "LINEAR": "linear", "INVERSE_QUADRATIC": "inverse"}
+"""How mist grows, in Blender and in shots."""
+
+
+def mist_of(scene):
+    """The distances of the mist of a scene's world, as [mist] has them; None without a world, as if the mist were Blender's usual one."""
+    mist = scene.world and scene.world.mist_settings
+    if not mist:
+        return None
+    return {"start": max(0.0, mist.start), "depth": max(1e-9, mist.depth), "falloff": FALLOFFS.get(mist.falloff, "quadratic")}
+
+
 def settings_of(scene, view_layer, frames, warn, has_error=True):
     """The export's settings of a scene. Without `has_error` its counts are as they are set, or by default, whatever its noise threshold."""
     own = scene.afterimage
@@ -120,11 +144,14 @@ def settings_of(scene, view_layer, frames, warn, has_error=True):
     render = {"depth": own.depth, "mode": own.mode, "base_every": own.base_every}
     indirect = {"bounces": own.bounces, "volume_bounces": own.volume_bounces}
     has_error = has_error and own.error > 0
+    more = samples_of(scene, view_layer)
     if has_error:
-        render["error"] = max(own.error / 100, LEAST_ERROR)
+        render["error"] = min(max(own.error / 100 / math.sqrt(more), LEAST_ERROR), 1.0)
     stated = {name for name in ("samples", "paths", "reflections", "shadow_rays") if not has_error or own.is_property_set(name)}
     render["volume_samples"] = own.volume_samples
     render.update({name: getattr(own, name) for name in ("samples", "reflections") if name in stated})
+    if more != 1 and "samples" in render:
+        render["samples"] = min(max(round(own.samples * math.sqrt(more)), 1), MOST_SAMPLES)
     if "paths" in stated:
         indirect["paths"] = own.paths
     # as Blender's box of one pixel, but that samples need not lie in the centres of their cells
@@ -142,6 +169,8 @@ def settings_of(scene, view_layer, frames, warn, has_error=True):
         render=render,
         indirect=indirect,
         output={"layers": passes.layers(scene, view_layer), "denoise": own.denoise},
+        mist=mist_of(scene) if view_layer.use_pass_mist else None,
+        light_groups=tuple(passes.light_groups(view_layer).values()),
         shutter=shutter_of(scene),
         curve=curve_of(scene, warn) if shutter_of(scene) else None,
         transparent=scene.render.film_transparent,
@@ -180,6 +209,9 @@ class Job:
         self.frames = of_one_projection(scene, frames)
         self.folder = tempfile.mkdtemp(prefix="afterimage-")
         self.render, self.next, self.engine = None, 0, None
+        self.groups, self.renders_of_groups = list(passes.light_groups(view_layer)), {}
+        self.of_groups = {}
+        """What each light group brings of the last frame."""
         self.kept_at = None
         """When it was kept for another still; None while it is at work."""
         is_watched = not engine.is_animation and len(self.frames) > 1
@@ -193,6 +225,7 @@ class Job:
             self.close()
             raise
         self.extra = extra_of(scene)
+        self.numbers = passes.Numbers(self.exported.indices, self.exported.material_indices)
         objects = passes.numbered(self.exported.names)
         self.objects = objects + ([] if scene.render.film_transparent else ["background"])
 
@@ -208,16 +241,27 @@ class Job:
 
             frames = run_of(self.frames[self.next :])
             self.render = iter(self.module.render(self.scene, frames=frames, progress=progress, **self.extra))
+            self.renders_of_groups = {group: self._render_of(group, frames, progress) for group in self.groups}
         self.engine = engine
         try:
             frame = next(self.render)
+            dark = frame.layers["RGBA"][:, :, :3] * 0
+            self.of_groups = {group: next(render).layers["RGBA"][:, :, :3] if render else dark for group, render in self.renders_of_groups.items()}
         except BaseException:
-            self.render = None
+            self.render, self.renders_of_groups = None, {}
             raise
         finally:
             self.engine = None
         self.next += 1
         return frame
+
+    def _render_of(self, group, frames, progress):
+        """A render of what a light group brings; None for a group in which nothing is shown."""
+        with open(self.exported.path, encoding="utf-8") as file:
+            is_there = f'group = "{group}"' in file.read()
+        if not is_there:
+            return None
+        return iter(self.module.render(self.scene, frames=frames, progress=progress, layers="none", denoise=False, only_lights=group, **self.extra))
 
     def is_worth_keeping(self):
         """Returns true if there are frames that stills to come may want."""
@@ -236,7 +280,7 @@ class Job:
 
     def close(self):
         """Ends the render and removes the shot."""
-        self.render = None
+        self.render, self.renders_of_groups, self.of_groups = None, {}, {}
         self.scene = None
         shutil.rmtree(self.folder, ignore_errors=True)
 

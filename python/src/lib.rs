@@ -12,6 +12,7 @@ mod errors;
 mod forked;
 mod frame;
 mod keys;
+mod models;
 mod motion;
 mod render;
 mod scene;

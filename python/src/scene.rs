@@ -5,7 +5,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use afterimage::scene::given::{self, Given, GivenMesh, GivenModel};
 use afterimage::scene::written::camera_keys;
-use afterimage::scene::{Frames, RayKind, RayVisibility, Role, Shot};
+use afterimage::scene::{Frames, Shot};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyString, PyTuple};
 use toml::{Table, Value};
@@ -13,6 +13,7 @@ use toml::{Table, Value};
 use crate::aside::aside;
 use crate::errors::{error, guarded};
 use crate::keys::{self, told};
+use crate::models::{linked, model};
 use crate::stated::{Stated, check};
 use crate::{arrays, convert, motion, worker};
 
@@ -205,10 +206,11 @@ impl Scene {
     /// (c, 3), linear RGB.
     /// material: a material or its name; or materials: a list, with face_materials: (m,) indices into it.
     /// transform: (4, 4) for column vectors, or a dict from frames to these. vertices_by_frame: a dict from frames to (n, 3).
-    /// visible: True or False, or a dict from frames to these. hidden_from, holdout, shadow_catcher: as in [[model]].
+    /// visible: True or False, or a dict from frames to these. hidden_from, holdout, shadow_catcher, groups, light_link,
+    /// shadow_link: as in [[model]].
     #[pyo3(signature = (name, vertices, faces, normals = None, uv = None, colors = None, material = None, face_materials = None,
                         materials = None, transform = None, vertices_by_frame = None, visible = None, hidden_from = None, holdout = false,
-                        shadow_catcher = false))]
+                        shadow_catcher = false, groups = None, light_link = None, shadow_link = None))]
     #[allow(clippy::too_many_arguments, reason = "they have names in Python")]
     fn add_mesh(
         &self,
@@ -227,6 +229,9 @@ impl Scene {
         hidden_from: Option<Vec<String>>,
         holdout: bool,
         shadow_catcher: bool,
+        groups: Option<Vec<String>>,
+        light_link: Option<&Bound<'_, PyDict>>,
+        shadow_link: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Mesh> {
         let whole = format!("mesh `{name}`: ");
         let in_mesh = |what: &str| format!("{whole}{what}");
@@ -260,7 +265,9 @@ impl Scene {
             shapes: shapes.transpose()?.unwrap_or_default(),
         };
         guarded(|| mesh.check())?;
+        let linked = linked(&name, groups, light_link, shadow_link)?;
         let model = model(name.clone(), transform, visible, (hidden_from, holdout, shadow_catcher))?;
+        let model = GivenModel { linked, ..model };
         self.change(|stated| {
             for material in mesh.materials.iter().filter(|material| !material.is_empty()) {
                 stated.has_material(material).map_err(|what| error(in_mesh(&what)))?;
@@ -272,9 +279,10 @@ impl Scene {
         })
     }
 
-    /// Shows a mesh at one more place. transform, visible, hidden_from, holdout, shadow_catcher: as in add_mesh(). name: the mesh's without it.
+    /// Shows a mesh at one more place. transform, visible, hidden_from, holdout, shadow_catcher, groups, light_link, shadow_link: as in
+    /// add_mesh(). name: the mesh's without it.
     #[pyo3(signature = (mesh, transform = None, *, name = None, visible = None, hidden_from = None, holdout = false,
-                        shadow_catcher = false))]
+                        shadow_catcher = false, groups = None, light_link = None, shadow_link = None))]
     #[allow(clippy::too_many_arguments, reason = "they have names in Python")]
     fn add_instance(
         &self,
@@ -285,10 +293,15 @@ impl Scene {
         hidden_from: Option<Vec<String>>,
         holdout: bool,
         shadow_catcher: bool,
+        groups: Option<Vec<String>>,
+        light_link: Option<&Bound<'_, PyDict>>,
+        shadow_link: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Mesh> {
         let Mesh { name: of_mesh, index } = mesh.get();
         let name = name.unwrap_or_else(|| of_mesh.clone());
+        let linked = linked(&name, groups, light_link, shadow_link)?;
         let model = model(name, transform, visible, (hidden_from, holdout, shadow_catcher))?;
+        let model = GivenModel { linked, ..model };
         self.change(|stated| {
             if stated.given.meshes.get(*index).is_none_or(|known| known.name != *of_mesh) {
                 return Err(error(format!("mesh `{of_mesh}` is of another scene: add it to this one")));
@@ -513,38 +526,6 @@ fn names_of(materials: &Bound<'_, PyAny>) -> PyResult<Vec<String>> {
         names.push(name_of(&material?)?);
     }
     Ok(names)
-}
-
-/// A model of the mesh 0.
-fn model(
-    name: String,
-    transform: Option<&Bound<'_, PyAny>>,
-    visible: Option<&Bound<'_, PyAny>>,
-    (hidden_from, is_holdout, is_catcher): (Option<Vec<String>>, bool, bool),
-) -> PyResult<GivenModel> {
-    let places = motion::places(transform, &format!("transform of `{name}`"))?;
-    let (is_visible, visible) =
-        visible.map_or(Ok((true, Vec::new())), |visible| motion::visible(visible, &name))?;
-    let hidden_from = hidden_from.unwrap_or_default();
-    let hidden_from = hidden_from.iter().map(|kind| ray_kind(kind, &name)).collect::<PyResult<_>>()?;
-    let role = match (is_holdout, is_catcher) {
-        (true, true) => {
-            return Err(error(format!("`{name}`: `holdout` and `shadow_catcher` exclude each other")));
-        }
-        (true, false) => Role::Holdout,
-        (false, true) => Role::ShadowCatcher,
-        (false, false) => Role::Itself,
-    };
-    let ray_visibility = RayVisibility { hidden_from, role };
-    Ok(GivenModel { name, mesh: 0, places, is_visible, visible, ray_visibility })
-}
-
-/// Kind of rays of this name.
-fn ray_kind(name: &str, of: &str) -> PyResult<RayKind> {
-    let names = RayKind::ALL.map(RayKind::name).join("`, `");
-    RayKind::ALL.into_iter().find(|kind| kind.name() == name).ok_or_else(|| {
-        error(format!("`hidden_from` of `{of}`: there are no rays `{name}`; kinds are `{names}`"))
-    })
 }
 
 /// Multiplies the emission of a material.

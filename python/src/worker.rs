@@ -95,7 +95,9 @@ impl From<StepError> for Failure {
     fn from(error: StepError) -> Self {
         match error.error {
             RenderError::Stopped => Self::Cancelled,
-            RenderError::Trace(_) | RenderError::Textures(_) => Self::Failed(error.to_string()),
+            RenderError::Trace(_) | RenderError::Textures(_) | RenderError::LightGroup(_) => {
+                Self::Failed(error.to_string())
+            }
         }
     }
 }

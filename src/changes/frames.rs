@@ -218,6 +218,7 @@ mod tests {
             power: Track::through(keys, Interpolation::Linear).expect("keys are good"),
             samples: 1,
             group: None,
+            links: Default::default(),
         };
         assert_eq!(of_light(&light, &Clock::FRAMES, Direction::Forward).collect::<Vec<_>>(), [4, 9, 10]);
     }

@@ -159,6 +159,7 @@ pub fn model(mesh: Mesh, track: TransformTrack) -> Model {
         random: 0.0,
         reflection_map: None,
         ray_visibility: Default::default(),
+        linked: Default::default(),
     }
 }
 
@@ -192,6 +193,7 @@ pub fn lamp(position: Track<DVec3>, power: Track<f64>) -> Light {
         power,
         samples: 1,
         group: None,
+        links: Default::default(),
     }
 }
 
@@ -213,6 +215,8 @@ pub fn scene(models: Vec<Model>, lights: Vec<Light>) -> Scene {
         textures: vec![],
         lights,
         ambient: Vec3::ZERO,
+        world_group: None,
+        mist: Default::default(),
         ambient_is_occluded: false,
         fog: None,
         background: Background::uniform(Vec3::ONE),

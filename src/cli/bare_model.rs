@@ -5,6 +5,7 @@ use std::path::Path;
 use clap::{Args, ValueEnum};
 
 use super::failure::Failure;
+use super::usd_args::UsdArgs;
 use crate::scene::turntable::{self, Up};
 use crate::scene::usd;
 
@@ -52,19 +53,24 @@ pub struct BareModelArgs {
     #[arg(long, value_enum, value_name = "AXIS")]
     pub up: Option<UpArg>,
 
-    /// For a bare glTF file: the camera to look through [default: its first]
+    /// For a bare glTF or USD file: the camera to look through; of USD its name or its path [default: the one that its render settings
+    /// name, or its first]
     #[arg(long, value_name = "NAME")]
     pub camera: Option<String>,
 
     /// For a bare glTF file: the animation to show [default: its first, and all that move other things]
     #[arg(long, value_name = "NAME")]
     pub animation: Option<String>,
+
+    /// What of a USD file is read.
+    #[command(flatten)]
+    pub usd: UsdArgs,
 }
 
 impl BareModelArgs {
     /// Options of the model at `path`. Refuses those that the file has no use for.
     pub fn options(&self, path: &Path, size: Option<(u32, u32)>) -> Result<turntable::Options, Failure> {
-        let Self { up, camera, animation } = self;
+        let Self { up, camera, animation, usd } = self;
         let usage = |text: &str| Err(Failure::Usage(String::from(text)));
         if up.is_some() && !is_model(path) {
             return usage("--up is for bare models: in a shot file, write `rotate` into the [[model]]");
@@ -75,10 +81,15 @@ impl BareModelArgs {
         if up.is_some() && is_usd(path) {
             return usage("--up is for OBJ and PLY files: USD files say what is up");
         }
-        if camera.is_some() && !is_gltf(path) {
+        if camera.is_some() && !is_gltf(path) && !is_usd(path) {
             return usage(
-                "--camera is for bare glTF files: in a shot file, write `from = \"shot.glb#NAME\"` into [camera]",
+                "--camera is for bare glTF and USD files: in a shot file, write `from = \"shot.glb#NAME\"` into [camera]",
             );
+        }
+        if let Some(option) = usd.first().filter(|_| !is_usd(path)) {
+            return Err(Failure::Usage(format!(
+                "{option} is for bare USD files: in a shot file, write `stage` into the [[model]]"
+            )));
         }
         if animation.is_some() && !is_gltf(path) {
             return usage(
@@ -92,6 +103,9 @@ impl BareModelArgs {
             size,
             camera: camera.clone(),
             animation: animation.clone(),
+            usd: usd.choice(),
+            render_settings: usd.render_settings.clone(),
+            only_seen: usd.only_seen,
         })
     }
 }
@@ -118,6 +132,25 @@ pub fn turn_note(frames: &[i32]) -> Option<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn options_of_usd_files_are_for_these_alone() {
+        let args = BareModelArgs {
+            usd: UsdArgs { mask: vec![String::from("/World")], ..UsdArgs::default() },
+            ..BareModelArgs::default()
+        };
+        for name in ["a.obj", "a.glb", "a.toml"] {
+            let told = format!("{:?}", args.options(Path::new(name), None).err());
+            assert!(told.contains("--mask is for bare USD files: in a shot file, write `stage`"), "{told}");
+        }
+        let options = args.options(Path::new("a.usdz"), None).ok();
+        assert_eq!(options.map(|options| options.usd.mask), Some(vec![String::from("/World")]));
+        let camera = BareModelArgs { camera: Some(String::from("main")), ..BareModelArgs::default() };
+        assert!(
+            camera.options(Path::new("a.usda"), None).is_ok()
+                && camera.options(Path::new("a.ply"), None).is_err()
+        );
+    }
 
     #[test]
     fn a_part_of_the_turn_says_how_large_it_is() {

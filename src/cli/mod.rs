@@ -19,6 +19,7 @@ pub mod preview;
 pub mod render;
 pub mod say;
 pub mod stop;
+pub mod usd_args;
 pub mod verify;
 
 use std::ffi::{OsStr, OsString};

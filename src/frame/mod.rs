@@ -115,6 +115,9 @@ impl<'s> Renderer<'s> {
 
     /// Builds the acceleration structures of `kind` for `scene`.
     pub fn with(kind: BackendKind, scene: &'s Scene, settings: &Settings) -> Result<Self, RenderError> {
+        if let Some(only) = &settings.only_lights {
+            scene.check_light_group(only).map_err(RenderError::LightGroup)?;
+        }
         let start = Instant::now();
         let backend = kind.build_for(scene, settings.build, settings.caustics)?;
         let renderer = Self::through(Built { kind, backend, motion: None }, scene, settings);

@@ -277,6 +277,8 @@ impl<'a> Setup<'a> {
             sky: &prepared.sky,
             emitters: &prepared.emitters,
             light_chances: &prepared.light_chances,
+            links: &prepared.links,
+            moved_sets: prepared.links.sets_of(&lineage.plan.moved),
             media: self.media.as_ref(),
             palette: &prepared.palette,
             pose: &request.pose,

@@ -11,6 +11,8 @@ pub enum RenderError {
     Trace(TraceError),
     /// Texels could not be read, for this reason.
     Textures(String),
+    /// The setting `only_lights` names no group of lights, for this reason.
+    LightGroup(String),
     /// Nobody wanted it any more.
     Stopped,
 }
@@ -20,6 +22,7 @@ impl fmt::Display for RenderError {
         match self {
             Self::Trace(error) => error.fmt(f),
             Self::Textures(why) => f.write_str(why),
+            Self::LightGroup(why) => write!(f, "`only_lights` {why}"),
             Self::Stopped => f.write_str("stopped before it was done"),
         }
     }

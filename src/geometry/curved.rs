@@ -1,4 +1,4 @@
-//! What every geometry answers whose primitives are not flat triangles: quadrics, and whatever else is met and evaluated one primitive at a
+//! What every geometry answers whose primitives are not flat triangles: quadrics, curves, and whatever else is met and evaluated one primitive at a
 //! time.
 //!
 //! Both tracers call [`Curved::meet_four`], so that both get the same floats, and know nothing else of a geometry but the boxes of its
@@ -27,6 +27,16 @@ pub trait Curved: Debug + Send + Sync {
 
     /// Box around a primitive, object space.
     fn bounds(&self, primitive: u32) -> Bounds;
+
+    /// Number of boxes that trees have for a primitive: what is long and thin has several, which follow each other along it.
+    fn boxes(&self) -> u32 {
+        1
+    }
+
+    /// Box around a part of a primitive, one of as many as there are [`boxes`](Self::boxes); object space.
+    fn bounds_of_part(&self, primitive: u32, _part: u32) -> Bounds {
+        self.bounds(primitive)
+    }
 
     /// First intersections of four rays with a primitive: a bit mask of the rays that have one, and the intersections; those of other lanes
     /// mean nothing. A ray's result is that of [`meet`](Self::meet), whatever rays are beside it.
@@ -63,6 +73,32 @@ pub trait Curved: Debug + Send + Sync {
 
     /// Bytes of memory that it takes.
     fn bytes(&self) -> u64;
+
+    /// Vertices between which a place lies, by the lists that a mesh has by vertex, and the share of the way from the first to the second;
+    /// `None` if it has no vertices.
+    fn vertices(&self, _primitive: u32, _weights: [f32; 2]) -> Option<([u32; 2], f32)> {
+        None
+    }
+
+    /// Direction along a fibre at a place, object space, of unit length; zero if it is none.
+    fn tangent(&self, _primitive: u32, _weights: [f32; 2]) -> Vec3 {
+        Vec3::ZERO
+    }
+
+    /// Point close to a place of a fibre, within it, object space: rays from there leave the fibre without meeting it. `None` if it is none.
+    fn inside(&self, _primitive: u32, _weights: [f32; 2]) -> Option<Vec3> {
+        None
+    }
+
+    /// Greatest radius of its fibres, object space; 0 if it has none.
+    fn most_radius(&self) -> f32 {
+        0.0
+    }
+
+    /// Calls `found` with all primitives that a point is nearer to than `reach`, and maybe others; object space.
+    fn near(&self, _point: Vec3, _reach: f32, found: &mut dyn FnMut(u32)) {
+        (0..self.count()).for_each(found);
+    }
 
     /// Returns true if it has no size: the box around a shot leaves it out.
     fn is_endless(&self) -> bool {

@@ -58,7 +58,8 @@ impl MediumGrid {
         let [x, y, z] = counts.to_array().map(u64::from);
         let count = x.checked_mul(y)?.checked_mul(z)?;
         let fits = count == cells.len() as u64 && count > 0 && count <= Self::MOST_CELLS;
-        if !fits || !low.is_finite() || !(size.cmpgt(DVec3::ZERO).all() && size.is_finite()) {
+        let is_box = low.is_finite() && size.is_finite() && size.cmpgt(DVec3::ZERO).all();
+        if !(fits && is_box) {
             return None;
         }
         cells.iter_mut().for_each(|cell| *cell = cell.cleaned());

@@ -116,8 +116,7 @@ impl Spans {
     }
 
     fn add(&mut self, [from, to]: [f32; 2], media: impl Iterator<Item = Medium>) {
-        let is_there = from < to;
-        if !is_there {
+        if from.is_nan() || to.is_nan() || from >= to {
             return;
         }
         let first = self.members.len();
@@ -335,7 +334,8 @@ mod tests {
     /// What is left, emitted and scattered is what small steps add up to.
     #[test]
     fn formulas_are_what_small_steps_add_up_to() {
-        let cases: [(&[(f32, f32, u16, f32)], Option<&Medium>, f32); 6] = [
+        type Case<'a> = (&'a [(f32, f32, u16, f32)], Option<&'a Medium>, f32);
+        let cases: [Case<'_>; 6] = [
             (&[(1.0, 3.0, 0, 1.0)], None, 9.0),
             // in it from the start, and another one within
             (&[(0.0, 3.0, 0, 1.0), (1.0, 2.0, 1, 1.0)], None, 9.0),

@@ -1,10 +1,13 @@
 //! Details of a mesh's surface that few meshes have: colours, alphas and more texture coordinates of its vertices, directions for
 //! normal maps, and the space of graphs.
 
+use std::sync::Arc;
+
 use bevy_mikktspace::{Geometry, TangentSpace};
 use glam::{Affine3A, DAffine3, DVec3, Vec2, Vec3};
 use half::f16;
 
+use super::cage::Cage;
 use super::texture::UvSet;
 use super::{Material, Mesh, Triangles};
 use crate::geometry::Bounds;
@@ -22,6 +25,8 @@ pub struct Details {
     pub tangents: Vec<Tangents>,
     /// Space in which [graphs](crate::graph) see the mesh, if a material of it has one.
     pub space: Option<ObjectSpace>,
+    /// Cage that the mesh stands for until it is diced. A shot that was loaded has none.
+    pub(crate) cage: Option<Arc<Cage>>,
 }
 
 /// Object space as the mesh's file has it, also where the mesh was placed in the world since.

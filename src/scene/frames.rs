@@ -91,6 +91,11 @@ impl Frames {
     pub fn first(&self) -> i32 {
         self.runs[0].first
     }
+
+    /// The earliest and the latest frame.
+    pub fn ends(&self) -> [i32; 2] {
+        [self.first(), self.last()]
+    }
 }
 
 /// Writes the frames as [`Frames::parse`] reads them.

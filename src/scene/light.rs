@@ -4,6 +4,7 @@ use glam::{DVec3, Vec3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::links::LightLinks;
 use crate::animation::{Keyed, Keys, Track};
 
 /// One light of a shot.
@@ -23,6 +24,8 @@ pub struct Light {
     pub samples: u32,
     /// Name of the light group, whose layer shows the contribution of its lights.
     pub group: Option<String>,
+    /// Models that it lights, and that cast shadows in its light.
+    pub links: LightLinks,
 }
 
 /// Curve by which a spot fades from where it is full to its rim, by the cosine of the angle to its axis.

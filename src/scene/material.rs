@@ -7,9 +7,9 @@ use std::sync::Arc;
 
 use glam::Vec3;
 
-pub use computed::{Bump, ByParameter, Computed, Computes, Varying};
+pub use computed::{Along, Bump, ByParameter, Computed, Computes, Displacement, Varying};
 pub use layers::{
-    Anisotropy, Coat, Entry, Fuzz, LEAST_ALPHA, MetalRough, Optics, Scattering, UnevenGlass, head_on,
+    Anisotropy, Coat, Entry, Fuzz, Hair, LEAST_ALPHA, MetalRough, Optics, Scattering, UnevenGlass, head_on,
     index_of,
 };
 
@@ -49,6 +49,8 @@ pub struct Material {
     pub coat: Option<Coat>,
     /// Fuzz above all of that; it has a metal-rough layer then.
     pub fuzz: Option<Fuzz>,
+    /// Fibres that it is made of; it has a metal-rough layer then, for its colour alone.
+    pub hair: Option<Hair>,
     /// Light that leaves it somewhere else than where it came, or on the other side.
     pub scattering: Option<Scattering>,
     /// What of its glass is not the same all over, if anything is.
@@ -65,6 +67,8 @@ pub struct Material {
     pub normal_map: Option<NormalMap>,
     /// Heights of a surface that is rougher than its triangles; on top of its normal map, if it has one.
     pub bump: Option<Bump>,
+    /// What moves the vertices of its triangles, before anything is rendered.
+    pub displacement: Option<Displacement>,
     /// True if the colours of vertices are a factor of the reflectance, as a texture is.
     pub has_vertex_colors: bool,
     /// What fills closed meshes of it; where graphs give that, a factor of what they give.
@@ -107,6 +111,7 @@ impl Material {
             anisotropy: None,
             coat: None,
             fuzz: None,
+            hair: None,
             scattering: None,
             uneven_glass: None,
             absorption: Vec3::ZERO,
@@ -115,6 +120,7 @@ impl Material {
             cutout: None,
             normal_map: None,
             bump: None,
+            displacement: None,
             has_vertex_colors: false,
             medium: None,
             medium_graph: None,
@@ -255,6 +261,7 @@ impl Material {
     /// Returns true if anything of it depends on the space of a mesh's own file.
     pub fn asks_for_space(&self) -> bool {
         self.programs().next().is_some()
+            || self.displacement.is_some()
             || self.anisotropy.is_some_and(|anisotropy| anisotropy.around.is_some())
     }
 

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use glam::{DVec3, Vec3, Vec3A};
 use rayon::prelude::*;
 
+use super::cage::Cage;
 use super::cutout::CutTriangles;
 use super::details::Details;
 use super::geometry::{Geometry, Triangles};
@@ -149,6 +150,22 @@ impl Mesh {
             change(triangles);
         }
         self
+    }
+
+    /// The mesh, which stands for a cage until it is diced.
+    pub(crate) fn with_cage(self, cage: Option<Arc<Cage>>) -> Self {
+        match cage {
+            Some(_) => Self { details: Arc::new(Details { cage, ..Details::clone(&self.details) }), ..self },
+            None => self,
+        }
+    }
+
+    /// The mesh without its cage.
+    pub(crate) fn without_cage(self) -> Self {
+        if self.details.cage.is_none() {
+            return self;
+        }
+        Self { details: Arc::new(Details { cage: None, ..Details::clone(&self.details) }), ..self }
     }
 
     /// Its shapes, if it deforms.

@@ -3,9 +3,11 @@
 //! Spaces: a mesh lives in its model's *object* space; a [`Model`]'s track takes it to *world* space. Units
 //! are the OBJ's. Right-handed, Y up. Nothing here traces a ray or knows Embree.
 
+pub(crate) mod cage;
 pub mod camera;
 pub mod cutout;
 pub mod details;
+pub(crate) mod dicing;
 pub mod environment;
 pub mod error;
 pub mod frames;
@@ -14,11 +16,13 @@ pub mod given;
 pub(crate) mod import;
 mod keys;
 pub mod light;
+pub mod links;
 mod loader;
 pub mod look;
 pub mod material;
 pub mod medium;
 pub mod mesh;
+pub mod mist;
 mod model;
 pub mod on_mesh;
 mod paths;
@@ -47,11 +51,13 @@ pub use geometry::{Geometry, Triangles};
 pub use import::{gltf, obj, ply, usd};
 pub use keys::schema;
 pub use light::{Light, LightGroups, LightKind, Panel, SpotFall};
+pub use links::{BlockerSet, BlockerSets, LightLinks, Linked, ModelNames};
 #[doc(hidden)]
 pub use loader::load_sharing;
 pub use loader::{load, load_turntable};
 pub use material::Material;
 pub use mesh::Mesh;
+pub use mist::{Mist, MistFalloff};
 pub use ray_kinds::{RayKind, RayKinds, RayVisibility, Role};
 pub use render_space::RenderSpace;
 pub use shapes::Shapes;
@@ -83,6 +89,10 @@ pub struct Scene {
     pub background: Background,
     /// Light from all around. If it is visible, the camera sees it instead of the background.
     pub environment: Option<Environment>,
+    /// Name of the light group of the environment, the background and the ambient light.
+    pub world_group: Option<String>,
+    /// Distances of the layer of mist.
+    pub mist: Mist,
     /// What fills everything, if anything does.
     pub fog: Option<medium::Medium>,
     /// Change of units and origin that the loader made to the files.
@@ -111,12 +121,42 @@ pub struct Model {
     pub reflection_map: Option<u32>,
     /// What rays of each kind see of it.
     pub ray_visibility: RayVisibility,
+    /// What links of lights know of it.
+    pub linked: Linked,
 }
 
 impl Scene {
     /// Pager of the textures that are in pages, if there are some.
     pub fn pager(&self) -> Option<&Pager> {
         self.textures.iter().find_map(|texture| texture.image.pager()).map(Arc::as_ref)
+    }
+
+    /// Names of the light groups of lights, of what emits and of the world, and that of all that have none, each once.
+    pub fn light_groups(&self) -> Vec<&str> {
+        let of_lights = self.lights.iter().filter_map(|light| light.group.as_deref());
+        let of_models = self.models.iter().filter_map(|model| model.linked.light_group.as_deref());
+        let mut names: Vec<&str> = Vec::new();
+        let all = of_lights.chain(of_models).chain(self.world_group.as_deref()).chain([LightGroups::OTHERS]);
+        all.for_each(|name| {
+            if !names.contains(&name) {
+                names.push(name);
+            }
+        });
+        names
+    }
+
+    /// Checks that there is a light group of this name.
+    ///
+    /// # Errors What there is instead.
+    pub fn check_light_group(&self, name: &str) -> Result<(), String> {
+        let known = self.light_groups();
+        if known.contains(&name) {
+            return Ok(());
+        }
+        Err(format!(
+            "names no light group of the shot: there are `{}`; write one of these",
+            known.join("`, `")
+        ))
     }
 
     /// Returns true if any model is hidden from some kinds of rays.

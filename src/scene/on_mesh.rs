@@ -5,7 +5,7 @@ mod tangent;
 
 use glam::{Affine3A, Vec2, Vec3};
 
-pub use computed::{PlaceOfGraph, appearances, heights};
+pub use computed::{PlaceOfGraph, appearances, displacements, heights};
 
 use super::geometry::{Geometry, Triangles};
 use super::look::Varied;
@@ -197,8 +197,17 @@ impl<'a> OnMesh<'a> {
     pub(super) fn vertex_color(&self) -> Vec3 {
         let Self { mesh, primitive, weights: [u, v], .. } = *self;
         let colors = &mesh.details.colors;
-        let Some(triangles) = mesh.as_triangles().filter(|_| !colors.is_empty()) else { return Vec3::ONE };
+        if colors.is_empty() {
+            return Vec3::ONE;
+        }
         let color = |corner: u32| Vec3::from(colors[corner as usize].map(f32::from));
+        let triangles = match &mesh.geometry {
+            Geometry::Triangles(triangles) => triangles,
+            Geometry::Curved(curved) => {
+                let Some(([from, to], share)) = curved.vertices(primitive, [u, v]) else { return Vec3::ONE };
+                return color(from).lerp(color(to), share);
+            }
+        };
         let [a, b, c] = triangles.corners[primitive as usize].map(color);
         a * (1.0 - u - v) + b * u + c * v
     }

@@ -236,6 +236,7 @@ mod tests {
             power: Track::constant(2e-14),
             samples: 1,
             group: None,
+            links: Default::default(),
         };
         let light = space.light(light);
         let LightKind::Point { position } = light.kind else { panic!("still a point light") };

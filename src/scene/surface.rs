@@ -7,6 +7,7 @@ use std::ops::{Index, IndexMut};
 
 use glam::Vec3;
 
+use super::material::{Along, Hair};
 use crate::graph::nodes::picture::{self, Shown};
 use crate::graph::{Graph, Input, Kind};
 
@@ -187,6 +188,19 @@ pub struct Heights {
     pub strength: f32,
 }
 
+/// What moves the vertices of a surface.
+#[derive(Debug, Clone, Copy)]
+pub struct Displaced {
+    /// Heights or vectors.
+    pub by: Input,
+    /// Length for which 1 stands, object space.
+    pub scale: f32,
+    /// Value that moves nothing.
+    pub middle: f32,
+    /// Where to.
+    pub along: Along,
+}
+
 /// Meaning of alpha that a picture has.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Alpha {
@@ -256,6 +270,8 @@ pub struct Beyond {
     pub tangent_turn: f32,
     /// Axis of object space around which that tangent leads; without one it is that of the first texture coordinate.
     pub tangent_around: Option<Vec3>,
+    /// Fibres of hair in place of all that reflects; the base colour is the one that the hair has in the end.
+    pub hair: Option<Hair>,
 }
 
 impl Default for Beyond {
@@ -274,6 +290,7 @@ impl Default for Beyond {
             entry_matt: None,
             tangent_turn: 0.0,
             tangent_around: None,
+            hair: None,
         }
     }
 }
@@ -293,6 +310,8 @@ pub struct Surface {
     pub alpha: Option<PlaceAlpha>,
     /// Heights that bend its normal (`geometry_normal`).
     pub heights: Option<Heights>,
+    /// What moves its vertices.
+    pub displaced: Option<Displaced>,
     /// Number of the shot's picture of its normals, with the factor on their slopes.
     pub normals: Option<(u32, f32)>,
     /// What OpenPBR has no parameter for.
@@ -344,6 +363,7 @@ impl Surface {
             is_tinted: false,
             alpha: None,
             heights: None,
+            displaced: None,
             normals: None,
             beyond: Beyond::default(),
             volume: None,

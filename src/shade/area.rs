@@ -31,6 +31,8 @@ pub struct AreaRadiance {
     pub full: Vec3,
     /// What of it is sent in each direction.
     pub beam: Beam,
+    /// False if the points of the light that are asked bring all of its light, and paths off the same surface none.
+    pub is_met: bool,
 }
 
 /// What of the radiance of a light is sent in each direction.
@@ -88,7 +90,7 @@ pub fn radiance(light: &LightPose) -> Option<AreaRadiance> {
         }
         AreaShape::Sun { versine, .. } => (0.5 / versine, Beam::Even),
     };
-    Some(AreaRadiance { full: light.strength * factor, beam })
+    Some(AreaRadiance { full: light.strength * factor, beam, is_met: true })
 }
 
 /// Intersects the ray `origin + t * direction` (unit length) with `light`: what it sees, if it meets the side

@@ -14,24 +14,27 @@ pub struct Horizon {
     pub lift: Vec3,
     /// True if a normal map may bend the shading normal away from its normal.
     pub is_bent: bool,
+    /// True of a fibre, which light reaches from all around: rays start within it.
+    pub is_fibre: bool,
 }
 
 impl Horizon {
     /// A surface that is as flat as the triangle, or is not told from it, with this normal.
     pub fn flat(normal: Vec3) -> Self {
-        Self { normal, lift: Vec3::ZERO, is_bent: false }
+        Self { normal, lift: Vec3::ZERO, is_bent: false, is_fibre: false }
     }
 
     /// Returns true if light may arrive from `direction`, and not from within: `geometric_normal` is that of the triangle.
     #[inline(always)]
     pub fn is_below(&self, direction: Vec3, geometric_normal: Vec3) -> bool {
-        (geometric_normal.dot(direction) > 0.0 || self.lift != Vec3::ZERO) && self.normal.dot(direction) > 0.0
+        let is_above = geometric_normal.dot(direction) > 0.0 || self.lift != Vec3::ZERO;
+        is_above && self.normal.dot(direction) > 0.0 || self.is_fibre
     }
 
     /// Origin of a ray to a direction that it [is below](Self::is_below); `origin` is off the triangle.
     #[inline(always)]
     pub fn origin(&self, origin: Vec3, direction: Vec3, geometric_normal: Vec3) -> Vec3 {
-        if geometric_normal.dot(direction) > 0.0 { origin } else { origin + self.lift }
+        if geometric_normal.dot(direction) > 0.0 && !self.is_fibre { origin } else { origin + self.lift }
     }
 
     /// Share of diffuse light from a direction that a surface with this shading `normal` shows: see [`fading`].

@@ -305,7 +305,7 @@ mod tests {
 
     fn light(kind: LightKind, power: f64) -> Light {
         let (color, power) = (Track::constant(Vec3::ONE), Track::constant(power));
-        Light { name: "light".into(), kind, color, power, samples: 1, group: None }
+        Light { name: "light".into(), kind, color, power, samples: 1, group: None, links: Default::default() }
     }
 
     fn lamp(place: DVec3, power: f64) -> Light {

@@ -12,6 +12,8 @@ pub struct SkyLight {
     /// Distribution to sample directions from: the environment, or one made of the background. `None` if the
     /// sky is black.
     sampled: Option<Environment>,
+    /// True if all of it is dark, though directions are sampled as if it were not.
+    is_dark: bool,
 }
 
 impl SkyLight {
@@ -19,12 +21,21 @@ impl SkyLight {
     pub fn new(scene: &Scene) -> Self {
         let (background, environment) = (scene.background, scene.environment.clone());
         let sampled = environment.clone().unwrap_or_else(|| Environment::from_background(&background));
-        Self { background, environment, sampled: Some(sampled).filter(|sky| !sky.is_black()) }
+        Self { background, environment, sampled: Some(sampled).filter(|sky| !sky.is_black()), is_dark: false }
+    }
+
+    /// Takes its light away, if that is wanted: directions are sampled as before.
+    #[must_use]
+    pub fn dark_if(self, is_dark: bool) -> Self {
+        Self { is_dark, ..self }
     }
 
     /// Radiance from `direction` (world space, unit length) that lights surfaces and that mirrors show.
     #[inline]
     pub fn radiance(&self, direction: Vec3) -> Vec3 {
+        if self.is_dark {
+            return Vec3::ZERO;
+        }
         match &self.environment {
             Some(environment) => environment.radiance(direction),
             None => self.background.radiance(direction),
@@ -34,6 +45,9 @@ impl SkyLight {
     /// Radiance from `direction` (world space, unit length) as the eye sees it.
     #[inline]
     pub fn seen(&self, direction: Vec3) -> Vec3 {
+        if self.is_dark {
+            return Vec3::ZERO;
+        }
         match &self.environment {
             Some(environment) if environment.visible => environment.radiance(direction),
             _ => self.background.radiance(direction),
@@ -68,6 +82,7 @@ impl SkyLight {
     pub fn light(&self, density: SkyDensity, direction: Vec3) -> LightFrom {
         let light = self.sampled.as_ref().map_or(LightFrom::NONE, |sky| sky.light(density, direction));
         match &self.environment {
+            _ if self.is_dark => LightFrom { radiance: Vec3::ZERO, ..light },
             Some(_) => light,
             None => LightFrom { radiance: self.background.radiance(direction), ..light },
         }

@@ -25,6 +25,8 @@ pub struct Receivers {
     pub smooth: Option<Vec3x8>,
     /// Normals of the triangles.
     pub geometric_normal: Vec3x8,
+    /// Bit mask of fibres, which light reaches from all around: their rays start within them.
+    pub fibres: u8,
 }
 
 impl Receivers {
@@ -35,7 +37,12 @@ impl Receivers {
         let before = |normal: Vec3x8| normal.dot(light_sample.direction).gt(F32x8::ZERO);
         let curved = before(self.normal) & light_sample.reaches;
         let curved = self.smooth.map_or(curved, |smooth| curved & before(smooth));
-        [curved, before(self.geometric_normal)]
+        let flat = before(self.geometric_normal);
+        if self.fibres == 0 {
+            return [curved, flat];
+        }
+        let fibres = Mask::from_bits(self.fibres);
+        [(curved | fibres) & light_sample.reaches, flat & !fibres]
     }
 
     /// Shadow rays from those of the surfaces whose bit is set in `wanted`. `lift` gives the [way](super::horizon::Horizon::lift) to the curved
@@ -73,6 +80,7 @@ impl Receivers {
             normal: one(self.normal),
             smooth: self.smooth.map(one),
             geometric_normal: one(self.geometric_normal),
+            fibres: if self.fibres >> lane & 1 != 0 { u8::MAX } else { 0 },
         };
         let halves = light_samples.each_ref().map(|half| this.before(half).map(Mask::bits));
         let of = |kind: usize| u16::from_le_bytes(halves.map(|half| half[kind]));
@@ -183,7 +191,11 @@ pub fn most_lift_at_rest(mesh: &Mesh) -> f32 {
     let of = |Triangles { positions, normals, corners, .. }: &Triangles| {
         most_lift(positions.as_slice(), normals, corners)
     };
-    mesh.as_triangles().map_or(0.0, of)
+    match mesh.as_curved() {
+        // rays from fibres start within them
+        Some(curved) => curved.most_radius(),
+        None => mesh.as_triangles().map_or(0.0, of),
+    }
 }
 
 #[cfg(test)]

@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-use super::bsdf::phong::Palette;
+use super::bsdf::palette::Palette;
 
 /// The solids that a ray is in: that which it has entered last, and the one around that. Farther ones are forgotten, so that light fades
 /// no more where it has left two in others.

@@ -33,11 +33,12 @@ use super::{Backend, TraceError, Tracer, has_many_clear};
 use crate::animation::Transform;
 use crate::geometry::Bounds;
 use crate::pose::Pose;
-use crate::scene::{Mesh, Model, RayKinds, Scene};
+use crate::scene::{BlockerSets, Mesh, Model, Scene};
 use crate::settings::{Build, Caustics};
 pub use config::{CONFIG_VARIABLE, check_config, device_config, settings};
 use deforming::Deforming;
 use frozen::{Frozen, Part, ROBUST, Source, freeze, parts_of};
+use mask::SeenBy;
 use parts::PartsById;
 use places::{Instance, are_twins, has_twins, set_places, times};
 use tracer::{EmbreeTracer, OpenCasters};
@@ -66,6 +67,8 @@ pub struct EmbreeBackend {
     width: PacketWidth,
     /// True if triangles that cast no shadows let shadow rays pass.
     clear_passes: bool,
+    /// Models that cast shadows in some lights alone.
+    sets: BlockerSets,
     /// True if models that stand still [lie in each other](are_twins), where it matters.
     has_still_twins: bool,
 }
@@ -111,6 +114,7 @@ impl EmbreeBackend {
             width: device.native_width(),
             device: device.clone(),
             clear_passes: caustics == Caustics::None,
+            sets: BlockerSets::of(scene),
             // a careful build has one tree of all triangles
             has_still_twins: quality == BuildQuality::Low && has_still_twins(scene),
         };
@@ -163,7 +167,13 @@ impl EmbreeBackend {
 
     fn add_still(&mut self, number: u32, model: &Model) -> Result<(), TraceError> {
         let mesh = &model.mesh;
-        let parts = parts_of(&self.device, mesh, &Source::at_rest(mesh), seen_by(model))?;
+        let seen_by = self.seen_by(number, model);
+        let (has_sets, clear_passes) = (self.sets.count() > 0, self.clear_passes);
+        let mask_of = |casts_shadow| match has_sets {
+            true => mask::of_geometry_in_sets(seen_by, casts_shadow, clear_passes),
+            false => mask::of_geometry(seen_by.kinds, casts_shadow),
+        };
+        let parts = parts_of(&self.device, mesh, &Source::at_rest(mesh), mask_of)?;
         for Part { geometry, first, casts_shadow } in parts {
             self.parts.add(self.still.attach(&geometry)?, number, first);
             if let Some(casters) = self.casters.as_mut().filter(|_| casts_shadow) {
@@ -176,7 +186,8 @@ impl EmbreeBackend {
     /// Adds a copy that stands still. Called after all models that move, so that its instance has another id
     /// than theirs.
     fn add_at_rest(&mut self, number: u32, model: &Model, frozen: &Frozen) -> Result<(), TraceError> {
-        let (place, mask) = (model.track.at(0.0).columns(), mask::of_instance(seen_by(model), false));
+        let (place, mask) =
+            (model.track.at(0.0).columns(), mask::of_instance(self.seen_by(number, model), false));
         self.still.skip_ids_to(self.parts.next_instance());
         let id = self.still.attach_instance(&frozen.scene, place, mask)?;
         self.parts.add_instance(id, number, frozen.firsts);
@@ -194,7 +205,7 @@ impl EmbreeBackend {
         frozen: &Frozen,
     ) -> Result<[Option<GeometryId>; 2], TraceError> {
         let identity = Transform::IDENTITY.columns();
-        let seen_by = seen_by(model);
+        let seen_by = self.seen_by(number, model);
         let mask = mask::of_instance(seen_by, true);
         let bounds = frozen.bounds;
         let placed = |id| Instance { id, model: number as usize, seen_by, bounds };
@@ -209,6 +220,12 @@ impl EmbreeBackend {
             of_caster = Some(id);
         }
         Ok([Some(instance), of_caster])
+    }
+
+    /// Rays that see a model.
+    fn seen_by(&self, number: u32, model: &Model) -> SeenBy {
+        let kinds = model.ray_visibility.hidden_from.others();
+        SeenBy { kinds, sets: self.sets.bits_of(number as usize) }
     }
 }
 
@@ -255,11 +272,6 @@ fn has_still_twins(scene: &Scene) -> bool {
     let placed: Vec<(Bounds, Transform)> =
         still.map(|model| (bounds_of(&model.mesh), model.track.at(0.0))).collect();
     are_twins(placed.iter().map(|(bounds, place)| (*bounds, place)))
-}
-
-/// Rays that see a model.
-fn seen_by(model: &Model) -> RayKinds {
-    model.ray_visibility.hidden_from.others()
 }
 
 impl From<embree::Error> for TraceError {

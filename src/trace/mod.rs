@@ -17,7 +17,7 @@ pub mod timed;
 pub use batch::{Coherence, Hit, HitBatch, HitPacket, LANES, NO_HIT, RayBatch, RayPacket};
 
 use crate::pose::Pose;
-use crate::scene::{Mesh, RayKind, Scene};
+use crate::scene::{BlockerSet, Mesh, RayKind, Scene};
 use crate::settings::{Build, Caustics};
 
 /// Models that may block a ray.
@@ -76,23 +76,41 @@ impl Search<'_> {
 }
 
 /// Purpose of a segment, which decides what blocks it.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Purpose {
     /// Segment from the eye to a sample, of the kind [`RayKind::Camera`]. Everything that such rays see blocks, but the
     /// sample's own primitive: its triangle, or that place of a curved primitive.
     Sight,
     /// Segment from a sample to a light, of the kind [`RayKind::Shadow`]. Surfaces that cast shadows block (see
     /// [`Material::casts_shadow`](crate::scene::Material::casts_shadow)); under [`Caustics::Paths`] all do.
+    #[default]
     Shadow,
+    /// As `Shadow`, of a light in which the models of one set alone cast shadows.
+    LinkedShadow(BlockerSet),
 }
 
 impl Purpose {
+    /// Segments to a light in which the models of `set` cast shadows.
+    pub fn shadow_of(set: BlockerSet) -> Self {
+        if set == BlockerSet::ALL { Self::Shadow } else { Self::LinkedShadow(set) }
+    }
+
+    /// Returns true for segments to lights.
+    pub fn is_shadow(self) -> bool {
+        self != Self::Sight
+    }
+
+    /// Models that may block the segments.
+    pub fn blockers(self) -> BlockerSet {
+        match self {
+            Self::Sight | Self::Shadow => BlockerSet::ALL,
+            Self::LinkedShadow(set) => set,
+        }
+    }
+
     /// Kind of the segments.
     pub fn kind(self) -> RayKind {
-        match self {
-            Self::Sight => RayKind::Camera,
-            Self::Shadow => RayKind::Shadow,
-        }
+        if self.is_shadow() { RayKind::Shadow } else { RayKind::Camera }
     }
 }
 

@@ -45,7 +45,7 @@ use super::{
 use crate::animation::{Chord, Shape};
 use crate::exposure::{TICKS, Tick};
 use crate::pose::Pose;
-use crate::scene::{Mesh, Model, RayKind, Scene};
+use crate::scene::{BlockerSet, BlockerSets, Mesh, Model, RayKind, Scene};
 use crate::settings::Caustics;
 use curved::{CurvedPrimitives, Standing};
 use instances::{Instances, Placed};
@@ -61,6 +61,8 @@ pub struct RustBackend {
     of_kind: TreesOfKind,
     /// Trees of the triangles that cast shadows, where [many are clear](has_many_clear).
     casters: Option<Trees>,
+    /// Trees of what casts shadows in the light of some lights: those of each set of models, in the order of their numbers.
+    linked: Vec<Trees>,
     /// True if triangles that cast no shadow let shadow rays pass.
     clear_passes: bool,
 }
@@ -99,21 +101,25 @@ impl RustBackend {
 
     /// Builds all trees, where clear glass blocks shadow rays or lets them pass by `caustics`.
     pub fn of(scene: &Scene, caustics: Caustics) -> Self {
-        let casters = || {
-            Trees::new(
-                scene,
-                RayKind::Shadow,
-                |mesh| mesh.shadow_casting,
-                CurvedPrimitives::new(scene, RayKind::Shadow, true),
-            )
+        let has_casters = has_many_clear(scene, caustics);
+        let sets = BlockerSets::of(scene);
+        let shadows = |set: BlockerSet, casters: bool| {
+            let count = if casters { |mesh: &Mesh| mesh.shadow_casting } else { Mesh::count };
+            let see = |number: usize, model: &Model| {
+                model.ray_visibility.is_seen_by(RayKind::Shadow) && sets.has(set, number)
+            };
+            Trees::new(scene, see, count, CurvedPrimitives::new(scene, see, casters))
         };
         let (kinds, of_kind) = distinct(scene);
-        let seen =
-            |kind: RayKind| Trees::new(scene, kind, Mesh::count, CurvedPrimitives::new(scene, kind, false));
+        let seen = |kind: RayKind| {
+            let see = |_, model: &Model| model.ray_visibility.is_seen_by(kind);
+            Trees::new(scene, see, Mesh::count, CurvedPrimitives::new(scene, see, false))
+        };
         Self {
             seen: kinds.into_iter().map(seen).collect(),
             of_kind,
-            casters: has_many_clear(scene, caustics).then(casters),
+            casters: has_casters.then(|| shadows(BlockerSet::ALL, true)),
+            linked: sets.linked().map(|set| shadows(set, has_casters)).collect(),
             clear_passes: caustics == Caustics::None,
         }
     }
@@ -126,15 +132,21 @@ impl RustBackend {
 }
 
 impl Trees {
-    /// Builds trees of the first `count` triangles of each mesh that rays of this kind see, and of `curved`.
-    fn new(scene: &Scene, kind: RayKind, count: fn(&Mesh) -> usize, curved: CurvedPrimitives) -> Self {
+    /// Builds trees of the first `count` triangles of each mesh of the models, with their numbers, that rays `see`, and of `curved`.
+    fn new(
+        scene: &Scene,
+        see: impl Fn(usize, &Model) -> bool,
+        count: fn(&Mesh) -> usize,
+        curved: CurvedPrimitives,
+    ) -> Self {
         let (mut still, mut meshes, mut movable, mut deforming) =
             (Vec::new(), Vec::new(), Vec::new(), Vec::new());
         let (mut known, mut at_rest) = (HashMap::new(), Vec::new());
-        let has_triangles = |model: &Model| {
-            !model.mesh.is_curved() && count(&model.mesh) > 0 && model.ray_visibility.is_seen_by(kind)
+        let has_triangles = |number: usize, model: &Model| {
+            !model.mesh.is_curved() && count(&model.mesh) > 0 && see(number, model)
         };
-        for (number, model) in scene.models.iter().enumerate().filter(|(_, model)| has_triangles(model)) {
+        let models = scene.models.iter().enumerate();
+        for (number, model) in models.filter(|(number, model)| has_triangles(*number, model)) {
             if model.track.is_constant() && !model.is_placed_at_rest() {
                 still.push((number as u32, &*model.mesh));
             } else if model.mesh.shapes().is_some() {
@@ -211,8 +223,9 @@ impl Backend for RustBackend {
     fn commit<'a>(&'a mut self, pose: &Pose, moved: &[bool]) -> Result<Box<dyn Tracer + 'a>, TraceError> {
         let casters = self.casters.as_mut().map(|trees| trees.open(pose, moved));
         let seen = self.seen.iter_mut().map(|trees| trees.open(pose, moved)).collect();
+        let linked = self.linked.iter_mut().map(|trees| trees.open(pose, moved)).collect();
         let (of_kind, clear_passes) = (self.of_kind, self.clear_passes);
-        Ok(Box::new(RustTracer { seen, of_kind, casters, clear_passes }))
+        Ok(Box::new(RustTracer { seen, of_kind, casters, linked, clear_passes }))
     }
 }
 
@@ -221,6 +234,7 @@ struct RustTracer<'a> {
     seen: Vec<OpenTrees<'a>>,
     of_kind: TreesOfKind,
     casters: Option<OpenTrees<'a>>,
+    linked: Vec<OpenTrees<'a>>,
     clear_passes: bool,
 }
 
@@ -293,11 +307,12 @@ impl Tracer for RustTracer<'_> {
         blocked: &mut [u16],
     ) {
         let trees = match (&self.casters, purpose) {
+            (_, Purpose::LinkedShadow(set)) => &self.linked[set.number() - 1],
             (Some(casters), Purpose::Shadow) => casters,
             _ => self.seen_by(purpose.kind()),
         };
         if by == Occluders::Still || !trees.are_all_still() {
-            let clear_passes = self.clear_passes && purpose == Purpose::Shadow;
+            let clear_passes = self.clear_passes && purpose.is_shadow();
             find_blocked(trees, rays, Blockers { by, purpose, clear_passes, coherence }, blocked);
         }
     }

@@ -65,7 +65,7 @@ impl Tracer for Timed<'_> {
             // rays to the sky, off rough surfaces
             (Purpose::Sight, Coherence::Incoherent) => &self.bounced,
             (Purpose::Sight, _) => &self.verification,
-            (Purpose::Shadow, _) => &self.shadow,
+            (Purpose::Shadow | Purpose::LinkedShadow(_), _) => &self.shadow,
         };
         clocked(kind, || self.tracer.blocked(rays, by, purpose, coherence, blocked));
     }

@@ -59,7 +59,9 @@ fn highlights_are_long_along_the_tangent() {
 fn grooves_lead_around_an_axis() {
     let mesh = floor();
     let space = Some(ObjectSpace::around(mesh.triangles().positions.as_slice()));
-    let details = Arc::new(Details { space, ..Details::clone(&mesh.details) });
+    let mut details = Details::clone(&mesh.details);
+    details.space = space;
+    let details = Arc::new(details);
     let camera = toy::camera(rests(DVec3::new(2.0, 4.0, 0.0)), rests(DVec3::new(2.0, 0.0, -1e-6)));
     let models = vec![toy::still("disk", Mesh { details, ..mesh }, Vec3::ZERO)];
     let material = brushed(0.8, 0.0, Some(Vec3::Y));
@@ -114,7 +116,9 @@ fn an_audit_finds_nothing() {
         let positions = mesh.triangles().positions.as_slice();
         let uvs = positions.iter().map(|[x, y, z]| Vec2::new(x + 0.3 * y, z - y)).collect();
         let space = Some(ObjectSpace::around(positions));
-        let details = Arc::new(Details { space, ..Details::clone(&mesh.details) });
+        let mut details = Details::clone(&mesh.details);
+        details.space = space;
+        let details = Arc::new(details);
         model.mesh = Arc::new(Mesh { details, ..mesh }.with_triangles(|triangles| triangles.uvs = uvs));
     }
     let settings = Settings { paths: 2, reflections: 2, depth: 3, ..toy::settings(1) };

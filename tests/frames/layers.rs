@@ -6,7 +6,7 @@ use afterimage::film::Film;
 use afterimage::frame::Renderer;
 use afterimage::layers::Layers;
 use afterimage::scene::material::{MetalRough, Optics};
-use afterimage::scene::{self, Background, LightKind, Material, Scene, Triangles};
+use afterimage::scene::{self, Background, LightKind, Material, Mist, MistFalloff, Scene, Triangles};
 use afterimage::settings::{Backdrop, Filter, Mode, Settings};
 use glam::{DVec3, Vec2, Vec3};
 use half::f16;
@@ -381,5 +381,34 @@ fn the_filtered_depth_is_between_those_of_the_samples() {
             .filter(|(_, z)| **z < 1e9)
             .filter(|(depth, z)| (**depth / **z - 1.0).abs() > 1e-6);
         assert_eq!(off.count(), 0);
+    }
+}
+
+/// `mist.V` grows with the distance from the eye: not along its axis, but for an orthographic camera.
+#[test]
+fn mist_grows_with_the_distance_from_the_eye() {
+    let mist = Mist { start: 6.0, depth: 8.0, falloff: MistFalloff::Linear };
+    for falloff in [MistFalloff::Linear, MistFalloff::Quadratic, MistFalloff::Inverse] {
+        let scene =
+            Scene { mist: Mist { falloff, ..mist }, ..with_camera(matt_world(), rests(EYE), rests(TARGET)) };
+        let film = frames(&scene, &toy::settings(1), 1).remove(0);
+        let values = ["mist.V", "P.X", "P.Y", "P.Z", "Z"].map(|name| film.values(name).unwrap());
+        let [found, x, y, z, depth] = values;
+        let (mut within, mut beyond) = (0, 0);
+        for pixel in 0..found.len() {
+            let place = DVec3::new(x[pixel].into(), y[pixel].into(), z[pixel].into());
+            let share = ((place.distance(EYE) - mist.start) / mist.depth).clamp(0.0, 1.0);
+            let expected = match falloff {
+                MistFalloff::Linear => share,
+                MistFalloff::Quadratic => share * share,
+                MistFalloff::Inverse => share.sqrt(),
+            };
+            let is_background = depth[pixel] > 1e9;
+            let expected = if is_background { 1.0 } else { expected as f32 };
+            assert!((found[pixel] - expected).abs() < 2e-3, "{pixel}: {}, not {expected}", found[pixel]);
+            within += usize::from(expected > 0.0 && expected < 1.0);
+            beyond += usize::from(!is_background && expected == 1.0);
+        }
+        assert!(within > 500 && beyond > 100, "{within} {beyond}");
     }
 }

@@ -400,6 +400,47 @@ fn a_catcher_covers_by_the_light_that_is_kept_from_it() {
     }
 }
 
+/// The layer has each colour's own share: of a red sun that is hidden beside a blue one that is not. Beside catchers it is 1.
+#[test]
+fn the_layer_of_catchers_has_the_shadows_of_each_colour() {
+    let camera = toy::camera(rests(DVec3::new(0.0, 6.0, 0.01)), rests(DVec3::ZERO));
+    let roof = toy::still("roof", toy::floor(0.6, 0), Vec3::Y);
+    let floor = toy::still("floor", toy::floor(3.0, 0), Vec3::ZERO);
+    let sun = |direction: DVec3, color: Vec3| {
+        let kind = afterimage::scene::LightKind::Directional { direction: rests(direction) };
+        afterimage::scene::Light { color: color.into(), ..toy::light("sun", kind, 1.0) }
+    };
+    // the shadow of the first sun is right of the roof, that of the other one far left
+    let slope = |x: f64| DVec3::new(x, -1.0, 0.0).normalize();
+    let lights = vec![sun(slope(1.6), Vec3::X), sun(slope(-8.0), Vec3::new(0.0, 0.0, 1.0))];
+    let scene = caught(toy::scene(camera, vec![floor, roof], vec![toy::matt(0.3)], lights), "floor");
+    for samples in [1, 2] {
+        let settings = Settings { background: Backdrop::Transparent, ..toy::audited(samples) };
+        let finished = toy::render(&scene, &settings, 1).remove(0);
+        assert_eq!(toy::differing(&finished), 0);
+        let layer = |x, y| {
+            Vec3::from(["catcher.R", "catcher.G", "catcher.B"].map(|name| toy::pixel(&finished, name, x, y)))
+        };
+        // on the roof, in the red shadow (no light is green, which has the mean), on the open floor, beside it
+        for (x, y, expected, alpha) in [
+            (48, 36, Vec3::ONE, 1.0),
+            (64, 36, Vec3::new(0.0, 0.5, 1.0), 0.5),
+            (48, 20, Vec3::ONE, 0.0),
+            (2, 36, Vec3::ONE, 0.0),
+        ] {
+            let (found, covers) = (layer(x, y), toy::pixel(&finished, "A", x, y));
+            assert!((found - expected).abs().max_element() < 1e-3, "{x}, {y}: {found}, not {expected}");
+            assert!((covers - alpha).abs() < 1e-3, "{x}, {y}: {covers}, not {alpha}");
+        }
+        for (x, y) in (0..finished.film.height).flat_map(|y| (0..finished.film.width).map(move |x| (x, y))) {
+            // what things hide, by the formula of docs/layers.md
+            let hidden = toy::pixel(&finished, "A", x, y) - 1.0 + layer(x, y).element_sum() / 3.0;
+            let is_whole = hidden.abs() < 2e-3 || (hidden - 1.0).abs() < 2e-3;
+            assert!(is_whole || samples > 1 && (0.0..=1.0).contains(&hidden), "{x}, {y}: {hidden}");
+        }
+    }
+}
+
 /// Under a sky an open floor covers exactly nothing, however few paths there are; below a roof as much as the roof hides of
 /// the sky.
 #[test]

@@ -8,6 +8,7 @@ mod small_shot;
 
 mod awkward;
 mod camera;
+mod curves;
 mod deforming;
 mod environment;
 mod gltf;
@@ -21,6 +22,7 @@ mod ply;
 mod quadrics;
 mod schema;
 mod shot;
+mod subdivision;
 mod textures;
 #[cfg(feature = "usd")]
 mod usd;

@@ -453,3 +453,67 @@ fn the_material_file_beside_a_model_stands_in_for_one_that_is_not_there() {
         }
     }
 }
+
+#[test]
+fn links_to_nothing_are_mistakes() {
+    let shot = |light: &str, model: &str| {
+        format!(
+            "[[camera.key]]\nframe = 1\neye = [0, 0, 5]\ntarget = [0, 0, 0]\n[[model]]\nname = \"hero\"\nobj = \"m.obj\"\n\
+             groups = [\"cast\"]\n{model}\n[[light]]\ntype = \"directional\"\ndirection = [0, -1, 0]\n{light}\n"
+        )
+    };
+    let fits = "light_link = { include = [\"hero\"] }\nshadow_link = { exclude = [\"cast\"] }";
+    load(&shot("shadow_link = { include = [] }", ""));
+    load(&shot(fits, "light_link = { exclude = [\"floor\"] }\n[floor]"));
+    for (link, place, message) in [
+        (
+            "light_link = { include = [\"herro\"] }",
+            "13:27",
+            "`light_link` names `herro`, which is no model and no group of models: did you mean `hero`?",
+        ),
+        (
+            "shadow_link = { exclude = [\"\"] }",
+            "13:28",
+            "`shadow_link` has an empty name: write that of a model or a group",
+        ),
+        (
+            "light_link = { include = [] }",
+            "13:26",
+            "`include` of `light_link` is empty: nothing would be lit",
+        ),
+        (
+            "light_link = {}",
+            "13:14",
+            "`light_link` names nothing: give it `include` or `exclude`, or take it out",
+        ),
+        (
+            "light_link = { include = [\"cast\"], exclude = [\"hero\"] }",
+            "13:14",
+            "`light_link` means no model: all that it includes is excluded; take a name out of `exclude`",
+        ),
+        ("light_link = { exclude = [\"floor\"] }", "13:27", "`light_link` names `floor`, which is no model"),
+    ] {
+        let told = error(&shot(link, ""));
+        assert!(told.contains(&format!("s.toml:{place}: {message}")), "{told}");
+    }
+    let told = error(&shot("", "shadow_link = { include = [\"hreo\"] }"));
+    assert!(told.contains("s.toml:9:28: `shadow_link` names `hreo`"), "{told}");
+}
+
+/// Embree's masks have a bit for each set of models that cast shadows.
+#[test]
+fn too_many_sets_of_models_are_a_mistake() {
+    let shot = |lights: usize| {
+        let models = (0..17).map(|number| format!("[[model]]\nname = \"{number}\"\nobj = \"m.obj\"\n"));
+        let lights = (0..lights).map(|number| {
+            format!(
+                "[[light]]\ntype = \"directional\"\ndirection = [0, -1, 0]\nshadow_link = {{ exclude = [\"{number}\"] }}\n"
+            )
+        });
+        let camera = "[[camera.key]]\nframe = 1\neye = [0, 0, 5]\ntarget = [0, 0, 0]\n";
+        camera.to_string() + &models.chain(lights).collect::<String>()
+    };
+    load(&shot(16));
+    let told = error(&shot(17));
+    assert!(told.contains("more than 16 different sets of models: let some lights have the same"), "{told}");
+}

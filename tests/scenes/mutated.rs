@@ -15,6 +15,11 @@ const USUAL: u64 = 150;
 
 const OBJ: &str = "mtllib m.mtl\no Cube\nv 0 0 0\nv 1 0 0 1\nv 0 1 0\nv 1 1 0\nvt 0 0\nvt 1 0.5\nvn 0 0 1\nusemtl clear\nf 1/1/1 2/2/1 3/1/1\n\
                    g top side\nusemtl wood\nf -3 -1 -2\ns 1\nf 1//1 2//1 4//1 3//1\nf 1 2 4 3 1\nl 1 2\n";
+const CURVES: &str = "# three\nbasis catmull-rom\nradius 0.1 0.02\ncurve 0.5 0.25\n0 0 0\n0 1 0.5\n0 2 0\ncurve 0 1\n1 0 0\n1 2 0 0.3\n\
+    curve 1 1\n2 0 0 0.1\n2 0 0 0.1\n2 1 1e3 0.2\n";
+
+const SHOT_OF_CURVES: &str = "[[camera.key]]\nframe = 1\neye = [0, 0, 9]\ntarget = [0, 0, 0]\n[[model]]\ncurves = { file = \"m.curves\" }\n";
+
 const PLY: &str = "ply\nformat ascii 1.0\ncomment by hand\nelement vertex 4\nproperty float x\nproperty double y\nproperty float z\nproperty float s\n\
                    property float t\nelement face 2\nproperty list uchar int vertex_indices\nproperty uchar flags\nend_header\n0 0 0 0 0\n1 0 0 1 0\n\
                    1 1 0 1 1\n0 1 0 0 1\n4 0 1 2 3 7\n3 0 1 2 7\n";
@@ -102,6 +107,7 @@ fn try_all(name: &str, whole: &[u8], asked: &str) {
     let folder = folder();
     fs::write(folder.path().join("m.obj"), OBJ).unwrap();
     fs::write(folder.path().join("m.toml"), SHOT_OF_MTLX).unwrap();
+    fs::write(folder.path().join("c.toml"), SHOT_OF_CURVES).unwrap();
     let load = |path: &Path| drop(scene::load(path, false));
     for seed in 0..count {
         fs::write(folder.path().join(name), mutated(whole, seed)).unwrap();
@@ -137,6 +143,11 @@ fn damaged_ply_files_are_told() {
     let binary = PLY.split("0 0 0 0 0").next().unwrap().replace("ascii", "binary_little_endian");
     let values = [&[0; 4 * 24][..], &[3, 0, 0, 0, 0, 1, 0, 0, 0, 2, 0, 0, 0, 7].repeat(2)].concat();
     try_all("m.ply", &[binary.as_bytes(), &values].concat(), "m.ply");
+}
+
+#[test]
+fn damaged_curves_are_told() {
+    try_all("m.curves", CURVES.as_bytes(), "c.toml");
 }
 
 #[test]

@@ -9,15 +9,15 @@ use std::sync::Arc;
 
 use afterimage::animation::{Interpolation, ShapeTrack, Track, TransformTrack};
 use afterimage::frame::{Finished, Renderer};
-use afterimage::geometry::Quadric;
 use afterimage::geometry::quadric::QuadricShape;
+use afterimage::geometry::{Curves, Quadric};
 use afterimage::layers::Layers;
 use afterimage::scene::camera::{Aim, Lens};
 use afterimage::scene::cutout::{CutTriangles, Cutout, LEAST_OPACITY, Mask};
 use afterimage::scene::texture::{Mapping, Wrap};
 use afterimage::scene::{
-    Background, CameraTrack, Light, LightKind, Material, Mesh, Model, Panel, RenderSpace, Scene, Shapes,
-    Texture, Triangles,
+    Background, CameraTrack, Geometry, Light, LightKind, Material, Mesh, Model, Panel, RenderSpace, Scene,
+    Shapes, Texture, Triangles,
 };
 use afterimage::settings::{Filter, Mode, Settings};
 use embree::VertexBuffer;
@@ -83,6 +83,7 @@ pub fn moving(name: &str, mesh: Mesh, track: TransformTrack) -> Model {
         random: 0.0,
         reflection_map: None,
         ray_visibility: Default::default(),
+        linked: Default::default(),
     }
 }
 
@@ -122,6 +123,28 @@ pub fn quadrics() -> Vec<Quadric> {
     ]
 }
 
+/// Seven bent hairs about 2 high that grow thinner, of eight pieces each, or as few thick cords.
+pub fn tuft(is_thick: bool) -> Curves {
+    let mut points = Vec::new();
+    for hair in 0..7 {
+        let turn = hair as f32 * 0.9;
+        for at in 0..9 {
+            let up = at as f32 / 8.0;
+            let away = 0.2 + 0.7 * up * up;
+            let radius = if is_thick { 0.16 - 0.05 * up } else { 0.03 * (1.0 - up) };
+            points.push([away * turn.cos(), 2.0 * up, away * turn.sin(), radius]);
+        }
+    }
+    Curves::new(&points, &[9; 7], &[]).expect("they have a length").0
+}
+
+/// Curves that never move, in world space: as the loader leaves them.
+pub fn still_curves(name: &str, curves: &Curves, material: u16, at: DAffine3) -> Model {
+    let mesh =
+        Mesh::plain(Geometry::Curved(afterimage::geometry::Curved::mapped(curves, at)), material, true);
+    moving(name, mesh, TransformTrack::identity())
+}
+
 /// From `eye` to `target`, 60 degrees from top to bottom.
 pub fn camera(eye: Track<DVec3>, target: Track<DVec3>) -> CameraTrack {
     let roll = Track::constant(0.0);
@@ -137,7 +160,15 @@ pub fn camera(eye: Track<DVec3>, target: Track<DVec3>) -> CameraTrack {
 /// A light of constant colour.
 pub fn light(name: &str, kind: LightKind, power: f64) -> Light {
     let (color, power) = (Track::constant(Vec3::ONE), Track::constant(power));
-    Light { name: name.into(), kind, color, power, samples: Light::MOST_SAMPLES, group: None }
+    Light {
+        name: name.into(),
+        kind,
+        color,
+        power,
+        samples: Light::MOST_SAMPLES,
+        group: None,
+        links: Default::default(),
+    }
 }
 
 /// Straight down on everything.
@@ -160,6 +191,8 @@ pub fn scene(camera: CameraTrack, models: Vec<Model>, materials: Vec<Material>, 
         textures: vec![],
         lights,
         ambient: Vec3::ZERO,
+        world_group: None,
+        mist: Default::default(),
         ambient_is_occluded: false,
         fog: None,
         background: Background::uniform(Vec3::new(0.25, 0.5, 1.0)),

@@ -1,6 +1,6 @@
 //! Worlds in which reuse is tested.
 
-use afterimage::scene::material::Optics;
+use afterimage::scene::material::{MetalRough, Optics};
 
 use super::*;
 
@@ -134,4 +134,15 @@ pub fn panel(position: Track<DVec3>) -> Light {
     let kind =
         LightKind::Rectangle(Panel { position, ..Panel::at_rest(DVec3::ZERO, DVec3::ZERO, [2.0, 1.0]) });
     super::light("panel", kind, 20.0)
+}
+
+/// Adds a thing of rough metal to a world, and last of all one that glows.
+pub fn add_metal_and_glow(scene: &mut Scene) {
+    let metal =
+        MetalRough { base: Vec3::splat(0.7), roughness: 0.4, metallic: 0.5, head_on: 0.04, solid: 1.0 };
+    let number = scene.materials.len() as u16;
+    scene.materials.push(Material { metal_rough: Some(metal), ..matt(0.35) });
+    scene.materials.push(Material { emission: Vec3::new(4.0, 2.0, 1.0), ..matt(0.2) });
+    let metal = still("metal", octahedron(number, true), Vec3::new(-0.5, 1.0, 2.0));
+    scene.models.extend([metal, still("glow", floor(0.4, number + 1), Vec3::new(-3.0, 2.5, 2.0))]);
 }

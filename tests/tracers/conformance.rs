@@ -331,6 +331,7 @@ fn models_that_share_a_mesh_keep_their_numbers() {
         random: 0.0,
         reflection_map: None,
         ray_visibility: Default::default(),
+        linked: Default::default(),
     };
     on_each(&scene_of((0..20).map(|i| at(f64::from(i) * 3.0)).collect()), |tracer, way| {
         let mut rays = RayBatch::default();
@@ -472,6 +473,45 @@ fn quadrics_in_rows() -> Scene {
 #[test]
 fn tracers_agree_on_quadrics() {
     assert_agreement(&quadrics_in_rows());
+}
+
+/// Thin curves and thick ones, still and moving, stretched as well.
+#[test]
+fn tracers_agree_on_curves() {
+    let mut models = vec![still("mesh", octahedron(0, true), Vec3::new(-2.0, 0.5, 1.0))];
+    for (is_thick, number) in [(true, 0), (false, 1), (true, 2)] {
+        let at = DVec3::X * 2.5 * f64::from(number);
+        let curves = toy::tuft(is_thick);
+        let stretch = if number == 2 { DVec3::new(0.5, 1.0, -1.4) } else { DVec3::ONE };
+        let place = DAffine3::from_translation(at) * DAffine3::from_scale(stretch);
+        models.push(toy::still_curves("still", &curves, 0, place));
+        let track = TransformTrack {
+            translate: keys(&[(0.0, at + DVec3::Z * 2.5), (2.0, at + DVec3::Z * 3.0)]),
+            rotate: keys(&[(0.0, DVec3::ZERO), (2.0, DVec3::splat(40.0))]),
+            scale: Track::constant(DVec3::new(0.7, -1.1, 0.9)),
+            ..TransformTrack::identity()
+        };
+        models.push(moving("moving", Mesh::of_curved(curves, 0, true), track));
+    }
+    assert_agreement(&scene_of(models));
+}
+
+/// A ray that has entered a curve meets nothing of it from within, in whichever piece.
+#[test]
+fn rays_pass_curves_from_within() {
+    let curves = toy::tuft(true);
+    let scene = scene_of(vec![toy::still_curves("tuft", &curves, 0, DAffine3::IDENTITY)]);
+    on_each(&scene, |tracer, way| {
+        for turn in 0..7 {
+            let angle = turn as f32 * 0.9;
+            for (up, direction) in [(0.5_f32, Vec3::Y), (0.5, Vec3::NEG_Y), (0.3, Vec3::new(0.1, 1.0, 0.0))] {
+                let away = 0.2 + 0.7 * up * up;
+                let axis = Vec3::new(away * angle.cos(), 2.0 * up, away * angle.sin());
+                let within = first(tracer, way, axis, direction);
+                assert!(within.is_none_or(|hit| hit.t > 0.15), "{within:?} from {axis}");
+            }
+        }
+    });
 }
 
 #[test]

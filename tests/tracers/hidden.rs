@@ -2,20 +2,13 @@
 
 use std::sync::Arc;
 
-use afterimage::animation::{Track, TransformTrack};
-use afterimage::scene::{Mesh, Model, RayKind, RayKinds, RayVisibility, Role, Scene};
+use afterimage::scene::{Model, RayKind, RayKinds, RayVisibility, Role, Scene};
 use afterimage::trace::{HitBatch, Occluders, OfKind, Purpose, RayBatch, SceneSubset, Search};
-use glam::{DVec3, Vec3};
+use glam::Vec3;
 
 use crate::kinds::{WAYS, blocks, down, kinds, on_each, scene_of};
-use crate::toy::{floor, keys, moving, moving_quadric, sphere, still, still_quadric};
-
-/// Distance between neighbours.
-const APART: f64 = 4.0;
-
-fn at(column: usize, row: usize) -> DVec3 {
-    DVec3::new(APART * column as f64, 1.0, -APART * row as f64)
-}
+use crate::sorts::{at, row_of_things};
+use crate::toy::{floor, still};
 
 /// Things of every sort over a floor: a row for each kind of ray from which they are hidden.
 fn things() -> (Scene, usize) {
@@ -23,29 +16,11 @@ fn things() -> (Scene, usize) {
     let shared = Arc::new(floor(1.0, 0));
     let mut sorts = 0;
     for (row, kind) in RayKind::ALL.into_iter().enumerate() {
-        let track = |place: DVec3| TransformTrack {
-            translate: keys(&[(1.0, place), (2.0, place + DVec3::Y)]),
-            ..TransformTrack::identity()
-        };
-        let resting =
-            |place| TransformTrack { translate: Track::constant(place), ..TransformTrack::identity() };
-        let placed =
-            |place| Model { mesh: Arc::clone(&shared), ..moving("copy", floor(1.0, 0), resting(place)) };
-        let clear = Mesh { shadow_casting: 0, ..floor(1.0, 0) };
-        let ball = glam::DAffine3::from_translation(at(4, row));
-        let row_of = [
-            still("still", floor(1.0, 0), at(0, row).as_vec3()),
-            moving("moving", floor(1.0, 0), track(at(1, row))),
-            placed(at(2, row)),
-            placed(at(3, row)),
-            still_quadric("ball", &sphere(), 0, true, ball),
-            moving_quadric("moving ball", &sphere(), 0, track(at(5, row))),
-            moving("clear", clear, track(at(6, row))),
-        ];
+        let row_of = row_of_things(row, &shared);
         sorts = row_of.len();
         let hidden_from = RayKinds::NONE.with(kind);
         let ray_visibility = RayVisibility { hidden_from, role: Role::Itself };
-        models.extend(row_of.map(|model| Model { ray_visibility, ..model }));
+        models.extend(row_of.into_iter().map(|model| Model { ray_visibility, ..model }));
     }
     (scene_of(models), sorts)
 }

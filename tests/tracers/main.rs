@@ -10,4 +10,6 @@ mod among_others;
 mod conformance;
 mod hidden;
 mod kinds;
+mod linked;
 mod places;
+mod sorts;

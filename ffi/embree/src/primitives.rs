@@ -15,6 +15,11 @@ pub trait Primitives: Debug + Send + Sync {
     /// Number of primitives.
     fn count(&self) -> u32;
 
+    /// Number that hits have for a primitive: several may be parts of one, each with a box of its own. It is not above the primitive's.
+    fn number(&self, primitive: u32) -> u32 {
+        primitive
+    }
+
     /// Bounding box of a primitive, which is less than the count. One that is not finite, or reaches beyond 1.8e18, takes the primitive
     /// out of the scene.
     fn bounds(&self, primitive: u32) -> Bounds;
@@ -185,8 +190,9 @@ pub(crate) unsafe fn intersect_if(
     let hits: *mut u32 = unsafe { rays.values.add(sys::RTC_RAY_N_ROWS * count) }.cast();
     // SAFETY: Embree passes its own context or the caller's, which begins with Embree's part.
     let context = unsafe { &*arguments.context };
+    let number = primitives.number(arguments.primID);
     let put_hit = |lane: usize, ray: &Segment, hit: PrimitiveHit| {
-        let name = [context.instID[0], arguments.geomID, arguments.primID];
+        let name = [context.instID[0], arguments.geomID, number];
         let Some(end) = end_at(rays.id(lane), hit.t, name) else { return };
         // SAFETY: the lane takes part, and the rows are those of a hit.
         let put = |row: usize, value: u32| unsafe { *hits.add(row * count + lane) = value };
@@ -196,7 +202,7 @@ pub(crate) unsafe fn intersect_if(
         }
         put(sys::RTC_HIT_N_U_ROW, hit.u.to_bits());
         put(sys::RTC_HIT_N_V_ROW, hit.v.to_bits());
-        put(sys::RTC_HIT_N_PRIM_ID_ROW, arguments.primID);
+        put(sys::RTC_HIT_N_PRIM_ID_ROW, number);
         put(sys::RTC_HIT_N_GEOM_ID_ROW, arguments.geomID);
         put(sys::RTC_HIT_N_INST_ID_ROW, context.instID[0]);
         put(sys::RTC_HIT_N_INST_PRIM_ID_ROW, context.instPrimID[0]);
@@ -211,17 +217,17 @@ pub(crate) unsafe fn intersect_if(
 /// Embree calls this for geometries that [`Callbacks::set`] has set up.
 unsafe extern "C" fn occlude_all(arguments: *const sys::RTCOccludedFunctionNArguments) {
     // SAFETY: Embree passes live arguments.
-    unsafe { occlude(&*arguments, |_, _| false) };
+    unsafe { occlude(&*arguments, |_, _, _| false) };
 }
 
-/// Ends the rays that the primitive blocks. `ends_here(rays, lane)`: whether a ray ends in a place of it.
+/// Ends the rays that the primitive blocks. `ends_here(rays, lane, number)`: whether a ray ends in a place of it, by its [number](Primitives::number).
 ///
 /// # Safety
 /// `arguments` are as Embree passes them, of a geometry that [`Callbacks::set`] has set up.
 #[inline(always)]
 pub(crate) unsafe fn occlude(
     arguments: &sys::RTCOccludedFunctionNArguments,
-    ends_here: impl Fn(&RaysN, usize) -> bool,
+    ends_here: impl Fn(&RaysN, usize, u32) -> bool,
 ) {
     // SAFETY: by contract.
     let primitives = &*unsafe { boxed_at(arguments.geometryUserPtr) }.primitives;
@@ -231,7 +237,8 @@ pub(crate) unsafe fn occlude(
         // SAFETY: the lane takes part.
         unsafe { rays.end_at(lane, f32::NEG_INFINITY) };
     };
-    let ends_here = |lane: usize| ends_here(&rays, lane);
+    let number = primitives.number(arguments.primID);
+    let ends_here = |lane: usize| ends_here(&rays, lane, number);
     // SAFETY: by contract.
     unsafe { for_each_met(primitives, arguments.primID, (&rays, arguments.valid), ends_here, end) };
 }

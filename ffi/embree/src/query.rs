@@ -385,8 +385,9 @@ unsafe extern "C" fn occlude_past<F: Fn(usize, PrimId) -> bool>(
     let context = unsafe { &*arguments.context.cast::<PassContext<'_, F>>() };
     // SAFETY: Embree has put the instance that it is in into the context that it was given.
     let inst_id = unsafe { (*arguments.context).instID[0] };
-    let met = PrimId { geom_id: arguments.geomID, prim_id: arguments.primID, inst_id };
-    let ends_here = |rays: &RaysN, lane: usize| (context.passes)(rays.id(lane) as usize, met);
+    let met = |prim_id: u32| PrimId { geom_id: arguments.geomID, prim_id, inst_id };
+    let ends_here =
+        |rays: &RaysN, lane: usize, number: u32| (context.passes)(rays.id(lane) as usize, met(number));
     // SAFETY: as Embree has passed them.
     unsafe { primitives::occlude(arguments, ends_here) };
 }

@@ -120,7 +120,7 @@ def digest_of(walk, frame, deforming):
 def digest_of_placed(key, placed, time, deforming):
     """Digest of one copy of a mesh at a time."""
     stored = placed.mesh[time]
-    digest = hashlib.blake2b(repr((key, placed.name, stored.key, placed.seen[time].keys())).encode(), digest_size=16)
+    digest = hashlib.blake2b(repr((key, placed.name, placed.index, stored.key, placed.seen[time].keys(), placed.seen[time].links)).encode(), digest_size=16)
     digest.update(stored.shape_at(time) + stored.looks + (b"" if stored.key in deforming else stored.normals))
     digest.update(placed.matrices[time].tobytes())
     return digest.digest()

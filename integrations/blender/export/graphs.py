@@ -470,22 +470,25 @@ class Document:
     def __init__(self, pictures):
         self.pictures, self.lines, self.count = pictures, [], 0
 
-    def add(self, material, inputs, constants, uv, medium=None, has_surface=True):
+    def add(self, material, inputs, constants, uv, displaced=None, medium=None, has_surface=True):
         """Adds a material: nodes, and constants, of its shader by the names of its inputs.
 
-        `uv`: the 3x3 matrix that has moved the texture coordinates of its meshes. `medium`: what fills its meshes, where that varies.
+        `uv`: the 3x3 matrix that has moved the texture coordinates of its meshes. `displaced`: heights that move vertices, a node or a
+        number, the length for which 1 stands, and the height that moves nothing. `medium`: what fills its meshes, where that varies.
         """
         self.uv = uv
         self.count += 1
         graph, shader = f"graph_{self.count}", f"shader_{self.count}"
         self.lines.append(f"  <nodegraph name={quoteattr(graph)}>")
         names, of_shader = {}, []
-        for name, node in inputs.items():
+        heights = {"height": displaced[0]} if displaced and isinstance(displaced[0], Node) else {}
+        for name, node in (inputs | heights).items():
             self.nodes(node, material, names)
             output = f" output={quoteattr(node.output)}" if node.output else ""
-            kind = quoteattr(INPUTS[name])
+            kind = quoteattr(INPUTS.get(name, "float"))
             self.lines.append(f'    <output name="{name}" type={kind} nodename={quoteattr(names[node])}{output}/>')
-            of_shader.append(f'    <input name="{name}" type={kind} nodegraph={quoteattr(graph)} output="{name}"/>')
+            if name in inputs:
+                of_shader.append(f'    <input name="{name}" type={kind} nodegraph={quoteattr(graph)} output="{name}"/>')
         volume = [] if medium is None else self._medium(medium, graph, material, names)
         self.lines.append("  </nodegraph>")
         self.lines += volume
@@ -499,8 +502,12 @@ class Document:
             kind = "float" if isinstance(value, (int, float)) else "color3"
             self.lines.append(f"    <input name={quoteattr(name)} type={quoteattr(kind)} value={quoteattr(numbers(np.atleast_1d(value)))}/>")
         self.lines.append("  </open_pbr_surface>")
+        if displaced:
+            self._displacement(f"displacement_{self.count}", f'nodegraph={quoteattr(graph)} output="height"' if heights else None, displaced)
         self.lines.append(f'  <surfacematerial name={quoteattr(material)} type="material">')
         self.lines.append(f'    <input name="surfaceshader" type="surfaceshader" nodename={quoteattr(shader)}/>')
+        if displaced:
+            self.lines.append(f'    <input name="displacementshader" type="displacementshader" nodename="displacement_{self.count}"/>')
         self.lines += [of_volume] if volume else []
         self.lines.append("  </surfacematerial>")
 
@@ -531,6 +538,17 @@ class Document:
             f'    <input name="vdf" type="VDF" nodename="vdf_{number}"/>',
             f'    <input name="edf" type="EDF" nodename="edf_{number}"/>',
             "  </volume>",
+        ]
+
+    def _displacement(self, name, source, displaced):
+        """Writes what moves vertices. `source`: where its heights come from, if they are no number."""
+        height, length, middle = displaced
+        self.lines += [
+            f'  <blender_displacement name="{name}" type="displacementshader">',
+            f'    <input name="displacement" type="float" {source or f"value={quoteattr(numbers([height]))}"}/>',
+            f'    <input name="scale" type="float" value="{numbers([length])}"/>',
+            f'    <input name="midlevel" type="float" value="{numbers([middle])}"/>',
+            "  </blender_displacement>",
         ]
 
     def nodes(self, last, material, names):

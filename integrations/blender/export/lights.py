@@ -10,6 +10,7 @@ import math
 import numpy as np
 
 from .camera import TO_Y_UP
+from .light_links import keys_of
 
 SHADOW_RAYS = (1, 4, 16)
 LEAST_SPREAD, WIDEST_SPREAD = math.radians(1), math.radians(179.9)  # of area lights
@@ -147,12 +148,23 @@ def spread_gain(spread):
     return math.tan(half) / (math.tan(half) - half)
 
 
-def tables(tracks):
-    """[[light]] and its keys. `tracks`: pairs of what stays, and a dictionary from times to values (None: not there)."""
+def tables(tracks, groups):
+    """[[light]] and its keys. `tracks`: pairs of what stays, and a dictionary from times to values (None: not there). `groups`: names of the
+    groups of models by which lights are linked."""
     from . import toml
 
-    out = []
+    out, named = [], set()
     for fixed, keys in tracks:
+        links = keys_of(fixed.get("links", ()), groups)
+        if links is None:
+            continue
+        fixed = {**{key: value for key, value in fixed.items() if key != "links"}, **links}
+        # instances of one light have one name, and those of a group must have several
+        name, count = fixed["name"], 1
+        while "group" in fixed and fixed["name"] in named:
+            count += 1
+            fixed["name"] = f"{name} {count}"
+        named.add(fixed["name"])
         there = [values for values in keys.values() if values]
         if not there:
             continue

@@ -195,6 +195,10 @@ class Materials:
             self.names[key] = name
         return self.names[key]
 
+    def indices(self):
+        """Pass indices of materials, by their names in the shot."""
+        return {self.name(material): material.pass_index for material in self.originals()}
+
     def uv(self, material):
         """Name of the UV map of a material's pictures and the mapping of (u, v, 1); None without pictures."""
         return self.surface(material)[1].uv
@@ -259,6 +263,10 @@ class Materials:
             self._normal(name, surface, evaluator, density, values)
             return values
         self._base(name, surface.base, evaluator, values)
+        if surface.hair is not None:
+            roughness, radial, coat, ior, offset = surface.hair
+            values["hair"] = {"roughness": roughness, "radial_roughness": radial, "coat": coat, "ni": ior, "offset": float(np.clip(offset, -45, 45))}
+            return values
         if float(surface.specular.max()) == 0 and float(surface.metallic.max()) == 0 and float(surface.coat.max()) == 0:
             values["illum"] = 1
             values["ks"] = [0.0, 0.0, 0.0]
@@ -440,15 +448,21 @@ class Materials:
         if surface.heights:
             inputs["geometry_normal"] = graphs.bump(surface.heights, scale)
             written.add("heights")
+        displaced = None
+        if surface.displaced:
+            height, length, middle = surface.displaced
+            varies_there = height.shape[:2] != (1, 1) or graphs.graph_of(height) is not None
+            displaced = (graphs.of_value(height) if varies_there else float(height.mean()), length, middle)
+            written.add("displaced")
         medium = unpacked(surface)
         if medium is not None and not medium.varies():
             medium = None
-        if inputs or medium is not None:
+        if inputs or displaced or medium is not None:
             matrix = evaluator.uv[1] if evaluator.uv else np.eye(3)
             if medium is not None:
                 medium.emit = medium.emit * self.exposure
                 written.add("medium")
-            self.document.add(name, inputs, constants, matrix, medium, surface.has_surface)
+            self.document.add(name, inputs, constants, matrix, displaced, medium, surface.has_surface)
             values["mtlx"] = GRAPHS
         if glass is not None:
             return written | NOT_OF_GLASS
@@ -487,10 +501,10 @@ def unpacked(surface):
     return Medium(*colors, float(np.asarray(anisotropy).mean()))
 
 
-NOT_OF_GLASS = {each.name for each in fields(Surface)} - {"ior", "alpha", "emission", "roughness", "absorption", "heights", "medium"}
+NOT_OF_GLASS = {each.name for each in fields(Surface)} - {"ior", "alpha", "emission", "roughness", "absorption", "heights", "displaced", "medium"}
 """Parts of a surface that glass does not have, or of which glass.py tells."""
 
-COMPUTED = {"base", "roughness", "metallic", "alpha", "emission", "heights", "transmission", "tint", "medium"}
+COMPUTED = {"base", "roughness", "metallic", "alpha", "emission", "heights", "displaced", "transmission", "tint", "medium"}
 """Parts of a surface that graphs may give. Of others a constant counts in place of a graph."""
 
 

@@ -10,6 +10,7 @@ import numpy as np
 
 from . import toml
 from .files import whole
+from .light_links import keys_of
 from .warnings import Cancelled
 
 FEW = 64
@@ -56,11 +57,11 @@ class Grid:
 class Copy:
     """A copy of a mesh: its name, runs of times at which it is there, and its matrices by time. Each shows itself to the same rays at all times."""
 
-    __slots__ = ("name", "random", "runs", "matrices", "is_always", "rests")
+    __slots__ = ("name", "random", "index", "runs", "matrices", "is_always", "rests")
 
     def __init__(self, placed, runs, times):
         matrices = placed.matrices
-        self.name, self.random, self.runs, self.matrices = placed.name, placed.random, runs, matrices
+        self.name, self.random, self.index, self.runs, self.matrices = placed.name, placed.random, placed.index, runs, matrices
         self.is_always = len(runs) == 1 and len(runs[0]) == len(times)
         first = matrices[runs[0][0]]
         self.rests = all(np.array_equal(matrices[time], first) for run in runs for time in run)
@@ -71,8 +72,8 @@ class Copy:
 
 
 def model_tables(walk, folder, progress):
-    """[[model]] tables of all that was seen, and the names of all models."""
-    by_mesh, names, out = {}, [], []
+    """[[model]] tables of all that was seen, the names of all models, those of their groups, and the models' pass indices."""
+    by_mesh, names, indices, out = {}, [], [], []
     count = max(1, len(walk.placed))
     for index, placed in enumerate(walk.placed.values()):
         if index % 256 == 0 and not progress(index / count):
@@ -83,6 +84,7 @@ def model_tables(walk, folder, progress):
     grid, asks_random = Grid(walk.times), walk.meshes.materials.ask_random()
     tell_whole_holdouts(by_mesh, walk.warnings)
     tell_catchers(by_mesh, walk.warnings)
+    linked = {name for _, groups in by_mesh.values() for seen in groups if not seen.is_nowhere() for name in seen.groups}
     for stored, groups in by_mesh.values():
         count = itertools.count(1)
         for (source, of_faces), (of_copies, copies) in itertools.product(stored.models(), groups.items()):
@@ -92,12 +94,16 @@ def model_tables(walk, folder, progress):
                 seen = dataclasses.replace(seen, hidden=seen.hidden | {"camera"})
             if seen.is_nowhere():
                 continue
-            source = {**source, **seen.keys()}
+            links = keys_of(seen.links, linked)
+            if links is None:
+                walk.warnings.add(f"object `{copies[0].name}`: its light is linked to nothing that is shown, and lights everything here")
+            source = {**source, **seen.keys(), **(links or {})}
             arrays = Arrays(folder, stored.folder, source, next(count), asks_random)
             for copies, write in divided(copies, grid, len(walk.times)):
                 names += [copy.name for copy in copies]
+                indices += [copy.index for copy in copies]
                 out += write(arrays, copies) if write else [model(copy, source, walk.times, asks_random) for copy in copies]
-    return out, names
+    return out, names, linked, indices
 
 
 def tell_whole_holdouts(by_mesh, warnings):

@@ -28,6 +28,12 @@ class Seen:
     """True if it is a hole to rays of the camera."""
     catcher: bool = False
     """True if rays of the camera see the shadows on it and nothing else of it."""
+    groups: tuple = ()
+    """Names of groups that it is in, by which lights are linked to it."""
+    links: tuple = ()
+    """Links of the light that it emits: see light_links.py."""
+    light_group: str | None = None
+    """Light group of what it emits."""
 
     def is_nowhere(self):
         """Returns true if no ray meets it."""
@@ -35,7 +41,14 @@ class Seen:
 
     def and_of(self, other):
         """What is left for rays where both count."""
-        return Seen(self.hidden | other.hidden, self.holdout or other.holdout, self.catcher or other.catcher)
+        return Seen(
+            self.hidden | other.hidden,
+            self.holdout or other.holdout,
+            self.catcher or other.catcher,
+            self.groups or other.groups,
+            self.links or other.links,
+            self.light_group or other.light_group,
+        )
 
     def keys(self):
         """Keys of a [[model]]."""
@@ -44,6 +57,10 @@ class Seen:
             keys["hidden_from"] = in_order(self.hidden)
         if (self.holdout or self.catcher) and "camera" not in self.hidden:
             keys["holdout" if self.holdout else "shadow_catcher"] = True
+        if self.groups:
+            keys["groups"] = list(self.groups)
+        if self.light_group:
+            keys["light_group"] = self.light_group
         return keys
 
 

@@ -4,7 +4,7 @@
 import os
 from dataclasses import dataclass, field
 
-from . import camera, lights, toml
+from . import camera, libraries, lights, toml
 from .glance import Noted
 from .images import Images
 from .materials import GRAPHS, Materials
@@ -26,6 +26,10 @@ class Settings:
     """More keys of [render]."""
     indirect: dict = field(default_factory=dict)
     output: dict = field(default_factory=dict)
+    mist: dict | None = None
+    """Keys of [mist], if a layer shows it."""
+    light_groups: tuple = ()
+    """Names of the view layer's light groups."""
     shutter: tuple | None = None
     """When the shutter opens and closes, in frames from each frame's own time; None without motion blur."""
     curve: tuple | None = None
@@ -59,6 +63,10 @@ class Exported:
     names: list
     """Names of models, and of materials, in the shot."""
     materials: list
+    indices: list
+    """Pass indices of the models."""
+    material_indices: dict
+    """Pass indices of materials, by their names in the shot."""
     warnings: list
     settings: Settings
     noted: Noted | None
@@ -72,6 +80,7 @@ def export_shot(scene, depsgraph, folder, settings, set_frame, progress):
     last, so that a folder without it is known to be unfinished. Raises ExportError, Cancelled, and OSError.
     """
     warnings = Warnings()
+    libraries.tell_of_missing(warnings)
     os.makedirs(folder, exist_ok=True)
     shot = os.path.join(folder, "shot.toml")
     if os.path.exists(shot):
@@ -86,8 +95,8 @@ def export_shot(scene, depsgraph, folder, settings, set_frame, progress):
         walk.over(times, set_frame, lambda share: progress(share * 0.8))
         noted = Noted.of(walk) if settings.is_watched else None
         cameras = camera.tables(walk.camera_keys, warnings)
-        text = walk.world + lights.tables(walk.light_tracks())
-        models, names = model_tables(walk, folder, lambda share: progress(0.8 + share * 0.2))
+        models, names, groups, indices = model_tables(walk, folder, lambda share: progress(0.8 + share * 0.2))
+        text = walk.world + lights.tables(walk.light_tracks(), groups)
         if not names:
             warnings.add("the scene shows no mesh: the picture has nothing but the world")
             models = [empty_model()]
@@ -101,7 +110,7 @@ def export_shot(scene, depsgraph, folder, settings, set_frame, progress):
         whole(os.path.join(folder, GRAPHS), lambda file: file.write(graphs.encode()))
     parts = head(scene, settings, walk.frames), "\n".join(part for part in text if part)
     whole(shot, lambda file: file.write("\n".join([parts[0], *cameras, parts[1]]).encode()))
-    return Exported(shot, parts, walk.frames, names, list(materials.tables), list(warnings), settings, noted)
+    return Exported(shot, parts, walk.frames, names, list(materials.tables), indices, materials.indices(), list(warnings), settings, noted)
 
 
 def with_camera(parts, projection, key):
@@ -139,6 +148,8 @@ def head(scene, settings, frames):
     if settings.indirect:
         parts.append(toml.table("[indirect]", settings.indirect))
     parts.append(toml.table("[output]", {"background": "transparent" if settings.transparent else "visible", **settings.output}))
+    if settings.mist:
+        parts.append(toml.table("[mist]", settings.mist))
     if settings.shutter:
         keys = {"open": settings.shutter[0], "close": settings.shutter[1]}
         if settings.curve:

@@ -65,6 +65,11 @@ class Surface:
     heights: tuple = ()
     """Heights that are on top of these: of each the graph, its strength, the distance for which a height of 1 stands, and whether that is
     one in the object or in the world."""
+    displaced: tuple = ()
+    """What moves its vertices: heights, the length for which a height of 1 stands in the object, and the height that moves nothing."""
+    hair: tuple | None = None
+    """Of fibres in place of all that reflects: roughness along them and around them, coat, index of refraction, and the tilt of their scales in
+    degrees. The base is the colour that they have in the end."""
     is_there: bool = True
     """False where a material has no surface: what lies in it is a volume alone."""
     medium: tuple = ()
@@ -125,17 +130,18 @@ def packed(medium):
 
 
 def raise_surface(evaluator, socket, material, surface):
-    """Has a surface show its displacement as a bump map, as Cycles does if the material does not say otherwise."""
+    """Has the displacement of a surface move its vertices, bend its normals as a bump map, or both, as its material says."""
     with evaluator.source(socket) as (source, _):
         if source is None or source.type != "DISPLACEMENT" or source.space != "OBJECT":
             evaluator.say("its displacement is left out")
             return
         height = evaluator.input(source, "Height")
         scale = float(evaluator.input(source, "Scale").mean())
+        middle = float(evaluator.input(source, "Midlevel").mean())
     is_even = height.shape[:2] == (1, 1) and graphs.graph_of(height) is None
-    if material.displacement_method != "BUMP" and not is_even:
-        evaluator.say("its displacement is shown as a bump map")
-    if is_even:
+    if material.displacement_method != "BUMP":
+        surface.displaced = (height, scale, middle)
+    if is_even or material.displacement_method == "DISPLACEMENT":
         return
     if graphs.graph_of(height) is not None:
         surface.heights += ((graphs.graph_of(height), 1.0, scale, True),)
@@ -589,6 +595,7 @@ def blend(first, second, share):
         heights=larger.heights or smaller.heights,
         tangent=(larger if not is_zero(larger.anisotropy) else smaller).tangent,
         entry=larger.entry or smaller.entry,
+        hair=larger.hair,
         seen=Seen(holdout=bool(parts) and all(surface.seen.holdout for surface in parts)),
     )
 
@@ -768,7 +775,52 @@ def light_of(evaluator, socket):
         return one * (1 - share) + other * share
 
 
+BLACK_MELANIN, RED_MELANIN = np.array([0.506, 0.841, 1.653]), np.array([0.343, 0.733, 1.924])
+"""Absorption of either kind of melanin, of a concentration of 1 (d'Eon and others, 2011), as Cycles has it."""
+
+
+def principled_hair(evaluator, node):
+    """A Principled Hair BSDF. The model of Chiang and others stands for that of Huang as well."""
+    mean = lambda name, otherwise=0.0: float(evaluator.input(node, name).mean()) if node.inputs.get(name) else otherwise
+    roughness, radial = (float(np.clip(mean(name, 0.3), 0, 1)) for name in ("Roughness", "Radial Roughness"))
+    if getattr(node, "model", "CHIANG") != "CHIANG":
+        evaluator.say("its hair is shown by the model of Chiang in place of that of Huang")
+        radial = roughness
+    for name in ("Random Color", "Random Roughness"):
+        if node.inputs.get(name) and mean(name) > 1e-3:
+            evaluator.say(f"its {name.lower()} is left out: all hairs have their mean")
+    factor = of_radial(radial)
+    if node.parametrization == "COLOR":
+        base = np.clip(color(evaluator.input(node, "Color")), 0, 1)
+    elif node.parametrization == "MELANIN":
+        melanin, redness = (float(np.clip(mean(name), 0, 1)) for name in ("Melanin", "Melanin Redness"))
+        amount = -np.log(max(1 - melanin, 1e-4))
+        tint = np.clip(color(evaluator.input(node, "Tint")).mean(axis=(0, 1)), 1e-5, 1)
+        absorbed = amount * ((1 - redness) * BLACK_MELANIN + redness * RED_MELANIN) + (np.log(tint) / factor) ** 2
+        base = constant(*np.exp(-np.sqrt(absorbed) * factor))
+    else:
+        absorbed = np.clip(color(evaluator.input(node, "Absorption Coefficient")).mean(axis=(0, 1)), 0, None)
+        base = constant(*np.exp(-np.sqrt(absorbed) * factor))
+    hair = (roughness, radial, float(np.clip(mean("Coat"), 0, 1)), float(np.clip(mean("IOR", 1.55), 1.01, 4)), np.degrees(mean("Offset")))
+    return Surface(base=base, metallic=constant(1.0), hair=hair)
+
+
+def of_radial(roughness):
+    """Factor of the logarithm of the colour that hair has in the end, from the root of its absorption (Chiang and others, equation 9)."""
+    return np.polyval([0.245, 5.574, -10.73, 2.532, -0.215, 5.969], roughness)
+
+
+def hair_lobe(evaluator, node):
+    """A Hair BSDF: one lobe of a fibre, for which a whole fibre stands."""
+    evaluator.say("its Hair BSDF is shown as a Principled Hair BSDF of its colour")
+    along, around = (float(np.clip(evaluator.input(node, name).mean(), 0, 1)) for name in ("RoughnessU", "RoughnessV"))
+    offset = np.degrees(float(evaluator.input(node, "Offset").mean()))
+    return Surface(base=np.clip(color(evaluator.input(node, "Color")), 0, 1), metallic=constant(1.0), hair=(along, around, 0.0, 1.55, offset))
+
+
 SHADERS = {
+    "BSDF_HAIR_PRINCIPLED": principled_hair,
+    "BSDF_HAIR": hair_lobe,
     "BSDF_PRINCIPLED": principled,
     "BSDF_DIFFUSE": diffuse,
     "BSDF_TRANSLUCENT": translucent,

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """To which kinds of rays objects show themselves, and what is shown in another way than as itself."""
 
+from .light_groups import LightGroups
+from .light_links import LightLinks
 from .lights import subject_of
 from .rays import KINDS, Seen, in_order
 
@@ -11,8 +13,9 @@ VISIBLE = {kind: f"visible_{kind}" for kind in KINDS}
 class Visibility:
     """What a view layer and its objects say of it. What is left out is told once."""
 
-    def __init__(self, layer, warnings):
+    def __init__(self, scene, layer, warnings):
         self.layer, self.warnings = layer, warnings
+        self.links, self.light_groups = LightLinks(scene), LightGroups(layer, warnings)
         self.known = {}
 
     def begin(self):
@@ -34,7 +37,9 @@ class Visibility:
         holdout = parent.original.holdout_get(view_layer=self.layer)
         if not holdout and parent.original.indirect_only_get(view_layer=self.layer):
             hidden.add("camera")
-        return Seen(frozenset(hidden), holdout, item.is_shadow_catcher or parent.is_shadow_catcher)
+        catcher = item.is_shadow_catcher or parent.is_shadow_catcher
+        groups, links, light_group = self.links.groups_of(item, parent), self.links.links(item), self.light_groups.of(item)
+        return Seen(frozenset(hidden), holdout, catcher, groups, links, light_group)
 
     def light(self, instance):
         """Returns true if a light lights anything. Tells what of it is not shown."""
@@ -46,20 +51,13 @@ class Visibility:
         said = [f"it is hidden from {' and '.join(others)} rays in Blender, and rays of all kinds see it here"] if others else []
         if "camera" not in hidden and has_size(item.data):
             said.append("the camera does not see it here, as it does in Blender")
-        if not item.data.use_shadow:
-            said.append("it casts shadows here")
-        linking = getattr(item, "light_linking", None)
-        if linking and (linking.receiver_collection or linking.blocker_collection):
-            said.append("its light linking is left out: it shines on everything")
         self.warnings.add_for(subject_of(item), said)
         return True
 
-    def hair(self, item):
-        """Tells of hair that particle systems draw, which is no mesh."""
-        for modifier in item.modifiers:
-            system = modifier.particle_system if modifier.type == "PARTICLE_SYSTEM" and modifier.show_render else None
-            if system and system.settings.type == "HAIR" and system.settings.render_type == "PATH":
-                self.warnings.add(f"object `{item.name}`: the hair of its particle system `{system.name}` is left out. Convert it to a mesh")
+    def links_of_light(self, item):
+        """Links of a light. In one that casts no shadows nothing does."""
+        links = self.links.links(item)
+        return links if item.data.use_shadow else (*(link for link in links if link[0] != "shadow_link"), ("shadow_link", ("", "include")))
 
 
 def has_size(data):

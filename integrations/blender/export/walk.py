@@ -6,7 +6,7 @@ import math
 import numpy as np
 
 from . import camera as cameras
-from . import lights
+from . import lights, strands
 from .at_rest import AtRest, may_change, state_of, surroundings_of, values_of
 from .camera import TO_Y_UP
 from .clipping import Clipping
@@ -95,13 +95,23 @@ def hashed(first, second):
     return ((c ^ b) - turned(b, 24)) & 0xFFFFFFFF
 
 
+def with_group(tables, group):
+    """Tables of a world, whose light is in a group: its sky and its suns."""
+    out = []
+    for table in tables:
+        head, _, rest = table.partition("\n")
+        key = {"[environment]": "light_group", "[[light]]": "group"}.get(head)
+        out.append(f'{head}\n{key} = "{group}"\n{rest}' if key else table)
+    return out
+
+
 class Placed:
     """One copy of a mesh, where it is and to which rays it shows itself: `matrices` from times to row-major 4x4 matrices in the shot's axes."""
 
-    __slots__ = ("name", "random", "mesh", "matrices", "seen")
+    __slots__ = ("name", "random", "index", "mesh", "matrices", "seen")
 
-    def __init__(self, name, random):
-        self.name, self.random, self.mesh, self.matrices, self.seen = name, random, {}, {}, {}
+    def __init__(self, name, random, index=0):
+        self.name, self.random, self.index, self.mesh, self.matrices, self.seen = name, random, index, {}, {}, {}
 
     def is_before_the_camera(self, time):
         """Returns true if it is there at a time, and the camera is to see it."""
@@ -120,7 +130,8 @@ class Walk:
         self.world, self.rest, self.clipping = None, AtRest(warnings), Clipping()
         self.states, self.settled = {}, {}
         self.layer = depsgraph.view_layer
-        self.visibility = Visibility(self.layer, warnings)
+        self.visibility = Visibility(scene, self.layer, warnings)
+        self.strands = strands.StrandStore(meshes, warnings)
 
     def over(self, times, set_frame, progress):
         """Evaluates the scene at each time. `progress(share)` returns false to cancel."""
@@ -166,11 +177,15 @@ class Walk:
             if item.type == "LIGHT":
                 self._light(time, instance, seen_lights)
             elif item.type == "MESH":
-                self.visibility.hair(item)
+                if instance.show_particles:
+                    self._hair(time, instance, item, seen)
                 # curves, text and metaballs come twice: as themselves, and as an instance of what is shown of them, a mesh
                 if instance.show_self and self.layer.use_solid:
                     self._mesh(time, instance, item, seen)
-            elif item.type in {"CURVES", "VOLUME", "POINTCLOUD", "GPENCIL", "GREASEPENCIL"}:
+            elif item.type == "CURVES":
+                if instance.show_self:
+                    self._hair_curves(time, instance, item, seen)
+            elif item.type in {"VOLUME", "POINTCLOUD", "GPENCIL", "GREASEPENCIL"}:
                 self.warnings.add(f"object `{item.name}` is left out: {item.type.lower()} is not rendered. Convert it to a mesh")
         self.meshes.end()
         if self.settings.camera is None:
@@ -201,6 +216,8 @@ class Walk:
         settings, images = self.settings, self.meshes.materials.images
         if self.world is None and images:
             self.world = World(images, not settings.transparent, settings.exposure, time, goes_on, settings.shadow_rays and 4).tables(found, self.warnings)
+            if group := found and self.visibility.light_groups.of(found):
+                self.world = with_group(self.world, group)
         if found:
             around = surroundings_of(found, time)
             if around or may_change(found):
@@ -248,12 +265,44 @@ class Walk:
         found = lights.light_of(instance, instance.object.data, self.settings, self.warnings)
         if found and self.visibility.light(instance):
             fixed, values = found
+            fixed["links"] = self.visibility.links_of_light(instance.object)
+            if group := self.visibility.light_groups.of(instance.object):
+                fixed["group"] = group
             track = self.lights.setdefault(key, [fixed, {}])
             if lights.has_size(fixed):
                 track[0] = fixed
             track[1][time] = values
 
     def _mesh(self, time, instance, item, seen):
+        self._place(time, instance, item, lambda _: (self._key(instance, item, seen), self.meshes.of(instance, item)))
+
+    def _hair(self, time, instance, item, seen):
+        """Notes the hair of an object's particle systems."""
+        for modifier, system in strands.hair_systems(item):
+            slot = system.settings.material - 1
+            materials = [each.material for each in item.material_slots]
+            material = self.meshes.override or (materials[min(max(slot, 0), len(materials) - 1)] if materials else None)
+
+            def found(matrix, modifier=modifier, system=system, material=material):
+                key = (*self._key(instance, item, seen), "hair", system.name)
+                hairs = strands.of_system(item, modifier, system, self.depsgraph.mode == "RENDER")
+                return key, self.strands.of(key, f"{item.name} {system.name}", hairs, material, matrix)
+
+            self._place(time, instance, item, found)
+
+    def _hair_curves(self, time, instance, item, seen):
+        """Notes hair curves."""
+        materials = [each.material for each in item.material_slots]
+        material = self.meshes.override or (materials[0] if materials else None)
+
+        def found(matrix):
+            key = (*self._key(instance, item, seen), "curves")
+            return key, self.strands.of(key, item.name, strands.of_curves(item.data), material, matrix)
+
+        self._place(time, instance, item, found)
+
+    def _place(self, time, instance, item, found):
+        """Notes where something of an object is. `found(matrix)`: its key, and the mesh or None."""
         shown = self.visibility.of(instance, item)
         if shown.is_nowhere():
             return
@@ -268,8 +317,7 @@ class Walk:
         if linear is None:
             return  # scaled to nothing: not there at this time
         matrix[:3, :3] = linear
-        key = self._key(instance, item, seen)
-        mesh = self.meshes.of(instance, item)
+        key, mesh = found(matrix)
         if mesh is None:
             return
         if not is_taken(matrix, mesh.reach):
@@ -277,7 +325,7 @@ class Walk:
             return
         placed = self.placed.get(key)
         if placed is None:
-            placed = self.placed[key] = Placed(item.name, random_number(instance, item))
+            placed = self.placed[key] = Placed(item.name, random_number(instance, item), item.pass_index)
         placed.mesh[time], placed.seen[time] = mesh, shown
         placed.matrices[time] = (TO_Y_UP @ matrix)[:3].ravel()
 

@@ -444,6 +444,27 @@ class Export(support.ExportCase):
         self.assertEqual(len(told), 1)
         self.assertRegex(told[0], "(?s)thin film.*specular tint")
 
+    def test_what_is_linked_from_a_file_that_is_gone_is_told(self):
+        support.add_camera(self.scene)
+        support.add(self.scene, "Floor", support.grid())
+        props, shot = (os.path.join(os.path.dirname(self.folder), name) for name in ("props.blend", "shot.blend"))
+        sets = bpy.data.collections.new("Set")
+        sets.objects.link(bpy.data.objects.new("Chair", support.grid("Chair")))
+        bpy.data.libraries.write(props, {sets})
+        bpy.data.collections.remove(sets)
+        with bpy.data.libraries.load(props, link=True) as (_, into):
+            into.collections = ["Set"]
+        stand_in = bpy.data.objects.new("Sets", None)
+        stand_in.instance_type, stand_in.instance_collection = "COLLECTION", bpy.data.collections["Set"]
+        self.scene.collection.objects.link(stand_in)
+        bpy.ops.wm.save_as_mainfile(filepath=shot)
+        self.assertNotIn("missing", self.warnings() if self.export() else "")
+        os.remove(props)
+        bpy.ops.wm.open_mainfile(filepath=shot)
+        self.scene = bpy.context.scene
+        self.assertEqual([model["name"] for model in self.export()["model"]], ["Floor"])
+        self.assertRegex(self.warnings(), "linked file `.*props.blend` is missing, and with it collection `Set`: left out")
+
     def test_without_the_renderer_exports_work_and_renders_say_so(self):
         support.add_camera(self.scene)
         support.add(self.scene, "Floor", support.grid())

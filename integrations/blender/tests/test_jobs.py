@@ -70,8 +70,8 @@ class Jobs(FakeRenderer):
     def test_each_eye_is_exported_once_for_all_frames(self):
         self.scene.frame_end = 3
         self.scene.render.use_multiview = True
-        # a warning of both is told once: of hair that is left out
-        self.floor.modifiers.new("Hair", "PARTICLE_SYSTEM").particle_system.settings.type = "HAIR"
+        # a warning of both is told once: of dots that are left out
+        support.add(self.scene, "Dots", bpy.data.pointclouds.new("Dots"))
         told, print_of = [], builtins.print
         builtins.print = lambda *values, **more: told.append(values)
         self.scene.render.filepath = os.path.join(self.scratch.name, "f.####")
@@ -81,7 +81,7 @@ class Jobs(FakeRenderer):
             builtins.print = print_of
         self.assertEqual([shot["render"]["frames"] for shot in self.shots], ["1-3", "1-3"])
         self.assertEqual([number for number, _ in self.frames], [1, 1, 2, 2, 3, 3])
-        self.assertEqual(len([values for values in told if "`Floor`" in str(values)]), 1)
+        self.assertEqual(len([values for values in told if "`Dots`" in str(values)]), 1)
 
     def test_views_of_two_cameras_are_theirs(self):
         self.scene.render.views_format = "MULTIVIEW"

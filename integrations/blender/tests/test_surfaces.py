@@ -112,6 +112,35 @@ class Surfaces(support.ExportCase):
         self.assertEqual((values["pr"], len(self.warnings())), (0, 1))
         self.assertRegex(self.warnings()[0], "material `Odd`: its values that are not numbers")
 
+    def displaced(self, method, height):
+        """The MaterialX file of a square whose material displaces; None without one. `height` gives the socket or number of its heights."""
+        for item in [item for item in self.scene.objects if item.type == "MESH"]:
+            bpy.data.objects.remove(item)
+        material, _ = principled("Stone")
+        tree = support.Tree(material)
+        node = tree.add("Displacement", {"Height": height(tree), "Midlevel": 0.25, "Scale": 0.5})
+        tree.links.new(node.outputs[0], tree.nodes["Material Output"].inputs["Displacement"])
+        material.displacement_method = method
+        shot = self.exported(material)
+        self.assertEqual(self.warnings(), [])
+        if "mtlx" not in shot["material"][0]:
+            return None
+        with open(os.path.join(self.folder, shot["material"][0]["mtlx"]), encoding="utf-8") as file:
+            return file.read()
+
+    def test_displacement_moves_vertices_where_the_material_says_so(self):
+        noise = lambda tree: tree.add("TexNoise").outputs[0]  # noqa: E731
+        for method, moves, bends in (("BUMP", False, True), ("DISPLACEMENT", True, False), ("BOTH", True, True)):
+            with self.subTest(method=method):
+                file = self.displaced(method, noise)
+                self.assertEqual(("<blender_displacement" in file, "<blender_bump" in file), (moves, bends))
+                if moves:
+                    self.assertIn('<input name="scale" type="float" value="0.5"/>', file)
+                    self.assertIn('<input name="midlevel" type="float" value="0.25"/>', file)
+                    self.assertIn('name="displacementshader"', file)
+        self.assertIsNone(self.displaced("BUMP", lambda _: 0.75), "even heights bend nothing")
+        self.assertIn('<input name="displacement" type="float" value="0.75"/>', self.displaced("DISPLACEMENT", lambda _: 0.75))
+
     def test_rough_glass_is_as_rough(self):
         rough, _ = principled("Rough", Transmission_Weight=1.0, Roughness=0.4)
         values = self.exported(rough)["material"][0]

@@ -99,6 +99,10 @@ pub struct ShotArgs {
     #[arg(long, value_name = "RADIANCE|none", value_parser = clamp)]
     pub clamp: Option<ClampArg>,
 
+    /// Light group whose contribution alone is rendered: the sum over all groups is the picture [default: the shot's]
+    #[arg(long, value_name = "GROUP")]
+    pub only_lights: Option<String>,
+
     /// Memory for what mirrors and glass show while the camera rests, so that only what changes is traced again; 0: none [default:
     /// the shot's]
     #[arg(long, value_name = "MIB", value_parser = clap::value_parser!(u32).range(0..=i64::from(MOST_TREE_MEMORY)))]
@@ -327,6 +331,7 @@ impl ShotArgs {
             volume_samples: settings.volume_samples,
             caustics: self.caustics.map_or(settings.caustics, Caustics::from),
             clamp: self.clamp.map_or(settings.clamp, |limit| limit.0),
+            only_lights: self.only_lights.clone().or_else(|| settings.only_lights.clone()),
             occlusion_rays: self.occlusion_rays.unwrap_or(settings.occlusion_rays),
             occlusion_radius: self.occlusion_radius.unwrap_or(settings.occlusion_radius),
             tree_memory: self.tree_memory.unwrap_or(settings.tree_memory),

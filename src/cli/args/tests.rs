@@ -37,6 +37,7 @@ fn of_file() -> Settings {
         volume_samples: 3,
         caustics: Caustics::None,
         clamp: Some(9.0),
+        only_lights: Some(String::from("key")),
         occlusion_rays: 8,
         occlusion_radius: 3.0,
         tree_memory: 5,
@@ -63,7 +64,7 @@ fn the_file_holds_where_the_command_line_is_silent() {
 
 #[test]
 fn the_command_line_beats_the_file() {
-    let line = "a.toml --size 8x4 --crop 9x3-2+1 --overscan 2 --samples 2 --filter tent --filter-radius 1.25 --depth 1 --reflections 9 --paths 16 --caustics paths --clamp 2.5 --paths-per-frame 4 --budget full --occlusion-rays 32 --occlusion-radius 0.25 --tree-memory 0 --reuse target --base-every 0 --base-place middle --layers Z --background transparent --audit --error 3%";
+    let line = "a.toml --size 8x4 --crop 9x3-2+1 --overscan 2 --samples 2 --filter tent --filter-radius 1.25 --depth 1 --reflections 9 --paths 16 --caustics paths --clamp 2.5 --only-lights fill --paths-per-frame 4 --budget full --occlusion-rays 32 --occlusion-radius 0.25 --tree-memory 0 --reuse target --base-every 0 --base-place middle --layers Z --background transparent --audit --error 3%";
     let settled = typed(line).expect("fine").settled(&of_file()).expect("fine");
     let expected = Settings {
         width: 8,
@@ -84,6 +85,7 @@ fn the_command_line_beats_the_file() {
         volume_samples: 3,
         caustics: Caustics::Paths,
         clamp: Some(2.5),
+        only_lights: Some(String::from("fill")),
         occlusion_rays: 32,
         occlusion_radius: 0.25,
         tree_memory: 0,

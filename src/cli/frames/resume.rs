@@ -106,6 +106,7 @@ fn settings(job: &Job) -> Digest {
         volume_samples,
         caustics,
         clamp,
+        only_lights,
         occlusion_rays,
         occlusion_radius,
         tree_memory: _, // kept or traced again, trees bring the same
@@ -135,7 +136,7 @@ fn settings(job: &Job) -> Digest {
     let exposures = frame::exposures(&job.shot.scene, &job.settings);
     let (radius, window) = (job.settings.filter_radius(), job.settings.data_window());
     let text = format!(
-        "{width}x{height} {window} {samples} {refinement:?} {filter:?} {radius} {depth} {reflections} {paths} {paths_per_frame} {budget:?} {bounces} {volume_bounces} {volume_samples} {caustics:?} {clamp:?} \
+        "{width}x{height} {window} {samples} {refinement:?} {filter:?} {radius} {depth} {reflections} {paths} {paths_per_frame} {budget:?} {bounces} {volume_bounces} {volume_samples} {caustics:?} {clamp:?} {only_lights:?} \
          {occlusion:?} {mode:?} {reuse:?} {layers:?} {background:?} {build:?} {backend} {multipart} {compression:?} {stereo:?} {:?} {:?} {exposures:?} {base_place:?} {shadow_rays:?}",
         job.denoise, job.shot.rate
     );

@@ -258,6 +258,7 @@ fn settings(job: &Job) -> Digest {
         volume_samples: _, // what media show no sample keeps
         caustics,
         clamp,
+        only_lights,
         occlusion_rays,
         occlusion_radius,
         tree_memory: _, // no store has trees
@@ -281,7 +282,7 @@ fn settings(job: &Job) -> Digest {
     let exposures = frame::exposures(&job.shot.scene, &job.settings);
     let text = format!(
         "{width}x{height} {window} {samples} {refinement:?} {depth} {reflections} {paths} {paths_per_frame} {budget:?} \
-         {bounces} {volume_bounces} {caustics:?} {clamp:?} {occlusion:?} {mode:?} {reuse:?} {base_place:?} {build:?} {backend} {stereo:?} {exposures:?} {shadow_rays:?}"
+         {bounces} {volume_bounces} {caustics:?} {clamp:?} {only_lights:?} {occlusion:?} {mode:?} {reuse:?} {base_place:?} {build:?} {backend} {stereo:?} {exposures:?} {shadow_rays:?}"
     );
     Digest::new(text.as_bytes())
 }

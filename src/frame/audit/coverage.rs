@@ -80,9 +80,13 @@ fn is_in_one_place(frame: &FrameView, sample: &Sample, sight: Sight, met: Hit) -
                 transform.to_object.transform_point3(there),
                 transform.length_in_object(Vec3::splat(tolerance)),
             );
-            let is_near = |one: &u32| curved.distance(*one, point) <= f64::from(tolerance);
-            let hits = (0..curved.count()).filter(is_near).map(|one| as_met(one, curved.weights(one, point)));
-            return hits.into_iter().any(|met| is_covered(frame, sample, sight, Some(met)));
+            let mut is_there = false;
+            curved.near(point, tolerance, &mut |one| {
+                let is_on = !is_there && curved.distance(one, point) <= f64::from(tolerance);
+                let met = is_on.then(|| as_met(one, curved.weights(one, point)));
+                is_there |= met.is_some() && is_covered(frame, sample, sight, met);
+            });
+            return is_there;
         }
     };
     // mostly it is elsewhere, which the sample's own plane says; otherwise all triangles of its model are looked at

@@ -271,6 +271,8 @@ fn check_shadows(frame: &FrameView, tile: &Tile, source: LightPoint, raise: &mut
     let is_dark = frame.pose.is_dark(source.light);
     let is_known = |cell: usize| !is_dark || tag(cell) != Tag::Unknown;
     let mut queue = ShadowQueue::default();
+    let purpose = frame.shadows_of_light(source.light);
+    queue.begin(purpose);
     for first in (0..CELLS).step_by(LANES) {
         let surfaces = surface_bits(&tile.model[first..first + LANES]);
         let surfaces =
@@ -282,7 +284,11 @@ fn check_shadows(frame: &FrameView, tile: &Tile, source: LightPoint, raise: &mut
         let seeds = tile.gathered.seeds(first);
         let lift = |lane: usize| lift(frame, tile, first + lane);
         let ticks = tile.ticks(first);
-        let faces = ask(frame, source, (&placed, seeds, ticks), lift, surfaces, first as u32, &mut queue);
+        // lights that do not light a model send no ray to it
+        let lit = frame.lit_bits(source.light, &tile.model[first..first + LANES]);
+        let faces =
+            ask(frame, source, (&placed, seeds, ticks), lift, surfaces & lit, first as u32, &mut queue);
+        let faces = faces & lit;
         for lane in set_bits(surfaces & !faces) {
             raise(first + lane, Verdict::new(!is_lit(first + lane)));
         }
@@ -307,11 +313,12 @@ fn check_shadows(frame: &FrameView, tile: &Tile, source: LightPoint, raise: &mut
             normal: one(placed.normal),
             geometric_normal: one(placed.geometric_normal),
             smooth: placed.smooth.map(one),
+            fibres: if placed.fibres >> lane & 1 != 0 { u8::MAX } else { 0 },
         };
         for (aside_lane, aside) in around(placed.geometric_normal.lane(lane)).into_iter().enumerate() {
             beside.point.set_lane(aside_lane, placed.point.lane(lane) + aside * reach);
         }
-        queue.clear();
+        queue.begin(purpose);
         let ticks = [tile.record[cell].traced.tick(); LANES];
         ask(frame, source, (&beside, seeds, ticks), |_| lift(frame, tile, cell), u8::MAX, 0, &mut queue);
         queue.set_ticks(frame, |_| cell as u32);

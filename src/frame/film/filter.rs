@@ -27,6 +27,7 @@ use crate::frame::surface::trace_scratch::TraceScratch;
 use crate::lanes::{F32x8, LANES, Mask, Vec3x8};
 use crate::layers::Layers;
 use crate::samples::{BACKGROUND, CELLS, Column, EMPTY, Tile};
+use crate::scene::{Mist, MistFalloff};
 use crate::settings::Backdrop;
 
 /// Scratch memory of a worker for this phase, by cell where nothing else is said.
@@ -40,6 +41,8 @@ pub struct Filtering {
     openness: Column<f32>,
     /// Distance along the view axis, in the units of the shot's files; 0 for the background.
     depth: Column<f32>,
+    /// How much mist is before the sample; 1 for the background.
+    mist: Column<f32>,
     /// Variance of the cell's pixel, from [`pixel_variances`].
     variance: Column<f32>,
     /// Place of the sample, in cells from the tile's corner.
@@ -71,6 +74,7 @@ impl Default for Filtering {
             albedo: [none; 3],
             openness: none,
             depth: none,
+            mist: none,
             variance: none,
             x: none,
             y: none,
@@ -100,7 +104,7 @@ pub fn sum(
     let Some(kernel) = &frame.kernel else { return false };
     prepare(frame, tile, radiance, filtering);
     locate(frame, number, tile, filtering);
-    let Filtering { alpha, albedo, openness, depth, variance, x, y, rims, areas, ids, .. } = filtering;
+    let Filtering { alpha, albedo, openness, depth, mist, variance, x, y, rims, areas, ids, .. } = filtering;
     let (grid, lie) = (&*frame.view.grid, [&*x, &*y]);
     let are_beside = rims.find(frame, number, tile, lie, trace);
     let count = if are_beside { rims.places.each_ref() } else { lie };
@@ -121,7 +125,7 @@ pub fn sum(
     };
     let by = Spread::new(kernel, grid, count, weighing);
     let mut columns = [None; sums::COUNT];
-    let planes = filtered(frame, radiance, [alpha, openness, depth, variance], albedo);
+    let planes = filtered(frame, radiance, [alpha, openness, depth, mist, variance], albedo);
     planes.for_each(|(plane, column)| columns[plane] = Some(column));
     spread(by, tile, &columns, film);
     for (kind, mattes) in shown_mattes(frame) {
@@ -167,8 +171,8 @@ pub fn filter(
         if shows_samples && grid.samples > 1 {
             locate(frame, number, tile, filtering);
         }
-        let Filtering { alpha, albedo, openness, depth, variance, sums, .. } = filtering;
-        for (plane, column) in filtered(frame, radiance, [alpha, openness, depth, variance], albedo) {
+        let Filtering { alpha, albedo, openness, depth, mist, variance, sums, .. } = filtering;
+        for (plane, column) in filtered(frame, radiance, [alpha, openness, depth, mist, variance], albedo) {
             reduce(grid, column, |sum, value| sum + value, sums.open(plane));
         }
         take_mattes(frame, tile, filtering);
@@ -318,7 +322,7 @@ fn finish(
     written
 }
 
-/// Computes the filtered columns other than light: coverage, albedo, openness, depth, variance.
+/// Computes the filtered columns other than light: coverage, albedo, openness, depth, mist, variance.
 fn prepare(frame: &FrameView, tile: &Tile, radiance: &Radiance, filtering: &mut Filtering) {
     if frame.layers.has(Layers::VARIANCE) {
         pixel_variances(&frame.view.grid, radiance, &mut filtering.variance);
@@ -353,6 +357,28 @@ fn prepare(frame: &FrameView, tile: &Tile, radiance: &Radiance, filtering: &mut 
             let depth = depth * F32x8::splat(frame.scene.space.length_of_files(1.0));
             is_surface.select(depth, F32x8::ZERO).store(&mut filtering.depth, first);
         }
+        if frame.layers.has(Layers::MIST) {
+            is_surface.select(mist_of(frame, tile, first), F32x8::ONE).store(&mut filtering.mist, first);
+        }
+    }
+}
+
+/// How much mist is before eight samples: none up to its start, and 1 from its end on.
+fn mist_of(frame: &FrameView, tile: &Tile, first: usize) -> F32x8 {
+    let (cameras, Mist { start, depth, falloff }) = (frame.cameras(tile, first), frame.scene.mist);
+    let offsets = frame.offsets_from(cameras.eye, (tile, first), || tile.ticks(first));
+    // as far as rays from the eye go, which are parallel before an orthographic camera
+    let distance = match frame.view.camera.is_orthographic() {
+        true => offsets.dot(cameras.forward).abs(),
+        false => offsets.dot(offsets).sqrt(),
+    };
+    let distance = distance * F32x8::splat(frame.scene.space.length_of_files(1.0));
+    let share = (distance - F32x8::splat(start as f32)) / F32x8::splat(depth as f32);
+    let share = share.max(F32x8::ZERO).min(F32x8::ONE);
+    match falloff {
+        MistFalloff::Quadratic => share * share,
+        MistFalloff::Linear => share,
+        MistFalloff::Inverse => share.sqrt(),
     }
 }
 
@@ -385,7 +411,7 @@ fn locate(frame: &FrameView, number: usize, tile: &Tile, filtering: &mut Filteri
 fn filtered<'a>(
     frame: &FrameView,
     shown: &'a Radiance,
-    [alpha, openness, depth, variance]: [&'a Column<f32>; 4],
+    [alpha, openness, depth, mist, variance]: [&'a Column<f32>; 5],
     albedo: &'a Light,
 ) -> impl Iterator<Item = (usize, &'a Column<f32>)> {
     let parts = &shown.parts;
@@ -400,6 +426,7 @@ fn filtered<'a>(
         (sums::INDIRECT, &parts.indirect, has(Layers::INDIRECT) && frame.paths > 0),
         (sums::EMISSION, &parts.emission, has(Layers::EMISSION)),
         (sums::SKY, &parts.sky, has(Layers::BACKGROUND)),
+        (sums::CATCHER, &parts.catcher, has(Layers::CATCHER)),
         (sums::GUIDE_ALBEDO, &parts.guide_albedo, has(Layers::GUIDES)),
         (sums::GUIDE_NORMAL, &parts.guide_normal, has(Layers::GUIDES)),
     ];
@@ -411,6 +438,12 @@ fn filtered<'a>(
         planes.flat_map(|(first, light, _)| light.iter().enumerate().map(move |(i, c)| (first + i, c)));
     let openness = has(Layers::OCCLUSION).then_some((sums::OCCLUSION, openness));
     let depth = has(Layers::DEPTH).then_some((sums::DEPTH, depth));
+    let mist = has(Layers::MIST).then_some((sums::MIST, mist));
     let variance = has(Layers::VARIANCE).then_some((sums::VARIANCE, variance));
-    std::iter::once((sums::ALPHA, alpha)).chain(openness).chain(depth).chain(variance).chain(planes)
+    std::iter::once((sums::ALPHA, alpha))
+        .chain(openness)
+        .chain(depth)
+        .chain(mist)
+        .chain(variance)
+        .chain(planes)
 }

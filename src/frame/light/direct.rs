@@ -1,7 +1,7 @@
 //! Direct light on samples: shadow rays where a tag is no longer valid, and the part of the colour that does
 //! not depend on the eye (the paper's "Verification Phase" for shadows, and its "Color Calculation").
 
-use super::lighting::{Places, add_light, emitted_and_ambient, sample_of_light};
+use super::lighting::{Places, add_light, of_itself, sample_of_light};
 use super::shadow::{CHECKS, Checks, ShadowQueue, Shadows};
 use crate::frame::grid::bits::{count_bits, set_bits, status_bits, surface_bits};
 use crate::frame::shot::frame_view::FrameView;
@@ -55,7 +55,7 @@ pub fn light(
     let mut bounds = may_hold.then(|| TileBounds::samples(frame, tile));
     for (light, pose) in frame.pose.lights.iter().enumerate() {
         let may_be_in_shadow = |bounds: &TileBounds, of| bounds.may_be_in_shadow(of, frame.pose, light);
-        let may_be_met = frame.plan.any_moved
+        let may_be_met = frame.moves_blockers(light)
             && bounds.as_ref().is_none_or(|bounds| may_be_in_shadow(bounds, frame.moved_bounds));
         if !may_be_met && all_tags_hold(frame, light, tile) {
             continue;
@@ -65,7 +65,8 @@ pub fn light(
             forget_doubtful(frame, &checks, tile, frame.slots[light]);
             continue;
         }
-        lighting.queues.iter_mut().for_each(ShadowQueue::clear);
+        let purpose = frame.shadows_of_light(light);
+        lighting.queues.iter_mut().for_each(|queue| queue.begin(purpose));
         let bounds = bounds.get_or_insert_with(|| TileBounds::samples(frame, tile));
         let is_among_all = may_be_in_shadow(bounds, frame.dynamic_bounds);
         let among = if is_among_all { SceneSubset::All } else { SceneSubset::Still };
@@ -164,6 +165,7 @@ fn ask_light(
         let wanted = asked[0] | asked[1] | asked[2];
         let ToLight { faces, origins, to_light } =
             placed.receivers().to_light(&light_sample, wanted, |lane| lift(frame, tile, first + lane));
+        let faces = faces & frame.lit_bits(light, &tile.model[first..first + LANES]);
         let far = F32x8::splat(light_sample.far);
         if asked[0] != 0 {
             asked[0] &= frame.moved_bounds.may_meet(origins, to_light, far);
@@ -248,6 +250,7 @@ fn ask_area_light(
             let light_samples = light_samples(pose, &pattern, lane, point);
             let ToSixteen { faces, origin, lift, light_samples } =
                 receivers.to_sixteen(lane, &light_samples, || lift(frame, tile, cell));
+            let faces = if frame.lights(light, tile.model[cell]) { faces } else { 0 };
             origins.set_lane(lane, origin);
             lifts.set_lane(lane, lift);
             if asked[0] != 0 {
@@ -332,7 +335,8 @@ pub fn sum_light(frame: &FrameView, tile: &Tile, first: usize, placed: &Placed) 
     let (reflectance, looks) = (tile.reflectances(first), tile.looks(first));
     let albedo = frame.palette.albedo(&looks, reflectance);
     let of_lights = frame.albedo_of_lights(&looks, albedo);
-    let mut sum = emitted_and_ambient(frame, (&looks, reflectance), || tile.gathered.opennesses(first));
+    let models = &tile.model[first..first + LANES];
+    let mut sum = of_itself(frame, models, (&looks, reflectance), || tile.gathered.opennesses(first));
     for (light, slot) in (0..).zip(frame.slots).filter(|(light, _)| !frame.pose.is_dark(*light)) {
         frame.pose.each_of_light(
             light,

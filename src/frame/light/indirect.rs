@@ -172,6 +172,7 @@ pub fn start_at(frame: &FrameView, tile: &Tile, cell: usize, placed: &Placed, pa
     PathStart {
         owner: cell as u32,
         cell: cell as u32,
+        model,
         index: 0,
         sequence: PathSequence::of_sample(tile.gathered.seed(cell), paths),
         point: placed.point.lane(lane),

@@ -26,6 +26,7 @@ use crate::shade::emitters::{EmitterPlace, NotThere};
 use crate::shade::light_chances::Sent;
 use crate::shade::sampling::PathRandom;
 use crate::shade::surface::off_surface;
+use crate::trace::Purpose;
 
 /// Least albedo of a layer of which reflected paths are drawn: half the step of an 8-bit picture, of light 32 times as bright as white.
 pub const LEAST_ALBEDO: f32 = 1.0 / 16384.0;
@@ -48,6 +49,8 @@ pub struct AskedLight {
     pub direction: Vec3,
     /// The point that is asked, just before its surface; world space. None for the sky.
     pub place: Option<Vec3>,
+    /// Who blocks the way there.
+    pub purpose: Purpose,
     /// Its radiance over the densities of both ways that lead there.
     light: Vec3,
 }
@@ -104,7 +107,7 @@ impl DrawnLayer {
         let LightFrom { radiance, pdf } = frame.sky.light(SkyDensity::Peaks, direction);
         // by rounding, a direction may lie where none are chosen
         let light = radiance / (chance_of_asking(frame) * pdf + self.seen.density(direction));
-        (pdf > 0.0).then_some(AskedLight { direction, place: None, light })
+        (pdf > 0.0).then_some(AskedLight { direction, place: None, purpose: Purpose::Shadow, light })
     }
 
     fn asks_emitter(
@@ -122,7 +125,9 @@ impl DrawnLayer {
         // the light of that point, be it none, depends on its model: on where that is, or will be when it
         // appears
         let (Ok(EmitterPlace { model, .. }) | Err(NotThere { model })) = chosen;
-        let place = chosen.ok().filter(|_| !frame.is_hidden_from(model, RayKind::Glossy));
+        let is_seen =
+            |model| !frame.is_hidden_from(model, RayKind::Glossy) && frame.sees_emission(start.model, model);
+        let place = chosen.ok().filter(|_| is_seen(model));
         let asked = place.and_then(|place| self.asks_place(frame, start, &place));
         (asked, frame.first_change_of(model))
     }
@@ -138,9 +143,13 @@ impl DrawnLayer {
         }
         // from a density by area to one by solid angle
         let by_asking = chance_of_asking(frame) * place.density * (squared / cos.abs());
-        let light = place.radiance / (by_asking + self.seen.density(direction));
+        // what is asked alone is not met by paths
+        let is_met = !frame.is_emission_shadow_linked(place.model);
+        let by_path = if is_met { self.seen.density(direction) } else { 0.0 };
+        let light = place.radiance / (by_asking + by_path);
         let facing = if cos > 0.0 { -place.normal } else { place.normal };
-        Some(AskedLight { direction, place: Some(off_surface(place.point, facing)), light })
+        let purpose = frame.shadows_of_emission(place.model);
+        Some(AskedLight { direction, place: Some(off_surface(place.point, facing)), purpose, light })
     }
 
     /// Light that an eye sees of path number `index`, which has brought this `radiance`. `seen`: the layer as

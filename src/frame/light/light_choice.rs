@@ -3,6 +3,8 @@
 //! The surface is what cost: a ray more to each kind costs less than the noise where kinds share one. Of the shot's lights it asks one,
 //! by [chances](crate::shade::light_chances::LightChances).
 
+use glam::Vec3;
+
 use super::step::Step;
 use crate::frame::shot::frame_view::FrameView;
 use crate::scene::SkyDensity;
@@ -54,3 +56,13 @@ pub fn sky_density(frame: &FrameView, step: Step) -> SkyDensity {
 pub fn paths_go_on(frame: &FrameView, step: Step) -> bool {
     !step.is_last() || !frame.emitters.is_empty()
 }
+
+/// Number of the light that a surface of `model` at `point` asks, and the probability with which it chose that one.
+pub fn light_asked(frame: &FrameView, model: u32, point: Vec3, random: f32) -> (u32, f32) {
+    frame
+        .choose_light(model, point, random)
+        .map_or((NO_LIGHT, 1.0), |light| (light.source as u32, light.chance))
+}
+
+/// Number of no light: of those that none lights.
+pub const NO_LIGHT: u32 = u32::MAX;

@@ -13,40 +13,31 @@
 
 use glam::Vec3;
 
+use super::asked_lights::{AskingScratch, light_vertices};
 use super::clamp::limit_paths;
-use super::light_choice::{Kinds, paths_go_on, surfaces_on_paths};
+use super::light_choice::{Kinds, light_asked, paths_go_on, surfaces_on_paths};
 use super::lobes::Lobes;
 use super::next_event::{Asking, LightRays};
 use super::path_ends::{Below, PathResult, PathStart};
-use super::path_ray::PathRay;
+use super::path_ray::{InMedia, PathRay};
 use super::pdfs::Pdfs;
-use super::scattering::{self, InMedia, OnWay};
-use super::select::select;
-use super::shadow::ShadowQueue;
+use super::scattering::{self, OnWay};
 use super::starts::Starts;
 use super::step::Step;
 use super::subsurface::{self, WalkScratch};
-use super::vertex::{NO_BSDF, Vertex, VertexLanes, go_on};
+use super::vertex::{NO_BSDF, Vertex, go_on};
 use crate::changes::Until;
 use crate::frame::shot::frame_view::FrameView;
-use crate::frame::shot::plan::ShadowCheck;
 use crate::frame::surface::computed_hits::ComputedHits;
 use crate::frame::surface::footprints::SPREAD_OF_PATHS;
 use crate::frame::surface::hits::{Hits8, surfaces};
 use crate::frame::surface::ray_tally::RayTally;
-use crate::lanes::{F32x8, LANES};
+use crate::lanes::LANES;
 use crate::media::spans::Spans;
-use crate::pose::LightPose;
-use crate::samples::Tag;
 use crate::scene::RayKind;
-use crate::shade::Surface;
-use crate::shade::area::{density_of, radiance};
-use crate::shade::bsdf::phong;
 use crate::shade::bsdf::{SeenBsdf, SeenBy};
-use crate::shade::light::light_from_anywhere;
 use crate::shade::sampling::PathRandom;
 use crate::shade::surface::off_surface;
-use crate::shade::terminator::ToLight;
 use crate::trace::{self, Coherence, HitBatch, NO_HIT, OfKind, RayBatch, SceneSubset, Search};
 
 /// Paths that are traced at once: their rays fit into a second-level cache.
@@ -55,9 +46,6 @@ pub const AT_ONCE: usize = 256;
 /// Prefetch distance of the triangles of hits, in groups of eight hits; their corners are fetched at half of
 /// it.
 const AHEAD: usize = 4;
-
-/// The segment `origin + t * direction`, t in 0 to the last value.
-type LightSegment = (Vec3, Vec3, f32);
 
 /// Scratch memory of a worker for paths.
 #[derive(Debug, Default)]
@@ -83,26 +71,10 @@ pub struct PathScratch {
     vertices: Vec<Vertex>,
     /// Layers of those vertices that have one.
     bsdfs: Vec<SeenBsdf>,
-    /// Numbers of the vertices, sorted by the light that they ask.
-    by_light: Vec<u32>,
-    one_light: OneLight,
+    asking: AskingScratch,
     light_rays: LightRays,
     /// Parts of the ray at work that lie in media.
     spans: Spans,
-}
-
-/// Scratch memory for the vertices that ask one light.
-#[derive(Debug, Default)]
-struct OneLight {
-    /// Light that each of them reflects if nothing is in the way.
-    reflected: Vec<Vec3>,
-    /// Segments to the light, from those that face it.
-    segments: Vec<LightSegment>,
-    queue: ShadowQueue,
-    /// For each segment its vertex' number among those that ask the light, and what is in the way.
-    answers: Vec<(u32, Tag)>,
-    /// Numbers of the segments in whose way nothing still is.
-    open: Vec<u32>,
 }
 
 /// Traces the paths in `scratch.starts`, and writes their results to `scratch.brought`. They are all gathered
@@ -142,6 +114,12 @@ pub fn trace_paths(frame: &FrameView, scratch: &mut PathScratch, tally: &mut Ray
     if let Some(most) = frame.settings.clamp {
         limit_paths(&mut scratch.brought, &scratch.direct, most);
     }
+}
+
+/// Lights the vertices.
+fn light(frame: &FrameView, scratch: &mut PathScratch, tally: &mut RayTally) {
+    let PathScratch { starts, brought, vertices, bsdfs, asking, light_rays, .. } = scratch;
+    light_vertices(frame, (vertices, bsdfs), (starts, brought), (asking, light_rays), tally);
 }
 
 /// Adds what the vertices bring to the results of their paths, and makes the rays that go on from there.
@@ -223,6 +201,7 @@ fn begin(frame: &FrameView, is_reflected: bool, scratch: &mut PathScratch) {
                         chances,
                         seen_by,
                         kind,
+                        receiver: start.model,
                         within,
                         media: InMedia::default(),
                     }
@@ -252,9 +231,9 @@ fn gathers(
     let weight = below.map_or(Vec3::ONE, Below::weight_at_surface);
     let chances = Pdfs::of_start(frame);
     let (origin, bsdf) = (off_surface(point, geometric_normal), None);
-    let tick = frame.tick_of(start.cell);
+    let (tick, model) = (frame.tick_of(start.cell), start.model);
     let asking =
-        Asking { path, tick, point, origin, normal, geometric_normal, horizon, weight, chances, bsdf };
+        Asking { path, tick, model, point, origin, normal, geometric_normal, horizon, weight, chances, bsdf };
     for place in places_in_sky(frame, &random) {
         light_rays.ask_sky(frame, &asking, place);
     }
@@ -280,6 +259,7 @@ fn gathers(
             chances,
             seen_by,
             kind,
+            receiver: start.model,
             within: start.within,
             media: InMedia::default(),
         }
@@ -425,8 +405,8 @@ fn meet(frame: &FrameView, scratch: &mut PathScratch) {
                 let random = random[ray.path as usize];
                 let surface = subsurface::side(frame, surface, || random.four(step.going_on())[3]);
                 let random = random.four(step.asking());
-                let light = frame.light_chances.choose(surface.point, random[0]);
                 let primitive = (packet.model[from + lane], packet.triangle[from + lane]);
+                let (asked_light, chance) = light_asked(frame, primitive.0, surface.point, random[0]);
                 let distance = packet.t[from + lane];
                 let (look, axes) = (surface.look(), surface.axes());
                 let layers = &frame.palette.bsdfs;
@@ -437,11 +417,12 @@ fn meet(frame: &FrameView, scratch: &mut PathScratch) {
                 vertices.push(Vertex {
                     ray,
                     surface,
+                    model: primitive.0,
                     light: Vec3::ZERO,
                     emission_weight: ray.emission_weight(frame, primitive, &surface, distance),
                     asks: Kinds::of(frame, step),
-                    asked_light: light.source as u32,
-                    chance: light.chance,
+                    asked_light,
+                    chance,
                     random,
                     lobes,
                     bsdf: number,
@@ -478,142 +459,5 @@ fn end(frame: &FrameView, scratch: &mut PathScratch) {
                 brought[ray.path as usize].radiance += ray.weight * emission * weight;
             },
         );
-    }
-}
-
-/// Lights the vertices: emission and ambient light, and light of the sources that each asks.
-fn light(frame: &FrameView, scratch: &mut PathScratch, tally: &mut RayTally) {
-    let PathScratch { starts, brought, vertices, bsdfs, by_light, one_light, light_rays, .. } = scratch;
-    let bsdfs = &bsdfs[..];
-    for some in vertices.chunks_mut(LANES) {
-        let surfaces = VertexLanes::of(some.len(), |lane| &some[lane]);
-        let light = frame.palette.emitted_and_ambient(&surfaces.looks, surfaces.reflectance);
-        for (lane, vertex) in some.iter_mut().enumerate() {
-            let emission = vertex.surface.emission(frame.scene);
-            let found_otherwise = emission * (1.0 - vertex.emission_weight);
-            let light = light.lane(lane);
-            let light = vertex.seen_bsdf(bsdfs).map_or(light, |bsdf| bsdf.show(light));
-            vertex.light =
-                if vertex.is_exit { Vec3::ZERO } else { (light - found_otherwise).max(Vec3::ZERO) };
-        }
-    }
-    let asking = |vertex: &Vertex| {
-        let Surface { point, normal, geometric_normal, horizon, .. } = vertex.surface;
-        let PathRay { path, tick, weight, .. } = vertex.ray;
-        let weight = weight * vertex.lobes.all[Lobes::DIFFUSE].0;
-        let (chances, bsdf) = (vertex.chances(frame), vertex.asking_bsdf(frame, bsdfs));
-        let origin = off_surface(point, geometric_normal);
-        Asking { path, tick, point, origin, normal, geometric_normal, horizon, weight, chances, bsdf }
-    };
-    for vertex in &*vertices {
-        if vertex.asks.sky {
-            light_rays.ask_sky(frame, &asking(vertex), vertex.in_sky());
-        }
-        if vertex.asks.emitters {
-            let brought = &mut brought[vertex.ray.path as usize];
-            light_rays.ask_emitter(frame, &asking(vertex), vertex.on_emitters(), brought);
-        }
-    }
-    light_rays.cast(frame, starts, brought, tally);
-    if frame.pose.lights.is_empty() {
-        return;
-    }
-    by_light.clear();
-    by_light.extend(0..vertices.len() as u32);
-    // where lights change within the exposure those of one tick ask together
-    let changes = !frame.pose.lights_at_ticks.is_empty();
-    let asked = |vertex: &Vertex| (vertex.asked_light, if changes { vertex.ray.tick } else { 0 });
-    by_light.sort_by_key(|vertex| asked(&vertices[*vertex as usize]));
-    let mut rest = &by_light[..];
-    while let Some((number, tick)) = rest.first().map(|first| asked(&vertices[*first as usize])) {
-        let change = frame.light_changes[number as usize];
-        let same = |vertex: &u32| asked(&vertices[*vertex as usize]) == (number, tick);
-        let (group, after) = rest.split_at(rest.partition_point(same));
-        for vertex in group {
-            let brought = &mut brought[vertices[*vertex as usize].ray.path as usize];
-            brought.until = brought.until.min(change);
-        }
-        let light = &frame.pose.lights_at(tick)[number as usize];
-        ask_light(frame, light, group, starts, (vertices, bsdfs, brought), one_light, tally);
-        rest = after;
-    }
-}
-
-/// Adds the light that `light` sends to the vertices listed in `group`, all of which ask it.
-fn ask_light(
-    frame: &FrameView,
-    light: &LightPose,
-    group: &[u32],
-    starts: &[PathStart],
-    (vertices, bsdfs, brought): (&mut [Vertex], &[SeenBsdf], &mut [PathResult]),
-    one_light: &mut OneLight,
-    tally: &mut RayTally,
-) {
-    let OneLight { reflected, segments, queue, answers, open } = one_light;
-    let radiance = radiance(light);
-    queue.clear();
-    reflected.clear();
-    segments.clear();
-    for (first, some) in (0..).step_by(LANES).zip(group.chunks(LANES)) {
-        let eight = VertexLanes::of(some.len(), |lane| &vertices[some[lane] as usize]);
-        let horizon = |lane: usize| &vertices[some[lane] as usize].surface.horizon;
-        let receivers = eight.receivers(frame, |lane| horizon(lane).normal);
-        let light_sample = light_from_anywhere(light, eight.place, eight.point);
-        let ToLight { faces, origins, to_light } =
-            receivers.to_light(&light_sample, eight.used, |lane| horizon(lane).lift);
-        let asked = faces & light_sample.irradiance.is_some().bits() & eight.used;
-        queue.push(origins, to_light, F32x8::splat(light_sample.far), asked, first);
-        let albedo = frame.palette.albedo(&eight.looks, eight.reflectance);
-        let light = phong::diffuse(albedo, eight.normal, receivers.smooth, &light_sample) / eight.chance;
-        for (lane, vertex) in some.iter().enumerate() {
-            let weight = match radiance.filter(|_| asked >> lane & 1 != 0) {
-                Some(radiance) => {
-                    let (normal, direction) = (eight.normal.lane(lane), light_sample.direction.lane(lane));
-                    let density = density_of(radiance.along(direction), light_sample.irradiance.lane(lane));
-                    let chance = eight.chance.lane(lane);
-                    vertices[*vertex as usize]
-                        .chances(frame)
-                        .of_asked_light(chance, normal, direction, density)
-                }
-                None => 1.0,
-            };
-            let mut light = light.lane(lane) * weight;
-            let vertex_of_lane = &vertices[*vertex as usize];
-            if let Some(bsdf) = vertex_of_lane.seen_bsdf(bsdfs) {
-                let irradiance = light_sample.irradiance.lane(lane) / eight.chance.lane(lane);
-                let arrives = (light_sample.direction.lane(lane), irradiance);
-                light = light * bsdf.through + vertex_of_lane.highlight(frame, bsdf, arrives, radiance);
-            }
-            reflected.push(light);
-            let asks = asked >> lane & 1;
-            let path = vertices[*vertex as usize].ray.path as usize;
-            let counted = &mut tally.cells.shadow[starts[path].cell as usize];
-            *counted = counted.saturating_add(u16::from(asks));
-            // added in any case, and taken away again: every other surface faces the light
-            let count = segments.len() + usize::from(asks);
-            segments.push((origins.lane(lane), to_light.lane(lane), light_sample.far));
-            segments.truncate(count);
-        }
-    }
-    tally.counts.shadow += queue.count();
-    let (check, coherence) = (ShadowCheck::StillThenMovable, Coherence::Incoherent);
-    answers.clear();
-    let cell = |member: u32| {
-        let path = vertices[group[member as usize] as usize].ray.path;
-        starts[path as usize].cell
-    };
-    queue.set_ticks(frame, cell);
-    queue.answer(check, SceneSubset::All, coherence, frame.tracer, |member, tag| answers.push((member, tag)));
-    // a still occluder stays in the way, whatever else comes there or goes
-    select(open, answers.len(), |number| answers[number].1 != Tag::StaticOccluder);
-    for number in open.iter().map(|number| *number as usize) {
-        let ((member, tag), (from, to, far)) = (answers[number], segments[number]);
-        let vertex = &mut vertices[group[member as usize] as usize];
-        if tag.is_lit() {
-            let left = frame.media.map_or(Vec3::ONE, |media| media.left((from, to), far, vertex.ray.tick));
-            vertex.light += reflected[member as usize] * left;
-        }
-        let brought = &mut brought[vertex.ray.path as usize];
-        brought.until = frame.first_touch_before(from, to, far, brought.until);
     }
 }

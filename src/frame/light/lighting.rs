@@ -7,9 +7,11 @@ use wide::u32x8;
 use crate::exposure::{MIDDLE_TICK, Tick};
 use crate::frame::grid::bits::set_bits;
 use crate::frame::shot::frame_view::{FrameView, Occlusion};
+use crate::frame::shot::links::OF_EYE;
 use crate::lanes::{F32x8, LANES, Mask, Vec3x8};
 use crate::media::Media;
 use crate::pose::LightPose;
+use crate::samples::EMPTY;
 use crate::scene::look::Look;
 use crate::shade::area::{Glow, glow};
 use crate::shade::bsdf::phong::Gloss;
@@ -59,6 +61,24 @@ pub fn emitted_and_ambient(
         }
         _ => frame.palette.emitted_and_ambient(looks, reflectance),
     }
+}
+
+/// [`emitted_and_ambient`] of eight samples of `models` as the eye sees it: what some of them emit may be dark.
+#[inline]
+pub fn of_itself(
+    frame: &FrameView,
+    models: &[u32],
+    (looks, reflectance): (&[Look], Vec3x8),
+    openness: impl Fn() -> F32x8,
+) -> Vec3x8 {
+    let light = emitted_and_ambient(frame, (looks, reflectance), &openness);
+    if !frame.has_linked_emission() {
+        return light;
+    }
+    let shows = Mask::new(|lane| models[lane] >= EMPTY || frame.sees_emission(OF_EYE, models[lane]));
+    let is_occluded = frame.occlusion.is_some_and(|occlusion| occlusion.dims_ambient);
+    let openness = if is_occluded { openness() } else { F32x8::ONE };
+    shows.select3(light, frame.palette.ambient_alone(looks, reflectance, openness))
 }
 
 /// Light of a point, by number, of a light that eight surfaces at `points` see at their `ticks`. `seeds`: as of [`Places`].

@@ -1,5 +1,6 @@
 //! Light that does not depend on the eye: computed once, and kept with the sample until something changes it.
 
+mod asked_lights;
 pub mod clamp;
 pub mod direct;
 pub mod indirect;

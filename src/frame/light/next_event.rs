@@ -38,6 +38,8 @@ pub struct Asking<'a> {
     pub path: u32,
     /// Tick of the exposure at which it asks.
     pub tick: Tick,
+    /// Model of the surface.
+    pub model: u32,
     /// Point on the surface, world space.
     pub point: Vec3,
     /// Shading normal.
@@ -85,6 +87,8 @@ struct LightRay {
     /// Direction to the light, which is at `far` along it.
     direction: Vec3,
     far: f32,
+    /// Who blocks it.
+    purpose: Purpose,
     brings: PathEnd,
 }
 
@@ -158,9 +162,16 @@ impl LightRays {
         self.sent = Sent::NOWHERE;
     }
 
-    /// Adds a ray from a place along `segment`, at `far` of which there is the light that it brings.
-    pub fn ask(&mut self, path: u32, (origin, segment): (Vec3, Vec3), far: f32, light: Vec3) {
-        self.waiting.push(LightRay { path, origin, direction: segment, far, brings: PathEnd::Light(light) });
+    /// Adds a ray from a place along `segment`, at `far` of which there is the light that it brings; `purpose`: what may hide that light.
+    pub fn ask(
+        &mut self,
+        path: u32,
+        (origin, segment): (Vec3, Vec3),
+        (far, purpose): (f32, Purpose),
+        light: Vec3,
+    ) {
+        let brings = PathEnd::Light(light);
+        self.waiting.push(LightRay { path, origin, direction: segment, far, purpose, brings });
     }
 
     /// Adds a ray to the sky if it leaves the surface; two `random` numbers choose its direction.
@@ -173,7 +184,8 @@ impl LightRays {
         let Pdfs { asks_sky, sky, goes_on, .. } = chances;
         let of_sky = OfSky { weight, by_cosine, asks_sky, density: sky, goes_on };
         let origin = horizon.origin(origin, direction, geometric_normal);
-        let ray = |brings| LightRay { path, origin, direction, far: f32::INFINITY, brings };
+        let (far, purpose) = (f32::INFINITY, Purpose::Shadow);
+        let ray = |brings| LightRay { path, origin, direction, far, purpose, brings };
         let Some(bsdf) = bsdf else {
             // half of them lead nowhere, and no processor foresees which: the ray is added in any case, and taken away again
             let count = self.waiting.len() + usize::from(leaves & (by_cosine > 0.0));
@@ -197,8 +209,10 @@ impl LightRays {
         random: [f32; 3],
         brought: &mut PathResult,
     ) {
-        let Asking { path, tick, point, origin, normal, geometric_normal, horizon, weight, chances, bsdf } =
-            *asking;
+        let Asking {
+            path, tick, model: receiver, point, origin, normal, horizon, weight, chances, bsdf, ..
+        } = *asking;
+        let geometric_normal = asking.geometric_normal;
         let (scene, at, deformations) = (frame.scene, (frame.pose, tick), frame.deformations);
         let Some(chosen) = frame.emitters.choose(scene, at, deformations, (point, &mut self.sent), random)
         else {
@@ -209,6 +223,13 @@ impl LightRays {
         let (Ok(EmitterPlace { model, .. }) | Err(NotThere { model })) = chosen;
         brought.until = brought.until.min(frame.first_change_of(model));
         let Ok(place) = chosen else { return };
+        if !frame.sees_emission(receiver, model) {
+            return;
+        }
+        // what is asked alone is not met by paths
+        let is_met = !frame.is_emission_shadow_linked(model);
+        let met = |chance: f32| if is_met { chance } else { 0.0 };
+        let bsdf = bsdf.map(|bsdf| AskingBsdf { goes_on: met(bsdf.goes_on), ..bsdf });
         let bsdf = bsdf.filter(|_| !frame.is_hidden_from(model, RayKind::Glossy));
         let to_place = place.point - point;
         let squared = to_place.length_squared();
@@ -224,7 +245,7 @@ impl LightRays {
             return;
         }
         let by_cosine_of_area = by_cosine * cos.abs() / squared;
-        let densities = chances.asks_emitter * place.density + chances.goes_on * by_cosine_of_area;
+        let densities = chances.asks_emitter * place.density + met(chances.goes_on) * by_cosine_of_area;
         let shown = by_cosine_of_area * horizon.fading(normal, direction);
         let mut light = weight * place.radiance * (shown / densities);
         if let Some(bsdf) = bsdf {
@@ -234,7 +255,8 @@ impl LightRays {
         let origin = horizon.origin(origin, direction, geometric_normal);
         let facing = if cos > 0.0 { -place.normal } else { place.normal };
         let direction = off_surface(place.point, facing) - origin;
-        self.waiting.push(LightRay { path, origin, direction, far: 1.0, brings: PathEnd::Light(light) });
+        let (far, purpose) = (1.0, frame.shadows_of_emission(model));
+        self.waiting.push(LightRay { path, origin, direction, far, purpose, brings: PathEnd::Light(light) });
     }
 
     /// Adds a ray from the start of a reflected path to the light source that its layer asks, if there is one.
@@ -249,13 +271,13 @@ impl LightRays {
     ) {
         let (asked, until) = layer.asks(frame, start, random);
         brought.until = brought.until.min(until);
-        let Some(AskedLight { direction, place, .. }) = asked else { return };
+        let Some(AskedLight { direction, place, purpose, .. }) = asked else { return };
         let origin = start.origin(direction);
         let (direction, far) = match place {
             Some(place) => (place - origin, 1.0),
             None => (direction, f32::INFINITY),
         };
-        self.waiting.push(LightRay { path, origin, direction, far, brings: PathEnd::Sight });
+        self.waiting.push(LightRay { path, origin, direction, far, purpose, brings: PathEnd::Sight });
     }
 
     /// Casts the rays, and adds their light to the results in `brought` of the paths that began at `starts`.
@@ -267,43 +289,46 @@ impl LightRays {
         tally: &mut RayTally,
     ) {
         let Self { waiting, rays, by_still, blocked, open, .. } = self;
-        if waiting.is_empty() {
-            return;
+        // those that the same models block go together
+        if frame.has_shadow_links() {
+            waiting.sort_by_key(|ray| ray.purpose.blockers().number());
         }
-        rays.clear();
-        for ray in &*waiting {
-            rays.push(ray.origin, ray.direction, 0.0, ray.far);
-            let counted = &mut tally.cells.shadow[starts[ray.path as usize].cell as usize];
-            *counted = counted.saturating_add(1);
-        }
-        frame.set_ticks(rays, waiting.iter().map(|ray| starts[ray.path as usize].cell));
-        tally.counts.shadow += waiting.len() as u64;
-        by_still.clear();
-        by_still.resize(rays.packet_count(), 0);
-        let ask = |by: Occluders, blocked: &mut [u16]| {
-            frame.tracer.blocked(rays, by, Purpose::Shadow, Coherence::Incoherent, blocked);
-        };
-        ask(Occluders::Still, by_still);
-        blocked.clone_from(by_still);
-        ask(Occluders::Movable, blocked);
-        // a still occluder stays in the way, whatever else comes there or goes
-        select(open, waiting.len(), |number| !bit(by_still, number));
-        for number in open.iter().map(|number| *number as usize) {
-            let ray = &waiting[number];
-            let brought = &mut brought[ray.path as usize];
-            brought.until = frame.first_touch_before(ray.origin, ray.direction, ray.far, brought.until);
-            if !bit(blocked, number) {
-                let left = frame.media.map_or(Vec3::ONE, |media| {
-                    let tick = frame.tick_of(starts[ray.path as usize].cell);
-                    media.left((ray.origin, ray.direction), ray.far, tick)
-                });
-                match ray.brings {
-                    PathEnd::Light(light) => brought.radiance += light * left,
-                    PathEnd::Sky(of_sky) => {
-                        brought.radiance +=
-                            of_sky.light(frame.sky.light(of_sky.density, ray.direction)) * left;
+        for waiting in waiting.chunk_by(|one, other| one.purpose == other.purpose) {
+            rays.clear();
+            for ray in waiting {
+                rays.push(ray.origin, ray.direction, 0.0, ray.far);
+                let counted = &mut tally.cells.shadow[starts[ray.path as usize].cell as usize];
+                *counted = counted.saturating_add(1);
+            }
+            frame.set_ticks(rays, waiting.iter().map(|ray| starts[ray.path as usize].cell));
+            tally.counts.shadow += waiting.len() as u64;
+            by_still.clear();
+            by_still.resize(rays.packet_count(), 0);
+            let ask = |by: Occluders, blocked: &mut [u16]| {
+                frame.tracer.blocked(rays, by, waiting[0].purpose, Coherence::Incoherent, blocked);
+            };
+            ask(Occluders::Still, by_still);
+            blocked.clone_from(by_still);
+            ask(Occluders::Movable, blocked);
+            // a still occluder stays in the way, whatever else comes there or goes
+            select(open, waiting.len(), |number| !bit(by_still, number));
+            for number in open.iter().map(|number| *number as usize) {
+                let ray = &waiting[number];
+                let brought = &mut brought[ray.path as usize];
+                brought.until = frame.first_touch_before(ray.origin, ray.direction, ray.far, brought.until);
+                if !bit(blocked, number) {
+                    let left = frame.media.map_or(Vec3::ONE, |media| {
+                        let tick = frame.tick_of(starts[ray.path as usize].cell);
+                        media.left((ray.origin, ray.direction), ray.far, tick)
+                    });
+                    match ray.brings {
+                        PathEnd::Light(light) => brought.radiance += light * left,
+                        PathEnd::Sky(of_sky) => {
+                            brought.radiance +=
+                                of_sky.light(frame.sky.light(of_sky.density, ray.direction)) * left;
+                        }
+                        PathEnd::Sight => brought.sees_light = true,
                     }
-                    PathEnd::Sight => brought.sees_light = true,
                 }
             }
         }

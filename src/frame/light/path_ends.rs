@@ -4,6 +4,7 @@ use glam::Vec3;
 
 use crate::changes::Until;
 use crate::frame::shot::frame_view::FrameView;
+use crate::frame::shot::links::OF_EYE;
 use crate::scene::look::Look;
 use crate::scene::material::Scattering;
 use crate::shade::bsdf::SeenBsdf;
@@ -19,6 +20,8 @@ pub struct PathStart {
     pub owner: u32,
     /// Cell for which it is traced.
     pub cell: u32,
+    /// Model of the surface.
+    pub model: u32,
     /// Number of the path among those of its surface.
     pub index: u32,
     /// Sequence of its random numbers; all paths of a surface share it.
@@ -105,6 +108,7 @@ impl PathStart {
             index: 0,
             sequence,
             point: origin,
+            model: OF_EYE,
             normal: direction,
             tangent: Vec3::ZERO,
             geometric_normal: direction,

@@ -3,7 +3,6 @@
 use glam::Vec3;
 
 use super::pdfs::Pdfs;
-use super::scattering::InMedia;
 use super::step::Step;
 use crate::exposure::Tick;
 use crate::frame::shot::frame_view::FrameView;
@@ -11,6 +10,22 @@ use crate::scene::RayKind;
 use crate::shade::Surface;
 use crate::shade::bsdf::SeenBy;
 use crate::shade::within::Within;
+
+/// How often a path has been in media.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct InMedia {
+    /// Places at which it was scattered.
+    pub scatterings: u8,
+    /// Rays on which it might have been: each has random numbers of its own.
+    pub asked: u8,
+}
+
+impl InMedia {
+    /// Sets of random numbers for a ray.
+    pub fn sets(self) -> u32 {
+        4 * u32::from(self.asked)
+    }
+}
 
 /// A ray of a path.
 #[derive(Debug, Clone, Copy)]
@@ -38,6 +53,8 @@ pub struct PathRay {
     pub seen_by: SeenBy,
     /// Kind of ray by what it comes from.
     pub kind: RayKind,
+    /// Model of the surface from which the light that it meets is asked for.
+    pub receiver: u32,
     /// What it goes through.
     pub within: Within,
     /// How often its path has been in media.
@@ -72,7 +89,7 @@ impl PathRay {
         };
         self.chances.of_path_to_emitter(
             frame,
-            (self.asked_from, self.normal, direction, self.tick),
+            (self.asked_from, self.normal, direction, self.tick, self.receiver),
             (primitive, surface),
             distance,
         )

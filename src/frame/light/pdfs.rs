@@ -92,14 +92,21 @@ impl Pdfs {
         ray: &PathRay,
         far: f32,
     ) -> Vec3 {
-        let PathRay { origin, direction, tick, within, .. } = *ray;
+        let PathRay { origin, direction, tick, within, receiver, .. } = *ray;
         let weighed = |(number, glow, direction): (usize, Glow, Vec3)| {
+            if !frame.lights(number, receiver) {
+                return Vec3::ZERO;
+            }
             let by_path = self.goes_on * cosine_density(normal, direction);
             let asked = match self.lights {
                 LightsAsked::InSums => return Vec3::ZERO,
                 LightsAsked::ByAllPoints { share } => share * glow.points as f32,
-                LightsAsked::One { chance } => chance * frame.light_chances.of(asked_from, number),
+                LightsAsked::One { chance } => chance * frame.chance_of_light(receiver, asked_from, number),
             };
+            // rays that ask know what casts shadows in it
+            if asked > 0.0 && frame.is_shadow_linked(number) {
+                return Vec3::ZERO;
+            }
             let mut left = within.left(frame.palette, glow.distance);
             if let Some(media) = frame.media {
                 left *= media.left((origin, ray.direction), glow.distance, tick);
@@ -117,15 +124,19 @@ impl Pdfs {
     }
 
     /// Weight of the emission of `met`, a surface of a `primitive`, where a path finds it. It lies in this
-    /// `direction` (unit length) at a `tick`, and at this `distance` from `asked_from`, on a surface with this `normal` that
-    /// the path left.
+    /// `direction` (unit length) at a `tick`, and at this `distance` from `asked_from`, on a surface with this `normal` of the
+    /// model `receiver` that the path left.
     pub fn of_path_to_emitter(
         self,
         frame: &FrameView,
-        (asked_from, normal, direction, tick): (Vec3, Vec3, Vec3, Tick),
+        (asked_from, normal, direction, tick, receiver): (Vec3, Vec3, Vec3, Tick, u32),
         (primitive, met): ((u32, u32), &Surface),
         distance: f32,
     ) -> f32 {
+        let (emitter, _) = primitive;
+        if !frame.sees_emission(receiver, emitter) {
+            return 0.0;
+        }
         if self.asks_emitter == 0.0 {
             return 1.0;
         }
@@ -133,6 +144,9 @@ impl Pdfs {
         let normal = met.geometric_normal;
         let (scene, at, deformations) = (frame.scene, (frame.pose, tick), frame.deformations);
         let of_area = frame.emitters.density(scene, at, deformations, asked_from, primitive, normal);
+        if of_area > 0.0 && frame.is_emission_shadow_linked(emitter) {
+            return 0.0;
+        }
         let cos = met.geometric_normal.dot(direction).abs();
         // both in solid angle times the cosine: on edge neither way is likely
         let (by_path, by_asking) = (by_path * cos, self.asks_emitter * of_area * distance * distance);

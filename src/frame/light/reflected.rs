@@ -45,7 +45,10 @@ const ROUNDING: f32 = 1e-4;
 /// Returns true if the paths that are known of the sample in `cell` [serve](serves) an eye in the direction
 /// `to_eye`.
 pub fn serve(frame: &FrameView, tile: &Tile, cell: usize, placed: &Placed, to_eye: Vec3) -> bool {
-    let (normal, drawn_for) = (placed.normal.lane(cell % LANES), tile.gathered.drawn_for(cell).unfold());
+    let (lane, drawn_for) = (cell % LANES, tile.gathered.drawn_for(cell).unfold());
+    // weights of a fibre spread as fast from wherever it is seen
+    let is_fibre = placed.fibres >> lane & 1 != 0;
+    let normal = if is_fibre { drawn_for } else { placed.normal.lane(lane) };
     let alpha = frame.palette.bsdfs.alpha_of_rough(tile.look(cell));
     alpha.is_some_and(|alpha| serves(alpha, normal, drawn_for, to_eye, tile.gathered.seed(cell)))
 }
@@ -86,6 +89,7 @@ pub fn start_at(
     let start = PathStart {
         owner: cell as u32,
         cell: cell as u32,
+        model: tile.model[cell],
         index: 0,
         sequence: PathSequence::of_reflections(gathered.seed(cell), most),
         point: placed.point.lane(lane),

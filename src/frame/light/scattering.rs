@@ -15,16 +15,17 @@ use glam::Vec3;
 use super::light_choice::Kinds;
 use super::next_event::LightRays;
 use super::path_ends::{PathResult, PathStart};
-use super::path_ray::PathRay;
+use super::path_ray::{InMedia, PathRay};
 use super::pdfs::{LightsAsked, Pdfs};
 use super::step::Step;
 use crate::exposure::Tick;
 use crate::frame::shot::frame_view::FrameView;
+use crate::frame::shot::links::OF_EYE;
 use crate::lanes::{F32x8, Vec3x8};
 use crate::media::spans::{Phase, Spans};
 use crate::pose::LightSource;
 use crate::scene::{RayKind, SkyDensity};
-use crate::shade::area::{density_of, radiance};
+use crate::shade::area::density_of;
 use crate::shade::bsdf::SeenBy;
 use crate::shade::bsdf::mis::mis_weight;
 use crate::shade::emitters::{EmitterPlace, NotThere};
@@ -33,6 +34,7 @@ use crate::shade::light_chances::Sent;
 use crate::shade::sampling::PathRandom;
 use crate::shade::surface::off_surface;
 use crate::shade::within::Within;
+use crate::trace::Purpose;
 
 /// Difference between the seeds of random numbers in media and of others.
 const OF_MEDIA: u32 = 0x3c6e_f35f;
@@ -54,22 +56,6 @@ pub struct SeenRay {
     pub far: f32,
     /// Weight of its light.
     pub weight: Vec3,
-}
-
-/// How often a path has been in media.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct InMedia {
-    /// Places at which it was scattered.
-    scatterings: u8,
-    /// Rays on which it might have been: each has random numbers of its own.
-    asked: u8,
-}
-
-impl InMedia {
-    /// Sets of random numbers for a ray.
-    fn sets(self) -> u32 {
-        4 * u32::from(self.asked)
-    }
 }
 
 /// Place at which a path is scattered.
@@ -103,8 +89,7 @@ pub fn on_way(
     let [scattered, straight] =
         [spans.scattered(), spans.left()].map(|left| (ray.weight * left).abs().element_sum());
     // a NaN is scattered nowhere
-    let is_scattered = scattered > 0.0;
-    if !is_scattered {
+    if scattered.is_nan() || scattered <= 0.0 {
         return OnWay::Straight;
     }
     let most = if may_meet_lights { MOST_LIKELY } else { 1.0 };
@@ -198,6 +183,9 @@ fn ask_lights(
     let Some(middle) = spans.choose(seen.weight, [0.5; 2]) else { return };
     let chosen = frame.light_chances.choose(seen.origin + seen.direction * middle, light);
     brought.until = brought.until.min(frame.light_changes[chosen.source]);
+    if !frame.lights(chosen.source, OF_EYE) {
+        return;
+    }
     let light = &lights[chosen.source];
     let angles = match light.shape.source() {
         LightSource::Place(place) => Angles::new(seen, place, [near, far]),
@@ -222,7 +210,8 @@ fn ask_lights(
     // irradiance leaves out a division by pi, which is for surfaces alone
     let arrives = seen.weight * at.weight * phase * irradiance * (PI / (chosen.chance * density));
     if density > 0.0 && arrives != Vec3::ZERO {
-        light_rays.ask(path, (point, light_sample.to_light.lane(0)), light_sample.far, arrives);
+        let end = (light_sample.far, frame.shadows_of_light(chosen.source));
+        light_rays.ask(path, (point, light_sample.to_light.lane(0)), end, arrives);
     }
 }
 
@@ -289,7 +278,7 @@ fn scatter(
     ask(frame, at, (phase, &chances), random.four(sets + 3), light_rays, brought);
     let most = at.weight.abs().max_element();
     let stays = (most / LEAST_WEIGHT).min(1.0);
-    if survives >= stays {
+    if stays.is_nan() || survives >= stays {
         return None;
     }
     let direction = phase.draw(incoming, [choice, along, around]);
@@ -299,6 +288,7 @@ fn scatter(
     weight.is_finite().then(|| PathRay {
         path,
         tick,
+        receiver: OF_EYE,
         step,
         weight,
         origin: point,
@@ -330,15 +320,17 @@ fn ask(
         let light = &frame.pose.lights_at(tick)[chosen.source];
         let light_sample = light_from_anywhere(light, [along, above].map(F32x8::splat), Vec3x8::splat(point));
         let (irradiance, direction) = (light_sample.irradiance.lane(0), light_sample.direction.lane(0));
-        if irradiance != Vec3::ZERO {
+        if irradiance != Vec3::ZERO && frame.lights(chosen.source, OF_EYE) {
             let cos = incoming.dot(direction);
             // lights that have a size are met by the path as well
-            let share = radiance(light).map_or(1.0, |radiance| {
+            let met = frame.radiance_of(chosen.source, light).filter(|radiance| radiance.is_met);
+            let share = met.map_or(1.0, |radiance| {
                 let density = density_of(radiance.along(direction), irradiance);
                 mis_weight(chosen.chance * density, phase.density(cos))
             });
             let arrives = weight * phase.light(cos) * irradiance * (PI * share / chosen.chance);
-            light_rays.ask(path, (point, light_sample.to_light.lane(0)), light_sample.far, arrives);
+            let end = (light_sample.far, frame.shadows_of_light(chosen.source));
+            light_rays.ask(path, (point, light_sample.to_light.lane(0)), end, arrives);
         }
     }
     if chances.asks_sky > 0.0 {
@@ -346,7 +338,7 @@ fn ask(
         let (light, cos) = (frame.sky.light(chances.sky, direction), incoming.dot(direction));
         if light.pdf > 0.0 {
             let arrives = weight * phase.light(cos) * light.radiance / (light.pdf + phase.density(cos));
-            light_rays.ask(path, (point, direction), f32::INFINITY, arrives);
+            light_rays.ask(path, (point, direction), (f32::INFINITY, Purpose::Shadow), arrives);
         }
     }
     if chances.asks_emitter > 0.0 {
@@ -357,6 +349,9 @@ fn ask(
         let (Ok(EmitterPlace { model, .. }) | Err(NotThere { model })) = chosen;
         brought.until = brought.until.min(frame.first_change_of(model));
         let Ok(place) = chosen else { return };
+        if !frame.sees_emission(OF_EYE, model) {
+            return;
+        }
         let offset = place.point - point;
         let squared = offset.length_squared();
         let direction = offset / squared.sqrt();
@@ -364,10 +359,13 @@ fn ask(
         // a NaN leads nowhere, nor does a triangle that has shrunk to nothing
         if place.density > 0.0 && turned != 0.0 && squared.is_normal() {
             let (cos, measure) = (incoming.dot(direction), turned.abs() / squared);
-            let density = place.density + phase.density(cos) * measure;
+            // what is asked alone is not met by paths
+            let met = if frame.is_emission_shadow_linked(model) { 0.0 } else { phase.density(cos) * measure };
+            let density = place.density + met;
             let arrives = weight * phase.light(cos) * place.radiance * (measure / density);
             let facing = if turned > 0.0 { -place.normal } else { place.normal };
-            light_rays.ask(path, (point, off_surface(place.point, facing) - point), 1.0, arrives);
+            let end = (1.0, frame.shadows_of_emission(model));
+            light_rays.ask(path, (point, off_surface(place.point, facing) - point), end, arrives);
         }
     }
 }

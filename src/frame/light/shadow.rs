@@ -26,6 +26,8 @@ const PACKET: usize = crate::trace::LANES;
 #[derive(Debug, Default)]
 pub struct ShadowQueue {
     rays: RayBatch,
+    /// Who blocks the rays.
+    purpose: Purpose,
     /// Owner of each ray, or of each packet of sixteen.
     owners: Vec<u32>,
     blocked: Vec<u16>,
@@ -52,10 +54,11 @@ impl Shadows {
 }
 
 impl ShadowQueue {
-    /// Removes all rays.
-    pub fn clear(&mut self) {
+    /// Removes all rays. Those that follow are `purpose`.
+    pub fn begin(&mut self, purpose: Purpose) {
         self.rays.clear();
         self.owners.clear();
+        self.purpose = purpose;
     }
 
     /// Number of rays.
@@ -178,7 +181,7 @@ impl ShadowQueue {
             let Some(by) = by.filter(|by| among == SceneSubset::All || *by == Occluders::Still) else {
                 return Tag::Lit;
             };
-            tracer.blocked(&self.rays, by, Purpose::Shadow, coherence, blocked);
+            tracer.blocked(&self.rays, by, self.purpose, coherence, blocked);
             if by == Occluders::Still { Tag::StaticOccluder } else { Tag::DynamicOccluder }
         };
         let first = ask(first, &mut self.blocked);
@@ -198,7 +201,7 @@ impl Checks {
     /// may lie between samples and light.
     pub fn new(frame: &FrameView, light: usize, moved: bool, may_be_met: bool) -> Self {
         let queue_of = Tag::ALL.map(|tag| {
-            let check = match frame.plan.shadow_check(light, moved, tag) {
+            let check = match frame.shadow_check(light, moved, tag) {
                 ShadowCheck::Moved if !may_be_met => ShadowCheck::Keep,
                 check => check,
             };

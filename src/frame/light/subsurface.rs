@@ -9,12 +9,11 @@ use std::f32::consts::PI;
 
 use glam::{Mat3, Vec3};
 
-use super::light_choice::{Kinds, surfaces_on_paths};
+use super::light_choice::{Kinds, light_asked, surfaces_on_paths};
 use super::lobes::Lobes;
 use super::path_ends::{Below, PathResult, PathStart};
-use super::path_ray::PathRay;
+use super::path_ray::{InMedia, PathRay};
 use super::pdfs::Pdfs;
-use super::scattering::InMedia;
 use super::starts::Starts;
 use super::step::Step;
 use super::vertex::{NO_BSDF, Vertex};
@@ -351,9 +350,9 @@ fn meet(
                 let leaves = surface.from_behind == (walk.from_behind && model == walk.model);
                 if leaves && walk.within == 0 {
                     walk.attenuate(met, false);
-                    let Walk { path, tick, weight, direction, .. } = walk;
+                    let Walk { path, tick, model, weight, direction, .. } = walk;
                     let within = starts[path as usize].within;
-                    let exit = Exit { path, tick, weight, direction, within };
+                    let exit = Exit { path, tick, model, weight, direction, within };
                     vertices.push(vertex(frame, exit, surface, (step, random[path as usize])));
                     return;
                 }
@@ -388,8 +387,8 @@ fn pass_through(
             from_behind: false,
             width: 0.0,
         };
-        let (tick, within) = (frame.tick_of(start.cell), start.within);
-        let exit = Exit { path, tick, weight: Vec3::ONE, direction: start.normal, within };
+        let (tick, model, within) = (frame.tick_of(start.cell), start.model, start.within);
+        let exit = Exit { path, tick, model, weight: Vec3::ONE, direction: start.normal, within };
         vertices.push(vertex(frame, exit, near.flipped(), (step, random[path as usize])));
     }
 }
@@ -409,6 +408,8 @@ pub fn side(frame: &FrameView, surface: Surface, random: impl FnOnce() -> f32) -
 struct Exit {
     path: u32,
     tick: Tick,
+    /// Model of the surface.
+    model: u32,
     weight: Vec3,
     direction: Vec3,
     within: Within,
@@ -416,7 +417,7 @@ struct Exit {
 
 /// The surface where a path comes out: white, as the colour of its light is known by now.
 fn vertex(frame: &FrameView, exit: Exit, surface: Surface, (step, random): (Step, PathRandom)) -> Vertex {
-    let Exit { path, tick, weight, direction, within } = exit;
+    let Exit { path, tick, model, weight, direction, within } = exit;
     let surface = Surface { reflectance: frame.palette.white(surface.look()), ..surface };
     let ray = PathRay {
         path,
@@ -430,19 +431,21 @@ fn vertex(frame: &FrameView, exit: Exit, surface: Surface, (step, random): (Step
         chances: Pdfs::PATH_ALONE,
         seen_by: SeenBy::Path,
         kind: RayKind::Diffuse,
+        receiver: model,
         within,
         media: InMedia::default(),
     };
     let random = random.four(step.asking());
-    let light = frame.light_chances.choose(surface.point, random[0]);
+    let (asked_light, chance) = light_asked(frame, model, surface.point, random[0]);
     Vertex {
         ray,
         surface,
+        model,
         light: Vec3::ZERO,
         emission_weight: 0.0,
         asks: Kinds::of(frame, step),
-        asked_light: light.source as u32,
-        chance: light.chance,
+        asked_light,
+        chance,
         random,
         lobes: Lobes::matt(Vec3::ONE),
         bsdf: NO_BSDF,

@@ -29,6 +29,8 @@ use crate::shade::terminator::Receivers;
 pub struct Vertex {
     pub ray: PathRay,
     pub surface: Surface,
+    /// Model of the surface.
+    pub model: u32,
     /// Light towards the path: its emission, and its reflection of the light that it has asked.
     pub light: Vec3,
     /// Weight of its emission, which next-event estimation finds, too.
@@ -156,7 +158,7 @@ impl Vertex {
         let (highlight, density) = bsdf.highlight(direction, irradiance, is_met);
         let by_path = goes_on * density;
         let weight = match radiance {
-            Some(radiance) if by_path > 0.0 => {
+            Some(radiance) if by_path > 0.0 && radiance.is_met => {
                 mis_weight(density_of(radiance.along(direction), irradiance), by_path)
             }
             _ => 1.0,
@@ -237,6 +239,7 @@ pub fn go_on(
         }
         _ => surface.leave(direction),
     };
+    let receiver = if asked_from.is_some() { ray.receiver } else { vertex.model };
     let asked_from = asked_from.unwrap_or(origin);
     let (step, seen_by) = (vertex.next_step(frame, chosen), vertex.next_sees_as(bsdf, chosen, has_density));
     let kind = vertex.next_kind(frame, chosen);
@@ -254,6 +257,7 @@ pub fn go_on(
         chances,
         seen_by,
         kind,
+        receiver,
         within,
         ..*ray
     })
@@ -271,18 +275,20 @@ pub struct VertexLanes {
     pub looks: [Look; LANES],
     /// Bit mask of the lanes in use.
     pub used: u8,
+    /// Bit mask of fibres: see [`Receivers::fibres`].
+    pub fibres: u8,
 }
 
 impl VertexLanes {
     /// The surfaces as light sees them; `smooth` gives the normals of the curved surfaces of the lanes in use.
     pub fn receivers(&self, frame: &FrameView, smooth: impl Fn(usize) -> Vec3) -> Receivers {
-        let Self { point, normal, geometric_normal, used, .. } = *self;
+        let Self { point, normal, geometric_normal, used, fibres, .. } = *self;
         let smooth = frame.palette.bends_normals.then(|| {
             let mut normals = normal;
             set_bits(used).for_each(|lane| normals.set_lane(lane, smooth(lane)));
             normals
         });
-        Receivers { point, normal, smooth, geometric_normal }
+        Receivers { point, normal, smooth, geometric_normal, fibres }
     }
 
     pub fn of<'v>(count: usize, vertex: impl Fn(usize) -> &'v Vertex) -> Self {
@@ -295,6 +301,7 @@ impl VertexLanes {
             chance: F32x8::ONE,
             looks: [Look::plain(0); LANES],
             used: u8::MAX >> (LANES - count),
+            fibres: 0,
         };
         for lane in 0..LANES {
             let vertex = vertex(if lane < count { lane } else { 0 });
@@ -307,6 +314,7 @@ impl VertexLanes {
             eight.place[1].set_lane(lane, place[1]);
             eight.chance.set_lane(lane, *chance);
             eight.looks[lane] = surface.look();
+            eight.fibres |= u8::from(surface.horizon.is_fibre) << lane;
         }
         eight
     }

@@ -34,6 +34,10 @@ pub mod sums {
     pub const VARIANCE: usize = 14;
     /// Light through glass.
     pub const REFRACTION: usize = 16;
+    /// By what shadows on catchers dim a plate: 1 where there is none.
+    pub const CATCHER: usize = 19;
+    /// How much mist is before what is seen.
+    pub const MIST: usize = 22;
     /// Diffuse light of light sources.
     pub const DIRECT: usize = 24;
     /// Diffuse light that came by light paths.
@@ -143,6 +147,7 @@ impl Channel {
                 [0.0, brightest[sum - sums::ALBEDO]]
             }
             PlaneSource::Filtered([sums::ALPHA | sums::OCCLUSION]) => [0.0, 1.0],
+            PlaneSource::Filtered([sums::CATCHER..sums::DIRECT]) => [0.0, 1.0],
             PlaneSource::Filtered([sums::GUIDE_NORMAL..sums::OCCLUSION]) => [-1.0, 1.0],
             PlaneSource::Filtered([sums::GUIDE_ALBEDO..sums::GUIDE_NORMAL]) => [0.0, 1.0],
             _ => [0.0, f32::INFINITY],
@@ -167,15 +172,15 @@ impl Channel {
 }
 
 /// Number of the contract's planes that do not depend on the shot.
-const COUNT: usize = 72;
+const COUNT: usize = 76;
 
 /// Planes of the contract that do not depend on the shot, mattes excepted.
 const CHANNELS: [Channel; COUNT] = {
     use PlaneSource::{Data, Filtered};
     use data::{AGE, BACKWARD, FORWARD, FROM_NEXT, ID, MATERIAL, NORMAL, POSITION, RAYS, STATUS, UV, Z};
     use sums::{
-        ALBEDO, ALPHA, DEPTH, DIFFUSE, DIRECT, EMISSION, GUIDE_ALBEDO, GUIDE_NORMAL, INDIRECT, OCCLUSION,
-        REFLECTION, REFRACTION, SKY, SPECULAR, VARIANCE,
+        ALBEDO, ALPHA, CATCHER, DEPTH, DIFFUSE, DIRECT, EMISSION, GUIDE_ALBEDO, GUIDE_NORMAL, INDIRECT, MIST,
+        OCCLUSION, REFLECTION, REFRACTION, SKY, SPECULAR, VARIANCE,
     };
     [
         Channel::half("R", Filtered(&[DIFFUSE, SPECULAR, REFLECTION, REFRACTION])),
@@ -250,6 +255,10 @@ const CHANNELS: [Channel; COUNT] = {
         Channel::float("uv.U", Data(UV)),
         Channel::float("uv.V", Data(UV + 1)),
         Channel::float("uv.A", Data(UV + 2)),
+        Channel::half("catcher.R", Filtered(&[CATCHER])),
+        Channel::half("catcher.G", Filtered(&[CATCHER + 1])),
+        Channel::half("catcher.B", Filtered(&[CATCHER + 2])),
+        Channel::half("mist.V", Filtered(&[MIST])),
     ]
 };
 

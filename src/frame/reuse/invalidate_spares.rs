@@ -29,7 +29,7 @@ pub fn invalidate_spares(frame: &FrameView, spares: &mut Spares) {
             continue;
         }
         let may_be_met = places.may_be_in_shadow(frame, light);
-        let holds = |number: usize, moved: bool, tag: Tag| match plan.shadow_check(light, moved, tag) {
+        let holds = |number: usize, moved: bool, tag: Tag| match frame.shadow_check(light, moved, tag) {
             ShadowCheck::Keep => true,
             ShadowCheck::Moved => !may_be_met[number / LANES],
             ShadowCheck::StillThenMovable | ShadowCheck::MovableThenStill => false,

@@ -52,7 +52,7 @@ impl Bounces {
     pub fn start(
         &mut self,
         frame: &FrameView,
-        cell: u32,
+        (cell, model): (u32, u32),
         surface: &Surface,
         guides: bool,
         branches: Branches,
@@ -60,18 +60,25 @@ impl Bounces {
         let spread = frame.view.spread_of_sample().by_distance;
         let weight = self.media.left(cell as usize);
         let bounce = |kind| Bounce { guides, spread, weight, ..Bounce::from_sample(cell, kind) };
-        grow(frame, step_of_sample(frame), surface, branches, bounce, &mut self.next);
+        grow(frame, step_of_sample(frame), (surface, model), branches, bounce, &mut self.next);
     }
 
-    /// Starts a ray for a texel of a map, which is accumulated as that of `cell`, from `origin` (world space)
+    /// Starts a ray for a texel of the map of a model, `receiver`, which is accumulated as that of `cell`, from `origin` (world space)
     /// along `direction`, of unit length.
-    pub fn start_from(&mut self, frame: &FrameView, cell: u32, origin: Vec3, direction: Vec3) {
+    pub fn start_from(
+        &mut self,
+        frame: &FrameView,
+        (cell, receiver): (u32, u32),
+        origin: Vec3,
+        direction: Vec3,
+    ) {
         let step = step_of_sample(frame).next(false);
         if !step.is_beyond() {
             let ray_kind = RayKind::Glossy;
             self.next.push(Bounce {
                 step,
                 ray_kind,
+                receiver,
                 origin,
                 direction,
                 ..Bounce::from_sample(cell, Kind::Reflection)
@@ -105,14 +112,15 @@ impl Bounces {
     pub fn start_off_layer(
         &mut self,
         frame: &FrameView,
-        cell: u32,
+        (cell, receiver): (u32, u32),
         guides: bool,
         surface: &Surface,
         seen: &SeenBsdf,
     ) {
         let spread = frame.view.spread_of_sample().by_distance;
         let weight = self.media.left(cell as usize);
-        let bounce = Bounce { guides, spread, weight, ..Bounce::from_sample(cell, Kind::Reflection) };
+        let bounce =
+            Bounce { guides, spread, weight, receiver, ..Bounce::from_sample(cell, Kind::Reflection) };
         mirror(frame, step_of_sample(frame), bounce, surface, seen, &mut self.next);
     }
 }
@@ -289,19 +297,20 @@ fn go_on(frame: &FrameView, met: &MetSurface, next: &mut Vec<Bounce>) {
     }
     let branches = branch(material, surface, bounce.direction, || random_of_place(surface));
     let guides = bounce.guides && !parts::shows_itself(frame, surface.look());
-    grow(frame, bounce.step, surface, branches, |kind| Bounce { guides, ..bounce.onwards(kind) }, next);
+    let onwards = |kind| Bounce { guides, ..bounce.onwards(kind) };
+    grow(frame, bounce.step, (surface, met.model), branches, onwards, next);
     if let Some(seen) = met.layer(frame) {
-        let mirrored = Bounce { guides, ..bounce.onwards(Kind::Reflection) };
+        let mirrored = Bounce { guides, receiver: met.model, ..bounce.onwards(Kind::Reflection) };
         mirror(frame, bounce.step, mirrored, surface, &seen, next);
     }
 }
 
-/// Adds to `next` those of `branches` that are worth following from `surface`, which is at this `step`. `bounce`
+/// Adds to `next` those of `branches` that are worth following from `surface` of `model`, which is at this `step`. `bounce`
 /// gives what they have in common with the ray that met it.
 fn grow(
     frame: &FrameView,
     step: Step,
-    surface: &Surface,
+    (surface, model): (&Surface, u32),
     branches: Branches,
     bounce: impl Fn(Kind) -> Bounce,
     next: &mut Vec<Bounce>,
@@ -327,9 +336,12 @@ fn grow(
                 }
                 _ => bounce.within,
             };
+            // straight through a veil light comes to whoever looks
+            let is_veil = kind == Kind::Refraction && is_straight;
             next.push(Bounce {
                 step,
                 ray_kind,
+                receiver: if is_veil { bounce.receiver } else { model },
                 weight,
                 origin: surface.leave(ray.direction),
                 direction: ray.direction,

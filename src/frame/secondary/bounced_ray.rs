@@ -5,6 +5,7 @@ use glam::Vec3;
 use crate::frame::light::lighting::lights_passed;
 use crate::frame::light::step::Step;
 use crate::frame::shot::frame_view::FrameView;
+use crate::frame::shot::links::OF_EYE;
 use crate::frame::surface::radiance::Layer;
 use crate::scene::RayKind;
 use crate::shade::area::Glow;
@@ -32,6 +33,8 @@ pub struct Bounce {
     pub kind: Kind,
     /// Kind of ray by what it comes from: as before through veils.
     pub ray_kind: RayKind,
+    /// Model of the surface that it comes from, as before through veils, or [`OF_EYE`].
+    pub receiver: u32,
     /// Layer of the first ray that left the sample.
     pub layer: Layer,
     /// Place of the surface that it will meet.
@@ -68,6 +71,7 @@ impl Bounce {
             kind,
             // that to the sample
             ray_kind: RayKind::Camera,
+            receiver: OF_EYE,
             layer,
             step,
             path,
@@ -87,8 +91,8 @@ impl Bounce {
         self.width + self.spread * t
     }
 
-    /// Creates a ray that goes on from where this one meets a surface; step, origin, direction and kind of ray are still
-    /// to be set.
+    /// Creates a ray that goes on from where this one meets a surface; step, origin, direction, kind of ray and receiver are
+    /// still to be set.
     pub fn onwards(&self, kind: Kind) -> Self {
         Self { kind, path: self.path << 1 | kind as u64, ..*self }
     }
@@ -97,6 +101,7 @@ impl Bounce {
     pub fn light_of_lights(&self, frame: &FrameView, far: f32) -> Vec3 {
         let lights = frame.pose.lights_at(frame.tick_of(self.cell));
         let passed = lights_passed(lights, self.origin, (self.origin, self.direction), far);
+        let passed = passed.filter(|(light, ..)| frame.lights(*light, self.receiver));
         let left = |distance: f32| {
             let way = (self.origin, self.direction);
             frame.media.map_or(Vec3::ONE, |media| media.left(way, distance, frame.tick_of(self.cell)))

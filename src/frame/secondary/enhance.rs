@@ -24,7 +24,6 @@ use crate::layers::Layers;
 use crate::samples::{BACKGROUND, CELLS, Column, EMPTY, Tile, full_color};
 use crate::settings::Backdrop;
 use crate::shade::Surface;
-use crate::shade::area;
 use crate::shade::bsdf::phong;
 use crate::shade::bsdf::phong::Gloss;
 use crate::shade::bsdf::{LayerRays, SeenBsdfs, SeenBy, SurfaceAxes};
@@ -268,11 +267,11 @@ fn start_rays(
         if frame.maps.has(tile.model[cell]) {
             bounces.look_up(frame, (cell as u32, tile.model[cell]), branches, radiance);
         } else {
-            bounces.start(frame, cell as u32, &surface, guides, branches);
+            bounces.start(frame, (cell as u32, tile.model[cell]), &surface, guides, branches);
         }
         let (look, axes) = (surface.look(), surface.axes());
         if let Some(seen) = frame.palette.bsdfs.seen(look, surface.reflectance, axes, incoming, SeenBy::Eye) {
-            bounces.start_off_layer(frame, cell as u32, guides, &surface, &seen);
+            bounces.start_off_layer(frame, (cell as u32, tile.model[cell]), guides, &surface, &seen);
         }
     }
 }
@@ -299,9 +298,9 @@ fn highlights(
     let is_surface = Mask::less(models, EMPTY);
     let [mut sum, mut of_matt] = [Vec3x8::ZERO; 2];
     let is_shown = |light: usize| !frame.pose.is_dark(light) && among(light);
-    for (light, slot) in (0..).zip(frame.slots).filter(|(light, _)| is_shown(*light)) {
+    for (number, slot) in (0..).zip(frame.slots).filter(|(light, _)| is_shown(*light)) {
         frame.pose.each_of_light(
-            light,
+            number,
             || tile.ticks(first),
             |light, bits| {
                 let to_centre = to_light(light, placed.point).0;
@@ -312,7 +311,8 @@ fn highlights(
                 }
                 let at = (placed.point, tile.gathered.seeds(first));
                 let places = Places::new(frame, at, || tile.ticks(first));
-                let (shows, radiance) = (shows_highlight(frame, light, gloss), area::radiance(light));
+                let (shows, radiance) =
+                    (shows_highlight(frame, light, gloss), frame.radiance_of(number, light));
                 let sees = is_surface & Mask::from_bits(bits);
                 let shown_by = if bsdfs.is_some() { sees } else { sees & shows };
                 let reached = |point| tile.tags.lit(*slot, point, first) & shown_by;

@@ -20,10 +20,9 @@ use crate::frame::shot::frame_view::FrameView;
 use crate::frame::shot::plan::ShadowCheck;
 use crate::frame::surface::ray_tally::RayTally;
 use crate::lanes::{F32x8, LANES, Mask, Vec3x8};
-use crate::samples::Tag;
+use crate::samples::{EMPTY, Tag};
 use crate::scene::look::Look;
 use crate::shade::Surface;
-use crate::shade::area;
 use crate::shade::bsdf::phong;
 use crate::shade::bsdf::{LayerRays, SeenBsdf, SeenBsdfs, SeenBy, SurfaceAxes};
 use crate::shade::light::{StratifiedPattern, light_samples, seeds_of_places, to_light};
@@ -52,6 +51,7 @@ impl MetSurface {
         PathStart {
             owner,
             cell,
+            model: self.model,
             index: 0,
             sequence,
             point,
@@ -157,13 +157,19 @@ impl MetLanes {
             normal: each(|met| met.surface.normal),
             smooth: frame.palette.bends_normals.then(|| each(|met| met.surface.horizon.normal)),
             geometric_normal: each(|met| met.surface.geometric_normal),
+            fibres: (0..LANES)
+                .fold(0, |bits, lane| bits | u8::from(at(lane).surface.horizon.is_fibre) << lane),
         };
         Self {
             receivers,
             lifts: each(|met| met.surface.horizon.lift),
             seeds: seeds_of_places(point),
             reflectance: each(|met| met.surface.reflectance),
-            tangents: if frame.palette.is_stretched { each(|met| met.surface.tangent) } else { Vec3x8::ZERO },
+            tangents: if frame.palette.has_tangents() {
+                each(|met| met.surface.tangent)
+            } else {
+                Vec3x8::ZERO
+            },
             view: each(|met| -met.bounce.direction),
             looks: std::array::from_fn(|lane| at(lane).surface.look()),
             light: Vec3x8::ZERO,
@@ -184,6 +190,9 @@ fn light(frame: &FrameView, met: &mut MetSurfaces, times: &mut TreeTimes, tally:
         let share = |lane: usize| if lane < some.len() { met.occlusion.share(first + lane) } else { 0.0 };
         let openness = || F32x8::new(std::array::from_fn(share));
         eight.light = emitted_and_ambient(frame, (&eight.looks, eight.reflectance), openness);
+        if frame.has_linked_emission() {
+            eight.light = without_unseen_emission(frame, some, eight.light);
+        }
         let MetLanes { reflectance, view, receivers, .. } = *eight;
         let Receivers { normal, geometric_normal, .. } = receivers;
         let axes = SurfaceAxes { normal, geometric_normal, tangent: eight.tangents };
@@ -211,6 +220,18 @@ fn light(frame: &FrameView, met: &mut MetSurfaces, times: &mut TreeTimes, tally:
     for (some, eight) in met.all.chunks_mut(LANES).zip(&met.eights) {
         some.iter_mut().enumerate().for_each(|(lane, met)| met.light = eight.light.lane(lane));
     }
+}
+
+/// `light` of up to eight surfaces, without what those emit that do not light the surfaces from which the rays have come.
+#[inline(never)]
+fn without_unseen_emission(frame: &FrameView, met: &[MetSurface], mut light: Vec3x8) -> Vec3x8 {
+    for (lane, met) in met.iter().enumerate() {
+        if !frame.sees_emission(met.bounce.receiver, met.model) {
+            let emission = met.surface.emission(frame.scene);
+            light.set_lane(lane, (light.lane(lane) - emission).max(Vec3::ZERO));
+        }
+    }
+    light
 }
 
 /// Computes the openness of the surfaces that were met, where it dims their ambient light: by fewer rays than
@@ -298,7 +319,7 @@ fn ask_light(
 ) {
     let MetSurfaces { all: met, eights, queue, lit, to_light, .. } = met;
     let points = frame.pose.lights[light].points;
-    queue.clear();
+    queue.begin(frame.shadows_of_light(light));
     to_light.clear();
     lit.clear();
     lit.resize(met.len(), 0);
@@ -307,13 +328,18 @@ fn ask_light(
         // many panes under many panels may cast more rays than a word holds
         *counted = counted.saturating_add(rays as u16);
     };
+    // lights that do not light a model send no ray to it
+    let lit_bits = |first: usize| {
+        let models = |lane: usize| met.get(first + lane).map_or(EMPTY, |met| met.model);
+        frame.lit_bits(light, &std::array::from_fn::<u32, LANES, _>(models))
+    };
     for (eight, first) in eights.iter().zip((0..).step_by(LANES)) {
         let MetLanes { receivers, lifts, used, ticks, seeds, .. } = eight;
         if points == 1 {
             let places = (receivers.point, *seeds);
             let light_sample = sample_of_light(frame, (light, 0), || *ticks, places);
             let rays = receivers.to_light(&light_sample, *used, |lane| lifts.lane(lane));
-            let asked = rays.faces & light_sample.irradiance.is_some().bits() & used;
+            let asked = rays.faces & light_sample.irradiance.is_some().bits() & used & lit_bits(first);
             queue.push(rays.origins, rays.to_light, F32x8::splat(light_sample.far), asked, first as u32);
             for lane in set_bits(asked) {
                 count(first + lane, 1);
@@ -323,7 +349,7 @@ fn ask_light(
             }
             continue;
         }
-        for lane in set_bits(*used) {
+        for lane in set_bits(*used & lit_bits(first)) {
             let light = &frame.pose.lights_at(ticks[lane])[light];
             let pattern = StratifiedPattern::of_seeds(light, *seeds);
             let light_samples = light_samples(light, &pattern, lane, receivers.point.lane(lane));
@@ -370,8 +396,8 @@ fn ask_light(
     }
 }
 
-/// Adds the light of those points of light number `light` that reach the surfaces that were met.
-fn shine(frame: &FrameView, light: usize, met: &mut MetSurfaces) {
+/// Adds the light of those points of light `number` that reach the surfaces that were met.
+fn shine(frame: &FrameView, number: usize, met: &mut MetSurfaces) {
     let eights = met.eights.iter_mut().zip(met.lit.chunks(LANES));
     for (eight, lit) in eights.filter(|(_, lit)| lit.iter().any(|points| *points != 0)) {
         let gloss = frame.palette.gloss(&eight.looks);
@@ -384,12 +410,12 @@ fn shine(frame: &FrameView, light: usize, met: &mut MetSurfaces) {
         let places = Places::new(frame, (point, eight.seeds), || eight.ticks);
         let (ticks, view, mut sum) = (eight.ticks, eight.view, eight.light);
         frame.pose.each_of_light(
-            light,
+            number,
             || ticks,
             |light, bits| {
                 let (to_centre, reach) = (to_light(light, point).0, light.shape.reach());
                 let stands_for = shows_highlight(frame, light, &gloss);
-                let radiance = area::radiance(light);
+                let radiance = frame.radiance_of(number, light);
                 let may_shine = gloss.is_any && phong::may_shine(&gloss, normal, view, to_centre, reach);
                 let reached = |point: usize| {
                     Mask::new(|lane| (bits >> lane & 1 != 0) & (points[lane] >> point & 1 != 0))

@@ -1,7 +1,7 @@
 //! Parts of the `diffuse` layer, and guides for denoisers: computed only for layers that were asked for.
 //! Samples store nothing more for them.
 
-use crate::frame::light::lighting::{Places, add_light, emitted_and_ambient};
+use crate::frame::light::lighting::{Places, add_light, of_itself};
 use crate::frame::shot::frame_view::FrameView;
 use crate::frame::surface::placed::PlacedTile;
 use crate::frame::surface::radiance::{DARK, Light, Parts, Radiance, cut};
@@ -28,7 +28,8 @@ pub fn split(frame: &FrameView, tile: &Tile, first: usize, placed: &mut PlacedTi
         let (reflectance, looks) = (tile.reflectances(first), tile.looks(first));
         if layers.has(Layers::EMISSION) {
             let openness = || tile.gathered.opennesses(first);
-            write(emitted_and_ambient(frame, (&looks, reflectance), openness), &mut parts.emission);
+            let models = &tile.model[first..first + LANES];
+            write(of_itself(frame, models, (&looks, reflectance), openness), &mut parts.emission);
         }
         let albedo = frame.palette.albedo(&looks, reflectance);
         let of_lights = frame.albedo_of_lights(&looks, albedo);
@@ -56,6 +57,9 @@ pub fn split(frame: &FrameView, tile: &Tile, first: usize, placed: &mut PlacedTi
             is_surface.select3(Vec3x8::ZERO, shown).store([r, g, b], first);
         }
     }
+    if layers.has(Layers::CATCHER) {
+        parts.catcher.iter_mut().for_each(|column| column[first..first + LANES].fill(1.0));
+    }
     if layers.has(Layers::GUIDES) {
         guide(frame, tile, first, placed, parts);
     }
@@ -78,14 +82,16 @@ pub fn direct(
     }
     let placed = placed.get(frame, tile, first);
     let mut sum = Vec3x8::ZERO;
-    for (light, slot) in (0..).zip(frame.slots).filter(|(light, _)| among(*light)) {
+    for (number, slot) in (0..).zip(frame.slots).filter(|(light, _)| among(*light)) {
+        // a catcher asks what would be lit if nothing cast shadows
+        let lit = frame.lit_bits(number, &tile.model[first..first + LANES]);
         frame.pose.each_of_light(
-            light,
+            number,
             || tile.ticks(first),
             |light, bits| {
                 let at = (placed.point, tile.gathered.seeds(first));
                 let places = Places::new(frame, at, || tile.ticks(first));
-                let reached = |point| reached(*slot, point) & Mask::from_bits(bits);
+                let reached = |point| reached(*slot, point) & Mask::from_bits(bits & lit);
                 sum = add_light(frame, sum, light, places, reached, |light_sample| {
                     phong::diffuse(albedo, placed.normal, placed.smooth, light_sample)
                 });

@@ -50,7 +50,17 @@ pub fn show(frame: &FrameView, tile: &Tile, placed: &mut PlacedTile, radiance: &
         let light = light(frame, tile, (first, catchers), placed);
         let [_, sights] = frame.sights(tile, first);
         for (cell, lane) in set_bits(catchers).map(|lane| (first + lane, lane)) {
-            let clear = clear(light.map(|light| light.lane(lane)));
+            let light = light.map(|light| light.lane(lane));
+            let clear = clear(light);
+            if frame.layers.has(Layers::CATCHER) {
+                let shares = clear_by_channel(light, clear).to_array();
+                radiance
+                    .parts
+                    .catcher
+                    .iter_mut()
+                    .zip(shares)
+                    .for_each(|(column, share)| column[cell] = share);
+            }
             let background = frame.sky.seen(sights.lane(lane).normalize_or_zero()) * clear;
             if frame.layers.has(Layers::BACKGROUND) {
                 radiance.add_sky(cell, background);
@@ -73,6 +83,15 @@ fn clear([arrives, would]: [Vec3; 2]) -> f32 {
     let share: f32 = sum / count;
     // a place that no light could reach is in no shadow
     if share.is_finite() { share.clamp(0.0, 1.0) } else { 1.0 }
+}
+
+/// Share of each channel's light that is not kept from a place; `all`: that of a channel in which no light could reach it.
+fn clear_by_channel([arrives, would]: [Vec3; 2], all: f32) -> Vec3 {
+    let share = |channel: usize| {
+        let share = arrives[channel] / would[channel];
+        if would[channel] > 0.0 && share.is_finite() { share.clamp(0.0, 1.0) } else { all }
+    };
+    Vec3::new(share(0), share(1), share(2))
 }
 
 /// Light that arrives at those of eight samples whose bit is set, and that which would if nothing were in the way.

@@ -91,7 +91,7 @@ impl Scratch {
         for (cell, (direction, near)) in
             (0..).zip(directions.iter().zip(self.ends(frame, model, center, directions)))
         {
-            self.bounces.start_from(frame, cell, center + *direction * near, *direction);
+            self.bounces.start_from(frame, (cell, model), center + *direction * near, *direction);
         }
         follow(frame, &mut self.bounces, &mut self.radiance, &mut self.trace);
         self.radiance.cut_secondary();

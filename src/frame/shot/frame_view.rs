@@ -2,6 +2,7 @@
 
 use glam::Vec3;
 
+use super::links::Links;
 use super::motion_vectors::MotionVectors;
 use super::moved_bounds::MovedBounds;
 use super::place::Place;
@@ -28,7 +29,7 @@ use crate::samples::{BACKGROUND, Column, EMPTY, Octahedral, Sample, TagSlot, Til
 use crate::scene::look::Look;
 use crate::scene::{LightGroups, RayKind, Role, Scene};
 use crate::settings::{Caustics, Settings};
-use crate::shade::bsdf::phong::Palette;
+use crate::shade::bsdf::palette::Palette;
 use crate::shade::deformed::Deformations;
 use crate::shade::emitters::Emitters;
 use crate::shade::horizon::Horizon;
@@ -82,6 +83,10 @@ pub struct FrameView<'a> {
     pub emitters: &'a Emitters,
     /// Chances with which paths ask each of the shot's lights.
     pub light_chances: &'a LightChances,
+    /// Which models each light lights, and which cast shadows in its light.
+    pub links: &'a Links,
+    /// Sets of models that cast shadows in some lights in which any moved since the frame before: a bit each, bit 0 for all models.
+    pub moved_sets: u32,
     /// Media of the scene where they are in this frame, if there are any.
     pub media: Option<&'a Media<'a>>,
     /// Materials of the scene, ready for lighting.
@@ -348,6 +353,21 @@ impl<'a> FrameView<'a> {
         mesh.may_bend_normals() && mesh.is_bent_by(material())
     }
 
+    /// Returns true if a primitive of a model is a fibre of hair, which light reaches from all around.
+    #[inline(always)]
+    pub fn is_fibre(&self, model: u32, primitive: u32) -> bool {
+        self.palette.has_hair && self.is_hair_of_curves(model, primitive)
+    }
+
+    /// Not inlined: hardly any shot has hair.
+    #[inline(never)]
+    fn is_hair_of_curves(&self, model: u32, primitive: u32) -> bool {
+        let mesh = &self.scene.models[model as usize].mesh;
+        let material = mesh.material_of[primitive as usize];
+        let has_axis = mesh.as_curved().is_some_and(|curved| curved.most_radius() > 0.0);
+        has_axis && self.scene.materials[usize::from(material)].hair.is_some()
+    }
+
     /// The curved surface that a triangle of a model stands for at a point (object space), on its outside or `from_behind`; `None`
     /// where it stands for itself. World space, at a `tick`.
     pub fn horizon(
@@ -361,6 +381,9 @@ impl<'a> FrameView<'a> {
             return None;
         }
         let mesh = &self.scene.models[model as usize].mesh;
+        if self.is_fibre(model, triangle) {
+            return self.place(model, tick).fibre(mesh.as_curved()?.as_ref(), triangle, point);
+        }
         self.place(model, tick).horizon(mesh, triangle, point, if from_behind { -1.0 } else { 1.0 })
     }
 

@@ -2,6 +2,8 @@
 
 pub mod exposed;
 pub mod frame_view;
+mod linked;
+pub mod links;
 pub mod motion_vectors;
 pub mod moved_bounds;
 pub mod place;

@@ -4,11 +4,12 @@ use glam::Vec3;
 
 use crate::animation::Transform;
 use crate::frame::grid::bits::set_bits;
+use crate::geometry::Curved;
 use crate::lanes::{Mask, Vec3x8};
 use crate::scene::{Mesh, Model, Scene, Triangles};
 use crate::shade::deformed::{Deformations, Deformed, DeformedPlace, smooth_point};
 use crate::shade::horizon::Horizon;
-use crate::shade::surface::{corners_of, meet_exactly};
+use crate::shade::surface::{corners_of, meet_exactly, off_surface};
 
 /// Place and shape of a model at one time. The object space of a model that deforms is that of its shape at
 /// rest: a point on one of its triangles goes to the point with the same weights of the corners in the shape
@@ -74,7 +75,16 @@ impl<'a> Place<'a> {
         let smooth = smooth_point(mesh, triangle, point, deformed)?;
         let normal = smooth.normal().try_normalize()? * side;
         let [normal, lift] = [self.transform.normal(normal), self.transform.direction(smooth.lift(side))];
-        Some(Horizon { normal, lift, is_bent: true })
+        Some(Horizon { normal, lift, is_bent: true, is_fibre: false })
+    }
+
+    /// A fibre at a point (object space) of a curved `primitive`: rays start within it, from where they leave the curve without meeting it.
+    pub fn fibre(&self, curved: &dyn Curved, primitive: u32, point: Vec3) -> Option<Horizon> {
+        let weights = curved.weights(primitive, point);
+        let inside = curved.inside(primitive, weights)?;
+        let normal = self.transform.normal(curved.normal(primitive, weights));
+        let lift = self.transform.point(inside) - off_surface(self.transform.point(point), normal);
+        Some(Horizon { normal, lift, is_bent: false, is_fibre: true })
     }
 
     /// Upper bound of the length of the way to the curved surface from any point, world space; `at_rest` is that of the model's mesh

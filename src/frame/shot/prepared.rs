@@ -3,10 +3,12 @@
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
+use glam::Vec3;
 use rayon::prelude::*;
 
 use super::exposed::lenders;
 use super::frame_view::Occlusion;
+use super::links::Links;
 use super::proofs::FRAMES_AHEAD;
 use crate::changes::{Direction, Motion};
 use crate::clear::Obstacles;
@@ -24,7 +26,7 @@ use crate::samples::TagLayout;
 use crate::samples::saved::PictureName;
 use crate::scene::{LightGroups, Material, Mesh, Model, Role, Scene};
 use crate::settings::{Backdrop, Mode, Settings};
-use crate::shade::bsdf::phong::Palette;
+use crate::shade::bsdf::palette::Palette;
 use crate::shade::deformed::Deformations;
 use crate::shade::emitters::Emitters;
 use crate::shade::light_chances::{LightChances, Source};
@@ -40,6 +42,8 @@ pub struct Prepared<'s> {
     pub emitters: Emitters,
     /// Chances with which paths ask each of the shot's lights.
     pub light_chances: LightChances,
+    /// Light links of the shot.
+    pub links: Links,
     pub palette: Palette,
     /// Media of the scene.
     pub media: MediaOfShot,
@@ -122,6 +126,7 @@ impl<'s> Prepared<'s> {
         let mut about_layers =
             mattes.as_ref().map_or(Vec::new(), |mattes| mattes.attributes(settings.layers));
         about_layers.extend(settings.layers.has(Layers::MATERIAL).then(|| numbers_of_materials(scene)));
+        let links = Links::new(scene, settings.only_lights.as_deref());
         let light_groups = LightGroups::new(&scene.lights);
         let media = MediaOfShot::of(scene);
         let bounds = bounds_of_models(scene);
@@ -130,10 +135,11 @@ impl<'s> Prepared<'s> {
         Self {
             scene,
             settings: settings.clone(),
-            sky: SkyLight::new(scene),
+            sky: SkyLight::new(scene).dark_if(links.is_world_dark),
             emitters: if layout.paths > 0 { Emitters::new(scene, &bounds) } else { Emitters::default() },
             light_chances: LightChances::new(&scene.lights.iter().map(Source::of_light).collect::<Vec<_>>()),
-            palette: Palette::of(scene),
+            palette: Palette::in_ambient(scene, if links.is_world_dark { Vec3::ZERO } else { scene.ambient }),
+            links,
             has_trees: !media.are_none()
                 || settings.depth > 0 && scene.materials.iter().any(Material::is_followed),
             media,
@@ -280,7 +286,8 @@ fn lifts(scene: &Scene) -> Vec<f32> {
         |mesh: &Arc<Mesh>| *known.entry(Arc::as_ptr(mesh)).or_insert_with(|| most_lift_at_rest(mesh));
     let lifts: Vec<f32> = scene.models.iter().map(|model| lift(&model.mesh)).collect();
     let is_smooth = |model: &Model| model.mesh.as_triangles().is_some_and(|all| !all.normals.is_empty());
-    if scene.models.iter().any(is_smooth) { lifts } else { Vec::new() }
+    let has_fibres = |model: &Model| model.mesh.as_curved().is_some_and(|curved| curved.most_radius() > 0.0);
+    if scene.models.iter().any(|model| is_smooth(model) || has_fibres(model)) { lifts } else { Vec::new() }
 }
 
 /// Boxes around the meshes of all models. Each mesh is read once, however many models share it.

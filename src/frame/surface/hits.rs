@@ -316,9 +316,9 @@ pub fn surfaces(
 ) {
     let corners = hits.corners(frame);
     let mut point = corners.point(hits.weights);
-    let in_object = point;
     let [mut normal, mut geometric_normal] = corners.normals(hits.weights);
     hits.put_curved_points(frame, corners.curved(), &mut point);
+    let in_object = point;
     let mut widths = [0.0; LANES];
     if frame.palette.has_textures {
         for lane in (0..count).filter(|lane| hits.is_hit(*lane)) {
@@ -344,7 +344,7 @@ pub fn surfaces(
         let [normal, geometric_normal] = [&normal, &geometric_normal].map(|normal| normal.lane(lane) * side);
         let is_curved = corners.is_smooth(lane) && normal.dot(geometric_normal) < NEARLY_FLAT;
         let at = |lane: usize| (hits.models[lane], hits.triangles[lane]);
-        let horizon = if is_curved || frame.palette.bends_normals {
+        let horizon = if is_curved || frame.palette.bends_normals || frame.palette.has_hair {
             let normals = [normal, geometric_normal];
             horizon(frame, at(lane), (in_object.lane(lane), ticks(lane)), from_behind, normals)
         } else {
@@ -410,7 +410,7 @@ fn horizon(
 ) -> Horizon {
     let is_bent = frame.is_bent(model, triangle);
     match frame.horizon((model, triangle), in_object, from_behind, tick) {
-        Some(horizon) if is_bent => horizon,
+        Some(horizon) if is_bent || horizon.is_fibre => horizon,
         Some(Horizon { lift, .. }) => Horizon { lift, ..Horizon::flat(normal) },
         None if is_bent => Horizon { is_bent, ..Horizon::flat(geometric_normal) },
         None => Horizon::flat(normal),

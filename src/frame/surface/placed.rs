@@ -22,6 +22,8 @@ pub struct Placed {
     pub geometric_normal: Vec3x8,
     /// Normals of the curved surfaces that the triangles stand for, where the shot has normal maps; else they are the shading ones.
     pub smooth: Option<Vec3x8>,
+    /// Bit mask of fibres: see [`Receivers::fibres`].
+    pub fibres: u8,
 }
 
 impl Placed {
@@ -35,7 +37,8 @@ impl Placed {
         // flat meshes: both normals are the same
         let normal =
             if normals == geometric_normals { geometric_normal } else { Octahedral::unfold_lanes(normals) };
-        let mut placed = Self { point, normal, geometric_normal, smooth: None };
+        let mut placed =
+            Self { point, normal, geometric_normal, smooth: None, fibres: fibres(frame, tile, first) };
         let Self { point, normal, geometric_normal, .. } = &mut placed;
         let triangle = |lane: usize| tile.record[first + lane].triangle;
         let of = (&tile.model[first..first + LANES], triangle);
@@ -49,9 +52,21 @@ impl Placed {
     /// The surfaces as light sees them.
     #[inline(always)]
     pub fn receivers(&self) -> Receivers {
-        let Self { point, normal, geometric_normal, smooth } = *self;
-        Receivers { point, normal, smooth, geometric_normal }
+        let Self { point, normal, geometric_normal, smooth, fibres } = *self;
+        Receivers { point, normal, smooth, geometric_normal, fibres }
     }
+}
+
+/// Bit mask of those of eight samples that are on fibres of hair.
+#[inline(always)]
+fn fibres(frame: &FrameView, tile: &Tile, first: usize) -> u8 {
+    if !frame.palette.has_hair {
+        return 0;
+    }
+    let surfaces = set_bits(surface_bits(&tile.model[first..first + LANES]));
+    let is_fibre =
+        |lane: &usize| frame.is_fibre(tile.model[first + *lane], tile.record[first + *lane].triangle);
+    surfaces.filter(is_fibre).fold(0, |bits, lane| bits | 1 << lane)
 }
 
 /// Normals of the curved surfaces at eight samples: the shading normals, where no normal map bends them.
@@ -70,7 +85,8 @@ fn unbent(frame: &FrameView, tile: &Tile, first: usize, placed: &Placed) -> Vec3
 /// The curved surface that a triangle stands for at the sample in `cell`, world space; `placed` holds its group of eight cells.
 pub fn horizon(frame: &FrameView, tile: &Tile, cell: usize, placed: &Placed) -> Horizon {
     let normal = placed.smooth.unwrap_or(placed.normal).lane(cell % LANES);
-    Horizon { normal, lift: lift(frame, tile, cell), is_bent: placed.smooth.is_some() }
+    let is_fibre = placed.fibres >> (cell % LANES) & 1 != 0;
+    Horizon { normal, lift: lift(frame, tile, cell), is_bent: placed.smooth.is_some(), is_fibre }
 }
 
 /// Way from the sample in `cell` to the curved surface that its triangle stands for, world space.
@@ -94,6 +110,8 @@ pub struct PlacedTile {
     geometric_normal: [Column<f32>; 3],
     /// See [`Placed::smooth`].
     smooth: [Column<f32>; 3],
+    /// See [`Placed::fibres`].
+    fibres: [u8; CELLS / LANES],
     /// True for each eight cells that are placed.
     is_ready: [bool; CELLS / LANES],
 }
@@ -113,6 +131,7 @@ impl PlacedTile {
                 normal: load(&self.normal, first),
                 geometric_normal: load(&self.geometric_normal, first),
                 smooth: frame.palette.bends_normals.then(|| load(&self.smooth, first)),
+                fibres: self.fibres[first / LANES],
             };
         }
         self.place(frame, tile, first)
@@ -127,6 +146,7 @@ impl PlacedTile {
         if let Some(smooth) = placed.smooth {
             store(smooth, &mut self.smooth, first);
         }
+        self.fibres[first / LANES] = placed.fibres;
         self.is_ready[first / LANES] = true;
         placed
     }
@@ -149,6 +169,7 @@ impl Default for PlacedTile {
             normal: columns,
             geometric_normal: columns,
             smooth: columns,
+            fibres: [0; CELLS / LANES],
             is_ready: [false; CELLS / LANES],
         }
     }

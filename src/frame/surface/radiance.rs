@@ -57,6 +57,8 @@ pub struct Parts {
     pub emission: Light,
     /// The background as the eye sees it.
     pub sky: Light,
+    /// By what the shadows on catchers dim what is behind the picture: 1 where no catcher is seen.
+    pub catcher: Light,
     /// Guide for denoisers: the albedo of the first surface that is neither mirror nor glass, seen by way of
     /// those.
     pub guide_albedo: Light,
@@ -73,6 +75,7 @@ impl Default for Parts {
             indirect: DARK,
             emission: DARK,
             sky: DARK,
+            catcher: DARK,
             guide_albedo: DARK,
             guide_normal: DARK,
             groups: Vec::new(),

@@ -12,16 +12,22 @@ use crate::shade::surface::SurfacePoint;
 /// Tangent at a place of a primitive of `model`, at a `tick`: world space, of any length; zero if its material asks for none.
 #[inline]
 pub fn tangent(frame: &FrameView, (model, primitive): (u32, u32), weights: [f32; 2], tick: Tick) -> Vec3 {
-    if frame.palette.is_stretched { of_place(frame, (model, primitive), weights, tick) } else { Vec3::ZERO }
+    if frame.palette.has_tangents() { of_place(frame, (model, primitive), weights, tick) } else { Vec3::ZERO }
 }
 
 /// Not inlined: hardly any shot has such surfaces.
 #[inline(never)]
 fn of_place(frame: &FrameView, (model, primitive): (u32, u32), weights: [f32; 2], tick: Tick) -> Vec3 {
     let place = OnMesh::on(&frame.scene.models[model as usize], primitive, weights);
-    let Some(anisotropy) = &frame.scene.materials[usize::from(place.material())].anisotropy else {
-        return Vec3::ZERO;
-    };
+    let material = &frame.scene.materials[usize::from(place.material())];
+    if material.hair.is_some() {
+        let along = place
+            .mesh
+            .as_curved()
+            .map_or_else(|| place.tangent(), |curved| curved.tangent(primitive, weights));
+        return frame.place(model, tick).direction(primitive, along);
+    }
+    let Some(anisotropy) = &material.anisotropy else { return Vec3::ZERO };
     let tangent = anisotropy.around.map_or_else(|| place.tangent(), |axis| place.tangent_around(axis));
     frame.place(model, tick).direction(primitive, tangent)
 }
@@ -29,7 +35,7 @@ fn of_place(frame: &FrameView, (model, primitive): (u32, u32), weights: [f32; 2]
 /// Tangent of the sample in `cell`, at its own tick.
 #[inline]
 pub fn tangent_of_sample(frame: &FrameView, tile: &Tile, cell: usize) -> Vec3 {
-    if !frame.palette.is_stretched {
+    if !frame.palette.has_tangents() {
         return Vec3::ZERO;
     }
     let (record, model) = (&tile.record[cell], tile.model[cell]);
@@ -42,7 +48,7 @@ pub fn tangent_of_sample(frame: &FrameView, tile: &Tile, cell: usize) -> Vec3 {
 #[inline]
 pub fn tangents_of_samples(frame: &FrameView, tile: &Tile, first: usize) -> Vec3x8 {
     let mut all = Vec3x8::ZERO;
-    if frame.palette.is_stretched {
+    if frame.palette.has_tangents() {
         for lane in (0..LANES).filter(|lane| tile.model[first + lane] < EMPTY) {
             all.set_lane(lane, tangent_of_sample(frame, tile, first + lane));
         }

@@ -30,6 +30,7 @@ fn one(mesh: GivenMesh) -> Given {
         places: at(0.0),
         is_visible: true,
         ray_visibility: Default::default(),
+        linked: Default::default(),
         visible: Vec::new(),
     };
     Given { meshes: vec![Arc::new(mesh)], models: vec![model] }

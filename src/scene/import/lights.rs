@@ -87,6 +87,8 @@ fn table(name: &str, kind: LightType, place: Place, key: Vec<At<LightKey>>) -> L
         angle: None,
         samples: None,
         group: None,
+        light_link: None,
+        shadow_link: None,
         color: None,
         power: None,
         interpolation: Default::default(),

@@ -6,6 +6,7 @@
 
 pub(in crate::scene) mod arrange;
 pub(in crate::scene) mod cameras;
+pub mod curves;
 pub(in crate::scene) mod deformed;
 pub(in crate::scene) mod faces;
 pub(in crate::scene) mod given;

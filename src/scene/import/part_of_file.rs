@@ -11,7 +11,7 @@ use super::arrange::Arranger;
 use crate::animation::{Interpolation, ShapeTrack, Track, Visibility};
 use crate::scene::cutout::VertexData;
 use crate::scene::details::Details;
-use crate::scene::{Geometry, Mesh, RayVisibility, Triangles};
+use crate::scene::{Geometry, Linked, Mesh, RayVisibility, Triangles};
 
 /// Ratio of the volume of a map to that of a cube of its largest stretch below which it makes things flat.
 const FLAT: f64 = 1e-24;
@@ -30,6 +30,8 @@ pub struct PartOfFile {
     pub shapes: Option<ShapeTrack>,
     /// What rays of each kind see of it.
     pub ray_visibility: RayVisibility,
+    /// What links of lights know of it.
+    pub linked: Linked,
 }
 
 /// Place of a node over time.

@@ -117,13 +117,14 @@ fn values_of_background(table: &BackgroundTable) -> Values {
 
 fn values_of_environment(table: &EnvironmentTable) -> Values {
     // no file has a sky of ours
-    let EnvironmentTable { map, sky: _, rotation, power, visible, samples } = table;
+    let EnvironmentTable { map, sky: _, rotation, power, visible, samples, light_group } = table;
     stated([
         ("map", word(map)),
         ("rotation", number(rotation)),
         ("power", number(power)),
         ("visible", visible.map(Said::of)),
         ("samples", whole(samples)),
+        ("light_group", word(light_group)),
     ])
 }
 

@@ -2,6 +2,7 @@
 
 use toml::{Table, Value};
 
+use super::links;
 use super::table_text::{Said, Values, keyed, lines, list, number, stated, table, word};
 use super::toml_text::At;
 use super::{LightKey, LightTable};
@@ -25,6 +26,7 @@ impl LightTable {
         // readers leave interpolation to the default
         let Self { name, kind, direction, position, target, up, color, power, interpolation: _, .. } = self;
         let Self { cone, soft, fall, size, spread, radius, faces, angle, samples, group, key: _, .. } = self;
+        let Self { light_link, shadow_link, .. } = self;
         let head =
             [("name", name.as_deref().map(Said::of)), ("type", Value::try_from(kind).ok().map(Said::Value))];
         let fall = fall.as_ref().and_then(|fall| Value::try_from(fall.get_ref()).ok());
@@ -39,6 +41,8 @@ impl LightTable {
             ("faces", faces.as_ref().map(|faces| Said::of(*faces.get_ref()))),
             ("samples", samples.as_ref().map(|samples| Said::of(*samples.get_ref()))),
             ("group", word(group)),
+            ("light_link", links::value(light_link)),
+            ("shadow_link", links::value(shadow_link)),
         ];
         let place = [
             ("color", list(color)),
@@ -101,6 +105,8 @@ size = [1.0, 2.0]
 spread = 20.0
 samples = 4
 group = \"back\"
+light_link = { exclude = [\"c\"], include = [\"a\", \"b\"] }
+shadow_link = { exclude = [\"d\"] }
 [[light.key]]
 frame = 1.0
 color = [1.0, 1.0, 1.0]

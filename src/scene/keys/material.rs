@@ -4,6 +4,7 @@ use glam::Vec3;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
+use super::hair::HairTable;
 use super::toml_text::{At, Three};
 
 /// Meaning of `Kd` beside a `map_Kd`.
@@ -171,6 +172,8 @@ pub(crate) struct MaterialTable {
     /// Roughness of the fuzz: how far from grazing angles it is seen (0.5)
     #[schemars(range(min = 0, max = 1))]
     pub fuzz_roughness: Option<At<f64>>,
+    /// Fibres of hair in place of all that reflects
+    pub hair: Option<At<HairTable>>,
     /// Texture file, relative to the shot file
     pub map_kd: Option<At<String>>,
     /// Opacity: a picture that cuts parts out, where its alpha, or its brightness if it has none, is below a half
@@ -195,4 +198,10 @@ pub(crate) struct MaterialTable {
     pub norm: Option<At<String>>,
     /// Picture of heights, or of normals
     pub map_bump: Option<At<String>>,
+    /// Picture of heights that move the vertices of the mesh along its normals, once a shot: see `subdivision` and `dicing`
+    pub map_displacement: Option<At<String>>,
+    /// With `map_displacement`: length for which white stands, in the units of the model's file (1)
+    pub displacement: Option<At<f64>>,
+    /// With `map_displacement`: brightness that moves nothing (0.5)
+    pub displacement_middle: Option<At<f64>>,
 }

@@ -3,8 +3,11 @@
 
 pub mod camera;
 mod camera_text;
+pub mod curves;
 mod file_tables;
+pub mod hair;
 mod light_text;
+pub mod links;
 pub mod material;
 pub mod model;
 pub mod places;
@@ -12,6 +15,7 @@ pub mod quadric;
 pub mod samples;
 pub mod shapes;
 pub mod spelling;
+pub mod stage;
 mod table_text;
 pub mod toml_text;
 pub mod values;
@@ -27,6 +31,7 @@ use serde_json::{Value, json};
 
 use self::camera::{CameraTable, ShutterTable, StereoTable};
 pub(crate) use self::file_tables::FileTables;
+use self::links::NamesTable;
 use self::material::{MaterialTable, MtlTable};
 pub(crate) use self::model::{LARGEST_MAP, LEAST_MAP, ModelKey, ModelTable, Rows, Scale};
 use self::samples::SamplesValue;
@@ -35,7 +40,8 @@ use self::toml_text::{At, List, Three};
 use crate::animation::Interpolation;
 use crate::exposure::MOST_EXPOSURES;
 use crate::layers::Layers;
-use crate::scene::SpotFall;
+use crate::scene::dicing::MOST_DICED;
+use crate::scene::{MistFalloff, SpotFall};
 use crate::settings::{
     Backdrop, BasePlace, Caustics, Compression, DenoiseQuality, Filter, LONGEST_SIDE, Look,
     MOST_OCCLUSION_RAYS, MOST_OVERSCAN, MOST_PATHS, MOST_REFLECTIONS, MOST_TREE_MEMORY, Mode, Reuse, View,
@@ -109,6 +115,8 @@ pub(crate) struct ShotFile {
     pub model: Vec<At<ModelTable>>,
     /// A level floor under the models
     pub floor: Option<At<FloorTable>>,
+    /// Distances of the layer `mist`
+    pub mist: Option<At<MistTable>>,
     /// Light sources
     #[serde(default)]
     pub light: Vec<At<LightTable>>,
@@ -173,12 +181,20 @@ pub(crate) struct RenderTable {
     /// limit)
     #[schemars(range(min = 0))]
     pub clamp: Option<At<f64>>,
+    /// Light group whose contribution alone is rendered (all)
+    pub only_lights: Option<At<String>>,
     /// Memory for what mirrors and glass show while the camera rests, MiB; 0: none (256)
     #[schemars(range(min = 0, max = MOST_TREE_MEMORY))]
     pub tree_memory: Option<At<i64>>,
     /// Memory for textures, MiB: what is more is in a file, in pages (1024)
     #[schemars(range(min = 0, max = MOST_TREE_MEMORY))]
     pub texture_memory: Option<At<i64>>,
+    /// Length in pixels of the edges of what is diced: subdivided or displaced (1). Longer ones stay where the surface is as flat
+    #[schemars(range(min = 0.05, max = 1000))]
+    pub dicing: Option<At<f64>>,
+    /// Maximum number of triangles into which a mesh is diced (4000000)
+    #[schemars(range(min = 1, max = MOST_DICED))]
+    pub dicing_triangles: Option<At<i64>>,
     /// Distance between base frames, which are traced in full; 0: only the first (48)
     #[schemars(range(min = 0, max = 1_000_000))]
     pub base_every: Option<At<i64>>,
@@ -288,6 +304,8 @@ pub(crate) struct EnvironmentTable {
     /// Factor on all of it (1)
     #[schemars(range(min = 0))]
     pub power: Option<At<f64>>,
+    /// Light group of the environment, the background and the ambient light (others)
+    pub light_group: Option<At<String>>,
     /// True if the camera sees it instead of the background (true)
     pub visible: Option<bool>,
     /// Rays that ask it for light where a path starts (1)
@@ -341,6 +359,20 @@ pub(crate) struct FloorTable {
 
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
+pub(crate) struct MistTable {
+    /// Distance from the eye at which it begins (5)
+    #[schemars(range(min = 0))]
+    pub start: Option<At<f64>>,
+    /// Way from there to where it hides all (25)
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub depth: Option<At<f64>>,
+    /// How it grows on that way
+    #[schemars(extend("default" = "quadratic"))]
+    pub falloff: Option<MistFalloff>,
+}
+
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
 pub(crate) struct LightTable {
     /// For people
     pub name: Option<String>,
@@ -382,6 +414,10 @@ pub(crate) struct LightTable {
     /// Name of the light group, whose layer shows what its lights add to the picture: letters, digits, `-`
     /// and `_`
     pub group: Option<At<String>>,
+    /// Models that it lights (all)
+    pub light_link: Option<At<NamesTable>>,
+    /// Models that cast shadows in its light (all)
+    pub shadow_link: Option<At<NamesTable>>,
     /// Linear RGB [1, 1, 1]
     pub color: Option<Three>,
     /// Directional: irradiance. Others: intensity (1)

@@ -8,9 +8,12 @@ use serde::Deserialize;
 use serde::de::value::SeqAccessDeserializer;
 use serde::de::{self, Deserializer, SeqAccess, Visitor};
 
+use super::curves::CurvesTable;
+use super::links::NamesTable;
 use super::places::PlacesTable;
 use super::quadric::QuadricTable;
 use super::shapes::ShapesTable;
+use super::stage::StageTable;
 use super::toml_text::{At, List, Three};
 use crate::animation::Interpolation;
 use crate::scene::RayKind;
@@ -21,7 +24,7 @@ pub(crate) const LARGEST_MAP: u32 = 1024;
 
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-#[schemars(extend("oneOf" = [{"required": ["obj"]}, {"required": ["gltf"]}, {"required": ["usd"]}, {"required": ["ply"]}, {"required": ["quadric"]}]))]
+#[schemars(extend("oneOf" = [{"required": ["obj"]}, {"required": ["gltf"]}, {"required": ["usd"]}, {"required": ["ply"]}, {"required": ["quadric"]}, {"required": ["curves"]}]))]
 pub(crate) struct ModelTable {
     /// For people; the file's name, or the type of the quadric, without it
     pub name: Option<String>,
@@ -31,6 +34,8 @@ pub(crate) struct ModelTable {
     pub gltf: Option<At<String>>,
     /// USD file (.usda, .usdc or .usdz), relative to the shot file, instead of an OBJ file: a model for each of its meshes
     pub usd: Option<At<String>>,
+    /// With `usd`: what of the file is read (all that it renders)
+    pub stage: Option<At<StageTable>>,
     /// PLY file, relative to the shot file, instead of an OBJ file
     pub ply: Option<At<String>>,
     /// Name of the glTF file's animation (its first)
@@ -41,8 +46,13 @@ pub(crate) struct ModelTable {
     pub split: Option<At<Division>>,
     /// Sphere, ellipsoid, cylinder, cone, paraboloid, hyperboloid or plane, instead of an OBJ file
     pub quadric: Option<At<QuadricTable>>,
+    /// Curves with a thickness (hair, grass, wires), instead of an OBJ file
+    pub curves: Option<At<CurvesTable>>,
     /// Files of the shapes between which the model deforms; `obj` is its shape at rest
     pub shapes: Option<At<ShapesTable>>,
+    /// With `obj`: its faces are a cage, which is subdivided by these rules until its edges are as long as `dicing` says. With `usd`: "none"
+    /// shows cages as they are
+    pub subdivision: Option<At<Subdivision>>,
     /// Applied last [0, 0, 0]
     pub translate: Option<Three>,
     /// Degrees about the fixed axes X, then Y, then Z; applied second [0, 0, 0]
@@ -63,6 +73,15 @@ pub(crate) struct ModelTable {
     pub holdout: Option<bool>,
     /// True: rays from the eye see what is behind the picture where the model is, dimmed by the shadows on it (false)
     pub shadow_catcher: Option<At<bool>>,
+    /// Names of groups that it is in, by which links of lights mean it ([])
+    #[schemars(extend("uniqueItems" = true))]
+    pub groups: Option<At<Vec<At<String>>>>,
+    /// Light group of the light that it emits (others)
+    pub light_group: Option<At<String>>,
+    /// Models that the light that it emits lights (all)
+    pub light_link: Option<At<NamesTable>>,
+    /// Models that cast shadows in the light that it emits (all)
+    pub shadow_link: Option<At<NamesTable>>,
     /// File of the places of many copies of the model, instead of `matrix` and keys
     pub places: Option<At<PlacesTable>>,
     /// Number from 0 to 1 that graphs of its materials see, by which models of one mesh may differ (0)
@@ -104,6 +123,18 @@ pub(crate) enum Division {
     Objects,
     /// A model for each group: the last `g` or `o` before a face
     Groups,
+}
+
+/// Rules by which a cage is subdivided.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) enum Subdivision {
+    /// It is smooth, but at creases
+    CatmullClark,
+    /// Its faces are divided and stay where they are, for displacement
+    Bilinear,
+    /// It is not subdivided
+    None,
 }
 
 /// One factor, or one an axis.

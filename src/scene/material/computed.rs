@@ -106,3 +106,27 @@ pub struct Bump {
     /// Share of the bent normal, from 0 to 1.
     pub strength: f32,
 }
+
+/// Displacement that a graph computes: vertices are moved by it, once a shot.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Displacement {
+    /// Heights or vectors.
+    pub program: Arc<Program>,
+    /// Length for which 1 stands, object space; below 0 it goes inwards.
+    pub scale: f32,
+    /// Value that moves nothing.
+    pub middle: f32,
+    /// Where to.
+    pub along: Along,
+}
+
+/// Directions into which a displacement moves vertices.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Along {
+    /// Along normals, by heights.
+    Normal,
+    /// By vectors in object space.
+    ObjectSpace,
+    /// By vectors whose first component is along the first texture coordinate, the second across that, and the third along the normal.
+    TangentSpace,
+}

@@ -65,6 +65,21 @@ pub struct Fuzz {
     pub roughness: f32,
 }
 
+/// Hair, as Chiang and others have it (2016): fibres of coloured glass with tilted scales. Its colour is that of the layer beside it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Hair {
+    /// Roughness along the fibre, from 0 to 1.
+    pub roughness: f32,
+    /// Roughness around it, from 0 to 1.
+    pub radial_roughness: f32,
+    /// How much smoother light is reflected off its surface, from 0 (as rough as all else) to 1.
+    pub coat: f32,
+    /// Index of refraction, above 1.
+    pub index: f32,
+    /// Tilt of the scales, radians.
+    pub offset: f32,
+}
+
 /// Reflectance at right angles of a surface with this index of refraction, by Fresnel's equations.
 pub fn head_on(index: f64) -> f64 {
     ((index - 1.0) / (index + 1.0)).powi(2)

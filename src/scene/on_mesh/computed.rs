@@ -134,6 +134,12 @@ pub fn heights(places: &[OnMesh], scene: &Scene, bump: &Bump) -> [[f32; 3]; LANE
     heights
 }
 
+/// What a program gives at up to eight places.
+pub fn displacements(places: &[OnMesh], textures: &[Texture], program: &Program) -> [Vec3; LANES] {
+    let [given, ..] = values(program, places, textures);
+    array::from_fn(|lane| given.lane(lane))
+}
+
 /// A place on a mesh, and the pictures of the shot, as graphs see them.
 #[derive(Debug)]
 pub struct PlaceOfGraph<'a> {

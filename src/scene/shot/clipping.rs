@@ -82,6 +82,16 @@ fn times(camera: &CameraTrack, models: &[Model], a_frame: f64) -> Option<Vec<f64
     (count <= MOST_TIMES).then(|| (0..count as u32).map(|i| first + f64::from(i) / a_frame).collect())
 }
 
+/// Whole frames from the first key of a shot to the last, as many as are tried; `first` alone where nothing has keys.
+pub fn whole_frames(camera: &CameraTrack, models: &[Model], first: i32) -> Vec<f64> {
+    let moving = models.iter().filter(|model| !model.track.is_constant());
+    let keys = moving.flat_map(|model| model.track.key_frames()).chain(key_frames(camera));
+    let [begin, end] =
+        keys.fold([f64::from(first); 2], |[begin, end], frame| [begin.min(frame), end.max(frame)]);
+    let count = (end.ceil() - begin.floor()).min(MOST_TIMES) as u32;
+    (0..=count).map(|i| begin.floor() + f64::from(i)).collect()
+}
+
 fn key_frames(camera: &CameraTrack) -> Vec<f64> {
     let Lens { height, shift, aperture, focus, near, far } = &camera.lens;
     let mut frames = camera.eye.frames();

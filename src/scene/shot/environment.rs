@@ -32,7 +32,7 @@ pub fn of_table(
     table: &At<EnvironmentTable>,
     background: Option<&Background>,
 ) -> Result<Read, SceneError> {
-    let EnvironmentTable { map, sky, rotation, power, visible, samples } = table.get_ref();
+    let EnvironmentTable { map, sky, rotation, power, visible, samples, light_group: _ } = table.get_ref();
     let rotation = number(text, "rotation", rotation, 0.0, "finite", |_| true)?;
     let fits = |power| (0.0..=f64::from(f32::MAX)).contains(&power);
     let power = number(text, "power", power, 1.0, "finite and not negative", fits)? as f32;

@@ -78,6 +78,7 @@ impl Floor {
             random: 0.0,
             reflection_map: None,
             ray_visibility: Default::default(),
+            linked: Default::default(),
         }
     }
 }

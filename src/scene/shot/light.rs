@@ -2,6 +2,7 @@
 
 use glam::{DVec3, Vec3};
 
+use super::links;
 use super::tracks::{frames_between, in_order, or, through_or};
 use crate::animation::Track;
 use crate::scene::keys::toml_text::{At, List, Three, TomlText};
@@ -165,26 +166,9 @@ pub fn of_table(text: TomlText<'_>, table: &At<LightTable>, number: usize) -> Re
         color: through_or(color, &keys, how, |key| or(&key.color, "color", color, |k, v| text.color(k, v)))?,
         power: through_or(power, &keys, how, |key| or(&key.power, "power", power, watts))?,
         samples,
-        group: light.group.as_ref().map(|group| group_name(text, group)).transpose()?,
+        group: light.group.as_ref().map(|group| links::group_name(text, "group", group)).transpose()?,
+        links: links::of_table(text, &light.light_link, &light.shadow_link)?,
     })
-}
-
-/// Reads the name of a group, which becomes a part of channel names.
-fn group_name(text: TomlText<'_>, group: &At<String>) -> Result<String, SceneError> {
-    /// Maximum length: names of channels end at 31 letters, for old readers, `light_` and `.R` included.
-    const LONGEST: usize = 23;
-    let name = group.get_ref();
-    if name == LightGroups::OTHERS {
-        return Err(text.bad(
-            "group",
-            group,
-            "is the name of the group of all lights that state none: choose another",
-        ));
-    }
-    let is_plain = name.chars().all(|letter| letter.is_ascii_alphanumeric() || matches!(letter, '-' | '_'));
-    let fits = (1..=LONGEST).contains(&name.len()) && is_plain;
-    fits.then(|| name.clone())
-        .ok_or_else(|| text.bad("group", group, "must be 1 to 23 letters, digits, `-` and `_`"))
 }
 
 /// Checks that there are not too many groups, and that each light of a group has a name of its own in it.

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use glam::{DVec3, Vec3};
 
+use super::hair;
 use crate::scene::SceneError;
 use crate::scene::import::mtl::statements::Statements;
 use crate::scene::import::mtl::statements::maps::{MapStatement, MapStatements, MapUse};
@@ -52,10 +53,14 @@ pub fn replacement(text: TomlText<'_>, table: &MaterialTable) -> Result<Override
         tangent_turn: table.anisotropy_turn.as_ref().map(turn).transpose()?.map(|turn| turn as f32),
         tangent_around: table.anisotropy_around.map(Axis::vector),
         alpha_mode: table.alpha_mode,
-        maps: read.maps(table),
+        maps: read.maps(table)?,
         ..Statements::default()
     };
     read.parameters(table, &mut values)?;
+    if let Some(table) = &table.hair {
+        let (hair, color) = hair::of_table(text, table)?;
+        (values.hair, values.kd) = (Some(hair), color.or(values.kd));
+    }
     let through = read.number("transmission", &table.transmission, OF_LIGHT, 1.0)?;
     let values = match through.filter(|share| *share > 0.0) {
         Some(share) => values.with_transmission(f64::from(share), DVec3::ONE),
@@ -113,7 +118,7 @@ impl Reader<'_> {
     }
 
     /// Pictures that a table names.
-    fn maps(&self, table: &MaterialTable) -> MapStatements {
+    fn maps(&self, table: &MaterialTable) -> Result<MapStatements, SceneError> {
         let mut maps = MapStatements::default();
         let MaterialTable { map_kd, map_d, map_ks, map_ns, map_ke, map_pr, map_pm, norm, map_bump, .. } =
             table;
@@ -134,7 +139,29 @@ impl Reader<'_> {
             let line = |map: &At<String>| self.0.fault(map.span(), "").line.unwrap_or(1);
             maps[used] = map.as_ref().map(|map| MapStatement::plain(map.get_ref().as_str(), line(map)));
         }
-        maps
+        maps[MapUse::Displacement] = self.displacement(table)?;
+        Ok(maps)
+    }
+
+    /// Picture of heights that move vertices.
+    fn displacement(&self, table: &MaterialTable) -> Result<Option<MapStatement>, SceneError> {
+        let MaterialTable { map_displacement, displacement, displacement_middle, .. } = table;
+        let read = |key: &str, value: &Option<At<f64>>, otherwise: f32| match value {
+            Some(value) if map_displacement.is_none() => {
+                Err(self.0.bad(key, value, "goes with `map_displacement`: name a picture, or take it out"))
+            }
+            Some(value) => {
+                let is_near = |number: f64| number.abs() <= 1e9;
+                Ok(self.0.number(key, value, "a length from -1e9 to 1e9", is_near)? as f32)
+            }
+            None => Ok(otherwise),
+        };
+        let slope = read("displacement", displacement, 1.0)?;
+        let middle = read("displacement_middle", displacement_middle, 0.5)?;
+        Ok(map_displacement.as_ref().map(|map| {
+            let line = self.0.fault(map.span(), "").line.unwrap_or(1);
+            MapStatement { slope, middle, ..MapStatement::plain(map.get_ref().as_str(), line) }
+        }))
     }
 
     fn color(&self, key: &str, value: &Option<Three>) -> Result<Option<Vec3>, SceneError> {

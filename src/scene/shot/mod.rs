@@ -2,13 +2,17 @@
 
 mod camera;
 mod clipping;
+mod curves;
 mod environment;
 mod extents;
 mod floor;
+mod hair;
 mod lens;
 mod light;
+mod links;
 mod material;
 mod medium;
+mod mist;
 mod model;
 mod models;
 mod orbit;
@@ -18,6 +22,7 @@ mod quadric;
 mod readers;
 mod settings;
 mod shapes;
+mod stage;
 mod tracks;
 
 use std::path::PathBuf;
@@ -27,6 +32,7 @@ use readers::Readers;
 pub(crate) use readers::{Beside, ReadBefore};
 
 use crate::digest::Digest;
+use crate::scene::dicing::{self, Views};
 use crate::scene::frames::Run;
 use crate::scene::import::{Import, Imported, Surfaces};
 use crate::scene::keys::toml_text::{At, TomlText};
@@ -181,6 +187,10 @@ pub fn from_text_with(
     let of_none = if is_seen { Backdrop::Visible } else { Backdrop::Transparent };
     settings.background = file.output.background.unwrap_or(of_none);
     let background = background.unwrap_or(Background::uniform(Vec3::ZERO));
+    let only_lights = render.only_lights.clone();
+    let world_group = file.environment.as_ref().and_then(|table| table.get_ref().light_group.as_ref());
+    let world_group = world_group.map(|group| links::group_name(text, "light_group", group)).transpose()?;
+    let mist = mist::of_table(text, file.mist.as_ref())?;
     let ambient = optional_color(text, "color", &file.ambient.color)?.unwrap_or(Vec3::ZERO);
     if file.model.is_empty() {
         return Err(missing(
@@ -193,6 +203,15 @@ pub fn from_text_with(
         models.extend(models::of_table(text, table, &mut readers, frames_a_second(rate))?);
         tables.resize(models.len(), table);
     }
+    links::check(text, (&file.light, &file.model), &models, file.floor.is_some())?;
+    let dicing = settings::dicing(text, render)?;
+    let times = match file.render.frames {
+        Some(_) => frames.list().into_iter().map(f64::from).collect(),
+        None => clipping::whole_frames(&camera, &models, frames.first()),
+    };
+    let views = Views::new(&camera, &times, [settings.width, settings.height]);
+    let diced = dicing::diced(models, &mut readers.import, &views, &dicing)?;
+    let models = diced.models;
     let bounds = extents::bounds_of_meshes(&models);
     let extent = extents::over_time(text, &tables, &models, &bounds)?;
     let at_first = extents::at_frame(&models, &bounds, frames.first());
@@ -239,6 +258,8 @@ pub fn from_text_with(
         findings.warnings.extend(read.warning);
         read.environment
     });
+    // samples of one level are none of another
+    inputs = diced.digest.map_or(inputs, |levels| Digest::of_all([inputs, levels]));
     let stem = text.path.file_stem().unwrap_or_default().to_string_lossy();
     let fog = file.fog.as_ref().map(|table| medium::fog(text, table)).transpose()?;
     let mut scene = Scene {
@@ -251,10 +272,15 @@ pub fn from_text_with(
         ambient_is_occluded: file.ambient.occluded,
         background,
         environment,
+        world_group,
+        mist,
         fog,
         space,
     };
     scene.hide_media();
+    if let Some(only) = &only_lights {
+        scene.check_light_group(only.get_ref()).map_err(|what| text.bad("only_lights", only, &what))?;
+    }
     findings.warnings.extend(darkness::warning(text.path, &scene));
     findings.warnings.extend(media::warnings(text.path, &scene));
     Ok(Shot {

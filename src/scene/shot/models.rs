@@ -1,6 +1,7 @@
 //! Makes models of the tables of a shot file: one of an OBJ file, a PLY file or a quadric, and of a glTF or USD file one for each node
 //! with a mesh.
 
+use std::collections::HashMap;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -9,17 +10,19 @@ use glam::DAffine3;
 
 use super::places::Place;
 use super::readers::Readers;
-use super::{model, places, quadric, shapes};
+use super::{curves, links, model, places, quadric, shapes, stage};
 use crate::animation::{Track, TransformTrack};
 use crate::scene::import::Inputs;
 use crate::scene::import::given;
 use crate::scene::import::meshes::read_model::is_ply;
 use crate::scene::import::part_of_file::PartOfFile;
+use crate::scene::keys::model::Subdivision;
 use crate::scene::keys::places::PlacesTable;
 use crate::scene::keys::toml_text::{At, TomlText};
 use crate::scene::keys::values::file_of;
 use crate::scene::keys::{LARGEST_MAP, LEAST_MAP, ModelTable};
 use crate::scene::{Mesh, Model, RayKinds, RayVisibility, Role, SceneError};
+use crate::subdivision::Scheme;
 
 /// Makes the models of a table; `rate`: frames in a second.
 ///
@@ -33,7 +36,7 @@ pub fn of_table(
     let ray_visibility = ray_visibility(text, table.get_ref())?;
     let models = placed(text, table, readers, rate)?;
     let seen = |model: Model| Model { ray_visibility: model.ray_visibility.and(ray_visibility), ..model };
-    Ok(models.into_iter().map(seen).collect())
+    links::with_links(text, table.get_ref(), models.into_iter().map(seen).collect())
 }
 
 /// Reads what rays see of the models of a table.
@@ -77,6 +80,7 @@ fn placed(
     refuse_keys_together(text, table, readers.meshes.path_read_before().is_some())?;
     refuse_beside_ply(text, keys)?;
     refuse_parts_of_others(text, keys)?;
+    refuse_subdivision(text, keys)?;
     let places = keys.places.as_ref();
     let places =
         places.map(|places| places_of(text, keys, places, &mut readers.import.inputs)).transpose()?;
@@ -89,8 +93,10 @@ fn placed(
         }
         (None, Some(usd), _) => {
             let path = file_of(text, "usd", usd)?;
-            let parts = readers.usd.models(&mut readers.import, &path)?;
-            of_parts(keys, &path, &parts, &track)
+            let choice = stage::choice(text, keys.stage.as_ref().map(At::get_ref))?;
+            let parts = readers.usd.models(&mut readers.import, &path, &choice)?;
+            let models = of_parts(keys, &path, &parts, &track);
+            if keys.subdivision.is_some() { without_cages(models) } else { models }
         }
         (None, None, Some(obj)) if keys.group.is_some() || keys.split.is_some() => {
             parts(text, (table, obj), readers, &track)?
@@ -137,27 +143,37 @@ fn places_of(
 
 /// Refuses what excludes each other. `is_read`: the model's file was read before, and need not be named.
 fn refuse_keys_together(text: TomlText<'_>, table: &At<ModelTable>, is_read: bool) -> Result<(), SceneError> {
-    let ModelTable { obj, gltf, usd, ply, quadric, shapes, animation, .. } = table.get_ref();
+    let ModelTable { obj, gltf, usd, ply, quadric, curves, shapes, animation, .. } = table.get_ref();
     let refuse = |span: Range<usize>, message: &str| Err(text.fault(span, message));
     let files = [("obj", obj), ("gltf", gltf), ("usd", usd)];
     let files = files.iter().filter_map(|(key, file)| Some((*key, file.as_ref()?.span())));
     let quadrics = quadric.iter().map(|quadric| ("quadric", quadric.span()));
-    let kinds: Vec<(&str, Range<usize>)> = files.chain(quadrics).collect();
+    let curved = curves.iter().map(|curves| ("curves", curves.span()));
+    let kinds: Vec<(&str, Range<usize>)> = files.chain(quadrics).chain(curved).collect();
     match &kinds[..] {
         [(first, _), .., (last, span)] if !(is_read && kinds.len() == 2 && *first == "obj") => {
             let message = format!("`{first}` and `{last}` exclude each other: write a [[model]] for each");
             return refuse(span.clone(), &message);
         }
         [] if !is_read && ply.is_none() => {
-            let message = "the key `obj` is missing: a model is an OBJ file, a glTF file (`gltf`), a USD file (`usd`), a PLY file (`ply`), or a `quadric`";
+            let message = "the key `obj` is missing: a model is an OBJ file, a glTF file (`gltf`), a USD file (`usd`), a PLY file (`ply`), a `quadric`, or `curves`";
             return refuse(table.span(), message);
         }
         _ => {}
+    }
+    if let Some(stage) = table.get_ref().stage.as_ref().filter(|_| usd.is_none()) {
+        return refuse(
+            stage.span(),
+            "`stage` goes with `usd`: it says what of a USD file is read; take it out",
+        );
     }
     let other = if gltf.is_some() { "glTF" } else { "USD" };
     match (shapes, animation) {
         (Some(shapes), _) if quadric.is_some() => {
             refuse(shapes.span(), "`shapes` are those of an OBJ file, and a quadric has none: take them out")
+        }
+        (Some(shapes), _) if curves.is_some() => {
+            refuse(shapes.span(), "`shapes` are those of an OBJ file, and curves have none: take them out")
         }
         (Some(shapes), _) if gltf.is_some() || usd.is_some() => {
             let message =
@@ -171,11 +187,52 @@ fn refuse_keys_together(text: TomlText<'_>, table: &At<ModelTable>, is_read: boo
     }
 }
 
+/// Refuses `subdivision` beside what has no cage.
+fn refuse_subdivision(text: TomlText<'_>, table: &ModelTable) -> Result<(), SceneError> {
+    let ModelTable { usd, ply, gltf, quadric, curves, group, split, subdivision, .. } = table;
+    let Some(subdivision) = subdivision else { return Ok(()) };
+    let refuse = |what: &str| Err(text.bad("subdivision", subdivision, what));
+    if ply.is_some() || gltf.is_some() || quadric.is_some() || curves.is_some() {
+        refuse("goes with `obj`: others have no cages; write the model as OBJ, or take it out")
+    } else if group.is_some() || split.is_some() {
+        refuse("goes with whole OBJ files: take `group` or `split` out")
+    } else if usd.is_some() && *subdivision.get_ref() != Subdivision::None {
+        refuse("may be \"none\" beside `usd`, which shows cages as they are: USD files state their own rules")
+    } else {
+        Ok(())
+    }
+}
+
+/// Rules that a key means.
+fn scheme(subdivision: Subdivision) -> Option<Scheme> {
+    match subdivision {
+        Subdivision::CatmullClark => Some(Scheme::CatmullClark),
+        Subdivision::Bilinear => Some(Scheme::Bilinear),
+        Subdivision::None => None,
+    }
+}
+
+/// Models whose cages are shown as they are.
+fn without_cages(models: Vec<Model>) -> Vec<Model> {
+    let mut plain: HashMap<*const Mesh, Arc<Mesh>> = HashMap::new();
+    let without = |model: Model| {
+        let mesh = plain.entry(Arc::as_ptr(&model.mesh));
+        let mesh = mesh.or_insert_with(|| Arc::new(Mesh::clone(&model.mesh).without_cage())).clone();
+        Model { mesh, ..model }
+    };
+    models.into_iter().map(without).collect()
+}
+
 /// Refuses what excludes a PLY file.
 fn refuse_beside_ply(text: TomlText<'_>, table: &ModelTable) -> Result<(), SceneError> {
-    let ModelTable { obj, gltf, ply, quadric, shapes, .. } = table;
+    let ModelTable { obj, gltf, ply, quadric, curves, shapes, .. } = table;
     let Some(ply) = ply else { return Ok(()) };
-    let others = [("obj", obj.is_some()), ("gltf", gltf.is_some()), ("quadric", quadric.is_some())];
+    let others = [
+        ("obj", obj.is_some()),
+        ("gltf", gltf.is_some()),
+        ("quadric", quadric.is_some()),
+        ("curves", curves.is_some()),
+    ];
     if let Some((other, _)) = others.into_iter().find(|(_, is_there)| *is_there) {
         let message = format!("`ply` and `{other}` exclude each other: write a [[model]] for each");
         return Err(text.fault(ply.span(), message));
@@ -246,6 +303,7 @@ fn parts(
         random: 0.0,
         reflection_map: None,
         ray_visibility: Default::default(),
+        linked: Default::default(),
     };
     if let Some(group) = group {
         let part = readers.meshes.part(&mut readers.import, &path, group.get_ref())?;
@@ -260,19 +318,26 @@ fn parts(
     Ok(parts.iter().map(|part| model(format!("{whole}/{}", part.name), &part.mesh)).collect())
 }
 
-/// Makes the model of an OBJ file, a PLY file or a quadric.
+/// Makes the model of an OBJ file, a PLY file, a quadric or curves.
 fn one(
     text: TomlText<'_>,
     table: &At<ModelTable>,
     readers: &mut Readers,
     mut track: TransformTrack,
 ) -> Result<Model, SceneError> {
-    let ModelTable { name, obj, ply, quadric, shapes, .. } = table.get_ref();
+    let ModelTable { name, obj, ply, quadric, curves: of_curves, shapes, subdivision, .. } = table.get_ref();
     let (path, mesh, own_name): (PathBuf, Arc<Mesh>, String) =
         match (readers.meshes.path_read_before(), quadric) {
             (None, Some(quadric)) => {
                 let mesh = quadric::of_table(text, quadric, &mut readers.import)?;
                 (text.path.to_path_buf(), Arc::new(mesh), String::from(quadric.get_ref().kind.name()))
+            }
+            (None, None) if of_curves.is_some() => {
+                let table = of_curves.as_ref().expect("it is some");
+                let path = curves::path_of(text, table)?;
+                let mesh = curves::of_table(text, table, &path, &mut readers.import)?;
+                let stem = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+                (path, Arc::new(mesh), stem)
             }
             (before, _) => {
                 let path = match (before, ply) {
@@ -292,6 +357,11 @@ fn one(
                         mesh
                     }
                 };
+                let scheme = subdivision.as_ref().and_then(|subdivision| scheme(*subdivision.get_ref()));
+                let mesh = match scheme {
+                    Some(scheme) => readers.meshes.caged(&mut readers.import, &path, mesh, scheme)?,
+                    None => mesh,
+                };
                 (path, mesh, stem)
             }
         };
@@ -304,6 +374,7 @@ fn one(
         random: 0.0,
         reflection_map: None,
         ray_visibility: Default::default(),
+        linked: Default::default(),
     })
 }
 
@@ -330,6 +401,7 @@ fn of_part(part: &PartOfFile, name: String, path: &Path, track: &TransformTrack)
         random: 0.0,
         reflection_map: None,
         ray_visibility: part.ray_visibility,
+        linked: part.linked.clone(),
     }
 }
 

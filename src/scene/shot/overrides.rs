@@ -108,6 +108,7 @@ mod tests {
             places: vec![(1.0, DAffine3::IDENTITY)],
             is_visible: true,
             ray_visibility: Default::default(),
+            linked: Default::default(),
             visible: Vec::new(),
         };
         let text = "[render]\nsize = [64, 48]\nfilter = \"tent\"\nfilter_radius = 2\nmode = \"full\"\n[output]\nlayers = [\"N\"]\n\

@@ -1,5 +1,7 @@
 //! Quadrics and planes of a shot file.
 
+use std::ops::Range;
+
 use glam::DVec3;
 
 use crate::animation::TransformTrack;
@@ -36,7 +38,21 @@ pub fn of_table(
     refuse_foreign_keys(text, quadric)?;
     let shape = shape(text, table)?;
     let is_open = quadric.open.as_ref().is_some_and(|open| *open.get_ref());
-    let name = quadric.material.as_ref();
+    let material = material_named(text, table.span(), quadric.material.as_ref(), import)?;
+    let mesh =
+        Mesh::of_curved(Quadric::new(shape, is_open), material, import.surfaces.casts_shadow(material));
+    Ok(import.arranger().with_details(mesh, &[]))
+}
+
+/// Number of the material that a table of geometry names, or of matt grey if it names none; `at`: where the table is.
+///
+/// # Errors If there is no such material, or too many.
+pub fn material_named(
+    text: TomlText<'_>,
+    at: Range<usize>,
+    name: Option<&At<String>>,
+    import: &mut Import,
+) -> Result<u16, SceneError> {
     let material = match name {
         None => import.material_of_table(""),
         Some(name) if name.get_ref().is_empty() => None,
@@ -46,12 +62,9 @@ pub fn of_table(
         let name = name.map_or("", |name| name.get_ref());
         format!("there is no [[material]] `{name}`{}", import.surfaces.hint_at(name))
     };
-    let span = || name.map_or(table.span(), At::span);
-    let material = material.ok_or_else(|| text.fault(span(), unknown()))?;
-    let material = material.map_err(|why| text.fault(span(), why))?;
-    let mesh =
-        Mesh::of_curved(Quadric::new(shape, is_open), material, import.surfaces.casts_shadow(material));
-    Ok(import.arranger().with_details(mesh, &[]))
+    let span = name.map_or(at, At::span);
+    let material = material.ok_or_else(|| text.fault(span.clone(), unknown()))?;
+    material.map_err(|why| text.fault(span, why))
 }
 
 fn shape(text: TomlText<'_>, table: &At<QuadricTable>) -> Result<QuadricShape, SceneError> {

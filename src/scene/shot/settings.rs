@@ -3,6 +3,7 @@
 
 use crate::exposure::MOST_EXPOSURES;
 use crate::layers::{Layers, UnknownLayer};
+use crate::scene::dicing::{DEFAULT_EDGE, DEFAULT_TRIANGLES, Dicing, MOST_DICED};
 use crate::scene::keys::samples::{AdaptiveTable, SamplesValue};
 use crate::scene::keys::toml_text::{At, List, TomlText};
 use crate::scene::keys::{BudgetValue, IndirectTable, OcclusionTable, OutputTable, Rate, RenderTable};
@@ -59,6 +60,11 @@ pub fn settings(text: TomlText<'_>, tables: &Tables<'_>, before: &Settings) -> R
         )?,
         caustics: table.caustics.unwrap_or(before.caustics),
         clamp: clamp(text, table)?.or(before.clamp),
+        only_lights: table
+            .only_lights
+            .as_ref()
+            .map(|group| group.get_ref().clone())
+            .or(before.only_lights.clone()),
         tree_memory: whole(
             "tree_memory",
             &table.tree_memory,
@@ -102,6 +108,21 @@ pub fn settings(text: TomlText<'_>, tables: &Tables<'_>, before: &Settings) -> R
         return Err(text.bad("overscan", overscan, &message));
     }
     Ok(settings)
+}
+
+/// Reads how finely what is subdivided or displaced is diced.
+pub fn dicing(text: TomlText<'_>, table: &RenderTable) -> Result<Dicing, SceneError> {
+    let is_edge = |edge: f64| (0.05..=1000.0).contains(&edge);
+    let edge = table.dicing.as_ref();
+    let edge =
+        edge.map(|edge| text.number("dicing", edge, "from 0.05 to 1000 pixels", is_edge)).transpose()?;
+    let triangles = table.dicing_triangles.as_ref();
+    let most = i64::from(MOST_DICED) + 1;
+    let triangles = triangles.map(|count| text.whole("dicing_triangles", count, 1..most)).transpose()?;
+    Ok(Dicing {
+        edge: edge.unwrap_or(DEFAULT_EDGE),
+        triangles: triangles.map_or(DEFAULT_TRIANGLES, u64::from),
+    })
 }
 
 /// Reads the error that is wanted. Counts that are stated beside it stay as they are.

@@ -11,6 +11,7 @@ use std::path::Path;
 
 use super::SceneError;
 use super::import::meshes::read_model::ReadModel;
+use super::import::usd::StageChoice;
 use super::keys::toml_text::TomlText;
 use super::model::copies::MOST_ADDED;
 use super::shot::{self, Beside, ReadBefore, Shot};
@@ -29,15 +30,29 @@ pub struct Options {
     pub up: Option<Up>,
     /// Size of the picture that the model is to fill: width and height, pixels.
     pub size: [u32; 2],
-    /// Of a glTF file: name of the camera; its first one if none is given.
+    /// Of a glTF or USD file: name of the camera, or in USD its path; its first one if none is given.
     pub camera: Option<String>,
     /// Of a glTF file: name of the animation; the first ones if none is given.
     pub animation: Option<String>,
+    /// Of a USD file: what of it is read.
+    pub usd: StageChoice,
+    /// Of a USD file: path of its RenderSettings; those that it names, if none is given.
+    pub render_settings: Option<String>,
+    /// Of a USD file: true if payloads that its camera does not see are left out.
+    pub only_seen: bool,
 }
 
 impl Default for Options {
     fn default() -> Self {
-        Self { up: None, size: [1280, 720], camera: None, animation: None }
+        Self {
+            up: None,
+            size: [1280, 720],
+            camera: None,
+            animation: None,
+            usd: StageChoice::default(),
+            render_settings: None,
+            only_seen: false,
+        }
     }
 }
 

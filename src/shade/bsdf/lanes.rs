@@ -8,9 +8,9 @@ use super::albedos::{LEAST_ALBEDO, LEAST_COSINE, Shares};
 use super::fresnel::Fresnel;
 use super::of_material::{Between, BsdfAt};
 use super::rough_diffuse::{RoughLanes, SeenRough};
-use super::seen::SurfaceAxes;
+use super::seen::{SeenBsdf, SurfaceAxes};
 use super::seen_by::SeenBy;
-use super::seen_lanes::{LayerRays, More, SeenBsdfs};
+use super::seen_lanes::{HairLanes, LayerRays, More, SeenBsdfs};
 use super::stretched::{StretchedLanes, Widths};
 use super::upper::Upper;
 use crate::lanes::{F32x8, LANES, Mask, Vec3x8, are_same};
@@ -103,12 +103,8 @@ impl<'a> BsdfLanes<'a> {
 
     /// Layers as the eye sees them: [`BsdfAt::seen`] for eight surfaces.
     #[inline]
-    pub(super) fn seen(
-        &self,
-        reflectance: Vec3x8,
-        SurfaceAxes { normal, geometric_normal, tangent }: SurfaceAxes<Vec3x8>,
-        incoming: Vec3x8,
-    ) -> SeenBsdfs {
+    pub(super) fn seen(&self, reflectance: Vec3x8, axes: SurfaceAxes<Vec3x8>, incoming: Vec3x8) -> SeenBsdfs {
+        let SurfaceAxes { normal, geometric_normal, tangent } = axes;
         let Self { alpha, metallic, index, has, .. } = *self;
         let [normal, to_eye] = seen_from(normal, geometric_normal, incoming);
         let metal = (self.metal + self.metal_of_kept * reflectance).min(Vec3x8::splat(Vec3::ONE));
@@ -130,6 +126,9 @@ impl<'a> BsdfLanes<'a> {
         };
         if self.more.is_some() {
             self.add_more(&mut seen, (cos, reflectance), tangent, [albedo, through]);
+            if let Some(hair) = self.hair(reflectance, SurfaceAxes { tangent, ..axes }, incoming) {
+                self.set_hair(&mut seen, hair);
+            }
         }
         seen
     }
@@ -139,13 +138,17 @@ impl<'a> BsdfLanes<'a> {
         &self,
         seen: &mut SeenBsdfs,
         reflectance: Vec3x8,
-        SurfaceAxes { normal, geometric_normal, tangent }: SurfaceAxes<Vec3x8>,
+        axes: SurfaceAxes<Vec3x8>,
         rays: LayerRays,
     ) {
+        let SurfaceAxes { normal, geometric_normal, tangent } = axes;
         seen.rays = F32x8::new(rays.count.map(|count| count as f32));
         seen.is_followed = Mask::from_bits(rays.followed);
         seen.drawn_for = seen_from(normal, geometric_normal, rays.incoming);
         if let Some(more) = &mut seen.more {
+            if let Some(hair) = &mut more.hair {
+                hair.drawn = self.hair(reflectance, axes, rays.incoming).unwrap_or(hair.drawn);
+            }
             let [normal, to_eye] = seen.drawn_for;
             if let (Some([_, drawn]), Some(stretched)) =
                 (&mut more.stretched, self.stretched(normal, tangent))
@@ -209,6 +212,41 @@ impl<'a> BsdfLanes<'a> {
         let dimmed = Vec3x8::splat(Vec3::ONE) - seen.through;
         seen.added = self.has.select3(self.emission * dimmed, Vec3x8::ZERO);
         seen.more = Some(more);
+    }
+
+    /// Fibres of the surfaces that are hair, seen along `incoming`, if any is.
+    fn hair(
+        &self,
+        reflectance: Vec3x8,
+        axes: SurfaceAxes<Vec3x8>,
+        incoming: Vec3x8,
+    ) -> Option<[Option<SeenBsdf>; LANES]> {
+        let all = self.more.as_ref()?;
+        let is_hair = |at: &Option<BsdfAt<'_>>| at.is_some_and(|at| at.bsdf.hair.is_some());
+        if !all.iter().any(is_hair) {
+            return None;
+        }
+        Some(std::array::from_fn(|lane| {
+            let at = all[lane].as_ref().filter(|at| at.bsdf.hair.is_some())?;
+            let axes = SurfaceAxes {
+                normal: axes.normal.lane(lane),
+                geometric_normal: axes.geometric_normal.lane(lane),
+                tangent: axes.tangent.lane(lane),
+            };
+            Some(at.seen(reflectance.lane(lane), axes, incoming.lane(lane), SeenBy::Eye))
+        }))
+    }
+
+    /// Puts fibres in place of all else that their surfaces have.
+    fn set_hair(&self, seen: &mut SeenBsdfs, hair: [Option<SeenBsdf>; LANES]) {
+        for lane in (0..LANES).filter(|lane| hair[*lane].is_some()) {
+            seen.gain.set_lane(lane, Vec3::ZERO);
+            seen.through.set_lane(lane, Vec3::ONE);
+            seen.added.set_lane(lane, Vec3::ZERO);
+        }
+        if let Some(more) = &mut seen.more {
+            more.hair = Some(Box::new(HairLanes { seen: hair, drawn: hair }));
+        }
     }
 
     /// Lobes of the layers on surfaces with these normals and tangents, if any is not round.
@@ -315,7 +353,7 @@ mod tests {
         );
         let weighed = followed
             .expect("some have one")
-            .highlight(&sample, Some(AreaRadiance { full: Vec3::splat(2.0), beam: Beam::Even }))
+            .highlight(&sample, Some(AreaRadiance { full: Vec3::splat(2.0), beam: Beam::Even, is_met: true }))
             .lane(2);
         let share = 2.0 / (2.0 + 3.0 * density);
         assert!((weighed - wanted * share).abs().max_element() < 1e-4 * wanted.max_element(), "{weighed}");

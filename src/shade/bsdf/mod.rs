@@ -20,9 +20,11 @@ pub mod fresnel;
 mod furnace;
 mod fuzz;
 pub mod ggx;
+mod hair;
 mod lanes;
 pub mod mis;
 mod of_material;
+pub mod palette;
 pub mod phong;
 mod rough_diffuse;
 mod seen;
@@ -43,6 +45,8 @@ use rayon::prelude::*;
 
 use albedos::{Albedos, Layer};
 use coat::CoatLayer;
+use hair::HairLobes;
+pub use hair::log_of_color as log_of_hair_color;
 use lanes::BsdfLanes;
 use of_material::{Bsdf, BsdfAt, ROUGHNESS_STEPS, VaryingBsdf};
 pub use seen::{Reflected, SeenBsdf, SurfaceAxes};
@@ -230,6 +234,7 @@ fn bsdf(
         }),
         coat: None,
         fuzz: material.fuzz,
+        hair: material.hair.as_ref().map(HairLobes::new),
         diffuse_roughness: material.diffuse_roughness,
         stretch: material.anisotropy.as_ref().map(Stretch::of),
     }

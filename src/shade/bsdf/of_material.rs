@@ -8,6 +8,7 @@ use super::albedos::{Albedos, LEAST_ALBEDO, LEAST_COSINE, Shares, VALUES};
 use super::coat::{BelowCoat, CoatLayer, SeenCoat};
 use super::fresnel::{Fresnel, dielectric};
 use super::fuzz::SeenFuzz;
+use super::hair::HairLobes;
 use super::rough_diffuse::SeenRough;
 use super::seen::{SeenBsdf, SurfaceAxes, facing};
 use super::seen_by::{SeenBy, alpha_of_paths};
@@ -45,6 +46,8 @@ pub struct Bsdf {
     pub coat: Option<CoatLayer>,
     /// Fuzz above all.
     pub fuzz: Option<Fuzz>,
+    /// Fibres in place of all of that.
+    pub hair: Option<HairLobes>,
     /// Roughness of what is matt below the layer, from 0 to 1.
     pub diffuse_roughness: f32,
     /// How the layer's lobe is wider along the tangent than across it.
@@ -55,7 +58,8 @@ impl Bsdf {
     /// Returns true if there is more than the layer: something above it, or what is below it is rough.
     #[inline(always)]
     pub fn has_more(&self) -> bool {
-        self.coat.is_some() || self.fuzz.is_some() || self.diffuse_roughness > 0.0 || self.stretch.is_some()
+        let has_upper = self.coat.is_some() || self.fuzz.is_some();
+        has_upper || self.diffuse_roughness > 0.0 || self.stretch.is_some() || self.hair.is_some()
     }
 
     /// The layer where these parameters are what varies of it.
@@ -176,6 +180,9 @@ impl BsdfAt<'_> {
         if !self.bsdf.has_more() {
             return own;
         }
+        if let Some(hair) = &self.bsdf.hair {
+            return Some(hair.alpha());
+        }
         let narrowest = |alpha| self.bsdf.stretch.map_or(alpha, |stretch| stretch.widths(alpha).across);
         let own = own.filter(|_| self.reflects()).map(narrowest);
         let of_coat = self.bsdf.coat.as_ref().map(CoatLayer::alpha).filter(|alpha| *alpha > LEAST_ALPHA);
@@ -247,6 +254,9 @@ impl BsdfAt<'_> {
 
     /// Albedo at normal incidence of what is rough, with that of the surface beneath, which is `diffuse`, as far as the layer lets light through.
     pub fn head_on_over(&self, reflectance: Vec3, diffuse: Vec3) -> Vec3 {
+        if self.bsdf.hair.is_some() {
+            return self.color_of_hair(reflectance);
+        }
         let through = 1.0 - dielectric(self.bsdf.index, 1.0);
         let layer = Vec3::from(self.fresnel(reflectance).at(1.0)) * self.solid;
         if !self.bsdf.has_more() {
@@ -267,6 +277,9 @@ impl BsdfAt<'_> {
         incoming: Vec3,
         seen_by: SeenBy,
     ) -> SeenBsdf {
+        if let Some(hair) = &self.bsdf.hair {
+            return self.seen_hair(hair, reflectance, [normal, tangent], incoming);
+        }
         let (alpha, albedos) = match seen_by {
             SeenBy::Eye => (self.alpha, &self.albedos),
             SeenBy::Path => (self.alpha_of_paths, &self.albedos_of_paths),
@@ -296,6 +309,7 @@ impl BsdfAt<'_> {
             added: self.emission * (1.0 - through),
             upper: None,
             widths: stretched.map(|(widths, _)| widths),
+            hair: None,
         };
         if !self.bsdf.has_more() {
             return seen;
@@ -303,6 +317,47 @@ impl BsdfAt<'_> {
         let upper = self.upper(to_eye.z, reflectance, [seen.albedo, seen.through], seen_by);
         let rough = self.rough(to_eye.z, reflectance);
         seen.with(upper, rough.map_or(Vec3::ONE, |(rough, _)| rough.shown), self.emission)
+    }
+}
+
+impl BsdfAt<'_> {
+    /// Colour that hair has in the end; `reflectance` is what samples store.
+    fn color_of_hair(&self, reflectance: Vec3) -> Vec3 {
+        Vec3::from(self.fresnel(reflectance).metal)
+    }
+
+    /// A fibre with these directions as a ray sees it.
+    fn seen_hair(
+        &self,
+        hair: &HairLobes,
+        reflectance: Vec3,
+        [normal, tangent]: [Vec3; 2],
+        incoming: Vec3,
+    ) -> SeenBsdf {
+        let along = tangent.try_normalize().unwrap_or_else(|| orthonormal(normal)[0]);
+        let [across, up] = orthonormal(along);
+        let axes = [along, across, up];
+        let to_eye = -Vec3::from(axes.map(|axis| axis.dot(incoming)));
+        // the sine of the angle between normal and eye, as seen along the fibre
+        let flat = |direction: Vec3| (direction - along * along.dot(direction)).try_normalize();
+        let offset = match (flat(normal), flat(-incoming)) {
+            (Some(normal), Some(to_eye)) => normal.cross(to_eye).dot(along),
+            _ => 0.0,
+        };
+        let hair = hair.seen(self.color_of_hair(reflectance), to_eye, offset);
+        SeenBsdf {
+            axes,
+            to_eye,
+            alpha: 1.0,
+            fresnel: self.fresnel(reflectance),
+            gain: Vec3::ZERO,
+            albedo: hair.albedo(),
+            through: Vec3::ONE,
+            added: Vec3::ZERO,
+            upper: None,
+            widths: None,
+            hair: Some(hair),
+        }
     }
 }
 

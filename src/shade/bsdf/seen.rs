@@ -7,6 +7,7 @@ use glam::Vec3;
 use super::coat::SeenCoat;
 use super::fresnel::Fresnel;
 use super::ggx;
+use super::hair::SeenHair;
 use super::seen_by::LEAST_ALPHA_OF_PATHS;
 use super::stretched::Widths;
 use super::upper::{Chances, Lobe, Upper};
@@ -60,6 +61,8 @@ pub struct SeenBsdf {
     pub(super) upper: Option<Upper>,
     /// Widths of the layer's lobe along both axes, if it is not round.
     pub(super) widths: Option<Widths<f32>>,
+    /// The fibre in place of all of that.
+    pub(super) hair: Option<SeenHair>,
 }
 
 /// Direction in which a surface reflects.
@@ -100,12 +103,18 @@ impl SeenBsdf {
 
     /// What of it reflects as a mirror does: one ray shows that. `None` if nothing does.
     pub fn smooth(self) -> Option<Self> {
+        if self.hair.is_some() {
+            return None;
+        }
         let Some(upper) = self.upper else { return Some(self).filter(Self::is_layer_smooth) };
         self.part(self.is_layer_smooth(), upper.smooth())
     }
 
     /// What of it reflects and is rough: paths show that. `None` if nothing is.
     pub fn rough(self) -> Option<Self> {
+        if self.hair.is_some() {
+            return Some(self);
+        }
         let Some(upper) = self.upper else { return Some(self).filter(|seen| !seen.is_layer_smooth()) };
         self.part(!self.is_layer_smooth(), upper.rough())
     }
@@ -113,6 +122,7 @@ impl SeenBsdf {
     /// Returns true if anything of it [is rough](Self::rough).
     pub fn is_rough(&self) -> bool {
         match &self.upper {
+            None if self.hair.is_some() => true,
             None => !self.is_layer_smooth(),
             Some(upper) => {
                 let of_layer = if self.is_layer_smooth() { Vec3::ZERO } else { self.albedo_of_layer() };
@@ -132,6 +142,13 @@ impl SeenBsdf {
 
     /// Samples a direction by two numbers from 0 to below 1, unless it leads into the surface.
     pub fn reflect(&self, random: [f32; 2]) -> Option<Reflected> {
+        if let Some(hair) = &self.hair {
+            let to_light = hair.sample(self.to_eye, random);
+            let (reflected, density) = hair.towards(self.to_eye, to_light);
+            let direction = self.to_world(to_light);
+            let weight = reflected / density;
+            return (density > 0.0).then_some(Reflected { direction, weight, density: Some(density) });
+        }
         match &self.upper {
             None => self.reflect_off_layer(random),
             Some(upper) => self.reflect_off_any(upper, random),
@@ -227,6 +244,9 @@ impl SeenBsdf {
     /// with which [`reflect`](Self::reflect) samples that direction. Both are of what is not a mirror.
     pub fn towards(&self, direction: Vec3) -> (Vec3, f32) {
         let to_light = self.to_local(direction);
+        if let Some(hair) = &self.hair {
+            return hair.towards(self.to_eye, to_light);
+        }
         let Some(Upper { coat, fuzz, chances, .. }) = &self.upper else {
             let reflected = ggx::reflected(self.alpha, &self.fresnel, self.to_eye, to_light) * self.gain;
             return (reflected, ggx::density(self.alpha, self.to_eye, to_light));
@@ -273,7 +293,7 @@ impl SeenBsdf {
                 reflected += ggx::reflected(coat.alpha, &coat.fresnel(), self.to_eye, to_light) * coat.gain;
             }
         }
-        if self.upper.is_none() && met && self.is_layer_smooth() {
+        if self.upper.is_none() && met && self.is_layer_smooth() && self.hair.is_none() {
             reflected = Vec3::ZERO;
         }
         (reflected * irradiance * PI, density)
@@ -282,8 +302,8 @@ impl SeenBsdf {
     /// Density with which [`reflect`](Self::reflect) samples `direction` (world space, unit length).
     pub fn density(&self, direction: Vec3) -> f32 {
         match self.upper {
-            None => ggx::density(self.alpha, self.to_eye, self.to_local(direction)),
-            Some(_) => self.towards(direction).1,
+            None if self.hair.is_none() => ggx::density(self.alpha, self.to_eye, self.to_local(direction)),
+            _ => self.towards(direction).1,
         }
     }
 

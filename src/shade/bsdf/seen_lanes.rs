@@ -7,6 +7,7 @@ use super::fuzz::FuzzLobe;
 use super::ggx;
 use super::mis::mis_weight;
 use super::rough_diffuse::RoughLanes;
+use super::seen::SeenBsdf;
 use super::stretched::StretchedLanes;
 use super::upper::{Chances, Upper};
 use crate::lanes::{F32x8, LANES, Mask, Vec3x8};
@@ -27,7 +28,7 @@ pub struct LayerRays {
 
 /// What eight surfaces reflect beside diffuse light, each as a ray sees it. A lane without a layer reflects nothing and lets everything
 /// through.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub struct SeenBsdfs {
     pub(super) normal: Vec3x8,
     pub(super) to_eye: Vec3x8,
@@ -48,9 +49,18 @@ pub struct SeenBsdfs {
     pub(super) more: Option<More>,
 }
 
-/// What eight surfaces have beside their layers. A lane without it reflects nothing.
+/// Fibres of those of eight surfaces that are hair: as they are seen, and as they were when directions were drawn.
 #[derive(Debug, Clone, Copy)]
+pub(super) struct HairLanes {
+    pub(super) seen: [Option<SeenBsdf>; LANES],
+    pub(super) drawn: [Option<SeenBsdf>; LANES],
+}
+
+/// What eight surfaces have beside their layers. A lane without it reflects nothing.
+#[derive(Debug, Clone)]
 pub(super) struct More {
+    /// Fibres, if any is hair.
+    pub(super) hair: Option<Box<HairLanes>>,
     /// What is matt and rough below the layers, if anything is.
     pub(super) rough: Option<RoughLanes>,
     /// Lobes of the layers as they are seen, and as they were when directions were drawn, if any is not round.
@@ -118,6 +128,9 @@ impl SeenBsdfs {
     /// Weight of a light's points beside the rays that see it, whose directions were `drawn` with this density.
     #[inline(always)]
     fn weight_of_points(&self, light_sample: &LightSample, radiance: &AreaRadiance, drawn: F32x8) -> F32x8 {
+        if !radiance.is_met {
+            return F32x8::ONE;
+        }
         let LightSample { direction, irradiance, .. } = *light_sample;
         // both densities times the irradiance: they would be infinite where it is next to nothing
         let by_points = density_of_points(radiance, direction);
@@ -152,11 +165,16 @@ impl SeenBsdfs {
         let of_fuzz = more.gain_of_fuzz * density_of_fuzz(&more.fuzz[0], [normal, to_eye], direction);
         // in this order, as layers alone are
         let [of_layer, of_coats, of_fuzz] = [of_layer, of_coats, of_fuzz].map(|light| light * irradiance);
-        let Some(radiance) = radiance else { return of_layer + of_coats + of_fuzz };
+        let of_hair = more.hair.as_ref().map(|hair| hair.reflected(direction) * irradiance);
+        let Some(radiance) = radiance else {
+            let light = of_layer + of_coats + of_fuzz;
+            return of_hair.map_or(light, |of_hair| light + of_hair);
+        };
         let weight = self.weight_of_points(light_sample, &radiance, self.drawn_by_all(more, direction));
         // nothing else shows mirrors that no ray follows
         let weight_of = |alpha: F32x8| alpha.gt(least).select(weight, F32x8::ONE);
         let light = of_layer * weight_of(self.alpha) + of_coats * weight_of(more.alpha) + of_fuzz * weight;
+        let light = of_hair.map_or(light, |of_hair| light + of_hair * weight);
         irradiance.is_some().select3(light, Vec3x8::ZERO)
     }
 
@@ -175,12 +193,37 @@ impl SeenBsdfs {
         // mirrors have no part in what is drawn: their chance is 0
         let part =
             |chance: F32x8, density: F32x8| chance.gt(F32x8::ZERO).select(density * chance, F32x8::ZERO);
-        part(layer, of_layer) + part(coat, of_coat) + part(fuzz, of_fuzz)
+        let drawn = part(layer, of_layer) + part(coat, of_coat) + part(fuzz, of_fuzz);
+        more.hair.as_ref().map_or(drawn, |hair| hair.drawn(direction, drawn))
+    }
+}
+
+impl HairLanes {
+    /// What the fibres send on of light from these directions, times the cosine, in the units of highlights; nothing of other surfaces.
+    fn reflected(&self, direction: Vec3x8) -> Vec3x8 {
+        let mut all = Vec3x8::ZERO;
+        for (lane, seen) in self.seen.iter().enumerate() {
+            if let Some(seen) = seen {
+                all.set_lane(lane, seen.towards(direction.lane(lane)).0 * PI);
+            }
+        }
+        all
+    }
+
+    /// Densities with which these directions were drawn; those of other surfaces as they are.
+    fn drawn(&self, direction: Vec3x8, mut drawn: F32x8) -> F32x8 {
+        for (lane, seen) in self.drawn.iter().enumerate() {
+            if let Some(seen) = seen {
+                drawn.set_lane(lane, seen.density(direction.lane(lane)));
+            }
+        }
+        drawn
     }
 }
 
 impl More {
     pub(super) const NONE: Self = Self {
+        hair: None,
         rough: None,
         stretched: None,
         alpha: F32x8::ONE,

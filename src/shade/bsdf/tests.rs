@@ -227,8 +227,9 @@ fn eight_coated_surfaces_are_seen_as_each_is_alone() {
             irradiance: lanes(Vec3::ONE),
             reaches: Mask::ALL,
         };
-        let [point, area] = [None, Some(AreaRadiance { full: Vec3::splat(2.0), beam: Beam::Even })]
-            .map(|radiance| eight.highlight(&sample, radiance));
+        let [point, area] =
+            [None, Some(AreaRadiance { full: Vec3::splat(2.0), beam: Beam::Even, is_met: true })]
+                .map(|radiance| eight.highlight(&sample, radiance));
         for (lane, look) in looks.iter().enumerate() {
             let one =
                 bsdfs.seen(*look, reflectance, SurfaceAxes::of_normals([Vec3::Z; 2]), incoming, SeenBy::Eye);

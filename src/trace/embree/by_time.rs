@@ -130,7 +130,7 @@ pub fn blocked<const N: usize>(
         }
         let (valid, way) = (Valid::first(numbers.len()), way_of(numbers.len(), way));
         match purpose {
-            Purpose::Shadow => scene.occluded(&valid, &mut ray, way),
+            Purpose::Shadow | Purpose::LinkedShadow(_) => scene.occluded(&valid, &mut ray, way),
             Purpose::Sight => scene.occluded_past(&valid, &mut ray, way, &|lane, met| {
                 let number = numbers[lane] as usize;
                 is_own(rays.packet(number / LANES), number % LANES, met)

@@ -20,17 +20,23 @@ pub struct CurvedPart {
 
 impl Primitives for CurvedPart {
     fn count(&self) -> u32 {
-        self.range.len() as u32
+        self.range.len() as u32 * self.of.boxes()
+    }
+
+    fn number(&self, primitive: u32) -> u32 {
+        primitive / self.of.boxes()
     }
 
     fn bounds(&self, primitive: u32) -> Bounds {
-        let geometry::Bounds { low, high } = self.of.bounds(self.range.start + primitive);
+        let (number, part) = (self.number(primitive), primitive % self.of.boxes());
+        let geometry::Bounds { low, high } = self.of.bounds_of_part(self.range.start + number, part);
         Bounds { lower: low.to_array(), upper: high.to_array() }
     }
 
     fn meet(&self, primitive: u32, ray: &Segment, ends_here: bool) -> Option<PrimitiveHit> {
-        let [hit, ..] = self.meet_four(primitive, &[(*ray, ends_here)]);
-        hit
+        let met = self.of.meet(self.range.start + self.number(primitive), &of_segment(ray, ends_here))?;
+        let Meeting { t, weights: [u, v] } = met;
+        Some(PrimitiveHit { t, u, v })
     }
 
     fn meet_four(&self, primitive: u32, rays: &[(Segment, bool)]) -> [Option<PrimitiveHit>; FOUR] {
@@ -38,13 +44,17 @@ impl Primitives for CurvedPart {
         // lanes without a ray repeat the last one
         let four = from_fn(|lane| {
             let (ray, ends_here) = &rays[lane.min(last)];
-            let (origin, direction) = (ray.origin.into(), ray.direction.into());
-            Ray { origin, direction, near: ray.near, far: ray.far, ends_here: *ends_here }
+            of_segment(ray, *ends_here)
         });
-        let (met, meetings) = self.of.meet_four(self.range.start + primitive, &four);
+        let (met, meetings) = self.of.meet_four(self.range.start + self.number(primitive), &four);
         from_fn(|lane| {
             let Meeting { t, weights: [u, v] } = meetings[lane];
             (met >> lane & 1 != 0).then_some(PrimitiveHit { t, u, v })
         })
     }
+}
+
+fn of_segment(ray: &Segment, ends_here: bool) -> Ray {
+    let (origin, direction) = (ray.origin.into(), ray.direction.into());
+    Ray { origin, direction, near: ray.near, far: ray.far, ends_here }
 }

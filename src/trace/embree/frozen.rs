@@ -122,7 +122,8 @@ pub fn freeze(
     let mut scene = EmbreeScene::new(device, quality, ROBUST)?;
     let mut firsts = [0; MOST_PARTS];
     // who sees a model, its instance says
-    let parts = parts_of(device, mesh, source, RayKinds::ALL)?;
+    let mask = |casts_shadow| mask::of_geometry(RayKinds::ALL, casts_shadow);
+    let parts = parts_of(device, mesh, source, mask)?;
     for Part { geometry, first, .. } in &parts {
         let GeometryId(id) = scene.attach(geometry)?;
         firsts[id as usize] = *first;
@@ -225,12 +226,12 @@ pub struct Part {
     pub casts_shadow: bool,
 }
 
-/// Parts of `mesh` that have primitives, made of `source`, for rays of the kinds that it is `seen_by`.
+/// Parts of `mesh` that have primitives, made of `source`. `mask_of`: the mask of those that cast shadows, or do not.
 pub fn parts_of(
     device: &Device,
     mesh: &Mesh,
     source: &Source<'_>,
-    seen_by: RayKinds,
+    mask_of: impl Fn(bool) -> u32,
 ) -> Result<Vec<Part>, TraceError> {
     let (count, split) = (mesh.count(), mesh.shadow_casting);
     let cutout = CutoutTest::new(mesh).map(Arc::new);
@@ -241,7 +242,7 @@ pub fn parts_of(
     for range in borders.windows(2).map(|ends| ends[0]..ends[1]).filter(|range| !range.is_empty()) {
         let (first, casts_shadow, is_cut) =
             (range.start as u32, range.start < split, cut.contains(&range.start));
-        let mask = mask::of_geometry(seen_by, casts_shadow);
+        let mask = mask_of(casts_shadow);
         let geometry = match source {
             Source::Triangles(Triangles { corners, .. }, vertices) => {
                 let corners = match range.len() == count {

@@ -2,12 +2,11 @@
 
 use embree::{ALL_TIMES, GeometryId, Scene as EmbreeScene};
 
-use super::mask;
+use super::mask::{self, SeenBy};
 use crate::animation::Transform;
 use crate::exposure::{TICKS, Tick};
 use crate::geometry::Bounds;
 use crate::pose::Pose;
-use crate::scene::RayKinds;
 use crate::sweep::Way;
 use crate::trace::TraceError;
 
@@ -20,7 +19,7 @@ pub struct Instance {
     /// Number of the model.
     pub model: usize,
     /// Rays that see it.
-    pub seen_by: RayKinds,
+    pub seen_by: SeenBy,
     /// Box around its mesh at rest, object space.
     pub bounds: Bounds,
 }

@@ -83,11 +83,11 @@ impl Tracer for EmbreeTracer<'_> {
         blocked: &mut [u16],
     ) {
         let (still, movable) = match (&self.casters, purpose) {
-            (Some(casters), Purpose::Shadow) => (casters.still, casters.movable),
+            (Some(casters), Purpose::Shadow | Purpose::LinkedShadow(_)) => (casters.still, casters.movable),
             _ => (self.still, self.movable),
         };
         let Some(scene) = (if by == Occluders::Still { Some(still) } else { movable }) else { return };
-        if coherence == Coherence::Incoherent && purpose == Purpose::Shadow {
+        if coherence == Coherence::Incoherent && purpose.is_shadow() {
             let mask = self.ray_mask(by, purpose);
             return one_by_one::blocked(scene, rays, mask, (self.times.as_ref(), LEAST_T), blocked);
         }
@@ -213,7 +213,9 @@ impl EmbreeTracer<'_> {
                 self.set_times(&mut ray, rays.ticks(number), first);
                 let valid = Valid::from_bits(in_part);
                 match purpose {
-                    Purpose::Shadow => scene.occluded(&valid, &mut ray, coherence),
+                    Purpose::Shadow | Purpose::LinkedShadow(_) => {
+                        scene.occluded(&valid, &mut ray, coherence);
+                    }
                     Purpose::Sight => scene.occluded_past(&valid, &mut ray, coherence, &|lane, met| {
                         self.is_own(packet, first + lane, met)
                     }),
@@ -237,7 +239,10 @@ impl EmbreeTracer<'_> {
     }
 
     fn ray_mask(&self, by: Occluders, purpose: Purpose) -> u32 {
-        mask::of_ray(purpose.kind(), by == Occluders::Moved, self.clear_passes)
+        match purpose {
+            Purpose::LinkedShadow(set) => mask::of_linked_ray(set, self.clear_passes),
+            _ => mask::of_ray(purpose.kind(), by == Occluders::Moved, self.clear_passes),
+        }
     }
 
     /// Returns true if a ray of `packet` has met the triangle that its own sample is on.

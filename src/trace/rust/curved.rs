@@ -1,6 +1,7 @@
-//! Curved geometry: each ray is traced by itself, through a tree over all primitives. Those of models that are
-//! still are in world space; for moving ones the ray is taken into the space of each.
+//! Curved geometry: each ray is traced by itself, through a tree over the models, and trees over the primitives of each geometry, which
+//! are built once. Geometry of models that are still is in world space; for moving ones the ray is taken into the space of each.
 
+use std::collections::HashMap;
 use std::sync::Arc;
 
 use glam::{Affine3A, Vec3};
@@ -13,33 +14,33 @@ use crate::geometry::Curved;
 use crate::geometry::curved::Ray;
 use crate::geometry::tree::{Box3, Tree};
 use crate::pose::Pose;
-use crate::scene::{RayKind, Scene};
+use crate::scene::{Model, Scene};
 use crate::trace::{HitPacket, LANES};
 
-/// A primitive of a curved geometry in a scene.
+/// A model of a curved geometry.
 #[derive(Debug, Clone)]
-struct Primitive {
+struct CurvedModel {
     of: Arc<dyn Curved>,
     model: u32,
-    number: u32,
-    casts_shadow: bool,
-    /// Bounds, object space.
-    bounds: Box3,
+    /// Number of its primitives that cast shadows, from the first on.
+    casting: u32,
+    /// Tree over its primitives, object space; its leaves are their numbers. Models of one mesh share it.
+    tree: Arc<Tree>,
 }
 
-/// All curved primitives of a scene, or those that cast shadows: still ones, and the others.
+/// All curved geometry of a scene, or what of it casts shadows: still models, and the others.
 pub struct CurvedPrimitives {
     still: Standing,
-    movable: Vec<Primitive>,
+    movable: Vec<CurvedModel>,
 }
 
-/// Curved primitives in one frame, or for the whole shot.
+/// Curved geometry in one frame, or for the whole shot.
 pub struct Standing {
-    primitives: Vec<Primitive>,
-    /// Places by primitive, for those that move.
+    models: Vec<CurvedModel>,
+    /// Places by model, for those that move.
     places: Vec<Place>,
-    /// Tree over the primitives, world space; its leaves are their numbers.
-    tree: Tree,
+    /// Tree over the models, world space; its leaves are their numbers here.
+    above: Tree,
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -50,50 +51,60 @@ struct Place {
 }
 
 impl CurvedPrimitives {
-    /// Collects the primitives of `scene` that rays of this kind see; `casters`: only those that cast shadows.
-    pub fn new(scene: &Scene, kind: RayKind, casters: bool) -> Self {
+    /// Collects the geometry of those models of `scene`, with their numbers, that rays `see`; `casters`: only primitives that cast shadows.
+    pub fn new(scene: &Scene, see: impl Fn(usize, &Model) -> bool, casters: bool) -> Self {
         let (mut still, mut movable) = (Vec::new(), Vec::new());
-        for (model, number) in
-            scene.models.iter().zip(0..).filter(|(model, _)| model.ray_visibility.is_seen_by(kind))
-        {
+        let mut trees: HashMap<(*const (), u32), Arc<Tree>> = HashMap::new();
+        let models = scene.models.iter().zip(0_u32..);
+        for (model, number) in models.filter(|(model, number)| see(*number as usize, model)) {
             let Some(curved) = model.mesh.as_curved() else { continue };
             let casting = model.mesh.shadow_casting as u32;
             let count = if casters { casting } else { curved.count() };
+            if count == 0 {
+                continue;
+            }
+            let tree = trees.entry((Arc::as_ptr(curved).cast(), count)).or_insert_with(|| {
+                let parts = curved.boxes();
+                let boxes: Vec<Box3> = (0..count * parts)
+                    .map(|number| {
+                        let bounds = curved.bounds_of_part(number / parts, number % parts);
+                        Box3 { low: bounds.low.to_array(), high: bounds.high.to_array() }
+                    })
+                    .collect();
+                Arc::new(Tree::new(&boxes, 1, |ids| ids[0] / parts))
+            });
             let list = if model.track.is_constant() { &mut still } else { &mut movable };
-            list.extend((0..count).map(|primitive| {
-                let bounds = curved.bounds(primitive);
-                let bounds = Box3 { low: bounds.low.to_array(), high: bounds.high.to_array() };
-                let (of, casts_shadow) = (Arc::clone(curved), primitive < casting);
-                Primitive { of, model: number, number: primitive, casts_shadow, bounds }
-            }));
+            list.push(CurvedModel { of: Arc::clone(curved), model: number, casting, tree: Arc::clone(tree) });
         }
-        let boxes: Vec<Box3> = still.iter().map(|primitive| primitive.bounds).collect();
-        let tree = Tree::new(&boxes, 1, |ids| ids[0]);
-        Self { still: Standing { primitives: still, places: Vec::new(), tree }, movable }
+        let boxes: Vec<Box3> = still.iter().map(|model: &CurvedModel| model.tree.bounds).collect();
+        let above = Tree::new(&boxes, 1, |ids| ids[0]);
+        Self { still: Standing { models: still, places: Vec::new(), above }, movable }
     }
 
-    /// Those that never move.
+    /// What never moves.
     pub fn still(&self) -> &Standing {
         &self.still
     }
 
-    /// Those that move, as they are in one frame.
+    /// What moves, as it is in one frame.
     pub fn open(&self, (pose, tick): (&Pose, Tick), moved: &[bool]) -> Standing {
-        let transform = |one: &Primitive| pose.transform(one.model as usize, tick);
-        let place =
-            |one: &Primitive| Place { to_object: transform(one).to_object, moved: moved[one.model as usize] };
-        let is_there = |one: &&Primitive| pose.models[one.model as usize].is_visible;
-        let primitives: Vec<Primitive> = self.movable.iter().filter(is_there).cloned().collect();
-        let boxes: Vec<Box3> = primitives.iter().map(|one| one.bounds.placed(transform(one))).collect();
-        let tree = Tree::new(&boxes, 1, |ids| ids[0]);
-        Standing { places: primitives.iter().map(place).collect(), primitives, tree }
+        let transform = |one: &CurvedModel| pose.transform(one.model as usize, tick);
+        let place = |one: &CurvedModel| Place {
+            to_object: transform(one).to_object,
+            moved: moved[one.model as usize],
+        };
+        let is_there = |one: &&CurvedModel| pose.models[one.model as usize].is_visible;
+        let models: Vec<CurvedModel> = self.movable.iter().filter(is_there).cloned().collect();
+        let boxes: Vec<Box3> = models.iter().map(|one| one.tree.bounds.placed(transform(one))).collect();
+        let above = Tree::new(&boxes, 1, |ids| ids[0]);
+        Standing { places: models.iter().map(place).collect(), models, above }
     }
 }
 
 impl Standing {
-    /// Returns true if there are none.
+    /// Returns true if there is none.
     pub fn is_empty(&self) -> bool {
-        self.primitives.is_empty()
+        self.models.is_empty()
     }
 
     /// Shortens the rays `used` to their first hits.
@@ -102,9 +113,9 @@ impl Standing {
         while used != 0 {
             let lane = first_of(used);
             used &= used - 1;
-            let (mut probe, ..) = rays.one(lane, best.t[lane], &self.tree.bounds);
-            let mut visitor = Closest { standing: self, rays, lane, best };
-            walk::<true, _>(&mut probe, &self.tree, stack, &mut visitor);
+            let (mut probe, ..) = rays.one(lane, best.t[lane], &self.above.bounds);
+            let mut visitor = ClosestModel { standing: self, rays, lane, best };
+            walk::<true, _>(&mut probe, &self.above, stack, &mut visitor);
         }
     }
 
@@ -123,30 +134,50 @@ impl Standing {
         while open != 0 {
             let lane = first_of(open);
             open &= open - 1;
-            let (mut probe, ..) = rays.one(lane, far[lane], &self.tree.bounds);
+            let (mut probe, ..) = rays.one(lane, far[lane], &self.above.bounds);
             let mut visitor =
-                Blocking { standing: self, moved_alone, rays, lane, exempt, far: &mut far[lane] };
-            walk::<false, _>(&mut probe, &self.tree, stack, &mut visitor);
+                BlockingModel { standing: self, moved_alone, rays, lane, exempt, far: &mut far[lane] };
+            walk::<false, _>(&mut probe, &self.above, stack, &mut visitor);
         }
     }
 
-    /// Ray number `lane`, in the space of a primitive.
+    /// The rays, of which number `lane` counts, in the space of a model that moves; `None` of one that does not.
     #[inline(always)]
-    fn ray(&self, primitive: usize, rays: &Rays, lane: usize, far: f32, ends_here: bool) -> Ray {
-        let of = |rays: &Rays| {
-            let [origin, direction] = [&rays.origin, &rays.direction];
-            let three = |rows: &[[f32; LANES]; 3]| Vec3::new(rows[0][lane], rows[1][lane], rows[2][lane]);
-            Ray { origin: three(origin), direction: three(direction), near: rays.near[lane], far, ends_here }
-        };
-        match self.places.get(primitive) {
-            Some(place) => of(&rays.transformed(&place.to_object, 1 << lane)),
-            None => of(rays),
-        }
+    fn rays_to(&self, model: usize, rays: &Rays, lane: usize) -> Option<Rays> {
+        self.places.get(model).map(|place| rays.transformed(&place.to_object, 1 << lane))
+    }
+}
+
+/// Ray number `lane`.
+#[inline(always)]
+fn ray(rays: &Rays, lane: usize, far: f32, ends_here: bool) -> Ray {
+    let three = |rows: &[[f32; LANES]; 3]| Vec3::new(rows[0][lane], rows[1][lane], rows[2][lane]);
+    let (origin, direction) = (three(&rays.origin), three(&rays.direction));
+    Ray { origin, direction, near: rays.near[lane], far, ends_here }
+}
+
+struct ClosestModel<'a> {
+    standing: &'a Standing,
+    rays: &'a Rays,
+    lane: usize,
+    best: &'a mut HitPacket,
+}
+
+impl Visitor<Line> for ClosestModel<'_> {
+    #[inline(always)]
+    fn visit(&mut self, probe: &mut Line, leaf: u32, stack: &mut Vec<Open>) {
+        let model = &self.standing.models[leaf as usize];
+        let inside = self.standing.rays_to(leaf as usize, self.rays, self.lane);
+        let rays = inside.as_ref().unwrap_or(self.rays);
+        let (mut inner, ..) = rays.one(self.lane, self.best.t[self.lane], &model.tree.bounds);
+        let mut visitor = Closest { model, rays, lane: self.lane, best: self.best };
+        walk::<true, _>(&mut inner, &model.tree, stack, &mut visitor);
+        probe.end_at(self.best.t[self.lane]);
     }
 }
 
 struct Closest<'a> {
-    standing: &'a Standing,
+    model: &'a CurvedModel,
     rays: &'a Rays,
     lane: usize,
     best: &'a mut HitPacket,
@@ -154,22 +185,17 @@ struct Closest<'a> {
 
 impl Visitor<Line> for Closest<'_> {
     #[inline(always)]
-    fn visit(&mut self, probe: &mut Line, leaf: u32, _: &mut Vec<Open>) {
-        let (primitive, lane) = (&self.standing.primitives[leaf as usize], self.lane);
-        let ray = self.standing.ray(leaf as usize, self.rays, lane, self.best.t[lane], false);
-        if let Some(met) = primitive.of.meet(primitive.number, &ray) {
-            put(
-                self.best,
-                lane,
-                [met.t, met.weights[0], met.weights[1]],
-                (primitive.model, primitive.number),
-            );
+    fn visit(&mut self, probe: &mut Line, primitive: u32, _: &mut Vec<Open>) {
+        let (model, lane) = (self.model, self.lane);
+        let ray = ray(self.rays, lane, self.best.t[lane], false);
+        if let Some(met) = model.of.meet(primitive, &ray) {
+            put(self.best, lane, [met.t, met.weights[0], met.weights[1]], (model.model, primitive));
             probe.end_at(self.best.t[lane]);
         }
     }
 }
 
-struct Blocking<'a> {
+struct BlockingModel<'a> {
     standing: &'a Standing,
     moved_alone: bool,
     rays: &'a Rays,
@@ -178,17 +204,42 @@ struct Blocking<'a> {
     far: &'a mut f32,
 }
 
-impl Visitor<Line> for Blocking<'_> {
+impl Visitor<Line> for BlockingModel<'_> {
     #[inline(always)]
-    fn visit(&mut self, probe: &mut Line, leaf: u32, _: &mut Vec<Open>) {
-        let (primitive, leaf) = (&self.standing.primitives[leaf as usize], leaf as usize);
+    fn visit(&mut self, probe: &mut Line, leaf: u32, stack: &mut Vec<Open>) {
+        let leaf = leaf as usize;
         let rests = self.standing.places.get(leaf).is_some_and(|place| !place.moved);
-        if self.exempt.clear && !primitive.casts_shadow || self.moved_alone && rests {
+        if self.moved_alone && rests || *self.far == f32::NEG_INFINITY {
             return;
         }
-        let is_own = self.exempt.is_own(self.lane, (primitive.model, primitive.number));
-        let ray = self.standing.ray(leaf, self.rays, self.lane, *self.far, is_own);
-        if *self.far != f32::NEG_INFINITY && primitive.of.meet(primitive.number, &ray).is_some() {
+        let model = &self.standing.models[leaf];
+        let inside = self.standing.rays_to(leaf, self.rays, self.lane);
+        let rays = inside.as_ref().unwrap_or(self.rays);
+        let (mut inner, ..) = rays.one(self.lane, *self.far, &model.tree.bounds);
+        let mut visitor = Blocking { model, rays, lane: self.lane, exempt: self.exempt, far: self.far };
+        walk::<false, _>(&mut inner, &model.tree, stack, &mut visitor);
+        probe.end_at(*self.far);
+    }
+}
+
+struct Blocking<'a> {
+    model: &'a CurvedModel,
+    rays: &'a Rays,
+    lane: usize,
+    exempt: Exempt<'a>,
+    far: &'a mut f32,
+}
+
+impl Visitor<Line> for Blocking<'_> {
+    #[inline(always)]
+    fn visit(&mut self, probe: &mut Line, primitive: u32, _: &mut Vec<Open>) {
+        let model = self.model;
+        if self.exempt.clear && primitive >= model.casting {
+            return;
+        }
+        let is_own = self.exempt.is_own(self.lane, (model.model, primitive));
+        let ray = ray(self.rays, self.lane, *self.far, is_own);
+        if *self.far != f32::NEG_INFINITY && model.of.meet(primitive, &ray).is_some() {
             *self.far = f32::NEG_INFINITY;
             probe.end_at(f32::NEG_INFINITY);
         }

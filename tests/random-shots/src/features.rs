@@ -78,6 +78,12 @@ pub fn features(trial: &Trial) -> BTreeSet<String> {
         }
     }
     let models: Vec<&Table> = list(shot, "model").collect();
+    if models.iter().any(|model| model.contains_key("subdivision")) {
+        add("subdivision".into());
+    }
+    if list(shot, "material").any(|material| material.contains_key("map_displacement")) {
+        add("displacement".into());
+    }
     let rests = |model: &Table| ["key", "shapes", "visible"].iter().all(|key| !model.contains_key(*key));
     let is_copied = |model: &&Table| {
         let is_same = |other: &&Table| rests(other) && other.get("obj") == model.get("obj");
@@ -111,6 +117,9 @@ pub fn features(trial: &Trial) -> BTreeSet<String> {
         if keys_of(light).any(|key| key.contains_key("color")) {
             add("light changes colour".into());
         }
+        for link in ["light_link", "shadow_link"].into_iter().filter(|link| light.contains_key(*link)) {
+            add(format!("light: {link}"));
+        }
         let sizes = ["size", "radius", "spread", "angle", "cone", "soft"];
         if keys_of(light).any(|key| sizes.iter().any(|size| key.contains_key(*size))) {
             add("light changes its size".into());
@@ -135,10 +144,15 @@ fn of_model(model: &Table, shot: &Table, add: &mut impl FnMut(String)) {
     if let Some(motion) = by_file {
         add(format!("model: glTF, {motion}"));
     }
+    let curves = model.get("curves").and_then(Value::as_table);
+    if let Some(file) = curves.and_then(|curves| curves.get("file")).and_then(Value::as_str) {
+        add(format!("curves: {}", file.trim_end_matches(".curves")));
+    }
+    let quadric = quadric.or(curves);
     let (shape, material) = match quadric {
         Some(quadric) => {
             let text = |key| quadric.get(key).and_then(Value::as_str).unwrap_or_default();
-            (text("type"), text("material"))
+            (if curves.is_some() { "curves" } else { text("type") }, text("material"))
         }
         None => named.unwrap_or_default(),
     };
@@ -171,6 +185,9 @@ fn of_model(model: &Table, shot: &Table, add: &mut impl FnMut(String)) {
     }
     for role in ["holdout", "shadow_catcher"].into_iter().filter(|role| model.contains_key(*role)) {
         add(format!("model: {role}"));
+    }
+    for link in ["light_link", "shadow_link"].into_iter().filter(|link| model.contains_key(*link)) {
+        add(format!("model: {link}"));
     }
     if material.contains('+') {
         add("small things: of two materials".into());

@@ -38,6 +38,9 @@ pub const SMALL_SHAPES: [&str; 8] = [
 /// Materials that meshes name: the last part of a mesh's name. Those of two, as in `m0+m3`, have them in turn.
 pub const MATERIALS: [&str; 6] = ["m0", "m1", "m2", "m3", "m4", "m5"];
 
+/// Curves that models may be: thick loops, fur of thin hairs, chains whose links meet at sharp corners.
+pub const CURVES: [&str; 3] = ["loops.curves", "fur.curves", "chains.curves"];
+
 /// Textures that materials may name.
 pub const TEXTURES: [&str; 3] = ["checks.bmp", "black.bmp", "fine.bmp"];
 
@@ -65,6 +68,9 @@ pub fn content(name: &str) -> Option<Vec<u8>> {
             Some(bmp(4, |x, y| [(64 * x) as u8, (200 - 40 * y) as u8, (255 - 50 * ((x + y) % 4)) as u8]))
         }
         MAP => Some(hdr()),
+        "loops.curves" => Some(loops().into_bytes()),
+        "fur.curves" => Some(fur().into_bytes()),
+        "chains.curves" => Some(chains().into_bytes()),
         _ if name.ends_with(".mtlx") => {
             Some(mtlx::file(name.strip_suffix(".mtlx")?.parse().ok()?).into_bytes())
         }
@@ -319,6 +325,10 @@ fn obj(mesh: &Mesh, material: &str, bend: u32) -> String {
         }
         text.push('\n');
     }
+    // what only cages have: sharp for ever, for a while, and a point
+    if mesh.corners.len() >= 4 {
+        text.push_str("t crease 3/2/0 0 1 2 10 1.4\nt corner 1/1/0 3 2.5\n");
+    }
     text
 }
 
@@ -343,6 +353,51 @@ fn bmp(side: usize, color: impl Fn(usize, usize) -> [u8; 3]) -> Vec<u8> {
 }
 
 /// 8 x 4 pixels: dim, with one bright spot.
+/// Curves of B-splines that go around each other, thicker here and thinner there, with a colour each.
+fn loops() -> String {
+    let mut text = String::from("basis bspline\n");
+    for turn in 0..3 {
+        text.push_str("curve\n");
+        for step in 0..9 {
+            let (along, around) = (f64::from(step) / 8.0, f64::from(step) * 1.3 + f64::from(turn) * 2.1);
+            let [x, y, z] = [0.6 * around.cos(), 2.0 * along - 1.0, 0.6 * around.sin()];
+            let radius = 0.05 + 0.06 * f64::from((step + turn) % 3);
+            let [red, green] = [f64::from(turn) / 2.0, along];
+            _ = writeln!(text, "{x} {y} {z} {radius} {red} {green} 0.4");
+        }
+    }
+    text
+}
+
+/// Hairs on a square, with texture coordinates, that bend away from its middle and end in tips.
+fn fur() -> String {
+    let mut text = String::from("basis catmull-rom\nradius 0.02 0\n");
+    for hair in 0..144 {
+        let [x, z] = [hair % 12, hair / 12].map(|at| (f64::from(at) + 0.3) / 6.0 - 1.0);
+        _ = writeln!(text, "curve {} {}", 0.5 + 0.5 * x, 0.5 + 0.5 * z);
+        for step in 0..4 {
+            let up = f64::from(step) / 3.0;
+            _ = writeln!(text, "{} {} {}", x * (1.0 + 0.5 * up * up), 0.6 * up, z * (1.0 + 0.3 * up * up));
+        }
+    }
+    text
+}
+
+/// Straight pieces that fold back on themselves, and points with a sphere each that hold others.
+fn chains() -> String {
+    let mut text = String::from("radius 0.12\n");
+    for chain in 0..3 {
+        text.push_str("curve\n");
+        let x = f64::from(chain) - 1.0;
+        for step in 0..6 {
+            let (side, up) = (f64::from(step % 2) - 0.5, 0.35 * f64::from(step) - 0.9);
+            let radius = if step == 3 { 0.3 } else { 0.05 + 0.04 * f64::from(step) };
+            _ = writeln!(text, "{} {up} {} {radius}", x + 0.6 * side, 0.4 * side);
+        }
+    }
+    text
+}
+
 fn hdr() -> Vec<u8> {
     let mut bytes = Vec::from(*b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 4 +X 8\n");
     for pixel in 0..32_u8 {

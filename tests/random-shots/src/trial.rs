@@ -35,8 +35,9 @@ impl Variation {
 /// Frames that proofs look ahead: as many as usual, or so few that proofs end within a shot.
 pub const AHEAD: [i32; 4] = [16, 1, 2, 4];
 
-/// Keys of a model that say what rays see of it, and nothing of its place.
-const OF_RAYS: [&str; 3] = ["hidden_from", "holdout", "shadow_catcher"];
+/// Keys of a model that say what rays see of it, or what links know of it, and nothing of its place.
+const OF_RAYS: [&str; 7] =
+    ["hidden_from", "holdout", "shadow_catcher", "groups", "light_link", "shadow_link", "light_group"];
 
 /// A model without some of its keys.
 fn without(model: &Table, keys: &[&str]) -> Table {
@@ -127,8 +128,10 @@ impl Trial {
                     rest.insert(key.into(), shape.into());
                 }
             }
-            if let Some(Value::Table(quadric)) = rest.get_mut("quadric") {
-                quadric.remove("material");
+            for key in ["quadric", "curves"] {
+                if let Some(Value::Table(shape)) = rest.get_mut(key) {
+                    shape.remove("material");
+                }
             }
             rest
         };

@@ -177,3 +177,52 @@ fn a_dome_without_its_picture_is_even_and_says_so() {
     let shot = scene::load(&folder.path().join("m.usda"), true).unwrap();
     assert!(shot.warnings.is_empty() && shot.scene.environment.is_some(), "{:?}", shot.warnings);
 }
+
+/// Names of the models of a shot that are meant.
+fn meant(shot: &Shot, names: &scene::ModelNames) -> Vec<String> {
+    shot.scene.models.iter().filter(|model| names.has(model)).map(|model| model.name.clone()).collect()
+}
+
+#[test]
+fn collections_link_lights_to_models() {
+    let mesh = |name: &str| format!("def Mesh \"{name}\" {{ {TRIANGLE} }}\n");
+    let set = format!("def Xform \"Set\" {{\n{}{}}}\n", mesh("Wall"), mesh("Floor"));
+    let light = |name: &str, collections: &str| {
+        format!("def SphereLight \"{name}\" {{\n float inputs:intensity = 3\n{collections}}}\n")
+    };
+    let link = "collection:lightLink";
+    let lights = [
+        light("All", ""),
+        light(
+            "Of",
+            &format!(
+                "bool {link}:includeRoot = 0\n rel {link}:includes = [</Set>, </Hero>]\n rel {link}:excludes = </Set/Floor>\n"
+            ),
+        ),
+        light("But", &format!("rel {link}:excludes = </Set>\n rel {link}:includes = </Set/Wall>\n")),
+        light(
+            "Exact",
+            &format!(
+                "bool {link}:includeRoot = 0\n uniform token {link}:expansionRule = \"explicitOnly\"\n rel {link}:includes = [</Set>, </Hero>]\n"
+            ),
+        ),
+        light("Shadows", "rel collection:shadowLink:excludes = </Hero>\n"),
+        light(
+            "None",
+            "bool collection:shadowLink:includeRoot = 0\n rel collection:shadowLink:includes = </Away>\n",
+        ),
+        light("Nothing", &format!("bool {link}:includeRoot = 0\n rel {link}:includes = </Away>\n")),
+    ];
+    let shot = shown(METRES, &(mesh("Hero") + &set + &lights.concat()));
+    let names: Vec<&str> = shot.scene.lights.iter().map(|light| light.name.as_str()).collect();
+    // what is linked to nothing that is shown is left out
+    assert_eq!(names, ["All", "Of", "But", "Exact", "Shadows", "None"]);
+    let [hero, wall, floor] = ["m/Hero", "m/Set/Wall", "m/Set/Floor"];
+    let lit: Vec<Vec<String>> =
+        shot.scene.lights.iter().map(|light| meant(&shot, &light.links.receivers)).collect();
+    let all = vec![hero, wall, floor];
+    assert_eq!(lit, [all.clone(), vec![hero, wall], vec![hero, wall], vec![hero], all.clone(), all.clone()]);
+    let shadows: Vec<Vec<String>> =
+        shot.scene.lights[3..].iter().map(|light| meant(&shot, &light.links.blockers)).collect();
+    assert_eq!(shadows, [all, vec![wall, floor], vec![]]);
+}

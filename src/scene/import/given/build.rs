@@ -86,7 +86,7 @@ fn part(model: &GivenModel, mesh: Arc<Mesh>, shapes: Option<ShapeTrack>) -> Opti
     let NodeTrack { map, visible } = NodeTrack::through(model.places.clone(), &[])?;
     let stated = Visibility::through(model.is_visible, model.visible.clone())?;
     let (name, visible, ray_visibility) = (model.name.clone(), visible.and(&stated), model.ray_visibility);
-    Some(PartOfFile { name, mesh, map, visible, shapes, ray_visibility })
+    Some(PartOfFile { name, mesh, map, visible, shapes, ray_visibility, linked: model.linked.clone() })
 }
 
 /// Gives a mesh its shapes.

@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use glam::DAffine3;
 
-use crate::scene::RayVisibility;
 use crate::scene::import::faces::are_within_reach;
+use crate::scene::{Linked, RayVisibility};
 
 /// Path of the shot in messages about the whole of it.
 pub const NAME: &str = "scene";
@@ -53,6 +53,8 @@ pub struct GivenModel {
     pub visible: Vec<(f64, bool)>,
     /// What rays of each kind see of it.
     pub ray_visibility: RayVisibility,
+    /// What links of lights know of it.
+    pub linked: Linked,
 }
 
 /// All models of a scene.

@@ -153,6 +153,7 @@ impl GltfFiles {
                     visible,
                     shapes,
                     ray_visibility: Default::default(),
+                    linked: Default::default(),
                 });
                 continue;
             };
@@ -166,6 +167,7 @@ impl GltfFiles {
                     visible,
                     shapes,
                     ray_visibility: Default::default(),
+                    linked: Default::default(),
                 });
             }
         }

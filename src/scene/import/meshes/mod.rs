@@ -1,6 +1,7 @@
 //! Meshes of files that hold one: OBJ files with their MTL files, and PLY files. Each is read once.
 
 mod black;
+mod cages;
 mod libraries;
 mod mesh_of_obj;
 mod obj_parts;
@@ -26,6 +27,7 @@ use crate::scene::keys::spelling;
 use crate::scene::mesh::Groups;
 use crate::scene::warnings::limits;
 use crate::scene::{Mesh, SceneError};
+use crate::subdivision::Scheme;
 
 /// Maximum number of unknown materials of a file that get a warning each.
 const MOST_NAMED: usize = 10;
@@ -41,6 +43,8 @@ pub(in crate::scene) struct MeshFiles {
     files: HashMap<PathBuf, MeshFile>,
     /// Objects and groups that are models of their own.
     parts: Parts,
+    /// Meshes that stand for cages, by the address of the mesh that the file is by itself.
+    caged: HashMap<(*const Mesh, Scheme), Arc<Mesh>>,
     /// Deforming meshes, by file and the source of their shapes.
     deforming: HashMap<(PathBuf, ShapeSource), ReadShapes>,
 }
@@ -49,6 +53,8 @@ pub(in crate::scene) struct MeshFiles {
 struct MeshFile {
     /// Its mesh, in object space.
     pub mesh: Arc<Mesh>,
+    /// Indices of its materials, by their names in the file.
+    materials: HashMap<String, u16>,
     /// Objects of the mesh, which are runs of its triangles as groups are.
     pub objects: Groups,
     /// Origins in the file of the mesh's vertices.
@@ -136,11 +142,13 @@ impl MeshFile {
         let (defined, complete) = libraries(import, &obj, path)?;
         let defined = Definitions { all: &defined, complete, kd_beside_map };
         let ids = defined.settle_all(import, &obj, path)?;
+        let named = obj.materials.iter().zip(&ids);
+        let materials = named.map(|(named, id)| (named.name.clone(), *id)).collect();
         let (mesh, objects) = mesh_of(import.arranger(), obj, &ids);
         if let Some(message) = limits::coarse(&mesh) {
             import.findings.note(SceneError::new(path, message));
         }
-        Ok(Self { mesh: Arc::new(mesh), objects, origins })
+        Ok(Self { mesh: Arc::new(mesh), materials, objects, origins })
     }
 }
 

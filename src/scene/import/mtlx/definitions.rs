@@ -8,10 +8,11 @@ use crate::graph::nodes;
 const BEGIN: &str = "ND_";
 
 /// Nodes that are known beside those that are arithmetic, patterns or pictures.
-const OTHERS: [&str; 13] = [
+const OTHERS: [&str; 14] = [
     "UsdPrimvarReader",
     "blender_bump",
     "bump",
+    "displacement",
     "dot",
     "geomcolor",
     "geompropvalue",

@@ -113,6 +113,7 @@ impl<'d> Walk<'d, '_> {
         let is_encoded = is_color && self.is_encoded(node.line, stated.space.as_deref(), true);
         let asked = PictureAsked {
             file: format!("{}{file}", stated.file_prefix),
+            plain: String::from(file),
             line: node.line,
             mapping: Mapping {
                 linear: map.matrix2,

@@ -15,6 +15,8 @@ pub const HEXAGONS: &str = "hextiledimage";
 pub(in crate::scene) struct PictureAsked {
     /// Name of the file.
     pub file: String,
+    /// The same without the prefix that the document states: some write it into both.
+    pub plain: String,
     /// Line of the node.
     pub line: usize,
     /// Places of texture coordinates on it.

@@ -2,14 +2,15 @@
 
 use glam::Vec3;
 
-use super::document::{Document, Element};
+use super::document::{Document, Element, Stated};
 use super::picture_nodes::Pictures;
 use super::volumes;
 use super::walk::{Finding, Value, Walk};
 use crate::graph::{Graph, Input, Kind, numbers};
 use crate::scene::SceneError;
 use crate::scene::import::surfaces::spread::of_aspect;
-use crate::scene::surface::{ALL, Heights, INDEX_OF_COAT, Parameter, Surface};
+use crate::scene::material::Along;
+use crate::scene::surface::{ALL, Displaced, Heights, INDEX_OF_COAT, Parameter, Surface};
 
 /// From inputs of a shader to parameters. Inputs that are not here are told, unless they have no value.
 struct Shader {
@@ -164,7 +165,7 @@ fn is_there(shader: &Element, input: &str) -> bool {
 }
 
 /// Inputs of materials that lead to shaders.
-const SHADERS: [&str; 2] = ["surfaceshader", "volumeshader"];
+const SHADERS: [&str; 3] = ["surfaceshader", "displacementshader", "volumeshader"];
 
 /// See [`super::surface`].
 pub fn surface(
@@ -207,6 +208,9 @@ pub fn surface(
     let mut surface = Surface::new(name, Graph::default());
     surface.volume = volume;
     bend_normals(&mut walk, shader, &mut surface)?;
+    if let Some(stated) = material.input("displacementshader") {
+        surface.displaced = displaced(&mut walk, material, stated)?;
+    }
     surface.graph = std::mem::take(&mut walk.graph);
     for (parameter, (value, kind)) in found {
         let value = surface.graph.converted(value, kind, ALL[parameter as usize].kind);
@@ -278,6 +282,33 @@ fn heights(walk: &mut Walk<'_, '_>, node: &Element) -> Result<Option<Heights>, S
     let height = walk.graph.converted(height, kind, Kind::Number);
     let distance = number(walk, node, if node.category == "blender_bump" { "distance" } else { "scale" })?;
     Ok(Some(Heights { height, distance, strength: number(walk, node, "strength")? }))
+}
+
+/// What moves vertices: a `displacement`, whose vectors are along the tangent, across it and along the normal, or one of Blender's.
+fn displaced(
+    walk: &mut Walk<'_, '_>,
+    material: &Element,
+    stated: &Stated,
+) -> Result<Option<Displaced>, SceneError> {
+    let Some(node) = stated.node.as_deref().and_then(|name| walk.document.element("", name)) else {
+        walk.tell(material.line, String::from("`displacementshader` names no node: nothing is displaced"));
+        return Ok(None);
+    };
+    let is_of_blender = node.category == "blender_displacement";
+    if !is_of_blender && node.category != "displacement" {
+        walk.tell(node.line, format!("displacement by nodes `{}` is not used", node.category));
+        return Ok(None);
+    }
+    let Some(value) = node.input("displacement") else { return Ok(None) };
+    let Some((by, kind)) = walk.value(node, value)? else { return Ok(None) };
+    let along = match walk.document.text(node, "space") {
+        Some("object") if is_of_blender => Along::ObjectSpace,
+        _ if kind == Kind::Number => Along::Normal,
+        _ => Along::TangentSpace,
+    };
+    let middle =
+        if is_of_blender && node.input("midlevel").is_some() { number(walk, node, "midlevel")? } else { 0.0 };
+    Ok(Some(Displaced { by, scale: number(walk, node, "scale")?, middle, along }))
 }
 
 /// A number that a node states; 1 where it states none, or a graph gives it.

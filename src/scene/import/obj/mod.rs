@@ -10,6 +10,7 @@
 //! What comes out depends neither on the pieces nor on the threads. Where something is wrong, the text
 //! is read once more, in order, to say where (`fault`).
 
+pub(crate) mod cage;
 mod column;
 mod fault;
 mod join;

@@ -10,11 +10,11 @@ use crate::lanes::Vec3x8;
 use crate::media::phase::MOST_ANISOTROPY;
 use crate::scene::Material;
 use crate::scene::material::{
-    Anisotropy, Bump, ByParameter, Coat, Computes, Entry, Fuzz, LARGEST_COLOR, LEAST_ALPHA, MetalRough,
-    Optics, Scattering, UnevenGlass, head_on, index_of,
+    Anisotropy, Bump, ByParameter, Coat, Computes, Displacement, Entry, Fuzz, LARGEST_COLOR, LEAST_ALPHA,
+    MetalRough, Optics, Scattering, UnevenGlass, head_on, index_of,
 };
 use crate::scene::medium::Medium;
-use crate::scene::surface::{ALL, Beyond, Parameter, Surface, Value, Volume};
+use crate::scene::surface::{ALL, Beyond, Displaced, Parameter, Surface, Value, Volume};
 use crate::shade::optics::of_both_walls;
 
 /// What is told of glass with two graphs of colours.
@@ -64,6 +64,7 @@ impl Surface {
             diffuse_map: self.base_picture,
             has_vertex_colors: self.is_tinted,
             bump: bump(&self),
+            displacement: displacement(&self),
             ..self.reflecting(through, base, glass.map(|glass| glass.uneven))
         };
         Settled { material, graphs: Graphs::new(self.graph, inputs) }
@@ -148,6 +149,20 @@ impl Surface {
             absorption: if is_glass { self.absorption() } else { Vec3::ZERO },
             ..Material::fallback()
         };
+        if let Some(hair) = beyond.hair {
+            // it counts as metal, so that nothing of it is matt: its colour is kept with samples as that of metal is
+            let layer = MetalRough { base, roughness: 1.0, metallic: 1.0, head_on: 0.0, solid: 1.0 };
+            return Material {
+                diffuse: Vec3::ZERO,
+                metal_rough: Some(layer),
+                hair: Some(hair),
+                optics: Optics::Opaque,
+                scattering: None,
+                absorption: Vec3::ZERO,
+                uneven_glass: None,
+                ..plain
+            };
+        }
         if !has_layer && (is_glass || fuzz.is_none() && diffuse_roughness == 0.0) {
             let layer = self.layer_of_glass(optics);
             let phong = beyond.phong.filter(|_| layer.is_none());
@@ -408,6 +423,14 @@ fn bump(surface: &Surface) -> Option<Bump> {
     let Input::Node(_) = heights.height else { return None };
     let height = Arc::new(Program::new(&surface.graph, heights.height));
     Some(Bump { height, distance: heights.distance, strength: heights.strength.clamp(0.0, 1.0) })
+}
+
+/// What moves vertices, unless it is none.
+fn displacement(surface: &Surface) -> Option<Displacement> {
+    let Displaced { by, scale, middle, along } = surface.displaced?;
+    let is_none = scale == 0.0 || matches!(by, Input::Constant(value) if value == Vec3::splat(middle));
+    let program = || Arc::new(Program::new(&surface.graph, by));
+    (!is_none).then(|| Displacement { program: program(), scale, middle, along })
 }
 
 /// The base colour, with its weight.

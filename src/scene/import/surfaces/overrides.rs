@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use crate::graph::nodes::picture;
 use crate::scene::cutout::LEAST_OPACITY;
 use crate::scene::import::Import;
 use crate::scene::import::mtl::statements::Statements;
@@ -11,7 +12,9 @@ use crate::scene::import::mtlx::{self, Document};
 use crate::scene::import::pictures::Named;
 use crate::scene::keys::material::AlphaMode;
 use crate::scene::keys::spelling;
-use crate::scene::surface::{Alpha, Parameter, PlaceAlpha, Surface, Value};
+use crate::scene::material::Along;
+use crate::scene::paths::find_beside;
+use crate::scene::surface::{Alpha, Displaced, Parameter, PlaceAlpha, Surface, Value};
 use crate::scene::{Material, SceneError};
 
 impl Import {
@@ -134,6 +137,13 @@ impl Import {
                 surface.normals = (!self.pictures.is_stand_in(index)).then_some((index, map.slope));
             }
         }
+        if let Some(map) = &maps[MapUse::Displacement] {
+            let used = MapUse::Displacement;
+            let index = self.picture(map, asking(used), used.of_picture())?;
+            let by = picture::add(&mut surface.graph, index, map.channel, None);
+            let stated = Displaced { by, scale: map.slope, middle: map.middle, along: Along::Normal };
+            surface.displaced = (!self.pictures.is_stand_in(index)).then_some(stated);
+        }
         let material = surface.material();
         for used in PARAMETERS {
             let Some(map) = &maps[used] else { continue };
@@ -171,7 +181,10 @@ impl Import {
         let folder = path.parent().unwrap_or(Path::new(""));
         let Self { pictures, findings, .. } = self;
         let (surface, told) = mtlx::surface(&document, name, &mut |asked| {
-            let named = Named { file: &asked.file, folder, asking: path, line: asked.line, space: None };
+            let is_plain =
+                find_beside(folder, &asked.file).is_none() && find_beside(folder, &asked.plain).is_some();
+            let file = if is_plain { &asked.plain } else { &asked.file };
+            let named = Named { file, folder, asking: path, line: asked.line, space: None };
             let index = pictures.index_at(&named, asked.mapping, findings, asked.used)?;
             Ok(Some(index).filter(|index| asked.has_stand_in || !pictures.is_stand_in(*index)))
         })?;

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use crate::scene::SceneError;
 use crate::scene::import::Import;
 use crate::scene::import::part_of_file::PartOfFile;
+use crate::scene::import::usd::StageChoice;
 use crate::scene::turntable::Options;
 use crate::scene::written::{BareShot, Written};
 
@@ -45,7 +46,12 @@ impl UsdFiles {
     /// Refuses the file at `path`.
     ///
     /// # Errors Always.
-    pub fn models(&mut self, _: &mut Import, path: &Path) -> Result<Arc<Vec<PartOfFile>>, SceneError> {
+    pub fn models(
+        &mut self,
+        _: &mut Import,
+        path: &Path,
+        _: &StageChoice,
+    ) -> Result<Arc<Vec<PartOfFile>>, SceneError> {
         Err(refused(path))
     }
 }

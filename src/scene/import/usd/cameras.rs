@@ -5,14 +5,17 @@ use std::collections::BTreeSet;
 use glam::{DAffine3, DVec2};
 use openusd::usd::Prim;
 
-use super::file::{Clock, LensKey, UsdCamera};
-use super::value::{Answer, codes, number, numbers, value, word};
+use super::clock::Clock;
+use super::file::{LensKey, UsdCamera};
+use super::render::{Conform, RenderSettings};
+use super::value::{Answer, codes, codes_read, number, numbers, value, word};
 use crate::animation::Track;
 use crate::scene::camera::{FARTHEST_PLANE, Projection};
 use crate::scene::import::cameras::{self, settings, size_of_ratio};
 use crate::scene::keys::camera::{CameraKey, ShutterTable};
 use crate::scene::keys::toml_text::{At, List};
 use crate::scene::keys::{FileTables, Rate};
+use crate::settings::Look;
 
 /// Lengths of cameras are in tenths of a unit.
 const TENTH: f64 = 0.1;
@@ -26,6 +29,16 @@ const LENS: [(&str, f64); 7] = [
     ("verticalApertureOffset", 0.0),
     ("fStop", 0.0),
     ("focusDistance", 0.0),
+];
+
+/// Attributes of the exposure, and what they are if the file does not say: in stops, as ISO 100 films, in seconds, and for a lens with
+/// an f-number of 1.
+const EXPOSURE: [(&str, f64); 5] = [
+    ("exposure", 0.0),
+    ("exposure:iso", 100.0),
+    ("exposure:time", 1.0),
+    ("exposure:fStop", 1.0),
+    ("exposure:responsivity", 1.0),
 ];
 
 /// Attribute of the distances of clipping planes.
@@ -45,7 +58,7 @@ pub fn read(
     let mut frames: BTreeSet<u64> = BTreeSet::new();
     let mut zooms = Vec::new();
     for (name, _) in LENS {
-        let times = codes(prim, name)?;
+        let times = codes_read(prim, name, clock)?;
         if times.len() > 1 {
             zooms.extend(times.iter().map(|code| clock.frame(*code)));
         }
@@ -56,7 +69,7 @@ pub fn read(
         let whole = (first.ceil() as i64..=last.floor() as i64).take(1 << 20);
         zooms.extend(whole.map(|frame| frame as f64));
     }
-    let times = codes(prim, PLANES)?;
+    let times = codes_read(prim, PLANES, clock)?;
     if times.len() > 1 {
         frames.extend(times.iter().map(|code| clock.frame(*code).to_bits()));
     }
@@ -94,7 +107,29 @@ pub fn read(
         ratio,
         keys,
         shutter: [shutter("shutter:open")?, shutter("shutter:close")?],
+        stops: stops(prim, start, unused)?,
     })
+}
+
+/// Stops by which the exposure of a camera makes pictures brighter (UsdGeomCamera, ComputeLinearExposureScale).
+fn stops(prim: &Prim, code: f64, unused: &mut BTreeSet<String>) -> Answer<f64> {
+    let mut values = [0.0; 5];
+    for (value, (name, default)) in values.iter_mut().zip(EXPOSURE) {
+        *value = number(prim, name, code)?.unwrap_or(default);
+        if codes(prim, name)?.len() > 1 {
+            unused.insert(String::from(
+                "exposures of cameras do not change with time: that of the first frame is used",
+            ));
+        }
+    }
+    let [exposure, iso, time, f_number, responsivity] = values;
+    let stops = exposure + (time * iso * responsivity / (100.0 * f_number * f_number)).log2();
+    if stops.abs() <= f64::from(Look::MOST_EXPOSURE) {
+        return Ok(stops);
+    }
+    unused
+        .insert(format!("the exposure of the camera {} is beyond all bounds, and is not used", prim.path()));
+    Ok(0.0)
 }
 
 /// Reads a camera at a frame. Returns also the ratio of its width to its height.
@@ -139,24 +174,30 @@ fn planes(prim: &Prim, code: f64) -> Answer<Option<[f64; 2]>> {
     Ok(stated.and_then(|range| range.try_into().ok()))
 }
 
-/// The tables of a camera and its settings; `size`: of a picture whose ratio makes no sense; `stated`: that which the file says.
+/// The tables of a camera and its settings; `size`: of a picture whose ratio makes no sense; `render`: what the file says of its picture.
 pub fn tables(
     camera: &UsdCamera,
-    (size, stated): ([u32; 2], Option<[u32; 2]>),
+    size: [u32; 2],
+    render: Option<&RenderSettings>,
     (frames, rate): (String, Rate),
 ) -> FileTables {
+    let stated = render.and_then(|render| render.size);
+    let conform = render.map_or(Conform::default(), |render| render.conform);
+    let is_frozen = render.is_some_and(|render| render.is_frozen);
+    let is_sharp = render.is_some_and(|render| render.is_sharp);
     let size = stated.or_else(|| size_of_ratio(camera.ratio)).unwrap_or(size);
     let ratio = stated.map_or(camera.ratio, |[width, height]| f64::from(width) / f64::from(height));
     let [open, close] = camera.shutter;
     let is_shutter = open < close && open >= -1.0 && close <= 1.0 && close - open <= 1.0;
-    let shutter = is_shutter.then(|| ShutterTable {
+    let shutter = (is_shutter && !is_frozen).then(|| ShutterTable {
         open: Some(At::of(open)),
         close: Some(At::of(close)),
         curve: None,
     });
     let mut before: Option<LensKey> = None;
     let keys = camera.keys.iter().map(|key| {
-        let key = conformed(key, camera, ratio);
+        let key = conformed(key, camera, ratio, conform);
+        let key = LensKey { focus: key.focus.filter(|_| !is_sharp), ..key };
         let own = changed(&key, before.as_ref(), camera.is_orthographic);
         before = Some(key);
         own
@@ -170,10 +211,10 @@ pub fn tables(
     }
 }
 
-/// A key for a picture of another shape than the camera's: the aperture grows in one direction, as in Pixar's library (UsdRender,
-/// `aspectRatioConformPolicy`, "expandAperture").
-fn conformed(key: &LensKey, camera: &UsdCamera, ratio: f64) -> LensKey {
-    let grown = (camera.ratio / ratio).max(1.0);
+/// A key for a picture of another shape than the camera's, whose aperture changes as in Pixar's library (UsdRender,
+/// `aspectRatioConformPolicy`).
+fn conformed(key: &LensKey, camera: &UsdCamera, ratio: f64, conform: Conform) -> LensKey {
+    let grown = conform.height(camera.ratio, ratio);
     let fov_or_height = match camera.is_orthographic {
         true => key.fov_or_height * grown,
         false => 2.0 * ((key.fov_or_height.to_radians() / 2.0).tan() * grown).atan().to_degrees(),

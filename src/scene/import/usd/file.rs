@@ -7,10 +7,15 @@ use std::sync::Arc;
 use glam::{DAffine3, DVec2, DVec3, Vec2, Vec3};
 use half::f16;
 
+use super::choice::StageChoice;
+use super::clock::Clock;
+use super::render::RenderSettings;
 use super::tiles::Tiles;
 use crate::animation::{Track, Visibility};
 use crate::digest::Digest;
 use crate::scene::SceneError;
+use crate::scene::cage::Cage;
+use crate::scene::import::curves::CurveSet;
 use crate::scene::import::mtlx::Document;
 use crate::scene::texture::Mapping;
 
@@ -23,6 +28,8 @@ pub(crate) struct UsdFile {
     pub files: Vec<PathBuf>,
     /// Digest of the layers' contents.
     pub digest: Digest,
+    /// What of it was read.
+    pub choice: StageChoice,
     /// All that it shows.
     pub content: Content,
 }
@@ -41,32 +48,18 @@ pub struct Content {
     pub lights: Vec<UsdLight>,
     /// True if there are lights, whether or not they shine.
     pub has_lights: bool,
+    /// Path of the camera that is shown, if one is named: by a choice, or by the settings.
+    pub camera: Option<String>,
     /// What the file says about its picture.
     pub render: Option<RenderSettings>,
+    /// Variant sets that were met, and what they show, for people.
+    pub variants: Vec<String>,
+    /// What was decided of its payloads, if anything was.
+    pub note: Option<String>,
     /// Defects for which something else is shown, in whole sentences.
     pub defects: BTreeSet<String>,
     /// Parts of the file that have no effect here, in whole sentences.
     pub unused: BTreeSet<String>,
-}
-
-/// Picture of a file (RenderSettings).
-#[derive(Debug, Default)]
-pub struct RenderSettings {
-    /// Path of the camera.
-    pub camera: Option<String>,
-    /// Width and height, pixels.
-    pub size: Option<[u32; 2]>,
-}
-
-/// Frames of a file. Frame and time code are the same where a second has as many of both.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Clock {
-    /// Frames in a second.
-    pub rate: f64,
-    /// Time codes from frame to frame.
-    pub codes: f64,
-    /// First and last frame, if the file says.
-    pub range: Option<[f64; 2]>,
 }
 
 /// Things about a file that its lights depend on.
@@ -76,12 +69,6 @@ pub struct Units {
     pub metres: f64,
     /// True if Blender wrote it.
     pub is_of_blender: bool,
-}
-
-impl Default for Clock {
-    fn default() -> Self {
-        Self { rate: 24.0, codes: 1.0, range: None }
-    }
 }
 
 /// A mesh before its materials are looked up.
@@ -105,6 +92,19 @@ pub struct UsdMesh {
     pub point_of: Vec<u32>,
     /// Frames, and all points at these, if the mesh deforms.
     pub shapes: Vec<(f64, Vec<[f32; 3]>)>,
+    /// Cage that it stands for, if it is subdivided.
+    pub cage: Option<Box<UsdCage>>,
+    /// Curves in place of triangles, of the one surface that is used.
+    pub curves: Option<CurveSet>,
+}
+
+/// A cage before its materials are looked up.
+#[derive(Debug, PartialEq)]
+pub struct UsdCage {
+    /// The cage, without materials.
+    pub cage: Cage,
+    /// Surface of each face.
+    pub surface_of: Vec<Option<usize>>,
 }
 
 /// A mesh at its place.
@@ -141,6 +141,8 @@ pub struct Surface {
     pub coat: [f64; 2],
     /// Picture of its normals.
     pub normal: Option<Picture>,
+    /// Lengths by which its vertices are moved along their normals, in the units of the file.
+    pub displacement: Input,
     /// Network of MaterialX's nodes, which counts in place of all of that.
     pub network: Option<Arc<Network>>,
     /// True if the file has nothing beside the network.
@@ -217,6 +219,8 @@ pub struct UsdCamera {
     pub keys: Vec<LensKey>,
     /// Opening and closing of the shutter, frames.
     pub shutter: [f64; 2],
+    /// Stops by which its exposure makes pictures brighter, at the first frame.
+    pub stops: f64,
 }
 
 /// A camera at a frame.
@@ -239,9 +243,27 @@ pub struct LensKey {
 #[derive(Debug)]
 pub struct UsdLight {
     pub name: String,
+    /// Path of its prim.
+    pub path: String,
+    /// Prims that it lights; `None` for all.
+    pub light_link: Option<Link>,
+    /// Prims that cast shadows in its light; `None` for all.
+    pub shadow_link: Option<Link>,
     pub kind: UsdLightKind,
     /// Its keys, by frame; one if it rests.
     pub keys: Vec<LightKey>,
+}
+
+/// Prims of a collection.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Link {
+    /// Paths of prims.
+    pub includes: Vec<String>,
+    pub excludes: Vec<String>,
+    /// True if all prims of the file are included.
+    pub has_root: bool,
+    /// True if prims below a path are not meant.
+    pub is_exact: bool,
 }
 
 /// Kinds of lights; lengths in metres, angles in degrees.
@@ -305,23 +327,6 @@ impl UsdMesh {
     /// Positions of the vertices where the points of the file are at these places.
     pub fn of_vertices(&self, points: &[[f32; 3]]) -> Vec<[f32; 3]> {
         self.point_of.iter().map(|point| points[*point as usize]).collect()
-    }
-}
-
-impl Clock {
-    /// Frame of a time code.
-    pub fn frame(&self, code: f64) -> f64 {
-        code / self.codes
-    }
-
-    /// Time code of a frame.
-    pub fn code(&self, frame: f64) -> f64 {
-        frame * self.codes
-    }
-
-    /// Frame at which what rests is read.
-    pub fn first(&self) -> f64 {
-        self.range.map_or(1.0, |[first, _]| first)
     }
 }
 

@@ -7,16 +7,19 @@ use half::f16;
 use openusd::sdf::Value;
 use openusd::usd::Prim;
 
-use super::file::{Clock, UsdMesh};
+use super::cage;
+use super::clock::Clock;
+use super::file::UsdMesh;
 use super::shader::UvNames;
 use super::skin::Skin;
-use super::value::{Answer, codes, pairs, points, said, value, whole_numbers, word};
+use super::value::{Answer, codes, codes_read, pairs, points, said, value, whole_numbers, word};
 use crate::geometry::vertex_normal::Face;
 use crate::scene::Shapes;
 use crate::scene::details::vertex_color;
 use crate::scene::import::deformed::remove_closed;
 use crate::scene::import::faces::are_within_reach;
 use crate::scene::import::faces::polygon::Cutter;
+use crate::subdivision::Scheme;
 
 /// Surfaces of a mesh's faces.
 #[derive(Debug, Default)]
@@ -32,40 +35,41 @@ pub struct FaceSurfaces {
 }
 
 /// Faces of a mesh.
-struct Faces {
-    counts: Vec<usize>,
+pub(super) struct Faces {
+    pub(super) counts: Vec<usize>,
     /// Points of the corners, face after face.
-    corners: Vec<u32>,
-    is_left_handed: bool,
-    holes: BTreeSet<usize>,
+    pub(super) corners: Vec<u32>,
+    pub(super) is_left_handed: bool,
+    pub(super) holes: BTreeSet<usize>,
 }
 
 /// Spread of values over a mesh.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Spread {
+pub(super) enum PrimvarSpread {
     Constant,
     Uniform,
+    Varying,
     Vertex,
     FaceVarying,
 }
 
 /// Values that are spread over a mesh.
-struct Primvar<T> {
+pub(super) struct Primvar<T> {
     values: Vec<T>,
     indices: Option<Vec<i64>>,
-    spread: Spread,
+    pub(super) spread: PrimvarSpread,
 }
 
 /// Values at the corners of a mesh's faces.
-struct Spreads {
-    normals: Option<Primvar<[f32; 3]>>,
-    colors: Option<Primvar<[f32; 3]>>,
-    uvs: UvPrimvars,
+pub(super) struct Spreads {
+    pub(super) normals: Option<Primvar<[f32; 3]>>,
+    pub(super) colors: Option<Primvar<[f32; 3]>>,
+    pub(super) uvs: UvPrimvars,
 }
 
 /// Texture coordinates of a mesh.
 #[derive(Default)]
-struct UvPrimvars {
+pub(super) struct UvPrimvars {
     all: Vec<Primvar<[f32; 2]>>,
     /// The two sets of each surface, by their numbers among all.
     of_surface: HashMap<usize, [Option<usize>; 2]>,
@@ -75,11 +79,11 @@ struct UvPrimvars {
 
 /// A corner of a face.
 #[derive(Clone, Copy)]
-struct Corner {
-    face: usize,
+pub(super) struct Corner {
+    pub(super) face: usize,
     /// Number among the corners of all faces.
-    number: usize,
-    point: u32,
+    pub(super) number: usize,
+    pub(super) point: u32,
 }
 
 /// Reads a mesh, which `skin` may deform. `None` if it has no triangles. Of one that deforms some may have no area at rest.
@@ -92,23 +96,25 @@ pub fn mesh(
     skin: Option<&Skin>,
     unused: &mut BTreeSet<String>,
 ) -> Answer<Option<UsdMesh>> {
-    let times = codes(prim, "points")?;
+    let times = codes_read(prim, "points", clock)?;
     let code = times.first().copied().unwrap_or_else(|| clock.code(clock.first()));
     let Some(rest) = value(prim, "points", code)?.as_ref().and_then(points) else { return Ok(None) };
     check_points(prim, &rest)?;
     let Some(faces) = Faces::read(prim, code, rest.len())? else { return Ok(None) };
-    let scheme = word(prim, "subdivisionScheme", code)?.unwrap_or_else(|| String::from("catmullClark"));
-    let is_subdivided = scheme != "none";
-    if is_subdivided {
-        unused.insert(String::from(
-            "subdivision surfaces are shown as their control cages, with smooth normals: subdivide them before the export",
-        ));
-    }
-    let normals = if is_subdivided { None } else { normals(prim, code)? };
+    // by unknown rules it is shown as its cage, with smooth normals
+    let scheme = cage::scheme(prim, code, unused)?;
+    let is_plain = word(prim, "subdivisionScheme", code)?.as_deref() == Some("none");
+    let has_normals = is_plain || scheme == Some(Scheme::Bilinear);
+    let normals = if has_normals { normals(prim, code)? } else { None };
     let uvs = UvPrimvars::read(prim, code, &surfaces.uvs)?;
-    let color = || primvar(prim, "primvars:displayColor", code, Spread::Constant, points);
+    let color = || primvar(prim, "primvars:displayColor", code, PrimvarSpread::Constant, points);
     let colors = if surfaces.is_tinted { color()? } else { None };
-    let mut mesh = triangulated(&rest, &faces, surfaces, &Spreads { normals, colors, uvs });
+    let spreads = Spreads { normals, colors, uvs };
+    let mut mesh = triangulated(&rest, &faces, surfaces, &spreads);
+    if let Some(scheme) = scheme {
+        let cage = cage::cage(prim, code, scheme, (&rest, &faces), (surfaces, &spreads))?;
+        mesh.cage = Some(Box::new(cage));
+    }
     mesh.shapes = match skin {
         Some(skin) => skin.shapes(prim, &rest)?,
         None => shapes(prim, clock, &times, rest.len(), unused)?,
@@ -120,7 +126,7 @@ pub fn mesh(
     if mesh.triangles.is_empty() {
         return Ok(None);
     }
-    if is_subdivided {
+    if !has_normals {
         mesh.normals = smooth_normals(&mesh);
     }
     Ok(Some(mesh))
@@ -171,12 +177,12 @@ impl Faces {
 
 impl<T: Copy> Primvar<T> {
     /// Value at a corner, if there is one.
-    fn at(&self, corner: Corner) -> Option<T> {
+    pub(super) fn at(&self, corner: Corner) -> Option<T> {
         let place = match self.spread {
-            Spread::Constant => 0,
-            Spread::Uniform => corner.face,
-            Spread::Vertex => corner.point as usize,
-            Spread::FaceVarying => corner.number,
+            PrimvarSpread::Constant => 0,
+            PrimvarSpread::Uniform => corner.face,
+            PrimvarSpread::Varying | PrimvarSpread::Vertex => corner.point as usize,
+            PrimvarSpread::FaceVarying => corner.number,
         };
         let index = match &self.indices {
             Some(indices) => usize::try_from(*indices.get(place)?).ok()?,
@@ -191,7 +197,7 @@ fn primvar<T>(
     prim: &Prim,
     name: &str,
     code: f64,
-    default: Spread,
+    default: PrimvarSpread,
     read: impl Fn(&Value) -> Option<Vec<T>>,
 ) -> Answer<Option<Primvar<T>>> {
     let Some(values) = value(prim, name, code)?.as_ref().and_then(read).filter(|values| !values.is_empty())
@@ -201,10 +207,11 @@ fn primvar<T>(
     let stated = said(prim.attribute(name).get_metadata::<Value>("interpolation"))?;
     let spread = match stated {
         Some(Value::Token(word)) => match word.as_str() {
-            "constant" => Spread::Constant,
-            "uniform" => Spread::Uniform,
-            "faceVarying" => Spread::FaceVarying,
-            _ => Spread::Vertex,
+            "constant" => PrimvarSpread::Constant,
+            "uniform" => PrimvarSpread::Uniform,
+            "faceVarying" => PrimvarSpread::FaceVarying,
+            "varying" => PrimvarSpread::Varying,
+            _ => PrimvarSpread::Vertex,
         },
         _ => default,
     };
@@ -213,11 +220,11 @@ fn primvar<T>(
 }
 
 fn normals(prim: &Prim, code: f64) -> Answer<Option<Primvar<[f32; 3]>>> {
-    let of_primvar = primvar(prim, "primvars:normals", code, Spread::Constant, points)?;
+    let of_primvar = primvar(prim, "primvars:normals", code, PrimvarSpread::Constant, points)?;
     if of_primvar.is_some() {
         return Ok(of_primvar);
     }
-    primvar(prim, "normals", code, Spread::Vertex, points)
+    primvar(prim, "normals", code, PrimvarSpread::Vertex, points)
 }
 
 impl UvPrimvars {
@@ -229,7 +236,7 @@ impl UvPrimvars {
             if let Some(number) = known.get(name) {
                 return Ok(*number);
             }
-            let read = primvar(prim, &format!("primvars:{name}"), code, Spread::Constant, pairs)?;
+            let read = primvar(prim, &format!("primvars:{name}"), code, PrimvarSpread::Constant, pairs)?;
             let number = read.map(|read| {
                 sets.all.push(read);
                 sets.all.len() - 1
@@ -254,13 +261,13 @@ impl UvPrimvars {
     }
 
     /// The two sets of a surface.
-    fn of(&self, surface: Option<usize>) -> [Option<&Primvar<[f32; 2]>>; 2] {
+    pub(super) fn of(&self, surface: Option<usize>) -> [Option<&Primvar<[f32; 2]>>; 2] {
         let of_surface = surface.and_then(|surface| self.of_surface.get(&surface).copied());
         of_surface.unwrap_or([self.usual, None]).map(|number| number.map(|number| &self.all[number]))
     }
 
     /// True for each of the two sets that a surface has.
-    fn has(&self) -> [bool; 2] {
+    pub(super) fn has(&self) -> [bool; 2] {
         let second = self.of_surface.values().any(|[_, second]| second.is_some());
         [!self.all.is_empty(), second]
     }

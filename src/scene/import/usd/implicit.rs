@@ -6,7 +6,8 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 use glam::{DVec2, DVec3};
 use openusd::usd::Prim;
 
-use super::file::{Clock, UsdMesh};
+use super::clock::Clock;
+use super::file::UsdMesh;
 use super::value::{Answer, codes, number, word};
 use crate::scene::import::deformed::remove_closed;
 use crate::scene::import::faces::are_within_reach;

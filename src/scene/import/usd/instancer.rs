@@ -3,17 +3,21 @@
 use std::collections::{BTreeSet, HashSet};
 
 use glam::DAffine3;
-use openusd::sdf::Path;
+use openusd::sdf::{Path, Value};
 use openusd::usd::Prim;
 
-use super::file::Clock;
+use super::clock::Clock;
 use super::place::Places;
-use super::value::{Answer, codes, numbers, targets, value, whole_numbers};
-use crate::animation::{Interpolation, Track};
+use super::text::{ACTIVE_AGAIN, INACTIVE, INACTIVE_AS_WELL};
+use super::value::{Answer, codes_read, numbers, said, targets, value, whole_numbers};
+use crate::animation::{Interpolation, Track, Visibility};
 use crate::memory::{self, Need, Part};
 
 /// Parts of a frame after which copies that turn have keys.
 const STEPS_A_FRAME: f64 = 4.0;
+
+/// Attribute with the ids of copies that are not there.
+const HIDDEN: &str = "invisibleIds";
 
 /// A copy.
 pub struct Copy {
@@ -23,6 +27,7 @@ pub struct Copy {
     pub prototype: usize,
     /// Map from the prototype to the instancer.
     pub map: Track<DAffine3>,
+    pub visible: Visibility,
 }
 
 /// Copies of a point instancer.
@@ -39,11 +44,12 @@ pub fn copies(prim: &Prim, clock: &Clock, unused: &mut BTreeSet<String>) -> Answ
     let prototypes = targets(prim, "prototypes")?;
     let mut frames = BTreeSet::new();
     for name in ["positions", "orientations", "orientationsf", "scales"] {
-        frames.extend(codes(prim, name)?.iter().map(|code| clock.frame(*code).to_bits()));
+        frames.extend(codes_read(prim, name, clock)?.iter().map(|code| clock.frame(*code).to_bits()));
     }
     let mut frames: Vec<f64> = frames.into_iter().map(f64::from_bits).collect();
     frames.sort_by(f64::total_cmp);
-    let turns = codes(prim, "orientations")?.len() > 1 || codes(prim, "orientationsf")?.len() > 1;
+    let moves = |name: &str| -> Answer<bool> { Ok(codes_read(prim, name, clock)?.len() > 1) };
+    let turns = moves("orientations")? || moves("orientationsf")?;
     if let (true, Some(first), Some(last)) = (turns, frames.first().copied(), frames.last()) {
         let steps = ((last - first) * STEPS_A_FRAME).clamp(0.0, 4e6) as u32;
         frames.extend((0..steps).map(|step| first + f64::from(step) / STEPS_A_FRAME));
@@ -71,7 +77,7 @@ pub fn copies(prim: &Prim, clock: &Clock, unused: &mut BTreeSet<String>) -> Answ
     let need =
         Need::new(Part::new("the copies of a point instancer", bytes, "fewer copies, a shorter animation"));
     need.check(&memory::left()).map_err(|error| error.to_string())?;
-    let hidden = hidden(prim, clock.code(first), whole("ids")?)?;
+    let visible = visible(prim, clock, first, (whole("ids")?, start.len()))?;
     let mut keys: Vec<Vec<(f64, DAffine3)>> = start.iter().map(|map| vec![(first, *map)]).collect();
     for frame in frames.iter().skip(1) {
         let at = places(prim, clock.code(*frame))?;
@@ -87,20 +93,86 @@ pub fn copies(prim: &Prim, clock: &Clock, unused: &mut BTreeSet<String>) -> Answ
             true => Track::constant(keys[0].1),
             false => Track::through(keys, Interpolation::Linear)?,
         };
-        (!hidden.contains(&number)).then_some(Copy { number, prototype: prototype as usize, map })
+        let visible = visible[number].clone();
+        (!visible.is_never()).then_some(Copy { number, prototype: prototype as usize, map, visible })
     };
     let list = keys.into_iter().zip(of_copies).enumerate().filter_map(copy).collect();
     Ok(Copies { prototypes, list })
 }
 
-/// Numbers of copies that are not there.
-fn hidden(prim: &Prim, code: f64, ids: Vec<i64>) -> Answer<HashSet<usize>> {
-    let hidden = value(prim, "invisibleIds", code)?.as_ref().and_then(whole_numbers).unwrap_or_default();
-    let hidden: HashSet<i64> = hidden.into_iter().collect();
-    if ids.is_empty() {
-        return Ok(hidden.into_iter().filter_map(|id| usize::try_from(id).ok()).collect());
+/// Ids of copies that are inactive, over all layers of a prim: the metadata `inactiveIds`.
+fn inactive(prim: &Prim) -> Answer<BTreeSet<i64>> {
+    let stage = prim.stage();
+    let mut fields = Vec::new();
+    let graph = said(prim.prim_index().graph())?;
+    for node in graph.all_nodes() {
+        for (layer, _) in stage.node_layer_stack(node) {
+            let Some(layer) = stage.layer_identifier(layer) else { continue };
+            let Some(layer) = stage.layer(&layer) else { continue };
+            for name in [INACTIVE, INACTIVE_AS_WELL, ACTIVE_AGAIN] {
+                if let Ok(Some(value)) = layer.data().try_field(node.path(), name) {
+                    fields.push((name, value.into_owned()));
+                }
+            }
+        }
     }
-    Ok(ids.iter().enumerate().filter(|(_, id)| hidden.contains(id)).map(|(number, _)| number).collect())
+    let mut ids = BTreeSet::new();
+    // the stronger ones come first
+    for (name, value) in fields.into_iter().rev() {
+        if let Value::Int64ListOp(edit) = value {
+            if edit.explicit {
+                ids = edit.explicit_items.into_iter().collect();
+                continue;
+            }
+            ids.retain(|id| !edit.deleted_items.contains(id));
+            ids.extend([edit.added_items, edit.prepended_items, edit.appended_items].concat());
+            continue;
+        }
+        let own = whole_numbers(&value).unwrap_or_default();
+        match name {
+            INACTIVE_AS_WELL => ids.extend(own),
+            ACTIVE_AGAIN => ids.retain(|id| !own.contains(id)),
+            _ => ids = own.into_iter().collect(),
+        }
+    }
+    Ok(ids)
+}
+
+/// When the copies are there, of which so many have these ids; without ids each has its number.
+fn visible(
+    prim: &Prim,
+    clock: &Clock,
+    first: f64,
+    (ids, count): (Vec<i64>, usize),
+) -> Answer<Vec<Visibility>> {
+    let inactive = inactive(prim)?;
+    let times = codes_read(prim, HIDDEN, clock)?;
+    let frames = match times.len() {
+        0 | 1 => vec![first],
+        _ => times.into_iter().map(|code| clock.frame(code)).collect(),
+    };
+    let mut hidden: Vec<(f64, HashSet<i64>)> = Vec::with_capacity(frames.len());
+    for frame in frames {
+        let own = value(prim, HIDDEN, clock.code(frame))?.as_ref().and_then(whole_numbers);
+        hidden.push((frame, own.unwrap_or_default().into_iter().chain(inactive.iter().copied()).collect()));
+    }
+    let id = |number: usize| match ids.is_empty() {
+        true => i64::try_from(number).ok(),
+        false => ids.get(number).copied(),
+    };
+    let of_copy = |number: usize| {
+        let is_there = |hidden: &HashSet<i64>| id(number).is_none_or(|id| !hidden.contains(&id));
+        let mut keys: Vec<(f64, bool)> = Vec::new();
+        for (frame, hidden) in &hidden {
+            if keys.last().is_none_or(|(_, before)| *before != is_there(hidden)) {
+                keys.push((*frame, is_there(hidden)));
+            }
+        }
+        let first = keys[0].1;
+        keys.remove(0);
+        Visibility::through(first, keys).unwrap_or(Visibility::ALWAYS)
+    };
+    Ok((0..count).map(of_copy).collect())
 }
 
 /// Places of all copies at a time code.

@@ -12,10 +12,12 @@ use std::path::Path;
 use glam::{DAffine3, DVec3};
 use openusd::usd::Prim;
 
-use super::file::{Clock, LightKey, Picture, Units, UsdLight, UsdLightKind};
+use super::clock::Clock;
+use super::file::{Content, LightKey, Picture, Units, UsdLight, UsdLightKind};
+use super::links;
 use super::shader::Shaders;
 use super::temperature;
-use super::value::{self, Answer, codes, flag, number, word};
+use super::value::{self, Answer, codes, codes_read, flag, number, word};
 use crate::animation::{Track, Visibility};
 use crate::scene::environment;
 use crate::scene::import::lights::{self, three};
@@ -98,7 +100,7 @@ pub fn read(
         .into_iter()
         .flat_map(|name| [format!("inputs:{name}"), name.into()])
     {
-        let times = codes(prim, &name)?;
+        let times = codes_read(prim, &name, clock)?;
         if times.len() > 1 {
             frames.extend(times.iter().map(|code| clock.frame(*code).to_bits()));
         }
@@ -137,7 +139,13 @@ pub fn read(
     let keys = keys.collect::<Answer<Vec<_>>>()?;
     let name = prim.path().name().unwrap_or_default().to_string();
     let shines = keys.iter().any(|key| key.power > 0.0 && key.color != DVec3::ZERO);
-    Ok(shines.then_some(UsdLight { name, kind: light, keys }))
+    let [light_link, shadow_link] = ["lightLink", "shadowLink"].map(|name| links::read(prim, name, start));
+    let (light_link, shadow_link, path) = (light_link?, shadow_link?, prim.path().to_string());
+    let is_all = kind.starts_with("Dome") && (light_link.is_some() || shadow_link.is_some());
+    if is_all {
+        shaders.leave_out("links of lights from all around (DomeLight) are not used: they light all");
+    }
+    Ok(shines.then_some(UsdLight { name, path, light_link, shadow_link, kind: light, keys }))
 }
 
 /// Number of a light: its attributes had no prefix before 2021.
@@ -204,8 +212,8 @@ fn note_unused(prim: &Prim, code: f64, shaders: &mut Shaders<'_>) -> Answer<()> 
     Ok(())
 }
 
-/// The table of a light; `None` for a dome, see [`dome`].
-pub fn table(light: &UsdLight) -> Option<LightTable> {
+/// The table of a light; `None` for a dome, see [`dome`], and for one that is linked to nothing that is shown.
+pub fn table(content: &Content, light: &UsdLight) -> Option<LightTable> {
     let kind = match &light.kind {
         UsdLightKind::Rectangle { .. } => LightType::Rectangle,
         UsdLightKind::Disk { .. } => LightType::Disk,
@@ -232,7 +240,8 @@ pub fn table(light: &UsdLight) -> Option<LightTable> {
             }),
         ),
     };
-    Some(shaped(table, &light.kind))
+    let [light_link, shadow_link] = links::keys(content, light)?;
+    Some(LightTable { light_link, shadow_link, ..shaped(table, &light.kind) })
 }
 
 /// A table with the shape of a light.

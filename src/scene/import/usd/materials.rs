@@ -7,13 +7,14 @@ use glam::{DVec3, Vec3};
 use super::file::{self, Input, Picture};
 use super::reading::Reading;
 use super::tiles::Tiles;
-use crate::graph::nodes::picture::Shown;
+use crate::graph::Graph;
+use crate::graph::nodes::picture::{self, Shown};
 use crate::memory::{self, Need, Part};
 use crate::scene::import::mtl::statements::maps::MapUse;
 use crate::scene::import::pictures::decoded::{ColorSpace, Decoded};
 use crate::scene::import::pictures::{Content, PictureUse, Wanted};
-use crate::scene::material::{LARGEST_COLOR, index_of};
-use crate::scene::surface::{Alpha, Parameter, PlaceAlpha, Surface};
+use crate::scene::material::{Along, LARGEST_COLOR, index_of};
+use crate::scene::surface::{Alpha, Displaced, Parameter, PlaceAlpha, Surface};
 use crate::scene::{Material, SceneError, Texture, texture};
 
 /// Reflectance at normal incidence above which a surface of the specular workflow is a metal: no plastic or gem reflects as much.
@@ -59,6 +60,7 @@ impl Reading<'_> {
                 None => Some((self.normals(picture)?, 1.0)),
             };
         }
+        surface.displaced = self.displacement(&mut surface.graph, &of.displacement)?;
         for (used, input, is_there, parameter) in [
             (MapUse::Roughness, &of.roughness, true, Parameter::SpecularRoughness),
             (MapUse::Metal, &of.metallic, of.specular.is_none(), Parameter::BaseMetalness),
@@ -77,6 +79,25 @@ impl Reading<'_> {
             }
         }
         Ok(surface)
+    }
+
+    /// What moves the vertices of a UsdPreviewSurface.
+    fn displacement(&mut self, graph: &mut Graph, of: &Input) -> Result<Option<Displaced>, SceneError> {
+        let (by, scale, middle) = match of {
+            Input::Constant(length) if length.x == 0.0 => return Ok(None),
+            Input::Constant(length) => (crate::graph::Input::Constant(length.as_vec3()), 1.0, 0.0),
+            Input::Picture(picture) => {
+                let map = self.place(picture, PictureUse::Parameter)?;
+                let channel = picture.channel.unwrap_or(0);
+                let (scale, bias) = (picture.scale[channel], picture.bias[channel]);
+                if self.import.pictures.is_stand_in(map) || scale == 0.0 {
+                    return Ok(None);
+                }
+                let shown = if channel < 3 { Shown::Channel(channel) } else { Shown::Alpha };
+                (picture::add(graph, map, shown, None), scale, -bias / scale)
+            }
+        };
+        Ok(Some(Displaced { by, scale: scale as f32, middle: middle as f32, along: Along::Normal }))
     }
 
     /// The surface of a UsdPreviewSurface without its pictures.

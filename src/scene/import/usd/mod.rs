@@ -11,7 +11,14 @@ mod binary;
 #[cfg(feature = "usd")]
 mod binding;
 #[cfg(feature = "usd")]
+mod cage;
+#[cfg(feature = "usd")]
 mod cameras;
+mod choice;
+#[cfg(feature = "usd")]
+mod clock;
+#[cfg(feature = "usd")]
+mod curves;
 #[cfg(feature = "usd")]
 mod file;
 #[cfg(feature = "usd")]
@@ -24,6 +31,8 @@ mod instancer;
 mod layer_of_mtlx;
 #[cfg(feature = "usd")]
 mod lights;
+#[cfg(feature = "usd")]
+mod links;
 #[cfg(feature = "usd")]
 mod materials;
 #[cfg(feature = "usd")]
@@ -39,7 +48,11 @@ mod place;
 #[cfg(feature = "usd")]
 mod reading;
 #[cfg(feature = "usd")]
+mod render;
+#[cfg(feature = "usd")]
 mod resolver;
+#[cfg(feature = "usd")]
+mod seen;
 #[cfg(feature = "usd")]
 mod shader;
 #[cfg(feature = "usd")]
@@ -57,9 +70,15 @@ mod tiles;
 #[cfg(feature = "usd")]
 mod value;
 #[cfg(feature = "usd")]
+mod variants;
+#[cfg(feature = "usd")]
 mod walk;
 #[cfg(feature = "usd")]
+mod wanted;
+#[cfg(feature = "usd")]
 mod whole;
+#[cfg(feature = "usd")]
+mod written;
 
 #[cfg(not(feature = "usd"))]
 pub(in crate::scene) use absent::UsdFiles;
@@ -67,6 +86,7 @@ pub(in crate::scene) use absent::UsdFiles;
 pub use absent::text;
 #[cfg(not(feature = "usd"))]
 pub(crate) use absent::{UsdFile, read};
+pub use choice::{Purpose, StageChoice, VariantChoice, ViewChoice, prim_path};
 #[cfg(feature = "usd")]
 pub(crate) use file::UsdFile;
 #[cfg(feature = "usd")]

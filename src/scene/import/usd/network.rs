@@ -59,9 +59,7 @@ impl Shaders<'_> {
             }
         }
         let Some(surface) = surface else { return Ok(None) };
-        if said(material.attribute("outputs:mtlx:displacement").has_authored_connections())? {
-            self.leave_out("displacement is not used");
-        }
+        let displacement = self.displacement(material)?;
         let name = material.path().name().unwrap_or("material").to_string();
         let shader = Stated {
             name: String::from("surfaceshader"),
@@ -71,11 +69,12 @@ impl Shaders<'_> {
         let material = Element {
             category: String::from("surfacematerial"),
             name,
-            inputs: vec![shader],
+            inputs: [shader].into_iter().chain(displacement.as_ref().map(displacement_shader)).collect(),
             ..Element::default()
         };
         let mut reading = Reading { elements: vec![material], ..Reading::default() };
         reading.lead_to(surface);
+        displacement.into_iter().for_each(|prim| reading.lead_to(prim));
         while let Some(prim) = reading.waiting.pop() {
             let element = self.element(&prim, &mut reading)?;
             reading.elements.push(element);
@@ -87,6 +86,19 @@ impl Shaders<'_> {
         let path = PathBuf::from(self.root());
         let document = Document::of_elements(&path, elements);
         Ok(Some((Network::Prims { document, pictures }, uvs)))
+    }
+
+    /// The node that displaces a material, if there is one.
+    fn displacement(&mut self, material: &Prim) -> Answer<Option<Prim>> {
+        let source = self.source(material, "outputs:mtlx:displacement")?.filter(Source::is_output);
+        let Some(Source { prim, .. }) = source else { return Ok(None) };
+        // an output that nothing is connected to is its own source
+        let Some(id) = word(&prim, "info:id", self.code)? else { return Ok(None) };
+        if id.starts_with("ND_displacement_") {
+            return Ok(Some(prim));
+        }
+        self.leave_out(format!("displacement by nodes `{}` is not used", shown(&id)));
+        Ok(None)
     }
 
     /// A node with all that is stated of its inputs.
@@ -208,6 +220,12 @@ impl Reading {
         }
         Stated { name: String::from("texcoord"), node: Some(String::from(SECOND_SET)), ..Stated::default() }
     }
+}
+
+/// The input of a material that names what displaces it.
+fn displacement_shader(prim: &Prim) -> Stated {
+    let node = Some(prim.path().to_string());
+    Stated { name: String::from("displacementshader"), node, ..Stated::default() }
 }
 
 /// The input of a `texcoord` that says which set it gives.

@@ -4,27 +4,31 @@ use std::collections::{BTreeSet, HashMap};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use super::file::{ShownMesh, UsdFile, UsdMesh};
+use super::choice::StageChoice;
+use super::file::{Content, ShownMesh, UsdFile, UsdMesh};
+use super::links;
 use super::reading::Reading;
 use crate::animation::ShapeTrack;
+use crate::scene::cage::Cage;
 use crate::scene::import::Import;
+use crate::scene::import::curves::{self, CurveSet};
 use crate::scene::import::deformed;
-use crate::scene::import::deformed::Distinct;
+use crate::scene::import::deformed::{Distinct, Kept};
 use crate::scene::import::part_of_file::{NodeTrack, PartOfFile, Surface};
-use crate::scene::{Mesh, SceneError};
+use crate::scene::{Linked, Mesh, SceneError};
 
 /// Files that were read, and what was made of them.
 #[derive(Default)]
 pub(in crate::scene) struct UsdFiles {
     /// Files that were read, and not asked for yet.
-    before: HashMap<PathBuf, Arc<UsdFile>>,
-    parts: HashMap<PathBuf, Arc<Vec<PartOfFile>>>,
+    before: HashMap<Known, Arc<UsdFile>>,
+    parts: HashMap<Known, Arc<Vec<PartOfFile>>>,
 }
 
 impl UsdFiles {
     /// Adds a file that was read in advance.
     pub fn with(mut self, file: Arc<UsdFile>) -> Self {
-        self.before.insert(known_as(&file.path), file);
+        self.before.insert(known_as(&file.path, &file.choice), file);
         self
     }
 }
@@ -35,22 +39,31 @@ const MOST_TOLD: usize = 3;
 /// A mesh, and its shapes over time, if it deforms.
 type BuiltMesh = (Arc<Mesh>, Option<ShapeTrack>);
 
-fn known_as(path: &Path) -> PathBuf {
-    path.canonicalize().unwrap_or_else(|_| path.to_path_buf())
+/// A file, and what of it is read.
+type Known = (PathBuf, StageChoice);
+
+fn known_as(path: &Path, choice: &StageChoice) -> Known {
+    (path.canonicalize().unwrap_or_else(|_| path.to_path_buf()), choice.clone())
 }
 
 impl UsdFiles {
-    /// The models of the USD file at `path`.
+    /// The models of what is chosen of the USD file at `path`.
     ///
-    /// # Errors A file that cannot be read, is damaged, or shows nothing; in a strict load also one that names what is missing.
-    pub fn models(&mut self, import: &mut Import, path: &Path) -> Result<Arc<Vec<PartOfFile>>, SceneError> {
-        let known = known_as(path);
+    /// # Errors A file that cannot be read, is damaged, or shows nothing; a choice of what it does not have; in a strict load also a file
+    /// that names what is missing.
+    pub fn models(
+        &mut self,
+        import: &mut Import,
+        path: &Path,
+        choice: &StageChoice,
+    ) -> Result<Arc<Vec<PartOfFile>>, SceneError> {
+        let known = known_as(path, choice);
         if let Some(parts) = self.parts.get(&known) {
             return Ok(parts.clone());
         }
         let file = match self.before.remove(&known) {
             Some(file) => file,
-            None => Arc::new(UsdFile::open(path)?),
+            None => Arc::new(UsdFile::open(path, choice, None)?),
         };
         import.inputs.add(file.files.iter().cloned(), file.digest);
         let parts = Arc::new(Reading::new(&file, import).models()?);
@@ -65,7 +78,7 @@ impl Reading<'_> {
         let built = self.meshes()?;
         let Self { file, import, unused, left_out } = self;
         let parts: Vec<PartOfFile> =
-            file.content.shown.iter().filter_map(|shown| part(shown, &built)).collect();
+            file.content.shown.iter().filter_map(|shown| part(&file.content, shown, &built)).collect();
         for defect in &file.content.defects {
             import.findings.stand_in(file.fault(defect))?;
         }
@@ -90,6 +103,10 @@ impl Reading<'_> {
         let mut materials: HashMap<Option<usize>, u16> = HashMap::new();
         let mut built = Vec::with_capacity(file.content.meshes.len());
         for mesh in &file.content.meshes {
+            if let Some(curves) = &mesh.curves {
+                built.push(self.curves(mesh, curves, &mut materials)?);
+                continue;
+            }
             let mut shapes = Distinct::default();
             mesh.shapes.iter().for_each(|(frame, points)| shapes.add(*frame, mesh.of_vertices(points)));
             let (mut triangles, mut uses) = (mesh.triangles.clone(), mesh.uses.clone());
@@ -127,13 +144,75 @@ impl Reading<'_> {
                 ..Surface::default()
             };
             let own = self.import.arranger().mesh_of_runs(surface, runs);
+            let cage = mesh.cage.as_ref().map(|cage| {
+                let of_faces =
+                    cage.surface_of.iter().map(|surface| materials.get(surface).copied().unwrap_or(0));
+                let deformed = kept.map(|kept| CageShapes::of(&mesh.shapes, &shapes, kept));
+                Arc::new(deformed.unwrap_or_default().put_into(&cage.cage, of_faces.collect()))
+            });
             let (mesh, shapes) = match kept {
                 Some(kept) => deformed::with_shapes(own, shapes, kept, point_of),
                 None => (own, None),
             };
-            built.push(Some((Arc::new(mesh), shapes)));
+            built.push(Some((Arc::new(mesh.with_cage(cage)), shapes)));
         }
         Ok(built)
+    }
+}
+
+/// Points of a cage that deforms.
+#[derive(Default)]
+struct CageShapes {
+    /// In the shape in which samples are kept; none: those of the file.
+    own: Option<Vec<[f32; 3]>>,
+    /// In each of its shapes; none if it has one alone.
+    all: Vec<Vec<[f32; 3]>>,
+}
+
+impl CageShapes {
+    /// Takes the points by the numbers that the shapes of vertices have.
+    fn of(points: &[(f64, Vec<[f32; 3]>)], shapes: &Distinct, kept: Kept) -> Self {
+        let first = |number: u32| shapes.keys.iter().position(|(_, of)| *of == number);
+        let points =
+            |number: usize| first(number as u32).map(|key| points[key].1.clone()).unwrap_or_default();
+        let own = match kept {
+            Kept::AtRest => None,
+            Kept::Shape(number) => Some(points(number)),
+        };
+        let count = shapes.list.len();
+        Self { own, all: if count > 1 { (0..count).map(points).collect() } else { Vec::new() } }
+    }
+
+    fn put_into(self, cage: &Cage, material_of: Vec<u16>) -> Cage {
+        let own = self.own.unwrap_or_else(|| cage.points.clone());
+        Cage { points: own, shapes: self.all, material_of, ..cage.clone() }
+    }
+}
+
+impl Reading<'_> {
+    /// Builds curves, if there are any to be drawn.
+    fn curves(
+        &mut self,
+        mesh: &UsdMesh,
+        curves: &CurveSet,
+        materials: &mut HashMap<Option<usize>, u16>,
+    ) -> Result<Option<BuiltMesh>, SceneError> {
+        let surface = mesh.uses.first().and_then(|(_, surface)| *surface);
+        let material = match materials.get(&surface) {
+            Some(index) => *index,
+            None => {
+                let index = self.material(surface)?;
+                materials.insert(surface, index);
+                index
+            }
+        };
+        match curves::mesh_of(self.import, &self.file.path, curves, None, material) {
+            Ok(mesh) => Ok(Some((Arc::new(mesh), None))),
+            Err(why) => {
+                self.import.findings.stand_in(why)?;
+                Ok(None)
+            }
+        }
     }
 }
 
@@ -150,7 +229,7 @@ fn named(materials: &BTreeSet<String>) -> String {
 }
 
 /// Model of a shown mesh. `None` if it is scaled to nothing for ever, or has no triangles.
-fn part(shown: &ShownMesh, built: &[Option<BuiltMesh>]) -> Option<PartOfFile> {
+fn part(content: &Content, shown: &ShownMesh, built: &[Option<BuiltMesh>]) -> Option<PartOfFile> {
     let keys = match shown.map.is_constant() {
         true => vec![(1.0, shown.map.at(1.0))],
         false => shown.map.frames().zip(shown.map.values()).collect(),
@@ -165,5 +244,6 @@ fn part(shown: &ShownMesh, built: &[Option<BuiltMesh>]) -> Option<PartOfFile> {
         visible,
         shapes,
         ray_visibility: Default::default(),
+        linked: Linked { groups: links::groups(content, &shown.name).into(), ..Linked::default() },
     })
 }

@@ -5,8 +5,8 @@ use std::collections::BTreeSet;
 use glam::{DAffine3, DMat3, DMat4, DQuat, DVec3};
 use openusd::usd::Prim;
 
-use super::file::Clock;
-use super::value::{Answer, codes, numbers_at, value, words};
+use super::clock::Clock;
+use super::value::{Answer, codes_read, numbers_at, value, words};
 use crate::animation::{Interpolation, Track};
 
 /// Parts of a frame after which what turns has keys: elements of matrices are interpolated one by one, which takes turned things off
@@ -47,7 +47,7 @@ pub fn place(prim: &Prim, clock: &Clock) -> Answer<Option<Place>> {
     let (mut frames, mut moving, mut turns): (BTreeSet<u64>, usize, bool) = (BTreeSet::new(), 0, false);
     let mut times = Vec::new();
     for operation in &operations {
-        let own = codes(prim, &operation.attribute)?;
+        let own = codes_read(prim, &operation.attribute, clock)?;
         if own.len() > 1 {
             moving += usize::from(operation.kind != "translate");
             turns |=

@@ -129,6 +129,10 @@ impl<'a> Shaders<'a> {
             }
             None => None,
         };
+        let displacement = match self.source(material, "outputs:displacement")?.is_some() {
+            true => input(self, "inputs:displacement", DVec3::ZERO)?,
+            false => Input::number(0.0),
+        };
         self.note_unused(&prim)?;
         let coat = self.coat(&prim)?;
         let name = path.name().unwrap_or("material").to_string();
@@ -148,6 +152,7 @@ impl<'a> Shaders<'a> {
             specular,
             coat,
             normal,
+            displacement,
             network: None,
             is_network_alone: false,
         };
@@ -188,13 +193,8 @@ impl<'a> Shaders<'a> {
     }
 
     fn note_unused(&mut self, prim: &Prim) -> Answer<()> {
-        for (name, message) in [
-            ("inputs:occlusion", "occlusion maps are not used: occlusion is computed"),
-            ("inputs:displacement", "displacement is not used"),
-        ] {
-            if said(prim.attribute(name).has_authored_connections())? {
-                self.leave_out(message);
-            }
+        if said(prim.attribute("inputs:occlusion").has_authored_connections())? {
+            self.leave_out("occlusion maps are not used: occlusion is computed");
         }
         for name in ["diffuseColor", "emissiveColor", "roughness", "metallic", "opacity"] {
             if codes(prim, &format!("inputs:{name}"))?.len() > 1 {
@@ -494,6 +494,7 @@ fn plain(name: &str, color: DVec3) -> Surface {
         specular: None,
         coat: [0.0; 2],
         normal: None,
+        displacement: Input::number(0.0),
         network: None,
         is_network_alone: false,
     }

@@ -6,9 +6,9 @@ use glam::DAffine3;
 use openusd::sdf::Path;
 use openusd::usd::{Prim, Stage};
 
-use super::file::Clock;
+use super::clock::Clock;
 use super::place::{Places, affine};
-use super::value::{Answer, codes, numbers, said, targets, value, words};
+use super::value::{Answer, codes_read, numbers, said, targets, value, words};
 use crate::memory::{self, Need, Part};
 
 /// Largest number of frames of an animation.
@@ -153,7 +153,7 @@ impl Animation {
     fn frames(&self, clock: &Clock) -> Answer<Vec<f64>> {
         let mut frames = Vec::new();
         for name in ["translations", "rotations", "scales", "blendShapeWeights"] {
-            let own = codes(&self.prim, name)?;
+            let own = codes_read(&self.prim, name, clock)?;
             if own.len() > 1 {
                 frames.extend(own.iter().map(|code| clock.frame(*code)));
             }

@@ -14,11 +14,13 @@ use openusd::ar::split_package_relative_path_outer;
 use openusd::pcp;
 use openusd::usd::Stage;
 
+use super::choice::{StageChoice, ViewChoice};
 use super::file::{Content, UsdFile};
 use super::resolver::{self, Checked, Record, TooLarge, too_large};
 use super::text::Fault;
 use super::value::said;
-use super::walk;
+use super::wanted::Wanted;
+use super::{variants, walk};
 use crate::digest::Digest;
 use crate::input::{self, InputError, Kind};
 use crate::memory;
@@ -40,21 +42,24 @@ const LEAST_LEFT: u64 = 256 << 20;
 /// Content of a file, and the layers of which it is composed.
 struct ReadStage {
     content: Content,
+    choice: StageChoice,
     layers: Vec<PathBuf>,
 }
 
 impl UsdFile {
-    /// Reads the file at `path`, with all that it names.
+    /// Reads what is chosen of the file at `path`, with all that it names. `view`: of a file that is a shot; its settings count.
     ///
-    /// # Errors A file that cannot be read, or that is damaged.
-    pub fn open(path: &Path) -> Result<Self, SceneError> {
+    /// # Errors A file that cannot be read, or that is damaged; a choice of what it does not have.
+    pub fn open(path: &Path, choice: &StageChoice, view: Option<&ViewChoice>) -> Result<Self, SceneError> {
         let fault = |message: String| SceneError::new(path, message);
         let unreadable = |error: InputError| fault(format!("the file cannot be read: {error}"));
         input::open(path, Kind::Model).map_err(unreadable)?;
-        let ReadStage { content, layers } = read_aside(path).map_err(|Fault { line, message }| {
-            let fault = fault(message);
-            if let Some(line) = line { fault.at_line(line) } else { fault }
-        })?;
+        let wanted = Wanted { choice: choice.clone(), view: view.cloned() };
+        let ReadStage { content, choice, layers } =
+            read_aside(path, wanted).map_err(|Fault { line, message }| {
+                let fault = fault(message);
+                if let Some(line) = line { fault.at_line(line) } else { fault }
+            })?;
         let mut files = vec![path.to_path_buf()];
         let known = path.canonicalize().unwrap_or_else(|_| path.to_path_buf());
         files.extend(layers.into_iter().filter(|layer| *layer != known));
@@ -63,19 +68,19 @@ impl UsdFile {
             Ok(Digest::new(&bytes.map_err(unreadable)?))
         });
         let digest = Digest::of_all(digests.collect::<Result<Vec<_>, SceneError>>()?);
-        Ok(Self { path: path.to_path_buf(), files, digest, content })
+        Ok(Self { path: path.to_path_buf(), files, digest, choice, content })
     }
 }
 
 /// Reads on a thread of its own: with a large stack, away from the library's panics, of which damaged files cause some, and watched: few
 /// bytes may compose more than fits into memory.
-fn read_aside(path: &Path) -> Result<ReadStage, Fault> {
+fn read_aside(path: &Path, wanted: Wanted) -> Result<ReadStage, Fault> {
     let whole = |message: String| Fault { line: None, message };
     let record = Arc::new(Record::default());
     let (sender, receiver) = mpsc::channel();
     let (own, path) = (record.clone(), path.to_path_buf());
     let read = move || {
-        let outcome = panic::catch_unwind(AssertUnwindSafe(|| read(&path, &own)));
+        let outcome = panic::catch_unwind(AssertUnwindSafe(|| read(&path, wanted, &own)));
         // nobody waits any more where memory has run out
         let _ = sender.send(outcome);
     };
@@ -120,7 +125,7 @@ fn words(panic: &dyn Any) -> String {
     text.chars().take(200).collect()
 }
 
-fn read(path: &Path, record: &Arc<Record>) -> Result<ReadStage, Fault> {
+fn read(path: &Path, mut wanted: Wanted, record: &Arc<Record>) -> Result<ReadStage, Fault> {
     let whole = |message: String| Fault { line: None, message };
     let name = path.to_str().ok_or_else(|| whole(String::from("its path is not UTF-8: rename it")))?;
     // a name alone would be looked up in the library's search path
@@ -133,7 +138,9 @@ fn read(path: &Path, record: &Arc<Record>) -> Result<ReadStage, Fault> {
         Fault { line, message: format!("the USD file cannot be read: {message}") }
     })?;
     record.forget();
-    let mut content = walk::content(&stage, record).map_err(whole)?;
+    walk::unload(&stage, &wanted.choice).map_err(whole)?;
+    variants::select(&stage, &wanted.choice.variants).map_err(whole)?;
+    let mut content = walk::content(&stage, record, &mut wanted).map_err(whole)?;
     for error in stage.composition_errors() {
         tell(&error, record, &mut content);
     }
@@ -145,7 +152,7 @@ fn read(path: &Path, record: &Arc<Record>) -> Result<ReadStage, Fault> {
     limit(&mut content.defects);
     let layers: BTreeSet<PathBuf> = stage.layer_identifiers().iter().map(|layer| file_of(layer)).collect();
     let layers = layers.into_iter().filter(|layer| layer.is_file()).collect();
-    Ok(ReadStage { content, layers })
+    Ok(ReadStage { content, choice: wanted.choice, layers })
 }
 
 /// File of a layer, which may be in a package.

@@ -7,6 +7,8 @@ use openusd::gf;
 use openusd::sdf::{Path, Value};
 use openusd::usd::{Prim, TimeCode};
 
+use super::clock::Clock;
+
 /// Outcome of a question to the library; the error is what it says.
 pub type Answer<T> = Result<T, String>;
 
@@ -45,6 +47,18 @@ pub fn codes(prim: &Prim, name: &str) -> Answer<Vec<f64>> {
         return Err(format!("`{name}` of {path} has too many times, or times beyond all bounds"));
     }
     Ok(codes)
+}
+
+/// Time codes at which an attribute has values, of those that a file's clock reads: all between the first and the last, the one before and the
+/// one behind. None, or one alone, if it rests.
+///
+/// # Errors Those of [`codes`].
+pub fn codes_read(prim: &Prim, name: &str, clock: &Clock) -> Answer<Vec<f64>> {
+    let all = codes(prim, name)?;
+    let Some([first, last]) = clock.read.filter(|_| !all.is_empty()) else { return Ok(all) };
+    let begin = all.partition_point(|code| *code <= first).saturating_sub(1);
+    let end = (all.partition_point(|code| *code < last) + 1).min(all.len());
+    Ok(all[begin..end.max(begin + 1)].to_vec())
 }
 
 /// Numbers of an attribute at a time code.

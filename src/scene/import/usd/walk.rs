@@ -10,15 +10,19 @@ use std::rc::Rc;
 use glam::{DAffine3, DQuat};
 use openusd::pcp::{ArcType, Node};
 use openusd::sdf::{Path, Value};
-use openusd::usd::{Prim, PrimPredicate, PrimStatus, Stage};
+use openusd::usd::{LoadPolicy, Prim, PrimPredicate, PrimStatus, Stage};
 
 use super::binding::Bindings;
-use super::file::{Clock, Content, RenderSettings, ShownMesh, Units};
+use super::choice::StageChoice;
+use super::clock::Clock;
+use super::file::{Content, ShownMesh, Units};
+use super::render::{self, RenderSettings};
 use super::resolver::Record;
 use super::shader::{Shaders, UvNames};
 use super::skeleton::Skeleton;
-use super::value::{Answer, codes, numbers, said, targets, value, word};
-use super::{cameras, implicit, lights, place};
+use super::value::{Answer, codes_read, said, word};
+use super::wanted::Wanted;
+use super::{cameras, curves, implicit, lights, place, seen, variants};
 use crate::animation::{Track, Visibility};
 use crate::digest::Digest;
 
@@ -34,9 +38,6 @@ const TIMES: u64 = 5;
 
 /// Most models of a file.
 const MOST_SHOWN: usize = 4_000_000;
-
-/// Most pixels along an edge of a picture that a file asks for.
-const MOST_PIXELS: f64 = 32_768.0;
 
 /// Metres in a unit, if the file does not say.
 const DEFAULT_UNIT: f64 = 0.01;
@@ -79,13 +80,43 @@ struct Walk<'a> {
     nodes: u64,
     /// Prim below which places are sought: the root, or what is above the prototype that is being walked through.
     base: Path,
+    choice: StageChoice,
+    /// True if the file is a shot, so that its settings count.
+    is_shot: bool,
+    /// Prims that alone are read, with all above and below them; none: all are.
+    mask: Vec<Path>,
 }
 
-/// Collects all that a stage shows.
+/// Most variant sets that are told.
+const MOST_SETS: usize = 4;
+
+/// Frames on either side of those that are read, in which a shutter may be open and vectors of motion end.
+const AROUND: f64 = 1.0;
+
+/// Collects all that is wanted of what a stage shows; `wanted` gets the purposes that its settings include, where none are chosen.
 ///
-/// # Errors What the library says, and damaged meshes.
-pub fn content(stage: &Stage, record: &Record) -> Answer<Content> {
-    let clock = clock(stage)?;
+/// # Errors What the library says, damaged meshes, and what is wanted and not there.
+pub fn content(stage: &Stage, record: &Record, wanted: &mut Wanted) -> Answer<Content> {
+    let clock = clock(stage, wanted.choice.frames)?;
+    let render = match &wanted.view {
+        Some(view) => render::find(stage, view.settings.as_deref())?
+            .map(|prim| render::read(stage, &prim, clock.code(clock.first())))
+            .transpose()?,
+        None => None,
+    };
+    if let Some(render) = &render {
+        wanted.choice.purposes = wanted.choice.purposes.take().or_else(|| render.purposes.clone());
+    }
+    let mut note = None;
+    if let Some(view) = wanted.view.as_ref().filter(|view| view.only_seen) {
+        let chosen = (&wanted.choice, view.camera.as_deref());
+        let found = seen::unseen(stage, (&clock, record), chosen, render.as_ref())?;
+        wanted.choice.unloaded.extend(found.paths);
+        unload(stage, &wanted.choice)?;
+        note = Some(found.note);
+    }
+    let mask = wanted.choice.mask.iter().map(|path| said(Path::new(path))).collect::<Answer<Vec<_>>>()?;
+    mask.iter().try_for_each(|path| variants::check_prim(stage, path, "the mask"))?;
     let unit = metadata_number(stage, "metersPerUnit")?.filter(|unit| *unit > 0.0).unwrap_or(DEFAULT_UNIT);
     let is_z_up =
         matches!(said(stage.stage_metadata("upAxis"))?, Some(Value::Token(axis)) if axis.as_str() == "Z");
@@ -98,7 +129,7 @@ pub fn content(stage: &Stage, record: &Record) -> Answer<Content> {
         units: Units { metres: unit, is_of_blender: is_of_blender(stage)? },
         root: map.clone(),
         shaders: Shaders::new(stage, clock.code(clock.first())),
-        bindings: Bindings::default(),
+        bindings: Bindings::in_order(render.as_ref().and_then(|render| render.bindings.as_deref())),
         of_prototypes: HashMap::new(),
         of_materials: HashMap::new(),
         known: HashMap::new(),
@@ -108,18 +139,42 @@ pub fn content(stage: &Stage, record: &Record) -> Answer<Content> {
         has_nested: HashMap::new(),
         nodes: 0,
         base: Path::abs_root(),
+        choice: wanted.choice.clone(),
+        is_shot: wanted.view.is_some(),
+        mask,
     };
+    walk.content.render = render;
+    walk.content.note = note;
+    if wanted.view.as_ref().is_some_and(|view| view.settings.is_none()) {
+        walk.content.defects.extend(render::missing(stage)?);
+    }
     let context = Context { map, visible: Visibility::ALWAYS, is_rendered: true, is_skinned: false };
     let roots = said(stage.prim(Path::abs_root()).children())?;
     let shown = walk.below(roots, context, PrimPredicate::DEFAULT_PROXIES)?;
     walk.content.shown = shown;
+    if let Some(view) = &wanted.view {
+        walk.read_camera(view.camera.as_deref())?;
+    }
     let mut content = walk.content;
+    if let Some(render) = &mut content.render {
+        content.unused.append(&mut render.unused);
+    }
     content.unused.append(&mut walk.shaders.unused);
     content.defects.append(&mut walk.shaders.missing);
     if walk.bindings.has_collections {
         content.unused.insert(String::from("materials that collections bind are not used"));
     }
     Ok(content)
+}
+
+/// Leaves payloads out.
+///
+/// # Errors A prim that is not there.
+pub fn unload(stage: &Stage, choice: &StageChoice) -> Answer<()> {
+    let paths = choice.unloaded.iter().map(|path| said(Path::new(path))).collect::<Answer<Vec<_>>>()?;
+    paths.iter().try_for_each(|path| variants::check_prim(stage, path, "the unloaded payloads"))?;
+    stage.load_and_unload(std::iter::empty::<(Path, LoadPolicy)>(), paths);
+    Ok(())
 }
 
 /// A quarter turn without the rounding of sines.
@@ -142,7 +197,7 @@ fn is_of_blender(stage: &Stage) -> Answer<bool> {
     Ok(matches!(written, Some(Value::String(text)) if text.starts_with("Blender")))
 }
 
-fn clock(stage: &Stage) -> Answer<Clock> {
+fn clock(stage: &Stage, read: Option<[i32; 2]>) -> Answer<Clock> {
     let is_rate = |rate: &f64| (1e-3..=1e6).contains(rate);
     let codes = metadata_number(stage, "timeCodesPerSecond")?.filter(is_rate);
     let frames = metadata_number(stage, "framesPerSecond")?.filter(is_rate);
@@ -155,7 +210,9 @@ fn clock(stage: &Stage) -> Answer<Clock> {
         }
         _ => None,
     };
-    Ok(Clock { rate, codes, range })
+    let read = read.map(|ends| ends.map(f64::from));
+    let around = read.map(|[first, last]| [(first - AROUND) * codes, (last + AROUND) * codes]);
+    Ok(Clock { rate, codes, range: read.or(range), read: around })
 }
 
 impl Walk<'_> {
@@ -171,6 +228,10 @@ impl Walk<'_> {
         let mut waiting: Vec<(Prim, Rc<Context>)> =
             roots.into_iter().rev().map(|prim| (prim, context.clone())).collect();
         while let Some((prim, above)) = waiting.pop() {
+            // what is asked of a prim composes it, and reads the layers that it refers to
+            if !self.is_masked_in(prim.path()) {
+                continue;
+            }
             self.count_prim(&prim)?;
             let status = said(self.stage.prim_status(prim.path().clone()))?;
             if !predicate.matches(status) {
@@ -189,6 +250,7 @@ impl Walk<'_> {
                 if children.is_empty() {
                     self.note_missing(&prim)?;
                 }
+                self.note_variants(&prim)?;
                 waiting.extend(children.into_iter().rev().map(|child| (child, own.clone())));
             }
             if shown.len() > MOST_SHOWN {
@@ -196,6 +258,87 @@ impl Walk<'_> {
             }
         }
         Ok(shown)
+    }
+
+    /// True for prims in the mask, above it and below it. What prims within name lies anywhere.
+    fn is_masked_in(&self, path: &Path) -> bool {
+        self.mask.is_empty()
+            || !self.within.is_empty()
+            || self.mask.iter().any(|of| path.has_prefix(of) || of.has_prefix(path))
+    }
+
+    /// Records variant sets of a prim, and what they show.
+    fn note_variants(&mut self, prim: &Prim) -> Answer<()> {
+        let graph = said(prim.prim_index().graph())?;
+        let is_own = |node: &Node| node.arc() == ArcType::Variant && node.path().as_str().ends_with('}');
+        if self.content.variants.len() > MOST_SETS || !graph.all_nodes().any(is_own) {
+            return Ok(());
+        }
+        let selected = variants::selected(self.stage, prim.path())?;
+        for set in variants::sets(self.stage, prim.path())? {
+            let Some((name, variant)) = selected.iter().find(|(name, _)| *name == set.name) else { continue };
+            let all = variants::listed(&set.variants);
+            self.content.variants.push(match self.content.variants.len() {
+                MOST_SETS => String::from("more"),
+                _ => format!("{}:{name}={variant} (of {all})", prim.path()),
+            });
+            if self.content.variants.len() > MOST_SETS {
+                break;
+            }
+        }
+        Ok(())
+    }
+
+    /// Reads the camera that is chosen or that the settings name, where it is not among those that were met.
+    fn read_camera(&mut self, chosen: Option<&str>) -> Answer<()> {
+        let of_settings = self.content.render.as_ref().and_then(|render| render.camera.clone());
+        let is_chosen = chosen.is_some();
+        let Some(name) = chosen.map(String::from).or(of_settings) else { return Ok(()) };
+        let known = |walk: &Self| walk.content.cameras.iter().map(|camera| camera.path.clone()).collect();
+        let known: Vec<String> = known(self);
+        let there = match &known[..] {
+            [] => String::from("there is no camera"),
+            some => format!("there are {}", variants::listed(some)),
+        };
+        if !name.starts_with('/') {
+            let end = format!("/{name}");
+            let found: Vec<String> = known.into_iter().filter(|path| path.ends_with(&end)).collect();
+            return match &found[..] {
+                [] => Err(format!("the camera `{name}` is not in the file: {there}")),
+                [path] => {
+                    self.content.camera = Some(path.clone());
+                    Ok(())
+                }
+                some => Err(format!(
+                    "the file has several cameras `{name}`: write the path of one, of {}",
+                    variants::listed(some)
+                )),
+            };
+        }
+        if !known.contains(&name) {
+            // below what the mask leaves out
+            let path = Path::new(&name).map_err(|error| format!("the camera `{name}`: {error}"))?;
+            let prim = self.stage.prim(path.clone());
+            let is_camera =
+                said(prim.is_valid())? && said_type(self.stage, &path)?.as_deref() == Some("Camera");
+            let map = if is_camera { self.map_of(&path)? } else { None };
+            let Some(map) = map else {
+                if is_chosen {
+                    return Err(format!("the camera `{name}` is not in the file: {there}"));
+                }
+                let of = self.content.render.as_ref().map_or("", |render| render.path.as_str());
+                let message = format!(
+                    "the camera {name}, which the settings {of} name, is not in the file: the first one is shown; --camera names another                      one ({there})"
+                );
+                self.content.defects.insert(message);
+                return Ok(());
+            };
+            let file = (&self.content.clock, self.units.metres);
+            let camera = cameras::read(&prim, &map, file, &mut self.content.unused)?;
+            self.content.cameras.push(camera);
+        }
+        self.content.camera = Some(name);
+        Ok(())
     }
 
     /// Counts a prim that is looked at.
@@ -237,7 +380,7 @@ impl Walk<'_> {
         context.map = self.placed(prim, &above.map)?;
         context.is_skinned |= kind == "SkelRoot";
         if let Some(first) = word(prim, "visibility", clock.code(clock.first()))? {
-            let times = codes(prim, "visibility")?;
+            let times = codes_read(prim, "visibility", &clock)?;
             let is_there = |code: f64| -> Answer<bool> {
                 Ok(word(prim, "visibility", code)?.as_deref() != Some("invisible"))
             };
@@ -251,7 +394,7 @@ impl Walk<'_> {
             context.visible = context.visible.and(&own.unwrap_or(Visibility::ALWAYS));
         }
         if let Some(purpose) = word(prim, "purpose", clock.code(clock.first()))? {
-            context.is_rendered = matches!(purpose.as_str(), "default" | "render");
+            context.is_rendered = self.choice.shows(&purpose);
         }
         Ok(context)
     }
@@ -296,6 +439,15 @@ impl Walk<'_> {
             "Mesh" if is_seen => {
                 shown.extend(self.mesh(prim, context)?.map(|(mesh, map)| of(mesh, map)));
             }
+            "BasisCurves" if is_seen => {
+                let surfaces = self.surfaces(prim)?;
+                let clock = self.content.clock;
+                for (curves, there) in curves::curves(prim, &clock, &surfaces, &mut self.content.unused)? {
+                    let number = self.number_of(curves);
+                    let one = of(number, context.map.clone());
+                    shown.push(ShownMesh { visible: one.visible.and(&there), ..one });
+                }
+            }
             kind if implicit::is_shape(kind) && is_seen => {
                 let surface = self.surfaces(prim)?.of_mesh;
                 let mesh =
@@ -321,8 +473,8 @@ impl Walk<'_> {
                     self.content.lights.extend(lights::read((prim, kind), place, file, &mut self.shaders)?);
                 }
             }
-            "RenderSettings" if self.is_settings(prim)? => {
-                self.content.render = Some(self.render_settings(prim)?);
+            "RenderSettings" if self.content.render.is_none() && self.is_shot => {
+                self.content.render = Some(self.settings_met(prim)?);
             }
             // materials are read when they are bound
             "Material" | "Shader" | "NodeGraph" | "GeomSubset" => return Ok(false),
@@ -331,34 +483,22 @@ impl Walk<'_> {
         Ok(true)
     }
 
-    /// True for the settings that the file names, or for the first ones.
-    fn is_settings(&self, prim: &Prim) -> Answer<bool> {
-        let named = match said(self.stage.stage_metadata("renderSettingsPrimPath"))? {
-            Some(Value::String(path)) => Some(path),
-            Some(Value::Token(path)) => Some(path.to_string()),
-            _ => None,
-        };
-        Ok(named.map_or(self.content.render.is_none(), |path| path == prim.path().as_str()))
-    }
-
-    fn render_settings(&mut self, prim: &Prim) -> Answer<RenderSettings> {
-        let code = self.content.clock.code(self.content.clock.first());
-        let camera = targets(prim, "camera")?.into_iter().next().map(|path| path.to_string());
-        let size = value(prim, "resolution", code)?.as_ref().and_then(numbers);
-        let size = size.and_then(|size| <[f64; 2]>::try_from(size).ok());
-        let is_size = |size: &[f64; 2]| size.iter().all(|edge| (1.0..=MOST_PIXELS).contains(edge));
-        let policy = word(prim, "aspectRatioConformPolicy", code)?;
-        if policy.is_some_and(|policy| policy != "expandAperture") {
-            self.shaders.leave_out(
-                "aspectRatioConformPolicy is not used: apertures of cameras grow to the picture's shape",
-            );
+    /// Reads settings that lie elsewhere than where they belong: the first ones that are met.
+    fn settings_met(&mut self, prim: &Prim) -> Answer<RenderSettings> {
+        let mut settings =
+            render::read(self.stage, prim, self.content.clock.code(self.content.clock.first()))?;
+        if settings.purposes.take().is_some() || settings.bindings.take().is_some() {
+            settings.unused.insert(format!(
+                "includedPurposes and materialBindingPurposes of {} are not used: name it by renderSettingsPrimPath, or put it below /Render",
+                prim.path()
+            ));
         }
-        Ok(RenderSettings { camera, size: size.filter(is_size).map(|size| size.map(|edge| edge as u32)) })
+        Ok(settings)
     }
 
     fn note_unused(&mut self, kind: &str, is_seen: bool) {
         let what = match kind {
-            "BasisCurves" | "NurbsCurves" | "HermiteCurves" => "curves are",
+            "NurbsCurves" | "HermiteCurves" => "NURBS and Hermite curves are",
             "NurbsPatch" => "NURBS patches are",
             "Points" => "points are",
             "Volume" => "volumes are",
@@ -372,7 +512,7 @@ impl Walk<'_> {
         if is_seen {
             self.content
                 .unused
-                .insert(format!("{what} not shown: only meshes, spheres, cubes and the like are"));
+                .insert(format!("{what} not shown: only meshes, curves, spheres, cubes and the like are"));
         }
     }
 }

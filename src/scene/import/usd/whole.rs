@@ -6,8 +6,10 @@ use std::sync::Arc;
 use glam::Vec3;
 use toml::Value;
 
-use super::file::{Clock, Content, UsdCamera, UsdFile, UsdLightKind};
-use super::{cameras, lights};
+use super::choice::ViewChoice;
+use super::clock::Clock;
+use super::file::{Content, UsdCamera, UsdFile, UsdLightKind};
+use super::{cameras, lights, written};
 use crate::scene::SceneError;
 use crate::scene::import::faces::are_within_reach;
 use crate::scene::keys::{FileTables, Rate};
@@ -20,7 +22,7 @@ use crate::scene::written::{BareShot, Written};
 ///
 /// # Errors Those of the file.
 pub(crate) fn read(path: &Path, options: &Options) -> Result<(Arc<UsdFile>, BareShot), SceneError> {
-    let file = UsdFile::open(path)?;
+    let file = UsdFile::open(path, &options.usd, Some(&view(options)))?;
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     let shot = bare(&file, &name, options)?;
     Ok((Arc::new(file), shot))
@@ -30,7 +32,17 @@ pub(crate) fn read(path: &Path, options: &Options) -> Result<(Arc<UsdFile>, Bare
 ///
 /// # Errors Those of the file.
 pub fn text(path: &Path, model: &str, options: &Options) -> Result<Written, SceneError> {
-    Ok(bare(&UsdFile::open(path)?, model, options)?.written())
+    let file = UsdFile::open(path, &options.usd, Some(&view(options)))?;
+    Ok(bare(&file, model, options)?.written())
+}
+
+/// What is chosen for the picture.
+fn view(options: &Options) -> ViewChoice {
+    ViewChoice {
+        camera: options.camera.clone(),
+        settings: options.render_settings.clone(),
+        only_seen: options.only_seen,
+    }
 }
 
 fn bare(file: &UsdFile, model: &str, options: &Options) -> Result<BareShot, SceneError> {
@@ -38,25 +50,28 @@ fn bare(file: &UsdFile, model: &str, options: &Options) -> Result<BareShot, Scen
     let (mut notes, mut stage) = (Vec::new(), String::new());
     let (around_it, mut tables) = match chosen(content) {
         Some(camera) => {
-            let is_named = content.render.as_ref().is_some_and(|render| render.camera.is_some());
-            if content.cameras.len() > 1 && !is_named {
+            if content.cameras.len() > 1 && content.camera.is_none() {
                 let count = content.cameras.len();
-                notes.push(format!("of {count} cameras the first is shown: `{}`", camera.name));
+                notes.push(format!(
+                    "of {count} cameras the first is shown: `{}`; --camera names another one",
+                    camera.name
+                ));
             }
-            let stated = content.render.as_ref().and_then(|render| render.size);
             let settings = (frames(file), rate(&content.clock));
-            (String::new(), cameras::tables(camera, (options.size, stated), settings))
+            (String::new(), cameras::tables(camera, options.size, content.render.as_ref(), settings))
         }
         None => {
             let fit = fit(file, options.size)?;
-            notes.push(String::from("the file has no camera: one goes once around all of it"));
+            let what =
+                if file.choice.mask.is_empty() { "the file" } else { "what the mask leaves of the file" };
+            notes.push(format!("{what} has no camera: one goes once around all of it"));
             if !content.has_lights {
                 stage = floor(&fit);
             }
             (around(&fit, options.size), FileTables::default())
         }
     };
-    tables.lights = content.lights.iter().filter_map(lights::table).collect();
+    tables.lights = content.lights.iter().filter_map(|light| lights::table(content, light)).collect();
     let domes: Vec<_> =
         content.lights.iter().filter(|light| matches!(light.kind, UsdLightKind::Dome { .. })).collect();
     if let Some(dome) = domes.first() {
@@ -68,22 +83,29 @@ fn bare(file: &UsdFile, model: &str, options: &Options) -> Result<BareShot, Scen
     let mut stand_in = "";
     if !content.has_lights {
         stand_in = LIGHT;
-        notes.push(String::from("the file has no lights: a sky and two soft lights stand in for them"));
+        let what = if file.choice.mask.is_empty() { "the file" } else { "what the mask leaves of the file" };
+        notes.push(format!("{what} has no lights: a sky and two soft lights stand in for them"));
     } else if content.lights.is_empty() {
         notes.push(String::from("none of the file's lights shines, so it is dark"));
     }
+    notes.extend(content.note.clone());
+    if !content.variants.is_empty() {
+        notes.push(format!("variants: {}; --variant chooses others", content.variants.join(", ")));
+    }
     let model = Value::from(model);
+    let stage_of = written::stage(&file.choice);
+    let output = written::output(file, chosen(content).map_or(0.0, |camera| camera.stops));
     let text = [
         format!("{HEAD}{around_it}"),
-        format!("\n[[model]]\nusd = {model}\n{stage}"),
-        format!("{stand_in}{INDIRECT}"),
+        format!("\n[[model]]\nusd = {model}\n{stage_of}{stage}"),
+        format!("{stand_in}{INDIRECT}{output}"),
     ];
     Ok(BareShot { text, tables, notes })
 }
 
-/// The camera that the file's settings name, or else the first one.
+/// The camera that is chosen or that the file's settings name, or else the first one.
 fn chosen(content: &Content) -> Option<&UsdCamera> {
-    let named = content.render.as_ref().and_then(|render| render.camera.as_ref());
+    let named = content.camera.as_ref();
     let found = named.and_then(|path| content.cameras.iter().find(|camera| camera.path == *path));
     found.or_else(|| content.cameras.first())
 }
@@ -130,6 +152,11 @@ fn fit(file: &UsdFile, size: [u32; 2]) -> Result<Fit, SceneError> {
         let first = positions.len() as u32;
         let place =
             |position: &[f32; 3]| map.transform_point3(Vec3::from(*position).as_dvec3()).as_vec3().to_array();
+        if let Some(curves) = &mesh.curves {
+            positions.extend(curves.points.iter().map(place));
+            triangles.extend((first..positions.len() as u32).map(|point| [point; 3]));
+            continue;
+        }
         positions.extend(mesh.positions_at(frame).iter().map(place));
         triangles.extend(mesh.triangles.iter().map(|triangle| triangle.map(|corner| corner + first)));
     }

@@ -257,6 +257,7 @@ impl<'a> Pieces<'a> {
                 alphas: of_vertices(&kept, &self.alphas),
                 tangents,
                 space: mesh.details.space,
+                cage: None,
             }),
         })
     }

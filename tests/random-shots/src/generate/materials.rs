@@ -108,6 +108,9 @@ fn material(dice: &mut Dice, name: &str) -> Table {
             material.insert("alpha_mode".into(), "blend".into());
         }
     }
+    if dice.one_in(7) {
+        material.insert("hair".into(), Value::Table(hair(dice)));
+    }
     if dice.one_in(6) {
         material.insert("subsurface".into(), Value::Float(*dice.pick(&[0.3, 1.0])));
         let radius = *dice.pick(&[0.02, 0.2, 2.0]);
@@ -162,4 +165,19 @@ fn add_coat(dice: &mut Dice, material: &mut Table) {
         material.insert("coat_color".into(), numbers(color(dice)));
         material.insert("coat_darkening".into(), Value::Float(*dice.pick(&[0.5, 1.0])));
     }
+}
+
+fn hair(dice: &mut Dice) -> Table {
+    let mut share = |values: &[f64]| Value::Float(*dice.pick(values));
+    let mut hair = table([
+        ("roughness", share(&[0.1, 0.3, 1.0])),
+        ("radial_roughness", share(&[0.1, 0.3, 1.0])),
+        ("coat", share(&[0.0, 0.8])),
+        ("offset", share(&[0.0, 2.0, -10.0])),
+    ]);
+    if dice.one_in(2) {
+        hair.insert("melanin".into(), Value::Float(*dice.pick(&[0.0, 0.4, 0.9])));
+        hair.insert("melanin_redness".into(), dice.between(0.0, 1.0).into());
+    }
+    hair
 }

@@ -8,6 +8,7 @@ mod camera;
 mod graphs;
 mod hostile;
 mod lights;
+mod links;
 mod materials;
 mod media;
 mod models;
@@ -15,6 +16,7 @@ pub mod rays;
 mod settings;
 pub mod small;
 mod still_world;
+mod subdivision;
 mod tracks;
 
 use toml::{Table, Value};
@@ -45,6 +47,10 @@ const STILL_WORLD: u64 = 0x5713_1103;
 /// And graphs of materials.
 const GRAPHS: u64 = 0x6EA0_4500;
 
+/// And links of lights.
+const LINKS: u64 = 0x0011_4B5E;
+/// And what is subdivided or displaced.
+const SUBDIVISION: u64 = 0x5B_D171_DE00;
 /// And media.
 const MEDIA: u64 = 0x6D15_7000;
 
@@ -73,6 +79,8 @@ pub fn generate(seed: u64) -> Table {
     settings::add_error(&mut Dice::new(seed ^ ERROR), &mut shot);
     still_world::add(&mut Dice::new(seed ^ STILL_WORLD), &mut shot);
     graphs::add(&mut Dice::new(seed ^ GRAPHS), &mut shot);
+    links::add(&mut Dice::new(seed ^ LINKS), &mut shot);
+    subdivision::add(&mut Dice::new(seed ^ SUBDIVISION), &mut shot);
     media::add(&mut Dice::new(seed ^ MEDIA), &mut shot);
     shot
 }

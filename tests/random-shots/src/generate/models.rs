@@ -1,4 +1,4 @@
-//! Things: meshes and quadrics that rest, move, turn, grow, jump, deform, come and go, some in the same place as others.
+//! Things: meshes, quadrics and curves that rest, move, turn, grow, jump, deform, come and go, some in the same place as others.
 
 use toml::{Table, Value};
 
@@ -6,7 +6,7 @@ use super::settings::Span;
 use super::tracks::{Way, add_keys, add_visibility};
 use super::{color, numbers, place, table};
 use crate::dice::Dice;
-use crate::files::{MATERIALS, SHAPES};
+use crate::files::{CURVES, MATERIALS, SHAPES};
 use crate::glb::MOTIONS;
 
 /// Models of a shot, at most.
@@ -113,6 +113,8 @@ fn model(dice: &mut Dice, span: &Span) -> Table {
     let mut model = Table::new();
     if dice.one_in(4) {
         model.insert("quadric".into(), Value::Table(quadric(dice)));
+    } else if dice.one_in(6) {
+        model.insert("curves".into(), Value::Table(curves(dice)));
     } else {
         let shape = *dice.pick(&SHAPES);
         let name = mesh_name(dice, shape);
@@ -216,6 +218,15 @@ fn quadric(dice: &mut Dice) -> Table {
         quadric.insert("open".into(), Value::Boolean(true));
     }
     quadric
+}
+
+fn curves(dice: &mut Dice) -> Table {
+    let mut curves =
+        table([("file", (*dice.pick(&CURVES)).into()), ("material", (*dice.pick(&MATERIALS)).into())]);
+    if dice.one_in(3) {
+        curves.insert("tolerance".into(), Value::Float(*dice.pick(&[0.001, 0.1])));
+    }
+    curves
 }
 
 fn matrix(dice: &mut Dice) -> Value {

@@ -126,6 +126,7 @@ impl Statements {
         beyond.entry_matt = self.entry_matt.or(beyond.entry_matt);
         beyond.tangent_turn = self.tangent_turn.unwrap_or(beyond.tangent_turn);
         beyond.tangent_around = self.tangent_around.or(beyond.tangent_around);
+        beyond.hair = self.hair.or(beyond.hair);
     }
 
     /// Share of the surface that is there, by `d` or `Tr`.

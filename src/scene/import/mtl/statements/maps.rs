@@ -21,8 +21,10 @@ pub(crate) struct MapStatement {
     pub scale: Vec2,
     pub offset: Vec2,
     pub clamp: bool,
-    /// `-bm`: factor on the slopes of a bump or normal map.
+    /// `-bm`: factor on the slopes of a bump or normal map; of a displacement the length for which 1 stands.
     pub slope: f32,
+    /// Of a displacement: value that moves nothing.
+    pub middle: f32,
     /// `-imfchan`: what counts of it where one number is meant.
     pub channel: Shown,
     /// `-colorspace`: encoding of the colours, if it is stated.
@@ -56,6 +58,8 @@ pub enum MapUse {
     Filter,
     /// Share that is glass; MTL has no such statement.
     Transmission,
+    /// Heights that move vertices; of MTL none is read.
+    Displacement,
 }
 
 impl MapUse {
@@ -73,6 +77,7 @@ impl MapUse {
             Self::Bump => "map_Bump",
             Self::Filter => "map_Tf",
             Self::Transmission => "map_transmission",
+            Self::Displacement => "map_displacement",
         }
     }
 }
@@ -99,7 +104,9 @@ impl MapUse {
             Self::Filter | Self::Transmission => {
                 matches!(material.optics, Optics::Glass { .. }) && !material.can_blend()
             }
-            Self::Color | Self::Opacity | Self::Emission | Self::Normal | Self::Bump => true,
+            Self::Color | Self::Opacity | Self::Emission | Self::Normal | Self::Bump | Self::Displacement => {
+                true
+            }
         }
     }
 
@@ -110,7 +117,9 @@ impl MapUse {
             Self::Opacity => PictureUse::Opacity,
             Self::Specular | Self::Filter => PictureUse::ColorParameter,
             Self::Emission => PictureUse::Light,
-            Self::Shininess | Self::Roughness | Self::Metal | Self::Transmission => PictureUse::Parameter,
+            Self::Shininess | Self::Roughness | Self::Metal | Self::Transmission | Self::Displacement => {
+                PictureUse::Parameter
+            }
             Self::Normal => PictureUse::Normals,
             Self::Bump => PictureUse::Heights,
         }
@@ -135,7 +144,7 @@ impl MapUse {
                     phong.exponent.node = None
                 };
             }
-            Self::Color | Self::Opacity | Self::Normal | Self::Bump => return,
+            Self::Color | Self::Opacity | Self::Normal | Self::Bump | Self::Displacement => return,
         };
         value.node = None;
     }
@@ -157,7 +166,7 @@ impl MapUse {
 
 /// Maps of a material by their use, with anything that belongs to each.
 #[derive(Debug, Clone, PartialEq)]
-pub struct ByUse<T>([Option<T>; 11]);
+pub struct ByUse<T>([Option<T>; 12]);
 
 /// Maps that a material states.
 pub type MapStatements = ByUse<MapStatement>;
@@ -227,6 +236,7 @@ impl MapStatement {
             offset: Vec2::ZERO,
             clamp: false,
             slope: 1.0,
+            middle: 0.0,
             channel: Shown::Mean,
             space: None,
             line,

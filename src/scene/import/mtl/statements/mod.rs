@@ -7,7 +7,7 @@ use glam::{DVec3, Vec3};
 
 use self::maps::{MapStatements, MapUse, PARAMETERS};
 use crate::scene::keys::material::AlphaMode;
-use crate::scene::material::LARGEST_COLOR;
+use crate::scene::material::{Hair, LARGEST_COLOR};
 use crate::scene::surface::{Parameter, Value};
 
 /// Statements of a file about one material. Absent values are not the defaults: those depend on other values.
@@ -38,6 +38,7 @@ pub(crate) struct Statements {
     pub entry_matt: Option<f32>,
     pub tangent_turn: Option<f32>,
     pub tangent_around: Option<Vec3>,
+    pub hair: Option<Hair>,
     /// Meaning of a picture's alpha, if a shot file states it.
     pub alpha_mode: Option<AlphaMode>,
     /// Pictures by their use.
@@ -72,6 +73,7 @@ impl Statements {
         self.entry_matt = other.entry_matt.or(self.entry_matt);
         self.tangent_turn = other.tangent_turn.or(self.tangent_turn);
         self.tangent_around = other.tangent_around.or(self.tangent_around);
+        self.hair = other.hair.or(self.hair);
         self.alpha_mode = other.alpha_mode.or(self.alpha_mode);
         // a number all over is what is meant, and no factor of a picture; the colour of one is
         for used in PARAMETERS.into_iter().filter(|used| other.states_number(*used)) {
@@ -89,7 +91,8 @@ impl Statements {
             MapUse::Roughness => self.pr.is_some(),
             MapUse::Metal => self.pm.is_some(),
             MapUse::Filter => self.tf.is_some(),
-            MapUse::Color | MapUse::Opacity | MapUse::Normal | MapUse::Bump | MapUse::Transmission => false,
+            MapUse::Color | MapUse::Opacity | MapUse::Normal | MapUse::Bump => false,
+            MapUse::Transmission | MapUse::Displacement => false,
         }
     }
 

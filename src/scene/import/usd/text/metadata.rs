@@ -8,6 +8,11 @@ use super::types::{Kind, OF_LAYERS, OF_PRIMS, Type};
 /// Metadata of references and sublayers that is kept.
 const OF_ARCS: [&str; 2] = ["offset", "scale"];
 
+/// Copies of a point instancer that are not there: by all of their numbers, or by more of them, or fewer, than weaker layers have.
+pub const INACTIVE: &str = "inactiveIds";
+pub const INACTIVE_AS_WELL: &str = "inactiveIdsAsWell";
+pub const ACTIVE_AGAIN: &str = "inactiveIdsNoMore";
+
 impl Writer<'_> {
     /// Metadata, if they are next. Returns true if they were.
     pub fn metadata_if_any(&mut self, kept: &[&str]) -> Step<bool> {
@@ -41,6 +46,12 @@ impl Writer<'_> {
                 self.put()?;
             }
             let name = self.expect_word("the name of metadata")?.text;
+            let is_of_copies = name == INACTIVE && kept == OF_PRIMS;
+            if is_edit && is_of_copies {
+                // the library reads no edits of what it does not know
+                self.blank(mark);
+                self.out.push_str(if token.text == "delete" { ACTIVE_AGAIN } else { INACTIVE_AS_WELL });
+            }
             self.expect('=', "the name of metadata")?;
             let is_rate = matches!(name, "timeCodesPerSecond" | "framesPerSecond");
             if is_rate && kept == OF_LAYERS {
@@ -49,7 +60,11 @@ impl Writer<'_> {
                 *of = rate;
             }
             let is_replaced = is_rate && self.to_rate.is_some();
-            if !is_replaced && (kept.contains(&name) || name == "variants" && kept == OF_PRIMS) {
+            if !is_replaced
+                && (kept.contains(&name)
+                    || name == "variants" && kept == OF_PRIMS
+                    || is_of_copies && token.text != "reorder")
+            {
                 self.entry(name)?;
                 self.out.push(' ');
             } else {

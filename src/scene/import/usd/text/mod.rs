@@ -12,6 +12,7 @@ mod values;
 
 pub use fault::Fault;
 use fault::Step;
+pub use metadata::{ACTIVE_AGAIN, INACTIVE, INACTIVE_AS_WELL};
 use token::{EDITS, Token, Tokens, What};
 use types::{Kind, OF_LAYERS, OF_PRIMS, OF_PROPERTIES, Type};
 

@@ -45,7 +45,8 @@ impl Walk<'_> {
         }
         self.within.pop();
         let name = path.as_str().trim_start_matches('/');
-        for Copy { number, prototype, map } in copies.list {
+        for Copy { number, prototype, map, visible } in copies.list {
+            let visible = context.visible.and(&visible);
             let map = context.map.after(&map);
             let (meshes, before) = &of_prototypes[prototype];
             if shown.len() + meshes.len() > MOST_SHOWN {
@@ -55,7 +56,7 @@ impl Walk<'_> {
                 name: format!("{name}/{number}/{}", mesh.name[*before..].trim_start_matches('/')),
                 mesh: mesh.mesh,
                 map: map.after(&mesh.map),
-                visible: context.visible.and(&mesh.visible),
+                visible: visible.and(&mesh.visible),
             }));
         }
         Ok(())

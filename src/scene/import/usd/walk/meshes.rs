@@ -85,6 +85,7 @@ impl Walk<'_> {
     pub fn number_of(&mut self, mesh: UsdMesh) -> usize {
         let digest = Digest::of_all([
             Digest::new(bytemuck::cast_slice(&mesh.positions)),
+            Digest::new(bytemuck::cast_slice(mesh.curves.as_ref().map_or(&[][..], |curves| &curves.points))),
             Digest::new(bytemuck::cast_slice(mesh.triangles.as_flattened())),
         ]);
         let same = self.known.entry(digest).or_default();
