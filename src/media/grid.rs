@@ -1,12 +1,32 @@
-//! Media that vary from place to place: a grid of cells, each of which is even.
+//! Media that vary from place to place: values at the points of a lattice, between which they are interpolated.
 //!
-//! So all that is said of even media holds in each cell, by the same closed formulas: nothing along a ray is missed or drawn by lot, and a
-//! ray is as long in each cell as it is. Blocks of empty cells are passed in one step.
+//! In a cell between eight points a value is trilinear in the place, and along a line a cubic polynomial of the parameter. Its integral is
+//! exact by two places (Gauss and Legendre), so what is left of light behind a cell is exact, too. Within a cell a ray takes the mean of its
+//! part there: all that is said of even media holds in it, by the same closed formulas, and nothing along a ray is drawn by lot.
+//!
+//! Points are kept in blocks, and only where there is anything: regions and blocks that are empty are passed in one step.
 
-use glam::{DVec3, UVec3, Vec3};
+use std::collections::HashMap;
+
+use glam::{DAffine3, DVec3, IVec3, Vec3};
 
 /// Cells along the edge of a block.
-const BLOCK: u32 = 8;
+pub const BLOCK: i32 = 8;
+
+/// Points along the edge of a block: those of its cells, with the far ones.
+pub const POINTS: i32 = BLOCK + 1;
+
+/// Points of a block: along X first, then Y, then Z.
+pub const BLOCK_POINTS: usize = (POINTS * POINTS * POINTS) as usize;
+
+/// Blocks along the edge of a region.
+const REGION: i32 = 16;
+
+/// Most regions in the box around all that are not empty: 13,000 cells along each edge.
+const MOST_REGIONS: i64 = 1 << 20;
+
+/// The number of no block, and of no region.
+const NONE: u32 = u32::MAX;
 
 /// What becomes of light in a cell, as factors of a [`Medium`](crate::scene::medium::Medium).
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -26,136 +46,261 @@ impl Cell {
     /// All of it.
     pub const FULL: Self = Self { scatter: Vec3::ONE, absorb: Vec3::ONE, emit: Vec3::ONE };
 
-    /// The same without what is negative or no number.
-    fn cleaned(self) -> Self {
-        let clean = |value: f32| if value > 0.0 && value.is_finite() { value } else { 0.0 };
-        let [scatter, absorb, emit] =
-            [self.scatter, self.absorb, self.emit].map(|of| Vec3::from_array(of.to_array().map(clean)));
-        Self { scatter, absorb, emit }
+    fn plus(self, other: &Self, factor: f32) -> Self {
+        Self {
+            scatter: self.scatter + other.scatter * factor,
+            absorb: self.absorb + other.absorb * factor,
+            emit: self.emit + other.emit * factor,
+        }
     }
 }
 
-/// Cells in a box, object space.
+/// Values on a lattice in the space of a mesh's positions.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MediumGrid {
-    low: DVec3,
-    /// Size of a cell.
-    cell: DVec3,
-    counts: UVec3,
-    /// Cells one after the other along X, then Y, then Z.
-    cells: Vec<Cell>,
-    /// Blocks in the same order: true if any of its cells is not empty.
-    blocks: Vec<bool>,
+    /// Map from that space to that of the lattice, whose points have whole numbers; the lowest region begins at 0.
+    to_lattice: DAffine3,
+    /// Regions along each axis.
+    counts: IVec3,
+    /// Number of the table of each region, along X first, then Y, then Z.
+    regions: Vec<u32>,
+    /// Tables of regions: the number of each block.
+    tables: Vec<Vec<u32>>,
+    /// Values of blocks: of each channel at each point.
+    values: Vec<f32>,
+    /// What 1 of each channel is.
+    channels: Vec<Cell>,
+}
+
+/// Channels of a grid, at most: all that a [`Cell`] has.
+pub const MOST_CHANNELS: usize = 9;
+
+/// Why values make no grid.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum NoGrid {
+    /// There are none, or the lattice has no space.
+    Empty,
+    /// They are too far apart.
+    TooWide,
 }
 
 impl MediumGrid {
-    /// Most cells of a grid.
-    pub const MOST_CELLS: u64 = 1 << 28;
-
-    /// Creates the grid of `cells` of this size from `low` on: along X first, then Y, then Z. `None` if the numbers do not fit. What is
-    /// negative or no number is empty.
-    pub fn new(low: DVec3, size: DVec3, counts: UVec3, mut cells: Vec<Cell>) -> Option<Self> {
-        let [x, y, z] = counts.to_array().map(u64::from);
-        let count = x.checked_mul(y)?.checked_mul(z)?;
-        let fits = count == cells.len() as u64 && count > 0 && count <= Self::MOST_CELLS;
-        let is_box = low.is_finite() && size.is_finite() && size.cmpgt(DVec3::ZERO).all();
-        if !(fits && is_box) {
-            return None;
+    /// Creates the grid of `blocks`: the place of each on the lattice, in blocks, and the values of each channel at its points. 1 of a
+    /// channel is what `channels` say. What is negative or no number counts as zero.
+    ///
+    /// # Errors
+    /// Blocks that are nowhere, or far apart.
+    pub fn new(
+        to_lattice: DAffine3,
+        channels: Vec<Cell>,
+        blocks: Vec<(IVec3, Vec<f32>)>,
+    ) -> Result<Self, NoGrid> {
+        let size = BLOCK_POINTS * channels.len();
+        let is_filled = |values: &[f32]| values.iter().any(|value| *value > 0.0);
+        let mut blocks = blocks;
+        blocks.retain(|(_, values)| values.len() == size && is_filled(values));
+        let regions = || blocks.iter().map(|(at, _)| at.div_euclid(IVec3::splat(REGION)));
+        let low = regions().reduce(IVec3::min).ok_or(NoGrid::Empty)?;
+        let high = regions().reduce(IVec3::max).ok_or(NoGrid::Empty)?;
+        let counts = (high.as_i64vec3() - low.as_i64vec3()) + 1;
+        let is_small = counts.cmple(glam::I64Vec3::splat(MOST_REGIONS)).all();
+        if !is_small || counts.x * counts.y * counts.z > MOST_REGIONS {
+            return Err(NoGrid::TooWide);
         }
-        cells.iter_mut().for_each(|cell| *cell = cell.cleaned());
-        let mut grid = Self { low, cell: size, counts, cells, blocks: Vec::new() };
-        grid.blocks = grid.filled_blocks();
-        Some(grid)
-    }
-
-    fn filled_blocks(&self) -> Vec<bool> {
-        let counts = self.block_counts();
-        let mut blocks = vec![false; (counts.x * counts.y * counts.z) as usize];
-        for (number, _) in (0_u32..).zip(&self.cells).filter(|(_, cell)| **cell != Cell::EMPTY) {
-            let row = number / self.counts.x;
-            let at = UVec3::new(number % self.counts.x, row % self.counts.y, row / self.counts.y);
-            blocks[number_of(at / BLOCK, counts)] = true;
+        if !to_lattice.is_finite() || to_lattice.matrix3.determinant() == 0.0 {
+            return Err(NoGrid::Empty);
         }
-        blocks
+        let counts = counts.as_ivec3();
+        let origin = low.as_dvec3() * f64::from(REGION * BLOCK);
+        let mut grid = Self {
+            to_lattice: DAffine3::from_translation(-origin) * to_lattice,
+            counts,
+            regions: vec![NONE; (counts.x * counts.y * counts.z) as usize],
+            tables: Vec::new(),
+            values: Vec::with_capacity(blocks.len() * size),
+            channels,
+        };
+        // what is even all over is kept once
+        let mut even: HashMap<Vec<u32>, u32> = HashMap::new();
+        for (at, values) in blocks {
+            let region = at.div_euclid(IVec3::splat(REGION));
+            let known = &mut grid.regions[number_of(region - low, counts)];
+            if *known == NONE {
+                *known = grid.tables.len() as u32;
+                grid.tables.push(vec![NONE; (REGION * REGION * REGION) as usize]);
+            }
+            let slot = number_of(at - region * REGION, IVec3::splat(REGION));
+            let next = (grid.values.len() / size) as u32;
+            let mut add = || {
+                let clean = |value: &f32| if *value > 0.0 && value.is_finite() { *value } else { 0.0 };
+                grid.values.extend(values.iter().map(clean));
+                next
+            };
+            let is_even = values.chunks(BLOCK_POINTS).all(|of| of.iter().all(|value| *value == of[0]));
+            let number = if is_even {
+                let key = values.chunks(BLOCK_POINTS).map(|of| of[0].to_bits()).collect();
+                *even.entry(key).or_insert_with(add)
+            } else {
+                add()
+            };
+            grid.tables[*known as usize][slot] = number;
+        }
+        Ok(grid)
     }
 
-    fn block_counts(&self) -> UVec3 {
-        (self.counts + BLOCK - 1) / BLOCK
+    /// Calls `each` for the parts of a line that lie in cells where there is anything, in their order: with the parameters at which a part
+    /// begins and ends, from `from` to `to`, and what the part is like in the mean.
+    pub fn walk(&self, line: [DVec3; 2], range: [f64; 2], mut each: impl FnMut(f64, f64, &Cell)) {
+        self.parts(line, range, |from, to, means| {
+            let add = |cell: Cell, (mean, of): (&f32, &Cell)| cell.plus(of, *mean);
+            each(from, to, &means.iter().zip(&self.channels).fold(Cell::EMPTY, add));
+        });
     }
 
-    /// Calls `each` for the parts of a line that lie in cells which are not empty, in their order: with the parameters at which a part
-    /// begins and ends, from `from` to `to`, and its cell.
-    pub fn walk(&self, line: [DVec3; 2], [from, to]: [f64; 2], mut each: impl FnMut(f64, f64, &Cell)) {
-        let [origin, along] = line;
-        // in cells
-        let (origin, along) = ((origin - self.low) / self.cell, along / self.cell);
-        let Some([from, to]) = clip(origin, along, self.counts.as_dvec3(), [from, to]) else { return };
-        steps(origin, along, (self.block_counts(), f64::from(BLOCK)), [from, to], |block, from, to| {
-            if self.blocks[number_of(block, self.block_counts())] {
-                steps(origin, along, (self.counts, 1.0), [from, to], |cell, from, to| {
-                    let cell = &self.cells[number_of(cell, self.counts)];
-                    if *cell != Cell::EMPTY {
-                        each(from, to, cell);
+    /// Adds to `integrals` those of the channels along the part of a line between two parameters.
+    pub fn integrate(&self, line: [DVec3; 2], range: [f64; 2], integrals: &mut [f64; MOST_CHANNELS]) {
+        self.parts(line, range, |from, to, means| {
+            for (integral, mean) in integrals.iter_mut().zip(means) {
+                *integral += (to - from) * f64::from(*mean);
+            }
+        });
+    }
+
+    /// What so much of each channel is.
+    pub fn cell(&self, amounts: &[f64; MOST_CHANNELS]) -> Cell {
+        let add = |cell: Cell, (amount, of): (&f64, &Cell)| cell.plus(of, *amount as f32);
+        amounts.iter().zip(&self.channels).fold(Cell::EMPTY, add)
+    }
+
+    /// Calls `each` for the parts of a line in cells that are not empty, with the means of the channels there.
+    fn parts(&self, [origin, along]: [DVec3; 2], range: [f64; 2], mut each: impl FnMut(f64, f64, &[f32])) {
+        let origin = self.to_lattice.transform_point3(origin);
+        let ray = Line::new(origin, self.to_lattice.transform_vector3(along));
+        let edge = REGION * BLOCK;
+        let Some(range) = ray.clip((self.counts * edge).as_dvec3(), range) else { return };
+        let (channels, size) = (self.channels.len(), self.channels.len() * BLOCK_POINTS);
+        ray.steps((IVec3::ZERO, self.counts, edge), range, |region, range| {
+            let table = self.regions[number_of(region, self.counts)];
+            let Some(table) = self.tables.get(table as usize) else { return };
+            let inner = (region * REGION, IVec3::splat(REGION), BLOCK);
+            ray.steps(inner, range, |block, range| {
+                let number = table[number_of(block - region * REGION, IVec3::splat(REGION))];
+                if number == NONE {
+                    return;
+                }
+                let values = &self.values[number as usize * size..][..size];
+                let low = block * BLOCK;
+                ray.steps((low, IVec3::splat(BLOCK), 1), range, |cell, [from, to]| {
+                    let first = number_of(cell - low, IVec3::splat(POINTS));
+                    let [one, other] = ray.places([from, to], cell);
+                    let mut means = [0.0; MOST_CHANNELS];
+                    for (mean, values) in means.iter_mut().zip(values.chunks_exact(BLOCK_POINTS)) {
+                        *mean = mean_of(values, first, [one, other]);
+                    }
+                    if means != [0.0; MOST_CHANNELS] {
+                        each(from, to, &means[..channels]);
                     }
                 });
-            }
+            });
         });
     }
 }
 
-fn number_of(at: UVec3, counts: UVec3) -> usize {
-    (at.x as usize) + (counts.x as usize) * (at.y as usize + counts.y as usize * at.z as usize)
+/// Mean of the values at two places of the cell whose lowest point has the number `first`.
+fn mean_of(values: &[f32], first: usize, places: [Vec3; 2]) -> f32 {
+    const ROW: usize = POINTS as usize;
+    const LAYER: usize = ROW * ROW;
+    let corners = &values[first..first + LAYER + ROW + 2];
+    let rows = [0, ROW, LAYER, LAYER + ROW].map(|row| [corners[row], corners[row + 1]]);
+    let at = |place: Vec3| {
+        let [a, b, c, d] = rows.map(|[low, high]| low + (high - low) * place.x);
+        let (low, high) = (a + (b - a) * place.y, c + (d - c) * place.y);
+        low + (high - low) * place.z
+    };
+    ((at(places[0]) + at(places[1])) * 0.5).max(0.0)
 }
 
-/// The part of a line that lies in the box from zero to `high`.
-fn clip(origin: DVec3, along: DVec3, high: DVec3, [mut from, mut to]: [f64; 2]) -> Option<[f64; 2]> {
-    for axis in 0..3 {
-        if along[axis] == 0.0 {
-            if !(0.0..=high[axis]).contains(&origin[axis]) {
-                return None;
-            }
-            continue;
-        }
-        let [one, other] = [0.0, high[axis]].map(|plane| (plane - origin[axis]) / along[axis]);
-        from = from.max(one.min(other));
-        to = to.min(one.max(other));
-    }
-    (from < to).then_some([from, to])
+fn number_of(at: IVec3, counts: IVec3) -> usize {
+    (at.x + counts.x * (at.y + counts.y * at.z)) as usize
 }
 
-/// Calls `each` for the cells of this `size` that a line passes between two parameters: J. Amanatides and A. Woo, "A Fast Voxel Traversal
-/// Algorithm for Ray Tracing", 1987.
-fn steps(
+/// A line in the space of a lattice.
+struct Line {
     origin: DVec3,
     along: DVec3,
-    (counts, size): (UVec3, f64),
-    [from, to]: [f64; 2],
-    mut each: impl FnMut(UVec3, f64, f64),
-) {
-    // the cell in which it is a little behind its beginning
-    let start = origin + along * (from + (to - from).min(1e-9 * (1.0 + from.abs())));
-    let mut at = [0_i64; 3];
-    for axis in 0..3 {
-        at[axis] = ((start[axis] / size).floor() as i64).clamp(0, i64::from(counts[axis]) - 1);
+    /// Reciprocal of `along`.
+    pace: DVec3,
+}
+
+impl Line {
+    fn new(origin: DVec3, along: DVec3) -> Self {
+        Self { origin, along, pace: along.recip() }
     }
-    let mut here = from;
-    // one step more than there are planes in all directions: rounding ends nothing early, and nothing goes on for ever
-    for _ in 0..=counts.x + counts.y + counts.z {
-        let leaves = |axis: usize| {
-            let plane = if along[axis] > 0.0 { at[axis] + 1 } else { at[axis] } as f64 * size;
-            if along[axis] == 0.0 { f64::INFINITY } else { (plane - origin[axis]) / along[axis] }
+
+    /// The part of it that lies in the box from zero to `high`.
+    fn clip(&self, high: DVec3, [mut from, mut to]: [f64; 2]) -> Option<[f64; 2]> {
+        for axis in 0..3 {
+            if self.along[axis] == 0.0 {
+                if !(0.0..=high[axis]).contains(&self.origin[axis]) {
+                    return None;
+                }
+                continue;
+            }
+            let [one, other] = [0.0, high[axis]].map(|plane| (plane - self.origin[axis]) * self.pace[axis]);
+            from = from.max(one.min(other));
+            to = to.min(one.max(other));
+        }
+        (from < to).then_some([from, to])
+    }
+
+    /// Calls `each` for the boxes of `size` cells that it passes between two parameters, of those `counts` that begin at `low` (in
+    /// boxes): J. Amanatides and A. Woo, "A Fast Voxel Traversal Algorithm for Ray Tracing", 1987.
+    fn steps(
+        &self,
+        (low, counts, size): (IVec3, IVec3, i32),
+        [from, to]: [f64; 2],
+        mut each: impl FnMut(IVec3, [f64; 2]),
+    ) {
+        let edge = f64::from(size);
+        // the box in which it is a little behind its beginning
+        let start = self.origin + self.along * (from + (to - from).min(1e-9 * (1.0 + from.abs())));
+        let highest = low + counts - 1;
+        let mut at = (start / edge).floor().as_ivec3().clamp(low, highest);
+        let leaves = |at: IVec3, axis: usize| {
+            let plane = f64::from(if self.along[axis] > 0.0 { at[axis] + 1 } else { at[axis] }) * edge;
+            if self.along[axis] == 0.0 {
+                f64::INFINITY
+            } else {
+                (plane - self.origin[axis]) * self.pace[axis]
+            }
         };
-        let planes = [0, 1, 2].map(leaves);
-        let axis = (0..3).min_by(|a, b| planes[*a].total_cmp(&planes[*b])).unwrap_or(0);
-        let there = planes[axis].min(to).max(here);
-        if there > here {
-            each(UVec3::new(at[0] as u32, at[1] as u32, at[2] as u32), here, there);
+        let mut planes = [0, 1, 2].map(|axis| leaves(at, axis));
+        let mut here = from;
+        // one step more than there are planes in all directions: rounding ends nothing early, and nothing goes on for ever
+        for _ in 0..=counts.x + counts.y + counts.z {
+            let first = if planes[0] <= planes[1] { 0 } else { 1 };
+            let axis = if planes[first] <= planes[2] { first } else { 2 };
+            let there = planes[axis].min(to).max(here);
+            if there > here {
+                each(at, [here, there]);
+            }
+            here = there;
+            at[axis] += if self.along[axis] > 0.0 { 1 } else { -1 };
+            if here >= to || at[axis] < low[axis] || at[axis] > highest[axis] {
+                break;
+            }
+            planes[axis] = leaves(at, axis);
         }
-        here = there;
-        at[axis] += if along[axis] > 0.0 { 1 } else { -1 };
-        if here >= to || !(0..i64::from(counts[axis])).contains(&at[axis]) {
-            break;
-        }
+    }
+
+    /// The two places of Gauss and Legendre between two parameters, in a cell: 0 to 1 along each axis.
+    fn places(&self, [from, to]: [f64; 2], cell: IVec3) -> [Vec3; 2] {
+        /// Half of the distance between them, as a share of the length.
+        const APART: f64 = 0.288_675_134_594_812_9;
+        let (middle, apart) = ((from + to) * 0.5, (to - from) * APART);
+        let in_cell = self.origin - cell.as_dvec3();
+        [middle - apart, middle + apart]
+            .map(|at| (in_cell + self.along * at).as_vec3().clamp(Vec3::ZERO, Vec3::ONE))
     }
 }
 
@@ -164,43 +309,64 @@ mod tests {
     use super::*;
     use crate::shade::sampling::PathRandom;
 
-    fn dense(density: f32) -> Cell {
-        Cell { scatter: Vec3::X * density, ..Cell::EMPTY }
+    const DENSITY: [Cell; 1] = [Cell { scatter: Vec3::X, ..Cell::EMPTY }];
+
+    /// What is at a point of the lattice: nothing in places, and beyond some box.
+    fn density(at: IVec3) -> f32 {
+        let number = (at.x * 31 + at.y * 17 + at.z * 7).rem_euclid(11);
+        let is_there = at.cmpge(IVec3::splat(-10)).all() && at.cmple(IVec3::new(12, 40, 150)).all();
+        if is_there && number > 3 && at.y.div_euclid(20) != 0 { number as f32 } else { 0.0 }
     }
 
-    /// A grid whose cells are as dense as their numbers say, some of them empty.
-    fn grid(counts: UVec3) -> MediumGrid {
-        let cells = counts.x * counts.y * counts.z;
-        let densities =
-            (0..cells).map(|number| dense(if number % 3 == 0 { 0.0 } else { (number % 7) as f32 })).collect();
-        MediumGrid::new(DVec3::new(-1.0, 0.5, 2.0), DVec3::new(0.5, 0.25, 1.0), counts, densities)
-            .expect("it fits")
+    fn block(at: IVec3, density: impl Fn(IVec3) -> f32) -> (IVec3, Vec<f32>) {
+        let points = (0..POINTS).flat_map(|z| {
+            (0..POINTS).flat_map(move |y| (0..POINTS).map(move |x| at * BLOCK + IVec3::new(x, y, z)))
+        });
+        (at, points.map(density).collect())
     }
 
-    /// The length in each cell, by small steps, times its density.
-    fn stepped(grid: &MediumGrid, origin: DVec3, along: DVec3, [from, to]: [f64; 2]) -> f64 {
-        const STEPS: u32 = 200_000;
-        let step = (to - from) / f64::from(STEPS);
-        (0..STEPS)
-            .map(|number| {
-                let at = origin + along * (from + (f64::from(number) + 0.5) * step);
-                let cell = ((at - grid.low) / grid.cell).floor();
-                let is_in = cell.cmpge(DVec3::ZERO).all() && cell.cmplt(grid.counts.as_dvec3()).all();
-                let density = || grid.cells[number_of(cell.as_uvec3(), grid.counts)].scatter.x;
-                if is_in { f64::from(density()) * step } else { 0.0 }
-            })
-            .sum()
+    fn grid() -> MediumGrid {
+        let mut blocks = Vec::new();
+        for z in -3..20 {
+            for y in -3..6 {
+                blocks.extend((-3..3).map(|x| block(IVec3::new(x, y, z), density)));
+            }
+        }
+        MediumGrid::new(to_lattice(), DENSITY.to_vec(), blocks).expect("it fits")
+    }
+
+    fn to_lattice() -> DAffine3 {
+        DAffine3::from_scale(DVec3::new(2.0, 4.0, 1.0)) * DAffine3::from_rotation_y(0.3)
+    }
+
+    /// The integral of what is interpolated between points, by small steps.
+    fn stepped([origin, along]: [DVec3; 2]) -> f64 {
+        const STEPS: u32 = 100_000;
+        let [origin, along] = [to_lattice().transform_point3(origin), to_lattice().transform_vector3(along)];
+        let value = |number: u32| {
+            let place = origin + along * ((f64::from(number) + 0.5) / f64::from(STEPS));
+            let (cell, at) = (place.floor().as_ivec3(), place - place.floor());
+            let corner = |number: i32| {
+                let offset = IVec3::new(number & 1, number >> 1 & 1, number >> 2);
+                let weight = |axis: usize| if offset[axis] == 1 { at[axis] } else { 1.0 - at[axis] };
+                weight(0) * weight(1) * weight(2) * f64::from(density(cell + offset))
+            };
+            (0..8).map(corner).sum::<f64>()
+        };
+        (0..STEPS).map(value).sum::<f64>() / f64::from(STEPS)
     }
 
     #[test]
-    fn a_line_is_as_long_in_each_cell_as_small_steps_say() {
-        let grid = grid(UVec3::new(9, 17, 11));
+    fn what_a_line_passes_is_what_small_steps_say() {
+        let grid = grid();
         for number in 0..24 {
             let random = PathRandom::new(5, number);
             let [[a, b, c, d], [e, f, ..]] = [random.four(0), random.four(1)];
             let place = |x: f32, y: f32, z: f32| {
-                DVec3::new(-3.0, -2.0, -3.0)
-                    + DVec3::new(f64::from(x) * 9.0, f64::from(y) * 9.0, f64::from(z) * 19.0)
+                let [x, y, z] = [x, y, z].map(f64::from);
+                to_lattice().inverse().transform_point3(
+                    DVec3::new(-16.0, -20.0, -16.0) + DVec3::new(x * 34.0, y * 70.0, z * 180.0),
+                )
             };
             let (origin, end) = (place(a, b, c), place(d, e, f));
             let line = [origin, end - origin];
@@ -211,42 +377,54 @@ mod tests {
                 last = to;
                 found += (to - from) * f64::from(density);
             });
-            let wanted = stepped(&grid, line[0], line[1], [0.0, 1.0]);
-            assert!((found - wanted).abs() < 2e-3, "{number}: {found} for {wanted}");
+            let wanted = stepped(line);
+            assert!((found - wanted).abs() < 1e-4 * (1.0 + wanted), "{number}: {found} for {wanted}");
+            let mut integrals = [0.0; MOST_CHANNELS];
+            grid.integrate(line, [0.0, 1.0], &mut integrals);
+            assert!((integrals[0] - found).abs() < 1e-9 * (1.0 + found));
         }
     }
 
     #[test]
     fn lines_along_planes_are_in_one_cell_or_the_other() {
-        let grid = MediumGrid::new(DVec3::ZERO, DVec3::ONE, UVec3::splat(16), vec![dense(2.0); 4096])
-            .expect("it fits");
+        let full = |at: IVec3| {
+            let is_there = at.cmpge(IVec3::ZERO).all() && at.cmple(IVec3::splat(16)).all();
+            if is_there { 2.0 } else { 0.0 }
+        };
+        let blocks = (0..8).map(|number| {
+            let (values, at) = (|at| block(at, full), IVec3::new(number & 1, number >> 1 & 1, number >> 2));
+            values(at)
+        });
+        let grid = MediumGrid::new(DAffine3::IDENTITY, DENSITY.to_vec(), blocks.collect()).expect("it fits");
         for (origin, along, wanted) in [
             (DVec3::new(8.0, 8.0, -4.0), DVec3::Z, 16.0),
             (DVec3::new(0.0, 0.0, 20.0), DVec3::NEG_Z, 16.0),
-            (DVec3::new(16.0, 16.0, -4.0), DVec3::Z, 16.0),
+            (DVec3::new(8.0, 3.0, -4.0), DVec3::Z, 16.0),
             (DVec3::splat(-1.0), DVec3::ONE, 16.0),
             (DVec3::splat(4.0), DVec3::NEG_X, 4.0),
-            (DVec3::new(8.0, 17.0, 3.0), DVec3::Z, 0.0),
+            (DVec3::new(8.0, -1.0, 3.0), DVec3::Z, 0.0),
         ] {
             let mut length = 0.0;
             grid.walk([origin, along], [0.0, f64::INFINITY], |from, to, _| length += to - from);
             assert!((length - wanted).abs() < 1e-9, "{origin} {along}: {length}");
         }
+        assert_eq!(grid.values.len(), BLOCK_POINTS, "what is even is kept once");
     }
 
     #[test]
     fn what_is_no_density_is_none() {
-        let new = |counts, densities: &[f32]| {
-            MediumGrid::new(DVec3::ZERO, DVec3::ONE, counts, densities.iter().copied().map(dense).collect())
+        let new = |value: f32, at: IVec3| {
+            let blocks = vec![block(at, |_| value), block(IVec3::ZERO, |_| value)];
+            MediumGrid::new(DAffine3::IDENTITY, DENSITY.to_vec(), blocks)
         };
-        assert!(new(UVec3::new(2, 1, 1), &[1.0]).is_none() && new(UVec3::ZERO, &[]).is_none());
-        for (low, size) in [(DVec3::NAN, DVec3::ONE), (DVec3::ZERO, DVec3::new(1.0, 0.0, 1.0))] {
-            assert!(MediumGrid::new(low, size, UVec3::ONE, vec![dense(1.0)]).is_none());
+        for nothing in [0.0, -1.0, f32::NAN] {
+            assert_eq!(new(nothing, IVec3::ONE), Err(NoGrid::Empty));
         }
-        let grid = new(UVec3::new(4, 1, 1), &[-1.0, f32::NAN, f32::INFINITY, 3.0]).expect("it fits");
-        let mut parts = Vec::new();
-        let line = [DVec3::new(-1.0, 0.5, 0.5), DVec3::X];
-        grid.walk(line, [0.0, 9.0], |from, to, cell| parts.push((from, to, cell.scatter.x)));
-        assert_eq!(parts, [(4.0, 5.0, 3.0)]);
+        assert_eq!(new(1.0, IVec3::splat(i32::MAX / 16)), Err(NoGrid::TooWide));
+        assert_eq!(new(1.0, IVec3::new(i32::MIN / 16, 0, 0)), Err(NoGrid::TooWide));
+        let flat = DAffine3::from_scale(DVec3::new(1.0, 0.0, 1.0));
+        assert!(MediumGrid::new(flat, DENSITY.to_vec(), vec![block(IVec3::ZERO, |_| 1.0)]).is_err());
+        let grid = new(f32::INFINITY, IVec3::ONE).expect("the infinite counts as zero");
+        grid.walk([DVec3::splat(-1.0), DVec3::ONE], [0.0, 99.0], |_, _, _| panic!("it is empty"));
     }
 }

@@ -8,6 +8,7 @@
 
 mod baked;
 pub mod boundary;
+mod channels;
 pub mod grid;
 pub mod phase;
 pub mod spans;
@@ -18,7 +19,7 @@ use std::sync::Arc;
 use glam::{DVec3, Vec3};
 
 use self::boundary::{Boundary, Fault};
-use self::grid::{Cell, MediumGrid};
+use self::grid::{Cell, MOST_CHANNELS, MediumGrid};
 use self::spans::{Run, Spans};
 use crate::exposure::Tick;
 use crate::pose::Pose;
@@ -66,11 +67,26 @@ impl MediaOfShot {
     /// Finds the media of `scene`, and evaluates what graphs give of them.
     pub fn of(scene: &Scene) -> Self {
         let (mut media, _) = Self::found(scene);
+        let mut known: HashMap<(*const Mesh, u16), Option<Arc<MediumGrid>>> = HashMap::new();
         for bounded in &mut media.bounded {
             let model = &scene.models[bounded.model as usize];
             let material = &scene.materials[usize::from(bounded.material)];
-            bounded.grid = baked::grid(scene, model, material, &bounded.boundary.bounds()).map(Arc::new);
+            let grid = || baked::grid(scene, model, material, &bounded.boundary.bounds()).map(Arc::new);
+            bounded.grid = match &material.medium_graph {
+                // it may depend on where the model is
+                Some(_) => grid(),
+                None => {
+                    known.entry((Arc::as_ptr(&model.mesh), bounded.material)).or_insert_with(grid).clone()
+                }
+            };
         }
+        // where a volume or a graph gives nothing, there is nothing
+        media.bounded.retain(|bounded| {
+            let (model, material) = (bounded.model as usize, usize::from(bounded.material));
+            let varies = scene.models[model].mesh.details.volume.is_some()
+                || scene.materials[material].medium_graph.is_some();
+            bounded.grid.is_some() || !varies
+        });
         media
     }
 
@@ -210,10 +226,11 @@ impl Media<'_> {
                 let (medium, mut crossings) = (&placed.medium, Vec::new());
                 placed.boundary.crossings(line, |t, side| crossings.push((t, side)));
                 inside(&mut crossings, far.into(), |from, to, count| {
-                    grid.walk(line, [from, to], |from, to, cell| {
-                        let extinction = medium.scatter * cell.scatter + medium.absorb * cell.absorb;
-                        depth += extinction * ((to - from) * count * length) as f32;
-                    });
+                    let mut integrals = [0.0; MOST_CHANNELS];
+                    grid.integrate(line, [from, to], &mut integrals);
+                    let cell = grid.cell(&integrals);
+                    let extinction = medium.scatter * cell.scatter + medium.absorb * cell.absorb;
+                    depth += extinction * (count * length) as f32;
                 });
                 continue;
             }

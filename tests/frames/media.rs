@@ -302,6 +302,24 @@ fn what_media_show_is_kept_while_nothing_moves() {
 }
 
 /// A medium without a surface is met by no ray, and one in a mesh with a surface is as well behind it.
+/// In parallel views the background is seen beside a box, and through it, along lines of its cells.
+#[test]
+fn the_background_of_parallel_views_is_seen_along_lines_of_its_cells() {
+    let keys = "[[camera.key]]\nframe = 1\neye = [0, 0, 6]\ntarget = [0, 0, 0]\nheight = 8\n[[camera.key]]\nframe = 3\neye = [1, 0, 6]\ntarget = [1, 0, 0]\nheight = 8\n";
+    let scene = graded_from(keys, "", "");
+    for (frame, finished) in
+        toy::render(&scene, &Settings { width: 64, height: 64, ..visible() }, 3).iter().enumerate()
+    {
+        assert_eq!(toy::differing(finished), 0);
+        for pixel in [2, 40, 44, 47, 60] {
+            let at = (pixel as f32 + 0.5) / 64.0 * 8.0 - 4.0 + 0.5 * frame as f32;
+            let inside = if at.abs() < 2.0 { at.max(0.0) } else { 0.0 };
+            let found = toy::color(finished, pixel, 33).y;
+            assert!((found - (-2.0 * inside).exp()).abs() < 5e-3, "{frame} {pixel}: {found}");
+        }
+    }
+}
+
 #[test]
 fn a_medium_is_no_surface() {
     let nothing = Medium { absorb: Vec3::splat(1e-9), ..Medium::NONE };
@@ -326,6 +344,11 @@ const MTLX: &str = "<?xml version=\"1.0\"?>\n<materialx version=\"1.39\">\n<node
 
 /// A box about the origin, four wide and two deep, with that in it, before a background of 1; `rest`: more of the shot.
 fn graded(scatter: &str, rest: &str) -> Scene {
+    graded_from("[[camera.key]]\nframe = 1\neye = [0, 0, 6]\ntarget = [0, 0, 0]\nheight = 4\n", scatter, rest)
+}
+
+/// The same, seen from these places in parallel.
+fn graded_from(keys: &str, scatter: &str, rest: &str) -> Scene {
     let folder = tempfile::tempdir().unwrap();
     let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).unwrap();
     let mut obj = String::new();
@@ -336,7 +359,7 @@ fn graded(scatter: &str, rest: &str) -> Scene {
     obj += "usemtl m\nf 5 6 8 7\nf 2 1 3 4\nf 6 2 4 8\nf 1 5 7 3\nf 7 8 4 3\nf 1 2 6 5\n";
     write("m.obj", &obj);
     write("m.mtlx", &MTLX.replace("SCATTER", scatter));
-    let camera = "[camera]\nprojection = \"orthographic\"\n[[camera.key]]\nframe = 1\neye = [0, 0, 6]\ntarget = [0, 0, 0]\nheight = 4\n";
+    let camera = format!("[camera]\nprojection = \"orthographic\"\n{keys}");
     let material = "[[material]]\nname = \"m\"\nmtlx = \"m.mtlx\"\nvolume_cells = 64\n";
     write(
         "s.toml",

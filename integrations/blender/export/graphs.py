@@ -158,7 +158,9 @@ EYE = {"FRESNEL": ("blender_fresnel", "IOR"), "LAYER_WEIGHT": ("blender_layer_we
 
 ATTRIBUTE = "blender_vertex_color"
 
-SOURCES = {"uv", "image", *SURFACE.values(), *(category for category, _ in (*TEXTURES.values(), *EYE.values()))}
+GRID = "blender_volume_grid"
+
+SOURCES = {"uv", "image", GRID, *SURFACE.values(), *(category for category, _ in (*TEXTURES.values(), *EYE.values()))}
 """Categories of what depends on the place, or on the eye."""
 
 TYPES = {"VALUE": "float", "RGBA": "color3", "VECTOR": "vector3"}
@@ -175,6 +177,8 @@ def of_node(evaluator, node, socket):
     """The graph of a node's output; None where the node is not known, or none of what it takes is computed."""
     if kind_of(socket) is None:
         return None
+    if evaluator.grids is not None and (grid := grid_of(node, socket)):
+        return of_grid(evaluator, grid, kind_of(socket))
     if (node.type, socket.name) in SURFACE:
         return of_surface(evaluator, node, socket)
     if node.type in EYE:
@@ -197,6 +201,19 @@ def of_node(evaluator, node, socket):
         return of_normal(evaluator, node, socket)
     made = of_arithmetic(evaluator, node, socket)
     return made if made is not None and any(isinstance(value, Node) for value in made.inputs.values()) else None
+
+
+def grid_of(node, socket):
+    """Name of the grid of a volume that an output shows; none of others."""
+    if node.type == "VOLUME_INFO":
+        return socket.name.lower()
+    return node.attribute_name if node.type == "ATTRIBUTE" and node.attribute_type == "GEOMETRY" and socket.name != "Alpha" else ""
+
+
+def of_grid(evaluator, name, kind):
+    """What a grid of a volume has."""
+    evaluator.grids.add(name)
+    return Node(GRID, "multioutput", {"grid": name}, "value" if kind == "float" else "color")
 
 
 def of_attribute(evaluator, name):

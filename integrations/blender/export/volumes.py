@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from . import graphs
+from .nodes import blackbody as kelvin_color
 from .nodes import color, constant, number
 
 
@@ -86,6 +87,14 @@ class Reader:
         """A number that is not negative."""
         return np.maximum(number(self._value(name)), 0)
 
+    def by_grid(self, value, name, kind):
+        """A value times the grid that another input names, of a volume that has such a grid."""
+        grid = getattr(self.node.inputs.get(name), "default_value", "")
+        if self.evaluator.grids is None or not grid or grid not in self.evaluator.grids_there:
+            return value
+        node = graphs.of_grid(self.evaluator, grid, kind)
+        return value * graphs.computed(constant(*(0.5,) * (3 if kind == "color3" else 1)), node)
+
     def constant(self, name):
         """A number that is the same everywhere."""
         value = self._value(name)
@@ -133,12 +142,31 @@ def emission(reader):
 
 def principled(reader):
     """Cycles' svm_node_principled_volume: what is not scattered is absorbed, but for the absorption colour's part."""
-    density, tint = reader.number("Density"), reader.color("Color")
+    density = reader.by_grid(reader.number("Density"), "Density Attribute", "float")
+    tint = reader.by_grid(reader.color("Color"), "Color Attribute", "color3")
     kept = np.sqrt(reader.color("Absorption Color"))
     emitted = reader.color("Emission Color") * reader.number("Emission Strength")
-    if reader.constant("Blackbody Intensity") > 0:
-        reader.evaluator.say("the blackbody of its volume is left out")
+    glow = reader.constant("Blackbody Intensity")
+    if glow > 0:
+        emitted = emitted + blackbody(reader, min(glow, 1.0))
     return Medium(tint * density, np.maximum(1 - tint, 0) * np.maximum(1 - kept, 0) * density, emitted, reader.anisotropy())
+
+
+STEFAN = 5.670373e-8 * 1e-6 / np.pi
+"""Radiance of a black body by the fourth power of its temperature, in Cycles' units."""
+
+
+def blackbody(reader, share):
+    """What a volume emits by its temperature: Cycles' svm_node_principled_volume."""
+    kelvin = np.maximum(reader.by_grid(reader.number("Temperature"), "Temperature Attribute", "float"), 0)
+    light = STEFAN * ((1 - share) + share * (kelvin * kelvin * kelvin * kelvin))
+    color = constant(*kelvin_color(float(np.asarray(kelvin).mean())))
+    graph = graphs.graph_of(kelvin)
+    if graph is not None:
+        color = graphs.computed(color, graphs.Node("blender_blackbody", "color3", {"temperature": graph}))
+    else:
+        reader.evaluator.say("the blackbody of its volume is an approximation")
+    return np.maximum(color, 0) * reader.color("Blackbody Tint") * light
 
 
 def added(reader):

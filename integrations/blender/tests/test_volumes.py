@@ -89,6 +89,50 @@ class Volumes(support.ExportCase):
         tree.links.new(fog.outputs[0], tree.nodes["World Output"].inputs["Volume"])
         np.testing.assert_allclose(self.exported(principled("Stone")[0])["fog"]["scatter"], [0.2] * 3)
 
+    def cloud(self, file, material=None, **values):
+        """A Volume object of one of the files that tests of the renderer read."""
+        data = bpy.data.volumes.new("Cloud")
+        data.filepath = os.path.join(os.path.dirname(__file__), "../../../fuzz/seeds/vdb", file)
+        for name, value in values.items():
+            setattr(data, name, value)
+        if material:
+            data.materials.append(material)
+        support.add_camera(self.scene)
+        return support.add(self.scene, "Cloud", data)
+
+    def test_volumes_are_files_and_what_their_material_makes_of_grids(self):
+        cloud = self.cloud("plain.vdb", self.filled(("VolumePrincipled", {"Density": 2.0})))
+        cloud.scale = (2, 2, 2)
+        shot = self.export()
+        model, material = shot["model"][0], shot["material"][0]
+        self.assertEqual((model["vdb"]["material"], model["vdb"]["grids"]), (material["name"], ["density"]))
+        with open(os.path.join(self.folder, model["vdb"]["file"]), "rb") as copied, open(bpy.path.abspath(cloud.data.filepath), "rb") as file:
+            self.assertEqual(copied.read(), file.read())
+        self.assertIs(material["surface"], False)
+        # of a larger object there is less in each unit
+        self.assertAlmostEqual(material["volume_density"], 0.5, 5)
+        with open(os.path.join(self.folder, material["mtlx"]), encoding="utf-8") as file:
+            text = file.read()
+        self.assertRegex(text, r'<blender_volume_grid name="n1" type="multioutput">\s*<input name="grid" type="string" value="density"/>')
+        self.assertEqual(self.warnings(), [])
+
+    def test_volumes_glow_by_their_temperature(self):
+        values = {"Density Attribute": "temperature", "Blackbody Intensity": 1.0}
+        self.cloud("turned.vdb", self.filled(("VolumePrincipled", values)))
+        shot = self.export()
+        self.assertEqual(shot["model"][0]["vdb"]["grids"], ["temperature"])
+        with open(os.path.join(self.folder, shot["material"][0]["mtlx"]), encoding="utf-8") as file:
+            self.assertIn("blender_blackbody", file.read())
+        self.assertEqual(self.warnings(), [])
+
+    def test_volumes_that_cannot_be_read_are_told(self):
+        for file, told in (("mask.vdb", "no grid of numbers"), ("none.vdb", "cannot be read")):
+            with self.subTest(file=file):
+                cloud = self.cloud(file)
+                self.assertEqual([model["name"] for model in self.export()["model"]], ["nothing"])
+                self.assertEqual(len([line for line in self.warnings() if f"`{cloud.name}`" in line and told in line]), 1, self.warnings())
+                bpy.data.objects.remove(cloud)
+
     def test_smoke_that_is_simulated_is_left_out_and_told(self):
         support.add(self.scene, "Floor", support.grid("Floor"))
         bpy.ops.mesh.primitive_cube_add()
