@@ -76,6 +76,10 @@ pub trait Place {
     fn vertex_color(&self) -> Vec3 {
         Vec3::ONE
     }
+    /// What the grid of this name has there, of a volume: a number is the same three times. `None` without such a grid.
+    fn of_volume(&self, _grid: &str) -> Option<Vec3> {
+        None
+    }
     /// Cosine between the normal and the way to what sees the place, from -1 to 1: below 0 the back of the surface is seen. 1 where nothing
     /// sees it.
     fn facing(&self) -> f32 {

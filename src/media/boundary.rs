@@ -17,6 +17,12 @@ const LEAF: u32 = 4;
 /// nothing lies. Lines of cameras and suns that go along axes would meet edges and corners of boxes exactly.
 const ASIDE: DVec3 = DVec3::new(0.37e-10, -0.61e-10, 0.71e-10);
 
+/// Planes of a boundary, at most, that is crossed by planes: those of a box are six, or twelve where it is turned.
+const FEW_PLANES: usize = 12;
+
+/// How far corners of such a boundary may be in front of its planes, as a share of the size of coordinates: rounding to single floats.
+const CONVEX_SLACK: f64 = 3e-7;
+
 /// Shares of the size of coordinates by which boxes are widened for rounding.
 const SLACK: f64 = 1e-6;
 
@@ -30,6 +36,8 @@ pub struct Boundary {
     side: f64,
     /// How far lines are moved aside before they are tested.
     aside: DVec3,
+    /// Its planes, where it is convex and has few: normals to the outside, and how far they are from the origin along these.
+    planes: Vec<(DVec3, f64)>,
 }
 
 /// What is wrong with triangles that are to be around a medium.
@@ -76,7 +84,31 @@ impl Boundary {
         let largest =
             |corner: [f32; 3]| corner.into_iter().fold(0.0, |most: f32, value| most.max(value.abs()));
         let size = largest(tree.bounds.low).max(largest(tree.bounds.high));
-        Self { triangles, leaves, tree, side, aside: ASIDE * f64::from(size) }
+        let size = f64::from(size);
+        let planes = planes(&triangles, side, size * CONVEX_SLACK).unwrap_or_default();
+        Self { triangles, leaves, tree, side, aside: ASIDE * size, planes }
+    }
+
+    /// The crossings of a convex boundary: where the line is behind all planes, it is inside.
+    fn cross_planes(&self, origin: DVec3, along: DVec3, mut each: impl FnMut(f64, f64)) {
+        let (mut enters, mut leaves) = (f64::NEG_INFINITY, f64::INFINITY);
+        for (normal, offset) in &self.planes {
+            let (behind, pace) = (offset - normal.dot(origin), normal.dot(along));
+            let at = behind / pace;
+            if pace > 0.0 {
+                leaves = leaves.min(at);
+            } else if pace < 0.0 {
+                enters = enters.max(at);
+            } else if behind < 0.0 {
+                return;
+            }
+        }
+        if enters < leaves && leaves > 0.0 {
+            each(leaves, 1.0);
+            if enters > 0.0 {
+                each(enters, -1.0);
+            }
+        }
     }
 
     /// Calls `each` for all crossings of the line at a parameter above 0, in no order: with the parameter, and 1 where the line comes out,
@@ -88,6 +120,9 @@ impl Boundary {
             return;
         }
         let origin = origin + self.aside;
+        if !self.planes.is_empty() {
+            return self.cross_planes(origin, along, each);
+        }
         let mut open = [Child::ROOT; MOST];
         let mut count = 1;
         while count > 0 {
@@ -120,6 +155,28 @@ impl Boundary {
     pub fn bounds(&self) -> Box3 {
         self.tree.bounds
     }
+}
+
+/// Planes of triangles, if these are convex and few of them have planes of their own.
+fn planes(triangles: &[[DVec3; 3]], side: f64, slack: f64) -> Option<Vec<(DVec3, f64)>> {
+    // more triangles than a box has in each plane are not worth a look
+    if triangles.len() > 2 * FEW_PLANES {
+        return None;
+    }
+    let mut planes: Vec<(DVec3, f64)> = Vec::new();
+    for [a, b, c] in triangles {
+        let normal = (b - a).cross(c - a) * side;
+        // a triangle without an area is in the planes of others
+        let Some(normal) = normal.try_normalize() else { continue };
+        let plane = (normal, normal.dot(*a));
+        if !planes.contains(&plane) {
+            planes.push(plane);
+        }
+    }
+    let corners = triangles.iter().flatten();
+    let is_behind =
+        |(normal, offset): &(DVec3, f64)| corners.clone().all(|corner| normal.dot(*corner) <= offset + slack);
+    (planes.len() <= FEW_PLANES && planes.iter().all(is_behind)).then_some(planes)
 }
 
 /// Returns true if each edge of the triangles is that of one other, the other way round. Corners are the same where their places are.
@@ -229,6 +286,46 @@ pub mod tests {
                 assert!((found - wanted).abs() < 1e-8, "{origin} {along}: {found} for {wanted}");
             }
         }
+    }
+
+    /// The planes of a convex boundary are crossed where its triangles are.
+    #[test]
+    fn planes_are_crossed_where_triangles_are() {
+        let turn = glam::DQuat::from_rotation_y(0.4) * glam::DQuat::from_rotation_x(1.1);
+        let corners = cuboid(DVec3::new(-1.0, 0.5, 2.0), DVec3::new(3.0, 1.0, 2.5));
+        let turned =
+            corners.iter().map(|triangle| triangle.map(|corner| (turn * corner).as_vec3().as_dvec3()));
+        let convex = Boundary::new(turned.collect()).expect("it is closed");
+        assert!((6..=12).contains(&convex.planes.len()), "{:?}", convex.planes);
+        let meshed =
+            Boundary { planes: Vec::new(), ..Boundary::built(convex.triangles.clone(), convex.side) };
+        let mut met = 0;
+        for number in 0..4000 {
+            let [[a, b, c, d], [e, f, ..]] =
+                [0, 1].map(|set| PathRandom::new(9, number).four(set).map(f64::from));
+            let place =
+                |x: f64, y: f64, z: f64| turn * (DVec3::new(-1.0, -1.0, 1.0) + DVec3::new(x, y, z) * 4.0);
+            let line = [place(a, b, c), place(d, e, f) - place(a, b, c)];
+            let [of_planes, of_triangles] = [&convex, &meshed].map(|boundary| {
+                let mut all = Vec::new();
+                boundary.crossings(line, |t, side| all.push((t, side)));
+                all.sort_by(|a, b| a.0.total_cmp(&b.0));
+                all
+            });
+            // what only just meets an edge may pass beside it
+            let length = |all: &[(f64, f64)]| all.iter().map(|(t, side)| t * side).sum::<f64>();
+            assert!(
+                (length(&of_planes) - length(&of_triangles)).abs() < 1e-5,
+                "{of_planes:?} {of_triangles:?}"
+            );
+            met += of_planes.len();
+        }
+        assert!(met > 1000, "{met}");
+        // what is bent in has no planes
+        let mut bent = cuboid(DVec3::ZERO, DVec3::ONE);
+        let dent = |corner: DVec3| if corner == DVec3::ONE { DVec3::splat(0.3) } else { corner };
+        bent.iter_mut().for_each(|corners| *corners = corners.map(dent));
+        assert!(Boundary::new(bent).expect("it is closed").planes.is_empty());
     }
 
     #[test]

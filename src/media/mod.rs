@@ -6,7 +6,10 @@
 //!
 //! Media that overlap add up, as in Cycles.
 
+mod baked;
 pub mod boundary;
+mod channels;
+pub mod grid;
 pub mod phase;
 pub mod spans;
 
@@ -16,7 +19,8 @@ use std::sync::Arc;
 use glam::{DVec3, Vec3};
 
 use self::boundary::{Boundary, Fault};
-use self::spans::Spans;
+use self::grid::{Cell, MOST_CHANNELS, MediumGrid};
+use self::spans::{Run, Spans};
 use crate::exposure::Tick;
 use crate::pose::Pose;
 use crate::scene::medium::Medium;
@@ -30,12 +34,15 @@ const MOST: usize = 1 << 16;
 #[derive(Debug, Clone)]
 struct Bounded {
     model: u32,
+    material: u16,
     /// Render space, for an object that is as large as its file says.
     medium: Medium,
     /// Its triangles, in the mesh.
     triangles: Arc<Vec<u32>>,
     /// In the shape at rest, object space.
     boundary: Arc<Boundary>,
+    /// How it varies in there.
+    grid: Option<Arc<MediumGrid>>,
 }
 
 /// The media of a shot, render space.
@@ -57,8 +64,38 @@ pub struct Unbounded {
 }
 
 impl MediaOfShot {
-    /// Finds the media of `scene`, and those of its meshes that have none, though their materials do.
-    pub fn of(scene: &Scene) -> (Self, Vec<Unbounded>) {
+    /// Finds the media of `scene`, and evaluates what graphs give of them.
+    pub fn of(scene: &Scene) -> Self {
+        let (mut media, _) = Self::found(scene);
+        let mut known: HashMap<(*const Mesh, u16), Option<Arc<MediumGrid>>> = HashMap::new();
+        for bounded in &mut media.bounded {
+            let model = &scene.models[bounded.model as usize];
+            let material = &scene.materials[usize::from(bounded.material)];
+            let grid = || baked::grid(scene, model, material, &bounded.boundary.bounds()).map(Arc::new);
+            bounded.grid = match &material.medium_graph {
+                // it may depend on where the model is
+                Some(_) => grid(),
+                None => {
+                    known.entry((Arc::as_ptr(&model.mesh), bounded.material)).or_insert_with(grid).clone()
+                }
+            };
+        }
+        // where a volume or a graph gives nothing, there is nothing
+        media.bounded.retain(|bounded| {
+            let (model, material) = (bounded.model as usize, usize::from(bounded.material));
+            let varies = scene.models[model].mesh.details.volume.is_some()
+                || scene.materials[material].medium_graph.is_some();
+            bounded.grid.is_some() || !varies
+        });
+        media
+    }
+
+    /// Meshes of `scene` that hold no medium, though their materials have one.
+    pub fn unbounded(scene: &Scene) -> Vec<Unbounded> {
+        Self::found(scene).1
+    }
+
+    fn found(scene: &Scene) -> (Self, Vec<Unbounded>) {
         let scale = scene.space.scale() as f32;
         let fills = |medium: &Option<Medium>| medium.filter(|medium| !medium.is_clear());
         let everywhere = fills(&scene.fog).map(|medium| medium.scaled(scale));
@@ -84,7 +121,15 @@ impl MediaOfShot {
                 match found {
                     Ok((triangles, boundary)) if bounded.len() < MOST => {
                         let (triangles, boundary) = (Arc::clone(triangles), Arc::clone(boundary));
-                        bounded.push(Bounded { model, medium: medium.scaled(scale), triangles, boundary });
+                        let medium = medium.scaled(scale);
+                        bounded.push(Bounded {
+                            model,
+                            material: number,
+                            medium,
+                            triangles,
+                            boundary,
+                            grid: None,
+                        });
                     }
                     Ok(_) => unbounded.push(told(&of.name, &material.name, "there are more than 65536")),
                     Err(Fault::Open) => unbounded.push(told(&of.name, &material.name, "it is not closed")),
@@ -98,12 +143,6 @@ impl MediaOfShot {
     /// Returns true if there is none.
     pub fn are_none(&self) -> bool {
         self.everywhere.is_none() && self.bounded.is_empty()
-    }
-
-    /// Returns true if any scatters light.
-    pub fn scatter(&self) -> bool {
-        let media = self.bounded.iter().map(|bounded| &bounded.medium).chain(&self.everywhere);
-        media.into_iter().any(|medium| medium.scatter != Vec3::ZERO)
     }
 
     /// Returns true if a model has one.
@@ -133,6 +172,7 @@ impl MediaOfShot {
             model: bounded.model as usize,
             medium: bounded.medium,
             boundary: shape(bounded).unwrap_or_else(|| Arc::clone(&bounded.boundary)),
+            grid: bounded.grid.clone(),
         });
         Some(Media { everywhere: self.everywhere.as_ref(), bounded: bounded.collect(), pose })
     }
@@ -162,6 +202,7 @@ struct Placed {
     model: usize,
     medium: Medium,
     boundary: Arc<Boundary>,
+    grid: Option<Arc<MediumGrid>>,
 }
 
 /// The media of a shot in one picture.
@@ -181,6 +222,18 @@ impl Media<'_> {
             .map_or(Vec3::ZERO, |medium| depth(medium.extinction(), (f64::from(far) * length) as f32));
         for placed in &self.bounded {
             let line = self.pose.transform(placed.model, tick).line_to_object((origin, along));
+            if let Some(grid) = &placed.grid {
+                let (medium, mut crossings) = (&placed.medium, Vec::new());
+                placed.boundary.crossings(line, |t, side| crossings.push((t, side)));
+                inside(&mut crossings, far.into(), |from, to, count| {
+                    let mut integrals = [0.0; MOST_CHANNELS];
+                    grid.integrate(line, [from, to], &mut integrals);
+                    let cell = grid.cell(&integrals);
+                    let extinction = medium.scatter * cell.scatter + medium.absorb * cell.absorb;
+                    depth += extinction * (count * length) as f32;
+                });
+                continue;
+            }
             // the length inside is the sum of where it comes out, less that of where it goes in, all cut off at the end
             let mut inside = 0.0;
             placed.boundary.crossings(line, |t, side| inside += side * t.min(far.into()));
@@ -194,12 +247,51 @@ impl Media<'_> {
     /// Finds what of a ray lies in media: `direction` has unit length.
     pub fn find(&self, (origin, direction): (Vec3, Vec3), far: f32, tick: Tick, spans: &mut Spans) {
         spans.begin();
-        for (number, placed) in self.bounded.iter().enumerate() {
+        let mut crossings = std::mem::take(&mut spans.crossings);
+        for placed in &self.bounded {
             let line = self.pose.transform(placed.model, tick).line_to_object((origin, direction));
-            placed.boundary.crossings(line, |t, side| spans.cross(t as f32, number, side as f32));
+            crossings.clear();
+            placed.boundary.crossings(line, |t, side| crossings.push((t, side)));
+            let medium = &placed.medium;
+            inside(&mut crossings, far.into(), |from, to, count| match &placed.grid {
+                None => spans.run(run([from, to], medium, &Cell::FULL, count)),
+                Some(grid) => grid.walk(line, [from, to], |from, to, cell| {
+                    spans.run(run([from, to], medium, cell, count));
+                }),
+            });
         }
-        spans.finish(|number| self.bounded[number].medium, self.everywhere, far);
+        spans.crossings = crossings;
+        spans.finish(self.everywhere, far);
     }
+}
+
+/// Calls `each` for the parts of a line up to `far` that are inside of a boundary, in their order: with the parameters at which a part begins
+/// and ends, and how often it is inside.
+fn inside(crossings: &mut [(f64, f64)], far: f64, mut each: impl FnMut(f64, f64, f64)) {
+    crossings.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
+    // as often as it comes out it has been inside from the start
+    let mut count: f64 = crossings.iter().map(|(_, side)| side).sum();
+    let mut from = 0.0;
+    for (at, side) in crossings.iter() {
+        let to = at.min(far);
+        if count > 0.0 && from < to {
+            each(from, to, count);
+        }
+        from = to;
+        count -= side;
+    }
+}
+
+/// A part of a ray in a cell of a medium, as often as it is inside.
+fn run([from, to]: [f64; 2], medium: &Medium, cell: &Cell, count: f64) -> Run {
+    let count = count as f32;
+    let medium = Medium {
+        scatter: medium.scatter * cell.scatter * count,
+        absorb: medium.absorb * cell.absorb * count,
+        emit: medium.emit * cell.emit * count,
+        anisotropy: medium.anisotropy,
+    };
+    Run { from: from as f32, to: to as f32, medium }
 }
 
 /// Optical depth of a way of this length.

@@ -35,8 +35,24 @@ pub struct Spans {
     left: Vec3,
     /// Light that they scatter in all, by channel, if as much came to each place as leaves it straight on.
     scattered: Vec3,
-    /// Crossings of boundaries, with the number of the medium: scratch.
-    crossings: Vec<(f32, u16, f32)>,
+    runs: Vec<Run>,
+    /// Crossings of a boundary, with 1 where the ray comes out: scratch.
+    pub crossings: Vec<(f64, f64)>,
+    /// Places where runs begin or end: scratch.
+    ends: Vec<f32>,
+    /// Numbers of the runs around the part at work: scratch.
+    around: Vec<u32>,
+}
+
+/// A part of a ray that lies in one medium.
+#[derive(Debug, Clone, Copy)]
+pub struct Run {
+    /// Where it begins.
+    pub from: f32,
+    /// Where it ends.
+    pub to: f32,
+    /// The medium there.
+    pub medium: Medium,
 }
 
 /// A place on the ray at which light is scattered.
@@ -62,64 +78,55 @@ impl Spans {
     pub fn begin(&mut self) {
         self.all.clear();
         self.members.clear();
-        self.crossings.clear();
+        self.runs.clear();
         (self.left, self.scattered) = (Vec3::ONE, Vec3::ZERO);
     }
 
-    /// Adds a place where the ray crosses the boundary of a medium: 1 where it comes out, -1 where it goes in.
-    pub fn cross(&mut self, at: f32, medium: usize, side: f32) {
-        self.crossings.push((at, medium as u16, side));
+    /// Adds a part of the ray that lies in a medium.
+    pub fn run(&mut self, run: Run) {
+        self.runs.push(run);
     }
 
-    /// Makes the spans up to `far` of a ray whose crossings are all [known](Self::cross), of these media and of the one that fills
-    /// everything.
-    pub fn finish(&mut self, media: impl Fn(usize) -> Medium, everywhere: Option<&Medium>, far: f32) {
-        // in order, also of media that are crossed in one place
-        self.crossings.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-        let mut depths: Vec<(u16, f32)> = Vec::new();
-        for (_, medium, side) in &self.crossings {
-            // as often as it comes out of a medium it has been in it from the start
-            match depths.iter_mut().find(|(known, _)| known == medium) {
-                Some((_, depth)) => *depth += side,
-                None => depths.push((*medium, *side)),
+    /// Makes the spans up to `far` of a ray of which all [runs](Self::run) are known, beside the medium that fills everything.
+    pub fn finish(&mut self, everywhere: Option<&Medium>, far: f32) {
+        let (mut runs, mut ends, mut around) = (
+            std::mem::take(&mut self.runs),
+            std::mem::take(&mut self.ends),
+            std::mem::take(&mut self.around),
+        );
+        // those that begin in one place stay in the order in which they came: that of media
+        runs.sort_by(|a, b| a.from.total_cmp(&b.from));
+        ends.clear();
+        ends.extend(runs.iter().flat_map(|run| [run.from, run.to]).filter(|end| *end < far));
+        ends.sort_unstable_by(f32::total_cmp);
+        ends.dedup();
+        around.clear();
+        let (mut from, mut next) = (0.0, 0);
+        for to in ends.iter().copied().chain([far]) {
+            around.retain(|run| runs[*run as usize].to > from);
+            while next < runs.len() && runs[next].from <= from {
+                around.extend((runs[next].to > from).then_some(next as u32));
+                next += 1;
             }
-        }
-        depths.sort_unstable_by_key(|(medium, _)| *medium);
-        let crossings = std::mem::take(&mut self.crossings);
-        let mut from = 0.0;
-        for (at, medium, side) in &crossings {
-            let to = at.min(far);
-            self.add(from, to, &depths, &media, everywhere);
+            let here = around.iter().map(|run| runs[*run as usize].medium);
+            self.add([from, to], here.chain(everywhere.copied()));
             from = to;
-            if let Some((_, depth)) = depths.iter_mut().find(|(known, _)| known == medium) {
-                *depth -= side;
-            }
         }
-        self.add(from, far, &[], &media, everywhere);
-        self.crossings = crossings;
+        (self.runs, self.ends, self.around) = (runs, ends, around);
     }
 
-    fn add(
-        &mut self,
-        from: f32,
-        to: f32,
-        depths: &[(u16, f32)],
-        media: &impl Fn(usize) -> Medium,
-        everywhere: Option<&Medium>,
-    ) {
+    fn add(&mut self, [from, to]: [f32; 2], media: impl Iterator<Item = Medium>) {
         if from.is_nan() || to.is_nan() || from >= to {
             return;
         }
-        let around = depths.iter().filter(|(_, depth)| *depth > 0.0);
-        let around = around.map(|(medium, depth)| (media(usize::from(*medium)), *depth));
         let first = self.members.len();
         let [mut extinction, mut scatter, mut emit] = [Vec3::ZERO; 3];
-        for (medium, depth) in around.chain(everywhere.map(|medium| (*medium, 1.0))) {
-            extinction += medium.extinction() * depth;
-            emit += medium.emit * depth;
+        for medium in media {
+            extinction += medium.extinction();
+            emit += medium.emit;
             if medium.scatter != Vec3::ZERO {
-                scatter += medium.scatter * depth;
-                self.members.push((medium.scatter * depth, medium.anisotropy));
+                scatter += medium.scatter;
+                self.members.push((medium.scatter, medium.anisotropy));
             }
         }
         if extinction == Vec3::ZERO && emit == Vec3::ZERO {
@@ -308,11 +315,15 @@ mod tests {
     };
     const INK: Medium = Medium { absorb: Vec3::ONE, ..Medium::NONE };
 
-    fn spans(crossings: &[(f32, usize, f32)], everywhere: Option<&Medium>, far: f32) -> Spans {
+    /// Of parts of a ray, each from where to where, in which medium, and how dense.
+    fn spans(runs: &[(f32, f32, u16, f32)], everywhere: Option<&Medium>, far: f32) -> Spans {
         let mut spans = Spans::default();
         spans.begin();
-        crossings.iter().for_each(|(at, medium, side)| spans.cross(*at, *medium, *side));
-        spans.finish(|medium| [FOG, INK][medium], everywhere, far);
+        for (from, to, medium, density) in runs.iter().copied() {
+            let medium = [FOG, INK][usize::from(medium)].scaled(density.recip());
+            spans.run(Run { from, to, medium });
+        }
+        spans.finish(everywhere, far);
         spans
     }
 
@@ -323,29 +334,30 @@ mod tests {
     /// What is left, emitted and scattered is what small steps add up to.
     #[test]
     fn formulas_are_what_small_steps_add_up_to() {
-        type Case<'a> = (&'a [(f32, usize, f32)], Option<&'a Medium>, f32);
+        type Case<'a> = (&'a [(f32, f32, u16, f32)], Option<&'a Medium>, f32);
         let cases: [Case<'_>; 6] = [
-            (&[(1.0, 0, -1.0), (3.0, 0, 1.0)], None, 9.0),
+            (&[(1.0, 3.0, 0, 1.0)], None, 9.0),
             // in it from the start, and another one within
-            (&[(3.0, 0, 1.0), (1.0, 1, -1.0), (2.0, 1, 1.0)], None, 9.0),
+            (&[(0.0, 3.0, 0, 1.0), (1.0, 2.0, 1, 1.0)], None, 9.0),
             // it ends in one
-            (&[(1.0, 0, -1.0), (5.0, 0, 1.0)], None, 2.5),
-            // twice in one
-            (&[(1.0, 0, -1.0), (2.0, 0, -1.0), (3.0, 0, 1.0), (4.0, 0, 1.0)], None, 9.0),
-            (&[(1.0, 1, -1.0), (2.0, 1, 1.0)], Some(&FOG), 4.0),
+            (&[(1.0, 5.0, 0, 1.0)], None, 2.5),
+            // twice in one, and one that varies
+            (&[(1.0, 4.0, 0, 1.0), (2.0, 3.0, 0, 1.0), (4.0, 4.5, 0, 0.3), (4.5, 6.0, 0, 2.0)], None, 9.0),
+            (&[(1.0, 2.0, 1, 1.0)], Some(&FOG), 4.0),
             (&[], Some(&FOG), 40.0),
         ];
-        for (crossings, everywhere, far) in cases {
-            let spans = spans(crossings, everywhere, far);
+        for (runs, everywhere, far) in cases {
+            let spans = spans(runs, everywhere, far);
             const STEPS: usize = 40_000;
             let step = f64::from(far) / STEPS as f64;
             let [mut left, mut emitted, mut scattered] =
                 [glam::DVec3::ONE, glam::DVec3::ZERO, glam::DVec3::ZERO];
             for number in 0..STEPS {
                 let at = ((number as f64 + 0.5) * step) as f32;
-                let depth = |medium: usize| {
-                    let after = crossings.iter().filter(|(t, of, _)| *of == medium && *t > at);
-                    after.map(|(_, _, side)| *side).sum::<f32>()
+                let depth = |medium: u16| {
+                    let there =
+                        runs.iter().filter(|(from, to, of, _)| *of == medium && *from < at && at < *to);
+                    there.map(|(.., density)| *density).sum::<f32>()
                 };
                 let mut here: Vec<(Medium, f32)> = vec![(FOG, depth(0)), (INK, depth(1))];
                 here.extend(everywhere.map(|medium| (*medium, 1.0)));
@@ -367,12 +379,12 @@ mod tests {
     /// The mean of what is scattered over the density of its place is all that is scattered, without end as well.
     #[test]
     fn places_are_chosen_with_the_density_that_is_said() {
-        for (crossings, everywhere, far) in [
-            (&[(1.0, 0, -1.0), (3.0, 0, 1.0), (4.0, 0, -1.0), (9.0, 0, 1.0)][..], None, 6.0),
+        for (runs, everywhere, far) in [
+            (&[(1.0, 3.0, 0, 1.0), (4.0, 9.0, 0, 1.0)][..], None, 6.0),
             (&[], Some(&FOG), f32::INFINITY),
-            (&[(2.0, 1, -1.0), (2.5, 1, 1.0)], Some(&FOG), 9.0),
+            (&[(2.0, 2.5, 1, 1.0)], Some(&FOG), 9.0),
         ] {
-            let spans = spans(crossings, everywhere, far);
+            let spans = spans(runs, everywhere, far);
             let weight = Vec3::new(1.0, 0.5, 2.0);
             let (count, mut sum, mut moment) = (1 << 14, Vec3::ZERO, 0.0_f64);
             for number in 0..count {
@@ -395,9 +407,13 @@ mod tests {
         let none = spans(&[], None, f32::INFINITY);
         assert!(none.are_none() && none.left() == Vec3::ONE && none.range().is_none());
         assert_eq!((none.emitted(Vec3::ONE), none.choose(Vec3::ONE, [0.5; 2])), (Vec3::ZERO, None));
-        // light of a medium that fills everything never gets through
-        assert_eq!(spans(&[], Some(&FOG), f32::INFINITY).left(), Vec3::ZERO * 1.0 + Vec3::Z * 0.0);
-        let ink = spans(&[(1.0, 1, -1.0), (2.0, 1, 1.0)], None, 9.0);
+        let murk = Medium { absorb: Vec3::ONE, ..FOG };
+        assert_eq!(
+            spans(&[], Some(&murk), f32::INFINITY).left(),
+            Vec3::ZERO,
+            "nothing gets through what has no end"
+        );
+        let ink = spans(&[(1.0, 2.0, 1, 1.0)], None, 9.0);
         assert!(ink.choose(Vec3::ONE, [0.5; 2]).is_none() && ink.range().is_none(), "ink scatters nothing");
     }
 }

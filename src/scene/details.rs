@@ -9,6 +9,7 @@ use half::f16;
 
 use super::cage::Cage;
 use super::texture::UvSet;
+use super::volume::Volume;
 use super::{Material, Mesh, Triangles};
 use crate::geometry::Bounds;
 
@@ -25,6 +26,8 @@ pub struct Details {
     pub tangents: Vec<Tangents>,
     /// Space in which [graphs](crate::graph) see the mesh, if a material of it has one.
     pub space: Option<ObjectSpace>,
+    /// Values in what it is around.
+    pub volume: Option<Arc<Volume>>,
     /// Cage that the mesh stands for until it is diced. A shot that was loaded has none.
     pub(crate) cage: Option<Arc<Cage>>,
 }

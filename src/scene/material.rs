@@ -71,8 +71,12 @@ pub struct Material {
     pub displacement: Option<Displacement>,
     /// True if the colours of vertices are a factor of the reflectance, as a texture is.
     pub has_vertex_colors: bool,
-    /// What fills closed meshes of it.
+    /// What fills closed meshes of it; where graphs give that, a factor of what they give.
     pub medium: Option<Medium>,
+    /// What graphs give of that from place to place: of what is scattered, absorbed and emitted.
+    pub medium_graph: Option<Arc<Program>>,
+    /// Cells along the longest edge of a mesh in which that is even, where it is stated.
+    pub medium_cells: Option<u32>,
     /// False if it is a medium alone: where a model has no other material, no ray meets it.
     pub has_surface: bool,
 }
@@ -119,6 +123,8 @@ impl Material {
             displacement: None,
             has_vertex_colors: false,
             medium: None,
+            medium_graph: None,
+            medium_cells: None,
             has_surface: true,
         }
     }
@@ -270,7 +276,8 @@ impl Material {
     /// All programs that are evaluated at its places.
     pub fn programs(&self) -> impl Iterator<Item = &Program> {
         let heights = self.bump.iter().map(|bump| &*bump.height);
-        self.computed.iter().map(|computed| &computed.program).chain(heights)
+        let of_surface = self.computed.iter().map(|computed| &computed.program).chain(heights);
+        of_surface.chain(self.medium_graph.as_deref())
     }
 
     /// Returns true if it has pictures that are filtered over the place that a sample stands for.

@@ -2,6 +2,9 @@
 
 use glam::Vec3;
 
+/// Largest coefficient: beyond it all light ends within any length at all.
+const LARGEST: f32 = 1e18;
+
 /// A medium that is the same everywhere: what becomes of light for each unit of length, space of the shot's files.
 ///
 /// Where media overlap, or a mesh overlaps itself, their coefficients add up, as in Cycles: there is no order among them.
@@ -31,6 +34,15 @@ impl Medium {
     /// Returns true if it does nothing to light.
     pub fn is_clear(&self) -> bool {
         self.extinction() == Vec3::ZERO && self.emit == Vec3::ZERO
+    }
+
+    /// The same without what is negative, no number, or beyond what can be kept.
+    #[must_use]
+    pub fn cleaned(self) -> Self {
+        let clean = |value: f32| if value > 0.0 { value.min(LARGEST) } else { 0.0 };
+        let of = |color: Vec3| Vec3::from_array(color.to_array().map(clean));
+        let anisotropy = if self.anisotropy.is_finite() { self.anisotropy } else { 0.0 };
+        Self { scatter: of(self.scatter), absorb: of(self.absorb), emit: of(self.emit), anisotropy }
     }
 
     /// The same in a space where lengths are `scale` times as large.

@@ -34,6 +34,7 @@ pub(crate) mod shot;
 pub mod surface;
 pub mod texture;
 pub mod turntable;
+pub mod volume;
 pub mod warnings;
 pub mod written;
 

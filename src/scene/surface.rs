@@ -319,6 +319,10 @@ pub struct Surface {
     pub normals: Option<(u32, f32)>,
     /// What OpenPBR has no parameter for.
     pub beyond: Beyond,
+    /// What fills closed meshes of it, if anything does.
+    pub volume: Option<Volume>,
+    /// False if it is that alone.
+    pub has_surface: bool,
     values: [Value; ALL.len()],
 }
 
@@ -334,6 +338,19 @@ impl IndexMut<Parameter> for Surface {
     fn index_mut(&mut self, parameter: Parameter) -> &mut Value {
         &mut self.values[parameter as usize]
     }
+}
+
+/// What fills meshes, as MaterialX's `anisotropic_vdf` and `uniform_edf` have it.
+#[derive(Debug, Clone, Copy)]
+pub struct Volume {
+    /// Share of light that is scattered for each unit of length.
+    pub scatter: Input,
+    /// Share that is absorbed.
+    pub absorb: Input,
+    /// Radiance that is emitted.
+    pub emit: Input,
+    /// Mean cosine of the angle by which light is turned.
+    pub anisotropy: f32,
 }
 
 /// Index of refraction of a coat where a file that has coats states none: that of glTF and USD.
@@ -352,6 +369,8 @@ impl Surface {
             displaced: None,
             normals: None,
             beyond: Beyond::default(),
+            volume: None,
+            has_surface: true,
             values: ALL.map(|of| Value::constant(Vec3::from(of.default))),
         }
     }

@@ -64,4 +64,5 @@ mod subdivision;
 mod subsurface;
 mod terminator;
 mod veils;
+mod volumes;
 mod windows;

@@ -302,6 +302,24 @@ fn what_media_show_is_kept_while_nothing_moves() {
 }
 
 /// A medium without a surface is met by no ray, and one in a mesh with a surface is as well behind it.
+/// In parallel views the background is seen beside a box, and through it, along lines of its cells.
+#[test]
+fn the_background_of_parallel_views_is_seen_along_lines_of_its_cells() {
+    let keys = "[[camera.key]]\nframe = 1\neye = [0, 0, 6]\ntarget = [0, 0, 0]\nheight = 8\n[[camera.key]]\nframe = 3\neye = [1, 0, 6]\ntarget = [1, 0, 0]\nheight = 8\n";
+    let scene = graded_from(keys, "", "");
+    for (frame, finished) in
+        toy::render(&scene, &Settings { width: 64, height: 64, ..visible() }, 3).iter().enumerate()
+    {
+        assert_eq!(toy::differing(finished), 0);
+        for pixel in [2, 40, 44, 47, 60] {
+            let at = (pixel as f32 + 0.5) / 64.0 * 8.0 - 4.0 + 0.5 * frame as f32;
+            let inside = if at.abs() < 2.0 { at.max(0.0) } else { 0.0 };
+            let found = toy::color(finished, pixel, 33).y;
+            assert!((found - (-2.0 * inside).exp()).abs() < 5e-3, "{frame} {pixel}: {found}");
+        }
+    }
+}
+
 #[test]
 fn a_medium_is_no_surface() {
     let nothing = Medium { absorb: Vec3::splat(1e-9), ..Medium::NONE };
@@ -313,4 +331,82 @@ fn a_medium_is_no_surface() {
     scene.materials[0] = Material { emission: Vec3::splat(0.25), medium: Some(INK), ..toy::matt(0.0) };
     scene.models[0].ray_visibility = Default::default();
     near(middle(&scene, &visible()), Vec3::splat(0.25), 1e-3, "a wall");
+}
+
+/// A box whose density a graph gives: as much as the place is to the right of its middle, in object space.
+const MTLX: &str = "<?xml version=\"1.0\"?>\n<materialx version=\"1.39\">\n<nodegraph name=\"G\"><position name=\"p\" type=\"vector3\"/>\
+    <separate3 name=\"s\" type=\"multioutput\"><input name=\"in\" type=\"vector3\" nodename=\"p\"/></separate3>\
+    <max name=\"n\" type=\"float\"><input name=\"in1\" type=\"float\" nodename=\"s\" output=\"outx\"/><input name=\"in2\" type=\"float\" value=\"0\"/></max>\
+    <output name=\"out\" type=\"vector3\" nodename=\"n\"/></nodegraph>\n\
+    <anisotropic_vdf name=\"V\" type=\"VDF\"><input name=\"absorption\" type=\"vector3\" nodegraph=\"G\" output=\"out\"/>SCATTER</anisotropic_vdf>\n\
+    <volume name=\"S\" type=\"volumeshader\"><input name=\"vdf\" type=\"VDF\" nodename=\"V\"/></volume>\n\
+    <volumematerial name=\"m\" type=\"material\"><input name=\"volumeshader\" type=\"volumeshader\" nodename=\"S\"/></volumematerial>\n</materialx>\n";
+
+/// A box about the origin, four wide and two deep, with that in it, before a background of 1; `rest`: more of the shot.
+fn graded(scatter: &str, rest: &str) -> Scene {
+    graded_from("[[camera.key]]\nframe = 1\neye = [0, 0, 6]\ntarget = [0, 0, 0]\nheight = 4\n", scatter, rest)
+}
+
+/// The same, seen from these places in parallel.
+fn graded_from(keys: &str, scatter: &str, rest: &str) -> Scene {
+    let folder = tempfile::tempdir().unwrap();
+    let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).unwrap();
+    let mut obj = String::new();
+    for number in 0..8 {
+        let side = |bit: u32, half: f32| if number >> bit & 1 == 1 { half } else { -half };
+        obj += &format!("v {} {} {}\n", side(0, 2.0), side(1, 2.0), side(2, 1.0));
+    }
+    obj += "usemtl m\nf 5 6 8 7\nf 2 1 3 4\nf 6 2 4 8\nf 1 5 7 3\nf 7 8 4 3\nf 1 2 6 5\n";
+    write("m.obj", &obj);
+    write("m.mtlx", &MTLX.replace("SCATTER", scatter));
+    let camera = format!("[camera]\nprojection = \"orthographic\"\n{keys}");
+    let material = "[[material]]\nname = \"m\"\nmtlx = \"m.mtlx\"\nvolume_cells = 64\n";
+    write(
+        "s.toml",
+        &format!("[background]\ncolor = [1, 1, 1]\n{camera}[[model]]\nobj = \"m.obj\"\n{rest}{material}"),
+    );
+    let shot = afterimage::scene::load(&folder.path().join("s.toml"), true).unwrap();
+    assert!(shot.warnings.is_empty(), "{:?}", shot.warnings);
+    shot.scene
+}
+
+/// Density that varies is that of each cell's middle, wherever the model is and however it is turned.
+#[test]
+fn density_follows_its_graph() {
+    let turned =
+        "[[model.key]]\nframe = 1\nrotate = [0, 0, 90]\n[[model.key]]\nframe = 2\nrotate = [0, 0, 91]\n";
+    for (rest, is_turned) in [("", false), (turned, true)] {
+        let finished =
+            toy::render(&graded("", rest), &Settings { width: 64, height: 64, ..visible() }, 1).remove(0);
+        assert_eq!(toy::differing(&finished), 0);
+        for along in [4, 20, 31, 33, 40, 50, 60] {
+            let [x, y] = if is_turned { [30, 63 - along] } else { [along, 30] };
+            let at = (along as f32 + 0.5) / 64.0 * 4.0 - 2.0;
+            // 64 cells of a 16th: a place's own is at most half of one off
+            let [least, most] = [at + 0.04, at - 0.04].map(|at| (-2.0 * at.max(0.0)).exp());
+            let found = toy::color(&finished, x, y).y;
+            assert!(least - 2e-3 <= found && found <= most + 2e-3, "{along}: {found}, not {least} to {most}");
+        }
+    }
+}
+
+#[test]
+fn reuse_in_media_that_vary_is_exact() {
+    let moves = "[[model.key]]\nframe = 1\n[[model.key]]\nframe = 4\nrotate = [0, 30, 0]\ntranslate = [0.5, 0.2, 0]\n";
+    let scatter = "<input name=\"scattering\" type=\"vector3\" nodegraph=\"G\" output=\"out\"/>";
+    for rest in ["", moves] {
+        let light = "[[light]]\ntype = \"point\"\nposition = [1, 3, 2]\npower = 9\n";
+        let mut scene = graded(scatter, &format!("{rest}{light}"));
+        scene.materials.push(toy::matt(0.5));
+        let floor = toy::floor(9.0, scene.materials.len() as u16 - 1);
+        scene.models.push(toy::still("floor", floor, Vec3::Y * -1.2));
+        scene.environment = Some(Environment::from_background(&scene.background));
+        scene.camera =
+            toy::camera(goes(DVec3::new(0.0, 1.0, 6.0), DVec3::new(1.0, 1.5, 6.0)), rests(DVec3::ZERO));
+        for finished in
+            toy::render(&scene, &Settings { paths: 2, width: 48, height: 36, ..toy::audited(1) }, 4)
+        {
+            assert_eq!(toy::differing(&finished), 0, "{rest}");
+        }
+    }
 }

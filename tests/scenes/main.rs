@@ -26,3 +26,4 @@ mod subdivision;
 mod textures;
 #[cfg(feature = "usd")]
 mod usd;
+mod volumes;

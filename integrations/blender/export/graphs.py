@@ -158,7 +158,9 @@ EYE = {"FRESNEL": ("blender_fresnel", "IOR"), "LAYER_WEIGHT": ("blender_layer_we
 
 ATTRIBUTE = "blender_vertex_color"
 
-SOURCES = {"uv", "image", *SURFACE.values(), *(category for category, _ in (*TEXTURES.values(), *EYE.values()))}
+GRID = "blender_volume_grid"
+
+SOURCES = {"uv", "image", GRID, *SURFACE.values(), *(category for category, _ in (*TEXTURES.values(), *EYE.values()))}
 """Categories of what depends on the place, or on the eye."""
 
 TYPES = {"VALUE": "float", "RGBA": "color3", "VECTOR": "vector3"}
@@ -175,6 +177,8 @@ def of_node(evaluator, node, socket):
     """The graph of a node's output; None where the node is not known, or none of what it takes is computed."""
     if kind_of(socket) is None:
         return None
+    if evaluator.grids is not None and (grid := grid_of(node, socket)):
+        return of_grid(evaluator, grid, kind_of(socket))
     if (node.type, socket.name) in SURFACE:
         return of_surface(evaluator, node, socket)
     if node.type in EYE:
@@ -197,6 +201,19 @@ def of_node(evaluator, node, socket):
         return of_normal(evaluator, node, socket)
     made = of_arithmetic(evaluator, node, socket)
     return made if made is not None and any(isinstance(value, Node) for value in made.inputs.values()) else None
+
+
+def grid_of(node, socket):
+    """Name of the grid of a volume that an output shows; none of others."""
+    if node.type == "VOLUME_INFO":
+        return socket.name.lower()
+    return node.attribute_name if node.type == "ATTRIBUTE" and node.attribute_type == "GEOMETRY" and socket.name != "Alpha" else ""
+
+
+def of_grid(evaluator, name, kind):
+    """What a grid of a volume has."""
+    evaluator.grids.add(name)
+    return Node(GRID, "multioutput", {"grid": name}, "value" if kind == "float" else "color")
 
 
 def of_attribute(evaluator, name):
@@ -470,11 +487,11 @@ class Document:
     def __init__(self, pictures):
         self.pictures, self.lines, self.count = pictures, [], 0
 
-    def add(self, material, inputs, constants, uv, displaced=None):
+    def add(self, material, inputs, constants, uv, displaced=None, medium=None, has_surface=True):
         """Adds a material: nodes, and constants, of its shader by the names of its inputs.
 
         `uv`: the 3x3 matrix that has moved the texture coordinates of its meshes. `displaced`: heights that move vertices, a node or a
-        number, the length for which 1 stands, and the height that moves nothing.
+        number, the length for which 1 stands, and the height that moves nothing. `medium`: what fills its meshes, where that varies.
         """
         self.uv = uv
         self.count += 1
@@ -489,7 +506,13 @@ class Document:
             self.lines.append(f'    <output name="{name}" type={kind} nodename={quoteattr(names[node])}{output}/>')
             if name in inputs:
                 of_shader.append(f'    <input name="{name}" type={kind} nodegraph={quoteattr(graph)} output="{name}"/>')
+        volume = [] if medium is None else self._medium(medium, graph, material, names)
         self.lines.append("  </nodegraph>")
+        self.lines += volume
+        of_volume = f'    <input name="volumeshader" type="volumeshader" nodename="volume_{self.count}"/>'
+        if not has_surface:
+            self.lines += [f'  <volumematerial name={quoteattr(material)} type="material">', of_volume, "  </volumematerial>"]
+            return
         self.lines.append(f"  <open_pbr_surface name={quoteattr(shader)} type=\"surfaceshader\">")
         self.lines += of_shader
         for name, value in constants.items():
@@ -502,7 +525,37 @@ class Document:
         self.lines.append(f'    <input name="surfaceshader" type="surfaceshader" nodename={quoteattr(shader)}/>')
         if displaced:
             self.lines.append(f'    <input name="displacementshader" type="displacementshader" nodename="displacement_{self.count}"/>')
+        self.lines += [of_volume] if volume else []
         self.lines.append("  </surfacematerial>")
+
+    def _medium(self, medium, graph, material, names):
+        """Writes what nodes give of a medium into the graph at work. Returns the lines of its shaders, which come behind it."""
+
+        def entry(name, value, kind):
+            node = graph_of(value)
+            if node is None:
+                return f'    <input name="{name}" type="{kind}" value="{numbers(np.asarray(value)[0, 0])}"/>'
+            self.nodes(node, material, names)
+            output = f" output={quoteattr(node.output)}" if node.output else ""
+            self.lines.append(f'    <output name="{name}" type="{kind}" nodename={quoteattr(names[node])}{output}/>')
+            return f'    <input name="{name}" type="{kind}" nodegraph={quoteattr(graph)} output="{name}"/>'
+
+        vdf = [entry("scattering", medium.scatter, "vector3"), entry("absorption", medium.absorb, "vector3")]
+        edf = entry("color", medium.emit, "color3")
+        number = self.count
+        return [
+            f'  <anisotropic_vdf name="vdf_{number}" type="VDF">',
+            *vdf,
+            f'    <input name="anisotropy" type="float" value="{numbers([medium.anisotropy])}"/>',
+            "  </anisotropic_vdf>",
+            f'  <uniform_edf name="edf_{number}" type="EDF">',
+            edf,
+            "  </uniform_edf>",
+            f'  <volume name="volume_{number}" type="volumeshader">',
+            f'    <input name="vdf" type="VDF" nodename="vdf_{number}"/>',
+            f'    <input name="edf" type="EDF" nodename="edf_{number}"/>',
+            "  </volume>",
+        ]
 
     def _displacement(self, name, source, displaced):
         """Writes what moves vertices. `source`: where its heights come from, if they are no number."""

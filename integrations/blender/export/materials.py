@@ -14,7 +14,7 @@ from .nodes import Evaluator, alike, constant
 from .pictures import Pictures
 from .rays import Seen
 from .surfaces import BLENDED, Surface, is_colored, is_zero, surface_of, surface_to_all
-from .volumes import Medium
+from .volumes import Medium, medium_of, nothing
 
 GRAPHS = "materials.mtlx"
 """File of what nodes compute, beside the shot."""
@@ -41,6 +41,8 @@ class Materials:
     def __init__(self, images, warnings, exposure=1.0):
         self.images, self.warnings, self.exposure = images, warnings, exposure
         self.names, self.read, self.tables, self.seen = {}, {}, {}, {}
+        self.of_volumes = {}
+        """Names of the tables of what materials say of volumes, and the grids that they take."""
         self.document = graphs.Document(lambda pixels, name: images.write_color(f"{name} node", np.asarray(pixels)))
 
     def surface(self, material):
@@ -186,14 +188,17 @@ class Materials:
         """The name of a material in the shot, which is also that of the files of its meshes: as Blender's, if files may have it."""
         key = material.name_full if material else ""
         if key not in self.names:
-            stem = safe(material.name if material else "default")
-            taken = {name.lower() for name in self.names.values()}
-            name, count = stem, 1
-            while name.lower() in taken:
-                count += 1
-                name = f"{stem} {count}"
-            self.names[key] = name
+            self.names[key] = self._unlike(safe(material.name if material else "default"))
         return self.names[key]
+
+    def _unlike(self, stem):
+        """A name like this that no other material has."""
+        taken = {name.lower() for name in self.names.values()}
+        name, count = stem, 1
+        while name.lower() in taken:
+            count += 1
+            name = f"{stem} {count}"
+        return name
 
     def indices(self):
         """Pass indices of materials, by their names in the shot."""
@@ -243,12 +248,43 @@ class Materials:
         self.tables[name] = toml.table("[[material]]", values)
         self._tell(material, evaluator)
 
+    def use_of_volume(self, material, factor, there):
+        """Writes the table of what a material says of a volume, once, and `factor` times as much of it. `there`: names of its grids. Returns the
+        table's name, the grids that it takes, and to which rays it shows itself."""
+        key = (material.name_full if material else "", factor, tuple(there))
+        if key not in self.of_volumes:
+            name = self._unlike(f"{safe(material.name if material else 'default')} volume")
+            self.names["volume", *key] = name
+            medium, evaluator = self._read_volume(material, there)
+            values = {"name": name, "surface": False, **({"volume_density": factor} if factor != 1 else {})}
+            if medium.varies():
+                medium.emit = medium.emit * self.exposure
+                self.document.add(name, {}, {}, np.eye(3), None, medium, False)
+                values["mtlx"] = GRAPHS
+            else:
+                values |= medium.keys(self.exposure, "volume_")
+            self.tables[name] = toml.table("[[material]]", values)
+            self._tell(material, evaluator)
+            self.of_volumes[key] = name, frozenset(evaluator.grids)
+        if material:
+            self.seen[material.name_full] = material.original
+        return *self.of_volumes[key], self.visibility(material)
+
+    def _read_volume(self, material, there):
+        """Reads what a material says of a volume with these grids, and its evaluator."""
+        evaluator = Evaluator(Pictures(self.images), has_graphs=True)
+        evaluator.grids, evaluator.grids_there = set(), there
+        if material is None or not material.use_nodes:
+            density = graphs.computed(constant(0.5), graphs.of_grid(evaluator, "density", "float"))
+            return Medium(constant(0.5, 0.5, 0.5) * density, constant(0.5, 0.5, 0.5) * density, constant(0.0, 0.0, 0.0)), evaluator
+        outputs = [node for node in material.node_tree.nodes if node.type == "OUTPUT_MATERIAL" and node.target in {"ALL", "CYCLES"}]
+        outputs.sort(key=lambda node: not node.is_active_output)
+        return medium_of(evaluator, outputs[0].inputs["Volume"]) if outputs else nothing(), evaluator
+
     def _medium(self, surface):
-        """Keys of what fills its meshes."""
-        keys = {}
-        if surface.medium:
-            *colors, anisotropy = (value.mean(axis=(0, 1)) for value in surface.medium)
-            keys = Medium(*colors, float(anisotropy.mean())).keys(self.exposure, "volume_")
+        """Keys of what fills its meshes. What nodes give from place to place, see _graphs."""
+        medium = unpacked(surface)
+        keys = medium.keys(self.exposure, "volume_") if medium is not None and not medium.varies() else {}
         return keys if surface.has_surface else {**keys, "surface": False}
 
     def _values(self, name, surface, glass, evaluator, density):
@@ -462,9 +498,15 @@ class Materials:
             varies_there = height.shape[:2] != (1, 1) or graphs.graph_of(height) is not None
             displaced = (graphs.of_value(height) if varies_there else float(height.mean()), length, middle)
             written.add("displaced")
-        if inputs or displaced:
+        medium = unpacked(surface)
+        if medium is not None and not medium.varies():
+            medium = None
+        if inputs or displaced or medium is not None:
             matrix = evaluator.uv[1] if evaluator.uv else np.eye(3)
-            self.document.add(name, inputs, constants, matrix, displaced)
+            if medium is not None:
+                medium.emit = medium.emit * self.exposure
+                written.add("medium")
+            self.document.add(name, inputs, constants, matrix, displaced, medium, surface.has_surface)
             values["mtlx"] = GRAPHS
         if glass is not None:
             return written | NOT_OF_GLASS
@@ -495,10 +537,18 @@ class Materials:
                 values["norm"] = self.images.write_numbers(f"{name} normal", surface.normal)
 
 
-NOT_OF_GLASS = {each.name for each in fields(Surface)} - {"ior", "alpha", "emission", "roughness", "absorption", "heights", "displaced"}
+def unpacked(surface):
+    """What fills the meshes of a surface; None of clear ones."""
+    if not surface.medium:
+        return None
+    *colors, anisotropy = surface.medium
+    return Medium(*colors, float(np.asarray(anisotropy).mean()))
+
+
+NOT_OF_GLASS = {each.name for each in fields(Surface)} - {"ior", "alpha", "emission", "roughness", "absorption", "heights", "displaced", "medium"}
 """Parts of a surface that glass does not have, or of which glass.py tells."""
 
-COMPUTED = {"base", "roughness", "metallic", "alpha", "emission", "heights", "displaced", "transmission", "tint"}
+COMPUTED = {"base", "roughness", "metallic", "alpha", "emission", "heights", "displaced", "transmission", "tint", "medium"}
 """Parts of a surface that graphs may give. Of others a constant counts in place of a graph."""
 
 

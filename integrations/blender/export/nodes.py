@@ -62,6 +62,10 @@ class Evaluator:
         """What Light Path nodes are asked for, and whether one was."""
         self.vertex_color = None
         """Name of the colour attribute that graphs take."""
+        self.grids = None
+        """Names of the grids that nodes took, of a volume."""
+        self.grids_there = ()
+        """Names of those that it has."""
         self.painted = False
         """True if the base colour depends on a colour attribute."""
         self.uv = None

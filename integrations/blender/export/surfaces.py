@@ -126,7 +126,7 @@ def fill(evaluator, socket, surface):
 
 def packed(medium):
     """A medium as parts of a surface are."""
-    return tuple(constant(*value) for value in (medium.scatter, medium.absorb, medium.emit)) + (constant(medium.anisotropy),)
+    return (*medium.colors().values(), constant(medium.anisotropy))
 
 
 FINER = "what of its displacement is finer than its mesh is not shown"

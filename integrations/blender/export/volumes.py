@@ -6,11 +6,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from . import graphs
+from .nodes import blackbody as kelvin_color
+from .nodes import color, constant, number
 
 
 @dataclass
 class Medium:
-    """What becomes of light for each unit of length."""
+    """What becomes of light for each unit of length: colours, arrays of one texel, which may have graphs."""
 
     scatter: np.ndarray
     absorb: np.ndarray
@@ -20,7 +22,7 @@ class Medium:
 
     def plus(self, other):
         """Both in one place."""
-        weights = self.scatter.sum(), other.scatter.sum()
+        weights = float(self.scatter.sum()), float(other.scatter.sum())
         mean = np.average((self.anisotropy, other.anisotropy), weights=weights) if sum(weights) > 0 else 0.0
         return Medium(self.scatter + other.scatter, self.absorb + other.absorb, self.emit + other.emit, float(mean))
 
@@ -28,10 +30,18 @@ class Medium:
         """So much of it."""
         return Medium(self.scatter * factor, self.absorb * factor, self.emit * factor, self.anisotropy)
 
+    def colors(self):
+        """Its coefficients, by the names of keys."""
+        return {"scatter": self.scatter, "absorb": self.absorb, "emit": self.emit}
+
+    def varies(self):
+        """Returns true if nodes give it from place to place."""
+        return any(graphs.graph_of(value) is not None for value in self.colors().values())
+
     def keys(self, exposure, prefix=""):
         """Keys of a table. `exposure`: a factor on all light."""
-        keys = {"scatter": self.scatter, "absorb": self.absorb, "emit": self.emit * exposure}
-        keys = {prefix + name: np.clip(value, 0, MOST).tolist() for name, value in keys.items() if float(value.max()) > 0}
+        keys = {prefix + name: np.clip(value * (exposure if name == "emit" else 1), 0, MOST)[0, 0].tolist() for name, value in self.colors().items()}
+        keys = {name: value for name, value in keys.items() if max(value) > 0}
         if self.anisotropy and float(self.scatter.max()) > 0:
             keys[f"{prefix}anisotropy"] = float(np.clip(self.anisotropy, -1, 1))
         return keys
@@ -40,7 +50,7 @@ class Medium:
 MOST = 1e9
 """The largest coefficient that the renderer takes."""
 
-BLACK = np.zeros(3)
+BLACK = constant(0.0, 0.0, 0.0)
 
 
 def nothing():
@@ -66,19 +76,35 @@ class Reader:
     def __init__(self, evaluator, node):
         self.evaluator, self.node = evaluator, node
 
-    def _mean(self, name):
+    def _value(self, name):
         value = self.evaluator.input(self.node, name)
-        if value.shape[:2] != (1, 1) or graphs.graph_of(value) is not None:
-            self.evaluator.say("its volume varies from place to place: its mean counts")
-        return value.mean(axis=(0, 1))
+        if value.shape[:2] != (1, 1):
+            self.evaluator.say("pictures of its volume count by their means")
+            value = value.mean(axis=(0, 1), keepdims=True)
+        return value if graphs.graph_of(value) is not None else np.nan_to_num(value)
 
     def number(self, name):
         """A number that is not negative."""
-        return max(0.0, float(np.nan_to_num(self._mean(name)).mean()))
+        return np.maximum(number(self._value(name)), 0)
+
+    def by_grid(self, value, name, kind):
+        """A value times the grid that another input names, of a volume that has such a grid."""
+        grid = getattr(self.node.inputs.get(name), "default_value", "")
+        if self.evaluator.grids is None or not grid or grid not in self.evaluator.grids_there:
+            return value
+        node = graphs.of_grid(self.evaluator, grid, kind)
+        return value * graphs.computed(constant(*(0.5,) * (3 if kind == "color3" else 1)), node)
+
+    def constant(self, name):
+        """A number that is the same everywhere."""
+        value = self._value(name)
+        if graphs.graph_of(value) is not None:
+            self.evaluator.say(f"the {name} of its volume varies from place to place: its mean counts")
+        return float(np.asarray(value).mean())
 
     def color(self, name):
         """A colour whose channels are not negative."""
-        return np.maximum(np.broadcast_to(np.nan_to_num(self._mean(name)), 3), 0)
+        return np.maximum(color(self._value(name)), 0)
 
     def anisotropy(self):
         """Where it scatters light to."""
@@ -87,11 +113,15 @@ class Reader:
             self.evaluator.say("light in its volume is scattered as by Henyey and Greenstein's formula")
             if phase == "RAYLEIGH":
                 return 0.0
-        return float(np.nan_to_num(self._mean("Anisotropy")).mean())
+        return self.constant("Anisotropy")
 
-    def inner(self, number):
+    def share(self):
+        """The factor of a mixture."""
+        return number(self._value(0))
+
+    def inner(self, place):
         """What another input says."""
-        return medium_of(self.evaluator, self.node.inputs[number])
+        return medium_of(self.evaluator, self.node.inputs[place])
 
 
 def absorption(reader):
@@ -112,12 +142,31 @@ def emission(reader):
 
 def principled(reader):
     """Cycles' svm_node_principled_volume: what is not scattered is absorbed, but for the absorption colour's part."""
-    density, color = reader.number("Density"), reader.color("Color")
+    density = reader.by_grid(reader.number("Density"), "Density Attribute", "float")
+    tint = reader.by_grid(reader.color("Color"), "Color Attribute", "color3")
     kept = np.sqrt(reader.color("Absorption Color"))
     emitted = reader.color("Emission Color") * reader.number("Emission Strength")
-    if reader.number("Blackbody Intensity") > 0:
-        reader.evaluator.say("the blackbody of its volume is left out")
-    return Medium(color * density, np.maximum(1 - color, 0) * np.maximum(1 - kept, 0) * density, emitted, reader.anisotropy())
+    glow = reader.constant("Blackbody Intensity")
+    if glow > 0:
+        emitted = emitted + blackbody(reader, min(glow, 1.0))
+    return Medium(tint * density, np.maximum(1 - tint, 0) * np.maximum(1 - kept, 0) * density, emitted, reader.anisotropy())
+
+
+STEFAN = 5.670373e-8 * 1e-6 / np.pi
+"""Radiance of a black body by the fourth power of its temperature, in Cycles' units."""
+
+
+def blackbody(reader, share):
+    """What a volume emits by its temperature: Cycles' svm_node_principled_volume."""
+    kelvin = np.maximum(reader.by_grid(reader.number("Temperature"), "Temperature Attribute", "float"), 0)
+    light = STEFAN * ((1 - share) + share * (kelvin * kelvin * kelvin * kelvin))
+    color = constant(*kelvin_color(float(np.asarray(kelvin).mean())))
+    graph = graphs.graph_of(kelvin)
+    if graph is not None:
+        color = graphs.computed(color, graphs.Node("blender_blackbody", "color3", {"temperature": graph}))
+    else:
+        reader.evaluator.say("the blackbody of its volume is an approximation")
+    return np.maximum(color, 0) * reader.color("Blackbody Tint") * light
 
 
 def added(reader):
@@ -125,7 +174,7 @@ def added(reader):
 
 
 def mixed(reader):
-    share = float(np.clip(reader._mean(0).mean(), 0, 1))
+    share = np.clip(reader.share(), 0, 1)
     return reader.inner(1).times(1 - share).plus(reader.inner(2).times(share))
 
 

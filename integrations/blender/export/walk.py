@@ -6,7 +6,7 @@ import math
 import numpy as np
 
 from . import camera as cameras
-from . import lights, strands
+from . import grids, lights, strands
 from .at_rest import AtRest, may_change, state_of, surroundings_of, values_of
 from .camera import TO_Y_UP
 from .clipping import Clipping
@@ -132,6 +132,7 @@ class Walk:
         self.layer = depsgraph.view_layer
         self.visibility = Visibility(scene, self.layer, warnings)
         self.strands = strands.StrandStore(meshes, warnings)
+        self.volumes = grids.VolumeStore(meshes, warnings)
 
     def over(self, times, set_frame, progress):
         """Evaluates the scene at each time. `progress(share)` returns false to cancel."""
@@ -185,7 +186,10 @@ class Walk:
             elif item.type == "CURVES":
                 if instance.show_self:
                     self._hair_curves(time, instance, item, seen)
-            elif item.type in {"VOLUME", "POINTCLOUD", "GPENCIL", "GREASEPENCIL"}:
+            elif item.type == "VOLUME":
+                if instance.show_self:
+                    self._volume(time, instance, item, seen)
+            elif item.type in {"POINTCLOUD", "GPENCIL", "GREASEPENCIL"}:
                 self.warnings.add(f"object `{item.name}` is left out: {item.type.lower()} is not rendered. Convert it to a mesh")
         self.meshes.end()
         if self.settings.camera is None:
@@ -298,6 +302,17 @@ class Walk:
         def found(matrix):
             key = (*self._key(instance, item, seen), "curves")
             return key, self.strands.of(key, item.name, strands.of_curves(item.data), material, matrix)
+
+        self._place(time, instance, item, found)
+
+    def _volume(self, time, instance, item, seen):
+        """Notes a volume."""
+        materials = [each.material for each in item.material_slots]
+        material = self.meshes.override or (materials[0] if materials else None)
+
+        def found(matrix):
+            key = (*self._key(instance, item, seen), "volume")
+            return key, self.volumes.of(key, item, material, matrix)
 
         self._place(time, instance, item, found)
 

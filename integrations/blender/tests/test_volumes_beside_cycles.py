@@ -1,12 +1,18 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Volumes beside Cycles: fog, smoke and ink under lamps, suns and skies. Needs bpy and the renderer's Python module."""
 
+import os
+
 import beside_cycles
 import bpy
 import numpy as np
 import support
 from support import Tree
 from test_surfaces import principled
+
+
+SEEDS = os.path.join(os.path.dirname(__file__), "../../../fuzz/seeds/vdb")
+"""Volumes that OpenVDB has written."""
 
 
 class VolumesBesideCycles(beside_cycles.BesideCycles):
@@ -105,4 +111,48 @@ class VolumesBesideCycles(beside_cycles.BesideCycles):
         self.floor()
         support.add(self.scene, "Sun", self.light("SUN", energy=2, angle=0.02), (0, 0, 5), (0.5, 0.2, 0))
         self.cube(self.filled(("VolumeScatter", {"Color": (0.7, 0.8, 0.9, 1), "Density": 0.1})), 16)
+        self.assert_same()
+
+    def test_clouds(self):
+        self.even_world((0.4, 0.45, 0.5))
+        support.add(self.scene, "Sun", self.light("SUN", energy=3, angle=0.05), (0, 0, 5), (0.6, 0.5, 0))
+        material = self.filled(("VolumeScatter", {"Color": (0.8, 0.8, 0.8, 1)}))
+        tree = Tree(material)
+        where = tree.add("TexCoord").outputs["Object"]
+        noise = tree.add("TexNoise", {"Vector": where, "Scale": 1.5, "Detail": 0.0})
+        dense = tree.add("MapRange", {0: noise.outputs[0], 1: 0.45, 2: 0.7, 3: 0.0, 4: 4.0})
+        tree.links.new(dense.outputs[0], next(node for node in tree.nodes if node.type == "VOLUME_SCATTER").inputs["Density"])
+        self.floor()
+        self.cube(material)
+        self.assert_same(0.03)
+
+    def volume(self, file, material, scale, place, turn=(0.2, 0.4, 0.1), space="OBJECT"):
+        """A Volume object of one of the files that tests of the renderer read."""
+        data = bpy.data.volumes.new("Cloud")
+        data.filepath = os.path.join(SEEDS, file)
+        data.render.space = space
+        data.materials.append(material)
+        item = support.add(self.scene, "Cloud", data, place, turn)
+        item.scale = (scale,) * 3
+        return item
+
+    def test_clouds(self):
+        """Of a file, under a lamp."""
+        values = {"Color": (0.8, 0.7, 0.6, 1), "Density": 0.4, "Anisotropy": 0.3}
+        for space in ("OBJECT", "WORLD"):
+            with self.subTest(space=space):
+                cloud = self.volume("plain.vdb", self.filled(("VolumePrincipled", values)), 0.2, (-1.2, -1.3, -1.2), space=space)
+                floor = self.floor()
+                lamp = support.add(self.scene, "Lamp", self.light("POINT", energy=200, shadow_soft_size=0.1), (1.5, -1.0, 2.5))
+                self.even_world((0.2, 0.2, 0.2))
+                self.assert_same()
+                for item in (cloud, floor, lamp):
+                    bpy.data.objects.remove(item)
+
+    def test_glowing_smoke(self):
+        """The temperature of a file, as a black body, and a colour by nodes."""
+        values = {"Color": (0.5, 0.5, 0.5, 1), "Density": 1.0, "Density Attribute": "temperature", "Blackbody Intensity": 1.0, "Temperature": 900.0}
+        material = self.filled(("VolumePrincipled", values))
+        self.even_world((0.1, 0.1, 0.1))
+        self.volume("turned.vdb", material, 0.5, (-0.5, 0.0, -0.5))
         self.assert_same()

@@ -86,7 +86,7 @@ fn make_anew(frame: &FrameView, store: &SampleStore, picture: &Picture, film: &m
             let number = start + place;
             scratch.begin_tile();
             let ThreadScratch { radiance, bounces, placed, trace, filtering, .. } = scratch;
-            enhance::enhance(frame, tile, radiance, bounces, None, placed, trace);
+            enhance::enhance(frame, (number, tile), radiance, bounces, None, placed, trace);
             if is_wide {
                 filter::sum(frame, number, tile, filtering, radiance, trace, sums);
             }

@@ -32,12 +32,12 @@ use crate::shade::light::{LightSample, to_light};
 use crate::shade::optics::branch;
 use crate::shade::sampling::PathSequence;
 
-/// Writes the light of each cell of `tile` into `radiance`. The tags must be up to date. `kept` are the
+/// Writes the light of each cell of a tile, of which the number comes first, into `radiance`. The tags must be up to date. `kept` are the
 /// tile's stored ray trees, which are updated; without them all trees are traced. Returns true if any tree
 /// was traced.
 pub fn enhance(
     frame: &FrameView,
-    tile: &Tile,
+    (number, tile): (usize, &Tile),
     radiance: &mut Radiance,
     bounces: &mut Bounces,
     mut kept: Option<&mut TileTrees>,
@@ -92,7 +92,7 @@ pub fn enhance(
             }
             if let Some((media, in_media)) = media {
                 let Bounces { media: shown, times, .. } = &mut *bounces;
-                shown.look(frame, media, (tile, first, traced & in_media), times, radiance);
+                shown.look(frame, media, (number, tile), (first, traced & in_media), (times, radiance));
             }
             if gloss.is_any || has_bsdfs || followed != 0 {
                 let placed = placed.get(frame, tile, first);

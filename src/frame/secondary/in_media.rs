@@ -16,7 +16,7 @@ use crate::frame::light::scattering::SeenRay;
 use crate::frame::shot::frame_view::FrameView;
 use crate::frame::surface::radiance::{Layer, Light, Radiance};
 use crate::frame::surface::ray_tally::RayTally;
-use crate::lanes::LANES;
+use crate::lanes::{F32x8, LANES, Vec3x8};
 use crate::media::Media;
 use crate::media::spans::Spans;
 use crate::samples::{BACKGROUND, CELLS, EMPTY, Tile};
@@ -58,21 +58,25 @@ impl InMedia {
         self.left.get(cell).copied().unwrap_or(Vec3::ONE)
     }
 
-    /// Looks from the eye to eight samples of `tile`. Of those whose bit is set in `traced` light that media emit goes to `radiance`, and
+    /// Looks from the eye to eight samples of a tile, of which the number comes first. Of those whose bit is set in `traced` light that media emit goes to `radiance`, and
     /// what they scatter is asked for [later](Self::scatter).
     pub fn look(
         &mut self,
         frame: &FrameView,
         media: &Media,
-        (tile, first, traced): (&Tile, usize, u8),
-        times: &mut TreeTimes,
-        radiance: &mut Radiance,
+        (number, tile): (usize, &Tile),
+        (first, traced): (usize, u8),
+        (times, radiance): (&mut TreeTimes, &mut Radiance),
     ) {
         let [origins, sights] = frame.sights(tile, first);
+        let through_cells =
+            frame.view.camera.is_orthographic().then(|| origins_of_cells(frame, number, tile, first));
         for lane in set_bits(bits(&tile.model[first..first + LANES])) {
             let cell = first + lane;
             let (origin, sight) = (origins.lane(lane), sights.lane(lane));
             let is_background = tile.model[cell] == BACKGROUND;
+            // in parallel views the background has no place of its own: it is seen along the line through its cell
+            let origin = through_cells.filter(|_| is_background).map_or(origin, |origins| origins.lane(lane));
             let far = if is_background { f32::INFINITY } else { sight.length() };
             let direction = sight.normalize_or_zero();
             if direction == Vec3::ZERO {
@@ -169,6 +173,15 @@ impl InMedia {
         };
         parts.chain([diffuse]).chain(has_specular.then_some(specular)).for_each(dim);
     }
+}
+
+/// Origins of the lines of sight through the centres of eight cells of a tile.
+fn origins_of_cells(frame: &FrameView, number: usize, tile: &Tile, first: usize) -> Vec3x8 {
+    let grid = &frame.view.grid;
+    let [x, y] = grid.tile_corner(number).map(|at| F32x8::splat(at as f32 + 0.5));
+    let [right, down] = [&grid.place_x, &grid.place_y].map(|places| F32x8::load(places, first));
+    let [origins, _] = frame.cameras(tile, first).rays(x + right, y + down);
+    origins
 }
 
 /// Bit mask of those of eight cells that have a sample, of a surface or of the background.

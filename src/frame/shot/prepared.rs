@@ -128,7 +128,7 @@ impl<'s> Prepared<'s> {
         about_layers.extend(settings.layers.has(Layers::MATERIAL).then(|| numbers_of_materials(scene)));
         let links = Links::new(scene, settings.only_lights.as_deref());
         let light_groups = LightGroups::new(&scene.lights);
-        let media = MediaOfShot::of(scene).0;
+        let media = MediaOfShot::of(scene);
         let bounds = bounds_of_models(scene);
         let channels: Vec<Channel> = channels(settings.layers, &light_groups).collect();
         let is_mixed = |channel: &&Channel| MixRule::new(channel) != MixRule::Middle;

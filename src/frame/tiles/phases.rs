@@ -111,7 +111,7 @@ fn infer_tile(
     if (remake >= DirtyLevel::Picture || facts.is_needed) && !frame.wanted_of(number).is_empty() {
         let ThreadScratch { radiance, bounces, placed, trace, .. } = &mut *scratch;
         let trees = Some(&mut state.trees);
-        let casts_rays = enhance::enhance(frame, tile, radiance, bounces, trees, placed, trace);
+        let casts_rays = enhance::enhance(frame, (number, tile), radiance, bounces, trees, placed, trace);
         state.goes_on = radiance.is_followed;
         state.was_quiet &= !casts_rays;
         clock.lap(&mut scratch.seconds.light);

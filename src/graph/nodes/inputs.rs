@@ -78,6 +78,17 @@ pub static MODEL_RANDOM: Definition = Definition {
     function: |_, _| Ok(Arc::new(Source::ModelRandom)),
 };
 
+/// What a grid of a volume has; option `grid`: its name. Zero where there is no volume, or no such grid.
+pub static VOLUME_GRID: Definition = Definition {
+    name: "blender_volume_grid",
+    inputs: &[],
+    outputs: &[("color", Kind::Color), ("value", Kind::Number)],
+    function: |options, output| {
+        let grid = options.text("grid").unwrap_or("density").to_string();
+        Ok(Arc::new(Source::Volume(grid, output == 1)))
+    },
+};
+
 fn uv(options: &Options, _: usize) -> Result<Arc<dyn Function>, String> {
     let named = |set: &str| match set {
         "0" => Some(UvSet::First),
@@ -99,6 +110,8 @@ enum Source {
     ModelPlace,
     ModelRandom,
     VertexColor,
+    /// Name of a grid, and whether a vector of it counts by its mean.
+    Volume(String, bool),
 }
 
 impl Function for Source {
@@ -117,6 +130,10 @@ impl Function for Source {
             Self::ModelPlace => place.model_place(),
             Self::ModelRandom => Vec3::splat(place.model_random()),
             Self::VertexColor => place.vertex_color(),
+            Self::Volume(grid, is_number) => {
+                let value = place.of_volume(grid).unwrap_or(Vec3::ZERO);
+                if *is_number { Vec3::splat(value.element_sum() / 3.0) } else { value }
+            }
         })
     }
 }

@@ -21,6 +21,7 @@ pub static ALL: &[&Definition] = &[
     &inputs::MODEL_PLACE,
     &inputs::MODEL_RANDOM,
     &inputs::VERTEX_COLOR,
+    &inputs::VOLUME_GRID,
     &eye::FRESNEL,
     &eye::LAYER_WEIGHT,
     &eye::FACING_RATIO,

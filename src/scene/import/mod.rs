@@ -23,6 +23,7 @@ pub(in crate::scene) mod pictures;
 pub mod ply;
 pub(in crate::scene) mod surfaces;
 pub mod usd;
+pub(in crate::scene) mod vdb;
 
 use std::path::{Path, PathBuf};
 

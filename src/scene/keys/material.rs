@@ -138,6 +138,9 @@ pub(crate) struct MaterialTable {
     /// Where it scatters light to: mean cosine of the angle by which that is turned, from -1 (back) to 1 (straight on) (0)
     #[schemars(range(min = -1, max = 1))]
     pub volume_anisotropy: Option<At<f64>>,
+    /// Cells along the longest edge of a mesh within which it is interpolated, where a graph gives it (128)
+    #[schemars(range(min = 1, max = 512))]
+    pub volume_cells: Option<At<i64>>,
     /// False if it has no surface, and is what fills its meshes alone (true)
     pub surface: Option<bool>,
     /// Length of the way through glass after which light has the colour `depth_color`, in the units of the shot; 0: it absorbs none (0)

@@ -19,6 +19,7 @@ pub mod stage;
 mod table_text;
 pub mod toml_text;
 pub mod values;
+pub mod vdb;
 
 use std::borrow::Cow;
 use std::fmt;

@@ -15,6 +15,7 @@ use super::quadric::QuadricTable;
 use super::shapes::ShapesTable;
 use super::stage::StageTable;
 use super::toml_text::{At, List, Three};
+use super::vdb::VdbTable;
 use crate::animation::Interpolation;
 use crate::scene::RayKind;
 
@@ -24,7 +25,7 @@ pub(crate) const LARGEST_MAP: u32 = 1024;
 
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-#[schemars(extend("oneOf" = [{"required": ["obj"]}, {"required": ["gltf"]}, {"required": ["usd"]}, {"required": ["ply"]}, {"required": ["quadric"]}, {"required": ["curves"]}]))]
+#[schemars(extend("oneOf" = [{"required": ["obj"]}, {"required": ["gltf"]}, {"required": ["usd"]}, {"required": ["ply"]}, {"required": ["quadric"]}, {"required": ["curves"]}, {"required": ["vdb"]}]))]
 pub(crate) struct ModelTable {
     /// For people; the file's name, or the type of the quadric, without it
     pub name: Option<String>,
@@ -48,6 +49,8 @@ pub(crate) struct ModelTable {
     pub quadric: Option<At<QuadricTable>>,
     /// Curves with a thickness (hair, grass, wires), instead of an OBJ file
     pub curves: Option<At<CurvesTable>>,
+    /// OpenVDB file, instead of an OBJ file: a medium that varies from place to place
+    pub vdb: Option<At<VdbTable>>,
     /// Files of the shapes between which the model deforms; `obj` is its shape at rest
     pub shapes: Option<At<ShapesTable>>,
     /// With `obj`: its faces are a cage, which is subdivided by these rules until its edges are as long as `dicing` says. With `usd`: "none"

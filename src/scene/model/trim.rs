@@ -248,6 +248,7 @@ mod tests {
                 alphas: Vec::new(),
                 tangents: tangents.to_vec(),
                 space: None,
+                volume: None,
                 cage: None,
             }),
         }

@@ -88,7 +88,7 @@ fn read_shapes(
         return Err(text.fault(table.span(), "`shapes`: the key `curves` is missing, a name of files"));
     };
     let (first, every) = times(text, (first.as_ref(), every.as_ref()))?;
-    let files = numbered_files(text, "curves", curves)?;
+    let files = numbered_files(text, ("curves", "hair.####.npy"), curves)?;
     let begin = files[0].number as f64;
     let (first, every) = (first.unwrap_or(begin), every.unwrap_or(1.0));
     for file in &files {

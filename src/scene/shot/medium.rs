@@ -52,7 +52,10 @@ pub fn of_material(text: TomlText<'_>, table: &MaterialTable) -> Result<StatedMe
     };
     let MaterialTable { volume_scatter, volume_absorb, volume_emit, .. } = table;
     let colors = [volume_scatter, volume_absorb, volume_emit];
-    stated(text, &keys, colors, [&table.volume_density, &table.volume_anisotropy])
+    let cells = table.volume_cells.as_ref();
+    let cells = cells.map(|cells| text.whole("volume_cells", cells, 1..513)).transpose()?;
+    let medium = stated(text, &keys, colors, [&table.volume_density, &table.volume_anisotropy])?;
+    Ok(StatedMedium { cells, ..medium })
 }
 
 fn stated(
@@ -78,5 +81,6 @@ fn stated(
         emit: color(keys.emit, emit)?,
         density: number(keys.density, density, "from 0 to 1e9", [0.0, f64::from(LARGEST)])?,
         anisotropy: number(keys.anisotropy, anisotropy, "from -1 (back) to 1 (straight on)", [-1.0, 1.0])?,
+        cells: None,
     })
 }

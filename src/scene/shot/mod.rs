@@ -24,6 +24,7 @@ mod settings;
 mod shapes;
 mod stage;
 mod tracks;
+mod vdb;
 
 use std::path::PathBuf;
 

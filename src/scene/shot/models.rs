@@ -10,7 +10,7 @@ use glam::DAffine3;
 
 use super::places::Place;
 use super::readers::Readers;
-use super::{curves, links, model, places, quadric, shapes, stage};
+use super::{curves, links, model, places, quadric, shapes, stage, vdb};
 use crate::animation::{Track, TransformTrack};
 use crate::scene::import::Inputs;
 use crate::scene::import::given;
@@ -101,7 +101,10 @@ fn placed(
         (None, None, Some(obj)) if keys.group.is_some() || keys.split.is_some() => {
             parts(text, (table, obj), readers, &track)?
         }
-        _ => vec![one(text, table, readers, track)?],
+        _ => match &keys.vdb {
+            Some(volume) => vdb::of_table(text, (volume, keys.name.as_deref()), &track, &mut readers.import)?,
+            None => vec![one(text, table, readers, track)?],
+        },
     };
     let sizes = i64::from(LEAST_MAP)..i64::from(LARGEST_MAP) + 1;
     let map = keys.reflection_map.as_ref();
@@ -143,20 +146,21 @@ fn places_of(
 
 /// Refuses what excludes each other. `is_read`: the model's file was read before, and need not be named.
 fn refuse_keys_together(text: TomlText<'_>, table: &At<ModelTable>, is_read: bool) -> Result<(), SceneError> {
-    let ModelTable { obj, gltf, usd, ply, quadric, curves, shapes, animation, .. } = table.get_ref();
+    let ModelTable { obj, gltf, usd, ply, quadric, curves, vdb, shapes, animation, .. } = table.get_ref();
     let refuse = |span: Range<usize>, message: &str| Err(text.fault(span, message));
     let files = [("obj", obj), ("gltf", gltf), ("usd", usd)];
     let files = files.iter().filter_map(|(key, file)| Some((*key, file.as_ref()?.span())));
     let quadrics = quadric.iter().map(|quadric| ("quadric", quadric.span()));
     let curved = curves.iter().map(|curves| ("curves", curves.span()));
-    let kinds: Vec<(&str, Range<usize>)> = files.chain(quadrics).chain(curved).collect();
+    let volumes = vdb.iter().map(|volume| ("vdb", volume.span()));
+    let kinds: Vec<(&str, Range<usize>)> = files.chain(quadrics).chain(curved).chain(volumes).collect();
     match &kinds[..] {
         [(first, _), .., (last, span)] if !(is_read && kinds.len() == 2 && *first == "obj") => {
             let message = format!("`{first}` and `{last}` exclude each other: write a [[model]] for each");
             return refuse(span.clone(), &message);
         }
         [] if !is_read && ply.is_none() => {
-            let message = "the key `obj` is missing: a model is an OBJ file, a glTF file (`gltf`), a USD file (`usd`), a PLY file (`ply`), a `quadric`, or `curves`";
+            let message = "the key `obj` is missing: a model is an OBJ file, a glTF file (`gltf`), a USD file (`usd`), a PLY file (`ply`), a `quadric`, `curves`, or an OpenVDB file (`vdb`)";
             return refuse(table.span(), message);
         }
         _ => {}
@@ -176,6 +180,10 @@ fn refuse_keys_together(text: TomlText<'_>, table: &At<ModelTable>, is_read: boo
             shapes.span(),
             "`shapes` of curves are files of curves: write `shapes = { curves = \"hair.####.npy\" }`",
         ),
+        (Some(shapes), _) if vdb.is_some() => {
+            let message = "`shapes` are those of an OBJ file, and a volume has none: number its files";
+            refuse(shapes.span(), message)
+        }
         (Some(shapes), _) if gltf.is_some() || usd.is_some() => {
             let message =
                 format!("`shapes` are those of an OBJ file; a {other} file has its own: take them out");
@@ -190,10 +198,10 @@ fn refuse_keys_together(text: TomlText<'_>, table: &At<ModelTable>, is_read: boo
 
 /// Refuses `subdivision` beside what has no cage.
 fn refuse_subdivision(text: TomlText<'_>, table: &ModelTable) -> Result<(), SceneError> {
-    let ModelTable { usd, ply, gltf, quadric, curves, group, split, subdivision, .. } = table;
+    let ModelTable { usd, ply, gltf, quadric, curves, vdb, group, split, subdivision, .. } = table;
     let Some(subdivision) = subdivision else { return Ok(()) };
     let refuse = |what: &str| Err(text.bad("subdivision", subdivision, what));
-    if ply.is_some() || gltf.is_some() || quadric.is_some() || curves.is_some() {
+    if ply.is_some() || gltf.is_some() || quadric.is_some() || curves.is_some() || vdb.is_some() {
         refuse("goes with `obj`: others have no cages; write the model as OBJ, or take it out")
     } else if group.is_some() || split.is_some() {
         refuse("goes with whole OBJ files: take `group` or `split` out")
@@ -226,13 +234,14 @@ fn without_cages(models: Vec<Model>) -> Vec<Model> {
 
 /// Refuses what excludes a PLY file.
 fn refuse_beside_ply(text: TomlText<'_>, table: &ModelTable) -> Result<(), SceneError> {
-    let ModelTable { obj, gltf, ply, quadric, curves, shapes, .. } = table;
+    let ModelTable { obj, gltf, ply, quadric, curves, vdb, shapes, .. } = table;
     let Some(ply) = ply else { return Ok(()) };
     let others = [
         ("obj", obj.is_some()),
         ("gltf", gltf.is_some()),
         ("quadric", quadric.is_some()),
         ("curves", curves.is_some()),
+        ("vdb", vdb.is_some()),
     ];
     if let Some((other, _)) = others.into_iter().find(|(_, is_there)| *is_there) {
         let message = format!("`ply` and `{other}` exclude each other: write a [[model]] for each");

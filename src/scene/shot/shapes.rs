@@ -33,7 +33,7 @@ pub fn of_table(
         return Err(text.bad("curves", curves, "in `shapes` goes with `curves` of the model: take it out"));
     }
     let source = match (obj, cache) {
-        (Some(obj), None) => ShapeSource::Files(numbered_files(text, "obj", obj)?),
+        (Some(obj), None) => ShapeSource::Files(numbered_files(text, ("obj", "flag.####.obj"), obj)?),
         (None, Some(cache)) => ShapeSource::Cache(file_of(text, "cache", cache)?),
         (None, None) => {
             let message =
@@ -74,16 +74,20 @@ pub fn times(
     Ok((first.transpose()?, every.transpose()?))
 }
 
-/// Finds the files that the `key` of a table, a name with `#` for digits, means, in the order of their numbers.
-pub fn numbered_files(text: TomlText<'_>, key: &str, name: &At<String>) -> Result<Vec<Numbered>, SceneError> {
+/// Finds the files that a name with `#` for digits means, in the order of their numbers.
+pub fn numbered_files(
+    text: TomlText<'_>,
+    (key, example): (&str, &str),
+    name: &At<String>,
+) -> Result<Vec<Numbered>, SceneError> {
     let bad = |message: &str| text.bad(key, name, message);
     let slashed = name.get_ref().replace('\\', "/");
     let (folder, pattern) = slashed.rsplit_once('/').unwrap_or(("", &slashed));
     let digits = pattern.bytes().filter(|byte| *byte == b'#').count();
     let Some((before, after)) = pattern.split_once(&"#".repeat(digits)).filter(|_| digits > 0) else {
-        return Err(bad(
-            "must have one group of `#` in the file's name, where the numbers of the shapes are: \"flag.####.obj\"",
-        ));
+        return Err(bad(&format!(
+            "must have one group of `#` in the file's name, where the numbers are: \"{example}\""
+        )));
     };
     let folder = text.path.parent().unwrap_or(Path::new("")).join(folder);
     let here = if folder.as_os_str().is_empty() { Path::new(".") } else { &folder };

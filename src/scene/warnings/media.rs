@@ -12,7 +12,7 @@ pub fn warnings(path: &Path, scene: &Scene) -> Vec<Warning> {
     let told = |message: String| Warning(SceneError::new(path, message));
     let mut warnings = Vec::new();
     if scene.has_media() {
-        for Unbounded { model, material, fault } in MediaOfShot::of(scene).1 {
+        for Unbounded { model, material, fault } in MediaOfShot::unbounded(scene) {
             warnings.push(told(format!(
                 "the medium `{material}` is left out in the model `{model}`: {fault}, and what is inside is not known; close its \
                  mesh, with all faces the same way round, or use [fog]"
@@ -27,6 +27,26 @@ pub fn warnings(path: &Path, scene: &Scene) -> Vec<Warning> {
                  material with `volume_scatter` and `surface = false`",
             ))
         }));
+    }
+    for model in scene.models.iter().filter(|model| model.mesh.details.volume.is_some()) {
+        let material =
+            model.mesh.material_of.first().map(|material| &scene.materials[usize::from(*material)]);
+        if let Some(material) = material {
+            let name = (&model.name, &material.name);
+            if material.has_surface {
+                warnings.push(told(format!(
+                    "the volume `{}` is shown as a box, as its material `{}` has a surface; write `surface = false` there",
+                    name.0, name.1
+                )));
+            }
+            if material.medium.is_none_or(|medium| medium.is_clear()) {
+                warnings.push(told(format!(
+                    "nothing of the volume `{}` is seen, as its material `{}` has no medium; write `volume_scatter`, `volume_absorb` or \
+                     `volume_emit` there",
+                    name.0, name.1
+                )));
+            }
+        }
     }
     for model in &scene.models {
         let of = |material: &u16| &scene.materials[usize::from(*material)];

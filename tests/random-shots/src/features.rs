@@ -44,6 +44,11 @@ pub fn features(trial: &Trial) -> BTreeSet<String> {
     if shot.get("camera").and_then(Value::as_table).is_some_and(is_blurred) {
         add("lens".into());
     }
+    let is_smoke =
+        |material: &Table| material.get("mtlx").and_then(Value::as_str) == Some(crate::files::SMOKE);
+    if list(shot, "material").any(is_smoke) {
+        add("smoke".into());
+    }
     let is_filled = |material: &Table| material.keys().any(|key| key.starts_with("volume_"));
     if list(shot, "material").any(is_filled) {
         add("medium".into());
@@ -143,6 +148,10 @@ fn of_model(model: &Table, shot: &Table, add: &mut impl FnMut(String)) {
     let by_file = parts.next().filter(|_| model.contains_key("gltf"));
     if let Some(motion) = by_file {
         add(format!("model: glTF, {motion}"));
+    }
+    if model.contains_key("vdb") {
+        add("model: vdb".into());
+        return;
     }
     let curves = model.get("curves").and_then(Value::as_table);
     if let Some(file) = curves.and_then(|curves| curves.get("file")).and_then(Value::as_str) {

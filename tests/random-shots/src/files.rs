@@ -6,7 +6,7 @@
 use std::fmt::Write;
 
 use crate::dice::Dice;
-use crate::{glb, mtlx};
+use crate::{glb, mtlx, vdb};
 
 /// Shapes that a mesh may have, with what each of them is for.
 pub const SHAPES: [&str; 11] = [
@@ -53,6 +53,13 @@ pub const NORMALS: &str = "normals.bmp";
 /// The environment map.
 pub const MAP: &str = "around.hdr";
 
+/// A cloud of lumps, and the graph of what is in it and in meshes.
+pub const CLOUD: &str = "cloud.vdb";
+pub const SMOKE: &str = "smoke.mtlx";
+
+/// Name of the material of clouds.
+pub const OF_CLOUD: &str = "cloud";
+
 /// What a file of this name holds; none for a name that no generated shot uses.
 pub fn content(name: &str) -> Option<Vec<u8>> {
     match name {
@@ -77,6 +84,8 @@ pub fn content(name: &str) -> Option<Vec<u8>> {
                 .filter(|_| CURVES.contains(&&*format!("{stem}.curves")))?;
             Some(bent_curves(std::str::from_utf8(&rest).ok()?, bend.parse().ok()?).into_bytes())
         }
+        CLOUD => Some(vdb::cloud()),
+        SMOKE => Some(mtlx::smoke().into_bytes()),
         _ if name.ends_with(".mtlx") => {
             Some(mtlx::file(name.strip_suffix(".mtlx")?.parse().ok()?).into_bytes())
         }

@@ -21,3 +21,4 @@ pub mod run;
 pub mod shrink;
 mod store;
 pub mod trial;
+mod vdb;

@@ -6,7 +6,7 @@
 use std::fmt::Write;
 
 use crate::dice::Dice;
-use crate::files::{MATERIALS, TEXTURES};
+use crate::files::{MATERIALS, OF_CLOUD, TEXTURES};
 
 /// Number of nodes of a graph, at most.
 const MOST_NODES: i64 = 12;
@@ -284,4 +284,30 @@ fn material(dice: &mut Dice, (name, kinds): (&str, &[Kind]), may_be_glass: bool,
         text,
         "<surfacematerial name=\"{name}\" type=\"material\"><input name=\"surfaceshader\" type=\"surfaceshader\" nodename=\"S{name}\"/></surfacematerial>"
     );
+}
+
+/// What fills meshes of all materials, from place to place: noise in object space, with a hole in it; clouds glow where they are hot.
+pub fn smoke() -> String {
+    let mut text = String::from("<?xml version=\"1.0\"?>\n<materialx version=\"1.39\">\n");
+    text += "<nodegraph name=\"g\">\n<blender_object_coordinates name=\"p\" type=\"vector3\"/>\n\
+        <blender_noise name=\"n\" type=\"multioutput\"><input name=\"vector\" type=\"vector3\" nodename=\"p\"/>\
+        <input name=\"scale\" type=\"float\" value=\"3\"/></blender_noise>\n\
+        <subtract name=\"s\" type=\"float\"><input name=\"in1\" type=\"float\" nodename=\"n\"/>\
+        <input name=\"in2\" type=\"float\" value=\"0.4\"/></subtract>\n\
+        <multiply name=\"d\" type=\"float\"><input name=\"in1\" type=\"float\" nodename=\"s\"/>\
+        <input name=\"in2\" type=\"float\" value=\"6\"/></multiply>\n\
+        <blender_volume_grid name=\"h\" type=\"multioutput\"><input name=\"grid\" type=\"string\" value=\"heat\"/></blender_volume_grid>\n\
+        <output name=\"density\" type=\"vector3\" nodename=\"d\"/>\n<output name=\"heat\" type=\"color3\" nodename=\"h\"/>\n</nodegraph>\n\
+        <anisotropic_vdf name=\"v\" type=\"VDF\"><input name=\"scattering\" type=\"vector3\" nodegraph=\"g\" output=\"density\"/>\
+        <input name=\"absorption\" type=\"vector3\" value=\"0.3, 0.1, 0\"/></anisotropic_vdf>\n\
+        <uniform_edf name=\"e\" type=\"EDF\"><input name=\"color\" type=\"color3\" nodegraph=\"g\" output=\"heat\"/></uniform_edf>\n\
+        <volume name=\"w\" type=\"volumeshader\"><input name=\"vdf\" type=\"VDF\" nodename=\"v\"/>\
+        <input name=\"edf\" type=\"EDF\" nodename=\"e\"/></volume>\n";
+    for name in MATERIALS.into_iter().chain([OF_CLOUD]) {
+        let _ = writeln!(
+            text,
+            "<volumematerial name=\"{name}\" type=\"material\"><input name=\"volumeshader\" type=\"volumeshader\" nodename=\"w\"/></volumematerial>"
+        );
+    }
+    text + "</materialx>\n"
 }

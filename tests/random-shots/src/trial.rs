@@ -128,7 +128,7 @@ impl Trial {
                     rest.insert(key.into(), shape.into());
                 }
             }
-            for key in ["quadric", "curves"] {
+            for key in ["quadric", "curves", "vdb"] {
                 if let Some(Value::Table(shape)) = rest.get_mut(key) {
                     shape.remove("material");
                 }

@@ -9,6 +9,7 @@ mod pipeline;
 mod reads;
 mod skeletons;
 mod subdivision;
+mod volumes;
 mod whole;
 
 use std::fs;

@@ -80,6 +80,7 @@ impl<'a> Taker<'a> {
             alphas: chosen(&whole.details.alphas, &vertices, 0),
             tangents,
             space,
+            volume: None,
             cage: None,
         };
         // a list that has an entry a vertex, or none at all

@@ -182,7 +182,7 @@ impl Document {
     /// # Errors
     /// That there is none, with a name like it.
     pub fn material(&self, name: &str) -> Result<&Element, SceneError> {
-        let is_it = |element: &&Element| element.category == "surfacematerial" && element.name == name;
+        let is_it = |element: &&Element| is_material(element) && element.name == name;
         self.elements.iter().find(is_it).ok_or_else(|| {
             let near = spelling::hint(name, self.materials());
             SceneError::new(&self.path, format!("it has no surfacematerial `{name}`{near}"))
@@ -191,7 +191,7 @@ impl Document {
 
     /// Names of its materials.
     pub fn materials(&self) -> impl Iterator<Item = &str> {
-        let materials = self.elements.iter().filter(|element| element.category == "surfacematerial");
+        let materials = self.elements.iter().filter(|element| is_material(element));
         materials.map(|element| element.name.as_str())
     }
 
@@ -220,6 +220,11 @@ impl Document {
         let fault = SceneError::new(&self.path, what.into());
         if line > 0 { fault.at_line(line) } else { fault }
     }
+}
+
+/// Returns true if an element is a material, of a surface or of a volume.
+fn is_material(element: &Element) -> bool {
+    ["surfacematerial", "volumematerial"].contains(&element.category.as_str())
 }
 
 impl Element {

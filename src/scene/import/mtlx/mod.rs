@@ -13,6 +13,7 @@ mod noise;
 mod picture_nodes;
 mod shaders;
 mod standard;
+mod volumes;
 mod walk;
 
 use std::collections::HashMap;

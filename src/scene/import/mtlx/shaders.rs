@@ -4,6 +4,7 @@ use glam::Vec3;
 
 use super::document::{Document, Element, Stated};
 use super::picture_nodes::Pictures;
+use super::volumes;
 use super::walk::{Finding, Value, Walk};
 use crate::graph::{Graph, Input, Kind, numbers};
 use crate::scene::SceneError;
@@ -163,6 +164,9 @@ fn is_there(shader: &Element, input: &str) -> bool {
     weights.into_iter().any(|stated| stated.value.as_deref().is_none_or(|text| !is_none(text)))
 }
 
+/// Inputs of materials that lead to shaders.
+const SHADERS: [&str; 3] = ["surfaceshader", "displacementshader", "volumeshader"];
+
 /// See [`super::surface`].
 pub fn surface(
     document: &Document,
@@ -172,14 +176,23 @@ pub fn surface(
     let material = document.material(name)?;
     let stated = material.input("surfaceshader");
     let shader = stated.and_then(|stated| document.element("", stated.node.as_deref()?));
-    let shader = shader.ok_or_else(|| {
-        document.fault(material, format!("the material `{name}` has no `surfaceshader` with a `nodename`"))
-    })?;
     let mut walk = Walk::new(document, pictures);
-    let known = ["surfaceshader", "displacementshader"];
-    for other in material.inputs.iter().filter(|input| !known.contains(&input.name.as_str())) {
+    for other in material.inputs.iter().filter(|input| !SHADERS.contains(&input.name.as_str())) {
         walk.tell(material.line, format!("`{}` is not used", other.name));
     }
+    let volume = volumes::of(&mut walk, material)?;
+    let shader = match (shader, volume) {
+        (Some(shader), _) => shader,
+        (None, Some(_)) => {
+            let mut surface = Surface::matt(name, Vec3::ZERO);
+            (surface.graph, surface.volume, surface.has_surface) = (walk.graph, volume, false);
+            return Ok((surface, walk.findings));
+        }
+        (None, None) => {
+            let message = format!("the material `{name}` has no `surfaceshader` with a `nodename`");
+            return Err(document.fault(material, message));
+        }
+    };
     let found = match shader.category.as_str() {
         OPEN_PBR => open_pbr(&mut walk, shader)?,
         category => {
@@ -193,6 +206,7 @@ pub fn surface(
         }
     };
     let mut surface = Surface::new(name, Graph::default());
+    surface.volume = volume;
     bend_normals(&mut walk, shader, &mut surface)?;
     if let Some(stated) = material.input("displacementshader") {
         surface.displaced = displaced(&mut walk, material, stated)?;

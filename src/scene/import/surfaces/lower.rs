@@ -7,12 +7,14 @@ use glam::Vec3;
 use super::varying::{Graphs, Settled};
 use crate::graph::{Function, Input, Places, Program};
 use crate::lanes::Vec3x8;
+use crate::media::phase::MOST_ANISOTROPY;
 use crate::scene::Material;
 use crate::scene::material::{
     Anisotropy, Bump, ByParameter, Coat, Computes, Displacement, Entry, Fuzz, LARGEST_COLOR, LEAST_ALPHA,
     MetalRough, Optics, Scattering, UnevenGlass, head_on, index_of,
 };
-use crate::scene::surface::{ALL, Beyond, Displaced, Parameter, Surface, Value};
+use crate::scene::medium::Medium;
+use crate::scene::surface::{ALL, Beyond, Displaced, Parameter, Surface, Value, Volume};
 use crate::shade::optics::of_both_walls;
 
 /// What is told of glass with two graphs of colours.
@@ -52,7 +54,11 @@ impl Surface {
         let glass = (through > 0.0).then(|| glass(&mut self, base));
         let emission = product(&mut self, [Parameter::EmissionColor, Parameter::EmissionLuminance]);
         let inputs = self.inputs(glass.as_ref(), base, emission);
+        let (medium, medium_graph) = self.medium();
         let material = Material {
+            medium,
+            medium_graph,
+            has_surface: self.has_surface,
             name: std::mem::take(&mut self.name),
             emission: emission.factor.clamp(Vec3::ZERO, Vec3::splat(LARGEST_COLOR)),
             diffuse_map: self.base_picture,
@@ -62,6 +68,21 @@ impl Surface {
             ..self.reflecting(through, base, glass.map(|glass| glass.uneven))
         };
         Settled { material, graphs: Graphs::new(self.graph, inputs) }
+    }
+
+    /// What fills its meshes: where graphs give it, factors of that, and the program of what they give.
+    fn medium(&self) -> (Option<Medium>, Option<Arc<Program>>) {
+        let Some(Volume { scatter, absorb, emit, anisotropy }) = self.volume else { return (None, None) };
+        let anisotropy = anisotropy.clamp(-MOST_ANISOTROPY, MOST_ANISOTROPY);
+        match [scatter, absorb, emit] {
+            [Input::Constant(scatter), Input::Constant(absorb), Input::Constant(emit)] => {
+                (Some(Medium { scatter, absorb, emit, anisotropy }.cleaned()), None)
+            }
+            all => {
+                let factors = Medium { scatter: Vec3::ONE, absorb: Vec3::ONE, emit: Vec3::ONE, anisotropy };
+                (Some(factors), Some(Arc::new(Program::of_all(&self.graph, &all))))
+            }
+        }
     }
 
     /// The material alone, without what varies of it.

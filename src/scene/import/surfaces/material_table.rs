@@ -34,20 +34,22 @@ pub(crate) struct StatedMedium {
     /// Factor on what the same table states.
     pub density: Option<f32>,
     pub anisotropy: Option<f32>,
+    /// Cells along the longest edge of a mesh, where graphs give what is in it.
+    pub cells: Option<u32>,
 }
 
 impl StatedMedium {
     /// The medium, with what is not stated as it is in another one.
     pub fn over(self, other: Option<Medium>) -> Medium {
         let other = other.unwrap_or(Medium::NONE);
-        // beyond what can be kept, all light ends within any length at all
-        let density = |value: Vec3| (value * self.density.unwrap_or(1.0)).min(Vec3::splat(f32::MAX.sqrt()));
+        let density = |value: Vec3| value * self.density.unwrap_or(1.0);
         let anisotropy = self.anisotropy.unwrap_or(other.anisotropy);
-        Medium {
+        let medium = Medium {
             scatter: density(self.scatter.unwrap_or(other.scatter)),
             absorb: density(self.absorb.unwrap_or(other.absorb)),
             emit: density(self.emit.unwrap_or(other.emit)),
             anisotropy: anisotropy.clamp(-MOST_ANISOTROPY, MOST_ANISOTROPY),
-        }
+        };
+        medium.cleaned()
     }
 }

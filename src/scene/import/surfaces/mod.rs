@@ -101,6 +101,7 @@ impl Surfaces {
                 if entry.medium != StatedMedium::default() {
                     material.medium = Some(entry.medium.over(material.medium));
                 }
+                material.medium_cells = entry.medium.cells.or(material.medium_cells);
                 material.has_surface = entry.surface.unwrap_or(material.has_surface);
             }
         }

@@ -11,6 +11,7 @@ use super::choice::StageChoice;
 use super::clock::Clock;
 use super::render::RenderSettings;
 use super::tiles::Tiles;
+use super::volume::UsdVolume;
 use crate::animation::{Track, Visibility};
 use crate::digest::Digest;
 use crate::scene::SceneError;
@@ -96,6 +97,8 @@ pub struct UsdMesh {
     pub cage: Option<Box<UsdCage>>,
     /// Curves in place of triangles, which may have shapes of their own, of the one surface that is used.
     pub curves: Option<CurveSet>,
+    /// A volume in their place.
+    pub volume: Option<UsdVolume>,
 }
 
 /// A cage before its materials are looked up.

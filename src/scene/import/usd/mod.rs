@@ -72,6 +72,8 @@ mod value;
 #[cfg(feature = "usd")]
 mod variants;
 #[cfg(feature = "usd")]
+mod volume;
+#[cfg(feature = "usd")]
 mod walk;
 #[cfg(feature = "usd")]
 mod wanted;

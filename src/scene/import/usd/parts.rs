@@ -4,17 +4,23 @@ use std::collections::{BTreeSet, HashMap};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use glam::Vec3;
+
 use super::choice::StageChoice;
 use super::file::{Content, ShownMesh, UsdFile, UsdMesh};
 use super::links;
 use super::reading::Reading;
+use super::volume::UsdVolume;
 use crate::animation::ShapeTrack;
+use crate::graph::Input;
 use crate::scene::cage::Cage;
 use crate::scene::import::Import;
 use crate::scene::import::curves::{self, CurveSet};
 use crate::scene::import::deformed;
 use crate::scene::import::deformed::{Distinct, Kept};
 use crate::scene::import::part_of_file::{NodeTrack, PartOfFile, Surface};
+use crate::scene::import::vdb;
+use crate::scene::surface::{self, Volume};
 use crate::scene::{Linked, Mesh, SceneError};
 
 /// Files that were read, and what was made of them.
@@ -107,6 +113,10 @@ impl Reading<'_> {
                 built.push(self.curves(mesh, curves, &mut materials)?);
                 continue;
             }
+            if let Some(volume) = &mesh.volume {
+                built.push(self.volume(mesh, volume)?);
+                continue;
+            }
             let mut shapes = Distinct::default();
             mesh.shapes.iter().for_each(|(frame, points)| shapes.add(*frame, mesh.of_vertices(points)));
             let (mut triangles, mut uses) = (mesh.triangles.clone(), mesh.uses.clone());
@@ -190,6 +200,33 @@ impl CageShapes {
 }
 
 impl Reading<'_> {
+    /// Builds a volume, if it can be read: it scatters as much light as it is dense, unless a table of its material says otherwise.
+    fn volume(&mut self, mesh: &UsdMesh, volume: &UsdVolume) -> Result<Option<BuiltMesh>, SceneError> {
+        let surface = mesh.uses.first().and_then(|(_, surface)| *surface);
+        let bound = surface.and_then(|number| self.file.content.surfaces.get(number));
+        let name = bound.map_or(&volume.name, |bound| &bound.name);
+        self.import.surfaces.known_names.push(name.clone());
+        let scatter = Input::Constant(Vec3::splat((1.0 / volume.metres) as f32));
+        let none = Input::Constant(Vec3::ZERO);
+        let mut own = surface::Surface::matt(name, Vec3::ZERO);
+        (own.volume, own.has_surface) =
+            (Some(Volume { scatter, absorb: none, emit: none, anisotropy: 0.0 }), false);
+        let laid = self.import.lay_tables_over(own)?;
+        let settled = self.import.settle(laid);
+        let material = self.import.surfaces.add_of(&self.file.path, settled)?;
+        let read = vdb::read(self.import, &volume.path, Some(&volume.grids)).and_then(|read| {
+            let mesh = vdb::mesh_of(self.import, read, material);
+            mesh.map_err(|what| SceneError::new(&volume.path, what))
+        });
+        match read {
+            Ok(mesh) => Ok(Some((Arc::new(mesh), None))),
+            Err(why) => {
+                self.import.findings.stand_in(why)?;
+                Ok(None)
+            }
+        }
+    }
+
     /// Builds curves, if there are any to be drawn.
     fn curves(
         &mut self,

@@ -23,7 +23,7 @@ use super::shader::Shaders;
 use super::skeleton::Skeleton;
 use super::value::{Answer, codes_read, said, word};
 use super::wanted::Wanted;
-use super::{cameras, curves, implicit, lights, place, seen, variants};
+use super::{cameras, curves, implicit, lights, place, seen, variants, volume};
 use crate::animation::{Track, Visibility};
 use crate::digest::Digest;
 
@@ -449,6 +449,16 @@ impl Walk<'_> {
                     shown.push(ShownMesh { visible: one.visible.and(&there), ..one });
                 }
             }
+            "Volume" if is_seen => {
+                let of_stage = (self.surfaces(prim)?.of_mesh, self.units.metres);
+                let clock = self.content.clock;
+                for (volume, there) in
+                    volume::volumes((prim, self.stage), &clock, of_stage, &mut self.content.unused)?
+                {
+                    let one = of(self.number_of(volume), context.map.clone());
+                    shown.push(ShownMesh { visible: one.visible.and(&there), ..one });
+                }
+            }
             kind if implicit::is_shape(kind) && is_seen => {
                 let surface = self.surfaces(prim)?.of_mesh;
                 let mesh =
@@ -502,7 +512,6 @@ impl Walk<'_> {
             "NurbsCurves" | "HermiteCurves" => "NURBS and Hermite curves are",
             "NurbsPatch" => "NURBS patches are",
             "Points" => "points are",
-            "Volume" => "volumes are",
             "CylinderLight" | "GeometryLight" | "PortalLight" | "PluginLight" => {
                 let message = format!("lights of the type {kind} are not used");
                 self.content.unused.insert(message);

@@ -257,6 +257,7 @@ impl<'a> Pieces<'a> {
                 alphas: of_vertices(&kept, &self.alphas),
                 tangents,
                 space: mesh.details.space,
+                volume: mesh.details.volume.clone(),
                 cage: None,
             }),
         })

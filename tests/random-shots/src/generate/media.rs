@@ -2,10 +2,13 @@
 
 use toml::{Table, Value};
 
-use super::{color, numbers};
+use super::settings::Span;
+use super::tracks::{Way, add_keys};
+use super::{color, numbers, place, table};
 use crate::dice::Dice;
+use crate::files;
 
-pub fn add(dice: &mut Dice, shot: &mut Table) {
+pub fn add(dice: &mut Dice, span: &Span, shot: &mut Table) {
     if dice.one_in(8) {
         let mut fog = Table::new();
         state(dice, &mut fog, "", 0.1);
@@ -21,6 +24,12 @@ pub fn add(dice: &mut Dice, shot: &mut Table) {
             }
         }
     }
+    if dice.one_in(10) {
+        add_smoke(dice, shot);
+    }
+    if dice.one_in(8) {
+        add_cloud(dice, span, shot);
+    }
     let has_media = shot.contains_key("fog") || shot.get("material").is_some_and(has_volumes);
     if has_media && dice.one_in(3) {
         set(shot, "render", "volume_samples", 2);
@@ -34,6 +43,45 @@ pub fn add(dice: &mut Dice, shot: &mut Table) {
 fn has_volumes(materials: &Value) -> bool {
     let mut all = materials.as_array().into_iter().flatten().filter_map(Value::as_table);
     all.any(|material| material.keys().any(|key| key.starts_with("volume_")))
+}
+
+/// Has a material be smoke that a graph computes.
+fn add_smoke(dice: &mut Dice, shot: &mut Table) {
+    let Some(Value::Array(materials)) = shot.get_mut("material") else { return };
+    if materials.is_empty() {
+        return;
+    }
+    let number = dice.below(materials.len());
+    let Some(Value::String(name)) = materials[number].get("name").cloned() else { return };
+    let cells = i64::from(*dice.pick(&[1, 5, 24]));
+    let keys =
+        [("name", name.into()), ("mtlx", files::SMOKE.into()), ("volume_cells", Value::Integer(cells))];
+    materials[number] = Value::Table(table(keys));
+}
+
+/// Adds a cloud, of one density or of what a graph makes of it, which may move.
+fn add_cloud(dice: &mut Dice, span: &Span, shot: &mut Table) {
+    let mut material = table([("name", files::OF_CLOUD.into()), ("surface", Value::Boolean(false))]);
+    if dice.one_in(3) {
+        material.insert("mtlx".into(), files::SMOKE.into());
+    } else {
+        material.insert("volume_scatter".into(), numbers(color(dice)));
+        state(dice, &mut material, "volume_", 1.0);
+    }
+    let volume = table([("file", files::CLOUD.into()), ("material", files::OF_CLOUD.into())]);
+    let [from, to] = [0, 1].map(|_| place(dice, 0.8));
+    let mut model = table([("vdb", Value::Table(volume)), ("translate", numbers(from))]);
+    model.insert("rotate".into(), numbers(place(dice, 90.0)));
+    if dice.one_in(2) {
+        let keys = Way::roll(dice).keys(dice, span);
+        add_keys(&mut model, &keys, |number| vec![("translate", numbers([from, to][number]))]);
+    }
+    for (list, entry) in [("material", material), ("model", model)] {
+        let all = shot.entry(list).or_insert_with(|| Value::Array(Vec::new()));
+        if let Some(all) = all.as_array_mut() {
+            all.push(Value::Table(entry));
+        }
+    }
 }
 
 fn set(shot: &mut Table, table: &str, key: &str, value: i64) {

@@ -81,7 +81,7 @@ pub fn generate(seed: u64) -> Table {
     graphs::add(&mut Dice::new(seed ^ GRAPHS), &mut shot);
     links::add(&mut Dice::new(seed ^ LINKS), &mut shot);
     subdivision::add(&mut Dice::new(seed ^ SUBDIVISION), &mut shot);
-    media::add(&mut Dice::new(seed ^ MEDIA), &mut shot);
+    media::add(&mut Dice::new(seed ^ MEDIA), &span, &mut shot);
     shot
 }
 
