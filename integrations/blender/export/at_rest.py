@@ -115,7 +115,7 @@ def state_of_image(image):
         pixels = np.empty(len(image.pixels), dtype=np.float32)
         image.pixels.foreach_get(pixels)
         painted = hashlib.blake2b(pixels.data, digest_size=16).hexdigest()
-    return [image.name_full, settings_of(image), image.colorspace_settings.name, saved, painted, [packed.packed_file.size if packed.packed_file else 0 for packed in image.packed_files]]
+    return [image.name_full, settings_of(image, {"pixels"}), image.colorspace_settings.name, saved, painted, [packed.packed_file.size if packed.packed_file else 0 for packed in image.packed_files]]
 
 
 def plain(value):

@@ -391,5 +391,19 @@ class Frames(test_jobs.FakeRenderer):
                 self.assertEqual(clip.number(frame), there.frame_current, (times, frame))
 
 
+class Looks(unittest.TestCase):
+    def test_what_a_picture_is_takes_no_look_at_its_pixels_unless_it_was_painted(self):
+        support.empty()
+        at_rest = support.extension().export.at_rest
+        image = bpy.data.images.new("Large", 512, 512)
+        image.pack()
+        image.update()
+        self.assertEqual(len(image.pixels), 4 * 512 * 512, "it is loaded")
+        before = repr(at_rest.state_of_image(image))
+        self.assertLess(len(before), 4000)
+        image.pixels[0] = 0.5
+        self.assertNotEqual(repr(at_rest.state_of_image(image)), before)
+
+
 if __name__ == "__main__":
     unittest.main()

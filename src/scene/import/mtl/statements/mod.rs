@@ -117,6 +117,8 @@ impl Statements {
         // the share that a surface does not let through is what it reflects by itself: see `settle`
         let rest = (1.0 - tint.max_element()).max(f64::MIN_POSITIVE);
         let kd = (base * (1.0 - through) / rest).as_vec3().clamp(Vec3::ZERO, Vec3::splat(LARGEST_COLOR));
-        Self { kd: Some(kd), tf: Some(tint.as_vec3()), illum: Some(6), pm: None, ..self }
+        // only what is glass reflects totally
+        let total_reflection = self.total_reflection.or(Some(Vec3::splat(through as f32)));
+        Self { kd: Some(kd), tf: Some(tint.as_vec3()), illum: Some(6), pm: None, total_reflection, ..self }
     }
 }
