@@ -87,6 +87,31 @@ class Scene:
 
         Raises Error for shapes, types and indices that do not fit, and for numbers that are not finite.
         """
+    def add_curves(
+        self,
+        name: str,
+        points: npt.ArrayLike,
+        counts: Union[int, npt.ArrayLike],
+        radius: Union[float, npt.ArrayLike],
+        basis: str = "linear",
+        uv: Optional[npt.ArrayLike] = None,
+        colors: Optional[npt.ArrayLike] = None,
+        normals: Optional[npt.ArrayLike] = None,
+        material: Union[Material, str, None] = None,
+        transform: Union[Matrix, Mapping[float, Matrix], None] = None,
+        points_by_frame: Optional[Mapping[float, npt.ArrayLike]] = None,
+        visible: Union[bool, Mapping[float, bool], None] = None,
+    ) -> Mesh:
+        """Adds curves with a thickness, hair say, and shows them at `transform`.
+
+        points: (n, 3), object space, curve after curve. counts: how many points each curve has, (m,), or one number for all. radius: of each
+        point (n,), or one number for all. basis: "linear", "bezier", "bspline" or "catmull-rom". uv: (m, 2), texture coordinates of each
+        curve; without them u goes along it. colors: (n, 3), linear RGB, a factor of the reflectance. normals: (n, 3), which makes the curves
+        flat, across them. points_by_frame: all points at these frames. material, transform, visible: as in add_mesh().
+
+        Raises Error for shapes, types and counts that do not fit, and for numbers that are not finite. Curves without a length or a thickness are
+        left out.
+        """
     def add_instance(
         self,
         mesh: Mesh,

@@ -7,6 +7,20 @@ use pyo3::prelude::*;
 
 use crate::errors::error;
 
+/// Numbers of a list, (n,).
+pub fn list(object: &Bound<'_, PyAny>, what: &str) -> PyResult<Vec<f32>> {
+    let array = converted::<f32>(object, "float32", what)?;
+    let shape = array.shape();
+    if shape.len() != 1 {
+        return Err(error(format!("`{what}` must be a number or have the shape (n,), and has {shape:?}")));
+    }
+    let array = array.try_readonly().map_err(|cause| error(format!("`{what}`: {cause}")))?;
+    let numbers = array.as_slice().map_err(|cause| error(format!("`{what}`: {cause}")))?;
+    let mut all = room(numbers.len(), what)?;
+    all.extend_from_slice(numbers);
+    Ok(all)
+}
+
 /// Reads an array of `N` numbers a row; `wanted` describes it. Other types of numbers and layouts are converted by numpy.
 pub fn rows<const N: usize>(object: &Bound<'_, PyAny>, what: &str) -> PyResult<Vec<[f32; N]>> {
     let array = converted::<f32>(object, "float32", what)?;

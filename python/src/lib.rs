@@ -8,6 +8,7 @@
 mod arrays;
 mod aside;
 mod convert;
+mod curves;
 mod errors;
 mod forked;
 mod frame;

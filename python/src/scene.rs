@@ -11,6 +11,7 @@ use pyo3::types::{PyDict, PyString, PyTuple};
 use toml::{Table, Value};
 
 use crate::aside::aside;
+use crate::curves::{self, Said};
 use crate::errors::{error, guarded};
 use crate::keys::{self, told};
 use crate::models::{linked, model};
@@ -133,6 +134,22 @@ impl Drop for Scene {
         if let Some(shot) = shot {
             worker::let_go(&shot);
         }
+    }
+}
+
+impl Scene {
+    /// Adds a mesh, and a model of it.
+    fn add(&self, name: &str, mesh: GivenMesh, model: GivenModel) -> PyResult<Mesh> {
+        self.change(|stated| {
+            for material in mesh.materials.iter().filter(|material| !material.is_empty()) {
+                let kind = if mesh.curves.is_some() { "curves" } else { "mesh" };
+                stated.has_material(material).map_err(|what| error(format!("{kind} `{name}`: {what}")))?;
+            }
+            let index = stated.given.meshes.len();
+            stated.given.meshes.push(Arc::new(mesh));
+            stated.given.models.push(GivenModel { mesh: index, ..model });
+            Ok(Mesh { name: String::from(name), index })
+        })
     }
 }
 
@@ -263,20 +280,52 @@ impl Scene {
             material_of: face_materials
                 .map_or(Ok(Vec::new()), |of| arrays::numbers(of, None, &in_mesh("face_materials")))?,
             shapes: shapes.transpose()?.unwrap_or_default(),
+            curves: None,
         };
         guarded(|| mesh.check())?;
         let linked = linked(&name, groups, light_link, shadow_link)?;
         let model = model(name.clone(), transform, visible, (hidden_from, holdout, shadow_catcher))?;
-        let model = GivenModel { linked, ..model };
-        self.change(|stated| {
-            for material in mesh.materials.iter().filter(|material| !material.is_empty()) {
-                stated.has_material(material).map_err(|what| error(in_mesh(&what)))?;
-            }
-            let index = stated.given.meshes.len();
-            stated.given.meshes.push(Arc::new(mesh));
-            stated.given.models.push(GivenModel { mesh: index, ..model });
-            Ok(Mesh { name, index })
-        })
+        self.add(&name, mesh, GivenModel { linked, ..model })
+    }
+
+    /// Adds curves with a thickness, hair say, and shows them at `transform`.
+    ///
+    /// points: (n, 3), curve after curve. counts: how many points each has, (m,), or one number for all. radius: (n,), or one number.
+    /// basis: "linear", "bezier", "bspline" or "catmull-rom". uv: (m, 2). colors: (n, 3), linear RGB. normals: (n, 3), which makes them flat.
+    /// points_by_frame: a dict from frames to (n, 3). material, transform, visible, hidden_from, holdout, shadow_catcher, groups,
+    /// light_link, shadow_link: as in add_mesh().
+    #[pyo3(signature = (name, points, counts, radius, basis = "linear", uv = None, colors = None, normals = None, material = None,
+                        transform = None, points_by_frame = None, visible = None, hidden_from = None, holdout = false,
+                        shadow_catcher = false, groups = None, light_link = None, shadow_link = None))]
+    #[allow(clippy::too_many_arguments, reason = "they have names in Python")]
+    fn add_curves(
+        &self,
+        name: String,
+        points: &Bound<'_, PyAny>,
+        counts: &Bound<'_, PyAny>,
+        radius: &Bound<'_, PyAny>,
+        basis: &str,
+        uv: Option<&Bound<'_, PyAny>>,
+        colors: Option<&Bound<'_, PyAny>>,
+        normals: Option<&Bound<'_, PyAny>>,
+        material: Option<&Bound<'_, PyAny>>,
+        transform: Option<&Bound<'_, PyAny>>,
+        points_by_frame: Option<&Bound<'_, PyDict>>,
+        visible: Option<&Bound<'_, PyAny>>,
+        hidden_from: Option<Vec<String>>,
+        holdout: bool,
+        shadow_catcher: bool,
+        groups: Option<Vec<String>>,
+        light_link: Option<&Bound<'_, PyDict>>,
+        shadow_link: Option<&Bound<'_, PyDict>>,
+    ) -> PyResult<Mesh> {
+        let said = Said { points, counts, radius, basis, uv, colors, normals, points_by_frame };
+        let of_material = material.map_or(Ok(String::new()), name_of)?;
+        let mesh = curves::mesh(&name, of_material, &said)?;
+        guarded(|| mesh.check())?;
+        let linked = linked(&name, groups, light_link, shadow_link)?;
+        let model = model(name.clone(), transform, visible, (hidden_from, holdout, shadow_catcher))?;
+        self.add(&name, mesh, GivenModel { linked, ..model })
     }
 
     /// Shows a mesh at one more place. transform, visible, hidden_from, holdout, shadow_catcher, groups, light_link, shadow_link: as in

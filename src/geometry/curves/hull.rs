@@ -3,7 +3,9 @@
 //! Its surface is a part of each sphere and, between the circles in which it touches them, a part of a cone. All normals along a line of that
 //! cone are the same, and make the angle with the axis whose cosine is `slope`. So the whole surface has one chart of *weights*: the first is
 //! from 0 to 1 on the cone, by the way along its lines, from -1 (the pole) to 0 on the sphere of the beginning, and from 1 to 2 on that of the
-//! end; the second is the direction about the axis ([`diamond`]).
+//! end, by the angle to the axis, so that hulls of other radii stretch it evenly; the second is the direction about the axis ([`diamond`]).
+
+use std::f64::consts::PI;
 
 use glam::DVec3;
 
@@ -97,15 +99,11 @@ impl Hull {
         let radius = (x * x + y * y).sqrt();
         let around = diamond(x, y);
         let along = (height - first * slope) * across - (radius - first * across) * slope;
-        let up = |height: f64| {
-            let distance = (height * height + radius * radius).sqrt();
-            if distance > 0.0 { height / distance } else { slope }
-        };
         let way = length * across;
         let weight = if along < 0.0 || slope >= 1.0 {
-            ((up(height) - slope) / (1.0 + slope).max(f64::MIN_POSITIVE)).clamp(-1.0, 0.0)
+            self.weight_at(radius.atan2(height)).min(0.0)
         } else if along > way {
-            1.0 + ((up(height - length) - slope) / (1.0 - slope).max(f64::MIN_POSITIVE)).clamp(0.0, 1.0)
+            self.weight_at(radius.atan2(height - length)).max(1.0)
         } else {
             (along / way).clamp(0.0, 1.0)
         };
@@ -114,26 +112,35 @@ impl Hull {
 
     /// Weights of a place at which the normal is this one, of unit length. All places of the cone along one of its lines have one.
     pub fn weights_of_normal(&self, normal: DVec3) -> [f64; 2] {
-        let Self { axis, slope, .. } = *self;
         let [x, y] = self.frame().map(|axis| axis.dot(normal));
-        let beyond = normal.dot(axis) - slope;
-        let weight = if beyond < 0.0 {
-            (beyond / (1.0 + slope).max(f64::MIN_POSITIVE)).max(-1.0)
+        [self.weight_at((x * x + y * y).sqrt().atan2(normal.dot(self.axis))), diamond(x, y)]
+    }
+
+    /// First weight of places of the spheres whose normals make this angle with the axis.
+    fn weight_at(&self, angle: f64) -> f64 {
+        let beyond = angle - self.rim();
+        if beyond > 0.0 {
+            -(beyond / (PI - self.rim()).max(f64::MIN_POSITIVE)).min(1.0)
         } else {
-            1.0 + (beyond / (1.0 - slope).max(f64::MIN_POSITIVE)).min(1.0)
-        };
-        [weight, diamond(x, y)]
+            1.0 + (-beyond / self.rim().max(f64::MIN_POSITIVE)).min(1.0)
+        }
+    }
+
+    /// Angle of the cone's normals to the axis.
+    fn rim(&self) -> f64 {
+        self.across.atan2(self.slope)
     }
 
     /// Normal, outwards, of unit length, at these weights.
     pub fn normal(&self, [weight, around]: [f64; 2]) -> DVec3 {
-        let Self { axis, slope, .. } = *self;
-        let up = if weight < 0.0 {
-            slope + weight.max(-1.0) * (1.0 + slope)
+        let Self { axis, slope, across, .. } = *self;
+        let (aside, up) = if weight < 0.0 {
+            (self.rim() - weight.max(-1.0) * (PI - self.rim())).sin_cos()
+        } else if weight > 1.0 {
+            (self.rim() - (weight - 1.0).min(1.0) * self.rim()).sin_cos()
         } else {
-            slope + (weight - 1.0).clamp(0.0, 1.0) * (1.0 - slope)
+            (across, slope)
         };
-        let aside = (1.0 - up * up).max(0.0).sqrt();
         let [x, y] = self.frame();
         let (sin, cos) = from_diamond(around);
         (axis * up + (x * cos + y * sin) * aside).normalize_or(axis)

@@ -9,7 +9,9 @@ use std::path::Path;
 use std::sync::Arc;
 
 use self::place::place_in;
-pub use super::import::given::{Given, GivenMesh, GivenModel, NAME};
+pub use super::import::given::{
+    CurveBasis, CurveSet, CurveShape, CurveWrap, Given, GivenMesh, GivenModel, NAME,
+};
 use super::keys::toml_text::TomlText;
 use super::model::copies::MOST_ADDED;
 use super::shot::{self, Beside, ReadBefore, Shot};

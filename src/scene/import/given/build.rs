@@ -6,6 +6,7 @@ use std::sync::Arc;
 use embree::VertexBuffer;
 use glam::{DVec3, Vec2, Vec3};
 
+use super::curves;
 use super::meshes::{Given, GivenMesh, GivenModel, NAME};
 use crate::animation::{ShapeTrack, Visibility};
 use crate::digest::Digest;
@@ -18,7 +19,7 @@ use crate::scene::import::part_of_file::{NodeTrack, PartOfFile, Surface};
 use crate::scene::{Mesh, SceneError, Shapes};
 
 /// A mesh and its shapes over time, or none if no face has an area.
-type Built = Option<(Arc<Mesh>, Option<ShapeTrack>)>;
+pub(super) type Built = Option<(Arc<Mesh>, Option<ShapeTrack>)>;
 
 /// The models that were given, in order.
 ///
@@ -43,6 +44,11 @@ pub fn models(import: &mut Import, given: &Given) -> Result<Vec<PartOfFile>, Sce
 }
 
 fn built_mesh(import: &mut Import, given: &GivenMesh) -> Result<Built, SceneError> {
+    if let Some(set) = &given.curves {
+        let name = given.materials.first().map_or("", String::as_str);
+        let material = index_of_material(import, given, name)?;
+        return curves::built(import, given, set, material);
+    }
     digests(given).for_each(|digest| import.inputs.depend_on(digest));
     let Triangulated { surface, runs, point_of } = Triangulated::new(given);
     if surface.triangles.is_empty() {

@@ -4,6 +4,8 @@ use std::sync::Arc;
 
 use glam::DAffine3;
 
+use super::curves;
+use crate::scene::import::curves::CurveSet;
 use crate::scene::import::faces::are_within_reach;
 use crate::scene::{Linked, RayVisibility};
 
@@ -36,6 +38,8 @@ pub struct GivenMesh {
     pub material_of: Vec<u32>,
     /// Frames, and all points at these, if the mesh deforms. `points` is its shape where there are none.
     pub shapes: Vec<(f64, Vec<[f32; 3]>)>,
+    /// Curves of the first of its materials, in place of all faces.
+    pub curves: Option<Box<CurveSet>>,
 }
 
 /// A mesh at a place.
@@ -101,6 +105,9 @@ impl GivenMesh {
     /// # Errors
     /// The first thing that does not, and what to do.
     pub fn check(&self) -> Result<(), String> {
+        if let Some(set) = &self.curves {
+            return curves::check(&self.name, set);
+        }
         let (points, corners, faces) = (self.points.len(), self.corners.len(), self.faces());
         let in_mesh = |what: String| Err(format!("mesh `{}`: {what}", self.name));
         if faces == 0 || corners == 0 {
