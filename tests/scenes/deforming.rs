@@ -152,7 +152,7 @@ fn what_makes_no_sense_is_told_with_its_place() {
         ("shapes = { obj = \"shapes/flag.####.obj\", first = nan }", "it must be a frame's number"),
         (
             "shapes = { obj = \"shapes/flag.####.obj\", last = 5 }",
-            "unknown key `last` (known here: obj, cache, first, every, repeat)",
+            "unknown key `last` (known here: obj, cache, curves, first, every, repeat)",
         ),
         ("shapes = { obj = \"short.#.obj\" }", "short.1.obj: this shape has 3 positions, and"),
         (
