@@ -162,6 +162,9 @@ fn fit(file: &UsdFile, size: [u32; 2]) -> Result<Fit, SceneError> {
     }
     if triangles.is_empty() || !are_within_reach(&positions) {
         let why = file.content.defects.first().map_or(String::new(), |defect| format!(" ({defect})"));
+        let has_volumes = file.content.meshes.iter().any(|mesh| mesh.volume.is_some());
+        let why =
+            if has_volumes { String::from(" (no camera is fitted around volumes: add one)") } else { why };
         let message = format!("it shows no meshes with triangles, or none within 1e18 of the origin{why}");
         return Err(file.fault(message));
     }

@@ -68,8 +68,10 @@ fn described(bytes: &mut Bytes<'_>) -> Result<Described, String> {
     let (unique, kind, parent) = (bytes.text()?, bytes.text()?, bytes.text()?);
     let begins = bytes.i64()?;
     let begins = u64::try_from(begins).map_err(|_| format!("the place {begins} of a grid is none"))?;
-    // where its values begin, and where it ends
-    bytes.take(16)?;
+    // where its values begin, and where it ends: there the next one is described
+    bytes.take(8)?;
+    let ends = bytes.i64()?;
+    bytes.go_to(u64::try_from(ends).map_err(|_| format!("the place {ends} of a grid is none"))?)?;
     let name = unique.split('\x1e').next().unwrap_or_default().to_string();
     let (kind, are_halves) = match kind.strip_suffix("_HalfFloat") {
         Some(kind) => (kind.to_string(), true),

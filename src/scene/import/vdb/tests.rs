@@ -101,7 +101,8 @@ fn damage_is_told() {
 
 #[test]
 fn the_mesh_is_the_box_around_what_is_there() {
-    let import = Import::default();
+    let mut import = Import::default();
+    import.surfaces.add(crate::scene::Material::fallback()).expect("it is the first");
     let volume = of_bytes(&seed("plain.vdb"), None).expect("it is whole");
     let mesh = mesh_of(&import, volume, 0).expect("it is small");
     let (low, high) = mesh.bounds();
