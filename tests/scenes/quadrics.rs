@@ -131,7 +131,7 @@ fn mistakes_name_their_place() {
         ("quadric = { type = \"sphere\" }\n", "s.toml:7:11: `obj` and `quadric` exclude each other"),
         (
             "[[model]]\nname = \"none\"\n",
-            "s.toml:7:1: the key `obj` is missing: a model is an OBJ file, a glTF file (`gltf`), a USD file (`usd`), a PLY file (`ply`), a `quadric`, or `curves`",
+            "s.toml:7:1: the key `obj` is missing: a model is an OBJ file, a glTF file (`gltf`), a USD file (`usd`), a PLY file (`ply`), a `quadric`, `curves`, or an OpenVDB file (`vdb`)",
         ),
         ("[[model]]\nscale = 0\nquadric = { type = \"cone\" }\n", "s.toml:8:9: `scale` must not be zero"),
     ] {

@@ -99,6 +99,7 @@ int main(void) {
   PLACE("RTCRayN_dir_x", &RTCRayN_dir_x(ray, N, I));
   PLACE("RTCRayN_dir_y", &RTCRayN_dir_y(ray, N, I));
   PLACE("RTCRayN_dir_z", &RTCRayN_dir_z(ray, N, I));
+  PLACE("RTCRayN_time", &RTCRayN_time(ray, N, I));
   PLACE("RTCRayN_tfar", &RTCRayN_tfar(ray, N, I));
   PLACE("RTCRayN_mask", &RTCRayN_mask(ray, N, I));
   PLACE("RTCRayN_id", &RTCRayN_id(ray, N, I));

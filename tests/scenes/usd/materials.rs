@@ -195,7 +195,6 @@ fn a_surface_may_take_the_colour_of_what_it_is_bound_to() {
         "Taken",
         "color3f inputs:diffuseColor.connect = </Taken/R.outputs:result>\n float inputs:roughness = 0.25\n",
     );
-    let (taken, end) = taken.trim_end().split_at(taken.trim_end().len() - 1);
     let bound = "rel material:binding = </Taken>";
     let color = |color: &str| format!("color3f[] primvars:displayColor = {color}");
     let each = "[(1, 0, 0), (0, 0.5, 0), (0, 0, 1)] ( interpolation = \"vertex\" )";
@@ -204,7 +203,7 @@ fn a_surface_may_take_the_colour_of_what_it_is_bound_to() {
          def Mesh \"Each\" {{ {TRIANGLE} {bound}\n {}\n}}\ndef Mesh \"None\" {{ {TRIANGLE} {bound}\n}}\n\
          def Xform \"Above\" {{ {}\n def Mesh \"Inherits\" {{ {TRIANGLE} {bound}\n}} }}\n\
          def Mesh \"Part\" {{ {TRIANGLE} {}\n def GeomSubset \"S\" {{ int[] indices = [0]\n uniform token familyName = \"materialBind\"\n {bound}\n}} }}\n\
-         {taken}{reader}{end}\n",
+         {taken}{reader}}}\n",
         color("[(1, 0, 0)]"),
         color("[(1, 0, 0)]"),
         color(each),

@@ -268,7 +268,9 @@ fn a_dome_with_a_picture_that_is_no_map_is_even() {
         )
     };
     let of_screens = folder(METRES, &prims("sky.png"));
-    image::RgbaImage::new(2, 1).save(of_screens.path().join("sky.png")).unwrap();
+    image::RgbaImage::from_pixel(2, 1, image::Rgba([255; 4]))
+        .save(of_screens.path().join("sky.png"))
+        .unwrap();
     let shot = scene::load(&of_screens.path().join("m.usda"), false).unwrap();
     assert!(told(&shot).is_empty() && shot.scene.environment.is_some(), "{}", told(&shot));
     let folder = folder(METRES, &prims("sky.mov"));

@@ -51,6 +51,17 @@ pub struct ReadSurface {
     pub takes_display_color: bool,
 }
 
+/// A surface that is bound to something.
+#[derive(Debug, Clone)]
+pub struct BoundSurface {
+    /// Number among all surfaces.
+    pub number: usize,
+    /// Names of its texture coordinates.
+    pub uvs: UvNames,
+    /// See [`ReadSurface::takes_display_color`].
+    pub takes_display_color: bool,
+}
+
 /// Path by which a picture is known, its name as written, and its bytes if it is packed.
 pub type PictureFile = (PathBuf, String, Option<Arc<Vec<u8>>>);
 

@@ -79,7 +79,13 @@ pub fn volumes(
 
 /// The file of a field at a time code.
 fn file(field: &Prim, code: f64, unused: &mut BTreeSet<String>) -> Answer<Option<PathBuf>> {
-    let Some(Value::AssetPath(asset)) = value(field, "filePath", code)? else { return Ok(None) };
+    let asset = match value(field, "filePath", code)? {
+        Some(Value::AssetPath(asset)) => Some(asset),
+        // samples of one file, see `text`
+        Some(Value::AssetPathVec(list)) => list.into_iter().next(),
+        _ => None,
+    };
+    let Some(asset) = asset else { return Ok(None) };
     let resolved = asset.resolved_path().filter(|path| !path.ends_with(']'));
     if resolved.is_none() {
         let name: String = asset.asset_path().chars().take(200).collect();

@@ -12,14 +12,13 @@ use openusd::pcp::{ArcType, Node};
 use openusd::sdf::{Path, Value};
 use openusd::usd::{LoadPolicy, Prim, PrimPredicate, PrimStatus, Stage};
 
-use self::surfaces::BoundSurface;
 use super::binding::Bindings;
 use super::choice::StageChoice;
 use super::clock::Clock;
 use super::file::{Content, ShownMesh, Units};
 use super::render::{self, RenderSettings};
 use super::resolver::Record;
-use super::shader::Shaders;
+use super::shader::{BoundSurface, Shaders};
 use super::skeleton::Skeleton;
 use super::value::{Answer, codes_read, said, word};
 use super::wanted::Wanted;

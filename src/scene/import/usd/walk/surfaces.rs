@@ -6,19 +6,8 @@ use openusd::usd::Prim;
 use super::{Walk, said_type};
 use crate::scene::import::usd::file::Surface;
 use crate::scene::import::usd::geometry::FaceSurfaces;
-use crate::scene::import::usd::shader::{self, ReadSurface, UvNames};
+use crate::scene::import::usd::shader::{self, BoundSurface, ReadSurface};
 use crate::scene::import::usd::value::{Answer, said, value, whole_numbers, word};
-
-/// A surface that is bound to something.
-#[derive(Debug, Clone)]
-pub struct BoundSurface {
-    /// Number among all surfaces.
-    pub number: usize,
-    /// Names of its texture coordinates.
-    pub uvs: UvNames,
-    /// True if what it is bound to has its own displayColor, where it has one, in place of the surface's colour.
-    pub takes_display_color: bool,
-}
 
 impl Walk<'_> {
     /// Surface of all faces of a mesh that no subset has.
