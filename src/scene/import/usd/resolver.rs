@@ -12,6 +12,7 @@ use openusd::ar::{
     Asset, DefaultResolver, ResolvedPath, Resolver, is_package_relative_path,
     split_package_relative_path_outer,
 };
+use openusd::usd::Stage;
 use openusd::usda::parser::Parser;
 
 use super::text::Fault;
@@ -220,4 +221,11 @@ impl Resolver for Checked {
         *last = Some((known, bytes.clone()));
         Ok(Box::new(Cursor::new(bytes.to_vec())))
     }
+}
+
+/// The file of this name beside a layer of a stage, the root first: the library does not look for all that layers name.
+pub fn beside_layers(stage: &Stage, name: &str, is_there: impl Fn(&PathBuf) -> bool) -> Option<PathBuf> {
+    let root = stage.root_layer().identifier().to_string();
+    let layers = std::iter::once(root).chain(stage.layer_identifiers());
+    layers.filter_map(|layer| Some(PathBuf::from(layer).parent()?.join(name))).find(is_there)
 }

@@ -9,7 +9,7 @@ use openusd::sdf::{Path, Value};
 use openusd::usd::{Prim, Stage};
 
 use super::file::{Input, Picture, Surface};
-use super::resolver::Checked;
+use super::resolver::{self, Checked};
 use super::tiles::{self, Tiles};
 use super::value::{Answer, codes, is_name, number, numbers, said, value, word};
 use crate::scene::texture::{Mapping, UvSet, Wrap};
@@ -447,9 +447,7 @@ impl<'a> Shaders<'a> {
             true => Tiles::find(path).is_some(),
             false => path.is_file(),
         };
-        let layers = std::iter::once(self.root()).chain(self.stage.layer_identifiers());
-        let beside = layers.filter_map(|layer| Some(PathBuf::from(layer).parent()?.join(&path)));
-        beside.into_iter().find(is_there).unwrap_or_else(|| PathBuf::from(name))
+        resolver::beside_layers(self.stage, &path, is_there).unwrap_or_else(|| PathBuf::from(name))
     }
 
     /// Values of a primvar of a prim, or those of the nearest prim above that has some for all that is below it, and whether they are

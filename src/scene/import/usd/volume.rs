@@ -8,6 +8,7 @@ use openusd::usd::{Prim, Stage};
 
 use super::clock::Clock;
 use super::file::UsdMesh;
+use super::resolver;
 use super::value::{Answer, codes_read, targets, value, word};
 use crate::animation::Visibility;
 
@@ -55,10 +56,10 @@ pub fn volumes(
     }
     let mut all = Vec::new();
     for (number, code) in times.iter().enumerate() {
-        let Some(path) = file(first, *code, unused)? else { continue };
+        let Some(path) = file((first, stage), *code, unused)? else { continue };
         let mut grids = Vec::new();
         for field in &fields {
-            if file(field, *code, unused)?.as_ref() != Some(&path) {
+            if file((field, stage), *code, unused)?.as_ref() != Some(&path) {
                 unused.insert(format!("fields of {} that lie in other files than its first", prim.path()));
                 continue;
             }
@@ -78,7 +79,11 @@ pub fn volumes(
 }
 
 /// The file of a field at a time code.
-fn file(field: &Prim, code: f64, unused: &mut BTreeSet<String>) -> Answer<Option<PathBuf>> {
+fn file(
+    (field, stage): (&Prim, &Stage),
+    code: f64,
+    unused: &mut BTreeSet<String>,
+) -> Answer<Option<PathBuf>> {
     let asset = match value(field, "filePath", code)? {
         Some(Value::AssetPath(asset)) => Some(asset),
         // samples of one file, see `text`
@@ -86,7 +91,10 @@ fn file(field: &Prim, code: f64, unused: &mut BTreeSet<String>) -> Answer<Option
         _ => None,
     };
     let Some(asset) = asset else { return Ok(None) };
-    let resolved = asset.resolved_path().filter(|path| !path.ends_with(']'));
+    let resolved = match asset.resolved_path() {
+        Some(path) => Some(PathBuf::from(path)).filter(|_| !path.ends_with(']')),
+        None => resolver::beside_layers(stage, asset.asset_path(), |path| path.is_file()),
+    };
     if resolved.is_none() {
         let name: String = asset.asset_path().chars().take(200).collect();
         unused.insert(format!(
@@ -94,5 +102,5 @@ fn file(field: &Prim, code: f64, unused: &mut BTreeSet<String>) -> Answer<Option
             crate::visible::visible(&name)
         ));
     }
-    Ok(resolved.map(PathBuf::from))
+    Ok(resolved)
 }
