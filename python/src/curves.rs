@@ -53,7 +53,12 @@ pub fn mesh(name: &str, material: String, said: &Said<'_, '_>) -> PyResult<Given
         ..CurveSet::default()
     };
     let materials = vec![material];
-    Ok(GivenMesh { name: String::from(name), materials, curves: Some(Box::new(curves)), ..GivenMesh::default() })
+    Ok(GivenMesh {
+        name: String::from(name),
+        materials,
+        curves: Some(Box::new(curves)),
+        ..GivenMesh::default()
+    })
 }
 
 /// Number of points of each curve: a list, or one number for all.

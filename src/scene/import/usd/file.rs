@@ -11,7 +11,6 @@ use super::choice::StageChoice;
 use super::clock::Clock;
 use super::render::RenderSettings;
 use super::tiles::Tiles;
-use super::volume::UsdVolume;
 use crate::animation::{Track, Visibility};
 use crate::digest::Digest;
 use crate::scene::SceneError;
@@ -168,6 +167,19 @@ pub enum Input {
     Constant(DVec3),
     /// A picture.
     Picture(Picture),
+}
+
+/// A volume at one time.
+#[derive(Debug, PartialEq)]
+pub struct UsdVolume {
+    /// Its file.
+    pub path: PathBuf,
+    /// Names of its grids in the file.
+    pub grids: Vec<String>,
+    /// Name of its material where it has none: that of the prim.
+    pub name: String,
+    /// Metres in a unit of the stage, for each of which it is as dense as it says.
+    pub metres: f64,
 }
 
 /// A picture on a surface (UsdUVTexture).

@@ -7,10 +7,9 @@ use std::sync::Arc;
 use glam::Vec3;
 
 use super::choice::StageChoice;
-use super::file::{Content, ShownMesh, UsdFile, UsdMesh};
+use super::file::{Content, ShownMesh, UsdFile, UsdMesh, UsdVolume};
 use super::links;
 use super::reading::Reading;
-use super::volume::UsdVolume;
 use crate::animation::ShapeTrack;
 use crate::graph::Input;
 use crate::scene::cage::Cage;

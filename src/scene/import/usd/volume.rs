@@ -7,7 +7,7 @@ use openusd::sdf::Value;
 use openusd::usd::{Prim, Stage};
 
 use super::clock::Clock;
-use super::file::UsdMesh;
+use super::file::{UsdMesh, UsdVolume};
 use super::resolver;
 use super::value::{Answer, codes_read, targets, value, word};
 use crate::animation::Visibility;
@@ -17,19 +17,6 @@ const FIELDS: [&str; 8] = ["density", "temperature", "flame", "flames", "heat", 
 
 /// Most times at which a volume is read: each is a model of its own.
 const MOST_TIMES: usize = 2000;
-
-/// A volume at one time.
-#[derive(Debug, PartialEq)]
-pub struct UsdVolume {
-    /// Its file.
-    pub path: PathBuf,
-    /// Names of its grids in the file.
-    pub grids: Vec<String>,
-    /// Name of its material where it has none: that of the prim.
-    pub name: String,
-    /// Metres in a unit of the stage, for each of which it is as dense as it says.
-    pub metres: f64,
-}
 
 /// A volume as it is at one time after the other, each with when it is there.
 ///
