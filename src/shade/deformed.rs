@@ -211,7 +211,9 @@ impl Deformed<'_> {
 /// A model that deforms, at one time.
 #[derive(Debug, Clone, Copy)]
 pub enum DeformedModel<'a> {
+    /// Of triangles.
     Triangles(Deformed<'a>),
+    /// Of a curved geometry.
     Curved(DeformedCurved<'a>),
 }
 

@@ -23,7 +23,9 @@ pub struct DeformedGeometry {
 /// A geometry that deforms, at one time.
 #[derive(Debug, Clone, Copy)]
 pub struct DeformedCurved<'a> {
+    /// As its samples are kept.
     pub rest: &'a dyn Curved,
+    /// As it looks.
     pub now: &'a dyn Curved,
 }
 
