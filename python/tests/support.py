@@ -51,3 +51,8 @@ def rendered_by_program(shot, frames, folder, *options):
     command = [program(), "render", str(shot), "--frames", frames, "-o", pattern, "--quiet", "--progress", "none"]
     subprocess.run([*command, *options], check=True, cwd=folder, stdin=subprocess.DEVNULL)
     return {int(path.name.split(".")[1]): path for path in sorted(pathlib.Path(folder).glob("frame.*.exr"))}
+
+
+def picture(scene, **settings):
+    (frame,) = afterimage.render(scene, frames=settings.pop("frames", 1), **settings)
+    return frame.layers

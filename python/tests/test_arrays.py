@@ -5,12 +5,7 @@ import unittest
 import numpy as np
 
 import afterimage
-from support import CUBE, CUBE_FACES, moved, still
-
-
-def picture(scene, **settings):
-    (frame,) = afterimage.render(scene, frames=settings.pop("frames", 1), **settings)
-    return frame.layers
+from support import CUBE, CUBE_FACES, moved, picture, still
 
 
 class Arrays(unittest.TestCase):
