@@ -13,6 +13,7 @@ mod errors;
 mod forked;
 mod frame;
 mod keys;
+mod meshes;
 mod models;
 mod motion;
 mod render;

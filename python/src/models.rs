@@ -10,12 +10,17 @@ use pyo3::types::{PyDict, PyString};
 use crate::errors::error;
 use crate::motion;
 
+/// What is said of a model's part in links of lights: groups, light_link, shadow_link.
+pub type Links<'a, 'py> =
+    (Option<Vec<String>>, Option<&'a Bound<'py, PyDict>>, Option<&'a Bound<'py, PyDict>>);
+
 /// A model of the mesh 0.
 pub fn model(
     name: String,
     transform: Option<&Bound<'_, PyAny>>,
     visible: Option<&Bound<'_, PyAny>>,
     (hidden_from, is_holdout, is_catcher): (Option<Vec<String>>, bool, bool),
+    links: Links<'_, '_>,
 ) -> PyResult<GivenModel> {
     let places = motion::places(transform, &format!("transform of `{name}`"))?;
     let (is_visible, visible) =
@@ -31,17 +36,12 @@ pub fn model(
         (false, false) => Role::Itself,
     };
     let ray_visibility = RayVisibility { hidden_from, role };
-    let linked = Linked::default();
+    let linked = linked(&name, links)?;
     Ok(GivenModel { name, mesh: 0, places, is_visible, visible, ray_visibility, linked })
 }
 
 /// What links of lights know of a model. Names are compared with those of the scene when it is rendered.
-pub fn linked(
-    of: &str,
-    groups: Option<Vec<String>>,
-    light_link: Option<&Bound<'_, PyDict>>,
-    shadow_link: Option<&Bound<'_, PyDict>>,
-) -> PyResult<Linked> {
+fn linked(of: &str, (groups, light_link, shadow_link): Links<'_, '_>) -> PyResult<Linked> {
     let names = |key: &str, link: Option<&Bound<'_, PyDict>>| -> PyResult<ModelNames> {
         let mut names = ModelNames::default();
         for (part, value) in link.into_iter().flatten() {

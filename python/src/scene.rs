@@ -7,16 +7,15 @@ use afterimage::scene::given::{self, Given, GivenMesh, GivenModel};
 use afterimage::scene::written::camera_keys;
 use afterimage::scene::{Frames, Shot};
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyString, PyTuple};
+use pyo3::types::{PyDict, PyString};
 use toml::{Table, Value};
 
 use crate::aside::aside;
-use crate::curves::{self, Said};
 use crate::errors::{error, guarded};
 use crate::keys::{self, told};
-use crate::models::{linked, model};
+use crate::models::model;
 use crate::stated::{Stated, check};
-use crate::{arrays, convert, motion, worker};
+use crate::{convert, curves, meshes, motion, worker};
 
 /// A shot: models, lights, camera, and how they are rendered.
 #[pyclass(frozen, module = "afterimage")]
@@ -139,8 +138,10 @@ impl Drop for Scene {
 
 impl Scene {
     /// Adds a mesh, and a model of it.
-    fn add(&self, name: &str, mesh: GivenMesh, model: GivenModel) -> PyResult<Mesh> {
+    fn add(&self, mesh: GivenMesh, model: GivenModel) -> PyResult<Mesh> {
+        guarded(|| mesh.check())?;
         self.change(|stated| {
+            let name = mesh.name.clone();
             for material in mesh.materials.iter().filter(|material| !material.is_empty()) {
                 let kind = if mesh.curves.is_some() { "curves" } else { "mesh" };
                 stated.has_material(material).map_err(|what| error(format!("{kind} `{name}`: {what}")))?;
@@ -148,7 +149,7 @@ impl Scene {
             let index = stated.given.meshes.len();
             stated.given.meshes.push(Arc::new(mesh));
             stated.given.models.push(GivenModel { mesh: index, ..model });
-            Ok(Mesh { name: String::from(name), index })
+            Ok(Mesh { name, index })
         })
     }
 }
@@ -250,42 +251,18 @@ impl Scene {
         light_link: Option<&Bound<'_, PyDict>>,
         shadow_link: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Mesh> {
-        let whole = format!("mesh `{name}`: ");
-        let in_mesh = |what: &str| format!("{whole}{what}");
-        let (corners, counts) = corners(faces, &in_mesh("faces"))?;
         let materials = match (material, materials) {
-            (Some(_), Some(_)) => return Err(error(in_mesh("give `material` or `materials`, and not both"))),
+            (Some(_), Some(_)) => {
+                return Err(error(format!("mesh `{name}`: give `material` or `materials`, and not both")));
+            }
             (Some(material), None) => vec![name_of(material)?],
             (None, Some(materials)) => names_of(materials)?,
             (None, None) => Vec::new(),
         };
-        let shapes = vertices_by_frame.map(|dict| {
-            let all = motion::by_frame(dict, &in_mesh("vertices_by_frame"))?.into_iter();
-            let what = in_mesh("vertices_by_frame");
-            all.map(|(frame, points)| Ok((frame, arrays::rows(&points, &what)?)))
-                .collect::<PyResult<Vec<_>>>()
-        });
-        let three = |list: Option<&Bound<'_, PyAny>>, what| {
-            list.map_or(Ok(Vec::new()), |list| arrays::rows::<3>(list, &in_mesh(what)))
-        };
-        let mesh = GivenMesh {
-            name: name.clone(),
-            points: arrays::rows(vertices, &in_mesh("vertices"))?,
-            corners,
-            counts,
-            normals: three(normals, "normals")?,
-            uvs: uv.map_or(Ok(Vec::new()), |uv| arrays::rows(uv, &in_mesh("uv")))?,
-            colors: three(colors, "colors")?,
-            materials,
-            material_of: face_materials
-                .map_or(Ok(Vec::new()), |of| arrays::numbers(of, None, &in_mesh("face_materials")))?,
-            shapes: shapes.transpose()?.unwrap_or_default(),
-            curves: None,
-        };
-        guarded(|| mesh.check())?;
-        let linked = linked(&name, groups, light_link, shadow_link)?;
-        let model = model(name.clone(), transform, visible, (hidden_from, holdout, shadow_catcher))?;
-        self.add(&name, mesh, GivenModel { linked, ..model })
+        let said = meshes::Said { vertices, faces, normals, uv, colors, face_materials, vertices_by_frame };
+        let mesh = meshes::mesh(&name, materials, &said)?;
+        let links = (groups, light_link, shadow_link);
+        self.add(mesh, model(name, transform, visible, (hidden_from, holdout, shadow_catcher), links)?)
     }
 
     /// Adds curves with a thickness, hair say, and shows them at `transform`.
@@ -319,13 +296,11 @@ impl Scene {
         light_link: Option<&Bound<'_, PyDict>>,
         shadow_link: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Mesh> {
-        let said = Said { points, counts, radius, basis, uv, colors, normals, points_by_frame };
+        let said = curves::Said { points, counts, radius, basis, uv, colors, normals, points_by_frame };
         let of_material = material.map_or(Ok(String::new()), name_of)?;
         let mesh = curves::mesh(&name, of_material, &said)?;
-        guarded(|| mesh.check())?;
-        let linked = linked(&name, groups, light_link, shadow_link)?;
-        let model = model(name.clone(), transform, visible, (hidden_from, holdout, shadow_catcher))?;
-        self.add(&name, mesh, GivenModel { linked, ..model })
+        let links = (groups, light_link, shadow_link);
+        self.add(mesh, model(name, transform, visible, (hidden_from, holdout, shadow_catcher), links)?)
     }
 
     /// Shows a mesh at one more place. transform, visible, hidden_from, holdout, shadow_catcher, groups, light_link, shadow_link: as in
@@ -348,9 +323,8 @@ impl Scene {
     ) -> PyResult<Mesh> {
         let Mesh { name: of_mesh, index } = mesh.get();
         let name = name.unwrap_or_else(|| of_mesh.clone());
-        let linked = linked(&name, groups, light_link, shadow_link)?;
-        let model = model(name, transform, visible, (hidden_from, holdout, shadow_catcher))?;
-        let model = GivenModel { linked, ..model };
+        let links = (groups, light_link, shadow_link);
+        let model = model(name, transform, visible, (hidden_from, holdout, shadow_catcher), links)?;
         self.change(|stated| {
             if stated.given.meshes.get(*index).is_none_or(|known| known.name != *of_mesh) {
                 return Err(error(format!("mesh `{of_mesh}` is of another scene: add it to this one")));
@@ -537,17 +511,6 @@ impl Stated {
             return Ok(());
         }
         Err(format!("there is no material `{name}` in the scene: add it before the mesh"))
-    }
-}
-
-/// Reads faces: three corners each, or corners and counts.
-fn corners(faces: &Bound<'_, PyAny>, what: &str) -> PyResult<(Vec<u32>, Option<Vec<u32>>)> {
-    match faces.cast::<PyTuple>() {
-        Ok(pair) if pair.len() == 2 => Ok((
-            arrays::numbers(&pair.get_item(0)?, None, what)?,
-            Some(arrays::numbers(&pair.get_item(1)?, None, what)?),
-        )),
-        _ => Ok((arrays::numbers(faces, Some(3), what)?, None)),
     }
 }
 

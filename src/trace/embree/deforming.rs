@@ -91,16 +91,8 @@ impl Deforming {
         }
         self.shapes = None;
         let mut scenes = [Some(movable), casters];
-        let mut show = |instances: [Option<GeometryId>; 2], of: [Option<&Arc<FrozenScene>>; 2]| {
-            for ((id, scene), of) in instances.into_iter().zip(&mut scenes).zip(of) {
-                if let (Some(id), Some(scene), Some(of)) = (id, scene, of) {
-                    scene.set_instance_scene(id, of)?;
-                }
-            }
-            Ok::<(), TraceError>(())
-        };
         // a scene that an instance places cannot be changed
-        show(self.instances, [Some(&self.nothing); 2])?;
+        show(self.instances, &mut scenes, [Some(&self.nothing); 2])?;
         let triangles = self.mesh.triangles();
         let positions = vertices_in(triangles, &chord.ends[0]);
         let anew;
@@ -121,7 +113,7 @@ impl Deforming {
             Some(&anew)
         };
         if let Some(Frozen { scene, casters, .. }) = shown {
-            show(self.instances, [Some(scene), casters.as_ref()])?;
+            show(self.instances, &mut scenes, [Some(scene), casters.as_ref()])?;
         }
         self.shapes = Some(chord.ends);
         Ok(())
@@ -143,6 +135,20 @@ impl Deforming {
         let source = Source::Triangles(self.mesh.triangles(), vertices);
         freeze(device, &self.mesh, &source, quality, self.with_casters)
     }
+}
+
+/// Has instances among all movable models, and among those that cast shadows, place other scenes, where they are in `scenes`.
+pub(super) fn show(
+    instances: [Option<GeometryId>; 2],
+    scenes: &mut [Option<&mut EmbreeScene>; 2],
+    of: [Option<&Arc<FrozenScene>>; 2],
+) -> Result<(), TraceError> {
+    for ((id, scene), of) in instances.into_iter().zip(scenes).zip(of) {
+        if let (Some(id), Some(scene), Some(of)) = (id, scene, of) {
+            scene.set_instance_scene(id, of)?;
+        }
+    }
+    Ok(())
 }
 
 fn vertices_in(triangles: &Triangles, shape: &Shape) -> Arc<VertexBuffer> {

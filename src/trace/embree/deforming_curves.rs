@@ -6,6 +6,7 @@ use std::sync::Arc;
 use embree::{BuildQuality, Device, FrozenScene, GeometryId, Scene as EmbreeScene};
 
 use super::curved::MovingCurved;
+use super::deforming::show;
 use super::frozen::{Frozen, ROBUST, Source, freeze};
 use crate::animation::{Chord, Shape};
 use crate::geometry::Curved;
@@ -71,16 +72,8 @@ impl DeformingCurves {
         }
         self.shapes = None;
         let mut scenes = [Some(movable), casters];
-        let mut show = |of: [Option<&Arc<FrozenScene>>; 2]| {
-            for ((id, scene), of) in self.instances.into_iter().zip(&mut scenes).zip(of) {
-                if let (Some(id), Some(scene), Some(of)) = (id, scene, of) {
-                    scene.set_instance_scene(id, of)?;
-                }
-            }
-            Ok::<(), TraceError>(())
-        };
         // the scene of the shape before goes before the next one is built
-        show([Some(&self.nothing); 2])?;
+        show(self.instances, &mut scenes, [Some(&self.nothing); 2])?;
         let build =
             |source: &Source<'_>| freeze(device, &self.mesh, source, BuildQuality::Low, self.with_casters);
         let built: Option<Frozen> = if place.shape.is_still() {
@@ -91,7 +84,7 @@ impl DeformingCurves {
             moving.map(|moving| build(&Source::Moving(&moving))).transpose()?
         };
         if let Some(Frozen { scene, casters, .. }) = &built {
-            show([Some(scene), casters.as_ref()])?;
+            show(self.instances, &mut scenes, [Some(scene), casters.as_ref()])?;
         }
         self.shapes = Some(ends);
         Ok(())
