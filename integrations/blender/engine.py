@@ -61,7 +61,7 @@ class AfterimageEngine(bpy.types.RenderEngine):
         scene, view_layer = bpy.data.scenes.get(depsgraph.scene.name) or depsgraph.scene, depsgraph.view_layer
         if session.export_folder is not None:
             frames = session.frames_of(scene)
-            session.exported = session.export(self, scene, depsgraph, view_layer, session.export_folder, frames)
+            session.exported = session.export(self, scene, depsgraph, [view_layer], session.export_folder, frames)
             return
         session.renderer()
         for view in session.views_of(scene):
@@ -74,7 +74,7 @@ class AfterimageEngine(bpy.types.RenderEngine):
         self.update_stats("", "Afterimage | exporting")
         job = session.job_of(self, scene, depsgraph, view_layer, view)
         self.update_stats("", f"Afterimage | frame {scene.frame_current}")
-        frame = job.frame(self, scene)
+        frame = job.frame(self, scene, view_layer)
         height, width = frame.layers["RGBA"].shape[:2]
         result = self.begin_result(0, 0, width, height, layer=view_layer.name, view=view)
         passes.add_manifests(self.get_result(), scene, view_layer, job.objects, job.exported.materials)

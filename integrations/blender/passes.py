@@ -116,9 +116,9 @@ def light_groups(view_layer):
     return {name: f"Combined_{group}" for group, name in LightGroups(view_layer).names.items()}
 
 
-def layers(scene, view_layer):
-    """Names of the layers that these are made of, as shot files select them."""
-    names = [layer for each in wanted(scene, view_layer) for layer in each.layers]
+def layers(scene, view_layers):
+    """Names of the layers that the passes of view layers are made of, as shot files select them."""
+    names = [layer for view_layer in view_layers for each in wanted(scene, view_layer) for layer in each.layers]
     # Cryptomattes are selected without the digits
     names = [name[:-2] if name.startswith("Crypto") else name for name in names]
     return list(dict.fromkeys(names))

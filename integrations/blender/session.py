@@ -20,7 +20,7 @@ import time
 
 import bpy
 
-from . import passes
+from . import passes, view_layers
 from .export import Settings, export_shot, run_of
 from .export.camera import camera_at
 from .stills import Stills
@@ -30,7 +30,7 @@ LONGEST_WAIT = 60.0
 
 _jobs = {}
 _stills = {}
-"""By scene, view layer and view, as jobs."""
+"""By scene, first of the view layers that show the same, and view, as jobs."""
 _told = set()
 """Warnings of these jobs: each is told once, and not for each eye again."""
 export_folder = None
@@ -132,9 +132,10 @@ def mist_of(scene):
     return {"start": max(0.0, mist.start), "depth": max(1e-9, mist.depth), "falloff": FALLOFFS.get(mist.falloff, "quadratic")}
 
 
-def settings_of(scene, view_layer, frames, warn, has_error=True):
-    """The export's settings of a scene. Without `has_error` its counts are as they are set, or by default, whatever its noise threshold."""
-    own = scene.afterimage
+def settings_of(scene, layers, frames, warn, has_error=True):
+    """The export's settings of a scene for view layers that show the same. Without `has_error` its counts are as they are set, or by default,
+    whatever its noise threshold."""
+    own, view_layer = scene.afterimage, layers[0]
     if abs(scene.render.pixel_aspect_x - scene.render.pixel_aspect_y) > 1e-4:
         warn("pixels that are not square are rendered square: set the aspect to 1")
     if scene.render.use_motion_blur and scene.render.motion_blur_shutter > 1:
@@ -168,8 +169,8 @@ def settings_of(scene, view_layer, frames, warn, has_error=True):
         rate=rate.numerator if rate.denominator == 1 else f"{rate.numerator}/{rate.denominator}",
         render=render,
         indirect=indirect,
-        output={"layers": passes.layers(scene, view_layer), "denoise": own.denoise},
-        mist=mist_of(scene) if view_layer.use_pass_mist else None,
+        output={"layers": passes.layers(scene, layers), "denoise": own.denoise},
+        mist=mist_of(scene) if any(layer.use_pass_mist for layer in layers) else None,
         light_groups=tuple(passes.light_groups(view_layer).values()),
         shutter=shutter_of(scene),
         curve=curve_of(scene, warn) if shutter_of(scene) else None,
@@ -203,13 +204,15 @@ def of_one_projection(scene, frames):
 
 
 class Job:
-    """The frames of one scene, view layer and view that are rendered one after the other."""
+    """The frames of one scene and view that are rendered one after the other, for all view layers that show the same."""
 
-    def __init__(self, engine, scene, depsgraph, view_layer, view, frames):
+    def __init__(self, engine, scene, depsgraph, layers, view, frames):
         self.frames = of_one_projection(scene, frames)
         self.folder = tempfile.mkdtemp(prefix="afterimage-")
         self.render, self.next, self.engine = None, 0, None
-        self.groups, self.renders_of_groups = list(passes.light_groups(view_layer)), {}
+        self.groups, self.renders_of_groups = list(passes.light_groups(layers[0])), {}
+        self.last, self.served = None, set()
+        """The last frame, and the names of the view layers that have had it."""
         self.of_groups = {}
         """What each light group brings of the last frame."""
         self.kept_at = None
@@ -217,7 +220,7 @@ class Job:
         is_watched = not engine.is_animation and len(self.frames) > 1
         ends_at_changes = not engine.is_animation or not scene.afterimage.hold
         try:
-            self.exported = export(engine, scene, depsgraph, view_layer, self.folder, self.frames, view, ends_at_changes, is_watched)
+            self.exported = export(engine, scene, depsgraph, layers, self.folder, self.frames, view, ends_at_changes, is_watched)
             self.frames = self.exported.frames
             self.module = renderer()
             self.scene = self.module.load(self.exported.path)
@@ -229,9 +232,17 @@ class Job:
         objects = passes.numbered(self.exported.names)
         self.objects = objects + ([] if scene.render.film_transparent else ["background"])
 
-    def frame(self, engine, scene):
-        """Renders the frame at which the scene is."""
+    def frame(self, engine, scene, view_layer):
+        """The frame at which the scene is, for a view layer: it is rendered for the first one, and is there for those that show the same."""
         number = scene.frame_current
+        if self.last is None or self.last.number != number or view_layer.name in self.served:
+            self.last, self.served = None, set()
+            self.last = self._render(engine, number)
+        self.served.add(view_layer.name)
+        return self.last
+
+    def _render(self, engine, number):
+        """Renders a frame."""
         if self.render is None or self.next >= len(self.frames) or self.frames[self.next] != number:
             self.next = self.frames.index(number)
 
@@ -267,11 +278,11 @@ class Job:
         """Returns true if there are frames that stills to come may want."""
         return self.exported.noted is not None and self.next < len(self.frames)
 
-    def goes_on(self, engine, scene, depsgraph, view_layer, view):
+    def goes_on(self, engine, scene, depsgraph, layers, view):
         """Returns true if the next frame of a job that was kept is the one at which the scene is, and shows what was exported for it."""
         if engine.is_animation or self.frames[self.next] != scene.frame_current or self.extra != extra_of(scene):
             return False
-        settings = settings_for(engine, scene, view_layer, self.frames, view, lambda message: None)
+        settings = settings_for(engine, scene, layers, self.frames, view, lambda message: None)
         settings = dataclasses.replace(settings, ends_at_changes=True)
         if unbound(settings) != unbound(self.exported.settings):
             return False
@@ -281,7 +292,7 @@ class Job:
     def close(self):
         """Ends the render and removes the shot."""
         self.render, self.renders_of_groups, self.of_groups = None, {}, {}
-        self.scene = None
+        self.scene, self.last = None, None
         shutil.rmtree(self.folder, ignore_errors=True)
 
 
@@ -301,9 +312,9 @@ def unbound(settings):
     return dataclasses.replace(settings, eye=None, frames=[], is_watched=True)
 
 
-def settings_for(engine, scene, view_layer, frames, view, warn):
+def settings_for(engine, scene, layers, frames, view, warn):
     """The export's settings through a render engine. `view`: the engine's active one of several."""
-    settings = settings_of(scene, view_layer, frames, warn)
+    settings = settings_of(scene, layers, frames, warn)
     if view:
         # by the engine, which knows how far the eyes are apart and where they converge
         def eye(camera):
@@ -325,13 +336,13 @@ def at_frame_of(engine, scene):
         engine.frame_set(current, subframe=part)
 
 
-def export(engine, scene, depsgraph, view_layer, folder, frames, view="", ends_at_changes=False, is_watched=False):
-    """Exports frames through a render engine, which evaluates the scene as it is rendered.
+def export(engine, scene, depsgraph, layers, folder, frames, view="", ends_at_changes=False, is_watched=False):
+    """Exports frames through a render engine, which evaluates the scene as it is rendered, of view layers that show the same.
 
     `view`: the engine's active one of several. `ends_at_changes`, `is_watched`: see export.Settings.
     """
     messages = []
-    settings = settings_for(engine, scene, view_layer, frames, view, messages.append)
+    settings = settings_for(engine, scene, layers, frames, view, messages.append)
     settings = dataclasses.replace(settings, ends_at_changes=ends_at_changes, is_watched=is_watched)
 
     def progress(share):
@@ -352,7 +363,8 @@ def export(engine, scene, depsgraph, view_layer, folder, frames, view="", ends_a
 
 def job_of(engine, scene, depsgraph, view_layer, view):
     """The job at work for a scene, a view layer and a view, which begins with its first frame."""
-    key = (scene.name_full, view_layer.name, view)
+    layers = view_layers.alike(scene, view_layer)
+    key = (scene.name_full, layers[0].name, view)
     job, number = _jobs.get(key), scene.frame_current
     if job is not None and job.kept_at is None and number in job.frames:
         return job
@@ -363,7 +375,7 @@ def job_of(engine, scene, depsgraph, view_layer, view):
         stills.note(number)
     if job is not None:
         is_expected = job.kept_at is not None and job.frames[job.next] == number
-        if job.kept_at is not None and job.goes_on(engine, scene, depsgraph, view_layer, view):
+        if job.kept_at is not None and job.goes_on(engine, scene, depsgraph, layers, view):
             job.kept_at = None
             return job
         if is_expected and not engine.is_animation:
@@ -371,7 +383,7 @@ def job_of(engine, scene, depsgraph, view_layer, view):
         job.close()
         del _jobs[key]
     frames = [frame for frame in frames_of(scene) if frame >= number] if engine.is_animation else stills.frames(scene)
-    job = _jobs[key] = Job(engine, scene, depsgraph, view_layer, view, frames if number in frames else [number])
+    job = _jobs[key] = Job(engine, scene, depsgraph, layers, view, frames if number in frames else [number])
     return job
 
 

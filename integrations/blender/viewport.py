@@ -78,7 +78,7 @@ class Preview:
     def update(self, scene, depsgraph, view):
         """Exports the scene as it is. Returns what was replaced, as messages."""
         messages = []
-        settings = session.settings_of(scene, depsgraph.view_layer, [scene.frame_current], messages.append, has_error=False)
+        settings = session.settings_of(scene, [depsgraph.view_layer], [scene.frame_current], messages.append, has_error=False)
         render = {**settings.render, "reflections": min(REFLECTIONS, settings.render["reflections"]), "mode": "full"}
         indirect = {**settings.indirect, "paths": min(PATHS, settings.indirect["paths"])}
         settings = dataclasses.replace(settings, render=render, indirect=indirect, output={}, shutter=None, camera=view.camera())

@@ -122,7 +122,7 @@ class Jobs(FakeRenderer):
 
     def test_each_view_layer_is_exported_once_for_all_frames(self):
         self.scene.frame_end = 3
-        self.scene.view_layers.new("Other")
+        self.scene.view_layers.new("Other").use_sky = False
         for is_kept in (False, True):
             with self.subTest(is_kept=is_kept):
                 self.scene.render.use_persistent_data = is_kept
@@ -130,6 +130,46 @@ class Jobs(FakeRenderer):
                 self.scene.render.filepath = os.path.join(self.scratch.name, "f.####")
                 bpy.ops.render.render(animation=True)
                 self.assertEqual([shot["render"]["frames"] for shot in self.shots], ["1-3", "1-3"])
+
+    def test_view_layers_that_show_the_same_are_one_render_with_the_passes_of_all(self):
+        self.scene.frame_end = 3
+        first, other = self.scene.view_layers[0], self.scene.view_layers.new("Other")
+        first.use_pass_z = first.use_pass_normal = False
+        other.use_pass_normal = True
+        self.scene.render.filepath = os.path.join(self.scratch.name, "f.####")
+        bpy.ops.render.render(animation=True)
+        self.assertEqual(len(self.shots), 1)
+        self.assertIn("N", self.shots[0]["output"]["layers"])
+        self.assertEqual([number for number, _ in self.frames], [1, 2, 3])
+
+    def test_view_layers_that_show_other_things_are_renders_of_their_own(self):
+        other = self.scene.view_layers.new("Other")
+        collection = bpy.data.collections.new("Props")
+        self.scene.collection.children.link(collection)
+
+        def count():
+            self.shots.clear()
+            bpy.ops.render.render()
+            return len(self.shots)
+
+        self.assertEqual(count(), 1)
+        of_other = other.layer_collection.children["Props"]
+        for flag in ("holdout", "indirect_only", "exclude"):
+            with self.subTest(flag=flag):
+                setattr(of_other, flag, True)
+                self.assertEqual(count(), 2)
+                setattr(of_other, flag, False)
+        other.material_override = bpy.data.materials.new("Clay")
+        self.assertEqual(count(), 2)
+        other.material_override, other.samples = None, 7
+        self.assertEqual(count(), 2)
+
+    def test_a_view_layer_that_is_rendered_alone_has_its_own_passes_alone(self):
+        self.scene.view_layers.new("Other").use_pass_normal = True
+        self.scene.view_layers[0].use_pass_normal = False
+        self.scene.render.use_single_layer = True
+        bpy.ops.render.render()
+        self.assertNotIn("N", self.shots[0]["output"].get("layers", []))
 
     def animate(self, holder, path, *values):
         """Gives a property a value in each frame, without passage from one to the next."""

@@ -166,8 +166,8 @@ class Render(beside_cycles.BesideCycles):
         export, frame = session.export, session.Job.frame
         session.export = lambda *values: exports.append(1) or export(*values)
 
-        def noted(job, engine, scene):
-            made = frame(job, engine, scene)
+        def noted(job, *values):
+            made = frame(job, *values)
             frames.append((made.number, made.stats["samples"]["good"] + made.stats["samples"]["overlapped"]))
             return made
 
