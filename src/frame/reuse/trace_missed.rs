@@ -294,29 +294,47 @@ impl<'a> Answers8<'a> {
         Seen::new(frame, [self.origin.lane(lane), self.direction.lane(lane)], self.tick(frame, lane), hit)
     }
 
+    /// Bit mask of the lanes that met surfaces whose textures are filtered.
+    fn textured(&self, frame: &FrameView) -> u8 {
+        let met = &self.met;
+        // neighbours mostly share one material
+        let (mut last, mut is_textured, mut bits) = (None, false, 0);
+        for lane in (0..self.owners.len()).filter(|lane| met.is_hit(*lane)) {
+            let material = met.material(frame, lane);
+            if last != Some(material) {
+                (last, is_textured) = (Some(material), has_textures(frame.scene, material));
+            }
+            bits |= u8::from(is_textured) << lane;
+        }
+        bits
+    }
+
     /// Places that the new samples stand for, where surfaces have textures: with `points` in object space and normals in world
     /// space.
     #[inline(never)]
     fn footprints(&self, frame: &FrameView, points: &Vec3x8, normals: Vec3x8) -> [Footprint; LANES] {
-        let mut footprints = [Footprint::NONE; LANES];
-        let Self { owners, met, .. } = *self;
-        // as far as the samples are, not as the rays say: of triangles that are much larger than their distance these find it badly
-        let mut offsets = Vec3x8::ZERO;
-        for lane in (0..owners.len()).filter(|lane| met.is_hit(*lane)) {
-            let (of, tick) = ((met.models[lane], met.triangles[lane]), self.tick(frame, lane));
-            offsets.set_lane(lane, frame.offset(points.lane(lane), of, tick));
+        let Self { met, .. } = *self;
+        let textured = self.textured(frame);
+        if textured == 0 {
+            return [Footprint::NONE; LANES];
         }
+        // as far as the samples are, not as the rays say: of triangles that are much larger than their distance these find it badly
+        let mut world = *points;
+        frame.each_displaced(
+            met.models,
+            || self.ticks(frame),
+            |place, of_model| {
+                place.points(of_model, |lane| met.triangles[lane], &mut world);
+            },
+        );
         let cameras = frame.view.cameras_at(|| self.ticks(frame));
-        let mut widths = cell_widths(frame.view, cameras.sights(offsets), normals);
-        for lane in (0..owners.len()).filter(|lane| met.is_hit(*lane)) {
+        let mut widths = cell_widths(frame.view, cameras.sights(world - cameras.eye), normals);
+        for lane in set_bits(textured) {
             widths.set_lane(lane, widths.lane(lane) * frame.scale_to_object(met.models[lane]));
         }
-        let all = Footprint::eight(widths, *points);
-        for lane in (0..owners.len()).filter(|lane| met.is_hit(*lane)) {
-            if has_textures(frame.scene, met.material(frame, lane)) {
-                footprints[lane] = all[lane];
-            }
-        }
+        let mut footprints = Footprint::eight(widths, *points);
+        let none = (0..LANES).filter(|lane| textured >> lane & 1 == 0);
+        none.for_each(|lane| footprints[lane] = Footprint::NONE);
         footprints
     }
 
