@@ -1,22 +1,22 @@
 //! Parts of a scene's emitting triangles: neighbours that are chosen together, by how near they are.
 //!
 //! A lamp far away lights a surface less than one beside it, and among thousands of triangles none can be weighed
-//! for each ray. So the triangles are divided where they lie apart, into a few parts, each a
-//! [source](Source) of its own (a flat form of Conty Estevez and Kulla, "Importance Sampling of Many Lights with
-//! Adaptive Tree Splitting", 2018). Like the triangles' probabilities, parts are those of the shot.
+//! for each ray. So the triangles are divided where they lie apart, into parts, each a [source](Source) of its own. Like
+//! the triangles' probabilities, parts are those of the shot.
 
 use std::ops::Range;
 
 use glam::{DVec3, Vec3};
 
 use super::light_chances::{LightChances, Sent, Source};
+use super::neighbours::{Item, divide};
 use crate::cumulative::Steps;
 use crate::geometry::Bounds;
 use crate::scene::render_space::Extent;
 use crate::scene::{Model, Scene};
 
-/// Greatest number of parts: each surface asks all of them how near they are.
-const MOST_PARTS: usize = Sent::MOST;
+/// Greatest number of parts: within one all triangles seem equally near.
+const MOST_PARTS: usize = 1024;
 
 /// Least length of a part that is divided, as a share of the scene's. A single small lamp is one part, and costs
 /// nothing.
@@ -77,7 +77,8 @@ impl EmitterParts {
         if triangles.is_empty() {
             return Self::default();
         }
-        let ranges = divide(&mut triangles, LEAST_LENGTH * length_of(scene, bounds));
+        let item = |each: &EmitterTriangle| Item { place: each.place, weight: each.weight };
+        let ranges = divide(&mut triangles, item, LEAST_LENGTH * length_of(scene, bounds), MOST_PARTS);
         let weight = |triangles: &[EmitterTriangle]| triangles.iter().map(|each| each.weight).sum::<f64>();
         let total = weight(&triangles);
         let part = |range: &Range<usize>| {
@@ -158,46 +159,6 @@ fn length_of(scene: &Scene, bounds: &[Bounds]) -> f64 {
         all.with_model_at((bounds.low.as_dvec3(), bounds.high.as_dvec3()), &model.track, first)
     });
     all.size().max_element()
-}
-
-/// Sorts `triangles` into parts, and returns these: again and again the part that sends most light from the
-/// largest box is divided in the middle of that.
-fn divide(triangles: &mut [EmitterTriangle], least_length: f64) -> Vec<Range<usize>> {
-    /// A part, how much it is worth to divide it, and where.
-    struct Candidate {
-        range: Range<usize>,
-        worth: f64,
-        axis: usize,
-        middle: f64,
-    }
-    let candidate = |triangles: &[EmitterTriangle], range: Range<usize>| {
-        let of_part = &triangles[range.clone()];
-        let extent = extent_of(of_part);
-        let size = extent.size();
-        let axis = (1..3).fold(0, |longest, axis| if size[axis] > size[longest] { axis } else { longest });
-        let light: f64 = of_part.iter().map(|each| each.weight).sum();
-        let worth = if size[axis] > least_length { light * size[axis] * size[axis] } else { 0.0 };
-        Candidate { range, worth, axis, middle: extent.center()[axis] }
-    };
-    let mut parts = vec![candidate(triangles, 0..triangles.len())];
-    while parts.len() < MOST_PARTS {
-        let most = (0..parts.len()).max_by(|a, b| parts[*a].worth.total_cmp(&parts[*b].worth));
-        let Some(at) = most.filter(|at| parts[*at].worth > 0.0) else { break };
-        let Candidate { range, axis, middle, .. } = &parts[at];
-        let (range, is_below) = (range.clone(), |each: &EmitterTriangle| each.place[*axis] < *middle);
-        // stable: what a scene is told once it is told again
-        triangles[range.clone()].sort_by_key(|each| !is_below(each));
-        let border = range.start + triangles[range.clone()].partition_point(is_below);
-        if border == range.start || border == range.end {
-            // they lie apart by no more than a rounding
-            parts[at].worth = 0.0;
-            continue;
-        }
-        parts[at] = candidate(triangles, range.start..border);
-        parts.push(candidate(triangles, border..range.end));
-    }
-    parts.sort_by_key(|part| part.range.start);
-    parts.into_iter().map(|part| part.range).collect()
 }
 
 fn parts_of_models(

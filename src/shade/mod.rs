@@ -9,6 +9,7 @@ pub mod horizon;
 pub mod light;
 pub mod light_chances;
 mod light_sample;
+mod neighbours;
 pub mod optics;
 pub mod sampling;
 pub mod sky;
