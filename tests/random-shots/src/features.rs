@@ -53,6 +53,12 @@ pub fn features(trial: &Trial) -> BTreeSet<String> {
     if list(shot, "material").any(is_filled) {
         add("medium".into());
     }
+    let is_of_volume = |model: &Table| model.contains_key("vdb");
+    let fills = |material: &Table| is_smoke(material) || is_filled(material);
+    if shot.contains_key("fog") || list(shot, "material").any(fills) || list(shot, "model").any(is_of_volume)
+    {
+        add("any medium".into());
+    }
     for table in ["shutter", "stereo", "background", "floor", "fog"] {
         if shot.contains_key(table) {
             add(table.to_string());
@@ -149,8 +155,12 @@ fn of_model(model: &Table, shot: &Table, add: &mut impl FnMut(String)) {
     if let Some(motion) = by_file {
         add(format!("model: glTF, {motion}"));
     }
-    if model.contains_key("vdb") {
+    if let Some(file) = model.get("vdb").and_then(|volume| volume.get("file")?.as_str()) {
         add("model: vdb".into());
+        add(format!("vdb {}", motion(model, &["translate", "rotate"])));
+        if file.contains('#') {
+            add("vdb of frames".into());
+        }
         return;
     }
     let curves = model.get("curves").and_then(Value::as_table);
@@ -255,6 +265,7 @@ fn of_model(model: &Table, shot: &Table, add: &mut impl FnMut(String)) {
 fn kind_of_material(material: &Table) -> &'static str {
     let has = |key: &str| material.contains_key(key);
     match material.get("illum").and_then(Value::as_integer) {
+        _ if has("hair") => "hair",
         _ if has("ke") => "glows",
         _ if has("pr") => "metal-rough",
         Some(3 | 5) => "mirror",

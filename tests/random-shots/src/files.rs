@@ -55,6 +55,8 @@ pub const MAP: &str = "around.hdr";
 
 /// A cloud of lumps, and the graph of what is in it and in meshes.
 pub const CLOUD: &str = "cloud.vdb";
+/// Others, each there in a frame of its own.
+pub const CLOUDS: &str = "cloud.##.vdb";
 pub const SMOKE: &str = "smoke.mtlx";
 
 /// Name of the material of clouds.
@@ -84,7 +86,11 @@ pub fn content(name: &str) -> Option<Vec<u8>> {
                 .filter(|_| CURVES.contains(&&*format!("{stem}.curves")))?;
             Some(bent_curves(std::str::from_utf8(&rest).ok()?, bend.parse().ok()?).into_bytes())
         }
-        CLOUD => Some(vdb::cloud()),
+        CLOUD => Some(vdb::cloud(0)),
+        _ if name.ends_with(".vdb") => {
+            let number = name.strip_prefix("cloud.")?.strip_suffix(".vdb")?.parse().ok()?;
+            Some(vdb::cloud(number))
+        }
         SMOKE => Some(mtlx::smoke().into_bytes()),
         _ if name.ends_with(".mtlx") => {
             Some(mtlx::file(name.strip_suffix(".mtlx")?.parse().ok()?).into_bytes())
