@@ -420,8 +420,9 @@ fn chains() -> String {
 }
 
 /// The same curves with other points: they lean and shrink, and what has a radius of its own grows thin. In their second shape the upper ones lie in
-/// one plane, where curves that stand upright have no length.
+/// one plane, where curves that stand upright have no length. Of those that grow, by numbers from 101 on, the first shape is a thirtieth as large.
 fn bent_curves(text: &str, bend: u32) -> String {
+    let (size, bend) = (if bend == 101 { 1.0 / 30.0 } else { 1.0 }, bend % 100);
     let strength = f64::from(bend) * 0.25;
     let mut bent = String::new();
     for line in text.lines() {
@@ -431,7 +432,8 @@ fn bent_curves(text: &str, bend: u32) -> String {
             bent.push('\n');
             continue;
         };
-        let y = if bend == 2 { y.min(0.1) } else { *y };
+        let [x, y, z] = [x * size, y * size, z * size];
+        let y = if bend == 2 { y.min(0.1) } else { y };
         _ = write!(
             bent,
             "{} {} {}",
@@ -440,7 +442,7 @@ fn bent_curves(text: &str, bend: u32) -> String {
             z + strength * x * y
         );
         for (at, number) in rest.iter().enumerate() {
-            let thinner = if at == 0 { 1.0 - 0.6 * strength } else { 1.0 };
+            let thinner = if at == 0 { (1.0 - 0.6 * strength) * size } else { 1.0 };
             _ = write!(bent, " {}", number * thinner);
         }
         bent.push('\n');
