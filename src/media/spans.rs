@@ -21,6 +21,8 @@ struct Span {
     emit: Vec3,
     /// Share of light that comes as far as its beginning.
     before: Vec3,
+    /// Integral over it of the share of light that comes to its beginning: its length, where nothing is lost. Zero in ink, of which no light comes.
+    integral: Vec3,
     /// Media that scatter, in the list of members.
     members: Range<u32>,
 }
@@ -133,8 +135,10 @@ impl Spans {
             return;
         }
         let members = first as u32..self.members.len() as u32;
-        let span = Span { from, to, extinction, scatter, emit, before: self.left, members };
-        self.scattered += span.before * span.scatter * span.integral();
+        let is_ink = scatter == Vec3::ZERO && emit == Vec3::ZERO;
+        let integral = if is_ink { Vec3::ZERO } else { integral(extinction, to - from) };
+        let span = Span { from, to, extinction, scatter, emit, before: self.left, integral, members };
+        self.scattered += span.before * span.scatter * span.integral;
         self.left *= span.left(to);
         self.all.push(span);
     }
@@ -158,7 +162,7 @@ impl Spans {
     /// Light that comes to the origin of what they emit, and of what they scatter of light of this radiance from all around, which is the
     /// same everywhere.
     pub fn emitted(&self, ambient: Vec3) -> Vec3 {
-        let light = |span: &Span| span.before * (span.emit + span.scatter * ambient) * span.integral();
+        let light = |span: &Span| span.before * (span.emit + span.scatter * ambient) * span.integral;
         self.all.iter().map(light).sum()
     }
 
@@ -185,7 +189,7 @@ impl Spans {
         };
         let mut chosen = None;
         for span in &self.all {
-            let share = (span.before * span.scatter * span.integral())[channel] / self.scattered[channel];
+            let share = (span.before * span.scatter * span.integral)[channel] / self.scattered[channel];
             if share > 0.0 {
                 chosen = Some(span);
                 if choice < share {
@@ -243,15 +247,6 @@ impl Span {
         Vec3::from_array(self.extinction.to_array().map(left))
     }
 
-    /// Integral of that share over the span: its length, where nothing is lost.
-    fn integral(&self) -> Vec3 {
-        let length = self.to - self.from;
-        let integral = |extinction: f32| {
-            if extinction > 0.0 { -(-extinction * length).exp_m1() / extinction } else { length.min(LONGEST) }
-        };
-        Vec3::from_array(self.extinction.to_array().map(integral))
-    }
-
     /// Distance from its beginning that a random number chooses, by the share of light that is left there in a channel.
     fn distance(&self, channel: usize, random: f32) -> f32 {
         let (extinction, length) = (self.extinction[channel], self.to - self.from);
@@ -262,6 +257,14 @@ impl Span {
         };
         distance.clamp(0.0, length)
     }
+}
+
+/// Integral, over a way of this length, of the share of light that comes to its beginning.
+fn integral(extinction: Vec3, length: f32) -> Vec3 {
+    let integral = |extinction: f32| {
+        if extinction > 0.0 { -(-extinction * length).exp_m1() / extinction } else { length.min(LONGEST) }
+    };
+    Vec3::from_array(extinction.to_array().map(integral))
 }
 
 impl Phase<'_> {

@@ -86,15 +86,45 @@ fn an_audit_finds_nothing_behind_a_shutter_by_either_tracer() {
     }
     let (embree, rust) = pictures.split_at(3);
     for (one, other) in embree.iter().zip(rust) {
-        // both see the same; where light goes on from hair to hair, rounding decides what it meets next
-        for (plane, most) in [("Z", 2e-3), ("R", 1e-2)] {
+        for (plane, most) in [("Z", OF_ROUNDING), ("R", OF_SEEDS)] {
             let apart = toy::mean_difference(one, other, plane);
             assert!(apart < most, "frame {}, {plane}: {apart}", one.stats.frame);
         }
     }
 }
 
-/// Hairs whose points all go the same way look as ones that are moved, sharp and blurred.
+/// How far tracers may be apart where they see the same: the depth, and light, by rounding.
+const OF_ROUNDING: f32 = 2e-5;
+
+/// How far they may be apart beyond mirrors and glass. What is met there takes its random numbers from its place, to the bit, and the two round that in other
+/// ways: paths from there differ, and their mean does not. Some 3 % of these pixels are concerned.
+const OF_SEEDS: f32 = 1e-2;
+
+/// Without mirrors, in which random numbers follow from places, light is the same by either tracer, from fibre to fibre as well.
+#[test]
+fn light_of_paths_is_the_same_by_either_tracer() {
+    let scene = CHANGES[1].iter().fold(waving(), |scene, change| change(scene));
+    for depth in [0, 4] {
+        let settings = Settings {
+            paths: 4,
+            bounces: 4,
+            reflections: 2,
+            depth,
+            width: 64,
+            height: 48,
+            ..toy::settings(2)
+        };
+        let [one, other] = [BackendKind::Embree, BackendKind::Rust].map(|kind| {
+            let mut renderer = Renderer::with(kind, &scene, &settings).unwrap();
+            renderer.render(1, true).unwrap()
+        });
+        let apart = toy::mean_difference(&one, &other, "R");
+        let most = if depth == 0 { OF_ROUNDING } else { OF_SEEDS };
+        assert!(apart < most, "depth {depth}: {apart}");
+    }
+}
+
+/// Hairs whose points all go the same way look as ones that are moved, sharp and blurred, matt and with light that goes through them.
 #[test]
 fn hairs_that_go_aside_look_as_ones_that_are_moved() {
     let [from, to] = [Vec3::new(-0.5, 0.2, 1.8), Vec3::new(0.7, 0.6, 2.0)];
@@ -103,25 +133,33 @@ fn hairs_that_go_aside_look_as_ones_that_are_moved() {
         leaning(0.2, [0.1, 0.03]).into_iter().map(there).collect()
     };
     let shapes = [(1.0, points(from)), (f64::from(FRAMES), points(to))];
-    let mut deforming = world();
-    deforming.models.push(toy::deforming_curves("hairs", 0, TransformTrack::identity(), &shapes));
     let curves = Curves::new(&points(Vec3::ZERO), &[9; 7], &[]).unwrap().0;
-    let mut moved = world();
     let track =
         TransformTrack { translate: goes(from.as_dvec3(), to.as_dvec3()), ..TransformTrack::identity() };
-    moved.models.push(toy::moving("hairs", Mesh::of_curved(curves, 0, true), track));
-    for shutter in [None, HALF] {
-        let settings = Settings { shutter: shutter.clone(), mode: Mode::Full, ..toy::settings(2) };
-        let [one, other] = [&deforming, &moved].map(|scene| toy::render(scene, &settings, 3));
-        for (one, other) in one.iter().zip(&other) {
-            for plane in ["R", "G", "B"] {
-                let apart = toy::mean_difference(one, other, plane);
-                assert!(apart < 2e-3, "{shutter:?}, frame {}, {plane}: {apart}", other.stats.frame);
+    let mut world = world();
+    world.materials.push(hair(Vec3::new(0.7, 0.4, 0.2), 0.3));
+    for material in [0, world.materials.len() as u16 - 1] {
+        let [mut deforming, mut moved] = [world.clone(), world.clone()];
+        deforming.models.push(toy::deforming_curves("hairs", material, TransformTrack::identity(), &shapes));
+        let mesh = Mesh::of_curved(curves.clone(), material, true);
+        moved.models.push(toy::moving("hairs", mesh, track.clone()));
+        for shutter in [None, HALF] {
+            let settings = Settings { shutter: shutter.clone(), mode: Mode::Full, ..toy::settings(2) };
+            let [one, other] = [&deforming, &moved].map(|scene| toy::render(scene, &settings, 3));
+            for (one, other) in one.iter().zip(&other) {
+                for plane in ["R", "G", "B"] {
+                    let apart = toy::mean_difference(one, other, plane);
+                    assert!(
+                        apart < 2e-3,
+                        "{material}, {shutter:?}, frame {}, {plane}: {apart}",
+                        other.stats.frame
+                    );
+                }
             }
+            // what goes from frame 1 to frame 3 is seen to go
+            let goes = toy::mean_difference(&one[0], &one[2], "R");
+            assert!(goes > 5e-3, "{goes}");
         }
-        // what goes from frame 1 to frame 3 is seen to go
-        let goes = toy::mean_difference(&one[0], &one[2], "R");
-        assert!(goes > 0.01, "{goes}");
     }
 }
 

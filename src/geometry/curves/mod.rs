@@ -21,6 +21,7 @@ use hull::Hull;
 use shapes::Later;
 
 mod hull;
+mod lengths;
 mod shapes;
 
 /// Curves of a mesh, in object space.
@@ -44,6 +45,8 @@ struct Points {
     all: Vec<[f32; 4]>,
     /// Greatest radius.
     most_radius: f32,
+    /// See [`lengths`]; made when it is first asked.
+    ways: OnceLock<Vec<f64>>,
 }
 
 /// Which points make curves.
@@ -73,7 +76,7 @@ const MOST_BOXES: u32 = 4;
 impl Points {
     fn new(all: Vec<[f32; 4]>) -> Self {
         let most_radius = all.iter().map(|point| point[3]).fold(0.0, f32::max);
-        Self { all, most_radius }
+        Self { all, most_radius, ways: OnceLock::new() }
     }
 
     /// The points after `map`, in whose space lengths are `scale` times as large.
@@ -83,7 +86,8 @@ impl Points {
             [x, y, z, radius * scale].map(|value| value as f32)
         };
         let all = self.all.iter().map(|point| moved(point.map(f64::from))).collect();
-        Self { all, most_radius: (f64::from(self.most_radius) * scale) as f32 }
+        let most_radius = (f64::from(self.most_radius) * scale) as f32;
+        Self { all, most_radius, ways: OnceLock::new() }
     }
 
     /// Number of boxes that suit the most of the primitives that begin at these points.
@@ -287,23 +291,6 @@ impl Curves {
             return None;
         }
         Some(Meeting { t, weights: hull.weights(point).map(|weight| weight as f32) })
-    }
-
-    /// Share of its curve's length at which a place lies, from 0 to 1.
-    fn share(&self, primitive: u32, weight: f32) -> f32 {
-        let number = self.number(primitive);
-        let curve = self.curve_of(number);
-        let Chains { firsts, curves, .. } = &*self.chains;
-        let begin = curves[curve] as usize;
-        let end = curves.get(curve + 1).map_or(firsts.len(), |next| *next as usize);
-        let length = |number: usize| {
-            let first = firsts[number] as usize;
-            let [a, b] = [first, first + 1].map(|at| Vec3::from_slice(&self.own.all[at]));
-            a.distance(b)
-        };
-        let before: f32 = (begin..number).map(length).sum();
-        let all = before + (number..end).map(length).sum::<f32>();
-        (before + length(number) * weight.clamp(0.0, 1.0)) / all
     }
 
     fn curve_of(&self, primitive: usize) -> usize {

@@ -211,3 +211,43 @@ fn what_has_no_length_is_left_out() {
     assert!((met.t - 4.0).abs() < 1e-6);
     assert!(nested.point(0, met.weights).abs_diff_eq(Vec3::X, 1e-6));
 }
+
+/// Without texture coordinates of a curve u is the share of its length, however many pieces it has, and whichever curves are before it.
+#[test]
+fn places_know_how_far_along_their_curve_they_are() {
+    let (mut seed, mut points) = (5, Vec::new());
+    let counts = [2, 65, 66, 1000, 129];
+    for (curve, count) in (0..).zip(counts) {
+        let mut at = Vec3::new(0.0, 100.0 * curve as f32, 0.0);
+        for _ in 0..count {
+            at.x += 0.01 + dice(&mut seed).abs() * (1.0 + at.x.sin());
+            points.push(at.extend(0.01).to_array());
+        }
+    }
+    let curves = Curves::new(&points, &counts, &[]).expect("all have a length").0;
+    let mapped = curves.mapped(DAffine3::from_scale(DVec3::splat(0.1)));
+    let mut number = 0;
+    for curve in 0..counts.len() {
+        // curves are ordered by place: this one has as many pieces as follow each other
+        let pieces = (number..curves.count()).take_while(|piece| curves.curve_of(*piece as usize) == curve);
+        let pieces: Vec<u32> = pieces.collect();
+        let length = |piece: u32| {
+            let [a, b] = curves.ends(piece);
+            (DVec3::from_slice(&b) - DVec3::from_slice(&a)).length()
+        };
+        let all: f64 = pieces.iter().map(|piece| length(*piece)).sum();
+        let mut before = 0.0;
+        for piece in &pieces {
+            for weight in [0.0, 0.3, 1.0] {
+                let wanted = ((before + length(*piece) * f64::from(weight)) / all) as f32;
+                for curves in [&curves as &dyn Curved, &*mapped] {
+                    let found = curves.uv(*piece, [weight, 0.0]).x;
+                    assert!((found - wanted).abs() < 2e-6, "{curve}, {piece}: {found}, not {wanted}");
+                }
+            }
+            before += length(*piece);
+        }
+        number += pieces.len() as u32;
+    }
+    assert_eq!(number, counts.iter().sum::<u32>() - 5);
+}

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use toml::{Table, Value};
 
-use crate::files::SMALL_SHAPES;
+use crate::files::{SMALL_SHAPES, SMOKE};
 use crate::generate::small::cell_width;
 use crate::mtlx::FIRST_OF_EYE;
 use crate::trial::Trial;
@@ -44,14 +44,16 @@ pub fn features(trial: &Trial) -> BTreeSet<String> {
     if shot.get("camera").and_then(Value::as_table).is_some_and(is_blurred) {
         add("lens".into());
     }
-    let is_smoke =
-        |material: &Table| material.get("mtlx").and_then(Value::as_str) == Some(crate::files::SMOKE);
     if list(shot, "material").any(is_smoke) {
         add("smoke".into());
     }
-    let is_filled = |material: &Table| material.keys().any(|key| key.starts_with("volume_"));
     if list(shot, "material").any(is_filled) {
         add("medium".into());
+    }
+    let is_of_volume = |model: &Table| model.contains_key("vdb");
+    if shot.contains_key("fog") || list(shot, "material").any(fills) || list(shot, "model").any(is_of_volume)
+    {
+        add("any medium".into());
     }
     for table in ["shutter", "stereo", "background", "floor", "fog"] {
         if shot.contains_key(table) {
@@ -133,6 +135,19 @@ pub fn features(trial: &Trial) -> BTreeSet<String> {
     found
 }
 
+fn is_smoke(material: &Table) -> bool {
+    material.get("mtlx").and_then(Value::as_str) == Some(SMOKE)
+}
+
+fn is_filled(material: &Table) -> bool {
+    material.keys().any(|key| key.starts_with("volume_"))
+}
+
+/// Returns true if a material has a medium.
+fn fills(material: &Table) -> bool {
+    is_smoke(material) || is_filled(material)
+}
+
 /// Shape of the file of a model, without the sizes in its name.
 fn shape_of(model: &Table) -> &str {
     let file = ["obj", "gltf"].into_iter().find_map(|key| model.get(key)).and_then(Value::as_str);
@@ -149,8 +164,15 @@ fn of_model(model: &Table, shot: &Table, add: &mut impl FnMut(String)) {
     if let Some(motion) = by_file {
         add(format!("model: glTF, {motion}"));
     }
-    if model.contains_key("vdb") {
+    if let Some(file) = model.get("vdb").and_then(|volume| volume.get("file")?.as_str()) {
         add("model: vdb".into());
+        add(format!("vdb {}", motion(model, &["translate", "rotate"])));
+        if file.contains('#') {
+            add("vdb of frames".into());
+        }
+        if file.contains('#') || model.contains_key("key") {
+            add("a medium changes".into());
+        }
         return;
     }
     let curves = model.get("curves").and_then(Value::as_table);
@@ -158,6 +180,10 @@ fn of_model(model: &Table, shot: &Table, add: &mut impl FnMut(String)) {
         add(format!("curves: {}", file.trim_end_matches(".curves")));
         if model.contains_key("shapes") {
             add("curves deform".into());
+        }
+        let shapes = model.get("shapes").and_then(|shapes| shapes.get("curves")?.as_str());
+        if shapes.is_some_and(|name| name.contains(".1")) {
+            add("curves grow".into());
         }
     }
     let quadric = quadric.or(curves);
@@ -212,6 +238,16 @@ fn of_model(model: &Table, shot: &Table, add: &mut impl FnMut(String)) {
         let stated = list(shot, "material").find(of_name);
         stated.is_some_and(|material| keys.iter().any(|key| material.contains_key(*key)))
     };
+    if kind == "hair" && curves.is_some() {
+        add("fibres".into());
+        if model.contains_key("shapes") {
+            add("fibres deform".into());
+        }
+    }
+    let filled = list(shot, "material").find(of_name).is_some_and(fills);
+    if filled && (passes || moves != "rests" || model.contains_key("shapes") || by_file.is_some()) {
+        add("a medium changes".into());
+    }
     if has(&["map_d"]) {
         add(if has(&["alpha_mode"]) { "material: blended" } else { "material: cut out" }.into());
     }
@@ -255,6 +291,7 @@ fn of_model(model: &Table, shot: &Table, add: &mut impl FnMut(String)) {
 fn kind_of_material(material: &Table) -> &'static str {
     let has = |key: &str| material.contains_key(key);
     match material.get("illum").and_then(Value::as_integer) {
+        _ if has("hair") => "hair",
         _ if has("ke") => "glows",
         _ if has("pr") => "metal-rough",
         Some(3 | 5) => "mirror",

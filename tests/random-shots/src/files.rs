@@ -55,6 +55,8 @@ pub const MAP: &str = "around.hdr";
 
 /// A cloud of lumps, and the graph of what is in it and in meshes.
 pub const CLOUD: &str = "cloud.vdb";
+/// Others, each there in a frame of its own.
+pub const CLOUDS: &str = "cloud.##.vdb";
 pub const SMOKE: &str = "smoke.mtlx";
 
 /// Name of the material of clouds.
@@ -84,7 +86,11 @@ pub fn content(name: &str) -> Option<Vec<u8>> {
                 .filter(|_| CURVES.contains(&&*format!("{stem}.curves")))?;
             Some(bent_curves(std::str::from_utf8(&rest).ok()?, bend.parse().ok()?).into_bytes())
         }
-        CLOUD => Some(vdb::cloud()),
+        CLOUD => Some(vdb::cloud(0)),
+        _ if name.ends_with(".vdb") => {
+            let number = name.strip_prefix("cloud.")?.strip_suffix(".vdb")?.parse().ok()?;
+            Some(vdb::cloud(number))
+        }
         SMOKE => Some(mtlx::smoke().into_bytes()),
         _ if name.ends_with(".mtlx") => {
             Some(mtlx::file(name.strip_suffix(".mtlx")?.parse().ok()?).into_bytes())
@@ -414,8 +420,9 @@ fn chains() -> String {
 }
 
 /// The same curves with other points: they lean and shrink, and what has a radius of its own grows thin. In their second shape the upper ones lie in
-/// one plane, where curves that stand upright have no length.
+/// one plane, where curves that stand upright have no length. Of those that grow, by numbers from 101 on, the first shape is a thirtieth as large.
 fn bent_curves(text: &str, bend: u32) -> String {
+    let (size, bend) = (if bend == 101 { 1.0 / 30.0 } else { 1.0 }, bend % 100);
     let strength = f64::from(bend) * 0.25;
     let mut bent = String::new();
     for line in text.lines() {
@@ -425,7 +432,8 @@ fn bent_curves(text: &str, bend: u32) -> String {
             bent.push('\n');
             continue;
         };
-        let y = if bend == 2 { y.min(0.1) } else { *y };
+        let [x, y, z] = [x * size, y * size, z * size];
+        let y = if bend == 2 { y.min(0.1) } else { y };
         _ = write!(
             bent,
             "{} {} {}",
@@ -434,7 +442,7 @@ fn bent_curves(text: &str, bend: u32) -> String {
             z + strength * x * y
         );
         for (at, number) in rest.iter().enumerate() {
-            let thinner = if at == 0 { 1.0 - 0.6 * strength } else { 1.0 };
+            let thinner = if at == 0 { (1.0 - 0.6 * strength) * size } else { 1.0 };
             _ = write!(bent, " {}", number * thinner);
         }
         bent.push('\n');

@@ -25,6 +25,9 @@ struct Args {
     /// Begin no further shot after so many seconds
     #[arg(long, default_value_t = 86_400)]
     seconds: u64,
+    /// Pass over shots without this feature, as --table names it; may be given several times
+    #[arg(long, value_name = "FEATURE")]
+    having: Vec<String>,
     /// Shots at once
     #[arg(long, default_value_t = std::thread::available_parallelism().map_or(1, usize::from))]
     workers: usize,
@@ -60,10 +63,11 @@ fn main() -> ExitCode {
         workers: args.workers.max(1),
         most_failures: args.failures,
         time: Duration::from_secs(args.seconds),
+        having: args.having.clone(),
     };
     let told = |seed: u64, failure: &Failure| eprintln!("seed {seed}: {failure}");
     let seeds = args.seed..args.seed.saturating_add(args.count);
-    let tally = match run(seeds, options, told) {
+    let tally = match run(seeds, &options, told) {
         Ok(tally) => tally,
         Err(error) => {
             eprintln!("error: no folder for temporary files: {error}");

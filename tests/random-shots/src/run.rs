@@ -37,7 +37,7 @@ pub struct Tally {
 const TELL_EVERY: u64 = 2000;
 
 /// How trials are run.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub struct Options {
     /// Trials at once.
     pub workers: usize,
@@ -45,13 +45,27 @@ pub struct Options {
     pub most_failures: usize,
     /// Nor after so long.
     pub time: Duration,
+    /// [Features] that a shot must have, all of them; others are passed over.
+    ///
+    /// [Features]: crate::features
+    pub having: Vec<String>,
+}
+
+impl Options {
+    fn wants(&self, trial: &Trial) -> bool {
+        let wanted = &self.having;
+        wanted.is_empty() || {
+            let found = features(trial);
+            wanted.iter().all(|name| found.contains(name))
+        }
+    }
 }
 
 /// Tries the shots of `seeds`. `said` is called for each that fails.
 ///
 /// # Errors
 /// If there is no folder for temporary files.
-pub fn run(seeds: Range<u64>, options: Options, said: impl Fn(u64, &Failure) + Sync) -> io::Result<Tally> {
+pub fn run(seeds: Range<u64>, options: &Options, said: impl Fn(u64, &Failure) + Sync) -> io::Result<Tally> {
     let (next, tally, start) = (AtomicU64::new(seeds.start), Mutex::new(Tally::default()), Instant::now());
     let folders = (0..options.workers).map(|_| folder()).collect::<io::Result<Vec<_>>>()?;
     thread::scope(|scope| {
@@ -70,6 +84,9 @@ pub fn run(seeds: Range<u64>, options: Options, said: impl Fn(u64, &Failure) + S
                         eprintln!("{done} shots, {} seconds", start.elapsed().as_secs());
                     }
                     let trial = Trial::of_seed(seed);
+                    if !options.wants(&trial) {
+                        continue;
+                    }
                     let outcome = check(&trial, folder.path(), &pools);
                     if let Outcome::Failed(failure) = &outcome {
                         said(seed, failure);

@@ -3,16 +3,20 @@
 /// Cells along the edge of the cube in which it is.
 const EDGE: i32 = 40;
 
-/// The cloud, in a cube of two units around the origin: grids `density` and `heat`.
-pub fn cloud() -> Vec<u8> {
+/// The cloud, in a cube of two units around the origin: grids `density` and `heat`. Its lumps are elsewhere in each of a sequence's files, and in the
+/// second one it is not hot.
+pub fn cloud(number: u32) -> Vec<u8> {
+    let by = |place: i32| place + 3 * (number % 4) as i32;
     let mut file = b" BDV\0\0\0\0".to_vec();
     numbers(&mut file, &[224, 12, 0]);
     file.push(1);
     file.extend([b'0'; 36]);
     // without metadata
     numbers(&mut file, &[0, 2]);
-    grid(&mut file, "density", |at| 6.0 * lump(at, [13, 14, 12], 10.0) + 3.0 * lump(at, [29, 30, 31], 8.0));
-    grid(&mut file, "heat", |at| lump(at, [13, 10, 12], 7.0));
+    let density = |at| 6.0 * lump(at, [by(13), 14, 12], 10.0) + 3.0 * lump(at, [29, by(30), 31], 8.0);
+    let heat = |at| if number == 2 { 0.0 } else { lump(at, [by(13), 10, 12], 7.0) };
+    grid(&mut file, "density", density);
+    grid(&mut file, "heat", heat);
     file
 }
 

@@ -68,7 +68,11 @@ fn add_cloud(dice: &mut Dice, span: &Span, shot: &mut Table) {
         material.insert("volume_scatter".into(), numbers(color(dice)));
         state(dice, &mut material, "volume_", 1.0);
     }
-    let volume = table([("file", files::CLOUD.into()), ("material", files::OF_CLOUD.into())]);
+    let mut volume = table([("file", files::CLOUD.into()), ("material", files::OF_CLOUD.into())]);
+    if dice.one_in(3) {
+        volume.insert("file".into(), files::CLOUDS.into());
+        volume.insert("first".into(), Value::Float(span.first as f64));
+    }
     let [from, to] = [0, 1].map(|_| place(dice, 0.8));
     let mut model = table([("vdb", Value::Table(volume)), ("translate", numbers(from))]);
     model.insert("rotate".into(), numbers(place(dice, 90.0)));
