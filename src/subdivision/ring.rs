@@ -268,3 +268,38 @@ fn unit(vector: DVec3) -> DVec3 {
     let largest = vector.abs().max_element();
     if largest > 0.0 && largest.is_finite() { (vector / largest).normalize_or_zero() } else { DVec3::ZERO }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// On both sides of a crease through a vertex of triangles, beside the facets far below it. Beside six triangles or more there is no plane
+    /// to which these go.
+    #[test]
+    fn normals_beside_creases_of_triangles_are_those_of_facets() {
+        for (count, other) in [(5, 2), (6, 3), (6, 4), (7, 5), (8, 4), (9, 5)] {
+            let end = |i: usize| {
+                let (sin, cos) = (TAU * i as f64 / count as f64).sin_cos();
+                let bend = (i * i) as f64;
+                DVec3::new(cos + 0.1 * bend.sin(), sin + 0.1 * (2.0 * bend).cos(), 0.2 * (3.0 * bend).sin())
+            };
+            let edges: Vec<DVec3> = (0..count).map(end).collect();
+            let ring = Ring {
+                middle: DVec3::new(0.05, -0.1, 0.1),
+                faces: (1..=count).map(|i| edges[i % count]).collect(),
+                sharpness: (0..count).map(|i| if i == 0 || i == other { 10.0 } else { 0.0 }).collect(),
+                edges,
+                is_of_triangles: true,
+                ..Ring::default()
+            };
+            let far = ring.after(26);
+            let normals = ring.normals();
+            assert_eq!(normals.len(), 2);
+            for ([first, faces], normal) in normals {
+                let facets = far.normal_of_facets(first, faces);
+                assert!(normal.dot(facets) > 0.9999, "{count} {faces}: {normal} {facets}");
+            }
+            assert!(ring.after(40).middle.abs_diff_eq(ring.limit(), 1e-9));
+        }
+    }
+}

@@ -176,8 +176,9 @@ fn normals_are_those_of_the_facets_far_below() {
         // a sharp point within a smooth surface is the tip of a cone, which has no normal
         for ((vertex, face), normal) in normals.iter().filter(|((vertex, _), _)| *vertex != TIP) {
             let near = facets[&(*vertex, *face)].normalize();
-            // facets of one face alone lean a little
-            assert!(normal.dot(near) > 0.998, "vertex {vertex}, face {face}: {normal} {near}");
+            // facets of one face alone lean a little, and more where many triangles meet beside a crease (`ring.rs` tries these)
+            let most = if scheme == Scheme::Loop { 0.98 } else { 0.998 };
+            assert!(normal.dot(near) > most, "vertex {vertex}, face {face}: {normal} {near}");
             tried += 1;
         }
     }

@@ -102,7 +102,7 @@ impl<'a> Bytes<'a> {
 
     /// Takes `count` things of `size` bytes.
     pub fn list(&mut self, count: u64, size: u64) -> Check<&'a [u8]> {
-        let bytes = count.checked_mul(size).unwrap_or(u64::MAX);
+        let bytes = count.saturating_mul(size);
         match usize::try_from(bytes) {
             Ok(bytes) => self.take(bytes),
             Err(_) => Err(self.cut(bytes)),

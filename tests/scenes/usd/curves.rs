@@ -93,9 +93,8 @@ fn points_are_balls_of_their_widths() {
     assert!(low.abs_diff_eq(DVec3::new(-0.5, -0.5, -0.5), 1e-5), "{low}");
     assert!(high.abs_diff_eq(DVec3::new(3.25, 0.5, 0.5), 1e-5), "{high}");
     assert_eq!((curved.count(), mesh.details.colors.len()), (2, 4));
-    let plain =
-        load(METRES, &points.replace("widths = [1, 0.5]", "widths = [1, 0.5, 3]").replace("(0, 1, 0)]", "]"))
-            .unwrap();
+    let three = points.replace("(3, 0, 0)]", "(3, 0, 0), (6, 0, 0)]").replace("[1, 0.5]", "[1, 0.5, 3]");
+    let plain = load(METRES, &three).unwrap();
     let told: Vec<String> = plain.warnings.iter().map(ToString::to_string).collect();
     assert!(
         told.len() == 1 && told[0].contains("`primvars:displayColor` of /Beads does not fit its points"),
