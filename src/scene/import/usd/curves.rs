@@ -224,7 +224,7 @@ fn spread(prim: &Prim, name: &str, code: f64) -> Answer<Option<(Vec<f64>, Option
     };
     let Some((width, all)): Option<(usize, Vec<f64>)> = parts else { return Ok(None) };
     let indices = value(prim, &format!("{name}:indices"), code)?.as_ref().and_then(whole_numbers);
-    let all = match indices {
+    let all = match indices.filter(|indices| !indices.is_empty()) {
         None => all,
         Some(indices) => indices
             .iter()

@@ -270,6 +270,8 @@ impl Primvars<'_> {
             _ => default,
         };
         let indices = value(prim, &format!("{name}:indices"), code)?.as_ref().and_then(whole_numbers);
+        // exporters write lists without any
+        let indices = indices.filter(|indices| !indices.is_empty());
         let read = Primvar { values, indices, spread };
         if let Some(what) = read.misfit(&self.extent) {
             self.defects.insert(left_out_of(prim, name, &what));
