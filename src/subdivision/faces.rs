@@ -3,8 +3,10 @@
 /// Rules by which a cage is refined.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Scheme {
-    /// Smooth everywhere but at creases.
+    /// Smooth everywhere but at creases: faces of any number of corners become quadrilaterals.
     CatmullClark,
+    /// The same of triangles alone, which stay triangles (C. Loop, "Smooth subdivision surfaces based on triangles", 1987).
+    Loop,
     /// Faces are divided and stay where they are.
     Bilinear,
 }
@@ -26,7 +28,7 @@ pub struct CageFaces<'a> {
     pub scheme: Scheme,
     /// Number of points.
     pub points: usize,
-    /// Number of corners of each face, at least 3.
+    /// Number of corners of each face, at least 3; of the scheme `Loop` 3.
     pub counts: &'a [u32],
     /// Points of the corners, face after face.
     pub corners: &'a [u32],

@@ -6,8 +6,8 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::ring::Ring;
-use super::topology::Topology;
-use super::{ALWAYS_SHARP, Scheme};
+use super::topology::{Sides, Topology};
+use super::{ALWAYS_SHARP, Scheme, triangles};
 
 /// Points of the limit surface. Where edges stay sharp a vertex has several normals, one a side.
 #[derive(Debug)]
@@ -37,7 +37,7 @@ impl Topology {
             && self.edges_around(vertex).all(|edge| self.edge_sharpness[edge] == 0.0)
     }
 
-    /// Where vertices with these values go. All faces are quadrilaterals.
+    /// Where vertices with these values go. All faces are quadrilaterals, or triangles.
     pub(super) fn limits(&self, values: &[DVec3]) -> Vec<DVec3> {
         let limit = |ring: &mut Ring, vertex: u32| {
             let own = values[vertex as usize];
@@ -48,6 +48,10 @@ impl Topology {
             if self.is_smooth(vertex) {
                 let count = around.len() as f64;
                 let value = |corner: u32| values[self.corners[corner as usize] as usize];
+                if self.sides == Sides::Three {
+                    let sum = around.iter().map(|corner| value(self.next(*corner))).sum();
+                    return triangles::limit(own, around.len(), sum);
+                }
                 let of_corner = |corner: &u32| {
                     let next = self.next(*corner);
                     value(next) * 4.0 + value(self.next(next))
@@ -72,6 +76,7 @@ impl Topology {
             }
         }
         ring.clear();
+        ring.is_of_triangles = self.sides == Sides::Three;
         ring.middle = values[vertex as usize];
         ring.own_sharpness = self.vertex_sharpness[vertex as usize];
         let value = |corner: u32| values[self.corners[corner as usize] as usize];

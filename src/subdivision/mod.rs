@@ -1,5 +1,5 @@
 //! Subdivision surfaces by the rules of E. Catmull and J. Clark ("Recursively generated B-spline surfaces on arbitrary topological
-//! meshes", 1978), with semi-sharp creases (T. DeRose and others, "Subdivision surfaces in character animation", 1998): cages are refined
+//! meshes", 1978) or of C. Loop (`triangles.rs`), with semi-sharp creases (T. DeRose and others, "Subdivision surfaces in character animation", 1998): cages are refined
 //! uniformly, level by level, and the vertices of the last level are put where they go in the end, on the limit surface.
 //!
 //! Whoever refines gives a cage's faces ([`CageFaces`]) and gets a [`Hierarchy`], by which any values of its points are refined: positions
@@ -11,6 +11,7 @@ mod limit;
 mod refine;
 mod ring;
 mod topology;
+mod triangles;
 
 pub use faces::{Boundary, CageFaces, Scheme};
 pub use limit::Limit;
@@ -37,7 +38,7 @@ impl Hierarchy {
         Self { scheme: cage.scheme, levels: vec![Topology::new(cage)] }
     }
 
-    /// Adds a level: each face becomes as many quadrilaterals as it has corners.
+    /// Adds a level: each face becomes as many quadrilaterals as it has corners; by the rules of Loop four triangles.
     pub fn refine(&mut self) {
         self.levels.push(self.last().refined());
     }
@@ -70,7 +71,7 @@ impl Hierarchy {
     /// Where the vertices of the last level with these `values` go in the end.
     pub fn limit(&self, values: &[DVec3]) -> Vec<DVec3> {
         match self.scheme {
-            Scheme::CatmullClark => self.last().limits(values),
+            Scheme::CatmullClark | Scheme::Loop => self.last().limits(values),
             Scheme::Bilinear => values.to_vec(),
         }
     }
@@ -101,7 +102,7 @@ impl Hierarchy {
     pub fn cage_faces_of(&self, depth: usize) -> Vec<u32> {
         let mut of: Vec<u32> = (0..self.first().faces() as u32).collect();
         for level in &self.levels[..depth] {
-            of = (0..level.corners.len() as u32).map(|corner| of[level.face_of(corner) as usize]).collect();
+            of = (0..level.next_faces() as u32).map(|face| of[level.face_before(face) as usize]).collect();
         }
         of
     }

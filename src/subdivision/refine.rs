@@ -3,7 +3,8 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::topology::{Topology, softened};
+use super::topology::{Sides, Topology, softened};
+use super::triangles::divided_triangles;
 use super::{NONE, Scheme};
 
 /// What a vertex follows.
@@ -59,6 +60,9 @@ impl<E: Iterator<Item = f32> + Clone> Sharpness<E> {
 impl Topology {
     /// Values of the vertices of the next level.
     pub fn refined_values(&self, scheme: Scheme, values: &[DVec3]) -> Vec<DVec3> {
+        if scheme == Scheme::Loop {
+            return self.refined_values_of_triangles(values);
+        }
         let value = |corner: u32| values[self.corners[corner as usize] as usize];
         let of_face = |face: u32| {
             let corners = self.corners_of(face);
@@ -76,9 +80,16 @@ impl Topology {
             let smooth = (a + b + one + other) * 0.25;
             smooth + (middle - smooth) * sharpness
         };
+        let smooth = |own: DVec3, around: &[u32]| {
+            let count = around.len() as f64;
+            let of_corner =
+                |corner: &u32| value(self.next(*corner)) + of_faces[self.face_of(*corner) as usize];
+            let sum: DVec3 = around.iter().map(of_corner).sum();
+            own * ((count - 2.0) / count) + sum / (count * count)
+        };
         let of_vertex = |vertex: usize| match scheme {
-            Scheme::CatmullClark => self.refined_vertex(vertex as u32, values, &of_faces),
             Scheme::Bilinear => values[vertex],
+            _ => self.refined_vertex(vertex as u32, values, smooth),
         };
         let mut refined = Vec::with_capacity(self.vertices + of_faces.len() + self.ends.len());
         refined.par_extend((0..self.vertices).into_par_iter().map(of_vertex));
@@ -89,6 +100,9 @@ impl Topology {
 
     /// Values at the corners of the next level, of those at the corners of this one.
     pub fn divided_values(&self, at_corners: &[DVec3]) -> Vec<DVec3> {
+        if self.sides == Sides::Three {
+            return divided_triangles(at_corners);
+        }
         let value = |corner: u32| at_corners[corner as usize];
         let of_corner = |corner: u32| {
             let all = self.corners_of(self.face_of(corner));
@@ -100,8 +114,13 @@ impl Topology {
         all.into_flattened()
     }
 
-    /// Value of a vertex at the next level.
-    fn refined_vertex(&self, vertex: u32, values: &[DVec3], of_faces: &[DVec3]) -> DVec3 {
+    /// Value of a vertex at the next level. `smooth`: where nothing at it is sharp, of its own value and its corners.
+    pub(super) fn refined_vertex(
+        &self,
+        vertex: u32,
+        values: &[DVec3],
+        smooth: impl Fn(DVec3, &[u32]) -> DVec3,
+    ) -> DVec3 {
         let own = values[vertex as usize];
         let around = self.around(vertex);
         if around.is_empty() || self.vertex_sharpness[vertex as usize].is_infinite() {
@@ -117,15 +136,7 @@ impl Topology {
                 let sharp = self.edges_around(vertex).filter(|edge| change(self.edge_sharpness[*edge]) > 0.0);
                 own * 0.75 + sharp.map(|edge| values[self.other_end(edge, vertex)]).sum::<DVec3>() * 0.125
             }
-            Rule::Smooth => {
-                let count = around.len() as f64;
-                let of_corner = |corner: &u32| {
-                    values[self.corners[self.next(*corner) as usize] as usize]
-                        + of_faces[self.face_of(*corner) as usize]
-                };
-                let sum: DVec3 = around.iter().map(of_corner).sum();
-                own * ((count - 2.0) / count) + sum / (count * count)
-            }
+            Rule::Smooth => smooth(own, around),
         };
         let ([now, next], share) = sharpness.rules();
         let by_now = by(now, |sharpness| sharpness);

@@ -1,4 +1,4 @@
-//! A vertex and the quadrilaterals around it: all that decides where it goes, and which way the surface faces there.
+//! A vertex and the faces around it, quadrilaterals or triangles: all that decides where it goes, and which way the surface faces there.
 
 use std::f64::consts::{PI, TAU};
 
@@ -7,6 +7,7 @@ use glam::DVec3;
 use super::ALWAYS_SHARP;
 use super::refine::{Rule, Sharpness};
 use super::topology::softened;
+use super::triangles;
 
 /// Number of steps after which the facets around a vertex lie as the surface does there.
 const STEPS_TO_FACETS: usize = 16;
@@ -24,8 +25,10 @@ pub struct Ring {
     pub middle: DVec3,
     /// Ends of its edges; of a fan that is not closed one more than it has faces.
     pub edges: Vec<DVec3>,
-    /// Corners across its faces: that of face `i` lies between edges `i` and `i + 1`.
+    /// Corners across its faces: that of face `i` lies between edges `i` and `i + 1`. Of a triangle the end of edge `i + 1` again.
     pub faces: Vec<DVec3>,
+    /// True if its faces are triangles, by the rules of Loop.
+    pub is_of_triangles: bool,
     /// Sharpness of its edges.
     pub sharpness: Vec<f32>,
     /// Sharpness of the vertex.
@@ -56,8 +59,8 @@ impl Ring {
 
     /// The vertex and its neighbours one level further.
     fn step(&mut self) {
-        let Self { middle, edges, faces, sharpness, own_sharpness, next: (new_edges, new_faces) } = self;
-        let (count, own) = (edges.len(), *middle);
+        let Self { middle, edges, faces, sharpness, own_sharpness, next: (new_edges, new_faces), .. } = self;
+        let (count, own, is_of_triangles) = (edges.len(), *middle, self.is_of_triangles);
         new_faces.clear();
         let quad = |face: usize| (own + edges[face] + faces[face] + edges[(face + 1) % count]) * 0.25;
         new_faces.extend((0..faces.len()).map(quad));
@@ -69,9 +72,21 @@ impl Ring {
             if sharp >= 1.0 {
                 return half;
             }
-            let smooth = (own + edges[edge] + new_faces[before(edge)] + new_faces[edge]) * 0.25;
+            let smooth = match is_of_triangles {
+                true => triangles::of_edge(
+                    [own, edges[edge]],
+                    [before(edge) % count, edge + 1].map(|at| edges[at % count]),
+                ),
+                false => (own + edges[edge] + new_faces[before(edge)] + new_faces[edge]) * 0.25,
+            };
             smooth + (half - smooth) * sharp
         }));
+        if is_of_triangles {
+            new_faces
+                .iter_mut()
+                .enumerate()
+                .for_each(|(face, across)| *across = new_edges[(face + 1) % count]);
+        }
         let rules = Sharpness { vertex: *own_sharpness, edges: sharpness.iter().copied() }.rules();
         let by = |rule: Rule, change: fn(f32) -> f32| match rule {
             Rule::Corner => own,
@@ -79,6 +94,7 @@ impl Ring {
                 let sharp = edges.iter().zip(&*sharpness).filter(|(_, sharp)| change(**sharp) > 0.0);
                 own * 0.75 + sharp.map(|(end, _)| *end).sum::<DVec3>() * 0.125
             }
+            Rule::Smooth if is_of_triangles => triangles::of_vertex(own, count, edges.iter().sum()),
             Rule::Smooth => {
                 let valence = count as f64;
                 let sum: DVec3 = edges.iter().chain(&*new_faces).sum();
@@ -130,6 +146,9 @@ impl Ring {
             }
             // a sharp edge that ends there moves it otherwise than the formula says
             Rule::Smooth if self.sharp_edges() > 0 => self.after(STEPS_TO_LIMIT).middle,
+            Rule::Smooth if self.is_of_triangles => {
+                triangles::limit(self.middle, self.edges.len(), self.edges.iter().sum())
+            }
             Rule::Smooth => {
                 let count = self.faces.len() as f64;
                 let around = self.edges.iter().sum::<DVec3>() * 4.0 + self.faces.iter().sum::<DVec3>();
@@ -181,6 +200,9 @@ impl Ring {
 
     /// Normal where nothing is sharp, of the two tangents (Halstead and others).
     fn smooth_normal(&self) -> Option<DVec3> {
+        if self.is_of_triangles {
+            return direction(triangles::tangents(&self.edges));
+        }
         let count = self.faces.len();
         let turn = TAU / count as f64;
         let of_edge = 1.0 + turn.cos() + (PI / count as f64).cos() * (2.0 * (9.0 + turn.cos())).sqrt();
@@ -198,6 +220,10 @@ impl Ring {
     fn normal_beside_crease(&self, first: usize, faces: usize) -> Option<DVec3> {
         let count = self.edges.len();
         let edge = |i: usize| self.edges[(first + i) % count];
+        if self.is_of_triangles {
+            let ends: Vec<DVec3> = (0..=faces).map(edge).collect();
+            return direction([edge(0) - edge(faces), triangles::tangent_across(self.middle, &ends)]);
+        }
         let face = |i: usize| self.faces[(first + i) % self.faces.len()];
         let angle = PI / faces as f64;
         let (sin, cos) = angle.sin_cos();
@@ -241,4 +267,39 @@ fn unit(vector: DVec3) -> DVec3 {
     // lengths of tiny facets must not vanish
     let largest = vector.abs().max_element();
     if largest > 0.0 && largest.is_finite() { (vector / largest).normalize_or_zero() } else { DVec3::ZERO }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// On both sides of a crease through a vertex of triangles, beside the facets far below it. Beside six triangles or more there is no plane
+    /// to which these go.
+    #[test]
+    fn normals_beside_creases_of_triangles_are_those_of_facets() {
+        for (count, other) in [(5, 2), (6, 3), (6, 4), (7, 5), (8, 4), (9, 5)] {
+            let end = |i: usize| {
+                let (sin, cos) = (TAU * i as f64 / count as f64).sin_cos();
+                let bend = (i * i) as f64;
+                DVec3::new(cos + 0.1 * bend.sin(), sin + 0.1 * (2.0 * bend).cos(), 0.2 * (3.0 * bend).sin())
+            };
+            let edges: Vec<DVec3> = (0..count).map(end).collect();
+            let ring = Ring {
+                middle: DVec3::new(0.05, -0.1, 0.1),
+                faces: (1..=count).map(|i| edges[i % count]).collect(),
+                sharpness: (0..count).map(|i| if i == 0 || i == other { 10.0 } else { 0.0 }).collect(),
+                edges,
+                is_of_triangles: true,
+                ..Ring::default()
+            };
+            let far = ring.after(26);
+            let normals = ring.normals();
+            assert_eq!(normals.len(), 2);
+            for ([first, faces], normal) in normals {
+                let facets = far.normal_of_facets(first, faces);
+                assert!(normal.dot(facets) > 0.9999, "{count} {faces}: {normal} {facets}");
+            }
+            assert!(ring.after(40).middle.abs_diff_eq(ring.limit(), 1e-9));
+        }
+    }
 }

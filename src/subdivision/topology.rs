@@ -4,18 +4,21 @@ use std::collections::HashMap;
 
 use rayon::prelude::*;
 
-use super::{ALWAYS_SHARP, Boundary, CageFaces, NONE};
+use super::{ALWAYS_SHARP, Boundary, CageFaces, NONE, Scheme};
 
-/// A level: faces by their corners. The faces of a cage are any polygons, those of all other levels quadrilaterals.
+/// A level: faces by their corners. The faces of a cage are any polygons, those of all other levels quadrilaterals; by the rules of Loop all
+/// are triangles.
 #[derive(Debug)]
 pub struct Topology {
     /// Number of vertices.
     pub vertices: usize,
     /// Vertex of each corner, counter-clockwise around each face.
     pub corners: Vec<u32>,
-    /// First corner of each face, and at the end the number of corners; empty where all are quadrilaterals.
+    /// Number of corners that all faces have.
+    pub(super) sides: Sides,
+    /// First corner of each face, and at the end the number of corners; empty where all have as many.
     begins: Vec<u32>,
-    /// Face of each corner; empty where all are quadrilaterals.
+    /// Face of each corner; empty where all have as many.
     faces_of: Vec<u32>,
     /// Edge from each corner to the next one of its face.
     pub edge_of: Vec<u32>,
@@ -34,6 +37,17 @@ pub struct Topology {
     around: Vec<u32>,
 }
 
+/// Number of corners that faces of a level have.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Sides {
+    /// All are triangles, and are refined to triangles.
+    Three,
+    /// All are quadrilaterals.
+    Four,
+    /// Any.
+    Any,
+}
+
 impl Topology {
     /// The level of a cage itself.
     pub fn new(cage: &CageFaces<'_>) -> Self {
@@ -45,8 +59,12 @@ impl Topology {
             sum
         }));
         let corners = cage.corners[..sum as usize].to_vec();
-        let is_of_quads = cage.counts.iter().all(|count| *count == 4);
-        let faces_of = if is_of_quads {
+        let sides = match cage.scheme {
+            Scheme::Loop => Sides::Three,
+            _ if cage.counts.iter().all(|count| *count == 4) => Sides::Four,
+            _ => Sides::Any,
+        };
+        let faces_of = if sides != Sides::Any {
             Vec::new()
         } else {
             let each = cage.counts.iter().enumerate();
@@ -57,7 +75,8 @@ impl Topology {
             vertices: cage.points,
             edge_of: vec![NONE; corners.len()],
             corners,
-            begins: if is_of_quads { Vec::new() } else { begins },
+            begins: if sides == Sides::Any { begins } else { Vec::new() },
+            sides,
             faces_of,
             ends: Vec::new(),
             begun_at: Vec::new(),
@@ -151,32 +170,68 @@ impl Topology {
 
     /// Number of faces.
     pub fn faces(&self) -> usize {
-        if self.begins.is_empty() { self.corners.len() / 4 } else { self.begins.len() - 1 }
+        match self.sides {
+            Sides::Three => self.corners.len() / 3,
+            Sides::Four => self.corners.len() / 4,
+            Sides::Any => self.begins.len() - 1,
+        }
     }
 
-    /// Returns true if all faces are quadrilaterals.
-    pub fn is_of_quads(&self) -> bool {
-        self.begins.is_empty()
+    /// Returns true if faces are as those of all finer levels are: quadrilaterals, or triangles.
+    pub fn is_uniform(&self) -> bool {
+        self.sides != Sides::Any
+    }
+
+    /// Number of faces of the next level.
+    pub fn next_faces(&self) -> usize {
+        match self.sides {
+            Sides::Three => self.corners.len() / 3 * 4,
+            Sides::Four | Sides::Any => self.corners.len(),
+        }
+    }
+
+    /// Face of this level that a face of the next level is a part of.
+    pub fn face_before(&self, next_face: u32) -> u32 {
+        match self.sides {
+            Sides::Three => next_face / 4,
+            Sides::Four | Sides::Any => self.face_of(next_face),
+        }
+    }
+
+    /// Vertex of the next level in the middle of a face. Triangles have none.
+    pub fn vertex_of_face(&self, face: u32) -> Option<usize> {
+        (self.sides != Sides::Three).then(|| self.vertices + face as usize)
+    }
+
+    /// Vertex of the next level in the middle of an edge.
+    pub fn vertex_of_edge(&self, edge: u32) -> usize {
+        let of_faces = if self.sides == Sides::Three { 0 } else { self.faces() };
+        self.vertices + of_faces + edge as usize
     }
 
     /// Corners of a face.
     pub fn corners_of(&self, face: u32) -> std::ops::Range<u32> {
-        match self.begins.as_slice() {
-            [] => 4 * face..4 * face + 4,
-            begins => begins[face as usize]..begins[face as usize + 1],
+        match self.sides {
+            Sides::Three => 3 * face..3 * face + 3,
+            Sides::Four => 4 * face..4 * face + 4,
+            Sides::Any => self.begins[face as usize]..self.begins[face as usize + 1],
         }
     }
 
     /// Face of a corner.
     #[inline]
     pub fn face_of(&self, corner: u32) -> u32 {
-        if self.faces_of.is_empty() { corner / 4 } else { self.faces_of[corner as usize] }
+        match self.sides {
+            Sides::Three => corner / 3,
+            Sides::Four => corner / 4,
+            Sides::Any => self.faces_of[corner as usize],
+        }
     }
 
     /// The corner after one in its face.
     #[inline]
     pub fn next(&self, corner: u32) -> u32 {
-        if self.faces_of.is_empty() {
+        if self.sides == Sides::Four {
             return corner & !3 | (corner + 1) & 3;
         }
         let std::ops::Range { start, end } = self.corners_of(self.face_of(corner));
@@ -186,7 +241,7 @@ impl Topology {
     /// The corner before one in its face.
     #[inline]
     pub fn previous(&self, corner: u32) -> u32 {
-        if self.faces_of.is_empty() {
+        if self.sides == Sides::Four {
             return corner & !3 | (corner + 3) & 3;
         }
         let std::ops::Range { start, end } = self.corners_of(self.face_of(corner));
@@ -221,8 +276,11 @@ impl Topology {
     }
 
     /// The next level: vertices are those of this one, then one of each face, then one of each edge. Face number `c` is what corner `c` of
-    /// this level has of its face, from its vertex on.
+    /// this level has of its face, from its vertex on. Triangles are refined otherwise (`triangles.rs`).
     pub fn refined(&self) -> Self {
+        if self.sides == Sides::Three {
+            return self.refined_triangles();
+        }
         let (faces, edges) = (self.faces(), self.ends.len());
         let of_face = |face: u32| self.vertices as u32 + face;
         let of_edge = |edge: u32| (self.vertices + faces) as u32 + edge;
@@ -247,14 +305,26 @@ impl Topology {
                     .map(|corner| [of_edge(self.edge_of[corner as usize]), of_face(self.face_of(corner))]),
             )
             .collect::<Vec<_>>();
+        self.next_level(Sides::Four, faces, (corners, edge_of, ends))
+    }
+
+    /// The next level by its corners, the edges from each of them and the ends of these: vertices of this level come first, then `inner` ones
+    /// within faces, then those of edges; halves of this level's edges first, then those within faces.
+    pub(super) fn next_level(
+        &self,
+        sides: Sides,
+        inner: usize,
+        (corners, edge_of, ends): (Vec<u32>, Vec<u32>, Vec<[u32; 2]>),
+    ) -> Self {
+        let edges = self.ends.len();
         let edge_sharpness = self.edge_sharpness.iter().flat_map(|sharpness| [softened(*sharpness); 2]);
-        let edge_sharpness = edge_sharpness.chain(std::iter::repeat_n(0.0, count)).collect();
+        let edge_sharpness = edge_sharpness.chain(std::iter::repeat_n(0.0, ends.len() - 2 * edges)).collect();
         let is_odd = |edge: usize| self.begun_at[edge][0] == NONE;
         let of_edges = (0..edges).map(|edge| if is_odd(edge) { f32::INFINITY } else { 0.0 });
         let vertex_sharpness = self.vertex_sharpness.iter().map(|sharpness| softened(*sharpness));
         let vertex_sharpness =
-            vertex_sharpness.chain(std::iter::repeat_n(0.0, faces)).chain(of_edges).collect();
-        let vertices = self.vertices + faces + edges;
+            vertex_sharpness.chain(std::iter::repeat_n(0.0, inner)).chain(of_edges).collect();
+        let vertices = self.vertices + inner + edges;
         let mut begun_at = vec![[NONE; 2]; ends.len()];
         for (corner, edge) in (0..).zip(&edge_of) {
             let edge = *edge as usize;
@@ -268,6 +338,7 @@ impl Topology {
         Self {
             vertices,
             corners,
+            sides,
             begins: Vec::new(),
             faces_of: Vec::new(),
             edge_of,

@@ -44,6 +44,7 @@ fn hairy() -> Scene {
         at(1.4, 2.2, DVec3::new(1.0, 0.6, 0.7)),
     ));
     scene.models.push(toy::still_curves("cords", &toy::tuft(true), number, at(-2.5, 2.0, DVec3::splat(0.7))));
+    scene.models.push(toy::still_curves("balls", &toy::balls(), 0, at(0.4, 2.6, DVec3::splat(0.8))));
     let track = TransformTrack {
         translate: goes(DVec3::new(-1.5, 1.2, 2.0), DVec3::new(0.5, 1.5, 2.5)),
         rotate: goes(DVec3::ZERO, DVec3::new(20.0, 60.0, 0.0)),

@@ -30,8 +30,23 @@ fn house(lean: f64) -> String {
     text + "t crease 3/1/0 0 1 6 10\nt crease 2/1/0 3 8 1.5\nt corner 1/1/0 7 2.2\n"
 }
 
+/// Cuts the faces of an OBJ file into triangles, fans from their first corners on.
+fn cut(text: &str) -> String {
+    let mut cut = String::new();
+    for line in text.lines() {
+        match line.strip_prefix("f ").map(|face| face.split(' ').collect::<Vec<_>>()) {
+            Some(face) => {
+                face[1..].windows(2).for_each(|two| cut += &format!("f {} {} {}\n", face[0], two[0], two[1]))
+            }
+            None => cut += &format!("{line}\n"),
+        }
+    }
+    cut
+}
+
 /// The house above a floor, beside a lamp and below a sun, seen by a camera that goes around it.
-fn load(folder: &Path, model: &str, material: &str) -> Scene {
+fn load(folder: &Path, scheme: &str, model: &str, material: &str) -> Scene {
+    let house = |lean| if scheme == "loop" { cut(&house(lean)) } else { house(lean) };
     fs::write(folder.join("m.mtl"), "newmtl m\nKd .7 .6 .5\nnewmtl n\nKd .5 .5 .5\n").unwrap();
     fs::write(folder.join("house.obj"), house(0.0)).unwrap();
     for (number, lean) in [(1, 0.0), (2, 0.4), (3, -0.2)] {
@@ -55,7 +70,7 @@ fn load(folder: &Path, model: &str, material: &str) -> Scene {
         "[render]\nsize = [64, 48]\nframes = \"1-4\"\ndicing = 3\n\
          [[camera.key]]\nframe = 1\neye = [2, 1.5, 5]\ntarget = [0, 0, 0]\nfov = 45\n[[camera.key]]\nframe = 4\neye = [2.5, 1.6, 4.6]\ntarget = [0, 0, 0]\n\
          [[light]]\ntype = \"directional\"\ndirection = [-1, -2, -1]\npower = 0.7\n[[light]]\ntype = \"point\"\nposition = [3, 2, 2]\npower = 4\n\
-         [[model]]\nobj = \"house.obj\"\nsubdivision = \"catmull-clark\"\n{model}\n[[model]]\nobj = \"floor.obj\"\n[[material]]\nname = \"m\"\n{material}\n"
+         [[model]]\nobj = \"house.obj\"\nsubdivision = \"{scheme}\"\n{model}\n[[model]]\nobj = \"floor.obj\"\n[[material]]\nname = \"m\"\n{material}\n"
     );
     fs::write(folder.join("s.toml"), shot).unwrap();
     scene::load(&folder.join("s.toml"), true).unwrap().scene
@@ -69,9 +84,18 @@ const TURNS: &str =
 /// Resting, turning and deforming; smooth and displaced: frames that reuse samples, audited, by both tracers.
 #[test]
 fn reuse_is_exact_on_what_is_diced() {
-    for (model, material) in [("", ""), ("", BUMPY), (TURNS, BUMPY), (LEANS, ""), (LEANS, BUMPY)] {
+    let quads = "catmull-clark";
+    for (scheme, model, material) in [
+        (quads, "", ""),
+        (quads, "", BUMPY),
+        (quads, TURNS, BUMPY),
+        (quads, LEANS, ""),
+        (quads, LEANS, BUMPY),
+        ("loop", TURNS, ""),
+        ("loop", LEANS, BUMPY),
+    ] {
         let folder = tempfile::tempdir().unwrap();
-        let scene = load(folder.path(), model, material);
+        let scene = load(folder.path(), scheme, model, material);
         assert!(scene.models[0].mesh.count() > 200, "{}", scene.models[0].mesh.count());
         let settings =
             Settings { width: 64, height: 48, audit: true, mode: Mode::Reproject, ..toy::settings(2) };
@@ -81,7 +105,7 @@ fn reuse_is_exact_on_what_is_diced() {
             for frame in 1..=3 {
                 let finished = renderer.render(frame, true).unwrap();
                 let audit = finished.stats.audit.unwrap();
-                assert_eq!(audit.wrong(), 0, "{kind:?} {model}{material} frame {frame}: {audit:?}");
+                assert_eq!(audit.wrong(), 0, "{kind:?} {scheme} {model}{material} frame {frame}: {audit:?}");
                 assert!(frame == 1 || finished.stats.samples.reused() > 1000);
                 of_tracers.push(finished.film.values("R").unwrap());
             }
@@ -89,7 +113,7 @@ fn reuse_is_exact_on_what_is_diced() {
         let (embree, rust) = of_tracers.split_at(3);
         for (one, other) in embree.iter().zip(rust) {
             let differ = one.iter().zip(other).filter(|(a, b)| (*a - *b).abs() > 1e-3).count();
-            assert!(differ * 100 < one.len(), "{model}{material}: {differ} pixels differ");
+            assert!(differ * 100 < one.len(), "{scheme} {model}{material}: {differ} pixels differ");
         }
     }
 }

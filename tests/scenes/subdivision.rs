@@ -138,6 +138,45 @@ fn bounds_are_told_when_they_are_met() {
     assert!(told.contains("48 triangles") && told.contains("dicing_triangles"), "{told}");
 }
 
+/// Cages of triangles by the rules of Loop: a cube whose faces are cut, with texture coordinates, diced as finely as any other cage.
+#[test]
+fn triangles_are_subdivided_by_their_own_rules() {
+    let folder = folder("");
+    let cut = CUBE.lines().flat_map(|line| {
+        match line.strip_prefix("f ").map(|face| face.split(' ').collect::<Vec<_>>()) {
+            Some(face) => {
+                vec![
+                    format!("f {} {} {}", face[0], face[1], face[2]),
+                    format!("f {} {} {}", face[0], face[2], face[3]),
+                ]
+            }
+            None => vec![String::from(line)],
+        }
+    });
+    let cut: Vec<String> = cut.collect();
+    fs::write(folder.path().join("cube.obj"), format!("mtllib m.mtl\n{}\n", cut.join("\n"))).unwrap();
+    let shot = |render: &str| {
+        let shot = format!(
+            "[render]\nsize = [64, 64]\n{render}\n{CAMERA}[[model]]\nobj = \"cube.obj\"\nsubdivision = \"loop\"\n"
+        );
+        load_in(folder.path(), &shot).unwrap()
+    };
+    let (coarse, fine) = (shot("dicing = 40"), shot("dicing = 2"));
+    assert!(mesh(&fine).count() >= 16 * mesh(&coarse).count());
+    assert_eq!(mesh(&fine).count() % 12, 0, "each triangle becomes four");
+    let all = positions(mesh(&fine));
+    // a corner of six triangles goes to its half and a twelfth of its neighbours: three at the ends of edges, three across faces
+    let nearest = |place: Vec3| all.iter().map(|at| at.distance(place)).fold(f32::MAX, f32::min);
+    assert!(nearest(Vec3::splat(-0.5)) < 1e-6, "{}", nearest(Vec3::splat(-0.5)));
+    assert!(all.iter().all(|at| (0.5..1.2).contains(&at.length())), "it is about a ball");
+    assert_eq!(cracks(mesh(&fine).triangles(), mesh(&fine).triangles().positions.as_slice()), 0);
+    for (at, normal) in all.iter().zip(&mesh(&fine).triangles().normals) {
+        assert!(normal.is_normalized() && normal.dot(at.normalize()) > 0.5, "{at} {normal}");
+    }
+    let uvs = &mesh(&fine).triangles().uvs;
+    assert!([glam::Vec2::ZERO, glam::Vec2::ONE].iter().all(|corner| uvs.contains(corner)));
+}
+
 #[test]
 fn mistakes_are_told() {
     for (tags, model, words) in [
@@ -147,7 +186,8 @@ fn mistakes_are_told() {
         ("f 1 5 5 7\n", SMOOTH, "two at one point"),
         ("f 1 5 2\n", SMOOTH, "more than two faces"),
         ("t smoothtriangles 1/0/0 1\n", SMOOTH, "smoothtriangles"),
-        ("", "subdivision = \"loop\"", "catmull-clark"),
+        ("", "subdivision = \"butterfly\"", "catmull-clark"),
+        ("", "subdivision = \"loop\"", "6 of its faces are no triangles"),
         ("g a\nf 1 2 3\n", "subdivision = \"bilinear\"\ngroup = \"a\"", "goes with whole OBJ files"),
     ] {
         let shot = cube(tags, model, "dicing = 40");

@@ -138,6 +138,17 @@ pub fn tuft(is_thick: bool) -> Curves {
     Curves::new(&points, &[9; 7], &[]).expect("they have a length").0
 }
 
+/// Balls of a radius each, as points of USD are: each is the hull of its sphere and of a point within it.
+pub fn balls() -> Curves {
+    let ball = |number: u32| {
+        let (turn, radius) = (number as f32 * 2.4, 0.05 + 0.03 * (number % 4) as f32);
+        let [x, y, z] = [0.6 * turn.cos(), 0.2 + 0.04 * number as f32, 0.6 * turn.sin()];
+        [[x, y, z, radius], [x, y + 0.5 * radius, z, 0.0]]
+    };
+    let points: Vec<[f32; 4]> = (0..24).flat_map(ball).collect();
+    Curves::new(&points, &[2; 24], &[]).expect("they have a size").0
+}
+
 /// The points of seven bent hairs about 2 high, nine each: `place` puts each, which is so high, of the hair that turns to there.
 pub fn tuft_points(place: impl Fn(f32, f32) -> [f32; 4]) -> Vec<[f32; 4]> {
     let all = (0..7).flat_map(|hair| (0..9).map(move |at| (hair as f32 * 0.9, at as f32 / 8.0)));

@@ -251,3 +251,38 @@ fn places_know_how_far_along_their_curve_they_are() {
     }
     assert_eq!(number, counts.iter().sum::<u32>() - 5);
 }
+
+/// A sphere that holds the next one is all that there is of a piece, with a chart of its own: so points are drawn, as balls.
+#[test]
+fn a_point_within_a_ball_leaves_the_ball() {
+    let balls: [[f32; 4]; 3] = [[0.3, 0.5, -0.2, 0.4], [-0.8, 1.2, 0.4, 0.25], [0.1, 0.2, 0.9, 0.05]];
+    let points: Vec<[f32; 4]> =
+        balls.iter().flat_map(|ball| [*ball, [ball[0], ball[1] + 0.5 * ball[3], ball[2], 0.0]]).collect();
+    let (curves, kept) = Curves::new(&points, &[2; 3], &[]).expect("they have a size");
+    let (mut seed, mut met) = (5, 0);
+    for _ in 0..6000 {
+        let ray = random_ray(&mut seed);
+        let (origin, direction) = (ray.origin.as_dvec3(), ray.direction.as_dvec3());
+        for primitive in 0..3 {
+            let ball = points[kept[2 * primitive as usize] as usize];
+            let (middle, radius) = (Vec3::from_slice(&ball[..3]).as_dvec3(), f64::from(ball[3]));
+            let half = direction.dot(origin - middle);
+            let square = direction.length_squared();
+            let root = half * half - square * ((origin - middle).length_squared() - radius * radius);
+            let found = curves.meet(primitive, &ray);
+            if root.abs() < 1e-3 {
+                continue;
+            }
+            assert_eq!(found.is_some(), root > 0.0 && half < 0.0, "{ray:?} {ball:?}");
+            let Some(Meeting { t, weights }) = found else { continue };
+            assert!((f64::from(t) - (-half - root.sqrt()) / square).abs() < 1e-6, "{t}");
+            let point = curves.point(primitive, weights).as_dvec3();
+            let outwards = (point - middle) / radius;
+            assert!((outwards.length() - 1.0).abs() < 1e-5, "{point}");
+            assert!(curves.normal(primitive, weights).as_dvec3().dot(outwards) > 1.0 - 1e-6);
+            assert!(point.distance(origin + direction * f64::from(t)) < 1e-4, "{weights:?}");
+            met += 1;
+        }
+    }
+    assert!(met > 500, "{met}");
+}

@@ -25,7 +25,7 @@ impl AtCorners {
     /// Spreads values of a cage over its last level.
     fn of(cage: &Cage, spread: &Spread, hierarchy: &Hierarchy) -> Self {
         let (depth, values) = (hierarchy.depth(), in_doubles(&spread.values));
-        let is_smooth = cage.scheme == Scheme::CatmullClark;
+        let is_smooth = cage.scheme != Scheme::Bilinear;
         match spread.kind {
             SpreadKind::OfPoints => {
                 let values = hierarchy.values(0, depth, values);
@@ -119,7 +119,7 @@ pub fn mesh(
         let corners = level.corners_of(face);
         let number =
             |of: &Option<AtCorners>, corner: u32| of.as_ref().and_then(|of| of.number(corner)).unwrap_or(0);
-        let quad: Vec<u32> = corners
+        let around: Vec<u32> = corners
             .map(|corner| {
                 let values = [&uvs, &second_uvs, &colors, &normals].map(|of| number(of, corner));
                 vertices.number(limit.normal_of[corner as usize], corner, values)
@@ -130,10 +130,12 @@ pub fn mesh(
             let (corner, ..) = vertices.all[corner as usize];
             limit.positions[level.corners[corner as usize] as usize]
         };
-        let [a, b, c, d] = [quad[0], quad[1], quad[2], quad[3]];
         let length = |from: u32, to: u32| (place(to) - place(from)).length_squared();
-        let cut = if length(a, c) <= length(b, d) { [[a, b, c], [a, c, d]] } else { [[a, b, d], [b, c, d]] };
-        of_material.extend(cut);
+        match around[..] {
+            [a, b, c, d] if length(a, c) <= length(b, d) => of_material.extend([[a, b, c], [a, c, d]]),
+            [a, b, c, d] => of_material.extend([[a, b, d], [b, c, d]]),
+            _ => of_material.push([around[0], around[1], around[2]]),
+        }
     }
     let vertex_of = |corner: u32| level.corners[corner as usize];
     let positions_of = |places: &[DVec3]| -> Vec<[f32; 3]> {

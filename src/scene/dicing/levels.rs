@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use crate::memory::{self, Need, Part};
 use crate::scene::cage::{Cage, in_doubles};
-use crate::subdivision::{Hierarchy, Scheme};
+use crate::subdivision::{Hierarchy, Scheme, Topology};
 
 /// Maximum number of times that a cage is subdivided.
 pub(super) const MOST_DEPTH: usize = 10;
@@ -90,7 +90,7 @@ pub fn levels(
         }
         measured.iter().map(|values| hierarchy.limit(values)).collect::<Vec<_>>()
     };
-    let least = usize::from(!hierarchy.first().is_of_quads());
+    let least = usize::from(!hierarchy.first().is_uniform());
     if least > 0 {
         check_memory(cage, &hierarchy)?;
         refine(&mut hierarchy);
@@ -98,7 +98,7 @@ pub fn levels(
     let mut bound;
     loop {
         let depth = hierarchy.depth();
-        let next = 2 * hierarchy.last().corners.len() as u64;
+        let next = triangles_of_next(hierarchy.last());
         bound = if next > dicing.triangles {
             Some(Bound::Triangles(next / 4))
         } else if depth >= MOST_DEPTH {
@@ -132,6 +132,12 @@ pub fn levels(
     Ok(Levels { hierarchy, bound: bound.filter(|_| !is_flat) })
 }
 
+/// Number of triangles of the level after one.
+fn triangles_of_next(level: &Topology) -> u64 {
+    let of_face = if level.vertex_of_face(0).is_some() { 2 } else { 1 };
+    of_face * level.next_faces() as u64
+}
+
 /// Some of a cage's shapes.
 fn measured_shapes(cage: &Cage) -> impl Iterator<Item = &[[f32; 3]]> {
     let step = cage.shapes.len().div_ceil(MOST_MEASURED).max(1);
@@ -140,7 +146,7 @@ fn measured_shapes(cage: &Cage) -> impl Iterator<Item = &[[f32; 3]]> {
 }
 
 fn check_memory(cage: &Cage, hierarchy: &Hierarchy) -> Result<(), String> {
-    let quads = hierarchy.last().corners.len() as u64;
+    let quads = hierarchy.last().next_faces() as u64;
     let shapes = cage.shapes.len() as u64 + measured_shapes(cage).count() as u64 * 4;
     let bytes = quads * (BYTES_OF_QUAD + BYTES_IN_SHAPE * shapes);
     let part =
@@ -185,8 +191,8 @@ fn fineness(
     edge: f64,
 ) -> Fineness {
     let (cage_faces, level) = (hierarchy.cage_faces_of(hierarchy.depth() - 1), hierarchy.before_last());
-    let of_face = |face: u32| limit[level.vertices + face as usize];
-    let of_edge = |edge: u32| limit[level.vertices + level.faces() + edge as usize];
+    let of_face = |face: u32| level.vertex_of_face(face).map(|vertex| limit[vertex]);
+    let of_edge = |edge: u32| limit[level.vertex_of_edge(edge)];
     let of_corner = |corner: u32| {
         let face = level.face_of(corner);
         let cage_face = cage_faces[face as usize];
@@ -206,7 +212,9 @@ fn fineness(
         let corners = level.corners_of(face);
         let count = f64::from(corners.end - corners.start);
         let mean = corners.map(|at| limit[level.corners[at as usize] as usize]).sum::<DVec3>() / count;
-        let deviation = of_middle.max((of_face(face) - mean).length()) * pixels;
+        // triangles bend by their edges alone
+        let of_face = of_face(face).map_or(0.0, |place| (place - mean).length());
+        let deviation = of_middle.max(of_face) * pixels;
         let is_almost = deviation <= DEVIATION * NEARER || of_length == Fineness::Almost;
         let lengths = match deviation <= DEVIATION {
             true => Lengths { all, ..Lengths::default() },

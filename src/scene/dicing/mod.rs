@@ -124,6 +124,12 @@ fn diced_cage(
     if cage.counts.is_empty() {
         return Err(String::from("its cage has no faces"));
     }
+    let others = cage.counts.iter().filter(|count| **count != 3).count();
+    if cage.scheme == Scheme::Loop && others > 0 {
+        return Err(format!(
+            "{others} of its faces are no triangles, and the scheme loop is of triangles alone: triangulate it, or use catmullClark"
+        ));
+    }
     let pixels = views.pixels_of_faces(cage, shown);
     let materials = &import.surfaces.materials;
     let by_length = |face: u32| {
@@ -132,7 +138,7 @@ fn diced_cage(
     };
     let Levels { hierarchy, bound } = levels::levels(cage, &pixels, by_length, dicing)?;
     let odd = hierarchy.first().odd_edges();
-    if odd > 0 && cage.scheme == Scheme::CatmullClark {
+    if odd > 0 && cage.scheme != Scheme::Bilinear {
         findings.push(format!(
             "{odd} edges of its cage have more than two faces, or two that turn the other way round: they are sharp"
         ));

@@ -5,6 +5,7 @@
 //! is, USD files hold networks of MaterialX), and the import knows MaterialX alone, whose materials a shot's tables may name.
 
 pub(in crate::scene) mod arrange;
+mod bytes;
 pub(in crate::scene) mod cameras;
 pub mod curves;
 pub(in crate::scene) mod deformed;

@@ -134,6 +134,8 @@ pub(crate) enum Division {
 pub(crate) enum Subdivision {
     /// It is smooth, but at creases
     CatmullClark,
+    /// The same of triangles alone
+    Loop,
     /// Its faces are divided and stay where they are, for displacement
     Bilinear,
     /// It is not subdivided

@@ -216,6 +216,7 @@ fn refuse_subdivision(text: TomlText<'_>, table: &ModelTable) -> Result<(), Scen
 fn scheme(subdivision: Subdivision) -> Option<Scheme> {
     match subdivision {
         Subdivision::CatmullClark => Some(Scheme::CatmullClark),
+        Subdivision::Loop => Some(Scheme::Loop),
         Subdivision::Bilinear => Some(Scheme::Bilinear),
         Subdivision::None => None,
     }

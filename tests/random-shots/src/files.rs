@@ -38,8 +38,8 @@ pub const SMALL_SHAPES: [&str; 8] = [
 /// Materials that meshes name: the last part of a mesh's name. Those of two, as in `m0+m3`, have them in turn.
 pub const MATERIALS: [&str; 6] = ["m0", "m1", "m2", "m3", "m4", "m5"];
 
-/// Curves that models may be: thick loops, fur of thin hairs, chains whose links meet at sharp corners.
-pub const CURVES: [&str; 3] = ["loops.curves", "fur.curves", "chains.curves"];
+/// Curves that models may be: thick loops, fur of thin hairs, chains whose links meet at sharp corners, balls as USD's points are.
+pub const CURVES: [&str; 4] = ["loops.curves", "fur.curves", "chains.curves", "beads.curves"];
 
 /// Textures that materials may name.
 pub const TEXTURES: [&str; 3] = ["checks.bmp", "black.bmp", "fine.bmp"];
@@ -80,6 +80,7 @@ pub fn content(name: &str) -> Option<Vec<u8>> {
         "loops.curves" => Some(loops().into_bytes()),
         "fur.curves" => Some(fur().into_bytes()),
         "chains.curves" => Some(chains().into_bytes()),
+        "beads.curves" => Some(beads().into_bytes()),
         _ if name.ends_with(".curves") => {
             let (stem, bend) = name.strip_suffix(".curves")?.split_once('.')?;
             let rest = content(&format!("{stem}.curves"))
@@ -415,6 +416,23 @@ fn chains() -> String {
             let radius = if step == 3 { 0.3 } else { 0.05 + 0.04 * f64::from(step) };
             _ = writeln!(text, "{} {up} {} {radius}", x + 0.6 * side, 0.4 * side);
         }
+    }
+    text
+}
+
+/// Balls, a curve each: its sphere holds all of it. Some overlap, and their colours differ.
+fn beads() -> String {
+    let mut text = String::new();
+    for bead in 0..40 {
+        let turn = f64::from(bead);
+        let [x, y, z] = [(turn * 2.4).cos(), turn / 20.0 - 1.0, (turn * 2.4).sin()];
+        let radius = 0.05 + 0.04 * f64::from(bead % 5);
+        let [red, green] = [f64::from(bead % 3) / 2.0, turn / 40.0];
+        _ = writeln!(
+            text,
+            "curve\n{x} {y} {z} {radius} {red} {green} 0.4\n{x} {} {z} 0 {red} {green} 0.4",
+            y + 0.5 * radius
+        );
     }
     text
 }

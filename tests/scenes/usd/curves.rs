@@ -83,6 +83,58 @@ fn hairs_that_become_others_are_models_of_their_own() {
 }
 
 #[test]
+fn points_are_balls_of_their_widths() {
+    let points = "def Points \"Beads\" {\npoint3f[] points = [(0, 0, 0), (3, 0, 0)]\nfloat[] widths = [1, 0.5]\n\
+        color3f[] primvars:displayColor = [(1, 0, 0), (0, 1, 0)] (interpolation = \"vertex\")\n}\n";
+    let shot = shown(METRES, points);
+    let mesh = &shot.scene.models[0].mesh;
+    let curved = mesh.as_curved().unwrap();
+    let (low, high) = mesh.bounds();
+    assert!(low.abs_diff_eq(DVec3::new(-0.5, -0.5, -0.5), 1e-5), "{low}");
+    assert!(high.abs_diff_eq(DVec3::new(3.25, 0.5, 0.5), 1e-5), "{high}");
+    assert_eq!((curved.count(), mesh.details.colors.len()), (2, 4));
+    let three = points.replace("(3, 0, 0)]", "(3, 0, 0), (6, 0, 0)]").replace("[1, 0.5]", "[1, 0.5, 3]");
+    let plain = load(METRES, &three).unwrap();
+    let told: Vec<String> = plain.warnings.iter().map(ToString::to_string).collect();
+    assert!(
+        told.len() == 1 && told[0].contains("`primvars:displayColor` of /Beads does not fit its points"),
+        "{told:?}"
+    );
+}
+
+/// Sparks that come and go: each list of them goes on by its velocities until the next one is there.
+#[test]
+fn points_that_come_and_go_move_by_their_velocities() {
+    let points = "def Points \"Sparks\" {\npoint3f[] points.timeSamples = { 1: [(0, 0, 0)], 2: [(1, 0, 0), (5, 0, 0)] }\n\
+        vector3f[] velocities.timeSamples = { 1: [(24, 0, 0)], 2: [(0, 48, 0), (0, 0, 0)] }\n\
+        float[] widths = [1] (interpolation = \"constant\")\n}\n";
+    let shot = load(METRES, points).unwrap();
+    let sparks: Vec<_> = shot.scene.models.iter().filter(|model| model.mesh.is_curved()).collect();
+    let at = |number: usize, frame: f64| {
+        let model = sparks[number];
+        let shape = model.track.shapes.as_ref().unwrap().at(frame);
+        let ball = model.mesh.as_curved().unwrap().between(&[shape; 2], &[0.0])[0].bounds(0);
+        ((ball.low + ball.high) * 0.5).as_dvec3()
+    };
+    // a unit a frame, at 24 frames a second, and two
+    for (number, frame, place) in [
+        (0, 1.0, DVec3::ZERO),
+        (0, 1.5, DVec3::X * 0.5),
+        (1, 2.0, DVec3::X),
+        (1, 2.5, DVec3::new(1.0, 1.0, 0.0)),
+    ] {
+        assert!(at(number, frame).abs_diff_eq(place, 1e-5), "{number} {frame}: {}", at(number, frame));
+    }
+    assert!(!sparks[0].track.visible.at(2.0) && sparks[1].track.visible.at(2.0));
+    let bad = load(METRES, &points.replace("(0, 48, 0), (0, 0, 0)", "(0, 48, 0)")).unwrap();
+    assert!(
+        bad.warnings
+            .iter()
+            .any(|told| told.to_string().contains("`velocities` of /Sparks does not fit its points"))
+    );
+}
+
+#[test]
 fn curves_with_normals_are_strips() {
     let more = "uniform token type = \"linear\"\nfloat[] widths = [1] (interpolation = \"constant\")\n\
         normal3f[] normals = [(0, 0, 1)] (interpolation = \"constant\")\n";

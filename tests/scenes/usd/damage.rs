@@ -14,10 +14,10 @@ fn what_is_damaged_is_told() {
     let good = format!("def Mesh \"M\" {{ {TRIANGLE} }}\n");
     let with = |from: &str, to: &str| good.replace(from, to);
     for (prims, expected) in [
-        (with("[0, 1, 2]", "[0, 1, 7]"), "/M has a face at point 7, and 3 points"),
-        (with("[0, 1, 2]", "[0, -1, 2]"), "/M has a face at point -1"),
-        (with("[3]", "[2000000000]"), "/M has faces with more corners than the 3"),
-        (with("(1, 0, 0)", "(nan, 0, 0)"), "a point of /M is not finite"),
+        (with("[0, 1, 2]", "[0, 1, 7]"), "/M is left out: it has a face at point 7, and 3 points"),
+        (with("[0, 1, 2]", "[0, -1, 2]"), "/M is left out: it has a face at point -1"),
+        (with("[3]", "[2000000000]"), "/M is left out: it has faces with more corners than the 3"),
+        (with("(1, 0, 0)", "(nan, 0, 0)"), "/M is left out: a point of it is not finite"),
         (with("def Mesh", "def Xform"), "it shows no meshes with triangles"),
         (String::from("def \"A\" {"), "the USD file cannot be read"),
         (format!("{good}def \"A\" (references = @./m.usda@</A>) {{}}"), "/A refers to itself"),
@@ -39,13 +39,110 @@ fn what_is_damaged_is_told() {
             format!(
                 "{good}def PointInstancer \"P\" {{ rel prototypes = [</M>]\n int[] protoIndices = [4]\n point3f[] positions = [(0, 0, 0)] }}"
             ),
-            "/P copies prototype 4, and there are 1",
+            "/P is left out: it copies prototype 4, and there are 1",
         ),
-        (format!("{good}def Camera \"C\" {{ float focalLength = 0 }}"), "/C has no field of view"),
+        (
+            format!("{good}def Camera \"C\" {{ float focalLength = 0 }}"),
+            "/C is left out: the camera /C has no field of view",
+        ),
         ("def \"A\" {\n".repeat(300) + &"}\n".repeat(300), "nested more than 256 deep"),
     ] {
         let told = told(&prims);
         assert!(told.contains(expected), "{expected}: {told}");
+    }
+}
+
+/// A quadrilateral, up to its last brace.
+const QUAD: &str = "int[] faceVertexCounts = [4]\nint[] faceVertexIndices = [0, 1, 2, 3]\n\
+    point3f[] points = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)]\n";
+
+#[test]
+fn what_is_damaged_is_left_out_and_all_else_shown() {
+    let mesh = |with: &str| format!("def Mesh \"M\" {{ {TRIANGLE} {with} }}");
+    let cage = |with: &str| format!("def Mesh \"M\" {{ {QUAD} {with} }}");
+    let bad = |from: &str, to: &str| mesh("").replace(from, to);
+    let curves = |with: &str| {
+        format!(
+            "def BasisCurves \"M\" {{ point3f[] points = [(0, 0, 0), (0, 1, 0)]\n uniform token type = \"linear\"\n {with} }}"
+        )
+    };
+    let widths = "float[] widths = [0.1] (interpolation = \"constant\")";
+    let none: &[&str] = &["m/N"];
+    let both: &[&str] = &["m/M", "m/N"];
+    for (prim, expected, shown) in [
+        (bad("[0, 1, 2]", "[0, 1, 7]"), "/M is left out: it has a face at point 7, and 3 points", none),
+        (bad("[3]", "[-3]"), "/M is left out: it has a face with fewer than no corners", none),
+        (bad("[3]", "[3, 3]"), "/M is left out: it has faces with more corners than the 3", none),
+        (bad("[0, 1, 2]", "[0, 1, 2, 1]"), "/M names 4 points of corners, and its faces have 3", both),
+        (bad("(1, 0, 0)", "(inf, 0, 0)"), "/M is left out: a point of it is not finite", none),
+        (
+            mesh("normal3f[] normals = [(0, 0, 1), (0, 0, 1)]"),
+            "`normals` of /M has 2 values for 3 points",
+            both,
+        ),
+        (
+            mesh("texCoord2f[] primvars:st = [(0, 0), (1, 0)] ( interpolation = \"faceVarying\" )"),
+            "`primvars:st` of /M has 2 values for 3 corners of faces",
+            both,
+        ),
+        (
+            mesh(
+                "texCoord2f[] primvars:st = [(0, 0)] ( interpolation = \"vertex\" )\nint[] primvars:st:indices = [0, 0, 4]",
+            ),
+            "`primvars:st` of /M has the index 4, and 1 values",
+            both,
+        ),
+        (
+            mesh("color3f[] primvars:displayColor = [(0, 0, 0), (1, 1, 1)] ( interpolation = \"vertex\" )"),
+            "`primvars:displayColor` of /M has 2 values for 3 points",
+            both,
+        ),
+        (
+            cage("int[] creaseIndices = [0, 9]\nint[] creaseLengths = [2]\nfloat[] creaseSharpnesses = [3]"),
+            "`creaseIndices` of /M names a point that is not among its 4",
+            both,
+        ),
+        (
+            cage("int[] creaseIndices = [0, 1]\nint[] creaseLengths = [5]\nfloat[] creaseSharpnesses = [3]"),
+            "`creaseLengths` of /M does not fit to its creaseIndices",
+            both,
+        ),
+        (
+            cage("int[] cornerIndices = [-1]\nfloat[] cornerSharpnesses = [3]"),
+            "`cornerIndices` of /M names a point that is not among its 4",
+            both,
+        ),
+        (curves(&format!("int[] curveVertexCounts = [9]\n{widths}")), "/M is left out: ", none),
+        (
+            curves(
+                "int[] curveVertexCounts = [2]\nfloat[] widths = [1, 2, 3]\nint[] widths:indices = [7, 8]",
+            ),
+            "/M has no widths that fit",
+            both,
+        ),
+        (
+            String::from(
+                "def PointInstancer \"M\" { rel prototypes = [</N>]\n int[] protoIndices = [0, 0]\n point3f[] positions = [(0, 0, 0)] }",
+            ),
+            "/M is left out: it has 2 copies and 1 positions",
+            none,
+        ),
+        (
+            String::from("def Sphere \"M\" { double radius = 1e30 }"),
+            "/M is left out: it is larger than 1e18",
+            none,
+        ),
+    ] {
+        let prims = format!("{prim}\ndef Mesh \"N\" {{ {TRIANGLE} }}\n");
+        let folder = folder(METRES, &prims);
+        let path = folder.path().join("m.usda");
+        let shot = scene::load(&path, false).unwrap();
+        let told: Vec<String> = shot.warnings.iter().map(ToString::to_string).collect();
+        let [one] = &told[..] else { panic!("{expected}: {told:?}") };
+        assert!(one.contains(expected) && one.contains("m.usda"), "{expected}: {one}");
+        assert_eq!(names(&shot), shown, "{expected}");
+        let strict = scene::load(&path, true).err().map(|error| error.to_string()).unwrap_or_default();
+        assert!(strict.contains(expected), "strictly: {expected}: {strict}");
     }
 }
 

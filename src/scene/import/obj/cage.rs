@@ -214,7 +214,7 @@ impl Read {
             face_varying: FaceVarying::default(),
             shapes: Vec::new(),
         };
-        if self.boundary == Some(0) && scheme == Scheme::CatmullClark {
+        if self.boundary == Some(0) && scheme != Scheme::Bilinear {
             cage.hide_boundary();
         }
         self.unused.dedup();

@@ -6,7 +6,7 @@ use glam::DVec3;
 use openusd::usd::Prim;
 
 use super::file::UsdCage;
-use super::geometry::{Corner, FaceSurfaces, Faces, Primvar, PrimvarSpread, Spreads};
+use super::geometry::{Corner, FaceSurfaces, Faces, Primvar, PrimvarSpread, Spreads, left_out_of};
 use super::value::{Answer, numbers, value, whole_numbers, word};
 use crate::scene::cage::{Cage, FaceVarying, Spread, SpreadKind};
 use crate::subdivision::{Boundary, Scheme};
@@ -16,10 +16,11 @@ pub fn scheme(prim: &Prim, code: f64, unused: &mut BTreeSet<String>) -> Answer<O
     Ok(match word(prim, "subdivisionScheme", code)?.as_deref() {
         None | Some("catmullClark") => Some(Scheme::CatmullClark),
         Some("bilinear") => Some(Scheme::Bilinear),
+        Some("loop") => Some(Scheme::Loop),
         Some("none") => None,
         Some(other) => {
             unused.insert(format!(
-                "{} is shown as its control cage, with smooth normals: subdivision surfaces are those of the schemes catmullClark and bilinear, and not of {other}",
+                "{} is shown as its control cage, with smooth normals: subdivision surfaces are those of the schemes catmullClark, loop and bilinear, and not of {other}",
                 prim.path()
             ));
             None
@@ -27,15 +28,13 @@ pub fn scheme(prim: &Prim, code: f64, unused: &mut BTreeSet<String>) -> Answer<O
     })
 }
 
-/// Reads the cage of a mesh with these points and faces.
-///
-/// # Errors Tags that name points that are not there.
+/// Reads the cage of a mesh with these points and faces. `defects` grow by tags that do not fit them, which are left out.
 pub(super) fn cage(
-    prim: &Prim,
-    code: f64,
+    (prim, code): (&Prim, f64),
     scheme: Scheme,
     (points, faces): (&[[f32; 3]], &Faces),
     (surfaces, spreads): (&FaceSurfaces, &Spreads),
+    defects: &mut BTreeSet<String>,
 ) -> Answer<UsdCage> {
     let boundary = word(prim, "interpolateBoundary", code)?;
     let face_varying = match word(prim, "faceVaryingLinearInterpolation", code)?.as_deref() {
@@ -74,8 +73,8 @@ pub(super) fn cage(
         counts: faces.counts.iter().map(|count| *count as u32).collect(),
         holes: faces.holes.iter().filter_map(|hole| u32::try_from(*hole).ok()).collect(),
         material_of: Vec::new(),
-        creases: creases(prim, code, points.len())?,
-        sharp_points: sharp_points(prim, code, points.len())?,
+        creases: creases(prim, code, points.len(), defects)?,
+        sharp_points: sharp_points(prim, code, points.len(), defects)?,
         boundary: if boundary.as_deref() == Some("edgeOnly") { Boundary::Edges } else { Boundary::default() },
         face_varying,
         uvs: has_first.then(|| sets(0)),
@@ -93,7 +92,7 @@ pub(super) fn cage(
         shapes: Vec::new(),
         corners,
     };
-    if boundary.as_deref() == Some("none") && scheme == Scheme::CatmullClark {
+    if boundary.as_deref() == Some("none") && scheme != Scheme::Bilinear {
         cage.hide_boundary();
     }
     Ok(UsdCage { cage, surface_of })
@@ -127,7 +126,16 @@ fn spread<'a, T: Copy + 'a>(
 }
 
 /// Edges that are sharp.
-fn creases(prim: &Prim, code: f64, points: usize) -> Answer<Vec<([u32; 2], f32)>> {
+fn creases(
+    prim: &Prim,
+    code: f64,
+    points: usize,
+    defects: &mut BTreeSet<String>,
+) -> Answer<Vec<([u32; 2], f32)>> {
+    let mut none = |name: &str, what: &str| {
+        defects.insert(left_out_of(prim, name, what));
+        Ok(Vec::new())
+    };
     let indices = list(prim, "creaseIndices", code)?;
     let lengths = list(prim, "creaseLengths", code)?;
     let sharpness = sharpness(prim, "creaseSharpnesses", code)?;
@@ -138,7 +146,7 @@ fn creases(prim: &Prim, code: f64, points: usize) -> Answer<Vec<([u32; 2], f32)>
     for (number, length) in lengths.iter().enumerate() {
         let end = usize::try_from(*length).ok().and_then(|length| length.checked_add(begin));
         let Some(points_of) = end.and_then(|end| indices.get(begin..end)) else {
-            return wrong(prim, "creaseLengths", "do not fit to its creaseIndices");
+            return none("creaseLengths", "does not fit to its creaseIndices");
         };
         begin += points_of.len();
         for ends in points_of.windows(2) {
@@ -146,7 +154,7 @@ fn creases(prim: &Prim, code: f64, points: usize) -> Answer<Vec<([u32; 2], f32)>
             edge += 1;
             let ends = [ends[0], ends[1]].map(|end| point(end, points));
             let [Some(a), Some(b)] = ends else {
-                return wrong(prim, "creaseIndices", &format!("name a point that is not among its {points}"));
+                return none("creaseIndices", &format!("names a point that is not among its {points}"));
             };
             creases.push(([a, b], sharp));
         }
@@ -155,16 +163,22 @@ fn creases(prim: &Prim, code: f64, points: usize) -> Answer<Vec<([u32; 2], f32)>
 }
 
 /// Points that are sharp.
-fn sharp_points(prim: &Prim, code: f64, points: usize) -> Answer<Vec<(u32, f32)>> {
+fn sharp_points(
+    prim: &Prim,
+    code: f64,
+    points: usize,
+    defects: &mut BTreeSet<String>,
+) -> Answer<Vec<(u32, f32)>> {
     let indices = list(prim, "cornerIndices", code)?;
     let sharpness = sharpness(prim, "cornerSharpnesses", code)?;
     let each = indices.iter().zip(sharpness);
     let all: Option<Vec<(u32, f32)>> =
         each.map(|(index, sharpness)| Some((point(*index, points)?, sharpness))).collect();
-    match all {
-        Some(all) => Ok(all),
-        None => wrong(prim, "cornerIndices", &format!("name a point that is not among its {points}")),
+    if all.is_none() {
+        let what = format!("names a point that is not among its {points}");
+        defects.insert(left_out_of(prim, "cornerIndices", &what));
     }
+    Ok(all.unwrap_or_default())
 }
 
 fn point(index: i64, points: usize) -> Option<u32> {
@@ -179,8 +193,4 @@ fn list(prim: &Prim, name: &str, code: f64) -> Answer<Vec<i64>> {
 fn sharpness(prim: &Prim, name: &str, code: f64) -> Answer<Vec<f32>> {
     let stated = value(prim, name, code)?.as_ref().and_then(numbers).unwrap_or_default();
     Ok(stated.into_iter().map(|sharp| if sharp > 0.0 { sharp as f32 } else { 0.0 }).collect())
-}
-
-fn wrong<T>(prim: &Prim, name: &str, what: &str) -> Answer<T> {
-    Err(format!("`{name}` of the mesh {} {what}: the file is damaged; export it again", prim.path()))
 }

@@ -1,15 +1,13 @@
 //! Curves (UsdGeomBasisCurves): hair, fur, grass.
 
-use std::collections::BTreeSet;
-
 use glam::Vec2;
 use openusd::sdf::Value;
 use openusd::usd::Prim;
 
-use super::clock::Clock;
-use super::file::UsdMesh;
-use super::geometry::FaceSurfaces;
-use super::value::{Answer, codes_read, numbers, points, said, value, whole_numbers, word};
+use super::file::{Content, UsdMesh};
+use super::geometry::{FaceSurfaces, left_out_of};
+use super::points;
+use super::value::{self, Answer, codes_read, numbers, said, value, whole_numbers, word};
 use crate::animation::Visibility;
 use crate::scene::import::curves::{Basis, CurveSet, CurveShape, Wrap};
 
@@ -19,15 +17,18 @@ const USUAL_WIDTH: f64 = 1.0;
 /// Most times at which curves that deform are read.
 const MOST_TIMES: usize = 2000;
 
-/// Curves, each with when they are there: one set that deforms, or several where their number changes. None if there are no curves.
+/// Curves, or points (`kind`), each with when they are there: one set that deforms, or several where their number changes. None if there are no curves.
 ///
-/// # Errors Lists that do not fit each other, and what the library says.
+/// `content` gets to know what has no effect, and values that do not fit the curves and are left out.
+///
+/// # Errors What the library says.
 pub fn curves(
-    prim: &Prim,
-    clock: &Clock,
+    (prim, kind): (&Prim, &str),
     surfaces: &FaceSurfaces,
-    unused: &mut BTreeSet<String>,
+    content: &mut Content,
 ) -> Answer<Vec<(UsdMesh, Visibility)>> {
+    let clock = &content.clock.clone();
+    let at = if kind == "Points" { points::at } else { at };
     let mut times = Vec::new();
     for name in ["points", "widths", "primvars:widths", "normals", "primvars:normals"] {
         times.extend(codes_read(prim, name, clock)?);
@@ -35,18 +36,20 @@ pub fn curves(
     times.sort_by(f64::total_cmp);
     times.dedup();
     if times.len() > MOST_TIMES {
-        unused.insert(format!("of the times of {} the first {MOST_TIMES} are shown", prim.path()));
+        let message = format!("of the times of {} the first {MOST_TIMES} are shown", prim.path());
+        content.unused.insert(message);
         times.truncate(MOST_TIMES);
     }
     if times.len() < 2 {
         let code = times.first().copied().unwrap_or_else(|| clock.code(clock.first()));
-        let set = at(prim, code, surfaces, unused)?;
+        let set = at(prim, code, surfaces, content)?;
         return Ok(set.map(|set| (mesh_of(set, surfaces), Visibility::ALWAYS)).into_iter().collect());
     }
-    // runs of times at which as many curves have as many points
+    // runs of times at which as many curves have as many points, and the velocities of the first of each
     let mut runs: Vec<(f64, CurveSet)> = Vec::new();
+    let mut velocities = Vec::new();
     for code in times {
-        let Some(set) = at(prim, code, surfaces, unused)? else { continue };
+        let Some(set) = at(prim, code, surfaces, content)? else { continue };
         let frame = clock.frame(code);
         let shape = CurveShape {
             frame,
@@ -56,15 +59,25 @@ pub fn curves(
         };
         match runs.last_mut() {
             Some((_, before)) if before.is_like(&set) => before.shapes.push(shape),
-            _ => runs.push((frame, CurveSet { shapes: vec![shape], ..set })),
+            _ => {
+                runs.push((frame, CurveSet { shapes: vec![shape], ..set }));
+                velocities.push(points::velocities(prim, code, content)?);
+            }
         }
     }
     let begins: Vec<f64> = runs.iter().map(|(frame, _)| *frame).collect();
-    if runs.len() > 1 {
-        unused.insert(format!(
-            "the number of curves of {}, or of their points, changes with time: nothing of them is reused where it does",
+    if begins.len() > 1 {
+        content.unused.insert(format!(
+            "the number of points of {} changes with time: nothing of them is reused where it does",
             prim.path()
         ));
+    }
+    for (number, ((begin, set), velocities)) in runs.iter_mut().zip(&velocities).enumerate() {
+        // the last ones for a frame
+        let next = begins.get(number + 1).copied().unwrap_or(*begin + 1.0);
+        if begins.len() > 1 {
+            points::move_on(set, velocities, [*begin, next], clock.rate);
+        }
     }
     let there = |number: usize| {
         let mut keys = vec![(begins[number], true)];
@@ -84,13 +97,8 @@ fn mesh_of(set: CurveSet, surfaces: &FaceSurfaces) -> UsdMesh {
 }
 
 /// Curves at a time code.
-fn at(
-    prim: &Prim,
-    code: f64,
-    surfaces: &FaceSurfaces,
-    unused: &mut BTreeSet<String>,
-) -> Answer<Option<CurveSet>> {
-    let Some(points) = value(prim, "points", code)?.as_ref().and_then(points) else { return Ok(None) };
+fn at(prim: &Prim, code: f64, surfaces: &FaceSurfaces, content: &mut Content) -> Answer<Option<CurveSet>> {
+    let Some(points) = value(prim, "points", code)?.as_ref().and_then(value::points) else { return Ok(None) };
     let counts = value(prim, "curveVertexCounts", code)?.as_ref().and_then(whole_numbers).unwrap_or_default();
     let counts: Option<Vec<u32>> = counts.iter().map(|count| u32::try_from(*count).ok()).collect();
     let Some(counts) = counts.filter(|counts| !counts.is_empty()) else { return Ok(None) };
@@ -101,7 +109,8 @@ fn at(
         (_, Some("catmullRom")) => Basis::CatmullRom,
         (_, Some(other)) => {
             let other = crate::visible::visible(other);
-            unused.insert(format!("curves with the basis `{other}` are not shown: convert them to bspline"));
+            let message = format!("curves with the basis `{other}` are not shown: convert them to bspline");
+            content.unused.insert(message);
             return Ok(None);
         }
     };
@@ -111,40 +120,30 @@ fn at(
         _ => Wrap::Open,
     };
     let shape = Shape { counts: &counts, basis, wrap, points: points.len() };
-    let widths = match spread(prim, "primvars:widths", code)? {
-        Some(widths) => Some(widths),
-        None => spread(prim, "widths", code)?,
-    };
-    let widths = match widths {
-        Some((values, how)) => shape.at_points::<1>(&values, how.as_deref().unwrap_or("vertex")),
-        None => None,
-    };
-    if widths.is_none() {
-        unused.insert(format!("curves of {} have no widths that fit them: they are 1 wide", prim.path()));
-    }
-    let widths = widths.unwrap_or_else(|| vec![[USUAL_WIDTH]; points.len()]);
-    let colors = match spread(prim, "primvars:displayColor", code)?.filter(|_| surfaces.is_tinted) {
-        Some((values, how)) => shape.at_points::<3>(&values, how.as_deref().unwrap_or("constant")),
-        None => None,
-    };
+    let Look { widths, colors } = look(prim, code, &shape, surfaces, content)?;
+    let of = |name: &str| left_out_of(prim, name, "does not fit its curves");
     let normals = match spread(prim, "primvars:normals", code)? {
         Some(normals) => Some(normals),
         None => spread(prim, "normals", code)?,
     };
-    let normals =
-        normals.and_then(|(values, how)| shape.at_points::<3>(&values, how.as_deref().unwrap_or("vertex")));
+    let normals = normals.and_then(|(values, how)| {
+        let read = shape.at_points::<3>(&values, how.as_deref().unwrap_or("vertex"));
+        content.defects.extend(read.is_none().then(|| of("normals")));
+        read
+    });
     let is_left_handed = word(prim, "orientation", code)?.as_deref() == Some("leftHanded");
     let outwards = if is_left_handed { -1.0 } else { 1.0 };
     let mut uvs = Vec::new();
     for name in ["primvars:st", "primvars:UVMap"] {
         if let Some((values, how)) = spread(prim, name, code)?.filter(|_| uvs.is_empty()) {
             let of_curves = shape.of_curves::<2>(&values, how.as_deref().unwrap_or("constant"));
+            content.defects.extend(of_curves.is_none().then(|| of(name)));
             uvs = of_curves.into_iter().flatten().map(|[u, v]| Vec2::new(u as f32, v as f32)).collect();
         }
     }
     Ok(Some(CurveSet {
-        radii: widths.iter().map(|[width]| (0.5 * width) as f32).collect(),
-        colors: colors.into_iter().flatten().map(|color| color.map(|part| part as f32)).collect(),
+        radii: radii(&widths),
+        colors,
         uvs,
         points,
         counts,
@@ -157,6 +156,59 @@ fn at(
             .collect(),
         shapes: Vec::new(),
     }))
+}
+
+/// Widths and colours of points.
+pub(super) struct Look {
+    pub widths: Vec<f64>,
+    /// None: they state none that count.
+    pub colors: Vec<[f32; 3]>,
+}
+
+/// Radii of widths.
+pub(super) fn radii(widths: &[f64]) -> Vec<f32> {
+    widths.iter().map(|width| (0.5 * width) as f32).collect()
+}
+
+/// Reads widths and colours; what does not fit the points is told and left out.
+pub(super) fn look(
+    prim: &Prim,
+    code: f64,
+    shape: &Shape<'_>,
+    surfaces: &FaceSurfaces,
+    Content { unused, defects, .. }: &mut Content,
+) -> Answer<Look> {
+    let widths = match spread(prim, "primvars:widths", code)? {
+        Some(widths) => Some(widths),
+        None => spread(prim, "widths", code)?,
+    };
+    let has_widths = widths.is_some();
+    let widths = match widths {
+        Some((values, how)) => shape.at_points::<1>(&values, how.as_deref().unwrap_or("vertex")),
+        None => None,
+    };
+    let of = |name: &str| left_out_of(prim, name, "does not fit its points");
+    match (&widths, has_widths) {
+        (None, true) => {
+            let path = prim.path();
+            defects.insert(format!("{path} has no widths that fit it: all of it is 1 wide; export it again"));
+        }
+        (None, false) => {
+            unused.insert(format!("{} has no widths: all of it is 1 wide", prim.path()));
+        }
+        _ => {}
+    }
+    let widths = widths.map_or_else(|| vec![USUAL_WIDTH; shape.points], |widths| widths.concat());
+    let colors = match spread(prim, "primvars:displayColor", code)?.filter(|_| surfaces.is_tinted) {
+        Some((values, how)) => {
+            let read = shape.at_points::<3>(&values, how.as_deref().unwrap_or("constant"));
+            defects.extend(read.is_none().then(|| of("primvars:displayColor")));
+            read
+        }
+        None => None,
+    };
+    let colors = colors.into_iter().flatten().map(|color| color.map(|part| part as f32)).collect();
+    Ok(Look { widths, colors })
 }
 
 /// Numbers of an attribute, in order and by its indices, and how they are spread.
@@ -172,7 +224,7 @@ fn spread(prim: &Prim, name: &str, code: f64) -> Answer<Option<(Vec<f64>, Option
     };
     let Some((width, all)): Option<(usize, Vec<f64>)> = parts else { return Ok(None) };
     let indices = value(prim, &format!("{name}:indices"), code)?.as_ref().and_then(whole_numbers);
-    let all = match indices {
+    let all = match indices.filter(|indices| !indices.is_empty()) {
         None => all,
         Some(indices) => indices
             .iter()
@@ -190,11 +242,11 @@ fn spread(prim: &Prim, name: &str, code: f64) -> Answer<Option<(Vec<f64>, Option
 }
 
 /// What says how many values a list must have.
-struct Shape<'a> {
-    counts: &'a [u32],
-    basis: Basis,
-    wrap: Wrap,
-    points: usize,
+pub(super) struct Shape<'a> {
+    pub counts: &'a [u32],
+    pub basis: Basis,
+    pub wrap: Wrap,
+    pub points: usize,
 }
 
 impl Shape<'_> {

@@ -9,10 +9,12 @@ use openusd::usd::Prim;
 
 use super::cage;
 use super::clock::Clock;
-use super::file::UsdMesh;
+use super::file::{Content, UsdMesh};
 use super::shader::UvNames;
 use super::skin::Skin;
-use super::value::{Answer, codes, codes_read, pairs, points, said, value, whole_numbers, word};
+use super::value::{
+    Answer, PrimError, Read, codes, codes_read, pairs, points, said, value, whole_numbers, word,
+};
 use crate::geometry::vertex_normal::Face;
 use crate::scene::Shapes;
 use crate::scene::details::vertex_color;
@@ -86,40 +88,52 @@ pub(super) struct Corner {
     pub(super) point: u32,
 }
 
-/// Reads a mesh, which `skin` may deform. `None` if it has no triangles. Of one that deforms some may have no area at rest.
+/// Numbers of what values are spread over.
+struct Extent {
+    faces: usize,
+    points: usize,
+    corners: usize,
+}
+
+/// Reads a mesh, which `skin` may deform. `None` if it has no triangles. Of one that deforms some may have no area at rest. `content` gets to
+/// know what has no effect, and what of its values does not fit it and is left out.
 ///
 /// # Errors Faces that name points that are not there, points that are not finite, or more than there is memory for.
 pub fn mesh(
     prim: &Prim,
-    clock: &Clock,
     surfaces: &FaceSurfaces,
     skin: Option<&Skin>,
-    unused: &mut BTreeSet<String>,
-) -> Answer<Option<UsdMesh>> {
+    content: &mut Content,
+) -> Read<Option<UsdMesh>> {
+    let clock = &content.clock.clone();
+    let Content { unused, defects, .. } = content;
     let times = codes_read(prim, "points", clock)?;
     let code = times.first().copied().unwrap_or_else(|| clock.code(clock.first()));
     let Some(rest) = value(prim, "points", code)?.as_ref().and_then(points) else { return Ok(None) };
-    check_points(prim, &rest)?;
-    let Some(faces) = Faces::read(prim, code, rest.len())? else { return Ok(None) };
+    check_points(&rest)?;
+    let Some(faces) = Faces::read(prim, code, rest.len(), defects)? else { return Ok(None) };
+    let mut primvars = Primvars { prim, code, extent: faces.extent(rest.len()), defects };
     // by unknown rules it is shown as its cage, with smooth normals
     let scheme = cage::scheme(prim, code, unused)?;
     let is_plain = word(prim, "subdivisionScheme", code)?.as_deref() == Some("none");
     let has_normals = is_plain || scheme == Some(Scheme::Bilinear);
-    let normals = if has_normals { normals(prim, code)? } else { None };
-    let uvs = UvPrimvars::read(prim, code, &surfaces.uvs)?;
-    let color = || primvar(prim, "primvars:displayColor", code, PrimvarSpread::Constant, points);
-    let colors = if surfaces.is_tinted { color()? } else { None };
+    let normals = if has_normals { primvars.normals()? } else { None };
+    let uvs = UvPrimvars::read(&mut primvars, &surfaces.uvs)?;
+    let colors = match surfaces.is_tinted {
+        true => primvars.read("primvars:displayColor", PrimvarSpread::Constant, points)?,
+        false => None,
+    };
     let spreads = Spreads { normals, colors, uvs };
     let mut mesh = triangulated(&rest, &faces, surfaces, &spreads);
     if let Some(scheme) = scheme {
-        let cage = cage::cage(prim, code, scheme, (&rest, &faces), (surfaces, &spreads))?;
+        let cage = cage::cage((prim, code), scheme, (&rest, &faces), (surfaces, &spreads), defects)?;
         mesh.cage = Some(Box::new(cage));
     }
     mesh.shapes = match skin {
-        Some(skin) => skin.shapes(prim, &rest)?,
+        Some(skin) => skin.shapes(&rest)?,
         None => shapes(prim, clock, &times, rest.len(), unused)?,
     };
-    mesh.shapes.iter().try_for_each(|(_, points)| check_points(prim, points))?;
+    mesh.shapes.iter().try_for_each(|(_, points)| check_points(points))?;
     if mesh.shapes.is_empty() {
         remove_closed(&mesh.positions, &mut mesh.triangles, &mut mesh.uses);
     }
@@ -132,27 +146,22 @@ pub fn mesh(
     Ok(Some(mesh))
 }
 
-fn check_points(prim: &Prim, points: &[[f32; 3]]) -> Answer<()> {
+fn check_points(points: &[[f32; 3]]) -> Answer<()> {
     if are_within_reach(points) && u32::try_from(points.len()).is_ok() {
         return Ok(());
     }
-    Err(format!(
-        "a point of {} is not finite, or farther than 1e18 from the origin: export it again",
-        prim.path()
-    ))
+    Err(String::from("a point of it is not finite, or farther than 1e18 from the origin: export it again"))
 }
 
 impl Faces {
-    fn read(prim: &Prim, code: f64, points: usize) -> Answer<Option<Self>> {
+    fn read(prim: &Prim, code: f64, points: usize, defects: &mut BTreeSet<String>) -> Answer<Option<Self>> {
         let list = |name: &str| -> Answer<Option<Vec<i64>>> {
             Ok(value(prim, name, code)?.as_ref().and_then(whole_numbers))
         };
         let (Some(counts), Some(corners)) = (list("faceVertexCounts")?, list("faceVertexIndices")?) else {
             return Ok(None);
         };
-        let path = prim.path();
-        let wrong =
-            |what: String| Err(format!("the mesh {path} {what}: the file is damaged; export it again"));
+        let wrong = |what: String| Err(format!("it {what}: export it again"));
         let read = |count: &i64| usize::try_from(*count).ok();
         let Some(counts) = counts.iter().map(read).collect::<Option<Vec<usize>>>() else {
             return wrong(String::from("has a face with fewer than no corners"));
@@ -160,6 +169,12 @@ impl Faces {
         let sum = counts.iter().try_fold(0_usize, |sum, count| sum.checked_add(*count));
         if sum.is_none_or(|sum| sum > corners.len()) {
             return wrong(format!("has faces with more corners than the {} that it names", corners.len()));
+        }
+        if let Some(sum) = sum.filter(|sum| *sum < corners.len()) {
+            let (path, named) = (prim.path(), corners.len());
+            defects.insert(format!(
+                "{path} names {named} points of corners, and its faces have {sum}: what is beyond these is left out; export it again"
+            ));
         }
         let is_there = |corner: i64| usize::try_from(corner).is_ok_and(|corner| corner < points);
         if let Some(bad) = corners.iter().find(|corner| !is_there(**corner)) {
@@ -172,6 +187,10 @@ impl Faces {
             is_left_handed: word(prim, "orientation", code)?.as_deref() == Some("leftHanded"),
             holes: holes.into_iter().filter_map(|hole| usize::try_from(hole).ok()).collect(),
         }))
+    }
+
+    fn extent(&self, points: usize) -> Extent {
+        Extent { faces: self.counts.len(), points, corners: self.counts.iter().sum() }
     }
 }
 
@@ -192,51 +211,100 @@ impl<T: Copy> Primvar<T> {
     }
 }
 
-/// Reads values that are spread over a mesh. `default`: their spread if the file does not say.
-fn primvar<T>(
-    prim: &Prim,
-    name: &str,
-    code: f64,
-    default: PrimvarSpread,
-    read: impl Fn(&Value) -> Option<Vec<T>>,
-) -> Answer<Option<Primvar<T>>> {
-    let Some(values) = value(prim, name, code)?.as_ref().and_then(read).filter(|values| !values.is_empty())
-    else {
-        return Ok(None);
-    };
-    let stated = said(prim.attribute(name).get_metadata::<Value>("interpolation"))?;
-    let spread = match stated {
-        Some(Value::Token(word)) => match word.as_str() {
-            "constant" => PrimvarSpread::Constant,
-            "uniform" => PrimvarSpread::Uniform,
-            "faceVarying" => PrimvarSpread::FaceVarying,
-            "varying" => PrimvarSpread::Varying,
-            _ => PrimvarSpread::Vertex,
-        },
-        _ => default,
-    };
-    let indices = value(prim, &format!("{name}:indices"), code)?.as_ref().and_then(whole_numbers);
-    Ok(Some(Primvar { values, indices, spread }))
+impl Extent {
+    /// Number of values that are spread so, and what each of them belongs to.
+    fn count(&self, spread: PrimvarSpread) -> (usize, &'static str) {
+        match spread {
+            PrimvarSpread::Constant => (1, "it as a whole"),
+            PrimvarSpread::Uniform => (self.faces, "faces"),
+            PrimvarSpread::Varying | PrimvarSpread::Vertex => (self.points, "points"),
+            PrimvarSpread::FaceVarying => (self.corners, "corners of faces"),
+        }
+    }
 }
 
-fn normals(prim: &Prim, code: f64) -> Answer<Option<Primvar<[f32; 3]>>> {
-    let of_primvar = primvar(prim, "primvars:normals", code, PrimvarSpread::Constant, points)?;
-    if of_primvar.is_some() {
-        return Ok(of_primvar);
+impl<T> Primvar<T> {
+    /// What does not fit a mesh. Negative indices stand for what has no value.
+    fn misfit(&self, extent: &Extent) -> Option<String> {
+        let (wanted, of) = extent.count(self.spread);
+        let count = self.indices.as_ref().map_or(self.values.len(), Vec::len);
+        if count < wanted {
+            let what = if self.indices.is_some() { "indices" } else { "values" };
+            return Some(format!("has {count} {what} for {wanted} {of}"));
+        }
+        let is_beyond = |index: &&i64| usize::try_from(**index).is_ok_and(|index| index >= self.values.len());
+        let bad = self.indices.as_ref()?.iter().take(wanted).find(is_beyond)?;
+        Some(format!("has the index {bad}, and {} values", self.values.len()))
     }
-    primvar(prim, "normals", code, PrimvarSpread::Vertex, points)
+}
+
+/// Reads values that are spread over a mesh.
+struct Primvars<'a> {
+    prim: &'a Prim,
+    code: f64,
+    extent: Extent,
+    /// Gets to know those that do not fit the mesh, which are left out.
+    defects: &'a mut BTreeSet<String>,
+}
+
+impl Primvars<'_> {
+    /// Reads values by their name. `default`: their spread if the file does not say.
+    fn read<T>(
+        &mut self,
+        name: &str,
+        default: PrimvarSpread,
+        read: impl Fn(&Value) -> Option<Vec<T>>,
+    ) -> Answer<Option<Primvar<T>>> {
+        let Self { prim, code, .. } = *self;
+        let values = value(prim, name, code)?.as_ref().and_then(read);
+        let Some(values) = values.filter(|values| !values.is_empty()) else { return Ok(None) };
+        let stated = said(prim.attribute(name).get_metadata::<Value>("interpolation"))?;
+        let spread = match stated {
+            Some(Value::Token(word)) => match word.as_str() {
+                "constant" => PrimvarSpread::Constant,
+                "uniform" => PrimvarSpread::Uniform,
+                "faceVarying" => PrimvarSpread::FaceVarying,
+                "varying" => PrimvarSpread::Varying,
+                _ => PrimvarSpread::Vertex,
+            },
+            _ => default,
+        };
+        let indices = value(prim, &format!("{name}:indices"), code)?.as_ref().and_then(whole_numbers);
+        // exporters write lists without any
+        let indices = indices.filter(|indices| !indices.is_empty());
+        let read = Primvar { values, indices, spread };
+        if let Some(what) = read.misfit(&self.extent) {
+            self.defects.insert(left_out_of(prim, name, &what));
+            return Ok(None);
+        }
+        Ok(Some(read))
+    }
+
+    fn normals(&mut self) -> Answer<Option<Primvar<[f32; 3]>>> {
+        let of_primvar = self.read("primvars:normals", PrimvarSpread::Constant, points)?;
+        if of_primvar.is_some() {
+            return Ok(of_primvar);
+        }
+        self.read("normals", PrimvarSpread::Vertex, points)
+    }
+}
+
+/// Says that values of a prim are left out, as a whole sentence; `what` goes on after their name.
+pub(super) fn left_out_of(prim: &Prim, name: &str, what: &str) -> String {
+    let name = crate::visible::visible(name);
+    format!("`{name}` of {} {what}: it is left out; export it again", prim.path())
 }
 
 impl UvPrimvars {
     /// Reads the sets that surfaces name. What is not there has the usual one.
-    fn read(prim: &Prim, code: f64, names: &HashMap<usize, UvNames>) -> Answer<Self> {
+    fn read(primvars: &mut Primvars, names: &HashMap<usize, UvNames>) -> Answer<Self> {
         let mut sets = Self::default();
         let mut known: HashMap<String, Option<usize>> = HashMap::new();
         let mut number = |sets: &mut Self, name: &str| -> Answer<Option<usize>> {
             if let Some(number) = known.get(name) {
                 return Ok(*number);
             }
-            let read = primvar(prim, &format!("primvars:{name}"), code, PrimvarSpread::Constant, pairs)?;
+            let read = primvars.read(&format!("primvars:{name}"), PrimvarSpread::Constant, pairs)?;
             let number = read.map(|read| {
                 sets.all.push(read);
                 sets.all.len() - 1
@@ -364,11 +432,11 @@ fn shapes(
     times: &[f64],
     count: usize,
     unused: &mut BTreeSet<String>,
-) -> Answer<Vec<(f64, Vec<[f32; 3]>)>> {
+) -> Read<Vec<(f64, Vec<[f32; 3]>)>> {
     if times.len() < 2 {
         return Ok(Vec::new());
     }
-    said(Shapes::check_memory(times.len(), count))?;
+    said(Shapes::check_memory(times.len(), count)).map_err(PrimError::Fatal)?;
     let changes_faces = codes(prim, "faceVertexIndices")?.len() > 1;
     let mut shapes = Vec::with_capacity(times.len());
     for code in times {

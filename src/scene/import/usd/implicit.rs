@@ -77,7 +77,7 @@ pub fn mesh(
     let mut mesh = mesh.turned_to(axis.as_deref(), surface);
     remove_closed(&mesh.positions, &mut mesh.triangles, &mut mesh.uses);
     if !are_within_reach(&mesh.positions) {
-        return Err(format!("{} is larger than 1e18: export it again", prim.path()));
+        return Err(String::from("it is larger than 1e18: export it again"));
     }
     Ok((!mesh.triangles.is_empty()).then_some(mesh))
 }

@@ -9,7 +9,7 @@ use openusd::usd::Prim;
 use super::clock::Clock;
 use super::place::Places;
 use super::text::{ACTIVE_AGAIN, INACTIVE, INACTIVE_AS_WELL};
-use super::value::{Answer, codes_read, numbers, said, targets, value, whole_numbers};
+use super::value::{Answer, PrimError, Read, codes_read, numbers, said, targets, value, whole_numbers};
 use crate::animation::{Interpolation, Track, Visibility};
 use crate::memory::{self, Need, Part};
 
@@ -40,7 +40,7 @@ pub struct Copies {
 /// Reads the copies of an instancer.
 ///
 /// # Errors Lists that do not fit together, or more copies than there is memory for.
-pub fn copies(prim: &Prim, clock: &Clock, unused: &mut BTreeSet<String>) -> Answer<Copies> {
+pub fn copies(prim: &Prim, clock: &Clock, unused: &mut BTreeSet<String>) -> Read<Copies> {
     let prototypes = targets(prim, "prototypes")?;
     let mut frames = BTreeSet::new();
     for name in ["positions", "orientations", "orientationsf", "scales"] {
@@ -65,18 +65,18 @@ pub fn copies(prim: &Prim, clock: &Clock, unused: &mut BTreeSet<String>) -> Answ
     let path = prim.path();
     if start.len() != of_copies.len() {
         let (places, copies) = (start.len(), of_copies.len());
-        return Err(format!("{path} has {copies} copies and {places} positions: export the file again"));
+        return Err(format!("it has {copies} copies and {places} positions: export it again").into());
     }
     if let Some(bad) =
         of_copies.iter().find(|index| usize::try_from(**index).map_or(true, |i| i >= prototypes.len()))
     {
         let count = prototypes.len();
-        return Err(format!("{path} copies prototype {bad}, and there are {count}: export the file again"));
+        return Err(format!("it copies prototype {bad}, and there are {count}: export it again").into());
     }
     let bytes = (start.len() as u64).saturating_mul(frames.len().max(1) as u64).saturating_mul(128);
     let need =
         Need::new(Part::new("the copies of a point instancer", bytes, "fewer copies, a shorter animation"));
-    need.check(&memory::left()).map_err(|error| error.to_string())?;
+    need.check(&memory::left()).map_err(|error| PrimError::Fatal(error.to_string()))?;
     let visible = visible(prim, clock, first, (whole("ids")?, start.len()))?;
     let mut keys: Vec<Vec<(f64, DAffine3)>> = start.iter().map(|map| vec![(first, *map)]).collect();
     for frame in frames.iter().skip(1) {

@@ -45,6 +45,7 @@ mod package;
 mod parts;
 #[cfg(feature = "usd")]
 mod place;
+mod points;
 #[cfg(feature = "usd")]
 mod reading;
 #[cfg(feature = "usd")]

@@ -109,7 +109,8 @@ impl Reading<'_> {
         let mut built = Vec::with_capacity(file.content.meshes.len());
         for mesh in &file.content.meshes {
             if let Some(curves) = &mesh.curves {
-                built.push(self.curves(mesh, curves, &mut materials)?);
+                let name = self.named(built.len()).to_string();
+                built.push(self.curves((mesh, &name), curves, &mut materials)?);
                 continue;
             }
             if let Some(volume) = &mesh.volume {
@@ -229,7 +230,7 @@ impl Reading<'_> {
     /// Builds curves, if there are any to be drawn.
     fn curves(
         &mut self,
-        mesh: &UsdMesh,
+        (mesh, name): (&UsdMesh, &str),
         curves: &CurveSet,
         materials: &mut HashMap<Option<usize>, u16>,
     ) -> Result<Option<BuiltMesh>, SceneError> {
@@ -245,10 +246,17 @@ impl Reading<'_> {
         match curves::mesh_of(self.import, &self.file.path, curves, (None, None), material) {
             Ok((mesh, shapes)) => Ok(Some((Arc::new(mesh), shapes))),
             Err(why) => {
-                self.import.findings.stand_in(why)?;
+                self.import
+                    .findings
+                    .stand_in(self.file.fault(format!("/{name} is left out: {}", why.message)))?;
                 Ok(None)
             }
         }
+    }
+
+    /// Name of a model that shows a mesh.
+    fn named(&self, mesh: usize) -> &str {
+        self.file.content.shown.iter().find(|shown| shown.mesh == mesh).map_or("", |shown| &shown.name)
     }
 }
 

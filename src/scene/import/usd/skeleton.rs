@@ -78,9 +78,7 @@ impl Skeleton {
         let binds = maps(&prim, "bindTransforms", code)?;
         if binds.len() < joints.len() {
             let (joints, binds) = (joints.len(), binds.len());
-            return Err(format!(
-                "the skeleton {path} has {joints} joints and {binds} bindTransforms: export the file again"
-            ));
+            return Err(format!("the skeleton {path} has {joints} joints and {binds} bindTransforms"));
         }
         let (parents, order) = above_one_another(&joints);
         let mut locals = maps(&prim, "restTransforms", code)?;

@@ -10,7 +10,9 @@ use rayon::prelude::*;
 
 use super::place::affine;
 use super::skeleton::{PoseKey, Skeleton};
-use super::value::{Answer, numbers, points, said, targets, value, whole_numbers, word, words};
+use super::value::{
+    Answer, PrimError, Read, numbers, points, said, targets, value, whole_numbers, word, words,
+};
 use crate::scene::Shapes;
 
 /// A mesh's binding to a skeleton.
@@ -50,7 +52,7 @@ pub fn is_bound(prim: &Prim) -> Answer<bool> {
 impl Skin {
     /// Reads the binding of a mesh to a skeleton. `unused` grows by what has no effect.
     ///
-    /// # Errors Joints that are not there, and what the library says.
+    /// # Errors Joints that are not there, lists that do not fit the points, and what the library says.
     pub fn read(
         stage: &Stage,
         prim: &Prim,
@@ -63,9 +65,15 @@ impl Skin {
         if word(prim, "primvars:skel:skinningMethod", code)?.as_deref() == Some("dualQuaternion") {
             unused.insert(String::from("skins with dual quaternions are blended linearly"));
         }
+        let influences = Influences::read(prim, &skeleton, code)?;
+        if let (Some(influences), Some(points)) =
+            (&influences, value(prim, "points", code)?.as_ref().and_then(points))
+        {
+            influences.check(points.len())?;
+        }
         Ok(Self {
             bind: bind.filter(DAffine3::is_finite).unwrap_or(DAffine3::IDENTITY),
-            influences: Influences::read(prim, &skeleton, code)?,
+            influences,
             blend_shapes: blend_shapes(stage, prim, &skeleton.blend_shapes, code, unused)?,
             skeleton,
         })
@@ -79,11 +87,11 @@ impl Skin {
     /// Frames, and the points at these.
     ///
     /// # Errors Lists that do not fit the points; more than there is memory for.
-    pub fn shapes(&self, prim: &Prim, rest: &[[f32; 3]]) -> Answer<Vec<(f64, Vec<[f32; 3]>)>> {
+    pub fn shapes(&self, rest: &[[f32; 3]]) -> Read<Vec<(f64, Vec<[f32; 3]>)>> {
         if let Some(influences) = &self.influences {
-            influences.check(prim, rest.len())?;
+            influences.check(rest.len())?;
         }
-        said(Shapes::check_memory(self.skeleton.keys.len(), rest.len()))?;
+        said(Shapes::check_memory(self.skeleton.keys.len(), rest.len())).map_err(PrimError::Fatal)?;
         Ok(self.skeleton.keys.iter().map(|key| (key.frame, self.points(rest, key))).collect())
     }
 
@@ -115,15 +123,13 @@ impl Influences {
         if joints.is_empty() || weights.is_empty() {
             return Ok(None);
         }
-        let path = prim.path();
-        let again = "the file is damaged; export it again";
         let stated = said(prim.attribute(indices).get_metadata::<Value>("elementSize"))?;
         let stated = stated.as_ref().and_then(whole_numbers).and_then(|numbers| numbers.first().copied());
         let a_point = stated.and_then(|count| usize::try_from(count).ok()).unwrap_or(1).max(1);
         if joints.len() != weights.len() || joints.len() % a_point != 0 {
             let (joints, weights) = (joints.len(), weights.len());
             return Err(format!(
-                "{path} has {joints} jointIndices and {weights} jointWeights, {a_point} a point: {again}"
+                "it has {joints} jointIndices and {weights} jointWeights, {a_point} a point"
             ));
         }
         let own = value(prim, "skel:joints", code)?.as_ref().and_then(words).filter(|own| !own.is_empty());
@@ -138,8 +144,7 @@ impl Influences {
                 return Ok((0, 0.0));
             }
             let known = usize::try_from(*joint).ok().and_then(|joint| *order.get(joint)?);
-            let joint =
-                known.ok_or_else(|| format!("{path} names joint {joint}, which is not there: {again}"))?;
+            let joint = known.ok_or_else(|| format!("it names joint {joint}, which is not there"))?;
             Ok((joint, *weight))
         };
         let pairs = joints.iter().zip(&weights).map(numbered).collect::<Answer<Vec<_>>>()?;
@@ -149,13 +154,12 @@ impl Influences {
         Ok(Some(Self { a_point, joints, weights, is_rigid }))
     }
 
-    fn check(&self, prim: &Prim, points: usize) -> Answer<()> {
+    fn check(&self, points: usize) -> Answer<()> {
         let stated = self.joints.len() / self.a_point;
         if self.is_rigid || stated == points {
             return Ok(());
         }
-        let path = prim.path();
-        Err(format!("{path} has joints for {stated} points, and {points} points: export the file again"))
+        Err(format!("it has joints for {stated} points, and {points} points"))
     }
 
     /// Where a point is that was bound here. As in Pixar's library weights count as they are, whatever their sum is.

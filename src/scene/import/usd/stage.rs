@@ -198,6 +198,7 @@ fn limit(defects: &mut BTreeSet<String>) {
     if more > 0 {
         let kept: BTreeSet<String> = std::mem::take(defects).into_iter().take(MOST_DEFECTS).collect();
         *defects = kept;
-        defects.insert(format!("{more} more references lead nowhere"));
+        defects
+            .insert(format!("what {more} more of its prims and layers name or hold is nowhere, or damaged"));
     }
 }

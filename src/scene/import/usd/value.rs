@@ -12,6 +12,24 @@ use super::clock::Clock;
 /// Outcome of a question to the library; the error is what it says.
 pub type Answer<T> = Result<T, String>;
 
+/// Why a prim is not shown as its file has it.
+#[derive(Debug)]
+pub enum PrimError {
+    /// It makes no sense: it is left out, and all else is shown.
+    Damaged(String),
+    /// Nothing can be shown, such as for want of memory.
+    Fatal(String),
+}
+
+impl From<String> for PrimError {
+    fn from(what: String) -> Self {
+        Self::Damaged(what)
+    }
+}
+
+/// What is read of a prim.
+pub type Read<T> = Result<T, PrimError>;
+
 /// Largest number of times of an attribute.
 const MOST_TIMES: usize = 1 << 20;
 

@@ -20,7 +20,7 @@ use super::render::{self, RenderSettings};
 use super::resolver::Record;
 use super::shader::{BoundSurface, Shaders};
 use super::skeleton::Skeleton;
-use super::value::{Answer, codes_read, said, word};
+use super::value::{Answer, PrimError, Read, codes_read, said, word};
 use super::wanted::Wanted;
 use super::{cameras, curves, implicit, lights, place, seen, variants, volume};
 use crate::animation::{Track, Visibility};
@@ -95,7 +95,7 @@ const AROUND: f64 = 1.0;
 
 /// Collects all that is wanted of what a stage shows; `wanted` gets the purposes that its settings include, where none are chosen.
 ///
-/// # Errors What the library says, damaged meshes, and what is wanted and not there.
+/// # Errors What the library says, and what is wanted and not there.
 pub fn content(stage: &Stage, record: &Record, wanted: &mut Wanted) -> Answer<Content> {
     let clock = clock(stage, wanted.choice.frames)?;
     let render = match &wanted.view {
@@ -244,7 +244,8 @@ impl Walk<'_> {
                 return Err(format!("its prims are nested more than {MOST_LEVELS} deep: flatten it"));
             }
             let kind = said(prim.type_name())?.map_or(String::new(), |kind| kind.to_string());
-            let own = Rc::new(self.context((&prim, &kind), &above)?);
+            let own = self.context((&prim, &kind), &above).map_err(PrimError::Damaged);
+            let Some(own) = self.or_left_out(&prim, own)?.map(Rc::new) else { continue };
             if self.look((&prim, &kind), &own, &mut shown)? {
                 let children = said(prim.children())?;
                 if children.is_empty() {
@@ -258,6 +259,20 @@ impl Walk<'_> {
             }
         }
         Ok(shown)
+    }
+
+    /// What was read of a prim. `None` if it is damaged: then it is left out, with all below it where that depends on it, and this is told.
+    ///
+    /// # Errors What nothing can be shown for.
+    fn or_left_out<T>(&mut self, prim: &Prim, read: Read<T>) -> Answer<Option<T>> {
+        match read {
+            Ok(read) => Ok(Some(read)),
+            Err(PrimError::Fatal(why)) => Err(why),
+            Err(PrimError::Damaged(why)) => {
+                self.content.defects.insert(format!("{} is left out: {why}", prim.path()));
+                Ok(None)
+            }
+        }
     }
 
     /// True for prims in the mask, above it and below it. What prims within name lies anywhere.
@@ -437,32 +452,40 @@ impl Walk<'_> {
         let of = |mesh, map| ShownMesh { name: name.to_string(), mesh, map, visible: visible.clone() };
         match kind {
             "Mesh" if is_seen => {
-                shown.extend(self.mesh(prim, context)?.map(|(mesh, map)| of(mesh, map)));
+                let read = self.mesh(prim, context);
+                let read = self.or_left_out(prim, read)?.flatten();
+                shown.extend(read.map(|(mesh, map)| of(mesh, map)));
             }
-            "BasisCurves" if is_seen => {
-                let surfaces = self.surfaces(prim)?;
-                let clock = self.content.clock;
-                for (curves, there) in curves::curves(prim, &clock, &surfaces, &mut self.content.unused)? {
+            "BasisCurves" | "Points" if is_seen => {
+                let read = self
+                    .surfaces(prim)
+                    .and_then(|surfaces| curves::curves((prim, kind), &surfaces, &mut self.content));
+                let read = self.or_left_out(prim, read.map_err(PrimError::Damaged))?;
+                for (curves, there) in read.into_iter().flatten() {
                     let number = self.number_of(curves);
                     let one = of(number, context.map.clone());
                     shown.push(ShownMesh { visible: one.visible.and(&there), ..one });
                 }
             }
             "Volume" if is_seen => {
-                let of_stage = (self.surfaces(prim)?.of_mesh, self.units.metres);
-                let clock = self.content.clock;
-                for (volume, there) in
-                    volume::volumes((prim, self.stage), &clock, of_stage, &mut self.content.unused)?
-                {
+                let (clock, metres) = (self.content.clock, self.units.metres);
+                let read = self.surfaces(prim).and_then(|surfaces| {
+                    let of_stage = (surfaces.of_mesh, metres);
+                    volume::volumes((prim, self.stage), &clock, of_stage, &mut self.content.unused)
+                });
+                let read = self.or_left_out(prim, read.map_err(PrimError::Damaged))?;
+                for (volume, there) in read.into_iter().flatten() {
                     let one = of(self.number_of(volume), context.map.clone());
                     shown.push(ShownMesh { visible: one.visible.and(&there), ..one });
                 }
             }
             kind if implicit::is_shape(kind) && is_seen => {
-                let surface = self.surfaces(prim)?.of_mesh;
-                let mesh =
-                    implicit::mesh((prim, kind), &self.content.clock, surface, &mut self.content.unused)?;
-                shown.extend(mesh.map(|mesh| of(self.number_of(mesh), context.map.clone())));
+                let clock = self.content.clock;
+                let read = self.surfaces(prim).and_then(|surfaces| {
+                    implicit::mesh((prim, kind), &clock, surfaces.of_mesh, &mut self.content.unused)
+                });
+                let read = self.or_left_out(prim, read.map_err(PrimError::Damaged))?.flatten();
+                shown.extend(read.map(|mesh| of(self.number_of(mesh), context.map.clone())));
             }
             "PointInstancer" => {
                 if is_seen {
@@ -472,15 +495,18 @@ impl Walk<'_> {
             }
             "Camera" if self.within.is_empty() => {
                 let file = (&self.content.clock, self.units.metres);
-                let camera = cameras::read(prim, &context.map, file, &mut self.content.unused)?;
-                self.content.cameras.push(camera);
+                let camera = cameras::read(prim, &context.map, file, &mut self.content.unused);
+                let camera = self.or_left_out(prim, camera.map_err(PrimError::Damaged))?;
+                self.content.cameras.extend(camera);
             }
             kind if lights::is_light(kind) && self.within.is_empty() => {
                 self.content.has_lights = true;
                 let file = (&self.content.clock, self.units);
                 if is_seen {
                     let place = (&context.map, visible);
-                    self.content.lights.extend(lights::read((prim, kind), place, file, &mut self.shaders)?);
+                    let read = lights::read((prim, kind), place, file, &mut self.shaders);
+                    let read = self.or_left_out(prim, read.map_err(PrimError::Damaged))?;
+                    self.content.lights.extend(read.into_iter().flatten());
                 }
             }
             "RenderSettings" if self.content.render.is_none() && self.is_shot => {
@@ -510,7 +536,6 @@ impl Walk<'_> {
         let what = match kind {
             "NurbsCurves" | "HermiteCurves" => "NURBS and Hermite curves are",
             "NurbsPatch" => "NURBS patches are",
-            "Points" => "points are",
             "CylinderLight" | "GeometryLight" | "PortalLight" | "PluginLight" => {
                 let message = format!("lights of the type {kind} are not used");
                 self.content.unused.insert(message);

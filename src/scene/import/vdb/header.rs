@@ -4,8 +4,8 @@
 
 use glam::{DAffine3, DVec3};
 
-use super::bytes::Bytes;
 use super::packed::Packing;
+use crate::scene::import::bytes::Bytes;
 
 /// First bytes of a file.
 const MARK: [u8; 8] = *b" BDV\0\0\0\0";

@@ -4,7 +4,6 @@
 //! 222 on (2013), packed by Zip or Blosc, as floats or halves. All else is told. An own reader: `vdb-rs` 0.6 panics on maps that turn and on
 //! files that are cut.
 
-mod bytes;
 mod header;
 mod packed;
 mod tree;
@@ -14,7 +13,6 @@ use std::sync::Arc;
 
 use glam::{DVec3, IVec3};
 
-use self::bytes::Bytes;
 use self::header::Described;
 use self::tree::Coding;
 use super::Import;
@@ -22,6 +20,7 @@ use crate::digest::Digest;
 use crate::input::{self, InputError, Kind};
 use crate::memory::{self, Need, Part};
 use crate::scene::details::{Details, ObjectSpace};
+use crate::scene::import::bytes::Bytes;
 use crate::scene::volume::{Grid, Volume};
 use crate::scene::{Geometry, Mesh, SceneError, Triangles};
 

@@ -6,7 +6,7 @@ use std::io::Read;
 
 use half::f16;
 
-use super::bytes::Bytes;
+use crate::scene::import::bytes::Bytes;
 
 /// How numbers are packed: bits of a grid's flags.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -141,7 +141,7 @@ fn of_blosc(chunk: &[u8], size: usize) -> Result<Vec<u8>, String> {
 
 /// Returns true if as much of a chunk was read in order as its header and the starts of its blocks take.
 fn header_is_passed(header: &Bytes<'_>, blocks: usize) -> bool {
-    header.at() == HEADER + 4 * blocks
+    header.place() == (HEADER + 4 * blocks) as u64
 }
 
 #[cfg(test)]

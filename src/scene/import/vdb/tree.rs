@@ -5,8 +5,8 @@
 
 use glam::{IVec3, Vec3};
 
-use super::bytes::Bytes;
 use super::packed::{self, Packing};
+use crate::scene::import::bytes::Bytes;
 use crate::scene::volume::{BLOCK_POINTS, Grid};
 
 /// Children along each edge of an upper node, and of a lower one, as powers of two.

@@ -16,7 +16,7 @@ pub fn add(dice: &mut Dice, shot: &mut Table) {
         let is_whole = model.get("obj").is_some_and(Value::is_str)
             && ["group", "split"].iter().all(|key| !model.contains_key(*key));
         if is_whole && dice.one_in(2) {
-            let rules = *dice.pick(&["catmull-clark", "catmull-clark", "bilinear"]);
+            let rules = *dice.pick(&["catmull-clark", "catmull-clark", "bilinear", "loop"]);
             model.insert("subdivision".into(), rules.into());
             is_diced = true;
         }

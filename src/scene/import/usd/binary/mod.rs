@@ -4,12 +4,12 @@
 //! a damaged file would end the program, or never end. So each number is compared here with the bytes that are there, each offset is
 //! followed once, and what all of it takes in memory is summed up. Values themselves are not read.
 
-mod bytes;
 mod packed;
 mod values;
 
-use bytes::{Bytes, Check};
-use packed::{integers, unpacked};
+use packed::{count, integers, unpacked};
+
+use crate::scene::import::bytes::{Bytes, Check};
 
 /// First bytes of a binary layer.
 pub const MAGIC: &[u8] = b"PXR-USDC";
@@ -53,8 +53,9 @@ pub fn check(file: &[u8], left: u64) -> Check {
     let sections = layer.sections()?;
     let mut section = |name: &str, read: &mut dyn FnMut(&mut Layer<'_>, Bytes<'_>) -> Check| -> Check {
         let Some((_, start)) = sections.iter().find(|(own, _)| own == name) else { return Ok(()) };
-        let at = Bytes::at(file, *start).ok_or_else(|| format!("its part {name} begins after its end"))?;
-        read(&mut layer, at).map_err(|why| format!("its part {name} {why}"))
+        let at = Bytes::new(file).from(*start);
+        let at = at.ok_or_else(|| format!("its part {name} begins after its end"))?;
+        read(&mut layer, at).map_err(|why| format!("its part {name}: {why}"))
     };
     let (mut values, mut fields, mut sets) = (Vec::new(), 0, 0);
     section("TOKENS", &mut |layer, at| layer.read_tokens(at))?;
@@ -65,7 +66,7 @@ pub fn check(file: &[u8], left: u64) -> Check {
     })?;
     fields += values.len() as u64;
     section("FIELDSETS", &mut |layer, mut at| {
-        sets = at.count()?;
+        sets = count(&mut at)?;
         let list = integers(&mut at, sets, layer.left)?;
         match list.iter().all(|field| *field == u32::MAX || u64::from(*field) < fields) {
             true => Ok(()),
@@ -74,7 +75,7 @@ pub fn check(file: &[u8], left: u64) -> Check {
     })?;
     section("PATHS", &mut |layer, at| layer.read_paths(at))?;
     section("SPECS", &mut |layer, mut at| {
-        let count = at.count()?;
+        let count = count(&mut at)?;
         let is_there = |list: &[u32], count: u64| list.iter().all(|index| u64::from(*index) < count);
         let (paths, own) = (integers(&mut at, count, layer.left)?, integers(&mut at, count, layer.left)?);
         integers(&mut at, count, layer.left)?;
@@ -133,7 +134,7 @@ impl Layer<'_> {
     }
 
     fn read_strings(&mut self, mut at: Bytes<'_>) -> Check {
-        let count = at.count()?;
+        let count = count(&mut at)?;
         let indices = at.list(count, 4)?;
         let token = |index: &[u8]| {
             let index = u32::from_le_bytes(index.try_into().unwrap_or_default());
@@ -145,7 +146,7 @@ impl Layer<'_> {
 
     /// Returns the fields' values.
     fn read_fields(&mut self, mut at: Bytes<'_>) -> Check<Vec<u64>> {
-        let count = at.count()?;
+        let count = count(&mut at)?;
         let names = integers(&mut at, count, self.left)?;
         if names.iter().any(|name| *name as usize >= self.tokens.len()) {
             return Err(String::from("has names that are not there"));
@@ -164,7 +165,7 @@ impl Layer<'_> {
 
     /// Follows the tree of paths as the library does.
     fn read_paths(&mut self, mut at: Bytes<'_>) -> Check {
-        let (all, count) = (at.u64()?, at.count()?);
+        let (all, count) = (at.u64()?, count(&mut at)?);
         if all > self.left / BYTES_A_PATH || all > count.saturating_add(1) {
             return Err(format!("states {all} paths, and has {count}"));
         }

@@ -1,9 +1,21 @@
 //! Packed data of binary layers: LZ4 blocks, and whole numbers as differences from one to the next.
 
-use super::bytes::{Bytes, Check, MOST_RATIO};
+use crate::scene::import::bytes::{Bytes, Check};
+
+/// Bytes that a byte of an LZ4 block can stand for, at most.
+const MOST_RATIO: u64 = 255;
 
 /// Shortest run that an LZ4 block copies.
 const LEAST_RUN: usize = 4;
+
+/// Takes a number of things, of which each takes a quarter of a byte or more of what is packed.
+pub fn count(at: &mut Bytes<'_>) -> Check<u64> {
+    let count = at.u64()?;
+    if count > at.left().saturating_mul(4 * MOST_RATIO) {
+        return Err(format!("states {count} things, and {} bytes are left of the file", at.left()));
+    }
+    Ok(count)
+}
 
 /// Bytes for which memory is taken for a number, at most.
 const BYTES_A_NUMBER: u64 = 16;
@@ -11,7 +23,7 @@ const BYTES_A_NUMBER: u64 = 16;
 /// Takes a packed block; its bytes and their number are checked, and nothing is unpacked.
 pub fn block<'a>(at: &mut Bytes<'a>, size: u64, left: u64) -> Check<&'a [u8]> {
     let packed = at.u64()?;
-    let block = at.take(packed)?;
+    let block = at.list(packed, 1)?;
     if size > packed.saturating_mul(MOST_RATIO) {
         return Err(format!("states {size} bytes in a block of {packed}"));
     }

@@ -1,8 +1,8 @@
 //! Values of a binary layer: how much memory they take, and that they end.
 
 use super::Layer;
-use super::bytes::{Bytes, Check};
 use super::packed::skip_integers;
+use crate::scene::import::bytes::{Bytes, Check};
 
 /// Most values within each other: the library calls itself for each.
 const MOST_DEPTH: usize = 64;
@@ -88,7 +88,7 @@ impl Values<'_> {
             None => return Err(String::from("a value is beyond its end")),
         };
         let bytes = self.of_kind((kind, value), &mut at, depth).map_err(|why| match depth {
-            0 => format!("a value {why}"),
+            0 => format!("a value: {why}"),
             _ => why,
         })?;
         self.left = self.left.saturating_sub(bytes / BYTES_A_TEXT);
@@ -151,7 +151,7 @@ impl Values<'_> {
         match (is_packed, kind) {
             (true, 3..=6) if self.layer.version >= (0, 5) => skip_integers(at, count, left)?,
             (true, 7..=9 | TIME | DOUBLES) if self.layer.version >= (0, 6) => {
-                if at.u8()? == b't' {
+                if at.byte()? == b't' {
                     let table = u64::from(at.u32()?);
                     at.list(table, size)?;
                 }
@@ -191,7 +191,7 @@ impl Values<'_> {
             let layer = self.layer.strings.get(layer).ok_or("names a layer that is not there")?;
             let path = self.layer.paths.get(path).ok_or("names a path that is not there")?;
             bytes = bytes.saturating_add(layer + path + BYTES_AN_ENTRY);
-            at.take(size - 8)?;
+            at.list(size - 8, 1)?;
             if is_reference {
                 bytes = bytes.saturating_add(self.dictionary(at, depth + 1)?);
             }
@@ -244,7 +244,7 @@ fn plain(at: &mut Bytes<'_>, size: u64) -> Check<u64> {
 
 /// Takes the lists of an edit, those that its first byte says.
 fn edit<'a>(at: &mut Bytes<'a>, mut read: impl FnMut(&mut Bytes<'a>) -> Check<u64>) -> Check<u64> {
-    let flags = at.u8()?;
+    let flags = at.byte()?;
     let lists = (flags >> 1 & 0b11_1111).count_ones();
     (0..lists).try_fold(0_u64, |sum, _| Ok(sum.saturating_add(read(at)?)))
 }

@@ -22,7 +22,8 @@ impl Walk<'_> {
             self.content.defects.insert(message);
             return Ok(());
         }
-        let copies = instancer::copies(prim, &self.content.clock, &mut self.content.unused)?;
+        let read = instancer::copies(prim, &self.content.clock, &mut self.content.unused);
+        let Some(copies) = self.or_left_out(prim, read)? else { return Ok(()) };
         self.within.push(path.clone());
         let mut of_prototypes = Vec::with_capacity(copies.prototypes.len());
         for prototype in &copies.prototypes {

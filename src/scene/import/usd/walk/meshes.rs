@@ -13,11 +13,11 @@ use crate::scene::import::usd::file::UsdMesh;
 use crate::scene::import::usd::geometry;
 use crate::scene::import::usd::skeleton::{self, Skeleton};
 use crate::scene::import::usd::skin::{self, Skin};
-use crate::scene::import::usd::value::{Answer, said};
+use crate::scene::import::usd::value::{Answer, Read, said};
 
 impl Walk<'_> {
     /// Number and map of the mesh that a prim shows, if it has triangles.
-    pub fn mesh(&mut self, prim: &Prim, context: &Context) -> Answer<Option<(usize, Track<DAffine3>)>> {
+    pub fn mesh(&mut self, prim: &Prim, context: &Context) -> Read<Option<(usize, Track<DAffine3>)>> {
         let map = &context.map;
         if context.is_skinned
             && skin::is_bound(prim)?
@@ -49,18 +49,21 @@ impl Walk<'_> {
         Ok(number.map(|number| (number, map.clone())))
     }
 
-    fn read_mesh(&mut self, prim: &Prim, skin: Option<&Skin>) -> Answer<Option<usize>> {
+    fn read_mesh(&mut self, prim: &Prim, skin: Option<&Skin>) -> Read<Option<usize>> {
         let surfaces = self.surfaces(prim)?;
-        let clock = self.content.clock;
-        let mesh = geometry::mesh(prim, &clock, &surfaces, skin, &mut self.content.unused)?;
+        let mesh = geometry::mesh(prim, &surfaces, skin, &mut self.content)?;
         Ok(mesh.map(|mesh| self.number_of(mesh)))
     }
 
-    /// Binding of a mesh to its skeleton, and the map of that. `None` if the skeleton is nowhere.
+    /// Binding of a mesh to its skeleton, and the map of that. `None` if the skeleton is nowhere, or does not fit.
     fn skin(&mut self, prim: &Prim) -> Answer<Option<(Skin, Track<DAffine3>)>> {
         let clock = self.content.clock;
         let path = skeleton::inherited(self.stage, prim.path(), "skel:skeleton")?;
-        let known = path.as_ref().map(|path| self.skeleton(path)).transpose()?.flatten();
+        let skeleton = path.as_ref().map(|path| self.skeleton(path)).transpose();
+        let known = match skeleton {
+            Ok(known) => known.flatten(),
+            Err(why) => return Ok(self.unbound(prim, &why)),
+        };
         let map = path.as_ref().map(|path| self.map_of(path)).transpose()?.flatten();
         let (Some(skeleton), Some(map)) = (known, map) else {
             let message = format!("the skeleton of {} is nowhere: it stands as it was bound", prim.path());
@@ -68,8 +71,17 @@ impl Walk<'_> {
             return Ok(None);
         };
         let code = clock.code(clock.first());
-        let skin = Skin::read(self.stage, prim, skeleton, code, &mut self.content.unused)?;
-        Ok(Some((skin, map)))
+        match Skin::read(self.stage, prim, skeleton, code, &mut self.content.unused) {
+            Ok(skin) => Ok(Some((skin, map))),
+            Err(why) => Ok(self.unbound(prim, &why)),
+        }
+    }
+
+    /// Tells that a mesh is not bound to its skeleton.
+    fn unbound<T>(&mut self, prim: &Prim, why: &str) -> Option<T> {
+        let message = format!("{} stands as it was bound, for {why}: export it again", prim.path());
+        self.content.defects.insert(message);
+        None
     }
 
     fn skeleton(&mut self, path: &Path) -> Answer<Option<Rc<Skeleton>>> {

@@ -63,7 +63,18 @@ impl Walk<'_> {
         if let Some(known) = self.of_materials.get(material.as_str()) {
             return Ok(known.clone());
         }
-        let number = match self.shaders.material(&material)? {
+        let read = match self.shaders.material(&material) {
+            Ok(read) => read,
+            Err(why) => {
+                let message = format!(
+                    "the material {material} cannot be read ({why}): what it is bound to is drawn in its displayColor, or grey"
+                );
+                self.content.defects.insert(message);
+                self.of_materials.insert(material.to_string(), None);
+                return Ok(None);
+            }
+        };
+        let number = match read {
             Some(ReadSurface { surface, uvs, takes_display_color }) => {
                 self.content.surfaces.push(surface);
                 Some(BoundSurface { number: self.content.surfaces.len() - 1, uvs, takes_display_color })
