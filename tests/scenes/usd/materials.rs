@@ -13,6 +13,19 @@ fn material(name: &str, inputs: &str) -> String {
 }
 
 #[test]
+fn texture_coordinates_whose_indices_have_no_value_are_those_without() {
+    for indices in ["int[] primvars:st:indices", "int[] primvars:st:indices = []"] {
+        let prims = format!(
+            "def Mesh \"M\" {{ {TRIANGLE} texCoord2f[] primvars:st = [(0, 0), (1, 0), (0.5, 1)] ( interpolation = \"vertex\" )\n {indices}\n}}\n"
+        );
+        let folder = folder(METRES, &prims);
+        let shot = scene::load(&folder.path().join("m.usda"), true).unwrap();
+        let uvs = &shot.scene.models[0].mesh.triangles().uvs;
+        assert_eq!(uvs.iter().map(|uv| uv.x).collect::<Vec<_>>(), [0.0, 1.0, 0.5], "{indices}");
+    }
+}
+
+#[test]
 fn values_and_bindings_are_those_of_the_file() {
     let prims = format!(
         "{}}}\n{}}}\n\

@@ -45,6 +45,7 @@ mod package;
 mod parts;
 #[cfg(feature = "usd")]
 mod place;
+#[cfg(feature = "usd")]
 mod points;
 #[cfg(feature = "usd")]
 mod reading;
