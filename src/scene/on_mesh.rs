@@ -163,23 +163,41 @@ impl<'a> OnMesh<'a> {
     /// [`reflectance`](Self::reflectance) without the colours of vertices and graphs.
     #[inline(always)]
     pub fn textured(&self, scene: &Scene, material: &Material) -> Vec3 {
+        self.textured_beside(scene, material, &mut LastDensity::default())
+    }
+
+    /// [`textured`](Self::textured), for places of which many are on the triangle of the `last` one.
+    #[inline(always)]
+    pub fn textured_beside(&self, scene: &Scene, material: &Material, last: &mut LastDensity<'a>) -> Vec3 {
         match material.diffuse_map {
-            Some(map) => material.painted() * self.texture_color(&scene.textures[map as usize]),
+            Some(map) => material.painted() * self.texture_color(&scene.textures[map as usize], last),
             None => material.painted(),
         }
     }
 
     /// Colour of a texture. Not inlined: surfaces without one would have to jump over it.
     #[inline(never)]
-    fn texture_color(&self, texture: &Texture) -> Vec3 {
-        texture.color(self.uv_of(texture.mapping.uvs), self.level(texture))
+    fn texture_color(&self, texture: &Texture, last: &mut LastDensity<'a>) -> Vec3 {
+        texture.color(self.uv_of(texture.mapping.uvs), self.level_beside(texture, last))
     }
 
     /// Level of `texture` in which a texel is as large as the place.
     #[inline]
     pub(super) fn level(&self, texture: &Texture) -> u32 {
+        self.level_beside(texture, &mut LastDensity::default())
+    }
+
+    /// [`level`](Self::level), for places of which many are on the triangle of the `last` one.
+    #[inline]
+    fn level_beside(&self, texture: &Texture, last: &mut LastDensity<'a>) -> u32 {
         if self.width > 0.0 {
-            texture.level_of(self.width * self.width * self.uv_density(texture.mapping.uvs))
+            let set = texture.mapping.uvs;
+            let density = last.of(self, set).unwrap_or_else(|| {
+                let density = self.uv_density(set);
+                last.note(self, set, density);
+                density
+            });
+            texture.level_of(self.width * self.width * density)
         } else {
             0
         }
@@ -238,6 +256,28 @@ impl<'a> OnMesh<'a> {
             (along * (x * map.slope) + up * (y * map.slope) + normal * out).try_normalize()
         };
         bent().unwrap_or(normal)
+    }
+}
+
+/// Density of texture coordinates on the triangle where it was found last: neighbours mostly lie on one.
+#[derive(Debug, Default)]
+pub struct LastDensity<'a>(Option<(&'a Mesh, u32, UvSet, f32)>);
+
+impl<'a> LastDensity<'a> {
+    /// The density at a place, if that is on the same triangle.
+    #[inline(always)]
+    fn of(&self, place: &OnMesh, of_set: UvSet) -> Option<f32> {
+        let (mesh, primitive, set, density) = self.0?;
+        let is_same = std::ptr::eq(mesh, place.mesh) && primitive == place.primitive && set == of_set;
+        is_same.then_some(density)
+    }
+
+    /// Notes the density at a place. On curved primitives it is another one in each place.
+    #[inline(always)]
+    fn note(&mut self, place: &OnMesh<'a>, set: UvSet, density: f32) {
+        if !place.mesh.is_curved() {
+            self.0 = Some((place.mesh, place.primitive, set, density));
+        }
     }
 }
 

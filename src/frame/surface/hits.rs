@@ -12,7 +12,7 @@ use crate::lanes::{F32x8, LANES, Vec3x8, are_same};
 use crate::prefetch::prefetch;
 use crate::scene::look::{Look, Varied};
 use crate::scene::material::Bump;
-use crate::scene::on_mesh::{OnMesh, appearances, heights};
+use crate::scene::on_mesh::{LastDensity, OnMesh, appearances, heights};
 use crate::scene::{Geometry, Mesh};
 use crate::shade::Surface;
 use crate::shade::horizon::Horizon;
@@ -162,17 +162,17 @@ impl<'a> Hits8<'a> {
         widths: &[f32; LANES],
     ) -> ([Look; LANES], Vec3x8) {
         let (mut looks, mut colors) = ([Look::plain(0); LANES], Vec3x8::ZERO);
-        let mut computed = 0;
+        let (mut computed, mut last) = (0, LastDensity::default());
         for lane in (0..LANES).filter(|lane| self.is_hit(*lane)) {
             let place = self.place(frame, lane, weights).with_width(widths[lane]);
             let number = place.material();
             let material = &frame.scene.materials[usize::from(number)];
             looks[lane] = Look::plain(number);
             if frame.palette.varies {
-                colors.set_lane(lane, place.painted(frame.scene, material));
+                colors.set_lane(lane, place.painted_beside(frame.scene, material, &mut last));
                 computed |= u8::from(material.computed.is_some()) << lane;
             } else {
-                colors.set_lane(lane, place.textured(frame.scene, material));
+                colors.set_lane(lane, place.textured_beside(frame.scene, material, &mut last));
             }
         }
         if computed != 0 {

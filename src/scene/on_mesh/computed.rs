@@ -4,7 +4,7 @@ use std::array;
 
 use glam::{Affine3A, Vec2, Vec3};
 
-use super::OnMesh;
+use super::{LastDensity, OnMesh};
 use crate::graph::{Place, Places, Program, UvSet};
 use crate::lanes::{LANES, Vec3x8};
 use crate::scene::cutout::ALL_BUT_OPAQUE;
@@ -13,7 +13,7 @@ use crate::scene::material::{Bump, Computed, Computes};
 use crate::scene::shared_exponent::SharedExponent;
 use crate::scene::{Material, Scene, Texture};
 
-impl OnMesh<'_> {
+impl<'a> OnMesh<'a> {
     /// Reflectance of `material`, with its texture, its graph and the colours of vertices as factors; its diffuse and ambient reflectances
     /// are shares of it. Then the parameters of the material that vary, there.
     #[inline]
@@ -36,7 +36,13 @@ impl OnMesh<'_> {
     /// Reflectance without what graphs compute.
     #[inline]
     pub fn painted(&self, scene: &Scene, material: &Material) -> Vec3 {
-        let textured = self.textured(scene, material);
+        self.painted_beside(scene, material, &mut LastDensity::default())
+    }
+
+    /// [`painted`](Self::painted), for places of which many are on the triangle of the `last` one.
+    #[inline]
+    pub fn painted_beside(&self, scene: &Scene, material: &Material, last: &mut LastDensity<'a>) -> Vec3 {
+        let textured = self.textured_beside(scene, material, last);
         if material.has_vertex_colors { textured * self.vertex_color() } else { textured }
     }
 
