@@ -2,7 +2,6 @@
 
 use glam::Vec3;
 
-use super::Chosen;
 use super::source::{Aim, Source};
 use crate::cumulative::BELOW_ONE;
 use crate::lanes::{F32x8, LANES, Mask, Vec3x8};
@@ -19,6 +18,17 @@ pub(super) struct Level {
     /// The sources, eight at a time; lanes without one send nothing.
     eights: Vec<Eight>,
     count: usize,
+}
+
+/// Source that was chosen.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Chosen {
+    /// Its number.
+    pub source: usize,
+    /// Probability with which it is chosen.
+    pub chance: f32,
+    /// What is left of the random number: from 0 to below 1, as random as that was.
+    pub rest: f32,
 }
 
 /// What sources may send to one place: the paths of a sample all ask from there.

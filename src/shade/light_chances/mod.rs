@@ -16,7 +16,7 @@ mod source;
 use glam::Vec3;
 
 use self::level::Level;
-pub use self::level::Sent;
+pub use self::level::{Chosen, Sent};
 pub use self::source::Source;
 use super::neighbours::{Item, divide};
 
@@ -37,17 +37,6 @@ struct Group {
     chances: LightChances,
     /// Their numbers among all.
     sources: Vec<u32>,
-}
-
-/// Source that was chosen.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Chosen {
-    /// Its number.
-    pub source: usize,
-    /// Probability with which it is chosen.
-    pub chance: f32,
-    /// What is left of the random number: from 0 to below 1, as random as that was.
-    pub rest: f32,
 }
 
 impl LightChances {
