@@ -16,6 +16,8 @@ use crate::scene::{Mesh, Model};
 #[derive(Debug)]
 pub struct Mover<'a> {
     pub model: &'a Model,
+    /// True if a medium fills it: a ray changes that lies within it, far from all of its triangles.
+    pub is_filled: bool,
     /// Frames in which it differs from the frame before; rising, at least one. Counted as
     /// [`Until`](super::Until) counts.
     pub changes: Vec<u16>,
@@ -62,7 +64,7 @@ impl Grain {
 
     fn leaves(self, movers: &[Mover<'_>]) -> usize {
         let of = |mover: &Mover<'_>| {
-            mover.places().div_ceil(self.places) * count_of_boxes(&mover.model.mesh, self.boxes)
+            mover.places().div_ceil(self.places) * count_of_boxes(&mover.model.mesh, mover.boxes(self.boxes))
         };
         movers.iter().map(of).sum()
     }
@@ -73,6 +75,11 @@ impl Grain {
 }
 
 impl Mover<'_> {
+    /// Number of boxes of its mesh, of which there are as many at `most`: one that has all of its inside, if that is filled.
+    fn boxes(&self, most: usize) -> usize {
+        if self.is_filled { 1 } else { most }
+    }
+
     /// Number of its successive places.
     fn places(&self) -> usize {
         self.changes.len() + 1
@@ -131,8 +138,9 @@ impl Mover<'_> {
 /// Boxes around the parts of each mesh that moves, by its address.
 fn boxes_of_meshes(movers: &[Mover<'_>], most: usize) -> HashMap<usize, PartBoxes> {
     let mut boxes = HashMap::new();
-    for Mover { model: Model { mesh, .. }, .. } in movers {
-        boxes.entry(address(mesh)).or_insert_with(|| PartBoxes::new(mesh, most));
+    for mover in movers {
+        let mesh = &mover.model.mesh;
+        boxes.entry(address(mesh)).or_insert_with(|| PartBoxes::new(mesh, mover.boxes(most)));
     }
     boxes
 }

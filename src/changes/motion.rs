@@ -90,7 +90,13 @@ impl Motion {
             of_models[*number as usize] = changes.clone();
         }
         let movers = models.into_iter().zip(changes);
-        let movers = movers.map(|((_, model), changes)| Mover { model, changes: changes.frames });
+        let has_medium = |material: &u16| scene.materials[usize::from(*material)].medium.is_some();
+        let has_media = scene.materials.iter().any(|material| material.medium.is_some());
+        let is_filled = |model: &Model| has_media && model.mesh.material_of.iter().any(has_medium);
+        let movers = movers.map(|((_, model), changes)| {
+            let is_filled = !changes.frames.is_empty() && is_filled(model);
+            Mover { model, is_filled, changes: changes.frames }
+        });
         let movers: Vec<Mover<'_>> = movers.filter(|mover| !mover.changes.is_empty()).collect();
         let places = |mover: &Mover<'_>, count: i64| {
             outermost_places(&mover.model.track, (clock, direction.count(start + count)), each)

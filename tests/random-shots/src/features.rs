@@ -12,6 +12,9 @@ use crate::trial::Trial;
 /// Movers that are a crowd.
 const CROWD: usize = 6;
 
+/// Most lights that paths weigh one by one.
+const MANY_LIGHTS: usize = 32;
+
 /// The features of a shot and of how it is tried.
 pub fn features(trial: &Trial) -> BTreeSet<String> {
     let mut found = BTreeSet::new();
@@ -43,6 +46,9 @@ pub fn features(trial: &Trial) -> BTreeSet<String> {
     let is_blurred = |camera: &Table| keys_of(camera).any(|key| key.contains_key("aperture"));
     if shot.get("camera").and_then(Value::as_table).is_some_and(is_blurred) {
         add("lens".into());
+    }
+    if list(shot, "light").count() > MANY_LIGHTS {
+        add("many lights".into());
     }
     if list(shot, "material").any(is_smoke) {
         add("smoke".into());

@@ -9,8 +9,8 @@ use crate::dice::Dice;
 
 pub fn add(dice: &mut Dice, span: &Span, shot: &mut Table) {
     let few = *dice.pick(&[0, 1, 1, 1, 2, 2, 3]);
-    // more than are weighed at once
-    let count = if few == 3 && dice.one_in(2) { 10 } else { few };
+    // more than are weighed at once, and more than are weighed one by one
+    let count = if few == 3 && dice.one_in(2) { *dice.pick(&[10, 10, 40]) } else { few };
     if count == 0 {
         return;
     }
