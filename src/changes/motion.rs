@@ -89,15 +89,17 @@ impl Motion {
         for ((number, _), changes) in models.iter().zip(&changes) {
             of_models[*number as usize] = changes.clone();
         }
-        let movers = models.into_iter().zip(changes);
         let has_medium = |material: &u16| scene.materials[usize::from(*material)].medium.is_some();
         let has_media = scene.materials.iter().any(|material| material.medium.is_some());
         let is_filled = |model: &Model| has_media && model.mesh.material_of.iter().any(has_medium);
-        let movers = movers.map(|((_, model), changes)| {
-            let is_filled = !changes.frames.is_empty() && is_filled(model);
-            Mover { model, is_filled, changes: changes.frames }
-        });
-        let movers: Vec<Mover<'_>> = movers.filter(|mover| !mover.changes.is_empty()).collect();
+        let movers = models.into_iter().zip(changes).filter(|(_, changes)| !changes.frames.is_empty());
+        let movers: Vec<Mover<'_>> = movers
+            .map(|((_, model), changes)| Mover {
+                model,
+                is_filled: is_filled(model),
+                changes: changes.frames,
+            })
+            .collect();
         let places = |mover: &Mover<'_>, count: i64| {
             outermost_places(&mover.model.track, (clock, direction.count(start + count)), each)
         };

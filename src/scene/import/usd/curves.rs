@@ -6,8 +6,8 @@ use openusd::usd::Prim;
 
 use super::file::{Content, UsdMesh};
 use super::geometry::{FaceSurfaces, left_out_of};
-use super::points;
 use super::value::{self, Answer, codes_read, numbers, said, value, whole_numbers, word};
+use super::velocities::{move_on, velocities};
 use crate::animation::Visibility;
 use crate::scene::import::curves::{Basis, CurveSet, CurveShape, Wrap};
 
@@ -17,18 +17,21 @@ const USUAL_WIDTH: f64 = 1.0;
 /// Most times at which curves that deform are read.
 const MOST_TIMES: usize = 2000;
 
-/// Curves, or points (`kind`), each with when they are there: one set that deforms, or several where their number changes. None if there are no curves.
+/// Reads what a prim has at a time code; none if it has no curves then.
+pub type At = fn(&Prim, f64, &FaceSurfaces, &mut Content) -> Answer<Option<CurveSet>>;
+
+/// Curves, or what is read as such, that a prim has `at` its times, each with when they are there: one set that deforms, or several where their
+/// number changes. None if there are none.
 ///
 /// `content` gets to know what has no effect, and values that do not fit the curves and are left out.
 ///
 /// # Errors What the library says.
 pub fn curves(
-    (prim, kind): (&Prim, &str),
+    (prim, at): (&Prim, At),
     surfaces: &FaceSurfaces,
     content: &mut Content,
 ) -> Answer<Vec<(UsdMesh, Visibility)>> {
     let clock = &content.clock.clone();
-    let at = if kind == "Points" { points::at } else { at };
     let mut times = Vec::new();
     for name in ["points", "widths", "primvars:widths", "normals", "primvars:normals"] {
         times.extend(codes_read(prim, name, clock)?);
@@ -47,7 +50,7 @@ pub fn curves(
     }
     // runs of times at which as many curves have as many points, and the velocities of the first of each
     let mut runs: Vec<(f64, CurveSet)> = Vec::new();
-    let mut velocities = Vec::new();
+    let mut speeds = Vec::new();
     for code in times {
         let Some(set) = at(prim, code, surfaces, content)? else { continue };
         let frame = clock.frame(code);
@@ -61,7 +64,7 @@ pub fn curves(
             Some((_, before)) if before.is_like(&set) => before.shapes.push(shape),
             _ => {
                 runs.push((frame, CurveSet { shapes: vec![shape], ..set }));
-                velocities.push(points::velocities(prim, code, content)?);
+                speeds.push(velocities(prim, code, content)?);
             }
         }
     }
@@ -71,12 +74,10 @@ pub fn curves(
             "the number of points of {} changes with time: nothing of them is reused where it does",
             prim.path()
         ));
-    }
-    for (number, ((begin, set), velocities)) in runs.iter_mut().zip(&velocities).enumerate() {
-        // the last ones for a frame
-        let next = begins.get(number + 1).copied().unwrap_or(*begin + 1.0);
-        if begins.len() > 1 {
-            points::move_on(set, velocities, [*begin, next], clock.rate);
+        for (number, ((begin, set), speeds)) in runs.iter_mut().zip(&speeds).enumerate() {
+            // the last ones for a frame
+            let next = begins.get(number + 1).copied().unwrap_or(*begin + 1.0);
+            move_on(set, speeds, [*begin, next], clock.rate);
         }
     }
     let there = |number: usize| {
@@ -97,7 +98,14 @@ fn mesh_of(set: CurveSet, surfaces: &FaceSurfaces) -> UsdMesh {
 }
 
 /// Curves at a time code.
-fn at(prim: &Prim, code: f64, surfaces: &FaceSurfaces, content: &mut Content) -> Answer<Option<CurveSet>> {
+///
+/// # Errors What the library says.
+pub fn at(
+    prim: &Prim,
+    code: f64,
+    surfaces: &FaceSurfaces,
+    content: &mut Content,
+) -> Answer<Option<CurveSet>> {
     let Some(points) = value(prim, "points", code)?.as_ref().and_then(value::points) else { return Ok(None) };
     let counts = value(prim, "curveVertexCounts", code)?.as_ref().and_then(whole_numbers).unwrap_or_default();
     let counts: Option<Vec<u32>> = counts.iter().map(|count| u32::try_from(*count).ok()).collect();

@@ -74,6 +74,8 @@ mod value;
 #[cfg(feature = "usd")]
 mod variants;
 #[cfg(feature = "usd")]
+mod velocities;
+#[cfg(feature = "usd")]
 mod volume;
 #[cfg(feature = "usd")]
 mod walk;

@@ -22,7 +22,7 @@ use super::shader::{BoundSurface, Shaders};
 use super::skeleton::Skeleton;
 use super::value::{Answer, PrimError, Read, codes_read, said, word};
 use super::wanted::Wanted;
-use super::{cameras, curves, implicit, lights, place, seen, variants, volume};
+use super::{cameras, curves, implicit, lights, place, points, seen, variants, volume};
 use crate::animation::{Track, Visibility};
 use crate::digest::Digest;
 
@@ -457,9 +457,10 @@ impl Walk<'_> {
                 shown.extend(read.map(|(mesh, map)| of(mesh, map)));
             }
             "BasisCurves" | "Points" if is_seen => {
+                let at = if kind == "Points" { points::at } else { curves::at };
                 let read = self
                     .surfaces(prim)
-                    .and_then(|surfaces| curves::curves((prim, kind), &surfaces, &mut self.content));
+                    .and_then(|surfaces| curves::curves((prim, at), &surfaces, &mut self.content));
                 let read = self.or_left_out(prim, read.map_err(PrimError::Damaged))?;
                 for (curves, there) in read.into_iter().flatten() {
                     let number = self.number_of(curves);
