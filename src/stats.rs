@@ -120,6 +120,9 @@ pub struct AuditCounts {
     pub coverage: u64,
     /// Number of cells whose target lies within the named tolerance of the surface that they show.
     pub coverage_on_edge: u64,
+    /// Number of surfaces seen by way of mirrors whose light was kept, and that were checked as samples are: those that do not hold count
+    /// with the samples whose mirrors show them.
+    pub mirrored: u64,
 }
 
 impl AuditCounts {
@@ -452,7 +455,7 @@ sum_fields!(Seconds: total, reproject, verify, trace, light, filter, denoise, wr
 sum_fields!(SampleCounts: base, good, overlapped, missed, obscured, spare);
 sum_fields!(RayCounts: primary, verification, shadow, reflection, refraction, gathering);
 sum_fields!(TracingSeconds: primary, verification, shadow, bounced);
-sum_fields!(AuditCounts: checked, differing, on_edge, targets, coverage, coverage_on_edge);
+sum_fields!(AuditCounts: checked, differing, on_edge, targets, coverage, coverage_on_edge, mirrored);
 
 #[cfg(test)]
 mod tests {
@@ -564,7 +567,7 @@ mod tests {
         assert_eq!(keys("/totals/tracing"), sorted("primary verification shadow bounced"));
         assert_eq!(
             keys("/totals/audit"),
-            sorted("checked differing on_edge targets coverage coverage_on_edge")
+            sorted("checked differing on_edge targets coverage coverage_on_edge mirrored")
         );
         assert_eq!(keys("/memory"), sorted("peak_bytes store_bytes bytes_per_sample"));
         assert_eq!(json["settings"]["width"], 4);

@@ -36,7 +36,7 @@ use crate::media::Media;
 use crate::pose::{CameraPose, Clip, Pose};
 use crate::samples::SampleStore;
 use crate::samples::saved::PictureName;
-use crate::settings::{Backdrop, Mode, Settings};
+use crate::settings::{Backdrop, Mode, Reuse, Settings};
 use crate::shade::deformed::Deformations;
 use crate::shade::sampling::hash_of;
 use crate::stats::{AuditCounts, Seconds, TracingSeconds};
@@ -114,7 +114,8 @@ pub fn render(
         && !frame.motion.expires_next(frame.light_change, request.pose.moment)
         // the background that veils show in its own layer is not kept with their trees
         && !shows_background_apart(&frame);
-    let frame = FrameView { plan, keeps_trees, ..frame };
+    let keeps_mirrored = keeps_mirrored(prepared, request, &frame, stays);
+    let frame = FrameView { plan, keeps_trees, keeps_mirrored, ..frame };
     if keeps_trees {
         allow_trees(&mut history.levels, &prepared.settings, request.sharers);
     }
@@ -167,7 +168,10 @@ pub fn render(
     seconds.total = request.start.elapsed().as_secs_f64();
     let tracing = timed.seconds();
     let audit = prepared.settings.audit.then(|| {
-        let frames = (0..history.levels.len()).map(|level| setup.of_level(&frame, level, &all_wanted));
+        let frames = (0..history.levels.len()).map(|level| {
+            let mirrored = frame.keeps_mirrored.then_some(&history.levels[level].mirrored_before);
+            FrameView { mirrored, ..setup.of_level(&frame, level, &all_wanted) }
+        });
         let stores = history.levels.iter().filter_map(|level| level.store.as_ref());
         // nothing was left in a film that is new
         let mut counts = audit(&frames.zip(stores).collect::<Vec<_>>(), film_is_last.then_some(&film));
@@ -317,6 +321,8 @@ impl<'a> Setup<'a> {
             light_changes: &self.light_changes,
             area_light_change: self.area_light_change,
             keeps_trees: false,
+            keeps_mirrored: false,
+            mirrored: None,
             light_change: self.light_changes.iter().fold(Until::FOREVER, |least, until| least.min(*until)),
             layers: settings.layers,
             motion_vectors: self.motion_vectors[0].as_ref(),
@@ -385,6 +391,28 @@ fn shift_in_pixels(prepared: &Prepared, picture: PictureName) -> [f32; 2] {
     let [right, up] = prepared.exposures.all[picture.exposure].shift;
     let finest = prepared.grids.last().map_or(1, |grid| grid.samples);
     [right, -up].map(|cells| (cells / f64::from(finest)) as f32)
+}
+
+/// Returns true if what flat mirrors show is kept, and served from the frame before. That is where it gathers light: what lights give it
+/// straight costs no more than its verification. With `stays`, the camera does not move, and ray trees are kept instead.
+fn keeps_mirrored(prepared: &Prepared, request: &PictureRequest, frame: &FrameView, stays: bool) -> bool {
+    let settings = &prepared.settings;
+    let pose = &request.pose;
+    let is_kept = settings.mode != Mode::Full
+        && settings.reuse == Reuse::Target
+        && prepared.has_trees
+        && frame.paths > 0;
+    // what dims the eye's rays, and what the receiver of light is, would be another thing for each way to a place
+    let is_of_place = frame.media.is_none()
+        && !frame.has_linked_emission()
+        && frame.occlusion.is_none_or(|occlusion| !occlusion.dims_ambient);
+    // each cell of an exposure has a moment and an eye of its own
+    let is_sharp = !pose.has_ticks() && pose.cameras.is_empty() && !pose.camera.is_orthographic();
+    is_kept
+        && is_of_place
+        && is_sharp
+        && !stays
+        && prepared.moves(pose, request.picture.exposure, request.place.as_ref())
 }
 
 /// Returns true if a layer has the background that veils show.

@@ -32,7 +32,9 @@ impl Snapshot {
     pub fn new(moment: Moment, pictures: &[PictureSamples<&SampleStore>]) -> Self {
         let copy = |LevelSamples { store, wanted }: &LevelSamples<&SampleStore>| {
             let tiles: Vec<Box<Tile>> = store.tiles.par_iter().cloned().collect();
-            LevelSamples { store: SampleStore { tiles, regions: store.regions }, wanted: wanted.clone() }
+            let SampleStore { regions, mirrored, .. } = *store;
+            let store = SampleStore { tiles, regions: *regions, mirrored: mirrored.clone() };
+            LevelSamples { store, wanted: wanted.clone() }
         };
         let pictures = pictures.iter().map(|PictureSamples { picture, levels }| PictureSamples {
             picture: *picture,

@@ -13,7 +13,8 @@ use crate::film::Film;
 use crate::lanes::Vec3x8;
 use crate::pose::Pose;
 use crate::samples::{
-    CELLS, EMPTY, Flags, KeptPath, Octahedral, PathColor, Record, Sample, Tag, TagSlot, Tile, half_colors,
+    CELLS, EMPTY, Flags, KeptPath, MirroredSample, Octahedral, PathColor, Record, Sample, Tag, TagSlot, Tile,
+    half_colors,
 };
 use crate::scene::Scene;
 use crate::scene::on_mesh::OnMesh;
@@ -56,6 +57,10 @@ pub enum Spoil {
     Openness,
     /// Ray trees of mirrors and glass are held to bring for a frame longer what they brought.
     Trees,
+    /// What mirrors show is brightened.
+    Mirrored,
+    /// It is taken to be valid for a frame longer than it is.
+    MirroredUntil,
 }
 
 impl Renderer<'_> {
@@ -74,6 +79,10 @@ impl Renderer<'_> {
         }
         buffers.for_each(FrameBuffers::forget);
         let stores = history.levels.iter_mut().filter_map(|level| level.store.as_mut());
+        if let Some(spoil) = spoil_of_mirrored(what) {
+            let samples = stores.flat_map(|store| store.mirrored.all_mut());
+            return Ok(samples.map(|sample| u64::from(spoil(sample))).sum());
+        }
         let tiles = stores.flat_map(|store| &mut store.tiles);
         if what == Spoil::Until {
             return Ok(tiles.map(|tile| tile.gathered.delay()).sum());
@@ -105,6 +114,18 @@ impl Renderer<'_> {
         if let Some(film) = self.pictures.latest(Eye::Left).and_then(|history| history.film.as_mut()) {
             spoil(Arc::make_mut(film));
         }
+    }
+}
+
+/// How to break a sample that is seen by way of mirrors; the result says if that was possible.
+fn spoil_of_mirrored(what: Spoil) -> Option<fn(&mut MirroredSample) -> bool> {
+    match what {
+        Spoil::Mirrored => Some(|sample| {
+            sample.light = sample.light * 1.5 + 0.1;
+            true
+        }),
+        Spoil::MirroredUntil => Some(|sample| sample.until.delay()),
+        _ => None,
     }
 }
 
@@ -177,7 +198,13 @@ fn spoil_cell(what: Spoil, slots: &[TagSlot], scene: &Scene, tile: &mut Tile, ce
             }
             has_some
         }
-        Spoil::Sight | Spoil::Trees | Spoil::Until | Spoil::ReflectedUntil | Spoil::Openness => false,
+        Spoil::Sight
+        | Spoil::Trees
+        | Spoil::Until
+        | Spoil::ReflectedUntil
+        | Spoil::Openness
+        | Spoil::Mirrored
+        | Spoil::MirroredUntil => false,
     };
     if forgets {
         tile.tags.forget(&[cell as u32]);

@@ -3,7 +3,7 @@
 //!
 //! A file consists of [`MAGIC`], the version of the format, the header (JSON, with its length before it), and
 //! a block for each tile of each level of each picture of the frame (of two eyes, and of exposures that keep
-//! samples of their own), with its length before it. After the header and after each block there is a checksum
+//! samples of their own), with its length before it, and then blocks of what mirrors show in them. After the header and after each block there is a checksum
 //! of everything before it. Numbers are little-endian. No content is trusted: no list is longer than the shot
 //! itself needs, and references to things that do not exist are refused.
 
@@ -21,14 +21,14 @@ use super::staged::{WriteError, write_whole};
 use crate::digest::Digest;
 use crate::input::{self, InputError, Kind};
 use crate::samples::saved::{self, CellMask, LevelSamples, Named, PictureName, PictureSamples, StoreShape};
-use crate::samples::{ClearRegions, RegionNumbers, SampleStore, TagLayout, Tile};
+use crate::samples::{ClearRegions, MirroredSamples, RegionNumbers, SampleStore, TagLayout, Tile};
 use crate::scene::Scene;
 
 /// The first bytes of a store.
 pub const MAGIC: &[u8; 16] = b"afterimage store";
 
 /// Version of the format. It counts up whenever the data that a sample keeps changes, or its meaning.
-pub const VERSION: u32 = 12;
+pub const VERSION: u32 = 13;
 
 /// Maximum length of a header, bytes.
 const MOST_HEADER: u32 = 1 << 20;
@@ -71,6 +71,8 @@ struct HeaderText {
     tiles: Vec<u32>,
     /// Regions of each level of each of them, in which proofs hold that samples keep.
     regions: Vec<SavedRegions>,
+    /// Number of samples that are seen by way of mirrors in each level of each of them.
+    mirrored: Vec<u64>,
 }
 
 /// See [`ClearRegions::to_numbers`].
@@ -164,6 +166,9 @@ fn write_to(
         regions: (pictures.iter().flat_map(|picture| &picture.levels))
             .map(|level| level.store.regions.to_numbers())
             .collect(),
+        mirrored: (pictures.iter().flat_map(|picture| &picture.levels))
+            .map(|level| level.store.mirrored.all().len() as u64)
+            .collect(),
     };
     let text = serde_json::to_vec(&text)?;
     let mut before = Vec::from(MAGIC);
@@ -185,15 +190,25 @@ fn write_to(
         };
         let blocks: Vec<(Vec<u8>, Digest)> = tiles.par_iter().map(encode).collect();
         for (block, digest) in blocks {
-            sum = Digest::of_all([sum, digest]);
-            out.write_all(&(block.len() as u32).to_le_bytes())?;
-            out.write_all(&block)?;
-            out.write_all(&sum.to_bytes())?;
-            length += (size_of::<u32>() + block.len() + size_of::<u64>()) as u64;
+            length += write_block(&mut out, &block, digest, &mut sum)?;
         }
+    }
+    let levels = pictures.iter().flat_map(|picture| &picture.levels);
+    for some in levels.flat_map(|level| level.store.mirrored.all().chunks(saved::MIRRORED_AT_ONCE)) {
+        let block = saved::encode_mirrored(some);
+        length += write_block(&mut out, &block, Digest::new(&block), &mut sum)?;
     }
     out.flush()?;
     Ok(length)
+}
+
+/// Writes a block with its length before it and the checksum of all behind it. Returns the number of bytes.
+fn write_block(out: &mut impl Write, block: &[u8], digest: Digest, sum: &mut Digest) -> io::Result<u64> {
+    *sum = Digest::of_all([*sum, digest]);
+    out.write_all(&(block.len() as u32).to_le_bytes())?;
+    out.write_all(block)?;
+    out.write_all(&sum.to_bytes())?;
+    Ok((size_of::<u32>() + block.len() + size_of::<u64>()) as u64)
 }
 
 /// Tiles of a level, each with the cells that were asked for.
@@ -218,6 +233,8 @@ pub struct StoreFile {
     tiles: Vec<u32>,
     /// Regions of the levels that have not been read yet.
     regions: std::vec::IntoIter<SavedRegions>,
+    /// Number of samples that are seen by way of mirrors in each level of each of them.
+    mirrored: Vec<u64>,
     rest: BufReader<File>,
     /// Checksum of everything read so far.
     sum: Digest,
@@ -229,6 +246,7 @@ struct Beginning {
     pictures: Vec<PictureName>,
     tiles: Vec<u32>,
     regions: Vec<SavedRegions>,
+    mirrored: Vec<u64>,
     sum: Digest,
 }
 
@@ -243,8 +261,10 @@ impl StoreFile {
             })
         })?;
         let mut rest = BufReader::new(input.file);
-        let Beginning { header, pictures, tiles, regions, sum } = read_header(&mut rest).map_err(told)?;
-        Ok(Self { path: path.to_owned(), header, pictures, tiles, regions: regions.into_iter(), rest, sum })
+        let Beginning { header, pictures, tiles, regions, mirrored, sum } =
+            read_header(&mut rest).map_err(told)?;
+        let regions = regions.into_iter();
+        Ok(Self { path: path.to_owned(), header, pictures, tiles, regions, mirrored, rest, sum })
     }
 
     /// Description of its content.
@@ -254,7 +274,9 @@ impl StoreFile {
 
     /// Checks that all bytes are as they were written. Decodes nothing.
     pub fn check(mut self) -> Result<(), StoreError> {
-        let blocks = self.pictures.len() * self.tiles.iter().map(|tiles| *tiles as usize).sum::<usize>();
+        let tiles = self.pictures.len() * self.tiles.iter().map(|tiles| *tiles as usize).sum::<usize>();
+        let of_mirrors = self.mirrored.iter().map(|count| count.div_ceil(saved::MIRRORED_AT_ONCE as u64));
+        let blocks = tiles as u64 + of_mirrors.fold(0, u64::saturating_add);
         let length = self.rest.get_ref().metadata().map_or(0, |found| found.len());
         let most = usize::try_from(length).unwrap_or(usize::MAX);
         let outcome = (0..blocks).try_for_each(|_| self.block(most).map(drop));
@@ -289,7 +311,15 @@ impl StoreFile {
             let levels = (0..).zip(tiles).map(|(level, tiles)| self.level(level > 0, *tiles, layout, scene));
             Ok(PictureSamples { picture, levels: levels.collect::<Result<_, StoreErrorKind>>()? })
         };
-        let pictures = names.into_iter().map(picture).collect::<Result<Vec<_>, StoreErrorKind>>()?;
+        let mut pictures = names.into_iter().map(picture).collect::<Result<Vec<_>, StoreErrorKind>>()?;
+        let mirrored = std::mem::take(&mut self.mirrored);
+        if mirrored.len() != pictures.len() * tiles.len() {
+            return Err(StoreErrorKind::Unfit);
+        }
+        let levels = pictures.iter_mut().flat_map(|picture| &mut picture.levels);
+        for (level, count) in levels.zip(mirrored) {
+            level.store.mirrored = self.mirrored(count, scene)?;
+        }
         match self.rest.read(&mut [0])? {
             0 => Ok(pictures),
             _ => Err(StoreErrorKind::Damaged),
@@ -327,6 +357,21 @@ impl StoreFile {
         let regions = self.regions.next().ok_or(StoreErrorKind::Unfit)?;
         store.regions = ClearRegions::from_numbers(&regions).ok_or(StoreErrorKind::Unfit)?;
         Ok(LevelSamples { store, wanted })
+    }
+
+    /// Reads the next `count` samples that are seen by way of mirrors.
+    fn mirrored(&mut self, count: u64, scene: &Scene) -> Result<MirroredSamples, StoreErrorKind> {
+        let named = Named { scene, rendered: self.header.rendered };
+        let mut samples = Vec::new();
+        while (samples.len() as u64) < count {
+            let block = self.block(saved::MIRRORED_AT_ONCE * saved::MIRRORED_BYTES)?;
+            let some = saved::decode_mirrored(&block, &named).ok_or(StoreErrorKind::Unfit)?;
+            if some.is_empty() || (samples.len() + some.len()) as u64 > count {
+                return Err(StoreErrorKind::Unfit);
+            }
+            samples.extend(some);
+        }
+        Ok(MirroredSamples::new(samples))
     }
 
     /// Reads the next block, of `most` bytes at most.
@@ -380,7 +425,7 @@ fn read_header(file: &mut impl Read) -> Result<Beginning, StoreErrorKind> {
     if !(1..MOST_RENDERED).contains(&text.rendered) {
         return Err(StoreErrorKind::Damaged);
     }
-    let HeaderText { frame, sampling, ancestry, rendered, pictures, tiles, regions, .. } = text;
+    let HeaderText { frame, sampling, ancestry, rendered, pictures, tiles, regions, mirrored, .. } = text;
     let header = Header { fingerprint, frame, sampling, ancestry, rendered };
-    Ok(Beginning { header, pictures, tiles, regions, sum })
+    Ok(Beginning { header, pictures, tiles, regions, mirrored, sum })
 }

@@ -10,6 +10,7 @@
 
 mod footprint;
 mod gathered;
+mod mirrored;
 mod octahedral;
 mod openness;
 mod path_color;
@@ -25,6 +26,7 @@ mod varied;
 
 pub use footprint::Footprint;
 pub use gathered::{GatheredLight, PathLight, mean_of};
+pub use mirrored::{MirroredOfTile, MirroredSample, MirroredSamples, octave_of};
 pub use octahedral::Octahedral;
 pub use openness::Openness;
 pub use path_color::PathColor;

@@ -19,6 +19,9 @@
 //! | if layers reflect: direction to the eye for which paths were drawn; radiance and `Until` of each | 4; 6 each |
 //! | with ambient occlusion: how many rays get away, `Until` | 4 |
 //! | if anything is random: the seed | 4 |
+//!
+//! Samples that are seen by way of mirrors follow tiles, [some](MIRRORED_AT_ONCE) at a time, each of them [`MIRRORED_BYTES`] long: point,
+//! weights, light and width (nine floats); model, triangle, normal; `Until`, paths; octave, side, frames without use.
 
 use glam::Vec3;
 use half::f16;
@@ -26,8 +29,8 @@ use serde::{Deserialize, Serialize};
 
 use super::{
     AreaTag, BACKGROUND, CELLS, EMPTY, Flags, Footprint, GatheredLight, HalfColor, KeptPath, MOST_SPARES,
-    Octahedral, Openness, PathColor, PathLight, PathList, Record, Sample, Status, Tag, TagLayout, Tile,
-    Traced, VariedColumn,
+    MirroredSample, Octahedral, Openness, PathColor, PathLight, PathList, Record, Sample, Status, Tag,
+    TagLayout, Tile, Traced, VariedColumn,
 };
 use crate::changes::Until;
 use crate::lanes::LANES;
@@ -255,6 +258,72 @@ fn decode_sample(bytes: &mut Bytes<'_>, varying: Varying, named: &Named<'_>) -> 
     (is_good && usize::from(record.material) < materials).then_some(Sample { point, model, record, varied })
 }
 
+/// Samples that are seen by way of mirrors in one block.
+pub const MIRRORED_AT_ONCE: usize = 1 << 14;
+
+/// Size of one of them, in bytes.
+pub const MIRRORED_BYTES: usize = 9 * size_of::<f32>() + 3 * size_of::<u32>() + 2 * size_of::<u16>() + 3;
+
+/// Encodes samples that are seen by way of mirrors.
+pub fn encode_mirrored(samples: &[MirroredSample]) -> Vec<u8> {
+    let mut bytes = Vec::with_capacity(samples.len() * MIRRORED_BYTES);
+    for sample in samples {
+        let MirroredSample {
+            point,
+            weights,
+            model,
+            triangle,
+            geometric_normal,
+            light,
+            width,
+            until,
+            paths,
+            octave,
+            is_from_behind,
+            unused,
+        } = sample;
+        let floats = point.to_array().into_iter().chain(*weights).chain(light.to_array()).chain([*width]);
+        bytes.extend(floats.flat_map(f32::to_le_bytes));
+        bytes.extend([*model, *triangle, geometric_normal.to_bits()].into_iter().flat_map(u32::to_le_bytes));
+        bytes.extend([until.to_bits(), *paths].into_iter().flat_map(u16::to_le_bytes));
+        bytes.extend([*octave as u8, u8::from(*is_from_behind), *unused]);
+    }
+    bytes
+}
+
+/// Decodes a block of samples that are seen by way of mirrors. `None` if they are not those of such a scene.
+pub fn decode_mirrored(bytes: &[u8], named: &Named<'_>) -> Option<Vec<MirroredSample>> {
+    let mut bytes = Bytes(bytes);
+    let mut samples = Vec::with_capacity(bytes.0.len() / MIRRORED_BYTES);
+    while !bytes.0.is_empty() {
+        let mut floats = [0.0; 9];
+        for float in &mut floats {
+            *float = bytes.float().filter(|float| float.is_finite())?;
+        }
+        let [x, y, z, u, v, r, g, b, width] = floats;
+        let (model, triangle) = (bytes.word()?, bytes.word()?);
+        let mesh = &named.scene.models.get(model as usize)?.mesh;
+        if mesh.is_curved() || triangle as usize >= mesh.count() {
+            return None;
+        }
+        samples.push(MirroredSample {
+            point: Vec3::new(x, y, z),
+            weights: [u, v],
+            model,
+            triangle,
+            geometric_normal: Octahedral::from_bits(bytes.word()?),
+            light: Vec3::new(r, g, b),
+            width,
+            until: Until::from_bits(bytes.half_word()?),
+            paths: bytes.half_word()?,
+            octave: bytes.byte()? as i8,
+            is_from_behind: bytes.byte()? != 0,
+            unused: bytes.byte()?,
+        });
+    }
+    Some(samples)
+}
+
 fn decode_tag(bytes: &mut Bytes<'_>) -> Option<Tag> {
     let [tag] = bytes.take()?;
     Tag::ALL.get(usize::from(tag)).copied()
@@ -420,6 +489,45 @@ mod tests {
         let empty = encoded(&Tile::empty(&layout));
         assert_eq!(empty.len(), 2 + CELLS);
         assert!(decode(&empty, &layout, &named).is_some());
+    }
+
+    fn mirrored(model: u32, triangle: u32) -> MirroredSample {
+        MirroredSample {
+            point: Vec3::new(1.0, -2.5, 3e9),
+            weights: [0.25, 0.5],
+            model,
+            triangle,
+            geometric_normal: Octahedral::fold(Vec3::NEG_Y),
+            light: Vec3::new(0.1, 70_000.0, 0.0),
+            width: 0.03,
+            until: Until::from_bits(77),
+            paths: 12,
+            octave: -9,
+            is_from_behind: true,
+            unused: 2,
+        }
+    }
+
+    #[test]
+    fn what_mirrors_show_comes_back_as_it_was() {
+        let scene = world();
+        let named = Named { scene: &scene, rendered: 1 };
+        let samples = [mirrored(1, 0), mirrored(0, 1)];
+        let bytes = encode_mirrored(&samples);
+        assert_eq!(bytes.len(), 2 * MIRRORED_BYTES);
+        assert_eq!(decode_mirrored(&bytes, &named).as_deref(), Some(&samples[..]));
+        assert!(decode_mirrored(&bytes[1..], &named).is_none());
+        for other in [mirrored(2, 0), mirrored(0, 2), MirroredSample { width: f32::NAN, ..samples[0] }] {
+            assert!(decode_mirrored(&encode_mirrored(&[other]), &named).is_none(), "{other:?}");
+        }
+        let mut word = 7_u32;
+        for _ in 0..2000 {
+            let mut bytes = bytes.clone();
+            word = word.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            let at = word as usize % bytes.len();
+            bytes[at] = (word >> 24) as u8;
+            decode_mirrored(&bytes, &named);
+        }
     }
 
     #[test]

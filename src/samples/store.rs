@@ -5,8 +5,8 @@ use half::f16;
 use half::slice::HalfFloatSliceExt;
 
 use super::{
-    ClearRegions, Flags, GatheredLight, HalfColor, MOST_SPARES, Octahedral, Record, Sample, Spares, Status,
-    TagLayout, Tags, VariedColumn,
+    ClearRegions, Flags, GatheredLight, HalfColor, MOST_SPARES, MirroredSamples, Octahedral, Record, Sample,
+    Spares, Status, TagLayout, Tags, VariedColumn,
 };
 use crate::changes::Until;
 use crate::exposure::Tick;
@@ -403,12 +403,14 @@ pub struct SampleStore {
     pub tiles: Vec<Box<Tile>>,
     /// Regions in which proofs hold that samples keep.
     pub regions: ClearRegions,
+    /// Samples that are seen by way of flat mirrors.
+    pub mirrored: MirroredSamples,
 }
 
 impl SampleStore {
     /// Memory held, in bytes, with this layout of tags.
     pub fn bytes(&self, layout: &TagLayout) -> usize {
-        self.tiles.iter().map(|tile| tile.bytes(layout)).sum()
+        self.tiles.iter().map(|tile| tile.bytes(layout)).sum::<usize>() + self.mirrored.bytes()
     }
 }
 

@@ -357,6 +357,18 @@ impl Material {
         self.optics != Optics::Opaque || self.is_blended() || has_smooth
     }
 
+    /// Returns true if it sends the same light to whoever looks, but for what it lets through or mirrors as glass does, and all of it from
+    /// where light meets it.
+    pub fn is_matt(&self) -> bool {
+        self.metal_rough.is_none()
+            && self.coat.is_none()
+            && self.hair.is_none()
+            && self.scattering.is_none()
+            && self.specular == Vec3::ZERO
+            && !self.varies()
+            && !self.is_of_eye()
+    }
+
     /// Returns true if it is glass that scatters what it lets through.
     pub fn is_rough_glass(&self) -> bool {
         matches!(self.optics, Optics::Glass { is_rough: true, .. })

@@ -43,6 +43,7 @@ mod maps;
 mod mattes;
 mod media;
 mod metal_rough;
+mod mirrored;
 mod motion_vectors;
 mod occlusion;
 mod only_lights;

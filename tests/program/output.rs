@@ -34,7 +34,7 @@ const SECONDS: &str = "total reproject verify trace light enhance filter write";
 const SAMPLES: &str = "base good overlapped missed obscured spare";
 const RAYS: &str = "primary verification shadow reflection refraction gathering";
 /// All but the first two are ours, beside those that are promised.
-const AUDIT: &str = "checked differing on_edge targets coverage coverage_on_edge";
+const AUDIT: &str = "checked differing on_edge targets coverage coverage_on_edge mirrored";
 
 #[test]
 fn statistics_have_the_keys_that_others_rely_on() {

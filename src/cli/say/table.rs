@@ -203,15 +203,19 @@ pub fn rays_text(rays: &RayCounts) -> String {
 
 /// Formats the result of the audit over all frames.
 pub fn audit_line(audit: AuditCounts) -> String {
-    let AuditCounts { checked, differing, on_edge, targets, coverage, coverage_on_edge } = audit;
+    let AuditCounts { checked, differing, on_edge, targets, coverage, coverage_on_edge, mirrored } = audit;
     let cells = match targets {
         0 => String::from("no target was asked what it sees: the paper's rule promises nothing of it"),
         _ => format!(
             "{coverage} cells show another surface than their targets see; {coverage_on_edge} within the tolerance"
         ),
     };
+    let in_mirrors = match mirrored {
+        0 => String::new(),
+        _ => format!(", and {mirrored} surfaces that mirrors show"),
+    };
     format!(
-        "{:<9}{checked} samples traced again: {differing} differ; {on_edge} hold within the tolerance for edges\n\
+        "{:<9}{checked} samples traced again{in_mirrors}: {differing} differ; {on_edge} hold within the tolerance for edges\n\
          {:<9}{cells}",
         "audit", ""
     )

@@ -9,7 +9,8 @@
 //! 5. all paths by which its layer reflects, traced anew, must bring the stored light, and must still serve the
 //!    eye ([`check_reflected`]);
 //! 6. of its rays of ambient occlusion, all cast anew, as many must get away as is stored
-//!    ([`check_openness`]).
+//!    ([`check_openness`]);
+//! 7. what flat mirrors show of what was kept must be seen there, and lit anew have the stored light ([`check_mirrored`]).
 //!
 //! And for each cell the ray through its target is traced: it must meet the surface that the cell shows ([`coverage`]). That is
 //! counted by itself, and the paper's rule for serving, which does not promise it, is not asked.
@@ -27,6 +28,7 @@
 mod coverage;
 pub mod film;
 mod kept_light;
+mod mirrored;
 mod sights;
 pub mod tolerances;
 mod verdict;
@@ -37,6 +39,7 @@ use wide::u32x8;
 
 use coverage::check_coverage;
 use kept_light::{check_gathered, check_openness, check_reflected};
+use mirrored::check_mirrored;
 use sights::{
     Sight, around, beside, geometric_normal, is_of_its_cell, is_uncertain, offset, reach, rounding, sight,
     sight_of_cell, trace_all,
@@ -125,6 +128,7 @@ fn audit(frame: &FrameView, number: usize, tile: &Tile, differs: &[bool]) -> Aud
     check_gathered(frame, tile, &mut raise);
     check_reflected(frame, tile, &mut raise);
     check_openness(frame, tile, &mut raise);
+    let mirrored = check_mirrored(frame, number, tile, &mut raise);
     for (light, pose) in frame.pose.lights.iter().enumerate() {
         let points = 0..pose.points;
         points.for_each(|point| check_shadows(frame, tile, LightPoint { light, point }, &mut raise));
@@ -138,6 +142,7 @@ fn audit(frame: &FrameView, number: usize, tile: &Tile, differs: &[bool]) -> Aud
         targets,
         coverage,
         coverage_on_edge,
+        mirrored,
     }
 }
 

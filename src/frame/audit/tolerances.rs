@@ -31,6 +31,10 @@ pub const CELL_TOLERANCE: f32 = 0.03;
 /// an angle with a normal of four bytes.
 pub const WIDTH_TOLERANCES: [f32; 3] = [1.0, 0.99, 1.01];
 
+/// Largest ratio of the widths over which the textures of what a mirror shows were filtered, and would be now: less than between footprints of
+/// samples, which are steps of the root of 2.
+pub const WIDER: f32 = 1.2;
+
 /// Tolerance of stored colours, as a share of their largest channel, or of 1 for reflectances: two roundings
 /// to a half float.
 pub const COLOR_TOLERANCE: f32 = 1e-3;

@@ -6,7 +6,8 @@ use glam::Vec3;
 
 use super::bounced_ray::{Bounce, Kind, LEAST_WEIGHT};
 use super::in_media::InMedia;
-use super::met_surfaces::{MetSurface, MetSurfaces};
+use super::met_surfaces::{MetSurface, MetSurfaces, share_of};
+use super::mirrors::{Mirrors, Served, Way, may_be_kept, surface_of};
 use super::parts;
 use super::ray_trees::TreeScratch;
 use super::tree_times::TreeTimes;
@@ -44,6 +45,8 @@ pub struct Bounces {
     pub trees: TreeScratch,
     /// What media show.
     pub media: InMedia,
+    /// What flat mirrors show.
+    pub mirrors: Mirrors,
 }
 
 impl Bounces {
@@ -52,15 +55,17 @@ impl Bounces {
     pub fn start(
         &mut self,
         frame: &FrameView,
-        (cell, model): (u32, u32),
+        (cell, model, triangle): (u32, u32, u32),
         surface: &Surface,
         guides: bool,
         branches: Branches,
     ) {
         let spread = frame.view.spread_of_sample().by_distance;
         let weight = self.media.left(cell as usize);
-        let bounce = |kind| Bounce { guides, spread, weight, ..Bounce::from_sample(cell, kind) };
-        grow(frame, step_of_sample(frame), (surface, model), branches, bounce, &mut self.next);
+        let bounce =
+            |kind| Bounce { guides, spread, weight, way: Way::DIRECT, ..Bounce::from_sample(cell, kind) };
+        let next = (&mut self.mirrors, &mut self.next);
+        grow(frame, step_of_sample(frame), (surface, model, triangle), branches, bounce, next);
     }
 
     /// Starts a ray for a texel of the map of a model, `receiver`, which is accumulated as that of `cell`, from `origin` (world space)
@@ -112,16 +117,17 @@ impl Bounces {
     pub fn start_off_layer(
         &mut self,
         frame: &FrameView,
-        (cell, receiver): (u32, u32),
+        (cell, receiver, triangle): (u32, u32, u32),
         guides: bool,
         surface: &Surface,
         seen: &SeenBsdf,
     ) {
         let spread = frame.view.spread_of_sample().by_distance;
         let weight = self.media.left(cell as usize);
-        let bounce =
-            Bounce { guides, spread, weight, receiver, ..Bounce::from_sample(cell, Kind::Reflection) };
-        mirror(frame, step_of_sample(frame), bounce, surface, seen, &mut self.next);
+        let from_sample = Bounce::from_sample(cell, Kind::Reflection);
+        let bounce = Bounce { guides, spread, weight, receiver, way: Way::DIRECT, ..from_sample };
+        let next = (&mut self.mirrors, &mut self.next);
+        mirror(frame, step_of_sample(frame), bounce, (surface, triangle), seen, next);
     }
 }
 
@@ -136,15 +142,15 @@ pub fn followed(frame: &FrameView, seen: &SeenBsdf, weight: Vec3) -> Option<Seen
     seen.smooth().filter(|seen| frame.settings.depth > 0 && is_worth(seen))
 }
 
-/// Adds to `next` the ray that the smooth layer of `surface`, which is at this `step`, reflects; `bounce` gives
-/// what else is known of it.
+/// Adds to `next` the ray that the smooth layer of `surface`, which is at this `step` and `triangle` of the receiver, reflects; `bounce`
+/// gives what else is known of it, and the way to the surface.
 fn mirror(
     frame: &FrameView,
     step: Step,
     bounce: Bounce,
-    surface: &Surface,
+    (surface, triangle): (&Surface, u32),
     seen: &SeenBsdf,
-    next: &mut Vec<Bounce>,
+    (mirrors, next): (&mut Mirrors, &mut Vec<Bounce>),
 ) {
     let step = step.next(false);
     if step.is_beyond() {
@@ -156,7 +162,9 @@ fn mirror(
     {
         let origin = surface.leave(direction);
         let (weight, width, ray_kind) = (bounce.weight * weight, surface.width, RayKind::Glossy);
-        next.push(Bounce { step, ray_kind, weight, origin, direction, width, ..bounce });
+        let before = (bounce.way, bounce.ray_kind);
+        let way = mirrors.beyond(frame, before, (surface, bounce.receiver, triangle), true);
+        next.push(Bounce { step, ray_kind, weight, origin, direction, width, way, ..bounce });
     }
 }
 
@@ -169,14 +177,27 @@ pub fn follow(frame: &FrameView, bounces: &mut Bounces, radiance: &mut Radiance,
         bounces.next.clear();
         group(&mut bounces.now);
         meet(frame, bounces, radiance, scratch);
+        bounces.mirrors.serve(frame, &mut bounces.met, scratch);
         bounces.met.light(frame, &mut bounces.times, &mut scratch.tally);
+        bounces.mirrors.keep(frame, &bounces.met);
+        let served = std::mem::take(&mut bounces.mirrors.served);
+        for Served { met, sample, .. } in &served {
+            let Bounce { cell, weight, guides, direction, .. } = met.bounce;
+            add(radiance, &met.bounce, weight * sample.light);
+            if shows_guides {
+                let surface = surface_of(frame, sample, direction);
+                parts::see(frame, &mut radiance.parts, cell as usize, &surface, weight, guides);
+            }
+            go_on(frame, met, (&mut bounces.mirrors, &mut bounces.next));
+        }
+        bounces.mirrors.served = served;
         for met in &bounces.met.all {
             add(radiance, &met.bounce, met.bounce.weight * met.light);
             if shows_guides {
                 let Bounce { cell, weight, guides, .. } = met.bounce;
                 parts::see(frame, &mut radiance.parts, cell as usize, &met.surface, weight, guides);
             }
-            go_on(frame, met, &mut bounces.next);
+            go_on(frame, met, (&mut bounces.mirrors, &mut bounces.next));
         }
     }
     if frame.media.is_some() {
@@ -284,12 +305,23 @@ fn meet_surfaces(
             let way = (bounce.origin, bounce.direction);
             bounce.weight *= media.left(way, packet.t[from + lane], frame.tick_of(bounce.cell));
         }
-        met.push(MetSurface { bounce, surface, model: packet.model[from + lane], light: Vec3::ZERO });
+        let at = from + lane;
+        met.push(MetSurface {
+            bounce,
+            surface,
+            model: packet.model[at],
+            triangle: packet.triangle[at],
+            weights: [packet.u[at], packet.v[at]],
+            paths: share_of(frame.first_paths as u32, bounce.weight),
+            is_kept: may_be_kept(frame, &bounce, &surface, packet.model[at]),
+            light: Vec3::ZERO,
+            until: Until::UNKNOWN,
+        });
     });
 }
 
 /// Starts the rays that leave a surface that was met.
-fn go_on(frame: &FrameView, met: &MetSurface, next: &mut Vec<Bounce>) {
+fn go_on(frame: &FrameView, met: &MetSurface, (mirrors, next): (&mut Mirrors, &mut Vec<Bounce>)) {
     let MetSurface { surface, bounce, .. } = met;
     let material = &frame.scene.materials[usize::from(surface.material)];
     if bounce.step.is_last() && !surface.optics(frame.scene).is_straight() {
@@ -298,22 +330,23 @@ fn go_on(frame: &FrameView, met: &MetSurface, next: &mut Vec<Bounce>) {
     let branches = branch(material, surface, bounce.direction, || random_of_place(surface));
     let guides = bounce.guides && !parts::shows_itself(frame, surface.look());
     let onwards = |kind| Bounce { guides, ..bounce.onwards(kind) };
-    grow(frame, bounce.step, (surface, met.model), branches, onwards, next);
+    let place = (surface, met.model, met.triangle);
+    grow(frame, bounce.step, place, branches, onwards, (&mut *mirrors, &mut *next));
     if let Some(seen) = met.layer(frame) {
         let mirrored = Bounce { guides, receiver: met.model, ..bounce.onwards(Kind::Reflection) };
-        mirror(frame, bounce.step, mirrored, surface, &seen, next);
+        mirror(frame, bounce.step, mirrored, (surface, met.triangle), &seen, (mirrors, next));
     }
 }
 
-/// Adds to `next` those of `branches` that are worth following from `surface` of `model`, which is at this `step`. `bounce`
-/// gives what they have in common with the ray that met it.
+/// Adds to `next` those of `branches` that are worth following from `surface`, a triangle of `model`, which is at this `step`. `bounce`
+/// gives what they have in common with the ray that met it, and the way to it.
 fn grow(
     frame: &FrameView,
     step: Step,
-    (surface, model): (&Surface, u32),
+    (surface, model, triangle): (&Surface, u32, u32),
     branches: Branches,
     bounce: impl Fn(Kind) -> Bounce,
-    next: &mut Vec<Bounce>,
+    (mirrors, next): (&mut Mirrors, &mut Vec<Bounce>),
 ) {
     let is_straight = surface.optics(frame.scene).is_straight();
     let kinds = [
@@ -338,6 +371,13 @@ fn grow(
             };
             // straight through a veil light comes to whoever looks
             let is_veil = kind == Kind::Refraction && is_straight;
+            let way = match kind {
+                Kind::Refraction if !is_straight => Way::BENT,
+                _ => {
+                    let before = (bounce.way, bounce.ray_kind);
+                    mirrors.beyond(frame, before, (surface, model, triangle), kind == Kind::Reflection)
+                }
+            };
             next.push(Bounce {
                 step,
                 ray_kind,
@@ -347,6 +387,7 @@ fn grow(
                 direction: ray.direction,
                 within,
                 width: surface.width,
+                way,
                 ..bounce
             });
         }

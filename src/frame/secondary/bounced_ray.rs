@@ -2,6 +2,7 @@
 
 use glam::Vec3;
 
+use super::mirrors::Way;
 use crate::frame::light::lighting::lights_passed;
 use crate::frame::light::step::Step;
 use crate::frame::shot::frame_view::FrameView;
@@ -55,6 +56,8 @@ pub struct Bounce {
     pub spread: f32,
     /// True if denoisers see the normals of the surfaces that it meets.
     pub guides: bool,
+    /// Its way over flat mirrors, if all on it were.
+    pub way: Way,
 }
 
 impl Bounce {
@@ -82,6 +85,7 @@ impl Bounce {
             width: 0.0,
             spread: 0.0,
             guides: false,
+            way: Way::BENT,
         }
     }
 

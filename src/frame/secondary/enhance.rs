@@ -50,6 +50,7 @@ pub fn enhance(
     bounces.times.begin(frame, kept.as_ref().map_or(TreeGrain::Nothing, |kept| kept.asks(frame)));
     bounces.trees.begin();
     bounces.media.begin(frame);
+    bounces.mirrors.begin(number);
     let mut any_traced = false;
     let shows_parts = frame.layers.has(Layers::PARTS);
     for first in (0..CELLS).step_by(LANES) {
@@ -264,14 +265,15 @@ fn start_rays(
             let [around, along, ..] = random.four(1);
             [around, along]
         });
+        let place = (cell as u32, tile.model[cell], tile.record[cell].triangle);
         if frame.maps.has(tile.model[cell]) {
             bounces.look_up(frame, (cell as u32, tile.model[cell]), branches, radiance);
         } else {
-            bounces.start(frame, (cell as u32, tile.model[cell]), &surface, guides, branches);
+            bounces.start(frame, place, &surface, guides, branches);
         }
         let (look, axes) = (surface.look(), surface.axes());
         if let Some(seen) = frame.palette.bsdfs.seen(look, surface.reflectance, axes, incoming, SeenBy::Eye) {
-            bounces.start_off_layer(frame, (cell as u32, tile.model[cell]), guides, &surface, &seen);
+            bounces.start_off_layer(frame, place, guides, &surface, &seen);
         }
     }
 }

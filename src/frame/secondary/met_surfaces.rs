@@ -5,7 +5,9 @@ use glam::Vec3;
 use wide::u32x8;
 
 use super::bounced_ray::Bounce;
+use super::mirrors;
 use super::tree_times::TreeTimes;
+use crate::changes::Until;
 use crate::exposure::Tick;
 use crate::frame::grid::bits::set_bits;
 use crate::frame::light::light_paths::{PathScratch, trace_paths};
@@ -38,8 +40,18 @@ pub struct MetSurface {
     pub surface: Surface,
     /// Number of the model.
     pub model: u32,
+    /// Number of the triangle, or of another primitive.
+    pub triangle: u32,
+    /// Barycentric weights there.
+    pub weights: [f32; 2],
+    /// Number of paths by which it gathers light, if it does.
+    pub paths: u32,
+    /// True if its light [may be kept](super::mirrors::may_be_kept).
+    pub is_kept: bool,
     /// Light that it shows, once that is [known](MetSurfaces::light).
     pub light: Vec3,
+    /// First frame in which that may differ, if it is asked.
+    pub until: Until,
 }
 
 impl MetSurface {
@@ -85,12 +97,17 @@ impl MetSurface {
         frame.palette.bsdfs.seen(surface.look(), surface.reflectance, axes, bounce.direction, SeenBy::Eye)
     }
 
-    /// Number of paths or rays that it has where a sample has `count`. Noise is in proportion to the ray's
-    /// weight over the root of this number: a faint picture needs fewer for no more of it.
-    fn share_of(&self, count: u32) -> u32 {
-        let weight = self.bounce.weight.max_element().min(1.0);
-        (count.div_ceil(SHARE_OF_PATHS) as f32 * weight * weight).ceil() as u32
+    /// Notes that its light holds until `until` at most.
+    fn note(&mut self, until: Until) {
+        self.until = until.min(self.until);
     }
+}
+
+/// Number of paths or rays that a surface has, which was met by a ray of this `weight`, where a sample has `count`. Noise is in proportion
+/// to the weight over the root of this number: a faint picture needs fewer for no more of it.
+pub fn share_of(count: u32, weight: Vec3) -> u32 {
+    let weight = weight.max_element().min(1.0);
+    (count.div_ceil(SHARE_OF_PATHS) as f32 * weight * weight).ceil() as u32
 }
 
 /// Surfaces that rays have met, and scratch memory for lighting them.
@@ -98,6 +115,8 @@ impl MetSurface {
 pub struct MetSurfaces {
     /// The surfaces.
     pub all: Vec<MetSurface>,
+    /// True if it is asked of all how long their light holds, and not only of those that are kept.
+    asks_all: bool,
     /// The same, eight side by side.
     eights: Vec<MetLanes>,
     /// Layers of some of these.
@@ -112,11 +131,20 @@ pub struct MetSurfaces {
 }
 
 impl MetSurfaces {
-    /// Computes the light that they show, and notes for how long it holds.
+    /// Computes the light that they show, and notes for how long it holds, where that is asked: in `times`, and of what is kept.
     pub fn light(&mut self, frame: &FrameView, times: &mut TreeTimes, tally: &mut RayTally) {
-        light(frame, self, times, tally);
-        gather(frame, self, times, tally);
-        reflect(frame, self, times, tally);
+        for met in &mut self.all {
+            // less is asked of what is known to expire soon
+            let known = if times.are_asked() { times.of(met.bounce.cell as usize) } else { Until::FOREVER };
+            met.until = known.min(mirrors::first_expiry(frame, met.model));
+        }
+        self.asks_all = times.are_asked();
+        light(frame, self, tally);
+        gather(frame, self, tally);
+        reflect(frame, self, tally);
+        if self.asks_all {
+            self.all.iter().for_each(|met| times.note(met.bounce.cell, met.until));
+        }
     }
 }
 
@@ -181,11 +209,11 @@ impl MetLanes {
 }
 
 /// Computes the light that comes to the surfaces straight from lights, highlights included.
-fn light(frame: &FrameView, met: &mut MetSurfaces, times: &mut TreeTimes, tally: &mut RayTally) {
+fn light(frame: &FrameView, met: &mut MetSurfaces, tally: &mut RayTally) {
     met.eights.clear();
     met.eights.extend(met.all.chunks(LANES).map(|some| MetLanes::new(frame, some)));
     met.bsdfs.clear();
-    look_around(frame, met, times, tally);
+    look_around(frame, met, tally);
     for (first, (eight, some)) in (0..).step_by(LANES).zip(met.eights.iter_mut().zip(met.all.chunks(LANES))) {
         let share = |lane: usize| if lane < some.len() { met.occlusion.share(first + lane) } else { 0.0 };
         let openness = || F32x8::new(std::array::from_fn(share));
@@ -214,7 +242,7 @@ fn light(frame: &FrameView, met: &mut MetSurfaces, times: &mut TreeTimes, tally:
         }
     }
     for light in (0..frame.pose.lights.len()).filter(|light| !frame.pose.is_dark(*light)) {
-        ask_light(frame, light, met, times, tally);
+        ask_light(frame, light, met, tally);
         shine(frame, light, met);
     }
     for (some, eight) in met.all.chunks_mut(LANES).zip(&met.eights) {
@@ -236,7 +264,7 @@ fn without_unseen_emission(frame: &FrameView, met: &[MetSurface], mut light: Vec
 
 /// Computes the openness of the surfaces that were met, where it dims their ambient light: by fewer rays than
 /// samples have.
-fn look_around(frame: &FrameView, met: &mut MetSurfaces, times: &mut TreeTimes, tally: &mut RayTally) {
+fn look_around(frame: &FrameView, met: &mut MetSurfaces, tally: &mut RayTally) {
     let Some(occlusion) = frame.occlusion.filter(|occlusion| occlusion.dims_ambient) else { return };
     let MetSurfaces { all: met, occlusion: scratch, .. } = met;
     scratch.looks.clear();
@@ -244,25 +272,24 @@ fn look_around(frame: &FrameView, met: &mut MetSurfaces, times: &mut TreeTimes, 
         let is_dimmed = frame.palette.has_ambient(met.surface.material);
         OpenSurface {
             start: met.start(number),
-            rays: if is_dimmed { met.share_of(occlusion.rays) } else { 0 },
+            rays: if is_dimmed { share_of(occlusion.rays, met.bounce.weight) } else { 0 },
         }
     }));
     occlusion::look_around(frame, scratch, tally);
     let found = scratch.looks.iter().zip(&scratch.found);
-    found.for_each(|(look, found)| times.note(look.start.cell, found.until));
+    found.for_each(|(look, found)| met[look.start.owner as usize].note(found.until));
 }
 
 /// Adds the light that the surfaces that were met gather from all around. It is computed anew for each frame
 /// in which they are seen, by fewer paths than samples have: a surface in a mirror counts for less, and its
 /// light is not kept.
-fn gather(frame: &FrameView, met: &mut MetSurfaces, times: &mut TreeTimes, tally: &mut RayTally) {
+fn gather(frame: &FrameView, met: &mut MetSurfaces, tally: &mut RayTally) {
     let MetSurfaces { all: met, gathering, .. } = met;
-    let count = |met: &MetSurface| met.share_of(frame.first_paths as u32);
     let is_diffuse = |met: &MetSurface| frame.palette.is_diffuse(met.surface.material);
     for (first, some) in (0..).step_by(GATHER_AT_ONCE).zip(met.chunks_mut(GATHER_AT_ONCE)) {
         gathering.starts.clear();
         for (number, met) in (first..).zip(&*some).filter(|(_, met)| is_diffuse(met)) {
-            gathering.starts.gather(&met.start(number), met.below(frame), 0..count(met));
+            gathering.starts.gather(&met.start(number), met.below(frame), 0..met.paths);
         }
         trace_paths(frame, gathering, tally);
         let brought = gathering.starts.iter().zip(&gathering.brought);
@@ -270,15 +297,15 @@ fn gather(frame: &FrameView, met: &mut MetSurfaces, times: &mut TreeTimes, tally
             let met = &mut some[(start.owner - first) as usize];
             let albedo = met.albedo(frame);
             let albedo = met.layer(frame).map_or(albedo, |seen| albedo * seen.through);
-            met.light += albedo * brought.radiance / count(met) as f32;
-            times.note(start.cell, brought.until);
+            met.light += albedo * brought.radiance / met.paths as f32;
+            met.note(brought.until);
         }
     }
 }
 
 /// Adds the light that the rough layers of the surfaces that were met reflect: by one path each, which is drawn
 /// anew for each frame.
-fn reflect(frame: &FrameView, met: &mut MetSurfaces, times: &mut TreeTimes, tally: &mut RayTally) {
+fn reflect(frame: &FrameView, met: &mut MetSurfaces, tally: &mut RayTally) {
     let MetSurfaces { all: met, gathering, .. } = met;
     for (first, some) in (0..).step_by(GATHER_AT_ONCE).zip(met.chunks_mut(GATHER_AT_ONCE)) {
         gathering.starts.clear();
@@ -297,7 +324,7 @@ fn reflect(frame: &FrameView, met: &mut MetSurfaces, times: &mut TreeTimes, tall
                 some[(start.owner - first) as usize].light +=
                     layer.shows(frame, start, 0, &layer.seen, brings);
             }
-            times.note(start.cell, brought.until);
+            some[(start.owner - first) as usize].note(brought.until);
         }
     }
 }
@@ -310,14 +337,9 @@ const SHARE_OF_PATHS: u32 = 4;
 const GATHER_AT_ONCE: usize = 256;
 
 /// Finds the points of light number `light` that reach each surface that was met.
-fn ask_light(
-    frame: &FrameView,
-    light: usize,
-    met: &mut MetSurfaces,
-    times: &mut TreeTimes,
-    tally: &mut RayTally,
-) {
-    let MetSurfaces { all: met, eights, queue, lit, to_light, .. } = met;
+fn ask_light(frame: &FrameView, light: usize, met: &mut MetSurfaces, tally: &mut RayTally) {
+    let MetSurfaces { all: met, asks_all, eights, queue, lit, to_light, .. } = met;
+    let asks = |met: &MetSurface| *asks_all || met.is_kept;
     let points = frame.pose.lights[light].points;
     queue.begin(frame.shadows_of_light(light));
     to_light.clear();
@@ -343,7 +365,7 @@ fn ask_light(
             queue.push(rays.origins, rays.to_light, F32x8::splat(light_sample.far), asked, first as u32);
             for lane in set_bits(asked) {
                 count(first + lane, 1);
-                if times.are_asked() {
+                if asks(&met[first + lane]) {
                     to_light.push((rays.origins.lane(lane), rays.to_light.lane(lane), light_sample.far));
                 }
             }
@@ -357,7 +379,7 @@ fn ask_light(
                 receivers.to_sixteen(lane, &light_samples, || lifts.lane(lane));
             queue.push_sixteen(origin, &light_samples, asked, (first + lane) as u32);
             count(first + lane, asked.count_ones());
-            for point in set_bits(if times.are_asked() { asked } else { 0 }) {
+            for point in set_bits(if asks(&met[first + lane]) { asked } else { 0 }) {
                 let way = light_samples[point / LANES].to_light.lane(point % LANES);
                 to_light.push((origin, way, light_samples[0].far));
             }
@@ -368,14 +390,15 @@ fn ask_light(
     // segments in the order of the answers; a still occluder stays in the way, whatever else comes there or
     // goes
     let mut to_light = to_light.iter();
-    let mut note = |owner: u32, by_still: bool| {
-        if let Some((origin, way, far)) = to_light.next().filter(|_| !by_still) {
-            times.note_segment(frame, met[owner as usize].bounce.cell, *origin, *way, *far);
+    let mut note = |met: &mut MetSurface, by_still: bool| {
+        if (*asks_all || met.is_kept)
+            && let Some((origin, way, far)) = to_light.next().filter(|_| !by_still)
+        {
+            met.until = frame.first_touch_before(*origin, *way, *far, met.until);
         }
     };
-    let cell = |owner: u32| met[owner as usize].bounce.cell;
     if points > 1 {
-        queue.set_ticks_of_sixteen(frame, cell);
+        queue.set_ticks_of_sixteen(frame, |owner| met[owner as usize].bounce.cell);
         queue.answer_sixteen(
             check,
             SceneSubset::All,
@@ -384,14 +407,15 @@ fn ask_light(
             |owner, shadows| {
                 lit[owner as usize] = shadows.asked & !shadows.blocked;
                 let by_still = shadows.blocked & !shadows.by_dynamic;
-                set_bits(shadows.asked).for_each(|point| note(owner, by_still >> point & 1 != 0));
+                let met = &mut met[owner as usize];
+                set_bits(shadows.asked).for_each(|point| note(met, by_still >> point & 1 != 0));
             },
         );
     } else {
-        queue.set_ticks(frame, cell);
+        queue.set_ticks(frame, |owner| met[owner as usize].bounce.cell);
         queue.answer(check, SceneSubset::All, Coherence::Bounced, frame.tracer, |owner, tag| {
             lit[owner as usize] = u16::from(tag.is_lit());
-            note(owner, tag == Tag::StaticOccluder);
+            note(&mut met[owner as usize], tag == Tag::StaticOccluder);
         });
     }
 }

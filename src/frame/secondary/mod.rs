@@ -6,6 +6,7 @@ pub mod bounced_ray;
 pub mod enhance;
 pub mod in_media;
 pub mod met_surfaces;
+pub mod mirrors;
 pub mod parts;
 pub mod ray_trees;
 pub mod roles;

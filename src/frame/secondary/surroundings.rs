@@ -32,7 +32,8 @@ pub fn updated(kept: ReflectionMaps, frame: &FrameView, bounds: &[Bounds]) -> (R
 /// Builds the maps for the frame's pose. Returns them with the rays that they took.
 pub fn made(frame: &FrameView, bounds: &[Bounds]) -> (ReflectionMaps, RayCounts) {
     // rays of maps are always traced, and make no guides
-    let frame = FrameView { maps: &NO_MAPS, keeps_trees: false, layers: Layers::NONE, ..*frame };
+    let frame =
+        FrameView { maps: &NO_MAPS, keeps_trees: false, layers: Layers::NONE, mirrored: None, ..*frame };
     let mut rays = RayCounts::default();
     let maps = frame.scene.models.iter().zip(bounds).zip(0..).map(|((model, bounds), number)| {
         let transform = frame.transform(number);

@@ -25,7 +25,7 @@ use crate::lanes::{LANES, Mask, Vec3x8};
 use crate::layers::Layers;
 use crate::media::Media;
 use crate::pose::Pose;
-use crate::samples::{BACKGROUND, Column, EMPTY, Octahedral, Sample, TagSlot, Tile};
+use crate::samples::{BACKGROUND, Column, EMPTY, MirroredSamples, Octahedral, Sample, TagSlot, Tile};
 use crate::scene::look::Look;
 use crate::scene::{LightGroups, RayKind, Role, Scene};
 use crate::settings::{Caustics, Settings};
@@ -155,6 +155,10 @@ pub struct FrameView<'a> {
     /// True if the expiry of rays beyond the first surface is tracked for later frames: the camera rests, and
     /// no light changes in the next frame.
     pub keeps_trees: bool,
+    /// True if what flat mirrors show is kept for the next frame, and served from the one before: the camera moves.
+    pub keeps_mirrored: bool,
+    /// Samples of the frame before that are seen by way of flat mirrors, in a frame that lets them serve and leaves some; `None` in others.
+    pub mirrored: Option<&'a MirroredSamples>,
     /// First later frame in which any light changes.
     pub light_change: Until,
     /// Layers of the picture beside its colours.

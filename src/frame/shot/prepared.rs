@@ -258,11 +258,21 @@ impl<'s> Prepared<'s> {
 
     /// Returns true if the camera of an exposure, at `pose` in its frame, is in the same place in the frame before or the frame after.
     pub fn rests(&self, pose: &Pose, exposure: usize, place: Option<&EyePlace>) -> bool {
-        let beside = [pose.frame.saturating_sub(1), pose.frame.saturating_add(1)];
-        beside.into_iter().any(|frame| {
-            let (camera, cameras) = self.camera(frame, exposure, place);
-            camera == pose.camera && cameras == pose.cameras
-        })
+        Self::beside(pose).into_iter().any(|frame| self.is_there(frame, pose, exposure, place))
+    }
+
+    /// Returns true if the camera of an exposure, at `pose` in its frame, is in another place in the frame before or the frame after.
+    pub fn moves(&self, pose: &Pose, exposure: usize, place: Option<&EyePlace>) -> bool {
+        !Self::beside(pose).into_iter().all(|frame| self.is_there(frame, pose, exposure, place))
+    }
+
+    fn beside(pose: &Pose) -> [i32; 2] {
+        [pose.frame.saturating_sub(1), pose.frame.saturating_add(1)]
+    }
+
+    fn is_there(&self, frame: i32, pose: &Pose, exposure: usize, place: Option<&EyePlace>) -> bool {
+        let (camera, cameras) = self.camera(frame, exposure, place);
+        camera == pose.camera && cameras == pose.cameras
     }
 }
 

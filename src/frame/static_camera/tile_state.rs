@@ -14,7 +14,7 @@ use crate::frame::shot::frame_view::FrameView;
 use crate::frame::shot::moved_bounds::ModelSet;
 use crate::frame::shot::plan::Term;
 use crate::frame::shot::tile_bounds::TileBounds;
-use crate::samples::{EMPTY, SampleStore, Status, Tile};
+use crate::samples::{EMPTY, MirroredOfTile, SampleStore, Status, Tile};
 use crate::settings::Reuse;
 
 /// State of a tile that is kept from frame to frame while the camera does not move. Unknown by default.
@@ -34,6 +34,10 @@ pub struct TileState {
     pub trees: TileTrees,
     /// True if their light may differ.
     trees_may_differ: bool,
+    /// True if its flat mirrors showed kept samples when it was shown last, and not what their own rays meet.
+    pub shows_mirrored: bool,
+    /// What flat mirrors have shown in the current frame, until the frame is done.
+    pub mirrored: MirroredOfTile,
     /// True if a model that moved may concern its samples.
     may_be_reached: bool,
     /// First frame in which gathered light or openness of its samples may be invalid.
@@ -59,6 +63,8 @@ impl Default for TileState {
             asks_beside: false,
             trees: TileTrees::default(),
             trees_may_differ: false,
+            shows_mirrored: false,
+            mirrored: MirroredOfTile::default(),
             may_be_reached: false,
             until: Until::UNKNOWN,
             bounds: None,
@@ -128,7 +134,8 @@ pub fn find_reached(store: &SampleStore, frame: &FrameView, bins: &Bins, states:
             !content.is_out_of_reach(frame, number) || bins.any(number) || !state.asked.is_empty()
         };
         let any_changed = light_changed || frame.plan.any_moved;
-        state.trees_may_differ = any_changed && frame.has_expired(state.trees.until);
+        let may_differ = any_changed && frame.has_expired(state.trees.until);
+        state.trees_may_differ = may_differ || state.shows_mirrored;
     });
 }
 

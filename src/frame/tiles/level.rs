@@ -22,7 +22,7 @@ use crate::frame::shot::plan::CameraChange;
 use crate::frame::static_camera::tile_state;
 use crate::frame::static_camera::{self, Detached};
 use crate::samples::saved::LevelSamples;
-use crate::samples::{ClearRegions, LeavingStore, OldStore, SampleStore, Status, TagLayout};
+use crate::samples::{ClearRegions, LeavingStore, MirroredSamples, OldStore, SampleStore, Status, TagLayout};
 
 /// See the module's documentation.
 pub struct Level {
@@ -32,6 +32,8 @@ pub struct Level {
     /// Which of its cells are asked for; all of the coarsest level.
     pub wanted: Option<Wanted>,
     pub buffers: FrameBuffers,
+    /// What flat mirrors showed in the frame before the one rendered last, for its audit.
+    pub mirrored_before: MirroredSamples,
     layout: TagLayout,
 }
 
@@ -67,7 +69,8 @@ impl Level {
     /// Creates a level without samples.
     pub fn new(grid: Arc<Grid>, layout: &TagLayout) -> Self {
         let buffers = FrameBuffers::new(layout.clone());
-        Self { grid, store: None, wanted: None, buffers, layout: layout.clone() }
+        let mirrored_before = MirroredSamples::default();
+        Self { grid, store: None, wanted: None, buffers, mirrored_before, layout: layout.clone() }
     }
 
     /// Drops the samples of the frame before, and what was known of them. Their tiles are used again.
@@ -78,15 +81,19 @@ impl Level {
 
     /// Forgets what samples have gathered.
     pub fn forget_gathered(&mut self) {
-        let tiles = self.store.iter_mut().flat_map(|store| &mut store.tiles);
-        tiles.for_each(|tile| tile.forget_gathered());
+        if let Some(store) = &mut self.store {
+            store.tiles.iter_mut().for_each(|tile| tile.forget_gathered());
+            store.mirrored = MirroredSamples::default();
+        }
         self.buffers.forget();
     }
 
     /// Has what samples have gathered hold until `changed` of what it did.
     pub fn change_validity(&mut self, changed: impl Fn(Until) -> Until + Sync) {
-        let tiles = self.store.par_iter_mut().flat_map(|store| &mut store.tiles);
-        tiles.for_each(|tile| tile.change_validity(&changed));
+        if let Some(store) = &mut self.store {
+            store.tiles.par_iter_mut().for_each(|tile| tile.change_validity(&changed));
+            store.mirrored.all_mut().par_iter_mut().for_each(|sample| sample.until = changed(sample.until));
+        }
         self.buffers.forget();
     }
 
@@ -133,7 +140,10 @@ impl Level {
         let mut regions = before.map_or_else(ClearRegions::default, |before| before.regions);
         let both = before.zip(obstacles);
         let proofs = both.map(|(before, obstacles)| proofs::choose(frame, obstacles, before, &mut regions));
-        let frame = &FrameView { proofs: proofs.as_ref(), ..*frame };
+        let own = self.store.as_mut().map(|store| std::mem::take(&mut store.mirrored)).unwrap_or_default();
+        let mirrored = lent.map_or(&own, |lent| &lent.mirrored);
+        let mirrored = frame.keeps_mirrored.then_some(mirrored);
+        let frame = &FrameView { proofs: proofs.as_ref(), mirrored, ..*frame };
         let (mut now, mut reused) = self.begin(frame, lent, bins, detached);
         if let (Reused::Projected(_, _, lends), Some(store)) = (&mut reused, beside) {
             bins_beside.open(frame.view.grid.tiles());
@@ -143,8 +153,22 @@ impl Level {
         let mut start = Start { reused, estimate };
         let projecting = begin.elapsed().as_secs_f64();
         let mut sum = run_tiles(frame, &mut start, &mut now, (&mut self.buffers, tiles), film, shows);
-        sum.projecting = projecting;
         now.regions = regions;
+        let begin = Instant::now();
+        now.mirrored = match mirrored {
+            None => own,
+            Some(before) => {
+                let next = before
+                    .next(self.buffers.states.iter_mut().map(|state| &mut state.mirrored), |sample| {
+                        !frame.motion.expires_next(sample.until, frame.pose.moment)
+                    });
+                if frame.settings.audit {
+                    self.mirrored_before = before.clone();
+                }
+                next
+            }
+        };
+        sum.projecting = projecting + begin.elapsed().as_secs_f64();
         self.store = Some(now);
         sum
     }

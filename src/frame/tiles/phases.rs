@@ -112,6 +112,8 @@ fn infer_tile(
         let ThreadScratch { radiance, bounces, placed, trace, .. } = &mut *scratch;
         let trees = Some(&mut state.trees);
         let casts_rays = enhance::enhance(frame, (number, tile), radiance, bounces, trees, placed, trace);
+        state.shows_mirrored = !bounces.mirrors.of_tile.used.is_empty();
+        std::mem::swap(&mut state.mirrored, &mut bounces.mirrors.of_tile);
         state.goes_on = radiance.is_followed;
         state.was_quiet &= !casts_rays;
         clock.lap(&mut scratch.seconds.light);

@@ -33,6 +33,8 @@ struct Paint {
     is_followed: bool,
     /// True if it reflects light diffusely at all.
     is_diffuse: bool,
+    /// See [`Material::is_matt`].
+    is_matt: bool,
     /// What of it varies, if anything does.
     varying: Option<VaryingPaint>,
     /// What goes below it; the mean free path is one of the space in which the shot is rendered.
@@ -269,6 +271,12 @@ impl Palette {
         self.paints[usize::from(material)].is_diffuse
     }
 
+    /// Returns true if a material sends the same light to whoever looks, but for [mirrors and glass](Material::is_matt).
+    #[inline]
+    pub fn is_matt(&self, material: u16) -> bool {
+        self.paints[usize::from(material)].is_matt
+    }
+
     /// Returns true if rays go on from such a surface.
     #[inline]
     pub fn goes_on(&self, Look { material, varied }: Look) -> bool {
@@ -385,6 +393,7 @@ fn paint(material: &Material, light: Vec3) -> Paint {
             || material.metal_rough.is_some_and(is_smooth)
             || material.coat.is_some_and(|coat| coat.is_smooth()),
         is_diffuse: full != Vec3::ZERO,
+        is_matt: material.is_matt(),
         varying,
         scattering: material.scattering,
         absorption: material.absorption,

@@ -51,6 +51,8 @@ pub struct Counts {
     pub on_edge: u64,
     /// Cells whose targets rounding decides.
     pub coverage_on_edge: u64,
+    /// Surfaces in mirrors whose light was kept.
+    pub mirrored: u64,
     /// Samples that a frame traced in full had as well.
     pub compared: u64,
     /// Cells that were laid over those of a frame in full.
@@ -73,6 +75,7 @@ impl Counts {
             audited,
             on_edge,
             coverage_on_edge,
+            mirrored,
             compared,
             cells,
             elsewhere,
@@ -84,6 +87,7 @@ impl Counts {
         *audited += other.audited;
         *on_edge += other.on_edge;
         *coverage_on_edge += other.coverage_on_edge;
+        *mirrored += other.mirrored;
         *compared += other.compared;
         *cells += other.cells;
         *elsewhere += other.elsewhere;
@@ -293,10 +297,11 @@ fn check_audit(is_fine: bool, frames: &[Frame], counts: &mut Counts) -> Result<(
     for frame in frames {
         counts.inferred += u64::from(frame.is_inferred);
         let Some(audit) = frame.audit else { continue };
-        let AuditCounts { checked, differing, on_edge, coverage, coverage_on_edge, .. } = audit;
+        let AuditCounts { checked, differing, on_edge, coverage, coverage_on_edge, mirrored, .. } = audit;
         counts.audited += checked;
         counts.on_edge += on_edge;
         counts.coverage_on_edge += coverage_on_edge;
+        counts.mirrored += mirrored;
         if audit.wrong() > 0 && is_fine {
             let kind = if differing > 0 { Kind::Audit } else { Kind::Coverage };
             let detail = format!(

@@ -5,6 +5,7 @@ use std::collections::BTreeSet;
 use toml::{Table, Value};
 
 use crate::files::{SMALL_SHAPES, SMOKE};
+use crate::generate::mirrors;
 use crate::generate::small::cell_width;
 use crate::mtlx::FIRST_OF_EYE;
 use crate::trial::Trial;
@@ -96,6 +97,10 @@ pub fn features(trial: &Trial) -> BTreeSet<String> {
     }
     if list(shot, "material").any(|material| material.contains_key("map_displacement")) {
         add("displacement".into());
+    }
+    let name = |model: &&Table| model.get("name").and_then(Value::as_str) == Some(mirrors::NAME);
+    if models.iter().any(name) {
+        add("flat mirrors".into());
     }
     let rests = |model: &Table| ["key", "shapes", "visible"].iter().all(|key| !model.contains_key(*key));
     let is_copied = |model: &&Table| {

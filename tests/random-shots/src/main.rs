@@ -152,8 +152,8 @@ fn summarize(tally: &Tally) {
     println!("{all} shots: {} held, {refused} were refused, {failed} failed", tally.passed);
     let counts = tally.counts;
     println!(
-        "{} inferred frames, {} samples audited ({} on an edge; {} targets on an edge)",
-        counts.inferred, counts.audited, counts.on_edge, counts.coverage_on_edge
+        "{} inferred frames, {} samples audited ({} on an edge; {} targets on an edge; {} surfaces in mirrors)",
+        counts.inferred, counts.audited, counts.on_edge, counts.coverage_on_edge, counts.mirrored
     );
     println!(
         "laid over frames in full: {} cells, of which {} show another surface where rounding decides; the light of {} surfaces; \

@@ -305,7 +305,13 @@ fn compare_pixels(
             return Ok(0);
         }
         for (grid, (level, other)) in grids.iter().zip(picture.levels.iter().zip(levels)) {
-            rule_out(grid, [level.store, other.store], reach, &mut is_same);
+            // mirrors may show other places of the same surfaces
+            let is_followed = |material: u16| shot.scene.materials[usize::from(material)].is_followed();
+            let shows_kept = frame.audit.is_some_and(|audit| audit.mirrored > 0);
+            let is_out = |tile: &Tile, cell: usize| {
+                shows_kept && tile.model[cell] < EMPTY && is_followed(tile.record[cell].material)
+            };
+            rule_out(grid, [level.store, other.store], reach, is_out, &mut is_same);
         }
     }
     let pixels: Vec<usize> = (0..is_same.len()).filter(|pixel| is_same[*pixel]).collect();
@@ -328,14 +334,20 @@ fn compare_pixels(
     Ok(pixels.len() as u64)
 }
 
-/// Unmarks each pixel within `reach` pixels of a cell in which the two stores do not have the same.
-fn rule_out(grid: &Grid, stores: [&SampleStore; 2], reach: usize, is_same: &mut [bool]) {
+/// Unmarks each pixel within `reach` pixels of a cell in which the two stores do not have the same, or that `is_out`.
+fn rule_out(
+    grid: &Grid,
+    stores: [&SampleStore; 2],
+    reach: usize,
+    is_out: impl Fn(&Tile, usize) -> bool,
+    is_same: &mut [bool],
+) {
     let [width, height] = grid.film.map(|count| count as i32);
     let reach = reach as i32;
     for number in 0..grid.tiles() {
         let tiles = [0, 1].map(|store: usize| &*stores[store].tiles[number]);
         let corner = grid.corner_in_film(number);
-        for cell in (0..CELLS).filter(|cell| !is_same_sample(tiles, *cell)) {
+        for cell in (0..CELLS).filter(|cell| !is_same_sample(tiles, *cell) || is_out(tiles[0], *cell)) {
             let is_empty = |tile: &Tile| tile.model[cell] == EMPTY;
             if tiles.into_iter().all(is_empty) {
                 continue;

@@ -11,6 +11,7 @@ mod lights;
 mod links;
 mod materials;
 mod media;
+pub mod mirrors;
 mod models;
 pub mod rays;
 mod settings;
@@ -53,6 +54,8 @@ const LINKS: u64 = 0x0011_4B5E;
 const SUBDIVISION: u64 = 0x5B_D171_DE00;
 /// And media.
 const MEDIA: u64 = 0x6D15_7000;
+/// And flat mirrors.
+const MIRRORS: u64 = 0x313A_1200;
 
 /// The shot of this seed.
 pub fn generate(seed: u64) -> Table {
@@ -82,6 +85,7 @@ pub fn generate(seed: u64) -> Table {
     links::add(&mut Dice::new(seed ^ LINKS), &mut shot);
     subdivision::add(&mut Dice::new(seed ^ SUBDIVISION), &mut shot);
     media::add(&mut Dice::new(seed ^ MEDIA), &span, &mut shot);
+    mirrors::add(&mut Dice::new(seed ^ MIRRORS), &mut shot);
     shot
 }
 

@@ -197,8 +197,10 @@ fn sort_keys(model: &mut Table) {
 
 fn shapes(dice: &mut Dice, span: &Span, name: &str) -> Table {
     let (stem, kind) = name.rsplit_once('.').expect("files have an ending");
+    // some curves grow out of next to nothing
+    let grow = if kind == "curves" && dice.one_in(3) { "1" } else { "" };
     let mut shapes = table([
-        (kind, format!("{stem}.##.{kind}").into()),
+        (kind, format!("{stem}.{grow}##.{kind}").into()),
         ("first", Value::Integer(span.first + dice.whole(-1, 2))),
     ]);
     if dice.one_in(2) {

@@ -1,0 +1,551 @@
+//! What flat mirrors show, kept from frame to frame.
+//!
+//! A flat mirror shows what a mirrored eye sees. So what was met by way of one is a sample like others
+//! ([`MirroredSample`]), with the difference that it is seen where its *image* is: the place itself, mirrored by the planes on the way in
+//! their reverse order. It serves a cell by the rule for all samples:
+//!
+//! - *Target.* The ray that goes on from the cell's own sample is traced as ever. What it meets is what the cell shows, and the sample must
+//!   show the same surface ([`target`](crate::frame::reuse::target)): model, material, side, layer, about parallel.
+//! - *Nearest.* Its image lies within [`REACH`] of the cell's centre, and none that would do lies nearer.
+//! - *Verified.* A ray from the eye to the image must meet the same mirrors, in the planes that they had on the way of the target, and at
+//!   last the sample ([`verify`]). An edge of a mirror, a fold, or anything that came before any of them, ends it there.
+//!
+//! What it saves is light: shadow rays and paths of the place that is shown. Where none serves, the place that was met is lit as ever, and
+//! is kept for the frames that follow. How much of the light the mirrors reflect depends on the eye, and is found for the cell's own
+//! sample.
+//!
+//! *Flat* are triangles whose corners have the normal of their plane, and that no picture bends. What lets rays pass straight through may
+//! be curved: it turns nothing. Ways that are turned in any other manner are BENT, and what they show is lit in each frame.
+
+use glam::{Vec2, Vec3};
+
+use super::bounced_ray::Bounce;
+use super::met_surfaces::{MetSurface, MetSurfaces};
+use crate::changes::Until;
+use crate::exposure::MIDDLE_TICK;
+use crate::frame::grid::place;
+use crate::frame::reuse::candidates::REACH;
+use crate::frame::reuse::target::{ABOUT_PARALLEL, LAYER};
+use crate::frame::shot::frame_view::FrameView;
+use crate::frame::surface::hits::{Hits8, surfaces};
+use crate::frame::surface::trace_scratch::TraceScratch;
+use crate::lanes::F32x8;
+use crate::pose::Clip;
+use crate::samples::{MirroredOfTile, MirroredSample, Octahedral, octave_of};
+use crate::scene::RayKind;
+use crate::shade::Surface;
+use crate::shade::surface::{geometric_normal_of, off_surface};
+use crate::shade::within::Within;
+use crate::trace::{Coherence, Hit, HitPacket, OfKind, SceneSubset, Search};
+
+/// Largest angle, in radians, between planes that count as one: it moves an image by twice as much of its distance, a fiftieth of a cell of
+/// a picture 1000 cells high.
+const ONE_PLANE: f32 = 1e-5;
+
+/// Largest distance of a plane from another that counts as the same one, and of what is met at the end of a way from the sample that it
+/// leads to, as a share of the distance from the eye: so much are places rounded.
+const ONE_PLACE: f32 = 1e-5;
+
+/// Mirrors, and what lets rays pass, on a way; behind more of them nothing is kept.
+const MOST_LINKS: usize = 8;
+
+/// Factors between which the width may lie over which the textures of a kept place were filtered: as footprints of samples, which are
+/// steps of the root of 2.
+const WIDTHS: [f32; 2] = [0.84, 1.19];
+
+/// Way of a ray from the eye over flat mirrors, as [`Mirrors`] know it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Way(u32);
+
+impl Way {
+    /// Straight from the eye.
+    pub const DIRECT: Self = Self(u32::MAX);
+    /// Anything that is not kept.
+    pub const BENT: Self = Self(u32::MAX - 1);
+}
+
+/// A surface on the way of a ray.
+#[derive(Debug, Clone, Copy)]
+struct Link {
+    /// A point of its plane, world space.
+    point: Vec3,
+    /// Normal of its plane on the side from which the ray came.
+    normal: Vec3,
+    model: u32,
+    material: u16,
+    /// True if the ray was mirrored there, and not let pass.
+    is_mirror: bool,
+    /// Kind of the ray that came to it.
+    ray_kind: RayKind,
+    /// The way to it.
+    before: Way,
+}
+
+impl Link {
+    /// The mirror image of a point, if it is a mirror.
+    fn image(&self, point: Vec3) -> Vec3 {
+        if self.is_mirror { point - 2.0 * (point - self.point).dot(self.normal) * self.normal } else { point }
+    }
+
+    /// The mirror image of a direction, if it is a mirror.
+    fn turned(&self, direction: Vec3) -> Vec3 {
+        if self.is_mirror { direction - 2.0 * direction.dot(self.normal) * self.normal } else { direction }
+    }
+}
+
+/// The surfaces on a way in the order in which a ray meets them.
+#[derive(Debug, Clone, Copy)]
+struct Links {
+    all: [Link; MOST_LINKS],
+    count: usize,
+}
+
+impl Links {
+    fn as_slice(&self) -> &[Link] {
+        &self.all[..self.count]
+    }
+
+    /// Where the eye sees what is at `point`.
+    fn image(&self, point: Vec3) -> Vec3 {
+        self.as_slice().iter().rev().fold(point, |point, link| link.image(point))
+    }
+
+    /// What the eye sees at an `image`.
+    fn original(&self, image: Vec3) -> Vec3 {
+        self.as_slice().iter().fold(image, |point, link| link.image(point))
+    }
+
+    fn image_of_direction(&self, direction: Vec3) -> Vec3 {
+        self.as_slice().iter().rev().fold(direction, |direction, link| link.turned(direction))
+    }
+}
+
+/// A kept sample on its way to a cell: the part of its way that is still to be verified.
+#[derive(Debug, Clone, Copy)]
+struct Attempt {
+    /// Index of the surface that was met.
+    met: usize,
+    /// Number and data of the kept sample.
+    number: u32,
+    sample: MirroredSample,
+    links: Links,
+    /// Links that it has passed.
+    passed: usize,
+    /// Begin of the next ray.
+    origin: Vec3,
+    /// What it leads to: the image of the sample as it is seen from there.
+    goal: Vec3,
+}
+
+/// A kept sample that serves in the place of a surface that a ray has met.
+#[derive(Debug, Clone, Copy)]
+pub struct Served {
+    /// That surface, from which rays go on as ever.
+    pub met: MetSurface,
+    pub sample: MirroredSample,
+    /// Where the eye sees it.
+    pub image: Vec3,
+    /// Length of the way to it.
+    pub length: f32,
+    /// Surfaces on that way.
+    pub links: usize,
+}
+
+/// Scratch memory of a worker for what flat mirrors show in the tile at work.
+#[derive(Debug, Default)]
+pub struct Mirrors {
+    /// Number of the tile.
+    number: usize,
+    links: Vec<Link>,
+    attempts: Vec<Attempt>,
+    kinds: Vec<RayKind>,
+    /// Of the rays that were followed last.
+    pub served: Vec<Served>,
+    /// True if all that serve in the tile are to be known at its end: for the audit.
+    pub collects: bool,
+    /// These, then.
+    pub all_served: Vec<Served>,
+    /// What the tile has used and made.
+    pub of_tile: MirroredOfTile,
+}
+
+impl Mirrors {
+    /// Clears the state for tile `number`.
+    pub fn begin(&mut self, number: usize) {
+        self.number = number;
+        self.links.clear();
+        self.served.clear();
+        self.all_served.clear();
+        self.of_tile.used.clear();
+        self.of_tile.made.clear();
+    }
+
+    /// The way on from `surface`, which is `triangle` of `model` and was met by a ray of that kind on the way `before`: over a mirror, or
+    /// straight through.
+    pub fn beyond(
+        &mut self,
+        frame: &FrameView,
+        (before, ray_kind): (Way, RayKind),
+        (surface, model, triangle): (&Surface, u32, u32),
+        is_mirror: bool,
+    ) -> Way {
+        if frame.mirrored.is_none() || before == Way::BENT || self.count(before) == MOST_LINKS {
+            return Way::BENT;
+        }
+        let plane = plane_of(frame, model, triangle, is_mirror);
+        let Some(normal) = plane.filter(|_| !is_mirror || is_flat_there(surface)) else { return Way::BENT };
+        let normal = if normal.dot(surface.geometric_normal) < 0.0 { -normal } else { normal };
+        self.links.push(Link {
+            point: surface.point,
+            normal,
+            model,
+            material: surface.material,
+            is_mirror,
+            ray_kind,
+            before,
+        });
+        Way(self.links.len() as u32 - 1)
+    }
+
+    fn count(&self, way: Way) -> usize {
+        let mut count = 0;
+        let mut at = way;
+        while at != Way::DIRECT {
+            at = self.links[at.0 as usize].before;
+            count += 1;
+        }
+        count
+    }
+
+    /// The surfaces on a way that is not bent.
+    fn links(&self, way: Way) -> Links {
+        let count = self.count(way);
+        let nothing = Link {
+            point: Vec3::ZERO,
+            normal: Vec3::ZERO,
+            model: 0,
+            material: 0,
+            is_mirror: false,
+            ray_kind: RayKind::Camera,
+            before: Way::DIRECT,
+        };
+        let mut links = Links { all: [nothing; MOST_LINKS], count };
+        let mut at = way;
+        for place in links.all[..count].iter_mut().rev() {
+            *place = self.links[at.0 as usize];
+            at = place.before;
+        }
+        links
+    }
+
+    /// Takes those surfaces out of `met` for which a kept sample serves, and leaves these in [`served`](Self::served).
+    pub fn serve(&mut self, frame: &FrameView, met: &mut MetSurfaces, scratch: &mut TraceScratch) {
+        self.served.clear();
+        let Some(before) = frame.mirrored.filter(|before| !before.all().is_empty()) else { return };
+        self.attempts.clear();
+        for (number, met) in met.all.iter().enumerate().filter(|(_, met)| met.is_kept) {
+            let links = self.links(met.bounce.way);
+            let Some(target) = Target::of(frame, self.number, met, &links) else { continue };
+            let mut best: Option<(f32, u32, MirroredSample)> = None;
+            before.near((met.model, target.octave), (target.place, target.normal), |number, sample| {
+                if let Some(off) = target.distance(frame, sample)
+                    && best.is_none_or(|(least, first, _)| (off, number) < (least, first))
+                {
+                    best = Some((off, number, *sample));
+                }
+            });
+            if let Some((_, kept, sample)) = best {
+                let (origin, goal) = (frame.view.camera.eye, links.image(sample.point));
+                self.attempts.push(Attempt {
+                    met: number,
+                    number: kept,
+                    sample,
+                    links,
+                    passed: 0,
+                    origin,
+                    goal,
+                });
+            }
+        }
+        self.verify(frame, met, scratch);
+    }
+
+    /// Traces the ways of all attempts from the eye on, surface by surface. Those that arrive serve.
+    fn verify(&mut self, frame: &FrameView, met: &mut MetSurfaces, scratch: &mut TraceScratch) {
+        let Self { attempts, kinds, served, collects, all_served, of_tile, .. } = self;
+        let tells_kinds = frame.hides_from_some || frame.view.camera.clip != Clip::NONE;
+        let mut is_served = vec![false; met.all.len()];
+        let (first, mut is_first) = (served.len(), true);
+        while !attempts.is_empty() {
+            scratch.begin_rays();
+            kinds.clear();
+            for attempt in &*attempts {
+                scratch.rays.push(attempt.origin, attempt.goal - attempt.origin, 0.0, f32::INFINITY);
+                let cell = met.all[attempt.met].bounce.cell as usize;
+                let counted = &mut scratch.tally.cells.verification[cell];
+                *counted = counted.saturating_add(1);
+                if tells_kinds {
+                    let link = attempt.links.as_slice().get(attempt.passed);
+                    kinds.push(link.map_or(met.all[attempt.met].bounce.ray_kind, |link| link.ray_kind));
+                }
+            }
+            scratch.tally.counts.verification += attempts.len() as u64;
+            // from the eye they go side by side
+            let coherence = if is_first { Coherence::Coherent } else { Coherence::Bounced };
+            is_first = false;
+            let search = Search { kinds: OfKind::of(kinds), among: SceneSubset::All, coherence };
+            frame.tracer.closest(&scratch.rays, search, &mut scratch.hits);
+            let mut ray = 0;
+            attempts.retain_mut(|attempt| {
+                let hit = scratch.hits.get(ray);
+                ray += 1;
+                let Some(hit) = hit else { return false };
+                if attempt.passed < attempt.links.count {
+                    return attempt.pass(frame, hit);
+                }
+                if attempt.arrives(frame, hit) {
+                    is_served[attempt.met] = true;
+                    of_tile.used.push(attempt.number);
+                    let image = attempt.links.image(attempt.sample.point);
+                    served.push(Served {
+                        met: met.all[attempt.met],
+                        sample: attempt.sample,
+                        image,
+                        length: (image - frame.view.camera.eye).length(),
+                        links: attempt.links.count,
+                    });
+                }
+                false
+            });
+        }
+        if *collects {
+            all_served.extend_from_slice(served);
+        }
+        if served.len() > first {
+            let mut of_met = is_served.into_iter();
+            met.all.retain(|_| of_met.next() != Some(true));
+        }
+    }
+
+    /// Keeps those of the surfaces that were met, and lit, that later frames may show again.
+    pub fn keep(&mut self, frame: &FrameView, met: &MetSurfaces) {
+        for met in met.all.iter().filter(|met| met.is_kept) {
+            let expires = frame.motion.expires_next(met.until, frame.pose.moment);
+            if expires || !met.light.is_finite() {
+                continue;
+            }
+            let distance =
+                (self.links(met.bounce.way).image(met.surface.point) - frame.view.camera.eye).length();
+            self.of_tile.made.push(MirroredSample {
+                point: met.surface.point,
+                weights: met.weights,
+                model: met.model,
+                triangle: met.triangle,
+                geometric_normal: Octahedral::fold(met.surface.geometric_normal),
+                light: met.light,
+                width: met.surface.width,
+                until: met.until,
+                paths: met.paths as u16,
+                octave: octave_of(width_of_cell(frame, distance)),
+                is_from_behind: met.surface.from_behind,
+                unused: 0,
+            });
+        }
+    }
+}
+
+impl Attempt {
+    /// Goes on over the next link, if the ray towards it met the same plane.
+    fn pass(&mut self, frame: &FrameView, hit: Hit) -> bool {
+        let link = self.links.as_slice()[self.passed];
+        let mesh = &frame.scene.models[hit.model as usize].mesh;
+        if hit.model != link.model || mesh.material_of[hit.triangle as usize] != link.material {
+            return false;
+        }
+        let way = self.goal - self.origin;
+        let point = self.origin + hit.t * way;
+        let Some(normal) = plane_of(frame, hit.model, hit.triangle, link.is_mirror) else { return false };
+        let normal = if normal.dot(way) > 0.0 { -normal } else { normal };
+        if link.is_mirror {
+            let off = (point - link.point).dot(link.normal).abs();
+            let is_same = normal.cross(link.normal).length() <= ONE_PLANE
+                && normal.dot(link.normal) > 0.0
+                && off <= ONE_PLACE * way.length() + rounding(point)
+                // the image of what is before the mirror lies behind it
+                && hit.t < 1.0;
+            if !is_same {
+                return false;
+            }
+        } else if hit.t >= 1.0 {
+            return false;
+        }
+        self.goal = link.image(self.goal);
+        self.origin = off_surface(point, if link.is_mirror { normal } else { -normal });
+        self.passed += 1;
+        true
+    }
+
+    /// Returns true if the last ray met the sample.
+    fn arrives(&self, frame: &FrameView, hit: Hit) -> bool {
+        let way = self.goal - self.origin;
+        let off = (hit.t - 1.0).abs() * way.length();
+        let distance = (self.links.image(self.sample.point) - frame.view.camera.eye).length();
+        hit.model == self.sample.model && off <= ONE_PLACE * distance + rounding(self.sample.point)
+    }
+}
+
+/// What a kept sample must be to serve for a surface that was met.
+struct Target<'a> {
+    met: &'a MetSurface,
+    links: &'a Links,
+    /// Where the line through the cell's centre meets the tangent plane of what was met: world space.
+    place: Vec3,
+    /// Normal of the triangle that was met.
+    normal: Vec3,
+    /// Width of a cell there.
+    width: f32,
+    /// Size of voxels there.
+    octave: i8,
+    /// Centre of the cell, in cells.
+    centre: [f32; 2],
+}
+
+impl<'a> Target<'a> {
+    /// The target of the surface that a ray of tile `number` has met by way of `links`; none where the surface is seen edge on.
+    fn of(frame: &FrameView, number: usize, met: &'a MetSurface, links: &'a Links) -> Option<Self> {
+        /// Largest distance of the place from what was met, in cells.
+        const FARTHEST: f32 = 8.0;
+        let (corner, at) = (frame.view.grid.tile_corner(number), place(met.bounce.cell as usize));
+        let centre = [0, 1].map(|axis| (corner[axis] + at[axis] as i32) as f32 + 0.5);
+        let [_, sight] = frame.view.middle().rays(F32x8::splat(centre[0]), F32x8::splat(centre[1]));
+        let (eye, sight) = (frame.view.camera.eye, sight.lane(0));
+        let Surface { point, geometric_normal, .. } = met.surface;
+        let (image, normal) = (links.image(point) - eye, links.image_of_direction(geometric_normal));
+        let t = image.dot(normal) / sight.dot(normal);
+        let width = width_of_cell(frame, image.length());
+        let seen = t * sight;
+        // false for NaN as well
+        let is_near = t > 0.0 && (seen - image).length() <= FARTHEST * width;
+        is_near.then(|| Self {
+            met,
+            links,
+            place: links.original(eye + seen),
+            normal: geometric_normal,
+            width,
+            octave: octave_of(width),
+            centre,
+        })
+    }
+
+    /// Distance, in cells, of the image of a kept sample from the centre of the cell, if it may serve.
+    fn distance(&self, frame: &FrameView, sample: &MirroredSample) -> Option<f32> {
+        /// Widths by which the image of what lies within reach may seem further away from here, where cells are taken to be square.
+        const ROOM: f32 = 1.25;
+        let Self { met, links, place, normal, width, octave, centre } = self;
+        let surface = &met.surface;
+        let is_same = sample.model == met.model
+            && sample.octave == *octave
+            && sample.is_from_behind == surface.from_behind
+            && u32::from(sample.paths) >= met.paths
+            && !frame.has_expired(sample.until);
+        if !is_same {
+            return None;
+        }
+        let mesh = &frame.scene.models[sample.model as usize].mesh;
+        let is_as_wide = || {
+            let [least, most] = WIDTHS.map(|factor| factor * surface.width);
+            !frame.palette.has_textures || (least..=most).contains(&sample.width)
+        };
+        if mesh.material_of[sample.triangle as usize] != surface.material || !is_as_wide() {
+            return None;
+        }
+        let off = sample.point - *place;
+        let along = met.bounce.direction;
+        if (off - off.dot(along) * along).length_squared() > (ROOM * REACH * width).powi(2) {
+            return None;
+        }
+        let (apart, layer) = (sample.point - surface.point, LAYER * width);
+        let of_sample = sample.geometric_normal.unfold();
+        let is_on = apart.dot(*normal).abs() <= layer
+            && apart.dot(of_sample).abs() <= layer
+            && normal.dot(of_sample) >= ABOUT_PARALLEL;
+        if !is_on {
+            return None;
+        }
+        let seen = frame.view.project_one(links.image(sample.point) - frame.view.camera.eye, MIDDLE_TICK)?;
+        let off = (seen.truncate() - Vec2::from(*centre)).length();
+        (off <= REACH).then_some(off)
+    }
+}
+
+/// Returns true if the light of what a ray has met may be kept, and served by what was: a matt surface of triangles, by way of flat
+/// mirrors.
+pub fn may_be_kept(frame: &FrameView, bounce: &Bounce, surface: &Surface, model: u32) -> bool {
+    frame.mirrored.is_some()
+        && bounce.way != Way::BENT
+        && bounce.within == Within::NOTHING
+        && frame.palette.is_matt(surface.material)
+        && !frame.scene.models[model as usize].mesh.is_curved()
+}
+
+/// The surface of a kept sample as the ray that leads to it in `direction` sees it, to the bit as it was met.
+pub fn surface_of(frame: &FrameView, sample: &MirroredSample, direction: Vec3) -> Surface {
+    let mut packet = HitPacket::NONE;
+    [packet.u[0], packet.v[0]] = sample.weights;
+    (packet.t[0], packet.model[0], packet.triangle[0]) = (1.0, sample.model, sample.triangle);
+    let mut found = None;
+    let hits = Hits8::new(&packet, 0);
+    surfaces(
+        frame,
+        &hits,
+        1,
+        |_| direction,
+        |_| sample.width,
+        |_| MIDDLE_TICK,
+        |_, surface| {
+            found = Some(surface);
+        },
+    );
+    found.expect("the hit is there")
+}
+
+/// Width of a cell at a distance from the eye.
+fn width_of_cell(frame: &FrameView, distance: f32) -> f32 {
+    frame.view.spread().by_distance * distance
+}
+
+/// Room for the rounding of coordinates.
+fn rounding(point: Vec3) -> f32 {
+    4.0 * f32::EPSILON * point.abs().max_element()
+}
+
+/// Normal of the plane of a triangle, world space; none of curved geometry, and for a mirror none where the surface is not flat.
+fn plane_of(frame: &FrameView, model: u32, triangle: u32, is_mirror: bool) -> Option<Vec3> {
+    let mesh = &frame.scene.models[model as usize].mesh;
+    let triangles = mesh.as_triangles()?;
+    let in_object = geometric_normal_of(mesh, triangle, [0.0; 2]);
+    if is_mirror {
+        if mesh.deforms() || frame.is_bent(model, triangle) {
+            return None;
+        }
+        if !triangles.normals.is_empty() {
+            let corners = triangles.corners[triangle as usize];
+            let normals = corners.map(|corner| triangles.normals[corner as usize].normalize_or_zero());
+            if normals.iter().any(|normal| normal.cross(in_object).length() > ONE_PLANE) {
+                return None;
+            }
+        }
+    }
+    frame.place(model, MIDDLE_TICK).geometric_normal(triangle, in_object).try_normalize()
+}
+
+/// Returns true if a mirror has the normal of its plane where it was met, but for the rounding of kept normals.
+fn is_flat_there(surface: &Surface) -> bool {
+    const ROUNDED: f32 = 1e-4;
+    (surface.normal - surface.geometric_normal).length() <= ROUNDED
+}
+
+/// Expiry of what is shown, before it is known what may change it sooner.
+pub fn first_expiry(frame: &FrameView, model: u32) -> Until {
+    frame.light_change.min(frame.change_of_met(model))
+}
