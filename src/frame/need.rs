@@ -12,7 +12,7 @@ use super::secondary::ray_trees::bytes_of_tree;
 use super::shot::exposed;
 use crate::layers::Layers;
 use crate::memory::{Need, Part};
-use crate::samples::{CELLS, Sample, TagLayout, Tile};
+use crate::samples::{CELLS, MirroredSamples, Sample, TagLayout, Tile};
 use crate::scene::camera::Projection;
 use crate::scene::{CameraTrack, LightGroups, Material, Model, Scene, Shot};
 use crate::settings::{Mode, Reuse, Settings};
@@ -117,11 +117,22 @@ fn need_of_chain(shot: &Shot, of_shot: &Settings, kind: BackendKind, inferred: f
         BackendKind::Rust => [0, 0],
     };
     let trees = trees(&shot.scene, settings, stores * samples);
+    let in_mirrors = mirrored(
+        &shot.scene,
+        settings,
+        inferred > 0.0 && exposures.is_none() && layout.paths > 0,
+        stores * samples,
+    );
     let deforming = deforming(&shot.scene, settings, kind);
     let proofs = obstacles(&shot.scene, settings, inferred);
     let parts = parts
         .into_iter()
         .chain(trees.map(|bytes| Part::new("what mirrors and glass show", bytes, "a smaller --tree-memory")))
+        .chain(
+            in_mirrors.map(|bytes| {
+                Part::new("what flat mirrors show", bytes, "a smaller --depth, fewer --samples")
+            }),
+        )
         .chain(proofs.map(|bytes| Part::new("proofs of what is seen", bytes, "a smaller model")))
         .chain(
             deforming
@@ -189,6 +200,17 @@ fn trees(scene: &Scene, settings: &Settings, samples: u64) -> Option<u64> {
     let can = moves && goes_on && settings.mode != Mode::Full && may_rest(&scene.camera);
     let all = samples / 2 * bytes_of_tree(settings.layers) as u64;
     can.then_some(all.min(u64::from(settings.tree_memory) << 20)).filter(|bytes| *bytes > 0)
+}
+
+/// Bytes of what flat mirrors show, in frames that may keep it if it `can` be kept at all: as if a quarter of all samples had one.
+fn mirrored(scene: &Scene, settings: &Settings, can: bool, samples: u64) -> Option<u64> {
+    let is_followed = || settings.depth > 0 && scene.materials.iter().any(Material::is_followed);
+    let is_kept = can
+        && is_followed()
+        && settings.reuse == Reuse::Target
+        && scene.camera.projection() == Projection::Perspective
+        && !scene.has_media();
+    Some(samples / 4 * MirroredSamples::BYTES).filter(|bytes| is_kept && *bytes > 0)
 }
 
 /// Bytes of the models at rest, as [proofs](crate::clear) need them, while they are built; if frames are inferred of samples that are

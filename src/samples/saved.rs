@@ -21,7 +21,7 @@
 //! | if anything is random: the seed | 4 |
 //!
 //! Samples that are seen by way of mirrors follow tiles, [some](MIRRORED_AT_ONCE) at a time, each of them [`MIRRORED_BYTES`] long: point,
-//! weights, light and width (nine floats); model, triangle, normal; `Until`, paths; octave, side, frames without use.
+//! weights, light and width (nine floats); model, triangle, normal; `Until`, paths; octave, frames without use.
 
 use glam::Vec3;
 use half::f16;
@@ -262,7 +262,7 @@ fn decode_sample(bytes: &mut Bytes<'_>, varying: Varying, named: &Named<'_>) -> 
 pub const MIRRORED_AT_ONCE: usize = 1 << 14;
 
 /// Size of one of them, in bytes.
-pub const MIRRORED_BYTES: usize = 9 * size_of::<f32>() + 3 * size_of::<u32>() + 2 * size_of::<u16>() + 3;
+pub const MIRRORED_BYTES: usize = 9 * size_of::<f32>() + 3 * size_of::<u32>() + 2 * size_of::<u16>() + 2;
 
 /// Encodes samples that are seen by way of mirrors.
 pub fn encode_mirrored(samples: &[MirroredSample]) -> Vec<u8> {
@@ -279,14 +279,13 @@ pub fn encode_mirrored(samples: &[MirroredSample]) -> Vec<u8> {
             until,
             paths,
             octave,
-            is_from_behind,
             unused,
         } = sample;
         let floats = point.to_array().into_iter().chain(*weights).chain(light.to_array()).chain([*width]);
         bytes.extend(floats.flat_map(f32::to_le_bytes));
         bytes.extend([*model, *triangle, geometric_normal.to_bits()].into_iter().flat_map(u32::to_le_bytes));
         bytes.extend([until.to_bits(), *paths].into_iter().flat_map(u16::to_le_bytes));
-        bytes.extend([*octave as u8, u8::from(*is_from_behind), *unused]);
+        bytes.extend([*octave as u8, *unused]);
     }
     bytes
 }
@@ -317,7 +316,6 @@ pub fn decode_mirrored(bytes: &[u8], named: &Named<'_>) -> Option<Vec<MirroredSa
             until: Until::from_bits(bytes.half_word()?),
             paths: bytes.half_word()?,
             octave: bytes.byte()? as i8,
-            is_from_behind: bytes.byte()? != 0,
             unused: bytes.byte()?,
         });
     }
@@ -503,7 +501,6 @@ mod tests {
             until: Until::from_bits(77),
             paths: 12,
             octave: -9,
-            is_from_behind: true,
             unused: 2,
         }
     }

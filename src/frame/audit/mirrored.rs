@@ -3,8 +3,8 @@
 //! The tile is enhanced again, which lets the same samples serve. Of each it is then asked, by rays that are turned at whatever they meet,
 //! with the normals that it has there, and that know nothing of planes and images:
 //! 1. Its image lies in its cell, its textures were filtered over a place about as wide as they would be now, and it has as many paths.
-//! 2. The ray from the eye through the image meets the same things as that through the cell's own sample, one after the other, and at
-//!    last the kept sample, in its point.
+//! 2. The ray from the eye through the image meets what the cell's own sample lies on, then the same things as the ray through that, one
+//!    after the other, and at last the kept sample, in its point.
 //! 3. What the ray through the cell's own sample meets at last is the surface that the kept sample shows.
 //! 4. Lit anew, it has the light that was kept.
 
@@ -52,7 +52,8 @@ pub fn check_mirrored(
     for served in &all {
         let cell = served.met.bounce.cell as usize;
         raise(cell, check_place(frame, number, served));
-        raise(cell, check_way(frame, served, sight(frame, number, tile, cell)));
+        let first = (tile.model[cell], tile.record[cell].material);
+        raise(cell, check_way(frame, served, (sight(frame, number, tile, cell), first)));
     }
     all.len() as u64
 }
@@ -70,13 +71,17 @@ fn check_place(frame: &FrameView, number: usize, served: &Served) -> Verdict {
     Verdict::new(is_in && is_as_wide && u32::from(sample.paths) >= met.paths)
 }
 
-/// Checks that the eye sees the sample at its image by the way on which it sees, through `own`, the same surface.
-fn check_way(frame: &FrameView, served: &Served, own: Sight) -> Verdict {
+/// Checks that the eye sees the sample at its image by the way on which it sees the same surface through the cell's `own` sample, which is on
+/// the model and of the material that are `first`. Of two surfaces in one place a ray may meet either: which one the cell shows is checked
+/// with its sample.
+fn check_way(frame: &FrameView, served: &Served, (own, first): (Sight, (u32, u16))) -> Verdict {
     let to_image = Sight { direction: served.image - own.origin, ..own };
     let shows = |targets: &[Option<Arrival>], ways: &[Option<Arrival>]| {
         let targets = || targets.iter().flatten().filter(|target| target.shows(frame, &served.sample));
         let ways = || ways.iter().flatten().filter(|way| way.meets(frame, &served.sample));
-        targets().any(|target| ways().any(|way| way.over == target.over))
+        let is_same =
+            |way: &Arrival, target: &Arrival| way.over[0] == first && way.over[1..] == target.over[1..];
+        targets().any(|target| ways().any(|way| is_same(way, target)))
     };
     let follow = |sights: &[Sight]| follow(frame, served, sights);
     let (target, way) = (follow(&[own]), follow(&[to_image]));
@@ -129,7 +134,6 @@ impl Arrival {
         let normal = self.surface.geometric_normal;
         self.hit.model == sample.model
             && mesh.material_of[sample.triangle as usize] == self.surface.material
-            && sample.is_from_behind == self.surface.from_behind
             && normal.dot(of_sample) >= ABOUT_PARALLEL
             && apart.dot(normal).abs().max(apart.dot(of_sample).abs())
                 <= layer + self.tolerance(frame, sample)
@@ -174,7 +178,6 @@ fn follow_one(frame: &FrameView, served: &Served, sight: Sight) -> Option<Arriva
             until: Until::UNKNOWN,
             paths: 0,
             octave: 0,
-            is_from_behind: false,
             unused: 0,
         };
         let surface = surface_of(frame, &met, direction);

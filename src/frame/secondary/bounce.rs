@@ -7,10 +7,11 @@ use glam::Vec3;
 use super::bounced_ray::{Bounce, Kind, LEAST_WEIGHT};
 use super::in_media::InMedia;
 use super::met_surfaces::{MetSurface, MetSurfaces, share_of};
-use super::mirrors::{Mirrors, Served, Way, may_be_kept, surface_of};
+use super::mirrors::{Mirrors, Served, may_be_kept, surface_of};
 use super::parts;
 use super::ray_trees::TreeScratch;
 use super::tree_times::TreeTimes;
+use super::ways::{Way, Ways};
 use crate::changes::Until;
 use crate::frame::light::step::Step;
 use crate::frame::shot::frame_view::FrameView;
@@ -45,6 +46,8 @@ pub struct Bounces {
     pub trees: TreeScratch,
     /// What media show.
     pub media: InMedia,
+    /// Ways of the rays of the current tile.
+    pub ways: Ways,
     /// What flat mirrors show.
     pub mirrors: Mirrors,
 }
@@ -64,7 +67,7 @@ impl Bounces {
         let weight = self.media.left(cell as usize);
         let bounce =
             |kind| Bounce { guides, spread, weight, way: Way::DIRECT, ..Bounce::from_sample(cell, kind) };
-        let next = (&mut self.mirrors, &mut self.next);
+        let next = (&mut self.ways, &mut self.next);
         grow(frame, step_of_sample(frame), (surface, model, triangle), branches, bounce, next);
     }
 
@@ -126,7 +129,7 @@ impl Bounces {
         let weight = self.media.left(cell as usize);
         let from_sample = Bounce::from_sample(cell, Kind::Reflection);
         let bounce = Bounce { guides, spread, weight, receiver, way: Way::DIRECT, ..from_sample };
-        let next = (&mut self.mirrors, &mut self.next);
+        let next = (&mut self.ways, &mut self.next);
         mirror(frame, step_of_sample(frame), bounce, (surface, triangle), seen, next);
     }
 }
@@ -150,7 +153,7 @@ fn mirror(
     bounce: Bounce,
     (surface, triangle): (&Surface, u32),
     seen: &SeenBsdf,
-    (mirrors, next): (&mut Mirrors, &mut Vec<Bounce>),
+    (ways, next): (&mut Ways, &mut Vec<Bounce>),
 ) {
     let step = step.next(false);
     if step.is_beyond() {
@@ -163,7 +166,7 @@ fn mirror(
         let origin = surface.leave(direction);
         let (weight, width, ray_kind) = (bounce.weight * weight, surface.width, RayKind::Glossy);
         let before = (bounce.way, bounce.ray_kind);
-        let way = mirrors.beyond(frame, before, (surface, bounce.receiver, triangle), true);
+        let way = ways.beyond(frame, before, (surface, bounce.receiver, triangle), true);
         next.push(Bounce { step, ray_kind, weight, origin, direction, width, way, ..bounce });
     }
 }
@@ -177,9 +180,9 @@ pub fn follow(frame: &FrameView, bounces: &mut Bounces, radiance: &mut Radiance,
         bounces.next.clear();
         group(&mut bounces.now);
         meet(frame, bounces, radiance, scratch);
-        bounces.mirrors.serve(frame, &mut bounces.met, scratch);
+        bounces.mirrors.serve(frame, &bounces.ways, &mut bounces.met, scratch);
         bounces.met.light(frame, &mut bounces.times, &mut scratch.tally);
-        bounces.mirrors.keep(frame, &bounces.met);
+        bounces.mirrors.keep(frame, &bounces.ways, &bounces.met);
         let served = std::mem::take(&mut bounces.mirrors.served);
         for Served { met, sample, .. } in &served {
             let Bounce { cell, weight, guides, direction, .. } = met.bounce;
@@ -188,7 +191,7 @@ pub fn follow(frame: &FrameView, bounces: &mut Bounces, radiance: &mut Radiance,
                 let surface = surface_of(frame, sample, direction);
                 parts::see(frame, &mut radiance.parts, cell as usize, &surface, weight, guides);
             }
-            go_on(frame, met, (&mut bounces.mirrors, &mut bounces.next));
+            go_on(frame, met, (&mut bounces.ways, &mut bounces.next));
         }
         bounces.mirrors.served = served;
         for met in &bounces.met.all {
@@ -197,7 +200,7 @@ pub fn follow(frame: &FrameView, bounces: &mut Bounces, radiance: &mut Radiance,
                 let Bounce { cell, weight, guides, .. } = met.bounce;
                 parts::see(frame, &mut radiance.parts, cell as usize, &met.surface, weight, guides);
             }
-            go_on(frame, met, (&mut bounces.mirrors, &mut bounces.next));
+            go_on(frame, met, (&mut bounces.ways, &mut bounces.next));
         }
     }
     if frame.media.is_some() {
@@ -321,7 +324,7 @@ fn meet_surfaces(
 }
 
 /// Starts the rays that leave a surface that was met.
-fn go_on(frame: &FrameView, met: &MetSurface, (mirrors, next): (&mut Mirrors, &mut Vec<Bounce>)) {
+fn go_on(frame: &FrameView, met: &MetSurface, (ways, next): (&mut Ways, &mut Vec<Bounce>)) {
     let MetSurface { surface, bounce, .. } = met;
     let material = &frame.scene.materials[usize::from(surface.material)];
     if bounce.step.is_last() && !surface.optics(frame.scene).is_straight() {
@@ -331,10 +334,10 @@ fn go_on(frame: &FrameView, met: &MetSurface, (mirrors, next): (&mut Mirrors, &m
     let guides = bounce.guides && !parts::shows_itself(frame, surface.look());
     let onwards = |kind| Bounce { guides, ..bounce.onwards(kind) };
     let place = (surface, met.model, met.triangle);
-    grow(frame, bounce.step, place, branches, onwards, (&mut *mirrors, &mut *next));
+    grow(frame, bounce.step, place, branches, onwards, (&mut *ways, &mut *next));
     if let Some(seen) = met.layer(frame) {
         let mirrored = Bounce { guides, receiver: met.model, ..bounce.onwards(Kind::Reflection) };
-        mirror(frame, bounce.step, mirrored, (surface, met.triangle), &seen, (mirrors, next));
+        mirror(frame, bounce.step, mirrored, (surface, met.triangle), &seen, (ways, next));
     }
 }
 
@@ -346,7 +349,7 @@ fn grow(
     (surface, model, triangle): (&Surface, u32, u32),
     branches: Branches,
     bounce: impl Fn(Kind) -> Bounce,
-    (mirrors, next): (&mut Mirrors, &mut Vec<Bounce>),
+    (ways, next): (&mut Ways, &mut Vec<Bounce>),
 ) {
     let is_straight = surface.optics(frame.scene).is_straight();
     let kinds = [
@@ -375,7 +378,7 @@ fn grow(
                 Kind::Refraction if !is_straight => Way::BENT,
                 _ => {
                     let before = (bounce.way, bounce.ray_kind);
-                    mirrors.beyond(frame, before, (surface, model, triangle), kind == Kind::Reflection)
+                    ways.beyond(frame, before, (surface, model, triangle), kind == Kind::Reflection)
                 }
             };
             next.push(Bounce {

@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-use super::mirrors::Way;
+use super::ways::Way;
 use crate::frame::light::lighting::lights_passed;
 use crate::frame::light::step::Step;
 use crate::frame::shot::frame_view::FrameView;

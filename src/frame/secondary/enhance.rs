@@ -50,6 +50,7 @@ pub fn enhance(
     bounces.times.begin(frame, kept.as_ref().map_or(TreeGrain::Nothing, |kept| kept.asks(frame)));
     bounces.trees.begin();
     bounces.media.begin(frame);
+    bounces.ways.clear();
     bounces.mirrors.begin(number);
     let mut any_traced = false;
     let shows_parts = frame.layers.has(Layers::PARTS);

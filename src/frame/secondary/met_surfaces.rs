@@ -5,7 +5,6 @@ use glam::Vec3;
 use wide::u32x8;
 
 use super::bounced_ray::Bounce;
-use super::mirrors;
 use super::tree_times::TreeTimes;
 use crate::changes::Until;
 use crate::exposure::Tick;
@@ -46,7 +45,7 @@ pub struct MetSurface {
     pub weights: [f32; 2],
     /// Number of paths by which it gathers light, if it does.
     pub paths: u32,
-    /// True if its light [may be kept](super::mirrors::may_be_kept).
+    /// True if its light may be [kept](super::mirrors).
     pub is_kept: bool,
     /// Light that it shows, once that is [known](MetSurfaces::light).
     pub light: Vec3,
@@ -133,12 +132,12 @@ pub struct MetSurfaces {
 impl MetSurfaces {
     /// Computes the light that they show, and notes for how long it holds, where that is asked: in `times`, and of what is kept.
     pub fn light(&mut self, frame: &FrameView, times: &mut TreeTimes, tally: &mut RayTally) {
-        for met in &mut self.all {
+        self.asks_all = times.are_asked();
+        for met in self.all.iter_mut().filter(|met| met.is_kept || times.are_asked()) {
             // less is asked of what is known to expire soon
             let known = if times.are_asked() { times.of(met.bounce.cell as usize) } else { Until::FOREVER };
-            met.until = known.min(mirrors::first_expiry(frame, met.model));
+            met.until = known.min(frame.light_change).min(frame.change_of_met(met.model));
         }
-        self.asks_all = times.are_asked();
         light(frame, self, tally);
         gather(frame, self, tally);
         reflect(frame, self, tally);

@@ -14,14 +14,13 @@
 //! is kept for the frames that follow. How much of the light the mirrors reflect depends on the eye, and is found for the cell's own
 //! sample.
 //!
-//! *Flat* are triangles whose corners have the normal of their plane, and that no picture bends. What lets rays pass straight through may
-//! be curved: it turns nothing. Ways that are turned in any other manner are BENT, and what they show is lit in each frame.
+//! What is seen over anything that is not [flat](super::ways) is lit in each frame.
 
 use glam::{Vec2, Vec3};
 
 use super::bounced_ray::Bounce;
 use super::met_surfaces::{MetSurface, MetSurfaces};
-use crate::changes::Until;
+use super::ways::{Links, ONE_PLACE, Way, Ways, rounding};
 use crate::exposure::MIDDLE_TICK;
 use crate::frame::grid::place;
 use crate::frame::reuse::candidates::REACH;
@@ -34,91 +33,12 @@ use crate::pose::Clip;
 use crate::samples::{MirroredOfTile, MirroredSample, Octahedral, octave_of};
 use crate::scene::RayKind;
 use crate::shade::Surface;
-use crate::shade::surface::{geometric_normal_of, off_surface};
 use crate::shade::within::Within;
 use crate::trace::{Coherence, Hit, HitPacket, OfKind, SceneSubset, Search};
-
-/// Largest angle, in radians, between planes that count as one: it moves an image by twice as much of its distance, a fiftieth of a cell of
-/// a picture 1000 cells high.
-const ONE_PLANE: f32 = 1e-5;
-
-/// Largest distance of a plane from another that counts as the same one, and of what is met at the end of a way from the sample that it
-/// leads to, as a share of the distance from the eye: so much are places rounded.
-const ONE_PLACE: f32 = 1e-5;
-
-/// Mirrors, and what lets rays pass, on a way; behind more of them nothing is kept.
-const MOST_LINKS: usize = 8;
 
 /// Factors between which the width may lie over which the textures of a kept place were filtered: as footprints of samples, which are
 /// steps of the root of 2.
 const WIDTHS: [f32; 2] = [0.84, 1.19];
-
-/// Way of a ray from the eye over flat mirrors, as [`Mirrors`] know it.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Way(u32);
-
-impl Way {
-    /// Straight from the eye.
-    pub const DIRECT: Self = Self(u32::MAX);
-    /// Anything that is not kept.
-    pub const BENT: Self = Self(u32::MAX - 1);
-}
-
-/// A surface on the way of a ray.
-#[derive(Debug, Clone, Copy)]
-struct Link {
-    /// A point of its plane, world space.
-    point: Vec3,
-    /// Normal of its plane on the side from which the ray came.
-    normal: Vec3,
-    model: u32,
-    material: u16,
-    /// True if the ray was mirrored there, and not let pass.
-    is_mirror: bool,
-    /// Kind of the ray that came to it.
-    ray_kind: RayKind,
-    /// The way to it.
-    before: Way,
-}
-
-impl Link {
-    /// The mirror image of a point, if it is a mirror.
-    fn image(&self, point: Vec3) -> Vec3 {
-        if self.is_mirror { point - 2.0 * (point - self.point).dot(self.normal) * self.normal } else { point }
-    }
-
-    /// The mirror image of a direction, if it is a mirror.
-    fn turned(&self, direction: Vec3) -> Vec3 {
-        if self.is_mirror { direction - 2.0 * direction.dot(self.normal) * self.normal } else { direction }
-    }
-}
-
-/// The surfaces on a way in the order in which a ray meets them.
-#[derive(Debug, Clone, Copy)]
-struct Links {
-    all: [Link; MOST_LINKS],
-    count: usize,
-}
-
-impl Links {
-    fn as_slice(&self) -> &[Link] {
-        &self.all[..self.count]
-    }
-
-    /// Where the eye sees what is at `point`.
-    fn image(&self, point: Vec3) -> Vec3 {
-        self.as_slice().iter().rev().fold(point, |point, link| link.image(point))
-    }
-
-    /// What the eye sees at an `image`.
-    fn original(&self, image: Vec3) -> Vec3 {
-        self.as_slice().iter().fold(image, |point, link| link.image(point))
-    }
-
-    fn image_of_direction(&self, direction: Vec3) -> Vec3 {
-        self.as_slice().iter().rev().fold(direction, |direction, link| link.turned(direction))
-    }
-}
 
 /// A kept sample on its way to a cell: the part of its way that is still to be verified.
 #[derive(Debug, Clone, Copy)]
@@ -156,7 +76,6 @@ pub struct Served {
 pub struct Mirrors {
     /// Number of the tile.
     number: usize,
-    links: Vec<Link>,
     attempts: Vec<Attempt>,
     kinds: Vec<RayKind>,
     /// Of the rays that were followed last.
@@ -173,78 +92,25 @@ impl Mirrors {
     /// Clears the state for tile `number`.
     pub fn begin(&mut self, number: usize) {
         self.number = number;
-        self.links.clear();
         self.served.clear();
         self.all_served.clear();
         self.of_tile.used.clear();
         self.of_tile.made.clear();
     }
 
-    /// The way on from `surface`, which is `triangle` of `model` and was met by a ray of that kind on the way `before`: over a mirror, or
-    /// straight through.
-    pub fn beyond(
+    /// Takes those surfaces out of `met` for which a kept sample serves, and leaves these in [`served`](Self::served).
+    pub fn serve(
         &mut self,
         frame: &FrameView,
-        (before, ray_kind): (Way, RayKind),
-        (surface, model, triangle): (&Surface, u32, u32),
-        is_mirror: bool,
-    ) -> Way {
-        if frame.mirrored.is_none() || before == Way::BENT || self.count(before) == MOST_LINKS {
-            return Way::BENT;
-        }
-        let plane = plane_of(frame, model, triangle, is_mirror);
-        let Some(normal) = plane.filter(|_| !is_mirror || is_flat_there(surface)) else { return Way::BENT };
-        let normal = if normal.dot(surface.geometric_normal) < 0.0 { -normal } else { normal };
-        self.links.push(Link {
-            point: surface.point,
-            normal,
-            model,
-            material: surface.material,
-            is_mirror,
-            ray_kind,
-            before,
-        });
-        Way(self.links.len() as u32 - 1)
-    }
-
-    fn count(&self, way: Way) -> usize {
-        let mut count = 0;
-        let mut at = way;
-        while at != Way::DIRECT {
-            at = self.links[at.0 as usize].before;
-            count += 1;
-        }
-        count
-    }
-
-    /// The surfaces on a way that is not bent.
-    fn links(&self, way: Way) -> Links {
-        let count = self.count(way);
-        let nothing = Link {
-            point: Vec3::ZERO,
-            normal: Vec3::ZERO,
-            model: 0,
-            material: 0,
-            is_mirror: false,
-            ray_kind: RayKind::Camera,
-            before: Way::DIRECT,
-        };
-        let mut links = Links { all: [nothing; MOST_LINKS], count };
-        let mut at = way;
-        for place in links.all[..count].iter_mut().rev() {
-            *place = self.links[at.0 as usize];
-            at = place.before;
-        }
-        links
-    }
-
-    /// Takes those surfaces out of `met` for which a kept sample serves, and leaves these in [`served`](Self::served).
-    pub fn serve(&mut self, frame: &FrameView, met: &mut MetSurfaces, scratch: &mut TraceScratch) {
+        ways: &Ways,
+        met: &mut MetSurfaces,
+        scratch: &mut TraceScratch,
+    ) {
         self.served.clear();
         let Some(before) = frame.mirrored.filter(|before| !before.all().is_empty()) else { return };
         self.attempts.clear();
         for (number, met) in met.all.iter().enumerate().filter(|(_, met)| met.is_kept) {
-            let links = self.links(met.bounce.way);
+            let links = ways.links(met.bounce.way);
             let Some(target) = Target::of(frame, self.number, met, &links) else { continue };
             let mut best: Option<(f32, u32, MirroredSample)> = None;
             before.near((met.model, target.octave), (target.place, target.normal), |number, sample| {
@@ -275,7 +141,7 @@ impl Mirrors {
         let Self { attempts, kinds, served, collects, all_served, of_tile, .. } = self;
         let tells_kinds = frame.hides_from_some || frame.view.camera.clip != Clip::NONE;
         let mut is_served = vec![false; met.all.len()];
-        let (first, mut is_first) = (served.len(), true);
+        let first = served.len();
         while !attempts.is_empty() {
             scratch.begin_rays();
             kinds.clear();
@@ -290,9 +156,8 @@ impl Mirrors {
                 }
             }
             scratch.tally.counts.verification += attempts.len() as u64;
-            // from the eye they go side by side
-            let coherence = if is_first { Coherence::Coherent } else { Coherence::Bounced };
-            is_first = false;
+            // not as packets, though the first ones begin at the eye: of two surfaces in one place the same is met for whoever asks
+            let coherence = Coherence::Bounced;
             let search = Search { kinds: OfKind::of(kinds), among: SceneSubset::All, coherence };
             frame.tracer.closest(&scratch.rays, search, &mut scratch.hits);
             let mut ray = 0;
@@ -300,7 +165,7 @@ impl Mirrors {
                 let hit = scratch.hits.get(ray);
                 ray += 1;
                 let Some(hit) = hit else { return false };
-                if attempt.passed < attempt.links.count {
+                if attempt.passed < attempt.links.as_slice().len() {
                     return attempt.pass(frame, hit);
                 }
                 if attempt.arrives(frame, hit) {
@@ -312,7 +177,7 @@ impl Mirrors {
                         sample: attempt.sample,
                         image,
                         length: (image - frame.view.camera.eye).length(),
-                        links: attempt.links.count,
+                        links: attempt.links.as_slice().len(),
                     });
                 }
                 false
@@ -328,14 +193,14 @@ impl Mirrors {
     }
 
     /// Keeps those of the surfaces that were met, and lit, that later frames may show again.
-    pub fn keep(&mut self, frame: &FrameView, met: &MetSurfaces) {
+    pub fn keep(&mut self, frame: &FrameView, ways: &Ways, met: &MetSurfaces) {
         for met in met.all.iter().filter(|met| met.is_kept) {
             let expires = frame.motion.expires_next(met.until, frame.pose.moment);
             if expires || !met.light.is_finite() {
                 continue;
             }
             let distance =
-                (self.links(met.bounce.way).image(met.surface.point) - frame.view.camera.eye).length();
+                (ways.links(met.bounce.way).image(met.surface.point) - frame.view.camera.eye).length();
             self.of_tile.made.push(MirroredSample {
                 point: met.surface.point,
                 weights: met.weights,
@@ -347,7 +212,6 @@ impl Mirrors {
                 until: met.until,
                 paths: met.paths as u16,
                 octave: octave_of(width_of_cell(frame, distance)),
-                is_from_behind: met.surface.from_behind,
                 unused: 0,
             });
         }
@@ -355,32 +219,14 @@ impl Mirrors {
 }
 
 impl Attempt {
-    /// Goes on over the next link, if the ray towards it met the same plane.
+    /// Goes on over the next link, if the ray towards it met it.
     fn pass(&mut self, frame: &FrameView, hit: Hit) -> bool {
-        let link = self.links.as_slice()[self.passed];
-        let mesh = &frame.scene.models[hit.model as usize].mesh;
-        if hit.model != link.model || mesh.material_of[hit.triangle as usize] != link.material {
+        let link = &self.links.as_slice()[self.passed];
+        let Some(beyond) = link.beyond(frame, (self.origin, self.goal - self.origin), hit) else {
             return false;
-        }
-        let way = self.goal - self.origin;
-        let point = self.origin + hit.t * way;
-        let Some(normal) = plane_of(frame, hit.model, hit.triangle, link.is_mirror) else { return false };
-        let normal = if normal.dot(way) > 0.0 { -normal } else { normal };
-        if link.is_mirror {
-            let off = (point - link.point).dot(link.normal).abs();
-            let is_same = normal.cross(link.normal).length() <= ONE_PLANE
-                && normal.dot(link.normal) > 0.0
-                && off <= ONE_PLACE * way.length() + rounding(point)
-                // the image of what is before the mirror lies behind it
-                && hit.t < 1.0;
-            if !is_same {
-                return false;
-            }
-        } else if hit.t >= 1.0 {
-            return false;
-        }
+        };
         self.goal = link.image(self.goal);
-        self.origin = off_surface(point, if link.is_mirror { normal } else { -normal });
+        self.origin = beyond;
         self.passed += 1;
         true
     }
@@ -445,7 +291,6 @@ impl<'a> Target<'a> {
         let surface = &met.surface;
         let is_same = sample.model == met.model
             && sample.octave == *octave
-            && sample.is_from_behind == surface.from_behind
             && u32::from(sample.paths) >= met.paths
             && !frame.has_expired(sample.until);
         if !is_same {
@@ -512,40 +357,4 @@ pub fn surface_of(frame: &FrameView, sample: &MirroredSample, direction: Vec3) -
 /// Width of a cell at a distance from the eye.
 fn width_of_cell(frame: &FrameView, distance: f32) -> f32 {
     frame.view.spread().by_distance * distance
-}
-
-/// Room for the rounding of coordinates.
-fn rounding(point: Vec3) -> f32 {
-    4.0 * f32::EPSILON * point.abs().max_element()
-}
-
-/// Normal of the plane of a triangle, world space; none of curved geometry, and for a mirror none where the surface is not flat.
-fn plane_of(frame: &FrameView, model: u32, triangle: u32, is_mirror: bool) -> Option<Vec3> {
-    let mesh = &frame.scene.models[model as usize].mesh;
-    let triangles = mesh.as_triangles()?;
-    let in_object = geometric_normal_of(mesh, triangle, [0.0; 2]);
-    if is_mirror {
-        if mesh.deforms() || frame.is_bent(model, triangle) {
-            return None;
-        }
-        if !triangles.normals.is_empty() {
-            let corners = triangles.corners[triangle as usize];
-            let normals = corners.map(|corner| triangles.normals[corner as usize].normalize_or_zero());
-            if normals.iter().any(|normal| normal.cross(in_object).length() > ONE_PLANE) {
-                return None;
-            }
-        }
-    }
-    frame.place(model, MIDDLE_TICK).geometric_normal(triangle, in_object).try_normalize()
-}
-
-/// Returns true if a mirror has the normal of its plane where it was met, but for the rounding of kept normals.
-fn is_flat_there(surface: &Surface) -> bool {
-    const ROUNDED: f32 = 1e-4;
-    (surface.normal - surface.geometric_normal).length() <= ROUNDED
-}
-
-/// Expiry of what is shown, before it is known what may change it sooner.
-pub fn first_expiry(frame: &FrameView, model: u32) -> Until {
-    frame.light_change.min(frame.change_of_met(model))
 }

@@ -12,3 +12,4 @@ pub mod ray_trees;
 pub mod roles;
 pub mod surroundings;
 pub mod tree_times;
+pub mod ways;

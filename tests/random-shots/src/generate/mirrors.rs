@@ -38,6 +38,13 @@ pub fn add(dice: &mut Dice, shot: &mut Table) {
     let (mirror, matt) = (MATERIALS[dice.below(3)], MATERIALS[3 + dice.below(3)]);
     set_material(shot, mirror, mirror_of(dice, mirror));
     set_material(shot, matt, matt_of(dice, matt));
+    let other = MATERIALS[3 + dice.below(3)];
+    let both = if other == matt || dice.one_in(2) {
+        String::from(matt)
+    } else {
+        set_material(shot, other, matt_of(dice, other));
+        format!("{matt}+{other}")
+    };
     let count = 1 + dice.below(3);
     let Some(models) = shot.get_mut("model").and_then(Value::as_array_mut) else { return };
     let moves: Vec<Value> = models.iter().filter_map(|model| model.get("key").cloned()).collect();
@@ -55,7 +62,7 @@ pub fn add(dice: &mut Dice, shot: &mut Table) {
     }
     for _ in 0..2 {
         let shape = *dice.pick(&["cube", "room", "ball", "floor", "quad", "crossed"]);
-        let mut model = table([("obj", format!("{shape}-{matt}.obj").into())]);
+        let mut model = table([("obj", format!("{shape}-{both}.obj").into())]);
         model.insert("translate".into(), numbers(place(dice, 1.5)));
         model.insert("scale".into(), dice.between(0.3, 1.5).into());
         models.push(Value::Table(model));
