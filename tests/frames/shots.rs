@@ -143,6 +143,14 @@ fn the_court() {
 }
 
 #[test]
+fn a_hall_of_mirrors() {
+    let mut shot = own("hall/hall.toml");
+    shot.settings.paths = 2;
+    let share = audited(&shot, (96, 54), &[1, 2, 3, 24, 25, 48]);
+    assert!(share > 0.7, "{share}");
+}
+
+#[test]
 fn a_flag_in_the_wind() {
     // the camera rests, then goes around
     let share = audited(&own("cloth/cloth.toml"), (96, 54), &[14, 15, 16, 17, 30, 31, 32]);
