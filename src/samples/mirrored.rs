@@ -2,7 +2,7 @@
 //!
 //! What a mirror shows is a place on another surface. Its light does not depend on the mirror, nor on the eye if it is matt: it is
 //! kept, by the place, for as long as nothing that moves touches what it was found with. Which of them the eye sees in which cell is
-//! asked in each frame anew ([`mirrors`](crate::frame::secondary::mirrors)).
+//! asked in each frame anew (`src/frame/secondary/mirrors.rs`).
 //!
 //! They are found by [voxels](Voxel) about as wide as what a cell shows of the surface, so that a few of them lie in each.
 

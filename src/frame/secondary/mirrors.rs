@@ -8,7 +8,7 @@
 //!   show the same surface ([`target`](crate::frame::reuse::target)): model, material, side, layer, about parallel.
 //! - *Nearest.* Its image lies within [`REACH`] of the cell's centre, and none that would do lies nearer.
 //! - *Verified.* A ray from the eye to the image must meet the same mirrors, in the planes that they had on the way of the target, and at
-//!   last the sample ([`verify`]). An edge of a mirror, a fold, or anything that came before any of them, ends it there.
+//!   last the sample ([`Mirrors::verify`]). An edge of a mirror, a fold, or anything that came before any of them, ends it there.
 //!
 //! What it saves is light: shadow rays and paths of the place that is shown. Where none serves, the place that was met is lit as ever, and
 //! is kept for the frames that follow. How much of the light the mirrors reflect depends on the eye, and is found for the cell's own
