@@ -22,7 +22,7 @@ use crate::shade::surface::SurfacePoint;
 use crate::stereo::Eye;
 use crate::trace::{Backend, Coherence, HitBatch, RayBatch, SceneSubset, Search};
 
-/// Class of failure. But for [`Trees`](Spoil::Trees) it is broken for every seventh cell that shows a surface, and in
+/// Class of failure. But for [`Trees`](Spoil::Trees) and what mirrors show it is broken for every seventh cell that shows a surface, and in
 /// nothing else: other things that are kept stay as they are or are found out anew.
 #[doc(hidden)]
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

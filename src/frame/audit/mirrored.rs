@@ -150,11 +150,7 @@ impl Arrival {
 
 /// Follows rays along `sights` as that on which `served` lies goes: turned or let pass at as many surfaces.
 fn follow(frame: &FrameView, served: &Served, sights: &[Sight]) -> Vec<Option<Arrival>> {
-    let mut all: Vec<Option<Arrival>> = Vec::new();
-    for sight in sights {
-        all.push(follow_one(frame, served, *sight));
-    }
-    all
+    sights.iter().map(|sight| follow_one(frame, served, *sight)).collect()
 }
 
 fn follow_one(frame: &FrameView, served: &Served, sight: Sight) -> Option<Arrival> {

@@ -1,13 +1,14 @@
 //! Tolerances of the audit: all of them, each with its reason.
 
 use crate::frame::reuse::sight::SEGMENT_END;
+use crate::frame::secondary::ways::ONE_PLACE;
 
 /// Displacement of a sample by rounding, at most, as a share of its distance from the eye. Single floats keep
 /// 6e-8 of the largest coordinate at every step from the triangle's corners over the model's matrix to the
 /// ray; this leaves room for a dozen steps and for coordinates ten times the distance. Not less than the gap
 /// that the verification segment leaves open at its end (see [`SEGMENT_END`]).
 pub const TOLERANCE: f32 = 2e-5;
-const _: () = assert!(1.0 - SEGMENT_END <= TOLERANCE);
+const _: () = assert!(1.0 - SEGMENT_END <= TOLERANCE && ONE_PLACE <= TOLERANCE);
 
 /// Rounding of positions themselves, as a share of the largest coordinate involved. It counts where the eye
 /// is much nearer to a surface than both are to the origin.

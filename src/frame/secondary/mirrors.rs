@@ -77,6 +77,8 @@ pub struct Mirrors {
     /// Number of the tile.
     number: usize,
     attempts: Vec<Attempt>,
+    /// True for each surface that was met for which one serves.
+    is_served: Vec<bool>,
     kinds: Vec<RayKind>,
     /// Of the rays that were followed last.
     pub served: Vec<Served>,
@@ -138,10 +140,10 @@ impl Mirrors {
 
     /// Traces the ways of all attempts from the eye on, surface by surface. Those that arrive serve.
     fn verify(&mut self, frame: &FrameView, met: &mut MetSurfaces, scratch: &mut TraceScratch) {
-        let Self { attempts, kinds, served, collects, all_served, of_tile, .. } = self;
+        let Self { attempts, is_served, kinds, served, collects, all_served, of_tile, .. } = self;
         let tells_kinds = frame.hides_from_some || frame.view.camera.clip != Clip::NONE;
-        let mut is_served = vec![false; met.all.len()];
-        let first = served.len();
+        is_served.clear();
+        is_served.resize(met.all.len(), false);
         while !attempts.is_empty() {
             scratch.begin_rays();
             kinds.clear();
@@ -186,9 +188,9 @@ impl Mirrors {
         if *collects {
             all_served.extend_from_slice(served);
         }
-        if served.len() > first {
-            let mut of_met = is_served.into_iter();
-            met.all.retain(|_| of_met.next() != Some(true));
+        if !served.is_empty() {
+            let mut of_met = is_served.iter();
+            met.all.retain(|_| of_met.next() != Some(&true));
         }
     }
 
