@@ -23,6 +23,7 @@ use crate::frame::surface::trace_scratch::TraceScratch;
 use crate::lanes::LANES;
 use crate::layers::Layers;
 use crate::pose::Clip;
+use crate::scene::material::Optics;
 use crate::scene::{RayKind, Role};
 use crate::settings::Backdrop;
 use crate::shade::Surface;
@@ -351,7 +352,10 @@ fn grow(
     bounce: impl Fn(Kind) -> Bounce,
     (ways, next): (&mut Ways, &mut Vec<Bounce>),
 ) {
-    let is_straight = surface.optics(frame.scene).is_straight();
+    let optics = surface.optics(frame.scene);
+    let is_straight = optics.is_straight();
+    // microfacets of rough glass turn rays as no mirror does
+    let is_rough = matches!(optics, Optics::Glass { is_rough: true, .. });
     let kinds = [
         (Kind::Reflection, branches.reflection, step.next(false)),
         (Kind::Refraction, branches.refraction, step.next(is_straight)),
@@ -376,6 +380,7 @@ fn grow(
             let is_veil = kind == Kind::Refraction && is_straight;
             let way = match kind {
                 Kind::Refraction if !is_straight => Way::BENT,
+                Kind::Reflection if is_rough => Way::BENT,
                 _ => {
                     let before = (bounce.way, bounce.ray_kind);
                     ways.beyond(frame, before, (surface, model, triangle), kind == Kind::Reflection)
